@@ -10,7 +10,10 @@
 #include "experiments/golden_findings.hpp"
 #include "experiments/src/objects/object_segmentation_findings.hpp"
 #include "experiments/src/objects/object_splits_results.hpp"
+#include "experiments/src/odometry/odometry_errors.hpp"
+#include "experiments/src/places/localization_errors.hpp"
 #include "experiments/src/places/model_choice_findings.hpp"
+#include "experiments/src/places/room_agreement.hpp"
 #include "experiments/src/recognition/recognition_findings.hpp"
 #include "experiments/src/scenes/scenes_findings.hpp"
 #include "experiments/src/zones/zone_tables_findings.hpp"
@@ -292,6 +295,43 @@ TEST(Golden, ObjectSplitsNamedByALabeler) {
 
 TEST(Golden, ObjectSplitsNamedByPeople) {
   test::expectGolden("object-splits-true", findingsOfSplits(Splits(false)));
+}
+
+CellResults someOf(Numbers& numbers, const std::vector<std::string>& measures, const std::string& at = "") {
+  CellResults results;
+  for (const std::string& measure : measures) results.push_back({measure, at, numbers.next()});
+  return results;
+}
+
+TEST(Golden, RoomAgreement) {
+  Numbers numbers;
+  RoomAgreementResults results{{"day", "night"}, {"places", "imagenet"}, {"places", "rooms"}, {}};
+  auto measures = roomAgreementColumns().measures;
+  for (int i = 0; i < 8; ++i) {
+    results.cells.push_back(someOf(numbers, measures));
+    if (i == 4) measures.erase(measures.begin() + 7, measures.end());  // a drive without a home.json
+  }
+  test::expectGolden("room-agreement", findingsOf(results));
+}
+
+TEST(Golden, Localization) {
+  Numbers numbers;
+  LocalizationErrorsResults results{{"day", "night"}, {"places"}, {"nearest image", "believed image"}, {}};
+  auto measures = localizationErrorsColumns().measures;
+  for (int i = 0; i < 2; ++i) {
+    CellResults& cell = results.cells.emplace_back();
+    for (const std::string& answer : results.answers)
+      for (const CellResult& result : someOf(numbers, measures, answer)) cell.push_back(result);
+    measures.pop_back();  // no poses
+  }
+  test::expectGolden("localization", findingsOf(results));
+}
+
+TEST(Golden, Odometry) {
+  Numbers numbers;
+  OdometryErrorsResults results{{"places"}, {"day", "night"}, {"as it is", "noise"}, {}};
+  for (int i = 0; i < 4; ++i) results.cells.push_back(someOf(numbers, odometryErrorsColumns().measures));
+  test::expectGolden("odometry", findingsOf(results));
 }
 
 }  // namespace

@@ -19,10 +19,10 @@
 #include "estancia/topology/accuracy.hpp"
 #include "estancia/topology/localizer.hpp"
 #include "estancia/topology/localizer_map.hpp"
+#include "estancia/topology/mapper.hpp"
 #include "estancia/topology/quality.hpp"
-#include "estancia/topology/session.hpp"
 #include "experiments/src/findings/pivot.hpp"
-#include "experiments/src/places/posed_descriptors.hpp"
+#include "experiments/src/places/mapped_drive.hpp"
 #include "experiments/src/places/room_table.hpp"
 #include "experiments/src/runner/config_lists.hpp"
 
@@ -30,7 +30,7 @@ namespace estancia::experiments {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int placeTasksVersion = 1;  // of what follows: cells of another one are computed anew
+constexpr int placeTasksVersion = 2;  // of what follows: cells of another one are computed anew
 constexpr auto largest = ResultTable::Best::largest;
 const std::vector<std::pair<std::string, ResultTable::Column>> measures{
     {"nodes", {"nodes", 0}},
@@ -52,45 +52,6 @@ struct Task {
 /// Labels sequences of one model.
 using Recorder = std::function<DescriptorSequence(const Sequence&)>;
 
-/// A map in a file of its own, as `estancia map` makes it; gone in the end.
-class ScratchMap {
- public:
-  ScratchMap(const DescriptorSequence& recording, fs::path path) : path_(std::move(path)) {
-    auto session =
-        MappingSession::create(path_, recording.vocabulary, recording.model, {}, ExistingMap::replace);
-    for (std::size_t i = 0; i < recording.frames.size(); ++i)
-      session.add(recording.frames[i], recording.descriptors.row(i));
-    session.finish();
-  }
-  ~ScratchMap() {
-    std::error_code ignored;
-    fs::remove(path_, ignored);
-  }
-  ScratchMap(const ScratchMap&) = delete;
-  ScratchMap& operator=(const ScratchMap&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
-
-LocalizationAccuracy find(const DescriptorSequence& queries, std::shared_ptr<const LocalizerMap> map,
-                          std::size_t lookahead, const AdmissibleImages& truth) {
-  LocalizerOptions options;
-  options.lookahead = lookahead;
-  Localizer localizer(std::move(map), options);
-  std::vector<Localization> answers;
-  const auto give = [&](const std::vector<Localization>& some) {
-    answers.insert(answers.end(), some.begin(), some.end());
-  };
-  for (std::size_t i = 0; i < queries.frames.size(); ++i)
-    give(localizer.add(queries.descriptors.row(i), queries.frames[i].pose));
-  give(localizer.finish());
-  std::vector<std::size_t> numbers(queries.frames.size());
-  for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = i;
-  return measureLocalization(localizer.map(), queries.frames, numbers, answers, truth, options.filter);
-}
-
 CellResults drive(const Task& task, const Recorder& recorder, const fs::path& scratch) {
   const auto images = openImages(task.drive->images);
   const auto again = openImages(task.drive->again);
@@ -108,10 +69,10 @@ CellResults drive(const Task& task, const Recorder& recorder, const fs::path& sc
     if (const auto& share = accuracy.recall ? accuracy.recall : accuracy.room)
       results.push_back({measure, "", *share});
   };
-  const LocalizationAccuracy filtered = find(queries, map, 0, truth);
+  const LocalizationAccuracy filtered = findDrive(queries, map, 0, truth);
   add("one_image", filtered.nearestImage);
   add("filtered", filtered.belief);
-  add("smoothed", find(queries, map, smoothing, truth).belief);
+  add("smoothed", findDrive(queries, map, smoothing, truth).belief);
   return results;
 }
 
@@ -172,15 +133,6 @@ CellResults rooms(const Task& task, const Recorder& recorder) {
   const Halves halves = readHalves(*task.rooms, labels.frames);
   return {{"nearest_neighbor", "", nearestNeighbor(labels, halves.rooms, halves.train, halves.test)},
           {"halves_exchanged", "", nearestNeighbor(labels, halves.rooms, halves.test, halves.train)}};
-}
-
-/// What identifies the images without labeling them.
-std::string digestOf(const SequenceSource& source) {
-  const auto sequence = openImages(source);
-  std::string all;
-  for (std::size_t i = 0; i < sequence->size(); ++i)
-    all += sequence->frame(i).name + '\n' + sequence->frame(i).room + '\n' + sequence->fingerprint(i) + '\n';
-  return sha256(all);
 }
 
 std::vector<Task> openTasks(const PlaceTasksOptions& options, std::vector<std::string>& notes) {

@@ -15,8 +15,11 @@
 #include "experiments/src/objects/home_segmentation.hpp"
 #include "experiments/src/objects/object_segmentation.hpp"
 #include "experiments/src/objects/object_splits.hpp"
+#include "experiments/src/odometry/odometry_errors.hpp"
+#include "experiments/src/places/localization_errors.hpp"
 #include "experiments/src/places/model_choice.hpp"
 #include "experiments/src/places/place_tasks.hpp"
+#include "experiments/src/places/room_agreement.hpp"
 #include "experiments/src/recognition/recognition.hpp"
 #include "experiments/src/runner/grid.hpp"
 #include "experiments/src/scenes/scenes.hpp"
@@ -83,16 +86,22 @@ struct Kind {
 constexpr Kind kKinds[] = {
     {"home-segmentation", "things of a furnished home found by class, and clusters that are none",
      homeSegmentationColumns, false, prepare<readHomeSegmentation, segmentHomes>},
+    {"localization", "one drive found in the map of another, by each image alone and by all so far",
+     localizationErrorsColumns, true, prepare<readLocalizationErrors, compareLocalization>},
     {"model-choice", "which model's labels separate places best (thesis 4.5.2)", modelChoiceColumns, false,
      prepare<readModelChoice, chooseModel>},
     {"object-segmentation", "objects in images, over- and under-segmentation (thesis 6.3)",
      objectSegmentationColumns, false, prepare<readObjectSegmentation, segmentObjects>},
     {"object-splits", "shapes learned from a labeler's pseudo-labels, tested on other objects (thesis 6.4)",
      objectSplitsColumns, false, prepare<readObjectSplits, splitObjects>},
+    {"odometry", "camera trajectories beside the true ones, with noise and with fewer frames",
+     odometryErrorsColumns, true, prepare<readOdometryErrors, compareOdometry>},
     {"places", "mapping, localization and room classification, model by model", placeTasksColumns, true,
      prepare<readPlaceTasks, comparePlaceTasks>},
     {"recognition", "known objects in noisy scenes, by filter, keypoints and descriptor (thesis 2.6)",
      recognitionColumns, false, prepare<readRecognition, compareRecognition>},
+    {"room-agreement", "places and zones of drives against the rooms stood in and the rooms seen",
+     roomAgreementColumns, true, prepare<readRoomAgreement, compareWithRooms>},
     {"scenes", "room classification, every descriptor with every classifier (thesis 3.5)", scenesColumns,
      false, prepare<readScenes, compareScenes>},
     {"zones", "zones against rooms, by model, distance, linkage and cut (thesis 5.5)", zoneTablesColumns,

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <set>
 
+#include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/plus_names.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
@@ -22,6 +23,18 @@ std::unique_ptr<Sequence> openImages(const SequenceSource& source) {
   return openSequence(source.path, source.options);
 }
 
+std::string digestOf(const SequenceSource& source) {
+  const auto sequence = openImages(source);
+  std::string all;
+  for (std::size_t i = 0; i < sequence->size(); ++i) {
+    const Frame& frame = sequence->frame(i);
+    all += frame.name + '\n' + frame.room + '\n' + sequence->fingerprint(i) + '\n';
+    if (const auto& p = frame.pose)
+      all += fmt::format("{} {} {} {} {} {} {}\n", p->x, p->y, p->z, p->qx, p->qy, p->qz, p->qw);
+  }
+  return sha256(all);
+}
+
 std::vector<ConfigFile::Key> sourceKeys(ConfigFile& config, SequenceSource& source, bool pathRequired) {
   // Without the paths, which are read as anywhere(), and without what experiments find out themselves.
   const std::set<std::string> used{"type",          "split", "max_pose_gap", "views",
@@ -32,6 +45,44 @@ std::vector<ConfigFile::Key> sourceKeys(ConfigFile& config, SequenceSource& sour
       {"path", pathRequired, "where the images are", [&](auto& n) { source.path = config.anywhere(n); }});
   keys.push_back({"poses", false, "", [&](auto& n) { source.options.poses = config.anywhere(n); }});
   return keys;
+}
+
+namespace {
+
+OptionGroup declare(NamedDrive& drive) {
+  OptionGroup group("drive", "Images of a drive.");
+  group.add("name", &drive.name, "What to call it");
+  group.add("optional", &drive.optional, "Leave out, with a note, when it is not there");
+  return group;
+}
+
+}  // namespace
+
+NamedDrive readNamedDrive(ConfigFile& config, const toml::table& table,
+                          const std::vector<ConfigFile::Key>& more) {
+  NamedDrive drive;
+  const auto own =
+      together(sourceKeys(config, drive.images, true), requiring("name", keysOf(config, declare(drive))));
+  config.read(table, together(own, more));
+  return drive;
+}
+
+std::vector<NamedDrive> presentDrives(const std::vector<NamedDrive>& drives,
+                                      std::vector<std::string>& notes) {
+  std::vector<NamedDrive> present;
+  std::set<std::string> names;
+  for (const NamedDrive& drive : drives) {
+    if (!names.insert(drive.name).second)
+      throw Error(ErrorCode::invalidInput,
+                  fmt::format("two drives are called {}; tell them apart by `name`", drive.name));
+    if (drive.optional && !fs::exists(drive.images.path))
+      notes.push_back(fmt::format("{} is not there and was left out", drive.images.path.string()));
+    else
+      present.push_back(drive);
+  }
+  if (present.empty())
+    throw Error(ErrorCode::insufficientData, "none of the drives is there; name one of yours by [[drive]]");
+  return present;
 }
 
 namespace {

@@ -22,8 +22,29 @@ struct SequenceSource {
 /// Opens them. Throws Error when they are labels already (a recording): models cannot be compared on those.
 std::unique_ptr<Sequence> openImages(const SequenceSource& source);
 
+/// What identifies the images, their rooms and poses, without labeling them. Throws Error as openImages()
+/// does.
+std::string digestOf(const SequenceSource& source);
+
 /// The keys that say where images are and how to open them.
 std::vector<ConfigFile::Key> sourceKeys(ConfigFile& config, SequenceSource& source, bool pathRequired);
+
+/// A drive of a configuration.
+struct NamedDrive {
+  /// What to call it.
+  std::string name;
+  SequenceSource images;
+  /// Left out, with a note, when it is not there.
+  bool optional = false;
+};
+
+/// Reads `name`, `optional` and the keys of sourceKeys() from a table, with `more` keys beside them.
+NamedDrive readNamedDrive(ConfigFile& config, const toml::table& table,
+                          const std::vector<ConfigFile::Key>& more = {});
+
+/// The drives that are there; the others are told in `notes`. Throws Error when none is left
+/// (insufficientData), or two have the same name (invalidInput).
+std::vector<NamedDrive> presentDrives(const std::vector<NamedDrive>& drives, std::vector<std::string>& notes);
 
 struct Candidate {
   /// For loadModel().

@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "experiments/src/odometry/odometry_errors.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <set>
+#include <unordered_map>
+#include <utility>
+
+#include "estancia/core/config.hpp"
+#include "estancia/core/digest.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/label/model.hpp"
+#include "estancia/label/record.hpp"
+#include "estancia/odometry/rgbd.hpp"
+#include "estancia/stats/trajectory_error.hpp"
+#include "experiments/src/findings/pivot.hpp"
+#include "experiments/src/runner/config_lists.hpp"
+
+namespace estancia::experiments {
+namespace {
+
+constexpr int odometryErrorsVersion = 1;  // of what follows: cells of another one are computed anew
+
+/// The words of a drive's frames, by their numbers; empty where an image could not be read.
+std::vector<LexicalDescriptor> wordsOf(const Sequence& images, const DescriptorSequence& recording) {
+  std::unordered_map<std::string, std::size_t> rows;
+  for (std::size_t i = 0; i < recording.frames.size(); ++i) rows.emplace(recording.frames[i].name, i);
+  std::vector<LexicalDescriptor> words(images.size());
+  for (std::size_t i = 0; i < images.size(); ++i)
+    if (const auto row = rows.find(images.frame(i).name); row != rows.end()) {
+      const DescriptorView view = recording.descriptors.row(row->second);
+      words[i].assign(view.begin(), view.end());
+    }
+  return words;
+}
+
+CellResults compareWithTruth(const Sequence& sequence, const RgbdTrajectory& trajectory) {
+  std::vector<Pose> estimated, truth;
+  for (std::size_t i = 0; i < sequence.size(); ++i)
+    if (trajectory.poses[i] && sequence.frame(i).pose) {
+      estimated.push_back(*trajectory.poses[i]);
+      truth.push_back(*sequence.frame(i).pose);
+    }
+  const auto placed = static_cast<double>(
+      std::ranges::count_if(trajectory.poses, [](const auto& pose) { return pose.has_value(); }));
+  CellResults results{{"frames", "", static_cast<double>(sequence.size())},
+                      {"placed", "", placed},
+                      {"keyframes", "", static_cast<double>(trajectory.keyframes.size())},
+                      {"loops", "", static_cast<double>(trajectory.loops.size())}};
+  if (truth.empty()) return results;
+  const AbsoluteTrajectoryError absolute = absoluteTrajectoryError(estimated, truth);
+  const RelativePoseError relative = relativePoseError(estimated, truth);
+  for (const auto& [measure, value] : {std::pair{"path", pathLength(truth)},
+                                       {"rmse", absolute.rmse},
+                                       {"median", absolute.median},
+                                       {"max", absolute.max},
+                                       {"relative_translation", relative.translationRmse},
+                                       {"relative_rotation", relative.rotationRmse}})
+    results.push_back({measure, "", value});
+  return results;
+}
+
+/// A drive that is open, and that one model has labeled once something is to be tracked.
+struct TrackedDrive {
+  std::shared_ptr<const Sequence> images;
+  std::string digest;
+  std::vector<LexicalDescriptor> words = {};
+};
+
+std::vector<TrackedDrive> openDrives(const std::vector<NamedDrive>& drives) {
+  std::vector<TrackedDrive> open;
+  for (const NamedDrive& drive : drives) {
+    TrackedDrive tracked{openImages(drive.images), digestOf(drive.images)};
+    std::size_t posed = 0;
+    for (std::size_t i = 0; i < tracked.images->size(); ++i) posed += tracked.images->frame(i).pose ? 1 : 0;
+    if (posed == 0)
+      throw Error(ErrorCode::insufficientData,
+                  fmt::format("{}: no frame has a true pose to compare with; give them by `poses = \"FILE\"`",
+                              drive.images.path.string()));
+    open.push_back(std::move(tracked));
+  }
+  return open;
+}
+
+CellResults track(const TrackedDrive& drive, const OdometryErrorsOptions::Variant& variant,
+                  const Vocabulary& vocabulary, std::uint64_t seed, Progress& progress) {
+  DriveAlteration alteration = variant.alteration;
+  alteration.seed = seed;
+  const AlteredDrive altered(drive.images, alteration);
+  const FrameWords words{[&](std::size_t frame) { return drive.words.at(altered.original(frame)); },
+                         vocabulary.layout().parts};
+  return compareWithTruth(altered, trackRgbd(altered, {}, words, progress));
+}
+
+OptionGroup declare(OdometryErrorsOptions::Variant& variant) {
+  OptionGroup group("variant", "How a drive is altered.");
+  group.add("name", &variant.name, "What to call it");
+  group.add("every", &variant.alteration.every, "Only every so many-th frame").range(1, 1000);
+  group.add("noise", &variant.alteration.noise, "k of the depth's deviation k z²").unit("1/m").range(0, 1);
+  return group;
+}
+
+OptionGroup declare(OdometryErrorsOptions& options) {
+  OptionGroup group("odometry", "Trajectories beside the true ones.");
+  group.add("seed", &options.seed, "Seed of the noise").range(0, 1e9);
+  return group;
+}
+
+}  // namespace
+
+OdometryErrorsOptions readOdometryErrors(ConfigFile& config) {
+  OdometryErrorsOptions options;
+  const toml::array *drives = nullptr, *variants = nullptr;
+  config.read(together(
+      keysOf(config, declare(options)),
+      {{"type", true, "the kind of experiment", [](auto&) {}},
+       {"models", false, "whose words propose loops",
+        each(config, options.models, [&config](const toml::node& n) { return config.text(n); })},
+       {"variant", false, "[[variant]] alters the drives", [&](auto& n) { variants = &config.list(n); }},
+       {"drive", true, "[[drive]] names images with depth and poses",
+        [&](auto& n) { drives = &config.list(n); }}}));
+  for (const toml::node& node : *drives)
+    options.drives.push_back(readNamedDrive(config, config.subtable(node)));
+  std::set<std::string> names;
+  if (variants != nullptr)
+    for (const toml::node& node : *variants) {
+      auto& variant = options.variants.emplace_back();
+      config.read(config.subtable(node), requiring("name", keysOf(config, declare(variant))));
+      if (!names.insert(variant.name).second)
+        config.fail(node, fmt::format("two variants are called {}; tell them apart by `name`", variant.name));
+    }
+  if (options.variants.empty()) options.variants.push_back({"as it is", {}});
+  return options;
+}
+
+GridColumns odometryErrorsColumns() {
+  return {{"model", "drive", "variant"},
+          "",
+          {"frames", "placed", "keyframes", "loops", "path", "rmse", "median", "max", "relative_translation",
+           "relative_rotation"}};
+}
+
+Findings compareOdometry(const OdometryErrorsOptions& options, Grid& grid, const ExperimentRun& run,
+                         Progress& progress) {
+  std::vector<std::string> notes;
+  const auto models = modelsToCompare(options.models, run, notes);
+  const auto present = presentDrives(options.drives, notes);
+  auto drives = openDrives(present);
+  OdometryErrorsResults results{namesIn(models), namesIn(present), namesIn(options.variants), {}};
+  std::vector<std::pair<std::string, std::string>> identities;
+  for (const Candidate& model : models) {
+    const auto labeler = loadModel(model.model, run.labeler);
+    identities.emplace_back("Model", labeler->identity());
+    std::vector<Cell> cells;
+    for (std::size_t d = 0; d < drives.size(); ++d)
+      for (const auto& variant : options.variants)
+        cells.push_back({{model.name, present[d].name, variant.name},
+                         sha256(fmt::format("{} {} {} {} {} {}", odometryErrorsVersion, labeler->cacheKey(),
+                                            drives[d].digest, variant.alteration.every,
+                                            variant.alteration.noise, options.seed))});
+    for (TrackedDrive& drive : drives) drive.words.clear();  // those of the model before
+    const auto found = grid.run(
+        cells,
+        [&](std::size_t c) {
+          TrackedDrive& drive = drives[c / options.variants.size()];
+          if (drive.words.empty())
+            drive.words = wordsOf(*drive.images,
+                                  labelAll(*drive.images, *labeler,
+                                           fmt::format("{}: labeling {}", model.name, drive.images->name()),
+                                           {.cache = run.cache}, progress));
+          return track(drive, options.variants[c % options.variants.size()], labeler->vocabulary(),
+                       options.seed, progress);
+        },
+        progress, model.name);
+    results.cells.insert(results.cells.end(), found.begin(), found.end());
+  }
+  Findings findings = findingsOf(results);
+  findings.facts = std::move(identities);
+  findings.notes = std::move(notes);
+  return findings;
+}
+
+Findings findingsOf(const OdometryErrorsResults& results) {
+  constexpr auto smallest = ResultTable::Best::smallest;
+  const std::vector<std::pair<std::string, ResultTable::Column>> columns{
+      {"frames", {"frames", 0}},
+      {"placed", {"placed", 0}},
+      {"keyframes", {"keyframes", 0}},
+      {"loops", {"loops", 0}},
+      {"path", {"path [m]", 1}},
+      {"rmse", {"RMSE [m]", 3, smallest}},
+      {"median", {"median [m]", 3, smallest}},
+      {"max", {"worst [m]", 3, smallest}},
+      {"relative_translation", {"frame to frame [m]", 4, smallest}},
+      {"relative_rotation", {"frame to frame [°]", 2, smallest}}};
+  std::vector<Measure<CellResults>> measures;
+  for (const auto& [name, column] : columns)
+    measures.push_back({column, [name = name](const CellResults& cell) { return valueOf(cell, name); }});
+  Findings findings;
+  findings.title = "Odometry beside the truth";
+  for (std::size_t m = 0; m < results.models.size(); ++m)
+    for (std::size_t d = 0; d < results.drives.size(); ++d) {
+      std::vector<std::pair<std::string, CellResults>> rows;
+      for (std::size_t v = 0; v < results.variants.size(); ++v)
+        rows.emplace_back(results.variants[v],
+                          results.cells[(m * results.drives.size() + d) * results.variants.size() + v]);
+      findings.sections.emplace_back(pivot(
+          ResultTable{
+              results.models.size() == 1 ? results.drives[d] : results.drives[d] + ", " + results.models[m],
+              "Distances of the placed frames to their true positions after the best rigid alignment "
+              "(ATE); errors of the motion from one placed frame to the next (RPE).",
+              "drive",
+              {},
+              {}},
+          rows, measures));
+    }
+  findings.summary = fmt::format("{} drives in {} variants, tracked with the defaults.",
+                                 results.drives.size(), results.variants.size());
+  return findings;
+}
+
+}  // namespace estancia::experiments

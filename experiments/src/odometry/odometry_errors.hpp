@@ -1,0 +1,58 @@
+// Odometry experiment: camera trajectories beside the true ones, with noise and with fewer frames.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "estancia/core/progress.hpp"
+#include "experiments/src/findings/findings.hpp"
+#include "experiments/src/odometry/altered_drive.hpp"
+#include "experiments/src/runner/experiment.hpp"
+#include "experiments/src/runner/grid.hpp"
+#include "experiments/src/runner/subjects.hpp"
+
+namespace estancia {
+
+class ConfigFile;
+
+}  // namespace estancia
+
+namespace estancia::experiments {
+
+struct OdometryErrorsOptions {
+  struct Variant {
+    std::string name;
+    DriveAlteration alteration;
+  };
+  /// Their words propose loops. Names, folders, several joined by +; none: all that are installed.
+  std::vector<std::string> models;
+  /// Images with depth, a camera and true poses.
+  std::vector<NamedDrive> drives;
+  /// None: the drives as they are.
+  std::vector<Variant> variants;
+  /// Seed of the noise.
+  std::uint64_t seed = 1;
+};
+
+/// Throws Error `file:line: …` on unknown, missing or wrong keys.
+OdometryErrorsOptions readOdometryErrors(ConfigFile& config);
+
+/// model,drive,variant,frames,placed,keyframes,loops,path,rmse,median,max,relative_translation,…
+GridColumns odometryErrorsColumns();
+
+/// Tracks with the defaults of the odometry. Throws Error when a model, or a drive that is not optional,
+/// cannot be opened, a drive has no true poses (insufficientData), and as trackRgbd() does.
+Findings compareOdometry(const OdometryErrorsOptions& options, Grid& grid, const ExperimentRun& run,
+                         Progress& progress);
+
+struct OdometryErrorsResults {
+  std::vector<std::string> models, drives, variants;
+  /// cells[(model · drives + drive) · variants + variant]
+  std::vector<CellResults> cells;
+};
+
+Findings findingsOf(const OdometryErrorsResults& results);
+
+}  // namespace estancia::experiments

@@ -1,0 +1,61 @@
+// Localization experiment: one drive found in the map of another, by each image alone and by all so far.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "estancia/core/progress.hpp"
+#include "experiments/src/findings/findings.hpp"
+#include "experiments/src/runner/experiment.hpp"
+#include "experiments/src/runner/grid.hpp"
+#include "experiments/src/runner/subjects.hpp"
+
+namespace estancia {
+
+class ConfigFile;
+
+}  // namespace estancia
+
+namespace estancia::experiments {
+
+struct LocalizationErrorsOptions {
+  struct Drive {
+    /// The drive that is mapped.
+    NamedDrive mapped;
+    /// The drive that is found in it.
+    SequenceSource again;
+    /// CSV query,refs (readAdmissibleImages()); "": by the poses.
+    std::filesystem::path truth;
+  };
+  /// Names, folders, several joined by +; none: all that are installed.
+  std::vector<std::string> models;
+  /// Frames that an answer waits for, beside 0.
+  std::vector<std::size_t> lookaheads{10};
+  std::vector<Drive> drives;
+};
+
+/// Throws Error `file:line: …` on unknown, missing or wrong keys.
+LocalizationErrorsOptions readLocalizationErrors(ConfigFile& config);
+
+/// model,drive,answer,frames,judged,recall,room,node_room,median_error
+GridColumns localizationErrorsColumns();
+
+/// Maps and localizes with the defaults. Throws Error when a model, or a drive that is not optional, cannot
+/// be opened.
+Findings compareLocalization(const LocalizationErrorsOptions& options, Grid& grid, const ExperimentRun& run,
+                             Progress& progress);
+
+struct LocalizationErrorsResults {
+  std::vector<std::string> drives, models;
+  /// "nearest image", "believed image" …
+  std::vector<std::string> answers;
+  /// cells[drive · models + model], the measures at each answer
+  std::vector<CellResults> cells;
+};
+
+Findings findingsOf(const LocalizationErrorsResults& results);
+
+}  // namespace estancia::experiments

@@ -1,0 +1,34 @@
+// Mapped drive: a labeled drive becomes a map with the defaults, and another one is found in it.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+
+#include "estancia/io/descriptor_sequence.hpp"
+#include "estancia/topology/accuracy.hpp"
+#include "estancia/topology/localizer_map.hpp"
+
+namespace estancia::experiments {
+
+/// A map in a file of its own, as `estancia map` makes it; gone in the end. Throws Error when it cannot be
+/// written.
+class ScratchMap {
+ public:
+  ScratchMap(const DescriptorSequence& recording, std::filesystem::path path);
+  ~ScratchMap();
+  ScratchMap(const ScratchMap&) = delete;
+  ScratchMap& operator=(const ScratchMap&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// Localizes the frames of `queries` in order, each answered `lookahead` frames later, with the other options
+/// of the localizer as they are, and measures the answers (measureLocalization()).
+LocalizationAccuracy findDrive(const DescriptorSequence& queries, std::shared_ptr<const LocalizerMap> map,
+                               std::size_t lookahead, const AdmissibleImages& truth = {});
+
+}  // namespace estancia::experiments

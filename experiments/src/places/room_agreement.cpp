@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "experiments/src/places/room_agreement.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "estancia/core/config.hpp"
+#include "estancia/core/digest.hpp"
+#include "estancia/io/home_truth.hpp"
+#include "estancia/label/model.hpp"
+#include "estancia/label/record.hpp"
+#include "estancia/stats/clustering_agreement.hpp"
+#include "estancia/zones/zones.hpp"
+#include "experiments/src/findings/pivot.hpp"
+#include "experiments/src/places/mapped_drive.hpp"
+#include "experiments/src/runner/config_lists.hpp"
+
+namespace estancia::experiments {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr int roomAgreementVersion = 1;  // of what follows: cells of another one are computed anew
+
+/// A drive that one model has labeled.
+struct LabeledDrive {
+  const Sequence& images;
+  const DescriptorSequence& recording;
+  fs::path scratch;
+};
+
+/// The number of a cluster for each frame of the recording.
+using Clusters = std::vector<int>;
+
+/// Numbers of names.
+Clusters numbered(const std::vector<std::string>& names) {
+  std::map<std::string, int> numbers;
+  Clusters clusters;
+  for (const std::string& name : names)
+    clusters.push_back(numbers.emplace(name, static_cast<int>(numbers.size())).first->second);
+  return clusters;
+}
+
+std::vector<std::string> roomsStoodIn(const DescriptorSequence& recording) {
+  std::vector<std::string> rooms;
+  for (const Frame& frame : recording.frames) rooms.push_back(frame.room);
+  return rooms;
+}
+
+std::size_t countOf(std::vector<std::string> names) {
+  std::set<std::string> different(names.begin(), names.end());
+  different.erase("");
+  return different.size();
+}
+
+Clusters placesOf(const LabeledDrive& drive) {
+  const ScratchMap file(drive.recording, drive.scratch);
+  Clusters clusters;
+  for (const MappedFrame& frame : readMap(file.path()).frames) clusters.push_back(frame.node);
+  return clusters;
+}
+
+Clusters zonesOf(const LabeledDrive& drive) {
+  return findZones(drive.recording).zoneOf;
+}
+
+Clusters asManyZonesAsRooms(const LabeledDrive& drive) {
+  ZoneOptions options;
+  options.count = std::max<std::size_t>(1, countOf(roomsStoodIn(drive.recording)));
+  return findZones(drive.recording, options).zoneOf;
+}
+
+Clusters rooms(const LabeledDrive& drive) {
+  return numbered(roomsStoodIn(drive.recording));
+}
+
+struct Clustering {
+  const char* name;
+  const char* explanation;
+  Clusters (*of)(const LabeledDrive& drive);
+};
+
+constexpr Clustering kClusterings[] = {
+    {"places", "the places of a map", placesOf},
+    {"zones", "semantic zones, as many as are found", zonesOf},
+    {"zones-as-rooms", "semantic zones, as many as there are rooms", asManyZonesAsRooms},
+    {"rooms", "the rooms stood in: what no clustering of the rooms seen can be blamed for", rooms},
+};
+
+Choices clusterings() {
+  Choices choices;
+  for (const Clustering& clustering : kClusterings)
+    choices.push_back({clustering.name, clustering.explanation});
+  return choices;
+}
+
+const Clustering& getClustering(const std::string& name) {
+  return *std::ranges::find(kClusterings, name, [](const Clustering& c) { return std::string(c.name); });
+}
+
+/// The rooms that the recorded frames see; "" where unknown.
+std::vector<std::string> seenIn(const NamedDrive& drive, const DescriptorSequence& recording) {
+  std::vector<std::string> images;
+  for (const Frame& frame : recording.frames) images.push_back(frame.name);
+  if (!io::hasHomeTruth(drive.images.path)) return std::vector<std::string>(images.size());
+  return io::roomsSeen(drive.images.path, images);
+}
+
+void add(CellResults& results, const std::string& prefix, const NamedAgreement& measured) {
+  if (!measured.agreement) return;
+  results.push_back({prefix + "v_measure", "", measured.agreement->vMeasure});
+  results.push_back({prefix + "ari", "", measured.agreement->adjustedRandIndex});
+  results.push_back({prefix + "purity", "", measured.agreement->purity});
+}
+
+CellResults measure(const Clusters& clusters, const std::vector<std::string>& stoodIn,
+                    const std::vector<std::string>& seen) {
+  std::size_t judged = 0, elsewhere = 0;
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    if (seen[i].empty() || stoodIn[i].empty()) continue;
+    ++judged;
+    elsewhere += seen[i] != stoodIn[i] ? 1 : 0;
+  }
+  const std::set<int> different(clusters.begin(), clusters.end());
+  CellResults results{{"frames", "", static_cast<double>(clusters.size())},
+                      {"rooms", "", static_cast<double>(countOf(stoodIn))},
+                      {"clusters", "", static_cast<double>(different.size())}};
+  if (judged > 0)
+    results.push_back({"looks_elsewhere", "", static_cast<double>(elsewhere) / static_cast<double>(judged)});
+  add(results, "", measureNamedAgreement(stoodIn, clusters));
+  add(results, "seen_", measureNamedAgreement(seen, clusters));
+  return results;
+}
+
+/// What the rooms seen depend on, beside the images.
+std::string digestOfTruth(const fs::path& folder) {
+  return io::hasHomeTruth(folder) ? sha256OfFile(folder / "home.json") : "";
+}
+
+/// The cells of one model: method by method, drive by drive.
+std::vector<CellResults> ofModel(const Candidate& model, const RoomAgreementResults& all,
+                                 const std::vector<NamedDrive>& drives,
+                                 const std::vector<std::string>& digests, Labeler& labeler, Grid& grid,
+                                 const ExperimentRun& run, Progress& progress) {
+  std::vector<Cell> cells;
+  for (const std::string& method : all.methods)
+    for (std::size_t d = 0; d < drives.size(); ++d)
+      cells.push_back(
+          {{model.name, drives[d].name, method},
+           sha256(fmt::format("{} {} {}", roomAgreementVersion, labeler.cacheKey(), digests[d]))});
+  std::map<std::size_t, std::pair<std::unique_ptr<Sequence>, DescriptorSequence>> labeled;
+  return grid.run(
+      cells,
+      [&](std::size_t c) {
+        const std::size_t d = c % drives.size();
+        auto known = labeled.find(d);
+        if (known == labeled.end()) {
+          auto images = openImages(drives[d].images);
+          auto recording =
+              labelAll(*images, labeler, fmt::format("{}: labeling {}", model.name, drives[d].name),
+                       {.cache = run.cache}, progress);
+          known = labeled.emplace(d, std::pair(std::move(images), std::move(recording))).first;
+        }
+        const auto& [images, recording] = known->second;
+        const LabeledDrive drive{*images, recording, run.folder / ".map.estancia"};
+        return measure(getClustering(all.methods[c / drives.size()]).of(drive), roomsStoodIn(recording),
+                       seenIn(drives[d], recording));
+      },
+      progress, model.name);
+}
+
+}  // namespace
+
+RoomAgreementOptions readRoomAgreement(ConfigFile& config) {
+  RoomAgreementOptions options;
+  const toml::array* drives = nullptr;
+  config.read(
+      {{"type", true, "the kind of experiment", [](auto&) {}},
+       {"models", false, "the models to compare",
+        each(config, options.models, [&config](const toml::node& n) { return config.text(n); })},
+       {"methods", false, "how frames are clustered",
+        each(config, options.methods, oneOf(config, clusterings()))},
+       {"drive", true, "[[drive]] names images with rooms", [&](auto& n) { drives = &config.list(n); }}});
+  for (const toml::node& node : *drives)
+    options.drives.push_back(readNamedDrive(config, config.subtable(node)));
+  return options;
+}
+
+GridColumns roomAgreementColumns() {
+  return {{"model", "drive", "method"},
+          "",
+          {"frames", "rooms", "looks_elsewhere", "clusters", "v_measure", "ari", "purity", "seen_v_measure",
+           "seen_ari", "seen_purity"}};
+}
+
+Findings compareWithRooms(const RoomAgreementOptions& options, Grid& grid, const ExperimentRun& run,
+                          Progress& progress) {
+  std::vector<std::string> notes;
+  const auto models = modelsToCompare(options.models, run, notes);
+  const auto drives = presentDrives(options.drives, notes);
+  RoomAgreementResults results;
+  results.drives = namesIn(drives);
+  results.models = namesIn(models);
+  results.methods = options.methods;
+  if (results.methods.empty())
+    for (const Clustering& clustering : kClusterings) results.methods.emplace_back(clustering.name);
+  std::vector<std::string> digests;
+  for (const NamedDrive& drive : drives)
+    digests.push_back(digestOf(drive.images) + digestOfTruth(drive.images.path));
+  results.cells.resize(results.methods.size() * drives.size() * models.size());
+  std::vector<std::pair<std::string, std::string>> identities;
+  for (std::size_t m = 0; m < models.size(); ++m) {
+    const auto labeler = loadModel(models[m].model, run.labeler);
+    identities.emplace_back("Model", labeler->identity());
+    const auto cells = ofModel(models[m], results, drives, digests, *labeler, grid, run, progress);
+    for (std::size_t c = 0; c < cells.size(); ++c) results.cells[c * models.size() + m] = cells[c];
+  }
+  Findings findings = findingsOf(results);
+  findings.facts = std::move(identities);
+  findings.notes = std::move(notes);
+  return findings;
+}
+
+Findings findingsOf(const RoomAgreementResults& results) {
+  constexpr auto largest = ResultTable::Best::largest;
+  const std::vector<std::pair<std::string, ResultTable::Column>> columns{
+      {"frames", {"frames", 0}},
+      {"looks_elsewhere", {"see another room", 2}},
+      {"rooms", {"rooms", 0}},
+      {"clusters", {"clusters", 0}},
+      {"v_measure", {"V-measure", 3, largest}},
+      {"ari", {"adjusted Rand index", 3, largest}},
+      {"purity", {"purity", 3, largest}},
+      {"seen_v_measure", {"seen: V-measure", 3, largest}},
+      {"seen_ari", {"seen: adjusted Rand index", 3, largest}},
+      {"seen_purity", {"seen: purity", 3, largest}}};
+  std::vector<Measure<CellResults>> measures;
+  for (const auto& [name, column] : columns)
+    if (std::ranges::any_of(results.cells,
+                            [&, name = name](const auto& c) { return valueOf(c, name).has_value(); }))
+      measures.push_back({column, [name = name](const CellResults& c) { return valueOf(c, name); }});
+  Findings findings;
+  findings.title = "Rooms stood in, and rooms seen";
+  for (std::size_t k = 0; k < results.methods.size(); ++k) {
+    std::vector<std::pair<std::string, CellResults>> rows;
+    for (std::size_t d = 0; d < results.drives.size(); ++d)
+      for (std::size_t m = 0; m < results.models.size(); ++m)
+        rows.emplace_back(
+            results.models.size() == 1 ? results.drives[d] : results.drives[d] + ", " + results.models[m],
+            results.cells[(k * results.drives.size() + d) * results.models.size() + m]);
+    const std::string& method = results.methods[k];
+    findings.sections.emplace_back(pivot(
+        ResultTable{method,
+                    fmt::format("Clusters: {}; against the rooms that the camera stood in, and against those "
+                                "that most of what the frames see lies in.",
+                                getClustering(method).explanation),
+                    "drive",
+                    {},
+                    {}},
+        rows, measures));
+  }
+  findings.summary = fmt::format("{} drives, clustered in {} ways with their defaults, beside their rooms.",
+                                 results.drives.size(), results.methods.size());
+  return findings;
+}
+
+}  // namespace estancia::experiments
