@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <array>
+#include <filesystem>
 #include <optional>
 
 #include "common.hpp"
@@ -30,6 +31,19 @@ std::string titleOf(const ReportArguments& arguments) {
   return arguments.title.empty() ? std::filesystem::path(arguments.file).stem().string() : arguments.title;
 }
 
+/// An image, or what ends with .json or is a folder: the rooms of a home.
+FloorPlan floorPlanOf(const ReportArguments& arguments, const CLI::App& command) {
+  const std::filesystem::path path = arguments.floorPlan;
+  const bool home = path.extension() == ".json" || std::filesystem::is_directory(path);
+  if (home != (command.count("--extent") == 0))
+    throw Error(
+        ErrorCode::invalidOption,
+        home ? "--extent says where the edges of an image are; home.json has coordinates of its own: leave "
+               "--extent out"
+             : "--floor-plan needs --extent XMIN YMIN XMAX YMAX: where the image's edges are in the map [m]");
+  return home ? readHomeFloorPlan(path) : readFloorPlan(path, arguments.extent);
+}
+
 void writeMap(const ReportArguments& arguments, const CLI::App& command) {
   if (!arguments.map.empty())
     throw Error(ErrorCode::invalidOption,
@@ -47,13 +61,7 @@ void writeMap(const ReportArguments& arguments, const CLI::App& command) {
                               arguments.file, arguments.label));
     page.label = labels.front();
   }
-  if (!arguments.floorPlan.empty()) {
-    if (command.count("--extent") == 0)
-      throw Error(
-          ErrorCode::invalidOption,
-          "--floor-plan needs --extent XMIN YMIN XMAX YMAX: where the image's edges are in the map [m]");
-    page.floorPlan = readFloorPlan(arguments.floorPlan, arguments.extent);
-  }
+  if (!arguments.floorPlan.empty()) page.floorPlan = floorPlanOf(arguments, command);
   std::optional<Zones> zones;
   if (!arguments.zones.empty()) page.zones = &zones.emplace(readZones(arguments.zones));
   page.images.frames = store.imageFrames();
@@ -105,11 +113,15 @@ void addReportCommand(CLI::App& app) {
   addOutputOption(*command, arguments->output, "The HTML file to write")->required();
   command->add_option("--title", arguments->title, "Title of the page; default: the file's name");
   command->add_option("--label", arguments->label, "Start as the heat map of this label");
-  command->add_option("--floor-plan", arguments->floorPlan, "An image of the building to draw the map on")
-      ->check(CLI::ExistingFile);
+  command
+      ->add_option(
+          "--floor-plan", arguments->floorPlan,
+          "What to draw the map on: an image of the building, a home.json with its rooms, or a folder with "
+          "a home.json, such as the drive's")
+      ->check(CLI::ExistingPath);
   command
       ->add_option("--extent", arguments->extent,
-                   "The floor plan's edges in the map [m]: XMIN YMIN XMAX YMAX")
+                   "Edges of a floor plan that is an image, in the map [m]: XMIN YMIN XMAX YMAX")
       ->needs("--floor-plan");
   command->add_option("--zones", arguments->zones, "Lay these zones of the same run over the map")
       ->check(CLI::ExistingFile);
@@ -120,6 +132,7 @@ void addReportCommand(CLI::App& app) {
   addExamples(*command,
               "  estancia report home.estancia -o home.html\n"
               "  estancia report home.estancia -o home.html --label refrigerator\n"
+              "  estancia report home.estancia -o home.html --floor-plan ~/drive\n"
               "  estancia report home.estancia -o home.html --zones home.zones\n"
               "  estancia report home.zones -o zones.html --map home.estancia");
   command->callback([arguments, command] { run(*arguments, *command); });

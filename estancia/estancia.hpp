@@ -21,6 +21,7 @@
 
 #include "estancia/io/cloud_file.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
+#include "estancia/io/home_plan.hpp"
 #include "estancia/io/image_file.hpp"
 #include "estancia/io/object_views.hpp"
 #include "estancia/io/sequence.hpp"

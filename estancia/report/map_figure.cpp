@@ -7,6 +7,7 @@
 #include <cmath>
 #include <set>
 
+#include "estancia/report/floor_plan.hpp"
 #include "estancia/report/label_places.hpp"
 #include "estancia/report/symbols.hpp"
 
@@ -29,17 +30,6 @@ std::vector<double> radiiOf(const MapSummary& summary, double largest) {
     radii.push_back(std::max(largest * std::sqrt(part), std::min(largest, std::max(0.4 * largest, 9.0))));
   }
   return radii;
-}
-
-void drawFloorPlan(Markup& svg, const FloorPlan& plan, const Fit& fit) {
-  const Point corner = fit({plan.xMin, plan.yMax});
-  svg.leaf("image", {{"class", "plan"},
-                     {"href", imageUri(plan.image, "the floor plan")},
-                     {"x", corner.x},
-                     {"y", corner.y},
-                     {"width", (plan.xMax - plan.xMin) * fit.scale},
-                     {"height", (plan.yMax - plan.yMin) * fit.scale},
-                     {"preserveAspectRatio", "none"}});
 }
 
 std::string describe(const NodeSummary& node) {
@@ -84,7 +74,8 @@ Placement place(const MapSummary& summary, const MapLayout& layout, const FloorP
   double largest = largestRadius(summary.nodes.size(), style);
   const double side = plan != nullptr ? figureMargin : figureMargin + largest + 2.4 * style.fontSize;
   const double top = plan != nullptr ? figureMargin : figureMargin + largest + style.fontSize;
-  const double below = layout.metric && plan == nullptr ? 1.2 * style.fontSize : 0;  // for the scale
+  const bool edged = plan == nullptr || plan->home;  // an image may lie under the scale, a wall may not
+  const double below = layout.metric && edged ? 1.2 * style.fontSize : 0;
 
   std::vector<Point> extent = layout.nodes;
   for (const auto& frame : layout.frames)
@@ -159,7 +150,7 @@ Markup mapFigure(const MapSummary& summary, const MapLayout& layout, const MapCo
   Markup svg = openFigure(
       "map", style,
       "Map of " + counted(summary.nodes.size(), "node") + " and " + counted(summary.links.size(), "link"));
-  if (plan != nullptr) drawFloorPlan(svg, *plan, fit);
+  if (plan != nullptr) drawFloorPlan(svg, *plan, fit, summary.rooms.empty() ? style.fontSize : 0);
   drawPath(svg, layout.frames, fit);
   const double thin = std::min(1.5, 0.1 * largestRadius(nodes.size(), style));
   for (const Link& link : summary.links) {

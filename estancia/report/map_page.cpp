@@ -6,13 +6,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <vector>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/report/decision_chart.hpp"
+#include "estancia/report/floor_plan.hpp"
 #include "estancia/report/html.hpp"
 #include "estancia/report/image_grid.hpp"
 #include "estancia/report/label_bars.hpp"
@@ -202,9 +202,7 @@ void addExplorer(Markup& body, const MapPage& page, const MapSummary& summary, c
   const HeatMap heat = heatMapOf(page.map, page.label.value_or(mostTellingLabel(page.map)));
   const FloorPlan* plan = page.floorPlan ? &*page.floorPlan : nullptr;
   const MapLayout layout = layoutMap(summary, plan != nullptr);
-  if (plan != nullptr && !layout.metric)
-    throw Error(ErrorCode::insufficientData,
-                "a floor plan needs frames with poses, and this map has none; leave the floor plan out");
+  if (plan != nullptr) requireFitting(*plan, layout);
 
   body.open("section", {{"class", "explore"}, {"id", "map"}, {"aria-label", "Map"}});
   body.open("form", {{"id", "search"}, {"role", "search"}, {"hidden", ""}});
@@ -294,25 +292,6 @@ std::string searchIndex(const MapPage& page, const MapSummary& summary, const No
 }
 
 }  // namespace
-
-FloorPlan readFloorPlan(const std::filesystem::path& path, const std::array<double, 4>& extent) {
-  FloorPlan plan{{}, extent[0], extent[1], extent[2], extent[3]};
-  const bool finite = std::all_of(extent.begin(), extent.end(), [](double v) { return std::isfinite(v); });
-  if (!finite || !(plan.xMax > plan.xMin) || !(plan.yMax > plan.yMin))
-    throw Error(
-        ErrorCode::invalidOption,
-        "the floor plan's extent must be xMin, yMin, xMax, yMax in meters, with xMin < xMax and yMin < yMax");
-  constexpr std::size_t limit = 8'000'000;
-  std::ifstream file(path, std::ios::binary);
-  if (!file) fail(ErrorCode::fileUnreadable, "cannot read the floor plan {}; check the path", path.string());
-  plan.image.resize(limit + 1);
-  file.read(reinterpret_cast<char*>(plan.image.data()), static_cast<std::streamsize>(plan.image.size()));
-  plan.image.resize(static_cast<std::size_t>(file.gcount()));
-  if (plan.image.size() > limit)
-    fail(ErrorCode::tooLarge, "the floor plan {} is larger than 8 MB; reduce it", path.string());
-  imageUri(plan.image, path.string());  // checks the format
-  return plan;
-}
 
 std::string renderMapPage(const MapPage& page) {
   const MapSummary summary = summarize(page.map);

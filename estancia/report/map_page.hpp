@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "estancia/io/home_plan.hpp"
 #include "estancia/report/measures.hpp"
 #include "estancia/report/page_images.hpp"
 #include "estancia/topology/map.hpp"
@@ -16,15 +17,19 @@
 
 namespace estancia {
 
-/// A drawing of the building under the map.
+/// A drawing of the building under the map: an image, or rooms with doors and windows.
 struct FloorPlan {
   std::vector<unsigned char> image;               ///< a JPEG, PNG, GIF or WebP file
   double xMin = 0, yMin = 0, xMax = 0, yMax = 0;  ///< what its edges are in the map [m]; y grows upwards
+  std::optional<io::HomePlan> home = {};          ///< drawn instead of the image
 };
 
 /// Reads the image. `extent` is xMin, yMin, xMax, yMax [m].
 /// Throws Error when it cannot be read, is no image, is larger than 8 MB, or the extent is empty.
 FloorPlan readFloorPlan(const std::filesystem::path& path, const std::array<double, 4>& extent);
+
+/// Reads a home.json, or that of a folder (io::readHomePlan()); its own coordinates are those of the map.
+FloorPlan readHomeFloorPlan(const std::filesystem::path& path);
 
 /// Everything the page shows. Texts may hold anything; they are escaped.
 struct MapPage {
@@ -44,8 +49,8 @@ struct MapPage {
 };
 
 /// The whole page. The same input gives the same bytes.
-/// Throws Error when page.label is not in the vocabulary, the floor plan cannot be used, or the zones are of
-/// another run.
+/// Throws Error when page.label is not in the vocabulary, the floor plan cannot be used (without poses; most
+/// of the frames lie in none of its rooms), or the zones are of another run.
 std::string renderMapPage(const MapPage& page);
 
 /// Renders and writes the page beside `path`, then renames it. Throws Error, also when it cannot be written.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/report/map_page.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -189,6 +190,45 @@ TEST(MapPage, FloorPlanIsCheckedAndEmbedded) {
   MapPage impossible{unposed};
   impossible.floorPlan = page.floorPlan;
   EXPECT_THAT([&] { renderMapPage(impossible); }, FailsWith(ErrorCode::insufficientData));
+}
+
+/// Two rooms that hold the ring of sampleMap(), or lie so far away.
+FloorPlan homePlan(const ScratchFolder& scratch, double away) {
+  test::writeFile(
+      scratch / "home.json",
+      fmt::format(R"({{"rooms": [{{"name": "west <wing>", "polygon": [[{0}, -20], [{1}, -20], [{1}, 20],
+                                              [{0}, 20]]}},
+                                             {{"name": "east", "polygon": [[{1}, -20], [{2}, -20], [{2}, 20], [{1}, 20]]}}],
+                                   "doors": [{{"at": [{1}, 0], "axis": "y", "width": 1, "rooms": ["east"]}}],
+                                   "windows": [{{"at": [{0}, 0], "axis": "y", "width": 2, "room": "east"}}]}})",
+                  away - 20, away, away + 20));
+  return readHomeFloorPlan(scratch.path());
+}
+
+TEST(MapPage, HomesAreDrawnWithTheirRoomsDoorsAndWindows) {
+  const ScratchFolder scratch;
+  const TopologicalMap map = sampleMap(), unnamed = sampleMap({.rooms = false}),
+                       unposed = sampleMap({.poses = false});
+  MapPage page{map};
+  page.floorPlan = homePlan(scratch, 0);
+  EXPECT_EQ(page.floorPlan->xMin, -20);
+  EXPECT_EQ(page.floorPlan->yMax, 20);
+  const std::string html = renderMapPage(page);
+  expectWellFormed(html);
+  expectNothingFromOutside(html);
+  for (const auto& [kind, most] : {std::pair{"floor", 4U}, {"wall", 4U}, {"door", 2U}, {"window", 2U}})
+    EXPECT_EQ(count(html, fmt::format("<path class=\"{}\"", kind)), most) << "wide and narrow";
+  EXPECT_EQ(count(html, "wing"), 0U) << "rooms are named beside their nodes";
+  MapPage named{unnamed};
+  named.floorPlan = page.floorPlan;
+  EXPECT_EQ(count(renderMapPage(named), "west &lt;wing&gt;"), 2U);
+
+  MapPage impossible{unposed};
+  impossible.floorPlan = page.floorPlan;
+  EXPECT_THAT([&] { renderMapPage(impossible); }, FailsWith(ErrorCode::insufficientData));
+  page.floorPlan = homePlan(scratch, 500);
+  EXPECT_THAT([&] { renderMapPage(page); }, FailsWith(ErrorCode::mismatch, "0 of")) << "another origin";
+  EXPECT_THAT([&] { readHomeFloorPlan(scratch / "none"); }, FailsWith(ErrorCode::fileNotFound, "none"));
 }
 
 /// Zones of the frames of a map: its nodes 0 and 1 are one zone, all others another.
