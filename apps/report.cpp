@@ -69,10 +69,8 @@ void writeMap(const ReportArguments& arguments, const CLI::App& command) {
   writeMapPage(arguments.output, page);
 }
 
-void writeZones(const ReportArguments& arguments) {
-  for (const auto& [name, value] : {std::pair("--label", arguments.label),
-                                    {"--floor-plan", arguments.floorPlan},
-                                    {"--zones", arguments.zones}})
+void writeZones(const ReportArguments& arguments, const CLI::App& command) {
+  for (const auto& [name, value] : {std::pair("--label", arguments.label), {"--zones", arguments.zones}})
     if (!value.empty())
       throw Error(ErrorCode::invalidOption,
                   fmt::format("{} goes with a map; {} holds zones", name, arguments.file));
@@ -80,6 +78,7 @@ void writeZones(const ReportArguments& arguments) {
   ZonesPage page{zones};
   page.title = titleOf(arguments);
   page.measures = measuresOf(evaluate(zones));
+  if (!arguments.floorPlan.empty()) page.floorPlan = floorPlanOf(arguments, command);
   std::optional<MapStore> map;
   if (!arguments.map.empty()) {
     map.emplace(MapStore::open(arguments.map, MapStore::Access::read));
@@ -94,7 +93,7 @@ void run(const ReportArguments& arguments, const CLI::App& command) {
                 pageStart);
   requireReplaceable(arguments.output, arguments.overwrite, nullptr, "page");
   const bool zones = isZoneFile(arguments.file);
-  zones ? writeZones(arguments) : writeMap(arguments, command);
+  zones ? writeZones(arguments, command) : writeMap(arguments, command);
   if (arguments.json)
     print(nlohmann::ordered_json{
         {"file", arguments.output}, {"shows", zones ? "zones" : "map"}, {"title", titleOf(arguments)}});

@@ -77,6 +77,7 @@
 #include "estancia/objects/training.hpp"
 
 #include "estancia/report/cloud_image.hpp"
+#include "estancia/report/floor_plan.hpp"
 #include "estancia/report/map_page.hpp"
 #include "estancia/report/measures.hpp"
 #include "estancia/report/page_images.hpp"

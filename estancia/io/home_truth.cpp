@@ -227,8 +227,9 @@ std::vector<std::string> roomsSeen(const HomeTruth& truth, const Sequence& seque
 }
 
 std::vector<std::string> roomsSeen(const fs::path& folder, const std::vector<std::string>& images) {
+  const HomeTruth truth = readHomeTruth(folder);
   const auto sequence = openSequence(folder);
-  const std::vector<std::string> rooms = roomsSeen(readHomeTruth(folder), *sequence);
+  const std::vector<std::string> rooms = roomsSeen(truth, *sequence);
   std::unordered_map<std::string, std::string> byName;
   for (std::size_t i = 0; i < rooms.size(); ++i)
     byName.emplace(fs::path(sequence->frame(i).name).filename(), rooms[i]);

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "estancia/core/fail.hpp"
+#include "estancia/report/floor_plan_figure.hpp"
 
 namespace estancia {
 namespace {
@@ -108,17 +109,21 @@ void drawFloorPlan(Markup& svg, const FloorPlan& plan, const Fit& fit, double na
   plan.home ? drawHome(svg, *plan.home, fit, nameSize) : drawImage(svg, plan, fit);
 }
 
-void requireFitting(const FloorPlan& plan, const MapLayout& layout) {
-  if (!layout.metric)
-    throw Error(ErrorCode::insufficientData,
-                "a floor plan needs frames with poses, and this map has none; leave the floor plan out");
-  if (!plan.home) return;
+std::vector<Point> cornersOf(const FloorPlan& plan) {
+  return {{plan.xMin, plan.yMin}, {plan.xMax, plan.yMax}};
+}
+
+void requireFitting(const FloorPlan& plan, const std::vector<std::optional<Point>>& frames) {
   std::size_t posed = 0, inside = 0;
-  for (const auto& frame : layout.frames) {
+  for (const auto& frame : frames) {
     if (!frame) continue;
     ++posed;
-    inside += io::roomAt(*plan.home, frame->x, frame->y) ? 1 : 0;
+    inside += plan.home && io::roomAt(*plan.home, frame->x, frame->y) ? 1 : 0;
   }
+  if (posed == 0)
+    throw Error(ErrorCode::insufficientData,
+                "a floor plan needs frames with poses, and none has one; leave the floor plan out");
+  if (!plan.home) return;
   if (2 * inside < posed)
     fail(
         ErrorCode::mismatch,

@@ -1,19 +1,28 @@
-// Floor plan: the building under the drawing of a map.
+// Floor plan: the building under the drawing of a map or of zones.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "estancia/report/html.hpp"
-#include "estancia/report/layout.hpp"
-#include "estancia/report/map_page.hpp"
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <vector>
 
-namespace estancia::report {
+#include "estancia/io/home_plan.hpp"
 
-/// Draws the image, or floors, walls, doors as gaps in them, windows as double lines, and the names of rooms
-/// in letters of `nameSize` pixels (0: none).
-void drawFloorPlan(Markup& svg, const FloorPlan& plan, const Fit& fit, double nameSize);
+namespace estancia {
 
-/// Throws Error where the map cannot be drawn on it: no poses (insufficientData), or fewer than half of the
-/// posed frames lie in rooms (mismatch), as when the trajectory has another origin.
-void requireFitting(const FloorPlan& plan, const MapLayout& layout);
+/// A drawing of the building: an image, or rooms with doors and windows.
+struct FloorPlan {
+  std::vector<unsigned char> image;               ///< a JPEG, PNG, GIF or WebP file
+  double xMin = 0, yMin = 0, xMax = 0, yMax = 0;  ///< what its edges are in the map [m]; y grows upwards
+  std::optional<io::HomePlan> home = {};          ///< drawn instead of the image
+};
 
-}  // namespace estancia::report
+/// Reads the image. `extent` is xMin, yMin, xMax, yMax [m].
+/// Throws Error when it cannot be read, is no image, is larger than 8 MB, or the extent is empty.
+FloorPlan readFloorPlan(const std::filesystem::path& path, const std::array<double, 4>& extent);
+
+/// Reads a home.json, or that of a folder (io::readHomePlan()); its own coordinates are those of the map.
+FloorPlan readHomeFloorPlan(const std::filesystem::path& path);
+
+}  // namespace estancia

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <set>
 
-#include "estancia/report/floor_plan.hpp"
+#include "estancia/report/floor_plan_figure.hpp"
 #include "estancia/report/label_places.hpp"
 #include "estancia/report/symbols.hpp"
 
@@ -80,7 +80,8 @@ Placement place(const MapSummary& summary, const MapLayout& layout, const FloorP
   std::vector<Point> extent = layout.nodes;
   for (const auto& frame : layout.frames)
     if (frame) extent.push_back(*frame);
-  if (plan != nullptr) extent.insert(extent.end(), {{plan->xMin, plan->yMin}, {plan->xMax, plan->yMax}});
+  if (plan != nullptr)
+    for (const Point& corner : cornersOf(*plan)) extent.push_back(corner);
   const auto fitNow = [&] {
     return fitInto(extent, {side, top, style.width - 2 * side, style.height - 2 * top - below},
                    !layout.metric);

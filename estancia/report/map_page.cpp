@@ -12,7 +12,7 @@
 #include "estancia/core/fail.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/report/decision_chart.hpp"
-#include "estancia/report/floor_plan.hpp"
+#include "estancia/report/floor_plan_figure.hpp"
 #include "estancia/report/html.hpp"
 #include "estancia/report/image_grid.hpp"
 #include "estancia/report/label_bars.hpp"
@@ -202,7 +202,7 @@ void addExplorer(Markup& body, const MapPage& page, const MapSummary& summary, c
   const HeatMap heat = heatMapOf(page.map, page.label.value_or(mostTellingLabel(page.map)));
   const FloorPlan* plan = page.floorPlan ? &*page.floorPlan : nullptr;
   const MapLayout layout = layoutMap(summary, plan != nullptr);
-  if (plan != nullptr) requireFitting(*plan, layout);
+  if (plan != nullptr) requireFitting(*plan, layout.frames);
 
   body.open("section", {{"class", "explore"}, {"id", "map"}, {"aria-label", "Map"}});
   body.open("form", {{"id", "search"}, {"role", "search"}, {"hidden", ""}});

@@ -9,6 +9,7 @@
 #include <set>
 #include <tuple>
 
+#include "estancia/report/floor_plan_figure.hpp"
 #include "estancia/report/label_places.hpp"
 
 namespace estancia::report {
@@ -166,10 +167,14 @@ std::vector<ZoneSymbol> placeSymbols(const std::vector<std::optional<Point>>& po
   return symbols;
 }
 
-Markup zoneFigure(const ZonesSummary& summary, const DrivenPath& path, FigureStyle style) {
+Markup zoneFigure(const ZonesSummary& summary, const DrivenPath& path, FigureStyle style,
+                  const FloorPlan* plan) {
   std::vector<Point> extent;
   for (const auto& point : path.points)
     if (point) extent.push_back(*point);
+  const std::size_t images = extent.size();
+  if (plan != nullptr)
+    for (const Point& corner : cornersOf(*plan)) extent.push_back(corner);
   std::vector<std::size_t> zoneOf;
   for (const int zone : summary.zones->zoneOf)
     zoneOf.push_back(std::min(static_cast<std::size_t>(zone), summary.styled));
@@ -177,7 +182,7 @@ Markup zoneFigure(const ZonesSummary& summary, const DrivenPath& path, FigureSty
   const double area = style.width * style.height;
   const std::size_t most = std::min(mostSymbols, static_cast<std::size_t>(area / 120));
   const double radius =
-      std::clamp(0.15 * std::sqrt(area / static_cast<double>(std::min(extent.size(), most))), 3.0, 6.0);
+      std::clamp(0.15 * std::sqrt(area / static_cast<double>(std::min(images, most))), 3.0, 6.0);
   const auto symbolsOf = [&](const Fit& fit) {
     std::vector<std::optional<Point>> points;
     for (const auto& point : path.points) points.push_back(point ? std::optional(fit(*point)) : std::nullopt);
@@ -189,9 +194,10 @@ Markup zoneFigure(const ZonesSummary& summary, const DrivenPath& path, FigureSty
   fit = fitPath(extent, radius + overhang(symbolsOf(fit), extent, fit), style);
   const std::vector<ZoneSymbol> symbols = symbolsOf(fit);
 
-  Markup svg = openFigure("map", style,
-                          fmt::format("{} in {} from above", counted(extent.size(), "image"),
-                                      counted(summary.list.size(), "zone")));
+  Markup svg = openFigure(
+      "map", style,
+      fmt::format("{} in {} from above", counted(images, "image"), counted(summary.list.size(), "zone")));
+  if (plan != nullptr) drawFloorPlan(svg, *plan, fit, style.fontSize);
   drawPath(svg, path.points, fit);
   const Box scale = drawScale(svg, fit.scale, style);
   drawSymbols(svg, summary, symbols, radius);

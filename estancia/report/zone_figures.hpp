@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "estancia/report/driven_path.hpp"
+#include "estancia/report/floor_plan.hpp"
 #include "estancia/report/html.hpp"
 #include "estancia/report/visits.hpp"
 #include "estancia/report/zone_summary.hpp"
@@ -29,8 +30,10 @@ std::vector<ZoneSymbol> placeSymbols(const std::vector<std::optional<Point>>& po
                                      const std::vector<std::size_t>& zoneOf, double gap, std::size_t most);
 
 /// An <svg> of the driven path and the symbols of the zones, the smallest zones on top, with numbers and
-/// words where there is room. `path` must not be empty.
-Markup zoneFigure(const ZonesSummary& summary, const DrivenPath& path, FigureStyle style);
+/// words where there is room. `path` must not be empty; with a `plan` (nullptr: none) it must be one from
+/// above.
+Markup zoneFigure(const ZonesSummary& summary, const DrivenPath& path, FigureStyle style,
+                  const FloorPlan* plan = nullptr);
 
 /// A stay in a zone.
 struct Stay : Visit {

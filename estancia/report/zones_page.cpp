@@ -10,6 +10,7 @@
 
 #include "estancia/core/output_file.hpp"
 #include "estancia/report/driven_path.hpp"
+#include "estancia/report/floor_plan_figure.hpp"
 #include "estancia/report/html.hpp"
 #include "estancia/report/image_grid.hpp"
 #include "estancia/report/label_bars.hpp"
@@ -165,7 +166,9 @@ void addFigure(Markup& body, const char* area, const char* title, const char* ca
 void addExplorer(Markup& body, const ZonesPage& page, const ZonesSummary& summary) {
   std::vector<std::optional<Pose>> poses;
   for (const Frame& frame : page.zones.frames) poses.push_back(frame.pose);
-  const DrivenPath path = projectPath(poses);
+  const FloorPlan* plan = page.floorPlan ? &*page.floorPlan : nullptr;
+  const DrivenPath path = projectPath(poses, /*fromAbove=*/plan != nullptr);
+  if (plan != nullptr) requireFitting(*plan, path.points);
 
   body.open("section",
             {{"class", path.empty ? "explore flat" : "explore"}, {"id", "map"}, {"aria-label", "Zones"}});
@@ -174,7 +177,7 @@ void addExplorer(Markup& body, const ZonesPage& page, const ZonesSummary& summar
         body, "image", "From above",
         "Every symbol is an image, where it was taken; images from one place stand round it. The dotted "
         "line is the driven path.",
-        580, 440, [&](const FigureStyle& style) { return zoneFigure(summary, path, style); });
+        580, 440, [&](const FigureStyle& style) { return zoneFigure(summary, path, style, plan); });
   addFigure(body, "when", "Over the run", "Which zone each image is in, from the first image to the last.",
             62, 58, [&](const FigureStyle& style) { return timeStrip(summary, style); });
   body.open("div", {{"class", "side"}}).open("div", {{"class", "panel"}});

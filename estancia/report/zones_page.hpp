@@ -4,9 +4,11 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "estancia/report/floor_plan.hpp"
 #include "estancia/report/measures.hpp"
 #include "estancia/report/page_images.hpp"
 #include "estancia/zones/zones.hpp"
@@ -19,14 +21,17 @@ struct ZonesPage {
   std::string title = "A run and its zones";
   std::string date = {};               ///< shown as it is; "" keeps pages reproducible
   std::vector<Measure> measures = {};  ///< shown in this order
-  PageImages images = {};              ///< by the numbers of Zones::frames
-  std::size_t cards = 60;              ///< only this many of the largest zones get images and words
+  /// Drawn under the zones; needs poses in a z-up map.
+  std::optional<FloorPlan> floorPlan = {};
+  PageImages images = {};  ///< by the numbers of Zones::frames
+  std::size_t cards = 60;  ///< only this many of the largest zones get images and words
 };
 
-/// The whole page. The same input gives the same bytes.
+/// The whole page. The same input gives the same bytes. Throws Error when the floor plan cannot be used.
 std::string renderZonesPage(const ZonesPage& page);
 
-/// Renders and writes the page beside `path`, then renames it. Throws Error when it cannot be written.
+/// Renders and writes the page beside `path`, then renames it. Throws Error as above, and when it cannot be
+/// written.
 void writeZonesPage(const std::filesystem::path& path, const ZonesPage& page);
 
 }  // namespace estancia

@@ -258,7 +258,8 @@ TEST_F(Command, EvaluatesAgainstTheRoomsThatImagesSee) {
               "truth.csv");
   expectError(run({"evaluate", map_, scratch_ / "drive", "--model", model_, "--truth", scratch_ / "drive"}),
               ErrorCode::invalidOption, "drive");
-  expectError(run({"evaluate", map_, "--truth", images_}), ErrorCode::fileNotFound, "images");
+  expectError(run({"evaluate", map_, "--truth", scratch_ / "drive/rgb"}), ErrorCode::fileNotFound,
+              "home.json");
 }
 
 TEST_F(Command, ExplainsExportsAndReports) {

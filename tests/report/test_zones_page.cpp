@@ -10,6 +10,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/topology/store.hpp"
 #include "sample_zones.hpp"
+#include "support/errors.hpp"
 #include "support/html_checks.hpp"
 #include "support/support.hpp"
 
@@ -74,6 +75,21 @@ TEST(ZonesPage, AbsurdPosesAreNoPlaces) {
   const std::string html = renderZonesPage({zones});
   expectSound(html);
   EXPECT_EQ(count(html, "<figure class=\"figure image\">"), 0U);
+}
+
+TEST(ZonesPage, FloorPlansAreDrawnUnderTheZones) {
+  Zones zones = sampleZones({.zones = 3});
+  ZonesPage page{zones};
+  page.floorPlan = FloorPlan{{}, -500, -500, 500, 500, io::HomePlan{}};
+  page.floorPlan->home->rooms = {{"hall", {{-500, -500}, {500, -500}, {500, 500}, {-500, 500}}}};
+  const std::string html = renderZonesPage(page);
+  expectSound(html);
+  EXPECT_EQ(count(html, "<path class=\"wall\""), 2U) << "wide and narrow";
+  EXPECT_EQ(count(html, ">hall</text>"), 2U);
+  page.floorPlan->home->rooms[0].polygon = {{900, 900}, {901, 900}, {901, 901}};
+  EXPECT_THAT([&] { renderZonesPage(page); }, test::FailsWith(ErrorCode::mismatch)) << "another origin";
+  for (Frame& frame : zones.frames) frame.pose.reset();
+  EXPECT_THAT([&] { renderZonesPage(page); }, test::FailsWith(ErrorCode::insufficientData));
 }
 
 TEST(ZonesPage, ARobotThatStandsStillIsDrawn) {
