@@ -40,8 +40,8 @@ TEST(AlteredDrive, LeavesOutFrames) {
 
 TEST(AlteredDrive, AddsNoiseThatGrowsWithTheSquareOfDepth) {
   const auto drive = tableDrive({0, 5});
-  const AlteredDrive noisy(drive, {.every = 1, .noise = 0.01, .seed = 3}), same(drive, {1, 0.01, 3}),
-      other(drive, {1, 0.01, 4});
+  const AlteredDrive noisy(drive, {1, 0.01, 0, 0, 3}), same(drive, {1, 0.01, 0, 0, 3}),
+      other(drive, {1, 0.01, 0, 0, 4});
   const cv::Mat truth = drive->depth(1), depth = noisy.depth(1);
   double sum = 0, count = 0;
   for (int i = 0; i < static_cast<int>(truth.total()); ++i) {
@@ -57,6 +57,28 @@ TEST(AlteredDrive, AddsNoiseThatGrowsWithTheSquareOfDepth) {
   EXPECT_EQ(cv::norm(depth, same.depth(1)), 0);
   EXPECT_GT(cv::norm(depth, other.depth(1)), 0);
   EXPECT_THAT([&] { AlteredDrive(drive, {.every = 0}); }, FailsWith(ErrorCode::invalidOption));
+}
+
+TEST(AlteredDrive, WheelsErrAStepAtATime) {
+  const auto drive = tableDrive({0, 5, 10, 15, 20, 25, 30, 35});
+  EXPECT_TRUE(AlteredDrive(drive, {}).wheels().empty());
+  const auto steps = [&](const std::vector<std::optional<Pose>>& poses) {
+    std::vector<double> lengths;
+    for (std::size_t i = 1; i < poses.size(); ++i)
+      lengths.push_back(distanceBetween(*poses[i], *poses[i - 1]));
+    return lengths;
+  };
+  const auto tiny = AlteredDrive(drive, {1, 0, 1e-9, 0, 1}).wheels();
+  ASSERT_EQ(tiny.size(), drive->size());
+  EXPECT_NEAR(distanceBetween(*tiny.front(), *tiny.back()),
+              distanceBetween(*drive->frame(0).pose, *drive->frame(7).pose), 1e-6)
+      << "the path as it is, from another origin";
+  const AlteredDrive noisy(drive, {1, 0, 10, 2, 1});
+  const auto lengths = steps(noisy.wheels()), again = steps(noisy.wheels()), right = steps(tiny);
+  EXPECT_EQ(lengths, again);
+  for (std::size_t i = 0; i < right.size(); ++i) EXPECT_NEAR(lengths[i], right[i], 0.4 * right[i]);
+  EXPECT_NE(lengths, right);
+  EXPECT_EQ(AlteredDrive(drive, {3, 0, 10, 2, 1}).wheels().size(), 3U);
 }
 
 class OdometryErrors : public testing::Test {
@@ -84,16 +106,17 @@ class OdometryErrors : public testing::Test {
 TEST_F(OdometryErrors, AreMeasuredForEveryVariant) {
   const std::string text = drive_ +
                            "[[variant]]\nname = \"plain\"\n[[variant]]\nname = \"half\"\nevery = 2\n"
-                           "[[variant]]\nname = \"noise\"\nnoise = 0.0012\n";
+                           "[[variant]]\nname = \"noise\"\nnoise = 0.0012\n"
+                           "[[variant]]\nname = \"wheels\"\nwheel_shift = 3\nwheel_turn = 2\n";
   const Findings found = run(text);
   ASSERT_EQ(found.sections.size(), 1U);
   const auto& table = std::get<ResultTable>(found.sections[0]);
-  ASSERT_EQ(table.rows.size(), 3U);
+  ASSERT_EQ(table.rows.size(), 4U);
   EXPECT_EQ(table.rows[0].values[0], 6) << "frames";
   EXPECT_EQ(table.rows[1].values[0], 3) << "frames";
-  EXPECT_EQ(table.columns[5].name, "RMSE [m]");
-  EXPECT_LT(table.rows[0].values[5], 0.05) << "a path of a quarter of a meter";
-  EXPECT_NE(table.rows[0].values[5], table.rows[2].values[5]);
+  EXPECT_EQ(table.columns[6].name, "RMSE [m]");
+  EXPECT_LT(table.rows[0].values[6], 0.05) << "a path of a quarter of a meter";
+  EXPECT_NE(table.rows[0].values[6], table.rows[2].values[6]);
   const std::string before = readFile(scratch_ / "out/results.csv");
   std::filesystem::remove_all(scratch_ / "out");
   run(text);

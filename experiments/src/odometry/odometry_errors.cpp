@@ -22,7 +22,7 @@
 namespace estancia::experiments {
 namespace {
 
-constexpr int odometryErrorsVersion = 1;  // of what follows: cells of another one are computed anew
+constexpr int odometryErrorsVersion = 2;  // of what follows: cells of another one are computed anew
 
 /// The words of a drive's frames, by their numbers; empty where an image could not be read.
 std::vector<LexicalDescriptor> wordsOf(const Sequence& images, const DescriptorSequence& recording) {
@@ -48,6 +48,7 @@ CellResults compareWithTruth(const Sequence& sequence, const RgbdTrajectory& tra
       std::ranges::count_if(trajectory.poses, [](const auto& pose) { return pose.has_value(); }));
   CellResults results{{"frames", "", static_cast<double>(sequence.size())},
                       {"placed", "", placed},
+                      {"bridged", "", static_cast<double>(trajectory.bridged.size())},
                       {"keyframes", "", static_cast<double>(trajectory.keyframes.size())},
                       {"loops", "", static_cast<double>(trajectory.loops.size())}};
   if (truth.empty()) return results;
@@ -92,7 +93,7 @@ CellResults track(const TrackedDrive& drive, const OdometryErrorsOptions::Varian
   const AlteredDrive altered(drive.images, alteration);
   const FrameWords words{[&](std::size_t frame) { return drive.words.at(altered.original(frame)); },
                          vocabulary.layout().parts};
-  return compareWithTruth(altered, trackRgbd(altered, {}, words, progress));
+  return compareWithTruth(altered, trackRgbd(altered, {}, words, progress, altered.wheels()));
 }
 
 OptionGroup declare(OdometryErrorsOptions::Variant& variant) {
@@ -100,6 +101,13 @@ OptionGroup declare(OdometryErrorsOptions::Variant& variant) {
   group.add("name", &variant.name, "What to call it");
   group.add("every", &variant.alteration.every, "Only every so many-th frame").range(1, 1000);
   group.add("noise", &variant.alteration.noise, "k of the depth's deviation k z²").unit("1/m").range(0, 1);
+  group
+      .add("wheel-shift", &variant.alteration.wheelShift, "Deviation of a step's length as wheels measure it")
+      .unit("%")
+      .range(0, 100);
+  group.add("wheel-turn", &variant.alteration.wheelTurn, "Deviation of a step's turn as wheels measure it")
+      .unit("degrees")
+      .range(0, 90);
   return group;
 }
 
@@ -139,8 +147,8 @@ OdometryErrorsOptions readOdometryErrors(ConfigFile& config) {
 GridColumns odometryErrorsColumns() {
   return {{"model", "drive", "variant"},
           "",
-          {"frames", "placed", "keyframes", "loops", "path", "rmse", "median", "max", "relative_translation",
-           "relative_rotation"}};
+          {"frames", "placed", "bridged", "keyframes", "loops", "path", "rmse", "median", "max",
+           "relative_translation", "relative_rotation"}};
 }
 
 Findings compareOdometry(const OdometryErrorsOptions& options, Grid& grid, const ExperimentRun& run,
@@ -157,10 +165,11 @@ Findings compareOdometry(const OdometryErrorsOptions& options, Grid& grid, const
     std::vector<Cell> cells;
     for (std::size_t d = 0; d < drives.size(); ++d)
       for (const auto& variant : options.variants)
-        cells.push_back({{model.name, present[d].name, variant.name},
-                         sha256(fmt::format("{} {} {} {} {} {}", odometryErrorsVersion, labeler->cacheKey(),
-                                            drives[d].digest, variant.alteration.every,
-                                            variant.alteration.noise, options.seed))});
+        cells.push_back(
+            {{model.name, present[d].name, variant.name},
+             sha256(fmt::format("{} {} {} {} {} {} {} {}", odometryErrorsVersion, labeler->cacheKey(),
+                                drives[d].digest, variant.alteration.every, variant.alteration.noise,
+                                variant.alteration.wheelShift, variant.alteration.wheelTurn, options.seed))});
     for (TrackedDrive& drive : drives) drive.words.clear();  // those of the model before
     const auto found = grid.run(
         cells,
@@ -188,6 +197,7 @@ Findings findingsOf(const OdometryErrorsResults& results) {
   const std::vector<std::pair<std::string, ResultTable::Column>> columns{
       {"frames", {"frames", 0}},
       {"placed", {"placed", 0}},
+      {"bridged", {"bridged", 0}},
       {"keyframes", {"keyframes", 0}},
       {"loops", {"loops", 0}},
       {"path", {"path [m]", 1}},
@@ -207,15 +217,16 @@ Findings findingsOf(const OdometryErrorsResults& results) {
       for (std::size_t v = 0; v < results.variants.size(); ++v)
         rows.emplace_back(results.variants[v],
                           results.cells[(m * results.drives.size() + d) * results.variants.size() + v]);
-      findings.sections.emplace_back(pivot(
-          ResultTable{
-              results.models.size() == 1 ? results.drives[d] : results.drives[d] + ", " + results.models[m],
-              "Distances of the placed frames to their true positions after the best rigid alignment "
-              "(ATE); errors of the motion from one placed frame to the next (RPE).",
-              "drive",
-              {},
-              {}},
-          rows, measures));
+      findings.sections.emplace_back(
+          pivot(ResultTable{results.models.size() == 1 ? results.drives[d]
+                                                       : results.drives[d] + ", " + results.models[m],
+                            "Bridged: placed without being tracked. Distances of the placed frames to their "
+                            "true positions after the best rigid alignment "
+                            "(ATE); errors of the motion from one placed frame to the next (RPE).",
+                            "drive",
+                            {},
+                            {}},
+                rows, measures));
     }
   findings.summary = fmt::format("{} drives in {} variants, tracked with the defaults.",
                                  results.drives.size(), results.variants.size());

@@ -39,7 +39,7 @@ struct OdometryErrorsOptions {
 /// Throws Error `file:line: …` on unknown, missing or wrong keys.
 OdometryErrorsOptions readOdometryErrors(ConfigFile& config);
 
-/// model,drive,variant,frames,placed,keyframes,loops,path,rmse,median,max,relative_translation,…
+/// model,drive,variant,frames,placed,bridged,keyframes,loops,path,rmse,median,max,relative_translation,…
 GridColumns odometryErrorsColumns();
 
 /// Tracks with the defaults of the odometry. Throws Error when a model, or a drive that is not optional,
