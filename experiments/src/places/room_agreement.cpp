@@ -56,15 +56,42 @@ std::size_t countOf(std::vector<std::string> names) {
   return different.size();
 }
 
-Clusters placesOf(const LabeledDrive& drive) {
-  const ScratchMap file(drive.recording, drive.scratch);
+DescriptorSequence withoutPoses(DescriptorSequence recording) {
+  for (Frame& frame : recording.frames) frame.pose.reset();
+  return recording;
+}
+
+Clusters placesIn(const DescriptorSequence& recording, const fs::path& scratch) {
+  const ScratchMap file(recording, scratch);
   Clusters clusters;
   for (const MappedFrame& frame : readMap(file.path()).frames) clusters.push_back(frame.node);
   return clusters;
 }
 
-Clusters zonesOf(const LabeledDrive& drive) {
+Clusters places(const LabeledDrive& drive) {
+  return placesIn(drive.recording, drive.scratch);
+}
+
+Clusters placesWithoutPoses(const LabeledDrive& drive) {
+  return placesIn(withoutPoses(drive.recording), drive.scratch);
+}
+
+Clusters zones(const LabeledDrive& drive) {
   return findZones(drive.recording).zoneOf;
+}
+
+Clusters zonesOfRun(const DescriptorSequence& recording) {
+  ZoneOptions options;
+  options.reach = ZoneOptions::reachOfRun;
+  return findZones(recording, options).zoneOf;
+}
+
+Clusters zonesOfPosedRun(const LabeledDrive& drive) {
+  return zonesOfRun(drive.recording);
+}
+
+Clusters zonesOfUnposedRun(const LabeledDrive& drive) {
+  return zonesOfRun(withoutPoses(drive.recording));
 }
 
 Clusters asManyZonesAsRooms(const LabeledDrive& drive) {
@@ -84,9 +111,12 @@ struct Clustering {
 };
 
 constexpr Clustering kClusterings[] = {
-    {"places", "the places of a map", placesOf},
-    {"zones", "semantic zones, as many as are found", zonesOf},
-    {"zones-as-rooms", "semantic zones, as many as there are rooms", asManyZonesAsRooms},
+    {"places", "the places of a map", places},
+    {"places-without-poses", "the places of a map of images alone", placesWithoutPoses},
+    {"zones-of-run", "zones of a map: words, time and positions", zonesOfPosedRun},
+    {"zones-of-run-without-poses", "zones of a map without poses: words and time", zonesOfUnposedRun},
+    {"zones", "zones of images in any order", zones},
+    {"zones-as-rooms", "zones of images in any order, as many as there are rooms", asManyZonesAsRooms},
     {"rooms", "the rooms stood in: what no clustering of the rooms seen can be blamed for", rooms},
 };
 
