@@ -82,7 +82,7 @@ Strongest strongestOf(const FloorHeat& heat, const Areas& areas) {
   return strongest;
 }
 
-Json toJson(const Area& area) {
+Json areaJson(const Area& area) {
   Json outline = Json::array();
   for (const cv::Point2d& corner : area.outline) outline.push_back({corner.x, corner.y});
   return {{"id", area.id},         {"name", area.name},
@@ -93,7 +93,7 @@ Json toJson(const Area& area) {
 void printJson(const AreasArguments& arguments, const Areas& areas, const std::vector<Measure>& measures,
                const std::optional<Strongest>& strongest) {
   Json json{{"file", arguments.output}, {"areas", Json::array()}, {"frames", Json::array()}};
-  for (const Area& area : areas.areas) json["areas"].push_back(toJson(area));
+  for (const Area& area : areas.areas) json["areas"].push_back(areaJson(area));
   for (std::size_t i = 0; i < areas.zones.frames.size(); ++i)
     json["frames"].push_back({{"image", areas.zones.frames[i].name}, {"area", areas.zones.zoneOf[i]}});
   if (strongest)
@@ -101,7 +101,7 @@ void printJson(const AreasArguments& arguments, const Areas& areas, const std::v
                     {"position", {strongest->x, strongest->y}},
                     {"p", strongest->value},
                     {"area", strongest->area < 0 ? Json() : Json(strongest->area)}};
-  json["measures"] = apps::toJson(measures);
+  json["measures"] = toJson(measures);
   print(json);
 }
 

@@ -81,8 +81,8 @@ void collect(const CollectArguments& a) {
 
 // ---- label
 
-struct LabelArguments {
-  explicit LabelArguments(CLI::App& command) : declared(command) {}
+struct LabelViewsArguments {
+  explicit LabelViewsArguments(CLI::App& command) : declared(command) {}
   std::string views, output;
   ObjectViewsOptions format;
   CropOptions crops;
@@ -91,7 +91,7 @@ struct LabelArguments {
   DeclaredOptions declared;
 };
 
-std::string outputOf(const LabelArguments& a) {
+std::string outputOf(const LabelViewsArguments& a) {
   if (!a.output.empty()) return a.output;
   if (!isObjectSamples(a.views))
     throw Error(
@@ -100,7 +100,7 @@ std::string outputOf(const LabelArguments& a) {
   return labelFileOf(a.views).string();
 }
 
-void label(const LabelArguments& a) {
+void label(const LabelViewsArguments& a) {
   const auto views = openObjectViews(a.views, a.format);
   for (const std::string& warning : views->warnings()) spdlog::warn("{}", warning);
   if (isObjectSamples(a.views) && a.crops.margin > maxCollectedMargin)
@@ -165,7 +165,7 @@ void addObjectsCollect(CLI::App& objects) {
 
 void addObjectsLabel(CLI::App& objects) {
   CLI::App* command = objects.add_subcommand("label", "Label the images of objects");
-  auto a = std::make_shared<LabelArguments>(*command);
+  auto a = std::make_shared<LabelViewsArguments>(*command);
   command->add_option("VIEWS", a->views, "A folder of `estancia objects collect`, or of another data set")
       ->required();
   a->declared.add(declare(a->format), {"type"});

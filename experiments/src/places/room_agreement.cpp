@@ -8,6 +8,7 @@
 #include <set>
 #include <utility>
 
+#include "estancia/areas/areas.hpp"
 #include "estancia/core/config.hpp"
 #include "estancia/core/digest.hpp"
 #include "estancia/io/home_truth.hpp"
@@ -100,6 +101,10 @@ Clusters asManyZonesAsRooms(const LabeledDrive& drive) {
   return findZones(drive.recording, options).zoneOf;
 }
 
+Clusters areas(const LabeledDrive& drive) {
+  return findAreas(drive.images, drive.recording).zones.zoneOf;
+}
+
 Clusters rooms(const LabeledDrive& drive) {
   return numbered(roomsStoodIn(drive.recording));
 }
@@ -108,6 +113,7 @@ struct Clustering {
   const char* name;
   const char* explanation;
   Clusters (*of)(const LabeledDrive& drive);
+  bool needsDepth = false;
 };
 
 constexpr Clustering kClusterings[] = {
@@ -117,6 +123,7 @@ constexpr Clustering kClusterings[] = {
     {"zones-of-run-without-poses", "zones of a map without poses: words and time", zonesOfUnposedRun},
     {"zones", "zones of images in any order", zones},
     {"zones-as-rooms", "zones of images in any order, as many as there are rooms", asManyZonesAsRooms},
+    {"areas", "areas: space by depth and poses", areas, true},
     {"rooms", "the rooms stood in: what no clustering of the rooms seen can be blamed for", rooms},
 };
 
@@ -236,7 +243,8 @@ Findings compareWithRooms(const RoomAgreementOptions& options, Grid& grid, const
   results.models = namesIn(models);
   results.methods = options.methods;
   if (results.methods.empty())
-    for (const Clustering& clustering : kClusterings) results.methods.emplace_back(clustering.name);
+    for (const Clustering& clustering : kClusterings)
+      if (!clustering.needsDepth) results.methods.emplace_back(clustering.name);
   std::vector<std::string> digests;
   for (const NamedDrive& drive : drives)
     digests.push_back(digestOf(drive.images) + digestOfTruth(drive.images.path));
