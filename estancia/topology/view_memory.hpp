@@ -1,5 +1,5 @@
-// PlaceView memory: single images of a growing map's places, by which these are recognized from another side.
-// Private. SPDX-License-Identifier: Apache-2.0
+// View memory: single images of places, by which these are known again from another side. Private.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
