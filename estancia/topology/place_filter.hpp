@@ -1,5 +1,5 @@
-// Place filter: a Bayes filter over the frames of a map without poses, and the direction of travel. Private.
-// Private. SPDX-License-Identifier: Apache-2.0
+// Place filter: a Bayes filter over stored images in driving order, for maps without poses. Private.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
