@@ -3,7 +3,6 @@
 #pragma once
 
 #include <opencv2/core/mat.hpp>
-#include <optional>
 
 #include "estancia/areas/floor_cells.hpp"
 #include "estancia/core/camera.hpp"
