@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 
 #include "common.hpp"
 #include "estancia/areas/areas.hpp"
@@ -64,10 +65,12 @@ struct Strongest {
   int area = -1;
 };
 
-Strongest strongestOf(const FloorHeat& heat, const Areas& areas) {
+/// Nothing where the word was never seen.
+std::optional<Strongest> strongestOf(const FloorHeat& heat, const Areas& areas) {
   cv::Point best;
   Strongest strongest;
   cv::minMaxLoc(heat.values, nullptr, &strongest.value, nullptr, &best);
+  if (!(strongest.value > 0)) return std::nullopt;
   const cv::Point2d at = heat.cells.centerOf(best);
   strongest.x = at.x;
   strongest.y = at.y;
@@ -96,11 +99,11 @@ void printJson(const AreasArguments& arguments, const Areas& areas, const std::v
   for (const Area& area : areas.areas) json["areas"].push_back(areaJson(area));
   for (std::size_t i = 0; i < areas.zones.frames.size(); ++i)
     json["frames"].push_back({{"image", areas.zones.frames[i].name}, {"area", areas.zones.zoneOf[i]}});
-  if (strongest)
+  if (!arguments.word.empty())
     json["word"] = {{"word", arguments.word},
-                    {"position", {strongest->x, strongest->y}},
-                    {"p", strongest->value},
-                    {"area", strongest->area < 0 ? Json() : Json(strongest->area)}};
+                    {"position", strongest ? Json{strongest->x, strongest->y} : Json()},
+                    {"p", strongest ? strongest->value : 0},
+                    {"area", strongest && strongest->area >= 0 ? Json(strongest->area) : Json()}};
   json["measures"] = toJson(measures);
   print(json);
 }
@@ -118,6 +121,7 @@ void printTable(const AreasArguments& arguments, const Areas& areas, const std::
     fmt::print("{:>4}  {:>6}  {:>4.1f} m²  {:>6.2f} {:>6.2f}   {}{}\n", area.id, area.frames, area.size,
                area.center.x, area.center.y, area.name, room);
   }
+  if (!arguments.word.empty() && !strongest) fmt::print("\n\"{}\" was not seen\n", printable(arguments.word));
   if (strongest)
     fmt::print("\n\"{}\" is most sure at ({:.2f}, {:.2f}) m{}: {:.2f}\n", printable(arguments.word),
                strongest->x, strongest->y,

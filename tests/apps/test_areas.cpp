@@ -1,10 +1,17 @@
-// `estancia areas find` refuses what it cannot use.
+// `estancia areas find` refuses what it cannot use, and says where words are.
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <opencv2/imgcodecs.hpp>
+
+#include "areas/floor_scene.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
 #include "support/errors.hpp"
+#include "support/model_support.hpp"
 #include "support/support.hpp"
 #include "support/synthetic.hpp"
 
@@ -57,6 +64,36 @@ TEST_F(AreasCommand, ZonesOfAnotherDriveSayNothingOfAMap) {
   }
   writeFile(file_, text);
   EXPECT_THAT(run({"localize", map, words_, "--zones", file_}), FailsWith(ErrorCode::mismatch, file_));
+}
+
+TEST_F(AreasCommand, SaysThatAWordWasNotSeen) {
+  const std::string home = scratch_ / "home";
+  writeSmallModel(scratch_ / "small", "scale = 0.5");
+  std::string poses;
+  for (int i = 0; i < 12; ++i) {  // a turn in the middle of a room, whose walls are all green: "word 1"
+    const Pose pose = lookingAt(2, 2, 1, i * std::numbers::pi / 6, -0.1);
+    cv::Mat depth;
+    boxDepth(pose, {0, 0, 4, 4}).convertTo(depth, CV_16U, 1000);
+    for (const char* folder : {"/rgb", "/depth"}) std::filesystem::create_directories(home + folder);
+    const std::string name = "/" + std::to_string(10 + i) + ".png";
+    cv::imwrite(home + "/depth" + name, depth);
+    cv::imwrite(home + "/rgb" + name, cv::Mat(48, 64, CV_8UC3, cv::Scalar(0, 255, 0)));
+    poses += fmt::format("{} {} {} {} {} {} {} {}\n", i, pose.x, pose.y, pose.z, pose.qx, pose.qy, pose.qz,
+                         pose.qw);
+  }
+  writeFile(home + "/poses.txt", poses);
+  writeFile(home + "/camera-intrinsics.txt", "52.5 0 31.5\n0 52.5 23.5\n0 0 1\n");
+  const auto find = [&](const std::string& word) {
+    const auto found = run({"areas", "find", home, "-o", file_, "--overwrite", "--model", scratch_ / "small",
+                            "--word", word, "--json"});
+    EXPECT_EQ(found.exitCode, 0) << found.err;
+    return nlohmann::json::parse(found.out)["word"];
+  };
+  EXPECT_GT(find("word 1")["p"], 0.2);
+  EXPECT_EQ(find("word 1")["area"], 0);
+  EXPECT_EQ(find("word 0")["p"], 0);
+  EXPECT_TRUE(find("word 0")["position"].is_null()) << "not the first cell of the floor";
+  EXPECT_TRUE(find("word 0")["area"].is_null());
 }
 
 }  // namespace
