@@ -15,6 +15,7 @@
 #include "estancia/io/sequence.hpp"
 #include "experiments/src/findings/pivot.hpp"
 #include "experiments/src/runner/config_lists.hpp"
+#include "experiments/src/runner/subjects.hpp"
 
 namespace estancia::experiments {
 namespace {
@@ -161,11 +162,7 @@ GridColumns homeSegmentationColumns() {
 
 Findings segmentHomes(const HomeSegmentationOptions& options, Grid& grid, const ExperimentRun& run,
                       Progress& progress) {
-  if (!run.models.empty())
-    throw Error(ErrorCode::invalidOption,
-                fmt::format("{} is no model that finds clusters: --models names networks, which segmentation "
-                            "has none of; leave it out",
-                            run.models.front()));
+  refuseModels(run, "segmentation");
   std::string classes = options.otherClass;
   for (const auto& [category, name] : options.classOf) classes += " " + category + "=" + name;
   std::vector<Cell> cells;

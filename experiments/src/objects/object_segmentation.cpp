@@ -14,6 +14,7 @@
 #include "experiments/src/objects/object_scenes.hpp"
 #include "experiments/src/objects/object_segmentation_findings.hpp"
 #include "experiments/src/runner/config_lists.hpp"
+#include "experiments/src/runner/subjects.hpp"
 #include "experiments/src/runner/work_queue.hpp"
 
 namespace estancia::experiments {
@@ -158,11 +159,7 @@ GridColumns objectSegmentationColumns() {
 
 Findings segmentObjects(const ObjectSegmentationOptions& options, Grid& grid, const ExperimentRun& run,
                         Progress& progress) {
-  if (!run.models.empty())
-    throw Error(ErrorCode::invalidOption,
-                fmt::format("{} is no model that finds clusters: --models names networks, which segmentation "
-                            "has none of; leave it out",
-                            run.models.front()));
+  refuseModels(run, "segmentation");
   std::vector<std::string> problems;
   const std::vector<ObjectScene> files = readObjectScenes(options.scenes, &problems);
   std::vector<Cell> cells;

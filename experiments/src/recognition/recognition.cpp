@@ -15,6 +15,7 @@
 #include "estancia/core/error.hpp"
 #include "experiments/src/recognition/recognition_findings.hpp"
 #include "experiments/src/recognition/recognition_stages.hpp"
+#include "experiments/src/runner/subjects.hpp"
 
 namespace estancia::experiments {
 namespace {
@@ -309,12 +310,7 @@ Findings compareRecognitionBy(const RecognitionExperimentOptions& options, const
 
 Findings compareRecognition(const RecognitionExperimentOptions& options, Grid& grid, const ExperimentRun& run,
                             Progress& progress) {
-  if (!run.models.empty())
-    throw Error(
-        ErrorCode::invalidOption,
-        fmt::format("{} is no model of objects: --models names networks, which recognition has none of; "
-                    "leave it out",
-                    run.models.front()));
+  refuseModels(run, "recognition");
   ModelPairs pairs = readModelPairs(options.pairs, options.columns);
   if (!options.scenes.empty()) pairs = onlyScenes(pairs, options.scenes);
   RecognitionStages stages(options, pairs, run.folder);

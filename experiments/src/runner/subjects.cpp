@@ -124,4 +124,11 @@ std::vector<Candidate> modelsToCompare(const std::vector<std::string>& configure
   return models;
 }
 
+void refuseModels(const ExperimentRun& run, const std::string& what) {
+  if (!run.models.empty())
+    throw Error(ErrorCode::invalidOption,
+                fmt::format("--models names networks ({}), which {} has none of; leave it out",
+                            run.models.front(), what));
+}
+
 }  // namespace estancia::experiments

@@ -58,4 +58,8 @@ struct Candidate {
 std::vector<Candidate> modelsToCompare(const std::vector<std::string>& configured, const ExperimentRun& run,
                                        std::vector<std::string>& notes);
 
+/// For experiments without networks. Throws Error (invalidOption) when the command line names models, which
+/// `what` has none of.
+void refuseModels(const ExperimentRun& run, const std::string& what);
+
 }  // namespace estancia::experiments
