@@ -305,33 +305,35 @@ CellResults someOf(Numbers& numbers, const std::vector<std::string>& measures, c
 
 TEST(Golden, RoomAgreement) {
   Numbers numbers;
-  RoomAgreementResults results{{"day", "night"}, {"places", "imagenet"}, {"places", "rooms"}, {}};
+  DriveResults results{{"places", "imagenet"}, {"day", "night"}, {"places", "rooms"}, {}};
+  results.cells.resize(8);
   auto measures = roomAgreementColumns().measures;
   for (int i = 0; i < 8; ++i) {
-    results.cells.push_back(someOf(numbers, measures));
+    const int method = i / 4, drive = i / 2 % 2, model = i % 2;
+    results.cells[4 * model + 2 * drive + method] = someOf(numbers, measures);
     if (i == 4) measures.erase(measures.begin() + 7, measures.end());  // a drive without a home.json
   }
-  test::expectGolden("room-agreement", findingsOf(results));
+  test::expectGolden("room-agreement", roomAgreementFindings(results));
 }
 
 TEST(Golden, Localization) {
   Numbers numbers;
-  LocalizationErrorsResults results{{"day", "night"}, {"places"}, {"nearest image", "believed image"}, {}};
+  DriveResults results{{"places"}, {"day", "night"}, {""}, {}};
   auto measures = localizationErrorsColumns().measures;
   for (int i = 0; i < 2; ++i) {
     CellResults& cell = results.cells.emplace_back();
-    for (const std::string& answer : results.answers)
+    for (const std::string answer : {"nearest image", "believed image"})
       for (const CellResult& result : someOf(numbers, measures, answer)) cell.push_back(result);
     measures.pop_back();  // no poses
   }
-  test::expectGolden("localization", findingsOf(results));
+  test::expectGolden("localization", localizationFindings(results));
 }
 
 TEST(Golden, Odometry) {
   Numbers numbers;
-  OdometryErrorsResults results{{"places"}, {"day", "night"}, {"as it is", "noise"}, {}};
+  DriveResults results{{"places"}, {"day", "night"}, {"as it is", "noise"}, {}};
   for (int i = 0; i < 4; ++i) results.cells.push_back(someOf(numbers, odometryErrorsColumns().measures));
-  test::expectGolden("odometry", findingsOf(results));
+  test::expectGolden("odometry", odometryFindings(results));
 }
 
 }  // namespace

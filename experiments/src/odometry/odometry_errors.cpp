@@ -10,19 +10,15 @@
 #include <utility>
 
 #include "estancia/core/config.hpp"
-#include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/label/model.hpp"
-#include "estancia/label/record.hpp"
 #include "estancia/odometry/rgbd.hpp"
 #include "estancia/stats/trajectory_error.hpp"
-#include "experiments/src/findings/pivot.hpp"
 #include "experiments/src/runner/config_lists.hpp"
 
 namespace estancia::experiments {
 namespace {
 
-constexpr int odometryErrorsVersion = 2;  // of what follows: cells of another one are computed anew
+constexpr int odometryErrorsVersion = 3;  // of what follows: cells of another one are computed anew
 
 /// The words of a drive's frames, by their numbers; empty where an image could not be read.
 std::vector<LexicalDescriptor> wordsOf(const Sequence& images, const DescriptorSequence& recording) {
@@ -64,36 +60,24 @@ CellResults compareWithTruth(const Sequence& sequence, const RgbdTrajectory& tra
   return results;
 }
 
-/// A drive that is open, and that one model has labeled once something is to be tracked.
-struct TrackedDrive {
-  std::shared_ptr<const Sequence> images;
-  std::string digest;
-  std::vector<LexicalDescriptor> words = {};
-};
-
-std::vector<TrackedDrive> openDrives(const std::vector<NamedDrive>& drives) {
-  std::vector<TrackedDrive> open;
-  for (const NamedDrive& drive : drives) {
-    TrackedDrive tracked{openImages(drive.images), digestOf(drive.images)};
-    std::size_t posed = 0;
-    for (std::size_t i = 0; i < tracked.images->size(); ++i) posed += tracked.images->frame(i).pose ? 1 : 0;
-    if (posed == 0)
-      throw Error(ErrorCode::insufficientData,
-                  fmt::format("{}: no frame has a true pose to compare with; give them by `poses = \"FILE\"`",
-                              drive.images.path.string()));
-    open.push_back(std::move(tracked));
-  }
-  return open;
+void requirePoses(const NamedDrive& drive, const Sequence& images) {
+  for (std::size_t i = 0; i < images.size(); ++i)
+    if (images.frame(i).pose) return;
+  throw Error(ErrorCode::insufficientData,
+              fmt::format("{}: no frame has a true pose to compare with; give them by `poses = \"FILE\"`",
+                          drive.images.path.string()));
 }
 
-CellResults track(const TrackedDrive& drive, const OdometryErrorsOptions::Variant& variant,
-                  const Vocabulary& vocabulary, std::uint64_t seed, Progress& progress) {
-  DriveAlteration alteration = variant.alteration;
+CellResults track(LabeledDrives& labeled, const NamedDrive& drive, DriveAlteration alteration,
+                  std::uint64_t seed) {
+  const auto& [images, recording] = labeled.of(drive.images);
+  requirePoses(drive, *images);
   alteration.seed = seed;
-  const AlteredDrive altered(drive.images, alteration);
-  const FrameWords words{[&](std::size_t frame) { return drive.words.at(altered.original(frame)); },
-                         vocabulary.layout().parts};
-  return compareWithTruth(altered, trackRgbd(altered, {}, words, progress, altered.wheels()));
+  const AlteredDrive altered(images, alteration);
+  const std::vector<LexicalDescriptor> described = wordsOf(*images, recording);
+  const FrameWords words{[&](std::size_t frame) { return described.at(altered.original(frame)); },
+                         labeled.vocabulary().layout().parts};
+  return compareWithTruth(altered, trackRgbd(altered, {}, words, labeled.progress(), altered.wheels()));
 }
 
 OptionGroup declare(OdometryErrorsOptions::Variant& variant) {
@@ -153,81 +137,48 @@ GridColumns odometryErrorsColumns() {
 
 Findings compareOdometry(const OdometryErrorsOptions& options, Grid& grid, const ExperimentRun& run,
                          Progress& progress) {
-  std::vector<std::string> notes;
-  const auto models = modelsToCompare(options.models, run, notes);
-  const auto present = presentDrives(options.drives, notes);
-  auto drives = openDrives(present);
-  OdometryErrorsResults results{namesIn(models), namesIn(present), namesIn(options.variants), {}};
-  std::vector<std::pair<std::string, std::string>> identities;
-  for (const Candidate& model : models) {
-    const auto labeler = loadModel(model.model, run.labeler);
-    identities.emplace_back("Model", labeler->identity());
-    std::vector<Cell> cells;
-    for (std::size_t d = 0; d < drives.size(); ++d)
-      for (const auto& variant : options.variants)
-        cells.push_back(
-            {{model.name, present[d].name, variant.name},
-             sha256(fmt::format("{} {} {} {} {} {} {} {}", odometryErrorsVersion, labeler->cacheKey(),
-                                drives[d].digest, variant.alteration.every, variant.alteration.noise,
-                                variant.alteration.wheelShift, variant.alteration.wheelTurn, options.seed))});
-    for (TrackedDrive& drive : drives) drive.words.clear();  // those of the model before
-    const auto found = grid.run(
-        cells,
-        [&](std::size_t c) {
-          TrackedDrive& drive = drives[c / options.variants.size()];
-          if (drive.words.empty())
-            drive.words = wordsOf(*drive.images,
-                                  labelAll(*drive.images, *labeler,
-                                           fmt::format("{}: labeling {}", model.name, drive.images->name()),
-                                           {.cache = run.cache}, progress));
-          return track(drive, options.variants[c % options.variants.size()], labeler->vocabulary(),
-                       options.seed, progress);
-        },
-        progress, model.name);
-    results.cells.insert(results.cells.end(), found.begin(), found.end());
-  }
-  Findings findings = findingsOf(results);
-  findings.facts = std::move(identities);
-  findings.notes = std::move(notes);
-  return findings;
+  const auto inputs = [&](const NamedDrive&, std::size_t v) {
+    const DriveAlteration& altered = options.variants[v].alteration;
+    return fmt::format("{} {} {} {} {} {}", odometryErrorsVersion, altered.every, altered.noise,
+                       altered.wheelShift, altered.wheelTurn, options.seed);
+  };
+  const auto compute = [&](LabeledDrives& labeled, const NamedDrive& drive, std::size_t v) {
+    return track(labeled, drive, options.variants[v].alteration, options.seed);
+  };
+  return studyDrives({options.models, options.drives, namesIn(options.variants), inputs, compute},
+                     odometryFindings, grid, run, progress);
 }
 
-Findings findingsOf(const OdometryErrorsResults& results) {
+Findings odometryFindings(const DriveResults& results) {
   constexpr auto smallest = ResultTable::Best::smallest;
-  const std::vector<std::pair<std::string, ResultTable::Column>> columns{
-      {"frames", {"frames", 0}},
-      {"placed", {"placed", 0}},
-      {"bridged", {"bridged", 0}},
-      {"keyframes", {"keyframes", 0}},
-      {"loops", {"loops", 0}},
-      {"path", {"path [m]", 1}},
-      {"rmse", {"RMSE [m]", 3, smallest}},
-      {"median", {"median [m]", 3, smallest}},
-      {"max", {"worst [m]", 3, smallest}},
-      {"relative_translation", {"frame to frame [m]", 4, smallest}},
-      {"relative_rotation", {"frame to frame [°]", 2, smallest}}};
-  std::vector<Measure<CellResults>> measures;
-  for (const auto& [name, column] : columns)
-    measures.push_back({column, [name = name](const CellResults& cell) { return valueOf(cell, name); }});
+  const auto measures =
+      measuresIn(results.cells, {{"frames", {"frames", 0}},
+                                 {"placed", {"placed", 0}},
+                                 {"bridged", {"bridged", 0}},
+                                 {"keyframes", {"keyframes", 0}},
+                                 {"loops", {"loops", 0}},
+                                 {"path", {"path [m]", 1}},
+                                 {"rmse", {"RMSE [m]", 3, smallest}},
+                                 {"median", {"median [m]", 3, smallest}},
+                                 {"max", {"worst [m]", 3, smallest}},
+                                 {"relative_translation", {"frame to frame [m]", 4, smallest}},
+                                 {"relative_rotation", {"frame to frame [°]", 2, smallest}}});
   Findings findings;
   findings.title = "Odometry beside the truth";
-  for (std::size_t m = 0; m < results.models.size(); ++m)
-    for (std::size_t d = 0; d < results.drives.size(); ++d) {
-      std::vector<std::pair<std::string, CellResults>> rows;
-      for (std::size_t v = 0; v < results.variants.size(); ++v)
-        rows.emplace_back(results.variants[v],
-                          results.cells[(m * results.drives.size() + d) * results.variants.size() + v]);
-      findings.sections.emplace_back(
-          pivot(ResultTable{results.models.size() == 1 ? results.drives[d]
-                                                       : results.drives[d] + ", " + results.models[m],
-                            "Bridged: placed without being tracked. Distances of the placed frames to their "
-                            "true positions after the best rigid alignment "
-                            "(ATE); errors of the motion from one placed frame to the next (RPE).",
-                            "drive",
-                            {},
-                            {}},
-                rows, measures));
-    }
+  results.each([&](std::size_t model, std::size_t drive) {
+    std::vector<std::pair<std::string, CellResults>> rows;
+    for (std::size_t v = 0; v < results.variants.size(); ++v)
+      rows.emplace_back(results.variants[v], results.of(model, drive, v));
+    findings.sections.emplace_back(
+        pivot(ResultTable{results.titleOf(model, drive),
+                          "Bridged: placed without being tracked. Distances of the placed frames to their "
+                          "true positions after the best rigid alignment "
+                          "(ATE); errors of the motion from one placed frame to the next (RPE).",
+                          "drive",
+                          {},
+                          {}},
+              rows, measures));
+  });
   findings.summary = fmt::format("{} drives in {} variants, tracked with the defaults.",
                                  results.drives.size(), results.variants.size());
   return findings;

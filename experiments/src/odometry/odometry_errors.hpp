@@ -9,6 +9,7 @@
 #include "estancia/core/progress.hpp"
 #include "experiments/src/findings/findings.hpp"
 #include "experiments/src/odometry/altered_drive.hpp"
+#include "experiments/src/runner/drive_grid.hpp"
 #include "experiments/src/runner/experiment.hpp"
 #include "experiments/src/runner/grid.hpp"
 #include "experiments/src/runner/subjects.hpp"
@@ -47,12 +48,6 @@ GridColumns odometryErrorsColumns();
 Findings compareOdometry(const OdometryErrorsOptions& options, Grid& grid, const ExperimentRun& run,
                          Progress& progress);
 
-struct OdometryErrorsResults {
-  std::vector<std::string> models, drives, variants;
-  /// cells[(model · drives + drive) · variants + variant]
-  std::vector<CellResults> cells;
-};
-
-Findings findingsOf(const OdometryErrorsResults& results);
+Findings odometryFindings(const DriveResults& results);
 
 }  // namespace estancia::experiments

@@ -11,17 +11,14 @@
 
 #include "estancia/core/config.hpp"
 #include "estancia/core/digest.hpp"
-#include "estancia/label/model.hpp"
-#include "estancia/label/record.hpp"
 #include "estancia/topology/localizer.hpp"
-#include "experiments/src/findings/pivot.hpp"
 #include "experiments/src/places/mapped_drive.hpp"
 #include "experiments/src/runner/config_lists.hpp"
 
 namespace estancia::experiments {
 namespace {
 
-constexpr int localizationErrorsVersion = 1;  // of what follows: cells of another one are computed anew
+constexpr int localizationErrorsVersion = 2;  // of what follows: cells of another one are computed anew
 const std::string nearestImage = "nearest image", believedImage = "believed image";
 
 std::string answerAfter(std::size_t lookahead) {
@@ -40,17 +37,11 @@ void add(CellResults& results, const std::string& answer, const LocalizationAccu
 }
 
 CellResults findAgain(const LocalizationErrorsOptions::Drive& drive, const LocalizationErrorsOptions& options,
-                      Labeler& labeler, const std::string& model, const ExperimentRun& run,
-                      Progress& progress) {
-  const auto record = [&](const SequenceSource& source) {
-    const auto images = openImages(source);
-    return labelAll(*images, labeler, fmt::format("{}: labeling {}", model, images->name()),
-                    {.cache = run.cache}, progress);
-  };
-  const ScratchMap file(record(drive.mapped.images), run.folder / ".map.estancia");
+                      LabeledDrives& labeled) {
+  const ScratchMap file(labeled.of(drive.mapped.images).recording, labeled.run().folder / ".map.estancia");
   const auto map =
       std::make_shared<const LocalizerMap>(readLocalizerMap(file.path(), LocalizerOptions{}.maxImages));
-  const DescriptorSequence queries = record(drive.again);
+  const DescriptorSequence& queries = labeled.of(drive.again).recording;
   const AdmissibleImages truth = drive.truth.empty() ? AdmissibleImages{} : readAdmissibleImages(drive.truth);
   CellResults results;
   const LocalizationAccuracy causal = findDrive(queries, map, 0, truth);
@@ -100,48 +91,24 @@ GridColumns localizationErrorsColumns() {
 
 Findings compareLocalization(const LocalizationErrorsOptions& options, Grid& grid, const ExperimentRun& run,
                              Progress& progress) {
-  std::vector<std::string> notes;
-  const auto models = modelsToCompare(options.models, run, notes);
   std::vector<NamedDrive> mapped;
   for (const auto& drive : options.drives) mapped.push_back(drive.mapped);
-  LocalizationErrorsResults results;
-  results.drives = namesIn(presentDrives(mapped, notes));
-  results.models = namesIn(models);
-  results.answers = {nearestImage, believedImage};
-  for (const std::size_t lookahead : options.lookaheads) results.answers.push_back(answerAfter(lookahead));
-  std::vector<const LocalizationErrorsOptions::Drive*> drives;
-  std::vector<std::string> digests;
-  for (const auto& drive : options.drives)
-    if (std::ranges::count(results.drives, drive.mapped.name) > 0) {
-      drives.push_back(&drive);
-      digests.push_back(digestOf(drive.mapped.images) + digestOf(drive.again) +
-                        (drive.truth.empty() ? "" : sha256OfFile(drive.truth)));
-    }
-  results.cells.resize(drives.size() * models.size());
-  std::vector<std::pair<std::string, std::string>> identities;
-  for (std::size_t m = 0; m < models.size(); ++m) {
-    const auto labeler = loadModel(models[m].model, run.labeler);
-    identities.emplace_back("Model", labeler->identity());
-    std::vector<Cell> cells;
-    for (std::size_t d = 0; d < drives.size(); ++d)
-      cells.push_back({{models[m].name, results.drives[d]},
-                       sha256(fmt::format("{} {} {} {}", localizationErrorsVersion, labeler->cacheKey(),
-                                          digests[d], fmt::join(options.lookaheads, " ")))});
-    const auto found = grid.run(
-        cells,
-        [&](std::size_t d) {
-          return findAgain(*drives[d], options, *labeler, models[m].name, run, progress);
-        },
-        progress, models[m].name);
-    for (std::size_t d = 0; d < drives.size(); ++d) results.cells[d * models.size() + m] = found[d];
-  }
-  Findings findings = findingsOf(results);
-  findings.facts = std::move(identities);
-  findings.notes = std::move(notes);
-  return findings;
+  const auto pairOf = [&](const NamedDrive& drive) -> const LocalizationErrorsOptions::Drive& {
+    return *std::ranges::find(options.drives, drive.name, [](const auto& d) { return d.mapped.name; });
+  };
+  const auto inputs = [&](const NamedDrive& drive, std::size_t) {
+    const auto& [itself, again, truth] = pairOf(drive);
+    return fmt::format("{} {} {} {}", localizationErrorsVersion, digestOf(again),
+                       truth.empty() ? "" : sha256OfFile(truth), fmt::join(options.lookaheads, " "));
+  };
+  const auto compute = [&](LabeledDrives& labeled, const NamedDrive& drive, std::size_t) {
+    return findAgain(pairOf(drive), options, labeled);
+  };
+  return studyDrives({options.models, mapped, {""}, inputs, compute}, localizationFindings, grid, run,
+                     progress);
 }
 
-Findings findingsOf(const LocalizationErrorsResults& results) {
+Findings localizationFindings(const DriveResults& results) {
   constexpr auto largest = ResultTable::Best::largest;
   const std::vector<std::pair<std::string, ResultTable::Column>> columns{
       {"frames", {"frames", 0}},
@@ -152,27 +119,23 @@ Findings findingsOf(const LocalizationErrorsResults& results) {
       {"median_error", {"median error [m]", 2, ResultTable::Best::smallest}}};
   Findings findings;
   findings.title = "Drives found again";
-  for (std::size_t d = 0; d < results.drives.size(); ++d)
-    for (std::size_t m = 0; m < results.models.size(); ++m) {
-      const CellResults& cell = results.cells[d * results.models.size() + m];
-      std::vector<std::pair<std::string, std::string>> rows;
-      for (const std::string& answer : results.answers) rows.emplace_back(answer, answer);
-      std::vector<Measure<std::string>> measures;
-      for (const auto& [name, column] : columns)
-        if (std::ranges::any_of(cell, [&, name = name](const CellResult& r) { return r.measure == name; }))
-          measures.push_back({column, [&cell, name = name](const std::string& answer) {
-                                return valueOf(cell, name, answer);
-                              }});
-      findings.sections.emplace_back(pivot(
-          ResultTable{
-              results.models.size() == 1 ? results.drives[d] : results.drives[d] + ", " + results.models[m],
-              "Recall@1: the share of the frames that have a near image in the map whose answer "
-              "is one. Right room: the share of all frames whose answer stands in their room.",
-              "answer",
-              {},
-              {}},
-          rows, measures));
+  results.each([&](std::size_t model, std::size_t drive) {
+    std::vector<std::pair<std::string, CellResults>> rows;  // by answer
+    std::vector<CellResults> cells;
+    for (const CellResult& result : results.of(model, drive)) {
+      if (rows.empty() || rows.back().first != result.at) rows.push_back({result.at, {}});
+      rows.back().second.push_back({result.measure, "", result.value});
     }
+    for (const auto& row : rows) cells.push_back(row.second);
+    findings.sections.emplace_back(
+        pivot(ResultTable{results.titleOf(model, drive),
+                          "Recall@1: the share of the frames that have a near image in the map whose answer "
+                          "is one. Right room: the share of all frames whose answer stands in their room.",
+                          "answer",
+                          {},
+                          {}},
+              rows, measuresIn(cells, columns)));
+  });
   findings.summary =
       fmt::format("{} drives found in the maps of others with the defaults.", results.drives.size());
   return findings;

@@ -9,6 +9,7 @@
 
 #include "estancia/core/progress.hpp"
 #include "experiments/src/findings/findings.hpp"
+#include "experiments/src/runner/drive_grid.hpp"
 #include "experiments/src/runner/experiment.hpp"
 #include "experiments/src/runner/grid.hpp"
 #include "experiments/src/runner/subjects.hpp"
@@ -48,14 +49,7 @@ GridColumns localizationErrorsColumns();
 Findings compareLocalization(const LocalizationErrorsOptions& options, Grid& grid, const ExperimentRun& run,
                              Progress& progress);
 
-struct LocalizationErrorsResults {
-  std::vector<std::string> drives, models;
-  /// "nearest image", "believed image" …
-  std::vector<std::string> answers;
-  /// cells[drive · models + model], the measures at each answer
-  std::vector<CellResults> cells;
-};
-
-Findings findingsOf(const LocalizationErrorsResults& results);
+/// The answers stand in the cells, one after the other.
+Findings localizationFindings(const DriveResults& results);
 
 }  // namespace estancia::experiments

@@ -12,11 +12,8 @@
 #include "estancia/core/config.hpp"
 #include "estancia/core/digest.hpp"
 #include "estancia/io/home_truth.hpp"
-#include "estancia/label/model.hpp"
-#include "estancia/label/record.hpp"
 #include "estancia/stats/clustering_agreement.hpp"
 #include "estancia/zones/zones.hpp"
-#include "experiments/src/findings/pivot.hpp"
 #include "experiments/src/places/mapped_drive.hpp"
 #include "experiments/src/runner/config_lists.hpp"
 
@@ -24,10 +21,10 @@ namespace estancia::experiments {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int roomAgreementVersion = 1;  // of what follows: cells of another one are computed anew
+constexpr int roomAgreementVersion = 2;  // of what follows: cells of another one are computed anew
 
-/// A drive that one model has labeled.
-struct LabeledDrive {
+/// A drive that one model has labeled, and where a map of it may be written.
+struct ClusteredDrive {
   const Sequence& images;
   const DescriptorSequence& recording;
   fs::path scratch;
@@ -69,15 +66,15 @@ Clusters placesIn(const DescriptorSequence& recording, const fs::path& scratch) 
   return clusters;
 }
 
-Clusters places(const LabeledDrive& drive) {
+Clusters places(const ClusteredDrive& drive) {
   return placesIn(drive.recording, drive.scratch);
 }
 
-Clusters placesWithoutPoses(const LabeledDrive& drive) {
+Clusters placesWithoutPoses(const ClusteredDrive& drive) {
   return placesIn(withoutPoses(drive.recording), drive.scratch);
 }
 
-Clusters zones(const LabeledDrive& drive) {
+Clusters zones(const ClusteredDrive& drive) {
   return findZones(drive.recording).zoneOf;
 }
 
@@ -87,32 +84,32 @@ Clusters zonesOfRun(const DescriptorSequence& recording) {
   return findZones(recording, options).zoneOf;
 }
 
-Clusters zonesOfPosedRun(const LabeledDrive& drive) {
+Clusters zonesOfPosedRun(const ClusteredDrive& drive) {
   return zonesOfRun(drive.recording);
 }
 
-Clusters zonesOfUnposedRun(const LabeledDrive& drive) {
+Clusters zonesOfUnposedRun(const ClusteredDrive& drive) {
   return zonesOfRun(withoutPoses(drive.recording));
 }
 
-Clusters asManyZonesAsRooms(const LabeledDrive& drive) {
+Clusters asManyZonesAsRooms(const ClusteredDrive& drive) {
   ZoneOptions options;
   options.count = std::max<std::size_t>(1, countOf(roomsStoodIn(drive.recording)));
   return findZones(drive.recording, options).zoneOf;
 }
 
-Clusters areas(const LabeledDrive& drive) {
+Clusters areas(const ClusteredDrive& drive) {
   return findAreas(drive.images, drive.recording).zones.zoneOf;
 }
 
-Clusters rooms(const LabeledDrive& drive) {
+Clusters rooms(const ClusteredDrive& drive) {
   return numbered(roomsStoodIn(drive.recording));
 }
 
 struct Clustering {
   const char* name;
   const char* explanation;
-  Clusters (*of)(const LabeledDrive& drive);
+  Clusters (*of)(const ClusteredDrive& drive);
   bool needsDepth = false;
 };
 
@@ -177,38 +174,6 @@ std::string digestOfTruth(const fs::path& folder) {
   return io::hasHomeTruth(folder) ? sha256OfFile(folder / "home.json") : "";
 }
 
-/// The cells of one model: method by method, drive by drive.
-std::vector<CellResults> ofModel(const Candidate& model, const RoomAgreementResults& all,
-                                 const std::vector<NamedDrive>& drives,
-                                 const std::vector<std::string>& digests, Labeler& labeler, Grid& grid,
-                                 const ExperimentRun& run, Progress& progress) {
-  std::vector<Cell> cells;
-  for (const std::string& method : all.methods)
-    for (std::size_t d = 0; d < drives.size(); ++d)
-      cells.push_back(
-          {{model.name, drives[d].name, method},
-           sha256(fmt::format("{} {} {}", roomAgreementVersion, labeler.cacheKey(), digests[d]))});
-  std::map<std::size_t, std::pair<std::unique_ptr<Sequence>, DescriptorSequence>> labeled;
-  return grid.run(
-      cells,
-      [&](std::size_t c) {
-        const std::size_t d = c % drives.size();
-        auto known = labeled.find(d);
-        if (known == labeled.end()) {
-          auto images = openImages(drives[d].images);
-          auto recording =
-              labelAll(*images, labeler, fmt::format("{}: labeling {}", model.name, drives[d].name),
-                       {.cache = run.cache}, progress);
-          known = labeled.emplace(d, std::pair(std::move(images), std::move(recording))).first;
-        }
-        const auto& [images, recording] = known->second;
-        const LabeledDrive drive{*images, recording, run.folder / ".map.estancia"};
-        return measure(getClustering(all.methods[c / drives.size()]).of(drive), roomsStoodIn(recording),
-                       seenIn(drives[d], recording));
-      },
-      progress, model.name);
-}
-
 }  // namespace
 
 RoomAgreementOptions readRoomAgreement(ConfigFile& config) {
@@ -235,61 +200,42 @@ GridColumns roomAgreementColumns() {
 
 Findings compareWithRooms(const RoomAgreementOptions& options, Grid& grid, const ExperimentRun& run,
                           Progress& progress) {
-  std::vector<std::string> notes;
-  const auto models = modelsToCompare(options.models, run, notes);
-  const auto drives = presentDrives(options.drives, notes);
-  RoomAgreementResults results;
-  results.drives = namesIn(drives);
-  results.models = namesIn(models);
-  results.methods = options.methods;
-  if (results.methods.empty())
+  std::vector<std::string> methods = options.methods;
+  if (methods.empty())
     for (const Clustering& clustering : kClusterings)
-      if (!clustering.needsDepth) results.methods.emplace_back(clustering.name);
-  std::vector<std::string> digests;
-  for (const NamedDrive& drive : drives)
-    digests.push_back(digestOf(drive.images) + digestOfTruth(drive.images.path));
-  results.cells.resize(results.methods.size() * drives.size() * models.size());
-  std::vector<std::pair<std::string, std::string>> identities;
-  for (std::size_t m = 0; m < models.size(); ++m) {
-    const auto labeler = loadModel(models[m].model, run.labeler);
-    identities.emplace_back("Model", labeler->identity());
-    const auto cells = ofModel(models[m], results, drives, digests, *labeler, grid, run, progress);
-    for (std::size_t c = 0; c < cells.size(); ++c) results.cells[c * models.size() + m] = cells[c];
-  }
-  Findings findings = findingsOf(results);
-  findings.facts = std::move(identities);
-  findings.notes = std::move(notes);
-  return findings;
+      if (!clustering.needsDepth) methods.emplace_back(clustering.name);
+  const auto inputs = [](const NamedDrive& drive, std::size_t) {
+    return fmt::format("{} {}", roomAgreementVersion, digestOfTruth(drive.images.path));
+  };
+  const auto compute = [&](LabeledDrives& labeled, const NamedDrive& drive, std::size_t method) {
+    const auto& [images, recording] = labeled.of(drive.images);
+    return measure(getClustering(methods[method]).of({*images, recording, run.folder / ".map.estancia"}),
+                   roomsStoodIn(recording), seenIn(drive, recording));
+  };
+  return studyDrives({options.models, options.drives, methods, inputs, compute}, roomAgreementFindings, grid,
+                     run, progress);
 }
 
-Findings findingsOf(const RoomAgreementResults& results) {
+Findings roomAgreementFindings(const DriveResults& results) {
   constexpr auto largest = ResultTable::Best::largest;
-  const std::vector<std::pair<std::string, ResultTable::Column>> columns{
-      {"frames", {"frames", 0}},
-      {"looks_elsewhere", {"see another room", 2}},
-      {"rooms", {"rooms", 0}},
-      {"clusters", {"clusters", 0}},
-      {"v_measure", {"V-measure", 3, largest}},
-      {"ari", {"adjusted Rand index", 3, largest}},
-      {"purity", {"purity", 3, largest}},
-      {"seen_v_measure", {"seen: V-measure", 3, largest}},
-      {"seen_ari", {"seen: adjusted Rand index", 3, largest}},
-      {"seen_purity", {"seen: purity", 3, largest}}};
-  std::vector<Measure<CellResults>> measures;
-  for (const auto& [name, column] : columns)
-    if (std::ranges::any_of(results.cells,
-                            [&, name = name](const auto& c) { return valueOf(c, name).has_value(); }))
-      measures.push_back({column, [name = name](const CellResults& c) { return valueOf(c, name); }});
+  const auto measures = measuresIn(results.cells, {{"frames", {"frames", 0}},
+                                                   {"looks_elsewhere", {"see another room", 2}},
+                                                   {"rooms", {"rooms", 0}},
+                                                   {"clusters", {"clusters", 0}},
+                                                   {"v_measure", {"V-measure", 3, largest}},
+                                                   {"ari", {"adjusted Rand index", 3, largest}},
+                                                   {"purity", {"purity", 3, largest}},
+                                                   {"seen_v_measure", {"seen: V-measure", 3, largest}},
+                                                   {"seen_ari", {"seen: adjusted Rand index", 3, largest}},
+                                                   {"seen_purity", {"seen: purity", 3, largest}}});
   Findings findings;
   findings.title = "Rooms stood in, and rooms seen";
-  for (std::size_t k = 0; k < results.methods.size(); ++k) {
+  for (std::size_t k = 0; k < results.variants.size(); ++k) {
+    const std::string& method = results.variants[k];
     std::vector<std::pair<std::string, CellResults>> rows;
-    for (std::size_t d = 0; d < results.drives.size(); ++d)
-      for (std::size_t m = 0; m < results.models.size(); ++m)
-        rows.emplace_back(
-            results.models.size() == 1 ? results.drives[d] : results.drives[d] + ", " + results.models[m],
-            results.cells[(k * results.drives.size() + d) * results.models.size() + m]);
-    const std::string& method = results.methods[k];
+    results.each([&](std::size_t model, std::size_t drive) {
+      rows.emplace_back(results.titleOf(model, drive), results.of(model, drive, k));
+    });
     findings.sections.emplace_back(pivot(
         ResultTable{method,
                     fmt::format("Clusters: {}; against the rooms that the camera stood in, and against those "
@@ -301,7 +247,7 @@ Findings findingsOf(const RoomAgreementResults& results) {
         rows, measures));
   }
   findings.summary = fmt::format("{} drives, clustered in {} ways with their defaults, beside their rooms.",
-                                 results.drives.size(), results.methods.size());
+                                 results.drives.size(), results.variants.size());
   return findings;
 }
 

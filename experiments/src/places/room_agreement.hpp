@@ -7,6 +7,7 @@
 
 #include "estancia/core/progress.hpp"
 #include "experiments/src/findings/findings.hpp"
+#include "experiments/src/runner/drive_grid.hpp"
 #include "experiments/src/runner/experiment.hpp"
 #include "experiments/src/runner/grid.hpp"
 #include "experiments/src/runner/subjects.hpp"
@@ -39,12 +40,6 @@ GridColumns roomAgreementColumns();
 Findings compareWithRooms(const RoomAgreementOptions& options, Grid& grid, const ExperimentRun& run,
                           Progress& progress);
 
-struct RoomAgreementResults {
-  std::vector<std::string> drives, models, methods;
-  /// cells[(method · drives + drive) · models + model]
-  std::vector<CellResults> cells;
-};
-
-Findings findingsOf(const RoomAgreementResults& results);
+Findings roomAgreementFindings(const DriveResults& results);
 
 }  // namespace estancia::experiments
