@@ -2,65 +2,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
 #include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/topology/session.hpp"
+#include "experiments/src/places/revisits.hpp"
 #include "support/support.hpp"
 
 namespace estancia::test {
 namespace {
 
-/// How far two frames were taken from each other, 1 at the given distance [m] or angle [degrees].
-double apart(const Frame& a, const Frame& b, double meters, double degrees) {
-  const auto f = a.pose->forward(), g = b.pose->forward();
-  const double cosine = std::clamp(f[0] * g[0] + f[1] * g[1] + f[2] * g[2], -1.0, 1.0);
-  return std::max(distanceBetween(*a.pose, *b.pose) / meters,
-                  std::acos(cosine) * 180 / std::numbers::pi / degrees);
-}
-
-struct Returns {
-  /// Frames that were taken near one from before the robot went elsewhere; those whose node holds such a one.
-  std::size_t frames = 0, found = 0;
-  /// Decisions to return, and those to a node without an image within a meter and 45 degrees.
-  std::size_t decisions = 0, wrong = 0;
-  /// The first of `frames`, and the first that was found; the number of frames where there is none.
-  std::size_t first = 0, firstFound = 0;
-};
-
-/// `frames` have the true poses, `map` what was mapped of them.
-Returns returnsIn(const std::vector<Frame>& frames, const TopologicalMap& map) {
-  Returns result;
-  result.first = result.firstFound = frames.size();
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    bool wasAway = false, isBack = false, isFound = false, isRight = false;
-    for (std::size_t j = i; j-- > 0;) {
-      const bool same = map.frames[i].node == map.frames[j].node;
-      wasAway = wasAway || apart(frames[i], frames[j], 1.4, 60) > 1;
-      isRight = isRight || (same && apart(frames[i], frames[j], 1, 45) <= 1);
-      if (!wasAway || apart(frames[i], frames[j], 0.7, 30) > 1) continue;
-      isBack = true;
-      isFound = isFound || same;
-    }
-    if (map.decisions[i].kind == DecisionKind::revisit) {
-      ++result.decisions;
-      if (!isRight) ++result.wrong;
-    }
-    if (!isBack) continue;
-    ++result.frames;
-    result.first = std::min(result.first, i);
-    if (!isFound) continue;
-    ++result.found;
-    result.firstFound = std::min(result.firstFound, i);
-  }
-  return result;
-}
+using experiments::Revisits;
 
 /// Maps a drive into `file`.
-Returns returnsOf(const DescriptorSequence& drive, bool withPoses, const std::string& file) {
+Revisits revisitsOf(const DescriptorSequence& drive, bool withPoses, const std::string& file) {
   auto session = MappingSession::create(file, drive.vocabulary, drive.model, {}, ExistingMap::replace);
   for (std::size_t i = 0; i < drive.frames.size(); ++i) {
     Frame frame = drive.frames[i];
@@ -68,7 +23,7 @@ Returns returnsOf(const DescriptorSequence& drive, bool withPoses, const std::st
     session.add(frame, drive.descriptors.row(i));
   }
   session.finish();
-  return returnsIn(drive.frames, session.map());
+  return experiments::revisitsIn(drive.frames, session.map());
 }
 
 double agreementOfZones(const std::string& map, const std::string& zones) {
@@ -87,11 +42,11 @@ TEST(FurnishedHome, IsKnownAgain) {
     const std::string file = scratch / (drive + ".labels");
     ASSERT_EQ(run({"label", *data / drive, "-o", file}).exitCode, 0);
     const DescriptorSequence words = readDescriptors(file);
-    const Returns alone = returnsOf(words, false, map);
+    const Revisits alone = revisitsOf(words, false, map);
     if (drive == "day") {
       EXPECT_GE(agreementOfZones(map, zones), 0.62);
     }
-    const Returns posed = returnsOf(words, true, map);
+    const Revisits posed = revisitsOf(words, true, map);
     if (drive == "day") {
       EXPECT_GE(agreementOfZones(map, zones), 0.75);
     }
@@ -104,7 +59,8 @@ TEST(FurnishedHome, IsKnownAgain) {
     byWords += static_cast<double>(alone.found);
     if (drive == "slow") {  // a loop of 16 m
       EXPECT_EQ(posed.firstFound, posed.first);
-      EXPECT_LE(alone.firstFound, alone.first + 2) << "12 cm later";
+      ASSERT_TRUE(alone.first && alone.firstFound);
+      EXPECT_LE(*alone.firstFound, *alone.first + 2) << "12 cm later";
     }
   }
   EXPECT_GE(byPoses / frames, 0.9);

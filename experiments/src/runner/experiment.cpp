@@ -19,6 +19,7 @@
 #include "experiments/src/places/localization_errors.hpp"
 #include "experiments/src/places/model_choice.hpp"
 #include "experiments/src/places/place_tasks.hpp"
+#include "experiments/src/places/revisits.hpp"
 #include "experiments/src/places/room_agreement.hpp"
 #include "experiments/src/recognition/recognition.hpp"
 #include "experiments/src/runner/grid.hpp"
@@ -100,6 +101,8 @@ constexpr Kind kKinds[] = {
      prepare<readPlaceTasks, comparePlaceTasks>},
     {"recognition", "known objects in noisy scenes, by filter, keypoints and descriptor (thesis 2.6)",
      recognitionColumns, false, prepare<readRecognition, compareRecognition>},
+    {"revisits", "returns to mapped places: found, missed and wrong, with poses and by words alone",
+     revisitsColumns, true, prepare<readRevisits, compareRevisits>},
     {"room-agreement", "places and zones of drives against the rooms stood in and the rooms seen",
      roomAgreementColumns, true, prepare<readRoomAgreement, compareWithRooms>},
     {"scenes", "room classification, every descriptor with every classifier (thesis 3.5)", scenesColumns,
