@@ -21,6 +21,7 @@
 #include "experiments/src/places/place_tasks.hpp"
 #include "experiments/src/places/revisits.hpp"
 #include "experiments/src/places/room_agreement.hpp"
+#include "experiments/src/places/word_positions.hpp"
 #include "experiments/src/recognition/recognition.hpp"
 #include "experiments/src/runner/grid.hpp"
 #include "experiments/src/scenes/scenes.hpp"
@@ -107,6 +108,8 @@ constexpr Kind kKinds[] = {
      roomAgreementColumns, true, prepare<readRoomAgreement, compareWithRooms>},
     {"scenes", "room classification, every descriptor with every classifier (thesis 3.5)", scenesColumns,
      false, prepare<readScenes, compareScenes>},
+    {"word-map", "words on the floor beside the things that they name", wordPositionsColumns, true,
+     prepare<readWordPositions, compareWordPositions>},
     {"zones", "zones against rooms, by model, distance, linkage and cut (thesis 5.5)", zoneTablesColumns,
      false, prepare<readZoneTables, compareZones>},
 };
