@@ -73,12 +73,15 @@ double cellOf(const Findings& findings, const std::string& method, const std::st
 TEST_F(RoomAgreement, TellsRoomsSeenFromRoomsStoodIn) {
   writeTruth();
   const Findings found = run(drive_);
-  ASSERT_EQ(found.sections.size(), 7U) << "all methods where none is named";
+  ASSERT_EQ(found.sections.size(), 8U) << "all methods where none is named";
   EXPECT_EQ(cellOf(found, "rooms", "frames"), 40);
   EXPECT_EQ(cellOf(found, "rooms", "rooms"), 4);
   EXPECT_EQ(cellOf(found, "rooms", "V-measure"), 1);
   EXPECT_EQ(cellOf(found, "rooms", "see another room"), 5.0 / 40);
   EXPECT_EQ(cellOf(found, "rooms", "seen: purity"), 35.0 / 40);
+  EXPECT_EQ(cellOf(found, "rooms-seen", "purity"), 35.0 / 40)
+      << "an oracle that sees, but does not know where";
+  EXPECT_EQ(cellOf(found, "rooms-seen", "seen: V-measure"), 1);
   EXPECT_EQ(cellOf(found, "zones-as-rooms", "clusters"), 4) << "as many zones as rooms";
   EXPECT_GT(cellOf(found, "places", "V-measure"), 0.9);
   EXPECT_LT(cellOf(found, "places", "seen: V-measure"), cellOf(found, "places", "V-measure"));

@@ -15,18 +15,20 @@
 #include "estancia/stats/clustering_agreement.hpp"
 #include "estancia/zones/zones.hpp"
 #include "experiments/src/places/mapped_drive.hpp"
+#include "experiments/src/places/reference_areas.hpp"
 #include "experiments/src/runner/config_lists.hpp"
 
 namespace estancia::experiments {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int roomAgreementVersion = 2;  // of what follows: cells of another one are computed anew
+constexpr int roomAgreementVersion = 3;  // of what follows: cells of another one are computed anew
 
-/// A drive that one model has labeled, and where a map of it may be written.
+/// A drive that one model has labeled, the rooms that its frames see, and where a map of it may be written.
 struct ClusteredDrive {
   const Sequence& images;
   const DescriptorSequence& recording;
+  const std::vector<std::string>& seen;
   fs::path scratch;
 };
 
@@ -102,8 +104,27 @@ Clusters areas(const ClusteredDrive& drive) {
   return findAreas(drive.images, drive.recording).zones.zoneOf;
 }
 
+/// Voronoi segmentation before its parts are merged: split at all narrow passages.
+Clusters areasOfNarrows(const ClusteredDrive& drive) {
+  AreaOptions options;
+  options.segmentation.mutualVisibility = 1;
+  return findAreas(drive.images, drive.recording, options).zones.zoneOf;
+}
+
+Clusters morphologicalAreas(const ClusteredDrive& drive) {
+  return referenceAreas(drive.images, drive.recording, morphologicalRooms);
+}
+
+Clusters distanceTransformAreas(const ClusteredDrive& drive) {
+  return referenceAreas(drive.images, drive.recording, distanceTransformRooms);
+}
+
 Clusters rooms(const ClusteredDrive& drive) {
   return numbered(roomsStoodIn(drive.recording));
+}
+
+Clusters roomsSeen(const ClusteredDrive& drive) {
+  return numbered(drive.seen);
 }
 
 struct Clustering {
@@ -121,7 +142,12 @@ constexpr Clustering kClusterings[] = {
     {"zones", "zones of images in any order", zones},
     {"zones-as-rooms", "zones of images in any order, as many as there are rooms", asManyZonesAsRooms},
     {"areas", "areas: space by depth and poses", areas, true},
+    {"areas-critical-lines", "the parts that areas are merged from (Voronoi)", areasOfNarrows, true},
+    {"areas-morphological", "space by erosion (Bormann et al. 2016)", morphologicalAreas, true},
+    {"areas-distance-transform", "space by thresholds of its width (Bormann et al. 2016)",
+     distanceTransformAreas, true},
     {"rooms", "the rooms stood in: what no clustering of the rooms seen can be blamed for", rooms},
+    {"rooms-seen", "the rooms seen: what words could tell at best, image by image", roomsSeen},
 };
 
 Choices clusterings() {
@@ -209,8 +235,10 @@ Findings compareWithRooms(const RoomAgreementOptions& options, Grid& grid, const
   };
   const auto compute = [&](LabeledDrives& labeled, const NamedDrive& drive, std::size_t method) {
     const auto& [images, recording] = labeled.of(drive.images);
-    return measure(getClustering(methods[method]).of({*images, recording, run.folder / ".map.estancia"}),
-                   roomsStoodIn(recording), seenIn(drive, recording));
+    const std::vector<std::string> seen = seenIn(drive, recording);
+    return measure(
+        getClustering(methods[method]).of({*images, recording, seen, run.folder / ".map.estancia"}),
+        roomsStoodIn(recording), seen);
   };
   return studyDrives({options.models, options.drives, methods, inputs, compute}, roomAgreementFindings, grid,
                      run, progress);
