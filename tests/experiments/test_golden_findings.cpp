@@ -13,7 +13,9 @@
 #include "experiments/src/odometry/odometry_errors.hpp"
 #include "experiments/src/places/localization_errors.hpp"
 #include "experiments/src/places/model_choice_findings.hpp"
+#include "experiments/src/places/revisits.hpp"
 #include "experiments/src/places/room_agreement.hpp"
+#include "experiments/src/places/word_positions.hpp"
 #include "experiments/src/recognition/recognition_findings.hpp"
 #include "experiments/src/scenes/scenes_findings.hpp"
 #include "experiments/src/zones/zone_tables_findings.hpp"
@@ -334,6 +336,29 @@ TEST(Golden, Odometry) {
   DriveResults results{{"places"}, {"day", "night"}, {"as it is", "noise"}, {}};
   for (int i = 0; i < 4; ++i) results.cells.push_back(someOf(numbers, odometryErrorsColumns().measures));
   test::expectGolden("odometry", odometryFindings(results));
+}
+
+TEST(Golden, Revisits) {
+  Numbers numbers;
+  DriveResults results{{"places"}, {"day", "night"}, {"with poses", "words alone"}, {}};
+  auto measures = revisitsColumns().measures;
+  for (int i = 0; i < 4; ++i) {
+    results.cells.push_back(someOf(numbers, measures));
+    if (i == 2) measures.pop_back();  // nothing found
+  }
+  test::expectGolden("revisits", revisitsFindings(results));
+}
+
+TEST(Golden, WordPositions) {
+  Numbers numbers;
+  DriveResults results{{"places", "imagenet"}, {"day"}, {"words, depth", "words alone"}, {}};
+  for (int i = 0; i < 4; ++i) {
+    CellResults& cell = results.cells.emplace_back();
+    for (const std::string category : {"sofa", "stove"})
+      if (i != 2 || category == "stove") cell.push_back({"distance", category, numbers.next()});
+    for (const CellResult& result : someOf(numbers, {"categories", "found", "share"})) cell.push_back(result);
+  }
+  test::expectGolden("word-map", wordPositionsFindings(results));
 }
 
 }  // namespace

@@ -245,7 +245,7 @@ Findings wordPositionsFindings(const DriveResults& results) {
             "From the strongest cell of the best word to the nearest thing of the category [m]; those "
             "with the most pixels first.",
             "category",
-            columnsOf(results.variants, 2, ResultTable::Best::smallest),
+            columnsOf(results.variants, 2),
             {}},
         categories, [&](std::size_t row, std::size_t column) {
           return valueOf(rows[column].second, "distance", categories[row]);
