@@ -126,6 +126,7 @@ Findings localizationFindings(const DriveResults& results) {
       if (rows.empty() || rows.back().first != result.at) rows.push_back({result.at, {}});
       rows.back().second.push_back({result.measure, "", result.value});
     }
+    cells.reserve(rows.size());
     for (const auto& row : rows) cells.push_back(row.second);
     findings.sections.emplace_back(
         pivot(ResultTable{results.titleOf(model, drive),

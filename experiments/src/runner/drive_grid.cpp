@@ -27,6 +27,7 @@ Findings studyDrives(const DriveStudy& study, Findings (*findingsOf)(const Drive
   const auto drives = presentDrives(study.drives, notes);
   const std::size_t variants = study.variants.size();
   std::vector<std::string> digests;
+  digests.reserve(drives.size());
   for (const NamedDrive& drive : drives) digests.push_back(digestOf(drive.images));
   DriveResults results{namesIn(models), namesIn(drives), study.variants};
   std::vector<std::pair<std::string, std::string>> identities;
