@@ -14,6 +14,7 @@
 #include "estancia/topology/make_filter.hpp"
 #include "estancia/topology/mapper_impl.hpp"
 #include "estancia/topology/session_impl.hpp"
+#include "estancia/topology/view_metric.hpp"
 
 namespace estancia {
 namespace {
@@ -110,7 +111,9 @@ struct Localizer::Impl {
     std::optional<PlanarMotion> step;
   };
   std::vector<Localization> add(DescriptorView descriptor, const std::optional<Pose>& odometry);
-  std::vector<float> distancesTo(const std::vector<float>& compared) const;
+  std::vector<float> comparedImages() const;
+  void learnViews(std::vector<float>& images);
+  double distanceTo(std::size_t view, std::span<const float> compared) const;
   std::optional<PlanarMotion> stepTo(const std::optional<Pose>& odometry);
   std::vector<Localization> settle(std::size_t count);
   void setBelief(Localization& answer, std::span<const float> state, std::span<const float> likelihood) const;
@@ -119,8 +122,10 @@ struct Localizer::Impl {
   std::shared_ptr<const LocalizerMap> source;
   LocalizerOptions options;
   Distance distance;
-  /// Of the frames of the map, as they are compared.
-  std::vector<float> images;
+  /// What counts when images are compared; with distances other than cosines, all.
+  std::optional<ViewMetric> metric;
+  /// Of the frames of the map: the mean vector around each one. Its distance is the mean of those around it.
+  std::vector<float> views;
   std::unique_ptr<const LocalizationFilter> filter;
   /// The filter's state after all frames so far.
   std::vector<float> state;
@@ -139,29 +144,49 @@ Localizer::Impl::Impl(std::shared_ptr<const LocalizerMap> shared, const Localize
       distance(getDistance(map().distance, map().vocabulary.layout().parts)) {
   if (map().nodes.empty() || source->images.size() == 0)
     throw Error(ErrorCode::insufficientData, "the map has no places yet; map some images first");
-  std::vector<float> embedded(source->images.labels());
+  std::vector<float> images = comparedImages();
+  views = images;
+  if (distance.comparison == Comparison::cosine) learnViews(images);
+  const std::size_t labels = source->images.labels();
+  const auto between = [&](std::size_t a, std::size_t b) {
+    return static_cast<float>(distanceTo(b, std::span(images).subspan(a * labels, labels)));
+  };
+  filter = makeFilter(*source, between, options.filter);
+  state = filter->start();
+}
+
+/// The frames of the map, N×L.
+std::vector<float> Localizer::Impl::comparedImages() const {
+  std::vector<float> embedded(source->images.labels()), images;
   images.reserve(source->images.values().size());
   for (std::size_t i = 0; i < source->images.size(); ++i) {
     embed(distance.embedding, source->images.row(i), embedded, distance.parts);
     const std::vector<float> compared = source->bank.compared(embedded);
     images.insert(images.end(), compared.begin(), compared.end());
   }
-  const std::size_t labels = source->images.labels();
-  const auto between = [&](std::size_t a, std::size_t b) {
-    return static_cast<float>(compare(distance.comparison, {images.data() + a * labels, labels},
-                                      {images.data() + b * labels, labels}));
-  };
-  filter = makeFilter(*source, between, options.filter);
-  state = filter->start();
+  return images;
 }
 
-std::vector<float> Localizer::Impl::distancesTo(const std::vector<float>& compared) const {
-  const std::size_t labels = compared.size();
-  std::vector<float> distances(source->images.size());
-  for (std::size_t i = 0; i < distances.size(); ++i)
-    distances[i] =
-        static_cast<float>(compare(distance.comparison, {images.data() + i * labels, labels}, compared));
-  return distances;
+/// Sets metric and views, and applies the metric to the images.
+void Localizer::Impl::learnViews(std::vector<float>& images) {
+  constexpr double reach = 1.0 / 3;  // of what is near, as a standard deviation
+  std::vector<std::optional<Pose>> poses;
+  for (std::size_t i = 0; i < source->images.size(); ++i)
+    poses.push_back(map().frames.at(i * source->stride).pose);
+  const Neighborhoods around(images, poses,
+                             {reach * options.filter.nearDistance, reach * options.filter.nearAngle});
+  metric.emplace(images, around);
+  metric->apply(images);
+  const std::size_t labels = source->images.labels();
+  for (std::size_t i = 0; i < around.size(); ++i)
+    std::ranges::copy(around.mean(images, i), views.begin() + static_cast<std::ptrdiff_t>(i * labels));
+}
+
+double Localizer::Impl::distanceTo(std::size_t view, std::span<const float> compared) const {
+  const std::span<const float> other(views.data() + view * compared.size(), compared.size());
+  // Means of unit vectors are shorter than these.
+  return metric ? std::clamp(1.0 - dot(other, compared), 0.0, 2.0)
+                : compare(distance.comparison, other, compared);
 }
 
 std::optional<PlanarMotion> Localizer::Impl::stepTo(const std::optional<Pose>& odometry) {
@@ -177,13 +202,17 @@ std::vector<Localization> Localizer::Impl::add(DescriptorView descriptor,
   requireProbabilities(descriptor, labels, "the labeler");
   std::vector<float> embedded(labels);
   embed(distance.embedding, descriptor, embedded, distance.parts);
-  const std::vector<float> compared = source->bank.compared(embedded);
-  const std::vector<float> distances = distancesTo(compared);
+  std::vector<float> compared = source->bank.compared(embedded);
+  const int node = source->bank[source->bank.nearest(compared, source->bank.size())->slot].id;
+  if (metric) metric->apply(compared);
+  std::vector<float> distances(source->images.size());
+  for (std::size_t i = 0; i < distances.size(); ++i)
+    distances[i] = static_cast<float>(distanceTo(i, compared));
   const auto nearest =
       static_cast<std::size_t>(std::min_element(distances.begin(), distances.end()) - distances.begin());
 
   Waiting frame;
-  frame.answer.node = source->bank[source->bank.nearest(compared, source->bank.size())->slot].id;
+  frame.answer.node = node;
   frame.answer.nearestImage = nearest * source->stride;
   frame.answer.distance = distances[nearest];
   frame.likelihood = filter->likelihood(distances);

@@ -40,9 +40,11 @@ OptionGroup declare(LocalizerOptions& options);
 struct Localization {
   /// Nearest node by this frame alone.
   int node = 0;
-  /// Nearest stored frame (frame number of the map) by this frame alone.
+  /// Nearest stored frame (frame number of the map) by this frame alone. With the default distance, what
+  /// differs between frames of the map taken near each other counts less, and a frame is as near as those
+  /// around it are in the mean.
   std::size_t nearestImage = 0;
-  /// Distance to that frame.
+  /// Distance to that frame, of whatever scale.
   double distance = 0;
   /// Most probable node by all frames: where the robot is.
   int beliefNode = 0;

@@ -17,7 +17,7 @@ constexpr double degree = std::numbers::pi / 180;
 constexpr double odometryError = 0.1;
 /// How strongly a frame must look like an image before it speaks for "near" rather than "unmapped": the best
 /// of the several images near a pose is more alike than any one of them.
-constexpr double unmappedEvidence = 2;
+constexpr double unmappedEvidence = 3;
 
 std::vector<PlanarPose> posesOf(const std::vector<std::optional<PlanarPose>>& images) {
   std::vector<PlanarPose> poses;
