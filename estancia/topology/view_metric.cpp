@@ -90,9 +90,14 @@ std::vector<std::vector<std::size_t>> nearInSpace(std::span<const std::optional<
   for (const std::size_t i : byX) {
     while (poses[byX[first]]->x < poses[i]->x - farthest * reach.distance) ++first;
     std::vector<std::size_t>& near = all[i];
-    for (std::size_t k = first; k < byX.size() && poses[byX[k]]->x <= poses[i]->x + farthest * reach.distance;
-         ++k)
-      if (deviations(*poses[i], *poses[byX[k]], reach) <= farthest) near.push_back(byX[k]);
+    for (std::size_t k = first; k < byX.size(); ++k) {
+      const Pose& other = *poses[byX[k]];
+      if (other.x > poses[i]->x + farthest * reach.distance) break;
+      // Most are too far away for their angle to matter, which takes longer.
+      if (byX[k] == i || (distanceBetween(*poses[i], other) <= farthest * reach.distance &&
+                          deviations(*poses[i], other, reach) <= farthest))
+        near.push_back(byX[k]);
+    }
     std::ranges::sort(near);
     const auto own = static_cast<std::size_t>(std::ranges::lower_bound(near, i) - near.begin());
     near = evenly(near.size(), own, [&near](std::size_t k) { return near[k]; });
