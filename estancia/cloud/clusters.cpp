@@ -205,6 +205,7 @@ Clusters findClusters(const cv::Mat& depth, const CameraIntrinsics& camera, cons
   joinLoose(grid, foreground, up, segments);
   assembleFurniture(grid, foreground, removal.half, up, segments);
   mergeContainerInteriors(grid, foreground, removal.planes, options.threads, segments);
+  dropFragments(grid, removal, up, foreground, segments);
   dropNarrow(grid, foreground, segments);
   std::vector<Cluster> clusters = clustersOf(grid, foreground, segments, options);
   return {std::move(removal.planes), std::move(clusters)};

@@ -107,6 +107,7 @@ bool standsOn(const SegmentShape& thing, const SegmentShape& base, double height
 struct LowerEnds {
   std::size_t open = 0;  ///< before what is farther
   std::size_t all = 0;
+  bool areFree() const { return 10 * open > 7 * all; }
 };
 
 std::vector<LowerEnds> lowerEnds(const InverseDepth& grid, const Segmentation& segments) {
@@ -129,6 +130,7 @@ class Assembly {
   Assembly(const InverseDepth& grid, const HalfImage& half, const cv::Vec3d& up, const Segmentation& segments)
       : edges_(segmentGraph(grid, segments, up)),
         shapes_(shapesOf(grid, half, up, segments)),
+        ends_(lowerEnds(grid, segments)),
         things_(shapes_.size()),
         sets_(shapes_.size()) {
     depths_.resize(shapes_.size());
@@ -150,6 +152,8 @@ class Assembly {
     for (const SegmentEdge& e : edges_)
       if (e.a != 0 && e.gap < kNextTo && arePart(e.a, e.b) && shapes_[e.a].isBody() && shapes_[e.b].isBody())
         sets_.join(e.a, e.b);
+    joinShapes();
+    for (std::uint32_t top = 1; top < shapes_.size(); ++top) joinSupport(top);
     return sets_;
   }
 
@@ -177,8 +181,42 @@ class Assembly {
     }
   }
 
+  /// Gives each set the shape of all its segments.
+  void joinShapes() {
+    const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+    for (std::uint32_t i = 1; i < shapes_.size(); ++i) {
+      const std::uint32_t set = sets_.find(i);
+      if (set == i) continue;
+      append(shapes_[set].points, shapes_[i].points);
+      append(shapes_[set].level, shapes_[i].level);
+      ends_[set].open += ends_[i].open;
+      ends_[set].all += ends_[i].all;
+      things_[set] |= things_[i];
+      shapes_[i] = {};
+    }
+    for (SegmentShape& shape : shapes_) measureShape(shape);
+  }
+  /// The base below a seat, the stem below a crown: joins what ends where a wider part with free lower ends
+  /// begins, below it. Nothing floats.
+  void joinSupport(std::uint32_t top) {
+    const SegmentShape& shape = shapes_[top];
+    if (!shape.known() || things_[top] != 0 || !ends_[top].areFree()) return;
+    std::vector<cv::Point2f> feet, hull;
+    for (const cv::Vec3d& p : shape.points) feet.push_back(foot(p));
+    cv::convexHull(feet, hull);
+    for (std::uint32_t i = 1; i < shapes_.size(); ++i) {
+      const SegmentShape& below = shapes_[i];
+      const double band = kNextTo + kHeightNoise * depths_[i] * depths_[i];
+      if (i == top || things_[i] != 0 || !below.known() || std::abs(below.high - shape.low) > band ||
+          below.wide > kSmaller * shape.wide)
+        continue;
+      if (shareWithin(below, hull, -kNextTo) > 0.6) sets_.join(i, top);
+    }
+  }
+
   std::vector<SegmentEdge> edges_;
   std::vector<SegmentShape> shapes_;
+  std::vector<LowerEnds> ends_;
   std::vector<double> depths_;
   std::vector<std::uint8_t> things_;
   DisjointSets sets_;
@@ -195,9 +233,7 @@ void joinLoose(const InverseDepth& grid, const Mask& mask, const cv::Vec3d& up, 
     for (const std::uint32_t i : {e.a, e.b}) around[i] += e.contacts + e.aInFront + e.bInFront;
     if (e.a == 0) atBounds[e.b] += e.contacts;
   }
-  const auto isLoose = [&](std::uint32_t i) {
-    return 10 * ends[i].open > 7 * ends[i].all && 5 * atBounds[i] < around[i];
-  };
+  const auto isLoose = [&](std::uint32_t i) { return ends[i].areFree() && 5 * atBounds[i] < around[i]; };
   DisjointSets sets(sizes.size());
   std::vector<float> nearest(sizes.size(), kNextTo);
   std::vector<std::uint32_t> to(sizes.size());
@@ -220,25 +256,6 @@ void assembleFurniture(const InverseDepth& grid, const Mask& mask, const HalfIma
                        Segmentation& segments) {
   Assembly assembly(grid, half, up, segments);
   renumber(mask, segments, assembly.assemble());
-}
-
-void dropNarrow(const InverseDepth& grid, const Mask& mask, Segmentation& segments) {
-  constexpr double minWidth = 8;  // [pixels]
-  const std::ptrdiff_t around[] = {1, -1, grid.stride, -grid.stride};
-  const std::vector<std::uint32_t>& labels = segments.labels;
-  std::vector<std::size_t> border(segments.sizes.size());
-  mask.eachPixel([&](std::size_t i) {
-    border[labels[i]] += std::ranges::any_of(around, [&](std::ptrdiff_t step) {  // holes are no border
-      const auto j = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(i) + step);
-      return labels[j] != labels[i] && grid.raw[j] > 0;
-    });
-  });
-  for (std::size_t i = 1; i < border.size(); ++i)
-    if (2. * segments.sizes[i] < minWidth * grid.scale * static_cast<double>(border[i]))
-      segments.sizes[i] = 0;
-  mask.eachPixel([&](std::size_t i) {
-    if (segments.sizes[segments.labels[i]] == 0) segments.labels[i] = 0;
-  });
 }
 
 }  // namespace estancia

@@ -173,17 +173,22 @@ cv::Vec3d upOf(const std::vector<Plane>& planes) {
 void findStructure(const InverseDepth& grid, const cv::Vec3d& up, PlaneRemoval& removal) {
   std::vector<Plane>& planes = removal.planes;
   std::vector<PlaneView> views = viewsOf(grid, up, removal);
+  std::vector<std::size_t> upright;
   for (std::size_t k = 0; k < planes.size(); ++k) {
-    PlaneView& view = views[k];
     if (!isUpright(planes[k], up)) {
-      planes[k].structural = view.behind < kFew;
+      planes[k].structural = views[k].behind < kFew;
       continue;
     }
-    findUpperEdge(grid, removal, k, view);
-    planes[k].structural = 2 * view.upperEdge <= view.columns;
-    for (std::size_t j = 0; j < planes.size(); ++j)
-      if (isWallBehind(planes[j], views[j], planes[k], view)) planes[k].structural = false;
+    findUpperEdge(grid, removal, k, views[k]);
+    planes[k].structural = 2 * views[k].upperEdge <= views[k].columns;
+    upright.push_back(k);
   }
+  // From behind: what stands before a wall is no wall for what stands before it.
+  std::ranges::stable_sort(upright, {}, [&](std::size_t k) { return planes[k].offset; });
+  for (const std::size_t k : upright)
+    for (const std::size_t j : upright)
+      if (planes[j].structural && isWallBehind(planes[j], views[j], planes[k], views[k]))
+        planes[k].structural = false;
   spreadOverEdges(grid, up, removal);
   for (std::size_t k = 0; k < planes.size(); ++k)
     if (isUpright(planes[k], up) && views[k].right - views[k].left < kWallThickness)

@@ -57,6 +57,12 @@ void joinLoose(const InverseDepth& grid, const Mask& mask, const cv::Vec3d& up, 
 void assembleFurniture(const InverseDepth& grid, const Mask& mask, const HalfImage& half, const cv::Vec3d& up,
                        Segmentation& segments);
 
+/// Drops fragments: segments that stand before nothing, nor on anything, small ragged ones of which that
+/// holds for half of the border, and the ends of walls beside doors. Who owns a border (Nakayama et al.,
+/// Perception 1989) tells things from what shows between them.
+void dropFragments(const InverseDepth& grid, const PlaneRemoval& removal, const cv::Vec3d& up,
+                   const Mask& mask, Segmentation& segments);
+
 /// Drops segments of less than 8 pixels' mean width: nearly all their pixels mix them with what is behind.
 void dropNarrow(const InverseDepth& grid, const Mask& mask, Segmentation& segments);
 

@@ -17,6 +17,7 @@ namespace estancia {
 namespace {
 
 using test::board;
+using test::bowl;
 using test::box;
 using test::level;
 using test::see;
@@ -128,6 +129,56 @@ TEST(Furniture, TallAsARoomIsToldFromItsWalls) {
   const Clusters found = findClusters(seen.depth, view.camera);
   EXPECT_GT(bestOverlapOf(found, seen, {3}), 0.6);
   EXPECT_LT(clustered(found, seen, kBounds), 0.03);
+}
+
+TEST(Furniture, TheEndOfAWallBesideADoorIsNone) {
+  View view = inRoom();
+  view.from = {0, -1, 1.3};
+  view.to = {0, 1.5, 1.1};
+  // A wall 0.16 m thick that ends at a door; behind it another room.
+  const std::vector<Shape> rooms{level(0), board({0, 5, 1.25}, {1, 0, 0}, {0, 0, 1}, 10, 1.25),
+                                 box({0.2, -0.05, 0}, {0.16, 0.3, 2.5}), box({-0.6, 3, 0}, {0.4, 0.4, 0.7})};
+  const Seen seen = see(rooms, view);
+  const Clusters found = findClusters(seen.depth, view.camera);
+  EXPECT_LT(clustered(found, seen, {2}), 0.03);
+  EXPECT_GT(bestOverlapOf(found, seen, {3}), 0.6);
+}
+
+TEST(Furniture, StandsBeforeAWallNotBeforeOtherFurniture) {
+  View view = inRoom();
+  view.from = {0.2, -1, 1.2};
+  view.to = {-0.1, 1.5, 1.1};
+  // A cupboard at the far wall, and a wall a meter and a half before that one, 0.8 m before the cupboard.
+  const Seen seen = see({level(0), board({0, 4, 1.25}, {1, 0, 0}, {0, 0, 1}, 10, 1.25),
+                         box({-0.7, 3.65, 0}, {1.2, 0.7, 1.4}), box({1.1, 2.55, 0}, {2, 0.1, 2.5})},
+                        view);
+  const Clusters found = findClusters(seen.depth, view.camera);
+  EXPECT_GT(bestOverlapOf(found, seen, {2}), 0.6);
+  EXPECT_LT(clustered(found, seen, {3}), 0.05);
+}
+
+TEST(Furniture, ABulgeInAWallIsNone) {
+  const View view = inRoom();
+  std::vector<Shape> room = kRoom;
+  room.push_back(bowl({0.9, 3.3, 1}, 0.4, HUGE_VAL));  // 10 cm before the wall
+  const Seen seen = see(room, view);
+  const Clusters found = findClusters(seen.depth, view.camera);
+  EXPECT_LT(clustered(found, seen, {11}), 0.03);
+  EXPECT_GT(bestOverlapOf(found, seen, {9}), 0.6);
+}
+
+TEST(Furniture, WhatFloatsBelongsToWhatCarriesIt) {
+  View view = inRoom();
+  view.from = {0, -0.6, 1.1};
+  view.to = {0, 1, 0.3};
+  // A stool, whose foot begins 6 cm below its seat.
+  const Seen seen = see({level(0), box({0, 1, 0.5}, {0.34, 0.34, 0.06}), box({0, 1, 0}, {0.1, 0.1, 0.44}),
+                         box({0.8, 1.4, 0}, {0.2, 0.2, 0.3})},
+                        view);
+  const Clusters found = findClusters(seen.depth, view.camera);
+  EXPECT_GT(bestOverlapOf(found, seen, {1, 2}), 0.8);
+  EXPECT_GT(bestOverlapOf(found, seen, {3}), 0.8);
+  EXPECT_THAT(found.clusters, SizeIs(2));
 }
 
 TEST(Furniture, NeedsDepth) {
