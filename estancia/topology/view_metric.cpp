@@ -13,7 +13,7 @@ namespace estancia {
 namespace {
 
 using RowMajor = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-using Rows = Eigen::Map<RowMajor>;
+using MutableRows = Eigen::Map<RowMajor>;
 using ConstRows = Eigen::Map<const RowMajor>;
 
 constexpr double farthest = 3;             // standard deviations; weights beyond, below .011, are 0
@@ -187,7 +187,7 @@ void ViewMetric::apply(std::span<float> values) const {
   const auto labels = static_cast<Eigen::Index>(labels_);
   const auto kept = static_cast<Eigen::Index>(changes_.size());
   if (kept == 0) return;
-  Rows rows(values.data(), static_cast<Eigen::Index>(values.size()) / labels, labels);
+  MutableRows rows(values.data(), static_cast<Eigen::Index>(values.size()) / labels, labels);
   const ConstRows directions(directions_.data(), kept, labels);
   const Eigen::Map<const Eigen::VectorXf> changes(changes_.data(), kept);
   for (Eigen::Index first = 0; first < rows.rows(); first += block) {
