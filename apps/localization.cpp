@@ -8,6 +8,8 @@
 #include <unordered_map>
 
 #include "estancia/core/error.hpp"
+#include "estancia/stats/moments.hpp"
+#include "estancia/zones/overlay.hpp"
 #include "estancia/zones/zone_file.hpp"
 
 namespace estancia::apps {
@@ -37,6 +39,13 @@ std::vector<int> zonesOfFrames(const std::string& zones, const TopologicalMap& m
         ErrorCode::mismatch,
         fmt::format("{} holds none of the map's frames; find the zones of the sequence that was mapped",
                     zones));
+  Moments mean(map.vocabulary.size(), false);
+  for (const Node& node : map.nodes) mean.add(node.mean, static_cast<double>(node.frames));
+  if (!areOfSameRun(known, map.vocabulary, mean.mean()))
+    throw Error(ErrorCode::mismatch,
+                fmt::format("{} is of another drive: frames have the names of the map's, but other labels; "
+                            "find the zones or areas of the sequence that was mapped",
+                            zones));
   return result;
 }
 

@@ -37,7 +37,7 @@ Survey survey(const Sequence& sequence, const DescriptorSequence& labeled, const
   Survey result{{floor, options.cell}, {floor, labeled.vocabulary.size(), options.words}};
   std::unordered_map<std::string, std::size_t> places;
   for (std::size_t i = 0; i < sequence.size(); ++i) places.emplace(sequence.frame(i).name, i);
-  std::string why = "none has a pose";
+  std::string why = posesOf(labeled).empty() ? "none has a pose" : "none with a pose has depth";
   progress.begin("areas", labeled.frames.size());
   for (std::size_t i = 0; i < labeled.frames.size(); ++i) {
     if (interrupted()) throw Interrupted(fmt::format("stopped after {} frames", i));
@@ -115,14 +115,18 @@ std::vector<int> areaNumbers(const Zones& zones, const std::vector<int>& roomOf,
 }
 
 void describe(Area& area, const cv::Mat& areaOf, const FloorCells& cells) {
-  const cv::Mat mask = areaOf == area.id;
+  const cv::Mat everywhere = areaOf == area.id;
+  const cv::Rect box = cv::boundingRect(everywhere);
+  if (box.empty()) return;
+  const cv::Mat mask = everywhere(box);  // OpenCV's distances are wrong in images wider than 46,340 pixels
+  const auto centerOf = [&](const cv::Point& cell) { return cells.centerOf(cell + box.tl()); };
   area.size = cv::countNonZero(mask) * cells.cell() * cells.cell();
   cv::Mat framed, distance;
   cv::copyMakeBorder(mask, framed, 1, 1, 1, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
   cv::distanceTransform(framed, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
   cv::Point middle;
   cv::minMaxLoc(distance, nullptr, nullptr, nullptr, &middle);
-  area.center = cells.centerOf(middle - cv::Point(1, 1));
+  area.center = centerOf(middle - cv::Point(1, 1));
   std::vector<std::vector<cv::Point>> contours;
   cv::findContours(mask, contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_SIMPLE);
   const auto largest = std::max_element(contours.begin(), contours.end(), [](const auto& a, const auto& b) {
@@ -131,7 +135,7 @@ void describe(Area& area, const cv::Mat& areaOf, const FloorCells& cells) {
   if (largest == contours.end()) return;
   std::vector<cv::Point> outline;
   cv::approxPolyDP(*largest, outline, 2, true);  // to two cells
-  for (const cv::Point& corner : outline) area.outline.push_back(cells.centerOf(corner));
+  for (const cv::Point& corner : outline) area.outline.push_back(centerOf(corner));
   if (cv::contourArea(outline, true) < 0) std::reverse(area.outline.begin(), area.outline.end());
 }
 
@@ -189,7 +193,8 @@ Areas findAreas(const Sequence& sequence, const DescriptorSequence& labeled, con
   double count = 0;
   cv::minMaxLoc(rooms, nullptr, &count);
   if (count == 0)
-    fail(ErrorCode::insufficientData, "{}: no room of {} m² was seen; give a smaller --min-area",
+    fail(ErrorCode::insufficientData,
+         "{}: no room of {} m² was seen; give a smaller areas.room-segmentation.min-area by --set",
          sequence.name(), options.segmentation.minArea);
   const std::vector<int> roomOf = roomsOfFrames(labeled, seen, rooms);
   Zones zones = describeZones(labeled, roomOf);

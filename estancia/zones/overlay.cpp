@@ -18,18 +18,18 @@ namespace {
 // images on the way between places. Two drives through one corridor differ by .3.
 constexpr double sameRun = 0.15;
 
-bool hasSameMean(const Zones& zones, const GroupedRun& run) {
-  if (!(zones.vocabulary == run.vocabulary)) return true;  // of another vocabulary, which cannot be compared
-  const std::vector<float> mean = runMean(zones);
+}  // namespace
+
+bool areOfSameRun(const Zones& zones, const Vocabulary& vocabulary, std::span<const float> mean) {
+  if (!(zones.vocabulary == vocabulary)) return true;
+  const std::vector<float> ofZones = runMean(zones);
   double difference = 0, sum = 0;
-  for (std::size_t i = 0; i < mean.size(); ++i) {
-    difference += std::abs(static_cast<double>(mean[i]) - static_cast<double>(run.mean[i]));
-    sum += static_cast<double>(mean[i]);
+  for (std::size_t i = 0; i < ofZones.size(); ++i) {
+    difference += std::abs(static_cast<double>(ofZones[i]) - static_cast<double>(mean[i]));
+    sum += static_cast<double>(ofZones[i]);
   }
   return difference <= sameRun * sum;
 }
-
-}  // namespace
 
 std::vector<GroupZones> overlayZones(const Zones& zones, const GroupedRun& run) {
   const auto fail = [](const std::string& how) {
@@ -49,7 +49,8 @@ std::vector<GroupZones> overlayZones(const Zones& zones, const GroupedRun& run) 
     if (found == byName.end()) fail(fmt::format("it has no frame \"{}\"", frame.name));
     ++counts[frame.group][zones.zoneOf[found->second]];
   }
-  if (!hasSameMean(zones, run)) fail("the frames have the same names, but other labels");
+  if (!areOfSameRun(zones, run.vocabulary, run.mean))
+    fail("the frames have the same names, but other labels");
   std::vector<GroupZones> groups;
   for (const auto& [group, shares] : counts) {
     GroupZones& entry = groups.emplace_back();

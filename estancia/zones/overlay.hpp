@@ -38,6 +38,10 @@ struct GroupZones {
   int zone() const { return shares.front().zone; }
 };
 
+/// Whether a run with this mean probability of each label says the words of the zones' run about as often;
+/// true where the vocabularies differ, which cannot be compared.
+bool areOfSameRun(const Zones& zones, const Vocabulary& vocabulary, std::span<const float> mean);
+
 /// One entry a group, by number. Frames are told apart by their names, which two drives may share
 /// ("frame 000000" …); so runs that say the same words must say them about as often, too. Throws Error when
 /// the two are not about the same frames.

@@ -318,7 +318,8 @@ Zones readZones(const fs::path& file) {
                        printable(how.substr(0, 200))));
   };
   if (!isZoneFile(file))
-    refuse(ErrorCode::unsupportedFile, "not a zone file; give one that `estancia zones find` has written");
+    refuse(ErrorCode::unsupportedFile,
+           "not a zone file; give one that `estancia zones find` or `areas find` has written");
   std::uint64_t found = 0;
   try {
     const Json json = parse(text);

@@ -66,6 +66,21 @@ TEST_F(AreasCommand, ZonesOfAnotherDriveSayNothingOfAMap) {
   EXPECT_THAT(run({"localize", map, words_, "--zones", file_}), FailsWith(ErrorCode::mismatch, file_));
 }
 
+TEST_F(AreasCommand, ZonesOfFramesOfTheSameNamesAreNotOfTheSameDrive) {
+  const std::string map = scratch_ / "home.estancia", others = scratch_ / "others.labels";
+  ASSERT_EQ(run({"map", words_, "-o", map}).exitCode, 0);
+  DescriptorSequence recording = readDescriptors(words_);
+  DescriptorMatrix turned(3);
+  for (std::size_t i = 0; i < recording.frames.size(); ++i) {
+    const DescriptorView words = recording.descriptors.row(i);
+    turned.append(LexicalDescriptor{words[1], words[2], words[0]});
+  }
+  recording.descriptors = turned;
+  writeDescriptors(recording, others);
+  ASSERT_EQ(run({"zones", "find", others, "-o", file_, "--count", "2"}).exitCode, 0);
+  EXPECT_THAT(run({"localize", map, words_, "--zones", file_}), FailsWith(ErrorCode::mismatch, file_));
+}
+
 TEST_F(AreasCommand, SaysThatAWordWasNotSeen) {
   const std::string home = scratch_ / "home";
   writeSmallModel(scratch_ / "small", "scale = 0.5");

@@ -118,6 +118,16 @@ TEST(Areas, KeepFramesWithoutAPoseWithTheFrameBefore) {
   expectTheFlat(areas);
 }
 
+TEST(Areas, HaveTheirCentersHoweverFarApart) {
+  FlatDrive drive;
+  DescriptorSequence apart = drive.labeled();
+  for (std::size_t i = 48; i < 64; ++i) apart.frames[i].pose->x += 4000;  // the kitchen
+  const Areas areas = findAreas(drive, apart);
+  expectTheFlat(areas);
+  EXPECT_NEAR(areaOf(areas, "bedroom").center.x, 2.5, 0.6);
+  EXPECT_NEAR(areaOf(areas, "kitchen").center.x, 4006.5, 1.5);
+}
+
 TEST(Areas, OfOneRoomAreOne) {
   FlatDrive drive;
   drive.frames_.resize(16);
