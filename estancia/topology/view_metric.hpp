@@ -1,5 +1,6 @@
 // View metric: how a map's images are compared with others, learned from images taken near each other.
-// Private. SPDX-License-Identifier: Apache-2.0
+// Private.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
