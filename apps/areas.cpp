@@ -131,8 +131,7 @@ void printTable(const AreasArguments& arguments, const Areas& areas, const std::
 }
 
 void run(const AreasArguments& arguments) {
-  AreaOptions options = arguments.options;
-  declare(options).validate();  // before anything is labeled
+  validate(arguments.options);  // before anything is labeled
   const std::string& path = arguments.sequence.path;
   requireReplaceable(arguments.output, arguments.overwrite, isZoneFile, "zone file");
   requireImage(arguments.image, arguments.overwrite, {path});
@@ -145,7 +144,7 @@ void run(const AreasArguments& arguments) {
   const std::vector<std::size_t> labels =
       arguments.word.empty() ? std::vector<std::size_t>() : labelsOf(labeling.vocabulary(), arguments.word);
   const DescriptorSequence words = labeled(labeling);
-  const Areas areas = findAreas(labeling.sequence(), words, options, *makeStderrProgress());
+  const Areas areas = findAreas(labeling.sequence(), words, arguments.options, *makeStderrProgress());
   writeZones(areas.zones, arguments.output);
   std::optional<FloorHeat> heat;
   std::optional<Strongest> strongest;

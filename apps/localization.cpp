@@ -8,7 +8,7 @@
 #include <unordered_map>
 
 #include "estancia/core/error.hpp"
-#include "estancia/stats/moments.hpp"
+#include "estancia/report/node_zones.hpp"
 #include "estancia/zones/overlay.hpp"
 #include "estancia/zones/zone_file.hpp"
 
@@ -39,9 +39,7 @@ std::vector<int> zonesOfFrames(const std::string& zones, const TopologicalMap& m
         ErrorCode::mismatch,
         fmt::format("{} holds none of the map's frames; find the zones of the sequence that was mapped",
                     zones));
-  Moments mean(map.vocabulary.size(), false);
-  for (const Node& node : map.nodes) mean.add(node.mean, static_cast<double>(node.frames));
-  if (!areOfSameRun(known, map.vocabulary, mean.mean()))
+  if (!areOfSameRun(known, report::groupedRun(map)))
     throw Error(ErrorCode::mismatch,
                 fmt::format("{} is of another drive: frames have the names of the map's, but other labels; "
                             "find the zones or areas of the sequence that was mapped",

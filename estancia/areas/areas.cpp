@@ -33,11 +33,12 @@ Survey survey(const Sequence& sequence, const DescriptorSequence& labeled, const
   if (!sequence.intrinsics())
     fail(ErrorCode::insufficientData, "{}: the camera of the depth images is unknown; give its intrinsics",
          sequence.name());
-  const Floor floor(posesOf(labeled));
+  const std::vector<Pose> poses = posesOf(labeled);
+  const Floor floor(poses);
   Survey result{{floor, options.cell}, {floor, labeled.vocabulary.size(), options.words}};
   std::unordered_map<std::string, std::size_t> places;
   for (std::size_t i = 0; i < sequence.size(); ++i) places.emplace(sequence.frame(i).name, i);
-  std::string why = posesOf(labeled).empty() ? "none has a pose" : "none with a pose has depth";
+  std::string why = poses.empty() ? "none has a pose" : "none with a pose has depth";
   progress.begin("areas", labeled.frames.size());
   for (std::size_t i = 0; i < labeled.frames.size(); ++i) {
     if (interrupted()) throw Interrupted(fmt::format("stopped after {} frames", i));
@@ -185,8 +186,7 @@ OptionGroup declare(AreaOptions& options) {
 
 Areas findAreas(const Sequence& sequence, const DescriptorSequence& labeled, const AreaOptions& options,
                 Progress& progress) {
-  AreaOptions checked = options;
-  declare(checked).validate();
+  validate(options);
   Survey seen = survey(sequence, labeled, options, progress);
   const cv::Mat walls = seen.grid.walls();
   const cv::Mat rooms = segmentRooms(seen.grid.freeSpace(), walls, options.cell, options.segmentation);

@@ -115,8 +115,7 @@ OptionGroup declare(RoomSegmentationOptions& options) {
 cv::Mat segmentRooms(const cv::Mat& freeSpace, const cv::Mat& walls, double cell,
                      const RoomSegmentationOptions& options) {
   if (freeSpace.empty()) return {};
-  RoomSegmentationOptions checked = options;
-  declare(checked).validate();
+  validate(options);
   cv::Mat closed;  // single cells without evidence are no walls
   cv::morphologyEx(freeSpace, closed, cv::MORPH_CLOSE, cv::Mat::ones(3, 3, CV_8U));
   const Watershed watershed = watershedOf(closed, walls, cell);

@@ -2,16 +2,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estancia/cloud/segment_graph.hpp"
 #include "estancia/cloud/segmentation_stages.hpp"
 
 namespace estancia {
 namespace {
 
-constexpr float kStep = 0.02F;                      // of 1/z, where one surface ends before another
 constexpr double kOwned = 0.1, kMostlyOwned = 0.5;  // share of its border that a thing stands before
 constexpr double kRagged = 0.75;                    // share of its bounding box that a segment fills
 constexpr double kFewPixels = 1000;                 // [square pixels]
-constexpr double kWallThickness = 0.3;              // with the frame of a door [m]
+constexpr double kWallEndWidth = 0.3;               // with the frame of a door [m]
 constexpr double kAligned = 0.966;                  // cosine of 15°
 constexpr double kMostlyAligned = 0.7;              // share of normals
 
@@ -88,8 +88,9 @@ class Outlines {
     if (labels_[j] == labels_[i]) return;
     ++outline.border;
     const float step = grid_.raw[i] - grid_.raw[j];  // no depth: the shadow beside what is near
-    const bool inFront = step >= kStep * grid_.raw[j];
-    const bool onLevel = labels_[j] == 0 && isLevel_[removal_.of[j]] != 0 && -step < kStep * grid_.raw[i];
+    const bool inFront = step >= kDepthStep * grid_.raw[j];
+    const bool onLevel =
+        labels_[j] == 0 && isLevel_[removal_.of[j]] != 0 && -step < kDepthStep * grid_.raw[i];
     outline.owned += inFront || onLevel ? 1 : 0;
     outline.atFloor |= onLevel && !inFront;
   }
@@ -109,7 +110,7 @@ bool isWallEnd(const InverseDepth& grid, const Outline& outline, double pixels) 
   const double width = pixels / rows * outline.depth / grid.camera.fx;
   const double height = rows * outline.depth / grid.camera.fy;
   return outline.top <= 1 && (outline.bottom >= grid.camera.height - 2 || outline.atFloor) &&
-         width < kWallThickness && height > 2 * width && outline.aligned > kMostlyAligned * outline.normals;
+         width < kWallEndWidth && height > 2 * width && outline.aligned > kMostlyAligned * outline.normals;
 }
 
 /// What stands before nothing is a relief of what is around it; of a small ragged piece, most of the border
@@ -117,6 +118,13 @@ bool isWallEnd(const InverseDepth& grid, const Outline& outline, double pixels) 
 bool isFragment(const InverseDepth& grid, const Outline& outline, double pixels) {
   const bool ragged = pixels < grid.area(kFewPixels) && pixels < kRagged * outline.boxArea();
   return outline.owned < (ragged ? kMostlyOwned : kOwned) * outline.border;
+}
+
+/// Takes the pixels from segments without size.
+void clearDropped(const Mask& mask, Segmentation& segments) {
+  mask.eachPixel([&](std::size_t i) {
+    if (segments.sizes[segments.labels[i]] == 0) segments.labels[i] = 0;
+  });
 }
 
 }  // namespace
@@ -128,9 +136,7 @@ void dropFragments(const InverseDepth& grid, const PlaneRemoval& removal, const 
     if (const double pixels = segments.sizes[i];
         isWallEnd(grid, outlines[i], pixels) || isFragment(grid, outlines[i], pixels))
       segments.sizes[i] = 0;
-  mask.eachPixel([&](std::size_t i) {
-    if (segments.sizes[segments.labels[i]] == 0) segments.labels[i] = 0;
-  });
+  clearDropped(mask, segments);
 }
 
 void dropNarrow(const InverseDepth& grid, const Mask& mask, Segmentation& segments) {
@@ -147,9 +153,7 @@ void dropNarrow(const InverseDepth& grid, const Mask& mask, Segmentation& segmen
   for (std::size_t i = 1; i < border.size(); ++i)
     if (2. * segments.sizes[i] < minWidth * grid.scale * static_cast<double>(border[i]))
       segments.sizes[i] = 0;
-  mask.eachPixel([&](std::size_t i) {
-    if (segments.sizes[segments.labels[i]] == 0) segments.labels[i] = 0;
-  });
+  clearDropped(mask, segments);
 }
 
 }  // namespace estancia

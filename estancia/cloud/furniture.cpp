@@ -111,7 +111,6 @@ struct LowerEnds {
 };
 
 std::vector<LowerEnds> lowerEnds(const InverseDepth& grid, const Segmentation& segments) {
-  constexpr float sameDepth = 0.02F;
   std::vector<LowerEnds> ends(segments.sizes.size());
   for (int v = 0; v + 1 < grid.camera.height; ++v)
     for (int u = 0; u < grid.camera.width; ++u) {
@@ -119,7 +118,7 @@ std::vector<LowerEnds> lowerEnds(const InverseDepth& grid, const Segmentation& s
       const std::uint32_t label = segments.labels[i];
       if (label == 0 || segments.labels[below] == label || !(grid.raw[below] > 0)) continue;
       ++ends[label].all;
-      ends[label].open += grid.raw[i] - grid.raw[below] >= sameDepth * grid.raw[below] ? 1 : 0;
+      ends[label].open += grid.raw[i] - grid.raw[below] >= kDepthStep * grid.raw[below] ? 1 : 0;
     }
   return ends;
 }

@@ -10,8 +10,7 @@
 namespace estancia {
 namespace {
 
-constexpr float kSameDepth = 0.02F;  // of 1/z
-constexpr double kAcross = 6;        // [pixels]
+constexpr double kAcross = 6;  // [pixels]
 constexpr float kFar = std::numeric_limits<float>::infinity();
 
 enum class Side : std::uint8_t { contact, aInFront, bInFront, apart };
@@ -34,7 +33,7 @@ class Pairs {
     if (labels_[i] == labels_[j] || !(grid_.raw[i] > 0) || !(grid_.raw[j] > 0)) return;
     if (labels_[i] > labels_[j]) std::swap(i, j);
     const float difference = grid_.raw[i] - grid_.raw[j];
-    const bool same = std::abs(difference) < kSameDepth * std::min(grid_.raw[i], grid_.raw[j]);
+    const bool same = std::abs(difference) < kDepthStep * std::min(grid_.raw[i], grid_.raw[j]);
     add(i, j, same ? Side::contact : difference > 0 ? Side::aInFront : Side::bInFront);
   }
   /// The next segment behind pixels without one.

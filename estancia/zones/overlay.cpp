@@ -20,12 +20,12 @@ constexpr double sameRun = 0.15;
 
 }  // namespace
 
-bool areOfSameRun(const Zones& zones, const Vocabulary& vocabulary, std::span<const float> mean) {
-  if (!(zones.vocabulary == vocabulary)) return true;
+bool areOfSameRun(const Zones& zones, const GroupedRun& run) {
+  if (!(zones.vocabulary == run.vocabulary)) return true;
   const std::vector<float> ofZones = runMean(zones);
   double difference = 0, sum = 0;
   for (std::size_t i = 0; i < ofZones.size(); ++i) {
-    difference += std::abs(static_cast<double>(ofZones[i]) - static_cast<double>(mean[i]));
+    difference += std::abs(static_cast<double>(ofZones[i]) - static_cast<double>(run.mean[i]));
     sum += static_cast<double>(ofZones[i]);
   }
   return difference <= sameRun * sum;
@@ -49,8 +49,7 @@ std::vector<GroupZones> overlayZones(const Zones& zones, const GroupedRun& run) 
     if (found == byName.end()) fail(fmt::format("it has no frame \"{}\"", frame.name));
     ++counts[frame.group][zones.zoneOf[found->second]];
   }
-  if (!areOfSameRun(zones, run.vocabulary, run.mean))
-    fail("the frames have the same names, but other labels");
+  if (!areOfSameRun(zones, run)) fail("the frames have the same names, but other labels");
   std::vector<GroupZones> groups;
   for (const auto& [group, shares] : counts) {
     GroupZones& entry = groups.emplace_back();

@@ -38,9 +38,9 @@ struct GroupZones {
   int zone() const { return shares.front().zone; }
 };
 
-/// Whether a run with this mean probability of each label says the words of the zones' run about as often;
-/// true where the vocabularies differ, which cannot be compared.
-bool areOfSameRun(const Zones& zones, const Vocabulary& vocabulary, std::span<const float> mean);
+/// Whether the other run says the words of the zones' run about as often; true where the vocabularies differ,
+/// which cannot be compared.
+bool areOfSameRun(const Zones& zones, const GroupedRun& run);
 
 /// One entry a group, by number. Frames are told apart by their names, which two drives may share
 /// ("frame 000000" …); so runs that say the same words must say them about as often, too. Throws Error when
