@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/areas/area_plan.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <opencv2/imgproc.hpp>
+
+#include "estancia/core/fail.hpp"
+#include "estancia/zones/naming.hpp"
+
+namespace estancia {
+namespace {
+
+/// Rooms (1, 2 …) where they are, and elsewhere the nearest one that is not farther than `reach` cells.
+cv::Mat nearestRooms(const cv::Mat& rooms, double reach) {
+  cv::Mat distance, nearest;
+  cv::distanceTransform(rooms == 0, distance, nearest, cv::DIST_L2, cv::DIST_MASK_5, cv::DIST_LABEL_PIXEL);
+  double most = 0;
+  cv::minMaxLoc(nearest, nullptr, &most);
+  std::vector<int> roomOf(static_cast<std::size_t>(most) + 1);
+  for (int row = 0; row < rooms.rows; ++row)
+    for (int column = 0; column < rooms.cols; ++column)
+      if (const int room = rooms.at<int>(row, column)) roomOf[nearest.at<int>(row, column)] = room;
+  cv::Mat_<int> result(rooms.size(), 0);
+  for (int row = 0; row < rooms.rows; ++row)
+    for (int column = 0; column < rooms.cols; ++column)
+      if (distance.at<float>(row, column) <= reach)
+        result(row, column) = roomOf[nearest.at<int>(row, column)];
+  return result;
+}
+
+/// The room of each frame's camera; where it has no pose, that of the frame before, else of the first that
+/// has one.
+std::vector<int> roomsOfFrames(std::span<const std::optional<Pose>> frames, const FloorSurvey& survey,
+                               const cv::Mat& rooms) {
+  const cv::Mat nearest = nearestRooms(rooms, rooms.rows + rooms.cols);
+  const FloorCells& cells = survey.grid.cells();
+  std::vector<int> result;
+  int last = 0;
+  for (const std::optional<Pose>& pose : frames) {
+    if (pose && pose->isPlausible()) {
+      const PlanarPose at = survey.grid.floor().project(*pose);
+      const cv::Point cell = cells.at(at.x, at.y);
+      last = nearest.at<int>(std::clamp(cell.y, 0, cells.rows() - 1),
+                             std::clamp(cell.x, 0, cells.columns() - 1));
+    }
+    result.push_back(last);
+  }
+  const auto first = std::find_if(result.begin(), result.end(), [](int room) { return room > 0; });
+  std::fill(result.begin(), first, first == result.end() ? 1 : *first);
+  return result;
+}
+
+/// The number of each room, 1 … `rooms`: those with frames first, by falling count, of equal ones the one
+/// that the robot was in first; then the others by size.
+std::vector<int> areaNumbers(const std::vector<int>& roomOf, int rooms) {
+  std::vector<std::size_t> frames(static_cast<std::size_t>(rooms) + 1), firsts(frames.size(), roomOf.size());
+  for (std::size_t i = roomOf.size(); i-- > 0;) {
+    ++frames[static_cast<std::size_t>(roomOf[i])];
+    firsts[static_cast<std::size_t>(roomOf[i])] = i;
+  }
+  std::vector<std::size_t> order(static_cast<std::size_t>(rooms));
+  std::iota(order.begin(), order.end(), 1);
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return frames[a] != frames[b] ? frames[a] > frames[b] : firsts[a] < firsts[b];
+  });
+  std::vector<int> numbers(frames.size(), -1);
+  for (std::size_t i = 0; i < order.size(); ++i) numbers[order[i]] = static_cast<int>(i);
+  return numbers;
+}
+
+void describe(Area& area, const cv::Mat& areaOf, const FloorCells& cells) {
+  const cv::Mat everywhere = areaOf == area.id;
+  const cv::Rect box = cv::boundingRect(everywhere);
+  if (box.empty()) return;
+  const cv::Mat mask = everywhere(box);  // OpenCV's distances are wrong in images wider than 46,340 pixels
+  const auto centerOf = [&](const cv::Point& cell) { return cells.centerOf(cell + box.tl()); };
+  area.size = cv::countNonZero(mask) * cells.cell() * cells.cell();
+  cv::Mat framed, distance;
+  cv::copyMakeBorder(mask, framed, 1, 1, 1, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
+  cv::distanceTransform(framed, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+  cv::Point middle;
+  cv::minMaxLoc(distance, nullptr, nullptr, nullptr, &middle);
+  area.center = centerOf(middle - cv::Point(1, 1));
+  std::vector<std::vector<cv::Point>> contours;
+  cv::findContours(mask, contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_SIMPLE);
+  const auto largest = std::max_element(contours.begin(), contours.end(), [](const auto& a, const auto& b) {
+    return cv::contourArea(a) < cv::contourArea(b);
+  });
+  if (largest == contours.end()) return;
+  std::vector<cv::Point> outline;
+  cv::approxPolyDP(*largest, outline, 2, true);  // to two cells
+  for (const cv::Point& corner : outline) area.outline.push_back(centerOf(corner));
+  if (cv::contourArea(outline, true) < 0) std::reverse(area.outline.begin(), area.outline.end());
+}
+
+/// What is seen above the floor of an area and up to half a meter beyond it: walls and what stands at them.
+std::vector<float> wordsOf(int area, const cv::Mat& nearest, const FloorCells& cells, const WordMap& words) {
+  cv::Mat mask(words.cells().rows(), words.cells().columns(), CV_8U, cv::Scalar(0));
+  for (int row = 0; row < mask.rows; ++row)
+    for (int column = 0; column < mask.cols; ++column) {
+      const cv::Point2d at = words.cells().centerOf({column, row});
+      const cv::Point cell = cells.at(at.x, at.y);
+      if (cells.holds(cell) && nearest.at<int>(cell) == area + 1) mask.at<unsigned char>(row, column) = 255;
+    }
+  return words.mean(mask);
+}
+
+void describeAreas(AreaPlan& plan, const FloorSurvey& survey, const Vocabulary& vocabulary,
+                   const std::vector<float>& mean) {
+  constexpr double beyond = 0.5;  // [m]
+  const cv::Mat nearest = nearestRooms(plan.areaOf + 1, beyond / plan.cells.cell());
+  std::vector<std::vector<float>> means;
+  for (Area& area : plan.areas) {
+    describe(area, plan.areaOf, plan.cells);
+    means.push_back(wordsOf(area.id, nearest, plan.cells, survey.words));
+  }
+  const std::vector<std::string> names = nameZones(vocabulary, means, mean);
+  for (Area& area : plan.areas) area.name = names[static_cast<std::size_t>(area.id)];
+}
+
+/// Merges and splits rooms as people did.
+void correct(cv::Mat& rooms, std::span<const AreaEdit> edits, const FloorCells& cells) {
+  for (const AreaEdit& edit : edits) {
+    const cv::Point from = cells.at(edit.from.x, edit.from.y), to = cells.at(edit.to.x, edit.to.y);
+    if (!cells.holds(from) || !cells.holds(to)) continue;
+    double count = 0;
+    cv::minMaxLoc(rooms, nullptr, &count);
+    if (edit.kind == AreaEdit::Kind::merge) {
+      const int kept = rooms.at<int>(from), gone = rooms.at<int>(to);
+      if (kept > 0 && gone > 0) rooms.setTo(kept, rooms == gone);
+    } else if (edit.kind == AreaEdit::Kind::split) {
+      const int room = rooms.at<int>(cv::Point((from + to) / 2));
+      const cv::Point along = to - from;
+      if (room == 0) continue;
+      for (int row = 0; row < rooms.rows; ++row)
+        for (int column = 0; column < rooms.cols; ++column)
+          if (rooms.at<int>(row, column) == room && along.cross(cv::Point(column, row) - from) > 0)
+            rooms.at<int>(row, column) = static_cast<int>(count) + 1;
+    }
+  }
+}
+
+/// Numbers rooms 1, 2 … without gaps, in their order. Returns how many there are.
+int closeGaps(cv::Mat& rooms) {
+  double most = 0;
+  cv::minMaxLoc(rooms, nullptr, &most);
+  std::vector<int> number(static_cast<std::size_t>(most) + 1);
+  std::for_each(rooms.begin<int>(), rooms.end<int>(),
+                [&](int room) { number[static_cast<std::size_t>(room)] = 1; });
+  number[0] = 0;
+  std::partial_sum(number.begin(), number.end(), number.begin());
+  std::for_each(rooms.begin<int>(), rooms.end<int>(),
+                [&](int& room) { room = room == 0 ? 0 : number[static_cast<std::size_t>(room)]; });
+  return number.back();
+}
+
+}  // namespace
+
+PlannedFrames planAreas(const FloorSurvey& survey, std::span<const std::optional<Pose>> frames,
+                        const Vocabulary& vocabulary, const std::vector<float>& mean,
+                        const RoomSegmentationOptions& options, std::span<const AreaEdit> edits) {
+  const FloorCells& cells = survey.grid.cells();
+  const cv::Mat walls = survey.grid.walls();
+  cv::Mat rooms = segmentRooms(survey.grid.freeSpace(), walls, cells.cell(), options);
+  correct(rooms, edits, cells);
+  const int count = closeGaps(rooms);
+  if (count == 0)
+    fail(ErrorCode::insufficientData, "no room of {} m² was seen; give a smaller min-area", options.minArea);
+  const std::vector<int> roomOf = roomsOfFrames(frames, survey, rooms);
+  const std::vector<int> number = areaNumbers(roomOf, count);
+  PlannedFrames planned{
+      {std::vector<Area>(static_cast<std::size_t>(count)), survey.grid.floor(), cells, {}, walls}, {}};
+  AreaPlan& plan = planned.plan;
+  plan.areaOf = cv::Mat(rooms.size(), CV_32S);
+  std::transform(rooms.begin<int>(), rooms.end<int>(), plan.areaOf.begin<int>(),
+                 [&](int room) { return number[static_cast<std::size_t>(room)]; });
+  for (std::size_t i = 0; i < plan.areas.size(); ++i) plan.areas[i].id = static_cast<int>(i);
+  for (const int room : roomOf) {
+    planned.areaOfFrame.push_back(number[static_cast<std::size_t>(room)]);
+    ++plan.areas[static_cast<std::size_t>(planned.areaOfFrame.back())].frames;
+  }
+  describeAreas(plan, survey, vocabulary, mean);
+  return planned;
+}
+
+int areaAt(const AreaPlan& plan, const cv::Point2d& at, double reach) {
+  const int cells = static_cast<int>(std::ceil(reach / plan.cells.cell()));
+  const cv::Point middle = plan.cells.at(at.x, at.y);
+  const cv::Rect window = cv::Rect(middle.x - cells, middle.y - cells, 2 * cells + 1, 2 * cells + 1) &
+                          cv::Rect(0, 0, plan.areaOf.cols, plan.areaOf.rows);
+  int nearest = -1;
+  double least = reach * reach / (plan.cells.cell() * plan.cells.cell());
+  for (int row = window.y; row < window.br().y; ++row)
+    for (int column = window.x; column < window.br().x; ++column) {
+      const int area = plan.areaOf.at<int>(row, column);
+      const cv::Point apart = cv::Point(column, row) - middle;
+      if (const double d = apart.dot(apart); area >= 0 && (d < least || (nearest < 0 && d <= least))) {
+        least = d;
+        nearest = area;
+      }
+    }
+  return nearest;
+}
+
+}  // namespace estancia

@@ -1,0 +1,80 @@
+// Area plan: the floor of a drive, split into areas that are named by what is seen in them.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "estancia/areas/floor_cells.hpp"
+#include "estancia/areas/floor_survey.hpp"
+#include "estancia/areas/room_segmentation.hpp"
+#include "estancia/core/planar_pose.hpp"
+#include "estancia/core/vocabulary.hpp"
+
+namespace estancia {
+
+/// A part of the floor that walls and doors enclose.
+struct Area {
+  /// Its position in AreaPlan::areas. Those that the robot was in come first, by falling number of frames.
+  int id = 0;
+  /// The words that distinguish what is in it: "refrigerator, stove, microwave".
+  std::string name = {};
+  /// Of its free space [m²].
+  double size = 0;
+  /// The point of it that is farthest from its border, on the floor [m].
+  cv::Point2d center = {};
+  /// Its free space, counter-clockwise on the floor [m].
+  std::vector<cv::Point2d> outline = {};
+  /// How many frames were taken in it; 0 where the robot only looked in.
+  std::size_t frames = 0;
+};
+
+struct AreaPlan {
+  std::vector<Area> areas;
+  /// The map's axes on the floor.
+  Floor floor;
+  FloorCells cells;
+  /// CV_32S: the area of each cell, -1 where nothing is free.
+  cv::Mat areaOf;
+  /// CV_8U: 255 where walls are.
+  cv::Mat walls;
+};
+
+/// A correction by a person. It is anchored to the floor [m], so that it outlives another segmentation.
+struct AreaEdit {
+  enum class Kind {
+    /// The area at `from` is called `name`.
+    name,
+    /// The areas at `from` and `to` are one.
+    merge,
+    /// The area between `from` and `to` is two, on the two sides of the line through them.
+    split
+  };
+  Kind kind = Kind::name;
+  cv::Point2d from = {}, to = {};
+  std::string name = {};
+};
+
+/// A plan, and the area of each frame.
+struct PlannedFrames {
+  AreaPlan plan;
+  /// Frames without a pose are with the last one that has it.
+  std::vector<int> areaOfFrame;
+};
+
+/// Splits the free space of a survey into rooms (segmentRooms()), and names each by the words of what is seen
+/// in it, as far as they are more than `mean`, the mean probability of each label in the whole drive.
+/// `frames`: where the cameras stood; `edits`: merges and splits, in this order (names are left alone).
+/// Throws Error (insufficientData) where no room was seen.
+PlannedFrames planAreas(const FloorSurvey& survey, std::span<const std::optional<Pose>> frames,
+                        const Vocabulary& vocabulary, const std::vector<float>& mean,
+                        const RoomSegmentationOptions& options = {}, std::span<const AreaEdit> edits = {});
+
+/// The area that a point of the floor lies in, else the nearest one within `reach` [m]; -1 where there is
+/// none.
+int areaAt(const AreaPlan& plan, const cv::Point2d& at, double reach);
+
+}  // namespace estancia
