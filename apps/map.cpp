@@ -9,12 +9,14 @@
 #include "common.hpp"
 #include "described.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/core/frame_failure.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/io/image_writer.hpp"
 #include "estancia/report/text.hpp"
 #include "estancia/topology/map_run.hpp"
 #include "estancia/topology/places.hpp"
+#include "estancia/world/world_mapper.hpp"
 #include "labeling.hpp"
 
 namespace estancia::apps {
@@ -73,21 +75,59 @@ Json summaryOf(const MapArguments& arguments, const MapRun& map, std::size_t ski
           {"tau_revisit", mapper.thresholds().revisit}};
 }
 
+/// The layers above the places, where the drive has depth.
+class Layers {
+ public:
+  Layers(const Sequence& sequence, MapRun& map)
+      : sequence_(sequence), map_(map), on_(sequence.hasDepth() && sequence.intrinsics()) {}
+
+  /// Before the frame is added to the map.
+  void observe(const LabeledFrame& labeled) {
+    if (!on_) return;
+    if (!mapper_) mapper_.emplace(map_.start());
+    const Frame& frame = sequence_.frame(labeled.index);
+    cv::Mat depth;
+    try {
+      depth = sequence_.depth(labeled.index);
+    } catch (...) {
+      spdlog::warn("no depth: {}", frameFailure(frame.name).what());
+    }
+    mapper_->observe(frame, labeled.descriptor, depth, *sequence_.intrinsics());
+  }
+  void finish() {
+    if (mapper_) mapper_->finish();
+  }
+
+ private:
+  const Sequence& sequence_;
+  MapRun& map_;
+  bool on_;
+  std::optional<WorldMapper> mapper_;
+};
+
 /// Adds the labeled frames from `first` on. Returns how many were skipped.
 std::size_t addFrames(const MapArguments& arguments, Labeling& labeling, std::size_t first, bool images,
                       MapRun& map) {
   const Sequence& sequence = labeling.sequence();
+  Layers layers(sequence, map);
+  const auto finish = [&] {
+    map.finish();
+    layers.finish();
+  };
   try {
-    return labeling.forEach(first, "mapping", [&](const LabeledFrame& frame) {
+    const std::size_t skipped = labeling.forEach(first, "mapping", [&](const LabeledFrame& frame) {
       const auto image = [&] {
         return encodeImage(frame.image.empty() ? sequence.image(frame.index) : frame.image);
       };
+      layers.observe(frame);
       map.add(sequence.frame(frame.index), frame.descriptor,
               images ? MappingSession::Image(image) : MappingSession::Image());
     });
+    finish();
+    return skipped;
   } catch (const Interrupted& e) {
     if (!map.session()) throw;
-    map.finish();
+    finish();
     throw Interrupted(
         fmt::format("{}; they are kept in {}, go on with --continue", e.what(), arguments.output));
   }
@@ -109,7 +149,6 @@ void run(const MapArguments& arguments) {
         arguments.declared.applyTo(declare(options));
       });
   const std::size_t skipped = addFrames(arguments, labeling, first, images, *map);
-  map->finish();
   Json json = summaryOf(arguments, *map, skipped);
   map.reset();  // the rooms are written into its file
   if (classifier) {
@@ -127,6 +166,7 @@ void addMapCommand(CLI::App& app) {
   CLI::App* command = app.add_subcommand("map", "Turn a sequence of images into a topological map");
   auto arguments = std::make_shared<MapArguments>(*command);
   arguments->sequence.addTo(arguments->declared);
+  arguments->sequence.addDepthTo(arguments->declared);
   addOutputOption(*command, arguments->output, "The map file, NAME.estancia")->required();
   arguments->model.addTo(arguments->declared, "The model that labels the images");
   addRoomClassifierOption(*command, arguments->roomClassifier);

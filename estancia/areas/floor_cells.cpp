@@ -18,11 +18,11 @@ int cellOf(double position, double cell) {
 }  // namespace
 
 cv::Point FloorCells::at(double x, double y) const {
-  return {cellOf(x, cell_) - area_.x, cellOf(y, cell_) - area_.y};
+  return {cellOf(x, cell_) - extent_.x, cellOf(y, cell_) - extent_.y};
 }
 
 cv::Point2d FloorCells::centerOf(cv::Point cell) const {
-  return {(cell.x + area_.x + 0.5) * cell_, (cell.y + area_.y + 0.5) * cell_};
+  return {(cell.x + extent_.x + 0.5) * cell_, (cell.y + extent_.y + 0.5) * cell_};
 }
 
 cv::Vec4i FloorCells::cover(double x, double y, double radius) {
@@ -32,17 +32,17 @@ cv::Vec4i FloorCells::cover(double x, double y, double radius) {
          y);
   const cv::Point from(cellOf(x - radius, cell_), cellOf(y - radius, cell_));
   const cv::Point to(cellOf(x + radius, cell_) + 1, cellOf(y + radius, cell_) + 1);
-  const cv::Rect wanted = area_.empty() ? cv::Rect(from, to) : area_ | cv::Rect(from, to);
+  const cv::Rect wanted = extent_.empty() ? cv::Rect(from, to) : extent_ | cv::Rect(from, to);
   if (static_cast<double>(wanted.width) * wanted.height > mostCells)
     fail(
         ErrorCode::tooLarge,
         "the views span {:.0f} × {:.0f} m, more than a grid of cells of {} m holds; check the poses, or give "
         "larger cells",
         wanted.width * cell_, wanted.height * cell_, cell_);
-  const cv::Vec4i border(area_.x - wanted.x, area_.y - wanted.y, wanted.br().x - area_.br().x,
-                         wanted.br().y - area_.br().y);
-  const bool first = area_.empty();
-  area_ = wanted;
+  const cv::Vec4i border(extent_.x - wanted.x, extent_.y - wanted.y, wanted.br().x - extent_.br().x,
+                         wanted.br().y - extent_.br().y);
+  const bool first = extent_.empty();
+  extent_ = wanted;
   return first ? cv::Vec4i(0, 0, wanted.width, wanted.height) : border;
 }
 

@@ -12,11 +12,15 @@ class FloorCells {
  public:
   /// `cell`: the width of a cell [m], > 0.
   explicit FloorCells(double cell) : cell_(cell) {}
+  /// `extent`: the first column and row, counted in cells from the floor's origin, and how many there are.
+  FloorCells(double cell, const cv::Rect& extent) : cell_(cell), extent_(extent) {}
+
+  const cv::Rect& extent() const { return extent_; }
 
   double cell() const { return cell_; }
-  int rows() const { return area_.height; }
-  int columns() const { return area_.width; }
-  bool empty() const { return area_.empty(); }
+  int rows() const { return extent_.height; }
+  int columns() const { return extent_.width; }
+  bool empty() const { return extent_.empty(); }
 
   /// The cell that holds the point (x, y) [m], as column and row; it may lie outside.
   cv::Point at(double x, double y) const;
@@ -31,7 +35,7 @@ class FloorCells {
 
  private:
   double cell_;
-  cv::Rect area_;  // in cells from the floor's origin
+  cv::Rect extent_;  // in cells from the floor's origin
 };
 
 /// `image` with a border of so many empty cells, as FloorCells::cover() says.

@@ -64,12 +64,18 @@ class Floor {
       up -= rotation * cv::Vec3d(0, 1, 0);
       rolled += right * right.t();
     }
-    up = cv::norm(up) < 1e-9 ? cv::Vec3d(0, 0, 1) : rolled.inv() * up;
-    up_ = cv::normalize(up);
+    *this = Floor(cv::norm(up) < 1e-9 ? cv::Vec3d(0, 0, 1) : rolled.inv() * up);
+  }
+
+  /// `up`: a direction in the map, of any length but 0.
+  explicit Floor(const cv::Vec3d& up) : up_(cv::normalize(up)) {
     const cv::Vec3d axis = std::abs(up_[0]) < 0.9 ? cv::Vec3d(1, 0, 0) : cv::Vec3d(0, 1, 0);
     right_ = cv::normalize(axis - up_ * axis.dot(up_));
     ahead_ = up_.cross(right_);
   }
+
+  /// Unit length, away from the floor.
+  const cv::Vec3d& up() const { return up_; }
 
   PlanarPose project(const Pose& pose) const {
     const cv::Point2d at = position({pose.x, pose.y, pose.z});

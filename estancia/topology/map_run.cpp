@@ -47,9 +47,13 @@ std::size_t MapRun::begin(const Sequence& sequence, const Vocabulary& vocabulary
   return firstUnmapped(readMap(path_), sequence);
 }
 
-void MapRun::add(const Frame& frame, DescriptorView descriptor, const MappingSession::Image& image) {
+MappingSession& MapRun::start() {
   if (!session_) session_ = create_();
-  session_->add(frame, descriptor, image);
+  return *session_;
+}
+
+void MapRun::add(const Frame& frame, DescriptorView descriptor, const MappingSession::Image& image) {
+  start().add(frame, descriptor, image);
 }
 
 void MapRun::finish() {

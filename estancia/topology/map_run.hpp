@@ -27,6 +27,9 @@ class MapRun {
   std::size_t begin(const Sequence& sequence, const Vocabulary& vocabulary, const std::string& model,
                     const std::function<void(MapperOptions&)>& change);
 
+  /// The session of the next frame: a new map is created now. To be called before add() by whoever writes
+  /// more into the map.
+  MappingSession& start();
   /// Maps the next frame. With the first one a new map is created, and only now an old one replaced.
   void add(const Frame& frame, DescriptorView descriptor, const MappingSession::Image& image = {});
   /// Writes everything.

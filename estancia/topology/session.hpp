@@ -68,6 +68,7 @@ class MappingSession {
 
  private:
   friend class Localizer;
+  friend class WorldMapper;
   struct Impl;
   explicit MappingSession(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;

@@ -28,7 +28,9 @@ namespace fs = std::filesystem;
 using sqlite::Database;
 using sqlite::Statement;
 
-constexpr std::int64_t formatVersion = 4;
+constexpr std::int64_t formatVersion = 5;
+/// Has the same tables for places; writing it makes it the newest.
+constexpr std::int64_t oldestVersion = 4;
 constexpr int lockPatience = 1000;  // a reader may hold a lock for a moment while it recovers [ms]
 
 // Decisions, merges and first frames are history: they may name nodes that have been absorbed since.
@@ -167,10 +169,11 @@ void requireOurFormat(Database& database) {
            "another program's SQLite file, not a map; give a file that `estancia map` has written");
   const std::int64_t version = database.number("PRAGMA user_version");
   if (version < 1) database.failDamaged(fmt::format("its format version is {}", version));
-  if (version != formatVersion)
+  if (version < oldestVersion || version > formatVersion)
     refuse(path, ErrorCode::unsupportedFile,
-           fmt::format("map format {}, but this Estancia reads map format {}; {}", version, formatVersion,
-                       version < formatVersion ? "map the sequence again" : "update Estancia"));
+           fmt::format("map format {}, but this Estancia reads map formats {} to {}; {}", version,
+                       oldestVersion, formatVersion,
+                       version < oldestVersion ? "map the sequence again" : "update Estancia"));
   // SQLite notices missing pages, but fills up a last page that was cut. (Beside a -wal file the size may
   // change.)
   std::error_code problem;
@@ -279,6 +282,7 @@ struct MapStore::Impl {
     // In WAL mode NORMAL loses nothing when the process dies; a power cut may cost the last commits.
     database.run("PRAGMA synchronous = NORMAL");
     database.run("BEGIN IMMEDIATE");
+    if (onDisk) database.run(fmt::format("PRAGMA user_version = {}", formatVersion));
     stat(path.c_str(), &written);
   }
 
@@ -441,6 +445,10 @@ void MapStore::commit() {
     impl_->database.run("BEGIN IMMEDIATE");  // at once: there is but one writer
   else
     impl_->moveToDisk();
+}
+
+sqlite::Database& MapStore::database() {
+  return impl_->database;
 }
 
 // ---- reading

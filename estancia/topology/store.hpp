@@ -16,6 +16,10 @@
 
 namespace estancia {
 
+namespace sqlite {
+class Database;
+}
+
 /// In SQLite's header: "Esta".
 constexpr std::int64_t mapApplicationId = 0x45737461;
 
@@ -74,6 +78,9 @@ class MapStore {
   /// Named blobs of the mapper's memory, replaced.
   void putState(const std::string& key, const std::string& bytes);
   void commit();
+  /// The connection, for the tables of layers above this one: what is written through it is committed and
+  /// lost together with the rest. The first commit() ends the life of its statements.
+  sqlite::Database& database();
 
   // ---- reading
   /// From here to endReading() everything is read as it is at one moment, whatever another process writes

@@ -1,0 +1,34 @@
+// Observation: what a frame with depth shows of the space around it, small enough to be kept in a map.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <string>
+#include <string_view>
+
+#include "estancia/core/camera.hpp"
+
+namespace estancia {
+
+/// The evidence of one frame, in its camera's frame: the layers of a map are made of it again whenever the
+/// poses are corrected, or a map is continued.
+struct Observation {
+  /// Every n-th pixel of the depth image along the optical axis: CV_16U [mm], 0 where unknown; at most 160
+  /// pixels wide.
+  cv::Mat depth;
+  /// Of `depth`.
+  CameraIntrinsics camera;
+};
+
+/// `depth`: CV_32F [m], 0 or not finite where unknown; `camera` may have images of another size. Throws Error
+/// (invalidInput) for other images and cameras.
+Observation observe(const cv::Mat& depth, const CameraIntrinsics& camera);
+
+/// Its depth [m], CV_32F.
+cv::Mat depthOf(const Observation& observation);
+
+/// For map files; fromBytes() throws Error (corruptFile) unless toBytes() wrote them.
+std::string toBytes(const Observation& observation);
+Observation observationFromBytes(std::string_view bytes);
+
+}  // namespace estancia

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/world/world_map.hpp"
+
+#include <map>
+
+#include "estancia/world/world_store.hpp"
+
+namespace estancia {
+
+int WorldMap::areaOfNode(int node) const {
+  std::map<int, std::size_t> frames;
+  for (std::size_t i = 0; i < places.frames.size(); ++i)
+    if (places.frames[i].node == node && areaOfFrame[i] >= 0) ++frames[areaOfFrame[i]];
+  int most = -1;
+  for (const auto& [area, count] : frames)
+    if (most < 0 || count > frames[most]) most = area;
+  return most;
+}
+
+const WorldArea* WorldMap::findArea(int id) const {
+  return id >= 0 && id < static_cast<int>(areas.size()) ? &areas[static_cast<std::size_t>(id)] : nullptr;
+}
+
+WorldMap readWorld(const std::filesystem::path& path) {
+  MapStore store = MapStore::open(path, MapStore::Access::read);
+  store.beginReading();
+  WorldMap world{store.load()};
+  WorldStore(store, MapStore::Access::read).read(world);
+  store.endReading();
+  return world;
+}
+
+}  // namespace estancia

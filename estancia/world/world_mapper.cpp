@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/world/world_mapper.hpp"
+
+#include <bit>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "estancia/areas/area_plan.hpp"
+#include "estancia/areas/floor_survey.hpp"
+#include "estancia/core/rigid.hpp"
+#include "estancia/stats/moments.hpp"
+#include "estancia/topology/session_impl.hpp"
+#include "estancia/world/world_store.hpp"
+
+namespace estancia {
+namespace {
+
+/// Directions of up that differ by less make the same floor.
+constexpr double sameUp = 0.1 * std::numbers::pi / 180;
+
+}  // namespace
+
+OptionGroup declare(WorldOptions& options) {
+  OptionGroup group("world", "How a drive becomes areas and objects.");
+  group.add("view-shift", &options.viewShift, "How far the camera moves to a new view.")
+      .range(0, 10)
+      .unit("m")
+      .why("A robot that stands still sees nothing new.");
+  group.add("view-turn", &options.viewTurn, "How far the camera turns to a new view.")
+      .range(0, 180)
+      .unit("degrees");
+  group.add(declare(options.areas));
+  return group;
+}
+
+struct WorldMapper::Impl {
+  Impl(MappingSession::Impl& mapping, const WorldOptions& wanted)
+      : session(mapping),
+        options(wanted),
+        store(mapping.store, MapStore::Access::write),
+        mean(mapping.store.identity().vocabulary.size(), false) {
+    declare(options).validate();
+    edits = store.edits();
+  }
+
+  MappingSession::Impl& session;
+  WorldOptions options;
+  WorldStore store;
+  std::vector<AreaEdit> edits;
+  std::vector<std::optional<Pose>> poses;  // of all frames
+  Moments mean;                            // of their descriptors
+  std::optional<Pose> lastView;
+  std::optional<Floor> floor;
+  std::optional<FloorSurvey> survey;
+  std::size_t views = 0;
+
+  std::size_t labels() const { return session.store.identity().vocabulary.size(); }
+
+  void addFrame(const std::optional<Pose>& pose, DescriptorView descriptor) {
+    poses.push_back(pose && pose->isPlausible() ? pose : std::nullopt);
+    mean.add(descriptor);
+  }
+
+  bool isNew(const Pose& pose) const {
+    if (!lastView) return true;
+    const cv::Affine3d motion = rigidOf(*lastView).inv() * rigidOf(pose);
+    return cv::norm(motion.translation()) >= options.viewShift ||
+           angleOf(motion) >= options.viewTurn * std::numbers::pi / 180;
+  }
+
+  /// Adds a view to the layers. Where up is follows from all poses; it is looked at again each time their
+  /// number has doubled, and the layers are made anew where it has changed.
+  void add(const Observation& seen, DescriptorView descriptor, const Pose& pose) {
+    lastView = pose;
+    ++views;
+    if (std::has_single_bit(views)) {
+      std::vector<Pose> known;
+      for (const auto& p : poses)
+        if (p) known.push_back(*p);
+      const Floor now(known);
+      if (!floor || std::acos(std::clamp(now.up().dot(floor->up()), -1.0, 1.0)) > sameUp) {
+        floor = now;
+        rebuild();
+        return;
+      }
+    }
+    survey->add(descriptor, depthOf(seen), seen.camera, pose);
+  }
+
+  /// The layers of all observations that the map holds.
+  void rebuild() {
+    survey.emplace(*floor, options.areas.cell, labels(), options.areas.words);
+    store.forEachObservation([this](std::size_t frame, const Observation& seen) {
+      if (frame < poses.size() && poses[frame])
+        survey->add(descriptorOf(frame), depthOf(seen), seen.camera, *poses[frame]);
+      return true;
+    });
+  }
+
+  LexicalDescriptor pending;  // of the frame that the session does not have yet
+  LexicalDescriptor descriptorOf(std::size_t frame) const {
+    return frame < session.store.frameCount() ? session.store.descriptor(frame) : pending;
+  }
+};
+
+WorldMapper::WorldMapper(MappingSession& session, const WorldOptions& options)
+    : impl_(std::make_unique<Impl>(*session.impl_, options)) {
+  MapStore& store = impl_->session.store;
+  // As the frames came, so that the layers are those of an unbroken run.
+  std::size_t next = 0;
+  const auto upTo = [&](std::size_t end) {
+    store.forEachDescriptor(next, [&](std::size_t frame, DescriptorView descriptor) {
+      if (frame >= end) return false;
+      impl_->addFrame(store.pose(frame), descriptor);
+      next = frame + 1;
+      return next < end;
+    });
+  };
+  impl_->store.forEachObservation([&](std::size_t frame, const Observation& seen) {
+    upTo(frame + 1);
+    if (frame < impl_->poses.size() && impl_->poses[frame]) impl_->add(seen, store.descriptor(frame), *impl_->poses[frame]);
+    return true;
+  });
+  upTo(store.frameCount());
+}
+WorldMapper::WorldMapper(WorldMapper&&) noexcept = default;
+WorldMapper::~WorldMapper() = default;
+
+void WorldMapper::observe(const Frame& frame, DescriptorView descriptor, const cv::Mat& depth,
+                          const CameraIntrinsics& camera) {
+  const std::size_t index = impl_->poses.size();
+  impl_->addFrame(frame.pose, descriptor);
+  const std::optional<Pose> pose = impl_->poses.back();
+  if (!pose || depth.empty() || !impl_->isNew(*pose)) return;
+  const Observation seen = estancia::observe(depth, camera);
+  impl_->store.putObservation(index, seen);
+  impl_->pending.assign(descriptor.begin(), descriptor.end());
+  impl_->add(seen, descriptor, *pose);
+}
+
+void WorldMapper::finish() {
+  if (!impl_->survey || impl_->survey->grid.cells().empty()) return;
+  const std::span<const float> mean = impl_->mean.mean();
+  impl_->store.putAreas(planAreas(*impl_->survey, impl_->poses, impl_->session.store.identity().vocabulary,
+                                  {mean.begin(), mean.end()}, impl_->options.areas.segmentation,
+                                  impl_->edits));
+  impl_->session.store.commit();
+}
+
+}  // namespace estancia

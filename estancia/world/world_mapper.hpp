@@ -1,0 +1,46 @@
+// World mapper: keeps areas and objects beside the places of a map while its frames come.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <opencv2/core/mat.hpp>
+
+#include "estancia/areas/areas.hpp"
+#include "estancia/core/camera.hpp"
+#include "estancia/core/options.hpp"
+#include "estancia/topology/session.hpp"
+
+namespace estancia {
+
+struct WorldOptions {
+  double viewShift = 0.05;
+  double viewTurn = 3;
+  AreaOptions areas;
+};
+OptionGroup declare(WorldOptions& options);
+
+/// What a frame shows of the space is kept as an observation; areas and objects are a function of the
+/// observations and of the frames' poses. So they can be made again when the poses are corrected or the map
+/// is continued, and they never disagree.
+class WorldMapper {
+ public:
+  /// Goes on with the layers of the session's map, if it has any. The session must outlive it. Throws Error
+  /// (invalidOption, corruptFile).
+  explicit WorldMapper(MappingSession& session, const WorldOptions& options = {});
+  WorldMapper(WorldMapper&&) noexcept;
+  ~WorldMapper();
+
+  /// Takes the depth of the frame that is added to the session next: CV_32F [m], 0 where unknown, `camera`
+  /// of images of any size. A frame without a pose, or from where the robot has just looked, adds nothing.
+  /// Throws Error (invalidInput, mismatch, tooLarge).
+  void observe(const Frame& frame, DescriptorView descriptor, const cv::Mat& depth,
+               const CameraIntrinsics& camera);
+  /// Derives the layers and writes them, after the session's finish(). More frames may follow.
+  void finish();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace estancia

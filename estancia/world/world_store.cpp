@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/world/world_store.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "estancia/core/fail.hpp"
+#include "estancia/core/printable.hpp"
+#include "estancia/topology/sqlite.hpp"
+
+namespace estancia {
+namespace {
+
+using sqlite::Database;
+using sqlite::Statement;
+
+constexpr const char* tables = R"sql(
+CREATE TABLE IF NOT EXISTS observations(frame INTEGER PRIMARY KEY, seen BLOB NOT NULL);
+CREATE TABLE IF NOT EXISTS floor(id INTEGER PRIMARY KEY CHECK(id = 0), cell REAL NOT NULL,
+    first_column INTEGER NOT NULL, first_row INTEGER NOT NULL, columns INTEGER NOT NULL, rows INTEGER NOT NULL,
+    up_x REAL NOT NULL, up_y REAL NOT NULL, up_z REAL NOT NULL, areas BLOB NOT NULL, walls BLOB NOT NULL);
+CREATE TABLE IF NOT EXISTS areas(id INTEGER PRIMARY KEY, name TEXT NOT NULL, size REAL NOT NULL,
+    x REAL NOT NULL, y REAL NOT NULL, frames INTEGER NOT NULL, outline TEXT NOT NULL);
+CREATE TABLE IF NOT EXISTS frame_areas(frame INTEGER PRIMARY KEY, area INTEGER NOT NULL);
+CREATE TABLE IF NOT EXISTS area_edits(id INTEGER PRIMARY KEY, kind TEXT NOT NULL, x REAL NOT NULL,
+    y REAL NOT NULL, to_x REAL NOT NULL, to_y REAL NOT NULL, name TEXT NOT NULL);
+)sql";
+
+constexpr std::array<const char*, 3> kinds{"name", "merge", "split"};
+constexpr std::int64_t mostCells = 64'000'000;
+
+bool hasTables(Database& database) {
+  Statement table(database, "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = 'area_edits'");
+  return table.next();
+}
+
+std::vector<unsigned char> pngOf(const cv::Mat& image) {
+  std::vector<unsigned char> png;
+  cv::imencode(".png", image, png);
+  return png;
+}
+
+/// An image of exactly this size and type. `what` names it.
+cv::Mat imageOf(const Database& database, std::span<const std::byte> png, cv::Size size, int type,
+                const char* what) {
+  const auto side = [&png](std::size_t at) {  // in the header: nothing large is decoded unchecked
+    std::uint32_t value = 0;
+    for (std::size_t i = at; i < at + 4 && png.size() >= 24; ++i)
+      value = value << 8 | std::to_integer<std::uint32_t>(png[i]);
+    return static_cast<std::int64_t>(value);
+  };
+  if (side(16) != size.width || side(20) != size.height)
+    database.failDamaged(fmt::format("{} has another size", what));
+  const cv::Mat bytes(1, static_cast<int>(png.size()), CV_8U, const_cast<std::byte*>(png.data()));
+  cv::Mat image = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
+  if (image.size() != size || image.type() != type)
+    database.failDamaged(fmt::format("{} cannot be decoded", what));
+  return image;
+}
+
+double finite(const Database& database, const Statement& row, int column, const char* what) {
+  const double value = row.real(column);
+  if (!std::isfinite(value)) database.failDamaged(fmt::format("{} is no number", what));
+  return value;
+}
+
+std::string outlineText(const Area& area) {
+  auto points = nlohmann::json::array();
+  for (const cv::Point2d& corner : area.outline)
+    points.push_back({std::round(corner.x * 1000) / 1000, std::round(corner.y * 1000) / 1000});
+  return points.dump();
+}
+
+std::vector<cv::Point2d> outlineFrom(const Database& database, const std::string& text) {
+  std::vector<cv::Point2d> outline;
+  try {
+    for (const auto& point : nlohmann::json::parse(text))
+      outline.emplace_back(point.at(0).get<double>(), point.at(1).get<double>());
+  } catch (const nlohmann::json::exception&) {
+    database.failDamaged("the outline of an area is damaged");
+  }
+  return outline;
+}
+
+/// Nothing where the map has no plan.
+std::optional<AreaPlan> readPlan(const Database& database) {
+  Statement row(
+      database,
+      "SELECT cell, first_column, first_row, columns, rows, up_x, up_y, up_z, areas, walls FROM floor");
+  if (!row.next()) return std::nullopt;
+  const double cell = finite(database, row, 0, "the width of a cell");
+  std::array<std::int64_t, 4> extent{};
+  for (int i = 0; i < 4; ++i) extent[static_cast<std::size_t>(i)] = row.integer(i + 1);
+  const auto& [column, line, columns, rows] = extent;
+  const cv::Vec3d up(finite(database, row, 5, "the floor"), finite(database, row, 6, "the floor"),
+                     finite(database, row, 7, "the floor"));
+  if (!(cell > 0) || columns < 1 || rows < 1 || columns > mostCells || rows > mostCells ||
+      columns * rows > mostCells || std::abs(column) > 100'000'000 || std::abs(line) > 100'000'000 ||
+      !(cv::norm(up) > 0.1))
+    database.failDamaged("its floor plan has no size");
+  const cv::Rect place(static_cast<int>(column), static_cast<int>(line), static_cast<int>(columns),
+                       static_cast<int>(rows));
+  AreaPlan plan{{}, Floor(up), FloorCells(cell, place), {}, {}};
+  imageOf(database, row.bytes(8), place.size(), CV_16U, "the plan of areas").convertTo(plan.areaOf, CV_32S);
+  plan.areaOf -= 1;
+  plan.walls = imageOf(database, row.bytes(9), place.size(), CV_8U, "the plan of walls");
+  return plan;
+}
+
+}  // namespace
+
+WorldStore::WorldStore(MapStore& store, MapStore::Access access) : store_(store) {
+  if (access == MapStore::Access::write)
+    store_.database().run(tables);
+  else
+    exists_ = hasTables(store_.database());
+}
+
+void WorldStore::putObservation(std::size_t frame, const Observation& observation) {
+  const std::string bytes = toBytes(observation);
+  Statement(store_.database(), "INSERT OR REPLACE INTO observations VALUES(?1, ?2)", frame,
+            std::as_bytes(std::span(bytes)))
+      .execute();
+}
+
+void WorldStore::putAreas(const PlannedFrames& planned) {
+  Database& database = store_.database();
+  database.run("DELETE FROM floor; DELETE FROM areas; DELETE FROM frame_areas");
+  const AreaPlan& plan = planned.plan;
+  cv::Mat numbers;
+  cv::Mat(plan.areaOf + 1).convertTo(numbers, CV_16U);
+  const std::vector<unsigned char> areas = pngOf(numbers), walls = pngOf(plan.walls);
+  const cv::Rect& extent = plan.cells.extent();
+  const cv::Vec3d& up = plan.floor.up();
+  Statement(database, "INSERT INTO floor VALUES(0, ?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10)",
+            plan.cells.cell(), extent.x, extent.y, extent.width, extent.height, up[0], up[1], up[2],
+            std::as_bytes(std::span(areas)), std::as_bytes(std::span(walls)))
+      .execute();
+  for (const Area& area : plan.areas) {
+    const std::string outline = outlineText(area);
+    Statement(database, "INSERT INTO areas VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7)", area.id, area.name, area.size,
+              area.center.x, area.center.y, area.frames, outline)
+        .execute();
+  }
+  Statement row(database, "INSERT INTO frame_areas VALUES(?1, ?2)");
+  for (std::size_t i = 0; i < planned.areaOfFrame.size(); ++i) {
+    row.bindAll(i, planned.areaOfFrame[i]);
+    row.execute();
+  }
+}
+
+void WorldStore::addEdit(const AreaEdit& edit) {
+  Statement(store_.database(),
+            "INSERT INTO area_edits(kind, x, y, to_x, to_y, name) VALUES(?1, ?2, ?3, ?4, ?5, ?6)",
+            kinds[static_cast<std::size_t>(edit.kind)], edit.from.x, edit.from.y, edit.to.x, edit.to.y,
+            edit.name)
+      .execute();
+}
+
+std::size_t WorldStore::observationCount() const {
+  return exists_ ? static_cast<std::size_t>(store_.database().number("SELECT count(*) FROM observations"))
+                 : 0;
+}
+
+void WorldStore::forEachObservation(
+    const std::function<bool(std::size_t frame, const Observation&)>& visit) const {
+  if (!exists_) return;
+  // The next frame's observation comes before the frame itself.
+  const auto last = static_cast<std::int64_t>(store_.frameCount());
+  Statement rows(store_.database(), "SELECT frame, seen FROM observations ORDER BY frame");
+  while (rows.next()) {
+    if (rows.integer(0) < 0 || rows.integer(0) > last)
+      store_.database().failDamaged("an observation is of no frame");
+    if (!visit(static_cast<std::size_t>(rows.integer(0)), observationFromBytes(rows.blob(1)))) return;
+  }
+}
+
+std::vector<AreaEdit> WorldStore::edits() const {
+  std::vector<AreaEdit> edits;
+  if (!exists_) return edits;
+  const Database& database = store_.database();
+  Statement rows(database, "SELECT kind, x, y, to_x, to_y, name FROM area_edits ORDER BY id");
+  while (rows.next()) {
+    const auto kind = std::find(kinds.begin(), kinds.end(), rows.text(0));
+    if (kind == kinds.end()) database.failDamaged("an edit of areas is of no kind");
+    edits.push_back({static_cast<AreaEdit::Kind>(kind - kinds.begin()),
+                     {finite(database, rows, 1, "an edit"), finite(database, rows, 2, "an edit")},
+                     {finite(database, rows, 3, "an edit"), finite(database, rows, 4, "an edit")},
+                     printable(rows.text(5))});
+  }
+  return edits;
+}
+
+void WorldStore::read(WorldMap& world) const {
+  const std::size_t frames = world.places.frames.size();
+  world.areaOfFrame.assign(frames, -1);
+  if (!exists_) return;
+  const Database& database = store_.database();
+  world.edits = edits();
+  world.plan = readPlan(database);
+  if (!world.plan) return;
+  Statement rows(database, "SELECT id, name, size, x, y, frames, outline FROM areas ORDER BY id");
+  while (rows.next()) {
+    WorldArea area;
+    area.id = static_cast<int>(world.areas.size());
+    if (rows.integer(0) != area.id) database.failDamaged("its areas have gaps");
+    area.name = printable(rows.text(1));
+    area.size = finite(database, rows, 2, "an area's size");
+    area.center = {finite(database, rows, 3, "an area's center"),
+                   finite(database, rows, 4, "an area's center")};
+    area.frames = static_cast<std::size_t>(std::max<std::int64_t>(0, rows.integer(5)));
+    area.outline = outlineFrom(database, rows.text(6));
+    world.plan->areas.push_back(area);
+    world.areas.push_back(std::move(area));
+  }
+  double most = -1;
+  cv::minMaxLoc(world.plan->areaOf, nullptr, &most);
+  if (most >= static_cast<double>(world.areas.size())) database.failDamaged("its plan has unknown areas");
+  Statement ofFrames(database, "SELECT frame, area FROM frame_areas ORDER BY frame");
+  while (ofFrames.next()) {
+    const std::int64_t frame = ofFrames.integer(0), area = ofFrames.integer(1);
+    if (frame < 0 || frame >= static_cast<std::int64_t>(frames) || area < 0 ||
+        area >= static_cast<std::int64_t>(world.areas.size()))
+      database.failDamaged("the area of a frame is unknown");
+    world.areaOfFrame[static_cast<std::size_t>(frame)] = static_cast<int>(area);
+  }
+  for (const AreaEdit& edit : world.edits)
+    if (edit.kind == AreaEdit::Kind::name)
+      if (const int area = areaAt(*world.plan, edit.from, 1); area >= 0)
+        world.areas[static_cast<std::size_t>(area)].givenName = edit.name;
+}
+
+}  // namespace estancia
