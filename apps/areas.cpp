@@ -17,6 +17,7 @@
 #include "estancia/report/floor_image.hpp"
 #include "estancia/report/measures.hpp"
 #include "estancia/report/text.hpp"
+#include "estancia/world/edit_areas.hpp"
 #include "estancia/zones/measure.hpp"
 #include "estancia/zones/zone_file.hpp"
 #include "labeling.hpp"
@@ -163,11 +164,10 @@ void run(const AreasArguments& arguments) {
 
 }  // namespace
 
-void addAreasCommand(CLI::App& app) {
-  CLI::App* group = app.add_subcommand("areas", "Find areas: the rooms of a drive with depth and poses");
-  group->require_subcommand(1);
-  addExamples(*group, "  estancia areas find ~/home -o home.zones --render plan.png");
-  CLI::App* command = group->add_subcommand(
+namespace {
+
+void addFindCommand(CLI::App& group) {
+  CLI::App* command = group.add_subcommand(
       "find", "Find the rooms of a drive: split free space at doors, name each room by what is seen in it");
   auto arguments = std::make_shared<AreasArguments>(*command);
   arguments->sequence.addTo(arguments->declared);
@@ -186,6 +186,59 @@ void addAreasCommand(CLI::App& app) {
               "  estancia areas find ~/home -o home.zones --render plan.png\n"
               "  estancia areas find ~/home -o home.zones --word refrigerator --render heat.png");
   command->callback([arguments] { run(*arguments); });
+}
+
+struct EditArguments {
+  std::string map, area, other, name;
+  double fromX = 0, fromY = 0, toX = 0, toY = 0;
+};
+
+void addMergeCommand(CLI::App& group) {
+  CLI::App* command = group.add_subcommand("merge", "Make two areas of a map one");
+  auto arguments = std::make_shared<EditArguments>();
+  command->add_option("MAP", arguments->map, "The map file")->required();
+  command->add_option("AREA", arguments->area, "Its number or name")->required();
+  command->add_option("OTHER", arguments->other, "Number or name of the other one")->required();
+  addExamples(*command, "  estancia areas merge home.estancia 4 6");
+  command->callback([arguments] { mergeAreas(arguments->map, arguments->area, arguments->other); });
+}
+
+void addSplitCommand(CLI::App& group) {
+  CLI::App* command = group.add_subcommand("split", "Split an area of a map along a line across it");
+  auto arguments = std::make_shared<EditArguments>();
+  command->add_option("MAP", arguments->map, "The map file")->required();
+  command->add_option("X1", arguments->fromX, "Where the line begins [m]")->required();
+  command->add_option("Y1", arguments->fromY, "")->required();
+  command->add_option("X2", arguments->toX, "Where it ends [m]")->required();
+  command->add_option("Y2", arguments->toY, "")->required();
+  addExamples(*command, "  estancia areas split home.estancia 3.5 0 3.5 4");
+  command->callback([arguments] {
+    splitArea(arguments->map, {arguments->fromX, arguments->fromY}, {arguments->toX, arguments->toY});
+  });
+}
+
+}  // namespace
+
+void addAreasCommand(CLI::App& app) {
+  CLI::App* group = app.add_subcommand("areas", "Find areas: the rooms of a drive with depth and poses");
+  group->require_subcommand(1);
+  addExamples(*group,
+              "  estancia areas find ~/home -o home.zones --render plan.png\n"
+              "  estancia areas merge home.estancia 4 6");
+  addFindCommand(*group);
+  addMergeCommand(*group);
+  addSplitCommand(*group);
+}
+
+void addNameCommand(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("name", "Name an area of a map");
+  auto arguments = std::make_shared<EditArguments>();
+  command->add_option("MAP", arguments->map, "The map file")->required();
+  command->add_option("AREA", arguments->area, "Its number, or the name it has")->required();
+  command->add_option("NAME", arguments->name, "What people call it; kept when the areas are found again")
+      ->required();
+  addExamples(*command, "  estancia name home.estancia 2 \"music room\"");
+  command->callback([arguments] { nameArea(arguments->map, arguments->area, arguments->name); });
 }
 
 }  // namespace estancia::apps

@@ -85,6 +85,7 @@ void addFilterCommand(CLI::App& app);
 void addMapCommand(CLI::App& app);
 void addZonesCommand(CLI::App& app);
 void addAreasCommand(CLI::App& app);
+void addNameCommand(CLI::App& app);
 void addClassifyCommand(CLI::App& app);
 void addRecognizeCommand(CLI::App& app);
 void addObjectsCommand(CLI::App& app);

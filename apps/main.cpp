@@ -96,6 +96,7 @@ int main(int argc, char** argv) {
   addMapCommand(app);
   addZonesCommand(app);
   addAreasCommand(app);
+  addNameCommand(app);
   addClassifyCommand(app);
   addRecognizeCommand(app);
   addObjectsCommand(app);

@@ -170,10 +170,10 @@ void requireOurFormat(Database& database) {
   const std::int64_t version = database.number("PRAGMA user_version");
   if (version < 1) database.failDamaged(fmt::format("its format version is {}", version));
   if (version < oldestVersion || version > formatVersion)
-    refuse(path, ErrorCode::unsupportedFile,
-           fmt::format("map format {}, but this Estancia reads map formats {} to {}; {}", version,
-                       oldestVersion, formatVersion,
-                       version < oldestVersion ? "map the sequence again" : "update Estancia"));
+    refuse(
+        path, ErrorCode::unsupportedFile,
+        fmt::format("map format {}, but this Estancia reads map formats {} to {}; {}", version, oldestVersion,
+                    formatVersion, version < oldestVersion ? "map the sequence again" : "update Estancia"));
   // SQLite notices missing pages, but fills up a last page that was cut. (Beside a -wal file the size may
   // change.)
   std::error_code problem;

@@ -121,7 +121,8 @@ WorldMapper::WorldMapper(MappingSession& session, const WorldOptions& options)
   };
   impl_->store.forEachObservation([&](std::size_t frame, const Observation& seen) {
     upTo(frame + 1);
-    if (frame < impl_->poses.size() && impl_->poses[frame]) impl_->add(seen, store.descriptor(frame), *impl_->poses[frame]);
+    if (frame < impl_->poses.size() && impl_->poses[frame])
+      impl_->add(seen, store.descriptor(frame), *impl_->poses[frame]);
     return true;
   });
   upTo(store.frameCount());
@@ -139,6 +140,11 @@ void WorldMapper::observe(const Frame& frame, DescriptorView descriptor, const c
   impl_->store.putObservation(index, seen);
   impl_->pending.assign(descriptor.begin(), descriptor.end());
   impl_->add(seen, descriptor, *pose);
+}
+
+void WorldMapper::correct(const AreaEdit& edit) {
+  impl_->store.addEdit(edit);
+  impl_->edits.push_back(edit);
 }
 
 void WorldMapper::finish() {

@@ -35,6 +35,8 @@ class WorldMapper {
   /// Throws Error (invalidInput, mismatch, tooLarge).
   void observe(const Frame& frame, DescriptorView descriptor, const cv::Mat& depth,
                const CameraIntrinsics& camera);
+  /// Takes a correction by a person.
+  void correct(const AreaEdit& edit);
   /// Derives the layers and writes them, after the session's finish(). More frames may follow.
   void finish();
 

@@ -170,13 +170,20 @@ std::size_t WorldStore::observationCount() const {
 void WorldStore::forEachObservation(
     const std::function<bool(std::size_t frame, const Observation&)>& visit) const {
   if (!exists_) return;
+  const auto decoded = [this](const std::string& bytes) {
+    try {
+      return observationFromBytes(bytes);
+    } catch (const Error& e) {
+      store_.database().failDamaged(e.what());
+    }
+  };
   // The next frame's observation comes before the frame itself.
   const auto last = static_cast<std::int64_t>(store_.frameCount());
   Statement rows(store_.database(), "SELECT frame, seen FROM observations ORDER BY frame");
   while (rows.next()) {
     if (rows.integer(0) < 0 || rows.integer(0) > last)
       store_.database().failDamaged("an observation is of no frame");
-    if (!visit(static_cast<std::size_t>(rows.integer(0)), observationFromBytes(rows.blob(1)))) return;
+    if (!visit(static_cast<std::size_t>(rows.integer(0)), decoded(rows.blob(1)))) return;
   }
 }
 

@@ -8,9 +8,9 @@
 #include <numbers>
 #include <opencv2/imgcodecs.hpp>
 
-#include "areas/floor_scene.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
 #include "support/errors.hpp"
+#include "support/floor_scene.hpp"
 #include "support/model_support.hpp"
 #include "support/support.hpp"
 #include "support/synthetic.hpp"

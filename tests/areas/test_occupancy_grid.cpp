@@ -7,8 +7,8 @@
 
 #include <numbers>
 
-#include "floor_scene.hpp"
 #include "support/errors.hpp"
+#include "support/floor_scene.hpp"
 
 namespace estancia {
 namespace {

@@ -8,8 +8,8 @@
 #include <array>
 #include <numbers>
 
-#include "floor_scene.hpp"
 #include "support/errors.hpp"
+#include "support/floor_scene.hpp"
 
 namespace estancia {
 namespace {

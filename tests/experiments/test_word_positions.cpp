@@ -11,9 +11,9 @@
 #include <numbers>
 #include <opencv2/imgcodecs.hpp>
 
-#include "areas/floor_scene.hpp"
 #include "experiments/color_drive.hpp"
 #include "support/errors.hpp"
+#include "support/floor_scene.hpp"
 
 namespace estancia::experiments {
 namespace {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "estancia/topology/sqlite.hpp"
 #include "estancia/topology/store.hpp"
 
 #include <gmock/gmock.h>
@@ -357,10 +358,27 @@ TEST(MapStoreRefuses, OtherFormatsNamingBothVersions) {
   for (const char* version : {"1", "3", "9"}) {
     tamper(path, std::string("PRAGMA user_version = ") + version);
     EXPECT_THAT(refusal(path),
-                FailsWith(ErrorCode::unsupportedFile, std::string("format ") + version, "format 4"));
+                FailsWith(ErrorCode::unsupportedFile, std::string("format ") + version, "formats 4 to 5"));
   }
   tamper(path, "PRAGMA user_version = -1");
   EXPECT_THAT(refusal(path), FailsWith(ErrorCode::corruptFile, "-1"));
+}
+
+TEST(MapStore, ReadsTheOlderFormatAndUpdatesItWhenItIsWritten) {
+  const test::ScratchFolder folder;
+  const fs::path path = smallMap(folder);
+  const auto version = [&path] {
+    return sqlite::Database(path, sqlite::Database::Mode::read).number("PRAGMA user_version");
+  };
+  tamper(path, "PRAGMA user_version = 4");
+  const std::size_t frames = readMap(path).frames.size();
+  EXPECT_EQ(version(), 4);
+  {
+    MapStore store = MapStore::open(path, MapStore::Access::write);
+    store.commit();
+  }
+  EXPECT_EQ(version(), 5);
+  EXPECT_EQ(readMap(path).frames.size(), frames);
 }
 
 TEST(MapStoreRefuses, ATruncatedFileAtEveryLength) {

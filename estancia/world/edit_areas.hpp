@@ -1,0 +1,28 @@
+// Area edits: people name, merge and split the areas of a map; what they said outlives another segmentation.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <opencv2/core/types.hpp>
+#include <string>
+
+#include "estancia/world/world_map.hpp"
+
+namespace estancia {
+
+/// The area of that number, or of exactly that name (given or found, as sameWords()). Throws Error
+/// (unknownName) that lists the areas, and insufficientData where the map has none.
+const WorldArea& getArea(const WorldMap& world, const std::string& area);
+
+/// Gives the area a name; "" takes it away. All three write the map file, whole or not at all, and throw
+/// Error as getArea() and readMap() do, and busy when another process writes the map.
+void nameArea(const std::filesystem::path& map, const std::string& area, const std::string& name);
+
+/// Makes two areas one.
+void mergeAreas(const std::filesystem::path& map, const std::string& area, const std::string& other);
+
+/// Splits the area between two points of the floor [m] along the line through them. Throws Error
+/// (invalidInput) where their middle is in no area, or the line leaves one side empty.
+void splitArea(const std::filesystem::path& map, const cv::Point2d& from, const cv::Point2d& to);
+
+}  // namespace estancia
