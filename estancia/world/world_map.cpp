@@ -3,6 +3,7 @@
 
 #include <map>
 
+#include "estancia/core/label_words.hpp"
 #include "estancia/world/world_store.hpp"
 
 namespace estancia {
@@ -21,6 +22,14 @@ const WorldArea* WorldMap::findArea(int id) const {
   return id >= 0 && id < static_cast<int>(areas.size()) ? &areas[static_cast<std::size_t>(id)] : nullptr;
 }
 
+const WorldObject* WorldMap::findObject(int id) const {
+  return id >= 0 && id < static_cast<int>(objects.size()) ? &objects[static_cast<std::size_t>(id)] : nullptr;
+}
+
+std::string WorldObject::displayName() const {
+  return !givenName.empty() ? givenName : words.empty() ? "object" : shortLabel(words.front().label);
+}
+
 WorldMap readWorld(const std::filesystem::path& path) {
   MapStore store = MapStore::open(path, MapStore::Access::read);
   store.beginReading();
@@ -28,6 +37,11 @@ WorldMap readWorld(const std::filesystem::path& path) {
   WorldStore(store, MapStore::Access::read).read(world);
   store.endReading();
   return world;
+}
+
+std::vector<unsigned char> readObjectImage(const std::filesystem::path& path, int object) {
+  MapStore store = MapStore::open(path, MapStore::Access::read);
+  return WorldStore(store, MapStore::Access::read).objectImage(object);
 }
 
 }  // namespace estancia

@@ -2,12 +2,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <filesystem>
+#include <opencv2/core/types.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "estancia/areas/area_plan.hpp"
+#include "estancia/core/label_probability.hpp"
 #include "estancia/topology/map.hpp"
 
 namespace estancia {
@@ -21,14 +25,53 @@ struct WorldArea : Area {
   const std::string& displayName() const { return givenName.empty() ? name : givenName; }
 };
 
+/// What a thing stands on.
+enum class Support { unknown, floor, object };
+
+/// A thing that was seen in several frames: one instance, from whatever side and however often it was seen.
+struct WorldObject {
+  /// Its position in WorldMap::objects.
+  int id = 0;
+  /// What people call it; "" where nobody gave it a name.
+  std::string givenName = {};
+  /// Its words and their probabilities, best first; empty where nothing has labeled it.
+  std::vector<LabelProbability> words = {};
+  /// Middle of its box in the map [m]; the box is upright.
+  cv::Point3d center = {};
+  /// Of the box before it is turned [m].
+  cv::Point3d size = {};
+  /// Turn of the box about the floor's up, counter-clockwise [rad].
+  double yaw = 0;
+  /// Mean, red, green, blue.
+  std::array<int, 3> color = {};
+  /// A poster, a rug: no depth of its own.
+  bool flat = false;
+  /// Frames that show it.
+  std::size_t views = 0;
+  /// The first and the last of them, and the one that shows it best.
+  std::size_t firstFrame = 0, lastFrame = 0, bestFrame = 0;
+  Support support = Support::unknown;
+  /// The object that it stands on; -1 for none.
+  int onObject = -1;
+  /// The area that it is in; -1 for none.
+  int area = -1;
+
+  /// For people: the given name, else its best word, else "object".
+  std::string displayName() const;
+  /// Of the best word; 0 without words.
+  double probability() const { return words.empty() ? 0 : static_cast<double>(words.front().probability); }
+};
+
 /// The layers of a map. Invariants: areaOfFrame has one entry a frame (-1 where there are no areas) and no
-/// area that does not exist; plan.areas equals areas without what people added.
+/// area that does not exist; plan.areas equals areas without what people added. An object's area and what it
+/// stands on exist, and its frames are frames of the map.
 struct WorldMap {
   TopologicalMap places;
   /// Absent without poses and depth.
   std::optional<AreaPlan> plan = {};
   std::vector<WorldArea> areas = {};
   std::vector<int> areaOfFrame = {};
+  std::vector<WorldObject> objects = {};
   /// Corrections by people, in the order they were made.
   std::vector<AreaEdit> edits = {};
 
@@ -36,9 +79,13 @@ struct WorldMap {
   int areaOfNode(int node) const;
   /// nullptr when there is no such area.
   const WorldArea* findArea(int id) const;
+  const WorldObject* findObject(int id) const;
 };
 
 /// Reads a map file with all its layers as of its last commit. Throws Error as readMap() does.
 WorldMap readWorld(const std::filesystem::path& path);
+
+/// The best image of an object, a small JPEG; empty where there is none. Throws Error as readMap() does.
+std::vector<unsigned char> readObjectImage(const std::filesystem::path& path, int object);
 
 }  // namespace estancia

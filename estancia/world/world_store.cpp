@@ -5,9 +5,11 @@
 
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <unordered_map>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
@@ -29,7 +31,20 @@ CREATE TABLE IF NOT EXISTS areas(id INTEGER PRIMARY KEY, name TEXT NOT NULL, siz
 CREATE TABLE IF NOT EXISTS frame_areas(frame INTEGER PRIMARY KEY, area INTEGER NOT NULL);
 CREATE TABLE IF NOT EXISTS area_edits(id INTEGER PRIMARY KEY, kind TEXT NOT NULL, x REAL NOT NULL,
     y REAL NOT NULL, to_x REAL NOT NULL, to_y REAL NOT NULL, name TEXT NOT NULL);
+CREATE TABLE IF NOT EXISTS objects(id INTEGER PRIMARY KEY, name TEXT NOT NULL, given_name TEXT NOT NULL,
+    probability REAL NOT NULL, x REAL NOT NULL, y REAL NOT NULL, z REAL NOT NULL, size_x REAL NOT NULL,
+    size_y REAL NOT NULL, size_z REAL NOT NULL, yaw REAL NOT NULL, red INTEGER NOT NULL,
+    green INTEGER NOT NULL, blue INTEGER NOT NULL, flat INTEGER NOT NULL, views INTEGER NOT NULL,
+    first_frame INTEGER NOT NULL, last_frame INTEGER NOT NULL, best_frame INTEGER NOT NULL,
+    support TEXT NOT NULL, on_object INTEGER, area INTEGER);
+CREATE TABLE IF NOT EXISTS object_words(object INTEGER NOT NULL, label INTEGER NOT NULL,
+    probability REAL NOT NULL, PRIMARY KEY(object, label)) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS object_views(frame INTEGER NOT NULL, segment INTEGER NOT NULL, object INTEGER,
+    quality REAL NOT NULL, words BLOB NOT NULL, jpeg BLOB NOT NULL, PRIMARY KEY(frame, segment));
+CREATE INDEX IF NOT EXISTS views_of_object ON object_views(object, quality);
 )sql";
+
+constexpr std::array<const char*, 3> supports{"", "floor", "object"};
 
 constexpr std::array<const char*, 3> kinds{"name", "merge", "split"};
 constexpr std::int64_t mostCells = 64'000'000;
@@ -203,14 +218,148 @@ std::vector<AreaEdit> WorldStore::edits() const {
   return edits;
 }
 
-void WorldStore::read(WorldMap& world) const {
-  const std::size_t frames = world.places.frames.size();
-  world.areaOfFrame.assign(frames, -1);
-  if (!exists_) return;
+void WorldStore::putView(const LabeledSegment& view, std::span<const unsigned char> jpeg) {
+  Statement(store_.database(),
+            "INSERT OR REPLACE INTO object_views(frame, segment, quality, words, jpeg) "
+            "VALUES(?1, ?2, ?3, ?4, ?5)",
+            view.frame, view.segment, view.quality, std::as_bytes(std::span(view.words)), std::as_bytes(jpeg))
+      .execute();
+}
+
+void WorldStore::putObjects(std::span<const WorldObject> objects,
+                            const std::map<std::pair<std::size_t, std::size_t>, int>& objectOf) {
+  Database& database = store_.database();
+  database.run("DELETE FROM objects; DELETE FROM object_words; UPDATE object_views SET object = NULL");
+  const Vocabulary& vocabulary = store_.identity().vocabulary;
+  std::unordered_map<std::string, std::size_t> numbers;
+  for (std::size_t i = 0; i < vocabulary.size(); ++i) numbers.emplace(vocabulary[i], i);
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();  // stored as NULL
+  Statement row(database,
+                "INSERT INTO objects VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, "
+                "?15, ?16, ?17, ?18, ?19, ?20, ?21, ?22)");
+  Statement word(database, "INSERT INTO object_words VALUES(?1, ?2, ?3)");
+  for (const WorldObject& object : objects) {
+    const std::string name = object.displayName();
+    row.bindAll(object.id, name, object.givenName, object.probability(), object.center.x, object.center.y,
+                object.center.z, object.size.x, object.size.y, object.size.z, object.yaw, object.color[0],
+                object.color[1], object.color[2], static_cast<int>(object.flat), object.views,
+                object.firstFrame, object.lastFrame, object.bestFrame,
+                supports[static_cast<std::size_t>(object.support)],
+                object.onObject < 0 ? none : object.onObject, object.area < 0 ? none : object.area);
+    row.execute();
+    for (const LabelProbability& label : object.words)
+      if (const auto number = numbers.find(label.label); number != numbers.end()) {
+        word.bindAll(object.id, number->second, static_cast<double>(label.probability));
+        word.execute();
+      }
+  }
+  Statement view(database, "UPDATE object_views SET object = ?3 WHERE frame = ?1 AND segment = ?2");
+  for (const auto& [place, object] : objectOf) {
+    view.bindAll(place.first, place.second, object);
+    view.execute();
+  }
+}
+
+std::vector<LabeledSegment> WorldStore::views() const {
+  std::vector<LabeledSegment> views;
+  if (!exists_) return views;
   const Database& database = store_.database();
+  const std::size_t labels = store_.identity().vocabulary.size();
+  Statement rows(database, "SELECT frame, segment, quality, words FROM object_views ORDER BY frame, segment");
+  while (rows.next()) {
+    if (rows.integer(0) < 0 || rows.integer(1) < 0)
+      database.failDamaged("a view of an object is of no frame");
+    LabeledSegment view{static_cast<std::size_t>(rows.integer(0)), static_cast<std::size_t>(rows.integer(1)),
+                        finite(database, rows, 2, "the quality of a view")};
+    const std::span<const std::byte> words = rows.bytes(3);
+    if (words.size() % sizeof(LabelWeight) != 0 || words.size() / sizeof(LabelWeight) > labels)
+      database.failDamaged("the words of a view are cut off");
+    view.words.resize(words.size() / sizeof(LabelWeight));
+    if (!words.empty()) std::memcpy(view.words.data(), words.data(), words.size());
+    for (const LabelWeight& word : view.words)
+      if (word.label >= labels || !(word.probability >= 0 && word.probability <= 1.001F))
+        database.failDamaged("a view of an object has a word that is none");
+    views.push_back(std::move(view));
+  }
+  return views;
+}
+
+std::vector<unsigned char> WorldStore::objectImage(int object) const {
+  if (!exists_) return {};
+  Statement row(store_.database(),
+                "SELECT jpeg FROM object_views WHERE object = ?1 ORDER BY quality DESC, frame LIMIT 1",
+                object);
+  if (!row.next()) return {};
+  const auto bytes = row.bytes(0);
+  const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());
+  return {data, data + bytes.size()};
+}
+
+void WorldStore::readObjects(WorldMap& world) const {
+  const Database& database = store_.database();
+  const auto frames = static_cast<std::int64_t>(world.places.frames.size());
+  const auto within = [&](const Statement& row, int column, std::int64_t end, const char* what) {
+    const std::int64_t value = row.integer(column);
+    if (value < 0 || value >= end) database.failDamaged(fmt::format("an object's {} is {}", what, value));
+    return value;
+  };
+  Statement rows(
+      database,
+      "SELECT id, given_name, x, y, z, size_x, size_y, size_z, yaw, red, green, blue, flat, views, "
+      "first_frame, last_frame, best_frame, support, ifnull(on_object, -1), ifnull(area, -1) "
+      "FROM objects ORDER BY id");
+  while (rows.next()) {
+    WorldObject object;
+    object.id = static_cast<int>(world.objects.size());
+    if (rows.integer(0) != object.id) database.failDamaged("its objects have gaps");
+    object.givenName = printable(rows.text(1));
+    const auto number = [&](int column) { return finite(database, rows, column, "a number of an object"); };
+    object.center = {number(2), number(3), number(4)};
+    object.size = {number(5), number(6), number(7)};
+    object.yaw = number(8);
+    for (int i = 0; i < 3; ++i)
+      object.color[static_cast<std::size_t>(i)] = static_cast<int>(within(rows, 9 + i, 256, "color"));
+    object.flat = rows.integer(12) != 0;
+    object.views = static_cast<std::size_t>(within(rows, 13, frames + 1, "number of views"));
+    object.firstFrame = static_cast<std::size_t>(within(rows, 14, frames, "first frame"));
+    object.lastFrame = static_cast<std::size_t>(within(rows, 15, frames, "last frame"));
+    object.bestFrame = static_cast<std::size_t>(within(rows, 16, frames, "best frame"));
+    const auto support = std::find(supports.begin(), supports.end(), rows.text(17));
+    if (support == supports.end()) database.failDamaged("an object stands on nothing that is known");
+    object.support = static_cast<Support>(support - supports.begin());
+    object.onObject = static_cast<int>(rows.integer(18));
+    object.area = static_cast<int>(rows.integer(19));
+    world.objects.push_back(std::move(object));
+  }
+  for (const WorldObject& object : world.objects)
+    if ((object.onObject != -1 && world.findObject(object.onObject) == nullptr) ||
+        (object.area != -1 && world.findArea(object.area) == nullptr))
+      database.failDamaged(fmt::format("object {} is on or in what is missing", object.id));
+  const Vocabulary& vocabulary = world.places.vocabulary;
+  Statement words(
+      database,
+      "SELECT object, label, probability FROM object_words ORDER BY object, probability DESC, label");
+  while (words.next()) {
+    const auto object = within(words, 0, static_cast<std::int64_t>(world.objects.size()), "number");
+    const auto label = within(words, 1, static_cast<std::int64_t>(vocabulary.size()), "word");
+    world.objects[static_cast<std::size_t>(object)].words.push_back(
+        {vocabulary[static_cast<std::size_t>(label)],
+         static_cast<float>(finite(database, words, 2, "the probability of a word"))});
+  }
+}
+
+void WorldStore::read(WorldMap& world) const {
+  world.areaOfFrame.assign(world.places.frames.size(), -1);
+  if (!exists_) return;
   world.edits = edits();
-  world.plan = readPlan(database);
-  if (!world.plan) return;
+  world.plan = readPlan(store_.database());
+  if (world.plan) readAreas(world);
+  readObjects(world);
+}
+
+void WorldStore::readAreas(WorldMap& world) const {
+  const Database& database = store_.database();
+  const std::size_t frames = world.places.frames.size();
   Statement rows(database, "SELECT id, name, size, x, y, frames, outline FROM areas ORDER BY id");
   while (rows.next()) {
     WorldArea area;

@@ -3,14 +3,35 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
-#include <optional>
+#include <map>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "estancia/topology/store.hpp"
 #include "estancia/world/observation.hpp"
 #include "estancia/world/world_map.hpp"
 
 namespace estancia {
+
+/// A label's number in the vocabulary, and its probability.
+struct LabelWeight {
+  std::uint32_t label = 0;
+  float probability = 0;
+};
+
+/// An image of a segment that was labeled.
+struct LabeledSegment {
+  std::size_t frame = 0;
+  /// The segment's number in the observation of the frame.
+  std::size_t segment = 0;
+  /// How well it shows the thing: its pixels; less where the image cuts it.
+  double quality = 0;
+  /// Its likely labels, by number; the others count as 0.
+  std::vector<LabelWeight> words = {};
+};
 
 /// The layers above the places of a map. What is written belongs to the store's transaction.
 class WorldStore {
@@ -26,16 +47,27 @@ class WorldStore {
   /// Replaces all that is derived from observations.
   void putAreas(const PlannedFrames& planned);
   void addEdit(const AreaEdit& edit);
+  void putView(const LabeledSegment& view, std::span<const unsigned char> jpeg);
+  /// Replaces all objects. `objectOf`: the object of each view, by frame and segment; others show none.
+  void putObjects(std::span<const WorldObject> objects,
+                  const std::map<std::pair<std::size_t, std::size_t>, int>& objectOf);
 
   // ---- reading
   std::size_t observationCount() const;
   /// In order of frames; stops early when `visit` returns false. Throws Error (corruptFile).
   void forEachObservation(const std::function<bool(std::size_t frame, const Observation&)>& visit) const;
   std::vector<AreaEdit> edits() const;
+  /// In order of frames and segments.
+  std::vector<LabeledSegment> views() const;
+  /// The best view's JPEG; empty where there is none.
+  std::vector<unsigned char> objectImage(int object) const;
   /// Adds all layers to `world`, whose places have been read. Throws Error (corruptFile).
   void read(WorldMap& world) const;
 
  private:
+  void readAreas(WorldMap& world) const;
+  void readObjects(WorldMap& world) const;
+
   MapStore& store_;
   bool exists_ = true;
 };
