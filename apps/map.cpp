@@ -30,6 +30,7 @@ struct MapArguments {
   SequenceArguments sequence;
   ModelArguments model;
   MapperOptions mapper;
+  WorldOptions world;
   DeclaredOptions declared;
   std::string output, roomClassifier;
   bool goOn = false, overwrite = false, json = false;
@@ -75,33 +76,45 @@ Json summaryOf(const MapArguments& arguments, const MapRun& map, std::size_t ski
           {"tau_revisit", mapper.thresholds().revisit}};
 }
 
-/// The layers above the places, where the drive has depth.
+/// The layers above the places.
 class Layers {
  public:
-  Layers(const Sequence& sequence, MapRun& map)
-      : sequence_(sequence), map_(map), on_(sequence.hasDepth() && sequence.intrinsics()) {}
+  Layers(const Sequence& sequence, MapRun& map, const WorldOptions& options)
+      : sequence_(sequence), map_(map), options_(options) {
+    if (map_.session()) mapper_.emplace(map_.start(), options_);  // says at once what does not fit
+  }
 
   /// Before the frame is added to the map.
   void observe(const LabeledFrame& labeled) {
-    if (!on_) return;
-    if (!mapper_) mapper_.emplace(map_.start());
+    if (!mapper_) mapper_.emplace(map_.start(), options_);
     const Frame& frame = sequence_.frame(labeled.index);
-    cv::Mat depth;
-    try {
-      depth = sequence_.depth(labeled.index);
-    } catch (...) {
-      spdlog::warn("no depth: {}", frameFailure(frame.name).what());
-    }
-    mapper_->observe(frame, labeled.descriptor, depth, *sequence_.intrinsics());
+    mapper_->observe(frame, labeled.descriptor, depthOf(labeled.index),
+                     sequence_.intrinsics().value_or(CameraIntrinsics{}));
   }
   void finish() {
-    if (mapper_) mapper_->finish();
+    if (!mapper_) return;
+    mapper_->finish();
+    if (mapper_->viewsTooFar() > 0)
+      spdlog::warn(
+          "{} too far from the others for a floor plan and left out of it; `estancia check` looks "
+          "at the poses",
+          mapper_->viewsTooFar() == 1 ? "1 view is" : fmt::format("{} views are", mapper_->viewsTooFar()));
   }
 
  private:
+  cv::Mat depthOf(std::size_t i) const {
+    if (!sequence_.hasDepth() || !sequence_.intrinsics()) return {};
+    try {
+      return sequence_.depth(i);
+    } catch (...) {
+      spdlog::warn("no depth: {}", frameFailure(sequence_.frame(i).name).what());
+      return {};
+    }
+  }
+
   const Sequence& sequence_;
   MapRun& map_;
-  bool on_;
+  const WorldOptions& options_;
   std::optional<WorldMapper> mapper_;
 };
 
@@ -109,7 +122,7 @@ class Layers {
 std::size_t addFrames(const MapArguments& arguments, Labeling& labeling, std::size_t first, bool images,
                       MapRun& map) {
   const Sequence& sequence = labeling.sequence();
-  Layers layers(sequence, map);
+  Layers layers(sequence, map, arguments.world);
   const auto finish = [&] {
     map.finish();
     layers.finish();
@@ -176,6 +189,7 @@ void addMapCommand(CLI::App& app) {
       ->excludes("--continue");
   arguments->declared.add(declare(arguments->mapper),
                           {"distance", "tau-join", "tau-revisit", "transition-images"});
+  arguments->declared.add(declare(arguments->world), {"layers"});
   arguments->declared.addPreset(
       {{"thesis", "the choices of Rangel's thesis (chapter 4)"}},
       [&mapper = arguments->mapper](const std::string&) { mapper = MapperOptions::thesis(); });

@@ -25,6 +25,14 @@ struct WorldArea : Area {
   const std::string& displayName() const { return givenName.empty() ? name : givenName; }
 };
 
+/// Frames that look alike (findZones()), wherever they are.
+struct WorldZone {
+  int id = 0;
+  /// Its telling words.
+  std::string name = {};
+  std::size_t frames = 0;
+};
+
 /// What a thing stands on.
 enum class Support { unknown, floor, object };
 
@@ -62,11 +70,13 @@ struct WorldObject {
   double probability() const { return words.empty() ? 0 : static_cast<double>(words.front().probability); }
 };
 
-/// The layers of a map. Invariants: areaOfFrame has one entry a frame (-1 where there are no areas) and no
-/// area that does not exist; plan.areas equals areas without what people added. An object's area and what it
-/// stands on exist, and its frames are frames of the map.
+/// The layers of a map. Invariants: areaOfFrame and zoneOfFrame have one entry a frame (-1 where there are
+/// no areas or zones) and nothing that does not exist; plan.areas equals areas without what people added. An
+/// object's area and what it stands on exist, and its frames are frames of the map.
 struct WorldMap {
   TopologicalMap places;
+  std::vector<WorldZone> zones = {};
+  std::vector<int> zoneOfFrame = {};
   /// Absent without poses and depth.
   std::optional<AreaPlan> plan = {};
   std::vector<WorldArea> areas = {};

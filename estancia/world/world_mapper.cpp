@@ -5,15 +5,20 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <sstream>
 #include <utility>
 #include <vector>
 
 #include "estancia/areas/area_plan.hpp"
 #include "estancia/areas/floor_survey.hpp"
+#include "estancia/core/fail.hpp"
+#include "estancia/core/printable.hpp"
 #include "estancia/core/rigid.hpp"
 #include "estancia/stats/moments.hpp"
 #include "estancia/topology/session_impl.hpp"
+#include "estancia/topology/sqlite.hpp"
 #include "estancia/world/world_store.hpp"
+#include "estancia/zones/zones.hpp"
 
 namespace estancia {
 namespace {
@@ -23,8 +28,38 @@ constexpr double sameUp = 0.1 * std::numbers::pi / 180;
 
 }  // namespace
 
+std::string toString(const WorldLayers& layers) {
+  std::string names = "places";
+  if (layers.zones) names += ",zones";
+  if (layers.areas) names += ",areas";
+  if (layers.objects) names += ",objects";
+  return names;
+}
+
+WorldLayers layersFrom(const std::string& names) {
+  WorldLayers layers{false, false, false};
+  std::istringstream rest(names);
+  for (std::string name; std::getline(rest, name, ',');)
+    if (name == "zones")
+      layers.zones = true;
+    else if (name == "areas")
+      layers.areas = true;
+    else if (name == "objects")
+      layers.objects = true;
+    else if (name != "places")
+      fail(ErrorCode::unknownName, "a map has no layer \"{}\"; it has places, zones, areas and objects",
+           printable(name));
+  return layers;
+}
+
 OptionGroup declare(WorldOptions& options) {
   OptionGroup group("world", "How a drive becomes areas and objects.");
+  group
+      .add("layers",
+           Option::Text{[&options] { return options.layers ? toString(*options.layers) : std::string(); },
+                        [&options](const std::string& names) { options.layers = layersFrom(names); }},
+           "What the map holds: places,zones,areas,objects, some of them")
+      .automatic("all that the drive allows");
   group.add("view-shift", &options.viewShift, "How far the camera moves to a new view.")
       .range(0, 10)
       .unit("m")
@@ -44,18 +79,25 @@ struct WorldMapper::Impl {
         mean(mapping.store.identity().vocabulary.size(), false) {
     declare(options).validate();
     edits = store.edits();
+    const std::string kept = store.layers();
+    if (!kept.empty() && options.layers && *options.layers != layersFrom(kept))
+      fail(ErrorCode::mismatch, "the map has the layers {}, which it keeps; leave out --layers, or map anew",
+           kept);
+    layers = !kept.empty() ? layersFrom(kept) : options.layers.value_or(WorldLayers{});
+    if (kept.empty()) store.putLayers(toString(layers));
   }
 
   MappingSession::Impl& session;
   WorldOptions options;
   WorldStore store;
+  WorldLayers layers;
   std::vector<AreaEdit> edits;
   std::vector<std::optional<Pose>> poses;  // of all frames
   Moments mean;                            // of their descriptors
   std::optional<Pose> lastView;
   std::optional<Floor> floor;
   std::optional<FloorSurvey> survey;
-  std::size_t views = 0;
+  std::size_t views = 0, tooFar = 0;
 
   std::size_t labels() const { return session.store.identity().vocabulary.size(); }
 
@@ -87,15 +129,24 @@ struct WorldMapper::Impl {
         return;
       }
     }
-    survey->add(descriptor, depthOf(seen), seen.camera, pose);
+    fold(seen, descriptor, pose);
+  }
+
+  void fold(const Observation& seen, DescriptorView descriptor, const Pose& pose) {
+    try {
+      survey->add(descriptor, depthOf(seen), seen.camera, pose);
+    } catch (const Error& e) {
+      if (e.code() != ErrorCode::tooLarge) throw;
+      ++tooFar;
+    }
   }
 
   /// The layers of all observations that the map holds.
   void rebuild() {
+    tooFar = 0;
     survey.emplace(*floor, options.areas.cell, labels(), options.areas.words);
     store.forEachObservation([this](std::size_t frame, const Observation& seen) {
-      if (frame < poses.size() && poses[frame])
-        survey->add(descriptorOf(frame), depthOf(seen), seen.camera, *poses[frame]);
+      if (frame < poses.size() && poses[frame]) fold(seen, descriptorOf(frame), *poses[frame]);
       return true;
     });
   }
@@ -135,7 +186,8 @@ void WorldMapper::observe(const Frame& frame, DescriptorView descriptor, const c
   const std::size_t index = impl_->poses.size();
   impl_->addFrame(frame.pose, descriptor);
   const std::optional<Pose> pose = impl_->poses.back();
-  if (!pose || depth.empty() || !impl_->isNew(*pose)) return;
+  const bool inSpace = impl_->layers.areas || impl_->layers.objects;
+  if (!inSpace || !pose || depth.empty() || !impl_->isNew(*pose)) return;
   const Observation seen = estancia::observe(depth, camera);
   impl_->store.putObservation(index, seen);
   impl_->pending.assign(descriptor.begin(), descriptor.end());
@@ -148,12 +200,24 @@ void WorldMapper::correct(const AreaEdit& edit) {
 }
 
 void WorldMapper::finish() {
-  if (!impl_->survey || impl_->survey->grid.cells().empty()) return;
-  const std::span<const float> mean = impl_->mean.mean();
-  impl_->store.putAreas(planAreas(*impl_->survey, impl_->poses, impl_->session.store.identity().vocabulary,
-                                  {mean.begin(), mean.end()}, impl_->options.areas.segmentation,
-                                  impl_->edits));
-  impl_->session.store.commit();
+  MapStore& map = impl_->session.store;
+  const std::size_t frames = impl_->poses.size();
+  if (impl_->layers.zones && frames > 0 && frames <= mostFramesOfZones) {
+    ZoneOptions options;
+    options.reach = ZoneOptions::reachOfRun;
+    impl_->store.putZones(findZones(readMapDescriptors(map.database().path()), options));
+  }
+  if (impl_->layers.areas && impl_->survey && !impl_->survey->grid.cells().empty()) {
+    const std::span<const float> mean = impl_->mean.mean();
+    impl_->store.putAreas(planAreas(*impl_->survey, impl_->poses, map.identity().vocabulary,
+                                    {mean.begin(), mean.end()}, impl_->options.areas.segmentation,
+                                    impl_->edits));
+  }
+  map.commit();
+}
+
+std::size_t WorldMapper::viewsTooFar() const {
+  return impl_->tooFar;
 }
 
 }  // namespace estancia

@@ -4,6 +4,8 @@
 
 #include <memory>
 #include <opencv2/core/mat.hpp>
+#include <optional>
+#include <string>
 
 #include "estancia/areas/areas.hpp"
 #include "estancia/core/camera.hpp"
@@ -12,33 +14,50 @@
 
 namespace estancia {
 
+/// What a map holds above its places, as far as the drive allows.
+struct WorldLayers {
+  bool zones = true, areas = true, objects = true;
+  bool operator==(const WorldLayers&) const = default;
+};
+/// "places,zones,areas,objects", and back; places are always there. Throws Error (unknownName).
+std::string toString(const WorldLayers& layers);
+WorldLayers layersFrom(const std::string& names);
+
 struct WorldOptions {
+  /// Absent: those of the map that is continued, else all.
+  std::optional<WorldLayers> layers;
   double viewShift = 0.05;
   double viewTurn = 3;
   AreaOptions areas;
 };
 OptionGroup declare(WorldOptions& options);
 
+/// The most frames that zones are found of with the map; more take `estancia zones find MAP --stream`.
+constexpr std::size_t mostFramesOfZones = 5000;
+
 /// What a frame shows of the space is kept as an observation; areas and objects are a function of the
 /// observations and of the frames' poses. So they can be made again when the poses are corrected or the map
 /// is continued, and they never disagree.
 class WorldMapper {
  public:
-  /// Goes on with the layers of the session's map, if it has any. The session must outlive it. Throws Error
-  /// (invalidOption, corruptFile).
+  /// Goes on with the layers of the session's map, if it has any. The session must outlive it. Throws Error:
+  /// invalidOption, corruptFile, and mismatch when other layers are wanted than the map has.
   explicit WorldMapper(MappingSession& session, const WorldOptions& options = {});
   WorldMapper(WorldMapper&&) noexcept;
   ~WorldMapper();
 
-  /// Takes the depth of the frame that is added to the session next: CV_32F [m], 0 where unknown, `camera`
-  /// of images of any size. A frame without a pose, or from where the robot has just looked, adds nothing.
-  /// Throws Error (invalidInput, mismatch, tooLarge).
+  /// Takes the depth of the frame that is added to the session next: CV_32F [m], 0 where unknown, empty where
+  /// there is none; `camera` has images of any size. A frame without depth or pose, or from where the robot
+  /// has just looked, adds nothing. Throws Error (invalidInput, mismatch).
   void observe(const Frame& frame, DescriptorView descriptor, const cv::Mat& depth,
                const CameraIntrinsics& camera);
   /// Takes a correction by a person.
   void correct(const AreaEdit& edit);
   /// Derives the layers and writes them, after the session's finish(). More frames may follow.
   void finish();
+
+  /// Views that were so far from the others that no floor plan holds them: an error of the poses, mostly.
+  std::size_t viewsTooFar() const;
 
  private:
   struct Impl;

@@ -23,6 +23,8 @@ using sqlite::Statement;
 
 constexpr const char* tables = R"sql(
 CREATE TABLE IF NOT EXISTS observations(frame INTEGER PRIMARY KEY, seen BLOB NOT NULL);
+CREATE TABLE IF NOT EXISTS zones(id INTEGER PRIMARY KEY, name TEXT NOT NULL, frames INTEGER NOT NULL);
+CREATE TABLE IF NOT EXISTS frame_zones(frame INTEGER PRIMARY KEY, zone INTEGER NOT NULL);
 CREATE TABLE IF NOT EXISTS floor(id INTEGER PRIMARY KEY CHECK(id = 0), cell REAL NOT NULL,
     first_column INTEGER NOT NULL, first_row INTEGER NOT NULL, columns INTEGER NOT NULL, rows INTEGER NOT NULL,
     up_x REAL NOT NULL, up_y REAL NOT NULL, up_z REAL NOT NULL, areas BLOB NOT NULL, walls BLOB NOT NULL);
@@ -102,6 +104,18 @@ std::vector<cv::Point2d> outlineFrom(const Database& database, const std::string
   return outline;
 }
 
+/// A number below `end` of each frame.
+void readNumbers(const Database& database, const char* sql, std::size_t end, std::vector<int>& numbers) {
+  Statement rows(database, sql);
+  while (rows.next()) {
+    const std::int64_t frame = rows.integer(0), number = rows.integer(1);
+    if (frame < 0 || frame >= static_cast<std::int64_t>(numbers.size()) || number < 0 ||
+        number >= static_cast<std::int64_t>(end))
+      database.failDamaged("a frame is in an area or a zone that is missing");
+    numbers[static_cast<std::size_t>(frame)] = static_cast<int>(number);
+  }
+}
+
 /// Nothing where the map has no plan.
 std::optional<AreaPlan> readPlan(const Database& database) {
   Statement row(
@@ -134,6 +148,23 @@ WorldStore::WorldStore(MapStore& store, MapStore::Access access) : store_(store)
     store_.database().run(tables);
   else
     exists_ = hasTables(store_.database());
+}
+
+void WorldStore::putLayers(const std::string& layers) {
+  Statement(store_.database(), "INSERT OR REPLACE INTO meta VALUES('layers', ?1)", layers).execute();
+}
+
+void WorldStore::putZones(const Zones& zones) {
+  Database& database = store_.database();
+  database.run("DELETE FROM zones; DELETE FROM frame_zones");
+  for (const Zone& zone : zones.zones)
+    Statement(database, "INSERT INTO zones VALUES(?1, ?2, ?3)", zone.id, zone.name, zone.images.size())
+        .execute();
+  Statement row(database, "INSERT INTO frame_zones VALUES(?1, ?2)");
+  for (std::size_t i = 0; i < zones.zoneOf.size(); ++i) {
+    row.bindAll(i, zones.zoneOf[i]);
+    row.execute();
+  }
 }
 
 void WorldStore::putObservation(std::size_t frame, const Observation& observation) {
@@ -175,6 +206,11 @@ void WorldStore::addEdit(const AreaEdit& edit) {
             kinds[static_cast<std::size_t>(edit.kind)], edit.from.x, edit.from.y, edit.to.x, edit.to.y,
             edit.name)
       .execute();
+}
+
+std::string WorldStore::layers() const {
+  Statement row(store_.database(), "SELECT value FROM meta WHERE key = 'layers'");
+  return row.next() ? row.text(0) : "";
 }
 
 std::size_t WorldStore::observationCount() const {
@@ -350,16 +386,29 @@ void WorldStore::readObjects(WorldMap& world) const {
 
 void WorldStore::read(WorldMap& world) const {
   world.areaOfFrame.assign(world.places.frames.size(), -1);
+  world.zoneOfFrame.assign(world.places.frames.size(), -1);
   if (!exists_) return;
+  readZones(world);
   world.edits = edits();
   world.plan = readPlan(store_.database());
   if (world.plan) readAreas(world);
   readObjects(world);
 }
 
+void WorldStore::readZones(WorldMap& world) const {
+  const Database& database = store_.database();
+  Statement rows(database, "SELECT id, name, frames FROM zones ORDER BY id");
+  while (rows.next()) {
+    if (rows.integer(0) != static_cast<std::int64_t>(world.zones.size()) || rows.integer(2) < 0)
+      database.failDamaged("its zones have gaps");
+    world.zones.push_back({static_cast<int>(world.zones.size()), printable(rows.text(1)),
+                           static_cast<std::size_t>(rows.integer(2))});
+  }
+  readNumbers(database, "SELECT frame, zone FROM frame_zones", world.zones.size(), world.zoneOfFrame);
+}
+
 void WorldStore::readAreas(WorldMap& world) const {
   const Database& database = store_.database();
-  const std::size_t frames = world.places.frames.size();
   Statement rows(database, "SELECT id, name, size, x, y, frames, outline FROM areas ORDER BY id");
   while (rows.next()) {
     WorldArea area;
@@ -377,14 +426,7 @@ void WorldStore::readAreas(WorldMap& world) const {
   double most = -1;
   cv::minMaxLoc(world.plan->areaOf, nullptr, &most);
   if (most >= static_cast<double>(world.areas.size())) database.failDamaged("its plan has unknown areas");
-  Statement ofFrames(database, "SELECT frame, area FROM frame_areas ORDER BY frame");
-  while (ofFrames.next()) {
-    const std::int64_t frame = ofFrames.integer(0), area = ofFrames.integer(1);
-    if (frame < 0 || frame >= static_cast<std::int64_t>(frames) || area < 0 ||
-        area >= static_cast<std::int64_t>(world.areas.size()))
-      database.failDamaged("the area of a frame is unknown");
-    world.areaOfFrame[static_cast<std::size_t>(frame)] = static_cast<int>(area);
-  }
+  readNumbers(database, "SELECT frame, area FROM frame_areas", world.areas.size(), world.areaOfFrame);
   for (const AreaEdit& edit : world.edits)
     if (edit.kind == AreaEdit::Kind::name)
       if (const int area = areaAt(*world.plan, edit.from, 1); area >= 0)

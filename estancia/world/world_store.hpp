@@ -13,6 +13,7 @@
 #include "estancia/topology/store.hpp"
 #include "estancia/world/observation.hpp"
 #include "estancia/world/world_map.hpp"
+#include "estancia/zones/zones.hpp"
 
 namespace estancia {
 
@@ -43,6 +44,9 @@ class WorldStore {
   bool exists() const { return exists_; }
 
   // ---- writing
+  /// The layers that the map is to hold, as text.
+  void putLayers(const std::string& layers);
+  void putZones(const Zones& zones);
   void putObservation(std::size_t frame, const Observation& observation);
   /// Replaces all that is derived from observations.
   void putAreas(const PlannedFrames& planned);
@@ -53,6 +57,8 @@ class WorldStore {
                   const std::map<std::pair<std::size_t, std::size_t>, int>& objectOf);
 
   // ---- reading
+  /// "" where none were put.
+  std::string layers() const;
   std::size_t observationCount() const;
   /// In order of frames; stops early when `visit` returns false. Throws Error (corruptFile).
   void forEachObservation(const std::function<bool(std::size_t frame, const Observation&)>& visit) const;
@@ -65,6 +71,7 @@ class WorldStore {
   void read(WorldMap& world) const;
 
  private:
+  void readZones(WorldMap& world) const;
   void readAreas(WorldMap& world) const;
   void readObjects(WorldMap& world) const;
 
