@@ -47,6 +47,7 @@
 #include "estancia/cloud/resolution.hpp"
 
 #include "estancia/odometry/rgbd.hpp"
+#include "estancia/odometry/tracker.hpp"
 
 #include "estancia/check/check.hpp"
 

@@ -81,8 +81,10 @@ struct NormalOptions;
 struct Plane;
 
 // odometry
+struct FrameFacts;
 struct FrameWords;
 struct RgbdOptions;
+class RgbdTracker;
 struct RgbdTrajectory;
 
 // check

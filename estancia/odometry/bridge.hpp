@@ -5,20 +5,23 @@
 #include <cstddef>
 #include <opencv2/core/affine.hpp>
 #include <optional>
-#include <vector>
 
-#include "estancia/odometry/rgbd.hpp"
+#include "estancia/odometry/prior.hpp"
 
 namespace estancia::odometry {
 
-/// T_map_frame of a frame without a pose: by the prior from the nearest frames that have one, which share
-/// what it is off between them; without a prior by a steady motion, if they are no farther apart than two
-/// frames may be (RgbdOptions::maxMotion, maxTurn). Nothing where neither can tell.
-std::optional<cv::Affine3d> bridged(const std::vector<std::optional<cv::Affine3d>>& poses, std::size_t frame,
-                                    const MotionPrior& prior, const RgbdOptions& options);
+/// A frame that was tracked, and its T_map_frame.
+struct TrackedFrame {
+  std::size_t frame;
+  cv::Affine3d pose;
+};
 
-/// Whether a camera hardly moves so far from one frame to the next.
-bool isTooFar(const cv::Affine3d& motion, const RgbdOptions& options);
+/// T_map_frame of a frame between two that were tracked, of which one may be missing: by the prior, and what
+/// it is off is shared between them; without a prior by a steady motion, if they are no farther apart than
+/// two frames may be (RgbdOptions::maxMotion, maxTurn). Nothing where neither can tell.
+std::optional<cv::Affine3d> bridged(std::size_t frame, const std::optional<TrackedFrame>& before,
+                                    const std::optional<TrackedFrame>& after, const PriorTrack& prior,
+                                    const RgbdOptions& options);
 
 /// A small motion, `count` times.
 cv::Affine3d times(const cv::Affine3d& motion, double count);

@@ -7,13 +7,23 @@
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "estancia/odometry/packed_image.hpp"
+
 namespace estancia::odometry {
+namespace {
+
+constexpr int kDescriptorBytes = 32;
+
+cv::Point3f pointAt(const CameraIntrinsics& camera, const cv::Point2f& pixel, float z) {
+  return {static_cast<float>(camera.slopeX(pixel.x)) * z, static_cast<float>(camera.slopeY(pixel.y)) * z, z};
+}
+
+}  // namespace
 
 Features featuresOf(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrinsics& camera, int max,
                     double maxDepth) {
   Features features;
   features.camera = camera.scaledTo(bgr.cols, bgr.rows);
-  const CameraIntrinsics c = features.camera;
   cv::Mat gray, descriptors;
   cv::cvtColor(bgr, gray, cv::COLOR_BGR2GRAY);
   std::vector<cv::KeyPoint> corners;
@@ -26,9 +36,34 @@ Features featuresOf(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrin
     const float z = depth.at<float>(std::clamp(y, 0, depth.rows - 1), std::clamp(x, 0, depth.cols - 1));
     if (!(z > 0 && z <= maxDepth)) continue;
     features.pixels.push_back(at);
-    features.points.emplace_back(static_cast<float>(c.slopeX(at.x)) * z,
-                                 static_cast<float>(c.slopeY(at.y)) * z, z);
+    features.points.push_back(pointAt(features.camera, at, z));
     features.descriptors.push_back(descriptors.row(static_cast<int>(i)));
+  }
+  return features;
+}
+
+void write(const Features& features, ByteWriter& bytes) {
+  write(features.camera, bytes);
+  bytes.number(static_cast<std::uint64_t>(features.pixels.size()));
+  for (std::size_t i = 0; i < features.pixels.size(); ++i) {
+    bytes.number(features.pixels[i].x), bytes.number(features.pixels[i].y);
+    bytes.number(features.points[i].z);
+    const auto* descriptor = features.descriptors.ptr<char>(static_cast<int>(i));
+    bytes.raw({descriptor, kDescriptorBytes});
+  }
+}
+
+Features readFeatures(ByteReader& bytes) {
+  Features features;
+  features.camera = readCamera(bytes);
+  const std::size_t count = bytes.count(3 * sizeof(float) + kDescriptorBytes);
+  features.descriptors.create(static_cast<int>(count), kDescriptorBytes, CV_8U);
+  for (std::size_t i = 0; i < count; ++i) {
+    const float u = bytes.number<float>(), v = bytes.number<float>(), z = bytes.number<float>();
+    features.pixels.emplace_back(u, v);
+    features.points.push_back(pointAt(features.camera, {u, v}, z));
+    const std::string_view descriptor = bytes.raw(kDescriptorBytes);
+    std::ranges::copy(descriptor, features.descriptors.ptr<char>(static_cast<int>(i)));
   }
   return features;
 }

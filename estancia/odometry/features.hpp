@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "estancia/core/bytes.hpp"
 #include "estancia/core/camera.hpp"
 
 namespace estancia::odometry {
@@ -27,5 +28,9 @@ Features featuresOf(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrin
 /// T_target_source from features that are matched both ways and agree on one motion (RANSAC with a fixed
 /// seed); nothing when fewer than `minInliers` agree.
 std::optional<cv::Affine3d> guessFromFeatures(const Features& source, const Features& target, int minInliers);
+
+void write(const Features& features, ByteWriter& bytes);
+/// Throws Error (malformedFile).
+Features readFeatures(ByteReader& bytes);
 
 }  // namespace estancia::odometry

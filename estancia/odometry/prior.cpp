@@ -8,20 +8,54 @@
 
 namespace estancia::odometry {
 
-std::optional<Motion> priorMotion(const MotionPrior& prior, std::size_t from, std::size_t to,
-                                  const RgbdOptions& options) {
-  if (to >= prior.size() || from >= to || !prior[from] || !prior[to]) return std::nullopt;
+bool isTooFar(const cv::Affine3d& motion, const RgbdOptions& options, std::size_t frames) {
+  const auto steps = static_cast<double>(frames);
+  return cv::norm(motion.translation()) > steps * options.maxMotion ||
+         angleOf(motion) > steps * options.maxTurn * std::numbers::pi / 180;
+}
+
+void PriorTrack::add(std::size_t frame, const std::optional<Pose>& pose, bool paused,
+                     const RgbdOptions& options) {
+  if (!pose || !pose->isPlausible()) return;
+  Entry entry{*pose, 0};
+  if (!entries_.empty()) {
+    const Entry& before = *entries_.back();
+    const cv::Affine3d step = rigidOf(before.pose).inv() * rigidOf(*pose);
+    entry.run = before.run;
+    if (!paused && isTooFar(step, options, frame + 1 - entries_.size())) ++entry.run;
+  }
+  restore(frame, entry);
+}
+
+const std::optional<PriorTrack::Entry>& PriorTrack::at(std::size_t frame) const {
+  static const std::optional<Entry> unknown;
+  return frame < entries_.size() ? entries_[frame] : unknown;
+}
+
+void PriorTrack::restore(std::size_t frame, const Entry& entry) {
+  entries_.resize(frame + 1);
+  entries_[frame] = entry;
+}
+
+std::optional<cv::Affine3d> PriorTrack::transform(std::size_t from, std::size_t to) const {
+  const auto &a = at(from), &b = at(to);
+  if (!a || !b || a->run != b->run) return std::nullopt;
+  return rigidOf(a->pose).inv() * rigidOf(b->pose);
+}
+
+std::optional<Motion> PriorTrack::motion(std::size_t from, std::size_t to, const RgbdOptions& options) const {
+  const auto whole = transform(from, to);
+  if (!whole || from >= to) return std::nullopt;
   constexpr double kLeastShift = 1e-3;  // [m] a step
   const double turn = options.odomTurn * std::numbers::pi / 180, share = options.odomShift / 100;
-  const cv::Affine3d back = rigidOf(*prior[from]).inv();
   cv::Matx66d covariance = cv::Matx66d::zeros();
   std::size_t last = from;
   for (std::size_t i = from + 1; i <= to; ++i) {
-    if (!prior[i]) continue;
+    if (!at(i)) continue;
     // A wrong turn at `last` swings what follows about it; it is written at `from`.
-    const cv::Vec3d pivot = (back * rigidOf(*prior[last])).translation();
+    const cv::Vec3d pivot = transform(from, last)->translation();
     const auto steps = static_cast<double>(i - last);
-    const double shift = share * distanceBetween(*prior[last], *prior[i]);
+    const double shift = share * distanceBetween(at(last)->pose, at(i)->pose);
     const double entries[] = {1, 0,         0,        0,        1, 0,         0,         0,        1,
                               0, -pivot[2], pivot[1], pivot[2], 0, -pivot[0], -pivot[1], pivot[0], 0};
     const cv::Matx<double, 6, 3> turned(entries);
@@ -29,7 +63,7 @@ std::optional<Motion> priorMotion(const MotionPrior& prior, std::size_t from, st
     for (int a = 3; a < 6; ++a) covariance(a, a) += shift * shift + steps * kLeastShift * kLeastShift;
     last = i;
   }
-  return Motion{back * rigidOf(*prior[to]), covariance};
+  return Motion{*whole, covariance};
 }
 
 }  // namespace estancia::odometry

@@ -3,8 +3,10 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <opencv2/core/affine.hpp>
 #include <optional>
+#include <vector>
 
 #include "estancia/odometry/rgbd.hpp"
 
@@ -15,9 +17,34 @@ struct Motion {
   cv::Matx66d covariance;  ///< of a motion (rotation, translation) multiplied from the left
 };
 
-/// Nothing where the prior knows one of the two frames not. The errors of the frames between them add up
-/// (RgbdOptions::odomShift and odomTurn).
-std::optional<Motion> priorMotion(const MotionPrior& prior, std::size_t from, std::size_t to,
-                                  const RgbdOptions& options);
+/// Whether a camera hardly moves so far in so many frames.
+bool isTooFar(const cv::Affine3d& motion, const RgbdOptions& options, std::size_t frames = 1);
+
+/// The prior's poses, frame by frame. Where they jump farther than a camera moves, as when they were set
+/// anew, nothing is known of the motion from before to after.
+class PriorTrack {
+ public:
+  struct Entry {
+    Pose pose;  ///< T_odom_camera
+    /// Poses of one run belong together.
+    std::uint32_t run = 0;
+  };
+
+  /// Of frame number `frame`, which is later than those before. Poses that are none (NaN) are not known.
+  /// `paused`: much time has passed since the frame before, so that any motion is possible.
+  void add(std::size_t frame, const std::optional<Pose>& pose, bool paused, const RgbdOptions& options);
+  /// Nothing where it is not known.
+  const std::optional<Entry>& at(std::size_t frame) const;
+  void restore(std::size_t frame, const Entry& entry);
+
+  /// T_from_to; nothing where one of the two is not known.
+  std::optional<cv::Affine3d> transform(std::size_t from, std::size_t to) const;
+  /// The same for from < to, and its exactness: the errors of the frames between add up
+  /// (RgbdOptions::odomShift and odomTurn).
+  std::optional<Motion> motion(std::size_t from, std::size_t to, const RgbdOptions& options) const;
+
+ private:
+  std::vector<std::optional<Entry>> entries_;  ///< as long as the last frame that is known
+};
 
 }  // namespace estancia::odometry

@@ -15,14 +15,22 @@ std::vector<float> Recall::embed(const LexicalDescriptor& descriptor) const {
   return embedded;
 }
 
-void Recall::add(const LexicalDescriptor& descriptor) {
-  embedded_.push_back(embed(descriptor));
-  if (descriptor.empty()) return;
-  if (!moments_) moments_.emplace(descriptor.size(), true);
-  if (descriptor.size() != moments_->mean().size())
-    throw Error(ErrorCode::mismatch,
-                "the number of labels changed between frames; label the sequence first (estancia label)");
-  moments_->add(embedded_.back());
+void Recall::add(std::vector<float> embedded) {
+  if (!embedded.empty()) {
+    if (!moments_) moments_.emplace(embedded.size(), true);
+    if (embedded.size() != moments_->mean().size())
+      throw Error(ErrorCode::mismatch,
+                  "the number of labels changed between frames; label the sequence first (estancia label)");
+    moments_->add(embedded);
+  }
+  embedded_.push_back(std::move(embedded));
+}
+
+void Recall::removeLast() {
+  embedded_.pop_back();
+  moments_.reset();  // summed up anew, so that they do not depend on what is gone
+  std::vector<std::vector<float>> rest = std::exchange(embedded_, {});
+  for (std::vector<float>& embedded : rest) add(std::move(embedded));
 }
 
 std::vector<std::size_t> Recall::nearest(const std::vector<float>& query, std::size_t max,

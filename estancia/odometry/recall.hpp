@@ -20,10 +20,12 @@ class Recall {
  public:
   explicit Recall(const std::vector<LabelPart>& parts) : distance_(getDistance("standardized-clr", parts)) {}
 
-  /// Images are numbered in this order. Throws Error (mismatch) when the number of labels changes.
-  void add(const LexicalDescriptor& descriptor);
+  /// Images are numbered in this order; takes what embed() returns. Throws Error (mismatch) when the number
+  /// of labels changes.
+  void add(std::vector<float> embedded);
+  void removeLast();
 
-  /// A descriptor as it is compared, and that of an image.
+  /// A descriptor as it is compared, and that of an image; empty without words.
   std::vector<float> embed(const LexicalDescriptor& descriptor) const;
   const std::vector<float>& embedded(std::size_t image) const { return embedded_[image]; }
 
@@ -34,8 +36,8 @@ class Recall {
 
  private:
   Distance distance_;
-  std::vector<std::vector<float>> embedded_;  ///< empty without words
-  std::optional<Moments> moments_;            ///< of those that have words; absent while none has
+  std::vector<std::vector<float>> embedded_;
+  std::optional<Moments> moments_;  ///< of those that have words; absent while none has
 };
 
 }  // namespace estancia::odometry

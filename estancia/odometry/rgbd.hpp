@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
@@ -31,6 +32,7 @@ struct RgbdOptions {
   double maxGap = 1;
   double odomShift = 3;
   double odomTurn = 2;
+  double minCorrection = 0.01;
   int loopCandidates = 8;
   int minLoopKeyframes = 4;
   double minLoopOverlap = 0.4;
@@ -71,18 +73,22 @@ struct RgbdTrajectory {
   std::vector<std::size_t> keyframes;
   /// Pairs of frames of the accepted loop closures.
   std::vector<std::pair<std::size_t, std::size_t>> loops;
-  /// Sentences: time gaps, relocalizations.
+  /// Sentences: time gaps.
   std::vector<std::string> notes;
+  /// T_map_camera of every frame as it was known when the frame had just been seen, by earlier frames alone.
+  std::vector<std::optional<Pose>> online;
+  /// How often poses of earlier frames were corrected since (RgbdTracker::revision()).
+  std::uint64_t corrections = 0;
 };
 
 /// Aligns every frame with the keyframes around it, from the best of several guesses (the motion so far or
 /// the prior's, features), by point-to-plane distances and gray values together (Kerl et al. 2013). Keyframes
 /// that overlap, or have similar words, are aligned with each other, and a pose graph is optimized over all
 /// of these motions (Choi et al. 2015). Frames that cannot be tracked are named. The result depends neither
-/// on the number of threads nor on the clock. Memory grows by about 0.3 MB a keyframe. `prior` is empty or
-/// has an entry a frame. Throws Error (invalidInput, insufficientData, invalidOption, unknownName, mismatch)
-/// when there is no depth, no camera, no frame with usable depth, an option is out of range, or the prior
-/// has another number of frames; Interrupted.
+/// on the number of threads nor on the clock. It is an RgbdTracker that is given all frames. `prior` is empty
+/// or has an entry a frame. Throws Error (invalidInput, insufficientData, invalidOption, unknownName,
+/// mismatch) when there is no depth, no camera, no frame with usable depth, an option is out of range, or the
+/// prior has another number of frames; Interrupted.
 RgbdTrajectory trackRgbd(const Sequence& sequence, const RgbdOptions& options = {},
                          const FrameWords& words = {}, Progress& progress = Progress::none(),
                          const MotionPrior& prior = {});

@@ -1,0 +1,75 @@
+// Keyframe graph: which keyframes were aligned with each other, and the poses that agree with all of it.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "estancia/odometry/keyframes.hpp"
+#include "estancia/odometry/pose_graph.hpp"
+
+namespace estancia::odometry {
+
+/// Whether an alignment is to be believed.
+bool isGood(const Alignment& alignment, double minOverlap, const RgbdOptions& options);
+
+/// Keyframes are its nodes. Edges belong to the later of their keyframes, which is their source; they are
+/// added in the order of these.
+class KeyframeGraph {
+ public:
+  enum class Kind : std::uint8_t {
+    tracked,  ///< from one keyframe to the next
+    loop,     ///< by aligning keyframes of other times
+    assumed   ///< what no image tells: the prior's motion, and a guess where tracking was lost
+  };
+  struct Edge : PoseGraphEdge {
+    Kind kind = Kind::tracked;
+    double off = 0;  ///< after optimize() [standard deviations]
+  };
+
+  const std::vector<Edge>& edges() const { return edges_; }
+  void add(const PoseGraphEdge& edge, Kind kind);
+  /// Takes those of the last keyframe away.
+  void removeEdgesOf(std::size_t keyframe);
+  /// The earlier keyframe to which keyframe k was tracked or guessed: where the last edge before loops leads.
+  std::size_t referenceOf(std::size_t k) const;
+  /// Whether both were aligned with each other.
+  bool connects(std::size_t later, std::size_t earlier) const { return aligned_.contains({later, earlier}); }
+
+  /// Whether nothing was aligned with keyframe k.
+  bool isAlone(std::size_t k) const;
+  /// Whether more than one edge leads from keyframe k to earlier ones, so that these may contradict.
+  bool isOverdetermined(std::size_t k) const;
+  /// Aligned, and not in contradiction to the others.
+  static bool isSeen(const Edge& edge);
+
+  /// Moves the keyframes to the optimum of all edges.
+  void optimize(Keyframes& keyframes);
+  /// The other keyframes that are known to be near: those that edges connect with k, and with these, but
+  /// for loops that contradict the others. At most `max`, the most closely connected first.
+  std::vector<std::size_t> around(std::size_t k, std::size_t max) const;
+  /// Number of the part of every keyframe: those that alignments connect, directly or not. It is the first
+  /// keyframe of the part.
+  std::vector<std::size_t> parts(std::size_t keyframes) const;
+
+  /// Edges of keyframe k, and back; what optimize() said of each is not among it.
+  void write(std::size_t k, ByteWriter& bytes) const;
+  /// Throws Error (malformedFile).
+  void read(std::size_t k, ByteReader& bytes);
+  void setOff(std::size_t edge, double off) { edges_[edge].off = off; }
+
+ private:
+  std::vector<Edge> edges_;
+  std::vector<std::vector<std::size_t>> ofNode_;  ///< numbers of the edges that end there
+  std::set<std::pair<std::size_t, std::size_t>> aligned_;
+};
+
+/// All 16 numbers of a transform, so that it comes back to the last bit.
+void write(const cv::Affine3d& transform, ByteWriter& bytes);
+/// Throws Error (malformedFile) when they are not finite.
+cv::Affine3d readTransform(ByteReader& bytes);
+
+}  // namespace estancia::odometry

@@ -1,0 +1,49 @@
+// Map poses: the poses of keyframes as they were told, until a correction is worth telling.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <opencv2/core/affine.hpp>
+#include <optional>
+#include <vector>
+
+#include "estancia/odometry/keyframe_graph.hpp"
+
+namespace estancia::odometry {
+
+/// The optimum of the pose graph moves by fractions of a millimeter with every keyframe. Who fuses what was
+/// seen at a pose need not do it again for that.
+class MapPoses {
+ public:
+  /// T_map_keyframe; nothing for keyframes that are not in the map, the part with the most frames.
+  const std::optional<cv::Affine3d>& at(std::size_t k) const { return told_[k]; }
+  std::uint64_t revision() const { return revision_; }
+
+  /// So many more frames hang on keyframe k.
+  void count(std::size_t k, std::ptrdiff_t frames);
+  /// Whether another part than the map has the most frames now.
+  bool isOutgrown() const { return outgrown_; }
+
+  /// Tells the poses of new keyframes; and the optimum of all when it moves what an earlier one shows by more
+  /// than `tolerance` [m], or other keyframes belong to the map.
+  void update(const Keyframes& keyframes, const KeyframeGraph& graph, double tolerance);
+  void removeLast();
+
+  void write(ByteWriter& bytes) const;
+  /// Takes the place of update() and of count(). Throws Error (malformedFile).
+  void read(const KeyframeGraph& graph, std::vector<std::size_t> framesOf, ByteReader& bytes);
+
+ private:
+  void countParts(const KeyframeGraph& graph, std::size_t keyframes);
+
+  std::vector<std::optional<cv::Affine3d>> told_;
+  std::uint64_t revision_ = 0;
+  std::size_t map_ = 0;  ///< the part that was told of
+  bool outgrown_ = false;
+  std::vector<std::size_t> frames_;      ///< of each keyframe
+  std::vector<std::size_t> part_;        ///< of each keyframe, as of the last update
+  std::vector<std::size_t> partFrames_;  ///< by the part's number
+};
+
+}  // namespace estancia::odometry

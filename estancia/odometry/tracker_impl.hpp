@@ -1,0 +1,105 @@
+// Tracker state: keyframes, their graph and the latest frame, and the steps of tracking one frame. Private.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <opencv2/core/affine.hpp>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "estancia/odometry/bridge.hpp"
+#include "estancia/odometry/keyframe_graph.hpp"
+#include "estancia/odometry/map_poses.hpp"
+#include "estancia/odometry/prior.hpp"
+#include "estancia/odometry/tracker.hpp"
+
+namespace estancia {
+
+struct RgbdTracker::Impl {
+  using Alignment = odometry::Alignment;
+  using PoseGraphEdge = odometry::PoseGraphEdge;
+
+  /// A frame hangs on a keyframe, and moves with it.
+  struct Placed {
+    std::uint32_t keyframe = 0;
+    Pose inKeyframe;  ///< T_keyframe_frame
+  };
+  struct Found {
+    std::size_t keyframe;
+    Alignment alignment;
+  };
+  /// A frame on its way through add(), whose words are asked for at most once.
+  struct Current {
+    std::size_t frame;
+    const odometry::FrameView& view;
+    const FrameFacts& facts;
+    std::optional<LexicalDescriptor> known{};
+
+    const LexicalDescriptor& words() {
+      if (!known) known = facts.words ? facts.words() : LexicalDescriptor();
+      return *known;
+    }
+  };
+
+  Impl(const CameraIntrinsics& c, const RgbdOptions& chosen, const std::vector<LabelPart>& parts);
+
+  // tracker.cpp
+  void begin(const FrameFacts& facts);
+  void track(const View& view, const FrameFacts& facts);
+  void place(Current& current, const Found& found);
+  void startAnew(Current& current);
+  bool promoteLast();
+  std::size_t addKeyframe(Current& current, const cv::Affine3d& pose);
+  void hang(std::size_t frame, std::size_t keyframe, const cv::Affine3d& inKeyframe);
+  void unhang(std::size_t frame);
+  void sayGap(const FrameFacts& facts, std::size_t frame);
+  void closeLoops(std::size_t k);
+  cv::Affine3d trackedPose(std::size_t frame) const;
+  std::optional<cv::Affine3d> toldPose(std::size_t frame) const;
+  std::string problemOf(std::size_t frame) const;
+  Placement at(std::size_t frame) const;
+
+  // tracker_fit.cpp
+  cv::Affine3d predicted(std::size_t frame) const;
+  cv::Affine3d steady(std::size_t frame) const;
+  std::vector<cv::Affine3d> guessesByMotion(std::size_t frame) const;
+  std::vector<cv::Affine3d> guessesByFeatures(const odometry::FrameView& view) const;
+  std::optional<Found> refined(const odometry::FrameView& view, const cv::Affine3d& guess,
+                               std::size_t finest) const;
+  std::optional<Found> fit(const odometry::FrameView& view, std::size_t frame) const;
+  std::optional<Found> relocalize(Current& current) const;
+
+  // tracker_state.cpp
+  std::string head() const;
+  std::string keyframeRow(std::size_t k) const;
+  std::string frameRow(std::size_t frame) const;
+  void readHead(const std::string& bytes);
+  void readFrameRow(std::size_t frame, const std::string& bytes);
+
+  CameraIntrinsics camera;
+  RgbdOptions options;
+  odometry::AlignmentOptions how;
+  std::size_t threads;
+
+  std::vector<std::optional<Placed>> placed;    ///< of every frame
+  std::map<std::size_t, std::string> problems;  ///< of frames that cannot be aligned
+  std::map<std::size_t, std::string> notes;     ///< sentences
+  odometry::PriorTrack prior;
+  std::optional<double> priorTime;  ///< of its latest pose [s]
+  odometry::Keyframes keyframes;
+  odometry::KeyframeGraph graph;
+  odometry::MapPoses map;
+
+  View last;  ///< the latest frame with a pose
+  std::size_t lastFrame = 0;
+  std::optional<double> lastTime;   ///< [s]
+  cv::Affine3d lastPose, velocity;  ///< its pose, and its motion a frame
+  std::size_t current = 0;          ///< the keyframe of the latest frame
+
+  std::set<std::size_t> changedKeyframes, changedFrames;  ///< since save()
+  std::vector<std::optional<Pose>> online;                ///< T_map_camera as add() answered
+};
+
+}  // namespace estancia
