@@ -48,19 +48,31 @@ MotionPrior readPrior(const SequenceArguments& sequence, const std::string& file
 struct Comparison {
   AbsoluteTrajectoryError absolute;
   RelativePoseError relative;
-  double path = 0;  ///< of the true poses that were estimated [m]
+  double path = 0;    ///< of the true poses that were estimated [m]
+  double online = 0;  ///< RMSE of the poses as they were when each frame had just been seen [m]
 };
 
-std::optional<Comparison> compareWithTruth(const Sequence& sequence, const RgbdTrajectory& trajectory) {
+/// Estimated poses, and the true ones of the same frames.
+struct PosePairs {
   std::vector<Pose> estimated, truth;
+};
+
+PosePairs pairsOf(const Sequence& sequence, const std::vector<std::optional<Pose>>& estimated) {
+  PosePairs pairs;
   for (std::size_t i = 0; i < sequence.size(); ++i)
-    if (trajectory.poses[i] && sequence.frame(i).pose) {
-      estimated.push_back(*trajectory.poses[i]);
-      truth.push_back(*sequence.frame(i).pose);
+    if (estimated[i] && sequence.frame(i).pose) {
+      pairs.estimated.push_back(*estimated[i]);
+      pairs.truth.push_back(*sequence.frame(i).pose);
     }
-  if (truth.empty()) return std::nullopt;
+  return pairs;
+}
+
+std::optional<Comparison> compareWithTruth(const Sequence& sequence, const RgbdTrajectory& trajectory) {
+  const auto [estimated, truth] = pairsOf(sequence, trajectory.poses);
+  const auto [online, seen] = pairsOf(sequence, trajectory.online);
+  if (truth.empty() || seen.empty()) return std::nullopt;
   return Comparison{absoluteTrajectoryError(estimated, truth), relativePoseError(estimated, truth),
-                    pathLength(truth)};
+                    pathLength(truth), absoluteTrajectoryError(online, seen).rmse};
 }
 
 void tell(const OdometryArguments& arguments, const Sequence& sequence, const RgbdTrajectory& trajectory,
@@ -74,6 +86,7 @@ void tell(const OdometryArguments& arguments, const Sequence& sequence, const Rg
                                 {"placed", placed},
                                 {"keyframes", trajectory.keyframes.size()},
                                 {"loops", trajectory.loops.size()},
+                                {"corrections", trajectory.corrections},
                                 {"frames_per_second", rate}};
     for (const auto& [frame, why] : trajectory.lost)
       json["lost"].push_back({{"frame", sequence.frame(frame).name}, {"why", why}});
@@ -83,6 +96,7 @@ void tell(const OdometryArguments& arguments, const Sequence& sequence, const Rg
     if (comparison)
       json["error"] = {{"poses", comparison->absolute.poses},
                        {"rmse", comparison->absolute.rmse},
+                       {"online_rmse", comparison->online},
                        {"mean", comparison->absolute.mean},
                        {"median", comparison->absolute.median},
                        {"max", comparison->absolute.max},
@@ -96,7 +110,7 @@ void tell(const OdometryArguments& arguments, const Sequence& sequence, const Rg
              arguments.output, placed, sequence.size(), trajectory.bridged.size(),
              trajectory.keyframes.size(), trajectory.loops.size(), rate);
   if (!comparison) return;
-  const auto& [absolute, relative, path] = *comparison;
+  const auto& [absolute, relative, path, online] = *comparison;
   fmt::print(
       "beside the poses of the sequence, {} of them, a path of {:.2f} m: off by {:.3f} m (root mean square; "
       "median {:.3f}, most {:.3f}",
@@ -105,8 +119,9 @@ void tell(const OdometryArguments& arguments, const Sequence& sequence, const Rg
     fmt::print("), {:.1f} % of the path", 100 * absolute.rmse / path);
   else
     fmt::print(")");
-  fmt::print("; from frame to frame by {:.3f} m and {:.2f}°\n", relative.translationRmse,
-             relative.rotationRmse);
+  fmt::print(
+      "; from frame to frame by {:.3f} m and {:.2f}°; when each frame had just been seen by {:.3f} m\n",
+      relative.translationRmse, relative.rotationRmse, online);
 }
 
 void run(const OdometryArguments& arguments) {

@@ -18,7 +18,7 @@
 namespace estancia::experiments {
 namespace {
 
-constexpr int odometryErrorsVersion = 3;  // of what follows: cells of another one are computed anew
+constexpr int odometryErrorsVersion = 4;  // of what follows: cells of another one are computed anew
 
 /// The words of a drive's frames, by their numbers; empty where an image could not be read.
 std::vector<LexicalDescriptor> wordsOf(const Sequence& images, const DescriptorSequence& recording) {
@@ -33,20 +33,31 @@ std::vector<LexicalDescriptor> wordsOf(const Sequence& images, const DescriptorS
   return words;
 }
 
-CellResults compareWithTruth(const Sequence& sequence, const RgbdTrajectory& trajectory) {
+/// Estimated poses, and the true ones of the same frames.
+struct PosePairs {
   std::vector<Pose> estimated, truth;
+};
+
+PosePairs pairsOf(const std::vector<std::optional<Pose>>& estimated, const Sequence& sequence) {
+  PosePairs pairs;
   for (std::size_t i = 0; i < sequence.size(); ++i)
-    if (trajectory.poses[i] && sequence.frame(i).pose) {
-      estimated.push_back(*trajectory.poses[i]);
-      truth.push_back(*sequence.frame(i).pose);
+    if (estimated[i] && sequence.frame(i).pose) {
+      pairs.estimated.push_back(*estimated[i]);
+      pairs.truth.push_back(*sequence.frame(i).pose);
     }
+  return pairs;
+}
+
+CellResults compareWithTruth(const Sequence& sequence, const RgbdTrajectory& trajectory) {
   const auto placed = static_cast<double>(
       std::ranges::count_if(trajectory.poses, [](const auto& pose) { return pose.has_value(); }));
   CellResults results{{"frames", "", static_cast<double>(sequence.size())},
                       {"placed", "", placed},
                       {"bridged", "", static_cast<double>(trajectory.bridged.size())},
                       {"keyframes", "", static_cast<double>(trajectory.keyframes.size())},
-                      {"loops", "", static_cast<double>(trajectory.loops.size())}};
+                      {"loops", "", static_cast<double>(trajectory.loops.size())},
+                      {"corrections", "", static_cast<double>(trajectory.corrections)}};
+  const auto [estimated, truth] = pairsOf(trajectory.poses, sequence);
   if (truth.empty()) return results;
   const AbsoluteTrajectoryError absolute = absoluteTrajectoryError(estimated, truth);
   const RelativePoseError relative = relativePoseError(estimated, truth);
@@ -57,6 +68,8 @@ CellResults compareWithTruth(const Sequence& sequence, const RgbdTrajectory& tra
                                        {"relative_translation", relative.translationRmse},
                                        {"relative_rotation", relative.rotationRmse}})
     results.push_back({measure, "", value});
+  const auto [online, seen] = pairsOf(trajectory.online, sequence);
+  if (!seen.empty()) results.push_back({"online_rmse", "", absoluteTrajectoryError(online, seen).rmse});
   return results;
 }
 
@@ -131,8 +144,8 @@ OdometryErrorsOptions readOdometryErrors(ConfigFile& config) {
 GridColumns odometryErrorsColumns() {
   return {{"model", "drive", "variant"},
           "",
-          {"frames", "placed", "bridged", "keyframes", "loops", "path", "rmse", "median", "max",
-           "relative_translation", "relative_rotation"}};
+          {"frames", "placed", "bridged", "keyframes", "loops", "corrections", "path", "rmse", "median",
+           "max", "online_rmse", "relative_translation", "relative_rotation"}};
 }
 
 Findings compareOdometry(const OdometryErrorsOptions& options, Grid& grid, const ExperimentRun& run,
@@ -161,6 +174,8 @@ Findings odometryFindings(const DriveResults& results) {
                                  {"rmse", {"RMSE [m]", 3, smallest}},
                                  {"median", {"median [m]", 3, smallest}},
                                  {"max", {"worst [m]", 3, smallest}},
+                                 {"online_rmse", {"online RMSE [m]", 3, smallest}},
+                                 {"corrections", {"corrections", 0}},
                                  {"relative_translation", {"frame to frame [m]", 4, smallest}},
                                  {"relative_rotation", {"frame to frame [°]", 2, smallest}}});
   Findings findings;
@@ -169,15 +184,18 @@ Findings odometryFindings(const DriveResults& results) {
     std::vector<std::pair<std::string, CellResults>> rows;
     for (std::size_t v = 0; v < results.variants.size(); ++v)
       rows.emplace_back(results.variants[v], results.of(model, drive, v));
-    findings.sections.emplace_back(
-        pivot(ResultTable{results.titleOf(model, drive),
-                          "Bridged: placed without being tracked. Distances of the placed frames to their "
-                          "true positions after the best rigid alignment "
-                          "(ATE); errors of the motion from one placed frame to the next (RPE).",
-                          "drive",
-                          {},
-                          {}},
-              rows, measures));
+    findings.sections.emplace_back(pivot(
+        ResultTable{
+            results.titleOf(model, drive),
+            "Bridged: placed without being tracked. Distances of the placed frames to their "
+            "true positions after the best rigid alignment "
+            "(ATE), online: of the poses as they were when each frame had just been seen; corrections "
+            "are the times that earlier poses changed since; errors of the motion from one placed "
+            "frame to the next (RPE).",
+            "drive",
+            {},
+            {}},
+        rows, measures));
   });
   findings.summary = fmt::format("{} drives in {} variants, tracked with the defaults.",
                                  results.drives.size(), results.variants.size());

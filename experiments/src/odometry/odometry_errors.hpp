@@ -40,7 +40,7 @@ struct OdometryErrorsOptions {
 /// Throws Error `file:line: …` on unknown, missing or wrong keys.
 OdometryErrorsOptions readOdometryErrors(ConfigFile& config);
 
-/// model,drive,variant,frames,placed,bridged,keyframes,loops,path,rmse,median,max,relative_translation,…
+/// model,drive,variant,frames,placed,bridged,keyframes,loops,path,rmse,median,max,online_rmse,corrections,…
 GridColumns odometryErrorsColumns();
 
 /// Tracks with the defaults of the odometry. Throws Error when a model, or a drive that is not optional,
