@@ -1,4 +1,4 @@
-// estancia ask: which places hold a word?
+// estancia ask: which objects, areas and places does a word mean?
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -9,11 +9,12 @@
 #include "common.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/label_words.hpp"
+#include "estancia/core/output_file.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/report/node_zones.hpp"
-#include "estancia/topology/ask.hpp"
-#include "estancia/topology/map_json.hpp"
 #include "estancia/topology/places.hpp"
+#include "estancia/world/ask_world.hpp"
+#include "estancia/world/world_json.hpp"
 #include "estancia/zones/overlay.hpp"
 #include "estancia/zones/zone_file.hpp"
 
@@ -21,9 +22,9 @@ namespace estancia::apps {
 namespace {
 
 struct AskArguments {
-  std::string map, words, zones;
-  std::size_t maxPlaces = 5;
-  bool json = false;
+  std::string map, words, zones, images;
+  std::size_t maxPlaces = 5, maxObjects = 5;
+  bool json = false, overwrite = false;
 };
 
 /// The zones of the map's places, if a file of them was given.
@@ -57,65 +58,150 @@ std::string roomOf(const Place& place) {
   return room.empty() ? "" : "  (" + room + ")";
 }
 
-void run(const AskArguments& arguments) {
-  const TopologicalMap map = readMap(arguments.map);
-  const PlacesInZones zones(arguments.zones, map);
-  if (findMeaning(map, arguments.words).empty()) {
-    const auto near = findNearSpellings(map.vocabulary, arguments.words);
-    if (arguments.json)
-      print({{"words", arguments.words},
-             {"labels", nlohmann::json::array()},
-             {"rooms", nlohmann::json::array()},
-             {"near_spellings", near},
-             {"places", nlohmann::json::array()}});
-    else
-      fmt::print("No label of the map means \"{}\".{}\n", printable(arguments.words),
-                 near.empty() ? "" : fmt::format(" Did you mean {}?", fmt::join(near, ", ")));
-    throw NoAnswer{};
+void printNothing(const AskArguments& arguments, const WorldMap& world) {
+  const auto near = findNearNames(world, arguments.words);
+  if (!arguments.json) {
+    fmt::print("No label of the map means \"{}\".{}\n", printable(arguments.words),
+               near.empty() ? "" : fmt::format(" Did you mean {}?", fmt::join(near, ", ")));
+    return;
   }
-  const Answers answers = ask(map, arguments.words, arguments.maxPlaces);
-  const std::vector<Place> places = placesOf(map);
-  if (arguments.json) {
-    nlohmann::ordered_json json = toJson(arguments.words, answers, map, places);
-    for (auto& place : json["places"])
-      if (const Zone* zone = zones.find(place["node"]))
-        place["zone"] = {{"id", zone->id}, {"name", zone->name}};
-    return print(json);
+  nlohmann::ordered_json json{{"words", arguments.words}};
+  for (const char* key : {"labels", "rooms", "near_spellings", "areas", "objects", "places"})
+    json[key] = nlohmann::json::array();
+  json["near_spellings"] = near;
+  print(json);
+}
+
+void makeFolder(const std::string& folder) {
+  std::error_code problem;
+  std::filesystem::create_directories(folder, problem);
+  if (problem)
+    throw Error(ErrorCode::fileUnwritable,
+                fmt::format("cannot make the folder {}: {}", folder, problem.message()));
+}
+
+/// Writes the image of each object that has one into the folder; their files, "" for none.
+std::vector<std::string> writeImages(const AskArguments& arguments, const WorldAnswers& answers) {
+  std::vector<std::string> files;
+  for (const ObjectAnswer& answer : answers.objects) {
+    files.emplace_back();
+    if (arguments.images.empty()) continue;
+    const auto jpeg = readObjectImage(arguments.map, answer.object);
+    if (jpeg.empty()) continue;
+    const auto file = std::filesystem::path(arguments.images) / fmt::format("object-{}.jpg", answer.object);
+    makeFolder(arguments.images);
+    requireReplaceable(file, arguments.overwrite, nullptr, "ask");
+    writeWhole(file, {reinterpret_cast<const char*>(jpeg.data()), jpeg.size()});
+    files.back() = file;
   }
-  std::vector<std::string> matched;
-  for (const std::size_t label : answers.labels) matched.push_back(shortLabel(map.vocabulary[label]));
-  for (const std::string& room : answers.rooms) matched.push_back("room " + room);
-  fmt::print("{} → {}\n", printable(arguments.words), fmt::join(matched, ", "));
-  if (std::ranges::none_of(answers.places, &PlaceAnswer::isLikely))
+  return files;
+}
+
+std::string areaText(const WorldMap& world, int area) {
+  const WorldArea* found = world.findArea(area);
+  return found == nullptr ? "" : fmt::format("in area {} ({})", area, found->displayName());
+}
+
+void printObject(const ObjectAnswer& answer, const WorldMap& world, const std::string& image) {
+  const WorldObject& object = *world.findObject(answer.object);
+  const auto& frames = world.places.frames;
+  std::string where =
+      fmt::format("at ({:.2f}, {:.2f}, {:.2f}) m", object.center.x, object.center.y, object.center.z);
+  for (const std::string& more : {supportText(object, world), areaText(world, object.area)})
+    if (!more.empty()) where += ", " + more;
+  const std::string reason =
+      answer.isNamed ? "named so"
+                     : fmt::format("\"{}\" is its word no. {}", shortLabel(answer.label), answer.rank);
+  fmt::print(
+      "object {:<4} {:>5.1f} %  {:>5.1f}× the objects' mean  {}: {}  {}; seen in {} images, {} to {}{}\n",
+      answer.object, 100 * answer.probability, answer.lift, object.displayName(), reason, where, object.views,
+      frames[object.firstFrame].name, frames[object.lastFrame].name, image.empty() ? "" : "; " + image);
+}
+
+void printPlaces(const WorldAnswers& answers, const WorldMap& world, const PlacesInZones& zones) {
+  const std::vector<Place> places = placesOf(world.places);
+  if (!answers.places.empty() && std::ranges::none_of(answers.places, &PlaceAnswer::isLikely))
     fmt::print("{}; the most probable are\n", answers.rooms.empty()
                                                   ? "No place has it among its five best words"
                                                   : "No place is most probably that room");
   for (const PlaceAnswer& answer : answers.places) {
     const Zone* zone = zones.find(answer.node);
-    fmt::print("place {:<5} {:>5.1f} %  {:>5.1f}× the map's mean  {}{}{}\n", answer.node,
-               100 * answer.probability, answer.lift, reasonOf(answer, map),
-               roomOf(places[indexOf(map, answer.node)]),
+    const std::string area = areaText(world, world.areaOfNode(answer.node));
+    fmt::print("place {:<5} {:>5.1f} %  {:>5.1f}× the map's mean  {}{}{}{}\n", answer.node,
+               100 * answer.probability, answer.lift, reasonOf(answer, world.places),
+               roomOf(places[indexOf(world.places, answer.node)]), area.empty() ? "" : "  " + area,
                zone == nullptr ? "" : fmt::format("  in zone {} ({})", zone->id, zone->name));
   }
+}
+
+void printAnswers(const WorldAnswers& answers, const WorldMap& world, const std::vector<std::string>& images,
+                  const std::string& words) {
+  std::vector<std::string> matched;
+  for (const std::size_t label : answers.labels)
+    matched.push_back(shortLabel(world.places.vocabulary[label]));
+  for (const std::string& room : answers.rooms) matched.push_back("room " + room);
+  if (!answers.areas.empty() || !answers.namedObjects.empty()) matched.emplace_back("a name that was given");
+  fmt::print("{} → {}\n", printable(words), fmt::join(matched, ", "));
+  for (const int id : answers.areas) {
+    const WorldArea& area = *world.findArea(id);
+    fmt::print("area {} ({}): {:.1f} m² around ({:.2f}, {:.2f}) m, {} images\n", area.id, area.displayName(),
+               area.size, area.center.x, area.center.y, area.frames);
+  }
+  if (!answers.objects.empty() && std::ranges::none_of(answers.objects, &ObjectAnswer::isLikely))
+    fmt::print("No object has it as its best word; the most probable are\n");
+  for (std::size_t i = 0; i < answers.objects.size(); ++i) printObject(answers.objects[i], world, images[i]);
+}
+
+void run(const AskArguments& arguments) {
+  const WorldMap world = readWorld(arguments.map);
+  const PlacesInZones zones(arguments.zones, world.places);
+  if (findMeaning(world, arguments.words).empty()) {
+    printNothing(arguments, world);
+    throw NoAnswer{};
+  }
+  const WorldAnswers answers = askWorld(world, arguments.words, arguments.maxPlaces, arguments.maxObjects);
+  const std::vector<std::string> images = writeImages(arguments, answers);
+  if (!arguments.json) {
+    printAnswers(answers, world, images, arguments.words);
+    printPlaces(answers, world, zones);
+    return;
+  }
+  nlohmann::ordered_json json = toJson(arguments.words, answers, world);
+  for (std::size_t i = 0; i < images.size(); ++i)
+    if (!images[i].empty()) json["objects"][i]["image_file"] = images[i];
+  for (auto& place : json["places"])
+    if (const Zone* zone = zones.find(place["node"]))
+      place["zone"] = {{"id", zone->id}, {"name", zone->name}};
+  print(json);
 }
 
 }  // namespace
 
 void addAskCommand(CLI::App& app) {
   auto arguments = std::make_shared<AskArguments>();
-  CLI::App* command = app.add_subcommand("ask", "Ask a map for a word: which places hold it?");
+  CLI::App* command =
+      app.add_subcommand("ask", "Ask a map for a word: which objects, areas and places does it mean?");
   command->add_option("MAP", arguments->map, "The map file")->required();
-  command->add_option("WORDS", arguments->words, "What to look for: a label, a synonym or a part of one")
+  command
+      ->add_option("WORDS", arguments->words,
+                   "What to look for: a label, a synonym or a part of one, or a name that people gave")
       ->required();
   command->add_option("-n,--max-places", arguments->maxPlaces, "Largest number of places to list")
       ->capture_default_str()
       ->check(positive());
+  command->add_option("--max-objects", arguments->maxObjects, "Largest number of objects to list")
+      ->capture_default_str()
+      ->check(positive());
+  command->add_option("--images", arguments->images,
+                      "Folder to write the images of these objects into: object-NUMBER.jpg");
+  addOverwriteOption(*command, arguments->overwrite);
   command->add_option("--zones", arguments->zones,
                       "Zones of the same run (`estancia zones find MAP`): say which zone each place is in");
   addJsonOption(*command, arguments->json);
   addExamples(*command,
               "  estancia ask home.estancia umbrella\n"
               "  estancia ask home.estancia \"coffee mug\" --json\n"
+              "  estancia ask home.estancia mug --images mugs\n"
               "  estancia ask home.estancia umbrella --zones home.zones");
   command->callback([arguments] { run(*arguments); });
 }

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/world/ask_world.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <string_view>
+#include <unordered_set>
+
+#include "estancia/core/error.hpp"
+#include "estancia/core/label_words.hpp"
+#include "estancia/core/printable.hpp"
+#include "estancia/topology/places.hpp"
+
+namespace estancia {
+namespace {
+
+constexpr std::size_t bestWords = 5;  // as PlaceAnswer::inTop5
+
+void lookForLabels(const WorldObject& object, const std::unordered_set<std::string_view>& labels,
+                   ObjectAnswer& answer) {
+  for (std::size_t i = 0; i < object.words.size(); ++i) {
+    if (!labels.contains(object.words[i].label)) continue;
+    if (answer.rank == 0) answer.rank = i + 1, answer.label = object.words[i].label;
+    answer.probability += static_cast<double>(object.words[i].probability);
+  }
+  answer.probability = answer.isNamed ? 1 : std::min(answer.probability, 1.0);
+}
+
+bool comesBefore(const ObjectAnswer& a, const ObjectAnswer& b) {
+  return a.isNamed != b.isNamed           ? a.isNamed
+         : a.probability != b.probability ? a.probability > b.probability
+         : a.rank != b.rank               ? a.rank < b.rank
+                                          : a.object < b.object;
+}
+
+std::vector<ObjectAnswer> askObjects(const WorldMap& world, const WorldMeaning& meaning, std::size_t count) {
+  std::unordered_set<std::string_view> labels;
+  for (const std::size_t label : meaning.labels) labels.insert(world.places.vocabulary[label]);
+  std::vector<ObjectAnswer> answers;
+  double sum = 0;
+  for (const WorldObject& object : world.objects) {
+    ObjectAnswer answer{
+        .object = object.id,
+        .isNamed = std::ranges::find(meaning.namedObjects, object.id) != meaning.namedObjects.end()};
+    lookForLabels(object, labels, answer);
+    sum += answer.probability;
+    answers.push_back(std::move(answer));
+  }
+  const double mean = answers.empty() ? 0 : sum / static_cast<double>(answers.size());
+  for (ObjectAnswer& answer : answers) answer.lift = mean > 0 ? answer.probability / mean : 0;
+  std::erase_if(answers, [](const ObjectAnswer& answer) {
+    return !answer.isLikely() && (answer.rank == 0 || answer.rank > bestWords || answer.lift < 1);
+  });
+  std::ranges::sort(answers, comesBefore);
+  if (answers.size() > count) answers.resize(count);
+  return answers;
+}
+
+}  // namespace
+
+WorldMeaning findMeaning(const WorldMap& world, const std::string& words) {
+  WorldMeaning meaning{findMeaning(world.places, words)};
+  for (const WorldArea& area : world.areas)
+    if (sameWords(area.givenName, words)) meaning.areas.push_back(area.id);
+  for (const WorldObject& object : world.objects)
+    if (sameWords(object.givenName, words)) meaning.namedObjects.push_back(object.id);
+  return meaning;
+}
+
+WorldAnswers askWorld(const WorldMap& world, const std::string& words, std::size_t places,
+                      std::size_t objects) {
+  WorldAnswers answers{findMeaning(world, words)};
+  if (answers.empty()) {
+    const std::vector<std::string> near = findNearNames(world, words);
+    throw NoAnswerError(
+        fmt::format("nothing in the map is called \"{}\", and none of its {} labels means it; {}",
+                    printable(words), world.places.vocabulary.size(),
+                    near.empty() ? "ask for another word"
+                                 : fmt::format("did you mean \"{}\"?", fmt::join(near, "\" or \""))));
+  }
+  answers.objects = askObjects(world, answers, objects);
+  if (!answers.Meaning::empty()) answers.places = ask(world.places, words, places).places;
+  return answers;
+}
+
+std::vector<std::string> findNearNames(const WorldMap& world, const std::string& words, std::size_t count) {
+  std::set<std::string> given;
+  for (const WorldArea& area : world.areas) given.insert(area.givenName);
+  for (const WorldObject& object : world.objects) given.insert(object.givenName);
+  given.erase("");
+  std::vector<std::string> near;
+  if (!given.empty())
+    near = findNearSpellings(Vocabulary(std::vector<std::string>(given.begin(), given.end())), words, count);
+  for (std::string& word : findNearSpellings(world.places.vocabulary, words, count))
+    if (near.size() < count && std::ranges::find(near, word) == near.end()) near.push_back(std::move(word));
+  return near;
+}
+
+std::vector<int> areasOfNodes(const WorldMap& world) {
+  const TopologicalMap& map = world.places;
+  std::vector<std::map<int, std::size_t>> frames(map.nodes.size());
+  for (std::size_t i = 0; i < map.frames.size() && i < world.areaOfFrame.size(); ++i)
+    if (const std::size_t node = indexOf(map, map.frames[i].node);
+        node < frames.size() && world.areaOfFrame[i] >= 0)
+      ++frames[node][world.areaOfFrame[i]];
+  std::vector<int> areas;
+  for (const std::map<int, std::size_t>& counts : frames) {
+    const auto most =
+        std::ranges::max_element(counts, [](const auto& a, const auto& b) { return a.second < b.second; });
+    areas.push_back(most == counts.end() ? -1 : most->first);
+  }
+  return areas;
+}
+
+}  // namespace estancia

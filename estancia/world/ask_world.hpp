@@ -1,0 +1,61 @@
+// Semantic query of a world: the objects, areas and places that words mean.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "estancia/topology/ask.hpp"
+#include "estancia/world/world_map.hpp"
+
+namespace estancia {
+
+/// One object's answer.
+struct ObjectAnswer {
+  int object = 0;
+  /// It was given exactly this name (sameWords()).
+  bool isNamed = false;
+  /// Σ of its probabilities of the matched labels, at most 1; 1 where it is named so.
+  double probability = 0;
+  /// probability / its mean over all objects of the map; 0 where that is 0.
+  double lift = 0;
+  /// Rank of the best matched label among its words, from 1; 0 where none of them is matched.
+  std::size_t rank = 0;
+  /// That label; "" where there is none.
+  std::string label = {};
+  /// Whether it probably is what was asked for: named so, or no other word fits it better.
+  bool isLikely() const { return isNamed || rank == 1; }
+};
+
+/// What words mean in a world. Given names count only when they are the same (sameWords()); labels and rooms
+/// as in findMeaning(): an object is never found by a room.
+struct WorldMeaning : Meaning {
+  /// Areas and objects that people gave this name.
+  std::vector<int> areas = {}, namedObjects = {};
+  bool empty() const { return Meaning::empty() && areas.empty() && namedObjects.empty(); }
+};
+
+WorldMeaning findMeaning(const WorldMap& world, const std::string& words);
+
+struct WorldAnswers : WorldMeaning {
+  /// Those named so first, then the most probable. Only those that have a matched label as their best word,
+  /// or among their five best and at least as probable as in the mean of all objects.
+  std::vector<ObjectAnswer> objects = {};
+  /// As ask() answers; empty where only names were matched.
+  std::vector<PlaceAnswer> places = {};
+};
+
+/// At most `places` places and `objects` objects. Throws Error: noAnswer when nothing matches, with near
+/// spellings; insufficientData when the map has no places.
+WorldAnswers askWorld(const WorldMap& world, const std::string& words, std::size_t places = 10,
+                      std::size_t objects = 10);
+
+/// Given names, then words of labels, that are spelled nearly like `words` (findNearSpellings()).
+std::vector<std::string> findNearNames(const WorldMap& world, const std::string& words,
+                                       std::size_t count = 3);
+
+/// The area of each node, in the order of map.nodes (WorldMap::areaOfNode()), in one pass over the frames.
+std::vector<int> areasOfNodes(const WorldMap& world);
+
+}  // namespace estancia

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/world/world_json.hpp"
+
+#include <cmath>
+
+#include "estancia/topology/map_json.hpp"
+#include "estancia/topology/places.hpp"
+
+namespace estancia {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Millimeters say all.
+double inMillimeters(double meters) {
+  return std::round(meters * 1e3) / 1e3;
+}
+
+Json pointJson(const cv::Point3d& point) {
+  return {inMillimeters(point.x), inMillimeters(point.y), inMillimeters(point.z)};
+}
+
+Json textOrNull(const std::string& text) {
+  return text.empty() ? Json(nullptr) : Json(text);
+}
+
+double shortened(double probability) {
+  return std::round(probability * 1e6) / 1e6;
+}
+
+Json momentJson(const MappedFrame& frame) {
+  return {{"frame", frame.name}, {"time", frame.timestamp ? Json(*frame.timestamp) : Json(nullptr)}};
+}
+
+}  // namespace
+
+Json areaReference(const WorldMap& world, int area) {
+  const WorldArea* found = world.findArea(area);
+  if (found == nullptr) return nullptr;
+  return {{"id", area}, {"name", found->displayName()}};
+}
+
+Json toJson(const WorldArea& area) {
+  return {{"id", area.id},
+          {"name", area.displayName()},
+          {"given_name", textOrNull(area.givenName)},
+          {"size", inMillimeters(area.size)},
+          {"center", {inMillimeters(area.center.x), inMillimeters(area.center.y)}},
+          {"frames", area.frames}};
+}
+
+Json toJson(const WorldObject& object, const WorldMap& world) {
+  const WorldObject* below = world.findObject(object.onObject);
+  return {{"id", object.id},
+          {"name", object.displayName()},
+          {"probability", shortened(object.probability())},
+          {"given_name", textOrNull(object.givenName)},
+          {"position", pointJson(object.center)},
+          {"size", pointJson(object.size)},
+          {"yaw", inMillimeters(object.yaw)},
+          {"support", object.support == Support::floor    ? Json("floor")
+                      : object.support == Support::object ? Json("object")
+                                                          : Json(nullptr)},
+          {"on", below == nullptr ? Json(nullptr) : Json{{"id", below->id}, {"name", below->displayName()}}},
+          {"area", areaReference(world, object.area)},
+          {"views", object.views},
+          {"first_seen", momentJson(world.places.frames.at(object.firstFrame))},
+          {"last_seen", momentJson(world.places.frames.at(object.lastFrame))},
+          {"image", world.places.frames.at(object.bestFrame).name}};
+}
+
+Json toJson(const std::string& words, const WorldAnswers& answers, const WorldMap& world) {
+  const Answers ofPlaces{answers, answers.places};
+  const Json base = toJson(words, ofPlaces, world.places, placesOf(world.places));
+  Json json{{"words", base["words"]}, {"labels", base["labels"]}, {"rooms", base["rooms"]},
+            {"areas", Json::array()}, {"objects", Json::array()}, {"places", base["places"]}};
+  for (const int area : answers.areas) json["areas"].push_back(toJson(*world.findArea(area)));
+  for (const ObjectAnswer& answer : answers.objects) {
+    Json object = toJson(*world.findObject(answer.object), world);
+    object["probability"] = shortened(answer.probability);
+    object["lift"] = shortened(answer.lift);
+    object["label"] = textOrNull(answer.label);
+    object["rank"] = answer.rank == 0 ? Json(nullptr) : Json(answer.rank);
+    object["named"] = answer.isNamed;
+    json["objects"].push_back(std::move(object));
+  }
+  for (Json& place : json["places"])
+    if (!world.areas.empty()) place["area"] = areaReference(world, world.areaOfNode(place["node"]));
+  return json;
+}
+
+std::string supportText(const WorldObject& object, const WorldMap& world) {
+  if (object.support == Support::floor) return "on the floor";
+  const WorldObject* below = world.findObject(object.onObject);
+  return below == nullptr ? "" : "on the " + below->displayName();
+}
+
+}  // namespace estancia

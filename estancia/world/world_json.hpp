@@ -1,0 +1,34 @@
+// World JSON: what `--json` of ask and route says of objects and areas. Private.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "estancia/world/ask_world.hpp"
+#include "estancia/world/world_map.hpp"
+
+namespace estancia {
+
+/// {"id", "name"}; null where there is no such area.
+nlohmann::ordered_json areaReference(const WorldMap& world, int area);
+
+/// {"id", "name", "given_name", "size" [m²], "center": [x, y], "frames"}; given_name is null where nobody
+/// gave one.
+nlohmann::ordered_json toJson(const WorldArea& area);
+
+/// {"id", "name", "probability", "given_name", "position": [x, y, z], "size": [x, y, z], "yaw", "support":
+/// "floor", "object" or null, "on": {"id", "name"}, "area": {"id", "name"}, "views", "first_seen",
+/// "last_seen":
+/// {"frame", "time"}, "image"}: meters, radians, seconds; what is not known is null; image is the frame that
+/// shows it best.
+nlohmann::ordered_json toJson(const WorldObject& object, const WorldMap& world);
+
+/// What toJson() says of answers of places, whose places have "area", too; before them "areas" and "objects",
+/// whose "probability" is that of what was asked, with "lift", "label", "rank" and "named".
+nlohmann::ordered_json toJson(const std::string& words, const WorldAnswers& answers, const WorldMap& world);
+
+/// For people: "on the floor", "on the dining table"; "" where it is not known.
+std::string supportText(const WorldObject& object, const WorldMap& world);
+
+}  // namespace estancia

@@ -1,0 +1,62 @@
+// `estancia ask`, `route` and `export` on a map with areas and objects.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "support/errors.hpp"
+#include "support/sample_world.hpp"
+#include "support/support.hpp"
+
+namespace estancia::test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using testing::HasSubstr;
+
+class WorldCommand : public testing::Test {
+ protected:
+  void SetUp() override { writeWorld(sampleWorld(), map_); }
+
+  ScratchFolder scratch_;
+  const std::string map_ = scratch_ / "home.estancia";
+};
+
+TEST_F(WorldCommand, AsksForObjectsAreasAndPlaces) {
+  const auto said = run({"ask", map_, "coffee mug"});
+  EXPECT_EQ(said.exitCode, 0) << said.err;
+  for (const char* fact : {"object 1 ", "60.0 %", "(2.20, 6.40, 0.80) m", "on the dining table",
+                           "in area 0 (kitchen)", "frame_0.png to frame_1.png", "place 0 "})
+    EXPECT_THAT(said.out, HasSubstr(fact));
+  EXPECT_LT(said.out.find("object 1"), said.out.find("place 0"));
+  EXPECT_THAT(run({"ask", map_, "mug"}).out, HasSubstr("No object has it as its best word"));
+  EXPECT_THAT(run({"ask", map_, "kitchen"}).out, HasSubstr("area 0 (kitchen): 32.0 m²"));
+  EXPECT_THAT(run({"ask", map_, "umbrella", "--max-objects", "1"}).out, testing::Not(HasSubstr("object 2")));
+
+  const json answer = json::parse(run({"ask", map_, "coffee mug", "--json"}).out);
+  EXPECT_EQ(answer["objects"][0]["id"], 1);
+  EXPECT_EQ(answer["objects"][0]["image"], "frame_1.png");
+  EXPECT_FALSE(answer["objects"][0].contains("image_file"));
+  EXPECT_EQ(answer["places"][0]["area"]["name"], "kitchen");
+  const auto none = run({"ask", map_, "coridor", "--json"});
+  EXPECT_EQ(none.exitCode, 1);
+  EXPECT_EQ(json::parse(none.out)["near_spellings"][0], "corridor");
+}
+
+TEST_F(WorldCommand, WritesTheImagesOfAnswers) {
+  const fs::path folder = scratch_ / "images";
+  const auto answer = run({"ask", map_, "mug", "--images", folder, "--json"});
+  EXPECT_EQ(answer.exitCode, 0) << answer.err;
+  EXPECT_EQ(json::parse(answer.out)["objects"][1]["image_file"], (folder / "object-1.jpg").string());
+  EXPECT_FALSE(json::parse(answer.out)["objects"][0].contains("image_file")) << "object 2 has none";
+  EXPECT_EQ(readFile(folder / "object-1.jpg"), "\xFF\xD8\xFF\xD9");
+  EXPECT_THAT(run({"ask", map_, "mug", "--images", folder}),
+              FailsWith(ErrorCode::fileExists, "object-1.jpg"));
+  EXPECT_EQ(run({"ask", map_, "mug", "--images", folder, "--overwrite"}).exitCode, 0);
+  EXPECT_THAT(run({"ask", map_, "mug", "--images", map_}), FailsWith(ErrorCode::fileUnwritable, map_));
+}
+
+}  // namespace
+}  // namespace estancia::test
