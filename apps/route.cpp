@@ -1,18 +1,19 @@
-// estancia route: the way to a place or to a word.
+// estancia route: the way to a place, an area, an object or a word.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
 #include <charconv>
+#include <numbers>
 
 #include "common.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/label_words.hpp"
 #include "estancia/core/printable.hpp"
-#include "estancia/topology/map_json.hpp"
 #include "estancia/topology/places.hpp"
-#include "estancia/topology/route.hpp"
+#include "estancia/world/route_world.hpp"
+#include "estancia/world/world_json.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -21,6 +22,7 @@ struct RouteArguments {
   explicit RouteArguments(CLI::App& command) : declared(command) {}
   std::string map, to;
   int from = 0;
+  RegionPreferences preferences;
   RouteOptions options;
   DeclaredOptions declared;
   bool json = false;
@@ -34,17 +36,53 @@ std::optional<int> nodeNumber(const std::string& text) {
   return id;
 }
 
+WorldRoute routeOf(const RouteArguments& arguments, const WorldMap& world) {
+  if (const auto node = nodeNumber(arguments.to))
+    return routeInWorld(world, arguments.from, *node, arguments.preferences, arguments.options);
+  return routeInWorld(world, arguments.from, arguments.to, arguments.preferences, arguments.options);
+}
+
+void printGoal(const WorldRoute& found, const RouteArguments& arguments, const WorldMap& world) {
+  if ((found.object && !found.object->isLikely()) || (found.place && !found.place->isLikely()))
+    spdlog::warn("no {} is likely to {} \"{}\"; this is the most probable one",
+                 found.object ? "object" : "place", found.object ? "be" : "hold", printable(arguments.to));
+  if (found.area >= 0) fmt::print("area {} ({})\n", found.area, world.findArea(found.area)->displayName());
+  if (found.object) {
+    const WorldObject& object = *world.findObject(found.object->object);
+    const std::string on = supportText(object, world);
+    fmt::print("\"{}\" is object {} ({:.1f} %) at ({:.2f}, {:.2f}, {:.2f}) m{}\n", object.displayName(),
+               object.id, 100 * found.object->probability, object.center.x, object.center.y, object.center.z,
+               on.empty() ? "" : ", " + on);
+  }
+  if (found.place)
+    fmt::print("\"{}\" is at place {} ({:.1f} %)\n",
+               found.place->room.empty() ? shortLabel(world.places.vocabulary[found.place->label])
+                                         : found.place->room,
+               found.place->node, 100 * found.place->probability);
+}
+
+void printRoute(const WorldRoute& found, const WorldMap& world) {
+  const std::vector<Place> places = placesOf(world.places);
+  std::vector<std::string> steps;
+  for (const int node : found.route.nodes) {
+    std::string name = places[indexOf(world.places, node)].displayRoom();
+    if (const WorldArea* area = world.findArea(world.areaOfNode(node)); area != nullptr && name.empty())
+      name = area->displayName();
+    steps.push_back(name.empty() ? std::to_string(node) : fmt::format("{} ({})", node, name));
+  }
+  fmt::print("{}\n{}\n", fmt::join(steps, " → "),
+             found.route.metric ? fmt::format("{:.1f} m", found.route.cost)
+                                : fmt::format("{:.0f} transitions", found.route.cost));
+  if (const auto& pose = found.pose)
+    fmt::print("there stand at ({:.2f}, {:.2f}) m, yaw {:.0f}° ({}), {:.1f} m from it\n", pose->x, pose->y,
+               pose->yaw * 180 / std::numbers::pi, world.places.frames[pose->frame].name, pose->distance);
+}
+
 void run(const RouteArguments& arguments) {
-  const TopologicalMap map = readMap(arguments.map);
-  std::optional<WordRoute> found;
-  Route route;
+  const WorldMap world = readWorld(arguments.map);
+  WorldRoute found;
   try {
-    if (const auto node = nodeNumber(arguments.to)) {
-      route = getRoute(map, arguments.from, *node, arguments.options);
-    } else {
-      found = routeToWords(map, arguments.from, arguments.to, arguments.options);
-      route = found->route;
-    }
+    found = routeOf(arguments, world);
   } catch (const NoAnswerError& why) {
     if (arguments.json)
       print({{"from", arguments.from},
@@ -55,37 +93,40 @@ void run(const RouteArguments& arguments) {
       fmt::print("No way: {}\n", why.what());
     throw NoAnswer{};
   }
-  const std::vector<Place> places = placesOf(map);
-  if (arguments.json) return print(found ? toJson(arguments.to, *found, map) : toJson(route));
-  if (found && !found->goal.isLikely())
-    spdlog::warn("no place is likely to hold \"{}\"; this is the most probable one", printable(arguments.to));
-  if (found)
-    fmt::print("\"{}\" is at place {} ({:.1f} %)\n",
-               found->goal.room.empty() ? shortLabel(map.vocabulary[found->goal.label]) : found->goal.room,
-               found->goal.node, 100 * found->goal.probability);
-  std::vector<std::string> steps;
-  for (const int node : route.nodes) {
-    const std::string room = places[indexOf(map, node)].displayRoom();
-    steps.push_back(room.empty() ? std::to_string(node) : fmt::format("{} ({})", node, room));
-  }
-  fmt::print(
-      "{}\n{}\n", fmt::join(steps, " → "),
-      route.metric ? fmt::format("{:.1f} m", route.cost) : fmt::format("{:.0f} transitions", route.cost));
+  if (arguments.json) return print(toJson(nodeNumber(arguments.to) ? "" : arguments.to, found, world));
+  printGoal(found, arguments, world);
+  printRoute(found, world);
 }
 
 }  // namespace
 
 void addRouteCommand(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("route", "Find the way to a place, or to where a word is");
+  CLI::App* command =
+      app.add_subcommand("route", "Find the way to a place, an area, an object, or to where a word is");
   auto arguments = std::make_shared<RouteArguments>(*command);
   command->add_option("MAP", arguments->map, "The map file")->required();
   command->add_option("--from", arguments->from, "The place to start from (a node number)")->required();
-  command->add_option("--to", arguments->to, "A node number, or words to look for")->required();
-  arguments->declared.add(declare(arguments->options), {"bidirectional=one-way", "tolerance"});
+  command
+      ->add_option("--to", arguments->to,
+                   "A node number, the name that an area or object was given, or words to look for")
+      ->required();
+  const std::string region = " (its number, its name, or words that are likely there); may be repeated";
+  command
+      ->add_option("--avoid", arguments->preferences.avoid,
+                   "An area to go around where the detour is not too long" + region +
+                       ". It is never out of reach, only dearer: --avoid-factor")
+      ->allow_extra_args(false);
+  command
+      ->add_option("--prefer", arguments->preferences.prefer,
+                   "An area to go through where that is not too long: --prefer-factor" + region)
+      ->allow_extra_args(false);
+  arguments->declared.add(declare(arguments->options),
+                          {"bidirectional=one-way", "tolerance", "avoid-factor", "prefer-factor"});
   addJsonOption(*command, arguments->json);
   addExamples(*command,
               "  estancia route home.estancia --from 0 --to umbrella\n"
-              "  estancia route home.estancia --from 3 --to 12 --json");
+              "  estancia route home.estancia --from 3 --to 12 --json\n"
+              "  estancia route home.estancia --from 0 --to mug --avoid bathroom --prefer corridor");
   command->callback([arguments] { run(*arguments); });
 }
 

@@ -15,6 +15,10 @@ namespace estancia {
 struct RouteOptions {
   bool bidirectional = true;
   double tolerance = 0.1;
+  /// Of areas to avoid and to prefer, in routeInWorld().
+  double avoidFactor = 5, preferFactor = 0.5;
+  /// [degrees]
+  double viewAngle = 20;
 };
 /// Says what each option is and its range.
 OptionGroup declare(RouteOptions& options);

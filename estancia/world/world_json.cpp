@@ -32,6 +32,16 @@ Json momentJson(const MappedFrame& frame) {
   return {{"frame", frame.name}, {"time", frame.timestamp ? Json(*frame.timestamp) : Json(nullptr)}};
 }
 
+Json answerJson(const ObjectAnswer& answer, const WorldMap& world) {
+  Json object = toJson(*world.findObject(answer.object), world);
+  object["probability"] = shortened(answer.probability);
+  object["lift"] = shortened(answer.lift);
+  object["label"] = textOrNull(answer.label);
+  object["rank"] = answer.rank == 0 ? Json(nullptr) : Json(answer.rank);
+  object["named"] = answer.isNamed;
+  return object;
+}
+
 }  // namespace
 
 Json areaReference(const WorldMap& world, int area) {
@@ -75,17 +85,38 @@ Json toJson(const std::string& words, const WorldAnswers& answers, const WorldMa
   Json json{{"words", base["words"]}, {"labels", base["labels"]}, {"rooms", base["rooms"]},
             {"areas", Json::array()}, {"objects", Json::array()}, {"places", base["places"]}};
   for (const int area : answers.areas) json["areas"].push_back(toJson(*world.findArea(area)));
-  for (const ObjectAnswer& answer : answers.objects) {
-    Json object = toJson(*world.findObject(answer.object), world);
-    object["probability"] = shortened(answer.probability);
-    object["lift"] = shortened(answer.lift);
-    object["label"] = textOrNull(answer.label);
-    object["rank"] = answer.rank == 0 ? Json(nullptr) : Json(answer.rank);
-    object["named"] = answer.isNamed;
-    json["objects"].push_back(std::move(object));
-  }
+  for (const ObjectAnswer& answer : answers.objects) json["objects"].push_back(answerJson(answer, world));
   for (Json& place : json["places"])
     if (!world.areas.empty()) place["area"] = areaReference(world, world.areaOfNode(place["node"]));
+  return json;
+}
+
+Json toJson(const std::string& words, const WorldRoute& found, const WorldMap& world) {
+  Json json = toJson(found.route);
+  if (!words.empty()) json["words"] = words;
+  if (found.object) {
+    const ViewPose& pose = *found.pose;
+    json["goal"] = "object";
+    json["object"] = answerJson(*found.object, world);
+    json["pose"] = {{"x", inMillimeters(pose.x)},
+                    {"y", inMillimeters(pose.y)},
+                    {"yaw", inMillimeters(pose.yaw)},
+                    {"frame", world.places.frames.at(pose.frame).name},
+                    {"distance", inMillimeters(pose.distance)}};
+  } else if (found.area >= 0) {
+    json["goal"] = "area";
+    json["area"] = areaReference(world, found.area);
+  } else if (found.place) {
+    json["goal"] = "place";
+    if (found.place->room.empty())
+      json["label"] = world.places.vocabulary[found.place->label];
+    else
+      json["room"] = found.place->room;
+    json["probability"] = found.place->probability;
+  }
+  if (world.areas.empty()) return json;
+  json["areas"] = Json::array();
+  for (const int area : areasAlong(world, found.route)) json["areas"].push_back(areaReference(world, area));
   return json;
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "estancia/world/ask_world.hpp"
+#include "estancia/world/route_world.hpp"
 #include "estancia/world/world_map.hpp"
 
 namespace estancia {
@@ -27,6 +28,12 @@ nlohmann::ordered_json toJson(const WorldObject& object, const WorldMap& world);
 /// What toJson() says of answers of places, whose places have "area", too; before them "areas" and "objects",
 /// whose "probability" is that of what was asked, with "lift", "label", "rank" and "named".
 nlohmann::ordered_json toJson(const std::string& words, const WorldAnswers& answers, const WorldMap& world);
+
+/// What toJson() says of a route (topology), and "areas": [{"id", "name"}] along it where the map has areas.
+/// To words: "words", and "goal": "area", "object" or "place", with "area": {"id", "name"}, or "object":
+/// toJson() with the probability that was asked for and "pose": {"x", "y", "yaw", "frame", "distance"} [m,
+/// rad], or "label" or "room" and "probability". `words`: "" for a node.
+nlohmann::ordered_json toJson(const std::string& words, const WorldRoute& found, const WorldMap& world);
 
 /// For people: "on the floor", "on the dining table"; "" where it is not known.
 std::string supportText(const WorldObject& object, const WorldMap& world);

@@ -58,5 +58,33 @@ TEST_F(WorldCommand, WritesTheImagesOfAnswers) {
   EXPECT_THAT(run({"ask", map_, "mug", "--images", map_}), FailsWith(ErrorCode::fileUnwritable, map_));
 }
 
+TEST_F(WorldCommand, RoutesToWhereAnObjectIsFaced) {
+  const auto said = run({"route", map_, "--from", "3", "--to", "coffee mug"});
+  EXPECT_EQ(said.exitCode, 0) << said.err;
+  for (const char* fact : {"object 1 (60.0 %)", "on the dining table", "3 (Ana's \"room\")", "0 (kitchen)",
+                           "(2.00, 4.00) m", "yaw 85°", "frame_1.png", "2.4 m"})
+    EXPECT_THAT(said.out, HasSubstr(fact));
+  const json route = json::parse(run({"route", map_, "--from", "3", "--to", "coffee mug", "--json"}).out);
+  EXPECT_EQ(route["nodes"], json({3, 1, 0}));
+  EXPECT_EQ(route["pose"]["frame"], "frame_1.png");
+  EXPECT_EQ(route["object"]["id"], 1);
+  EXPECT_THAT(run({"route", map_, "--from", "0", "--to", "mug"}).err, HasSubstr("no object is likely"));
+}
+
+TEST_F(WorldCommand, RoutesAroundAndThroughAreas) {
+  const auto nodes = [this](std::vector<std::string> preferences) {
+    std::vector<std::string> arguments{"route", map_, "--from", "0", "--to", "Ana's \"room\"", "--json"};
+    arguments.insert(arguments.end(), preferences.begin(), preferences.end());
+    return json::parse(run(arguments).out)["nodes"];
+  };
+  EXPECT_EQ(nodes({}), json({0, 1, 3}));
+  EXPECT_EQ(nodes({"--avoid", "bathtub"}), json({0, 2, 3}));
+  EXPECT_EQ(nodes({"--prefer", "corridor"}), json({0, 2, 3}));
+  EXPECT_EQ(nodes({"--avoid", "bathtub", "--avoid", "corridor"}), json({0, 1, 3}));
+  EXPECT_EQ(nodes({"--avoid", "1", "--avoid-factor", "1"}), json({0, 1, 3}));
+  EXPECT_THAT(run({"route", map_, "--from", "0", "--to", "3", "--avoid", "cellar"}),
+              FailsWith(ErrorCode::unknownName, "cellar", "corridor"));
+}
+
 }  // namespace
 }  // namespace estancia::test

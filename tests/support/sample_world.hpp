@@ -120,6 +120,7 @@ inline WorldMap sampleWorld() {
     if (*names[i] != 0) world.edits.push_back({AreaEdit::Kind::name, area.center, {}, names[i]});
   }
   for (const MappedFrame& frame : world.places.frames) world.areaOfFrame.push_back(frame.node);
+  world.zoneOfFrame.assign(world.places.frames.size(), -1);
   world.objects = sampleObjects();
   return world;
 }

@@ -1,0 +1,188 @@
+// Ways to areas and objects, around what is to be avoided.
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/world/route_world.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "estancia/world/world_json.hpp"
+#include "support/errors.hpp"
+#include "support/sample_world.hpp"
+
+namespace estancia {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using test::FailsWith;
+using test::sampleWorld;
+using testing::ElementsAre;
+
+bool always(std::size_t) {
+  return true;
+}
+
+void closeDoors(WorldMap& world) {
+  world.plan->walls.colRange(40, 41) = 255;
+  world.plan->walls.colRange(60, 61) = 255;
+}
+
+TEST(ViewPoses, AreTheNearestThatHadAllOfItInView) {
+  const WorldMap world = sampleWorld();
+  const ViewPoses poses(world, 20);
+  const auto mug = poses.find(world.objects[1], always);
+  ASSERT_TRUE(mug);
+  EXPECT_EQ(mug->frame, 1U);
+  EXPECT_NEAR(mug->x, 2, 1e-9);
+  EXPECT_NEAR(mug->y, 4, 1e-9);
+  EXPECT_NEAR(mug->yaw, std::atan2(2.4, 0.2), 1e-9);
+  EXPECT_NEAR(mug->distance, std::hypot(2.4, 0.2), 1e-9);
+  EXPECT_EQ(poses.find(world.objects[0], always)->frame, 7U)
+      << "the table needs more distance: through the door";
+  EXPECT_EQ(ViewPoses(world, 30).find(world.objects[0], always)->frame, 1U);
+}
+
+TEST(ViewPoses, LookThroughDoorsButNotThroughWalls) {
+  WorldMap world = sampleWorld();
+  world.objects[1].bestFrame = 0;
+  const auto notFromTheKitchen = [](std::size_t frame) { return frame != 1 && frame != 0; };
+  EXPECT_EQ(ViewPoses(world, 20).find(world.objects[1], notFromTheKitchen)->frame, 7U);
+  closeDoors(world);
+  EXPECT_FALSE(ViewPoses(world, 20).find(world.objects[1], notFromTheKitchen));
+  world.plan.reset();
+  EXPECT_EQ(ViewPoses(world, 20).find(world.objects[1], notFromTheKitchen)->frame, 7U);
+}
+
+TEST(ViewPoses, SeeWhatHangsOnAWall) {
+  WorldMap world = sampleWorld();
+  closeDoors(world);
+  world.objects[1].center = {4.05, 2, 0.3};
+  const auto pose = ViewPoses(world, 20).find(world.objects[1], always);
+  ASSERT_TRUE(pose);
+  EXPECT_EQ(pose->frame, 2U);
+}
+
+TEST(ViewPoses, TurnToWhatOnlyTheBestFrameShows) {
+  WorldMap world = sampleWorld();
+  world.objects[1].center = {2, 0.2, 0.5};  // behind all frames
+  const auto pose = ViewPoses(world, 20).find(world.objects[1], always);
+  ASSERT_TRUE(pose);
+  EXPECT_EQ(pose->frame, 1U);
+  EXPECT_NEAR(pose->yaw, -std::numbers::pi / 2, 1e-9);
+  EXPECT_FALSE(ViewPoses(world, 20).find(world.objects[1], [](std::size_t) { return false; }));
+  world.places.frames[1].pose.reset();
+  EXPECT_FALSE(ViewPoses(world, 20).find(world.objects[1], always));
+  for (MappedFrame& frame : world.places.frames) frame.pose.reset();
+  world.plan.reset();
+  EXPECT_FALSE(ViewPoses(world, 20).find(world.objects[1], always));
+}
+
+TEST(RouteInWorld, EndsInThePlaceOfTheFrameThatFacesTheObject) {
+  const WorldMap world = sampleWorld();
+  const WorldRoute found = routeInWorld(world, 3, "coffee mug");
+  ASSERT_TRUE(found.object && found.pose);
+  EXPECT_EQ(found.object->object, 1);
+  EXPECT_THAT(found.route.nodes, ElementsAre(3, 1, 0));
+  EXPECT_EQ(world.places.frames[found.pose->frame].node, 0);
+  EXPECT_THAT(areasAlong(world, found.route), ElementsAre(3, 1, 0));
+  EXPECT_EQ(routeInWorld(world, 0, test::hostileName).object->object, 4);
+}
+
+TEST(RouteInWorld, TakesTheCheapestOfEquallyProbableObjects) {
+  WorldMap world = sampleWorld();
+  world.objects[5].words = {{"umbrella", 0.68F}};  // in the bathroom, nearer than the 70 % in the living room
+  EXPECT_EQ(routeInWorld(world, 0, "umbrella").object->object, 5);
+  EXPECT_EQ(routeInWorld(world, 0, "umbrella", {.avoid = {"3", "bathtub"}}).object->object, 5);
+  RouteOptions strict;
+  strict.tolerance = 0;
+  EXPECT_EQ(routeInWorld(world, 0, "umbrella", {}, strict).object->object, 3);
+  RouteOptions oneWay;
+  oneWay.bidirectional = false;
+  world.places.transitions.resize(1);
+  EXPECT_EQ(routeInWorld(world, 0, "umbrella", {}, strict).object->object, 5) << "the rest is out of reach";
+}
+
+TEST(RouteInWorld, PrefersAPlaceToAnObjectThatIsHardlyMeant) {
+  WorldMap world = sampleWorld();
+  EXPECT_EQ(routeInWorld(world, 0, "mug").object->object, 2) << "0.3, above 0.2 of the best place";
+  world.objects[2].words[1].probability = world.objects[1].words[1].probability = 0.15F;
+  const WorldRoute found = routeInWorld(world, 0, "mug");
+  EXPECT_FALSE(found.object);
+  ASSERT_TRUE(found.place);
+  EXPECT_EQ(found.place->node, routeToWords(world.places, 0, "mug").goal.node);
+  EXPECT_EQ(toJson("mug", found, world)["label"], "cup, mug");
+}
+
+TEST(RouteInWorld, EndsInAnAreaOfThatName) {
+  WorldMap world = sampleWorld();
+  const WorldRoute found = routeInWorld(world, 0, "corridor");
+  EXPECT_EQ(found.area, 2);
+  EXPECT_THAT(found.route.nodes, ElementsAre(0, 2));
+  world.areas.push_back({{.id = 4, .name = "mop"}, "closet"});
+  EXPECT_THAT([&] { routeInWorld(world, 0, "closet"); }, FailsWith(ErrorCode::noAnswer, "closet"));
+  world.areaOfFrame[7] = 4;
+  EXPECT_THAT(routeInWorld(world, 0, "closet").route.nodes, ElementsAre(0, 2));
+  world.areaOfFrame[0] = 4;  // one of three frames of place 0
+  world.areaOfFrame[7] = 2;
+  EXPECT_THAT(routeInWorld(world, 3, "closet").route.nodes, ElementsAre(3, 1, 0));
+}
+
+TEST(RouteInWorld, GoesAroundAreasButIsNeverStopped) {
+  const WorldMap world = sampleWorld();
+  EXPECT_THAT(routeInWorld(world, 0, 3).route.nodes, ElementsAre(0, 1, 3));
+  for (const char* bathroom : {"1", "bathtub"}) {
+    const WorldRoute around = routeInWorld(world, 0, 3, {.avoid = {bathroom}});
+    EXPECT_THAT(around.route.nodes, ElementsAre(0, 2, 3)) << bathroom;
+    EXPECT_NEAR(around.route.cost, getRoute(world.places, 0, 2).cost + getRoute(world.places, 2, 3).cost,
+                1e-9);
+  }
+  EXPECT_THAT(routeInWorld(world, 0, 3, {.prefer = {"corridor"}}).route.nodes, ElementsAre(0, 2, 3));
+  EXPECT_THAT(routeInWorld(world, 0, 1, {.avoid = {"1"}}).route.nodes, ElementsAre(0, 1));
+  RouteOptions mild;
+  mild.avoidFactor = 1.2;
+  EXPECT_THAT(routeInWorld(world, 0, 3, {.avoid = {"1"}}, mild).route.nodes, ElementsAre(0, 1, 3));
+}
+
+TEST(CostFactors, WeighAreasRoomsAndWords) {
+  WorldMap world = sampleWorld();
+  const RouteOptions options;
+  EXPECT_THAT(costFactors(world, {.avoid = {"1", "bathtub"}}, options), ElementsAre(1, 5, 1, 1)) << "once";
+  EXPECT_THAT(costFactors(world, {.avoid = {"0"}, .prefer = {"kitchen"}}, options),
+              ElementsAre(2.5, 1, 1, 1));
+  world.places.frames[7].room = "store";
+  EXPECT_THAT(costFactors(world, {.prefer = {"Store"}}, options), ElementsAre(1, 1, 0.5, 1));
+  world.areas.clear();
+  EXPECT_THAT(costFactors(world, {.avoid = {"bathtub"}}, options), ElementsAre(1, 5, 1, 1)) << "by words";
+  for (const char* unknown : {"77", "cellar", ""})
+    EXPECT_THAT([&] { costFactors(world, {.avoid = {unknown}}, options); },
+                FailsWith(ErrorCode::unknownName, unknown));
+}
+
+TEST(RouteInWorld, RefusesNonsense) {
+  const WorldMap world = sampleWorld();
+  EXPECT_THAT([&] { routeInWorld(world, 9, "coffee mug"); }, FailsWith(ErrorCode::unknownName, "9"));
+  EXPECT_THAT([&] { routeInWorld(world, 0, 9); }, FailsWith(ErrorCode::unknownName, "9"));
+  EXPECT_THAT([&] { routeInWorld(world, 0, "xylophone"); }, FailsWith(ErrorCode::noAnswer, "xylophone"));
+  RouteOptions odd;
+  odd.avoidFactor = 0.5;
+  EXPECT_THAT([&] { routeInWorld(world, 0, 3, {}, odd); },
+              FailsWith(ErrorCode::invalidOption, "avoid-factor"));
+}
+
+TEST(WorldJson, TellsRoutes) {
+  const WorldMap world = sampleWorld();
+  const Json json = toJson("coffee mug", routeInWorld(world, 3, "coffee mug"), world);
+  EXPECT_EQ(json["goal"], "object");
+  EXPECT_EQ(json["to"], 0);
+  EXPECT_EQ(json["pose"]["frame"], "frame_1.png");
+  EXPECT_NEAR(json["pose"]["yaw"].get<double>(), std::atan2(2.4, 0.2), 1e-3);
+  EXPECT_EQ(json["object"]["id"], 1);
+  EXPECT_EQ(json["areas"][0]["name"], "Ana's \"room\"");
+  EXPECT_EQ(toJson("corridor", routeInWorld(world, 0, "corridor"), world)["area"]["id"], 2);
+  EXPECT_FALSE(toJson("", routeInWorld(world, 0, 3), world).contains("goal"));
+}
+
+}  // namespace
+}  // namespace estancia
