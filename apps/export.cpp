@@ -6,7 +6,7 @@
 #include "common.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
-#include "estancia/topology/export.hpp"
+#include "estancia/world/export_world.hpp"
 #include "estancia/zones/zone_file.hpp"
 #include "estancia/zones/zones_json.hpp"
 
@@ -24,16 +24,11 @@ struct ExportArguments {
 };
 
 std::string textOf(const std::string& file, const std::string& format, const ExportOptions& options) {
-  const bool zones = isZoneFile(file);
-  if (zones != (format == zoneFormat))
+  if (!isZoneFile(file)) return exportWorld(readWorld(file), format, options);
+  if (format != zoneFormat)
     throw Error(ErrorCode::unsupportedFile,
-                zones
-                    ? fmt::format("{} holds zones, which are written as {}", file, zoneFormat)
-                    : fmt::format("{} is not a file of zones, as --format {} needs; make one: estancia zones "
-                                  "find {} -o FILE",
-                                  file, zoneFormat, file));
-  if (zones) return toRoomsJson(readZones(file), options.maxWords);
-  return exportMap(readMap(file), format, options);
+                fmt::format("{} holds zones, which are written as {}", file, zoneFormat));
+  return toRoomsJson(readZones(file), options.maxWords);
 }
 
 void run(const ExportArguments& arguments, const CLI::App& command) {
@@ -67,12 +62,11 @@ void addExportCommand(CLI::App& app) {
   command->add_option("MAP", arguments->map, "The map file, or a file of zones")->required();
   std::string formats = "What to write:";
   std::vector<std::string> names;
-  for (const auto& [name, explanation] : exportFormats()) {
+  for (const auto& [name, explanation] : worldFormats()) {
     formats += fmt::format("\n  {}: {}", name, explanation);
     names.push_back(name);
   }
-  formats += fmt::format("\n  {}: rooms and their words, as simple JSON; of a file of zones", zoneFormat);
-  names.emplace_back(zoneFormat);
+  formats += fmt::format("\n  Of a file of zones, {}: rooms and their words, as simple JSON", zoneFormat);
   command->add_option("--format", arguments->format, formats)->required()->check(CLI::IsMember(names));
   addOutputOption(*command, arguments->output, "File to write; default: stdout");
   arguments->declared.add(declare(arguments->options), {"max-words", "frame", "bidirectional=one-way"});
@@ -81,6 +75,9 @@ void addExportCommand(CLI::App& app) {
   addExamples(*command,
               "  estancia export home.estancia --format json | jq '.places[0].words'\n"
               "  estancia export home.estancia --format nav2 -o home.geojson\n"
+              "  estancia export home.estancia --format rooms | jq '.rooms[] | {name, objects: "
+              "[.places[].objects[].name]}'\n"
+              "  estancia export home.estancia --format spark-dsg -o home.json\n"
               "  estancia export home.zones --format rooms | jq .kitchen.words");
   command->callback([arguments, command] { run(*arguments, *command); });
 }

@@ -5,63 +5,25 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <string_view>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/label_words.hpp"
 #include "estancia/core/output_file.hpp"
-#include "estancia/io/files.hpp"
+#include "estancia/topology/export_text.hpp"
 #include "estancia/topology/places.hpp"
 
 namespace estancia {
 namespace {
 
 using Json = nlohmann::ordered_json;
+using exporting::bestWords;
+using exporting::data;
+using exporting::dump;
+using exporting::rounded;
 
 constexpr int formatVersion = 1;
-
-std::string dump(const Json& json) {
-  // Names come from file systems and may be no UTF-8.
-  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
-}
-
-/// Six decimals say all, and 0.2F as a double would be 0.20000000298.
-double rounded(double probability) {
-  return std::round(probability * 1e6) / 1e6;
-}
-double rounded(float probability) {
-  return rounded(static_cast<double>(probability));
-}
-
-std::vector<std::string> bestWords(const TopologicalMap& map, const Node& node, std::size_t count) {
-  std::vector<std::string> words;
-  for (const std::size_t label : bestLabels(node, count)) words.push_back(shortLabel(map.vocabulary[label]));
-  return words;
-}
-
-std::string escapeXml(std::string_view text) {
-  std::string result;
-  for (const char c : io::printable(text)) switch (c) {
-      case '&':
-        result += "&amp;";
-        break;
-      case '<':
-        result += "&lt;";
-        break;
-      case '>':
-        result += "&gt;";
-        break;
-      case '"':
-        result += "&quot;";
-        break;
-      default:
-        result += c;
-    }
-  return result;
-}
 
 /// What is written in GraphML about an element, in the order of declaration.
 struct Attribute {
@@ -78,10 +40,6 @@ constexpr Attribute attributes[] = {{"words", "node", "string"},
                                     {"z", "node", "double"},
                                     {"frames", "node", "long"},
                                     {"count", "edge", "long"}};
-
-std::string data(const char* key, const std::string& value) {
-  return fmt::format("      <data key=\"{}\">{}</data>\n", key, escapeXml(value));
-}
 
 Json pointFeature(const TopologicalMap& map, const Node& node, const Place& place,
                   const ExportOptions& options) {

@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "estancia/world/export_world.hpp"
 #include "support/errors.hpp"
 #include "support/sample_world.hpp"
 #include "support/support.hpp"
@@ -84,6 +85,16 @@ TEST_F(WorldCommand, RoutesAroundAndThroughAreas) {
   EXPECT_EQ(nodes({"--avoid", "1", "--avoid-factor", "1"}), json({0, 1, 3}));
   EXPECT_THAT(run({"route", map_, "--from", "0", "--to", "3", "--avoid", "cellar"}),
               FailsWith(ErrorCode::unknownName, "cellar", "corridor"));
+}
+
+TEST_F(WorldCommand, ExportsItsLayers) {
+  for (const char* format : {"rooms", "spark-dsg", "nav2", "graphml", "json"}) {
+    const auto exported = run({"export", map_, "--format", format});
+    EXPECT_EQ(exported.exitCode, 0) << exported.err;
+    EXPECT_EQ(exported.out, exportWorld(readWorld(map_), format)) << format;
+  }
+  EXPECT_THAT(run({"export", map_, "--format", "rooms", "--frame", "odom"}),
+              FailsWith(ErrorCode::invalidOption, "--frame"));
 }
 
 }  // namespace

@@ -168,7 +168,7 @@ TEST_F(ZonesCommand, IsEvaluatedAndExported) {
   EXPECT_EQ(readFile(scratch_ / "rooms.json"), rooms.out);
   expectError({"export", file_, "--format", "nav2"}, ErrorCode::unsupportedFile, file_);
   ASSERT_EQ(run({"map", words_, "-o", map_}).exitCode, 0);
-  expectError({"export", map_, "--format", "rooms"}, ErrorCode::unsupportedFile, map_);
+  expectError({"export", map_, "--format", "rooms"}, ErrorCode::unsupportedFile, "rooms");
 }
 
 TEST_F(ZonesCommand, ReplacesZonesOnlyAndOnlyWhenTold) {
