@@ -47,14 +47,17 @@ std::optional<ViewPose> ViewPoses::poseAt(std::size_t frame, const WorldObject& 
   return ViewPose{from.x, from.y, std::atan2(ray.y, ray.x), frame, distance};
 }
 
-bool ViewPoses::wallBetween(const cv::Point2d& from, const cv::Point2d& to, double reach) const {
+bool ViewPoses::wallBetween(const cv::Point2d& from, const WorldObject& object) const {
   if (!world_.plan) return false;
   const FloorCells& cells = world_.plan->cells;
+  const cv::Point2d to = floor_.position({object.center.x, object.center.y, object.center.z});
   const cv::Point2d ray = to - from;
-  // What hangs on a wall lies in its cells, or beside them.
-  const double length = std::hypot(ray.x, ray.y), seen = length - reach - 2 * cells.cell();
-  for (double at = 0; at < seen; at += cells.cell() / 2) {
-    const cv::Point2d point = from + ray * (at / length);
+  const double length = std::hypot(ray.x, ray.y), c = std::cos(object.yaw), s = std::sin(object.yaw);
+  // What hangs on a wall lies in its cells, or beside them. Only there: behind it is the wall's other side.
+  const cv::Point2d half(object.size.x / 2 + cells.cell(), object.size.y / 2 + cells.cell());
+  for (double at = 0; at < length; at += cells.cell() / 2) {
+    const cv::Point2d point = from + ray * (at / length), off = point - to;
+    if (std::abs(c * off.x + s * off.y) <= half.x && std::abs(c * off.y - s * off.x) <= half.y) return false;
     const cv::Point cell = cells.at(point.x, point.y);
     if (cells.holds(cell) && world_.plan->walls.at<unsigned char>(cell) != 0) return true;
   }
@@ -63,7 +66,6 @@ bool ViewPoses::wallBetween(const cv::Point2d& from, const cv::Point2d& to, doub
 
 std::optional<ViewPose> ViewPoses::find(const WorldObject& object,
                                         const std::function<bool(std::size_t frame)>& mayUse) const {
-  const cv::Point2d at = floor_.position({object.center.x, object.center.y, object.center.z});
   const double fits = std::max(reachOf(object), object.size.z / 2) / std::tan(viewAngle_);
   std::optional<ViewPose> whole, middle;
   const auto isNearer = [](const ViewPose& pose, const std::optional<ViewPose>& than) {
@@ -73,7 +75,7 @@ std::optional<ViewPose> ViewPoses::find(const WorldObject& object,
     const std::optional<ViewPose> pose = poseAt(i, object);
     if (!pose || (!isNearer(*pose, whole) && !isNearer(*pose, middle))) continue;
     if (angleTo(object, *world_.places.frames[i].pose) > viewAngle_ || !mayUse(i)) continue;
-    if (wallBetween({pose->x, pose->y}, at, reachOf(object))) continue;
+    if (wallBetween({pose->x, pose->y}, object)) continue;
     if (pose->distance >= fits && isNearer(*pose, whole)) whole = pose;
     if (isNearer(*pose, middle)) middle = pose;
   }

@@ -36,7 +36,7 @@ class ViewPoses {
                                const std::function<bool(std::size_t frame)>& mayUse) const;
 
  private:
-  bool wallBetween(const cv::Point2d& from, const cv::Point2d& to, double reach) const;
+  bool wallBetween(const cv::Point2d& from, const WorldObject& object) const;
   std::optional<ViewPose> poseAt(std::size_t frame, const WorldObject& object) const;
 
   const WorldMap& world_;

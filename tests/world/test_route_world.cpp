@@ -55,6 +55,16 @@ TEST(ViewPoses, LookThroughDoorsButNotThroughWalls) {
   EXPECT_EQ(ViewPoses(world, 20).find(world.objects[1], notFromTheKitchen)->frame, 7U);
 }
 
+TEST(ViewPoses, DoNotLookFromBehindTheWallThatAThingStandsAt) {
+  WorldMap world = sampleWorld();
+  world.objects[1].center = {3.6, 6, 0.4};
+  world.objects[1].size = {0.7, 1.6, 0.8};
+  const auto fromTheCorridor = [](std::size_t frame) { return frame == 7; };
+  EXPECT_TRUE(ViewPoses(world, 20).find(world.objects[1], fromTheCorridor));
+  closeDoors(world);
+  EXPECT_FALSE(ViewPoses(world, 20).find(world.objects[1], fromTheCorridor));
+}
+
 TEST(ViewPoses, SeeWhatHangsOnAWall) {
   WorldMap world = sampleWorld();
   closeDoors(world);
