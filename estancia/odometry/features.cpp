@@ -2,11 +2,15 @@
 #include "estancia/odometry/features.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "estancia/core/simd.hpp"
 #include "estancia/odometry/packed_image.hpp"
 
 namespace estancia::odometry {
@@ -16,6 +20,73 @@ constexpr int kDescriptorBytes = 32;
 
 cv::Point3f pointAt(const CameraIntrinsics& camera, const cv::Point2f& pixel, float z) {
   return {static_cast<float>(camera.slopeX(pixel.x)) * z, static_cast<float>(camera.slopeY(pixel.y)) * z, z};
+}
+
+struct Match {
+  std::size_t source, target;
+};
+
+/// The nearest row of `others` for every row, and how many of its 256 bits differ; a row each of 4 words.
+struct Nearest {
+  std::size_t row = 0;
+  int bits = 257;
+};
+ESTANCIA_MULTIVERSION
+void findNearest(const std::uint64_t* rows, std::size_t count, const std::uint64_t* others,
+                 std::size_t otherCount, Nearest* nearest, Nearest* nearestOfOthers) {
+  for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t j = 0; j < otherCount; ++j) {
+      int bits = 0;
+      for (std::size_t w = 0; w < 4; ++w) bits += std::popcount(rows[4 * i + w] ^ others[4 * j + w]);
+      if (bits < nearest[i].bits) nearest[i] = {j, bits};
+      if (bits < nearestOfOthers[j].bits) nearestOfOthers[j] = {i, bits};
+    }
+}
+
+std::vector<std::uint64_t> wordsOf(const cv::Mat& descriptors) {
+  std::vector<std::uint64_t> words(4 * static_cast<std::size_t>(descriptors.rows));
+  for (int i = 0; i < descriptors.rows; ++i)
+    std::memcpy(&words[static_cast<std::size_t>(4 * i)], descriptors.ptr(i), kDescriptorBytes);
+  return words;
+}
+
+/// Features that are each other's nearest.
+std::vector<Match> mutualMatches(const Features& source, const Features& target) {
+  constexpr int kMaxBits = 64;  // beyond, ORB matches are mostly chance
+  const auto from = wordsOf(source.descriptors), to = wordsOf(target.descriptors);
+  std::vector<Nearest> nearest(source.points.size()), nearestOfTarget(target.points.size());
+  findNearest(from.data(), nearest.size(), to.data(), nearestOfTarget.size(), nearest.data(),
+              nearestOfTarget.data());
+  std::vector<Match> matches;
+  for (std::size_t i = 0; i < nearest.size(); ++i)
+    if (nearest[i].bits <= kMaxBits && nearestOfTarget[nearest[i].row].row == i)
+      matches.push_back({i, nearest[i].row});
+  return matches;
+}
+
+/// Those whose distances to at least `least` others are the same in both views, as they are after any rigid
+/// motion (Howard 2008); what chance matched is mostly gone before a motion is sought.
+std::vector<Match> consistent(std::vector<Match> matches, const Features& source, const Features& target,
+                              std::size_t least) {
+  constexpr float kSlack = 0.03F;  // of the depth of each point: some pixels to the side, and its noise
+  const auto areConsistent = [&](const Match& a, const Match& b) {
+    const cv::Point3f &p = source.points[a.source], &q = source.points[b.source],
+                      &r = target.points[a.target], &s = target.points[b.target];
+    const double before = cv::norm(p - q), after = cv::norm(r - s);
+    return std::abs(before - after) <= kSlack * (std::max(p.z, r.z) + std::max(q.z, s.z));
+  };
+  for (std::size_t before = 0; before != matches.size() && matches.size() >= least;) {
+    before = matches.size();
+    std::vector<std::size_t> partners(before, 1);
+    for (std::size_t i = 0; i < before; ++i)
+      for (std::size_t j = 0; j < i; ++j)
+        if (areConsistent(matches[i], matches[j])) ++partners[i], ++partners[j];
+    std::vector<Match> kept;
+    for (std::size_t i = 0; i < before; ++i)
+      if (partners[i] >= least) kept.push_back(matches[i]);
+    matches = std::move(kept);
+  }
+  return matches;
 }
 
 }  // namespace
@@ -70,19 +141,16 @@ Features readFeatures(ByteReader& bytes) {
 
 std::optional<cv::Affine3d> guessFromFeatures(const Features& source, const Features& target,
                                               int minInliers) {
-  if (static_cast<int>(std::min(source.points.size(), target.points.size())) < minInliers)
-    return std::nullopt;
-  std::vector<cv::DMatch> matches;
-  cv::BFMatcher(cv::NORM_HAMMING, /*crossCheck=*/true).match(source.descriptors, target.descriptors, matches);
+  const auto least = static_cast<std::size_t>(minInliers);
+  if (std::min(source.points.size(), target.points.size()) < least) return std::nullopt;
+  const std::vector<Match> matches = consistent(mutualMatches(source, target), source, target, least);
+  if (matches.size() < least) return std::nullopt;
   std::vector<cv::Point3f> points;
   std::vector<cv::Point2f> pixels;
-  constexpr float kMaxDistance = 64;  // of 256 bits: beyond, ORB matches are mostly chance
-  for (const cv::DMatch& match : matches) {
-    if (match.distance > kMaxDistance) continue;
-    points.push_back(source.points[static_cast<std::size_t>(match.queryIdx)]);
-    pixels.push_back(target.pixels[static_cast<std::size_t>(match.trainIdx)]);
+  for (const Match& match : matches) {
+    points.push_back(source.points[match.source]);
+    pixels.push_back(target.pixels[match.target]);
   }
-  if (static_cast<int>(points.size()) < minInliers) return std::nullopt;
   const CameraIntrinsics& c = target.camera;
   const cv::Matx33d camera(c.fx, 0, c.cx, 0, c.fy, c.cy, 0, 0, 1);
   cv::Vec3d rotation, translation;
