@@ -7,6 +7,7 @@
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/frame_failure.hpp"
+#include "estancia/core/rigid.hpp"
 
 namespace estancia::odometry {
 namespace {
@@ -61,6 +62,10 @@ FrameView viewOf(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrinsic
 CoarseView coarseOf(const Pyramid& pyramid) {
   const cv::Mat& depth = pyramid.back().depth;
   return {pyramid.back().camera, depth, cv::mean(depth, depth > 0)[0]};
+}
+
+double shiftOfScene(const cv::Affine3d& motion, const CoarseView& seen) {
+  return cv::norm(motion.translation()) + angleOf(motion) * seen.meanDepth;
 }
 
 double predictedOverlap(const CoarseView& source, const CoarseView& target, const cv::Affine3d& motion,

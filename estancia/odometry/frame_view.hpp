@@ -35,6 +35,9 @@ struct CoarseView {
 };
 CoarseView coarseOf(const Pyramid& pyramid);
 
+/// How far a motion of the camera moves what it sees, on average [m].
+double shiftOfScene(const cv::Affine3d& motion, const CoarseView& seen);
+
 /// Share of the source's points that lie on the target's surface at this T_target_source, within a tenth of
 /// their depth. Looks at every `stride`-th row and column.
 double predictedOverlap(const CoarseView& source, const CoarseView& target, const cv::Affine3d& motion,

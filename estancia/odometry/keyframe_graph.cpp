@@ -8,9 +8,9 @@
 namespace estancia::odometry {
 namespace {
 
-constexpr double kMaxSpread = 0.1;  // [m]; an alignment that leaves more open holds on to nothing
-constexpr double kMaxOff = 6;       // standard deviations; a loop that is off by more is an outlier
-constexpr int kReach = 2;           // edges between keyframes that are known to be near
+constexpr double kMaxSpread = 0.1;   // [m]; an alignment that leaves more open holds on to nothing
+constexpr double kMaxOff = 6;        // standard deviations; a loop that is off by more is an outlier
+constexpr std::size_t kWindow = 64;  // keyframes that are optimized at once, in 50 ms
 
 }  // namespace
 
@@ -55,28 +55,53 @@ bool KeyframeGraph::isOverdetermined(std::size_t k) const {
   return std::ranges::count(ofNode_.at(k), k, [&](std::size_t e) { return edges_[e].source; }) > 1;
 }
 
+/// The latest keyframe and those around it; all, when one of its edges leads elsewhere.
+std::vector<bool> KeyframeGraph::toMove(std::size_t keyframes) const {
+  std::vector<bool> all(keyframes, true), near(keyframes);
+  if (keyframes <= kWindow) return all;
+  const std::size_t latest = keyframes - 1, reference = referenceOf(latest);
+  near[latest] = near[reference] = true;
+  for (const std::size_t k : around(reference, kWindow, keyframes, latest)) near[k] = true;
+  for (const std::size_t e : ofNode_.at(latest))
+    if (!near[edges_[e].target]) return all;
+  return near;
+}
+
 void KeyframeGraph::optimize(Keyframes& keyframes) {
   std::vector<cv::Affine3d> poses;
   for (std::size_t k = 0; k < keyframes.size(); ++k) poses.push_back(keyframes.pose(k));
-  const std::vector<double> off = optimizePoses(poses, {edges_.begin(), edges_.end()});
-  for (std::size_t e = 0; e < edges_.size(); ++e) edges_[e].off = off[e];
+  const std::vector<bool> free = toMove(keyframes.size());
+  std::vector<PoseGraphEdge> edges;
+  std::vector<std::size_t> numbers;
+  for (std::size_t e = 0; e < edges_.size(); ++e) {
+    if (!free[edges_[e].source] && !free[edges_[e].target]) continue;
+    edges.push_back(edges_[e]);
+    numbers.push_back(e);
+  }
+  const std::vector<double> off = optimizePoses(poses, edges, free);
+  for (std::size_t i = 0; i < numbers.size(); ++i) edges_[numbers[i]].off = off[i];
   for (std::size_t k = 0; k < keyframes.size(); ++k) keyframes.move(k, poses[k]);
 }
 
-std::vector<std::size_t> KeyframeGraph::around(std::size_t k, std::size_t max) const {
+std::vector<std::size_t> KeyframeGraph::around(std::size_t k, std::size_t max, std::size_t reach,
+                                               std::optional<std::size_t> without) const {
   std::vector<std::size_t> found{k};
+  std::vector<bool> isFound(ofNode_.size());
+  if (k < isFound.size()) isFound[k] = true;
+  if (without) isFound.at(*without) = true;
   std::size_t first = 0;
-  for (int reach = 0; reach < kReach; ++reach) {
-    const std::size_t last = found.size();
-    for (; first < last; ++first)
-      for (std::size_t i = found[first] < ofNode_.size() ? ofNode_[found[first]].size() : 0; i-- > 0;) {
-        const Edge& edge = edges_[ofNode_[found[first]][i]];
-        const std::size_t other = edge.source == found[first] ? edge.target : edge.source;
-        const bool isNear = isSeen(edge) || edge.kind == Kind::assumed;
-        if (isNear && std::ranges::find(found, other) == found.end()) found.push_back(other);
+  for (; reach > 0 && first < found.size(); --reach)
+    for (const std::size_t last = found.size(); first < last; ++first) {
+      const std::size_t node = found[first];
+      for (std::size_t i = node < ofNode_.size() ? ofNode_[node].size() : 0; i-- > 0;) {
+        const Edge& edge = edges_[ofNode_[node][i]];
+        const std::size_t other = edge.source == node ? edge.target : edge.source;
+        if (isFound[other] || !(isSeen(edge) || edge.kind == Kind::assumed)) continue;
+        isFound[other] = true;
+        found.push_back(other);
         if (found.size() > max) return {found.begin() + 1, found.end()};
       }
-  }
+    }
   return {found.begin() + 1, found.end()};
 }
 

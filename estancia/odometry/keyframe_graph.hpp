@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <set>
 #include <utility>
 #include <vector>
@@ -46,11 +47,14 @@ class KeyframeGraph {
   /// Aligned, and not in contradiction to the others.
   static bool isSeen(const Edge& edge);
 
-  /// Moves the keyframes to the optimum of all edges.
+  /// Moves the keyframes to the optimum of all edges, after those of the latest keyframe were added: only
+  /// keyframes near it, unless it closes a long loop.
   void optimize(Keyframes& keyframes);
-  /// The other keyframes that are known to be near: those that edges connect with k, and with these, but
-  /// for loops that contradict the others. At most `max`, the most closely connected first.
-  std::vector<std::size_t> around(std::size_t k, std::size_t max) const;
+  /// The other keyframes that are known to be near: those that edges connect with k, and with these (at most
+  /// `reach` edges away), but for loops that contradict the others. At most `max`, the most closely connected
+  /// first. As if the keyframe `without` did not exist.
+  std::vector<std::size_t> around(std::size_t k, std::size_t max, std::size_t reach = 2,
+                                  std::optional<std::size_t> without = {}) const;
   /// Number of the part of every keyframe: those that alignments connect, directly or not. It is the first
   /// keyframe of the part.
   std::vector<std::size_t> parts(std::size_t keyframes) const;
@@ -62,6 +66,8 @@ class KeyframeGraph {
   void setOff(std::size_t edge, double off) { edges_[edge].off = off; }
 
  private:
+  std::vector<bool> toMove(std::size_t keyframes) const;
+
   std::vector<Edge> edges_;
   std::vector<std::vector<std::size_t>> ofNode_;  ///< numbers of the edges that end there
   std::set<std::pair<std::size_t, std::size_t>> aligned_;

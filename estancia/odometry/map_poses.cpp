@@ -6,15 +6,6 @@
 #include "estancia/core/rigid.hpp"
 
 namespace estancia::odometry {
-namespace {
-
-/// How far a motion of the camera moves what it sees, on average [m].
-double shiftOfScene(const cv::Affine3d& motion, const CoarseView& seen) {
-  return cv::norm(motion.translation()) + angleOf(motion) * seen.meanDepth;
-}
-
-}  // namespace
-
 void MapPoses::count(std::size_t k, std::ptrdiff_t frames) {
   frames_.resize(std::max(frames_.size(), k + 1));
   frames_[k] += static_cast<std::size_t>(frames);

@@ -72,16 +72,22 @@ class EdgeError {
 
 }  // namespace
 
-std::vector<double> optimizePoses(std::vector<cv::Affine3d>& poses, const std::vector<PoseGraphEdge>& edges) {
+std::vector<double> optimizePoses(std::vector<cv::Affine3d>& poses, const std::vector<PoseGraphEdge>& edges,
+                                  const std::vector<bool>& free) {
   std::vector<Node> nodes;
   for (const cv::Affine3d& pose : poses) nodes.push_back(nodeOf(pose));
+  const auto isFree = [&](std::size_t i) { return i > 0 && (free.empty() || free[i]); };
   ceres::Problem problem;
-  for (Node& node : nodes) {
-    problem.AddParameterBlock(node.rotation.data(), 4, new ceres::QuaternionManifold);
-    problem.AddParameterBlock(node.position.data(), 3);
-  }
-  problem.SetParameterBlockConstant(nodes.front().rotation.data());
-  problem.SetParameterBlockConstant(nodes.front().position.data());
+  for (const PoseGraphEdge& edge : edges)
+    for (const std::size_t i : {edge.target, edge.source}) {
+      Node& node = nodes[i];
+      if (problem.HasParameterBlock(node.position.data())) continue;
+      problem.AddParameterBlock(node.rotation.data(), 4, new ceres::QuaternionManifold);
+      problem.AddParameterBlock(node.position.data(), 3);
+      if (isFree(i)) continue;
+      problem.SetParameterBlockConstant(node.rotation.data());
+      problem.SetParameterBlockConstant(node.position.data());
+    }
   std::vector<ceres::ResidualBlockId> blocks;
   for (const PoseGraphEdge& edge : edges)
     blocks.push_back(problem.AddResidualBlock(
@@ -96,7 +102,8 @@ std::vector<double> optimizePoses(std::vector<cv::Affine3d>& poses, const std::v
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
   if (summary.IsSolutionUsable())
-    for (std::size_t i = 0; i < poses.size(); ++i) poses[i] = affineOf(nodes[i]);
+    for (std::size_t i = 0; i < poses.size(); ++i)
+      if (isFree(i)) poses[i] = affineOf(nodes[i]);
   std::vector<double> off;
   for (const ceres::ResidualBlockId block : blocks) {
     double cost = 0;

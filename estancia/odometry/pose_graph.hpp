@@ -17,8 +17,9 @@ struct PoseGraphEdge {
 };
 
 /// Moves `poses` (T_map_node) to the least squares of the edges, of which those that contradict the others
-/// lose their weight (Cauchy's loss); the first pose stays. Returns for every edge how many standard
-/// deviations it is off. By Ceres, on the caller's thread alone.
-std::vector<double> optimizePoses(std::vector<cv::Affine3d>& poses, const std::vector<PoseGraphEdge>& edges);
+/// lose their weight (Cauchy's loss); the first pose stays, and those that are not `free` (empty: all are).
+/// Returns for every edge how many standard deviations it is off. By Ceres, on the caller's thread alone.
+std::vector<double> optimizePoses(std::vector<cv::Affine3d>& poses, const std::vector<PoseGraphEdge>& edges,
+                                  const std::vector<bool>& free = {});
 
 }  // namespace estancia::odometry

@@ -32,7 +32,7 @@ struct RgbdOptions {
   double maxGap = 1;
   double odomShift = 3;
   double odomTurn = 2;
-  double minCorrection = 0.01;
+  double minCorrection = 0.02;
   int loopCandidates = 8;
   int minLoopKeyframes = 4;
   double minLoopOverlap = 0.4;

@@ -140,23 +140,28 @@ void RgbdTracker::Impl::sayGap(const FrameFacts& facts, std::size_t frame) {
                                    lastFrame + 1 == frame ? "an image" : "usable depth", name);
 }
 
-/// Aligns keyframe k with earlier ones, and moves all to the optimum; then again, as better poses tell more
-/// overlaps.
+/// Aligns keyframe k with earlier ones, and moves all to the optimum; once more where that moved it so far
+/// that other keyframes may overlap it now.
 void RgbdTracker::Impl::closeLoops(std::size_t k) {
-  constexpr int kRounds = 2;
-  for (int round = 0; round < kRounds; ++round) {
-    std::vector<PoseGraphEdge> loops;
-    if (options.loopCandidates > 0) {
-      if (round == 0) loops = findLoops(k, LoopCandidates::alike, keyframes, graph, options, threads);
-      for (const PoseGraphEdge& loop :
-           findLoops(k, LoopCandidates::overlapping, keyframes, graph, options, threads))
-        if (std::ranges::find(loops, loop.target, &PoseGraphEdge::target) == loops.end())
-          loops.push_back(loop);
-    }
-    for (const PoseGraphEdge& loop : loops) graph.add(loop, EdgeKind::loop);
-    if (loops.empty() && (round > 0 || !graph.isOverdetermined(k))) break;
+  constexpr double kFar = 0.05;  // [m]; an alignment finds what is off by as much again
+  bool isMoved = false, isOptimal = !graph.isOverdetermined(k);
+  const auto optimize = [&] {
+    const cv::Affine3d before = keyframes.pose(k);
     graph.optimize(keyframes);
+    isMoved = odometry::shiftOfScene(before.inv() * keyframes.pose(k), keyframes[k].coarse) > kFar;
+    isOptimal = true;
+  };
+  const auto close = [&](LoopCandidates candidates) {
+    const auto loops = findLoops(k, candidates, keyframes, graph, options, threads);
+    for (const PoseGraphEdge& loop : loops) graph.add(loop, EdgeKind::loop);
+    if (!loops.empty()) optimize();
+  };
+  if (options.loopCandidates > 0) {
+    close(LoopCandidates::alike);
+    close(LoopCandidates::overlapping);
+    if (isMoved) close(LoopCandidates::overlapping);
   }
+  if (!isOptimal) optimize();
 }
 
 void RgbdTracker::Impl::begin(const FrameFacts& facts) {

@@ -39,8 +39,9 @@ struct FrameFacts {
 /// and by words; where it is aligned with some, the pose graph is optimized, and earlier poses may change:
 /// revision() tells. The camera is tracked among the keyframes that are known to be around it, old ones, too;
 /// so keyframes (about 90 kB each) grow with what was seen, not with the time. The work for a frame is
-/// bounded but for a look at all keyframes (a tenth of a millisecond each) and the optimization of their
-/// poses. For one thread; prepare() is for any.
+/// bounded, but for a look at all keyframes when there is a new one (some microseconds each), and for the
+/// optimization of all their poses when a long loop is closed (a millisecond each). For one thread;
+/// prepare() is for any.
 class RgbdTracker {
  public:
   struct Placement {
@@ -96,7 +97,7 @@ class RgbdTracker {
   struct State {
     /// All that changes with every frame, about 60 kB and 250 bytes a keyframe.
     std::string head;
-    /// About 70 kB each, and 200 bytes each: those that are new, or replace that of the same number.
+    /// About 50 kB each, and 150 bytes each: those that are new, or replace that of the same number.
     std::vector<Row> keyframes, frames;
   };
   /// What is to be written since the last save(): the first time everything.

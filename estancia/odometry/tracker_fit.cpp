@@ -14,7 +14,8 @@ using odometry::isGood;
 using odometry::isTooFar;
 
 constexpr std::size_t kTargets = 2;  // keyframes that a frame is aligned with at once
-constexpr std::size_t kNear = 16;    // keyframes among which these are picked
+constexpr std::size_t kNear = 16;    // keyframes among which these are picked, known to be around
+constexpr std::size_t kLatest = 8;   // and of the latest, which hardly drift apart without loops, too
 constexpr int kGuessFeatures = 12;   // that must agree for a guess, which then is put to the test
 
 /// Whether another pose would lead an alignment to the same.
@@ -61,6 +62,8 @@ std::optional<RgbdTracker::Impl::Found> RgbdTracker::Impl::refined(const FrameVi
                                                                    std::size_t finest) const {
   std::vector<std::size_t> near = graph.around(current, kNear);
   near.push_back(current);
+  for (std::size_t k = keyframes.size() - std::min(keyframes.size(), kLatest); k < keyframes.size(); ++k)
+    if (std::ranges::find(near, k) == near.end()) near.push_back(k);
   const auto around = keyframes.overlapped(coarseOf(view.pyramid), guess, near, kTargets);
   if (around.empty()) return std::nullopt;
   std::vector<AlignmentTarget> targets;

@@ -53,6 +53,17 @@ TEST(PoseGraph, AFalseLoopIsToldByHowFarItIsOff) {
   EXPECT_LT(circle.error(), 0.05);
 }
 
+TEST(PoseGraph, MovesOnlyWhatMayMove) {
+  Circle circle;
+  const std::vector<cv::Affine3d> before = circle.poses;
+  circle.edges.push_back({12, 8, circle.truth[8].inv() * circle.truth[12], 1e-6 * cv::Matx66d::eye()});
+  std::vector<bool> free(13);
+  for (std::size_t i = 8; i < 13; ++i) free[i] = true;
+  optimizePoses(circle.poses, circle.edges, free);
+  for (std::size_t i = 0; i < 8; ++i) EXPECT_EQ(cv::norm(circle.poses[i].matrix - before[i].matrix), 0) << i;
+  EXPECT_GT(cv::norm(circle.poses[12].translation() - before[12].translation()), 0.01);
+}
+
 TEST(PoseGraph, OnePoseStays) {
   std::vector<cv::Affine3d> poses{step};
   EXPECT_TRUE(optimizePoses(poses, {}).empty());
