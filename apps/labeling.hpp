@@ -42,6 +42,8 @@ class Labeling {
   const Sequence& sequence() const { return *sequence_; }
   const Vocabulary& vocabulary() const { return labeler_->vocabulary(); }
   std::string identity() const { return labeler_->identity(); }
+  /// For other images than the frames; not while a frame is being labeled.
+  Labeler& labeler() { return *labeler_; }
 
   /// Labels the frames from `first` on with a progress bar, warns of frames that have no words and gives the
   /// others to `use`. Throws Interrupted on Ctrl-C, Error when no frame at all has words. Returns how many

@@ -79,16 +79,18 @@ Json summaryOf(const MapArguments& arguments, const MapRun& map, std::size_t ski
 /// The layers above the places.
 class Layers {
  public:
-  Layers(const Sequence& sequence, MapRun& map, const WorldOptions& options)
-      : sequence_(sequence), map_(map), options_(options) {
-    if (map_.session()) mapper_.emplace(map_.start(), options_);  // says at once what does not fit
+  Layers(Labeling& labeling, MapRun& map, const WorldOptions& options)
+      : sequence_(labeling.sequence()), labeler_(labeling.labeler()), map_(map), options_(options) {
+    if (map_.session()) start();  // says at once what does not fit
   }
 
   /// Before the frame is added to the map.
   void observe(const LabeledFrame& labeled) {
-    if (!mapper_) mapper_.emplace(map_.start(), options_);
+    if (!mapper_) start();
     const Frame& frame = sequence_.frame(labeled.index);
-    mapper_->observe(frame, labeled.descriptor, depthOf(labeled.index),
+    const cv::Mat depth = depthOf(labeled.index);
+    const bool look = mapper_->wantsImages() && !depth.empty() && frame.pose && labeled.image.empty();
+    mapper_->observe(frame, labeled.descriptor, look ? imageOf(labeled.index) : labeled.image, depth,
                      sequence_.intrinsics().value_or(CameraIntrinsics{}));
   }
   void finish() {
@@ -102,6 +104,18 @@ class Layers {
   }
 
  private:
+  void start() { mapper_.emplace(map_.start(), options_, &labeler_); }
+
+  /// Empty where it cannot be read: its words are known, from a recording or the cache.
+  cv::Mat imageOf(std::size_t i) const {
+    try {
+      return sequence_.image(i);
+    } catch (...) {
+      frameFailure(sequence_.frame(i).name);
+      return {};
+    }
+  }
+
   cv::Mat depthOf(std::size_t i) const {
     if (!sequence_.hasDepth() || !sequence_.intrinsics()) return {};
     try {
@@ -113,6 +127,7 @@ class Layers {
   }
 
   const Sequence& sequence_;
+  Labeler& labeler_;
   MapRun& map_;
   const WorldOptions& options_;
   std::optional<WorldMapper> mapper_;
@@ -122,7 +137,7 @@ class Layers {
 std::size_t addFrames(const MapArguments& arguments, Labeling& labeling, std::size_t first, bool images,
                       MapRun& map) {
   const Sequence& sequence = labeling.sequence();
-  Layers layers(sequence, map, arguments.world);
+  Layers layers(labeling, map, arguments.world);
   const auto finish = [&] {
     map.finish();
     layers.finish();

@@ -86,6 +86,10 @@ class Floor {
 
   /// A point of the map on the floor [m], along the floor's two axes. In a map with z up these are x and y.
   cv::Point2d position(const cv::Vec3d& point) const { return {point.dot(right_), point.dot(ahead_)}; }
+  /// The point of the map at a place on the floor's two axes and a height [m].
+  cv::Point3d point(const cv::Point3d& place) const {
+    return cv::Point3d(right_ * place.x + ahead_ * place.y + up_ * place.z);
+  }
   /// The height of a point above the origin of the map [m].
   double height(const cv::Vec3d& point) const { return point.dot(up_); }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <vector>
 
 #include "estancia/core/bytes.hpp"
@@ -13,8 +14,25 @@
 namespace estancia {
 namespace {
 
-constexpr int mostColumns = 160;  // a third of a degree is fine enough for walls and words
+constexpr int mostColumns = 320;  // a fifth of a degree: small things have some pixels
 constexpr int largestSide = 4096;
+constexpr std::size_t mostSegments = 255;  // numbers of a byte
+
+std::vector<unsigned char> pngOf(const cv::Mat& image) {
+  std::vector<unsigned char> png;
+  cv::imencode(".png", image, png);
+  return png;
+}
+
+/// Empty where it cannot be decoded. The size stands in the header: nothing large is decoded.
+cv::Mat imageOf(const std::vector<unsigned char>& png) {
+  const auto side = [&png](std::size_t at) {
+    return png.size() < at + 4 ? 0 : png[at] << 24 | png[at + 1] << 16 | png[at + 2] << 8 | png[at + 3];
+  };
+  const int columns = side(16), rows = side(20);
+  if (columns < 1 || rows < 1 || columns > largestSide || rows > largestSide) return {};
+  return cv::imdecode(png, cv::IMREAD_UNCHANGED);
+}
 
 }  // namespace
 
@@ -44,37 +62,77 @@ cv::Mat depthOf(const Observation& observation) {
   return depth;
 }
 
+void findSegments(Observation& observation, const cv::Mat& image, const ClusterOptions& options) {
+  const Clusters found = findClusters(depthOf(observation), observation.camera, options);
+  observation.segments = cv::Mat(observation.depth.size(), CV_8U, cv::Scalar(0));
+  observation.info.clear();
+  cv::Mat colors;
+  if (!image.empty()) cv::resize(image, colors, observation.depth.size(), 0, 0, cv::INTER_AREA);
+  for (const Cluster& cluster : found.clusters) {
+    if (observation.info.size() == mostSegments) break;
+    const auto number = static_cast<std::uint8_t>(observation.info.size() + 1);
+    cv::Vec3d sum;
+    for (const std::uint32_t pixel : cluster.points) {
+      observation.segments.data[pixel] = number;
+      if (!colors.empty()) sum += colors.ptr<cv::Vec3b>()[pixel];
+    }
+    const auto mean = [&](int channel) {
+      return cv::saturate_cast<std::uint8_t>(sum[channel] / static_cast<double>(cluster.points.size()));
+    };
+    observation.info.push_back({cluster.box, cluster.flat, cluster.atBorder, {mean(2), mean(1), mean(0)}});
+  }
+}
+
 std::string toBytes(const Observation& observation) {
   ByteWriter writer;
   for (const double value :
        {observation.camera.fx, observation.camera.fy, observation.camera.cx, observation.camera.cy})
     writer.number(value);
-  std::vector<unsigned char> png;
-  cv::imencode(".png", observation.depth, png);
-  writer.numbers(png);
+  writer.numbers(pngOf(observation.depth));
+  writer.number(static_cast<std::uint8_t>(!observation.segments.empty()));
+  if (observation.segments.empty()) return writer.bytes();
+  writer.numbers(pngOf(observation.segments));
+  writer.number(static_cast<std::uint8_t>(observation.info.size()));
+  for (const Observation::Segment& segment : observation.info) {
+    for (const int side : {segment.box.x, segment.box.y, segment.box.width, segment.box.height})
+      writer.number(static_cast<std::uint16_t>(side));
+    writer.number(static_cast<std::uint8_t>((segment.flat ? 1 : 0) | (segment.atBorder ? 2 : 0)));
+    for (const std::uint8_t channel : segment.color) writer.number(channel);
+  }
   return writer.bytes();
 }
 
 Observation observationFromBytes(std::string_view bytes) {
   ByteReader reader(bytes, "an observation", "map the sequence again");
+  const auto damaged = [&reader](const char* what) { reader.fail(what, ErrorCode::corruptFile); };
   Observation seen;
   const auto fx = reader.number<double>(), fy = reader.number<double>(), cx = reader.number<double>(),
              cy = reader.number<double>();
-  const auto png = reader.numbers<unsigned char>();
-  // The size stands in the PNG's header: nothing large is decoded.
-  const auto side = [&png](std::size_t at) {
-    return png.size() < at + 4 ? 0 : png[at] << 24 | png[at + 1] << 16 | png[at + 2] << 8 | png[at + 3];
-  };
-  if (const int columns = side(16), rows = side(20);
-      columns < 1 || rows < 1 || columns > largestSide || rows > largestSide)
-    reader.fail("its depth image is damaged", ErrorCode::corruptFile);
-  seen.depth = cv::imdecode(png, cv::IMREAD_UNCHANGED);
-  if (seen.depth.empty() || seen.depth.type() != CV_16U)
-    reader.fail("its depth image is damaged", ErrorCode::corruptFile);
+  seen.depth = imageOf(reader.numbers<unsigned char>());
+  if (seen.depth.type() != CV_16U) damaged("its depth image is damaged");
   seen.camera = {seen.depth.cols, seen.depth.rows, fx, fy, cx, cy};
   for (const double value : {fx, fy, cx, cy})
-    if (!std::isfinite(value)) reader.fail("its camera is damaged", ErrorCode::corruptFile);
-  if (fx <= 0 || fy <= 0) reader.fail("its camera is damaged", ErrorCode::corruptFile);
+    if (!std::isfinite(value)) damaged("its camera is damaged");
+  if (fx <= 0 || fy <= 0) damaged("its camera is damaged");
+  if (reader.number<std::uint8_t>() == 0) return seen;
+  seen.segments = imageOf(reader.numbers<unsigned char>());
+  seen.info.resize(reader.number<std::uint8_t>());
+  double most = 0;
+  if (seen.segments.type() == CV_8U) cv::minMaxLoc(seen.segments, nullptr, &most);
+  if (seen.segments.type() != CV_8U || seen.segments.size() != seen.depth.size() ||
+      most > static_cast<double>(seen.info.size()))
+    damaged("its segments are damaged");
+  for (Observation::Segment& segment : seen.info) {
+    std::array<int, 4> box{};
+    for (int& side : box) side = reader.number<std::uint16_t>();
+    segment.box = {box[0], box[1], box[2], box[3]};
+    if ((segment.box & cv::Rect({}, seen.depth.size())) != segment.box || segment.box.empty())
+      damaged("a segment leaves its image");
+    const auto flags = reader.number<std::uint8_t>();
+    segment.flat = (flags & 1) != 0;
+    segment.atBorder = (flags & 2) != 0;
+    for (std::uint8_t& channel : segment.color) channel = reader.number<std::uint8_t>();
+  }
   return seen;
 }
 

@@ -2,10 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <opencv2/core/mat.hpp>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "estancia/cloud/clusters.hpp"
 #include "estancia/core/camera.hpp"
 
 namespace estancia {
@@ -13,16 +17,31 @@ namespace estancia {
 /// The evidence of one frame, in its camera's frame: the layers of a map are made of it again whenever the
 /// poses are corrected, or a map is continued.
 struct Observation {
-  /// Every n-th pixel of the depth image along the optical axis: CV_16U [mm], 0 where unknown; at most 160
+  /// Every n-th pixel of the depth image along the optical axis: CV_16U [mm], 0 where unknown; at most 320
   /// pixels wide.
   cv::Mat depth;
   /// Of `depth`.
   CameraIntrinsics camera;
+  /// The segment of each pixel of `depth`, from 1 on, 0 for none: CV_8U; empty where nobody asked.
+  cv::Mat segments;
+  struct Segment {
+    /// Its pixels in `depth`.
+    cv::Rect box;
+    bool flat = false, atBorder = false;
+    /// Mean, red, green, blue.
+    std::array<std::uint8_t, 3> color = {};
+  };
+  /// Of segment 1, 2 …
+  std::vector<Segment> info;
 };
 
 /// `depth`: CV_32F [m], 0 or not finite where unknown; `camera` may have images of another size. Throws Error
 /// (invalidInput) for other images and cameras.
 Observation observe(const cv::Mat& depth, const CameraIntrinsics& camera);
+
+/// Finds the segments of an observation, the 255 largest. `image`: BGR, the same view in any size; may be
+/// empty. Throws Error as findClusters().
+void findSegments(Observation& observation, const cv::Mat& image, const ClusterOptions& options);
 
 /// Its depth [m], CV_32F.
 cv::Mat depthOf(const Observation& observation);

@@ -34,7 +34,16 @@ struct WorldZone {
 };
 
 /// What a thing stands on.
-enum class Support { unknown, floor, object };
+enum class Support {
+  unknown,
+  floor,
+  /// Another object.
+  object,
+  /// A surface that is no object.
+  surface,
+  /// It hangs at a wall.
+  wall
+};
 
 /// A thing that was seen in several frames: one instance, from whatever side and however often it was seen.
 struct WorldObject {

@@ -8,11 +8,15 @@
 #include <string>
 
 #include "estancia/areas/areas.hpp"
+#include "estancia/cloud/clusters.hpp"
 #include "estancia/core/camera.hpp"
 #include "estancia/core/options.hpp"
+#include "estancia/objects/instance_map.hpp"
 #include "estancia/topology/session.hpp"
 
 namespace estancia {
+
+class Labeler;
 
 /// What a map holds above its places, as far as the drive allows.
 struct WorldLayers {
@@ -28,7 +32,10 @@ struct WorldOptions {
   std::optional<WorldLayers> layers;
   double viewShift = 0.05;
   double viewTurn = 3;
+  std::size_t crops = 2;
   AreaOptions areas;
+  ClusterOptions segments;
+  InstanceMapOptions objects;
 };
 OptionGroup declare(WorldOptions& options);
 
@@ -40,17 +47,20 @@ constexpr std::size_t mostFramesOfZones = 5000;
 /// is continued, and they never disagree.
 class WorldMapper {
  public:
-  /// Goes on with the layers of the session's map, if it has any. The session must outlive it. Throws Error:
+  /// Goes on with the layers of the session's map, if it has any. `labeler` names objects by images of them;
+  /// without one, or with one that needs no images, they have no words. Both must outlive it. Throws Error:
   /// invalidOption, corruptFile, and mismatch when other layers are wanted than the map has.
-  explicit WorldMapper(MappingSession& session, const WorldOptions& options = {});
+  explicit WorldMapper(MappingSession& session, const WorldOptions& options = {}, Labeler* labeler = nullptr);
   WorldMapper(WorldMapper&&) noexcept;
   ~WorldMapper();
 
-  /// Takes the depth of the frame that is added to the session next: CV_32F [m], 0 where unknown, empty where
-  /// there is none; `camera` has images of any size. A frame without depth or pose, or from where the robot
-  /// has just looked, adds nothing. Throws Error (invalidInput, mismatch).
-  void observe(const Frame& frame, DescriptorView descriptor, const cv::Mat& depth,
+  /// Takes the frame that is added to the session next: its image (BGR, may be empty), and its depth: CV_32F
+  /// [m], 0 where unknown, empty where there is none; `camera` has images of any size. A frame without depth
+  /// or pose, or from where the robot has just looked, adds nothing. Throws Error (invalidInput, mismatch).
+  void observe(const Frame& frame, DescriptorView descriptor, const cv::Mat& image, const cv::Mat& depth,
                const CameraIntrinsics& camera);
+  /// Whether it wants the images of frames with depth and pose, to name and color objects.
+  bool wantsImages() const;
   /// Takes a correction by a person.
   void correct(const AreaEdit& edit);
   /// Derives the layers and writes them, after the session's finish(). More frames may follow.

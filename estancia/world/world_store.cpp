@@ -5,7 +5,6 @@
 
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -14,6 +13,7 @@
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/topology/sqlite.hpp"
+#include "estancia/topology/store_read.hpp"
 
 namespace estancia {
 namespace {
@@ -46,7 +46,7 @@ CREATE TABLE IF NOT EXISTS object_views(frame INTEGER NOT NULL, segment INTEGER 
 CREATE INDEX IF NOT EXISTS views_of_object ON object_views(object, quality);
 )sql";
 
-constexpr std::array<const char*, 3> supports{"", "floor", "object"};
+constexpr std::array<const char*, 5> supports{"", "floor", "object", "surface", "wall"};
 
 constexpr std::array<const char*, 3> kinds{"name", "merge", "split"};
 constexpr std::int64_t mostCells = 64'000'000;
@@ -258,7 +258,7 @@ void WorldStore::putView(const LabeledSegment& view, std::span<const unsigned ch
   Statement(store_.database(),
             "INSERT OR REPLACE INTO object_views(frame, segment, quality, words, jpeg) "
             "VALUES(?1, ?2, ?3, ?4, ?5)",
-            view.frame, view.segment, view.quality, std::as_bytes(std::span(view.words)), std::as_bytes(jpeg))
+            view.frame, view.segment, view.quality, std::span<const float>(view.words), std::as_bytes(jpeg))
       .execute();
 }
 
@@ -307,14 +307,7 @@ std::vector<LabeledSegment> WorldStore::views() const {
       database.failDamaged("a view of an object is of no frame");
     LabeledSegment view{static_cast<std::size_t>(rows.integer(0)), static_cast<std::size_t>(rows.integer(1)),
                         finite(database, rows, 2, "the quality of a view")};
-    const std::span<const std::byte> words = rows.bytes(3);
-    if (words.size() % sizeof(LabelWeight) != 0 || words.size() / sizeof(LabelWeight) > labels)
-      database.failDamaged("the words of a view are cut off");
-    view.words.resize(words.size() / sizeof(LabelWeight));
-    if (!words.empty()) std::memcpy(view.words.data(), words.data(), words.size());
-    for (const LabelWeight& word : view.words)
-      if (word.label >= labels || !(word.probability >= 0 && word.probability <= 1.001F))
-        database.failDamaged("a view of an object has a word that is none");
+    readValues(database, rows.bytes(3), labels, "the words of a view", view.words);
     views.push_back(std::move(view));
   }
   return views;

@@ -10,18 +10,13 @@
 #include <utility>
 #include <vector>
 
+#include "estancia/core/descriptor.hpp"
 #include "estancia/topology/store.hpp"
 #include "estancia/world/observation.hpp"
 #include "estancia/world/world_map.hpp"
 #include "estancia/zones/zones.hpp"
 
 namespace estancia {
-
-/// A label's number in the vocabulary, and its probability.
-struct LabelWeight {
-  std::uint32_t label = 0;
-  float probability = 0;
-};
 
 /// An image of a segment that was labeled.
 struct LabeledSegment {
@@ -30,8 +25,8 @@ struct LabeledSegment {
   std::size_t segment = 0;
   /// How well it shows the thing: its pixels; less where the image cuts it.
   double quality = 0;
-  /// Its likely labels, by number; the others count as 0.
-  std::vector<LabelWeight> words = {};
+  /// One probability a label.
+  LexicalDescriptor words = {};
 };
 
 /// The layers above the places of a map. What is written belongs to the store's transaction.

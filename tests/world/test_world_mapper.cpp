@@ -31,7 +31,8 @@ void mapUpTo(const FlatDrive& drive, std::size_t end, const fs::path& file) {
                        : MappingSession::create(file, labeled.vocabulary, labeled.model, MapperOptions{});
   WorldMapper world(session);
   for (std::size_t i = session.frames(); i < end; ++i) {
-    world.observe(drive.frame(i), labeled.descriptors.row(i), drive.depth(i), *drive.intrinsics());
+    world.observe(drive.frame(i), labeled.descriptors.row(i), drive.image(i), drive.depth(i),
+                  *drive.intrinsics());
     session.add(drive.frame(i), labeled.descriptors.row(i));
   }
   session.finish();

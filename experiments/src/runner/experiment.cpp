@@ -12,6 +12,7 @@
 #include "estancia/classify/classifier.hpp"
 #include "estancia/core/config.hpp"
 #include "estancia/core/error.hpp"
+#include "experiments/src/objects/home_objects.hpp"
 #include "experiments/src/objects/home_segmentation.hpp"
 #include "experiments/src/objects/object_segmentation.hpp"
 #include "experiments/src/objects/object_splits.hpp"
@@ -86,6 +87,9 @@ struct Kind {
 };
 
 constexpr Kind kKinds[] = {
+    {"home-objects",
+     "things of a furnished home in its map, each as one instance, and instances that are none",
+     homeObjectColumns, false, prepare<readHomeSegmentation, findHomeObjects>},
     {"home-segmentation", "things of a furnished home found by class, and clusters that are none",
      homeSegmentationColumns, false, prepare<readHomeSegmentation, segmentHomes>},
     {"localization", "one drive found in the map of another, by each image alone and by all so far",

@@ -1,0 +1,58 @@
+// Standing: what things stand on, and which parts belong together because nothing floats. Private.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <set>
+#include <unordered_map>
+#include <vector>
+
+#include "estancia/objects/instance_map.hpp"
+
+namespace estancia {
+
+/// The voxels of a thing, each with its masks' mean point [m], from the voxel's corner.
+struct Thing {
+  std::vector<std::uint32_t> masks;
+  std::unordered_map<VoxelKey, cv::Vec3f, VoxelHash> voxels = {};
+  bool gone = false;
+};
+
+/// What is around the foot and the sides of a thing.
+struct Footing {
+  /// Height of its foot [voxels].
+  int bottom = 0;
+  /// Share of the cells around its foot that are a surface at that height: of no thing, of this thing.
+  double surface = 0;
+  std::unordered_map<int, double> things;
+  /// Its voxels that touch this thing.
+  std::unordered_map<int, std::size_t> contact;
+  /// Share of its voxels that have a surface of no thing beside them.
+  double wall = 0;
+};
+
+/// Where things are among what was seen.
+class Standing {
+ public:
+  Standing(const InstanceMap::Voxels& voxels, std::vector<Thing>& things);
+
+  Footing footingOf(int thing) const;
+  /// The height of the floor [voxels]: the height below `eyes` at which most was seen.
+  int floorLevel(int eyes) const;
+  /// Joins each thing that stands on nothing to the larger one that it touches most.
+  void joinFloating(int floor);
+
+ private:
+  bool isSurface(const VoxelKey& at) const { return voxels_.contains(at) && !owner_.contains(at); }
+
+  const InstanceMap::Voxels& voxels_;
+  std::vector<Thing>& things_;
+  std::unordered_map<VoxelKey, int, VoxelHash> owner_;
+};
+
+/// Whether so much around its foot is a surface that it stands there.
+bool stands(const Footing& footing);
+/// The thing that it stands on; -1 for none.
+int carrierOf(const Footing& footing);
+
+}  // namespace estancia

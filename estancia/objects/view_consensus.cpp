@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/objects/view_consensus.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <map>
+#include <numeric>
+#include <set>
+#include <unordered_map>
+#include <utility>
+
+#include "estancia/cloud/segments.hpp"
+
+namespace estancia {
+namespace {
+
+using SeenMask = InstanceMap::Mask;
+using Voxels = InstanceMap::Voxels;
+
+/// Of a mask that another frame must see, to see it.
+constexpr double visibleShare = 0.3;
+constexpr std::uint32_t visibleVoxels = 4;
+/// Of what a frame sees of a mask that must be in one of its masks, to hold it.
+constexpr double heldShare = 0.8;
+/// Of the frames that see a mask, from which on they split it.
+constexpr double splitShare = 0.3;
+/// Of the views of a mask's place that must be masks, for a thing to be there.
+constexpr double objectShare = 0.5;
+
+/// A set of frames.
+class FrameSet {
+ public:
+  void insert(std::size_t frame) {
+    if (frame / 64 >= bits_.size()) bits_.resize(frame / 64 + 1);
+    bits_[frame / 64] |= std::uint64_t{1} << frame % 64;
+  }
+  void merge(const FrameSet& other) {
+    bits_.resize(std::max(bits_.size(), other.bits_.size()));
+    for (std::size_t i = 0; i < other.bits_.size(); ++i) bits_[i] |= other.bits_[i];
+  }
+  std::size_t inCommon(const FrameSet& other) const {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < std::min(bits_.size(), other.bits_.size()); ++i)
+      count += static_cast<std::size_t>(std::popcount(bits_[i] & other.bits_[i]));
+    return count;
+  }
+
+ private:
+  std::vector<std::uint64_t> bits_;
+};
+
+/// Masks that show one thing.
+struct Group {
+  std::vector<std::uint32_t> masks;
+  /// Masks that hold one of them, ascending.
+  std::vector<std::uint32_t> holders;
+  FrameSet seenBy;
+};
+
+bool isObject(const SeenMask& mask, const Voxels& voxels) {
+  double seen = 0, masked = 0;
+  for (const SeenMask::Part& part : mask.parts) {
+    const InstanceMap::Voxel& voxel = voxels.at(part.at);
+    seen += voxel.seen;
+    masked += voxel.masked;
+  }
+  return masked >= objectShare * seen;
+}
+
+/// What other frames say of a mask. Returns whether it is of use.
+bool observe(std::uint32_t number, const Voxels& voxels, const std::vector<SeenMask>& masks,
+             const std::vector<std::size_t>& frameOf, Group& group) {
+  const SeenMask& mask = masks[number];
+  if (!isObject(mask, voxels)) return false;
+  std::unordered_map<std::uint32_t, std::uint32_t> shared;  // voxels by mask
+  for (const SeenMask::Part& part : mask.parts)
+    for (const std::uint32_t other : voxels.at(part.at).masks) ++shared[other];
+  struct View {
+    std::uint32_t voxels = 0, most = 0, holder = 0;
+  };
+  std::map<std::size_t, View> views;
+  for (const auto& [other, count] : shared) {
+    View& view = views[frameOf[other]];
+    view.voxels += count;
+    if (count > view.most || (count == view.most && other < view.holder)) {
+      view.most = count;
+      view.holder = other;
+    }
+  }
+  std::size_t seen = 0, split = 0;
+  for (const auto& [frame, view] : views) {
+    if (view.voxels < visibleVoxels || view.voxels < visibleShare * static_cast<double>(mask.parts.size()))
+      continue;
+    ++seen;
+    group.seenBy.insert(frame);
+    if (view.most >= heldShare * view.voxels)
+      group.holders.push_back(view.holder);
+    else
+      ++split;
+  }
+  std::ranges::sort(group.holders);
+  group.masks = {number};
+  return static_cast<double>(split) <= splitShare * static_cast<double>(seen);
+}
+
+/// Pairs of groups that a mask holds together, each once.
+std::set<std::pair<std::size_t, std::size_t>> heldTogether(const std::vector<Group>& groups) {
+  std::map<std::uint32_t, std::vector<std::size_t>> heldBy;
+  for (std::size_t g = 0; g < groups.size(); ++g)
+    for (const std::uint32_t holder : groups[g].holders) heldBy[holder].push_back(g);
+  std::set<std::pair<std::size_t, std::size_t>> pairs;
+  for (const auto& [holder, held] : heldBy)
+    for (std::size_t i = 0; i < held.size(); ++i)
+      for (std::size_t j = i + 1; j < held.size(); ++j) pairs.emplace(held[i], held[j]);
+  return pairs;
+}
+
+/// Frames that hold both in one mask.
+std::size_t agreeing(const Group& a, const Group& b, const std::vector<std::size_t>& frameOf) {
+  std::vector<std::uint32_t> both;
+  std::ranges::set_intersection(a.holders, b.holders, std::back_inserter(both));
+  std::set<std::size_t> frames;
+  for (const std::uint32_t holder : both) frames.insert(frameOf[holder]);
+  return frames.size();
+}
+
+std::vector<Group> merged(const std::vector<Group>& groups, DisjointSets& sets) {
+  std::map<std::uint32_t, Group> bySet;
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    Group& into = bySet[sets.find(static_cast<std::uint32_t>(g))];
+    into.masks.insert(into.masks.end(), groups[g].masks.begin(), groups[g].masks.end());
+    into.holders.insert(into.holders.end(), groups[g].holders.begin(), groups[g].holders.end());
+    into.seenBy.merge(groups[g].seenBy);
+  }
+  std::vector<Group> result;
+  for (auto& [set, group] : bySet) {
+    std::ranges::sort(group.masks);
+    std::ranges::sort(group.holders);
+    const auto [first, last] = std::ranges::unique(group.holders);
+    group.holders.erase(first, last);
+    result.push_back(std::move(group));
+  }
+  return result;
+}
+
+}  // namespace
+
+std::vector<std::vector<std::uint32_t>> clusterMasks(const Voxels& voxels, const std::vector<SeenMask>& masks,
+                                                     double consensus) {
+  std::vector<std::size_t> frameOf;  // by the order of frames, without gaps
+  std::map<std::size_t, std::size_t> order;
+  for (const SeenMask& mask : masks) frameOf.push_back(order.emplace(mask.frame, order.size()).first->second);
+  std::vector<Group> groups;
+  for (std::uint32_t m = 0; m < masks.size(); ++m)
+    if (Group group; observe(m, voxels, masks, frameOf, group)) groups.push_back(std::move(group));
+  for (std::size_t observers = order.size(); observers > 0 && !groups.empty();
+       observers = observers * 4 / 5) {
+    DisjointSets sets(groups.size());
+    bool any = false;
+    for (const auto& [a, b] : heldTogether(groups)) {
+      const std::size_t seen = groups[a].seenBy.inCommon(groups[b].seenBy);
+      if (seen < observers || static_cast<double>(agreeing(groups[a], groups[b], frameOf)) <
+                                  consensus * static_cast<double>(seen))
+        continue;
+      sets.join(static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b));
+      any = true;
+    }
+    if (any) groups = merged(groups, sets);
+  }
+  std::vector<std::vector<std::uint32_t>> clusters;
+  for (Group& group : groups) clusters.push_back(std::move(group.masks));
+  std::ranges::sort(clusters);
+  return clusters;
+}
+
+}  // namespace estancia
