@@ -103,25 +103,52 @@ bool observe(std::uint32_t number, const Voxels& voxels, const std::vector<SeenM
   return static_cast<double>(split) <= splitShare * static_cast<double>(seen);
 }
 
-/// Pairs of groups that a mask holds together, each once.
-std::set<std::pair<std::size_t, std::size_t>> heldTogether(const std::vector<Group>& groups) {
-  std::map<std::uint32_t, std::vector<std::size_t>> heldBy;
-  for (std::size_t g = 0; g < groups.size(); ++g)
-    for (const std::uint32_t holder : groups[g].holders) heldBy[holder].push_back(g);
-  std::set<std::pair<std::size_t, std::size_t>> pairs;
-  for (const auto& [holder, held] : heldBy)
-    for (std::size_t i = 0; i < held.size(); ++i)
-      for (std::size_t j = i + 1; j < held.size(); ++j) pairs.emplace(held[i], held[j]);
-  return pairs;
+/// Frames that hold both in one mask. Masks are numbered frame by frame.
+std::size_t agreeing(const Group& a, const Group& b, const std::vector<std::size_t>& frameOf) {
+  std::size_t frames = 0, last = frameOf.size();
+  for (auto i = a.holders.begin(), j = b.holders.begin(); i != a.holders.end() && j != b.holders.end();) {
+    if (*i < *j) {
+      ++i;
+    } else if (*j < *i) {
+      ++j;
+    } else {
+      if (frameOf[*i] != last) ++frames;
+      last = frameOf[*i];
+      ++i, ++j;
+    }
+  }
+  return frames;
 }
 
-/// Frames that hold both in one mask.
-std::size_t agreeing(const Group& a, const Group& b, const std::vector<std::size_t>& frameOf) {
-  std::vector<std::uint32_t> both;
-  std::ranges::set_intersection(a.holders, b.holders, std::back_inserter(both));
-  std::set<std::size_t> frames;
-  for (const std::uint32_t holder : both) frames.insert(frameOf[holder]);
-  return frames.size();
+/// Two groups that most frames which see both have in one mask.
+struct Pair {
+  std::uint32_t a, b;
+  std::size_t seen;
+};
+
+/// Of all pairs that any mask holds together.
+std::vector<Pair> agreedPairs(const std::vector<Group>& groups, const std::vector<std::size_t>& frameOf,
+                              double consensus) {
+  std::map<std::uint32_t, std::vector<std::uint32_t>> heldBy;
+  for (std::uint32_t g = 0; g < groups.size(); ++g)
+    for (const std::uint32_t holder : groups[g].holders) heldBy[holder].push_back(g);
+  std::vector<std::uint64_t> held;
+  for (const auto& [holder, together] : heldBy)
+    for (std::size_t i = 0; i < together.size(); ++i)
+      for (std::size_t j = i + 1; j < together.size(); ++j)
+        held.push_back(std::uint64_t{together[i]} << 32 | together[j]);
+  std::ranges::sort(held);
+  const auto repeated = std::ranges::unique(held);
+  held.erase(repeated.begin(), repeated.end());
+  std::vector<Pair> pairs;
+  for (const std::uint64_t both : held) {
+    const Pair pair{static_cast<std::uint32_t>(both >> 32), static_cast<std::uint32_t>(both), 0};
+    const Group &a = groups[pair.a], &b = groups[pair.b];
+    const std::size_t seen = a.seenBy.inCommon(b.seenBy);
+    if (static_cast<double>(agreeing(a, b, frameOf)) >= consensus * static_cast<double>(seen))
+      pairs.push_back({pair.a, pair.b, seen});
+  }
+  return pairs;
 }
 
 std::vector<Group> merged(const std::vector<Group>& groups, DisjointSets& sets) {
@@ -153,19 +180,18 @@ std::vector<std::vector<std::uint32_t>> clusterMasks(const Voxels& voxels, const
   std::vector<Group> groups;
   for (std::uint32_t m = 0; m < masks.size(); ++m)
     if (Group group; observe(m, voxels, masks, frameOf, group)) groups.push_back(std::move(group));
-  for (std::size_t observers = order.size(); observers > 0 && !groups.empty();
-       observers = observers * 4 / 5) {
+  std::vector<Pair> pairs = agreedPairs(groups, frameOf, consensus);
+  for (std::size_t observers = order.size(); observers > 0; observers = observers * 4 / 5) {
     DisjointSets sets(groups.size());
     bool any = false;
-    for (const auto& [a, b] : heldTogether(groups)) {
-      const std::size_t seen = groups[a].seenBy.inCommon(groups[b].seenBy);
-      if (seen < observers || static_cast<double>(agreeing(groups[a], groups[b], frameOf)) <
-                                  consensus * static_cast<double>(seen))
-        continue;
-      sets.join(static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b));
-      any = true;
-    }
-    if (any) groups = merged(groups, sets);
+    for (const Pair& pair : pairs)
+      if (pair.seen >= observers) {
+        sets.join(pair.a, pair.b);
+        any = true;
+      }
+    if (!any) continue;
+    groups = merged(groups, sets);
+    pairs = agreedPairs(groups, frameOf, consensus);
   }
   std::vector<std::vector<std::uint32_t>> clusters;
   for (Group& group : groups) clusters.push_back(std::move(group.masks));
