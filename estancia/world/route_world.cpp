@@ -88,6 +88,7 @@ std::optional<WorldRoute> routeToObject(const WorldMap& world, const std::vector
   const ViewPoses poses(world, options.viewAngle);
   const auto nodeOf = [&world](std::size_t frame) { return world.places.frames[frame].node; };
   std::vector<FacedObject> goals;
+  goals.reserve(answers.size());
   for (const ObjectAnswer& answer : answers)
     goals.push_back({answer, answer.probability,
                      poses.find(*world.findObject(answer.object),
@@ -152,7 +153,7 @@ WorldRoute routeInWorld(const WorldMap& world, int from, const std::string& to,
     throw NoAnswerError(fmt::format("no {} with \"{}\" can be reached from node {}{}",
                                     answers.places.empty() ? "object" : "place", printable(to), from,
                                     whyNoWay(options)));
-  return {.route = ways.routeTo(goal->node), .place = *goal, .meaning = answers};
+  return {.route = ways.routeTo(goal->node), .place = *goal, .meaning = {answers.labels, answers.rooms}};
 }
 
 std::vector<int> areasAlong(const WorldMap& world, const Route& route) {

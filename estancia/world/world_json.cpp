@@ -80,7 +80,7 @@ Json toJson(const WorldObject& object, const WorldMap& world) {
 }
 
 Json toJson(const std::string& words, const WorldAnswers& answers, const WorldMap& world) {
-  const Answers ofPlaces{answers, answers.places};
+  const Answers ofPlaces{{answers.labels, answers.rooms}, answers.places};
   const Json base = toJson(words, ofPlaces, world.places, placesOf(world.places));
   Json json{{"words", base["words"]}, {"labels", base["labels"]}, {"rooms", base["rooms"]},
             {"areas", Json::array()}, {"objects", Json::array()}, {"places", base["places"]}};
