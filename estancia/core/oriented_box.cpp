@@ -48,8 +48,9 @@ double intersectionOverUnion(const OrientedBox& a, const OrientedBox& b) {
   const double height = std::min(a.center.z + a.size.z / 2, b.center.z + b.size.z / 2) -
                         std::max(a.center.z - a.size.z / 2, b.center.z - b.size.z / 2);
   const double reach = (std::hypot(a.size.x, a.size.y) + std::hypot(b.size.x, b.size.y)) / 2;
+  if (!std::isfinite(a.yaw) || !std::isfinite(b.yaw)) return 0;
   if (!(height > 0) || !(a.volume() > 0) || !(b.volume() > 0) ||
-      std::hypot(a.center.x - b.center.x, a.center.y - b.center.y) >= reach)
+      !(std::hypot(a.center.x - b.center.x, a.center.y - b.center.y) < reach))
     return 0;
   std::vector<cv::Point2f> common;
   const double both = height * static_cast<double>(cv::intersectConvexConvex(footprint(a, a.center),
