@@ -28,7 +28,7 @@ const RecognitionCell& cellAt(const RecognitionResults& r, const Place& at, std:
 }
 
 /// What is not the same for all.
-std::string nameOf(const RecognitionResults& r, const Place& at) {
+std::string curveName(const RecognitionResults& r, const Place& at) {
   std::vector<std::string> parts;
   if (r.presets.size() > 1) parts.push_back(r.presets[at.preset]);
   if (r.descriptors.size() > 1) parts.push_back(r.descriptors[at.descriptor]);
@@ -61,7 +61,7 @@ std::string bestByNoise(const RecognitionResults& r) {
     sentences.push_back(
         fmt::format("{}: at best {} of {} are found where they are, with {} of {} false positives ({}).",
                     *noise == 0 ? "Without noise" : "With noise of " + millimeters(*noise), cell.correct,
-                    cell.pairs, cell.falsePositives, cell.absent, nameOf(r, best)));
+                    cell.pairs, cell.falsePositives, cell.absent, curveName(r, best)));
     if (*least == *most) break;
   }
   return fmt::format("{}", fmt::join(sentences, " "));
@@ -71,7 +71,7 @@ void addOverviews(const RecognitionResults& r, Findings& findings) {
   const auto compared = comparedOf(r);
   if (compared.size() < 2 || compared.size() > maxOverviewRows) return;
   std::vector<std::string> rows, noises;
-  for (const Place& place : compared) rows.push_back(nameOf(r, place));
+  for (const Place& place : compared) rows.push_back(curveName(r, place));
   for (const double noise : r.noises) noises.push_back(millimeters(noise));
   for (const RecognitionScore& score : {kCorrect, kFalsePositives, kVerified})
     findings.sections.emplace_back(pivot(
@@ -102,7 +102,8 @@ void addCurves(const RecognitionResults& r, Findings& findings) {
                         true};
         for (const std::size_t n : order) chart.x.push_back(1000 * r.noises[n]);
         for (std::size_t f = 0; f < r.sceneFilters.size(); ++f) {
-          auto& line = chart.lines.emplace_back(LineChart::Line{experiments::nameOf(r.sceneFilters[f]), {}});
+          auto& line =
+              chart.lines.emplace_back(LineChart::Line{experiments::nameOf(r.sceneFilters[f]), {}});
           for (const std::size_t n : order)
             line.y.push_back(r.mean(kCorrect, [&](const Place& at) {
               return at.preset == p && at.descriptor == d && at.modelFilter == m && at.noise == n &&
