@@ -132,7 +132,8 @@ std::vector<double> InstanceMap::worthLabeling() const {
     double labeled = 0;
     for (const Mask::Part& part : masks_[m].parts) labeled += voxels_.at(part.at).labeled;
     const auto parts = static_cast<double>(std::max<std::size_t>(1, masks_[m].parts.size()));
-    worth.push_back(static_cast<double>(masks_[m].pixels) / (1 + labeled / parts) / (1 + labeled / parts));
+    worth.push_back(std::sqrt(static_cast<double>(masks_[m].pixels)) /
+                    ((1 + labeled / parts) * (1 + labeled / parts)));
   }
   return worth;
 }

@@ -53,8 +53,9 @@ class InstanceMap {
   void add(std::size_t frame, const cv::Mat& depth, const cv::Mat& segments, const CameraIntrinsics& camera,
            const Pose& pose);
 
-  /// How much an image of each segment of the frame added last would tell, from segment 1 on: its pixels, by
-  /// how often its place has been labeled.
+  /// How much an image of each segment of the frame added last would tell, from segment 1 on: the side of a
+  /// square of its pixels, divided by the square of how often its place has been labeled, and once more. So a
+  /// new small thing comes before another image of a large one.
   std::vector<double> worthLabeling() const;
   /// An image of this segment has been labeled.
   void labeled(const SegmentPlace& segment);

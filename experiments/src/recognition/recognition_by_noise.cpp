@@ -102,8 +102,7 @@ void addCurves(const RecognitionResults& r, Findings& findings) {
                         true};
         for (const std::size_t n : order) chart.x.push_back(1000 * r.noises[n]);
         for (std::size_t f = 0; f < r.sceneFilters.size(); ++f) {
-          auto& line =
-              chart.lines.emplace_back(LineChart::Line{experiments::nameOf(r.sceneFilters[f]), {}});
+          auto& line = chart.lines.emplace_back(LineChart::Line{experiments::nameOf(r.sceneFilters[f]), {}});
           for (const std::size_t n : order)
             line.y.push_back(r.mean(kCorrect, [&](const Place& at) {
               return at.preset == p && at.descriptor == d && at.modelFilter == m && at.noise == n &&
