@@ -66,7 +66,7 @@ void addExportCommand(CLI::App& app) {
     formats += fmt::format("\n  {}: {}", name, explanation);
     names.push_back(name);
   }
-  formats += fmt::format("\n  Of a file of zones, {}: rooms and their words, as simple JSON", zoneFormat);
+  formats += fmt::format("\nA file of zones is written as {} only, with their words", zoneFormat);
   command->add_option("--format", arguments->format, formats)->required()->check(CLI::IsMember(names));
   addOutputOption(*command, arguments->output, "File to write; default: stdout");
   arguments->declared.add(declare(arguments->options), {"max-words", "frame", "bidirectional=one-way"});

@@ -82,6 +82,7 @@ class Layers {
   Layers(Labeling& labeling, MapRun& map, const WorldOptions& options)
       : sequence_(labeling.sequence()), labeler_(labeling.labeler()), map_(map), options_(options) {
     if (map_.session()) start();  // says at once what does not fit
+    sayWhatIsMissing();
   }
 
   /// Before the frame is added to the map.
@@ -105,6 +106,24 @@ class Layers {
 
  private:
   void start() { mapper_.emplace(map_.start(), options_, &labeler_); }
+
+  /// Why there are no areas and objects although there is depth, or although they were asked for.
+  void sayWhatIsMissing() const {
+    const bool asked = options_.layers && (options_.layers->areas || options_.layers->objects);
+    if (options_.layers && !asked) return;
+    bool posed = false;
+    for (std::size_t i = 0; i < sequence_.size() && !posed; ++i) posed = sequence_.frame(i).pose.has_value();
+    const std::string what = !sequence_.hasDepth()     ? "depth images"
+                             : !sequence_.intrinsics() ? "the camera of the depth images; give --intrinsics"
+                             : !posed ? "poses; make them by `estancia odometry estimate`, and give --poses"
+                                      : "";
+    if (what.empty()) return;
+    if (asked)
+      throw Error(ErrorCode::insufficientData,
+                  fmt::format("areas and objects need {}",
+                              sequence_.hasDepth() ? what : "depth, and " + sequence_.name() + " has none"));
+    if (sequence_.hasDepth()) spdlog::info("no areas and objects without {}", what);
+  }
 
   /// Empty where it cannot be read: its words are known, from a recording or the cache.
   cv::Mat imageOf(std::size_t i) const {

@@ -9,6 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "estancia/io/descriptor_sequence.hpp"
+#include "estancia/world/world_map.hpp"
 #include "support/errors.hpp"
 #include "support/floor_scene.hpp"
 #include "support/model_support.hpp"
@@ -81,11 +82,10 @@ TEST_F(AreasCommand, ZonesOfFramesOfTheSameNamesAreNotOfTheSameDrive) {
   EXPECT_THAT(run({"localize", map, words_, "--zones", file_}), FailsWith(ErrorCode::mismatch, file_));
 }
 
-TEST_F(AreasCommand, SaysThatAWordWasNotSeen) {
-  const std::string home = scratch_ / "home";
-  writeSmallModel(scratch_ / "small", "scale = 0.5");
+/// A turn in the middle of a room, whose walls are all green: "word 1" of the small model.
+void writeTurn(const std::string& home) {
   std::string poses;
-  for (int i = 0; i < 12; ++i) {  // a turn in the middle of a room, whose walls are all green: "word 1"
+  for (int i = 0; i < 12; ++i) {
     const Pose pose = lookingAt(2, 2, 1, i * std::numbers::pi / 6, -0.1);
     cv::Mat depth;
     boxDepth(pose, {0, 0, 4, 4}).convertTo(depth, CV_16U, 1000);
@@ -98,6 +98,12 @@ TEST_F(AreasCommand, SaysThatAWordWasNotSeen) {
   }
   writeFile(home + "/poses.txt", poses);
   writeFile(home + "/camera-intrinsics.txt", "52.5 0 31.5\n0 52.5 23.5\n0 0 1\n");
+}
+
+TEST_F(AreasCommand, SaysThatAWordWasNotSeen) {
+  const std::string home = scratch_ / "home";
+  writeSmallModel(scratch_ / "small", "scale = 0.5");
+  writeTurn(home);
   const auto find = [&](const std::string& word) {
     const auto found = run({"areas", "find", home, "-o", file_, "--overwrite", "--model", scratch_ / "small",
                             "--word", word, "--json"});
@@ -109,6 +115,44 @@ TEST_F(AreasCommand, SaysThatAWordWasNotSeen) {
   EXPECT_EQ(find("word 0")["p"], 0);
   EXPECT_TRUE(find("word 0")["position"].is_null()) << "not the first cell of the floor";
   EXPECT_TRUE(find("word 0")["area"].is_null());
+}
+
+TEST_F(AreasCommand, OfAMapAreNamedSplitAndMerged) {
+  const std::string home = scratch_ / "home", map = scratch_ / "home.estancia";
+  writeSmallModel(scratch_ / "small", "scale = 0.5");
+  writeTurn(home);
+  const std::vector<std::string> mapping{"map",        home, "-o", map, "--model", scratch_ / "small",
+                                         "--overwrite"};
+  ASSERT_EQ(run(mapping).exitCode, 0);
+  EXPECT_EQ(readWorld(map).areas.size(), 1U);
+  EXPECT_EQ(run({"areas", "split", map, "2", "0.1", "2", "3.9"}).exitCode, 0);
+  EXPECT_EQ(readWorld(map).areas.size(), 2U);
+  EXPECT_EQ(run({"name", map, "1", "Ana's \"room\""}).exitCode, 0);
+  EXPECT_EQ(readWorld(map).areas[1].displayName(), "Ana's \"room\"");
+  EXPECT_EQ(run({"areas", "merge", map, "0", "Ana's \"room\""}).exitCode, 0);
+  ASSERT_EQ(readWorld(map).areas.size(), 1U);
+  EXPECT_EQ(readWorld(map).areas[0].displayName(), "Ana's \"room\"");
+  EXPECT_THAT(run({"name", map, "cellar", "x"}), FailsWith(ErrorCode::unknownName, "Ana"));
+}
+
+TEST_F(AreasCommand, OfAMapNeedDepthItsCameraAndPoses) {
+  const std::string home = scratch_ / "home", map = scratch_ / "home.estancia";
+  writeSmallModel(scratch_ / "small", "scale = 0.5");
+  writeTurn(home);
+  const auto mapped = [&](const std::string& layers) {
+    return run({"map", home, "-o", map, "--model", scratch_ / "small", "--overwrite", "--layers", layers});
+  };
+  EXPECT_THAT(mapped("places,cellars"), FailsWith(ErrorCode::unknownName, "cellars"));
+  ASSERT_EQ(mapped("places,areas").exitCode, 0);
+  EXPECT_EQ(readWorld(map).zones.size(), 0U);
+  for (const char* file : {"/poses.txt", "/camera-intrinsics.txt", "/depth"}) {
+    std::filesystem::remove_all(home + file);
+    EXPECT_THAT(mapped("places,areas"), FailsWith(ErrorCode::insufficientData)) << file;
+    EXPECT_EQ(readWorld(map).areas.size(), 1U) << "the older map stays";
+  }
+  ASSERT_EQ(mapped("places,zones").exitCode, 0);
+  EXPECT_EQ(readWorld(map).areas.size(), 0U);
+  EXPECT_GE(readWorld(map).zones.size(), 1U);
 }
 
 }  // namespace

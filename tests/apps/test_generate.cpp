@@ -36,7 +36,7 @@ TEST(Generate, BashOffersCommandsOptionsAndValues) {
   EXPECT_THAT(offered("estancia zones find --li"), ElementsAre("--linkage"));
   EXPECT_THAT(offered("estancia zones find --linkage c"), ElementsAre("complete"));
   EXPECT_THAT(offered("estancia export home.estancia --format ''"),
-              ElementsAre("graphml", "json", "nav2", "rooms"));
+              ElementsAre("graphml", "json", "nav2", "rooms", "spark-dsg"));
   EXPECT_THAT(offered("estancia export home.estancia --max-words ''"), Not(Contains("graphml")));
 }
 

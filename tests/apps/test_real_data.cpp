@@ -1,11 +1,15 @@
 // The figures that the project promises, on real places with the default network
 // (docs/measured/benchmarks.md).
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
 #include <nlohmann/json.hpp>
 
+#include "estancia/world/world_map.hpp"
 #include "support/support.hpp"
 
 namespace estancia::test {
@@ -82,7 +86,7 @@ TEST(Home, IsFoundAgainInTheEveningOnAnotherWay) {
   ESTANCIA_NEEDS(data && model, "the rendered home or the default network are not here");
   const ScratchFolder scratch;
   const std::string map = scratch / "home.estancia";
-  const auto mapped = run({"map", *data / "day", "-o", map});
+  const auto mapped = run({"map", *data / "day", "-o", map, "--layers", "places"});
   ASSERT_EQ(mapped.exitCode, 0) << mapped.err;
   const json places = evaluated({map, "--truth", *data / "day"});
   EXPECT_EQ(places["frames_with_seen_room"], 320);
@@ -119,6 +123,27 @@ TEST(Home, HasRoomsThatAreFoundBySpaceAndNamedByWords) {
   ASSERT_EQ(run({"map", *data / "day", "-o", map}).exitCode, 0);
   const json evening = evaluated({map, *data / "evening", "--zones", scratch / "day.zones"});
   EXPECT_GE(evening["belief_zone_room"], 0.84);
+
+  // The map has the same areas, found in the pass that mapped the places, and objects in them.
+  const WorldMap world = readWorld(map);
+  ASSERT_EQ(world.places.frames.size(), 320U);
+  std::map<int, std::map<std::string, int>> rooms;
+  for (std::size_t i = 0; i < world.places.frames.size(); ++i) {
+    const MappedFrame& frame = world.places.frames[i];
+    ASSERT_NE(world.findArea(world.areaOfFrame[i]), nullptr) << frame.name;
+    const PlanarPose at = world.plan->floor.project(*frame.pose);
+    EXPECT_EQ(areaAt(*world.plan, {at.x, at.y}, 0.5), world.areaOfFrame[i]) << frame.name;
+    ++rooms[world.areaOfFrame[i]][frame.room];
+  }
+  EXPECT_EQ(rooms.size(), 6U);
+  EXPECT_GT(world.objects.size(), 60U);
+  EXPECT_LT(world.objects.size(), 140U) << "129 things are seen";
+  const auto washer = std::ranges::find(world.objects, "washer", &WorldObject::displayName);
+  ASSERT_NE(washer, world.objects.end());
+  EXPECT_GT(rooms[washer->area]["bathroom"], 0) << "it stands in the bathroom";
+  EXPECT_FALSE(readObjectImage(map, washer->id).empty());
+  const std::string asked = run({"ask", map, "washer"}).out;
+  EXPECT_THAT(asked, testing::HasSubstr(fmt::format("object {}", washer->id)));
 }
 
 TEST(Conjunction, OfThreeNetworksKnowsTheCorridorBetterThanAnyAlone) {
@@ -153,7 +178,8 @@ TEST(Kitchen, OfRedKitchenIsMappedAtItsTruePositions) {
       "name = \"mobilenet\"\nfile = \"net.onnx\"\nlabels = \"labels.txt\"\ninput = 160\nregion = \"square\"\n"
       "crop = 0.875\ncolor = \"RGB\"\nmean = 127.5\nscale = 0.00784313725490196\n");
   const std::string map = scratch / "kitchen.estancia";
-  const auto mapped = run({"map", *data, "-o", map, "--model", scratch / "model", "--json"});
+  const auto mapped =
+      run({"map", *data, "-o", map, "--model", scratch / "model", "--layers", "places", "--json"});
   ASSERT_EQ(mapped.exitCode, 0) << mapped.err;
   EXPECT_EQ(json::parse(mapped.out)["frames"], 200);
   const json quality = evaluated({map});
