@@ -17,6 +17,7 @@
 #include "estancia/areas/floor_survey.hpp"
 #include "estancia/cloud/crop_object.hpp"
 #include "estancia/core/fail.hpp"
+#include "estancia/core/frame_failure.hpp"
 #include "estancia/core/log_opinion_pool.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/core/rigid.hpp"
@@ -230,7 +231,16 @@ struct WorldMapper::Impl {
       const Observation::Segment& segment = seen.info[i];
       const cv::Mat crop = cropObject(image, inImage(segment.box, seen.depth.size(), image.size()));
       LabeledSegment labeled{frame, i + 1, value(i)};
-      labeled.words = labeler->label(crop);
+      try {
+        labeled.words = labeler->label(crop);
+      } catch (const FrameError&) {  // the next image may be labeled
+        continue;
+      } catch (const Error&) {
+        throw;
+      } catch (...) {
+        frameFailure("an image of an object");
+        continue;
+      }
       store.putView(labeled, encodeImage(crop));
       instances->labeled({frame, i + 1});
       labeledSegments.emplace(SegmentPlace(frame, i + 1), std::move(labeled));

@@ -5,8 +5,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
+#include <numbers>
 #include <set>
+#include <utility>
 
+#include "estancia/core/rigid.hpp"
+#include "estancia/label/labeler.hpp"
 #include "estancia/topology/sqlite.hpp"
 #include "estancia/world/edit_areas.hpp"
 #include "estancia/world/observation.hpp"
@@ -112,6 +118,110 @@ TEST(WorldMapper, HasNoAreasWithoutPosesOrDepth) {
   FlatDrive dark;
   dark.zero = [](std::size_t) { return true; };
   EXPECT_FALSE(mapOf(dark, folder / "dark.estancia").plan.has_value());
+}
+
+/// Knows a bed, but not in every image.
+class MoodyLabeler : public Labeler {
+ public:
+  const Vocabulary& vocabulary() const override { return vocabulary_; }
+  std::string identity() const override { return "test"; }
+  Prepared prepare(const cv::Mat& bgr, const std::string& /*frame*/) const override { return {bgr, "", {}}; }
+  LexicalDescriptor infer(const Prepared& /*image*/) override {
+    if (++asked % 2 == 0) throw FrameError("not this one");
+    return {0.7F, 0.1F, 0.1F, 0.1F};
+  }
+  std::size_t asked = 0;
+
+ private:
+  Vocabulary vocabulary_{{"bed", "stove", "doormat", "wall"}};
+};
+
+/// A parcel on the floor of an empty room, seen from all around.
+class ParcelDrive : public FlatDrive {
+ public:
+  ParcelDrive() {
+    intrinsics_ = CameraIntrinsics{160, 120, 131, 131, 79.5, 59.5};
+    for (std::size_t i = 0; i < frames_.size(); ++i) {
+      const double angle = 2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(size());
+      frames_[i].pose =
+          test::lookingAt(1.6 * std::cos(angle), 1.6 * std::sin(angle), 1.2, angle + std::numbers::pi, -0.5);
+    }
+  }
+  cv::Mat image(std::size_t) const override { return {120, 160, CV_8UC3, cv::Scalar(10, 20, 30)}; }
+  cv::Mat depth(std::size_t i) const override {
+    const cv::Affine3d pose = rigidOf(*frames_[i].pose);
+    cv::Mat depth(120, 160, CV_32F);
+    for (int v = 0; v < depth.rows; ++v)
+      for (int u = 0; u < depth.cols; ++u) {
+        const cv::Vec3d ray = pose.rotation() * cv::Vec3d(intrinsics_->slopeX(u), intrinsics_->slopeY(v), 1);
+        depth.at<float>(v, u) = static_cast<float>(
+            std::min(exitOf({-3, -3, 0}, {3, 3, 2.5}, pose.translation(), ray),
+                     entryOf({-0.25, -0.25, 0}, {0.25, 0.25, 0.5}, pose.translation(), ray)));
+      }
+    return depth;
+  }
+
+ private:
+  static std::pair<double, double> crossing(const cv::Vec3d& low, const cv::Vec3d& high,
+                                            const cv::Vec3d& from, const cv::Vec3d& ray) {
+    double enter = 0, leave = 100;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double a = (low[axis] - from[axis]) / ray[axis], b = (high[axis] - from[axis]) / ray[axis];
+      enter = std::max(enter, std::min(a, b));
+      leave = std::min(leave, std::max(a, b));
+    }
+    return {enter, leave};
+  }
+  static double exitOf(const cv::Vec3d& low, const cv::Vec3d& high, const cv::Vec3d& from,
+                       const cv::Vec3d& ray) {
+    return crossing(low, high, from, ray).second;
+  }
+  static double entryOf(const cv::Vec3d& low, const cv::Vec3d& high, const cv::Vec3d& from,
+                        const cv::Vec3d& ray) {
+    const auto [enter, leave] = crossing(low, high, from, ray);
+    return enter < leave ? enter : 100;
+  }
+};
+
+TEST(WorldMapper, NamesObjectsByImagesOfThemAlsoWhereSomeCannotBeLabeled) {
+  const ScratchFolder folder;
+  const ParcelDrive drive;
+  MoodyLabeler labeler;
+  const auto mapUntil = [&](std::size_t end, const fs::path& file) {
+    const DescriptorSequence labeled = drive.labeled();
+    MappingSession session =
+        fs::exists(file) ? MappingSession::resume(file, labeled.vocabulary, labeled.model)
+                         : MappingSession::create(file, labeled.vocabulary, labeled.model, MapperOptions{});
+    WorldMapper world(session, {}, &labeler);
+    for (std::size_t i = session.frames(); i < end; ++i) {
+      world.observe(drive.frame(i), labeled.descriptors.row(i), drive.image(i), drive.depth(i),
+                    *drive.intrinsics());
+      session.add(drive.frame(i), labeled.descriptors.row(i));
+    }
+    session.finish();
+    world.finish();
+    return readWorld(file);
+  };
+  const WorldMap world = mapUntil(drive.size(), folder / "parcel.estancia");
+  ASSERT_EQ(world.objects.size(), 1U);
+  const WorldObject& parcel = world.objects.front();
+  EXPECT_EQ(parcel.displayName(), "bed");
+  EXPECT_NEAR(cv::norm(parcel.center - cv::Point3d(0, 0, 0.25)), 0, 0.06);
+  EXPECT_NEAR(parcel.size.z, 0.5, 0.08);
+  EXPECT_EQ(parcel.support, Support::floor);
+  EXPECT_EQ(parcel.area, 0);
+  EXPECT_EQ(parcel.color, (std::array<int, 3>{30, 20, 10}));
+  EXPECT_EQ(parcel.firstFrame, 0U);
+  EXPECT_GT(labeler.asked, 10U);
+  EXPECT_FALSE(readObjectImage(folder / "parcel.estancia", 0).empty());
+
+  labeler.asked = 0;  // the same images are labeled when the drive is interrupted
+  for (const std::size_t stop : {1U, 10U, 33U}) mapUntil(stop, folder / "broken.estancia");
+  const WorldMap resumed = mapUntil(drive.size(), folder / "broken.estancia");
+  ASSERT_EQ(resumed.objects.size(), 1U);
+  EXPECT_EQ(resumed.objects.front().center, parcel.center);
+  EXPECT_EQ(resumed.objects.front().probability(), parcel.probability());
+  EXPECT_EQ(resumed.objects.front().views, parcel.views);
 }
 
 TEST(WorldMapper, RefusesDepthAndCamerasThatAreNone) {
