@@ -145,11 +145,14 @@ TEST_F(AreasCommand, OfAMapNeedDepthItsCameraAndPoses) {
   EXPECT_THAT(mapped("places,cellars"), FailsWith(ErrorCode::unknownName, "cellars"));
   ASSERT_EQ(mapped("places,areas").exitCode, 0);
   EXPECT_EQ(readWorld(map).zones.size(), 0U);
-  for (const char* file : {"/poses.txt", "/camera-intrinsics.txt", "/depth"}) {
+  for (const char* file : {"/poses.txt", "/camera-intrinsics.txt"}) {
     std::filesystem::remove_all(home + file);
     EXPECT_THAT(mapped("places,areas"), FailsWith(ErrorCode::insufficientData)) << file;
     EXPECT_EQ(readWorld(map).areas.size(), 1U) << "the older map stays";
   }
+  EXPECT_THAT(run({"map", home + "/rgb", "-o", map, "--model", scratch_ / "small", "--overwrite", "--layers",
+                   "objects"}),
+              FailsWith(ErrorCode::insufficientData, "rgb"));
   ASSERT_EQ(mapped("places,zones").exitCode, 0);
   EXPECT_EQ(readWorld(map).areas.size(), 0U);
   EXPECT_GE(readWorld(map).zones.size(), 1U);
