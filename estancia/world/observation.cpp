@@ -18,30 +18,31 @@ constexpr int mostColumns = 320;  // a fifth of a degree: small things have some
 constexpr int largestSide = 4096;
 constexpr std::size_t mostSegments = 255;  // numbers of a byte
 
-std::vector<unsigned char> pngOf(const cv::Mat& image) {
+}  // namespace
+
+std::vector<unsigned char> toPng(const cv::Mat& image) {
   std::vector<unsigned char> png;
   cv::imencode(".png", image, png);
   return png;
 }
 
-/// Empty where it cannot be decoded. The size stands in the header: nothing large is decoded.
-cv::Mat imageOf(const std::vector<unsigned char>& png) {
+cv::Mat fromPng(std::span<const unsigned char> png, const cv::Size& most) {
+  if (png.size() < 24) return {};
   const auto side = [&png](std::size_t at) {
-    return png.size() < at + 4 ? 0 : png[at] << 24 | png[at + 1] << 16 | png[at + 2] << 8 | png[at + 3];
+    std::uint32_t value = 0;
+    for (std::size_t i = at; i < at + 4; ++i) value = value << 8 | png[i];
+    return static_cast<std::int64_t>(value);
   };
-  const int columns = side(16), rows = side(20);
-  if (columns < 1 || rows < 1 || columns > largestSide || rows > largestSide) return {};
-  return cv::imdecode(png, cv::IMREAD_UNCHANGED);
+  if (side(16) < 1 || side(20) < 1 || side(16) > most.width || side(20) > most.height) return {};
+  return cv::imdecode(std::vector<unsigned char>(png.begin(), png.end()), cv::IMREAD_UNCHANGED);
 }
-
-}  // namespace
 
 Observation observe(const cv::Mat& depth, const CameraIntrinsics& camera) {
   if (depth.type() != CV_32F || depth.empty())
     fail(ErrorCode::invalidInput, "an observation needs a depth image of float32");
   if (!(camera.width > 0 && camera.height > 0 && camera.fx > 0 && camera.fy > 0))
     fail(ErrorCode::invalidInput, "an observation needs a camera with size and focal length");
-  const int step = std::max(1, depth.cols / mostColumns);
+  const int step = (depth.cols + mostColumns - 1) / mostColumns;
   const CameraIntrinsics whole = camera.scaledTo(depth.cols, depth.rows);
   Observation seen;
   seen.depth = cv::Mat((depth.rows + step - 1) / step, (depth.cols + step - 1) / step, CV_16U);
@@ -88,10 +89,10 @@ std::string toBytes(const Observation& observation) {
   for (const double value :
        {observation.camera.fx, observation.camera.fy, observation.camera.cx, observation.camera.cy})
     writer.number(value);
-  writer.numbers(pngOf(observation.depth));
+  writer.numbers(toPng(observation.depth));
   writer.number(static_cast<std::uint8_t>(!observation.segments.empty()));
   if (observation.segments.empty()) return writer.bytes();
-  writer.numbers(pngOf(observation.segments));
+  writer.numbers(toPng(observation.segments));
   writer.number(static_cast<std::uint8_t>(observation.info.size()));
   for (const Observation::Segment& segment : observation.info) {
     for (const int side : {segment.box.x, segment.box.y, segment.box.width, segment.box.height})
@@ -108,14 +109,14 @@ Observation observationFromBytes(std::string_view bytes) {
   Observation seen;
   const auto fx = reader.number<double>(), fy = reader.number<double>(), cx = reader.number<double>(),
              cy = reader.number<double>();
-  seen.depth = imageOf(reader.numbers<unsigned char>());
+  seen.depth = fromPng(reader.numbers<unsigned char>(), {largestSide, largestSide});
   if (seen.depth.type() != CV_16U) damaged("its depth image is damaged");
   seen.camera = {seen.depth.cols, seen.depth.rows, fx, fy, cx, cy};
   for (const double value : {fx, fy, cx, cy})
     if (!std::isfinite(value)) damaged("its camera is damaged");
   if (fx <= 0 || fy <= 0) damaged("its camera is damaged");
   if (reader.number<std::uint8_t>() == 0) return seen;
-  seen.segments = imageOf(reader.numbers<unsigned char>());
+  seen.segments = fromPng(reader.numbers<unsigned char>(), {largestSide, largestSide});
   seen.info.resize(reader.number<std::uint8_t>());
   double most = 0;
   if (seen.segments.type() == CV_8U) cv::minMaxLoc(seen.segments, nullptr, &most);

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <opencv2/core/mat.hpp>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -45,6 +46,11 @@ void findSegments(Observation& observation, const cv::Mat& image, const ClusterO
 
 /// Its depth [m], CV_32F.
 cv::Mat depthOf(const Observation& observation);
+
+/// For map files: a PNG, and back; empty unless it is one of at most `most` pixels in width and height. The
+/// size stands in its header: nothing larger is decoded.
+std::vector<unsigned char> toPng(const cv::Mat& image);
+cv::Mat fromPng(std::span<const unsigned char> png, const cv::Size& most);
 
 /// For map files; fromBytes() throws Error (corruptFile) unless toBytes() wrote them.
 std::string toBytes(const Observation& observation);

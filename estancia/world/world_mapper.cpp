@@ -186,8 +186,8 @@ struct WorldMapper::Impl {
   }
 
   /// Adds a view to the layers. Where up is follows from all poses; it is looked at again each time their
-  /// number has doubled, and the layers are made anew where it has changed.
-  void add(const Observation& seen, DescriptorView descriptor, const Pose& pose) {
+  /// number has doubled, and the layers are made anew where it has changed. Returns whether it is in them.
+  bool add(const Observation& seen, DescriptorView descriptor, const Pose& pose) {
     lastView = pose;
     ++views;
     if (std::has_single_bit(views)) {  // the view is among those that are folded again
@@ -197,26 +197,26 @@ struct WorldMapper::Impl {
       const Floor now(known);
       if (!floor || std::acos(std::clamp(now.up().dot(floor->up()), -1.0, 1.0)) > sameUp) {
         floor = now;
-        rebuild();
-        return;
+        return rebuild();
       }
     }
-    fold(poses.size() - 1, seen, descriptor, pose);
+    return fold(poses.size() - 1, seen, descriptor, pose);
   }
 
-  void fold(std::size_t frame, const Observation& seen, DescriptorView descriptor, const Pose& pose) {
+  bool fold(std::size_t frame, const Observation& seen, DescriptorView descriptor, const Pose& pose) {
     const cv::Mat depth = depthOf(seen);
     try {
       survey->add(descriptor, depth, seen.camera, pose);
     } catch (const Error& e) {
       if (e.code() != ErrorCode::tooLarge) throw;
       ++tooFar;
-      return;
+      return false;
     }
-    if (seen.segments.empty()) return;
+    if (seen.segments.empty()) return true;
     instances->add(frame, depth, seen.segments, seen.camera, pose);
     for (std::size_t s = 1; s <= seen.info.size(); ++s)
       if (labeledSegments.contains({frame, s})) instances->labeled({frame, s});
+    return true;
   }
 
   /// Labels the segments of the frame added last that are most worth it.
@@ -247,15 +247,18 @@ struct WorldMapper::Impl {
     }
   }
 
-  /// The layers of all observations that the map holds.
-  void rebuild() {
+  /// The layers of all observations that the map holds. Returns whether the last one is in them.
+  bool rebuild() {
     tooFar = 0;
     survey.emplace(*floor, options.areas.cell, labels(), options.areas.words);
     instances.emplace(*floor, options.objects);
-    store.forEachObservation([this](std::size_t frame, const Observation& seen) {
-      if (frame < poses.size() && poses[frame]) fold(frame, seen, descriptorOf(frame), *poses[frame]);
+    bool folded = false;
+    store.forEachObservation([&](std::size_t frame, const Observation& seen) {
+      if (frame < poses.size() && poses[frame])
+        folded = fold(frame, seen, descriptorOf(frame), *poses[frame]);
       return true;
     });
+    return folded;
   }
 
   void putObjects(const AreaPlan* plan);
@@ -356,8 +359,9 @@ void WorldMapper::observe(const Frame& frame, DescriptorView descriptor, const c
   if (impl_->layers.objects) findSegments(seen, image, impl_->options.segments);
   impl_->store.putObservation(index, seen);
   impl_->pending.assign(descriptor.begin(), descriptor.end());
-  impl_->add(seen, descriptor, *pose);
-  if (impl_->labeler != nullptr && !seen.segments.empty() && !image.empty()) impl_->label(index, seen, image);
+  const bool added = impl_->add(seen, descriptor, *pose);
+  if (added && impl_->labeler != nullptr && !seen.segments.empty() && !image.empty())
+    impl_->label(index, seen, image);
 }
 
 void WorldMapper::correct(const AreaEdit& edit) {
@@ -371,14 +375,21 @@ void WorldMapper::finish() {
   if (impl_->layers.zones && frames > 0 && frames <= mostFramesOfZones) {
     ZoneOptions options;
     options.reach = ZoneOptions::reachOfRun;
-    impl_->store.putZones(findZones(readMapDescriptors(map.database().path()), options));
+    try {
+      impl_->store.putZones(findZones(readMapDescriptors(map.database().path()), options));
+    } catch (const Interrupted&) {  // Ctrl-C ended the mapping: --continue finds them
+    }
   }
   std::optional<PlannedFrames> planned;
   if (impl_->layers.areas && impl_->survey && !impl_->survey->grid.cells().empty()) {
     const std::span<const float> mean = impl_->mean.mean();
-    planned = planAreas(*impl_->survey, impl_->poses, map.identity().vocabulary, {mean.begin(), mean.end()},
-                        impl_->options.areas.segmentation, impl_->edits);
-    impl_->store.putAreas(*planned);
+    try {
+      planned = planAreas(*impl_->survey, impl_->poses, map.identity().vocabulary, {mean.begin(), mean.end()},
+                          impl_->options.areas.segmentation, impl_->edits);
+      impl_->store.putAreas(*planned);
+    } catch (const Error& e) {  // so little was seen that there is no room: the map has no areas yet
+      if (e.code() != ErrorCode::insufficientData) throw;
+    }
   }
   if (impl_->layers.objects && impl_->instances) impl_->putObjects(planned ? &planned->plan : nullptr);
   map.commit();

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <unordered_map>
 
 #include "estancia/core/fail.hpp"
@@ -56,25 +55,10 @@ bool hasTables(Database& database) {
   return table.next();
 }
 
-std::vector<unsigned char> pngOf(const cv::Mat& image) {
-  std::vector<unsigned char> png;
-  cv::imencode(".png", image, png);
-  return png;
-}
-
 /// An image of exactly this size and type. `what` names it.
 cv::Mat imageOf(const Database& database, std::span<const std::byte> png, cv::Size size, int type,
                 const char* what) {
-  const auto side = [&png](std::size_t at) {  // in the header: nothing large is decoded unchecked
-    std::uint32_t value = 0;
-    for (std::size_t i = at; i < at + 4 && png.size() >= 24; ++i)
-      value = value << 8 | std::to_integer<std::uint32_t>(png[i]);
-    return static_cast<std::int64_t>(value);
-  };
-  if (side(16) != size.width || side(20) != size.height)
-    database.failDamaged(fmt::format("{} has another size", what));
-  const cv::Mat bytes(1, static_cast<int>(png.size()), CV_8U, const_cast<std::byte*>(png.data()));
-  cv::Mat image = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
+  const cv::Mat image = fromPng({reinterpret_cast<const unsigned char*>(png.data()), png.size()}, size);
   if (image.size() != size || image.type() != type)
     database.failDamaged(fmt::format("{} cannot be decoded", what));
   return image;
@@ -180,7 +164,7 @@ void WorldStore::putAreas(const PlannedFrames& planned) {
   const AreaPlan& plan = planned.plan;
   cv::Mat numbers;
   cv::Mat(plan.areaOf + 1).convertTo(numbers, CV_16U);
-  const std::vector<unsigned char> areas = pngOf(numbers), walls = pngOf(plan.walls);
+  const std::vector<unsigned char> areas = toPng(numbers), walls = toPng(plan.walls);
   const cv::Rect& extent = plan.cells.extent();
   const cv::Vec3d& up = plan.floor.up();
   Statement(database, "INSERT INTO floor VALUES(0, ?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10)",
@@ -211,11 +195,6 @@ void WorldStore::addEdit(const AreaEdit& edit) {
 std::string WorldStore::layers() const {
   Statement row(store_.database(), "SELECT value FROM meta WHERE key = 'layers'");
   return row.next() ? row.text(0) : "";
-}
-
-std::size_t WorldStore::observationCount() const {
-  return exists_ ? static_cast<std::size_t>(store_.database().number("SELECT count(*) FROM observations"))
-                 : 0;
 }
 
 void WorldStore::forEachObservation(

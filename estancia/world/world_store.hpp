@@ -54,7 +54,6 @@ class WorldStore {
   // ---- reading
   /// "" where none were put.
   std::string layers() const;
-  std::size_t observationCount() const;
   /// In order of frames; stops early when `visit` returns false. Throws Error (corruptFile).
   void forEachObservation(const std::function<bool(std::size_t frame, const Observation&)>& visit) const;
   std::vector<AreaEdit> edits() const;

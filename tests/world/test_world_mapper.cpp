@@ -224,6 +224,45 @@ TEST(WorldMapper, NamesObjectsByImagesOfThemAlsoWhereSomeCannotBeLabeled) {
   EXPECT_EQ(resumed.objects.front().views, parcel.views);
 }
 
+TEST(WorldMapper, LeavesOutViewsThatAreTooFarAway) {
+  const ScratchFolder folder;
+  ParcelDrive drive;
+  drive.frames_.resize(8);
+  const std::vector<cv::Mat> depths = [&] {
+    std::vector<cv::Mat> all;
+    for (std::size_t i = 0; i < drive.size(); ++i) all.push_back(drive.depth(i));
+    return all;
+  }();
+  drive.frames_[5].pose->x += 1e6;
+  MoodyLabeler labeler;
+  const DescriptorSequence labeled = drive.labeled();
+  MappingSession session =
+      MappingSession::create(folder / "far.estancia", labeled.vocabulary, labeled.model, MapperOptions{});
+  WorldMapper world(session, {}, &labeler);
+  for (std::size_t i = 0; i < drive.size(); ++i) {
+    const std::size_t asked = labeler.asked;
+    world.observe(drive.frame(i), labeled.descriptors.row(i), drive.image(i), depths[i], *drive.intrinsics());
+    session.add(drive.frame(i), labeled.descriptors.row(i));
+    EXPECT_TRUE(i != 5 || labeler.asked == asked) << "nothing in it is labeled";
+  }
+  EXPECT_EQ(world.viewsTooFar(), 1U);
+}
+
+TEST(WorldMapper, HasNoAreasWhereNoRoomWasSeen) {
+  const ScratchFolder folder;
+  const DescriptorSequence labeled = FlatDrive().labeled();
+  const Frame frame = FlatDrive().frame(0);
+  MappingSession session =
+      MappingSession::create(folder / "close.estancia", labeled.vocabulary, labeled.model, MapperOptions{});
+  WorldMapper world(session);
+  const cv::Mat wall(48, 64, CV_32F, cv::Scalar(0.2));  // right before the camera
+  world.observe(frame, labeled.descriptors.row(0), {}, wall, test::smallCamera());
+  session.add(frame, labeled.descriptors.row(0));
+  session.finish();
+  world.finish();
+  EXPECT_TRUE(readWorld(folder / "close.estancia").areas.empty());
+}
+
 TEST(WorldMapper, RefusesDepthAndCamerasThatAreNone) {
   EXPECT_THAT([] { observe(cv::Mat(4, 4, CV_16U), test::smallCamera()); },
               FailsWith(ErrorCode::invalidInput));
