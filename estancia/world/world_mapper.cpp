@@ -2,12 +2,9 @@
 #include "estancia/world/world_mapper.hpp"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
-#include <map>
 #include <numbers>
-#include <numeric>
 #include <optional>
 #include <sstream>
 #include <utility>
@@ -15,17 +12,14 @@
 
 #include "estancia/areas/area_plan.hpp"
 #include "estancia/areas/floor_survey.hpp"
-#include "estancia/cloud/crop_object.hpp"
 #include "estancia/core/fail.hpp"
-#include "estancia/core/frame_failure.hpp"
-#include "estancia/core/log_opinion_pool.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/core/rigid.hpp"
-#include "estancia/io/image_writer.hpp"
 #include "estancia/label/labeler.hpp"
 #include "estancia/stats/moments.hpp"
 #include "estancia/topology/session_impl.hpp"
 #include "estancia/topology/sqlite.hpp"
+#include "estancia/world/object_layer.hpp"
 #include "estancia/world/world_store.hpp"
 #include "estancia/zones/zones.hpp"
 
@@ -34,60 +28,6 @@ namespace {
 
 /// Directions of up that differ by less make the same floor.
 constexpr double sameUp = 0.1 * std::numbers::pi / 180;
-
-/// The same part of the view in an image of another size.
-cv::Rect inImage(const cv::Rect& box, const cv::Size& from, const cv::Size& to) {
-  const double x = static_cast<double>(to.width) / from.width,
-               y = static_cast<double>(to.height) / from.height;
-  const cv::Rect scaled(
-      cv::Point(static_cast<int>(box.x * x), static_cast<int>(box.y * y)),
-      cv::Point(static_cast<int>(std::ceil(box.br().x * x)), static_cast<int>(std::ceil(box.br().y * y))));
-  return scaled & cv::Rect({}, to);
-}
-
-/// The labels that are more probable than by chance, at most 32, best first.
-std::vector<LabelProbability> bestWords(const std::vector<double>& pooled, const Vocabulary& vocabulary) {
-  constexpr std::size_t most = 32;
-  std::vector<std::size_t> order(pooled.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::ranges::stable_sort(order, std::ranges::greater{}, [&](std::size_t i) { return pooled[i]; });
-  std::vector<LabelProbability> words;
-  for (const std::size_t i : order) {
-    if (words.size() == most || pooled[i] * static_cast<double>(pooled.size()) <= 1) break;
-    words.push_back({vocabulary[i], static_cast<float>(pooled[i])});
-  }
-  return words;
-}
-
-/// Where it is, in the axes of the map, and what it stands on.
-WorldObject worldObject(const ObjectInstance& instance, const Floor& floor) {
-  WorldObject object;
-  const OrientedBox& box = instance.box;
-  object.center = floor.point(box.center);
-  object.size = box.size;
-  object.yaw = box.yaw;
-  object.views = instance.views;
-  object.firstFrame = instance.segments.front().first;
-  object.lastFrame = instance.segments.back().first;
-  switch (instance.stands) {
-    case ObjectInstance::Stands::floor:
-      object.support = Support::floor;
-      break;
-    case ObjectInstance::Stands::instance:
-      object.support = Support::object;
-      break;
-    case ObjectInstance::Stands::wall:
-      object.support = Support::wall;
-      break;
-    case ObjectInstance::Stands::surface:
-      object.support = Support::surface;
-      break;
-    case ObjectInstance::Stands::unknown:
-      break;
-  }
-  object.onObject = instance.on;
-  return object;
-}
 
 }  // namespace
 
@@ -143,7 +83,6 @@ struct WorldMapper::Impl {
   Impl(MappingSession::Impl& mapping, const WorldOptions& wanted, Labeler* images)
       : session(mapping),
         options(wanted),
-        labeler(images != nullptr && images->needsImage() && !images->discovers() ? images : nullptr),
         store(mapping.store, MapStore::Access::write),
         mean(mapping.store.identity().vocabulary.size(), false) {
     declare(options).validate();
@@ -154,11 +93,15 @@ struct WorldMapper::Impl {
            kept);
     layers = !kept.empty() ? layersFrom(kept) : options.layers.value_or(WorldLayers{});
     if (kept.empty()) store.putLayers(toString(layers));
+    if (layers.objects) {
+      const bool names = images != nullptr && images->needsImage() && !images->discovers();
+      objects.emplace(store, mapping.store.identity().vocabulary, options.objects, names ? images : nullptr,
+                      options.crops);
+    }
   }
 
   MappingSession::Impl& session;
   WorldOptions options;
-  Labeler* labeler;
   WorldStore store;
   WorldLayers layers;
   std::vector<AreaEdit> edits;
@@ -167,8 +110,7 @@ struct WorldMapper::Impl {
   std::optional<Pose> lastView;
   std::optional<Floor> floor;
   std::optional<FloorSurvey> survey;
-  std::optional<InstanceMap> instances;
-  std::map<SegmentPlace, LabeledSegment> labeledSegments;
+  std::optional<ObjectLayer> objects;
   std::size_t views = 0, tooFar = 0;
 
   std::size_t labels() const { return session.store.identity().vocabulary.size(); }
@@ -212,46 +154,15 @@ struct WorldMapper::Impl {
       ++tooFar;
       return false;
     }
-    if (seen.segments.empty()) return true;
-    instances->add(frame, depth, seen.segments, seen.camera, pose);
-    for (std::size_t s = 1; s <= seen.info.size(); ++s)
-      if (labeledSegments.contains({frame, s})) instances->labeled({frame, s});
+    if (objects) objects->add(frame, depth, seen, pose);
     return true;
-  }
-
-  /// Labels the segments of the frame added last that are most worth it.
-  void label(std::size_t frame, const Observation& seen, const cv::Mat& image) {
-    const std::vector<double> worth = instances->worthLabeling();
-    std::vector<std::size_t> order(worth.size());
-    std::iota(order.begin(), order.end(), 0);
-    const auto value = [&](std::size_t i) { return seen.info[i].atBorder ? worth[i] / 4 : worth[i]; };
-    std::ranges::stable_sort(order, std::ranges::greater{}, value);
-    order.resize(std::min(order.size(), options.crops));
-    for (const std::size_t i : order) {
-      const Observation::Segment& segment = seen.info[i];
-      const cv::Mat crop = cropObject(image, inImage(segment.box, seen.depth.size(), image.size()));
-      LabeledSegment labeled{frame, i + 1, value(i)};
-      try {
-        labeled.words = labeler->label(crop);
-      } catch (const FrameError&) {  // the next image may be labeled
-        continue;
-      } catch (const Error&) {
-        throw;
-      } catch (...) {
-        frameFailure("an image of an object");
-        continue;
-      }
-      store.putView(labeled, encodeImage(crop));
-      instances->labeled({frame, i + 1});
-      labeledSegments.emplace(SegmentPlace(frame, i + 1), std::move(labeled));
-    }
   }
 
   /// The layers of all observations that the map holds. Returns whether the last one is in them.
   bool rebuild() {
     tooFar = 0;
     survey.emplace(*floor, options.areas.cell, labels(), options.areas.words);
-    instances.emplace(*floor, options.objects);
+    if (objects) objects->restart(*floor);
     bool folded = false;
     store.forEachObservation([&](std::size_t frame, const Observation& seen) {
       if (frame < poses.size() && poses[frame])
@@ -261,68 +172,15 @@ struct WorldMapper::Impl {
     return folded;
   }
 
-  void putObjects(const AreaPlan* plan);
-
   LexicalDescriptor pending;  // of the frame that the session does not have yet
   LexicalDescriptor descriptorOf(std::size_t frame) const {
     return frame < session.store.frameCount() ? session.store.descriptor(frame) : pending;
   }
 };
 
-void WorldMapper::Impl::putObjects(const AreaPlan* plan) {
-  const std::vector<ObjectInstance> found = instances->instances();
-  std::map<SegmentPlace, int> objectOf;
-  for (std::size_t i = 0; i < found.size(); ++i)
-    for (const SegmentPlace& place : found[i].segments) objectOf[place] = static_cast<int>(i);
-  // Colors and flatness stand in the observations.
-  struct Look {
-    std::array<double, 3> color{};
-    double segments = 0, flat = 0, best = 0;
-    std::size_t bestFrame = 0;
-  };
-  std::vector<Look> looks(found.size());
-  store.forEachObservation([&](std::size_t frame, const Observation& seen) {
-    for (std::size_t s = 0; s < seen.info.size(); ++s) {
-      const auto object = objectOf.find({frame, s + 1});
-      if (object == objectOf.end()) continue;
-      Look& look = looks[static_cast<std::size_t>(object->second)];
-      const Observation::Segment& segment = seen.info[s];
-      for (std::size_t c = 0; c < 3; ++c) look.color[c] += segment.color[c];
-      ++look.segments;
-      look.flat += segment.flat;
-      if (const double size = segment.box.area() / (segment.atBorder ? 4.0 : 1.0); size > look.best) {
-        look.best = size;
-        look.bestFrame = frame;
-      }
-    }
-    return true;
-  });
-  std::vector<WorldObject> objects;
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    WorldObject object = worldObject(found[i], *floor);
-    object.id = static_cast<int>(i);
-    const Look& look = looks[i];
-    for (std::size_t c = 0; c < 3; ++c)
-      object.color[c] = static_cast<int>(std::lround(look.color[c] / std::max(1.0, look.segments)));
-    object.flat = look.flat > look.segments / 2;
-    object.bestFrame = look.bestFrame;
-    const OrientedBox& box = found[i].box;
-    if (plan != nullptr) object.area = areaAt(*plan, {box.center.x, box.center.y}, 2);
-    LogOpinionPool pool(labels());
-    for (const SegmentPlace& place : found[i].segments)
-      if (const auto view = labeledSegments.find(place); view != labeledSegments.end())
-        pool.add(view->second.words);
-    object.words = bestWords(pool.pooled(), session.store.identity().vocabulary);
-    objects.push_back(std::move(object));
-  }
-  store.putObjects(objects, objectOf);
-}
-
 WorldMapper::WorldMapper(MappingSession& session, const WorldOptions& options, Labeler* labeler)
     : impl_(std::make_unique<Impl>(*session.impl_, options, labeler)) {
   MapStore& store = impl_->session.store;
-  for (LabeledSegment& view : impl_->store.views())
-    impl_->labeledSegments.emplace(SegmentPlace(view.frame, view.segment), std::move(view));
   // As the frames came, so that the layers are those of an unbroken run.
   std::size_t next = 0;
   const auto upTo = [&](std::size_t end) {
@@ -359,9 +217,7 @@ void WorldMapper::observe(const Frame& frame, DescriptorView descriptor, const c
   if (impl_->layers.objects) findSegments(seen, image, impl_->options.segments);
   impl_->store.putObservation(index, seen);
   impl_->pending.assign(descriptor.begin(), descriptor.end());
-  const bool added = impl_->add(seen, descriptor, *pose);
-  if (added && impl_->labeler != nullptr && !seen.segments.empty() && !image.empty())
-    impl_->label(index, seen, image);
+  if (impl_->add(seen, descriptor, *pose) && impl_->objects) impl_->objects->label(index, seen, image);
 }
 
 void WorldMapper::correct(const AreaEdit& edit) {
@@ -391,7 +247,7 @@ void WorldMapper::finish() {
       if (e.code() != ErrorCode::insufficientData) throw;
     }
   }
-  if (impl_->layers.objects && impl_->instances) impl_->putObjects(planned ? &planned->plan : nullptr);
+  if (impl_->objects) impl_->objects->put(planned ? &planned->plan : nullptr);
   map.commit();
 }
 

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/world/object_layer.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "estancia/areas/area_plan.hpp"
+#include "estancia/cloud/crop_object.hpp"
+#include "estancia/core/frame_failure.hpp"
+#include "estancia/core/log_opinion_pool.hpp"
+#include "estancia/io/image_writer.hpp"
+#include "estancia/label/labeler.hpp"
+
+namespace estancia {
+namespace {
+
+/// The same part of the view in an image of another size.
+cv::Rect inImage(const cv::Rect& box, const cv::Size& from, const cv::Size& to) {
+  const double x = static_cast<double>(to.width) / from.width,
+               y = static_cast<double>(to.height) / from.height;
+  const cv::Rect scaled(
+      cv::Point(static_cast<int>(box.x * x), static_cast<int>(box.y * y)),
+      cv::Point(static_cast<int>(std::ceil(box.br().x * x)), static_cast<int>(std::ceil(box.br().y * y))));
+  return scaled & cv::Rect({}, to);
+}
+
+/// The labels that are more probable than by chance, at most 32, best first.
+std::vector<LabelProbability> bestWords(const std::vector<double>& pooled, const Vocabulary& vocabulary) {
+  constexpr std::size_t most = 32;
+  std::vector<std::size_t> order(pooled.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(order, std::ranges::greater{}, [&](std::size_t i) { return pooled[i]; });
+  std::vector<LabelProbability> words;
+  for (const std::size_t i : order) {
+    if (words.size() == most || pooled[i] * static_cast<double>(pooled.size()) <= 1) break;
+    words.push_back({vocabulary[i], static_cast<float>(pooled[i])});
+  }
+  return words;
+}
+
+}  // namespace
+
+ObjectLayer::ObjectLayer(WorldStore& store, const Vocabulary& vocabulary, const InstanceMapOptions& options,
+                         Labeler* labeler, std::size_t crops)
+    : store_(store), vocabulary_(vocabulary), options_(options), labeler_(labeler), crops_(crops) {
+  for (LabeledSegment& view : store_.views())
+    labeled_.emplace(SegmentPlace(view.frame, view.segment), std::move(view));
+}
+
+void ObjectLayer::restart(const Floor& floor) {
+  floor_ = floor;
+  instances_.emplace(floor, options_);
+}
+
+void ObjectLayer::add(std::size_t frame, const cv::Mat& depth, const Observation& seen, const Pose& pose) {
+  if (seen.segments.empty()) return;
+  instances_->add(frame, depth, seen.segments, seen.camera, pose);
+  for (std::size_t s = 1; s <= seen.info.size(); ++s)
+    if (labeled_.contains({frame, s})) instances_->labeled({frame, s});
+}
+
+void ObjectLayer::label(std::size_t frame, const Observation& seen, const cv::Mat& image) {
+  if (labeler_ == nullptr || seen.segments.empty() || image.empty()) return;
+  const std::vector<double> worth = instances_->worthLabeling();
+  std::vector<std::size_t> order(worth.size());
+  std::iota(order.begin(), order.end(), 0);
+  const auto value = [&](std::size_t i) { return seen.info[i].atBorder ? worth[i] / 4 : worth[i]; };
+  std::ranges::stable_sort(order, std::ranges::greater{}, value);
+  order.resize(std::min(order.size(), crops_));
+  for (const std::size_t i : order) {
+    const Observation::Segment& segment = seen.info[i];
+    const cv::Mat crop = cropObject(image, inImage(segment.box, seen.depth.size(), image.size()));
+    LabeledSegment labeled{frame, i + 1, value(i)};
+    try {
+      labeled.words = labeler_->label(crop);
+    } catch (const FrameError&) {  // the next image may be labeled
+      continue;
+    } catch (const Error&) {
+      throw;
+    } catch (...) {
+      frameFailure("an image of an object");
+      continue;
+    }
+    store_.putView(labeled, encodeImage(crop));
+    instances_->labeled({frame, i + 1});
+    labeled_.emplace(SegmentPlace(frame, i + 1), std::move(labeled));
+  }
+}
+
+WorldObject ObjectLayer::worldObject(const ObjectInstance& instance) const {
+  WorldObject object;
+  const OrientedBox& box = instance.box;
+  object.center = floor_->point(box.center);
+  object.size = box.size;
+  object.yaw = box.yaw;
+  object.views = instance.views;
+  object.firstFrame = instance.segments.front().first;
+  object.lastFrame = instance.segments.back().first;
+  switch (instance.stands) {
+    case ObjectInstance::Stands::floor:
+      object.support = Support::floor;
+      break;
+    case ObjectInstance::Stands::instance:
+      object.support = Support::object;
+      break;
+    case ObjectInstance::Stands::wall:
+      object.support = Support::wall;
+      break;
+    case ObjectInstance::Stands::surface:
+      object.support = Support::surface;
+      break;
+    case ObjectInstance::Stands::unknown:
+      break;
+  }
+  object.onObject = instance.on;
+  return object;
+}
+
+void ObjectLayer::put(const AreaPlan* plan) {
+  if (!instances_) return;
+  const std::vector<ObjectInstance> found = instances_->instances();
+  std::map<SegmentPlace, int> objectOf;
+  for (std::size_t i = 0; i < found.size(); ++i)
+    for (const SegmentPlace& place : found[i].segments) objectOf[place] = static_cast<int>(i);
+  // Colors and flatness stand in the observations.
+  struct Look {
+    std::array<double, 3> color{};
+    double segments = 0, flat = 0, best = 0;
+    std::size_t bestFrame = 0;
+  };
+  std::vector<Look> looks(found.size());
+  store_.forEachObservation([&](std::size_t frame, const Observation& seen) {
+    for (std::size_t s = 0; s < seen.info.size(); ++s) {
+      const auto object = objectOf.find({frame, s + 1});
+      if (object == objectOf.end()) continue;
+      Look& look = looks[static_cast<std::size_t>(object->second)];
+      const Observation::Segment& segment = seen.info[s];
+      for (std::size_t c = 0; c < 3; ++c) look.color[c] += segment.color[c];
+      ++look.segments;
+      look.flat += segment.flat;
+      if (const double size = segment.box.area() / (segment.atBorder ? 4.0 : 1.0); size > look.best) {
+        look.best = size;
+        look.bestFrame = frame;
+      }
+    }
+    return true;
+  });
+  std::vector<WorldObject> objects;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    WorldObject object = worldObject(found[i]);
+    object.id = static_cast<int>(i);
+    const Look& look = looks[i];
+    for (std::size_t c = 0; c < 3; ++c)
+      object.color[c] = static_cast<int>(std::lround(look.color[c] / std::max(1.0, look.segments)));
+    object.flat = look.flat > look.segments / 2;
+    object.bestFrame = look.bestFrame;
+    const OrientedBox& box = found[i].box;
+    if (plan != nullptr) object.area = areaAt(*plan, {box.center.x, box.center.y}, 2);
+    LogOpinionPool pool(vocabulary_.size());
+    for (const SegmentPlace& place : found[i].segments)
+      if (const auto view = labeled_.find(place); view != labeled_.end()) pool.add(view->second.words);
+    object.words = bestWords(pool.pooled(), vocabulary_);
+    objects.push_back(std::move(object));
+  }
+  store_.putObjects(objects, objectOf);
+}
+
+}  // namespace estancia

@@ -1,0 +1,48 @@
+// Object layer: the objects of a map, made of the segments of its observations and named by images of them.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+
+#include "estancia/core/vocabulary.hpp"
+#include "estancia/objects/instance_map.hpp"
+#include "estancia/world/world_store.hpp"
+
+namespace estancia {
+
+class Labeler;
+
+/// Private to WorldMapper.
+class ObjectLayer {
+ public:
+  /// `labeler`: null where objects get no words; `crops`: images of objects that it labels in a frame. Reads
+  /// the views that the map holds. All must outlive it.
+  ObjectLayer(WorldStore& store, const Vocabulary& vocabulary, const InstanceMapOptions& options,
+              Labeler* labeler, std::size_t crops);
+
+  /// Forgets what was added; labeled views stay.
+  void restart(const Floor& floor);
+  /// Adds the segments of the next view. `depth` is that of `seen` [m].
+  void add(std::size_t frame, const cv::Mat& depth, const Observation& seen, const Pose& pose);
+  /// Labels the segments of the view added last that are most worth it. `image`: BGR, of the whole frame.
+  void label(std::size_t frame, const Observation& seen, const cv::Mat& image);
+  /// Writes the objects. `plan`: of the areas that they stand in; null without areas.
+  void put(const AreaPlan* plan);
+
+ private:
+  WorldObject worldObject(const ObjectInstance& instance) const;
+
+  WorldStore& store_;
+  const Vocabulary& vocabulary_;
+  InstanceMapOptions options_;
+  Labeler* labeler_;
+  std::size_t crops_;
+  std::optional<Floor> floor_;
+  std::optional<InstanceMap> instances_;
+  std::map<SegmentPlace, LabeledSegment> labeled_;
+};
+
+}  // namespace estancia
