@@ -83,6 +83,12 @@ struct FacedObject {
   std::optional<ViewPose> pose = {};
 };
 
+/// A pose that faces the object, in a place that can be reached.
+std::optional<ViewPose> findPose(const WorldMap& world, const ViewPoses& poses, const WorldObject& object,
+                                 const Ways& ways) {
+  return poses.find(object, [&](std::size_t frame) { return ways.reaches(world.places.frames[frame].node); });
+}
+
 std::optional<WorldRoute> routeToObject(const WorldMap& world, const std::vector<ObjectAnswer>& answers,
                                         const Ways& ways, const RouteOptions& options) {
   const ViewPoses poses(world, options.viewAngle);
@@ -90,9 +96,8 @@ std::optional<WorldRoute> routeToObject(const WorldMap& world, const std::vector
   std::vector<FacedObject> goals;
   goals.reserve(answers.size());
   for (const ObjectAnswer& answer : answers)
-    goals.push_back({answer, answer.probability,
-                     poses.find(*world.findObject(answer.object),
-                                [&](std::size_t frame) { return ways.reaches(nodeOf(frame)); })});
+    goals.push_back(
+        {answer, answer.probability, findPose(world, poses, *world.findObject(answer.object), ways)});
   std::erase_if(goals, [](const FacedObject& goal) { return !goal.pose; });
   const FacedObject* goal = chooseGoal(goals, options.tolerance, [&](const FacedObject& candidate) {
     return ways.costTo(nodeOf(candidate.pose->frame));
@@ -100,6 +105,27 @@ std::optional<WorldRoute> routeToObject(const WorldMap& world, const std::vector
   if (goal == nullptr) return std::nullopt;
   return WorldRoute{
       .route = ways.routeTo(nodeOf(goal->pose->frame)), .object = goal->answer, .pose = goal->pose};
+}
+
+WorldRoute routeToMeaning(const WorldMap& world, int from, const std::string& to, const Ways& ways,
+                          const RouteOptions& options) {
+  const WorldAnswers answers = askWorld(world, to, world.places.nodes.size(), world.objects.size());
+  if (!answers.areas.empty()) return routeToAreas(world, from, answers.areas, ways, options);
+  std::vector<ObjectAnswer> objects = answers.objects;
+  if (std::ranges::any_of(objects, &ObjectAnswer::isLikely))
+    std::erase_if(objects, [](const ObjectAnswer& answer) { return !answer.isLikely(); });
+  else if (!objects.empty() && !answers.places.empty() &&
+           objects.front().probability < answers.places.front().probability)
+    objects.clear();
+  if (auto route = routeToObject(world, objects, ways, options)) return *route;
+  const PlaceAnswer* goal = chooseGoal(answers.places, options.tolerance, [&ways](const PlaceAnswer& answer) {
+    return ways.costTo(answer.node);
+  });
+  if (goal == nullptr)
+    throw NoAnswerError(fmt::format("no {} with \"{}\" can be reached from node {}{}",
+                                    answers.places.empty() ? "object" : "place", printable(to), from,
+                                    whyNoWay(options)));
+  return {.route = ways.routeTo(goal->node), .place = *goal, .meaning = {answers.labels, answers.rooms}};
 }
 
 }  // namespace
@@ -126,34 +152,42 @@ WorldRoute routeInWorld(const WorldMap& world, int from, int to, const RegionPre
                         const RouteOptions& options) {
   validate(options);
   world.places.getNode(to);
-  const Ways ways(world.places, from, options, costFactors(world, preferences, options));
+  const std::vector<double> factors = costFactors(world, preferences, options);
+  const Ways ways(world.places, from, options, factors);
   if (!ways.reaches(to))
     throw NoAnswerError(
         fmt::format("there is no way from node {} to node {}{}", from, to, whyNoWay(options)));
-  return {.route = ways.routeTo(to)};
+  WorldRoute found{.route = ways.routeTo(to)};
+  found.driven = DrivenWays(world, options, factors).along(found.route);
+  return found;
 }
 
 WorldRoute routeInWorld(const WorldMap& world, int from, const std::string& to,
                         const RegionPreferences& preferences, const RouteOptions& options) {
   validate(options);
-  const WorldAnswers answers = askWorld(world, to, world.places.nodes.size(), world.objects.size());
-  const Ways ways(world.places, from, options, costFactors(world, preferences, options));
-  if (!answers.areas.empty()) return routeToAreas(world, from, answers.areas, ways, options);
-  std::vector<ObjectAnswer> objects = answers.objects;
-  if (std::ranges::any_of(objects, &ObjectAnswer::isLikely))
-    std::erase_if(objects, [](const ObjectAnswer& answer) { return !answer.isLikely(); });
-  else if (!objects.empty() && !answers.places.empty() &&
-           objects.front().probability < answers.places.front().probability)
-    objects.clear();
-  if (auto route = routeToObject(world, objects, ways, options)) return *route;
-  const PlaceAnswer* goal = chooseGoal(answers.places, options.tolerance, [&ways](const PlaceAnswer& answer) {
-    return ways.costTo(answer.node);
-  });
-  if (goal == nullptr)
-    throw NoAnswerError(fmt::format("no {} with \"{}\" can be reached from node {}{}",
-                                    answers.places.empty() ? "object" : "place", printable(to), from,
-                                    whyNoWay(options)));
-  return {.route = ways.routeTo(goal->node), .place = *goal, .meaning = {answers.labels, answers.rooms}};
+  const std::vector<double> factors = costFactors(world, preferences, options);
+  WorldRoute found = routeToMeaning(world, from, to, Ways(world.places, from, options, factors), options);
+  const DrivenWays driven(world, options, factors);
+  found.driven = found.pose ? driven.along(found.route, found.pose->frame) : driven.along(found.route);
+  return found;
+}
+
+std::vector<std::optional<WorldRoute>> routesToObjects(const WorldMap& world, int from,
+                                                       const RouteOptions& options) {
+  validate(options);
+  const Ways ways(world.places, from, options);
+  const ViewPoses poses(world, options.viewAngle);
+  const DrivenWays driven(world, options);
+  std::vector<std::optional<WorldRoute>> routes;
+  for (const WorldObject& object : world.objects) {
+    routes.emplace_back();
+    const std::optional<ViewPose> pose = findPose(world, poses, object, ways);
+    if (!pose) continue;
+    WorldRoute found{.route = ways.routeTo(world.places.frames[pose->frame].node), .pose = pose};
+    found.driven = driven.along(found.route, pose->frame);
+    routes.back() = std::move(found);
+  }
+  return routes;
 }
 
 std::vector<int> areasAlong(const WorldMap& world, const Route& route) {

@@ -8,6 +8,7 @@
 
 #include "estancia/topology/route.hpp"
 #include "estancia/world/ask_world.hpp"
+#include "estancia/world/driven_way.hpp"
 #include "estancia/world/view_pose.hpp"
 #include "estancia/world/world_map.hpp"
 
@@ -36,6 +37,9 @@ struct WorldRoute {
   /// The place that holds the words, where no area or object was found, and what the words matched.
   std::optional<PlaceAnswer> place = {};
   Meaning meaning = {};
+  /// The way on the floor, to the pose where there is one. Absent without poses, or where the frames between
+  /// were not driven one after the other.
+  std::optional<DrivenWay> driven = {};
 };
 
 /// The cheapest way to a node. Throws Error: unknownName when a node or a region does not exist; noAnswer
@@ -50,6 +54,11 @@ WorldRoute routeInWorld(const WorldMap& world, int from, int to, const RegionPre
 /// noAnswer when nothing matches.
 WorldRoute routeInWorld(const WorldMap& world, int from, const std::string& to,
                         const RegionPreferences& preferences = {}, const RouteOptions& options = {});
+
+/// For each object the way that routeInWorld() finds if nothing else is meant; absent where there is none.
+/// Throws Error (unknownName) where there is no node `from`.
+std::vector<std::optional<WorldRoute>> routesToObjects(const WorldMap& world, int from,
+                                                       const RouteOptions& options = {});
 
 /// The areas along a route, each once in a row; none in a map without areas.
 std::vector<int> areasAlong(const WorldMap& world, const Route& route);

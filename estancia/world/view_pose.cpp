@@ -9,14 +9,6 @@
 namespace estancia {
 namespace {
 
-Floor floorOf(const WorldMap& world) {
-  if (world.plan) return world.plan->floor;
-  std::vector<Pose> poses;
-  for (const MappedFrame& frame : world.places.frames)
-    if (frame.pose) poses.push_back(*frame.pose);
-  return Floor(poses);
-}
-
 /// Half of the object's extent over the floor [m].
 double reachOf(const WorldObject& object) {
   return std::hypot(object.size.x, object.size.y) / 2;

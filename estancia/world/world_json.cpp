@@ -28,6 +28,13 @@ double shortened(double probability) {
   return std::round(probability * 1e6) / 1e6;
 }
 
+Json wayJson(const DrivenWay& way) {
+  Json path = Json::array();
+  for (const cv::Point2d& point : way.points)
+    path.push_back({inMillimeters(point.x), inMillimeters(point.y)});
+  return {{"length", inMillimeters(way.length)}, {"path", path}};
+}
+
 Json momentJson(const MappedFrame& frame) {
   return {{"frame", frame.name}, {"time", frame.timestamp ? Json(*frame.timestamp) : Json(nullptr)}};
 }
@@ -93,6 +100,7 @@ Json toJson(const std::string& words, const WorldAnswers& answers, const WorldMa
 
 Json toJson(const std::string& words, const WorldRoute& found, const WorldMap& world) {
   Json json = toJson(found.route);
+  json["driven"] = found.driven ? wayJson(*found.driven) : Json(nullptr);
   if (!words.empty()) json["words"] = words;
   if (found.object) {
     const ViewPose& pose = *found.pose;

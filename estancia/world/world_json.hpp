@@ -29,10 +29,11 @@ nlohmann::ordered_json toJson(const WorldObject& object, const WorldMap& world);
 /// whose "probability" is that of what was asked, with "lift", "label", "rank" and "named".
 nlohmann::ordered_json toJson(const std::string& words, const WorldAnswers& answers, const WorldMap& world);
 
-/// What toJson() says of a route (topology), and "areas": [{"id", "name"}] along it where the map has areas.
-/// To words: "words", and "goal": "area", "object" or "place", with "area": {"id", "name"}, or "object":
-/// toJson() with the probability that was asked for and "pose": {"x", "y", "yaw", "frame", "distance"} [m,
-/// rad], or "label" or "room" and "probability". `words`: "" for a node.
+/// What toJson() says of a route (topology), "driven": {"length", "path": [[x, y]]} [m] or null (DrivenWay),
+/// and "areas": [{"id", "name"}] along it where the map has areas. To words: "words", and "goal": "area",
+/// "object" or "place", with "area": {"id", "name"}, or "object": toJson() with the probability that was
+/// asked for and "pose": {"x", "y", "yaw", "frame", "distance"} [m, rad], or "label" or "room" and
+/// "probability". `words`: "" for a node.
 nlohmann::ordered_json toJson(const std::string& words, const WorldRoute& found, const WorldMap& world);
 
 /// For people: "on the floor", "on the dining table"; "" where it is not known.

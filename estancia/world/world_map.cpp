@@ -30,6 +30,14 @@ std::string WorldObject::displayName() const {
   return !givenName.empty() ? givenName : words.empty() ? "object" : shortLabel(words.front().label);
 }
 
+Floor floorOf(const WorldMap& world) {
+  if (world.plan) return world.plan->floor;
+  std::vector<Pose> poses;
+  for (const MappedFrame& frame : world.places.frames)
+    if (frame.pose && frame.pose->isPlausible()) poses.push_back(*frame.pose);
+  return Floor(poses);
+}
+
 WorldMap readWorld(const std::filesystem::path& path) {
   MapStore store = MapStore::open(path, MapStore::Access::read);
   store.beginReading();

@@ -101,6 +101,9 @@ struct WorldMap {
   const WorldObject* findObject(int id) const;
 };
 
+/// The floor of the plan; without one, of the frames' poses.
+Floor floorOf(const WorldMap& world);
+
 /// Reads a map file with all its layers as of its last commit. Throws Error as readMap() does.
 WorldMap readWorld(const std::filesystem::path& path);
 

@@ -194,5 +194,57 @@ TEST(WorldJson, TellsRoutes) {
   EXPECT_FALSE(toJson("", routeInWorld(world, 0, 3), world).contains("goal"));
 }
 
+TEST(DrivenWays, FollowTheFramesToThePose) {
+  const WorldMap world = sampleWorld();
+  const WorldRoute found = routeInWorld(world, 3, "coffee mug");
+  ASSERT_TRUE(found.driven);
+  // Frame 5 is the middle of place 3; then 4, 3, 2, and 1, which faces the mug.
+  EXPECT_EQ(found.driven->points, (std::vector<cv::Point2d>{{7.5, 4}, {7, 2}, {5, 2}, {2, 2}, {2, 4}}));
+  EXPECT_NEAR(found.driven->length, std::hypot(0.5, 2) + 2 + 3 + 2, 1e-9);
+}
+
+TEST(DrivenWays, CrossWhereTheRobotCameByAgainUnlessAWallIsBetween) {
+  WorldMap world = sampleWorld();
+  world.places.frames[7].pose = Pose::planar(4.2, 5, 0);  // 7 → 1 was not driven; they are near each other
+  world.places.frames[1].pose = Pose::planar(3.9, 5, 0);
+  const Route route{{2, 0}, 0, true};
+  EXPECT_GT(DrivenWays(world, {}).along(route, 1)->length, 5) << "all the way back around the wall";
+  world.plan->walls = 0;
+  EXPECT_NEAR(DrivenWays(world, {}).along(route, 1)->length, 0.3, 1e-9);
+}
+
+TEST(DrivenWays, AreAbsentWithoutPosesAndWhereTheRobotWasCarried) {
+  WorldMap world = sampleWorld();
+  RouteOptions oneWay;
+  oneWay.bidirectional = false;
+  EXPECT_FALSE(DrivenWays(world, oneWay).along({{3, 1, 0}, 0, true}, 1)) << "it was driven the other way";
+  EXPECT_TRUE(DrivenWays(world, oneWay).along({{0, 1, 3}, 0, true}, 4));
+  world.places.transitions.clear();
+  EXPECT_FALSE(DrivenWays(world, {}).along({{0, 1, 3}, 0, true}, 4));
+  for (MappedFrame& frame : world.places.frames) frame.pose.reset();
+  EXPECT_FALSE(DrivenWays(world, {}).along({{0}, 0, true}));
+}
+
+TEST(DrivenWays, StayInTheRoutesPlacesWhereThatIsNotTooFar) {
+  WorldMap world = sampleWorld();
+  world.places.frames.push_back(test::sampleFrame(8, 0, 2, 4, 0));  // back from the corridor
+  const DrivenWays ways(world, {});
+  const double there = 3 + 2 + 2 * std::hypot(0.5, 2), back = 2 + std::hypot(3, 2) + 2;
+  EXPECT_NEAR(ways.along({{0, 1, 3}, 0, true}, 6)->length, there, 1e-9);
+  EXPECT_NEAR(ways.along({{0, 2, 3}, 0, true}, 6)->length, back, 1e-9);
+}
+
+TEST(RoutesToObjects, AreThoseOfRouteToEachAlone) {
+  const WorldMap world = sampleWorld();
+  const auto routes = routesToObjects(world, 3);
+  ASSERT_EQ(routes.size(), world.objects.size());
+  const WorldRoute found = routeInWorld(world, 3, "coffee mug");
+  ASSERT_TRUE(routes[1] && routes[1]->driven && found.driven);
+  EXPECT_EQ(routes[1]->route.nodes, found.route.nodes);
+  EXPECT_EQ(routes[1]->pose->frame, found.pose->frame);
+  EXPECT_EQ(routes[1]->driven->points, found.driven->points);
+  EXPECT_THAT([&] { routesToObjects(world, 99); }, FailsWith(ErrorCode::unknownName, "99"));
+}
+
 }  // namespace
 }  // namespace estancia
