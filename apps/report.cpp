@@ -15,6 +15,7 @@
 #include "estancia/report/zones_page.hpp"
 #include "estancia/topology/quality.hpp"
 #include "estancia/topology/store.hpp"
+#include "estancia/world/world_store.hpp"
 #include "estancia/zones/measure.hpp"
 #include "estancia/zones/zone_file.hpp"
 
@@ -24,6 +25,7 @@ namespace {
 struct ReportArguments {
   std::string file, output, title, label, floorPlan, zones, map;
   std::array<double, 4> extent{};
+  std::optional<int> from;
   bool overwrite = false, json = false;
 };
 
@@ -48,9 +50,21 @@ void writeMap(const ReportArguments& arguments, const CLI::App& command) {
   if (!arguments.map.empty())
     throw Error(ErrorCode::invalidOption,
                 fmt::format("--map gives images to zones; {} is a map and has its own", arguments.file));
-  const MapStore store = MapStore::open(arguments.file, MapStore::Access::read);
-  const TopologicalMap map = store.load();
+  MapStore store = MapStore::open(arguments.file, MapStore::Access::read);
+  store.beginReading();
+  WorldMap world{store.load()};
+  const WorldStore layers(store, MapStore::Access::read);
+  layers.read(world);
+  const TopologicalMap& map = world.places;
+  if (arguments.from && world.objects.empty())
+    throw Error(ErrorCode::insufficientData,
+                fmt::format("--from is where ways to objects start, and {} has no objects; leave it out",
+                            arguments.file));
+  const WorldPage above{.world = world,
+                        .image = [&layers](int object) { return layers.objectImage(object); },
+                        .from = arguments.from};
   MapPage page{map};
+  page.world = &above;
   page.title = titleOf(arguments);
   page.measures = measuresOf(evaluate(map));
   if (!arguments.label.empty()) {
@@ -67,6 +81,7 @@ void writeMap(const ReportArguments& arguments, const CLI::App& command) {
   page.images.frames = store.imageFrames();
   page.images.read = [&store](std::size_t frame) { return store.image(frame); };
   writeMapPage(arguments.output, page);
+  store.endReading();
 }
 
 void writeZones(const ReportArguments& arguments, const CLI::App& command) {
@@ -74,6 +89,9 @@ void writeZones(const ReportArguments& arguments, const CLI::App& command) {
     if (!value.empty())
       throw Error(ErrorCode::invalidOption,
                   fmt::format("{} goes with a map; {} holds zones", name, arguments.file));
+  if (arguments.from)
+    throw Error(ErrorCode::invalidOption,
+                fmt::format("--from goes with a map; {} holds zones", arguments.file));
   const Zones zones = readZones(arguments.file);
   ZonesPage page{zones};
   page.title = titleOf(arguments);
@@ -124,6 +142,9 @@ void addReportCommand(CLI::App& app) {
       ->needs("--floor-plan");
   command->add_option("--zones", arguments->zones, "Lay these zones of the same run over the map")
       ->check(CLI::ExistingFile);
+  command->add_option("--from", arguments->from,
+                      "The place (a node number) where the ways to objects start; default: that of the first "
+                      "frame");
   command->add_option("--map", arguments->map, "Show zones with the images of this map of the same run")
       ->check(CLI::ExistingFile);
   addOverwriteOption(*command, arguments->overwrite);
@@ -131,6 +152,7 @@ void addReportCommand(CLI::App& app) {
   addExamples(*command,
               "  estancia report home.estancia -o home.html\n"
               "  estancia report home.estancia -o home.html --label refrigerator\n"
+              "  estancia report home.estancia -o home.html --from 7\n"
               "  estancia report home.estancia -o home.html --floor-plan ~/drive\n"
               "  estancia report home.estancia -o home.html --zones home.zones\n"
               "  estancia report home.zones -o zones.html --map home.estancia");

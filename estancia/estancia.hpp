@@ -82,6 +82,7 @@
 #include "estancia/report/map_page.hpp"
 #include "estancia/report/measures.hpp"
 #include "estancia/report/page_images.hpp"
+#include "estancia/report/world_page.hpp"
 #include "estancia/report/zones_page.hpp"
 
 #include "estancia/fwd.hpp"

@@ -167,6 +167,7 @@ struct FloorPlan;
 struct MapPage;
 struct Measure;
 struct PageImages;
+struct WorldPage;
 struct ZonesPage;
 
 }  // namespace estancia

@@ -23,6 +23,8 @@
 #include "estancia/report/summary.hpp"
 #include "estancia/report/symbols.hpp"
 #include "estancia/report/word_cloud.hpp"
+#include "estancia/report/world_list.hpp"
+#include "estancia/report/world_section.hpp"
 
 namespace estancia {
 namespace {
@@ -134,6 +136,10 @@ Markup headerOf(const MapPage& page, const MapSummary& summary) {
       {map.frames.size(), "frame"}, {map.nodes.size(), "node"}, {map.transitions.size(), "transition"}};
   if (!map.merges.empty()) counts.emplace_back(map.merges.size(), "merge");
   if (summary.roomsDriven > 0) counts.emplace_back(summary.roomsDriven, "room");
+  if (page.world != nullptr && !page.world->world.areas.empty())
+    counts.emplace_back(page.world->world.areas.size(), "area");
+  if (page.world != nullptr && !page.world->world.objects.empty())
+    counts.emplace_back(page.world->world.objects.size(), "object");
   Facts facts{{"Sequence", shorten(page.sequence, 200)},
               {"Model", abbreviate(map.model)},
               {"Distance", shorten(map.distance, 120)}};
@@ -197,7 +203,26 @@ Painting paintingOf(const MapPage& page, const MapSummary& summary) {
                                  : Painting::rooms;
 }
 
-void addExplorer(Markup& body, const MapPage& page, const MapSummary& summary, const NodeZones* zones) {
+/// `choosers`: buttons beside it.
+Markup searchForm(const std::string& example, const Markup& choosers) {
+  Markup form;
+  form.open("form", {{"id", "search"}, {"role", "search"}, {"hidden", ""}});
+  form.element("label", {{"for", "word"}}, "Find a word on the map");
+  form.open("div", {{"class", "search-row"}});
+  form.leaf("input", {{"id", "word"},
+                      {"type", "search"},
+                      {"list", "words"},
+                      {"autocomplete", "off"},
+                      {"spellcheck", "false"},
+                      {"placeholder", "e.g. " + example}});
+  form.element("datalist", {{"id", "words"}}, "");
+  form.element("button", {{"type", "submit"}}, "Show").add(choosers);
+  return form.close().open("p", {{"id", "hint"}, {"aria-live", "polite"}}).close().close();
+}
+
+/// `hasForm`: whether the search form is here; else it is on the floor plan.
+void addExplorer(Markup& body, const MapPage& page, const MapSummary& summary, const NodeZones* zones,
+                 bool hasForm) {
   const Painting painting = paintingOf(page, summary);
   const HeatMap heat = heatMapOf(page.map, page.label.value_or(mostTellingLabel(page.map)));
   const FloorPlan* plan = page.floorPlan ? &*page.floorPlan : nullptr;
@@ -205,25 +230,23 @@ void addExplorer(Markup& body, const MapPage& page, const MapSummary& summary, c
   if (plan != nullptr) requireFitting(*plan, layout.frames);
 
   body.open("section", {{"class", "explore"}, {"id", "map"}, {"aria-label", "Map"}});
-  body.open("form", {{"id", "search"}, {"role", "search"}, {"hidden", ""}});
-  body.element("label", {{"for", "word"}}, "Find a word on the map");
-  body.open("div", {{"class", "search-row"}});
-  body.leaf("input", {{"id", "word"},
-                      {"type", "search"},
-                      {"list", "words"},
-                      {"autocomplete", "off"},
-                      {"spellcheck", "false"},
-                      {"placeholder", "e.g. " + shorten(firstSynonym(page.map.vocabulary[heat.label]), 30)}});
-  body.element("datalist", {{"id", "words"}}, "");
-  body.element("button", {{"type", "submit"}}, "Show");
-  const auto chooser = [&body, painting](const char* id, Painting what, const char* text) {
-    body.element("button",
-                 {{"type", "button"}, {"id", id}, {"aria-pressed", painting == what ? "true" : "false"}},
-                 text);
+  Markup choosers;
+  const auto chooser = [&choosers, painting](const char* id, Painting what, const char* text) {
+    choosers.element("button",
+                     {{"type", "button"}, {"id", id}, {"aria-pressed", painting == what ? "true" : "false"}},
+                     text);
   };
   if (!summary.rooms.empty()) chooser("by-rooms", Painting::rooms, "Color by room");
   if (zones != nullptr) chooser("by-zones", Painting::zones, "Color by zone");
-  body.close().open("p", {{"id", "hint"}, {"aria-live", "polite"}}).close().close();
+  if (hasForm)
+    body.add(searchForm(shorten(firstSynonym(page.map.vocabulary[heat.label]), 30), choosers));
+  else
+    body.open("div", {{"class", "choosers"}})
+        .element("h2", "Map of places")
+        .open("div", {{"class", "search-row"}})
+        .add(choosers)
+        .close()
+        .close();
 
   body.open("div", {{"class", "figure"}});
   const MapColors colors{heat, zones, painting};
@@ -247,8 +270,8 @@ void addExplorer(Markup& body, const MapPage& page, const MapSummary& summary, c
 
 /// What the script needs: labels, nodes, and for each node its labels as a flat list of
 /// (step from the previous label, p in 1/10,000).
-std::string searchIndex(const MapPage& page, const MapSummary& summary, const NodeZones* zones,
-                        double& threshold) {
+nlohmann::json searchIndex(const MapPage& page, const MapSummary& summary, const NodeZones* zones,
+                           double& threshold) {
   const auto entries = [&page](double least) {
     std::size_t count = 0;
     for (const Node& node : page.map.nodes)
@@ -286,9 +309,8 @@ std::string searchIndex(const MapPage& page, const MapSummary& summary, const No
   for (const std::string& label : page.map.vocabulary.labels()) labels.push_back(shorten(label, 200));
   for (const Color& color : viridisStops()) colors.push_back({color.red, color.green, color.blue});
   for (std::size_t shape = 0; shape < 5; ++shape) shapes.push_back(shapePath(shape, unitRadius));
-  nlohmann::json data{{"labels", labels}, {"nodes", nodes},   {"index", index},
-                      {"colors", colors}, {"shapes", shapes}, {"least", threshold}};
-  return data.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  return {{"labels", labels}, {"nodes", nodes},   {"index", index},
+          {"colors", colors}, {"shapes", shapes}, {"least", threshold}};
 }
 
 }  // namespace
@@ -299,7 +321,9 @@ std::string renderMapPage(const MapPage& page) {
   if (page.zones != nullptr) laidOver = zonesOf(summary, *page.zones);
   const NodeZones* zones = laidOver ? &*laidOver : nullptr;
   double threshold = 0;
-  const std::string data = searchIndex(page, summary, zones, threshold);
+  nlohmann::json data = searchIndex(page, summary, zones, threshold);
+  std::optional<WorldView> world;
+  if (page.world != nullptr && hasLayers(page.world->world)) world.emplace(viewOf(*page.world));
 
   Markup body;
   body.element("a", {{"class", "skip"}, {"href", "#places"}}, "Skip to the places");
@@ -308,7 +332,11 @@ std::string renderMapPage(const MapPage& page) {
   if (page.map.nodes.empty()) {
     body.element("p", {{"class", "note"}}, "This map has no nodes yet.");
   } else {
-    addExplorer(body, page, summary, zones);
+    if (world) {
+      body.add(worldSection(*world, searchForm(exampleWord(world->world), {}))).add(worldList(*world));
+      data["world"] = worldData(*world);
+    }
+    addExplorer(body, page, summary, zones, !world);
     const Cards cards = nodeCards(summary, page, zones, paintingOf(page, summary));
     std::string limits, search;
     if (cards.listed > 0)
@@ -324,7 +352,9 @@ std::string renderMapPage(const MapPage& page) {
   }
   body.add(measuresSection(page.measures));
   body.close();
-  return htmlDocument(page.title, mapPageCss, body, data, mapPageScript);
+  const std::string dataText = data.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  if (!world) return htmlDocument(page.title, mapPageCss, body, dataText, mapPageScript);
+  return htmlDocument(page.title, mapPageCss + worldPageCss, body, dataText, worldPageScript + mapPageScript);
 }
 
 void writeMapPage(const std::filesystem::path& path, const MapPage& page) {

@@ -11,6 +11,7 @@
 #include "estancia/report/floor_plan.hpp"
 #include "estancia/report/measures.hpp"
 #include "estancia/report/page_images.hpp"
+#include "estancia/report/world_page.hpp"
 #include "estancia/topology/map.hpp"
 #include "estancia/zones/zones.hpp"
 
@@ -27,6 +28,7 @@ struct MapPage {
   std::optional<FloorPlan> floorPlan = {};  ///< needs poses in a z-up map
   const Zones* zones = nullptr;             ///< of the same run, to lay over the nodes
   PageImages images = {};
+  const WorldPage* world = nullptr;  ///< of the same map: a floor plan with areas and objects comes first
 
   std::size_t cards = 60;  ///< only this many of the largest nodes get images and a word cloud
   /// Values in the search index; smaller probabilities are left out first.

@@ -111,8 +111,18 @@
   const near = text => synonyms
     .map((words, label) => [Math.min(...words.map(w => distance(w.slice(0, 40), text.trim().toLowerCase().slice(0, 40)))), label])
     .sort((a, b) => a[0] - b[0] || a[1] - b[1]).filter(([d]) => d <= 3).map(([, label]) => label);
+  // the floor plan listens: labels that are the words, else hold them, else the first that was found
+  function tell(text, found) {
+    const wanted = text.trim().toLowerCase();
+    const having = test => found.filter(label => synonyms[label].some(test));
+    const whole = having(word => word === wanted), held = having(word => ` ${word} `.includes(` ${wanted} `));
+    const labels = whole.length ? whole : held.length ? held : found.slice(0, 1);
+    return !document.dispatchEvent(new CustomEvent('asked', {detail: {text, labels}, cancelable: true}));
+  }
   function search(text) {
-    const found = matches(text), offered = found.length ? found.slice(1, 7) : near(text).slice(0, 5);
+    const found = matches(text), named = tell(text, found) && !found.length;
+    if (named) return byId('hint').replaceChildren();
+    const offered = found.length ? found.slice(1, 7) : near(text).slice(0, 5);
     const chips = offered.map(label => make('button', {
       type: 'button', textContent: shortName(label), title: data.labels[label],
       onclick: () => { location.hash = 'label=' + encodeURIComponent(data.labels[label]); }
@@ -170,7 +180,7 @@
       try { text = decodeURIComponent(value); } catch (e) { /* a hash typed by hand */ }
       const line = data.labels.indexOf(text);  // a whole label line is that label and no other
       byId('word').value = text;
-      if (line >= 0) showLabel(line); else search(text);
+      if (line >= 0) { tell(shortName(line), [line]); showLabel(line); } else search(text);
     } else if (key === 'select') select(+value);
     else if (byId('smaller') && byId(location.hash.slice(1))) byId('smaller').open = true;
   }

@@ -6,6 +6,7 @@
 
 namespace estancia::report {
 
-extern const std::string mapPageCss, mapPageScript, tablesCss, zonesPageCss, zonesPageScript;
+extern const std::string mapPageCss, mapPageScript, tablesCss, worldPageCss, worldPageScript, zonesPageCss,
+    zonesPageScript;
 
 }  // namespace estancia::report

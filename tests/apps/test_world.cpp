@@ -1,5 +1,6 @@
-// `estancia ask`, `route` and `export` on a map with areas and objects.
+// `estancia ask`, `route`, `export` and `report` on a map with areas and objects.
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -95,6 +96,26 @@ TEST_F(WorldCommand, ExportsItsLayers) {
   }
   EXPECT_THAT(run({"export", map_, "--format", "rooms", "--frame", "odom"}),
               FailsWith(ErrorCode::invalidOption, "--frame"));
+}
+
+TEST_F(WorldCommand, ReportsThePlanWithTheWaysOfRoute) {
+  const fs::path page = scratch_ / "home.html";
+  ASSERT_EQ(run({"report", map_, "-o", page, "--from", "3"}).exitCode, 0);
+  const std::string html = readFile(page);
+  for (const char* part : {"id=\"world\"", "id=\"area-3\"", "id=\"object-5\"", "id=\"image-1\""})
+    EXPECT_THAT(html, HasSubstr(part));
+  const json route = json::parse(run({"route", map_, "--from", "3", "--to", "coffee mug", "--json"}).out);
+  const double length = route["driven"]["length"];
+  EXPECT_THAT(html, HasSubstr(fmt::format("\"length\":{:.2f}", length)));
+  EXPECT_THAT(run({"route", map_, "--from", "3", "--to", "coffee mug"}).out,
+              HasSubstr(fmt::format("{:.1f} m as driven", length)));
+  EXPECT_THAT(run({"report", map_, "-o", scratch_ / "no.html", "--from", "99"}),
+              FailsWith(ErrorCode::unknownName, "99"));
+  WorldMap bare = sampleWorld();
+  bare.objects.clear();
+  writeWorld(bare, scratch_ / "bare.estancia");
+  EXPECT_THAT(run({"report", scratch_ / "bare.estancia", "-o", scratch_ / "no.html", "--from", "3"}),
+              FailsWith(ErrorCode::insufficientData, "--from"));
 }
 
 }  // namespace

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/report/world_section.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgproc.hpp>
+#include <string_view>
+#include <unordered_map>
+
+#include "estancia/report/color.hpp"
+#include "estancia/report/plan_shapes.hpp"
+#include "estancia/report/symbols.hpp"
+#include "estancia/report/world_figure.hpp"
+
+namespace estancia::report {
+namespace {
+
+double inCentimeters(double meters) {
+  return std::round(meters * 100) / 100;
+}
+
+/// As few points as show it to 5 cm.
+nlohmann::json pathJson(const std::vector<cv::Point2d>& way) {
+  std::vector<cv::Point2f> points, corners;
+  for (const cv::Point2d& point : way)
+    points.emplace_back(static_cast<float>(point.x - way.front().x),
+                        static_cast<float>(point.y - way.front().y));
+  cv::approxPolyDP(points, corners, 0.05, false);
+  nlohmann::json path = nlohmann::json::array();
+  for (const cv::Point2f& corner : corners)
+    path.push_back({inCentimeters(way.front().x + static_cast<double>(corner.x)),
+                    inCentimeters(way.front().y + static_cast<double>(corner.y))});
+  return path;
+}
+
+void addWay(nlohmann::json& json, const WorldRoute& route, const WorldMap& world) {
+  json["cost"] = route.route.cost;
+  json["pose"] = {inCentimeters(route.pose->x), inCentimeters(route.pose->y),
+                  std::round(route.pose->yaw * 1e4) / 1e4};
+  json["distance"] = inCentimeters(route.pose->distance);
+  json["frame"] = cleanText(world.places.frames[route.pose->frame].name);
+  if (!route.driven) return;
+  json["length"] = inCentimeters(route.driven->length);
+  json["way"] = pathJson(route.driven->points);
+}
+
+/// What the panel shows before anything is asked.
+void addAreaIndex(Markup& section, const WorldMap& world) {
+  if (world.areas.empty()) return;
+  section.element("h2", "Areas").open("ul", {{"class", "area-index"}});
+  for (const WorldArea& area : world.areas) {
+    const auto objects = static_cast<std::size_t>(
+        std::ranges::count(world.objects, area.id, [](const WorldObject& object) { return object.area; }));
+    section.open("li").open("a", {{"href", fmt::format("#area-{}", area.id)}});
+    section.add(symbol({classStyle(static_cast<std::size_t>(area.id)).fill}));
+    section.element("span", {{"class", "label"}}, shorten(area.displayName(), 40));
+    section.element("span", {{"class", "p"}}, counted(objects, "object")).close().close();
+  }
+  section.close();
+}
+
+void addPlanGuide(Markup& section, bool ways) {
+  section.open("div", {{"class", "panel guide"}}).element("h2", "How to read this plan");
+  section.element(
+      "p",
+      "Seen from above: areas are tinted and named, walls dark, the driven path dotted. An object "
+      "is a small image where there is room, else a dot in its color; the thin line is its box.");
+  section.element("p",
+                  ways ? "Select an object, or search a word: the plan shows the way along the driven path "
+                         "from the ring, and the arrow is where to stand and look."
+                       : "Select an object, or search a word, to see its words and its image.");
+  section.close();
+}
+
+}  // namespace
+
+Markup worldSection(const WorldView& view, const Markup& searchForm) {
+  const PlanShapes shapes = view.world.plan ? shapesOf(*view.world.plan) : PlanShapes();
+  Markup section;
+  section.add(imageSymbols(view));
+  section.open("section", {{"class", "explore"}, {"id", "world"}, {"aria-label", "Floor plan"}});
+  section.add(searchForm);
+  section.open("div", {{"class", "figure"}});
+  section.add(worldFigure(view, shapes, {780, 760, 12.5, true, "wide"}));
+  section.add(worldFigure(view, shapes, {358, 520, 11, false, "narrow"}));
+  section.close().open("div", {{"class", "side"}});
+  Attributes panel{{"class", "panel"}, {"id", "found"}, {"aria-live", "polite"}};
+  if (view.world.areas.empty()) panel.push_back({"hidden", ""});
+  section.open("div", panel);
+  addAreaIndex(section, view.world);
+  section.close().close();
+  addPlanGuide(section, view.start().has_value());
+  section.element("div", {{"id", "tip"}, {"hidden", ""}, {"aria-hidden", "true"}}, "");
+  return section.close();
+}
+
+std::string exampleWord(const WorldMap& world) {
+  const WorldObject* example = nullptr;
+  for (const WorldObject& object : world.objects)
+    if (!object.words.empty() && (example == nullptr || object.probability() > example->probability()))
+      example = &object;
+  return example == nullptr ? "" : shorten(firstSynonym(example->words.front().label), 30);
+}
+
+nlohmann::json worldData(const WorldView& view) {
+  const WorldMap& world = view.world;
+  std::unordered_map<std::string_view, std::size_t> numbers;
+  for (std::size_t i = 0; i < world.places.vocabulary.size(); ++i)
+    numbers.emplace(world.places.vocabulary[i], i);
+  nlohmann::json objects = nlohmann::json::array(), areas = objects;
+  for (const WorldObject& object : world.objects) {
+    nlohmann::json words = nlohmann::json::array();
+    constexpr std::size_t most = 20;
+    for (std::size_t i = 0; i < std::min(most, object.words.size()); ++i)
+      if (const auto number = numbers.find(object.words[i].label); number != numbers.end())
+        words.push_back(
+            {number->second, std::lround(1e4 * static_cast<double>(object.words[i].probability))});
+    nlohmann::json json{{"name", shorten(object.displayName(), 60)},
+                        {"given", cleanText(object.givenName)},
+                        {"words", words},
+                        {"probability", probabilityText(object)},
+                        {"where", shorten(whereText(object, world), 120)}};
+    if (const auto& route = view.routes[static_cast<std::size_t>(object.id)]) addWay(json, *route, world);
+    objects.push_back(std::move(json));
+  }
+  for (const WorldArea& area : world.areas)
+    areas.push_back(
+        {{"id", area.id}, {"name", shorten(area.displayName(), 60)}, {"given", cleanText(area.givenName)}});
+  return {{"from", view.from}, {"objects", objects}, {"areas", areas}};
+}
+
+}  // namespace estancia::report

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/report/world_view.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "estancia/core/error.hpp"
+#include "estancia/world/world_json.hpp"
+
+namespace estancia::report {
+namespace {
+
+Point onFloor(const Floor& floor, const cv::Vec3d& at) {
+  const cv::Point2d point = floor.position(at);
+  return {point.x, point.y};
+}
+
+/// Whether it can be drawn; a damaged map may hold anything.
+bool isNear(const WorldObject& object) {
+  constexpr double limit = 1e6;  // [m]
+  return std::max({std::abs(object.center.x), std::abs(object.center.y), std::abs(object.center.z),
+                   std::abs(object.size.x), std::abs(object.size.y)}) < limit;
+}
+
+std::vector<Point> cornersOfBox(const WorldObject& object, const Point& center) {
+  const double c = std::cos(object.yaw), s = std::sin(object.yaw);
+  const double x = object.size.x / 2, y = object.size.y / 2;
+  std::vector<Point> corners;
+  for (const Point& corner : {Point{-x, -y}, Point{x, -y}, Point{x, y}, Point{-x, y}})
+    corners.push_back({center.x + c * corner.x - s * corner.y, center.y + s * corner.x + c * corner.y});
+  return corners;
+}
+
+/// The images of what was seen most often first, as many as there is room for.
+void loadObjectImages(const WorldPage& page, WorldView& view) {
+  if (!page.image) return;
+  std::vector<const WorldObject*> order;
+  for (const WorldObject& object : page.world.objects) order.push_back(&object);
+  std::ranges::stable_sort(order, [](auto* a, auto* b) { return a->views > b->views; });
+  std::size_t left = page.bytes;
+  for (const WorldObject* object : order) {
+    const std::vector<unsigned char> bytes = page.image(object->id);
+    if (bytes.empty()) continue;
+    if (bytes.size() > left) {
+      ++view.withheld;
+      continue;
+    }
+    left -= bytes.size();
+    view.images.emplace(object->id, imageUri(bytes, fmt::format("the image of object {}", object->id)));
+  }
+}
+
+}  // namespace
+
+Point WorldView::centerOf(const WorldObject& object) const {
+  return onFloor(floor, {object.center.x, object.center.y, object.center.z});
+}
+
+std::optional<Point> WorldView::start() const {
+  for (const std::optional<WorldRoute>& route : routes)
+    if (route && route->driven)
+      return Point{route->driven->points.front().x, route->driven->points.front().y};
+  return std::nullopt;
+}
+
+bool hasLayers(const WorldMap& world) {
+  return world.plan.has_value() || !world.objects.empty();
+}
+
+WorldView viewOf(const WorldPage& page) {
+  const WorldMap& world = page.world;
+  WorldView view{world, floorOf(world)};
+  for (const MappedFrame& frame : world.places.frames) {
+    view.path.emplace_back();
+    if (frame.pose && frame.pose->isPlausible())
+      view.path.back() = onFloor(view.floor, {frame.pose->x, frame.pose->y, frame.pose->z});
+  }
+  for (const WorldObject& object : world.objects) {
+    view.boxes.emplace_back();
+    if (isNear(object)) view.boxes.back() = cornersOfBox(object, view.centerOf(object));
+  }
+  loadObjectImages(page, view);
+  view.routes.resize(world.objects.size());
+  if (world.places.nodes.empty()) return view;
+  view.from = page.from.value_or(world.places.frames.empty() ? world.places.nodes.front().id
+                                                             : world.places.frames.front().node);
+  view.routes = routesToObjects(world, view.from);
+  return view;
+}
+
+Markup imageSymbols(const WorldView& view) {
+  Markup svg;
+  svg.open("svg", {{"class", "symbols"}, {"aria-hidden", "true"}});
+  for (const auto& [object, uri] : view.images) {
+    svg.open("symbol", {{"id", fmt::format("image-{}", object)}, {"viewBox", "0 0 1 1"}});
+    svg.leaf("image",
+             {{"width", 1}, {"height", 1}, {"preserveAspectRatio", "xMidYMid slice"}, {"href", uri}});
+    svg.close();
+  }
+  return svg.close();
+}
+
+std::string probabilityText(const WorldObject& object) {
+  if (!object.givenName.empty()) return "named by people";
+  return object.words.empty() ? "" : fmt::format("{:.0f} %", 100 * object.probability());
+}
+
+std::string whereText(const WorldObject& object, const WorldMap& world) {
+  std::string where = object.support == Support::wall ? "at a wall" : supportText(object, world);
+  if (const WorldArea* area = world.findArea(object.area))
+    where += (where.empty() ? "in " : ", in ") + area->displayName();
+  return where;
+}
+
+}  // namespace estancia::report

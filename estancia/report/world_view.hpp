@@ -1,0 +1,55 @@
+// World view: a world prepared for drawing: positions on the floor, images, ways.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "estancia/core/planar_pose.hpp"
+#include "estancia/report/html.hpp"
+#include "estancia/report/svg.hpp"
+#include "estancia/report/world_page.hpp"
+#include "estancia/world/route_world.hpp"
+
+namespace estancia::report {
+
+struct WorldView {
+  const WorldMap& world;
+  Floor floor;
+  /// One a frame, in the floor's axes [m]; none where the pose is unknown or absurd.
+  std::vector<std::optional<Point>> path = {};
+  /// The corners of each object's box on the floor [m]; none where it is absurdly far away.
+  std::vector<std::vector<Point>> boxes = {};
+  /// The data: URI of each object that has an image.
+  std::map<int, std::string> images = {};
+  /// Images left out because WorldPage::bytes were used up.
+  std::size_t withheld = 0;
+  /// The node where ways start; -1 in a map without places.
+  int from = -1;
+  /// For each object.
+  std::vector<std::optional<WorldRoute>> routes = {};
+
+  Point centerOf(const WorldObject& object) const;
+  /// Where the ways start; nothing where none is known.
+  std::optional<Point> start() const;
+};
+
+/// Whether there is anything to draw above the places.
+bool hasLayers(const WorldMap& world);
+
+/// Throws Error (unknownName) where there is no node WorldPage::from.
+WorldView viewOf(const WorldPage& page);
+
+/// The images as symbols "image-<object>" of 1 × 1, for <use>.
+Markup imageSymbols(const WorldView& view);
+
+/// "61 %"; "named by people", or "" where nothing is known.
+std::string probabilityText(const WorldObject& object);
+
+/// "on the dining table, in kitchen"; "" where nothing is known.
+std::string whereText(const WorldObject& object, const WorldMap& world);
+
+}  // namespace estancia::report
