@@ -1,4 +1,4 @@
-// estancia map: images → topological map.
+// estancia map: images, with depth or without → places, zones, areas and objects.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -18,6 +18,7 @@
 #include "estancia/topology/places.hpp"
 #include "estancia/world/world_mapper.hpp"
 #include "labeling.hpp"
+#include "tracked.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -58,7 +59,28 @@ std::map<std::string, std::size_t> placesPerRoom(const MapArguments& arguments,
   return places;
 }
 
-Json summaryOf(const MapArguments& arguments, const MapRun& map, std::size_t skipped) {
+/// How the camera was tracked; nothing where it was not.
+using Odometry = std::optional<RgbdTrajectory>;
+
+Json summaryOf(const MapArguments& arguments, const RgbdTrajectory& odometry) {
+  std::optional<TopologicalMap> map;
+  const auto nameOf = [&](std::size_t frame) {
+    if (!map) map = readMap(arguments.output);
+    return map->frames.at(frame).name;
+  };
+  warnOfUntracked(odometry, nameOf, "a steady motion");
+  const std::size_t untracked = odometry.lost.size() + odometry.bridged.size();
+  if (!arguments.json)
+    fmt::print("  tracked {} of {} by RGB-D odometry, {} closed\n", odometry.poses.size() - untracked,
+               counted(odometry.poses.size(), "frame"), counted(odometry.loops.size(), "loop"));
+  Json json;
+  addCounts(json, odometry);
+  addUntracked(json, odometry, nameOf);
+  return json;
+}
+
+Json summaryOf(const MapArguments& arguments, const MapRun& map, std::size_t skipped,
+               const Odometry& odometry) {
   const MappingSession& session = *map.session();
   const Mapper& mapper = session.mapper();
   if (!arguments.json)
@@ -66,14 +88,16 @@ Json summaryOf(const MapArguments& arguments, const MapRun& map, std::size_t ski
                counted(session.frames(), "frame"), counted(mapper.nodes(), "place"),
                counted(mapper.transitions().size(), "transition"), mapper.thresholds().join,
                mapper.thresholds().revisit);
-  return {{"map", arguments.output},
-          {"frames", session.frames()},
-          {"new_frames", session.frames() - map.framesBefore()},
-          {"skipped", skipped},
-          {"nodes", mapper.nodes()},
-          {"transitions", mapper.transitions().size()},
-          {"tau_join", mapper.thresholds().join},
-          {"tau_revisit", mapper.thresholds().revisit}};
+  Json json{{"map", arguments.output},
+            {"frames", session.frames()},
+            {"new_frames", session.frames() - map.framesBefore()},
+            {"skipped", skipped},
+            {"nodes", mapper.nodes()},
+            {"transitions", mapper.transitions().size()},
+            {"tau_join", mapper.thresholds().join},
+            {"tau_revisit", mapper.thresholds().revisit}};
+  if (odometry) json["odometry"] = summaryOf(arguments, *odometry);
+  return json;
 }
 
 /// The layers above the places.
@@ -85,38 +109,43 @@ class Layers {
     sayWhatIsMissing();
   }
 
-  /// Before the frame is added to the map.
-  void observe(const LabeledFrame& labeled) {
+  /// Returns the frame as it is to be added to the map: with its pose, if that is known.
+  Frame observe(const LabeledFrame& labeled) {
     if (!mapper_) start();
-    const Frame& frame = sequence_.frame(labeled.index);
+    Frame frame = sequence_.frame(labeled.index);
     const cv::Mat depth = depthOf(labeled.index);
-    const bool look = mapper_->wantsImages() && !depth.empty() && frame.pose && labeled.image.empty();
-    mapper_->observe(frame, labeled.descriptor, look ? imageOf(labeled.index) : labeled.image, depth,
-                     sequence_.intrinsics().value_or(CameraIntrinsics{}));
+    const bool look = !depth.empty() && labeled.image.empty() && mapper_->wantsImage(frame);
+    frame.pose = mapper_->observe(frame, labeled.descriptor, look ? imageOf(labeled.index) : labeled.image,
+                                  depth, sequence_.intrinsics().value_or(CameraIntrinsics{}));
+    return frame;
   }
-  void finish() {
-    if (!mapper_) return;
+  /// Writes them. Returns how the camera was tracked.
+  Odometry finish() {
+    if (!mapper_) return std::nullopt;
     mapper_->finish();
     if (mapper_->viewsTooFar() > 0)
       spdlog::warn(
           "{} too far from the others for a floor plan and left out of it; `estancia check` looks "
           "at the poses",
           mapper_->viewsTooFar() == 1 ? "1 view is" : fmt::format("{} views are", mapper_->viewsTooFar()));
+    return mapper_->odometry();
   }
 
  private:
-  void start() { mapper_.emplace(map_.start(), options_, &labeler_); }
+  void start() {
+    const auto camera = cameraToTrack(sequence_, options_);
+    mapper_.emplace(map_.start(), options_, &labeler_, camera);
+    if (camera && !mapper_->tracks() && (mapper_->layers().areas || mapper_->layers().objects))
+      spdlog::info("no areas and objects: the map was begun without odometry; map anew to have them");
+  }
 
   /// Why there are no areas and objects although there is depth, or although they were asked for.
   void sayWhatIsMissing() const {
     const bool asked = options_.layers && (options_.layers->areas || options_.layers->objects);
     if (options_.layers && !asked) return;
-    bool posed = false;
-    for (std::size_t i = 0; i < sequence_.size() && !posed; ++i) posed = sequence_.frame(i).pose.has_value();
     const std::string what = !sequence_.hasDepth()     ? "depth images"
                              : !sequence_.intrinsics() ? "the camera of the depth images; give --intrinsics"
-                             : !posed ? "poses; make them by `estancia odometry estimate`, and give --poses"
-                                      : "";
+                                                       : "";
     if (what.empty()) return;
     if (asked)
       throw Error(ErrorCode::insufficientData,
@@ -152,26 +181,29 @@ class Layers {
   std::optional<WorldMapper> mapper_;
 };
 
-/// Adds the labeled frames from `first` on. Returns how many were skipped.
-std::size_t addFrames(const MapArguments& arguments, Labeling& labeling, std::size_t first, bool images,
-                      MapRun& map) {
+struct Added {
+  std::size_t skipped = 0;
+  Odometry odometry;
+};
+
+/// Adds the labeled frames from `first` on.
+Added addFrames(const MapArguments& arguments, Labeling& labeling, std::size_t first, bool images,
+                MapRun& map) {
   const Sequence& sequence = labeling.sequence();
   Layers layers(labeling, map, arguments.world);
   const auto finish = [&] {
     map.finish();
-    layers.finish();
+    return layers.finish();
   };
   try {
     const std::size_t skipped = labeling.forEach(first, "mapping", [&](const LabeledFrame& frame) {
       const auto image = [&] {
         return encodeImage(frame.image.empty() ? sequence.image(frame.index) : frame.image);
       };
-      layers.observe(frame);
-      map.add(sequence.frame(frame.index), frame.descriptor,
+      map.add(layers.observe(frame), frame.descriptor,
               images ? MappingSession::Image(image) : MappingSession::Image());
     });
-    finish();
-    return skipped;
+    return {skipped, finish()};
   } catch (const Interrupted& e) {
     if (!map.session()) throw;
     finish();
@@ -195,8 +227,8 @@ void run(const MapArguments& arguments) {
         if (!arguments.declared.preset().empty()) options = MapperOptions::thesis();
         arguments.declared.applyTo(declare(options));
       });
-  const std::size_t skipped = addFrames(arguments, labeling, first, images, *map);
-  Json json = summaryOf(arguments, *map, skipped);
+  const Added added = addFrames(arguments, labeling, first, images, *map);
+  Json json = summaryOf(arguments, *map, added.skipped, added.odometry);
   map.reset();  // the rooms are written into its file
   if (classifier) {
     const auto places = placesPerRoom(arguments, *classifier, images ? &sequence : nullptr);

@@ -12,6 +12,7 @@
 #include "estancia/odometry/rgbd.hpp"
 #include "estancia/stats/trajectory_error.hpp"
 #include "labeling.hpp"
+#include "tracked.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -77,22 +78,13 @@ std::optional<Comparison> compareWithTruth(const Sequence& sequence, const RgbdT
 
 void tell(const OdometryArguments& arguments, const Sequence& sequence, const RgbdTrajectory& trajectory,
           double seconds) {
-  const std::size_t placed = sequence.size() - trajectory.lost.size();
   const double rate = static_cast<double>(sequence.size()) / seconds;
   const auto comparison = compareWithTruth(sequence, trajectory);
   if (arguments.json) {
-    nlohmann::ordered_json json{{"trajectory", arguments.output},
-                                {"frames", sequence.size()},
-                                {"placed", placed},
-                                {"keyframes", trajectory.keyframes.size()},
-                                {"loops", trajectory.loops.size()},
-                                {"corrections", trajectory.corrections},
-                                {"frames_per_second", rate}};
-    for (const auto& [frame, why] : trajectory.lost)
-      json["lost"].push_back({{"frame", sequence.frame(frame).name}, {"why", why}});
-    for (const auto& [frame, why] : trajectory.bridged)
-      json["bridged"].push_back({{"frame", sequence.frame(frame).name}, {"why", why}});
-    if (!trajectory.notes.empty()) json["notes"] = trajectory.notes;
+    nlohmann::ordered_json json{{"trajectory", arguments.output}, {"frames", sequence.size()}};
+    addCounts(json, trajectory);
+    json["frames_per_second"] = rate;
+    addUntracked(json, trajectory, [&](std::size_t frame) { return sequence.frame(frame).name; });
     if (comparison)
       json["error"] = {{"poses", comparison->absolute.poses},
                        {"rmse", comparison->absolute.rmse},
@@ -107,8 +99,8 @@ void tell(const OdometryArguments& arguments, const Sequence& sequence, const Rg
     return;
   }
   fmt::print("{}: {} of {} frames placed, {} of them bridged, {} keyframes, {} loops; {:.1f} frames/s\n",
-             arguments.output, placed, sequence.size(), trajectory.bridged.size(),
-             trajectory.keyframes.size(), trajectory.loops.size(), rate);
+             arguments.output, sequence.size() - trajectory.lost.size(), sequence.size(),
+             trajectory.bridged.size(), trajectory.keyframes.size(), trajectory.loops.size(), rate);
   if (!comparison) return;
   const auto& [absolute, relative, path, online] = *comparison;
   fmt::print(
@@ -148,18 +140,9 @@ void run(const OdometryArguments& arguments) {
   const RgbdTrajectory trajectory = trackRgbd(sequence, arguments.options, words, *progress, prior);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
 
-  constexpr std::size_t shown = 5;
-  for (std::size_t i = 0; i < std::min(shown, trajectory.notes.size()); ++i)
-    spdlog::warn("{}", trajectory.notes[i]);
-  if (trajectory.notes.size() > shown)
-    spdlog::warn("{} such notes in all; --json lists them", trajectory.notes.size());
-  const auto name = [&](const std::vector<RgbdTrajectory::Untracked>& frames, const std::string& what) {
-    for (std::size_t i = 0; i < std::min(shown, frames.size()); ++i)
-      spdlog::warn("{} {}: {}", what, sequence.frame(frames[i].frame).name, frames[i].why);
-    if (frames.size() > shown) spdlog::warn("{} {} frames in all; --json lists them", what, frames.size());
-  };
-  name(trajectory.lost, "no pose for");
-  name(trajectory.bridged, arguments.odom.empty() ? "a steady motion bridges" : "--odom bridges");
+  warnOfUntracked(
+      trajectory, [&](std::size_t frame) { return sequence.frame(frame).name; },
+      arguments.odom.empty() ? "a steady motion" : "--odom");
 
   std::vector<Frame> frames;
   for (std::size_t i = 0; i < sequence.size(); ++i) {

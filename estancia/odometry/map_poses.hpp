@@ -19,6 +19,8 @@ class MapPoses {
   /// T_map_keyframe; nothing for keyframes that are not in the map, the part with the most frames.
   const std::optional<cv::Affine3d>& at(std::size_t k) const { return told_[k]; }
   std::uint64_t revision() const { return revision_; }
+  /// Whether both keyframes belong to one part, as of the last update.
+  bool areJoined(std::size_t a, std::size_t b) const { return part_[a] == part_[b]; }
 
   /// So many more frames hang on keyframe k.
   void count(std::size_t k, std::ptrdiff_t frames);

@@ -264,6 +264,14 @@ RgbdTracker::Placement RgbdTracker::at(std::size_t frame) const {
   return impl_->at(frame);
 }
 
+std::optional<Pose> RgbdTracker::motion(std::size_t from, std::size_t to) const {
+  const Impl& impl = *impl_;
+  if (from >= size() || to >= size() || !impl.placed[from] || !impl.placed[to] ||
+      !impl.map.areJoined(impl.placed[from]->keyframe, impl.placed[to]->keyframe))
+    return std::nullopt;
+  return poseOf(impl.trackedPose(from).inv() * impl.trackedPose(to));
+}
+
 std::uint64_t RgbdTracker::revision() const {
   return impl_->map.revision();
 }

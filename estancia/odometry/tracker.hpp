@@ -79,6 +79,9 @@ class RgbdTracker {
   std::size_t size() const;
   /// A frame as it is known now.
   Placement at(std::size_t frame) const;
+  /// T_from_to by the latest optimum, of two frames that were tracked in the same part of the drive, also
+  /// where that part has no place in the map yet; nothing of others.
+  std::optional<Pose> motion(std::size_t from, std::size_t to) const;
   /// Grows when at() of tracked frames before the latest changed: where their keyframes see things more than
   /// RgbdOptions::minCorrection elsewhere, or parts of the drive were joined. Frames that are bridged may
   /// move, or get their pose, without it.

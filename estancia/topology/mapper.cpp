@@ -358,6 +358,15 @@ int Mapper::add(DescriptorView descriptor, const std::optional<Pose>& pose) {
   return currentNode();
 }
 
+void Mapper::movePoses(const std::function<std::optional<Pose>(std::size_t)>& pose) {
+  const auto plausible = [&pose](std::size_t frame) {
+    const std::optional<Pose> now = pose(frame);
+    return now && now->isPlausible() ? now : std::nullopt;
+  };
+  impl_->views.movePoses(plausible);
+  for (std::size_t i = 0; i < impl_->warmup.size(); ++i) impl_->warmup[i].pose = plausible(i);
+}
+
 void Mapper::finish() {
   impl_->finish();
 }

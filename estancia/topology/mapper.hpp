@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -101,6 +102,9 @@ class Mapper {
   /// tell places that look alike apart, and show that the robot is back. Throws Error when it is not a
   /// descriptor; the mapper is then unchanged.
   int add(DescriptorView descriptor, const std::optional<Pose>& pose = {});
+  /// Frames were elsewhere than add() was told: `pose` says where each one was, as it is known now. Places
+  /// are recognized by it from now on; what was decided stays.
+  void movePoses(const std::function<std::optional<Pose>(std::size_t frame)>& pose);
   /// The run is over (for now): a run that is still warming up is remapped a last time.
   void finish();
 

@@ -115,6 +115,17 @@ int MappingSession::add(const Frame& frame, DescriptorView descriptor, const Ima
   return mapped.node;
 }
 
+void MappingSession::correct(const std::vector<Correction>& corrections) {
+  impl_->correct(corrections);
+}
+
+void MappingSession::Impl::correct(const std::vector<Correction>& corrections) {
+  if (corrections.empty()) return;
+  finished = false;
+  for (const Correction& correction : corrections) store.putPose(correction.frame, correction.pose);
+  mapper.movePoses([this](std::size_t frame) { return store.pose(frame); });
+}
+
 void MappingSession::finish() {
   impl_->mapper.finish();
   impl_->write();

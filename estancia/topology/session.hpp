@@ -58,6 +58,13 @@ class MappingSession {
   int add(const cv::Mat& image, std::optional<double> timestamp = {}, const std::optional<Pose>& pose = {});
   /// Maps a frame that was labeled elsewhere.
   int add(const Frame& frame, DescriptorView descriptor, const Image& image = {});
+  /// Where earlier frames were taken, as it is known now, and nothing of those of which it is not.
+  struct Correction {
+    std::size_t frame;
+    std::optional<Pose> pose;
+  };
+  /// Takes them in place of the poses of add(). Throws Error (unknownName) for frames that the map lacks.
+  void correct(const std::vector<Correction>& corrections);
   /// Writes everything, a last remapping of the warm-up included. More frames may follow.
   void finish();
 

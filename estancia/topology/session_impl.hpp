@@ -19,6 +19,7 @@ struct MappingSession::Impl {
   int exceptions = std::uncaught_exceptions();
   bool finished = true;
 
+  void correct(const std::vector<Correction>& corrections);
   /// What has changed since the last time.
   void write();
   const MapStore& written();

@@ -33,6 +33,9 @@ constexpr std::int64_t formatVersion = 5;
 constexpr std::int64_t oldestVersion = 4;
 constexpr int lockPatience = 1000;  // a reader may hold a lock for a moment while it recovers [ms]
 
+constexpr double noNumber = std::numeric_limits<double>::quiet_NaN();  // stored as NULL
+constexpr Pose unknownPose{noNumber, noNumber, noNumber, noNumber, noNumber, noNumber, noNumber};
+
 // Decisions, merges and first frames are history: they may name nodes that have been absorbed since.
 constexpr const char* schema = R"sql(
 CREATE TABLE meta(key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
@@ -355,13 +358,19 @@ void MapStore::addFrame(std::size_t index, const MappedFrame& frame, DescriptorV
     refuse(impl_->path, ErrorCode::invalidInput,
            fmt::format("frame {} cannot be added; the next one is {}", index, impl_->frames));
   requireProbabilities(descriptor, impl_->identity.vocabulary.size(), frame.name);
-  constexpr double none = std::numeric_limits<double>::quiet_NaN();  // stored as NULL
-  const Pose pose = frame.pose.value_or(Pose{none, none, none, none, none, none, none});
+  const Pose pose = frame.pose.value_or(unknownPose);
   impl_->write("INSERT INTO descriptors VALUES(?1, ?2)", index, descriptor);
   impl_->write("INSERT INTO frames VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12)", index,
-               frame.name, frame.timestamp.value_or(none), pose.x, pose.y, pose.z, pose.qx, pose.qy, pose.qz,
-               pose.qw, frame.room, frame.node);
+               frame.name, frame.timestamp.value_or(noNumber), pose.x, pose.y, pose.z, pose.qx, pose.qy,
+               pose.qz, pose.qw, frame.room, frame.node);
   ++impl_->frames;
+}
+
+void MapStore::putPose(std::size_t frame, const std::optional<Pose>& pose) {
+  impl_->requireFrame(frame);
+  const Pose p = pose.value_or(unknownPose);
+  impl_->write("UPDATE frames SET x = ?2, y = ?3, z = ?4, qx = ?5, qy = ?6, qz = ?7, qw = ?8 WHERE id = ?1",
+               frame, p.x, p.y, p.z, p.qx, p.qy, p.qz, p.qw);
 }
 
 void MapStore::putImage(std::size_t frame, const std::vector<unsigned char>& jpeg) {

@@ -58,6 +58,8 @@ class MapStore {
   // ---- writing
   /// Frames come in order: `index` is the number of frames so far.
   void addFrame(std::size_t index, const MappedFrame& frame, DescriptorView descriptor);
+  /// Where the frame was taken, as it is known now.
+  void putPose(std::size_t frame, const std::optional<Pose>& pose);
   /// A small JPEG of a frame, for reports.
   void putImage(std::size_t frame, const std::vector<unsigned char>& jpeg);
   /// Inserts or replaces; `state` is the mapper's own memory of the node.

@@ -221,6 +221,12 @@ void ViewMemory::clear() {
   bounds_ = QuantizedUpperBounds(labels_);
 }
 
+void ViewMemory::movePoses(const std::function<std::optional<Pose>(std::size_t)>& pose) {
+  for (PlaceView& view : views_) view.pose = pose(view.frame);
+  for (Resemblance& earlier : sequence_)
+    for (PlaceView* view : {&earlier.seen, &earlier.known}) view->pose = pose(view->frame);
+}
+
 std::string ViewMemory::state() const {
   ByteWriter out;
   const auto write = [&out](const PlaceView& view) {

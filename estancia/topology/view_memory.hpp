@@ -64,6 +64,8 @@ class ViewMemory {
   void merge(int absorbed, int kept);
   /// New scales.
   void rescale(const std::function<std::vector<float>(std::span<const float>)>& compared);
+  /// Poses as they are known now, by frame.
+  void movePoses(const std::function<std::optional<Pose>(std::size_t)>& pose);
   void clear();
 
   /// To go on later: all but poses and descriptors, which `view(frame, node)` gives back; a node may be -1.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <optional>
 #include <sstream>
@@ -15,11 +16,13 @@
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/core/rigid.hpp"
+#include "estancia/io/sequence.hpp"
 #include "estancia/label/labeler.hpp"
 #include "estancia/stats/moments.hpp"
 #include "estancia/topology/session_impl.hpp"
 #include "estancia/topology/sqlite.hpp"
 #include "estancia/world/object_layer.hpp"
+#include "estancia/world/self_tracking.hpp"
 #include "estancia/world/world_store.hpp"
 #include "estancia/zones/zones.hpp"
 
@@ -28,6 +31,11 @@ namespace {
 
 /// Directions of up that differ by less make the same floor.
 constexpr double sameUp = 0.1 * std::numbers::pi / 180;
+
+/// 1, 2, 3, 4, 6, 8, 12, 16 … so that all layers can be made anew at a bounded cost for each view.
+bool isFoldedAnewAt(std::size_t views) {
+  return std::has_single_bit(views) || (views % 3 == 0 && std::has_single_bit(views / 3));
+}
 
 }  // namespace
 
@@ -76,7 +84,16 @@ OptionGroup declare(WorldOptions& options) {
   group.add(declare(options.areas));
   group.add(declare(options.segments));
   group.add(declare(options.objects));
+  group.add(declare(options.odometry));
   return group;
+}
+
+std::optional<CameraIntrinsics> cameraToTrack(const Sequence& drive, const WorldOptions& options) {
+  const WorldLayers layers = options.layers.value_or(WorldLayers{});
+  if (!drive.hasDepth() || !(layers.areas || layers.objects)) return std::nullopt;
+  for (std::size_t i = 0; i < drive.size(); ++i)
+    if (drive.frame(i).pose) return std::nullopt;
+  return drive.intrinsics();
 }
 
 struct WorldMapper::Impl {
@@ -92,6 +109,7 @@ struct WorldMapper::Impl {
       fail(ErrorCode::mismatch, "the map has the layers {}, which it keeps; leave out --layers, or map anew",
            kept);
     layers = !kept.empty() ? layersFrom(kept) : options.layers.value_or(WorldLayers{});
+    isTracked = SelfTracking::isOf(session.store);
     if (kept.empty()) store.putLayers(toString(layers));
     if (layers.objects) {
       const bool names = images != nullptr && images->needsImage() && !images->discovers();
@@ -109,6 +127,11 @@ struct WorldMapper::Impl {
   Moments mean;                            // of their descriptors
   std::optional<Pose> lastView;
   std::optional<Floor> floor;
+  bool isTracked = false;                // the poses are those of the odometry
+  std::optional<SelfTracking> tracking;  // only where frames are to be tracked
+  std::optional<RgbdTrajectory> odometry;
+  std::vector<std::size_t> viewFrames;  // where tracked
+  bool foldIsFinal = false;             // where tracked: the layers are those that finish() made
   std::optional<FloorSurvey> survey;
   std::optional<ObjectLayer> objects;
   std::size_t views = 0, tooFar = 0;
@@ -120,9 +143,11 @@ struct WorldMapper::Impl {
     mean.add(descriptor);
   }
 
-  bool isNew(const Pose& pose) const {
-    if (!lastView) return true;
-    const cv::Affine3d motion = rigidOf(*lastView).inv() * rigidOf(pose);
+  bool inSpace() const { return layers.areas || layers.objects; }
+
+  bool isNew(const Pose& pose) const { return !lastView || isNew(rigidOf(*lastView).inv() * rigidOf(pose)); }
+
+  bool isNew(const cv::Affine3d& motion) const {
     return cv::norm(motion.translation()) >= options.viewShift ||
            angleOf(motion) >= options.viewTurn * std::numbers::pi / 180;
   }
@@ -132,17 +157,22 @@ struct WorldMapper::Impl {
   bool add(const Observation& seen, DescriptorView descriptor, const Pose& pose) {
     lastView = pose;
     ++views;
-    if (std::has_single_bit(views)) {  // the view is among those that are folded again
-      std::vector<Pose> known;
-      for (const auto& p : poses)
-        if (p) known.push_back(*p);
-      const Floor now(known);
-      if (!floor || std::acos(std::clamp(now.up().dot(floor->up()), -1.0, 1.0)) > sameUp) {
+    if (std::has_single_bit(views))  // the view is among those that are folded again
+      if (const Floor now = floorOfPoses(); !floor || !isSameFloor(now)) {
         floor = now;
         return rebuild();
       }
-    }
     return fold(poses.size() - 1, seen, descriptor, pose);
+  }
+
+  Floor floorOfPoses() const {
+    std::vector<Pose> known;
+    for (const auto& pose : poses)
+      if (pose) known.push_back(*pose);
+    return Floor(known);
+  }
+  bool isSameFloor(const Floor& other) const {
+    return std::acos(std::clamp(other.up().dot(floor->up()), -1.0, 1.0)) <= sameUp;
   }
 
   bool fold(std::size_t frame, const Observation& seen, DescriptorView descriptor, const Pose& pose) {
@@ -160,17 +190,31 @@ struct WorldMapper::Impl {
 
   /// The layers of all observations that the map holds. Returns whether the last one is in them.
   bool rebuild() {
+    return rebuild([this](std::size_t frame) { return poses[frame]; });
+  }
+
+  bool rebuild(const std::function<std::optional<Pose>(std::size_t)>& poseOf) {
     tooFar = 0;
     survey.emplace(*floor, options.areas.cell, labels(), options.areas.words);
     if (objects) objects->restart(*floor);
     bool folded = false;
     store.forEachObservation([&](std::size_t frame, const Observation& seen) {
-      if (frame < poses.size() && poses[frame])
-        folded = fold(frame, seen, descriptorOf(frame), *poses[frame]);
+      const std::optional<Pose> pose = frame < poses.size() ? poseOf(frame) : std::nullopt;
+      folded = pose && fold(frame, seen, descriptorOf(frame), *pose);
       return true;
     });
     return folded;
   }
+
+  // ---- where the camera is tracked
+  void startTracking(const CameraIntrinsics& camera);
+  std::optional<Pose> track(const Frame& frame, DescriptorView descriptor, const cv::Mat& image,
+                            const cv::Mat& depth);
+  void takeCorrections();
+  bool isNewTracked(std::size_t frame);
+  bool addTracked(const Observation& seen, DescriptorView descriptor);
+  void loadFold();
+  void foldFinally();
 
   LexicalDescriptor pending;  // of the frame that the session does not have yet
   LexicalDescriptor descriptorOf(std::size_t frame) const {
@@ -178,7 +222,102 @@ struct WorldMapper::Impl {
   }
 };
 
-WorldMapper::WorldMapper(MappingSession& session, const WorldOptions& options, Labeler* labeler)
+void WorldMapper::Impl::startTracking(const CameraIntrinsics& camera) {
+  MapStore& map = session.store;
+  if (!inSpace()) return;
+  if (!isTracked && !poses.empty()) {
+    if (std::ranges::any_of(poses, &std::optional<Pose>::has_value))
+      fail(ErrorCode::mismatch,
+           "{} has poses from elsewhere, and these frames have none; give them by --poses, or map anew",
+           map.database().path().string());
+    return;
+  }
+  tracking.emplace(map, camera, options.odometry);
+  isTracked = foldIsFinal = true;  // the layers are loaded when they are needed
+  takeCorrections();
+}
+
+/// The frame's pose as far as it is known; earlier ones are moved.
+std::optional<Pose> WorldMapper::Impl::track(const Frame& frame, DescriptorView descriptor,
+                                             const cv::Mat& image, const cv::Mat& depth) {
+  const std::optional<Pose> pose = tracking->add(frame, descriptor, image, depth);
+  takeCorrections();
+  if (foldIsFinal) loadFold();
+  return pose;
+}
+
+void WorldMapper::Impl::takeCorrections() {
+  const auto corrections = tracking->takeCorrections();
+  for (const auto& [frame, pose] : corrections) poses[frame] = pose;
+  session.correct(corrections);
+}
+
+/// The layers as they were when the last frame was added, from what the map keeps.
+void WorldMapper::Impl::loadFold() {
+  foldIsFinal = false;
+  viewFrames.clear();
+  floor.reset();
+  store.forEachObservation([&](std::size_t frame, const Observation&) {
+    if (frame < poses.size()) viewFrames.push_back(frame);
+    return true;
+  });
+  if (!tracking->fold()) return;
+  floor.emplace(tracking->fold()->up);
+  rebuild([&folded = tracking->folded()](std::size_t frame) {
+    const auto pose = folded.find(frame);
+    return pose == folded.end() ? std::nullopt : std::optional(pose->second);
+  });
+}
+
+/// Whether the tracked frame shows something new. Its pose need not be known: the part of the drive that it
+/// belongs to may find its place in the map later.
+bool WorldMapper::Impl::isNewTracked(std::size_t frame) {
+  const RgbdTracker& tracker = tracking->tracker();
+  if (!tracker.motion(frame, frame)) return false;
+  // The camera was lost there for ever: a camera in the dark shall not fill the file.
+  while (!viewFrames.empty() && !tracker.motion(viewFrames.back(), viewFrames.back())) {
+    store.dropObservation(viewFrames.back());
+    viewFrames.pop_back();
+  }
+  if (viewFrames.empty()) return true;
+  const auto motion = tracker.motion(viewFrames.back(), frame);
+  return !motion || isNew(rigidOf(*motion));
+}
+
+/// Adds a view to the layers. From time to time they are made anew, of all views at the poses that are known
+/// now. Returns whether it is in them.
+bool WorldMapper::Impl::addTracked(const Observation& seen, DescriptorView descriptor) {
+  const std::size_t frame = poses.size() - 1;
+  viewFrames.push_back(frame);
+  const std::uint64_t revision = tracking->tracker().revision();
+  if (isFoldedAnewAt(viewFrames.size())) {
+    const cv::Vec3d up = floorOfPoses().up();
+    if (!floor || !isSameFloor(Floor(up)) || tracking->fold()->revision != revision) {
+      floor.emplace(up);
+      tracking->startFold({up, revision});
+      for (const std::size_t view : viewFrames)
+        if (poses[view]) tracking->addToFold(view, *poses[view]);
+      return rebuild();
+    }
+  }
+  if (!poses[frame]) return false;
+  tracking->addToFold(frame, *poses[frame]);
+  return fold(frame, seen, descriptor, *poses[frame]);
+}
+
+/// All views at the poses that are known now.
+void WorldMapper::Impl::foldFinally() {
+  if (tracking) {
+    odometry = tracking->settle();
+    takeCorrections();
+  }
+  foldIsFinal = true;
+  floor = floorOfPoses();
+  rebuild();
+}
+
+WorldMapper::WorldMapper(MappingSession& session, const WorldOptions& options, Labeler* labeler,
+                         const std::optional<CameraIntrinsics>& track)
     : impl_(std::make_unique<Impl>(*session.impl_, options, labeler)) {
   MapStore& store = impl_->session.store;
   // As the frames came, so that the layers are those of an unbroken run.
@@ -193,31 +332,50 @@ WorldMapper::WorldMapper(MappingSession& session, const WorldOptions& options, L
   };
   impl_->store.forEachObservation([&](std::size_t frame, const Observation& seen) {
     upTo(frame + 1);
-    if (frame < impl_->poses.size() && impl_->poses[frame])
+    if (!impl_->isTracked && frame < impl_->poses.size() && impl_->poses[frame])
       impl_->add(seen, store.descriptor(frame), *impl_->poses[frame]);
     return true;
   });
   upTo(store.frameCount());
+  if (track) impl_->startTracking(*track);
 }
 WorldMapper::WorldMapper(WorldMapper&&) noexcept = default;
 WorldMapper::~WorldMapper() = default;
 
-bool WorldMapper::wantsImages() const {
-  return impl_->layers.objects;
+const WorldLayers& WorldMapper::layers() const {
+  return impl_->layers;
 }
 
-void WorldMapper::observe(const Frame& frame, DescriptorView descriptor, const cv::Mat& image,
-                          const cv::Mat& depth, const CameraIntrinsics& camera) {
-  const std::size_t index = impl_->poses.size();
-  impl_->addFrame(frame.pose, descriptor);
-  const std::optional<Pose> pose = impl_->poses.back();
-  const bool inSpace = impl_->layers.areas || impl_->layers.objects;
-  if (!inSpace || !pose || depth.empty() || !impl_->isNew(*pose)) return;
-  Observation seen = estancia::observe(depth, camera);
-  if (impl_->layers.objects) findSegments(seen, image, impl_->options.segments);
-  impl_->store.putObservation(index, seen);
-  impl_->pending.assign(descriptor.begin(), descriptor.end());
-  if (impl_->add(seen, descriptor, *pose) && impl_->objects) impl_->objects->label(index, seen, image);
+bool WorldMapper::tracks() const {
+  return impl_->tracking.has_value();
+}
+
+bool WorldMapper::wantsImage(const Frame& frame) const {
+  return impl_->tracking || (impl_->layers.objects && frame.pose);
+}
+
+std::optional<Pose> WorldMapper::observe(const Frame& frame, DescriptorView descriptor, const cv::Mat& image,
+                                         const cv::Mat& depth, const CameraIntrinsics& camera) {
+  Impl& impl = *impl_;
+  if (impl.isTracked && !impl.tracking)
+    fail(
+        ErrorCode::mismatch,
+        "{} has the poses of its own odometry: go on without --poses, with depth and its camera, or map anew",
+        impl.session.store.database().path().string());
+  const std::size_t index = impl.poses.size();
+  impl.addFrame(impl.tracking ? impl.track(frame, descriptor, image, depth) : frame.pose, descriptor);
+  const std::optional<Pose> pose = impl.poses.back();
+  const bool isNew = impl.tracking ? impl.isNewTracked(index) : pose && impl.isNew(*pose);
+  if (impl.inSpace() && !depth.empty() && isNew) {
+    Observation seen = estancia::observe(depth, camera);
+    if (impl.layers.objects) findSegments(seen, image, impl.options.segments);
+    impl.store.putObservation(index, seen);
+    impl.pending.assign(descriptor.begin(), descriptor.end());
+    const bool added = impl.tracking ? impl.addTracked(seen, descriptor) : impl.add(seen, descriptor, *pose);
+    if (added && impl.objects) impl.objects->label(index, seen, image);
+  }
+  if (impl.tracking) impl.tracking->save();
+  return pose;
 }
 
 void WorldMapper::correct(const AreaEdit& edit) {
@@ -227,7 +385,12 @@ void WorldMapper::correct(const AreaEdit& edit) {
 
 void WorldMapper::finish() {
   MapStore& map = impl_->session.store;
+  impl_->poses.resize(std::min(impl_->poses.size(), map.frameCount()));  // Ctrl-C may keep one from the map
   const std::size_t frames = impl_->poses.size();
+  if (impl_->isTracked && frames > 0) {
+    impl_->foldFinally();
+    map.commit();  // zones are found in the file
+  }
   if (impl_->layers.zones && frames > 0 && frames <= mostFramesOfZones) {
     ZoneOptions options;
     options.reach = ZoneOptions::reachOfRun;
@@ -249,6 +412,10 @@ void WorldMapper::finish() {
   }
   if (impl_->objects) impl_->objects->put(planned ? &planned->plan : nullptr);
   map.commit();
+}
+
+const std::optional<RgbdTrajectory>& WorldMapper::odometry() const {
+  return impl_->odometry;
 }
 
 std::size_t WorldMapper::viewsTooFar() const {

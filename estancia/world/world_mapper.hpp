@@ -12,11 +12,13 @@
 #include "estancia/core/camera.hpp"
 #include "estancia/core/options.hpp"
 #include "estancia/objects/instance_map.hpp"
+#include "estancia/odometry/rgbd.hpp"
 #include "estancia/topology/session.hpp"
 
 namespace estancia {
 
 class Labeler;
+class Sequence;
 
 /// What a map holds above its places, as far as the drive allows.
 struct WorldLayers {
@@ -36,35 +38,57 @@ struct WorldOptions {
   AreaOptions areas;
   ClusterOptions segments;
   InstanceMapOptions objects;
+  RgbdOptions odometry;
 };
 OptionGroup declare(WorldOptions& options);
 
 /// The most frames that zones are found of with the map; more take `estancia zones find MAP --stream`.
 constexpr std::size_t mostFramesOfZones = 5000;
 
+/// The camera of a drive that a map has to track by itself: it has depth, and no frame has a pose. Nothing
+/// for other drives, and where neither areas nor objects are wanted.
+std::optional<CameraIntrinsics> cameraToTrack(const Sequence& drive, const WorldOptions& options);
+
 /// What a frame shows of the space is kept as an observation; areas and objects are a function of the
 /// observations and of the frames' poses. So they can be made again when the poses are corrected or the map
 /// is continued, and they never disagree.
+///
+/// Where frames have no poses, the camera is tracked while they come, by RGB-D odometry. A loop closure moves
+/// the frames that it corrects at once, and what was seen from them when the number of views has grown by
+/// half or by a third, and in finish().
 class WorldMapper {
  public:
   /// Goes on with the layers of the session's map, if it has any. `labeler` names objects by images of them;
   /// without one, or with one that needs no images, they have no words. Both must outlive it. Throws Error:
-  /// invalidOption, corruptFile, and mismatch when other layers are wanted than the map has.
-  explicit WorldMapper(MappingSession& session, const WorldOptions& options = {}, Labeler* labeler = nullptr);
+  /// invalidOption, corruptFile, and mismatch when other layers are wanted than the map has. `track`: the
+  /// camera of images and depth, in any size, whose poses are to be tracked: those of the frames are not
+  /// looked at. Throws Error (mismatch) when the map's poses come from elsewhere, or were tracked with other
+  /// options or another camera. A map whose frames have no poses, and were not tracked, stays so.
+  explicit WorldMapper(MappingSession& session, const WorldOptions& options = {}, Labeler* labeler = nullptr,
+                       const std::optional<CameraIntrinsics>& track = {});
   WorldMapper(WorldMapper&&) noexcept;
   ~WorldMapper();
 
   /// Takes the frame that is added to the session next: its image (BGR, may be empty), and its depth: CV_32F
-  /// [m], 0 where unknown, empty where there is none; `camera` has images of any size. A frame without depth
-  /// or pose, or from where the robot has just looked, adds nothing. Throws Error (invalidInput, mismatch).
-  void observe(const Frame& frame, DescriptorView descriptor, const cv::Mat& image, const cv::Mat& depth,
-               const CameraIntrinsics& camera);
-  /// Whether it wants the images of frames with depth and pose, to name and color objects.
-  bool wantsImages() const;
+  /// [m], 0 where unknown, empty where there is none; `camera` has images of any size. Returns the pose to
+  /// add it with: the frame's own, or as it was tracked, as far as it is known. A frame without depth or
+  /// pose, or from where the robot has just looked, adds nothing to the layers. Throws Error (invalidInput;
+  /// mismatch, also when the map has tracked its camera so far and is not to track this one).
+  std::optional<Pose> observe(const Frame& frame, DescriptorView descriptor, const cv::Mat& image,
+                              const cv::Mat& depth, const CameraIntrinsics& camera);
+  /// What the map is to hold.
+  const WorldLayers& layers() const;
+  /// Whether the camera of the frames is tracked.
+  bool tracks() const;
+  /// Whether it wants the image of a frame with depth: to track the camera, or to name and color objects.
+  bool wantsImage(const Frame& frame) const;
   /// Takes a correction by a person.
   void correct(const AreaEdit& edit);
   /// Derives the layers and writes them, after the session's finish(). More frames may follow.
   void finish();
+
+  /// How the camera was tracked, after finish(); nothing where it was not.
+  const std::optional<RgbdTrajectory>& odometry() const;
 
   /// Views that were so far from the others that no floor plan holds them: an error of the poses, mostly.
   std::size_t viewsTooFar() const;

@@ -184,6 +184,10 @@ void WorldStore::putAreas(const PlannedFrames& planned) {
   }
 }
 
+void WorldStore::dropObservation(std::size_t frame) {
+  Statement(store_.database(), "DELETE FROM observations WHERE frame = ?1", frame).execute();
+}
+
 void WorldStore::addEdit(const AreaEdit& edit) {
   Statement(store_.database(),
             "INSERT INTO area_edits(kind, x, y, to_x, to_y, name) VALUES(?1, ?2, ?3, ?4, ?5, ?6)",

@@ -43,6 +43,7 @@ class WorldStore {
   void putLayers(const std::string& layers);
   void putZones(const Zones& zones);
   void putObservation(std::size_t frame, const Observation& observation);
+  void dropObservation(std::size_t frame);
   /// Replaces all that is derived from observations.
   void putAreas(const PlannedFrames& planned);
   void addEdit(const AreaEdit& edit);

@@ -6,7 +6,7 @@
 #include <opencv2/core.hpp>
 
 #include "estancia/core/rigid.hpp"
-#include "odometry/room.hpp"
+#include "support/room.hpp"
 
 namespace estancia::test {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <opencv2/core.hpp>
 
-#include "odometry/room.hpp"
+#include "support/room.hpp"
 #include "support/support.hpp"
 
 namespace estancia::test {

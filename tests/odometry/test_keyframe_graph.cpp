@@ -4,7 +4,7 @@
 
 #include <gmock/gmock.h>
 
-#include "odometry/room.hpp"
+#include "support/room.hpp"
 
 namespace estancia::test {
 namespace {

@@ -12,8 +12,8 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/rigid.hpp"
-#include "odometry/room.hpp"
 #include "support/errors.hpp"
+#include "support/room.hpp"
 
 namespace estancia::test {
 namespace {

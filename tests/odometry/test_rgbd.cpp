@@ -6,9 +6,9 @@
 #include <cmath>
 
 #include "estancia/core/error.hpp"
-#include "odometry/room.hpp"
 #include "support/errors.hpp"
 #include "support/numbers.hpp"
+#include "support/room.hpp"
 #include "support/support.hpp"
 
 namespace estancia::test {

@@ -10,9 +10,9 @@
 #include <opencv2/imgproc.hpp>
 
 #include "estancia/core/error.hpp"
-#include "odometry/room.hpp"
 #include "support/errors.hpp"
 #include "support/numbers.hpp"
+#include "support/room.hpp"
 
 namespace estancia::test {
 namespace {

@@ -34,6 +34,10 @@ class Drive : public Sequence {
   cv::Mat depth(std::size_t i) const override;
 
   void forgetCamera() { intrinsics_.reset(); }
+  /// Only for those who look at no image then.
+  void forgetPoses() {
+    for (Frame& frame : frames_) frame.pose.reset();
+  }
   void stamp(const std::vector<double>& seconds);
 
   bool depthKnown = true;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "odometry/room.hpp"
+#include "support/room.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,0 +1,328 @@
+// A map that tracks its camera itself: through loop closures, interruptions, and frames that are wrong.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <set>
+
+#include "estancia/label/labeler.hpp"
+#include "estancia/odometry/tracker.hpp"
+#include "estancia/stats/trajectory_error.hpp"
+#include "estancia/topology/sqlite.hpp"
+#include "estancia/world/world_map.hpp"
+#include "estancia/world/world_mapper.hpp"
+#include "support/errors.hpp"
+#include "support/room.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+namespace fs = std::filesystem;
+using test::Drive;
+using test::FailsWith;
+using test::ScratchFolder;
+using test::turnAround;
+
+/// Names everything the same.
+class OneWordLabeler : public Labeler {
+ public:
+  const Vocabulary& vocabulary() const override { return vocabulary_; }
+  std::string identity() const override { return "test"; }
+  Prepared prepare(const cv::Mat& bgr, const std::string& /*frame*/) const override { return {bgr, "", {}}; }
+  LexicalDescriptor infer(const Prepared& image) override {
+    LexicalDescriptor words(24, 0.01F);
+    words[static_cast<std::size_t>(image.input.cols) % 24] = 0.7F;
+    return words;
+  }
+
+ private:
+  Vocabulary vocabulary_ = [] {
+    std::vector<std::string> words;
+    for (int i = 0; i < 24; ++i) words.push_back("word " + std::to_string(i));
+    return Vocabulary(words);
+  }();
+};
+
+/// Much drift, some loops, and every correction is told.
+WorldOptions manyCorrections() {
+  WorldOptions options;
+  options.odometry.keyframeOverlap = 0.9;
+  options.odometry.minLoopFeatures = 15;
+  options.odometry.minCorrection = 0.002;
+  return options;
+}
+
+/// Maps the frames of a drive, and looks at none of their poses.
+class TrackedMap {
+ public:
+  TrackedMap(const Drive& drive, const fs::path& file, const WorldOptions& options = manyCorrections(),
+             std::optional<CameraIntrinsics> camera = {})
+      : drive_(drive),
+        words_(wordsByHeading(drive)),
+        session_(fs::exists(file) ? MappingSession::resume(file, labeler_.vocabulary(), "test")
+                                  : MappingSession::create(file, labeler_.vocabulary(), "test", {})),
+        world_(session_, options, &labeler_, camera ? camera : drive.intrinsics()) {}
+
+  void addUpTo(std::size_t end) {
+    for (std::size_t i = session_.frames(); i < end; ++i) {
+      Frame frame = drive_.frame(i);
+      frame.pose.reset();
+      cv::Mat depth;
+      if (!drive_.noDepthFile.contains(i)) depth = drive_.depth(i);
+      const LexicalDescriptor words = words_.describe(i);
+      frame.pose = world_.observe(frame, words, drive_.image(i), depth, *drive_.intrinsics());
+      session_.add(frame, words);
+    }
+  }
+  void finish() {
+    session_.finish();
+    world_.finish();
+  }
+  MappingSession& session() { return session_; }
+  WorldMapper& world() { return world_; }
+
+ private:
+  const Drive& drive_;
+  FrameWords words_;
+  OneWordLabeler labeler_;
+  MappingSession session_;
+  WorldMapper world_;
+};
+
+void mapAll(const Drive& drive, const fs::path& file) {
+  TrackedMap map(drive, file);
+  map.addUpTo(drive.size());
+  map.finish();
+}
+
+/// All that stands in the file, row by row, but for free pages and the order of rows.
+std::string contentOf(const fs::path& file) {
+  sqlite::Database database(file, sqlite::Database::Mode::read);
+  std::vector<std::string> tables;
+  sqlite::Statement names(database, "SELECT name FROM sqlite_master WHERE type = 'table' ORDER BY name");
+  while (names.next()) tables.push_back(names.text(0));
+  std::string content;
+  for (const std::string& table : tables) {
+    sqlite::Statement columns(database,
+                              "SELECT group_concat('quote(' || name || ')', '||'' ''||') FROM "
+                              "pragma_table_info('" +
+                                  table + "')");
+    columns.next();
+    content += table + "\n";
+    sqlite::Statement rows(database, "SELECT " + columns.text(0) + " AS row FROM " + table + " ORDER BY row");
+    while (rows.next()) content += rows.text(0) + "\n";
+  }
+  return content;
+}
+
+std::size_t observationsOf(const fs::path& file) {
+  sqlite::Database database(file, sqlite::Database::Mode::read);
+  return static_cast<std::size_t>(database.number("SELECT count(*) FROM observations"));
+}
+
+TEST(SelfTracking, PlacesTheFramesOfADriveWithoutPoses) {
+  const ScratchFolder folder;
+  const Drive drive(turnAround(30, 8), 1);
+  const fs::path file = folder / "room.estancia";
+  TrackedMap map(drive, file);
+  map.addUpTo(drive.size());
+  map.finish();
+  const RgbdTrajectory alone = trackRgbd(drive, manyCorrections().odometry, wordsByHeading(drive));
+  ASSERT_TRUE(map.world().odometry());
+  const RgbdTrajectory& found = *map.world().odometry();
+  EXPECT_EQ(found.keyframes, alone.keyframes);
+  EXPECT_FALSE(found.loops.empty());
+  EXPECT_GT(found.corrections, 0U);
+  EXPECT_LT(errorOf(found, drive), 0.03);
+  const WorldMap world = readWorld(file);
+  ASSERT_EQ(world.places.frames.size(), drive.size());
+  for (std::size_t i = 0; i < drive.size(); ++i) {
+    ASSERT_TRUE(world.places.frames[i].pose) << i;
+    EXPECT_EQ(distanceBetween(*world.places.frames[i].pose, *alone.poses[i]), 0) << i;
+  }
+  ASSERT_EQ(world.areas.size(), 1U) << "the room";
+  EXPECT_NEAR(world.areas[0].size, 20, 5);
+  EXPECT_FALSE(world.objects.empty());
+}
+
+TEST(SelfTracking, GoesOnToTheLastBitWhereverItWasStopped) {
+  const ScratchFolder folder;
+  Drive drive(turnAround(30, 8), 1);
+  drive.noDepthValues = {5, 6};
+  drive.covered = {12, 13, 14};
+  drive.noDepthFile = {20};
+  const fs::path unbroken = folder / "unbroken.estancia", broken = folder / "broken.estancia";
+  mapAll(drive, unbroken);
+  bool finished = false;
+  for (const std::size_t stop : {1U, 2U, 6U, 13U, 15U, 21U, 30U, 31U, 36U}) {
+    TrackedMap map(drive, broken);
+    map.addUpTo(stop);
+    if (finished)
+      map.finish();
+    else
+      map.session().finish();  // all that a killed process leaves
+    finished = !finished;
+  }
+  mapAll(drive, broken);
+  EXPECT_TRUE(contentOf(broken) == contentOf(unbroken));
+  mapAll(drive, broken);
+  EXPECT_TRUE(contentOf(broken) == contentOf(unbroken)) << "nothing new";
+}
+
+TEST(SelfTracking, GoesOnAfterFinish) {
+  const ScratchFolder folder;
+  const Drive drive(turnAround(30, 8), 1);
+  TrackedMap map(drive, folder / "often.estancia");
+  for (const std::size_t end : {7U, 19U, 33U, 38U}) {
+    map.addUpTo(end);
+    map.finish();
+  }
+  mapAll(drive, folder / "once.estancia");
+  EXPECT_TRUE(contentOf(folder / "often.estancia") == contentOf(folder / "once.estancia"));
+}
+
+TEST(SelfTracking, MovesEarlierFramesWhileItDrives) {
+  const ScratchFolder folder;
+  const Drive drive(turnAround(30, 8), 1);
+  const WorldOptions options = manyCorrections();
+  const FrameWords words = wordsByHeading(drive);
+  TrackedMap map(drive, folder / "room.estancia", options);
+  RgbdTracker tracker(*drive.intrinsics(), options.odometry);
+  for (std::size_t i = 0; i < drive.size(); ++i) {
+    map.addUpTo(i + 1);
+    const Frame& frame = drive.frame(i);
+    tracker.add(drive.image(i), drive.depth(i),
+                {frame.name, frame.timestamp, {}, [&] { return words.describe(i); }});
+    const TopologicalMap places = map.session().map();
+    for (std::size_t k = 0; k <= i; ++k) {
+      ASSERT_EQ(places.frames[k].pose.has_value(), tracker.at(k).pose.has_value());
+      EXPECT_EQ(distanceBetween(*places.frames[k].pose, *tracker.at(k).pose), 0) << k << " after " << i;
+    }
+  }
+  EXPECT_GT(tracker.revision(), 0U);
+}
+
+TEST(SelfTracking, KeepsWhatWasSeenWhereTheCameraFindsItsPlaceLater) {
+  const ScratchFolder folder;
+  std::vector<Pose> path;
+  for (const Pose& pose : turnAround(40)) path.push_back(pose);
+  path.erase(path.begin() + 12, path.begin() + 22);  // it is carried, then turns until it is back
+  const std::vector<Pose> once = turnAround(40);
+  path.insert(path.end(), once.begin(), once.begin() + 12);
+  const Drive drive(path);
+  const fs::path file = folder / "room.estancia";
+  TrackedMap map(drive, file);
+  map.addUpTo(20);
+  EXPECT_FALSE(map.session().map().frames[16].pose) << "nobody can know";
+  map.addUpTo(drive.size());
+  map.finish();
+  const WorldMap world = readWorld(file);
+  EXPECT_TRUE(world.places.frames[16].pose);
+  EXPECT_LT(errorOf(*map.world().odometry(), drive), 0.03);
+  EXPECT_EQ(sqlite::Database(file, sqlite::Database::Mode::read)
+                .number("SELECT count(*) FROM observations WHERE frame BETWEEN 12 AND 18"),
+            7);
+}
+
+TEST(SelfTracking, NamesFramesThatAreWrongAndADarkCameraFillsNoFile) {
+  const ScratchFolder folder;
+  Drive drive(turnAround(30, 8));
+  drive.noDepthFile = {4};
+  for (std::size_t i = 10; i < 16; ++i) drive.covered.insert(i);
+  const fs::path file = folder / "room.estancia";
+  TrackedMap map(drive, file);
+  map.addUpTo(drive.size());
+  map.finish();
+  const RgbdTrajectory& found = *map.world().odometry();
+  std::set<std::size_t> named;
+  for (const auto& frames : {found.lost, found.bridged})
+    for (const auto& [frame, why] : frames) {
+      named.insert(frame);
+      EXPECT_FALSE(why.empty());
+    }
+  for (const std::size_t wrong : {4U, 10U, 15U}) EXPECT_TRUE(named.contains(wrong)) << wrong;
+  EXPECT_LE(observationsOf(file), drive.size() - 6);
+}
+
+TEST(SelfTracking, RefusesAMapThatWasMadeInAnotherWay) {
+  const ScratchFolder folder;
+  const Drive drive(turnAround(30, -20));
+  const fs::path file = folder / "tracked.estancia";
+  {
+    TrackedMap map(drive, file);
+    map.addUpTo(6);
+    map.finish();
+  }
+  WorldOptions other = manyCorrections();
+  other.odometry.maxDepth = 3;
+  EXPECT_THAT([&] { TrackedMap(drive, file, other); }, FailsWith(ErrorCode::mismatch, "options"));
+  CameraIntrinsics zoomed = *drive.intrinsics();
+  zoomed.fx *= 2;
+  EXPECT_THAT([&] { TrackedMap(drive, file, manyCorrections(), zoomed); },
+              FailsWith(ErrorCode::mismatch, "camera"));
+
+  const OneWordLabeler labeler;
+  const LexicalDescriptor words = wordsByHeading(drive).describe(0);
+  const auto begin = [&](const fs::path& path, const std::optional<Pose>& pose) {
+    MappingSession session = MappingSession::create(path, labeler.vocabulary(), "test", {});
+    WorldMapper world(session);
+    Frame frame = drive.frame(0);
+    frame.pose = pose;
+    frame.pose = world.observe(frame, words, {}, drive.depth(0), *drive.intrinsics());
+    session.add(frame, words);
+    session.finish();
+    world.finish();
+  };
+  {
+    MappingSession session = MappingSession::resume(file, labeler.vocabulary(), "test");
+    WorldMapper world(session);
+    EXPECT_THAT([&] { world.observe(drive.frame(6), words, {}, drive.depth(6), *drive.intrinsics()); },
+                FailsWith(ErrorCode::mismatch, "--poses"));
+  }
+  begin(folder / "posed.estancia", drive.frame(0).pose);
+  EXPECT_THAT([&] { TrackedMap(drive, folder / "posed.estancia"); },
+              FailsWith(ErrorCode::mismatch, "--poses"));
+  begin(folder / "unposed.estancia", std::nullopt);
+  TrackedMap map(drive, folder / "unposed.estancia");
+  map.addUpTo(3);
+  map.finish();
+  EXPECT_FALSE(map.world().odometry()) << "its first frames were not tracked";
+}
+
+TEST(SelfTracking, RefusesDamagedRows) {
+  const ScratchFolder folder;
+  const Drive drive(turnAround(30, -20));
+  const fs::path whole = folder / "whole.estancia";
+  mapAll(drive, whole);
+  for (const std::string damage :
+       {"UPDATE tracker SET bytes = x'0011'", "UPDATE tracker SET bytes = x'00' WHERE kind = 'view'",
+        "UPDATE tracker SET bytes = zeroblob(32) WHERE kind = 'fold'", "DELETE FROM tracker",
+        "DELETE FROM tracker WHERE kind = 'keyframe'",
+        "DELETE FROM tracker WHERE kind = 'frame' AND number = 1"}) {
+    const fs::path file = folder / "damaged.estancia";
+    fs::copy_file(whole, file, fs::copy_options::overwrite_existing);
+    sqlite::Database(file, sqlite::Database::Mode::write).run(damage);
+    EXPECT_THAT([&] { TrackedMap(drive, file); }, FailsWith(ErrorCode::corruptFile)) << damage;
+  }
+}
+
+TEST(SelfTracking, IsForDrivesWithDepthAndACameraButNoPoses) {
+  Drive drive(turnAround(30, -20));
+  EXPECT_FALSE(cameraToTrack(drive, {})) << "it has poses";
+  Drive unposed(turnAround(30, -20));
+  unposed.forgetPoses();
+  EXPECT_TRUE(cameraToTrack(unposed, {}));
+  WorldOptions flat;
+  flat.layers = layersFrom("places,zones");
+  EXPECT_FALSE(cameraToTrack(unposed, flat));
+  unposed.depthKnown = false;
+  EXPECT_FALSE(cameraToTrack(unposed, {}));
+  unposed.depthKnown = true;
+  unposed.forgetCamera();
+  EXPECT_FALSE(cameraToTrack(unposed, {}));
+}
+
+}  // namespace
+}  // namespace estancia
