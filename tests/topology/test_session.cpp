@@ -86,6 +86,37 @@ TEST_F(LiveMapping, IsOnDiskWhenItEnds) {
   EXPECT_EQ(readMapDescriptors(path_).descriptors.row(1)[1], labeler_.label(lawn)[1]);
 }
 
+TEST_F(LiveMapping, TakesPosesThatAreKnownBetterLater) {
+  {
+    MappingSession map(path_, labeler_, byHand());
+    map.add(sea, 0, Pose::planar(1, 2, 0));
+    map.add(lawn, 1);
+    map.add(brick, 2, Pose::planar(9, 9, 0));
+    map.finish();
+    map.correct({{0, Pose::planar(3, 4, 0)}, {1, Pose::planar(5, 6, 0)}, {2, std::nullopt}});
+    EXPECT_THAT([&] { map.correct({{3, std::nullopt}}); }, FailsWith(ErrorCode::unknownName));
+  }
+  const TopologicalMap map = readMap(path_);
+  EXPECT_EQ(map.frames[0].pose.value().y, 4);
+  EXPECT_EQ(map.frames[1].pose.value().x, 5);
+  EXPECT_FALSE(map.frames[2].pose);
+}
+
+TEST_F(LiveMapping, KnowsPlacesByPosesThatWereMoved) {
+  for (const bool moved : {false, true}) {
+    test::ScratchFolder folder;
+    MapperOptions options = byHand();
+    options.tauRevisit = 0.1;
+    options.views = 40;
+    MappingSession map(folder / "home.estancia", labeler_, options);
+    map.add(sea, 0, Pose::planar(50, 0, 0));  // drift
+    map.add(lawn, 1, Pose::planar(20, 0, 0));
+    if (moved) map.correct({{0, Pose::planar(0, 0, 0)}});
+    map.add(sea, 2, Pose::planar(0, 0, 0));
+    EXPECT_EQ(map.mapper().nodes(), moved ? 2U : 3U);
+  }
+}
+
 TEST_F(LiveMapping, CanBeAskedAndLocalizedInMeanwhile) {
   MappingSession map(path_, labeler_, byHand());
   EXPECT_TRUE(map.map().nodes.empty());
