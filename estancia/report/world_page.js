@@ -17,6 +17,7 @@
   };
   const plain = text => text.toLowerCase().replace(/[-_\s]+/g, ' ').trim();
   const percent = p => `${(100 * p).toFixed(p < 0.1 ? 1 : 0)} %`;
+  let shown = [];  // the answers to the last words
   const label = i => data.labels[i].split(',')[0].trim();
   const imageOf = object => {
     const image = document.querySelector(`#image-${object} image`);
@@ -62,7 +63,7 @@
     });
   }
   function mark(ids, chosen) {
-    plans.forEach(plan => plan.classList.toggle('asked', ids.length > 0));
+    plans.forEach(plan => plan.classList.toggle('asked', shown.length > 0));
     document.querySelectorAll('.plan [data-object], .item[data-object]').forEach(element => {
       element.classList.toggle('on', ids.includes(+element.dataset.object));
       element.classList.toggle('chosen', +element.dataset.object === chosen);
@@ -74,6 +75,15 @@
   }
 
   // ---- the panel
+  const atFirst = [...byId('found').childNodes];
+  function clear() {
+    shown = [];
+    mark([], -1);
+    drawWay(null);
+    showArea(-1);
+    byId('found').replaceChildren(...atFirst);
+    byId('found').hidden = !atFirst.length;
+  }
   function describe(id) {
     const object = objects[id], parts = [], image = imageOf(id);
     if (image) parts.push(make('img', {className: 'large', src: image, alt: `What object ${id} looks like`}));
@@ -103,7 +113,6 @@
       return make('li', {}, link);
     }));
   }
-  let shown = [];  // the answers to the last words
   function choose(id, heading) {
     const others = shown.some(a => a.id === id) ? shown : [];
     shown = others;
@@ -146,15 +155,20 @@
   // ---- select by hand; the address keeps what is shown
   document.addEventListener('click', event => {
     const link = event.target.closest && event.target.closest('a[data-object]');
-    if (!link) return;
+    if (!link) {  // beside everything
+      if (event.target.matches && event.target.matches('.plan')) clear();
+      return;
+    }
     event.preventDefault();
     const id = +link.dataset.object;
     if (!byId('found').contains(link)) shown = [];
-    history.replaceState(null, '', `#object-${id}`);
+    history.replaceState(null, '', `#show=${id}`);
     choose(id);
     hideTip();
     if (link.closest('#areas')) byId('world').scrollIntoView({block: 'start'});
   });
+
+  addEventListener('keydown', event => { if (event.key === 'Escape') clear(); });
 
   // ---- the larger image beside the pointer
   const tip = byId('tip');
@@ -179,7 +193,7 @@
   const names = [...objects, ...areas].map(thing => thing.given).filter(Boolean);
   byId('words').append(...[...new Set(names)].sort().map(value => make('option', {value})));
   function follow() {
-    const target = /^#object-(\d+)$/.exec(location.hash);
+    const target = /^#(?:show=|object-)(\d+)$/.exec(location.hash);
     if (target && objects[+target[1]]) {
       shown = [];
       choose(+target[1]);
