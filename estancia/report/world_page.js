@@ -15,7 +15,9 @@
     Object.entries(attributes).forEach(([key, value]) => element.setAttribute(key, value));
     return element;
   };
-  const plain = text => text.toLowerCase().replace(/[-_\s]+/g, ' ').trim();
+  // words alone, without the s of a plural (sameWords())
+  const plain = text => text.toLowerCase().replace(/'/g, '').split(/[^a-z0-9\u0080-\uffff]+/).filter(Boolean)
+    .map(word => word.replace(/([^s])s$/, '$1')).join(' ');
   const percent = p => `${(100 * p).toFixed(p < 0.1 ? 1 : 0)} %`;
   let shown = [];  // the answers to the last words
   const label = i => data.labels[i].split(',')[0].trim();
@@ -136,14 +138,16 @@
     const all = ask(text, labels), likely = all.filter(a => a.likely);
     shown = likely.length ? likely : all.slice(0, 5);
     if (area || shown.length) event.preventDefault();
+    if (!area && !labels.length && !shown.length) return clear();
     const heading = [make('h2', {textContent: `“${text}”`})];
-    if (area) heading.push(make('p', {className: 'say', textContent: `is what people call area ${area.id}.`}));
+    if (area) heading.push(make('p', {className: 'say'},
+      'is what people call ', make('a', {href: `#area-${area.id}`, textContent: `area ${area.id}`}), '.'));
     if (!shown.length) {
       mark([], -1);
       drawWay(null);
       if (!area) heading.push(make('p', {className: 'say', textContent: 'No object is it; places that may hold it are below.'}));
       byId('found').replaceChildren(...heading);
-      byId('found').hidden = !area && !labels.length;
+      byId('found').hidden = false;
       return;
     }
     heading.push(make('p', {className: 'say', textContent: likely.length
