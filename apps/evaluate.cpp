@@ -9,6 +9,7 @@
 #include "estancia/report/measures.hpp"
 #include "estancia/topology/accuracy.hpp"
 #include "estancia/topology/quality.hpp"
+#include "estancia/world/evaluate_world.hpp"
 #include "estancia/zones/measure.hpp"
 #include "estancia/zones/zone_file.hpp"
 #include "localization.hpp"
@@ -21,7 +22,7 @@ struct EvaluateArguments {
   SequenceArguments sequence;
   LocalizationArguments localization;
   DeclaredOptions declared;
-  std::string truth;
+  std::string truth, classes;
   bool json = false;
 };
 
@@ -61,11 +62,29 @@ std::vector<Measure> measuresOfZones(const EvaluateArguments& arguments) {
   return measuresOf(evaluate(zones, roomsSeenBy(zones.frames, arguments.truth)));
 }
 
+/// --classes are of the things in the truth.
+void requireThings(const EvaluateArguments& arguments) {
+  const auto file = std::filesystem::path(arguments.truth) / "instances.csv";
+  if (!arguments.classes.empty() && !std::filesystem::exists(file))
+    throw Error(ErrorCode::fileNotFound,
+                fmt::format("{} is not there: no thing has one of the --classes; leave them out to measure "
+                            "rooms and trajectory, or give the folder of a drive with its things",
+                            file.string()));
+}
+
 std::vector<Measure> measure(const EvaluateArguments& arguments) {
   if (isZoneFile(arguments.localization.map)) return measuresOfZones(arguments);
   if (!arguments.sequence.path.empty()) return measuresOf(localizationAccuracy(arguments));
   const TopologicalMap map = readMap(arguments.localization.map);
-  return measuresOf(evaluate(map, roomsSeenBy(map.frames, arguments.truth)));
+  if (arguments.truth.empty()) return measuresOf(evaluate(map));
+  const ThingClasses classes =
+      arguments.classes.empty() ? ThingClasses{} : readThingClasses(arguments.classes);
+  requireThings(arguments);
+  const std::vector<std::string> seen = roomsSeenBy(map.frames, arguments.truth);
+  std::vector<Measure> measures = measuresOf(evaluate(map, seen));
+  for (Measure& more : measuresOf(evaluateWorld(arguments.localization.map, arguments.truth, seen, classes)))
+    measures.push_back(std::move(more));
+  return measures;
 }
 
 /// --truth is a table about SEQ, or the folder of the drive that was mapped.
@@ -91,6 +110,10 @@ void run(const EvaluateArguments& arguments) {
     throw Error(ErrorCode::invalidOption,
                 "--poses, --rooms, --split and --only describe SEQ, the images to localize; give SEQ, too");
   requireFittingTruth(arguments);
+  if (!arguments.classes.empty() &&
+      (arguments.truth.empty() || !given.path.empty() || isZoneFile(arguments.localization.map)))
+    throw Error(ErrorCode::invalidOption,
+                "--classes are of the things in a map; give the map and --truth, the folder of its drive");
   const bool localized = !arguments.sequence.path.empty();
   const std::vector<Measure> measures = measure(arguments);
   if (arguments.json) {
@@ -112,14 +135,24 @@ void addEvaluateCommand(CLI::App& app) {
   command->get_option("MAP")->description("The map file, or a file of zones");
   arguments->sequence.addTo(arguments->declared, false);
   command
-      ->add_option("--truth", arguments->truth,
-                   "Of SEQ: a CSV query,refs, for each image the map's frames that count as right. Without "
-                   "SEQ: the folder of the mapped drive with home.json, for the rooms that its images see")
+      ->add_option(
+          "--truth", arguments->truth,
+          "Of SEQ: a CSV query,refs, for each image the map's frames that count as right. Without "
+          "SEQ: the folder of the mapped drive with home.json, for the rooms that its images see, its "
+          "poses, and with instances.csv for its things")
       ->check(CLI::ExistingPath);
+  command
+      ->add_option(
+          "--classes", arguments->classes,
+          "Of the things in the folder of --truth: a TOML file with their classes (fixture, furniture, "
+          "…) and the labels that name them")
+      ->check(CLI::ExistingFile)
+      ->type_name("FILE");
   addJsonOption(*command, arguments->json);
   addExamples(*command,
               "  estancia evaluate home.estancia\n"
               "  estancia evaluate home.estancia --truth ~/drive\n"
+              "  estancia evaluate home.estancia --truth ~/drive --classes things.toml\n"
               "  estancia evaluate home.estancia ~/today --rooms today.csv --json");
   command->callback([arguments] { run(*arguments); });
 }

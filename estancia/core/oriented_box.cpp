@@ -14,16 +14,35 @@
 namespace estancia {
 namespace {
 
-/// Corners on the floor relative to `origin`, as OpenCV's geometry has floats.
-std::vector<cv::Point2f> footprint(const OrientedBox& box, const cv::Point3d& origin) {
+/// Corners on the floor relative to `origin`, counter-clockwise.
+std::vector<cv::Point2d> footprint(const OrientedBox& box, const cv::Point3d& origin) {
   const double c = std::cos(box.yaw), s = std::sin(box.yaw);
-  std::vector<cv::Point2f> corners;
+  std::vector<cv::Point2d> corners;
   for (const auto& [along, across] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}) {
     const double u = along * box.size.x / 2, v = across * box.size.y / 2;
-    corners.emplace_back(static_cast<float>(box.center.x - origin.x + c * u - s * v),
-                         static_cast<float>(box.center.y - origin.y + s * u + c * v));
+    corners.emplace_back(box.center.x - origin.x + c * u - s * v, box.center.y - origin.y + s * u + c * v);
   }
   return corners;
+}
+
+/// Of the part that two convex polygons share (Sutherland and Hodgman 1974). OpenCV's intersectConvexConvex()
+/// loses it where edges lie on one line.
+double commonArea(std::vector<cv::Point2d> polygon, const std::vector<cv::Point2d>& clip) {
+  for (std::size_t e = 0; e < clip.size(); ++e) {
+    const cv::Point2d from = clip[e], along = clip[(e + 1) % clip.size()] - from;
+    std::vector<cv::Point2d> inside;
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+      const cv::Point2d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+      const double left = along.cross(a - from), next = along.cross(b - from);
+      if (left >= 0) inside.push_back(a);
+      if ((left < 0) != (next < 0)) inside.push_back(a + (b - a) * (left / (left - next)));
+    }
+    polygon = std::move(inside);
+  }
+  double twice = 0;
+  for (std::size_t i = 0; i < polygon.size(); ++i)
+    twice += polygon[i].cross(polygon[(i + 1) % polygon.size()]);
+  return std::max(0.0, twice / 2);
 }
 
 struct Extent {
@@ -52,9 +71,7 @@ double intersectionOverUnion(const OrientedBox& a, const OrientedBox& b) {
   if (!(height > 0) || !(a.volume() > 0) || !(b.volume() > 0) ||
       !(std::hypot(a.center.x - b.center.x, a.center.y - b.center.y) < reach))
     return 0;
-  std::vector<cv::Point2f> common;
-  const double both = height * static_cast<double>(cv::intersectConvexConvex(footprint(a, a.center),
-                                                                             footprint(b, a.center), common));
+  const double both = height * commonArea(footprint(a, a.center), footprint(b, a.center));
   return both / (a.volume() + b.volume() - both);
 }
 

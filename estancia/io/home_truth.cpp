@@ -226,23 +226,30 @@ std::vector<std::string> roomsSeen(const HomeTruth& truth, const Sequence& seque
   return rooms;
 }
 
-std::vector<std::string> roomsSeen(const fs::path& folder, const std::vector<std::string>& images) {
-  const HomeTruth truth = readHomeTruth(folder);
-  const auto sequence = openSequence(folder);
-  const std::vector<std::string> rooms = roomsSeen(truth, *sequence);
-  std::unordered_map<std::string, std::string> byName;
-  for (std::size_t i = 0; i < rooms.size(); ++i)
-    byName.emplace(fs::path(sequence->frame(i).name).filename(), rooms[i]);
-  std::vector<std::string> found;
+std::vector<std::size_t> framesOfImages(const Sequence& drive, const fs::path& folder,
+                                        const std::vector<std::string>& images) {
+  std::unordered_map<std::string, std::size_t> byName;
+  for (std::size_t i = 0; i < drive.size(); ++i) byName.emplace(fs::path(drive.frame(i).name).filename(), i);
+  std::vector<std::size_t> frames;
   std::set<std::string> names;
   for (const std::string& image : images) {
     const std::string name = fs::path(image).filename();
-    const auto room = byName.find(name);
-    if (room == byName.end() || !names.insert(name).second)
+    const auto frame = byName.find(name);
+    if (frame == byName.end() || !names.insert(name).second)
       fail(ErrorCode::mismatch, "{}: {} the image {}; give the folder of the one drive that was taken",
-           printable(folder), room == byName.end() ? "has not" : "has only once", printable(image));
-    found.push_back(room->second);
+           printable(folder), frame == byName.end() ? "has not" : "has only once", printable(image));
+    frames.push_back(frame->second);
   }
+  return frames;
+}
+
+std::vector<std::string> roomsSeen(const fs::path& folder, const std::vector<std::string>& images) {
+  const HomeTruth truth = readHomeTruth(folder);
+  const auto sequence = openSequence(folder);
+  const std::vector<std::size_t> frames = framesOfImages(*sequence, folder, images);
+  const std::vector<std::string> rooms = roomsSeen(truth, *sequence);
+  std::vector<std::string> found;
+  for (const std::size_t frame : frames) found.push_back(rooms[frame]);
   return found;
 }
 

@@ -95,6 +95,11 @@ std::string roomSeen(const std::vector<VisibleInstance>& visible, const std::vec
 /// whose depth cannot be read counts as one without depth. O(frames); reads all depth images.
 std::vector<std::string> roomsSeen(const HomeTruth& truth, const Sequence& sequence);
 
+/// The frames of a drive that have these images, by their file names. `folder` names it in errors. Throws
+/// Error (mismatch): an image is not in it, or two in `images` have one name.
+std::vector<std::size_t> framesOfImages(const Sequence& drive, const std::filesystem::path& folder,
+                                        const std::vector<std::string>& images);
+
 /// The rooms that images of the drive in `folder` see, as above, by their file names. Throws Error: the
 /// folder cannot be read, or an image is not in it, or two in `images` have one name (mismatch).
 std::vector<std::string> roomsSeen(const std::filesystem::path& folder,

@@ -3,10 +3,20 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <map>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <set>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "estancia/core/oriented_box.hpp"
+#include "estancia/core/vocabulary.hpp"
+#include "estancia/io/home_truth.hpp"
+#include "estancia/objects/object_instance.hpp"
+#include "estancia/objects/thing_classes.hpp"
 
 namespace estancia {
 
@@ -20,5 +30,74 @@ struct BoxMatch {
 /// `least`. In the order of matching.
 std::vector<BoxMatch> matchBoxes(std::span<const OrientedBox> found, std::span<const OrientedBox> things,
                                  double least = 0.25);
+
+/// A thing that is there.
+struct TrueThing {
+  int id = 0;
+  OrientedBox box = {};
+  /// As ThingClasses.
+  std::string thingClass = {};
+  /// Whether it was shown well enough to be missed.
+  bool counts = true;
+  /// The labels that name it; empty where no label of the map's vocabulary does.
+  std::vector<std::string> labels = {};
+};
+
+/// Frames that show a thing, and its pixels in each of them, from which on it counts.
+constexpr std::size_t leastFramesOfThing = 5, leastPixelsOfThing = 150;
+
+/// The things of a home. They count where at least leastFramesOfThing of the `images` (by file name; all
+/// where none are given) show `leastPixels` of their pixels; all of them where the truth does not tell what
+/// images show. `vocabulary`: that of the map; nullptr where it names nothing.
+std::vector<TrueThing> trueThings(const io::HomeTruth& truth, const ThingClasses& classes,
+                                  const Vocabulary* vocabulary, const std::set<std::string>& images = {},
+                                  std::size_t leastPixels = leastPixelsOfThing);
+
+/// Pixels of each thing that a segment shows, by the thing's id; below io::kFirstInstance structure.
+using PixelsOfThings = std::map<int, double>;
+
+/// Adds what each segment of a frame shows. `segments`: CV_8U, 0 for none; `mask`: the truth, CV_16U, of that
+/// size or of an image of which every n-th pixel was taken; of any other size it tells nothing.
+void addPixels(std::size_t frame, const cv::Mat& segments, const cv::Mat& mask,
+               std::map<SegmentPlace, PixelsOfThings>& pixels);
+
+/// An instance of a map.
+struct FoundInstance {
+  /// On the axes of the true boxes.
+  OrientedBox box = {};
+  bool hangsAtWall = false;
+  /// Its best label; "" where it has none.
+  std::string label = {};
+  /// What its segments show; empty where that is not known.
+  PixelsOfThings pixels = {};
+};
+
+struct InstanceScore {
+  /// Things that count, and those of them that an instance is.
+  std::size_t things = 0, found = 0;
+  /// Instances, and those of them that are a thing, whether it counts or not.
+  std::size_t instances = 0, right = 0;
+  /// Of the found things, those that the vocabulary can name, and those whose instance has such a name.
+  std::size_t nameable = 0, named = 0;
+  /// Median distance of the boxes' middles of the found things [m].
+  std::optional<double> error = {};
+
+  std::optional<double> recall() const;
+  std::optional<double> precision() const;
+  std::optional<double> nameAccuracy() const;
+};
+
+struct InstanceAccuracy {
+  /// All but fixtures, and but instances that are no thing and hang at a wall.
+  InstanceScore counted = {};
+  /// By class; "none": the instances that are no thing.
+  std::map<std::string, InstanceScore> ofClass = {};
+  /// Things that most pixels of several instances show, and instances of which another thing has a quarter of
+  /// the pixels or more. Absent where no instance has pixels.
+  std::optional<std::size_t> split = {}, merged = {};
+};
+
+/// An instance is the thing that it is matched with by matchBoxes().
+InstanceAccuracy judgeInstances(std::span<const FoundInstance> found, std::span<const TrueThing> things);
 
 }  // namespace estancia

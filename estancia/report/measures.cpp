@@ -3,6 +3,7 @@
 
 #include "estancia/topology/accuracy.hpp"
 #include "estancia/topology/quality.hpp"
+#include "estancia/world/evaluate_world.hpp"
 #include "estancia/zones/measure.hpp"
 
 #include <fmt/format.h>
@@ -130,6 +131,69 @@ std::vector<Measure> measuresOf(const ZoneQuality& q) {
                         "Share of images whose zone the classifier takes for their true room"});
   measures.push_back({"spatial_spread", "Spatial spread [m]", q.spatialSpread, 2,
                       "Mean distance of images to their zone's center"});
+  return measures;
+}
+
+namespace {
+
+/// Areas beside rooms: two measures of five.
+void addAreas(std::vector<Measure>& measures, const std::optional<Agreement>& agreement,
+              const RoomKind& kind) {
+  if (!agreement) return;
+  const std::string name = std::string(kind.key.empty() ? "Areas" : "Areas, seen") + ": ";
+  measures.push_back({"area_" + kind.key + "v_measure", name + "V-measure", agreement->vMeasure, 3,
+                      "Agreement of areas and " + kind.rooms + ", 1 is best"});
+  measures.push_back({"area_" + kind.key + "ari", name + "Rand index", agreement->adjustedRandIndex, 3,
+                      "Adjusted: pairs judged alike; 0 is chance"});
+}
+
+/// `key` ends the keys in JSON, `name` the names for people.
+void addObjects(std::vector<Measure>& measures, const InstanceScore& score, const std::string& key,
+                const std::string& name, const std::string& which) {
+  const auto add = [&](const char* measure, const char* title, std::optional<double> value, int decimals,
+                       const std::string& explanation) {
+    if (value) measures.push_back({measure + key, title + name, value, decimals, explanation});
+  };
+  add("things", "Things", count(score.things), 0, which);
+  add("object_recall", "Recall", score.recall(), 3, "Share of the things that an object is");
+  // Objects that are no thing have no class.
+  if (key.empty())
+    add("object_precision", "Precision", score.precision(), 3, "Share of the objects that are a thing");
+  add("object_error", "Error [m]", score.error, 3, "Median, between the middles of the boxes");
+  add("nameable_things", "Nameable", score.nameable > 0 ? std::optional(count(score.nameable)) : std::nullopt,
+      0, "Found things that the labels can name");
+  add("object_names", "Right names", score.nameAccuracy(), 3, "Share of these whose best word is one");
+}
+
+}  // namespace
+
+std::vector<Measure> measuresOf(const WorldAccuracy& a) {
+  std::vector<Measure> measures;
+  if (a.areas > 0)
+    measures.push_back({"areas", "Areas", count(a.areas), 0, "Parts of the floor between walls and doors"});
+  addAreas(measures, a.areasAndRooms, kStoodIn);
+  addAreas(measures, a.areasAndRoomsSeen, kSeen);
+  if (a.trajectory) {
+    measures.push_back({"trajectory_frames", "Frames with a true pose", count(a.trajectory->poses), 0,
+                        "Those that have one in the map, too"});
+    measures.push_back({"trajectory_rmse", "Trajectory error [m]", a.trajectory->rmse, 3,
+                        "RMSE of the positions after alignment"});
+  }
+  if (!a.objects) return measures;
+  const InstanceAccuracy& objects = *a.objects;
+  const InstanceScore& all = objects.counted;
+  addObjects(measures, all, "", "", "That enough frames show well, without fixtures");
+  measures.push_back({"objects", "Objects", count(all.instances), 0, "Without fixtures and what hangs"});
+  if (objects.split && objects.merged) {
+    measures.push_back({"split_things", "Split things", count(*objects.split), 0,
+                        "Several objects show mostly the same one"});
+    measures.push_back({"merged_objects", "Merged objects", count(*objects.merged), 0,
+                        "Another thing has a quarter of their pixels"});
+  }
+  std::size_t classes = 0;
+  for (const auto& [name, score] : objects.ofClass) classes += name == "none" ? 0 : 1;
+  for (const auto& [name, score] : objects.ofClass)
+    if (classes > 1 && name != "none") addObjects(measures, score, "_" + name, ", " + name, "Of this class");
   return measures;
 }
 

@@ -10,6 +10,7 @@ namespace estancia {
 
 struct LocalizationAccuracy;
 struct MapQuality;
+struct WorldAccuracy;
 struct ZoneQuality;
 
 /// One row of a table of measures.
@@ -25,5 +26,7 @@ struct Measure {
 std::vector<Measure> measuresOf(const MapQuality& quality);
 std::vector<Measure> measuresOf(const LocalizationAccuracy& accuracy);
 std::vector<Measure> measuresOf(const ZoneQuality& quality);
+/// Only what was measured.
+std::vector<Measure> measuresOf(const WorldAccuracy& accuracy);
 
 }  // namespace estancia

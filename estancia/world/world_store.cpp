@@ -43,6 +43,8 @@ CREATE TABLE IF NOT EXISTS object_words(object INTEGER NOT NULL, label INTEGER N
 CREATE TABLE IF NOT EXISTS object_views(frame INTEGER NOT NULL, segment INTEGER NOT NULL, object INTEGER,
     quality REAL NOT NULL, words BLOB NOT NULL, jpeg BLOB NOT NULL, PRIMARY KEY(frame, segment));
 CREATE INDEX IF NOT EXISTS views_of_object ON object_views(object, quality);
+CREATE TABLE IF NOT EXISTS object_segments(frame INTEGER NOT NULL, segment INTEGER NOT NULL,
+    object INTEGER NOT NULL, PRIMARY KEY(frame, segment)) WITHOUT ROWID;
 )sql";
 
 constexpr std::array<const char*, 5> supports{"", "floor", "object", "surface", "wall"};
@@ -50,8 +52,9 @@ constexpr std::array<const char*, 5> supports{"", "floor", "object", "surface", 
 constexpr std::array<const char*, 3> kinds{"name", "merge", "split"};
 constexpr std::int64_t mostCells = 64'000'000;
 
-bool hasTables(Database& database) {
-  Statement table(database, "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = 'area_edits'");
+bool hasTable(Database& database, const char* name) {
+  Statement table(database, "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = ?1",
+                  std::string(name));
   return table.next();
 }
 
@@ -131,7 +134,7 @@ WorldStore::WorldStore(MapStore& store, MapStore::Access access) : store_(store)
   if (access == MapStore::Access::write)
     store_.database().run(tables);
   else
-    exists_ = hasTables(store_.database());
+    exists_ = hasTable(store_.database(), "area_edits");
 }
 
 void WorldStore::putLayers(const std::string& layers) {
@@ -246,9 +249,11 @@ void WorldStore::putView(const LabeledSegment& view, std::span<const unsigned ch
 }
 
 void WorldStore::putObjects(std::span<const WorldObject> objects,
-                            const std::map<std::pair<std::size_t, std::size_t>, int>& objectOf) {
+                            const std::map<SegmentPlace, int>& objectOf) {
   Database& database = store_.database();
-  database.run("DELETE FROM objects; DELETE FROM object_words; UPDATE object_views SET object = NULL");
+  database.run(
+      "DELETE FROM objects; DELETE FROM object_words; DELETE FROM object_segments; "
+      "UPDATE object_views SET object = NULL");
   const Vocabulary& vocabulary = store_.identity().vocabulary;
   std::unordered_map<std::string, std::size_t> numbers;
   for (std::size_t i = 0; i < vocabulary.size(); ++i) numbers.emplace(vocabulary[i], i);
@@ -273,10 +278,12 @@ void WorldStore::putObjects(std::span<const WorldObject> objects,
       }
   }
   Statement view(database, "UPDATE object_views SET object = ?3 WHERE frame = ?1 AND segment = ?2");
-  for (const auto& [place, object] : objectOf) {
-    view.bindAll(place.first, place.second, object);
-    view.execute();
-  }
+  Statement segment(database, "INSERT INTO object_segments VALUES(?1, ?2, ?3)");
+  for (const auto& [place, object] : objectOf)
+    for (Statement* statement : {&view, &segment}) {
+      statement->bindAll(place.first, place.second, object);
+      statement->execute();
+    }
 }
 
 std::vector<LabeledSegment> WorldStore::views() const {
@@ -294,6 +301,18 @@ std::vector<LabeledSegment> WorldStore::views() const {
     views.push_back(std::move(view));
   }
   return views;
+}
+
+std::map<SegmentPlace, int> WorldStore::objectSegments() const {
+  std::map<SegmentPlace, int> objectOf;
+  if (!exists_ || !hasTable(store_.database(), "object_segments")) return objectOf;
+  Statement rows(store_.database(), "SELECT frame, segment, object FROM object_segments");
+  while (rows.next()) {
+    if (rows.integer(0) < 0 || rows.integer(1) < 0 || rows.integer(2) < 0)
+      store_.database().failDamaged("a segment is of no object");
+    objectOf.emplace(SegmentPlace(rows.integer(0), rows.integer(1)), static_cast<int>(rows.integer(2)));
+  }
+  return objectOf;
 }
 
 std::vector<unsigned char> WorldStore::objectImage(int object) const {

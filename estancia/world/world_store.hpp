@@ -7,10 +7,10 @@
 #include <functional>
 #include <map>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "estancia/core/descriptor.hpp"
+#include "estancia/objects/object_instance.hpp"
 #include "estancia/topology/store.hpp"
 #include "estancia/world/observation.hpp"
 #include "estancia/world/world_map.hpp"
@@ -48,9 +48,8 @@ class WorldStore {
   void putAreas(const PlannedFrames& planned);
   void addEdit(const AreaEdit& edit);
   void putView(const LabeledSegment& view, std::span<const unsigned char> jpeg);
-  /// Replaces all objects. `objectOf`: the object of each view, by frame and segment; others show none.
-  void putObjects(std::span<const WorldObject> objects,
-                  const std::map<std::pair<std::size_t, std::size_t>, int>& objectOf);
+  /// Replaces all objects. `objectOf`: the object of each segment; others show none.
+  void putObjects(std::span<const WorldObject> objects, const std::map<SegmentPlace, int>& objectOf);
 
   // ---- reading
   /// "" where none were put.
@@ -60,6 +59,8 @@ class WorldStore {
   std::vector<AreaEdit> edits() const;
   /// In order of frames and segments.
   std::vector<LabeledSegment> views() const;
+  /// The object of each segment that shows one; empty in maps of programs that did not keep it.
+  std::map<SegmentPlace, int> objectSegments() const;
   /// The best view's JPEG; empty where there is none.
   std::vector<unsigned char> objectImage(int object) const;
   /// Adds all layers to `world`, whose places have been read. Throws Error (corruptFile).

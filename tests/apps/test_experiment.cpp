@@ -187,6 +187,7 @@ TEST(Experiments, OfTheRepositoryAreReadable) {
   const ScratchFolder scratch;
   for (const auto& entry : fs::recursive_directory_iterator(fs::path(ESTANCIA_SOURCE_DIR) / "experiments")) {
     if (entry.path().extension() != ".toml" || entry.path().parent_path().filename() == "studies") continue;
+    if (!holds(readFile(entry.path()), "\ntype = ")) continue;  // what several experiments share
     const auto result =
         run({"experiment", "run", entry.path(), "-o", scratch / "out", "--models", "./no-such-model"});
     // Some have features instead of images, and need no model.

@@ -142,6 +142,17 @@ TEST(Home, HasRoomsThatAreFoundBySpaceAndNamedByWords) {
   ASSERT_NE(washer, world.objects.end());
   EXPECT_GT(rooms[washer->area]["bathroom"], 0) << "it stands in the bathroom";
   EXPECT_FALSE(readObjectImage(map, washer->id).empty());
+  const json truth =
+      evaluated({map, "--truth", *data / "day", "--classes",
+                 std::filesystem::path(ESTANCIA_SOURCE_DIR) / "experiments/home/classes/things.toml"});
+  EXPECT_GE(truth["area_v_measure"], 0.9);
+  EXPECT_NEAR(truth["trajectory_rmse"], 0, 1e-6) << "true poses were given";
+  EXPECT_GE(truth["things"], 60);
+  EXPECT_GE(truth["object_recall"], 0.5);
+  EXPECT_GE(truth["object_precision"], 0.4);
+  EXPECT_LE(truth["object_error"], 0.1);
+  EXPECT_LE(truth["merged_objects"], 20);
+  EXPECT_GE(truth["nameable_things"], 15);
   const std::string asked = run({"ask", map, "washer"}).out;
   EXPECT_THAT(asked, testing::HasSubstr(fmt::format("object {}", washer->id)));
 }

@@ -8,6 +8,7 @@
 
 #include "estancia/world/export_world.hpp"
 #include "support/errors.hpp"
+#include "support/sample_home.hpp"
 #include "support/sample_world.hpp"
 #include "support/support.hpp"
 
@@ -116,6 +117,46 @@ TEST_F(WorldCommand, ReportsThePlanWithTheWaysOfRoute) {
   writeWorld(bare, scratch_ / "bare.estancia");
   EXPECT_THAT(run({"report", scratch_ / "bare.estancia", "-o", scratch_ / "no.html", "--from", "3"}),
               FailsWith(ErrorCode::insufficientData, "--from"));
+}
+
+TEST_F(WorldCommand, IsEvaluatedBesideTheTruthAboutItsDrive) {
+  const fs::path home = scratch_ / "home";
+  writeSampleHome(home);
+  const auto said = run({"evaluate", map_, "--truth", home, "--classes", home / "things.toml"});
+  EXPECT_EQ(said.exitCode, 0) << said.err;
+  for (const char* fact : {"V-measure", "Trajectory error [m]", "Recall", "0.750", "Recall, furniture"})
+    EXPECT_THAT(said.out, HasSubstr(fact));
+  const json measures =
+      json::parse(run({"evaluate", map_, "--truth", home, "--classes", home / "things.toml", "--json"}).out);
+  EXPECT_EQ(measures["object_recall"], 0.75);
+  EXPECT_EQ(measures["object_precision"], 0.5);
+  EXPECT_EQ(measures["object_recall_furniture"], 0.5);
+  EXPECT_NEAR(measures["object_names"], 2.0 / 3, 1e-9);
+  EXPECT_NEAR(measures["trajectory_rmse"], 0, 1e-5);
+  EXPECT_GT(measures["area_v_measure"], 0.5);
+  EXPECT_EQ(measures["nodes"], 4);
+  const json plain = json::parse(run({"evaluate", map_, "--truth", home, "--json"}).out);
+  EXPECT_EQ(plain["object_recall"], 0.75);
+  EXPECT_FALSE(plain.contains("object_recall_furniture")) << "all are things";
+  EXPECT_FALSE(plain.contains("object_names"));
+}
+
+TEST_F(WorldCommand, SaysWhatIsWrongWithTheTruth) {
+  const fs::path home = scratch_ / "home";
+  writeSampleHome(home);
+  const std::string classes = home / "things.toml";
+  EXPECT_THAT(run({"evaluate", map_, "--classes", classes}), FailsWith(ErrorCode::invalidOption, "--truth"));
+  writeFile(scratch_ / "bad.toml", "[words]\nmug = 3\n");
+  EXPECT_THAT(run({"evaluate", map_, "--truth", home, "--classes", scratch_ / "bad.toml"}),
+              FailsWith(ErrorCode::malformedFile, "bad.toml:2"));
+  fs::remove(home / "visible.csv");
+  fs::remove(home / "instances.csv");
+  EXPECT_THAT(run({"evaluate", map_, "--truth", home, "--classes", classes}),
+              FailsWith(ErrorCode::fileNotFound, "instances.csv"));
+  EXPECT_EQ(run({"evaluate", map_, "--truth", home}).exitCode, 0) << "rooms and trajectory are there";
+  fs::rename(home / "rgb/frame_3.png", home / "rgb/other.png");
+  fs::rename(home / "depth/frame_3.png", home / "depth/other.png");
+  EXPECT_THAT(run({"evaluate", map_, "--truth", home}), FailsWith(ErrorCode::mismatch, "frame_3.png"));
 }
 
 }  // namespace

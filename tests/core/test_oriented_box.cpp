@@ -35,6 +35,17 @@ TEST(OrientedBox, TurnedSquaresShareAnOctagon) {
   EXPECT_NEAR(intersectionOverUnion(square, turned), octagon / (8 - octagon), 1e-5);
 }
 
+TEST(OrientedBox, SharesItsRestWhereItIsMovedAlongItsOwnSide) {
+  for (int degrees = 0; degrees < 180; degrees += 5) {
+    const double yaw = degrees * std::numbers::pi / 180;
+    const OrientedBox mug{{13, 2, 0.9}, {0.1, 0.08, 0.1}, yaw};
+    OrientedBox moved = mug;
+    moved.center += 0.02 * cv::Point3d(std::cos(yaw), std::sin(yaw), 0);
+    EXPECT_NEAR(intersectionOverUnion(mug, moved), 0.08 / 0.12, 1e-6) << degrees;
+    EXPECT_NEAR(intersectionOverUnion(moved, mug), 0.08 / 0.12, 1e-6) << degrees;
+  }
+}
+
 TEST(OrientedBox, AgreesWithCountingPoints) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> place(-1, 1), side(0.5, 2), turn(-4, 4), anywhere(-3, 3);

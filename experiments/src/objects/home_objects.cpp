@@ -21,16 +21,12 @@
 namespace estancia::experiments {
 namespace {
 
-constexpr int homeObjectsVersion = 1;  // of what follows: drives of another one are mapped anew
-constexpr int leastFrames = 5;
-const std::string kApart = "fixture", kCounted = "all but fixture";
-
-/// Pixels of each thing that a segment shows, by the thing's id; below io::kFirstInstance structure.
-using Shown = std::map<int, double>;
+constexpr int homeObjectsVersion = 2;  // of what follows: drives of another one are mapped anew
+const std::string kCounted = "all but fixture";
 
 struct HomeMap {
   std::vector<ObjectInstance> instances;
-  std::map<SegmentPlace, Shown> shown;
+  std::map<SegmentPlace, PixelsOfThings> pixels;
 };
 
 HomeMap mapHome(const std::filesystem::path& folder, double noise, const HomeSegmentationOptions& options) {
@@ -55,112 +51,37 @@ HomeMap mapHome(const std::filesystem::path& folder, double noise, const HomeSeg
     Observation seen = observe(depth, *sequence.intrinsics());
     findSegments(seen, {}, clustering);
     map.add(i, depthOf(seen), seen.segments, seen.camera, *sequence.frame(i).pose);
-    const cv::Mat mask = io::readInstanceMask(io::instanceMaskFile(folder, sequence.frame(i)));
-    if (mask.size() != seen.segments.size()) continue;  // the truth by pixels has another size
-    for (std::size_t p = 0; p < mask.total(); ++p)
-      if (const std::uint8_t segment = seen.segments.data[p]; segment != 0)
-        ++home.shown[{i, segment}][mask.ptr<std::uint16_t>()[p]];
+    addPixels(i, seen.segments, io::readInstanceMask(io::instanceMaskFile(folder, sequence.frame(i))),
+              home.pixels);
   }
   home.instances = map.instances();
   return home;
 }
 
-/// Pixels of each thing that the segments of an instance show.
-Shown shownBy(const ObjectInstance& instance, const std::map<SegmentPlace, Shown>& shown) {
-  Shown sum;
-  for (const SegmentPlace& place : instance.segments)
-    if (const auto segment = shown.find(place); segment != shown.end())
-      for (const auto& [id, pixels] : segment->second) sum[id] += pixels;
-  return sum;
-}
-
-/// How many things are in several instances, and how many instances are several things: a quarter of its
-/// pixels or more are of another one than the most.
-void countSplits(const HomeMap& home, CellResults& results) {
-  std::map<int, int> instancesOf;
-  double merged = 0;
-  for (const ObjectInstance& instance : home.instances) {
-    const Shown shown = shownBy(instance, home.shown);
-    double all = 0, most = 0, second = 0;
-    int thing = 0;
-    for (const auto& [id, pixels] : shown) {
-      all += pixels;
-      if (pixels > most) {
-        second = thing >= io::kFirstInstance ? most : 0;
-        most = pixels;
-        thing = id;
-      } else if (id >= io::kFirstInstance) {
-        second = std::max(second, pixels);
-      }
-    }
-    if (thing >= io::kFirstInstance) ++instancesOf[thing];
-    merged += second >= all / 4 && second > 0 ? 1 : 0;
-  }
-  const auto split = std::count_if(instancesOf.begin(), instancesOf.end(),
-                                   [](const auto& instances) { return instances.second > 1; });
-  results.push_back({"split", kCounted, static_cast<double>(split)});
-  results.push_back({"merged", kCounted, merged});
-}
-
-struct ObjectScore {
-  double things = 0, found = 0, instances = 0, right = 0;
-  std::vector<double> errors = {};
-};
-
 CellResults scoreHome(const std::filesystem::path& folder, double noise,
                       const HomeSegmentationOptions& options) {
-  const io::HomeTruth truth = io::readHomeTruth(folder);
   const HomeMap home = mapHome(folder, noise, options);
-  std::map<int, int> framesOf;
-  for (const auto& [image, things] : truth.visible)
-    for (const io::VisibleInstance& thing : things)
-      if (thing.pixels >= static_cast<int>(options.leastPixels)) ++framesOf[thing.id];
-  std::vector<OrientedBox> found, things;
-  for (const ObjectInstance& instance : home.instances) found.push_back(instance.box);
-  for (const io::HomeInstance& thing : truth.instances)
-    things.push_back({thing.center, thing.size, thing.yaw});
-  std::vector<int> thingOf(found.size(), -1), foundBy(things.size(), -1);
-  for (const BoxMatch& match : matchBoxes(found, things)) {
-    thingOf[match.found] = static_cast<int>(match.thing);
-    foundBy[match.thing] = static_cast<int>(match.found);
+  std::vector<FoundInstance> found;
+  for (const ObjectInstance& instance : home.instances) {
+    auto& one = found.emplace_back(instance.box, instance.stands == ObjectInstance::Stands::wall);
+    for (const SegmentPlace& place : instance.segments)
+      if (const auto shown = home.pixels.find(place); shown != home.pixels.end())
+        for (const auto& [id, pixels] : shown->second) one.pixels[id] += pixels;
   }
-  const auto classOf = [&](std::size_t thing) {
-    const auto known = options.classOf.find(truth.instances[thing].category);
-    return known == options.classOf.end() ? options.otherClass : known->second;
-  };
-  std::map<std::string, ObjectScore> scores;
-  for (std::size_t t = 0; t < things.size(); ++t) {
-    if (framesOf[truth.instances[t].id] < leastFrames) continue;
-    const std::string name = classOf(t);
-    for (const std::string& of : {name, kCounted}) {
-      if (of == kCounted && name == kApart) continue;
-      ObjectScore& score = scores[of];
-      ++score.things;
-      if (foundBy[t] < 0) continue;
-      ++score.found;
-      score.errors.push_back(cv::norm(things[t].center - found[static_cast<std::size_t>(foundBy[t])].center));
-    }
-  }
-  for (std::size_t f = 0; f < found.size(); ++f) {
-    const std::string name = thingOf[f] < 0 ? "none" : classOf(static_cast<std::size_t>(thingOf[f]));
-    const bool hangs = home.instances[f].stands == ObjectInstance::Stands::wall;
-    for (const std::string& of : {name, kCounted}) {
-      if (of == kCounted && (name == kApart || (name == "none" && hangs))) continue;
-      ++scores[of].instances;
-      scores[of].right += thingOf[f] >= 0 ? 1 : 0;
-    }
-  }
+  const InstanceAccuracy accuracy = judgeInstances(
+      found, trueThings(io::readHomeTruth(folder), options.classes, nullptr, {}, options.leastPixels));
+  std::map<std::string, InstanceScore> scores = accuracy.ofClass;
+  scores[kCounted] = accuracy.counted;
   CellResults results;
-  for (auto& [name, score] : scores) {
+  for (const auto& [name, score] : scores) {
     for (const auto& [measure, value] :
          {std::pair{"things", score.things}, std::pair{"found", score.found},
           std::pair{"instances", score.instances}, std::pair{"right", score.right}})
-      results.push_back({measure, name, value});
-    if (score.errors.empty()) continue;
-    std::ranges::sort(score.errors);
-    results.push_back({"error", name, score.errors[score.errors.size() / 2]});
+      results.push_back({measure, name, static_cast<double>(value)});
+    if (score.error) results.push_back({"error", name, *score.error});
   }
-  countSplits(home, results);
+  results.push_back({"split", kCounted, static_cast<double>(accuracy.split.value_or(0))});
+  results.push_back({"merged", kCounted, static_cast<double>(accuracy.merged.value_or(0))});
   return results;
 }
 
@@ -215,8 +136,7 @@ GridColumns homeObjectColumns() {
 Findings findHomeObjects(const HomeSegmentationOptions& options, Grid& grid, const ExperimentRun& run,
                          Progress& progress) {
   refuseModels(run, "objects");
-  std::string classes = options.otherClass;
-  for (const auto& [category, name] : options.classOf) classes += " " + category + "=" + name;
+  const std::string classes = classesText(options.classes);
   std::vector<Cell> cells;
   std::vector<std::pair<std::filesystem::path, double>> runs;
   for (const std::string& folder : options.drives)
@@ -241,8 +161,8 @@ Findings findHomeObjects(const HomeSegmentationOptions& options, Grid& grid, con
         fmt::format("{}, noise {} m at 1 m", cells[i].coordinates[0], cells[i].coordinates[1]), found[i]));
   }
   findings.facts = {{"Frames", options.every == 1 ? "all" : fmt::format("one of {}", options.every)},
-                    {"Things", fmt::format("that {} frames or more show with {} pixels or more", leastFrames,
-                                           options.leastPixels)},
+                    {"Things", fmt::format("that {} frames or more show with {} pixels or more",
+                                           leastFramesOfThing, options.leastPixels)},
                     {"Poses", "true"}};
   return findings;
 }

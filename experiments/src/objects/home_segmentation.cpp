@@ -75,10 +75,8 @@ CellResults segmentDrive(const std::filesystem::path& drive, double noise,
     throw Error(ErrorCode::invalidInput,
                 fmt::format("{} has no depth or no camera; segmentation needs both", drive.string()));
   Classes classes;
-  for (const io::HomeInstance& thing : io::readHomeInstances(drive / "instances.csv")) {
-    const auto known = options.classOf.find(thing.category);
-    classes[thing.id] = known == options.classOf.end() ? options.otherClass : known->second;
-  }
+  for (const io::HomeInstance& thing : io::readHomeInstances(drive / "instances.csv"))
+    classes[thing.id] = options.classes.of(thing.category);
   ClusterOptions clustering;
   clustering.threads = 1;  // drives are taken side by side
   ClassScores scores;
@@ -131,6 +129,12 @@ ResultTable tableOf(const std::string& title, const CellResults& results) {
 
 }  // namespace
 
+std::string classesText(const ThingClasses& classes) {
+  std::string text = classes.otherClass;
+  for (const auto& [category, name] : classes.classOf) text += " " + category + "=" + name;
+  return text;
+}
+
 HomeSegmentationOptions readHomeSegmentation(ConfigFile& config) {
   HomeSegmentationOptions options;
   OptionGroup group("home-segmentation", "Things found in a home.");
@@ -140,19 +144,11 @@ HomeSegmentationOptions readHomeSegmentation(ConfigFile& config) {
   group.add("seed", &options.seed, "Seed of the noise").range(0, 1e9);
   const auto drives = each(config, options.drives, [&](auto& n) { return config.anywhere(n).string(); });
   const auto noise = each(config, options.noise, [&](auto& n) { return config.number(n, 0, 1); });
-  const auto classes = [&](const toml::node& node) {
-    for (const auto& [name, categories] : config.subtable(node))
-      for (const toml::node& category : config.list(categories))
-        if (!options.classOf.emplace(config.text(category), std::string(name.str())).second)
-          config.fail(category, fmt::format("{} has a class already", config.text(category)));
-  };
-  config.read(together(keysOf(config, std::move(group)),
-                       {{"type", true, "the kind of experiment", [](auto&) {}},
-                        {"drives", true, "the folders of drives", drives},
-                        {"noise", false, "standard deviations of noise [m at 1 m]", noise},
-                        {"other", false, "the class of all other categories",
-                         [&](auto& n) { options.otherClass = config.text(n); }},
-                        {"classes", true, "a list of categories by class", classes}}));
+  config.read(
+      together(together(keysOf(config, std::move(group)), thingClassKeys(config, options.classes, true)),
+               {{"type", true, "the kind of experiment", [](auto&) {}},
+                {"drives", true, "the folders of drives", drives},
+                {"noise", false, "standard deviations of noise [m at 1 m]", noise}}));
   return options;
 }
 
@@ -163,8 +159,7 @@ GridColumns homeSegmentationColumns() {
 Findings segmentHomes(const HomeSegmentationOptions& options, Grid& grid, const ExperimentRun& run,
                       Progress& progress) {
   refuseModels(run, "segmentation");
-  std::string classes = options.otherClass;
-  for (const auto& [category, name] : options.classOf) classes += " " + category + "=" + name;
+  const std::string classes = classesText(options.classes);
   std::vector<Cell> cells;
   std::vector<std::pair<std::filesystem::path, double>> runs;
   for (const std::string& folder : options.drives)

@@ -4,20 +4,14 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <map>
 #include <string>
 #include <vector>
 
 #include "estancia/core/progress.hpp"
+#include "estancia/objects/thing_classes.hpp"
 #include "experiments/src/findings/findings.hpp"
 #include "experiments/src/runner/experiment.hpp"
 #include "experiments/src/runner/grid.hpp"
-
-namespace estancia {
-
-class ConfigFile;
-
-}  // namespace estancia
 
 namespace estancia::experiments {
 
@@ -31,10 +25,11 @@ struct HomeSegmentationOptions {
   /// Pixels with depth of the smallest thing that is to be found.
   std::size_t leastPixels = 300;
   std::uint64_t seed = 1;
-  /// By category of instances.csv; all others are `otherClass`.
-  std::map<std::string, std::string> classOf;
-  std::string otherClass = "small";
+  ThingClasses classes{.otherClass = "small"};
 };
+
+/// What the cells depend on, for their digests.
+std::string classesText(const ThingClasses& classes);
 
 /// Throws Error `file:line: …` on unknown, missing or wrong keys.
 HomeSegmentationOptions readHomeSegmentation(ConfigFile& config);

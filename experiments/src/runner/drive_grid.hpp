@@ -36,6 +36,7 @@ class LabeledDrives {
   /// Labels it the first time that it is asked for. Throws Error as openImages() and labelAll() do.
   const LabeledDrive& of(const SequenceSource& source);
 
+  Labeler& labeler() const { return labeler_; }
   const Vocabulary& vocabulary() const { return labeler_.vocabulary(); }
   const ExperimentRun& run() const { return run_; }
   Progress& progress() const { return progress_; }

@@ -14,6 +14,7 @@
 #include "estancia/core/error.hpp"
 #include "experiments/src/objects/home_objects.hpp"
 #include "experiments/src/objects/home_segmentation.hpp"
+#include "experiments/src/objects/home_worlds.hpp"
 #include "experiments/src/objects/object_segmentation.hpp"
 #include "experiments/src/objects/object_splits.hpp"
 #include "experiments/src/odometry/odometry_errors.hpp"
@@ -92,6 +93,8 @@ constexpr Kind kKinds[] = {
      homeObjectColumns, false, prepare<readHomeSegmentation, findHomeObjects>},
     {"home-segmentation", "things of a furnished home found by class, and clusters that are none",
      homeSegmentationColumns, false, prepare<readHomeSegmentation, segmentHomes>},
+    {"home-world", "whole maps of drives through a home: areas, trajectory, objects and their names",
+     homeWorldsColumns, true, prepare<readHomeWorlds, mapHomeWorlds>},
     {"localization", "one drive found in the map of another, by each image alone and by all so far",
      localizationErrorsColumns, true, prepare<readLocalizationErrors, compareLocalization>},
     {"model-choice", "which model's labels separate places best (thesis 4.5.2)", modelChoiceColumns, false,
