@@ -10,6 +10,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/rigid.hpp"
 #include "support/errors.hpp"
 #include "support/numbers.hpp"
 #include "support/room.hpp"
@@ -59,6 +60,24 @@ TEST(RgbdTracker, GivesEachFrameItsPoseAtOnce) {
     EXPECT_TRUE(areSame(alone.poses[i], whole.poses[i])) << "trackRgbd() is a loop over it";
   EXPECT_EQ(alone.keyframes, whole.keyframes);
   EXPECT_EQ(whole.online.size(), drive.size());
+}
+
+TEST(RgbdTracker, KnowsMotionsAlsoInAPartWithoutAPlace) {
+  std::vector<Pose> path = turnAround(40, -28), far = turnAround(40);
+  path.insert(path.end(), far.begin() + 22, far.begin() + 26);  // it is carried
+  Drive drive(path);
+  drive.noDepthValues = {3};
+  RgbdTracker tracker(*drive.intrinsics());
+  for (std::size_t i = 0; i < drive.size(); ++i) addFrame(tracker, drive, i);
+  ASSERT_FALSE(tracker.at(14).pose);
+  const auto motion = tracker.motion(13, 15);
+  ASSERT_TRUE(motion);
+  const Pose truth = poseOf(rigidOf(path[13]).inv() * rigidOf(path[15]));
+  EXPECT_LT(distanceBetween(*motion, truth), 0.02);
+  EXPECT_TRUE(tracker.motion(0, 11));
+  EXPECT_FALSE(tracker.motion(11, 15)) << "of another part";
+  EXPECT_FALSE(tracker.motion(3, 3)) << "not tracked";
+  EXPECT_FALSE(tracker.motion(0, 16)) << "not there yet";
 }
 
 TEST(RgbdTracker, TellsByItsRevisionWhenEarlierPosesChange) {
