@@ -11,6 +11,7 @@
 #include "estancia/core/rigid.hpp"
 #include "estancia/objects/standing.hpp"
 #include "estancia/objects/view_consensus.hpp"
+#include "estancia/stats/proportion.hpp"
 
 namespace estancia {
 namespace {
@@ -18,6 +19,8 @@ namespace {
 /// Of the frames that see a voxel, which must have it in the thing.
 constexpr double keptShare = 0.3;
 constexpr std::size_t fewVoxels = 8;
+/// ObjectInstance::support below which it is a part of things, or none.
+constexpr double leastSupport = 0.25;
 /// Outermost points that are left out of boxes: mixed pixels.
 constexpr double trimmed = 0.005;
 /// What hangs has so much wall beside it.
@@ -49,6 +52,25 @@ std::vector<Thing> thingsOf(const std::vector<std::vector<std::uint32_t>>& clust
     if (thing.voxels.size() >= fewVoxels) things.push_back(std::move(thing));
   }
   return things;
+}
+
+double supportOf(const Thing& thing, const InstanceMap::Voxels& voxels,
+                 const std::vector<InstanceMap::Mask>& masks) {
+  std::set<std::size_t> frames;
+  std::set<VoxelKey> places;
+  double shown = 0, seen = 0;
+  for (const std::uint32_t m : thing.masks) {
+    frames.insert(masks[m].frame);
+    for (const InstanceMap::Mask::Part& part : masks[m].parts) {
+      if (!thing.voxels.contains(part.at)) continue;
+      ++shown;
+      if (places.insert(part.at).second) seen += voxels.at(part.at).seen;
+    }
+  }
+  if (shown == 0) return 0;
+  // A frame may show a part of it only: the share is that of the voxels, the trials are frames.
+  const double share = std::min(1.0, shown / seen);
+  return wilsonInterval(share, static_cast<double>(frames.size()) / share).first;
 }
 
 }  // namespace
@@ -162,6 +184,8 @@ std::vector<ObjectInstance> InstanceMap::instances() const {
   for (std::size_t t = 0; t < things.size(); ++t) {
     const Thing& thing = things[t];
     if (thing.gone) continue;
+    const double support = supportOf(thing, voxels_, masks_);
+    if (support < leastSupport) continue;
     const Footing footing = standing.footingOf(static_cast<int>(t));
     ObjectInstance instance;
     std::vector<cv::Point3d> points;
@@ -194,6 +218,7 @@ std::vector<ObjectInstance> InstanceMap::instances() const {
     }
     std::ranges::sort(instance.segments);
     instance.views = frames.size();
+    instance.support = support;
     numbers[t] = static_cast<int>(instances.size());
     carriers.push_back(instance.stands == Stands::instance ? carrierOf(footing) : -1);
     instances.push_back(std::move(instance));

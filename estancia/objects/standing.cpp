@@ -17,6 +17,8 @@ constexpr double enoughSurface = 0.1, enoughThing = 0.25;
 /// Lower than this above the floor it stands there [voxels]; legs are thin, and seen late.
 constexpr int nearFloor = 5;
 constexpr std::size_t fewContacts = 3;
+/// Of what was seen at the height where most was, on the floor: tables may hide the rest of it.
+constexpr double floorShare = 0.5;
 
 }  // namespace
 
@@ -103,13 +105,16 @@ int Standing::floorLevel(int eyes) const {
   std::map<int, std::size_t> counts;
   for (const auto& [at, voxel] : voxels_)
     if (at.z < eyes) ++counts[at.z];
-  int floor = eyes;
   std::size_t most = 0;
-  for (const auto& [level, count] : counts)
-    if (count > most) {
-      most = count;
-      floor = level;
-    }
+  for (const auto& [level, count] : counts) most = std::max(most, count);
+  int floor = eyes;
+  std::size_t here = 0;
+  for (const auto& [level, count] : counts) {  // upwards
+    if (here > 0 && count <= here) break;
+    if (here == 0 && static_cast<double>(count) < floorShare * static_cast<double>(most)) continue;
+    floor = level;
+    here = count;
+  }
   return floor;
 }
 

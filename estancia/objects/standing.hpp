@@ -37,7 +37,7 @@ class Standing {
   Standing(const InstanceMap::Voxels& voxels, std::vector<Thing>& things);
 
   Footing footingOf(int thing) const;
-  /// The height of the floor [voxels]: the height below `eyes` at which most was seen.
+  /// The height of the floor [voxels]: the lowest one below `eyes` at which much was seen.
   int floorLevel(int eyes) const;
   /// Joins each thing that stands on nothing to the larger one that it touches most.
   void joinFloating(int floor);

@@ -135,6 +135,47 @@ TEST(InstanceMap, PartsThatStandOnNothingBelongToWhatTheyTouch) {
   EXPECT_GT(map.instances()[0].box.size.y, 0.6);
 }
 
+TEST(InstanceMap, WhatIsAThingOfItsOwnInFewOfTheFramesThatSeeItIsNone) {
+  const OrientedBox table{{2, 0, 0.35}, {0.8, 1.2, 0.7}, 0}, parcel{{2, 0, 0.85}, {0.3, 0.3, 0.3}, 0};
+  const auto supportOf = [&](std::size_t apart, std::size_t together) {  // frames of 16; others see no parcel
+    InstanceMap map(kFloor);
+    for (std::size_t i = 0; i < 16; ++i) {
+      const std::size_t order = 7 * i % 16;  // all around
+      View view = viewOf({table, parcel}, around(i, 16));
+      if (order >= apart) view.segments.setTo(order < apart + together ? 1 : 0, view.segments == 2);
+      map.add(i, view.depth, view.segments, kCamera, around(i, 16));
+    }
+    std::vector<double> support;
+    for (const ObjectInstance& instance : map.instances())
+      if (instance.box.size.z < 0.5) support.push_back(instance.support);
+    return support;
+  };
+  const std::vector<double> often = supportOf(10, 3);
+  ASSERT_THAT(often, SizeIs(1));
+  EXPECT_NEAR(often[0], 0.39, 0.03) << "10 of 16";
+  EXPECT_THAT(supportOf(6, 3), IsEmpty());
+}
+
+TEST(InstanceMap, WhatStandsOnTablesThatHideTheFloorStandsOnASurface) {
+  const OrientedBox table{{2, 0, 0.35}, {1.8, 1.8, 0.7}, 0}, parcel{{2, 0, 0.85}, {0.3, 0.3, 0.3}, 0};
+  InstanceMap map(kFloor);
+  for (std::size_t i = 0; i < 16; ++i) {
+    const Pose pose = around(i, 16);
+    View view = viewOf({parcel, table}, pose);
+    view.segments.setTo(0, view.segments == 2);  // a table is a plane, as the floor
+    for (int v = 0; v < view.depth.rows; ++v)
+      for (int u = 0; u < view.depth.cols; ++u) {
+        float& z = view.depth.at<float>(v, u);
+        const cv::Vec3d at = rigidOf(pose) * cv::Vec3d(kCamera.slopeX(u) * z, kCamera.slopeY(v) * z, z);
+        if (at[2] < 0.1 && (at[1] < 0.9 || at[0] < 1 || at[0] > 3)) z = 0;  // the floor, but for one side
+      }
+    map.add(i, view.depth, view.segments, kCamera, pose);
+  }
+  ASSERT_THAT(map.instances(), SizeIs(1));
+  EXPECT_EQ(map.instances()[0].stands, Stands::surface);
+  EXPECT_NEAR(map.instances()[0].box.size.z, 0.3, 0.05);
+}
+
 TEST(InstanceMap, WhatFewFramesTakeForAThingIsNone) {
   InstanceMap map(kFloor);
   for (std::size_t i = 0; i < 12; ++i) {
