@@ -18,6 +18,10 @@
 namespace estancia {
 namespace {
 
+/// A view labels what the frames before it did not, up to the labels of so many frames: one frame must not
+/// take long.
+constexpr std::size_t mostSaved = 3;
+
 /// The same part of the view in an image of another size.
 cv::Rect inImage(const cv::Rect& box, const cv::Size& from, const cv::Size& to) {
   const double x = static_cast<double>(to.width) / from.width,
@@ -54,10 +58,13 @@ ObjectLayer::ObjectLayer(WorldStore& store, const Vocabulary& vocabulary, const 
 void ObjectLayer::restart(const Floor& floor) {
   floor_ = floor;
   instances_.emplace(floor, options_);
+  lastFrame_.reset();
 }
 
 void ObjectLayer::add(std::size_t frame, const cv::Mat& depth, const Observation& seen, const Pose& pose) {
   if (seen.segments.empty()) return;
+  frames_ = lastFrame_ ? frame - *lastFrame_ : 1;
+  lastFrame_ = frame;
   instances_->add(frame, depth, seen.segments, seen.camera, pose);
   for (std::size_t s = 1; s <= seen.info.size(); ++s)
     if (labeled_.contains({frame, s})) instances_->labeled({frame, s});
@@ -70,7 +77,7 @@ void ObjectLayer::label(std::size_t frame, const Observation& seen, const cv::Ma
   std::iota(order.begin(), order.end(), 0);
   const auto value = [&](std::size_t i) { return seen.info[i].atBorder ? worth[i] / 4 : worth[i]; };
   std::ranges::stable_sort(order, std::ranges::greater{}, value);
-  order.resize(std::min(order.size(), crops_));
+  order.resize(std::min(order.size(), std::min(frames_, mostSaved) * crops_));
   for (const std::size_t i : order) {
     const Observation::Segment& segment = seen.info[i];
     const cv::Mat crop = cropObject(image, inImage(segment.box, seen.depth.size(), image.size()));

@@ -18,8 +18,8 @@ class Labeler;
 /// Private to WorldMapper.
 class ObjectLayer {
  public:
-  /// `labeler`: null where objects get no words; `crops`: images of objects that it labels in a frame. Reads
-  /// the views that the map holds. All must outlive it.
+  /// `labeler`: null where objects get no words; `crops`: images of objects that it labels in a frame, on
+  /// average. Reads the views that the map holds. All must outlive it.
   ObjectLayer(WorldStore& store, const Vocabulary& vocabulary, const InstanceMapOptions& options,
               Labeler* labeler, std::size_t crops);
 
@@ -27,7 +27,8 @@ class ObjectLayer {
   void restart(const Floor& floor);
   /// Adds the segments of the next view. `depth` is that of `seen` [m].
   void add(std::size_t frame, const cv::Mat& depth, const Observation& seen, const Pose& pose);
-  /// Labels the segments of the view added last that are most worth it. `image`: BGR, of the whole frame.
+  /// Labels the segments of the view added last that are most worth it: more after frames that were no views
+  /// and labeled nothing. `image`: BGR, of the whole frame.
   void label(std::size_t frame, const Observation& seen, const cv::Mat& image);
   /// Writes the objects. `plan`: of the areas that they stand in; null without areas.
   void put(const AreaPlan* plan);
@@ -42,6 +43,8 @@ class ObjectLayer {
   std::size_t crops_;
   std::optional<Floor> floor_;
   std::optional<InstanceMap> instances_;
+  std::optional<std::size_t> lastFrame_;  // that was added
+  std::size_t frames_ = 1;                // from the one before to it
   std::map<SegmentPlace, LabeledSegment> labeled_;
 };
 

@@ -18,6 +18,39 @@ constexpr int mostColumns = 320;  // a fifth of a degree: small things have some
 constexpr int largestSide = 4096;
 constexpr std::size_t mostSegments = 255;  // numbers of a byte
 
+void writeSegments(ByteWriter& writer, const Observation& observation) {
+  writer.numbers(toPng(observation.segments));
+  writer.number(static_cast<std::uint8_t>(observation.info.size()));
+  for (const Observation::Segment& segment : observation.info) {
+    for (const int side : {segment.box.x, segment.box.y, segment.box.width, segment.box.height})
+      writer.number(static_cast<std::uint16_t>(side));
+    writer.number(static_cast<std::uint8_t>((segment.flat ? 1 : 0) | (segment.atBorder ? 2 : 0)));
+    for (const std::uint8_t channel : segment.color) writer.number(channel);
+  }
+}
+
+void readSegments(ByteReader& reader, Observation& seen) {
+  const auto damaged = [&reader](const char* what) { reader.fail(what, ErrorCode::corruptFile); };
+  seen.segments = fromPng(reader.numbers<unsigned char>(), {largestSide, largestSide});
+  seen.info.resize(reader.number<std::uint8_t>());
+  double most = 0;
+  if (seen.segments.type() == CV_8U) cv::minMaxLoc(seen.segments, nullptr, &most);
+  if (seen.segments.type() != CV_8U || seen.segments.size() != seen.depth.size() ||
+      most > static_cast<double>(seen.info.size()))
+    damaged("its segments are damaged");
+  for (Observation::Segment& segment : seen.info) {
+    std::array<int, 4> box{};
+    for (int& side : box) side = reader.number<std::uint16_t>();
+    segment.box = {box[0], box[1], box[2], box[3]};
+    if ((segment.box & cv::Rect({}, seen.depth.size())) != segment.box || segment.box.empty())
+      damaged("a segment leaves its image");
+    const auto flags = reader.number<std::uint8_t>();
+    segment.flat = (flags & 1) != 0;
+    segment.atBorder = (flags & 2) != 0;
+    for (std::uint8_t& channel : segment.color) channel = reader.number<std::uint8_t>();
+  }
+}
+
 }  // namespace
 
 std::vector<unsigned char> toPng(const cv::Mat& image) {
@@ -91,14 +124,10 @@ std::string toBytes(const Observation& observation) {
     writer.number(value);
   writer.numbers(toPng(observation.depth));
   writer.number(static_cast<std::uint8_t>(!observation.segments.empty()));
-  if (observation.segments.empty()) return writer.bytes();
-  writer.numbers(toPng(observation.segments));
-  writer.number(static_cast<std::uint8_t>(observation.info.size()));
-  for (const Observation::Segment& segment : observation.info) {
-    for (const int side : {segment.box.x, segment.box.y, segment.box.width, segment.box.height})
-      writer.number(static_cast<std::uint16_t>(side));
-    writer.number(static_cast<std::uint8_t>((segment.flat ? 1 : 0) | (segment.atBorder ? 2 : 0)));
-    for (const std::uint8_t channel : segment.color) writer.number(channel);
+  if (!observation.segments.empty()) writeSegments(writer, observation);
+  if (observation.seenFrom) {
+    const Pose& p = *observation.seenFrom;
+    for (const double value : {p.x, p.y, p.z, p.qx, p.qy, p.qz, p.qw}) writer.number(value);
   }
   return writer.bytes();
 }
@@ -115,25 +144,12 @@ Observation observationFromBytes(std::string_view bytes) {
   for (const double value : {fx, fy, cx, cy})
     if (!std::isfinite(value)) damaged("its camera is damaged");
   if (fx <= 0 || fy <= 0) damaged("its camera is damaged");
-  if (reader.number<std::uint8_t>() == 0) return seen;
-  seen.segments = fromPng(reader.numbers<unsigned char>(), {largestSide, largestSide});
-  seen.info.resize(reader.number<std::uint8_t>());
-  double most = 0;
-  if (seen.segments.type() == CV_8U) cv::minMaxLoc(seen.segments, nullptr, &most);
-  if (seen.segments.type() != CV_8U || seen.segments.size() != seen.depth.size() ||
-      most > static_cast<double>(seen.info.size()))
-    damaged("its segments are damaged");
-  for (Observation::Segment& segment : seen.info) {
-    std::array<int, 4> box{};
-    for (int& side : box) side = reader.number<std::uint16_t>();
-    segment.box = {box[0], box[1], box[2], box[3]};
-    if ((segment.box & cv::Rect({}, seen.depth.size())) != segment.box || segment.box.empty())
-      damaged("a segment leaves its image");
-    const auto flags = reader.number<std::uint8_t>();
-    segment.flat = (flags & 1) != 0;
-    segment.atBorder = (flags & 2) != 0;
-    for (std::uint8_t& channel : segment.color) channel = reader.number<std::uint8_t>();
-  }
+  if (reader.number<std::uint8_t>() != 0) readSegments(reader, seen);
+  if (reader.remaining() == 0) return seen;
+  std::array<double, 7> from{};
+  for (double& value : from) value = reader.number<double>();
+  seen.seenFrom = Pose{from[0], from[1], from[2], from[3], from[4], from[5], from[6]};
+  if (!seen.seenFrom->isPlausible()) damaged("its pose is damaged");
   return seen;
 }
 

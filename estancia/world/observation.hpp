@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <opencv2/core/mat.hpp>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -12,6 +13,7 @@
 
 #include "estancia/cloud/clusters.hpp"
 #include "estancia/core/camera.hpp"
+#include "estancia/core/pose.hpp"
 
 namespace estancia {
 
@@ -34,6 +36,9 @@ struct Observation {
   };
   /// Of segment 1, 2 …
   std::vector<Segment> info;
+  /// The camera's pose as it was known when the frame came: which later views are kept depends on it. Absent
+  /// in maps of older programs.
+  std::optional<Pose> seenFrom;
 };
 
 /// `depth`: CV_32F [m], 0 or not finite where unknown; `camera` may have images of another size. Throws Error

@@ -23,6 +23,7 @@
 #include "estancia/topology/sqlite.hpp"
 #include "estancia/world/object_layer.hpp"
 #include "estancia/world/self_tracking.hpp"
+#include "estancia/world/view_cells.hpp"
 #include "estancia/world/world_store.hpp"
 #include "estancia/zones/zones.hpp"
 
@@ -78,7 +79,9 @@ OptionGroup declare(WorldOptions& options) {
   group.add("view-turn", &options.viewTurn, "How far the camera turns to a new view.")
       .range(0, 180)
       .unit("degrees");
-  group.add("crops", &options.crops, "Objects that are labeled in a frame: new ones and better views first")
+  group
+      .add("crops", &options.crops,
+           "Objects that are labeled for each frame: new ones and better views first.")
       .range(0, 1000)
       .why("Each costs as much as the frame itself.");
   group.add(declare(options.areas));
@@ -126,6 +129,7 @@ struct WorldMapper::Impl {
   std::vector<std::optional<Pose>> poses;  // of all frames
   Moments mean;                            // of their descriptors
   std::optional<Pose> lastView;
+  ViewCells cells;
   std::optional<Floor> floor;
   bool isTracked = false;                // the poses are those of the odometry
   std::optional<SelfTracking> tracking;  // only where frames are to be tracked
@@ -145,9 +149,11 @@ struct WorldMapper::Impl {
 
   bool inSpace() const { return layers.areas || layers.objects; }
 
-  bool isNew(const Pose& pose) const { return !lastView || isNew(rigidOf(*lastView).inv() * rigidOf(pose)); }
+  bool isNew(std::size_t frame, const Pose& pose) const {
+    return !lastView || (isMoved(rigidOf(*lastView).inv() * rigidOf(pose)) && cells.wants(frame, pose));
+  }
 
-  bool isNew(const cv::Affine3d& motion) const {
+  bool isMoved(const cv::Affine3d& motion) const {
     return cv::norm(motion.translation()) >= options.viewShift ||
            angleOf(motion) >= options.viewTurn * std::numbers::pi / 180;
   }
@@ -155,7 +161,8 @@ struct WorldMapper::Impl {
   /// Adds a view to the layers. Where up is follows from all poses; it is looked at again each time their
   /// number has doubled, and the layers are made anew where it has changed. Returns whether it is in them.
   bool add(const Observation& seen, DescriptorView descriptor, const Pose& pose) {
-    lastView = pose;
+    lastView = seen.seenFrom.value_or(pose);
+    cells.add(poses.size() - 1, *lastView);
     ++views;
     if (std::has_single_bit(views))  // the view is among those that are folded again
       if (const Floor now = floorOfPoses(); !floor || !isSameFloor(now)) {
@@ -256,9 +263,12 @@ void WorldMapper::Impl::takeCorrections() {
 void WorldMapper::Impl::loadFold() {
   foldIsFinal = false;
   viewFrames.clear();
+  cells = {};
   floor.reset();
-  store.forEachObservation([&](std::size_t frame, const Observation&) {
-    if (frame < poses.size()) viewFrames.push_back(frame);
+  store.forEachObservation([&](std::size_t frame, const Observation& seen) {
+    if (frame >= poses.size()) return true;
+    viewFrames.push_back(frame);
+    if (seen.seenFrom) cells.add(frame, *seen.seenFrom);
     return true;
   });
   if (!tracking->fold()) return;
@@ -281,7 +291,7 @@ bool WorldMapper::Impl::isNewTracked(std::size_t frame) {
   }
   if (viewFrames.empty()) return true;
   const auto motion = tracker.motion(viewFrames.back(), frame);
-  return !motion || isNew(rigidOf(*motion));
+  return !motion || (isMoved(rigidOf(*motion)) && (!poses[frame] || cells.wants(frame, *poses[frame])));
 }
 
 /// Adds a view to the layers. From time to time they are made anew, of all views at the poses that are known
@@ -289,6 +299,7 @@ bool WorldMapper::Impl::isNewTracked(std::size_t frame) {
 bool WorldMapper::Impl::addTracked(const Observation& seen, DescriptorView descriptor) {
   const std::size_t frame = poses.size() - 1;
   viewFrames.push_back(frame);
+  if (seen.seenFrom) cells.add(frame, *seen.seenFrom);
   const std::uint64_t revision = tracking->tracker().revision();
   if (isFoldedAnewAt(viewFrames.size())) {
     const cv::Vec3d up = floorOfPoses().up();
@@ -365,9 +376,10 @@ std::optional<Pose> WorldMapper::observe(const Frame& frame, DescriptorView desc
   const std::size_t index = impl.poses.size();
   impl.addFrame(impl.tracking ? impl.track(frame, descriptor, image, depth) : frame.pose, descriptor);
   const std::optional<Pose> pose = impl.poses.back();
-  const bool isNew = impl.tracking ? impl.isNewTracked(index) : pose && impl.isNew(*pose);
+  const bool isNew = impl.tracking ? impl.isNewTracked(index) : pose && impl.isNew(index, *pose);
   if (impl.inSpace() && !depth.empty() && isNew) {
     Observation seen = estancia::observe(depth, camera);
+    seen.seenFrom = pose;
     if (impl.layers.objects) findSegments(seen, image, impl.options.segments);
     impl.store.putObservation(index, seen);
     impl.pending.assign(descriptor.begin(), descriptor.end());

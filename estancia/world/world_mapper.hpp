@@ -34,7 +34,7 @@ struct WorldOptions {
   std::optional<WorldLayers> layers;
   double viewShift = 0.05;
   double viewTurn = 3;
-  std::size_t crops = 2;
+  std::size_t crops = 1;
   AreaOptions areas;
   ClusterOptions segments;
   InstanceMapOptions objects;

@@ -110,6 +110,22 @@ TEST(WorldMapper, LeavesOutViewsFromWhereItHasJustLooked) {
   EXPECT_EQ(database.number("SELECT count(*) FROM observations"), 1);
 }
 
+TEST(WorldMapper, KeepsNoMoreViewsOfADriveThatGoesRoundAndRound) {
+  const ScratchFolder folder;
+  FlatDrive drive;
+  const std::vector<Frame> round = drive.frames_;
+  for (int i = 1; i < 20; ++i) drive.frames_.insert(drive.frames_.end(), round.begin(), round.end());
+  const fs::path unbroken = folder / "unbroken.estancia", broken = folder / "broken.estancia";
+  mapUpTo(drive, drive.size(), unbroken);
+  for (const std::size_t end : {std::size_t{600}, drive.size()}) mapUpTo(drive, end, broken);
+  const auto viewsOf = [](const fs::path& file) {
+    sqlite::Database database(file, sqlite::Database::Mode::read);
+    return database.number("SELECT count(*) FROM observations");
+  };
+  EXPECT_LE(viewsOf(unbroken), 9 * static_cast<std::int64_t>(round.size()));
+  EXPECT_EQ(viewsOf(broken), viewsOf(unbroken));
+}
+
 TEST(WorldMapper, HasNoAreasWithoutPosesOrDepth) {
   const ScratchFolder folder;
   FlatDrive drive;
