@@ -120,7 +120,8 @@
     shown = others;
     const parts = describe(id);
     if (heading) parts.unshift(...heading);
-    if (others.length > 1) parts.push(items(others));
+    if (others.length > 1) parts.push(items(others.slice(0, 12)));
+    if (others.length > 12) parts.push(make('p', {className: 'say', textContent: `and ${others.length - 12} more on the plan`}));
     byId('found').replaceChildren(...parts);
     byId('found').hidden = false;
     mark(others.length ? others.map(a => a.id) : [id], id);
