@@ -19,7 +19,7 @@ Point onFloor(const Floor& floor, const cv::Vec3d& at) {
 }
 
 /// Whether it can be drawn; a damaged map may hold anything.
-bool isNear(const WorldObject& object) {
+bool isDrawable(const WorldObject& object) {
   constexpr double limit = 1e6;  // [m]
   return std::max({std::abs(object.center.x), std::abs(object.center.y), std::abs(object.center.z),
                    std::abs(object.size.x), std::abs(object.size.y)}) < limit;
@@ -80,7 +80,7 @@ WorldView viewOf(const WorldPage& page) {
   }
   for (const WorldObject& object : world.objects) {
     view.boxes.emplace_back();
-    if (isNear(object)) view.boxes.back() = cornersOfBox(object, view.centerOf(object));
+    if (isDrawable(object)) view.boxes.back() = cornersOfBox(object, view.centerOf(object));
   }
   loadObjectImages(page, view);
   view.routes.resize(world.objects.size());
