@@ -109,7 +109,7 @@ std::string probabilityText(const WorldObject& object) {
 }
 
 std::string whereText(const WorldObject& object, const WorldMap& world) {
-  std::string where = object.support == Support::wall ? "at a wall" : supportText(object, world);
+  std::string where = supportText(object, world);
   if (const WorldArea* area = world.findArea(object.area))
     where += (where.empty() ? "in " : ", in ") + area->displayName();
   return where;

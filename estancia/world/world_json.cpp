@@ -75,9 +75,7 @@ Json toJson(const WorldObject& object, const WorldMap& world) {
           {"position", pointJson(object.center)},
           {"size", pointJson(object.size)},
           {"yaw", inMillimeters(object.yaw)},
-          {"support", object.support == Support::floor    ? Json("floor")
-                      : object.support == Support::object ? Json("object")
-                                                          : Json(nullptr)},
+          {"support", textOrNull(supportNames[static_cast<std::size_t>(object.support)])},
           {"on", below == nullptr ? Json(nullptr) : Json{{"id", below->id}, {"name", below->displayName()}}},
           {"area", areaReference(world, object.area)},
           {"views", object.views},
@@ -129,9 +127,21 @@ Json toJson(const std::string& words, const WorldRoute& found, const WorldMap& w
 }
 
 std::string supportText(const WorldObject& object, const WorldMap& world) {
-  if (object.support == Support::floor) return "on the floor";
-  const WorldObject* below = world.findObject(object.onObject);
-  return below == nullptr ? "" : "on the " + below->displayName();
+  switch (object.support) {
+    case Support::floor:
+      return "on the floor";
+    case Support::object:
+      if (const WorldObject* below = world.findObject(object.onObject))
+        return "on the " + below->displayName();
+      return "on an object";
+    case Support::surface:
+      return "on a surface";
+    case Support::wall:
+      return "at a wall";
+    case Support::unknown:
+      break;
+  }
+  return "";
 }
 
 }  // namespace estancia

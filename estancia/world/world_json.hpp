@@ -19,10 +19,9 @@ nlohmann::ordered_json areaReference(const WorldMap& world, int area);
 nlohmann::ordered_json toJson(const WorldArea& area);
 
 /// {"id", "name", "probability", "given_name", "position": [x, y, z], "size": [x, y, z], "yaw", "support":
-/// "floor", "object" or null, "on": {"id", "name"}, "area": {"id", "name"}, "views", "first_seen",
-/// "last_seen":
-/// {"frame", "time"}, "image"}: meters, radians, seconds; what is not known is null; image is the frame that
-/// shows it best.
+/// "floor", "object", "surface" or "wall", "on": {"id", "name"}, "area": {"id", "name"}, "views",
+/// "first_seen", "last_seen": {"frame", "time"}, "image"}: meters, radians, seconds; what is not known is
+/// null; image is the frame that shows it best.
 nlohmann::ordered_json toJson(const WorldObject& object, const WorldMap& world);
 
 /// What toJson() says of answers of places, whose places have "area", too; before them "areas" and "objects",

@@ -44,6 +44,8 @@ enum class Support {
   /// It hangs at a wall.
   wall
 };
+/// By their numbers, as map files and JSON call them; "" for unknown.
+constexpr std::array<const char*, 5> supportNames{"", "floor", "object", "surface", "wall"};
 
 /// A thing that was seen in several frames: one instance, from whatever side and however often it was seen.
 struct WorldObject {

@@ -47,8 +47,6 @@ CREATE TABLE IF NOT EXISTS object_segments(frame INTEGER NOT NULL, segment INTEG
     object INTEGER NOT NULL, PRIMARY KEY(frame, segment)) WITHOUT ROWID;
 )sql";
 
-constexpr std::array<const char*, 5> supports{"", "floor", "object", "surface", "wall"};
-
 constexpr std::array<const char*, 3> kinds{"name", "merge", "split"};
 constexpr std::int64_t mostCells = 64'000'000;
 
@@ -268,7 +266,7 @@ void WorldStore::putObjects(std::span<const WorldObject> objects,
                 object.center.z, object.size.x, object.size.y, object.size.z, object.yaw, object.color[0],
                 object.color[1], object.color[2], static_cast<int>(object.flat), object.views,
                 object.firstFrame, object.lastFrame, object.bestFrame,
-                supports[static_cast<std::size_t>(object.support)],
+                supportNames[static_cast<std::size_t>(object.support)],
                 object.onObject < 0 ? none : object.onObject, object.area < 0 ? none : object.area);
     row.execute();
     for (const LabelProbability& label : object.words)
@@ -355,9 +353,9 @@ void WorldStore::readObjects(WorldMap& world) const {
     object.firstFrame = static_cast<std::size_t>(within(rows, 14, frames, "first frame"));
     object.lastFrame = static_cast<std::size_t>(within(rows, 15, frames, "last frame"));
     object.bestFrame = static_cast<std::size_t>(within(rows, 16, frames, "best frame"));
-    const auto support = std::find(supports.begin(), supports.end(), rows.text(17));
-    if (support == supports.end()) database.failDamaged("an object stands on nothing that is known");
-    object.support = static_cast<Support>(support - supports.begin());
+    const auto support = std::find(supportNames.begin(), supportNames.end(), rows.text(17));
+    if (support == supportNames.end()) database.failDamaged("an object stands on nothing that is known");
+    object.support = static_cast<Support>(support - supportNames.begin());
     object.onObject = static_cast<int>(rows.integer(18));
     object.area = static_cast<int>(rows.integer(19));
     world.objects.push_back(std::move(object));

@@ -142,6 +142,13 @@ TEST(WorldMap, IsReadAsItWasWritten) {
   EXPECT_EQ(supportText(world.objects[1], world), "on the dining table");
   EXPECT_EQ(supportText(world.objects[0], world), "on the floor");
   EXPECT_EQ(supportText(world.objects[5], world), "");
+  WorldObject hanging = world.objects[5];
+  hanging.support = Support::wall;
+  EXPECT_EQ(supportText(hanging, world), "at a wall");
+  EXPECT_EQ(toJson(hanging, world)["support"], "wall");
+  hanging.support = Support::surface;
+  EXPECT_EQ(supportText(hanging, world), "on a surface");
+  EXPECT_EQ(toJson(hanging, world)["support"], "surface");
   EXPECT_EQ(readObjectImage(folder / "home.estancia", 1).size(), 4U);
 }
 
