@@ -124,6 +124,7 @@ InstanceAccuracy judgeInstances(std::span<const FoundInstance> found, std::span<
     thingOf[match.found] = &things[match.thing];
     foundBy[match.thing] = &found[match.found];
   }
+  const bool anyLabel = std::ranges::any_of(found, [](const auto& one) { return !one.label.empty(); });
   InstanceAccuracy accuracy;
   std::map<InstanceScore*, std::vector<double>> errors;
   for (std::size_t t = 0; t < things.size(); ++t) {
@@ -135,7 +136,7 @@ InstanceAccuracy judgeInstances(std::span<const FoundInstance> found, std::span<
       if (foundBy[t] == nullptr) continue;
       ++score->found;
       errors[score].push_back(cv::norm(thing.box.center - foundBy[t]->box.center));
-      if (thing.labels.empty()) continue;
+      if (thing.labels.empty() || !anyLabel) continue;
       ++score->nameable;
       score->named += std::ranges::find(thing.labels, foundBy[t]->label) != thing.labels.end() ? 1 : 0;
     }

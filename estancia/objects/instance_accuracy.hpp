@@ -77,7 +77,8 @@ struct InstanceScore {
   std::size_t things = 0, found = 0;
   /// Instances, and those of them that are a thing, whether it counts or not.
   std::size_t instances = 0, right = 0;
-  /// Of the found things, those that the vocabulary can name, and those whose instance has such a name.
+  /// Of the found things, those that the vocabulary can name, and those whose instance has such a name; none
+  /// where no instance has a label at all.
   std::size_t nameable = 0, named = 0;
   /// Median distance of the boxes' middles of the found things [m].
   std::optional<double> error = {};

@@ -14,6 +14,7 @@
 #include "estancia/core/label_words.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/topology/places.hpp"
+#include "estancia/world/area_names.hpp"
 
 namespace estancia {
 namespace {
@@ -64,8 +65,7 @@ std::vector<ObjectAnswer> askObjects(const WorldMap& world, const WorldMeaning& 
 
 WorldMeaning findMeaning(const WorldMap& world, const std::string& words) {
   WorldMeaning meaning{findMeaning(world.places, words)};
-  for (const WorldArea& area : world.areas)
-    if (sameWords(area.givenName, words)) meaning.areas.push_back(area.id);
+  meaning.areas = areasNamed(world, words);
   for (const WorldObject& object : world.objects)
     if (sameWords(object.givenName, words)) meaning.namedObjects.push_back(object.id);
   return meaning;
@@ -89,7 +89,10 @@ WorldAnswers askWorld(const WorldMap& world, const std::string& words, std::size
 
 std::vector<std::string> findNearNames(const WorldMap& world, const std::string& words, std::size_t count) {
   std::set<std::string> given;
-  for (const WorldArea& area : world.areas) given.insert(area.givenName);
+  for (const WorldArea& area : world.areas) {
+    given.insert(area.givenName);
+    given.insert(area.roomName);
+  }
   for (const WorldObject& object : world.objects) given.insert(object.givenName);
   given.erase("");
   std::vector<std::string> near;

@@ -8,9 +8,9 @@
 #include <charconv>
 
 #include "estancia/core/fail.hpp"
-#include "estancia/core/label_words.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/topology/store.hpp"
+#include "estancia/world/area_names.hpp"
 #include "estancia/world/world_mapper.hpp"
 #include "estancia/world/world_store.hpp"
 
@@ -36,11 +36,15 @@ const WorldArea& getArea(const WorldMap& world, const std::string& area) {
   const auto [end, problem] = std::from_chars(area.data(), area.data() + area.size(), id);
   if (problem == std::errc{} && end == area.data() + area.size())
     if (const WorldArea* found = world.findArea(id)) return *found;
+  const std::vector<int> called = areasCalled(world, area);
+  if (called.size() == 1) return *world.findArea(called.front());
   std::vector<std::string> known;
-  for (const WorldArea& candidate : world.areas) {
-    if (sameWords(candidate.givenName, area) || sameWords(candidate.name, area)) return candidate;
-    known.push_back(fmt::format("{} ({})", candidate.id, candidate.displayName()));
-  }
+  for (const WorldArea& candidate : world.areas)
+    if (called.empty() || std::ranges::find(called, candidate.id) != called.end())
+      known.push_back(fmt::format("{} ({})", candidate.id, candidate.displayName()));
+  if (!called.empty())
+    fail(ErrorCode::unknownName, "the map has several areas \"{}\": {}; give the number of one",
+         printable(area), fmt::join(known, ", "));
   fail(ErrorCode::unknownName, "the map has no area \"{}\"; it has {}", printable(area),
        fmt::join(known, ", "));
 }

@@ -10,8 +10,8 @@
 
 namespace estancia {
 
-/// The area of that number, or of exactly that name (given or found, as sameWords()). Throws Error
-/// (unknownName) that lists the areas, and insufficientData where the map has none.
+/// The area of that number, or the one that is called so (areasCalled()). Throws Error: unknownName, where
+/// none or several are, with the areas that are meant; insufficientData where the map has none.
 const WorldArea& getArea(const WorldMap& world, const std::string& area);
 
 /// Gives the area a name; "" takes it away. All three write the map file, whole or not at all, and throw

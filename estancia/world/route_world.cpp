@@ -11,17 +11,20 @@
 #include "estancia/core/printable.hpp"
 #include "estancia/topology/places.hpp"
 #include "estancia/topology/ways.hpp"
+#include "estancia/world/area_names.hpp"
 #include "estancia/world/edit_areas.hpp"
 
 namespace estancia {
 namespace {
 
-const WorldArea* findRegionArea(const WorldMap& world, const std::string& text) {
-  if (world.areas.empty()) return nullptr;
+/// The areas that a text means, also by their number.
+std::vector<int> regionAreas(const WorldMap& world, const std::string& text) {
+  std::vector<int> called = areasCalled(world, text);
+  if (!called.empty() || world.areas.empty()) return called;
   try {
-    return &getArea(world, text);
+    return {getArea(world, text).id};
   } catch (const Error&) {
-    return nullptr;
+    return {};
   }
 }
 
@@ -37,8 +40,9 @@ const WorldArea* findRegionArea(const WorldMap& world, const std::string& text) 
 std::vector<bool> nodesIn(const WorldMap& world, const std::vector<int>& areas, const std::string& text) {
   const TopologicalMap& map = world.places;
   std::vector<bool> inside(map.nodes.size());
-  if (const WorldArea* area = findRegionArea(world, text)) {
-    for (std::size_t i = 0; i < inside.size(); ++i) inside[i] = areas[i] == area->id;
+  if (const std::vector<int> region = regionAreas(world, text); !region.empty()) {
+    for (std::size_t i = 0; i < inside.size(); ++i)
+      inside[i] = std::ranges::find(region, areas[i]) != region.end();
     return inside;
   }
   const std::vector<Place> places = placesOf(map);

@@ -61,6 +61,9 @@ Json toJson(const WorldArea& area) {
   return {{"id", area.id},
           {"name", area.displayName()},
           {"given_name", textOrNull(area.givenName)},
+          {"predicted_room", textOrNull(area.predictedRoom)},
+          {"room_probability",
+           area.predictedRoom.empty() ? Json(nullptr) : Json(shortened(area.roomProbability))},
           {"size", inMillimeters(area.size)},
           {"center", {inMillimeters(area.center.x), inMillimeters(area.center.y)}},
           {"frames", area.frames}};

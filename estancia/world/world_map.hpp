@@ -20,9 +20,17 @@ namespace estancia {
 struct WorldArea : Area {
   /// What people call it; "" where nobody gave it a name.
   std::string givenName = {};
+  /// What a room classifier takes it for, and how probable that is; "" where none was run.
+  std::string predictedRoom = {};
+  double roomProbability = 0;
+  /// Its name by that room: the room, with a number where several areas are one; "" where a person gave a
+  /// name, or no room is more probable than all others together. See nameAreasByRooms().
+  std::string roomName = {};
 
-  /// For people: the given name, else the telling words.
-  const std::string& displayName() const { return givenName.empty() ? name : givenName; }
+  /// For people: the given name, else the room name, else the telling words.
+  const std::string& displayName() const {
+    return !givenName.empty() ? givenName : !roomName.empty() ? roomName : name;
+  }
 };
 
 /// Frames that look alike (findZones()), wherever they are.

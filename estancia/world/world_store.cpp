@@ -13,6 +13,7 @@
 #include "estancia/core/printable.hpp"
 #include "estancia/topology/sqlite.hpp"
 #include "estancia/topology/store_read.hpp"
+#include "estancia/world/area_names.hpp"
 
 namespace estancia {
 namespace {
@@ -385,6 +386,7 @@ void WorldStore::read(WorldMap& world) const {
   world.edits = edits();
   world.plan = readPlan(store_.database());
   if (world.plan) readAreas(world);
+  nameAreasByRooms(world);
   readObjects(world);
 }
 

@@ -1,0 +1,25 @@
+// Area names: what areas are called by people, by a room classifier, and by their words.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "estancia/world/world_map.hpp"
+
+namespace estancia {
+
+/// Sets predictedRoom, roomProbability and roomName of the areas of a map whose places a room classifier has
+/// named: the predictions of the frames that were taken in an area, pooled (poolRooms()). A room is an area's
+/// name where it is more probable than all others together. Several areas of one room are numbered in their
+/// order: "bedroom 1", "bedroom 2"; people's names are left to the areas that they gave them to.
+void nameAreasByRooms(WorldMap& world);
+
+/// The areas that have a name, by the first of these that any has: the name that people gave, the room name,
+/// the predicted room, of which there may be several.
+std::vector<int> areasNamed(const WorldMap& world, const std::string& text);
+
+/// The same; where there are none, those with these telling words.
+std::vector<int> areasCalled(const WorldMap& world, const std::string& text);
+
+}  // namespace estancia

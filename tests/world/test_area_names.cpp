@@ -1,0 +1,92 @@
+// What areas are called: by people, else by a room classifier, else by their words.
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/world/area_names.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "estancia/world/ask_world.hpp"
+#include "estancia/world/edit_areas.hpp"
+#include "estancia/world/route_world.hpp"
+#include "estancia/world/world_json.hpp"
+#include "support/errors.hpp"
+#include "support/sample_world.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+using test::FailsWith;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+class AreaNames : public testing::Test {
+ protected:
+  /// The sample world with these names by people, and a classifier that gives each area's frames to
+  /// "kitchen" with that probability, and the rest to "bathroom".
+  WorldMap worldOf(const std::vector<std::string>& given, const std::vector<float>& kitchen) {
+    WorldMap world = test::sampleWorld();
+    world.edits.clear();
+    for (const WorldArea& area : world.areas)
+      if (const std::string& name = given[static_cast<std::size_t>(area.id)]; !name.empty())
+        world.edits.push_back({AreaEdit::Kind::name, area.center, {}, name});
+    std::filesystem::remove(map_);
+    test::writeWorld(world, map_);
+    RoomPredictions predictions{"test", {"kitchen", "bathroom"}, DescriptorMatrix(2)};
+    for (const int area : world.areaOfFrame) {
+      const float share = kitchen[static_cast<std::size_t>(area)];
+      predictions.probabilities.append(std::vector<float>{share, 1 - share});
+    }
+    writeRoomPredictions(predictions, map_);
+    return readWorld(map_);
+  }
+
+  test::ScratchFolder scratch_;
+  const std::filesystem::path map_ = scratch_ / "home.estancia";
+};
+
+TEST_F(AreaNames, AreThoseOfPeopleThenOfRoomsThenOfWords) {
+  const WorldMap world = worldOf({"music room", "", "", ""}, {0.9F, 0.8F, 0.1F, 0.5F});
+  EXPECT_EQ(world.areas[0].displayName(), "music room");
+  EXPECT_EQ(world.areas[0].predictedRoom, "kitchen");
+  EXPECT_NEAR(world.areas[0].roomProbability, 0.9, 1e-6);
+  EXPECT_EQ(world.areas[1].displayName(), "kitchen");
+  EXPECT_EQ(world.areas[2].displayName(), "bathroom");
+  EXPECT_EQ(world.areas[3].displayName(), "umbrella, cup") << "no room is more probable than the others";
+  EXPECT_EQ(toJson(world.areas[1])["predicted_room"], "kitchen");
+  EXPECT_EQ(areaReference(world, 1)["name"], "kitchen");
+  EXPECT_TRUE(toJson(test::sampleWorld().areas[1])["room_probability"].is_null());
+}
+
+TEST_F(AreaNames, TellAreasOfOneRoomApart) {
+  const WorldMap world = worldOf({"", "", "", ""}, {0.9F, 0.1F, 0.8F, 0.2F});
+  EXPECT_EQ(world.areas[0].displayName(), "kitchen 1");
+  EXPECT_EQ(world.areas[1].displayName(), "bathroom 1");
+  EXPECT_EQ(world.areas[2].displayName(), "kitchen 2");
+  EXPECT_THAT(areasNamed(world, "kitchen"), ElementsAre(0, 2));
+  EXPECT_THAT(areasNamed(world, "kitchen 2"), ElementsAre(2));
+  EXPECT_THAT(findMeaning(world, "Bathroom").areas, ElementsAre(1, 3));
+  EXPECT_EQ(getArea(world, "kitchen 2").id, 2);
+  EXPECT_THAT([&] { getArea(world, "kitchen"); },
+              FailsWith(ErrorCode::unknownName, "0 (kitchen 1), 2 (kitchen 2)"));
+  EXPECT_EQ(routeInWorld(world, 3, "kitchen 1").area, 0);
+  EXPECT_EQ(routeInWorld(world, 0, "bathroom").area, 1) << "the nearer one";
+  const std::vector<double> factors = costFactors(world, {.avoid = {"bathroom"}}, {});
+  EXPECT_GT(factors[1], 1);
+  EXPECT_GT(factors[3], 1) << "all bathrooms";
+  EXPECT_EQ(factors[0], 1);
+}
+
+TEST_F(AreaNames, LeaveTheNamesOfPeopleToTheirAreas) {
+  const WorldMap world = worldOf({"", "kitchen", "", "office"}, {0.9F, 0.1F, 0.3F, 0.9F});
+  EXPECT_EQ(world.areas[0].displayName(), "kitchen 2");
+  EXPECT_EQ(world.areas[1].displayName(), "kitchen");
+  EXPECT_EQ(world.areas[2].displayName(), "bathroom");
+  EXPECT_EQ(world.areas[3].displayName(), "office");
+  EXPECT_THAT(areasNamed(world, "kitchen"), ElementsAre(1));
+  EXPECT_THAT(areasNamed(world, "bathtub"), IsEmpty()) << "these are words";
+  EXPECT_THAT(areasCalled(world, "bathtub"), ElementsAre(1));
+}
+
+}  // namespace
+}  // namespace estancia
