@@ -18,6 +18,7 @@
 #include "estancia/report/measures.hpp"
 #include "estancia/report/text.hpp"
 #include "estancia/world/edit_areas.hpp"
+#include "estancia/world/world_json.hpp"
 #include "estancia/zones/measure.hpp"
 #include "estancia/zones/zone_file.hpp"
 #include "labeling.hpp"
@@ -191,7 +192,34 @@ void addFindCommand(CLI::App& group) {
 struct EditArguments {
   std::string map, area, other, name;
   double fromX = 0, fromY = 0, toX = 0, toY = 0;
+  bool json = false;
 };
+
+/// The areas of a map: corrections may number them anew.
+void printAreas(const EditArguments& arguments) {
+  const WorldMap world = readWorld(arguments.map);
+  if (!arguments.json) fmt::print("{}: {}\n", printable(arguments.map), counted(world.areas.size(), "area"));
+  Json areas = Json::array();
+  for (const WorldArea& area : world.areas) {
+    const auto objects =
+        static_cast<std::size_t>(std::ranges::count(world.objects, area.id, &WorldObject::area));
+    if (!arguments.json)
+      fmt::print("  {:>2}  {:<40} {:>6.1f} m²  {:>12}  {:>11}\n", area.id, area.displayName(), area.size,
+                 counted(area.frames, "frame"), counted(objects, "object"));
+    areas.push_back(toJson(area));
+    areas.back()["objects"] = objects;
+  }
+  if (arguments.json) print(Json{{"map", arguments.map}, {"areas", areas}});
+}
+
+void addListCommand(CLI::App& group) {
+  CLI::App* command = group.add_subcommand("list", "List the areas of a map: numbers, names, sizes");
+  auto arguments = std::make_shared<EditArguments>();
+  command->add_option("MAP", arguments->map, "The map file")->required();
+  addJsonOption(*command, arguments->json);
+  addExamples(*command, "  estancia areas list home.estancia");
+  command->callback([arguments] { printAreas(*arguments); });
+}
 
 void addMergeCommand(CLI::App& group) {
   CLI::App* command = group.add_subcommand("merge", "Make two areas of a map one");
@@ -199,8 +227,12 @@ void addMergeCommand(CLI::App& group) {
   command->add_option("MAP", arguments->map, "The map file")->required();
   command->add_option("AREA", arguments->area, "Its number or name")->required();
   command->add_option("OTHER", arguments->other, "Number or name of the other one")->required();
+  addJsonOption(*command, arguments->json);
   addExamples(*command, "  estancia areas merge home.estancia 4 6");
-  command->callback([arguments] { mergeAreas(arguments->map, arguments->area, arguments->other); });
+  command->callback([arguments] {
+    mergeAreas(arguments->map, arguments->area, arguments->other);
+    printAreas(*arguments);
+  });
 }
 
 void addSplitCommand(CLI::App& group) {
@@ -211,9 +243,11 @@ void addSplitCommand(CLI::App& group) {
   command->add_option("Y1", arguments->fromY, "")->required();
   command->add_option("X2", arguments->toX, "Where it ends [m]")->required();
   command->add_option("Y2", arguments->toY, "")->required();
+  addJsonOption(*command, arguments->json);
   addExamples(*command, "  estancia areas split home.estancia 3.5 0 3.5 4");
   command->callback([arguments] {
     splitArea(arguments->map, {arguments->fromX, arguments->fromY}, {arguments->toX, arguments->toY});
+    printAreas(*arguments);
   });
 }
 
@@ -226,6 +260,7 @@ void addAreasCommand(CLI::App& app) {
               "  estancia areas find ~/home -o home.zones --render plan.png\n"
               "  estancia areas merge home.estancia 4 6");
   addFindCommand(*group);
+  addListCommand(*group);
   addMergeCommand(*group);
   addSplitCommand(*group);
 }
@@ -237,8 +272,12 @@ void addNameCommand(CLI::App& app) {
   command->add_option("AREA", arguments->area, "Its number, or the name it has")->required();
   command->add_option("NAME", arguments->name, "What people call it; kept when the areas are found again")
       ->required();
+  addJsonOption(*command, arguments->json);
   addExamples(*command, "  estancia name home.estancia 2 \"music room\"");
-  command->callback([arguments] { nameArea(arguments->map, arguments->area, arguments->name); });
+  command->callback([arguments] {
+    nameArea(arguments->map, arguments->area, arguments->name);
+    printAreas(*arguments);
+  });
 }
 
 }  // namespace estancia::apps
