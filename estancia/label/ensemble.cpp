@@ -113,6 +113,27 @@ Ensemble::Ensemble(std::string name, std::vector<EnsembleMember> members, Fusion
   identity_ = fmt::format("{} {}", name, sha256(all));
 }
 
+std::vector<std::size_t> Ensemble::regionLabels() const {
+  std::vector<std::size_t> all;
+  if (fusion_ == Fusion::probabilities) return all;
+  for (std::size_t m = 0; m < members_.size(); ++m)
+    for (const std::size_t label : members_[m].labeler->regionLabels()) all.push_back(places_[m][label]);
+  return all;
+}
+
+std::vector<LexicalDescriptor> Ensemble::labelRegions(const cv::Mat& bgr,
+                                                      std::span<const cv::Rect2d> regions) {
+  if (regionLabels().empty()) return Labeler::labelRegions(bgr, regions);
+  std::vector<LexicalDescriptor> all(regions.size());
+  for (const EnsembleMember& member : members_) {
+    if (member.labeler->regionLabels().empty()) continue;
+    const auto found = member.labeler->labelRegions(bgr, regions);
+    for (std::size_t r = 0; r < all.size(); ++r)
+      all[r].insert(all[r].end(), found[r].begin(), found[r].end());
+  }
+  return all;
+}
+
 bool Ensemble::needsImage() const {
   return std::any_of(members_.begin(), members_.end(),
                      [](const EnsembleMember& member) { return member.labeler->needsImage(); });

@@ -45,6 +45,10 @@ class Ensemble final : public Labeler {
   std::vector<Labeler*> members() override;
   LexicalDescriptor combine(std::span<const LexicalDescriptor> answers) const override;
   Prepared prepare(const cv::Mat& bgr, const std::string& frame) const override;
+  /// Of members that are detectors; none where equal labels are merged (Fusion::probabilities).
+  std::vector<std::size_t> regionLabels() const override;
+  std::vector<LexicalDescriptor> labelRegions(const cv::Mat& bgr,
+                                              std::span<const cv::Rect2d> regions) override;
   LexicalDescriptor infer(const Prepared& prepared) override;
 
  private:

@@ -15,6 +15,10 @@ LexicalDescriptor Labeler::combine(std::span<const LexicalDescriptor>) const {
   throw Error(ErrorCode::invalidState, "this labeler has no members to combine");
 }
 
+std::vector<LexicalDescriptor> Labeler::labelRegions(const cv::Mat&, std::span<const cv::Rect2d>) {
+  throw Error(ErrorCode::invalidInput, "this labeler is no detector: it says nothing of regions of an image");
+}
+
 std::vector<LabelResult> Labeler::inferBatch(std::span<const Prepared> batch) {
   std::vector<LabelResult> results;
   for (const Prepared& prepared : batch) try {

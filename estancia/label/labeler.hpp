@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <opencv2/core/mat.hpp>
+#include <opencv2/core/types.hpp>
 #include <span>
 #include <string>
 #include <utility>
@@ -84,6 +85,16 @@ class Labeler {
   virtual std::vector<LabelResult> inferBatch(std::span<const Prepared> batch);
   /// The batch size at which inferBatch() is fastest.
   virtual std::size_t batchSize() const { return 1; }
+
+  /// The labels, by their numbers in vocabulary(), of which labelRegions() tells; none unless it is a
+  /// detector, or has one among its members.
+  virtual std::vector<std::size_t> regionLabels() const { return {}; }
+  /// How probably each region of a BGR image shows these labels, seen among what is around it: a descriptor a
+  /// region, a value a label of regionLabels(), which need not add up to 1. Regions are parts of [0, 1] × [0,
+  /// 1], the image's width and height. Not thread-safe. Throws FrameError as infer(), and Error
+  /// (invalidInput) without such labels.
+  virtual std::vector<LexicalDescriptor> labelRegions(const cv::Mat& bgr,
+                                                      std::span<const cv::Rect2d> regions);
 
   /// The labelers that this one puts together; empty when it is one by itself.
   virtual std::vector<Labeler*> members() { return {}; }

@@ -43,6 +43,10 @@ class OnDemandNetwork final : public NetworkLabeler {
       : NetworkLabeler(spec, std::move(engine)), open_(std::move(open)) {}
 
   LexicalDescriptor infer(const Prepared& prepared) override { return network().infer(prepared); }
+  std::vector<LexicalDescriptor> labelRegions(const cv::Mat& bgr,
+                                              std::span<const cv::Rect2d> regions) override {
+    return network().labelRegions(bgr, regions);
+  }
   std::vector<LabelResult> inferBatch(std::span<const Prepared> batch) override {
     return network().inferBatch(batch);
   }

@@ -84,6 +84,8 @@ class SpecReader {
            using R = ModelSpec::Reduce;
            spec_.reduce = file_.choice<R>(n, {{"none", R::none}, {"max", R::max}});
          }},
+        {"anchors", false, "cells a side of the grids of a detector's default boxes",
+         [this](auto& n) { readAnchors(n); }},
         {"unused", false, "outputs without a label", [this](auto& n) { readUnused(n); }},
     };
     keys.insert(keys.end(), own.begin(), own.end());
@@ -135,6 +137,14 @@ class SpecReader {
     spec_.sigmoid = file_.flag(node);
     if (spec_.sigmoid && file_.table()["softmax"].value_or(false))
       file_.fail(node, "`sigmoid` and `softmax` exclude each other");
+  }
+
+  void readAnchors(const toml::node& node) {
+    constexpr std::size_t mostGrids = 16;
+    for (const auto& grid : file_.list(node))
+      spec_.anchors.push_back(static_cast<int>(file_.integer(grid, 1, 256)));
+    if (spec_.anchors.empty() || spec_.anchors.size() > mostGrids)
+      file_.fail(node, fmt::format("`anchors` must name 1 to {} grids", mostGrids));
   }
 
   void readUnused(const toml::node& node) {

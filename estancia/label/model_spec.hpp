@@ -63,6 +63,9 @@ struct ModelSpec {
   enum class Reduce { none, max };
   /// max: a row of outputs for each of many anchors in the image.
   Reduce reduce = Reduce::none;
+  /// With reduce: cells a side of the grids whose default boxes the rows are of (defaultBoxes()); empty where
+  /// that is not known.
+  std::vector<int> anchors;
   /// The outputs are logits of labels that exclude each other.
   bool softmax = false;
   /// The outputs are logits of labels that do not.

@@ -5,9 +5,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 #include "estancia/core/fail.hpp"
+#include "estancia/label/default_boxes.hpp"
 #include "estancia/label/model_files.hpp"
 #include "estancia/label/scores.hpp"
 
@@ -17,7 +19,16 @@ NetworkLabeler::NetworkLabeler(const ModelSpec& spec, std::string engine)
     : spec_(spec),
       vocabulary_(readVocabulary(modelFile(spec, spec.labels))),
       identity_(fmt::format("{} {}", spec.name, modelDigest(spec))),
-      engine_(std::move(engine)) {
+      engine_(std::move(engine)),
+      boxes_(defaultBoxes(spec.anchors)) {
+  const Preprocessing& how = spec.preprocessing;
+  if (!boxes_.empty() && (spec.reduce == ModelSpec::Reduce::none || spec.softmax || how.crop < 1 ||
+                          how.region != Preprocessing::Region::stretch))
+    fail(ErrorCode::invalidInput,
+         "model {}: `anchors` need `reduce = \"max\"`, `sigmoid`, `region = \"stretch\"` and `crop = 1.0`: "
+         "its "
+         "boxes are parts of the whole image; correct model.toml",
+         spec.name);
   if (spec.embeddings.empty()) return;
   if (spec.sigmoid || spec.reduce != ModelSpec::Reduce::none || !spec.unused.empty())
     fail(ErrorCode::invalidInput,
@@ -30,6 +41,37 @@ NetworkLabeler::NetworkLabeler(const ModelSpec& spec, std::string engine)
 
 Prepared NetworkLabeler::prepare(const cv::Mat& bgr, const std::string& frame) const {
   return {preprocess(bgr, spec_.preprocessing), frame, {}};
+}
+
+std::vector<std::size_t> NetworkLabeler::regionLabels() const {
+  std::vector<std::size_t> all(boxes_.empty() ? 0 : vocabulary_.size());
+  std::iota(all.begin(), all.end(), 0);
+  return all;
+}
+
+std::vector<LexicalDescriptor> NetworkLabeler::toWordsOfRegions(std::span<const float> output,
+                                                                std::span<const cv::Rect2d> regions) const {
+  if (boxes_.empty())
+    fail(ErrorCode::invalidInput,
+         "model {} says nothing of regions of an image; only detectors whose model.toml has `anchors` do",
+         spec_.name);
+  const std::size_t columns = vocabulary_.size() + spec_.unused.size();
+  if (output.size() != boxes_.size() * columns)
+    fail(ErrorCode::mismatch,
+         "model {} gave {} values for {} default boxes of {} outputs; correct `anchors` in model.toml",
+         spec_.name, output.size(), boxes_.size(), columns);
+  std::vector<LexicalDescriptor> found;
+  std::vector<float> rows;
+  for (const cv::Rect2d& region : regions) {
+    rows.clear();
+    for (const std::size_t box : boxesOf(region, boxes_)) {
+      const auto row = output.begin() + static_cast<std::ptrdiff_t>(box * columns);
+      rows.insert(rows.end(), row, row + static_cast<std::ptrdiff_t>(columns));
+    }
+    found.push_back(rows.empty() ? LexicalDescriptor(vocabulary_.size(), 0.0F)
+                                 : toProbabilities(rows, spec_, vocabulary_.size()));
+  }
+  return found;
 }
 
 std::string NetworkLabeler::chooseOutput(const std::vector<std::string>& outputs) const {

@@ -20,6 +20,7 @@ class NetworkLabeler : public Labeler {
   std::string identity() const override { return identity_; }
   std::string cacheKey() const override { return identity_ + " " + engine_; }
   Prepared prepare(const cv::Mat& bgr, const std::string& frame) const override;
+  std::vector<std::size_t> regionLabels() const override;
 
  protected:
   /// `engine`: its name and version.
@@ -38,6 +39,11 @@ class NetworkLabeler : public Labeler {
   /// softmax probabilities over the words.
   LexicalDescriptor toWords(std::span<const float> output) const;
 
+  /// The same of the default boxes that look at each region. Throws Error (invalidInput) where it is not
+  /// known where they look, and (mismatch) when they are not those that model.toml names.
+  std::vector<LexicalDescriptor> toWordsOfRegions(std::span<const float> output,
+                                                  std::span<const cv::Rect2d> regions) const;
+
   [[noreturn]] void failOnInput(const std::string& reason) const;
 
  private:
@@ -45,6 +51,7 @@ class NetworkLabeler : public Labeler {
   Vocabulary vocabulary_;
   std::string identity_, engine_;
   std::optional<TextEmbeddings> texts_;
+  std::vector<cv::Rect2d> boxes_;  ///< of the output's rows; empty where they are not known
 };
 
 /// The image as float32 blob 1×3×height×width. Takes 1 (gray), 3 (BGR) or 4 (BGRA; alpha is dropped) channels

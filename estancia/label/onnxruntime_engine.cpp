@@ -16,7 +16,9 @@
 #include <chrono>
 #include <limits>
 #include <regex>
+#include <span>
 #include <string_view>
+#include <type_traits>
 
 #include "estancia/core/cores.hpp"
 #include "estancia/core/parallel.hpp"
@@ -103,6 +105,12 @@ class OnnxruntimeEngine final : public NetworkLabeler {
 
   LexicalDescriptor infer(const Prepared& prepared) override { return infer(together_, prepared); }
 
+  std::vector<LexicalDescriptor> labelRegions(const cv::Mat& bgr,
+                                              std::span<const cv::Rect2d> regions) override {
+    return withOutput(together_, prepare(bgr, ""),
+                      [&](std::span<const float> output) { return toWordsOfRegions(output, regions); });
+  }
+
   std::vector<LabelResult> inferBatch(std::span<const Prepared> batch) override {
     std::vector<LabelResult> results(batch.size());
     if (!alone_ && threads_ > 1) alone_ = std::make_unique<Session>(spec(), readAgain(), 1);
@@ -144,6 +152,12 @@ class OnnxruntimeEngine final : public NetworkLabeler {
   }
 
   LexicalDescriptor infer(Session& session, const Prepared& prepared) {
+    return withOutput(session, prepared, [this](std::span<const float> output) { return toWords(output); });
+  }
+
+  template <class Use>
+  std::invoke_result_t<Use, std::span<const float>> withOutput(Session& session, const Prepared& prepared,
+                                                               const Use& use) {
     const cv::Mat& image = prepared.input;
     const auto& pre = spec().preprocessing;
     if (image.type() != CV_32F || image.dims != 4 || !image.isContinuous() || image.size[2] != pre.height ||
@@ -154,7 +168,8 @@ class OnnxruntimeEngine final : public NetworkLabeler {
       if (!result.IsTensor() ||
           result.GetTensorTypeAndShapeInfo().GetElementType() != ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT)
         fail(ErrorCode::unsupportedFile, "model {} gives no real numbers", spec().name);
-      return toWords({result.GetTensorData<float>(), result.GetTensorTypeAndShapeInfo().GetElementCount()});
+      return use(std::span<const float>(result.GetTensorData<float>(),
+                                        result.GetTensorTypeAndShapeInfo().GetElementCount()));
     } catch (const Ort::Exception& e) {
       failOnInput(reasonOf(e));
     }

@@ -87,6 +87,18 @@ class OpencvEngine final : public NetworkLabeler {
   }
 
   LexicalDescriptor infer(const Prepared& prepared) override {
+    const cv::Mat result = forward(prepared);
+    return toWords({result.ptr<float>(), result.total()});
+  }
+
+  std::vector<LexicalDescriptor> labelRegions(const cv::Mat& bgr,
+                                              std::span<const cv::Rect2d> regions) override {
+    const cv::Mat result = forward(prepare(bgr, ""));
+    return toWordsOfRegions({result.ptr<float>(), result.total()}, regions);
+  }
+
+ private:
+  cv::Mat forward(const Prepared& prepared) {
     cv::Mat result;
     try {
       const QuietOpencv quiet;
@@ -97,10 +109,9 @@ class OpencvEngine final : public NetworkLabeler {
     }
     if (result.type() != CV_32F || !result.isContinuous())
       fail(ErrorCode::unsupportedFile, "model {} gives no real numbers", spec().name);
-    return toWords({result.ptr<float>(), result.total()});
+    return result;
   }
 
- private:
   cv::dnn::Net network_;
   std::string output_;
 };

@@ -31,7 +31,7 @@ void correctAreas(const std::filesystem::path& map, const AreaEdit& edit) {
 const WorldArea& getArea(const WorldMap& world, const std::string& area) {
   if (world.areas.empty())
     fail(ErrorCode::insufficientData,
-         "the map has no areas; map a drive with depth and poses (`estancia check` tells what is missing)");
+         "the map has no areas; map a drive with depth (`estancia check` tells what is missing)");
   int id = -1;
   const auto [end, problem] = std::from_chars(area.data(), area.data() + area.size(), id);
   if (problem == std::errc{} && end == area.data() + area.size())

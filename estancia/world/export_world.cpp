@@ -42,10 +42,9 @@ Json objectJson(const WorldObject& object, const WorldMap& world, std::size_t ma
 
 std::string toAreasJson(const WorldMap& world, const ExportOptions& options) {
   if (world.areas.empty())
-    throw Error(
-        ErrorCode::unsupportedFile,
-        "the map has no areas, as --format rooms needs; map a drive with depth and poses, or export a "
-        "file of zones");
+    throw Error(ErrorCode::unsupportedFile,
+                "the map has no areas, as --format rooms needs; map a drive with depth, or export a "
+                "file of zones");
   const TopologicalMap& map = world.places;
   const LayerTree tree(world);
   Json rooms = Json::array(), elsewhere = Json::array();

@@ -41,7 +41,8 @@ std::vector<LabelProbability> bestWords(const std::vector<double>& pooled, const
   std::vector<LabelProbability> words;
   for (const std::size_t i : order) {
     if (words.size() == most || pooled[i] * static_cast<double>(pooled.size()) <= 1) break;
-    words.push_back({vocabulary[i], static_cast<float>(pooled[i])});
+    if (std::ranges::find(words, vocabulary[i], &LabelProbability::label) == words.end())  // of two members
+      words.push_back({vocabulary[i], static_cast<float>(pooled[i])});
   }
   return words;
 }
@@ -51,6 +52,8 @@ std::vector<LabelProbability> bestWords(const std::vector<double>& pooled, const
 ObjectLayer::ObjectLayer(WorldStore& store, const Vocabulary& vocabulary, const InstanceMapOptions& options,
                          Labeler* labeler, std::size_t crops)
     : store_(store), vocabulary_(vocabulary), options_(options), labeler_(labeler), crops_(crops) {
+  if (labeler_ != nullptr) store_.putRegionLabels(labeler_->regionLabels());
+  regionLabels_ = store_.regionLabels();
   for (LabeledSegment& view : store_.views())
     labeled_.emplace(SegmentPlace(view.frame, view.segment), std::move(view));
 }
@@ -71,7 +74,8 @@ void ObjectLayer::add(std::size_t frame, const cv::Mat& depth, const Observation
 }
 
 void ObjectLayer::label(std::size_t frame, const Observation& seen, const cv::Mat& image) {
-  if (labeler_ == nullptr || seen.segments.empty() || image.empty()) return;
+  if (labeler_ == nullptr || seen.info.empty() || image.empty()) return;
+  labelRegions(frame, seen, image);
   const std::vector<double> worth = instances_->worthLabeling();
   std::vector<std::size_t> order(worth.size());
   std::iota(order.begin(), order.end(), 0);
@@ -83,7 +87,7 @@ void ObjectLayer::label(std::size_t frame, const Observation& seen, const cv::Ma
     const cv::Mat crop = cropObject(image, inImage(segment.box, seen.depth.size(), image.size()));
     LabeledSegment labeled{frame, i + 1, value(i)};
     try {
-      labeled.words = labeler_->label(crop);
+      labeled.words = labelCrop(crop);
     } catch (const FrameError&) {  // the next image may be labeled
       continue;
     } catch (const Error&) {
@@ -96,6 +100,61 @@ void ObjectLayer::label(std::size_t frame, const Observation& seen, const cv::Ma
     instances_->labeled({frame, i + 1});
     labeled_.emplace(SegmentPlace(frame, i + 1), std::move(labeled));
   }
+}
+
+/// A detector looks at the whole image once, and tells of each segment among what is around it.
+void ObjectLayer::labelRegions(std::size_t frame, const Observation& seen, const cv::Mat& image) {
+  if (regionLabels_.empty()) return;
+  const double width = seen.depth.cols, height = seen.depth.rows;
+  std::vector<cv::Rect2d> regions;
+  for (const Observation::Segment& segment : seen.info)
+    regions.emplace_back(segment.box.x / width, segment.box.y / height, segment.box.width / width,
+                         segment.box.height / height);
+  try {
+    const std::vector<LexicalDescriptor> words = labeler_->labelRegions(image, regions);
+    for (std::size_t i = 0; i < words.size(); ++i) store_.putSegmentWords({frame, i + 1}, words[i]);
+  } catch (const FrameError&) {  // the next image may be labeled
+  } catch (const Error&) {
+    throw;
+  } catch (...) {
+    frameFailure("the objects of an image");
+  }
+}
+
+/// By the members that are no detectors: a detector knows a thing among others, not cut out.
+LexicalDescriptor ObjectLayer::labelCrop(const cv::Mat& crop) {
+  if (regionLabels_.empty()) return labeler_->label(crop);
+  std::vector<LexicalDescriptor> answers;
+  for (Labeler* member : labeler_->members())
+    answers.push_back(member->regionLabels().empty() ? member->label(crop)
+                                                     : LexicalDescriptor(member->vocabulary().size(), 0.0F));
+  return answers.empty() ? LexicalDescriptor(vocabulary_.size(), 0.0F) : labeler_->combine(answers);
+}
+
+/// One probability a label of each object: of its images, pooled; of a detector's labels the mean over all of
+/// its segments.
+std::vector<std::vector<double>> ObjectLayer::wordsOf(const std::vector<ObjectInstance>& found,
+                                                      const std::map<SegmentPlace, int>& objectOf) const {
+  std::vector<std::vector<double>> words, sums(found.size(), std::vector<double>(regionLabels_.size()));
+  std::vector<double> segments(found.size());
+  store_.forEachSegmentWords([&](const SegmentPlace& place, const LexicalDescriptor& here) {
+    const auto object = objectOf.find(place);
+    if (object == objectOf.end()) return;
+    const auto i = static_cast<std::size_t>(object->second);
+    ++segments[i];
+    for (std::size_t l = 0; l < here.size(); ++l) sums[i][l] += static_cast<double>(here[l]);
+  });
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    LogOpinionPool pool(vocabulary_.size());
+    for (const SegmentPlace& place : found[i].segments)
+      if (const auto view = labeled_.find(place); view != labeled_.end()) pool.add(view->second.words);
+    words.push_back(pool.pooled());
+    if (segments[i] == 0) continue;
+    words[i].resize(vocabulary_.size());
+    for (std::size_t l = 0; l < regionLabels_.size(); ++l)
+      words[i][regionLabels_[l]] = sums[i][l] / segments[i];
+  }
+  return words;
 }
 
 WorldObject ObjectLayer::worldObject(const ObjectInstance& instance) const {
@@ -156,6 +215,7 @@ void ObjectLayer::put(const AreaPlan* plan) {
     }
     return true;
   });
+  const std::vector<std::vector<double>> words = wordsOf(found, objectOf);
   std::vector<WorldObject> objects;
   for (std::size_t i = 0; i < found.size(); ++i) {
     WorldObject object = worldObject(found[i]);
@@ -167,10 +227,7 @@ void ObjectLayer::put(const AreaPlan* plan) {
     object.bestFrame = look.bestFrame;
     const OrientedBox& box = found[i].box;
     if (plan != nullptr) object.area = areaAt(*plan, {box.center.x, box.center.y}, 2);
-    LogOpinionPool pool(vocabulary_.size());
-    for (const SegmentPlace& place : found[i].segments)
-      if (const auto view = labeled_.find(place); view != labeled_.end()) pool.add(view->second.words);
-    object.words = bestWords(pool.pooled(), vocabulary_);
+    object.words = bestWords(words[i], vocabulary_);
     objects.push_back(std::move(object));
   }
   store_.putObjects(objects, objectOf);

@@ -6,6 +6,7 @@
 #include <map>
 #include <opencv2/core/mat.hpp>
 #include <optional>
+#include <vector>
 
 #include "estancia/core/vocabulary.hpp"
 #include "estancia/objects/instance_map.hpp"
@@ -27,20 +28,26 @@ class ObjectLayer {
   void restart(const Floor& floor);
   /// Adds the segments of the next view. `depth` is that of `seen` [m].
   void add(std::size_t frame, const cv::Mat& depth, const Observation& seen, const Pose& pose);
-  /// Labels the segments of the view added last that are most worth it: more after frames that were no views
-  /// and labeled nothing. `image`: BGR, of the whole frame.
+  /// Labels the segments of the view added last: all by a detector, if the labeler has one; those that are
+  /// most worth it by images of them, more after frames that were no views and labeled nothing. `image`: BGR,
+  /// of the whole frame.
   void label(std::size_t frame, const Observation& seen, const cv::Mat& image);
   /// Writes the objects. `plan`: of the areas that they stand in; null without areas.
   void put(const AreaPlan* plan);
 
  private:
   WorldObject worldObject(const ObjectInstance& instance) const;
+  void labelRegions(std::size_t frame, const Observation& seen, const cv::Mat& image);
+  LexicalDescriptor labelCrop(const cv::Mat& crop);
+  std::vector<std::vector<double>> wordsOf(const std::vector<ObjectInstance>& found,
+                                           const std::map<SegmentPlace, int>& objectOf) const;
 
   WorldStore& store_;
   const Vocabulary& vocabulary_;
   InstanceMapOptions options_;
   Labeler* labeler_;
   std::size_t crops_;
+  std::vector<std::size_t> regionLabels_;
   std::optional<Floor> floor_;
   std::optional<InstanceMap> instances_;
   std::optional<std::size_t> lastFrame_;  // that was added

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <unordered_map>
 
+#include "estancia/core/bytes.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/topology/sqlite.hpp"
@@ -44,11 +45,14 @@ CREATE TABLE IF NOT EXISTS object_words(object INTEGER NOT NULL, label INTEGER N
 CREATE TABLE IF NOT EXISTS object_views(frame INTEGER NOT NULL, segment INTEGER NOT NULL, object INTEGER,
     quality REAL NOT NULL, words BLOB NOT NULL, jpeg BLOB NOT NULL, PRIMARY KEY(frame, segment));
 CREATE INDEX IF NOT EXISTS views_of_object ON object_views(object, quality);
+CREATE TABLE IF NOT EXISTS segment_words(frame INTEGER NOT NULL, segment INTEGER NOT NULL,
+    words BLOB NOT NULL, PRIMARY KEY(frame, segment)) WITHOUT ROWID;
 CREATE TABLE IF NOT EXISTS object_segments(frame INTEGER NOT NULL, segment INTEGER NOT NULL,
     object INTEGER NOT NULL, PRIMARY KEY(frame, segment)) WITHOUT ROWID;
 )sql";
 
 constexpr std::array<const char*, 3> kinds{"name", "merge", "split"};
+constexpr const char* regionLabelsKey = "region-labels";
 constexpr std::int64_t mostCells = 64'000'000;
 
 bool hasTable(Database& database, const char* name) {
@@ -245,6 +249,49 @@ void WorldStore::putView(const LabeledSegment& view, std::span<const unsigned ch
             "VALUES(?1, ?2, ?3, ?4, ?5)",
             view.frame, view.segment, view.quality, std::span<const float>(view.words), std::as_bytes(jpeg))
       .execute();
+}
+
+void WorldStore::putRegionLabels(const std::vector<std::size_t>& labels) {
+  ByteWriter bytes;
+  bytes.numbers(std::vector<std::uint32_t>(labels.begin(), labels.end()));
+  store_.putState(regionLabelsKey, bytes.bytes());
+}
+
+std::vector<std::size_t> WorldStore::regionLabels() const {
+  const std::optional<std::string> kept = store_.findState(regionLabelsKey);
+  if (!kept) return {};
+  try {
+    ByteReader bytes(*kept, "the labels of its detector", "make the map anew");
+    std::vector<std::size_t> labels;
+    for (const std::uint32_t label : bytes.numbers<std::uint32_t>()) {
+      if (label >= store_.identity().vocabulary.size()) bytes.fail("a label is missing");
+      labels.push_back(label);
+    }
+    return labels;
+  } catch (const Error& e) {
+    store_.database().failDamaged(e.what());
+  }
+}
+
+void WorldStore::putSegmentWords(const SegmentPlace& place, const LexicalDescriptor& words) {
+  Statement(store_.database(), "INSERT OR REPLACE INTO segment_words VALUES(?1, ?2, ?3)", place.first,
+            place.second, std::span<const float>(words))
+      .execute();
+}
+
+void WorldStore::forEachSegmentWords(
+    const std::function<void(const SegmentPlace&, const LexicalDescriptor&)>& visit) const {
+  const std::size_t labels = regionLabels().size();
+  if (!exists_ || labels == 0) return;
+  Statement rows(store_.database(),
+                 "SELECT frame, segment, words FROM segment_words ORDER BY frame, segment");
+  LexicalDescriptor words;
+  while (rows.next()) {
+    if (rows.integer(0) < 0 || rows.integer(1) < 0)
+      store_.database().failDamaged("words of a segment are of no frame");
+    readValues(store_.database(), rows.bytes(2), labels, "the words of a segment", words);
+    visit({static_cast<std::size_t>(rows.integer(0)), static_cast<std::size_t>(rows.integer(1))}, words);
+  }
 }
 
 void WorldStore::putObjects(std::span<const WorldObject> objects,

@@ -48,6 +48,10 @@ class WorldStore {
   void putAreas(const PlannedFrames& planned);
   void addEdit(const AreaEdit& edit);
   void putView(const LabeledSegment& view, std::span<const unsigned char> jpeg);
+  /// The labels that a detector tells of segments, by their numbers (Labeler::regionLabels()).
+  void putRegionLabels(const std::vector<std::size_t>& labels);
+  /// A probability for each of these labels.
+  void putSegmentWords(const SegmentPlace& segment, const LexicalDescriptor& words);
   /// Replaces all objects. `objectOf`: the object of each segment; others show none.
   void putObjects(std::span<const WorldObject> objects, const std::map<SegmentPlace, int>& objectOf);
 
@@ -61,6 +65,11 @@ class WorldStore {
   std::vector<LabeledSegment> views() const;
   /// The object of each segment that shows one; empty in maps of programs that did not keep it.
   std::map<SegmentPlace, int> objectSegments() const;
+  /// None without a detector. Throws Error (corruptFile).
+  std::vector<std::size_t> regionLabels() const;
+  /// In order of frames and segments. Throws Error (corruptFile).
+  void forEachSegmentWords(
+      const std::function<void(const SegmentPlace& segment, const LexicalDescriptor& words)>& visit) const;
   /// The best view's JPEG; empty where there is none.
   std::vector<unsigned char> objectImage(int object) const;
   /// Adds all layers to `world`, whose places have been read. Throws Error (corruptFile).

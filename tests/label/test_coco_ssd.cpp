@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <numeric>
 #include <opencv2/imgcodecs.hpp>
 
@@ -70,6 +71,33 @@ TEST_P(CocoSsd, NamesSeveralThingsInOnePhotograph) {
   expectBest(photo("0517.jpg"), {{"bed", 0.673496}, {"chair", 0.220919}, {"book", 0.095775}}, 1e-3);
   const auto words = detector_->label(photo("0271.jpg"));
   EXPECT_GT(std::accumulate(words.begin(), words.end(), 0.0), 1.5) << "labels do not exclude each other";
+}
+
+TEST_P(CocoSsd, TellsWhatIsWhereInAnImage) {
+  const auto home = test::findData("home_a");
+  ESTANCIA_NEEDS(home, "the data set home_a is missing (ESTANCIA_DATA)");
+  const cv::Mat image = cv::imread((*home / "day/rgb/000200.jpg").string());
+  ASSERT_EQ(image.size(), cv::Size(320, 240));
+  const auto part = [](double x, double y, double right, double bottom) {
+    return cv::Rect2d(cv::Point2d(x / 320, y / 240), cv::Point2d(right / 320, bottom / 240));
+  };
+  // Boxes of the office chair and of the plant in the truth's mask, and of the wall above.
+  const auto words =
+      detector_->labelRegions(image, std::array{part(43, 77, 156, 240), part(271, 125, 320, 199),
+                                                part(200, 10, 300, 70), cv::Rect2d(0, 0, 1, 1)});
+  ASSERT_EQ(words.size(), 4U);
+  const Vocabulary& labels = detector_->vocabulary();
+  EXPECT_EQ(labels[test::best(words[0], 1)[0]], "chair");
+  EXPECT_EQ(labels[test::best(words[1], 1)[0]], "potted plant");
+  const auto chair = test::best(words[0], 1)[0];
+  EXPECT_GT(words[0][chair], 0.5F);
+  EXPECT_LT(words[2][chair], 0.1F);
+  const auto all = detector_->label(image);
+  for (const LexicalDescriptor& region : words)
+    for (std::size_t l = 0; l < all.size(); ++l)
+      EXPECT_LE(region[l], all[l] + 1e-6F) << "the image's score is the highest of all boxes";
+  EXPECT_EQ(detector_->regionLabels().size(), 80U);
+  EXPECT_TRUE(detector_->labelRegions(image, {}).empty());
 }
 
 TEST(CocoSsdModel, MatchesWhatIsFetched) {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <memory>
 #include <opencv2/core.hpp>
@@ -70,6 +71,41 @@ TEST(Ensemble, PutsVocabulariesSideBySideAsParts) {
   EXPECT_THAT(both.vocabulary().labels(), ElementsAre("cup", "cat", "kitchen", "cup"));
   EXPECT_THAT(both.vocabulary().layout().parts, ElementsAre(LabelPart{2, 2}, LabelPart{2, 1}));
   EXPECT_THAT(both.label(image), ElementsAre(0.25F, 0.75F, 0.9F, 0.1F));
+}
+
+/// Tells of regions, too.
+class ConstantDetector final : public Labeler {
+ public:
+  const Vocabulary& vocabulary() const override { return vocabulary_; }
+  std::string identity() const override { return "detector"; }
+  Prepared prepare(const cv::Mat& bgr, const std::string& frame) const override { return {bgr, frame, {}}; }
+  LexicalDescriptor infer(const Prepared& /*prepared*/) override { return {0.5F, 0.5F}; }
+  std::vector<std::size_t> regionLabels() const override { return {0, 1}; }
+  std::vector<LexicalDescriptor> labelRegions(const cv::Mat& /*bgr*/,
+                                              std::span<const cv::Rect2d> regions) override {
+    std::vector<LexicalDescriptor> all;
+    for (const cv::Rect2d& region : regions) all.push_back({static_cast<float>(region.x), 0.25F});
+    return all;
+  }
+
+ private:
+  Vocabulary vocabulary_{{"bed", "cup"}};
+};
+
+TEST(Ensemble, TellsOfRegionsWhatItsDetectorsTell) {
+  const std::array regions{cv::Rect2d(0.5, 0, 0.5, 1), cv::Rect2d(0, 0, 1, 1)};
+  const auto with = [](Fusion fusion) {
+    std::vector<EnsembleMember> members = list(member({"cup", "cat"}, {0.25F, 0.75F}));
+    members.push_back({std::make_unique<ConstantDetector>()});
+    return Ensemble("both", std::move(members), fusion);
+  };
+  Ensemble both = with(Fusion::distances);
+  EXPECT_THAT(both.regionLabels(), ElementsAre(2, 3));
+  EXPECT_THAT(both.labelRegions(image, regions),
+              ElementsAre(ElementsAre(0.5F, 0.25F), ElementsAre(0.0F, 0.25F)));
+  Ensemble merged = with(Fusion::probabilities);
+  EXPECT_TRUE(merged.regionLabels().empty());
+  EXPECT_THAT([&] { merged.labelRegions(image, regions); }, FailsWith(ErrorCode::invalidInput, "detector"));
 }
 
 TEST(Ensemble, MergesEqualLabelsByWeight) {

@@ -62,6 +62,7 @@ mean = [1, 2.5, 3]
 scale = 2
 sigmoid = true
 reduce = "max"
+anchors = [3, 1]
 unused = [7, 0]
 license = "MIT"
 source = "somewhere"
@@ -86,6 +87,7 @@ source = "somewhere"
   EXPECT_FALSE(spec.softmax);
   EXPECT_TRUE(spec.sigmoid);
   EXPECT_EQ(spec.reduce, ModelSpec::Reduce::max);
+  EXPECT_THAT(spec.anchors, ElementsAre(3, 1));
   EXPECT_THAT(spec.unused, ElementsAre(0, 7));
   EXPECT_EQ(spec.license, "MIT");
   EXPECT_EQ(spec.source, "somewhere");
@@ -128,6 +130,9 @@ TEST_F(ModelToml, ChecksEveryValue) {
                                  "sigmoid = 1",
                                  "sigmoid = true\nsoftmax = true",
                                  "reduce = \"mean\"",
+                                 "anchors = 3",
+                                 "anchors = [0]",
+                                 "anchors = []",
                                  "unused = 3",
                                  "unused = [-1]",
                                  "unused = [1.5]",

@@ -240,6 +240,58 @@ TEST(WorldMapper, NamesObjectsByImagesOfThemAlsoWhereSomeCannotBeLabeled) {
   EXPECT_EQ(resumed.objects.front().views, parcel.views);
 }
 
+/// Sees stoves wherever it looks, and knows no image of them by itself.
+class StoveDetector : public MoodyLabeler {
+ public:
+  LexicalDescriptor infer(const Prepared& /*image*/) override {
+    ADD_FAILURE() << "what a detector tells of a thing that is cut out says little";
+    return {};
+  }
+  std::vector<std::size_t> regionLabels() const override { return {1}; }
+  std::vector<LexicalDescriptor> labelRegions(const cv::Mat& bgr,
+                                              std::span<const cv::Rect2d> regions) override {
+    EXPECT_EQ(bgr.size(), cv::Size(160, 120));
+    for (const cv::Rect2d& region : regions) EXPECT_EQ(region & cv::Rect2d(0, 0, 1, 1), region);
+    if (++asked % 3 == 0) throw FrameError("not this one");
+    return std::vector<LexicalDescriptor>(regions.size(), {asked % 3 == 1 ? 0.9F : 0.5F});
+  }
+};
+
+TEST(WorldMapper, NamesObjectsByADetectorThatSeesThemAmongOthers) {
+  const ScratchFolder folder;
+  const ParcelDrive drive;
+  StoveDetector detector;
+  const auto mapUntil = [&](std::size_t end, const fs::path& file) {
+    const DescriptorSequence labeled = drive.labeled();
+    MappingSession session =
+        fs::exists(file) ? MappingSession::resume(file, labeled.vocabulary, labeled.model)
+                         : MappingSession::create(file, labeled.vocabulary, labeled.model, MapperOptions{});
+    WorldMapper world(session, {}, &detector);
+    for (std::size_t i = session.frames(); i < end; ++i) {
+      world.observe(drive.frame(i), labeled.descriptors.row(i), drive.image(i), drive.depth(i),
+                    *drive.intrinsics());
+      session.add(drive.frame(i), labeled.descriptors.row(i));
+    }
+    session.finish();
+    world.finish();
+  };
+  const fs::path file = folder / "stove.estancia";
+  mapUntil(20, file);
+  mapUntil(drive.size(), file);
+  const auto expectStove = [&file] {
+    const WorldMap world = readWorld(file);
+    ASSERT_EQ(world.objects.size(), 1U);
+    EXPECT_EQ(world.objects[0].displayName(), "stove");
+    EXPECT_NEAR(world.objects[0].probability(), 0.7, 0.02) << "the mean";
+  };
+  expectStove();
+  splitArea(file, {0, -2.9}, {0, 2.9});  // makes the layers again, without a labeler
+  expectStove();
+  EXPECT_FALSE(readObjectImage(file, 0).empty());
+  sqlite::Database(file, sqlite::Database::Mode::write).run("UPDATE segment_words SET words = x'00'");
+  EXPECT_THAT([&] { mergeAreas(file, "0", "1"); }, FailsWith(ErrorCode::corruptFile, "words of a segment"));
+}
+
 TEST(WorldMapper, LeavesOutViewsThatAreTooFarAway) {
   const ScratchFolder folder;
   ParcelDrive drive;
