@@ -125,14 +125,14 @@ TEST_F(AreasCommand, OfAMapAreNamedSplitAndMerged) {
                                          "--overwrite"};
   ASSERT_EQ(run(mapping).exitCode, 0);
   EXPECT_EQ(readWorld(map).areas.size(), 1U);
-  EXPECT_THAT(run({"areas", "split", map, "2", "0.1", "2", "3.9"}).output, testing::HasSubstr("2 areas"));
+  EXPECT_THAT(run({"areas", "split", map, "2", "0.1", "2", "3.9"}).out, testing::HasSubstr("2 areas"));
   EXPECT_EQ(readWorld(map).areas.size(), 2U);
-  EXPECT_THAT(run({"name", map, "1", "Ana's \"room\""}).output, testing::HasSubstr("1  Ana's \"room\""));
+  EXPECT_THAT(run({"name", map, "1", "Ana's \"room\""}).out, testing::HasSubstr("1  Ana's \"room\""));
   EXPECT_EQ(readWorld(map).areas[1].displayName(), "Ana's \"room\"");
   EXPECT_EQ(run({"areas", "merge", map, "0", "Ana's \"room\""}).exitCode, 0);
   ASSERT_EQ(readWorld(map).areas.size(), 1U);
   EXPECT_EQ(readWorld(map).areas[0].displayName(), "Ana's \"room\"");
-  const auto list = nlohmann::json::parse(run({"areas", "list", map, "--json"}).output);
+  const auto list = nlohmann::json::parse(run({"areas", "list", map, "--json"}).out);
   ASSERT_EQ(list["areas"].size(), 1U);
   EXPECT_EQ(list["areas"][0]["given_name"], "Ana's \"room\"");
   EXPECT_EQ(list["areas"][0]["objects"], 0);
