@@ -203,18 +203,19 @@ Painting paintingOf(const MapPage& page, const MapSummary& summary) {
                                  : Painting::rooms;
 }
 
-/// `choosers`: buttons beside it.
+/// `example`: a word that finds something; "" where there is none. `choosers`: buttons beside it.
 Markup searchForm(const std::string& example, const Markup& choosers) {
   Markup form;
   form.open("form", {{"id", "search"}, {"role", "search"}, {"hidden", ""}});
   form.element("label", {{"for", "word"}}, "Find a word on the map");
   form.open("div", {{"class", "search-row"}});
-  form.leaf("input", {{"id", "word"},
-                      {"type", "search"},
-                      {"list", "words"},
-                      {"autocomplete", "off"},
-                      {"spellcheck", "false"},
-                      {"placeholder", "e.g. " + example}});
+  Attributes input{{"id", "word"},
+                   {"type", "search"},
+                   {"list", "words"},
+                   {"autocomplete", "off"},
+                   {"spellcheck", "false"}};
+  if (!example.empty()) input.push_back({"placeholder", "e.g. " + example});
+  form.leaf("input", input);
   form.element("datalist", {{"id", "words"}}, "");
   form.element("button", {{"type", "submit"}}, "Show").add(choosers);
   return form.close().open("p", {{"id", "hint"}, {"aria-live", "polite"}}).close().close();

@@ -10,11 +10,10 @@
 namespace estancia {
 
 /// The formats of exportWorld(): those of exportMap(), and
-///  * rooms: {"format": "estancia-rooms", "version": 1, "rooms": [{"id", "name", "given_name", "size",
-///  "center",
-///    "frames", "outline": [[x, y]], "neighbors": [ids], "places": [{"id", "words": [{"label", "p"}],
-///    "position", "frames", "objects": [toJson(WorldObject) with "words"]}]}], "elsewhere": {"places"}}:
-///    areas → places → objects [m, rad]; elsewhere is what is in no area.
+///  * rooms: {"format": "estancia-rooms", "version": 1, "rooms": [toJson(WorldArea) with "outline": [[x, y]],
+///    "neighbors": [ids], "places": [{"id", "words": [{"label", "p"}], "position", "frames", "objects":
+///    [toJson(WorldObject) with "words"]}]], "elsewhere": {"places"}}: areas → places → objects [m, rad];
+///    elsewhere is what is in no area. An object whose area has no place is at the place that shows it best.
 ///  * spark-dsg: the JSON of Spark-DSG (see sparkDsgJson()).
 Choices worldFormats();
 

@@ -22,6 +22,21 @@ namespace {
 /// take long.
 constexpr std::size_t mostSaved = 3;
 
+/// Whether an image could be labeled. Where it could not, the next one may be.
+template <class Work>
+bool tried(const char* what, const Work& work) {
+  try {
+    work();
+    return true;
+  } catch (const FrameError&) {
+  } catch (const Error&) {
+    throw;
+  } catch (...) {
+    frameFailure(what);
+  }
+  return false;
+}
+
 /// The same part of the view in an image of another size.
 cv::Rect inImage(const cv::Rect& box, const cv::Size& from, const cv::Size& to) {
   const double x = static_cast<double>(to.width) / from.width,
@@ -52,8 +67,11 @@ std::vector<LabelProbability> bestWords(const std::vector<double>& pooled, const
 ObjectLayer::ObjectLayer(WorldStore& store, const Vocabulary& vocabulary, const InstanceMapOptions& options,
                          Labeler* labeler, std::size_t crops)
     : store_(store), vocabulary_(vocabulary), options_(options), labeler_(labeler), crops_(crops) {
-  if (labeler_ != nullptr) store_.putRegionLabels(labeler_->regionLabels());
   regionLabels_ = store_.regionLabels();
+  if (labeler_ != nullptr && labeler_->regionLabels() != regionLabels_) {
+    regionLabels_ = labeler_->regionLabels();
+    store_.putRegionLabels(regionLabels_);
+  }
   for (LabeledSegment& view : store_.views())
     labeled_.emplace(SegmentPlace(view.frame, view.segment), std::move(view));
 }
@@ -86,16 +104,7 @@ void ObjectLayer::label(std::size_t frame, const Observation& seen, const cv::Ma
     const Observation::Segment& segment = seen.info[i];
     const cv::Mat crop = cropObject(image, inImage(segment.box, seen.depth.size(), image.size()));
     LabeledSegment labeled{frame, i + 1, value(i)};
-    try {
-      labeled.words = labelCrop(crop);
-    } catch (const FrameError&) {  // the next image may be labeled
-      continue;
-    } catch (const Error&) {
-      throw;
-    } catch (...) {
-      frameFailure("an image of an object");
-      continue;
-    }
+    if (!tried("an image of an object", [&] { labeled.words = labelCrop(crop); })) continue;
     store_.putView(labeled, encodeImage(crop));
     instances_->labeled({frame, i + 1});
     labeled_.emplace(SegmentPlace(frame, i + 1), std::move(labeled));
@@ -110,15 +119,9 @@ void ObjectLayer::labelRegions(std::size_t frame, const Observation& seen, const
   for (const Observation::Segment& segment : seen.info)
     regions.emplace_back(segment.box.x / width, segment.box.y / height, segment.box.width / width,
                          segment.box.height / height);
-  try {
-    const std::vector<LexicalDescriptor> words = labeler_->labelRegions(image, regions);
-    for (std::size_t i = 0; i < words.size(); ++i) store_.putSegmentWords({frame, i + 1}, words[i]);
-  } catch (const FrameError&) {  // the next image may be labeled
-  } catch (const Error&) {
-    throw;
-  } catch (...) {
-    frameFailure("the objects of an image");
-  }
+  std::vector<LexicalDescriptor> words;
+  tried("the objects of an image", [&] { words = labeler_->labelRegions(image, regions); });
+  for (std::size_t i = 0; i < words.size(); ++i) store_.putSegmentWords({frame, i + 1}, words[i]);
 }
 
 /// By the members that are no detectors: a detector knows a thing among others, not cut out.

@@ -14,8 +14,8 @@ namespace estancia {
 /// {"id", "name"}; null where there is no such area.
 nlohmann::ordered_json areaReference(const WorldMap& world, int area);
 
-/// {"id", "name", "given_name", "size" [m²], "center": [x, y], "frames"}; given_name is null where nobody
-/// gave one.
+/// {"id", "name", "given_name", "predicted_room", "room_probability", "size" [m²], "center": [x, y],
+/// "frames"}; what nobody gave and no classifier told is null.
 nlohmann::ordered_json toJson(const WorldArea& area);
 
 /// {"id", "name", "probability", "given_name", "position": [x, y, z], "size": [x, y, z], "yaw", "support":

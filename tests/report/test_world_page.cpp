@@ -75,6 +75,13 @@ TEST(WorldPage, AMapWithoutLayersHasTodaysPage) {
   EXPECT_EQ(render({world}), renderMapPage({world.places}));
 }
 
+TEST(WorldPage, TheSearchFormHasAnExampleOnlyWhereAWordFindsAnObject) {
+  WorldMap world = sampleWorld();
+  EXPECT_THAT(render(withObjectImages(world)), HasSubstr("placeholder=\"e.g. "));
+  for (WorldObject& object : world.objects) object.words.clear();
+  EXPECT_EQ(count(render(withObjectImages(world)), "placeholder"), 0U);
+}
+
 TEST(WorldPage, ObjectsWithoutAPlanStandOnThePath) {
   WorldMap world = sampleWorld();
   world.plan.reset();

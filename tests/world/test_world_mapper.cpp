@@ -30,12 +30,12 @@ using test::FlatDrive;
 using test::ScratchFolder;
 
 /// Maps the drive's frames up to `end`, beginning or going on.
-void mapUpTo(const FlatDrive& drive, std::size_t end, const fs::path& file) {
+void mapUpTo(const FlatDrive& drive, std::size_t end, const fs::path& file, Labeler* labeler = nullptr) {
   const DescriptorSequence labeled = drive.labeled();
   MappingSession session =
       fs::exists(file) ? MappingSession::resume(file, labeled.vocabulary, labeled.model)
                        : MappingSession::create(file, labeled.vocabulary, labeled.model, MapperOptions{});
-  WorldMapper world(session);
+  WorldMapper world(session, {}, labeler);
   for (std::size_t i = session.frames(); i < end; ++i) {
     world.observe(drive.frame(i), labeled.descriptors.row(i), drive.image(i), drive.depth(i),
                   *drive.intrinsics());
@@ -204,18 +204,7 @@ TEST(WorldMapper, NamesObjectsByImagesOfThemAlsoWhereSomeCannotBeLabeled) {
   const ParcelDrive drive;
   MoodyLabeler labeler;
   const auto mapUntil = [&](std::size_t end, const fs::path& file) {
-    const DescriptorSequence labeled = drive.labeled();
-    MappingSession session =
-        fs::exists(file) ? MappingSession::resume(file, labeled.vocabulary, labeled.model)
-                         : MappingSession::create(file, labeled.vocabulary, labeled.model, MapperOptions{});
-    WorldMapper world(session, {}, &labeler);
-    for (std::size_t i = session.frames(); i < end; ++i) {
-      world.observe(drive.frame(i), labeled.descriptors.row(i), drive.image(i), drive.depth(i),
-                    *drive.intrinsics());
-      session.add(drive.frame(i), labeled.descriptors.row(i));
-    }
-    session.finish();
-    world.finish();
+    mapUpTo(drive, end, file, &labeler);
     return readWorld(file);
   };
   const WorldMap world = mapUntil(drive.size(), folder / "parcel.estancia");
@@ -261,23 +250,8 @@ TEST(WorldMapper, NamesObjectsByADetectorThatSeesThemAmongOthers) {
   const ScratchFolder folder;
   const ParcelDrive drive;
   StoveDetector detector;
-  const auto mapUntil = [&](std::size_t end, const fs::path& file) {
-    const DescriptorSequence labeled = drive.labeled();
-    MappingSession session =
-        fs::exists(file) ? MappingSession::resume(file, labeled.vocabulary, labeled.model)
-                         : MappingSession::create(file, labeled.vocabulary, labeled.model, MapperOptions{});
-    WorldMapper world(session, {}, &detector);
-    for (std::size_t i = session.frames(); i < end; ++i) {
-      world.observe(drive.frame(i), labeled.descriptors.row(i), drive.image(i), drive.depth(i),
-                    *drive.intrinsics());
-      session.add(drive.frame(i), labeled.descriptors.row(i));
-    }
-    session.finish();
-    world.finish();
-  };
   const fs::path file = folder / "stove.estancia";
-  mapUntil(20, file);
-  mapUntil(drive.size(), file);
+  for (const std::size_t end : {std::size_t{20}, drive.size()}) mapUpTo(drive, end, file, &detector);
   const auto expectStove = [&file] {
     const WorldMap world = readWorld(file);
     ASSERT_EQ(world.objects.size(), 1U);

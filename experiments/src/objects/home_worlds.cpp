@@ -13,6 +13,7 @@
 #include "estancia/world/evaluate_world.hpp"
 #include "estancia/world/world_mapper.hpp"
 #include "experiments/src/runner/config_lists.hpp"
+#include "experiments/src/runner/scratch_file.hpp"
 
 namespace estancia::experiments {
 namespace fs = std::filesystem;
@@ -24,22 +25,6 @@ const std::string kGiven = "given poses", kOwn = "own odometry";
 Choices waysToPoses() {
   return {{kGiven, "the true poses of the drive"}, {kOwn, "tracked from depth in the same pass"}};
 }
-
-/// A map file that is gone in the end.
-class ScratchWorld {
- public:
-  explicit ScratchWorld(fs::path path) : path_(std::move(path)) {}
-  ~ScratchWorld() {
-    std::error_code ignored;
-    fs::remove(path_, ignored);
-  }
-  ScratchWorld(const ScratchWorld&) = delete;
-  ScratchWorld& operator=(const ScratchWorld&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 /// Maps a drive whose frames are labeled. Returns the seconds that it took.
 double mapWorld(LabeledDrives& labeled, const LabeledDrive& drive, bool withPoses, const fs::path& file) {
@@ -98,7 +83,7 @@ CellResults mapHome(LabeledDrives& labeled, const NamedDrive& drive, bool withPo
     throw Error(
         ErrorCode::insufficientData,
         fmt::format("{} has no depth or no camera; areas and objects need both", drive.images.path.string()));
-  const ScratchWorld file(labeled.run().folder / ".world.estancia");
+  const ScratchFile file(labeled.run().folder / ".world.estancia");
   const double seconds = mapWorld(labeled, known, withPoses, file.path());
   std::vector<std::string> images;
   for (const Frame& frame : known.recording.frames) images.push_back(frame.name);

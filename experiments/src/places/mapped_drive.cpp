@@ -11,17 +11,12 @@
 namespace estancia::experiments {
 
 ScratchMap::ScratchMap(const DescriptorSequence& recording, std::filesystem::path path)
-    : path_(std::move(path)) {
+    : ScratchFile(std::move(path)) {
   auto session =
-      MappingSession::create(path_, recording.vocabulary, recording.model, {}, ExistingMap::replace);
+      MappingSession::create(this->path(), recording.vocabulary, recording.model, {}, ExistingMap::replace);
   for (std::size_t i = 0; i < recording.frames.size(); ++i)
     session.add(recording.frames[i], recording.descriptors.row(i));
   session.finish();
-}
-
-ScratchMap::~ScratchMap() {
-  std::error_code ignored;
-  std::filesystem::remove(path_, ignored);
 }
 
 LocalizationAccuracy findDrive(const DescriptorSequence& queries, std::shared_ptr<const LocalizerMap> map,

@@ -9,21 +9,15 @@
 #include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/topology/accuracy.hpp"
 #include "estancia/topology/localizer_map.hpp"
+#include "experiments/src/runner/scratch_file.hpp"
 
 namespace estancia::experiments {
 
 /// A map in a file of its own, as `estancia map` makes it; gone in the end. Throws Error when it cannot be
 /// written.
-class ScratchMap {
+class ScratchMap : public ScratchFile {
  public:
   ScratchMap(const DescriptorSequence& recording, std::filesystem::path path);
-  ~ScratchMap();
-  ScratchMap(const ScratchMap&) = delete;
-  ScratchMap& operator=(const ScratchMap&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
 };
 
 /// Localizes the frames of `queries` in order, each answered `lookahead` frames later, with the other options
