@@ -60,9 +60,24 @@ std::map<std::string, std::size_t> placesPerRoom(const MapArguments& arguments,
 }
 
 /// How the camera was tracked; nothing where it was not.
-using Odometry = std::optional<RgbdTrajectory>;
+struct Odometry {
+  std::optional<RgbdTrajectory> trajectory;
+  MapLevel level;
+};
 
-Json summaryOf(const MapArguments& arguments, const RgbdTrajectory& odometry) {
+/// Says which way is up in the map.
+void addLevel(const MapArguments& arguments, const MapLevel& level, Json& json) {
+  if (!level.byPlanes)
+    spdlog::warn(
+        "no floor, table or walls were seen that tell which way is up: the camera is taken for upright; "
+        "heights, and what stands on what, may be off");
+  else if (!arguments.json)
+    fmt::print("  leveled by floor, tables and walls; the first camera was tilted by {:.1f}°\n", level.tilt);
+  json["leveled_by"] = level.byPlanes ? "planes" : "camera";
+  json["first_camera_tilt"] = level.tilt;
+}
+
+Json summaryOf(const MapArguments& arguments, const RgbdTrajectory& odometry, const MapLevel& level) {
   std::optional<TopologicalMap> map;
   const auto nameOf = [&](std::size_t frame) {
     if (!map) map = readMap(arguments.output);
@@ -75,6 +90,7 @@ Json summaryOf(const MapArguments& arguments, const RgbdTrajectory& odometry) {
                counted(odometry.poses.size(), "frame"), counted(odometry.loops.size(), "loop"));
   Json json;
   addCounts(json, odometry);
+  addLevel(arguments, level, json);
   addUntracked(json, odometry, nameOf);
   return json;
 }
@@ -96,7 +112,7 @@ Json summaryOf(const MapArguments& arguments, const MapRun& map, std::size_t ski
             {"transitions", mapper.transitions().size()},
             {"tau_join", mapper.thresholds().join},
             {"tau_revisit", mapper.thresholds().revisit}};
-  if (odometry) json["odometry"] = summaryOf(arguments, *odometry);
+  if (odometry.trajectory) json["odometry"] = summaryOf(arguments, *odometry.trajectory, odometry.level);
   return json;
 }
 
@@ -121,14 +137,14 @@ class Layers {
   }
   /// Writes them. Returns how the camera was tracked.
   Odometry finish() {
-    if (!mapper_) return std::nullopt;
+    if (!mapper_) return {};
     mapper_->finish();
     if (mapper_->viewsTooFar() > 0)
       spdlog::warn(
           "{} too far from the others for a floor plan and left out of it; `estancia check` looks "
           "at the poses",
           mapper_->viewsTooFar() == 1 ? "1 view is" : fmt::format("{} views are", mapper_->viewsTooFar()));
-    return mapper_->odometry();
+    return {mapper_->odometry(), mapper_->level().value_or(MapLevel{})};
   }
 
  private:

@@ -22,6 +22,9 @@ class MapPoses {
   /// Whether both keyframes belong to one part, as of the last update.
   bool areJoined(std::size_t a, std::size_t b) const { return part_[a] == part_[b]; }
 
+  /// How many frames belong to its part, as of the last update.
+  std::size_t framesOfPartOf(std::size_t k) const { return partFrames_[part_[k]]; }
+
   /// So many more frames hang on keyframe k.
   void count(std::size_t k, std::ptrdiff_t frames);
   /// Whether another part than the map has the most frames now.

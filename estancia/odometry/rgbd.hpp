@@ -66,8 +66,8 @@ struct RgbdTrajectory {
   };
   /// Frames without a pose.
   std::vector<Untracked> lost;
-  /// Frames that could not be tracked and whose pose is that of the prior, or else of a steady motion between
-  /// the tracked frames around them.
+  /// Frames that could not be tracked and whose pose is that of the prior, or else, of up to ten in a row
+  /// that do not fit each other, of a steady motion between the tracked frames around them.
   std::vector<Untracked> bridged;
   /// Frames.
   std::vector<std::size_t> keyframes;

@@ -24,6 +24,7 @@ using EdgeKind = odometry::KeyframeGraph::Kind;
 using odometry::LoopCandidates;
 
 constexpr double kUnknownTurn = 0.3, kUnknownShift = 0.5;  // [rad], [m] of a motion that nothing measured
+constexpr std::size_t kLongestBridge = 10;                 // frames; of more nobody knows the motion
 constexpr double kSettled = 1e-6;                          // [m]; smaller corrections are rounding errors
 
 std::optional<double> finite(const std::optional<double>& timestamp) {
@@ -213,11 +214,17 @@ std::string RgbdTracker::Impl::problemOf(std::size_t frame) const {
 
 RgbdTracker::Placement RgbdTracker::Impl::at(std::size_t frame) const {
   if (const auto pose = toldPose(frame)) return {poseOf(*pose), ""};
+  // Several frames that fit each other, but not the map, were taken elsewhere.
+  const bool isElsewhere = placed[frame] && map.framesOfPartOf(placed[frame]->keyframe) > 1;
+  const bool hasPrior = prior.at(frame).has_value();
+  if (isElsewhere && !hasPrior) return {std::nullopt, problemOf(frame)};
+  const std::size_t reach = hasPrior ? placed.size() : kLongestBridge;
   std::optional<TrackedFrame> before, after;
-  for (std::size_t i = frame; i-- > 0 && !before;)
+  for (std::size_t i = frame; i-- > 0 && frame - i <= reach && !before;)
     if (const auto pose = toldPose(i)) before = {i, *pose};
-  for (std::size_t i = frame + 1; i < placed.size() && !after; ++i)
+  for (std::size_t i = frame + 1; i < placed.size() && i - frame <= reach && !after; ++i)
     if (const auto pose = toldPose(i)) after = {i, *pose};
+  if (before && after && !hasPrior && after->frame - before->frame > kLongestBridge + 1) after.reset();
   const auto pose = odometry::bridged(frame, before, after, prior, options);
   return {pose ? std::optional(poseOf(*pose)) : std::nullopt, problemOf(frame)};
 }

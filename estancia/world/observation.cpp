@@ -6,8 +6,11 @@
 #include <cstdint>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 #include <vector>
 
+#include "estancia/cloud/inverse_depth.hpp"
+#include "estancia/cloud/segmentation_stages.hpp"
 #include "estancia/core/bytes.hpp"
 #include "estancia/core/fail.hpp"
 
@@ -96,8 +99,9 @@ cv::Mat depthOf(const Observation& observation) {
   return depth;
 }
 
-void findSegments(Observation& observation, const cv::Mat& image, const ClusterOptions& options) {
-  const Clusters found = findClusters(depthOf(observation), observation.camera, options);
+std::vector<Plane> findSegments(Observation& observation, const cv::Mat& image,
+                                const ClusterOptions& options) {
+  Clusters found = findClusters(depthOf(observation), observation.camera, options);
   observation.segments = cv::Mat(observation.depth.size(), CV_8U, cv::Scalar(0));
   observation.info.clear();
   cv::Mat colors;
@@ -115,6 +119,13 @@ void findSegments(Observation& observation, const cv::Mat& image, const ClusterO
     };
     observation.info.push_back({cluster.box, cluster.flat, cluster.atBorder, {mean(2), mean(1), mean(0)}});
   }
+  return std::move(found.planes);
+}
+
+std::vector<Plane> planesOf(const Observation& observation, const ClusterOptions& options) {
+  validate(options);
+  return removePlanes(inverseDepth(depthOf(observation), observation.camera, options.threads), options)
+      .planes;
 }
 
 std::string toBytes(const Observation& observation) {

@@ -45,9 +45,13 @@ struct Observation {
 /// (invalidInput) for other images and cameras.
 Observation observe(const cv::Mat& depth, const CameraIntrinsics& camera);
 
-/// Finds the segments of an observation, the 255 largest. `image`: BGR, the same view in any size; may be
-/// empty. Throws Error as findClusters().
-void findSegments(Observation& observation, const cv::Mat& image, const ClusterOptions& options);
+/// Finds the segments of an observation, the 255 largest, and returns the planes that it sees, in the
+/// camera's frame. `image`: BGR, the same view in any size; may be empty. Throws Error as findClusters().
+std::vector<Plane> findSegments(Observation& observation, const cv::Mat& image,
+                                const ClusterOptions& options);
+
+/// The planes alone. Throws Error as findClusters().
+std::vector<Plane> planesOf(const Observation& observation, const ClusterOptions& options);
 
 /// Its depth [m], CV_32F.
 cv::Mat depthOf(const Observation& observation);

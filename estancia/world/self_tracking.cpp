@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <span>
 #include <string>
 #include <tuple>
@@ -10,6 +11,8 @@
 
 #include "estancia/core/bytes.hpp"
 #include "estancia/core/fail.hpp"
+#include "estancia/core/planar_pose.hpp"
+#include "estancia/core/rigid.hpp"
 #include "estancia/topology/sqlite.hpp"
 
 namespace estancia {
@@ -22,7 +25,9 @@ constexpr const char* trackerTable =
     "PRIMARY KEY(kind, number))";
 /// Kinds of rows.
 constexpr const char *headRow = "head", *keyframeRow = "keyframe", *frameRow = "frame", *foldRow = "fold",
-                     *viewRow = "view";
+                     *viewRow = "view", *planesRow = "planes", *levelRow = "level";
+/// A map that is off by less is level.
+constexpr double sameLevel = 0.1 * std::numbers::pi / 180;
 
 auto numbersOf(const Pose& pose) {
   return std::tuple(pose.x, pose.y, pose.z, pose.qx, pose.qy, pose.qz, pose.qw);
@@ -51,14 +56,37 @@ Pose poseFrom(const std::string& row) {
   return pose;
 }
 
+std::string bytesOf(const cv::Vec3d& direction) {
+  ByteWriter bytes;
+  for (int i = 0; i < 3; ++i) bytes.number(direction[i]);
+  return bytes.bytes();
+}
+
+cv::Vec3d upFrom(ByteReader& bytes) {
+  cv::Vec3d up;
+  for (int i = 0; i < 3; ++i) up[i] = bytes.number<double>();
+  // Of unit length; and the first camera, which looks along x, is tilted by 45° or so at most.
+  if (!(std::abs(cv::norm(up) - 1) < 1e-3) || std::abs(up[0]) > 0.999) bytes.fail("there is no up");
+  return up;
+}
+
 SelfTracking::Fold foldFrom(const std::string& row) {
   ByteReader bytes = readerOfRow(row);
   SelfTracking::Fold fold;
-  for (int i = 0; i < 3; ++i) fold.up[i] = bytes.number<double>();
+  fold.up = upFrom(bytes);
   fold.revision = bytes.number<std::uint64_t>();
-  if (const double length = cv::norm(fold.up); !std::isfinite(length) || length < 0.1)
-    bytes.fail("there is no up");
   return fold;
+}
+
+cv::Vec3d levelFrom(const std::string& row) {
+  ByteReader bytes = readerOfRow(row);
+  return upFrom(bytes);
+}
+
+std::optional<Pose> turned(const std::optional<Pose>& pose, const cv::Vec3d& up,
+                           const cv::Affine3d& rotation) {
+  if (!pose || up == cv::Vec3d(0, 0, 1)) return pose;
+  return poseOf(rotation * rigidOf(*pose));
 }
 
 }  // namespace
@@ -66,6 +94,13 @@ SelfTracking::Fold foldFrom(const std::string& row) {
 bool SelfTracking::isOf(MapStore& store) {
   return Statement(store.database(), "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = 'tracker'")
       .next();
+}
+
+bool SelfTracking::hasLevel(MapStore& store) {
+  if (!isOf(store)) return false;
+  Statement row(store.database(), "SELECT 1 FROM tracker WHERE kind = ?1 LIMIT 1");
+  row.bindAll(levelRow);
+  return row.next();
 }
 
 SelfTracking::SelfTracking(MapStore& store, const CameraIntrinsics& camera, const RgbdOptions& options)
@@ -81,6 +116,10 @@ void SelfTracking::load() {
   newlyFolded_.clear();
   folded_.clear();
   fold_.reset();
+  planes_.clear();
+  newPlanes_.clear();
+  newLevel_ = false;
+  cv::Vec3d up(0, 0, 1);
   const std::size_t frames = store_.frameCount();
   RgbdTracker::State state;
   try {
@@ -92,6 +131,8 @@ void SelfTracking::load() {
       if (kind == keyframeRow) state.keyframes.push_back({number, rows.blob(2)});
       if (kind == frameRow) state.frames.push_back({number, rows.blob(2)});
       if (kind == foldRow) fold_ = foldFrom(rows.blob(2));
+      if (kind == levelRow) up = levelFrom(rows.blob(2));
+      if (kind == planesRow && number < frames) planes_.fromBytes(number, rows.blob(2));
       if (kind == viewRow && number < frames) folded_.emplace(number, poseFrom(rows.blob(2)));
     }
     if (state.head.empty())
@@ -104,15 +145,17 @@ void SelfTracking::load() {
   }
   if (tracker_->size() != frames)
     store_.database().failDamaged(fmt::format("its odometry has {} frames of {}", tracker_->size(), frames));
+  take(up);
   told_.resize(std::min(told_.size(), frames));
   while (told_.size() < frames) told_.push_back(store_.pose(told_.size()));
   compare(0, frames);
+  origin_ = origin();
 }
 
 /// Notes which of the frames were moved.
 void SelfTracking::compare(std::size_t first, std::size_t end) {
   for (std::size_t i = first; i < end; ++i)
-    if (const auto pose = tracker_->at(i).pose; !isSamePose(pose, told_[i])) {
+    if (const auto pose = leveled(tracker_->at(i).pose); !isSamePose(pose, told_[i])) {
       told_[i] = pose;
       corrections_.push_back({i, pose});
     }
@@ -134,23 +177,89 @@ std::optional<Pose> SelfTracking::add(const Frame& frame, DescriptorView descrip
   else if (placement.why.empty())  // what lies between two tracked frames is bridged
     while (first > 0 && !tracker_->at(first - 1).why.empty()) --first;
   compare(first, newest);
-  told_.push_back(placement.pose);
-  return placement.pose;
+  told_.push_back(leveled(placement.pose));
+  if (tracker_->revision() != revision || (!origin_ && told_.back())) {
+    const auto before = std::exchange(origin_, origin());
+    if (before && origin_ && *before != *origin_)
+      level();  // another part of the drive is the map: other axes
+  }
+  return told_.back();
 }
 
 std::vector<MappingSession::Correction> SelfTracking::takeCorrections() {
   return std::exchange(corrections_, {});
 }
 
-void SelfTracking::startFold(const Fold& fold) {
-  fold_ = fold;
+void SelfTracking::addPlanes(std::size_t frame, std::span<const Plane> planes) {
+  planes_.add(frame, planes);
+  newPlanes_.insert(frame);
+}
+
+void SelfTracking::dropPlanes(std::size_t frame) {
+  planes_.drop(frame);
+  newPlanes_.erase(frame);
+  Statement row(store_.database(), "DELETE FROM tracker WHERE kind = ?1 AND number = ?2");
+  row.bindAll(planesRow, frame);
+  row.execute();
+}
+
+void SelfTracking::level() {
+  const std::optional<cv::Vec3d> seen = planes_.up(told_);
+  std::vector<Pose> known;
+  if (!seen)
+    for (const auto& pose : told_)
+      if (pose) known.push_back(*pose);
+  const cv::Vec3d up = seen ? *seen : Floor(known).up();
+  leveled_.byPlanes = seen.has_value();
+  newLevel_ = newLevel_ || !hasLevel(store_);
+  if (std::acos(std::clamp(up[2], -1.0, 1.0)) > sameLevel) {
+    take(rotation_.rotation().t() * up);
+    newLevel_ = true;
+    // The latest frame is not in the map yet: its pose is asked for.
+    const std::size_t frames = std::min(told_.size(), store_.frameCount());
+    compare(0, frames);
+    for (std::size_t i = frames; i < told_.size(); ++i) told_[i] = leveled(tracker_->at(i).pose);
+  }
+  leveled_.tilt = std::acos(std::clamp(up_[2], -1.0, 1.0)) * 180 / std::numbers::pi;
+}
+
+/// `up` in the tracker's map.
+void SelfTracking::take(const cv::Vec3d& up) {
+  up_ = cv::normalize(up);
+  rotation_ = levelRotation(up_);
+}
+
+std::optional<Pose> SelfTracking::leveled(const std::optional<Pose>& pose) const {
+  return turned(pose, up_, rotation_);
+}
+
+/// The first frame that is in the map, whose camera the tracker takes for level.
+std::optional<std::size_t> SelfTracking::origin() const {
+  const auto first = std::ranges::find_if(told_, &std::optional<Pose>::has_value);
+  return first == told_.end() ? std::nullopt : std::optional(static_cast<std::size_t>(first - told_.begin()));
+}
+
+std::optional<Pose> SelfTracking::folded(std::size_t frame) const {
+  const auto pose = folded_.find(frame);
+  if (pose == folded_.end() || !fold_) return std::nullopt;
+  return turned(pose->second, fold_->up, levelRotation(fold_->up));
+}
+
+void SelfTracking::startFold() {
+  fold_ = {up_, tracker_->revision()};
   folded_.clear();
   newlyFolded_.clear();
   foldStarted_ = true;
 }
 
-void SelfTracking::addToFold(std::size_t frame, const Pose& pose) {
-  folded_[frame] = pose;
+bool SelfTracking::isFoldCurrent() const {
+  return fold_ && fold_->up == up_ && fold_->revision == tracker_->revision();
+}
+
+void SelfTracking::addToFold(std::size_t frame) {
+  const auto pose = tracker_->at(frame).pose;
+  if (!pose) return;
+  folded_[frame] = *pose;
   newlyFolded_.insert(frame);
 }
 
@@ -164,12 +273,13 @@ void SelfTracking::save() {
   put(headRow, 0, state.head);
   for (const auto& keyframe : state.keyframes) put(keyframeRow, keyframe.number, keyframe.bytes);
   for (const auto& frame : state.frames) put(frameRow, frame.number, frame.bytes);
+  for (const std::size_t frame : std::exchange(newPlanes_, {})) put(planesRow, frame, planes_.toBytes(frame));
+  if (std::exchange(newLevel_, false)) put(levelRow, 0, bytesOf(up_));
   if (std::exchange(foldStarted_, false)) {
     Statement(store_.database(), "DELETE FROM tracker WHERE kind = ?1", viewRow).execute();
-    ByteWriter bytes;
-    for (int i = 0; i < 3; ++i) bytes.number(fold_->up[i]);
-    bytes.number(fold_->revision);
-    put(foldRow, 0, bytes.bytes());
+    ByteWriter revision;
+    revision.number(fold_->revision);
+    put(foldRow, 0, bytesOf(fold_->up) + revision.bytes());
   }
   for (const std::size_t frame : std::exchange(newlyFolded_, {}))
     put(viewRow, frame, bytesOf(folded_.at(frame)));
@@ -179,7 +289,11 @@ RgbdTrajectory SelfTracking::settle() {
   tracker_->settle();
   settled_ = true;
   compare(0, std::min(told_.size(), store_.frameCount()));
-  return tracker_->trajectory();
+  level();
+  RgbdTrajectory trajectory = tracker_->trajectory();
+  for (auto* poses : {&trajectory.poses, &trajectory.online})
+    for (std::optional<Pose>& pose : *poses) pose = leveled(pose);
+  return trajectory;
 }
 
 }  // namespace estancia

@@ -8,6 +8,7 @@
 #include <opencv2/core.hpp>
 #include <optional>
 #include <set>
+#include <span>
 #include <vector>
 
 #include "estancia/core/camera.hpp"
@@ -15,15 +16,20 @@
 #include "estancia/odometry/tracker.hpp"
 #include "estancia/topology/session.hpp"
 #include "estancia/topology/store.hpp"
+#include "estancia/world/leveling.hpp"
+#include "estancia/world/world_mapper.hpp"
 
 namespace estancia {
 
 /// An RgbdTracker whose state is rows of the map, in the transaction of its frames; so tracking goes on after
-/// a crash to the last bit as if nothing had happened.
+/// a crash to the last bit as if nothing had happened. The tracker takes the first camera for level; the
+/// map's poses are leveled: z is up by the planes that the views have seen.
 class SelfTracking {
  public:
   /// Whether the camera of the map's frames was tracked so.
   static bool isOf(MapStore& store);
+  /// Whether such a map is level; those of older programs are not.
+  static bool hasLevel(MapStore& store);
 
   /// Goes on where the map's rows end; the store must outlive it. Throws Error: invalidOption, unknownName;
   /// corruptFile; mismatch for other options or another camera than those of the map.
@@ -36,20 +42,35 @@ class SelfTracking {
   /// Earlier frames that are elsewhere than the map says; told once.
   std::vector<MappingSession::Correction> takeCorrections();
 
+  /// Its poses are not leveled.
   const RgbdTracker& tracker() const { return *tracker_; }
+  /// The frame's pose in the map, as it was told last.
+  const std::optional<Pose>& pose(std::size_t frame) const { return told_[frame]; }
+
+  /// What a frame saw; of the latest, or an earlier one.
+  void addPlanes(std::size_t frame, std::span<const Plane> planes);
+  void dropPlanes(std::size_t frame);
+  /// Levels the map by all that was seen so far, and moves the frames, unless it is level within 0.1°.
+  /// Without planes by the cameras: see Floor.
+  void level();
+  /// How level() did it the last time.
+  const MapLevel& leveled() const { return leveled_; }
 
   /// The layers were made of views at other poses than those that are known now: they follow from time to
-  /// time. To go on with the very layers, the map keeps what they were made with: the direction of up, the
-  /// tracker's revision, and the pose of each view that is in them.
+  /// time. To go on with the very layers, the map keeps what they were made with: the direction of up in the
+  /// tracker's map, the tracker's revision, and the pose of each view that is in them.
   struct Fold {
     cv::Vec3d up{0, 0, 1};
     std::uint64_t revision = 0;
   };
   const std::optional<Fold>& fold() const { return fold_; }
-  const std::map<std::size_t, Pose>& folded() const { return folded_; }
-  /// The layers are made anew; their views follow.
-  void startFold(const Fold& fold);
-  void addToFold(std::size_t frame, const Pose& pose);
+  /// The pose of a view in the layers; nothing where it is not in them.
+  std::optional<Pose> folded(std::size_t frame) const;
+  /// The layers are made anew, with the level and the poses of now; their views follow.
+  void startFold();
+  void addToFold(std::size_t frame);
+  /// Whether the layers were made with what is known now.
+  bool isFoldCurrent() const;
 
   /// Writes what has changed; to be called when all of a frame is in the map.
   void save();
@@ -61,6 +82,9 @@ class SelfTracking {
  private:
   void load();
   void compare(std::size_t first, std::size_t end);
+  void take(const cv::Vec3d& up);
+  std::optional<Pose> leveled(const std::optional<Pose>& pose) const;
+  std::optional<std::size_t> origin() const;
 
   MapStore& store_;
   CameraIntrinsics camera_;
@@ -69,10 +93,17 @@ class SelfTracking {
   bool settled_ = false;  ///< tracker_ is not that of the rows
   std::vector<std::optional<Pose>> told_;
   std::vector<MappingSession::Correction> corrections_;
+  Leveling planes_;
+  std::set<std::size_t> newPlanes_;  ///< since save()
+  cv::Vec3d up_{0, 0, 1};            ///< in the tracker's map
+  cv::Affine3d rotation_;            ///< from the tracker's map to the leveled one
+  bool newLevel_ = false;            ///< since save()
+  MapLevel leveled_;
+  std::optional<std::size_t> origin_;  ///< the first frame that is in the map
   std::optional<Fold> fold_;
-  std::map<std::size_t, Pose> folded_;
-  bool foldStarted_ = false;           ///< since save()
-  std::set<std::size_t> newlyFolded_;  ///< since save()
+  std::map<std::size_t, Pose> folded_;  ///< in the tracker's map
+  bool foldStarted_ = false;            ///< since save()
+  std::set<std::size_t> newlyFolded_;   ///< since save()
 };
 
 }  // namespace estancia

@@ -134,6 +134,7 @@ struct WorldMapper::Impl {
   bool isTracked = false;                // the poses are those of the odometry
   std::optional<SelfTracking> tracking;  // only where frames are to be tracked
   std::optional<RgbdTrajectory> odometry;
+  std::optional<MapLevel> level;
   std::vector<std::size_t> viewFrames;  // where tracked
   bool foldIsFinal = false;             // where tracked: the layers are those that finish() made
   std::optional<FloorSurvey> survey;
@@ -213,13 +214,22 @@ struct WorldMapper::Impl {
     return folded;
   }
 
+  /// Finds the segments, and returns the planes.
+  std::vector<Plane> lookAt(Observation& seen, const cv::Mat& image) const {
+    return layers.objects ? findSegments(seen, image, options.segments) : planesOf(seen, options.segments);
+  }
+  void put(const Observation& seen, DescriptorView descriptor) {
+    store.putObservation(poses.size() - 1, seen);
+    pending.assign(descriptor.begin(), descriptor.end());
+  }
+
   // ---- where the camera is tracked
   void startTracking(const CameraIntrinsics& camera);
   std::optional<Pose> track(const Frame& frame, DescriptorView descriptor, const cv::Mat& image,
                             const cv::Mat& depth);
   void takeCorrections();
   bool isNewTracked(std::size_t frame);
-  bool addTracked(const Observation& seen, DescriptorView descriptor);
+  bool addTracked(Observation& seen, DescriptorView descriptor, const cv::Mat& image);
   void loadFold();
   void foldFinally();
 
@@ -264,19 +274,14 @@ void WorldMapper::Impl::loadFold() {
   foldIsFinal = false;
   viewFrames.clear();
   cells = {};
-  floor.reset();
   store.forEachObservation([&](std::size_t frame, const Observation& seen) {
     if (frame >= poses.size()) return true;
     viewFrames.push_back(frame);
     if (seen.seenFrom) cells.add(frame, *seen.seenFrom);
     return true;
   });
-  if (!tracking->fold()) return;
-  floor.emplace(tracking->fold()->up);
-  rebuild([&folded = tracking->folded()](std::size_t frame) {
-    const auto pose = folded.find(frame);
-    return pose == folded.end() ? std::nullopt : std::optional(pose->second);
-  });
+  floor.emplace(cv::Vec3d(0, 0, 1));
+  if (tracking->fold()) rebuild([this](std::size_t frame) { return tracking->folded(frame); });
 }
 
 /// Whether the tracked frame shows something new. Its pose need not be known: the part of the drive that it
@@ -287,6 +292,7 @@ bool WorldMapper::Impl::isNewTracked(std::size_t frame) {
   // The camera was lost there for ever: a camera in the dark shall not fill the file.
   while (!viewFrames.empty() && !tracker.motion(viewFrames.back(), viewFrames.back())) {
     store.dropObservation(viewFrames.back());
+    tracking->dropPlanes(viewFrames.back());
     viewFrames.pop_back();
   }
   if (viewFrames.empty()) return true;
@@ -294,25 +300,29 @@ bool WorldMapper::Impl::isNewTracked(std::size_t frame) {
   return !motion || (isMoved(rigidOf(*motion)) && (!poses[frame] || cells.wants(frame, *poses[frame])));
 }
 
-/// Adds a view to the layers. From time to time they are made anew, of all views at the poses that are known
-/// now. Returns whether it is in them.
-bool WorldMapper::Impl::addTracked(const Observation& seen, DescriptorView descriptor) {
+/// Adds a view to the layers. From time to time the map is leveled, and they are made anew, of all views at
+/// the poses that are known now. Returns whether it is in them.
+bool WorldMapper::Impl::addTracked(Observation& seen, DescriptorView descriptor, const cv::Mat& image) {
   const std::size_t frame = poses.size() - 1;
   viewFrames.push_back(frame);
+  tracking->addPlanes(frame, lookAt(seen, image));
+  const bool anew = isFoldedAnewAt(viewFrames.size());
+  if (anew) {
+    tracking->level();
+    takeCorrections();
+    poses[frame] = tracking->pose(frame);
+  }
+  seen.seenFrom = poses[frame];
   if (seen.seenFrom) cells.add(frame, *seen.seenFrom);
-  const std::uint64_t revision = tracking->tracker().revision();
-  if (isFoldedAnewAt(viewFrames.size())) {
-    const cv::Vec3d up = floorOfPoses().up();
-    if (!floor || !isSameFloor(Floor(up)) || tracking->fold()->revision != revision) {
-      floor.emplace(up);
-      tracking->startFold({up, revision});
-      for (const std::size_t view : viewFrames)
-        if (poses[view]) tracking->addToFold(view, *poses[view]);
-      return rebuild();
-    }
+  put(seen, descriptor);
+  if (anew && !tracking->isFoldCurrent()) {
+    tracking->startFold();
+    for (const std::size_t view : viewFrames)
+      if (poses[view]) tracking->addToFold(view);
+    return rebuild();
   }
   if (!poses[frame]) return false;
-  tracking->addToFold(frame, *poses[frame]);
+  tracking->addToFold(frame);
   return fold(frame, seen, descriptor, *poses[frame]);
 }
 
@@ -320,10 +330,11 @@ bool WorldMapper::Impl::addTracked(const Observation& seen, DescriptorView descr
 void WorldMapper::Impl::foldFinally() {
   if (tracking) {
     odometry = tracking->settle();
+    level = tracking->leveled();
     takeCorrections();
   }
   foldIsFinal = true;
-  floor = floorOfPoses();
+  floor = tracking || SelfTracking::hasLevel(session.store) ? Floor(cv::Vec3d(0, 0, 1)) : floorOfPoses();
   rebuild();
 }
 
@@ -375,15 +386,19 @@ std::optional<Pose> WorldMapper::observe(const Frame& frame, DescriptorView desc
         impl.session.store.database().path().string());
   const std::size_t index = impl.poses.size();
   impl.addFrame(impl.tracking ? impl.track(frame, descriptor, image, depth) : frame.pose, descriptor);
-  const std::optional<Pose> pose = impl.poses.back();
+  const std::optional<Pose>& pose = impl.poses.back();
   const bool isNew = impl.tracking ? impl.isNewTracked(index) : pose && impl.isNew(index, *pose);
   if (impl.inSpace() && !depth.empty() && isNew) {
     Observation seen = estancia::observe(depth, camera);
-    seen.seenFrom = pose;
-    if (impl.layers.objects) findSegments(seen, image, impl.options.segments);
-    impl.store.putObservation(index, seen);
-    impl.pending.assign(descriptor.begin(), descriptor.end());
-    const bool added = impl.tracking ? impl.addTracked(seen, descriptor) : impl.add(seen, descriptor, *pose);
+    bool added = false;
+    if (impl.tracking) {
+      added = impl.addTracked(seen, descriptor, image);
+    } else {
+      seen.seenFrom = pose;
+      if (impl.layers.objects) impl.lookAt(seen, image);
+      impl.put(seen, descriptor);
+      added = impl.add(seen, descriptor, *pose);
+    }
     if (added && impl.objects) impl.objects->label(index, seen, image);
   }
   if (impl.tracking) impl.tracking->save();
@@ -428,6 +443,10 @@ void WorldMapper::finish() {
 
 const std::optional<RgbdTrajectory>& WorldMapper::odometry() const {
   return impl_->odometry;
+}
+
+const std::optional<MapLevel>& WorldMapper::level() const {
+  return impl_->level;
 }
 
 std::size_t WorldMapper::viewsTooFar() const {

@@ -49,13 +49,22 @@ constexpr std::size_t mostFramesOfZones = 5000;
 /// for other drives, and where neither areas nor objects are wanted.
 std::optional<CameraIntrinsics> cameraToTrack(const Sequence& drive, const WorldOptions& options);
 
+/// How a map that tracks its camera itself was leveled.
+struct MapLevel {
+  /// By floor, tables, ceiling and walls; else by the cameras, which were taken for upright.
+  bool byPlanes = false;
+  /// Of the first camera [degrees].
+  double tilt = 0;
+};
+
 /// What a frame shows of the space is kept as an observation; areas and objects are a function of the
 /// observations and of the frames' poses. So they can be made again when the poses are corrected or the map
 /// is continued, and they never disagree.
 ///
 /// Where frames have no poses, the camera is tracked while they come, by RGB-D odometry. A loop closure moves
-/// the frames that it corrects at once, and what was seen from them when the number of views has grown by
-/// half or by a third, and in finish().
+/// the frames that it corrects at once. When the number of views has grown by half or by a third, and in
+/// finish(), the map is leveled by the planes that were seen, so that z is up, and what was seen is moved,
+/// too.
 class WorldMapper {
  public:
   /// Goes on with the layers of the session's map, if it has any. `labeler` names objects by images of them;
@@ -89,6 +98,8 @@ class WorldMapper {
 
   /// How the camera was tracked, after finish(); nothing where it was not.
   const std::optional<RgbdTrajectory>& odometry() const;
+  /// How that map was leveled.
+  const std::optional<MapLevel>& level() const;
 
   /// Views that were so far from the others that no floor plan holds them: an error of the poses, mostly.
   std::size_t viewsTooFar() const;

@@ -125,6 +125,27 @@ TEST(Rgbd, FramesWithoutDepthEndNoTracking) {
   EXPECT_THAT(trajectory.notes, IsEmpty());
 }
 
+TEST(Rgbd, BridgesNoLongerThanAnyoneKnowsTheMotion) {
+  Drive drive(turnAround(240, -216));
+  for (std::size_t i = 4; i < 14; ++i) drive.noDepthFile.insert(i);
+  EXPECT_THAT(bridgedFrames(trackRgbd(drive)), testing::SizeIs(10));
+  drive.noDepthFile.insert(14);
+  const auto longer = trackRgbd(drive);
+  EXPECT_THAT(longer.bridged, IsEmpty());
+  EXPECT_THAT(lostFrames(longer), testing::SizeIs(11));
+  EXPECT_LT(errorOf(longer, drive), 0.03) << "it goes on where it is";
+}
+
+TEST(Rgbd, FramesOfAnotherPlaceHaveNoPose) {
+  std::vector<Pose> path = turnAround(120, -104);
+  const std::vector<Pose> other = turnAround(120, -50);
+  path.insert(path.begin() + 8, other.begin() + 60, other.begin() + 66);
+  const Drive drive(path);
+  const auto trajectory = trackRgbd(drive, {.minLoopFeatures = 12}, wordsByHeading(drive));
+  EXPECT_THAT(lostFrames(trajectory), ElementsAre(8, 9, 10, 11, 12, 13));
+  EXPECT_LT(errorOf(trajectory, drive), 0.02);
+}
+
 TEST(Rgbd, TimeWithoutDepthIsNotTimeWithoutImages) {
   Drive drive(turnAround(120, -114));
   drive.stamp({0, 0.6, 1.2, 1.8, 2.4, 3});
