@@ -97,6 +97,8 @@ void run(const RouteArguments& arguments) {
   if (arguments.json) return print(toJson(nodeNumber(arguments.to) ? "" : arguments.to, found, world));
   printGoal(found, arguments, world);
   printRoute(found, world);
+  for (const CrossedRegion& crossed : found.crossed)
+    fmt::print("{}\n", crossedText(crossed, arguments.options));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <queue>
 #include <set>
 
@@ -19,8 +20,10 @@ namespace {
 constexpr double stationWidth = 0.15;
 /// The robot came by again where it is this near to where it was [m].
 constexpr double crossing = 0.4;
-/// What a meter outside of the route's places costs.
-constexpr double outsideFactor = 2;
+/// Another floor is farther up [m].
+constexpr double sameHeight = 0.5;
+/// Of equally long ways the one through fewer places: going over to another one costs so much more [m].
+constexpr double changeOfPlace = 0.3;
 
 using StationCell = std::array<long, 2>;
 
@@ -44,18 +47,28 @@ void visitAround(const Cells& cells, const cv::Point2d& at, double width, const 
 
 }  // namespace
 
-DrivenWays::DrivenWays(const WorldMap& world, const RouteOptions& options, std::vector<double> factors)
-    : world_(world), bidirectional_(options.bidirectional), factors_(std::move(factors)) {
-  factors_.resize(world.places.nodes.size(), 1);
+DrivenWays::DrivenWays(const WorldMap& world, int from, const RouteOptions& options, const RegionCosts& costs)
+    : world_(world),
+      bidirectional_(options.bidirectional),
+      regions_(costs),
+      framesOf_(world.places.nodes.size()) {
+  world.places.getNode(from);
   const Floor floor = floorOf(world);
   for (const MappedFrame& frame : world.places.frames) {
     positions_.emplace_back();
-    if (frame.pose && frame.pose->isPlausible() &&
-        indexOf(world.places, frame.node) < world.places.nodes.size())
-      positions_.back() = floor.position({frame.pose->x, frame.pose->y, frame.pose->z});
+    heights_.push_back(0);
+    const std::size_t place = indexOf(world.places, frame.node);
+    if (!frame.pose || !frame.pose->isPlausible() || place == framesOf_.size()) continue;
+    const cv::Vec3d at(frame.pose->x, frame.pose->y, frame.pose->z);
+    framesOf_[place].push_back(positions_.size() - 1);
+    positions_.back() = floor.position(at);
+    heights_.back() = floor.up().dot(at);
   }
   addStations();
   linkNeighbors();
+  startFrame_ = middleOf(from);
+  costs_.assign(stations_.size(), std::numeric_limits<double>::infinity());
+  if (startFrame_) findWays(stationOf_[*startFrame_]);
 }
 
 void DrivenWays::addStations() {
@@ -70,26 +83,35 @@ void DrivenWays::addStations() {
   std::optional<std::size_t> last;
   for (std::size_t i = 0; i < positions_.size(); ++i) {
     if (!positions_[i]) continue;
-    const std::size_t node = indexOf(map, map.frames[i].node);
+    const Station here{*positions_[i], heights_[i], indexOf(map, map.frames[i].node),
+                       i < world_.areaOfFrame.size() ? world_.areaOfFrame[i] : -1};
     std::size_t station = stations_.size();
-    visitAround(cells, *positions_[i], stationWidth, [&](std::size_t other) {
-      if (stations_[other].node == node && lengthOf(stations_[other].at, *positions_[i]) < stationWidth)
+    visitAround(cells, here.at, stationWidth, [&](std::size_t other) {
+      if (stations_[other].place == here.place && stations_[other].area == here.area &&
+          std::abs(stations_[other].height - here.height) < sameHeight &&
+          lengthOf(stations_[other].at, here.at) < stationWidth)
         station = std::min(station, other);
     });
     if (station == stations_.size()) {
-      stations_.push_back({*positions_[i], node});
-      cells[stationCellOf(*positions_[i], stationWidth)].push_back(station);
+      stations_.push_back(here);
+      cells[stationCellOf(here.at, stationWidth)].push_back(station);
     }
     stationOf_[i] = station;
     // Where a drive was continued the robot was carried: there is no transition.
     if (last && *last != station &&
-        (stations_[*last].node == node ||
-         driven.contains({map.nodes[stations_[*last].node].id, map.nodes[node].id}))) {
-      stations_[*last].next.push_back(station);
-      if (bidirectional_) stations_[station].next.push_back(*last);
-    }
+        (stations_[*last].place == here.place ||
+         driven.contains({map.nodes[stations_[*last].place].id, map.nodes[here.place].id})))
+      drive(*last, station);
     last = station;
   }
+}
+
+void DrivenWays::drive(std::size_t from, std::size_t to) {
+  stations_[from].next.push_back(to);
+  if (bidirectional_) stations_[to].next.push_back(from);
+  const cv::Point2d heading = stations_[to].at - stations_[from].at;
+  stations_[from].headings.push_back(heading);
+  stations_[to].headings.push_back(heading);
 }
 
 void DrivenWays::linkNeighbors() {
@@ -99,14 +121,22 @@ void DrivenWays::linkNeighbors() {
   for (std::size_t i = 0; i < stations_.size(); ++i) {
     Station& station = stations_[i];
     visitAround(cells, station.at, crossing, [&](std::size_t other) {
-      if (other != i && lengthOf(stations_[other].at, station.at) < crossing &&
-          !hasWallBetween(station.at, stations_[other].at))
-        station.next.push_back(other);
+      if (other != i && mayCross(station, stations_[other])) station.next.push_back(other);
     });
     std::ranges::sort(station.next);
     const auto repeated = std::ranges::unique(station.next);
     station.next.erase(repeated.begin(), repeated.end());
   }
+}
+
+bool DrivenWays::mayCross(const Station& from, const Station& to) const {
+  const cv::Point2d step = to.at - from.at;
+  // Many small steps across must not lead back along a lane.
+  const bool isForward = bidirectional_ || std::ranges::any_of(from.headings, [&step](const auto& heading) {
+                           return heading.dot(step) >= 0;
+                         });
+  return isForward && lengthOf(from.at, to.at) < crossing && std::abs(from.height - to.height) < sameHeight &&
+         !hasWallBetween(from.at, to.at);
 }
 
 bool DrivenWays::hasWallBetween(const cv::Point2d& from, const cv::Point2d& to) const {
@@ -121,73 +151,91 @@ bool DrivenWays::hasWallBetween(const cv::Point2d& from, const cv::Point2d& to) 
   return false;
 }
 
-std::optional<std::size_t> DrivenWays::middleOf(int node) const {
-  cv::Point2d sum;
-  double count = 0;
-  const auto visit = [&](const auto& take) {
-    for (std::size_t i = 0; i < positions_.size(); ++i)
-      if (positions_[i] && world_.places.frames[i].node == node) take(i, *positions_[i]);
-  };
-  visit([&](std::size_t, const cv::Point2d& at) { sum += at, ++count; });
-  std::optional<std::size_t> nearest;
-  visit([&](std::size_t i, const cv::Point2d& at) {
-    if (!nearest || lengthOf(at, sum / count) < lengthOf(*positions_[*nearest], sum / count)) nearest = i;
+std::optional<std::size_t> DrivenWays::middleOf(int node, const std::vector<int>& areas) const {
+  std::vector<std::size_t> frames = framesOf_[indexOf(world_.places, node)];
+  if (!areas.empty())
+    std::erase_if(frames, [&](std::size_t frame) {
+      return std::ranges::find(areas, world_.areaOfFrame[frame]) == areas.end();
+    });
+  if (frames.empty()) return std::nullopt;
+  const cv::Point2d sum = std::accumulate(frames.begin(), frames.end(), cv::Point2d(),
+                                          [this](auto at, auto frame) { return at + *positions_[frame]; });
+  return *std::ranges::min_element(frames, {}, [&](std::size_t frame) {
+    return lengthOf(*positions_[frame], sum / static_cast<double>(frames.size()));
   });
-  return nearest;
 }
 
-std::vector<std::size_t> DrivenWays::waysFrom(std::size_t start, const Route& route) const {
-  std::vector<double> factors = factors_;
-  for (std::size_t i = 0; i < factors.size(); ++i)
-    if (std::ranges::find(route.nodes, world_.places.nodes[i].id) == route.nodes.end())
-      factors[i] *= outsideFactor;
-  std::vector<std::size_t> before(stations_.size());
-  for (std::size_t i = 0; i < before.size(); ++i) before[i] = i;
-  std::vector<double> costs(stations_.size(), std::numeric_limits<double>::infinity());
+template <class Visit>
+void DrivenWays::visitPieces(const Station& from, const Station& to, const Visit& visit) const {
+  const double length = lengthOf(from.at, to.at);
+  const double width = world_.plan ? world_.plan->cells.cell() : length;
+  const double steps = std::max(2.0, 2 * std::ceil(length / width / 2));  // half of them nearer to each end
+  for (double i = 0; i < steps; ++i) {
+    const double part = (i + 0.5) / steps;
+    const Station& nearer = part < 0.5 ? from : to;
+    // Not all of the floor between frames was seen to be free.
+    int area = world_.plan ? areaAt(*world_.plan, from.at + (to.at - from.at) * part, 0) : -1;
+    if (area < 0) area = nearer.area;
+    visit(WayPiece{nearer.place, area, length / steps});
+  }
+}
+
+double DrivenWays::costBetween(const Station& from, const Station& to) const {
+  double cost = from.place == to.place ? 0 : changeOfPlace;
+  visitPieces(from, to,
+              [&](const WayPiece& piece) { cost += piece.length * regions_.at(piece.place, piece.area); });
+  return cost;
+}
+
+void DrivenWays::findWays(std::size_t start) {
+  before_.resize(stations_.size());
+  std::iota(before_.begin(), before_.end(), 0);
   using Entry = std::pair<double, std::size_t>;
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
-  costs[start] = 0;
+  costs_[start] = 0;
   open.emplace(0, start);
   while (!open.empty()) {
     const auto [cost, station] = open.top();
     open.pop();
-    if (cost > costs[station]) continue;
-    const Station& here = stations_[station];
-    for (const std::size_t next : here.next) {
-      const double factor = (factors[here.node] + factors[stations_[next].node]) / 2;
-      const double there = cost + factor * lengthOf(here.at, stations_[next].at);
-      if (!(there < costs[next])) continue;
-      costs[next] = there;
-      before[next] = station;
+    if (cost > costs_[station]) continue;
+    for (const std::size_t next : stations_[station].next) {
+      const double there = cost + costBetween(stations_[station], stations_[next]);
+      if (!(there < costs_[next])) continue;
+      costs_[next] = there;
+      before_[next] = station;
       open.emplace(there, next);
     }
   }
-  return before;
 }
 
-std::optional<DrivenWay> DrivenWays::along(const Route& route, std::size_t frame) const {
-  const auto start = middleOf(route.nodes.front());
-  if (!start || !positions_.at(frame)) return std::nullopt;
-  const std::size_t first = stationOf_[*start];
-  const std::vector<std::size_t> before = waysFrom(first, route);
-  DrivenWay way;
-  way.points.push_back(*positions_[frame]);
-  for (std::size_t at = stationOf_[frame]; at != first; at = before[at]) {
-    if (before[at] == at) return std::nullopt;
-    way.points.push_back(stations_[at].at);
+double DrivenWays::costTo(std::size_t frame) const {
+  return positions_.at(frame) ? costs_[stationOf_[frame]] : std::numeric_limits<double>::infinity();
+}
+
+std::optional<DrivenWay> DrivenWays::wayTo(std::size_t frame) const {
+  if (!(costTo(frame) < std::numeric_limits<double>::infinity())) return std::nullopt;
+  // From frame to frame: these are up to a station's width off it.
+  std::vector<Station> way{stations_[stationOf_[frame]]};
+  way.back().at = *positions_[frame];
+  for (std::size_t at = stationOf_[frame]; before_[at] != at; at = before_[at])
+    way.push_back(stations_[before_[at]]);
+  way.push_back(way.back());
+  way.back().at = *positions_[*startFrame_];
+  std::ranges::reverse(way);
+  DrivenWay driven{{way.front().at}, 0, {{way.front().place, way.front().area}}};
+  for (std::size_t i = 1; i < way.size(); ++i) {
+    if (way[i].at == way[i - 1].at) continue;
+    driven.points.push_back(way[i].at);
+    driven.length += lengthOf(way[i - 1].at, way[i].at);
+    visitPieces(way[i - 1], way[i], [&](const WayPiece& piece) {
+      WayPiece& last = driven.pieces.back();
+      if (last.place == piece.place && last.area == piece.area)
+        last.length += piece.length;
+      else
+        driven.pieces.push_back(piece);
+    });
   }
-  way.points.push_back(*positions_[*start]);
-  std::ranges::reverse(way.points);
-  const auto repeated = std::ranges::unique(way.points);
-  way.points.erase(repeated.begin(), repeated.end());
-  for (std::size_t i = 1; i < way.points.size(); ++i)
-    way.length += lengthOf(way.points[i - 1], way.points[i]);
-  return way;
-}
-
-std::optional<DrivenWay> DrivenWays::along(const Route& route) const {
-  const auto goal = middleOf(route.nodes.back());
-  return goal ? along(route, *goal) : std::nullopt;
+  return driven;
 }
 
 }  // namespace estancia

@@ -5,53 +5,105 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <limits>
+#include <utility>
 
-#include "estancia/core/fail.hpp"
-#include "estancia/core/label_words.hpp"
+#include "estancia/core/error.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/topology/places.hpp"
 #include "estancia/topology/ways.hpp"
-#include "estancia/world/area_names.hpp"
-#include "estancia/world/edit_areas.hpp"
 
 namespace estancia {
 namespace {
 
-/// The areas that a text means, also by their number.
-std::vector<int> regionAreas(const WorldMap& world, const std::string& text) {
-  std::vector<int> called = areasCalled(world, text);
-  if (!called.empty() || world.areas.empty()) return called;
-  try {
-    return {getArea(world, text).id};
-  } catch (const Error&) {
-    return {};
+/// The cheapest ways to places and frames: as driven, or, where the robot was carried and without poses, over
+/// the transitions between places.
+class WorldWays {
+ public:
+  WorldWays(const WorldMap& world, int from, const RegionCosts& costs, const RouteOptions& options)
+      : world_(world),
+        costs_(costs),
+        driven_(world, from, options, costs),
+        places_(world.places, from, options, placeFactors(world, costs)) {}
+
+  double costTo(std::size_t frame) const {
+    const double cost = driven_.costTo(frame);
+    return isReached(cost) ? cost : places_.costTo(world_.places.frames[frame].node);
   }
+  bool reaches(std::size_t frame) const { return isReached(costTo(frame)); }
+  double costToNode(int node) const {
+    const auto middle = driven_.middleOf(node);
+    return middle ? costTo(*middle) : places_.costTo(node);
+  }
+  bool reachesNode(int node) const { return isReached(costToNode(node)); }
+
+  WorldRoute routeTo(std::size_t frame) const {
+    if (auto way = driven_.wayTo(frame)) return driven(std::move(*way));
+    return overPlaces(world_.places.frames[frame].node);
+  }
+  WorldRoute routeToNode(int node) const {
+    const auto middle = driven_.middleOf(node);
+    return middle ? routeTo(*middle) : overPlaces(node);
+  }
+  const DrivenWays& driven() const { return driven_; }
+
+ private:
+  static bool isReached(double cost) { return cost < std::numeric_limits<double>::infinity(); }
+  static std::vector<double> placeFactors(const WorldMap& world, const RegionCosts& costs);
+  WorldRoute driven(DrivenWay way) const;
+  WorldRoute overPlaces(int node) const;
+  void tellCrossed(WorldRoute& found, const std::vector<WayPiece>& pieces) const;
+
+  const WorldMap& world_;
+  RegionCosts costs_;
+  DrivenWays driven_;
+  Ways places_;
+};
+
+std::vector<double> WorldWays::placeFactors(const WorldMap& world, const RegionCosts& costs) {
+  std::vector<double> factors;
+  for (const int area : areasOfNodes(world)) factors.push_back(costs.at(factors.size(), area));
+  return factors;
 }
 
-[[noreturn]] void failUnknownRegion(const WorldMap& world, const std::string& text) {
-  std::vector<std::string> known;
-  for (const WorldArea& area : world.areas)
-    known.push_back(fmt::format("{} ({})", area.id, area.displayName()));
-  fail(ErrorCode::unknownName, "the map has no area, room or label \"{}\"{}", printable(text),
-       known.empty() ? "" : fmt::format("; its areas are {}", fmt::join(known, ", ")));
+WorldRoute WorldWays::driven(DrivenWay way) const {
+  WorldRoute found{.route = {{}, way.length, true}};
+  for (const WayPiece& piece : way.pieces) {
+    const int node = world_.places.nodes[piece.place].id;
+    if (found.route.nodes.empty() || found.route.nodes.back() != node) found.route.nodes.push_back(node);
+    if (piece.area >= 0 && (found.areas.empty() || found.areas.back() != piece.area))
+      found.areas.push_back(piece.area);
+  }
+  tellCrossed(found, way.pieces);
+  found.driven = std::move(way);
+  return found;
 }
 
-/// Whether each node is in the region.
-std::vector<bool> nodesIn(const WorldMap& world, const std::vector<int>& areas, const std::string& text) {
-  const TopologicalMap& map = world.places;
-  std::vector<bool> inside(map.nodes.size());
-  if (const std::vector<int> region = regionAreas(world, text); !region.empty()) {
-    for (std::size_t i = 0; i < inside.size(); ++i)
-      inside[i] = std::ranges::find(region, areas[i]) != region.end();
-    return inside;
+WorldRoute WorldWays::overPlaces(int node) const {
+  WorldRoute found{.route = places_.routeTo(node)};
+  const std::vector<int> areas = areasOfNodes(world_);
+  std::vector<WayPiece> pieces;
+  for (const int id : found.route.nodes) {
+    const std::size_t place = indexOf(world_.places, id);
+    pieces.push_back({place, areas[place]});
+    if (areas[place] >= 0 && (found.areas.empty() || found.areas.back() != areas[place]))
+      found.areas.push_back(areas[place]);
   }
-  const std::vector<Place> places = placesOf(map);
-  for (std::size_t i = 0; i < inside.size(); ++i) inside[i] = sameWords(places[i].displayRoom(), text);
-  if (std::ranges::find(inside, true) != inside.end()) return inside;
-  if (findMeaning(map, text).empty()) failUnknownRegion(world, text);
-  for (const PlaceAnswer& answer : ask(map, text, map.nodes.size()).places)
-    inside[indexOf(map, answer.node)] = answer.isLikely() && answer.lift > 1;
-  return inside;
+  tellCrossed(found, pieces);
+  return found;
+}
+
+void WorldWays::tellCrossed(WorldRoute& found, const std::vector<WayPiece>& pieces) const {
+  for (const MapRegion& region : costs_.avoid) {
+    const auto isInside = [&region](const WayPiece& piece) { return region.holds(piece.place, piece.area); };
+    if (std::ranges::none_of(pieces, isInside)) continue;
+    CrossedRegion crossed{region.name};
+    for (const WayPiece& piece : pieces) crossed.length += isInside(piece) ? piece.length : 0;
+    crossed.why = isInside(pieces.back())    ? CrossedRegion::Why::goal
+                  : isInside(pieces.front()) ? CrossedRegion::Why::start
+                                             : CrossedRegion::Why::detour;
+    found.crossed.push_back(std::move(crossed));
+  }
 }
 
 /// Nodes of these areas; of those without one, nodes of which a frame is in them.
@@ -67,18 +119,25 @@ std::vector<int> nodesOfAreas(const WorldMap& world, const std::vector<int>& are
   return nodes;
 }
 
-WorldRoute routeToAreas(const WorldMap& world, int from, const std::vector<int>& areas, const Ways& ways,
+WorldRoute routeToAreas(const WorldMap& world, int from, const std::vector<int>& areas, const WorldWays& ways,
                         const RouteOptions& options) {
   const std::vector<int> nodes = nodesOfAreas(world, areas);
   const std::string& name = world.findArea(areas.front())->displayName();
   if (nodes.empty())
     throw NoAnswerError(fmt::format("the robot was never in \"{}\", only looked into it", name));
-  const int goal = *std::ranges::min_element(nodes, {}, [&ways](int node) { return ways.costTo(node); });
-  if (!ways.reaches(goal))
+  // The middle of a place may lie in another area than most of it.
+  const auto frameOf = [&](int node) { return ways.driven().middleOf(node, areas); };
+  const int goal = *std::ranges::min_element(nodes, {}, [&](int node) {
+    const auto frame = frameOf(node);
+    return frame ? ways.costTo(*frame) : ways.costToNode(node);
+  });
+  const auto frame = frameOf(goal);
+  if (!(frame ? ways.reaches(*frame) : ways.reachesNode(goal)))
     throw NoAnswerError(
         fmt::format("there is no way from node {} to \"{}\"{}", from, name, whyNoWay(options)));
-  const int area = areas.size() == 1 ? areas.front() : world.areaOfNode(goal);
-  return {.route = ways.routeTo(goal), .area = area};
+  WorldRoute found = frame ? ways.routeTo(*frame) : ways.routeToNode(goal);
+  found.area = areas.size() == 1 ? areas.front() : frame ? world.areaOfFrame[*frame] : world.areaOfNode(goal);
+  return found;
 }
 
 struct FacedObject {
@@ -87,31 +146,30 @@ struct FacedObject {
   std::optional<ViewPose> pose = {};
 };
 
-/// A pose that faces the object, in a place that can be reached.
-std::optional<ViewPose> findPose(const WorldMap& world, const ViewPoses& poses, const WorldObject& object,
-                                 const Ways& ways) {
-  return poses.find(object, [&](std::size_t frame) { return ways.reaches(world.places.frames[frame].node); });
+/// A pose that faces the object, where the robot can get.
+std::optional<ViewPose> findPose(const ViewPoses& poses, const WorldObject& object, const WorldWays& ways) {
+  return poses.find(object, [&](std::size_t frame) { return ways.reaches(frame); });
 }
 
 std::optional<WorldRoute> routeToObject(const WorldMap& world, const std::vector<ObjectAnswer>& answers,
-                                        const Ways& ways, const RouteOptions& options) {
+                                        const WorldWays& ways, const RouteOptions& options) {
   const ViewPoses poses(world, options.viewAngle);
-  const auto nodeOf = [&world](std::size_t frame) { return world.places.frames[frame].node; };
   std::vector<FacedObject> goals;
   goals.reserve(answers.size());
   for (const ObjectAnswer& answer : answers)
-    goals.push_back(
-        {answer, answer.probability, findPose(world, poses, *world.findObject(answer.object), ways)});
+    goals.push_back({answer, answer.probability, findPose(poses, *world.findObject(answer.object), ways)});
   std::erase_if(goals, [](const FacedObject& goal) { return !goal.pose; });
   const FacedObject* goal = chooseGoal(goals, options.tolerance, [&](const FacedObject& candidate) {
-    return ways.costTo(nodeOf(candidate.pose->frame));
+    return ways.costTo(candidate.pose->frame);
   });
   if (goal == nullptr) return std::nullopt;
-  return WorldRoute{
-      .route = ways.routeTo(nodeOf(goal->pose->frame)), .object = goal->answer, .pose = goal->pose};
+  WorldRoute found = ways.routeTo(goal->pose->frame);
+  found.object = goal->answer;
+  found.pose = goal->pose;
+  return found;
 }
 
-WorldRoute routeToMeaning(const WorldMap& world, int from, const std::string& to, const Ways& ways,
+WorldRoute routeToMeaning(const WorldMap& world, int from, const std::string& to, const WorldWays& ways,
                           const RouteOptions& options) {
   const WorldAnswers answers = askWorld(world, to, world.places.nodes.size(), world.objects.size());
   if (!answers.areas.empty()) return routeToAreas(world, from, answers.areas, ways, options);
@@ -123,85 +181,67 @@ WorldRoute routeToMeaning(const WorldMap& world, int from, const std::string& to
     objects.clear();
   if (auto route = routeToObject(world, objects, ways, options)) return *route;
   const PlaceAnswer* goal = chooseGoal(answers.places, options.tolerance, [&ways](const PlaceAnswer& answer) {
-    return ways.costTo(answer.node);
+    return ways.costToNode(answer.node);
   });
   if (goal == nullptr)
     throw NoAnswerError(fmt::format("no {} with \"{}\" can be reached from node {}{}",
                                     answers.places.empty() ? "object" : "place", printable(to), from,
                                     whyNoWay(options)));
-  return {.route = ways.routeTo(goal->node), .place = *goal, .meaning = {answers.labels, answers.rooms}};
+  WorldRoute found = ways.routeToNode(goal->node);
+  found.place = *goal;
+  found.meaning = {answers.labels, answers.rooms};
+  return found;
 }
 
 }  // namespace
-
-std::vector<double> costFactors(const WorldMap& world, const RegionPreferences& preferences,
-                                const RouteOptions& options) {
-  std::vector<double> factors(world.places.nodes.size(), 1);
-  const std::vector<int> areas = areasOfNodes(world);
-  const auto weigh = [&](const std::vector<std::string>& regions, double factor) {
-    std::vector<bool> inside(factors.size());
-    for (const std::string& region : regions) {
-      const std::vector<bool> nodes = nodesIn(world, areas, region);
-      for (std::size_t i = 0; i < inside.size(); ++i) inside[i] = inside[i] || nodes[i];
-    }
-    for (std::size_t i = 0; i < inside.size(); ++i)
-      if (inside[i]) factors[i] *= factor;
-  };
-  weigh(preferences.avoid, options.avoidFactor);
-  weigh(preferences.prefer, options.preferFactor);
-  return factors;
-}
 
 WorldRoute routeInWorld(const WorldMap& world, int from, int to, const RegionPreferences& preferences,
                         const RouteOptions& options) {
   validate(options);
   world.places.getNode(to);
-  const std::vector<double> factors = costFactors(world, preferences, options);
-  const Ways ways(world.places, from, options, factors);
-  if (!ways.reaches(to))
+  const WorldWays ways(world, from, regionCosts(world, preferences, options), options);
+  if (!ways.reachesNode(to))
     throw NoAnswerError(
         fmt::format("there is no way from node {} to node {}{}", from, to, whyNoWay(options)));
-  WorldRoute found{.route = ways.routeTo(to)};
-  found.driven = DrivenWays(world, options, factors).along(found.route);
-  return found;
+  return ways.routeToNode(to);
 }
 
 WorldRoute routeInWorld(const WorldMap& world, int from, const std::string& to,
                         const RegionPreferences& preferences, const RouteOptions& options) {
   validate(options);
-  const std::vector<double> factors = costFactors(world, preferences, options);
-  WorldRoute found = routeToMeaning(world, from, to, Ways(world.places, from, options, factors), options);
-  const DrivenWays driven(world, options, factors);
-  found.driven = found.pose ? driven.along(found.route, found.pose->frame) : driven.along(found.route);
-  return found;
+  const WorldWays ways(world, from, regionCosts(world, preferences, options), options);
+  return routeToMeaning(world, from, to, ways, options);
 }
 
 std::vector<std::optional<WorldRoute>> routesToObjects(const WorldMap& world, int from,
                                                        const RouteOptions& options) {
   validate(options);
-  const Ways ways(world.places, from, options);
+  const WorldWays ways(world, from, {}, options);
   const ViewPoses poses(world, options.viewAngle);
-  const DrivenWays driven(world, options);
   std::vector<std::optional<WorldRoute>> routes;
   for (const WorldObject& object : world.objects) {
     routes.emplace_back();
-    const std::optional<ViewPose> pose = findPose(world, poses, object, ways);
+    const std::optional<ViewPose> pose = findPose(poses, object, ways);
     if (!pose) continue;
-    WorldRoute found{.route = ways.routeTo(world.places.frames[pose->frame].node), .pose = pose};
-    found.driven = driven.along(found.route, pose->frame);
-    routes.back() = std::move(found);
+    routes.back() = ways.routeTo(pose->frame);
+    routes.back()->pose = pose;
   }
   return routes;
 }
 
-std::vector<int> areasAlong(const WorldMap& world, const Route& route) {
-  std::vector<int> along;
-  const std::vector<int> areas = areasOfNodes(world);
-  for (const int node : route.nodes)
-    if (const int area = areas[indexOf(world.places, node)];
-        area >= 0 && (along.empty() || along.back() != area))
-      along.push_back(area);
-  return along;
+std::string crossedText(const CrossedRegion& crossed, const RouteOptions& options) {
+  const std::string where =
+      crossed.length > 0 ? fmt::format("{:.1f} m of the way are", crossed.length) : "The way is partly";
+  switch (crossed.why) {
+    case CrossedRegion::Why::goal:
+      return fmt::format("{} in \"{}\": the goal is there", where, printable(crossed.name));
+    case CrossedRegion::Why::start:
+      return fmt::format("{} in \"{}\": it starts there", where, printable(crossed.name));
+    case CrossedRegion::Why::detour:
+      break;
+  }
+  return fmt::format("{} in \"{}\": no way around it is known that costs less (--avoid-factor {})", where,
+                     printable(crossed.name), options.avoidFactor);
 }
 
 }  // namespace estancia

@@ -9,26 +9,33 @@
 #include "estancia/topology/route.hpp"
 #include "estancia/world/ask_world.hpp"
 #include "estancia/world/driven_way.hpp"
+#include "estancia/world/map_region.hpp"
 #include "estancia/world/view_pose.hpp"
 #include "estancia/world/world_map.hpp"
 
 namespace estancia {
 
-/// Regions that a robot behaves differently in (thesis 5.6): each is an area (its number or name, as
-/// getArea()), else a room of places (true or predicted), else words: the places that are likely to hold them
-/// (PlaceAnswer::isLikely()) and hold them more than the map's mean.
-struct RegionPreferences {
-  std::vector<std::string> avoid = {}, prefer = {};
+/// A region to be avoided that the way leads through all the same.
+struct CrossedRegion {
+  enum class Why {
+    goal,
+    start,
+    /// There is no way around, or it is longer by more than RouteOptions::avoidFactor.
+    detour
+  };
+  /// As it was asked for.
+  std::string name;
+  /// Of the way in it [m]; 0 where it is not known along which positions it leads.
+  double length = 0;
+  Why why = Why::detour;
 };
 
-/// What a meter costs in each place, in the order of map.nodes: RouteOptions::avoidFactor and preferFactor,
-/// both where regions overlap. Throws Error (unknownName) where nothing has that name.
-std::vector<double> costFactors(const WorldMap& world, const RegionPreferences& preferences,
-                                const RouteOptions& options);
-
 struct WorldRoute {
-  /// Its cost is what is driven, whatever is avoided.
+  /// The places along the way; its cost is the length of `driven` where there is that.
   Route route;
+  /// The areas along it, each once in a row; none in a map without areas.
+  std::vector<int> areas = {};
+  std::vector<CrossedRegion> crossed = {};
   /// The area that the goal names; -1 for none.
   int area = -1;
   /// The object at the goal, and where to stand and look: in the last place of the route.
@@ -37,8 +44,9 @@ struct WorldRoute {
   /// The place that holds the words, where no area or object was found, and what the words matched.
   std::optional<PlaceAnswer> place = {};
   Meaning meaning = {};
-  /// The way on the floor, to the pose where there is one. Absent without poses, or where the frames between
-  /// were not driven one after the other.
+  /// The way on the floor, to the pose where there is one, else to the middle of a place. Absent without
+  /// poses, or where the frames between were not driven one after the other: then the way is that over the
+  /// transitions between places.
   std::optional<DrivenWay> driven = {};
 };
 
@@ -60,7 +68,7 @@ WorldRoute routeInWorld(const WorldMap& world, int from, const std::string& to,
 std::vector<std::optional<WorldRoute>> routesToObjects(const WorldMap& world, int from,
                                                        const RouteOptions& options = {});
 
-/// The areas along a route, each once in a row; none in a map without areas.
-std::vector<int> areasAlong(const WorldMap& world, const Route& route);
+/// A sentence about it.
+std::string crossedText(const CrossedRegion& crossed, const RouteOptions& options);
 
 }  // namespace estancia

@@ -35,6 +35,13 @@ Json wayJson(const DrivenWay& way) {
   return {{"length", inMillimeters(way.length)}, {"path", path}};
 }
 
+Json crossedJson(const CrossedRegion& crossed) {
+  constexpr const char* why[] = {"goal", "start", "detour"};
+  return {{"region", crossed.name},
+          {"length", crossed.length > 0 ? Json(inMillimeters(crossed.length)) : Json(nullptr)},
+          {"why", why[static_cast<int>(crossed.why)]}};
+}
+
 Json momentJson(const MappedFrame& frame) {
   return {{"frame", frame.name}, {"time", frame.timestamp ? Json(*frame.timestamp) : Json(nullptr)}};
 }
@@ -101,6 +108,7 @@ Json toJson(const std::string& words, const WorldAnswers& answers, const WorldMa
 
 Json toJson(const std::string& words, const WorldRoute& found, const WorldMap& world) {
   Json json = toJson(found.route);
+  if (found.driven) json["cost"] = inMillimeters(found.driven->length);
   json["driven"] = found.driven ? wayJson(*found.driven) : Json(nullptr);
   if (!words.empty()) json["words"] = words;
   if (found.object) {
@@ -123,9 +131,11 @@ Json toJson(const std::string& words, const WorldRoute& found, const WorldMap& w
       json["room"] = found.place->room;
     json["probability"] = found.place->probability;
   }
+  json["crossed"] = Json::array();
+  for (const CrossedRegion& crossed : found.crossed) json["crossed"].push_back(crossedJson(crossed));
   if (world.areas.empty()) return json;
   json["areas"] = Json::array();
-  for (const int area : areasAlong(world, found.route)) json["areas"].push_back(areaReference(world, area));
+  for (const int area : found.areas) json["areas"].push_back(areaReference(world, area));
   return json;
 }
 

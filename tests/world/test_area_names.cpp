@@ -71,10 +71,10 @@ TEST_F(AreaNames, TellAreasOfOneRoomApart) {
               FailsWith(ErrorCode::unknownName, "0 (kitchen 1), 2 (kitchen 2)"));
   EXPECT_EQ(routeInWorld(world, 3, "kitchen 1").area, 0);
   EXPECT_EQ(routeInWorld(world, 0, "bathroom").area, 1) << "the nearer one";
-  const std::vector<double> factors = costFactors(world, {.avoid = {"bathroom"}}, {});
-  EXPECT_GT(factors[1], 1);
-  EXPECT_GT(factors[3], 1) << "all bathrooms";
-  EXPECT_EQ(factors[0], 1);
+  const RegionCosts costs = regionCosts(world, {.avoid = {"bathroom"}}, {});
+  EXPECT_GT(costs.at(0, 1), 1);
+  EXPECT_GT(costs.at(0, 3), 1) << "all bathrooms";
+  EXPECT_EQ(costs.at(0, 0), 1);
 }
 
 TEST_F(AreaNames, LeaveTheNamesOfPeopleToTheirAreas) {

@@ -2,10 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/world/route_world.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 
 #include "estancia/world/world_json.hpp"
@@ -19,6 +22,14 @@ using Json = nlohmann::ordered_json;
 using test::FailsWith;
 using test::sampleWorld;
 using testing::ElementsAre;
+
+/// The sample world, where the way back from the corridor to the kitchen was driven, too.
+WorldMap roundTrip() {
+  WorldMap world = sampleWorld();
+  world.places.frames.push_back(test::sampleFrame(8, 0, 2, 4, 180));
+  world.areaOfFrame.push_back(0);
+  return world;
+}
 
 bool always(std::size_t) {
   return true;
@@ -96,7 +107,7 @@ TEST(RouteInWorld, EndsInThePlaceOfTheFrameThatFacesTheObject) {
   EXPECT_EQ(found.object->object, 1);
   EXPECT_THAT(found.route.nodes, ElementsAre(3, 1, 0));
   EXPECT_EQ(world.places.frames[found.pose->frame].node, 0);
-  EXPECT_THAT(areasAlong(world, found.route), ElementsAre(3, 1, 0));
+  EXPECT_THAT(found.areas, ElementsAre(3, 1, 0));
   EXPECT_EQ(routeInWorld(world, 0, test::hostileName).object->object, 4);
 }
 
@@ -126,7 +137,7 @@ TEST(RouteInWorld, PrefersAPlaceToAnObjectThatIsHardlyMeant) {
 }
 
 TEST(RouteInWorld, EndsInAnAreaOfThatName) {
-  WorldMap world = sampleWorld();
+  WorldMap world = roundTrip();
   const WorldRoute found = routeInWorld(world, 0, "corridor");
   EXPECT_EQ(found.area, 2);
   EXPECT_THAT(found.route.nodes, ElementsAre(0, 2));
@@ -136,37 +147,47 @@ TEST(RouteInWorld, EndsInAnAreaOfThatName) {
   EXPECT_THAT(routeInWorld(world, 0, "closet").route.nodes, ElementsAre(0, 2));
   world.areaOfFrame[0] = 4;  // one of three frames of place 0
   world.areaOfFrame[7] = 2;
-  EXPECT_THAT(routeInWorld(world, 3, "closet").route.nodes, ElementsAre(3, 1, 0));
+  EXPECT_THAT(routeInWorld(world, 3, "closet").route.nodes, ElementsAre(3, 2, 0));
 }
 
 TEST(RouteInWorld, GoesAroundAreasButIsNeverStopped) {
-  const WorldMap world = sampleWorld();
+  const WorldMap world = roundTrip();
   EXPECT_THAT(routeInWorld(world, 0, 3).route.nodes, ElementsAre(0, 1, 3));
   for (const char* bathroom : {"1", "bathtub"}) {
     const WorldRoute around = routeInWorld(world, 0, 3, {.avoid = {bathroom}});
     EXPECT_THAT(around.route.nodes, ElementsAre(0, 2, 3)) << bathroom;
-    EXPECT_NEAR(around.route.cost, getRoute(world.places, 0, 2).cost + getRoute(world.places, 2, 3).cost,
-                1e-9);
+    EXPECT_DOUBLE_EQ(around.route.cost, around.driven->length);
+    EXPECT_THAT(around.crossed, testing::IsEmpty());
   }
-  EXPECT_THAT(routeInWorld(world, 0, 3, {.prefer = {"corridor"}}).route.nodes, ElementsAre(0, 2, 3));
+  RouteOptions fond;
+  fond.preferFactor = 0.1;
+  EXPECT_THAT(routeInWorld(world, 0, 3, {.prefer = {"corridor", "kitchen"}}, fond).route.nodes,
+              ElementsAre(0, 2, 3));
   EXPECT_THAT(routeInWorld(world, 0, 1, {.avoid = {"1"}}).route.nodes, ElementsAre(0, 1));
   RouteOptions mild;
   mild.avoidFactor = 1.2;
   EXPECT_THAT(routeInWorld(world, 0, 3, {.avoid = {"1"}}, mild).route.nodes, ElementsAre(0, 1, 3));
 }
 
-TEST(CostFactors, WeighAreasRoomsAndWords) {
+/// What a meter costs in the middle of each of the four places.
+std::vector<double> costsOf(const WorldMap& world, const RegionPreferences& preferences) {
+  const RegionCosts costs = regionCosts(world, preferences, {});
+  std::vector<double> result;
+  for (std::size_t place = 0; place < 4; ++place)
+    result.push_back(costs.at(place, world.areas.empty() ? -1 : static_cast<int>(place)));
+  return result;
+}
+
+TEST(RegionCosts, WeighAreasRoomsAndWords) {
   WorldMap world = sampleWorld();
-  const RouteOptions options;
-  EXPECT_THAT(costFactors(world, {.avoid = {"1", "bathtub"}}, options), ElementsAre(1, 5, 1, 1)) << "once";
-  EXPECT_THAT(costFactors(world, {.avoid = {"0"}, .prefer = {"kitchen"}}, options),
-              ElementsAre(2.5, 1, 1, 1));
+  EXPECT_THAT(costsOf(world, {.avoid = {"1", "bathtub"}}), ElementsAre(1, 5, 1, 1)) << "once";
+  EXPECT_THAT(costsOf(world, {.avoid = {"0"}, .prefer = {"kitchen"}}), ElementsAre(2.5, 1, 1, 1));
   world.places.frames[7].room = "store";
-  EXPECT_THAT(costFactors(world, {.prefer = {"Store"}}, options), ElementsAre(1, 1, 0.5, 1));
+  EXPECT_THAT(costsOf(world, {.prefer = {"Store"}}), ElementsAre(1, 1, 0.5, 1));
   world.areas.clear();
-  EXPECT_THAT(costFactors(world, {.avoid = {"bathtub"}}, options), ElementsAre(1, 5, 1, 1)) << "by words";
+  EXPECT_THAT(costsOf(world, {.avoid = {"bathtub"}}), ElementsAre(1, 5, 1, 1)) << "by words";
   for (const char* unknown : {"77", "cellar", ""})
-    EXPECT_THAT([&] { costFactors(world, {.avoid = {unknown}}, options); },
+    EXPECT_THAT([&] { regionCosts(world, {.avoid = {unknown}}, {}); },
                 FailsWith(ErrorCode::unknownName, unknown));
 }
 
@@ -207,31 +228,138 @@ TEST(DrivenWays, CrossWhereTheRobotCameByAgainUnlessAWallIsBetween) {
   WorldMap world = sampleWorld();
   world.places.frames[7].pose = Pose::planar(4.2, 5, 0);  // 7 → 1 was not driven; they are near each other
   world.places.frames[1].pose = Pose::planar(3.9, 5, 0);
-  const Route route{{2, 0}, 0, true};
-  EXPECT_GT(DrivenWays(world, {}).along(route, 1)->length, 5) << "all the way back around the wall";
+  EXPECT_GT(DrivenWays(world, 2, {}).wayTo(1)->length, 5) << "all the way back around the wall";
   world.plan->walls = 0;
-  EXPECT_NEAR(DrivenWays(world, {}).along(route, 1)->length, 0.3, 1e-9);
+  EXPECT_NEAR(DrivenWays(world, 2, {}).wayTo(1)->length, 0.3, 1e-9);
+  world.places.frames[1].pose->z = 3;
+  EXPECT_GT(DrivenWays(world, 2, {}).wayTo(1)->length, 5) << "a floor above";
 }
 
 TEST(DrivenWays, AreAbsentWithoutPosesAndWhereTheRobotWasCarried) {
   WorldMap world = sampleWorld();
   RouteOptions oneWay;
   oneWay.bidirectional = false;
-  EXPECT_FALSE(DrivenWays(world, oneWay).along({{3, 1, 0}, 0, true}, 1)) << "it was driven the other way";
-  EXPECT_TRUE(DrivenWays(world, oneWay).along({{0, 1, 3}, 0, true}, 4));
+  EXPECT_FALSE(DrivenWays(world, 3, oneWay).wayTo(1)) << "it was driven the other way";
+  EXPECT_TRUE(DrivenWays(world, 0, oneWay).wayTo(4));
   world.places.transitions.clear();
-  EXPECT_FALSE(DrivenWays(world, {}).along({{0, 1, 3}, 0, true}, 4));
+  EXPECT_FALSE(DrivenWays(world, 0, {}).wayTo(4));
   for (MappedFrame& frame : world.places.frames) frame.pose.reset();
-  EXPECT_FALSE(DrivenWays(world, {}).along({{0}, 0, true}));
+  EXPECT_FALSE(DrivenWays(world, 0, {}).wayTo(0));
 }
 
-TEST(DrivenWays, StayInTheRoutesPlacesWhereThatIsNotTooFar) {
+TEST(DrivenWays, NeverLeadBackAlongAOneWayLane) {
   WorldMap world = sampleWorld();
-  world.places.frames.push_back(test::sampleFrame(8, 0, 2, 4, 0));  // back from the corridor
-  const DrivenWays ways(world, {});
-  const double there = 3 + 2 + 2 * std::hypot(0.5, 2), back = 2 + std::hypot(3, 2) + 2;
-  EXPECT_NEAR(ways.along({{0, 1, 3}, 0, true}, 6)->length, there, 1e-9);
-  EXPECT_NEAR(ways.along({{0, 2, 3}, 0, true}, 6)->length, back, 1e-9);
+  world.plan.reset();
+  TopologicalMap& map = world.places;
+  map.frames.clear();
+  for (std::size_t lap = 0; lap < 2; ++lap)  // the second half a step behind the first
+    for (std::size_t i = 0; i < 20; ++i)
+      map.frames.push_back(test::sampleFrame(map.frames.size(), i < 10 ? 0 : 1,
+                                             0.2 * static_cast<double>(i) + 0.1 * static_cast<double>(lap),
+                                             0.05 * static_cast<double>(lap), 0));
+  map.transitions = {{0, 1, 1, 10}};
+  world.areaOfFrame.assign(map.frames.size(), -1);
+  RouteOptions oneWay;
+  oneWay.bidirectional = false;
+  EXPECT_TRUE(DrivenWays(world, 0, oneWay).wayTo(39));
+  EXPECT_FALSE(DrivenWays(world, 1, oneWay).wayTo(0));
+  EXPECT_TRUE(DrivenWays(world, 1, {}).wayTo(0));
+}
+
+/// Two laps of the home, the second one slanted and backwards; a new place every 1.4 m, whatever the area is.
+WorldMap crossingDrive() {
+  WorldMap world = sampleWorld();
+  TopologicalMap& map = world.places;
+  const std::vector<cv::Point2d> corners{{2, 2}, {8, 2}, {8, 6}, {2, 6}, {2, 2},
+                                         {3, 6}, {9, 6}, {7, 2}, {1, 2}, {2.5, 4}};
+  map.frames.clear();
+  map.nodes.clear();
+  map.transitions.clear();
+  world.areaOfFrame.clear();
+  world.objects.clear();
+  const auto add = [&](const cv::Point2d& at) {
+    const int node = static_cast<int>(map.frames.size() / 7);
+    if (node == static_cast<int>(map.nodes.size())) {
+      map.nodes.push_back({node, 0, std::vector<float>(6, 0.1F), std::vector<float>(6, 0.01F)});
+      if (node > 0) map.transitions.push_back({node - 1, node, 1, map.frames.size()});
+    }
+    ++map.nodes.back().frames;
+    map.frames.push_back(test::sampleFrame(map.frames.size(), node, at.x, at.y, 0));
+    world.areaOfFrame.push_back(areaAt(*world.plan, at, 1));
+  };
+  for (std::size_t i = 1; i < corners.size(); ++i) {
+    const double steps = std::ceil(cv::norm(corners[i] - corners[i - 1]) / 0.2);
+    for (double step = 0; step < steps; ++step)
+      add(corners[i - 1] + (corners[i] - corners[i - 1]) * (step / steps));
+  }
+  return world;
+}
+
+/// How far a way leads through each area of the plan, looked at every centimeter [m].
+std::map<int, double> lengthsUnder(const WorldMap& world, const DrivenWay& way) {
+  std::map<int, double> lengths{{areaAt(*world.plan, way.points.front(), 0), 0},
+                                {areaAt(*world.plan, way.points.back(), 0), 0}};
+  for (std::size_t i = 1; i < way.points.size(); ++i) {
+    const cv::Point2d step = way.points[i] - way.points[i - 1];
+    for (double part = 0; part < 1; part += 0.01 / cv::norm(step))
+      lengths[areaAt(*world.plan, way.points[i - 1] + step * part, 0)] += 0.01;
+  }
+  return lengths;
+}
+
+TEST(RouteInWorld, AvoidsAreasOnThePathThatIsDriven) {
+  const WorldMap world = crossingDrive();
+  RouteOptions strict;
+  strict.avoidFactor = 1000;
+  const int places = static_cast<int>(world.places.nodes.size());
+  int around = 0;
+  for (int from = 0; from < places; from += 3)
+    for (int to = 0; to < places; ++to)
+      for (int area = 0; area < 4; ++area) {
+        const WorldRoute found = routeInWorld(world, from, to, {.avoid = {std::to_string(area)}}, strict);
+        ASSERT_TRUE(found.driven);
+        EXPECT_DOUBLE_EQ(found.route.cost, found.driven->length);
+        const std::string text = fmt::format("{} → {} without {}", from, to, area);
+        const auto isEnd = [&](const cv::Point2d& at) { return areaAt(*world.plan, at, 0.1) == area; };
+        std::map<int, double> under = lengthsUnder(world, *found.driven);
+        if (found.crossed.empty()) {
+          EXPECT_LT(under[area], 0.1) << text;
+        } else {
+          EXPECT_TRUE(isEnd(found.driven->points.front()) || isEnd(found.driven->points.back())) << text;
+          EXPECT_NE(found.crossed[0].why, CrossedRegion::Why::detour) << text;
+        }
+        for (const int passed : found.areas) EXPECT_TRUE(under.contains(passed)) << text;
+        around += found.crossed.empty() &&
+                  routeInWorld(world, from, to).driven->length < found.driven->length - 0.5;
+      }
+  EXPECT_GT(around, 20);
+}
+
+TEST(RouteInWorld, TellsWhatItCouldNotAvoid) {
+  const WorldMap world = roundTrip();
+  const auto why = [&](int from, int to, const RouteOptions& options) {
+    const WorldRoute found = routeInWorld(world, from, to, {.avoid = {"1"}}, options);
+    EXPECT_EQ(found.crossed.size(), 1U);
+    return found.crossed.at(0);
+  };
+  EXPECT_EQ(why(0, 1, {}).why, CrossedRegion::Why::goal);
+  EXPECT_EQ(why(1, 0, {}).why, CrossedRegion::Why::start);
+  RouteOptions mild;
+  mild.avoidFactor = 1.2;
+  const CrossedRegion crossed = why(0, 3, mild);
+  EXPECT_EQ(crossed.why, CrossedRegion::Why::detour);
+  EXPECT_NEAR(crossed.length, 2, 0.2) << "from wall to wall";
+  EXPECT_THAT(crossedText(crossed, mild), testing::HasSubstr("1.2"));
+  const Json json = toJson("", routeInWorld(world, 0, 3, {.avoid = {"1"}}, mild), world);
+  EXPECT_EQ(json["crossed"][0]["region"], "1");
+  EXPECT_EQ(json["crossed"][0]["why"], "detour");
+  EXPECT_EQ(json["cost"], json["driven"]["length"]);
+  WorldMap dark = sampleWorld();
+  for (MappedFrame& frame : dark.places.frames) frame.pose.reset();
+  dark.plan.reset();
+  const WorldRoute overPlaces = routeInWorld(dark, 0, 1, {.avoid = {"1"}});
+  EXPECT_EQ(overPlaces.crossed.at(0).length, 0);
+  EXPECT_TRUE(toJson("", overPlaces, dark)["crossed"][0]["length"].is_null());
 }
 
 TEST(RoutesToObjects, AreThoseOfRouteToEachAlone) {

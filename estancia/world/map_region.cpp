@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/world/map_region.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "estancia/core/fail.hpp"
+#include "estancia/core/label_words.hpp"
+#include "estancia/core/printable.hpp"
+#include "estancia/topology/ask.hpp"
+#include "estancia/topology/places.hpp"
+#include "estancia/world/area_names.hpp"
+#include "estancia/world/edit_areas.hpp"
+
+namespace estancia {
+namespace {
+
+/// The areas that a text means, also by their number.
+std::vector<int> areasOfRegion(const WorldMap& world, const std::string& text) {
+  std::vector<int> called = areasCalled(world, text);
+  if (!called.empty() || world.areas.empty()) return called;
+  try {
+    return {getArea(world, text).id};
+  } catch (const Error&) {
+    return {};
+  }
+}
+
+[[noreturn]] void failUnknownRegion(const WorldMap& world, const std::string& text) {
+  std::vector<std::string> known;
+  for (const WorldArea& area : world.areas)
+    known.push_back(fmt::format("{} ({})", area.id, area.displayName()));
+  fail(ErrorCode::unknownName, "the map has no area, room or label \"{}\"{}", printable(text),
+       known.empty() ? "" : fmt::format("; its areas are {}", fmt::join(known, ", ")));
+}
+
+MapRegion regionNamed(const WorldMap& world, const std::string& text) {
+  MapRegion region{text, areasOfRegion(world, text)};
+  if (!region.areas.empty()) return region;
+  const TopologicalMap& map = world.places;
+  const std::vector<Place> places = placesOf(map);
+  for (const Place& place : places) region.places.push_back(sameWords(place.displayRoom(), text));
+  if (std::ranges::find(region.places, true) != region.places.end()) return region;
+  if (findMeaning(map, text).empty()) failUnknownRegion(world, text);
+  for (const PlaceAnswer& answer : ask(map, text, map.nodes.size()).places)
+    region.places[indexOf(map, answer.node)] = answer.isLikely() && answer.lift > 1;
+  return region;
+}
+
+bool isInAny(const std::vector<MapRegion>& regions, std::size_t place, int area) {
+  return std::ranges::any_of(regions, [&](const MapRegion& region) { return region.holds(place, area); });
+}
+
+}  // namespace
+
+bool MapRegion::holds(std::size_t place, int area) const {
+  if (places.empty()) return std::ranges::find(areas, area) != areas.end();
+  return places[place];
+}
+
+double RegionCosts::at(std::size_t place, int area) const {
+  return (isInAny(avoid, place, area) ? avoidFactor : 1) * (isInAny(prefer, place, area) ? preferFactor : 1);
+}
+
+RegionCosts regionCosts(const WorldMap& world, const RegionPreferences& preferences,
+                        const RouteOptions& options) {
+  RegionCosts costs{{}, {}, options.avoidFactor, options.preferFactor};
+  for (const std::string& region : preferences.avoid) costs.avoid.push_back(regionNamed(world, region));
+  for (const std::string& region : preferences.prefer) costs.prefer.push_back(regionNamed(world, region));
+  return costs;
+}
+
+}  // namespace estancia
