@@ -230,7 +230,7 @@ void addMergeCommand(CLI::App& group) {
   addJsonOption(*command, arguments->json);
   addExamples(*command, "  estancia areas merge home.estancia 4 6");
   command->callback([arguments] {
-    mergeAreas(arguments->map, arguments->area, arguments->other);
+    mergeAreas(arguments->map, arguments->area, arguments->other, *makeStderrProgress());
     printAreas(*arguments);
   });
 }
@@ -246,7 +246,8 @@ void addSplitCommand(CLI::App& group) {
   addJsonOption(*command, arguments->json);
   addExamples(*command, "  estancia areas split home.estancia 3.5 0 3.5 4");
   command->callback([arguments] {
-    splitArea(arguments->map, {arguments->fromX, arguments->fromY}, {arguments->toX, arguments->toY});
+    splitArea(arguments->map, {arguments->fromX, arguments->fromY}, {arguments->toX, arguments->toY},
+              *makeStderrProgress());
     printAreas(*arguments);
   });
 }

@@ -32,15 +32,14 @@ cv::Mat nearestRooms(const cv::Mat& rooms, double reach) {
 
 /// The room of each frame's camera; where it has no pose, that of the frame before, else of the first that
 /// has one.
-std::vector<int> roomsOfFrames(std::span<const std::optional<Pose>> frames, const FloorSurvey& survey,
-                               const cv::Mat& rooms) {
+std::vector<int> roomsOfFrames(std::span<const std::optional<Pose>> frames, const Floor& floor,
+                               const FloorCells& cells, const cv::Mat& rooms) {
   const cv::Mat nearest = nearestRooms(rooms, rooms.rows + rooms.cols);
-  const FloorCells& cells = survey.grid.cells();
   std::vector<int> result;
   int last = 0;
   for (const std::optional<Pose>& pose : frames) {
     if (pose && pose->isPlausible()) {
-      const PlanarPose at = survey.grid.floor().project(*pose);
+      const PlanarPose at = floor.project(*pose);
       const cv::Point cell = cells.at(at.x, at.y);
       last = nearest.at<int>(std::clamp(cell.y, 0, cells.rows() - 1),
                              std::clamp(cell.x, 0, cells.columns() - 1));
@@ -107,39 +106,100 @@ std::vector<float> wordsOf(int area, const cv::Mat& nearest, const FloorCells& c
   return words.mean(mask);
 }
 
-void describeAreas(AreaPlan& plan, const FloorSurvey& survey, const Vocabulary& vocabulary,
+void describeAreas(AreaPlan& plan, const WordMap& words, const Vocabulary& vocabulary,
                    const std::vector<float>& mean) {
   constexpr double beyond = 0.5;  // [m]
   const cv::Mat nearest = nearestRooms(plan.areaOf + 1, beyond / plan.cells.cell());
   std::vector<std::vector<float>> means;
   for (Area& area : plan.areas) {
     describe(area, plan.areaOf, plan.cells);
-    means.push_back(wordsOf(area.id, nearest, plan.cells, survey.words));
+    means.push_back(wordsOf(area.id, nearest, plan.cells, words));
   }
   const std::vector<std::string> names = nameZones(vocabulary, means, mean);
   for (Area& area : plan.areas) area.name = names[static_cast<std::size_t>(area.id)];
 }
 
-/// Merges and splits rooms as people did.
-void correct(cv::Mat& rooms, std::span<const AreaEdit> edits, const FloorCells& cells) {
-  for (const AreaEdit& edit : edits) {
-    const cv::Point from = cells.at(edit.from.x, edit.from.y), to = cells.at(edit.to.x, edit.to.y);
-    if (!cells.holds(from) || !cells.holds(to)) continue;
-    double count = 0;
-    cv::minMaxLoc(rooms, nullptr, &count);
-    if (edit.kind == AreaEdit::Kind::merge) {
-      const int kept = rooms.at<int>(from), gone = rooms.at<int>(to);
-      if (kept > 0 && gone > 0) rooms.setTo(kept, rooms == gone);
-    } else if (edit.kind == AreaEdit::Kind::split) {
-      const int room = rooms.at<int>(cv::Point((from + to) / 2));
-      const cv::Point along = to - from;
-      if (room == 0) continue;
-      for (int row = 0; row < rooms.rows; ++row)
-        for (int column = 0; column < rooms.cols; ++column)
-          if (rooms.at<int>(row, column) == room && along.cross(cv::Point(column, row) - from) > 0)
-            rooms.at<int>(row, column) = static_cast<int>(count) + 1;
-    }
+/// The room of a cell, else of one beside it; 0 where there is none.
+int roomAt(const cv::Mat& rooms, const cv::Point& cell) {
+  const cv::Rect around = cv::Rect(cell.x - 1, cell.y - 1, 3, 3) & cv::Rect({}, rooms.size());
+  if (around.contains(cell) && rooms.at<int>(cell) > 0) return rooms.at<int>(cell);
+  double most = 0;
+  if (!around.empty()) cv::minMaxLoc(rooms(around), nullptr, &most);
+  return static_cast<int>(most);
+}
+
+bool mergeRooms(cv::Mat& rooms, const AreaEdit& edit, const FloorCells& cells) {
+  const cv::Point from = cells.at(edit.from.x, edit.from.y), to = cells.at(edit.to.x, edit.to.y);
+  if (!cells.holds(from) || !cells.holds(to)) return false;
+  const int kept = rooms.at<int>(from), gone = rooms.at<int>(to);
+  if (kept == 0 || gone == 0 || kept == gone) return false;
+  rooms.setTo(kept, rooms == gone);
+  return true;
+}
+
+/// The cells of a line across a room (CV_8U): from end to end, and beyond each end to where the room ends.
+cv::Mat cutAcross(const cv::Mat& room, const cv::Point2d& middle, const cv::Point2d& half) {
+  const auto cellOf = [](const cv::Point2d& at) {
+    return cv::Point(static_cast<int>(std::floor(at.x)), static_cast<int>(std::floor(at.y)));
+  };
+  const auto endOf = [&](const cv::Point2d& end) {
+    const cv::Point2d step = end * (0.5 / cv::norm(end));
+    cv::Point2d at = middle + end;
+    while (cv::Rect({}, room.size()).contains(cellOf(at)) && room.at<unsigned char>(cellOf(at)) != 0)
+      at += step;
+    return cellOf(at);
+  };
+  cv::Mat cut(room.size(), CV_8U, cv::Scalar(0));
+  cv::line(cut, endOf(-half), endOf(half), cv::Scalar(255));
+  return cut;
+}
+
+/// What is left of the line becomes a room of its own; only what the line separates. Returns whether it does.
+bool splitRoom(cv::Mat& rooms, const AreaEdit& edit, const FloorCells& cells) {
+  const cv::Point2d corner = cells.centerOf({0, 0}) - cv::Point2d(cells.cell(), cells.cell()) / 2;
+  const cv::Point2d middle = ((edit.from + edit.to) / 2 - corner) / cells.cell();
+  cv::Point2d half = (edit.to - edit.from) / 2 / cells.cell();
+  const double most = rooms.cols + rooms.rows;
+  if (!(cv::norm(half) > 0) || !(cv::norm(middle) < 2 * most)) return false;
+  if (cv::norm(half) > most) half *= most / cv::norm(half);
+  const int room =
+      roomAt(rooms, {static_cast<int>(std::floor(middle.x)), static_cast<int>(std::floor(middle.y))});
+  if (room == 0) return false;
+  const cv::Mat inside = rooms == room, cut = cutAcross(inside, middle, half);
+  cv::Mat parts, beside;
+  const int count = cv::connectedComponents(inside & ~cut, parts, 4, CV_32S);  // the line is 8-connected
+  cv::dilate(cut, beside, cv::Mat::ones(3, 3, CV_8U));
+  std::vector<int> leftness(static_cast<std::size_t>(count));
+  const auto isLeft = [&](int column, int row) {
+    return half.cross(cv::Point2d(column + 0.5, row + 0.5) - middle) > 0;
+  };
+  for (int row = 0; row < rooms.rows; ++row)
+    for (int column = 0; column < rooms.cols; ++column)
+      if (const int part = parts.at<int>(row, column); part > 0 && beside.at<unsigned char>(row, column) != 0)
+        leftness[static_cast<std::size_t>(part)] += isLeft(column, row) ? 1 : -1;
+  leftness[0] = 0;
+  const auto [right, left] = std::ranges::minmax(leftness);
+  if (left <= 0 || right >= 0) return false;
+  double last = 0;
+  cv::minMaxLoc(rooms, nullptr, &last);
+  std::transform(rooms.begin<int>(), rooms.end<int>(), parts.begin<int>(), rooms.begin<int>(),
+                 [&](int number, int part) {
+                   return leftness[static_cast<std::size_t>(part)] > 0 ? static_cast<int>(last) + 1 : number;
+                 });
+  return true;
+}
+
+/// Merges and splits rooms as a person did. Returns whether that changed them.
+bool correct(cv::Mat& rooms, const AreaEdit& edit, const FloorCells& cells) {
+  switch (edit.kind) {
+    case AreaEdit::Kind::merge:
+      return mergeRooms(rooms, edit, cells);
+    case AreaEdit::Kind::split:
+      return splitRoom(rooms, edit, cells);
+    case AreaEdit::Kind::name:
+      break;
   }
+  return false;
 }
 
 /// Numbers rooms 1, 2 … without gaps, in their order. Returns how many there are.
@@ -156,22 +216,14 @@ int closeGaps(cv::Mat& rooms) {
   return number.back();
 }
 
-}  // namespace
-
-PlannedFrames planAreas(const FloorSurvey& survey, std::span<const std::optional<Pose>> frames,
-                        const Vocabulary& vocabulary, const std::vector<float>& mean,
-                        const RoomSegmentationOptions& options, std::span<const AreaEdit> edits) {
-  const FloorCells& cells = survey.grid.cells();
-  const cv::Mat walls = survey.grid.walls();
-  cv::Mat rooms = segmentRooms(survey.grid.freeSpace(), walls, cells.cell(), options);
-  correct(rooms, edits, cells);
+/// The plan of these rooms, whose numbers may have gaps. `rooms` > 0 somewhere.
+PlannedFrames planOfRooms(cv::Mat rooms, const cv::Mat& walls, const Floor& floor, const FloorCells& cells,
+                          std::span<const std::optional<Pose>> frames, const WordMap& words,
+                          const Vocabulary& vocabulary, const std::vector<float>& mean) {
   const int count = closeGaps(rooms);
-  if (count == 0)
-    fail(ErrorCode::insufficientData, "no room of {} m² was seen; give a smaller min-area", options.minArea);
-  const std::vector<int> roomOf = roomsOfFrames(frames, survey, rooms);
+  const std::vector<int> roomOf = roomsOfFrames(frames, floor, cells, rooms);
   const std::vector<int> number = areaNumbers(roomOf, count);
-  PlannedFrames planned{
-      {std::vector<Area>(static_cast<std::size_t>(count)), survey.grid.floor(), cells, {}, walls}, {}};
+  PlannedFrames planned{{std::vector<Area>(static_cast<std::size_t>(count)), floor, cells, {}, walls}, {}};
   AreaPlan& plan = planned.plan;
   plan.areaOf = cv::Mat(rooms.size(), CV_32S);
   std::transform(rooms.begin<int>(), rooms.end<int>(), plan.areaOf.begin<int>(),
@@ -181,8 +233,30 @@ PlannedFrames planAreas(const FloorSurvey& survey, std::span<const std::optional
     planned.areaOfFrame.push_back(number[static_cast<std::size_t>(room)]);
     ++plan.areas[static_cast<std::size_t>(planned.areaOfFrame.back())].frames;
   }
-  describeAreas(plan, survey, vocabulary, mean);
+  describeAreas(plan, words, vocabulary, mean);
   return planned;
+}
+
+}  // namespace
+
+PlannedFrames planAreas(const FloorSurvey& survey, std::span<const std::optional<Pose>> frames,
+                        const Vocabulary& vocabulary, const std::vector<float>& mean,
+                        const RoomSegmentationOptions& options, std::span<const AreaEdit> edits) {
+  const FloorCells& cells = survey.grid.cells();
+  const cv::Mat walls = survey.grid.walls();
+  cv::Mat rooms = segmentRooms(survey.grid.freeSpace(), walls, cells.cell(), options);
+  for (const AreaEdit& edit : edits) correct(rooms, edit, cells);
+  if (cv::countNonZero(rooms) == 0)
+    fail(ErrorCode::insufficientData, "no room of {} m² was seen; give a smaller min-area", options.minArea);
+  return planOfRooms(rooms, walls, survey.grid.floor(), cells, frames, survey.words, vocabulary, mean);
+}
+
+std::optional<PlannedFrames> correctPlan(const AreaPlan& plan, const AreaEdit& edit,
+                                         std::span<const std::optional<Pose>> frames, const WordMap& words,
+                                         const Vocabulary& vocabulary, const std::vector<float>& mean) {
+  cv::Mat rooms = plan.areaOf + 1;
+  if (!correct(rooms, edit, plan.cells)) return std::nullopt;
+  return planOfRooms(rooms, plan.walls, plan.floor, plan.cells, frames, words, vocabulary, mean);
 }
 
 int areaAt(const AreaPlan& plan, const cv::Point2d& at, double reach) {
@@ -202,6 +276,11 @@ int areaAt(const AreaPlan& plan, const cv::Point2d& at, double reach) {
       }
     }
   return nearest;
+}
+
+int areaOfObject(const AreaPlan& plan, const cv::Point3d& at) {
+  constexpr double reach = 2;  // [m]
+  return areaAt(plan, plan.floor.position({at.x, at.y, at.z}), reach);
 }
 
 }  // namespace estancia

@@ -50,7 +50,8 @@ struct AreaEdit {
     name,
     /// The areas at `from` and `to` are one.
     merge,
-    /// The area between `from` and `to` is two, on the two sides of the line through them.
+    /// The area halfway between `from` and `to` is two, cut along the line between them, which goes on beyond
+    /// each end to where the area ends. What is left of it is a new area.
     split
   };
   Kind kind = Kind::name;
@@ -73,8 +74,17 @@ PlannedFrames planAreas(const FloorSurvey& survey, std::span<const std::optional
                         const Vocabulary& vocabulary, const std::vector<float>& mean,
                         const RoomSegmentationOptions& options = {}, std::span<const AreaEdit> edits = {});
 
+/// The same plan with one more merge or split. `words`: what planAreas() took them from. Nothing where it
+/// would change nothing: one of its ends is in no area, both are in one, or the line leaves a way around it.
+std::optional<PlannedFrames> correctPlan(const AreaPlan& plan, const AreaEdit& edit,
+                                         std::span<const std::optional<Pose>> frames, const WordMap& words,
+                                         const Vocabulary& vocabulary, const std::vector<float>& mean);
+
 /// The area that a point of the floor lies in, else the nearest one within `reach` [m]; -1 where there is
 /// none.
 int areaAt(const AreaPlan& plan, const cv::Point2d& at, double reach);
+
+/// The area that a thing is in, or stands at the edge of: within 2 m. `at`: in the map.
+int areaOfObject(const AreaPlan& plan, const cv::Point3d& at);
 
 }  // namespace estancia

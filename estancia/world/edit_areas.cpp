@@ -6,24 +6,93 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
+#include <cstring>
+#include <opencv2/imgproc.hpp>
 
+#include "estancia/areas/areas.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
+#include "estancia/stats/moments.hpp"
 #include "estancia/topology/store.hpp"
 #include "estancia/world/area_names.hpp"
-#include "estancia/world/world_mapper.hpp"
+#include "estancia/world/observation.hpp"
 #include "estancia/world/world_store.hpp"
 
 namespace estancia {
 namespace {
 
-/// Keeps the edit and makes the areas again.
-void correctAreas(const std::filesystem::path& map, const AreaEdit& edit) {
-  const MapStore::Identity identity = MapStore::open(map, MapStore::Access::read).identity();
-  MappingSession session = MappingSession::resume(map, identity.vocabulary, identity.model);
-  WorldMapper mapper(session);
-  mapper.correct(edit);
-  mapper.finish();
+/// The words above the floor, of all views that the map holds.
+WordMap wordsOfViews(const MapStore& map, const WorldStore& layers, const AreaPlan& plan,
+                     std::span<const std::optional<Pose>> poses, Progress& progress) {
+  WordMap words(plan.floor, map.identity().vocabulary.size(), AreaOptions().words);
+  progress.begin("looking at what was seen", poses.size());
+  std::size_t done = 0;
+  layers.forEachObservation([&](std::size_t frame, const Observation& seen) {
+    if (interrupted()) throw Interrupted("stopped; the map is as it was");
+    progress.advance(frame - done);
+    done = frame;
+    if (frame >= poses.size() || !poses[frame]) return true;
+    try {
+      words.add(map.descriptor(frame), depthOf(seen), seen.camera, *poses[frame]);
+    } catch (const Error& e) {
+      if (e.code() != ErrorCode::tooLarge) throw;  // the plan does not have it, either
+    }
+    return true;
+  });
+  progress.end();
+  return words;
+}
+
+/// Keeps the edit, and plans the areas anew with it. Objects are as they were, but for their areas. Returns
+/// whether the edit changes anything; else the map is left alone.
+bool correctAreas(const std::filesystem::path& path, const AreaEdit& edit, Progress& progress) {
+  MapStore store = MapStore::open(path, MapStore::Access::write);
+  WorldStore layers(store, MapStore::Access::write);
+  WorldMap world{store.load()};
+  layers.read(world);
+  std::vector<std::optional<Pose>> poses;
+  for (const MappedFrame& frame : world.places.frames)
+    poses.push_back(frame.pose && frame.pose->isPlausible() ? frame.pose : std::nullopt);
+  const Vocabulary& vocabulary = world.places.vocabulary;
+  Moments moments(vocabulary.size(), false);
+  store.forEachDescriptor(0, [&](std::size_t, DescriptorView descriptor) {
+    moments.add(descriptor);
+    return true;
+  });
+  const std::span<const float> mean = moments.mean();
+  const auto planned =
+      correctPlan(*world.plan, edit, poses, wordsOfViews(store, layers, *world.plan, poses, progress),
+                  vocabulary, {mean.begin(), mean.end()});
+  if (!planned) return false;
+  std::vector<int> areas;
+  for (const WorldObject& object : world.objects) areas.push_back(areaOfObject(planned->plan, object.center));
+  layers.addEdit(edit);
+  layers.putAreas(*planned);
+  layers.putObjectAreas(areas);
+  store.commit();
+  return true;
+}
+
+void requireAreaName(const std::string& name) {
+  if (name.empty()) return;  // takes the name away
+  const auto isIn = [](const char* set) { return [set](char c) { return std::strchr(set, c) != nullptr; }; };
+  if (std::ranges::all_of(name, isIn(" \t\r\n")))
+    fail(ErrorCode::invalidInput, "a name of blanks is none; give a word, or \"\" to take the name away");
+  if (std::ranges::all_of(name, isIn(" \t\r\n+-0123456789")))
+    fail(ErrorCode::invalidInput, "\"{}\" would be taken for the number of an area; give a name with a word",
+         printable(name));
+}
+
+/// Whether the two lie side by side, or the robot drove from one into the other.
+bool areJoined(const WorldMap& world, int one, int other) {
+  cv::Mat around;
+  cv::dilate(world.plan->areaOf == one, around, cv::Mat::ones(3, 3, CV_8U));
+  if (cv::countNonZero(around & (world.plan->areaOf == other)) > 0) return true;
+  const std::vector<int>& areas = world.areaOfFrame;
+  for (std::size_t i = 1; i < areas.size(); ++i)
+    if (std::minmax(areas[i - 1], areas[i]) == std::minmax(one, other)) return true;
+  return false;
 }
 
 }  // namespace
@@ -50,6 +119,7 @@ const WorldArea& getArea(const WorldMap& world, const std::string& area) {
 }
 
 void nameArea(const std::filesystem::path& map, const std::string& area, const std::string& name) {
+  requireAreaName(name);
   const WorldMap world = readWorld(map);
   const AreaEdit edit{AreaEdit::Kind::name, getArea(world, area).center, {}, name};
   MapStore store = MapStore::open(map, MapStore::Access::write);
@@ -57,35 +127,37 @@ void nameArea(const std::filesystem::path& map, const std::string& area, const s
   store.commit();
 }
 
-void mergeAreas(const std::filesystem::path& map, const std::string& area, const std::string& other) {
+void mergeAreas(const std::filesystem::path& map, const std::string& area, const std::string& other,
+                Progress& progress) {
   const WorldMap world = readWorld(map);
   const WorldArea &one = getArea(world, area), &two = getArea(world, other);
   if (one.id == two.id)
     fail(ErrorCode::invalidInput, "\"{}\" and \"{}\" are one area; give two", printable(area),
          printable(other));
-  correctAreas(map, {AreaEdit::Kind::merge, one.center, two.center, ""});
+  if (!areJoined(world, one.id, two.id))
+    fail(ErrorCode::invalidInput,
+         "areas {} ({}) and {} ({}) do not touch, and the robot never drove from one into the other; merge "
+         "what lies between them first",
+         one.id, one.displayName(), two.id, two.displayName());
+  correctAreas(map, {AreaEdit::Kind::merge, one.center, two.center, ""}, progress);
 }
 
-void splitArea(const std::filesystem::path& map, const cv::Point2d& from, const cv::Point2d& to) {
+void splitArea(const std::filesystem::path& map, const cv::Point2d& from, const cv::Point2d& to,
+               Progress& progress) {
   const WorldMap world = readWorld(map);
   if (world.areas.empty()) getArea(world, "");
   const auto where = [](const cv::Point2d& at) { return fmt::format("({:.2f}, {:.2f})", at.x, at.y); };
   const cv::Point2d middle = (from + to) / 2;
-  const int area = areaAt(*world.plan, middle, world.plan->cells.cell());
+  const int area = std::isfinite(middle.x) && std::isfinite(middle.y) && cv::norm(middle) < 1e6
+                       ? areaAt(*world.plan, middle, world.plan->cells.cell())
+                       : -1;
   if (area < 0)
     fail(ErrorCode::invalidInput, "{} m, the middle of the line, is in no area; give two points across one",
          where(middle));
-  bool left = false, right = false;
-  const cv::Mat& areas = world.plan->areaOf;
-  for (int row = 0; row < areas.rows; ++row)
-    for (int column = 0; column < areas.cols; ++column)
-      if (areas.at<int>(row, column) == area)
-        ((to - from).cross(world.plan->cells.centerOf({column, row}) - from) > 0 ? left : right) = true;
-  if (!left || !right)
+  if (!correctAreas(map, {AreaEdit::Kind::split, from, to, ""}, progress))
     fail(ErrorCode::invalidInput,
-         "the line from {} to {} m does not cross area {}; give two points across it", where(from), where(to),
-         area);
-  correctAreas(map, {AreaEdit::Kind::split, from, to, ""});
+         "the line from {} to {} m does not cut area {} in two; give two points at its borders", where(from),
+         where(to), area);
 }
 
 }  // namespace estancia

@@ -6,6 +6,7 @@
 #include <opencv2/core/types.hpp>
 #include <string>
 
+#include "estancia/core/progress.hpp"
 #include "estancia/world/world_map.hpp"
 
 namespace estancia {
@@ -15,14 +16,19 @@ namespace estancia {
 const WorldArea& getArea(const WorldMap& world, const std::string& area);
 
 /// Gives the area a name; "" takes it away. All three write the map file, whole or not at all, and throw
-/// Error as getArea() and readMap() do, and busy when another process writes the map.
+/// Error as getArea() and readMap() do, and busy when another process writes the map; this one also
+/// invalidInput for a name of blanks or digits.
 void nameArea(const std::filesystem::path& map, const std::string& area, const std::string& name);
 
-/// Makes two areas one.
-void mergeAreas(const std::filesystem::path& map, const std::string& area, const std::string& other);
+/// Makes two areas one. Throws Error (invalidInput) where they do not touch and the robot never drove from
+/// one into the other; Interrupted.
+void mergeAreas(const std::filesystem::path& map, const std::string& area, const std::string& other,
+                Progress& progress = Progress::none());
 
-/// Splits the area between two points of the floor [m] along the line through them. Throws Error
-/// (invalidInput) where their middle is in no area, or the line leaves one side empty.
-void splitArea(const std::filesystem::path& map, const cv::Point2d& from, const cv::Point2d& to);
+/// Splits the area halfway between two points of the floor [m] along the line between them
+/// (AreaEdit::Kind::split). Throws Error (invalidInput) where their middle is in no area, or the line does
+/// not cut it in two; Interrupted.
+void splitArea(const std::filesystem::path& map, const cv::Point2d& from, const cv::Point2d& to,
+               Progress& progress = Progress::none());
 
 }  // namespace estancia

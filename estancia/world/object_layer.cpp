@@ -228,8 +228,7 @@ void ObjectLayer::put(const AreaPlan* plan) {
       object.color[c] = static_cast<int>(std::lround(look.color[c] / std::max(1.0, look.segments)));
     object.flat = look.flat > look.segments / 2;
     object.bestFrame = look.bestFrame;
-    const OrientedBox& box = found[i].box;
-    if (plan != nullptr) object.area = areaAt(*plan, {box.center.x, box.center.y}, 2);
+    if (plan != nullptr) object.area = areaOfObject(*plan, object.center);
     object.words = bestWords(words[i], vocabulary_);
     objects.push_back(std::move(object));
   }

@@ -405,11 +405,6 @@ std::optional<Pose> WorldMapper::observe(const Frame& frame, DescriptorView desc
   return pose;
 }
 
-void WorldMapper::correct(const AreaEdit& edit) {
-  impl_->store.addEdit(edit);
-  impl_->edits.push_back(edit);
-}
-
 void WorldMapper::finish() {
   MapStore& map = impl_->session.store;
   impl_->poses.resize(std::min(impl_->poses.size(), map.frameCount()));  // Ctrl-C may keep one from the map

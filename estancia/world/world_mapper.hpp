@@ -91,8 +91,6 @@ class WorldMapper {
   bool tracks() const;
   /// Whether it wants the image of a frame with depth: to track the camera, or to name and color objects.
   bool wantsImage(const Frame& frame) const;
-  /// Takes a correction by a person.
-  void correct(const AreaEdit& edit);
   /// Derives the layers and writes them, after the session's finish(). More frames may follow.
   void finish();
 

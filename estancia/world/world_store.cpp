@@ -332,6 +332,15 @@ void WorldStore::putObjects(std::span<const WorldObject> objects,
     }
 }
 
+void WorldStore::putObjectAreas(std::span<const int> areas) {
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();  // stored as NULL
+  Statement row(store_.database(), "UPDATE objects SET area = ?2 WHERE id = ?1");
+  for (std::size_t i = 0; i < areas.size(); ++i) {
+    row.bindAll(i, areas[i] < 0 ? none : areas[i]);
+    row.execute();
+  }
+}
+
 std::vector<LabeledSegment> WorldStore::views() const {
   std::vector<LabeledSegment> views;
   if (!exists_) return views;

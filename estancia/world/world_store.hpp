@@ -55,6 +55,9 @@ class WorldStore {
   /// Replaces all objects. `objectOf`: the object of each segment; others show none.
   void putObjects(std::span<const WorldObject> objects, const std::map<SegmentPlace, int>& objectOf);
 
+  /// The area of each object, in their order; -1 for none.
+  void putObjectAreas(std::span<const int> areas);
+
   // ---- reading
   /// "" where none were put.
   std::string layers() const;

@@ -75,16 +75,21 @@ TEST_F(WorldCommand, RoutesToWhereAnObjectIsFaced) {
 }
 
 TEST_F(WorldCommand, RoutesAroundAndThroughAreas) {
-  const auto nodes = [this](std::vector<std::string> preferences) {
-    std::vector<std::string> arguments{"route", map_, "--from", "0", "--to", "Ana's \"room\"", "--json"};
+  const std::string home = scratch_ / "round.estancia";
+  writeWorld(sampleRoundTrip(), home);
+  const auto nodes = [&home](std::vector<std::string> preferences) {
+    std::vector<std::string> arguments{"route", home, "--from", "0", "--to", "Ana's \"room\"", "--json"};
     arguments.insert(arguments.end(), preferences.begin(), preferences.end());
     return json::parse(run(arguments).out)["nodes"];
   };
   EXPECT_EQ(nodes({}), json({0, 1, 3}));
   EXPECT_EQ(nodes({"--avoid", "bathtub"}), json({0, 2, 3}));
-  EXPECT_EQ(nodes({"--prefer", "corridor"}), json({0, 2, 3}));
+  EXPECT_EQ(nodes({"--prefer", "corridor", "--prefer", "kitchen", "--prefer-factor", "0.1"}),
+            json({0, 2, 3}));
   EXPECT_EQ(nodes({"--avoid", "bathtub", "--avoid", "corridor"}), json({0, 1, 3}));
   EXPECT_EQ(nodes({"--avoid", "1", "--avoid-factor", "1"}), json({0, 1, 3}));
+  EXPECT_THAT(run({"route", home, "--from", "0", "--to", "1", "--avoid", "bathtub"}).out,
+              HasSubstr("in \"bathtub\": the goal is there"));
   EXPECT_THAT(run({"route", map_, "--from", "0", "--to", "3", "--avoid", "cellar"}),
               FailsWith(ErrorCode::unknownName, "cellar", "corridor"));
 }

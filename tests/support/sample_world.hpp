@@ -125,6 +125,16 @@ inline WorldMap sampleWorld() {
   return world;
 }
 
+/// The sample world, where the way back from the corridor to the kitchen was driven, too.
+inline WorldMap sampleRoundTrip() {
+  WorldMap world = sampleWorld();
+  world.places.frames.push_back(sampleFrame(8, 0, 2, 4, 180));
+  world.places.decisions.push_back({8, DecisionKind::join, 0, 2, 0.1, -1, std::nan(""), 0.3, 0.25});
+  world.areaOfFrame.push_back(0);
+  world.zoneOfFrame.push_back(-1);
+  return world;
+}
+
 /// Writes the world as a map file. Object 1 has a image.
 inline void writeWorld(const WorldMap& world, const std::filesystem::path& path) {
   const TopologicalMap& map = world.places;

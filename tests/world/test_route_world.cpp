@@ -20,16 +20,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 using test::FailsWith;
+using test::sampleRoundTrip;
 using test::sampleWorld;
 using testing::ElementsAre;
-
-/// The sample world, where the way back from the corridor to the kitchen was driven, too.
-WorldMap roundTrip() {
-  WorldMap world = sampleWorld();
-  world.places.frames.push_back(test::sampleFrame(8, 0, 2, 4, 180));
-  world.areaOfFrame.push_back(0);
-  return world;
-}
 
 bool always(std::size_t) {
   return true;
@@ -137,7 +130,7 @@ TEST(RouteInWorld, PrefersAPlaceToAnObjectThatIsHardlyMeant) {
 }
 
 TEST(RouteInWorld, EndsInAnAreaOfThatName) {
-  WorldMap world = roundTrip();
+  WorldMap world = sampleRoundTrip();
   const WorldRoute found = routeInWorld(world, 0, "corridor");
   EXPECT_EQ(found.area, 2);
   EXPECT_THAT(found.route.nodes, ElementsAre(0, 2));
@@ -151,7 +144,7 @@ TEST(RouteInWorld, EndsInAnAreaOfThatName) {
 }
 
 TEST(RouteInWorld, GoesAroundAreasButIsNeverStopped) {
-  const WorldMap world = roundTrip();
+  const WorldMap world = sampleRoundTrip();
   EXPECT_THAT(routeInWorld(world, 0, 3).route.nodes, ElementsAre(0, 1, 3));
   for (const char* bathroom : {"1", "bathtub"}) {
     const WorldRoute around = routeInWorld(world, 0, 3, {.avoid = {bathroom}});
@@ -336,7 +329,7 @@ TEST(RouteInWorld, AvoidsAreasOnThePathThatIsDriven) {
 }
 
 TEST(RouteInWorld, TellsWhatItCouldNotAvoid) {
-  const WorldMap world = roundTrip();
+  const WorldMap world = sampleRoundTrip();
   const auto why = [&](int from, int to, const RouteOptions& options) {
     const WorldRoute found = routeInWorld(world, from, to, {.avoid = {"1"}}, options);
     EXPECT_EQ(found.crossed.size(), 1U);

@@ -259,11 +259,12 @@ TEST(WorldMapper, NamesObjectsByADetectorThatSeesThemAmongOthers) {
     EXPECT_NEAR(world.objects[0].probability(), 0.7, 0.02) << "the mean";
   };
   expectStove();
-  splitArea(file, {0, -2.9}, {0, 2.9});  // makes the layers again, without a labeler
+  mapUpTo(drive, drive.size(), file);  // makes the layers again, without a labeler
   expectStove();
   EXPECT_FALSE(readObjectImage(file, 0).empty());
   sqlite::Database(file, sqlite::Database::Mode::write).run("UPDATE segment_words SET words = x'00'");
-  EXPECT_THAT([&] { mergeAreas(file, "0", "1"); }, FailsWith(ErrorCode::corruptFile, "words of a segment"));
+  EXPECT_THAT([&] { mapUpTo(drive, drive.size(), file); },
+              FailsWith(ErrorCode::corruptFile, "words of a segment"));
 }
 
 TEST(WorldMapper, LeavesOutViewsThatAreTooFarAway) {
@@ -309,43 +310,6 @@ TEST(WorldMapper, RefusesDepthAndCamerasThatAreNone) {
   EXPECT_THAT([] { observe(cv::Mat(4, 4, CV_16U), test::smallCamera()); },
               FailsWith(ErrorCode::invalidInput));
   EXPECT_THAT([] { observe(cv::Mat(4, 4, CV_32F), CameraIntrinsics{}); }, FailsWith(ErrorCode::invalidInput));
-}
-
-TEST(EditAreas, NamesMergesAndSplitsOutliveAnotherSegmentation) {
-  const ScratchFolder folder;
-  const FlatDrive drive;
-  const fs::path file = folder / "flat.estancia";
-  mapUpTo(drive, 50, file);
-  const std::string bedroom = "Ana's \"room\"";
-  nameArea(file, "0", "hall");
-  nameArea(file, std::to_string(readWorld(file).areaOfFrame[0]), bedroom);
-  mapUpTo(drive, drive.size(), file);
-  WorldMap world = readWorld(file);
-  EXPECT_EQ(world.findArea(world.areaOfFrame[0])->displayName(), bedroom);
-
-  mergeAreas(file, bedroom, std::to_string(world.areaOfFrame[63]));
-  world = readWorld(file);
-  EXPECT_EQ(world.areas.size(), 2U);
-  EXPECT_EQ(world.areaOfFrame[0], world.areaOfFrame[63]);
-
-  splitArea(file, {2, 0.2}, {2, 3.8});
-  world = readWorld(file);
-  EXPECT_EQ(world.areas.size(), 3U);
-  EXPECT_NE(areaAt(*world.plan, {1, 2}, 0.1), areaAt(*world.plan, {3, 2}, 0.1));
-  mapUpTo(drive, drive.size(), file);
-  expectSame(readWorld(file), world);
-}
-
-TEST(EditAreas, SayWhichAreasThereAre) {
-  const ScratchFolder folder;
-  const FlatDrive drive;
-  const fs::path file = folder / "flat.estancia";
-  mapUpTo(drive, drive.size(), file);
-  EXPECT_THAT([&] { nameArea(file, "cellar", "x"); }, FailsWith(ErrorCode::unknownName, "stove"));
-  EXPECT_THAT([&] { mergeAreas(file, "0", "0"); }, FailsWith(ErrorCode::invalidInput));
-  EXPECT_THAT([&] { splitArea(file, {50, 50}, {51, 51}); }, FailsWith(ErrorCode::invalidInput));
-  EXPECT_THAT([&] { splitArea(file, {2, 2}, {2, 2}); }, FailsWith(ErrorCode::invalidInput));
-  EXPECT_EQ(readWorld(file).edits.size(), 0U);
 }
 
 TEST(WorldStore, RefusesDamagedLayers) {
