@@ -18,6 +18,7 @@
 #include "estancia/topology/places.hpp"
 #include "estancia/world/world_mapper.hpp"
 #include "labeling.hpp"
+#include "map_faults.hpp"
 #include "tracked.hpp"
 
 namespace estancia::apps {
@@ -59,10 +60,11 @@ std::map<std::string, std::size_t> placesPerRoom(const MapArguments& arguments,
   return places;
 }
 
-/// How the camera was tracked; nothing where it was not.
+/// How the camera was tracked, if it was, and what was wrong with the drive.
 struct Odometry {
   std::optional<RgbdTrajectory> trajectory;
   MapLevel level;
+  DriveFaults faults;
 };
 
 /// Says which way is up in the map.
@@ -112,6 +114,7 @@ Json summaryOf(const MapArguments& arguments, const MapRun& map, std::size_t ski
             {"transitions", mapper.transitions().size()},
             {"tau_join", mapper.thresholds().join},
             {"tau_revisit", mapper.thresholds().revisit}};
+  if (const Json faults = faultsOf(odometry.faults); !faults.empty()) json["faults"] = faults;
   if (odometry.trajectory) json["odometry"] = summaryOf(arguments, *odometry.trajectory, odometry.level);
   return json;
 }
@@ -119,8 +122,11 @@ Json summaryOf(const MapArguments& arguments, const MapRun& map, std::size_t ski
 /// The layers above the places.
 class Layers {
  public:
-  Layers(Labeling& labeling, MapRun& map, const WorldOptions& options)
-      : sequence_(labeling.sequence()), labeler_(labeling.labeler()), map_(map), options_(options) {
+  Layers(Labeling& labeling, MapRun& map, WorldOptions options)
+      : sequence_(labeling.sequence()),
+        labeler_(labeling.labeler()),
+        map_(map),
+        options_(std::move(options)) {
     if (map_.session()) start();  // says at once what does not fit
     sayWhatIsMissing();
   }
@@ -139,18 +145,22 @@ class Layers {
   Odometry finish() {
     if (!mapper_) return {};
     mapper_->finish();
+    warnOfFaults(mapper_->faults());
     if (mapper_->viewsTooFar() > 0)
       spdlog::warn(
           "{} too far from the others for a floor plan and left out of it; `estancia check` looks "
           "at the poses",
           mapper_->viewsTooFar() == 1 ? "1 view is" : fmt::format("{} views are", mapper_->viewsTooFar()));
-    return {mapper_->odometry(), mapper_->level().value_or(MapLevel{})};
+    return {mapper_->odometry(), mapper_->level().value_or(MapLevel{}), mapper_->faults()};
   }
 
  private:
   void start() {
     const auto camera = cameraToTrack(sequence_, options_);
     mapper_.emplace(map_.start(), options_, &labeler_, camera);
+    if (sequence_.hasDepth() && sequence_.intrinsics() &&
+        (mapper_->layers().areas || mapper_->layers().objects))
+      mapper_->keepCamera(*sequence_.intrinsics(), sequence_.depthScale());
     if (camera && !mapper_->tracks() && (mapper_->layers().areas || mapper_->layers().objects))
       spdlog::info("no areas and objects: the map was begun without odometry; map anew to have them");
   }
@@ -193,7 +203,7 @@ class Layers {
   const Sequence& sequence_;
   Labeler& labeler_;
   MapRun& map_;
-  const WorldOptions& options_;
+  const WorldOptions options_;
   std::optional<WorldMapper> mapper_;
 };
 
@@ -202,11 +212,22 @@ struct Added {
   Odometry odometry;
 };
 
+/// Those that are given; of all others a map that is continued keeps its own.
+WorldOptions worldOptions(const MapArguments& arguments, MapRun& map) {
+  WorldOptions options = arguments.world;
+  if (!map.session()) return options;
+  if (const auto kept = WorldMapper::optionsOf(map.start())) {
+    options = *kept;
+    arguments.declared.applyTo(declare(options));
+  }
+  return options;
+}
+
 /// Adds the labeled frames from `first` on.
 Added addFrames(const MapArguments& arguments, Labeling& labeling, std::size_t first, bool images,
                 MapRun& map) {
   const Sequence& sequence = labeling.sequence();
-  Layers layers(labeling, map, arguments.world);
+  Layers layers(labeling, map, worldOptions(arguments, map));
   const auto finish = [&] {
     map.finish();
     return layers.finish();
@@ -228,6 +249,18 @@ Added addFrames(const MapArguments& arguments, Labeling& labeling, std::size_t f
   }
 }
 
+/// The rooms of a map that is continued are predicted by the classifier that is given, and of all frames.
+void warnOfMissingRooms(const MapArguments& arguments, std::size_t newFrames) {
+  const TopologicalMap map = readMap(arguments.output);
+  if (newFrames == 0 || !map.predictions) return;
+  spdlog::warn(
+      "{} are not named by the room classifier that named the places of {} before; run `estancia classify "
+      "name "
+      "CLASSIFIER {}{}`",
+      counted(newFrames, "new frame"), printable(arguments.output), printable(arguments.output),
+      isDescriptorFile(arguments.sequence.path) ? "" : " " + printable(arguments.sequence.path));
+}
+
 void run(const MapArguments& arguments) {
   const bool images = !isDescriptorFile(arguments.sequence.path);
   const auto classifier = openRoomClassifier(arguments.roomClassifier, arguments.sequence);
@@ -245,6 +278,7 @@ void run(const MapArguments& arguments) {
       });
   const Added added = addFrames(arguments, labeling, first, images, *map);
   Json json = summaryOf(arguments, *map, added.skipped, added.odometry);
+  const std::size_t newFrames = map->session()->frames() - map->framesBefore();
   map.reset();  // the rooms are written into its file
   if (classifier) {
     const auto places = placesPerRoom(arguments, *classifier, images ? &sequence : nullptr);
@@ -252,6 +286,7 @@ void run(const MapArguments& arguments) {
     for (const auto& [room, count] : places)
       if (!arguments.json) fmt::print("  {:<24} {}\n", room, counted(count, "place"));
   }
+  if (arguments.goOn && !classifier) warnOfMissingRooms(arguments, newFrames);
   if (arguments.json) print(json);
 }
 

@@ -52,6 +52,7 @@ class ImageFiles final : public ListedSequence {
   std::string fingerprint(std::size_t i) const override;
   bool hasDepth() const override { return hasDepth_; }
   cv::Mat depth(std::size_t i) const override;
+  double depthScale() const override { return depthScale_; }
   std::optional<double> depthTimestamp(std::size_t i) const override { return depths_.at(i).timestamp; }
 
  private:

@@ -28,6 +28,7 @@ class Selection final : public Sequence {
   std::string fingerprint(std::size_t i) const override { return whole_->fingerprint(kept_.at(i)); }
   bool hasDepth() const override { return whole_->hasDepth(); }
   cv::Mat depth(std::size_t i) const override { return whole_->depth(kept_.at(i)); }
+  double depthScale() const override { return whole_->depthScale(); }
   std::optional<double> depthTimestamp(std::size_t i) const override {
     return whole_->depthTimestamp(kept_.at(i));
   }

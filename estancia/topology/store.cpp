@@ -522,6 +522,15 @@ std::optional<Pose> MapStore::pose(std::size_t frame) const {
   return readPose(row, 0);
 }
 
+Frame MapStore::frame(std::size_t frame) const {
+  Statement row(impl_->database, "SELECT name, timestamp, x, y, z, qx, qy, qz, qw FROM frames WHERE id = ?1",
+                frame);
+  if (!row.next()) impl_->failNoFrame(frame, frameCount());
+  const double timestamp = row.real(1);
+  return {row.text(0), std::isfinite(timestamp) ? std::optional(timestamp) : std::nullopt, readPose(row, 2),
+          ""};
+}
+
 void MapStore::forEachDescriptor(std::size_t first,
                                  const std::function<bool(std::size_t, DescriptorView)>& visit) const {
   Statement rows(impl_->database,

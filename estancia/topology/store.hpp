@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "estancia/core/descriptor.hpp"
+#include "estancia/core/frame.hpp"
 #include "estancia/topology/map.hpp"
 
 namespace estancia {
@@ -97,6 +98,8 @@ class MapStore {
   /// Throws Error (unknownName) when there is no such frame.
   LexicalDescriptor descriptor(std::size_t frame) const;
   std::optional<Pose> pose(std::size_t frame) const;
+  /// Name, time stamp and pose. Throws Error (unknownName) when there is no such frame.
+  Frame frame(std::size_t frame) const;
   /// All descriptors from `first` on, in order; stops early when `visit` returns false.
   void forEachDescriptor(std::size_t first,
                          const std::function<bool(std::size_t, DescriptorView)>& visit) const;

@@ -86,9 +86,9 @@ Observation observe(const cv::Mat& depth, const CameraIntrinsics& camera) {
                  whole.fy / step, whole.cx / step, whole.cy / step};
   for (int v = 0; v < seen.depth.rows; ++v)
     for (int u = 0; u < seen.depth.cols; ++u) {
-      const float z = 1000 * depth.at<float>(v * step, u * step);
+      const float z = depth.at<float>(v * step, u * step);
       seen.depth.at<std::uint16_t>(v, u) =
-          z > 0 && z < 65535 ? static_cast<std::uint16_t>(std::lround(z)) : std::uint16_t{0};
+          z > 0 && z < farthestDepth ? static_cast<std::uint16_t>(std::lround(1000 * z)) : std::uint16_t{0};
     }
   return seen;
 }

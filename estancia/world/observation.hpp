@@ -17,6 +17,9 @@
 
 namespace estancia {
 
+/// What lies farther away is not kept [m].
+constexpr float farthestDepth = 65.5F;
+
 /// The evidence of one frame, in its camera's frame: the layers of a map are made of it again whenever the
 /// poses are corrected, or a map is continued.
 struct Observation {

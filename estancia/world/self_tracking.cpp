@@ -26,8 +26,10 @@ constexpr const char* trackerTable =
 /// Kinds of rows.
 constexpr const char *headRow = "head", *keyframeRow = "keyframe", *frameRow = "frame", *foldRow = "fold",
                      *viewRow = "view", *planesRow = "planes", *levelRow = "level";
-/// A map that is off by less is level.
-constexpr double sameLevel = 0.1 * std::numbers::pi / 180;
+/// While the camera drives, a map that is off by less is level [rad]: all that was seen must be moved.
+constexpr double roughlyLevel = 0.05 * std::numbers::pi / 180;
+/// And in the end: 1 mm at 6 m.
+constexpr double exactlyLevel = 0.01 * std::numbers::pi / 180;
 
 auto numbersOf(const Pose& pose) {
   return std::tuple(pose.x, pose.y, pose.z, pose.qx, pose.qy, pose.qz, pose.qw);
@@ -204,6 +206,10 @@ void SelfTracking::dropPlanes(std::size_t frame) {
 }
 
 void SelfTracking::level() {
+  level(roughlyLevel);
+}
+
+void SelfTracking::level(double tolerance) {
   const std::optional<cv::Vec3d> seen = planes_.up(told_);
   std::vector<Pose> known;
   if (!seen)
@@ -212,7 +218,7 @@ void SelfTracking::level() {
   const cv::Vec3d up = seen ? *seen : Floor(known).up();
   leveled_.byPlanes = seen.has_value();
   newLevel_ = newLevel_ || !hasLevel(store_);
-  if (std::acos(std::clamp(up[2], -1.0, 1.0)) > sameLevel) {
+  if (std::acos(std::clamp(up[2], -1.0, 1.0)) > tolerance) {
     take(rotation_.rotation().t() * up);
     newLevel_ = true;
     // The latest frame is not in the map yet: its pose is asked for.
@@ -289,7 +295,7 @@ RgbdTrajectory SelfTracking::settle() {
   tracker_->settle();
   settled_ = true;
   compare(0, std::min(told_.size(), store_.frameCount()));
-  level();
+  level(exactlyLevel);
   RgbdTrajectory trajectory = tracker_->trajectory();
   for (auto* poses : {&trajectory.poses, &trajectory.online})
     for (std::optional<Pose>& pose : *poses) pose = leveled(pose);

@@ -50,7 +50,7 @@ class SelfTracking {
   /// What a frame saw; of the latest, or an earlier one.
   void addPlanes(std::size_t frame, std::span<const Plane> planes);
   void dropPlanes(std::size_t frame);
-  /// Levels the map by all that was seen so far, and moves the frames, unless it is level within 0.1°.
+  /// Levels the map by all that was seen so far, and moves the frames, unless it is level within 0.05°.
   /// Without planes by the cameras: see Floor.
   void level();
   /// How level() did it the last time.
@@ -82,6 +82,7 @@ class SelfTracking {
  private:
   void load();
   void compare(std::size_t first, std::size_t end);
+  void level(double tolerance);
   void take(const cv::Vec3d& up);
   std::optional<Pose> leveled(const std::optional<Pose>& pose) const;
   std::optional<std::size_t> origin() const;

@@ -21,6 +21,8 @@
 #include "estancia/stats/moments.hpp"
 #include "estancia/topology/session_impl.hpp"
 #include "estancia/topology/sqlite.hpp"
+#include "estancia/world/drive_faults.hpp"
+#include "estancia/world/map_terms.hpp"
 #include "estancia/world/object_layer.hpp"
 #include "estancia/world/self_tracking.hpp"
 #include "estancia/world/view_cells.hpp"
@@ -100,12 +102,14 @@ std::optional<CameraIntrinsics> cameraToTrack(const Sequence& drive, const World
 }
 
 struct WorldMapper::Impl {
-  Impl(MappingSession::Impl& mapping, const WorldOptions& wanted, Labeler* images)
+  Impl(MappingSession::Impl& mapping, const std::optional<WorldOptions>& wanted, Labeler* images)
       : session(mapping),
-        options(wanted),
+        terms(mapping.store),
+        options(wanted ? *wanted : terms.options().value_or(WorldOptions{})),
         store(mapping.store, MapStore::Access::write),
         mean(mapping.store.identity().vocabulary.size(), false) {
     declare(options).validate();
+    terms.keep(options);
     edits = store.edits();
     const std::string kept = store.layers();
     if (!kept.empty() && options.layers && *options.layers != layersFrom(kept))
@@ -122,12 +126,16 @@ struct WorldMapper::Impl {
   }
 
   MappingSession::Impl& session;
+  MapTerms terms;
   WorldOptions options;
   WorldStore store;
   WorldLayers layers;
   std::vector<AreaEdit> edits;
   std::vector<std::optional<Pose>> poses;  // of all frames
   Moments mean;                            // of their descriptors
+  PoseJumps jumps;                         // of given poses
+  bool isBelieved = true;                  // the latest of them
+  DepthFaults faults;
   std::optional<Pose> lastView;
   ViewCells cells;
   std::optional<Floor> floor;
@@ -143,9 +151,10 @@ struct WorldMapper::Impl {
 
   std::size_t labels() const { return session.store.identity().vocabulary.size(); }
 
-  void addFrame(const std::optional<Pose>& pose, DescriptorView descriptor) {
+  void addFrame(const Frame& frame, const std::optional<Pose>& pose, DescriptorView descriptor) {
     poses.push_back(pose && pose->isPlausible() ? pose : std::nullopt);
     mean.add(descriptor);
+    isBelieved = isTracked || !poses.back() || jumps.add(poses.size() - 1, frame, *poses.back());
   }
 
   bool inSpace() const { return layers.areas || layers.objects; }
@@ -212,6 +221,12 @@ struct WorldMapper::Impl {
       return true;
     });
     return folded;
+  }
+
+  void findFaults(const Frame& frame, const cv::Mat& depth) {
+    if (inSpace() && depth.type() == CV_32F && !depth.empty()) faults.add(frame, depth);
+    if (poses.back() && jumps.found()) faults.add(*jumps.found());
+    if (!isBelieved) faults.addDoubted();
   }
 
   /// Finds the segments, and returns the planes.
@@ -338,8 +353,12 @@ void WorldMapper::Impl::foldFinally() {
   rebuild();
 }
 
-WorldMapper::WorldMapper(MappingSession& session, const WorldOptions& options, Labeler* labeler,
-                         const std::optional<CameraIntrinsics>& track)
+std::optional<WorldOptions> WorldMapper::optionsOf(MappingSession& session) {
+  return MapTerms(session.impl_->store).options();
+}
+
+WorldMapper::WorldMapper(MappingSession& session, const std::optional<WorldOptions>& options,
+                         Labeler* labeler, const std::optional<CameraIntrinsics>& track)
     : impl_(std::make_unique<Impl>(*session.impl_, options, labeler)) {
   MapStore& store = impl_->session.store;
   // As the frames came, so that the layers are those of an unbroken run.
@@ -347,7 +366,8 @@ WorldMapper::WorldMapper(MappingSession& session, const WorldOptions& options, L
   const auto upTo = [&](std::size_t end) {
     store.forEachDescriptor(next, [&](std::size_t frame, DescriptorView descriptor) {
       if (frame >= end) return false;
-      impl_->addFrame(store.pose(frame), descriptor);
+      const Frame known = store.frame(frame);
+      impl_->addFrame(known, known.pose, descriptor);
       next = frame + 1;
       return next < end;
     });
@@ -363,6 +383,10 @@ WorldMapper::WorldMapper(MappingSession& session, const WorldOptions& options, L
 }
 WorldMapper::WorldMapper(WorldMapper&&) noexcept = default;
 WorldMapper::~WorldMapper() = default;
+
+void WorldMapper::keepCamera(const CameraIntrinsics& camera, double depthScale) {
+  impl_->terms.keep(camera, depthScale);
+}
 
 const WorldLayers& WorldMapper::layers() const {
   return impl_->layers;
@@ -385,9 +409,11 @@ std::optional<Pose> WorldMapper::observe(const Frame& frame, DescriptorView desc
         "{} has the poses of its own odometry: go on without --poses, with depth and its camera, or map anew",
         impl.session.store.database().path().string());
   const std::size_t index = impl.poses.size();
-  impl.addFrame(impl.tracking ? impl.track(frame, descriptor, image, depth) : frame.pose, descriptor);
+  impl.addFrame(frame, impl.tracking ? impl.track(frame, descriptor, image, depth) : frame.pose, descriptor);
+  impl.findFaults(frame, depth);
   const std::optional<Pose>& pose = impl.poses.back();
-  const bool isNew = impl.tracking ? impl.isNewTracked(index) : pose && impl.isNew(index, *pose);
+  const bool isNew =
+      impl.tracking ? impl.isNewTracked(index) : pose && impl.isBelieved && impl.isNew(index, *pose);
   if (impl.inSpace() && !depth.empty() && isNew) {
     Observation seen = estancia::observe(depth, camera);
     bool added = false;
@@ -442,6 +468,10 @@ const std::optional<RgbdTrajectory>& WorldMapper::odometry() const {
 
 const std::optional<MapLevel>& WorldMapper::level() const {
   return impl_->level;
+}
+
+const DriveFaults& WorldMapper::faults() const {
+  return impl_->faults.faults();
 }
 
 std::size_t WorldMapper::viewsTooFar() const {

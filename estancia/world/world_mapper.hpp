@@ -6,6 +6,7 @@
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "estancia/areas/areas.hpp"
 #include "estancia/cloud/clusters.hpp"
@@ -57,6 +58,34 @@ struct MapLevel {
   double tilt = 0;
 };
 
+/// A camera that is suddenly elsewhere.
+struct PoseJump {
+  /// Names of frames.
+  std::string from, to;
+  /// [m]
+  double distance = 0;
+  /// [s]; nothing without time stamps.
+  std::optional<double> seconds;
+};
+
+/// What was wrong with the frames that were observed.
+struct DriveFaults {
+  struct Frames {
+    std::size_t count = 0;
+    /// The name of the first one.
+    std::string first;
+  };
+  std::size_t depthImages = 0;
+  /// Depth images without a value, and with none below 65.5 m. They show nothing.
+  Frames noDepth, tooFar;
+  /// Poses that moved twenty times as far as usual, and more than 1 m, faster than 5 m/s; without time
+  /// stamps, more than 10 m. And the first three.
+  std::size_t jumps = 0;
+  std::vector<PoseJump> named;
+  /// Frames that were left out of areas and objects: those after a jump, until three in a row agree.
+  std::size_t doubted = 0;
+};
+
 /// What a frame shows of the space is kept as an observation; areas and objects are a function of the
 /// observations and of the frames' poses. So they can be made again when the poses are corrected or the map
 /// is continued, and they never disagree.
@@ -67,16 +96,25 @@ struct MapLevel {
 /// too.
 class WorldMapper {
  public:
-  /// Goes on with the layers of the session's map, if it has any. `labeler` names objects by images of them;
-  /// without one, or with one that needs no images, they have no words. Both must outlive it. Throws Error:
-  /// invalidOption, corruptFile, and mismatch when other layers are wanted than the map has. `track`: the
-  /// camera of images and depth, in any size, whose poses are to be tracked: those of the frames are not
-  /// looked at. Throws Error (mismatch) when the map's poses come from elsewhere, or were tracked with other
-  /// options or another camera. A map whose frames have no poses, and were not tracked, stays so.
-  explicit WorldMapper(MappingSession& session, const WorldOptions& options = {}, Labeler* labeler = nullptr,
-                       const std::optional<CameraIntrinsics>& track = {});
+  /// The options that the session's map was made with; nothing of a new map, and of one of older programs.
+  static std::optional<WorldOptions> optionsOf(MappingSession& session);
+
+  /// Goes on with the layers of the session's map, if it has any. `options`: absent are those of the map, and
+  /// of a new one the defaults; it keeps them, but the number of threads. `labeler` names objects by images
+  /// of them; without one, or with one that needs no images, they have no words. Both must outlive it. Throws
+  /// Error: invalidOption, corruptFile, and mismatch when other layers or options are wanted than the map
+  /// has. `track`: the camera of images and depth, in any size, whose poses are to be tracked: those of the
+  /// frames are not looked at. Throws Error (mismatch) when the map's poses come from elsewhere, or were
+  /// tracked with other options or another camera. A map whose frames have no poses, and were not tracked,
+  /// stays so.
+  explicit WorldMapper(MappingSession& session, const std::optional<WorldOptions>& options = {},
+                       Labeler* labeler = nullptr, const std::optional<CameraIntrinsics>& track = {});
   WorldMapper(WorldMapper&&) noexcept;
   ~WorldMapper();
+
+  /// The camera of all depth images of the map, and Sequence::depthScale(). Throws Error (mismatch) when
+  /// those of earlier runs were others.
+  void keepCamera(const CameraIntrinsics& camera, double depthScale);
 
   /// Takes the frame that is added to the session next: its image (BGR, may be empty), and its depth: CV_32F
   /// [m], 0 where unknown, empty where there is none; `camera` has images of any size. Returns the pose to
@@ -98,6 +136,8 @@ class WorldMapper {
   const std::optional<RgbdTrajectory>& odometry() const;
   /// How that map was leveled.
   const std::optional<MapLevel>& level() const;
+
+  const DriveFaults& faults() const;
 
   /// Views that were so far from the others that no floor plan holds them: an error of the poses, mostly.
   std::size_t viewsTooFar() const;

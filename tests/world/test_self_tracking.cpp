@@ -330,7 +330,7 @@ TEST(SelfTracking, RefusesAMapThatWasMadeInAnotherWay) {
   const LexicalDescriptor words = wordsByHeading(drive).describe(0);
   const auto begin = [&](const fs::path& path, const std::optional<Pose>& pose) {
     MappingSession session = MappingSession::create(path, labeler.vocabulary(), "test", {});
-    WorldMapper world(session);
+    WorldMapper world(session, manyCorrections());
     Frame frame = drive.frame(0);
     frame.pose = pose;
     frame.pose = world.observe(frame, words, {}, drive.depth(0), *drive.intrinsics());

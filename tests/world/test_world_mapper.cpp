@@ -276,7 +276,7 @@ TEST(WorldMapper, LeavesOutViewsThatAreTooFarAway) {
     for (std::size_t i = 0; i < drive.size(); ++i) all.push_back(drive.depth(i));
     return all;
   }();
-  drive.frames_[5].pose->x += 1e6;
+  for (std::size_t i = 5; i < 8; ++i) drive.frames_[i].pose->x += 1e6;
   MoodyLabeler labeler;
   const DescriptorSequence labeled = drive.labeled();
   MappingSession session =
@@ -286,9 +286,79 @@ TEST(WorldMapper, LeavesOutViewsThatAreTooFarAway) {
     const std::size_t asked = labeler.asked;
     world.observe(drive.frame(i), labeled.descriptors.row(i), drive.image(i), depths[i], *drive.intrinsics());
     session.add(drive.frame(i), labeled.descriptors.row(i));
-    EXPECT_TRUE(i != 5 || labeler.asked == asked) << "nothing in it is labeled";
+    EXPECT_TRUE(i < 5 || labeler.asked == asked) << "nothing in it is labeled";
   }
-  EXPECT_EQ(world.viewsTooFar(), 1U);
+  EXPECT_EQ(world.viewsTooFar(), 1U) << "the third one after the jump";
+  EXPECT_EQ(world.faults().jumps, 1U);
+  EXPECT_EQ(world.faults().doubted, 2U);
+}
+
+TEST(WorldMapper, DoesNotBelieveAPoseThatJumpsAwayAndBack) {
+  const ScratchFolder folder;
+  FlatDrive drive, spoilt;
+  spoilt.frames_[9].pose->x += 30;
+  spoilt.frames_[20].pose->y -= 1e6;
+  const WorldMap whole = mapOf(drive, folder / "whole.estancia");
+  const fs::path file = folder / "spoilt.estancia", broken = folder / "broken.estancia";
+  const WorldMap world = mapOf(spoilt, file);
+  EXPECT_EQ(world.areas.size(), whole.areas.size());
+  EXPECT_EQ(world.plan->areaOf.size(), whole.plan->areaOf.size()) << "no floor plan reaches there";
+  for (const std::size_t stop : {9U, 10U, 11U, 64U}) mapUpTo(spoilt, stop, broken);
+  expectSame(readWorld(broken), world);
+}
+
+TEST(WorldMapper, CountsDepthThatShowsNothing) {
+  const ScratchFolder folder;
+  const FlatDrive drive;
+  const DescriptorSequence labeled = drive.labeled();
+  MappingSession session =
+      MappingSession::create(folder / "dark.estancia", labeled.vocabulary, labeled.model, MapperOptions{});
+  WorldMapper world(session);
+  const auto add = [&](const cv::Mat& depth) {
+    const std::size_t i = session.frames();
+    world.observe(drive.frame(i), labeled.descriptors.row(i), drive.image(i), depth, *drive.intrinsics());
+    session.add(drive.frame(i), labeled.descriptors.row(i));
+  };
+  for (const float z : {2.0F, 0.0F, 900.0F, 0.0F}) add(cv::Mat(48, 64, CV_32F, cv::Scalar(z)));
+  add({});
+  EXPECT_EQ(world.faults().depthImages, 4U);
+  EXPECT_EQ(world.faults().noDepth.count, 2U);
+  EXPECT_EQ(world.faults().noDepth.first, "frame 1");
+  EXPECT_EQ(world.faults().tooFar.count, 1U);
+  EXPECT_EQ(world.faults().tooFar.first, "frame 2");
+}
+
+TEST(WorldMapper, GoesOnWithTheSameOptionsAndCamera) {
+  const ScratchFolder folder;
+  const FlatDrive drive;
+  const fs::path file = folder / "flat.estancia";
+  const DescriptorSequence labeled = drive.labeled();
+  WorldOptions wide;
+  wide.areas.cell = 0.1;
+  {
+    MappingSession session = MappingSession::create(file, labeled.vocabulary, labeled.model, MapperOptions{});
+    EXPECT_FALSE(WorldMapper::optionsOf(session));
+    WorldMapper world(session, wide);
+    world.keepCamera(*drive.intrinsics(), 1000);
+    world.observe(drive.frame(0), labeled.descriptors.row(0), {}, drive.depth(0), *drive.intrinsics());
+    session.add(drive.frame(0), labeled.descriptors.row(0));
+    session.finish();
+    world.finish();
+  }
+  MappingSession session = MappingSession::resume(file, labeled.vocabulary, labeled.model);
+  ASSERT_TRUE(WorldMapper::optionsOf(session));
+  EXPECT_EQ(WorldMapper::optionsOf(session)->areas.cell, 0.1);
+  EXPECT_THAT([&] { WorldMapper(session, WorldOptions{}); },
+              FailsWith(ErrorCode::mismatch, "world.areas.cell is 0.1 in the map, and 0.05"));
+  wide.segments.threads = 1;
+  EXPECT_NO_THROW(WorldMapper(session, wide)) << "changes no result";
+  WorldMapper world(session);
+  EXPECT_NO_THROW(world.keepCamera(*drive.intrinsics(), 1000));
+  CameraIntrinsics zoomed = *drive.intrinsics();
+  zoomed.fx *= 2;
+  EXPECT_THAT([&] { world.keepCamera(zoomed, 1000); }, FailsWith(ErrorCode::mismatch, "camera"));
+  EXPECT_THAT([&] { world.keepCamera(*drive.intrinsics(), 5000); },
+              FailsWith(ErrorCode::mismatch, "1000 in the map, and 5000"));
 }
 
 TEST(WorldMapper, HasNoAreasWhereNoRoomWasSeen) {

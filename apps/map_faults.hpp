@@ -1,0 +1,16 @@
+// Map faults: what `estancia map` says of depth and poses that are wrong.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "estancia/world/world_mapper.hpp"
+
+namespace estancia::apps {
+
+void warnOfFaults(const DriveFaults& faults);
+
+/// Empty where there were none.
+nlohmann::ordered_json faultsOf(const DriveFaults& faults);
+
+}  // namespace estancia::apps
