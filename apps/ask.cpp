@@ -140,7 +140,12 @@ void printAnswers(const WorldAnswers& answers, const WorldMap& world, const std:
   for (const std::size_t label : answers.labels)
     matched.push_back(shortLabel(world.places.vocabulary[label]));
   for (const std::string& room : answers.rooms) matched.push_back("room " + room);
-  if (!answers.areas.empty() || !answers.namedObjects.empty()) matched.emplace_back("a name that was given");
+  const std::string part = answers.isWholeName ? "" : "a part of ";
+  const auto isGiven = [&world](int area) { return !world.findArea(area)->givenName.empty(); };
+  if (std::ranges::any_of(answers.areas, isGiven)) matched.push_back(part + "an area's name by people");
+  if (!std::ranges::all_of(answers.areas, isGiven))
+    matched.push_back(part + "an area's name by a room classifier");
+  if (!answers.namedObjects.empty()) matched.emplace_back("an object's name by people");
   fmt::print("{} → {}\n", printable(words), fmt::join(matched, ", "));
   for (const int id : answers.areas) {
     const WorldArea& area = *world.findArea(id);
@@ -184,7 +189,7 @@ void addAskCommand(CLI::App& app) {
   command->add_option("MAP", arguments->map, "The map file")->required();
   command
       ->add_option("WORDS", arguments->words,
-                   "What to look for: a label, a synonym or a part of one, or a name that people gave")
+                   "What to look for: a label, a synonym or a part of one, or a name of an area or object")
       ->required();
   command->add_option("-n,--max-places", arguments->maxPlaces, "Largest number of places to list")
       ->capture_default_str()

@@ -1,6 +1,7 @@
 // estancia evaluate: how good are a map or zones, and how well does one find one's way in it?
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <filesystem>
 
@@ -82,8 +83,9 @@ std::vector<Measure> measure(const EvaluateArguments& arguments) {
   requireThings(arguments);
   const std::vector<std::string> seen = roomsSeenBy(map.frames, arguments.truth);
   std::vector<Measure> measures = measuresOf(evaluate(map, seen));
-  for (Measure& more : measuresOf(evaluateWorld(arguments.localization.map, arguments.truth, seen, classes)))
-    measures.push_back(std::move(more));
+  const WorldAccuracy accuracy = evaluateWorld(arguments.localization.map, arguments.truth, seen, classes);
+  for (const std::string& doubt : accuracy.doubts) spdlog::warn("{}", doubt);
+  for (Measure& more : measuresOf(accuracy)) measures.push_back(std::move(more));
   return measures;
 }
 

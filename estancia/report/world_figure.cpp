@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "estancia/report/color.hpp"
 #include "estancia/report/thumbnails.hpp"
@@ -77,13 +78,32 @@ class WorldDrawing {
     return points;
   }
 
+  /// On the figure.
+  double widthOf(const Outlines& area) const {
+    double least = std::numeric_limits<double>::infinity(), most = -least;
+    for (const std::vector<Point>& outline : area)
+      for (const Point& corner : outline)
+        least = std::min(least, fit_(corner).x), most = std::max(most, fit_(corner).x);
+    return most - least;
+  }
+
+  /// As much of the name as lies within the area; its number where not even a short word does.
+  std::string nameOf(const WorldArea& area, double width) const {
+    constexpr std::size_t least = 6;
+    for (std::size_t most = style_.words ? 28 : 16; most >= least; --most)
+      if (std::string text = wordsWithin(area.displayName(), most);
+          1.08 * style_.fontSize * textWidth(text) <= width)
+        return text;
+    return std::to_string(area.id);
+  }
+
   /// Each at the middle of its area, or a little above or below, so that none covers another.
   void placeNames() {
     for (const WorldArea& area : view_.world.areas) {
       const auto number = static_cast<std::size_t>(area.id);
       if (number >= shapes_.areas.size() || shapes_.areas[number].empty()) continue;
       const double size = style_.fontSize;
-      const std::string text = wordsWithin(area.displayName(), style_.words ? 28 : 16);
+      const std::string text = nameOf(area, widthOf(shapes_.areas[number]));
       const double width = 1.08 * size * textWidth(text);
       Point at = fit_({area.center.x, area.center.y});
       at.x = std::clamp(at.x, width / 2 + 2, std::max(width / 2 + 2, style_.width - width / 2 - 2));
@@ -102,7 +122,7 @@ class WorldDrawing {
     for (const WorldArea& area : view_.world.areas) {
       const auto number = static_cast<std::size_t>(area.id);
       if (number >= shapes_.areas.size() || shapes_.areas[number].empty()) continue;
-      const std::string color = classStyle(number).fill.hex();
+      const std::string color = areaColor(area.id).hex();
       svg.open("a", {{"class", "area"}, {"href", fmt::format("#area-{}", area.id)}});
       svg.element("title", fmt::format("{}: {:.1f} m², {}", shorten(area.displayName(), 60), area.size,
                                        counted(area.frames, "frame")));

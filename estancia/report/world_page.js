@@ -53,10 +53,11 @@
       const at = ([x, y]) => [toX + scale * (x - fromX), toY - scale * (y - fromY)];
       const group = plan.querySelector('.way');
       group.replaceChildren();
-      if (!object || !object.pose) return;
+      if (!object) return;
       const line = points => 'M' + points.map(p => at(p).map(v => v.toFixed(1)).join(' ')).join('L');
       if (object.way && object.way.length > 1)
         ['under', 'over'].forEach(kind => group.append(draw('path', {class: kind, d: line(object.way)})));
+      if (!object.pose) return;
       const [x, y, yaw] = object.pose, [px, py] = at([x, y]), along = object.distance;
       group.append(
         draw('path', {class: 'look', d: line([[x, y], [x + along * Math.cos(yaw), y + along * Math.sin(yaw)]])}),
@@ -82,7 +83,7 @@
     shown = [];
     mark([], -1);
     drawWay(null);
-    showArea(-1);
+    showAreas([]);
     byId('found').replaceChildren(...atFirst);
     byId('found').hidden = !atFirst.length;
   }
@@ -127,26 +128,44 @@
     mark(others.length ? others.map(a => a.id) : [id], id);
     drawWay(objects[id]);
   }
-  function showArea(id) {
+  function showAreas(ids) {
     document.querySelectorAll('.plan .area').forEach(link =>
-      link.classList.toggle('on', link.getAttribute('href') === `#area-${id}`));
+      link.classList.toggle('on', ids.some(id => link.getAttribute('href') === `#area-${id}`)));
   }
+  // areas of that name, else those whose name holds the words; people's names first
+  function areasOf(text) {
+    const wanted = plain(text);
+    if (!wanted) return [];
+    for (const fits of [name => name === wanted, name => ` ${name} `.includes(` ${wanted} `)])
+      for (const key of ['given', 'room']) {
+        const found = areas.filter(a => a[key] !== '' && fits(plain(a[key])));
+        if (found.length) return found;
+      }
+    return [];
+  }
+  function sayAreas(found) {
+    const links = found.flatMap((a, i) => [i ? ', ' : '', make('a', {href: `#area-${a.id}`, textContent: a.name})]);
+    return make('p', {className: 'say'}, found.length > 1 ? 'are areas: ' : 'is an area: ', ...links, '.');
+  }
+  const nearestOf = found => found.filter(a => a.way).reduce((best, a) => !best || a.cost < best.cost ? a : best, null);
 
   document.addEventListener('asked', event => {
     const {text, labels} = event.detail;
-    const area = areas.find(a => a.given !== '' && plain(a.given) === plain(text));
-    showArea(area ? area.id : -1);
+    const found = areasOf(text);
+    showAreas(found.map(a => a.id));
     const all = ask(text, labels), likely = all.filter(a => a.likely);
     shown = likely.length ? likely : all.slice(0, 5);
-    if (area || shown.length) event.preventDefault();
-    if (!area && !labels.length && !shown.length) return clear();
+    if (found.length || shown.length) event.preventDefault();
+    if (!found.length && !labels.length && !shown.length) return clear();
     const heading = [make('h2', {textContent: `“${text}”`})];
-    if (area) heading.push(make('p', {className: 'say'},
-      'is what people call ', make('a', {href: `#area-${area.id}`, textContent: `area ${area.id}`}), '.'));
+    if (found.length) heading.push(sayAreas(found));
     if (!shown.length) {
       mark([], -1);
-      drawWay(null);
-      if (!area) heading.push(make('p', {className: 'say', textContent: 'No object is it; places that may hold it are below.'}));
+      const nearest = nearestOf(found);
+      drawWay(nearest);
+      if (nearest && nearest.length) heading.push(make('p', {className: 'go',
+        textContent: `From place ${world.from} drive ${nearest.length.toFixed(1)} m.`}));
+      if (!found.length) heading.push(make('p', {className: 'say', textContent: 'No object is it; places that may hold it are below.'}));
       byId('found').replaceChildren(...heading);
       byId('found').hidden = false;
       return;
@@ -195,7 +214,7 @@
     plan.addEventListener('pointerleave', hideTip);
   });
 
-  const names = [...objects, ...areas].map(thing => thing.given).filter(Boolean);
+  const names = [...objects, ...areas].map(thing => thing.given || thing.room).filter(Boolean);
   byId('words').append(...[...new Set(names)].sort().map(value => make('option', {value})));
   function follow() {
     const target = /^#(?:show=|object-)(\d+)$/.exec(location.hash);

@@ -36,12 +36,15 @@ nlohmann::json pathJson(const std::vector<cv::Point2d>& way) {
   return path;
 }
 
-void addWay(nlohmann::json& json, const WorldRoute& route, const WorldMap& world) {
-  json["cost"] = route.route.cost;
+void addPose(nlohmann::json& json, const WorldRoute& route, const WorldMap& world) {
   json["pose"] = {inCentimeters(route.pose->x), inCentimeters(route.pose->y),
                   std::round(route.pose->yaw * 1e4) / 1e4};
   json["distance"] = inCentimeters(route.pose->distance);
   json["frame"] = cleanText(world.places.frames[route.pose->frame].name);
+}
+
+void addDrivenWay(nlohmann::json& json, const WorldRoute& route) {
+  json["cost"] = route.route.cost;
   if (!route.driven) return;
   json["length"] = inCentimeters(route.driven->length);
   json["way"] = pathJson(route.driven->points);
@@ -55,7 +58,7 @@ void addAreaIndex(Markup& section, const WorldMap& world) {
     const auto objects = static_cast<std::size_t>(
         std::ranges::count(world.objects, area.id, [](const WorldObject& object) { return object.area; }));
     section.open("li").open("a", {{"href", fmt::format("#area-{}", area.id)}});
-    section.add(symbol({classStyle(static_cast<std::size_t>(area.id)).fill}));
+    section.add(symbol({areaColor(area.id)}));
     section.element("span", {{"class", "label"}}, shorten(area.displayName(), 40));
     section.element("span", {{"class", "p"}}, counted(objects, "object")).close().close();
   }
@@ -123,12 +126,20 @@ nlohmann::json worldData(const WorldView& view) {
                         {"words", words},
                         {"probability", probabilityText(object)},
                         {"where", shorten(whereText(object, world), 120)}};
-    if (const auto& route = view.routes[static_cast<std::size_t>(object.id)]) addWay(json, *route, world);
+    if (const auto& route = view.routes[static_cast<std::size_t>(object.id)]) {
+      addPose(json, *route, world);
+      addDrivenWay(json, *route);
+    }
     objects.push_back(std::move(json));
   }
-  for (const WorldArea& area : world.areas)
-    areas.push_back(
-        {{"id", area.id}, {"name", shorten(area.displayName(), 60)}, {"given", cleanText(area.givenName)}});
+  for (const WorldArea& area : world.areas) {
+    nlohmann::json json{{"id", area.id},
+                        {"name", shorten(area.displayName(), 60)},
+                        {"given", cleanText(area.givenName)},
+                        {"room", cleanText(area.roomName)}};
+    if (const auto& route = view.areaRoutes[static_cast<std::size_t>(area.id)]) addDrivenWay(json, *route);
+    areas.push_back(std::move(json));
+  }
   return {{"from", view.from}, {"objects", objects}, {"areas", areas}};
 }
 

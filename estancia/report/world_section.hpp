@@ -17,9 +17,10 @@ Markup worldSection(const WorldView& view, const Markup& searchForm);
 std::string exampleWord(const WorldMap& world);
 
 /// What world_page.js needs: {"from": node, "objects": [{"name", "given", "words": [[label, p]],
-/// "probability", "where"}], "areas": [{"id", "name", "given"}]}; label is an index of the vocabulary, p in
-/// 1/10,000; objects that can be driven to have "cost" (Route::cost), "pose" [x, y, yaw], "distance",
-/// "frame", and, where it was driven, "length" and "way" [[x, y]] [m, rad].
+/// "probability", "where"}], "areas": [{"id", "name", "given", "room"}]}; label is an index of the
+/// vocabulary, p in 1/10,000; "room": WorldArea::roomName. Objects and areas that can be driven to have
+/// "cost" (Route::cost), and, where it was driven, "length" and "way" [[x, y]]; objects also "pose" [x, y,
+/// yaw], "distance" and "frame" [m, rad].
 nlohmann::json worldData(const WorldView& view);
 
 }  // namespace estancia::report

@@ -84,11 +84,21 @@ WorldView viewOf(const WorldPage& page) {
   }
   loadObjectImages(page, view);
   view.routes.resize(world.objects.size());
+  view.areaRoutes.resize(world.areas.size());
   if (world.places.nodes.empty()) return view;
   view.from = page.from.value_or(world.places.frames.empty() ? world.places.nodes.front().id
                                                              : world.places.frames.front().node);
   view.routes = routesToObjects(world, view.from);
+  view.areaRoutes = routesToEachArea(world, view.from);
   return view;
+}
+
+Color areaColor(int area) {
+  constexpr std::size_t hues = 7, tones = 3;
+  const auto number = static_cast<std::size_t>(area);
+  const std::size_t round = number / hues;
+  // Other hues first in each round, and the darker tone: areas of near numbers are often neighbors.
+  return classStyle((number + 3 * round) % hues + distinctClasses / tones * (2 * round % tones)).fill;
 }
 
 Markup imageSymbols(const WorldView& view) {

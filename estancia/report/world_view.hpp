@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "estancia/core/planar_pose.hpp"
+#include "estancia/report/color.hpp"
 #include "estancia/report/html.hpp"
 #include "estancia/report/svg.hpp"
 #include "estancia/report/world_page.hpp"
@@ -31,6 +32,8 @@ struct WorldView {
   int from = -1;
   /// For each object.
   std::vector<std::optional<WorldRoute>> routes = {};
+  /// For each area.
+  std::vector<std::optional<WorldRoute>> areaRoutes = {};
 
   Point centerOf(const WorldObject& object) const;
   /// Where the ways start; nothing where none is known.
@@ -42,6 +45,9 @@ bool hasLayers(const WorldMap& world);
 
 /// Throws Error (unknownName) where there is no node WorldPage::from.
 WorldView viewOf(const WorldPage& page);
+
+/// The tint of an area: 21 differ.
+Color areaColor(int area);
 
 /// The images as symbols "image-<object>" of 1 × 1, for <use>.
 Markup imageSymbols(const WorldView& view);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <map>
+#include <string_view>
 
 #include "estancia/core/label_words.hpp"
 #include "estancia/core/printable.hpp"
@@ -16,8 +17,21 @@ namespace {
 /// More probable than all other rooms together.
 constexpr double surely = 0.5;
 
+bool isSurelyRoom(const WorldArea& area) {
+  return !area.predictedRoom.empty() && area.roomProbability > surely;
+}
+
 bool isNamedByRoom(const WorldArea& area) {
-  return area.givenName.empty() && !area.predictedRoom.empty() && area.roomProbability > surely;
+  return area.givenName.empty() && isSurelyRoom(area);
+}
+
+bool holdsWords(const std::string& name, const std::string& words) {
+  for (std::size_t from = 0; from < name.size(); from = name.find_first_not_of(' ', name.find(' ', from)))
+    for (std::size_t to = name.find(' ', from);; to = name.find(' ', to + 1)) {
+      if (sameWords(std::string_view(name).substr(from, to - from), words)) return true;
+      if (to == std::string::npos || to - from > 2 * words.size() + 16) break;  // blanks and plurals
+    }
+  return false;
 }
 
 }  // namespace
@@ -34,21 +48,22 @@ void nameAreasByRooms(WorldMap& world) {
     WorldArea& area = world.areas[i];
     area.predictedRoom = printable(pooled[i].front().room);
     area.roomProbability = pooled[i].front().probability;
-    if (isNamedByRoom(area)) ++areasOfRoom[area.predictedRoom];
+    if (isSurelyRoom(area)) ++areasOfRoom[area.predictedRoom];
   }
   const auto isGiven = [&world](const std::string& name) {
     return std::ranges::any_of(world.areas,
                                [&](const WorldArea& area) { return sameWords(area.givenName, name); });
   };
-  std::map<std::string, int> number;
+  // People's names do not count, so that a number stays with its area when another one is named.
+  std::map<std::string, int> number, spare = areasOfRoom;
   for (WorldArea& area : world.areas) {
-    if (!isNamedByRoom(area)) continue;
+    if (!isSurelyRoom(area)) continue;
     const std::string& room = area.predictedRoom;
-    area.roomName = room;
-    if (areasOfRoom[room] == 1 && !isGiven(room)) continue;
-    if (isGiven(room)) number.emplace(room, 1);  // that area is the first one
-    do area.roomName = fmt::format("{} {}", room, ++number[room]);
-    while (isGiven(area.roomName));
+    const bool alone = areasOfRoom[room] == 1;
+    const int own = alone && isGiven(room) ? 2 : ++number[room];  // that area is the first one
+    if (!isNamedByRoom(area)) continue;
+    area.roomName = alone && own == 1 ? room : fmt::format("{} {}", room, own);
+    while (isGiven(area.roomName)) area.roomName = fmt::format("{} {}", room, ++spare[room]);
   }
 }
 
@@ -62,6 +77,13 @@ std::vector<int> areasNamed(const WorldMap& world, const std::string& text) {
   std::vector<int> areas;
   for (const WorldArea& area : world.areas)
     if (isNamedByRoom(area) && sameWords(area.predictedRoom, text)) areas.push_back(area.id);
+  return areas;
+}
+
+std::vector<int> areasNamedPartly(const WorldMap& world, const std::string& text) {
+  std::vector<int> areas;
+  for (const WorldArea& area : world.areas)
+    if (holdsWords(area.givenName, text) || holdsWords(area.roomName, text)) areas.push_back(area.id);
   return areas;
 }
 

@@ -12,14 +12,18 @@ namespace estancia {
 /// Sets predictedRoom, roomProbability and roomName of the areas of a map whose places a room classifier has
 /// named: the predictions of the frames that were taken in an area, pooled (poolRooms()). A room is an area's
 /// name where it is more probable than all others together. Several areas of one room are numbered in their
-/// order: "bedroom 1", "bedroom 2"; people's names are left to the areas that they gave them to.
+/// order: "bedroom 1", "bedroom 2". One keeps its number when a person names another; people's names are left
+/// to the areas that they gave them to.
 void nameAreasByRooms(WorldMap& world);
 
 /// The areas that have a name, by the first of these that any has: the name that people gave, the room name,
 /// the predicted room, of which there may be several.
 std::vector<int> areasNamed(const WorldMap& world, const std::string& text);
 
-/// The same; where there are none, those with these telling words.
+/// The areas whose name, given or of a room, holds the words as whole words: "music" in "music room".
+std::vector<int> areasNamedPartly(const WorldMap& world, const std::string& text);
+
+/// As areasNamed(); where there are none, those with these telling words.
 std::vector<int> areasCalled(const WorldMap& world, const std::string& text);
 
 }  // namespace estancia

@@ -66,6 +66,8 @@ std::vector<ObjectAnswer> askObjects(const WorldMap& world, const WorldMeaning& 
 WorldMeaning findMeaning(const WorldMap& world, const std::string& words) {
   WorldMeaning meaning{findMeaning(world.places, words)};
   meaning.areas = areasNamed(world, words);
+  meaning.isWholeName = !meaning.areas.empty();
+  if (!meaning.isWholeName) meaning.areas = areasNamedPartly(world, words);
   for (const WorldObject& object : world.objects)
     if (sameWords(object.givenName, words)) meaning.namedObjects.push_back(object.id);
   return meaning;

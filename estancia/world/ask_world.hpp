@@ -28,11 +28,15 @@ struct ObjectAnswer {
   bool isLikely() const { return isNamed || rank == 1; }
 };
 
-/// What words mean in a world. Given names count only when they are the same (sameWords()); labels and rooms
-/// as in findMeaning(): an object is never found by a room.
+/// What words mean in a world; labels and rooms as in findMeaning(): an object is never found by a room.
 struct WorldMeaning : Meaning {
-  /// Areas and objects that people gave this name.
-  std::vector<int> areas = {}, namedObjects = {};
+  /// Areas of this name (areasNamed()); where there are none, those whose name holds the words
+  /// (areasNamedPartly()).
+  std::vector<int> areas = {};
+  /// Whether it is their whole name.
+  bool isWholeName = true;
+  /// Objects that people gave exactly this name (sameWords()).
+  std::vector<int> namedObjects = {};
   bool empty() const { return Meaning::empty() && areas.empty() && namedObjects.empty(); }
 };
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/world/evaluate_world.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <map>
 #include <opencv2/core.hpp>
@@ -8,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "estancia/core/printable.hpp"
 #include "estancia/core/rigid.hpp"
 #include "estancia/io/home_truth.hpp"
 #include "estancia/io/sequence.hpp"
@@ -104,6 +107,22 @@ InstanceAccuracy judgeObjects(const MapAndDrive& both, const io::HomeTruth& trut
   return judgeInstances(found, trueThings(truth, classes, &both.world.places.vocabulary, images));
 }
 
+/// A path that is off by more is another one, or has lost its way [m].
+constexpr double mostErrorOfPath = 0.5;
+
+void doubtTheDrive(WorldAccuracy& accuracy, const fs::path& drive, std::size_t mapped, std::size_t frames) {
+  if (accuracy.trajectory && accuracy.trajectory->rmse > mostErrorOfPath)
+    accuracy.doubts.push_back(fmt::format(
+        "the path of the map is off that of {} by {:.1f} m (root mean square): is it the drive that "
+        "was mapped? Images of another one may have the same names",
+        printable(drive.string()), accuracy.trajectory->rmse));
+  if (mapped < frames)
+    accuracy.doubts.push_back(
+        fmt::format("the map holds {} of the {} images of {}: it was made of a part of "
+                    "that drive, or of another one whose images have the same names",
+                    mapped, frames, printable(drive.string())));
+}
+
 }  // namespace
 
 Pose truthFromMap(std::span<const Pose> estimated, std::span<const Pose> truth) {
@@ -140,8 +159,9 @@ WorldAccuracy evaluateWorld(const fs::path& map, const fs::path& drive,
     accuracy.areasAndRooms = measureNamedAgreement(stoodIn, world.areaOfFrame).agreement;
     accuracy.areasAndRoomsSeen = measureNamedAgreement(roomsSeen, world.areaOfFrame).agreement;
   }
+  if (!estimated.empty()) accuracy.trajectory = absoluteTrajectoryError(estimated, exact);
+  doubtTheDrive(accuracy, drive, images.size(), sequence->size());
   if (estimated.empty()) return accuracy;
-  accuracy.trajectory = absoluteTrajectoryError(estimated, exact);
   if (!world.objects.empty() && !truth.instances.empty())
     accuracy.objects = judgeObjects(both, truth, truthFromMap(estimated, exact), classes);
   return accuracy;

@@ -22,6 +22,9 @@ struct WorldAccuracy {
   /// Of frames with an estimated and a true pose.
   std::optional<AbsoluteTrajectoryError> trajectory = {};
   std::optional<InstanceAccuracy> objects = {};
+  /// Sentences on what speaks against the drive being the one that was mapped; images of other drives may
+  /// have the same names.
+  std::vector<std::string> doubts = {};
 };
 
 /// The motion that carries estimated poses onto true ones (pairs of the same frames): the best rigid one of

@@ -53,6 +53,9 @@ std::string toAreasJson(const WorldMap& world, const ExportOptions& options) {
     room["outline"] = cornersOf(area);
     room["neighbors"] = Json::array();
     room["places"] = Json::array();
+    room["objects"] = Json::array();  // where no place is in it
+    for (const int object : tree.objectsBesidePlaces(area.id))
+      room["objects"].push_back(objectJson(*world.findObject(object), world, options.maxWords));
     rooms.push_back(std::move(room));
   }
   for (std::size_t i = 0; i < map.nodes.size(); ++i) {

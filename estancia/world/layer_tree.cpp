@@ -10,16 +10,18 @@ namespace estancia {
 LayerTree::LayerTree(const WorldMap& world)
     : places(placesOf(world.places)), areaOfNode(areasOfNodes(world)) {
   for (const WorldObject& object : world.objects) {
+    areaOfObject.push_back(object.area);
     std::size_t nearest = places.size();
     double distance = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < places.size() && object.area >= 0; ++i) {
-      if (areaOfNode[i] != object.area || !places[i].position) continue;
+      if (areaOfNode[i] != object.area) continue;
       const double here =
-          distanceBetween(*places[i].position, {object.center.x, object.center.y, object.center.z});
+          places[i].position
+              ? distanceBetween(*places[i].position, {object.center.x, object.center.y, object.center.z})
+              : std::numeric_limits<double>::max();
       if (here < distance) nearest = i, distance = here;
     }
-    if (nearest == places.size())
-      nearest = indexOf(world.places, world.places.frames.at(object.bestFrame).node);
+    if (object.area < 0) nearest = indexOf(world.places, world.places.frames.at(object.bestFrame).node);
     nodeOfObject.push_back(nearest);
   }
 }
@@ -28,6 +30,13 @@ std::vector<int> LayerTree::objectsOf(std::size_t node) const {
   std::vector<int> objects;
   for (std::size_t i = 0; i < nodeOfObject.size(); ++i)
     if (nodeOfObject[i] == node) objects.push_back(static_cast<int>(i));
+  return objects;
+}
+
+std::vector<int> LayerTree::objectsBesidePlaces(int area) const {
+  std::vector<int> objects;
+  for (std::size_t i = 0; i < nodeOfObject.size(); ++i)
+    if (nodeOfObject[i] == places.size() && areaOfObject[i] == area) objects.push_back(static_cast<int>(i));
   return objects;
 }
 

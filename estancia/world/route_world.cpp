@@ -172,7 +172,9 @@ std::optional<WorldRoute> routeToObject(const WorldMap& world, const std::vector
 WorldRoute routeToMeaning(const WorldMap& world, int from, const std::string& to, const WorldWays& ways,
                           const RouteOptions& options) {
   const WorldAnswers answers = askWorld(world, to, world.places.nodes.size(), world.objects.size());
-  if (!answers.areas.empty()) return routeToAreas(world, from, answers.areas, ways, options);
+  const bool areOnlyAreas = answers.objects.empty() && answers.places.empty();
+  if (!answers.areas.empty() && (answers.isWholeName || areOnlyAreas))
+    return routeToAreas(world, from, answers.areas, ways, options);
   std::vector<ObjectAnswer> objects = answers.objects;
   if (std::ranges::any_of(objects, &ObjectAnswer::isLikely))
     std::erase_if(objects, [](const ObjectAnswer& answer) { return !answer.isLikely(); });
@@ -225,6 +227,21 @@ std::vector<std::optional<WorldRoute>> routesToObjects(const WorldMap& world, in
     if (!pose) continue;
     routes.back() = ways.routeTo(pose->frame);
     routes.back()->pose = pose;
+  }
+  return routes;
+}
+
+std::vector<std::optional<WorldRoute>> routesToEachArea(const WorldMap& world, int from,
+                                                        const RouteOptions& options) {
+  validate(options);
+  const WorldWays ways(world, from, {}, options);
+  std::vector<std::optional<WorldRoute>> routes;
+  for (const WorldArea& area : world.areas) {
+    routes.emplace_back();
+    try {
+      routes.back() = routeToAreas(world, from, {area.id}, ways, options);
+    } catch (const NoAnswerError&) {  // nobody was there
+    }
   }
   return routes;
 }

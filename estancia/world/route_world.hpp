@@ -55,11 +55,11 @@ struct WorldRoute {
 WorldRoute routeInWorld(const WorldMap& world, int from, int to, const RegionPreferences& preferences = {},
                         const RouteOptions& options = {});
 
-/// The way to an area of that given name; else to the object that the words mean, to a pose that faces it
-/// (ViewPoses); else to the place that holds them (routeToWords()). An object that is hardly likely to be
-/// meant (ObjectAnswer::isLikely()) counts only where no place holds the words more probably. Of equally good
-/// goals (RouteOptions::tolerance) the one that is reached at the least cost. Throws Error as above, and
-/// noAnswer when nothing matches.
+/// The way to the areas of that name, or, where the words mean nothing else, of a name that holds them; else
+/// to the object that the words mean, to a pose that faces it (ViewPoses); else to the place that holds them
+/// (routeToWords()). An object that is hardly likely to be meant (ObjectAnswer::isLikely()) counts only where
+/// no place holds the words more probably. Of equally good goals (RouteOptions::tolerance) the one that is
+/// reached at the least cost. Throws Error as above, and noAnswer when nothing matches.
 WorldRoute routeInWorld(const WorldMap& world, int from, const std::string& to,
                         const RegionPreferences& preferences = {}, const RouteOptions& options = {});
 
@@ -67,6 +67,10 @@ WorldRoute routeInWorld(const WorldMap& world, int from, const std::string& to,
 /// Throws Error (unknownName) where there is no node `from`.
 std::vector<std::optional<WorldRoute>> routesToObjects(const WorldMap& world, int from,
                                                        const RouteOptions& options = {});
+
+/// The same for each area.
+std::vector<std::optional<WorldRoute>> routesToEachArea(const WorldMap& world, int from,
+                                                        const RouteOptions& options = {});
 
 /// A sentence about it.
 std::string crossedText(const CrossedRegion& crossed, const RouteOptions& options);

@@ -151,6 +151,8 @@ void SceneGraph::addObjects() {
       addEdge(symbol('O', static_cast<std::size_t>(object.onObject)), symbol('O', number));
     if (const std::size_t node = tree_.nodeOfObject[number]; node < tree_.places.size())
       addEdge(symbol('p', static_cast<std::size_t>(world_.places.nodes[node].id)), symbol('O', number));
+    else
+      addEdge(symbol('R', static_cast<std::size_t>(object.area)), symbol('O', number));
   }
 }
 

@@ -5,11 +5,14 @@
 
 #include <nlohmann/json.hpp>
 #include <regex>
+#include <set>
+#include <string>
 
 #include "estancia/core/error.hpp"
 #include "estancia/report/map_page.hpp"
 #include "estancia/report/plan_shapes.hpp"
 #include "estancia/report/thumbnails.hpp"
+#include "estancia/report/world_view.hpp"
 #include "estancia/world/route_world.hpp"
 #include "support/errors.hpp"
 #include "support/html_checks.hpp"
@@ -47,6 +50,12 @@ void expectSoundPage(const std::string& html) {
   test::expectNothingFromOutside(html);
   EXPECT_FALSE(std::regex_search(html.substr(html.find("<body>"), html.find("<script") - html.find("<body>")),
                                  std::regex("(nan|inf)[ \"%,]")));
+}
+
+TEST(AreaColor, DiffersForManyAreas) {
+  std::set<std::string> colors;
+  for (int area = 0; area < 21; ++area) colors.insert(report::areaColor(area).hex());
+  EXPECT_EQ(colors.size(), 21U);
 }
 
 TEST(WorldPage, ShowsAreasWallsPathAndObjectsOnAPlan) {
@@ -162,6 +171,26 @@ TEST(WorldPage, TheWayOfAnObjectIsThatOfRoute) {
     EXPECT_NEAR(json["pose"][2].get<double>(), route.pose->yaw, 1e-4);
     EXPECT_NEAR(json["way"].back()[0].get<double>(), route.pose->x, 0.06);
   }
+}
+
+TEST(WorldPage, TheWayToAnAreaIsThatOfRoute) {
+  const WorldMap world = sampleWorld();
+  const nlohmann::json area = worldDataOf(render({world}))["areas"][2];
+  const WorldRoute route = routeInWorld(world, 0, "corridor");
+  EXPECT_NEAR(area["length"].get<double>(), route.driven->length, 0.006);
+  EXPECT_NEAR(area["way"].back()[0].get<double>(), route.driven->points.back().x, 0.06);
+}
+
+TEST(WorldPage, NamesOfAreasStayWithinThem) {
+  WorldMap world = sampleWorld();
+  world.areas[1].givenName = "where everybody washes hands";
+  world.plan->areaOf.setTo(-1, world.plan->areaOf == 2);
+  world.plan->areaOf(cv::Rect(42, 42, 2, 30)) = 2;
+  const auto names = Html(render({world})).texts("text.area-name");
+  EXPECT_THAT(names, Contains("kitchen"));
+  EXPECT_THAT(names, Contains("2")) << "20 cm wide";
+  EXPECT_THAT(names, testing::Not(Contains("where everybody washes hands")));
+  EXPECT_THAT(names, Contains(testing::StartsWith("where")));
 }
 
 TEST(WorldPage, WaysStartWhereItIsAsked) {

@@ -50,11 +50,11 @@ TEST_F(AreaNames, AreThoseOfPeopleThenOfRoomsThenOfWords) {
   EXPECT_EQ(world.areas[0].displayName(), "music room");
   EXPECT_EQ(world.areas[0].predictedRoom, "kitchen");
   EXPECT_NEAR(world.areas[0].roomProbability, 0.9, 1e-6);
-  EXPECT_EQ(world.areas[1].displayName(), "kitchen");
+  EXPECT_EQ(world.areas[1].displayName(), "kitchen 2") << "as before the first one was called a music room";
   EXPECT_EQ(world.areas[2].displayName(), "bathroom");
   EXPECT_EQ(world.areas[3].displayName(), "umbrella, cup") << "no room is more probable than the others";
   EXPECT_EQ(toJson(world.areas[1])["predicted_room"], "kitchen");
-  EXPECT_EQ(areaReference(world, 1)["name"], "kitchen");
+  EXPECT_EQ(areaReference(world, 1)["name"], "kitchen 2");
   EXPECT_TRUE(toJson(test::sampleWorld().areas[1])["room_probability"].is_null());
 }
 
@@ -78,14 +78,35 @@ TEST_F(AreaNames, TellAreasOfOneRoomApart) {
 }
 
 TEST_F(AreaNames, LeaveTheNamesOfPeopleToTheirAreas) {
+  EXPECT_EQ(worldOf({"", "kitchen", "", ""}, {0.9F, 0.5F, 0.3F, 0.5F}).areas[0].displayName(), "kitchen 2");
+  const auto taken = worldOf({"", "", "", "Kitchen 2"}, {0.9F, 0.9F, 0.9F, 0.5F}).areas;
+  EXPECT_EQ(taken[0].displayName(), "kitchen 1");
+  EXPECT_EQ(taken[1].displayName(), "kitchen 4");
+  EXPECT_EQ(taken[2].displayName(), "kitchen 3") << "its own number, whatever others are called";
   const WorldMap world = worldOf({"", "kitchen", "", "office"}, {0.9F, 0.1F, 0.3F, 0.9F});
-  EXPECT_EQ(world.areas[0].displayName(), "kitchen 2");
+  EXPECT_EQ(world.areas[0].displayName(), "kitchen 1");
   EXPECT_EQ(world.areas[1].displayName(), "kitchen");
-  EXPECT_EQ(world.areas[2].displayName(), "bathroom");
+  EXPECT_EQ(world.areas[2].displayName(), "bathroom 2");
   EXPECT_EQ(world.areas[3].displayName(), "office");
   EXPECT_THAT(areasNamed(world, "kitchen"), ElementsAre(1));
   EXPECT_THAT(areasNamed(world, "bathtub"), IsEmpty()) << "these are words";
   EXPECT_THAT(areasCalled(world, "bathtub"), ElementsAre(1));
+}
+
+TEST_F(AreaNames, AreFoundByTheirWords) {
+  const WorldMap world = worldOf({"music  room, upstairs", "", "", ""}, {0.5F, 0.9F, 0.8F, 0.5F});
+  for (const char* part : {"music", "Music Room", "upstairs", "rooms"}) {
+    const WorldMeaning meaning = findMeaning(world, part);
+    EXPECT_THAT(meaning.areas, ElementsAre(0)) << part;
+    EXPECT_FALSE(meaning.isWholeName);
+    EXPECT_EQ(routeInWorld(world, 3, part).area, 0);
+  }
+  EXPECT_TRUE(findMeaning(world, "music room upstairs").isWholeName);
+  EXPECT_THAT(findMeaning(world, "2").areas, ElementsAre(2)) << "kitchen 2";
+  EXPECT_THAT(areasNamedPartly(world, "mus"), IsEmpty());
+  EXPECT_THAT(areasNamedPartly(world, ""), IsEmpty());
+  const WorldMap clash = worldOf({"umbrella room", "", "", ""}, {0.5F, 0.5F, 0.5F, 0.5F});
+  EXPECT_TRUE(routeInWorld(clash, 0, "umbrella").object) << "a thing before a part of a name";
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ class EvaluateWorld : public testing::Test {
   WorldAccuracy judge(const WorldMap& world) {
     std::filesystem::remove(map_);
     test::writeWorld(world, map_);
-    return evaluateWorld(map_, home_, std::vector<std::string>(8, "west"),
+    return evaluateWorld(map_, home_, std::vector<std::string>(world.places.frames.size(), "west"),
                          readThingClasses(home_ / "things.toml"));
   }
 
@@ -92,6 +92,19 @@ TEST_F(EvaluateWorld, MeasuresWhatThereIs) {
   EXPECT_FALSE(judge(world).objects);
   for (MappedFrame& frame : world.places.frames) frame.pose.reset();
   EXPECT_FALSE(judge(world).trajectory);
+}
+
+TEST_F(EvaluateWorld, DoubtsADriveWhoseImagesOnlyHaveTheSameNames) {
+  WorldMap world = test::sampleWorld();
+  EXPECT_THAT(judge(world).doubts, testing::IsEmpty());
+  std::swap(world.places.frames[1].pose, world.places.frames[5].pose);
+  EXPECT_THAT(judge(world).doubts, testing::ElementsAre(testing::HasSubstr("m (root mean square)")));
+  world = test::sampleWorld();
+  world.places.frames.pop_back();
+  world.places.decisions.pop_back();
+  world.areaOfFrame.pop_back();
+  world.zoneOfFrame.pop_back();
+  EXPECT_THAT(judge(world).doubts, testing::ElementsAre(testing::HasSubstr("7 of the 8 images")));
 }
 
 TEST_F(EvaluateWorld, RefusesTheTruthOfAnotherDrive) {

@@ -5,7 +5,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -94,7 +96,17 @@ TEST(RoomsJson, KeepsWhatIsInNoArea) {
   EXPECT_EQ(rooms["rooms"][2]["places"].size(), 0U);
   EXPECT_EQ(rooms["rooms"][3]["places"][0]["objects"].size(), 3U);
   world.objects[1].area = 2;  // an area without places
-  EXPECT_EQ(json::parse(exportWorld(world, "rooms"))["rooms"][0]["places"][0]["objects"].size(), 2U);
+  const json moved = json::parse(exportWorld(world, "rooms"))["rooms"];
+  EXPECT_EQ(moved[0]["places"][0]["objects"].size(), 1U);
+  ASSERT_EQ(moved[2]["objects"].size(), 1U) << "it stands under its own area";
+  EXPECT_EQ(moved[2]["objects"][0]["id"], 1);
+  EXPECT_EQ(moved[0]["objects"].size(), 0U);
+  const json graph = json::parse(exportWorld(world, "spark-dsg"));
+  const std::uint64_t room = std::uint64_t{'R'} << 56U | 2U, object = std::uint64_t{'O'} << 56U | 1U;
+  EXPECT_EQ(std::ranges::count_if(
+                graph["edges"],
+                [&](const json& edge) { return edge["source"] == room && edge["target"] == object; }),
+            1);
 }
 
 TEST(Nav2World, HasPointsOnlyForNodes) {
