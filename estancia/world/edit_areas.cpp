@@ -10,12 +10,12 @@
 #include <cstring>
 #include <opencv2/imgproc.hpp>
 
-#include "estancia/areas/areas.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/stats/moments.hpp"
 #include "estancia/topology/store.hpp"
 #include "estancia/world/area_names.hpp"
+#include "estancia/world/map_terms.hpp"
 #include "estancia/world/observation.hpp"
 #include "estancia/world/world_store.hpp"
 
@@ -23,9 +23,10 @@ namespace estancia {
 namespace {
 
 /// The words above the floor, of all views that the map holds.
-WordMap wordsOfViews(const MapStore& map, const WorldStore& layers, const AreaPlan& plan,
+WordMap wordsOfViews(MapStore& map, const WorldStore& layers, const AreaPlan& plan,
                      std::span<const std::optional<Pose>> poses, Progress& progress) {
-  WordMap words(plan.floor, map.identity().vocabulary.size(), AreaOptions().words);
+  WordMap words(plan.floor, map.identity().vocabulary.size(),
+                MapTerms(map).options().value_or(WorldOptions{}).areas.words);
   progress.begin("looking at what was seen", poses.size());
   std::size_t done = 0;
   layers.forEachObservation([&](std::size_t frame, const Observation& seen) {
