@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <map>
+#include <memory>
 #include <optional>
 
 #include "common.hpp"
@@ -16,6 +17,7 @@
 #include "estancia/report/text.hpp"
 #include "estancia/topology/map_run.hpp"
 #include "estancia/topology/places.hpp"
+#include "estancia/world/known_objects.hpp"
 #include "estancia/world/world_mapper.hpp"
 #include "labeling.hpp"
 #include "map_faults.hpp"
@@ -35,6 +37,7 @@ struct MapArguments {
   WorldOptions world;
   DeclaredOptions declared;
   std::string output, roomClassifier;
+  std::vector<std::string> objects;
   bool goOn = false, overwrite = false, json = false;
 };
 
@@ -122,11 +125,12 @@ Json summaryOf(const MapArguments& arguments, const MapRun& map, std::size_t ski
 /// The layers above the places.
 class Layers {
  public:
-  Layers(Labeling& labeling, MapRun& map, WorldOptions options)
+  Layers(Labeling& labeling, MapRun& map, WorldOptions options, std::shared_ptr<const KnownObjects> known)
       : sequence_(labeling.sequence()),
         labeler_(labeling.labeler()),
         map_(map),
-        options_(std::move(options)) {
+        options_(std::move(options)),
+        known_(std::move(known)) {
     if (map_.session()) start();  // says at once what does not fit
     sayWhatIsMissing();
   }
@@ -161,6 +165,7 @@ class Layers {
     if (sequence_.hasDepth() && sequence_.intrinsics() &&
         (mapper_->layers().areas || mapper_->layers().objects))
       mapper_->keepCamera(*sequence_.intrinsics(), sequence_.depthScale());
+    if (known_) mapper_->recognize(known_);
     if (camera && !mapper_->tracks() && (mapper_->layers().areas || mapper_->layers().objects))
       spdlog::info("no areas and objects: the map was begun without odometry; map anew to have them");
   }
@@ -204,6 +209,7 @@ class Layers {
   Labeler& labeler_;
   MapRun& map_;
   const WorldOptions options_;
+  std::shared_ptr<const KnownObjects> known_;
   std::optional<WorldMapper> mapper_;
 };
 
@@ -225,9 +231,9 @@ WorldOptions worldOptions(const MapArguments& arguments, MapRun& map) {
 
 /// Adds the labeled frames from `first` on.
 Added addFrames(const MapArguments& arguments, Labeling& labeling, std::size_t first, bool images,
-                MapRun& map) {
+                std::shared_ptr<const KnownObjects> known, MapRun& map) {
   const Sequence& sequence = labeling.sequence();
-  Layers layers(labeling, map, worldOptions(arguments, map));
+  Layers layers(labeling, map, worldOptions(arguments, map), std::move(known));
   const auto finish = [&] {
     map.finish();
     return layers.finish();
@@ -264,6 +270,9 @@ void warnOfMissingRooms(const MapArguments& arguments, std::size_t newFrames) {
 void run(const MapArguments& arguments) {
   const bool images = !isDescriptorFile(arguments.sequence.path);
   const auto classifier = openRoomClassifier(arguments.roomClassifier, arguments.sequence);
+  const auto known = arguments.objects.empty()
+                         ? nullptr
+                         : std::make_shared<const KnownObjects>(modelFilesOf(arguments.objects));
   std::optional<MapRun> map(std::in_place, arguments.output,
                             arguments.goOn        ? MapRun::Existing::resume
                             : arguments.overwrite ? MapRun::Existing::replace
@@ -276,7 +285,7 @@ void run(const MapArguments& arguments) {
         if (!arguments.declared.preset().empty()) options = MapperOptions::thesis();
         arguments.declared.applyTo(declare(options));
       });
-  const Added added = addFrames(arguments, labeling, first, images, *map);
+  const Added added = addFrames(arguments, labeling, first, images, known, *map);
   Json json = summaryOf(arguments, *map, added.skipped, added.odometry);
   const std::size_t newFrames = map->session()->frames() - map->framesBefore();
   map.reset();  // the rooms are written into its file
@@ -299,6 +308,13 @@ void addMapCommand(CLI::App& app) {
   arguments->sequence.addDepthTo(arguments->declared);
   addOutputOption(*command, arguments->output, "The map file, NAME.estancia")->required();
   arguments->model.addTo(arguments->declared, "The model that labels the images");
+  command
+      ->add_option(
+          "--object", arguments->objects,
+          "Cloud of a known object [m]: FILE or NAME=FILE; its name and pose are added to the objects "
+          "that it is; may be given repeatedly")
+      ->type_name("[NAME=]FILE")
+      ->allow_extra_args(false);
   addRoomClassifierOption(*command, arguments->roomClassifier);
   command->add_flag("--continue", arguments->goOn, "Continue the map where an earlier run stopped");
   addOverwriteOption(*command, arguments->overwrite)

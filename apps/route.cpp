@@ -49,7 +49,8 @@ void printGoal(const WorldRoute& found, const RouteArguments& arguments, const W
   if (found.area >= 0) fmt::print("area {} ({})\n", found.area, world.findArea(found.area)->displayName());
   if (found.object) {
     const WorldObject& object = *world.findObject(found.object->object);
-    const std::string on = supportText(object, world);
+    std::string on = supportText(object, world);
+    if (object.known) on += (on.empty() ? "" : ", ") + knownText(object);
     fmt::print("\"{}\" is object {} ({:.1f} %) at ({:.2f}, {:.2f}, {:.2f}) m{}\n", object.displayName(),
                object.id, 100 * found.object->probability, object.center.x, object.center.y, object.center.z,
                on.empty() ? "" : ", " + on);

@@ -115,6 +115,7 @@ Markup imageSymbols(const WorldView& view) {
 
 std::string probabilityText(const WorldObject& object) {
   if (!object.givenName.empty()) return "named by people";
+  if (object.known) return fmt::format("recognized, {:.0f} %", 100 * object.known->confidence);
   return object.words.empty() ? "" : fmt::format("{:.0f} %", 100 * object.probability());
 }
 

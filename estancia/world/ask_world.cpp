@@ -29,10 +29,12 @@ void lookForLabels(const WorldObject& object, const std::unordered_set<std::stri
     answer.probability += static_cast<double>(object.words[i].probability);
   }
   answer.probability = answer.isNamed ? 1 : std::min(answer.probability, 1.0);
+  if (answer.isKnown) answer.probability = std::max(answer.probability, object.known->confidence);
 }
 
 bool comesBefore(const ObjectAnswer& a, const ObjectAnswer& b) {
   return a.isNamed != b.isNamed           ? a.isNamed
+         : a.isKnown != b.isKnown         ? a.isKnown
          : a.probability != b.probability ? a.probability > b.probability
          : a.rank != b.rank               ? a.rank < b.rank
                                           : a.object < b.object;
@@ -46,7 +48,8 @@ std::vector<ObjectAnswer> askObjects(const WorldMap& world, const WorldMeaning& 
   for (const WorldObject& object : world.objects) {
     ObjectAnswer answer{
         .object = object.id,
-        .isNamed = std::ranges::find(meaning.namedObjects, object.id) != meaning.namedObjects.end()};
+        .isNamed = std::ranges::find(meaning.namedObjects, object.id) != meaning.namedObjects.end(),
+        .isKnown = std::ranges::find(meaning.knownObjects, object.id) != meaning.knownObjects.end()};
     lookForLabels(object, labels, answer);
     sum += answer.probability;
     answers.push_back(std::move(answer));
@@ -68,8 +71,10 @@ WorldMeaning findMeaning(const WorldMap& world, const std::string& words) {
   meaning.areas = areasNamed(world, words);
   meaning.isWholeName = !meaning.areas.empty();
   if (!meaning.isWholeName) meaning.areas = areasNamedPartly(world, words);
-  for (const WorldObject& object : world.objects)
+  for (const WorldObject& object : world.objects) {
     if (sameWords(object.givenName, words)) meaning.namedObjects.push_back(object.id);
+    if (object.known && sameWords(object.known->name, words)) meaning.knownObjects.push_back(object.id);
+  }
   return meaning;
 }
 
@@ -95,7 +100,10 @@ std::vector<std::string> findNearNames(const WorldMap& world, const std::string&
     given.insert(area.givenName);
     given.insert(area.roomName);
   }
-  for (const WorldObject& object : world.objects) given.insert(object.givenName);
+  for (const WorldObject& object : world.objects) {
+    given.insert(object.givenName);
+    if (object.known) given.insert(object.known->name);
+  }
   given.erase("");
   std::vector<std::string> near;
   if (!given.empty())

@@ -16,7 +16,10 @@ struct ObjectAnswer {
   int object = 0;
   /// It was given exactly this name (sameWords()).
   bool isNamed = false;
-  /// Σ of its probabilities of the matched labels, at most 1; 1 where it is named so.
+  /// It was recognized as the known object of this name.
+  bool isKnown = false;
+  /// Σ of its probabilities of the matched labels, at most 1; 1 where it is named so, and the recognition's
+  /// confidence where that is larger.
   double probability = 0;
   /// probability / its mean over all objects of the map; 0 where that is 0.
   double lift = 0;
@@ -24,8 +27,8 @@ struct ObjectAnswer {
   std::size_t rank = 0;
   /// That label; "" where there is none.
   std::string label = {};
-  /// Whether it probably is what was asked for: named so, or no other word fits it better.
-  bool isLikely() const { return isNamed || rank == 1; }
+  /// Whether it probably is what was asked for: named or recognized so, or no other word fits it better.
+  bool isLikely() const { return isNamed || isKnown || rank == 1; }
 };
 
 /// What words mean in a world; labels and rooms as in findMeaning(): an object is never found by a room.
@@ -37,14 +40,19 @@ struct WorldMeaning : Meaning {
   bool isWholeName = true;
   /// Objects that people gave exactly this name (sameWords()).
   std::vector<int> namedObjects = {};
-  bool empty() const { return Meaning::empty() && areas.empty() && namedObjects.empty(); }
+  /// Objects that were recognized as the known object of this name.
+  std::vector<int> knownObjects = {};
+  bool empty() const {
+    return Meaning::empty() && areas.empty() && namedObjects.empty() && knownObjects.empty();
+  }
 };
 
 WorldMeaning findMeaning(const WorldMap& world, const std::string& words);
 
 struct WorldAnswers : WorldMeaning {
-  /// Those named so first, then the most probable. Only those that have a matched label as their best word,
-  /// or among their five best and at least as probable as in the mean of all objects.
+  /// Those named so first, then those recognized so, then the most probable. Only those that have a matched
+  /// label as their best word, or among their five best and at least as probable as in the mean of all
+  /// objects.
   std::vector<ObjectAnswer> objects = {};
   /// As ask() answers; empty where only names were matched.
   std::vector<PlaceAnswer> places = {};
@@ -55,7 +63,8 @@ struct WorldAnswers : WorldMeaning {
 WorldAnswers askWorld(const WorldMap& world, const std::string& words, std::size_t places = 10,
                       std::size_t objects = 10);
 
-/// Given names, then words of labels, that are spelled nearly like `words` (findNearSpellings()).
+/// Given names and those of known objects, then words of labels, that are spelled nearly like `words`
+/// (findNearSpellings()).
 std::vector<std::string> findNearNames(const WorldMap& world, const std::string& words,
                                        std::size_t count = 3);
 

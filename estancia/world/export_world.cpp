@@ -134,6 +134,12 @@ std::string addToNav2(const WorldMap& world, const ExportOptions& options) {
                   {"size", {object.size.x, object.size.y, object.size.z}},
                   {"yaw", object.yaw},
                   {"views", object.views}};
+    if (object.known) {
+      const Pose& p = object.known->pose;
+      metadata["known"] = {{"name", object.known->name},
+                           {"position", {p.x, p.y, p.z}},
+                           {"orientation", {p.qx, p.qy, p.qz, p.qw}}};
+    }
     if (object.area >= 0) metadata["area_id"] = object.area;
     if (const std::string on = supportText(object, world); !on.empty()) metadata["support"] = on;
     features.push_back(feature("MultiPoint", Json::array({Json::array({object.center.x, object.center.y})}),

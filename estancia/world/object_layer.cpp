@@ -189,9 +189,13 @@ WorldObject ObjectLayer::worldObject(const ObjectInstance& instance) const {
   return object;
 }
 
-void ObjectLayer::put(const AreaPlan* plan) {
+std::vector<ObjectInstance> ObjectLayer::instances() const {
+  return instances_ ? instances_->instances() : std::vector<ObjectInstance>();
+}
+
+void ObjectLayer::put(const std::vector<ObjectInstance>& found, const AreaPlan* plan,
+                      std::span<const std::optional<KnownPose>> known) {
   if (!instances_) return;
-  const std::vector<ObjectInstance> found = instances_->instances();
   std::map<SegmentPlace, int> objectOf;
   for (std::size_t i = 0; i < found.size(); ++i)
     for (const SegmentPlace& place : found[i].segments) objectOf[place] = static_cast<int>(i);
@@ -223,6 +227,7 @@ void ObjectLayer::put(const AreaPlan* plan) {
   for (std::size_t i = 0; i < found.size(); ++i) {
     WorldObject object = worldObject(found[i]);
     object.id = static_cast<int>(i);
+    object.known = known[i];
     const Look& look = looks[i];
     for (std::size_t c = 0; c < 3; ++c)
       object.color[c] = static_cast<int>(std::lround(look.color[c] / std::max(1.0, look.segments)));

@@ -6,6 +6,7 @@
 #include <map>
 #include <opencv2/core/mat.hpp>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "estancia/core/vocabulary.hpp"
@@ -32,8 +33,12 @@ class ObjectLayer {
   /// most worth it by images of them, more after frames that were no views and labeled nothing. `image`: BGR,
   /// of the whole frame.
   void label(std::size_t frame, const Observation& seen, const cv::Mat& image);
-  /// Writes the objects. `plan`: of the areas that they stand in; null without areas.
-  void put(const AreaPlan* plan);
+  /// The objects that the views show.
+  std::vector<ObjectInstance> instances() const;
+  /// Writes these. `plan`: of the areas that they stand in; null without areas. `known`: the known object
+  /// that each is.
+  void put(const std::vector<ObjectInstance>& found, const AreaPlan* plan,
+           std::span<const std::optional<KnownPose>> known);
 
  private:
   WorldObject worldObject(const ObjectInstance& instance) const;

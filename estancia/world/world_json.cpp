@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/world/world_json.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "estancia/topology/map_json.hpp"
@@ -18,6 +20,18 @@ double inMillimeters(double meters) {
 
 Json pointJson(const cv::Point3d& point) {
   return {inMillimeters(point.x), inMillimeters(point.y), inMillimeters(point.z)};
+}
+
+Json knownJson(const WorldObject& object, const WorldMap& world) {
+  if (!object.known) return nullptr;
+  const Pose& p = object.known->pose;
+  Json orientation = Json::array();
+  for (const double part : {p.qx, p.qy, p.qz, p.qw}) orientation.push_back(std::round(part * 1e5) / 1e5);
+  return {{"name", object.known->name},
+          {"confidence", std::round(object.known->confidence * 1e6) / 1e6},
+          {"position", pointJson({p.x, p.y, p.z})},
+          {"orientation", orientation},
+          {"frame", world.places.frames.at(object.known->frame).name}};
 }
 
 Json textOrNull(const std::string& text) {
@@ -53,6 +67,7 @@ Json answerJson(const ObjectAnswer& answer, const WorldMap& world) {
   object["label"] = textOrNull(answer.label);
   object["rank"] = answer.rank == 0 ? Json(nullptr) : Json(answer.rank);
   object["named"] = answer.isNamed;
+  object["recognized"] = answer.isKnown;
   return object;
 }
 
@@ -82,6 +97,7 @@ Json toJson(const WorldObject& object, const WorldMap& world) {
           {"name", object.displayName()},
           {"probability", shortened(object.probability())},
           {"given_name", textOrNull(object.givenName)},
+          {"known", knownJson(object, world)},
           {"position", pointJson(object.center)},
           {"size", pointJson(object.size)},
           {"yaw", inMillimeters(object.yaw)},
@@ -137,6 +153,16 @@ Json toJson(const std::string& words, const WorldRoute& found, const WorldMap& w
   json["areas"] = Json::array();
   for (const int area : found.areas) json["areas"].push_back(areaReference(world, area));
   return json;
+}
+
+std::string knownText(const WorldObject& object) {
+  if (!object.known) return "";
+  const Pose& p = object.known->pose;
+  return fmt::format(
+      "recognized as {} ({:.0f} %), its axes at ({:.2f}, {:.2f}, {:.2f}) m, turned by ({:.3f}, {:.3f}, "
+      "{:.3f}, "
+      "{:.3f})",
+      object.known->name, 100 * object.known->confidence, p.x, p.y, p.z, p.qx, p.qy, p.qz, p.qw);
 }
 
 std::string supportText(const WorldObject& object, const WorldMap& world) {

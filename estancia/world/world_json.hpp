@@ -18,14 +18,17 @@ nlohmann::ordered_json areaReference(const WorldMap& world, int area);
 /// "frames"}; what nobody gave and no classifier told is null.
 nlohmann::ordered_json toJson(const WorldArea& area);
 
-/// {"id", "name", "probability", "given_name", "position": [x, y, z], "size": [x, y, z], "yaw", "support":
-/// "floor", "object", "surface" or "wall", "on": {"id", "name"}, "area": {"id", "name"}, "views",
+/// {"id", "name", "probability", "given_name", "known", "position": [x, y, z], "size": [x, y, z], "yaw",
+/// "support": "floor", "object", "surface" or "wall", "on": {"id", "name"}, "area": {"id", "name"}, "views",
 /// "first_seen", "last_seen": {"frame", "time"}, "image"}: meters, radians, seconds; what is not known is
-/// null; image is the frame that shows it best.
+/// null; image is the frame that shows it best. "known" is the known object that it was recognized as:
+/// {"name", "confidence", "position": [x, y, z], "orientation": [x, y, z, w], "frame"}, where its cloud's
+/// axes are in the map.
 nlohmann::ordered_json toJson(const WorldObject& object, const WorldMap& world);
 
 /// What toJson() says of answers of places, whose places have "area", too; before them "areas" and "objects",
-/// whose "probability" is that of what was asked, with "lift", "label", "rank" and "named".
+/// whose "probability" is that of what was asked, with "lift", "label", "rank", "named" and
+/// "recognized".
 nlohmann::ordered_json toJson(const std::string& words, const WorldAnswers& answers, const WorldMap& world);
 
 /// What toJson() says of a route (topology), "driven": {"length", "path": [[x, y]]} [m] or null (DrivenWay),
@@ -34,6 +37,10 @@ nlohmann::ordered_json toJson(const std::string& words, const WorldAnswers& answ
 /// asked for and "pose": {"x", "y", "yaw", "frame", "distance"} [m, rad], or "label" or "room" and
 /// "probability". `words`: "" for a node.
 nlohmann::ordered_json toJson(const std::string& words, const WorldRoute& found, const WorldMap& world);
+
+/// For people: "recognized as mug (93 %), its axes at (1.00, 2.00, 0.70) m, turned by (0, 0, 0.71, 0.71)"; ""
+/// where it is no known object.
+std::string knownText(const WorldObject& object);
 
 /// For people: "on the floor", "on the dining table"; "" where it is not known.
 std::string supportText(const WorldObject& object, const WorldMap& world);

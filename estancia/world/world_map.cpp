@@ -4,6 +4,7 @@
 #include <map>
 
 #include "estancia/core/label_words.hpp"
+#include "estancia/world/known_store.hpp"
 #include "estancia/world/world_store.hpp"
 
 namespace estancia {
@@ -27,7 +28,10 @@ const WorldObject* WorldMap::findObject(int id) const {
 }
 
 std::string WorldObject::displayName() const {
-  return !givenName.empty() ? givenName : words.empty() ? "object" : shortLabel(words.front().label);
+  return !givenName.empty() ? givenName
+         : known            ? known->name
+         : words.empty()    ? "object"
+                            : shortLabel(words.front().label);
 }
 
 Floor floorOf(const WorldMap& world) {
@@ -43,6 +47,7 @@ WorldMap readWorld(const std::filesystem::path& path) {
   store.beginReading();
   WorldMap world{store.load()};
   WorldStore(store, MapStore::Access::read).read(world);
+  KnownStore(store).read(world);
   store.endReading();
   return world;
 }

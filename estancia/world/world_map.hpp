@@ -12,6 +12,7 @@
 
 #include "estancia/areas/area_plan.hpp"
 #include "estancia/core/label_probability.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/topology/map.hpp"
 
 namespace estancia {
@@ -55,12 +56,25 @@ enum class Support {
 /// By their numbers, as map files and JSON call them; "" for unknown.
 constexpr std::array<const char*, 5> supportNames{"", "floor", "object", "surface", "wall"};
 
+/// A known object that was recognized.
+struct KnownPose {
+  std::string name;
+  /// How much of the views it explains (segmentFit()): the median over the best ones.
+  double confidence = 0;
+  /// T_map_model: of the axes of the cloud that was given.
+  Pose pose;
+  /// That shows it so.
+  std::size_t frame = 0;
+};
+
 /// A thing that was seen in several frames: one instance, from whatever side and however often it was seen.
 struct WorldObject {
   /// Its position in WorldMap::objects.
   int id = 0;
   /// What people call it; "" where nobody gave it a name.
   std::string givenName = {};
+  /// The known object that it is, if it is one.
+  std::optional<KnownPose> known = {};
   /// Its words and their probabilities, best first; empty where nothing has labeled it.
   std::vector<LabelProbability> words = {};
   /// Middle of its box in the map [m]; the box is upright.
@@ -83,10 +97,12 @@ struct WorldObject {
   /// The area that it is in; -1 for none.
   int area = -1;
 
-  /// For people: the given name, else its best word, else "object".
+  /// For people: the given name, else that of the known object, else its best word, else "object".
   std::string displayName() const;
-  /// Of the best word; 0 without words.
-  double probability() const { return words.empty() ? 0 : static_cast<double>(words.front().probability); }
+  /// The confidence of the known object, else of the best word; 0 without either.
+  double probability() const {
+    return known ? known->confidence : words.empty() ? 0 : static_cast<double>(words.front().probability);
+  }
 };
 
 /// The layers of a map. Invariants: areaOfFrame and zoneOfFrame have one entry a frame (-1 where there are

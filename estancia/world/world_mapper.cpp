@@ -22,6 +22,7 @@
 #include "estancia/topology/session_impl.hpp"
 #include "estancia/topology/sqlite.hpp"
 #include "estancia/world/drive_faults.hpp"
+#include "estancia/world/known_layer.hpp"
 #include "estancia/world/map_terms.hpp"
 #include "estancia/world/object_layer.hpp"
 #include "estancia/world/self_tracking.hpp"
@@ -107,6 +108,7 @@ struct WorldMapper::Impl {
         terms(mapping.store),
         options(wanted ? *wanted : terms.options().value_or(WorldOptions{})),
         store(mapping.store, MapStore::Access::write),
+        recognition(mapping.store, store),
         mean(mapping.store.identity().vocabulary.size(), false) {
     declare(options).validate();
     terms.keep(options);
@@ -129,6 +131,7 @@ struct WorldMapper::Impl {
   MapTerms terms;
   WorldOptions options;
   WorldStore store;
+  KnownLayer recognition;
   WorldLayers layers;
   std::vector<AreaEdit> edits;
   std::vector<std::optional<Pose>> poses;  // of all frames
@@ -431,6 +434,10 @@ std::optional<Pose> WorldMapper::observe(const Frame& frame, DescriptorView desc
   return pose;
 }
 
+void WorldMapper::recognize(std::shared_ptr<const KnownObjects> objects) {
+  impl_->recognition.recognize(std::move(objects));
+}
+
 void WorldMapper::finish() {
   MapStore& map = impl_->session.store;
   impl_->poses.resize(std::min(impl_->poses.size(), map.frameCount()));  // Ctrl-C may keep one from the map
@@ -458,7 +465,12 @@ void WorldMapper::finish() {
       if (e.code() != ErrorCode::insufficientData) throw;
     }
   }
-  if (impl_->objects) impl_->objects->put(planned ? &planned->plan : nullptr);
+  if (impl_->objects && impl_->floor) {
+    const std::vector<ObjectInstance> found = impl_->objects->instances();
+    const auto known = impl_->recognition.find(found, impl_->poses, *impl_->floor);
+    impl_->objects->put(found, planned ? &planned->plan : nullptr, known);
+    impl_->recognition.put(known);
+  }
   map.commit();
 }
 

@@ -18,6 +18,7 @@
 
 namespace estancia {
 
+class KnownObjects;
 class Labeler;
 class Sequence;
 
@@ -129,6 +130,9 @@ class WorldMapper {
   bool tracks() const;
   /// Whether it wants the image of a frame with depth: to track the camera, or to name and color objects.
   bool wantsImage(const Frame& frame) const;
+  /// Looks for these in finish(), also in what was mapped before: their names and poses are added to the
+  /// objects that they are. Where the map has no objects, none is found.
+  void recognize(std::shared_ptr<const KnownObjects> objects);
   /// Derives the layers and writes them, after the session's finish(). More frames may follow.
   void finish();
 

@@ -94,6 +94,14 @@ std::vector<cv::Point2d> outlineFrom(const Database& database, const std::string
   return outline;
 }
 
+Observation decodedObservation(const Database& database, const std::string& bytes) {
+  try {
+    return observationFromBytes(bytes);
+  } catch (const Error& e) {
+    database.failDamaged(e.what());
+  }
+}
+
 /// A number below `end` of each frame.
 void readNumbers(const Database& database, const char* sql, std::size_t end, std::vector<int>& numbers) {
   Statement rows(database, sql);
@@ -210,21 +218,22 @@ std::string WorldStore::layers() const {
 void WorldStore::forEachObservation(
     const std::function<bool(std::size_t frame, const Observation&)>& visit) const {
   if (!exists_) return;
-  const auto decoded = [this](const std::string& bytes) {
-    try {
-      return observationFromBytes(bytes);
-    } catch (const Error& e) {
-      store_.database().failDamaged(e.what());
-    }
-  };
   // The next frame's observation comes before the frame itself.
   const auto last = static_cast<std::int64_t>(store_.frameCount());
   Statement rows(store_.database(), "SELECT frame, seen FROM observations ORDER BY frame");
   while (rows.next()) {
     if (rows.integer(0) < 0 || rows.integer(0) > last)
       store_.database().failDamaged("an observation is of no frame");
-    if (!visit(static_cast<std::size_t>(rows.integer(0)), decoded(rows.blob(1)))) return;
+    if (!visit(static_cast<std::size_t>(rows.integer(0)),
+               decodedObservation(store_.database(), rows.blob(1))))
+      return;
   }
+}
+
+Observation WorldStore::observation(std::size_t frame) const {
+  Statement row(store_.database(), "SELECT seen FROM observations WHERE frame = ?1", frame);
+  if (!row.next()) store_.database().failDamaged("an observation is missing");
+  return decodedObservation(store_.database(), row.blob(0));
 }
 
 std::vector<AreaEdit> WorldStore::edits() const {

@@ -63,6 +63,8 @@ class WorldStore {
   std::string layers() const;
   /// In order of frames; stops early when `visit` returns false. Throws Error (corruptFile).
   void forEachObservation(const std::function<bool(std::size_t frame, const Observation&)>& visit) const;
+  /// That of a frame that has one. Throws Error (corruptFile).
+  Observation observation(std::size_t frame) const;
   std::vector<AreaEdit> edits() const;
   /// In order of frames and segments.
   std::vector<LabeledSegment> views() const;

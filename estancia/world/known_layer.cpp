@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/world/known_layer.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+
+#include "estancia/core/error.hpp"
+#include "estancia/core/progress.hpp"
+#include "estancia/core/rigid.hpp"
+
+namespace estancia {
+namespace {
+
+/// The best views of an instance, in which a known object is looked for.
+constexpr std::size_t mostTries = 3;
+/// Views that a pose is verified by.
+constexpr std::size_t mostWitnesses = 7;
+/// segmentFit() that most of them must reach.
+constexpr double leastFit = 0.7;
+/// Of the model's points, which these views must show where they are: a front alone is like any board.
+constexpr double leastSeen = 0.55;
+/// Poses of a view that are verified.
+constexpr std::size_t mostPoses = 4;
+/// A model that is seen from farther round shows another side, which its cloud may not have [cosine].
+constexpr double sameSide = 0.5;
+/// Of the diagonals of an instance and a model: boxes lie in different axes, and a side may be unseen.
+constexpr double smallest = 0.55, largest = 1.35;
+
+double diagonalOf(const ObjectInstance& instance) {
+  return cv::norm(instance.box.size);
+}
+
+double middleOf(std::vector<double> values) {  // the lower one of two
+  std::ranges::sort(values);
+  return values.empty() ? 0 : values[(values.size() - 1) / 2];
+}
+
+}  // namespace
+
+void KnownLayer::recognize(std::shared_ptr<const KnownObjects> objects) {
+  objects_ = std::move(objects);
+  for (const KnownObjects::Model& model : objects_->models()) store_.begin(model.name, model.digest);
+}
+
+std::vector<std::optional<KnownPose>> KnownLayer::find(std::span<const ObjectInstance> instances,
+                                                       std::span<const std::optional<Pose>> poses,
+                                                       const Floor& floor) {
+  std::multimap<SegmentPlace, Recognition> kept = store_.recognitions();
+  try {
+    if (objects_ != nullptr) search(instances, poses, floor, kept);
+  } catch (const Interrupted&) {  // Ctrl-C ended the mapping: --continue looks for the rest
+  }
+  std::vector<std::optional<KnownPose>> known(instances.size());
+  for (std::size_t i = 0; i < instances.size(); ++i)
+    for (const SegmentPlace& place : instances[i].segments) {
+      if (place.first >= poses.size() || !poses[place.first]) continue;
+      const auto [begin, end] = kept.equal_range(place);
+      for (auto found = begin; found != end; ++found) {
+        const Recognition& recognition = found->second;
+        if (!recognition.pose || (known[i] && known[i]->confidence >= recognition.confidence)) continue;
+        known[i] = {recognition.name, recognition.confidence,
+                    poseOf(rigidOf(*poses[place.first]) * rigidOf(*recognition.pose)), place.first};
+      }
+    }
+  return known;
+}
+
+/// Looks for each known object in the best views of each instance that can be it.
+void KnownLayer::search(std::span<const ObjectInstance> instances, std::span<const std::optional<Pose>> poses,
+                        const Floor& floor, std::multimap<SegmentPlace, Recognition>& kept) {
+  std::vector<std::vector<InstanceView>> views = bestViews(instances, poses, floor);
+  for (std::size_t i = 0; i < instances.size(); ++i) {
+    for (const KnownObjects::Model& model : objects_->models()) {
+      const double ratio = diagonalOf(instances[i]) / model.extent;
+      if (ratio < smallest || ratio > largest) continue;
+      std::size_t tries = 0;
+      for (const SegmentPlace& place : instances[i].segments) {
+        const auto [begin, end] = kept.equal_range(place);
+        for (auto found = begin; found != end; ++found)
+          if (found->second.name == model.name) tries += found->second.pose ? mostTries : 1;
+      }
+      for (const InstanceView& view : views[i]) {
+        if (tries >= mostTries) break;
+        if (interrupted()) throw Interrupted("stopped while objects were recognized");
+        const auto [begin, end] = kept.equal_range(view.place);
+        if (std::any_of(begin, end, [&](const auto& found) { return found.second.name == model.name; }))
+          continue;
+        if (view.depth.empty()) load(views[i]);
+        const Recognition recognition = recognized(model, view, views[i], poses);
+        store_.put(view.place, recognition);
+        kept.emplace(view.place, recognition);
+        tries += recognition.pose ? mostTries : 1;
+      }
+    }
+    views[i].clear();
+  }
+}
+
+/// An instance at a time, for memory.
+void KnownLayer::load(std::vector<InstanceView>& views) const {
+  for (InstanceView& view : views) {
+    const Observation seen = observations_.observation(view.place.first);
+    view.depth = depthOf(seen);
+    view.segment = seen.segments == static_cast<int>(view.place.second);
+    view.camera = seen.camera;
+  }
+}
+
+/// In a view, and verified by all views from the same side.
+Recognition KnownLayer::recognized(const KnownObjects::Model& model, const InstanceView& view,
+                                   const std::vector<InstanceView>& views,
+                                   std::span<const std::optional<Pose>> poses) const {
+  Recognition best{model.name};
+  const cv::Affine3d here = rigidOf(*poses[view.place.first]);
+  std::vector<KnownObjects::Found> found = objects_->find(model, view.depth, view.segment, view.camera);
+  found.resize(std::min(found.size(), mostPoses));
+  for (const KnownObjects::Found& candidate : found) {
+    std::vector<double> fits;
+    std::vector<std::uint8_t> seen(model.points.size());
+    for (const InstanceView& witness : views)
+      if (witness.direction.dot(view.direction) >= sameSide)
+        fits.push_back(segmentFit(model, rigidOf(*poses[witness.place.first]).inv() * here * candidate.pose,
+                                  witness.depth, witness.segment, witness.camera, &seen));
+    const double fit = middleOf(std::move(fits));
+    const double share = static_cast<double>(std::ranges::count(seen, 1)) / static_cast<double>(seen.size());
+    if (fit < leastFit || share < leastSeen || fit <= best.confidence) continue;
+    best.pose = poseOf(candidate.pose);
+    best.confidence = fit;
+  }
+  return best;
+}
+
+/// The best views of each instance that may be a known object, best first.
+std::vector<std::vector<InstanceView>> KnownLayer::bestViews(std::span<const ObjectInstance> instances,
+                                                             std::span<const std::optional<Pose>> poses,
+                                                             const Floor& floor) const {
+  std::map<SegmentPlace, std::size_t> instanceOf;
+  for (std::size_t i = 0; i < instances.size(); ++i)
+    if (std::ranges::any_of(objects_->models(), [&](const KnownObjects::Model& model) {
+          const double ratio = diagonalOf(instances[i]) / model.extent;
+          return ratio >= smallest && ratio <= largest;
+        }))
+      for (const SegmentPlace& place : instances[i].segments) instanceOf[place] = i;
+  std::vector<std::vector<InstanceView>> views(instances.size());
+  observations_.forEachObservation([&](std::size_t frame, const Observation& seen) {
+    if (frame >= poses.size() || !poses[frame]) return true;
+    for (std::size_t s = 1; s <= seen.info.size(); ++s) {
+      const auto instance = instanceOf.find({frame, s});
+      if (instance == instanceOf.end()) continue;
+      std::vector<InstanceView>& best = views[instance->second];
+      const Observation::Segment& segment = seen.info[s - 1];
+      InstanceView view{{frame, s}, segment.box.area() / (segment.atBorder ? 4.0 : 1.0)};
+      if (best.size() == mostWitnesses && best.back().quality >= view.quality) continue;
+      const Pose& from = *poses[frame];
+      view.direction = cv::normalize(cv::Vec3d(from.x, from.y, from.z) -
+                                     cv::Vec3d(floor.point(instances[instance->second].box.center)));
+      best.insert(
+          std::ranges::upper_bound(best, view.quality, std::ranges::greater{}, &InstanceView::quality),
+          std::move(view));
+      if (best.size() > mostWitnesses) best.pop_back();
+    }
+    return true;
+  });
+  return views;
+}
+
+}  // namespace estancia
