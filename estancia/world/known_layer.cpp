@@ -46,7 +46,7 @@ void KnownLayer::recognize(std::shared_ptr<const KnownObjects> objects) {
 std::vector<std::optional<KnownPose>> KnownLayer::find(std::span<const ObjectInstance> instances,
                                                        std::span<const std::optional<Pose>> poses,
                                                        const Floor& floor) {
-  std::multimap<SegmentPlace, Recognition> kept = store_.recognitions();
+  std::multimap<SegmentPlace, SegmentRecognition> kept = store_.recognitions();
   try {
     if (objects_ != nullptr) search(instances, poses, floor, kept);
   } catch (const Interrupted&) {  // Ctrl-C ended the mapping: --continue looks for the rest
@@ -57,7 +57,7 @@ std::vector<std::optional<KnownPose>> KnownLayer::find(std::span<const ObjectIns
       if (place.first >= poses.size() || !poses[place.first]) continue;
       const auto [begin, end] = kept.equal_range(place);
       for (auto found = begin; found != end; ++found) {
-        const Recognition& recognition = found->second;
+        const SegmentRecognition& recognition = found->second;
         if (!recognition.pose || (known[i] && known[i]->confidence >= recognition.confidence)) continue;
         known[i] = {recognition.name, recognition.confidence,
                     poseOf(rigidOf(*poses[place.first]) * rigidOf(*recognition.pose)), place.first};
@@ -68,7 +68,7 @@ std::vector<std::optional<KnownPose>> KnownLayer::find(std::span<const ObjectIns
 
 /// Looks for each known object in the best views of each instance that can be it.
 void KnownLayer::search(std::span<const ObjectInstance> instances, std::span<const std::optional<Pose>> poses,
-                        const Floor& floor, std::multimap<SegmentPlace, Recognition>& kept) {
+                        const Floor& floor, std::multimap<SegmentPlace, SegmentRecognition>& kept) {
   std::vector<std::vector<InstanceView>> views = bestViews(instances, poses, floor);
   for (std::size_t i = 0; i < instances.size(); ++i) {
     for (const KnownObjects::Model& model : objects_->models()) {
@@ -87,7 +87,7 @@ void KnownLayer::search(std::span<const ObjectInstance> instances, std::span<con
         if (std::any_of(begin, end, [&](const auto& found) { return found.second.name == model.name; }))
           continue;
         if (view.depth.empty()) load(views[i]);
-        const Recognition recognition = recognized(model, view, views[i], poses);
+        const SegmentRecognition recognition = recognized(model, view, views[i], poses);
         store_.put(view.place, recognition);
         kept.emplace(view.place, recognition);
         tries += recognition.pose ? mostTries : 1;
@@ -108,10 +108,10 @@ void KnownLayer::load(std::vector<InstanceView>& views) const {
 }
 
 /// In a view, and verified by all views from the same side.
-Recognition KnownLayer::recognized(const KnownObjects::Model& model, const InstanceView& view,
-                                   const std::vector<InstanceView>& views,
-                                   std::span<const std::optional<Pose>> poses) const {
-  Recognition best{model.name};
+SegmentRecognition KnownLayer::recognized(const KnownObjects::Model& model, const InstanceView& view,
+                                          const std::vector<InstanceView>& views,
+                                          std::span<const std::optional<Pose>> poses) const {
+  SegmentRecognition best{model.name};
   const cv::Affine3d here = rigidOf(*poses[view.place.first]);
   std::vector<KnownObjects::Found> found = objects_->find(model, view.depth, view.segment, view.camera);
   found.resize(std::min(found.size(), mostPoses));

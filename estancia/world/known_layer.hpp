@@ -47,10 +47,10 @@ class KnownLayer {
 
  private:
   void search(std::span<const ObjectInstance> instances, std::span<const std::optional<Pose>> poses,
-              const Floor& floor, std::multimap<SegmentPlace, Recognition>& kept);
-  Recognition recognized(const KnownObjects::Model& model, const InstanceView& view,
-                         const std::vector<InstanceView>& views,
-                         std::span<const std::optional<Pose>> poses) const;
+              const Floor& floor, std::multimap<SegmentPlace, SegmentRecognition>& kept);
+  SegmentRecognition recognized(const KnownObjects::Model& model, const InstanceView& view,
+                                const std::vector<InstanceView>& views,
+                                std::span<const std::optional<Pose>> poses) const;
   std::vector<std::vector<InstanceView>> bestViews(std::span<const ObjectInstance> instances,
                                                    std::span<const std::optional<Pose>> poses,
                                                    const Floor& floor) const;

@@ -47,7 +47,7 @@ void KnownStore::begin(const std::string& name, const std::string& digest) {
   Statement(database, "INSERT OR REPLACE INTO known_objects VALUES(?1, ?2)", name, digest).execute();
 }
 
-void KnownStore::put(const SegmentPlace& place, const Recognition& recognition) {
+void KnownStore::put(const SegmentPlace& place, const SegmentRecognition& recognition) {
   constexpr double none = std::numeric_limits<double>::quiet_NaN();  // stored as NULL
   const Pose p = recognition.pose.value_or(Pose{none, none, none, none, none, none, none});
   Statement(store_.database(),
@@ -71,8 +71,8 @@ void KnownStore::putPoses(std::span<const std::optional<KnownPose>> poses) {
   }
 }
 
-std::multimap<SegmentPlace, Recognition> KnownStore::recognitions() const {
-  std::multimap<SegmentPlace, Recognition> recognitions;
+std::multimap<SegmentPlace, SegmentRecognition> KnownStore::recognitions() const {
+  std::multimap<SegmentPlace, SegmentRecognition> recognitions;
   if (!exists()) return recognitions;
   const Database& database = store_.database();
   Statement rows(database,
@@ -81,7 +81,7 @@ std::multimap<SegmentPlace, Recognition> KnownStore::recognitions() const {
   while (rows.next()) {
     if (rows.integer(0) < 0 || rows.integer(1) < 0)
       database.failDamaged("an object was recognized in no frame");
-    Recognition recognition{rows.text(2), readPose(rows, 4)};
+    SegmentRecognition recognition{rows.text(2), readPose(rows, 4)};
     if (recognition.pose) recognition.confidence = confidenceOf(database, rows, 3);
     recognitions.emplace(SegmentPlace(rows.integer(0), rows.integer(1)), std::move(recognition));
   }

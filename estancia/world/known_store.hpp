@@ -18,7 +18,7 @@
 namespace estancia {
 
 /// A known object that was looked for in a segment.
-struct Recognition {
+struct SegmentRecognition {
   /// Of the known object.
   std::string name;
   /// T_camera_model where it was found.
@@ -35,12 +35,12 @@ class KnownStore {
   /// Makes the tables where they are missing. Forgets what was found by a cloud of that name that had another
   /// digest.
   void begin(const std::string& name, const std::string& digest);
-  void put(const SegmentPlace& place, const Recognition& recognition);
+  void put(const SegmentPlace& place, const SegmentRecognition& recognition);
   /// Replaces the objects' poses, entry i of object i.
   void putPoses(std::span<const std::optional<KnownPose>> poses);
 
   // ---- reading; nothing in maps that never had known objects. Throws Error (corruptFile).
-  std::multimap<SegmentPlace, Recognition> recognitions() const;
+  std::multimap<SegmentPlace, SegmentRecognition> recognitions() const;
   /// Those of `world.objects`.
   void read(WorldMap& world) const;
 
