@@ -17,9 +17,10 @@ constexpr std::size_t mostTries = 3;
 /// Views that a pose is verified by.
 constexpr std::size_t mostWitnesses = 7;
 /// segmentFit() that most of them must reach.
-constexpr double leastFit = 0.7;
-/// Of the model's points, which these views must show where they are: a front alone is like any board.
-constexpr double leastSeen = 0.55;
+constexpr double leastFit = 0.6;
+/// Of the model's points, which the best views of all sides must show where they are: a front alone is like
+/// any board.
+constexpr double leastSeen = 0.5;
 /// Poses of a view that are verified.
 constexpr std::size_t mostPoses = 4;
 /// A model that is seen from farther round shows another side, which its cloud may not have [cosine].
@@ -118,10 +119,11 @@ SegmentRecognition KnownLayer::recognized(const KnownObjects::Model& model, cons
   for (const KnownObjects::Found& candidate : found) {
     std::vector<double> fits;
     std::vector<std::uint8_t> seen(model.points.size());
-    for (const InstanceView& witness : views)
-      if (witness.direction.dot(view.direction) >= sameSide)
-        fits.push_back(segmentFit(model, rigidOf(*poses[witness.place.first]).inv() * here * candidate.pose,
-                                  witness.depth, witness.segment, witness.camera, &seen));
+    for (const InstanceView& witness : views) {
+      const double fit = segmentFit(model, rigidOf(*poses[witness.place.first]).inv() * here * candidate.pose,
+                                    witness.depth, witness.segment, witness.camera, &seen);
+      if (witness.direction.dot(view.direction) >= sameSide) fits.push_back(fit);
+    }
     const double fit = middleOf(std::move(fits));
     const double share = static_cast<double>(std::ranges::count(seen, 1)) / static_cast<double>(seen.size());
     if (fit < leastFit || share < leastSeen || fit <= best.confidence) continue;

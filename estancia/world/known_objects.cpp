@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <opencv2/imgproc.hpp>
 #include <set>
 
 #include "estancia/cloud/resolution.hpp"
@@ -121,6 +122,8 @@ double segmentFit(const KnownObjects::Model& model, const cv::Affine3d& pose, co
       if (std::abs(static_cast<double>(depth.at<float>(at)) - p.z) < agreementAt(p.z, model.extent))
         (*seen)[i] = 1;
     }
+  cv::Mat around;  // edges are known within a pixel
+  cv::dilate(segment, around, cv::Mat());
   double same = 0, before = 0, pixels = 0;
   for (int v = 0; v < depth.rows; ++v)
     for (int u = 0; u < depth.cols; ++u) {
@@ -132,7 +135,7 @@ double segmentFit(const KnownObjects::Model& model, const cv::Affine3d& pose, co
       if (std::abs(off) < 1)
         same += inside ? 1 - off * off : 0;
       else
-        before += z > expected;
+        before += z > expected && (inside || around.at<std::uint8_t>(v, u) == 0);
     }
   return pixels > 0 ? same / (pixels + before) : 0;
 }
