@@ -55,6 +55,9 @@ struct Cluster {
 
 struct Clusters {
   std::vector<Plane> planes;
+  /// Unit length, in the camera's frame: upright as far as the planes tell, else the image's up. Of a depth
+  /// image or organized cloud.
+  cv::Vec3d up = {0, -1, 0};
   /// Largest first; may be empty.
   std::vector<Cluster> clusters;
 };

@@ -148,9 +148,6 @@ class Assembly {
     for (const SegmentEdge& e : edges_)
       if (touch(e) && arePart(e.a, e.b) && !stands(e.a, e.b, e) && !stands(e.b, e.a, e)) sets_.join(e.a, e.b);
     for (std::uint32_t top = 1; top < shapes_.size(); ++top) joinWhatCarries(top);
-    for (const SegmentEdge& e : edges_)
-      if (e.a != 0 && e.gap < kNextTo && arePart(e.a, e.b) && shapes_[e.a].isBody() && shapes_[e.b].isBody())
-        sets_.join(e.a, e.b);
     joinShapes();
     for (std::uint32_t top = 1; top < shapes_.size(); ++top) joinSupport(top);
     return sets_;

@@ -6,6 +6,8 @@
 #include <opencv2/core.hpp>
 #include <unordered_map>
 
+#include "estancia/objects/segment_image.hpp"
+
 namespace estancia {
 namespace {
 
@@ -100,7 +102,7 @@ void addPixels(std::size_t frame, const cv::Mat& segments, const cv::Mat& mask,
     return;
   for (int v = 0; v < segments.rows; ++v)
     for (int u = 0; u < segments.cols; ++u)
-      if (const std::uint8_t segment = segments.at<std::uint8_t>(v, u); segment != 0)
+      if (const std::uint8_t segment = segments.at<std::uint8_t>(v, u); inSegment(segment))
         ++pixels[{frame, segment}][mask.at<std::uint16_t>(v * step, u * step)];
 }
 

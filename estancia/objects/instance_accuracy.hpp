@@ -56,7 +56,7 @@ std::vector<TrueThing> trueThings(const io::HomeTruth& truth, const ThingClasses
 /// Pixels of each thing that a segment shows, by the thing's id; below io::kFirstInstance structure.
 using PixelsOfThings = std::map<int, double>;
 
-/// Adds what each segment of a frame shows. `segments`: CV_8U, 0 for none; `mask`: the truth, CV_16U, of that
+/// Adds what each segment of a frame shows. `segments`: a segment image; `mask`: the truth, CV_16U, of that
 /// size or of an image of which every n-th pixel was taken; of any other size it tells nothing.
 void addPixels(std::size_t frame, const cv::Mat& segments, const cv::Mat& mask,
                std::map<SegmentPlace, PixelsOfThings>& pixels);

@@ -9,6 +9,7 @@
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/rigid.hpp"
+#include "estancia/objects/segment_image.hpp"
 #include "estancia/objects/standing.hpp"
 #include "estancia/objects/view_consensus.hpp"
 #include "estancia/stats/proportion.hpp"
@@ -19,6 +20,8 @@ namespace {
 /// Of the frames that see a voxel, which must have it in the thing.
 constexpr double keptShare = 0.3;
 constexpr std::size_t fewVoxels = 8;
+/// Of a frame that sees a wall there.
+constexpr double wallVote = 0.5;
 /// ObjectInstance::support below which it is a part of things, or none.
 constexpr double leastSupport = 0.25;
 /// Outermost points that are left out of boxes: mixed pixels.
@@ -103,17 +106,25 @@ void InstanceMap::add(std::size_t frame, const cv::Mat& depth, const cv::Mat& se
   const CameraIntrinsics scaled = camera.scaledTo(depth.cols, depth.rows);
   const cv::Affine3d rigid = rigidOf(pose);
   heights_.push_back(floor_.height(rigid.translation()));
-  double count = 0;
-  if (!segments.empty()) cv::minMaxLoc(segments, nullptr, &count);
+  std::uint8_t count = 0;
+  for (const std::uint8_t pixel : cv::Mat_<std::uint8_t>(segments))
+    if (inSegment(pixel)) count = std::max(count, pixel);
   newest_ = masks_.size();
   struct Sum {
-    std::uint8_t segment = 0;
+    std::uint8_t pixel = wallPixel;
     cv::Vec3d inside;
     int points = 0;
   };
   std::unordered_map<VoxelKey, Sum, VoxelHash> here;
   here.reserve(depth.total() / 4);
-  std::vector<std::size_t> pixels(static_cast<std::size_t>(count) + 1);
+  std::vector<std::size_t> pixels(count + std::size_t{1});
+  // A voxel is in one segment, the first one; else what the pixels before the others say.
+  const auto precedes = [](std::uint8_t pixel, std::uint8_t other) {
+    const auto rank = [](std::uint8_t p) {
+      return p == wallPixel ? 0 : p == 0 ? 1 : p == loosePixel ? 2 : 3;
+    };
+    return rank(pixel) > rank(other);
+  };
   for (int v = 0; v < depth.rows; ++v)
     for (int u = 0; u < depth.cols; ++u) {
       const double z = depth.at<float>(v, u);
@@ -125,22 +136,23 @@ void InstanceMap::add(std::size_t frame, const cv::Mat& depth, const cv::Mat& se
       const VoxelKey key{static_cast<std::int32_t>(std::floor(place[0])),
                          static_cast<std::int32_t>(std::floor(place[1])),
                          static_cast<std::int32_t>(std::floor(place[2]))};
-      const std::uint8_t segment = segments.at<std::uint8_t>(v, u);
-      ++pixels[segment];
+      const std::uint8_t pixel = segments.at<std::uint8_t>(v, u);
       Sum& sum = here[key];
-      if (sum.segment == 0) sum.segment = segment;  // a voxel is in one segment, the first one
-      if (segment == 0 || segment != sum.segment) continue;
+      if (precedes(pixel, sum.pixel)) sum.pixel = pixel;
+      if (!inSegment(pixel)) continue;
+      ++pixels[pixel];
+      if (pixel != sum.pixel) continue;
       sum.inside += options_.voxel * (place - cv::Vec3d(key.x, key.y, key.z));
       ++sum.points;
     }
-  for (std::size_t s = 1; s <= static_cast<std::size_t>(count); ++s)
-    masks_.push_back({frame, s, pixels[s], {}});
+  for (std::size_t s = 1; s <= count; ++s) masks_.push_back({frame, s, pixels[s], {}});
   for (const auto& [key, sum] : here) {
     Voxel& voxel = voxels_[key];
-    ++voxel.seen;
-    if (sum.segment == 0) continue;
+    voxel.seen += sum.pixel == wallPixel ? wallVote : 1;
+    if (sum.pixel == loosePixel) ++voxel.loose;
+    if (!inSegment(sum.pixel)) continue;
     ++voxel.masked;
-    const std::size_t mask = newest_ + sum.segment - 1;
+    const std::size_t mask = newest_ + sum.pixel - 1;
     voxel.masks.push_back(static_cast<std::uint32_t>(mask));
     masks_[mask].parts.push_back({key, sum.inside / sum.points});
   }
@@ -177,7 +189,8 @@ std::vector<ObjectInstance> InstanceMap::instances() const {
   std::nth_element(heights.begin(), middle, heights.end());
   Standing standing(voxels_, things);
   const int level = standing.floorLevel(static_cast<int>(std::floor(*middle / options_.voxel)));
-  standing.joinFloating(level);
+  standing.joinParts(level);
+  standing.joinLoose(level, options_.voxel);
   const double floor = (level + 0.5) * options_.voxel;
   std::vector<ObjectInstance> instances;
   std::vector<int> numbers(things.size(), -1), carriers;

@@ -40,6 +40,9 @@ struct VoxelHash {
 /// Mask clustering by view consensus (Yan et al., "MaskClustering", CVPR 2024): two segments of different
 /// frames show one thing if most of the frames that see both have them in one segment. A segment that other
 /// frames split is under-segmented and left out, as is one whose place is no segment in most frames: a wall.
+/// A frame that sees a wall there has half a vote, since it cannot tell one from the front of a cabinet.
+/// Parts that float, or lie nearly all inside of a larger thing which they touch, belong to that; and so do
+/// loose pixels that only one thing touches.
 ///
 /// Memory: a voxel for each 2.5 cm of surface, and about 30 KB a frame. O(pixels) a frame.
 class InstanceMap {
@@ -47,8 +50,8 @@ class InstanceMap {
   /// Throws Error (invalidOption).
   explicit InstanceMap(const Floor& floor, const InstanceMapOptions& options = {});
 
-  /// Adds the next frame: depth [m], CV_32F, 0 or not finite where unknown; the number of each pixel's
-  /// segment from 1 on, 0 for none, CV_8U, of the same size; the camera of these images and where it stood.
+  /// Adds the next frame: depth [m], CV_32F, 0 or not finite where unknown; its segment image
+  /// (segment_image.hpp), CV_8U, of the same size; the camera of these images and where it stood.
   /// Frames come by rising number. Throws Error (invalidInput) for other images and numbers.
   void add(std::size_t frame, const cv::Mat& depth, const cv::Mat& segments, const CameraIntrinsics& camera,
            const Pose& pose);
@@ -76,8 +79,9 @@ class InstanceMap {
     std::vector<Part> parts;
   };
   struct Voxel {
-    /// Frames that see it, and that see a segment there.
-    std::uint32_t seen = 0, masked = 0;
+    /// Frames that see it, a wall counting half; that see a segment there; to which it is loose.
+    double seen = 0;
+    std::uint32_t masked = 0, loose = 0;
     /// How often a segment here was labeled.
     std::uint32_t labeled = 0;
     /// Numbers of the masks here.

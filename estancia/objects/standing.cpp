@@ -5,7 +5,10 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <unordered_set>
 #include <utility>
+
+#include "estancia/core/oriented_box.hpp"
 
 namespace estancia {
 namespace {
@@ -17,8 +20,39 @@ constexpr double enoughSurface = 0.1, enoughThing = 0.25;
 /// Lower than this above the floor it stands there [voxels]; legs are thin, and seen late.
 constexpr int nearFloor = 5;
 constexpr std::size_t fewContacts = 3;
+/// Outermost voxels that are left out of boxes: mixed pixels.
+constexpr double trimmedOfBoxes = 0.005;
 /// Of what was seen at the height where most was, on the floor: tables may hide the rest of it.
 constexpr double floorShare = 0.5;
+/// Of its voxels in the box of a thing, for a part of it.
+constexpr double partShare = 0.8;
+/// Of the frames that see a voxel, to which it is loose.
+constexpr double looseShare = 0.5;
+
+template <class Use>
+void forEachAround(const VoxelKey& voxel, const Use& use) {
+  for (int x = -reach; x <= reach; ++x)
+    for (int y = -reach; y <= reach; ++y)
+      for (int z = -reach; z <= reach; ++z) use(VoxelKey{voxel.x + x, voxel.y + y, voxel.z + z});
+}
+
+OrientedBox boxOf(const Thing& thing) {
+  std::vector<cv::Point3d> points;
+  for (const auto& [at, inside] : thing.voxels) points.emplace_back(at.x, at.y, at.z);
+  return fitBox(points, trimmedOfBoxes, 1);
+}
+
+/// Of the thing's voxels, those in the box or below it, within a voxel: legs are found later than tops.
+double shareInside(const Thing& thing, const OrientedBox& box) {
+  const double c = std::cos(box.yaw), s = std::sin(box.yaw);
+  const auto inside = std::ranges::count_if(thing.voxels, [&](const auto& voxel) {
+    const auto& at = voxel.first;
+    const double x = at.x - box.center.x, y = at.y - box.center.y;
+    return std::abs(c * x + s * y) <= box.size.x / 2 + 1 && std::abs(c * y - s * x) <= box.size.y / 2 + 1 &&
+           at.z <= box.center.z + box.size.z / 2 + 1;
+  });
+  return static_cast<double>(inside) / static_cast<double>(thing.voxels.size());
+}
 
 }  // namespace
 
@@ -118,35 +152,89 @@ int Standing::floorLevel(int eyes) const {
   return floor;
 }
 
-void Standing::joinFloating(int floor) {
+void Standing::joinParts(int floor) {
+  std::map<int, OrientedBox> boxes;  // of things as they are now [voxels]
+  const auto sizeOf = [this](int t) { return things_[static_cast<std::size_t>(t)].voxels.size(); };
+  const auto isInside = [&](int part, int whole) {
+    auto box = boxes.find(whole);
+    if (box == boxes.end()) box = boxes.emplace(whole, boxOf(things_[static_cast<std::size_t>(whole)])).first;
+    return shareInside(things_[static_cast<std::size_t>(part)], box->second) >= partShare;
+  };
   for (bool again = true; again;) {
     again = false;
     std::vector<int> order;
     for (std::size_t t = 0; t < things_.size(); ++t)
       if (!things_[t].gone) order.push_back(static_cast<int>(t));
-    const auto sizeOf = [this](int t) { return things_[static_cast<std::size_t>(t)].voxels.size(); };
     std::ranges::stable_sort(order, {}, sizeOf);
     for (const int t : order) {
       const Footing footing = footingOf(t);
-      if (footing.bottom <= floor + nearFloor || stands(footing)) continue;
-      int neighbor = -1;
+      const bool floats = footing.bottom > floor + nearFloor && !stands(footing);
+      int whole = -1;
       std::size_t most =
           std::max(fewContacts, static_cast<std::size_t>(std::sqrt(static_cast<double>(sizeOf(t)))) / 2);
-      for (const auto& [other, contacts] : footing.contact)
-        if (sizeOf(other) >= sizeOf(t) &&
-            (contacts > most || (contacts == most && (neighbor < 0 || other < neighbor)))) {
-          most = contacts;
-          neighbor = other;
-        }
-      if (neighbor < 0) continue;
-      Thing &from = things_[static_cast<std::size_t>(t)], &into = things_[static_cast<std::size_t>(neighbor)];
+      for (const auto& [other, contacts] : footing.contact) {
+        const bool more = contacts > most || (contacts == most && (whole < 0 || other < whole));
+        if (!more || sizeOf(other) < sizeOf(t)) continue;
+        if (!floats && (carrierOf(footing) == other || !isInside(t, other))) continue;
+        most = contacts;
+        whole = other;
+      }
+      if (whole < 0) continue;
+      Thing &from = things_[static_cast<std::size_t>(t)], &into = things_[static_cast<std::size_t>(whole)];
       for (const auto& [at, inside] : from.voxels) {
         into.voxels.emplace(at, inside);
-        owner_[at] = neighbor;
+        owner_[at] = whole;
       }
       into.masks.insert(into.masks.end(), from.masks.begin(), from.masks.end());
+      boxes.erase(whole);
       from.gone = again = true;
     }
+  }
+}
+
+std::vector<std::vector<VoxelKey>> Standing::looseClusters(int floor) const {
+  std::vector<VoxelKey> loose;
+  for (const auto& [at, voxel] : voxels_)
+    if (at.z > floor + reach && voxel.loose >= looseShare * voxel.seen && !owner_.contains(at))
+      loose.push_back(at);
+  std::ranges::sort(loose);  // in an order that no hash decides
+  std::unordered_set<VoxelKey, VoxelHash> open(loose.begin(), loose.end());
+  std::vector<std::vector<VoxelKey>> clusters;
+  for (const VoxelKey& seed : loose) {
+    if (open.erase(seed) == 0) continue;
+    std::vector<VoxelKey> cluster{seed};
+    for (std::size_t next = 0; next < cluster.size(); ++next)
+      forEachAround(cluster[next], [&](const VoxelKey& at) {
+        if (open.erase(at) != 0) cluster.push_back(at);
+      });
+    clusters.push_back(std::move(cluster));
+  }
+  return clusters;
+}
+
+int Standing::touchedBy(const std::vector<VoxelKey>& voxels) const {
+  std::map<int, std::size_t> contacts;
+  for (const VoxelKey& voxel : voxels) {
+    std::set<int> touched;
+    forEachAround(voxel, [&](const VoxelKey& at) {
+      if (const auto owner = owner_.find(at); owner != owner_.end()) touched.insert(owner->second);
+    });
+    for (const int thing : touched) ++contacts[thing];
+  }
+  int most = -1;
+  for (const auto& [thing, count] : contacts)
+    if (count >= fewContacts && (most < 0 || count > contacts.at(most))) most = thing;
+  return most;
+}
+
+void Standing::joinLoose(int floor, double voxel) {
+  const cv::Vec3f middle = cv::Vec3f::all(static_cast<float>(voxel / 2));
+  for (const std::vector<VoxelKey>& cluster : looseClusters(floor)) {
+    const int thing = touchedBy(cluster);
+    if (thing < 0) continue;
+    auto& into = things_[static_cast<std::size_t>(thing)].voxels;
+    if (cluster.size() > into.size()) continue;
+    for (const VoxelKey& at : cluster) into.emplace(at, middle);
   }
 }
 

@@ -39,11 +39,18 @@ class Standing {
   Footing footingOf(int thing) const;
   /// The height of the floor [voxels]: the lowest one below `eyes` at which much was seen.
   int floorLevel(int eyes) const;
-  /// Joins each thing that stands on nothing to the larger one that it touches most.
-  void joinFloating(int floor);
+  /// Joins each part of a thing to it: what stands on nothing, to the larger thing that it touches most, and
+  /// what a larger thing that it touches but does not stand on holds nearly whole.
+  void joinParts(int floor);
+  /// Gives loose voxels above the floor to the thing that their cluster touches most, unless it is larger.
+  /// They stay a surface of no thing to footingOf(). `voxel`: their width [m].
+  void joinLoose(int floor, double voxel);
 
  private:
   bool isSurface(const VoxelKey& at) const { return voxels_.contains(at) && !owner_.contains(at); }
+  std::vector<std::vector<VoxelKey>> looseClusters(int floor) const;
+  /// The thing that owns most of the space around the voxels; -1 for none.
+  int touchedBy(const std::vector<VoxelKey>& voxels) const;
 
   const InstanceMap::Voxels& voxels_;
   std::vector<Thing>& things_;

@@ -13,13 +13,16 @@
 #include "estancia/cloud/segmentation_stages.hpp"
 #include "estancia/core/bytes.hpp"
 #include "estancia/core/fail.hpp"
+#include "estancia/objects/segment_image.hpp"
 
 namespace estancia {
 namespace {
 
 constexpr int mostColumns = 320;  // a fifth of a degree: small things have some pixels
 constexpr int largestSide = 4096;
-constexpr std::size_t mostSegments = 255;  // numbers of a byte
+/// Of a plane, to the tolerance within which its points were found: a wall is not quite flat.
+constexpr double planeMargin = 2;
+constexpr double uprightCosine = 0.3;  // between a wall's normal and up: 17°
 
 void writeSegments(ByteWriter& writer, const Observation& observation) {
   writer.numbers(toPng(observation.segments));
@@ -36,10 +39,9 @@ void readSegments(ByteReader& reader, Observation& seen) {
   const auto damaged = [&reader](const char* what) { reader.fail(what, ErrorCode::corruptFile); };
   seen.segments = fromPng(reader.numbers<unsigned char>(), {largestSide, largestSide});
   seen.info.resize(reader.number<std::uint8_t>());
-  double most = 0;
-  if (seen.segments.type() == CV_8U) cv::minMaxLoc(seen.segments, nullptr, &most);
   if (seen.segments.type() != CV_8U || seen.segments.size() != seen.depth.size() ||
-      most > static_cast<double>(seen.info.size()))
+      std::any_of(seen.segments.begin<std::uint8_t>(), seen.segments.end<std::uint8_t>(),
+                  [&](std::uint8_t pixel) { return inSegment(pixel) && pixel > seen.info.size(); }))
     damaged("its segments are damaged");
   for (Observation::Segment& segment : seen.info) {
     std::array<int, 4> box{};
@@ -52,6 +54,26 @@ void readSegments(ByteReader& reader, Observation& seen) {
     segment.atBorder = (flags & 2) != 0;
     for (std::uint8_t& channel : segment.color) channel = reader.number<std::uint8_t>();
   }
+}
+
+/// What is in no segment: walls, and what is on no plane of the room at all.
+void markTheRest(const cv::Mat& depth, const CameraIntrinsics& camera, const Clusters& found,
+                 double tolerance, cv::Mat& segments) {
+  for (int v = 0; v < depth.rows; ++v)
+    for (int u = 0; u < depth.cols; ++u) {
+      std::uint8_t& pixel = segments.at<std::uint8_t>(v, u);
+      const double z = depth.at<float>(v, u);
+      if (pixel != 0 || !(z > 0)) continue;
+      const cv::Vec3d point(camera.slopeX(u) * z, camera.slopeY(v) * z, z);
+      const double near = planeMargin * tolerance * std::max(1.0, z * z);
+      const auto plane = std::ranges::find_if(found.planes, [&](const Plane& p) {
+        return p.structural && std::abs(p.normal.dot(point) - p.offset) < near;
+      });
+      if (plane == found.planes.end())
+        pixel = loosePixel;
+      else if (std::abs(plane->normal.dot(found.up)) < uprightCosine)
+        pixel = wallPixel;
+    }
 }
 
 }  // namespace
@@ -101,7 +123,8 @@ cv::Mat depthOf(const Observation& observation) {
 
 std::vector<Plane> findSegments(Observation& observation, const cv::Mat& image,
                                 const ClusterOptions& options) {
-  Clusters found = findClusters(depthOf(observation), observation.camera, options);
+  const cv::Mat depth = depthOf(observation);
+  Clusters found = findClusters(depth, observation.camera, options);
   observation.segments = cv::Mat(observation.depth.size(), CV_8U, cv::Scalar(0));
   observation.info.clear();
   cv::Mat colors;
@@ -119,6 +142,7 @@ std::vector<Plane> findSegments(Observation& observation, const cv::Mat& image,
     };
     observation.info.push_back({cluster.box, cluster.flat, cluster.atBorder, {mean(2), mean(1), mean(0)}});
   }
+  markTheRest(depth, observation.camera, found, options.planeTolerance, observation.segments);
   return std::move(found.planes);
 }
 
