@@ -208,7 +208,7 @@ Clusters findClusters(const cv::Mat& depth, const CameraIntrinsics& camera, cons
   dropFragments(grid, removal, up, foreground, segments);
   dropNarrow(grid, foreground, segments);
   std::vector<Cluster> clusters = clustersOf(grid, foreground, segments, options);
-  return {std::move(removal.planes), up, std::move(clusters)};
+  return {std::move(removal.planes), std::move(clusters), up};
 }
 
 Clusters findClusters(const PointCloud& cloud, const ClusterOptions& options) {

@@ -55,11 +55,11 @@ struct Cluster {
 
 struct Clusters {
   std::vector<Plane> planes;
+  /// Largest first; may be empty.
+  std::vector<Cluster> clusters;
   /// Unit length, in the camera's frame: upright as far as the planes tell, else the image's up. Of a depth
   /// image or organized cloud.
   cv::Vec3d up = {0, -1, 0};
-  /// Largest first; may be empty.
-  std::vector<Cluster> clusters;
 };
 
 /// Segments a depth image (CV_32F, meters, 0 or NaN where there is none): removes planes, splits the rest at
