@@ -122,6 +122,16 @@ TEST(Furniture, ThatFillsTheViewBearsThingsLikeAnyTable) {
   EXPECT_GT(bestOverlapOf(found, seen, {2}), 0.6);
 }
 
+TEST(Furniture, SideBySideIsTwoThings) {
+  const View view = inRoom();
+  const Seen seen = see({kRoom[0], kRoom[1], kRoom[2], box({-1.2, 2.7, 0}, {0.8, 0.5, 1.1}),
+                         box({-0.33, 2.7, 0}, {0.8, 0.5, 1.1})},
+                        view);
+  const Clusters found = findClusters(seen.depth, view.camera);
+  EXPECT_GT(bestOverlapOf(found, seen, {3}), 0.6);
+  EXPECT_GT(bestOverlapOf(found, seen, {4}), 0.6);
+}
+
 TEST(Furniture, TallAsARoomIsToldFromItsWalls) {
   const View view = inRoom();
   // A wardrobe as high as the room, beside whose front the wall is seen.

@@ -16,6 +16,7 @@
 
 #include "estancia/core/rigid.hpp"
 #include "estancia/objects/instance_accuracy.hpp"
+#include "estancia/objects/segment_image.hpp"
 #include "support/errors.hpp"
 
 namespace estancia {
@@ -190,6 +191,50 @@ TEST(InstanceMap, WhatFewFramesTakeForAThingIsNone) {
     few.add(i, view.depth, view.segments, kCamera, around(i, 12));
   }
   EXPECT_THAT(few.instances(), IsEmpty());
+}
+
+TEST(InstanceMap, AWallHasHalfAVote) {
+  const auto thingsWhereOthersSee = [](std::uint8_t pixel) {
+    InstanceMap map(kFloor);
+    for (std::size_t i = 0; i < 16; ++i) {
+      View view = viewOf({kChair}, around(i, 16));
+      if (7 * i % 16 >= 6) view.segments.setTo(pixel, view.segments == 1);
+      map.add(i, view.depth, view.segments, kCamera, around(i, 16));
+    }
+    return map.instances();
+  };
+  EXPECT_THAT(thingsWhereOthersSee(wallPixel), SizeIs(1)) << "6 of 6 + 10 / 2";
+  EXPECT_THAT(thingsWhereOthersSee(0), IsEmpty()) << "6 of 16";
+}
+
+TEST(InstanceMap, PartsWithinAThingBelongToIt) {
+  const OrientedBox top{{2, 0, 0.68}, {0.8, 1.6, 0.04}, 0}, side{{2, 0.7, 0.33}, {0.7, 0.06, 0.66}, 0},
+      basket{{2, -0.2, 0.15}, {0.3, 0.3, 0.3}, 0};
+  InstanceMap map(kFloor);
+  for (std::size_t i = 0; i < 16; ++i) {
+    const View view = viewOf({top, side, basket}, around(i, 16));
+    map.add(i, view.depth, view.segments, kCamera, around(i, 16));
+  }
+  const std::vector<ObjectInstance> found = map.instances();
+  ASSERT_THAT(found, SizeIs(2)) << "what stands under a desk touches none of it";
+  const OrientedBox desk{{2, 0, 0.35}, {0.8, 1.6, 0.7}, 0};
+  EXPECT_THAT(matchBoxes(std::vector{found[0].box, found[1].box}, std::vector{desk, basket}, 0.6), SizeIs(2));
+}
+
+TEST(InstanceMap, LoosePixelsBelongToWhatTheyTouch) {
+  const OrientedBox pot{{2, 0, 0.2}, {0.4, 0.4, 0.4}, 0}, leaves{{2, 0, 0.55}, {0.2, 0.2, 0.3}, 0};
+  const auto heightWhereLeavesAre = [&](std::uint8_t pixel) {
+    InstanceMap map(kFloor);
+    for (std::size_t i = 0; i < 16; ++i) {
+      View view = viewOf({pot, leaves}, around(i, 16));
+      view.segments.setTo(pixel, view.segments == 2);
+      map.add(i, view.depth, view.segments, kCamera, around(i, 16));
+    }
+    const std::vector<ObjectInstance> found = map.instances();
+    return found.size() == 1 ? found[0].box.size.z : 0;
+  };
+  EXPECT_NEAR(heightWhereLeavesAre(loosePixel), 0.7, 0.05);
+  EXPECT_NEAR(heightWhereLeavesAre(0), 0.4, 0.05);
 }
 
 TEST(InstanceMap, DoesNotDependOnTheAxesOfTheMap) {
