@@ -31,6 +31,19 @@ constexpr double atWall = 0.15;
 /// What begins lower than this above the floor, and on nothing else, stands there on what was not seen [m].
 constexpr double hiddenLegs = 0.7;
 
+std::size_t segmentsIn(const cv::Mat& image) {
+  std::uint8_t most = 0;
+  for (const std::uint8_t pixel : cv::Mat_<std::uint8_t>(image))
+    if (inSegment(pixel)) most = std::max(most, pixel);
+  return most;
+}
+
+/// A voxel is in one segment, the first one; else it is loose, or a surface, or a wall.
+bool precedes(std::uint8_t pixel, std::uint8_t other) {
+  const auto rank = [](std::uint8_t p) { return p == wallPixel ? 0 : p == 0 ? 1 : p == loosePixel ? 2 : 3; };
+  return rank(pixel) > rank(other);
+}
+
 /// The voxels that most views of the things agree on.
 std::vector<Thing> thingsOf(const std::vector<std::vector<std::uint32_t>>& clusters,
                             const InstanceMap::Voxels& voxels, const std::vector<InstanceMap::Mask>& masks,
@@ -106,9 +119,7 @@ void InstanceMap::add(std::size_t frame, const cv::Mat& depth, const cv::Mat& se
   const CameraIntrinsics scaled = camera.scaledTo(depth.cols, depth.rows);
   const cv::Affine3d rigid = rigidOf(pose);
   heights_.push_back(floor_.height(rigid.translation()));
-  std::uint8_t count = 0;
-  for (const std::uint8_t pixel : cv::Mat_<std::uint8_t>(segments))
-    if (inSegment(pixel)) count = std::max(count, pixel);
+  const std::size_t count = segmentsIn(segments);
   newest_ = masks_.size();
   struct Sum {
     std::uint8_t pixel = wallPixel;
@@ -117,14 +128,7 @@ void InstanceMap::add(std::size_t frame, const cv::Mat& depth, const cv::Mat& se
   };
   std::unordered_map<VoxelKey, Sum, VoxelHash> here;
   here.reserve(depth.total() / 4);
-  std::vector<std::size_t> pixels(count + std::size_t{1});
-  // A voxel is in one segment, the first one; else what the pixels before the others say.
-  const auto precedes = [](std::uint8_t pixel, std::uint8_t other) {
-    const auto rank = [](std::uint8_t p) {
-      return p == wallPixel ? 0 : p == 0 ? 1 : p == loosePixel ? 2 : 3;
-    };
-    return rank(pixel) > rank(other);
-  };
+  std::vector<std::size_t> pixels(count + 1);
   for (int v = 0; v < depth.rows; ++v)
     for (int u = 0; u < depth.cols; ++u) {
       const double z = depth.at<float>(v, u);
