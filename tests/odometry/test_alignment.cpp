@@ -20,7 +20,7 @@ using odometry::Pyramid;
 const CameraIntrinsics kCamera{160, 120, 140, 140, 79.5, 59.5};
 
 Pyramid seenFrom(const Pose& pose, double exposure = 1) {
-  const View view = render(pose, kCamera, 0, 1);
+  const RoomView view = render(pose, kCamera, 0, 1);
   return odometry::pyramidOf(odometry::reducedImage(view.bgr * exposure, view.depth, kCamera, 160, 6), 3);
 }
 

@@ -61,12 +61,12 @@ CameraIntrinsics smallCamera() {
 
 }  // namespace
 
-View render(const Pose& pose, const CameraIntrinsics& camera, double noise, unsigned seed) {
+RoomView render(const Pose& pose, const CameraIntrinsics& camera, double noise, unsigned seed) {
   const cv::Affine3d mapFromCamera = rigidOf(pose);
   const cv::Vec3d from = mapFromCamera.translation();
   std::mt19937 random(seed);
   std::normal_distribution<double> gauss;
-  View view{cv::Mat(camera.height, camera.width, CV_8UC3), cv::Mat(camera.height, camera.width, CV_32F)};
+  RoomView view{cv::Mat(camera.height, camera.width, CV_8UC3), cv::Mat(camera.height, camera.width, CV_32F)};
   for (int y = 0; y < camera.height; ++y)
     for (int x = 0; x < camera.width; ++x) {
       const cv::Vec3d ray =

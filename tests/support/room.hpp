@@ -15,11 +15,11 @@
 namespace estancia::test {
 
 /// What a camera at `pose` sees of a room of 5 × 4 × 2.6 m around the origin.
-struct View {
+struct RoomView {
   cv::Mat bgr;    ///< 8 bits
   cv::Mat depth;  ///< CV_32F [m], with a Kinect's noise when `noise` is 1
 };
-View render(const Pose& pose, const CameraIntrinsics& camera, double noise, unsigned seed);
+RoomView render(const Pose& pose, const CameraIntrinsics& camera, double noise, unsigned seed);
 
 /// A drive as a sequence. Frames can be spoilt.
 class Drive : public Sequence {
