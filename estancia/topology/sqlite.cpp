@@ -202,4 +202,8 @@ std::span<const std::byte> Statement::bytes(int column) const {
   return data == nullptr ? std::span<const std::byte>() : std::span(data, size);
 }
 
+bool hasTable(const Database& database, std::string_view name) {
+  return Statement(database, "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = ?1", name).next();
+}
+
 }  // namespace estancia::sqlite

@@ -99,4 +99,7 @@ class Statement {
   std::unique_ptr<sqlite3_stmt, Finalize> statement_;
 };
 
+/// Whether the file has a table of this name.
+bool hasTable(const Database& database, std::string_view name);
+
 }  // namespace estancia::sqlite

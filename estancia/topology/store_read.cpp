@@ -133,11 +133,7 @@ void readMerges(Database& database, TopologicalMap& map) {
 }
 
 void readPredictions(Database& database, TopologicalMap& map) {
-  {
-    Statement table(database,
-                    "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = 'predicted_rooms'");
-    if (!table.next()) return;
-  }
+  if (!sqlite::hasTable(database, "predicted_rooms")) return;
   std::vector<std::string> rooms;
   Rows names(database, "SELECT id, name FROM predicted_rooms ORDER BY id");
   while (names.next()) {
@@ -190,6 +186,12 @@ std::optional<Pose> readPose(const Statement& row, int column) {
   const Pose pose{row.real(column),     row.real(column + 1), row.real(column + 2), row.real(column + 3),
                   row.real(column + 4), row.real(column + 5), row.real(column + 6)};
   return pose.isPlausible() ? std::optional(pose) : std::nullopt;
+}
+
+double finiteReal(const Database& database, const Statement& row, int column, const char* what) {
+  const double value = row.real(column);
+  if (!std::isfinite(value)) database.failDamaged(fmt::format("{} is no number", what));
+  return value;
 }
 
 void readValues(const Database& database, std::span<const std::byte> bytes, std::size_t labels,

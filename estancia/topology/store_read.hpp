@@ -20,6 +20,10 @@ TopologicalMap readContent(sqlite::Database& database, const MapStore::Identity&
 /// one.
 std::optional<Pose> readPose(const sqlite::Statement& row, int column);
 
+/// The number in a column. Throws Error when it is none; `what` names it.
+double finiteReal(const sqlite::Database& database, const sqlite::Statement& row, int column,
+                  const char* what);
+
 /// Copies a blob of `labels` float32 values. Throws Error when it has another length or a value that is not
 /// finite; `what` names it.
 void readValues(const sqlite::Database& database, std::span<const std::byte> bytes, std::size_t labels,

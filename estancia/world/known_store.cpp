@@ -33,9 +33,7 @@ double confidenceOf(const Database& database, const Statement& row, int column) 
 }  // namespace
 
 bool KnownStore::exists() const {
-  Statement table(store_.database(),
-                  "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = 'object_poses'");
-  return table.next();
+  return sqlite::hasTable(store_.database(), "object_poses");
 }
 
 void KnownStore::begin(const std::string& name, const std::string& digest) {

@@ -94,8 +94,7 @@ std::optional<Pose> turned(const std::optional<Pose>& pose, const cv::Vec3d& up,
 }  // namespace
 
 bool SelfTracking::isOf(MapStore& store) {
-  return Statement(store.database(), "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = 'tracker'")
-      .next();
+  return sqlite::hasTable(store.database(), "tracker");
 }
 
 bool SelfTracking::hasLevel(MapStore& store) {

@@ -7,14 +7,12 @@
 #include <functional>
 #include <numbers>
 #include <optional>
-#include <sstream>
 #include <utility>
 #include <vector>
 
 #include "estancia/areas/area_plan.hpp"
 #include "estancia/areas/floor_survey.hpp"
 #include "estancia/core/fail.hpp"
-#include "estancia/core/printable.hpp"
 #include "estancia/core/rigid.hpp"
 #include "estancia/io/sequence.hpp"
 #include "estancia/label/labeler.hpp"
@@ -42,65 +40,6 @@ bool isFoldedAnewAt(std::size_t views) {
 }
 
 }  // namespace
-
-std::string toString(const WorldLayers& layers) {
-  std::string names = "places";
-  if (layers.zones) names += ",zones";
-  if (layers.areas) names += ",areas";
-  if (layers.objects) names += ",objects";
-  return names;
-}
-
-WorldLayers layersFrom(const std::string& names) {
-  WorldLayers layers{false, false, false};
-  std::istringstream rest(names);
-  for (std::string name; std::getline(rest, name, ',');)
-    if (name == "zones")
-      layers.zones = true;
-    else if (name == "areas")
-      layers.areas = true;
-    else if (name == "objects")
-      layers.objects = true;
-    else if (name != "places")
-      fail(ErrorCode::unknownName, "a map has no layer \"{}\"; it has places, zones, areas and objects",
-           printable(name));
-  return layers;
-}
-
-OptionGroup declare(WorldOptions& options) {
-  OptionGroup group("world", "How a drive becomes areas and objects.");
-  group
-      .add("layers",
-           Option::Text{[&options] { return options.layers ? toString(*options.layers) : std::string(); },
-                        [&options](const std::string& names) { options.layers = layersFrom(names); }},
-           "What the map holds: places,zones,areas,objects, some of them")
-      .automatic("all that the drive allows");
-  group.add("view-shift", &options.viewShift, "How far the camera moves to a new view.")
-      .range(0, 10)
-      .unit("m")
-      .why("A robot that stands still sees nothing new.");
-  group.add("view-turn", &options.viewTurn, "How far the camera turns to a new view.")
-      .range(0, 180)
-      .unit("degrees");
-  group
-      .add("crops", &options.crops,
-           "Objects that are labeled for each frame: new ones and better views first.")
-      .range(0, 1000)
-      .why("Each costs as much as the frame itself.");
-  group.add(declare(options.areas));
-  group.add(declare(options.segments));
-  group.add(declare(options.objects));
-  group.add(declare(options.odometry));
-  return group;
-}
-
-std::optional<CameraIntrinsics> cameraToTrack(const Sequence& drive, const WorldOptions& options) {
-  const WorldLayers layers = options.layers.value_or(WorldLayers{});
-  if (!drive.hasDepth() || !(layers.areas || layers.objects)) return std::nullopt;
-  for (std::size_t i = 0; i < drive.size(); ++i)
-    if (drive.frame(i).pose) return std::nullopt;
-  return drive.intrinsics();
-}
 
 struct WorldMapper::Impl {
   Impl(MappingSession::Impl& mapping, const std::optional<WorldOptions>& wanted, Labeler* images)

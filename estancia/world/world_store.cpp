@@ -5,11 +5,8 @@
 
 #include <array>
 #include <cmath>
-#include <limits>
 #include <nlohmann/json.hpp>
-#include <unordered_map>
 
-#include "estancia/core/bytes.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/topology/sqlite.hpp"
@@ -52,14 +49,7 @@ CREATE TABLE IF NOT EXISTS object_segments(frame INTEGER NOT NULL, segment INTEG
 )sql";
 
 constexpr std::array<const char*, 3> kinds{"name", "merge", "split"};
-constexpr const char* regionLabelsKey = "region-labels";
 constexpr std::int64_t mostCells = 64'000'000;
-
-bool hasTable(Database& database, const char* name) {
-  Statement table(database, "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = ?1",
-                  std::string(name));
-  return table.next();
-}
 
 /// An image of exactly this size and type. `what` names it.
 cv::Mat imageOf(const Database& database, std::span<const std::byte> png, cv::Size size, int type,
@@ -68,12 +58,6 @@ cv::Mat imageOf(const Database& database, std::span<const std::byte> png, cv::Si
   if (image.size() != size || image.type() != type)
     database.failDamaged(fmt::format("{} cannot be decoded", what));
   return image;
-}
-
-double finite(const Database& database, const Statement& row, int column, const char* what) {
-  const double value = row.real(column);
-  if (!std::isfinite(value)) database.failDamaged(fmt::format("{} is no number", what));
-  return value;
 }
 
 std::string outlineText(const Area& area) {
@@ -120,12 +104,12 @@ std::optional<AreaPlan> readPlan(const Database& database) {
       database,
       "SELECT cell, first_column, first_row, columns, rows, up_x, up_y, up_z, areas, walls FROM floor");
   if (!row.next()) return std::nullopt;
-  const double cell = finite(database, row, 0, "the width of a cell");
+  const double cell = finiteReal(database, row, 0, "the width of a cell");
   std::array<std::int64_t, 4> extent{};
   for (int i = 0; i < 4; ++i) extent[static_cast<std::size_t>(i)] = row.integer(i + 1);
   const auto& [column, line, columns, rows] = extent;
-  const cv::Vec3d up(finite(database, row, 5, "the floor"), finite(database, row, 6, "the floor"),
-                     finite(database, row, 7, "the floor"));
+  const cv::Vec3d up(finiteReal(database, row, 5, "the floor"), finiteReal(database, row, 6, "the floor"),
+                     finiteReal(database, row, 7, "the floor"));
   if (!(cell > 0) || columns < 1 || rows < 1 || columns > mostCells || rows > mostCells ||
       columns * rows > mostCells || std::abs(column) > 100'000'000 || std::abs(line) > 100'000'000 ||
       !(cv::norm(up) > 0.1))
@@ -145,7 +129,7 @@ WorldStore::WorldStore(MapStore& store, MapStore::Access access) : store_(store)
   if (access == MapStore::Access::write)
     store_.database().run(tables);
   else
-    exists_ = hasTable(store_.database(), "area_edits");
+    exists_ = sqlite::hasTable(store_.database(), "area_edits");
 }
 
 void WorldStore::putLayers(const std::string& layers) {
@@ -245,202 +229,11 @@ std::vector<AreaEdit> WorldStore::edits() const {
     const auto kind = std::find(kinds.begin(), kinds.end(), rows.text(0));
     if (kind == kinds.end()) database.failDamaged("an edit of areas is of no kind");
     edits.push_back({static_cast<AreaEdit::Kind>(kind - kinds.begin()),
-                     {finite(database, rows, 1, "an edit"), finite(database, rows, 2, "an edit")},
-                     {finite(database, rows, 3, "an edit"), finite(database, rows, 4, "an edit")},
+                     {finiteReal(database, rows, 1, "an edit"), finiteReal(database, rows, 2, "an edit")},
+                     {finiteReal(database, rows, 3, "an edit"), finiteReal(database, rows, 4, "an edit")},
                      printable(rows.text(5))});
   }
   return edits;
-}
-
-void WorldStore::putView(const LabeledSegment& view, std::span<const unsigned char> jpeg) {
-  Statement(store_.database(),
-            "INSERT OR REPLACE INTO object_views(frame, segment, quality, words, jpeg) "
-            "VALUES(?1, ?2, ?3, ?4, ?5)",
-            view.frame, view.segment, view.quality, std::span<const float>(view.words), std::as_bytes(jpeg))
-      .execute();
-}
-
-void WorldStore::putRegionLabels(const std::vector<std::size_t>& labels) {
-  ByteWriter bytes;
-  bytes.numbers(std::vector<std::uint32_t>(labels.begin(), labels.end()));
-  store_.putState(regionLabelsKey, bytes.bytes());
-}
-
-std::vector<std::size_t> WorldStore::regionLabels() const {
-  const std::optional<std::string> kept = store_.findState(regionLabelsKey);
-  if (!kept) return {};
-  try {
-    ByteReader bytes(*kept, "the labels of its detector", "make the map anew");
-    std::vector<std::size_t> labels;
-    for (const std::uint32_t label : bytes.numbers<std::uint32_t>()) {
-      if (label >= store_.identity().vocabulary.size()) bytes.fail("a label is missing");
-      labels.push_back(label);
-    }
-    return labels;
-  } catch (const Error& e) {
-    store_.database().failDamaged(e.what());
-  }
-}
-
-void WorldStore::putSegmentWords(const SegmentPlace& place, const LexicalDescriptor& words) {
-  Statement(store_.database(), "INSERT OR REPLACE INTO segment_words VALUES(?1, ?2, ?3)", place.first,
-            place.second, std::span<const float>(words))
-      .execute();
-}
-
-void WorldStore::forEachSegmentWords(
-    const std::function<void(const SegmentPlace&, const LexicalDescriptor&)>& visit) const {
-  const std::size_t labels = regionLabels().size();
-  if (!exists_ || labels == 0) return;
-  Statement rows(store_.database(),
-                 "SELECT frame, segment, words FROM segment_words ORDER BY frame, segment");
-  LexicalDescriptor words;
-  while (rows.next()) {
-    if (rows.integer(0) < 0 || rows.integer(1) < 0)
-      store_.database().failDamaged("words of a segment are of no frame");
-    readValues(store_.database(), rows.bytes(2), labels, "the words of a segment", words);
-    visit({static_cast<std::size_t>(rows.integer(0)), static_cast<std::size_t>(rows.integer(1))}, words);
-  }
-}
-
-void WorldStore::putObjects(std::span<const WorldObject> objects,
-                            const std::map<SegmentPlace, int>& objectOf) {
-  Database& database = store_.database();
-  database.run(
-      "DELETE FROM objects; DELETE FROM object_words; DELETE FROM object_segments; "
-      "UPDATE object_views SET object = NULL");
-  const Vocabulary& vocabulary = store_.identity().vocabulary;
-  std::unordered_map<std::string, std::size_t> numbers;
-  for (std::size_t i = 0; i < vocabulary.size(); ++i) numbers.emplace(vocabulary[i], i);
-  constexpr double none = std::numeric_limits<double>::quiet_NaN();  // stored as NULL
-  Statement row(database,
-                "INSERT INTO objects VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, "
-                "?15, ?16, ?17, ?18, ?19, ?20, ?21, ?22)");
-  Statement word(database, "INSERT INTO object_words VALUES(?1, ?2, ?3)");
-  for (const WorldObject& object : objects) {
-    const std::string name = object.displayName();
-    row.bindAll(object.id, name, object.givenName, object.probability(), object.center.x, object.center.y,
-                object.center.z, object.size.x, object.size.y, object.size.z, object.yaw, object.color[0],
-                object.color[1], object.color[2], static_cast<int>(object.flat), object.views,
-                object.firstFrame, object.lastFrame, object.bestFrame,
-                supportNames[static_cast<std::size_t>(object.support)],
-                object.onObject < 0 ? none : object.onObject, object.area < 0 ? none : object.area);
-    row.execute();
-    for (const LabelProbability& label : object.words)
-      if (const auto number = numbers.find(label.label); number != numbers.end()) {
-        word.bindAll(object.id, number->second, static_cast<double>(label.probability));
-        word.execute();
-      }
-  }
-  Statement view(database, "UPDATE object_views SET object = ?3 WHERE frame = ?1 AND segment = ?2");
-  Statement segment(database, "INSERT INTO object_segments VALUES(?1, ?2, ?3)");
-  for (const auto& [place, object] : objectOf)
-    for (Statement* statement : {&view, &segment}) {
-      statement->bindAll(place.first, place.second, object);
-      statement->execute();
-    }
-}
-
-void WorldStore::putObjectAreas(std::span<const int> areas) {
-  constexpr double none = std::numeric_limits<double>::quiet_NaN();  // stored as NULL
-  Statement row(store_.database(), "UPDATE objects SET area = ?2 WHERE id = ?1");
-  for (std::size_t i = 0; i < areas.size(); ++i) {
-    row.bindAll(i, areas[i] < 0 ? none : areas[i]);
-    row.execute();
-  }
-}
-
-std::vector<LabeledSegment> WorldStore::views() const {
-  std::vector<LabeledSegment> views;
-  if (!exists_) return views;
-  const Database& database = store_.database();
-  const std::size_t labels = store_.identity().vocabulary.size();
-  Statement rows(database, "SELECT frame, segment, quality, words FROM object_views ORDER BY frame, segment");
-  while (rows.next()) {
-    if (rows.integer(0) < 0 || rows.integer(1) < 0)
-      database.failDamaged("a view of an object is of no frame");
-    LabeledSegment view{static_cast<std::size_t>(rows.integer(0)), static_cast<std::size_t>(rows.integer(1)),
-                        finite(database, rows, 2, "the quality of a view")};
-    readValues(database, rows.bytes(3), labels, "the words of a view", view.words);
-    views.push_back(std::move(view));
-  }
-  return views;
-}
-
-std::map<SegmentPlace, int> WorldStore::objectSegments() const {
-  std::map<SegmentPlace, int> objectOf;
-  if (!exists_ || !hasTable(store_.database(), "object_segments")) return objectOf;
-  Statement rows(store_.database(), "SELECT frame, segment, object FROM object_segments");
-  while (rows.next()) {
-    if (rows.integer(0) < 0 || rows.integer(1) < 0 || rows.integer(2) < 0)
-      store_.database().failDamaged("a segment is of no object");
-    objectOf.emplace(SegmentPlace(rows.integer(0), rows.integer(1)), static_cast<int>(rows.integer(2)));
-  }
-  return objectOf;
-}
-
-std::vector<unsigned char> WorldStore::objectImage(int object) const {
-  if (!exists_) return {};
-  Statement row(store_.database(),
-                "SELECT jpeg FROM object_views WHERE object = ?1 ORDER BY quality DESC, frame LIMIT 1",
-                object);
-  if (!row.next()) return {};
-  const auto bytes = row.bytes(0);
-  const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());
-  return {data, data + bytes.size()};
-}
-
-void WorldStore::readObjects(WorldMap& world) const {
-  const Database& database = store_.database();
-  const auto frames = static_cast<std::int64_t>(world.places.frames.size());
-  const auto within = [&](const Statement& row, int column, std::int64_t end, const char* what) {
-    const std::int64_t value = row.integer(column);
-    if (value < 0 || value >= end) database.failDamaged(fmt::format("an object's {} is {}", what, value));
-    return value;
-  };
-  Statement rows(
-      database,
-      "SELECT id, given_name, x, y, z, size_x, size_y, size_z, yaw, red, green, blue, flat, views, "
-      "first_frame, last_frame, best_frame, support, ifnull(on_object, -1), ifnull(area, -1) "
-      "FROM objects ORDER BY id");
-  while (rows.next()) {
-    WorldObject object;
-    object.id = static_cast<int>(world.objects.size());
-    if (rows.integer(0) != object.id) database.failDamaged("its objects have gaps");
-    object.givenName = printable(rows.text(1));
-    const auto number = [&](int column) { return finite(database, rows, column, "a number of an object"); };
-    object.center = {number(2), number(3), number(4)};
-    object.size = {number(5), number(6), number(7)};
-    object.yaw = number(8);
-    for (int i = 0; i < 3; ++i)
-      object.color[static_cast<std::size_t>(i)] = static_cast<int>(within(rows, 9 + i, 256, "color"));
-    object.flat = rows.integer(12) != 0;
-    object.views = static_cast<std::size_t>(within(rows, 13, frames + 1, "number of views"));
-    object.firstFrame = static_cast<std::size_t>(within(rows, 14, frames, "first frame"));
-    object.lastFrame = static_cast<std::size_t>(within(rows, 15, frames, "last frame"));
-    object.bestFrame = static_cast<std::size_t>(within(rows, 16, frames, "best frame"));
-    const auto support = std::find(supportNames.begin(), supportNames.end(), rows.text(17));
-    if (support == supportNames.end()) database.failDamaged("an object stands on nothing that is known");
-    object.support = static_cast<Support>(support - supportNames.begin());
-    object.onObject = static_cast<int>(rows.integer(18));
-    object.area = static_cast<int>(rows.integer(19));
-    world.objects.push_back(std::move(object));
-  }
-  for (const WorldObject& object : world.objects)
-    if ((object.onObject != -1 && world.findObject(object.onObject) == nullptr) ||
-        (object.area != -1 && world.findArea(object.area) == nullptr))
-      database.failDamaged(fmt::format("object {} is on or in what is missing", object.id));
-  const Vocabulary& vocabulary = world.places.vocabulary;
-  Statement words(
-      database,
-      "SELECT object, label, probability FROM object_words ORDER BY object, probability DESC, label");
-  while (words.next()) {
-    const auto object = within(words, 0, static_cast<std::int64_t>(world.objects.size()), "number");
-    const auto label = within(words, 1, static_cast<std::int64_t>(vocabulary.size()), "word");
-    world.objects[static_cast<std::size_t>(object)].words.push_back(
-        {vocabulary[static_cast<std::size_t>(label)],
-         static_cast<float>(finite(database, words, 2, "the probability of a word"))});
-  }
 }
 
 void WorldStore::read(WorldMap& world) const {
@@ -475,9 +268,9 @@ void WorldStore::readAreas(WorldMap& world) const {
     area.id = static_cast<int>(world.areas.size());
     if (rows.integer(0) != area.id) database.failDamaged("its areas have gaps");
     area.name = printable(rows.text(1));
-    area.size = finite(database, rows, 2, "an area's size");
-    area.center = {finite(database, rows, 3, "an area's center"),
-                   finite(database, rows, 4, "an area's center")};
+    area.size = finiteReal(database, rows, 2, "an area's size");
+    area.center = {finiteReal(database, rows, 3, "an area's center"),
+                   finiteReal(database, rows, 4, "an area's center")};
     area.frames = static_cast<std::size_t>(std::max<std::int64_t>(0, rows.integer(5)));
     area.outline = outlineFrom(database, rows.text(6));
     world.plan->areas.push_back(area);
