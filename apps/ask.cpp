@@ -108,12 +108,14 @@ void printObject(const ObjectAnswer& answer, const WorldMap& world, const std::s
   std::string where =
       fmt::format("at ({:.2f}, {:.2f}, {:.2f}) m", object.center.x, object.center.y, object.center.z);
   for (const std::string& more :
-       {supportText(object, world), areaText(world, object.area), knownText(object)})
+       {supportText(object, world), areaText(world, object.area), knownText(object), shapeText(object)})
     if (!more.empty()) where += ", " + more;
   const std::string reason =
       answer.isNamed   ? "named so"
       : answer.isKnown ? "recognized as it"
-                       : fmt::format("\"{}\" is its word no. {}", shortLabel(answer.label), answer.rank);
+      : answer.isShaped && answer.rank != 1
+          ? "of that class by its shape"
+          : fmt::format("\"{}\" is its word no. {}", shortLabel(answer.label), answer.rank);
   fmt::print(
       "object {:<4} {:>5.1f} %  {:>5.1f}× the objects' mean  {}: {}  {}; seen in {} images, {} to {}{}\n",
       answer.object, 100 * answer.probability, answer.lift, object.displayName(), reason, where, object.views,
@@ -149,6 +151,7 @@ void printAnswers(const WorldAnswers& answers, const WorldMap& world, const std:
     matched.push_back(part + "an area's name by a room classifier");
   if (!answers.namedObjects.empty()) matched.emplace_back("an object's name by people");
   if (!answers.knownObjects.empty()) matched.emplace_back("a known object");
+  if (!answers.shapedObjects.empty()) matched.emplace_back("a class of the object model");
   fmt::print("{} → {}\n", printable(words), fmt::join(matched, ", "));
   for (const int id : answers.areas) {
     const WorldArea& area = *world.findArea(id);

@@ -17,10 +17,10 @@
 #include "estancia/report/text.hpp"
 #include "estancia/topology/map_run.hpp"
 #include "estancia/topology/places.hpp"
-#include "estancia/world/known_objects.hpp"
 #include "estancia/world/world_mapper.hpp"
 #include "labeling.hpp"
 #include "map_faults.hpp"
+#include "map_names.hpp"
 #include "tracked.hpp"
 
 namespace estancia::apps {
@@ -36,7 +36,7 @@ struct MapArguments {
   MapperOptions mapper;
   WorldOptions world;
   DeclaredOptions declared;
-  std::string output, roomClassifier;
+  std::string output, roomClassifier, objectModel;
   std::vector<std::string> objects;
   bool goOn = false, overwrite = false, json = false;
 };
@@ -125,12 +125,12 @@ Json summaryOf(const MapArguments& arguments, const MapRun& map, std::size_t ski
 /// The layers above the places.
 class Layers {
  public:
-  Layers(Labeling& labeling, MapRun& map, WorldOptions options, std::shared_ptr<const KnownObjects> known)
+  Layers(Labeling& labeling, MapRun& map, WorldOptions options, const ObjectNamers& namers)
       : sequence_(labeling.sequence()),
         labeler_(labeling.labeler()),
         map_(map),
         options_(std::move(options)),
-        known_(std::move(known)) {
+        namers_(namers) {
     if (map_.session()) start();  // says at once what does not fit
     sayWhatIsMissing();
   }
@@ -165,7 +165,7 @@ class Layers {
     if (sequence_.hasDepth() && sequence_.intrinsics() &&
         (mapper_->layers().areas || mapper_->layers().objects))
       mapper_->keepCamera(*sequence_.intrinsics(), sequence_.depthScale());
-    if (known_) mapper_->recognize(known_);
+    namers_.giveTo(*mapper_);
     if (camera && !mapper_->tracks() && (mapper_->layers().areas || mapper_->layers().objects))
       spdlog::info("no areas and objects: the map was begun without odometry; map anew to have them");
   }
@@ -209,7 +209,7 @@ class Layers {
   Labeler& labeler_;
   MapRun& map_;
   const WorldOptions options_;
-  std::shared_ptr<const KnownObjects> known_;
+  const ObjectNamers& namers_;
   std::optional<WorldMapper> mapper_;
 };
 
@@ -231,9 +231,9 @@ WorldOptions worldOptions(const MapArguments& arguments, MapRun& map) {
 
 /// Adds the labeled frames from `first` on.
 Added addFrames(const MapArguments& arguments, Labeling& labeling, std::size_t first, bool images,
-                std::shared_ptr<const KnownObjects> known, MapRun& map) {
+                const ObjectNamers& namers, MapRun& map) {
   const Sequence& sequence = labeling.sequence();
-  Layers layers(labeling, map, worldOptions(arguments, map), std::move(known));
+  Layers layers(labeling, map, worldOptions(arguments, map), namers);
   const auto finish = [&] {
     map.finish();
     return layers.finish();
@@ -270,9 +270,7 @@ void warnOfMissingRooms(const MapArguments& arguments, std::size_t newFrames) {
 void run(const MapArguments& arguments) {
   const bool images = !isDescriptorFile(arguments.sequence.path);
   const auto classifier = openRoomClassifier(arguments.roomClassifier, arguments.sequence);
-  const auto known = arguments.objects.empty()
-                         ? nullptr
-                         : std::make_shared<const KnownObjects>(modelFilesOf(arguments.objects));
+  const ObjectNamers namers(arguments.objects, arguments.objectModel);
   std::optional<MapRun> map(std::in_place, arguments.output,
                             arguments.goOn        ? MapRun::Existing::resume
                             : arguments.overwrite ? MapRun::Existing::replace
@@ -285,10 +283,11 @@ void run(const MapArguments& arguments) {
         if (!arguments.declared.preset().empty()) options = MapperOptions::thesis();
         arguments.declared.applyTo(declare(options));
       });
-  const Added added = addFrames(arguments, labeling, first, images, known, *map);
+  const Added added = addFrames(arguments, labeling, first, images, namers, *map);
   Json json = summaryOf(arguments, *map, added.skipped, added.odometry);
   const std::size_t newFrames = map->session()->frames() - map->framesBefore();
   map.reset();  // the rooms are written into its file
+  namers.addNames(arguments.output, arguments.json, json);
   if (classifier) {
     const auto places = placesPerRoom(arguments, *classifier, images ? &sequence : nullptr);
     json["predicted_rooms"] = places;
@@ -315,6 +314,10 @@ void addMapCommand(CLI::App& app) {
           "that it is; may be given repeatedly")
       ->type_name("[NAME=]FILE")
       ->allow_extra_args(false);
+  command
+      ->add_option("--object-model", arguments->objectModel,
+                   "Shape classifier, of `estancia objects train`: its classes are added to the objects")
+      ->type_name("FILE");
   addRoomClassifierOption(*command, arguments->roomClassifier);
   command->add_flag("--continue", arguments->goOn, "Continue the map where an earlier run stopped");
   addOverwriteOption(*command, arguments->overwrite)
@@ -331,7 +334,8 @@ void addMapCommand(CLI::App& app) {
               "  estancia map ~/photos -o home.estancia\n"
               "  estancia map drive.mp4 -o drive.estancia --poses drive.txt\n"
               "  estancia map ~/photos -o home.estancia --continue\n"
-              "  estancia map ~/photos -o home.estancia --room-classifier rooms.classifier");
+              "  estancia map ~/photos -o home.estancia --room-classifier rooms.classifier\n"
+              "  estancia map ~/drive -o home.estancia --object mug.pcd --object-model home.objects");
   command->callback([arguments] { run(*arguments); });
 }
 

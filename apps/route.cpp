@@ -50,7 +50,8 @@ void printGoal(const WorldRoute& found, const RouteArguments& arguments, const W
   if (found.object) {
     const WorldObject& object = *world.findObject(found.object->object);
     std::string on = supportText(object, world);
-    if (object.known) on += (on.empty() ? "" : ", ") + knownText(object);
+    for (const std::string& more : {knownText(object), shapeText(object)})
+      if (!more.empty()) on += (on.empty() ? "" : ", ") + more;
     fmt::print("\"{}\" is object {} ({:.1f} %) at ({:.2f}, {:.2f}, {:.2f}) m{}\n", object.displayName(),
                object.id, 100 * found.object->probability, object.center.x, object.center.y, object.center.z,
                on.empty() ? "" : ", " + on);

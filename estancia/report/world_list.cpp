@@ -47,7 +47,7 @@ void addItem(Markup& out, const WorldView& view, const WorldObject& object) {
   }
   out.open("span").element("b", shorten(object.displayName(), 40));
   const std::string on = supportText(object, view.world);
-  for (const std::string& more : {probabilityText(object), shorten(on, 60)})
+  for (const std::string& more : {probabilityText(object), shorten(shapeText(object), 60), shorten(on, 60)})
     if (!more.empty()) out.element("small", more);
   out.close().close().close();
 }

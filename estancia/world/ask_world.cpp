@@ -30,6 +30,9 @@ void lookForLabels(const WorldObject& object, const std::unordered_set<std::stri
   }
   answer.probability = answer.isNamed ? 1 : std::min(answer.probability, 1.0);
   if (answer.isKnown) answer.probability = std::max(answer.probability, object.known->confidence);
+  if (answer.isShaped)
+    answer.probability =
+        std::max(answer.probability, static_cast<double>(object.shapeClasses.front().probability));
 }
 
 bool comesBefore(const ObjectAnswer& a, const ObjectAnswer& b) {
@@ -49,7 +52,8 @@ std::vector<ObjectAnswer> askObjects(const WorldMap& world, const WorldMeaning& 
     ObjectAnswer answer{
         .object = object.id,
         .isNamed = std::ranges::find(meaning.namedObjects, object.id) != meaning.namedObjects.end(),
-        .isKnown = std::ranges::find(meaning.knownObjects, object.id) != meaning.knownObjects.end()};
+        .isKnown = std::ranges::find(meaning.knownObjects, object.id) != meaning.knownObjects.end(),
+        .isShaped = std::ranges::find(meaning.shapedObjects, object.id) != meaning.shapedObjects.end()};
     lookForLabels(object, labels, answer);
     sum += answer.probability;
     answers.push_back(std::move(answer));
@@ -74,6 +78,8 @@ WorldMeaning findMeaning(const WorldMap& world, const std::string& words) {
   for (const WorldObject& object : world.objects) {
     if (sameWords(object.givenName, words)) meaning.namedObjects.push_back(object.id);
     if (object.known && sameWords(object.known->name, words)) meaning.knownObjects.push_back(object.id);
+    if (const std::string* name = object.shapeClass(); name != nullptr && sameWords(*name, words))
+      meaning.shapedObjects.push_back(object.id);
   }
   return meaning;
 }
@@ -103,6 +109,7 @@ std::vector<std::string> findNearNames(const WorldMap& world, const std::string&
   for (const WorldObject& object : world.objects) {
     given.insert(object.givenName);
     if (object.known) given.insert(object.known->name);
+    if (const std::string* name = object.shapeClass()) given.insert(*name);
   }
   given.erase("");
   std::vector<std::string> near;

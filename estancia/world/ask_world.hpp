@@ -18,8 +18,10 @@ struct ObjectAnswer {
   bool isNamed = false;
   /// It was recognized as the known object of this name.
   bool isKnown = false;
+  /// It is of the class of this name by its shape (WorldObject::shapeClass()).
+  bool isShaped = false;
   /// Σ of its probabilities of the matched labels, at most 1; 1 where it is named so, and the recognition's
-  /// confidence where that is larger.
+  /// confidence, or the probability of the class, where that is larger.
   double probability = 0;
   /// probability / its mean over all objects of the map; 0 where that is 0.
   double lift = 0;
@@ -27,8 +29,9 @@ struct ObjectAnswer {
   std::size_t rank = 0;
   /// That label; "" where there is none.
   std::string label = {};
-  /// Whether it probably is what was asked for: named or recognized so, or no other word fits it better.
-  bool isLikely() const { return isNamed || isKnown || rank == 1; }
+  /// Whether it probably is what was asked for: named or recognized so, of that class by its shape, or no
+  /// other word fits it better.
+  bool isLikely() const { return isNamed || isKnown || isShaped || rank == 1; }
 };
 
 /// What words mean in a world; labels and rooms as in findMeaning(): an object is never found by a room.
@@ -42,17 +45,20 @@ struct WorldMeaning : Meaning {
   std::vector<int> namedObjects = {};
   /// Objects that were recognized as the known object of this name.
   std::vector<int> knownObjects = {};
+  /// Objects that are of the class of this name by their shapes.
+  std::vector<int> shapedObjects = {};
   bool empty() const {
-    return Meaning::empty() && areas.empty() && namedObjects.empty() && knownObjects.empty();
+    return Meaning::empty() && areas.empty() && namedObjects.empty() && knownObjects.empty() &&
+           shapedObjects.empty();
   }
 };
 
 WorldMeaning findMeaning(const WorldMap& world, const std::string& words);
 
 struct WorldAnswers : WorldMeaning {
-  /// Those named so first, then those recognized so, then the most probable. Only those that have a matched
-  /// label as their best word, or among their five best and at least as probable as in the mean of all
-  /// objects.
+  /// Those named so first, then those recognized so, then the most probable. Only those that are likely
+  /// (isLikely()), or have a matched label among their five best words, at least as probable as in the mean
+  /// of all objects.
   std::vector<ObjectAnswer> objects = {};
   /// As ask() answers; empty where only names were matched.
   std::vector<PlaceAnswer> places = {};
@@ -63,8 +69,8 @@ struct WorldAnswers : WorldMeaning {
 WorldAnswers askWorld(const WorldMap& world, const std::string& words, std::size_t places = 10,
                       std::size_t objects = 10);
 
-/// Given names and those of known objects, then words of labels, that are spelled nearly like `words`
-/// (findNearSpellings()).
+/// Given names, those of known objects and of classes by shape, then words of labels, that are spelled nearly
+/// like `words` (findNearSpellings()).
 std::vector<std::string> findNearNames(const WorldMap& world, const std::string& words,
                                        std::size_t count = 3);
 

@@ -70,47 +70,58 @@ std::vector<std::optional<KnownPose>> KnownLayer::find(std::span<const ObjectIns
 /// Looks for each known object in the best views of each instance that can be it.
 void KnownLayer::search(std::span<const ObjectInstance> instances, std::span<const std::optional<Pose>> poses,
                         const Floor& floor, std::multimap<SegmentPlace, SegmentRecognition>& kept) {
-  std::vector<std::vector<InstanceView>> views = bestViews(instances, poses, floor);
+  const auto mayBe = [](const ObjectInstance& instance, const KnownObjects::Model& model) {
+    const double ratio = diagonalOf(instance) / model.extent;
+    return ratio >= smallest && ratio <= largest;
+  };
+  const std::vector<std::vector<InstanceView>> views =
+      bestViews(observations_, instances, poses, mostWitnesses, [&](std::size_t i, const auto&) {
+        return std::ranges::any_of(objects_->models(),
+                                   [&](const auto& model) { return mayBe(instances[i], model); });
+      });
   for (std::size_t i = 0; i < instances.size(); ++i) {
+    std::vector<KnownWitness> witnesses;  // loaded when they are needed
     for (const KnownObjects::Model& model : objects_->models()) {
-      const double ratio = diagonalOf(instances[i]) / model.extent;
-      if (ratio < smallest || ratio > largest) continue;
+      if (!mayBe(instances[i], model)) continue;
       std::size_t tries = 0;
       for (const SegmentPlace& place : instances[i].segments) {
         const auto [begin, end] = kept.equal_range(place);
         for (auto found = begin; found != end; ++found)
           if (found->second.name == model.name) tries += found->second.pose ? mostTries : 1;
       }
-      for (const InstanceView& view : views[i]) {
-        if (tries >= mostTries) break;
+      for (std::size_t v = 0; v < views[i].size() && tries < mostTries; ++v) {
         if (interrupted()) throw Interrupted("stopped while objects were recognized");
-        const auto [begin, end] = kept.equal_range(view.place);
+        const SegmentPlace& place = views[i][v].place;
+        const auto [begin, end] = kept.equal_range(place);
         if (std::any_of(begin, end, [&](const auto& found) { return found.second.name == model.name; }))
           continue;
-        if (view.depth.empty()) load(views[i]);
-        const SegmentRecognition recognition = recognized(model, view, views[i], poses);
-        store_.put(view.place, recognition);
-        kept.emplace(view.place, recognition);
+        if (witnesses.empty()) witnesses = load(views[i], poses, floor.point(instances[i].box.center));
+        const SegmentRecognition recognition = recognized(model, witnesses[v], witnesses, poses);
+        store_.put(place, recognition);
+        kept.emplace(place, recognition);
         tries += recognition.pose ? mostTries : 1;
       }
     }
-    views[i].clear();
   }
 }
 
-/// An instance at a time, for memory.
-void KnownLayer::load(std::vector<InstanceView>& views) const {
-  for (InstanceView& view : views) {
+/// Of one instance: more would take much memory.
+std::vector<KnownWitness> KnownLayer::load(const std::vector<InstanceView>& views,
+                                           std::span<const std::optional<Pose>> poses,
+                                           const cv::Vec3d& center) const {
+  std::vector<KnownWitness> witnesses;
+  for (const InstanceView& view : views) {
     const Observation seen = observations_.observation(view.place.first);
-    view.depth = depthOf(seen);
-    view.segment = seen.segments == static_cast<int>(view.place.second);
-    view.camera = seen.camera;
+    const Pose& from = *poses[view.place.first];
+    witnesses.push_back({view.place, cv::normalize(cv::Vec3d(from.x, from.y, from.z) - center), depthOf(seen),
+                         seen.segments == static_cast<int>(view.place.second), seen.camera});
   }
+  return witnesses;
 }
 
 /// In a view, and verified by all views from the same side.
-SegmentRecognition KnownLayer::recognized(const KnownObjects::Model& model, const InstanceView& view,
-                                          const std::vector<InstanceView>& views,
+SegmentRecognition KnownLayer::recognized(const KnownObjects::Model& model, const KnownWitness& view,
+                                          const std::vector<KnownWitness>& views,
                                           std::span<const std::optional<Pose>> poses) const {
   SegmentRecognition best{model.name};
   const cv::Affine3d here = rigidOf(*poses[view.place.first]);
@@ -119,7 +130,7 @@ SegmentRecognition KnownLayer::recognized(const KnownObjects::Model& model, cons
   for (const KnownObjects::Found& candidate : found) {
     std::vector<double> fits;
     std::vector<std::uint8_t> seen(model.points.size());
-    for (const InstanceView& witness : views) {
+    for (const KnownWitness& witness : views) {
       const double fit = segmentFit(model, rigidOf(*poses[witness.place.first]).inv() * here * candidate.pose,
                                     witness.depth, witness.segment, witness.camera, &seen);
       if (witness.direction.dot(view.direction) >= sameSide) fits.push_back(fit);
@@ -131,40 +142,6 @@ SegmentRecognition KnownLayer::recognized(const KnownObjects::Model& model, cons
     best.confidence = fit;
   }
   return best;
-}
-
-/// The best views of each instance that may be a known object, best first.
-std::vector<std::vector<InstanceView>> KnownLayer::bestViews(std::span<const ObjectInstance> instances,
-                                                             std::span<const std::optional<Pose>> poses,
-                                                             const Floor& floor) const {
-  std::map<SegmentPlace, std::size_t> instanceOf;
-  for (std::size_t i = 0; i < instances.size(); ++i)
-    if (std::ranges::any_of(objects_->models(), [&](const KnownObjects::Model& model) {
-          const double ratio = diagonalOf(instances[i]) / model.extent;
-          return ratio >= smallest && ratio <= largest;
-        }))
-      for (const SegmentPlace& place : instances[i].segments) instanceOf[place] = i;
-  std::vector<std::vector<InstanceView>> views(instances.size());
-  observations_.forEachObservation([&](std::size_t frame, const Observation& seen) {
-    if (frame >= poses.size() || !poses[frame]) return true;
-    for (std::size_t s = 1; s <= seen.info.size(); ++s) {
-      const auto instance = instanceOf.find({frame, s});
-      if (instance == instanceOf.end()) continue;
-      std::vector<InstanceView>& best = views[instance->second];
-      const Observation::Segment& segment = seen.info[s - 1];
-      InstanceView view{{frame, s}, segment.box.area() / (segment.atBorder ? 4.0 : 1.0)};
-      if (best.size() == mostWitnesses && best.back().quality >= view.quality) continue;
-      const Pose& from = *poses[frame];
-      view.direction = cv::normalize(cv::Vec3d(from.x, from.y, from.z) -
-                                     cv::Vec3d(floor.point(instances[instance->second].box.center)));
-      best.insert(
-          std::ranges::upper_bound(best, view.quality, std::ranges::greater{}, &InstanceView::quality),
-          std::move(view));
-      if (best.size() > mostWitnesses) best.pop_back();
-    }
-    return true;
-  });
-  return views;
 }
 
 }  // namespace estancia

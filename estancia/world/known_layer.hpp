@@ -11,21 +11,20 @@
 
 #include "estancia/core/planar_pose.hpp"
 #include "estancia/objects/object_instance.hpp"
+#include "estancia/world/instance_views.hpp"
 #include "estancia/world/known_objects.hpp"
 #include "estancia/world/known_store.hpp"
 #include "estancia/world/world_store.hpp"
 
 namespace estancia {
 
-/// A segment that shows an instance.
-struct InstanceView {
+/// What a view of an instance shows, as KnownObjects::find() takes it.
+struct KnownWitness {
   SegmentPlace place;
-  double quality = 0;
   /// From the thing to the camera.
-  cv::Vec3d direction = {};
-  /// Empty until they are needed; as KnownObjects::find() takes them.
-  cv::Mat depth = {}, segment = {};
-  CameraIntrinsics camera = {};
+  cv::Vec3d direction;
+  cv::Mat depth, segment;
+  CameraIntrinsics camera;
 };
 
 /// Private to WorldMapper. Known objects are looked for when the instances of a drive are known, in their
@@ -48,13 +47,11 @@ class KnownLayer {
  private:
   void search(std::span<const ObjectInstance> instances, std::span<const std::optional<Pose>> poses,
               const Floor& floor, std::multimap<SegmentPlace, SegmentRecognition>& kept);
-  SegmentRecognition recognized(const KnownObjects::Model& model, const InstanceView& view,
-                                const std::vector<InstanceView>& views,
+  SegmentRecognition recognized(const KnownObjects::Model& model, const KnownWitness& view,
+                                const std::vector<KnownWitness>& views,
                                 std::span<const std::optional<Pose>> poses) const;
-  std::vector<std::vector<InstanceView>> bestViews(std::span<const ObjectInstance> instances,
-                                                   std::span<const std::optional<Pose>> poses,
-                                                   const Floor& floor) const;
-  void load(std::vector<InstanceView>& views) const;
+  std::vector<KnownWitness> load(const std::vector<InstanceView>& views,
+                                 std::span<const std::optional<Pose>> poses, const cv::Vec3d& center) const;
 
   KnownStore store_;
   const WorldStore& observations_;

@@ -15,6 +15,7 @@
 #include "estancia/core/point_cloud.hpp"
 #include "estancia/io/cloud_file.hpp"
 #include "estancia/recognition/prepared.hpp"
+#include "estancia/world/observation.hpp"
 
 namespace estancia {
 namespace {
@@ -66,16 +67,7 @@ KnownObjects::KnownObjects(const std::vector<ModelFile>& files) {
 std::vector<KnownObjects::Found> KnownObjects::find(const Model& model, const cv::Mat& depth,
                                                     const cv::Mat& segment,
                                                     const CameraIntrinsics& camera) const {
-  PointCloud cloud;
-  for (int v = 0; v < depth.rows; ++v)
-    for (int u = 0; u < depth.cols; ++u) {
-      const float z = depth.at<float>(v, u);
-      if (segment.at<std::uint8_t>(v, u) == 0 || !(z > 0)) continue;
-      cloud.points.emplace_back(static_cast<float>(camera.slopeX(u)) * z,
-                                static_cast<float>(camera.slopeY(v)) * z, z);
-    }
-  cloud.width = cloud.points.size();
-  cloud.height = 1;
+  const PointCloud cloud = segmentCloud(depth, segment, camera);
   std::vector<Found> found;
   try {
     for (const Detection& detection :

@@ -194,7 +194,8 @@ std::vector<ObjectInstance> ObjectLayer::instances() const {
 }
 
 void ObjectLayer::put(const std::vector<ObjectInstance>& found, const AreaPlan* plan,
-                      std::span<const std::optional<KnownPose>> known) {
+                      std::span<const std::optional<KnownPose>> known,
+                      std::span<const std::vector<LabelProbability>> shapes) {
   if (!instances_) return;
   std::map<SegmentPlace, int> objectOf;
   for (std::size_t i = 0; i < found.size(); ++i)
@@ -232,6 +233,7 @@ void ObjectLayer::put(const std::vector<ObjectInstance>& found, const AreaPlan* 
     for (std::size_t c = 0; c < 3; ++c)
       object.color[c] = static_cast<int>(std::lround(look.color[c] / std::max(1.0, look.segments)));
     object.flat = look.flat > look.segments / 2;
+    if (!object.flat) object.shapeClasses = shapes[i];
     object.bestFrame = look.bestFrame;
     if (plan != nullptr) object.area = areaOfObject(*plan, object.center);
     object.words = bestWords(words[i], vocabulary_);

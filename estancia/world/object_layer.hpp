@@ -36,9 +36,10 @@ class ObjectLayer {
   /// The objects that the views show.
   std::vector<ObjectInstance> instances() const;
   /// Writes these. `plan`: of the areas that they stand in; null without areas. `known`: the known object
-  /// that each is.
+  /// that each is; `shapes`: the classes by its shape, which a flat one does not get.
   void put(const std::vector<ObjectInstance>& found, const AreaPlan* plan,
-           std::span<const std::optional<KnownPose>> known);
+           std::span<const std::optional<KnownPose>> known,
+           std::span<const std::vector<LabelProbability>> shapes);
 
  private:
   WorldObject worldObject(const ObjectInstance& instance) const;

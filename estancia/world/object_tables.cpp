@@ -78,7 +78,8 @@ void WorldStore::putObjects(std::span<const WorldObject> objects,
                             const std::map<SegmentPlace, int>& objectOf) {
   Database& database = store_.database();
   database.run(
-      "DELETE FROM objects; DELETE FROM object_words; DELETE FROM object_segments; "
+      "DELETE FROM objects; DELETE FROM object_words; DELETE FROM object_classes; DELETE FROM "
+      "object_segments; "
       "UPDATE object_views SET object = NULL");
   const Vocabulary& vocabulary = store_.identity().vocabulary;
   std::unordered_map<std::string, std::size_t> numbers;
@@ -88,6 +89,7 @@ void WorldStore::putObjects(std::span<const WorldObject> objects,
                 "INSERT INTO objects VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, "
                 "?15, ?16, ?17, ?18, ?19, ?20, ?21, ?22)");
   Statement word(database, "INSERT INTO object_words VALUES(?1, ?2, ?3)");
+  Statement shape(database, "INSERT INTO object_classes VALUES(?1, ?2, ?3)");
   for (const WorldObject& object : objects) {
     const std::string name = object.displayName();
     row.bindAll(object.id, name, object.givenName, object.probability(), object.center.x, object.center.y,
@@ -102,6 +104,10 @@ void WorldStore::putObjects(std::span<const WorldObject> objects,
         word.bindAll(object.id, number->second, static_cast<double>(label.probability));
         word.execute();
       }
+    for (const LabelProbability& known : object.shapeClasses) {
+      shape.bindAll(object.id, known.label, static_cast<double>(known.probability));
+      shape.execute();
+    }
   }
   Statement view(database, "UPDATE object_views SET object = ?3 WHERE frame = ?1 AND segment = ?2");
   Statement segment(database, "INSERT INTO object_segments VALUES(?1, ?2, ?3)");
@@ -203,16 +209,37 @@ void WorldStore::readObjects(WorldMap& world) const {
     if ((object.onObject != -1 && world.findObject(object.onObject) == nullptr) ||
         (object.area != -1 && world.findArea(object.area) == nullptr))
       database.failDamaged(fmt::format("object {} is on or in what is missing", object.id));
+  readObjectNames(world);
+}
+
+void WorldStore::readObjectNames(WorldMap& world) const {
+  const Database& database = store_.database();
+  const auto objectIn = [&](const Statement& row) -> WorldObject& {
+    if (row.integer(0) < 0 || row.integer(0) >= static_cast<std::int64_t>(world.objects.size()))
+      database.failDamaged("a word is of an object that is missing");
+    return world.objects[static_cast<std::size_t>(row.integer(0))];
+  };
   const Vocabulary& vocabulary = world.places.vocabulary;
   Statement words(
       database,
       "SELECT object, label, probability FROM object_words ORDER BY object, probability DESC, label");
   while (words.next()) {
-    const auto object = within(words, 0, static_cast<std::int64_t>(world.objects.size()), "number");
-    const auto label = within(words, 1, static_cast<std::int64_t>(vocabulary.size()), "word");
-    world.objects[static_cast<std::size_t>(object)].words.push_back(
+    const std::int64_t label = words.integer(1);
+    if (label < 0 || label >= static_cast<std::int64_t>(vocabulary.size()))
+      database.failDamaged(fmt::format("an object's word is {}", label));
+    objectIn(words).words.push_back(
         {vocabulary[static_cast<std::size_t>(label)],
          static_cast<float>(finiteReal(database, words, 2, "the probability of a word"))});
+  }
+  if (!sqlite::hasTable(database, "object_classes")) return;  // of older programs
+  Statement classes(
+      database,
+      "SELECT object, class, probability FROM object_classes ORDER BY object, probability DESC, class");
+  while (classes.next()) {
+    const double probability = classes.real(2);
+    if (!(probability >= 0 && probability <= 1))
+      database.failDamaged("the class of an object has no probability");
+    objectIn(classes).shapeClasses.push_back({printable(classes.text(1)), static_cast<float>(probability)});
   }
 }
 

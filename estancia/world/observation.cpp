@@ -121,6 +121,20 @@ cv::Mat depthOf(const Observation& observation) {
   return depth;
 }
 
+PointCloud segmentCloud(const cv::Mat& depth, const cv::Mat& segment, const CameraIntrinsics& camera) {
+  PointCloud cloud;
+  for (int v = 0; v < depth.rows; ++v)
+    for (int u = 0; u < depth.cols; ++u) {
+      const float z = depth.at<float>(v, u);
+      if (segment.at<std::uint8_t>(v, u) == 0 || !(z > 0)) continue;
+      cloud.points.emplace_back(static_cast<float>(camera.slopeX(u)) * z,
+                                static_cast<float>(camera.slopeY(v)) * z, z);
+    }
+  cloud.width = cloud.points.size();
+  cloud.height = 1;
+  return cloud;
+}
+
 std::vector<Plane> findSegments(Observation& observation, const cv::Mat& image,
                                 const ClusterOptions& options) {
   const cv::Mat depth = depthOf(observation);

@@ -13,6 +13,7 @@
 
 #include "estancia/cloud/clusters.hpp"
 #include "estancia/core/camera.hpp"
+#include "estancia/core/point_cloud.hpp"
 #include "estancia/core/pose.hpp"
 
 namespace estancia {
@@ -58,6 +59,10 @@ std::vector<Plane> planesOf(const Observation& observation, const ClusterOptions
 
 /// Its depth [m], CV_32F.
 cv::Mat depthOf(const Observation& observation);
+
+/// The points of a segment in the camera's frame [m]. `depth`: CV_32F of `camera`; `segment`: CV_8U of the
+/// same size, not 0 on it.
+PointCloud segmentCloud(const cv::Mat& depth, const cv::Mat& segment, const CameraIntrinsics& camera);
 
 /// For map files: a PNG, and back; empty unless it is one of at most `most` pixels in width and height. The
 /// size stands in its header: nothing larger is decoded.

@@ -34,6 +34,17 @@ Json knownJson(const WorldObject& object, const WorldMap& world) {
           {"frame", world.places.frames.at(object.known->frame).name}};
 }
 
+Json shapeJson(const WorldObject& object) {
+  if (object.shapeClasses.empty()) return nullptr;
+  Json classes = Json::object();
+  const auto share = [](const LabelProbability& of) {
+    return std::round(static_cast<double>(of.probability) * 1e6) / 1e6;
+  };
+  for (const LabelProbability& of : object.shapeClasses) classes[of.label] = share(of);
+  const LabelProbability& best = object.shapeClasses.front();
+  return {{"class", best.label}, {"probability", share(best)}, {"classes", std::move(classes)}};
+}
+
 Json textOrNull(const std::string& text) {
   return text.empty() ? Json(nullptr) : Json(text);
 }
@@ -68,6 +79,7 @@ Json answerJson(const ObjectAnswer& answer, const WorldMap& world) {
   object["rank"] = answer.rank == 0 ? Json(nullptr) : Json(answer.rank);
   object["named"] = answer.isNamed;
   object["recognized"] = answer.isKnown;
+  object["by_shape"] = answer.isShaped;
   return object;
 }
 
@@ -98,6 +110,7 @@ Json toJson(const WorldObject& object, const WorldMap& world) {
           {"probability", shortened(object.probability())},
           {"given_name", textOrNull(object.givenName)},
           {"known", knownJson(object, world)},
+          {"shape", shapeJson(object)},
           {"position", pointJson(object.center)},
           {"size", pointJson(object.size)},
           {"yaw", inMillimeters(object.yaw)},
@@ -163,6 +176,12 @@ std::string knownText(const WorldObject& object) {
       "{:.3f}, "
       "{:.3f})",
       object.known->name, 100 * object.known->confidence, p.x, p.y, p.z, p.qx, p.qy, p.qz, p.qw);
+}
+
+std::string shapeText(const WorldObject& object) {
+  if (object.shapeClass() == nullptr) return "";
+  return fmt::format("by its shape {} ({:.0f} %)", *object.shapeClass(),
+                     100 * static_cast<double>(object.shapeClasses.front().probability));
 }
 
 std::string supportText(const WorldObject& object, const WorldMap& world) {

@@ -18,17 +18,19 @@ nlohmann::ordered_json areaReference(const WorldMap& world, int area);
 /// "frames"}; what nobody gave and no classifier told is null.
 nlohmann::ordered_json toJson(const WorldArea& area);
 
-/// {"id", "name", "probability", "given_name", "known", "position": [x, y, z], "size": [x, y, z], "yaw",
-/// "support": "floor", "object", "surface" or "wall", "on": {"id", "name"}, "area": {"id", "name"}, "views",
-/// "first_seen", "last_seen": {"frame", "time"}, "image"}: meters, radians, seconds; what is not known is
-/// null; image is the frame that shows it best. "known" is the known object that it was recognized as:
+/// {"id", "name", "probability", "given_name", "known", "shape", "position": [x, y, z], "size": [x, y, z],
+/// "yaw", "support": "floor", "object", "surface" or "wall", "on": {"id", "name"}, "area": {"id", "name"},
+/// "views", "first_seen", "last_seen": {"frame", "time"}, "image"}: meters, radians, seconds; what is not
+/// known is null; image is the frame that shows it best. "known" is the known object that it was recognized
+/// as:
 /// {"name", "confidence", "position": [x, y, z], "orientation": [x, y, z, w], "frame"}, where its cloud's
-/// axes are in the map.
+/// axes are in the map. "shape" is what a trained object model says of its shape: {"class", "probability",
+/// "classes": {NAME: p}}.
 nlohmann::ordered_json toJson(const WorldObject& object, const WorldMap& world);
 
 /// What toJson() says of answers of places, whose places have "area", too; before them "areas" and "objects",
-/// whose "probability" is that of what was asked, with "lift", "label", "rank", "named" and
-/// "recognized".
+/// whose "probability" is that of what was asked, with "lift", "label", "rank", "named",
+/// "recognized" and "by_shape".
 nlohmann::ordered_json toJson(const std::string& words, const WorldAnswers& answers, const WorldMap& world);
 
 /// What toJson() says of a route (topology), "driven": {"length", "path": [[x, y]]} [m] or null (DrivenWay),
@@ -41,6 +43,10 @@ nlohmann::ordered_json toJson(const std::string& words, const WorldRoute& found,
 /// For people: "recognized as mug (93 %), its axes at (1.00, 2.00, 0.70) m, turned by (0, 0, 0.71, 0.71)"; ""
 /// where it is no known object.
 std::string knownText(const WorldObject& object);
+
+/// For people: "by its shape chair (61 %)"; "" where no object model was given, or no class is more probable
+/// than all others together.
+std::string shapeText(const WorldObject& object);
 
 /// For people: "on the floor", "on the dining table"; "" where it is not known.
 std::string supportText(const WorldObject& object, const WorldMap& world);

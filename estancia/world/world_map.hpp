@@ -77,6 +77,9 @@ struct WorldObject {
   std::optional<KnownPose> known = {};
   /// Its words and their probabilities, best first; empty where nothing has labeled it.
   std::vector<LabelProbability> words = {};
+  /// The classes of a trained object model by its shape (`objects train`), and their probabilities, best
+  /// first; empty where no model was given, and of flat things, which are none of them.
+  std::vector<LabelProbability> shapeClasses = {};
   /// Middle of its box in the map [m]; the box is upright.
   cv::Point3d center = {};
   /// Of the box before it is turned [m].
@@ -97,6 +100,11 @@ struct WorldObject {
   /// The area that it is in; -1 for none.
   int area = -1;
 
+  /// The class that is more probable than all others together; nullptr where none is.
+  const std::string* shapeClass() const {
+    return shapeClasses.empty() || shapeClasses.front().probability <= 0.5F ? nullptr
+                                                                            : &shapeClasses.front().label;
+  }
   /// For people: the given name, else that of the known object, else its best word, else "object".
   std::string displayName() const;
   /// The confidence of the known object, else of the best word; 0 without either.

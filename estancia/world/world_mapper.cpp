@@ -24,6 +24,7 @@
 #include "estancia/world/map_terms.hpp"
 #include "estancia/world/object_layer.hpp"
 #include "estancia/world/self_tracking.hpp"
+#include "estancia/world/shape_layer.hpp"
 #include "estancia/world/view_cells.hpp"
 #include "estancia/world/world_store.hpp"
 #include "estancia/zones/zones.hpp"
@@ -48,6 +49,7 @@ struct WorldMapper::Impl {
         options(wanted ? *wanted : terms.options().value_or(WorldOptions{})),
         store(mapping.store, MapStore::Access::write),
         recognition(mapping.store, store),
+        shapes(mapping.store, store),
         mean(mapping.store.identity().vocabulary.size(), false) {
     declare(options).validate();
     terms.keep(options);
@@ -71,6 +73,7 @@ struct WorldMapper::Impl {
   WorldOptions options;
   WorldStore store;
   KnownLayer recognition;
+  ShapeLayer shapes;
   WorldLayers layers;
   std::vector<AreaEdit> edits;
   std::vector<std::optional<Pose>> poses;  // of all frames
@@ -377,6 +380,10 @@ void WorldMapper::recognize(std::shared_ptr<const KnownObjects> objects) {
   impl_->recognition.recognize(std::move(objects));
 }
 
+void WorldMapper::classify(const ObjectModel& model, const std::string& digest) {
+  impl_->shapes.classify(model, digest);
+}
+
 void WorldMapper::finish() {
   MapStore& map = impl_->session.store;
   impl_->poses.resize(std::min(impl_->poses.size(), map.frameCount()));  // Ctrl-C may keep one from the map
@@ -407,7 +414,8 @@ void WorldMapper::finish() {
   if (impl_->objects && impl_->floor) {
     const std::vector<ObjectInstance> found = impl_->objects->instances();
     const auto known = impl_->recognition.find(found, impl_->poses, *impl_->floor);
-    impl_->objects->put(found, planned ? &planned->plan : nullptr, known);
+    impl_->objects->put(found, planned ? &planned->plan : nullptr, known,
+                        impl_->shapes.find(found, impl_->poses));
     impl_->recognition.put(known);
   }
   map.commit();

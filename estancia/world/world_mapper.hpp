@@ -19,6 +19,7 @@
 namespace estancia {
 
 class KnownObjects;
+class ObjectModel;
 class Labeler;
 class Sequence;
 
@@ -133,6 +134,9 @@ class WorldMapper {
   /// Looks for these in finish(), also in what was mapped before: their names and poses are added to the
   /// objects that they are. Where the map has no objects, none is found.
   void recognize(std::shared_ptr<const KnownObjects> objects);
+  /// The same with a trained model of shapes: its classes are added to the objects, not to flat ones. What
+  /// another model said is forgotten. `digest`: of the model's file.
+  void classify(const ObjectModel& model, const std::string& digest);
   /// Derives the layers and writes them, after the session's finish(). More frames may follow.
   void finish();
 

@@ -39,6 +39,8 @@ CREATE TABLE IF NOT EXISTS objects(id INTEGER PRIMARY KEY, name TEXT NOT NULL, g
     support TEXT NOT NULL, on_object INTEGER, area INTEGER);
 CREATE TABLE IF NOT EXISTS object_words(object INTEGER NOT NULL, label INTEGER NOT NULL,
     probability REAL NOT NULL, PRIMARY KEY(object, label)) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS object_classes(object INTEGER NOT NULL, class TEXT NOT NULL,
+    probability REAL NOT NULL, PRIMARY KEY(object, class)) WITHOUT ROWID;
 CREATE TABLE IF NOT EXISTS object_views(frame INTEGER NOT NULL, segment INTEGER NOT NULL, object INTEGER,
     quality REAL NOT NULL, words BLOB NOT NULL, jpeg BLOB NOT NULL, PRIMARY KEY(frame, segment));
 CREATE INDEX IF NOT EXISTS views_of_object ON object_views(object, quality);

@@ -84,6 +84,7 @@ class WorldStore {
   void readZones(WorldMap& world) const;
   void readAreas(WorldMap& world) const;
   void readObjects(WorldMap& world) const;
+  void readObjectNames(WorldMap& world) const;
 
   MapStore& store_;
   bool exists_ = true;

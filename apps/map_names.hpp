@@ -1,0 +1,33 @@
+// Map names: what `estancia map` says of objects that known clouds and object models have named.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "estancia/objects/object_model.hpp"
+#include "estancia/world/known_objects.hpp"
+#include "estancia/world/world_mapper.hpp"
+
+namespace estancia::apps {
+
+/// What names the objects of a map beside the labeler.
+class ObjectNamers {
+ public:
+  /// `known`: clouds, NAME=FILE or FILE; `model`: file of `objects train`, "" for none. Reads them.
+  ObjectNamers(const std::vector<std::string>& known, const std::string& model);
+  void giveTo(WorldMapper& mapper) const;
+  /// Prints how many objects of the finished map have names by them (unless `json`), and adds "recognized"
+  /// and "shapes", {NAME: objects}, to the summary.
+  void addNames(const std::string& map, bool json, nlohmann::ordered_json& summary) const;
+
+ private:
+  std::shared_ptr<const KnownObjects> known_;
+  std::optional<ObjectModel> model_;
+  std::string digest_;
+};
+
+}  // namespace estancia::apps

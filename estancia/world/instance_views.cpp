@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/world/instance_views.hpp"
+
+#include <algorithm>
+#include <map>
+
+namespace estancia {
+
+std::vector<std::vector<InstanceView>> bestViews(
+    const WorldStore& observations, std::span<const ObjectInstance> instances,
+    std::span<const std::optional<Pose>> poses, std::size_t most,
+    const std::function<bool(std::size_t instance, const Observation::Segment&)>& wanted) {
+  std::map<SegmentPlace, std::size_t> instanceOf;
+  for (std::size_t i = 0; i < instances.size(); ++i)
+    for (const SegmentPlace& place : instances[i].segments) instanceOf[place] = i;
+  std::vector<std::vector<InstanceView>> views(instances.size());
+  observations.forEachObservation([&](std::size_t frame, const Observation& seen) {
+    if (frame >= poses.size() || !poses[frame]) return true;
+    for (std::size_t s = 1; s <= seen.info.size(); ++s) {
+      const auto instance = instanceOf.find({frame, s});
+      const Observation::Segment& segment = seen.info[s - 1];
+      if (instance == instanceOf.end() || !wanted(instance->second, segment)) continue;
+      std::vector<InstanceView>& best = views[instance->second];
+      const InstanceView view{{frame, s}, segment.box.area() / (segment.atBorder ? 4.0 : 1.0)};
+      best.insert(
+          std::ranges::upper_bound(best, view.quality, std::ranges::greater{}, &InstanceView::quality), view);
+      if (best.size() > most) best.pop_back();
+    }
+    return true;
+  });
+  return views;
+}
+
+}  // namespace estancia

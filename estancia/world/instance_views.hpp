@@ -1,0 +1,32 @@
+// Instance views: the segments that show an instance best. Private.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "estancia/core/pose.hpp"
+#include "estancia/objects/object_instance.hpp"
+#include "estancia/world/observation.hpp"
+#include "estancia/world/world_store.hpp"
+
+namespace estancia {
+
+/// A segment that shows an instance.
+struct InstanceView {
+  SegmentPlace place;
+  /// The pixels of its box; less where the image cuts it.
+  double quality = 0;
+};
+
+/// The views of each instance, best first, at most `most`. Only those of frames whose pose is known (`poses`:
+/// of all frames), and that are `wanted`.
+std::vector<std::vector<InstanceView>> bestViews(
+    const WorldStore& observations, std::span<const ObjectInstance> instances,
+    std::span<const std::optional<Pose>> poses, std::size_t most,
+    const std::function<bool(std::size_t instance, const Observation::Segment&)>& wanted);
+
+}  // namespace estancia
