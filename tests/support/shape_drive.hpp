@@ -144,7 +144,7 @@ inline ObjectModel modelOfShapes() {
         findSegments(seen, {}, {});
         if (seen.info.size() != 1) continue;
         training.shapes.values.append(
-            describeShape(segmentCloud(depthOf(seen), seen.segments, seen.camera), training.shape));
+            describeShape(segmentCloud(depthOf(seen), seen.segments == 1, seen.camera), training.shape));
         training.shapes.frames.emplace_back();
         training.classes.push_back(shape);
         training.instances.push_back(instance);
