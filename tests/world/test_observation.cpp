@@ -5,59 +5,72 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <opencv2/core.hpp>
-#include <string>
 
-#include "cloud/made_up_scene.hpp"
 #include "estancia/objects/segment_image.hpp"
 #include "support/errors.hpp"
 
 namespace estancia {
 namespace {
 
-using test::board;
-using test::box;
 using test::FailsWith;
-using test::level;
-using test::see;
-using test::Seen;
-using test::View;
 
-/// Of the pixels of a shape, the share of which the predicate holds.
+enum RoomPart : std::uint8_t { floorPart, wallPart, cupboardPart, canePart };
+
+struct SeenRoom {
+  cv::Mat depth{240, 320, CV_32F}, part{240, 320, CV_8U};
+  CameraIntrinsics camera{320, 240, 262.5, 262.5, 159.5, 119.5};
+};
+
+/// What a level camera 1.2 m above the floor sees: a wall at 3 m, a cupboard before it, and a cane, too thin
+/// for a segment.
+SeenRoom roomWithACupboard() {
+  SeenRoom room;
+  for (int v = 0; v < room.depth.rows; ++v)
+    for (int u = 0; u < room.depth.cols; ++u) {
+      const double x = room.camera.slopeX(u), y = room.camera.slopeY(v);
+      double z = 3;
+      RoomPart part = wallPart;
+      const auto meet = [&](double distance, RoomPart other, bool hit) {
+        if (!hit || distance >= z) return;
+        z = distance;
+        part = other;
+      };
+      const auto between = [](double value, double low, double high) {
+        return low <= value && value <= high;
+      };
+      meet(1.2 / y, floorPart, y > 0);
+      meet(2.45, cupboardPart, between(2.45 * x, -1.2, -0.4) && between(2.45 * y, 0.1, 1.2));
+      meet(0.1 / y, cupboardPart, between(0.1 / y, 2.45, 2.95) && between(0.1 / y * x, -1.2, -0.4));
+      meet(1.5, canePart, between(1.5 * x, 0.5, 0.52) && between(1.5 * y, 0.4, 1.2));
+      room.depth.at<float>(v, u) = static_cast<float>(z);
+      room.part.at<std::uint8_t>(v, u) = part;
+    }
+  return room;
+}
+
+/// Of the pixels of a part, the share of which the predicate holds.
 template <class Predicate>
-double shareOf(const Observation& seen, const Seen& truth, int shape, const Predicate& predicate) {
+double shareOf(const Observation& seen, const SeenRoom& room, RoomPart part, const Predicate& predicate) {
   double all = 0, right = 0;
-  for (int v = 0; v < truth.shape.rows; ++v)
-    for (int u = 0; u < truth.shape.cols; ++u) {
-      if (truth.shape.at<int>(v, u) != shape) continue;
+  for (int v = 0; v < room.part.rows; ++v)
+    for (int u = 0; u < room.part.cols; ++u) {
+      if (room.part.at<std::uint8_t>(v, u) != part) continue;
       ++all;
       right += predicate(seen.segments.at<std::uint8_t>(v, u)) ? 1 : 0;
     }
   return right / all;
 }
 
-/// 0 floor, 1 wall, 2 a cupboard before it, 3 a cane that is too thin for a segment.
-Seen room(View& view) {
-  view.camera = {320, 240, 262.5, 262.5, 159.5, 119.5};
-  view.noise = 0;
-  view.from = {0.2, -1, 1.3};
-  view.to = {-0.2, 1.5, 0.6};
-  return see({level(0), board({0, 3, 1.25}, {1, 0, 0}, {0, 0, 1}, 10, 1.25),
-              box({-1.2, 2.7, 0}, {0.8, 0.5, 1.1}), box({0.5, 1.5, 0}, {0.02, 0.02, 0.8})},
-             view);
-}
-
 TEST(Observation, TellsSegmentsWallsAndLoosePixelsApart) {
-  View view;
-  const Seen truth = room(view);
-  Observation seen = observe(truth.depth, view.camera);
+  const SeenRoom room = roomWithACupboard();
+  Observation seen = observe(room.depth, room.camera);
   findSegments(seen, {}, {});
-  EXPECT_GT(shareOf(seen, truth, 0, [](std::uint8_t p) { return p == 0; }), 0.95);
-  // Far away the tolerance of a plane is wide: the lowest part of the wall passes for the floor.
-  EXPECT_GT(shareOf(seen, truth, 1, [](std::uint8_t p) { return p == wallPixel; }), 0.8);
-  EXPECT_EQ(shareOf(seen, truth, 1, [](std::uint8_t p) { return inSegment(p) || p == loosePixel; }), 0);
-  EXPECT_GT(shareOf(seen, truth, 2, [](std::uint8_t p) { return inSegment(p); }), 0.8);
-  EXPECT_GT(shareOf(seen, truth, 3, [](std::uint8_t p) { return p == loosePixel; }), 0.8);
+  EXPECT_GT(shareOf(seen, room, floorPart, [](std::uint8_t p) { return p == 0; }), 0.9);
+  EXPECT_GT(shareOf(seen, room, wallPart, [](std::uint8_t p) { return p == wallPixel; }), 0.9);
+  EXPECT_GT(shareOf(seen, room, cupboardPart, [](std::uint8_t p) { return inSegment(p); }), 0.9);
+  EXPECT_GT(shareOf(seen, room, canePart, [](std::uint8_t p) { return p == loosePixel; }), 0.8);
 
   const Observation read = observationFromBytes(toBytes(seen));
   EXPECT_EQ(cv::norm(read.segments, seen.segments, cv::NORM_INF), 0);
@@ -65,9 +78,8 @@ TEST(Observation, TellsSegmentsWallsAndLoosePixelsApart) {
 }
 
 TEST(Observation, OfASegmentThatIsNotThereIsDamaged) {
-  View view;
-  const Seen truth = room(view);
-  Observation seen = observe(truth.depth, view.camera);
+  const SeenRoom room = roomWithACupboard();
+  Observation seen = observe(room.depth, room.camera);
   findSegments(seen, {}, {});
   seen.segments.at<std::uint8_t>(0, 0) = static_cast<std::uint8_t>(seen.info.size() + 1);
   EXPECT_THAT([&] { observationFromBytes(toBytes(seen)); },
