@@ -19,11 +19,11 @@ using test::FailsWith;
 enum RoomPart : std::uint8_t { floorPart, wallPart, cupboardPart, canePart };
 
 struct SeenRoom {
-  cv::Mat depth{240, 320, CV_32F}, part{240, 320, CV_8U};
+  cv::Mat depth = cv::Mat(240, 320, CV_32F), part = cv::Mat(240, 320, CV_8U);
   CameraIntrinsics camera{320, 240, 262.5, 262.5, 159.5, 119.5};
 };
 
-/// What a level camera 1.2 m above the floor sees: a wall at 3 m, a cupboard before it, and a cane, too thin
+/// What a level camera 0.8 m above the floor sees: a wall at 3 m, a cupboard before it, and a cane, too thin
 /// for a segment.
 SeenRoom roomWithACupboard() {
   SeenRoom room;
@@ -40,10 +40,9 @@ SeenRoom roomWithACupboard() {
       const auto between = [](double value, double low, double high) {
         return low <= value && value <= high;
       };
-      meet(1.2 / y, floorPart, y > 0);
-      meet(2.45, cupboardPart, between(2.45 * x, -1.2, -0.4) && between(2.45 * y, 0.1, 1.2));
-      meet(0.1 / y, cupboardPart, between(0.1 / y, 2.45, 2.95) && between(0.1 / y * x, -1.2, -0.4));
-      meet(1.5, canePart, between(1.5 * x, 0.5, 0.52) && between(1.5 * y, 0.4, 1.2));
+      meet(0.8 / y, floorPart, y > 0);
+      meet(2.45, cupboardPart, between(2.45 * x, -1.2, -0.4) && between(2.45 * y, -0.3, 0.8));
+      meet(1.5, canePart, between(1.5 * x, 0.5, 0.52) && between(1.5 * y, 0.1, 0.8));
       room.depth.at<float>(v, u) = static_cast<float>(z);
       room.part.at<std::uint8_t>(v, u) = part;
     }
@@ -67,7 +66,8 @@ TEST(Observation, TellsSegmentsWallsAndLoosePixelsApart) {
   const SeenRoom room = roomWithACupboard();
   Observation seen = observe(room.depth, room.camera);
   findSegments(seen, {}, {});
-  EXPECT_GT(shareOf(seen, room, floorPart, [](std::uint8_t p) { return p == 0; }), 0.9);
+  // Far away the tolerance of a plane is wide: what is near two of them may be of either.
+  EXPECT_GT(shareOf(seen, room, floorPart, [](std::uint8_t p) { return p == 0; }), 0.8);
   EXPECT_GT(shareOf(seen, room, wallPart, [](std::uint8_t p) { return p == wallPixel; }), 0.9);
   EXPECT_GT(shareOf(seen, room, cupboardPart, [](std::uint8_t p) { return inSegment(p); }), 0.9);
   EXPECT_GT(shareOf(seen, room, canePart, [](std::uint8_t p) { return p == loosePixel; }), 0.8);
