@@ -52,8 +52,8 @@ Mask dropStructure(const InverseDepth& grid, const PlaneRemoval& removal, const 
 void joinLoose(const InverseDepth& grid, const Mask& mask, const cv::Vec3d& up, Segmentation& segments);
 
 /// Furniture assembly: joins to each body, a segment too large for a hand, what touches it and what carries
-/// its level top. What stands on a body is a thing of its own: it begins where they
-/// touch, inside of the border of a level surface, or above all of a body that is wider.
+/// its level top. What stands on a body is a thing of its own: it begins where they touch, inside of the
+/// border of a level surface, or above all of a body that is wider.
 void assembleFurniture(const InverseDepth& grid, const Mask& mask, const HalfImage& half, const cv::Vec3d& up,
                        Segmentation& segments);
 

@@ -24,8 +24,6 @@ constexpr std::size_t fewVoxels = 8;
 constexpr double wallVote = 0.5;
 /// ObjectInstance::support below which it is a part of things, or none.
 constexpr double leastSupport = 0.25;
-/// Outermost points that are left out of boxes: mixed pixels.
-constexpr double trimmed = 0.005;
 /// What hangs has so much wall beside it.
 constexpr double atWall = 0.15;
 /// What begins lower than this above the floor, and on nothing else, stands there on what was not seen [m].
@@ -210,7 +208,7 @@ std::vector<ObjectInstance> InstanceMap::instances() const {
       points.emplace_back(at.x * options_.voxel + static_cast<double>(inside[0]),
                           at.y * options_.voxel + static_cast<double>(inside[1]),
                           at.z * options_.voxel + static_cast<double>(inside[2]));
-    instance.box = fitBox(points, trimmed, options_.voxel / 2);
+    instance.box = fitBox(points, trimmedOfBoxes, options_.voxel / 2);
     const double top = instance.box.center.z + instance.box.size.z / 2;
     double bottom = instance.box.center.z - instance.box.size.z / 2;
     using Stands = ObjectInstance::Stands;

@@ -41,8 +41,8 @@ struct VoxelHash {
 /// frames show one thing if most of the frames that see both have them in one segment. A segment that other
 /// frames split is under-segmented and left out, as is one whose place is no segment in most frames: a wall.
 /// A frame that sees a wall there has half a vote, since it cannot tell one from the front of a cabinet.
-/// Parts that float, or lie nearly all inside of a larger thing which they touch, belong to that; and so do
-/// loose pixels that only one thing touches.
+/// Parts that float, or lie nearly all inside of a larger thing which they touch, belong to that; clusters of
+/// loose pixels belong to the thing that they touch most.
 ///
 /// Memory: a voxel for each 2.5 cm of surface, and about 30 KB a frame. O(pixels) a frame.
 class InstanceMap {

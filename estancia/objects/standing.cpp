@@ -20,8 +20,6 @@ constexpr double enoughSurface = 0.1, enoughThing = 0.25;
 /// Lower than this above the floor it stands there [voxels]; legs are thin, and seen late.
 constexpr int nearFloor = 5;
 constexpr std::size_t fewContacts = 3;
-/// Outermost voxels that are left out of boxes: mixed pixels.
-constexpr double trimmedOfBoxes = 0.005;
 /// Of what was seen at the height where most was, on the floor: tables may hide the rest of it.
 constexpr double floorShare = 0.5;
 /// Of its voxels in the box of a thing, for a part of it.

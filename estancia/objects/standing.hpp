@@ -11,6 +11,9 @@
 
 namespace estancia {
 
+/// Outermost points of a thing that are left out of its box, at each end: mixed pixels.
+constexpr double trimmedOfBoxes = 0.005;
+
 /// The voxels of a thing, each with its masks' mean point [m], from the voxel's corner.
 struct Thing {
   std::vector<std::uint32_t> masks;

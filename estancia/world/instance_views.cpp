@@ -6,6 +6,10 @@
 
 namespace estancia {
 
+double viewQuality(const Observation::Segment& segment) {
+  return segment.box.area() / (segment.atBorder ? 4.0 : 1.0);
+}
+
 std::vector<std::vector<InstanceView>> bestViews(
     const WorldStore& observations, std::span<const ObjectInstance> instances,
     std::span<const std::optional<Pose>> poses, std::size_t most,
@@ -21,7 +25,7 @@ std::vector<std::vector<InstanceView>> bestViews(
       const Observation::Segment& segment = seen.info[s - 1];
       if (instance == instanceOf.end() || !wanted(instance->second, segment)) continue;
       std::vector<InstanceView>& best = views[instance->second];
-      const InstanceView view{{frame, s}, segment.box.area() / (segment.atBorder ? 4.0 : 1.0)};
+      const InstanceView view{{frame, s}, viewQuality(segment)};
       best.insert(
           std::ranges::upper_bound(best, view.quality, std::ranges::greater{}, &InstanceView::quality), view);
       if (best.size() > most) best.pop_back();

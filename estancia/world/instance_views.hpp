@@ -15,10 +15,13 @@
 
 namespace estancia {
 
+/// How well a segment shows its thing: the pixels of its box; less where the image cuts it.
+double viewQuality(const Observation::Segment& segment);
+
 /// A segment that shows an instance.
 struct InstanceView {
   SegmentPlace place;
-  /// The pixels of its box; less where the image cuts it.
+  /// viewQuality()
   double quality = 0;
 };
 

@@ -14,6 +14,7 @@
 #include "estancia/core/log_opinion_pool.hpp"
 #include "estancia/io/image_writer.hpp"
 #include "estancia/label/labeler.hpp"
+#include "estancia/world/instance_views.hpp"
 
 namespace estancia {
 namespace {
@@ -216,8 +217,8 @@ void ObjectLayer::put(const std::vector<ObjectInstance>& found, const AreaPlan* 
       for (std::size_t c = 0; c < 3; ++c) look.color[c] += segment.color[c];
       ++look.segments;
       look.flat += segment.flat;
-      if (const double size = segment.box.area() / (segment.atBorder ? 4.0 : 1.0); size > look.best) {
-        look.best = size;
+      if (const double quality = viewQuality(segment); quality > look.best) {
+        look.best = quality;
         look.bestFrame = frame;
       }
     }

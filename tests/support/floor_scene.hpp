@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <opencv2/core.hpp>
+#include <utility>
 #include <vector>
 
 #include "estancia/core/camera.hpp"
@@ -24,6 +25,19 @@ inline Pose lookingAt(double x, double y, double z, double heading, double tilt)
   Pose pose = poseOf(level * tilted);
   pose.z = z;
   return pose;
+}
+
+/// Where a ray enters and leaves the box between two corners, in lengths of `ray`, from 0 to 100; it misses
+/// the box where it would leave first.
+inline std::pair<double, double> crossingOf(const cv::Vec3d& low, const cv::Vec3d& high,
+                                            const cv::Vec3d& from, const cv::Vec3d& ray) {
+  double enter = 0, leave = 100;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double a = (low[axis] - from[axis]) / ray[axis], b = (high[axis] - from[axis]) / ray[axis];
+    enter = std::max(enter, std::min(a, b));
+    leave = std::min(leave, std::max(a, b));
+  }
+  return {enter, leave};
 }
 
 /// Depth [m] inside a room over the rectangle (x, y, width, depth), 2.5 m high.

@@ -85,9 +85,9 @@ class ShapeDrive : public FlatDrive {
     for (int v = 0; v < depth.rows; ++v)
       for (int u = 0; u < depth.cols; ++u) {
         const cv::Vec3d ray(intrinsics_->slopeX(u), intrinsics_->slopeY(v), 1);
-        double z = crossing({-3, -3, 0}, {3, 3, 2.5}, pose.translation(), pose.rotation() * ray).second;
+        double z = crossingOf({-3, -3, 0}, {3, 3, 2.5}, pose.translation(), pose.rotation() * ray).second;
         for (const auto& [low, high] : shape_) {
-          const auto [enter, leave] = crossing(low, high, inShape.translation(), inShape.rotation() * ray);
+          const auto [enter, leave] = crossingOf(low, high, inShape.translation(), inShape.rotation() * ray);
           if (enter < leave) z = std::min(z, enter);
         }
         depth.at<float>(v, u) = static_cast<float>(z);
@@ -96,16 +96,6 @@ class ShapeDrive : public FlatDrive {
   }
 
  private:
-  static std::pair<double, double> crossing(const cv::Vec3d& low, const cv::Vec3d& high,
-                                            const cv::Vec3d& from, const cv::Vec3d& ray) {
-    double enter = 0, leave = 100;
-    for (int axis = 0; axis < 3; ++axis) {
-      const double a = (low[axis] - from[axis]) / ray[axis], b = (high[axis] - from[axis]) / ray[axis];
-      enter = std::max(enter, std::min(a, b));
-      leave = std::min(leave, std::max(a, b));
-    }
-    return {enter, leave};
-  }
   Shape shape_;
 };
 

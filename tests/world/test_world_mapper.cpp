@@ -170,32 +170,13 @@ class ParcelDrive : public FlatDrive {
     for (int v = 0; v < depth.rows; ++v)
       for (int u = 0; u < depth.cols; ++u) {
         const cv::Vec3d ray = pose.rotation() * cv::Vec3d(intrinsics_->slopeX(u), intrinsics_->slopeY(v), 1);
+        const auto [enter, leave] =
+            test::crossingOf({-0.25, -0.25, 0}, {0.25, 0.25, 0.5}, pose.translation(), ray);
         depth.at<float>(v, u) = static_cast<float>(
-            std::min(exitOf({-3, -3, 0}, {3, 3, 2.5}, pose.translation(), ray),
-                     entryOf({-0.25, -0.25, 0}, {0.25, 0.25, 0.5}, pose.translation(), ray)));
+            enter < leave ? enter
+                          : test::crossingOf({-3, -3, 0}, {3, 3, 2.5}, pose.translation(), ray).second);
       }
     return depth;
-  }
-
- private:
-  static std::pair<double, double> crossing(const cv::Vec3d& low, const cv::Vec3d& high,
-                                            const cv::Vec3d& from, const cv::Vec3d& ray) {
-    double enter = 0, leave = 100;
-    for (int axis = 0; axis < 3; ++axis) {
-      const double a = (low[axis] - from[axis]) / ray[axis], b = (high[axis] - from[axis]) / ray[axis];
-      enter = std::max(enter, std::min(a, b));
-      leave = std::min(leave, std::max(a, b));
-    }
-    return {enter, leave};
-  }
-  static double exitOf(const cv::Vec3d& low, const cv::Vec3d& high, const cv::Vec3d& from,
-                       const cv::Vec3d& ray) {
-    return crossing(low, high, from, ray).second;
-  }
-  static double entryOf(const cv::Vec3d& low, const cv::Vec3d& high, const cv::Vec3d& from,
-                        const cv::Vec3d& ray) {
-    const auto [enter, leave] = crossing(low, high, from, ray);
-    return enter < leave ? enter : 100;
   }
 };
 
