@@ -7,6 +7,7 @@
 
 #include "common.hpp"
 #include "estancia/core/digest.hpp"
+#include "estancia/core/printable.hpp"
 #include "estancia/report/text.hpp"
 #include "estancia/world/world_map.hpp"
 
@@ -21,7 +22,7 @@ void printCounts(const NameCounts& counts, std::size_t objects, const char* what
   std::string names;
   for (const auto& [name, count] : counts) {
     all += count;
-    names += (names.empty() ? ": " : ", ") + name + (count > 1 ? fmt::format(" ({})", count) : "");
+    names += (names.empty() ? ": " : ", ") + printable(name) + (count > 1 ? fmt::format(" ({})", count) : "");
   }
   fmt::print("  {} of {} {}{}\n", all, report::counted(objects, "object"), what, names);
 }

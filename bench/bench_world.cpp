@@ -16,6 +16,7 @@
 #include <filesystem>
 #include <fstream>
 #include <opencv2/imgproc.hpp>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -73,6 +74,7 @@ void drive(const std::string& path, std::size_t count, const fs::path& map, bool
            std::size_t length) {
   const auto sequence = openSequence(path);
   const std::vector<Shown> frames = framesOf(*sequence, length);
+  if (frames.size() < 2) throw std::runtime_error("a drive to and fro needs two frames or more");
   const CameraIntrinsics camera = sequence->intrinsics().value();
   std::vector<std::string> names;
   for (std::size_t w = 0; w < labels; ++w) names.push_back(fmt::format("word {}", w));
