@@ -10,7 +10,8 @@ endif()
 
 # An installed command finds the shared library beside it, wherever the prefix is moved to.
 file(RELATIVE_PATH bin_to_lib ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
-set_target_properties(estancia_command PROPERTIES INSTALL_RPATH $ORIGIN/${bin_to_lib})
+# The build tree is laid out alike. (A path of its own would be padded, and looked up in the folder it is run in.)
+set_target_properties(estancia_command PROPERTIES INSTALL_RPATH $ORIGIN/${bin_to_lib} BUILD_WITH_INSTALL_RPATH ON)
 
 install(TARGETS estancia EXPORT estanciaTargets FILE_SET HEADERS)
 install(TARGETS estancia_command)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-# What needs large libraries that most commands do not is optional, and a module of its own, opened when it is first
-# needed (core/module_function.hpp): nobody else loads these libraries, and nobody who links Estancia links them.
+# What needs large libraries that most commands do not is a module of its own, opened when it is first needed
+# (core/module_function.hpp): nobody else loads these libraries, and nobody who links Estancia links them. OpenCV's
+# image codecs (GDAL) and its video input (FFmpeg, GStreamer) are two thirds of what a start of the command would load.
 option(ESTANCIA_MPI "Run experiments under mpirun, where Open MPI is installed" ON)
 list(FILTER ESTANCIA_SOURCES EXCLUDE REGEX "_module\\.cpp$")
 
@@ -21,6 +22,21 @@ function(estancia_add_module target owner opener)
     PROPERTIES COMPILE_DEFINITIONS "${name}_MODULE=\"$<TARGET_FILE_NAME:${target}>\";${name}_FROM_BIN=\"${from_bin}\"")
   target_link_libraries(estancia PRIVATE ${CMAKE_DL_LIBS}) # core/module_function.cpp opens it
   install(TARGETS ${target} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+endfunction()
+
+# The modules lie beside the shared library. A program that links the static one looks for them where Estancia is
+# installed, or, if it builds Estancia as a part of itself, where they were built.
+function(estancia_find_modules target)
+  set(built ${PROJECT_BINARY_DIR}/${CMAKE_INSTALL_LIBDIR})
+  set_target_properties(${target} PROPERTIES LIBRARY_OUTPUT_DIRECTORY ${built})
+  get_target_property(type ${target} TYPE)
+  if(type STREQUAL "STATIC_LIBRARY")
+    target_link_options(${target} INTERFACE
+                        "$<INSTALL_INTERFACE:LINKER:-rpath,$<INSTALL_PREFIX>/${CMAKE_INSTALL_LIBDIR}>")
+    if(NOT PROJECT_IS_TOP_LEVEL) # our own programs lie in bin/, beside
+      target_link_options(${target} INTERFACE "$<BUILD_INTERFACE:LINKER:-rpath,${built}>")
+    endif()
+  endif()
 endfunction()
 
 # Experiments on several machines talk through Open MPI, once mpirun has started the command.

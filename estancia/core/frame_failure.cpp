@@ -30,6 +30,7 @@ Error frameFailure(const std::string& frame) {
   } catch (const Interrupted&) {
     throw;
   } catch (const Error& e) {
+    if (e.code() == ErrorCode::missingDependency) throw;
     return {e.code(), e.what()};
   } catch (const std::bad_alloc&) {
     throw;

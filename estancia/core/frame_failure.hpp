@@ -11,9 +11,10 @@ namespace estancia {
 /// Call this in `catch (...)` around the work on one frame (or view, or cloud). Returns the exception in
 /// flight as an Error: an Error as it is, any other std::exception with the frame's name before what it says.
 /// A strict run throws the result; any other run reports it and goes on without the frame. Throws again what
-/// no frame is to blame for: Interrupted, exceptions that are no std::exception, and std::bad_alloc (also
-/// where OpenCV reports it). Readers check sizes before they allocate, so memory that runs out is the
-/// machine's failure: a run that skipped frames then would give other results on another machine.
+/// no frame is to blame for: Interrupted, Error (missingDependency), exceptions that are no std::exception,
+/// and std::bad_alloc (also where OpenCV reports it). Readers check sizes before they allocate, so memory
+/// that runs out is the machine's failure: a run that skipped frames then would give other results on another
+/// machine.
 Error frameFailure(const std::string& frame);
 
 }  // namespace estancia

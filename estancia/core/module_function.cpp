@@ -7,6 +7,8 @@
 #include <system_error>
 #include <vector>
 
+#include "estancia/core/fail.hpp"
+
 namespace estancia {
 namespace {
 namespace fs = std::filesystem;
@@ -20,7 +22,9 @@ std::vector<std::string> candidates(const std::string& module, const std::string
     const fs::path file = fs::read_symlink("/proc/self/exe", unreadable);
     for (const fs::path& from : {fs::path(self.dli_fname).parent_path(), file.parent_path()})
       for (const fs::path& folder : {from, from / fromBin})
-        if (fs::is_regular_file(folder / module, unreadable)) files.push_back((folder / module).string());
+        // A relative name would be looked for in the folder that the program is run in, whoever's it is.
+        if (folder.is_absolute() && fs::is_regular_file(folder / module, unreadable))
+          files.push_back((folder / module).string());
   }
   files.push_back(module);
   return files;
@@ -38,6 +42,17 @@ ModuleFunction moduleFunction(const std::string& module, const std::string& from
     if (found.problem.empty()) found.problem = dlerror();
   }
   return found;
+}
+
+void* getModuleFunction(const std::string& module, const std::string& fromBin, const char* name,
+                        const char* consequence) {
+  const ModuleFunction found = moduleFunction(module, fromBin, name);
+  if (found.address == nullptr)
+    fail(ErrorCode::missingDependency,
+         "{}: {} cannot be opened ({}); keep it beside the program or in {} from there, or install Estancia "
+         "and its Debian packages again (script/bootstrap)",
+         consequence, module, found.problem, fromBin);
+  return found.address;
 }
 
 }  // namespace estancia

@@ -18,4 +18,9 @@ struct ModuleFunction {
 ModuleFunction moduleFunction(const std::string& module, const std::string& fromBin, const char* name,
                               bool global = false);
 
+/// Its address. Throws Error (missingDependency) where there is none; its sentence begins with what cannot be
+/// done without ("videos cannot be read").
+void* getModuleFunction(const std::string& module, const std::string& fromBin, const char* name,
+                        const char* consequence);
+
 }  // namespace estancia

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/io/files.hpp"
@@ -52,7 +51,7 @@ cv::Mat depthOfCloud(const fs::path& file, double unitsPerMeter) {
 
 cv::Mat readDepth(const fs::path& file, double unitsPerMeter) {
   if (hasSuffix(file, {".pcd"})) return depthOfCloud(file, unitsPerMeter);
-  const cv::Mat raw = onlyChannel(decodeImage(file, cv::IMREAD_UNCHANGED), file);
+  const cv::Mat raw = onlyChannel(decodeImage(file), file);
   const int kind = raw.depth();
   if (kind != CV_8U && kind != CV_16U && kind != CV_32F && kind != CV_64F)
     fail(ErrorCode::unsupportedFile, "{}: depth must be unsigned 8 or 16 bits, or float; convert it",

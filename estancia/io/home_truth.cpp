@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <opencv2/imgcodecs.hpp>
 #include <set>
 #include <string_view>
 #include <unordered_map>
@@ -155,7 +154,7 @@ VisibleByImage readVisibleInstances(const fs::path& file, const std::vector<Home
 }
 
 cv::Mat readInstanceMask(const fs::path& file) {
-  cv::Mat mask = decodeImage(file, cv::IMREAD_UNCHANGED);
+  cv::Mat mask = decodeImage(file);
   if (mask.type() != CV_16UC1)
     fail(ErrorCode::unsupportedFile, "{}: not an instance mask; give an image of one channel with 16 bits",
          printable(file));

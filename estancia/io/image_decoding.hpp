@@ -33,9 +33,9 @@ cv::Mat readPanorama(const std::filesystem::path& file);
 /// `exposure` [EV]; highlights above 0.6 are rolled off. 8-bit images are scaled by `exposure` only.
 cv::Mat toneMap(cv::Mat panorama, double exposure);
 
-/// The pixels of a complete image file as OpenCV decodes them under `flags` (cv::IMREAD_…), never empty.
-/// Throws Error.
-cv::Mat decodeImage(const std::filesystem::path& file, int flags);
+/// The pixels of a complete image file with the channels and the depth that it has, never empty. Throws
+/// Error.
+cv::Mat decodeImage(const std::filesystem::path& file);
 
 /// Any image type of OpenCV as BGR, 8 bits, 3 channels, scaled as readImage() says.
 cv::Mat toBgr8(cv::Mat image);

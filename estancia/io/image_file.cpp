@@ -4,12 +4,11 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <cstdlib>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "estancia/core/base64.hpp"
 #include "estancia/core/fail.hpp"
+#include "estancia/core/image_codecs.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/image_decoding.hpp"
 
@@ -19,14 +18,11 @@ namespace {
 
 constexpr std::size_t kMaxBytes = std::size_t{1} << 29;
 
-// OpenCV reads OpenEXR only when this is set before its first image of any kind. A user's value is kept.
-[[maybe_unused]] const int openExrEnabled = setenv("OPENCV_IO_ENABLE_OPENEXR", "1", 0);
-
-cv::Mat decode(std::string& bytes, const fs::path& file, int flags = cv::IMREAD_COLOR | cv::IMREAD_ANYDEPTH) {
+cv::Mat decode(const std::string& bytes, const fs::path& file, DecodedAs as) {
+  const ImageCodecs& codecs = imageCodecs();
   cv::Mat image;
   try {
-    const cv::Mat buffer(1, static_cast<int>(bytes.size()), CV_8U, bytes.data());
-    image = cv::imdecode(buffer, flags);
+    image = codecs.decode({reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()}, as);
   } catch (const cv::Exception&) {  // reported below
   }
   if (image.empty())
@@ -60,14 +56,14 @@ cv::Mat readPanorama(const fs::path& file) {
     fail(ErrorCode::unsupportedFile,
          "{}: {} × {} pixels; an equirectangular panorama is twice as wide as high", printable(file),
          header.width, header.height);
-  cv::Mat panorama = decode(bytes, file);
+  cv::Mat panorama = decode(bytes, file, DecodedAs::color);
   return header.isRadiance() ? panorama : toBgr8(std::move(panorama));
 }
 
-cv::Mat decodeImage(const fs::path& file, int flags) {
-  std::string bytes = readBytes(file, kMaxBytes);
+cv::Mat decodeImage(const fs::path& file) {
+  const std::string bytes = readBytes(file, kMaxBytes);
   inspectImage(bytes, printable(file));
-  return decode(bytes, file, flags);
+  return decode(bytes, file, DecodedAs::stored);
 }
 
 cv::Mat toBgr8(cv::Mat image) {
@@ -87,11 +83,11 @@ cv::Mat toBgr8(cv::Mat image) {
 namespace estancia {
 
 cv::Mat readImage(const std::filesystem::path& file) {
-  std::string bytes = io::readBytes(file, io::kMaxBytes);
+  const std::string bytes = io::readBytes(file, io::kMaxBytes);
   if (io::inspectImage(bytes, io::printable(file)).isRadiance())
     fail(ErrorCode::unsupportedFile,
          "{}: an HDR radiance map, not an image; open its folder (--type panorama)", io::printable(file));
-  return io::toBgr8(io::decode(bytes, file));
+  return io::toBgr8(io::decode(bytes, file, DecodedAs::color));
 }
 
 }  // namespace estancia

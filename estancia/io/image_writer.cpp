@@ -3,11 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "estancia/core/fail.hpp"
+#include "estancia/core/image_codecs.hpp"
 #include "estancia/core/output_file.hpp"
+#include "estancia/core/png.hpp"
 
 namespace estancia {
 
@@ -18,16 +19,15 @@ std::vector<unsigned char> encodeImage(const cv::Mat& bgr, int width) {
     cv::resize(bgr, small, {width, height}, 0, 0, cv::INTER_AREA);
   }
   constexpr int quality = 82;
-  std::vector<unsigned char> jpeg;
-  if (!cv::imencode(".jpg", small, jpeg, {cv::IMWRITE_JPEG_QUALITY, quality}))
+  std::vector<unsigned char> jpeg = imageCodecs().encodeJpeg(small, quality);
+  if (jpeg.empty())
     throw Error(ErrorCode::missingDependency, "cannot encode JPEG; OpenCV was built without it");
   return jpeg;
 }
 
 void writePng(const cv::Mat& bgr, const std::filesystem::path& file) {
-  std::vector<unsigned char> png;
-  if (bgr.empty() || !cv::imencode(".png", bgr, png))
-    fail(ErrorCode::invalidInput, "{}: the image cannot be encoded as PNG", file.string());
+  if (bgr.empty()) fail(ErrorCode::invalidInput, "{}: the image to write is empty", file.string());
+  const std::vector<unsigned char> png = toPng(bgr);
   writeWhole(file, {reinterpret_cast<const char*>(png.data()), png.size()});
 }
 

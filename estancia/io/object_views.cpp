@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/io/files.hpp"
@@ -56,7 +55,7 @@ std::string LeftOut::sentence(std::size_t all, const std::string& what) const {
 }
 
 cv::Mat readLabelImage(const fs::path& file) {
-  const cv::Mat read = decodeImage(file, cv::IMREAD_UNCHANGED);
+  const cv::Mat read = decodeImage(file);
   std::vector<cv::Mat> channels;
   cv::split(read, channels);
   const bool gray =

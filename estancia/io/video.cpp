@@ -6,9 +6,8 @@
 #include <algorithm>
 #include <array>
 #include <fstream>
+#include <memory>
 #include <mutex>
-#include <opencv2/videoio.hpp>
-#include <opencv2/videoio/registry.hpp>
 #include <string_view>
 
 #include "estancia/core/digest.hpp"
@@ -16,6 +15,7 @@
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 #include "estancia/io/image_decoding.hpp"
+#include "estancia/io/video_decoder.hpp"
 
 namespace estancia::io {
 namespace fs = std::filesystem;
@@ -37,7 +37,7 @@ class Video final : public ListedSequence {
 
   fs::path file_;
   mutable std::mutex mutex_;  // guards what follows: a decoder has one position
-  mutable cv::VideoCapture capture_;
+  const std::unique_ptr<VideoDecoder> decoder_ = makeVideoDecoder();
   mutable std::size_t next_ = 0;  // the frame that the next read gives
   mutable std::once_flag digested_;
   mutable std::string digest_;  // of the whole file
@@ -45,11 +45,11 @@ class Video final : public ListedSequence {
 
 Video::Video(const fs::path& file) : ListedSequence(nameOf(file)), file_(file) {
   reopen();
-  const double pixels = capture_.get(cv::CAP_PROP_FRAME_WIDTH) * capture_.get(cv::CAP_PROP_FRAME_HEIGHT);
+  const double pixels = decoder_->pixels();
   if (!(pixels <= kMaxPixels))
     fail(ErrorCode::tooLarge, "{}: {:.0f} million pixels per frame; reduce its size", printable(file),
          pixels / 1e6);
-  const double rate = capture_.get(cv::CAP_PROP_FPS);
+  const double rate = decoder_->rate();
   const bool rateIsSane = rate > 0 && rate <= 10'000;
   const std::size_t frames = count();
   if (frames == 0)
@@ -63,18 +63,11 @@ Video::Video(const fs::path& file) : ListedSequence(nameOf(file)), file_(file) {
   if (!rateIsSane) warn("the video declares no frame rate; its frames have no time stamps");
 }
 
-/// FFmpeg where OpenCV has it: other backends load plug-ins, leak on broken files, or read a name as a
-/// pattern.
-int backend() {
-  const auto all = cv::videoio_registry::getStreamBackends();
-  return std::find(all.begin(), all.end(), cv::CAP_FFMPEG) != all.end() ? cv::CAP_FFMPEG : cv::CAP_ANY;
-}
-
 void Video::reopen() const {
   next_ = 0;
   bool opened = false;
   try {
-    opened = capture_.open(file_.string(), backend());
+    opened = decoder_->open(file_.string());
   } catch (const cv::Exception&) {  // reported below
   }
   if (!opened)
@@ -85,31 +78,27 @@ void Video::reopen() const {
 /// Seeks if the decoder confirms its position; otherwise reads from the start.
 bool Video::moveTo(std::size_t i) const {
   if (i < next_ || i - next_ > kShortHop) {
-    const auto target = static_cast<double>(i);
-    const bool sought = capture_.set(cv::CAP_PROP_POS_FRAMES, target);
-    if (sought && capture_.get(cv::CAP_PROP_POS_FRAMES) == target)
+    if (decoder_->seek(static_cast<double>(i)))
       next_ = i;
     else
       reopen();
   }
   for (; next_ < i; ++next_)
-    if (!capture_.grab()) return false;
+    if (!decoder_->skip()) return false;
   return true;
 }
 
 /// The declared number of frames is used when the last one exists and none follows; otherwise the frames are
 /// counted.
 std::size_t Video::count() const {
-  const double declared = capture_.get(cv::CAP_PROP_FRAME_COUNT);
+  const double declared = decoder_->declaredFrames();
   if (declared >= 1 && declared < 1e9) {
-    const double last = declared - 1;
-    capture_.set(cv::CAP_PROP_POS_FRAMES, last);
-    const bool right = capture_.get(cv::CAP_PROP_POS_FRAMES) == last && capture_.grab() && !capture_.grab();
+    const bool right = decoder_->seek(declared - 1) && decoder_->skip() && !decoder_->skip();
     reopen();
     if (right) return static_cast<std::size_t>(declared);
   }
   std::size_t frames = 0;
-  while (capture_.grab()) ++frames;
+  while (decoder_->skip()) ++frames;
   reopen();
   return frames;
 }
@@ -120,14 +109,14 @@ cv::Mat Video::image(std::size_t i) const {
   try {
     if (moveTo(i)) {
       ++next_;  // also when decoding fails: the decoder has moved on
-      capture_.read(image);
+      image = decoder_->read();
     }
   } catch (const cv::Exception&) {  // reported below
     image.release();
   }
   if (image.empty())
     fail(ErrorCode::malformedFile, "{}: {} cannot be decoded", printable(file_), entries_.at(i).name);
-  return toBgr8(image.clone());  // the capture reuses its buffer
+  return toBgr8(image.clone());  // the decoder reuses its buffer
 }
 
 std::string Video::fingerprint(std::size_t i) const {

@@ -6,13 +6,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <opencv2/imgcodecs.hpp>
 #include <string_view>
 #include <utility>
 
 #include "estancia/core/base64.hpp"
 #include "estancia/core/config.hpp"
 #include "estancia/core/fail.hpp"
+#include "estancia/core/image_codecs.hpp"
+#include "estancia/core/png.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/label/model_files.hpp"
 
@@ -151,10 +152,8 @@ HttpSettings readHttpSettings(const ModelSpec& spec) {
 }
 
 std::string requestBody(const HttpSettings& settings, const cv::Mat& bgr) {
-  std::vector<unsigned char> image;
-  std::vector<int> how;
-  if (settings.format == "jpg") how = {cv::IMWRITE_JPEG_QUALITY, settings.quality};
-  cv::imencode("." + settings.format, bgr, image, how);
+  const std::vector<unsigned char> image =
+      settings.format == "jpg" ? imageCodecs().encodeJpeg(bgr, settings.quality) : toPng(bgr);
   const std::string bytes(image.begin(), image.end());
   if (!settings.bodyTemplate.empty()) {
     std::string body = settings.bodyTemplate;

@@ -16,7 +16,6 @@
 #include <filesystem>
 #include <fstream>
 #include <memory>
-#include <opencv2/imgcodecs.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -26,6 +25,7 @@
 
 #include "estancia/core/config.hpp"
 #include "estancia/core/fail.hpp"
+#include "estancia/core/png.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/label_scores.hpp"
@@ -201,13 +201,11 @@ class ProcessLabeler final : public Labeler {
 
   /// The image as PNG: whole, and quickly packed.
   Prepared prepare(const cv::Mat& bgr, const std::string& frame) const override {
-    std::vector<unsigned char> png;
     try {
-      cv::imencode(".png", bgr, png, {cv::IMWRITE_PNG_COMPRESSION, 1});
-    } catch (const cv::Exception&) {
-      fail(ErrorCode::invalidInput, "{}: the image {} cannot be written as PNG", source_, frame);
+      return {cv::Mat(toPng(bgr), true).reshape(1, 1), frame, {}};
+    } catch (const Error& e) {
+      fail(e.code(), "{}: the image {} cannot be handed on: {}", source_, frame, e.what());
     }
-    return {cv::Mat(png, true).reshape(1, 1), frame, {}};
   }
 
   LexicalDescriptor infer(const Prepared& prepared) override {

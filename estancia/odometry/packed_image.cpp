@@ -2,24 +2,18 @@
 #include "estancia/odometry/packed_image.hpp"
 
 #include <cmath>
-#include <opencv2/imgcodecs.hpp>
 #include <vector>
+
+#include "estancia/core/png.hpp"
 
 namespace estancia::odometry {
 namespace {
 
 constexpr double kMaxPixels = 1 << 26;  // as of image files
 
-void writePngOf(const cv::Mat& image, ByteWriter& bytes) {
-  std::vector<unsigned char> png;
-  // The fastest level: the fourth part of the time of the default, and hardly more bytes.
-  cv::imencode(".png", image, png, {cv::IMWRITE_PNG_COMPRESSION, 1});
-  bytes.numbers(png);
-}
-
 cv::Mat readPngOf(ByteReader& bytes, cv::Size size, int type) {
   const std::vector<unsigned char> png = bytes.numbers<unsigned char>();
-  const cv::Mat image = png.empty() ? cv::Mat() : cv::imdecode(png, cv::IMREAD_UNCHANGED);
+  const cv::Mat image = fromPng(png, size);
   if (image.size() != size || image.type() != type) bytes.fail("an image of a keyframe is damaged");
   return image;
 }
@@ -64,8 +58,8 @@ CameraIntrinsics readCamera(ByteReader& bytes) {
 void write(const PackedImage& image, ByteWriter& bytes) {
   write(image.camera, bytes);
   bytes.number(image.step);
-  writePngOf(image.gray, bytes);
-  writePngOf(image.depth, bytes);
+  bytes.numbers(toPng(image.gray));
+  bytes.numbers(toPng(image.depth));
 }
 
 PackedImage readPackedImage(ByteReader& bytes) {

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <utility>
 #include <vector>
@@ -13,6 +12,7 @@
 #include "estancia/cloud/segmentation_stages.hpp"
 #include "estancia/core/bytes.hpp"
 #include "estancia/core/fail.hpp"
+#include "estancia/core/png.hpp"
 #include "estancia/objects/segment_image.hpp"
 
 namespace estancia {
@@ -77,23 +77,6 @@ void markTheRest(const cv::Mat& depth, const CameraIntrinsics& camera, const Clu
 }
 
 }  // namespace
-
-std::vector<unsigned char> toPng(const cv::Mat& image) {
-  std::vector<unsigned char> png;
-  cv::imencode(".png", image, png);
-  return png;
-}
-
-cv::Mat fromPng(std::span<const unsigned char> png, const cv::Size& most) {
-  if (png.size() < 24) return {};
-  const auto side = [&png](std::size_t at) {
-    std::uint32_t value = 0;
-    for (std::size_t i = at; i < at + 4; ++i) value = value << 8 | png[i];
-    return static_cast<std::int64_t>(value);
-  };
-  if (side(16) < 1 || side(20) < 1 || side(16) > most.width || side(20) > most.height) return {};
-  return cv::imdecode(std::vector<unsigned char>(png.begin(), png.end()), cv::IMREAD_UNCHANGED);
-}
 
 Observation observe(const cv::Mat& depth, const CameraIntrinsics& camera) {
   if (depth.type() != CV_32F || depth.empty())

@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <opencv2/core/mat.hpp>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -63,11 +62,6 @@ cv::Mat depthOf(const Observation& observation);
 /// The points of a segment in the camera's frame [m]. `depth`: CV_32F of `camera`; `segment`: CV_8U of the
 /// same size, not 0 on it.
 PointCloud segmentCloud(const cv::Mat& depth, const cv::Mat& segment, const CameraIntrinsics& camera);
-
-/// For map files: a PNG, and back; empty unless it is one of at most `most` pixels in width and height. The
-/// size stands in its header: nothing larger is decoded.
-std::vector<unsigned char> toPng(const cv::Mat& image);
-cv::Mat fromPng(std::span<const unsigned char> png, const cv::Size& most);
 
 /// For map files; fromBytes() throws Error (corruptFile) unless toBytes() wrote them.
 std::string toBytes(const Observation& observation);

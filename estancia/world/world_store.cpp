@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "estancia/core/fail.hpp"
+#include "estancia/core/png.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/topology/sqlite.hpp"
 #include "estancia/topology/store_read.hpp"

@@ -1,0 +1,31 @@
+// Image codecs: JPEG, PNG, TIFF and what else OpenCV reads, from a module that is opened for the first image.
+// They bring a hundred and fifty shared libraries, which cost each start of a program a tenth of a second.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <span>
+#include <vector>
+
+namespace estancia {
+
+/// What decoding makes of an image file's pixels.
+enum class DecodedAs {
+  stored,  ///< their channels and depth
+  color,   ///< BGR in their depth; the EXIF orientation is applied
+};
+
+/// OpenCV's codecs; thread-safe. Both functions may throw cv::Exception.
+class ImageCodecs {
+ public:
+  virtual ~ImageCodecs() = default;
+  /// Empty where the bytes are no image that OpenCV reads.
+  virtual cv::Mat decode(std::span<const unsigned char> bytes, DecodedAs as) const = 0;
+  /// As a JPEG file of this quality, 1 to 100; empty where OpenCV was built without JPEG.
+  virtual std::vector<unsigned char> encodeJpeg(const cv::Mat& bgr, int quality) const = 0;
+};
+
+/// Opens the module at the first call. Throws Error (missingDependency) where it cannot.
+const ImageCodecs& imageCodecs();
+
+}  // namespace estancia

@@ -1,0 +1,54 @@
+// What the command loads when it starts, and what it does without its modules.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+
+#include "support/errors.hpp"
+#include "support/sample_world.hpp"
+#include "support/support.hpp"
+
+namespace estancia::test {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::Not;
+
+TEST(Startup, LoadsNeitherImageCodecsNorVideoInput) {
+  const auto loaded = runProgram("/usr/bin/env", {"LD_TRACE_LOADED_OBJECTS=1", ESTANCIA_COMMAND});
+  EXPECT_THAT(loaded.out, HasSubstr("libopencv_core"));
+  for (const char* large : {"libopencv_imgcodecs", "libopencv_videoio", "libgdal", "libavcodec", "libmpi"})
+    EXPECT_THAT(loaded.out, Not(HasSubstr(large)));
+}
+
+/// The command alone, far from its modules.
+class LoneCommand : public testing::Test {
+ protected:
+  void SetUp() override { fs::copy_file(ESTANCIA_COMMAND, command_); }
+  const ScratchFolder scratch_;
+  const std::string command_ = scratch_ / "estancia";
+};
+
+TEST_F(LoneCommand, AsksAMapWithAFloorPlan) {
+  writeWorld(sampleWorld(), scratch_ / "home.estancia");
+  const auto asked = runProgram(command_, {"ask", scratch_ / "home.estancia", "mug"});
+  EXPECT_EQ(asked.exitCode, 0) << asked.err;
+  EXPECT_THAT(asked.out, HasSubstr("in area 0 (kitchen)"));
+}
+
+TEST_F(LoneCommand, SaysWhichModuleItNeedsForImagesAndForVideos) {
+  fs::create_directory(scratch_ / "drive");
+  for (const char* name : {"drive/1.png", "drive/2.png"})
+    cv::imwrite(scratch_ / name, cv::Mat(48, 64, CV_8UC3, cv::Scalar(9, 99, 200)));
+  EXPECT_THAT(runProgram(command_, {"check", scratch_ / "drive"}),
+              FailsWith(ErrorCode::missingDependency, "libestancia_images.so"));
+  writeFile(scratch_ / "drive.mp4", std::string("\0\1\2\3", 4));
+  EXPECT_THAT(runProgram(command_, {"check", scratch_ / "drive.mp4"}),
+              FailsWith(ErrorCode::missingDependency, "libestancia_video.so"));
+}
+
+}  // namespace
+}  // namespace estancia::test
