@@ -121,8 +121,9 @@ class PngReader {
 };
 
 std::vector<png_bytep> rowsOf(const cv::Mat& image) {
-  std::vector<png_bytep> rows;
-  for (int y = 0; y < image.rows; ++y) rows.push_back(const_cast<png_bytep>(image.ptr(y)));
+  std::vector<png_bytep> rows(static_cast<std::size_t>(image.rows));
+  for (int y = 0; y < image.rows; ++y)
+    rows[static_cast<std::size_t>(y)] = const_cast<png_bytep>(image.ptr(y));
   return rows;
 }
 
