@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 
 #include "estancia/cloud/segment_graph.hpp"
 #include "estancia/cloud/segmentation_stages.hpp"
@@ -127,6 +128,19 @@ void clearDropped(const Mask& mask, Segmentation& segments) {
   });
 }
 
+/// Mean width of a segment whose gaps narrower than `gap` are closed, as those between leaves [pixels].
+double widthWithGaps(const InverseDepth& grid, const std::vector<std::uint32_t>& labels, const cv::Rect& box,
+                     std::size_t segment, int gap) {
+  cv::Mat closed(box.height + 2 * gap, box.width + 2 * gap, CV_8U, cv::Scalar(0)), inner;
+  for (int v = 0; v < box.height; ++v)
+    for (int u = 0; u < box.width; ++u)
+      if (labels[grid.at(box.x + u, box.y + v)] == segment) closed.at<std::uint8_t>(v + gap, u + gap) = 1;
+  cv::morphologyEx(closed, closed, cv::MORPH_CLOSE, cv::getStructuringElement(cv::MORPH_ELLIPSE, {gap, gap}));
+  cv::erode(closed, inner, cv::getStructuringElement(cv::MORPH_CROSS, {3, 3}));
+  const int area = cv::countNonZero(closed);
+  return 2. * area / std::max(1, area - cv::countNonZero(inner));
+}
+
 }  // namespace
 
 void dropFragments(const InverseDepth& grid, const PlaneRemoval& removal, const cv::Vec3d& up,
@@ -144,14 +158,17 @@ void dropNarrow(const InverseDepth& grid, const Mask& mask, Segmentation& segmen
   const std::ptrdiff_t around[] = {1, -1, grid.stride, -grid.stride};
   const std::vector<std::uint32_t>& labels = segments.labels;
   std::vector<std::size_t> border(segments.sizes.size());
+  std::vector<cv::Rect> boxes(segments.sizes.size());
   mask.eachPixel([&](std::size_t i) {
     border[labels[i]] += std::ranges::any_of(around, [&](std::ptrdiff_t step) {  // holes are no border
       const auto j = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(i) + step);
       return labels[j] != labels[i] && grid.raw[j] > 0;
     });
+    boxes[labels[i]] |= cv::Rect(grid.column(i), grid.row(i), 1, 1);
   });
   for (std::size_t i = 1; i < border.size(); ++i)
-    if (2. * segments.sizes[i] < minWidth * grid.scale * static_cast<double>(border[i]))
+    if (2. * segments.sizes[i] < minWidth * grid.scale * static_cast<double>(border[i]) &&
+        widthWithGaps(grid, labels, boxes[i], i, grid.pixels(minWidth)) < minWidth * grid.scale)
       segments.sizes[i] = 0;
   clearDropped(mask, segments);
 }

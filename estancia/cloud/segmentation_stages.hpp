@@ -63,7 +63,8 @@ void assembleFurniture(const InverseDepth& grid, const Mask& mask, const HalfIma
 void dropFragments(const InverseDepth& grid, const PlaneRemoval& removal, const cv::Vec3d& up,
                    const Mask& mask, Segmentation& segments);
 
-/// Drops segments of less than 8 pixels' mean width: nearly all their pixels mix them with what is behind.
+/// Drops segments of less than 8 pixels' mean width, in which nearly all pixels mix them with what is behind.
+/// Gaps narrower than that belong to the segment: leaves of a plant are narrow, the plant is not.
 void dropNarrow(const InverseDepth& grid, const Mask& mask, Segmentation& segments);
 
 /// Segment merging: merges segments that come within `contact` [m] of each other without a concave corner
