@@ -18,7 +18,7 @@ namespace estancia {
 struct InstanceMapOptions {
   double voxel = 0.025;
   double consensus = 0.6;
-  std::size_t minViews = 3;
+  std::size_t minViews = 4;
 };
 OptionGroup declare(InstanceMapOptions& options);
 
