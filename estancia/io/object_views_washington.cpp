@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 namespace {
 
 /// From the data set's depthToCloud.m.
-constexpr CameraIntrinsics kPublished = {640, 480, 570.3, 570.3, 320, 240};
+constexpr CameraIntrinsics kWashingtonCamera = {640, 480, 570.3, 570.3, 320, 240};
 constexpr double kMillimeters = 1000;
 constexpr const char* kCrop = "_crop.png";
 constexpr const char* kBeside[] = {"_depthcrop.png", "_maskcrop.png", "_loc.txt"};
@@ -63,11 +63,12 @@ cv::Point readOrigin(const fs::path& file) {
 class Washington final : public ListedObjectViews {
  public:
   Washington(const fs::path& folder, const ObjectViewsOptions& options)
-      : ListedObjectViews(nameOf(folder), options.minPoints), camera_(kPublished) {
+      : ListedObjectViews(nameOf(folder), options.minPoints), camera_(kWashingtonCamera) {
     if (const fs::path file = findIntrinsics(folder); !file.empty()) {
       camera_ = readIntrinsics(file);
       if (camera_.width == 0)
-        std::tie(camera_.width, camera_.height) = std::pair(kPublished.width, kPublished.height);
+        std::tie(camera_.width, camera_.height) =
+            std::pair(kWashingtonCamera.width, kWashingtonCamera.height);
     }
     std::size_t all = 0;
     LeftOut leftOut;

@@ -7,8 +7,8 @@
 namespace estancia {
 namespace {
 
-constexpr double smallest = 0.2, largest = 0.95;  // scales of the first and the last grid
-constexpr double ofFirstGrid = 0.1;               // scale of its square box
+constexpr double smallestScale = 0.2, largestScale = 0.95;  // scales of the first and the last grid
+constexpr double ofFirstGrid = 0.1;                         // scale of its square box
 constexpr double wellOverlapped = 0.4, nearlyBest = 0.8;
 
 struct BoxShape {
@@ -18,9 +18,9 @@ struct BoxShape {
 std::vector<BoxShape> shapesOf(std::size_t grid, std::size_t grids) {
   const auto scale = [grids](std::size_t k) {
     if (k >= grids) return 1.0;
-    return grids < 2
-               ? smallest
-               : smallest + (largest - smallest) * static_cast<double>(k) / static_cast<double>(grids - 1);
+    return grids < 2 ? smallestScale
+                     : smallestScale + (largestScale - smallestScale) * static_cast<double>(k) /
+                                           static_cast<double>(grids - 1);
   };
   const double here = scale(grid);
   if (grid == 0) return {{ofFirstGrid, 1}, {here, 2}, {here, 0.5}};
