@@ -370,7 +370,7 @@ TEST(WorldStore, RefusesDamagedLayers) {
   mapUpTo(drive, drive.size(), whole);
   for (const std::string damage :
        {"UPDATE floor SET columns = 1000000000", "UPDATE floor SET rows = rows + 1",
-        "UPDATE floor SET cell = 0", "UPDATE floor SET areas = x'00'",
+        "UPDATE floor SET cell = 0", "UPDATE floor SET cell = 1e-300", "UPDATE floor SET areas = x'00'",
         "UPDATE areas SET outline = '[[1]]' WHERE id = 0", "UPDATE frame_areas SET area = 77",
         "DELETE FROM areas WHERE id = 0", "INSERT INTO area_edits VALUES(1, 'paint', 0, 0, 0, 0, '')"}) {
     const fs::path file = folder / "damaged.estancia";
