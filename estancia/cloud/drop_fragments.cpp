@@ -128,7 +128,8 @@ void clearDropped(const Mask& mask, Segmentation& segments) {
   });
 }
 
-/// Mean width of a segment whose gaps narrower than `gap` are closed, as those between leaves [pixels].
+/// Mean width of a segment whose gaps narrower than `gap` are closed, as those between leaves [pixels]: no
+/// more than the shorter side of its box, or 2.
 double widthWithGaps(const InverseDepth& grid, const std::vector<std::uint32_t>& labels, const cv::Rect& box,
                      std::size_t segment, int gap) {
   cv::Mat closed(box.height + 2 * gap, box.width + 2 * gap, CV_8U, cv::Scalar(0)), inner;
@@ -155,6 +156,7 @@ void dropFragments(const InverseDepth& grid, const PlaneRemoval& removal, const 
 
 void dropNarrow(const InverseDepth& grid, const Mask& mask, Segmentation& segments) {
   constexpr double minWidth = 8;  // [pixels]
+  const double narrowest = minWidth * grid.scale;
   const std::ptrdiff_t around[] = {1, -1, grid.stride, -grid.stride};
   const std::vector<std::uint32_t>& labels = segments.labels;
   std::vector<std::size_t> border(segments.sizes.size());
@@ -166,9 +168,12 @@ void dropNarrow(const InverseDepth& grid, const Mask& mask, Segmentation& segmen
     });
     boxes[labels[i]] |= cv::Rect(grid.column(i), grid.row(i), 1, 1);
   });
+  // Settles noise, a million segments of a pixel each, without an image for every one of them.
+  const auto shortSide = [](const cv::Rect& box) { return std::max(2, std::min(box.width, box.height)); };
   for (std::size_t i = 1; i < border.size(); ++i)
-    if (2. * segments.sizes[i] < minWidth * grid.scale * static_cast<double>(border[i]) &&
-        widthWithGaps(grid, labels, boxes[i], i, grid.pixels(minWidth)) < minWidth * grid.scale)
+    if (2. * segments.sizes[i] < narrowest * static_cast<double>(border[i]) &&
+        (shortSide(boxes[i]) < narrowest ||
+         widthWithGaps(grid, labels, boxes[i], i, grid.pixels(minWidth)) < narrowest))
       segments.sizes[i] = 0;
   clearDropped(mask, segments);
 }

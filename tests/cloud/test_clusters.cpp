@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <opencv2/core.hpp>
@@ -214,6 +215,15 @@ TEST(Clusters, HolesAndNoise) {
   EXPECT_GT(overlap(found.clusters.front(), seen, 1), 0.7);
   for (const Cluster& cluster : found.clusters)
     for (const std::uint32_t p : cluster.points) ASSERT_GT(seen.depth.ptr<float>()[p], 0);
+}
+
+// A pixel of pure noise is a segment of its own; the work on each must not grow with the focal length.
+TEST(Clusters, NoiseAloneIsNoWork) {
+  cv::Mat depth(240, 320, CV_32F);
+  cv::RNG(3).fill(depth, cv::RNG::UNIFORM, 0.5, 10.);
+  const auto start = std::chrono::steady_clock::now();
+  EXPECT_THAT(findClusters(depth, {320, 240, 2100, 2100, 160, 120}).clusters, IsEmpty());
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(10));
 }
 
 TEST(Clusters, SameForAnyThreadsAndSeedsFindTheSame) {
