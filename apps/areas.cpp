@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "command_tree.hpp"
 #include "common.hpp"
 #include "estancia/areas/areas.hpp"
 #include "estancia/core/error.hpp"
@@ -271,7 +272,10 @@ void addNameCommand(CLI::App& app) {
   auto arguments = std::make_shared<EditArguments>();
   command->add_option("MAP", arguments->map, "The map file")->required();
   command->add_option("AREA", arguments->area, "Its number, or the name it has")->required();
-  command->add_option("NAME", arguments->name, "What people call it; kept when the areas are found again")
+  command
+      ->add_option("NAME", arguments->name,
+                   "What people call it, kept when the areas are found again; \"\" takes the name away")
+      ->type_name(textOrNothing)
       ->required();
   addJsonOption(*command, arguments->json);
   addExamples(*command, "  estancia name home.estancia 2 \"music room\"");

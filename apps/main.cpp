@@ -38,7 +38,8 @@ void refuseEmptyArguments(CLI::App& app) {
   const CLI::Validator notEmpty(
       [](const std::string& text) { return text.empty() ? std::string("is empty; give one") : ""; }, "");
   for (CLI::Option* option : app.get_options())
-    if (estancia::apps::takesValue(*option)) option->check(notEmpty);
+    if (estancia::apps::takesValue(*option) && option->get_type_name() != estancia::apps::textOrNothing)
+      option->check(notEmpty);
   for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; }))
     refuseEmptyArguments(*command);
 }

@@ -137,6 +137,9 @@ TEST_F(AreasCommand, OfAMapAreNamedSplitAndMerged) {
   EXPECT_EQ(list["areas"][0]["given_name"], "Ana's \"room\"");
   EXPECT_EQ(list["areas"][0]["objects"], 0);
   EXPECT_THAT(run({"name", map, "cellar", "x"}), FailsWith(ErrorCode::unknownName, "Ana"));
+  EXPECT_EQ(run({"name", map, "0", ""}).exitCode, 0) << "takes the name away";
+  EXPECT_EQ(readWorld(map).areas[0].givenName, "");
+  EXPECT_THAT(run({"name", map, "", "x"}), FailsWith(ErrorCode::invalidOption, "AREA"));
 }
 
 TEST_F(AreasCommand, OfAMapNeedDepthAndItsCamera) {
