@@ -134,7 +134,9 @@ TEST_F(ZonesCommand, LetsAskSayTheZone) {
   zones();
   const auto answer = run({"ask", map_, "stove", "--zones", file_, "--json"});
   ASSERT_EQ(answer.exitCode, 0) << answer.err;
-  for (const json& place : json::parse(answer.out)["places"]) {
+  const json told = json::parse(answer.out);
+  ASSERT_FALSE(told["places"].empty());
+  for (const json& place : told["places"]) {
     const json found = json::parse(readFile(file_))["zones"][place["zone"]["id"].get<std::size_t>()];
     EXPECT_EQ(found["room"], place["room"]) << "the zone of the place's own room";
     EXPECT_EQ(found["name"], place["zone"]["name"]);
