@@ -28,7 +28,7 @@ constexpr double partShare = 0.8;
 constexpr double looseShare = 0.5;
 
 template <class Use>
-void forEachAround(const VoxelKey& voxel, const Use& use) {
+void forEachAround(VoxelKey voxel, const Use& use) {  // a copy: `use` may add to the list that it is from
   for (int x = -reach; x <= reach; ++x)
     for (int y = -reach; y <= reach; ++y)
       for (int z = -reach; z <= reach; ++z) use(VoxelKey{voxel.x + x, voxel.y + y, voxel.z + z});
