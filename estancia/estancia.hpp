@@ -19,6 +19,13 @@
 #include "estancia/stats/distance.hpp"
 #include "estancia/stats/linkage.hpp"
 
+#include "estancia/words/installed_words.hpp"
+#include "estancia/words/label_search.hpp"
+#include "estancia/words/label_senses.hpp"
+#include "estancia/words/lexicon.hpp"
+#include "estancia/words/word_graph.hpp"
+#include "estancia/words/wordnet.hpp"
+
 #include "estancia/io/cloud_file.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/io/home_plan.hpp"

@@ -30,6 +30,18 @@ class CondensedDistances;
 class Dendrogram;
 struct Distance;
 
+// words
+struct LabelMatch;
+struct LabelMatches;
+class LabelSearch;
+struct LabelSense;
+class Lexicon;
+struct Sense;
+struct WordGraph;
+struct WordNet;
+struct WordNetEntry;
+struct WordNetSynset;
+
 // io
 struct CloudFileOptions;
 struct DescriptorFileOptions;

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/words/label_search.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <set>
+
+#include "estancia/core/label_words.hpp"
+#include "estancia/words/spelling.hpp"
+
+namespace estancia {
+namespace {
+
+// Longer queries are cut: each term costs a walk.
+constexpr std::size_t maxTerms = 6, maxQueryBytes = 400;
+
+// Logistic regression of "a person accepts the label" on the even queries of experiments/words/queries.csv: a
+// constant, the share of the query's meanings that the label is a kind of, its log lift, and how far that is
+// below the best label's.
+constexpr double bias = -2.36, kindWeight = 3.1, liftWeight = 0.72, gapWeight = 0.61;
+constexpr double maxLift = 15, maxGap = 10, minUsedLift = -5;
+/// A hypernym one step further away counts a little less.
+constexpr double stepDecay = 0.95;
+
+}  // namespace
+
+LabelSearch::LabelSearch(const Vocabulary& vocabulary, const WordGraph* graph)
+    : vocabulary_(vocabulary), graph_(graph) {
+  if (graph == nullptr) return;
+  senses_ = findLabelSenses(*graph, vocabulary);
+  std::set<std::string> words;
+  for (std::size_t label = 0; label < vocabulary.size(); ++label) {
+    hypernyms_.push_back(senses_[label].senses.empty()
+                             ? std::vector<std::pair<std::uint32_t, int>>()
+                             : graph->hypernyms(senses_[label].senses.front().synset));
+    for (std::string& word : splitText(vocabulary[label])) words.insert(std::move(word));
+  }
+  labelWords_.assign(words.begin(), words.end());
+}
+
+LabelSearch::Query LabelSearch::parse(std::string_view asked) const {
+  const Lexicon& lexicon = graph_->lexicon;
+  Query query;
+  const std::vector<std::string> words = splitText(asked.substr(0, maxQueryBytes));
+  std::string corrected;
+  bool changed = false;
+  for (const std::string& word : words) {
+    std::string meant = word;
+    if (!isFunctionWord(word) && !lexicon.knows(word)) {
+      meant = correctSpelling(lexicon, labelWords_, word);
+      if (meant.empty()) continue;
+      changed = true;
+    }
+    corrected += (corrected.empty() ? "" : " ") + meant;
+  }
+  // "air plane" and "cell phone" are known together; so may be words of which one alone is not.
+  std::string whole;
+  for (const std::string& word : words) whole += (whole.empty() ? "" : " ") + word;
+  if (lexicon.knows(whole)) corrected = whole, changed = false;
+  std::vector<std::string> terms =
+      lexicon.knows(corrected) ? std::vector{corrected} : lexicon.terms(corrected);
+  if (terms.size() > maxTerms) terms.resize(maxTerms);
+  for (std::string& term : terms) {
+    std::vector<Sense> senses = lexicon.senses(term);
+    if (senses.empty()) continue;
+    std::vector<float> visits = graph_->walk(senses);
+    query.terms.push_back({std::move(term), std::move(senses), std::move(visits)});
+  }
+  if (changed) query.corrected = corrected;
+  return query;
+}
+
+double LabelSearch::liftOf(const Term& term, std::size_t label) const {
+  double ratio = 0;
+  for (const Sense& sense : senses_[label].senses)
+    ratio += static_cast<double>(sense.probability) * std::exp(graph_->lift(term.visits, sense.synset));
+  return std::log(std::max(ratio, std::exp(WordGraph::minLift)));
+}
+
+double LabelSearch::kindShare(const Term& term, std::size_t label) const {
+  double share = 0;
+  for (const auto& [above, distance] : hypernyms_[label])
+    for (const Sense& sense : term.senses)
+      if (sense.synset == above)
+        share = std::max(share,
+                         std::sqrt(static_cast<double>(sense.probability)) * std::pow(stepDecay, distance));
+  return share;
+}
+
+std::vector<double> LabelSearch::probabilities(const Query& query) const {
+  std::vector<double> results(vocabulary_.size(), 0);
+  if (query.terms.empty()) return results;
+  std::vector<double> lifts(vocabulary_.size(), minUsedLift);
+  for (std::size_t label = 0; label < lifts.size(); ++label) {
+    if (senses_[label].senses.empty()) continue;
+    double sum = 0;
+    for (const Term& term : query.terms) sum += liftOf(term, label);
+    lifts[label] = std::clamp(sum / static_cast<double>(query.terms.size()), minUsedLift, maxLift);
+  }
+  const double best = *std::max_element(lifts.begin(), lifts.end());
+  for (std::size_t label = 0; label < lifts.size(); ++label) {
+    if (senses_[label].senses.empty()) continue;
+    const double kind = query.terms.size() == 1 ? kindShare(query.terms.front(), label) : 0;
+    const double logit = bias + kindWeight * kind + liftWeight * lifts[label] +
+                         gapWeight * std::max(lifts[label] - best, -maxGap);
+    results[label] = 1 / (1 + std::exp(-logit));
+  }
+  return results;
+}
+
+std::vector<double> LabelSearch::probabilities(std::string_view words) const {
+  return graph_ == nullptr ? std::vector<double>(vocabulary_.size(), 0) : probabilities(parse(words));
+}
+
+std::string LabelSearch::reasonFor(const Query& query, std::size_t label) const {
+  if (senses_[label].senses.empty()) return "";
+  // The term that tells most.
+  const Term* term = &query.terms.front();
+  for (const Term& other : query.terms)
+    if (liftOf(other, label) > liftOf(*term, label)) term = &other;
+  const auto isAsked = [&](std::uint32_t synset) {
+    return std::any_of(term->senses.begin(), term->senses.end(),
+                       [&](const Sense& sense) { return sense.synset == synset; });
+  };
+  for (const auto& [above, distance] : hypernyms_[label])
+    if (isAsked(above)) return distance == 0 ? "the same as " + term->word : "a kind of " + term->word;
+  // Back along the edges that brought most of the walkers.
+  constexpr int maxHops = 4;
+  std::vector<std::uint32_t> way{senses_[label].senses.front().synset};
+  std::optional<WordLink> last;
+  for (int hop = 0; hop < maxHops && !isAsked(way.back()); ++hop) {
+    const std::uint32_t at = way.back();
+    double most = 0;
+    std::optional<std::uint32_t> best;
+    for (std::uint32_t e = graph_->edgeStarts[at]; e < graph_->edgeStarts[at + 1]; ++e) {
+      const std::uint32_t from = graph_->edgeTargets[e];
+      const double brought =
+          static_cast<double>(graph_->edgeWeights[e] * term->visits[from] / graph_->degrees[from]);
+      if (brought <= most || std::find(way.begin(), way.end(), from) != way.end()) continue;
+      most = brought;
+      best = from;
+      last = static_cast<WordLink>(graph_->edgeLinks[e]);
+    }
+    if (!best) break;
+    way.push_back(*best);
+  }
+  if (!isAsked(way.back())) return "related to " + term->word;
+  if (way.size() > 2)
+    return fmt::format("related to {} by way of {}", term->word, graph_->name(way[way.size() - 2]));
+  switch (*last) {
+    case WordLink::kindOf:
+      return "a kind of " + term->word;
+    case WordLink::moreGeneral:
+      return term->word + " is a kind of it";
+    case WordLink::partOf:
+      return "part of " + term->word;
+    case WordLink::hasPart:
+      return term->word + " is part of it";
+    case WordLink::defines:
+      return "its description names " + term->word;
+    case WordLink::definedBy:
+      return fmt::format("the description of {} names it", term->word);
+    case WordLink::named:
+      return fmt::format("its name holds {}", term->word);
+    case WordLink::nameOf:
+      return term->word + " is named after it";
+    case WordLink::related:
+      break;
+  }
+  return "related to " + term->word;
+}
+
+LabelMatches LabelSearch::search(std::string_view words, std::size_t count, double minProbability) const {
+  LabelMatches matches;
+  const std::string asked(words);
+  const std::vector<std::size_t> held = findLabels(vocabulary_, asked);
+  const auto isNamed = [&](std::size_t label) {
+    const std::string& line = vocabulary_[label];
+    for (std::size_t from = 0; from <= line.size();) {
+      const std::size_t comma = std::min(line.find(',', from), line.size());
+      if (sameWords(shortLabel(line.substr(from, comma - from)), words)) return true;
+      from = comma + 1;
+    }
+    return false;
+  };
+  for (const std::size_t label : held)
+    if (isNamed(label)) matches.labels.push_back({label, 1, ""});
+  if (!matches.labels.empty()) return matches;
+  if (graph_ == nullptr) {
+    for (const std::size_t label : held) matches.labels.push_back({label, 1, "its name holds the words"});
+    return matches;
+  }
+  const Query query = parse(words);
+  std::vector<double> probability = probabilities(query);
+  for (const std::size_t label : held) probability[label] = std::max(probability[label], minProbability);
+  std::vector<std::size_t> order(probability.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return probability[a] > probability[b]; });
+  for (const std::size_t label : order) {
+    if (probability[label] < minProbability || matches.labels.size() >= count) break;
+    matches.labels.push_back({label, probability[label],
+                              query.terms.empty() ? "its name holds the words" : reasonFor(query, label)});
+  }
+  if (!matches.labels.empty()) matches.corrected = query.corrected;
+  return matches;
+}
+
+}  // namespace estancia

@@ -1,0 +1,77 @@
+// Label search: which labels of a vocabulary a person means by words of her own, and why.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "estancia/core/vocabulary.hpp"
+#include "estancia/words/label_senses.hpp"
+#include "estancia/words/word_graph.hpp"
+
+namespace estancia {
+
+/// One label that a query means.
+struct LabelMatch {
+  std::size_t label = 0;
+  /// That a person would take the label for an answer, in [0, 1].
+  double probability = 0;
+  /// Why, for people: "its description names coffee"; "" where the label has that name.
+  std::string reason;
+};
+
+struct LabelMatches {
+  /// Most probable first.
+  std::vector<LabelMatch> labels;
+  /// The words that were looked for, where some were misspelled; else "".
+  std::string corrected;
+};
+
+/// Finds labels by relatedness in WordNet. A query's words are looked up as they are, as plurals and other
+/// forms, and by near spellings; of several words each counts the same (the mean of their log lifts).
+class LabelSearch {
+ public:
+  /// Without a graph only findLabels() is left. Keeps references to both.
+  LabelSearch(const Vocabulary& vocabulary, const WordGraph* graph);
+
+  /// Labels named by the words (of findLabels(), those that equal them) alone, where there are some; else all
+  /// labels of at least `minProbability`, and those whose names hold the words. At most `count` of them.
+  LabelMatches search(std::string_view words, std::size_t count = 20,
+                      double minProbability = defaultMinProbability) const;
+
+  /// The probability of each label; 0 where nothing of `words` is known.
+  std::vector<double> probabilities(std::string_view words) const;
+
+  /// Where accepted and missed labels balance on the even queries of experiments/words/queries.csv.
+  static constexpr double defaultMinProbability = 0.3;
+
+ private:
+  struct Term {
+    std::string word;
+    std::vector<Sense> senses;
+    /// Of a walk from the senses.
+    std::vector<float> visits;
+  };
+  struct Query {
+    std::vector<Term> terms;
+    std::string corrected;
+  };
+  Query parse(std::string_view words) const;
+  std::vector<double> probabilities(const Query& query) const;
+  double liftOf(const Term& term, std::size_t label) const;
+  double kindShare(const Term& term, std::size_t label) const;
+  std::string reasonFor(const Query& query, std::size_t label) const;
+
+  const Vocabulary& vocabulary_;
+  const WordGraph* graph_;
+  std::vector<LabelSense> senses_;
+  /// Of each label's first sense.
+  std::vector<std::vector<std::pair<std::uint32_t, int>>> hypernyms_;
+  /// Words of labels, sorted: misspelled words mostly stand for one of them.
+  std::vector<std::string> labelWords_;
+};
+
+}  // namespace estancia

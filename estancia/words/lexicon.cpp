@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/words/lexicon.hpp"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+namespace estancia {
+namespace {
+
+// How much a part of speech counts: labels are nouns; what they are for is told by verbs.
+constexpr std::array<float, partsOfSpeech> posWeights = {1.0F, 0.7F, 0.5F, 0.1F};
+/// Added to each meaning's count, so that one that no text has keeps a share.
+constexpr float unseenCount = 0.3F;
+constexpr std::size_t maxTogether = 4;  // words of one entry
+
+struct Ending {
+  PartOfSpeech pos;
+  std::string_view from, to;
+};
+/// Rules of detachment of Morphy, morphy(7WN).
+constexpr std::array<Ending, 20> endings{{
+    {PartOfSpeech::noun, "s", ""},        {PartOfSpeech::noun, "ses", "s"},
+    {PartOfSpeech::noun, "xes", "x"},     {PartOfSpeech::noun, "zes", "z"},
+    {PartOfSpeech::noun, "ches", "ch"},   {PartOfSpeech::noun, "shes", "sh"},
+    {PartOfSpeech::noun, "men", "man"},   {PartOfSpeech::noun, "ies", "y"},
+    {PartOfSpeech::verb, "s", ""},        {PartOfSpeech::verb, "ies", "y"},
+    {PartOfSpeech::verb, "es", "e"},      {PartOfSpeech::verb, "es", ""},
+    {PartOfSpeech::verb, "ed", "e"},      {PartOfSpeech::verb, "ed", ""},
+    {PartOfSpeech::verb, "ing", "e"},     {PartOfSpeech::verb, "ing", ""},
+    {PartOfSpeech::adjective, "er", ""},  {PartOfSpeech::adjective, "est", ""},
+    {PartOfSpeech::adjective, "er", "e"}, {PartOfSpeech::adjective, "est", "e"},
+}};
+
+}  // namespace
+
+const std::vector<std::string_view>& functionWords() {
+  static const std::vector<std::string_view> words = [] {
+    std::vector<std::string_view> list = {
+        "a",      "about", "across",     "after",   "against",   "all",       "along",   "also",
+        "an",     "and",   "another",    "any",     "anything",  "are",       "around",  "as",
+        "at",     "be",    "because",    "been",    "before",    "being",     "between", "both",
+        "but",    "by",    "can",        "could",   "did",       "do",        "does",    "during",
+        "each",   "eg",    "especially", "etc",     "every",     "find",      "first",   "for",
+        "from",   "had",   "has",        "have",    "having",    "he",        "her",     "him",
+        "his",    "how",   "i",          "ie",      "if",        "in",        "into",    "is",
+        "it",     "its",   "like",       "made",    "make",      "many",      "may",     "me",
+        "might",  "more",  "most",       "much",    "my",        "no",        "not",     "of",
+        "off",    "often", "on",         "one",     "only",      "or",        "other",   "others",
+        "our",    "out",   "over",       "same",    "second",    "several",   "she",     "should",
+        "so",     "some",  "somebody",   "someone", "something", "somewhere", "such",    "than",
+        "that",   "the",   "their",      "them",    "then",      "these",     "they",    "thing",
+        "things", "this",  "those",      "three",   "through",   "to",        "two",     "under",
+        "up",     "upon",  "us",         "use",     "used",      "uses",      "using",   "usually",
+        "very",   "was",   "we",         "were",    "what",      "when",      "where",   "which",
+        "while",  "who",   "whom",       "whose",   "with",      "within",    "without", "you",
+        "your"};
+    std::sort(list.begin(), list.end());
+    return list;
+  }();
+  return words;
+}
+
+bool isFunctionWord(std::string_view word) {
+  return std::binary_search(functionWords().begin(), functionWords().end(), word);
+}
+
+std::string lexicalForm(std::string_view word) {
+  std::string form(word);
+  for (char& c : form) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+    if (c == '-' || c == '_') c = ' ';
+  }
+  return form;
+}
+
+std::vector<std::string> splitText(std::string_view text) {
+  std::vector<std::string> words;
+  bool inside = false;
+  for (const char c : lexicalForm(text)) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool letter = byte >= 0x80 || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9');
+    if (letter && !inside) words.emplace_back();
+    if (letter || (inside && c == '\'')) words.back() += c;
+    inside = letter || (inside && c == '\'');
+  }
+  for (std::string& word : words)
+    while (word.ends_with('\'')) word.pop_back();
+  return words;
+}
+
+Lexicon::Lexicon(const WordNet& wordNet) {
+  struct Found {
+    std::vector<std::pair<std::uint32_t, float>> senses;  // synset, weight
+    std::uint32_t frequency = 0;
+  };
+  std::map<std::string, Found> found;
+  std::map<std::pair<PartOfSpeech, std::string>, const WordNetEntry*> entryOf;
+  const auto add = [&](const std::string& form, const WordNetEntry& entry) {
+    Found& of = found[lexicalForm(form)];
+    for (std::size_t rank = 0; rank < entry.synsets.size(); ++rank) {
+      const WordNetSynset& synset = wordNet.synsets[entry.synsets[rank]];
+      std::uint32_t count = 0;
+      for (std::size_t w = 0; w < synset.words.size(); ++w)
+        if (lexicalForm(synset.words[w]) == lexicalForm(entry.word))
+          count = std::max(count, synset.tagCounts[w]);
+      of.frequency += count;
+      of.senses.emplace_back(entry.synsets[rank], posWeights[static_cast<std::size_t>(entry.pos)] *
+                                                      (static_cast<float>(count) + unseenCount) /
+                                                      static_cast<float>(rank + 1));
+    }
+  };
+  for (const WordNetEntry& entry : wordNet.entries) {
+    add(entry.word, entry);
+    entryOf[{entry.pos, entry.word}] = &entry;
+  }
+  for (const WordNet::IrregularForm& irregular : wordNet.irregularForms)
+    if (const auto entry = entryOf.find({irregular.pos, irregular.word});
+        entry != entryOf.end() && irregular.form != irregular.word)
+      add(irregular.form, *entry->second);
+  for (const auto& [word, of] : found) {
+    text += word;
+    starts.push_back(static_cast<std::uint32_t>(text.size()));
+    for (const auto& [synset, weight] : of.senses) {
+      senseSynsets.push_back(synset);
+      senseWeights.push_back(weight);
+    }
+    senseStarts.push_back(static_cast<std::uint32_t>(senseSynsets.size()));
+    frequencies.push_back(of.frequency);
+  }
+  for (const WordNetSynset& synset : wordNet.synsets) ++firstSynset[static_cast<std::size_t>(synset.pos) + 1];
+  for (std::size_t p = 0; p < partsOfSpeech; ++p) firstSynset[p + 1] += firstSynset[p];
+}
+
+std::string_view Lexicon::word(std::size_t i) const {
+  return std::string_view(text).substr(starts[i], starts[i + 1] - starts[i]);
+}
+
+std::optional<std::size_t> Lexicon::find(std::string_view sought) const {
+  std::size_t from = 0, to = size();
+  while (from < to) {
+    const std::size_t middle = from + (to - from) / 2;
+    if (word(middle) < sought)
+      from = middle + 1;
+    else
+      to = middle;
+  }
+  return from < size() && word(from) == sought ? std::optional(from) : std::nullopt;
+}
+
+void Lexicon::addSenses(std::string_view form, std::optional<PartOfSpeech> pos,
+                        std::vector<Sense>& senses) const {
+  const std::optional<std::size_t> at = find(form);
+  if (!at) return;
+  for (std::uint32_t s = senseStarts[*at]; s < senseStarts[*at + 1]; ++s) {
+    const std::uint32_t synset = senseSynsets[s];
+    if (pos && (synset < firstSynset[static_cast<std::size_t>(*pos)] ||
+                synset >= firstSynset[static_cast<std::size_t>(*pos) + 1]))
+      continue;
+    const auto same = std::find_if(senses.begin(), senses.end(),
+                                   [&](const Sense& sense) { return sense.synset == synset; });
+    if (same == senses.end())
+      senses.push_back({synset, senseWeights[s]});
+    else
+      same->probability = std::max(same->probability, senseWeights[s]);
+  }
+}
+
+std::vector<Sense> Lexicon::senses(std::string_view asked) const {
+  const std::string form = lexicalForm(asked);
+  std::vector<Sense> senses;
+  addSenses(form, std::nullopt, senses);
+  for (const Ending& ending : endings) {
+    if (!form.ends_with(ending.from) || form.size() < ending.from.size() + 2 || form.ends_with("ss"))
+      continue;
+    const std::string stem = form.substr(0, form.size() - ending.from.size());
+    addSenses(stem + std::string(ending.to), ending.pos, senses);
+    // "stopped": the last consonant was doubled.
+    if (ending.pos == PartOfSpeech::verb && ending.to.empty() && stem.size() > 3 &&
+        stem.back() == stem[stem.size() - 2])
+      addSenses(stem.substr(0, stem.size() - 1), ending.pos, senses);
+  }
+  float sum = 0;
+  for (const Sense& sense : senses) sum += sense.probability;
+  for (Sense& sense : senses) sense.probability /= sum;
+  std::sort(senses.begin(), senses.end(), [](const Sense& a, const Sense& b) {
+    return a.probability != b.probability ? a.probability > b.probability : a.synset < b.synset;
+  });
+  return senses;
+}
+
+std::vector<std::string> Lexicon::terms(std::string_view asked) const {
+  const std::vector<std::string> words = splitText(asked);
+  std::vector<std::string> terms;
+  for (std::size_t i = 0; i < words.size();) {
+    std::size_t together = 1;
+    for (std::size_t n = std::min(maxTogether, words.size() - i); n > 1 && together == 1; --n) {
+      if (isFunctionWord(words[i])) break;
+      std::string joined = words[i];
+      for (std::size_t k = 1; k < n; ++k) joined += ' ' + words[i + k];
+      if (!knows(joined)) continue;
+      terms.push_back(std::move(joined));
+      together = n;
+    }
+    if (together == 1 && words[i].size() > 1 && !isFunctionWord(words[i])) terms.push_back(words[i]);
+    i += together;
+  }
+  return terms;
+}
+
+}  // namespace estancia

@@ -1,0 +1,74 @@
+// Lexicon: English words, their inflected forms, and how probably they have which meaning.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "estancia/words/wordnet.hpp"
+
+namespace estancia {
+
+/// One meaning of a word.
+struct Sense {
+  std::uint32_t synset = 0;
+  /// Its share of the word's uses, in (0, 1].
+  float probability = 0;
+};
+
+/// The words of WordNet, sorted, in lower case with spaces for hyphens and underscores: "t shirt".
+class Lexicon {
+ public:
+  Lexicon() = default;
+  explicit Lexicon(const WordNet& wordNet);
+
+  std::size_t size() const { return frequencies.size(); }
+  std::string_view word(std::size_t i) const;
+  /// The exact word, not its inflected forms.
+  std::optional<std::size_t> find(std::string_view word) const;
+  /// Meanings of a word or an inflected form of it ("mice", "washing"; Morphy, morphy(7WN)), of every part of
+  /// speech, most probable first. Probabilities add up to 1. Empty for an unknown word. A meaning's share
+  /// follows from its frequency in WordNet's tagged texts and its rank.
+  std::vector<Sense> senses(std::string_view word) const;
+  bool knows(std::string_view word) const { return !senses(word).empty(); }
+
+  /// The words of a text that carry meaning, in order: function words ("something to …") are dropped, and
+  /// words that WordNet has together ("living room") stay together, up to four of them. Unknown words remain.
+  std::vector<std::string> terms(std::string_view text) const;
+
+  // What a file holds of it; see word_graph_file.cpp.
+  std::string text;
+  /// size() + 1 offsets in `text`.
+  std::vector<std::uint32_t> starts{0};
+  /// size() + 1 offsets in the next two.
+  std::vector<std::uint32_t> senseStarts{0};
+  std::vector<std::uint32_t> senseSynsets;
+  std::vector<float> senseWeights;
+  /// How often each word was tagged in WordNet's texts.
+  std::vector<std::uint32_t> frequencies;
+  /// First synset of each part of speech, and the end.
+  std::array<std::uint32_t, partsOfSpeech + 1> firstSynset{};
+
+ private:
+  void addSenses(std::string_view word, std::optional<PartOfSpeech> pos, std::vector<Sense>& senses) const;
+};
+
+/// Lower-case words of a text: runs of letters, digits, apostrophes inside of words, and anything beyond
+/// ASCII.
+std::vector<std::string> splitText(std::string_view text);
+
+/// As the lexicon has words: lower case, spaces for hyphens and underscores.
+std::string lexicalForm(std::string_view word);
+
+/// Whether the word only serves grammar: "the", "of", "something".
+bool isFunctionWord(std::string_view word);
+
+/// Sorted.
+const std::vector<std::string_view>& functionWords();
+
+}  // namespace estancia
