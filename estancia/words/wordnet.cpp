@@ -20,10 +20,22 @@ namespace {
 constexpr std::array<const char*, partsOfSpeech> fileEndings = {"noun", "verb", "adj", "adv"};
 constexpr std::uintmax_t maxFileBytes = 256u << 20;  // WordNet 3.0's largest has 15 MB
 
+/// Where something stands in a file.
+struct WordNetLine {
+  const fs::path* path;
+  std::size_t line;
+
+  [[noreturn]] void fail(std::string_view why) const {
+    throw Error(
+        ErrorCode::malformedFile,
+        fmt::format("{}, line {}: {}; reinstall WordNet (Debian: wordnet-base)", path->string(), line, why));
+  }
+};
+
 /// The fields of one line, separated by blanks.
 class Fields {
  public:
-  Fields(std::string_view line, std::string where) : rest_(line), where_(std::move(where)) {}
+  Fields(std::string_view line, WordNetLine place) : rest_(line), place_(place) {}
 
   std::string_view next() {
     const std::size_t from = rest_.find_first_not_of(' ');
@@ -41,17 +53,14 @@ class Fields {
     return value;
   }
   bool atEnd() const { return rest_.find_first_not_of(' ') == std::string_view::npos; }
-  [[noreturn]] void fail(std::string_view why) const {
-    throw Error(ErrorCode::malformedFile,
-                fmt::format("{}: {}; reinstall WordNet (Debian: wordnet-base)", where_, why));
-  }
+  [[noreturn]] void fail(std::string_view why) const { place_.fail(why); }
 
  private:
   std::string_view rest_;
-  std::string where_;
+  WordNetLine place_;
 };
 
-/// Calls `use(line, where)` for each line that is no part of the license at the head of a file.
+/// Calls `use(line, place)` for each line that is no part of the license at the head of a file.
 template <class Use>
 void forEachLine(const fs::path& path, const Use& use) {
   std::error_code error;
@@ -68,7 +77,7 @@ void forEachLine(const fs::path& path, const Use& use) {
   for (std::size_t number = 1; std::getline(file, line); ++number) {
     if (!line.empty() && line.back() == '\r') line.pop_back();
     if (line.empty() || line.front() == ' ') continue;
-    use(std::string_view(line), [&] { return fmt::format("{}, line {}", path.string(), number); });
+    use(std::string_view(line), WordNetLine{&path, number});
   }
 }
 
@@ -96,15 +105,25 @@ std::string lowerCase(std::string_view word) {
 /// "lemma%1:06:00::" of cntlist.rev (senseidx(5WN)): the key of one meaning of a word; satellites of
 /// adjectives (type 5) name their head, which is dropped here: their counts are not used apart.
 std::string senseKey(std::string_view word, int type, unsigned category, unsigned lexicalId) {
-  return fmt::format("{}%{}:{:02}:{:02}", word, type, category, lexicalId);
+  std::string key(word);
+  const auto append = [&](char before, unsigned number) {
+    key += before;
+    if (number < 10) key += '0';
+    key += std::to_string(number);
+  };
+  key += '%';
+  key += std::to_string(type);
+  append(':', category);
+  append(':', lexicalId);
+  return key;
 }
 
 using TagCounts = std::unordered_map<std::string, std::uint32_t>;
 
 TagCounts readTagCounts(const fs::path& path) {
   TagCounts counts;
-  forEachLine(path, [&](std::string_view line, const auto& where) {
-    Fields fields(line, where());
+  forEachLine(path, [&](std::string_view line, WordNetLine place) {
+    Fields fields(line, place);
     const std::string_view key = fields.next();
     fields.next();
     std::size_t colons = 0, end = 0;
@@ -126,6 +145,7 @@ WordNetSynset readSynset(std::string_view line, Fields fields, PartOfSpeech pos,
   const std::uint32_t category = fields.number();
   synset.category = static_cast<WordCategory>(std::min(category, 255u));
   const std::string_view type = fields.next();
+  if (posOf(type, fields) != pos) fields.fail("a synset stands in the file of another part of speech");
   for (std::uint32_t left = fields.number(16); left > 0; --left) {
     std::string_view word = fields.next();
     const std::uint32_t lexicalId = fields.number(16);
@@ -152,9 +172,9 @@ WordNetSynset readSynset(std::string_view line, Fields fields, PartOfSpeech pos,
 /// From byte offsets to indices of synsets.
 class SynsetIndex {
  public:
-  explicit SynsetIndex(const std::vector<WordNetSynset>& synsets) {
-    for (std::uint32_t i = 0; i < synsets.size(); ++i)
-      index_[static_cast<std::size_t>(synsets[i].pos)].emplace(synsets[i].offset, i);
+  /// False when there is one of that offset already.
+  bool add(const WordNetSynset& synset, std::uint32_t index) {
+    return index_[static_cast<std::size_t>(synset.pos)].emplace(synset.offset, index).second;
   }
   std::optional<std::uint32_t> find(PartOfSpeech pos, std::uint32_t offset) const {
     const auto& offsets = index_[static_cast<std::size_t>(pos)];
@@ -167,8 +187,8 @@ class SynsetIndex {
 };
 
 void readEntries(const fs::path& path, PartOfSpeech pos, const SynsetIndex& index, WordNet& wordNet) {
-  forEachLine(path, [&](std::string_view line, const auto& where) {
-    Fields fields(line, where());
+  forEachLine(path, [&](std::string_view line, WordNetLine place) {
+    Fields fields(line, place);
     WordNetEntry entry{withSpaces(fields.next()), pos, {}};
     fields.next();
     const std::uint32_t count = fields.number();
@@ -185,9 +205,10 @@ void readEntries(const fs::path& path, PartOfSpeech pos, const SynsetIndex& inde
 }
 
 void readIrregularForms(const fs::path& path, PartOfSpeech pos, WordNet& wordNet) {
-  forEachLine(path, [&](std::string_view line, const auto& where) {
-    Fields fields(line, where());
+  forEachLine(path, [&](std::string_view line, WordNetLine place) {
+    Fields fields(line, place);
     const std::string form = withSpaces(fields.next());
+    if (fields.atEnd()) fields.fail("an irregular form has no word");
     while (!fields.atEnd()) wordNet.irregularForms.push_back({form, withSpaces(fields.next()), pos});
   });
 }
@@ -213,27 +234,32 @@ std::optional<fs::path> findWordNet() {
 WordNet readWordNet(const fs::path& folder) {
   WordNet wordNet;
   const TagCounts counts = readTagCounts(folder / "cntlist.rev");
-  for (std::size_t p = 0; p < partsOfSpeech; ++p)
-    forEachLine(folder / fmt::format("data.{}", fileEndings[p]),
-                [&](std::string_view line, const auto& where) {
-                  wordNet.synsets.push_back(
-                      readSynset(line, Fields(line, where()), static_cast<PartOfSpeech>(p), counts));
-                });
-  const SynsetIndex index(wordNet.synsets);
-  for (WordNetSynset& synset : wordNet.synsets)
-    for (WordNetSynset::Relation& relation : synset.relations) {
+  SynsetIndex index;
+  std::array<fs::path, partsOfSpeech> paths;
+  std::vector<std::size_t> lines;  // of the synsets
+  for (std::size_t p = 0; p < partsOfSpeech; ++p) {
+    paths[p] = folder / fmt::format("data.{}", fileEndings[p]);
+    forEachLine(paths[p], [&](std::string_view line, WordNetLine place) {
+      wordNet.synsets.push_back(readSynset(line, Fields(line, place), static_cast<PartOfSpeech>(p), counts));
+      if (!index.add(wordNet.synsets.back(), static_cast<std::uint32_t>(lines.size())))
+        place.fail("a synset above has the same number");
+      lines.push_back(place.line);
+    });
+  }
+  for (std::size_t s = 0; s < wordNet.synsets.size(); ++s)
+    for (WordNetSynset::Relation& relation : wordNet.synsets[s].relations) {
       const std::optional<std::uint32_t> target = index.find(relation.pos, relation.target);
       if (!target)
-        throw Error(
-            ErrorCode::malformedFile,
-            fmt::format("{}: the synset \"{}\" is related to one that is not there; reinstall WordNet "
-                        "(Debian: wordnet-base)",
-                        folder.string(), synset.words.front()));
+        WordNetLine{&paths[static_cast<std::size_t>(wordNet.synsets[s].pos)], lines[s]}.fail(
+            "it names a synset that is not there");
       relation.target = *target;
     }
   for (std::size_t p = 0; p < partsOfSpeech; ++p) {
     const auto pos = static_cast<PartOfSpeech>(p);
-    readEntries(folder / fmt::format("index.{}", fileEndings[p]), pos, index, wordNet);
+    const fs::path path = folder / fmt::format("index.{}", fileEndings[p]);
+    const std::size_t before = wordNet.entries.size();
+    readEntries(path, pos, index, wordNet);
+    if (wordNet.entries.size() == before) WordNetLine{&path, 1}.fail("there are no words");
     readIrregularForms(folder / fmt::format("{}.exc", fileEndings[p]), pos, wordNet);
   }
   return wordNet;
