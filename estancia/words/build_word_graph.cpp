@@ -65,6 +65,11 @@ WordLink reverse(WordLink link) {
   return WordLink::related;
 }
 
+/// Whether one of the two is a kind of the other; hypernyms() follows these.
+bool isOfKinds(WordLink link) {
+  return link == WordLink::kindOf || link == WordLink::moreGeneral;
+}
+
 /// Collects the edges of one synset to others, merging those to the same one.
 class EdgeList {
  public:
@@ -72,10 +77,13 @@ class EdgeList {
     if (from != to && weight > 0) edges_.push_back({from, to, weight, link});
   }
 
-  /// Edges of both directions, sorted, one a pair: weights added up, the link of the heaviest.
+  /// Edges of both directions, sorted, one a pair: weights added up; the link is the hypernym's where there
+  /// is one (a definition mostly names it, too), else that of the heaviest.
   void mergeInto(WordGraph& graph) {
     std::stable_sort(edges_.begin(), edges_.end(), [](const Edge& a, const Edge& b) {
-      return a.from != b.from ? a.from < b.from : a.to != b.to ? a.to < b.to : a.weight > b.weight;
+      if (a.from != b.from) return a.from < b.from;
+      if (a.to != b.to) return a.to < b.to;
+      return isOfKinds(a.link) != isOfKinds(b.link) ? isOfKinds(a.link) : a.weight > b.weight;
     });
     graph.edgeStarts.assign(graph.size() + 1, 0);
     for (std::size_t i = 0; i < edges_.size();) {
