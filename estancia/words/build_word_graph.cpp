@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <unordered_map>
+#include <utility>
 
 #include "estancia/words/word_graph.hpp"
 
@@ -80,23 +81,28 @@ class EdgeList {
   /// Edges of both directions, sorted, one a pair: weights added up; the link is the hypernym's where there
   /// is one (a definition mostly names it, too), else that of the heaviest.
   void mergeInto(WordGraph& graph) {
-    std::stable_sort(edges_.begin(), edges_.end(), [](const Edge& a, const Edge& b) {
-      if (a.from != b.from) return a.from < b.from;
-      if (a.to != b.to) return a.to < b.to;
-      return isOfKinds(a.link) != isOfKinds(b.link) ? isOfKinds(a.link) : a.weight > b.weight;
-    });
-    graph.edgeStarts.assign(graph.size() + 1, 0);
-    for (std::size_t i = 0; i < edges_.size();) {
-      Edge merged = edges_[i];
-      for (++i; i < edges_.size() && edges_[i].from == merged.from && edges_[i].to == merged.to; ++i)
-        merged.weight += edges_[i].weight;
-      graph.edgeTargets.push_back(merged.to);
-      graph.edgeWeights.push_back(merged.weight);
-      graph.edgeLinks.push_back(static_cast<std::uint8_t>(merged.link));
-      graph.edgeStarts[merged.from + 1] = static_cast<std::uint32_t>(graph.edgeTargets.size());
+    std::vector<std::size_t> ends(graph.size() + 1, 0);  // of each synset's edges, once they are placed
+    for (const Edge& edge : edges_) ++ends[edge.from + 1];
+    for (std::size_t i = 0; i < graph.size(); ++i) ends[i + 1] += ends[i];
+    std::vector<Edge> placed(edges_.size());
+    for (const Edge& edge : edges_) placed[ends[edge.from]++] = edge;
+    graph.edgeStarts.assign(1, 0);
+    for (std::size_t i = 0, at = 0; i < graph.size(); ++i) {
+      const auto begin = placed.begin() + static_cast<std::ptrdiff_t>(at);
+      std::stable_sort(
+          begin, placed.begin() + static_cast<std::ptrdiff_t>(ends[i]), [](const Edge& a, const Edge& b) {
+            if (a.to != b.to) return a.to < b.to;
+            return isOfKinds(a.link) != isOfKinds(b.link) ? isOfKinds(a.link) : a.weight > b.weight;
+          });
+      while (at < ends[i]) {
+        Edge merged = placed[at];
+        for (++at; at < ends[i] && placed[at].to == merged.to; ++at) merged.weight += placed[at].weight;
+        graph.edgeTargets.push_back(merged.to);
+        graph.edgeWeights.push_back(merged.weight);
+        graph.edgeLinks.push_back(static_cast<std::uint8_t>(merged.link));
+      }
+      graph.edgeStarts.push_back(static_cast<std::uint32_t>(graph.edgeTargets.size()));
     }
-    for (std::size_t i = 0; i < graph.size(); ++i)
-      graph.edgeStarts[i + 1] = std::max(graph.edgeStarts[i], graph.edgeStarts[i + 1]);
   }
 
  private:
@@ -106,17 +112,21 @@ class EdgeList {
 /// Words, each once, with all that they may mean.
 class Meanings {
  public:
-  explicit Meanings(const Lexicon& lexicon) : lexicon_(lexicon) {}
+  explicit Meanings(const Lexicon& lexicon) : lexicon_(lexicon), shares_(lexicon.firstSynset.back(), 0) {}
 
   /// Joins `synset` and what the words mean, both ways.
   void join(std::uint32_t synset, std::vector<std::string> words, float weight, WordLink link,
             EdgeList& edges) {
     std::sort(words.begin(), words.end());
     words.erase(std::unique(words.begin(), words.end()), words.end());
-    std::unordered_map<std::uint32_t, float> shares;
+    std::vector<std::uint32_t> named;
     for (const std::string& word : words)
-      for (const Sense& sense : sensesOf(word)) shares[sense.synset] += sense.probability;
-    for (const auto& [meant, share] : shares) {
+      for (const Sense& sense : sensesOf(word)) {
+        if (shares_[sense.synset] == 0) named.push_back(sense.synset);
+        shares_[sense.synset] += sense.probability;
+      }
+    for (const std::uint32_t meant : named) {
+      const float share = std::exchange(shares_[meant], 0.0F);
       if (share < minShare) continue;
       edges.add(synset, meant, weight * share, link);
       edges.add(meant, synset, weight * share, reverse(link));
@@ -131,6 +141,8 @@ class Meanings {
   }
 
   const Lexicon& lexicon_;
+  /// Of each synset; 0 between calls.
+  std::vector<float> shares_;
   std::unordered_map<std::string, std::vector<Sense>> known_;
 };
 

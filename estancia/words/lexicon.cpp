@@ -2,7 +2,7 @@
 #include "estancia/words/lexicon.hpp"
 
 #include <algorithm>
-#include <map>
+#include <unordered_map>
 #include <utility>
 
 namespace estancia {
@@ -90,53 +90,56 @@ std::vector<std::string> splitText(std::string_view text) {
 }
 
 Lexicon::Lexicon(const WordNet& wordNet) {
-  struct Found {
-    std::vector<std::pair<std::uint32_t, float>> senses;  // synset, weight
-    std::uint32_t frequency = 0;
-  };
-  std::map<std::string, Found> found;
-  std::map<std::pair<PartOfSpeech, std::string>, const WordNetEntry*> entryOf;
-  const auto add = [&](const std::string& form, const WordNetEntry& entry) {
-    Found& of = found[lexicalForm(form)];
-    for (std::size_t rank = 0; rank < entry.synsets.size(); ++rank) {
-      const WordNetSynset& synset = wordNet.synsets[entry.synsets[rank]];
-      std::uint32_t count = 0;
-      for (std::size_t w = 0; w < synset.words.size(); ++w)
-        if (lexicalForm(synset.words[w]) == lexicalForm(entry.word))
-          count = std::max(count, synset.tagCounts[w]);
-      of.frequency += count;
-      of.senses.emplace_back(entry.synsets[rank], posWeights[static_cast<std::size_t>(entry.pos)] *
-                                                      (static_cast<float>(count) + unseenCount) /
-                                                      static_cast<float>(rank + 1));
-    }
-  };
+  using Form = std::pair<std::string, const WordNetEntry*>;
+  std::vector<Form> forms;
+  forms.reserve(wordNet.entries.size() + wordNet.irregularForms.size());
+  std::array<std::unordered_map<std::string_view, const WordNetEntry*>, partsOfSpeech> entryOf;
   for (const WordNetEntry& entry : wordNet.entries) {
-    add(entry.word, entry);
-    entryOf[{entry.pos, entry.word}] = &entry;
+    forms.emplace_back(lexicalForm(entry.word), &entry);
+    entryOf[static_cast<std::size_t>(entry.pos)][entry.word] = &entry;
   }
-  for (const WordNet::IrregularForm& irregular : wordNet.irregularForms)
-    if (const auto entry = entryOf.find({irregular.pos, irregular.word});
-        entry != entryOf.end() && irregular.form != irregular.word)
-      add(irregular.form, *entry->second);
-  for (const auto& [word, of] : found) {
-    text += word;
+  for (const WordNet::IrregularForm& irregular : wordNet.irregularForms) {
+    const auto& entries = entryOf[static_cast<std::size_t>(irregular.pos)];
+    if (const auto entry = entries.find(irregular.word);
+        entry != entries.end() && irregular.form != irregular.word)
+      forms.emplace_back(lexicalForm(irregular.form), entry->second);
+  }
+  std::stable_sort(forms.begin(), forms.end(),
+                   [](const Form& a, const Form& b) { return a.first < b.first; });
+  for (std::size_t i = 0; i < forms.size();) {
+    const std::string& form = forms[i].first;
+    std::uint32_t frequency = 0;
+    for (; i < forms.size() && forms[i].first == form; ++i) frequency += addEntry(wordNet, *forms[i].second);
+    text += form;
     starts.push_back(static_cast<std::uint32_t>(text.size()));
-    for (const auto& [synset, weight] : of.senses) {
-      senseSynsets.push_back(synset);
-      senseWeights.push_back(weight);
-    }
     senseStarts.push_back(static_cast<std::uint32_t>(senseSynsets.size()));
-    frequencies.push_back(of.frequency);
+    frequencies.push_back(frequency);
   }
   for (const WordNetSynset& synset : wordNet.synsets) ++firstSynset[static_cast<std::size_t>(synset.pos) + 1];
   for (std::size_t p = 0; p < partsOfSpeech; ++p) firstSynset[p + 1] += firstSynset[p];
+}
+
+std::uint32_t Lexicon::addEntry(const WordNet& wordNet, const WordNetEntry& entry) {
+  const std::string form = lexicalForm(entry.word);
+  std::uint32_t sum = 0;
+  for (std::size_t rank = 0; rank < entry.synsets.size(); ++rank) {
+    const WordNetSynset& synset = wordNet.synsets[entry.synsets[rank]];
+    std::uint32_t count = 0;
+    for (std::size_t w = 0; w < synset.words.size(); ++w)
+      if (synset.tagCounts[w] > count && lexicalForm(synset.words[w]) == form) count = synset.tagCounts[w];
+    sum += count;
+    senseSynsets.push_back(entry.synsets[rank]);
+    senseWeights.push_back(posWeights[static_cast<std::size_t>(entry.pos)] *
+                           (static_cast<float>(count) + unseenCount) / static_cast<float>(rank + 1));
+  }
+  return sum;
 }
 
 std::string_view Lexicon::word(std::size_t i) const {
   return std::string_view(text).substr(starts[i], starts[i + 1] - starts[i]);
 }
 
-std::optional<std::size_t> Lexicon::find(std::string_view sought) const {
+std::size_t Lexicon::lowerBound(std::string_view sought) const {
   std::size_t from = 0, to = size();
   while (from < to) {
     const std::size_t middle = from + (to - from) / 2;
@@ -145,7 +148,12 @@ std::optional<std::size_t> Lexicon::find(std::string_view sought) const {
     else
       to = middle;
   }
-  return from < size() && word(from) == sought ? std::optional(from) : std::nullopt;
+  return from;
+}
+
+std::optional<std::size_t> Lexicon::find(std::string_view sought) const {
+  const std::size_t at = lowerBound(sought);
+  return at < size() && word(at) == sought ? std::optional(at) : std::nullopt;
 }
 
 void Lexicon::addSenses(std::string_view form, std::optional<PartOfSpeech> pos,
@@ -189,20 +197,28 @@ std::vector<Sense> Lexicon::senses(std::string_view asked) const {
   return senses;
 }
 
+bool Lexicon::startsEntry(std::string_view beginning) const {
+  const std::size_t at = lowerBound(beginning);
+  return at < size() && word(at).starts_with(beginning);
+}
+
 std::vector<std::string> Lexicon::terms(std::string_view asked) const {
   const std::vector<std::string> words = splitText(asked);
   std::vector<std::string> terms;
   for (std::size_t i = 0; i < words.size();) {
+    std::string term, joined = words[i];
     std::size_t together = 1;
-    for (std::size_t n = std::min(maxTogether, words.size() - i); n > 1 && together == 1; --n) {
-      if (isFunctionWord(words[i])) break;
-      std::string joined = words[i];
-      for (std::size_t k = 1; k < n; ++k) joined += ' ' + words[i + k];
+    const bool isFunction = isFunctionWord(words[i]);
+    if (joined.size() > 1 && !isFunction) term = joined;
+    // Only the last word of a compound is inflected: the others stand at the beginning of an entry.
+    const std::size_t most = isFunction ? 1 : std::min(maxTogether, words.size() - i);
+    for (std::size_t n = 2; n <= most && startsEntry(joined += ' '); ++n) {
+      joined += words[i + n - 1];
       if (!knows(joined)) continue;
-      terms.push_back(std::move(joined));
+      term = joined;
       together = n;
     }
-    if (together == 1 && words[i].size() > 1 && !isFunctionWord(words[i])) terms.push_back(words[i]);
+    if (!term.empty()) terms.push_back(std::move(term));
     i += together;
   }
   return terms;

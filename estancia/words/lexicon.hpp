@@ -55,6 +55,11 @@ class Lexicon {
   std::array<std::uint32_t, partsOfSpeech + 1> firstSynset{};
 
  private:
+  /// Adds the entry's meanings; returns how often they were tagged.
+  std::uint32_t addEntry(const WordNet& wordNet, const WordNetEntry& entry);
+  /// The first entry that does not go before `sought`.
+  std::size_t lowerBound(std::string_view sought) const;
+  bool startsEntry(std::string_view beginning) const;
   void addSenses(std::string_view word, std::optional<PartOfSpeech> pos, std::vector<Sense>& senses) const;
 };
 
