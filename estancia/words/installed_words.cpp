@@ -6,8 +6,7 @@
 
 #include <filesystem>
 #include <fstream>
-#include <iterator>
-#include <optional>
+#include <memory>
 
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
@@ -20,10 +19,7 @@ namespace estancia {
 namespace fs = std::filesystem;
 namespace {
 
-struct Installed {
-  std::optional<WordGraph> graph;
-  std::string hint;
-};
+constexpr std::uintmax_t maxCacheBytes = 1u << 30;  // WordNet 3.0's has 33 MB
 
 /// Names, sizes and times of WordNet's files: reading them all would take as long as reading the graph.
 std::string sourceOf(const fs::path& folder) {
@@ -45,19 +41,22 @@ fs::path cacheFolder() {
 }
 
 std::optional<WordGraph> readCached(const fs::path& path, const std::string& source) {
-  std::ifstream file(path, std::ios::binary | std::ios::ate);
-  if (!file) return std::nullopt;
+  std::error_code error;
+  const std::uintmax_t bytes = fs::is_regular_file(path, error) ? fs::file_size(path, error) : 0;
+  if (error || bytes == 0 || bytes > maxCacheBytes) return std::nullopt;
+  const auto content = std::make_unique_for_overwrite<char[]>(bytes);  // zeros would cost as much as reading
+  std::ifstream file(path, std::ios::binary);
+  if (!file.read(content.get(), static_cast<std::streamsize>(bytes))) return std::nullopt;
   try {
-    std::string bytes(static_cast<std::size_t>(std::max<std::streamoff>(0, file.tellg())), '\0');
-    file.seekg(0);
-    if (!file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) return std::nullopt;
-    return unpackWordGraph(bytes, source, path.string());
+    return unpackWordGraph({content.get(), bytes}, source, path.string());
   } catch (const Error&) {
     return std::nullopt;  // damaged, or of another WordNet: made anew
   }
 }
 
-Installed install() {
+}  // namespace
+
+InstalledWords loadInstalledWords() {
   const std::optional<fs::path> folder = findWordNet();
   if (!folder)
     return {std::nullopt, environment("ESTANCIA_WORDNET").empty()
@@ -81,8 +80,10 @@ Installed install() {
   }
 }
 
-const Installed& installed() {
-  static const Installed words = install();
+namespace {
+
+const InstalledWords& installed() {
+  static const InstalledWords words = loadInstalledWords();
   return words;
 }
 

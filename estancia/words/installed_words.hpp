@@ -2,19 +2,30 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "estancia/words/word_graph.hpp"
 
 namespace estancia {
 
-/// The word graph of findWordNet(); nullptr where there is no WordNet, or it cannot be read (wordNetHint()
-/// says why). The first call reads it: from the file words-N.graph beside the label cache when that is of the
-/// same WordNet, else from WordNet's texts (about two seconds), and writes that file. Safe to call from
-/// several threads.
+struct InstalledWords {
+  /// Nothing where there is no WordNet, or it cannot be read.
+  std::optional<WordGraph> graph;
+  /// What to install, or what is wrong with what is installed; "" when there is a graph.
+  std::string hint;
+};
+
+/// The word graph of findWordNet(), read from the file words-N.graph beside the label cache when that is of
+/// the same WordNet, else from WordNet's texts (more than a second); then that file is written, if its folder
+/// allows it.
+InstalledWords loadInstalledWords();
+
+/// The graph of loadInstalledWords(), which the first call reads for the whole process, or nullptr. Safe to
+/// call from several threads.
 const WordGraph* installedWordGraph();
 
-/// What to install, or what is wrong with what is installed; "" when installedWordGraph() has one.
+/// The hint of the same; "" when installedWordGraph() is there.
 std::string wordNetHint();
 
 }  // namespace estancia

@@ -43,8 +43,7 @@ bool isSound(const WordGraph& graph) {
 }
 
 std::string textOf(ByteReader& reader) {
-  const std::vector<char> bytes = reader.numbers<char>();
-  return {bytes.begin(), bytes.end()};
+  return std::string(reader.raw(reader.count(1)));
 }
 
 }  // namespace
