@@ -18,6 +18,7 @@
 #include "experiments/src/places/word_positions.hpp"
 #include "experiments/src/recognition/recognition_findings.hpp"
 #include "experiments/src/scenes/scenes_findings.hpp"
+#include "experiments/src/words/words_experiment.hpp"
 #include "experiments/src/zones/zone_tables_findings.hpp"
 
 namespace estancia::experiments {
@@ -359,6 +360,22 @@ TEST(Golden, WordPositions) {
     for (const CellResult& result : someOf(numbers, {"categories", "found", "share"})) cell.push_back(result);
   }
   test::expectGolden("word-map", wordPositionsFindings(results));
+}
+
+TEST(Golden, Words) {
+  Numbers numbers;
+  std::vector<WordAnswer> answers;
+  for (int i = 0; i < 9; ++i) {
+    WordAnswer& answer = answers.emplace_back();
+    answer.kind = i < 5 ? "synonym" : "room";
+    answer.query = fmt::format("query {}", i);
+    answer.answers = 1 + numbers.below(9);
+    for (int method = 0; method < 5; ++method) answer.averagePrecisions.push_back(numbers.next());
+    answer.returned = i == 3 ? 0 : 1 + numbers.below(9);  // once nothing
+    answer.correct = numbers.below(std::min(answer.returned, answer.answers) + 1);
+    answer.milliseconds = 10 * numbers.next();
+  }
+  test::expectGolden("words", wordsFindings("imagenet", answers));
 }
 
 }  // namespace

@@ -27,6 +27,7 @@
 #include "experiments/src/recognition/recognition.hpp"
 #include "experiments/src/runner/grid.hpp"
 #include "experiments/src/scenes/scenes.hpp"
+#include "experiments/src/words/words_experiment.hpp"
 #include "experiments/src/zones/zone_tables.hpp"
 
 namespace estancia::experiments {
@@ -117,6 +118,8 @@ constexpr Kind kKinds[] = {
      false, prepare<readScenes, compareScenes>},
     {"word-map", "words on the floor beside the things that they name", wordPositionsColumns, true,
      prepare<readWordPositions, compareWordPositions>},
+    {"words", "labels found by the words of people, by matching names and by relatedness", wordsColumns,
+     false, prepare<readWords, compareWords>},
     {"zones", "zones against rooms, by model, distance, linkage and cut (thesis 5.5)", zoneTablesColumns,
      false, prepare<readZoneTables, compareZones>},
 };
