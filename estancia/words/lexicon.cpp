@@ -77,7 +77,11 @@ std::string lexicalForm(std::string_view word) {
 std::vector<std::string> splitText(std::string_view text) {
   std::vector<std::string> words;
   bool inside = false;
-  for (const char c : lexicalForm(text)) {
+  std::string plain = lexicalForm(text);
+  for (const std::string_view quote : {"\u2018", "\u2019"})  // "dog’s", as phones write it
+    for (std::size_t at = 0; (at = plain.find(quote, at)) != std::string::npos;)
+      plain.replace(at, quote.size(), "'");
+  for (const char c : plain) {
     const auto byte = static_cast<unsigned char>(c);
     const bool letter = byte >= 0x80 || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9');
     if (letter && !inside) words.emplace_back();
@@ -175,9 +179,13 @@ void Lexicon::addSenses(std::string_view form, std::optional<PartOfSpeech> pos,
 }
 
 std::vector<Sense> Lexicon::senses(std::string_view asked) const {
-  const std::string form = lexicalForm(asked);
+  std::string form = lexicalForm(asked);
   std::vector<Sense> senses;
   addSenses(form, std::nullopt, senses);
+  if (constexpr std::string_view owner = "'s"; senses.empty() && form.ends_with(owner)) {
+    form.resize(form.size() - owner.size());
+    addSenses(form, PartOfSpeech::noun, senses);
+  }
   for (const Ending& ending : endings) {
     if (!form.ends_with(ending.from) || form.size() < ending.from.size() + 2 || form.ends_with("ss"))
       continue;

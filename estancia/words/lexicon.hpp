@@ -31,9 +31,9 @@ class Lexicon {
   std::string_view word(std::size_t i) const;
   /// The exact word, not its inflected forms.
   std::optional<std::size_t> find(std::string_view word) const;
-  /// Meanings of a word or an inflected form of it ("mice", "washing"; Morphy, morphy(7WN)), of every part of
-  /// speech, most probable first. Probabilities add up to 1. Empty for an unknown word. A meaning's share
-  /// follows from its frequency in WordNet's tagged texts and its rank.
+  /// Meanings of a word or an inflected form of it ("mice", "washing", "dog's"; Morphy, morphy(7WN)), of
+  /// every part of speech, most probable first. Probabilities add up to 1. Empty for an unknown word. A
+  /// meaning's share follows from its frequency in WordNet's tagged texts and its rank.
   std::vector<Sense> senses(std::string_view word) const;
   bool knows(std::string_view word) const { return !senses(word).empty(); }
 

@@ -10,7 +10,7 @@ namespace estancia {
 namespace {
 
 constexpr std::string_view magic = "ESTWORDS";
-constexpr std::uint32_t version = 2;  // goes up with the format, and with how the graph is built
+constexpr std::uint32_t version = 3;  // goes up with the format, and with how the graph is built
 
 /// Whether these are offsets into a list of `end` items: from 0, never falling, one more than `count`.
 bool areOffsets(const std::vector<std::uint32_t>& starts, std::size_t count, std::size_t end) {

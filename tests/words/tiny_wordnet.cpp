@@ -14,7 +14,7 @@ WordNetTexts tinyWordNet() {
 00000300 05 n 03 dog 0 domestic_dog 0 Canis_familiaris 0 001 @ 00000200 n 0000 | an animal that barks; "the dog barked in the kitchen"  
 00000400 05 n 01 mouse 0 001 @ 00000200 n 0000 | a small animal  
 00000500 06 n 02 mouse 1 computer_mouse 0 001 @ 00000100 n 0000 | a thing that is moved by hand  
-00000600 06 n 01 room 0 004 @ 00000100 n 0000 ~ 00000700 n 0000 ~ 00000800 n 0000 %p 00000100 n 0000 | a part of a house  
+00000600 06 n 01 room 0 004 @ 00000100 n 0000 ~ 00000700 n 0000 ~ 00000800 n 0000 %p 00001000 n 0000 | a part of a house  
 00000700 06 n 02 living_room 0 sitting-room 0 001 @ 00000600 n 0000 | a room where an animal may rest  
 00000800 06 n 01 kitchen 0 001 @ 00000600 n 0000 | a room to cook in  
 00000900 06 n 02 knife 0 kitchen_knife 0 001 @ 00000100 n 0000 | it cuts in the kitchen  

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/words/installed_words.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <thread>
+
+#include "support/support.hpp"
+#include "words/tiny_wordnet.hpp"
+
+namespace estancia {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+/// A tiny WordNet as the installed one, and an empty folder for the cache.
+class InstalledWordsTest : public testing::Test {
+ protected:
+  InstalledWordsTest() {
+    test::writeWordNet(test::tinyWordNet(), wordNet_.path());
+    setenv("ESTANCIA_WORDNET", wordNet_.path().c_str(), 1);
+    setenv("ESTANCIA_CACHE", (cache_ / "own").c_str(), 1);
+  }
+  ~InstalledWordsTest() override {
+    for (const auto& [variable, value] : before_)
+      if (value)
+        setenv(variable.c_str(), value->c_str(), 1);
+      else
+        unsetenv(variable.c_str());
+  }
+  static std::vector<fs::path> graphsIn(const fs::path& folder) {
+    std::vector<fs::path> graphs;
+    if (fs::exists(folder))
+      for (const auto& entry : fs::directory_iterator(folder)) graphs.push_back(entry.path());
+    return graphs;
+  }
+
+  const std::map<std::string, std::optional<std::string>> before_ = [] {
+    std::map<std::string, std::optional<std::string>> values;
+    for (const char* variable : {"ESTANCIA_WORDNET", "ESTANCIA_CACHE", "XDG_CACHE_HOME"})
+      if (const char* value = std::getenv(variable))
+        values[variable] = value;
+      else
+        values[variable] = std::nullopt;
+    return values;
+  }();
+  test::ScratchFolder wordNet_, cache_;
+};
+
+TEST_F(InstalledWordsTest, AreKeptInTheCache) {
+  const InstalledWords words = loadInstalledWords();
+  ASSERT_TRUE(words.graph);
+  EXPECT_EQ(words.hint, "");
+  EXPECT_EQ(words.graph->size(), 15U);
+  const std::vector<fs::path> graphs = graphsIn(cache_ / "own");
+  ASSERT_EQ(graphs.size(), 1U);
+  EXPECT_THAT(graphs.front().filename().string(), testing::MatchesRegex("words-[0-9a-f]{8}\\.graph"));
+  const auto written = fs::last_write_time(graphs.front());
+  EXPECT_EQ(loadInstalledWords().graph->edgeTargets, words.graph->edgeTargets);
+  EXPECT_EQ(fs::last_write_time(graphs.front()), written) << "it was read";
+}
+
+TEST_F(InstalledWordsTest, GoWhereCachesGo) {
+  unsetenv("ESTANCIA_CACHE");
+  setenv("XDG_CACHE_HOME", cache_.path().c_str(), 1);
+  ASSERT_TRUE(loadInstalledWords().graph);
+  EXPECT_EQ(graphsIn(cache_ / "estancia").size(), 1U);
+}
+
+TEST_F(InstalledWordsTest, ReplaceADamagedCache) {
+  loadInstalledWords();
+  const fs::path cached = graphsIn(cache_ / "own").at(0);
+  const std::string sound = test::readFile(cached);
+  std::string changed = sound;
+  changed[changed.size() / 2] = '\xff';
+  changed[changed.size() / 2 + 1] = '\xff';
+  for (const std::string& damage : {std::string(), sound.substr(0, 100), std::string("text"), changed}) {
+    test::writeFile(cached, damage);
+    const InstalledWords words = loadInstalledWords();
+    ASSERT_TRUE(words.graph) << words.hint;
+    EXPECT_EQ(words.graph->size(), 15U);
+    if (damage != changed) {  // that may be another sound one
+      EXPECT_EQ(test::readFile(cached), sound);
+    }
+  }
+}
+
+TEST_F(InstalledWordsTest, DoNotMindAFolderInPlaceOfTheCache) {
+  loadInstalledWords();
+  const fs::path cached = graphsIn(cache_ / "own").at(0);
+  fs::remove(cached);
+  fs::create_directory(cached);
+  EXPECT_TRUE(loadInstalledWords().graph);
+}
+
+TEST_F(InstalledWordsTest, DoNotMindACacheThatCannotBeWritten) {
+  test::writeFile(cache_ / "file", "");
+  setenv("ESTANCIA_CACHE", (cache_ / "file" / "folder").c_str(), 1);
+  const InstalledWords words = loadInstalledWords();
+  EXPECT_TRUE(words.graph);
+  EXPECT_EQ(words.hint, "");
+}
+
+TEST_F(InstalledWordsTest, AreMadeAnewForAnotherWordNet) {
+  loadInstalledWords();
+  test::WordNetTexts texts = test::tinyWordNet();
+  texts.at("noun.exc") += "feet entity\n";
+  test::writeWordNet(texts, wordNet_.path());
+  EXPECT_TRUE(loadInstalledWords().graph->lexicon.knows("feet"));
+}
+
+TEST_F(InstalledWordsTest, AreNoneWithoutWordNetAndTheHintTellsWhatToDo) {
+  const test::ScratchFolder empty;
+  setenv("ESTANCIA_WORDNET", empty.path().c_str(), 1);
+  const InstalledWords words = loadInstalledWords();
+  EXPECT_FALSE(words.graph);
+  EXPECT_THAT(words.hint, HasSubstr(empty.path().string()));
+  EXPECT_THAT(words.hint, HasSubstr("ESTANCIA_WORDNET"));
+  EXPECT_TRUE(graphsIn(cache_ / "own").empty());
+}
+
+TEST_F(InstalledWordsTest, AreNoneOfADamagedWordNetAndTheHintNamesTheLine) {
+  test::WordNetTexts texts = test::tinyWordNet();
+  texts.at("index.verb") += "broken\n";
+  test::writeWordNet(texts, wordNet_.path());
+  const InstalledWords words = loadInstalledWords();
+  EXPECT_FALSE(words.graph);
+  EXPECT_THAT(words.hint, HasSubstr("index.verb, line 5"));
+  EXPECT_TRUE(graphsIn(cache_ / "own").empty());
+}
+
+TEST(InstalledWordGraph, IsReadOnceForAllThreads) {
+  std::vector<const WordGraph*> graphs(4);
+  {
+    std::vector<std::jthread> threads;
+    for (const WordGraph*& graph : graphs) threads.emplace_back([&graph] { graph = installedWordGraph(); });
+  }
+  EXPECT_THAT(graphs, testing::Each(graphs.front()));
+  EXPECT_NE(graphs.front(), nullptr);
+  EXPECT_EQ(wordNetHint(), "");
+}
+
+}  // namespace
+}  // namespace estancia

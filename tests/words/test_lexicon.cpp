@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/words/lexicon.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "words/real_words.hpp"
+
+namespace estancia {
+namespace {
+
+using test::realWords;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+const Lexicon& lexicon() {
+  return realWords().lexicon;
+}
+
+/// The synset that a word most probably means, as "dog" or "cook/verb".
+std::string meaningOf(std::string_view word) {
+  const std::vector<Sense> senses = lexicon().senses(word);
+  if (senses.empty()) return "";
+  const char* endings[] = {"", "/verb", "/adjective", "/adverb"};
+  const std::uint32_t synset = senses.front().synset;
+  return std::string(realWords().name(synset)) + endings[static_cast<std::size_t>(realWords().pos(synset))];
+}
+
+bool meansNounOf(std::string_view word, std::string_view other) {
+  const std::vector<Sense> all = lexicon().senses(word), others = lexicon().senses(other);
+  return std::any_of(others.begin(), others.end(), [&](const Sense& sense) {
+    return realWords().pos(sense.synset) == PartOfSpeech::noun &&
+           std::any_of(all.begin(), all.end(), [&](const Sense& one) { return one.synset == sense.synset; });
+  });
+}
+
+TEST(LexiconSenses, AreThoseOfTheSingularToo) {
+  const char* pairs[][2] = {{"chairs", "chair"},
+                            {"buses", "bus"},
+                            {"boxes", "box"},
+                            {"benches", "bench"},
+                            {"dishes", "dish"},
+                            {"batteries", "battery"},
+                            {"mice", "mouse"},
+                            {"knives", "knife"},
+                            {"feet", "foot"},
+                            {"women", "woman"},
+                            {"firemen", "fireman"},
+                            {"children", "child"},
+                            {"coffee mugs", "coffee mug"},
+                            {"cookies", "cookie"}};
+  for (const auto& [many, one] : pairs) EXPECT_TRUE(meansNounOf(many, one)) << many;
+  EXPECT_FALSE(meansNounOf("cookies", "cook"));
+}
+
+TEST(LexiconSenses, AreThoseOfTheVerbThatIsInflected) {
+  for (const auto& [form, verb] : {std::pair{"washing", "wash"},
+                                   {"washes", "wash"},
+                                   {"cooked", "cook"},
+                                   {"cooking", "cook"},
+                                   {"stopped", "stop"},
+                                   {"sitting", "sit"},
+                                   {"slept", "sleep"},
+                                   {"carries", "carry"},
+                                   {"baking", "bake"}}) {
+    const std::vector<Sense> all = lexicon().senses(form);
+    const std::vector<Sense> ofVerb = lexicon().senses(verb);
+    const auto first = std::find_if(ofVerb.begin(), ofVerb.end(), [](const Sense& sense) {
+      return realWords().pos(sense.synset) == PartOfSpeech::verb;
+    });
+    ASSERT_NE(first, ofVerb.end()) << verb;
+    EXPECT_TRUE(std::any_of(all.begin(), all.end(), [&](const Sense& sense) {
+      return sense.synset == first->synset;
+    })) << form;
+  }
+}
+
+TEST(LexiconSenses, AreThoseOfTheOwner) {
+  EXPECT_EQ(meaningOf("dog's"), "dog");
+  EXPECT_EQ(meaningOf("women's"), "woman");
+  EXPECT_EQ(meaningOf("potter's wheel"), "potter's wheel") << "an entry of its own";
+}
+
+TEST(LexiconSenses, DoNotDependOnCaseHyphensAndUnderscores) {
+  for (const char* form : {"Living Room", "living_room", "LIVING-ROOM"})
+    EXPECT_EQ(meaningOf(form), "living room") << form;
+  EXPECT_EQ(meaningOf("T-shirt"), "jersey");
+}
+
+TEST(LexiconSenses, PutCommonMeaningsFirst) {
+  EXPECT_EQ(meaningOf("dog"), "dog");
+  EXPECT_EQ(meaningOf("kitchen"), "kitchen");
+  EXPECT_EQ(meaningOf("read"), "read/verb");
+}
+
+TEST(LexiconSenses, HaveProbabilitiesThatAddUpToOne) {
+  for (std::size_t i = 0; i < lexicon().size(); i += 97) {
+    const std::vector<Sense> senses = lexicon().senses(lexicon().word(i));
+    ASSERT_FALSE(senses.empty()) << lexicon().word(i);
+    float sum = 0, last = 1;
+    for (const Sense& sense : senses) {
+      ASSERT_GT(sense.probability, 0);
+      ASSERT_LE(sense.probability, last);
+      last = sense.probability;
+      sum += sense.probability;
+    }
+    ASSERT_NEAR(sum, 1, 1e-5) << lexicon().word(i);
+  }
+}
+
+TEST(LexiconSenses, AreNoneForUnknownWords) {
+  for (const char* word : {"", " ", "ing", "xyzzy", "ssss", "'s", "\x01", "\xff\xfe", "ящик", "the of"})
+    EXPECT_THAT(lexicon().senses(word), IsEmpty()) << word;
+  EXPECT_THAT(lexicon().senses(std::string(10000, 'a')), IsEmpty());
+  EXPECT_THAT(Lexicon().senses("dog"), IsEmpty());
+}
+
+TEST(Lexicon, IsSorted) {
+  for (std::size_t i = 1; i < lexicon().size(); ++i) ASSERT_LT(lexicon().word(i - 1), lexicon().word(i));
+  EXPECT_EQ(lexicon().find("dog").has_value(), true);
+  EXPECT_EQ(lexicon().word(*lexicon().find("zymurgy")), "zymurgy");
+  EXPECT_EQ(lexicon().find("dogs"), std::nullopt) << "forms are no entries";
+  EXPECT_EQ(Lexicon().find("dog"), std::nullopt);
+}
+
+TEST(LexiconTerms, KeepWordsTogetherThatWordNetHasTogether) {
+  EXPECT_THAT(lexicon().terms("a living room with a coffee table"),
+              ElementsAre("living room", "coffee table"));
+  EXPECT_THAT(lexicon().terms("living-rooms"), ElementsAre("living rooms"));
+  EXPECT_THAT(lexicon().terms("living_room"), ElementsAre("living room"));
+  EXPECT_THAT(lexicon().terms("jack of all trades"), ElementsAre("jack of all trades"));
+  EXPECT_THAT(lexicon().terms("a man of the world war"), ElementsAre("man of the world", "war"));
+  EXPECT_THAT(lexicon().terms("kitchen knife"), ElementsAre("kitchen", "knife"));
+}
+
+TEST(LexiconTerms, DropWordsThatOnlyServeGrammar) {
+  EXPECT_THAT(lexicon().terms("somewhere to sit"), ElementsAre("sit"));
+  EXPECT_THAT(lexicon().terms("something I could use for washing"), ElementsAre("washing"));
+  EXPECT_THAT(lexicon().terms("the of"), IsEmpty());
+}
+
+TEST(LexiconTerms, KeepUnknownWordsAndDigits) {
+  EXPECT_THAT(lexicon().terms("xyzzy chair 4711"), ElementsAre("xyzzy", "chair", "4711"));
+}
+
+TEST(LexiconTerms, AreTakenFromAnyBytes) {
+  EXPECT_THAT(lexicon().terms(""), IsEmpty());
+  EXPECT_THAT(lexicon().terms(" \t\n.,;!?-_'\x01\x7f"), IsEmpty());
+  EXPECT_THAT(lexicon().terms("the dog's bed"), ElementsAre("dog's", "bed"));
+  EXPECT_THAT(lexicon().terms("the dog\u2019s bed"), ElementsAre("dog's", "bed")) << "as phones write it";
+  EXPECT_THAT(lexicon().terms("'dogs' \u2018dogs\u2019"), ElementsAre("dogs", "dogs"));
+  EXPECT_THAT(lexicon().terms("chair\x01table"), ElementsAre("chair", "table"));
+  EXPECT_THAT(lexicon().terms("ящик"), ElementsAre("ящик"));
+  EXPECT_THAT(lexicon().terms("\xff\xfe\xe2\x80"), testing::SizeIs(testing::Le(1U)));
+  EXPECT_THAT(lexicon().terms(std::string("chair\0table", 11)), ElementsAre("chair", "table"));
+}
+
+TEST(LexiconTerms, OfALongTextAreFoundFast) {
+  std::string text;
+  while (text.size() < 10000) text += "living room of a dog ";
+  const auto start = std::chrono::steady_clock::now();
+  EXPECT_GT(lexicon().terms(text).size(), 900U);
+  EXPECT_THAT(lexicon().terms(std::string(10000, 'x')), testing::SizeIs(1U));
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(1));
+}
+
+TEST(FunctionWords, AreSorted) {
+  EXPECT_TRUE(std::is_sorted(functionWords().begin(), functionWords().end()));
+  EXPECT_TRUE(isFunctionWord("the"));
+  EXPECT_FALSE(isFunctionWord("chair"));
+  EXPECT_FALSE(isFunctionWord(""));
+}
+
+}  // namespace
+}  // namespace estancia

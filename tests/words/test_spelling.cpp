@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/words/spelling.hpp"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+
+#include "words/real_words.hpp"
+
+namespace estancia {
+namespace {
+
+std::string corrected(std::string_view word, const std::vector<std::string>& preferred = {}) {
+  return correctSpelling(test::realWords().lexicon, preferred, word);
+}
+
+TEST(CorrectSpelling, FindsTheWordOfASlip) {
+  const char* slips[][2] = {{"refridgerator", "refrigerator"},
+                            {"kichen", "kitchen"},
+                            {"bycicle", "bicycle"},
+                            {"coffe", "coffee"},
+                            {"umbrela", "umbrella"},
+                            {"tabel", "table"},
+                            {"bottel", "bottle"},
+                            {"keybord", "keyboard"},
+                            {"televison", "television"},
+                            {"microwve", "microwave"},
+                            {"libary", "library"},
+                            {"bathrom", "bathroom"},
+                            {"chiar", "chair"},
+                            {"furnitur", "furniture"},
+                            {"calandar", "calendar"},
+                            {"vehicel", "vehicle"},
+                            {"somthing", "something"}};
+  for (const auto& [slip, word] : slips) EXPECT_EQ(corrected(slip), word);
+}
+
+TEST(CorrectSpelling, DividesWhatIsTwoWords) {
+  EXPECT_EQ(corrected("livingroom"), "living room");
+  EXPECT_EQ(corrected("coffeemug"), "coffee mug");
+}
+
+TEST(CorrectSpelling, PrefersWordsOfTheVocabulary) {
+  EXPECT_EQ(corrected("sofs"), "soft");
+  EXPECT_EQ(corrected("sofs", {"chair", "sofa"}), "sofa");
+}
+
+TEST(CorrectSpelling, GivesUpWhereNothingIsNear) {
+  for (const char* garbage : {"", "a", "qq", "xyzzy", "qwrtpsdf", "zzzzzzzzzz", "aaaaaaaaaaaaaaaaaaaaaaaaaa"})
+    EXPECT_EQ(corrected(garbage), "") << garbage;
+  EXPECT_EQ(corrected(std::string(40, 'x')), "");
+  EXPECT_EQ(corrected(std::string(41, 'x')), "");
+  EXPECT_EQ(corrected(std::string(10000, 'c')), "");
+}
+
+TEST(CorrectSpelling, LeavesWhatIsNoPlainWord) {
+  for (const char* other : {"chair1", "cha ir", "Chiar", "chi-ar", "ящик",
+                            "ch\xff"
+                            "ar",
+                            "caf\xc3\xa9", "it's"})
+    EXPECT_EQ(corrected(other), "") << other;
+}
+
+TEST(CorrectSpelling, TakesNoDictionary) {
+  EXPECT_EQ(correctSpelling(Lexicon(), {}, "chiar"), "");
+}
+
+TEST(CorrectSpelling, IsFastEnoughToType) {
+  corrected("chiar");
+  const auto start = std::chrono::steady_clock::now();
+  for (const char* word : {"refridgerator", "xyzzyxyzzy", "umbrela", "cmputer"}) corrected(word);
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::milliseconds(400));
+}
+
+}  // namespace
+}  // namespace estancia

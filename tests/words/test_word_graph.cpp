@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/words/word_graph.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <random>
+
+#include "support/support.hpp"
+#include "words/real_words.hpp"
+#include "words/tiny_wordnet.hpp"
+
+namespace estancia {
+namespace {
+
+using testing::ElementsAre;
+using testing::Pair;
+using Edges = std::map<std::pair<std::uint32_t, std::uint32_t>, float>;
+
+/// `edges` of pairs, each once, become edges of both directions.
+WordGraph graphOf(std::uint32_t size, const Edges& edges, WordLink link = WordLink::related) {
+  WordGraph graph;
+  graph.offsets.resize(size);
+  graph.categories.resize(size);
+  graph.lexicon.firstSynset = {0, size, size, size, size};
+  graph.nameStarts.assign(size + 1, 0);
+  Edges both = edges;
+  for (const auto& [pair, weight] : edges) both[{pair.second, pair.first}] = weight;
+  graph.edgeStarts.assign(size + 1, 0);
+  for (const auto& [pair, weight] : both) {
+    ++graph.edgeStarts[pair.first + 1];
+    graph.edgeTargets.push_back(pair.second);
+    graph.edgeWeights.push_back(weight);
+    const bool isGiven = edges.contains(pair);
+    graph.edgeLinks.push_back(
+        static_cast<std::uint8_t>(link == WordLink::kindOf && !isGiven ? WordLink::moreGeneral : link));
+  }
+  for (std::size_t i = 0; i < size; ++i) graph.edgeStarts[i + 1] += graph.edgeStarts[i];
+  graph.sumDegrees();
+  return graph;
+}
+
+Edges randomEdges(std::uint32_t size, std::size_t count, unsigned seed) {
+  std::mt19937 random(seed);
+  Edges edges;
+  while (edges.size() < count) {
+    const auto a = static_cast<std::uint32_t>(random() % size),
+               b = static_cast<std::uint32_t>(random() % size);
+    if (a < b) edges[{a, b}] = 0.1F + static_cast<float>(random() % 100) / 50;
+  }
+  return edges;
+}
+
+/// Six steps of (0.9 × along an edge + 0.1 × anew), by the full matrix of transitions.
+std::vector<double> slowWalk(const WordGraph& graph, const std::vector<Sense>& from) {
+  const std::size_t n = graph.size();
+  std::vector<std::vector<double>> weight(n, std::vector<double>(n, 0));
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::uint32_t e = graph.edgeStarts[i]; e < graph.edgeStarts[i + 1]; ++e)
+      weight[i][graph.edgeTargets[e]] = static_cast<double>(graph.edgeWeights[e]);
+  std::vector<double> start(n, 0);
+  for (const Sense& sense : from) start[sense.synset] += static_cast<double>(sense.probability);
+  std::vector<double> at = start;
+  for (int step = 0; step < 6; ++step) {
+    std::vector<double> next(n, 0);
+    for (std::size_t i = 0; i < n; ++i) {
+      double degree = 0;
+      for (std::size_t j = 0; j < n; ++j) degree += weight[i][j];
+      for (std::size_t j = 0; j < n && degree > 0; ++j) next[j] += 0.9 * at[i] * weight[i][j] / degree;
+    }
+    for (std::size_t i = 0; i < n; ++i) at[i] = next[i] + 0.1 * start[i];
+  }
+  return at;
+}
+
+TEST(WordGraphWalk, IsThatOfTheFullMatrix) {
+  // Few edges: few are reached, from which walkers spread; many: all are gathered for.
+  for (const auto& [size, count] : {std::pair{40U, 30U}, {300U, 330U}, {300U, 6000U}, {3U, 3U}}) {
+    const WordGraph graph = graphOf(size, randomEdges(size, count, size + count));
+    for (const std::vector<Sense>& from :
+         {std::vector<Sense>{{0, 1}}, std::vector<Sense>{{1, 0.5F}, {2, 0.3F}, {1, 0.2F}}}) {
+      const std::vector<float> visits = graph.walk(from);
+      const std::vector<double> expected = slowWalk(graph, from);
+      double sum = 0;
+      for (std::size_t i = 0; i < size; ++i) {
+        ASSERT_NEAR(static_cast<double>(visits[i]), expected[i], 1e-5) << size << " synsets, synset " << i;
+        sum += static_cast<double>(visits[i]);
+      }
+      EXPECT_LE(sum, 1 + 1e-5);
+    }
+  }
+}
+
+TEST(WordGraphWalk, IsSymmetricButForTheDegrees) {
+  const WordGraph graph = graphOf(200, randomEdges(200, 500, 3));
+  for (std::uint32_t a = 0; a < 200; a += 17)
+    for (std::uint32_t b = a + 1; b < 200; b += 13) {
+      if (graph.degrees[a] <= 0 || graph.degrees[b] <= 0) continue;
+      const std::vector<Sense> fromA{{a, 1}}, fromB{{b, 1}};
+      EXPECT_NEAR(graph.walk(fromA)[b] / graph.degrees[b], graph.walk(fromB)[a] / graph.degrees[a], 1e-6);
+    }
+}
+
+TEST(WordGraphWalk, EndsWhereNoEdgeGoesOn) {
+  const WordGraph graph = graphOf(3, {{{0, 1}, 1.0F}});
+  const std::vector<Sense> alone{{2, 1}}, none;
+  EXPECT_THAT(graph.walk(alone), ElementsAre(0, 0, testing::FloatNear(0.1F, 1e-6F)));
+  EXPECT_THAT(graph.walk(none), ElementsAre(0, 0, 0));
+  EXPECT_THAT(graphOf(0, {}).walk(none), testing::IsEmpty());
+}
+
+TEST(WordGraphLift, IsTheLogOfHowMuchMoreOftenASynsetIsMet) {
+  const WordGraph graph = graphOf(100, randomEdges(100, 300, 5));
+  // Who is where the endless walker is has no lift.
+  std::vector<float> endless;
+  for (const float degree : graph.degrees)
+    endless.push_back(static_cast<float>(static_cast<double>(degree) / graph.degreeSum));
+  for (std::uint32_t i = 0; i < 100; ++i)
+    if (graph.degrees[i] > 0) {
+      EXPECT_NEAR(graph.lift(endless, i), 0, 1e-2);
+    }
+  EXPECT_DOUBLE_EQ(graph.lift(std::vector<float>(100, 0), 7), WordGraph::minLift);
+  const std::vector<Sense> seven{{7, 1}};
+  const std::vector<float> visits = graph.walk(seven);
+  for (std::uint32_t i = 0; i < 100; ++i) {
+    EXPECT_GE(graph.lift(visits, i), WordGraph::minLift);
+    EXPECT_LE(graph.lift(visits, i), graph.lift(visits, 7)) << "nothing is nearer than the start";
+  }
+}
+
+TEST(WordGraphLift, IsTheLeastWithoutEdges) {
+  const WordGraph graph = graphOf(2, {});
+  EXPECT_DOUBLE_EQ(graph.lift({1, 1}, 0), WordGraph::minLift);
+}
+
+TEST(WordGraphHypernyms, AreAllAboveWithTheShortestWay) {
+  const WordGraph graph =
+      graphOf(5, {{{0, 1}, 1}, {{1, 2}, 1}, {{0, 3}, 1}, {{3, 4}, 1}, {{4, 2}, 1}}, WordLink::kindOf);
+  EXPECT_THAT(graph.hypernyms(0),
+              testing::UnorderedElementsAre(Pair(0, 0), Pair(1, 1), Pair(3, 1), Pair(2, 2), Pair(4, 2)));
+  EXPECT_THAT(graph.hypernyms(2), ElementsAre(Pair(2, 0)));
+}
+
+TEST(WordGraphHypernyms, EndInACircle) {
+  test::WordNetTexts texts = test::tinyWordNet();
+  std::string& nouns = texts.at("data.noun");
+  const std::string root = "entity 0 002 ~ 00000200 n 0000 ~ 00000600 n 0000";
+  nouns.replace(nouns.find(root), root.size(), "entity 0 002 @ 00000300 n 0000 @ 00000100 n 0000");
+  const test::ScratchFolder folder;
+  test::writeWordNet(texts, folder.path());
+  const WordGraph graph = buildWordGraph(readWordNet(folder.path()));
+  const std::uint32_t dog = graph.lexicon.senses("dog").front().synset;
+  EXPECT_EQ(graph.name(dog), "dog");
+  EXPECT_THAT(graph.hypernyms(dog), testing::SizeIs(3)) << "dog, animal, entity";
+}
+
+/// What joins `a` and `b`, seen from `a`, with its weight.
+std::pair<WordLink, float> linkOf(const WordGraph& graph, const char* a, const char* b) {
+  const std::uint32_t from = graph.lexicon.senses(a).front().synset;
+  const std::uint32_t to = graph.lexicon.senses(b).front().synset;
+  for (std::uint32_t e = graph.edgeStarts[from]; e < graph.edgeStarts[from + 1]; ++e)
+    if (graph.edgeTargets[e] == to) return {static_cast<WordLink>(graph.edgeLinks[e]), graph.edgeWeights[e]};
+  return {WordLink::related, 0};
+}
+
+TEST(BuildWordGraph, JoinsRelationsAndDefinitionsBothWays) {
+  const test::ScratchFolder folder;
+  test::writeWordNet(test::tinyWordNet(), folder.path());
+  const WordGraph graph = buildWordGraph(readWordNet(folder.path()));
+  EXPECT_EQ(linkOf(graph, "dog", "animal").first, WordLink::kindOf);
+  EXPECT_EQ(linkOf(graph, "animal", "dog").first, WordLink::moreGeneral);
+  EXPECT_EQ(linkOf(graph, "room", "stove").first, WordLink::hasPart);
+  EXPECT_EQ(linkOf(graph, "living room", "animal").first, WordLink::defines);
+  EXPECT_EQ(linkOf(graph, "animal", "living room").first, WordLink::definedBy);
+  EXPECT_EQ(linkOf(graph, "dog", "kitchen").second, 0) << "an example is no definition";
+  EXPECT_GT(linkOf(graph, "knife", "kitchen").second, 0) << "its definition and its name";
+  EXPECT_EQ(graph.pos(graph.lexicon.senses("cook").front().synset), PartOfSpeech::verb);
+  EXPECT_EQ(graph.pos(graph.lexicon.senses("quickly").front().synset), PartOfSpeech::adverb);
+  for (std::uint32_t i = 0; i < graph.size(); ++i)
+    for (std::uint32_t e = graph.edgeStarts[i]; e < graph.edgeStarts[i + 1]; ++e) {
+      const std::uint32_t to = graph.edgeTargets[e];
+      ASSERT_NE(to, i);
+      std::size_t back = 0;
+      for (std::uint32_t b = graph.edgeStarts[to]; b < graph.edgeStarts[to + 1]; ++b)
+        if (graph.edgeTargets[b] == i) {
+          ++back;
+          EXPECT_FLOAT_EQ(graph.edgeWeights[b], graph.edgeWeights[e]);
+        }
+      EXPECT_EQ(back, 1U);
+    }
+}
+
+TEST(InstalledWordGraph, HasEveryEdgeInBothDirectionsWithTheSameWeight) {
+  const WordGraph& graph = test::realWords();
+  EXPECT_EQ(graph.size(), 117659U);
+  for (std::uint32_t i = 0; i < graph.size(); i += 101)
+    for (std::uint32_t e = graph.edgeStarts[i]; e < graph.edgeStarts[i + 1]; ++e) {
+      const auto begin = graph.edgeTargets.begin() + graph.edgeStarts[graph.edgeTargets[e]];
+      const auto end = graph.edgeTargets.begin() + graph.edgeStarts[graph.edgeTargets[e] + 1];
+      const auto back = std::lower_bound(begin, end, i);
+      ASSERT_TRUE(back != end && *back == i);
+      ASSERT_FLOAT_EQ(graph.edgeWeights[static_cast<std::size_t>(back - graph.edgeTargets.begin())],
+                      graph.edgeWeights[e]);
+    }
+}
+
+TEST(InstalledWordGraph, KnowsWhatIsAKindOfWhat) {
+  const WordGraph& graph = test::realWords();
+  const auto isKind = [&](const char* word, const char* kind) {
+    const std::uint32_t sought = graph.lexicon.senses(kind).front().synset;
+    for (const auto& [above, distance] : graph.hypernyms(graph.lexicon.senses(word).front().synset))
+      if (above == sought) return true;
+    return false;
+  };
+  EXPECT_TRUE(isKind("dog", "animal"));
+  EXPECT_TRUE(isKind("sofa", "furniture"));
+  EXPECT_TRUE(isKind("ambulance", "vehicle"));
+  EXPECT_TRUE(isKind("kitchen", "room"));
+  EXPECT_FALSE(isKind("dog", "furniture"));
+}
+
+}  // namespace
+}  // namespace estancia
