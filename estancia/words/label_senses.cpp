@@ -2,6 +2,7 @@
 #include "estancia/words/label_senses.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "estancia/core/label_words.hpp"
@@ -17,6 +18,8 @@ constexpr float doubtfulShare = 0.6F;
 constexpr std::size_t maxSenses = 3;
 /// Of a compound that WordNet does not know, its last word's share: "sports ball" is a ball.
 constexpr float headShare = 0.7F;
+/// From so many labels on, the other ones tell which meaning one has.
+constexpr std::size_t minContext = 10;
 
 /// How well a meaning of a noun suits a label: what a camera sees.
 float visibility(WordCategory category) {
@@ -30,12 +33,12 @@ float visibility(WordCategory category) {
     case WordCategory::location:
       return 0.7F;
     case WordCategory::tops:
-    case WordCategory::person:
-    case WordCategory::substance:
       return 0.5F;
-    case WordCategory::body:
-    case WordCategory::phenomenon:
+    case WordCategory::substance:
       return 0.3F;
+    case WordCategory::body:
+    case WordCategory::person:  // "diner", "toaster": a label mostly is of the thing
+      return 0.2F;
     case WordCategory::group:
     case WordCategory::communication:
       return 0.1F;
@@ -71,34 +74,81 @@ std::vector<Sense> normalized(const std::map<std::uint32_t, float>& weights) {
   return senses;
 }
 
-void addVisible(const WordGraph& graph, const std::string& word, float share,
-                std::map<std::uint32_t, float>& weights) {
-  float sum = 0;
-  std::vector<Sense> visible;
-  for (Sense sense : graph.lexicon.senses(word)) {
-    if (graph.pos(sense.synset) != PartOfSpeech::noun) continue;
-    sense.probability *= visibility(graph.category(sense.synset));
-    visible.push_back(sense);
-    sum += sense.probability;
-  }
-  for (const Sense& sense : visible) weights[sense.synset] += share * sense.probability / sum;
-}
+/// Looks labels up by their words.
+class LabelReader {
+ public:
+  explicit LabelReader(const WordGraph& graph) : graph_(graph) {}
 
-LabelSense lookUp(const WordGraph& graph, const std::string& label) {
-  LabelSense found;
-  std::map<std::uint32_t, float> weights;
-  for (const std::string& synonym : synonymsOf(label)) addVisible(graph, synonym, 1, weights);
-  if (weights.empty()) {
-    const std::vector<std::string> words = graph.lexicon.terms(label);
-    for (std::size_t i = 0; i < words.size(); ++i)
-      addVisible(graph, words[i],
-                 i + 1 == words.size() ? headShare : (1 - headShare) / static_cast<float>(i + 1), weights);
-    found.isDoubtful = true;
+  std::vector<LabelSense> read(std::span<const std::string> labels) {
+    std::vector<LabelSense> found = readAlone(labels);
+    if (labels.size() < minContext) return found;
+    std::vector<Sense> all;
+    for (const LabelSense& label : found)
+      for (const Sense& sense : label.senses)
+        all.push_back({sense.synset, sense.probability / static_cast<float>(labels.size())});
+    context_ = graph_.walk(all);
+    return readAlone(labels);
   }
-  found.senses = normalized(weights);
-  found.isDoubtful |= !found.senses.empty() && found.senses.front().probability < doubtfulShare;
-  return found;
-}
+
+ private:
+  std::vector<LabelSense> readAlone(std::span<const std::string> labels) const {
+    std::vector<LabelSense> found;
+    for (const std::string& label : labels) found.push_back(lookUp(label));
+    return found;
+  }
+
+  LabelSense lookUp(const std::string& label) const {
+    std::map<std::uint32_t, float> weights;
+    for (const std::string& synonym : synonymsOf(label)) addVisible(synonym, 1, weights);
+    if (!weights.empty()) return sensesBy(weights, false);
+    // "church/indoor", "stadium/baseball": a church, a stadium.
+    if (const std::size_t slash = label.find('/'); slash != std::string::npos)
+      if (LabelSense kind = lookUp(label.substr(0, slash)); !kind.senses.empty()) return kind;
+    std::vector<std::string> words;
+    for (const std::string& term : graph_.lexicon.terms(label))
+      if (isNoun(term))
+        words.push_back(term);
+      else  // "cell phone" is a verb, each word a noun
+        for (const std::string& word : splitText(term)) words.push_back(word);
+    for (std::size_t i = 0; i < words.size(); ++i)
+      addVisible(words[i], i + 1 == words.size() ? headShare : (1 - headShare) / static_cast<float>(i + 1),
+                 weights);
+    return sensesBy(weights, true);
+  }
+
+  static LabelSense sensesBy(const std::map<std::uint32_t, float>& weights, bool isDoubtful) {
+    LabelSense found{normalized(weights), isDoubtful};
+    found.isDoubtful |= !found.senses.empty() && found.senses.front().probability < doubtfulShare;
+    return found;
+  }
+
+  bool isNoun(const std::string& word) const {
+    const std::vector<Sense> senses = graph_.lexicon.senses(word);
+    return std::any_of(senses.begin(), senses.end(),
+                       [&](const Sense& sense) { return graph_.pos(sense.synset) == PartOfSpeech::noun; });
+  }
+
+  /// Shares `share` among the meanings of a noun.
+  void addVisible(const std::string& word, float share, std::map<std::uint32_t, float>& weights) const {
+    float sum = 0;
+    std::vector<Sense> visible;
+    for (Sense sense : graph_.lexicon.senses(word)) {
+      if (graph_.pos(sense.synset) != PartOfSpeech::noun) continue;
+      sense.probability *= visibility(graph_.category(sense.synset));
+      if (!context_.empty())
+        sense.probability *= static_cast<float>(std::exp(graph_.lift(context_, sense.synset)));
+      visible.push_back(sense);
+      sum += sense.probability;
+    }
+    for (const Sense& sense : visible) weights[sense.synset] += share * sense.probability / sum;
+  }
+
+  const WordGraph& graph_;
+  /// Visits of a walk from what all labels may mean, each by itself; empty: not known yet. A meaning near to
+  /// those of the other labels is the likelier one: a "tv" among a sofa and a vase is a set (Agirre & Soroa
+  /// 2009).
+  std::vector<float> context_;
+};
 
 /// Synsets of ImageNet's classes; empty when the graph is of a WordNet in which they are others.
 std::vector<std::uint32_t> imageNetIndices(const WordGraph& graph) {
@@ -142,8 +192,7 @@ std::vector<LabelSense> findLabelSenses(const WordGraph& graph, const Vocabulary
   for (const LabelPart& part : vocabulary.layout().parts) {
     const std::span<const std::string> labels = std::span(vocabulary.labels()).subspan(from, part.size);
     std::vector<LabelSense> found = inImageNetOrder(graph, labels);
-    if (found.empty())
-      for (const std::string& label : labels) found.push_back(lookUp(graph, label));
+    if (found.empty()) found = LabelReader(graph).read(labels);
     senses.insert(senses.end(), found.begin(), found.end());
     from += part.size;
   }

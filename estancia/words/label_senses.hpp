@@ -20,8 +20,9 @@ struct LabelSense {
 
 /// One a label. ImageNet's thousand classes are recognized by their order, as they are or after one class of
 /// background, which means nothing; those of other models are looked up by their synonyms. There, things that
-/// can be seen go before ideas, and where a label is unknown its words stand for it, the last one most. Each
-/// part of a vocabulary of several models is looked at alone.
+/// can be seen go before ideas, and meanings near to those of the other labels before others; of "A/B" A
+/// counts alone, and where a label is unknown its words stand for it, the last one most. Each part of a
+/// vocabulary of several models is looked at alone.
 std::vector<LabelSense> findLabelSenses(const WordGraph& graph, const Vocabulary& vocabulary);
 
 }  // namespace estancia

@@ -2,7 +2,6 @@
 #include "estancia/words/word_graph_file.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "estancia/core/bytes.hpp"
 
@@ -10,6 +9,7 @@ namespace estancia {
 namespace {
 
 constexpr std::string_view magic = "ESTWORDS";
+constexpr float maxWeight = 1e6F;     // of which sums stay finite
 constexpr std::uint32_t version = 3;  // goes up with the format, and with how the graph is built
 
 /// Whether these are offsets into a list of `end` items: from 0, never falling, one more than `count`.
@@ -24,7 +24,7 @@ bool areBelow(const std::vector<std::uint32_t>& indices, std::size_t limit) {
 
 bool arePositive(const std::vector<float>& values) {
   return std::all_of(values.begin(), values.end(),
-                     [](float value) { return std::isfinite(value) && value > 0; });
+                     [](float value) { return value > 0 && value < maxWeight; });
 }
 
 bool isSound(const WordGraph& graph) {

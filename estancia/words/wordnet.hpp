@@ -29,7 +29,6 @@ enum class WordCategory : std::uint8_t {
   location = 15,
   object = 17,
   person = 18,
-  phenomenon = 19,
   plant = 20,
   substance = 27,
 };

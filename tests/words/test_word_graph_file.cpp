@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
 
 #include "estancia/words/label_search.hpp"
@@ -81,6 +82,19 @@ TEST(WordGraphFile, IsRefusedWhenItIsCutOrTooLong) {
         << length << " bytes";
   EXPECT_THAT([&] { unpackWordGraph(bytes + '\0', "", "words.graph"); },
               FailsWith(ErrorCode::corruptFile, "words.graph", "delete"));
+}
+
+TEST(WordGraphFile, IsRefusedWhenAWeightIsNone) {
+  const WordGraph sound = tinyGraph();
+  for (const float weight : {0.0F, -1.0F, 1e30F, std::nanf(""), INFINITY}) {
+    WordGraph graph = sound;
+    graph.edgeWeights.back() = weight;
+    WordGraph other = sound;
+    other.lexicon.senseWeights.front() = weight;
+    for (const WordGraph& damaged : {graph, other})
+      EXPECT_THAT([&] { unpackWordGraph(packWordGraph(damaged, ""), "", "words.graph"); },
+                  FailsWith(ErrorCode::corruptFile, "words.graph", "delete"));
+  }
 }
 
 TEST(WordGraphFile, CanBeUsedOrIsRefusedWhateverIsDamaged) {
