@@ -14,8 +14,8 @@
 namespace estancia {
 namespace {
 
-// Longer queries are cut: each term costs a walk.
-constexpr std::size_t maxTerms = 6, maxQueryBytes = 400;
+// Longer queries are cut: each term costs a walk, each unknown word a search of the lexicon.
+constexpr std::size_t maxTerms = 6, maxUnknown = 6, maxWords = 20, maxQueryBytes = 400;
 
 // Logistic regression of "a person accepts the label" on the even queries of experiments/words/queries.csv: a
 // constant, the share of the query's meanings that the label is a kind of, its log lift, and how far that is
@@ -44,13 +44,17 @@ LabelSearch::LabelSearch(const Vocabulary& vocabulary, const WordGraph* graph)
 LabelSearch::Query LabelSearch::parse(std::string_view asked) const {
   const Lexicon& lexicon = graph_->lexicon;
   Query query;
-  const std::vector<std::string> words = splitText(asked.substr(0, maxQueryBytes));
+  if (asked.size() > maxQueryBytes)  // between words, where there are some
+    asked = asked.substr(0, std::min(maxQueryBytes, asked.find_last_of(' ', maxQueryBytes)));
+  std::vector<std::string> words = splitText(asked);
+  if (words.size() > maxWords) words.resize(maxWords);
   std::string corrected;
+  std::size_t unknown = 0;
   bool changed = false;
   for (const std::string& word : words) {
     std::string meant = word;
     if (!isFunctionWord(word) && !lexicon.knows(word)) {
-      meant = correctSpelling(lexicon, labelWords_, word);
+      meant = ++unknown > maxUnknown ? "" : correctSpelling(lexicon, labelWords_, word);
       if (meant.empty()) continue;
       changed = true;
     }
@@ -60,12 +64,16 @@ LabelSearch::Query LabelSearch::parse(std::string_view asked) const {
   std::string whole;
   for (const std::string& word : words) whole += (whole.empty() ? "" : " ") + word;
   if (lexicon.knows(whole)) corrected = whole, changed = false;
-  std::vector<std::string> terms =
-      lexicon.knows(corrected) ? std::vector{corrected} : lexicon.terms(corrected);
-  if (terms.size() > maxTerms) terms.resize(maxTerms);
+  // "In" is an inch and "it" a technology, but nobody asks for them so.
+  std::vector<std::string> terms = lexicon.knows(corrected) && !isFunctionWord(corrected)
+                                       ? std::vector{corrected}
+                                       : lexicon.terms(corrected);
   for (std::string& term : terms) {
     std::vector<Sense> senses = lexicon.senses(term);
-    if (senses.empty()) continue;
+    const bool isKnown = std::any_of(query.terms.begin(), query.terms.end(),
+                                     [&](const Term& known) { return known.word == term; });
+    if (senses.empty() || isKnown) continue;
+    if (query.terms.size() == maxTerms) break;
     std::vector<float> visits = graph_->walk(senses);
     query.terms.push_back({std::move(term), std::move(senses), std::move(visits)});
   }
