@@ -13,6 +13,7 @@
 #include "estancia/core/printable.hpp"
 #include "estancia/report/node_zones.hpp"
 #include "estancia/topology/places.hpp"
+#include "estancia/words/installed_words.hpp"
 #include "estancia/world/ask_world.hpp"
 #include "estancia/world/world_json.hpp"
 #include "estancia/zones/overlay.hpp"
@@ -61,12 +62,13 @@ std::string roomOf(const Place& place) {
 void printNothing(const AskArguments& arguments, const WorldMap& world) {
   const auto near = findNearNames(world, arguments.words);
   if (!arguments.json) {
-    fmt::print("No label of the map means \"{}\".{}\n", printable(arguments.words),
-               near.empty() ? "" : fmt::format(" Did you mean {}?", fmt::join(near, ", ")));
+    fmt::print("No label of the map means \"{}\".{}{}\n", printable(arguments.words),
+               near.empty() ? "" : fmt::format(" Did you mean {}?", fmt::join(near, ", ")),
+               wordNetHint().empty() ? "" : fmt::format(" ({})", wordNetHint()));
     return;
   }
   nlohmann::ordered_json json{{"words", arguments.words}};
-  for (const char* key : {"labels", "rooms", "near_spellings", "areas", "objects", "places"})
+  for (const char* key : {"labels", "matches", "rooms", "near_spellings", "areas", "objects", "places"})
     json[key] = nlohmann::json::array();
   json["near_spellings"] = near;
   print(json);
@@ -138,11 +140,25 @@ void printPlaces(const WorldAnswers& answers, const WorldMap& world, const Place
   }
 }
 
+/// The labels with the reasons that they were found for: the most probable few, and how many more.
+std::vector<std::string> labelsText(const Meaning& meaning, const Vocabulary& vocabulary) {
+  constexpr std::size_t shown = 5;
+  std::vector<std::string> texts;
+  for (const LabelMatch& match : meaning.matches) {
+    const std::string label = shortLabel(vocabulary[match.label]);
+    if (match.reason.empty())
+      texts.push_back(label);
+    else if (texts.size() < shown)
+      texts.push_back(fmt::format("{} ({})", label, match.reason));
+  }
+  if (texts.size() < meaning.matches.size())
+    texts.push_back(fmt::format("{} more", meaning.matches.size() - texts.size()));
+  return texts;
+}
+
 void printAnswers(const WorldAnswers& answers, const WorldMap& world, const std::vector<std::string>& images,
                   const std::string& words) {
-  std::vector<std::string> matched;
-  for (const std::size_t label : answers.labels)
-    matched.push_back(shortLabel(world.places.vocabulary[label]));
+  std::vector<std::string> matched = labelsText(answers, world.places.vocabulary);
   for (const std::string& room : answers.rooms) matched.push_back("room " + room);
   const std::string part = answers.isWholeName ? "" : "a part of ";
   const auto isGiven = [&world](int area) { return !world.findArea(area)->givenName.empty(); };
@@ -152,7 +168,8 @@ void printAnswers(const WorldAnswers& answers, const WorldMap& world, const std:
   if (!answers.namedObjects.empty()) matched.emplace_back("an object's name by people");
   if (!answers.knownObjects.empty()) matched.emplace_back("a known object");
   if (!answers.shapedObjects.empty()) matched.emplace_back("a class of the object model");
-  fmt::print("{} → {}\n", printable(words), fmt::join(matched, ", "));
+  fmt::print("{} → {}\n", printable(answers.corrected.empty() ? words : answers.corrected),
+             fmt::join(matched, ", "));
   for (const int id : answers.areas) {
     const WorldArea& area = *world.findArea(id);
     fmt::print("area {} ({}): {:.1f} m² around ({:.2f}, {:.2f}) m, {} images\n", area.id, area.displayName(),
@@ -166,11 +183,12 @@ void printAnswers(const WorldAnswers& answers, const WorldMap& world, const std:
 void run(const AskArguments& arguments) {
   const WorldMap world = readWorld(arguments.map);
   const PlacesInZones zones(arguments.zones, world.places);
-  if (findMeaning(world, arguments.words).empty()) {
+  if (findMeaning(world, arguments.words, installedWordGraph).empty()) {
     printNothing(arguments, world);
     throw NoAnswer{};
   }
-  const WorldAnswers answers = askWorld(world, arguments.words, arguments.maxPlaces, arguments.maxObjects);
+  const WorldAnswers answers =
+      askWorld(world, arguments.words, arguments.maxPlaces, arguments.maxObjects, installedWordGraph);
   const std::vector<std::string> images = writeImages(arguments, answers);
   if (!arguments.json) {
     printAnswers(answers, world, images, arguments.words);
@@ -194,8 +212,9 @@ void addAskCommand(CLI::App& app) {
       app.add_subcommand("ask", "Ask a map for a word: which objects, areas and places does it mean?");
   command->add_option("MAP", arguments->map, "The map file")->required();
   command
-      ->add_option("WORDS", arguments->words,
-                   "What to look for: a label, a synonym or a part of one, or a name of an area or object")
+      ->add_option(
+          "WORDS", arguments->words,
+          "What to look for, in your own words (\"something to sit on\"), or the name of an area or object")
       ->required();
   command->add_option("-n,--max-places", arguments->maxPlaces, "Largest number of places to list")
       ->capture_default_str()
@@ -212,6 +231,7 @@ void addAskCommand(CLI::App& app) {
   addExamples(*command,
               "  estancia ask home.estancia umbrella\n"
               "  estancia ask home.estancia \"coffee mug\" --json\n"
+              "  estancia ask home.estancia \"something to sit on\"\n"
               "  estancia ask home.estancia mug --images mugs\n"
               "  estancia ask home.estancia umbrella --zones home.zones");
   command->callback([arguments] { run(*arguments); });

@@ -12,6 +12,7 @@
 #include "estancia/core/label_words.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/topology/places.hpp"
+#include "estancia/words/installed_words.hpp"
 #include "estancia/world/route_world.hpp"
 #include "estancia/world/world_json.hpp"
 
@@ -38,8 +39,10 @@ std::optional<int> nodeNumber(const std::string& text) {
 
 WorldRoute routeOf(const RouteArguments& arguments, const WorldMap& world) {
   if (const auto node = nodeNumber(arguments.to))
-    return routeInWorld(world, arguments.from, *node, arguments.preferences, arguments.options);
-  return routeInWorld(world, arguments.from, arguments.to, arguments.preferences, arguments.options);
+    return routeInWorld(world, arguments.from, *node, arguments.preferences, arguments.options,
+                        installedWordGraph);
+  return routeInWorld(world, arguments.from, arguments.to, arguments.preferences, arguments.options,
+                      installedWordGraph);
 }
 
 void printGoal(const WorldRoute& found, const RouteArguments& arguments, const WorldMap& world) {

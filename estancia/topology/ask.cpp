@@ -13,8 +13,8 @@
 namespace estancia {
 namespace {
 
-Meaning getMeaning(const TopologicalMap& map, const std::string& words) {
-  Meaning meaning = findMeaning(map, words);
+Meaning getMeaning(const TopologicalMap& map, const std::string& words, WordGraphSource source) {
+  Meaning meaning = findMeaning(map, words, source);
   if (!meaning.empty()) return meaning;
   constexpr std::size_t shown = 60;
   const std::string asked = words.size() > shown ? words.substr(0, shown) + "…" : words;
@@ -35,11 +35,12 @@ std::size_t rankOf(const Node& node, std::size_t label) {
   return rank;
 }
 
-void lookForLabels(const Node& node, const std::vector<std::size_t>& labels, PlaceAnswer& answer) {
-  answer.label = labels.front();
-  for (const std::size_t label : labels) {
-    answer.probability += static_cast<double>(node.mean[label]);
-    if (node.mean[label] > node.mean[answer.label]) answer.label = label;
+void lookForLabels(const Node& node, const std::vector<LabelMatch>& matches, PlaceAnswer& answer) {
+  double most = -1;
+  for (const LabelMatch& match : matches) {
+    const double part = match.probability * static_cast<double>(node.mean[match.label]);
+    answer.probability += part;
+    if (part > most) most = part, answer.label = match.label;
   }
   answer.rank = rankOf(node, answer.label);
 }
@@ -58,21 +59,25 @@ void lookForRooms(const Place& place, const std::vector<std::string>& rooms, std
 
 }  // namespace
 
-Meaning findMeaning(const TopologicalMap& map, const std::string& words) {
+Meaning findMeaning(const TopologicalMap& map, const std::string& words, WordGraphSource source) {
   Meaning meaning;
   const std::vector<std::string> none;
   const std::vector<std::string>& rooms = map.predictions ? map.predictions->rooms : none;
   for (const std::string& room : rooms)
     if (sameWords(room, words)) meaning.rooms.push_back(room);
   if (!meaning.rooms.empty()) return meaning;
-  meaning.labels = findLabels(map.vocabulary, words);
-  if (meaning.labels.empty() && !rooms.empty())
+  if (!rooms.empty() && findLabels(map.vocabulary, words).empty())
     for (const std::size_t room : findLabels(Vocabulary(rooms), words)) meaning.rooms.push_back(rooms[room]);
+  if (!meaning.rooms.empty()) return meaning;
+  LabelMatches found = findLabelMatches(map.vocabulary, words, source);
+  meaning.matches = std::move(found.labels);
+  meaning.corrected = std::move(found.corrected);
+  for (const LabelMatch& match : meaning.matches) meaning.labels.push_back(match.label);
   return meaning;
 }
 
-Answers ask(const TopologicalMap& map, const std::string& words, std::size_t count) {
-  Answers answers{getMeaning(map, words), {}};
+Answers ask(const TopologicalMap& map, const std::string& words, std::size_t count, WordGraphSource source) {
+  Answers answers{getMeaning(map, words, source), {}};
   if (map.nodes.empty())
     throw Error(ErrorCode::insufficientData, "the map has no places yet; map some images first");
   const std::vector<Place> places = answers.rooms.empty() ? std::vector<Place>() : placesOf(map);
@@ -82,7 +87,7 @@ Answers ask(const TopologicalMap& map, const std::string& words, std::size_t cou
     PlaceAnswer answer;
     answer.node = node.id;
     if (answers.rooms.empty())
-      lookForLabels(node, answers.labels, answer);
+      lookForLabels(node, answers.matches, answer);
     else
       lookForRooms(places[i], answers.rooms, map.predictions->rooms.size(), answer);
     answer.probability = std::min(answer.probability, 1.0);

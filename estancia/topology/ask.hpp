@@ -7,13 +7,14 @@
 #include <vector>
 
 #include "estancia/topology/map.hpp"
+#include "estancia/words/label_search.hpp"
 
 namespace estancia {
 
 /// One place's answer.
 struct PlaceAnswer {
   int node = 0;
-  /// Σ p̄_N(l) over the matched labels, or Σ of the matched rooms; at most 1.
+  /// Σ w_l p̄_N(l) over the matched labels, w_l how probably l is meant, or Σ of the matched rooms; at most 1.
   double probability = 0;
   /// probability / its mean over all frames of the map: how much more than elsewhere.
   double lift = 0;
@@ -34,12 +35,18 @@ struct Meaning {
   /// Indices of the vocabulary.
   std::vector<std::size_t> labels;
   std::vector<std::string> rooms;
+  /// How probably each of `labels` is meant, and why; in their order.
+  std::vector<LabelMatch> matches = {};
+  /// The words that were looked for, where some were misspelled; else "".
+  std::string corrected = {};
   bool empty() const { return labels.empty() && rooms.empty(); }
 };
 
-/// A room of exactly that name (sameWords()), which the classifier was trained on; else labels
-/// (findLabels()); else rooms that findLabels() would find by their names. Empty when nothing matches.
-Meaning findMeaning(const TopologicalMap& map, const std::string& words);
+/// A room of exactly that name (sameWords()), which the classifier was trained on; else, unless labels hold
+/// the words, rooms that findLabels() would find by their names; else labels that the words mean
+/// (findLabelMatches()). Empty when nothing matches. `source`: installedWordGraph to understand words that
+/// no label has; nullptr: labels are found by their names alone.
+Meaning findMeaning(const TopologicalMap& map, const std::string& words, WordGraphSource source = nullptr);
 
 struct Answers : Meaning {
   /// Most probable first.
@@ -49,6 +56,7 @@ struct Answers : Meaning {
 /// The `count` places that most probably hold `words` (see findMeaning()). Places are ordered by probability;
 /// for one label ordering by lift would be the same, since the mean it divides by is the map's. Throws Error:
 /// noAnswer when nothing matches, with near spellings; insufficientData when the map has no places.
-Answers ask(const TopologicalMap& map, const std::string& words, std::size_t count = 10);
+Answers ask(const TopologicalMap& map, const std::string& words, std::size_t count = 10,
+            WordGraphSource source = nullptr);
 
 }  // namespace estancia

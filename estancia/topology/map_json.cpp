@@ -21,6 +21,12 @@ Json toJson(const std::string& words, const Answers& answers, const TopologicalM
             const std::vector<Place>& places) {
   Json json{{"words", words}, {"labels", Json::array()}, {"rooms", answers.rooms}, {"places", Json::array()}};
   for (const std::size_t label : answers.labels) json["labels"].push_back(map.vocabulary[label]);
+  json["matches"] = Json::array();
+  for (const LabelMatch& match : answers.matches)
+    json["matches"].push_back({{"label", map.vocabulary[match.label]},
+                               {"probability", match.probability},
+                               {"reason", match.reason.empty() ? Json(nullptr) : Json(match.reason)}});
+  json["corrected"] = answers.corrected.empty() ? Json(nullptr) : Json(answers.corrected);
   for (const PlaceAnswer& answer : answers.places) {
     const Place& place = places.at(indexOf(map, answer.node));
     Json entry{

@@ -49,9 +49,9 @@ Route getRoute(const TopologicalMap& map, int from, int to, const RouteOptions& 
 }
 
 WordRoute routeToWords(const TopologicalMap& map, int from, const std::string& words,
-                       const RouteOptions& options) {
+                       const RouteOptions& options, WordGraphSource source) {
   validate(options);
-  const Answers answers = ask(map, words, map.nodes.size());
+  const Answers answers = ask(map, words, map.nodes.size(), source);
   const Ways ways(map, from, options);
   const PlaceAnswer* goal = chooseGoal(answers.places, options.tolerance, [&ways](const PlaceAnswer& answer) {
     return ways.costTo(answer.node);

@@ -50,6 +50,6 @@ struct WordRoute {
 /// RouteOptions::tolerance). Throws Error (noAnswer) when nothing matches, or no place with a probability
 /// above 0 can be reached.
 WordRoute routeToWords(const TopologicalMap& map, int from, const std::string& words,
-                       const RouteOptions& options = {});
+                       const RouteOptions& options = {}, WordGraphSource source = nullptr);
 
 }  // namespace estancia

@@ -183,22 +183,11 @@ std::string LabelSearch::reasonFor(const Query& query, std::size_t label) const 
 
 LabelMatches LabelSearch::search(std::string_view words, std::size_t count, double minProbability) const {
   LabelMatches matches;
-  const std::string asked(words);
-  const std::vector<std::size_t> held = findLabels(vocabulary_, asked);
-  const auto isNamed = [&](std::size_t label) {
-    const std::string& line = vocabulary_[label];
-    for (std::size_t from = 0; from <= line.size();) {
-      const std::size_t comma = std::min(line.find(',', from), line.size());
-      if (sameWords(shortLabel(line.substr(from, comma - from)), words)) return true;
-      from = comma + 1;
-    }
-    return false;
-  };
-  for (const std::size_t label : held)
-    if (isNamed(label)) matches.labels.push_back({label, 1, ""});
+  for (const std::size_t label : labelsNamed(vocabulary_, words)) matches.labels.push_back({label, 1, ""});
   if (!matches.labels.empty()) return matches;
+  const std::vector<std::size_t> held = findLabels(vocabulary_, words);
   if (graph_ == nullptr) {
-    for (const std::size_t label : held) matches.labels.push_back({label, 1, "its name holds the words"});
+    for (const std::size_t label : held) matches.labels.push_back({label, 1, ""});
     return matches;
   }
   const Query query = parse(words);
@@ -210,11 +199,31 @@ LabelMatches LabelSearch::search(std::string_view words, std::size_t count, doub
                    [&](std::size_t a, std::size_t b) { return probability[a] > probability[b]; });
   for (const std::size_t label : order) {
     if (probability[label] < minProbability || matches.labels.size() >= count) break;
-    matches.labels.push_back({label, probability[label],
-                              query.terms.empty() ? "its name holds the words" : reasonFor(query, label)});
+    matches.labels.push_back({label, probability[label], query.terms.empty() ? "" : reasonFor(query, label)});
   }
   if (!matches.labels.empty()) matches.corrected = query.corrected;
   return matches;
+}
+
+std::vector<std::size_t> labelsNamed(const Vocabulary& vocabulary, std::string_view words) {
+  std::vector<std::size_t> named;
+  for (const std::size_t label : findLabels(vocabulary, words)) {
+    const std::string& line = vocabulary[label];
+    for (std::size_t from = 0; from <= line.size();) {
+      const std::size_t comma = std::min(line.find(',', from), line.size());
+      if (sameWords(shortLabel(std::string_view(line).substr(from, comma - from)), words)) {
+        named.push_back(label);
+        break;
+      }
+      from = comma + 1;
+    }
+  }
+  return named;
+}
+
+LabelMatches findLabelMatches(const Vocabulary& vocabulary, std::string_view words, WordGraphSource source) {
+  const bool isNamed = !labelsNamed(vocabulary, words).empty();
+  return LabelSearch(vocabulary, isNamed || source == nullptr ? nullptr : source()).search(words);
 }
 
 }  // namespace estancia

@@ -30,6 +30,15 @@ struct LabelMatches {
   std::string corrected;
 };
 
+/// Labels whose name is `words`, or one of whose synonyms is; case, hyphens and plural forms do not matter.
+std::vector<std::size_t> labelsNamed(const Vocabulary& vocabulary, std::string_view words);
+
+/// Where a word graph comes from when one is needed: installedWordGraph, or nullptr for none.
+using WordGraphSource = const WordGraph* (*)();
+
+/// What LabelSearch::search() finds; the graph is not asked for where labels have that name.
+LabelMatches findLabelMatches(const Vocabulary& vocabulary, std::string_view words, WordGraphSource source);
+
 /// Finds labels by relatedness in WordNet. A query's words are looked up as they are, as plurals and other
 /// forms, and by near spellings; of several words each counts the same (the mean of their log lifts).
 class LabelSearch {
@@ -37,8 +46,8 @@ class LabelSearch {
   /// Without a graph only findLabels() is left. Keeps references to both.
   LabelSearch(const Vocabulary& vocabulary, const WordGraph* graph);
 
-  /// Labels named by the words (of findLabels(), those that equal them) alone, where there are some; else all
-  /// labels of at least `minProbability`, and those whose names hold the words. At most `count` of them.
+  /// labelsNamed() alone, where there are some; else all labels of at least `minProbability`, and those of
+  /// findLabels(). At most `count` of them.
   LabelMatches search(std::string_view words, std::size_t count = 20,
                       double minProbability = defaultMinProbability) const;
 

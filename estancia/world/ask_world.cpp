@@ -8,7 +8,7 @@
 #include <map>
 #include <set>
 #include <string_view>
-#include <unordered_set>
+#include <unordered_map>
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/label_words.hpp"
@@ -21,12 +21,14 @@ namespace {
 
 constexpr std::size_t bestWords = 5;  // as PlaceAnswer::inTop5
 
-void lookForLabels(const WorldObject& object, const std::unordered_set<std::string_view>& labels,
-                   ObjectAnswer& answer) {
+using LabelWeights = std::unordered_map<std::string_view, double>;  // how probably it is meant
+
+void lookForLabels(const WorldObject& object, const LabelWeights& labels, ObjectAnswer& answer) {
   for (std::size_t i = 0; i < object.words.size(); ++i) {
-    if (!labels.contains(object.words[i].label)) continue;
+    const auto meant = labels.find(object.words[i].label);
+    if (meant == labels.end()) continue;
     if (answer.rank == 0) answer.rank = i + 1, answer.label = object.words[i].label;
-    answer.probability += static_cast<double>(object.words[i].probability);
+    answer.probability += meant->second * static_cast<double>(object.words[i].probability);
   }
   answer.probability = answer.isNamed ? 1 : std::min(answer.probability, 1.0);
   if (answer.isKnown) answer.probability = std::max(answer.probability, object.known->confidence);
@@ -44,8 +46,9 @@ bool comesBefore(const ObjectAnswer& a, const ObjectAnswer& b) {
 }
 
 std::vector<ObjectAnswer> askObjects(const WorldMap& world, const WorldMeaning& meaning, std::size_t count) {
-  std::unordered_set<std::string_view> labels;
-  for (const std::size_t label : meaning.labels) labels.insert(world.places.vocabulary[label]);
+  LabelWeights labels;
+  for (const LabelMatch& match : meaning.matches)
+    labels.emplace(world.places.vocabulary[match.label], match.probability);
   std::vector<ObjectAnswer> answers;
   double sum = 0;
   for (const WorldObject& object : world.objects) {
@@ -70,8 +73,8 @@ std::vector<ObjectAnswer> askObjects(const WorldMap& world, const WorldMeaning& 
 
 }  // namespace
 
-WorldMeaning findMeaning(const WorldMap& world, const std::string& words) {
-  WorldMeaning meaning{findMeaning(world.places, words)};
+WorldMeaning findMeaning(const WorldMap& world, const std::string& words, WordGraphSource source) {
+  WorldMeaning meaning{findMeaning(world.places, words, source)};
   meaning.areas = areasNamed(world, words);
   meaning.isWholeName = !meaning.areas.empty();
   if (!meaning.isWholeName) meaning.areas = areasNamedPartly(world, words);
@@ -85,8 +88,8 @@ WorldMeaning findMeaning(const WorldMap& world, const std::string& words) {
 }
 
 WorldAnswers askWorld(const WorldMap& world, const std::string& words, std::size_t places,
-                      std::size_t objects) {
-  WorldAnswers answers{findMeaning(world, words)};
+                      std::size_t objects, WordGraphSource source) {
+  WorldAnswers answers{findMeaning(world, words, source)};
   if (answers.empty()) {
     const std::vector<std::string> near = findNearNames(world, words);
     throw NoAnswerError(
@@ -96,7 +99,7 @@ WorldAnswers askWorld(const WorldMap& world, const std::string& words, std::size
                                  : fmt::format("did you mean \"{}\"?", fmt::join(near, "\" or \""))));
   }
   answers.objects = askObjects(world, answers, objects);
-  if (!answers.Meaning::empty()) answers.places = ask(world.places, words, places).places;
+  if (!answers.Meaning::empty()) answers.places = ask(world.places, words, places, source).places;
   return answers;
 }
 

@@ -20,8 +20,8 @@ struct ObjectAnswer {
   bool isKnown = false;
   /// It is of the class of this name by its shape (WorldObject::shapeClass()).
   bool isShaped = false;
-  /// Σ of its probabilities of the matched labels, at most 1; 1 where it is named so, and the recognition's
-  /// confidence, or the probability of the class, where that is larger.
+  /// Σ w_l p(l) over the matched labels, w_l how probably l is meant, at most 1; 1 where it is named so, and
+  /// the recognition's confidence, or the probability of the class, where that is larger.
   double probability = 0;
   /// probability / its mean over all objects of the map; 0 where that is 0.
   double lift = 0;
@@ -53,7 +53,8 @@ struct WorldMeaning : Meaning {
   }
 };
 
-WorldMeaning findMeaning(const WorldMap& world, const std::string& words);
+/// `source`: as for places alone.
+WorldMeaning findMeaning(const WorldMap& world, const std::string& words, WordGraphSource source = nullptr);
 
 struct WorldAnswers : WorldMeaning {
   /// Those named so first, then those recognized so, then the most probable. Only those that are likely
@@ -67,7 +68,7 @@ struct WorldAnswers : WorldMeaning {
 /// At most `places` places and `objects` objects. Throws Error: noAnswer when nothing matches, with near
 /// spellings; insufficientData when the map has no places.
 WorldAnswers askWorld(const WorldMap& world, const std::string& words, std::size_t places = 10,
-                      std::size_t objects = 10);
+                      std::size_t objects = 10, WordGraphSource source = nullptr);
 
 /// Given names, those of known objects and of classes by shape, then words of labels, that are spelled nearly
 /// like `words` (findNearSpellings()).

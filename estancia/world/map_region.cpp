@@ -36,15 +36,15 @@ std::vector<int> areasOfRegion(const WorldMap& world, const std::string& text) {
        known.empty() ? "" : fmt::format("; its areas are {}", fmt::join(known, ", ")));
 }
 
-MapRegion regionNamed(const WorldMap& world, const std::string& text) {
+MapRegion regionNamed(const WorldMap& world, const std::string& text, WordGraphSource source) {
   MapRegion region{text, areasOfRegion(world, text)};
   if (!region.areas.empty()) return region;
   const TopologicalMap& map = world.places;
   const std::vector<Place> places = placesOf(map);
   for (const Place& place : places) region.places.push_back(sameWords(place.displayRoom(), text));
   if (std::ranges::find(region.places, true) != region.places.end()) return region;
-  if (findMeaning(map, text).empty()) failUnknownRegion(world, text);
-  for (const PlaceAnswer& answer : ask(map, text, map.nodes.size()).places)
+  if (findMeaning(map, text, source).empty()) failUnknownRegion(world, text);
+  for (const PlaceAnswer& answer : ask(map, text, map.nodes.size(), source).places)
     region.places[indexOf(map, answer.node)] = answer.isLikely() && answer.lift > 1;
   return region;
 }
@@ -65,10 +65,12 @@ double RegionCosts::at(std::size_t place, int area) const {
 }
 
 RegionCosts regionCosts(const WorldMap& world, const RegionPreferences& preferences,
-                        const RouteOptions& options) {
+                        const RouteOptions& options, WordGraphSource source) {
   RegionCosts costs{{}, {}, options.avoidFactor, options.preferFactor};
-  for (const std::string& region : preferences.avoid) costs.avoid.push_back(regionNamed(world, region));
-  for (const std::string& region : preferences.prefer) costs.prefer.push_back(regionNamed(world, region));
+  for (const std::string& region : preferences.avoid)
+    costs.avoid.push_back(regionNamed(world, region, source));
+  for (const std::string& region : preferences.prefer)
+    costs.prefer.push_back(regionNamed(world, region, source));
   return costs;
 }
 

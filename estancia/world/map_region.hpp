@@ -41,6 +41,6 @@ struct RegionCosts {
 
 /// Throws Error (unknownName) where nothing has that name.
 RegionCosts regionCosts(const WorldMap& world, const RegionPreferences& preferences,
-                        const RouteOptions& options);
+                        const RouteOptions& options, WordGraphSource source = nullptr);
 
 }  // namespace estancia

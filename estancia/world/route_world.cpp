@@ -170,8 +170,8 @@ std::optional<WorldRoute> routeToObject(const WorldMap& world, const std::vector
 }
 
 WorldRoute routeToMeaning(const WorldMap& world, int from, const std::string& to, const WorldWays& ways,
-                          const RouteOptions& options) {
-  const WorldAnswers answers = askWorld(world, to, world.places.nodes.size(), world.objects.size());
+                          const RouteOptions& options, WordGraphSource source) {
+  const WorldAnswers answers = askWorld(world, to, world.places.nodes.size(), world.objects.size(), source);
   const bool areOnlyAreas = answers.objects.empty() && answers.places.empty();
   if (!answers.areas.empty() && (answers.isWholeName || areOnlyAreas))
     return routeToAreas(world, from, answers.areas, ways, options);
@@ -191,17 +191,17 @@ WorldRoute routeToMeaning(const WorldMap& world, int from, const std::string& to
                                     whyNoWay(options)));
   WorldRoute found = ways.routeToNode(goal->node);
   found.place = *goal;
-  found.meaning = {answers.labels, answers.rooms};
+  found.meaning = answers;
   return found;
 }
 
 }  // namespace
 
 WorldRoute routeInWorld(const WorldMap& world, int from, int to, const RegionPreferences& preferences,
-                        const RouteOptions& options) {
+                        const RouteOptions& options, WordGraphSource source) {
   validate(options);
   world.places.getNode(to);
-  const WorldWays ways(world, from, regionCosts(world, preferences, options), options);
+  const WorldWays ways(world, from, regionCosts(world, preferences, options, source), options);
   if (!ways.reachesNode(to))
     throw NoAnswerError(
         fmt::format("there is no way from node {} to node {}{}", from, to, whyNoWay(options)));
@@ -209,10 +209,11 @@ WorldRoute routeInWorld(const WorldMap& world, int from, int to, const RegionPre
 }
 
 WorldRoute routeInWorld(const WorldMap& world, int from, const std::string& to,
-                        const RegionPreferences& preferences, const RouteOptions& options) {
+                        const RegionPreferences& preferences, const RouteOptions& options,
+                        WordGraphSource source) {
   validate(options);
-  const WorldWays ways(world, from, regionCosts(world, preferences, options), options);
-  return routeToMeaning(world, from, to, ways, options);
+  const WorldWays ways(world, from, regionCosts(world, preferences, options, source), options);
+  return routeToMeaning(world, from, to, ways, options, source);
 }
 
 std::vector<std::optional<WorldRoute>> routesToObjects(const WorldMap& world, int from,

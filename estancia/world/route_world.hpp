@@ -50,10 +50,11 @@ struct WorldRoute {
   std::optional<DrivenWay> driven = {};
 };
 
-/// The cheapest way to a node. Throws Error: unknownName when a node or a region does not exist; noAnswer
-/// when there is no way.
+/// The cheapest way to a node. `source`: installedWordGraph to understand words that no label has
+/// (findMeaning()). Throws Error: unknownName when a node or a region does not exist; noAnswer when there is
+/// no way.
 WorldRoute routeInWorld(const WorldMap& world, int from, int to, const RegionPreferences& preferences = {},
-                        const RouteOptions& options = {});
+                        const RouteOptions& options = {}, WordGraphSource source = nullptr);
 
 /// The way to the areas of that name, or, where the words mean nothing else, of a name that holds them; else
 /// to the object that the words mean, to a pose that faces it (ViewPoses); else to the place that holds them
@@ -61,7 +62,8 @@ WorldRoute routeInWorld(const WorldMap& world, int from, int to, const RegionPre
 /// no place holds the words more probably. Of equally good goals (RouteOptions::tolerance) the one that is
 /// reached at the least cost. Throws Error as above, and noAnswer when nothing matches.
 WorldRoute routeInWorld(const WorldMap& world, int from, const std::string& to,
-                        const RegionPreferences& preferences = {}, const RouteOptions& options = {});
+                        const RegionPreferences& preferences = {}, const RouteOptions& options = {},
+                        WordGraphSource source = nullptr);
 
 /// For each object the way that routeInWorld() finds if nothing else is meant; absent where there is none.
 /// Throws Error (unknownName) where there is no node `from`.

@@ -124,10 +124,11 @@ Json toJson(const WorldObject& object, const WorldMap& world) {
 }
 
 Json toJson(const std::string& words, const WorldAnswers& answers, const WorldMap& world) {
-  const Answers ofPlaces{{answers.labels, answers.rooms}, answers.places};
+  const Answers ofPlaces{static_cast<const Meaning&>(answers), answers.places};
   const Json base = toJson(words, ofPlaces, world.places, placesOf(world.places));
-  Json json{{"words", base["words"]}, {"labels", base["labels"]}, {"rooms", base["rooms"]},
-            {"areas", Json::array()}, {"objects", Json::array()}, {"places", base["places"]}};
+  Json json{{"words", base["words"]},         {"labels", base["labels"]}, {"matches", base["matches"]},
+            {"corrected", base["corrected"]}, {"rooms", base["rooms"]},   {"areas", Json::array()},
+            {"objects", Json::array()},       {"places", base["places"]}};
   for (const int area : answers.areas) json["areas"].push_back(toJson(*world.findArea(area)));
   for (const ObjectAnswer& answer : answers.objects) json["objects"].push_back(answerJson(answer, world));
   for (Json& place : json["places"])
