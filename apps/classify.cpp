@@ -13,6 +13,7 @@
 #include "estancia/classify/label_selection.hpp"
 #include "estancia/classify/room_classifier.hpp"
 #include "estancia/classify/scores.hpp"
+#include "estancia/classify/zero_shot_rooms.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/core/progress.hpp"
@@ -22,6 +23,9 @@
 #include "estancia/stats/proportion.hpp"
 #include "estancia/topology/places.hpp"
 #include "estancia/topology/store.hpp"
+#include "estancia/words/installed_words.hpp"
+#include "estancia/words/room_words.hpp"
+#include "estancia/world/world_map.hpp"
 #include "experiments/src/findings/confusion_findings.hpp"
 #include "experiments/src/findings/findings_page.hpp"
 
@@ -43,6 +47,8 @@ struct ClassifyArguments {
   FeatureTableOptions tables;
   std::string descriptor, roomClassifier, output, map;
   std::vector<std::string> images;
+  /// Of `name` without a room classifier; none: commonRooms().
+  std::vector<std::string> rooms;
   /// 0: all.
   std::size_t maxLabels = 0;
   std::string criterion = "mutual-information";
@@ -279,19 +285,37 @@ Json placeJson(int node, const Place& place) {
   return json;
 }
 
+/// Without a MODEL, by the names of rooms alone.
+RoomPredictions roomsByNames(const ClassifyArguments& a) {
+  const WordGraph* graph = installedWordGraph();
+  if (graph == nullptr) throw Error(ErrorCode::missingDependency, wordNetHint());
+  const DescriptorSequence labels = readMapDescriptors(a.map);
+  return predictRoomsByNames(*graph, labels.vocabulary, labels.descriptors, a.rooms);
+}
+
 void name(const ClassifyArguments& a) {
-  const RoomClassifier classifier = readRoomClassifier(a.roomClassifier);
-  const auto sequence = a.source.path.empty() ? nullptr : a.source.open();
-  FeatureSource describing(a.describing);
-  nameRooms(a.map, classifier, sequence.get(), describing);
-  const TopologicalMap map = readMap(a.map);
-  const std::vector<Place> places = placesOf(map);
+  if (a.roomClassifier.empty()) {
+    writeRoomPredictions(roomsByNames(a), a.map);
+  } else {
+    const RoomClassifier classifier = readRoomClassifier(a.roomClassifier);
+    const auto sequence = a.source.path.empty() ? nullptr : a.source.open();
+    FeatureSource describing(a.describing);
+    nameRooms(a.map, classifier, sequence.get(), describing);
+  }
+  const WorldMap world = readWorld(a.map);
+  const std::vector<Place> places = placesOf(world.places);
   for (std::size_t i = 0; i < places.size(); ++i)
     if (a.json)
-      print(placeJson(map.nodes[i].id, places[i]));
+      print(placeJson(world.places.nodes[i].id, places[i]));
     else
-      fmt::print("place {:<5} {}\n", map.nodes[i].id,
+      fmt::print("place {:<5} {}\n", world.places.nodes[i].id,
                  places[i].predicted.empty() ? "no prediction" : describeRooms(places[i].predicted));
+  if (!a.json)
+    for (const WorldArea& area : world.areas)
+      fmt::print("area {:<6} {}\n", area.id,
+                 area.predictedRoom.empty()
+                     ? "no prediction"
+                     : fmt::format("{} {:.0f} %", area.predictedRoom, 100 * area.roomProbability));
 }
 
 // ---- the commands
@@ -301,15 +325,16 @@ using Shared = std::shared_ptr<ClassifyArguments>;
 CLI::App* addCommand(CLI::App& classify, const std::string& name, const std::string& what, Shared& a) {
   CLI::App* command = classify.add_subcommand(name, what);
   a = std::make_shared<ClassifyArguments>(*command);
-  if (name != "train")
+  if (name != "train" && name != "name")
     command->add_option("MODEL", a->roomClassifier, "The room classifier, of `estancia classify train`")
         ->required();
   return command;
 }
 
 /// SEQ with depth, and how it is described.
-void addSource(CLI::App& command, ClassifyArguments& a, const std::string& what, bool required = true) {
-  a.source.addTo(a.declared, required);
+void addSource(CLI::App& command, ClassifyArguments& a, const std::string& what, bool required = true,
+               bool withRooms = true) {
+  a.source.addTo(a.declared, required, withRooms);
   SequenceArguments::addDepthTo(a.declared);
   command.get_option("SEQ")->description(what);
   a.declared.add(declare(a.tables));
@@ -403,16 +428,36 @@ void addShow(CLI::App& classify) {
 
 void addName(CLI::App& classify) {
   Shared a;
-  CLI::App* command = addCommand(classify, "name", "Name the places of an existing map by their rooms", a);
-  command->add_option("MAP", a->map, "The map file")->required();
+  CLI::App* command = addCommand(classify, "name", "Name the places and areas of a map by their rooms", a);
+  command->add_option(
+      "MODEL", a->roomClassifier,
+      "The room classifier, of `estancia classify train`; left out: rooms are told by what the "
+      "map's labels have to do with their names, without any example");
+  command->add_option("MAP", a->map, "The map file");
   addSource(
       *command, *a,
       "The images of the map; needed where its labels are not all that MODEL was trained on, as with the "
       "defaults of `train` and `map`",
-      false);
+      false, false);
+  command
+      ->add_option("--rooms", a->rooms,
+                   fmt::format("Without MODEL: the rooms that there are, separated by commas, in English\n"
+                               "Default: those that occur of {}",
+                               fmt::join(commonRooms(), ", ")))
+      ->delimiter(',')
+      ->type_name("NAME");
   addJsonOption(*command, a->json);
-  addExamples(*command, "  estancia classify name rooms.classifier home.estancia ~/photos");
-  command->callback([a] { name(*a); });
+  addExamples(*command,
+              "  estancia classify name home.estancia --rooms kitchen,bedroom,bathroom,office\n"
+              "  estancia classify name rooms.classifier home.estancia ~/photos");
+  command->callback([a] {
+    if (a->map.empty()) std::swap(a->map, a->roomClassifier);  // the map alone
+    if (a->map.empty()) throw CLI::RequiredError("MAP");
+    if (!a->rooms.empty() && !a->roomClassifier.empty())
+      throw Error(ErrorCode::invalidOption,
+                  "a room classifier has rooms of its own; leave out --rooms, or MODEL");
+    name(*a);
+  });
 }
 
 }  // namespace

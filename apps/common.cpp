@@ -17,12 +17,13 @@
 
 namespace estancia::apps {
 
-void SequenceArguments::addTo(DeclaredOptions& declared, bool required) {
+void SequenceArguments::addTo(DeclaredOptions& declared, bool required, bool withRooms) {
   declared.command()
       .add_option("SEQ", path, "Image folder, video file, data set, folder of panoramas, or label file")
       ->required(required);
-  declared.add(declare(options), {"type", "poses", "rooms", "split", "only", "max-pose-gap", "views",
-                                  "field-of-view", "turn", "exposure", "rounds"});
+  declared.add(declare(options), {"type", "poses", "split", "only", "max-pose-gap", "views", "field-of-view",
+                                  "turn", "exposure", "rounds"});
+  if (withRooms) declared.addFlags("sequence", {"rooms"});
 }
 
 void SequenceArguments::addDepthTo(DeclaredOptions& declared) {

@@ -26,8 +26,8 @@ struct NoAnswer {};
 struct SequenceArguments {
   std::string path;
   SequenceOptions options;
-  /// Adds SEQ and the group "sequence".
-  void addTo(DeclaredOptions& declared, bool required = true);
+  /// Adds SEQ and the group "sequence"; its `--rooms`, a table of true rooms, where those are of use.
+  void addTo(DeclaredOptions& declared, bool required = true, bool withRooms = true);
   /// Adds flags for depth, for the commands that use it, to the same group.
   static void addDepthTo(DeclaredOptions& declared);
   /// Opens the sequence and logs its warnings.

@@ -23,6 +23,7 @@
 #include "estancia/words/label_search.hpp"
 #include "estancia/words/label_senses.hpp"
 #include "estancia/words/lexicon.hpp"
+#include "estancia/words/room_words.hpp"
 #include "estancia/words/word_graph.hpp"
 #include "estancia/words/wordnet.hpp"
 
@@ -75,6 +76,7 @@
 #include "estancia/classify/classifier.hpp"
 #include "estancia/classify/room_classifier.hpp"
 #include "estancia/classify/scores.hpp"
+#include "estancia/classify/zero_shot_rooms.hpp"
 
 #include "estancia/recognition/recognition_options.hpp"
 #include "estancia/recognition/recognizer.hpp"

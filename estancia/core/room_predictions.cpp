@@ -21,6 +21,21 @@ std::vector<RoomProbability> ranked(const std::vector<std::string>& names, std::
   return rooms;
 }
 
+/// The row of an image as if all rooms were equally frequent; zeros stay zeros.
+std::vector<float> withoutPrior(const RoomPredictions& predictions, std::size_t image) {
+  const DescriptorView row = predictions.probabilities.row(image);
+  std::vector<float> even(row.begin(), row.end());
+  if (predictions.prior.size() != even.size()) return even;
+  double sum = 0;
+  for (std::size_t r = 0; r < even.size(); ++r) {
+    even[r] = static_cast<float>(static_cast<double>(even[r]) / predictions.prior[r]);
+    sum += static_cast<double>(even[r]);
+  }
+  if (sum > 0)
+    for (float& value : even) value = static_cast<float>(static_cast<double>(value) / sum);
+  return even;
+}
+
 }  // namespace
 
 std::vector<RoomProbability> rankedRooms(const RoomPredictions& predictions, std::size_t image) {
@@ -39,7 +54,7 @@ std::vector<std::vector<RoomProbability>> poolRooms(const RoomPredictions& predi
   std::vector<LogOpinionPool> pools(groups, LogOpinionPool(predictions.rooms.size()));
   const std::size_t images = std::min(groupOf.size(), predictions.probabilities.size());
   for (std::size_t i = 0; i < images; ++i)
-    if (groupOf[i] < groups) pools[groupOf[i]].add(predictions.probabilities.row(i));
+    if (groupOf[i] < groups) pools[groupOf[i]].add(withoutPrior(predictions, i));
   std::vector<std::vector<RoomProbability>> pooled(groups);
   for (std::size_t g = 0; g < groups; ++g)
     if (pools[g].size() > 0) pooled[g] = ranked(predictions.rooms, pools[g].pooled());

@@ -20,6 +20,8 @@ struct RoomPredictions {
   std::vector<std::string> rooms;
   /// N×R; a row adds up to 1, or is all 0 for an image without a prediction.
   DescriptorMatrix probabilities;
+  /// R shares of the run's images that the probabilities take into account, > 0; empty: even ones.
+  std::vector<double> prior = {};
 };
 
 struct RoomProbability {
@@ -35,8 +37,9 @@ std::vector<RoomProbability> rankedRooms(const RoomPredictions& predictions, std
 /// The rooms of each group of images, best first; empty for a group without predictions. `groupOf[i]` is the
 /// group of image i; images beyond its end and numbers of `groups` or more belong to none.
 ///
-/// Predictions are fused by LogOpinionPool, which was as accurate on places as the mean of the probabilities
-/// and better calibrated (docs/how-to/rooms.md).
+/// Predictions are fused by LogOpinionPool, without their prior: a place is no more likely to be a kitchen
+/// because most images are of kitchens. It was as accurate on places as the mean of the probabilities and
+/// better calibrated (docs/how-to/rooms.md).
 std::vector<std::vector<RoomProbability>> poolRooms(const RoomPredictions& predictions,
                                                     std::span<const std::size_t> groupOf, std::size_t groups);
 

@@ -132,6 +132,20 @@ void readMerges(Database& database, TopologicalMap& map) {
   }
 }
 
+/// The shares of `rooms` rooms, if the map names any.
+std::vector<double> readRoomPrior(Database& database, std::size_t rooms) {
+  Statement query(database, "SELECT value FROM meta WHERE key = 'room_prior'");
+  if (!query.next()) return {};
+  try {
+    auto prior = nlohmann::json::parse(query.text(0)).get<std::vector<double>>();
+    const auto isShare = [](double share) { return share > 0 && share <= 1; };
+    if (prior.size() == rooms && std::ranges::all_of(prior, isShare)) return prior;
+  } catch (const nlohmann::json::exception&) {
+    // as wrong as one of another length
+  }
+  database.failDamaged("the shares of its rooms are wrong");
+}
+
 void readPredictions(Database& database, TopologicalMap& map) {
   if (!sqlite::hasTable(database, "predicted_rooms")) return;
   std::vector<std::string> rooms;
@@ -144,7 +158,7 @@ void readPredictions(Database& database, TopologicalMap& map) {
   if (rooms.empty()) database.failDamaged("it has no predicted rooms");
   const std::size_t count = rooms.size();
   RoomPredictions predictions{printable(readMeta(database, "classifier")), std::move(rooms),
-                              DescriptorMatrix(count)};
+                              DescriptorMatrix(count), readRoomPrior(database, count)};
   Rows rows(database, "SELECT frame, probabilities FROM predictions ORDER BY frame");
   std::vector<float> row;
   while (rows.next()) {

@@ -108,12 +108,18 @@ std::vector<double> LabelSearch::probabilities(const Query& query) const {
     for (const Term& term : query.terms) sum += liftOf(term, label);
     lifts[label] = std::clamp(sum / static_cast<double>(query.terms.size()), minUsedLift, maxLift);
   }
-  const double best = *std::max_element(lifts.begin(), lifts.end());
+  std::vector<double> best;  // among the labels of the same model: each has words of its own for a thing
+  auto from = lifts.begin();
+  for (const LabelPart& part : vocabulary_.layout().parts) {
+    const auto to = from + static_cast<std::ptrdiff_t>(part.size);
+    best.insert(best.end(), part.size, *std::max_element(from, to));
+    from = to;
+  }
   for (std::size_t label = 0; label < lifts.size(); ++label) {
     if (senses_[label].senses.empty()) continue;
     const double kind = query.terms.size() == 1 ? kindShare(query.terms.front(), label) : 0;
     const double logit = bias + kindWeight * kind + liftWeight * lifts[label] +
-                         gapWeight * std::max(lifts[label] - best, -maxGap);
+                         gapWeight * std::max(lifts[label] - best[label], -maxGap);
     results[label] = 1 / (1 + std::exp(-logit));
   }
   return results;

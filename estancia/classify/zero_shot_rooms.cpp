@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/classify/zero_shot_rooms.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "estancia/core/error.hpp"
+#include "estancia/words/room_words.hpp"
+
+namespace estancia {
+namespace {
+
+// Chosen on the training half of NYU Depth V2, five rooms (docs/measured/words.md).
+constexpr double meanShare = 0.5;
+/// Standard deviations of evidence to log odds: the maximum of the training half's likelihood.
+constexpr double temperature = 0.7;
+/// Fewer images do not tell what is usual for a room.
+constexpr std::size_t minStandardized = 20;
+constexpr int priorSteps = 20;
+
+/// Images × rooms, row-major.
+struct Evidence {
+  std::size_t rooms = 0;
+  std::vector<double> values;
+
+  double& at(std::size_t image, std::size_t room) { return values[image * rooms + room]; }
+  std::size_t images() const { return values.size() / rooms; }
+
+  /// Divides all by their common deviation.
+  void scale() {
+    const double n = static_cast<double>(values.size());
+    const double mean = std::accumulate(values.begin(), values.end(), 0.0) / n;
+    double squares = 0;
+    for (const double value : values) squares += (value - mean) * (value - mean);
+    if (squares <= 0) return;
+    const double factor = 1 / std::sqrt(squares / n);
+    for (double& value : values) value *= factor;
+  }
+};
+
+/// Of the labels [from, from + size) alone.
+void addPart(const DescriptorMatrix& images, const std::vector<std::vector<float>>& weights, std::size_t from,
+             std::size_t size, Evidence& sum) {
+  std::vector<double> usual(size, 0);
+  for (std::size_t i = 0; i < images.size(); ++i)
+    for (std::size_t l = 0; l < size; ++l)
+      usual[l] +=
+          std::sqrt(static_cast<double>(images.row(i)[from + l])) / static_cast<double>(images.size());
+  Evidence part{sum.rooms, std::vector<double>(sum.values.size(), 0)};
+  for (std::size_t r = 0; r < weights.size(); ++r) {
+    double norm = 0;
+    std::vector<std::pair<std::size_t, double>> telling;
+    for (std::size_t l = 0; l < size; ++l)
+      if (const double weight = static_cast<double>(weights[r][from + l]); weight > 0) {
+        telling.emplace_back(l, weight);
+        norm += weight * weight;
+      }
+    for (std::size_t i = 0; i < images.size(); ++i)
+      for (const auto& [l, weight] : telling)
+        part.at(i, r) += weight / std::sqrt(norm) *
+                         (std::sqrt(static_cast<double>(images.row(i)[from + l])) - meanShare * usual[l]);
+  }
+  part.scale();
+  for (std::size_t k = 0; k < sum.values.size(); ++k) sum.values[k] += part.values[k];
+}
+
+/// Each room's evidence to mean 0 and deviation 1 over the run.
+void standardize(Evidence& evidence) {
+  const double n = static_cast<double>(evidence.images());
+  for (std::size_t r = 0; r < evidence.rooms; ++r) {
+    double sum = 0, squares = 0;
+    for (std::size_t i = 0; i < evidence.images(); ++i) {
+      sum += evidence.at(i, r);
+      squares += evidence.at(i, r) * evidence.at(i, r);
+    }
+    const double mean = sum / n, deviation = std::sqrt(std::max(0.0, squares / n - mean * mean));
+    for (std::size_t i = 0; i < evidence.images(); ++i)
+      evidence.at(i, r) = deviation > 0 ? (evidence.at(i, r) - mean) / deviation : 0;
+  }
+}
+
+/// Turns log odds into probabilities, and returns how often each room occurs.
+std::vector<double> adjustToRun(Evidence& evidence) {
+  const std::size_t rooms = evidence.rooms, images = evidence.images();
+  for (std::size_t i = 0; i < images; ++i) {
+    double* row = &evidence.at(i, 0);
+    const double most = *std::max_element(row, row + rooms);
+    for (std::size_t r = 0; r < rooms; ++r) row[r] = std::exp((row[r] - most) / temperature);
+  }
+  std::vector<double> prior(rooms, 1 / static_cast<double>(rooms));
+  for (int step = 0; step <= priorSteps; ++step) {
+    std::vector<double> counts(rooms, 1);  // Laplace: no room is out of the question
+    for (std::size_t i = 0; i < images; ++i) {
+      double* row = &evidence.at(i, 0);
+      double sum = 0;
+      for (std::size_t r = 0; r < rooms; ++r) sum += row[r] * prior[r];
+      for (std::size_t r = 0; r < rooms; ++r) {
+        const double posterior = row[r] * prior[r] / sum;
+        counts[r] += posterior;
+        if (step == priorSteps) row[r] = posterior;
+      }
+    }
+    if (step < priorSteps)
+      for (std::size_t r = 0; r < rooms; ++r) prior[r] = counts[r] / static_cast<double>(images + rooms);
+  }
+  return prior;
+}
+
+}  // namespace
+
+RoomPredictions predictRoomsByNames(const WordGraph& graph, const Vocabulary& vocabulary,
+                                    const DescriptorMatrix& images, const std::vector<std::string>& rooms) {
+  const bool areListed = !rooms.empty();
+  RoomPredictions predictions{"WordNet, no example", areListed ? rooms : commonRooms(),
+                              DescriptorMatrix(areListed ? rooms.size() : commonRooms().size())};
+  if (images.labels() != vocabulary.size())
+    throw Error(ErrorCode::mismatch, "the images have other labels than the vocabulary");
+  if (predictions.rooms.size() < 2)
+    throw Error(ErrorCode::insufficientData, "one room alone needs no telling; name at least two");
+  const std::vector<std::vector<float>> weights = roomLabelWeights(graph, vocabulary, predictions.rooms);
+  Evidence evidence{predictions.rooms.size(),
+                    std::vector<double>(images.size() * predictions.rooms.size(), 0)};
+  if (images.size() == 0) return predictions;
+  std::size_t from = 0;
+  for (const LabelPart& part : vocabulary.layout().parts) {
+    addPart(images, weights, from, part.size, evidence);
+    from += part.size;
+  }
+  evidence.scale();
+  if (areListed && images.size() >= minStandardized) standardize(evidence);
+  predictions.prior = adjustToRun(evidence);
+  std::vector<float> row(evidence.rooms);
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    for (std::size_t r = 0; r < row.size(); ++r) row[r] = static_cast<float>(evidence.at(i, r));
+    predictions.probabilities.append(row);
+  }
+  return predictions;
+}
+
+}  // namespace estancia

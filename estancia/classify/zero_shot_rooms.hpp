@@ -1,0 +1,30 @@
+// Zero-shot rooms: names for images from what their labels have to do with the rooms' names, without any
+// example. SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "estancia/core/descriptor.hpp"
+#include "estancia/core/room_predictions.hpp"
+#include "estancia/core/vocabulary.hpp"
+#include "estancia/words/word_graph.hpp"
+
+namespace estancia {
+
+/// Rooms of the images of one run, by the labels of one model or several.
+///
+/// An image tells for a room what its labels tell (roomLabelWeights()), by the square roots of their
+/// probabilities less half of the run's mean (Hellinger). Models count the same. `rooms` that somebody has
+/// listed are taken to occur: in runs of 20 images or more each room's evidence is standardized over the run.
+/// Without a list, commonRooms() are tried. How often each room occurs is estimated by expectation
+/// maximization (Saerens, Latinne & Decaestecker 2002: Adjusting the outputs of a classifier to new a priori
+/// probabilities), and is the result's `prior`. Rows of zeros have no prediction.
+///
+/// Throws Error: mismatch when `images` has other labels; unknownName as roomLabelWeights(); insufficientData
+/// for fewer than two rooms.
+RoomPredictions predictRoomsByNames(const WordGraph& graph, const Vocabulary& vocabulary,
+                                    const DescriptorMatrix& images,
+                                    const std::vector<std::string>& rooms = {});
+
+}  // namespace estancia

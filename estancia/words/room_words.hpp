@@ -1,0 +1,23 @@
+// Room words: how much each label tells about rooms that are known by their names alone.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "estancia/core/vocabulary.hpp"
+#include "estancia/words/word_graph.hpp"
+
+namespace estancia {
+
+/// Rooms and places that are tried where nobody says which there are: homes, offices, shops, streets.
+const std::vector<std::string>& commonRooms();
+
+/// A row a room, a value ≥ 0 a label: the square of how far its log lift (WordGraph::lift()) from the room's
+/// name lies above the mean of all artifacts of WordNet, in their standard deviations, less two. Names of
+/// several words: the mean of their log lifts, as in LabelSearch. Underscores count as blanks. Throws Error
+/// (unknownName) for a room whose name WordNet does not know.
+std::vector<std::vector<float>> roomLabelWeights(const WordGraph& graph, const Vocabulary& vocabulary,
+                                                 const std::vector<std::string>& rooms);
+
+}  // namespace estancia
