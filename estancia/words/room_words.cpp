@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/label_words.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/words/label_senses.hpp"
 
@@ -15,6 +17,8 @@ namespace {
 
 /// Most artifacts have nothing to do with a room. Chosen on the training half of NYU Depth V2.
 constexpr double leastDeviations = 2;
+/// Of all furnishings of a common room together, beside its name.
+constexpr double furnishingShare = 0.5;
 
 /// Log lifts of all synsets from what a name means.
 class NameLifts {
@@ -41,40 +45,91 @@ class NameLifts {
   std::vector<std::vector<float>> visits_;
 };
 
+/// A room that many buildings have, and what makes it one: definitions seldom name all of it.
+struct CommonRoom {
+  std::string name;
+  std::vector<std::string> furnishings;
+};
+
+const std::vector<CommonRoom>& commonRoomTable() {
+  static const std::vector<CommonRoom> rooms = {
+      {"kitchen", {"stove", "refrigerator", "sink", "oven", "microwave", "dishwasher"}},
+      {"living room", {"sofa", "television", "armchair", "fireplace", "coffee table"}},
+      {"dining room", {"dining table", "chair", "chandelier"}},
+      {"bedroom", {"bed", "pillow", "wardrobe", "dresser"}},
+      {"bathroom", {"toilet", "bathtub", "washbasin", "shower", "towel", "mirror"}},
+      {"corridor", {"door", "doormat"}},
+      {"study", {"desk", "bookcase", "computer"}},
+      {"office", {"desk", "computer", "printer", "swivel chair"}},
+      {"nursery", {"crib", "cradle", "toy"}},
+      {"laundry", {"washing machine", "iron", "clothes dryer"}},
+      {"closet", {"clothes hanger", "clothes"}},
+      {"staircase", {"stair", "banister"}},
+      {"garage", {"car", "bicycle", "toolbox"}},
+      {"balcony", {"railing", "flowerpot"}},
+      {"garden", {"lawn", "flower", "lawn mower"}},
+      {"library", {"bookcase", "book"}},
+      {"classroom", {"blackboard", "desk", "chair"}},
+      {"laboratory", {"beaker", "microscope", "test tube"}},
+      {"workshop", {"workbench", "hammer", "drill"}},
+      {"shop", {"counter", "shelf", "shopping cart"}},
+      {"restaurant", {"menu", "dining table", "waiter"}},
+  };
+  return rooms;
+}
+
+/// What each label tells about a word, a value ≥ 0 a label.
+std::vector<double> labelWeights(const WordGraph& graph, const std::vector<LabelSense>& senses,
+                                 const std::string& word) {
+  const NameLifts lifts(graph, word);
+  double sum = 0, squares = 0, count = 0;
+  for (std::uint32_t synset = graph.lexicon.firstSynset[0]; synset < graph.lexicon.firstSynset[1]; ++synset) {
+    if (graph.category(synset) != WordCategory::artifact) continue;
+    const double lift = lifts.of(synset);
+    sum += lift;
+    squares += lift * lift;
+    ++count;
+  }
+  const double mean = sum / count, deviation = std::sqrt(std::max(squares / count - mean * mean, 1e-9));
+  std::vector<double> weights;
+  for (const LabelSense& label : senses) {
+    double excess = 0;
+    for (const Sense& sense : label.senses)
+      excess += static_cast<double>(sense.probability) *
+                std::max(0.0, (lifts.of(sense.synset) - mean) / deviation - leastDeviations);
+    weights.push_back(excess * excess);
+  }
+  return weights;
+}
+
 }  // namespace
 
 const std::vector<std::string>& commonRooms() {
-  static const std::vector<std::string> rooms = {
-      "kitchen", "living room", "dining room", "bedroom",    "bathroom",  "corridor", "study",
-      "office",  "nursery",     "laundry",     "closet",     "staircase", "garage",   "balcony",
-      "garden",  "library",     "classroom",   "laboratory", "workshop",  "shop",     "restaurant"};
-  return rooms;
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> list;
+    for (const CommonRoom& room : commonRoomTable()) list.push_back(room.name);
+    return list;
+  }();
+  return names;
 }
 
 std::vector<std::vector<float>> roomLabelWeights(const WordGraph& graph, const Vocabulary& vocabulary,
                                                  const std::vector<std::string>& rooms) {
   const std::vector<LabelSense> senses = findLabelSenses(graph, vocabulary);
+  std::map<std::string, std::vector<double>> known;  // rooms share furnishings
   std::vector<std::vector<float>> weights;
   for (const std::string& room : rooms) {
-    const NameLifts lifts(graph, room);
-    double sum = 0, squares = 0, count = 0;
-    for (std::uint32_t synset = graph.lexicon.firstSynset[0]; synset < graph.lexicon.firstSynset[1];
-         ++synset) {
-      if (graph.category(synset) != WordCategory::artifact) continue;
-      const double lift = lifts.of(synset);
-      sum += lift;
-      squares += lift * lift;
-      ++count;
+    std::vector<double> sum = labelWeights(graph, senses, room);
+    for (const CommonRoom& common : commonRoomTable()) {
+      if (!sameWords(common.name, room)) continue;
+      for (const std::string& thing : common.furnishings) {
+        const auto [of, isNew] = known.try_emplace(thing);
+        if (isNew) of->second = labelWeights(graph, senses, thing);
+        const double share = furnishingShare / static_cast<double>(common.furnishings.size());
+        for (std::size_t label = 0; label < sum.size(); ++label) sum[label] += share * of->second[label];
+      }
     }
-    const double mean = sum / count, deviation = std::sqrt(std::max(squares / count - mean * mean, 1e-9));
-    std::vector<float>& row = weights.emplace_back(vocabulary.size(), 0.0F);
-    for (std::size_t label = 0; label < row.size(); ++label) {
-      double excess = 0;
-      for (const Sense& sense : senses[label].senses)
-        excess += static_cast<double>(sense.probability) *
-                  std::max(0.0, (lifts.of(sense.synset) - mean) / deviation - leastDeviations);
-      row[label] = static_cast<float>(excess * excess);
-    }
+    weights.emplace_back(sum.begin(), sum.end());
   }
   return weights;
 }

@@ -14,9 +14,11 @@ namespace estancia {
 const std::vector<std::string>& commonRooms();
 
 /// A row a room, a value ≥ 0 a label: the square of how far its log lift (WordGraph::lift()) from the room's
-/// name lies above the mean of all artifacts of WordNet, in their standard deviations, less two. Names of
-/// several words: the mean of their log lifts, as in LabelSearch. Underscores count as blanks. Throws Error
-/// (unknownName) for a room whose name WordNet does not know.
+/// name lies above the mean of all artifacts of WordNet, in their standard deviations, less two. To a name of
+/// commonRooms() half of the mean of the same for that room's furnishings is added ("living room": sofa,
+/// television …), which definitions seldom name. Names of several words: the mean of their log lifts, as in
+/// LabelSearch. Underscores count as blanks. Throws Error (unknownName) for a room whose name WordNet does
+/// not know.
 std::vector<std::vector<float>> roomLabelWeights(const WordGraph& graph, const Vocabulary& vocabulary,
                                                  const std::vector<std::string>& rooms);
 
