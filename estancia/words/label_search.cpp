@@ -25,6 +25,12 @@ constexpr double maxLift = 15, maxGap = 10, minUsedLift = -5;
 /// A hypernym one step further away counts a little less.
 constexpr double stepDecay = 0.95;
 
+/// What is read of a query: a long one is cut between words, where there are some.
+std::string_view beginningOf(std::string_view words) {
+  if (words.size() <= maxQueryBytes) return words;
+  return words.substr(0, std::min(maxQueryBytes, words.find_last_of(' ', maxQueryBytes)));
+}
+
 }  // namespace
 
 LabelSearch::LabelSearch(const Vocabulary& vocabulary, const WordGraph* graph)
@@ -44,9 +50,7 @@ LabelSearch::LabelSearch(const Vocabulary& vocabulary, const WordGraph* graph)
 LabelSearch::Query LabelSearch::parse(std::string_view asked) const {
   const Lexicon& lexicon = graph_->lexicon;
   Query query;
-  if (asked.size() > maxQueryBytes)  // between words, where there are some
-    asked = asked.substr(0, std::min(maxQueryBytes, asked.find_last_of(' ', maxQueryBytes)));
-  std::vector<std::string> words = splitText(asked);
+  std::vector<std::string> words = splitText(beginningOf(asked));
   if (words.size() > maxWords) words.resize(maxWords);
   std::string corrected;
   std::size_t unknown = 0;
@@ -189,6 +193,7 @@ std::string LabelSearch::reasonFor(const Query& query, std::size_t label) const 
 
 LabelMatches LabelSearch::search(std::string_view words, std::size_t count, double minProbability) const {
   LabelMatches matches;
+  words = beginningOf(words);
   for (const std::size_t label : labelsNamed(vocabulary_, words)) matches.labels.push_back({label, 1, ""});
   if (!matches.labels.empty()) return matches;
   const std::vector<std::size_t> held = findLabels(vocabulary_, words);
@@ -212,6 +217,7 @@ LabelMatches LabelSearch::search(std::string_view words, std::size_t count, doub
 }
 
 std::vector<std::size_t> labelsNamed(const Vocabulary& vocabulary, std::string_view words) {
+  words = beginningOf(words);
   std::vector<std::size_t> named;
   for (const std::size_t label : findLabels(vocabulary, words)) {
     const std::string& line = vocabulary[label];
