@@ -21,6 +21,9 @@ constexpr std::size_t maxTerms = 6, maxUnknown = 6, maxWords = 20, maxQueryBytes
 // constant, the share of the query's meanings that the label is a kind of, its log lift, and how far that is
 // below the best label's.
 constexpr double bias = -2.36, kindWeight = 3.1, liftWeight = 0.72, gapWeight = 0.61;
+/// Of what certainly is of the kind that is asked for, however little else joins the two: a rocking chair is
+/// a chair, a chair a seat, a seat furniture. Chosen on the same queries.
+constexpr double kindFloor = 0.8;
 constexpr double maxLift = 15, maxGap = 10, minUsedLift = -5;
 /// A hypernym one step further away counts a little less.
 constexpr double stepDecay = 0.95;
@@ -124,7 +127,7 @@ std::vector<double> LabelSearch::probabilities(const Query& query) const {
     const double kind = query.terms.size() == 1 ? kindShare(query.terms.front(), label) : 0;
     const double logit = bias + kindWeight * kind + liftWeight * lifts[label] +
                          gapWeight * std::max(lifts[label] - best[label], -maxGap);
-    results[label] = 1 / (1 + std::exp(-logit));
+    results[label] = std::max(1 / (1 + std::exp(-logit)), kindFloor * kind * kind);
   }
   return results;
 }
