@@ -148,8 +148,7 @@ TEST(LabelSearch, KnowsNothingOfWordsThatMeanNothing) {
         std::string("%s%n"), std::string("../../etc")}) {
     const auto start = std::chrono::steady_clock::now();
     const LabelMatches matches = search().search(words);
-    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::milliseconds(500))
-        << words.substr(0, 40);
+    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(2)) << words.substr(0, 40);
     EXPECT_THAT(matches.labels, IsEmpty()) << words.substr(0, 40);
     EXPECT_EQ(matches.corrected, "") << words.substr(0, 40);
     EXPECT_THAT(search().probabilities(words), Each(0.0)) << words.substr(0, 40);
