@@ -146,8 +146,12 @@ std::string LabelSearch::reasonFor(const Query& query, std::size_t label) const 
     return std::any_of(term->senses.begin(), term->senses.end(),
                        [&](const Sense& sense) { return sense.synset == synset; });
   };
+  // "Vehicles", which is no entry of its own: "a kind of vehicle".
+  const bool isEntry = graph_->lexicon.find(term->word).has_value();
   for (const auto& [above, distance] : hypernyms_[label])
-    if (isAsked(above)) return distance == 0 ? "the same as " + term->word : "a kind of " + term->word;
+    if (isAsked(above))
+      return (distance == 0 ? "the same as " : "a kind of ") +
+             (isEntry ? term->word : std::string(graph_->name(above)));
   // Back along the edges that brought most of the walkers.
   constexpr int maxHops = 4;
   std::vector<std::uint32_t> way{senses_[label].senses.front().synset};

@@ -89,6 +89,8 @@ TEST(LabelSearch, FindsKindsOfThings) {
   EXPECT_THAT(found("furniture"), testing::IsSupersetOf({"sofa", "folding chair", "desk", "bookcase"}));
   EXPECT_THAT(found("animals"), testing::IsSupersetOf({"golden retriever", "tabby"}));
   EXPECT_EQ(reasonOf("furniture", "desk"), "a kind of furniture");
+  EXPECT_EQ(reasonOf("vehicles", "minivan"), "a kind of vehicle");
+  EXPECT_EQ(reasonOf("dog's", "golden retriever"), "a kind of dog");
 }
 
 TEST(LabelSearch, FindsWhatServesAPurpose) {
