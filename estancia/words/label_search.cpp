@@ -34,6 +34,31 @@ std::string_view beginningOf(std::string_view words) {
   return words.substr(0, std::min(maxQueryBytes, words.find_last_of(' ', maxQueryBytes)));
 }
 
+/// Why a label is an answer that is joined to what is asked for.
+std::string reasonOfLink(WordLink link, const std::string& asked) {
+  switch (link) {
+    case WordLink::kindOf:
+      return "a kind of " + asked;
+    case WordLink::moreGeneral:
+      return asked + " is a kind of it";
+    case WordLink::partOf:
+      return "part of " + asked;
+    case WordLink::hasPart:
+      return asked + " is part of it";
+    case WordLink::defines:
+      return "its description names " + asked;
+    case WordLink::definedBy:
+      return fmt::format("the description of {} names it", asked);
+    case WordLink::named:
+      return fmt::format("its name holds {}", asked);
+    case WordLink::nameOf:
+      return asked + " is named after it";
+    case WordLink::related:
+      break;
+  }
+  return "related to " + asked;
+}
+
 }  // namespace
 
 LabelSearch::LabelSearch(const Vocabulary& vocabulary, const WordGraph* graph)
@@ -175,27 +200,7 @@ std::string LabelSearch::reasonFor(const Query& query, std::size_t label) const 
   if (!isAsked(way.back())) return "related to " + term->word;
   if (way.size() > 2)
     return fmt::format("related to {} by way of {}", term->word, graph_->name(way[way.size() - 2]));
-  switch (*last) {
-    case WordLink::kindOf:
-      return "a kind of " + term->word;
-    case WordLink::moreGeneral:
-      return term->word + " is a kind of it";
-    case WordLink::partOf:
-      return "part of " + term->word;
-    case WordLink::hasPart:
-      return term->word + " is part of it";
-    case WordLink::defines:
-      return "its description names " + term->word;
-    case WordLink::definedBy:
-      return fmt::format("the description of {} names it", term->word);
-    case WordLink::named:
-      return fmt::format("its name holds {}", term->word);
-    case WordLink::nameOf:
-      return term->word + " is named after it";
-    case WordLink::related:
-      break;
-  }
-  return "related to " + term->word;
+  return reasonOfLink(*last, term->word);
 }
 
 LabelMatches LabelSearch::search(std::string_view words, std::size_t count, double minProbability) const {
