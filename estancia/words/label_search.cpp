@@ -22,7 +22,7 @@ constexpr std::size_t maxTerms = 6, maxUnknown = 6, maxWords = 20, maxQueryBytes
 // below the best label's.
 constexpr double bias = -2.36, kindWeight = 3.1, liftWeight = 0.72, gapWeight = 0.61;
 /// Of what certainly is of the kind that is asked for, however little else joins the two: a rocking chair is
-/// a chair, a chair a seat, a seat furniture. Chosen on the same queries.
+/// a chair, a chair a seat, a seat furniture.
 constexpr double kindFloor = 0.8;
 constexpr double maxLift = 15, maxGap = 10, minUsedLift = -5;
 /// A hypernym one step further away counts a little less.
