@@ -205,7 +205,7 @@ void printAreas(const EditArguments& arguments) {
     const auto objects =
         static_cast<std::size_t>(std::ranges::count(world.objects, area.id, &WorldObject::area));
     if (!arguments.json)
-      fmt::print("  {:>2}  {:<40} {:>6.1f} m²  {:>12}  {:>11}\n", area.id, area.displayName(), area.size,
+      fmt::print("  {:>2}  {:<40} {:>6.1f} m²  {:>12}  {:>11}\n", area.id, area.describedName(), area.size,
                  counted(area.frames, "frame"), counted(objects, "object"));
     areas.push_back(toJson(area));
     areas.back()["objects"] = objects;

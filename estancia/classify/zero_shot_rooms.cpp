@@ -114,6 +114,8 @@ RoomPredictions predictRoomsByNames(const WordGraph& graph, const Vocabulary& vo
   const bool areListed = !rooms.empty();
   RoomPredictions predictions{"WordNet, no example", areListed ? rooms : commonRooms(),
                               DescriptorMatrix(areListed ? rooms.size() : commonRooms().size())};
+  predictions.areByName = true;
+  predictions.areListed = areListed;
   if (images.labels() != vocabulary.size())
     throw Error(ErrorCode::mismatch, "the images have other labels than the vocabulary");
   if (predictions.rooms.size() < 2)
@@ -121,6 +123,7 @@ RoomPredictions predictRoomsByNames(const WordGraph& graph, const Vocabulary& vo
   const std::vector<std::vector<float>> weights = roomLabelWeights(graph, vocabulary, predictions.rooms);
   Evidence evidence{predictions.rooms.size(),
                     std::vector<double>(images.size() * predictions.rooms.size(), 0)};
+  predictions.prior.assign(evidence.rooms, 1 / static_cast<double>(evidence.rooms));
   if (images.size() == 0) return predictions;
   std::size_t from = 0;
   for (const LabelPart& part : vocabulary.layout().parts) {

@@ -124,7 +124,7 @@ class WorldDrawing {
       if (number >= shapes_.areas.size() || shapes_.areas[number].empty()) continue;
       const std::string color = areaColor(area.id).hex();
       svg.open("a", {{"class", "area"}, {"href", fmt::format("#area-{}", area.id)}});
-      svg.element("title", fmt::format("{}: {:.1f} m², {}", shorten(area.displayName(), 60), area.size,
+      svg.element("title", fmt::format("{}: {:.1f} m², {}", shorten(area.describedName(), 80), area.size,
                                        counted(area.frames, "frame")));
       svg.leaf("path", {{"fill", color},
                         {"stroke", color},

@@ -60,7 +60,7 @@ void addArea(Markup& out, const WorldView& view, const WorldArea* area) {
             {"id", area == nullptr ? std::string("area-none") : fmt::format("area-{}", area->id)}});
   out.open("header");
   if (area != nullptr) out.add(badge({areaColor(area->id)}, std::to_string(area->id)));
-  out.open("div").element("h3", area == nullptr ? "In no area" : shorten(area->displayName(), 60));
+  out.open("div").element("h3", area == nullptr ? "In no area" : shorten(area->describedName(), 80));
   out.element("p", (area == nullptr ? ""
                                     : fmt::format("{:.1f} m² · {} · ", area->size,
                                                   area->frames == 0 ? "only looked into"

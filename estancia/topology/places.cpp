@@ -40,13 +40,16 @@ std::vector<Place> placesOf(const TopologicalMap& map) {
   }
   if (map.predictions) {
     auto pooled = poolRooms(*map.predictions, placeOf, places.size());
-    for (std::size_t i = 0; i < places.size(); ++i) places[i].predicted = std::move(pooled[i]);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      places[i].predicted = std::move(pooled[i]);
+      if (map.predictions->areByName) places[i].leastShown = map.predictions->sureProbability();
+    }
   }
   return places;
 }
 
 std::string Place::displayRoom() const {
-  if (!room.empty() || predicted.empty()) return room;
+  if (!room.empty() || predicted.empty() || predicted.front().probability < leastShown) return room;
   return fmt::format("{} {:.0f} %", predicted.front().room, 100 * predicted.front().probability);
 }
 

@@ -26,6 +26,8 @@ struct Place {
   std::string room;
   /// A room classifier's prediction, best first; empty when none was run. Not the truth.
   std::vector<RoomProbability> predicted;
+  /// Predictions by the rooms' names alone are shown from this probability.
+  double leastShown = 0;
 
   /// The name of the room for people: the true one, else the predicted one, else "".
   std::string displayRoom() const;

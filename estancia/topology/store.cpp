@@ -61,7 +61,7 @@ CREATE TABLE state(key TEXT PRIMARY KEY, bytes BLOB NOT NULL);
 constexpr const char* schemaOfRooms = R"sql(
 DROP TABLE IF EXISTS predicted_rooms;
 DROP TABLE IF EXISTS predictions;
-DELETE FROM meta WHERE key = 'room_prior';
+DELETE FROM meta WHERE key = 'rooms_by_name';
 CREATE TABLE predicted_rooms(id INTEGER PRIMARY KEY, name TEXT NOT NULL);
 CREATE TABLE predictions(frame INTEGER PRIMARY KEY, probabilities BLOB NOT NULL);
 )sql";
@@ -433,8 +433,9 @@ void MapStore::putPredictions(const RoomPredictions& predictions) {
   impl_->statements.clear();  // those of the older tables
   impl_->allOrNothing([&] { impl_->database.run(schemaOfRooms); });
   impl_->write("INSERT OR REPLACE INTO meta VALUES('classifier', ?1)", predictions.classifier);
-  if (!predictions.prior.empty())
-    impl_->write("INSERT INTO meta VALUES('room_prior', ?1)", nlohmann::json(predictions.prior).dump());
+  if (predictions.areByName)
+    impl_->write("INSERT INTO meta VALUES('rooms_by_name', ?1)",
+                 nlohmann::json{{"prior", predictions.prior}, {"listed", predictions.areListed}}.dump());
   for (std::size_t i = 0; i < rooms; ++i)
     impl_->write("INSERT INTO predicted_rooms VALUES(?1, ?2)", i, predictions.rooms[i]);
   for (std::size_t i = 0; i < rows; ++i) {

@@ -132,18 +132,23 @@ void readMerges(Database& database, TopologicalMap& map) {
   }
 }
 
-/// The shares of `rooms` rooms, if the map names any.
-std::vector<double> readRoomPrior(Database& database, std::size_t rooms) {
-  Statement query(database, "SELECT value FROM meta WHERE key = 'room_prior'");
-  if (!query.next()) return {};
+/// What predictions by the rooms' names have beside the others.
+void readRoomsByName(Database& database, RoomPredictions& predictions) {
+  Statement query(database, "SELECT value FROM meta WHERE key = 'rooms_by_name'");
+  if (!query.next()) return;
   try {
-    auto prior = nlohmann::json::parse(query.text(0)).get<std::vector<double>>();
+    const auto json = nlohmann::json::parse(query.text(0));
+    predictions.prior = json.at("prior").get<std::vector<double>>();
+    predictions.areListed = json.at("listed").get<bool>();
+    predictions.areByName = true;
     const auto isShare = [](double share) { return share > 0 && share <= 1; };
-    if (prior.size() == rooms && std::ranges::all_of(prior, isShare)) return prior;
+    if (predictions.prior.size() == predictions.rooms.size() &&
+        std::ranges::all_of(predictions.prior, isShare))
+      return;
   } catch (const nlohmann::json::exception&) {
-    // as wrong as one of another length
+    // as wrong as shares of other rooms
   }
-  database.failDamaged("the shares of its rooms are wrong");
+  database.failDamaged("what it says of rooms by name is wrong");
 }
 
 void readPredictions(Database& database, TopologicalMap& map) {
@@ -158,7 +163,8 @@ void readPredictions(Database& database, TopologicalMap& map) {
   if (rooms.empty()) database.failDamaged("it has no predicted rooms");
   const std::size_t count = rooms.size();
   RoomPredictions predictions{printable(readMeta(database, "classifier")), std::move(rooms),
-                              DescriptorMatrix(count), readRoomPrior(database, count)};
+                              DescriptorMatrix(count)};
+  readRoomsByName(database, predictions);
   Rows rows(database, "SELECT frame, probabilities FROM predictions ORDER BY frame");
   std::vector<float> row;
   while (rows.next()) {

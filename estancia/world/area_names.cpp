@@ -14,15 +14,23 @@
 namespace estancia {
 namespace {
 
-/// More probable than all other rooms together.
-constexpr double surely = 0.5;
-
 bool isSurelyRoom(const WorldArea& area) {
-  return !area.predictedRoom.empty() && area.roomProbability > surely;
+  return area.isSurelyRoom;
 }
 
 bool isNamedByRoom(const WorldArea& area) {
   return area.givenName.empty() && isSurelyRoom(area);
+}
+
+/// Whether an area's best room is more probable there than in any other area: a room that is said to occur
+/// has to be somewhere.
+bool isBest(const std::vector<std::vector<RoomProbability>>& pooled, std::size_t area) {
+  const RoomProbability& best = pooled[area].front();
+  return std::ranges::all_of(pooled, [&](const std::vector<RoomProbability>& other) {
+    return std::ranges::none_of(other, [&](const RoomProbability& room) {
+      return room.room == best.room && room.probability > best.probability;
+    });
+  });
 }
 
 bool holdsWords(const std::string& name, const std::string& words) {
@@ -41,13 +49,16 @@ void nameAreasByRooms(WorldMap& world) {
   std::vector<std::size_t> areaOf;
   for (const int area : world.areaOfFrame)
     areaOf.push_back(area < 0 ? world.areas.size() : static_cast<std::size_t>(area));
-  const auto pooled = poolRooms(*world.places.predictions, areaOf, world.areas.size());
+  const RoomPredictions& predictions = *world.places.predictions;
+  const auto pooled = poolRooms(predictions, areaOf, world.areas.size());
   std::map<std::string, int> areasOfRoom;
   for (std::size_t i = 0; i < world.areas.size(); ++i) {
     if (pooled[i].empty()) continue;
     WorldArea& area = world.areas[i];
     area.predictedRoom = printable(pooled[i].front().room);
     area.roomProbability = pooled[i].front().probability;
+    area.isSurelyRoom =
+        area.roomProbability > predictions.sureProbability() || (predictions.areListed && isBest(pooled, i));
     if (isSurelyRoom(area)) ++areasOfRoom[area.predictedRoom];
   }
   const auto isGiven = [&world](const std::string& name) {

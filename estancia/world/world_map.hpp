@@ -24,6 +24,8 @@ struct WorldArea : Area {
   /// What a room classifier takes it for, and how probable that is; "" where none was run.
   std::string predictedRoom = {};
   double roomProbability = 0;
+  /// Whether that is sure enough for a name: see nameAreasByRooms().
+  bool isSurelyRoom = false;
   /// Its name by that room: the room, with a number where several areas are one; "" where a person gave a
   /// name, or no room is more probable than all others together. See nameAreasByRooms().
   std::string roomName = {};
@@ -31,6 +33,10 @@ struct WorldArea : Area {
   /// For people: the given name, else the room name, else the telling words.
   const std::string& displayName() const {
     return !givenName.empty() ? givenName : !roomName.empty() ? roomName : name;
+  }
+  /// The same, and the telling words after it: "kitchen: microwave, dishwasher, bottle".
+  std::string describedName() const {
+    return displayName() == name || name.empty() ? displayName() : displayName() + ": " + name;
   }
 };
 
