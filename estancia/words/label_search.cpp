@@ -25,6 +25,8 @@ constexpr double bias = -2.36, kindWeight = 3.1, liftWeight = 0.72, gapWeight = 
 /// a chair, a chair a seat, a seat furniture.
 constexpr double kindFloor = 0.8;
 constexpr double maxLift = 15, maxGap = 10, minUsedLift = -5;
+/// What is usual in a room is a weaker answer to its name than a kind of what was asked for.
+constexpr double furnishingShare = 0.8, leastReason = 0.3;
 /// A hypernym one step further away counts a little less.
 constexpr double stepDecay = 0.95;
 
@@ -57,6 +59,17 @@ std::string reasonOfLink(WordLink link, const std::string& asked) {
       break;
   }
   return "related to " + asked;
+}
+
+/// The meanings of a word that are things.
+std::vector<Sense> artifactSenses(const WordGraph& graph, const std::string& word) {
+  std::vector<Sense> senses = graph.lexicon.senses(word);
+  std::erase_if(senses,
+                [&](const Sense& sense) { return graph.category(sense.synset) != WordCategory::artifact; });
+  float sum = 0;
+  for (const Sense& sense : senses) sum += sense.probability;
+  for (Sense& sense : senses) sense.probability /= sum;
+  return senses;
 }
 
 }  // namespace
@@ -109,6 +122,10 @@ LabelSearch::Query LabelSearch::parse(std::string_view asked) const {
     std::vector<float> visits = graph_->walk(senses);
     query.terms.push_back({std::move(term), std::move(senses), std::move(visits)});
   }
+  query.room = findCommonRoom(corrected);
+  if (query.room != nullptr)
+    for (const std::string& furnishing : query.room->furnishings)
+      query.furnishings.push_back({furnishing, artifactSenses(*graph_, furnishing), {}});
   if (changed) query.corrected = corrected;
   return query;
 }
@@ -127,6 +144,14 @@ double LabelSearch::kindShare(const Term& term, std::size_t label) const {
       if (sense.synset == above)
         share = std::max(share,
                          std::sqrt(static_cast<double>(sense.probability)) * std::pow(stepDecay, distance));
+  return share;
+}
+
+/// The largest share of the term, and of the room's furnishings.
+double LabelSearch::kindShare(const Query& query, std::size_t label) const {
+  double share = query.terms.size() == 1 ? kindShare(query.terms.front(), label) : 0;
+  for (const Term& furnishing : query.furnishings)
+    share = std::max(share, furnishingShare * kindShare(furnishing, label));
   return share;
 }
 
@@ -149,7 +174,7 @@ std::vector<double> LabelSearch::probabilities(const Query& query) const {
   }
   for (std::size_t label = 0; label < lifts.size(); ++label) {
     if (senses_[label].senses.empty()) continue;
-    const double kind = query.terms.size() == 1 ? kindShare(query.terms.front(), label) : 0;
+    const double kind = kindShare(query, label);
     const double logit = bias + kindWeight * kind + liftWeight * lifts[label] +
                          gapWeight * std::max(lifts[label] - best[label], -maxGap);
     results[label] = std::max(1 / (1 + std::exp(-logit)), kindFloor * kind * kind);
@@ -177,6 +202,8 @@ std::string LabelSearch::reasonFor(const Query& query, std::size_t label) const 
     if (isAsked(above))
       return (distance == 0 ? "the same as " : "a kind of ") +
              (isEntry ? term->word : std::string(graph_->name(above)));
+  for (const Term& furnishing : query.furnishings)
+    if (kindShare(furnishing, label) > leastReason) return "usual in a " + query.room->name;
   // Back along the edges that brought most of the walkers.
   constexpr int maxHops = 4;
   std::vector<std::uint32_t> way{senses_[label].senses.front().synset};

@@ -10,6 +10,7 @@
 
 #include "estancia/core/vocabulary.hpp"
 #include "estancia/words/label_senses.hpp"
+#include "estancia/words/room_words.hpp"
 #include "estancia/words/word_graph.hpp"
 
 namespace estancia {
@@ -66,12 +67,16 @@ class LabelSearch {
   };
   struct Query {
     std::vector<Term> terms;
-    std::string corrected;
+    /// The room that the words name, and its furnishings, without walks.
+    const CommonRoom* room = nullptr;
+    std::vector<Term> furnishings = {};
+    std::string corrected = {};
   };
   Query parse(std::string_view words) const;
   std::vector<double> probabilities(const Query& query) const;
   double liftOf(const Term& term, std::size_t label) const;
   double kindShare(const Term& term, std::size_t label) const;
+  double kindShare(const Query& query, std::size_t label) const;
   std::string reasonFor(const Query& query, std::size_t label) const;
 
   const Vocabulary& vocabulary_;

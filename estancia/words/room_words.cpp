@@ -45,12 +45,6 @@ class NameLifts {
   std::vector<std::vector<float>> visits_;
 };
 
-/// A room that many buildings have, and what makes it one: definitions seldom name all of it.
-struct CommonRoom {
-  std::string name;
-  std::vector<std::string> furnishings;
-};
-
 const std::vector<CommonRoom>& commonRoomTable() {
   static const std::vector<CommonRoom> rooms = {
       {"kitchen", {"stove", "refrigerator", "sink", "oven", "microwave", "dishwasher"}},
@@ -113,6 +107,12 @@ const std::vector<std::string>& commonRooms() {
   return names;
 }
 
+const CommonRoom* findCommonRoom(std::string_view words) {
+  for (const CommonRoom& common : commonRoomTable())
+    if (sameWords(common.name, words)) return &common;
+  return nullptr;
+}
+
 std::vector<std::vector<float>> roomLabelWeights(const WordGraph& graph, const Vocabulary& vocabulary,
                                                  const std::vector<std::string>& rooms) {
   const std::vector<LabelSense> senses = findLabelSenses(graph, vocabulary);
@@ -120,14 +120,16 @@ std::vector<std::vector<float>> roomLabelWeights(const WordGraph& graph, const V
   std::vector<std::vector<float>> weights;
   for (const std::string& room : rooms) {
     std::vector<double> sum = labelWeights(graph, senses, room);
-    for (const CommonRoom& common : commonRoomTable()) {
-      if (!sameWords(common.name, room)) continue;
-      for (const std::string& thing : common.furnishings) {
-        const auto [of, isNew] = known.try_emplace(thing);
-        if (isNew) of->second = labelWeights(graph, senses, thing);
-        const double share = furnishingShare / static_cast<double>(common.furnishings.size());
-        for (std::size_t label = 0; label < sum.size(); ++label) sum[label] += share * of->second[label];
-      }
+    const CommonRoom* common = findCommonRoom(room);
+    if (common == nullptr) {
+      weights.emplace_back(sum.begin(), sum.end());
+      continue;
+    }
+    for (const std::string& thing : common->furnishings) {
+      const auto [of, isNew] = known.try_emplace(thing);
+      if (isNew) of->second = labelWeights(graph, senses, thing);
+      const double share = furnishingShare / static_cast<double>(common->furnishings.size());
+      for (std::size_t label = 0; label < sum.size(); ++label) sum[label] += share * of->second[label];
     }
     weights.emplace_back(sum.begin(), sum.end());
   }

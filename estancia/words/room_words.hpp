@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "estancia/core/vocabulary.hpp"
@@ -12,6 +13,16 @@ namespace estancia {
 
 /// Rooms and places that are tried where nobody says which there are: homes, offices, shops, streets.
 const std::vector<std::string>& commonRooms();
+
+/// A room that many buildings have, and what makes it one: definitions seldom name all of it.
+struct CommonRoom {
+  std::string name;
+  std::vector<std::string> furnishings;
+};
+
+/// The one of commonRooms() that the words name; case, hyphens, underscores and plural forms do not matter.
+/// nullptr for other words.
+const CommonRoom* findCommonRoom(std::string_view words);
 
 /// A row a room, a value ≥ 0 a label: the square of how far its log lift (WordGraph::lift()) from the room's
 /// name lies above the mean of all artifacts of WordNet, in their standard deviations, less two. To a name of
