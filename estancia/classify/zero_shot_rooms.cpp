@@ -13,8 +13,16 @@ namespace {
 
 // Chosen on the training half of NYU Depth V2, five rooms (docs/measured/words.md).
 constexpr double meanShare = 0.5;
+/// A room of which a model's labels tell less than this share of what they tell of the best one: hardly a
+/// label has to do with it, and what little there is must not count in full.
+constexpr double leastSupport = 0.1;
 /// Standard deviations of evidence to log odds: the maximum of the training half's likelihood.
 constexpr double temperature = 0.7;
+/// Evidence that deviates less is no evidence and is not blown up: half of the least deviation of a real run
+/// (NYU's training half, the home's drives: 0.10 to 0.22); equal labels have 0.01.
+constexpr double leastDeviation = 0.05;
+/// The same for one room's, in deviations of all.
+constexpr double leastRoomDeviation = 0.3;
 /// Fewer images do not tell what is usual for a room.
 constexpr std::size_t minStandardized = 20;
 constexpr int priorSteps = 20;
@@ -27,14 +35,13 @@ struct Evidence {
   double& at(std::size_t image, std::size_t room) { return values[image * rooms + room]; }
   std::size_t images() const { return values.size() / rooms; }
 
-  /// Divides all by their common deviation.
-  void scale() {
+  /// Divides all by their common deviation, or by `least` where that is less.
+  void scale(double least) {
     const double n = static_cast<double>(values.size());
     const double mean = std::accumulate(values.begin(), values.end(), 0.0) / n;
     double squares = 0;
     for (const double value : values) squares += (value - mean) * (value - mean);
-    if (squares <= 0) return;
-    const double factor = 1 / std::sqrt(squares / n);
+    const double factor = 1 / std::max(least, std::sqrt(squares / n));
     for (double& value : values) value *= factor;
   }
 };
@@ -47,21 +54,24 @@ void addPart(const DescriptorMatrix& images, const std::vector<std::vector<float
     for (std::size_t l = 0; l < size; ++l)
       usual[l] +=
           std::sqrt(static_cast<double>(images.row(i)[from + l])) / static_cast<double>(images.size());
-  Evidence part{sum.rooms, std::vector<double>(sum.values.size(), 0)};
-  for (std::size_t r = 0; r < weights.size(); ++r) {
-    double norm = 0;
-    std::vector<std::pair<std::size_t, double>> telling;
-    for (std::size_t l = 0; l < size; ++l)
-      if (const double weight = static_cast<double>(weights[r][from + l]); weight > 0) {
-        telling.emplace_back(l, weight);
-        norm += weight * weight;
-      }
-    for (std::size_t i = 0; i < images.size(); ++i)
-      for (const auto& [l, weight] : telling)
-        part.at(i, r) += weight / std::sqrt(norm) *
-                         (std::sqrt(static_cast<double>(images.row(i)[from + l])) - meanShare * usual[l]);
+  std::vector<double> norms;
+  for (const std::vector<float>& row : weights) {
+    double squares = 0;
+    for (std::size_t l = from; l < from + size; ++l)
+      squares += static_cast<double>(row[l]) * static_cast<double>(row[l]);
+    norms.push_back(std::sqrt(squares));
   }
-  part.scale();
+  const double leastNorm = leastSupport * *std::max_element(norms.begin(), norms.end());
+  Evidence part{sum.rooms, std::vector<double>(sum.values.size(), 0)};
+  for (std::size_t r = 0; r < weights.size(); ++r)
+    for (std::size_t l = 0; l < size; ++l) {
+      const double weight = static_cast<double>(weights[r][from + l]) / std::max({norms[r], leastNorm, 1e-9});
+      if (weight <= 0) continue;
+      for (std::size_t i = 0; i < images.size(); ++i)
+        part.at(i, r) +=
+            weight * (std::sqrt(static_cast<double>(images.row(i)[from + l])) - meanShare * usual[l]);
+    }
+  part.scale(leastDeviation);
   for (std::size_t k = 0; k < sum.values.size(); ++k) sum.values[k] += part.values[k];
 }
 
@@ -76,7 +86,7 @@ void standardize(Evidence& evidence) {
     }
     const double mean = sum / n, deviation = std::sqrt(std::max(0.0, squares / n - mean * mean));
     for (std::size_t i = 0; i < evidence.images(); ++i)
-      evidence.at(i, r) = deviation > 0 ? (evidence.at(i, r) - mean) / deviation : 0;
+      evidence.at(i, r) = (evidence.at(i, r) - mean) / std::max(deviation, leastRoomDeviation);
   }
 }
 
@@ -130,7 +140,7 @@ RoomPredictions predictRoomsByNames(const WordGraph& graph, const Vocabulary& vo
     addPart(images, weights, from, part.size, evidence);
     from += part.size;
   }
-  evidence.scale();
+  evidence.scale(1);
   if (areListed && images.size() >= minStandardized) standardize(evidence);
   predictions.prior = adjustToRun(evidence);
   std::vector<float> row(evidence.rooms);

@@ -48,6 +48,46 @@ TEST_F(WorldCommand, AsksForObjectsAreasAndPlaces) {
   EXPECT_EQ(json::parse(none.out)["near_spellings"][0], "corridor");
 }
 
+TEST_F(WorldCommand, UnderstandsWordsThatNoLabelHas) {
+  const auto said = run({"ask", map_, "something made of crockry"});
+  EXPECT_EQ(said.exitCode, 0) << said.err;
+  EXPECT_THAT(said.out, HasSubstr("crockery → "));
+  EXPECT_THAT(said.out, HasSubstr("cup ("));
+  const json answer = json::parse(run({"ask", map_, "crockry", "--json"}).out);
+  EXPECT_EQ(answer["corrected"], "crockery");
+  EXPECT_EQ(answer["matches"][0]["reason"], "a kind of crockery");
+  EXPECT_EQ(run({"route", map_, "--from", "0", "--to", "crockery"}).exitCode, 0);
+  EXPECT_EQ(run({"ask", map_, "xyzzy"}).exitCode, 1);
+
+  setenv("ESTANCIA_WORDNET", (scratch_ / "nothing").c_str(), 1);
+  const auto plain = run({"ask", map_, "crockery"}), named = run({"ask", map_, "cup"});
+  unsetenv("ESTANCIA_WORDNET");
+  EXPECT_EQ(plain.exitCode, 1);
+  EXPECT_THAT(plain.out, HasSubstr("ESTANCIA_WORDNET"));
+  EXPECT_EQ(named.exitCode, 0) << "names need no WordNet";
+}
+
+TEST_F(WorldCommand, NamesAreasByTheNamesOfRoomsAlone) {
+  const auto said = run({"classify", "name", map_, "--rooms", "kitchen,dining room,bathroom"});
+  EXPECT_EQ(said.exitCode, 0) << said.err;
+  EXPECT_THAT(said.out, HasSubstr("place 0"));
+  EXPECT_THAT(said.out, HasSubstr("area 0"));
+  EXPECT_EQ(readMap(map_).predictions->rooms,
+            (std::vector<std::string>{"kitchen", "dining room", "bathroom"}));
+  EXPECT_TRUE(readMap(map_).predictions->areListed);
+  EXPECT_EQ(run({"classify", "name", map_}).exitCode, 0);
+  EXPECT_FALSE(readMap(map_).predictions->areListed);
+  EXPECT_THAT(run({"classify", "name", map_, "--rooms", "kitchen,xyzzy"}),
+              FailsWith(ErrorCode::unknownName, "xyzzy"));
+  EXPECT_THAT(run({"classify", "name", map_, "--rooms", "kitchen"}), FailsWith(ErrorCode::insufficientData));
+  EXPECT_NE(run({"classify", "name"}).exitCode, 0);
+  EXPECT_THAT(run({"classify", "name", scratch_ / "missing.estancia"}), FailsWith(ErrorCode::fileNotFound));
+  setenv("ESTANCIA_WORDNET", (scratch_ / "nothing").c_str(), 1);
+  const auto without = run({"classify", "name", map_});
+  unsetenv("ESTANCIA_WORDNET");
+  EXPECT_THAT(without, FailsWith(ErrorCode::missingDependency, "ESTANCIA_WORDNET"));
+}
+
 TEST_F(WorldCommand, WritesTheImagesOfAnswers) {
   const fs::path folder = scratch_ / "images";
   const auto answer = run({"ask", map_, "mug", "--images", folder, "--json"});

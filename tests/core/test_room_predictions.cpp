@@ -47,6 +47,21 @@ TEST(RoomPredictions, LeaveOutImagesOfWhichNothingWasSaid) {
   EXPECT_EQ(rankedRooms(predictions({{0.2F, 0.8F}}), 0).front().room, "office");
 }
 
+TEST(RoomPredictions, ArePooledWithoutHowOftenRoomsOccur) {
+  RoomPredictions made = predictions({{0.9F, 0.1F}, {0, 0}});
+  made.prior = {0.9, 0.1};
+  const auto pooled = poolRooms(made, std::vector<std::size_t>{0, 1}, 2);
+  EXPECT_NEAR(pooled[0][0].probability, 0.5, 1e-6) << "all that was said is that most images are of kitchens";
+  EXPECT_THAT(pooled[1], IsEmpty());
+}
+
+TEST(RoomPredictions, ByNameAloneAreSureFromAThird) {
+  RoomPredictions made = predictions({});
+  EXPECT_EQ(made.sureProbability(), 0.5);
+  made.areByName = true;
+  EXPECT_NEAR(made.sureProbability(), 1.0 / 3, 1e-12);
+}
+
 TEST(RoomPredictions, AreDescribedShortly) {
   EXPECT_EQ(describeRooms({{"kitchen", 0.83}, {"office", 0.166}, {"hall", 0.004}}),
             "kitchen 83 %, office 17 %");

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "estancia/topology/sqlite.hpp"
 #include "estancia/world/ask_world.hpp"
 #include "estancia/world/edit_areas.hpp"
 #include "estancia/world/route_world.hpp"
@@ -56,6 +57,47 @@ TEST_F(AreaNames, AreThoseOfPeopleThenOfRoomsThenOfWords) {
   EXPECT_EQ(toJson(world.areas[1])["predicted_room"], "kitchen");
   EXPECT_EQ(areaReference(world, 1)["name"], "kitchen 2");
   EXPECT_TRUE(toJson(test::sampleWorld().areas[1])["room_probability"].is_null());
+}
+
+TEST_F(AreaNames, ByNameAloneNeedLessAndMayBeSaidToOccur) {
+  WorldMap world = worldOf({"", "", "", ""}, {0.9F, 0.9F, 0.9F, 0.9F});
+  RoomPredictions predictions{"test", {"kitchen", "bathroom", "study", "hall"}, DescriptorMatrix(4)};
+  for (const int area : world.areaOfFrame)  // sure, less so, hardly, not the best one anywhere
+    predictions.probabilities.append(area == 0   ? std::vector<float>{0.7F, 0.1F, 0.1F, 0.1F}
+                                     : area == 1 ? std::vector<float>{0.2F, 0.4F, 0.2F, 0.2F}
+                                     : area == 2 ? std::vector<float>{0.2F, 0.2F, 0.32F, 0.28F}
+                                                 : std::vector<float>{0.28F, 0.24F, 0.24F, 0.24F});
+  const auto namesWith = [&](bool byName, bool listed) {
+    predictions.areByName = byName;
+    predictions.areListed = listed;
+    predictions.prior = byName ? std::vector<double>(4, 0.25) : std::vector<double>();
+    writeRoomPredictions(predictions, map_);
+    const WorldMap read = readWorld(map_);
+    EXPECT_EQ(read.places.predictions->prior, predictions.prior);
+    std::vector<std::string> names;
+    for (const WorldArea& area : read.areas) names.push_back(area.roomName);
+    return names;
+  };
+  EXPECT_THAT(namesWith(false, false), ElementsAre("kitchen", "", "", "")) << "a trained classifier";
+  EXPECT_THAT(namesWith(true, false), ElementsAre("kitchen", "bathroom", "", ""));
+  EXPECT_THAT(namesWith(true, true), ElementsAre("kitchen", "bathroom", "study", ""))
+      << "the study has to be somewhere; the kitchen is elsewhere";
+  EXPECT_EQ(readWorld(map_).areas[1].describedName(), "bathroom: " + readWorld(map_).areas[1].name);
+}
+
+TEST_F(AreaNames, RefuseDamagedShares) {
+  WorldMap world = worldOf({"", "", "", ""}, {0.9F, 0.9F, 0.9F, 0.9F});
+  RoomPredictions predictions = *world.places.predictions;
+  predictions.areByName = true;
+  predictions.prior = {0.5, 0.5};
+  writeRoomPredictions(predictions, map_);
+  for (const char* wrong :
+       {"", "{}", "[1]", "{\"prior\": [1], \"listed\": true}", "{\"prior\": [0, 1], \"listed\": true}",
+        "{\"prior\": [0.5, \"x\"], \"listed\": true}"}) {
+    sqlite::Database(map_, sqlite::Database::Mode::write)
+        .run(std::string("UPDATE meta SET value = '") + wrong + "' WHERE key = 'rooms_by_name'");
+    EXPECT_THAT([&] { readWorld(map_); }, FailsWith(ErrorCode::corruptFile)) << wrong;
+  }
 }
 
 TEST_F(AreaNames, TellAreasOfOneRoomApart) {

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "estancia/topology/places.hpp"
+#include "estancia/words/installed_words.hpp"
 #include "estancia/world/world_json.hpp"
 #include "support/errors.hpp"
 #include "support/sample_world.hpp"
@@ -150,6 +151,38 @@ TEST(WorldMap, IsReadAsItWasWritten) {
   EXPECT_EQ(supportText(hanging, world), "on a surface");
   EXPECT_EQ(toJson(hanging, world)["support"], "surface");
   EXPECT_EQ(readObjectImage(folder / "home.estancia", 1).size(), 4U);
+}
+
+TEST(AskWorld, UnderstandsWordsThatNoLabelHas) {
+  const WorldMap world = test::sampleWorld();
+  EXPECT_THAT([&] { askWorld(world, "something to eat at"); }, FailsWith(ErrorCode::noAnswer));
+  const WorldAnswers drinking = askWorld(world, "crockery", 10, 10, installedWordGraph);
+  ASSERT_FALSE(drinking.matches.empty());
+  EXPECT_EQ(world.places.vocabulary[drinking.matches.front().label], "cup, mug");
+  EXPECT_EQ(drinking.matches.front().reason, "a kind of crockery");
+  EXPECT_LT(drinking.matches.front().probability, 1);
+  ASSERT_FALSE(drinking.objects.empty());
+  const WorldAnswers exact = askWorld(world, "cup", 10, 10, installedWordGraph);
+  EXPECT_EQ(exact.matches.size(), 1U) << "a label of that name alone";
+  EXPECT_EQ(exact.matches.front().probability, 1);
+  const WorldAnswers misspelled = askWorld(world, "umbrelas", 10, 10, installedWordGraph);
+  EXPECT_EQ(world.places.vocabulary[misspelled.labels.front()], "umbrella");
+  EXPECT_THAT(misspelled.corrected, testing::StartsWith("umbrella"));
+  for (const std::string words : {"xyzzy", "", " ", "the of", "\xF0\x9F\x98\x80", "\x01\x02"})
+    EXPECT_THAT([&] { askWorld(world, words, 10, 10, installedWordGraph); }, FailsWith(ErrorCode::noAnswer))
+        << words;
+}
+
+TEST(AskWorld, WeighsLabelsByHowProbablyTheyAreMeant) {
+  const WorldMap world = test::sampleWorld();
+  const WorldAnswers answers = askWorld(world, "crockery", 10, 10, installedWordGraph);
+  double expected = 0;
+  for (const LabelMatch& match : answers.matches)
+    expected +=
+        match.probability *
+        static_cast<double>(
+            world.places.nodes[static_cast<std::size_t>(answers.places.front().node)].mean[match.label]);
+  EXPECT_NEAR(answers.places.front().probability, expected, 1e-9);
 }
 
 }  // namespace

@@ -1,0 +1,117 @@
+// Rooms without an example: from the rooms' names, by WordNet.
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/classify/zero_shot_rooms.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "estancia/words/room_words.hpp"
+#include "support/errors.hpp"
+#include "words/real_words.hpp"
+
+namespace estancia {
+namespace {
+
+using test::FailsWith;
+using test::realWords;
+
+const std::vector<std::string> labels = {"stove",   "toaster", "four-poster", "pillow",
+                                         "bathtub", "towel",   "zebra"};
+const std::vector<std::string> rooms = {"kitchen", "bedroom", "bathroom"};
+
+/// Images of which each shows one label, .7 of it.
+DescriptorMatrix imagesOf(const std::vector<std::size_t>& shown) {
+  DescriptorMatrix images(labels.size());
+  for (const std::size_t label : shown) {
+    std::vector<float> row(labels.size(), 0.001F);
+    row[label] = 0.7F;
+    images.append(row);
+  }
+  return images;
+}
+
+std::vector<std::string> bestRooms(const RoomPredictions& predictions) {
+  std::vector<std::string> best;
+  for (std::size_t i = 0; i < predictions.probabilities.size(); ++i)
+    best.push_back(rankedRooms(predictions, i).front().room);
+  return best;
+}
+
+RoomPredictions predicted(const DescriptorMatrix& images, const std::vector<std::string>& listed) {
+  return predictRoomsByNames(realWords(), Vocabulary(labels), images, listed);
+}
+
+TEST(ZeroShotRooms, FollowFromWhatLabelsHaveToDoWithTheirNames) {
+  const RoomPredictions predictions = predicted(imagesOf({0, 1, 2, 3, 4, 5}), rooms);
+  EXPECT_THAT(bestRooms(predictions),
+              testing::ElementsAre("kitchen", "kitchen", "bedroom", "bedroom", "bathroom", "bathroom"));
+  for (std::size_t i = 0; i < 6; ++i) {
+    const DescriptorView row = predictions.probabilities.row(i);
+    EXPECT_NEAR(std::accumulate(row.begin(), row.end(), 0.0), 1, 1e-5);
+  }
+  EXPECT_TRUE(predictions.areByName);
+  EXPECT_TRUE(predictions.areListed);
+}
+
+TEST(ZeroShotRooms, AreTriedFromAListOfCommonOnes) {
+  const RoomPredictions predictions = predicted(imagesOf({0, 0, 3, 4}), {});
+  EXPECT_EQ(predictions.rooms, commonRooms());
+  EXPECT_FALSE(predictions.areListed);
+  EXPECT_THAT(bestRooms(predictions), testing::ElementsAre("kitchen", "kitchen", "bedroom", "bathroom"));
+}
+
+TEST(ZeroShotRooms, EstimateHowOftenEachOccurs) {
+  std::vector<std::size_t> shown(30, 0);
+  shown.insert(shown.end(), 10, 4);
+  const RoomPredictions predictions = predicted(imagesOf(shown), rooms);
+  ASSERT_EQ(predictions.prior.size(), 3U);
+  EXPECT_NEAR(std::accumulate(predictions.prior.begin(), predictions.prior.end(), 0.0), 1, 1e-9);
+  EXPECT_GT(predictions.prior[0], predictions.prior[2]);
+  EXPECT_GT(predictions.prior[2], predictions.prior[1]) << "no bedroom was seen";
+}
+
+TEST(ZeroShotRooms, AreEvenWhereNothingTells) {
+  const RoomPredictions predictions = predicted(imagesOf({6, 6, 6}), rooms);
+  for (const RoomProbability& room : rankedRooms(predictions, 0))
+    EXPECT_LT(room.probability, 0.5) << room.room;
+  DescriptorMatrix none(labels.size());
+  EXPECT_EQ(predicted(none, rooms).probabilities.size(), 0U);
+  none.append(std::vector<float>(labels.size(), 0));
+  EXPECT_EQ(predicted(none, rooms).probabilities.size(), 1U) << "an image without any label";
+}
+
+TEST(ZeroShotRooms, TakeEachModelsLabelsAsMuch) {
+  std::vector<std::string> both = labels;
+  both.insert(both.end(), {"oven", "bed"});
+  const Vocabulary vocabulary(both, {{labels.size(), 1}, {2, 1}});
+  DescriptorMatrix images(both.size());
+  images.append(std::vector<float>{.1F, .1F, .1F, .1F, .1F, .1F, .4F, .9F, .01F});
+  images.append(std::vector<float>{.1F, .1F, .1F, .1F, .1F, .1F, .4F, .01F, .9F});
+  EXPECT_THAT(bestRooms(predictRoomsByNames(realWords(), vocabulary, images, rooms)),
+              testing::ElementsAre("kitchen", "bedroom"));
+}
+
+TEST(ZeroShotRooms, NeedRoomsThatHaveEnglishNames) {
+  const DescriptorMatrix images = imagesOf({0});
+  EXPECT_THAT([&] { predicted(images, {"kitchen", "xyzzy"}); }, FailsWith(ErrorCode::unknownName, "xyzzy"));
+  EXPECT_THAT([&] { predicted(images, {"kitchen", ""}); }, FailsWith(ErrorCode::unknownName));
+  EXPECT_THAT([&] { predicted(images, {"kitchen"}); }, FailsWith(ErrorCode::insufficientData));
+  EXPECT_THAT([&] { predictRoomsByNames(realWords(), Vocabulary({"stove"}), images, rooms); },
+              FailsWith(ErrorCode::mismatch));
+}
+
+TEST(RoomWords, WeighLabelsByRoomsAndTheirFurnishings) {
+  const auto weights = roomLabelWeights(realWords(), Vocabulary({"stove", "studio couch", "altar"}),
+                                        {"kitchen", "Living_Rooms", "church"});
+  EXPECT_GT(weights[0][0], 0);
+  EXPECT_GT(weights[1][1], weights[0][1]) << "a sofa is a living room's";
+  EXPECT_EQ(weights[0][2], 0);
+  EXPECT_GT(weights[2][2], 0) << "a room that is not common is told by its name alone";
+  EXPECT_EQ(findCommonRoom("living_rooms")->name, "living room");
+  EXPECT_EQ(findCommonRoom("church"), nullptr);
+}
+
+}  // namespace
+}  // namespace estancia
