@@ -27,6 +27,7 @@
 #include "experiments/src/recognition/recognition.hpp"
 #include "experiments/src/runner/grid.hpp"
 #include "experiments/src/scenes/scenes.hpp"
+#include "experiments/src/words/rooms_by_name.hpp"
 #include "experiments/src/words/words_experiment.hpp"
 #include "experiments/src/zones/zone_tables.hpp"
 
@@ -114,6 +115,8 @@ constexpr Kind kKinds[] = {
      revisitsColumns, true, prepare<readRevisits, compareRevisits>},
     {"room-agreement", "places and zones of drives against the rooms stood in and the rooms seen",
      roomAgreementColumns, true, prepare<readRoomAgreement, compareWithRooms>},
+    {"rooms-by-name", "rooms of images and areas by the rooms' names alone, without an example",
+     roomsByNameColumns, true, prepare<readRoomsByName, nameRooms>},
     {"scenes", "room classification, every descriptor with every classifier (thesis 3.5)", scenesColumns,
      false, prepare<readScenes, compareScenes>},
     {"word-map", "words on the floor beside the things that they name", wordPositionsColumns, true,
