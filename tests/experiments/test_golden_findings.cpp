@@ -18,6 +18,7 @@
 #include "experiments/src/places/word_positions.hpp"
 #include "experiments/src/recognition/recognition_findings.hpp"
 #include "experiments/src/scenes/scenes_findings.hpp"
+#include "experiments/src/words/rooms_by_name.hpp"
 #include "experiments/src/words/words_experiment.hpp"
 #include "experiments/src/zones/zone_tables_findings.hpp"
 
@@ -348,6 +349,27 @@ TEST(Golden, Revisits) {
     if (i == 2) measures.pop_back();  // nothing found
   }
   test::expectGolden("revisits", revisitsFindings(results));
+}
+
+TEST(Golden, RoomsByName) {
+  Numbers numbers;
+  DriveResults results{{"places", "imagenet"}, {"day", "night"}, {"six rooms", "no list"}, {}};
+  for (int i = 0; i < 8; ++i) {
+    CellResults& cell = results.cells.emplace_back();
+    for (const CellResult& result :
+         someOf(numbers,
+                {"images", "chance", "accuracy", "accuracy_low", "accuracy_high", "groups", "pooled_accuracy",
+                 "pooled_low", "pooled_high", "sure", "sure_accuracy"},
+                "(all)"))
+      if (i != 3 || result.measure != "sure_accuracy") cell.push_back(result);  // nothing was sure
+    for (const std::string room : {"kitchen", "study"})
+      if (i != 2 || room == "kitchen")
+        for (const CellResult& result : someOf(numbers, {"images", "accuracy"}, room)) cell.push_back(result);
+    if (i % 4 == 1)
+      for (const CellResult& result : someOf(numbers, {"images", "probability"}, "area 0 in study: study"))
+        cell.push_back(result);
+  }
+  test::expectGolden("rooms-by-name", roomsByNameFindings(results));
 }
 
 TEST(Golden, WordPositions) {

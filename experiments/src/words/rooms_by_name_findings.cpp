@@ -52,19 +52,13 @@ ResultTable accuraciesOf(const std::string& task, const NamedCells& rows) {
 }
 
 ResultTable accuraciesByRoom(const std::string& task, const NamedCells& rows) {
-  const std::vector<std::string> rooms = pointsOf(rows, "accuracy");
+  std::vector<Measure<CellResults>> measures;
+  for (const std::string& room : pointsOf(rows, "accuracy"))
+    measures.push_back(
+        {{room, 3}, [room](const CellResults& cell) { return valueOf(cell, "accuracy", room); }});
   return pivot(
-      {task + ": by room",
-       "Accuracy of the images of each room, by themselves.",
-       "data",
-       columnsOf(rooms, 3),
-       {}},
-      [&] {
-        std::vector<std::string> names;
-        for (const auto& row : rows) names.push_back(row.first);
-        return names;
-      }(),
-      [&](std::size_t r, std::size_t c) { return valueOf(rows[r].second, "accuracy", rooms[c]); });
+      ResultTable{task + ": by room", "Accuracy of the images of each room, by themselves.", "data", {}, {}},
+      rows, measures);
 }
 
 ResultTable areasOfCell(const std::string& title, const CellResults& cell) {
@@ -95,16 +89,19 @@ Findings roomsByNameFindings(const DriveResults& results) {
       if (!pointsOf({{"", cell}}, "probability").empty())
         findings.sections.emplace_back(areasOfCell(fmt::format("{}, {}", results.variants[t], name), cell));
   }
-  const std::size_t last = results.drives.size() - 1;
-  double images = 0, groups = 0;
-  for (std::size_t m = 0; m < results.models.size(); ++m) {
-    images = std::max(images, valueOf(results.of(m, last), "accuracy", kTogether).value_or(0));
-    groups = std::max(groups, valueOf(results.of(m, last), "pooled_accuracy", kTogether).value_or(0));
+  std::string shares;
+  for (std::size_t d = 0; d < results.drives.size(); ++d) {
+    const auto best = [&](const char* measure) {
+      double most = 0;
+      for (std::size_t m = 0; m < results.models.size(); ++m)
+        most = std::max(most, valueOf(results.of(m, d), measure, kTogether).value_or(0));
+      return 100 * most;
+    };
+    shares += fmt::format("{}{:.1f} % of the images and {:.1f} % of the groups of {}", d == 0 ? "" : ", ",
+                          best("accuracy"), best("pooled_accuracy"), results.drives[d]);
   }
-  findings.summary = fmt::format(
-      "By the names of rooms alone, up to {:.1f} % of the images and {:.1f} % of the groups of {} are named "
-      "right ({}).",
-      100 * images, 100 * groups, results.drives[last], results.variants[0]);
+  findings.summary =
+      fmt::format("By the names of rooms alone, up to {} are named right ({}).", shares, results.variants[0]);
   return findings;
 }
 
