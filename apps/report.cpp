@@ -10,11 +10,13 @@
 #include "common.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/label_words.hpp"
+#include "estancia/core/progress.hpp"
 #include "estancia/report/map_page.hpp"
 #include "estancia/report/node_zones.hpp"
 #include "estancia/report/zones_page.hpp"
 #include "estancia/topology/quality.hpp"
 #include "estancia/topology/store.hpp"
+#include "estancia/words/installed_words.hpp"
 #include "estancia/world/world_store.hpp"
 #include "estancia/zones/measure.hpp"
 #include "estancia/zones/zone_file.hpp"
@@ -78,6 +80,8 @@ void writeMap(const ReportArguments& arguments, const CLI::App& command) {
   if (!arguments.floorPlan.empty()) page.floorPlan = floorPlanOf(arguments, command);
   std::optional<Zones> zones;
   if (!arguments.zones.empty()) page.zones = &zones.emplace(readZones(arguments.zones));
+  const std::vector<WordAssociation> words = installedAssociations(map.vocabulary, *makeStderrProgress());
+  page.words = &words;
   page.images.frames = store.imageFrames();
   page.images.read = [&store](std::size_t frame) { return store.image(frame); };
   writeMapPage(arguments.output, page);

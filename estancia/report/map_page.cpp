@@ -20,6 +20,7 @@
 #include "estancia/report/node_zones.hpp"
 #include "estancia/report/page_assets.hpp"
 #include "estancia/report/page_parts.hpp"
+#include "estancia/report/page_words.hpp"
 #include "estancia/report/summary.hpp"
 #include "estancia/report/symbols.hpp"
 #include "estancia/report/word_cloud.hpp"
@@ -323,6 +324,7 @@ std::string renderMapPage(const MapPage& page) {
   const NodeZones* zones = laidOver ? &*laidOver : nullptr;
   double threshold = 0;
   nlohmann::json data = searchIndex(page, summary, zones, threshold);
+  if (nlohmann::json words = pageWords(page); !words.is_null()) data["words"] = std::move(words);
   std::optional<WorldView> world;
   if (page.world != nullptr && hasLayers(page.world->world)) world.emplace(viewOf(*page.world));
 
@@ -354,8 +356,9 @@ std::string renderMapPage(const MapPage& page) {
   body.add(measuresSection(page.measures));
   body.close();
   const std::string dataText = data.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-  if (!world) return htmlDocument(page.title, mapPageCss, body, dataText, mapPageScript);
-  return htmlDocument(page.title, mapPageCss + worldPageCss, body, dataText, worldPageScript + mapPageScript);
+  if (!world) return htmlDocument(page.title, mapPageCss, body, dataText, wordSearchScript + mapPageScript);
+  return htmlDocument(page.title, mapPageCss + worldPageCss, body, dataText,
+                      wordSearchScript + worldPageScript + mapPageScript);
 }
 
 void writeMapPage(const std::filesystem::path& path, const MapPage& page) {

@@ -13,6 +13,7 @@
 #include "estancia/report/page_images.hpp"
 #include "estancia/report/world_page.hpp"
 #include "estancia/topology/map.hpp"
+#include "estancia/words/word_associations.hpp"
 #include "estancia/zones/zones.hpp"
 
 namespace estancia {
@@ -33,6 +34,10 @@ struct MapPage {
   std::size_t cards = 60;  ///< only this many of the largest nodes get images and a word cloud
   /// Values in the search index; smaller probabilities are left out first.
   std::size_t indexEntries = 200'000;
+  /// installedAssociations() of the map's vocabulary: the search understands words that no label has.
+  const std::vector<WordAssociation>* words = nullptr;
+  /// About what they take at most.
+  std::size_t wordBytes = 360'000;
 };
 
 /// The whole page. The same input gives the same bytes.

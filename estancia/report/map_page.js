@@ -58,8 +58,13 @@
     byId('ranking').hidden = name !== 'ranking';
     byId('detail').hidden = name !== 'detail';
   };
-  function showLabel(label) {
-    const held = holders[label], largest = held.length ? held[0][1] : 0;
+  const showLabel = label => showLabels([[label, 1]], shortName(label));
+  // `labels`: [[label, how probably it is meant], …]
+  function showLabels(labels, words) {
+    const sums = new Map();
+    labels.forEach(([label, weight]) => holders[label].forEach(([node, value]) =>
+      sums.set(node, Math.min(1, (sums.get(node) || 0) + weight * value))));
+    const held = [...sums].sort((a, b) => b[1] - a[1] || a[0] - b[0]), largest = held.length ? held[0][1] : 0;
     const p = new Float32Array(data.nodes.length);
     held.forEach(([node, value]) => { p[node] = value; });
     paint((node, i) => [mixed(largest ? p[i] / largest : 0), node[3]]);
@@ -80,11 +85,11 @@
       return make('li', {}, link);
     });
     byId('ranking').replaceChildren(
-      make('h2', {textContent: `Where is “${shortName(label)}”?`}),
+      make('h2', {textContent: `Where is “${words}”?`}),
       places.length ? make('ol', {className: 'places'}, ...places)
         : make('p', {textContent: `No node gives it ${data.least} or more.`}));
     panel('ranking');
-    byId('word').value = shortName(label);
+    byId('word').value = words;
   }
 
   // ---- search: the whole synonym, then its beginning, then anywhere; else near spellings
@@ -111,26 +116,47 @@
   const near = text => synonyms
     .map((words, label) => [Math.min(...words.map(w => distance(w.slice(0, 40), text.trim().toLowerCase().slice(0, 40)))), label])
     .sort((a, b) => a[0] - b[0] || a[1] - b[1]).filter(([d]) => d <= 3).map(([, label]) => label);
-  // the floor plan listens: labels that are the words, else hold them, else the first that was found
-  function tell(text, found) {
-    const wanted = text.trim().toLowerCase();
-    const having = test => found.filter(label => synonyms[label].some(test));
-    const whole = having(word => word === wanted), held = having(word => ` ${word} `.includes(` ${wanted} `));
-    const labels = whole.length ? whole : held.length ? held : found.slice(0, 1);
-    return !document.dispatchEvent(new CustomEvent('asked', {detail: {text, labels}, cancelable: true}));
+  const has = (label, words) => synonyms[label].some(name => ` ${wordSearch.plain(name)} `.includes(` ${words} `));
+  // labels named so, else those that the words mean and those whose names hold them, else the first that was found
+  function meaningOf(text, found) {
+    const words = wordSearch.plain(text), held = found.filter(label => has(label, words));
+    const named = synonyms.flatMap((names, label) =>
+      words && names.some(name => wordSearch.plain(name) === words) ? [label] : []);
+    if (named.length) return {labels: named.map(label => [label, 1])};
+    const meaning = wordSearch.understand(text), labels = new Map(meaning.labels);
+    if (!labels.size)
+      return {labels: (held.length ? held : found.slice(0, 1)).map(label => [label, 1]), known: meaning.known};
+    held.forEach(label => labels.set(label, Math.max(labels.get(label) || 0, wordSearch.least)));
+    return {labels: [...labels].sort((a, b) => b[1] - a[1]), corrected: meaning.corrected, understood: true};
   }
+  const tell = (text, labels) =>  // the floor plan listens
+    !document.dispatchEvent(new CustomEvent('asked', {detail: {text, labels}, cancelable: true}));
+  const chip = label => make('button', {
+    type: 'button', textContent: shortName(label), title: data.labels[label],
+    onclick: () => { location.hash = 'label=' + encodeURIComponent(data.labels[label]); }
+  });
   function search(text) {
-    const found = matches(text), named = tell(text, found) && !found.length;
-    if (named) return byId('hint').replaceChildren();
-    const offered = found.length ? found.slice(1, 7) : near(text).slice(0, 5);
-    const chips = offered.map(label => make('button', {
-      type: 'button', textContent: shortName(label), title: data.labels[label],
-      onclick: () => { location.hash = 'label=' + encodeURIComponent(data.labels[label]); }
-    }));
-    const words = found.length ? (chips.length ? 'Also: ' : '')
-      : `No label holds “${text}”.` + (chips.length ? ' Did you mean ' : '');
-    byId('hint').replaceChildren(words, ...chips);
-    if (found.length) showLabel(found[0]);
+    const found = matches(text), meaning = meaningOf(text, found), {labels} = meaning;
+    const hint = (...parts) => byId('hint').replaceChildren(...parts);
+    const isNamed = tell(text, labels) && !labels.length;
+    if (isNamed) return hint();
+    if (!labels.length) {
+      const offered = meaning.known ? [] : near(text).slice(0, 5);
+      return hint(meaning.known ? `No label of this map means “${text}”.`
+        : `No label holds “${text}”.` + (offered.length ? ' Did you mean ' : ''), ...offered.map(chip));
+    }
+    const others = shown => found.filter(label => !shown.includes(label));
+    const also = rest => rest.length ? ['Also: ', ...rest.map(chip)] : [];
+    if (!meaning.understood) {
+      const shown = found.length ? found[0] : labels[0][0];
+      hint(...also(others([shown]).slice(0, 6)));
+      return showLabel(shown);
+    }
+    const meant = labels.map(([label]) => label);  // models of one page may share names
+    const first = meant.filter((label, i) => meant.findIndex(l => shortName(l) === shortName(label)) === i).slice(0, 8);
+    hint(meaning.corrected ? `Read as “${meaning.corrected}” → ` : `“${text.trim()}” → `, ...first.map(chip),
+      ...also(others(meant).slice(0, 4)));
+    showLabels(labels, text.trim());
   }
 
   // ---- one node
@@ -180,7 +206,7 @@
       try { text = decodeURIComponent(value); } catch (e) { /* a hash typed by hand */ }
       const line = data.labels.indexOf(text);  // a whole label line is that label and no other
       byId('word').value = text;
-      if (line >= 0) { tell(shortName(line), [line]); showLabel(line); } else search(text);
+      if (line >= 0) { tell(shortName(line), [[line, 1]]); showLabel(line); } else search(text);
     } else if (key === 'select') select(+value);
     else if (byId('smaller') && byId(location.hash.slice(1))) byId('smaller').open = true;
   }

@@ -6,7 +6,7 @@
 
 namespace estancia::report {
 
-extern const std::string mapPageCss, mapPageScript, tablesCss, worldPageCss, worldPageScript, zonesPageCss,
-    zonesPageScript;
+extern const std::string mapPageCss, mapPageScript, tablesCss, wordSearchScript, worldPageCss,
+    worldPageScript, zonesPageCss, zonesPageScript;
 
 }  // namespace estancia::report

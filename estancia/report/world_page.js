@@ -15,9 +15,7 @@
     Object.entries(attributes).forEach(([key, value]) => element.setAttribute(key, value));
     return element;
   };
-  // words alone, without the s of a plural (sameWords())
-  const plain = text => text.toLowerCase().replace(/'/g, '').split(/[^a-z0-9\u0080-\uffff]+/).filter(Boolean)
-    .map(word => word.replace(/([^s])s$/, '$1')).join(' ');
+  const {plain} = wordSearch;
   const percent = p => `${(100 * p).toFixed(p < 0.1 ? 1 : 0)} %`;
   let shown = [];  // the answers to the last words
   const label = i => data.labels[i].split(',')[0].trim();
@@ -26,13 +24,13 @@
     return image && image.getAttribute('href');
   };
 
-  // ---- what words mean: given names, else the objects' labels (estancia ask)
+  // ---- what words mean: given names, else the objects' labels (estancia ask); `labels`: [[label, probability], …]
   function ask(text, labels) {
-    const wanted = plain(text), matched = new Set(labels);
+    const wanted = plain(text), meant = new Map(labels);
     const answers = objects.map((object, id) => {
-      const ranks = object.words.map(([l], i) => matched.has(l) ? i : -1).filter(i => i >= 0);
+      const ranks = object.words.map(([l], i) => meant.has(l) ? i : -1).filter(i => i >= 0);
       const named = object.given !== '' && plain(object.given) === wanted;
-      const p = named ? 1 : Math.min(1, ranks.reduce((sum, i) => sum + object.words[i][1] / 1e4, 0));
+      const p = named ? 1 : Math.min(1, ranks.reduce((sum, i) => sum + meant.get(object.words[i][0]) * object.words[i][1] / 1e4, 0));
       return {id, named, p, rank: ranks.length ? ranks[0] + 1 : 0, likely: named || ranks[0] === 0};
     });
     const mean = answers.reduce((sum, a) => sum + a.p, 0) / Math.max(1, answers.length);

@@ -12,6 +12,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/home.hpp"
 #include "estancia/core/output_file.hpp"
+#include "estancia/words/word_associations_file.hpp"
 #include "estancia/words/word_graph_file.hpp"
 #include "estancia/words/wordnet.hpp"
 
@@ -40,7 +41,10 @@ fs::path cacheFolder() {
   return userHome() / ".cache/estancia";
 }
 
-std::optional<WordGraph> readCached(const fs::path& path, const std::string& source) {
+/// What `unpack` makes of the file's bytes; nothing where there is no such file, or it throws Error.
+template <class Unpack>
+auto readCached(const fs::path& path, const Unpack& unpack)
+    -> std::optional<decltype(unpack(std::string_view()))> {
   std::error_code error;
   const std::uintmax_t bytes = fs::is_regular_file(path, error) ? fs::file_size(path, error) : 0;
   if (error || bytes == 0 || bytes > maxCacheBytes) return std::nullopt;
@@ -48,10 +52,23 @@ std::optional<WordGraph> readCached(const fs::path& path, const std::string& sou
   std::ifstream file(path, std::ios::binary);
   if (!file.read(content.get(), static_cast<std::streamsize>(bytes))) return std::nullopt;
   try {
-    return unpackWordGraph({content.get(), bytes}, source, path.string());
+    return unpack(std::string_view(content.get(), bytes));
   } catch (const Error&) {
     return std::nullopt;  // damaged, or of another WordNet: made anew
   }
+}
+
+void writeCached(const fs::path& path, const std::string& bytes) {
+  try {
+    fs::create_directories(path.parent_path());
+    writeWhole(path, bytes);
+  } catch (const std::exception&) {
+    // A folder that cannot be written costs seconds each time, nothing else.
+  }
+}
+
+fs::path cacheFile(const char* kind, const std::string& source, const char* ending) {
+  return cacheFolder() / fmt::format("{}-{}.{}", kind, sha256(source).substr(0, 8), ending);
 }
 
 }  // namespace
@@ -64,16 +81,13 @@ InstalledWords loadInstalledWords() {
                               : fmt::format("ESTANCIA_WORDNET: {} has no data.noun; name WordNet's folder",
                                             environment("ESTANCIA_WORDNET"))};
   const std::string source = sourceOf(*folder);
-  const fs::path cache = cacheFolder() / fmt::format("words-{}.graph", sha256(source).substr(0, 8));
-  if (std::optional<WordGraph> graph = readCached(cache, source)) return {std::move(graph), ""};
+  const fs::path cache = cacheFile("words", source, "graph");
+  if (auto graph = readCached(
+          cache, [&](std::string_view bytes) { return unpackWordGraph(bytes, source, cache.string()); }))
+    return {std::move(graph), ""};
   try {
     WordGraph graph = buildWordGraph(readWordNet(*folder));
-    try {
-      fs::create_directories(cache.parent_path());
-      writeWhole(cache, packWordGraph(graph, source));
-    } catch (const std::exception&) {
-      // A folder that cannot be written costs two seconds each time, nothing else.
-    }
+    writeCached(cache, packWordGraph(graph, source));
     return {std::move(graph), ""};
   } catch (const Error& error) {
     return {std::nullopt, error.what()};
@@ -91,6 +105,22 @@ const InstalledWords& installed() {
 
 const WordGraph* installedWordGraph() {
   return installed().graph ? &*installed().graph : nullptr;
+}
+
+std::vector<WordAssociation> installedAssociations(const Vocabulary& vocabulary, Progress& progress) {
+  const std::optional<fs::path> folder = findWordNet();
+  if (!folder) return {};
+  const std::string source = sourceOf(*folder) + "labels " + vocabulary.digest() + '\n';
+  const fs::path cache = cacheFile("associations", source, "words");
+  if (auto kept = readCached(cache, [&](std::string_view bytes) {
+        return unpackAssociationsFile(bytes, source, vocabulary.size(), cache.string());
+      }))
+    return std::move(*kept);
+  const std::optional<WordGraph> graph = loadInstalledWords().graph;
+  if (!graph) return {};
+  std::vector<WordAssociation> associations = associateWords(*graph, vocabulary, 0, progress);
+  writeCached(cache, packAssociationsFile(associations, source));
+  return associations;
 }
 
 std::string wordNetHint() {

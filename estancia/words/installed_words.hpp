@@ -4,7 +4,9 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "estancia/words/word_associations.hpp"
 #include "estancia/words/word_graph.hpp"
 
 namespace estancia {
@@ -25,7 +27,12 @@ InstalledWords loadInstalledWords();
 /// call from several threads.
 const WordGraph* installedWordGraph();
 
-/// The hint of the same; "" when installedWordGraph() is there.
+/// associateWords() of the installed WordNet, kept in a file beside that of the graph: the first time for a
+/// vocabulary takes some seconds. Empty where there is no WordNet.
+std::vector<WordAssociation> installedAssociations(const Vocabulary& vocabulary,
+                                                   Progress& progress = Progress::none());
+
+/// The hint of loadInstalledWords(); "" when installedWordGraph() is there.
 std::string wordNetHint();
 
 }  // namespace estancia

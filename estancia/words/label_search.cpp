@@ -9,6 +9,7 @@
 #include <set>
 
 #include "estancia/core/label_words.hpp"
+#include "estancia/words/label_relevance.hpp"
 #include "estancia/words/spelling.hpp"
 
 namespace estancia {
@@ -17,18 +18,7 @@ namespace {
 // Longer queries are cut: each term costs a walk, each unknown word a search of the lexicon.
 constexpr std::size_t maxTerms = 6, maxUnknown = 6, maxWords = 20, maxQueryBytes = 400;
 
-// Logistic regression of "a person accepts the label" on the even queries of experiments/words/queries.csv: a
-// constant, the share of the query's meanings that the label is a kind of, its log lift, and how far that is
-// below the best label's.
-constexpr double bias = -2.36, kindWeight = 3.1, liftWeight = 0.72, gapWeight = 0.61;
-/// Of what certainly is of the kind that is asked for, however little else joins the two: a rocking chair is
-/// a chair, a chair a seat, a seat furniture.
-constexpr double kindFloor = 0.8;
-constexpr double maxLift = 15, maxGap = 10, minUsedLift = -5;
-/// What is usual in a room is a weaker answer to its name than a kind of what was asked for.
-constexpr double furnishingShare = 0.8, leastReason = 0.3;
-/// A hypernym one step further away counts a little less.
-constexpr double stepDecay = 0.95;
+constexpr double leastReason = 0.3;
 
 /// What is read of a query: a long one is cut between words, where there are some.
 std::string_view beginningOf(std::string_view words) {
@@ -59,17 +49,6 @@ std::string reasonOfLink(WordLink link, const std::string& asked) {
       break;
   }
   return "related to " + asked;
-}
-
-/// The meanings of a word that are things.
-std::vector<Sense> artifactSenses(const WordGraph& graph, const std::string& word) {
-  std::vector<Sense> senses = graph.lexicon.senses(word);
-  std::erase_if(senses,
-                [&](const Sense& sense) { return graph.category(sense.synset) != WordCategory::artifact; });
-  float sum = 0;
-  for (const Sense& sense : senses) sum += sense.probability;
-  for (Sense& sense : senses) sense.probability /= sum;
-  return senses;
 }
 
 }  // namespace
@@ -125,7 +104,7 @@ LabelSearch::Query LabelSearch::parse(std::string_view asked) const {
   query.room = findCommonRoom(corrected);
   if (query.room != nullptr)
     for (const std::string& furnishing : query.room->furnishings)
-      query.furnishings.push_back({furnishing, artifactSenses(*graph_, furnishing), {}});
+      query.furnishings.push_back({furnishing, furnishingSenses(*graph_, furnishing), {}});
   if (changed) query.corrected = corrected;
   return query;
 }
@@ -137,21 +116,11 @@ double LabelSearch::liftOf(const Term& term, std::size_t label) const {
   return std::log(std::max(ratio, std::exp(WordGraph::minLift)));
 }
 
-double LabelSearch::kindShare(const Term& term, std::size_t label) const {
-  double share = 0;
-  for (const auto& [above, distance] : hypernyms_[label])
-    for (const Sense& sense : term.senses)
-      if (sense.synset == above)
-        share = std::max(share,
-                         std::sqrt(static_cast<double>(sense.probability)) * std::pow(stepDecay, distance));
-  return share;
-}
-
 /// The largest share of the term, and of the room's furnishings.
-double LabelSearch::kindShare(const Query& query, std::size_t label) const {
-  double share = query.terms.size() == 1 ? kindShare(query.terms.front(), label) : 0;
+double LabelSearch::kindOf(const Query& query, std::size_t label) const {
+  double share = query.terms.size() == 1 ? kindShare(query.terms.front().senses, hypernyms_[label]) : 0;
   for (const Term& furnishing : query.furnishings)
-    share = std::max(share, furnishingShare * kindShare(furnishing, label));
+    share = std::max(share, usualShare * kindShare(furnishing.senses, hypernyms_[label]));
   return share;
 }
 
@@ -163,7 +132,7 @@ std::vector<double> LabelSearch::probabilities(const Query& query) const {
     if (senses_[label].senses.empty()) continue;
     double sum = 0;
     for (const Term& term : query.terms) sum += liftOf(term, label);
-    lifts[label] = std::clamp(sum / static_cast<double>(query.terms.size()), minUsedLift, maxLift);
+    lifts[label] = usedLift(sum / static_cast<double>(query.terms.size()));
   }
   std::vector<double> best;  // among the labels of the same model: each has words of its own for a thing
   auto from = lifts.begin();
@@ -174,10 +143,7 @@ std::vector<double> LabelSearch::probabilities(const Query& query) const {
   }
   for (std::size_t label = 0; label < lifts.size(); ++label) {
     if (senses_[label].senses.empty()) continue;
-    const double kind = kindShare(query, label);
-    const double logit = bias + kindWeight * kind + liftWeight * lifts[label] +
-                         gapWeight * std::max(lifts[label] - best[label], -maxGap);
-    results[label] = std::max(1 / (1 + std::exp(-logit)), kindFloor * kind * kind);
+    results[label] = labelRelevance({lifts[label], best[label], kindOf(query, label)});
   }
   return results;
 }
@@ -203,7 +169,8 @@ std::string LabelSearch::reasonFor(const Query& query, std::size_t label) const 
       return (distance == 0 ? "the same as " : "a kind of ") +
              (isEntry ? term->word : std::string(graph_->name(above)));
   for (const Term& furnishing : query.furnishings)
-    if (kindShare(furnishing, label) > leastReason) return "usual in a " + query.room->name;
+    if (kindShare(furnishing.senses, hypernyms_[label]) > leastReason)
+      return "usual in a " + query.room->name;
   // Back along the edges that brought most of the walkers.
   constexpr int maxHops = 4;
   std::vector<std::uint32_t> way{senses_[label].senses.front().synset};

@@ -75,8 +75,7 @@ class LabelSearch {
   Query parse(std::string_view words) const;
   std::vector<double> probabilities(const Query& query) const;
   double liftOf(const Term& term, std::size_t label) const;
-  double kindShare(const Term& term, std::size_t label) const;
-  double kindShare(const Query& query, std::size_t label) const;
+  double kindOf(const Query& query, std::size_t label) const;
   std::string reasonFor(const Query& query, std::size_t label) const;
 
   const Vocabulary& vocabulary_;

@@ -2,13 +2,19 @@
 #include "estancia/words/word_graph.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+
+#include "estancia/core/fail.hpp"
 
 namespace estancia {
 namespace {
 
 constexpr int walkSteps = 6;
 constexpr float persistence = 0.9F;
+/// Edges ahead whose neighbors are fetched: they are anywhere in memory, and waiting for them is most of a
+/// walk.
+constexpr std::size_t edgesAhead = 24;
 
 }  // namespace
 
@@ -65,6 +71,57 @@ void WordGraph::gather(const std::vector<float>& leaving, std::vector<float>& ar
     for (std::uint32_t e = edgeStarts[i]; e < edgeStarts[i + 1]; ++e)
       sum += edgeWeights[e] * leaving[edgeTargets[e]];
     arrived[i] = sum;
+  }
+}
+
+std::vector<float> WordGraph::walkTogether(std::span<const std::vector<Sense>> starts) const {
+  if (starts.size() > together)
+    fail(ErrorCode::invalidInput, "walkTogether: at most {} starts, not {}", together, starts.size());
+  std::vector<float> start(size() * together, 0), leaving(start.size());
+  for (std::size_t w = 0; w < starts.size(); ++w)
+    for (const Sense& sense : starts[w]) start[sense.synset * together + w] += sense.probability;
+  std::vector<float> visits = start;
+  for (int step = 0; step < walkSteps; ++step) {
+    std::size_t edges = 0;
+    for (std::size_t i = 0; i < size(); ++i) {
+      bool leaves = false;
+      for (std::size_t at = i * together; at < (i + 1) * together; ++at) {
+        leaving[at] = degrees[i] > 0 ? visits[at] / degrees[i] : 0;
+        leaves |= leaving[at] > 0;
+      }
+      if (leaves) edges += edgeStarts[i + 1] - edgeStarts[i];
+    }
+    if (edges < edgeTargets.size() / 4)
+      spreadTogether(leaving, visits);
+    else
+      gatherTogether(leaving, visits);
+    for (std::size_t at = 0; at < visits.size(); ++at)
+      visits[at] = persistence * visits[at] + (1 - persistence) * start[at];
+  }
+  return visits;
+}
+
+void WordGraph::spreadTogether(const std::vector<float>& leaving, std::vector<float>& arrived) const {
+  std::fill(arrived.begin(), arrived.end(), 0.0F);
+  for (std::size_t i = 0; i < size(); ++i) {
+    const float* from = &leaving[i * together];
+    if (std::all_of(from, from + together, [](float p) { return p == 0; })) continue;
+    for (std::uint32_t e = edgeStarts[i]; e < edgeStarts[i + 1]; ++e) {
+      float* to = &arrived[edgeTargets[e] * together];
+      for (std::size_t w = 0; w < together; ++w) to[w] += edgeWeights[e] * from[w];
+    }
+  }
+}
+
+void WordGraph::gatherTogether(const std::vector<float>& leaving, std::vector<float>& arrived) const {
+  for (std::size_t i = 0; i < size(); ++i) {
+    std::array<float, together> sums{};
+    for (std::uint32_t e = edgeStarts[i]; e < edgeStarts[i + 1]; ++e) {
+      __builtin_prefetch(&leaving[edgeTargets[std::min(e + edgesAhead, edgeTargets.size() - 1)] * together]);
+      const float* from = &leaving[edgeTargets[e] * together];
+      for (std::size_t w = 0; w < together; ++w) sums[w] += edgeWeights[e] * from[w];
+    }
+    std::copy(sums.begin(), sums.end(), arrived.begin() + static_cast<std::ptrdiff_t>(i * together));
   }
 }
 

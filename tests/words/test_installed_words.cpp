@@ -146,5 +146,28 @@ TEST(InstalledWordGraph, IsReadOnceForAllThreads) {
   EXPECT_EQ(wordNetHint(), "");
 }
 
+TEST_F(InstalledWordsTest, AssociationsAreKeptForEachListOfLabels) {
+  const fs::path folder = cache_ / "own";
+  const Vocabulary animals({"dog", "mouse"}), rooms({"kitchen", "living room"});
+  const auto filesOfAssociations = [&] {
+    std::vector<fs::path> files = graphsIn(folder);
+    std::erase_if(files, [](const fs::path& file) { return file.extension() != ".words"; });
+    return files;
+  };
+  const std::vector<WordAssociation> first = installedAssociations(animals);
+  ASSERT_FALSE(first.empty());
+  ASSERT_EQ(filesOfAssociations().size(), 1U);
+  EXPECT_EQ(installedAssociations(animals), first);
+  EXPECT_NE(installedAssociations(rooms), first);
+  EXPECT_EQ(filesOfAssociations().size(), 2U);
+  for (const fs::path& file : filesOfAssociations()) fs::resize_file(file, 30);
+  EXPECT_EQ(installedAssociations(animals), first) << "made anew";
+}
+
+TEST_F(InstalledWordsTest, ThereAreNoAssociationsWithoutWordNet) {
+  setenv("ESTANCIA_WORDNET", (cache_ / "none").c_str(), 1);
+  EXPECT_TRUE(installedAssociations(Vocabulary({"dog"})).empty());
+}
+
 }  // namespace
 }  // namespace estancia

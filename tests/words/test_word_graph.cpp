@@ -8,6 +8,7 @@
 #include <map>
 #include <random>
 
+#include "estancia/core/error.hpp"
 #include "support/support.hpp"
 #include "words/real_words.hpp"
 #include "words/tiny_wordnet.hpp"
@@ -219,6 +220,24 @@ TEST(InstalledWordGraph, KnowsWhatIsAKindOfWhat) {
   EXPECT_TRUE(isKind("ambulance", "vehicle"));
   EXPECT_TRUE(isKind("kitchen", "room"));
   EXPECT_FALSE(isKind("dog", "furniture"));
+}
+
+TEST(WordGraph, WalksTogetherMeetWhatEachMeetsAlone) {
+  const WordGraph& graph = test::realWords();
+  std::vector<std::vector<Sense>> starts;
+  for (const char* word : {"coffee", "sofa", "democracy", "", "run"})
+    starts.push_back(graph.lexicon.senses(word));
+  const std::vector<float> together = graph.walkTogether(starts);
+  ASSERT_EQ(together.size(), graph.size() * WordGraph::together);
+  for (std::size_t w = 0; w < starts.size(); ++w) {
+    const std::vector<float> alone = graph.walk(starts[w]);
+    double worst = 0;
+    for (std::size_t i = 0; i < graph.size(); ++i)
+      worst =
+          std::max(worst, std::abs(static_cast<double>(alone[i] - together[i * WordGraph::together + w])));
+    EXPECT_LT(worst, 1e-6) << w;
+  }
+  EXPECT_THROW(graph.walkTogether(std::vector<std::vector<Sense>>(WordGraph::together + 1)), Error);
 }
 
 }  // namespace

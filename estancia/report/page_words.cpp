@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/report/page_words.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <unordered_set>
+#include <vector>
+
+#include "estancia/core/label_words.hpp"
+#include "estancia/words/word_associations.hpp"
+#include "estancia/world/world_map.hpp"
+
+namespace estancia::report {
+namespace {
+
+/// Of each place and object: what its card or the list shows.
+constexpr std::size_t bestWordsShown = 10;
+/// Two digits number as many.
+constexpr std::size_t mostPackedLabels = 1296;
+/// What a word that is not frequent must reach, until all fit.
+constexpr std::array rarePercents{50, 60, 70, 80, 90, 101};
+
+/// The labels that matter here, the most probable ones where there are too many.
+std::vector<char> labelsThatMatter(const MapPage& page) {
+  const std::vector<std::string>& names = page.map.vocabulary.labels();
+  std::vector<float> largest(names.size(), 0);
+  for (const Node& node : page.map.nodes)
+    for (const std::size_t label : bestLabels(node.mean, bestWordsShown))
+      largest[label] = std::max(largest[label], node.mean[label]);
+  if (page.world != nullptr) {
+    std::unordered_map<std::string_view, std::size_t> numbers;
+    for (std::size_t label = 0; label < names.size(); ++label) numbers.emplace(names[label], label);
+    for (const WorldObject& object : page.world->world.objects)
+      for (std::size_t i = 0; i < std::min(bestWordsShown, object.words.size()); ++i)
+        if (const auto number = numbers.find(object.words[i].label); number != numbers.end())
+          largest[number->second] = std::max(largest[number->second], object.words[i].probability);
+  }
+  std::vector<std::size_t> order;
+  for (std::size_t label = 0; label < largest.size(); ++label)
+    if (largest[label] > 0) order.push_back(label);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return largest[a] > largest[b]; });
+  if (order.size() > mostPackedLabels) order.resize(mostPackedLabels);
+  std::vector<char> matter(names.size(), 0);
+  for (const std::size_t label : order) matter[label] = 1;
+  return matter;
+}
+
+/// For each word of the labels' names, and two of them together, the labels; nothing where they are too many.
+std::unordered_map<std::string, std::unordered_set<std::uint32_t>> labelsByWord(
+    const Vocabulary& vocabulary) {
+  std::unordered_map<std::string, std::unordered_set<std::uint32_t>> labels;
+  if (vocabulary.size() > mostPackedLabels) return labels;
+  for (std::uint32_t label = 0; label < vocabulary.size(); ++label) {
+    const std::vector<std::string> words = splitText(vocabulary[label]);
+    for (std::size_t i = 0; i < words.size(); ++i) {
+      labels[words[i]].insert(label);
+      if (i > 0) labels[words[i - 1] + ' ' + words[i]].insert(label);
+    }
+  }
+  return labels;
+}
+
+}  // namespace
+
+nlohmann::json pageWords(const MapPage& page) {
+  if (page.words == nullptr || page.words->empty()) return nullptr;
+  const std::vector<char> matter = labelsThatMatter(page);
+  const auto named = labelsByWord(page.map.vocabulary);
+  const auto isListed = [&](const std::string& word, std::uint32_t label) {
+    if (matter.at(label) != 0) return true;
+    const auto labels = named.find(word);
+    return labels != named.end() && labels->second.contains(label);
+  };
+  PackedAssociations packed;
+  for (const int rare : rarePercents) {
+    AssociationLimits limits;
+    limits.minRarePercent = rare;
+    packed = packAssociations(selectAssociations(*page.words, isListed, limits));
+    if (packed.text.size() <= page.wordBytes) break;
+  }
+  return {{"labels", packed.labels},
+          {"text", packed.text},
+          {"grammar", fmt::format("{}", fmt::join(functionWords(), " "))}};
+}
+
+}  // namespace estancia::report

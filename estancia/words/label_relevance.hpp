@@ -1,0 +1,50 @@
+// Label relevance: how probably a person who asks for a word accepts a label, by how related the two are.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "estancia/words/lexicon.hpp"
+#include "estancia/words/word_graph.hpp"
+
+namespace estancia {
+
+/// What relates a label to words.
+struct LabelEvidence {
+  /// Of a walk from the words (WordGraph::lift()), through usedLift().
+  double lift = 0;
+  /// That of the label of the same model that the words are most related to.
+  double bestLift = 0;
+  /// kindShare() of a single word; of a room's name also usualShare of that of a furnishing. In [0, 1].
+  double kind = 0;
+};
+
+/// In [0, 1]; grows with lift and kind, and falls with bestLift.
+double labelRelevance(const LabelEvidence& evidence);
+
+/// The lift from which on a label that is the best one, and no kind of what is asked for, has a relevance of
+/// at least `probability`, in (0, 1).
+double liftFor(double probability);
+
+/// Lifts beyond some size tell nothing more; of a label that WordNet does not know, minUsedLift.
+double usedLift(double lift);
+constexpr double minUsedLift = -5;
+
+/// How much a label whose hypernym of this distance one of a word's senses is, is a kind of what the word
+/// means: less for rare senses and far hypernyms.
+double kindShare(float senseProbability, int distance);
+
+/// The largest over all pairs of `senses`, a word's, and `hypernyms`, a label's with their distances.
+double kindShare(std::span<const Sense> senses, std::span<const std::pair<std::uint32_t, int>> hypernyms);
+
+/// What is usual in a room is a weaker answer to its name than a kind of what was asked for.
+constexpr double usualShare = 0.8;
+
+/// The meanings of a room's furnishing: those of the word that are things.
+std::vector<Sense> furnishingSenses(const WordGraph& graph, const std::string& word);
+
+}  // namespace estancia

@@ -1,0 +1,73 @@
+// Word associations: for each English word the labels that a person who asks for it means, all at once.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "estancia/core/progress.hpp"
+#include "estancia/core/vocabulary.hpp"
+#include "estancia/words/label_search.hpp"
+#include "estancia/words/word_graph.hpp"
+
+namespace estancia {
+
+/// A word and the labels that LabelSearch finds for it.
+struct WordAssociation {
+  std::string word;
+  /// Whether it was tagged in WordNet's texts.
+  bool isFrequent = false;
+  struct Meant {
+    std::uint32_t label = 0;
+    /// The probability, rounded.
+    std::uint8_t percent = 0;
+    bool operator==(const Meant&) const = default;
+  };
+  /// Most probable first, of equal ones the first label; empty: the word is known and means none.
+  std::vector<Meant> labels;
+  bool operator==(const WordAssociation&) const = default;
+};
+
+/// A word of one or two words that people type: letters in lower case, with a blank or apostrophes between.
+bool isTypedWord(std::string_view word);
+
+/// Associations of the words that a person would type: one or two words, in letters alone, that are frequent
+/// or mean a label; sorted. Labels are those whose LabelSearch::probabilities() of the word is at least
+/// LabelSearch::defaultMinProbability. `threads`: 0 for one a usable core, with the same result. It walks
+/// from the labels in place of the words: the graph is undirected, so visits_a[b] / degree[b] = visits_b[a] /
+/// degree[a].
+std::vector<WordAssociation> associateWords(const WordGraph& graph, const Vocabulary& vocabulary,
+                                            int threads = 0, Progress& progress = Progress::none());
+
+struct AssociationLimits {
+  /// Of the best label of a word that is not frequent: it must be worth its room.
+  int minRarePercent = 50;
+  /// Of a word; of one that is not frequent, the same divided by four.
+  std::size_t maxLabels = 20;
+};
+
+/// The same for some labels alone: `isListed` says which of a word's.
+std::vector<WordAssociation> selectAssociations(
+    const std::vector<WordAssociation>& associations,
+    const std::function<bool(const std::string& word, std::uint32_t label)>& isListed,
+    const AssociationLimits& limits = {});
+
+/// For scripts: words sorted, one after another, each as the number of letters that it shares with the word
+/// before (one digit), its other letters, and its labels. A label has four digits: its position in the
+/// ascending list of all that occur (two), and its probability in percent (two). Digits are of base 36, in
+/// upper case; a word shares at most 35 letters.
+struct PackedAssociations {
+  /// Labels that occur, ascending.
+  std::vector<std::uint32_t> labels;
+  std::string text;
+};
+
+/// Throws Error (invalidInput) for more than 1,296 labels, words that are not sorted, or a word of other
+/// characters than letters in lower case, blanks and apostrophes.
+PackedAssociations packAssociations(const std::vector<WordAssociation>& associations);
+
+}  // namespace estancia
