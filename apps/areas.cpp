@@ -181,7 +181,7 @@ void addFindCommand(CLI::App& group) {
       ->type_name("FILE");
   command->add_option("--word", arguments->word, "Where on the floor this word is; --render shows its heat");
   addOverwriteOption(*command, arguments->overwrite);
-  arguments->declared.add(declare(arguments->options));
+  arguments->declared.add(declare(arguments->options), {"naming.words"});
   addJsonOption(*command, arguments->json);
   addExamples(*command,
               "  estancia areas find ~/home -o home.zones\n"

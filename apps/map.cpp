@@ -325,7 +325,7 @@ void addMapCommand(CLI::App& app) {
       ->excludes("--continue");
   arguments->declared.add(declare(arguments->mapper),
                           {"distance", "tau-join", "tau-revisit", "transition-images"});
-  arguments->declared.add(declare(arguments->world), {"layers"});
+  arguments->declared.add(declare(arguments->world), {"layers", "areas.naming.words"});
   arguments->declared.addPreset(
       {{"thesis", "the choices of Rangel's thesis (chapter 4)"}},
       [&mapper = arguments->mapper](const std::string&) { mapper = MapperOptions::thesis(); });

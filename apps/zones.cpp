@@ -231,7 +231,8 @@ void addZonesCommand(CLI::App& app) {
       "Print when the zone changes while images come (with --json the zone of each), in time and memory "
       "that do not grow with their square; the file's zones are numbered by size in the end");
   addOverwriteOption(*command, arguments->overwrite);
-  arguments->declared.add(declare(arguments->options), {"distance", "linkage", "cut", "count"});
+  arguments->declared.add(declare(arguments->options),
+                          {"distance", "linkage", "cut", "count", "naming.words"});
   arguments->declared.add(declare(arguments->streaming));
   arguments->declared.addPreset(
       {{"thesis", "the choices of Rangel's thesis (ks, average linkage, cut 0.5)"}},

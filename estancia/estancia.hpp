@@ -23,6 +23,7 @@
 #include "estancia/words/label_search.hpp"
 #include "estancia/words/label_senses.hpp"
 #include "estancia/words/lexicon.hpp"
+#include "estancia/words/naming_options.hpp"
 #include "estancia/words/room_words.hpp"
 #include "estancia/words/word_associations.hpp"
 #include "estancia/words/word_graph.hpp"

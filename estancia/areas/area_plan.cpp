@@ -7,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "estancia/core/fail.hpp"
+#include "estancia/words/label_concepts.hpp"
 #include "estancia/zones/naming.hpp"
 
 namespace estancia {
@@ -107,7 +108,7 @@ std::vector<float> wordsOf(int area, const cv::Mat& nearest, const FloorCells& c
 }
 
 void describeAreas(AreaPlan& plan, const WordMap& words, const Vocabulary& vocabulary,
-                   const std::vector<float>& mean) {
+                   const std::vector<float>& mean, const NamingOptions& naming) {
   constexpr double beyond = 0.5;  // [m]
   const cv::Mat nearest = nearestRooms(plan.areaOf + 1, beyond / plan.cells.cell());
   std::vector<std::vector<float>> means;
@@ -115,7 +116,8 @@ void describeAreas(AreaPlan& plan, const WordMap& words, const Vocabulary& vocab
     describe(area, plan.areaOf, plan.cells);
     means.push_back(wordsOf(area.id, nearest, plan.cells, words));
   }
-  const std::vector<std::string> names = nameZones(vocabulary, means, mean);
+  const std::vector<std::string> names =
+      nameZones(vocabulary, means, mean, *installedConcepts(vocabulary, naming));
   for (Area& area : plan.areas) area.name = names[static_cast<std::size_t>(area.id)];
 }
 
@@ -219,7 +221,8 @@ int closeGaps(cv::Mat& rooms) {
 /// The plan of these rooms, whose numbers may have gaps. `rooms` > 0 somewhere.
 PlannedFrames planOfRooms(cv::Mat rooms, const cv::Mat& walls, const Floor& floor, const FloorCells& cells,
                           std::span<const std::optional<Pose>> frames, const WordMap& words,
-                          const Vocabulary& vocabulary, const std::vector<float>& mean) {
+                          const Vocabulary& vocabulary, const std::vector<float>& mean,
+                          const NamingOptions& naming) {
   const int count = closeGaps(rooms);
   const std::vector<int> roomOf = roomsOfFrames(frames, floor, cells, rooms);
   const std::vector<int> number = areaNumbers(roomOf, count);
@@ -233,7 +236,7 @@ PlannedFrames planOfRooms(cv::Mat rooms, const cv::Mat& walls, const Floor& floo
     planned.areaOfFrame.push_back(number[static_cast<std::size_t>(room)]);
     ++plan.areas[static_cast<std::size_t>(planned.areaOfFrame.back())].frames;
   }
-  describeAreas(plan, words, vocabulary, mean);
+  describeAreas(plan, words, vocabulary, mean, naming);
   return planned;
 }
 
@@ -241,22 +244,25 @@ PlannedFrames planOfRooms(cv::Mat rooms, const cv::Mat& walls, const Floor& floo
 
 PlannedFrames planAreas(const FloorSurvey& survey, std::span<const std::optional<Pose>> frames,
                         const Vocabulary& vocabulary, const std::vector<float>& mean,
-                        const RoomSegmentationOptions& options, std::span<const AreaEdit> edits) {
+                        const RoomSegmentationOptions& options, std::span<const AreaEdit> edits,
+                        const NamingOptions& naming) {
   const FloorCells& cells = survey.grid.cells();
   const cv::Mat walls = survey.grid.walls();
   cv::Mat rooms = segmentRooms(survey.grid.freeSpace(), walls, cells.cell(), options);
   for (const AreaEdit& edit : edits) correct(rooms, edit, cells);
   if (cv::countNonZero(rooms) == 0)
     fail(ErrorCode::insufficientData, "no room of {} m² was seen; give a smaller min-area", options.minArea);
-  return planOfRooms(rooms, walls, survey.grid.floor(), cells, frames, survey.words, vocabulary, mean);
+  return planOfRooms(rooms, walls, survey.grid.floor(), cells, frames, survey.words, vocabulary, mean,
+                     naming);
 }
 
 std::optional<PlannedFrames> correctPlan(const AreaPlan& plan, const AreaEdit& edit,
                                          std::span<const std::optional<Pose>> frames, const WordMap& words,
-                                         const Vocabulary& vocabulary, const std::vector<float>& mean) {
+                                         const Vocabulary& vocabulary, const std::vector<float>& mean,
+                                         const NamingOptions& naming) {
   cv::Mat rooms = plan.areaOf + 1;
   if (!correct(rooms, edit, plan.cells)) return std::nullopt;
-  return planOfRooms(rooms, plan.walls, plan.floor, plan.cells, frames, words, vocabulary, mean);
+  return planOfRooms(rooms, plan.walls, plan.floor, plan.cells, frames, words, vocabulary, mean, naming);
 }
 
 int areaAt(const AreaPlan& plan, const cv::Point2d& at, double reach) {

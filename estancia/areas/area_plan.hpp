@@ -13,6 +13,7 @@
 #include "estancia/areas/room_segmentation.hpp"
 #include "estancia/core/planar_pose.hpp"
 #include "estancia/core/vocabulary.hpp"
+#include "estancia/words/naming_options.hpp"
 
 namespace estancia {
 
@@ -72,13 +73,15 @@ struct PlannedFrames {
 /// Throws Error (insufficientData) where no room was seen.
 PlannedFrames planAreas(const FloorSurvey& survey, std::span<const std::optional<Pose>> frames,
                         const Vocabulary& vocabulary, const std::vector<float>& mean,
-                        const RoomSegmentationOptions& options = {}, std::span<const AreaEdit> edits = {});
+                        const RoomSegmentationOptions& options = {}, std::span<const AreaEdit> edits = {},
+                        const NamingOptions& naming = {});
 
 /// The same plan with one more merge or split. `words`: what planAreas() took them from. Nothing where it
 /// would change nothing: one of its ends is in no area, both are in one, or the line leaves a way around it.
 std::optional<PlannedFrames> correctPlan(const AreaPlan& plan, const AreaEdit& edit,
                                          std::span<const std::optional<Pose>> frames, const WordMap& words,
-                                         const Vocabulary& vocabulary, const std::vector<float>& mean);
+                                         const Vocabulary& vocabulary, const std::vector<float>& mean,
+                                         const NamingOptions& naming = {});
 
 /// The area that a point of the floor lies in, else the nearest one within `reach` [m]; -1 where there is
 /// none.

@@ -66,6 +66,7 @@ OptionGroup declare(AreaOptions& options) {
       .why("Narrower than the thinnest wall, wider than the noise of the poses.");
   group.add(declare(options.segmentation));
   group.add(declare(options.words));
+  group.add(declare(options.naming));
   return group;
 }
 
@@ -79,9 +80,10 @@ Areas findAreas(const Sequence& sequence, const DescriptorSequence& labeled, con
     frames.push_back(labeled.frames[i].pose);
     mean.add(labeled.descriptors.row(i));
   }
-  PlannedFrames planned = planAreas(seen, frames, labeled.vocabulary,
-                                    {mean.mean().begin(), mean.mean().end()}, options.segmentation);
-  Zones zones = describeZones(labeled, planned.areaOfFrame);
+  PlannedFrames planned =
+      planAreas(seen, frames, labeled.vocabulary, {mean.mean().begin(), mean.mean().end()},
+                options.segmentation, {}, options.naming);
+  Zones zones = describeZones(labeled, planned.areaOfFrame, options.naming);
   zones.distance = "floor plan";
   zones.linkage = "doors";
   zones.cutReason = "rooms of the floor plan, split at doors and narrow passages";

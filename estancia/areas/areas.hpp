@@ -17,6 +17,7 @@ struct AreaOptions {
   double cell = 0.05;
   RoomSegmentationOptions segmentation;
   WordMapOptions words;
+  NamingOptions naming;
 };
 OptionGroup declare(AreaOptions& options);
 

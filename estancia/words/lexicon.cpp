@@ -2,6 +2,7 @@
 #include "estancia/words/lexicon.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <unordered_map>
 #include <utility>
 
@@ -158,6 +159,24 @@ std::size_t Lexicon::lowerBound(std::string_view sought) const {
 std::optional<std::size_t> Lexicon::find(std::string_view sought) const {
   const std::size_t at = lowerBound(sought);
   return at < size() && word(at) == sought ? std::optional(at) : std::nullopt;
+}
+
+std::uint32_t Lexicon::tagCount(std::string_view asked, std::uint32_t synset) const {
+  const std::optional<std::size_t> at = find(lexicalForm(asked));
+  if (!at) return 0;
+  const auto pos = [&](std::uint32_t sense) {
+    return static_cast<std::size_t>(std::upper_bound(firstSynset.begin() + 1, firstSynset.end() - 1, sense) -
+                                    firstSynset.begin() - 1);
+  };
+  std::array<std::uint32_t, partsOfSpeech> ranks{};
+  for (std::uint32_t s = senseStarts[*at]; s < senseStarts[*at + 1]; ++s) {
+    const std::size_t p = pos(senseSynsets[s]);
+    const auto rank = static_cast<float>(++ranks[p]);
+    if (senseSynsets[s] == synset)
+      return static_cast<std::uint32_t>(
+          std::lround(std::max(0.0F, senseWeights[s] * rank / posWeights[p] - unseenCount)));
+  }
+  return 0;
 }
 
 void Lexicon::addSenses(std::string_view form, std::optional<PartOfSpeech> pos,

@@ -35,6 +35,8 @@ class Lexicon {
   /// every part of speech, most probable first. Probabilities add up to 1. Empty for an unknown word. A
   /// meaning's share follows from its frequency in WordNet's tagged texts and its rank.
   std::vector<Sense> senses(std::string_view word) const;
+  /// How often the exact word was tagged with a meaning in WordNet's texts.
+  std::uint32_t tagCount(std::string_view word, std::uint32_t synset) const;
   bool knows(std::string_view word) const { return !senses(word).empty(); }
 
   /// The words of a text that carry meaning, in order: function words ("something to …") are dropped, and

@@ -24,9 +24,9 @@ namespace {
 
 /// The words above the floor, of all views that the map holds.
 WordMap wordsOfViews(MapStore& map, const WorldStore& layers, const AreaPlan& plan,
-                     std::span<const std::optional<Pose>> poses, Progress& progress) {
-  WordMap words(plan.floor, map.identity().vocabulary.size(),
-                MapTerms(map).options().value_or(WorldOptions{}).areas.words);
+                     std::span<const std::optional<Pose>> poses, const WordMapOptions& options,
+                     Progress& progress) {
+  WordMap words(plan.floor, map.identity().vocabulary.size(), options);
   progress.begin("looking at what was seen", poses.size());
   std::size_t done = 0;
   layers.forEachObservation([&](std::size_t frame, const Observation& seen) {
@@ -62,9 +62,10 @@ bool correctAreas(const std::filesystem::path& path, const AreaEdit& edit, Progr
     return true;
   });
   const std::span<const float> mean = moments.mean();
+  const AreaOptions options = MapTerms(store).options().value_or(WorldOptions{}).areas;
+  const WordMap words = wordsOfViews(store, layers, *world.plan, poses, options.words, progress);
   const auto planned =
-      correctPlan(*world.plan, edit, poses, wordsOfViews(store, layers, *world.plan, poses, progress),
-                  vocabulary, {mean.begin(), mean.end()});
+      correctPlan(*world.plan, edit, poses, words, vocabulary, {mean.begin(), mean.end()}, options.naming);
   if (!planned) return false;
   std::vector<int> areas;
   for (const WorldObject& object : world.objects) areas.push_back(areaOfObject(planned->plan, object.center));

@@ -395,6 +395,7 @@ void WorldMapper::finish() {
   if (impl_->layers.zones && frames > 0 && frames <= mostFramesOfZones) {
     ZoneOptions options;
     options.reach = ZoneOptions::reachOfRun;
+    options.naming = impl_->options.areas.naming;
     try {
       impl_->store.putZones(findZones(readMapDescriptors(map.database().path()), options));
     } catch (const Interrupted&) {  // Ctrl-C ended the mapping: --continue finds them
@@ -405,7 +406,7 @@ void WorldMapper::finish() {
     const std::span<const float> mean = impl_->mean.mean();
     try {
       planned = planAreas(*impl_->survey, impl_->poses, map.identity().vocabulary, {mean.begin(), mean.end()},
-                          impl_->options.areas.segmentation, impl_->edits);
+                          impl_->options.areas.segmentation, impl_->edits, impl_->options.areas.naming);
       impl_->store.putAreas(*planned);
     } catch (const Error& e) {  // so little was seen that there is no room: the map has no areas yet
       if (e.code() != ErrorCode::insufficientData) throw;

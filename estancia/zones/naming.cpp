@@ -5,7 +5,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
 #include <set>
 
 #include "estancia/core/label_words.hpp"
@@ -18,13 +17,19 @@ constexpr std::size_t wordsOfName = 3;
 /// Zones that still have the same name after so many words are alike to people.
 constexpr std::size_t maxWordsOfName = 12;
 
-/// The first `count` different words among the most distinctive labels.
+/// The first `count` different words: those that tell something, then likely ones.
 std::vector<std::string> distinctiveWords(const Vocabulary& vocabulary, DescriptorView zone,
-                                          DescriptorView run, std::size_t count) {
+                                          DescriptorView run, const LabelConcepts& concepts,
+                                          std::size_t count) {
   std::vector<std::string> words;
+  std::set<std::size_t> told;
+  for (TellingWord& word : tellingWords(vocabulary, concepts, zone, run, count)) {
+    told.insert(word.labels.begin(), word.labels.end());
+    words.push_back(std::move(word.name));
+  }
   for (const std::size_t label : distinctiveLabels(zone, run, 2 * count)) {
     std::string word = shortLabel(vocabulary[label]);
-    if (words.size() < count && std::find(words.begin(), words.end(), word) == words.end())
+    if (words.size() < count && !told.contains(label) && std::ranges::find(words, word) == words.end())
       words.push_back(std::move(word));
   }
   return words;
@@ -34,12 +39,9 @@ std::vector<std::string> distinctiveWords(const Vocabulary& vocabulary, Descript
 
 std::vector<std::size_t> distinctiveLabels(DescriptorView zone, DescriptorView run, std::size_t count) {
   std::vector<float> contribution(zone.size());
-  for (std::size_t i = 0; i < zone.size(); ++i) {
-    const auto p = static_cast<double>(zone[i]), everywhere = static_cast<double>(run[i]);
-    // Beyond what rounding makes of a zone that is the run.
-    if (everywhere > 0 && p > 1.001 * everywhere)
-      contribution[i] = static_cast<float>(p * std::log(p / everywhere));
-  }
+  for (std::size_t i = 0; i < zone.size(); ++i)
+    contribution[i] =
+        static_cast<float>(tellingEvidence(static_cast<double>(zone[i]), static_cast<double>(run[i])));
   std::vector<std::size_t> labels = bestLabels(contribution, count);
   std::erase_if(labels, [&](std::size_t label) { return contribution[label] <= 0; });
   for (const std::size_t label : bestLabels(zone, count)) {
@@ -50,11 +52,11 @@ std::vector<std::size_t> distinctiveLabels(DescriptorView zone, DescriptorView r
 }
 
 std::vector<std::string> nameZones(const Vocabulary& vocabulary, const std::vector<std::vector<float>>& means,
-                                   DescriptorView run) {
+                                   DescriptorView run, const LabelConcepts& concepts) {
   std::vector<std::string> names;
   std::set<std::set<std::string>> taken;  // whatever their order
   for (const std::vector<float>& mean : means) {
-    const std::vector<std::string> words = distinctiveWords(vocabulary, mean, run, maxWordsOfName);
+    const std::vector<std::string> words = distinctiveWords(vocabulary, mean, run, concepts, maxWordsOfName);
     auto end = words.begin() + static_cast<std::ptrdiff_t>(std::min(wordsOfName, words.size()));
     while (end != words.end() && taken.contains({words.begin(), end})) ++end;
     taken.emplace(words.begin(), end);

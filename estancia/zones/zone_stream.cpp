@@ -11,6 +11,7 @@
 #include "estancia/core/fail.hpp"
 #include "estancia/stats/compared_vectors.hpp"
 #include "estancia/stats/linkage.hpp"
+#include "estancia/words/label_concepts.hpp"
 #include "estancia/zones/image_tree.hpp"
 #include "estancia/zones/naming.hpp"
 
@@ -288,7 +289,7 @@ Zones ZoneStream::finish(const DescriptorSequence& sequence) {
     fail(ErrorCode::invalidOption, "zones.count is {}; give 1 to {}, the number of images", *options.count,
          images());
   update();
-  Zones zones = describeZones(sequence, zoneOf());
+  Zones zones = describeZones(sequence, zoneOf(), impl_->zoneOptions_.naming);
   zones.distance = options.distance;
   zones.linkage = options.linkage;
   zones.cut = cut();
@@ -341,7 +342,9 @@ std::vector<StreamedZone> ZoneStream::zones() const {
                    [](const StreamedZone& a, const StreamedZone& b) { return a.images > b.images; });
   std::vector<std::vector<float>> means;
   for (const StreamedZone& zone : zones) means.push_back(zone.mean);
-  const std::vector<std::string> names = nameZones(impl_->vocabulary_, means, impl_->probabilities_.mean());
+  const std::vector<std::string> names =
+      nameZones(impl_->vocabulary_, means, impl_->probabilities_.mean(),
+                *installedConcepts(impl_->vocabulary_, impl_->zoneOptions_.naming));
   for (std::size_t i = 0; i < zones.size(); ++i) zones[i].name = names[i];
   return zones;
 }
@@ -352,7 +355,8 @@ std::string ZoneStream::nameOf(int zone) const {
     if (group.zone == zone) mean.add(group.probabilities.mean(), group.probabilities.weight());
   if (mean.weight() == 0) fail(ErrorCode::unknownName, "the stream has no zone {} now", zone);
   return nameZones(impl_->vocabulary_, {{mean.mean().begin(), mean.mean().end()}},
-                   impl_->probabilities_.mean())
+                   impl_->probabilities_.mean(),
+                   *installedConcepts(impl_->vocabulary_, impl_->zoneOptions_.naming))
       .front();
 }
 

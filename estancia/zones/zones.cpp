@@ -11,6 +11,7 @@
 #include "estancia/stats/compared_vectors.hpp"
 #include "estancia/stats/linkage.hpp"
 #include "estancia/stats/moments.hpp"
+#include "estancia/words/label_concepts.hpp"
 #include "estancia/zones/image_tree.hpp"
 #include "estancia/zones/naming.hpp"
 #include "estancia/zones/surroundings.hpp"
@@ -131,6 +132,7 @@ OptionGroup declare(ZoneOptions& options) {
   group.add("threads", &options.threads, "Threads of the clustering.")
       .range(0, 1024)
       .why("0: one a usable core.");
+  group.add(declare(options.naming));
   return group;
 }
 
@@ -193,7 +195,7 @@ Zones findZones(const DescriptorSequence& sequence, const ZoneOptions& options, 
   // all merges are made and the tree is cut at τ_d, with the same result.
   ImageTree tree = linkImages(sequence, options, progress);
   const ZoneCut cut = cutTree(tree.dendrogram, tree.neighbors, options);
-  Zones zones = describeZones(sequence, cut.groups);
+  Zones zones = describeZones(sequence, cut.groups, options.naming);
   zones.distance = options.distance;
   zones.linkage = options.linkage;
   zones.cut = cut.distance;
@@ -202,7 +204,8 @@ Zones findZones(const DescriptorSequence& sequence, const ZoneOptions& options, 
   return zones;
 }
 
-Zones describeZones(const DescriptorSequence& sequence, std::span<const int> groups) {
+Zones describeZones(const DescriptorSequence& sequence, std::span<const int> groups,
+                    const NamingOptions& naming) {
   if (sequence.frames.empty())
     throw Error(ErrorCode::insufficientData, "there are no images to make zones of; give at least one");
   if (groups.size() != sequence.frames.size())
@@ -224,7 +227,8 @@ Zones describeZones(const DescriptorSequence& sequence, std::span<const int> gro
     means.push_back(zone.mean);
     result.zones.push_back(std::move(zone));
   }
-  const std::vector<std::string> names = nameZones(result.vocabulary, means, runMean(result));
+  const std::vector<std::string> names =
+      nameZones(result.vocabulary, means, runMean(result), *installedConcepts(result.vocabulary, naming));
   for (std::size_t i = 0; i < names.size(); ++i) result.zones[i].name = names[i];
   result.rooms = roomsOf(sequence);
   return result;

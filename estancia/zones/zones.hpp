@@ -16,6 +16,7 @@
 #include "estancia/core/vocabulary.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/stats/linkage.hpp"
+#include "estancia/words/naming_options.hpp"
 
 namespace estancia {
 
@@ -34,6 +35,7 @@ struct ZoneOptions {
   /// distance [m] (for images without poses, of a like way through the run) are pooled. 0 or absent: each by
   /// itself, as in the thesis, and in any order.
   std::optional<double> reach;
+  NamingOptions naming;
   /// 0: one a usable core. The result does not depend on it.
   int threads = 0;
 
@@ -61,7 +63,7 @@ struct ZoneExtent {
 struct Zone {
   /// 0 for the largest zone; its position in Zones::zones.
   int id = 0;
-  /// Its most distinctive labels: "refrigerator, stove, microwave".
+  /// Its most telling words: "refrigerator, stove, microwave".
   std::string name = {};
   /// Frame numbers, ascending.
   std::vector<std::size_t> images = {};
@@ -116,7 +118,8 @@ Zones findZones(const DescriptorSequence& sequence, const ZoneOptions& options =
 /// Zones of a partition that is known already: `groups[i]` is any number for the group of frame i. Numbers
 /// the zones by size and fills in all but distance, linkage, cut and dendrogram. Throws Error when there
 /// is no frame (insufficientData) or not one number a frame (mismatch).
-Zones describeZones(const DescriptorSequence& sequence, std::span<const int> groups);
+Zones describeZones(const DescriptorSequence& sequence, std::span<const int> groups,
+                    const NamingOptions& naming = {});
 
 /// Names the zones' rooms by a classifier's predictions, row i for frame i. Throws Error (mismatch) unless
 /// there is a row a frame.

@@ -6,6 +6,9 @@
 #include <gtest/gtest.h>
 
 #include <set>
+#include <string>
+
+#include "estancia/zones/zones.hpp"
 
 namespace estancia {
 namespace {
@@ -46,6 +49,33 @@ TEST(ZoneNames, GrowUntilTheyDiffer) {
 TEST(ZoneNames, NameAWordThatTheVocabularyHoldsTwiceOnce) {
   const std::vector<float> run{0.5F, 0.1F, 0.1F, 0.1F, 0.1F, 0.1F};
   EXPECT_THAT(nameZones(words, {{0, 0, 0, 0.3F, 0.4F, 0.3F}}, run), ElementsAre("crane, tub"));
+}
+
+TEST(ZoneNames, MayBeConceptsOfTheirLabels) {
+  const LabelConcepts concepts{{"lift", 0.6, {4, 5}, {0, 4, 5}}};
+  const std::vector<float> run{0.2F, 0.2F, 0.2F, 0.2F, 0.1F, 0.1F};
+  EXPECT_THAT(nameZones(words, {{0.1F, 0, 0.05F, 0.01F, 0.4F, 0.4F}}, run, concepts),
+              ElementsAre("lift, stove, tub"))
+      << "neither a crane beside it nor the room, which it covers";
+}
+
+TEST(ZoneOptions, SayWhichWordsNameZones) {
+  ZoneOptions options;
+  OptionGroup group = declare(options);
+  EXPECT_EQ(group.find("naming.words")->text(), "wordnet");
+  group.set("naming.words", "raw");
+  EXPECT_EQ(options.naming.words, NamingOptions::Words::raw);
+  const Vocabulary dogs({"Labrador retriever", "golden retriever", "beagle", "stove"});
+  DescriptorSequence sequence{dogs, "", {}, DescriptorMatrix(4)};
+  for (int i = 0; i < 4; ++i) {
+    sequence.frames.emplace_back().name = std::to_string(i);
+    sequence.descriptors.append(i < 2 ? std::vector<float>{0.35F, 0.34F, 0.31F, 0}
+                                      : std::vector<float>{0, 0, 0, 1});
+  }
+  const std::vector<int> groups{0, 0, 1, 1};
+  EXPECT_EQ(describeZones(sequence, groups, options.naming).zones.front().name,
+            "Labrador retriever, golden retriever, beagle");
+  EXPECT_EQ(describeZones(sequence, groups).zones.front().name, "dog");
 }
 
 }  // namespace

@@ -1,0 +1,65 @@
+// Label concepts: familiar words of WordNet that stand for several labels, "dog" for five breeds.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "estancia/core/descriptor.hpp"
+#include "estancia/core/vocabulary.hpp"
+#include "estancia/words/naming_options.hpp"
+#include "estancia/words/word_graph.hpp"
+
+namespace estancia {
+
+/// A word that may stand for several labels.
+struct LabelConcept {
+  /// The label that means just this, else the first word of its synset.
+  std::string name;
+  /// In (0, 1]: intrinsic information content (Seco, Veale & Hayes 2004), 1 - ln(kinds) / ln(nouns), 0 for
+  /// what is above all nouns; 1 where a label means just this.
+  double specificity = 1;
+  /// What it stands for, ascending; at least two. Labels that are familiar words themselves ("desk" beside
+  /// "table") stand for themselves.
+  std::vector<std::size_t> labels;
+  /// `labels`, and all others below it in WordNet's hierarchy.
+  std::vector<std::size_t> covered;
+};
+
+/// The words that may stand for labels of a vocabulary. Empty: each label stands for itself.
+using LabelConcepts = std::vector<LabelConcept>;
+
+/// Hypernyms on the level at which people name things (basic level: Rosch et al. 1976; by the frequency of
+/// words: Izquierdo, Suárez & Rigau 2007): those that were met at least five times in WordNet's texts, by
+/// words of which this is the first meaning, and with at most a hundred kinds, of animals and plants a
+/// thousand. A label that was met three times is on that level itself.
+LabelConcepts findLabelConcepts(const WordGraph& graph, const Vocabulary& vocabulary);
+
+/// Those of the installed WordNet, kept for the vocabulary that was asked for last; empty without WordNet and
+/// for raw words. Safe to call from several threads.
+std::shared_ptr<const LabelConcepts> installedConcepts(const Vocabulary& vocabulary,
+                                                       const NamingOptions& options);
+
+/// A word that tells a part of a run from the whole.
+struct TellingWord {
+  std::string name;
+  /// Itself, or all that are below it; ascending.
+  std::vector<std::size_t> labels;
+  /// What it contributes to the relative entropy of the part against the run [nat].
+  double evidence = 0;
+};
+
+/// What a label, or several labels that are taken for one, contributes to the relative entropy of a part
+/// against the run: p ln(p / everywhere) (Kullback & Leibler 1951); 0 unless it is likelier than there.
+double tellingEvidence(double p, double everywhere);
+
+/// Up to `count` words with evidence, best first by evidence × specificity (1 for a label), of equal ones
+/// that of fewer labels, then of the first label. A concept, of which the probability is the sum of its
+/// labels', is named instead of them where at least two of them tell something, and it tells more than any of
+/// them. No word is named beside one that is below or above it, and none twice.
+std::vector<TellingWord> tellingWords(const Vocabulary& vocabulary, const LabelConcepts& concepts,
+                                      DescriptorView here, DescriptorView run, std::size_t count);
+
+}  // namespace estancia
