@@ -69,16 +69,18 @@ class ConceptFinder {
   bool isConcept(std::uint32_t synset) {
     const auto [known, isNew] = isConcept_.try_emplace(synset, false);
     if (isNew)
-      known->second = count(synset) >= familiarConcept && isFirstMeaning(synset) &&
+      known->second = count(synset) >= familiarConcept && isUsualMeaning(synset) &&
                       graph_.category(synset) != WordCategory::tops && kinds(synset) <= mostKinds(synset);
     return known->second;
   }
 
-  /// Of its name, as a noun.
-  bool isFirstMeaning(std::uint32_t synset) const {
+  /// Of its name, as a noun: a "piece" is of cloth, too, but rarely.
+  bool isUsualMeaning(std::uint32_t synset) const {
+    std::uint32_t sum = 0;
     for (const Sense& sense : graph_.lexicon.senses(graph_.name(synset)))
-      if (graph_.pos(sense.synset) == PartOfSpeech::noun) return sense.synset == synset;
-    return false;
+      if (graph_.pos(sense.synset) == PartOfSpeech::noun)
+        sum += graph_.lexicon.tagCount(graph_.name(synset), sense.synset);
+    return 2 * count(synset) >= sum;
   }
 
   std::size_t mostKinds(std::uint32_t synset) const {

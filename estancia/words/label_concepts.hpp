@@ -33,8 +33,8 @@ using LabelConcepts = std::vector<LabelConcept>;
 
 /// Hypernyms on the level at which people name things (basic level: Rosch et al. 1976; by the frequency of
 /// words: Izquierdo, Suárez & Rigau 2007): those that were met at least five times in WordNet's texts, by
-/// words of which this is the first meaning, and with at most a hundred kinds, of animals and plants a
-/// thousand. A label that was met three times is on that level itself.
+/// words that mostly mean this, and with at most a hundred kinds, of animals and plants a thousand. A label
+/// that was met three times is on that level itself.
 LabelConcepts findLabelConcepts(const WordGraph& graph, const Vocabulary& vocabulary);
 
 /// Those of the installed WordNet, kept for the vocabulary that was asked for last; empty without WordNet and

@@ -63,6 +63,14 @@ TEST(LabelConcepts, LeaveFamiliarLabelsToThemselves) {
   EXPECT_THAT(concepts.front().covered, ElementsAre(0, 1, 2, 3)) << "a vulture is a bird, too";
 }
 
+TEST(LabelConcepts, AreWordsThatMostlyMeanThis) {
+  const LabelConcepts concepts =
+      findLabelConcepts(realWords(), Vocabulary({"television, television system", "iPod", "bib",
+                                                 "dishrag, dishcloth", "paper towel", "bath towel"}));
+  ASSERT_EQ(concepts.size(), 1U) << "neither \"system\" nor \"piece\"";
+  EXPECT_EQ(concepts.front().name, "towel");
+}
+
 TEST(LabelConcepts, AreNoneOfLabelsThatWordNetDoesNotKnow) {
   const Vocabulary vocabulary(
       {"xyzzy", "Labrador retriever", "label 17", "\x01\xff", ", ,", "n02099712", std::string(10000, 'x')});
