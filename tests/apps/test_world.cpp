@@ -150,6 +150,7 @@ TEST_F(WorldCommand, ReportsThePlanWithTheWaysOfRoute) {
   const std::string html = readFile(page);
   for (const char* part : {"id=\"world\"", "id=\"area-3\"", "id=\"object-5\"", "id=\"image-1\""})
     EXPECT_THAT(html, HasSubstr(part));
+  EXPECT_THAT(html, HasSubstr("\"grammar\":")) << "the search understands words that no label has";
   const json route = json::parse(run({"route", map_, "--from", "3", "--to", "coffee mug", "--json"}).out);
   const double length = route["driven"]["length"];
   EXPECT_THAT(html, HasSubstr(fmt::format("\"length\":{:.2f}", length)));
