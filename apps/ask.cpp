@@ -18,12 +18,13 @@
 #include "estancia/world/world_json.hpp"
 #include "estancia/zones/overlay.hpp"
 #include "estancia/zones/zone_file.hpp"
+#include "own_words.hpp"
 
 namespace estancia::apps {
 namespace {
 
 struct AskArguments {
-  std::string map, words, zones, images;
+  std::string map, words, zones, images, dictionary;
   std::size_t maxPlaces = 5, maxObjects = 5;
   bool json = false, overwrite = false;
 };
@@ -180,8 +181,9 @@ void printAnswers(const WorldAnswers& answers, const WorldMap& world, const std:
   for (std::size_t i = 0; i < answers.objects.size(); ++i) printObject(answers.objects[i], world, images[i]);
 }
 
-void run(const AskArguments& arguments) {
+void run(AskArguments arguments) {
   const WorldMap world = readWorld(arguments.map);
+  arguments.words = inEnglish(arguments.words, arguments.dictionary, world);
   const PlacesInZones zones(arguments.zones, world.places);
   if (findMeaning(world, arguments.words, installedWordGraph).empty()) {
     printNothing(arguments, world);
@@ -227,6 +229,7 @@ void addAskCommand(CLI::App& app) {
   addOverwriteOption(*command, arguments->overwrite);
   command->add_option("--zones", arguments->zones,
                       "Zones of the same run (`estancia zones find MAP`): say which zone each place is in");
+  addDictionaryOption(*command, arguments->dictionary);
   addJsonOption(*command, arguments->json);
   addExamples(*command,
               "  estancia ask home.estancia umbrella\n"

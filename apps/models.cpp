@@ -6,9 +6,13 @@
 
 #include "common.hpp"
 #include "convert/model_folder.hpp"
+#include "estancia/core/label_words.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/label/catalog.hpp"
 #include "estancia/label/model.hpp"
+#include "estancia/report/text.hpp"
+#include "estancia/words/installed_words.hpp"
+#include "estancia/words/label_senses.hpp"
 #include "labeling.hpp"
 
 namespace estancia::apps {
@@ -39,16 +43,37 @@ void list(bool json) {
                modelHome().string());
 }
 
+/// The labels whose meaning WordNet leaves in doubt: "mouse (mouse, 1.00)"; those that it does not know:
+/// "xyzzy (?)".
+std::vector<std::string> doubtfulLabels(const ModelCheck& check) {
+  const WordGraph* graph = installedWordGraph();
+  std::vector<std::string> doubtful;
+  if (graph == nullptr || check.labelNames.empty()) return doubtful;
+  const std::vector<LabelSense> senses = findLabelSenses(*graph, Vocabulary(check.labelNames));
+  for (std::size_t i = 0; i < senses.size(); ++i)
+    if (senses[i].senses.empty())
+      doubtful.push_back(fmt::format("{} (?)", shortLabel(check.labelNames[i])));
+    else if (senses[i].isDoubtful)
+      doubtful.push_back(fmt::format("{} ({}, {:.2f})", shortLabel(check.labelNames[i]),
+                                     graph->name(senses[i].senses.front().synset),
+                                     senses[i].senses.front().probability));
+  return doubtful;
+}
+
 void report(const ModelCheck& check, bool json) {
+  const std::vector<std::string> doubtful = doubtfulLabels(check);
   if (json)
-    print({{"name", check.spec.name},
-           {"identity", check.identity},
-           {"labels", check.labels},
-           {"digests_checked", check.digests},
-           {"ms_per_image", check.millisecondsPerImage}});
-  else
-    fmt::print("{}: works; {} labels, {:.1f} ms an image, {} file digests checked\n", check.spec.name,
-               check.labels, check.millisecondsPerImage, check.digests);
+    return print({{"name", check.spec.name},
+                  {"identity", check.identity},
+                  {"labels", check.labels},
+                  {"digests_checked", check.digests},
+                  {"ms_per_image", check.millisecondsPerImage},
+                  {"doubtful_labels", doubtful}});
+  fmt::print("{}: works; {} labels, {:.1f} ms an image, {} file digests checked\n", check.spec.name,
+             check.labels, check.millisecondsPerImage, check.digests);
+  if (!doubtful.empty())
+    fmt::print("{} of unsure meaning when asked in words (what WordNet takes them for, how probably): {}\n",
+               report::counted(doubtful.size(), "label"), fmt::join(doubtful, ", "));
 }
 
 void showCatalog(bool json) {

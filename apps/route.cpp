@@ -15,13 +15,14 @@
 #include "estancia/words/installed_words.hpp"
 #include "estancia/world/route_world.hpp"
 #include "estancia/world/world_json.hpp"
+#include "own_words.hpp"
 
 namespace estancia::apps {
 namespace {
 
 struct RouteArguments {
   explicit RouteArguments(CLI::App& command) : declared(command) {}
-  std::string map, to;
+  std::string map, to, dictionary;
   int from = 0;
   RegionPreferences preferences;
   RouteOptions options;
@@ -84,8 +85,11 @@ void printRoute(const WorldRoute& found, const WorldMap& world) {
                pose->yaw * 180 / std::numbers::pi, world.places.frames[pose->frame].name, pose->distance);
 }
 
-void run(const RouteArguments& arguments) {
+void run(RouteArguments& arguments) {
   const WorldMap world = readWorld(arguments.map);
+  arguments.to = inEnglish(arguments.to, arguments.dictionary, world);
+  for (auto* regions : {&arguments.preferences.avoid, &arguments.preferences.prefer})
+    for (std::string& region : *regions) region = inEnglish(region, arguments.dictionary, world);
   WorldRoute found;
   try {
     found = routeOf(arguments, world);
@@ -130,6 +134,7 @@ void addRouteCommand(CLI::App& app) {
       ->allow_extra_args(false);
   arguments->declared.add(declare(arguments->options),
                           {"bidirectional=one-way", "tolerance", "avoid-factor", "prefer-factor"});
+  addDictionaryOption(*command, arguments->dictionary);
   addJsonOption(*command, arguments->json);
   addExamples(*command,
               "  estancia route home.estancia --from 0 --to umbrella\n"

@@ -119,7 +119,8 @@ double millisecondsOf(const std::function<void()>& work) {
 ModelCheck check(const ModelSpec& spec, const LabelerOptions& options) {
   const auto labeler = loadModel(spec, options);  // labels a gray image, too
   if (!labeler->needsImage())
-    return {spec, labeler->identity(), labeler->vocabulary().size(), spec.sha256.size(), 0, "", 0};
+    return {spec, labeler->identity(),           labeler->vocabulary().size(), spec.sha256.size(), 0, "",
+            0,    labeler->vocabulary().labels()};
   const auto& pre = spec.preprocessing;
   cv::Mat noise(pre.height, pre.width, CV_8UC3);
   cv::RNG(1).fill(noise, cv::RNG::UNIFORM, 0, 256);
@@ -132,7 +133,8 @@ ModelCheck check(const ModelSpec& spec, const LabelerOptions& options) {
   std::nth_element(times.begin(), median, times.end());
 
   const auto best = std::max_element(words.begin(), words.end());
-  ModelCheck result{spec, labeler->identity(), words.size(), spec.sha256.size(), *median, "", *best};
+  ModelCheck result{spec,  labeler->identity(),           words.size(), spec.sha256.size(), *median, "",
+                    *best, labeler->vocabulary().labels()};
   result.best = labeler->vocabulary()[static_cast<std::size_t>(best - words.begin())];
   return result;
 }

@@ -76,6 +76,7 @@ struct ModelCheck {
   /// The first label of the test image (noise), to see that it is no constant.
   std::string best;
   double bestProbability = 0;
+  std::vector<std::string> labelNames = {};
 };
 
 /// Opens the model, labels a gray and a noisy image and takes the time. Throws Error saying what is wrong

@@ -208,6 +208,13 @@ LabelMatches LabelSearch::search(std::string_view words, std::size_t count, doub
     return matches;
   }
   const Query query = parse(words);
+  if (!query.corrected.empty())
+    for (const std::size_t label : labelsNamed(vocabulary_, query.corrected))
+      matches.labels.push_back({label, 1, ""});
+  if (!matches.labels.empty()) {
+    matches.corrected = query.corrected;
+    return matches;
+  }
   std::vector<double> probability = probabilities(query);
   for (const std::size_t label : held) probability[label] = std::max(probability[label], minProbability);
   std::vector<std::size_t> order(probability.size());

@@ -47,8 +47,8 @@ class LabelSearch {
   /// Without a graph only findLabels() is left. Keeps references to both.
   LabelSearch(const Vocabulary& vocabulary, const WordGraph* graph);
 
-  /// labelsNamed() alone, where there are some; else all labels of at least `minProbability`, and those of
-  /// findLabels(). At most `count` of them.
+  /// labelsNamed() alone, of the words or of their corrected spelling, where there are some; else all labels
+  /// of at least `minProbability`, and those of findLabels(). At most `count` of them.
   LabelMatches search(std::string_view words, std::size_t count = 20,
                       double minProbability = defaultMinProbability) const;
 

@@ -68,9 +68,14 @@ bool isFunctionWord(std::string_view word) {
 
 std::string lexicalForm(std::string_view word) {
   std::string form(word);
+  unsigned char before = 0;
   for (char& c : form) {
+    const auto byte = static_cast<unsigned char>(c);
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+    if (before == 0xC3 && byte >= 0x80 && byte <= 0x9E && byte != 0x97)
+      c = static_cast<char>(byte + 0x20);  // capitals of Latin-1: "Ä" → "ä"
     if (c == '-' || c == '_') c = ' ';
+    before = byte;
   }
   return form;
 }

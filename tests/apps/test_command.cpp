@@ -113,6 +113,8 @@ TEST_F(Command, MapsAsksAndRoutes) {
 TEST_F(Command, AWordThatNoLabelMeansIsAnAnswerOfItsOwn) {
   writeImages(images_, 3, 2);
   ASSERT_EQ(map(images_, map_).exitCode, 0);
+  EXPECT_THAT(run({"ask", map_, "wrod 2"}).out, HasSubstr("word 2 → word 2")) << "its spelling is corrected";
+  const WithoutWordNet plain;
   EXPECT_EQ(run({"ask", map_, "wrod 2"}).exitCode, 1);
   const auto result = run({"ask", map_, "wrod 2", "--json"});
   EXPECT_EQ(result.exitCode, 1);
@@ -122,6 +124,7 @@ TEST_F(Command, AWordThatNoLabelMeansIsAnAnswerOfItsOwn) {
 TEST_F(Command, NoWayIsAnAnswerOfItsOwn) {
   writeImages(images_);
   ASSERT_EQ(map(images_, map_).exitCode, 0);
+  const WithoutWordNet plain;
   for (const std::vector<std::string>& to : {std::vector<std::string>{"0", "--one-way"}, {"wrod 2"}}) {
     std::vector<std::string> arguments{"route", map_, "--from", "3", "--to"};
     arguments.insert(arguments.end(), to.begin(), to.end());

@@ -59,12 +59,26 @@ TEST_F(WorldCommand, UnderstandsWordsThatNoLabelHas) {
   EXPECT_EQ(run({"route", map_, "--from", "0", "--to", "crockery"}).exitCode, 0);
   EXPECT_EQ(run({"ask", map_, "xyzzy"}).exitCode, 1);
 
-  setenv("ESTANCIA_WORDNET", (scratch_ / "nothing").c_str(), 1);
+  const WithoutWordNet names;
   const auto plain = run({"ask", map_, "crockery"}), named = run({"ask", map_, "cup"});
-  unsetenv("ESTANCIA_WORDNET");
   EXPECT_EQ(plain.exitCode, 1);
   EXPECT_THAT(plain.out, HasSubstr("ESTANCIA_WORDNET"));
   EXPECT_EQ(named.exitCode, 0) << "names need no WordNet";
+}
+
+TEST_F(WorldCommand, LooksUpOtherLanguagesInADictionary) {
+  const std::string german = scratch_ / "german.txt";
+  writeFile(german, "regenschirm\tumbrella\nküche\tmug\n");
+  EXPECT_THAT(run({"ask", map_, "Regenschirm", "--dictionary", german}).out,
+              HasSubstr("umbrella → umbrella"));
+  EXPECT_THAT(run({"route", map_, "--from", "0", "--to", "Regenschirm", "--dictionary", german}).out,
+              HasSubstr("umbrella"));
+  writeFile(german, "kitchen\tumbrella\n");
+  EXPECT_THAT(run({"ask", map_, "kitchen", "--dictionary", german}).out, HasSubstr("area 0 (kitchen"))
+      << "names in the map go first";
+  writeFile(german, "kitchen\n");
+  EXPECT_THAT(run({"ask", map_, "kitchen", "--dictionary", german}),
+              FailsWith(ErrorCode::malformedFile, "line 1"));
 }
 
 TEST_F(WorldCommand, NamesAreasByTheNamesOfRoomsAlone) {
@@ -82,10 +96,8 @@ TEST_F(WorldCommand, NamesAreasByTheNamesOfRoomsAlone) {
   EXPECT_THAT(run({"classify", "name", map_, "--rooms", "kitchen"}), FailsWith(ErrorCode::insufficientData));
   EXPECT_NE(run({"classify", "name"}).exitCode, 0);
   EXPECT_THAT(run({"classify", "name", scratch_ / "missing.estancia"}), FailsWith(ErrorCode::fileNotFound));
-  setenv("ESTANCIA_WORDNET", (scratch_ / "nothing").c_str(), 1);
-  const auto without = run({"classify", "name", map_});
-  unsetenv("ESTANCIA_WORDNET");
-  EXPECT_THAT(without, FailsWith(ErrorCode::missingDependency, "ESTANCIA_WORDNET"));
+  const WithoutWordNet names;
+  EXPECT_THAT(run({"classify", "name", map_}), FailsWith(ErrorCode::missingDependency, "ESTANCIA_WORDNET"));
 }
 
 TEST_F(WorldCommand, WritesTheImagesOfAnswers) {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdlib>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -22,6 +23,15 @@ class ScratchFolder {
 
  private:
   std::filesystem::path path_;
+};
+
+/// As long as it lives, commands find no WordNet: words are matched with names alone.
+class WithoutWordNet {
+ public:
+  WithoutWordNet() { setenv("ESTANCIA_WORDNET", "/nowhere", 1); }
+  ~WithoutWordNet() { unsetenv("ESTANCIA_WORDNET"); }
+  WithoutWordNet(const WithoutWordNet&) = delete;
+  WithoutWordNet& operator=(const WithoutWordNet&) = delete;
 };
 
 void writeFile(const std::filesystem::path& path, const std::string& bytes);
