@@ -58,7 +58,7 @@ fs::path folderOf(const fs::path& path, const std::vector<std::string>& suffixes
 }
 
 /// The last number in a file name, "sequence1visual0012.png" → "12"; "" without.
-std::string numberOf(const fs::path& file) {
+std::string numberInName(const fs::path& file) {
   const std::string stem = file.stem().string();
   const auto last = stem.find_last_of("0123456789");
   if (last == std::string::npos) return "";
@@ -72,7 +72,7 @@ std::string numberOf(const fs::path& file) {
 std::unordered_map<std::string, fs::path> byNumber(const std::vector<fs::path>& files) {
   std::unordered_map<std::string, fs::path> numbered;
   for (const fs::path& file : files) {
-    const auto [entry, isNew] = numbered.emplace(numberOf(file), file);
+    const auto [entry, isNew] = numbered.emplace(numberInName(file), file);
     if (!isNew)
       fail(ErrorCode::malformedFile,
            "{} and {} have the same number; keep each sequence in a folder of its own",
@@ -139,7 +139,7 @@ Columns guessColumns(const std::vector<std::vector<std::string>>& rows,
   Columns columns;
   std::set<std::size_t> named;
   for (const auto& row : rows)
-    if (const auto frame = frames.find(numberOf(row[0])); row.size() > 1 && frame != frames.end())
+    if (const auto frame = frames.find(numberInName(row[0])); row.size() > 1 && frame != frames.end())
       named.insert(frame->second);
   if (named.size() == rows.size()) columns.frame = 0;
   const std::size_t first = columns.frame ? 1 : 0;
@@ -160,7 +160,7 @@ Columns guessColumns(const std::vector<std::vector<std::string>>& rows,
 /// Error when the table does not fit.
 void readAnnotations(const fs::path& file, ImageFiles& sequence) {
   std::unordered_map<std::string, std::size_t> frames;
-  for (std::size_t i = 0; i < sequence.size(); ++i) frames.emplace(numberOf(sequence.frame(i).name), i);
+  for (std::size_t i = 0; i < sequence.size(); ++i) frames.emplace(numberInName(sequence.frame(i).name), i);
   std::vector<std::vector<std::string>> rows;
   std::optional<Columns> header;
   const auto lines = readLines(file);
@@ -181,7 +181,7 @@ void readAnnotations(const fs::path& file, ImageFiles& sequence) {
   if (!columns.frame && rows.size() != sequence.size())
     fail(ErrorCode::mismatch, "{} lines for {} images", rows.size(), sequence.size());
   for (std::size_t k = 0; k < rows.size(); ++k) {
-    const auto frame = columns.frame ? frames.find(numberOf(rows[k][*columns.frame])) : frames.end();
+    const auto frame = columns.frame ? frames.find(numberInName(rows[k][*columns.frame])) : frames.end();
     if (columns.frame && frame == frames.end()) continue;  // an image that was left out
     sequence.frames()[columns.frame ? frame->second : k].room = printable(rows[k][columns.room]);
   }
@@ -289,7 +289,7 @@ Opened openVidrilo(const fs::path& path, const SequenceOptions& options) {
   for (const fs::path& file : images) {
     Frame frame;
     frame.name = printable(file.filename());
-    const auto cloud = numbered.find(numberOf(file));
+    const auto cloud = numbered.find(numberInName(file));
     if (cloud == numbered.end()) ++without;
     sequence->add(std::move(frame), file, {cloud == numbered.end() ? fs::path() : cloud->second, {}});
   }

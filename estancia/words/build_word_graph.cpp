@@ -13,7 +13,7 @@ namespace {
 constexpr float definitionWeight = 0.6F, compoundWeight = 0.6F, nameWeight = 0.3F;
 constexpr float memberWeight = 0.3F, similarWeight = 0.5F, otherWeight = 0.3F;
 /// Meanings of a word in a definition that have a smaller share of its uses are left out.
-constexpr float minShare = 0.1F;
+constexpr float minSenseShare = 0.1F;
 
 struct Edge {
   std::uint32_t from, to;
@@ -127,7 +127,7 @@ class Meanings {
       }
     for (const std::uint32_t meant : named) {
       const float share = std::exchange(shares_[meant], 0.0F);
-      if (share < minShare) continue;
+      if (share < minSenseShare) continue;
       edges.add(synset, meant, weight * share, link);
       edges.add(meant, synset, weight * share, reverse(link));
     }

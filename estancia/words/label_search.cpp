@@ -225,7 +225,7 @@ LabelMatches LabelSearch::search(std::string_view words, std::size_t count, doub
     if (probability[label] < minProbability || matches.labels.size() >= count) break;
     matches.labels.push_back({label, probability[label], query.terms.empty() ? "" : reasonFor(query, label)});
   }
-  if (!matches.labels.empty()) matches.corrected = query.corrected;
+  matches.corrected = query.corrected;
   return matches;
 }
 

@@ -6,15 +6,16 @@
 namespace estancia {
 namespace {
 
-constexpr std::string_view magic = "ESTASSOC";
-constexpr std::uint32_t version = 1;  // goes up with the format, and with what labels are found for a word
+constexpr std::string_view associationsMagic = "ESTASSOC";
+constexpr std::uint32_t associationsVersion =
+    1;  // goes up with the format, and with what labels are found for a word
 
 }  // namespace
 
 std::string packAssociationsFile(const std::vector<WordAssociation>& associations, std::string_view source) {
   ByteWriter writer;
-  writer.raw(magic);
-  writer.number(version);
+  writer.raw(associationsMagic);
+  writer.number(associationsVersion);
   writer.text(source);
   writer.number(static_cast<std::uint32_t>(associations.size()));
   for (const WordAssociation& association : associations) {
@@ -32,8 +33,8 @@ std::string packAssociationsFile(const std::vector<WordAssociation>& association
 std::vector<WordAssociation> unpackAssociationsFile(std::string_view bytes, std::string_view source,
                                                     std::size_t labels, const std::string& name) {
   ByteReader reader(bytes, name, "delete it; it is made anew from WordNet");
-  if (reader.raw(magic.size()) != magic) reader.fail("it holds no word associations");
-  if (reader.number<std::uint32_t>() != version)
+  if (reader.raw(associationsMagic.size()) != associationsMagic) reader.fail("it holds no word associations");
+  if (reader.number<std::uint32_t>() != associationsVersion)
     reader.fail("it has another version", ErrorCode::unsupportedFile);
   if (reader.text() != source)
     reader.fail("it was made from another WordNet or other labels", ErrorCode::unsupportedFile);

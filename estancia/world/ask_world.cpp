@@ -78,6 +78,10 @@ WorldMeaning findMeaning(const WorldMap& world, const std::string& words, WordGr
   meaning.areas = areasNamed(world, words);
   meaning.isWholeName = !meaning.areas.empty();
   if (!meaning.isWholeName) meaning.areas = areasNamedPartly(world, words);
+  if (meaning.areas.empty() && !meaning.corrected.empty()) {
+    meaning.areas = areasNamed(world, meaning.corrected);
+    meaning.isWholeName = !meaning.areas.empty();
+  }
   for (const WorldObject& object : world.objects) {
     if (sameWords(object.givenName, words)) meaning.namedObjects.push_back(object.id);
     if (object.known && sameWords(object.known->name, words)) meaning.knownObjects.push_back(object.id);

@@ -43,6 +43,9 @@ TEST_F(WorldCommand, AsksForObjectsAreasAndPlaces) {
   EXPECT_EQ(answer["objects"][0]["image"], "frame_1.png");
   EXPECT_FALSE(answer["objects"][0].contains("image_file"));
   EXPECT_EQ(answer["places"][0]["area"]["name"], "kitchen");
+  EXPECT_THAT(run({"ask", map_, "coridor"}).out, HasSubstr("area 2 (corridor"))
+      << "its spelling is corrected";
+  const WithoutWordNet plain;
   const auto none = run({"ask", map_, "coridor", "--json"});
   EXPECT_EQ(none.exitCode, 1);
   EXPECT_EQ(json::parse(none.out)["near_spellings"][0], "corridor");
@@ -142,6 +145,7 @@ TEST_F(WorldCommand, RoutesAroundAndThroughAreas) {
   EXPECT_EQ(nodes({"--avoid", "1", "--avoid-factor", "1"}), json({0, 1, 3}));
   EXPECT_THAT(run({"route", home, "--from", "0", "--to", "1", "--avoid", "bathtub"}).out,
               HasSubstr("in \"bathtub\": the goal is there"));
+  const WithoutWordNet plain;
   EXPECT_THAT(run({"route", map_, "--from", "0", "--to", "3", "--avoid", "cellar"}),
               FailsWith(ErrorCode::unknownName, "cellar", "corridor"));
 }
