@@ -173,8 +173,8 @@ void printAnswers(const WorldAnswers& answers, const WorldMap& world, const std:
              fmt::join(matched, ", "));
   for (const int id : answers.areas) {
     const WorldArea& area = *world.findArea(id);
-    fmt::print("area {} ({}): {:.1f} m² around ({:.2f}, {:.2f}) m, {} images\n", area.id,
-               area.describedName(), area.size, area.center.x, area.center.y, area.frames);
+    fmt::print("area {} ({}): {:.1f} m² around ({:.2f}, {:.2f}) m, {} images\n", area.id, area.displayName(),
+               area.size, area.center.x, area.center.y, area.frames);
   }
   if (!answers.objects.empty() && std::ranges::none_of(answers.objects, &ObjectAnswer::isLikely))
     fmt::print("No object has it as its best word; the most probable are\n");
