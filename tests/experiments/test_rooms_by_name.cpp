@@ -81,6 +81,8 @@ TEST_F(RoomsByName, TellWhatIsWrong) {
   EXPECT_THAT([&] { run(data_); }, FailsWith(ErrorCode::malformedFile, "rooms.toml", "task"));
   EXPECT_THAT([&] { run(task_ + task_ + data_); },
               FailsWith(ErrorCode::malformedFile, "rooms.toml:5", "three"));
+  EXPECT_THAT([&] { run(task_ + "[[data]]\nname = \"home\"\npath = \"nowhere\"\noptional = true\n"); },
+              FailsWith(ErrorCode::insufficientData, "nowhere", "path"));
   EXPECT_THAT([&] { run("groups = \"zones\"\n" + task_ + data_); },
               FailsWith(ErrorCode::malformedFile, "rooms.toml:2", "\"areas\""));
   EXPECT_THAT([&] { run("block = 0\n" + task_ + data_); },

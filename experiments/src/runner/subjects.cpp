@@ -81,7 +81,9 @@ std::vector<NamedDrive> presentDrives(const std::vector<NamedDrive>& drives,
       present.push_back(drive);
   }
   if (present.empty())
-    throw Error(ErrorCode::insufficientData, "none of the drives is there; name one of yours by [[drive]]");
+    throw Error(ErrorCode::insufficientData,
+                fmt::format("none of the images is there; unpack {}, or name a `path` of yours",
+                            drives.empty() ? "some" : drives.front().images.path.string()));
   return present;
 }
 
