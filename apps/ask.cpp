@@ -181,16 +181,20 @@ void printAnswers(const WorldAnswers& answers, const WorldMap& world, const std:
   for (std::size_t i = 0; i < answers.objects.size(); ++i) printObject(answers.objects[i], world, images[i]);
 }
 
+WorldAnswers answersOrNothing(const AskArguments& arguments, const WorldMap& world) {
+  try {
+    return askWorld(world, arguments.words, arguments.maxPlaces, arguments.maxObjects, installedWordGraph);
+  } catch (const NoAnswerError&) {
+    printNothing(arguments, world);
+    throw NoAnswer{};
+  }
+}
+
 void run(AskArguments arguments) {
   const WorldMap world = readWorld(arguments.map);
   arguments.words = inEnglish(arguments.words, arguments.dictionary, world);
   const PlacesInZones zones(arguments.zones, world.places);
-  if (findMeaning(world, arguments.words, installedWordGraph).empty()) {
-    printNothing(arguments, world);
-    throw NoAnswer{};
-  }
-  const WorldAnswers answers =
-      askWorld(world, arguments.words, arguments.maxPlaces, arguments.maxObjects, installedWordGraph);
+  const WorldAnswers answers = answersOrNothing(arguments, world);
   const std::vector<std::string> images = writeImages(arguments, answers);
   if (!arguments.json) {
     printAnswers(answers, world, images, arguments.words);

@@ -13,6 +13,13 @@ std::string environment(const std::string& variable) {
   return value == nullptr ? "" : value;
 }
 
+std::filesystem::path cacheFolder(const std::filesystem::path& within) {
+  if (std::string own = environment("ESTANCIA_CACHE"); !own.empty()) return own;
+  const std::string shared = environment("XDG_CACHE_HOME");
+  const std::filesystem::path folder = shared.empty() ? userHome() / ".cache" : std::filesystem::path(shared);
+  return within.empty() ? folder / "estancia" : folder / "estancia" / within;
+}
+
 std::filesystem::path userHome() {
   if (std::string home = environment("HOME"); !home.empty()) return home;
   const passwd* entry = getpwuid(geteuid());

@@ -93,12 +93,13 @@ std::string joined(const Words& words) {
   return result;
 }
 
-}  // namespace
+/// What each of the rules of findLabels() finds.
+using LabelsByRule = std::array<std::vector<std::size_t>, 4>;
 
-std::vector<std::size_t> findLabels(const Vocabulary& vocabulary, std::string_view words) {
+LabelsByRule labelsByRule(const Vocabulary& vocabulary, std::string_view words) {
   const Words asked = splitWords(words);
-  if (asked.empty()) return {};
-  std::array<std::vector<std::size_t>, 4> found;  // by rule
+  LabelsByRule found;
+  if (asked.empty()) return found;
   std::size_t longest = 0;
   for (std::size_t label = 0; label < vocabulary.size(); ++label) {
     std::array<bool, 3> byRule{};
@@ -115,9 +116,21 @@ std::vector<std::size_t> findLabels(const Vocabulary& vocabulary, std::string_vi
     longest = std::max(longest, held);
     if (held > 0 && held == longest) found[3].push_back(label);
   }
+  return found;
+}
+
+}  // namespace
+
+std::vector<std::size_t> findLabels(const Vocabulary& vocabulary, std::string_view words) {
+  LabelsByRule found = labelsByRule(vocabulary, words);
   for (std::vector<std::size_t>& labels : found)
-    if (!labels.empty()) return labels;
+    if (!labels.empty()) return std::move(labels);
   return {};
+}
+
+std::vector<std::size_t> labelsNamed(const Vocabulary& vocabulary, std::string_view words) {
+  LabelsByRule found = labelsByRule(vocabulary, words);
+  return found[0].empty() ? found[1] : found[0];
 }
 
 bool sameWords(std::string_view a, std::string_view b) {

@@ -303,10 +303,7 @@ class LabelCache::File {
 };
 
 fs::path LabelCache::defaultFolder() {
-  if (const std::string folder = environment("ESTANCIA_CACHE"); !folder.empty()) return folder;
-  if (const std::string cache = environment("XDG_CACHE_HOME"); !cache.empty())
-    return fs::path(cache) / "estancia/labels";
-  return userHome() / ".cache/estancia/labels";
+  return cacheFolder("labels");
 }
 
 std::uint64_t LabelCache::defaultLimit() {

@@ -76,35 +76,42 @@ Meaning findMeaning(const TopologicalMap& map, const std::string& words, WordGra
   return meaning;
 }
 
-Answers ask(const TopologicalMap& map, const std::string& words, std::size_t count, WordGraphSource source) {
-  Answers answers{getMeaning(map, words, source), {}};
+std::vector<PlaceAnswer> placesThatHold(const Meaning& meaning, const TopologicalMap& map,
+                                        std::size_t count) {
   if (map.nodes.empty())
     throw Error(ErrorCode::insufficientData, "the map has no places yet; map some images first");
-  const std::vector<Place> places = answers.rooms.empty() ? std::vector<Place>() : placesOf(map);
+  const std::vector<Place> places = meaning.rooms.empty() ? std::vector<Place>() : placesOf(map);
+  std::vector<PlaceAnswer> answers;
   double sum = 0, images = 0;
   for (std::size_t i = 0; i < map.nodes.size(); ++i) {
     const Node& node = map.nodes[i];
     PlaceAnswer answer;
     answer.node = node.id;
-    if (answers.rooms.empty())
-      lookForLabels(node, answers.matches, answer);
+    if (meaning.rooms.empty())
+      lookForLabels(node, meaning.matches, answer);
     else
-      lookForRooms(places[i], answers.rooms, map.predictions->rooms.size(), answer);
+      lookForRooms(places[i], meaning.rooms, map.predictions->rooms.size(), answer);
     answer.probability = std::min(answer.probability, 1.0);
     answer.inTop5 = answer.rank <= 5;
     sum += answer.probability * static_cast<double>(node.frames);
     images += static_cast<double>(node.frames);
-    answers.places.push_back(answer);
+    answers.push_back(answer);
   }
   const double mean = sum / images;
-  for (PlaceAnswer& answer : answers.places) answer.lift = mean > 0 ? answer.probability / mean : 0;
-  std::sort(answers.places.begin(), answers.places.end(), [](const PlaceAnswer& a, const PlaceAnswer& b) {
+  for (PlaceAnswer& answer : answers) answer.lift = mean > 0 ? answer.probability / mean : 0;
+  std::sort(answers.begin(), answers.end(), [](const PlaceAnswer& a, const PlaceAnswer& b) {
     return a.probability != b.probability ? a.probability > b.probability
            : a.rank != b.rank             ? a.rank < b.rank
                                           : a.node < b.node;
   });
-  if (answers.places.size() > count) answers.places.resize(count);
+  if (answers.size() > count) answers.resize(count);
   return answers;
+}
+
+Answers ask(const TopologicalMap& map, const std::string& words, std::size_t count, WordGraphSource source) {
+  Meaning meaning = getMeaning(map, words, source);
+  std::vector<PlaceAnswer> places = placesThatHold(meaning, map, count);
+  return {std::move(meaning), std::move(places)};
 }
 
 }  // namespace estancia

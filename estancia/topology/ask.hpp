@@ -53,9 +53,14 @@ struct Answers : Meaning {
   std::vector<PlaceAnswer> places = {};
 };
 
-/// The `count` places that most probably hold `words` (see findMeaning()). Places are ordered by probability;
-/// for one label ordering by lift would be the same, since the mean it divides by is the map's. Throws Error:
-/// noAnswer when nothing matches, with near spellings; insufficientData when the map has no places.
+/// The `count` places that most probably hold what is meant. They are ordered by probability; for one label
+/// ordering by lift would be the same, since the mean it divides by is the map's. Throws Error
+/// (insufficientData) when the map has no places.
+std::vector<PlaceAnswer> placesThatHold(const Meaning& meaning, const TopologicalMap& map,
+                                        std::size_t count = 10);
+
+/// What `words` mean (findMeaning()), and the places that hold it. Throws Error: noAnswer when nothing
+/// matches, with near spellings; insufficientData when the map has no places.
 Answers ask(const TopologicalMap& map, const std::string& words, std::size_t count = 10,
             WordGraphSource source = nullptr);
 

@@ -34,13 +34,6 @@ std::string sourceOf(const fs::path& folder) {
   return listed;
 }
 
-fs::path cacheFolder() {
-  if (const std::string own = environment("ESTANCIA_CACHE"); !own.empty()) return own;
-  if (const std::string cache = environment("XDG_CACHE_HOME"); !cache.empty())
-    return fs::path(cache) / "estancia";
-  return userHome() / ".cache/estancia";
-}
-
 /// What `unpack` makes of the file's bytes; nothing where there is no such file, or it throws Error.
 template <class Unpack>
 auto readCached(const fs::path& path, const Unpack& unpack)

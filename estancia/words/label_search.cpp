@@ -51,6 +51,12 @@ std::string reasonOfLink(WordLink link, const std::string& asked) {
   return "related to " + asked;
 }
 
+LabelMatches matchesNamed(const Vocabulary& vocabulary, std::string_view words) {
+  LabelMatches matches;
+  for (const std::size_t label : labelsNamed(vocabulary, words)) matches.labels.push_back({label, 1, ""});
+  return matches;
+}
+
 }  // namespace
 
 LabelSearch::LabelSearch(const Vocabulary& vocabulary, const WordGraph* graph)
@@ -92,15 +98,18 @@ LabelSearch::Query LabelSearch::parse(std::string_view asked) const {
   std::vector<std::string> terms = lexicon.knows(corrected) && !isFunctionWord(corrected)
                                        ? std::vector{corrected}
                                        : lexicon.terms(corrected);
+  std::vector<std::vector<Sense>> starts;
   for (std::string& term : terms) {
     std::vector<Sense> senses = lexicon.senses(term);
     const bool isKnown = std::any_of(query.terms.begin(), query.terms.end(),
                                      [&](const Term& known) { return known.word == term; });
     if (senses.empty() || isKnown) continue;
     if (query.terms.size() == maxTerms) break;
-    std::vector<float> visits = graph_->walk(senses);
-    query.terms.push_back({std::move(term), std::move(senses), std::move(visits)});
+    starts.push_back(senses);
+    query.terms.push_back({std::move(term), std::move(senses), {}});
   }
+  std::vector<std::vector<float>> walks = graph_->walkEach(starts);
+  for (std::size_t i = 0; i < walks.size(); ++i) query.terms[i].visits = std::move(walks[i]);
   query.room = findCommonRoom(corrected);
   if (query.room != nullptr)
     for (const std::string& furnishing : query.room->furnishings)
@@ -198,9 +207,8 @@ std::string LabelSearch::reasonFor(const Query& query, std::size_t label) const 
 }
 
 LabelMatches LabelSearch::search(std::string_view words, std::size_t count, double minProbability) const {
-  LabelMatches matches;
   words = beginningOf(words);
-  for (const std::size_t label : labelsNamed(vocabulary_, words)) matches.labels.push_back({label, 1, ""});
+  LabelMatches matches = matchesNamed(vocabulary_, words);
   if (!matches.labels.empty()) return matches;
   const std::vector<std::size_t> held = findLabels(vocabulary_, words);
   if (graph_ == nullptr) {
@@ -208,13 +216,9 @@ LabelMatches LabelSearch::search(std::string_view words, std::size_t count, doub
     return matches;
   }
   const Query query = parse(words);
-  if (!query.corrected.empty())
-    for (const std::size_t label : labelsNamed(vocabulary_, query.corrected))
-      matches.labels.push_back({label, 1, ""});
-  if (!matches.labels.empty()) {
-    matches.corrected = query.corrected;
-    return matches;
-  }
+  if (!query.corrected.empty()) matches = matchesNamed(vocabulary_, query.corrected);
+  matches.corrected = query.corrected;
+  if (!matches.labels.empty()) return matches;
   std::vector<double> probability = probabilities(query);
   for (const std::size_t label : held) probability[label] = std::max(probability[label], minProbability);
   std::vector<std::size_t> order(probability.size());
@@ -225,30 +229,13 @@ LabelMatches LabelSearch::search(std::string_view words, std::size_t count, doub
     if (probability[label] < minProbability || matches.labels.size() >= count) break;
     matches.labels.push_back({label, probability[label], query.terms.empty() ? "" : reasonFor(query, label)});
   }
-  matches.corrected = query.corrected;
   return matches;
 }
 
-std::vector<std::size_t> labelsNamed(const Vocabulary& vocabulary, std::string_view words) {
-  words = beginningOf(words);
-  std::vector<std::size_t> named;
-  for (const std::size_t label : findLabels(vocabulary, words)) {
-    const std::string& line = vocabulary[label];
-    for (std::size_t from = 0; from <= line.size();) {
-      const std::size_t comma = std::min(line.find(',', from), line.size());
-      if (sameWords(shortLabel(std::string_view(line).substr(from, comma - from)), words)) {
-        named.push_back(label);
-        break;
-      }
-      from = comma + 1;
-    }
-  }
-  return named;
-}
-
 LabelMatches findLabelMatches(const Vocabulary& vocabulary, std::string_view words, WordGraphSource source) {
-  const bool isNamed = !labelsNamed(vocabulary, words).empty();
-  return LabelSearch(vocabulary, isNamed || source == nullptr ? nullptr : source()).search(words);
+  LabelMatches named = matchesNamed(vocabulary, beginningOf(words));
+  if (!named.labels.empty()) return named;
+  return LabelSearch(vocabulary, source == nullptr ? nullptr : source()).search(words);
 }
 
 }  // namespace estancia

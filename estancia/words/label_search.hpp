@@ -31,9 +31,6 @@ struct LabelMatches {
   std::string corrected;
 };
 
-/// Labels whose name is `words`, or one of whose synonyms is; case, hyphens and plural forms do not matter.
-std::vector<std::size_t> labelsNamed(const Vocabulary& vocabulary, std::string_view words);
-
 /// Where a word graph comes from when one is needed: installedWordGraph, or nullptr for none.
 using WordGraphSource = const WordGraph* (*)();
 

@@ -5,7 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
+#include <set>
+#include <span>
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/label_words.hpp"
@@ -20,30 +23,19 @@ constexpr double leastDeviations = 2;
 /// Of all furnishings of a common room together, beside its name.
 constexpr double furnishingShare = 0.5;
 
-/// Log lifts of all synsets from what a name means.
-class NameLifts {
- public:
-  NameLifts(const WordGraph& graph, const std::string& name) : graph_(graph) {
-    const std::string text = lexicalForm(name);
-    for (const std::string& word : graph.lexicon.knows(text) ? std::vector{text} : graph.lexicon.terms(text))
-      if (const std::vector<Sense> senses = graph.lexicon.senses(word); !senses.empty())
-        visits_.push_back(graph.walk(senses));
-    if (visits_.empty())
-      throw Error(
-          ErrorCode::unknownName,
-          fmt::format("WordNet has no word for the room \"{}\"; give it an English name", printable(name)));
-  }
-
-  double of(std::uint32_t synset) const {
-    double sum = 0;
-    for (const std::vector<float>& visits : visits_) sum += graph_.lift(visits, synset);
-    return sum / static_cast<double>(visits_.size());
-  }
-
- private:
-  const WordGraph& graph_;
-  std::vector<std::vector<float>> visits_;
-};
+/// What the words of a name may mean, one after the other.
+std::vector<std::vector<Sense>> sensesOfName(const WordGraph& graph, const std::string& name) {
+  const std::string text = lexicalForm(name);
+  std::vector<std::vector<Sense>> found;
+  for (const std::string& word : graph.lexicon.knows(text) ? std::vector{text} : graph.lexicon.terms(text))
+    if (std::vector<Sense> senses = graph.lexicon.senses(word); !senses.empty())
+      found.push_back(std::move(senses));
+  if (found.empty())
+    throw Error(
+        ErrorCode::unknownName,
+        fmt::format("WordNet has no word for the room \"{}\"; give it an English name", printable(name)));
+  return found;
+}
 
 const std::vector<CommonRoom>& commonRoomTable() {
   static const std::vector<CommonRoom> rooms = {
@@ -72,14 +64,18 @@ const std::vector<CommonRoom>& commonRoomTable() {
   return rooms;
 }
 
-/// What each label tells about a word, a value ≥ 0 a label.
+/// What each label tells about a name, a value ≥ 0 a label; `walks` from the name's words.
 std::vector<double> labelWeights(const WordGraph& graph, const std::vector<LabelSense>& senses,
-                                 const std::string& word) {
-  const NameLifts lifts(graph, word);
+                                 std::span<const std::vector<float>> walks) {
+  const auto liftOf = [&](std::uint32_t synset) {
+    double sum = 0;
+    for (const std::vector<float>& visits : walks) sum += graph.lift(visits, synset);
+    return sum / static_cast<double>(walks.size());
+  };
   double sum = 0, squares = 0, count = 0;
   for (std::uint32_t synset = graph.lexicon.firstSynset[0]; synset < graph.lexicon.firstSynset[1]; ++synset) {
     if (graph.category(synset) != WordCategory::artifact) continue;
-    const double lift = lifts.of(synset);
+    const double lift = liftOf(synset);
     sum += lift;
     squares += lift * lift;
     ++count;
@@ -90,9 +86,28 @@ std::vector<double> labelWeights(const WordGraph& graph, const std::vector<Label
     double excess = 0;
     for (const Sense& sense : label.senses)
       excess += static_cast<double>(sense.probability) *
-                std::max(0.0, (lifts.of(sense.synset) - mean) / deviation - leastDeviations);
+                std::max(0.0, (liftOf(sense.synset) - mean) / deviation - leastDeviations);
     weights.push_back(excess * excess);
   }
+  return weights;
+}
+
+/// labelWeights() of each name, by the name.
+std::map<std::string, std::vector<double>> labelWeightsOf(const WordGraph& graph,
+                                                          const Vocabulary& vocabulary,
+                                                          const std::set<std::string>& names) {
+  std::vector<std::vector<Sense>> starts;  // of all names' words
+  std::map<std::string, std::pair<std::size_t, std::size_t>> words;
+  for (const std::string& name : names) {
+    std::vector<std::vector<Sense>> own = sensesOfName(graph, name);
+    words[name] = {starts.size(), own.size()};
+    std::ranges::move(own, std::back_inserter(starts));
+  }
+  const std::vector<std::vector<float>> walks = graph.walkEach(starts);
+  const std::vector<LabelSense> senses = findLabelSenses(graph, vocabulary);
+  std::map<std::string, std::vector<double>> weights;
+  for (const auto& [name, range] : words)
+    weights[name] = labelWeights(graph, senses, std::span(walks).subspan(range.first, range.second));
   return weights;
 }
 
@@ -115,21 +130,19 @@ const CommonRoom* findCommonRoom(std::string_view words) {
 
 std::vector<std::vector<float>> roomLabelWeights(const WordGraph& graph, const Vocabulary& vocabulary,
                                                  const std::vector<std::string>& rooms) {
-  const std::vector<LabelSense> senses = findLabelSenses(graph, vocabulary);
-  std::map<std::string, std::vector<double>> known;  // rooms share furnishings
+  std::set<std::string> names(rooms.begin(), rooms.end());  // rooms share furnishings
+  for (const std::string& room : rooms)
+    if (const CommonRoom* common = findCommonRoom(room))
+      names.insert(common->furnishings.begin(), common->furnishings.end());
+  const auto weightsOf = labelWeightsOf(graph, vocabulary, names);
   std::vector<std::vector<float>> weights;
   for (const std::string& room : rooms) {
-    std::vector<double> sum = labelWeights(graph, senses, room);
-    const CommonRoom* common = findCommonRoom(room);
-    if (common == nullptr) {
-      weights.emplace_back(sum.begin(), sum.end());
-      continue;
-    }
-    for (const std::string& thing : common->furnishings) {
-      const auto [of, isNew] = known.try_emplace(thing);
-      if (isNew) of->second = labelWeights(graph, senses, thing);
+    std::vector<double> sum = weightsOf.at(room);
+    if (const CommonRoom* common = findCommonRoom(room)) {
       const double share = furnishingShare / static_cast<double>(common->furnishings.size());
-      for (std::size_t label = 0; label < sum.size(); ++label) sum[label] += share * of->second[label];
+      for (const std::string& thing : common->furnishings)
+        for (std::size_t label = 0; label < sum.size(); ++label)
+          sum[label] += share * weightsOf.at(thing)[label];
     }
     weights.emplace_back(sum.begin(), sum.end());
   }

@@ -16,6 +16,86 @@ constexpr float persistence = 0.9F;
 /// walk.
 constexpr std::size_t edgesAhead = 24;
 
+/// Walkers that go side by side: row-major, one row of `lanes` values a synset. One step of all of them is
+/// either from where they are (spread) or to each synset from its neighbors (gather), with the same sums.
+template <std::size_t lanes>
+class SideBySide {
+ public:
+  SideBySide(const WordGraph& graph, std::span<const std::vector<Sense>> starts)
+      : graph_(graph), start_(graph.size() * lanes, 0), leaving_(start_.size()) {
+    for (std::size_t w = 0; w < starts.size(); ++w)
+      for (const Sense& sense : starts[w]) start_[sense.synset * lanes + w] += sense.probability;
+  }
+
+  std::vector<float> walk() {
+    std::vector<float> visits = start_;
+    for (int step = 0; step < walkSteps; ++step) {
+      if (leave(visits) < graph_.edgeTargets.size() / 4)
+        spread(visits);  // few synsets have been reached
+      else
+        gather(visits);
+      for (std::size_t at = 0; at < visits.size(); ++at)
+        visits[at] = persistence * visits[at] + (1 - persistence) * start_[at];
+    }
+    return visits;
+  }
+
+ private:
+  /// Sets what leaves along each unit of an edge; how many edges walkers may take.
+  std::size_t leave(const std::vector<float>& visits) {
+    std::size_t edges = 0;
+    for (std::size_t i = 0; i < graph_.size(); ++i) {
+      bool leaves = false;
+      for (std::size_t at = i * lanes; at < (i + 1) * lanes; ++at) {
+        leaving_[at] = graph_.degrees[i] > 0 ? visits[at] / graph_.degrees[i] : 0;
+        leaves |= leaving_[at] > 0;
+      }
+      if (leaves) edges += graph_.edgeStarts[i + 1] - graph_.edgeStarts[i];
+    }
+    return edges;
+  }
+
+  void spread(std::vector<float>& arrived) const {
+    std::fill(arrived.begin(), arrived.end(), 0.0F);
+    for (std::size_t i = 0; i < graph_.size(); ++i) {
+      const float* from = &leaving_[i * lanes];
+      if (std::all_of(from, from + lanes, [](float p) { return p == 0; })) continue;
+      for (std::uint32_t e = graph_.edgeStarts[i]; e < graph_.edgeStarts[i + 1]; ++e) {
+        float* to = &arrived[graph_.edgeTargets[e] * lanes];
+        for (std::size_t w = 0; w < lanes; ++w) to[w] += graph_.edgeWeights[e] * from[w];
+      }
+    }
+  }
+
+  void gather(std::vector<float>& arrived) const {
+    const std::size_t last = graph_.edgeTargets.size() - 1;
+    for (std::size_t i = 0; i < graph_.size(); ++i) {
+      std::array<float, lanes> sums{};
+      for (std::uint32_t e = graph_.edgeStarts[i]; e < graph_.edgeStarts[i + 1]; ++e) {
+        if constexpr (lanes > 2)
+          __builtin_prefetch(&leaving_[graph_.edgeTargets[std::min(e + edgesAhead, last)] * lanes]);
+        const float* from = &leaving_[graph_.edgeTargets[e] * lanes];
+        for (std::size_t w = 0; w < lanes; ++w) sums[w] += graph_.edgeWeights[e] * from[w];
+      }
+      std::copy(sums.begin(), sums.end(), arrived.begin() + static_cast<std::ptrdiff_t>(i * lanes));
+    }
+  }
+
+  const WordGraph& graph_;
+  std::vector<float> start_, leaving_;
+};
+
+/// Appends the walks from up to `lanes` starts.
+template <std::size_t lanes>
+void appendWalks(const WordGraph& graph, std::span<const std::vector<Sense>> starts,
+                 std::vector<std::vector<float>>& walks) {
+  const std::vector<float> visits = SideBySide<lanes>(graph, starts).walk();
+  for (std::size_t w = 0; w < starts.size(); ++w) {
+    std::vector<float>& walk = walks.emplace_back(graph.size());
+    for (std::size_t i = 0; i < walk.size(); ++i) walk[i] = visits[i * lanes + w];
+  }
+}
+
 }  // namespace
 
 std::string_view WordGraph::name(std::uint32_t synset) const {
@@ -38,91 +118,27 @@ void WordGraph::sumDegrees() {
 }
 
 std::vector<float> WordGraph::walk(std::span<const Sense> from) const {
-  std::vector<float> start(size(), 0), leaving(size());
-  for (const Sense& sense : from) start[sense.synset] += sense.probability;
-  std::vector<float> visits = start;
-  for (int step = 0; step < walkSteps; ++step) {
-    std::size_t edges = 0;  // that walkers may take
-    for (std::size_t i = 0; i < size(); ++i) {
-      leaving[i] = degrees[i] > 0 ? visits[i] / degrees[i] : 0;
-      if (leaving[i] > 0) edges += edgeStarts[i + 1] - edgeStarts[i];
-    }
-    if (edges < edgeTargets.size() / 4)
-      spread(leaving, visits);  // few have been reached: from them outward
-    else
-      gather(leaving, visits);
-    for (std::size_t i = 0; i < size(); ++i)
-      visits[i] = persistence * visits[i] + (1 - persistence) * start[i];
-  }
-  return visits;
-}
-
-void WordGraph::spread(const std::vector<float>& leaving, std::vector<float>& arrived) const {
-  std::fill(arrived.begin(), arrived.end(), 0.0F);
-  for (std::size_t i = 0; i < size(); ++i)
-    if (leaving[i] > 0)
-      for (std::uint32_t e = edgeStarts[i]; e < edgeStarts[i + 1]; ++e)
-        arrived[edgeTargets[e]] += edgeWeights[e] * leaving[i];
-}
-
-void WordGraph::gather(const std::vector<float>& leaving, std::vector<float>& arrived) const {
-  for (std::size_t i = 0; i < size(); ++i) {
-    float sum = 0;
-    for (std::uint32_t e = edgeStarts[i]; e < edgeStarts[i + 1]; ++e)
-      sum += edgeWeights[e] * leaving[edgeTargets[e]];
-    arrived[i] = sum;
-  }
+  const std::vector<Sense> start(from.begin(), from.end());
+  return SideBySide<1>(*this, {&start, 1}).walk();
 }
 
 std::vector<float> WordGraph::walkTogether(std::span<const std::vector<Sense>> starts) const {
   if (starts.size() > together)
     fail(ErrorCode::invalidInput, "walkTogether: at most {} starts, not {}", together, starts.size());
-  std::vector<float> start(size() * together, 0), leaving(start.size());
-  for (std::size_t w = 0; w < starts.size(); ++w)
-    for (const Sense& sense : starts[w]) start[sense.synset * together + w] += sense.probability;
-  std::vector<float> visits = start;
-  for (int step = 0; step < walkSteps; ++step) {
-    std::size_t edges = 0;
-    for (std::size_t i = 0; i < size(); ++i) {
-      bool leaves = false;
-      for (std::size_t at = i * together; at < (i + 1) * together; ++at) {
-        leaving[at] = degrees[i] > 0 ? visits[at] / degrees[i] : 0;
-        leaves |= leaving[at] > 0;
-      }
-      if (leaves) edges += edgeStarts[i + 1] - edgeStarts[i];
-    }
-    if (edges < edgeTargets.size() / 4)
-      spreadTogether(leaving, visits);
-    else
-      gatherTogether(leaving, visits);
-    for (std::size_t at = 0; at < visits.size(); ++at)
-      visits[at] = persistence * visits[at] + (1 - persistence) * start[at];
-  }
-  return visits;
+  return SideBySide<together>(*this, starts).walk();
 }
 
-void WordGraph::spreadTogether(const std::vector<float>& leaving, std::vector<float>& arrived) const {
-  std::fill(arrived.begin(), arrived.end(), 0.0F);
-  for (std::size_t i = 0; i < size(); ++i) {
-    const float* from = &leaving[i * together];
-    if (std::all_of(from, from + together, [](float p) { return p == 0; })) continue;
-    for (std::uint32_t e = edgeStarts[i]; e < edgeStarts[i + 1]; ++e) {
-      float* to = &arrived[edgeTargets[e] * together];
-      for (std::size_t w = 0; w < together; ++w) to[w] += edgeWeights[e] * from[w];
-    }
-  }
-}
-
-void WordGraph::gatherTogether(const std::vector<float>& leaving, std::vector<float>& arrived) const {
-  for (std::size_t i = 0; i < size(); ++i) {
-    std::array<float, together> sums{};
-    for (std::uint32_t e = edgeStarts[i]; e < edgeStarts[i + 1]; ++e) {
-      __builtin_prefetch(&leaving[edgeTargets[std::min(e + edgesAhead, edgeTargets.size() - 1)] * together]);
-      const float* from = &leaving[edgeTargets[e] * together];
-      for (std::size_t w = 0; w < together; ++w) sums[w] += edgeWeights[e] * from[w];
-    }
-    std::copy(sums.begin(), sums.end(), arrived.begin() + static_cast<std::ptrdiff_t>(i * together));
-  }
+std::vector<std::vector<float>> WordGraph::walkEach(std::span<const std::vector<Sense>> starts) const {
+  std::vector<std::vector<float>> walks;
+  for (; starts.size() > 4; starts = starts.subspan(std::min(starts.size(), together)))
+    appendWalks<together>(*this, starts.first(std::min(starts.size(), together)), walks);
+  if (starts.size() > 2)
+    appendWalks<4>(*this, starts, walks);
+  else if (starts.size() == 2)
+    appendWalks<2>(*this, starts, walks);
+  else if (starts.size() == 1)
+    walks.push_back(walk(starts.front()));
+  return walks;
 }
 
 double WordGraph::lift(const std::vector<float>& visits, std::uint32_t synset) const {

@@ -73,6 +73,9 @@ struct WordGraph {
   std::vector<float> walkTogether(std::span<const std::vector<Sense>> starts) const;
   static constexpr std::size_t together = 8;
 
+  /// walk() from each of any number of starts, several at once.
+  std::vector<std::vector<float>> walkEach(std::span<const std::vector<Sense>> starts) const;
+
   /// log of how much more often that walker meets a synset than one who walks for ever: pointwise mutual
   /// information. At least `minLift` where the walker cannot get.
   double lift(const std::vector<float>& visits, std::uint32_t synset) const;
@@ -80,13 +83,6 @@ struct WordGraph {
 
   /// A synset's hypernyms of any distance with that distance, itself (0) first.
   std::vector<std::pair<std::uint32_t, int>> hypernyms(std::uint32_t synset) const;
-
- private:
-  /// One step of all walkers: from where they are, or to each synset from its neighbors. The same sums.
-  void spread(const std::vector<float>& leaving, std::vector<float>& arrived) const;
-  void gather(const std::vector<float>& leaving, std::vector<float>& arrived) const;
-  void spreadTogether(const std::vector<float>& leaving, std::vector<float>& arrived) const;
-  void gatherTogether(const std::vector<float>& leaving, std::vector<float>& arrived) const;
 };
 
 /// Joins all synsets of WordNet. A definition (without examples) names those meanings of its words that have

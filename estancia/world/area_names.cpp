@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <map>
+#include <set>
 #include <string_view>
 
 #include "estancia/core/label_words.hpp"
@@ -14,23 +16,46 @@
 namespace estancia {
 namespace {
 
-bool isSurelyRoom(const WorldArea& area) {
-  return area.isSurelyRoom;
-}
-
 bool isNamedByRoom(const WorldArea& area) {
-  return area.givenName.empty() && isSurelyRoom(area);
+  return area.givenName.empty() && area.isSurelyRoom;
 }
 
-/// Whether an area's best room is more probable there than in any other area: a room that is said to occur
-/// has to be somewhere.
-bool isBest(const std::vector<std::vector<RoomProbability>>& pooled, std::size_t area) {
-  const RoomProbability& best = pooled[area].front();
-  return std::ranges::all_of(pooled, [&](const std::vector<RoomProbability>& other) {
-    return std::ranges::none_of(other, [&](const RoomProbability& room) {
-      return room.room == best.room && room.probability > best.probability;
-    });
-  });
+using PooledRooms = std::vector<std::vector<RoomProbability>>;  // of each area, best first
+
+/// A room that is said to occur has to be somewhere: rooms that no area surely is, one to one to areas that
+/// surely are none, the most probable pair first; "" for an area that is sure or left over, or where what is
+/// left is no more probable than by chance.
+std::vector<std::string> assignRooms(const PooledRooms& pooled, const RoomPredictions& predictions) {
+  const double chance = 1 / static_cast<double>(predictions.rooms.size());
+  struct Pair {
+    std::size_t area = 0;
+    const RoomProbability* room = nullptr;
+  };
+  std::vector<Pair> pairs;
+  std::set<std::string> taken;
+  for (std::size_t area = 0; area < pooled.size(); ++area) {
+    if (!pooled[area].empty() && pooled[area].front().probability > predictions.sureProbability())
+      taken.insert(pooled[area].front().room);
+    else
+      for (const RoomProbability& room : pooled[area])
+        if (room.probability > chance) pairs.push_back({area, &room});
+  }
+  std::ranges::stable_sort(pairs, std::greater(), [](const Pair& pair) { return pair.room->probability; });
+  std::vector<std::string> assigned(pooled.size());
+  for (const Pair& pair : pairs)
+    if (assigned[pair.area].empty() && taken.insert(pair.room->room).second)
+      assigned[pair.area] = pair.room->room;
+  return assigned;
+}
+
+/// Sets what the area is predicted to be: its best room, or the one that it has to be.
+void predictRoom(WorldArea& area, const std::vector<RoomProbability>& rooms, const std::string& assigned,
+                 double sureProbability) {
+  const RoomProbability* room = &rooms.front();
+  if (!assigned.empty()) room = &*std::ranges::find(rooms, assigned, &RoomProbability::room);
+  area.isSurelyRoom = room->probability > sureProbability || !assigned.empty();
+  area.predictedRoom = printable(room->room);
+  area.roomProbability = room->probability;
 }
 
 bool holdsWords(const std::string& name, const std::string& words) {
@@ -51,15 +76,14 @@ void nameAreasByRooms(WorldMap& world) {
     areaOf.push_back(area < 0 ? world.areas.size() : static_cast<std::size_t>(area));
   const RoomPredictions& predictions = *world.places.predictions;
   const auto pooled = poolRooms(predictions, areaOf, world.areas.size());
+  const auto assigned =
+      predictions.areListed ? assignRooms(pooled, predictions) : std::vector<std::string>(pooled.size());
   std::map<std::string, int> areasOfRoom;
   for (std::size_t i = 0; i < world.areas.size(); ++i) {
     if (pooled[i].empty()) continue;
     WorldArea& area = world.areas[i];
-    area.predictedRoom = printable(pooled[i].front().room);
-    area.roomProbability = pooled[i].front().probability;
-    area.isSurelyRoom =
-        area.roomProbability > predictions.sureProbability() || (predictions.areListed && isBest(pooled, i));
-    if (isSurelyRoom(area)) ++areasOfRoom[area.predictedRoom];
+    predictRoom(area, pooled[i], assigned[i], predictions.sureProbability());
+    if (area.isSurelyRoom) ++areasOfRoom[area.predictedRoom];
   }
   const auto isGiven = [&world](const std::string& name) {
     return std::ranges::any_of(world.areas,
@@ -68,7 +92,7 @@ void nameAreasByRooms(WorldMap& world) {
   // People's names do not count, so that a number stays with its area when another one is named.
   std::map<std::string, int> number, spare = areasOfRoom;
   for (WorldArea& area : world.areas) {
-    if (!isSurelyRoom(area)) continue;
+    if (!area.isSurelyRoom) continue;
     const std::string& room = area.predictedRoom;
     const bool alone = areasOfRoom[room] == 1;
     const int own = alone && isGiven(room) ? 2 : ++number[room];  // that area is the first one

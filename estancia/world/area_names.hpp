@@ -11,10 +11,10 @@ namespace estancia {
 
 /// Sets predictedRoom, roomProbability and roomName of the areas of a map whose places a room classifier has
 /// named: the predictions of the frames that were taken in an area, pooled (poolRooms()). A room is an area's
-/// name where it is sure (RoomPredictions::sureProbability()), or, of rooms that are said to occur, where it
-/// is more probable than in any other area. Several areas of one room are numbered in their order: "bedroom
-/// 1", "bedroom 2". One keeps its number when a person names another; people's names are left to the areas
-/// that they gave them to.
+/// name where it is sure (RoomPredictions::sureProbability()). Rooms that are said to occur are also assigned
+/// one to one to the areas that are not, the most probable pair first. Several areas of one room are numbered
+/// in their order: "bedroom 1", "bedroom 2". One keeps its number when a person names another; people's names
+/// are left to the areas that they gave them to.
 void nameAreasByRooms(WorldMap& world);
 
 /// The areas that have a name, by the first of these that any has: the name that people gave, the room name,

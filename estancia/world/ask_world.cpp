@@ -103,7 +103,7 @@ WorldAnswers askWorld(const WorldMap& world, const std::string& words, std::size
                                  : fmt::format("did you mean \"{}\"?", fmt::join(near, "\" or \""))));
   }
   answers.objects = askObjects(world, answers, objects);
-  if (!answers.Meaning::empty()) answers.places = ask(world.places, words, places, source).places;
+  if (!answers.Meaning::empty()) answers.places = placesThatHold(answers, world.places, places);
   return answers;
 }
 

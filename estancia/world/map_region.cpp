@@ -43,8 +43,9 @@ MapRegion regionNamed(const WorldMap& world, const std::string& text, WordGraphS
   const std::vector<Place> places = placesOf(map);
   for (const Place& place : places) region.places.push_back(sameWords(place.displayRoom(), text));
   if (std::ranges::find(region.places, true) != region.places.end()) return region;
-  if (findMeaning(map, text, source).empty()) failUnknownRegion(world, text);
-  for (const PlaceAnswer& answer : ask(map, text, map.nodes.size(), source).places)
+  const Meaning meaning = findMeaning(map, text, source);
+  if (meaning.empty()) failUnknownRegion(world, text);
+  for (const PlaceAnswer& answer : placesThatHold(meaning, map, map.nodes.size()))
     region.places[indexOf(map, answer.node)] = answer.isLikely() && answer.lift > 1;
   return region;
 }

@@ -46,6 +46,21 @@ TEST(FindLabels, KnowsPlurals) {
   EXPECT_THAT(found("coffee mugs"), ElementsAre("coffee mug"));
 }
 
+TEST(LabelsNamed, AreThoseOfExactlyThatName) {
+  const auto named = [](const char* words) {
+    std::vector<std::string> labels;
+    for (const std::size_t i : labelsNamed(vocabulary(), words)) labels.push_back(vocabulary()[i]);
+    return labels;
+  };
+  EXPECT_THAT(named("Mugs"), ElementsAre("cup, mug"));
+  EXPECT_THAT(named("dining room"), ElementsAre("dining_room"));
+  EXPECT_THAT(named("table"), IsEmpty()) << "a part of a name";
+  EXPECT_THAT(named("red umbrella"), IsEmpty()) << "more than a name";
+  EXPECT_THAT(named(""), IsEmpty());
+  const Vocabulary glasses({"glass", "glasses"});
+  EXPECT_THAT(labelsNamed(glasses, "glasses"), ElementsAre(1U)) << "the name itself before a plural";
+}
+
 TEST(FindLabels, FallsBackToWholeWordsInside) {
   EXPECT_THAT(found("table"), ElementsAre("dining table, board"));
   EXPECT_THAT(found("dining"), ElementsAre("dining table, board", "dining_room"));

@@ -240,5 +240,18 @@ TEST(WordGraph, WalksTogetherMeetWhatEachMeetsAlone) {
   EXPECT_THROW(graph.walkTogether(std::vector<std::vector<Sense>>(WordGraph::together + 1)), Error);
 }
 
+TEST(WordGraph, WalksFromEachOfAnyNumberOfStarts) {
+  const WordGraph graph = graphOf(100, randomEdges(100, 300, 5));
+  for (const std::size_t count : {0, 1, 2, 3, 5, 8, 11}) {
+    std::vector<std::vector<Sense>> starts;
+    for (std::uint32_t i = 0; i < count; ++i) starts.push_back({{i, 0.25F}, {2 * i + 1, 0.75F}});
+    const std::vector<std::vector<float>> walks = graph.walkEach(starts);
+    ASSERT_EQ(walks.size(), count);
+    for (std::size_t i = 0; i < count; ++i)
+      EXPECT_THAT(walks[i], testing::Pointwise(testing::FloatNear(1e-6F), graph.walk(starts[i])))
+          << i << " of " << count;
+  }
+}
+
 }  // namespace
 }  // namespace estancia

@@ -85,6 +85,24 @@ TEST_F(AreaNames, ByNameAloneNeedLessAndMayBeSaidToOccur) {
   EXPECT_EQ(readWorld(map_).areas[1].describedName(), "bathroom: " + readWorld(map_).areas[1].name);
 }
 
+TEST_F(AreaNames, ListedRoomsAreSomewhereEvenWhereTheyAreNotTheBestGuess) {
+  WorldMap world = worldOf({"", "", "", ""}, {0.9F, 0.9F, 0.9F, 0.9F});
+  RoomPredictions predictions{"test", {"study", "living room", "attic", "bath"}, DescriptorMatrix(4)};
+  predictions.areByName = predictions.areListed = true;
+  predictions.prior.assign(4, 0.25);
+  for (const int area : world.areaOfFrame)
+    predictions.probabilities.append(area == 0   ? std::vector<float>{0.27F, 0.26F, 0.24F, 0.23F}
+                                     : area == 1 ? std::vector<float>{0.6F, 0.2F, 0.1F, 0.1F}
+                                     : area == 2 ? std::vector<float>{0.5F, 0.3F, 0.1F, 0.1F}
+                                                 : std::vector<float>{0.1F, 0.1F, 0.1F, 0.7F});
+  writeRoomPredictions(predictions, map_);
+  std::vector<std::string> names;
+  for (const WorldArea& area : readWorld(map_).areas) names.push_back(area.roomName);
+  EXPECT_THAT(names, ElementsAre("living room", "study 1", "study 2", "bath"))
+      << "the second study is sure; the attic is no more probable anywhere than by chance";
+  EXPECT_NEAR(readWorld(map_).areas[0].roomProbability, 0.26, 0.01);
+}
+
 TEST_F(AreaNames, RefuseDamagedShares) {
   WorldMap world = worldOf({"", "", "", ""}, {0.9F, 0.9F, 0.9F, 0.9F});
   RoomPredictions predictions = *world.places.predictions;
