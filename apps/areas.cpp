@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -18,6 +19,8 @@
 #include "estancia/report/floor_image.hpp"
 #include "estancia/report/measures.hpp"
 #include "estancia/report/text.hpp"
+#include "estancia/words/installed_words.hpp"
+#include "estancia/words/label_choice.hpp"
 #include "estancia/world/edit_areas.hpp"
 #include "estancia/world/world_json.hpp"
 #include "estancia/zones/measure.hpp"
@@ -51,15 +54,28 @@ DescriptorSequence labeled(Labeling& labeling) {
   return result;
 }
 
-/// What --word means. Throws Error where no label matches.
+/// What --word means: all labels of that name, else those that are meant more probably than not, at least the
+/// most probable. Says which. Throws Error where there is none.
 std::vector<std::size_t> labelsOf(const Vocabulary& vocabulary, const std::string& word) {
-  std::vector<std::size_t> labels = findLabels(vocabulary, word);
-  if (!labels.empty()) return labels;
-  const std::vector<std::string> near = findNearSpellings(vocabulary, word);
-  throw Error(ErrorCode::unknownName,
-              fmt::format("--word: none of {} labels matches \"{}\"{}", vocabulary.size(), printable(word),
-                          near.empty() ? "; give another word"
-                                       : fmt::format("; did you mean \"{}\"?", fmt::join(near, "\" or \""))));
+  constexpr double minProbability = 0.5;
+  LabelMatches found = chooseLabels(vocabulary, word, installedWordGraph);
+  if (found.labels.empty()) {
+    const std::vector<std::string> near = findNearSpellings(vocabulary, word);
+    throw Error(
+        ErrorCode::unknownName,
+        fmt::format("--word: none of {} labels matches \"{}\"{}", vocabulary.size(), printable(word),
+                    near.empty() ? "; give another word"
+                                 : fmt::format("; did you mean \"{}\"?", fmt::join(near, "\" or \""))));
+  }
+  const auto isUnsure = [](const LabelMatch& match) { return match.probability < minProbability; };
+  found.labels.erase(std::find_if(found.labels.begin() + 1, found.labels.end(), isUnsure),
+                     found.labels.end());
+  if (!found.labels.front().reason.empty() || !found.corrected.empty())
+    spdlog::info("no label is called \"{}\": taken are {}", printable(word),
+                 fmt::join(describeMatches(vocabulary, found.labels), ", "));
+  std::vector<std::size_t> labels;
+  for (const LabelMatch& match : found.labels) labels.push_back(match.label);
+  return labels;
 }
 
 /// The cell that a word is most sure to be in.

@@ -14,6 +14,7 @@
 #include "estancia/report/node_zones.hpp"
 #include "estancia/topology/places.hpp"
 #include "estancia/words/installed_words.hpp"
+#include "estancia/words/label_choice.hpp"
 #include "estancia/world/ask_world.hpp"
 #include "estancia/world/world_json.hpp"
 #include "estancia/zones/overlay.hpp"
@@ -141,25 +142,9 @@ void printPlaces(const WorldAnswers& answers, const WorldMap& world, const Place
   }
 }
 
-/// The labels with the reasons that they were found for: the most probable few, and how many more.
-std::vector<std::string> labelsText(const Meaning& meaning, const Vocabulary& vocabulary) {
-  constexpr std::size_t shown = 5;
-  std::vector<std::string> texts;
-  for (const LabelMatch& match : meaning.matches) {
-    const std::string label = shortLabel(vocabulary[match.label]);
-    if (match.reason.empty())
-      texts.push_back(label);
-    else if (texts.size() < shown)
-      texts.push_back(fmt::format("{} ({})", label, match.reason));
-  }
-  if (texts.size() < meaning.matches.size())
-    texts.push_back(fmt::format("{} more", meaning.matches.size() - texts.size()));
-  return texts;
-}
-
 void printAnswers(const WorldAnswers& answers, const WorldMap& world, const std::vector<std::string>& images,
                   const std::string& words) {
-  std::vector<std::string> matched = labelsText(answers, world.places.vocabulary);
+  std::vector<std::string> matched = describeMatches(world.places.vocabulary, answers.matches);
   for (const std::string& room : answers.rooms) matched.push_back("room " + room);
   const std::string part = answers.isWholeName ? "" : "a part of ";
   const auto isGiven = [&world](int area) { return !world.findArea(area)->givenName.empty(); };

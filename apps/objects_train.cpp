@@ -12,6 +12,7 @@
 #include "estancia/objects/class_probabilities.hpp"
 #include "estancia/objects/training_sources.hpp"
 #include "estancia/report/text.hpp"
+#include "estancia/words/installed_words.hpp"
 #include "objects.hpp"
 
 namespace estancia::apps {
@@ -38,12 +39,23 @@ TargetClasses targetsOf(const ObjectsTrainArguments& a, const TrainingSources& s
   return targetClassesOf(sources);
 }
 
+/// A person's words for classes that the labelers have no label for; says which labels stand for them.
+TargetClasses understood(TargetClasses targets, const TrainingSources& sources) {
+  std::vector<std::string> told;
+  for (const LabeledViews& labeled : sources.labeled)
+    if (labeled.labels)
+      targets = withLabelKinds(targets, labeled.labels->vocabulary, installedWordGraph, &told);
+  for (const std::string& sentence : told) spdlog::info("{}", sentence);
+  return targets;
+}
+
 /// A label that the labeler does not know is no error, as its class has others.
 void warnOfLabels(const TargetClasses& targets, const TrainingSources& sources) {
   std::set<std::string> warned;
   for (const LabeledViews& labeled : sources.labeled)
     if (labeled.labels)
-      for (const std::string& sentence : unknownLabels(targets, labeled.labels->vocabulary))
+      for (const std::string& sentence :
+           unknownLabels(targets, labeled.labels->vocabulary, installedWordGraph))
         if (warned.insert(sentence).second) spdlog::warn("{}", sentence);
 }
 
@@ -112,8 +124,8 @@ void run(const ObjectsTrainArguments& a) {
       a.views, a.labels, a.truth ? LabelSource::categories : LabelSource::files, a.format);
   for (const auto& views : sources.views)
     for (const std::string& warning : views->warnings()) spdlog::warn("{}", warning);
-  const TargetClasses targets = targetsOf(a, sources);
-  warnOfLabels(targets, sources);
+  const TargetClasses asked = targetsOf(a, sources), targets = understood(asked, sources);
+  warnOfLabels(asked, sources);
   const auto progress = makeStderrProgress();
   std::vector<std::string> problems;
   const TrainingSet set = gatherTraining(sources.labeled, targets, a.options, *progress, &problems);

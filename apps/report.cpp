@@ -9,7 +9,7 @@
 
 #include "common.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/core/label_words.hpp"
+#include "estancia/core/printable.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/report/map_page.hpp"
 #include "estancia/report/node_zones.hpp"
@@ -17,6 +17,7 @@
 #include "estancia/topology/quality.hpp"
 #include "estancia/topology/store.hpp"
 #include "estancia/words/installed_words.hpp"
+#include "estancia/words/label_choice.hpp"
 #include "estancia/world/world_store.hpp"
 #include "estancia/zones/measure.hpp"
 #include "estancia/zones/zone_file.hpp"
@@ -48,6 +49,21 @@ FloorPlan floorPlanOf(const ReportArguments& arguments, const CLI::App& command)
   return home ? readHomeFloorPlan(path) : readFloorPlan(path, arguments.extent);
 }
 
+/// What --label means.
+std::size_t labelOf(const ReportArguments& arguments, const Vocabulary& vocabulary) {
+  const LabelMatches found = chooseLabels(vocabulary, arguments.label, installedWordGraph);
+  if (found.labels.empty())
+    throw Error(
+        ErrorCode::unknownName,
+        fmt::format("no label of the map means \"{}\"; try estancia ask {} \"{}\"",
+                    printable(arguments.label), printable(arguments.file), printable(arguments.label)));
+  const LabelMatch& best = found.labels.front();
+  if (!best.reason.empty() || !found.corrected.empty())
+    spdlog::info("no label is called \"{}\": the page starts as the heat map of {}",
+                 printable(arguments.label), describeMatches(vocabulary, {&best, 1}).front());
+  return best.label;
+}
+
 void writeMap(const ReportArguments& arguments, const CLI::App& command) {
   if (!arguments.map.empty())
     throw Error(ErrorCode::invalidOption,
@@ -69,14 +85,7 @@ void writeMap(const ReportArguments& arguments, const CLI::App& command) {
   page.world = &above;
   page.title = titleOf(arguments);
   page.measures = measuresOf(evaluate(map));
-  if (!arguments.label.empty()) {
-    const auto labels = findLabels(map.vocabulary, arguments.label);
-    if (labels.empty())
-      throw Error(ErrorCode::unknownName,
-                  fmt::format("no label of the map means \"{}\"; try estancia ask {} \"{}\"", arguments.label,
-                              arguments.file, arguments.label));
-    page.label = labels.front();
-  }
+  if (!arguments.label.empty()) page.label = labelOf(arguments, map.vocabulary);
   if (!arguments.floorPlan.empty()) page.floorPlan = floorPlanOf(arguments, command);
   std::optional<Zones> zones;
   if (!arguments.zones.empty()) page.zones = &zones.emplace(readZones(arguments.zones));
@@ -133,7 +142,8 @@ void addReportCommand(CLI::App& app) {
       ->required();
   addOutputOption(*command, arguments->output, "The HTML file to write")->required();
   command->add_option("--title", arguments->title, "Title of the page; default: the file's name");
-  command->add_option("--label", arguments->label, "Start as the heat map of this label");
+  command->add_option("--label", arguments->label,
+                      "Start as the heat map of this label, or of the one that these words mean most");
   command
       ->add_option(
           "--floor-plan", arguments->floorPlan,

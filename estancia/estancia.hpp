@@ -20,9 +20,12 @@
 #include "estancia/stats/linkage.hpp"
 
 #include "estancia/words/installed_words.hpp"
+#include "estancia/words/label_choice.hpp"
+#include "estancia/words/label_kinds.hpp"
 #include "estancia/words/label_search.hpp"
 #include "estancia/words/label_senses.hpp"
 #include "estancia/words/lexicon.hpp"
+#include "estancia/words/name_search.hpp"
 #include "estancia/words/naming_options.hpp"
 #include "estancia/words/room_words.hpp"
 #include "estancia/words/word_associations.hpp"

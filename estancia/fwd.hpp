@@ -36,6 +36,7 @@ struct LabelMatches;
 class LabelSearch;
 struct LabelSense;
 class Lexicon;
+struct NameMatch;
 struct NamingOptions;
 struct Sense;
 struct WordGraph;

@@ -1,11 +1,12 @@
 // The areas of a run, named by their words: images → zones → where "microwave" is likelier than elsewhere.
 //   05_zones IMAGES OUTPUT.zones [WORD]
 // SPDX-License-Identifier: Apache-2.0
-#include <estancia/core/label_words.hpp>
 #include <estancia/io/sequence.hpp>
 #include <estancia/label/label_cache.hpp>
 #include <estancia/label/model.hpp>
 #include <estancia/label/record.hpp>
+#include <estancia/words/installed_words.hpp>
+#include <estancia/words/label_choice.hpp>
 #include <estancia/zones/zone_file.hpp>
 
 #include <cstdio>
@@ -26,11 +27,13 @@ int main(int argc, char** argv) try {
     std::printf("zone %d: %zu images, %s\n", zone.id, zone.images.size(), zone.name.c_str());
 
   const auto everywhere = estancia::runMean(zones);
-  for (const std::size_t label : estancia::findLabels(zones.vocabulary, argc > 3 ? argv[3] : ""))
+  const char* asked = argc > 3 ? argv[3] : "";
+  for (const auto& [label, probability, why] :
+       estancia::chooseLabels(zones.vocabulary, asked, estancia::installedWordGraph).labels)
     for (const estancia::Zone& zone : zones.zones)
       if (zone.mean[label] > everywhere[label])
-        std::printf("%s: %.1f %% in zone %d\n", zones.vocabulary[label].c_str(),
-                    100 * static_cast<double>(zone.mean[label]), zone.id);
+        std::printf("%s: %.1f %% in zone %d %s\n", zones.vocabulary[label].c_str(),
+                    100 * static_cast<double>(zone.mean[label]), zone.id, why.c_str());
   estancia::writeZones(zones, argv[2]);
 } catch (const std::exception& e) {
   return std::fprintf(stderr, "error: %s\n", e.what()), 2;

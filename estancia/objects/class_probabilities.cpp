@@ -6,9 +6,12 @@
 
 #include <algorithm>
 #include <numeric>
+#include <ranges>
+#include <set>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/label_words.hpp"
+#include "estancia/words/label_kinds.hpp"
 
 namespace estancia {
 namespace {
@@ -18,14 +21,57 @@ constexpr float minPrior = 0.001F;
 
 constexpr std::size_t noClass = ~std::size_t{0};
 
-/// "NAME", or "NAME (is it A, B?)" with the labels that are spelled like one of these.
-std::string withSpellings(const Vocabulary& vocabulary, const std::string& name,
-                          const std::vector<std::string>& labels) {
+/// "NAME", or "NAME (is it A, B?)" with the labels that are spelled like one of these, or related to it.
+std::string withNearLabels(const Vocabulary& vocabulary, const std::string& name,
+                           const std::vector<std::string>& labels, WordGraphSource source) {
+  constexpr std::size_t maxRelated = 3;
   std::vector<std::string> near;
-  for (const std::string& label : labels)
-    for (const std::string& spelling : findNearSpellings(vocabulary, label))
-      if (std::ranges::find(near, spelling) == near.end()) near.push_back(spelling);
+  const auto add = [&near](const std::string& label) {
+    if (std::ranges::find(near, label) == near.end()) near.push_back(label);
+  };
+  for (const std::string& label : labels) {
+    for (const std::string& spelling : findNearSpellings(vocabulary, label)) add(spelling);
+    if (source == nullptr) continue;
+    const LabelMatches related = findLabelMatches(vocabulary, label, source);
+    for (const LabelMatch& match : related.labels | std::views::take(maxRelated))
+      add(shortLabel(vocabulary[match.label]));
+  }
   return near.empty() ? name : fmt::format("{} (is it {}?)", name, fmt::join(near, ", "));
+}
+
+[[noreturn]] void failUnknown(const std::vector<std::string>& unknown, const TargetClasses& targets) {
+  fail(ErrorCode::unknownName,
+       "the labeler has no label for {} of {} target classes: {}; give them other labels, "
+       "leave them out, or use another labeler",
+       unknown.size(), targets.classes.size(), fmt::join(unknown, ", "));
+}
+
+/// A class that no label has the name of, and the labels that are kinds of it.
+struct UnnamedClass {
+  std::size_t number = 0;
+  std::vector<LabelMatch> kinds = {};
+};
+
+std::vector<UnnamedClass> unnamedClasses(const TargetClasses& targets, const Vocabulary& vocabulary,
+                                         WordGraphSource source, std::set<std::size_t>& named) {
+  std::vector<UnnamedClass> unnamed;
+  for (std::size_t c = 0; c < targets.classes.size(); ++c) {
+    bool known = false;
+    for (const std::string& asked : targets.classes[c].labels)
+      for (const std::size_t label : findLabels(vocabulary, asked)) {
+        known = true;
+        named.insert(label);
+      }
+    if (known) continue;
+    UnnamedClass& own = unnamed.emplace_back(UnnamedClass{c});
+    const WordGraph* graph = source == nullptr ? nullptr : source();
+    for (const std::string& asked : targets.classes[c].labels)
+      if (graph != nullptr)
+        for (LabelMatch& kind : findLabelKinds(vocabulary, *graph, asked))
+          own.kinds.push_back(std::move(kind));
+  }
+  std::ranges::stable_sort(unnamed, {}, [](const UnnamedClass& one) { return one.kinds.size(); });
+  return unnamed;
 }
 
 /// The class of each label; noClass for most.
@@ -44,15 +90,11 @@ std::vector<std::size_t> classesOfLabels(const TargetClasses& targets, const Voc
         if (classOf[label] != c) other = classOf[label];
       }
     if (!known)
-      unknown.push_back(withSpellings(vocabulary, target.name, target.labels));
+      unknown.push_back(withNearLabels(vocabulary, target.name, target.labels, nullptr));
     else if (!own)
       taken.push_back(fmt::format("{} (as {})", target.name, targets.classes[other].name));
   }
-  if (!unknown.empty())
-    fail(ErrorCode::unknownName,
-         "the labeler has no label for {} of {} target classes: {}; give them other labels, "
-         "leave them out, or use another labeler",
-         unknown.size(), targets.classes.size(), fmt::join(unknown, ", "));
+  if (!unknown.empty()) failUnknown(unknown, targets);
   if (!taken.empty())
     fail(ErrorCode::invalidInput,
          "target classes have the labels of others only: {}; give them other labels, or merge "
@@ -69,7 +111,8 @@ void normalize(std::vector<float>& row) {
 
 }  // namespace
 
-std::vector<std::string> unknownLabels(const TargetClasses& targets, const Vocabulary& vocabulary) {
+std::vector<std::string> unknownLabels(const TargetClasses& targets, const Vocabulary& vocabulary,
+                                       WordGraphSource source) {
   std::vector<std::string> warnings;
   for (const TargetClasses::Class& target : targets.classes) {
     std::vector<std::string> unknown;
@@ -77,10 +120,37 @@ std::vector<std::string> unknownLabels(const TargetClasses& targets, const Vocab
       if (findLabels(vocabulary, label).empty()) unknown.push_back(label);
     if (unknown.size() == target.labels.size()) continue;  // VocabularyMapping refuses it
     for (const std::string& label : unknown)
-      warnings.push_back(fmt::format("{}: the labeler has no label {}", target.name,
-                                     withSpellings(vocabulary, fmt::format("\"{}\"", label), {label})));
+      warnings.push_back(
+          fmt::format("{}: the labeler has no label {}", target.name,
+                      withNearLabels(vocabulary, fmt::format("\"{}\"", label), {label}, source)));
   }
   return warnings;
+}
+
+TargetClasses withLabelKinds(const TargetClasses& targets, const Vocabulary& vocabulary,
+                             WordGraphSource source, std::vector<std::string>* told) {
+  TargetClasses understood = targets;
+  std::set<std::size_t> taken;
+  std::vector<std::string> unknown;
+  for (const UnnamedClass& unnamed : unnamedClasses(targets, vocabulary, source, taken)) {
+    TargetClasses::Class& target = understood.classes[unnamed.number];
+    std::vector<std::string> reasons;
+    for (const LabelMatch& kind : unnamed.kinds) {
+      const std::string label = shortLabel(vocabulary[kind.label]);
+      // A name that two labels have, such as "crane", would mean both.
+      if (labelsNamed(vocabulary, label) != std::vector{kind.label} || !taken.insert(kind.label).second)
+        continue;
+      target.labels.push_back(label);
+      reasons.push_back(fmt::format("{} ({})", label, kind.reason));
+    }
+    if (reasons.empty())
+      unknown.push_back(withNearLabels(vocabulary, target.name, target.labels, source));
+    else if (told != nullptr)
+      told->push_back(fmt::format("{}: the labeler has no label of that name; taken: {}", target.name,
+                                  fmt::join(reasons, ", ")));
+  }
+  if (!unknown.empty()) failUnknown(unknown, targets);
+  return understood;
 }
 
 VocabularyMapping::VocabularyMapping(const TargetClasses& targets, const Vocabulary& vocabulary)

@@ -10,6 +10,7 @@
 #include "estancia/core/descriptor.hpp"
 #include "estancia/core/vocabulary.hpp"
 #include "estancia/objects/object_model.hpp"
+#include "estancia/words/label_search.hpp"
 
 namespace estancia {
 
@@ -22,8 +23,17 @@ struct ClassProbabilities {
 };
 
 /// One warning per label that is missing from the vocabulary, with suggestions, for classes that have another
-/// known label.
-std::vector<std::string> unknownLabels(const TargetClasses& targets, const Vocabulary& vocabulary);
+/// known label. `source`: installedWordGraph, to suggest related labels, too.
+std::vector<std::string> unknownLabels(const TargetClasses& targets, const Vocabulary& vocabulary,
+                                       WordGraphSource source = nullptr);
+
+/// The same classes; one that has no label in the vocabulary gets those that are kinds of what its own labels
+/// name ("sofa": studio couch; findLabelKinds()), unless another class has them, by name or as fewer kinds.
+/// `source`: installedWordGraph. `told`, if there, gets a sentence for each such class. Throws Error
+/// (unknownName) when classes remain without a label, with near spellings and related labels, which are not
+/// taken: half of them would be wrong.
+TargetClasses withLabelKinds(const TargetClasses& targets, const Vocabulary& vocabulary,
+                             WordGraphSource source, std::vector<std::string>* told = nullptr);
 
 /// The labels of each class in a labeler's vocabulary.
 class VocabularyMapping {

@@ -117,6 +117,25 @@ TEST_F(AreasCommand, SaysThatAWordWasNotSeen) {
   EXPECT_TRUE(find("word 0")["area"].is_null());
 }
 
+TEST_F(AreasCommand, WordsThatNoLabelHasStandForThoseThatTheyMean) {
+  const std::string home = scratch_ / "home";
+  writeSmallModel(scratch_ / "small", "scale = 0.5");
+  writeFile(scratch_ / "small/labels.txt", "desk\nstudio couch\numbrella\nwall\n");
+  writeTurn(home);
+  const auto find = [&](const std::string& word) {
+    return run({"areas", "find", home, "-o", file_, "--overwrite", "--model", scratch_ / "small", "--word",
+                word, "--json"});
+  };
+  const auto named = find("studio couch"), meant = find("sofa");
+  EXPECT_EQ(named.err.find("taken"), std::string::npos) << named.err;
+  EXPECT_THAT(meant.err,
+              testing::HasSubstr("no label is called \"sofa\": taken are studio couch (a kind of"));
+  EXPECT_EQ(nlohmann::json::parse(meant.out)["word"]["p"], nlohmann::json::parse(named.out)["word"]["p"]);
+  EXPECT_THAT(find("xyzzy"), FailsWith(ErrorCode::unknownName, "xyzzy"));
+  const WithoutWordNet plain;
+  EXPECT_THAT(find("sofa"), FailsWith(ErrorCode::unknownName, "sofa"));
+}
+
 TEST_F(AreasCommand, OfAMapAreNamedSplitAndMerged) {
   const std::string home = scratch_ / "home", map = scratch_ / "home.estancia";
   writeSmallModel(scratch_ / "small", "scale = 0.5");

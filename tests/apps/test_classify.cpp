@@ -151,6 +151,11 @@ TEST_F(ClassifyCommand, IsTestedOnOtherImages) {
   EXPECT_THAT(run({"classify", "test", model_, others_}).out, HasSubstr("svm-rbf on test"));
   const json part = json::parse(run({"classify", "test", model_, others_, "--only", "bath", "--json"}).out);
   EXPECT_EQ(part["images"], 18);
+  const auto meant = run({"classify", "test", model_, others_, "--only", "bathrom", "--json"});
+  EXPECT_NE(meant.exitCode, 0) << "bathroom is another name than bath";
+  const auto misspelled = run({"classify", "test", model_, others_, "--only", "kichen", "--json"});
+  EXPECT_THAT(misspelled.err, HasSubstr("no room is called \"kichen\": kitchen is taken, by its spelling"));
+  EXPECT_EQ(json::parse(misspelled.out)["images"], 18);
   refuses({"classify", "test", model_, unknown_}, ErrorCode::insufficientData);
   ASSERT_EQ(run({"classify", "test", model_, others_, "-o", scratch_ / "test.html"}).exitCode, 0);
   EXPECT_THAT(readFile(scratch_ / "test.html"), HasSubstr("svm-rbf on test"));

@@ -132,6 +132,23 @@ TEST_F(ObjectsTrain, WarnsOfLabelsThatTheLabelerHasNot) {
   EXPECT_THAT(trained.err, HasSubstr("\"cofee mug\""));
 }
 
+TEST_F(ObjectsTrain, ClassesInAPersonsWordsGetTheLabelsThatAreKindsOfThem) {
+  const std::string mug = "[classes.mug]\nlabels = [\"coffee mug\"]\n";
+  writeFile(study(), mug + "[classes.bottle]\nlabels = [\"container\"]\n");
+  const CommandResult trained = trainWords();
+  ASSERT_EQ(trained.exitCode, 0) << trained.err;
+  EXPECT_THAT(trained.err,
+              HasSubstr("bottle: the labeler has no label of that name; taken: pop bottle (a kind "
+                        "of container)"));
+  EXPECT_THAT(readFile(model()), HasSubstr("pop bottle")) << "for machines without WordNet";
+  fs::remove(model());
+  writeFile(study(), mug + "[classes.bottle]\nlabels = [\"soda\"]\n");
+  refuses(trainWords(), ErrorCode::unknownName, "bottle (is it", "pop bottle");
+  const WithoutWordNet plain;
+  writeFile(study(), mug + "[classes.bottle]\nlabels = [\"container\"]\n");
+  refuses(trainWords(), ErrorCode::unknownName, "bottle;");
+}
+
 TEST_F(ObjectsTrain, ViewsOfNoClassAreAnError) {
   refuses(trainWords({"--min-coverage", "0.5"}), ErrorCode::insufficientData, "\"wall\"");
 }

@@ -51,6 +51,21 @@ TEST_F(WorldCommand, AsksForObjectsAreasAndPlaces) {
   EXPECT_EQ(json::parse(none.out)["near_spellings"][0], "corridor");
 }
 
+TEST_F(WorldCommand, ReportsStartAtTheLabelThatIsMeant) {
+  const std::vector<std::string> page{"report", map_, "-o", scratch_ / "page.html", "--overwrite", "--label"};
+  const auto reported = [&page](const std::string& words) {
+    std::vector<std::string> arguments = page;
+    arguments.push_back(words);
+    return run(arguments);
+  };
+  EXPECT_THAT(reported("coffee mug").err, testing::Not(HasSubstr("no label is called")));
+  EXPECT_THAT(reported("crockery").err, HasSubstr("no label is called \"crockery\": the page starts as the "
+                                                  "heat map of cup ("));
+  EXPECT_THAT(reported("xyzzy"), FailsWith(ErrorCode::unknownName, "xyzzy", "estancia ask"));
+  const WithoutWordNet plain;
+  EXPECT_THAT(reported("crockery"), FailsWith(ErrorCode::unknownName, "crockery"));
+}
+
 TEST_F(WorldCommand, UnderstandsWordsThatNoLabelHas) {
   const auto said = run({"ask", map_, "something made of crockry"});
   EXPECT_EQ(said.exitCode, 0) << said.err;

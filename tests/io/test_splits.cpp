@@ -75,6 +75,19 @@ TEST_F(Splits, OnlyTheRoomsThatAreNamedAreLeft) {
   EXPECT_THAT(namesOf(*open("train", {"kitchen", "hall"})), ElementsAre("0.png"));
 }
 
+TEST_F(Splits, RoomsAreUnderstoodInOtherWords) {
+  const auto sure = open("", {"Kitchens", "HALL"});
+  EXPECT_THAT(namesOf(*sure), ElementsAre("0.png", "1.png", "3.png"));
+  EXPECT_THAT(sure->warnings(), IsEmpty()) << "it is the same name";
+  const auto corrected = open("train", {"hallway", "ofice"});
+  EXPECT_THAT(namesOf(*corrected), ElementsAre("0.png", "2.png"));
+  EXPECT_THAT(corrected->warnings(),
+              ElementsAre("no room is called \"hallway\": hall is taken, the same as hallway",
+                          "no room is called \"ofice\": office is taken, by its spelling"));
+  EXPECT_THAT(namesOf(*open("", {"kichen", "kitchen"})), ElementsAre("3.png")) << "once";
+  EXPECT_THAT(refusal("", {"corridor"}), FailsWith(ErrorCode::unknownName, "\"corridor\"; is it hall"));
+}
+
 TEST_F(Splits, KeepWhatIsKnownOfTheWhole) {
   std::string poses;
   for (int i = 0; i < 6; ++i) poses += fmt::format("{} {} 0 0 0 0 0 1\n", 100 + i, i);

@@ -6,6 +6,7 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/objects/class_probabilities.hpp"
+#include "estancia/words/installed_words.hpp"
 #include "made_up.hpp"
 #include "support/errors.hpp"
 
@@ -128,6 +129,49 @@ TEST(VocabularyMapping, LabelsThatAreUnknownBesideOthersAreTold) {
               ElementsAre("mug: the labeler has no label \"cofee mug\" (is it coffee mug?)",
                           "mug: the labeler has no label \"zeppelin\""))
       << "a word without any label is an error";
+}
+
+const Vocabulary& household() {
+  static const Vocabulary labels({"studio couch, day bed", "folding chair", "golden retriever", "beagle",
+                                  "coffee mug", "refrigerator", "crane", "crane"});
+  return labels;
+}
+
+TEST(WithLabelKinds, ClassesWithoutALabelGetTheKindsOfIt) {
+  std::vector<std::string> told;
+  const TargetClasses targets =
+      withLabelKinds(named({{"sofa"}, {"mug", "cup"}, {"dog"}}), household(), installedWordGraph, &told);
+  EXPECT_THAT(targets.classes[0].labels, ElementsAre("sofa", "studio couch"));
+  EXPECT_THAT(targets.classes[1].labels, ElementsAre("mug", "cup")) << "a label has the name";
+  EXPECT_THAT(targets.classes[2].labels, ElementsAre("dog", "golden retriever", "beagle"));
+  ASSERT_EQ(told.size(), 2U);
+  EXPECT_EQ(told[0], "sofa: the labeler has no label of that name; taken: studio couch (a kind of sofa)");
+  EXPECT_EQ(withLabelKinds(targets, household(), installedWordGraph).classes[0].labels.size(), 2U)
+      << "what is understood stays so";
+}
+
+TEST(WithLabelKinds, OtherClassesKeepTheirLabels) {
+  const TargetClasses targets = withLabelKinds(
+      named({{"furniture"}, {"sofa"}, {"folding chair"}, {"mug"}, {"canine", "animal"}, {"dog"}}),
+      Vocabulary({"studio couch", "folding chair", "coffee mug", "beagle", "desk", "tabby"}),
+      installedWordGraph);
+  EXPECT_THAT(targets.classes[0].labels, ElementsAre("furniture", "desk"));
+  EXPECT_THAT(targets.classes[1].labels, ElementsAre("sofa", "studio couch"));
+  EXPECT_THAT(targets.classes[2].labels, ElementsAre("folding chair"));
+  EXPECT_THAT(targets.classes[4].labels, ElementsAre("canine", "animal", "tabby"));
+  EXPECT_THAT(targets.classes[5].labels, ElementsAre("dog", "beagle"));
+}
+
+TEST(WithLabelKinds, RelatedLabelsAreSuggestedOnly) {
+  const auto refusal = [](WordGraphSource source) {
+    return test::caught([&] { withLabelKinds(named({{"mug"}, {"fridge"}}), household(), source); });
+  };
+  EXPECT_THAT(refusal(installedWordGraph),
+              FailsWith(ErrorCode::unknownName, "1 of 2", "fridge (is it refrigerator"));
+  EXPECT_THAT(refusal(nullptr), FailsWith(ErrorCode::unknownName, "fridge;"));
+  EXPECT_THAT(test::caught([] { withLabelKinds(named({{"bird"}}), household(), installedWordGraph); }),
+              FailsWith(ErrorCode::unknownName, "bird"))
+      << "the name of the bird is that of a machine, too";
 }
 
 TEST(VocabularyMapping, WhatIsNoProbabilityIsRefused) {

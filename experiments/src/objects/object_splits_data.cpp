@@ -17,6 +17,7 @@
 #include "estancia/label/record.hpp"
 #include "estancia/label/recorded_labeler.hpp"
 #include "estancia/objects/object_crops.hpp"
+#include "estancia/words/installed_words.hpp"
 #include "experiments/src/objects/instance_splits.hpp"
 
 namespace estancia::experiments {
@@ -304,6 +305,8 @@ ObjectTask prepare(const ObjectSplitsOptions::Data& data, Shared& shared, const 
   const Features& all = shared.describeShapes(data, *task.views);
   const DescriptorSequence* labels =
       labeler == nullptr ? nullptr : &shared.recordedLabels(data, *task.views, *labeler);
+  if (labels != nullptr)
+    task.targets = withLabelKinds(task.targets, labels->vocabulary, installedWordGraph, &notes);
 
   std::map<std::string, std::size_t> viewNamed, labelsOf;
   for (std::size_t i = 0; i < task.views->size(); ++i) viewNamed.emplace(task.views->view(i).name, i);

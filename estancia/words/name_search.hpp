@@ -1,0 +1,34 @@
+// Name search: which of some names, those of a data set's rooms say, a person means by words of her own.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "estancia/words/label_search.hpp"
+
+namespace estancia {
+
+struct NameMatch {
+  /// Index of the name.
+  std::size_t name = 0;
+  /// Why, for people: "by its spelling"; "" where the two differ in case, plural, hyphens or blanks at most.
+  std::string reason;
+};
+
+/// The name that the words surely mean: the first of these rules that fits a name counts, and nothing is
+/// found where it fits several. The name is equal; equal but for case, plural forms, hyphens, underscores and
+/// blanks; so to the words with their spelling corrected; or it has a usual meaning in common with the words
+/// ("sitting room", "living_room"). The last two need WordNet, `source` with installedWordGraph.
+std::optional<NameMatch> findName(const std::vector<std::string>& names, std::string_view words,
+                                  WordGraphSource source);
+
+/// Names that the words may mean where findName() is not sure: of a similar spelling, or related. At most
+/// three.
+std::vector<std::string> findNearNames(const std::vector<std::string>& names, std::string_view words,
+                                       WordGraphSource source);
+
+}  // namespace estancia
