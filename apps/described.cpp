@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include "estancia/classify/zero_shot_rooms.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/plus_names.hpp"
 #include "estancia/core/progress.hpp"
@@ -12,6 +13,8 @@
 #include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/topology/map.hpp"
 #include "estancia/topology/store.hpp"
+#include "estancia/words/installed_words.hpp"
+#include "estancia/words/room_words.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -81,7 +84,16 @@ RoomPredictions FeatureSource::rooms(const RoomClassifier& classifier, const Des
   std::vector<std::string> problems;
   const Features features = featuresFor(classifier, labels, sequence, options_, *progress_, &problems);
   warn(problems);
-  return predictRooms(classifier, features, labels.frames, options_.labeler.threads);
+  RoomPredictions rooms = predictRooms(classifier, features, labels.frames, options_.labeler.threads);
+  const double share = shareOfNames(static_cast<double>(classifier.trainingImages()) /
+                                    static_cast<double>(classifier.rooms().size()));
+  const WordGraph* graph = share > 0 ? installedWordGraph() : nullptr;
+  if (graph == nullptr || !knowsRooms(*graph, classifier.rooms())) return rooms;
+  spdlog::info("{} images of {} rooms are few examples; what labels tell of the rooms' names counts, too",
+               classifier.trainingImages(), classifier.rooms().size());
+  return withNames(std::move(rooms),
+                   predictRoomsByNames(*graph, labels.vocabulary, labels.descriptors, classifier.rooms()),
+                   share);
 }
 
 void FeatureSource::warn(const std::vector<std::string>& problems) const {

@@ -21,7 +21,7 @@ namespace estancia {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr ModelFileKind kind{"ESTROOMS", 1, "room classifier", "estancia classify train"};
+constexpr ModelFileKind kind{"ESTROOMS", 2, "room classifier", "estancia classify train"};
 
 /// The frames whose room is known.
 Features withRooms(const Features& features) {
@@ -80,6 +80,7 @@ void requireSameColumns(const DescriptorPart& learned, const std::vector<Descrip
 
 struct RoomClassifier::Learned {
   std::vector<std::string> rooms;
+  std::uint64_t images = 0;
   FeatureEmbedding embedding;
   std::shared_ptr<const Classifier> classifier;
   mutable std::once_flag loading = {};
@@ -88,6 +89,10 @@ struct RoomClassifier::Learned {
 
 const std::vector<std::string>& RoomClassifier::rooms() const {
   return learned_->rooms;
+}
+
+std::size_t RoomClassifier::trainingImages() const {
+  return learned_->images;
 }
 
 const FeatureEmbedding& RoomClassifier::embedding() const {
@@ -122,8 +127,9 @@ RoomClassifier trainRoomClassifier(const Features& features, const ClassifierOpt
   for (const Frame& frame : known.frames)
     samples.classes.push_back(
         static_cast<int>(std::lower_bound(rooms.begin(), rooms.end(), frame.room) - rooms.begin()));
-  return RoomClassifier(std::make_shared<RoomClassifier::Learned>(
-      std::move(rooms), std::move(embedding), trainClassifier(samples, options, progress)));
+  return RoomClassifier(
+      std::make_shared<RoomClassifier::Learned>(std::move(rooms), known.frames.size(), std::move(embedding),
+                                                trainClassifier(samples, options, progress)));
 }
 
 RoomClassifier readRoomClassifier(const fs::path& file) {
@@ -133,15 +139,17 @@ RoomClassifier readRoomClassifier(const fs::path& file) {
   std::vector<std::string> rooms;
   for (std::size_t i = 0; i < count; ++i) rooms.push_back(in.text());
   model.requirePrintable(rooms);
+  const auto images = in.number<std::uint64_t>();
   auto [embedding, classifier] = model.classifier(count);
-  return RoomClassifier(std::make_shared<RoomClassifier::Learned>(std::move(rooms), std::move(embedding),
-                                                                  std::move(classifier)));
+  return RoomClassifier(std::make_shared<RoomClassifier::Learned>(
+      std::move(rooms), images, std::move(embedding), std::move(classifier)));
 }
 
 void writeRoomClassifier(const RoomClassifier& classifier, const fs::path& file) {
   ByteWriter content;
   content.number(static_cast<std::uint64_t>(classifier.rooms().size()));
   for (const std::string& room : classifier.rooms()) content.text(room);
+  content.number(static_cast<std::uint64_t>(classifier.trainingImages()));
   classifier.embedding().write(content);
   classifier.classifier().write(content);
   writeModelFile(file, kind, content.bytes());

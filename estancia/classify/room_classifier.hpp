@@ -28,6 +28,8 @@ class RoomClassifier {
 
   /// Sorted.
   const std::vector<std::string>& rooms() const;
+  /// Of all rooms together.
+  std::size_t trainingImages() const;
   const FeatureEmbedding& embedding() const;
   const Classifier& classifier() const;
   /// Parameters and their cross-validation accuracy: "C 10, gamma 0.5: 77.1 % of held-out samples".

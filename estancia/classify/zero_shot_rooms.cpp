@@ -117,6 +117,11 @@ std::vector<double> adjustToRun(Evidence& evidence) {
   return prior;
 }
 
+/// From so many images a room on, a trained classifier needs no names.
+constexpr double enoughImages = 40;
+/// A probability below this is not believed: few examples make few distinctions.
+constexpr double leastProbability = 1e-3;
+
 }  // namespace
 
 RoomPredictions predictRoomsByNames(const WordGraph& graph, const Vocabulary& vocabulary,
@@ -149,6 +154,35 @@ RoomPredictions predictRoomsByNames(const WordGraph& graph, const Vocabulary& vo
     predictions.probabilities.append(row);
   }
   return predictions;
+}
+
+double shareOfNames(double imagesPerRoom) {
+  return std::clamp(1 - imagesPerRoom / enoughImages, 0.0, 1.0);
+}
+
+RoomPredictions withNames(RoomPredictions trained, const RoomPredictions& byNames, double share) {
+  const std::size_t rooms = trained.rooms.size();
+  if (byNames.rooms != trained.rooms || byNames.probabilities.size() != trained.probabilities.size())
+    throw Error(ErrorCode::mismatch, "predictions of other images or rooms cannot be joined");
+  DescriptorMatrix both(rooms);
+  both.reserve(trained.probabilities.size());
+  std::vector<float> row(rooms);
+  for (std::size_t i = 0; i < trained.probabilities.size(); ++i) {
+    const DescriptorView learned = trained.probabilities.row(i), named = byNames.probabilities.row(i);
+    double sum = 0;
+    std::vector<double> products(rooms, 0);
+    if (std::accumulate(learned.begin(), learned.end(), 0.0F) > 0)
+      for (std::size_t r = 0; r < rooms; ++r) {
+        products[r] = std::max(leastProbability, static_cast<double>(learned[r])) *
+                      std::pow(std::max(leastProbability, static_cast<double>(named[r])), share);
+        sum += products[r];
+      }
+    for (std::size_t r = 0; r < rooms; ++r) row[r] = sum > 0 ? static_cast<float>(products[r] / sum) : 0;
+    both.append(row);
+  }
+  trained.probabilities = std::move(both);
+  trained.classifier += ", with rooms' names";
+  return trained;
 }
 
 }  // namespace estancia

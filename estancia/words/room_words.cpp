@@ -30,10 +30,6 @@ std::vector<std::vector<Sense>> sensesOfName(const WordGraph& graph, const std::
   for (const std::string& word : graph.lexicon.knows(text) ? std::vector{text} : graph.lexicon.terms(text))
     if (std::vector<Sense> senses = graph.lexicon.senses(word); !senses.empty())
       found.push_back(std::move(senses));
-  if (found.empty())
-    throw Error(
-        ErrorCode::unknownName,
-        fmt::format("WordNet has no word for the room \"{}\"; give it an English name", printable(name)));
   return found;
 }
 
@@ -100,6 +96,10 @@ std::map<std::string, std::vector<double>> labelWeightsOf(const WordGraph& graph
   std::map<std::string, std::pair<std::size_t, std::size_t>> words;
   for (const std::string& name : names) {
     std::vector<std::vector<Sense>> own = sensesOfName(graph, name);
+    if (own.empty())
+      throw Error(
+          ErrorCode::unknownName,
+          fmt::format("WordNet has no word for the room \"{}\"; give it an English name", printable(name)));
     words[name] = {starts.size(), own.size()};
     std::ranges::move(own, std::back_inserter(starts));
   }
@@ -126,6 +126,11 @@ const CommonRoom* findCommonRoom(std::string_view words) {
   for (const CommonRoom& common : commonRoomTable())
     if (sameWords(common.name, words)) return &common;
   return nullptr;
+}
+
+bool knowsRooms(const WordGraph& graph, const std::vector<std::string>& rooms) {
+  return std::ranges::all_of(
+      rooms, [&](const std::string& room) { return !sensesOfName(graph, room).empty(); });
 }
 
 std::vector<std::vector<float>> roomLabelWeights(const WordGraph& graph, const Vocabulary& vocabulary,

@@ -33,4 +33,7 @@ const CommonRoom* findCommonRoom(std::string_view words);
 std::vector<std::vector<float>> roomLabelWeights(const WordGraph& graph, const Vocabulary& vocabulary,
                                                  const std::vector<std::string>& rooms);
 
+/// Whether WordNet knows a word of each of the names, so that roomLabelWeights() has them all.
+bool knowsRooms(const WordGraph& graph, const std::vector<std::string>& rooms);
+
 }  // namespace estancia

@@ -321,6 +321,43 @@ TEST_F(ClassifyCommand, NamesAnExistingMapAndIsJudgedByTheTruth) {
   EXPECT_EQ(goesOn.exitCode, 0) << goesOn.err;
 }
 
+TEST_F(ClassifyCommand, AFewExamplesUseTheNamesOfTheRooms) {
+  // Each room has two things; one is among the examples, the other alone is seen by the map.
+  const auto write = [](const fs::path& file, std::size_t seen, std::size_t images) {
+    DescriptorSequence recording{
+        Vocabulary({"stove", "toaster", "bathtub", "towel", "four-poster", "pillow"}),
+        "test 1",
+        {},
+        DescriptorMatrix(6)};
+    for (std::size_t i = 0; i < 3 * images; ++i) {
+      Frame frame;
+      frame.name = "frame " + std::to_string(i);
+      frame.room = std::vector<std::string>{"kitchen", "bathroom", "bedroom"}[i / images];
+      recording.frames.push_back(frame);
+      std::vector<float> row(6, 0.01F);
+      row[2 * (i / images) + seen] = 0.95F;
+      recording.descriptors.append(row);
+    }
+    writeDescriptors(recording, file);
+  };
+  write(words_, 0, 2);
+  write(others_, 1, 8);
+  train();
+  ASSERT_EQ(run({"map", others_, "-o", map_}).exitCode, 0);
+  const auto accuracy = [&] {
+    return json::parse(run({"evaluate", map_, "--json"}).out)["predicted_room"].get<double>();
+  };
+  {
+    const WithoutWordNet plain;
+    ASSERT_EQ(run({"classify", "name", model_, map_}).exitCode, 0);
+    EXPECT_LT(accuracy(), 0.5) << "no example shows what the map shows";
+  }
+  const auto named = run({"classify", "name", model_, map_});
+  ASSERT_EQ(named.exitCode, 0);
+  EXPECT_THAT(named.err, HasSubstr("6 images of 3 rooms are few examples"));
+  EXPECT_EQ(accuracy(), 1);
+}
+
 TEST_F(ClassifyCommand, NamesZones) {
   train();
   const auto found =

@@ -89,6 +89,7 @@ TEST(RoomClassifier, IsLoadedExactly) {
     const RoomClassifier back = readRoomClassifier(scratch / "rooms");
     EXPECT_EQ(back.rooms(), classifier.rooms());
     EXPECT_EQ(back.choice(), classifier.choice());
+    EXPECT_EQ(back.trainingImages(), 36U);
     EXPECT_EQ(back.predict(queries).values(), classifier.predict(queries).values());
     writeRoomClassifier(back, scratch / "again");
     EXPECT_EQ(test::readFile(scratch / "again"), test::readFile(scratch / "rooms"));
@@ -118,7 +119,7 @@ TEST(RoomClassifier, DamagedFilesAreRefused) {
   EXPECT_THAT(load(""), FailsWith(ErrorCode::unsupportedFile, "changed"));
   std::string newer = bytes;
   newer[8] = 9;
-  EXPECT_THAT(load(newer), FailsWith(ErrorCode::unsupportedFile, "9", "1"));
+  EXPECT_THAT(load(newer), FailsWith(ErrorCode::unsupportedFile, "9", "2"));
   EXPECT_THAT([&] { readRoomClassifier(scratch / "none"); }, FailsWith(ErrorCode::fileNotFound, "none"));
 }
 

@@ -32,6 +32,12 @@ DescriptorMatrix imagesOf(const std::vector<std::size_t>& shown) {
   return images;
 }
 
+RoomPredictions predictionsOf(const std::vector<std::vector<float>>& rows) {
+  RoomPredictions predictions{"test", rooms, DescriptorMatrix(rooms.size())};
+  for (const std::vector<float>& row : rows) predictions.probabilities.append(row);
+  return predictions;
+}
+
 std::vector<std::string> bestRooms(const RoomPredictions& predictions) {
   std::vector<std::string> best;
   for (std::size_t i = 0; i < predictions.probabilities.size(); ++i)
@@ -111,6 +117,44 @@ TEST(RoomWords, WeighLabelsByRoomsAndTheirFurnishings) {
   EXPECT_GT(weights[2][2], 0) << "a room that is not common is told by its name alone";
   EXPECT_EQ(findCommonRoom("living_rooms")->name, "living room");
   EXPECT_EQ(findCommonRoom("church"), nullptr);
+}
+
+TEST(NamesAsPrior, CountLessWithEachExample) {
+  EXPECT_EQ(shareOfNames(0), 1);
+  EXPECT_EQ(shareOfNames(10), 0.75);
+  EXPECT_EQ(shareOfNames(40), 0);
+  EXPECT_EQ(shareOfNames(1000), 0);
+}
+
+TEST(NamesAsPrior, DecideWhatExamplesLeaveOpen) {
+  const RoomPredictions trained =
+      predictionsOf({{0.4F, 0.4F, 0.2F}, {0.9F, 0.05F, 0.05F}, {0, 0, 0}, {0, 1, 0}});
+  const RoomPredictions byNames =
+      predictionsOf({{0.2F, 0.6F, 0.2F}, {0.3F, 0.4F, 0.3F}, {0.8F, 0.1F, 0.1F}, {1, 0, 0}});
+  const RoomPredictions both = withNames(trained, byNames, 0.5);
+  EXPECT_EQ(rankedRooms(both, 0).front().room, "bedroom") << "as probable by examples, more by name";
+  EXPECT_EQ(rankedRooms(both, 1).front().room, "kitchen") << "the examples are sure";
+  EXPECT_TRUE(rankedRooms(both, 2).empty()) << "nothing was predicted";
+  EXPECT_EQ(rankedRooms(both, 3).front().room, "bedroom") << "half of the names' evidence";
+  // 0.4 √0.2, 0.4 √0.6, 0.2 √0.2, divided by their sum
+  EXPECT_NEAR(both.probabilities.row(0)[1], 0.3098 / (0.1789 + 0.3098 + 0.0894), 1e-3);
+  EXPECT_THAT(both.classifier, testing::HasSubstr("test"));
+  const RoomPredictions alone = withNames(trained, byNames, 0);
+  for (std::size_t r = 0; r < rooms.size(); ++r)
+    EXPECT_NEAR(alone.probabilities.row(0)[r], trained.probabilities.row(0)[r], 1e-6);
+}
+
+TEST(NamesAsPrior, AreOfTheSameImagesAndRooms) {
+  const RoomPredictions one = predictionsOf({{1, 0, 0}}), two = predictionsOf({{1, 0, 0}, {0, 1, 0}});
+  EXPECT_THAT([&] { withNames(one, two, 0.5); }, FailsWith(ErrorCode::mismatch));
+  RoomPredictions others = one;
+  others.rooms.back() = "attic";
+  EXPECT_THAT([&] { withNames(one, others, 0.5); }, FailsWith(ErrorCode::mismatch));
+}
+
+TEST(NamesAsPrior, NeedNamesThatWordNetKnows) {
+  EXPECT_TRUE(knowsRooms(realWords(), {"kitchen", "living_room"}));
+  EXPECT_FALSE(knowsRooms(realWords(), {"kitchen", "qx7"}));
 }
 
 }  // namespace

@@ -18,6 +18,7 @@
 #include "experiments/src/places/word_positions.hpp"
 #include "experiments/src/recognition/recognition_findings.hpp"
 #include "experiments/src/scenes/scenes_findings.hpp"
+#include "experiments/src/words/few_examples.hpp"
 #include "experiments/src/words/rooms_by_name.hpp"
 #include "experiments/src/words/words_experiment.hpp"
 #include "experiments/src/zones/zone_tables_findings.hpp"
@@ -370,6 +371,17 @@ TEST(Golden, RoomsByName) {
         cell.push_back(result);
   }
   test::expectGolden("rooms-by-name", roomsByNameFindings(results));
+}
+
+TEST(Golden, FewExamples) {
+  Numbers numbers;
+  DriveResults results{{"places", "imagenet"}, {"day"}, {"2", "10"}, {}};
+  for (int i = 0; i < 4; ++i) {
+    CellResults& cell = results.cells.emplace_back();
+    for (const std::string by : {"examples", "names", "both"})
+      for (const CellResult& result : someOf(numbers, {"accuracy", "log_loss"}, by)) cell.push_back(result);
+  }
+  test::expectGolden("few-examples", fewExamplesFindings(results));
 }
 
 TEST(Golden, WordPositions) {

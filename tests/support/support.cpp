@@ -4,12 +4,14 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
 #include <thread>
+#include <vector>
 
 #include "estancia/core/error.hpp"
 
@@ -30,6 +32,39 @@ fs::path environmentOr(const char* variable, const fs::path& otherwise) {
 
 fs::path home() {
   return environmentOr("HOME", "/");
+}
+
+/// Beside the command: making the word graph takes seconds, and many tests need it.
+fs::path sharedWords() {
+  return fs::path(ESTANCIA_COMMAND).parent_path().parent_path() / "test-words";
+}
+
+std::vector<fs::path> wordGraphsIn(const fs::path& folder) {
+  std::vector<fs::path> graphs;
+  std::error_code none;
+  for (const auto& entry : fs::directory_iterator(folder, none))
+    if (entry.path().extension() == ".graph") graphs.push_back(entry.path());
+  return graphs;
+}
+
+/// What an earlier command made.
+void lendWordGraph(const fs::path& cache) {
+  for (const fs::path& graph : wordGraphsIn(sharedWords())) {
+    fs::create_directories(cache);
+    fs::create_symlink(graph, cache / graph.filename());
+  }
+}
+
+/// What this command made, for later ones; whole or not at all.
+void keepWordGraph(const fs::path& cache) {
+  for (const fs::path& graph : wordGraphsIn(cache)) {
+    if (fs::is_symlink(graph)) continue;
+    fs::create_directories(sharedWords());
+    const fs::path part = sharedWords() / fmt::format("{}.{}", graph.filename().string(), getpid());
+    std::error_code none;
+    fs::copy_file(graph, part, none);
+    fs::rename(part, sharedWords() / graph.filename(), none);
+  }
 }
 
 std::optional<fs::path> existing(const fs::path& path) {
@@ -92,11 +127,13 @@ CommandResult run(const std::vector<std::string>& arguments) {
 CommandResult runProgram(const std::string& program, const std::vector<std::string>& arguments) {
   const ScratchFolder scratch;
   // Labels of earlier runs would hide what this one does.
-  std::string line = "ESTANCIA_CACHE=" + quoted(environmentOr("ESTANCIA_CACHE", scratch / "cache").string()) +
-                     " " + quoted(program);
+  const fs::path cache = environmentOr("ESTANCIA_CACHE", scratch / "cache");
+  if (cache == scratch / "cache") lendWordGraph(cache);
+  std::string line = "ESTANCIA_CACHE=" + quoted(cache.string()) + " " + quoted(program);
   for (const auto& argument : arguments) line += " " + quoted(argument);
   line += " >" + quoted(scratch / "out") + " 2>" + quoted(scratch / "err") + " </dev/null";
   const int status = std::system(line.c_str());
+  if (cache == scratch / "cache") keepWordGraph(cache);
   return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), readFile(scratch / "out"),
           readFile(scratch / "err")};
 }

@@ -27,6 +27,7 @@
 #include "experiments/src/recognition/recognition.hpp"
 #include "experiments/src/runner/grid.hpp"
 #include "experiments/src/scenes/scenes.hpp"
+#include "experiments/src/words/few_examples.hpp"
 #include "experiments/src/words/rooms_by_name.hpp"
 #include "experiments/src/words/words_experiment.hpp"
 #include "experiments/src/zones/zone_tables.hpp"
@@ -90,6 +91,8 @@ struct Kind {
 };
 
 constexpr Kind kKinds[] = {
+    {"few-examples", "rooms by a few images of each, by their names alone, and by both", fewExamplesColumns,
+     true, prepare<readFewExamples, learnFromFew>},
     {"home-objects",
      "things of a furnished home in its map, each as one instance, and instances that are none",
      homeObjectColumns, false, prepare<readHomeSegmentation, findHomeObjects>},
