@@ -129,8 +129,8 @@ const CommonRoom* findCommonRoom(std::string_view words) {
 }
 
 bool knowsRooms(const WordGraph& graph, const std::vector<std::string>& rooms) {
-  return std::ranges::all_of(
-      rooms, [&](const std::string& room) { return !sensesOfName(graph, room).empty(); });
+  return std::ranges::all_of(rooms,
+                             [&](const std::string& room) { return !sensesOfName(graph, room).empty(); });
 }
 
 std::vector<std::vector<float>> roomLabelWeights(const WordGraph& graph, const Vocabulary& vocabulary,
