@@ -18,6 +18,7 @@
 #include "estancia/topology/store.hpp"
 #include "estancia/words/installed_words.hpp"
 #include "estancia/words/label_choice.hpp"
+#include "estancia/words/label_concepts.hpp"
 #include "estancia/world/world_store.hpp"
 #include "estancia/zones/measure.hpp"
 #include "estancia/zones/zone_file.hpp"
@@ -26,9 +27,12 @@ namespace estancia::apps {
 namespace {
 
 struct ReportArguments {
+  explicit ReportArguments(CLI::App& command) : declared(command) {}
   std::string file, output, title, label, floorPlan, zones, map;
   std::array<double, 4> extent{};
   std::optional<int> from;
+  NamingOptions naming;
+  DeclaredOptions declared;
   bool overwrite = false, json = false;
 };
 
@@ -91,6 +95,8 @@ void writeMap(const ReportArguments& arguments, const CLI::App& command) {
   if (!arguments.zones.empty()) page.zones = &zones.emplace(readZones(arguments.zones));
   const std::vector<WordAssociation> words = installedAssociations(map.vocabulary, *makeStderrProgress());
   page.words = &words;
+  const auto concepts = installedConcepts(map.vocabulary, arguments.naming);
+  page.concepts = concepts.get();
   page.images.frames = store.imageFrames();
   page.images.read = [&store](std::size_t frame) { return store.image(frame); };
   writeMapPage(arguments.output, page);
@@ -109,6 +115,8 @@ void writeZones(const ReportArguments& arguments, const CLI::App& command) {
   ZonesPage page{zones};
   page.title = titleOf(arguments);
   page.measures = measuresOf(evaluate(zones));
+  const auto concepts = installedConcepts(zones.vocabulary, arguments.naming);
+  page.concepts = concepts.get();
   if (!arguments.floorPlan.empty()) page.floorPlan = floorPlanOf(arguments, command);
   std::optional<MapStore> map;
   if (!arguments.map.empty()) {
@@ -135,9 +143,9 @@ void run(const ReportArguments& arguments, const CLI::App& command) {
 }  // namespace
 
 void addReportCommand(CLI::App& app) {
-  auto arguments = std::make_shared<ReportArguments>();
   CLI::App* command =
       app.add_subcommand("report", "Write a page that shows a map or zones: one HTML file, no network");
+  auto arguments = std::make_shared<ReportArguments>(*command);
   command->add_option("FILE", arguments->file, "The map file (*.estancia) or the file of zones (*.zones)")
       ->required();
   addOutputOption(*command, arguments->output, "The HTML file to write")->required();
@@ -161,6 +169,7 @@ void addReportCommand(CLI::App& app) {
                       "frame");
   command->add_option("--map", arguments->map, "Show zones with the images of this map of the same run")
       ->check(CLI::ExistingFile);
+  arguments->declared.add(declare(arguments->naming), {"words"});
   addOverwriteOption(*command, arguments->overwrite);
   addJsonOption(*command, arguments->json);
   addExamples(*command,

@@ -145,10 +145,11 @@ double shareOf(const Zone& zone, const Zones& zones) {
   return static_cast<double>(zone.images.size()) / static_cast<double>(zones.frames.size());
 }
 
-void printJson(const std::string& file, const Zones& zones, const std::vector<Measure>& measures,
-               const std::optional<StreamAgreement>& exact) {
+void printJson(const std::string& file, const Zones& zones, const NamingOptions& naming,
+               const std::vector<Measure>& measures, const std::optional<StreamAgreement>& exact) {
+  constexpr std::size_t wordsOfZone = 10;
   Json json{{"file", file}};
-  json.update(toJson(zones));
+  json.update(toJson(zones, wordsOfZone, *installedConcepts(zones.vocabulary, naming)));
   json["measures"] = toJson(measures);
   if (exact)
     json["exact"] = {{"images", exact->images},
@@ -203,7 +204,7 @@ void run(const ZonesArguments& arguments) {
   if (stream)
     exact = compareWithExact(recording, stream->zones().zoneOf(), options, 5000, *makeStderrProgress());
   if (arguments.json)
-    printJson(arguments.output, zones, measures, exact);
+    printJson(arguments.output, zones, arguments.options.naming, measures, exact);
   else
     printTable(arguments.output, zones, measures, exact);
 }

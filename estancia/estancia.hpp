@@ -19,8 +19,10 @@
 #include "estancia/stats/distance.hpp"
 #include "estancia/stats/linkage.hpp"
 
+#include "estancia/words/familiar_words.hpp"
 #include "estancia/words/installed_words.hpp"
 #include "estancia/words/label_choice.hpp"
+#include "estancia/words/label_concepts.hpp"
 #include "estancia/words/label_kinds.hpp"
 #include "estancia/words/label_search.hpp"
 #include "estancia/words/label_senses.hpp"

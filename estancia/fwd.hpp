@@ -31,6 +31,8 @@ class Dendrogram;
 struct Distance;
 
 // words
+struct FamiliarWord;
+struct LabelConcept;
 struct LabelMatch;
 struct LabelMatches;
 class LabelSearch;
@@ -39,6 +41,7 @@ class Lexicon;
 struct NameMatch;
 struct NamingOptions;
 struct Sense;
+struct TellingWord;
 struct WordGraph;
 struct WordNet;
 struct WordNetEntry;

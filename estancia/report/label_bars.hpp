@@ -7,11 +7,14 @@
 #include "estancia/core/descriptor.hpp"
 #include "estancia/core/vocabulary.hpp"
 #include "estancia/report/html.hpp"
+#include "estancia/words/label_concepts.hpp"
 
 namespace estancia::report {
 
-/// An <ol> of at most `count` labels, best first; bars are relative to the best. With `sigma` (one value a
-/// label, empty for none) each probability is given ± its standard deviation.
-Markup labelBars(const Vocabulary& vocabulary, DescriptorView mean, DescriptorView sigma, std::size_t count);
+/// An <ol> of at most `count` words (familiarWords()), most probable first; bars are relative to the best.
+/// The labels of a word are its title. With `sigma` (one value a label, empty for none) the probability of a
+/// label is given ± its standard deviation; that of several together is not known.
+Markup labelBars(const Vocabulary& vocabulary, const LabelConcepts& concepts, DescriptorView mean,
+                 DescriptorView sigma, std::size_t count);
 
 }  // namespace estancia::report

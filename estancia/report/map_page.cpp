@@ -26,6 +26,7 @@
 #include "estancia/report/word_cloud.hpp"
 #include "estancia/report/world_list.hpp"
 #include "estancia/report/world_section.hpp"
+#include "estancia/words/familiar_words.hpp"
 
 namespace estancia {
 namespace {
@@ -81,8 +82,8 @@ void addCard(Markup& out, const MapSummary& summary, std::size_t position, const
   out.close().close();
   const auto nameOf = [&summary](std::size_t frame) { return summary.map->frames[frame].name; };
   out.add(imageGrid(images, node.frames, fmt::format("What node {} looks like", node.node->id), nameOf));
-  out.add(wordCloud(*summary.map, *node.node));
-  out.add(labelBars(summary.map->vocabulary, node.node->mean, {}, 10));
+  out.add(wordCloud(summary.map->vocabulary, *summary.concepts, node.node->mean));
+  out.add(labelBars(summary.map->vocabulary, *summary.concepts, node.node->mean, {}, 10));
   out.open("footer")
       .add(visitStrip(node.visits, summary.map->frames.size()))
       .element("p", describeVisits(node.visits));
@@ -96,9 +97,9 @@ void addRow(Markup& out, const MapSummary& summary, std::size_t position, const 
   out.element(
       "h3", fmt::format("Node {}{}", node.node->id, node.room.empty() ? "" : " · " + shorten(node.room, 32)));
   std::string words = counted(node.node->frames, "frame") + ", " + describeVisits(node.visits) + ": ";
-  for (const std::size_t label : bestLabels(*node.node, 5))
-    words += fmt::format("{} {:.3f}  ", shorten(firstSynonym(summary.map->vocabulary[label]), 32),
-                         node.node->mean[label]);
+  for (const FamiliarWord& word :
+       familiarWords(summary.map->vocabulary, *summary.concepts, node.node->mean, 5))
+    words += fmt::format("{} {:.3f}  ", shorten(word.name, 32), word.probability);
   out.element("p", words);
   addPrediction(out, node);
   if (zones != nullptr) out.add(zoneLine(*zones, position));
@@ -318,7 +319,7 @@ nlohmann::json searchIndex(const MapPage& page, const MapSummary& summary, const
 }  // namespace
 
 std::string renderMapPage(const MapPage& page) {
-  const MapSummary summary = summarize(page.map);
+  const MapSummary summary = summarize(page.map, page.concepts);
   std::optional<NodeZones> laidOver;
   if (page.zones != nullptr) laidOver = zonesOf(summary, *page.zones);
   const NodeZones* zones = laidOver ? &*laidOver : nullptr;

@@ -13,6 +13,7 @@
 #include "estancia/report/page_images.hpp"
 #include "estancia/report/world_page.hpp"
 #include "estancia/topology/map.hpp"
+#include "estancia/words/label_concepts.hpp"
 #include "estancia/words/word_associations.hpp"
 #include "estancia/zones/zones.hpp"
 
@@ -29,6 +30,9 @@ struct MapPage {
   std::optional<FloorPlan> floorPlan = {};  ///< needs poses in a z-up map
   const Zones* zones = nullptr;             ///< of the same run, to lay over the nodes
   PageImages images = {};
+  /// installedConcepts() of the map's vocabulary: familiar words for several labels; without, each for
+  /// itself.
+  const LabelConcepts* concepts = nullptr;
   const WorldPage* world = nullptr;  ///< of the same map: a floor plan with areas and objects comes first
 
   std::size_t cards = 60;  ///< only this many of the largest nodes get images and a word cloud

@@ -7,6 +7,7 @@
 
 #include "estancia/report/text.hpp"
 #include "estancia/topology/places.hpp"
+#include "estancia/words/familiar_words.hpp"
 
 namespace estancia::report {
 namespace {
@@ -46,6 +47,20 @@ void gatherLinks(const TopologicalMap& map, const Positions& positions, MapSumma
   for (const auto& [ends, link] : links) summary.links.push_back(link);
 }
 
+/// Over all images.
+std::vector<float> runMean(const TopologicalMap& map) {
+  std::vector<double> sums(map.vocabulary.size(), 0);
+  double frames = 0;
+  for (const Node& node : map.nodes) {
+    frames += static_cast<double>(node.frames);
+    for (std::size_t label = 0; label < std::min(sums.size(), node.mean.size()); ++label)
+      sums[label] += static_cast<double>(node.frames) * static_cast<double>(node.mean[label]);
+  }
+  std::vector<float> mean;
+  for (const double sum : sums) mean.push_back(static_cast<float>(frames > 0 ? sum / frames : 0));
+  return mean;
+}
+
 }  // namespace
 
 ClassStyle MapSummary::styleOf(const NodeSummary& node) const {
@@ -53,9 +68,12 @@ ClassStyle MapSummary::styleOf(const NodeSummary& node) const {
   return found == roomStyles.end() ? plainStyle() : found->second;
 }
 
-MapSummary summarize(const TopologicalMap& map) {
+MapSummary summarize(const TopologicalMap& map, const LabelConcepts* concepts) {
+  static const LabelConcepts none;
   MapSummary summary;
   summary.map = &map;
+  summary.concepts = concepts == nullptr ? &none : concepts;
+  const std::vector<float> run = runMean(map);
   Positions positions;
   const std::vector<Place> places = placesOf(map);
   for (const Node& node : map.nodes) {
@@ -65,8 +83,7 @@ MapSummary summarize(const TopologicalMap& map) {
     const auto& rooms = places[summary.nodes.size() - 1].predicted;
     entry.predicted = describeRooms(rooms);
     if (!rooms.empty()) entry.predictedRoom = rooms.front().room;
-    const auto best = bestLabels(node, 1);
-    if (!best.empty()) entry.title = firstSynonym(map.vocabulary[best.front()]);
+    entry.title = familiarTitle(map.vocabulary, *summary.concepts, node.mean, run);
     if (!map.frames.empty())
       entry.share = static_cast<double>(node.frames) / static_cast<double>(map.frames.size());
   }

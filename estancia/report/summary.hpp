@@ -11,6 +11,7 @@
 #include "estancia/report/color.hpp"
 #include "estancia/report/visits.hpp"
 #include "estancia/topology/map.hpp"
+#include "estancia/words/label_concepts.hpp"
 
 namespace estancia::report {
 
@@ -19,7 +20,7 @@ struct NodeSummary {
   std::string room;                 ///< the room most of its frames are in, "" when unknown
   std::string predictedRoom;        ///< what a classifier takes it for, "" when none was asked
   std::string predicted;            ///< the same with other candidates: "kitchen 83 %, office 10 %"
-  std::string title;                ///< its best label's first synonym
+  std::string title;                ///< familiarTitle() against the run
   double share = 0;                 ///< of all frames, 0 … 1
   std::vector<std::size_t> frames;  ///< ascending
   std::vector<Visit> visits;        ///< ascending, uninterrupted stays
@@ -34,8 +35,9 @@ struct Link {
 
 struct MapSummary {
   const TopologicalMap* map = nullptr;
-  std::vector<NodeSummary> nodes;  ///< in order of id
-  std::vector<Link> links;         ///< ordered; transitions to nowhere or to oneself are left out
+  const LabelConcepts* concepts = nullptr;  ///< never nullptr after summarize()
+  std::vector<NodeSummary> nodes;           ///< in order of id
+  std::vector<Link> links;                  ///< ordered; transitions to nowhere or to oneself are left out
   std::map<std::string, ClassStyle> roomStyles;  ///< empty when no room is known
   std::vector<std::string> rooms;                ///< of the nodes, in order of first appearance
   std::size_t roomsDriven = 0;                   ///< different rooms among the frames
@@ -43,7 +45,7 @@ struct MapSummary {
   ClassStyle styleOf(const NodeSummary& node) const;
 };
 
-/// `map` must outlive the summary.
-MapSummary summarize(const TopologicalMap& map);
+/// Both must outlive the summary; without concepts each label stands for itself.
+MapSummary summarize(const TopologicalMap& map, const LabelConcepts* concepts = nullptr);
 
 }  // namespace estancia::report

@@ -82,11 +82,11 @@ Markup wordCloud(const std::vector<std::pair<std::string, double>>& words) {
   return svg.close();
 }
 
-Markup wordCloud(const TopologicalMap& map, const Node& node) {
+Markup wordCloud(const Vocabulary& vocabulary, const LabelConcepts& concepts, DescriptorView mean) {
   std::vector<std::pair<std::string, double>> words;
-  for (const std::size_t label : bestLabels(node, 25))
-    if (node.mean[label] > 1e-4F)  // less is no word of this place
-      words.emplace_back(shorten(firstSynonym(map.vocabulary[label]), 28), node.mean[label]);
+  for (const FamiliarWord& word : familiarWords(vocabulary, concepts, mean, 25))
+    if (word.probability > 1e-4F)  // less is no word of this place
+      words.emplace_back(shorten(word.name, 28), word.probability);
   return wordCloud(words);
 }
 

@@ -8,7 +8,7 @@
 
 #include "estancia/report/html.hpp"
 #include "estancia/report/svg.hpp"
-#include "estancia/topology/map.hpp"
+#include "estancia/words/familiar_words.hpp"
 
 namespace estancia::report {
 
@@ -27,7 +27,7 @@ std::vector<PlacedWord> packWords(const std::vector<std::pair<std::string, doubl
 /// These words in an <svg> of 340×150. Weights must be positive and descending.
 Markup wordCloud(const std::vector<std::pair<std::string, double>>& words);
 
-/// The 25 best labels of a node, first synonyms only.
-Markup wordCloud(const TopologicalMap& map, const Node& node);
+/// The 25 most probable words.
+Markup wordCloud(const Vocabulary& vocabulary, const LabelConcepts& concepts, DescriptorView mean);
 
 }  // namespace estancia::report

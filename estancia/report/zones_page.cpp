@@ -102,14 +102,15 @@ std::string sizeOf(const ZoneSummary& entry) {
                      100 * entry.share);
 }
 
-void addCard(Markup& out, const ZonesSummary& summary, const ZoneSummary& entry, const LoadedImages& images) {
+void addCard(Markup& out, const ZonesSummary& summary, const ZoneSummary& entry,
+             const LabelConcepts& concepts, const LoadedImages& images) {
   const Zone& zone = *entry.zone;
   out.open("article", {{"class", "card"}, {"id", fmt::format("zone-{}", zone.id)}, {"tabindex", "-1"}});
   out.open("header").add(badge(entry.style, std::to_string(zone.id))).open("div");
   out.element("h3", entry.name).element("p", sizeOf(entry)).close().close();
   const auto nameOf = [&summary](std::size_t frame) { return summary.zones->frames[frame].name; };
   out.add(imageGrid(images, zone.images, fmt::format("What zone {} looks like", zone.id), nameOf));
-  out.add(labelBars(summary.zones->vocabulary, zone.mean, zone.sigma, 8));
+  out.add(labelBars(summary.zones->vocabulary, concepts, zone.mean, zone.sigma, 8));
   out.open("footer").add(visitStrip(entry.visits, summary.zones->frames.size()));
   addFacts(out, summary, entry);
   out.close().close();
@@ -122,15 +123,17 @@ void addRow(Markup& out, const ZonesSummary& summary, const ZoneSummary& entry) 
   out.close();
 }
 
-Cards zoneCards(const ZonesSummary& summary, const PageImages& images, std::size_t cards) {
+Cards zoneCards(const ZonesSummary& summary, const ZonesPage& page) {
+  const LabelConcepts none, &concepts = page.concepts == nullptr ? none : *page.concepts;
   Cards result;
-  result.carded = std::min(cards, summary.list.size());
+  result.carded = std::min(page.cards, summary.list.size());
   result.listed = std::min(mostRows, summary.list.size() - result.carded);
   std::vector<const std::vector<std::size_t>*> withCards;
   for (std::size_t i = 0; i < result.carded; ++i) withCards.push_back(&summary.list[i].zone->images);
-  const LoadedImages loaded = loadImages(withCards, images);
+  const LoadedImages loaded = loadImages(withCards, page.images);
   result.withheld = loaded.withheld;
-  for (std::size_t i = 0; i < result.carded; ++i) addCard(result.cards, summary, summary.list[i], loaded);
+  for (std::size_t i = 0; i < result.carded; ++i)
+    addCard(result.cards, summary, summary.list[i], concepts, loaded);
   for (std::size_t i = result.carded; i < result.carded + result.listed; ++i)
     addRow(result.rows, summary, summary.list[i]);
   return result;
@@ -214,7 +217,7 @@ void addRooms(Markup& body, const ZonesSummary& summary) {
 }
 
 Markup cardsOf(const ZonesPage& page, const ZonesSummary& summary) {
-  const Cards cards = zoneCards(summary, page.images, page.cards);
+  const Cards cards = zoneCards(summary, page);
   std::string unlisted;
   if (const std::size_t told = cards.carded + cards.listed; told < summary.list.size())
     unlisted = counted(summary.list.size() - told, "zone") + " of the smallest are not listed.";

@@ -11,6 +11,7 @@
 #include "estancia/report/floor_plan.hpp"
 #include "estancia/report/measures.hpp"
 #include "estancia/report/page_images.hpp"
+#include "estancia/words/label_concepts.hpp"
 #include "estancia/zones/zones.hpp"
 
 namespace estancia {
@@ -23,6 +24,9 @@ struct ZonesPage {
   std::vector<Measure> measures = {};  ///< shown in this order
   /// Drawn under the zones; needs poses in a z-up map.
   std::optional<FloorPlan> floorPlan = {};
+  /// installedConcepts() of the zones' vocabulary: familiar words for several labels; without, each for
+  /// itself.
+  const LabelConcepts* concepts = nullptr;
   PageImages images = {};  ///< by the numbers of Zones::frames
   std::size_t cards = 60;  ///< only this many of the largest zones get images and words
 };

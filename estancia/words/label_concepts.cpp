@@ -154,16 +154,6 @@ std::optional<Candidate> candidateOf(const LabelConcept& named, DescriptorView h
 
 }  // namespace
 
-OptionGroup declare(NamingOptions& options) {
-  using Words = NamingOptions::Words;
-  OptionGroup group("naming", "Which words name zones and areas.");
-  group.add("words", options.words,
-            {{{"wordnet", "\"dog\" for several breeds, where WordNet is installed"}, Words::wordNet},
-             {{"raw", "the labels as the network has them"}, Words::raw}},
-            "The words that zones and areas are called by.");
-  return group;
-}
-
 LabelConcepts findLabelConcepts(const WordGraph& graph, const Vocabulary& vocabulary) {
   return ConceptFinder(graph).find(vocabulary);
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "estancia/core/label_words.hpp"
+#include "estancia/words/familiar_words.hpp"
 #include "estancia/zones/naming.hpp"
 
 namespace estancia {
@@ -16,12 +17,18 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json zoneJson(const Zone& zone, const Zones& zones, const std::vector<float>& run, std::size_t count) {
+Json zoneJson(const Zone& zone, const Zones& zones, const std::vector<float>& run, std::size_t count,
+              const LabelConcepts& concepts) {
+  std::vector<std::string> wordOf(zone.mean.size());
+  for (const FamiliarWord& word : familiarWords(zones.vocabulary, concepts, zone.mean, zone.mean.size()))
+    for (const std::size_t label : word.labels) wordOf[label] = word.name;
   Json words = Json::array();
   for (const std::size_t label : distinctiveLabels(zone.mean, run, count)) {
     const auto p = static_cast<double>(zone.mean[label]);
-    words.push_back(
-        {{"label", zones.vocabulary[label]}, {"p", p}, {"lift", p / static_cast<double>(run[label])}});
+    words.push_back({{"label", zones.vocabulary[label]},
+                     {"word", wordOf[label]},
+                     {"p", p},
+                     {"lift", p / static_cast<double>(run[label])}});
   }
   const double share = static_cast<double>(zone.images.size()) / static_cast<double>(zones.frames.size());
   Json json{{"id", zone.id},  {"name", zone.name}, {"images", zone.images.size()}, {"share", share},
@@ -97,11 +104,11 @@ Json roomsJson(const Zones& zones, std::size_t words) {
 
 }  // namespace
 
-Json toJson(const Zones& zones, std::size_t words) {
+Json toJson(const Zones& zones, std::size_t words, const LabelConcepts& concepts) {
   Json json{{"model", zones.model}, {"distance", zones.distance},    {"linkage", zones.linkage},
             {"cut", zones.cut},     {"cut_reason", zones.cutReason}, {"zones", Json::array()}};
   const std::vector<float> run = runMean(zones);
-  for (const Zone& zone : zones.zones) json["zones"].push_back(zoneJson(zone, zones, run, words));
+  for (const Zone& zone : zones.zones) json["zones"].push_back(zoneJson(zone, zones, run, words, concepts));
   json["rooms"] = roomsJson(zones, 10);
   return json;
 }

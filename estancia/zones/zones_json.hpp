@@ -7,15 +7,16 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "estancia/words/label_concepts.hpp"
 #include "estancia/zones/zones.hpp"
 
 namespace estancia {
 
 /// {"model", "distance", "linkage", "cut", "cut_reason", "zones": [{"id", "name", "images", "share",
-/// "words": [{"label", "p", "lift"}], "room", "room_share", "predicted_rooms": [{"room", "p"}], "position",
-/// "spread"}], "rooms": toRoomsJson()}; unknown rooms and positions are null. `words` most distinctive labels
-/// a zone.
-nlohmann::ordered_json toJson(const Zones& zones, std::size_t words = 10);
+/// "words": [{"label", "word", "p", "lift"}], "room", "room_share", "predicted_rooms": [{"room", "p"}],
+/// "position", "spread"}], "rooms": toRoomsJson()}; unknown rooms and positions are null. `words` most
+/// distinctive labels a zone; "word" is what people call it there (familiarWords()).
+nlohmann::ordered_json toJson(const Zones& zones, std::size_t words = 10, const LabelConcepts& concepts = {});
 
 /// {"kitchen": {"images": 137, "words": {"refrigerator": 0.31, …}}, …}: each true room where rooms are known,
 /// else, where a classifier has named zones, each predicted room with all zones that are taken for it

@@ -68,6 +68,31 @@ TEST_F(ZonesReport, ShowsZonesOverAMap) {
   EXPECT_THAT(report(map_), testing::Not(HasSubstr("In zone")));
 }
 
+TEST_F(ZonesReport, FamiliarWordsStandForSeveralLabelsUnlessTheyAreToBeRaw) {
+  std::string words = "image,golden retriever,beagle,Labrador retriever,desk\n";
+  for (int i = 0; i < 20; ++i)
+    words += "frame" + std::to_string(i) + (i < 10 ? ",0.3,0.25,0.2,0.1\n" : ",0.01,0.01,0.01,0.9\n");
+  writeFile(scratch_ / "dogs.csv", words);
+  const std::string map = scratch_ / "dogs.estancia", zones = scratch_ / "dogs.zones";
+  ASSERT_EQ(run({"map", scratch_ / "dogs.csv", "-o", map}).exitCode, 0);
+  const std::vector<std::string> find{"zones",   "find", map,           "-o",    zones,
+                                      "--count", "2",    "--overwrite", "--json"};
+  const auto said = run(find);
+  EXPECT_THAT(said.out, HasSubstr("\"word\":\"dog\"")) << said.err;
+  for (const std::string& file : {map, zones}) {
+    EXPECT_THAT(report(file), HasSubstr(">dog</span>"));
+    EXPECT_THAT(report(file, {"--words", "raw"}), testing::Not(HasSubstr(">dog</span>")));
+    EXPECT_THAT(report(file, {"--words", "raw"}), HasSubstr(">golden retriever</span>"));
+  }
+  EXPECT_THAT(report(map), HasSubstr("<h3>dog</h3>"));
+  EXPECT_THAT(refused(map, {"--words", "some"}), FailsWith(ErrorCode::unknownName, "some"));
+  std::vector<std::string> raw = find;
+  raw.insert(raw.end(), {"--words", "raw"});
+  EXPECT_THAT(run(raw).out, testing::Not(HasSubstr("\"dog\"")));
+  const WithoutWordNet plain;
+  EXPECT_THAT(report(map), testing::Not(HasSubstr(">dog</span>")));
+}
+
 TEST_F(ZonesReport, RefusesWhatDoesNotGoTogether) {
   EXPECT_THAT(refused(map_, {"--zones", scratch_ / "others.zones"}), FailsWith(ErrorCode::mismatch));
   EXPECT_THAT(refused(map_, {"--zones", map_}), FailsWith(ErrorCode::unsupportedFile, map_));

@@ -48,7 +48,7 @@ TEST(WordCloud, AWordThatFitsAtNoSizeIsLeftOut) {
 
 TEST(WordCloud, ShowsFirstSynonymsOnly) {
   const TopologicalMap map = sampleMap();
-  const std::string svg = wordCloud(map, map.nodes[0]).str();
+  const std::string svg = wordCloud(map.vocabulary, {}, map.nodes[0].mean).str();
   EXPECT_NE(svg.find(">word0<"), std::string::npos);
   EXPECT_EQ(svg.find("synonym"), std::string::npos);
 }

@@ -123,6 +123,26 @@ TEST(MapPage, ARobotThatStandsStillIsDrawn) {
   EXPECT_FALSE(std::regex_search(html, std::regex("(nan|inf)[ \"]")));
 }
 
+TEST(MapPage, FamiliarWordsStandForSeveralLabels) {
+  const TopologicalMap map = sampleMap({.nodes = 3, .rooms = false});
+  MapPage page = withImages(map);
+  const std::string raw = renderMapPage(page);
+  EXPECT_EQ(count(raw, "thing"), 0U);
+  const LabelConcepts none;
+  page.concepts = &none;
+  EXPECT_EQ(renderMapPage(page), raw);
+  const LabelConcepts concepts{{"thing", 1, {0, 1, 2}, {0, 1, 2}}};
+  page.concepts = &concepts;
+  const std::string html = renderMapPage(page);
+  expectWellFormed(html);
+  EXPECT_EQ(count(html, "title=\"word0 0.6, word1 0.3, word2 0.2\">thing</span>"), 1U) << "bars of node 0";
+  EXPECT_EQ(count(html, ">thing</text>"), 3U) << "in each cloud";
+  EXPECT_EQ(count(html, "<h3>thing"), 1U) << "and what tells node 0 from the others";
+  EXPECT_EQ(dataOf(html)["labels"], dataOf(raw)["labels"]) << "the search goes by the labels";
+  page.cards = 0;
+  EXPECT_NE(renderMapPage(page).find("thing 1.000"), std::string::npos) << "in rows, at most 1";
+}
+
 TEST(MapPage, StartsAsTheHeatMapOfAGivenLabel) {
   const TopologicalMap map = sampleMap();
   MapPage page{map};

@@ -47,6 +47,20 @@ TEST(ZonesPage, ShowsImageStripTreeRoomsAndCards) {
   EXPECT_EQ(count(html, "<script"), 1U);
 }
 
+TEST(ZonesPage, FamiliarWordsStandForSeveralLabels) {
+  Zones zones = sampleZones({.dendrogram = false});
+  zones.zones[0].mean[0] = 0.4F;
+  zones.zones[0].mean[1] = 0.3F;
+  ZonesPage page{zones};
+  EXPECT_EQ(count(renderZonesPage(page), ">thing<"), 0U);
+  const LabelConcepts concepts{{"thing", 1, {0, 1}, {0, 1}}};
+  page.concepts = &concepts;
+  const std::string html = renderZonesPage(page);
+  expectSound(html);
+  EXPECT_EQ(count(html, "title=\"word0 0.4, word1 0.3\">thing</span>"), 1U);
+  EXPECT_EQ(count(html, "<span class=\"p\">0.7</span>"), 1U) << "the deviation of the sum is not known";
+}
+
 TEST(ZonesPage, EveryLinkLeadsToAPlaceOnThePage) {
   for (const std::size_t zones : {5U, 130U, 700U}) {
     const Zones sample =

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "estancia/zones/zone_file.hpp"
 #include "estancia/zones/zones_json.hpp"
@@ -87,6 +88,17 @@ TEST(PredictedRoomsOfZones, AreRoomsForOtherProgramsWhereTheTruthIsUnknown) {
   EXPECT_TRUE(ordered_json::parse(toRoomsJson(namedZones(true))).contains("room 0"));
 }
 
+TEST(ZonesJson, HasTheFamiliarWordBesideTheLabel) {
+  const Zones zones = namedZones();
+  std::vector<std::size_t> labels(zones.vocabulary.size());
+  std::iota(labels.begin(), labels.end(), std::size_t{0});
+  const LabelConcepts concepts{{"thing", 1, labels, labels}};
+  const ordered_json json = toJson(zones, 3, concepts), plain = toJson(zones, 3);
+  EXPECT_EQ(json["zones"][0]["words"][0]["word"], "thing");
+  EXPECT_EQ(json["zones"][0]["words"][0]["label"], plain["zones"][0]["words"][0]["label"]);
+  EXPECT_EQ(json["zones"][0]["words"][0]["p"], plain["zones"][0]["words"][0]["p"]);
+}
+
 TEST(ZonesJson, TellsZonesAndWhatIsNotKnown) {
   const Zones zones = namedZones();
   const ordered_json json = toJson(zones, 3);
@@ -105,6 +117,7 @@ TEST(ZonesJson, TellsZonesAndWhatIsNotKnown) {
   EXPECT_EQ(first["predicted_rooms"][0], (ordered_json{{"room", "kitchen"}, {"p", 0.875}}));
   EXPECT_FALSE(json["zones"][2].contains("predicted_rooms"));
   EXPECT_EQ(json["rooms"], ordered_json::parse(toRoomsJson(zones)));
+  EXPECT_EQ(first["words"][0]["word"], first["words"][0]["label"]);
   EXPECT_EQ(toJson(namedZones(true))["zones"][0]["room_share"], 1.0);
 }
 
