@@ -221,10 +221,11 @@ Markup cardsOf(const ZonesPage& page, const ZonesSummary& summary) {
   std::string unlisted;
   if (const std::size_t told = cards.carded + cards.listed; told < summary.list.size())
     unlisted = counted(summary.list.size() - told, "zone") + " of the smallest are not listed.";
-  return placesSection(
-      "Zone by zone",
-      "Bars are the mean probability of a word over the zone's images, ± its standard deviation. ", cards,
-      unlisted, counted(cards.listed, "smaller zone"));
+  std::string bars =
+      "Bars are the mean probability of a word over the zone's images, ± its standard deviation";
+  if (page.concepts != nullptr && !page.concepts->empty())
+    bars += " where it stands for one label; the pointer on a word shows its labels";
+  return placesSection("Zone by zone", bars + ". ", cards, unlisted, counted(cards.listed, "smaller zone"));
 }
 
 }  // namespace
