@@ -85,7 +85,7 @@ std::set<std::string> roomsMeant(const std::string& sequence, const std::vector<
     if (!match) {
       const std::vector<std::string> near = findNearNames(rooms, word, installedWordGraph);
       fail(ErrorCode::unknownName, "{}: unknown room \"{}\"{}; known: {}", sequence, printable(word),
-           near.empty() ? "" : fmt::format("; is it {}?", fmt::join(near, " or ")), listed(known));
+           near.empty() ? "" : fmt::format(" (is it {}?)", fmt::join(near, ", ")), listed(known));
     }
     meant.insert(rooms[match->name]);
     if (!match->reason.empty())

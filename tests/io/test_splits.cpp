@@ -85,7 +85,7 @@ TEST_F(Splits, RoomsAreUnderstoodInOtherWords) {
               ElementsAre("no room is called \"hallway\": hall is taken, the same as hallway",
                           "no room is called \"ofice\": office is taken, by its spelling"));
   EXPECT_THAT(namesOf(*open("", {"kichen", "kitchen"})), ElementsAre("3.png")) << "once";
-  EXPECT_THAT(refusal("", {"corridor"}), FailsWith(ErrorCode::unknownName, "\"corridor\"; is it hall"));
+  EXPECT_THAT(refusal("", {"corridor"}), FailsWith(ErrorCode::unknownName, "\"corridor\" (is it hall"));
 }
 
 TEST_F(Splits, KeepWhatIsKnownOfTheWhole) {
