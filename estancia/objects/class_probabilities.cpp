@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <numeric>
-#include <ranges>
 #include <set>
 
 #include "estancia/core/fail.hpp"
@@ -33,8 +32,8 @@ std::string withNearLabels(const Vocabulary& vocabulary, const std::string& name
     for (const std::string& spelling : findNearSpellings(vocabulary, label)) add(spelling);
     if (source == nullptr) continue;
     const LabelMatches related = findLabelMatches(vocabulary, label, source);
-    for (const LabelMatch& match : related.labels | std::views::take(maxRelated))
-      add(shortLabel(vocabulary[match.label]));
+    for (std::size_t i = 0; i < std::min(maxRelated, related.labels.size()); ++i)
+      add(shortLabel(vocabulary[related.labels[i].label]));
   }
   return near.empty() ? name : fmt::format("{} (is it {}?)", name, fmt::join(near, ", "));
 }

@@ -48,7 +48,7 @@ void gatherLinks(const TopologicalMap& map, const Positions& positions, MapSumma
 }
 
 /// Over all images.
-std::vector<float> runMean(const TopologicalMap& map) {
+std::vector<float> meanOfRun(const TopologicalMap& map) {
   std::vector<double> sums(map.vocabulary.size(), 0);
   double frames = 0;
   for (const Node& node : map.nodes) {
@@ -56,8 +56,10 @@ std::vector<float> runMean(const TopologicalMap& map) {
     for (std::size_t label = 0; label < std::min(sums.size(), node.mean.size()); ++label)
       sums[label] += static_cast<double>(node.frames) * static_cast<double>(node.mean[label]);
   }
-  std::vector<float> mean;
-  for (const double sum : sums) mean.push_back(static_cast<float>(frames > 0 ? sum / frames : 0));
+  std::vector<float> mean(sums.size(), 0);
+  if (frames > 0)
+    std::ranges::transform(sums, mean.begin(),
+                           [frames](double sum) { return static_cast<float>(sum / frames); });
   return mean;
 }
 
@@ -73,7 +75,7 @@ MapSummary summarize(const TopologicalMap& map, const LabelConcepts* concepts) {
   MapSummary summary;
   summary.map = &map;
   summary.concepts = concepts == nullptr ? &none : concepts;
-  const std::vector<float> run = runMean(map);
+  const std::vector<float> run = meanOfRun(map);
   Positions positions;
   const std::vector<Place> places = placesOf(map);
   for (const Node& node : map.nodes) {

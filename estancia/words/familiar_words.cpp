@@ -2,6 +2,7 @@
 #include "estancia/words/familiar_words.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <map>
 
 #include "estancia/core/label_words.hpp"
@@ -86,7 +87,7 @@ std::vector<FamiliarWord> familiarWords(const Vocabulary& vocabulary, const Labe
     word.probability = std::min(word.probability, 1.0F);
     std::ranges::stable_sort(word.labels, [mean](std::size_t a, std::size_t b) { return mean[a] > mean[b]; });
   }
-  std::ranges::stable_sort(words, [mean](const FamiliarWord& a, const FamiliarWord& b) {
+  std::ranges::stable_sort(words, [](const FamiliarWord& a, const FamiliarWord& b) {
     return a.probability != b.probability ? a.probability > b.probability : a.labels < b.labels;
   });
   if (words.size() > count) words.resize(count);

@@ -156,6 +156,12 @@ TEST_F(ClassifyCommand, IsTestedOnOtherImages) {
   const auto misspelled = run({"classify", "test", model_, others_, "--only", "kichen", "--json"});
   EXPECT_THAT(misspelled.err, HasSubstr("no room is called \"kichen\": kitchen is taken, by its spelling"));
   EXPECT_EQ(json::parse(misspelled.out)["images"], 18);
+  {
+    const WithoutWordNet plain;
+    refuses({"classify", "test", model_, others_, "--only", "kichen"}, ErrorCode::unknownName,
+            "\"kichen\" (is it kitchen?)");
+    EXPECT_EQ(run({"classify", "test", model_, others_, "--only", "Kitchens"}).exitCode, 0);
+  }
   refuses({"classify", "test", model_, unknown_}, ErrorCode::insufficientData);
   ASSERT_EQ(run({"classify", "test", model_, others_, "-o", scratch_ / "test.html"}).exitCode, 0);
   EXPECT_THAT(readFile(scratch_ / "test.html"), HasSubstr("svm-rbf on test"));
