@@ -3,7 +3,7 @@
 const wordSearch = (() => {
   'use strict';
   const data = JSON.parse(document.getElementById('data').textContent);
-  const least = 0.3, unlisted = 0.05;  // a label that a word does not list is less probable than `least`
+  const least = 0.3, nearTheBest = 0.5, unlisted = 0.05;  // a label that a word does not list is less probable than `least`
   // words alone, without the s of a plural (sameWords())
   const split = text => text.toLowerCase().replace(/[‘’]/g, "'").split(/[^a-z0-9'\u0080-\uffff]+/)
     .map(word => word.replace(/^'+|'+$/g, '')).filter(Boolean);
@@ -87,12 +87,13 @@ const wordSearch = (() => {
   const logit = p => Math.log(Math.min(p, 0.99) / (1 - Math.min(p, 0.99)));
   // of several words each counts the same: the mean of their log odds
   function combined(terms) {
-    if (terms.length === 1) return known.get(terms[0]);
+    if (terms.length === 1) return known.get(terms[0]);  // none far from the best is in the list
     const lists = terms.map(term => new Map(known.get(term)));
-    return [...new Set(lists.flatMap(list => [...list.keys()]))].map(label => {
+    const labels = [...new Set(lists.flatMap(list => [...list.keys()]))].map(label => {
       const mean = lists.reduce((sum, list) => sum + logit(list.get(label) || unlisted), 0) / lists.length;
       return [label, 1 / (1 + Math.exp(-mean))];
-    }).filter(([, p]) => p >= least).sort((a, b) => b[1] - a[1] || a[0] - b[0]);
+    }).sort((a, b) => b[1] - a[1] || a[0] - b[0]);
+    return labels.filter(([, p]) => p >= Math.max(least, nearTheBest * labels[0][1]));
   }
 
   // labels: [[label, probability], …]; corrected: the words that were read where some were misspelled, else '';

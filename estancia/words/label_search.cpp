@@ -161,6 +161,20 @@ std::vector<double> LabelSearch::probabilities(std::string_view words) const {
   return graph_ == nullptr ? std::vector<double>(vocabulary_.size(), 0) : probabilities(parse(words));
 }
 
+std::vector<double> LabelSearch::likely(const Query& query, double minProbability) const {
+  std::vector<double> results = probabilities(query);
+  const double near = results.empty() ? 0 : nearTheBest * *std::ranges::max_element(results);
+  for (std::size_t label = 0; label < results.size(); ++label)
+    if (results[label] < minProbability || (results[label] < near && kindOf(query, label) == 0))
+      results[label] = 0;
+  return results;
+}
+
+std::vector<double> LabelSearch::likely(std::string_view words) const {
+  return graph_ == nullptr ? std::vector<double>(vocabulary_.size(), 0)
+                           : likely(parse(words), defaultMinProbability);
+}
+
 std::string LabelSearch::reasonFor(const Query& query, std::size_t label) const {
   if (senses_[label].senses.empty()) return "";
   // The term that tells most.
@@ -219,14 +233,14 @@ LabelMatches LabelSearch::search(std::string_view words, std::size_t count, doub
   if (!query.corrected.empty()) matches = matchesNamed(vocabulary_, query.corrected);
   matches.corrected = query.corrected;
   if (!matches.labels.empty()) return matches;
-  std::vector<double> probability = probabilities(query);
+  std::vector<double> probability = likely(query, minProbability);
   for (const std::size_t label : held) probability[label] = std::max(probability[label], minProbability);
   std::vector<std::size_t> order(probability.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return probability[a] > probability[b]; });
   for (const std::size_t label : order) {
-    if (probability[label] < minProbability || matches.labels.size() >= count) break;
+    if (probability[label] == 0 || matches.labels.size() >= count) break;
     matches.labels.push_back({label, probability[label], query.terms.empty() ? "" : reasonFor(query, label)});
   }
   return matches;

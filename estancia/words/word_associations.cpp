@@ -43,6 +43,25 @@ struct Pair {
   float lift = 0, kind = 0;
 };
 
+/// A label that a word probably means.
+struct Likely {
+  std::uint32_t label = 0;
+  double probability = 0;
+  bool isKind = false;
+};
+
+/// As LabelSearch::likely() has them, most probable first.
+std::vector<WordAssociation::Meant> meantOf(const std::vector<Likely>& likely) {
+  double best = 0;
+  for (const Likely& one : likely) best = std::max(best, one.probability);
+  std::vector<WordAssociation::Meant> meant;
+  for (const Likely& one : likely)
+    if (one.isKind || one.probability >= LabelSearch::nearTheBest * best)
+      meant.push_back({one.label, static_cast<std::uint8_t>(std::lround(100 * one.probability))});
+  std::ranges::stable_sort(meant, std::greater(), &WordAssociation::Meant::percent);
+  return meant;
+}
+
 /// Of `together` labels.
 struct Batch {
   std::vector<Pair> pairs;
@@ -89,15 +108,15 @@ class Associating {
       std::vector<float>& ofPart = best[batches_[i].part];
       for (std::size_t w = 0; w < words_.size(); ++w) ofPart[w] = std::max(ofPart[w], done[i].best[w]);
     }
-    std::vector<std::vector<WordAssociation::Meant>> meant(words_.size());
+    std::vector<std::vector<Likely>> likely(words_.size());
     for (std::size_t i = 0; i < done.size(); ++i)
       for (const Pair& pair : done[i].pairs) {
         const double bestLift = usedLift(std::log(static_cast<double>(best[batches_[i].part][pair.word])));
         const double probability = labelRelevance({pair.lift, bestLift, pair.kind});
         if (probability >= LabelSearch::defaultMinProbability)
-          meant[pair.word].push_back({pair.label, static_cast<std::uint8_t>(std::lround(100 * probability))});
+          likely[pair.word].push_back({pair.label, probability, pair.kind > 0});
       }
-    return worthNaming(meant);
+    return worthNaming(likely);
   }
 
  private:
@@ -159,15 +178,13 @@ class Associating {
     return kinds;
   }
 
-  std::vector<WordAssociation> worthNaming(std::vector<std::vector<WordAssociation::Meant>>& meant) const {
+  std::vector<WordAssociation> worthNaming(const std::vector<std::vector<Likely>>& likely) const {
     std::vector<WordAssociation> associations;
     for (std::size_t w = 0; w < words_.size(); ++w) {
       const bool isFrequent = graph_.lexicon.frequencies[words_[w].entry] > 0;
-      if (!isFrequent && meant[w].empty()) continue;
-      std::stable_sort(meant[w].begin(), meant[w].end(),
-                       [](const auto& a, const auto& b) { return a.percent > b.percent; });
+      if (!isFrequent && likely[w].empty()) continue;
       associations.push_back(
-          {std::string(graph_.lexicon.word(words_[w].entry)), isFrequent, std::move(meant[w])});
+          {std::string(graph_.lexicon.word(words_[w].entry)), isFrequent, meantOf(likely[w])});
     }
     return associations;
   }

@@ -36,10 +36,9 @@ struct WordAssociation {
 bool isTypedWord(std::string_view word);
 
 /// Associations of the words that a person would type: one or two words, in letters alone, that are frequent
-/// or mean a label; sorted. Labels are those whose LabelSearch::probabilities() of the word is at least
-/// LabelSearch::defaultMinProbability. `threads`: 0 for one a usable core, with the same result. It walks
-/// from the labels in place of the words: the graph is undirected, so visits_a[b] / degree[b] = visits_b[a] /
-/// degree[a].
+/// or mean a label; sorted. Labels are the LabelSearch::likely() ones. `threads`: 0 for one a usable core,
+/// with the same result. It walks from the labels in place of the words: the graph is undirected, so
+/// visits_a[b] / degree[b] = visits_b[a] / degree[a].
 std::vector<WordAssociation> associateWords(const WordGraph& graph, const Vocabulary& vocabulary,
                                             int threads = 0, Progress& progress = Progress::none());
 

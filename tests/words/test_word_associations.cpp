@@ -49,9 +49,9 @@ std::string namesFor(const std::string& word) {
 
 std::string expectedNames(const LabelSearch& search, const std::string& word) {
   std::vector<Meant> meant;
-  const std::vector<double> probabilities = search.probabilities(word);
+  const std::vector<double> probabilities = search.likely(word);
   for (std::uint32_t label = 0; label < probabilities.size(); ++label)
-    if (probabilities[label] >= LabelSearch::defaultMinProbability)
+    if (probabilities[label] > 0)
       meant.push_back({label, static_cast<std::uint8_t>(std::lround(100 * probabilities[label]))});
   std::ranges::stable_sort(meant, std::greater(), &Meant::percent);
   std::string names;
