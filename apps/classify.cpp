@@ -13,7 +13,6 @@
 #include "estancia/classify/label_selection.hpp"
 #include "estancia/classify/room_classifier.hpp"
 #include "estancia/classify/scores.hpp"
-#include "estancia/classify/zero_shot_rooms.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/core/progress.hpp"
@@ -23,8 +22,8 @@
 #include "estancia/stats/proportion.hpp"
 #include "estancia/topology/places.hpp"
 #include "estancia/topology/store.hpp"
-#include "estancia/words/installed_words.hpp"
 #include "estancia/words/room_words.hpp"
+#include "estancia/world/rooms_by_name.hpp"
 #include "estancia/world/world_map.hpp"
 #include "experiments/src/findings/confusion_findings.hpp"
 #include "experiments/src/findings/findings_page.hpp"
@@ -285,17 +284,9 @@ Json placeJson(int node, const Place& place) {
   return json;
 }
 
-/// Without a MODEL, by the names of rooms alone.
-RoomPredictions roomsByNames(const ClassifyArguments& a) {
-  const WordGraph* graph = installedWordGraph();
-  if (graph == nullptr) throw Error(ErrorCode::missingDependency, wordNetHint());
-  const DescriptorSequence labels = readMapDescriptors(a.map);
-  return predictRoomsByNames(*graph, labels.vocabulary, labels.descriptors, a.rooms);
-}
-
 void name(const ClassifyArguments& a) {
   if (a.roomClassifier.empty()) {
-    writeRoomPredictions(roomsByNames(a), a.map);
+    nameRoomsByNames(a.map, a.rooms);
   } else {
     const RoomClassifier classifier = readRoomClassifier(a.roomClassifier);
     const auto sequence = a.source.path.empty() ? nullptr : a.source.open();

@@ -121,6 +121,18 @@ void addRoomClassifierOption(CLI::App& command, std::string& classifier) {
       ->type_name("FILE");
 }
 
+void addRoomsByNameOption(CLI::App& command, std::vector<std::string>& rooms) {
+  command
+      .add_option("--rooms-by-name", rooms,
+                  "The rooms that there are, separated by commas, in English: told by what labels have to do "
+                  "with their names, without any example\n"
+                  "Default: common rooms, where at least two labels tell the same one; see `classify name`; "
+                  "none by --words raw")
+      ->delimiter(',')
+      ->type_name("NAME")
+      ->excludes("--room-classifier");
+}
+
 std::optional<RoomClassifier> openRoomClassifier(const std::string& file, const SequenceArguments& source) {
   if (file.empty()) return std::nullopt;
   RoomClassifier classifier = readRoomClassifier(file);

@@ -55,6 +55,9 @@ void nameRooms(const std::string& map, const RoomClassifier& classifier, const S
 /// Adds `--room-classifier`, for the commands that name rooms.
 void addRoomClassifierOption(CLI::App& command, std::string& classifier);
 
+/// --rooms-by-name; to be called after that of the classifier, which it excludes.
+void addRoomsByNameOption(CLI::App& command, std::vector<std::string>& rooms);
+
 /// The file of `--room-classifier`, absent for "". Throws Error, before the long work begins, when it could
 /// not tell the rooms of `source`.
 std::optional<RoomClassifier> openRoomClassifier(const std::string& file, const SequenceArguments& source);

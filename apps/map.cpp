@@ -17,6 +17,7 @@
 #include "estancia/report/text.hpp"
 #include "estancia/topology/map_run.hpp"
 #include "estancia/topology/places.hpp"
+#include "estancia/world/rooms_by_name.hpp"
 #include "estancia/world/world_mapper.hpp"
 #include "labeling.hpp"
 #include "map_faults.hpp"
@@ -38,12 +39,14 @@ struct MapArguments {
   DeclaredOptions declared;
   std::string output, roomClassifier, objectModel;
   std::vector<std::string> objects;
+  /// Listed, to be told by their names.
+  std::vector<std::string> rooms;
   bool goOn = false, overwrite = false, json = false;
 };
 
-/// Names the places of the finished map.
-std::map<std::string, std::size_t> placesPerRoom(const MapArguments& arguments,
-                                                 const RoomClassifier& classifier, const Sequence* sequence) {
+/// Names the places of the finished map by a classifier.
+void classifyRooms(const MapArguments& arguments, const RoomClassifier& classifier,
+                   const Sequence* sequence) {
   const auto later = [&arguments, sequence](const std::exception& why) {
     return fmt::format("{}; the map is in {}, name its places by `estancia classify name {} {}{}`",
                        why.what(), arguments.output, arguments.roomClassifier, arguments.output,
@@ -57,10 +60,24 @@ std::map<std::string, std::size_t> placesPerRoom(const MapArguments& arguments,
   } catch (const Error& e) {
     throw Error(e.code(), later(e));
   }
+}
+
+/// Names them by the rooms' names alone, unless raw words are wanted. Returns whether they are.
+bool nameRoomsWithoutExample(const MapArguments& arguments, const WorldOptions& options) {
+  if (!arguments.rooms.empty()) {
+    nameRoomsByNames(arguments.output, arguments.rooms);
+    return true;
+  }
+  return options.areas.naming.words == NamingOptions::Words::wordNet && renewRoomsByNames(arguments.output);
+}
+
+void addRooms(const MapArguments& arguments, Json& json) {
   std::map<std::string, std::size_t> places;
   for (const Place& place : placesOf(readMap(arguments.output)))
-    if (!place.predicted.empty()) ++places[place.predicted.front().room];
-  return places;
+    if (const RoomProbability* room = place.predictedRoom()) ++places[room->room];
+  json["predicted_rooms"] = places;
+  for (const auto& [room, count] : places)
+    if (!arguments.json) fmt::print("  {:<24} {}\n", room, counted(count, "place"));
 }
 
 /// How the camera was tracked, if it was, and what was wrong with the drive.
@@ -259,17 +276,23 @@ Added addFrames(const MapArguments& arguments, Labeling& labeling, std::size_t f
 void warnOfMissingRooms(const MapArguments& arguments, std::size_t newFrames) {
   const TopologicalMap map = readMap(arguments.output);
   if (newFrames == 0 || !map.predictions) return;
+  const std::string file = printable(arguments.output);
+  if (map.predictions->areByName) {
+    spdlog::warn("{} have no room, the others have; run `estancia classify name {}`",
+                 counted(newFrames, "new frame"), file);
+    return;
+  }
   spdlog::warn(
       "{} are not named by the room classifier that named the places of {} before; run `estancia classify "
-      "name "
-      "CLASSIFIER {}{}`",
-      counted(newFrames, "new frame"), printable(arguments.output), printable(arguments.output),
+      "name CLASSIFIER {}{}`",
+      counted(newFrames, "new frame"), file, file,
       isDescriptorFile(arguments.sequence.path) ? "" : " " + printable(arguments.sequence.path));
 }
 
 void run(const MapArguments& arguments) {
   const bool images = !isDescriptorFile(arguments.sequence.path);
   const auto classifier = openRoomClassifier(arguments.roomClassifier, arguments.sequence);
+  if (!arguments.rooms.empty()) requireRoomNames(arguments.rooms);
   const ObjectNamers namers(arguments.objects, arguments.objectModel);
   std::optional<MapRun> map(std::in_place, arguments.output,
                             arguments.goOn        ? MapRun::Existing::resume
@@ -286,15 +309,14 @@ void run(const MapArguments& arguments) {
   const Added added = addFrames(arguments, labeling, first, images, namers, *map);
   Json json = summaryOf(arguments, *map, added.skipped, added.odometry);
   const std::size_t newFrames = map->session()->frames() - map->framesBefore();
+  const WorldOptions options = worldOptions(arguments, *map);
   map.reset();  // the rooms are written into its file
   namers.addNames(arguments.output, arguments.json, json);
-  if (classifier) {
-    const auto places = placesPerRoom(arguments, *classifier, images ? &sequence : nullptr);
-    json["predicted_rooms"] = places;
-    for (const auto& [room, count] : places)
-      if (!arguments.json) fmt::print("  {:<24} {}\n", room, counted(count, "place"));
-  }
-  if (arguments.goOn && !classifier) warnOfMissingRooms(arguments, newFrames);
+  if (classifier) classifyRooms(arguments, *classifier, images ? &sequence : nullptr);
+  if (classifier || nameRoomsWithoutExample(arguments, options))
+    addRooms(arguments, json);
+  else if (arguments.goOn)
+    warnOfMissingRooms(arguments, newFrames);
   if (arguments.json) print(json);
 }
 
@@ -319,6 +341,7 @@ void addMapCommand(CLI::App& app) {
                    "Shape classifier, of `estancia objects train`: its classes are added to the objects")
       ->type_name("FILE");
   addRoomClassifierOption(*command, arguments->roomClassifier);
+  addRoomsByNameOption(*command, arguments->rooms);
   command->add_flag("--continue", arguments->goOn, "Continue the map where an earlier run stopped");
   addOverwriteOption(*command, arguments->overwrite)
       ->description("Replace an existing map, from the first image that is mapped")
@@ -335,6 +358,7 @@ void addMapCommand(CLI::App& app) {
               "  estancia map drive.mp4 -o drive.estancia --poses drive.txt\n"
               "  estancia map ~/photos -o home.estancia --continue\n"
               "  estancia map ~/photos -o home.estancia --room-classifier rooms.classifier\n"
+              "  estancia map ~/photos -o home.estancia --rooms-by-name kitchen,bedroom,bathroom,office\n"
               "  estancia map ~/drive -o home.estancia --object mug.pcd --object-model home.objects");
   command->callback([arguments] { run(*arguments); });
 }

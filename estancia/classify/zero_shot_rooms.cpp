@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "estancia/core/error.hpp"
 #include "estancia/words/room_words.hpp"
@@ -26,6 +27,8 @@ constexpr double leastRoomDeviation = 0.3;
 /// Fewer images do not tell what is usual for a room.
 constexpr std::size_t minStandardized = 20;
 constexpr int priorSteps = 20;
+/// How many labels of an image are kept as evidence: with more of them the same places are sure.
+constexpr std::size_t labelsKept = 8;
 
 /// Images × rooms, row-major.
 struct Evidence {
@@ -35,20 +38,29 @@ struct Evidence {
   double& at(std::size_t image, std::size_t room) { return values[image * rooms + room]; }
   std::size_t images() const { return values.size() / rooms; }
 
-  /// Divides all by their common deviation, or by `least` where that is less.
-  void scale(double least) {
+  /// Divides all by their common deviation, or by `least` where that is less. Returns the factor.
+  double scale(double least) {
     const double n = static_cast<double>(values.size());
     const double mean = std::accumulate(values.begin(), values.end(), 0.0) / n;
     double squares = 0;
     for (const double value : values) squares += (value - mean) * (value - mean);
     const double factor = 1 / std::max(least, std::sqrt(squares / n));
     for (double& value : values) value *= factor;
+    return factor;
   }
+};
+
+/// How labels become evidence: each adds its weight times the square root of its probability, less `usual`.
+struct LabelShares {
+  /// L numbers.
+  std::vector<double> usual;
+  /// R × L.
+  std::vector<std::vector<double>> weights;
 };
 
 /// Of the labels [from, from + size) alone.
 void addPart(const DescriptorMatrix& images, const std::vector<std::vector<float>>& weights, std::size_t from,
-             std::size_t size, Evidence& sum) {
+             std::size_t size, Evidence& sum, LabelShares& shares) {
   std::vector<double> usual(size, 0);
   for (std::size_t i = 0; i < images.size(); ++i)
     for (std::size_t l = 0; l < size; ++l)
@@ -71,8 +83,35 @@ void addPart(const DescriptorMatrix& images, const std::vector<std::vector<float
         part.at(i, r) +=
             weight * (std::sqrt(static_cast<double>(images.row(i)[from + l])) - meanShare * usual[l]);
     }
-  part.scale(leastDeviation);
+  const double factor = part.scale(leastDeviation);
+  for (std::size_t l = 0; l < size; ++l) {
+    shares.usual.push_back(meanShare * usual[l]);
+    for (std::size_t r = 0; r < weights.size(); ++r)
+      shares.weights[r].push_back(factor * static_cast<double>(weights[r][from + l]) /
+                                  std::max({norms[r], leastNorm, 1e-9}));
+  }
   for (std::size_t k = 0; k < sum.values.size(); ++k) sum.values[k] += part.values[k];
+}
+
+/// The labels of an image that tell most for some room, best first, in log odds.
+void addTelling(DescriptorView image, std::size_t number, const LabelShares& shares, double factor,
+                std::vector<RoomEvidence>& evidence) {
+  std::vector<std::pair<double, std::size_t>> telling;
+  for (std::size_t l = 0; l < image.size(); ++l) {
+    double most = 0;
+    const double seen = std::sqrt(static_cast<double>(image[l])) - shares.usual[l];
+    for (const std::vector<double>& weights : shares.weights) most = std::max(most, seen * weights[l]);
+    if (most > 0) telling.emplace_back(-most, l);
+  }
+  const std::size_t kept = std::min(labelsKept, telling.size());
+  std::partial_sort(telling.begin(), telling.begin() + static_cast<std::ptrdiff_t>(kept), telling.end());
+  for (std::size_t k = 0; k < kept; ++k) {
+    const std::size_t label = telling[k].second;
+    const double seen = std::sqrt(static_cast<double>(image[label])) - shares.usual[label];
+    RoomEvidence& told = evidence.emplace_back(RoomEvidence{number, label, {}});
+    for (const std::vector<double>& weights : shares.weights)
+      told.logOdds.push_back(static_cast<float>(factor * seen * weights[label]));
+  }
 }
 
 /// Each room's evidence to mean 0 and deviation 1 over the run.
@@ -140,12 +179,15 @@ RoomPredictions predictRoomsByNames(const WordGraph& graph, const Vocabulary& vo
                     std::vector<double>(images.size() * predictions.rooms.size(), 0)};
   predictions.prior.assign(evidence.rooms, 1 / static_cast<double>(evidence.rooms));
   if (images.size() == 0) return predictions;
+  LabelShares shares{{}, std::vector<std::vector<double>>(evidence.rooms)};
   std::size_t from = 0;
   for (const LabelPart& part : vocabulary.layout().parts) {
-    addPart(images, weights, from, part.size, evidence);
+    addPart(images, weights, from, part.size, evidence, shares);
     from += part.size;
   }
-  evidence.scale(1);
+  const double factor = evidence.scale(1) / temperature;
+  for (std::size_t i = 0; i < images.size() && !areListed; ++i)
+    addTelling(images.row(i), i, shares, factor, predictions.evidence);
   if (areListed && images.size() >= minStandardized) standardize(evidence);
   predictions.prior = adjustToRun(evidence);
   std::vector<float> row(evidence.rooms);

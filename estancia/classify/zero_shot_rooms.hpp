@@ -19,7 +19,8 @@ namespace estancia {
 /// listed are taken to occur: in runs of 20 images or more each room's evidence is standardized over the run.
 /// Without a list, commonRooms() are tried. How often each room occurs is estimated by expectation
 /// maximization (Saerens, Latinne & Decaestecker 2002: Adjusting the outputs of a classifier to new a priori
-/// probabilities), and is the result's `prior`. Rows of zeros have no prediction.
+/// probabilities), and is the result's `prior`. Without a list the result has the evidence of the eight most
+/// telling labels of each image, by which areSureRooms() judges. Rows of zeros have no prediction.
 ///
 /// Throws Error: mismatch when `images` has other labels; unknownName as roomLabelWeights(); insufficientData
 /// for fewer than two rooms.

@@ -11,6 +11,13 @@
 
 namespace estancia {
 
+/// What one label tells of an image.
+struct RoomEvidence {
+  std::size_t image = 0, label = 0;
+  /// R numbers: what the label adds to the logarithm of each room's odds.
+  std::vector<float> logOdds;
+};
+
 /// What a room classifier predicts for images; the truth is Frame::room. Invariant: one column of
 /// `probabilities` a room.
 struct RoomPredictions {
@@ -26,6 +33,8 @@ struct RoomPredictions {
   bool areByName = false;
   /// Whether somebody said that all these rooms occur.
   bool areListed = false;
+  /// What the most telling labels of each image tell, in order of the images; empty where that is not known.
+  std::vector<RoomEvidence> evidence = {};
 
   /// A place is taken for a room that is more probable than this: than all others together, or, by name
   /// alone, than a third; all blocks of ten images of one room that were were right on the training half of
@@ -51,6 +60,14 @@ std::vector<RoomProbability> rankedRooms(const RoomPredictions& predictions, std
 /// and better calibrated (docs/how-to/rooms.md).
 std::vector<std::vector<RoomProbability>> poolRooms(const RoomPredictions& predictions,
                                                     std::span<const std::size_t> groupOf, std::size_t groups);
+
+/// Whether each group of poolRooms() surely is its best room: whether that is more probable than
+/// sureProbability(), and more than twice as probable as by chance whichever single label is left out of
+/// `evidence`. A network that takes one thing for another does so in all images of a place; so one label,
+/// however often it is seen, is one witness (a jackknife over labels: Tukey 1958). Predictions without
+/// evidence are judged by their probability alone.
+std::vector<bool> areSureRooms(const RoomPredictions& predictions, std::span<const std::size_t> groupOf,
+                               const std::vector<std::vector<RoomProbability>>& pooled);
 
 /// "kitchen 83 %, office 10 %": the first `maxRooms`, down to one percent; "" without any.
 std::string describeRooms(const std::vector<RoomProbability>& rooms, std::size_t maxRooms = 3);

@@ -82,9 +82,11 @@ MapSummary summarize(const TopologicalMap& map, const LabelConcepts* concepts) {
     positions[node.id] = summary.nodes.size();
     NodeSummary& entry = summary.nodes.emplace_back();
     entry.node = &node;
-    const auto& rooms = places[summary.nodes.size() - 1].predicted;
-    entry.predicted = describeRooms(rooms);
-    if (!rooms.empty()) entry.predictedRoom = rooms.front().room;
+    const Place& place = places[summary.nodes.size() - 1];
+    if (const RoomProbability* predicted = place.predictedRoom()) {
+      entry.predicted = describeRooms(place.predicted);
+      entry.predictedRoom = predicted->room;
+    }
     entry.title = familiarTitle(map.vocabulary, *summary.concepts, node.mean, run);
     if (!map.frames.empty())
       entry.share = static_cast<double>(node.frames) / static_cast<double>(map.frames.size());

@@ -57,12 +57,24 @@ void lookForRooms(const Place& place, const std::vector<std::string>& rooms, std
   }
 }
 
+/// What the map's rooms are called: those that a classifier knows or somebody has listed, else, by their
+/// names alone, those that places surely are, as others need not be there.
+std::vector<std::string> knownRooms(const TopologicalMap& map) {
+  if (!map.predictions) return {};
+  if (!map.predictions->areByName || map.predictions->areListed) return map.predictions->rooms;
+  std::vector<std::string> rooms;
+  for (const Place& place : placesOf(map))
+    if (const RoomProbability* room = place.predictedRoom();
+        room != nullptr && std::ranges::find(rooms, room->room) == rooms.end())
+      rooms.push_back(room->room);
+  return rooms;
+}
+
 }  // namespace
 
 Meaning findMeaning(const TopologicalMap& map, const std::string& words, WordGraphSource source) {
   Meaning meaning;
-  const std::vector<std::string> none;
-  const std::vector<std::string>& rooms = map.predictions ? map.predictions->rooms : none;
+  const std::vector<std::string> rooms = knownRooms(map);
   for (const std::string& room : rooms)
     if (sameWords(room, words)) meaning.rooms.push_back(room);
   if (!meaning.rooms.empty()) return meaning;

@@ -52,12 +52,12 @@ Json pointFeature(const TopologicalMap& map, const Node& node, const Place& plac
   // Nav2's loader knows numbers, texts, truth values and lists of these; null makes it fail.
   Json metadata;
   metadata["class"] = !place.room.empty()        ? place.room
-                      : !place.predicted.empty() ? place.predicted.front().room
+                      : place.predictedRoom() != nullptr ? place.predictedRoom()->room
                                                  : shortLabel(map.vocabulary[bestLabels(node, 1).at(0)]);
   if (!place.room.empty()) metadata["room"] = place.room;
-  if (!place.predicted.empty()) {
-    metadata["predicted_room"] = place.predicted.front().room;
-    metadata["room_probability"] = rounded(place.predicted.front().probability);
+  if (const RoomProbability* predicted = place.predictedRoom()) {
+    metadata["predicted_room"] = predicted->room;
+    metadata["room_probability"] = rounded(predicted->probability);
   }
   metadata["labels"] = labels;
   metadata["probabilities"] = probabilities;
@@ -116,9 +116,9 @@ std::string toGraphml(const TopologicalMap& map, const ExportOptions& options) {
     text += fmt::format("    <node id=\"n{}\">\n", node.id);
     text += data("words", fmt::format("{}", fmt::join(bestWords(map, node, options.maxWords), ", ")));
     if (!places[i].room.empty()) text += data("room", places[i].room);
-    if (const auto& rooms = places[i].predicted; !rooms.empty()) {
-      text += data("predicted_room", rooms.front().room);
-      text += data("room_probability", fmt::format("{}", rounded(rooms.front().probability)));
+    if (const RoomProbability* predicted = places[i].predictedRoom()) {
+      text += data("predicted_room", predicted->room);
+      text += data("room_probability", fmt::format("{}", rounded(predicted->probability)));
     }
     if (const auto& position = places[i].position) {
       text += data("x", fmt::format("{}", (*position)[0]));

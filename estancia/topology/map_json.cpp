@@ -33,9 +33,9 @@ Json toJson(const std::string& words, const Answers& answers, const TopologicalM
         {"node", answer.node}, {"probability", answer.probability}, {"lift", answer.lift}, {"label", nullptr},
         {"rank", answer.rank}, {"among_best_5", answer.inTop5},     {"room", place.room}};
     if (answer.room.empty()) entry["label"] = map.vocabulary[answer.label];
-    if (!place.predicted.empty()) {
-      entry["predicted_room"] = place.predicted.front().room;
-      entry["room_probability"] = place.predicted.front().probability;
+    if (const RoomProbability* predicted = place.predictedRoom()) {
+      entry["predicted_room"] = predicted->room;
+      entry["room_probability"] = predicted->probability;
     }
     json["places"].push_back(std::move(entry));
   }

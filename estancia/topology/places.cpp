@@ -40,16 +40,17 @@ std::vector<Place> placesOf(const TopologicalMap& map) {
   }
   if (map.predictions) {
     auto pooled = poolRooms(*map.predictions, placeOf, places.size());
+    const std::vector<bool> sure = areSureRooms(*map.predictions, placeOf, pooled);
     for (std::size_t i = 0; i < places.size(); ++i) {
+      places[i].isNamed = map.predictions->areByName ? sure[i] : !pooled[i].empty();
       places[i].predicted = std::move(pooled[i]);
-      if (map.predictions->areByName) places[i].leastShown = map.predictions->sureProbability();
     }
   }
   return places;
 }
 
 std::string Place::displayRoom() const {
-  if (!room.empty() || predicted.empty() || predicted.front().probability < leastShown) return room;
+  if (!room.empty() || !isNamed) return room;
   return fmt::format("{} {:.0f} %", predicted.front().room, 100 * predicted.front().probability);
 }
 

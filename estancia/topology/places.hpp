@@ -26,9 +26,12 @@ struct Place {
   std::string room;
   /// A room classifier's prediction, best first; empty when none was run. Not the truth.
   std::vector<RoomProbability> predicted;
-  /// Predictions by the rooms' names alone are shown from this probability.
-  double leastShown = 0;
+  /// Whether the best of them is its name: always by a classifier, by the rooms' names alone where it is
+  /// sure.
+  bool isNamed = false;
 
+  /// The best prediction where that is its name, else nullptr.
+  const RoomProbability* predictedRoom() const { return isNamed ? &predicted.front() : nullptr; }
   /// The name of the room for people: the true one, else the predicted one, else "".
   std::string displayRoom() const;
 };

@@ -61,9 +61,12 @@ CREATE TABLE state(key TEXT PRIMARY KEY, bytes BLOB NOT NULL);
 constexpr const char* schemaOfRooms = R"sql(
 DROP TABLE IF EXISTS predicted_rooms;
 DROP TABLE IF EXISTS predictions;
+DROP TABLE IF EXISTS room_evidence;
 DELETE FROM meta WHERE key = 'rooms_by_name';
 CREATE TABLE predicted_rooms(id INTEGER PRIMARY KEY, name TEXT NOT NULL);
 CREATE TABLE predictions(frame INTEGER PRIMARY KEY, probabilities BLOB NOT NULL);
+CREATE TABLE room_evidence(frame INTEGER NOT NULL, label INTEGER NOT NULL, log_odds BLOB NOT NULL,
+                           PRIMARY KEY(frame, label)) WITHOUT ROWID;
 )sql";
 
 fs::path folderOf(const fs::path& path) {
@@ -442,6 +445,12 @@ void MapStore::putPredictions(const RoomPredictions& predictions) {
     const DescriptorView row = predictions.probabilities.row(i);
     requireProbabilities(row, rooms, fmt::format("the rooms of frame {}", i));
     impl_->write("INSERT INTO predictions VALUES(?1, ?2)", i, row);
+  }
+  for (const RoomEvidence& told : predictions.evidence) {
+    if (told.image >= rows || told.label >= impl_->identity.vocabulary.size() || told.logOdds.size() != rooms)
+      refuse(impl_->path, ErrorCode::mismatch, "evidence of rooms is of no frame, label or room of the map");
+    impl_->write("INSERT INTO room_evidence VALUES(?1, ?2, ?3)", told.image, told.label,
+                 DescriptorView(told.logOdds));
   }
 }
 

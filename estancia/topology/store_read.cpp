@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -151,6 +152,27 @@ void readRoomsByName(Database& database, RoomPredictions& predictions) {
   database.failDamaged("what it says of rooms by name is wrong");
 }
 
+void readRoomEvidence(Database& database, const TopologicalMap& map, RoomPredictions& predictions) {
+  if (!sqlite::hasTable(database, "room_evidence")) return;
+  Rows rows(database, "SELECT frame, label, log_odds FROM room_evidence ORDER BY frame, label");
+  const std::size_t rooms = predictions.rooms.size();
+  while (rows.next()) {
+    RoomEvidence told;
+    told.image = rows.frame(0, map, "the frame of room evidence");
+    told.label = static_cast<std::size_t>(rows.number(
+        1, 0, static_cast<std::int64_t>(map.vocabulary.size()) - 1, "the label of room evidence"));
+    const std::span<const std::byte> bytes = rows.bytes(2);
+    told.logOdds.resize(rooms);
+    if (bytes.size() != rooms * sizeof(float))
+      database.failDamaged(
+          fmt::format("the room evidence of frame {} does not fit {} rooms", told.image, rooms));
+    std::memcpy(told.logOdds.data(), bytes.data(), bytes.size());  // the blob need not be aligned
+    if (!std::ranges::all_of(told.logOdds, [](float value) { return std::isfinite(value); }))
+      database.failDamaged(fmt::format("the room evidence of frame {} is no number", told.image));
+    predictions.evidence.push_back(std::move(told));
+  }
+}
+
 void readPredictions(Database& database, TopologicalMap& map) {
   if (!sqlite::hasTable(database, "predicted_rooms")) return;
   std::vector<std::string> rooms;
@@ -175,6 +197,7 @@ void readPredictions(Database& database, TopologicalMap& map) {
     readValues(database, rows.bytes(1), count, name, row);
     predictions.probabilities.append(row);
   }
+  readRoomEvidence(database, map, predictions);
   map.predictions = std::move(predictions);
 }
 

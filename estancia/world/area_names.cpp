@@ -50,10 +50,10 @@ std::vector<std::string> assignRooms(const PooledRooms& pooled, const RoomPredic
 
 /// Sets what the area is predicted to be: its best room, or the one that it has to be.
 void predictRoom(WorldArea& area, const std::vector<RoomProbability>& rooms, const std::string& assigned,
-                 double sureProbability) {
+                 bool isSure) {
   const RoomProbability* room = &rooms.front();
   if (!assigned.empty()) room = &*std::ranges::find(rooms, assigned, &RoomProbability::room);
-  area.isSurelyRoom = room->probability > sureProbability || !assigned.empty();
+  area.isSurelyRoom = isSure || !assigned.empty();
   area.predictedRoom = printable(room->room);
   area.roomProbability = room->probability;
 }
@@ -76,13 +76,14 @@ void nameAreasByRooms(WorldMap& world) {
     areaOf.push_back(area < 0 ? world.areas.size() : static_cast<std::size_t>(area));
   const RoomPredictions& predictions = *world.places.predictions;
   const auto pooled = poolRooms(predictions, areaOf, world.areas.size());
+  const std::vector<bool> sure = areSureRooms(predictions, areaOf, pooled);
   const auto assigned =
       predictions.areListed ? assignRooms(pooled, predictions) : std::vector<std::string>(pooled.size());
   std::map<std::string, int> areasOfRoom;
   for (std::size_t i = 0; i < world.areas.size(); ++i) {
     if (pooled[i].empty()) continue;
     WorldArea& area = world.areas[i];
-    predictRoom(area, pooled[i], assigned[i], predictions.sureProbability());
+    predictRoom(area, pooled[i], assigned[i], sure[i]);
     if (area.isSurelyRoom) ++areasOfRoom[area.predictedRoom];
   }
   const auto isGiven = [&world](const std::string& name) {

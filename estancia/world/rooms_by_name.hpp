@@ -1,0 +1,25 @@
+// Rooms by name: a finished map names its rooms without any example. SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace estancia {
+
+/// Throws Error unless rooms can be told by these names, before the long work begins: missingDependency
+/// without WordNet, unknownName, insufficientData.
+void requireRoomNames(const std::vector<std::string>& rooms);
+
+/// Predicts the rooms of all frames of a map file by their names alone (predictRoomsByNames()) and stores
+/// them in place of earlier predictions. Without `rooms`, commonRooms() are tried. Throws Error as readMap()
+/// and requireRoomNames() do.
+void nameRoomsByNames(const std::filesystem::path& map, const std::vector<std::string>& rooms = {});
+
+/// The same for a map that was made or continued, where nobody asks for it: a trained classifier's
+/// predictions stay, and rooms that were listed once are listed again. Returns whether the map has
+/// predictions by names now; it has none without WordNet, where WordNet lacks the common rooms, and without
+/// frames.
+bool renewRoomsByNames(const std::filesystem::path& map);
+
+}  // namespace estancia
