@@ -15,6 +15,9 @@ namespace estancia {
 
 namespace {
 
+/// Chosen on the training half of NYU Depth V2 (docs/measured/words.md).
+constexpr double timesChance = 2;
+
 /// Best first.
 std::vector<RoomProbability> ranked(const std::vector<std::string>& names, std::span<const double> shares) {
   std::vector<RoomProbability> rooms;
@@ -43,21 +46,18 @@ bool isPredicted(const RoomPredictions& predictions, std::size_t image) {
   return std::ranges::any_of(predictions.probabilities.row(image), [](float p) { return p > 0; });
 }
 
-/// How much more probable than by chance the best room has to be without the label that tells most for it:
-/// chosen on the training half of NYU Depth V2 (docs/measured/words.md).
-constexpr double timesChance = 2;
-
-/// The probability of the best room without a label that adds `logOdds`, a number for each room.
-double bestWithout(const RoomPredictions& predictions, const std::vector<RoomProbability>& rooms,
-                   const std::vector<double>& logOdds) {
-  double best = 0, sum = 0;
-  for (std::size_t i = 0; i < rooms.size(); ++i) {
-    const auto room = std::ranges::find(predictions.rooms, rooms[i].room) - predictions.rooms.begin();
-    const double rest = rooms[i].probability * std::exp(-logOdds[static_cast<std::size_t>(room)]);
-    if (i == 0) best = rest;
-    sum += rest;
+/// Whether the best room is told without a label that adds `logOdds`, a number for each room.
+bool isToldWithout(const RoomPredictions& predictions, const std::vector<RoomProbability>& rooms,
+                   const std::vector<double>& logOdds, GroupedBy by) {
+  std::vector<double> rest;
+  for (const RoomProbability& room : rooms) {
+    const auto found = std::ranges::find(predictions.rooms, room.room) - predictions.rooms.begin();
+    rest.push_back(room.probability * std::exp(-logOdds[static_cast<std::size_t>(found)]));
   }
-  return sum > 0 ? best / sum : 0;
+  if (by == GroupedBy::labels)
+    return std::all_of(rest.begin() + 1, rest.end(), [&](double other) { return other < rest.front(); });
+  const double chance = std::accumulate(rest.begin(), rest.end(), 0.0) / static_cast<double>(rest.size());
+  return rest.front() > timesChance * chance;
 }
 
 }  // namespace
@@ -86,7 +86,7 @@ std::vector<std::vector<RoomProbability>> poolRooms(const RoomPredictions& predi
 }
 
 std::vector<bool> areSureRooms(const RoomPredictions& predictions, std::span<const std::size_t> groupOf,
-                               const std::vector<std::vector<RoomProbability>>& pooled) {
+                               const std::vector<std::vector<RoomProbability>>& pooled, GroupedBy by) {
   std::vector<bool> sure;
   for (const std::vector<RoomProbability>& rooms : pooled)
     sure.push_back(!rooms.empty() && rooms.front().probability > predictions.sureProbability());
@@ -105,9 +105,8 @@ std::vector<bool> areSureRooms(const RoomPredictions& predictions, std::span<con
     for (std::size_t r = 0; r < sum.size(); ++r)
       sum[r] += static_cast<double>(evidence.logOdds[r]) / images[group];
   }
-  const double least = timesChance / static_cast<double>(predictions.rooms.size());
   for (const auto& [key, logOdds] : told)
-    if (bestWithout(predictions, pooled[key.first], logOdds) <= least) sure[key.first] = false;
+    if (!isToldWithout(predictions, pooled[key.first], logOdds, by)) sure[key.first] = false;
   return sure;
 }
 

@@ -61,13 +61,22 @@ std::vector<RoomProbability> rankedRooms(const RoomPredictions& predictions, std
 std::vector<std::vector<RoomProbability>> poolRooms(const RoomPredictions& predictions,
                                                     std::span<const std::size_t> groupOf, std::size_t groups);
 
+/// What made groups of images.
+enum class GroupedBy {
+  /// What they show: places, zones.
+  labels,
+  /// Something else, as where they were taken: areas.
+  space
+};
+
 /// Whether each group of poolRooms() surely is its best room: whether that is more probable than
-/// sureProbability(), and more than twice as probable as by chance whichever single label is left out of
-/// `evidence`. A network that takes one thing for another does so in all images of a place; so one label,
-/// however often it is seen, is one witness (a jackknife over labels: Tukey 1958). Predictions without
-/// evidence are judged by their probability alone.
+/// sureProbability(), and does not rest on one label of `evidence`. A network that takes one thing for
+/// another does so in all images of a place; so one label, however often it is seen, is one witness (a
+/// jackknife over labels: Tukey 1958). Whichever is left out, the room has to stay more than twice as
+/// probable as by chance; in groups by labels, which gather the same mistake, it has to stay the best one.
+/// Predictions without evidence are judged by their probability alone.
 std::vector<bool> areSureRooms(const RoomPredictions& predictions, std::span<const std::size_t> groupOf,
-                               const std::vector<std::vector<RoomProbability>>& pooled);
+                               const std::vector<std::vector<RoomProbability>>& pooled, GroupedBy by);
 
 /// "kitchen 83 %, office 10 %": the first `maxRooms`, down to one percent; "" without any.
 std::string describeRooms(const std::vector<RoomProbability>& rooms, std::size_t maxRooms = 3);

@@ -51,9 +51,10 @@ Json pointFeature(const TopologicalMap& map, const Node& node, const Place& plac
   }
   // Nav2's loader knows numbers, texts, truth values and lists of these; null makes it fail.
   Json metadata;
-  metadata["class"] = !place.room.empty()        ? place.room
-                      : place.predictedRoom() != nullptr ? place.predictedRoom()->room
-                                                 : shortLabel(map.vocabulary[bestLabels(node, 1).at(0)]);
+  metadata["class"] = !place.room.empty() ? place.room
+                      : place.predictedRoom() != nullptr
+                          ? place.predictedRoom()->room
+                          : shortLabel(map.vocabulary[bestLabels(node, 1).at(0)]);
   if (!place.room.empty()) metadata["room"] = place.room;
   if (const RoomProbability* predicted = place.predictedRoom()) {
     metadata["predicted_room"] = predicted->room;

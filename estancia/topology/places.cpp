@@ -40,7 +40,7 @@ std::vector<Place> placesOf(const TopologicalMap& map) {
   }
   if (map.predictions) {
     auto pooled = poolRooms(*map.predictions, placeOf, places.size());
-    const std::vector<bool> sure = areSureRooms(*map.predictions, placeOf, pooled);
+    const std::vector<bool> sure = areSureRooms(*map.predictions, placeOf, pooled, GroupedBy::labels);
     for (std::size_t i = 0; i < places.size(); ++i) {
       places[i].isNamed = map.predictions->areByName ? sure[i] : !pooled[i].empty();
       places[i].predicted = std::move(pooled[i]);

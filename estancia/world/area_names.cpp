@@ -76,7 +76,7 @@ void nameAreasByRooms(WorldMap& world) {
     areaOf.push_back(area < 0 ? world.areas.size() : static_cast<std::size_t>(area));
   const RoomPredictions& predictions = *world.places.predictions;
   const auto pooled = poolRooms(predictions, areaOf, world.areas.size());
-  const std::vector<bool> sure = areSureRooms(predictions, areaOf, pooled);
+  const std::vector<bool> sure = areSureRooms(predictions, areaOf, pooled, GroupedBy::space);
   const auto assigned =
       predictions.areListed ? assignRooms(pooled, predictions) : std::vector<std::string>(pooled.size());
   std::map<std::string, int> areasOfRoom;

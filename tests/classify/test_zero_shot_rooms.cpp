@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "estancia/words/room_words.hpp"
@@ -66,6 +68,25 @@ TEST(ZeroShotRooms, AreTriedFromAListOfCommonOnes) {
   EXPECT_EQ(predictions.rooms, commonRooms());
   EXPECT_FALSE(predictions.areListed);
   EXPECT_THAT(bestRooms(predictions), testing::ElementsAre("kitchen", "kitchen", "bedroom", "bathroom"));
+}
+
+TEST(ZeroShotRooms, KeepWhatLabelsTellUnlessTheyAreListed) {
+  const DescriptorMatrix images = imagesOf({0, 1, 4, 6});
+  EXPECT_TRUE(predicted(images, rooms).evidence.empty());
+  const RoomPredictions predictions = predicted(images, {});
+  ASSERT_FALSE(predictions.evidence.empty());
+  const RoomEvidence& first = predictions.evidence.front();
+  EXPECT_EQ(first.image, 0U);
+  EXPECT_EQ(first.label, 0U) << "the stove";
+  ASSERT_EQ(first.logOdds.size(), commonRooms().size());
+  const auto room = std::ranges::find(commonRooms(), "kitchen") - commonRooms().begin();
+  EXPECT_EQ(std::ranges::max_element(first.logOdds) - first.logOdds.begin(), room);
+  const DescriptorView row = predictions.probabilities.row(0);
+  // Without the prior the log odds of two rooms are what the labels add to them, here nearly one label.
+  const auto pooled = poolRooms(predictions, std::vector<std::size_t>{0}, 1).front();
+  EXPECT_NEAR(std::log(pooled.front().probability / pooled.back().probability),
+              first.logOdds[static_cast<std::size_t>(room)] - *std::ranges::min_element(first.logOdds), 0.5);
+  EXPECT_EQ(row.size(), first.logOdds.size());
 }
 
 TEST(ZeroShotRooms, EstimateHowOftenEachOccurs) {

@@ -62,6 +62,29 @@ TEST(RoomPredictions, ByNameAloneAreSureFromAThird) {
   EXPECT_NEAR(made.sureProbability(), 1.0 / 3, 1e-12);
 }
 
+TEST(RoomPredictions, AreNotSureByOneLabel) {
+  RoomPredictions made{"test", {"kitchen", "office", "hall", "attic", "shop"}, DescriptorMatrix(5)};
+  made.areByName = true;
+  for (int i = 0; i < 4; ++i) made.probabilities.append(std::vector<float>{0.8F, 0.05F, 0.05F, 0.05F, 0.05F});
+  const std::vector<std::size_t> groupOf{0, 0, 1, 1};
+  const auto sure = [&](GroupedBy by = GroupedBy::space) {
+    return areSureRooms(made, groupOf, poolRooms(made, groupOf, 3), by);
+  };
+  EXPECT_THAT(sure(), ElementsAre(true, true, false)) << "judged by the probability alone; none in the last";
+  // log(0.8 / 0.05) = 2.77 is what all labels tell; of the first group one label tells it in both images.
+  made.evidence = {{0, 7, {2.5F, 0, 0, 0, 0}},
+                   {1, 7, {2.5F, 0, 0, 0, 0}},
+                   {2, 7, {2.5F, 0, 0, 0, 0}},
+                   {3, 8, {2.5F, 0, 0, 0, 0}},
+                   {9, 8, {2.5F, 0, 0, 0, 0}}};
+  EXPECT_THAT(sure(), ElementsAre(false, true, false)) << "two labels, each in half of the images";
+  EXPECT_THAT(sure(GroupedBy::labels), ElementsAre(true, true, false)) << "it stays the best one";
+  for (RoomEvidence& told : made.evidence) told.logOdds[4] = -1;
+  EXPECT_THAT(sure(GroupedBy::labels), ElementsAre(false, true, false)) << "the shop is better without it";
+  for (RoomEvidence& told : made.evidence) told.logOdds.assign(5, 2.5F);
+  EXPECT_THAT(sure(), ElementsAre(true, true, false)) << "what tells for all rooms tells nothing";
+}
+
 TEST(RoomPredictions, AreDescribedShortly) {
   EXPECT_EQ(describeRooms({{"kitchen", 0.83}, {"office", 0.166}, {"hall", 0.004}}),
             "kitchen 83 %, office 17 %");

@@ -12,6 +12,7 @@
 #include "estancia/topology/places.hpp"
 #include "estancia/topology/quality.hpp"
 #include "estancia/topology/route.hpp"
+#include "estancia/topology/sqlite.hpp"
 #include "estancia/topology/store.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
@@ -158,6 +159,59 @@ TEST(PredictedRooms, AreKeptInTheMapFile) {
   EXPECT_EQ(kept->classifier, "svm-rbf on test");
   EXPECT_EQ(kept->rooms, predictions().rooms);
   EXPECT_EQ(kept->probabilities.values(), predictions().probabilities.values());
+}
+
+/// By name alone, without a list: the kitchen of places 0 and 1 rests on one label.
+RoomPredictions byName() {
+  RoomPredictions made = predictions();
+  made.areByName = true;
+  made.prior.assign(3, 1.0 / 3);
+  for (std::size_t i = 0; i < 3; ++i) made.evidence.push_back({i, 1, {0, 3, 0}});
+  return made;
+}
+
+TEST(PredictedRooms, ByNameAloneAreKeptWithTheirEvidence) {
+  const test::ScratchFolder folder;
+  const fs::path path = storedMap(folder, false);
+  writeRoomPredictions(byName(), path);
+  const RoomPredictions kept = *readMap(path).predictions;
+  ASSERT_EQ(kept.evidence.size(), 3U);
+  EXPECT_EQ(kept.evidence[2].image, 2U);
+  EXPECT_EQ(kept.evidence[2].label, 1U);
+  EXPECT_THAT(kept.evidence[2].logOdds, ElementsAre(0, 3, 0));
+  writeRoomPredictions(predictions(), path);
+  EXPECT_TRUE(readMap(path).predictions->evidence.empty());
+
+  RoomPredictions wrong = byName();
+  wrong.evidence[0].label = 99;
+  EXPECT_THAT([&] { writeRoomPredictions(wrong, path); }, FailsWith(ErrorCode::mismatch, "evidence"));
+  for (const char* sql :
+       {"UPDATE room_evidence SET label = 99 WHERE frame = 1",
+        "UPDATE room_evidence SET frame = 99 WHERE frame = 1",
+        "UPDATE room_evidence SET log_odds = x'00' WHERE frame = 1",
+        "UPDATE room_evidence SET log_odds = x'0000c07f0000000000000000' WHERE frame = 1"}) {
+    writeRoomPredictions(byName(), path);
+    sqlite::Database(path, sqlite::Database::Mode::write).run(sql);
+    EXPECT_THAT([&] { readMap(path); }, FailsWith(ErrorCode::corruptFile, "room evidence")) << sql;
+  }
+}
+
+TEST(PredictedRooms, ByNameAloneNameOnlyWhatTheySurelyAre) {
+  TopologicalMap map = withoutTruth(namedMap());
+  map.predictions = byName();
+  const std::vector<Place> places = placesOf(map);
+  EXPECT_FALSE(places[0].isNamed) << "one label";
+  EXPECT_EQ(places[0].predicted.front().room, "kitchen");
+  EXPECT_EQ(places[0].displayRoom(), "");
+  EXPECT_EQ(places[2].displayRoom(), "office 75 %");
+  EXPECT_THAT(findMeaning(map, "office").rooms, ElementsAre("office"));
+  EXPECT_THAT(findMeaning(map, "kitchen").rooms, IsEmpty()) << "perhaps there is none";
+  const json nav2 = json::parse(exportMap(map, "nav2"));
+  EXPECT_NE(nav2["features"][0]["properties"]["metadata"]["class"], "kitchen");
+  EXPECT_FALSE(nav2["features"][0]["properties"]["metadata"].contains("predicted_room"));
+  EXPECT_EQ(nav2["features"][2]["properties"]["metadata"]["class"], "office");
+  map.predictions->areListed = true;
+  EXPECT_THAT(findMeaning(map, "kitchen").rooms, ElementsAre("kitchen")) << "somebody said that there is one";
 }
 
 TEST(PredictedRooms, ReplaceEarlierOnes) {

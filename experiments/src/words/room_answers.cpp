@@ -107,7 +107,7 @@ ImageGroups groupsOfAreas(const std::vector<Frame>& frames, const std::vector<in
 
 std::vector<GroupAnswer> nameBlocks(const RoomPredictions& predictions, const ImageGroups& groups) {
   const auto pooled = poolRooms(predictions, groups.groupOf, groups.rooms.size());
-  const std::vector<bool> sure = areSureRooms(predictions, groups.groupOf, pooled);
+  const std::vector<bool> sure = areSureRooms(predictions, groups.groupOf, pooled, GroupedBy::space);
   const std::vector<std::size_t> images = imagesOfGroups(groups);
   std::vector<GroupAnswer> answers;
   for (std::size_t g = 0; g < pooled.size(); ++g) {

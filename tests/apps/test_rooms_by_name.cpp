@@ -1,0 +1,149 @@
+// Maps and zones name their rooms by themselves, from what their labels have to do with the rooms' names.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "estancia/io/descriptor_sequence.hpp"
+#include "estancia/topology/map.hpp"
+#include "estancia/topology/places.hpp"
+#include "support/errors.hpp"
+#include "support/support.hpp"
+
+namespace estancia::test {
+namespace {
+
+using nlohmann::json;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Not;
+
+const std::vector<std::string> kitchen{"stove", "microwave", "refrigerator", "toaster"},
+    bathroom{"toilet seat", "bathtub", "washbasin", "shower curtain"},
+    desert{"zebra", "dune", "camel", "sky"};
+
+class RoomsByName : public testing::Test {
+ protected:
+  /// A recording of twenty images of each, in which the things of a room turn up one after the other.
+  std::string drive(const std::string& name, const std::vector<std::vector<std::string>>& rooms) const {
+    std::vector<std::string> labels;
+    for (const auto* room : {&kitchen, &bathroom, &desert})
+      labels.insert(labels.end(), room->begin(), room->end());
+    DescriptorSequence recording{Vocabulary(labels), "test 1", {}, DescriptorMatrix(labels.size())};
+    for (const std::vector<std::string>& things : rooms)
+      for (std::size_t i = 0; i < 20; ++i) {
+        recording.frames.emplace_back().name = "frame " + std::to_string(recording.frames.size());
+        std::vector<float> image(labels.size(), 0.005F);
+        for (const auto& [step, p] : {std::pair{0, 0.5F}, {1, 0.3F}, {2, 0.1F}}) {
+          const std::string& thing = things[(i / 2 + static_cast<std::size_t>(step)) % things.size()];
+          image[static_cast<std::size_t>(std::ranges::find(labels, thing) - labels.begin())] = p;
+        }
+        recording.descriptors.append(image);
+      }
+    const std::string file = scratch_ / name;
+    writeDescriptors(recording, file);
+    return file;
+  }
+
+  CommandResult map(const std::string& drive, const std::vector<std::string>& more = {"--overwrite"}) const {
+    std::vector<std::string> arguments{"map", drive, "-o", map_};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    CommandResult result = run(arguments);
+    EXPECT_EQ(result.exitCode, 0) << result.err;
+    return result;
+  }
+
+  ScratchFolder scratch_;
+  const std::string map_ = scratch_ / "home.estancia";
+};
+
+TEST_F(RoomsByName, AreInEveryNewMap) {
+  const std::string home = drive("home.labels", {kitchen, bathroom});
+  const auto said = map(home);
+  EXPECT_THAT(said.out, HasSubstr("kitchen"));
+  EXPECT_THAT(said.out, HasSubstr("bathroom"));
+  const RoomPredictions made = *readMap(map_).predictions;
+  EXPECT_TRUE(made.areByName);
+  EXPECT_FALSE(made.areListed);
+  EXPECT_EQ(json::parse(run({"ask", map_, "kitchen", "--json"}).out)["places"][0]["predicted_room"],
+            "kitchen");
+  EXPECT_THAT(run({"ask", map_, "stove"}).out, HasSubstr("(kitchen "));
+
+  ASSERT_EQ(run({"classify", "name", map_}).exitCode, 0);
+  const RoomPredictions named = *readMap(map_).predictions;
+  EXPECT_EQ(made.probabilities.values(), named.probabilities.values());
+  EXPECT_EQ(made.evidence.size(), named.evidence.size());
+
+  const json summary = json::parse(map(home, {"--overwrite", "--json"}).out);
+  EXPECT_GE(summary["predicted_rooms"]["kitchen"], 1);
+}
+
+TEST_F(RoomsByName, AreNotTakenFromOneThing) {
+  // A shelf of stoves in a desert: sure enough by its probability, but one label alone.
+  map(drive("odd.labels", {desert, {"stove", "dune", "stove", "sky"}}));
+  TopologicalMap byProbability = readMap(map_);
+  byProbability.predictions->evidence.clear();
+  EXPECT_TRUE(std::ranges::any_of(placesOf(byProbability), &Place::isNamed));
+  EXPECT_THAT(run({"ask", map_, "stove"}).out, Not(HasSubstr("kitchen")));
+  EXPECT_EQ(run({"ask", map_, "stove"}).exitCode, 0);
+  EXPECT_THAT(run({"export", map_, "--format", "graphml"}).out,
+              Not(HasSubstr("<data key=\"predicted_room\">")));
+  ASSERT_EQ(run({"report", map_, "-o", scratch_ / "home.html"}).exitCode, 0);
+  EXPECT_THAT(readFile(scratch_ / "home.html"), Not(HasSubstr("Taken for")));
+}
+
+TEST_F(RoomsByName, AreLeftOutForRawWordsAndWithoutWordNet) {
+  const std::string home = drive("home.labels", {kitchen, bathroom});
+  map(home, {"--words", "raw"});
+  EXPECT_FALSE(readMap(map_).predictions);
+  const WithoutWordNet none;
+  const auto plain = map(home);
+  EXPECT_FALSE(readMap(map_).predictions);
+  EXPECT_THAT(plain.out, Not(HasSubstr("bathroom")));
+  EXPECT_THAT(run({"map", home, "-o", map_, "--overwrite", "--rooms-by-name", "kitchen,bathroom"}),
+              FailsWith(ErrorCode::missingDependency, "ESTANCIA_WORDNET"));
+}
+
+TEST_F(RoomsByName, AreRenewedWhereTheMapGoesOn) {
+  const std::string home = drive("home.labels", {kitchen, bathroom});
+  map(drive("begun.labels", {kitchen}));
+  EXPECT_EQ(readMap(map_).predictions->probabilities.size(), 20U);
+  map(home, {"--continue"});
+  EXPECT_EQ(readMap(map_).predictions->probabilities.size(), 40U);
+  EXPECT_THAT(run({"ask", map_, "bathtub"}).out, HasSubstr("(bathroom "));
+}
+
+TEST_F(RoomsByName, MayBeListedAndStaySo) {
+  const std::string home = drive("home.labels", {kitchen, bathroom});
+  map(drive("begun.labels", {kitchen}), {"--rooms-by-name", "kitchen,bathroom"});
+  map(home, {"--continue"});
+  const RoomPredictions listed = *readMap(map_).predictions;
+  EXPECT_TRUE(listed.areListed);
+  EXPECT_THAT(listed.rooms, ElementsAre("kitchen", "bathroom"));
+  EXPECT_EQ(listed.probabilities.size(), 40U);
+  ASSERT_EQ(run({"classify", "name", map_, "--rooms", "kitchen,bathroom"}).exitCode, 0);
+  EXPECT_EQ(readMap(map_).predictions->probabilities.values(), listed.probabilities.values());
+
+  const std::string other = scratch_ / "other.estancia";
+  EXPECT_THAT(run({"map", home, "-o", other, "--rooms-by-name", "kitchen,xyzzy"}),
+              FailsWith(ErrorCode::unknownName, "xyzzy"));
+  EXPECT_FALSE(std::filesystem::exists(other)) << "before the long work begins";
+  EXPECT_NE(run({"map", home, "-o", other, "--rooms-by-name", "kitchen,bathroom", "--room-classifier", home})
+                .exitCode,
+            0);
+}
+
+TEST_F(RoomsByName, NeverReplaceThoseOfAClassifier) {
+  const std::string home = drive("home.labels", {kitchen, bathroom});
+  map(drive("begun.labels", {kitchen}));
+  RoomPredictions trained{"knn on test", {"galley", "bath"}, DescriptorMatrix(2)};
+  for (int i = 0; i < 20; ++i) trained.probabilities.append(std::vector<float>{0.9F, 0.1F});
+  writeRoomPredictions(trained, map_);
+  EXPECT_THAT(map(home, {"--continue"}).err, HasSubstr("classify name CLASSIFIER"));
+  EXPECT_EQ(readMap(map_).predictions->classifier, "knn on test");
+}
+
+}  // namespace
+}  // namespace estancia::test
