@@ -19,6 +19,7 @@
 #include "estancia/world/world_json.hpp"
 #include "estancia/zones/overlay.hpp"
 #include "estancia/zones/zone_file.hpp"
+#include "estancia/zones/zone_names.hpp"
 #include "own_words.hpp"
 
 namespace estancia::apps {
@@ -138,7 +139,7 @@ void printPlaces(const WorldAnswers& answers, const WorldMap& world, const Place
     fmt::print("place {:<5} {:>5.1f} %  {:>5.1f}× the map's mean  {}{}{}{}\n", answer.node,
                100 * answer.probability, answer.lift, reasonOf(answer, world.places),
                roomOf(places[indexOf(world.places, answer.node)]), area.empty() ? "" : "  " + area,
-               zone == nullptr ? "" : fmt::format("  in zone {} ({})", zone->id, zone->name));
+               zone == nullptr ? "" : fmt::format("  in zone {} ({})", zone->id, describedName(*zone)));
   }
 }
 

@@ -9,6 +9,7 @@
 
 #include "common.hpp"
 #include "described.hpp"
+#include "estancia/classify/zero_shot_rooms.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/label_words.hpp"
 #include "estancia/core/progress.hpp"
@@ -17,8 +18,11 @@
 #include "estancia/stats/distance.hpp"
 #include "estancia/stats/linkage.hpp"
 #include "estancia/topology/map.hpp"
+#include "estancia/words/installed_words.hpp"
+#include "estancia/world/rooms_by_name.hpp"
 #include "estancia/zones/measure.hpp"
 #include "estancia/zones/zone_file.hpp"
+#include "estancia/zones/zone_names.hpp"
 #include "estancia/zones/zone_stream.hpp"
 #include "estancia/zones/zones_json.hpp"
 #include "labeling.hpp"
@@ -38,6 +42,8 @@ struct ZonesArguments {
   ZoneStreamOptions streaming;
   DeclaredOptions declared;
   std::string output, roomClassifier;
+  /// Listed, to be told by their names.
+  std::vector<std::string> rooms;
   bool stream = false, overwrite = false, json = false;
 };
 
@@ -141,6 +147,21 @@ void name(Zones& zones, const DescriptorSequence& recording, const RoomClassifie
   nameRooms(zones, describing.rooms(classifier, recording, sequence.get()));
 }
 
+/// Names them by the rooms' names alone, unless raw words are wanted.
+void nameWithoutExample(Zones& zones, const DescriptorSequence& recording, const ZonesArguments& arguments,
+                        const ZoneOptions& options) {
+  const bool isListed = !arguments.rooms.empty();
+  const bool isWanted = isListed || options.naming.words == NamingOptions::Words::wordNet;
+  const WordGraph* graph = isWanted ? installedWordGraph() : nullptr;
+  if (graph == nullptr) return;
+  try {
+    nameRooms(zones,
+              predictRoomsByNames(*graph, recording.vocabulary, recording.descriptors, arguments.rooms));
+  } catch (const Error& e) {
+    if (isListed || e.code() != ErrorCode::unknownName) throw;  // a WordNet without the common rooms
+  }
+}
+
 double shareOf(const Zone& zone, const Zones& zones) {
   return static_cast<double>(zone.images.size()) / static_cast<double>(zones.frames.size());
 }
@@ -175,7 +196,7 @@ void printTable(const std::string& file, const Zones& zones, const std::vector<M
         zone.room.empty() ? "" : fmt::format("  ({}, {:.0f} %)", zone.room, 100 * zone.roomShare);
     const std::string taken = zone.predicted.empty() ? "" : "  taken for " + describeRooms(zone.predicted, 1);
     fmt::print("{:>4}  {:>6}  {:>4.1f} %  {}{}{}\n", zone.id, zone.images.size(), 100 * shareOf(zone, zones),
-               zone.name, room, taken);
+               describedName(zone), room, taken);
   }
   fmt::print("\n");
   print(measures);
@@ -193,11 +214,15 @@ void run(const ZonesArguments& arguments) {
   validate(options);  // before anything is labeled
   comparisonFor(getDistance(options.distance), getLinkage(options.linkage));
   requireReplaceable(arguments.output, arguments.overwrite, isZoneFile, "zone file");
+  if (!arguments.rooms.empty()) requireRoomNames(arguments.rooms);
   const auto classifier = openRoomClassifier(arguments.roomClassifier, arguments.sequence);
   std::optional<PrintingStream> stream;
   const DescriptorSequence recording = recordingOf(arguments, stream);
   Zones zones = stream ? stream->zones().finish(recording) : clustered(recording, options);
-  if (classifier) name(zones, recording, *classifier, arguments);
+  if (classifier)
+    name(zones, recording, *classifier, arguments);
+  else
+    nameWithoutExample(zones, recording, arguments, options);
   writeZones(zones, arguments.output);
   const std::vector<Measure> measures = measuresOf(evaluate(zones));
   std::optional<StreamAgreement> exact;
@@ -227,6 +252,7 @@ void addZonesCommand(CLI::App& app) {
   arguments->model.byDefault = "inception-v3+coco-ssd";
   arguments->model.addTo(arguments->declared, "The model that labels the images");
   addRoomClassifierOption(*command, arguments->roomClassifier);
+  addRoomsByNameOption(*command, arguments->rooms);
   command->add_flag(
       "--stream", arguments->stream,
       "Print when the zone changes while images come (with --json the zone of each), in time and memory "

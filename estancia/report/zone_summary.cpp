@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "estancia/zones/zone_names.hpp"
+
 namespace estancia::report {
 
 std::string ZonesSummary::describe(std::size_t zone) const {
@@ -39,8 +41,8 @@ ZonesSummary summarize(const Zones& zones) {
     entry.zone = &zone;
     entry.style = position < summary.styled ? symbolStyle(position) : plainStyle();
     entry.share = static_cast<double>(zone.images.size()) / static_cast<double>(zones.frames.size());
-    entry.name = shorten(zone.name, 90);
-    entry.word = shorten(firstSynonym(zone.name), 40);
+    entry.name = shorten(describedName(zone), 90);
+    entry.word = shorten(shortName(zone), 40);
     for (const std::size_t image : zone.images) addFrame(entry.visits, image);
   }
   return summary;

@@ -240,8 +240,13 @@ void nameRooms(Zones& zones, const RoomPredictions& predictions) {
          predictions.probabilities.size(), zones.frames.size());
   const std::vector<std::size_t> groups(zones.zoneOf.begin(), zones.zoneOf.end());
   auto pooled = poolRooms(predictions, groups, zones.zones.size());
+  if (predictions.areByName) {
+    const std::vector<bool> sure = areSureRooms(predictions, groups, pooled, GroupedBy::labels);
+    for (std::size_t i = 0; i < pooled.size(); ++i)
+      if (!sure[i]) pooled[i].clear();
+  }
   for (std::size_t i = 0; i < zones.zones.size(); ++i) zones.zones[i].predicted = std::move(pooled[i]);
-  zones.classifier = predictions.classifier;
+  zones.classifier = predictions.areByName ? "" : predictions.classifier;
 }
 
 std::vector<float> runMean(const Zones& zones) {

@@ -96,8 +96,9 @@ Json roomsJson(const Zones& zones, std::size_t words) {
     json[room.name]["predicted"] = std::round(room.probability * 1e6) / 1e6;
     json[room.name]["zones"] = room.zones;
   }
-  if (zones.rooms.empty() && predicted.empty())
-    for (std::size_t i = 0; i < zones.zones.size(); ++i)
+  const bool isByClassifier = !zones.classifier.empty();
+  for (std::size_t i = 0; zones.rooms.empty() && !isByClassifier && i < zones.zones.size(); ++i)
+    if (zones.zones[i].predicted.empty())
       add(zones.zones[i].name, zones.zones[i].images.size(), zones.zones[i].mean, i);
   return json;
 }

@@ -91,7 +91,7 @@ TEST_F(RoomsByName, AreNotTakenFromOneThing) {
   EXPECT_THAT(run({"export", map_, "--format", "graphml"}).out,
               Not(HasSubstr("<data key=\"predicted_room\">")));
   ASSERT_EQ(run({"report", map_, "-o", scratch_ / "home.html"}).exitCode, 0);
-  EXPECT_THAT(readFile(scratch_ / "home.html"), Not(HasSubstr("Taken for")));
+  EXPECT_EQ(readFile(scratch_ / "home.html").find("Taken for"), std::string::npos);
 }
 
 TEST_F(RoomsByName, AreLeftOutForRawWordsAndWithoutWordNet) {
@@ -133,6 +133,26 @@ TEST_F(RoomsByName, MayBeListedAndStaySo) {
   EXPECT_NE(run({"map", home, "-o", other, "--rooms-by-name", "kitchen,bathroom", "--room-classifier", home})
                 .exitCode,
             0);
+}
+
+TEST_F(RoomsByName, NameZones) {
+  const std::string home = drive("home.labels", {kitchen, bathroom}), zones = scratch_ / "home.zones";
+  const auto find = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{"zones", "find", home, "-o", zones, "--count", "2", "--overwrite"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run(arguments);
+  };
+  const auto found = find({});
+  ASSERT_EQ(found.exitCode, 0) << found.err;
+  EXPECT_THAT(found.out, HasSubstr("kitchen: "));
+  EXPECT_THAT(found.out, HasSubstr("bathroom: "));
+  map(home);
+  EXPECT_THAT(run({"ask", map_, "stove", "--zones", zones}).out, HasSubstr("(kitchen: "));
+  ASSERT_EQ(run({"report", zones, "-o", scratch_ / "zones.html"}).exitCode, 0);
+  EXPECT_NE(readFile(scratch_ / "zones.html").find("<h3>kitchen: "), std::string::npos);
+  EXPECT_THAT(find({"--words", "raw"}).out, Not(HasSubstr("kitchen")));
+  EXPECT_THAT(find({"--words", "raw", "--rooms-by-name", "kitchen,garage"}).out, HasSubstr("kitchen: "));
+  EXPECT_THAT(find({"--rooms-by-name", "kitchen,xyzzy"}), FailsWith(ErrorCode::unknownName, "xyzzy"));
 }
 
 TEST_F(RoomsByName, NeverReplaceThoseOfAClassifier) {

@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "estancia/zones/zone_file.hpp"
+#include "estancia/zones/zone_names.hpp"
 #include "estancia/zones/zones_json.hpp"
 #include "recordings.hpp"
 #include "support/errors.hpp"
@@ -47,6 +48,31 @@ TEST(PredictedRoomsOfZones, ArePooledOverTheirImages) {
   Zones other = namedZones();
   const RoomPredictions few{"x", {"a"}, DescriptorMatrix(1)};
   EXPECT_THAT([&] { nameRooms(other, few); }, FailsWith(ErrorCode::mismatch, "0 frames", "24 frames"));
+}
+
+TEST(PredictedRoomsOfZones, ByNameAloneAreThoseThatAreSure) {
+  Zones zones = namedZones();
+  RoomPredictions said{"by name", {"bath", "kitchen", "shop"}, DescriptorMatrix(3)};
+  said.areByName = true;
+  for (std::size_t i = 0; i < zones.frames.size(); ++i) {
+    said.probabilities.append(i < 20 ? std::vector<float>{0.1F, 0.8F, 0.1F}
+                                     : std::vector<float>{0.33F, 0.33F, 0.33F});
+    said.evidence.push_back(
+        {i, i < 12 ? 0 : i % 2, {0, 3, 0}});  // one label, or two, half of the images each
+  }
+  nameRooms(zones, said);
+  EXPECT_THAT(zones.zones[0].predicted, IsEmpty()) << "one label";
+  EXPECT_EQ(zones.zones[1].predicted.front().room, "kitchen");
+  EXPECT_THAT(zones.zones[2].predicted, IsEmpty()) << "no room is probable";
+  EXPECT_EQ(zones.classifier, "") << "none has named them";
+  EXPECT_EQ(describedName(zones.zones[1]), "kitchen: " + zones.zones[1].name);
+  EXPECT_EQ(shortName(zones.zones[1]), "kitchen");
+  EXPECT_EQ(describedName(zones.zones[0]), zones.zones[0].name);
+  EXPECT_EQ(shortName(zones.zones[0]) + ",",
+            zones.zones[0].name.substr(0, zones.zones[0].name.find(',') + 1));
+  const ordered_json rooms = ordered_json::parse(toRoomsJson(zones, 3));
+  EXPECT_EQ(rooms.size(), 3U) << "the kitchen, and two zones by their words";
+  EXPECT_TRUE(rooms.contains("kitchen"));
 }
 
 TEST(PredictedRoomsOfZones, AreKeptInTheFile) {
