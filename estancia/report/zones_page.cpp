@@ -189,7 +189,8 @@ void addExplorer(Markup& body, const ZonesPage& page, const ZonesSummary& summar
   body.element(
       "p",
       "A zone holds images whose words are alike, wherever and whenever they were taken: positions and "
-      "rooms were not used to find it. It is named by the words that tell most about it. Select a zone "
+      "rooms were not used to find it. It is named by the room that it is taken for, if any, and the words "
+      "that tell most about it. Select a zone "
       "to see it alone.");
   body.element("p", fmt::format("Zones were merged up to a distance of {}: {}.", significant(page.zones.cut),
                                 shorten(page.zones.cutReason, 300)));
