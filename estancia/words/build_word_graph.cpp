@@ -3,6 +3,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "estancia/words/purposes.hpp"
 #include "estancia/words/word_graph.hpp"
 
 namespace estancia {
@@ -155,10 +156,6 @@ std::vector<std::string> partsOf(const std::string& word) {
   return parts;
 }
 
-std::string_view definitionOf(std::string_view gloss) {
-  return gloss.substr(0, gloss.find('"'));
-}
-
 }  // namespace
 
 WordGraph buildWordGraph(const WordNet& wordNet) {
@@ -180,7 +177,7 @@ WordGraph buildWordGraph(const WordNet& wordNet) {
       edges.add(s, relation.target, kind.weight / 2, kind.link);
       edges.add(relation.target, s, kind.weight / 2, reverse(kind.link));
     }
-    const std::vector<std::string> words = graph.lexicon.terms(definitionOf(synset.gloss));
+    const std::vector<std::string> words = graph.lexicon.terms(synset.definition());
     std::vector<std::string> parts, own;
     for (const std::string& word : words) {
       const std::vector<std::string> of = partsOf(word);
@@ -198,6 +195,7 @@ WordGraph buildWordGraph(const WordNet& wordNet) {
   }
   edges.mergeInto(graph);
   graph.sumDegrees();
+  graph.purposes = findPurposes(wordNet, graph);
   return graph;
 }
 

@@ -8,9 +8,10 @@ namespace estancia {
 namespace {
 
 // Logistic regression of "a person accepts the label" on the even queries of experiments/words/queries.csv: a
-// constant, the share of the query's meanings that the label is a kind of, its log lift, and how far that is
-// below the best label's. The version of word_associations_file.cpp goes up with all that is here.
-constexpr double bias = -2.36, kindWeight = 3.1, liftWeight = 0.72, gapWeight = 0.61;
+// constant, the share of the query's meanings that the label is a kind of, its purpose squared, its log lift,
+// and how far that is below the best label's. The version of word_associations_file.cpp goes up with all that
+// is here.
+constexpr double bias = -2.36, kindWeight = 3.1, purposeWeight = 4, liftWeight = 0.72, gapWeight = 0.61;
 /// Of what certainly is of the kind that is asked for, however little else joins the two: a rocking chair is
 /// a chair, a chair a seat, a seat furniture.
 constexpr double kindFloor = 0.8;
@@ -21,7 +22,8 @@ constexpr double stepDecay = 0.95;
 }  // namespace
 
 double labelRelevance(const LabelEvidence& evidence) {
-  const double logit = bias + kindWeight * evidence.kind + liftWeight * evidence.lift +
+  const double logit = bias + kindWeight * evidence.kind +
+                       purposeWeight * evidence.purpose * evidence.purpose + liftWeight * evidence.lift +
                        gapWeight * std::max(evidence.lift - evidence.bestLift, -maxGap);
   return std::max(1 / (1 + std::exp(-logit)), kindFloor * evidence.kind * evidence.kind);
 }
@@ -35,7 +37,19 @@ double usedLift(double lift) {
 }
 
 double kindShare(float senseProbability, int distance) {
-  return std::sqrt(static_cast<double>(senseProbability)) * std::pow(stepDecay, distance);
+  return std::sqrt(static_cast<double>(senseProbability)) * hypernymDecay(distance);
+}
+
+double hypernymDecay(int distance) {
+  return std::pow(stepDecay, distance);
+}
+
+double inheritedShare(std::span<const float> shares,
+                      std::span<const std::pair<std::uint32_t, int>> hypernyms) {
+  double best = 0;
+  for (const auto& [above, distance] : hypernyms)
+    best = std::max(best, static_cast<double>(shares[above]) * hypernymDecay(distance));
+  return best;
 }
 
 double kindShare(std::span<const Sense> senses, std::span<const std::pair<std::uint32_t, int>> hypernyms) {

@@ -21,13 +21,15 @@ struct LabelEvidence {
   double bestLift = 0;
   /// kindShare() of a single word; of a room's name also usualShare of that of a furnishing. In [0, 1].
   double kind = 0;
+  /// How well it, or what it is a kind of, serves the words as a purpose (purposeShares()). In [0, 1].
+  double purpose = 0;
 };
 
-/// In [0, 1]; grows with lift and kind, and falls with bestLift.
+/// In [0, 1]; grows with lift, kind and purpose, and falls with bestLift.
 double labelRelevance(const LabelEvidence& evidence);
 
 /// The lift from which on a label that is the best one, and no kind of what is asked for, has a relevance of
-/// at least `probability`, in (0, 1).
+/// at least `probability`, in (0, 1), if it has no such purpose either.
 double liftFor(double probability);
 
 /// Lifts beyond some size tell nothing more; of a label that WordNet does not know, minUsedLift.
@@ -40,6 +42,14 @@ double kindShare(float senseProbability, int distance);
 
 /// The largest over all pairs of `senses`, a word's, and `hypernyms`, a label's with their distances.
 double kindShare(std::span<const Sense> senses, std::span<const std::pair<std::uint32_t, int>> hypernyms);
+
+/// A kind of what serves a purpose serves it, too: the largest of `shares`, one a synset, of the hypernyms; a
+/// little less for far ones.
+double inheritedShare(std::span<const float> shares,
+                      std::span<const std::pair<std::uint32_t, int>> hypernyms);
+
+/// How much of a share is left for a hypernym of this distance, in (0, 1].
+double hypernymDecay(int distance);
 
 /// What is usual in a room is a weaker answer to its name than a kind of what was asked for.
 constexpr double usualShare = 0.8;

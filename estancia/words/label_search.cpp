@@ -10,6 +10,7 @@
 
 #include "estancia/core/label_words.hpp"
 #include "estancia/words/label_relevance.hpp"
+#include "estancia/words/purposes.hpp"
 #include "estancia/words/spelling.hpp"
 
 namespace estancia {
@@ -18,7 +19,7 @@ namespace {
 // Longer queries are cut: each term costs a walk, each unknown word a search of the lexicon.
 constexpr std::size_t maxTerms = 6, maxUnknown = 6, maxWords = 20, maxQueryBytes = 400;
 
-constexpr double leastReason = 0.3;
+constexpr double leastReason = 0.3, leastPurpose = 0.5;
 
 /// What is read of a query: a long one is cut between words, where there are some.
 std::string_view beginningOf(std::string_view words) {
@@ -70,6 +71,10 @@ LabelSearch::LabelSearch(const Vocabulary& vocabulary, const WordGraph* graph)
                              : graph->hypernyms(senses_[label].senses.front().synset));
     for (std::string& word : splitText(vocabulary[label])) words.insert(std::move(word));
   }
+  for (const auto& ofLabel : hypernyms_)
+    for (const auto& [above, distance] : ofLabel) allHypernyms_.push_back(above);
+  std::ranges::sort(allHypernyms_);
+  allHypernyms_.erase(std::ranges::unique(allHypernyms_).begin(), allHypernyms_.end());
   labelWords_.assign(words.begin(), words.end());
 }
 
@@ -108,6 +113,7 @@ LabelSearch::Query LabelSearch::parse(std::string_view asked) const {
     starts.push_back(senses);
     query.terms.push_back({std::move(term), std::move(senses), {}});
   }
+  query.purposes = purposeShares(*graph_, starts, allHypernyms_);
   std::vector<std::vector<float>> walks = graph_->walkEach(starts);
   for (std::size_t i = 0; i < walks.size(); ++i) query.terms[i].visits = std::move(walks[i]);
   query.room = findCommonRoom(corrected);
@@ -152,7 +158,8 @@ std::vector<double> LabelSearch::probabilities(const Query& query) const {
   }
   for (std::size_t label = 0; label < lifts.size(); ++label) {
     if (senses_[label].senses.empty()) continue;
-    results[label] = labelRelevance({lifts[label], best[label], kindOf(query, label)});
+    results[label] = labelRelevance(
+        {lifts[label], best[label], kindOf(query, label), inheritedShare(query.purposes, hypernyms_[label])});
   }
   return results;
 }
@@ -175,6 +182,21 @@ std::vector<double> LabelSearch::likely(std::string_view words) const {
                            : likely(parse(words), defaultMinProbability);
 }
 
+/// The word that the label serves best; "" where that is not its purpose.
+std::string LabelSearch::servedVerb(const Query& query, std::size_t label) const {
+  if (inheritedShare(query.purposes, hypernyms_[label]) < leastPurpose) return "";
+  std::string verb;
+  double best = 0;
+  for (const Term& term : query.terms) {
+    const double share =
+        inheritedShare(purposeShares(*graph_, {&term.senses, 1}, allHypernyms_), hypernyms_[label]);
+    if (share <= best) continue;
+    best = share;
+    verb = term.word;
+  }
+  return verb;
+}
+
 std::string LabelSearch::reasonFor(const Query& query, std::size_t label) const {
   if (senses_[label].senses.empty()) return "";
   // The term that tells most.
@@ -194,6 +216,8 @@ std::string LabelSearch::reasonFor(const Query& query, std::size_t label) const 
   for (const Term& furnishing : query.furnishings)
     if (kindShare(furnishing.senses, hypernyms_[label]) > leastReason)
       return "usual in a " + query.room->name;
+  if (const std::string verb = servedVerb(query, label); !verb.empty())
+    return "its purpose is " + (verb.ends_with("ing") ? verb : "to " + verb);
   // Back along the edges that brought most of the walkers.
   constexpr int maxHops = 4;
   std::vector<std::uint32_t> way{senses_[label].senses.front().synset};

@@ -74,6 +74,8 @@ class LabelSearch {
     /// The room that the words name, and its furnishings, without walks.
     const CommonRoom* room = nullptr;
     std::vector<Term> furnishings = {};
+    /// purposeShares() of the terms.
+    std::vector<float> purposes = {};
     std::string corrected = {};
   };
   Query parse(std::string_view words) const;
@@ -81,6 +83,7 @@ class LabelSearch {
   std::vector<double> likely(const Query& query, double minProbability) const;
   double liftOf(const Term& term, std::size_t label) const;
   double kindOf(const Query& query, std::size_t label) const;
+  std::string servedVerb(const Query& query, std::size_t label) const;
   std::string reasonFor(const Query& query, std::size_t label) const;
 
   const Vocabulary& vocabulary_;
@@ -88,6 +91,8 @@ class LabelSearch {
   std::vector<LabelSense> senses_;
   /// Of each label's first sense.
   std::vector<std::vector<std::pair<std::uint32_t, int>>> hypernyms_;
+  /// All of these hypernyms.
+  std::vector<std::uint32_t> allHypernyms_;
   /// Words of labels, sorted: misspelled words mostly stand for one of them.
   std::vector<std::string> labelWords_;
 };

@@ -12,6 +12,7 @@
 #include "estancia/core/parallel.hpp"
 #include "estancia/words/label_relevance.hpp"
 #include "estancia/words/label_senses.hpp"
+#include "estancia/words/purposes.hpp"
 #include "estancia/words/room_words.hpp"
 
 namespace estancia {
@@ -40,7 +41,7 @@ std::vector<TypedWord> typedWords(const WordGraph& graph) {
 /// A word and a label that may turn out to be meant.
 struct Pair {
   std::uint32_t word = 0, label = 0;
-  float lift = 0, kind = 0;
+  float lift = 0, kind = 0, purpose = 0;
 };
 
 /// A label that a word probably means.
@@ -85,8 +86,11 @@ class Associating {
       ++parts_;
     }
     wordsOf_.resize(graph.size());
-    for (std::uint32_t w = 0; w < words_.size(); ++w) {
+    served_.resize(graph.size());
+    for (std::uint32_t w = 0; w < words_.size(); ++w)
       for (const Sense& sense : words_[w].senses) wordsOf_[sense.synset].push_back({w, sense.probability, 1});
+    findServed();
+    for (std::uint32_t w = 0; w < words_.size(); ++w) {
       const std::string_view word = graph.lexicon.word(words_[w].entry);
       if (!word.ends_with('s') && !roomNames.contains(word)) continue;  // asking for all would take long
       if (const CommonRoom* room = findCommonRoom(word))
@@ -112,7 +116,7 @@ class Associating {
     for (std::size_t i = 0; i < done.size(); ++i)
       for (const Pair& pair : done[i].pairs) {
         const double bestLift = usedLift(std::log(static_cast<double>(best[batches_[i].part][pair.word])));
-        const double probability = labelRelevance({pair.lift, bestLift, pair.kind});
+        const double probability = labelRelevance({pair.lift, bestLift, pair.kind, pair.purpose});
         if (probability >= LabelSearch::defaultMinProbability)
           likely[pair.word].push_back({pair.label, probability, pair.kind > 0});
       }
@@ -124,6 +128,10 @@ class Associating {
     std::uint32_t word = 0;
     float probability = 0;
     double share = 1;
+  };
+  struct Served {
+    std::uint32_t word = 0;
+    float share = 0;
   };
   struct Labels {
     std::size_t from = 0, to = 0, part = 0;
@@ -137,19 +145,22 @@ class Associating {
     if (std::all_of(starts.begin(), starts.end(), [](const auto& senses) { return senses.empty(); }))
       return batch;
     const std::vector<float> visits = graph_.walkTogether(starts);
-    std::array<std::vector<float>, together> kinds;
+    std::array<std::vector<float>, together> kinds, purposes;
     for (std::size_t lane = 0; lane < starts.size(); ++lane)
-      if (!starts[lane].empty()) kinds[lane] = kindsOf(starts[lane].front().synset);
+      if (!starts[lane].empty()) {
+        kinds[lane] = kindsOf(starts[lane].front().synset);
+        purposes[lane] = purposesOf(starts[lane].front().synset);
+      }
     for (std::size_t w = 0; w < words_.size(); ++w) {
       const std::array<double, together> ratios = ratiosOf(words_[w], visits);
       batch.best[w] = static_cast<float>(*std::max_element(ratios.begin(), ratios.end()));
       for (std::size_t lane = 0; lane < starts.size(); ++lane) {
         if (starts[lane].empty()) continue;
-        const float kind = kinds[lane][w];
-        if (kind == 0 && ratios[lane] < minRatio_)
+        const float kind = kinds[lane][w], purpose = purposes[lane][w];
+        if (kind == 0 && purpose == 0 && ratios[lane] < minRatio_)
           continue;  // nearly all: a logarithm would be most of the work
         batch.pairs.push_back({static_cast<std::uint32_t>(w), static_cast<std::uint32_t>(labels.from + lane),
-                               static_cast<float>(usedLift(std::log(ratios[lane]))), kind});
+                               static_cast<float>(usedLift(std::log(ratios[lane]))), kind, purpose});
       }
     }
     return batch;
@@ -178,6 +189,36 @@ class Associating {
     return kinds;
   }
 
+  /// For each word LabelEvidence::purpose of a label that means `synset`.
+  std::vector<float> purposesOf(std::uint32_t synset) const {
+    std::vector<float> purposes(words_.size(), 0);
+    for (const auto& [above, distance] : graph_.hypernyms(synset))
+      for (const auto& [word, share] : served_[above])
+        purposes[word] = std::max(purposes[word], static_cast<float>(hypernymDecay(distance) * share));
+    return purposes;
+  }
+
+  /// Sets served_, as purposeShares() would for each word alone.
+  void findServed() {
+    const WordPurposes& all = graph_.purposes;
+    std::vector<float> common(words_.size(), 0);
+    std::vector<bool> isVerb(words_.size(), false);
+    for (std::size_t s = 0; s < graph_.size(); ++s) {
+      std::vector<std::uint32_t> touched;
+      for (std::uint32_t p = all.starts[s]; p < all.starts[s + 1]; ++p)
+        for (const auto& [word, probability, share] : wordsOf_[all.synsets[p]]) {
+          if (common[word] == 0) touched.push_back(word);
+          common[word] += std::min(probability, all.shares[p]);
+          if (graph_.pos(all.synsets[p]) == PartOfSpeech::verb) isVerb[word] = true;
+        }
+      for (const std::uint32_t word : touched) {
+        if (isVerb[word]) served_[s].push_back({word, purposeShare(common[word])});
+        common[word] = 0;
+        isVerb[word] = false;
+      }
+    }
+  }
+
   std::vector<WordAssociation> worthNaming(const std::vector<std::vector<Likely>>& likely) const {
     std::vector<WordAssociation> associations;
     for (std::size_t w = 0; w < words_.size(); ++w) {
@@ -196,6 +237,8 @@ class Associating {
   std::size_t parts_ = 0;
   /// exp() of the least lift that is enough without being a kind of what is asked for.
   const double minRatio_;
+  /// For each synset the words that are its purpose.
+  std::vector<std::vector<Served>> served_;
   /// For each synset the words that may mean it, or a room that it is usual in.
   std::vector<std::vector<Naming>> wordsOf_;
 };

@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::string_view associationsMagic = "ESTASSOC";
 constexpr std::uint32_t associationsVersion =
-    2;  // goes up with the format, and with what labels are found for a word
+    3;  // goes up with the format, and with what labels are found for a word
 
 }  // namespace
 

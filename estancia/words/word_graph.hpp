@@ -33,6 +33,15 @@ enum class WordLink : std::uint8_t {
   nameOf,
 };
 
+/// For each synset what it serves: verbs, and what those are done to (findPurposes()).
+struct WordPurposes {
+  /// One more than synsets: offsets in the next two.
+  std::vector<std::uint32_t> starts{0};
+  std::vector<std::uint32_t> synsets;
+  /// How surely that meaning of the definition's word is meant, in (0, 1].
+  std::vector<float> shares;
+};
+
 /// An undirected weighted graph over all synsets, with the words that lead into it.
 struct WordGraph {
   Lexicon lexicon;
@@ -54,6 +63,8 @@ struct WordGraph {
   /// Sum of each synset's edges; > 0 unless it has none. Not stored in files.
   std::vector<float> degrees;
   double degreeSum = 0;
+
+  WordPurposes purposes;
 
   std::size_t size() const { return offsets.size(); }
   std::string_view name(std::uint32_t synset) const;

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::string_view magic = "ESTWORDS";
 constexpr float maxWeight = 1e6F;     // of which sums stay finite
-constexpr std::uint32_t version = 3;  // goes up with the format, and with how the graph is built
+constexpr std::uint32_t version = 4;  // goes up with the format, and with how the graph is built
 
 /// Whether these are offsets into a list of `end` items: from 0, never falling, one more than `count`.
 bool areOffsets(const std::vector<std::uint32_t>& starts, std::size_t count, std::size_t end) {
@@ -30,6 +30,7 @@ bool arePositive(const std::vector<float>& values) {
 bool isSound(const WordGraph& graph) {
   const Lexicon& lexicon = graph.lexicon;
   const auto& first = lexicon.firstSynset;
+  const WordPurposes& purposes = graph.purposes;
   return areOffsets(lexicon.starts, lexicon.size(), lexicon.text.size()) &&
          areOffsets(lexicon.senseStarts, lexicon.size(), lexicon.senseSynsets.size()) &&
          lexicon.senseWeights.size() == lexicon.senseSynsets.size() &&
@@ -39,7 +40,10 @@ bool isSound(const WordGraph& graph) {
          areOffsets(graph.nameStarts, graph.size(), graph.nameText.size()) &&
          areOffsets(graph.edgeStarts, graph.size(), graph.edgeTargets.size()) &&
          areBelow(graph.edgeTargets, graph.size()) && graph.edgeWeights.size() == graph.edgeTargets.size() &&
-         arePositive(graph.edgeWeights) && graph.edgeLinks.size() == graph.edgeTargets.size();
+         arePositive(graph.edgeWeights) && graph.edgeLinks.size() == graph.edgeTargets.size() &&
+         areOffsets(purposes.starts, graph.size(), purposes.synsets.size()) &&
+         areBelow(purposes.synsets, graph.size()) && purposes.shares.size() == purposes.synsets.size() &&
+         arePositive(purposes.shares);
 }
 
 std::string textOf(ByteReader& reader) {
@@ -70,6 +74,9 @@ std::string packWordGraph(const WordGraph& graph, std::string_view source) {
   writer.numbers(graph.edgeTargets);
   writer.numbers(graph.edgeWeights);
   writer.numbers(graph.edgeLinks);
+  writer.numbers(graph.purposes.starts);
+  writer.numbers(graph.purposes.synsets);
+  writer.numbers(graph.purposes.shares);
   return writer.bytes();
 }
 
@@ -96,6 +103,9 @@ WordGraph unpackWordGraph(std::string_view bytes, std::string_view source, const
   graph.edgeTargets = reader.numbers<std::uint32_t>();
   graph.edgeWeights = reader.numbers<float>();
   graph.edgeLinks = reader.numbers<std::uint8_t>();
+  graph.purposes.starts = reader.numbers<std::uint32_t>();
+  graph.purposes.synsets = reader.numbers<std::uint32_t>();
+  graph.purposes.shares = reader.numbers<float>();
   if (reader.remaining() != 0 || !isSound(graph)) reader.fail("it is damaged", ErrorCode::corruptFile);
   graph.sumDegrees();
   return graph;

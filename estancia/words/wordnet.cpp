@@ -215,6 +215,10 @@ void readIrregularForms(const fs::path& path, PartOfSpeech pos, WordNet& wordNet
 
 }  // namespace
 
+std::string_view WordNetSynset::definition() const {
+  return std::string_view(gloss).substr(0, gloss.find('"'));
+}
+
 std::vector<fs::path> wordNetFiles(const fs::path& folder) {
   std::vector<fs::path> files;
   for (const std::string ending : fileEndings)

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -53,6 +54,8 @@ struct WordNetSynset {
   std::vector<Relation> relations;
   /// Definition; then examples, in quotes.
   std::string gloss;
+  /// The gloss without examples.
+  std::string_view definition() const;
 };
 
 /// A word form and the meanings that it may have, most frequent first.

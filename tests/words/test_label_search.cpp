@@ -97,6 +97,9 @@ TEST(LabelSearch, FindsWhatServesAPurpose) {
   EXPECT_THAT(found("cook"), Contains("stove"));
   EXPECT_THAT(found("something to wash dishes"), Contains("dishwasher"));
   EXPECT_EQ(found("sleep").front(), "pillow");
+  EXPECT_THAT(found("something to sit on"), testing::IsSupersetOf({"folding chair", "sofa"}));
+  EXPECT_EQ(reasonOf("something to sit on", "folding chair"), "its purpose is to sit");
+  EXPECT_EQ(reasonOf("sitting", "folding chair"), "its purpose is sitting");
 }
 
 TEST(LabelSearch, FindsWhatStandsInARoom) {

@@ -56,6 +56,10 @@ TEST(WordGraphFile, BringsTheGraphBack) {
   EXPECT_EQ(back.edgeTargets, graph.edgeTargets);
   EXPECT_EQ(back.edgeWeights, graph.edgeWeights);
   EXPECT_EQ(back.edgeLinks, graph.edgeLinks);
+  EXPECT_EQ(back.purposes.starts, graph.purposes.starts);
+  EXPECT_EQ(back.purposes.synsets, graph.purposes.synsets);
+  EXPECT_EQ(back.purposes.shares, graph.purposes.shares);
+  EXPECT_FALSE(back.purposes.synsets.empty());
   EXPECT_EQ(back.degrees, graph.degrees);
   EXPECT_EQ(back.degreeSum, graph.degreeSum);
   EXPECT_EQ(packWordGraph(back, "a WordNet"), bytes);
@@ -91,7 +95,9 @@ TEST(WordGraphFile, IsRefusedWhenAWeightIsNone) {
     graph.edgeWeights.back() = weight;
     WordGraph other = sound;
     other.lexicon.senseWeights.front() = weight;
-    for (const WordGraph& damaged : {graph, other})
+    WordGraph third = sound;
+    third.purposes.shares.front() = weight;
+    for (const WordGraph& damaged : {graph, other, third})
       EXPECT_THAT([&] { unpackWordGraph(packWordGraph(damaged, ""), "", "words.graph"); },
                   FailsWith(ErrorCode::corruptFile, "words.graph", "delete"));
   }
