@@ -11,7 +11,7 @@ namespace estancia {
 namespace {
 
 constexpr int mostHypernyms = 2;
-constexpr double hypernymDecay = 0.8;
+constexpr double generalDecay = 0.8;
 /// Meanings that are less sure are left out, as in the graph's edges.
 constexpr float leastShare = 0.1F;
 /// What is done for a purpose stands within as many words after the verb.
@@ -75,7 +75,7 @@ class Purpose {
     for (const auto& [above, distance] : graph_.hypernyms(sense.synset)) {
       if (distance > mostHypernyms) continue;
       float& share = served_[above];
-      share = std::max(share, sense.probability * static_cast<float>(std::pow(hypernymDecay, distance)));
+      share = std::max(share, sense.probability * static_cast<float>(std::pow(generalDecay, distance)));
     }
   }
 
