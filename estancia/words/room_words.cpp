@@ -56,6 +56,13 @@ const std::vector<CommonRoom>& commonRoomTable() {
       {"workshop", {"workbench", "hammer", "drill"}},
       {"shop", {"counter", "shelf", "shopping cart"}},
       {"restaurant", {"menu", "dining table", "waiter"}},
+      // Outdoors, by name alone: a robot that leaves the house is not to be taken for one in a garage.
+      {"street", {}},
+      {"park", {}},
+      {"forest", {}},
+      {"field", {}},
+      {"beach", {}},
+      {"mountain", {}},
   };
   return rooms;
 }

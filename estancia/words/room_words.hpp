@@ -11,10 +11,11 @@
 
 namespace estancia {
 
-/// Rooms and places that are tried where nobody says which there are: homes, offices, shops, streets.
+/// Rooms and places that are tried where nobody says which there are: homes, offices, shops, outdoors.
 const std::vector<std::string>& commonRooms();
 
-/// A room that many buildings have, and what makes it one: definitions seldom name all of it.
+/// A room that many buildings have, and what makes it one, where definitions seldom name all of it; outdoors
+/// nothing.
 struct CommonRoom {
   std::string name;
   std::vector<std::string> furnishings;
