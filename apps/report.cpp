@@ -57,10 +57,10 @@ FloorPlan floorPlanOf(const ReportArguments& arguments, const CLI::App& command)
 std::size_t labelOf(const ReportArguments& arguments, const Vocabulary& vocabulary) {
   const LabelMatches found = chooseLabels(vocabulary, arguments.label, installedWordGraph);
   if (found.labels.empty())
-    throw Error(
-        ErrorCode::unknownName,
-        fmt::format("no label of the map means \"{}\"; try estancia ask {} \"{}\"",
-                    printable(arguments.label), printable(arguments.file), printable(arguments.label)));
+    throw Error(ErrorCode::unknownName,
+                fmt::format("no label of the map means \"{}\"; try estancia ask {} \"{}\"{}",
+                            printable(arguments.label), printable(arguments.file), printable(arguments.label),
+                            missingWordsHint(installedWordGraph)));
   const LabelMatch& best = found.labels.front();
   if (!best.reason.empty() || !found.corrected.empty())
     spdlog::info("no label is called \"{}\": the page starts as the heat map of {}",
@@ -95,6 +95,7 @@ void writeMap(const ReportArguments& arguments, const CLI::App& command) {
   if (!arguments.zones.empty()) page.zones = &zones.emplace(readZones(arguments.zones));
   const std::vector<WordAssociation> words = installedAssociations(map.vocabulary, *makeStderrProgress());
   page.words = &words;
+  if (const WordGraph* graph = installedWordGraph()) page.lexicon = &graph->lexicon;
   const auto concepts = installedConcepts(map.vocabulary, arguments.naming);
   page.concepts = concepts.get();
   page.images.frames = store.imageFrames();

@@ -40,6 +40,8 @@ struct MapPage {
   std::size_t indexEntries = 200'000;
   /// installedAssociations() of the map's vocabulary: the search understands words that no label has.
   const std::vector<WordAssociation>* words = nullptr;
+  /// The words that are known at all, so that none of them is taken for a misspelled one.
+  const Lexicon* lexicon = nullptr;
   /// About what they take at most.
   std::size_t wordBytes = 360'000;
 };

@@ -15,6 +15,7 @@
 
 #include "estancia/core/label_words.hpp"
 #include "estancia/words/word_associations.hpp"
+#include "estancia/words/word_filter.hpp"
 #include "estancia/world/world_map.hpp"
 
 namespace estancia::report {
@@ -68,6 +69,19 @@ std::unordered_map<std::string, std::unordered_set<std::uint32_t>> labelsByWord(
   return labels;
 }
 
+/// Words that are known and not listed: they are not to be taken for misspelled.
+std::vector<std::string_view> otherWords(const MapPage& page, const std::vector<WordAssociation>& listed) {
+  std::vector<std::string_view> others;
+  for (std::size_t i = 0; page.lexicon != nullptr && i < page.lexicon->size(); ++i) {
+    const std::string_view word = page.lexicon->word(i);
+    if (isTypedWord(word) && word.find(' ') == std::string_view::npos &&
+        !std::ranges::binary_search(listed, word, {},
+                                    [](const auto& one) -> std::string_view { return one.word; }))
+      others.push_back(word);
+  }
+  return others;
+}
+
 }  // namespace
 
 nlohmann::json pageWords(const MapPage& page) {
@@ -80,14 +94,17 @@ nlohmann::json pageWords(const MapPage& page) {
     return labels != named.end() && labels->second.contains(label);
   };
   PackedAssociations packed;
+  std::vector<WordAssociation> selected;
   for (const int rare : rarePercents) {
     AssociationLimits limits;
     limits.minRarePercent = rare;
-    packed = packAssociations(selectAssociations(*page.words, isListed, limits));
+    selected = selectAssociations(*page.words, isListed, limits);
+    packed = packAssociations(selected);
     if (packed.text.size() <= page.wordBytes) break;
   }
   return {{"labels", packed.labels},
           {"text", packed.text},
+          {"known", packWordFilter(otherWords(page, selected))},
           {"grammar", fmt::format("{}", fmt::join(functionWords(), " "))}};
 }
 

@@ -3,7 +3,7 @@
 const wordSearch = (() => {
   'use strict';
   const data = JSON.parse(document.getElementById('data').textContent);
-  const least = 0.3, nearTheBest = 0.5, unlisted = 0.05;  // a label that a word does not list is less probable than `least`
+  const least = 0.3, nearTheBest = 0.5, otherwise = 0.05;  // a label that a word does not list is less probable than `least`
   // words alone, without the s of a plural (sameWords())
   const split = text => text.toLowerCase().replace(/[‘’]/g, "'").split(/[^a-z0-9'\u0080-\uffff]+/)
     .map(word => word.replace(/^'+|'+$/g, '')).filter(Boolean);
@@ -21,20 +21,31 @@ const wordSearch = (() => {
     data.words.grammar.split(' ').forEach(name => grammar.add(name));
   }
 
+  // ---- words that are known and not listed: a Bloom filter (packWordFilter() in words/)
+  const bits = Uint8Array.from(atob(data.words && data.words.known || ''), c => c.charCodeAt(0));
+  const hash = (word, basis) => [...word].reduce((h, c) => Math.imul(h ^ c.codePointAt(0), 16777619), basis) >>> 0;
+  function isKnown(word) {
+    const a = hash(word, 2166136261), b = hash(word, 40389);
+    return bits.length > 0 && [0, 1, 2, 3, 4, 5, 6].every(i => {
+      const at = (a + i * b) % (8 * bits.length);
+      return bits[at >> 3] >> (at & 7) & 1;
+    });
+  }
+
   // ---- a word as it is, or what it is a form of (morphy(7WN))
   const endings = [['s', ''], ['ses', 's'], ['xes', 'x'], ['zes', 'z'], ['ches', 'ch'], ['shes', 'sh'], ['men', 'man'],
     ['ies', 'y'], ['es', 'e'], ['es', ''], ['ed', 'e'], ['ed', ''], ['ing', 'e'], ['ing', ''],
     ['er', ''], ['est', ''], ['er', 'e'], ['est', 'e']];
-  function baseOf(word) {
-    if (known.has(word)) return word;
+  function baseOf(word, has = one => known.has(one)) {
+    if (has(word)) return word;
     const bare = word.replace(/'s$/, '');
-    if (known.has(bare)) return bare;
+    if (has(bare)) return bare;
     if (word.endsWith('ss')) return '';
     for (const [from, to] of endings) {
       if (!word.endsWith(from) || word.length < from.length + 2) continue;
       const stem = word.slice(0, word.length - from.length);
-      if (known.has(stem + to)) return stem + to;
-      if (!to && /(.)\1$/.test(stem) && known.has(stem.slice(0, -1))) return stem.slice(0, -1);
+      if (has(stem + to)) return stem + to;
+      if (!to && /(.)\1$/.test(stem) && has(stem.slice(0, -1))) return stem.slice(0, -1);
     }
     return '';
   }
@@ -69,19 +80,28 @@ const wordSearch = (() => {
     return best;
   }
 
+  // "cell phone", or what is known as one word: "tooth brush"
+  function togetherOf(first, second) {
+    if (grammar.has(first)) return '';
+    const apart = baseOf(`${first} ${second}`), isOne = second.length > 1 && first.length > 1 && !grammar.has(second);
+    return apart || !isOne || !known.has(first + second) ? apart : first + second;
+  }
+
   // ---- the words of a text that carry meaning, two together where they are known so
   function termsOf(text) {
     const words = split(text.slice(0, 400)).slice(0, 20), terms = [];
-    let corrected = false;
+    let corrected = false, unlisted = false;
     for (let i = 0; i < words.length; ++i) {
-      const two = i + 1 < words.length && baseOf(`${words[i]} ${words[i + 1]}`);
+      const two = i + 1 < words.length && togetherOf(words[i], words[i + 1]);
       if (two) { terms.push(two); ++i; continue; }
       if (grammar.has(words[i]) || words[i].length < 2) continue;
-      const base = baseOf(words[i]), near = base || spelledNearly(words[i]);
+      const base = baseOf(words[i]), isOther = !base && baseOf(words[i], isKnown) !== '';
+      const near = base || (isOther ? '' : spelledNearly(words[i]));
       if (near) terms.push(near);
       corrected = corrected || near !== base;
+      unlisted = unlisted || isOther;
     }
-    return {terms: [...new Set(terms)].slice(0, 6), corrected};
+    return {terms: [...new Set(terms)].slice(0, 6), corrected, unlisted};
   }
 
   const logit = p => Math.log(Math.min(p, 0.99) / (1 - Math.min(p, 0.99)));
@@ -90,7 +110,7 @@ const wordSearch = (() => {
     if (terms.length === 1) return known.get(terms[0]);  // none far from the best is in the list
     const lists = terms.map(term => new Map(known.get(term)));
     const labels = [...new Set(lists.flatMap(list => [...list.keys()]))].map(label => {
-      const mean = lists.reduce((sum, list) => sum + logit(list.get(label) || unlisted), 0) / lists.length;
+      const mean = lists.reduce((sum, list) => sum + logit(list.get(label) || otherwise), 0) / lists.length;
       return [label, 1 / (1 + Math.exp(-mean))];
     }).sort((a, b) => b[1] - a[1] || a[0] - b[0]);
     return labels.filter(([, p]) => p >= Math.max(least, nearTheBest * labels[0][1]));
@@ -100,10 +120,10 @@ const wordSearch = (() => {
   // known: whether any word is
   function understand(text) {
     if (!known.size) return {labels: [], corrected: '', known: false};
-    const {terms, corrected} = termsOf(text), telling = terms.filter(term => known.get(term).length);
+    const {terms, corrected, unlisted} = termsOf(text), telling = terms.filter(term => known.get(term).length);
     let labels = terms.length ? combined(terms) : [];
     if (!labels.length && telling.length) labels = combined(telling);
-    return {labels, corrected: corrected ? terms.join(' ') : '', known: terms.length > 0};
+    return {labels, corrected: corrected ? terms.join(' ') : '', known: terms.length > 0 || unlisted};
   }
   return {understand, plain, least};
 })();

@@ -9,6 +9,7 @@
 
 #include "estancia/core/label_words.hpp"
 #include "estancia/words/word_associations.hpp"
+#include "estancia/words/word_filter.hpp"
 #include "support/support.hpp"
 #include "words/real_words.hpp"
 
@@ -30,6 +31,7 @@ class WordSearchScript : public testing::Test {
     const nlohmann::json data{{"words",
                                {{"labels", packed.labels},
                                 {"text", packed.text},
+                                {"known", packWordFilter(knownWords())},
                                 {"grammar", fmt::format("{}", fmt::join(functionWords(), " "))}}}};
     folder() = std::make_unique<test::ScratchFolder>();
     test::writeFile(*folder() / "page.json", data.dump());
@@ -48,6 +50,16 @@ class WordSearchScript : public testing::Test {
                                  "microwave, microwave oven", "bookcase", "toilet seat", "table lamp",
                                  "dishwasher", "vacuum, vacuum cleaner", "bathtub", "four-poster"});
     return all;
+  }
+
+  /// One word each, as a page knows them beside those that it lists.
+  static std::vector<std::string_view> knownWords() {
+    const Lexicon& lexicon = realWords().lexicon;
+    std::vector<std::string_view> words;
+    for (std::size_t i = 0; i < lexicon.size(); ++i)
+      if (isTypedWord(lexicon.word(i)) && lexicon.word(i).find(' ') == std::string_view::npos)
+        words.push_back(lexicon.word(i));
+    return words;
   }
 
   /// What the script understands by each text: {labels: [[label, probability], …], corrected, known}.
@@ -100,6 +112,18 @@ TEST_F(WordSearchScript, KnowsFormsSpellingsAndSeveralWords) {
   EXPECT_THAT(namesIn(understood[2]), ElementsAre("vacuum"));
   EXPECT_EQ(namesIn(understood[3]).at(0), "dishwasher");
   EXPECT_THAT(namesIn(understood[4]), Contains("espresso maker"));
+}
+
+TEST_F(WordSearchScript, CorrectsNoWordThatIsKnownElsewhere) {
+  const nlohmann::json understood = understand({"nippies", "curtian", "nappy", "book case", "t v"});
+  for (const std::size_t known : {0, 2}) {
+    EXPECT_THAT(namesIn(understood[known]), IsEmpty()) << "known and not a thing here";
+    EXPECT_EQ(understood[known]["known"], true);
+    EXPECT_EQ(understood[known]["corrected"], "");
+  }
+  EXPECT_EQ(understood[1]["corrected"], "curtain");
+  EXPECT_EQ(namesIn(understood[3]).at(0), "bookcase") << "written apart";
+  EXPECT_THAT(namesIn(understood[4]), IsEmpty()) << "letters";
 }
 
 TEST_F(WordSearchScript, FindsNothingInWhatMeansNothing) {
