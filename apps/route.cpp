@@ -4,13 +4,16 @@
 #include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <charconv>
 #include <numbers>
+#include <utility>
 
 #include "common.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/label_words.hpp"
 #include "estancia/core/printable.hpp"
+#include "estancia/report/text.hpp"
 #include "estancia/topology/places.hpp"
 #include "estancia/words/installed_words.hpp"
 #include "estancia/world/route_world.hpp"
@@ -44,6 +47,31 @@ WorldRoute routeOf(const RouteArguments& arguments, const WorldMap& world) {
                         installedWordGraph);
   return routeInWorld(world, arguments.from, arguments.to, arguments.preferences, arguments.options,
                       installedWordGraph);
+}
+
+/// What words stand for that are no names.
+void printUnderstood(const WorldRoute& found, const RouteArguments& arguments, const Vocabulary& vocabulary) {
+  const auto isInOtherWords = [](const Meaning& meaning) {
+    return !meaning.corrected.empty() || std::ranges::any_of(meaning.matches, [](const LabelMatch& match) {
+      return !match.reason.empty();
+    });
+  };
+  const auto textOf = [&](const std::string& words, const Meaning& meaning) {
+    return fmt::format("{} → {}", printable(meaning.corrected.empty() ? words : meaning.corrected),
+                       fmt::join(describeMeaning(meaning, vocabulary), ", "));
+  };
+  if (isInOtherWords(found.meaning)) fmt::print("{}\n", textOf(arguments.to, found.meaning));
+  for (const auto& [use, regions] :
+       {std::pair("avoid", &found.regions.avoid), std::pair("prefer", &found.regions.prefer)})
+    for (const MapRegion& region : *regions) {
+      if (region.meaning.empty()) continue;
+      const auto places = std::ranges::count(region.places, true);
+      if (places == 0)
+        spdlog::warn("--{} {} changes nothing: no place is likely to hold it", use, printable(region.name));
+      if (places == 0 || isInOtherWords(region.meaning))
+        fmt::print("{} {} ({})\n", use, textOf(region.name, region.meaning),
+                   report::counted(static_cast<std::size_t>(places), "place"));
+    }
 }
 
 void printGoal(const WorldRoute& found, const RouteArguments& arguments, const WorldMap& world) {
@@ -104,6 +132,7 @@ void run(RouteArguments& arguments) {
     throw NoAnswer{};
   }
   if (arguments.json) return print(toJson(nodeNumber(arguments.to) ? "" : arguments.to, found, world));
+  printUnderstood(found, arguments, world.places.vocabulary);
   printGoal(found, arguments, world);
   printRoute(found, world);
   for (const CrossedRegion& crossed : found.crossed)

@@ -17,16 +17,23 @@ Json numberOrNull(double value) {
 
 }  // namespace
 
-Json toJson(const std::string& words, const Answers& answers, const TopologicalMap& map,
-            const std::vector<Place>& places) {
-  Json json{{"words", words}, {"labels", Json::array()}, {"rooms", answers.rooms}, {"places", Json::array()}};
-  for (const std::size_t label : answers.labels) json["labels"].push_back(map.vocabulary[label]);
-  json["matches"] = Json::array();
-  for (const LabelMatch& match : answers.matches)
-    json["matches"].push_back({{"label", map.vocabulary[match.label]},
+Json toJson(const Meaning& meaning, const Vocabulary& vocabulary) {
+  Json json{{"labels", Json::array()}, {"matches", Json::array()}};
+  for (const std::size_t label : meaning.labels) json["labels"].push_back(vocabulary[label]);
+  for (const LabelMatch& match : meaning.matches)
+    json["matches"].push_back({{"label", vocabulary[match.label]},
                                {"probability", match.probability},
                                {"reason", match.reason.empty() ? Json(nullptr) : Json(match.reason)}});
-  json["corrected"] = answers.corrected.empty() ? Json(nullptr) : Json(answers.corrected);
+  json["corrected"] = meaning.corrected.empty() ? Json(nullptr) : Json(meaning.corrected);
+  json["rooms"] = meaning.rooms;
+  return json;
+}
+
+Json toJson(const std::string& words, const Answers& answers, const TopologicalMap& map,
+            const std::vector<Place>& places) {
+  Json json{{"words", words}};
+  json.update(toJson(answers, map.vocabulary));
+  json["places"] = Json::array();
   for (const PlaceAnswer& answer : answers.places) {
     const Place& place = places.at(indexOf(map, answer.node));
     Json entry{

@@ -14,7 +14,11 @@
 
 namespace estancia {
 
-/// {"words", "labels": […], "rooms": […], "places": [{"node", "probability", "lift", "label", "rank",
+/// {"labels": […], "matches": [{"label", "probability", "reason"}], "corrected", "rooms": […]}; reason and
+/// corrected are null where there is none.
+nlohmann::ordered_json toJson(const Meaning& meaning, const Vocabulary& vocabulary);
+
+/// {"words", what toJson() has of the meaning, "places": [{"node", "probability", "lift", "label", "rank",
 /// "among_best_5", "room", "predicted_room", "room_probability"}]}; `places` are those of the map. Labels of
 /// answers that are rooms are null.
 nlohmann::ordered_json toJson(const std::string& words, const Answers& answers, const TopologicalMap& map,

@@ -5,13 +5,15 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <string_view>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/label_words.hpp"
 #include "estancia/core/printable.hpp"
-#include "estancia/topology/ask.hpp"
 #include "estancia/topology/places.hpp"
+#include "estancia/words/installed_words.hpp"
 #include "estancia/world/area_names.hpp"
+#include "estancia/world/ask_world.hpp"
 #include "estancia/world/edit_areas.hpp"
 
 namespace estancia {
@@ -20,20 +22,25 @@ namespace {
 /// The areas that a text means, also by their number.
 std::vector<int> areasOfRegion(const WorldMap& world, const std::string& text) {
   std::vector<int> called = areasCalled(world, text);
-  if (!called.empty() || world.areas.empty()) return called;
-  try {
-    return {getArea(world, text).id};
-  } catch (const Error&) {
-    return {};
-  }
+  if (!called.empty()) return called;
+  const auto found =
+      std::ranges::find(world.areas, text, [](const auto& area) { return fmt::to_string(area.id); });
+  if (found != world.areas.end()) called.push_back(found->id);
+  return called;
 }
 
-[[noreturn]] void failUnknownRegion(const WorldMap& world, const std::string& text) {
+bool isNumber(std::string_view text) {
+  if (text.starts_with('-')) text.remove_prefix(1);
+  return !text.empty() && std::ranges::all_of(text, [](char c) { return c >= '0' && c <= '9'; });
+}
+
+[[noreturn]] void failUnknownRegion(const WorldMap& world, const std::string& text, WordGraphSource source) {
   std::vector<std::string> known;
   for (const WorldArea& area : world.areas)
     known.push_back(fmt::format("{} ({})", area.id, area.displayName()));
-  fail(ErrorCode::unknownName, "the map has no area, room or label \"{}\"{}", printable(text),
-       known.empty() ? "" : fmt::format("; its areas are {}", fmt::join(known, ", ")));
+  fail(ErrorCode::unknownName, "the map has no area, room or label \"{}\"{}{}", printable(text),
+       known.empty() ? "" : fmt::format("; its areas are {}", fmt::join(known, ", ")),
+       missingWordsHint(source));
 }
 
 MapRegion regionNamed(const WorldMap& world, const std::string& text, WordGraphSource source) {
@@ -43,8 +50,11 @@ MapRegion regionNamed(const WorldMap& world, const std::string& text, WordGraphS
   const std::vector<Place> places = placesOf(map);
   for (const Place& place : places) region.places.push_back(sameWords(place.displayRoom(), text));
   if (std::ranges::find(region.places, true) != region.places.end()) return region;
-  const Meaning meaning = findMeaning(map, text, source);
-  if (meaning.empty()) failUnknownRegion(world, text);
+  if (isNumber(text)) getArea(world, text);  // which fails, and says what areas there are
+  const WorldMeaning meaning = findMeaning(world, text, source);
+  if (meaning.isWholeName) return {text, meaning.areas};
+  if (meaning.Meaning::empty()) failUnknownRegion(world, text, source);
+  region.meaning = meaning;
   for (const PlaceAnswer& answer : placesThatHold(meaning, map, map.nodes.size()))
     region.places[indexOf(map, answer.node)] = answer.isLikely() && answer.lift > 1;
   return region;

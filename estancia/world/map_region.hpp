@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "estancia/topology/ask.hpp"
 #include "estancia/topology/route.hpp"
 #include "estancia/world/world_map.hpp"
 
@@ -25,6 +26,8 @@ struct MapRegion {
   std::vector<int> areas = {};
   /// In the order of map.nodes; empty where it is areas.
   std::vector<bool> places = {};
+  /// What the words matched; empty where it is areas, or places of that room.
+  Meaning meaning = {};
 
   /// `place`: an index into map.nodes; `area`: -1 for none.
   bool holds(std::size_t place, int area) const;

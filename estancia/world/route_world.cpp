@@ -46,6 +46,7 @@ class WorldWays {
     return middle ? routeTo(*middle) : overPlaces(node);
   }
   const DrivenWays& driven() const { return driven_; }
+  const RegionCosts& costs() const { return costs_; }
 
  private:
   static bool isReached(double cost) { return cost < std::numeric_limits<double>::infinity(); }
@@ -169,9 +170,8 @@ std::optional<WorldRoute> routeToObject(const WorldMap& world, const std::vector
   return found;
 }
 
-WorldRoute routeToMeaning(const WorldMap& world, int from, const std::string& to, const WorldWays& ways,
-                          const RouteOptions& options, WordGraphSource source) {
-  const WorldAnswers answers = askWorld(world, to, world.places.nodes.size(), world.objects.size(), source);
+WorldRoute routeToAnswer(const WorldMap& world, int from, const std::string& to, const WorldAnswers& answers,
+                         const WorldWays& ways, const RouteOptions& options) {
   const bool areOnlyAreas = answers.objects.empty() && answers.places.empty();
   if (!answers.areas.empty() && (answers.isWholeName || areOnlyAreas))
     return routeToAreas(world, from, answers.areas, ways, options);
@@ -191,7 +191,6 @@ WorldRoute routeToMeaning(const WorldMap& world, int from, const std::string& to
                                     whyNoWay(options)));
   WorldRoute found = ways.routeToNode(goal->node);
   found.place = *goal;
-  found.meaning = answers;
   return found;
 }
 
@@ -205,7 +204,9 @@ WorldRoute routeInWorld(const WorldMap& world, int from, int to, const RegionPre
   if (!ways.reachesNode(to))
     throw NoAnswerError(
         fmt::format("there is no way from node {} to node {}{}", from, to, whyNoWay(options)));
-  return ways.routeToNode(to);
+  WorldRoute found = ways.routeToNode(to);
+  found.regions = ways.costs();
+  return found;
 }
 
 WorldRoute routeInWorld(const WorldMap& world, int from, const std::string& to,
@@ -213,7 +214,11 @@ WorldRoute routeInWorld(const WorldMap& world, int from, const std::string& to,
                         WordGraphSource source) {
   validate(options);
   const WorldWays ways(world, from, regionCosts(world, preferences, options, source), options);
-  return routeToMeaning(world, from, to, ways, options, source);
+  const WorldAnswers answers = askWorld(world, to, world.places.nodes.size(), world.objects.size(), source);
+  WorldRoute found = routeToAnswer(world, from, to, answers, ways, options);
+  found.meaning = answers;
+  found.regions = ways.costs();
+  return found;
 }
 
 std::vector<std::optional<WorldRoute>> routesToObjects(const WorldMap& world, int from,

@@ -36,13 +36,16 @@ struct WorldRoute {
   /// The areas along it, each once in a row; none in a map without areas.
   std::vector<int> areas = {};
   std::vector<CrossedRegion> crossed = {};
+  /// What was to be avoided and preferred, as it was understood.
+  RegionCosts regions = {};
   /// The area that the goal names; -1 for none.
   int area = -1;
   /// The object at the goal, and where to stand and look: in the last place of the route.
   std::optional<ObjectAnswer> object = {};
   std::optional<ViewPose> pose = {};
-  /// The place that holds the words, where no area or object was found, and what the words matched.
+  /// The place that holds the words, where no area or object was found.
   std::optional<PlaceAnswer> place = {};
+  /// What the words matched.
   Meaning meaning = {};
   /// The way on the floor, to the pose where there is one, else to the middle of a place. Absent without
   /// poses, or where the frames between were not driven one after the other: then the way is that over the

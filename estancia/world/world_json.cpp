@@ -67,6 +67,17 @@ Json crossedJson(const CrossedRegion& crossed) {
           {"why", why[static_cast<int>(crossed.why)]}};
 }
 
+void addRegions(const char* use, const std::vector<MapRegion>& regions, const WorldMap& world, Json& json) {
+  for (const MapRegion& region : regions) {
+    Json entry{{"region", region.name}, {"use", use}, {"areas", Json::array()}, {"nodes", Json::array()}};
+    for (const int area : region.areas) entry["areas"].push_back(areaReference(world, area));
+    for (std::size_t i = 0; i < region.places.size(); ++i)
+      if (region.places[i]) entry["nodes"].push_back(world.places.nodes[i].id);
+    entry.update(toJson(region.meaning, world.places.vocabulary));
+    json.push_back(std::move(entry));
+  }
+}
+
 Json momentJson(const MappedFrame& frame) {
   return {{"frame", frame.name}, {"time", frame.timestamp ? Json(*frame.timestamp) : Json(nullptr)}};
 }
@@ -126,9 +137,11 @@ Json toJson(const WorldObject& object, const WorldMap& world) {
 Json toJson(const std::string& words, const WorldAnswers& answers, const WorldMap& world) {
   const Answers ofPlaces{static_cast<const Meaning&>(answers), answers.places};
   const Json base = toJson(words, ofPlaces, world.places, placesOf(world.places));
-  Json json{{"words", base["words"]},         {"labels", base["labels"]}, {"matches", base["matches"]},
-            {"corrected", base["corrected"]}, {"rooms", base["rooms"]},   {"areas", Json::array()},
-            {"objects", Json::array()},       {"places", base["places"]}};
+  Json json{{"words", words}};
+  json.update(toJson(static_cast<const Meaning&>(answers), world.places.vocabulary));
+  json["near_spellings"] = Json::array();
+  json["areas"] = json["objects"] = Json::array();
+  json["places"] = base["places"];
   for (const int area : answers.areas) json["areas"].push_back(toJson(*world.findArea(area)));
   for (const ObjectAnswer& answer : answers.objects) json["objects"].push_back(answerJson(answer, world));
   for (Json& place : json["places"])
@@ -140,7 +153,10 @@ Json toJson(const std::string& words, const WorldRoute& found, const WorldMap& w
   Json json = toJson(found.route);
   if (found.driven) json["cost"] = inMillimeters(found.driven->length);
   json["driven"] = found.driven ? wayJson(*found.driven) : Json(nullptr);
-  if (!words.empty()) json["words"] = words;
+  if (!words.empty()) {
+    json["words"] = words;
+    json.update(toJson(found.meaning, world.places.vocabulary));
+  }
   if (found.object) {
     const ViewPose& pose = *found.pose;
     json["goal"] = "object";
@@ -161,6 +177,9 @@ Json toJson(const std::string& words, const WorldRoute& found, const WorldMap& w
       json["room"] = found.place->room;
     json["probability"] = found.place->probability;
   }
+  json["regions"] = Json::array();
+  addRegions("avoid", found.regions.avoid, world, json["regions"]);
+  addRegions("prefer", found.regions.prefer, world, json["regions"]);
   json["crossed"] = Json::array();
   for (const CrossedRegion& crossed : found.crossed) json["crossed"].push_back(crossedJson(crossed));
   if (world.areas.empty()) return json;

@@ -177,9 +177,13 @@ TEST(RegionCosts, WeighAreasRoomsAndWords) {
   EXPECT_THAT(costsOf(world, {.avoid = {"0"}, .prefer = {"kitchen"}}), ElementsAre(2.5, 1, 1, 1));
   world.places.frames[7].room = "store";
   EXPECT_THAT(costsOf(world, {.prefer = {"Store"}}), ElementsAre(1, 1, 0.5, 1));
+  for (const char* number : {"4", "77", "-1", "99999999999999999999"})
+    EXPECT_THAT([&] { costsOf(world, {.avoid = {number}}); },
+                FailsWith(ErrorCode::unknownName, number, "0 (kitchen)"));
   world.areas.clear();
   EXPECT_THAT(costsOf(world, {.avoid = {"bathtub"}}), ElementsAre(1, 5, 1, 1)) << "by words";
-  for (const char* unknown : {"77", "cellar", ""})
+  EXPECT_THAT([&] { costsOf(world, {.avoid = {"77"}}); }, FailsWith(ErrorCode::insufficientData, "no areas"));
+  for (const char* unknown : {"cellar", ""})
     EXPECT_THAT([&] { regionCosts(world, {.avoid = {unknown}}, {}); },
                 FailsWith(ErrorCode::unknownName, unknown));
 }
@@ -206,6 +210,22 @@ TEST(WorldJson, TellsRoutes) {
   EXPECT_EQ(json["areas"][0]["name"], "Ana's \"room\"");
   EXPECT_EQ(toJson("corridor", routeInWorld(world, 0, "corridor"), world)["area"]["id"], 2);
   EXPECT_FALSE(toJson("", routeInWorld(world, 0, 3), world).contains("goal"));
+}
+
+TEST(WorldJson, TellsWhatWordsOfRoutesWereTakenFor) {
+  WorldMap world = sampleWorld();
+  const Json named = toJson("mug", routeInWorld(world, 3, "mug", {.avoid = {"1"}}), world);
+  EXPECT_THAT(named["labels"], testing::Contains("cup, mug"));
+  EXPECT_EQ(named["matches"].size(), named["labels"].size());
+  ASSERT_EQ(named["regions"].size(), 1U);
+  EXPECT_EQ(named["regions"][0]["use"], "avoid");
+  EXPECT_EQ(named["regions"][0]["areas"][0]["id"], 1);
+  EXPECT_TRUE(named["regions"][0]["nodes"].empty());
+  world.areas.clear();
+  const Json byWords = toJson("", routeInWorld(world, 0, 3, {.prefer = {"bathtub"}}), world)["regions"][0];
+  EXPECT_EQ(byWords["use"], "prefer");
+  EXPECT_EQ(byWords["nodes"], Json({1}));
+  EXPECT_EQ(byWords["labels"], Json({"bathtub"}));
 }
 
 TEST(DrivenWays, FollowTheFramesToThePose) {
