@@ -14,7 +14,6 @@
 #include "estancia/report/node_zones.hpp"
 #include "estancia/topology/places.hpp"
 #include "estancia/words/installed_words.hpp"
-#include "estancia/words/label_choice.hpp"
 #include "estancia/world/ask_world.hpp"
 #include "estancia/world/world_json.hpp"
 #include "estancia/zones/overlay.hpp"
@@ -70,9 +69,7 @@ void printNothing(const AskArguments& arguments, const WorldMap& world) {
                wordNetHint().empty() ? "" : fmt::format(" ({})", wordNetHint()));
     return;
   }
-  nlohmann::ordered_json json{{"words", arguments.words}};
-  for (const char* key : {"labels", "matches", "rooms", "near_spellings", "areas", "objects", "places"})
-    json[key] = nlohmann::json::array();
+  nlohmann::ordered_json json = toJson(arguments.words, WorldAnswers{}, world);
   json["near_spellings"] = near;
   print(json);
 }
@@ -145,13 +142,13 @@ void printPlaces(const WorldAnswers& answers, const WorldMap& world, const Place
 
 void printAnswers(const WorldAnswers& answers, const WorldMap& world, const std::vector<std::string>& images,
                   const std::string& words) {
-  std::vector<std::string> matched = describeMatches(world.places.vocabulary, answers.matches);
-  for (const std::string& room : answers.rooms) matched.push_back("room " + room);
+  std::vector<std::string> matched = describeMeaning(answers, world.places.vocabulary);
   const std::string part = answers.isWholeName ? "" : "a part of ";
   const auto isGiven = [&world](int area) { return !world.findArea(area)->givenName.empty(); };
   if (std::ranges::any_of(answers.areas, isGiven)) matched.push_back(part + "an area's name by people");
   if (!std::ranges::all_of(answers.areas, isGiven))
-    matched.push_back(part + "an area's name by a room classifier");
+    matched.push_back(part + (world.places.predictions->areByName ? "an area's name by what was seen there"
+                                                                  : "an area's name by a room classifier"));
   if (!answers.namedObjects.empty()) matched.emplace_back("an object's name by people");
   if (!answers.knownObjects.empty()) matched.emplace_back("a known object");
   if (!answers.shapedObjects.empty()) matched.emplace_back("a class of the object model");
@@ -206,7 +203,8 @@ void addAskCommand(CLI::App& app) {
   command
       ->add_option(
           "WORDS", arguments->words,
-          "What to look for, in your own words (\"something to sit on\"), or the name of an area or object")
+          "What to look for, in your own words, or the name of an area or object; several words in quotation "
+          "marks")
       ->required();
   command->add_option("-n,--max-places", arguments->maxPlaces, "Largest number of places to list")
       ->capture_default_str()

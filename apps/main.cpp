@@ -18,6 +18,7 @@
 #include "estancia/core/printable.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/version.hpp"
+#include "estancia/words/installed_words.hpp"
 
 namespace {
 
@@ -121,6 +122,7 @@ int main(int argc, char** argv) {
   using estancia::ErrorCode;
   try {
     app.parse(argc, argv);
+    if (const std::string problem = estancia::wordNetProblem(); !problem.empty()) spdlog::warn(problem);
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) return complainOfOutput();
     return success;
   } catch (const CLI::ParseError& e) {

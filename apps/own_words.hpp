@@ -4,13 +4,18 @@
 
 #include <CLI/CLI.hpp>
 #include <string>
+#include <vector>
 
+#include "estancia/topology/ask.hpp"
 #include "estancia/world/world_map.hpp"
 
 namespace estancia::apps {
 
 /// Adds `--dictionary`.
 void addDictionaryOption(CLI::App& command, std::string& dictionary);
+
+/// What words were taken for, for people: labels, each with its reason, and rooms.
+std::vector<std::string> describeMeaning(const Meaning& meaning, const Vocabulary& vocabulary);
 
 /// The words in English by a dictionary's file ("": none), unless the map has something of that name as they
 /// are.

@@ -155,8 +155,8 @@ void nameWithoutExample(Zones& zones, const DescriptorSequence& recording, const
   const WordGraph* graph = isWanted ? installedWordGraph() : nullptr;
   if (graph == nullptr) return;
   try {
-    nameRooms(zones,
-              predictRoomsByNames(*graph, recording.vocabulary, recording.descriptors, arguments.rooms));
+    nameRooms(zones, predictRoomsByNames(*graph, recording.vocabulary, recording.descriptors,
+                                         listedRooms(arguments.rooms)));
   } catch (const Error& e) {
     if (isListed || e.code() != ErrorCode::unknownName) throw;  // a WordNet without the common rooms
   }

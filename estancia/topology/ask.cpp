@@ -5,10 +5,13 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <optional>
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/label_words.hpp"
 #include "estancia/topology/places.hpp"
+#include "estancia/words/installed_words.hpp"
+#include "estancia/words/name_search.hpp"
 
 namespace estancia {
 namespace {
@@ -20,8 +23,8 @@ Meaning getMeaning(const TopologicalMap& map, const std::string& words, WordGrap
   const std::string asked = words.size() > shown ? words.substr(0, shown) + "…" : words;
   const std::vector<std::string> near = findNearSpellings(map.vocabulary, words);
   if (near.empty())
-    throw NoAnswerError(fmt::format("none of the map's {} labels matches \"{}\"; ask for another word",
-                                    map.vocabulary.size(), asked));
+    throw NoAnswerError(fmt::format("none of the map's {} labels matches \"{}\"; ask for another word{}",
+                                    map.vocabulary.size(), asked, missingWordsHint(source)));
   throw NoAnswerError(fmt::format("none of the map's {} labels matches \"{}\"; did you mean \"{}\"?",
                                   map.vocabulary.size(), asked, fmt::join(near, "\" or \"")));
 }
@@ -70,6 +73,17 @@ std::vector<std::string> knownRooms(const TopologicalMap& map) {
   return rooms;
 }
 
+/// The one of the rooms that the words misspell, or mean, or are a kind of; `corrected` gets its name where
+/// they misspell it.
+std::vector<std::string> roomsInOtherWords(const std::vector<std::string>& rooms, const std::string& words,
+                                           WordGraphSource source, std::string& corrected) {
+  std::optional<NameMatch> match = findName(rooms, words, source);
+  if (!match) match = findNameOfKind(rooms, words, source);
+  if (!match) return {};
+  if (match->isSpelling) corrected = rooms[match->name];
+  return {rooms[match->name]};
+}
+
 }  // namespace
 
 Meaning findMeaning(const TopologicalMap& map, const std::string& words, WordGraphSource source) {
@@ -78,8 +92,10 @@ Meaning findMeaning(const TopologicalMap& map, const std::string& words, WordGra
   for (const std::string& room : rooms)
     if (sameWords(room, words)) meaning.rooms.push_back(room);
   if (!meaning.rooms.empty()) return meaning;
-  if (!rooms.empty() && findLabels(map.vocabulary, words).empty())
+  if (!rooms.empty() && findLabels(map.vocabulary, words).empty()) {
     for (const std::size_t room : findLabels(Vocabulary(rooms), words)) meaning.rooms.push_back(rooms[room]);
+    if (meaning.rooms.empty()) meaning.rooms = roomsInOtherWords(rooms, words, source, meaning.corrected);
+  }
   if (!meaning.rooms.empty()) return meaning;
   LabelMatches found = findLabelMatches(map.vocabulary, words, source);
   meaning.matches = std::move(found.labels);

@@ -43,9 +43,10 @@ struct Meaning {
 };
 
 /// A room of exactly that name (sameWords()), which the classifier was trained on; else, unless labels hold
-/// the words, rooms that findLabels() would find by their names; else labels that the words mean
-/// (findLabelMatches()). Empty when nothing matches. `source`: installedWordGraph to understand words that
-/// no label has; nullptr: labels are found by their names alone.
+/// the words, rooms that findLabels() would find by their names, or that the words mean otherwise
+/// (findName(), findNameOfKind()); else labels that the words mean (findLabelMatches()). Empty when nothing
+/// matches. `source`: installedWordGraph to understand words that no label has; nullptr: labels are found by
+/// their names alone.
 Meaning findMeaning(const TopologicalMap& map, const std::string& words, WordGraphSource source = nullptr);
 
 struct Answers : Meaning {

@@ -6,18 +6,26 @@
 #include <fstream>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/utf8.hpp"
 #include "estancia/words/lexicon.hpp"
 
 namespace estancia {
 namespace {
 
 constexpr std::uintmax_t maxDictionaryBytes = 64u << 20;
+constexpr std::string_view byteOrderMark = "\xEF\xBB\xBF";  // as Windows programs begin UTF-8
 
 /// As splitText() has it, joined again: "La Cuisine" → "la cuisine".
 std::string normalForm(std::string_view text) {
   std::string form;
   for (const std::string& word : splitText(text)) form += (form.empty() ? "" : " ") + word;
   return form;
+}
+
+bool isUtf8(std::string_view text) {
+  while (!text.empty())
+    if (!takeCodePoint(text)) return false;
+  return true;
 }
 
 }  // namespace
@@ -31,19 +39,28 @@ Dictionary::Dictionary(const std::filesystem::path& path) {
                 fmt::format("cannot read the dictionary {}; name a text file of two columns", path.string()));
   if (bytes > maxDictionaryBytes)
     throw Error(ErrorCode::tooLarge, fmt::format("{}: {} bytes are no dictionary", path.string(), bytes));
+  const auto failAt = [&path](std::size_t number, const char* what) {
+    throw Error(ErrorCode::malformedFile,
+                fmt::format("{}, line {}: {}; write a word, a tab, and the English word, in UTF-8",
+                            path.string(), number, what));
+  };
   std::string line;
   for (std::size_t number = 1; std::getline(file, line); ++number) {
+    if (number == 1 && line.starts_with(byteOrderMark)) line.erase(0, byteOrderMark.size());
+    if (!isUtf8(line)) failAt(number, "it is no UTF-8 text");
     if (normalForm(line).empty() || line.front() == '#') continue;
     const std::size_t tab = line.find('\t'), at = tab == std::string::npos ? line.find(',') : tab;
-    const std::string word = at == std::string::npos ? "" : normalForm(std::string_view(line).substr(0, at));
-    const std::string english =
-        at == std::string::npos ? "" : normalForm(std::string_view(line).substr(at + 1));
-    if (word.empty() || english.empty())
-      throw Error(ErrorCode::malformedFile,
-                  fmt::format("{}, line {}: it has no two columns; write a word, a tab, and the English word",
-                              path.string(), number));
+    if (at == std::string::npos) failAt(number, "it has one column");
+    const std::string word = normalForm(std::string_view(line).substr(0, at)),
+                      english = normalForm(std::string_view(line).substr(at + 1));
+    if (word.empty() || english.empty()) failAt(number, "one of its two columns is empty");
     entries_.emplace(word, english);
   }
+  if (entries_.empty())
+    throw Error(
+        ErrorCode::insufficientData,
+        fmt::format("{}: a dictionary without words; write a word, a tab, and the English word a line",
+                    path.string()));
 }
 
 const std::string* Dictionary::find(std::string_view words) const {

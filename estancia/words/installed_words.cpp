@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <sys/stat.h>
 
+#include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -51,12 +52,15 @@ auto readCached(const fs::path& path, const Unpack& unpack)
   }
 }
 
-void writeCached(const fs::path& path, const std::string& bytes) {
+/// Returns whether the file is there now: a folder that cannot be written costs seconds each time, nothing
+/// else.
+bool writeCached(const fs::path& path, const std::string& bytes) {
   try {
     fs::create_directories(path.parent_path());
     writeWhole(path, bytes);
+    return true;
   } catch (const std::exception&) {
-    // A folder that cannot be written costs seconds each time, nothing else.
+    return false;
   }
 }
 
@@ -79,9 +83,14 @@ InstalledWords loadInstalledWords() {
           cache, [&](std::string_view bytes) { return unpackWordGraph(bytes, source, cache.string()); }))
     return {std::move(graph), ""};
   try {
-    WordGraph graph = buildWordGraph(readWordNet(*folder));
-    writeCached(cache, packWordGraph(graph, source));
-    return {std::move(graph), ""};
+    InstalledWords words{buildWordGraph(readWordNet(*folder)), ""};
+    if (!writeCached(cache, packWordGraph(*words.graph, source)))
+      words.problem = fmt::format(
+          "{} cannot be written, so that WordNet is read anew each time, which takes seconds; let "
+          "ESTANCIA_CACHE "
+          "name a folder that can be written",
+          cache.string());
+    return words;
   } catch (const Error& error) {
     return {std::nullopt, error.what()};
   }
@@ -89,8 +98,12 @@ InstalledWords loadInstalledWords() {
 
 namespace {
 
+/// Once somebody has asked for it.
+std::atomic<const InstalledWords*> loaded = nullptr;
+
 const InstalledWords& installed() {
   static const InstalledWords words = loadInstalledWords();
+  loaded = &words;
   return words;
 }
 
@@ -118,6 +131,15 @@ std::vector<WordAssociation> installedAssociations(const Vocabulary& vocabulary,
 
 std::string wordNetHint() {
   return installed().hint;
+}
+
+std::string missingWordsHint(WordGraphSource source) {
+  return source == nullptr || source() != nullptr ? "" : fmt::format(" ({})", wordNetHint());
+}
+
+std::string wordNetProblem() {
+  const InstalledWords* words = loaded;
+  return words == nullptr ? "" : words->problem;
 }
 
 }  // namespace estancia

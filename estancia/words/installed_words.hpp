@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "estancia/words/label_search.hpp"
 #include "estancia/words/word_associations.hpp"
 #include "estancia/words/word_graph.hpp"
 
@@ -16,6 +17,8 @@ struct InstalledWords {
   std::optional<WordGraph> graph;
   /// What to install, or what is wrong with what is installed; "" when there is a graph.
   std::string hint;
+  /// Why reading it will take as long the next time; "" when nothing is wrong.
+  std::string problem = {};
 };
 
 /// The word graph of findWordNet(), read from the file words-N.graph beside the label cache when that is of
@@ -34,5 +37,11 @@ std::vector<WordAssociation> installedAssociations(const Vocabulary& vocabulary,
 
 /// The hint of loadInstalledWords(); "" when installedWordGraph() is there.
 std::string wordNetHint();
+
+/// " (the hint)" for a message where a source of words has no graph; else "".
+std::string missingWordsHint(WordGraphSource source);
+
+/// The problem of loadInstalledWords(); "" when there is none, and before anybody asked for the graph.
+std::string wordNetProblem();
 
 }  // namespace estancia

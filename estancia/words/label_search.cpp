@@ -27,6 +27,28 @@ std::string_view beginningOf(std::string_view words) {
   return words.substr(0, std::min(maxQueryBytes, words.find_last_of(' ', maxQueryBytes)));
 }
 
+std::string withArticle(const std::string& noun) {
+  return (std::string_view("aeio").find(noun.front()) == std::string_view::npos ? "a " : "an ") + noun;
+}
+
+bool isWordOfCompound(const std::string& word) {
+  return word.size() > 1 && !isFunctionWord(word);
+}
+
+/// Two words that are known as one, and not together, become one: "tooth brush" → "toothbrush".
+std::string withCompounds(const Lexicon& lexicon, const std::string& text) {
+  const std::vector<std::string> words = splitText(text);
+  std::string joined;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    std::string word = words[i];
+    if (i + 1 < words.size() && isWordOfCompound(word) && isWordOfCompound(words[i + 1]) &&
+        !lexicon.knows(word + ' ' + words[i + 1]) && lexicon.knows(word + words[i + 1]))
+      word += words[++i];
+    joined += (joined.empty() ? "" : " ") + word;
+  }
+  return joined;
+}
+
 /// Why a label is an answer that is joined to what is asked for.
 std::string reasonOfLink(WordLink link, const std::string& asked) {
   switch (link) {
@@ -95,7 +117,9 @@ LabelSearch::Query LabelSearch::parse(std::string_view asked) const {
     }
     corrected += (corrected.empty() ? "" : " ") + meant;
   }
-  // "air plane" and "cell phone" are known together; so may be words of which one alone is not.
+  if (std::string compound = withCompounds(lexicon, corrected); compound != corrected)
+    corrected = std::move(compound), changed = true;
+  // "cell phone" is known together; so may be words of which one alone is not.
   std::string whole;
   for (const std::string& word : words) whole += (whole.empty() ? "" : " ") + word;
   if (lexicon.knows(whole)) corrected = whole, changed = false;
@@ -116,7 +140,7 @@ LabelSearch::Query LabelSearch::parse(std::string_view asked) const {
   query.purposes = purposeShares(*graph_, starts, allHypernyms_);
   std::vector<std::vector<float>> walks = graph_->walkEach(starts);
   for (std::size_t i = 0; i < walks.size(); ++i) query.terms[i].visits = std::move(walks[i]);
-  query.room = findCommonRoom(corrected);
+  query.room = findCommonRoom(*graph_, withoutFunctionWords(corrected));
   if (query.room != nullptr)
     for (const std::string& furnishing : query.room->furnishings)
       query.furnishings.push_back({furnishing, furnishingSenses(*graph_, furnishing), {}});
@@ -215,7 +239,7 @@ std::string LabelSearch::reasonFor(const Query& query, std::size_t label) const 
              (isEntry ? term->word : std::string(graph_->name(above)));
   for (const Term& furnishing : query.furnishings)
     if (kindShare(furnishing.senses, hypernyms_[label]) > leastReason)
-      return "usual in a " + query.room->name;
+      return "usual in " + withArticle(query.room->name);
   if (const std::string verb = servedVerb(query, label); !verb.empty())
     return "its purpose is " + (verb.ends_with("ing") ? verb : "to " + verb);
   // Back along the edges that brought most of the walkers.

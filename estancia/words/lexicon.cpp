@@ -13,6 +13,8 @@ namespace {
 constexpr std::array<float, partsOfSpeech> posWeights = {1.0F, 0.7F, 0.5F, 0.1F};
 /// Added to each meaning's count, so that one that no text has keeps a share.
 constexpr float unseenCount = 0.3F;
+/// A meaning that is rarer is not what is meant by a word that stands alone.
+constexpr float leastUsualShare = 0.2F;
 constexpr std::size_t maxTogether = 4;  // words of one entry
 
 struct Ending {
@@ -64,6 +66,13 @@ const std::vector<std::string_view>& functionWords() {
 
 bool isFunctionWord(std::string_view word) {
   return std::binary_search(functionWords().begin(), functionWords().end(), word);
+}
+
+std::string withoutFunctionWords(std::string_view words) {
+  std::string rest;
+  for (const std::string& word : splitText(words))
+    if (!isFunctionWord(word)) rest += (rest.empty() ? "" : " ") + word;
+  return rest.empty() ? std::string(words) : rest;
 }
 
 std::string lexicalForm(std::string_view word) {
@@ -227,6 +236,16 @@ std::vector<Sense> Lexicon::senses(std::string_view asked) const {
     return a.probability != b.probability ? a.probability > b.probability : a.synset < b.synset;
   });
   return senses;
+}
+
+std::vector<std::uint32_t> Lexicon::usualNouns(std::string_view asked) const {
+  constexpr auto noun = static_cast<std::size_t>(PartOfSpeech::noun);
+  std::vector<std::uint32_t> nouns;
+  for (const Sense& sense : senses(asked))
+    if (sense.probability >= leastUsualShare && sense.synset >= firstSynset[noun] &&
+        sense.synset < firstSynset[noun + 1])
+      nouns.push_back(sense.synset);
+  return nouns;
 }
 
 bool Lexicon::startsEntry(std::string_view beginning) const {

@@ -13,10 +13,8 @@
 namespace estancia {
 namespace {
 
-// Longer words are no name. A meaning that is rarer than this is not what is meant by a word that stands
-// alone.
+// Longer words are no name.
 constexpr std::size_t maxNameBytes = 100, maxNearNames = 3;
-constexpr float minCommonShare = 0.2F;
 
 /// "living_room" and "Livingroom" → "livingroom".
 std::string withoutBlanks(std::string_view name) {
@@ -57,38 +55,60 @@ std::string correctedName(const WordGraph& graph, const std::vector<std::string>
   return changed ? corrected : "";
 }
 
-bool shareMeaning(const WordGraph& graph, std::string_view name, std::string_view words) {
-  const std::vector<Sense> ofName = graph.lexicon.senses(lexicalForm(name)),
-                           asked = graph.lexicon.senses(lexicalForm(words));
-  return std::ranges::any_of(asked, [&](const Sense& sense) {
-    return sense.probability >= minCommonShare && graph.pos(sense.synset) == PartOfSpeech::noun &&
-           std::ranges::any_of(ofName, [&](const Sense& other) {
-             return other.synset == sense.synset && other.probability >= minCommonShare;
-           });
+bool shareMeaning(const WordGraph& graph, std::string_view name, const std::vector<std::uint32_t>& asked) {
+  const std::vector<std::uint32_t> ofName = graph.lexicon.usualNouns(name);
+  return std::ranges::find_first_of(asked, ofName) != asked.end();
+}
+
+/// Whether a meaning of the name is right above one that was asked for.
+bool isKindOf(const WordGraph& graph, std::string_view name, const std::vector<std::uint32_t>& asked) {
+  const std::vector<std::uint32_t> ofName = graph.lexicon.usualNouns(name);
+  return std::ranges::any_of(asked, [&](std::uint32_t synset) {
+    return std::ranges::any_of(graph.hypernyms(synset), [&](const auto& above) {
+      return above.second == 1 && std::ranges::find(ofName, above.first) != ofName.end();
+    });
   });
+}
+
+/// The match, where it is the only one.
+std::optional<NameMatch> only(const std::vector<std::size_t>& found, std::string reason) {
+  if (found.size() != 1) return std::nullopt;
+  return NameMatch{found.front(), std::move(reason)};
 }
 
 }  // namespace
 
 std::optional<NameMatch> findName(const std::vector<std::string>& names, std::string_view words,
                                   WordGraphSource source) {
-  const auto only = [](const std::vector<std::size_t>& found, std::string reason) {
-    return found.size() == 1 ? std::optional(NameMatch{found.front(), std::move(reason)}) : std::nullopt;
-  };
   auto found = namesThat(names, [&](const std::string& name) { return name == words; });
   if (!found.empty()) return NameMatch{found.front(), ""};
   if (words.size() > maxNameBytes) return std::nullopt;
-  found = namesThat(names, [&](const std::string& name) { return isSameName(name, words); });
-  if (!found.empty()) return only(found, "");
+  const std::string asked = withoutFunctionWords(words);
+  for (const std::string_view form : {words, std::string_view(asked)}) {
+    found = namesThat(names, [&](const std::string& name) { return isSameName(name, form); });
+    if (!found.empty()) return only(found, "");
+  }
   const WordGraph* graph = source == nullptr ? nullptr : source();
   if (graph == nullptr) return std::nullopt;
-  const std::string corrected = correctedName(*graph, names, words);
-  const std::string& meant = corrected.empty() ? std::string(words) : corrected;
+  const std::string corrected = correctedName(*graph, names, asked);
+  const std::string& meant = corrected.empty() ? asked : corrected;
   if (!corrected.empty())
     found = namesThat(names, [&](const std::string& name) { return isSameName(name, corrected); });
-  if (!found.empty()) return only(found, "by its spelling");
-  found = namesThat(names, [&](const std::string& name) { return shareMeaning(*graph, name, meant); });
+  if (found.size() == 1) return NameMatch{found.front(), "by its spelling", true};
+  if (!found.empty()) return std::nullopt;
+  const std::vector<std::uint32_t> meanings = graph->lexicon.usualNouns(meant);
+  found = namesThat(names, [&](const std::string& name) { return shareMeaning(*graph, name, meanings); });
   return only(found, fmt::format("the same as {}", meant));
+}
+
+std::optional<NameMatch> findNameOfKind(const std::vector<std::string>& names, std::string_view words,
+                                        WordGraphSource source) {
+  const WordGraph* graph = source == nullptr || words.size() > maxNameBytes ? nullptr : source();
+  if (graph == nullptr) return std::nullopt;
+  const std::string asked = withoutFunctionWords(words);
+  const std::vector<std::uint32_t> meanings = graph->lexicon.usualNouns(asked);
+  return only(namesThat(names, [&](const std::string& name) { return isKindOf(*graph, name, meanings); }),
+              fmt::format("{} is a kind of it", asked));
 }
 
 std::vector<std::string> findNearNames(const std::vector<std::string>& names, std::string_view words,

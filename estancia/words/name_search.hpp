@@ -17,14 +17,22 @@ struct NameMatch {
   std::size_t name = 0;
   /// Why, for people: "by its spelling"; "" where the two differ in case, plural, hyphens or blanks at most.
   std::string reason;
+  /// Whether the words misspell it.
+  bool isSpelling = false;
 };
 
 /// The name that the words surely mean: the first of these rules that fits a name counts, and nothing is
-/// found where it fits several. The name is equal; equal but for case, plural forms, hyphens, underscores and
-/// blanks; so to the words with their spelling corrected; or it has a usual meaning in common with the words
-/// ("sitting room", "living_room"). The last two need WordNet, `source` with installedWordGraph.
+/// found where it fits several. The name is equal; equal but for case, plural forms, hyphens, underscores,
+/// blanks and function words ("the"); so to the words with their spelling corrected; or it has a usual
+/// meaning in common with the words ("sitting room", "living_room"). The last two need WordNet, `source` with
+/// installedWordGraph.
 std::optional<NameMatch> findName(const std::vector<std::string>& names, std::string_view words,
                                   WordGraphSource source);
+
+/// The name that the words say a kind of: "hallway" is a kind of corridor, "guestroom" of bedroom. Nothing
+/// where there are several, or without WordNet.
+std::optional<NameMatch> findNameOfKind(const std::vector<std::string>& names, std::string_view words,
+                                        WordGraphSource source);
 
 /// Names that the words may mean where findName() is not sure: of a similar spelling, or related. At most
 /// three.

@@ -14,6 +14,7 @@
 #include "estancia/core/label_words.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/words/label_senses.hpp"
+#include "estancia/words/spelling.hpp"
 
 namespace estancia {
 namespace {
@@ -95,6 +96,13 @@ std::vector<double> labelWeights(const WordGraph& graph, const std::vector<Label
   return weights;
 }
 
+[[noreturn]] void failUnknownRoom(const WordGraph& graph, const std::string& name) {
+  const std::string near = correctSpelling(graph.lexicon, {}, lexicalForm(name));
+  throw Error(ErrorCode::unknownName,
+              fmt::format("WordNet has no word for the room \"{}\"; {}", printable(name),
+                          near.empty() ? "give it an English name" : fmt::format("is it \"{}\"?", near)));
+}
+
 /// labelWeights() of each name, by the name.
 std::map<std::string, std::vector<double>> labelWeightsOf(const WordGraph& graph,
                                                           const Vocabulary& vocabulary,
@@ -103,10 +111,7 @@ std::map<std::string, std::vector<double>> labelWeightsOf(const WordGraph& graph
   std::map<std::string, std::pair<std::size_t, std::size_t>> words;
   for (const std::string& name : names) {
     std::vector<std::vector<Sense>> own = sensesOfName(graph, name);
-    if (own.empty())
-      throw Error(
-          ErrorCode::unknownName,
-          fmt::format("WordNet has no word for the room \"{}\"; give it an English name", printable(name)));
+    if (own.empty()) failUnknownRoom(graph, name);
     words[name] = {starts.size(), own.size()};
     std::ranges::move(own, std::back_inserter(starts));
   }
@@ -135,6 +140,34 @@ const CommonRoom* findCommonRoom(std::string_view words) {
   return nullptr;
 }
 
+const CommonRoom* findCommonRoom(const WordGraph& graph, std::string_view words) {
+  if (const CommonRoom* named = findCommonRoom(words)) return named;
+  const std::vector<std::uint32_t> asked = graph.lexicon.usualNouns(words);
+  const CommonRoom* meant = nullptr;
+  for (const CommonRoom& common : commonRoomTable()) {
+    const std::vector<std::uint32_t> own = graph.lexicon.usualNouns(common.name);
+    if (std::ranges::find_first_of(asked, own) == asked.end()) continue;
+    if (meant != nullptr) return nullptr;
+    meant = &common;
+  }
+  return meant;
+}
+
+std::vector<std::string> listedRooms(const std::vector<std::string>& names) {
+  std::vector<std::string> rooms;
+  for (const std::string& name : names) {
+    const std::size_t from = name.find_first_not_of(" \t"), to = name.find_last_not_of(" \t");
+    std::string room = from == std::string::npos ? "" : name.substr(from, to - from + 1);
+    if (splitText(room).empty() || printable(room) != room)
+      throw Error(ErrorCode::invalidOption,
+                  fmt::format("\"{}\" is no name of a room; list names, separated by commas: kitchen,bedroom",
+                              printable(name)));
+    if (std::ranges::none_of(rooms, [&](const std::string& other) { return sameWords(other, room); }))
+      rooms.push_back(std::move(room));
+  }
+  return rooms;
+}
+
 bool knowsRooms(const WordGraph& graph, const std::vector<std::string>& rooms) {
   return std::ranges::all_of(rooms,
                              [&](const std::string& room) { return !sensesOfName(graph, room).empty(); });
@@ -144,13 +177,13 @@ std::vector<std::vector<float>> roomLabelWeights(const WordGraph& graph, const V
                                                  const std::vector<std::string>& rooms) {
   std::set<std::string> names(rooms.begin(), rooms.end());  // rooms share furnishings
   for (const std::string& room : rooms)
-    if (const CommonRoom* common = findCommonRoom(room))
+    if (const CommonRoom* common = findCommonRoom(graph, room))
       names.insert(common->furnishings.begin(), common->furnishings.end());
   const auto weightsOf = labelWeightsOf(graph, vocabulary, names);
   std::vector<std::vector<float>> weights;
   for (const std::string& room : rooms) {
     std::vector<double> sum = weightsOf.at(room);
-    if (const CommonRoom* common = findCommonRoom(room)) {
+    if (const CommonRoom* common = findCommonRoom(graph, room)) {
       const double share = furnishingShare / static_cast<double>(common->furnishings.size());
       for (const std::string& thing : common->furnishings)
         for (std::size_t label = 0; label < sum.size(); ++label)

@@ -25,6 +25,14 @@ struct CommonRoom {
 /// nullptr for other words.
 const CommonRoom* findCommonRoom(std::string_view words);
 
+/// The same, and else the only one of commonRooms() that has a usual meaning in common with the words:
+/// "sitting room" is a living room.
+const CommonRoom* findCommonRoom(const WordGraph& graph, std::string_view words);
+
+/// Rooms as somebody lists them: without blanks around the names, each once (sameWords()). Throws Error
+/// (invalidOption) for a name without a letter, or with control characters.
+std::vector<std::string> listedRooms(const std::vector<std::string>& names);
+
 /// A row a room, a value ≥ 0 a label: the square of how far its log lift (WordGraph::lift()) from the room's
 /// name lies above the mean of all artifacts of WordNet, in their standard deviations, less two. To a name of
 /// commonRooms() half of the mean of the same for that room's furnishings is added ("living room": sofa,

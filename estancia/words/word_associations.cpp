@@ -77,7 +77,6 @@ class Associating {
         labels_(findLabelSenses(graph, vocabulary)),
         words_(typedWords(graph)),
         minRatio_(std::exp(liftFor(LabelSearch::defaultMinProbability))) {
-    const std::set<std::string_view> roomNames(commonRooms().begin(), commonRooms().end());
     std::size_t from = 0;
     for (const LabelPart& part : vocabulary.layout().parts) {  // no batch is of two models
       for (std::size_t label = from; label < from + part.size; label += together)
@@ -90,14 +89,7 @@ class Associating {
     for (std::uint32_t w = 0; w < words_.size(); ++w)
       for (const Sense& sense : words_[w].senses) wordsOf_[sense.synset].push_back({w, sense.probability, 1});
     findServed();
-    for (std::uint32_t w = 0; w < words_.size(); ++w) {
-      const std::string_view word = graph.lexicon.word(words_[w].entry);
-      if (!word.ends_with('s') && !roomNames.contains(word)) continue;  // asking for all would take long
-      if (const CommonRoom* room = findCommonRoom(word))
-        for (const std::string& furnishing : room->furnishings)
-          for (const Sense& sense : furnishingSenses(graph, furnishing))
-            wordsOf_[sense.synset].push_back({w, sense.probability, usualShare});
-    }
+    addFurnishings();
   }
 
   std::vector<WordAssociation> run(int threads, Progress& progress) {
@@ -196,6 +188,22 @@ class Associating {
       for (const auto& [word, share] : served_[above])
         purposes[word] = std::max(purposes[word], static_cast<float>(hypernymDecay(distance) * share));
     return purposes;
+  }
+
+  /// Sets what the furnishings of rooms are usual in, for all words that mean a room.
+  void addFurnishings() {
+    std::set<std::uint32_t> rooms;  // looking every word up would take long
+    for (const std::string& room : commonRooms())
+      for (const std::uint32_t noun : graph_.lexicon.usualNouns(room)) rooms.insert(noun);
+    const auto isRoom = [&](const Sense& sense) { return rooms.contains(sense.synset); };
+    for (std::uint32_t w = 0; w < words_.size(); ++w) {
+      if (std::ranges::none_of(words_[w].senses, isRoom)) continue;
+      const CommonRoom* room = findCommonRoom(graph_, graph_.lexicon.word(words_[w].entry));
+      if (room == nullptr) continue;
+      for (const std::string& furnishing : room->furnishings)
+        for (const Sense& sense : furnishingSenses(graph_, furnishing))
+          wordsOf_[sense.synset].push_back({w, sense.probability, usualShare});
+    }
   }
 
   /// Sets served_, as purposeShares() would for each word alone.

@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::string_view associationsMagic = "ESTASSOC";
 constexpr std::uint32_t associationsVersion =
-    3;  // goes up with the format, and with what labels are found for a word
+    4;  // goes up with the format, and with what labels are found for a word
 
 }  // namespace
 

@@ -14,6 +14,8 @@
 #include "estancia/core/label_words.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/topology/places.hpp"
+#include "estancia/words/installed_words.hpp"
+#include "estancia/words/name_search.hpp"
 #include "estancia/world/area_names.hpp"
 
 namespace estancia {
@@ -71,15 +73,28 @@ std::vector<ObjectAnswer> askObjects(const WorldMap& world, const WorldMeaning& 
   return answers;
 }
 
+/// The areas whose given names the words misspell or mean.
+std::vector<int> areasInOtherWords(const WorldMap& world, const std::string& words, WordGraphSource source) {
+  std::set<std::string> given;
+  for (const WorldArea& area : world.areas)
+    if (!area.givenName.empty()) given.insert(area.givenName);
+  const std::vector<std::string> names(given.begin(), given.end());
+  const auto match = names.empty() ? std::nullopt : findName(names, words, source);
+  return match ? areasNamed(world, names[match->name]) : std::vector<int>();
+}
+
 }  // namespace
 
 WorldMeaning findMeaning(const WorldMap& world, const std::string& words, WordGraphSource source) {
   WorldMeaning meaning{findMeaning(world.places, words, source)};
   meaning.areas = areasNamed(world, words);
+  if (meaning.areas.empty() && meaning.rooms.size() == 1) meaning.areas = areasNamed(world, meaning.rooms[0]);
+  if (meaning.areas.empty() && !meaning.corrected.empty())
+    meaning.areas = areasNamed(world, meaning.corrected);
   meaning.isWholeName = !meaning.areas.empty();
   if (!meaning.isWholeName) meaning.areas = areasNamedPartly(world, words);
-  if (meaning.areas.empty() && !meaning.corrected.empty()) {
-    meaning.areas = areasNamed(world, meaning.corrected);
+  if (meaning.areas.empty() && meaning.rooms.empty() && findLabels(world.places.vocabulary, words).empty()) {
+    meaning.areas = areasInOtherWords(world, words, source);
     meaning.isWholeName = !meaning.areas.empty();
   }
   for (const WorldObject& object : world.objects) {
@@ -97,10 +112,11 @@ WorldAnswers askWorld(const WorldMap& world, const std::string& words, std::size
   if (answers.empty()) {
     const std::vector<std::string> near = findNearNames(world, words);
     throw NoAnswerError(
-        fmt::format("nothing in the map is called \"{}\", and none of its {} labels means it; {}",
+        fmt::format("nothing in the map is called \"{}\", and none of its {} labels means it; {}{}",
                     printable(words), world.places.vocabulary.size(),
                     near.empty() ? "ask for another word"
-                                 : fmt::format("did you mean \"{}\"?", fmt::join(near, "\" or \""))));
+                                 : fmt::format("did you mean \"{}\"?", fmt::join(near, "\" or \"")),
+                    missingWordsHint(source)));
   }
   answers.objects = askObjects(world, answers, objects);
   if (!answers.Meaning::empty()) answers.places = placesThatHold(answers, world.places, places);

@@ -6,6 +6,7 @@
 #include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/topology/map.hpp"
 #include "estancia/words/installed_words.hpp"
+#include "estancia/words/room_words.hpp"
 
 namespace estancia {
 namespace {
@@ -20,13 +21,14 @@ const WordGraph& getWordGraph() {
 
 void requireRoomNames(const std::vector<std::string>& rooms) {
   const Vocabulary any({"thing"});
-  predictRoomsByNames(getWordGraph(), any, DescriptorMatrix(any.size()), rooms);
+  predictRoomsByNames(getWordGraph(), any, DescriptorMatrix(any.size()), listedRooms(rooms));
 }
 
 void nameRoomsByNames(const std::filesystem::path& map, const std::vector<std::string>& rooms) {
   const WordGraph& graph = getWordGraph();
   const DescriptorSequence labels = readMapDescriptors(map);
-  writeRoomPredictions(predictRoomsByNames(graph, labels.vocabulary, labels.descriptors, rooms), map);
+  writeRoomPredictions(predictRoomsByNames(graph, labels.vocabulary, labels.descriptors, listedRooms(rooms)),
+                       map);
 }
 
 bool renewRoomsByNames(const std::filesystem::path& map) {

@@ -135,6 +135,15 @@ TEST_F(RoomsByName, MayBeListedAndStaySo) {
             0);
 }
 
+TEST_F(RoomsByName, AreListedWithBlanksAndAskedInOtherWords) {
+  map(drive("home.labels", {kitchen, bathroom}), {"--rooms-by-name", "kitchen, bathroom,Kitchens"});
+  EXPECT_THAT(readMap(map_).predictions->rooms, ElementsAre("kitchen", "bathroom"));
+  EXPECT_THAT(run({"ask", map_, "kichen"}).out, HasSubstr("kitchen → room kitchen"));
+  EXPECT_THAT(run({"ask", map_, "bath room"}).out, HasSubstr("room bathroom"));
+  EXPECT_THAT(run({"classify", "name", map_, "--rooms", "kitchen,Kitchen"}),
+              FailsWith(ErrorCode::insufficientData, "at least two"));
+}
+
 TEST_F(RoomsByName, NameZones) {
   const std::string home = drive("home.labels", {kitchen, bathroom}), zones = scratch_ / "home.zones";
   const auto find = [&](const std::vector<std::string>& more) {

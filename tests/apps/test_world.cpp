@@ -160,9 +160,12 @@ TEST_F(WorldCommand, RoutesAroundAndThroughAreas) {
   EXPECT_EQ(nodes({"--avoid", "1", "--avoid-factor", "1"}), json({0, 1, 3}));
   EXPECT_THAT(run({"route", home, "--from", "0", "--to", "1", "--avoid", "bathtub"}).out,
               HasSubstr("in \"bathtub\": the goal is there"));
+  EXPECT_THAT(run({"route", map_, "--from", "0", "--to", "3", "--avoid", "99"}),
+              FailsWith(ErrorCode::unknownName, "99", "corridor"));
   const WithoutWordNet plain;
   EXPECT_THAT(run({"route", map_, "--from", "0", "--to", "3", "--avoid", "cellar"}),
-              FailsWith(ErrorCode::unknownName, "cellar", "corridor"));
+              FailsWith(ErrorCode::unknownName, "cellar", "corridor", "WORDNET"));
+  EXPECT_THAT(run({"route", map_, "--from", "0", "--to", "xylophone"}).out, HasSubstr("WORDNET"));
 }
 
 TEST_F(WorldCommand, ExportsItsLayers) {

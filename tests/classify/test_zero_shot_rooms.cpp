@@ -129,6 +129,26 @@ TEST(ZeroShotRooms, NeedRoomsThatHaveEnglishNames) {
               FailsWith(ErrorCode::mismatch));
 }
 
+TEST(RoomWords, ListsOfRoomsAreReadAsPeopleWriteThem) {
+  EXPECT_THAT(listedRooms({"kitchen", " living room", "Kitchens", "Bath\t"}),
+              testing::ElementsAre("kitchen", "living room", "Bath"));
+  EXPECT_TRUE(listedRooms({}).empty());
+  for (const char* wrong : {"", "  ", "---", "kit\x1B[31mchen", "\xFF"})
+    EXPECT_THAT(
+        [&] {
+          listedRooms({"kitchen", wrong});
+        },
+        FailsWith(ErrorCode::invalidOption, "no name of a room"));
+}
+
+TEST(RoomWords, MisspelledRoomsAreSuggested) {
+  EXPECT_THAT(
+      [] {
+        predicted(imagesOf({0}), {"kichen", "bathroom"});
+      },
+      FailsWith(ErrorCode::unknownName, "kichen", "is it \"kitchen\"?"));
+}
+
 TEST(RoomWords, WeighLabelsByRoomsAndTheirFurnishings) {
   const auto weights = roomLabelWeights(realWords(), Vocabulary({"stove", "studio couch", "altar"}),
                                         {"kitchen", "Living_Rooms", "church"});
@@ -138,6 +158,10 @@ TEST(RoomWords, WeighLabelsByRoomsAndTheirFurnishings) {
   EXPECT_GT(weights[2][2], 0) << "a room that is not common is told by its name alone";
   EXPECT_EQ(findCommonRoom("living_rooms")->name, "living room");
   EXPECT_EQ(findCommonRoom("church"), nullptr);
+  EXPECT_EQ(findCommonRoom("sitting room"), nullptr);
+  EXPECT_EQ(findCommonRoom(realWords(), "sitting room")->name, "living room");
+  for (const char* none : {"church", "chair", "room", "xyzzy", ""})
+    EXPECT_EQ(findCommonRoom(realWords(), none), nullptr) << none;
 }
 
 TEST(NamesAsPrior, CountLessWithEachExample) {

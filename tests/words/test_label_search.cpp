@@ -217,5 +217,24 @@ TEST(LabelSearch, LooksIntoEachModelOfSeveral) {
   EXPECT_EQ(several.probabilities("vehicle").front(), 0) << "the background means nothing";
 }
 
+TEST(LabelSearch, ReadsCompoundsThatAreWrittenApart) {
+  const LabelMatches apart = search().search("book case");
+  EXPECT_EQ(shortLabel(things()[apart.labels.at(0).label]), "bookcase");
+  EXPECT_EQ(apart.corrected, "bookcase");
+  EXPECT_EQ(search().search("meat cleaver").corrected, "") << "known together";
+  EXPECT_EQ(search().search("the book case of Ana").corrected, "the bookcase of ana");
+}
+
+TEST(LabelSearch, KnowsCommonRoomsByOtherWords) {
+  const auto reasonsFor = [](std::string_view words) {
+    std::vector<std::string> reasons;
+    for (const LabelMatch& match : search().search(words).labels) reasons.push_back(match.reason);
+    return reasons;
+  };
+  EXPECT_THAT(reasonsFor("sitting room"), Contains("usual in a living room"));
+  EXPECT_THAT(reasonsFor("the kitchen"), Contains("usual in a kitchen"));
+  EXPECT_THAT(reasonsFor("office"), Contains("usual in an office"));
+}
+
 }  // namespace
 }  // namespace estancia

@@ -58,6 +58,26 @@ TEST(NameSearch, WhatIsUnsureIsNotTaken) {
   EXPECT_EQ(findName(alike, "bedrooms", installedWordGraph)->name, 1U);
 }
 
+TEST(NameSearch, FunctionWordsAreLeftOut) {
+  EXPECT_EQ(meant("the kitchen"), "kitchen");
+  EXPECT_EQ(meant("the kichen"), "kitchen (by its spelling)");
+  EXPECT_EQ(meant("the"), "?");
+}
+
+TEST(NameSearch, AKindOfANameStandsForIt) {
+  const auto kind = [](std::string_view words, WordGraphSource source = installedWordGraph) {
+    const auto match = findNameOfKind({"corridor", "bedroom", "kitchen"}, words, source);
+    return match ? static_cast<int>(match->name) : -1;
+  };
+  EXPECT_EQ(kind("hallway"), 0);
+  EXPECT_EQ(kind("the guestroom"), 1);
+  EXPECT_EQ(kind("kitchenette"), 2);
+  for (const char* words : {"corridor", "room", "building", "chair", "xyzzy", "", "\x01"})
+    EXPECT_EQ(kind(words), -1) << words;
+  EXPECT_EQ(kind("hallway", nullptr), -1);
+  EXPECT_FALSE(findNameOfKind({"bedroom", "sleeping room"}, "guestroom", installedWordGraph)) << "either";
+}
+
 TEST(NameSearch, NearNamesAreSuggested) {
   EXPECT_THAT(findNearNames(rooms(), "corridor", installedWordGraph), Contains("hallway"));
   EXPECT_THAT(findNearNames(rooms(), "livingrom", nullptr), Contains("living_room"));

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "estancia/topology/sqlite.hpp"
+#include "estancia/words/installed_words.hpp"
 #include "estancia/world/ask_world.hpp"
 #include "estancia/world/edit_areas.hpp"
 #include "estancia/world/route_world.hpp"
@@ -135,6 +136,23 @@ TEST_F(AreaNames, TellAreasOfOneRoomApart) {
   EXPECT_GT(costs.at(0, 1), 1);
   EXPECT_GT(costs.at(0, 3), 1) << "all bathrooms";
   EXPECT_EQ(costs.at(0, 0), 1);
+}
+
+TEST_F(AreaNames, AreFoundInOtherWords) {
+  const WorldMap world = worldOf({"", "", "", "Ana's study"}, {0.9F, 0.1F, 0.1F, 0.5F});
+  const auto meant = [&](const std::string& words) { return findMeaning(world, words, installedWordGraph); };
+  for (const char* words : {"kichen", "the kitchen", "kitchenette"}) {
+    EXPECT_THAT(meant(words).areas, ElementsAre(0)) << words;
+    EXPECT_THAT(meant(words).rooms, ElementsAre("kitchen")) << words;
+    EXPECT_TRUE(meant(words).isWholeName) << words;
+  }
+  EXPECT_EQ(meant("kichen").corrected, "kitchen");
+  EXPECT_EQ(meant("kitchenette").corrected, "");
+  EXPECT_THAT(meant("bath room").areas, ElementsAre(1, 2));
+  EXPECT_THAT(meant("Anas study").areas, ElementsAre(3)) << "given by people";
+  EXPECT_THAT(findMeaning(world, "kichen").areas, IsEmpty()) << "without WordNet it may be a word";
+  EXPECT_EQ(routeInWorld(world, 3, "kichen", {}, {}, installedWordGraph).area, 0);
+  EXPECT_GT(regionCosts(world, {.avoid = {"kichen"}}, {}, installedWordGraph).at(0, 0), 1);
 }
 
 TEST_F(AreaNames, LeaveTheNamesOfPeopleToTheirAreas) {
