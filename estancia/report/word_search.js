@@ -3,7 +3,8 @@
 const wordSearch = (() => {
   'use strict';
   const data = JSON.parse(document.getElementById('data').textContent);
-  const least = 0.3, nearTheBest = 0.5, otherwise = 0.05;  // a label that a word does not list is less probable than `least`
+  // as LabelSearch has them; `otherwise`: a label that a word does not list is less probable than `least`
+  const least = 0.3, nearTheBest = 0.5, shareOfSeveral = 0.4, otherwise = 0.05;
   // words alone, without the s of a plural (sameWords())
   const split = text => text.toLowerCase().replace(/[‘’]/g, "'").split(/[^a-z0-9'\u0080-\uffff]+/)
     .map(word => word.replace(/^'+|'+$/g, '')).filter(Boolean);
@@ -113,7 +114,7 @@ const wordSearch = (() => {
       const mean = lists.reduce((sum, list) => sum + logit(list.get(label) || otherwise), 0) / lists.length;
       return [label, 1 / (1 + Math.exp(-mean))];
     }).sort((a, b) => b[1] - a[1] || a[0] - b[0]);
-    return labels.filter(([, p]) => p >= Math.max(least, nearTheBest * labels[0][1]));
+    return labels.filter(([, p]) => p >= Math.max(shareOfSeveral * least, nearTheBest * labels[0][1]));
   }
 
   // labels: [[label, probability], …]; corrected: the words that were read where some were misspelled, else '';

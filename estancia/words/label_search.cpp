@@ -194,6 +194,7 @@ std::vector<double> LabelSearch::probabilities(std::string_view words) const {
 
 std::vector<double> LabelSearch::likely(const Query& query, double minProbability) const {
   std::vector<double> results = probabilities(query);
+  if (query.terms.size() > 1) minProbability *= shareOfSeveral;
   const double near = results.empty() ? 0 : nearTheBest * *std::ranges::max_element(results);
   for (std::size_t label = 0; label < results.size(); ++label)
     if (results[label] < minProbability || (results[label] < near && kindOf(query, label) == 0))
