@@ -53,6 +53,7 @@ class StderrProgress final : public Progress {
 
   void advance(std::size_t count) override {
     done_ += count;
+    if (!active_) return;  // work too short for a name
     const auto pause = terminal_ ? std::chrono::milliseconds(100) : std::chrono::milliseconds(5000);
     if (Clock::now() - lastShown_ >= pause) show();
   }

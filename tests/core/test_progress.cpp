@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
 
 namespace estancia {
@@ -41,6 +42,21 @@ TEST(Interrupts, TheSecondSigtermKills) {
   const int status = statusAfter(SIGTERM, false);
   ASSERT_TRUE(WIFSIGNALED(status));
   EXPECT_EQ(WTERMSIG(status), SIGTERM);
+}
+
+TEST(StderrProgress, ShowsWorkThatHasAName) {
+  testing::internal::CaptureStderr();
+  {
+    const auto progress = makeStderrProgress();
+    progress->advance(1);  // begun by nobody
+    progress->begin("mapping", 2);
+    progress->advance(2);
+    progress->end();
+    progress->advance(1);
+  }
+  const std::string shown = testing::internal::GetCapturedStderr();
+  EXPECT_EQ(shown.find("mapping 100 % 2/2"), 0U) << shown;
+  EXPECT_EQ(std::count(shown.begin(), shown.end(), '\n'), 1) << shown;
 }
 
 }  // namespace
