@@ -74,6 +74,24 @@ std::string reasonOfLink(WordLink link, const std::string& asked) {
   return "related to " + asked;
 }
 
+/// The labels of the same model: the first one, and the one behind the last.
+std::pair<std::ptrdiff_t, std::ptrdiff_t> partOf(const Vocabulary& vocabulary, std::size_t label) {
+  std::size_t from = 0;
+  for (const LabelPart& part : vocabulary.layout().parts) {
+    if (label < from + part.size)
+      return {static_cast<std::ptrdiff_t>(from), static_cast<std::ptrdiff_t>(from + part.size)};
+    from += part.size;
+  }
+  return {0, static_cast<std::ptrdiff_t>(vocabulary.size())};
+}
+
+/// Whether each model has one of these labels, so that others need not be looked for.
+bool isInEachPart(const Vocabulary& vocabulary, const LabelMatches& matches) {
+  std::set<std::ptrdiff_t> parts;
+  for (const LabelMatch& match : matches.labels) parts.insert(partOf(vocabulary, match.label).first);
+  return !parts.empty() && parts.size() >= vocabulary.layout().parts.size();
+}
+
 LabelMatches matchesNamed(const Vocabulary& vocabulary, std::string_view words) {
   LabelMatches matches;
   for (const std::size_t label : labelsNamed(vocabulary, words)) matches.labels.push_back({label, 1, ""});
@@ -272,18 +290,27 @@ std::string LabelSearch::reasonFor(const Query& query, std::size_t label) const 
 LabelMatches LabelSearch::search(std::string_view words, std::size_t count, double minProbability) const {
   words = beginningOf(words);
   LabelMatches matches = matchesNamed(vocabulary_, words);
-  if (!matches.labels.empty()) return matches;
+  if (isInEachPart(vocabulary_, matches)) return matches;
   const std::vector<std::size_t> held = findLabels(vocabulary_, words);
   if (graph_ == nullptr) {
-    for (const std::size_t label : held) matches.labels.push_back({label, 1, ""});
+    if (matches.labels.empty())
+      for (const std::size_t label : held) matches.labels.push_back({label, 1, ""});
     return matches;
   }
   const Query query = parse(words);
-  if (!query.corrected.empty()) matches = matchesNamed(vocabulary_, query.corrected);
-  matches.corrected = query.corrected;
-  if (!matches.labels.empty()) return matches;
+  if (!query.corrected.empty()) {
+    if (!matches.labels.empty()) return matches;  // a name that WordNet does not know
+    matches = matchesNamed(vocabulary_, query.corrected);
+    matches.corrected = query.corrected;
+    if (isInEachPart(vocabulary_, matches)) return matches;
+  }
   std::vector<double> probability = likely(query, minProbability);
-  for (const std::size_t label : held) probability[label] = std::max(probability[label], minProbability);
+  if (matches.labels.empty())
+    for (const std::size_t label : held) probability[label] = std::max(probability[label], minProbability);
+  for (const LabelMatch& named : matches.labels) {
+    const auto [from, to] = partOf(vocabulary_, named.label);
+    std::fill(probability.begin() + from, probability.begin() + to, 0);
+  }
   std::vector<std::size_t> order(probability.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(),
@@ -297,7 +324,7 @@ LabelMatches LabelSearch::search(std::string_view words, std::size_t count, doub
 
 LabelMatches findLabelMatches(const Vocabulary& vocabulary, std::string_view words, WordGraphSource source) {
   LabelMatches named = matchesNamed(vocabulary, beginningOf(words));
-  if (!named.labels.empty()) return named;
+  if (isInEachPart(vocabulary, named)) return named;
   return LabelSearch(vocabulary, source == nullptr ? nullptr : source()).search(words);
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -44,10 +45,10 @@ class LabelSearch {
   /// Without a graph only findLabels() is left. Keeps references to both.
   LabelSearch(const Vocabulary& vocabulary, const WordGraph* graph);
 
-  /// labelsNamed() alone, of the words or of their corrected spelling, where there are some; else likely()
-  /// labels, from `minProbability` on (of several words shareOfSeveral of it), and those of findLabels(). At
-  /// most `count` of them.
-  LabelMatches search(std::string_view words, std::size_t count = 20,
+  /// For each model of the vocabulary: labelsNamed() alone, of the words or of their corrected spelling,
+  /// where it has some; else likely() labels, from `minProbability` on (of several words shareOfSeveral of
+  /// it), and those of findLabels(). At most `count` of them.
+  LabelMatches search(std::string_view words, std::size_t count = everyLabel,
                       double minProbability = defaultMinProbability) const;
 
   /// The probability of each label; 0 where nothing of `words` is known.
@@ -58,6 +59,7 @@ class LabelSearch {
   /// asked for and much less probable than the best one (nearTheBest).
   std::vector<double> likely(std::string_view words) const;
 
+  static constexpr std::size_t everyLabel = std::numeric_limits<std::size_t>::max();
   /// Where accepted and missed labels balance on the even queries of experiments/words/queries.csv.
   static constexpr double defaultMinProbability = 0.3;
   /// Of the best label's probability: who is sure of a cup does not look for a book. The best of 0.3 to 0.6
