@@ -122,8 +122,7 @@
     const words = wordSearch.plain(text), held = found.filter(label => has(label, words));
     const named = synonyms.flatMap((names, label) =>
       words && names.some(name => wordSearch.plain(name) === words) ? [label] : []);
-    const others = named.length ? wordSearch.elsewhere(text, named) : [];
-    if (named.length) return {labels: [...named.map(label => [label, 1]), ...others], understood: others.length > 0};
+    if (named.length) return {labels: named.map(label => [label, 1])};
     const meaning = wordSearch.understand(text), labels = new Map(meaning.labels);
     if (!labels.size)
       return {labels: (held.length ? held : found.slice(0, 1)).map(label => [label, 1]), known: meaning.known};

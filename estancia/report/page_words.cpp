@@ -102,10 +102,7 @@ nlohmann::json pageWords(const MapPage& page) {
     packed = packAssociations(selected);
     if (packed.text.size() <= page.wordBytes) break;
   }
-  std::vector<std::size_t> parts;
-  for (const LabelPart& part : page.map.vocabulary.layout().parts) parts.push_back(part.size);
   return {{"labels", packed.labels},
-          {"parts", parts},
           {"text", packed.text},
           {"known", packWordFilter(otherWords(page, selected))},
           {"grammar", fmt::format("{}", fmt::join(functionWords(), " "))}};

@@ -126,13 +126,5 @@ const wordSearch = (() => {
     if (!labels.length && telling.length) labels = combined(telling);
     return {labels, corrected: corrected ? terms.join(' ') : '', known: terms.length > 0 || unlisted};
   }
-
-  // of models that have no label of that name, [[label, probability], …] that the text means
-  const ends = (data.words && data.words.parts || []).map((_, i, sizes) => sizes.slice(0, i + 1).reduce((a, b) => a + b));
-  const partOf = label => ends.findIndex(end => label < end);
-  function elsewhere(text, named) {
-    const parts = new Set(named.map(partOf)), {labels, corrected} = understand(text);
-    return parts.size < ends.length && !corrected ? labels.filter(([label]) => !parts.has(partOf(label))) : [];
-  }
-  return {understand, elsewhere, plain, least};
+  return {understand, plain, least};
 })();

@@ -307,6 +307,9 @@ LabelMatches LabelSearch::search(std::string_view words, std::size_t count, doub
   std::vector<double> probability = likely(query, minProbability);
   if (matches.labels.empty())
     for (const std::size_t label : held) probability[label] = std::max(probability[label], minProbability);
+  else  // where a model has the thing itself, others add what is one, not what belongs to it
+    for (std::size_t label = 0; label < probability.size(); ++label)
+      if (probability[label] > 0 && kindOf(query, label) == 0) probability[label] = 0;
   for (const LabelMatch& named : matches.labels) {
     const auto [from, to] = partOf(vocabulary_, named.label);
     std::fill(probability.begin() + from, probability.begin() + to, 0);

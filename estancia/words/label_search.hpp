@@ -45,9 +45,10 @@ class LabelSearch {
   /// Without a graph only findLabels() is left. Keeps references to both.
   LabelSearch(const Vocabulary& vocabulary, const WordGraph* graph);
 
-  /// For each model of the vocabulary: labelsNamed() alone, of the words or of their corrected spelling,
-  /// where it has some; else likely() labels, from `minProbability` on (of several words shareOfSeveral of
-  /// it), and those of findLabels(). At most `count` of them.
+  /// labelsNamed(), of the words or of their corrected spelling, where there are some, and of the models
+  /// without any only likely() labels that are a kind of what is asked for; else likely() labels, from
+  /// `minProbability` on (of several words shareOfSeveral of it), and those of findLabels(). At most `count`
+  /// of them.
   LabelMatches search(std::string_view words, std::size_t count = everyLabel,
                       double minProbability = defaultMinProbability) const;
 

@@ -30,7 +30,6 @@ class WordSearchScript : public testing::Test {
         packAssociations(selectAssociations(associateWords(realWords(), labels()), every));
     const nlohmann::json data{{"words",
                                {{"labels", packed.labels},
-                                {"parts", {labels().size() - 3, 3}},
                                 {"text", packed.text},
                                 {"known", packWordFilter(knownWords())},
                                 {"grammar", fmt::format("{}", fmt::join(functionWords(), " "))}}}};
@@ -40,8 +39,7 @@ class WordSearchScript : public testing::Test {
       const fs = require('fs'), [, , script, page, words] = process.argv;
       const document = {getElementById: () => ({textContent: fs.readFileSync(page, 'utf8')})};
       const search = new Function('document', fs.readFileSync(script, 'utf8') + '; return wordSearch;')(document);
-      console.log(JSON.stringify(JSON.parse(fs.readFileSync(words, 'utf8')).map(text =>
-        ({...search.understand(text), elsewhere: search.elsewhere(text, [0])}))));
+      console.log(JSON.stringify(JSON.parse(fs.readFileSync(words, 'utf8')).map(search.understand)));
     )");
   }
   static void TearDownTestSuite() { folder().reset(); }
@@ -64,9 +62,7 @@ class WordSearchScript : public testing::Test {
     return words;
   }
 
-  /// What the script understands by each text: {labels: [[label, probability], …], corrected, known}, and
-  /// "elsewhere" where the first of two models, which has all labels but the last three, has a label named
-  /// so.
+  /// What the script understands by each text: {labels: [[label, probability], …], corrected, known}.
   static nlohmann::json understand(const std::vector<std::string>& texts) {
     test::writeFile(*folder() / "texts.json", nlohmann::json(texts).dump());
     const auto run = test::runProgram(
@@ -116,15 +112,6 @@ TEST_F(WordSearchScript, KnowsFormsSpellingsAndSeveralWords) {
   EXPECT_THAT(namesIn(understood[2]), ElementsAre("vacuum"));
   EXPECT_EQ(namesIn(understood[3]).at(0), "dishwasher");
   EXPECT_THAT(namesIn(understood[4]), Contains("espresso maker"));
-}
-
-TEST_F(WordSearchScript, LooksIntoModelsWithoutALabelOfThatName) {
-  const nlohmann::json understood = understand({"bed", "cleaner"});
-  ASSERT_FALSE(understood[0]["elsewhere"].empty());
-  for (const auto& label : understood[0]["elsewhere"])
-    EXPECT_GE(label[0].get<std::size_t>(), labels().size() - 3) << labels()[label[0]];
-  EXPECT_GT(understood[0]["labels"].size(), understood[0]["elsewhere"].size()) << "a studio couch";
-  EXPECT_EQ(understand({"refridgerator"})[0]["elsewhere"].size(), 0U);
 }
 
 TEST_F(WordSearchScript, CorrectsNoWordThatIsKnownElsewhere) {
