@@ -66,7 +66,7 @@ void printNothing(const AskArguments& arguments, const WorldMap& world) {
   if (!arguments.json) {
     fmt::print("No label of the map means \"{}\".{}{}\n", printable(arguments.words),
                near.empty() ? "" : fmt::format(" Did you mean {}?", fmt::join(near, ", ")),
-               wordNetHint().empty() ? "" : fmt::format(" ({})", wordNetHint()));
+               missingWordsHint(installedWordGraph));
     return;
   }
   nlohmann::ordered_json json = toJson(arguments.words, WorldAnswers{}, world);

@@ -87,8 +87,7 @@ InstalledWords loadInstalledWords() {
     if (!writeCached(cache, packWordGraph(*words.graph, source)))
       words.problem = fmt::format(
           "{} cannot be written, so that WordNet is read anew each time, which takes seconds; let "
-          "ESTANCIA_CACHE "
-          "name a folder that can be written",
+          "ESTANCIA_CACHE name a folder that can be written",
           cache.string());
     return words;
   } catch (const Error& error) {

@@ -74,22 +74,23 @@ std::string reasonOfLink(WordLink link, const std::string& asked) {
   return "related to " + asked;
 }
 
-/// The labels of the same model: the first one, and the one behind the last.
-std::pair<std::ptrdiff_t, std::ptrdiff_t> partOf(const Vocabulary& vocabulary, std::size_t label) {
-  std::size_t from = 0;
-  for (const LabelPart& part : vocabulary.layout().parts) {
-    if (label < from + part.size)
-      return {static_cast<std::ptrdiff_t>(from), static_cast<std::ptrdiff_t>(from + part.size)};
-    from += part.size;
-  }
-  return {0, static_cast<std::ptrdiff_t>(vocabulary.size())};
+/// The number of the model that a label is of.
+std::size_t partOf(const Vocabulary& vocabulary, std::size_t label) {
+  std::size_t part = 0, end = vocabulary.layout().parts.front().size;
+  while (label >= end) end += vocabulary.layout().parts[++part].size;
+  return part;
+}
+
+/// The models that have some of these labels.
+std::set<std::size_t> partsOf(const Vocabulary& vocabulary, const LabelMatches& matches) {
+  std::set<std::size_t> parts;
+  for (const LabelMatch& match : matches.labels) parts.insert(partOf(vocabulary, match.label));
+  return parts;
 }
 
 /// Whether each model has one of these labels, so that others need not be looked for.
 bool isInEachPart(const Vocabulary& vocabulary, const LabelMatches& matches) {
-  std::set<std::ptrdiff_t> parts;
-  for (const LabelMatch& match : matches.labels) parts.insert(partOf(vocabulary, match.label).first);
-  return !parts.empty() && parts.size() >= vocabulary.layout().parts.size();
+  return partsOf(vocabulary, matches).size() == vocabulary.layout().parts.size();
 }
 
 LabelMatches matchesNamed(const Vocabulary& vocabulary, std::string_view words) {
@@ -226,21 +227,21 @@ std::vector<double> LabelSearch::likely(std::string_view words) const {
 }
 
 /// The word that the label serves best; "" where that is not its purpose.
-std::string LabelSearch::servedVerb(const Query& query, std::size_t label) const {
+std::string LabelSearch::servedVerb(const Query& query, std::size_t label,
+                                    const TermPurposes& ofTerms) const {
   if (inheritedShare(query.purposes, hypernyms_[label]) < leastPurpose) return "";
   std::string verb;
   double best = 0;
-  for (const Term& term : query.terms) {
-    const double share =
-        inheritedShare(purposeShares(*graph_, {&term.senses, 1}, allHypernyms_), hypernyms_[label]);
+  for (std::size_t t = 0; t < query.terms.size(); ++t) {
+    const double share = inheritedShare(ofTerms[t], hypernyms_[label]);
     if (share <= best) continue;
     best = share;
-    verb = term.word;
+    verb = query.terms[t].word;
   }
   return verb;
 }
 
-std::string LabelSearch::reasonFor(const Query& query, std::size_t label) const {
+std::string LabelSearch::reasonFor(const Query& query, std::size_t label, const TermPurposes& ofTerms) const {
   if (senses_[label].senses.empty()) return "";
   // The term that tells most.
   const Term* term = &query.terms.front();
@@ -259,7 +260,7 @@ std::string LabelSearch::reasonFor(const Query& query, std::size_t label) const 
   for (const Term& furnishing : query.furnishings)
     if (kindShare(furnishing.senses, hypernyms_[label]) > leastReason)
       return "usual in " + withArticle(query.room->name);
-  if (const std::string verb = servedVerb(query, label); !verb.empty())
+  if (const std::string verb = servedVerb(query, label, ofTerms); !verb.empty())
     return "its purpose is " + (verb.ends_with("ing") ? verb : "to " + verb);
   // Back along the edges that brought most of the walkers.
   constexpr int maxHops = 4;
@@ -305,22 +306,23 @@ LabelMatches LabelSearch::search(std::string_view words, std::size_t count, doub
     if (isInEachPart(vocabulary_, matches)) return matches;
   }
   std::vector<double> probability = likely(query, minProbability);
-  if (matches.labels.empty())
+  const std::set<std::size_t> named = partsOf(vocabulary_, matches);
+  if (named.empty())
     for (const std::size_t label : held) probability[label] = std::max(probability[label], minProbability);
   else  // where a model has the thing itself, others add what is one, not what belongs to it
     for (std::size_t label = 0; label < probability.size(); ++label)
-      if (probability[label] > 0 && kindOf(query, label) == 0) probability[label] = 0;
-  for (const LabelMatch& named : matches.labels) {
-    const auto [from, to] = partOf(vocabulary_, named.label);
-    std::fill(probability.begin() + from, probability.begin() + to, 0);
-  }
+      if (named.contains(partOf(vocabulary_, label)) || kindOf(query, label) == 0) probability[label] = 0;
   std::vector<std::size_t> order(probability.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return probability[a] > probability[b]; });
+  TermPurposes ofTerms;
+  for (const Term& term : query.terms)
+    ofTerms.push_back(purposeShares(*graph_, {&term.senses, 1}, allHypernyms_));
   for (const std::size_t label : order) {
     if (probability[label] == 0 || matches.labels.size() >= count) break;
-    matches.labels.push_back({label, probability[label], query.terms.empty() ? "" : reasonFor(query, label)});
+    matches.labels.push_back(
+        {label, probability[label], query.terms.empty() ? "" : reasonFor(query, label, ofTerms)});
   }
   return matches;
 }

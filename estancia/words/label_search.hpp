@@ -56,8 +56,8 @@ class LabelSearch {
   std::vector<double> probabilities(std::string_view words) const;
 
   /// The same, 0 for a label that is less probable than `defaultMinProbability` (of several words
-  /// shareOfSeveral of it), or is no kind of what is
-  /// asked for and much less probable than the best one (nearTheBest).
+  /// shareOfSeveral of it), or is no kind of what is asked for and much less probable than the best one
+  /// (nearTheBest).
   std::vector<double> likely(std::string_view words) const;
 
   static constexpr std::size_t everyLabel = std::numeric_limits<std::size_t>::max();
@@ -92,8 +92,10 @@ class LabelSearch {
   std::vector<double> likely(const Query& query, double minProbability) const;
   double liftOf(const Term& term, std::size_t label) const;
   double kindOf(const Query& query, std::size_t label) const;
-  std::string servedVerb(const Query& query, std::size_t label) const;
-  std::string reasonFor(const Query& query, std::size_t label) const;
+  /// purposeShares() of each term alone.
+  using TermPurposes = std::vector<std::vector<float>>;
+  std::string servedVerb(const Query& query, std::size_t label, const TermPurposes& ofTerms) const;
+  std::string reasonFor(const Query& query, std::size_t label, const TermPurposes& ofTerms) const;
 
   const Vocabulary& vocabulary_;
   const WordGraph* graph_;

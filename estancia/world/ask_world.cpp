@@ -73,13 +73,14 @@ std::vector<ObjectAnswer> askObjects(const WorldMap& world, const WorldMeaning& 
   return answers;
 }
 
-/// The areas whose given names the words misspell or mean.
+/// The areas whose given names the words misspell or mean, unless labels hold the words.
 std::vector<int> areasInOtherWords(const WorldMap& world, const std::string& words, WordGraphSource source) {
   std::set<std::string> given;
   for (const WorldArea& area : world.areas)
     if (!area.givenName.empty()) given.insert(area.givenName);
   const std::vector<std::string> names(given.begin(), given.end());
-  const auto match = names.empty() ? std::nullopt : findName(names, words, source);
+  if (names.empty() || !findLabels(world.places.vocabulary, words).empty()) return {};
+  const auto match = findName(names, words, source);
   return match ? areasNamed(world, names[match->name]) : std::vector<int>();
 }
 
@@ -93,7 +94,7 @@ WorldMeaning findMeaning(const WorldMap& world, const std::string& words, WordGr
     meaning.areas = areasNamed(world, meaning.corrected);
   meaning.isWholeName = !meaning.areas.empty();
   if (!meaning.isWholeName) meaning.areas = areasNamedPartly(world, words);
-  if (meaning.areas.empty() && meaning.rooms.empty() && findLabels(world.places.vocabulary, words).empty()) {
+  if (meaning.areas.empty() && meaning.rooms.empty()) {
     meaning.areas = areasInOtherWords(world, words, source);
     meaning.isWholeName = !meaning.areas.empty();
   }

@@ -99,14 +99,17 @@ bool areJoined(const WorldMap& world, int one, int other) {
 
 }  // namespace
 
+const WorldArea* findAreaNumber(const WorldMap& world, std::string_view text) {
+  int id = -1;
+  const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), id);
+  return problem == std::errc{} && end == text.data() + text.size() ? world.findArea(id) : nullptr;
+}
+
 const WorldArea& getArea(const WorldMap& world, const std::string& area) {
   if (world.areas.empty())
     fail(ErrorCode::insufficientData,
          "the map has no areas; map a drive with depth (`estancia check` tells what is missing)");
-  int id = -1;
-  const auto [end, problem] = std::from_chars(area.data(), area.data() + area.size(), id);
-  if (problem == std::errc{} && end == area.data() + area.size())
-    if (const WorldArea* found = world.findArea(id)) return *found;
+  if (const WorldArea* found = findAreaNumber(world, area)) return *found;
   const std::vector<int> called = areasCalled(world, area);
   if (called.size() == 1) return *world.findArea(called.front());
   std::vector<std::string> known;

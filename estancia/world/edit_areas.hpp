@@ -5,11 +5,15 @@
 #include <filesystem>
 #include <opencv2/core/types.hpp>
 #include <string>
+#include <string_view>
 
 #include "estancia/core/progress.hpp"
 #include "estancia/world/world_map.hpp"
 
 namespace estancia {
+
+/// The area of that number; nullptr where the text is no number of an area.
+const WorldArea* findAreaNumber(const WorldMap& world, std::string_view text);
 
 /// The area of that number, or the one that is called so (areasCalled()). Throws Error: unknownName, where
 /// none or several are, with the areas that are meant; insufficientData where the map has none.

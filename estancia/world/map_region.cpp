@@ -22,10 +22,8 @@ namespace {
 /// The areas that a text means, also by their number.
 std::vector<int> areasOfRegion(const WorldMap& world, const std::string& text) {
   std::vector<int> called = areasCalled(world, text);
-  if (!called.empty()) return called;
-  const auto found =
-      std::ranges::find(world.areas, text, [](const auto& area) { return fmt::to_string(area.id); });
-  if (found != world.areas.end()) called.push_back(found->id);
+  if (const WorldArea* found = findAreaNumber(world, text); found != nullptr && called.empty())
+    called.push_back(found->id);
   return called;
 }
 

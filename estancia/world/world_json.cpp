@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <utility>
 
 #include "estancia/topology/map_json.hpp"
 #include "estancia/topology/places.hpp"
@@ -136,12 +137,11 @@ Json toJson(const WorldObject& object, const WorldMap& world) {
 
 Json toJson(const std::string& words, const WorldAnswers& answers, const WorldMap& world) {
   const Answers ofPlaces{static_cast<const Meaning&>(answers), answers.places};
-  const Json base = toJson(words, ofPlaces, world.places, placesOf(world.places));
-  Json json{{"words", words}};
-  json.update(toJson(static_cast<const Meaning&>(answers), world.places.vocabulary));
-  json["near_spellings"] = Json::array();
-  json["areas"] = json["objects"] = Json::array();
-  json["places"] = base["places"];
+  Json json = toJson(words, ofPlaces, world.places, placesOf(world.places));
+  Json places = std::move(json["places"]);
+  json.erase("places");  // they come last
+  for (const char* key : {"near_spellings", "areas", "objects"}) json[key] = Json::array();
+  json["places"] = std::move(places);
   for (const int area : answers.areas) json["areas"].push_back(toJson(*world.findArea(area)));
   for (const ObjectAnswer& answer : answers.objects) json["objects"].push_back(answerJson(answer, world));
   for (Json& place : json["places"])

@@ -177,6 +177,7 @@ TEST(RegionCosts, WeighAreasRoomsAndWords) {
   EXPECT_THAT(costsOf(world, {.avoid = {"0"}, .prefer = {"kitchen"}}), ElementsAre(2.5, 1, 1, 1));
   world.places.frames[7].room = "store";
   EXPECT_THAT(costsOf(world, {.prefer = {"Store"}}), ElementsAre(1, 1, 0.5, 1));
+  EXPECT_THAT(costsOf(world, {.avoid = {"01"}}), costsOf(world, {.avoid = {"1"}}));
   for (const char* number : {"4", "77", "-1", "99999999999999999999"})
     EXPECT_THAT([&] { costsOf(world, {.avoid = {number}}); },
                 FailsWith(ErrorCode::unknownName, number, "0 (kitchen)"));
