@@ -33,4 +33,5 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/estanciaConfigVersion.cma
                                  COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/estanciaConfig.cmake ${PROJECT_BINARY_DIR}/estanciaConfigVersion.cmake
               ${PROJECT_SOURCE_DIR}/cmake/FindSvm.cmake ${PROJECT_SOURCE_DIR}/cmake/FindLinear.cmake
+              ${PROJECT_SOURCE_DIR}/cmake/FindLz4.cmake ${PROJECT_SOURCE_DIR}/cmake/FindZstd.cmake
         DESTINATION ${package_folder})

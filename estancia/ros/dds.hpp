@@ -1,0 +1,82 @@
+// ROS 2 topics without ROS: subscriptions and publications by DDS, in a module that is opened when first
+// needed. SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace estancia::ros {
+
+/// A topic of the ROS graph, by ROS 2's names.
+struct DdsTopic {
+  /// "/camera/image_raw"
+  std::string name;
+  /// "sensor_msgs/Image"
+  std::string type;
+  std::size_t writers = 0, readers = 0;
+  /// Whether all its writers offer to repeat what was lost.
+  bool reliable = false;
+};
+
+/// What has become of a subscription.
+struct DdsCounts {
+  std::size_t received = 0;
+  /// That DDS knows to be lost.
+  std::size_t lost = 0;
+  /// Writers that match: none where nobody publishes, or with another type or quality of service.
+  std::size_t writers = 0;
+  /// What does not fit, as a sentence: a writer of another type, or of a quality of service that cannot be
+  /// read; "" when all is well.
+  std::string trouble;
+};
+
+/// Ends with its destructor: no callback runs after it.
+class DdsSubscription {
+ public:
+  virtual ~DdsSubscription() = default;
+  virtual DdsCounts counts() const = 0;
+};
+
+/// Ends with its destructor. Thread-safe.
+class DdsPublication {
+ public:
+  virtual ~DdsPublication() = default;
+  /// A message in CDR with its header of four bytes. Throws Error (invalidInput; tooLarge).
+  virtual void publish(std::span<const std::byte> cdr) = 0;
+  /// Readers that match now.
+  virtual std::size_t readers() const = 0;
+};
+
+struct DdsOptions {
+  /// ROS_DOMAIN_ID.
+  int domain = 0;
+};
+
+/// How much a writer keeps for readers that come later or miss something.
+enum class Durability { volatileData, transientLocal };
+
+/// One participant of a DDS domain. Thread-safe.
+class DdsNode {
+ public:
+  virtual ~DdsNode() = default;
+  /// What has been discovered so far; wait a second after the start.
+  virtual std::vector<DdsTopic> topics() const = 0;
+  /// Messages of a topic in CDR, with its header of four bytes; `use` is called in a thread of DDS and must
+  /// return soon. Takes the reliability and durability that the writers offer: the subscription is made anew
+  /// when they differ. Throws Error (invalidInput) for names and types that are none of ROS.
+  virtual std::unique_ptr<DdsSubscription> subscribe(
+      const std::string& topic, const std::string& type,
+      std::function<void(std::span<const std::byte> cdr)> use) = 0;
+  /// Reliable, the last message is kept. Throws Error (invalidInput).
+  virtual std::unique_ptr<DdsPublication> publish(const std::string& topic, const std::string& type,
+                                                  Durability durability = Durability::volatileData) = 0;
+};
+
+/// Throws Error: missingDependency without the module; invalidOption for a domain outside 0 to 232.
+std::unique_ptr<DdsNode> makeDdsNode(const DdsOptions& options = {});
+
+}  // namespace estancia::ros
