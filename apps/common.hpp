@@ -96,6 +96,7 @@ void addEvaluateCommand(CLI::App& app);
 void addExplainCommand(CLI::App& app);
 void addExportCommand(CLI::App& app);
 void addReportCommand(CLI::App& app);
+void addMcpCommand(CLI::App& app);
 void addExperimentCommand(CLI::App& app);
 void addCompareCommand(CLI::App& app);
 void addModelsCommand(CLI::App& app);

@@ -109,6 +109,7 @@ int main(int argc, char** argv) {
   addEvaluateCommand(app);
   addExportCommand(app);
   addReportCommand(app);
+  addMcpCommand(app);
   addExperimentCommand(app);
   addCompareCommand(app);
   addModelsCommand(app);

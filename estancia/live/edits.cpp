@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/live/edits.hpp"
+
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "estancia/core/fail.hpp"
+#include "estancia/core/printable.hpp"
+
+namespace estancia {
+namespace {
+
+using Json = nlohmann::json;
+
+/// The fields of an edit; each must be asked for.
+class EditFields {
+ public:
+  explicit EditFields(const Json& json) : json_(json) {}
+
+  int number(const char* key) {
+    const Json& value = get(key);
+    if (!value.is_number_integer() || value < 0 || value > std::numeric_limits<int>::max())
+      fail(ErrorCode::invalidInput, "\"{}\" must be a whole number from 0", key);
+    return value.get<int>();
+  }
+  std::string name() {
+    constexpr std::size_t longest = 120;
+    const Json& value = get("name");
+    if (!value.is_string()) fail(ErrorCode::invalidInput, "\"name\" must be text");
+    auto text = value.get<std::string>();
+    if (text.size() > longest)
+      fail(ErrorCode::invalidInput, "the name has {} bytes, at most {} are kept", text.size(), longest);
+    if (printable(text) != text)
+      fail(ErrorCode::invalidInput, "the name \"{}\" has control characters; leave them out",
+           printable(text));
+    return text;
+  }
+  cv::Point2d point(const char* key) {
+    const Json& value = get(key);
+    if (!value.is_array() || value.size() != 2 || !value[0].is_number() || !value[1].is_number())
+      fail(ErrorCode::invalidInput, "\"{}\" must be a point of the floor, [x, y] in meters", key);
+    return {value[0].get<double>(), value[1].get<double>()};
+  }
+  /// Throws where there are fields that nobody asked for.
+  void end() const {
+    if (json_.size() != asked_ + 1)  // and the type
+      fail(ErrorCode::invalidInput, "the edit has {} fields, {} are known", json_.size(), asked_ + 1);
+  }
+
+ private:
+  const Json& get(const char* key) {
+    const auto found = json_.find(key);
+    if (found == json_.end()) fail(ErrorCode::invalidInput, "the edit lacks \"{}\"", key);
+    ++asked_;
+    return *found;
+  }
+
+  const Json& json_;
+  std::size_t asked_ = 0;
+};
+
+MapEdit editOf(const std::string& type, EditFields& fields) {
+  if (type == "name_area") {
+    const int area = fields.number("area");
+    return NameArea{area, fields.name()};
+  }
+  if (type == "merge_areas") {
+    const int area = fields.number("area");
+    return MergeAreas{area, fields.number("other")};
+  }
+  if (type == "split_area") {
+    const cv::Point2d from = fields.point("from");
+    return SplitArea{from, fields.point("to")};
+  }
+  if (type == "name_object") {
+    const int object = fields.number("object");
+    return NameObject{object, fields.name()};
+  }
+  if (type == "delete_object") return DeleteObject{fields.number("object")};
+  fail(ErrorCode::invalidInput,
+       "there is no edit \"{}\"; there are name_area, merge_areas, split_area, name_object and delete_object",
+       printable(type));
+}
+
+}  // namespace
+
+MapEdit parseEdit(const std::string& json) {
+  const Json parsed = Json::parse(json, nullptr, false);
+  if (!parsed.is_object() || !parsed.contains("type") || !parsed["type"].is_string())
+    fail(ErrorCode::invalidInput, "an edit is a JSON object with a \"type\", {{\"type\": \"name_area\", …}}");
+  EditFields fields(parsed);
+  MapEdit edit = editOf(parsed["type"].get<std::string>(), fields);
+  fields.end();
+  return edit;
+}
+
+}  // namespace estancia

@@ -1,0 +1,44 @@
+// Map file view: a map at rest for the page, the API and agents; read again when its file changes.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <filesystem>
+#include <mutex>
+#include <string>
+
+#include "estancia/live/live_view.hpp"
+
+namespace estancia {
+
+/// There is no camera, so nobody knows where the robot is: LiveStatus has no places.
+class MapFileView final : public LiveView {
+ public:
+  /// Throws Error as readWorld() does.
+  explicit MapFileView(std::filesystem::path path);
+
+  LiveStatus status() const override;
+  LiveStatus waitForChange(std::uint64_t revision, std::chrono::milliseconds patience) const override;
+  std::shared_ptr<const std::vector<unsigned char>> image() const override { return nullptr; }
+  std::shared_ptr<const WorldMap> world() const override;
+  std::vector<unsigned char> objectImage(int object) const override;
+  /// Map files hold no images of places.
+  std::vector<unsigned char> placeImage(int) const override { return {}; }
+  void edit(const MapEdit& edit) override;
+
+ private:
+  void readIfChanged() const;
+
+  std::filesystem::path path_;
+  /// One reads the file, or writes it.
+  mutable std::mutex file_;
+  mutable std::string stamp_;  // of the file that was read; under file_
+  mutable std::mutex mutex_;   // of what follows
+  mutable std::condition_variable changed_;
+  mutable std::shared_ptr<const WorldMap> world_;
+  mutable std::uint64_t revision_ = 1;
+  mutable std::string trouble_;
+};
+
+}  // namespace estancia

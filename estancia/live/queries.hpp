@@ -1,0 +1,87 @@
+// Live queries: where, ask, route, areas, objects, places and the map as JSON, shared by the API and agents.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "estancia/core/planar_pose.hpp"
+#include "estancia/live/live_view.hpp"
+
+namespace estancia {
+
+/// What to find the way to, as routeInWorld() takes it.
+struct RouteQuestion {
+  /// The number of a place, the name of an area or an object, or words.
+  std::string to;
+  /// The place to start from; where the robot is when absent.
+  std::optional<int> from;
+  std::vector<std::string> avoid = {}, prefer = {};
+};
+
+/// Answers of a LiveView. Lengths are meters, angles radians, positions [x, y] along the floor's two axes
+/// (Floor) unless they say otherwise; what is not known is null. All but status() and where() throw Error
+/// (insufficientData) before there is a map. Thread-safe.
+class LiveQueries {
+ public:
+  using Json = nlohmann::ordered_json;
+
+  /// The view must outlive it.
+  explicit LiveQueries(const LiveView& view) : view_(view) {}
+
+  /// All of LiveStatus; "where" is where().
+  Json status() const { return status(view_.status()); }
+  Json status(const LiveStatus& status) const;
+  /// {"state", "frame", "time", "place": {"node", "name", "probability"}, "area": {"id", "name",
+  /// "probability"}, "room", "pose": {"x", "y", "yaw"}, "unmapped", "belief": [{"node", "probability"}],
+  /// "sentence"}.
+  Json where() const { return where(view_.status()); }
+  Json where(const LiveStatus& status) const;
+  /// What `estancia ask --json` says, at most `count` places and as many objects; with "near_spellings" and
+  /// nothing else where nothing matches.
+  Json ask(const std::string& words, std::size_t count) const;
+  /// What `estancia route --json` says. Throws Error as routeInWorld() does, and insufficientData where it
+  /// is not known where the robot is.
+  Json route(const RouteQuestion& question) const;
+  /// {"objects": […]}, as toJson() says of them.
+  Json objects() const;
+  /// {"areas": […]}, as toJson() says of them, with "objects": [{"id", "name"}] that are in them.
+  Json areas() const;
+  /// {"node", "name", "room", "area", "position", "frames", "words": [{"label", "probability"}],
+  /// "neighbors": [{"node", "name", "distance"}], "objects": [{"id", "name"}] that are seen best from there}.
+  /// Throws Error (unknownName).
+  Json place(int node) const;
+  /// What it takes to draw the map: {"map_revision", "metric", "areas": [{…, "outlines": [[[x, y]]],
+  /// "color"}], "walls": [[[x, y]]], "path": [[[x, y]]], "places": [{"node", "name", "position", "frames",
+  /// "area"}], "links": [[node, node]], "objects": [{…, "at": [x, y], "box": [[x, y]]}]}. An odd number of
+  /// outlines surrounds what is inside. Without poses "metric" is false, and places lie so that their
+  /// distances follow the number of transitions between them. The same text until the map changes.
+  std::shared_ptr<const std::string> map() const;
+
+ private:
+  /// A world, and what is computed from it once.
+  struct Known {
+    std::shared_ptr<const WorldMap> world;
+    Floor floor;
+    std::vector<std::string> placeNames;
+    std::mutex drawing;
+    std::shared_ptr<const std::string> map;
+  };
+  /// nullptr before there is a map.
+  std::shared_ptr<Known> find() const;
+  std::shared_ptr<Known> get() const;
+
+  const LiveView& view_;
+  mutable std::mutex mutex_;
+  mutable std::shared_ptr<Known> known_;
+};
+
+/// As text. Bytes of names that are no UTF-8 become U+FFFD.
+std::string textOf(const nlohmann::ordered_json& json);
+
+}  // namespace estancia
