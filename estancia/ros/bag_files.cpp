@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/ros/bag_files.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <set>
+#include <sstream>
+
+#include "estancia/core/fail.hpp"
+#include "estancia/core/printable.hpp"
+#include "estancia/ros/compression.hpp"
+#include "estancia/ros/mcap_records.hpp"
+#include "estancia/ros/ros1_records.hpp"
+
+namespace estancia::ros {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kSqliteMagic{"SQLite format 3\0", 16};
+constexpr std::array<std::string_view, 3> kBagExtensions{".db3", ".mcap", ".bag"};
+// Longer lines than these list no files [bytes]; so does a larger file.
+constexpr std::uintmax_t kMostMetadata = std::uintmax_t{64} << 20U;
+
+std::string trimmed(std::string text) {
+  constexpr std::string_view kBlanks = " \t\r";
+  const auto begin = text.find_first_not_of(kBlanks);
+  if (begin == std::string::npos) return "";
+  text = text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
+  const bool quoted =
+      text.size() > 1 && (text.front() == '"' || text.front() == '\'') && text.back() == text.front();
+  return quoted ? text.substr(1, text.size() - 2) : text;
+}
+
+/// The items of `relative_file_paths`, as rosbag2 writes them: a line each.
+std::vector<std::string> listedFiles(const fs::path& metadata) {
+  std::vector<std::string> files;
+  std::error_code none;
+  if (fs::file_size(metadata, none) > kMostMetadata || none) return files;
+  std::ifstream file(metadata);
+  bool listing = false;
+  for (std::string line; std::getline(file, line);) {
+    const std::string item = trimmed(line);
+    if (listing && item.starts_with("- "))
+      files.push_back(trimmed(item.substr(2)));
+    else
+      listing = item == "relative_file_paths:";
+  }
+  return files;
+}
+
+BagFiles filesOf(const fs::path& folder, const std::vector<std::string>& listed) {
+  BagFiles bag;
+  for (const std::string& path : listed) {
+    // Old versions wrote the folder's name before it. Nothing leads out of the folder.
+    const fs::path name = fs::path(path).filename();
+    std::error_code none;
+    if (!name.empty() && name != "." && name != ".." && fs::is_regular_file(folder / name, none))
+      bag.files.push_back(folder / name);
+    else
+      bag.warnings.push_back(
+          fmt::format("{}: its metadata.yaml lists {}, which is missing; its messages are, too",
+                      printable(folder.string()), printable(path)));
+  }
+  return bag;
+}
+
+}  // namespace
+
+std::optional<BagFormat> bagFormat(const FileBytes& file) {
+  std::array<std::byte, 16> bytes{};
+  const std::size_t count = std::min<std::uint64_t>(bytes.size(), file.size());
+  file.read(0, std::span(bytes).first(count));
+  const std::string_view begin(reinterpret_cast<const char*>(bytes.data()), count);
+  if (begin.starts_with(kRos1Magic)) return BagFormat::ros1;
+  if (begin.starts_with(kMcapMagic)) return BagFormat::mcap;
+  if (begin.starts_with(kSqliteMagic)) return BagFormat::sqlite;
+  if (isZstd(bytes)) return BagFormat::zstd;
+  return std::nullopt;
+}
+
+std::string bagExtension(const fs::path& file) {
+  const std::string extension = (file.extension() == ".zstd" ? file.stem() : file).extension().string();
+  return std::find(kBagExtensions.begin(), kBagExtensions.end(), extension) == kBagExtensions.end()
+             ? ""
+             : extension;
+}
+
+BagFiles bagFilesIn(const fs::path& folder) {
+  BagFiles bag;
+  const std::string name = printable(folder.string());
+  const fs::path metadata = folder / "metadata.yaml";
+  if (std::error_code none; fs::exists(metadata, none)) {
+    const std::vector<std::string> listed = listedFiles(metadata);
+    bag = filesOf(folder, listed);
+    if (!bag.files.empty()) return bag;
+    if (listed.empty())
+      bag.warnings.push_back(
+          fmt::format("{}: its metadata.yaml lists no files, so all bags in it are read", name));
+  }
+  std::set<std::string> extensions;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string extension = bagExtension(entry.path());
+    if (extension.empty() || !entry.is_regular_file()) continue;
+    extensions.insert(extension);
+    bag.files.push_back(entry.path());
+  }
+  if (bag.files.empty())
+    fail(ErrorCode::unsupportedFile, "{}: no bag in this folder; give one with .mcap, .db3 or .bag files",
+         name);
+  if (extensions.size() > 1)
+    fail(ErrorCode::unsupportedFile, "{}: bags of several formats ({}); give one of them", name,
+         fmt::join(extensions, ", "));
+  std::sort(bag.files.begin(), bag.files.end());
+  return bag;
+}
+
+}  // namespace estancia::ros

@@ -1,0 +1,32 @@
+// Bag files: which files are one bag.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "estancia/ros/file_bytes.hpp"
+
+namespace estancia::ros {
+
+enum class BagFormat { ros1, sqlite, mcap, zstd };
+
+/// By its first bytes.
+std::optional<BagFormat> bagFormat(const FileBytes& file);
+
+/// ".db3" of "x_0.db3" and of "x_0.db3.zstd"; "" for names that are no bag's.
+std::string bagExtension(const std::filesystem::path& file);
+
+struct BagFiles {
+  std::vector<std::filesystem::path> files;
+  /// Sentences about what is missing.
+  std::vector<std::string> warnings;
+};
+
+/// The parts of a bag in `folder`: those that its metadata.yaml lists, else all that are there. Throws Error:
+/// unsupportedFile when there are none, or of several formats.
+BagFiles bagFilesIn(const std::filesystem::path& folder);
+
+}  // namespace estancia::ros

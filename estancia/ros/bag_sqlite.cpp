@@ -1,0 +1,189 @@
+// rosbag2's SQLite storage: a table of topics and one of messages.
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <sqlite3.h>
+
+#include <cctype>
+#include <limits>
+#include <mutex>
+#include <unordered_map>
+
+#include "estancia/core/fail.hpp"
+#include "estancia/core/printable.hpp"
+#include "estancia/ros/bag_part.hpp"
+
+namespace estancia::ros {
+namespace {
+
+// So many messages after one that can be read, none can be: the rest is given up.
+constexpr sqlite3_int64 kLongestGap = sqlite3_int64{1} << 24U;
+
+struct CloseDatabase {
+  void operator()(sqlite3* database) const { sqlite3_close_v2(database); }
+};
+struct FinalizeStatement {
+  void operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
+};
+struct CloseBlob {
+  void operator()(sqlite3_blob* blob) const { sqlite3_blob_close(blob); }
+};
+using Database = std::unique_ptr<sqlite3, CloseDatabase>;
+using Statement = std::unique_ptr<sqlite3_stmt, FinalizeStatement>;
+using Blob = std::unique_ptr<sqlite3_blob, CloseBlob>;
+
+/// Nothing is ever written beside an immutable file.
+std::string immutableUri(const std::filesystem::path& path) {
+  std::string uri = "file:";
+  for (const unsigned char c : std::filesystem::absolute(path).string()) {
+    const bool plain = std::isalnum(c) != 0 || c == '/' || c == '.' || c == '_' || c == '-';
+    uri += plain ? std::string(1, static_cast<char>(c)) : fmt::format("%{:02X}", c);
+  }
+  return uri + "?mode=ro&immutable=1";
+}
+
+std::string_view textAt(sqlite3_stmt* row, int column) {
+  const auto* text = reinterpret_cast<const char*>(sqlite3_column_text(row, column));
+  return text == nullptr ? std::string_view() : std::string_view(text, sqlite3_column_bytes(row, column));
+}
+
+class SqlitePart : public BagPart {
+ public:
+  SqlitePart(const std::filesystem::path& path, std::string name) : name_(std::move(name)) {
+    open(path);
+    readTopics();
+    readMessages();
+    if (std::error_code none; std::filesystem::file_size(path.string() + "-wal", none) > 0 && !none)
+      warnings.push_back(
+          fmt::format("{}: messages in its -wal file are left out; `sqlite3 {} 'pragma "
+                      "wal_checkpoint'` moves them in",
+                      name_, name_));
+  }
+
+  std::uint32_t blocks() const override { return 1; }
+
+  Payload read(std::uint32_t, std::uint64_t offset, std::uint32_t) const override {
+    const std::lock_guard lock(mutex_);
+    const auto id = static_cast<sqlite3_int64>(offset);
+    int result = SQLITE_OK;
+    if (blob_) {
+      result = sqlite3_blob_reopen(blob_.get(), id);
+    } else {
+      sqlite3_blob* opened = nullptr;
+      result = sqlite3_blob_open(database_.get(), "main", "messages", "data", id, 0, &opened);
+      blob_.reset(opened);
+    }
+    if (result == SQLITE_OK) {
+      const auto count = static_cast<std::size_t>(sqlite3_blob_bytes(blob_.get()));
+      auto bytes = std::make_shared_for_overwrite<std::byte[]>(count);
+      result = sqlite3_blob_read(blob_.get(), bytes.get(), static_cast<int>(count), 0);
+      if (result == SQLITE_OK) return {bytes, {bytes.get(), count}};
+    }
+    // One that failed to open can never be used again.
+    blob_.reset();
+    fail(ErrorCode::corruptFile, "{}: message {} cannot be read ({}); copy the file again", name_, id,
+         sqlite3_errstr(result));
+  }
+
+ private:
+  void open(const std::filesystem::path& path);
+  void run(const char* sql) { sqlite3_exec(database_.get(), sql, nullptr, nullptr, nullptr); }
+  Statement prepare(const char* sql) const;
+  void readTopics();
+  void readMessages();
+  [[noreturn]] void failOpening() const;
+
+  std::string name_;
+  Database database_;
+  mutable std::mutex mutex_;
+  mutable Blob blob_;
+  std::unordered_map<sqlite3_int64, std::uint32_t> topicOfId_;
+};
+
+void SqlitePart::failOpening() const {
+  const int code = sqlite3_errcode(database_.get());
+  const bool damaged = code == SQLITE_CORRUPT || code == SQLITE_NOTADB;
+  fail(damaged ? ErrorCode::malformedFile : ErrorCode::unsupportedFile,
+       "{}: no bag of rosbag2, or damaged ({}); copy the file again", name_,
+       printable(sqlite3_errmsg(database_.get())));
+}
+
+void SqlitePart::open(const std::filesystem::path& path) {
+  sqlite3* opened = nullptr;
+  const int flags = SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX;
+  const int result = sqlite3_open_v2(immutableUri(path).c_str(), &opened, flags, nullptr);
+  database_.reset(opened);
+  if (result != SQLITE_OK) failOpening();
+  sqlite3_extended_result_codes(opened, 0);
+  sqlite3_limit(opened, SQLITE_LIMIT_LENGTH, static_cast<int>(kMostBlockBytes));
+  sqlite3_db_config(opened, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
+  sqlite3_db_config(opened, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
+  // A file that shrinks while it is mapped would kill the process.
+  run("PRAGMA mmap_size = 0");
+  run("PRAGMA cell_size_check = ON");
+  if (sqlite3_exec(opened, "SELECT 1 FROM sqlite_master", nullptr, nullptr, nullptr) == SQLITE_CORRUPT) {
+    // SQLite does not open a file that is shorter than its header tells, unless one is about to mend it.
+    sqlite3_db_config(opened, SQLITE_DBCONFIG_DEFENSIVE, 0, nullptr);
+    run("PRAGMA writable_schema = ON");
+    warnings.push_back(fmt::format("{}: it is cut off or damaged; what can be read of it is used", name_));
+  }
+}
+
+Statement SqlitePart::prepare(const char* sql) const {
+  sqlite3_stmt* made = nullptr;
+  if (sqlite3_prepare_v2(database_.get(), sql, -1, &made, nullptr) != SQLITE_OK) failOpening();
+  return Statement(made);
+}
+
+void SqlitePart::readTopics() {
+  // A view or virtual table of these names would run what a stranger wrote.
+  const Statement tables = prepare(
+      "SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name IN ('topics', 'messages')"
+      " AND sql LIKE 'CREATE TABLE%'");
+  if (sqlite3_step(tables.get()) != SQLITE_ROW || sqlite3_column_int(tables.get(), 0) != 2)
+    fail(ErrorCode::unsupportedFile, "{}: an SQLite file without rosbag2's tables; give a bag", name_);
+  const Statement rows = prepare("SELECT id, name, type, serialization_format FROM topics");
+  while (sqlite3_step(rows.get()) == SQLITE_ROW)
+    topicOfId_.emplace(sqlite3_column_int64(rows.get(), 0),
+                       topicNumber(textAt(rows.get(), 1), textAt(rows.get(), 2), textAt(rows.get(), 3)));
+}
+
+void SqlitePart::readMessages() {
+  const Statement rows =
+      prepare("SELECT rowid, topic_id, timestamp FROM messages WHERE rowid > ?1 ORDER BY rowid");
+  sqlite3_int64 last = 0, skip = 0;
+  std::uint64_t unknown = 0, gaps = 0;
+  int result = SQLITE_OK;
+  // A damaged page is jumped over, however many messages it held.
+  for (; result != SQLITE_DONE && skip < kLongestGap; skip = skip == 0 ? 1 : skip * 2) {
+    sqlite3_reset(rows.get());
+    sqlite3_bind_int64(rows.get(), 1, last + skip);
+    for (bool first = true; (result = sqlite3_step(rows.get())) == SQLITE_ROW; first = false) {
+      const sqlite3_int64 id = sqlite3_column_int64(rows.get(), 0);
+      // A page that is its own child would go round forever.
+      if (id <= last || id > std::numeric_limits<sqlite3_int64>::max() - kLongestGap) break;
+      if (first && skip > 0) ++gaps;
+      last = id;
+      skip = 0;
+      const auto topic = topicOfId_.find(sqlite3_column_int64(rows.get(), 1));
+      if (topic == topicOfId_.end())
+        ++unknown;
+      else
+        addPlace({sqlite3_column_int64(rows.get(), 2), static_cast<std::uint64_t>(id), 0, topic->second},
+                 name_);
+    }
+  }
+  if (gaps > 0 || result != SQLITE_DONE)
+    warnings.push_back(
+        fmt::format("{}: pages of it are damaged or missing, and the messages on them: {} were found", name_,
+                    places.size()));
+  if (unknown > 0)
+    warnings.push_back(fmt::format("{}: {} messages of unknown topics are left out", name_, unknown));
+}
+
+}  // namespace
+
+std::unique_ptr<BagPart> openSqlitePart(const std::filesystem::path& path, const std::string& name) {
+  return std::make_unique<SqlitePart>(path, name);
+}
+
+}  // namespace estancia::ros

@@ -1,0 +1,39 @@
+// Decompression: lz4 frames, bzip2 and Zstandard, as bags hold them.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "estancia/ros/bag.hpp"
+
+namespace estancia::ros {
+
+enum class Compression { none, lz4, bz2, zstd, unknown };
+
+/// "", "none", "lz4", "bz2", "zstd"; unknown for others.
+Compression compressionOf(std::string_view name);
+
+/// No chunk and no message is larger than this [bytes].
+constexpr std::uint64_t kMostBlockBytes = std::uint64_t{1} << 30U;
+
+struct CompressedBytes {
+  Compression by = Compression::none;
+  std::span<const std::byte> bytes;
+  /// Uncompressed, where it is known [bytes].
+  std::optional<std::uint64_t> size;
+  /// False for what was cut off, with no size: what its beginning gives is the result, even nothing.
+  bool whole = true;
+};
+
+/// The messages of its Errors tell of the compressed bytes only: corruptFile, tooLarge (more than
+/// kMostBlockBytes, or more than so few bytes can hold), unsupportedFile.
+Payload decompress(const CompressedBytes& compressed);
+
+/// Whether the bytes begin as Zstandard does.
+bool isZstd(std::span<const std::byte> bytes);
+
+}  // namespace estancia::ros

@@ -1,0 +1,161 @@
+// Bags that others have recorded: all that is in them is found.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <map>
+
+#include "estancia/ros/bag.hpp"
+#include "support/support.hpp"
+
+namespace estancia::ros {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+std::map<std::string, std::size_t> countsOf(const Bag& bag) {
+  std::map<std::string, std::size_t> counts;
+  for (const BagTopic& topic : bag.topics()) counts[topic.name] += topic.messages;
+  return counts;
+}
+
+std::string bytesOf(const Bag& bag, std::size_t message) {
+  const Payload payload = bag.read(message);
+  return {reinterpret_cast<const char*>(payload.bytes.data()), payload.bytes.size()};
+}
+
+/// Both hold the same, message by message; their stamps are others when they were recorded at other times.
+void expectEqualBags(const Bag& a, const Bag& b, bool sameTimes = true) {
+  ASSERT_EQ(a.messages().size(), b.messages().size());
+  ASSERT_EQ(a.topics().size(), b.topics().size());
+  for (std::size_t i = 0; i < a.topics().size(); ++i) {
+    EXPECT_EQ(a.topics()[i].name, b.topics()[i].name);
+    EXPECT_EQ(a.topics()[i].type, b.topics()[i].type);
+    EXPECT_EQ(a.topics()[i].encoding, b.topics()[i].encoding);
+    EXPECT_EQ(a.topics()[i].messages, b.topics()[i].messages);
+  }
+  for (std::size_t i = 0; i < a.messages().size(); ++i) {
+    ASSERT_EQ(a.messages()[i].topic, b.messages()[i].topic) << i;
+    ASSERT_EQ(bytesOf(a, i).size(), bytesOf(b, i).size()) << i;
+    if (!sameTimes) continue;
+    ASSERT_EQ(a.messages()[i].time, b.messages()[i].time) << i;
+    ASSERT_EQ(bytesOf(a, i), bytesOf(b, i)) << i;
+  }
+}
+
+class BagData : public testing::Test {
+ protected:
+  void SetUp() override {
+    data_ = test::findData("robot_bags");
+    ESTANCIA_NEEDS(data_, "no robot_bags");
+  }
+  std::unique_ptr<Bag> open(const std::string& file) const {
+    auto bag = openBag(*data_ / file);
+    EXPECT_THAT(bag->warnings(), IsEmpty()) << file;
+    EXPECT_TRUE(isBag(*data_ / file)) << file;
+    EXPECT_TRUE(std::is_sorted(bag->messages().begin(), bag->messages().end(),
+                               [](const auto& a, const auto& b) { return a.time < b.time; }));
+    return bag;
+  }
+  std::optional<fs::path> data_;
+};
+
+TEST_F(BagData, RosOneBagsOfEachCompressionAreEqual) {
+  const auto none = open("wire/example_none.bag");
+  EXPECT_THAT(none->messages(), SizeIs(8647));
+  expectEqualBags(*none, *open("wire/example_lz4.bag"));
+  expectEqualBags(*none, *open("wire/example_bz2.bag"));
+}
+
+TEST_F(BagData, AnOfficeHasImagesOfTwoCamerasAndOdometry) {
+  const auto bag = open("camera/office_fisheye_ros1.bag");
+  EXPECT_THAT(bag->messages(), SizeIs(50));
+  auto counts = countsOf(*bag);
+  EXPECT_EQ(counts["/camera/fisheye1/image_raw"], 3U);
+  EXPECT_EQ(counts["/camera/fisheye2/image_raw"], 3U);
+  EXPECT_EQ(counts["/camera/odom/sample"], 19U);
+  for (const BagTopic& topic : bag->topics()) {
+    EXPECT_EQ(topic.encoding, Encoding::ros1);
+    if (topic.name == "/camera/fisheye1/image_raw") {
+      EXPECT_EQ(topic.type, "sensor_msgs/Image");
+    }
+  }
+  for (std::size_t i = 0; i < bag->messages().size(); ++i)
+    if (bag->topics()[bag->messages()[i].topic].type == "sensor_msgs/Image") {
+      EXPECT_GT(bytesOf(*bag, i).size(), 848U * 800U);
+    }
+}
+
+TEST_F(BagData, CloudsScansAndOdometryOfOneDrive) {
+  const auto bag = open("clouds/lidar_scan_odometry.bag");
+  auto counts = countsOf(*bag);
+  EXPECT_EQ(counts["/luminar_pointcloud"], 5U);
+  EXPECT_EQ(counts["/base_pose_ground_truth"], 5U);
+}
+
+TEST_F(BagData, EveryTypeIsTheSameInSqliteAndMcap) {
+  const auto sqlite = open("wire/all_types.db3");
+  EXPECT_THAT(sqlite->topics(), SizeIs(94));
+  EXPECT_THAT(sqlite->messages(), SizeIs(188));
+  expectEqualBags(*sqlite, *open("wire/all_types.mcap"), false);
+}
+
+TEST_F(BagData, TransformsAreThereInBothFormats) {
+  const auto ros1 = open("odometry/tf.bag"), ros2 = open("odometry/tf.db3");
+  EXPECT_THAT(ros2->messages(), SizeIs(518));
+  EXPECT_EQ(countsOf(*ros1), countsOf(*ros2));
+  EXPECT_EQ(ros2->topics().front().type, "tf2_msgs/TFMessage");
+  for (std::size_t i = 0; i < ros1->messages().size(); ++i)
+    ASSERT_EQ(ros1->messages()[i].time, ros2->messages()[i].time);
+}
+
+TEST_F(BagData, ChunksOfEachCompressionAreEqual) {
+  const auto none = open("wire/chunks_none.mcap");
+  EXPECT_GT(none->messages().size(), 0U);
+  expectEqualBags(*none, *open("wire/chunks_lz4.mcap"));
+  expectEqualBags(*none, *open("wire/chunks_zstd.mcap"));
+}
+
+TEST_F(BagData, MessagesThatRosbag2HasCompressedAreDecompressed) {
+  const auto bag = open("camera/soccer_zstd_messages.mcap");
+  EXPECT_EQ(countsOf(*bag)["/camera/image_raw"], 2U);
+  for (std::size_t i = 0; i < bag->messages().size(); ++i) {
+    const std::string bytes = bytesOf(*bag, i);
+    EXPECT_EQ(bytes.substr(0, 2), std::string("\0\1", 2));
+    if (bag->topics()[bag->messages()[i].topic].name == "/camera/image_raw") {
+      EXPECT_GT(bytes.size(), 640U * 480U * 3U);
+    }
+  }
+}
+
+TEST_F(BagData, ATalkersStringsAreThere) {
+  const auto bag = open("wire/talker.db3");
+  EXPECT_THAT(bag->messages(), SizeIs(20));
+  EXPECT_NE(bytesOf(*bag, bag->messages().size() - 1).find("Hello, world! 9"), std::string::npos);
+}
+
+TEST_F(BagData, PartsInAFolderAreOneBag) {
+  const auto first = open("wire/split_0.mcap"), second = open("wire/split_1.mcap");
+  const test::ScratchFolder folder;
+  // Their names do not tell their order.
+  fs::copy(*data_ / "wire/split_0.mcap", folder / "b.mcap");
+  fs::copy(*data_ / "wire/split_1.mcap", folder / "a.mcap");
+  const auto both = openBag(folder.path());
+  EXPECT_TRUE(isBag(folder.path()));
+  EXPECT_THAT(both->warnings(), IsEmpty());
+  const std::size_t count = first->messages().size();
+  ASSERT_EQ(both->messages().size(), count + second->messages().size());
+  for (std::size_t i = 0; i < both->messages().size(); ++i) {
+    const Bag& part = i < count ? *first : *second;
+    ASSERT_EQ(both->messages()[i].time, part.messages()[i < count ? i : i - count].time);
+    ASSERT_EQ(bytesOf(*both, i), bytesOf(part, i < count ? i : i - count));
+  }
+}
+
+}  // namespace
+}  // namespace estancia::ros
