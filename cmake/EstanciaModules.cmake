@@ -2,6 +2,7 @@
 # What needs large libraries that most commands do not is a module of its own, opened when it is first needed
 # (core/module_function.hpp): nobody else loads these libraries, and nobody who links Estancia links them. OpenCV's
 # image codecs (GDAL) and its video input (FFmpeg, GStreamer) are two thirds of what a start of the command would load.
+option(ESTANCIA_DDS "Read and write topics of ROS 2, where Fast DDS is installed" ON)
 option(ESTANCIA_MPI "Run experiments under mpirun, where Open MPI is installed" ON)
 list(FILTER ESTANCIA_SOURCES EXCLUDE REGEX "_module\\.cpp$")
 
@@ -49,4 +50,18 @@ function(estancia_use_mpi owner opener)
     return()
   endif()
   estancia_add_module(estancia_mpi ${owner} ${opener} MPI::MPI_C)
+endfunction()
+
+# Topics of ROS 2 come through Fast DDS.
+function(estancia_use_dds owner opener)
+  if(ESTANCIA_DDS)
+    find_package(fastrtps QUIET)
+  endif()
+  if(NOT TARGET fastrtps)
+    message(STATUS "Fast DDS: none found, there will be no topics of ROS 2; script/bootstrap installs it")
+    return()
+  endif()
+  estancia_add_module(estancia_dds ${owner} ${opener} fastrtps fmt::fmt)
+  file(GLOB parts CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${opener}_*_module.cpp)
+  target_sources(estancia_dds PRIVATE ${parts} ${PROJECT_SOURCE_DIR}/${opener}_names.cpp)
 endfunction()

@@ -25,7 +25,7 @@ struct DdsTopic {
 /// What has become of a subscription.
 struct DdsCounts {
   std::size_t received = 0;
-  /// That DDS knows to be lost.
+  /// What the writers have numbered and nobody received, or was too slow to use before newer ones came.
   std::size_t lost = 0;
   /// Writers that match: none where nobody publishes, or with another type or quality of service.
   std::size_t writers = 0;
@@ -34,7 +34,7 @@ struct DdsCounts {
   std::string trouble;
 };
 
-/// Ends with its destructor: no callback runs after it.
+/// Ends with its destructor, which no callback may call: none runs after it.
 class DdsSubscription {
  public:
   virtual ~DdsSubscription() = default;
@@ -45,7 +45,8 @@ class DdsSubscription {
 class DdsPublication {
  public:
   virtual ~DdsPublication() = default;
-  /// A message in CDR with its header of four bytes. Throws Error (invalidInput; tooLarge).
+  /// A message in CDR with its header of four bytes. Throws Error (invalidInput; tooLarge beyond 256 MiB;
+  /// network where DDS refuses it).
   virtual void publish(std::span<const std::byte> cdr) = 0;
   /// Readers that match now.
   virtual std::size_t readers() const = 0;
@@ -63,11 +64,13 @@ enum class Durability { volatileData, transientLocal };
 class DdsNode {
  public:
   virtual ~DdsNode() = default;
-  /// What has been discovered so far; wait a second after the start.
+  /// What others have that has been discovered so far; wait a second after the start.
   virtual std::vector<DdsTopic> topics() const = 0;
-  /// Messages of a topic in CDR, with its header of four bytes; `use` is called in a thread of DDS and must
-  /// return soon. Takes the reliability and durability that the writers offer: the subscription is made anew
-  /// when they differ. Throws Error (invalidInput) for names and types that are none of ROS.
+  /// Messages of a topic in CDR, with its header of four bytes and up to three bytes of padding at the end;
+  /// `use` is called in a thread of the subscription's own. While it works, the newest messages wait: five of
+  /// images, clouds and grids, two hundred of other types. Takes the reliability and durability that the
+  /// writers offer: the subscription is made anew when they differ. Throws Error (invalidInput) for names and
+  /// types that are none of ROS.
   virtual std::unique_ptr<DdsSubscription> subscribe(
       const std::string& topic, const std::string& type,
       std::function<void(std::span<const std::byte> cdr)> use) = 0;
@@ -76,7 +79,9 @@ class DdsNode {
                                                   Durability durability = Durability::volatileData) = 0;
 };
 
-/// Throws Error: missingDependency without the module; invalidOption for a domain outside 0 to 232.
+/// On the loopback alone with ROS_LOCALHOST_ONLY=1 in the environment, as ROS 2 does. Throws Error:
+/// missingDependency without the module; invalidOption for a domain outside 0 to 232; network where the
+/// domain cannot be joined.
 std::unique_ptr<DdsNode> makeDdsNode(const DdsOptions& options = {});
 
 }  // namespace estancia::ros

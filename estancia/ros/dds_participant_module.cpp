@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/ros/dds_participant_module.hpp"
+
+#include <fastdds/rtps/common/SerializedPayload.h>
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
+#include <fastrtps/utils/IPLocator.h>
+#include <sys/statvfs.h>
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/domain/qos/DomainParticipantQos.hpp>
+#include <fastdds/dds/publisher/qos/PublisherQos.hpp>
+#include <fastdds/dds/subscriber/qos/SubscriberQos.hpp>
+#include <fastdds/dds/topic/TopicDataType.hpp>
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <string_view>
+
+#include "estancia/core/fail.hpp"
+#include "estancia/ros/dds_names.hpp"
+
+namespace estancia::ros {
+namespace {
+
+namespace dds = eprosima::fastdds::dds;
+namespace rtps = eprosima::fastrtps::rtps;
+using eprosima::fastrtps::types::ReturnCode_t;
+
+/// With the system's buffers most raw images are lost.
+constexpr std::uint32_t kSocketBuffer = 8U << 20;
+/// With Fast DDS's 512 KB, too. Pages that are not used cost nothing.
+constexpr std::uint32_t kLargestSegment = 32U << 20, kSmallestSegment = 1U << 20;
+
+class RawType final : public dds::TopicDataType {
+ public:
+  explicit RawType(const std::string& name) {
+    setName(name.c_str());
+    // Of a message without a field. Buffers grow with the messages.
+    m_typeSize = 8;
+    auto_fill_type_information(false);
+    auto_fill_type_object(false);
+  }
+
+  bool serialize(void* data, rtps::SerializedPayload_t* payload) override {
+    const auto bytes = static_cast<const DdsSample*>(data)->out;
+    if (bytes.size() > payload->max_size) return false;
+    std::memcpy(payload->data, bytes.data(), bytes.size());
+    payload->length = static_cast<std::uint32_t>(bytes.size());
+    payload->encapsulation = CDR_LE;
+    return true;
+  }
+
+  bool deserialize(rtps::SerializedPayload_t* payload, void* data) override {
+    DdsSample& sample = *static_cast<DdsSample*>(data);
+    sample.refused = payload->length > mostDdsBytes ? payload->length : 0;
+    sample.in.resize(sample.refused > 0 ? 0 : payload->length);
+    if (!sample.in.empty()) std::memcpy(sample.in.data(), payload->data, sample.in.size());
+    return true;
+  }
+
+  std::function<std::uint32_t()> getSerializedSizeProvider(void* data) override {
+    const std::size_t size = static_cast<const DdsSample*>(data)->out.size();
+    return [size] { return static_cast<std::uint32_t>(size); };
+  }
+
+  void* createData() override { return new DdsSample; }
+  void deleteData(void* data) override { delete static_cast<DdsSample*>(data); }
+  bool getKey(void*, rtps::InstanceHandle_t*, bool) override { return false; }
+};
+
+/// What a container gives to shared memory may be little, and who writes beyond it dies. 0: none.
+std::uint32_t segmentSize() {
+  struct statvfs space {};
+  if (statvfs("/dev/shm", &space) != 0) return 0;
+  const std::uint64_t quarter = std::uint64_t{space.f_bavail} * space.f_frsize / 4;
+  return quarter < kSmallestSegment
+             ? 0
+             : static_cast<std::uint32_t>(std::min<std::uint64_t>(kLargestSegment, quarter));
+}
+
+/// ROS 2's own switch.
+bool localhostOnly() {
+  const char* value = std::getenv("ROS_LOCALHOST_ONLY");
+  return value != nullptr && std::string_view(value) == "1";
+}
+
+void setTransports(dds::DomainParticipantQos& qos, std::uint32_t segment) {
+  qos.transport().use_builtin_transports = false;
+  const auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
+  udp->sendBufferSize = udp->receiveBufferSize = kSocketBuffer;
+  if (localhostOnly()) udp->interfaceWhiteList.push_back("127.0.0.1");
+  qos.transport().user_transports.push_back(udp);
+  if (segment == 0) return;
+  const auto memory = std::make_shared<eprosima::fastdds::rtps::SharedMemTransportDescriptor>();
+  memory->segment_size(segment);
+  qos.transport().user_transports.push_back(memory);
+}
+
+/// A profile that the user names in FASTRTPS_DEFAULT_PROFILES_FILE may choose other transports.
+dds::DomainParticipantQos participantQos(bool withSharedMemory) {
+  dds::DomainParticipantFactory* factory = dds::DomainParticipantFactory::get_instance();
+  // Not from the folder that the program is run in, whoever's it is.
+  setenv("SKIP_DEFAULT_XML", "1", 0);
+  factory->load_profiles();
+  dds::DomainParticipantQos qos = factory->get_default_participant_qos();
+  qos.name("estancia");
+  auto& builtin = qos.wire_protocol().builtin;
+  // Announcements may be larger than the buffers that they begin with.
+  builtin.readerHistoryMemoryPolicy = builtin.writerHistoryMemoryPolicy =
+      rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+  if (qos.transport().use_builtin_transports && qos.transport().user_transports.empty())
+    setTransports(qos, withSharedMemory ? segmentSize() : 0);
+  return qos;
+}
+
+}  // namespace
+
+DdsParticipant::DdsParticipant(int domain) {
+  dds::DomainParticipantFactory* factory = dds::DomainParticipantFactory::get_instance();
+  // Discovery alone is told to the participant; the rest, to readers and writers.
+  for (const bool withSharedMemory : {true, false})
+    if (participant_ == nullptr)
+      participant_ =
+          factory->create_participant(static_cast<std::uint32_t>(domain), participantQos(withSharedMemory),
+                                      &graph_, dds::StatusMask::none());
+  if (participant_ != nullptr) {
+    publisher_ = participant_->create_publisher(dds::PUBLISHER_QOS_DEFAULT);
+    subscriber_ = participant_->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT);
+  }
+  if (publisher_ == nullptr || subscriber_ == nullptr) {
+    end();
+    fail(ErrorCode::network,
+         "domain {} of ROS 2 cannot be joined; see that a network interface is up and its UDP ports are free",
+         domain);
+  }
+}
+
+DdsParticipant::~DdsParticipant() {
+  end();
+}
+
+void DdsParticipant::end() {
+  if (participant_ == nullptr) return;
+  participant_->set_listener(nullptr);
+  participant_->delete_contained_entities();
+  dds::DomainParticipantFactory::get_instance()->delete_participant(participant_);
+}
+
+dds::Topic* DdsParticipant::acquire(const std::string& topic, const std::string& type) {
+  const std::string ddsTopic = ddsTopicName(topic), ddsType = ddsTypeName(type);
+  const std::lock_guard lock(mutex_);
+  for (auto& [known, users] : users_)
+    if (known->get_name() == ddsTopic) {
+      if (known->get_type_name() != ddsType)
+        fail(ErrorCode::invalidInput, "{} is used as {} already; use it as {} in a node of its own", topic,
+             rosTypeName(known->get_type_name()), type);
+      ++users;
+      return known;
+    }
+  auto& support = types_[ddsType];
+  if (support.empty()) support = dds::TypeSupport(new RawType(ddsType));
+  dds::Topic* made = nullptr;
+  if (participant_->register_type(support) == ReturnCode_t::RETCODE_OK)
+    made = participant_->create_topic(ddsTopic, ddsType, dds::TOPIC_QOS_DEFAULT);
+  if (made == nullptr)
+    fail(ErrorCode::invalidInput, "DDS refuses the topic {} of {}; choose another", topic, type);
+  users_.emplace(made, 1);
+  return made;
+}
+
+void DdsParticipant::release(dds::Topic* topic) {
+  const std::lock_guard lock(mutex_);
+  const auto found = users_.find(topic);
+  if (found == users_.end() || --found->second > 0) return;
+  users_.erase(found);
+  participant_->delete_topic(topic);
+}
+
+}  // namespace estancia::ros

@@ -1,0 +1,84 @@
+// A DDS domain of a test's own on the loopback, and writers in processes of their own.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <functional>
+#include <random>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "estancia/ros/dds.hpp"
+
+namespace estancia::test {
+
+/// A domain that nobody else is likely to use, of those whose ports no other program is given.
+inline int domainOfTest() {
+  setenv("ROS_LOCALHOST_ONLY", "1", 1);
+  static std::mt19937 generator{std::random_device{}()};
+  return std::uniform_int_distribution(1, 100)(generator);
+}
+
+/// Waits until it is so; false after a minute, which only a broken program takes.
+inline bool eventually(const std::function<bool()>& is) {
+  for (int i = 0; i < 6000; ++i) {
+    if (is()) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  return false;
+}
+
+/// tests/fakes/dds_writer.cpp, a node of ROS 2 in all but its name.
+class WriterProcess {
+ public:
+  struct Job {
+    std::string topic = "rt/camera/image_raw", type = "sensor_msgs::msg::dds_::Image_";
+    std::size_t bytes = 100;
+    int hertz = 20, count = 0;
+    std::string quality = "reliable";
+  };
+
+  WriterProcess(int domain, const Job& job) {
+    const std::vector<std::string> words{
+        ESTANCIA_DDS_WRITER,       std::to_string(domain),    job.topic,  job.type, std::to_string(job.bytes),
+        std::to_string(job.hertz), std::to_string(job.count), job.quality};
+    std::vector<char*> arguments;
+    for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
+    arguments.push_back(nullptr);
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", 1, 0);
+    EXPECT_EQ(posix_spawn(&pid_, arguments[0], &actions, nullptr, arguments.data(), environ), 0);
+    posix_spawn_file_actions_destroy(&actions);
+  }
+  ~WriterProcess() { end(SIGTERM); }
+  WriterProcess(const WriterProcess&) = delete;
+  WriterProcess& operator=(const WriterProcess&) = delete;
+
+  void end(int signal) {
+    if (pid_ > 0) kill(pid_, signal);
+    wait();
+  }
+  /// Its exit code.
+  int wait() {
+    if (pid_ <= 0) return code_;
+    int status = 0;
+    waitpid(pid_, &status, 0);
+    pid_ = -1;
+    return code_ = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+
+ private:
+  pid_t pid_ = -1;
+  int code_ = -1;
+};
+
+}  // namespace estancia::test

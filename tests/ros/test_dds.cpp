@@ -1,0 +1,308 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/ros/dds.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdint>
+#include <cstring>
+#include <mutex>
+#include <stdexcept>
+#include <vector>
+
+#include "support/errors.hpp"
+
+#ifdef ESTANCIA_DDS_WRITER  // tests/CMakeLists.txt, where Fast DDS is installed
+#include "ros/dds_world.hpp"
+#endif
+
+namespace estancia::ros {
+namespace {
+
+using test::FailsWith;
+
+TEST(Dds, DomainsEndAt232) {
+  EXPECT_THAT([] { makeDdsNode({-1}); }, FailsWith(ErrorCode::invalidOption, "-1", "232"));
+  EXPECT_THAT([] { makeDdsNode({233}); }, FailsWith(ErrorCode::invalidOption, "233"));
+}
+
+#ifndef ESTANCIA_DDS_WRITER
+
+TEST(Dds, IsNotInEveryBuild) {
+  EXPECT_THAT([] { makeDdsNode(); }, FailsWith(ErrorCode::missingDependency, "libfastrtps-dev"));
+}
+
+#else
+
+using test::eventually;
+using test::WriterProcess;
+
+/// The numbers of the messages of a WriterProcess that arrived, and their sizes.
+struct Arrivals {
+  void operator()(std::span<const std::byte> cdr) {
+    const std::lock_guard lock(mutex);
+    bytes = cdr.size();
+    if (cdr.size() >= 8) std::memcpy(&number, cdr.data() + 4, 4);
+    if (count++ == 0) first = number;
+  }
+  std::uint32_t last() {
+    const std::lock_guard lock(mutex);
+    return number;
+  }
+  std::mutex mutex;
+  std::atomic<std::size_t> count = 0, bytes = 0;
+  std::uint32_t first = 0, number = 0;
+};
+
+constexpr const char* kTopic = "/camera/image_raw";
+constexpr const char* kType = "sensor_msgs/Image";
+/// 640 × 480 rgb8.
+constexpr std::size_t kImageBytes = 640 * 480 * 3 + 64;
+
+/// A message in CDR that tells one from another.
+std::vector<std::byte> messageWith(unsigned char mark, std::size_t bytes = 8) {
+  std::vector<std::byte> message(bytes, std::byte{mark});
+  message[0] = message[2] = message[3] = std::byte{0};
+  message[1] = std::byte{1};
+  return message;
+}
+
+TEST(Dds, ImagesOfAReliableWriterArriveOrAreCountedAsLost) {
+  const int domain = test::domainOfTest();
+  Arrivals arrivals;
+  const auto node = makeDdsNode({domain});
+  const auto subscription = node->subscribe(kTopic, kType, std::ref(arrivals));
+  WriterProcess writer(domain, {.bytes = kImageBytes, .hertz = 20, .count = 60});
+  EXPECT_EQ(writer.wait(), 0);
+  ASSERT_TRUE(eventually([&] { return arrivals.last() == 59; }));
+  const DdsCounts counts = subscription->counts();
+  EXPECT_EQ(counts.received + counts.lost, 60 - arrivals.first);
+  EXPECT_EQ(counts.received, arrivals.count);
+  EXPECT_EQ(arrivals.bytes, kImageBytes);
+  EXPECT_EQ(counts.trouble, "");
+}
+
+TEST(Dds, BestEffortWritersAreReadToo) {
+  const int domain = test::domainOfTest();
+  Arrivals arrivals;
+  const auto node = makeDdsNode({domain});
+  const auto subscription = node->subscribe(kTopic, kType, std::ref(arrivals));
+  WriterProcess writer(domain, {.bytes = 1000, .hertz = 100, .quality = "best-effort"});
+  EXPECT_TRUE(eventually([&] { return arrivals.count >= 5; }));
+  EXPECT_EQ(subscription->counts().writers, 1U);
+}
+
+TEST(Dds, TheReaderFitsToAllWritersThatComeAndGo) {
+  const int domain = test::domainOfTest();
+  Arrivals arrivals;
+  const auto node = makeDdsNode({domain});
+  const auto subscription = node->subscribe(kTopic, kType, std::ref(arrivals));
+  WriterProcess reliable(domain, {.bytes = 100, .hertz = 100});
+  ASSERT_TRUE(eventually([&] { return arrivals.count >= 5; }));
+  WriterProcess bestEffort(domain, {.bytes = 2000, .hertz = 100, .quality = "best-effort"});
+  EXPECT_TRUE(eventually([&] { return arrivals.bytes == 2000; }));
+  EXPECT_TRUE(eventually([&] { return arrivals.bytes == 100; }));
+  EXPECT_EQ(subscription->counts().writers, 2U);
+  EXPECT_EQ(subscription->counts().trouble, "");
+}
+
+TEST(Dds, WhatAWriterKeepsForLatecomersIsReadOnce) {
+  const int domain = test::domainOfTest();
+  Arrivals arrivals;
+  WriterProcess latched(domain, {.topic = "rt/tf_static",
+                                 .type = "tf2_msgs::msg::dds_::TFMessage_",
+                                 .count = 1,
+                                 .quality = "transient-local"});
+  const auto node = makeDdsNode({domain});
+  ASSERT_TRUE(eventually([&] { return !node->topics().empty(); }));
+  const auto subscription = node->subscribe("/tf_static", "tf2_msgs/msg/TFMessage", std::ref(arrivals));
+  ASSERT_TRUE(eventually([&] { return arrivals.count == 1; }));
+  // The reader is made anew for another writer, and again as that one goes: no message comes twice.
+  {
+    WriterProcess live(
+        domain,
+        {.topic = "rt/tf_static", .type = "tf2_msgs::msg::dds_::TFMessage_", .bytes = 500, .count = 3});
+    EXPECT_EQ(live.wait(), 0);
+  }
+  ASSERT_TRUE(eventually([&] { return arrivals.bytes == 500; }));
+  ASSERT_TRUE(eventually([&] { return node->topics().at(0).writers == 1; }));
+  ASSERT_TRUE(eventually([&] { return subscription->counts().writers == 1; }));
+  EXPECT_EQ(arrivals.count, 4U);
+}
+
+TEST(Dds, ATypeThatDoesNotFitIsASentence) {
+  const int domain = test::domainOfTest();
+  Arrivals arrivals;
+  const auto node = makeDdsNode({domain});
+  const auto subscription = node->subscribe(kTopic, "sensor_msgs/CompressedImage", std::ref(arrivals));
+  WriterProcess writer(domain, {});
+  EXPECT_TRUE(eventually([&] { return !subscription->counts().trouble.empty(); }));
+  EXPECT_THAT(subscription->counts().trouble,
+              testing::AllOf(testing::HasSubstr(kTopic), testing::HasSubstr("sensor_msgs/Image"),
+                             testing::HasSubstr("sensor_msgs/CompressedImage")));
+  // One that fits is read all the same.
+  WriterProcess fitting(domain, {.type = "sensor_msgs::msg::dds_::CompressedImage_"});
+  EXPECT_TRUE(eventually([&] { return arrivals.count > 0; }));
+  EXPECT_EQ(subscription->counts().writers, 1U);
+}
+
+TEST(Dds, AQualityThatCannotBeReadIsASentence) {
+  const int domain = test::domainOfTest();
+  Arrivals arrivals;
+  const auto node = makeDdsNode({domain});
+  const auto subscription = node->subscribe(kTopic, kType, std::ref(arrivals));
+  WriterProcess writer(domain, {.quality = "exclusive"});
+  EXPECT_TRUE(eventually([&] { return !subscription->counts().trouble.empty(); }));
+  EXPECT_THAT(subscription->counts().trouble,
+              testing::AllOf(testing::HasSubstr(kTopic), testing::HasSubstr("exclusive ownership")));
+  EXPECT_EQ(subscription->counts().writers, 0U);
+}
+
+TEST(Dds, AFloodLeavesTheNewestMessages) {
+  const int domain = test::domainOfTest();
+  Arrivals arrivals;
+  const auto node = makeDdsNode({domain});
+  const auto subscription = node->subscribe(kTopic, kType, [&](std::span<const std::byte> cdr) {
+    arrivals(cdr);
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  });
+  constexpr std::uint32_t written = 2000;
+  WriterProcess writer(domain, {.bytes = 50000, .hertz = 0, .count = written});
+  EXPECT_EQ(writer.wait(), 0);
+  ASSERT_TRUE(eventually([&] { return arrivals.last() == written - 1; }));
+  const DdsCounts counts = subscription->counts();
+  EXPECT_EQ(counts.received + counts.lost, written - arrivals.first);
+  EXPECT_GT(counts.lost, 0U);
+}
+
+TEST(Dds, AWriterThatIsKilledIsTakenUpAgain) {
+  const int domain = test::domainOfTest();
+  Arrivals arrivals;
+  const auto node = makeDdsNode({domain});
+  const auto subscription = node->subscribe(kTopic, kType, std::ref(arrivals));
+  for (const std::size_t bytes : {300000, 400000, 500000}) {
+    WriterProcess writer(domain, {.bytes = bytes});
+    EXPECT_TRUE(eventually([&] { return arrivals.bytes == bytes; })) << bytes;
+    writer.end(SIGKILL);
+  }
+  EXPECT_EQ(subscription->counts().trouble, "");
+}
+
+TEST(Dds, WhatIsNoMessageReachesTheUserAsItIs) {
+  const int domain = test::domainOfTest();
+  Arrivals arrivals;
+  const auto node = makeDdsNode({domain});
+  const auto subscription = node->subscribe(kTopic, kType, std::ref(arrivals));
+  for (const std::size_t bytes : {1, 5, 10, 100}) {
+    WriterProcess writer(domain, {.bytes = bytes});
+    // DDS fills up to a multiple of four.
+    const std::size_t arriving = (bytes + 3) / 4 * 4;
+    EXPECT_TRUE(eventually([&] { return arrivals.bytes == arriving; })) << bytes;
+  }
+}
+
+TEST(Dds, AUserThatThrowsCostsTheMessage) {
+  const int domain = test::domainOfTest();
+  Arrivals arrivals;
+  const auto node = makeDdsNode({domain});
+  const auto subscription = node->subscribe(kTopic, kType, [&](std::span<const std::byte> cdr) {
+    arrivals(cdr);
+    throw std::runtime_error("the third eye is closed");
+  });
+  WriterProcess writer(domain, {});
+  EXPECT_TRUE(eventually([&] { return arrivals.count >= 3; }));
+  EXPECT_THAT(subscription->counts().trouble, testing::HasSubstr("the third eye is closed"));
+}
+
+TEST(Dds, TopicsAreListedWithTheirTypesAndQuality) {
+  const int domain = test::domainOfTest();
+  const auto node = makeDdsNode({domain});
+  EXPECT_TRUE(node->topics().empty());
+  WriterProcess image(domain, {});
+  WriterProcess depth(domain, {.topic = "rt/depth", .quality = "best-effort"});
+  WriterProcess both(domain, {.topic = "rt/depth"});
+  WriterProcess service(domain, {.topic = "rq/serviceRequest"});
+  WriterProcess foreign(domain, {.topic = "Square", .type = "ShapeType"});
+  const auto reading = makeDdsNode({domain});
+  const auto subscription = reading->subscribe(kTopic, kType, [](std::span<const std::byte>) {});
+  ASSERT_TRUE(eventually([&] {
+    const auto topics = node->topics();
+    return topics.size() == 2 && topics[0].readers == 1 && topics[1].writers == 2;
+  }));
+  const auto topics = node->topics();
+  EXPECT_EQ(topics[0].name, kTopic);
+  EXPECT_EQ(topics[0].type, kType);
+  EXPECT_EQ(topics[0].writers, 1U);
+  EXPECT_TRUE(topics[0].reliable);
+  EXPECT_EQ(topics[1].name, "/depth");
+  EXPECT_FALSE(topics[1].reliable);
+}
+
+TEST(Dds, WhatIsPublishedArrives) {
+  const int domain = test::domainOfTest();
+  const auto writing = makeDdsNode({domain}), reading = makeDdsNode({domain});
+  Arrivals arrivals;
+  const auto subscription = reading->subscribe("/place", "std_msgs/String", std::ref(arrivals));
+  const auto publication = writing->publish("/place", "std_msgs/String");
+  ASSERT_TRUE(eventually([&] { return publication->readers() == 1; }));
+  publication->publish(messageWith(7, 12));
+  EXPECT_TRUE(eventually([&] { return arrivals.count == 1; }));
+  EXPECT_EQ(arrivals.bytes, 12U);
+  EXPECT_EQ(arrivals.last(), 0x07070707U);
+}
+
+TEST(Dds, TheLastMapIsKeptForLatecomers) {
+  const int domain = test::domainOfTest();
+  const auto writing = makeDdsNode({domain});
+  const auto publication =
+      writing->publish("/map_markers", "visualization_msgs/MarkerArray", Durability::transientLocal);
+  for (const unsigned char mark : {1, 2, 3}) publication->publish(messageWith(mark, 3000000));
+  const auto reading = makeDdsNode({domain});
+  Arrivals arrivals;
+  const auto subscription =
+      reading->subscribe("/map_markers", "visualization_msgs/MarkerArray", std::ref(arrivals));
+  EXPECT_TRUE(eventually([&] { return arrivals.count > 0; }));
+  EXPECT_EQ(arrivals.last(), 0x03030303U);
+  EXPECT_EQ(arrivals.count, 1U);
+}
+
+TEST(Dds, RefusesWhatIsNoMessageOfRos) {
+  const auto node = makeDdsNode({test::domainOfTest()});
+  const auto ignore = [](std::span<const std::byte>) {};
+  EXPECT_THAT([&] { node->subscribe("camera", kType, ignore); },
+              FailsWith(ErrorCode::invalidInput, "camera"));
+  EXPECT_THAT([&] { node->subscribe(kTopic, "Image", ignore); }, FailsWith(ErrorCode::invalidInput, "Image"));
+  EXPECT_THAT([&] { node->publish("/a b", kType); }, FailsWith(ErrorCode::invalidInput, "/a b"));
+  const auto publication = node->publish(kTopic, kType);
+  EXPECT_THAT([&] { node->subscribe(kTopic, "std_msgs/String", ignore); },
+              FailsWith(ErrorCode::invalidInput, kTopic, kType, "std_msgs/String"));
+  EXPECT_THAT([&] { publication->publish({}); }, FailsWith(ErrorCode::invalidInput, kTopic));
+  EXPECT_THAT([&] { publication->publish(std::vector<std::byte>(8, std::byte{9})); },
+              FailsWith(ErrorCode::invalidInput, kTopic));
+  EXPECT_THAT([&] { publication->publish(messageWith(0, (std::size_t{256} << 20) + 1)); },
+              FailsWith(ErrorCode::tooLarge, kTopic));
+}
+
+TEST(Dds, WhatIsMadeMayEndInAnyOrder) {
+  const int domain = test::domainOfTest();
+  std::atomic<bool> ended = false, late = false;
+  auto node = makeDdsNode({domain});
+  auto publication = node->publish("/place", "std_msgs/String");
+  auto other = node->publish("/place", "std_msgs/msg/String");
+  auto subscription = makeDdsNode({domain})->subscribe(
+      "/place", "std_msgs/String", [&](std::span<const std::byte>) { late = late || ended; });
+  ASSERT_TRUE(eventually([&] { return publication->readers() == 1; }));
+  node.reset();
+  other.reset();
+  for (int i = 0; i < 200; ++i) publication->publish(messageWith(1));
+  subscription.reset();
+  ended = true;
+  publication->publish(messageWith(2));
+  publication.reset();
+  EXPECT_FALSE(late);
+}
+
+#endif
+
+}  // namespace
+}  // namespace estancia::ros
