@@ -1,0 +1,38 @@
+// Page server: the page and the API of a live view at an address.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "estancia/core/options.hpp"
+#include "estancia/live/http_server.hpp"
+#include "estancia/live/live_site.hpp"
+
+namespace estancia {
+
+struct ServerOptions {
+  bool page = true;
+  int port = 8765;
+  std::string listen;
+};
+/// Says what each option is and its range.
+OptionGroup declare(ServerOptions& options);
+
+/// Serves until it is destroyed.
+class PageServer {
+ public:
+  /// The view must outlive it. Throws Error as makeHttpServer() does.
+  PageServer(LiveView& view, const ServerOptions& options);
+
+  /// What people open; with the token where one is needed.
+  const std::string& url() const { return url_; }
+  int port() const { return server_->port(); }
+
+ private:
+  LiveSite site_;
+  std::unique_ptr<HttpServer> server_;
+  std::string url_;
+};
+
+}  // namespace estancia
