@@ -21,36 +21,34 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::unique_ptr<BagPart> openPart(const fs::path& path);
-
-std::unique_ptr<BagPart> openPlainPart(FileBytes file, const fs::path& path, BagFormat format) {
+std::unique_ptr<BagPart> openPlainPart(FileBytes file) {
+  const auto format = bagFormat(file);
   if (format == BagFormat::ros1) return openRos1Part(std::move(file));
   if (format == BagFormat::mcap) return openMcapPart(std::move(file));
-  return openSqlitePart(path, file.name());
-}
-
-std::unique_ptr<BagPart> openCompressedPart(const FileBytes& compressed) {
-  const DecompressedFile plain(compressed);
-  FileBytes file(plain.path(), compressed.name());
-  const auto format = bagFormat(file);
-  if (!format || format == BagFormat::zstd)
-    fail(ErrorCode::unsupportedFile, "{}: compressed, but no bag; give a .bag, .db3 or .mcap file",
-         compressed.name());
-  auto part = openPlainPart(std::move(file), plain.path(), *format);
-  if (!plain.whole())
-    part->warnings.insert(
-        part->warnings.begin(),
-        fmt::format("{}: it is cut off or damaged; what its beginning gives is used", compressed.name()));
-  return part;
+  if (format == BagFormat::sqlite) return openSqlitePart(std::move(file));
+  fail(ErrorCode::unsupportedFile, "{}: no bag; give a .bag (2.0), .db3 or .mcap file", file.name());
 }
 
 std::unique_ptr<BagPart> openPart(const fs::path& path) {
   FileBytes file(path);
-  const auto format = bagFormat(file);
-  if (!format)
-    fail(ErrorCode::unsupportedFile, "{}: no bag; give a .bag (2.0), .db3 or .mcap file", file.name());
-  if (format == BagFormat::zstd) return openCompressedPart(file);
-  return openPlainPart(std::move(file), path, *format);
+  std::vector<std::string> warnings;
+  // rosbag2's files lack what SQLite keeps beside them until they are closed.
+  std::error_code none;
+  if (fs::file_size(path.string() + "-wal", none) > 0 && !none)
+    warnings.push_back(
+        fmt::format("{}: its last messages are in {}-wal and not read; `sqlite3 {} 'pragma "
+                    "wal_checkpoint'` moves them in",
+                    file.name(), file.name(), file.name()));
+  if (bagFormat(file) == BagFormat::zstd) {
+    DecompressedFile plain = decompressFile(file);
+    if (!plain.whole)
+      warnings.push_back(
+          fmt::format("{}: it is cut off or damaged; what its beginning gives is used", file.name()));
+    file = std::move(plain.file);
+  }
+  auto part = openPlainPart(std::move(file));
+  part->warnings.insert(part->warnings.begin(), warnings.begin(), warnings.end());
+  return part;
 }
 
 /// The files of a bag as one.

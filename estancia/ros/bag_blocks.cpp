@@ -89,7 +89,13 @@ Payload BagBlocks::kept(std::uint32_t block) const {
   }
   // Others who want this block wait; those who want another do not.
   const std::lock_guard lock(found->loading);
-  if (!found->bytes.owner) found->bytes = load(block);
+  if (found->failure) throw *found->failure;
+  try {
+    if (!found->bytes.owner) found->bytes = load(block);
+  } catch (const Error& error) {
+    found->failure = error;
+    throw;
+  }
   return found->bytes;
 }
 

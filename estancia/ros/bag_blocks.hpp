@@ -4,9 +4,12 @@
 
 #include <cstdint>
 #include <list>
+#include <memory>
 #include <mutex>
+#include <optional>
 #include <vector>
 
+#include "estancia/core/error.hpp"
 #include "estancia/ros/compression.hpp"
 #include "estancia/ros/file_bytes.hpp"
 
@@ -49,6 +52,8 @@ class BagBlocks {
     std::uint32_t block;
     std::mutex loading;
     Payload bytes;
+    /// Why it cannot be read: so that not each of its messages tries again.
+    std::optional<Error> failure;
   };
   Payload kept(std::uint32_t block) const;
   bool isKept(const BagBlock& block) const;

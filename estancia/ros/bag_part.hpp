@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -53,8 +52,7 @@ class BagPart {
 /// Throw Error when not even their beginning can be used.
 std::unique_ptr<BagPart> openRos1Part(FileBytes file);
 std::unique_ptr<BagPart> openMcapPart(FileBytes file);
-/// `name` is what messages call it.
-std::unique_ptr<BagPart> openSqlitePart(const std::filesystem::path& path, const std::string& name);
+std::unique_ptr<BagPart> openSqlitePart(FileBytes file);
 
 /// "pkg/msg/Type" → "pkg/Type".
 std::string typeName(std::string_view type);

@@ -1,9 +1,7 @@
 // rosbag2's SQLite storage: a table of topics and one of messages.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
-#include <sqlite3.h>
 
-#include <cctype>
 #include <limits>
 #include <mutex>
 #include <unordered_map>
@@ -11,6 +9,7 @@
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/ros/bag_part.hpp"
+#include "estancia/ros/sqlite_bytes.hpp"
 
 namespace estancia::ros {
 namespace {
@@ -18,28 +17,14 @@ namespace {
 // So many messages after one that can be read, none can be: the rest is given up.
 constexpr sqlite3_int64 kLongestGap = sqlite3_int64{1} << 24U;
 
-struct CloseDatabase {
-  void operator()(sqlite3* database) const { sqlite3_close_v2(database); }
-};
 struct FinalizeStatement {
   void operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
 };
 struct CloseBlob {
   void operator()(sqlite3_blob* blob) const { sqlite3_blob_close(blob); }
 };
-using Database = std::unique_ptr<sqlite3, CloseDatabase>;
 using Statement = std::unique_ptr<sqlite3_stmt, FinalizeStatement>;
 using Blob = std::unique_ptr<sqlite3_blob, CloseBlob>;
-
-/// Nothing is ever written beside an immutable file.
-std::string immutableUri(const std::filesystem::path& path) {
-  std::string uri = "file:";
-  for (const unsigned char c : std::filesystem::absolute(path).string()) {
-    const bool plain = std::isalnum(c) != 0 || c == '/' || c == '.' || c == '_' || c == '-';
-    uri += plain ? std::string(1, static_cast<char>(c)) : fmt::format("%{:02X}", c);
-  }
-  return uri + "?mode=ro&immutable=1";
-}
 
 std::string_view textAt(sqlite3_stmt* row, int column) {
   const auto* text = reinterpret_cast<const char*>(sqlite3_column_text(row, column));
@@ -48,15 +33,10 @@ std::string_view textAt(sqlite3_stmt* row, int column) {
 
 class SqlitePart : public BagPart {
  public:
-  SqlitePart(const std::filesystem::path& path, std::string name) : name_(std::move(name)) {
-    open(path);
+  explicit SqlitePart(FileBytes file) : bytes_(std::move(file)), name_(bytes_.file().name()) {
+    open();
     readTopics();
     readMessages();
-    if (std::error_code none; std::filesystem::file_size(path.string() + "-wal", none) > 0 && !none)
-      warnings.push_back(
-          fmt::format("{}: messages in its -wal file are left out; `sqlite3 {} 'pragma "
-                      "wal_checkpoint'` moves them in",
-                      name_, name_));
   }
 
   std::uint32_t blocks() const override { return 1; }
@@ -85,15 +65,16 @@ class SqlitePart : public BagPart {
   }
 
  private:
-  void open(const std::filesystem::path& path);
+  void open();
   void run(const char* sql) { sqlite3_exec(database_.get(), sql, nullptr, nullptr, nullptr); }
   Statement prepare(const char* sql) const;
   void readTopics();
   void readMessages();
   [[noreturn]] void failOpening() const;
 
+  SqliteBytes bytes_;
   std::string name_;
-  Database database_;
+  SqliteDatabase database_;
   mutable std::mutex mutex_;
   mutable Blob blob_;
   std::unordered_map<sqlite3_int64, std::uint32_t> topicOfId_;
@@ -107,18 +88,13 @@ void SqlitePart::failOpening() const {
        printable(sqlite3_errmsg(database_.get())));
 }
 
-void SqlitePart::open(const std::filesystem::path& path) {
-  sqlite3* opened = nullptr;
-  const int flags = SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX;
-  const int result = sqlite3_open_v2(immutableUri(path).c_str(), &opened, flags, nullptr);
-  database_.reset(opened);
-  if (result != SQLITE_OK) failOpening();
+void SqlitePart::open() {
+  database_ = bytes_.open();
+  sqlite3* opened = database_.get();
   sqlite3_extended_result_codes(opened, 0);
   sqlite3_limit(opened, SQLITE_LIMIT_LENGTH, static_cast<int>(kMostBlockBytes));
   sqlite3_db_config(opened, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
   sqlite3_db_config(opened, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
-  // A file that shrinks while it is mapped would kill the process.
-  run("PRAGMA mmap_size = 0");
   run("PRAGMA cell_size_check = ON");
   if (sqlite3_exec(opened, "SELECT 1 FROM sqlite_master", nullptr, nullptr, nullptr) == SQLITE_CORRUPT) {
     // SQLite does not open a file that is shorter than its header tells, unless one is about to mend it.
@@ -182,8 +158,8 @@ void SqlitePart::readMessages() {
 
 }  // namespace
 
-std::unique_ptr<BagPart> openSqlitePart(const std::filesystem::path& path, const std::string& name) {
-  return std::make_unique<SqlitePart>(path, name);
+std::unique_ptr<BagPart> openSqlitePart(FileBytes file) {
+  return std::make_unique<SqlitePart>(std::move(file));
 }
 
 }  // namespace estancia::ros

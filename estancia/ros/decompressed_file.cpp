@@ -8,7 +8,9 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <filesystem>
 #include <memory>
+#include <new>
 #include <vector>
 
 #include "estancia/core/fail.hpp"
@@ -18,73 +20,78 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void writeAll(int file, std::span<const std::byte> bytes, const fs::path& path) {
-  while (!bytes.empty()) {
-    const ssize_t count = write(file, bytes.data(), bytes.size());
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0)
-      fail(ErrorCode::fileUnwritable, "{}: {}; set TMPDIR to a folder with room", path.string(),
-           std::strerror(errno));
-    bytes = bytes.subspan(static_cast<std::size_t>(count));
+/// A file without a name in the folder of temporary files.
+class AnonymousFile {
+ public:
+  AnonymousFile() {
+    std::error_code error;
+    folder_ = fs::temp_directory_path(error);
+    std::string pattern = (folder_ / "estancia-bag-XXXXXX").string();
+    file_ = error ? -1 : mkostemp(pattern.data(), O_CLOEXEC);
+    if (file_ < 0) failWriting(error ? error.message() : std::strerror(errno));
+    unlink(pattern.c_str());
+    most_ = fs::space(folder_, error).available / 2;
+    if (error) failWriting(error.message());
   }
-}
+  ~AnonymousFile() {
+    if (file_ >= 0) close(file_);
+  }
+  AnonymousFile(const AnonymousFile&) = delete;
+  AnonymousFile& operator=(const AnonymousFile&) = delete;
+
+  void append(std::span<const std::byte> bytes, const std::string& source) {
+    if ((size_ += bytes.size()) > most_)
+      fail(ErrorCode::tooLarge,
+           "{}: uncompressed it is more than half of what is free in {} ({} bytes); set TMPDIR to a folder "
+           "with "
+           "room, or decompress it with `zstd -d`",
+           source, folder_.string(), most_);
+    while (!bytes.empty()) {
+      const ssize_t count = write(file_, bytes.data(), bytes.size());
+      if (count < 0 && errno != EINTR) failWriting(std::strerror(errno));
+      if (count > 0) bytes = bytes.subspan(static_cast<std::size_t>(count));
+    }
+  }
+  std::uint64_t size() const { return size_; }
+  FileBytes release(const std::string& name) { return {std::exchange(file_, -1), name}; }
+
+ private:
+  [[noreturn]] void failWriting(const std::string& why) const {
+    fail(ErrorCode::fileUnwritable, "{}: {}; set TMPDIR to a folder that can be written and has room",
+         folder_.string(), why);
+  }
+
+  fs::path folder_;
+  int file_ = -1;
+  std::uint64_t size_ = 0, most_ = 0;
+};
 
 }  // namespace
 
-DecompressedFile::DecompressedFile(const FileBytes& compressed) {
-  std::string pattern = (fs::temp_directory_path() / "estancia-bag-XXXXXX").string();
-  const int file = mkostemp(pattern.data(), O_CLOEXEC);
-  if (file < 0)
-    fail(ErrorCode::fileUnwritable, "{}: {}; set TMPDIR to a folder that can be written", pattern,
-         std::strerror(errno));
-  path_ = pattern;
-  try {
-    unpack(compressed, file);
-  } catch (...) {
-    close(file);
-    unlink(path_.c_str());
-    throw;
-  }
-  close(file);
-}
-
-DecompressedFile::~DecompressedFile() {
-  unlink(path_.c_str());
-}
-
-void DecompressedFile::unpack(const FileBytes& compressed, int file) {
+DecompressedFile decompressFile(const FileBytes& compressed) {
   const std::unique_ptr<ZSTD_DCtx, decltype(&ZSTD_freeDCtx)> context(ZSTD_createDCtx(), &ZSTD_freeDCtx);
   if (!context) throw std::bad_alloc();
-  const std::uint64_t most = fs::space(path_.parent_path()).available / 2;
   std::vector<std::byte> in(ZSTD_DStreamInSize()), out(ZSTD_DStreamOutSize());
-  std::uint64_t written = 0;
+  AnonymousFile file;
   std::size_t left = 1;
-  for (std::uint64_t at = 0; at < compressed.size();) {
+  for (std::uint64_t at = 0; at < compressed.size() && ZSTD_isError(left) == 0;) {
     const std::size_t count = std::min<std::uint64_t>(in.size(), compressed.size() - at);
     compressed.read(at, std::span(in).first(count));
     at += count;
     ZSTD_inBuffer from{in.data(), count, 0};
-    std::size_t given = 0;
-    do {
-      ZSTD_outBuffer to{out.data(), out.size(), 0};
+    ZSTD_outBuffer to{out.data(), out.size(), out.size()};
+    // As long as bytes are left, or as the output was full.
+    while (ZSTD_isError(left) == 0 && (from.pos < from.size || to.pos == to.size)) {
+      to.pos = 0;
+      const std::size_t before = from.pos;
       left = ZSTD_decompressStream(context.get(), &to, &from);
-      if (ZSTD_isError(left) != 0) {
-        if (written == 0)
-          fail(ErrorCode::corruptFile, "{}: damaged ({}); copy it again", compressed.name(),
-               ZSTD_getErrorName(left));
-        return;
-      }
-      given = to.pos;
-      written += given;
-      if (written > most)
-        fail(ErrorCode::tooLarge,
-             "{}: uncompressed it is more than half of what is free in {} ({} bytes); set TMPDIR to a folder "
-             "with room, or decompress it with `zstd -d`",
-             compressed.name(), path_.parent_path().string(), most);
-      writeAll(file, std::span(out).first(given), path_);
-    } while (from.pos < from.size || given == out.size());
+      file.append(std::span(out).first(to.pos), compressed.name());
+      if (to.pos == 0 && from.pos == before) break;
+    }
   }
-  whole_ = left == 0;
+  if (file.size() == 0)
+    fail(ErrorCode::corruptFile, "{}: compressed, but cut off or damaged; copy it again", compressed.name());
+  return {file.release(compressed.name()), left == 0};
 }
 
 }  // namespace estancia::ros

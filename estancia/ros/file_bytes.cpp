@@ -20,11 +20,11 @@ constexpr std::uint64_t kWindowBytes = 16384;
 
 }  // namespace
 
-FileBytes::FileBytes(const std::filesystem::path& path) : FileBytes(path, printable(path.string())) {}
-
-FileBytes::FileBytes(const std::filesystem::path& path, std::string name)
+FileBytes::FileBytes(const std::filesystem::path& path)
     // Without O_NONBLOCK a pipe would be waited for.
-    : file_(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)), name_(std::move(name)) {
+    : FileBytes(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK), printable(path.string())) {}
+
+FileBytes::FileBytes(int file, std::string name) : file_(file), name_(std::move(name)) {
   if (file_ < 0) {
     const int reason = errno;
     const bool missing = reason == ENOENT || reason == ENOTDIR;
@@ -41,6 +41,13 @@ FileBytes::FileBytes(const std::filesystem::path& path, std::string name)
 
 FileBytes::FileBytes(FileBytes&& other) noexcept
     : file_(std::exchange(other.file_, -1)), name_(std::move(other.name_)), size_(other.size_) {}
+
+FileBytes& FileBytes::operator=(FileBytes&& other) noexcept {
+  std::swap(file_, other.file_);
+  name_.swap(other.name_);
+  std::swap(size_, other.size_);
+  return *this;
+}
 
 FileBytes::~FileBytes() {
   if (file_ >= 0) close(file_);

@@ -20,12 +20,12 @@ class FileBytes {
  public:
   /// Throws Error: fileNotFound, fileUnreadable, unsupportedFile (a folder, a device …).
   explicit FileBytes(const std::filesystem::path& path);
-  /// `name` is what messages call it.
-  FileBytes(const std::filesystem::path& path, std::string name);
+  /// Takes an open file over; `name` is what messages call it.
+  FileBytes(int file, std::string name);
   FileBytes(FileBytes&& other) noexcept;
   FileBytes(const FileBytes&) = delete;
   FileBytes& operator=(const FileBytes&) = delete;
-  FileBytes& operator=(FileBytes&&) = delete;
+  FileBytes& operator=(FileBytes&& other) noexcept;
   ~FileBytes();
 
   /// As it was when the file was opened [bytes].

@@ -4,30 +4,20 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstring>
-#include <map>
 
 #include "estancia/ros/bag.hpp"
+#include "ros/bag_contents.hpp"
 #include "support/support.hpp"
 
 namespace estancia::ros {
 namespace {
 
 namespace fs = std::filesystem;
+using test::bytesOf;
+using test::countsOf;
 using testing::ElementsAre;
 using testing::IsEmpty;
 using testing::SizeIs;
-
-std::map<std::string, std::size_t> countsOf(const Bag& bag) {
-  std::map<std::string, std::size_t> counts;
-  for (const BagTopic& topic : bag.topics()) counts[topic.name] += topic.messages;
-  return counts;
-}
-
-std::string bytesOf(const Bag& bag, std::size_t message) {
-  const Payload payload = bag.read(message);
-  return {reinterpret_cast<const char*>(payload.bytes.data()), payload.bytes.size()};
-}
 
 /// Both hold the same, message by message; their stamps are others when they were recorded at other times.
 void expectEqualBags(const Bag& a, const Bag& b, bool sameTimes = true) {
