@@ -58,6 +58,7 @@ class PartsBag : public Bag {
       : parts_(std::move(parts)) {
     warnings_ = std::move(warnings);
     mergeTopics();
+    warnOfOverlaps();
     mergeMessages();
   }
 
@@ -73,21 +74,18 @@ class PartsBag : public Bag {
     Payload payload =
         parts_[part]->read(block - firstBlock_[part], offsets_[message], static_cast<std::uint32_t>(local));
     // No CDR begins so: rosbag2 has compressed it, as its metadata.yaml would tell.
-    if (topics_[topic].encoding == Encoding::cdr && isZstd(payload.bytes))
-      return decompressMessage(payload, message);
-    return payload;
-  }
-
- private:
-  Payload decompressMessage(const Payload& payload, std::size_t message) const {
+    if (topics_[topic].encoding != Encoding::cdr || !isZstd(payload.bytes)) return payload;
     try {
       return decompress({Compression::zstd, payload.bytes, {}, true});
     } catch (const Error& error) {
-      fail(error.code(), "message {} ({}): {}", message, topics_[messages_[message].topic].name,
+      fail(error.code(), "{}: message {}, of {}: {}", parts_[part]->name(), message, topics_[topic].name,
            error.what());
     }
   }
+
+ private:
   void mergeTopics();
+  void warnOfOverlaps();
   void mergeMessages();
 
   std::vector<std::unique_ptr<BagPart>> parts_;
@@ -111,6 +109,34 @@ void PartsBag::mergeTopics() {
   for (const auto& part : parts_) {
     std::vector<std::uint32_t>& of = topicOf_.emplace_back();
     for (const BagTopic& topic : part->topics) of.push_back(numbers[key(topic)]);
+  }
+}
+
+/// Parts of one recording follow one another.
+void PartsBag::warnOfOverlaps() {
+  struct Span {
+    std::int64_t begin, end;
+    const std::string* name;
+  };
+  std::vector<Span> spans;
+  for (const auto& part : parts_) {
+    if (part->places.empty()) continue;
+    const auto [first, last] =
+        std::minmax_element(part->places.begin(), part->places.end(),
+                            [](const auto& a, const auto& b) { return a.time < b.time; });
+    spans.push_back({first->time, last->time, &part->name()});
+  }
+  std::sort(spans.begin(), spans.end(), [](const Span& a, const Span& b) { return a.begin < b.begin; });
+  for (std::size_t i = 1; i < spans.size(); ++i) {
+    const double shared =
+        static_cast<double>(std::min(spans[i].end, spans[i - 1].end)) - static_cast<double>(spans[i].begin);
+    if (shared <= 0 || 2 * shared < static_cast<double>(spans[i].end) - static_cast<double>(spans[i].begin))
+      continue;
+    warnings_.push_back(
+        fmt::format("{} and {} were recorded at the same time; if they are not parts of one bag, give "
+                    "one of them",
+                    *spans[i - 1].name, *spans[i].name));
+    return;
   }
 }
 
@@ -151,16 +177,15 @@ void PartsBag::mergeMessages() {
 }  // namespace
 
 bool isBag(const fs::path& path) {
+  std::error_code none;
+  if (fs::is_directory(path, none)) return isBagFolder(path);
   try {
-    std::error_code none;
-    if (fs::is_directory(path, none)) return !bagFilesIn(path).files.empty();
     const FileBytes file(path);
     const auto format = bagFormat(file);
-    // What else is compressed, or in SQLite, has another name.
-    return format == BagFormat::ros1 || format == BagFormat::mcap || (format && !bagExtension(path).empty());
+    // Others use SQLite and Zstandard, too.
+    const bool named = !bagExtension(path).empty();
+    return format && (named || format == BagFormat::ros1 || format == BagFormat::mcap);
   } catch (const Error&) {
-    return false;
-  } catch (const fs::filesystem_error&) {
     return false;
   }
 }

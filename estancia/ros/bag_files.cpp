@@ -22,7 +22,9 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kSqliteMagic{"SQLite format 3\0", 16};
 constexpr std::array<std::string_view, 3> kBagExtensions{".db3", ".mcap", ".bag"};
-// Longer lines than these list no files [bytes]; so does a larger file.
+// Of missing files, so many are named.
+constexpr std::size_t kMostNamed = 5;
+// Larger ones list no files [bytes].
 constexpr std::uintmax_t kMostMetadata = std::uintmax_t{64} << 20U;
 
 std::string trimmed(std::string text) {
@@ -54,6 +56,7 @@ std::vector<std::string> listedFiles(const fs::path& metadata) {
 
 BagFiles filesOf(const fs::path& folder, const std::vector<std::string>& listed) {
   BagFiles bag;
+  std::vector<std::string> missing;
   for (const std::string& path : listed) {
     // Old versions wrote the folder's name before it. Nothing leads out of the folder.
     const fs::path name = fs::path(path).filename();
@@ -61,11 +64,32 @@ BagFiles filesOf(const fs::path& folder, const std::vector<std::string>& listed)
     if (!name.empty() && name != "." && name != ".." && fs::is_regular_file(folder / name, none))
       bag.files.push_back(folder / name);
     else
-      bag.warnings.push_back(
-          fmt::format("{}: its metadata.yaml lists {}, which is missing; its messages are, too",
-                      printable(folder.string()), printable(path)));
+      missing.push_back(printable(path));
   }
+  if (missing.empty()) return bag;
+  const std::size_t count = missing.size();
+  missing.resize(std::min(count, kMostNamed));
+  bag.warnings.push_back(
+      fmt::format("{}: {} of {} files that its metadata.yaml lists are missing, and their "
+                  "messages: {}{}",
+                  printable(folder.string()), count, listed.size(), fmt::join(missing, ", "),
+                  count > missing.size() ? " …" : ""));
   return bag;
+}
+
+/// In order of their names.
+std::vector<fs::path> bagFilesBeside(const fs::path& folder) {
+  std::vector<fs::path> files;
+  std::error_code error;
+  for (auto at = fs::directory_iterator(folder, error); !error && at != fs::end(at); at.increment(error)) {
+    std::error_code none;
+    if (!bagExtension(at->path()).empty() && at->is_regular_file(none)) files.push_back(at->path());
+  }
+  if (error)
+    fail(ErrorCode::fileUnreadable, "{}: {}; check its permissions", printable(folder.string()),
+         error.message());
+  std::sort(files.begin(), files.end());
+  return files;
 }
 
 }  // namespace
@@ -89,6 +113,18 @@ std::string bagExtension(const fs::path& file) {
              : extension;
 }
 
+bool isBagFolder(const fs::path& folder) {
+  if (!listedFiles(folder / "metadata.yaml").empty()) return true;
+  bool others = false, found = false;
+  std::error_code error;
+  for (auto at = fs::directory_iterator(folder, error); !error && at != fs::end(at); at.increment(error)) {
+    const std::string extension = bagExtension(at->path());
+    if (extension == ".db3" || extension == ".mcap") return true;
+    (extension.empty() ? others : found) = true;
+  }
+  return found && !others;
+}
+
 BagFiles bagFilesIn(const fs::path& folder) {
   BagFiles bag;
   const std::string name = printable(folder.string());
@@ -101,20 +137,16 @@ BagFiles bagFilesIn(const fs::path& folder) {
       bag.warnings.push_back(
           fmt::format("{}: its metadata.yaml lists no files, so all bags in it are read", name));
   }
-  std::set<std::string> extensions;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    const std::string extension = bagExtension(entry.path());
-    if (extension.empty() || !entry.is_regular_file()) continue;
-    extensions.insert(extension);
-    bag.files.push_back(entry.path());
-  }
+  bag.files = bagFilesBeside(folder);
+  if (bag.files.empty() && !bag.warnings.empty()) fail(ErrorCode::fileNotFound, "{}", bag.warnings.front());
   if (bag.files.empty())
     fail(ErrorCode::unsupportedFile, "{}: no bag in this folder; give one with .mcap, .db3 or .bag files",
          name);
+  std::set<std::string> extensions;
+  for (const fs::path& file : bag.files) extensions.insert(bagExtension(file));
   if (extensions.size() > 1)
     fail(ErrorCode::unsupportedFile, "{}: bags of several formats ({}); give one of them", name,
          fmt::join(extensions, ", "));
-  std::sort(bag.files.begin(), bag.files.end());
   return bag;
 }
 

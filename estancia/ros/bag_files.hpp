@@ -25,6 +25,9 @@ struct BagFiles {
   std::vector<std::string> warnings;
 };
 
+/// Whether `folder` is a bag: rosbag2's metadata.yaml or files are in it, or nothing but bags of ROS 1.
+bool isBagFolder(const std::filesystem::path& folder);
+
 /// The parts of a bag in `folder`: those that its metadata.yaml lists, else all that are there. Throws Error:
 /// unsupportedFile when there are none, or of several formats.
 BagFiles bagFilesIn(const std::filesystem::path& folder);

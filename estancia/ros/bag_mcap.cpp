@@ -19,7 +19,7 @@ constexpr std::uint64_t kMcapIndexEntry = 16;
 
 class McapPart : public BagPart {
  public:
-  explicit McapPart(FileBytes file) : blocks_(std::move(file)), name_(blocks_.file().name()) {
+  explicit McapPart(FileBytes file) : BagPart(file.name()), blocks_(std::move(file)) {
     FileSource source(blocks_.file());
     try {
       if (readSummary(source)) return;
@@ -63,7 +63,6 @@ class McapPart : public BagPart {
   void addMessage(const McapMessage& message, std::uint32_t block, std::uint64_t offset);
 
   BagBlocks blocks_;
-  std::string name_;
   std::unordered_map<std::uint16_t, std::string> schemas_;
   std::unordered_map<std::uint16_t, std::uint32_t> topicOfChannel_;
   /// Of the scan.
@@ -179,7 +178,7 @@ bool McapPart::readMessageIndex(ByteSource& source, const McapRecord& record, st
     std::memcpy(&time, entry->data(), sizeof time);
     std::memcpy(&offset, entry->data() + 8, sizeof offset);
     if (offset >= blocks_[block].size) return false;
-    addPlace({mcapTime(time), offset, block, topic->second}, name_);
+    addPlace({mcapTime(time), offset, block, topic->second});
   }
   return true;
 }
@@ -266,7 +265,7 @@ void McapPart::addMessage(const McapMessage& message, std::uint32_t block, std::
   if (topic == topicOfChannel_.end())
     ++unknown_;
   else
-    addPlace({message.time, offset, block, topic->second}, name_);
+    addPlace({message.time, offset, block, topic->second});
 }
 
 }  // namespace

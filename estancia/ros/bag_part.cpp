@@ -29,9 +29,9 @@ std::uint32_t BagPart::topicNumber(std::string_view name, std::string_view type,
   return found->second;
 }
 
-void BagPart::addPlace(const BagPlace& place, const std::string& file) {
+void BagPart::addPlace(const BagPlace& place) {
   if (places.size() >= kMostMessages)
-    fail(ErrorCode::tooLarge, "{}: more than {} messages; split the bag", file, kMostMessages);
+    fail(ErrorCode::tooLarge, "{}: more than {} messages; split the bag", name_, kMostMessages);
   places.push_back(place);
 }
 

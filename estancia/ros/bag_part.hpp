@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "estancia/ros/bag.hpp"
@@ -27,6 +28,8 @@ struct BagPlace {
 class BagPart {
  public:
   virtual ~BagPart() = default;
+  /// Of its file, for messages.
+  const std::string& name() const { return name_; }
 
   /// In any order; their counts are not set.
   std::vector<BagTopic> topics;
@@ -40,10 +43,13 @@ class BagPart {
   virtual Payload read(std::uint32_t block, std::uint64_t offset, std::uint32_t topic) const = 0;
 
  protected:
+  explicit BagPart(std::string name) : name_(std::move(name)) {}
   /// The position of such a topic, which is added where it is new.
   std::uint32_t topicNumber(std::string_view name, std::string_view type, std::string_view encoding);
   /// Throws Error: tooLarge when there are too many.
-  void addPlace(const BagPlace& place, const std::string& file);
+  void addPlace(const BagPlace& place);
+
+  std::string name_;
 
  private:
   std::unordered_map<std::string, std::uint32_t> topicNumbers_;

@@ -22,7 +22,7 @@ struct Ros1ChunkInfo {
 
 class Ros1Part : public BagPart {
  public:
-  explicit Ros1Part(FileBytes file) : blocks_(std::move(file)), name_(blocks_.file().name()) {
+  explicit Ros1Part(FileBytes file) : BagPart(file.name()), blocks_(std::move(file)) {
     FileSource source(blocks_.file());
     Ros1Record header;
     if (readRos1Record(source, kRos1Magic.size(), header) != RecordState::whole ||
@@ -88,7 +88,6 @@ class Ros1Part : public BagPart {
   void addMessage(const Ros1Record& record, std::uint32_t block, std::uint64_t offset);
 
   BagBlocks blocks_;
-  std::string name_;
   std::unordered_map<std::uint32_t, std::uint32_t> topicOfConnection_;
   /// Of the scan.
   std::uint64_t unknown_ = 0, damagedChunks_ = 0;
@@ -161,7 +160,7 @@ bool Ros1Part::readIndexData(ByteSource& source, const Ros1Record& record, std::
     std::uint32_t offset = 0;
     std::memcpy(&offset, entry->data() + 8, sizeof offset);
     if (offset >= blocks_[block].size) return false;
-    addPlace({*ros1Time(entry->substr(0, 8)), offset, block, topic->second}, name_);
+    addPlace({*ros1Time(entry->substr(0, 8)), offset, block, topic->second});
   }
   return true;
 }
@@ -249,7 +248,7 @@ void Ros1Part::addMessage(const Ros1Record& record, std::uint32_t block, std::ui
   const auto topic = topicOf(record);
   const auto time = ros1Time(record.field("time").value_or(""));
   if (topic && time)
-    addPlace({*time, offset, block, *topic}, name_);
+    addPlace({*time, offset, block, *topic});
   else
     ++unknown_;
 }

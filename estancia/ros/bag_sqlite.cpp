@@ -33,7 +33,7 @@ std::string_view textAt(sqlite3_stmt* row, int column) {
 
 class SqlitePart : public BagPart {
  public:
-  explicit SqlitePart(FileBytes file) : bytes_(std::move(file)), name_(bytes_.file().name()) {
+  explicit SqlitePart(FileBytes file) : BagPart(file.name()), bytes_(std::move(file)) {
     open();
     readTopics();
     readMessages();
@@ -60,8 +60,10 @@ class SqlitePart : public BagPart {
     }
     // One that failed to open can never be used again.
     blob_.reset();
-    fail(ErrorCode::corruptFile, "{}: message {} cannot be read ({}); copy the file again", name_, id,
-         sqlite3_errstr(result));
+    const bool shorter = result == SQLITE_IOERR;
+    fail(shorter ? ErrorCode::truncatedFile : ErrorCode::corruptFile,
+         "{}: message {} cannot be read ({}); copy the file again", name_, id,
+         shorter ? "the file has become shorter" : sqlite3_errstr(result));
   }
 
  private:
@@ -73,7 +75,6 @@ class SqlitePart : public BagPart {
   [[noreturn]] void failOpening() const;
 
   SqliteBytes bytes_;
-  std::string name_;
   SqliteDatabase database_;
   mutable std::mutex mutex_;
   mutable Blob blob_;
@@ -115,12 +116,17 @@ void SqlitePart::readTopics() {
   const Statement tables = prepare(
       "SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name IN ('topics', 'messages')"
       " AND sql LIKE 'CREATE TABLE%'");
-  if (sqlite3_step(tables.get()) != SQLITE_ROW || sqlite3_column_int(tables.get(), 0) != 2)
+  if (sqlite3_step(tables.get()) != SQLITE_ROW) failOpening();
+  if (sqlite3_column_int(tables.get(), 0) != 2)
     fail(ErrorCode::unsupportedFile, "{}: an SQLite file without rosbag2's tables; give a bag", name_);
   const Statement rows = prepare("SELECT id, name, type, serialization_format FROM topics");
-  while (sqlite3_step(rows.get()) == SQLITE_ROW)
+  int result = SQLITE_OK;
+  while ((result = sqlite3_step(rows.get())) == SQLITE_ROW)
     topicOfId_.emplace(sqlite3_column_int64(rows.get(), 0),
                        topicNumber(textAt(rows.get(), 1), textAt(rows.get(), 2), textAt(rows.get(), 3)));
+  if (result == SQLITE_DONE) return;
+  if (topics.empty()) failOpening();
+  warnings.push_back(fmt::format("{}: its table of topics is damaged; {} were found", name_, topics.size()));
 }
 
 void SqlitePart::readMessages() {
@@ -133,22 +139,21 @@ void SqlitePart::readMessages() {
   for (; result != SQLITE_DONE && skip < kLongestGap; skip = skip == 0 ? 1 : skip * 2) {
     sqlite3_reset(rows.get());
     sqlite3_bind_int64(rows.get(), 1, last + skip);
-    for (bool first = true; (result = sqlite3_step(rows.get())) == SQLITE_ROW; first = false) {
+    while ((result = sqlite3_step(rows.get())) == SQLITE_ROW) {
       const sqlite3_int64 id = sqlite3_column_int64(rows.get(), 0);
       // A page that is its own child would go round forever.
       if (id <= last || id > std::numeric_limits<sqlite3_int64>::max() - kLongestGap) break;
-      if (first && skip > 0) ++gaps;
       last = id;
       skip = 0;
       const auto topic = topicOfId_.find(sqlite3_column_int64(rows.get(), 1));
       if (topic == topicOfId_.end())
         ++unknown;
       else
-        addPlace({sqlite3_column_int64(rows.get(), 2), static_cast<std::uint64_t>(id), 0, topic->second},
-                 name_);
+        addPlace({sqlite3_column_int64(rows.get(), 2), static_cast<std::uint64_t>(id), 0, topic->second});
     }
+    if (result != SQLITE_DONE && skip == 0) ++gaps;
   }
-  if (gaps > 0 || result != SQLITE_DONE)
+  if (gaps > 0)
     warnings.push_back(
         fmt::format("{}: pages of it are damaged or missing, and the messages on them: {} were found", name_,
                     places.size()));

@@ -75,15 +75,15 @@ int openSqliteFile(sqlite3_vfs* system, const char*, sqlite3_file* file, int fla
 
 /// The sizes of pages are written at byte 16, big-endian; 1 stands for 65,536.
 std::uint64_t wholePages(const FileBytes& file) {
-  constexpr std::uint64_t kHeader = 100;
   std::array<std::byte, 2> bytes{};
-  if (file.size() < kHeader)
-    fail(ErrorCode::malformedFile, "{}: only the beginning of an SQLite file; copy it again", file.name());
-  file.read(16, bytes);
+  constexpr std::uint64_t kSmallest = 512;
+  if (file.size() >= kSmallest) file.read(16, bytes);
   const auto written =
       std::to_integer<std::uint64_t>(bytes[0]) << 8U | std::to_integer<std::uint64_t>(bytes[1]);
-  const std::uint64_t page = written == 1 ? 65536 : written;
-  return page < 512 ? file.size() : file.size() / page * page;
+  const std::uint64_t page = written == 1 ? 65536 : std::max(written, kSmallest);
+  if (file.size() < page)
+    fail(ErrorCode::malformedFile, "{}: only the beginning of an SQLite file; copy it again", file.name());
+  return file.size() / page * page;
 }
 
 }  // namespace

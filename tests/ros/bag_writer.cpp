@@ -185,8 +185,11 @@ std::string compressed(const std::string& bytes, const std::string& compression)
   if (compression == "none") return bytes;
   std::string out;
   if (compression == "lz4") {
-    out.resize(LZ4F_compressFrameBound(bytes.size(), nullptr));
-    out.resize(LZ4F_compressFrame(out.data(), out.size(), bytes.data(), bytes.size(), nullptr));
+    // With a checksum at the end, as roslz4 does.
+    LZ4F_preferences_t preferences{};
+    preferences.frameInfo.contentChecksumFlag = LZ4F_contentChecksumEnabled;
+    out.resize(LZ4F_compressFrameBound(bytes.size(), &preferences));
+    out.resize(LZ4F_compressFrame(out.data(), out.size(), bytes.data(), bytes.size(), &preferences));
   } else if (compression == "zstd") {
     out.resize(ZSTD_compressBound(bytes.size()));
     out.resize(ZSTD_compress(out.data(), out.size(), bytes.data(), bytes.size(), 1));

@@ -1,0 +1,180 @@
+// MCAP files as recorders leave them, and as nobody should write them.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <thread>
+
+#include "ros/bag_contents.hpp"
+#include "ros/bag_writer.hpp"
+#include "support/errors.hpp"
+
+namespace estancia::ros {
+namespace {
+
+using test::contentsOf;
+using test::FailsWith;
+using test::littleEndian;
+using test::mcapBag;
+using test::mcapRecord;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+std::vector<test::WrittenMessage> mcapDrive(std::size_t imageBytes = 300) {
+  const std::string cdr("\0\1\0\0", 4);
+  std::vector<test::WrittenMessage> messages;
+  for (int i = 0; i < 40; ++i) {
+    const std::int64_t time = 1'500'000'000'000'000'000 + i * 1'000'000;
+    messages.push_back(
+        {"/image", "sensor_msgs/msg/Image", time, cdr + std::string(imageBytes + i, static_cast<char>(i))});
+    if (i % 4 == 0) messages.push_back({"/tf", "tf2_msgs/msg/TFMessage", time, cdr + "transform"});
+  }
+  return messages;
+}
+
+class McapBag : public testing::Test {
+ protected:
+  std::unique_ptr<Bag> open(const std::string& bytes) const {
+    test::writeFile(folder_ / "drive.mcap", bytes);
+    return openBag(folder_ / "drive.mcap");
+  }
+  test::ScratchFolder folder_;
+};
+
+TEST_F(McapBag, IsTheSameHoweverItIsWritten) {
+  const auto whole = contentsOf(*open(mcapBag(mcapDrive())));
+  EXPECT_EQ(whole.size(), 50U);
+  for (const char* compression : {"none", "lz4", "zstd"})
+    for (const std::size_t chunk : {0, 1, 2000, 1'000'000})
+      for (const bool messageIndex : {true, false})
+        for (const bool index : {true, false})
+          for (const bool checksums : {true, false}) {
+            const auto bag = open(mcapBag(mcapDrive(), {compression, chunk, messageIndex, index, checksums}));
+            EXPECT_THAT(bag->warnings(), IsEmpty());
+            ASSERT_EQ(contentsOf(*bag), whole) << compression << chunk << messageIndex << index << checksums;
+          }
+}
+
+TEST_F(McapBag, MessagesOfOtherEncodingsAreNamed) {
+  const auto encodings = [&](const std::string& name) {
+    const auto bag = open(mcapBag(mcapDrive(), {.encoding = name}));
+    EXPECT_EQ(bag->topics()[0].encodingName, name);
+    EXPECT_EQ(bag->topics()[0].type, "sensor_msgs/Image");
+    return bag->topics()[0].encoding;
+  };
+  EXPECT_EQ(encodings("cdr"), Encoding::cdr);
+  EXPECT_EQ(encodings("ros1"), Encoding::ros1);
+  EXPECT_EQ(encodings("json"), std::nullopt);
+}
+
+TEST_F(McapBag, AMessageThatIsCompressedIsDecompressed) {
+  auto messages = mcapDrive();
+  const auto whole = contentsOf(*open(mcapBag(messages)));
+  for (auto& message : messages) message.bytes = test::compressed(message.bytes, "zstd");
+  EXPECT_EQ(contentsOf(*open(mcapBag(messages))), whole);
+  // JSON may begin as it likes.
+  EXPECT_EQ(test::bytesOf(*open(mcapBag(messages, {.encoding = "json"})), 0), messages[0].bytes);
+  messages[0].bytes.back() ^= 0x55;
+  messages[0].bytes.pop_back();
+  const auto bag = open(mcapBag(messages));
+  EXPECT_THAT([&] { bag->read(0); }, FailsWith(ErrorCode::corruptFile, "drive.mcap", "/image"));
+  EXPECT_EQ(test::bytesOf(*bag, 1).substr(4), "transform");
+}
+
+TEST_F(McapBag, AWrongChecksumCostsTheMessagesOfItsChunk) {
+  // The first chunk begins behind the magic and a header of 16 bytes; its checksum behind three numbers.
+  constexpr std::size_t kChecksum = 8 + 9 + 16 + 9 + 24;
+  for (const char* compression : {"none", "lz4", "zstd"}) {
+    SCOPED_TRACE(compression);
+    std::string bytes = mcapBag(mcapDrive(), {.compression = compression, .chunkBytes = 2000});
+    bytes[kChecksum] ^= 1;
+    const auto bag = open(bytes);
+    std::size_t unreadable = 0;
+    const auto found = contentsOf(*bag, &unreadable);
+    EXPECT_GT(found.size(), 30U);
+    EXPECT_EQ(found.size() + unreadable, 50U);
+    EXPECT_THAT([&] { bag->read(0); }, FailsWith(ErrorCode::corruptFile, "drive.mcap"));
+  }
+  // Read through, the topics are lost with it.
+  std::string bytes = mcapBag(mcapDrive(), {.compression = "zstd", .chunkBytes = 2000, .index = false});
+  bytes[kChecksum] ^= 1;
+  const auto bag = open(bytes);
+  EXPECT_THAT(bag->messages(), IsEmpty());
+  EXPECT_EQ(bag->warnings().size(), 2U);
+}
+
+TEST_F(McapBag, ASummaryThatLiesIsNotFollowed) {
+  const auto messages = mcapDrive();
+  const std::string bytes = mcapBag(messages, {.chunkBytes = 2000, .checksums = false});
+  const auto whole = contentsOf(*open(bytes));
+  const std::size_t summary = bytes.size() - 8 - 20;
+  std::uint64_t begin = 0;
+  std::memcpy(&begin, bytes.data() + summary, sizeof begin);
+  // Whatever byte of it is another, messages are all there, or reading says that they are not.
+  for (std::size_t at = begin; at < bytes.size(); ++at) {
+    SCOPED_TRACE(at);
+    std::string lying = bytes;
+    lying[at] = static_cast<char>(lying[at] ^ 0x11);
+    const auto bag = open(lying);
+    std::size_t unreadable = 0;
+    EXPECT_EQ(contentsOf(*bag, &unreadable).size() + unreadable, whole.size());
+  }
+}
+
+std::string mcapOfOneChunk(const std::string& compression, std::uint64_t size, std::uint64_t stored,
+                           const std::string& data) {
+  const std::string name = littleEndian(static_cast<std::uint32_t>(compression.size())) + compression;
+  return std::string("\x89MCAP0\r\n", 8) + mcapRecord(1, std::string(8, '\0')) +
+         mcapRecord(6, std::string(16, '\0') + littleEndian(size) + littleEndian<std::uint32_t>(0) + name +
+                           littleEndian(stored) + data) +
+         mcapRecord(15, std::string(4, '\0'));
+}
+
+TEST_F(McapBag, ChunksThatCannotBeAreRefused) {
+  const auto warning = [&](const std::string& compression, std::uint64_t size, std::uint64_t stored,
+                           const std::string& data) {
+    const auto bag = open(mcapOfOneChunk(compression, size, stored, data));
+    EXPECT_THAT(bag->messages(), IsEmpty());
+    return bag->warnings().empty() ? "" : bag->warnings().front();
+  };
+  const std::string zstd = test::compressed(std::string(100, 'x'), "zstd");
+  EXPECT_THAT(warning("zstd", 1ULL << 40U, zstd.size(), zstd), HasSubstr("1099511627776"));
+  EXPECT_THAT(warning("zstd", 1U << 30U, zstd.size(), zstd), HasSubstr("1073741824"));
+  EXPECT_THAT(warning("zstd", 99, zstd.size(), zstd), HasSubstr("99"));
+  EXPECT_THAT(warning("zstd", 100, zstd.size() + 1, zstd), HasSubstr("drive.mcap"));
+  EXPECT_THAT(warning("lzma", 100, zstd.size(), zstd), HasSubstr("drive.mcap"));
+  EXPECT_THAT(warning("", ~0ULL, ~0ULL, ""), HasSubstr("drive.mcap"));
+}
+
+TEST_F(McapBag, AFileThatShrinksIsAnError) {
+  for (const char* compression : {"none", "zstd"}) {
+    const auto bag = open(mcapBag(mcapDrive(), {.compression = compression, .chunkBytes = 2000}));
+    std::filesystem::resize_file(folder_ / "drive.mcap", 60);
+    EXPECT_THAT([&] { bag->read(49); }, FailsWith(ErrorCode::truncatedFile, "drive.mcap"));
+  }
+}
+
+TEST_F(McapBag, IsReadByManyThreadsAtOnce) {
+  const auto bag = open(mcapBag(mcapDrive(3000), {.compression = "zstd", .chunkBytes = 10000}));
+  std::vector<std::string> one;
+  for (std::size_t i = 0; i < bag->messages().size(); ++i) one.push_back(test::bytesOf(*bag, i));
+  std::vector<std::vector<std::string>> many(4, std::vector<std::string>(one.size()));
+  std::vector<std::thread> threads;
+  for (std::size_t t = 0; t < many.size(); ++t)
+    threads.emplace_back([&, t] {
+      for (std::size_t k = 0; k < one.size(); ++k) {
+        const std::size_t i = (k * (2 * t + 1) + 7 * t) % one.size();
+        many[t][i] = test::bytesOf(*bag, i);
+      }
+    });
+  for (std::thread& thread : threads) thread.join();
+  for (std::size_t t = 0; t < many.size(); ++t)
+    for (std::size_t i = 0; i < one.size(); ++i)
+      if (!many[t][i].empty()) {
+        EXPECT_EQ(many[t][i], one[i]);
+      }
+}
+
+}  // namespace
+}  // namespace estancia::ros
