@@ -3,16 +3,12 @@
 
 #include <fastdds/rtps/common/SerializedPayload.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
-#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
-#include <fastrtps/utils/IPLocator.h>
-#include <sys/statvfs.h>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/domain/qos/DomainParticipantQos.hpp>
 #include <fastdds/dds/publisher/qos/PublisherQos.hpp>
 #include <fastdds/dds/subscriber/qos/SubscriberQos.hpp>
 #include <fastdds/dds/topic/TopicDataType.hpp>
 
-#include <algorithm>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
@@ -28,11 +24,8 @@ namespace dds = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastrtps::rtps;
 using eprosima::fastrtps::types::ReturnCode_t;
 
-/// With the system's buffers most raw images are lost.
+/// With the system's buffers half of the raw images of writers that repeat nothing are lost.
 constexpr std::uint32_t kSocketBuffer = 8U << 20;
-/// With Fast DDS's 512 KB, too. Pages that are not used cost nothing.
-constexpr std::uint32_t kLargestSegment = 32U << 20, kSmallestSegment = 1U << 20;
-
 class RawType final : public dds::TopicDataType {
  public:
   explicit RawType(const std::string& name) {
@@ -70,36 +63,25 @@ class RawType final : public dds::TopicDataType {
   bool getKey(void*, rtps::InstanceHandle_t*, bool) override { return false; }
 };
 
-/// What a container gives to shared memory may be little, and who writes beyond it dies. 0: none.
-std::uint32_t segmentSize() {
-  struct statvfs space {};
-  if (statvfs("/dev/shm", &space) != 0) return 0;
-  const std::uint64_t quarter = std::uint64_t{space.f_bavail} * space.f_frsize / 4;
-  return quarter < kSmallestSegment
-             ? 0
-             : static_cast<std::uint32_t>(std::min<std::uint64_t>(kLargestSegment, quarter));
-}
-
 /// ROS 2's own switch.
 bool localhostOnly() {
   const char* value = std::getenv("ROS_LOCALHOST_ONLY");
   return value != nullptr && std::string_view(value) == "1";
 }
 
-void setTransports(dds::DomainParticipantQos& qos, std::uint32_t segment) {
+/// UDP alone, and so other nodes write to us. Shared memory brings no image more and costs no less, but is
+/// deaf for seconds to a node that was killed and comes back, and for ever to nodes of other users,
+/// containers or versions.
+void setTransports(dds::DomainParticipantQos& qos) {
   qos.transport().use_builtin_transports = false;
   const auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
   udp->sendBufferSize = udp->receiveBufferSize = kSocketBuffer;
   if (localhostOnly()) udp->interfaceWhiteList.push_back("127.0.0.1");
   qos.transport().user_transports.push_back(udp);
-  if (segment == 0) return;
-  const auto memory = std::make_shared<eprosima::fastdds::rtps::SharedMemTransportDescriptor>();
-  memory->segment_size(segment);
-  qos.transport().user_transports.push_back(memory);
 }
 
 /// A profile that the user names in FASTRTPS_DEFAULT_PROFILES_FILE may choose other transports.
-dds::DomainParticipantQos participantQos(bool withSharedMemory) {
+dds::DomainParticipantQos participantQos() {
   dds::DomainParticipantFactory* factory = dds::DomainParticipantFactory::get_instance();
   // Not from the folder that the program is run in, whoever's it is.
   setenv("SKIP_DEFAULT_XML", "1", 0);
@@ -110,8 +92,7 @@ dds::DomainParticipantQos participantQos(bool withSharedMemory) {
   // Announcements may be larger than the buffers that they begin with.
   builtin.readerHistoryMemoryPolicy = builtin.writerHistoryMemoryPolicy =
       rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
-  if (qos.transport().use_builtin_transports && qos.transport().user_transports.empty())
-    setTransports(qos, withSharedMemory ? segmentSize() : 0);
+  if (qos.transport().use_builtin_transports && qos.transport().user_transports.empty()) setTransports(qos);
   return qos;
 }
 
@@ -120,11 +101,8 @@ dds::DomainParticipantQos participantQos(bool withSharedMemory) {
 DdsParticipant::DdsParticipant(int domain) {
   dds::DomainParticipantFactory* factory = dds::DomainParticipantFactory::get_instance();
   // Discovery alone is told to the participant; the rest, to readers and writers.
-  for (const bool withSharedMemory : {true, false})
-    if (participant_ == nullptr)
-      participant_ =
-          factory->create_participant(static_cast<std::uint32_t>(domain), participantQos(withSharedMemory),
-                                      &graph_, dds::StatusMask::none());
+  participant_ = factory->create_participant(static_cast<std::uint32_t>(domain), participantQos(), &graph_,
+                                             dds::StatusMask::none());
   if (participant_ != nullptr) {
     publisher_ = participant_->create_publisher(dds::PUBLISHER_QOS_DEFAULT);
     subscriber_ = participant_->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT);

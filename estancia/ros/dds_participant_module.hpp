@@ -1,4 +1,4 @@
-// DDS participant: one member of a domain with transports that are large enough for images, and its topics; a
+// DDS participant: one member of a domain with sockets that are large enough for images, and its topics; a
 // part of the module. SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -3,7 +3,9 @@
 //   dds_writer domain topic type bytes hertz count quality
 // Waits for a reader, then writes `count` messages (0: until SIGTERM) of `bytes` bytes, `hertz` a second
 // (0: as fast as it can). A message is a header of CDR, its number, and zeros. `quality` is reliable,
-// best-effort, transient-local or exclusive. SPDX-License-Identifier: Apache-2.0
+// best-effort, transient-local or exclusive;
+// with /udp behind it, without shared memory, of which a killed process leaves something behind.
+// SPDX-License-Identifier: Apache-2.0
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 #include <signal.h>
@@ -59,14 +61,19 @@ class BytesType final : public fast::TopicDataType {
   bool getKey(void*, rtps::InstanceHandle_t*, bool) override { return false; }
 };
 
-/// With ROS_LOCALHOST_ONLY=1.
-fast::DomainParticipantQos localParticipant() {
+/// Where ROS_LOCALHOST_ONLY is not 1, what Fast DDS does by itself.
+fast::DomainParticipantQos localParticipant(bool sharesMemory) {
   fast::DomainParticipantQos qos;
+  const char* local = std::getenv("ROS_LOCALHOST_ONLY");
+  const bool isLocal = local != nullptr && std::string(local) == "1";
+  if (!isLocal && sharesMemory) return qos;
   qos.transport().use_builtin_transports = false;
   const auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
-  udp->interfaceWhiteList.push_back("127.0.0.1");
-  qos.transport().user_transports = {
-      udp, std::make_shared<eprosima::fastdds::rtps::SharedMemTransportDescriptor>()};
+  if (isLocal) udp->interfaceWhiteList.push_back("127.0.0.1");
+  qos.transport().user_transports.push_back(udp);
+  if (sharesMemory)
+    qos.transport().user_transports.push_back(
+        std::make_shared<eprosima::fastdds::rtps::SharedMemTransportDescriptor>());
   return qos;
 }
 
@@ -99,14 +106,17 @@ int main(int count, char** words) {
   if (count != 8) return 2;
   signal(SIGTERM, [](int) { ended = 1; });
   prctl(PR_SET_PDEATHSIG, SIGKILL);  // a test that fails leaves no writer behind
-  const std::string topicName = words[2], typeName = words[3], quality = words[7];
+  const std::string topicName = words[2], typeName = words[3];
+  std::string quality = words[7];
+  const bool remote = quality.ends_with("/udp");
+  if (remote) quality.resize(quality.size() - 4);
   const auto size = static_cast<std::size_t>(std::atoll(words[4]));
   const double hertz = std::atof(words[5]);
   const long long messages = std::atoll(words[6]);
 
   auto* factory = fast::DomainParticipantFactory::get_instance();
   auto* participant =
-      factory->create_participant(static_cast<std::uint32_t>(std::atoi(words[1])), localParticipant());
+      factory->create_participant(static_cast<std::uint32_t>(std::atoi(words[1])), localParticipant(!remote));
   if (participant == nullptr) return 3;
   fast::TypeSupport type(new BytesType(typeName.c_str()));
   type.register_type(participant);

@@ -181,7 +181,7 @@ TEST(Dds, AWriterThatIsKilledIsTakenUpAgain) {
   const auto node = makeDdsNode({domain});
   const auto subscription = node->subscribe(kTopic, kType, std::ref(arrivals));
   for (const std::size_t bytes : {300000, 400000, 500000}) {
-    WriterProcess writer(domain, {.bytes = bytes});
+    WriterProcess writer(domain, {.bytes = bytes, .quality = "reliable/udp"});
     EXPECT_TRUE(eventually([&] { return arrivals.bytes == bytes; })) << bytes;
     writer.end(SIGKILL);
   }
@@ -281,6 +281,15 @@ TEST(Dds, RefusesWhatIsNoMessageOfRos) {
               FailsWith(ErrorCode::invalidInput, kTopic));
   EXPECT_THAT([&] { publication->publish(messageWith(0, (std::size_t{256} << 20) + 1)); },
               FailsWith(ErrorCode::tooLarge, kTopic));
+}
+
+TEST(Dds, NothingIsLeftInSharedMemory) {
+  const auto used = [] {
+    return test::readFile("/proc/self/maps").find("/dev/shm/fastrtps") != std::string::npos;
+  };
+  const auto node = makeDdsNode({test::domainOfTest()});
+  const auto publication = node->publish(kTopic, kType);
+  EXPECT_FALSE(used());
 }
 
 TEST(Dds, WhatIsMadeMayEndInAnyOrder) {
