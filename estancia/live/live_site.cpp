@@ -71,10 +71,10 @@ ServerResponse refused(int status, std::string_view why) {
   return failureResponse(status, codeFor(status), why);
 }
 
-ServerResponse imageResponse(const unsigned char* bytes, std::size_t size, std::string_view what) {
-  if (size == 0)
-    return failureResponse(404, nameOf(ErrorCode::noAnswer), fmt::format("there is no image of {}", what));
-  return {200, "image/jpeg", {reinterpret_cast<const char*>(bytes), size}};
+/// 204 where there is none: a page may ask for what may be there.
+ServerResponse imageResponse(const std::vector<unsigned char>& jpeg) {
+  if (jpeg.empty()) return {204};
+  return {200, "image/jpeg", {reinterpret_cast<const char*>(jpeg.data()), jpeg.size()}};
 }
 
 /// For every answer. Scripts and styles come from this server alone, and nobody shows it in a frame.
@@ -211,18 +211,15 @@ struct SiteOperations {
   static ServerResponse frameImage(LiveSite& site, const Question& question) {
     question.requireKnown({"revision"});  // a new name for each frame keeps browsers from showing an old one
     const auto image = site.view_.image();
-    return image == nullptr ? imageResponse(nullptr, 0, "now")
-                            : imageResponse(image->data(), image->size(), "now");
+    return imageResponse(image == nullptr ? std::vector<unsigned char>() : *image);
   }
   static ServerResponse objectImage(LiveSite& site, const Question& question) {
     question.requireKnown({});
-    const auto image = site.view_.objectImage(question.number);
-    return imageResponse(image.data(), image.size(), fmt::format("object {}", question.number));
+    return imageResponse(site.view_.objectImage(question.number));
   }
   static ServerResponse placeImage(LiveSite& site, const Question& question) {
     question.requireKnown({});
-    const auto image = site.view_.placeImage(question.number);
-    return imageResponse(image.data(), image.size(), fmt::format("place {}", question.number));
+    return imageResponse(site.view_.placeImage(question.number));
   }
   static ServerResponse events(LiveSite& site, const Question& question) {
     question.requireKnown({});
@@ -291,8 +288,11 @@ namespace {
 
 /// The page itself: nothing else is a file, and nothing is read from a disk.
 std::optional<ServerResponse> pageFile(const std::string& path) {
+  constexpr const char* script = "text/javascript; charset=utf-8";
   if (path == "/") return ServerResponse{200, "text/html; charset=utf-8", livePageHtml};
-  if (path == "/page.js") return ServerResponse{200, "text/javascript; charset=utf-8", livePageScript};
+  if (path == "/page.js") return ServerResponse{200, script, livePageScript};
+  if (path == "/panel.js") return ServerResponse{200, script, livePanelScript};
+  if (path == "/plan.js") return ServerResponse{200, script, livePlanScript};
   if (path == "/page.css")
     return ServerResponse{200, "text/css; charset=utf-8",
                           report::mapPageCss + report::worldPageCss + livePageCss};

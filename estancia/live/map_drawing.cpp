@@ -95,6 +95,8 @@ Json drawnObjects(const WorldMap& world, const Floor& floor) {
       box.push_back(drawnPoint({center.x + c * at.x - s * at.y, center.y + s * at.x + c * at.y}));
     json.push_back(toJson(object, world));
     json.back()["where"] = report::whereText(object, world);
+    json.back()["node"] = world.places.frames.at(object.bestFrame).node;
+    json.back()["color"] = report::Color{object.color[0], object.color[1], object.color[2]}.hex();
     json.back()["at"] = drawnPoint(center);
     json.back()["box"] = std::move(box);
   }

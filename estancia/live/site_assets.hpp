@@ -6,6 +6,6 @@
 
 namespace estancia {
 
-extern const std::string livePageHtml, livePageCss, livePageScript, openApi;
+extern const std::string livePageHtml, livePageCss, livePageScript, livePanelScript, livePlanScript, openApi;
 
 }  // namespace estancia

@@ -79,6 +79,10 @@ class FakeView final : public LiveView {
     ++status_.revision;
     changed_.notify_all();
   }
+  void setImage(std::vector<unsigned char> jpeg) {
+    const std::lock_guard lock(mutex_);
+    image_ = std::make_shared<const std::vector<unsigned char>>(std::move(jpeg));
+  }
   std::vector<MapEdit> edits() const {
     const std::lock_guard lock(mutex_);
     return edits_;

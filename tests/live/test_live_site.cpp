@@ -103,8 +103,7 @@ TEST_F(Site, FailuresAreAsDescribed) {
            {"/api/route", "", {{"to", "2"}, {"avoid", "xqzzkw"}}, 404},
            {"/api/route", "", {{"to", "xqzzkw"}}, 404},
            {"/api/places/77", "/api/places/{node}", {}, 404},
-           {"/api/places/77.jpg", "/api/places/{node}.jpg", {}, 404},
-           {"/api/objects/5.jpg", "/api/objects/{object}.jpg", {}, 404}}) {
+           {"/api/places/77.jpg", "/api/places/{node}.jpg", {{"x", "1"}}, 400}}) {
     const ServerResponse response = get(path, query);
     EXPECT_EQ(response.status, status) << path << response.body;
     expectDescribed(response, of.empty() ? path : of);
@@ -119,6 +118,11 @@ TEST_F(Site, FailuresAreAsDescribed) {
   }
   expectDescribed(get("/api/status"), "/api/status");
   EXPECT_EQ(statusOf("/api/status"), 200) << "before the first image, too";
+}
+
+TEST_F(Site, WhatHasNoImageHasNoContent) {
+  for (const char* path : {"/api/places/77.jpg", "/api/objects/5.jpg"})
+    EXPECT_EQ(statusOf(path), 204) << path;
 }
 
 TEST_F(Site, EditsAreAsDescribed) {
