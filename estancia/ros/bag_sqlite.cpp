@@ -112,10 +112,11 @@ Statement SqlitePart::prepare(const char* sql) const {
 }
 
 void SqlitePart::readTopics() {
-  // A view or virtual table of these names would run what a stranger wrote.
+  // A view, a virtual table or a column that is computed would run what a stranger wrote.
   const Statement tables = prepare(
-      "SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name IN ('topics', 'messages')"
-      " AND sql LIKE 'CREATE TABLE%'");
+      "SELECT count(*) FROM sqlite_master AS t WHERE type = 'table' AND name IN ('topics', 'messages')"
+      " AND sql LIKE 'CREATE TABLE%'"
+      " AND NOT EXISTS (SELECT 1 FROM pragma_table_xinfo(t.name) WHERE hidden > 0)");
   if (sqlite3_step(tables.get()) != SQLITE_ROW) failOpening();
   if (sqlite3_column_int(tables.get(), 0) != 2)
     fail(ErrorCode::unsupportedFile, "{}: an SQLite file without rosbag2's tables; give a bag", name_);

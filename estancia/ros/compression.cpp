@@ -123,10 +123,28 @@ class OutputBytes {
   std::size_t capacity_, used_ = 0;
 };
 
+/// The most that one byte can become. lz4: a byte of a length stands for 255. Zstandard: a block of 128 KiB
+/// takes four bytes. bzip2: a block of 900 kB, whose runs stand for 51 times as much, takes some forty.
+std::uint64_t largestRatio(Compression by) {
+  return by == Compression::lz4 ? 255 : by == Compression::zstd ? 32768 : std::uint64_t{1} << 21U;
+}
+
+/// The size that a frame of Zstandard names, as far as it can be; else a guess [bytes].
+std::size_t likelySize(const CompressedBytes& compressed) {
+  const std::uint64_t stored = compressed.bytes.size();
+  std::uint64_t likely = stored * 4;
+  if (compressed.by == Compression::zstd) {
+    const unsigned long long named = ZSTD_getFrameContentSize(compressed.bytes.data(), stored);
+    const bool known = named != ZSTD_CONTENTSIZE_UNKNOWN && named != ZSTD_CONTENTSIZE_ERROR;
+    if (known && named <= (stored + 16) * largestRatio(compressed.by)) likely = named;
+  }
+  return std::clamp<std::uint64_t>(likely, 4096, kMostBlockBytes);
+}
+
 template <class Decoder>
 Payload decompressBy(Decoder&& decoder, const CompressedBytes& compressed) {
   std::span<const std::byte> in = compressed.bytes;
-  OutputBytes out(compressed.size.value_or(std::clamp<std::size_t>(in.size() * 4, 4096, kMostBlockBytes)));
+  OutputBytes out(compressed.size ? *compressed.size : likelySize(compressed));
   bool finished = in.empty();
   try {
     while (!in.empty() || !finished) {
@@ -145,12 +163,6 @@ Payload decompressBy(Decoder&& decoder, const CompressedBytes& compressed) {
     fail(ErrorCode::corruptFile, "it gives {}{} bytes instead of {}; copy the file again", out.size(),
          finished && in.empty() ? "" : " or other", compressed.size.value_or(0));
   return out.payload();
-}
-
-/// The most that one byte can become. lz4: a byte of a length stands for 255. Zstandard: a block of 128 KiB
-/// takes four bytes. bzip2: a block of 900 kB, whose runs stand for 51 times as much, takes some forty.
-std::uint64_t largestRatio(Compression by) {
-  return by == Compression::lz4 ? 255 : by == Compression::zstd ? 32768 : std::uint64_t{1} << 21U;
 }
 
 }  // namespace

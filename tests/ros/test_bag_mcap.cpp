@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <random>
 #include <thread>
 
 #include "ros/bag_contents.hpp"
@@ -145,6 +146,29 @@ TEST_F(McapBag, ChunksThatCannotBeAreRefused) {
   EXPECT_THAT(warning("zstd", 100, zstd.size() + 1, zstd), HasSubstr("drive.mcap"));
   EXPECT_THAT(warning("lzma", 100, zstd.size(), zstd), HasSubstr("drive.mcap"));
   EXPECT_THAT(warning("", ~0ULL, ~0ULL, ""), HasSubstr("drive.mcap"));
+}
+
+// What a recorder has written when its robot is switched off.
+TEST_F(McapBag, AChunkThatIsCutOffGivesItsBeginning) {
+  std::vector<test::WrittenMessage> messages;
+  std::mt19937 random(3);
+  for (std::int64_t i = 0; i < 100; ++i) {
+    std::string bytes(10000, '\0');
+    for (char& byte : bytes) byte = static_cast<char>(random());
+    messages.push_back({"/n", "std_msgs/msg/String", i, bytes});
+  }
+  for (const char* compression : {"none", "lz4", "zstd"}) {
+    SCOPED_TRACE(compression);
+    const std::string bytes =
+        mcapBag(messages, {.compression = compression, .chunkBytes = 2'000'000, .encoding = "json"});
+    const auto bag = open(bytes.substr(0, 800'000));
+    EXPECT_EQ(bag->warnings().size(), 1U);
+    // The compressed blocks have up to 128 KiB.
+    EXPECT_GT(bag->messages().size(), 60U);
+    EXPECT_LT(bag->messages().size(), 80U);
+    for (std::size_t i = 0; i < bag->messages().size(); ++i)
+      EXPECT_EQ(test::bytesOf(*bag, i), messages[i].bytes);
+  }
 }
 
 TEST_F(McapBag, AFileThatShrinksIsAnError) {

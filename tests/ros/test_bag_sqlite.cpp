@@ -109,6 +109,11 @@ TEST_F(SqliteBag, TablesThatAreNoneAreRefused) {
   EXPECT_THAT([&] { openBag(path_); }, FailsWith(ErrorCode::unsupportedFile, "drive 100%"));
 }
 
+TEST_F(SqliteBag, ColumnsThatAreComputedAreRefused) {
+  change(path_, "ALTER TABLE topics ADD COLUMN computed TEXT AS (hex(zeroblob(1000000)))");
+  EXPECT_THAT([&] { openBag(path_); }, FailsWith(ErrorCode::unsupportedFile, "drive 100%"));
+}
+
 TEST_F(SqliteBag, WhatIsNoneIsRefused) {
   change(path_, "DROP TABLE topics");
   EXPECT_THAT([&] { openBag(path_); }, FailsWith(ErrorCode::unsupportedFile, "drive 100%"));
