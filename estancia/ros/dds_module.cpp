@@ -180,7 +180,7 @@ class Subscription final : public DdsSubscription, private dds::DataReaderListen
     {
       const std::lock_guard lock(mutex_);
       if (!numbers_.count(identity, counts_.lost)) return;
-      ++counts_.received;
+      ++(sample_.refused > 0 ? counts_.lost : counts_.received);
     }
     if (sample_.refused > 0)
       return setTrouble(fmt::format("a message of {} has {} bytes, at most {} are read", topic_,

@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <spawn.h>
+#include <sys/socket.h>
+#include <sys/un.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -20,11 +22,25 @@
 
 namespace estancia::test {
 
-/// A domain that nobody else is likely to use, of those whose ports no other program is given.
+/// A domain that no other test that runs now has, of those whose ports no other program is given.
 inline int domainOfTest() {
-  setenv("ROS_LOCALHOST_ONLY", "1", 1);
-  static std::mt19937 generator{std::random_device{}()};
-  return std::uniform_int_distribution(1, 100)(generator);
+  static const int domain = [] {
+    setenv("ROS_LOCALHOST_ONLY", "1", 1);
+    std::mt19937 generator{std::random_device{}()};
+    for (;;) {
+      const int number = std::uniform_int_distribution(1, 100)(generator);
+      // The socket is held, and holds the domain, until the process ends.
+      const int socket = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+      sockaddr_un address{};
+      address.sun_family = AF_UNIX;
+      // Behind a zero it is no file.
+      const std::string name = "estancia-dds-" + std::to_string(number);
+      name.copy(address.sun_path + 1, name.size());
+      if (bind(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) return number;
+      close(socket);
+    }
+  }();
+  return domain;
 }
 
 /// Waits until it is so; false after a minute, which only a broken program takes.

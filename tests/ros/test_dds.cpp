@@ -201,6 +201,19 @@ TEST(Dds, WhatIsNoMessageReachesTheUserAsItIs) {
   }
 }
 
+TEST(Dds, AMessageThatIsTooLargeIsASentence) {
+  const int domain = test::domainOfTest();
+  Arrivals arrivals;
+  const auto node = makeDdsNode({domain});
+  const auto subscription = node->subscribe(kTopic, kType, std::ref(arrivals));
+  WriterProcess writer(domain, {.bytes = (std::size_t{256} << 20) + 4, .hertz = 1, .count = 1});
+  EXPECT_TRUE(eventually([&] { return subscription->counts().lost == 1; }));
+  EXPECT_THAT(subscription->counts().trouble,
+              testing::AllOf(testing::HasSubstr(kTopic), testing::HasSubstr("268435460")));
+  EXPECT_EQ(subscription->counts().received, 0U);
+  EXPECT_EQ(arrivals.count, 0U);
+}
+
 TEST(Dds, AUserThatThrowsCostsTheMessage) {
   const int domain = test::domainOfTest();
   Arrivals arrivals;
@@ -227,7 +240,7 @@ TEST(Dds, TopicsAreListedWithTheirTypesAndQuality) {
   const auto subscription = reading->subscribe(kTopic, kType, [](std::span<const std::byte>) {});
   ASSERT_TRUE(eventually([&] {
     const auto topics = node->topics();
-    return topics.size() == 2 && topics[0].readers == 1 && topics[1].writers == 2;
+    return topics.size() == 2 && topics[0].readers == 1 && topics[0].writers == 1 && topics[1].writers == 2;
   }));
   const auto topics = node->topics();
   EXPECT_EQ(topics[0].name, kTopic);
