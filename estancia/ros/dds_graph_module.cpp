@@ -42,6 +42,7 @@ std::vector<DdsTopic> DdsGraph::topics() const {
     ++(endpoint.isWriter ? topic.writers : topic.readers);
   }
   std::vector<DdsTopic> topics;
+  topics.reserve(found.size());
   for (auto& [key, topic] : found) topics.push_back(std::move(topic));
   return topics;
 }

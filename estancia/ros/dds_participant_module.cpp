@@ -76,7 +76,7 @@ void setTransports(dds::DomainParticipantQos& qos) {
   qos.transport().use_builtin_transports = false;
   const auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
   udp->sendBufferSize = udp->receiveBufferSize = kSocketBuffer;
-  if (localhostOnly()) udp->interfaceWhiteList.push_back("127.0.0.1");
+  if (localhostOnly()) udp->interfaceWhiteList.emplace_back("127.0.0.1");
   qos.transport().user_transports.push_back(udp);
 }
 
