@@ -2,11 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <optional>
+
 #include "common.hpp"
 #include "estancia/check/check.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/io/bag_summary.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/report/text.hpp"
+#include "estancia/ros/bag.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -35,7 +39,33 @@ void printForPeople(const CheckReport& report, const std::vector<std::string>& n
              counted(report.count(Severity::warning), "warning"));
 }
 
-void printForMachines(const CheckReport& report, const std::vector<std::string>& notes) {
+void printTopics(const BagSummary& bag) {
+  fmt::print("{:<44} {:<32} {:>8} {:>8} {:>9}  use\n", "topic", "type", "messages", "Hz", "gap [s]");
+  for (const TopicSummary& topic : bag.topics) {
+    const std::string use = topic.use.empty()   ? topic.why
+                            : topic.why.empty() ? topic.use
+                                                : fmt::format("{}: {}", topic.use, topic.why);
+    fmt::print("{:<44} {:<32} {:>8} {:>8.1f} {:>9.2f}  {}\n", topic.name, topic.type, topic.messages,
+               topic.rate, topic.longestGap, use);
+  }
+  fmt::print("{:.1f} s\n", bag.duration);
+}
+
+nlohmann::ordered_json toJson(const BagSummary& bag) {
+  auto topics = nlohmann::ordered_json::array();
+  for (const TopicSummary& topic : bag.topics)
+    topics.push_back({{"name", topic.name},
+                      {"type", topic.type},
+                      {"messages", topic.messages},
+                      {"rate", topic.rate},
+                      {"longest_gap", topic.longestGap},
+                      {"use", topic.use},
+                      {"why", topic.why}});
+  return {{"duration", bag.duration}, {"topics", std::move(topics)}};
+}
+
+void printForMachines(const CheckReport& report, const std::vector<std::string>& notes,
+                      const std::optional<BagSummary>& bag) {
   const auto severity = [](Severity s) {
     return s == Severity::fine ? "fine" : s == Severity::warning ? "warning" : "problem";
   };
@@ -46,11 +76,13 @@ void printForMachines(const CheckReport& report, const std::vector<std::string>&
                         {"what", item.what},
                         {"evidence", item.evidence},
                         {"fix", item.fix}});
-  print({{"frames", report.frames},
-         {"problems", report.count(Severity::problem)},
-         {"warnings", report.count(Severity::warning)},
-         {"findings", findings},
-         {"notes", notes}});
+  nlohmann::ordered_json json{{"frames", report.frames},
+                              {"problems", report.count(Severity::problem)},
+                              {"warnings", report.count(Severity::warning)},
+                              {"findings", findings},
+                              {"notes", notes}};
+  if (bag) json["bag"] = toJson(*bag);
+  print(json);
 }
 
 void run(const CheckArguments& arguments) {
@@ -58,11 +90,15 @@ void run(const CheckArguments& arguments) {
     throw Error(
         ErrorCode::unsupportedFile,
         fmt::format("{} holds labels; check the images they were made from", arguments.sequence.path));
+  std::optional<BagSummary> bag;
+  if (ros::isBag(arguments.sequence.path))
+    bag = summarizeBag(arguments.sequence.path, arguments.sequence.options);
+  if (bag && !arguments.json) printTopics(*bag);
   const auto sequence = arguments.sequence.openQuietly();
   const auto progress = makeStderrProgress();
   const CheckReport report = checkSequence(*sequence, arguments.options, *progress);
   if (arguments.json)
-    printForMachines(report, sequence->warnings());
+    printForMachines(report, sequence->warnings(), bag);
   else
     printForPeople(report, sequence->warnings());
   if (report.count(Severity::problem) > 0) throw NoAnswer();
@@ -82,6 +118,7 @@ void addCheckCommand(CLI::App& app) {
   addJsonOption(*command, arguments->json);
   addExamples(*command,
               "  estancia check ~/recording\n"
+              "  estancia check drive.mcap\n"
               "  estancia check ~/recording --poses slam.txt --intrinsics camera.yaml --depth-scale 5000");
   command->callback([arguments] { run(*arguments); });
 }

@@ -19,15 +19,19 @@ namespace estancia::apps {
 
 void SequenceArguments::addTo(DeclaredOptions& declared, bool required, bool withRooms) {
   declared.command()
-      .add_option("SEQ", path, "Image folder, video file, data set, folder of panoramas, or label file")
+      .add_option("SEQ", path,
+                  "Image folder, video file, ROS bag, data set, folder of panoramas, or label file")
       ->required(required);
   declared.add(declare(options), {"type", "poses", "split", "only", "max-pose-gap", "views", "field-of-view",
                                   "turn", "exposure", "rounds"});
+  declared.addFlags("sequence", {"image-topic=image"});
+  if (declared.command().get_option_no_throw("--odom") == nullptr)
+    declared.addFlags("sequence", {"odom-topic=odom"});
   if (withRooms) declared.addFlags("sequence", {"rooms"});
 }
 
 void SequenceArguments::addDepthTo(DeclaredOptions& declared) {
-  declared.addFlags("sequence", {"depth-scale", "intrinsics"});
+  declared.addFlags("sequence", {"depth-scale", "intrinsics", "depth-topic=depth"});
 }
 
 std::unique_ptr<Sequence> SequenceArguments::openQuietly() const {

@@ -161,15 +161,15 @@ void addOdometryCommand(CLI::App& app) {
   addExamples(*group, "  estancia odometry estimate ~/kitchen -o kitchen.txt");
   CLI::App* command = group->add_subcommand("estimate", "Estimate the camera pose of every image with depth");
   auto arguments = std::make_shared<OdometryArguments>(*command);
-  arguments->sequence.addTo(arguments->declared);
-  arguments->sequence.addDepthTo(arguments->declared);
-  addOutputOption(*command, arguments->output, "The trajectory (TUM), for --poses of the other commands")
-      ->required();
   command
       ->add_option("--odom", arguments->odom,
                    "The motion by another sensor, as wheels: a trajectory of the camera (TUM or KITTI)")
       ->type_name("FILE")
       ->check(CLI::ExistingFile);
+  arguments->sequence.addTo(arguments->declared);
+  arguments->sequence.addDepthTo(arguments->declared);
+  addOutputOption(*command, arguments->output, "The trajectory (TUM), for --poses of the other commands")
+      ->required();
   arguments->model.addTo(arguments->declared, "The model whose labels propose loop closures");
   arguments->declared.add(declare(arguments->options),
                           {"term", "max-width", "max-depth", "min-loop-features", "odom-shift", "odom-turn"});

@@ -49,13 +49,10 @@ cv::Mat depthOfCloud(const fs::path& file, double unitsPerMeter) {
 
 }  // namespace
 
-cv::Mat readDepth(const fs::path& file, double unitsPerMeter) {
-  if (hasSuffix(file, {".pcd"})) return depthOfCloud(file, unitsPerMeter);
-  const cv::Mat raw = onlyChannel(decodeImage(file), file);
+cv::Mat metersOf(const cv::Mat& raw, double unitsPerMeter, const std::string& name) {
   const int kind = raw.depth();
-  if (kind != CV_8U && kind != CV_16U && kind != CV_32F && kind != CV_64F)
-    fail(ErrorCode::unsupportedFile, "{}: depth must be unsigned 8 or 16 bits, or float; convert it",
-         printable(file));
+  if (raw.channels() != 1 || (kind != CV_8U && kind != CV_16U && kind != CV_32F && kind != CV_64F))
+    fail(ErrorCode::unsupportedFile, "{}: depth must be unsigned 8 or 16 bits, or float; convert it", name);
   cv::Mat meters;
   raw.convertTo(meters, CV_32F);
   const double units = unitsPerMeter > 0 ? unitsPerMeter : defaultUnits(kind);
@@ -65,6 +62,11 @@ cv::Mat readDepth(const fs::path& file, double unitsPerMeter) {
     d = d > 0 && d < invalid && scaled < kMaxDepth ? static_cast<float>(scaled) : 0;
   });
   return meters;
+}
+
+cv::Mat readDepth(const fs::path& file, double unitsPerMeter) {
+  if (hasSuffix(file, {".pcd"})) return depthOfCloud(file, unitsPerMeter);
+  return metersOf(onlyChannel(decodeImage(file), file), unitsPerMeter, printable(file));
 }
 
 const std::vector<std::string>& depthSuffixes() {

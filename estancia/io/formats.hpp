@@ -65,6 +65,8 @@ class ImageFiles final : public ListedSequence {
 using Opened = std::unique_ptr<ListedSequence>;
 
 // One pair per format, in the file of its name: does `path` look like it, and open it.
+bool isRosBag(const std::filesystem::path& path);
+Opened openRosBag(const std::filesystem::path& path, const SequenceOptions& options);
 bool isVideo(const std::filesystem::path& path);
 Opened openVideo(const std::filesystem::path& path, const SequenceOptions& options);
 bool isTumRgbd(const std::filesystem::path& path);

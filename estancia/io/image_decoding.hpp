@@ -8,6 +8,8 @@
 #include <string>
 #include <string_view>
 
+#include "estancia/core/image_codecs.hpp"
+
 namespace estancia::io {
 
 struct ImageHeader {
@@ -36,6 +38,10 @@ cv::Mat toneMap(cv::Mat panorama, double exposure);
 /// The pixels of a complete image file with the channels and the depth that it has, never empty. Throws
 /// Error.
 cv::Mat decodeImage(const std::filesystem::path& file);
+
+/// The pixels of the bytes of an image file that inspectImage() has passed. `file` stands in errors. Throws
+/// Error (malformedFile).
+cv::Mat decodeImage(std::string_view bytes, DecodedAs as, const std::filesystem::path& file);
 
 /// Any image type of OpenCV as BGR, 8 bits, 3 channels, scaled as readImage() says.
 cv::Mat toBgr8(cv::Mat image);

@@ -18,20 +18,6 @@ namespace {
 
 constexpr std::size_t kMaxBytes = std::size_t{1} << 29;
 
-cv::Mat decode(const std::string& bytes, const fs::path& file, DecodedAs as) {
-  const ImageCodecs& codecs = imageCodecs();
-  cv::Mat image;
-  try {
-    image = codecs.decode({reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()}, as);
-  } catch (const cv::Exception&) {  // reported below
-  }
-  if (image.empty())
-    fail(ErrorCode::malformedFile,
-         "{}: the image cannot be decoded; it is damaged or of a rare kind; copy or convert it",
-         printable(file));
-  return image;
-}
-
 /// The bytes behind `export default 'data:…;base64,…'`.
 std::string decodeDataUri(const std::string& text, const fs::path& file) {
   constexpr std::string_view mark = ";base64,";
@@ -47,6 +33,20 @@ std::string decodeDataUri(const std::string& text, const fs::path& file) {
 
 }  // namespace
 
+cv::Mat decodeImage(std::string_view bytes, DecodedAs as, const fs::path& file) {
+  const ImageCodecs& codecs = imageCodecs();
+  cv::Mat image;
+  try {
+    image = codecs.decode({reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()}, as);
+  } catch (const cv::Exception&) {  // reported below
+  }
+  if (image.empty())
+    fail(ErrorCode::malformedFile,
+         "{}: the image cannot be decoded; it is damaged or of a rare kind; copy or convert it",
+         printable(file));
+  return image;
+}
+
 cv::Mat readPanorama(const fs::path& file) {
   std::string bytes = readBytes(file, kMaxBytes);
   if (file.extension() == ".js") bytes = decodeDataUri(bytes, file);
@@ -56,14 +56,14 @@ cv::Mat readPanorama(const fs::path& file) {
     fail(ErrorCode::unsupportedFile,
          "{}: {} × {} pixels; an equirectangular panorama is twice as wide as high", printable(file),
          header.width, header.height);
-  cv::Mat panorama = decode(bytes, file, DecodedAs::color);
+  cv::Mat panorama = decodeImage(bytes, DecodedAs::color, file);
   return header.isRadiance() ? panorama : toBgr8(std::move(panorama));
 }
 
 cv::Mat decodeImage(const fs::path& file) {
   const std::string bytes = readBytes(file, kMaxBytes);
   inspectImage(bytes, printable(file));
-  return decode(bytes, file, DecodedAs::stored);
+  return decodeImage(bytes, DecodedAs::stored, file);
 }
 
 cv::Mat toBgr8(cv::Mat image) {
@@ -87,7 +87,7 @@ cv::Mat readImage(const std::filesystem::path& file) {
   if (io::inspectImage(bytes, io::printable(file)).isRadiance())
     fail(ErrorCode::unsupportedFile,
          "{}: an HDR radiance map, not an image; open its folder (--type panorama)", io::printable(file));
-  return io::toBgr8(io::decode(bytes, file, DecodedAs::color));
+  return io::toBgr8(io::decodeImage(bytes, DecodedAs::color, file));
 }
 
 }  // namespace estancia

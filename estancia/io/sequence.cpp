@@ -45,6 +45,8 @@ io::Opened openDescriptors(const fs::path& path, const SequenceOptions&) {
 constexpr io::Format<io::Opened, SequenceOptions> kFormats[] = {
     {"descriptors", "labels instead of images: .labels (of `estancia label`), .csv, .jsonl, .npy",
      isDescriptors, openDescriptors},
+    {"bag", "a bag of ROS 1 (.bag) or ROS 2 (.db3, .mcap, or the folder of rosbag2)", io::isRosBag,
+     io::openRosBag},
     {"video", "a video file that OpenCV reads", io::isVideo, io::openVideo},
     {"tum", "TUM RGB-D: rgb.txt, depth.txt, groundtruth.txt", io::isTumRgbd, io::openTumRgbd},
     {"sevenscenes", "7-Scenes: frame-000000.color.png with .pose.txt, or frames/ and poses.csv",
@@ -194,6 +196,12 @@ OptionGroup declare(SequenceOptions& o) {
       .why("set it when depth images are not in millimeters");
   group.add("intrinsics", io::asText(o.intrinsics), "Camera intrinsics: fx fy cx cy, 3×3 matrix, or YAML")
       .automatic("camera-intrinsics.txt, intrinsics.txt or camera.yaml in the folder");
+  group.add("image-topic", &o.imageTopic, "Bags: topic of images, raw or compressed")
+      .automatic("the only camera, or the only one with color");
+  group.add("depth-topic", &o.depthTopic, "Bags: topic of depth images; none: without depth")
+      .automatic("the only one, or the only one in the frame of the images");
+  group.add("odom-topic", &o.odomTopic, "Bags: topic of odometry, poses or transforms; none: without poses")
+      .automatic("tf, else the only one");
   group.add("views", &o.views, "Panoramas: views per place, evenly spaced").range(1, 360);
   group.add("field-of-view", &o.fieldOfView, "Panoramas: horizontal field of view")
       .range(10, 150)

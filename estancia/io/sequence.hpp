@@ -102,6 +102,14 @@ struct SequenceOptions {
   /// published camera of the data set.
   std::filesystem::path intrinsics;
 
+  // Bags of ROS 1 and 2: topics by their names. "" takes the only one that fits.
+  /// Images, raw or compressed.
+  std::string imageTopic;
+  /// Depth images; "none": without depth.
+  std::string depthTopic;
+  /// nav_msgs/Odometry, geometry_msgs/PoseStamped … or tf; "none": without poses.
+  std::string odomTopic;
+
   // Panorama tours: perspective views (320×240 pixels) of each panorama.
   /// Views per panorama, evenly spaced.
   int views = 12;

@@ -1,0 +1,44 @@
+// Images of ROS messages: raw and compressed images, depth and organized clouds to pixels, in OpenCV's types.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <string>
+
+#include "estancia/core/point_cloud.hpp"
+#include "estancia/ros/messages.hpp"
+
+namespace estancia::io {
+
+/// What a message of an image topic shows.
+enum class ImageContent {
+  color,
+  gray,
+  /// 16UC1, 32FC1, mono16, compressedDepth: 16 bits may also be the gray of an infrared camera.
+  depth,
+  /// Of an encoding that is not read.
+  unknown
+};
+ImageContent contentOf(const ros::ImageMessage& message);
+/// By its format, and where that does not tell, by the header of the image file.
+ImageContent contentOf(const ros::CompressedImageMessage& message);
+
+/// BGR, 8 bits, 3 channels, a copy. Encodings of sensor_msgs/image_encodings: mono, rgb, bgr, rgba, bgra of 8
+/// and 16 bits, bayer of 8 and 16 bits, yuv422 and its variants, nv21, nv24, and OpenCV's types of 1, 3 and 4
+/// channels. Throws Error: unsupportedFile for other encodings; malformedFile where the data are not of the
+/// announced size; tooLarge.
+cv::Mat imageOf(const ros::ImageMessage& message);
+/// Throws Error: malformedFile, unsupportedFile, tooLarge.
+cv::Mat imageOf(const ros::CompressedImageMessage& message);
+
+/// Meters, CV_32F, 0 where unknown: 16UC1 and mono16 in `unitsPerMeter` (0: millimeters), 32FC1 in meters.
+/// Throws Error as imageOf().
+cv::Mat depthOf(const ros::ImageMessage& message, double unitsPerMeter);
+/// An image file of 16 bits, or compressedDepth: PNG and RVL, quantized or not. Throws Error as imageOf().
+cv::Mat depthOf(const ros::CompressedImageMessage& message, double unitsPerMeter);
+
+/// x, y, z [m], and the colors of fields rgb or rgba; organized where the message's height is above 1. Throws
+/// Error: unsupportedFile without fields x, y, z; malformedFile; tooLarge.
+PointCloud cloudOf(const ros::PointCloudMessage& message);
+
+}  // namespace estancia::io

@@ -1,0 +1,41 @@
+// Undistortion: images of a calibrated camera, fisheye or not, as those of a pinhole camera without
+// distortion. SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <string>
+
+#include "estancia/core/camera.hpp"
+#include "estancia/ros/messages.hpp"
+
+namespace estancia::io {
+
+/// What a CameraInfo says, and the maps that follow. Copies share them; thread-safe.
+class Undistortion {
+ public:
+  /// `isRectified`: the images have been undistorted already, the projection matrix is theirs. Throws Error:
+  /// invalidInput for a camera that is not calibrated (a focal length of 0) or whose numbers are none;
+  /// unsupportedFile for a distortion model that is not read.
+  Undistortion(const ros::CameraInfo& info, bool isRectified);
+
+  /// Of the images that come out, in the size of the calibration. Without distortion that of the camera
+  /// matrix. With it a camera that sees, along both axes, no more than the original one does, and at most
+  /// 100°: a pinhole image of a wider view is mostly stretched border.
+  const CameraIntrinsics& camera() const { return camera_; }
+  /// Whether anything changes.
+  bool isNeeded() const { return !mapX_.empty(); }
+  /// An image of the calibration's size, or of the same view in another size; where nothing was seen it is
+  /// black.
+  cv::Mat image(const cv::Mat& image) const;
+  /// Depth (CV_32F): that of the nearest pixel, so that edges are not smeared; 0 where nothing was seen.
+  cv::Mat depth(const cv::Mat& depth) const;
+
+ private:
+  cv::Mat mapped(const cv::Mat& image, int interpolation) const;
+
+  CameraIntrinsics camera_;
+  cv::Mat mapX_, mapY_;
+};
+
+}  // namespace estancia::io
