@@ -163,7 +163,8 @@ std::optional<Undistortion> BagSequence::cameraOf(const ChosenTopic& chosen, con
 
 void BagSequence::findCameras() {
   if (topics_.imageCamera) camera_ = cameraOf(*topics_.imageCamera, topic(*topics_.images));
-  const bool hasOwn = topics_.depth && topics_.depthCamera && topics_.imageCamera &&
+  const bool hasOwn = topics_.depth && topic(*topics_.depth).type != "sensor_msgs/PointCloud2" &&
+                      topics_.depthCamera && topics_.imageCamera &&
                       topics_.depthCamera->topic != topics_.imageCamera->topic;
   if (hasOwn && depthFrame_ != imageFrame_)
     depthCamera_ = cameraOf(*topics_.depthCamera, topic(*topics_.depth));
@@ -222,6 +223,10 @@ cv::Mat BagSequence::depth(std::size_t i) const {
     fail(ErrorCode::insufficientData, "{}: {} has no depth image near its time stamp", path_,
          entries_[i].name);
   try {
+    if (topic(*topics_.depth).type == "sensor_msgs/PointCloud2") {  // of a camera without distortion
+      const ros::Payload payload = bag_->read(message);
+      return depthOf(ros::readPointCloud({payload.bytes, *topic(*topics_.depth).encoding}));
+    }
     const cv::Mat depth = pixelsOf(
         message, [&](const ros::ImageMessage& m) { return depthOf(m, depthScale_); },
         [&](const ros::CompressedImageMessage& m) { return depthOf(m, depthScale_); });

@@ -53,7 +53,8 @@ class TopicChoice {
  private:
   const ros::BagTopic& topic(std::size_t i) const { return bag_.topics()[i]; }
   static bool isImage(const ros::BagTopic& topic) {
-    return topic.type == "sensor_msgs/Image" || topic.type == "sensor_msgs/CompressedImage";
+    return topic.type == "sensor_msgs/Image" || topic.type == "sensor_msgs/CompressedImage" ||
+           topic.type == "sensor_msgs/PointCloud2";
   }
 
   void findImageTopics();
@@ -97,6 +98,10 @@ void TopicChoice::findImageTopics() {
         const ros::ImageMessage image = ros::readImageMessage(message);
         found.content = contentOf(image);
         found.frame = image.header.frame;
+      } else if (topic(i).type == "sensor_msgs/PointCloud2") {
+        const ros::PointCloudMessage cloud = ros::readPointCloud(message);
+        found.content = contentOf(cloud);
+        found.frame = cloud.header.frame;
       } else {
         const ros::CompressedImageMessage image = ros::readCompressedImage(message);
         found.content = contentOf(image);
@@ -105,7 +110,8 @@ void TopicChoice::findImageTopics() {
     } catch (const Error&) {  // the next one may be sound
       if (++looked[i] < tries) continue;
     }
-    images_.push_back(found);
+    const bool isScan = topic(i).type == "sensor_msgs/PointCloud2" && found.content == ImageContent::unknown;
+    if (!isScan) images_.push_back(found);
     isDone[i] = true;
     --open;
   }
@@ -148,7 +154,8 @@ std::size_t TopicChoice::bestOfCamera(std::vector<std::size_t> topics) const {
   const auto rank = [this](std::size_t i) {
     const std::string& name = topic(i).name;
     const std::string leaf = leafOf(withoutTransport(name));
-    return std::tuple(-static_cast<std::ptrdiff_t>(topic(i).messages), withoutTransport(name) != name,
+    return std::tuple(topic(i).type == "sensor_msgs/PointCloud2",
+                      -static_cast<std::ptrdiff_t>(topic(i).messages), withoutTransport(name) != name,
                       leaf.find("color") == std::string::npos, name);
   };
   return *std::ranges::min_element(topics, {}, rank);

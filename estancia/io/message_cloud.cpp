@@ -6,6 +6,7 @@
 
 #include "estancia/core/fail.hpp"
 #include "estancia/io/message_image.hpp"
+#include "estancia/io/pcd.hpp"
 
 namespace estancia::io {
 namespace {
@@ -60,6 +61,14 @@ std::optional<NumberField> findField(const ros::PointCloudMessage& message, cons
 }
 
 }  // namespace
+
+ImageContent contentOf(const ros::PointCloudMessage& message) {
+  return message.height > 1 ? ImageContent::depth : ImageContent::unknown;
+}
+
+cv::Mat depthOf(const ros::PointCloudMessage& message) {
+  return depthOf(cloudOf(message));
+}
 
 PointCloud cloudOf(const ros::PointCloudMessage& message) {
   const std::uint64_t width = message.width, height = message.height;

@@ -20,6 +20,8 @@ enum class ImageContent {
   unknown
 };
 ImageContent contentOf(const ros::ImageMessage& message);
+/// Depth where the cloud is organized as an image.
+ImageContent contentOf(const ros::PointCloudMessage& message);
 /// By its format, and where that does not tell, by the header of the image file.
 ImageContent contentOf(const ros::CompressedImageMessage& message);
 
@@ -36,6 +38,9 @@ cv::Mat imageOf(const ros::CompressedImageMessage& message);
 cv::Mat depthOf(const ros::ImageMessage& message, double unitsPerMeter);
 /// An image file of 16 bits, or compressedDepth: PNG and RVL, quantized or not. Throws Error as imageOf().
 cv::Mat depthOf(const ros::CompressedImageMessage& message, double unitsPerMeter);
+
+/// z of an organized cloud [m]. Throws Error as cloudOf().
+cv::Mat depthOf(const ros::PointCloudMessage& message);
 
 /// x, y, z [m], and the colors of fields rgb or rgba; organized where the message's height is above 1. Throws
 /// Error: unsupportedFile without fields x, y, z; malformedFile; tooLarge.
