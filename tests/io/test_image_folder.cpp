@@ -134,8 +134,8 @@ TEST_F(ImageFolder, SaysThatItMayNotBeRead) {
 TEST_F(ImageFolder, RefusesUnknownTypesAndListsTheKnown) {
   add("1.png");
   options_.type = "movie";
-  EXPECT_THAT(refusal(), FailsWith(ErrorCode::unknownName, "movie", "auto, descriptors, video, tum"));
-  EXPECT_EQ(sequenceTypes().size(), 11U);
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::unknownName, "movie", "auto, descriptors, bag, video, tum"));
+  EXPECT_EQ(sequenceTypes().size(), 12U);
 }
 
 TEST_F(ImageFolder, TakesTimeStampsFromNamesThatAreSuch) {
