@@ -204,7 +204,7 @@ std::unique_ptr<Bag> openBag(const fs::path& path) {
     } catch (const Error& error) {
       // One of several files is not the bag.
       if (bag.files.size() == 1) throw;
-      bag.warnings.push_back(error.what());
+      bag.warnings.emplace_back(error.what());
       if (&file == &bag.files.back() && parts.empty()) throw;
     }
   }

@@ -7,6 +7,8 @@
 
 #include "estancia/ros/bag.hpp"
 #include "ros/bag_contents.hpp"
+#include "ros/bag_writer.hpp"
+#include "support/errors.hpp"
 #include "support/support.hpp"
 
 namespace estancia::ros {
@@ -127,6 +129,31 @@ TEST_F(BagData, ATalkersStringsAreThere) {
   const auto bag = open("wire/talker.db3");
   EXPECT_THAT(bag->messages(), SizeIs(20));
   EXPECT_NE(bytesOf(*bag, bag->messages().size() - 1).find("Hello, world! 9"), std::string::npos);
+}
+
+// Messages of large files without compression are read one by one.
+TEST(LargeBag, MessagesAreReadWithoutTheirChunk) {
+  std::vector<test::WrittenMessage> messages;
+  for (std::int64_t i = 0; i < 20; ++i) {
+    messages.push_back(
+        {"/image", "sensor_msgs/msg/Image", 2 * i, std::string(1'000'000, static_cast<char>(i))});
+    messages.push_back({"/tf", "tf2_msgs/msg/TFMessage", 2 * i + 1, std::to_string(i)});
+  }
+  const test::ScratchFolder folder;
+  test::writeFile(folder / "a.bag", test::ros1Bag(messages, {.chunkBytes = 100'000'000}));
+  test::writeFile(folder / "b.mcap",
+                  test::mcapBag(messages, {.chunkBytes = 100'000'000, .checksums = false}));
+  test::writeFile(folder / "c.mcap", test::mcapBag(messages, {.chunkBytes = 0}));
+  for (const char* file : {"a.bag", "b.mcap", "c.mcap"}) {
+    SCOPED_TRACE(file);
+    const auto bag = openBag(folder / file);
+    EXPECT_THAT(bag->warnings(), IsEmpty());
+    ASSERT_THAT(bag->messages(), SizeIs(messages.size()));
+    for (std::size_t i = 0; i < messages.size(); ++i) ASSERT_EQ(bytesOf(*bag, i), messages[i].bytes);
+    fs::resize_file(folder / file, 5'000'000);
+    EXPECT_EQ(bytesOf(*bag, 1), "0");
+    EXPECT_THAT([&] { bag->read(30); }, test::FailsWith(ErrorCode::truncatedFile, file));
+  }
 }
 
 TEST_F(BagData, PartsInAFolderAreOneBag) {

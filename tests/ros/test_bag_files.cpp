@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <vector>
 
 #include "ros/bag_contents.hpp"
 #include "ros/bag_writer.hpp"
@@ -93,8 +94,9 @@ TEST_F(BagFolder, APartThatIsDamagedIsTold) {
 
 TEST_F(BagFolder, TheMetadataNeverLeadsOutOfIt) {
   writeFile(scratch_ / "secret.mcap", test::mcapBag(part(900)));
-  for (const std::string path :
-       {"../secret.mcap", (scratch_ / "secret.mcap").string().c_str(), "..", ".", "\"\""}) {
+  const std::vector<std::string> paths{"../secret.mcap", (scratch_ / "secret.mcap").string(), "..", ".",
+                                       "\"\""};
+  for (const std::string& path : paths) {
     writeFile(bag_ / "metadata.yaml", metadata("    - drive_0.mcap\n    - " + path + "\n"));
     const auto bag = openBag(bag_);
     EXPECT_EQ(bag->messages().size(), 10U);
