@@ -96,6 +96,7 @@ int main(int argc, char** argv) {
   addOdometryCommand(app);
   addFilterCommand(app);
   addMapCommand(app);
+  addLiveCommand(app);
   addZonesCommand(app);
   addAreasCommand(app);
   addNameCommand(app);

@@ -197,6 +197,9 @@ void addObjectsCommand(CLI::App& app) {
   addObjectsLabel(*command);
   addObjectsTrain(*command);
   addObjectsPredict(*command);
+  addObjectsList(*command);
+  addObjectsName(*command);
+  addObjectsDelete(*command);
 }
 
 }  // namespace estancia::apps

@@ -10,5 +10,8 @@ void addObjectsCollect(CLI::App& objects);
 void addObjectsLabel(CLI::App& objects);
 void addObjectsTrain(CLI::App& objects);
 void addObjectsPredict(CLI::App& objects);
+void addObjectsList(CLI::App& objects);
+void addObjectsName(CLI::App& objects);
+void addObjectsDelete(CLI::App& objects);
 
 }  // namespace estancia::apps

@@ -9,9 +9,11 @@
 #include "estancia/core/frame.hpp"
 #include "estancia/core/label_probability.hpp"
 #include "estancia/core/options.hpp"
+#include "estancia/core/planar_pose.hpp"
 #include "estancia/core/point_cloud.hpp"
 #include "estancia/core/pose.hpp"
 #include "estancia/core/progress.hpp"
+#include "estancia/core/rigid.hpp"
 #include "estancia/core/room_predictions.hpp"
 #include "estancia/core/vocabulary.hpp"
 
@@ -93,6 +95,15 @@
 #include "estancia/objects/predict.hpp"
 #include "estancia/objects/training.hpp"
 
+#include "estancia/areas/area_plan.hpp"
+#include "estancia/areas/floor_cells.hpp"
+#include "estancia/areas/floor_survey.hpp"
+#include "estancia/areas/occupancy_grid.hpp"
+#include "estancia/areas/room_segmentation.hpp"
+#include "estancia/areas/word_map.hpp"
+
+#include "estancia/world/world_map.hpp"
+
 #include "estancia/report/cloud_image.hpp"
 #include "estancia/report/floor_plan.hpp"
 #include "estancia/report/map_page.hpp"
@@ -100,6 +111,12 @@
 #include "estancia/report/page_images.hpp"
 #include "estancia/report/world_page.hpp"
 #include "estancia/report/zones_page.hpp"
+
+#include "estancia/live/frame_source.hpp"
+#include "estancia/live/live_loop.hpp"
+#include "estancia/live/live_view.hpp"
+#include "estancia/live/open_source.hpp"
+#include "estancia/live/replay_source.hpp"
 
 #include "estancia/fwd.hpp"
 #include "estancia/version.hpp"

@@ -12,6 +12,8 @@
 #include <csignal>
 #include <cstdio>
 
+#include "estancia/core/take_interrupt.hpp"
+
 namespace estancia {
 namespace {
 
@@ -134,6 +136,12 @@ void catchInterrupts() {
 
 bool interrupted() {
   return stopRequested != 0;
+}
+
+bool takeInterrupt() {
+  const bool asked = interrupted();
+  stopRequested = 0;
+  return asked;
 }
 
 }  // namespace estancia

@@ -1,20 +1,24 @@
-// Video decoder: a video file frame by frame, by a module of OpenCV's video input that is opened for the
-// first video. FFmpeg and GStreamer bring a hundred shared libraries, which images do without.
+// Video decoder: a video file or a camera frame by frame, by a module of OpenCV's video input that is opened
+// for the first video. FFmpeg and GStreamer bring a hundred shared libraries, which images do without.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <string>
 
 namespace estancia::io {
 
-/// One file and one position in it; not thread-safe. Each function may throw cv::Exception.
+/// One file and one position in it, or one camera; not thread-safe. Each function may throw cv::Exception.
 class VideoDecoder {
  public:
   virtual ~VideoDecoder() = default;
   /// Goes to the start of the file; false when it cannot be opened as a video.
   virtual bool open(const std::string& file) = 0;
+  /// Opens a camera: a number or /dev/videoN of Video4Linux, http:// or rtsp://. False when that fails or
+  /// takes longer than `patience`; for one of the network, reading ends after that time, too.
+  virtual bool openCamera(const std::string& camera, std::chrono::milliseconds patience) = 0;
   /// Of a frame [pixels].
   virtual double pixels() const = 0;
   /// Frames a second that the container declares; 0 or less, or not finite, where it declares none.

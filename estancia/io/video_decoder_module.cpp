@@ -19,6 +19,16 @@ int backend() {
 class OpencvVideoDecoder final : public VideoDecoder {
  public:
   bool open(const std::string& file) override { return capture_.open(file, backend()); }
+  bool openCamera(const std::string& camera, std::chrono::milliseconds patience) override {
+    capture_.release();
+    if (camera.find("://") != std::string::npos) {
+      const int limit = static_cast<int>(patience.count());
+      return capture_.open(camera, backend(),
+                           {cv::CAP_PROP_OPEN_TIMEOUT_MSEC, limit, cv::CAP_PROP_READ_TIMEOUT_MSEC, limit});
+    }
+    const bool isNumber = camera.find_first_not_of("0123456789") == std::string::npos;
+    return isNumber ? capture_.open(std::stoi(camera), cv::CAP_V4L2) : capture_.open(camera, cv::CAP_V4L2);
+  }
   double pixels() const override {
     return capture_.get(cv::CAP_PROP_FRAME_WIDTH) * capture_.get(cv::CAP_PROP_FRAME_HEIGHT);
   }

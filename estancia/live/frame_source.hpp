@@ -13,6 +13,8 @@
 
 namespace estancia {
 
+struct TopologicalMap;
+
 struct LiveFrame {
   /// Its name is unique in the source; the pose is absent where nothing tells it.
   Frame frame;
@@ -35,6 +37,11 @@ class FrameSource {
   /// The newest frame that has not been taken yet; waits for it at most `patience`. Nothing where none came,
   /// or a frame could not be read (see trouble()).
   virtual std::optional<LiveFrame> newest(std::chrono::milliseconds patience) = 0;
+  /// Frames so far that could not be read.
+  virtual std::size_t unreadable() const { return 0; }
+  /// Before the first frame: `map` goes on with this source. A recording gives no frame again that the map
+  /// has. Throws Error (mismatch) where the map is of other frames.
+  virtual void goOnAfter(const TopologicalMap& /*map*/) {}
   /// Whether no frame will come any more: the end of a replay. A camera that goes is waited for.
   virtual bool ended() const { return false; }
   /// What is wrong now, as a sentence: "no frame from /dev/video0 for 3 s: waiting for it"; "" when all is

@@ -121,13 +121,7 @@ std::size_t getFrame(const TopologicalMap& map, const std::string& nameOrNumber)
   failNoFrame(map, nameOrNumber);
 }
 
-std::vector<std::string> explain(const TopologicalMap& map, std::size_t frame) {
-  if (frame >= map.frames.size()) failNoFrame(map, std::to_string(frame));
-  const auto found = std::ranges::find(map.decisions, frame, &Decision::frame);
-  if (found == map.decisions.end())
-    fail(ErrorCode::insufficientData, "frame {} has no decision yet; continue the mapping", frame);
-  const Decision& d = *found;
-  const std::string name = fmt::format("Frame {} ({})", frame, io::printable(map.frames[frame].name));
+std::vector<std::string> explain(const Decision& d, const std::string& name) {
   Sentences sentences;
   switch (d.kind) {
     case DecisionKind::start:
@@ -147,7 +141,17 @@ std::vector<std::string> explain(const TopologicalMap& map, std::size_t frame) {
       explainMove(d, sentences);
       break;
   }
-  explainMerges(map, d, sentences);
+  return sentences;
+}
+
+std::vector<std::string> explain(const TopologicalMap& map, std::size_t frame) {
+  if (frame >= map.frames.size()) failNoFrame(map, std::to_string(frame));
+  const auto found = std::ranges::find(map.decisions, frame, &Decision::frame);
+  if (found == map.decisions.end())
+    fail(ErrorCode::insufficientData, "frame {} has no decision yet; continue the mapping", frame);
+  Sentences sentences =
+      explain(*found, fmt::format("Frame {} ({})", frame, io::printable(map.frames[frame].name)));
+  explainMerges(map, *found, sentences);
   explainRooms(map, frame, sentences);
   return sentences;
 }

@@ -18,4 +18,7 @@ std::size_t getFrame(const TopologicalMap& map, const std::string& nameOrNumber)
 /// (unknownName) or was not mapped (insufficientData).
 std::vector<std::string> explain(const TopologicalMap& map, std::size_t frame);
 
+/// Sentences: what was decided for a frame, by that name of it, and its distances against the thresholds.
+std::vector<std::string> explain(const Decision& decision, const std::string& name);
+
 }  // namespace estancia

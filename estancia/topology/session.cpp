@@ -100,19 +100,28 @@ int MappingSession::add(const cv::Mat& image, std::optional<double> timestamp,
 }
 
 int MappingSession::add(const Frame& frame, DescriptorView descriptor, const Image& image) {
-  const std::size_t index = frames();
-  impl_->finished = false;
+  const int node = impl_->add(frame, descriptor, image);
+  impl_->writeWhenDue();
+  return node;
+}
+
+int MappingSession::Impl::add(const Frame& frame, DescriptorView descriptor, const Image& image) {
+  const std::size_t index = mapper.frames();
+  finished = false;
   MappedFrame mapped;
   static_cast<Frame&>(mapped) = frame;
-  mapped.node = impl_->mapper.add(descriptor, frame.pose);
-  impl_->store.addFrame(index, mapped, descriptor);
+  mapped.node = mapper.add(descriptor, frame.pose);
+  store.addFrame(index, mapped, descriptor);
   // Images of all warm-up frames, whose nodes may still change, then of a node's 1st, 2nd, 4th, 8th … frame.
-  const Mapper::Impl& state = impl_->mapper.impl();
+  const Mapper::Impl& state = mapper.impl();
   const bool keep =
       index < state.options.warmupFrames || std::has_single_bit(state.bank[state.current].frames);
-  if (image && keep) impl_->store.putImage(index, image());
-  if (std::chrono::steady_clock::now() - impl_->lastWritten >= writeInterval) impl_->write();
+  if (image && keep) store.putImage(index, image());
   return mapped.node;
+}
+
+void MappingSession::Impl::writeWhenDue() {
+  if (std::chrono::steady_clock::now() - lastWritten >= writeInterval) write();
 }
 
 void MappingSession::correct(const std::vector<Correction>& corrections) {

@@ -19,7 +19,10 @@ struct MappingSession::Impl {
   int exceptions = std::uncaught_exceptions();
   bool finished = true;
 
+  /// Without writing.
+  int add(const Frame& frame, DescriptorView descriptor, const Image& image);
   void correct(const std::vector<Correction>& corrections);
+  void writeWhenDue();
   /// What has changed since the last time.
   void write();
   const MapStore& written();

@@ -76,16 +76,6 @@ bool correctAreas(const std::filesystem::path& path, const AreaEdit& edit, Progr
   return true;
 }
 
-void requireAreaName(const std::string& name) {
-  if (name.empty()) return;  // takes the name away
-  const auto isIn = [](const char* set) { return [set](char c) { return std::strchr(set, c) != nullptr; }; };
-  if (std::ranges::all_of(name, isIn(" \t\r\n")))
-    fail(ErrorCode::invalidInput, "a name of blanks is none; give a word, or \"\" to take the name away");
-  if (std::ranges::all_of(name, isIn(" \t\r\n+-0123456789")))
-    fail(ErrorCode::invalidInput, "\"{}\" would be taken for the number of an area; give a name with a word",
-         printable(name));
-}
-
 /// Whether the two lie side by side, or the robot drove from one into the other.
 bool areJoined(const WorldMap& world, int one, int other) {
   cv::Mat around;
@@ -98,6 +88,16 @@ bool areJoined(const WorldMap& world, int one, int other) {
 }
 
 }  // namespace
+
+void requireGivenName(const std::string& name, const char* what) {
+  if (name.empty()) return;  // takes the name away
+  const auto isIn = [](const char* set) { return [set](char c) { return std::strchr(set, c) != nullptr; }; };
+  if (std::ranges::all_of(name, isIn(" \t\r\n")))
+    fail(ErrorCode::invalidInput, "a name of blanks is none; give a word, or \"\" to take the name away");
+  if (std::ranges::all_of(name, isIn(" \t\r\n+-0123456789")))
+    fail(ErrorCode::invalidInput, "\"{}\" would be taken for the number of {}; give a name with a word",
+         printable(name), what);
+}
 
 const WorldArea* findAreaNumber(const WorldMap& world, std::string_view text) {
   int id = -1;
@@ -123,18 +123,12 @@ const WorldArea& getArea(const WorldMap& world, const std::string& area) {
        fmt::join(known, ", "));
 }
 
-void nameArea(const std::filesystem::path& map, const std::string& area, const std::string& name) {
-  requireAreaName(name);
-  const WorldMap world = readWorld(map);
-  const AreaEdit edit{AreaEdit::Kind::name, getArea(world, area).center, {}, name};
-  MapStore store = MapStore::open(map, MapStore::Access::write);
-  WorldStore(store, MapStore::Access::write).addEdit(edit);
-  store.commit();
+AreaEdit namingOf(const WorldMap& world, const std::string& area, const std::string& name) {
+  requireGivenName(name, "an area");
+  return {AreaEdit::Kind::name, getArea(world, area).center, {}, name};
 }
 
-void mergeAreas(const std::filesystem::path& map, const std::string& area, const std::string& other,
-                Progress& progress) {
-  const WorldMap world = readWorld(map);
+AreaEdit mergeOf(const WorldMap& world, const std::string& area, const std::string& other) {
   const WorldArea &one = getArea(world, area), &two = getArea(world, other);
   if (one.id == two.id)
     fail(ErrorCode::invalidInput, "\"{}\" and \"{}\" are one area; give two", printable(area),
@@ -144,25 +138,46 @@ void mergeAreas(const std::filesystem::path& map, const std::string& area, const
          "areas {} ({}) and {} ({}) do not touch, and the robot never drove from one into the other; merge "
          "what lies between them first",
          one.id, one.displayName(), two.id, two.displayName());
-  correctAreas(map, {AreaEdit::Kind::merge, one.center, two.center, ""}, progress);
+  return {AreaEdit::Kind::merge, one.center, two.center, ""};
 }
 
-void splitArea(const std::filesystem::path& map, const cv::Point2d& from, const cv::Point2d& to,
-               Progress& progress) {
-  const WorldMap world = readWorld(map);
+AreaEdit splitOf(const WorldMap& world, const cv::Point2d& from, const cv::Point2d& to) {
   if (world.areas.empty()) getArea(world, "");
-  const auto where = [](const cv::Point2d& at) { return fmt::format("({:.2f}, {:.2f})", at.x, at.y); };
   const cv::Point2d middle = (from + to) / 2;
   const int area = std::isfinite(middle.x) && std::isfinite(middle.y) && cv::norm(middle) < 1e6
                        ? areaAt(*world.plan, middle, world.plan->cells.cell())
                        : -1;
   if (area < 0)
-    fail(ErrorCode::invalidInput, "{} m, the middle of the line, is in no area; give two points across one",
-         where(middle));
-  if (!correctAreas(map, {AreaEdit::Kind::split, from, to, ""}, progress))
     fail(ErrorCode::invalidInput,
-         "the line from {} to {} m does not cut area {} in two; give two points at its borders", where(from),
-         where(to), area);
+         "({:.2f}, {:.2f}) m, the middle of the line, is in no area; give two points across one", middle.x,
+         middle.y);
+  return {AreaEdit::Kind::split, from, to, ""};
+}
+
+void failUncut(const AreaEdit& split) {
+  fail(
+      ErrorCode::invalidInput,
+      "the line from ({:.2f}, {:.2f}) to ({:.2f}, {:.2f}) m does not cut its area in two; give two points at "
+      "the area's borders",
+      split.from.x, split.from.y, split.to.x, split.to.y);
+}
+
+void nameArea(const std::filesystem::path& map, const std::string& area, const std::string& name) {
+  const AreaEdit edit = namingOf(readWorld(map), area, name);
+  MapStore store = MapStore::open(map, MapStore::Access::write);
+  WorldStore(store, MapStore::Access::write).addEdit(edit);
+  store.commit();
+}
+
+void mergeAreas(const std::filesystem::path& map, const std::string& area, const std::string& other,
+                Progress& progress) {
+  correctAreas(map, mergeOf(readWorld(map), area, other), progress);
+}
+
+void splitArea(const std::filesystem::path& map, const cv::Point2d& from, const cv::Point2d& to,
+               Progress& progress) {
+  const AreaEdit edit = splitOf(readWorld(map), from, to);
+  if (!correctAreas(map, edit, progress)) failUncut(edit);
 }
 
 }  // namespace estancia

@@ -19,6 +19,17 @@ const WorldArea* findAreaNumber(const WorldMap& world, std::string_view text);
 /// none or several are, with the areas that are meant; insufficientData where the map has none.
 const WorldArea& getArea(const WorldMap& world, const std::string& area);
 
+/// What the functions below keep, of an area of `world` as getArea() takes it. Throw Error as these do.
+AreaEdit namingOf(const WorldMap& world, const std::string& area, const std::string& name);
+AreaEdit mergeOf(const WorldMap& world, const std::string& area, const std::string& other);
+AreaEdit splitOf(const WorldMap& world, const cv::Point2d& from, const cv::Point2d& to);
+/// Throws the Error (invalidInput) of a split that does not cut an area in two.
+[[noreturn]] void failUncut(const AreaEdit& split);
+
+/// Throws Error (invalidInput) for a name of blanks, and for one that would be taken for a number; `what` it
+/// is for: "an area". "" is none, and takes a name away.
+void requireGivenName(const std::string& name, const char* what);
+
 /// Gives the area a name; "" takes it away. All three write the map file, whole or not at all, and throw
 /// Error as getArea() and readMap() do, and busy when another process writes the map; this one also
 /// invalidInput for a name of blanks or digits.

@@ -14,6 +14,7 @@
 #include "estancia/core/log_opinion_pool.hpp"
 #include "estancia/io/image_writer.hpp"
 #include "estancia/label/labeler.hpp"
+#include "estancia/world/edit_objects.hpp"
 #include "estancia/world/instance_views.hpp"
 
 namespace estancia {
@@ -80,6 +81,7 @@ ObjectLayer::ObjectLayer(WorldStore& store, const Vocabulary& vocabulary, const 
 void ObjectLayer::restart(const Floor& floor) {
   floor_ = floor;
   instances_.emplace(floor, options_);
+  looks_.clear();
   lastFrame_.reset();
 }
 
@@ -88,8 +90,11 @@ void ObjectLayer::add(std::size_t frame, const cv::Mat& depth, const Observation
   frames_ = lastFrame_ ? frame - *lastFrame_ : 1;
   lastFrame_ = frame;
   instances_->add(frame, depth, seen.segments, seen.camera, pose);
-  for (std::size_t s = 1; s <= seen.info.size(); ++s)
+  for (std::size_t s = 1; s <= seen.info.size(); ++s) {
+    const Observation::Segment& segment = seen.info[s - 1];
+    looks_[{frame, s}] = {segment.color, segment.flat, viewQuality(segment)};
     if (labeled_.contains({frame, s})) instances_->labeled({frame, s});
+  }
 }
 
 void ObjectLayer::label(std::size_t frame, const Observation& seen, const cv::Mat& image) {
@@ -194,43 +199,43 @@ std::vector<ObjectInstance> ObjectLayer::instances() const {
   return instances_ ? instances_->instances() : std::vector<ObjectInstance>();
 }
 
-void ObjectLayer::put(const std::vector<ObjectInstance>& found, const AreaPlan* plan,
-                      std::span<const std::optional<KnownPose>> known,
-                      std::span<const std::vector<LabelProbability>> shapes) {
-  if (!instances_) return;
+std::function<std::vector<ObjectInstance>()> ObjectLayer::finding() const {
+  return
+      [instances = instances_] { return instances ? instances->instances() : std::vector<ObjectInstance>(); };
+}
+
+std::vector<WorldObject> ObjectLayer::put(const std::vector<ObjectInstance>& found, const AreaPlan* plan,
+                                          std::span<const std::optional<KnownPose>> known,
+                                          std::span<const std::vector<LabelProbability>> shapes) {
+  if (!instances_) return {};
   std::map<SegmentPlace, int> objectOf;
   for (std::size_t i = 0; i < found.size(); ++i)
     for (const SegmentPlace& place : found[i].segments) objectOf[place] = static_cast<int>(i);
-  // Colors and flatness stand in the observations.
-  struct Look {
+  struct Sum {
     std::array<double, 3> color{};
     double segments = 0, flat = 0, best = 0;
     std::size_t bestFrame = 0;
   };
-  std::vector<Look> looks(found.size());
-  store_.forEachObservation([&](std::size_t frame, const Observation& seen) {
-    for (std::size_t s = 0; s < seen.info.size(); ++s) {
-      const auto object = objectOf.find({frame, s + 1});
-      if (object == objectOf.end()) continue;
-      Look& look = looks[static_cast<std::size_t>(object->second)];
-      const Observation::Segment& segment = seen.info[s];
-      for (std::size_t c = 0; c < 3; ++c) look.color[c] += segment.color[c];
-      ++look.segments;
-      look.flat += segment.flat;
-      if (const double quality = viewQuality(segment); quality > look.best) {
-        look.best = quality;
-        look.bestFrame = frame;
-      }
+  std::vector<Sum> looks(found.size());
+  for (const auto& [place, object] : objectOf) {
+    const auto seen = looks_.find(place);
+    if (seen == looks_.end()) continue;
+    Sum& look = looks[static_cast<std::size_t>(object)];
+    for (std::size_t c = 0; c < 3; ++c) look.color[c] += seen->second.color[c];
+    ++look.segments;
+    look.flat += seen->second.flat ? 1 : 0;
+    if (seen->second.quality > look.best) {
+      look.best = seen->second.quality;
+      look.bestFrame = place.first;
     }
-    return true;
-  });
+  }
   const std::vector<std::vector<double>> words = wordsOf(found, objectOf);
   std::vector<WorldObject> objects;
   for (std::size_t i = 0; i < found.size(); ++i) {
     WorldObject object = worldObject(found[i]);
     object.id = static_cast<int>(i);
     object.known = known[i];
-    const Look& look = looks[i];
+    const Sum& look = looks[i];
     for (std::size_t c = 0; c < 3; ++c)
       object.color[c] = static_cast<int>(std::lround(look.color[c] / std::max(1.0, look.segments)));
     object.flat = look.flat > look.segments / 2;
@@ -240,7 +245,11 @@ void ObjectLayer::put(const std::vector<ObjectInstance>& found, const AreaPlan* 
     object.words = bestWords(words[i], vocabulary_);
     objects.push_back(std::move(object));
   }
+  const std::vector<int> numbers = applyEdits(store_.objectEdits(), objects);
+  for (auto& [place, object] : objectOf) object = numbers[static_cast<std::size_t>(object)];
+  std::erase_if(objectOf, [](const auto& segment) { return segment.second < 0; });
   store_.putObjects(objects, objectOf);
+  return objects;
 }
 
 }  // namespace estancia

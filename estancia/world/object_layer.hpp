@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <functional>
 #include <map>
 #include <opencv2/core/mat.hpp>
 #include <optional>
@@ -35,11 +37,14 @@ class ObjectLayer {
   void label(std::size_t frame, const Observation& seen, const cv::Mat& image);
   /// The objects that the views show.
   std::vector<ObjectInstance> instances() const;
-  /// Writes these. `plan`: of the areas that they stand in; null without areas. `known`: the known object
-  /// that each is; `shapes`: the classes by its shape, which a flat one does not get.
-  void put(const std::vector<ObjectInstance>& found, const AreaPlan* plan,
-           std::span<const std::optional<KnownPose>> known,
-           std::span<const std::vector<LabelProbability>> shapes);
+  /// The work of finding them as of now, for another thread: it has a copy.
+  std::function<std::vector<ObjectInstance>()> finding() const;
+  /// Writes these, as people have corrected them. `plan`: of the areas that they stand in; null without
+  /// areas. `known`: the known object that each is; `shapes`: the classes by its shape, which a flat one does
+  /// not get. Returns those that were not removed.
+  std::vector<WorldObject> put(const std::vector<ObjectInstance>& found, const AreaPlan* plan,
+                               std::span<const std::optional<KnownPose>> known,
+                               std::span<const std::vector<LabelProbability>> shapes);
 
  private:
   WorldObject worldObject(const ObjectInstance& instance) const;
@@ -47,6 +52,13 @@ class ObjectLayer {
   LexicalDescriptor labelCrop(const cv::Mat& crop);
   std::vector<std::vector<double>> wordsOf(const std::vector<ObjectInstance>& found,
                                            const std::map<SegmentPlace, int>& objectOf) const;
+
+  /// What a segment tells of the thing.
+  struct Look {
+    std::array<std::uint8_t, 3> color{};
+    bool flat = false;
+    double quality = 0;
+  };
 
   WorldStore& store_;
   const Vocabulary& vocabulary_;
@@ -59,6 +71,7 @@ class ObjectLayer {
   std::optional<std::size_t> lastFrame_;  // that was added
   std::size_t frames_ = 1;                // from the one before to it
   std::map<SegmentPlace, LabeledSegment> labeled_;
+  std::map<SegmentPlace, Look> looks_;
 };
 
 }  // namespace estancia

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <unordered_map>
 
@@ -11,6 +12,7 @@
 #include "estancia/core/printable.hpp"
 #include "estancia/topology/sqlite.hpp"
 #include "estancia/topology/store_read.hpp"
+#include "estancia/world/edit_objects.hpp"
 #include "estancia/world/world_store.hpp"
 
 namespace estancia {
@@ -20,6 +22,7 @@ using sqlite::Database;
 using sqlite::Statement;
 
 constexpr const char* regionLabelsKey = "region-labels";
+constexpr std::array<const char*, 2> objectEditKinds{"name", "remove"};
 
 }  // namespace
 
@@ -147,9 +150,10 @@ std::vector<LabeledSegment> WorldStore::views() const {
 std::map<SegmentPlace, int> WorldStore::objectSegments() const {
   std::map<SegmentPlace, int> objectOf;
   if (!exists_ || !sqlite::hasTable(store_.database(), "object_segments")) return objectOf;
+  const std::int64_t objects = store_.database().number("SELECT count(*) FROM objects");
   Statement rows(store_.database(), "SELECT frame, segment, object FROM object_segments");
   while (rows.next()) {
-    if (rows.integer(0) < 0 || rows.integer(1) < 0 || rows.integer(2) < 0)
+    if (rows.integer(0) < 0 || rows.integer(1) < 0 || rows.integer(2) < 0 || rows.integer(2) >= objects)
       store_.database().failDamaged("a segment is of no object");
     objectOf.emplace(SegmentPlace(rows.integer(0), rows.integer(1)), static_cast<int>(rows.integer(2)));
   }
@@ -165,6 +169,33 @@ std::vector<unsigned char> WorldStore::objectImage(int object) const {
   const auto bytes = row.bytes(0);
   const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());
   return {data, data + bytes.size()};
+}
+
+void WorldStore::addObjectEdit(const ObjectEdit& edit) {
+  Statement(store_.database(),
+            "INSERT INTO object_edits(kind, x, y, z, size_x, size_y, size_z, name) "
+            "VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)",
+            objectEditKinds[static_cast<std::size_t>(edit.kind)], edit.center.x, edit.center.y, edit.center.z,
+            edit.size.x, edit.size.y, edit.size.z, edit.name)
+      .execute();
+}
+
+std::vector<ObjectEdit> WorldStore::objectEdits() const {
+  std::vector<ObjectEdit> edits;
+  const Database& database = store_.database();
+  if (!exists_ || !sqlite::hasTable(database, "object_edits")) return edits;
+  Statement rows(database,
+                 "SELECT kind, x, y, z, size_x, size_y, size_z, name FROM object_edits ORDER BY id");
+  const auto number = [&](int column) { return finiteReal(database, rows, column, "an edit of objects"); };
+  while (rows.next()) {
+    const auto kind = std::ranges::find(objectEditKinds, rows.text(0));
+    if (kind == objectEditKinds.end()) database.failDamaged("an edit of objects is of no kind");
+    edits.push_back({static_cast<ObjectEdit::Kind>(kind - objectEditKinds.begin()),
+                     {number(1), number(2), number(3)},
+                     {number(4), number(5), number(6)},
+                     printable(rows.text(7))});
+  }
+  return edits;
 }
 
 void WorldStore::readObjects(WorldMap& world) const {

@@ -20,6 +20,8 @@
 #include "estancia/topology/session_impl.hpp"
 #include "estancia/topology/sqlite.hpp"
 #include "estancia/world/drive_faults.hpp"
+#include "estancia/world/edit_areas.hpp"
+#include "estancia/world/edit_objects.hpp"
 #include "estancia/world/known_layer.hpp"
 #include "estancia/world/map_terms.hpp"
 #include "estancia/world/object_layer.hpp"
@@ -92,7 +94,8 @@ struct WorldMapper::Impl {
   bool foldIsFinal = false;             // where tracked: the layers are those that finish() made
   std::optional<FloorSurvey> survey;
   std::optional<ObjectLayer> objects;
-  std::size_t views = 0, tooFar = 0;
+  std::size_t views = 0, tooFar = 0, folds = 0;
+  std::optional<PlannedFrames> planned;  // the newest
 
   std::size_t labels() const { return session.store.identity().vocabulary.size(); }
 
@@ -157,6 +160,7 @@ struct WorldMapper::Impl {
 
   bool rebuild(const std::function<std::optional<Pose>(std::size_t)>& poseOf) {
     tooFar = 0;
+    ++folds;
     survey.emplace(*floor, options.areas.cell, labels(), options.areas.words);
     if (objects) objects->restart(*floor);
     bool folded = false;
@@ -182,6 +186,13 @@ struct WorldMapper::Impl {
     store.putObservation(poses.size() - 1, seen);
     pending.assign(descriptor.begin(), descriptor.end());
   }
+
+  void locate(const Frame& frame, DescriptorView descriptor, const cv::Mat& image, const cv::Mat& depth);
+  void look(DescriptorView descriptor, const cv::Mat& image, const cv::Mat& depth,
+            const CameraIntrinsics& camera);
+  std::function<std::optional<PlannedFrames>()> planning(const std::vector<AreaEdit>& corrections) const;
+  void replan(PlannedFrames now);
+  void putObjects(const std::vector<ObjectInstance>& found);
 
   // ---- where the camera is tracked
   void startTracking(const CameraIntrinsics& camera);
@@ -347,33 +358,55 @@ bool WorldMapper::wantsImage(const Frame& frame) const {
 
 std::optional<Pose> WorldMapper::observe(const Frame& frame, DescriptorView descriptor, const cv::Mat& image,
                                          const cv::Mat& depth, const CameraIntrinsics& camera) {
-  Impl& impl = *impl_;
-  if (impl.isTracked && !impl.tracking)
+  impl_->locate(frame, descriptor, image, depth);
+  impl_->look(descriptor, image, depth, camera);
+  return impl_->poses.back();
+}
+
+void WorldMapper::add(const Frame& frame, DescriptorView descriptor, const cv::Mat& image,
+                      const cv::Mat& depth, const CameraIntrinsics& camera,
+                      const MappingSession::Image& thumbnail, const Placed& placed) {
+  impl_->locate(frame, descriptor, image, depth);
+  Frame located = frame;
+  located.pose = impl_->poses.back();
+  const int place = impl_->session.add(located, descriptor, thumbnail);
+  placed(place, located.pose);
+  impl_->look(descriptor, image, depth, camera);
+  impl_->session.writeWhenDue();  // the frame and what it shows are kept together
+}
+
+/// Takes the frame that comes next, and where it is.
+void WorldMapper::Impl::locate(const Frame& frame, DescriptorView descriptor, const cv::Mat& image,
+                               const cv::Mat& depth) {
+  if (isTracked && !tracking)
     fail(
         ErrorCode::mismatch,
         "{} has the poses of its own odometry: go on without --poses, with depth and its camera, or map anew",
-        impl.session.store.database().path().string());
-  const std::size_t index = impl.poses.size();
-  impl.addFrame(frame, impl.tracking ? impl.track(frame, descriptor, image, depth) : frame.pose, descriptor);
-  impl.findFaults(frame, depth);
-  const std::optional<Pose>& pose = impl.poses.back();
-  const bool isNew =
-      impl.tracking ? impl.isNewTracked(index) : pose && impl.isBelieved && impl.isNew(index, *pose);
-  if (impl.inSpace() && !depth.empty() && isNew) {
+        session.store.database().path().string());
+  addFrame(frame, tracking ? track(frame, descriptor, image, depth) : frame.pose, descriptor);
+  findFaults(frame, depth);
+}
+
+/// Takes what that frame shows.
+void WorldMapper::Impl::look(DescriptorView descriptor, const cv::Mat& image, const cv::Mat& depth,
+                             const CameraIntrinsics& camera) {
+  const std::size_t index = poses.size() - 1;
+  const std::optional<Pose>& pose = poses.back();
+  const bool isNewView = tracking ? isNewTracked(index) : pose && isBelieved && isNew(index, *pose);
+  if (inSpace() && !depth.empty() && isNewView) {
     Observation seen = estancia::observe(depth, camera);
     bool added = false;
-    if (impl.tracking) {
-      added = impl.addTracked(seen, descriptor, image);
+    if (tracking) {
+      added = addTracked(seen, descriptor, image);
     } else {
       seen.seenFrom = pose;
-      if (impl.layers.objects) impl.lookAt(seen, image);
-      impl.put(seen, descriptor);
-      added = impl.add(seen, descriptor, *pose);
+      if (layers.objects) lookAt(seen, image);
+      put(seen, descriptor);
+      added = add(seen, descriptor, *pose);
     }
-    if (added && impl.objects) impl.objects->label(index, seen, image);
+    if (added && objects) objects->label(index, seen, image);
   }
-  if (impl.tracking) impl.tracking->save();
-  return pose;
+  if (tracking) tracking->save();
 }
 
 void WorldMapper::recognize(std::shared_ptr<const KnownObjects> objects) {
@@ -401,25 +434,102 @@ void WorldMapper::finish() {
     } catch (const Interrupted&) {  // Ctrl-C ended the mapping: --continue finds them
     }
   }
-  std::optional<PlannedFrames> planned;
-  if (impl_->layers.areas && impl_->survey && !impl_->survey->grid.cells().empty()) {
-    const std::span<const float> mean = impl_->mean.mean();
-    try {
-      planned = planAreas(*impl_->survey, impl_->poses, map.identity().vocabulary, {mean.begin(), mean.end()},
-                          impl_->options.areas.segmentation, impl_->edits, impl_->options.areas.naming);
-      impl_->store.putAreas(*planned);
-    } catch (const Error& e) {  // so little was seen that there is no room: the map has no areas yet
-      if (e.code() != ErrorCode::insufficientData) throw;
-    }
+  if (auto planned = impl_->planning(impl_->edits)()) {
+    impl_->planned = std::move(planned);
+    impl_->store.putAreas(*impl_->planned);
   }
-  if (impl_->objects && impl_->floor) {
-    const std::vector<ObjectInstance> found = impl_->objects->instances();
-    const auto known = impl_->recognition.find(found, impl_->poses, *impl_->floor);
-    impl_->objects->put(found, planned ? &planned->plan : nullptr, known,
-                        impl_->shapes.find(found, impl_->poses));
-    impl_->recognition.put(known);
-  }
+  if (impl_->objects) impl_->putObjects(impl_->objects->instances());
   map.commit();
+}
+
+struct WorldMapper::Derived {
+  std::size_t edits = 0, folds = 0;
+  std::optional<PlannedFrames> planned;
+  std::vector<ObjectInstance> found;
+};
+
+WorldMapper::Derivation WorldMapper::derivation() const {
+  return [derived = Derived{impl_->edits.size(), impl_->folds, {}, {}}, plan = impl_->planning(impl_->edits),
+          find = impl_->objects ? impl_->objects->finding() : nullptr] {
+    auto result = std::make_shared<Derived>(derived);
+    result->planned = plan();
+    if (find) result->found = find();
+    return std::shared_ptr<const Derived>(std::move(result));
+  };
+}
+
+bool WorldMapper::refresh(const Derived& derived) {
+  Impl& impl = *impl_;
+  if (derived.edits != impl.edits.size() || derived.folds != impl.folds) return false;
+  if (derived.planned) {
+    impl.planned = derived.planned;
+    impl.store.putAreas(*impl.planned);
+  }
+  impl.putObjects(derived.found);
+  impl.session.write();
+  return true;
+}
+
+void WorldMapper::edit(const AreaEdit& edit) {
+  Impl& impl = *impl_;
+  if (edit.kind != AreaEdit::Kind::name) {
+    const auto before = impl.planning(impl.edits)();
+    if (!before) fail(ErrorCode::insufficientData, "the map has no areas yet; wait until it has");
+    std::vector<AreaEdit> edits = impl.edits;
+    edits.push_back(edit);
+    auto after = impl.planning(edits)();
+    if (edit.kind == AreaEdit::Kind::split && after->plan.areas.size() == before->plan.areas.size())
+      failUncut(edit);
+    impl.replan(std::move(*after));
+  }
+  impl.edits.push_back(edit);
+  impl.store.addEdit(edit);
+  impl.session.write();
+}
+
+/// Objects are as they were, but for their areas.
+void WorldMapper::Impl::replan(PlannedFrames now) {
+  session.write();  // the objects' frames are those of the map
+  WorldMap world{session.store.load()};
+  store.read(world);
+  std::vector<int> areas;
+  for (const WorldObject& object : world.objects) areas.push_back(areaOfObject(now.plan, object.center));
+  planned = std::move(now);
+  store.putAreas(*planned);
+  store.putObjectAreas(areas);
+}
+
+void WorldMapper::edit(const ObjectEdit& edit) {
+  impl_->session.write();
+  putObjectEdit(impl_->session.store, edit);
+  impl_->session.store.commit();
+}
+
+/// Nothing where the map has no areas, or so little was seen that there is no room.
+std::function<std::optional<PlannedFrames>()> WorldMapper::Impl::planning(
+    const std::vector<AreaEdit>& corrections) const {
+  if (!layers.areas || !survey || survey->grid.cells().empty()) return [] { return std::nullopt; };
+  const std::span<const float> words = mean.mean();
+  return [seen = *survey, where = poses, vocabulary = session.store.identity().vocabulary,
+          average = std::vector<float>(words.begin(), words.end()), how = options.areas,
+          corrections]() -> std::optional<PlannedFrames> {
+    try {
+      return planAreas(seen, where, vocabulary, average, how.segmentation, corrections, how.naming);
+    } catch (const Error& e) {
+      if (e.code() != ErrorCode::insufficientData) throw;
+      return std::nullopt;
+    }
+  };
+}
+
+void WorldMapper::Impl::putObjects(const std::vector<ObjectInstance>& found) {
+  if (!objects || !floor) return;
+  std::vector<std::optional<KnownPose>> known = recognition.find(found, poses, *floor);
+  const AreaPlan* plan = planned ? &planned->plan : nullptr;
+  const std::vector<WorldObject> kept = objects->put(found, plan, known, shapes.find(found, poses));
+  known.clear();
+  for (const WorldObject& object : kept) known.push_back(object.known);
+  recognition.put(known);
 }
 
 const std::optional<RgbdTrajectory>& WorldMapper::odometry() const {

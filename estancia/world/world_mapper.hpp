@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <optional>
@@ -22,6 +23,7 @@ class KnownObjects;
 class ObjectModel;
 class Labeler;
 class Sequence;
+struct ObjectEdit;
 
 /// What a map holds above its places, as far as the drive allows.
 struct WorldLayers {
@@ -125,6 +127,12 @@ class WorldMapper {
   /// mismatch, also when the map has tracked its camera so far and is not to track this one).
   std::optional<Pose> observe(const Frame& frame, DescriptorView descriptor, const cv::Mat& image,
                               const cv::Mat& depth, const CameraIntrinsics& camera);
+  /// Hears a frame's place (node id) and pose.
+  using Placed = std::function<void(int place, const std::optional<Pose>& pose)>;
+  /// Both at once: adds the frame to the session, with `thumbnail`, and says where it is before it takes what
+  /// the frame shows into the layers, which takes longer. For robots that wait for the place.
+  void add(const Frame& frame, DescriptorView descriptor, const cv::Mat& image, const cv::Mat& depth,
+           const CameraIntrinsics& camera, const MappingSession::Image& thumbnail, const Placed& placed);
   /// What the map is to hold.
   const WorldLayers& layers() const;
   /// Whether the camera of the frames is tracked.
@@ -139,6 +147,19 @@ class WorldMapper {
   void classify(const ObjectModel& model, const std::string& digest);
   /// Derives the layers and writes them, after the session's finish(). More frames may follow.
   void finish();
+  /// Areas and objects as of one moment; only the mapper that they are of can read them.
+  struct Derived;
+  using Derivation = std::function<std::shared_ptr<const Derived>()>;
+  /// The work of deriving them as of now. Another thread may do it while frames come: it has copies.
+  Derivation derivation() const;
+  /// Writes what was derived, with all frames so far. Unlike finish() it settles nothing where the camera is
+  /// tracked, and leaves zones as they are. Returns whether it did: what was derived before an edit or
+  /// another leveling is no longer true.
+  bool refresh(const Derived& derived);
+  /// What people say of areas and objects, as of now. It is kept, done, and written with all frames. Throws
+  /// Error (invalidInput) for a split that cuts nothing, and insufficientData where there are no areas yet.
+  void edit(const AreaEdit& edit);
+  void edit(const ObjectEdit& edit);
 
   /// How the camera was tracked, after finish(); nothing where it was not.
   const std::optional<RgbdTrajectory>& odometry() const;

@@ -18,6 +18,8 @@
 
 namespace estancia {
 
+struct ObjectEdit;
+
 /// An image of a segment that was labeled.
 struct LabeledSegment {
   std::size_t frame = 0;
@@ -47,6 +49,7 @@ class WorldStore {
   /// Replaces all that is derived from observations.
   void putAreas(const PlannedFrames& planned);
   void addEdit(const AreaEdit& edit);
+  void addObjectEdit(const ObjectEdit& edit);
   void putView(const LabeledSegment& view, std::span<const unsigned char> jpeg);
   /// The labels that a detector tells of segments, by their numbers (Labeler::regionLabels()).
   void putRegionLabels(const std::vector<std::size_t>& labels);
@@ -66,6 +69,8 @@ class WorldStore {
   /// That of a frame that has one. Throws Error (corruptFile).
   Observation observation(std::size_t frame) const;
   std::vector<AreaEdit> edits() const;
+  /// None in maps of older programs.
+  std::vector<ObjectEdit> objectEdits() const;
   /// In order of frames and segments.
   std::vector<LabeledSegment> views() const;
   /// The object of each segment that shows one; empty in maps of programs that did not keep it.
@@ -89,5 +94,8 @@ class WorldStore {
   MapStore& store_;
   bool exists_ = true;
 };
+
+/// Keeps the edit, and does it to the objects that the map holds.
+void putObjectEdit(MapStore& store, const ObjectEdit& edit);
 
 }  // namespace estancia

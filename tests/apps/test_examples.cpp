@@ -64,6 +64,15 @@ TEST_F(Examples, MapACameraAndAskTheMap) {
   EXPECT_EQ(later.out.substr(0, live.out.size()), live.out);  // the file holds what the session knew
 }
 
+TEST_F(Examples, MapLive) {
+  const std::string map = scratch_ / "live.estancia";
+  const CommandResult live = runProgram(example("11_live"), {scratch_ / "images/red", map});
+  ASSERT_EQ(live.exitCode, 0) << live.err;
+  auto lines = linesBy(live.out);
+  EXPECT_EQ(lines["map"], 1) << live.out;
+  EXPECT_EQ(lines["12.png:"], 1) << live.out;
+}
+
 TEST_F(Examples, NameTheRoomOfAnImage) {
   const std::string classifier = scratch_ / "rooms.classifier";
   const CommandResult trained =

@@ -1,0 +1,201 @@
+// estancia live: a camera, or a recording that is played → a map that grows, or where in a map it is.
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "common.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/core/printable.hpp"
+#include "estancia/live/live_loop.hpp"
+#include "estancia/live/open_source.hpp"
+#include "estancia/report/text.hpp"
+#include "estancia/topology/mapper.hpp"
+#include "estancia/world/world_mapper.hpp"
+#include "labeling.hpp"
+
+namespace estancia::apps {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using report::counted;
+
+struct LiveArguments {
+  explicit LiveArguments(CLI::App& command) : declared(command) {}
+  std::string source, output, localize;
+  FrameSourceOptions sources;
+  ModelArguments model;
+  MapperOptions mapper;
+  WorldOptions world;
+  LocalizerOptions localizer;
+  DeclaredOptions declared;
+  bool json = false;
+
+  const std::string& map() const { return localize.empty() ? output : localize; }
+};
+
+Json poseJson(const std::optional<Pose>& pose) {
+  if (!pose) return nullptr;
+  return {{"position", {pose->x, pose->y, pose->z}},
+          {"orientation", {pose->qx, pose->qy, pose->qz, pose->qw}}};
+}
+
+Json frameJson(const LiveStatus& now) {
+  Json words = Json::array();
+  for (const LabelProbability& word : now.words)
+    words.push_back({{"word", word.label}, {"p", word.probability}});
+  Json json{{"frame", now.frame},
+            {"timestamp", now.timestamp ? Json(*now.timestamp) : Json()},
+            {"pose", poseJson(now.pose)},
+            {"place", now.places.empty() ? Json() : Json(now.places.front().node)},
+            {"place_p", now.places.empty() ? Json() : Json(now.places.front().probability)},
+            {"area", now.area < 0 ? Json() : Json(now.area)},
+            {"area_name", now.area < 0 ? Json() : Json(now.areaName)},
+            {"words", words},
+            {"decision", now.decision},
+            {"dropped", now.dropped},
+            {"failed", now.failed},
+            {"latency_ms", now.latency}};
+  if (now.unmapped) json["unmapped"] = *now.unmapped;
+  if (!now.troubles.empty()) json["troubles"] = now.troubles;
+  return json;
+}
+
+/// One line that is written over, where people look; the troubles once each.
+class StatusLine {
+ public:
+  explicit StatusLine(bool json) : json_(json), terminal_(!json && isatty(STDERR_FILENO) == 1) {}
+  ~StatusLine() { clear(); }
+  StatusLine(const StatusLine&) = delete;
+  StatusLine& operator=(const StatusLine&) = delete;
+
+  void frame(const LiveStatus& now) {
+    say(now);
+    if (json_) return print(frameJson(now));
+    if (!terminal_) return;
+    std::string words;
+    for (std::size_t i = 0; i < std::min<std::size_t>(3, now.words.size()); ++i)
+      words += (i == 0 ? "" : ", ") + now.words[i].label;
+    show(fmt::format("{}  place {}{}  {:.1f}/s, {:.0f} ms, {} dropped  {}", counted(now.frames, "frame"),
+                     now.places.empty() ? -1 : now.places.front().node,
+                     now.area < 0 ? "" : " in " + now.areaName, now.rate, now.medianLatency, now.dropped,
+                     words));
+  }
+  /// Warns of what is newly wrong.
+  void say(const LiveStatus& now) {
+    for (const std::string& trouble : now.troubles)
+      if (std::ranges::find(told_, kindOf(trouble)) == told_.end()) {
+        clear();
+        spdlog::warn("{}", printable(trouble));
+      }
+    told_.clear();
+    for (const std::string& trouble : now.troubles) told_.push_back(kindOf(trouble));
+  }
+
+ private:
+  /// Without its numbers, which change.
+  static std::string kindOf(std::string trouble) {
+    std::erase_if(trouble, [](char c) { return c >= '0' && c <= '9'; });
+    return trouble;
+  }
+  void show(const std::string& line) {
+    fmt::print(stderr, "\r{}\x1b[K", report::shorten(line, 110));
+    std::fflush(stderr);
+    shown_ = true;
+  }
+  void clear() {
+    if (shown_) fmt::print(stderr, "\r\x1b[K");
+    shown_ = false;
+  }
+
+  bool json_, terminal_, shown_ = false;
+  std::vector<std::string> told_;
+};
+
+void printSummary(const LiveArguments& arguments, const LiveLoop& live) {
+  const LiveStatus now = live.status();
+  const auto world = live.world();
+  if (arguments.json)
+    return print({{"map", arguments.map()},
+                  {"frames", now.frames},
+                  {"dropped", now.dropped},
+                  {"failed", now.failed},
+                  {"places", world ? world->places.nodes.size() : 0},
+                  {"areas", world ? world->areas.size() : 0},
+                  {"objects", world ? world->objects.size() : 0},
+                  {"latency_ms", {{"median", now.medianLatency}, {"p95", now.p95Latency}}},
+                  {"forward_ms", now.forward}});
+  fmt::print("{}: {} ({} dropped, {} unusable)", printable(arguments.map()), counted(now.frames, "frame"),
+             now.dropped, now.failed);
+  if (world)
+    fmt::print("; {}, {}, {}", counted(world->places.nodes.size(), "place"),
+               counted(world->areas.size(), "area"), counted(world->objects.size(), "object"));
+  fmt::print("\n  from a frame to its place {:.0f} ms (95 % below {:.0f} ms), the network alone {:.0f} ms\n",
+             now.medianLatency, now.p95Latency, now.forward);
+}
+
+void run(const LiveArguments& arguments) {
+  LiveOptions options;
+  options.localize = !arguments.localize.empty();
+  options.localizer = arguments.localizer;
+  options.changeMapper = [&](MapperOptions& mapper) { arguments.declared.applyTo(declare(mapper)); };
+  options.changeWorld = [&](WorldOptions& world) { arguments.declared.applyTo(declare(world)); };
+  const auto labeler = loadModel(arguments.model.model.empty() ? defaultModel : arguments.model.model,
+                                 arguments.model.options);
+  auto source = makeFrameSource(arguments.source, arguments.sources);
+  LiveLoop live(std::move(source), *labeler, arguments.map(), options);
+  {
+    StatusLine line(arguments.json);
+    live.run([&line](const LiveStatus& now) { line.frame(now); });
+  }
+  printSummary(arguments, live);
+}
+
+}  // namespace
+
+void addLiveCommand(CLI::App& app) {
+  CLI::App* command =
+      app.add_subcommand("live", "Map a camera's frames while they come, or find them in a map");
+  auto arguments = std::make_shared<LiveArguments>(*command);
+  command
+      ->add_option("SOURCE", arguments->source,
+                   "A camera: its number, /dev/videoN, http://… (MJPEG) or rtsp://…; or a video, folder or "
+                   "bag that is played at its own pace")
+      ->required();
+  CLI::Option* output = addOutputOption(*command, arguments->output,
+                                        "The map file, NAME.estancia; a map that is there is gone on with");
+  command
+      ->add_option("--localize", arguments->localize,
+                   "Only find the frames in this map, which is not changed")
+      ->type_name("MAP")
+      ->excludes(output);
+  arguments->declared.add(declare(arguments->sources.replay), {"rate", "frames-per-second"});
+  arguments->declared.add(declare(arguments->sources.sequence), {"type", "poses"});
+  SequenceArguments::addDepthTo(arguments->declared);
+  command->add_option("--model", arguments->model.model,
+                      fmt::format("The model that labels the images: a name of `models list`, a folder, or "
+                                  "several joined by +\nDefault: {}",
+                                  arguments->model.byDefault));
+  arguments->model.addLabelerTo(arguments->declared);
+  arguments->declared.add(declare(arguments->mapper), {});
+  arguments->declared.add(declare(arguments->world), {"layers"});
+  arguments->declared.add(declare(arguments->localizer), {});
+  addJsonOption(*command, arguments->json);
+  addExamples(*command,
+              "  estancia live 0 -o home.estancia\n"
+              "  estancia live http://robot.local:8080/stream -o home.estancia\n"
+              "  estancia live ~/drive -o home.estancia --rate 2\n"
+              "  estancia live 0 --localize home.estancia --json");
+  command->callback([arguments] {
+    if (arguments->map().empty())
+      throw Error(ErrorCode::invalidOption,
+                  "give the map that is made by -o, or one to be found in by --localize");
+    run(*arguments);
+  });
+}
+
+}  // namespace estancia::apps

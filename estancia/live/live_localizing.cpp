@@ -1,0 +1,88 @@
+// Live frames in a map that is there.
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <utility>
+#include <variant>
+
+#include "estancia/core/fail.hpp"
+#include "estancia/label/labeler.hpp"
+#include "estancia/live/live_map.hpp"
+#include "estancia/world/edit_areas.hpp"
+#include "estancia/world/edit_objects.hpp"
+
+namespace estancia {
+namespace {
+
+class LocalizingLiveMap final : public LiveMap {
+ public:
+  LocalizingLiveMap(Labeler& labeler, std::filesystem::path path, LocalizerOptions options)
+      : path_(std::move(path)), localizer_(path_, withoutLookahead(std::move(options))) {
+    const TopologicalMap& map = localizer_.map();
+    requireSameVocabulary(map.vocabulary, labeler.vocabulary(), path_.string());
+    if (map.model != labeler.identity())
+      fail(ErrorCode::mismatch, "{} was made with the model {}, not {}; give that model by --model",
+           path_.string(), map.model, labeler.identity());
+  }
+
+  void take(const LiveFrame& live, DescriptorView words, const WorldMap* /*world*/,
+            const std::function<void(const LivePlace&)>& placed) override {
+    for (const Localization& found : localizer_.add(words, live.frame.pose)) {
+      const MappedFrame& view = localizer_.map().frames[found.beliefImage];
+      LivePlace place{view.pose, {{found.beliefNode, found.confidence}}};
+      place.area = found.beliefZone.value_or(-1);
+      place.areaProbability = place.area < 0 ? 0 : found.zoneConfidence;
+      place.unmapped = found.unmapped;
+      place.decision = fmt::format(
+          "By all frames so far it is in place {} ({:.0f} %), where {} was taken; by itself it would be "
+          "place "
+          "{}.",
+          found.beliefNode, 100 * found.confidence, view.name, found.node);
+      placed(place);
+    }
+  }
+  bool refresh() override { return false; }
+  void edit(const MapEdit& edit, const WorldMap& /*world*/) override { editMapFile(path_, edit); }
+  void takeWorld(const WorldMap& world) override {
+    if (world.areaOfFrame.size() == localizer_.map().frames.size()) localizer_.setZones(world.areaOfFrame);
+  }
+  std::vector<std::string> troubles() const override { return {}; }
+  void finish() override {}
+
+ private:
+  /// A robot asks where it is now.
+  static LocalizerOptions withoutLookahead(LocalizerOptions options) {
+    options.lookahead = 0;
+    return options;
+  }
+
+  std::filesystem::path path_;
+  Localizer localizer_;
+};
+
+}  // namespace
+
+std::unique_ptr<LiveMap> makeLocalizingLiveMap(Labeler& labeler, const std::filesystem::path& path,
+                                               const LiveOptions& options) {
+  return std::make_unique<LocalizingLiveMap>(labeler, path, options.localizer);
+}
+
+void editMapFile(const std::filesystem::path& path, const MapEdit& edit) {
+  std::visit(
+      [&](const auto& what) {
+        using What = std::decay_t<decltype(what)>;
+        if constexpr (std::is_same_v<What, NameArea>)
+          nameArea(path, std::to_string(what.area), what.name);
+        else if constexpr (std::is_same_v<What, MergeAreas>)
+          mergeAreas(path, std::to_string(what.area), std::to_string(what.other));
+        else if constexpr (std::is_same_v<What, SplitArea>)
+          splitArea(path, what.from, what.to);
+        else if constexpr (std::is_same_v<What, NameObject>)
+          nameObject(path, std::to_string(what.object), what.name);
+        else
+          deleteObject(path, std::to_string(what.object));
+      },
+      edit);
+}
+
+}  // namespace estancia

@@ -1,0 +1,324 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/live/live_loop.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <deque>
+#include <exception>
+#include <future>
+#include <mutex>
+#include <utility>
+
+#include "estancia/core/fail.hpp"
+#include "estancia/core/frame_failure.hpp"
+#include "estancia/core/label_words.hpp"
+#include "estancia/core/progress.hpp"
+#include "estancia/core/take_interrupt.hpp"
+#include "estancia/label/labeler.hpp"
+#include "estancia/live/live_board.hpp"
+#include "estancia/live/live_map.hpp"
+#include "estancia/live/live_times.hpp"
+#include "estancia/live/world_reader.hpp"
+#include "estancia/topology/store.hpp"
+
+namespace estancia {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr auto patienceForFrames = std::chrono::milliseconds(100);
+constexpr std::size_t wordsShown = 8;
+
+double millisecondsSince(Clock::time_point begin) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+}
+
+std::vector<LabelProbability> bestOf(const Vocabulary& vocabulary, DescriptorView words) {
+  std::vector<LabelProbability> best;
+  for (const std::size_t label : bestLabels(words, wordsShown))
+    best.push_back({shortLabel(vocabulary[label]), words[label]});
+  return best;
+}
+
+}  // namespace
+
+struct LiveLoop::Impl {
+  Impl(std::unique_ptr<FrameSource> frames, Labeler& words, std::filesystem::path file,
+       const LiveOptions& options)
+      : source(std::move(frames)),
+        labeler(words),
+        path(std::move(file)),
+        localize(options.localize),
+        map(makeMap(options)),
+        reader(path, [this](auto world) { board.setWorld(std::move(world)); }) {
+    board.change([this](LiveStatus& status) { status.source = source->name(); });
+    if (std::filesystem::exists(path)) reader.wait(reader.request());
+    if (const auto world = board.world()) map->takeWorld(*world);
+  }
+
+  std::unique_ptr<LiveMap> makeMap(const LiveOptions& options) {
+    if (labeler.discovers())
+      fail(ErrorCode::invalidInput,
+           "{} discovers its words, but a live map needs to know them; take another model",
+           labeler.identity());
+    return localize ? makeLocalizingLiveMap(labeler, path, options)
+                    : makeMappingLiveMap(*source, labeler, path, options);
+  }
+
+  void run(const std::function<void(const LiveStatus&)>& each);
+  void take(const LiveFrame& live, const std::function<void(const LiveStatus&)>& each);
+  void place(const LiveFrame& live, DescriptorView words, const LivePlace& place);
+  void lose(const LiveFrame& live, const Error& why);
+  void idle();
+  std::vector<std::string> troubles() const;
+  void doEdits();
+  void doEdit(const MapEdit& edit);
+  void refresh();
+  void finish();
+
+  std::unique_ptr<FrameSource> source;
+  Labeler& labeler;
+  const std::filesystem::path path;
+  const bool localize;
+  LiveBoard board;
+  std::unique_ptr<LiveMap> map;
+  WorldReader reader;  // after the board
+  std::atomic<bool> stopping = false;
+  RecentNumbers latencies, forwards;
+  RecentRate rate;
+
+  struct Request {
+    MapEdit edit;
+    std::promise<void> done;
+  };
+  std::mutex edits, editing;
+  bool running = false;          // takes requests
+  std::deque<Request> requests;  // of other threads
+};
+
+void LiveLoop::Impl::run(const std::function<void(const LiveStatus&)>& each) {
+  {
+    const std::lock_guard lock(edits);
+    running = true;
+  }
+  std::exception_ptr failure;
+  try {
+    while (!stopping && !interrupted()) {
+      doEdits();
+      if (const auto live = source->newest(patienceForFrames))
+        take(*live, each);
+      else if (source->ended())
+        break;
+      else
+        idle();
+      refresh();
+    }
+  } catch (const Interrupted&) {  // of a labeler that was asked to stop
+  } catch (...) {
+    failure = std::current_exception();
+  }
+  takeInterrupt();  // what was mapped is written whole
+  try {
+    finish();
+  } catch (...) {
+    if (!failure) failure = std::current_exception();
+  }
+  if (failure) std::rethrow_exception(failure);
+}
+
+void LiveLoop::Impl::take(const LiveFrame& live, const std::function<void(const LiveStatus&)>& each) {
+  board.setImage(live.image);
+  try {
+    const Prepared prepared = labeler.prepare(live.image, live.frame.name);
+    const auto begin = Clock::now();
+    const LexicalDescriptor words = labeler.infer(prepared);
+    forwards.add(millisecondsSince(begin));
+    const auto world = board.world();
+    map->take(live, words, world.get(), [&](const LivePlace& at) {
+      place(live, words, at);
+      if (each) each(board.status());
+    });
+  } catch (...) {
+    lose(live, frameFailure(live.frame.name));
+  }
+}
+
+void LiveLoop::Impl::place(const LiveFrame& live, DescriptorView words, const LivePlace& at) {
+  const double latency = millisecondsSince(live.arrived);
+  latencies.add(latency);
+  rate.add(Clock::now());
+  const auto world = board.world();
+  const WorldArea* area = world ? world->findArea(at.area) : nullptr;
+  const std::vector<LabelProbability> best = bestOf(labeler.vocabulary(), words);
+  const std::vector<std::string> wrong = troubles();
+  board.change([&](LiveStatus& status) {
+    status.state = localize ? "localizing" : "mapping";
+    status.troubles = wrong;
+    ++status.frames;
+    status.dropped += live.dropped;
+    status.frame = live.frame.name;
+    status.timestamp = live.frame.timestamp;
+    status.pose = at.pose;
+    status.words = best;
+    status.places = at.places;
+    status.area = area == nullptr ? -1 : area->id;
+    status.areaProbability = area == nullptr ? 0 : at.areaProbability;
+    status.areaName = area == nullptr ? "" : area->displayName();
+    status.unmapped = at.unmapped;
+    status.decision = at.decision;
+    status.latency = latency;
+    status.medianLatency = latencies.quantile(0.5);
+    status.p95Latency = latencies.quantile(0.95);
+    status.forward = forwards.quantile(0.5);
+    status.rate = rate.value();
+  });
+}
+
+void LiveLoop::Impl::lose(const LiveFrame& live, const Error& why) {
+  std::vector<std::string> wrong = troubles();
+  if (wrong.empty()) wrong.emplace_back(why.what());
+  board.change([&](LiveStatus& status) {
+    status.troubles = wrong;
+    status.dropped += live.dropped;
+    ++status.failed;
+  });
+}
+
+/// No frame came.
+void LiveLoop::Impl::idle() {
+  const std::vector<std::string> wrong = troubles();
+  const LiveStatus now = board.status();
+  const bool isStale = !wrong.empty() || now.frames == 0;
+  const std::string state = isStale ? "waiting" : now.state;
+  if (now.state == state && now.troubles == wrong) return;
+  board.change([&](LiveStatus& status) {
+    status.state = state;
+    status.troubles = wrong;
+  });
+}
+
+std::vector<std::string> LiveLoop::Impl::troubles() const {
+  std::vector<std::string> all = map->troubles();
+  if (const std::string trouble = source->trouble(); !trouble.empty()) all.push_back(trouble);
+  return all;
+}
+
+void LiveLoop::Impl::doEdits() {
+  for (;;) {
+    Request request;
+    {
+      const std::lock_guard lock(edits);
+      if (requests.empty()) return;
+      request = std::move(requests.front());
+      requests.pop_front();
+    }
+    try {
+      doEdit(request.edit);
+      request.done.set_value();
+    } catch (...) {
+      request.done.set_exception(std::current_exception());
+    }
+  }
+}
+
+/// Until world() has it.
+void LiveLoop::Impl::doEdit(const MapEdit& edit) {
+  const std::lock_guard one(editing);
+  const auto world = board.world();
+  if (!world) fail(ErrorCode::insufficientData, "there is no map yet; wait for its first second");
+  if (map)
+    map->edit(edit, *world);
+  else
+    editMapFile(path, edit);
+  reader.wait(reader.request());
+  if (const auto now = board.world(); map && now) map->takeWorld(*now);
+}
+
+void LiveLoop::Impl::refresh() {
+  try {
+    if (map->refresh()) reader.request();
+  } catch (...) {
+    const std::string why = frameFailure("the map").what();
+    board.change([&](LiveStatus& status) { status.troubles = {why}; });
+  }
+}
+
+void LiveLoop::Impl::finish() {
+  std::exception_ptr failure;
+  try {
+    map->finish();
+  } catch (...) {
+    failure = std::current_exception();
+  }
+  {
+    const std::lock_guard lock(edits);
+    map.reset();
+    running = false;
+  }
+  doEdits();  // that came meanwhile
+  if (std::filesystem::exists(path)) reader.wait(reader.request());
+  board.change([](LiveStatus& status) { status.state = "ended"; });
+  if (failure) std::rethrow_exception(failure);
+}
+
+LiveLoop::LiveLoop(std::unique_ptr<FrameSource> source, Labeler& labeler, std::filesystem::path map,
+                   const LiveOptions& options)
+    : impl_(std::make_unique<Impl>(std::move(source), labeler, std::move(map), options)) {}
+LiveLoop::~LiveLoop() = default;
+
+void LiveLoop::run(const std::function<void(const LiveStatus&)>& each) {
+  if (!impl_->map) fail(ErrorCode::invalidState, "a live loop runs once; make another one");
+  impl_->run(each);
+}
+
+void LiveLoop::stop() {
+  impl_->stopping = true;
+}
+
+LiveStatus LiveLoop::status() const {
+  return impl_->board.status();
+}
+
+LiveStatus LiveLoop::waitForChange(std::uint64_t revision, std::chrono::milliseconds patience) const {
+  return impl_->board.waitForChange(revision, patience);
+}
+
+std::shared_ptr<const std::vector<unsigned char>> LiveLoop::image() const {
+  return impl_->board.image();
+}
+
+std::shared_ptr<const WorldMap> LiveLoop::world() const {
+  return impl_->board.world();
+}
+
+std::vector<unsigned char> LiveLoop::objectImage(int object) const {
+  return world() ? readObjectImage(impl_->path, object) : std::vector<unsigned char>();
+}
+
+std::vector<unsigned char> LiveLoop::placeImage(int node) const {
+  const auto now = world();
+  if (!now) return {};
+  const MapStore store = MapStore::open(impl_->path, MapStore::Access::read);
+  std::vector<std::size_t> frames;
+  for (const std::size_t frame : store.imageFrames())
+    if (frame < now->places.frames.size() && now->places.frames[frame].node == node) frames.push_back(frame);
+  return frames.empty() ? std::vector<unsigned char>() : store.image(frames[frames.size() / 2]);
+}
+
+void LiveLoop::edit(const MapEdit& edit) {
+  Impl& impl = *impl_;
+  std::future<void> done;
+  {
+    const std::lock_guard lock(impl.edits);
+    if (impl.running) {
+      impl.requests.push_back({edit, {}});
+      done = impl.requests.back().done.get_future();
+    } else {
+      impl.doEdit(edit);  // no thread is at work on the map
+    }
+  }
+  if (done.valid()) done.get();
+}
+
+}  // namespace estancia

@@ -1,0 +1,57 @@
+// Live map: where a live frame is, in a map that grows or in one that is there. Private to LiveLoop.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "estancia/core/descriptor.hpp"
+#include "estancia/live/live_loop.hpp"
+
+namespace estancia {
+
+/// What LiveStatus tells of a frame.
+struct LivePlace {
+  std::optional<Pose> pose = {};
+  std::vector<PlaceBelief> places = {};
+  int area = -1;
+  double areaProbability = 0;
+  std::optional<double> unmapped = {};
+  std::string decision = {};
+};
+
+class LiveMap {
+ public:
+  virtual ~LiveMap() = default;
+  /// Takes the next frame and its words, and says where it is as soon as that is known. `world`: the map as
+  /// it was last read, or null. Throws Error: the frame is lost, but the next ones may be taken.
+  virtual void take(const LiveFrame& live, DescriptorView words, const WorldMap* world,
+                    const std::function<void(const LivePlace&)>& placed) = 0;
+  /// Between frames: does what is due. Returns whether the map file has changed.
+  virtual bool refresh() = 0;
+  /// `world`: what the numbers in the edit are of. Throws Error.
+  virtual void edit(const MapEdit& edit, const WorldMap& world) = 0;
+  /// The file has been changed by others, or by edit().
+  virtual void takeWorld(const WorldMap& world) = 0;
+  /// Sentences about what is wrong now.
+  virtual std::vector<std::string> troubles() const = 0;
+  /// Writes everything.
+  virtual void finish() = 0;
+};
+
+/// A map that grows: goes on with the file, or makes it. Throws Error as MappingSession and WorldMapper do.
+std::unique_ptr<LiveMap> makeMappingLiveMap(FrameSource& source, Labeler& labeler,
+                                            const std::filesystem::path& path, const LiveOptions& options);
+/// A map that is only read, but for edits. Throws Error as Localizer does, and mismatch for another model.
+std::unique_ptr<LiveMap> makeLocalizingLiveMap(Labeler& labeler, const std::filesystem::path& path,
+                                               const LiveOptions& options);
+
+/// Does it to a map file that nobody else writes. Throws Error as the functions of edit_areas.hpp and
+/// edit_objects.hpp do.
+void editMapFile(const std::filesystem::path& path, const MapEdit& edit);
+
+}  // namespace estancia

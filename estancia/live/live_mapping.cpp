@@ -1,0 +1,330 @@
+// A map that grows while live frames come.
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cmath>
+#include <exception>
+#include <future>
+#include <ranges>
+#include <utility>
+#include <variant>
+
+#include "estancia/core/fail.hpp"
+#include "estancia/core/planar_pose.hpp"
+#include "estancia/io/image_writer.hpp"
+#include "estancia/label/labeler.hpp"
+#include "estancia/live/live_map.hpp"
+#include "estancia/topology/explain.hpp"
+#include "estancia/topology/mapper_impl.hpp"
+#include "estancia/world/edit_areas.hpp"
+#include "estancia/world/edit_objects.hpp"
+#include "estancia/world/world_mapper.hpp"
+
+namespace estancia {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using std::chrono::duration_cast;
+
+/// Layers are derived in a thread that only takes what others leave, for a fifth of the time at most; copying
+/// what they are derived of, and writing them, takes 2 % of the loop's time. And not more often.
+constexpr int timesOfDerivation = 5, timesOfRefresh = 50;
+constexpr auto shortestPeriod = std::chrono::seconds(1);
+/// A map that cannot be written is opened again after so long, and twice as long each time that fails.
+constexpr auto firstRetry = std::chrono::seconds(1), longestRetry = std::chrono::seconds(30);
+
+/// Of this thread. Where that cannot be done, it is a thread like others.
+void leaveTheProcessorToOthers() {
+  constexpr int leastButNotNone = 10;  // a tenth, where others want all
+  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), leastButNotNone);
+}
+
+/// Whether the map may be written again some time.
+bool mayPass(ErrorCode code) {
+  switch (code) {
+    case ErrorCode::fileUnwritable:
+    case ErrorCode::fileUnreadable:
+    case ErrorCode::busy:
+    case ErrorCode::invalidInput:
+    case ErrorCode::invalidState:
+    case ErrorCode::tooLarge:
+      return true;
+    default:
+      return false;
+  }
+}
+
+/// The area of a frame; areas are of some seconds ago.
+std::pair<int, double> areaOf(const WorldMap* world, const std::optional<Pose>& pose, int node) {
+  constexpr double reach = 0.5;  // [m]
+  if (world == nullptr || !world->plan) return {-1, 0};
+  if (!pose) {
+    const int area = world->areaOfNode(node);
+    return {area, area < 0 ? 0 : 1};
+  }
+  const int area = areaAt(*world->plan, world->plan->floor.position({pose->x, pose->y, pose->z}), reach);
+  return {area, area < 0 ? 0 : 1};
+}
+
+/// What the map keeps of an edit. Throws Error where it cannot be done.
+std::variant<AreaEdit, ObjectEdit> anchoredIn(const WorldMap& world, const MapEdit& edit) {
+  const auto object = [&](int id) -> const WorldObject& { return getObject(world, std::to_string(id)); };
+  return std::visit(
+      [&](const auto& what) -> std::variant<AreaEdit, ObjectEdit> {
+        using What = std::decay_t<decltype(what)>;
+        if constexpr (std::is_same_v<What, NameArea>)
+          return namingOf(world, std::to_string(what.area), what.name);
+        else if constexpr (std::is_same_v<What, MergeAreas>)
+          return mergeOf(world, std::to_string(what.area), std::to_string(what.other));
+        else if constexpr (std::is_same_v<What, SplitArea>)
+          return splitOf(world, what.from, what.to);
+        else if constexpr (std::is_same_v<What, NameObject>)
+          return namingOf(object(what.object), what.name);
+        else
+          return removalOf(object(what.object));
+      },
+      edit);
+}
+
+class MappingLiveMap final : public LiveMap {
+ public:
+  MappingLiveMap(FrameSource& source, Labeler& labeler, std::filesystem::path path, LiveOptions options)
+      : source_(source), labeler_(labeler), path_(std::move(path)), options_(std::move(options)) {
+    const bool exists = std::filesystem::exists(path_);
+    open();
+    if (exists) source_.goOnAfter(session_->map());
+  }
+
+  void take(const LiveFrame& live, DescriptorView words, const WorldMap* world,
+            const std::function<void(const LivePlace&)>& placed) override;
+  bool refresh() override;
+  void edit(const MapEdit& edit, const WorldMap& world) override;
+  void takeWorld(const WorldMap&) override {}
+  std::vector<std::string> troubles() const override;
+  void finish() override;
+
+ private:
+  /// Drops what was not written where an exception is on its way.
+  class Step {
+   public:
+    explicit Step(MappingLiveMap& map) : map_(map), exceptions_(std::uncaught_exceptions()) {}
+    ~Step() {
+      if (std::uncaught_exceptions() > exceptions_) map_.close();
+    }
+    Step(const Step&) = delete;
+    Step& operator=(const Step&) = delete;
+
+   private:
+    MappingLiveMap& map_;
+    int exceptions_;
+  };
+
+  void open();
+  void openAgain();
+  void close();
+  void start();
+  bool putDerived();
+  template <class Work>
+  void write(const Work& work);
+  cv::Mat fittingDepth(const LiveFrame& live);
+  std::string lastDecision(const std::string& frame) const;
+
+  FrameSource& source_;
+  Labeler& labeler_;
+  std::filesystem::path path_;
+  LiveOptions options_;
+  std::optional<MappingSession> session_;
+  std::optional<WorldMapper> mapper_;
+  std::optional<CameraIntrinsics> camera_;
+  std::size_t frames_ = 0;  // since the map was told to have changed
+  bool isStale_ = false;    // layers
+  Clock::time_point tellAt_ = Clock::now() + shortestPeriod, refreshAt_ = tellAt_, derivedSince_, retryAt_;
+  Clock::duration copying_{};
+  std::future<std::shared_ptr<const WorldMapper::Derived>> derived_;
+  Clock::duration retry_ = firstRetry;
+  std::string unwritable_, unfitting_;
+};
+
+void MappingLiveMap::open() {
+  const auto change = [this](MapperOptions& options) {
+    if (options_.changeMapper) options_.changeMapper(options);
+  };
+  if (!std::filesystem::exists(path_)) {
+    MapperOptions options;
+    change(options);
+    session_ = MappingSession::create(path_, labeler_.vocabulary(), labeler_.identity(), options);
+    return;
+  }
+  session_ = MappingSession::resume(path_, labeler_.vocabulary(), labeler_.identity());
+  MapperOptions wanted = session_->mapper().options();
+  change(wanted);
+  if (wanted != session_->mapper().options())
+    fail(ErrorCode::mismatch,
+         "{} was made with other parameters of the mapper, which it keeps; leave them out, or map anew",
+         path_.string());
+}
+
+/// The layers wait for the first frame: only then a source knows its camera.
+void MappingLiveMap::start() {
+  WorldOptions world = WorldMapper::optionsOf(*session_).value_or(WorldOptions{});
+  if (options_.changeWorld) options_.changeWorld(world);
+  camera_ = source_.hasDepth() ? source_.intrinsics() : std::nullopt;
+  const WorldLayers layers = world.layers.value_or(WorldLayers{});
+  const bool track = camera_ && !source_.hasPoses() && (layers.areas || layers.objects);
+  mapper_.emplace(*session_, world, &labeler_, track ? camera_ : std::nullopt);
+}
+
+void MappingLiveMap::close() {
+  derived_ = {};
+  mapper_.reset();
+  session_.reset();
+}
+
+void MappingLiveMap::openAgain() {
+  if (session_) return;
+  if (Clock::now() < retryAt_) throw Error(ErrorCode::fileUnwritable, unwritable_);
+  open();
+}
+
+/// Does what writes the map; where that fails for now, the map is opened again later, as of its last second.
+template <class Work>
+void MappingLiveMap::write(const Work& work) {
+  try {
+    const Step step(*this);
+    openAgain();
+    work();
+    if (!unwritable_.empty()) retry_ = firstRetry;
+    unwritable_.clear();
+  } catch (const Error& e) {
+    if (!mayPass(e.code())) throw;
+    if (Clock::now() >= retryAt_) {
+      unwritable_ = e.what();
+      retryAt_ = Clock::now() + retry_;
+      retry_ = std::min<Clock::duration>(2 * retry_, longestRetry);
+    }
+    throw;
+  }
+}
+
+/// Nothing where it cannot be of the camera that is known.
+cv::Mat MappingLiveMap::fittingDepth(const LiveFrame& live) {
+  constexpr double sameShape = 0.02;
+  unfitting_.clear();
+  if (!camera_ || live.depth.empty()) return {};
+  const double shape = static_cast<double>(camera_->width) / camera_->height,
+               seen = static_cast<double>(live.depth.cols) / live.depth.rows;
+  if (std::abs(seen / shape - 1) <= sameShape) return live.depth;
+  unfitting_ = fmt::format(
+      "depth images of {} × {} pixels are not of the camera that is known, {} × {}: these frames are mapped "
+      "without areas and objects",
+      live.depth.cols, live.depth.rows, camera_->width, camera_->height);
+  return {};
+}
+
+std::string MappingLiveMap::lastDecision(const std::string& frame) const {
+  for (const auto& event : std::views::reverse(session_->mapper().impl().changes.events))
+    if (const auto* decision = std::get_if<Decision>(&event))
+      return fmt::format("{}", fmt::join(explain(*decision, frame), " "));
+  return "";
+}
+
+void MappingLiveMap::take(const LiveFrame& live, DescriptorView words, const WorldMap* world,
+                          const std::function<void(const LivePlace&)>& placed) {
+  write([&] {
+    if (!mapper_) start();
+    const cv::Mat depth = fittingDepth(live);
+    const auto thumbnail = [&] { return encodeImage(live.image); };
+    mapper_->add(live.frame, words, live.image, depth, camera_.value_or(CameraIntrinsics{}), thumbnail,
+                 [&](int node, const std::optional<Pose>& pose) {
+                   LivePlace place{pose, {{node, 1}}};
+                   std::tie(place.area, place.areaProbability) = areaOf(world, pose, node);
+                   place.decision = lastDecision(live.frame.name);
+                   placed(place);
+                 });
+    ++frames_;
+    isStale_ = true;
+  });
+}
+
+bool MappingLiveMap::refresh() {
+  const auto now = Clock::now();
+  bool isChanged = false;
+  if (derived_.valid()) {
+    if (derived_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) isChanged = putDerived();
+  } else if (isStale_ && mapper_ && now >= refreshAt_) {
+    isStale_ = false;
+    derivedSince_ = now;
+    derived_ = std::async(std::launch::async, [derive = mapper_->derivation()] {
+      leaveTheProcessorToOthers();
+      return derive();
+    });
+    copying_ = Clock::now() - now;
+  }
+  if (isChanged || (frames_ > 0 && now >= tellAt_)) {  // a session writes once a second by itself
+    frames_ = 0;
+    tellAt_ = now + shortestPeriod;
+    return true;
+  }
+  return false;
+}
+
+bool MappingLiveMap::putDerived() {
+  const auto begin = Clock::now();
+  const auto derived = std::exchange(derived_, {}).get();
+  const auto deriving = begin - derivedSince_;
+  bool isPut = false;
+  write([&] { isPut = mapper_->refresh(*derived); });
+  const auto inLoop = copying_ + (Clock::now() - begin);
+  refreshAt_ = Clock::now() + std::max<Clock::duration>(
+                                  {shortestPeriod, timesOfDerivation * deriving, timesOfRefresh * inLoop});
+  if (!isPut) {
+    isStale_ = true;
+    refreshAt_ = Clock::now();
+  }
+  return isPut;
+}
+
+void MappingLiveMap::edit(const MapEdit& edit, const WorldMap& world) {
+  const std::variant<AreaEdit, ObjectEdit> anchored = anchoredIn(world, edit);
+  std::exception_ptr refused;
+  write([&] {
+    if (!mapper_) start();
+    try {
+      std::visit([this](const auto& correction) { mapper_->edit(correction); }, anchored);
+    } catch (const Error& e) {  // it would change nothing, and the map is as it was
+      if (e.code() != ErrorCode::invalidInput && e.code() != ErrorCode::insufficientData) throw;
+      refused = std::current_exception();
+    }
+  });
+  if (refused) std::rethrow_exception(refused);
+}
+
+std::vector<std::string> MappingLiveMap::troubles() const {
+  std::vector<std::string> troubles;
+  if (!unwritable_.empty())
+    troubles.push_back(fmt::format("nothing is mapped for now, but the map is tried again: {}", unwritable_));
+  if (!unfitting_.empty()) troubles.push_back(unfitting_);
+  return troubles;
+}
+
+void MappingLiveMap::finish() {
+  if (!session_) throw Error(ErrorCode::fileUnwritable, unwritable_);
+  derived_ = {};  // is waited for
+  const Step step(*this);
+  session_->finish();
+  if (mapper_) mapper_->finish();
+  close();
+}
+
+}  // namespace
+
+std::unique_ptr<LiveMap> makeMappingLiveMap(FrameSource& source, Labeler& labeler,
+                                            const std::filesystem::path& path, const LiveOptions& options) {
+  return std::make_unique<MappingLiveMap>(source, labeler, path, options);
+}
+
+}  // namespace estancia

@@ -1,0 +1,56 @@
+// Live times: latency, forward pass and rate of the last frames, in constant memory.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <cstddef>
+#include <vector>
+
+namespace estancia {
+
+/// The last 1,000 numbers.
+class RecentNumbers {
+ public:
+  void add(double value) {
+    if (values_.size() < most)
+      values_.push_back(value);
+    else
+      values_[next_++ % most] = value;
+  }
+  /// What the share `p` of them stays below; 0 without any.
+  double quantile(double p) const {
+    if (values_.empty()) return 0;
+    std::vector<double> sorted = values_;
+    const auto at = sorted.begin() + static_cast<std::ptrdiff_t>(p * static_cast<double>(sorted.size() - 1));
+    std::nth_element(sorted.begin(), at, sorted.end());
+    return *at;
+  }
+
+ private:
+  static constexpr std::size_t most = 1000;
+  std::vector<double> values_;
+  std::size_t next_ = 0;
+};
+
+/// Frames a second, over the last ten.
+class RecentRate {
+ public:
+  using Time = std::chrono::steady_clock::time_point;
+  void add(Time now) {
+    times_.push_back(now);
+    if (times_.size() > most) times_.erase(times_.begin());
+  }
+  /// 0 before the second frame.
+  double value() const {
+    if (times_.size() < 2) return 0;
+    const std::chrono::duration<double> span = times_.back() - times_.front();
+    return span.count() > 0 ? static_cast<double>(times_.size() - 1) / span.count() : 0;
+  }
+
+ private:
+  static constexpr std::size_t most = 11;
+  std::vector<Time> times_;
+};
+
+}  // namespace estancia

@@ -1,0 +1,44 @@
+// World reader: a thread that reads a map file whenever it has changed. Private to LiveLoop.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <thread>
+
+#include "estancia/world/world_map.hpp"
+
+namespace estancia {
+
+class WorldReader {
+ public:
+  using Take = std::function<void(std::shared_ptr<const WorldMap>)>;
+  /// `take` hears of each map that was read, in the thread.
+  WorldReader(std::filesystem::path path, Take take);
+  ~WorldReader();
+  WorldReader(const WorldReader&) = delete;
+  WorldReader& operator=(const WorldReader&) = delete;
+
+  /// The file has changed. Reading takes a tenth of the time at most, unless somebody waits. Returns the
+  /// number of this request.
+  std::uint64_t request();
+  /// Until the file has been read as of that request or later; at once where there is no file yet.
+  void wait(std::uint64_t number);
+
+ private:
+  void run();
+
+  std::filesystem::path path_;
+  Take take_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::uint64_t requested_ = 0, awaited_ = 0, done_ = 0;
+  bool ending_ = false;
+  std::thread thread_;  // last: it uses all others
+};
+
+}  // namespace estancia

@@ -1,0 +1,352 @@
+// The live loop: maps that grow, edits on the way, and whatever goes wrong with a robot.
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/live/live_loop.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <csignal>
+#include <functional>
+#include <thread>
+
+#include "estancia/label/recorded_labeler.hpp"
+#include "estancia/live/replay_source.hpp"
+#include "estancia/topology/session.hpp"
+#include "estancia/world/world_mapper.hpp"
+#include "support/errors.hpp"
+#include "support/fed_source.hpp"
+#include "support/flat_drive.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+using test::FailsWith;
+using test::FedSource;
+using test::FlatDrive;
+using test::ScratchFolder;
+using testing::HasSubstr;
+
+/// The drive's own words.
+RecordedLabeler labelerOf(const FlatDrive& drive) {
+  return RecordedLabeler(drive.labeled());
+}
+
+std::unique_ptr<ReplaySource> replay() {
+  return std::make_unique<ReplaySource>(std::make_unique<FlatDrive>(), ReplayOptions{.rate = 0});
+}
+
+/// A loop in a thread of its own, over frames that a test feeds.
+class FedLoop {
+ public:
+  FedLoop(const fs::path& map, Labeler& labeler, const Sequence& like, const LiveOptions& options = {}) {
+    auto source = std::make_unique<FedSource>(like);
+    source_ = source.get();
+    loop_ = std::make_unique<LiveLoop>(std::move(source), labeler, map, options);
+    thread_ = std::thread([this] {
+      try {
+        loop_->run();
+      } catch (const std::exception& e) {
+        failure_ = e.what();
+      }
+    });
+  }
+  ~FedLoop() { end(); }
+  FedLoop(const FedLoop&) = delete;
+  FedLoop& operator=(const FedLoop&) = delete;
+
+  FedSource& source() { return *source_; }
+  LiveLoop& loop() { return *loop_; }
+  /// Why it ended, if that was a failure.
+  std::string end() {
+    source_->end();
+    if (thread_.joinable()) thread_.join();
+    return failure_;
+  }
+  /// Until that is so; false after half a minute.
+  bool waitUntil(const std::function<bool(const LiveStatus&)>& isSo) {
+    for (int i = 0; i < 300; ++i) {
+      const LiveStatus now = loop_->status();
+      if (isSo(now)) return true;
+      loop_->waitForChange(now.revision, 100ms);
+    }
+    return false;
+  }
+
+ private:
+  FedSource* source_ = nullptr;
+  std::unique_ptr<LiveLoop> loop_;
+  std::thread thread_;
+  std::string failure_;
+};
+
+TEST(LiveLoop, MapsADriveAsItComes) {
+  const ScratchFolder folder;
+  const fs::path file = folder / "flat.estancia";
+  const FlatDrive drive;
+  RecordedLabeler labeler = labelerOf(drive);
+  LiveLoop live(replay(), labeler, file);
+  EXPECT_EQ(live.world(), nullptr);
+  std::vector<std::string> names;
+  live.run([&](const LiveStatus& now) {
+    names.push_back(now.frame);
+    EXPECT_EQ(now.state, "mapping");
+    ASSERT_EQ(now.places.size(), 1U);
+    EXPECT_TRUE(now.pose);
+    EXPECT_THAT(now.decision, HasSubstr(now.frame));
+    EXPECT_FALSE(now.words.empty());
+  });
+  EXPECT_EQ(names.size(), drive.size());
+  const LiveStatus last = live.status();
+  EXPECT_EQ(last.state, "ended");
+  EXPECT_EQ(last.frames, drive.size());
+  EXPECT_EQ(last.dropped + last.failed, 0U);
+  EXPECT_GE(last.mapRevision, 1U);
+  EXPECT_THAT(last.troubles, testing::IsEmpty());
+  const auto world = live.world();
+  ASSERT_NE(world, nullptr);
+  EXPECT_EQ(world->areas.size(), 3U);
+  EXPECT_EQ(world->places.frames.size(), drive.size());
+  EXPECT_EQ(readWorld(file).areaOfFrame, world->areaOfFrame);
+  ASSERT_NE(live.image(), nullptr);
+  EXPECT_FALSE(live.image()->empty());
+  EXPECT_FALSE(live.placeImage(world->places.nodes.front().id).empty());
+  EXPECT_TRUE(live.placeImage(12345).empty());
+  EXPECT_THAT([&] { live.run(); }, FailsWith(ErrorCode::invalidState));
+}
+
+TEST(LiveLoop, MakesTheVeryMapOfFramesThatAreMappedInOrder) {
+  const ScratchFolder folder;
+  const FlatDrive drive;
+  const DescriptorSequence labeled = drive.labeled();
+  RecordedLabeler labeler = labelerOf(drive);
+  LiveLoop(replay(), labeler, folder / "live.estancia").run();
+  {
+    MappingSession session =
+        MappingSession::create(folder / "plain.estancia", labeled.vocabulary, labeled.model, {});
+    WorldMapper world(session);
+    for (std::size_t i = 0; i < drive.size(); ++i) {
+      world.observe(drive.frame(i), labeled.descriptors.row(i), drive.image(i), drive.depth(i),
+                    *drive.intrinsics());
+      session.add(drive.frame(i), labeled.descriptors.row(i));
+    }
+    session.finish();
+    world.finish();
+  }
+  const WorldMap live = readWorld(folder / "live.estancia"), plain = readWorld(folder / "plain.estancia");
+  EXPECT_EQ(live.areaOfFrame, plain.areaOfFrame);
+  EXPECT_EQ(live.zoneOfFrame, plain.zoneOfFrame);
+  ASSERT_EQ(live.places.frames.size(), plain.places.frames.size());
+  for (std::size_t i = 0; i < plain.places.frames.size(); ++i)
+    EXPECT_EQ(live.places.frames[i].node, plain.places.frames[i].node) << i;
+}
+
+TEST(LiveLoop, StopsWhenItIsToldAndGoesOnLater) {
+  const ScratchFolder folder;
+  const fs::path file = folder / "flat.estancia";
+  const FlatDrive drive;
+  RecordedLabeler labeler = labelerOf(drive);
+  {
+    LiveLoop live(replay(), labeler, file);
+    live.run([&](const LiveStatus& now) {
+      if (now.frames == 20) live.stop();
+    });
+    EXPECT_EQ(live.status().frames, 20U);
+  }
+  EXPECT_EQ(readMap(file).frames.size(), 20U);
+  LiveLoop later(replay(), labeler, file);
+  ASSERT_NE(later.world(), nullptr) << "it is there before the first frame";
+  later.run();
+  EXPECT_EQ(later.status().frames, drive.size() - 20);
+  EXPECT_EQ(readMap(file).frames.size(), drive.size());
+  EXPECT_EQ(readWorld(file).areas.size(), 3U);
+}
+
+TEST(LiveLoop, EditsTheMapWhileItGrows) {
+  const ScratchFolder folder;
+  const fs::path file = folder / "flat.estancia";
+  const FlatDrive drive;
+  RecordedLabeler labeler = labelerOf(drive);
+  FedLoop fed(file, labeler, drive);
+  for (std::size_t i = 0; i < drive.size(); ++i) fed.source().feed(drive, i);
+  const auto hasRooms = [&](const LiveStatus& now) {
+    return now.frames == drive.size() && fed.loop().world() && fed.loop().world()->areas.size() == 3 &&
+           fed.loop().world()->areaOfFrame.size() == drive.size();
+  };
+  ASSERT_TRUE(fed.waitUntil(hasRooms));
+  LiveLoop& live = fed.loop();
+  const int bedroom = live.world()->areaOfFrame[0], corridor = live.world()->areaOfFrame[20];
+  const std::uint64_t before = live.status().mapRevision;
+  live.edit(NameArea{bedroom, "Ana's room"});
+  EXPECT_EQ(live.world()->findArea(bedroom)->displayName(), "Ana's room");
+  EXPECT_GT(live.status().mapRevision, before);
+  EXPECT_THAT([&] { live.edit(NameArea{77, "hall"}); }, FailsWith(ErrorCode::unknownName));
+  EXPECT_THAT([&] { live.edit(NameArea{bedroom, "7"}); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { live.edit(MergeAreas{bedroom, bedroom}); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { live.edit(NameObject{0, "cup"}); }, FailsWith(ErrorCode::insufficientData));
+  EXPECT_THAT([&] { live.edit(SplitArea{{500, 500}, {501, 500}}); }, FailsWith(ErrorCode::invalidInput));
+  live.edit(MergeAreas{bedroom, corridor});
+  EXPECT_EQ(live.world()->areas.size(), 2U);
+  live.edit(SplitArea{{2, 0.2}, {2, 3.8}});
+  EXPECT_EQ(live.world()->areas.size(), 3U);
+  LiveFrame more;
+  more.frame = drive.frame(0);
+  more.frame.name = "frame 0";
+  more.image = drive.image(0);
+  more.depth = drive.depth(0);
+  fed.source().feed(more);  // refused edits have cost the map nothing
+  EXPECT_EQ(fed.end(), "");
+  EXPECT_EQ(live.status().failed, 0U);
+  const WorldMap kept = readWorld(file);
+  EXPECT_EQ(kept.places.frames.size(), drive.size() + 1);
+  EXPECT_EQ(kept.areas.size(), 3U);
+  EXPECT_EQ(kept.findArea(kept.areaOfFrame[0])->displayName(), "Ana's room");
+  live.edit(NameArea{kept.areaOfFrame[0], "den"});  // at rest, too
+  EXPECT_EQ(readWorld(file).findArea(kept.areaOfFrame[0])->displayName(), "den");
+}
+
+TEST(LiveLoop, FindsFramesInAMapThatIsThere) {
+  const ScratchFolder folder;
+  const fs::path file = folder / "flat.estancia";
+  const FlatDrive drive;
+  RecordedLabeler labeler = labelerOf(drive);
+  LiveLoop(replay(), labeler, file).run();
+  const WorldMap map = readWorld(file);
+  LiveOptions options;
+  options.localize = true;
+  LiveLoop live(replay(), labeler, file, options);
+  std::size_t frame = 0, right = 0;
+  live.run([&](const LiveStatus& now) {
+    EXPECT_EQ(now.state, "localizing");
+    ASSERT_FALSE(now.places.empty());
+    EXPECT_GT(now.places.front().probability, 0);
+    right += now.area == map.areaOfFrame[frame++] ? 1 : 0;
+  });
+  EXPECT_GT(right, drive.size() / 2);
+  EXPECT_EQ(readMap(file).frames.size(), drive.size()) << "nothing is added";
+  EXPECT_THAT([&] { LiveLoop(replay(), labeler, folder / "none.estancia", options); },
+              FailsWith(ErrorCode::fileNotFound));
+}
+
+TEST(LiveLoop, RefusesAMapOfAnotherModel) {
+  const ScratchFolder folder;
+  const fs::path file = folder / "flat.estancia";
+  const FlatDrive drive;
+  RecordedLabeler labeler = labelerOf(drive);
+  LiveLoop(replay(), labeler, file).run();
+  DescriptorSequence other = drive.labeled();
+  other.model = "another";
+  RecordedLabeler another(other);
+  LiveOptions options;
+  for (const bool localize : {false, true}) {
+    options.localize = localize;
+    EXPECT_THAT([&] { LiveLoop(replay(), another, file, options); }, FailsWith(ErrorCode::mismatch));
+  }
+}
+
+TEST(LiveLoop, AFrameThatCannotBeLabeledCostsOnlyItself) {
+  const ScratchFolder folder;
+  const FlatDrive drive;
+  RecordedLabeler labeler = labelerOf(drive);
+  FedLoop fed(folder / "flat.estancia", labeler, drive);
+  fed.source().feed(drive, 0);
+  LiveFrame unknown;
+  unknown.frame.name = "a frame without words";
+  unknown.image = drive.image(0);
+  fed.source().feed(unknown);
+  ASSERT_TRUE(fed.waitUntil([](const LiveStatus& now) { return now.failed == 1; }));
+  EXPECT_THAT(fed.loop().status().troubles, testing::ElementsAre(HasSubstr("a frame without words")));
+  fed.source().feed(drive, 1);
+  ASSERT_TRUE(fed.waitUntil([](const LiveStatus& now) { return now.frames == 2; }));
+  EXPECT_THAT(fed.loop().status().troubles, testing::IsEmpty());
+  EXPECT_EQ(fed.end(), "");
+}
+
+TEST(LiveLoop, DepthOfAnotherCameraIsToldOfAndLeftOut) {
+  const ScratchFolder folder;
+  const FlatDrive drive;
+  RecordedLabeler labeler = labelerOf(drive);
+  FedLoop fed(folder / "flat.estancia", labeler, drive);
+  fed.source().feed(drive, 0);
+  LiveFrame wide;
+  wide.frame = drive.frame(1);
+  wide.image = cv::Mat(48, 200, CV_8UC3, cv::Scalar());
+  wide.depth = cv::Mat(48, 200, CV_32F, cv::Scalar(1));
+  fed.source().feed(wide);
+  ASSERT_TRUE(fed.waitUntil([](const LiveStatus& now) { return now.frames == 2; }));
+  EXPECT_THAT(fed.loop().status().troubles, testing::ElementsAre(HasSubstr("200 × 48")));
+  fed.source().feed(drive, 2);
+  ASSERT_TRUE(fed.waitUntil([](const LiveStatus& now) { return now.frames == 3; }));
+  EXPECT_THAT(fed.loop().status().troubles, testing::IsEmpty());
+  EXPECT_EQ(fed.end(), "");
+}
+
+/// Files of this process may not grow beyond `bytes` meanwhile.
+class FullDisk {
+ public:
+  explicit FullDisk(rlim_t bytes) {
+    std::signal(SIGXFSZ, SIG_IGN);
+    getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit limit{bytes, before_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~FullDisk() { setrlimit(RLIMIT_FSIZE, &before_); }
+  FullDisk(const FullDisk&) = delete;
+  FullDisk& operator=(const FullDisk&) = delete;
+
+ private:
+  rlimit before_{};
+};
+
+TEST(LiveLoop, WaitsForRoomOnAFullDiskAndMapsOn) {
+  const ScratchFolder folder;
+  const fs::path file = folder / "flat.estancia";
+  const FlatDrive drive;
+  RecordedLabeler labeler = labelerOf(drive);
+  FedLoop fed(file, labeler, drive);
+  for (std::size_t i = 0; i < 30; ++i) fed.source().feed(drive, i);
+  ASSERT_TRUE(fed.waitUntil([&](const LiveStatus& now) { return now.frames == 30 && fs::exists(file); }));
+  std::size_t next = 30;
+  const auto feedUntil = [&](const std::function<bool(const LiveStatus&)>& isSo) {
+    for (int i = 0; i < 600 && !isSo(fed.loop().status()); ++i) {
+      LiveFrame live;
+      live.frame = drive.frame(next % drive.size());
+      live.image = drive.image(0);
+      live.depth = drive.depth(next++ % drive.size());
+      fed.source().feed(live);
+      std::this_thread::sleep_for(50ms);
+    }
+    return isSo(fed.loop().status());
+  };
+  {
+    const FullDisk full(4096);
+    EXPECT_TRUE(feedUntil([](const LiveStatus& now) { return !now.troubles.empty(); }));
+    EXPECT_THAT(fed.loop().status().troubles.front(), HasSubstr(file.string()));
+  }
+  const std::size_t before = fed.loop().status().frames;
+  EXPECT_TRUE(feedUntil([&](const LiveStatus& now) { return now.frames > before && now.troubles.empty(); }));
+  EXPECT_EQ(fed.end(), "");
+  const WorldMap kept = readWorld(file);
+  EXPECT_GT(kept.places.frames.size(), 20U);
+  EXPECT_FALSE(kept.areas.empty());
+}
+
+TEST(LiveLoop, EndsWhenTheMapIsTakenAway) {
+  const ScratchFolder folder;
+  const fs::path file = folder / "flat.estancia";
+  const FlatDrive drive;
+  RecordedLabeler labeler = labelerOf(drive);
+  FedLoop fed(file, labeler, drive);
+  for (std::size_t i = 0; i < 30; ++i) fed.source().feed(drive, i);
+  ASSERT_TRUE(fed.waitUntil([&](const LiveStatus& now) { return now.frames == 30 && fs::exists(file); }));
+  fs::remove(file);
+  for (std::size_t i = 30; i < drive.size(); ++i) fed.source().feed(drive, i);
+  EXPECT_THAT(fed.end(), HasSubstr(file.string()));
+  EXPECT_EQ(fed.loop().status().state, "ended");
+}
+
+}  // namespace
+}  // namespace estancia
