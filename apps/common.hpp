@@ -83,7 +83,6 @@ void addLabelCommand(CLI::App& app);
 void addOdometryCommand(CLI::App& app);
 void addFilterCommand(CLI::App& app);
 void addMapCommand(CLI::App& app);
-void addLiveCommand(CLI::App& app);
 void addZonesCommand(CLI::App& app);
 void addAreasCommand(CLI::App& app);
 void addNameCommand(CLI::App& app);

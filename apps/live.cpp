@@ -1,12 +1,18 @@
 // estancia live: a camera, or a recording that is played → a map that grows, or where in a map it is.
 // SPDX-License-Identifier: Apache-2.0
+#include "live.hpp"
+
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
-#include <filesystem>
+#include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <memory>
 #include <string>
+#include <thread>
+#include <vector>
 
 #include "common.hpp"
 #include "estancia/core/error.hpp"
@@ -65,28 +71,32 @@ Json frameJson(const LiveStatus& now) {
   return json;
 }
 
-/// One line that is written over, where people look; the troubles once each.
+/// What people see meanwhile: one line that is written over, and each trouble once. In a thread of its own,
+/// so that a slow terminal costs the mapping nothing.
 class StatusLine {
  public:
-  explicit StatusLine(bool json) : json_(json), terminal_(!json && isatty(STDERR_FILENO) == 1) {}
-  ~StatusLine() { clear(); }
+  StatusLine(const LiveView& live, bool json)
+      : live_(live), shows_(!json && isatty(STDERR_FILENO) == 1), thread_([this] { run(); }) {}
+  ~StatusLine() {
+    over_ = true;
+    thread_.join();
+    clear();
+  }
   StatusLine(const StatusLine&) = delete;
   StatusLine& operator=(const StatusLine&) = delete;
 
-  void frame(const LiveStatus& now) {
-    say(now);
-    if (json_) return print(frameJson(now));
-    if (!terminal_) return;
-    std::string words;
-    for (std::size_t i = 0; i < std::min<std::size_t>(3, now.words.size()); ++i)
-      words += (i == 0 ? "" : ", ") + now.words[i].label;
-    show(fmt::format("{}  place {}{}  {:.1f}/s, {:.0f} ms, {} dropped  {}", counted(now.frames, "frame"),
-                     now.places.empty() ? -1 : now.places.front().node,
-                     now.area < 0 ? "" : " in " + now.areaName, now.rate, now.medianLatency, now.dropped,
-                     words));
+ private:
+  void run() {
+    constexpr auto patience = std::chrono::milliseconds(200);
+    for (std::uint64_t revision = 0; !over_;) {
+      const LiveStatus now = live_.waitForChange(revision, patience);
+      if (now.revision == revision) continue;
+      revision = now.revision;
+      warn(now);
+      if (shows_) show(now);
+    }
   }
-  /// Warns of what is newly wrong.
-  void say(const LiveStatus& now) {
+  void warn(const LiveStatus& now) {
     for (const std::string& trouble : now.troubles)
       if (std::ranges::find(told_, kindOf(trouble)) == told_.end()) {
         clear();
@@ -95,25 +105,33 @@ class StatusLine {
     told_.clear();
     for (const std::string& trouble : now.troubles) told_.push_back(kindOf(trouble));
   }
-
- private:
   /// Without its numbers, which change.
   static std::string kindOf(std::string trouble) {
     std::erase_if(trouble, [](char c) { return c >= '0' && c <= '9'; });
     return trouble;
   }
-  void show(const std::string& line) {
+  void show(const LiveStatus& now) {
+    std::string words;
+    for (std::size_t i = 0; i < std::min<std::size_t>(3, now.words.size()); ++i)
+      words += (i == 0 ? "" : ", ") + now.words[i].label;
+    const std::string place = now.places.empty() ? "" : fmt::format(", place {}", now.places.front().node);
+    const std::string line = fmt::format(
+        "{}: {}{}{}  {:.1f}/s, {:.0f} ms, {} dropped  {}", now.state, counted(now.frames, "frame"), place,
+        now.area < 0 ? "" : " in " + now.areaName, now.rate, now.medianLatency, now.dropped, words);
     fmt::print(stderr, "\r{}\x1b[K", report::shorten(line, 110));
     std::fflush(stderr);
-    shown_ = true;
+    isShown_ = true;
   }
   void clear() {
-    if (shown_) fmt::print(stderr, "\r\x1b[K");
-    shown_ = false;
+    if (isShown_) fmt::print(stderr, "\r\x1b[K");
+    isShown_ = false;
   }
 
-  bool json_, terminal_, shown_ = false;
+  const LiveView& live_;
+  bool shows_, isShown_ = false;
   std::vector<std::string> told_;
+  std::atomic<bool> over_ = false;
+  std::thread thread_;  // last: it uses all others
 };
 
 void printSummary(const LiveArguments& arguments, const LiveLoop& live) {
@@ -149,8 +167,10 @@ void run(const LiveArguments& arguments) {
   auto source = makeFrameSource(arguments.source, arguments.sources);
   LiveLoop live(std::move(source), *labeler, arguments.map(), options);
   {
-    StatusLine line(arguments.json);
-    live.run([&line](const LiveStatus& now) { line.frame(now); });
+    const StatusLine line(live, arguments.json);
+    live.run([&arguments](const LiveStatus& now) {
+      if (arguments.json) print(frameJson(now));
+    });
   }
   printSummary(arguments, live);
 }

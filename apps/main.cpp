@@ -19,6 +19,7 @@
 #include "estancia/core/progress.hpp"
 #include "estancia/version.hpp"
 #include "estancia/words/installed_words.hpp"
+#include "live.hpp"
 
 namespace {
 

@@ -10,6 +10,7 @@ struct Choice;
 struct DescriptorLayout;
 class DescriptorMatrix;
 class Error;
+class Floor;
 struct Frame;
 class Interrupted;
 struct LabelPart;
@@ -17,6 +18,8 @@ struct LabelProbability;
 class NoAnswerError;
 class Option;
 class OptionGroup;
+struct PlanarMotion;
+struct PlanarPose;
 struct PointCloud;
 struct Pose;
 class Progress;
@@ -177,6 +180,27 @@ struct TrackOptions;
 struct TrainingOptions;
 struct TrainingSet;
 
+// areas
+struct Area;
+struct AreaEdit;
+struct AreaPlan;
+class FloorCells;
+struct FloorHeat;
+struct FloorSurvey;
+class OccupancyGrid;
+struct PlannedFrames;
+struct RoomSegmentationOptions;
+class WordMap;
+struct WordMapOptions;
+
+// world
+struct KnownPose;
+struct WorldArea;
+struct WorldMap;
+struct WorldObject;
+struct WorldOptions;
+struct WorldZone;
+
 // report
 struct CloudLayer;
 struct CloudView;
@@ -186,5 +210,22 @@ struct Measure;
 struct PageImages;
 struct WorldPage;
 struct ZonesPage;
+
+// live
+struct DeleteObject;
+class FrameSource;
+struct FrameSourceOptions;
+struct LiveFrame;
+class LiveLoop;
+struct LiveOptions;
+struct LiveStatus;
+class LiveView;
+struct MergeAreas;
+struct NameArea;
+struct NameObject;
+struct PlaceBelief;
+struct ReplayOptions;
+class ReplaySource;
+struct SplitArea;
 
 }  // namespace estancia

@@ -87,6 +87,7 @@ struct LiveLoop::Impl {
   std::atomic<bool> stopping = false;
   RecentNumbers latencies, forwards;
   RecentRate rate;
+  std::size_t lost = 0;  // frames that came, and could not be used
 
   struct Request {
     MapEdit edit;
@@ -157,6 +158,7 @@ void LiveLoop::Impl::place(const LiveFrame& live, DescriptorView words, const Li
     status.troubles = wrong;
     ++status.frames;
     status.dropped += live.dropped;
+    status.failed = lost + source->unreadable();
     status.frame = live.frame.name;
     status.timestamp = live.frame.timestamp;
     status.pose = at.pose;
@@ -178,10 +180,11 @@ void LiveLoop::Impl::place(const LiveFrame& live, DescriptorView words, const Li
 void LiveLoop::Impl::lose(const LiveFrame& live, const Error& why) {
   std::vector<std::string> wrong = troubles();
   if (wrong.empty()) wrong.emplace_back(why.what());
+  ++lost;
   board.change([&](LiveStatus& status) {
     status.troubles = wrong;
     status.dropped += live.dropped;
-    ++status.failed;
+    status.failed = lost + source->unreadable();
   });
 }
 
@@ -191,8 +194,10 @@ void LiveLoop::Impl::idle() {
   const LiveStatus now = board.status();
   const bool isStale = !wrong.empty() || now.frames == 0;
   const std::string state = isStale ? "waiting" : now.state;
-  if (now.state == state && now.troubles == wrong) return;
+  const std::size_t failed = lost + source->unreadable();
+  if (now.state == state && now.troubles == wrong && now.failed == failed) return;
   board.change([&](LiveStatus& status) {
+    status.failed = failed;
     status.state = state;
     status.troubles = wrong;
   });

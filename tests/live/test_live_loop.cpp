@@ -30,6 +30,15 @@ using test::FlatDrive;
 using test::ScratchFolder;
 using testing::HasSubstr;
 
+/// Every sixteenth image is broken.
+class BrokenDrive : public FlatDrive {
+ public:
+  cv::Mat image(std::size_t i) const override {
+    if (i % 16 == 0) throw Error(ErrorCode::fileUnreadable, frames_[i].name + ": broken");
+    return FlatDrive::image(i);
+  }
+};
+
 /// The drive's own words.
 RecordedLabeler labelerOf(const FlatDrive& drive) {
   return RecordedLabeler(drive.labeled());
@@ -282,6 +291,17 @@ TEST(LiveLoop, DepthOfAnotherCameraIsToldOfAndLeftOut) {
   ASSERT_TRUE(fed.waitUntil([](const LiveStatus& now) { return now.frames == 3; }));
   EXPECT_THAT(fed.loop().status().troubles, testing::IsEmpty());
   EXPECT_EQ(fed.end(), "");
+}
+
+TEST(LiveLoop, CountsFramesThatTheSourceCouldNotRead) {
+  const ScratchFolder folder;
+  auto drive = std::make_unique<BrokenDrive>();
+  RecordedLabeler labeler = labelerOf(*drive);
+  LiveLoop live(std::make_unique<ReplaySource>(std::move(drive), ReplayOptions{.rate = 0}), labeler,
+                folder / "flat.estancia");
+  live.run();
+  EXPECT_EQ(live.status().frames, 60U);
+  EXPECT_EQ(live.status().failed, 4U);
 }
 
 /// Files of this process may not grow beyond `bytes` meanwhile.
