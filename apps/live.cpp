@@ -10,6 +10,7 @@
 #include <atomic>
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -19,6 +20,7 @@
 #include "estancia/core/printable.hpp"
 #include "estancia/live/live_loop.hpp"
 #include "estancia/live/open_source.hpp"
+#include "estancia/live/page_server.hpp"
 #include "estancia/report/text.hpp"
 #include "estancia/topology/mapper.hpp"
 #include "estancia/world/world_mapper.hpp"
@@ -38,6 +40,7 @@ struct LiveArguments {
   MapperOptions mapper;
   WorldOptions world;
   LocalizerOptions localizer;
+  ServerOptions server;
   DeclaredOptions declared;
   bool json = false;
 
@@ -167,6 +170,11 @@ void run(const LiveArguments& arguments) {
   auto source = makeFrameSource(arguments.source, arguments.sources);
   LiveLoop live(std::move(source), *labeler, arguments.map(), options);
   {
+    std::optional<PageServer> page;
+    if (arguments.server.page) {
+      page.emplace(live, arguments.server);
+      spdlog::info("the page is at {}", page->url());
+    }
     const StatusLine line(live, arguments.json);
     live.run([&arguments](const LiveStatus& now) {
       if (arguments.json) print(frameJson(now));
@@ -204,6 +212,7 @@ void addLiveCommand(CLI::App& app) {
   arguments->declared.add(declare(arguments->mapper), {});
   arguments->declared.add(declare(arguments->world), {"layers"});
   arguments->declared.add(declare(arguments->localizer), {});
+  arguments->declared.add(declare(arguments->server), {"page", "port", "listen"});
   addJsonOption(*command, arguments->json);
   addExamples(*command,
               "  estancia live 0 -o home.estancia\n"

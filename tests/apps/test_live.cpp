@@ -37,7 +37,8 @@ class LiveCommand : public testing::Test {
     }
   }
   std::vector<std::string> command(const std::string& rate) const {
-    return {"live", scratch_ / "images", "-o", map_, "--model", scratch_ / "model", "--rate", rate};
+    return {"live", scratch_ / "images", "-o", map_, "--model", scratch_ / "model", "--rate",
+            rate,   "--no-page"};
   }
   /// Starts it, and sends it a signal as soon as it has written. Returns how it ended.
   int signaled(int signal) const {
@@ -83,8 +84,8 @@ TEST_F(LiveCommand, MapsARecordingAndTellsOfEachFrame) {
   EXPECT_EQ(told.back()["dropped"], 0);
   EXPECT_EQ(readMap(map_).frames.size(), static_cast<std::size_t>(frames));
 
-  const CommandResult again = test::run(
-      {"live", scratch_ / "images", "--localize", map_, "--model", scratch_ / "model", "--rate", "0"});
+  const CommandResult again = test::run({"live", scratch_ / "images", "--localize", map_, "--model",
+                                         scratch_ / "model", "--rate", "0", "--no-page"});
   ASSERT_EQ(again.exitCode, 0) << again.err;
   EXPECT_THAT(again.out, HasSubstr("200 frames"));
 }
