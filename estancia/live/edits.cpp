@@ -10,22 +10,20 @@
 namespace estancia {
 namespace {
 
-using Json = nlohmann::json;
-
 /// The fields of an edit; each must be asked for.
 class EditFields {
  public:
-  explicit EditFields(const Json& json) : json_(json) {}
+  explicit EditFields(const nlohmann::json& json) : json_(json) {}
 
   int number(const char* key) {
-    const Json& value = get(key);
+    const nlohmann::json& value = get(key);
     if (!value.is_number_integer() || value < 0 || value > std::numeric_limits<int>::max())
       fail(ErrorCode::invalidInput, "\"{}\" must be a whole number from 0", key);
     return value.get<int>();
   }
   std::string name() {
     constexpr std::size_t longest = 120;
-    const Json& value = get("name");
+    const nlohmann::json& value = get("name");
     if (!value.is_string()) fail(ErrorCode::invalidInput, "\"name\" must be text");
     auto text = value.get<std::string>();
     if (text.size() > longest)
@@ -36,7 +34,7 @@ class EditFields {
     return text;
   }
   cv::Point2d point(const char* key) {
-    const Json& value = get(key);
+    const nlohmann::json& value = get(key);
     if (!value.is_array() || value.size() != 2 || !value[0].is_number() || !value[1].is_number())
       fail(ErrorCode::invalidInput, "\"{}\" must be a point of the floor, [x, y] in meters", key);
     return {value[0].get<double>(), value[1].get<double>()};
@@ -48,14 +46,14 @@ class EditFields {
   }
 
  private:
-  const Json& get(const char* key) {
+  const nlohmann::json& get(const char* key) {
     const auto found = json_.find(key);
     if (found == json_.end()) fail(ErrorCode::invalidInput, "the edit lacks \"{}\"", key);
     ++asked_;
     return *found;
   }
 
-  const Json& json_;
+  const nlohmann::json& json_;
   std::size_t asked_ = 0;
 };
 
@@ -85,7 +83,7 @@ MapEdit editOf(const std::string& type, EditFields& fields) {
 }  // namespace
 
 MapEdit parseEdit(const std::string& json) {
-  const Json parsed = Json::parse(json, nullptr, false);
+  const nlohmann::json parsed = nlohmann::json::parse(json, nullptr, false);
   if (!parsed.is_object() || !parsed.contains("type") || !parsed["type"].is_string())
     fail(ErrorCode::invalidInput, "an edit is a JSON object with a \"type\", {{\"type\": \"name_area\", …}}");
   EditFields fields(parsed);

@@ -68,7 +68,7 @@ std::string McpServer::answer(std::string_view line) {
     return textOf(Json{{"jsonrpc", "2.0"}, {"id", Json(asked)}, {"result", std::move(result)}});
   } catch (const ProtocolError& error) {
     return errorText(asked, error);
-  } catch (const Error& e) {
+  } catch (const std::exception& e) {
     return errorText(asked, {internalError, printable(e.what())});
   }
 }
@@ -101,7 +101,7 @@ Json McpServer::call(const nlohmann::json& params) const {
   if (name == params.end() || !name->is_string())
     throw ProtocolError{invalidParams, "\"name\" must be the name of a tool"};
   static const nlohmann::json none = nlohmann::json::object();
-  const nlohmann::json& given = arguments == params.end() ? none : *arguments;
+  const nlohmann::json& given = arguments == params.end() || arguments->is_null() ? none : *arguments;
   if (!given.is_object()) throw ProtocolError{invalidParams, "\"arguments\" must be an object"};
   try {
     auto answer = callTool(queries_, name->get<std::string>(), given);

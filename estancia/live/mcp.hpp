@@ -18,7 +18,7 @@ class McpServer {
   explicit McpServer(const LiveView& view) : queries_(view) {}
 
   /// The answer to one message, a line without its end; "" where none is due. What is no message is answered
-  /// by an error; nothing throws but what LiveView throws beside Error.
+  /// by an error. Throws nothing.
   std::string answer(std::string_view line);
 
  private:

@@ -104,15 +104,16 @@ Json objectReferences(const WorldMap& world, const auto& isMeant) {
 std::shared_ptr<LiveQueries::Known> LiveQueries::find() const {
   const std::shared_ptr<const WorldMap> world = view_.world();
   if (world == nullptr) return nullptr;
-  {
+  const auto known = [&] {
     const std::lock_guard lock(mutex_);
-    if (known_ != nullptr && known_->world == world) return known_;
-  }
-  // Others may ask of the old one meanwhile.
-  std::shared_ptr<Known> known(new Known{world, floorOf(*world), namesOfPlaces(*world), {}, {}});
+    return known_ != nullptr && known_->world == world ? known_ : nullptr;
+  };
+  if (auto found = known()) return found;
+  const std::lock_guard onlyOne(computing_);
+  if (auto found = known()) return found;
+  std::shared_ptr<Known> fresh(new Known{world, floorOf(*world), namesOfPlaces(*world), {}, {}});
   const std::lock_guard lock(mutex_);
-  if (known_ == nullptr || known_->world != world) known_ = std::move(known);
-  return known_;
+  return known_ = std::move(fresh);
 }
 
 std::shared_ptr<LiveQueries::Known> LiveQueries::get() const {

@@ -78,7 +78,8 @@ class LiveQueries {
   std::shared_ptr<Known> get() const;
 
   const LiveView& view_;
-  mutable std::mutex mutex_;
+  mutable std::mutex computing_;
+  mutable std::mutex mutex_;  // of what follows
   mutable std::shared_ptr<Known> known_;
 };
 

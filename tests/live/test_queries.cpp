@@ -14,19 +14,19 @@ namespace {
 
 using test::FailsWith;
 using test::FakeView;
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 TEST(LiveQueries, WhereNamesPlaceAreaRoomAndPose) {
   const FakeView view;
   const LiveQueries queries(view);
-  const Json where = queries.where();
-  EXPECT_EQ(where["place"], (Json{{"node", 0}, {"name", "kitchen"}, {"probability", 0.9}}));
-  EXPECT_EQ(where["area"], (Json{{"id", 0}, {"name", "kitchen"}, {"probability", 0.95}}));
-  EXPECT_EQ(where["pose"], (Json{{"x", 2.0}, {"y", 2.0}, {"yaw", 0.5}}));
+  const OrderedJson where = queries.where();
+  EXPECT_EQ(where["place"], (OrderedJson{{"node", 0}, {"name", "kitchen"}, {"probability", 0.9}}));
+  EXPECT_EQ(where["area"], (OrderedJson{{"id", 0}, {"name", "kitchen"}, {"probability", 0.95}}));
+  EXPECT_EQ(where["pose"], (OrderedJson{{"x", 2.0}, {"y", 2.0}, {"yaw", 0.5}}));
   EXPECT_EQ(where["belief"].size(), 2U);
   EXPECT_TRUE(where["unmapped"].is_null());
   EXPECT_THAT(where["sentence"].get<std::string>(), testing::HasSubstr("kitchen"));
-  const Json status = queries.status();
+  const OrderedJson status = queries.status();
   EXPECT_EQ(status["where"], where);
   EXPECT_EQ(status["words"][0]["label"], "coffee mug");
 }
@@ -38,7 +38,7 @@ TEST(LiveQueries, BeforeTheFirstImageNothingIsKnown) {
     world = nullptr;
   });
   const LiveQueries queries(view);
-  const Json where = queries.where();
+  const OrderedJson where = queries.where();
   for (const char* key : {"place", "area", "room", "pose", "frame"}) EXPECT_TRUE(where[key].is_null()) << key;
   EXPECT_THAT([&] { queries.ask("mug", 5); }, FailsWith(ErrorCode::insufficientData));
   EXPECT_THAT([&] { queries.map(); }, FailsWith(ErrorCode::insufficientData));
@@ -60,16 +60,16 @@ TEST(LiveQueries, APlaceThatTheMapLacksIsNoCrash) {
 TEST(LiveQueries, AskAndRouteAnswerAsTheCommandDoes) {
   const FakeView view;
   const LiveQueries queries(view);
-  const Json found = queries.ask("coffee mug", 5);
+  const OrderedJson found = queries.ask("coffee mug", 5);
   EXPECT_EQ(found["objects"][0]["id"], 1);
   EXPECT_EQ(queries.ask("coffee mug", 1)["places"].size(), 1U);
-  const Json nothing = queries.ask("xqzzkw", 5);
+  const OrderedJson nothing = queries.ask("xqzzkw", 5);
   EXPECT_TRUE(nothing["objects"].empty());
 
-  const Json route = queries.route({"umbrella", {}});
+  const OrderedJson route = queries.route({"umbrella", {}});
   EXPECT_EQ(route["from"], 0) << "where the robot is";
   EXPECT_EQ(route["object"]["id"], 3);
-  EXPECT_EQ(queries.route({"2", 3})["nodes"], (Json{3, 2}));
+  EXPECT_EQ(queries.route({"2", 3})["nodes"], (OrderedJson{3, 2}));
   EXPECT_THAT([&] { queries.route({"2", 99}); }, FailsWith(ErrorCode::unknownName));
   EXPECT_THAT([&] { queries.route({"2", 0, {"nowhere at all"}}); }, FailsWith(ErrorCode::unknownName));
 }
@@ -85,7 +85,7 @@ TEST(LiveQueries, WithoutTheRobotsPlaceAWayNeedsAStart) {
 TEST(LiveQueries, PlacesAreDescribed) {
   const FakeView view;
   const LiveQueries queries(view);
-  const Json place = queries.place(3);
+  const OrderedJson place = queries.place(3);
   EXPECT_EQ(place["name"], "Ana's \"room\"");
   EXPECT_EQ(place["words"][0]["label"], "umbrella");
   EXPECT_EQ(place["neighbors"].size(), 2U);
@@ -99,7 +99,7 @@ TEST(LiveQueries, TheMapIsDrawnOncePerChange) {
   const LiveQueries queries(view);
   const auto first = queries.map();
   EXPECT_EQ(queries.map(), first);
-  const Json map = Json::parse(*first);
+  const OrderedJson map = OrderedJson::parse(*first);
   EXPECT_EQ(map["areas"].size(), 4U);
   EXPECT_EQ(map["areas"][0]["outlines"].size(), 1U);
   EXPECT_EQ(map["places"][0]["position"].size(), 2U);
@@ -107,8 +107,8 @@ TEST(LiveQueries, TheMapIsDrawnOncePerChange) {
   EXPECT_EQ(map["objects"].size(), 6U);
   EXPECT_TRUE(map["metric"]);
   view.edit(NameArea{1, "spa"});
-  EXPECT_EQ(Json::parse(*queries.map())["areas"][1]["given_name"], "spa");
-  EXPECT_GT(Json::parse(*queries.map())["map_revision"], map["map_revision"]);
+  EXPECT_EQ(OrderedJson::parse(*queries.map())["areas"][1]["given_name"], "spa");
+  EXPECT_GT(OrderedJson::parse(*queries.map())["map_revision"], map["map_revision"]);
 }
 
 TEST(LiveQueries, PlacesWithoutPosesAreDrawnByTheirTransitions) {
@@ -121,7 +121,7 @@ TEST(LiveQueries, PlacesWithoutPosesAreDrawnByTheirTransitions) {
         WorldMap{.places = places, .zoneOfFrame = none, .areaOfFrame = none});
   });
   const LiveQueries queries(view);
-  const Json map = Json::parse(*queries.map());
+  const OrderedJson map = OrderedJson::parse(*queries.map());
   EXPECT_FALSE(map["metric"]);
   EXPECT_EQ(map["places"][3]["position"].size(), 2U);
   EXPECT_TRUE(map["path"].empty());
@@ -131,8 +131,8 @@ TEST(LiveQueries, NamesThatAreNoUtf8StayJson) {
   FakeView view;
   view.edit(NameArea{0, "\xFF\xFE"});
   const LiveQueries queries(view);
-  EXPECT_TRUE(Json::accept(*queries.map()));
-  EXPECT_TRUE(Json::accept(textOf(queries.areas())));
+  EXPECT_TRUE(OrderedJson::accept(*queries.map()));
+  EXPECT_TRUE(OrderedJson::accept(textOf(queries.areas())));
 }
 
 TEST(LiveEdits, AreReadFromJson) {
