@@ -20,11 +20,12 @@
 #include "estancia/core/printable.hpp"
 #include "estancia/live/live_loop.hpp"
 #include "estancia/live/open_source.hpp"
-#include "estancia/live/page_server.hpp"
 #include "estancia/report/text.hpp"
+#include "estancia/topology/map.hpp"
 #include "estancia/topology/mapper.hpp"
 #include "estancia/world/world_mapper.hpp"
 #include "labeling.hpp"
+#include "page_service.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -40,7 +41,7 @@ struct LiveArguments {
   MapperOptions mapper;
   WorldOptions world;
   LocalizerOptions localizer;
-  ServerOptions server;
+  PageArguments page;
   DeclaredOptions declared;
   bool json = false;
 
@@ -170,17 +171,29 @@ void run(const LiveArguments& arguments) {
   auto source = makeFrameSource(arguments.source, arguments.sources);
   LiveLoop live(std::move(source), *labeler, arguments.map(), options);
   {
-    std::optional<PageServer> page;
-    if (arguments.server.page) {
-      page.emplace(live, arguments.server);
-      spdlog::info("the page is at {}", page->url());
-    }
+    const PageService page(live, arguments.page, [&live] { live.stop(); });
     const StatusLine line(live, arguments.json);
     live.run([&arguments](const LiveStatus& now) {
       if (arguments.json) print(frameJson(now));
     });
   }
-  printSummary(arguments, live);
+  if (!arguments.page.mcp) printSummary(arguments, live);
+}
+
+/// A camera, a recording, or a map at rest.
+void runOrServe(const LiveArguments& arguments) {
+  if (isMapFile(arguments.source)) {
+    if (!arguments.map().empty())
+      throw Error(
+          ErrorCode::invalidOption,
+          fmt::format("{} is a map, not images; alone it is served as it is, without -o and --localize",
+                      printable(arguments.source)));
+    return serveMapFile(arguments.source, arguments.page);
+  }
+  if (arguments.map().empty())
+    throw Error(ErrorCode::invalidOption,
+                "give the map that is made by -o, or one to be found in by --localize");
+  run(arguments);
 }
 
 }  // namespace
@@ -192,7 +205,7 @@ void addLiveCommand(CLI::App& app) {
   command
       ->add_option("SOURCE", arguments->source,
                    "A camera: its number, /dev/videoN, http://… (MJPEG) or rtsp://…; or a video, folder or "
-                   "bag that is played at its own pace")
+                   "bag that is played at its own pace; or a map at rest, which needs no -o")
       ->required();
   CLI::Option* output = addOutputOption(*command, arguments->output,
                                         "The map file, NAME.estancia; a map that is there is gone on with");
@@ -212,19 +225,15 @@ void addLiveCommand(CLI::App& app) {
   arguments->declared.add(declare(arguments->mapper), {});
   arguments->declared.add(declare(arguments->world), {"layers"});
   arguments->declared.add(declare(arguments->localizer), {});
-  arguments->declared.add(declare(arguments->server), {"page", "port", "listen"});
+  arguments->page.addTo(arguments->declared);
   addJsonOption(*command, arguments->json);
+  command->get_option("--mcp")->excludes("--json");
   addExamples(*command,
               "  estancia live 0 -o home.estancia\n"
               "  estancia live http://robot.local:8080/stream -o home.estancia\n"
               "  estancia live ~/drive -o home.estancia --rate 2\n"
               "  estancia live 0 --localize home.estancia --json");
-  command->callback([arguments] {
-    if (arguments->map().empty())
-      throw Error(ErrorCode::invalidOption,
-                  "give the map that is made by -o, or one to be found in by --localize");
-    run(*arguments);
-  });
+  command->callback([arguments] { runOrServe(*arguments); });
 }
 
 }  // namespace estancia::apps

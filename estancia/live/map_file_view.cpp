@@ -9,6 +9,7 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/world/edit_areas.hpp"
+#include "estancia/world/edit_objects.hpp"
 
 namespace estancia {
 namespace {
@@ -33,9 +34,8 @@ struct EditOfFile {
     mergeAreas(path, std::to_string(edit.area), std::to_string(edit.other));
   }
   void operator()(const SplitArea& edit) const { splitArea(path, edit.from, edit.to); }
-  void operator()(const auto&) const {
-    throw Error(ErrorCode::invalidState, "the objects of a map at rest cannot be edited");
-  }
+  void operator()(const NameObject& edit) const { nameObject(path, std::to_string(edit.object), edit.name); }
+  void operator()(const DeleteObject& edit) const { deleteObject(path, std::to_string(edit.object)); }
 };
 
 }  // namespace

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "estancia/core/options.hpp"
@@ -13,7 +14,8 @@ namespace estancia {
 
 struct ServerOptions {
   bool page = true;
-  int port = 8765;
+  /// 8765 when absent, else any that is free.
+  std::optional<int> port;
   std::string listen;
 };
 /// Says what each option is and its range.
@@ -22,7 +24,7 @@ OptionGroup declare(ServerOptions& options);
 /// Serves until it is destroyed.
 class PageServer {
  public:
-  /// The view must outlive it. Throws Error as makeHttpServer() does.
+  /// Whatever ServerOptions::page says. The view must outlive it. Throws Error as makeHttpServer() does.
   PageServer(LiveView& view, const ServerOptions& options);
 
   /// What people open; with the token where one is needed.

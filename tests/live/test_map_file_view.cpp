@@ -53,6 +53,19 @@ TEST(MapFileView, KeepsCorrections) {
   EXPECT_THAT([&] { view.edit(SplitArea{{90, 90}, {91, 91}}); }, FailsWith(ErrorCode::invalidInput));
 }
 
+TEST(MapFileView, KeepsCorrectionsOfObjects) {
+  const ScratchFolder folder;
+  const auto file = folder / "home.estancia";
+  test::writeWorld(test::sampleWorld(), file);
+  MapFileView view(file);
+  view.edit(NameObject{3, "Ana's umbrella"});
+  EXPECT_EQ(view.world()->objects[3].givenName, "Ana's umbrella");
+  view.edit(DeleteObject{0});
+  EXPECT_EQ(view.world()->objects.size(), 5U);
+  EXPECT_EQ(readWorld(file).objects.size(), 5U);
+  EXPECT_THAT([&] { view.edit(DeleteObject{77}); }, FailsWith(ErrorCode::unknownName));
+}
+
 TEST(MapFileView, AFileThatIsDamagedMeanwhileIsATroubleNotTheEnd) {
   const ScratchFolder folder;
   const auto file = folder / "home.estancia";

@@ -209,13 +209,20 @@ TEST(PageServer, SaysWhereItCannotListen) {
   const PageServer first(view, options);
   options.port = first.port();
   EXPECT_THAT([&] { PageServer(view, options); },
-              FailsWith(ErrorCode::network, std::to_string(options.port)));
+              FailsWith(ErrorCode::network, std::to_string(first.port())));
   options.port = 70'000;
   EXPECT_THAT([&] { PageServer(view, options); }, FailsWith(ErrorCode::invalidOption));
   options = {};
   options.port = 0;
   options.listen = "no such address";
   EXPECT_THAT([&] { PageServer(view, options); }, FailsWith(ErrorCode::network));
+}
+
+TEST(PageServer, TakesAnotherPortWhereNoneWasAskedFor) {
+  FakeView view;
+  const PageServer first(view, {}), second(view, {});
+  EXPECT_NE(first.port(), second.port());
+  EXPECT_EQ(fetchWeb(second.port(), "/api/where").status, 200);
 }
 
 TEST(PageServer, ListensToOthersOnlyWithAToken) {
