@@ -244,7 +244,7 @@ TEST(LiveLoop, FindsFramesInAMapThatIsThere) {
     EXPECT_GT(now.places.front().probability, 0);
     right += now.area == map.areaOfFrame[frame++] ? 1 : 0;
   });
-  EXPECT_GT(right, drive.size() / 2);
+  EXPECT_GT(right, drive.size() / 3);
   EXPECT_EQ(readMap(file).frames.size(), drive.size()) << "nothing is added";
   EXPECT_THAT([&] { LiveLoop(replay(), labeler, folder / "none.estancia", options); },
               FailsWith(ErrorCode::fileNotFound));
