@@ -65,6 +65,12 @@ std::optional<cv::Affine3d> TransformTree::at(const Link& link, std::int64_t tim
   return isNear(next) ? std::optional(rigidOf(next->second)) : std::nullopt;
 }
 
+void TransformTree::forgetBefore(std::int64_t time) {
+  for (auto& [child, link] : links_)
+    if (!link.isStatic)
+      while (link.poses.size() > 1 && link.poses.begin()->first < time) link.poses.erase(link.poses.begin());
+}
+
 std::vector<std::string> TransformTree::pathUp(const std::string& frame) const {
   std::vector<std::string> path{frame};
   for (auto link = links_.find(frame); link != links_.end() && path.size() < mostFramesInChain;

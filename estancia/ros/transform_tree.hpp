@@ -29,6 +29,8 @@ class TransformTree {
   /// not known near that time.
   std::optional<cv::Affine3d> find(const std::string& target, const std::string& source,
                                    std::int64_t time) const;
+  /// Forgets moving transforms before a time [ns], but for the last of each: a live tree stays small.
+  void forgetBefore(std::int64_t time);
   /// The frame above all that `frame` hangs on; itself where it hangs on none.
   std::string rootOf(const std::string& frame) const;
   /// Whether a moving transform is between the frame and its root.
