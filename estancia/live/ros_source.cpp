@@ -5,6 +5,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <charconv>
+#include <cstdlib>
 #include <functional>
 #include <thread>
 
@@ -81,6 +83,17 @@ std::optional<ros::DdsTopic> chosenTopic(const ros::DdsNode& node, const std::st
 
 bool isRosTopic(const std::string& source) {
   return source.starts_with(rosScheme);
+}
+
+int rosDomain() {
+  const char* const text = std::getenv("ROS_DOMAIN_ID");
+  if (text == nullptr || *text == '\0') return 0;
+  int domain = -1;
+  const std::string_view digits(text);
+  const auto [end, problem] = std::from_chars(digits.data(), digits.data() + digits.size(), domain);
+  if (problem != std::errc{} || end != digits.data() + digits.size() || domain < 0 || domain > 232)
+    fail(ErrorCode::invalidOption, "ROS_DOMAIN_ID is \"{}\"; give a number from 0 to 232", printable(digits));
+  return domain;
 }
 
 RosSource::RosSource(const std::string& source, const RosSourceOptions& options,

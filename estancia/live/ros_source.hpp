@@ -25,6 +25,9 @@ struct RosSourceOptions {
 /// Whether a source's name is a topic's: "ros2:/camera/image_raw".
 bool isRosTopic(const std::string& source);
 
+/// $ROS_DOMAIN_ID, else 0. Throws Error (invalidOption) where it is no number from 0 to 232.
+int rosDomain();
+
 class RosSource : public FrameSource {
  public:
   /// `node` is ROS 2's graph. Waits some seconds for the topic of images; whoever publishes may go and come
