@@ -20,6 +20,7 @@
 #include "estancia/core/printable.hpp"
 #include "estancia/live/live_loop.hpp"
 #include "estancia/live/open_source.hpp"
+#include "estancia/live/ros_source.hpp"
 #include "estancia/report/text.hpp"
 #include "estancia/topology/map.hpp"
 #include "estancia/topology/mapper.hpp"
@@ -43,7 +44,7 @@ struct LiveArguments {
   LocalizerOptions localizer;
   PageArguments page;
   DeclaredOptions declared;
-  bool json = false;
+  bool json = false, list = false;
 
   const std::string& map() const { return localize.empty() ? output : localize; }
 };
@@ -180,8 +181,28 @@ void run(const LiveArguments& arguments) {
   if (!arguments.page.mcp) printSummary(arguments, live);
 }
 
+/// What is published in the graph of ROS 2.
+void listTopics(const LiveArguments& arguments) {
+  const auto topics = discoveredTopics(*ros::makeDdsNode({rosDomain()}));
+  if (!arguments.json) {
+    fmt::print("{}", topicTable(topics));
+    return;
+  }
+  Json json = Json::array();
+  for (const ros::DdsTopic& topic : topics)
+    json.push_back({{"name", topic.name},
+                    {"type", topic.type},
+                    {"writers", topic.writers},
+                    {"readers", topic.readers},
+                    {"reliable", topic.reliable}});
+  print({{"topics", std::move(json)}});
+}
+
 /// A camera, a recording, or a map at rest.
 void runOrServe(const LiveArguments& arguments) {
+  if (arguments.list) return listTopics(arguments);
+  if (arguments.source.empty())
+    throw Error(ErrorCode::invalidOption, "SOURCE is missing: a camera, a recording, ros2:/TOPIC or a map");
   if (isMapFile(arguments.source)) {
     if (!arguments.map().empty())
       throw Error(
@@ -202,11 +223,11 @@ void addLiveCommand(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("live", "Map a camera's frames while they come, or find them in a map");
   auto arguments = std::make_shared<LiveArguments>(*command);
-  command
-      ->add_option("SOURCE", arguments->source,
-                   "A camera: its number, /dev/videoN, http://… (MJPEG) or rtsp://…; or a video, folder or "
-                   "bag that is played at its own pace; or a map at rest, which needs no -o")
-      ->required();
+  command->add_option(
+      "SOURCE", arguments->source,
+      "A camera: its number, /dev/videoN, http://… (MJPEG) or rtsp://…; ros2:/TOPIC of images; or a "
+      "video, folder or bag that is played at its own pace; or a map at rest, which needs no -o");
+  command->add_flag("--list", arguments->list, "List the topics of ROS 2 that are published, and end");
   CLI::Option* output = addOutputOption(*command, arguments->output,
                                         "The map file, NAME.estancia; a map that is there is gone on with");
   command
@@ -217,6 +238,7 @@ void addLiveCommand(CLI::App& app) {
   arguments->declared.add(declare(arguments->sources.replay), {"rate", "frames-per-second"});
   arguments->declared.add(declare(arguments->sources.sequence), {"type", "poses"});
   SequenceArguments::addDepthTo(arguments->declared);
+  arguments->declared.addFlags("sequence", {"image-topic=image", "odom-topic=odom"});
   command->add_option("--model", arguments->model.model,
                       fmt::format("The model that labels the images: a name of `models list`, a folder, or "
                                   "several joined by +\nDefault: {}",
@@ -231,6 +253,8 @@ void addLiveCommand(CLI::App& app) {
   addExamples(*command,
               "  estancia live 0 -o home.estancia\n"
               "  estancia live http://robot.local:8080/stream -o home.estancia\n"
+              "  estancia live ros2:/camera/color/image_raw -o home.estancia\n"
+              "  estancia live --list\n"
               "  estancia live ~/drive -o home.estancia --rate 2\n"
               "  estancia live 0 --localize home.estancia --json");
   command->callback([arguments] { runOrServe(*arguments); });

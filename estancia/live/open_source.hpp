@@ -16,8 +16,9 @@ struct FrameSourceOptions {
   ReplayOptions replay;
 };
 
-/// "0", "/dev/video0", "http://…", "rtsp://…": a camera; "ros2:/topic": images of ROS 2; else the path of a recording: a folder, a video, a
-/// bag. Throws Error as openSequence() does; unsupportedFile for recordings of words; missingDependency.
+/// "0", "/dev/video0", "http://…", "rtsp://…": a camera; "ros2:/topic": images of ROS 2; else the path of a
+/// recording: a folder, a video, a bag. Throws Error as openSequence() does; unsupportedFile for recordings
+/// of words; missingDependency.
 std::unique_ptr<FrameSource> makeFrameSource(const std::string& source,
                                              const FrameSourceOptions& options = {});
 

@@ -22,7 +22,7 @@ using RosClock = std::chrono::steady_clock;
 
 constexpr std::string_view rosScheme = "ros2:";
 /// Discovery takes a second on most networks.
-constexpr milliseconds discovery{5000}, firstCamera{3000}, betweenLooks{50};
+constexpr milliseconds discovery{5000}, firstCamera{3000}, betweenLooks{50}, listing{2000};
 
 /// Looks until `isThere`, or until the time is over. Returns whether it is there.
 bool waitFor(milliseconds patience, const std::function<bool()>& isThere) {
@@ -184,6 +184,13 @@ std::string RosSource::trouble() const {
   if (!depthTopic_.empty() && !frames_->intrinsics())
     return fmt::format("no camera info of {}: depth is not used without it", imageTopic_);
   return "";
+}
+
+std::vector<ros::DdsTopic> discoveredTopics(const ros::DdsNode& node) {
+  std::this_thread::sleep_for(listing);
+  auto topics = topicsThat(node, [](const ros::DdsTopic&) { return true; });
+  std::ranges::sort(topics, {}, &ros::DdsTopic::name);
+  return topics;
 }
 
 std::string topicTable(const std::vector<ros::DdsTopic>& topics) {

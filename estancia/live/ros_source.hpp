@@ -53,6 +53,10 @@ class RosSource : public FrameSource {
   std::vector<std::unique_ptr<ros::DdsSubscription>> subscriptions_;  // the first is that of images
 };
 
+/// The topics of the graph that are published: what is discovered in two seconds, in the order of their
+/// names.
+std::vector<ros::DdsTopic> discoveredTopics(const ros::DdsNode& node);
+
 /// The topics of the graph as a table for people: name, type, writers.
 std::string topicTable(const std::vector<ros::DdsTopic>& topics);
 
