@@ -195,7 +195,7 @@ void listTopics(const LiveArguments& arguments) {
                     {"writers", topic.writers},
                     {"readers", topic.readers},
                     {"reliable", topic.reliable}});
-  print({{"topics", std::move(json)}});
+  print(Json{{"topics", std::move(json)}});
 }
 
 /// A camera, a recording, or a map at rest.
