@@ -20,6 +20,7 @@
 #include "estancia/core/printable.hpp"
 #include "estancia/live/live_loop.hpp"
 #include "estancia/live/open_source.hpp"
+#include "estancia/live/ros_publisher.hpp"
 #include "estancia/live/ros_source.hpp"
 #include "estancia/report/text.hpp"
 #include "estancia/topology/map.hpp"
@@ -44,7 +45,7 @@ struct LiveArguments {
   LocalizerOptions localizer;
   PageArguments page;
   DeclaredOptions declared;
-  bool json = false, list = false;
+  bool json = false, list = false, publish = false;
 
   const std::string& map() const { return localize.empty() ? output : localize; }
 };
@@ -173,6 +174,8 @@ void run(const LiveArguments& arguments) {
   LiveLoop live(std::move(source), *labeler, arguments.map(), options);
   {
     const PageService page(live, arguments.page, [&live] { live.stop(); });
+    std::optional<RosPublisher> ros;
+    if (arguments.publish) ros.emplace(live, ros::makeDdsNode({rosDomain()}));
     const StatusLine line(live, arguments.json);
     live.run([&arguments](const LiveStatus& now) {
       if (arguments.json) print(frameJson(now));
@@ -227,6 +230,9 @@ void addLiveCommand(CLI::App& app) {
       "SOURCE", arguments->source,
       "A camera: its number, /dev/videoN, http://… (MJPEG) or rtsp://…; ros2:/TOPIC of images; or a "
       "video, folder or bag that is played at its own pace; or a map at rest, which needs no -o");
+  command->add_flag("--ros2", arguments->publish,
+                    "Publish where the robot is (/estancia/where, JSON) and the map (/estancia/map, markers) on "
+                    "topics of ROS 2");
   command->add_flag("--list", arguments->list, "List the topics of ROS 2 that are published, and end");
   CLI::Option* output = addOutputOption(*command, arguments->output,
                                         "The map file, NAME.estancia; a map that is there is gone on with");
