@@ -112,8 +112,8 @@ TEST_F(Options, WithoutEffectAreRefused) {
 
 TEST_F(Options, AreListedWithTheirCommands) {
   const json groups = json::parse(run({"options", "--json"}).out);
-  EXPECT_THAT(groups["mapper"]["commands"], ElementsAre("map"));
-  EXPECT_THAT(groups["localizer"]["commands"], ElementsAre("localize", "evaluate"));
+  EXPECT_THAT(groups["mapper"]["commands"], ElementsAre("map", "live"));
+  EXPECT_THAT(groups["localizer"]["commands"], ElementsAre("live", "localize", "evaluate"));
   EXPECT_THAT(groups["odometry"]["commands"], ElementsAre("odometry estimate"));
   EXPECT_EQ(groups["zones"]["options"]["linkage"]["default"], "ward");
   EXPECT_EQ(groups["mapper"]["options"]["thresholds"]["revisit-ratio"]["default"], "0.4");
