@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <cmath>
 #include <utility>
 #include <variant>
 
@@ -30,18 +29,15 @@ class LocalizingLiveMap final : public LiveMap {
             const std::function<void(const LivePlace&)>& placed) override {
     for (const Localization& found : localizer_.add(words, live.frame.pose)) {
       const MappedFrame& view = localizer_.map().frames[found.beliefImage];
-      // Where its motion contradicts all places at once, the filter believes in none of them.
-      const double probability = std::isfinite(found.confidence) ? found.confidence : 0;
-      LivePlace place{view.pose, {{found.beliefNode, probability}}};
+      LivePlace place{view.pose, {{found.beliefNode, found.confidence}}};
       place.area = found.beliefZone.value_or(-1);
-      place.areaProbability =
-          place.area < 0 || !std::isfinite(found.zoneConfidence) ? 0 : found.zoneConfidence;
+      place.areaProbability = place.area < 0 ? 0 : found.zoneConfidence;
       place.unmapped = found.unmapped;
       place.decision = fmt::format(
           "By all frames so far it is in place {} ({:.0f} %), where {} was taken; by itself it would be "
           "place "
           "{}.",
-          found.beliefNode, 100 * probability, view.name, found.node);
+          found.beliefNode, 100 * found.confidence, view.name, found.node);
       placed(place);
     }
   }

@@ -162,9 +162,12 @@ void PoseFilter::backward(std::span<const float> in, const PlanarMotion& motion,
 }
 
 std::vector<float> PoseFilter::likelihood(std::span<const float> distances) const {
+  // Never 0: where a frame is like no image, the images are unlikely alike.
+  constexpr double least = 1e-20;
   std::vector<float> ratios;
   for (const float distance : distances)
-    ratios.push_back(static_cast<float>(std::pow(evidence_.ratio(distance), options_.temper)));
+    ratios.push_back(
+        static_cast<float>(std::max(std::pow(evidence_.ratio(distance), options_.temper), least)));
   return ratios;
 }
 

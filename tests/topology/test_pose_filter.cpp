@@ -203,6 +203,19 @@ TEST(PoseFilter, EachStateHasANearestImageWhateverItsHeading) {
   }
 }
 
+TEST(PoseFilter, AFrameThatIsLikeNoImageLeavesABelief) {
+  // Distances of a map without noise are all alike: any other one is beyond all doubt "far".
+  const PoseFilter filter({PlanarPose{0, 0, 0}, PlanarPose{0.5, 0, 0}},
+                          NearEvidence({0, 0, 1e-4F}, {0.999F, 1.0F, 1.001F}), {});
+  std::vector<float> state = filter.start();
+  for (int step = 0; step < 10; ++step) {
+    const std::vector<float> likelihood = filter.likelihood(std::vector<float>{5, 5});
+    filter.observe(likelihood, state);
+    const Belief belief = filter.belief(state, likelihood);
+    EXPECT_NEAR(std::accumulate(belief.nearest.begin(), belief.nearest.end(), 0.0), 1, 1e-3);
+  }
+}
+
 TEST(PoseFilter, AMapOfARobotThatMostlyStoodLetsItDrive) {
   std::vector<PlanarPose> poses = corridor();
   poses.insert(poses.end(), 500, poses.back());
