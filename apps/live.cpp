@@ -230,9 +230,10 @@ void addLiveCommand(CLI::App& app) {
       "SOURCE", arguments->source,
       "A camera: its number, /dev/videoN, http://… (MJPEG) or rtsp://…; ros2:/TOPIC of images; or a "
       "video, folder or bag that is played at its own pace; or a map at rest, which needs no -o");
-  command->add_flag("--ros2", arguments->publish,
-                    "Publish where the robot is (/estancia/where, JSON) and the map (/estancia/map, markers) on "
-                    "topics of ROS 2");
+  command->add_flag(
+      "--ros2", arguments->publish,
+      "Publish where the robot is (/estancia/where, JSON) and the map (/estancia/map, markers) on "
+      "topics of ROS 2");
   command->add_flag("--list", arguments->list, "List the topics of ROS 2 that are published, and end");
   CLI::Option* output = addOutputOption(*command, arguments->output,
                                         "The map file, NAME.estancia; a map that is there is gone on with");
