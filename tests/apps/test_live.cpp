@@ -136,5 +136,27 @@ TEST_F(LiveCommand, ObjectsAreListedNamedAndDeleted) {
   EXPECT_THAT(deleted.out, HasSubstr("0 objects"));
 }
 
+TEST(LiveRooms, AreNamedAtTheEnd) {
+  const auto home = findData("home_a");
+  ESTANCIA_NEEDS(home, "home_a is missing");
+  const auto model = findFetched("models/inception-v3");
+  ESTANCIA_NEEDS(model, "the default network is missing; run script/bootstrap");
+  const ScratchFolder folder;
+  fs::create_directories(folder / "kitchen");
+  std::istringstream rooms(readFile(*home / "day/rooms.csv"));
+  for (std::string line; std::getline(rooms, line);)
+    if (line.find(",kitchen") != std::string::npos) {
+      const std::string image = line.substr(0, line.find(','));
+      fs::copy_file(*home / "day/rgb" / image, folder / ("kitchen/" + image));
+    }
+  const std::string map = folder / "kitchen.estancia";
+  const CommandResult live = test::run({"live", folder / "kitchen", "-o", map, "--rate", "0", "--no-page"});
+  ASSERT_EQ(live.exitCode, 0) << live.err;
+  EXPECT_EQ(test::run({"ask", map, "kitchen"}).exitCode, 0);
+  const auto predictions = readWorld(map).places.predictions;
+  ASSERT_TRUE(predictions);
+  EXPECT_TRUE(predictions->areByName);
+}
+
 }  // namespace
 }  // namespace estancia::test
