@@ -13,16 +13,9 @@
 namespace estancia::io {
 namespace {
 
-/// Poses of 2 Hz and faster are interpolated by default, when a single one holds for 0.05 s: between two the
-/// motion is known from both sides.
-constexpr double betweenPerAway = 10;
-
 std::int64_t nanoseconds(double seconds) {
   return static_cast<std::int64_t>(std::min(seconds, 1e9) * 1e9);
 }
-
-/// A body's axes (x forward, y left, z up; REP-103) ← those of a camera that looks ahead on it.
-const cv::Affine3d lookingAhead(cv::Matx33d(0, 0, 1, -1, 0, 0, 0, -1, 0), cv::Vec3d(0, 0, 0));
 
 constexpr const char* anyBody = "the robot";
 
@@ -48,12 +41,12 @@ std::size_t forEachPoses(const ros::Bag& bag, const IsWanted& isWanted, const Us
 BagPoses::BagPoses(const ros::Bag& bag, const std::vector<ChosenTopic>& topics, const std::string& camera,
                    double maxGap)
     : camera_(camera),
-      transforms_(nanoseconds(maxGap * betweenPerAway), nanoseconds(maxGap)),
-      poses_(nanoseconds(maxGap * betweenPerAway), nanoseconds(maxGap)) {
+      transforms_(nanoseconds(maxGap * ros::interpolatedPerHeld), nanoseconds(maxGap)),
+      poses_(nanoseconds(maxGap * ros::interpolatedPerHeld), nanoseconds(maxGap)) {
   readTransforms(bag);
   for (const ChosenTopic& topic : topics) {
     const bool isTransforms = bag.topics()[topic.topic].type.starts_with("tf");
-    if (isTransforms ? useTransforms(topic) : usePoses(bag, topic)) {
+    if (isTransforms ? useTransforms() : usePoses(bag, topic)) {
       topic_ = topic;
       break;
     }
@@ -74,7 +67,7 @@ void BagPoses::readTransforms(const ros::Bag& bag) {
   if (broken > 0) warnings_.push_back(fmt::format("{} messages of transforms cannot be read", broken));
 }
 
-bool BagPoses::useTransforms(const ChosenTopic&) {
+bool BagPoses::useTransforms() {
   if (camera_.empty() || !transforms_.isMoving(camera_)) return false;
   root_ = transforms_.rootOf(camera_);
   return true;
@@ -106,7 +99,7 @@ bool BagPoses::usePoses(const ros::Bag& bag, const ChosenTopic& topic) {
   } else if (child == anyBody && transforms_.has(camera_)) {
     body_ = transforms_.rootOf(camera_);
   } else if (!transforms_.has(camera_) || transforms_.rootOf(camera_) != transforms_.rootOf(child)) {
-    mount_ = lookingAhead;
+    mount_ = ros::bodyFromCameraAhead;
     warnings_.push_back(fmt::format(
         "no transform says how the camera \"{}\" is mounted on \"{}\": it is taken to look straight ahead "
         "from there",

@@ -38,7 +38,7 @@ class BagPoses {
 
  private:
   void readTransforms(const ros::Bag& bag);
-  bool useTransforms(const ChosenTopic& topic);
+  bool useTransforms();
   bool usePoses(const ros::Bag& bag, const ChosenTopic& topic);
 
   std::string camera_, root_;

@@ -18,10 +18,7 @@ namespace {
 constexpr std::size_t mostMessagesKept = 6;
 constexpr std::int64_t mostDepthAway = 50'000'000;       // [ns]
 constexpr std::int64_t transformsKept = 10'000'000'000;  // [ns]
-constexpr double mostBetweenPerGap = 10;                 // as in bags
 
-/// A body's axes (x forward, y left, z up; REP-103) ← those of a camera that looks ahead on it.
-const cv::Affine3d aheadOfBody(cv::Matx33d(0, 0, 1, -1, 0, 0, 0, -1, 0), cv::Vec3d(0, 0, 0));
 constexpr const char* bodyRoot = "odometry";
 
 std::int64_t nanosecondsOf(double seconds) {
@@ -36,8 +33,10 @@ ros::SerializedMessage inCdr(std::span<const std::byte> bytes) {
 
 RosFrames::RosFrames(const RosFrameOptions& options)
     : options_(options),
-      transforms_(nanosecondsOf(options.maxPoseGap * mostBetweenPerGap), nanosecondsOf(options.maxPoseGap)),
-      body_(nanosecondsOf(options.maxPoseGap * mostBetweenPerGap), nanosecondsOf(options.maxPoseGap)) {}
+      transforms_(nanosecondsOf(options.maxPoseGap * ros::interpolatedPerHeld),
+                  nanosecondsOf(options.maxPoseGap)),
+      body_(nanosecondsOf(options.maxPoseGap * ros::interpolatedPerHeld), nanosecondsOf(options.maxPoseGap)) {
+}
 
 /// Runs `work`; what it throws is a trouble until it succeeds again. Returns whether it did.
 template <class Work>
@@ -143,8 +142,8 @@ std::optional<Pose> RosFrames::poseOf(const Message& image) const {
   const std::string on = bodyName_.empty() ? transforms_.rootOf(image.frame) : bodyName_;
   const auto mount =
       transforms_.has(image.frame) ? transforms_.find(on, image.frame, image.stamp) : std::nullopt;
-  return estancia::poseOf(*body *
-                          (on == image.frame ? cv::Affine3d::Identity() : mount.value_or(aheadOfBody)));
+  return estancia::poseOf(
+      *body * (on == image.frame ? cv::Affine3d::Identity() : mount.value_or(ros::bodyFromCameraAhead)));
 }
 
 bool RosFrames::isWhole(const Message& image) const {
@@ -237,11 +236,6 @@ std::optional<CameraIntrinsics> RosFrames::intrinsics() const {
 std::string RosFrames::trouble() const {
   const std::lock_guard lock(mutex_);
   return troubles_.empty() ? "" : troubles_.begin()->second;
-}
-
-std::size_t RosFrames::received() const {
-  const std::lock_guard lock(mutex_);
-  return received_;
 }
 
 }  // namespace estancia

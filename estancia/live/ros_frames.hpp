@@ -53,8 +53,6 @@ class RosFrames {
   std::optional<LiveFrame> newest(std::chrono::milliseconds patience);
   std::optional<CameraIntrinsics> intrinsics() const;
   std::string trouble() const;
-  /// Images that came.
-  std::size_t received() const;
 
  private:
   using Clock = std::chrono::steady_clock;

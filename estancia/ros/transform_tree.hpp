@@ -53,6 +53,14 @@ class TransformTree {
   std::int64_t mostBetween_, mostAway_;
 };
 
+/// Moving transforms are interpolated between two that are so many times farther apart than a single one
+/// holds: between two the motion is known from both sides.
+constexpr double interpolatedPerHeld = 10;
+
+/// A body's axes (x forward, y left, z up; REP-103) ← those of a camera that looks ahead on it: what is taken
+/// for granted where no transform says how a camera is mounted.
+inline const cv::Affine3d bodyFromCameraAhead(cv::Matx33d(0, 0, 1, -1, 0, 0, 0, -1, 0), cv::Vec3d(0, 0, 0));
+
 /// The pose between two at a share of the way from 0 to 1: positions linearly, rotations along the shortest
 /// arc (slerp, Shoemake 1985).
 Pose interpolated(const Pose& from, const Pose& to, double share);
