@@ -18,7 +18,7 @@ const plan = new Plan(byId('plan'), {
 const panel = new Panel(byId('found'), plan, {
   map: () => map,
   hint: text => { byId('map-hint').textContent = text; },
-  start: () => status && status.where.place ? status.where.place.node : null,
+  isPlaced: () => Boolean(status && status.where.place),
   changed: () => loadMap()
 });
 

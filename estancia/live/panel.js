@@ -27,7 +27,7 @@ const isNarrow = () => matchMedia('(max-width: 900px)').matches;
 const distance = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1]);
 
 export class Panel {
-  // page: {map(), hint(text), start() → node or null, changed()}
+  // page: {map(), hint(text), isPlaced() → whether it is known where the robot is, changed()}
   constructor(element, plan, page) {
     Object.assign(this, {element, plan, page, shown: null, picking: null, startPlace: null});
   }
@@ -130,15 +130,17 @@ export class Panel {
   }
 
   // ---- ways
+  // Without "from" they start where the robot is: the server knows which places the map has by now.
   start() {
-    const places = this.page.map().places;
-    return this.startPlace ?? this.page.start() ?? (places.length ? places[0].node : null);
+    if (this.startPlace === null && this.page.isPlaced()) return {};
+    const from = this.startPlace ?? this.page.map().places[0]?.node;
+    return from === undefined ? null : {from};
   }
   async way(to, isQuiet) {
     const from = this.start(), asked = this.shown;
     if (from === null) return;
     try {
-      const route = await api(`/api/route?${new URLSearchParams({to, from})}`);
+      const route = await api(`/api/route?${new URLSearchParams({to, ...from})}`);
       if (this.shown !== asked) return;
       this.plan.setWay(route);
       const through = (route.areas || []).filter(Boolean).map(a => a.name);
@@ -146,7 +148,7 @@ export class Panel {
       const stand = route.pose ? ` Stand ${route.pose.distance.toFixed(1)} m from it, at (${route.pose.x.toFixed(1)}, ${route.pose.y.toFixed(1)}) m.` : '';
       this.element.querySelector('.go')?.remove();
       this.element.querySelector('.facts-line').after(make('p', {className: 'go',
-        textContent: `From place ${from} drive ${length}${through.length > 1 ? `: ${through.join(' → ')}` : ''}.${stand}`}));
+        textContent: `From place ${route.from} drive ${length}${through.length > 1 ? `: ${through.join(' → ')}` : ''}.${stand}`}));
     } catch (problem) {
       if (!isQuiet) this.say(problem.message, true);
     }

@@ -43,6 +43,17 @@ std::vector<std::string> namesOfPlaces(const WorldMap& world) {
   return names;
 }
 
+/// The most probable place of the robot that the map has: a place that the robot has just come into is not in
+/// the map of some seconds ago, and then ways start at the place where the map's last frame is.
+std::optional<int> placeOfRobot(const LiveStatus& status, const TopologicalMap& map) {
+  if (status.places.empty()) return std::nullopt;
+  for (const PlaceBelief& belief : status.places)
+    if (map.findNode(belief.node) != nullptr) return belief.node;
+  const bool isLocalizing = status.unmapped.has_value();
+  if (isLocalizing || map.frames.empty()) return status.places.front().node;
+  return map.frames.back().node;
+}
+
 std::optional<int> placeNumber(const std::string& text) {
   int number = 0;
   const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), number);
@@ -198,11 +209,8 @@ Json LiveQueries::ask(const std::string& words, std::size_t count) const {
 
 Json LiveQueries::route(const RouteQuestion& question) const {
   const auto known = get();
-  std::optional<int> from = question.from;
-  if (!from) {
-    const LiveStatus status = view_.status();
-    if (!status.places.empty()) from = status.places.front().node;
-  }
+  const std::optional<int> from =
+      question.from ? question.from : placeOfRobot(view_.status(), known->world->places);
   if (!from)
     fail(ErrorCode::insufficientData, "nobody knows where the robot is; say from which place the way starts");
   const RegionPreferences regions{question.avoid, question.prefer};

@@ -82,6 +82,31 @@ TEST(LiveQueries, WithoutTheRobotsPlaceAWayNeedsAStart) {
   EXPECT_EQ(queries.route({"umbrella", 2})["from"], 2);
 }
 
+TEST(LiveQueries, FromAPlaceThatTheMapDoesNotHaveYetAWayStartsWhereItsLastFrameIs) {
+  FakeView view;
+  view.change([](LiveStatus& status, auto& world) {
+    status.places = {{99, 1}};
+    WorldMap before = *world;
+    before.places.frames.resize(5);
+    world = std::make_shared<const WorldMap>(std::move(before));
+  });
+  const LiveQueries queries(view);
+  EXPECT_EQ(queries.route({"2", {}})["from"], 3);
+  EXPECT_THAT([&] { queries.route({"2", 99}); }, FailsWith(ErrorCode::unknownName)) << "who says so is told";
+  view.change([](LiveStatus& status, auto&) { status.places = {{99, 0.6}, {1, 0.4}}; });
+  EXPECT_EQ(queries.route({"2", {}})["from"], 1) << "the most probable one of the map";
+  view.change([](LiveStatus& status, auto&) {
+    status.places = {{99, 1}};
+    status.unmapped = 0.1;
+  });
+  EXPECT_THAT(
+      [&] {
+        queries.route({"2", {}});
+      },
+      FailsWith(ErrorCode::unknownName))
+      << "who localizes has not come from the map's last frame";
+}
+
 TEST(LiveQueries, PlacesAreDescribed) {
   const FakeView view;
   const LiveQueries queries(view);
