@@ -150,6 +150,7 @@ TEST(RosFrames, MessagesThatCannotBeReadAreToldOf) {
 }
 
 TEST(RosSource, ATopicBecomesFrames) {
+  ESTANCIA_NEEDS_DDS();
   auto robot = ros::makeDdsNode({test::domainOfTest()});
   const auto images = robot->publish("/camera/image_raw", "sensor_msgs/Image");
   const auto odometry = robot->publish("/odom", "nav_msgs/Odometry");
@@ -170,6 +171,7 @@ TEST(RosSource, ATopicBecomesFrames) {
 }
 
 TEST(RosSource, NoSuchTopicNamesThoseThatAreThere) {
+  ESTANCIA_NEEDS_DDS();
   auto robot = ros::makeDdsNode({test::domainOfTest()});
   const auto images = robot->publish("/front/image_raw", "sensor_msgs/Image");
   const auto failure =

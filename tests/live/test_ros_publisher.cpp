@@ -40,6 +40,7 @@ TEST(RosPublisher, AMapWithoutPosesShowsNothing) {
 }
 
 TEST(RosPublisher, ANodeHearsWhereTheRobotIsAndTheMapThatWasThereBefore) {
+  ESTANCIA_NEEDS_DDS();
   test::FakeView view;
   RosPublisher publisher(view, ros::makeDdsNode({test::domainOfTest()}));
   std::mutex mutex;
