@@ -17,6 +17,7 @@
 #include "support/errors.hpp"
 #include "support/fed_source.hpp"
 #include "support/flat_drive.hpp"
+#include "support/shape_drive.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
@@ -224,6 +225,75 @@ TEST(LiveLoop, EditsTheMapWhileItGrows) {
   EXPECT_EQ(kept.findArea(kept.areaOfFrame[0])->displayName(), "Ana's room");
   live.edit(NameArea{kept.areaOfFrame[0], "den"});  // at rest, too
   EXPECT_EQ(readWorld(file).findArea(kept.areaOfFrame[0])->displayName(), "den");
+}
+
+/// Feeds frames of the drive, and waits until all are mapped.
+void feedAndWait(FedLoop& fed, const Sequence& drive, std::size_t from, std::size_t to) {
+  const std::size_t before = fed.loop().status().frames;
+  for (std::size_t i = from; i < to; ++i) fed.source().feed(drive, i);
+  ASSERT_TRUE(fed.waitUntil([&](const LiveStatus& now) { return now.frames == before + to - from; }));
+}
+
+TEST(LiveLoop, KeepsTheNameOfAnObjectToTheEndAndAfterIt) {
+  const ScratchFolder folder;
+  const fs::path file = folder / "desk.estancia";
+  const test::ShapeDrive drive(test::desk);
+  RecordedLabeler labeler = labelerOf(drive);
+  const std::string name = "Ana's \"desk\"";
+  {
+    FedLoop fed(file, labeler, drive);
+    LiveLoop& live = fed.loop();
+    feedAndWait(fed, drive, 0, 6);
+    ASSERT_TRUE(fed.waitUntil([&](auto&) { return live.world() && live.world()->objects.size() == 1; }));
+    const std::uint64_t before = live.status().mapRevision;
+    live.edit(NameObject{0, name});
+    EXPECT_EQ(live.world()->objects.at(0).displayName(), name) << "at once";
+    EXPECT_GT(live.status().mapRevision, before);
+    EXPECT_THAT([&] { live.edit(NameObject{0, "12"}); }, FailsWith(ErrorCode::invalidInput, "12"));
+    EXPECT_THAT([&] { live.edit(NameObject{7, "cup"}); }, FailsWith(ErrorCode::unknownName, "7"));
+    EXPECT_THAT([&] { live.edit(DeleteObject{7}); }, FailsWith(ErrorCode::unknownName, "7"));
+    feedAndWait(fed, drive, 6, 9);
+    EXPECT_EQ(fed.end(), "");
+    EXPECT_EQ(live.status().failed, 0U);
+  }
+  ASSERT_EQ(readWorld(file).objects.size(), 1U);
+  EXPECT_EQ(readWorld(file).objects[0].givenName, name);
+  FedLoop later(file, labeler, drive);
+  ASSERT_NE(later.loop().world(), nullptr);
+  EXPECT_EQ(later.loop().world()->objects.at(0).givenName, name) << "before its first frame";
+  feedAndWait(later, drive, 9, drive.size());
+  EXPECT_EQ(later.end(), "");
+  const WorldMap kept = readWorld(file);
+  ASSERT_EQ(kept.objects.size(), 1U);
+  EXPECT_EQ(kept.objects[0].givenName, name);
+  EXPECT_EQ(kept.objects[0].lastFrame, drive.size() - 1) << "it was seen by the later frames, too";
+}
+
+TEST(LiveLoop, AnObjectThatIsDeletedStaysAwayToTheEndAndAfterIt) {
+  const ScratchFolder folder;
+  const fs::path file = folder / "desk.estancia";
+  const test::ShapeDrive drive(test::desk);
+  RecordedLabeler labeler = labelerOf(drive);
+  {
+    FedLoop fed(file, labeler, drive);
+    LiveLoop& live = fed.loop();
+    feedAndWait(fed, drive, 0, 6);
+    ASSERT_TRUE(fed.waitUntil([&](auto&) { return live.world() && live.world()->objects.size() == 1; }));
+    live.edit(DeleteObject{0});
+    EXPECT_TRUE(live.world()->objects.empty()) << "at once";
+    EXPECT_THAT([&] { live.edit(DeleteObject{0}); }, FailsWith(ErrorCode::insufficientData));
+    feedAndWait(fed, drive, 6, 9);  // they show it again
+    EXPECT_EQ(fed.end(), "");
+    EXPECT_EQ(live.status().failed, 0U);
+    EXPECT_TRUE(live.world()->objects.empty());
+  }
+  EXPECT_TRUE(readWorld(file).objects.empty());
+  FedLoop later(file, labeler, drive);
+  feedAndWait(later, drive, 9, drive.size());
+  EXPECT_EQ(later.end(), "");
+  EXPECT_TRUE(later.loop().world()->objects.empty());
+  EXPECT_TRUE(readWorld(file).objects.empty());
+  EXPECT_EQ(readWorld(file).places.frames.size(), drive.size());
 }
 
 TEST(LiveLoop, FindsFramesInAMapThatIsThere) {

@@ -66,6 +66,64 @@ TEST(MapFileView, KeepsCorrectionsOfObjects) {
   EXPECT_THAT([&] { view.edit(DeleteObject{77}); }, FailsWith(ErrorCode::unknownName));
 }
 
+TEST(MapFileView, MergesAreasForGood) {
+  const ScratchFolder folder;
+  const auto file = folder / "home.estancia";
+  test::writeWorld(test::sampleWorld(), file);
+  MapFileView view(file);
+  view.edit(NameArea{0, "kitchen of Ana"});
+  const std::uint64_t before = view.status().mapRevision;
+  view.edit(MergeAreas{0, 1});
+  EXPECT_GT(view.status().mapRevision, before);
+  for (const WorldMap& world : {*view.world(), readWorld(file), *MapFileView(file).world()}) {
+    EXPECT_EQ(world.areas.size(), 3U);
+    const int kitchen = areaAt(*world.plan, {1, 1}, 0);
+    EXPECT_EQ(areaAt(*world.plan, {5, 1}, 0), kitchen);
+    EXPECT_EQ(world.findArea(kitchen)->displayName(), "kitchen of Ana");
+    EXPECT_EQ(world.objects.at(5).area, kitchen) << "what was in the bathroom";
+  }
+}
+
+TEST(MapFileView, SplitsAnAreaForGood) {
+  const ScratchFolder folder;
+  const auto file = folder / "home.estancia";
+  test::writeWorld(test::sampleWorld(), file);
+  MapFileView view(file);
+  const std::uint64_t before = view.status().mapRevision;
+  view.edit(SplitArea{{6.2, 4}, {9.8, 4}});
+  EXPECT_GT(view.status().mapRevision, before);
+  for (const WorldMap& world : {*view.world(), readWorld(file), *MapFileView(file).world()}) {
+    EXPECT_EQ(world.areas.size(), 5U);
+    const int below = areaAt(*world.plan, {8, 1}, 0), above = areaAt(*world.plan, {8, 7}, 0);
+    EXPECT_NE(below, above);
+    EXPECT_EQ(world.objects.at(2).area, below);
+    EXPECT_EQ(world.objects.at(3).area, above);
+  }
+  const WorldMap split = readWorld(file);
+  view.edit(MergeAreas{areaAt(*split.plan, {8, 1}, 0), areaAt(*split.plan, {8, 7}, 0)});
+  EXPECT_EQ(readWorld(file).areas.size(), 4U) << "what was split may be one again";
+}
+
+TEST(MapFileView, SaysWhyItRefusesAMergeOrASplit) {
+  const ScratchFolder folder;
+  const auto file = folder / "home.estancia";
+  test::writeWorld(test::sampleWorld(), file);
+  MapFileView view(file);
+  const auto refusal = [&](const MapEdit& edit, ErrorCode code, const std::string& fact) {
+    EXPECT_THAT([&] { view.edit(edit); }, FailsWith(code, fact));
+  };
+  refusal(MergeAreas{1, 2}, ErrorCode::invalidInput, "1");  // a wall lies between them
+  refusal(MergeAreas{2, 2}, ErrorCode::invalidInput, "2");
+  refusal(MergeAreas{0, 99}, ErrorCode::unknownName, "99");
+  refusal(SplitArea{{90, 90}, {91, 91}}, ErrorCode::invalidInput, "90.5");
+  refusal(SplitArea{{7, 4}, {7, 4}}, ErrorCode::invalidInput, "7.00");
+  EXPECT_TRUE(view.status().troubles.empty());
+  for (const WorldMap& world : {*view.world(), readWorld(file)}) {
+    EXPECT_EQ(world.areas.size(), 4U);
+    EXPECT_EQ(world.edits.size(), test::sampleWorld().edits.size()) << "nothing is kept of what was refused";
+  }
+}
+
 TEST(MapFileView, AFileThatIsDamagedMeanwhileIsATroubleNotTheEnd) {
   const ScratchFolder folder;
   const auto file = folder / "home.estancia";
