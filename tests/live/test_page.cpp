@@ -1,4 +1,4 @@
-// The live page in a browser (Debian's chromium, by npm's puppeteer-core), wide and on a phone.
+// The live page in a browser, wide and on a phone.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -14,28 +14,15 @@
 #include "estancia/live/map_file_view.hpp"
 #include "estancia/live/page_server.hpp"
 #include "fake_view.hpp"
+#include "live/browser.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
 namespace {
 
+using test::browse;
 using test::FakeView;
-
-ServerOptions optionsAt(int port) {
-  ServerOptions options;
-  options.port = port;
-  return options;
-}
-
-/// `kind`: "live" or "at rest"; ESTANCIA_SCREENSHOTS names a folder to see what the browser shows.
-std::future<test::CommandResult> browse(const PageServer& server, int width, const std::string& kind) {
-  const auto modules = test::findFetched("test-tools/node_modules");
-  if (!modules) return {};
-  std::vector<std::string> arguments{std::string(ESTANCIA_SOURCE_DIR) + "/tests/live/page.mjs",
-                                     modules->string(), server.url(), std::to_string(width), kind};
-  if (const char* folder = std::getenv("ESTANCIA_SCREENSHOTS")) arguments.emplace_back(folder);
-  return std::async(std::launch::async, [arguments] { return test::runProgram("node", arguments); });
-}
+using test::optionsAt;
 
 std::vector<unsigned char> colorfulImage() {
   cv::Mat image(240, 320, CV_8UC3);
