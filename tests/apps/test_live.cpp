@@ -1,10 +1,13 @@
 // estancia live: recordings that are played, runs that are killed or interrupted, wrong arguments.
 // SPDX-License-Identifier: Apache-2.0
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <poll.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
@@ -111,6 +114,122 @@ TEST_F(LiveCommand, EndsWholeWhenItIsInterrupted) {
   const WorldMap world = readWorld(map_);
   EXPECT_GT(world.places.frames.size(), 0U);
   EXPECT_FALSE(world.zones.empty()) << "what takes long at the end is not left out";
+}
+
+/// A command that an agent started, and talks to on its standard input and output, a message a line.
+class Agent {
+ public:
+  explicit Agent(std::vector<std::string> words) {
+    words.insert(words.begin(), ESTANCIA_COMMAND);
+    std::vector<char*> arguments;
+    for (std::string& word : words) arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    std::array<int, 2> in{}, out{};
+    if (pipe2(in.data(), O_CLOEXEC) != 0 || pipe2(out.data(), O_CLOEXEC) != 0) return;
+    child_ = fork();
+    if (child_ == 0) {
+      dup2(in[0], STDIN_FILENO);
+      dup2(out[1], STDOUT_FILENO);
+      execv(ESTANCIA_COMMAND, arguments.data());
+      _exit(127);
+    }
+    close(in[0]), close(out[1]);
+    to_ = in[1], from_ = out[0];
+  }
+  ~Agent() {
+    if (child_ > 0) kill(child_, SIGKILL);
+    leave();
+  }
+  Agent(const Agent&) = delete;
+  Agent& operator=(const Agent&) = delete;
+
+  /// The result of a request; null where no answer comes, or one to something else.
+  Json ask(const std::string& method, const Json& params = Json::object()) {
+    const int id = ++asked_;
+    tell({{"jsonrpc", "2.0"}, {"id", id}, {"method", method}, {"params", params}});
+    const Json answer = Json::parse(readLine(), nullptr, false);
+    return answer.is_object() && answer.value("id", 0) == id && answer.contains("result") ? answer["result"]
+                                                                                          : Json();
+  }
+  void tell(const Json& message) {
+    const std::string line = message.dump() + "\n";
+    EXPECT_EQ(write(to_, line.data(), line.size()), static_cast<ssize_t>(line.size()));
+  }
+  /// Closes its standard input. Returns its exit code, -1 where it was ended by a signal.
+  int leave() {
+    if (child_ <= 0) return code_;
+    close(to_);
+    while (receive()) {
+    }
+    int status = 0;
+    waitpid(child_, &status, 0);
+    child_ = -1;
+    close(from_);
+    return code_ = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+  /// What nobody asked for.
+  const std::string& unread() const { return buffer_; }
+
+ private:
+  std::string readLine() {
+    std::size_t end = 0;
+    while ((end = buffer_.find('\n')) == std::string::npos)
+      if (!receive()) return "";
+    std::string line = buffer_.substr(0, end);
+    buffer_.erase(0, end + 1);
+    return line;
+  }
+  /// False at the end, and when nothing comes for a minute.
+  bool receive() {
+    pollfd ready{from_, POLLIN, 0};
+    std::array<char, 4096> part{};
+    if (poll(&ready, 1, 60000) <= 0) return false;
+    const ssize_t got = read(from_, part.data(), part.size());
+    if (got > 0) buffer_.append(part.data(), static_cast<std::size_t>(got));
+    return got > 0;
+  }
+
+  pid_t child_ = -1;
+  int to_ = -1, from_ = -1, code_ = -1, asked_ = 0;
+  std::string buffer_;
+};
+
+TEST_F(LiveCommand, AnAgentAsksWhereItIsWhileItRuns) {
+  std::vector<std::string> words = command("0.5");
+  words.push_back("--mcp");
+  Agent agent(words);
+  const Json hello = agent.ask("initialize", {{"protocolVersion", "2025-06-18"},
+                                              {"capabilities", Json::object()},
+                                              {"clientInfo", {{"name", "test"}, {"version", "1"}}}});
+  ASSERT_TRUE(hello.is_object());
+  EXPECT_EQ(hello["protocolVersion"], "2025-06-18");
+  agent.tell({{"jsonrpc", "2.0"}, {"method", "notifications/initialized"}});
+  std::vector<std::string> tools;
+  const Json listed = agent.ask("tools/list");
+  ASSERT_TRUE(listed.is_object());
+  for (const Json& tool : listed["tools"]) tools.push_back(tool["name"]);
+  EXPECT_THAT(tools, testing::Contains("where_am_i"));
+  const auto whereAmI = [&agent] { return agent.ask("tools/call", {{"name", "where_am_i"}}); };
+  Json where = whereAmI();
+  const auto isPlaced = [&where] {
+    return where.is_object() && !where["structuredContent"]["place"].is_null();
+  };
+  for (int i = 0; i < 600 && where.is_object() && !isPlaced(); ++i, where = whereAmI())  // its first frame
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  ASSERT_TRUE(isPlaced()) << where;
+  EXPECT_EQ(where["isError"], false);
+  EXPECT_EQ(where["structuredContent"]["state"], "mapping") << "it runs";
+  EXPECT_GE(where["structuredContent"]["place"]["node"], 0);
+  const int frame = std::stoi(where["structuredContent"]["frame"].get<std::string>());
+  EXPECT_GE(frame, 1000);
+  EXPECT_LT(frame, 1000 + frames);
+  EXPECT_THAT(where["content"][0]["text"].get<std::string>(), HasSubstr("place"));
+
+  EXPECT_EQ(agent.leave(), 0) << "an agent that goes ends the run";
+  EXPECT_EQ(agent.unread(), "") << "standard output is the agent's alone";
+  const TopologicalMap map = readMap(map_);
+  EXPECT_GT(map.frames.size(), 0U);
+  EXPECT_LT(map.frames.size(), static_cast<std::size_t>(frames));
 }
 
 TEST_F(LiveCommand, SaysWhatIsWrongWithItsArguments) {
