@@ -59,14 +59,20 @@ export class Panel {
     const {kind, at, name} = this.shown || {};
     if (kind === 'area') {
       const area = this.areaNow(at);
-      if (area && area.name !== name) this.showArea(area.id);
+      if (area && area.name !== name) this.showAgain(() => this.showArea(area.id));
       else if (area) this.plan.mark({areas: [area.id], chosen: ['area', area.id]});
     } else if (kind === 'object') {
       const object = this.objectNow(at);
       if (!object) this.clear();
-      else if (object.name !== name) this.showObject(object.id);
+      else if (object.name !== name) this.showAgain(() => this.showObject(object.id));
       else this.plan.mark({objects: [object.id], chosen: ['object', object.id]});
     }
+  }
+  // with what was said to people last: that a name was taken brings the name
+  showAgain(show) {
+    const said = this.element.querySelector('.say.last');
+    show();
+    if (said) this.element.append(said);
   }
   areaNow(at) {
     const isInside = area => area.outlines.reduce((inside, line) => line.reduce((is, [x, y], i) => {
