@@ -50,6 +50,7 @@ async function rename(area, name) {
   await page.type('.rename input', name);
   await page.keyboard.press('Enter');
   await waitForText('#areas', name);
+  await waitForText('#found', `It is called “${name}” from now on`);
   await shoot('renamed');
   await open();
   await waitForText('#areas', name);
@@ -159,7 +160,7 @@ async function visitDrive() {
   const before = {areas: await count('#plan [data-kind=area]'), all: await count('#plan [data-kind]'), where: await textOf('#where-detail')};
   await rename(0, name);
   await page.waitForFunction(n => document.querySelectorAll('#plan [data-kind]').length > n, {}, before.all);
-  expect(await textOf('#where-detail') !== before.where, 'the robot is seen to drive');
+  await page.waitForFunction(where => document.getElementById('where-detail').textContent !== where, {}, before.where);
   await shoot('driving');
   await waitForText('#state', 'The drive has ended');
   await open();
