@@ -129,24 +129,26 @@ struct Pair {
 /// Of all pairs that any mask holds together.
 std::vector<Pair> agreedPairs(const std::vector<Group>& groups, const std::vector<std::size_t>& frameOf,
                               double consensus) {
-  std::map<std::uint32_t, std::vector<std::uint32_t>> heldBy;
+  std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> heldBy;
   for (std::uint32_t g = 0; g < groups.size(); ++g)
     for (const std::uint32_t holder : groups[g].holders) heldBy[holder].push_back(g);
-  std::vector<std::uint64_t> held;
-  for (const auto& [holder, together] : heldBy)
-    for (std::size_t i = 0; i < together.size(); ++i)
-      for (std::size_t j = i + 1; j < together.size(); ++j)
-        held.push_back(std::uint64_t{together[i]} << 32 | together[j]);
-  std::ranges::sort(held);
-  const auto repeated = std::ranges::unique(held);
-  held.erase(repeated.begin(), repeated.end());
   std::vector<Pair> pairs;
-  for (const std::uint64_t both : held) {
-    const Pair pair{static_cast<std::uint32_t>(both >> 32), static_cast<std::uint32_t>(both), 0};
-    const Group &a = groups[pair.a], &b = groups[pair.b];
-    const std::size_t seen = a.seenBy.inCommon(b.seenBy);
-    if (static_cast<double>(agreeing(a, b, frameOf)) >= consensus * static_cast<double>(seen))
-      pairs.push_back({pair.a, pair.b, seen});
+  // One group after the other: hundreds of views of a thing hold each other in thousands of ways.
+  std::vector<std::uint32_t> others, foundFor(groups.size(), 0);
+  for (std::uint32_t a = 0; a < groups.size(); ++a) {
+    others.clear();
+    for (const std::uint32_t holder : groups[a].holders) {
+      const std::vector<std::uint32_t>& together = heldBy[holder];
+      for (auto b = std::ranges::upper_bound(together, a); b != together.end(); ++b)
+        if (std::exchange(foundFor[*b], a + 1) != a + 1) others.push_back(*b);
+    }
+    std::ranges::sort(others);
+    for (const std::uint32_t b : others) {
+      const std::size_t seen = groups[a].seenBy.inCommon(groups[b].seenBy);
+      if (static_cast<double>(agreeing(groups[a], groups[b], frameOf)) >=
+          consensus * static_cast<double>(seen))
+        pairs.push_back({a, b, seen});
+    }
   }
   return pairs;
 }
