@@ -25,7 +25,6 @@
 #include "estancia/report/text.hpp"
 #include "estancia/topology/map.hpp"
 #include "estancia/topology/mapper.hpp"
-#include "estancia/world/rooms_by_name.hpp"
 #include "estancia/world/world_mapper.hpp"
 #include "labeling.hpp"
 #include "page_service.hpp"
@@ -163,13 +162,6 @@ void printSummary(const LiveArguments& arguments, const LiveLoop& live) {
              now.medianLatency, now.p95Latency, now.forward);
 }
 
-/// As `estancia map` does, unless raw words are wanted.
-void nameRooms(const LiveArguments& arguments) {
-  const bool isWanted = arguments.world.areas.naming.words == NamingOptions::Words::wordNet;
-  if (!isWanted || !arguments.localize.empty() || !isMapFile(arguments.output)) return;
-  renewRoomsByNames(arguments.output);
-}
-
 void run(const LiveArguments& arguments) {
   LiveOptions options;
   options.localize = !arguments.localize.empty();
@@ -189,7 +181,6 @@ void run(const LiveArguments& arguments) {
       if (arguments.json) print(frameJson(now));
     });
   }
-  nameRooms(arguments);
   if (!arguments.page.mcp) printSummary(arguments, live);
 }
 

@@ -163,32 +163,34 @@ constexpr double leastProbability = 1e-3;
 
 }  // namespace
 
-RoomPredictions predictRoomsByNames(const WordGraph& graph, const Vocabulary& vocabulary,
-                                    const DescriptorMatrix& images, const std::vector<std::string>& rooms) {
-  const bool areListed = !rooms.empty();
-  RoomPredictions predictions{"WordNet, no example", areListed ? rooms : commonRooms(),
-                              DescriptorMatrix(areListed ? rooms.size() : commonRooms().size())};
-  predictions.areByName = true;
-  predictions.areListed = areListed;
-  if (images.labels() != vocabulary.size())
-    throw Error(ErrorCode::mismatch, "the images have other labels than the vocabulary");
-  if (predictions.rooms.size() < 2)
+RoomsByNames::RoomsByNames(const WordGraph& graph, const Vocabulary& vocabulary,
+                           const std::vector<std::string>& rooms)
+    : areListed_(!rooms.empty()), rooms_(areListed_ ? rooms : commonRooms()), layout_(vocabulary.layout()) {
+  if (rooms_.size() < 2)
     throw Error(ErrorCode::insufficientData, "one room alone needs no telling; name at least two");
-  const std::vector<std::vector<float>> weights = roomLabelWeights(graph, vocabulary, predictions.rooms);
+  weights_ = roomLabelWeights(graph, vocabulary, rooms_);
+}
+
+RoomPredictions RoomsByNames::predict(const DescriptorMatrix& images) const {
+  RoomPredictions predictions{"WordNet, no example", rooms_, DescriptorMatrix(rooms_.size())};
+  predictions.areByName = true;
+  predictions.areListed = areListed_;
+  if (images.labels() != weights_.front().size())
+    throw Error(ErrorCode::mismatch, "the images have other labels than the vocabulary");
   Evidence evidence{predictions.rooms.size(),
                     std::vector<double>(images.size() * predictions.rooms.size(), 0)};
   predictions.prior.assign(evidence.rooms, 1 / static_cast<double>(evidence.rooms));
   if (images.size() == 0) return predictions;
   LabelShares shares{{}, std::vector<std::vector<double>>(evidence.rooms)};
   std::size_t from = 0;
-  for (const LabelPart& part : vocabulary.layout().parts) {
-    addPart(images, weights, from, part.size, evidence, shares);
+  for (const LabelPart& part : layout_.parts) {
+    addPart(images, weights_, from, part.size, evidence, shares);
     from += part.size;
   }
   const double factor = evidence.scale(1) / temperature;
-  for (std::size_t i = 0; i < images.size() && !areListed; ++i)
+  for (std::size_t i = 0; i < images.size() && !areListed_; ++i)
     addTelling(images.row(i), i, shares, factor, predictions.evidence);
-  if (areListed && images.size() >= minStandardized) standardize(evidence);
+  if (areListed_ && images.size() >= minStandardized) standardize(evidence);
   predictions.prior = adjustToRun(evidence);
   std::vector<float> row(evidence.rooms);
   for (std::size_t i = 0; i < images.size(); ++i) {
@@ -196,6 +198,13 @@ RoomPredictions predictRoomsByNames(const WordGraph& graph, const Vocabulary& vo
     predictions.probabilities.append(row);
   }
   return predictions;
+}
+
+RoomPredictions predictRoomsByNames(const WordGraph& graph, const Vocabulary& vocabulary,
+                                    const DescriptorMatrix& images, const std::vector<std::string>& rooms) {
+  if (images.labels() != vocabulary.size())
+    throw Error(ErrorCode::mismatch, "the images have other labels than the vocabulary");
+  return RoomsByNames(graph, vocabulary, rooms).predict(images);
 }
 
 double shareOfNames(double imagesPerRoom) {

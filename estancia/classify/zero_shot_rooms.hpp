@@ -12,6 +12,22 @@
 
 namespace estancia {
 
+/// What the labels of a vocabulary tell of rooms, for runs of images: WordNet is asked once.
+class RoomsByNames {
+ public:
+  /// As predictRoomsByNames(), which see.
+  RoomsByNames(const WordGraph& graph, const Vocabulary& vocabulary,
+               const std::vector<std::string>& rooms = {});
+  /// Throws Error (mismatch) when `images` has other labels.
+  RoomPredictions predict(const DescriptorMatrix& images) const;
+
+ private:
+  bool areListed_;
+  std::vector<std::string> rooms_;
+  DescriptorLayout layout_;
+  std::vector<std::vector<float>> weights_;
+};
+
 /// Rooms of the images of one run, by the labels of one model or several.
 ///
 /// An image tells for a room what its labels tell (roomLabelWeights()), by the square roots of their

@@ -37,6 +37,8 @@ class FrameSource {
   /// The newest frame that has not been taken yet; waits for it at most `patience`. Nothing where none came,
   /// or a frame could not be read (see trouble()).
   virtual std::optional<LiveFrame> newest(std::chrono::milliseconds patience) = 0;
+  /// Whether each frame comes when it is asked for, however late: none is missed.
+  virtual bool isOnDemand() const { return false; }
   /// Frames so far that could not be read.
   virtual std::size_t unreadable() const { return 0; }
   /// Before the first frame: `map` goes on with this source. A recording gives no frame again that the map

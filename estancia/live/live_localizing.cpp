@@ -26,7 +26,7 @@ class LocalizingLiveMap final : public LiveMap {
   }
 
   void take(const LiveFrame& live, DescriptorView words, const WorldMap* /*world*/,
-            const std::function<void(const LivePlace&)>& placed) override {
+            const std::function<void(const LivePlace&)>& placed, const Deadline& /*deadline*/) override {
     for (const Localization& found : localizer_.add(words, live.frame.pose)) {
       const MappedFrame& view = localizer_.map().frames[found.beliefImage];
       LivePlace place{view.pose, {{found.beliefNode, found.confidence}}};
@@ -43,6 +43,7 @@ class LocalizingLiveMap final : public LiveMap {
   }
   bool refresh() override { return false; }
   void edit(const MapEdit& edit, const WorldMap& /*world*/) override { editMapFile(path_, edit); }
+  bool namesRooms() const override { return false; }
   void takeWorld(const WorldMap& world) override {
     if (world.areaOfFrame.size() == localizer_.map().frames.size()) localizer_.setZones(world.areaOfFrame);
   }

@@ -27,6 +27,7 @@ namespace estancia {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+using std::chrono::duration_cast;
 constexpr auto patienceForFrames = std::chrono::milliseconds(100);
 constexpr std::size_t wordsShown = 8;
 
@@ -51,10 +52,16 @@ struct LiveLoop::Impl {
         path(std::move(file)),
         localize(options.localize),
         map(makeMap(options)),
-        reader(path, [this](auto world) { board.setWorld(std::move(world)); }) {
+        reader(path, readingOf(*map), [this](auto world) { board.setWorld(std::move(world)); }) {
     board.change([this](LiveStatus& status) { status.source = source->name(); });
     if (std::filesystem::exists(path)) reader.wait(reader.request());
     if (const auto world = board.world()) map->takeWorld(*world);
+  }
+
+  WorldReader::Options readingOf(const LiveMap& what) const {
+    constexpr std::size_t enough = 20'000;  // some minutes, then each second, each third … frame
+    if (localize) return {};                // the localizer numbers all frames
+    return {enough, what.namesRooms()};
   }
 
   std::unique_ptr<LiveMap> makeMap(const LiveOptions& options) {
@@ -68,6 +75,7 @@ struct LiveLoop::Impl {
 
   void run(const std::function<void(const LiveStatus&)>& each);
   void take(const LiveFrame& live, const std::function<void(const LiveStatus&)>& each);
+  Deadline deadlineFor(const LiveFrame& live) const;
   void place(const LiveFrame& live, DescriptorView words, const LivePlace& place);
   void lose(const LiveFrame& live, const Error& why);
   void idle();
@@ -87,6 +95,7 @@ struct LiveLoop::Impl {
   std::atomic<bool> stopping = false;
   RecentNumbers latencies, forwards;
   RecentRate rate;
+  FramePeriod period;
   std::size_t lost = 0;  // frames that came, and could not be used
 
   struct Request {
@@ -130,19 +139,32 @@ void LiveLoop::Impl::run(const std::function<void(const LiveStatus&)>& each) {
 
 void LiveLoop::Impl::take(const LiveFrame& live, const std::function<void(const LiveStatus&)>& each) {
   board.setImage(live.image);
+  period.add(live.arrived, live.dropped);
   try {
     const Prepared prepared = labeler.prepare(live.image, live.frame.name);
     const auto begin = Clock::now();
     const LexicalDescriptor words = labeler.infer(prepared);
     forwards.add(millisecondsSince(begin));
     const auto world = board.world();
-    map->take(live, words, world.get(), [&](const LivePlace& at) {
-      place(live, words, at);
-      if (each) each(board.status());
-    });
+    map->take(
+        live, words, world.get(),
+        [&](const LivePlace& at) {
+          place(live, words, at);
+          if (each) each(board.status());
+        },
+        deadlineFor(live));
   } catch (...) {
     lose(live, frameFailure(live.frame.name));
   }
+}
+
+/// What a frame shows must not keep the next one waiting for more than a third of the forward pass that both
+/// need. Of a camera that is faster than the network, some frame waits whatever is done.
+Deadline LiveLoop::Impl::deadlineFor(const LiveFrame& live) const {
+  const auto next = period.value();
+  const std::chrono::duration<double, std::milli> pass(forwards.quantile(0.5));
+  if (!next || *next < pass || source->isOnDemand()) return std::nullopt;
+  return live.arrived + *next + duration_cast<Clock::duration>(pass / 3);
 }
 
 void LiveLoop::Impl::place(const LiveFrame& live, DescriptorView words, const LivePlace& at) {
@@ -305,9 +327,11 @@ std::vector<unsigned char> LiveLoop::placeImage(int node) const {
   const auto now = world();
   if (!now) return {};
   const MapStore store = MapStore::open(impl_->path, MapStore::Access::read);
+  const TopologicalMap& map = now->places;
   std::vector<std::size_t> frames;
   for (const std::size_t frame : store.imageFrames())
-    if (frame < now->places.frames.size() && now->places.frames[frame].node == node) frames.push_back(frame);
+    if (frame / map.stride < map.frames.size() && map.frames[frame / map.stride].node == node)
+      frames.push_back(frame);
   return frames.empty() ? std::vector<unsigned char>() : store.image(frames[frames.size() / 2]);
 }
 

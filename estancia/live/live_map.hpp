@@ -11,6 +11,7 @@
 
 #include "estancia/core/descriptor.hpp"
 #include "estancia/live/live_loop.hpp"
+#include "estancia/world/work_time.hpp"
 
 namespace estancia {
 
@@ -28,13 +29,16 @@ class LiveMap {
  public:
   virtual ~LiveMap() = default;
   /// Takes the next frame and its words, and says where it is as soon as that is known. `world`: the map as
-  /// it was last read, or null. Throws Error: the frame is lost, but the next ones may be taken.
+  /// it was last read, or null. `deadline`: see WorldMapper::add(). Throws Error: the frame is lost, but the
+  /// next ones may be taken.
   virtual void take(const LiveFrame& live, DescriptorView words, const WorldMap* world,
-                    const std::function<void(const LivePlace&)>& placed) = 0;
+                    const std::function<void(const LivePlace&)>& placed, const Deadline& deadline) = 0;
   /// Between frames: does what is due. Returns whether the map file has changed.
   virtual bool refresh() = 0;
   /// `world`: what the numbers in the edit are of. Throws Error.
   virtual void edit(const MapEdit& edit, const WorldMap& world) = 0;
+  /// Whether areas are to be called by the rooms that their words tell, while the map grows and in finish().
+  virtual bool namesRooms() const = 0;
   /// The file has been changed by others, or by edit().
   virtual void takeWorld(const WorldMap& world) = 0;
   /// Sentences about what is wrong now.

@@ -22,6 +22,7 @@
 #include "estancia/topology/mapper_impl.hpp"
 #include "estancia/world/edit_areas.hpp"
 #include "estancia/world/edit_objects.hpp"
+#include "estancia/world/rooms_by_name.hpp"
 #include "estancia/world/world_mapper.hpp"
 
 namespace estancia {
@@ -96,13 +97,16 @@ class MappingLiveMap final : public LiveMap {
       : source_(source), labeler_(labeler), path_(std::move(path)), options_(std::move(options)) {
     const bool exists = std::filesystem::exists(path_);
     open();
+    world_ = WorldMapper::optionsOf(*session_).value_or(WorldOptions{});
+    if (options_.changeWorld) options_.changeWorld(world_);
     if (exists) source_.goOnAfter(session_->map());
   }
 
   void take(const LiveFrame& live, DescriptorView words, const WorldMap* world,
-            const std::function<void(const LivePlace&)>& placed) override;
+            const std::function<void(const LivePlace&)>& placed, const Deadline& deadline) override;
   bool refresh() override;
   void edit(const MapEdit& edit, const WorldMap& world) override;
+  bool namesRooms() const override { return world_.areas.naming.words == NamingOptions::Words::wordNet; }
   void takeWorld(const WorldMap&) override {}
   std::vector<std::string> troubles() const override;
   void finish() override;
@@ -137,6 +141,7 @@ class MappingLiveMap final : public LiveMap {
   Labeler& labeler_;
   std::filesystem::path path_;
   LiveOptions options_;
+  WorldOptions world_;
   std::optional<MappingSession> session_;
   std::optional<WorldMapper> mapper_;
   std::optional<CameraIntrinsics> camera_;
@@ -170,12 +175,10 @@ void MappingLiveMap::open() {
 
 /// The layers wait for the first frame: only then a source knows its camera.
 void MappingLiveMap::start() {
-  WorldOptions world = WorldMapper::optionsOf(*session_).value_or(WorldOptions{});
-  if (options_.changeWorld) options_.changeWorld(world);
   camera_ = source_.hasDepth() ? source_.intrinsics() : std::nullopt;
-  const WorldLayers layers = world.layers.value_or(WorldLayers{});
+  const WorldLayers layers = world_.layers.value_or(WorldLayers{});
   const bool track = camera_ && !source_.hasPoses() && (layers.areas || layers.objects);
-  mapper_.emplace(*session_, world, &labeler_, track ? camera_ : std::nullopt);
+  mapper_.emplace(*session_, world_, &labeler_, track ? camera_ : std::nullopt);
 }
 
 void MappingLiveMap::close() {
@@ -233,18 +236,19 @@ std::string MappingLiveMap::lastDecision(const std::string& frame) const {
 }
 
 void MappingLiveMap::take(const LiveFrame& live, DescriptorView words, const WorldMap* world,
-                          const std::function<void(const LivePlace&)>& placed) {
+                          const std::function<void(const LivePlace&)>& placed, const Deadline& deadline) {
   write([&] {
     if (!mapper_) start();
     const cv::Mat depth = fittingDepth(live);
     const auto thumbnail = [&] { return encodeImage(live.image); };
-    mapper_->add(live.frame, words, live.image, depth, camera_.value_or(CameraIntrinsics{}), thumbnail,
-                 [&](int node, const std::optional<Pose>& pose) {
-                   LivePlace place{pose, {{node, 1}}};
-                   std::tie(place.area, place.areaProbability) = areaOf(world, pose, node);
-                   place.decision = lastDecision(live.frame.name);
-                   placed(place);
-                 });
+    const auto tell = [&](int node, const std::optional<Pose>& pose) {
+      LivePlace place{pose, {{node, 1}}};
+      std::tie(place.area, place.areaProbability) = areaOf(world, pose, node);
+      place.decision = lastDecision(live.frame.name);
+      placed(place);
+    };
+    mapper_->add(live.frame, words, live.image, depth, camera_.value_or(CameraIntrinsics{}), thumbnail, tell,
+                 deadline);
     ++frames_;
     isStale_ = true;
   });
@@ -314,10 +318,13 @@ std::vector<std::string> MappingLiveMap::troubles() const {
 void MappingLiveMap::finish() {
   if (!session_) throw Error(ErrorCode::fileUnwritable, unwritable_);
   derived_ = {};  // is waited for
-  const Step step(*this);
-  session_->finish();
-  if (mapper_) mapper_->finish();
-  close();
+  {
+    const Step step(*this);
+    session_->finish();
+    if (mapper_) mapper_->finish();
+    close();
+  }
+  if (namesRooms() && std::filesystem::exists(path_)) renewRoomsByNames(path_);
 }
 
 }  // namespace

@@ -1,10 +1,12 @@
-// Live times: latency, forward pass and rate of the last frames, in constant memory.
+// Live times: latency, forward pass, rate and period of the last frames, in constant memory.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace estancia {
@@ -51,6 +53,32 @@ class RecentRate {
  private:
   static constexpr std::size_t most = 11;
   std::vector<Time> times_;
+};
+
+/// The time between two frames of a camera, those that were dropped included: the median of the last ones.
+class FramePeriod {
+ public:
+  using Time = std::chrono::steady_clock::time_point;
+  void add(Time arrived, std::size_t dropped) {
+    if (last_) {
+      if (gaps_.size() == most) gaps_.erase(gaps_.begin());
+      gaps_.push_back((arrived - *last_) / static_cast<std::int64_t>(dropped + 1));
+    }
+    last_ = arrived;
+  }
+  /// Nothing before there are some.
+  std::optional<Time::duration> value() const {
+    if (gaps_.size() < least) return std::nullopt;
+    std::vector<Time::duration> sorted = gaps_;
+    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+    std::ranges::nth_element(sorted, middle);
+    return *middle;
+  }
+
+ private:
+  static constexpr std::size_t least = 3, most = 15;
+  std::optional<Time> last_;
+  std::vector<Time::duration> gaps_;
 };
 
 }  // namespace estancia

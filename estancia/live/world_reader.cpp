@@ -6,10 +6,12 @@
 #include <exception>
 #include <utility>
 
+#include "estancia/world/rooms_by_name.hpp"
+
 namespace estancia {
 
-WorldReader::WorldReader(std::filesystem::path path, Take take)
-    : path_(std::move(path)), take_(std::move(take)), thread_([this] { run(); }) {}
+WorldReader::WorldReader(std::filesystem::path path, const Options& options, Take take)
+    : path_(std::move(path)), options_(options), take_(std::move(take)), thread_([this] { run(); }) {}
 
 WorldReader::~WorldReader() {
   {
@@ -37,6 +39,7 @@ void WorldReader::run() {
   using Clock = std::chrono::steady_clock;
   constexpr int timesOfReading = 10;
   Clock::time_point next;
+  GrowingRooms rooms;
   std::unique_lock lock(mutex_);
   for (;;) {
     changed_.wait(lock, [this] { return ending_ || requested_ > done_; });
@@ -46,7 +49,9 @@ void WorldReader::run() {
     lock.unlock();
     const auto begin = Clock::now();
     try {
-      take_(std::make_shared<const WorldMap>(readWorld(path_)));
+      WorldMap world = readWorld(path_, options_.mostFrames);
+      if (options_.namesRooms) rooms.name(path_, world);
+      take_(std::make_shared<const WorldMap>(std::move(world)));
     } catch (const std::exception&) {  // not on disk yet: its first second is not over
     }
     next = Clock::now() + timesOfReading * (Clock::now() - begin);

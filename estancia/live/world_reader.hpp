@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <thread>
@@ -17,8 +18,14 @@ namespace estancia {
 class WorldReader {
  public:
   using Take = std::function<void(std::shared_ptr<const WorldMap>)>;
+  struct Options {
+    /// Of a map that grows: its memory does not.
+    std::size_t mostFrames = std::numeric_limits<std::size_t>::max();
+    /// See GrowingRooms.
+    bool namesRooms = false;
+  };
   /// `take` hears of each map that was read, in the thread.
-  WorldReader(std::filesystem::path path, Take take);
+  WorldReader(std::filesystem::path path, const Options& options, Take take);
   ~WorldReader();
   WorldReader(const WorldReader&) = delete;
   WorldReader& operator=(const WorldReader&) = delete;
@@ -33,6 +40,7 @@ class WorldReader {
   void run();
 
   std::filesystem::path path_;
+  Options options_;
   Take take_;
   std::mutex mutex_;
   std::condition_variable changed_;

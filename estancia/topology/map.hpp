@@ -95,6 +95,10 @@ struct TopologicalMap {
   std::vector<Transition> transitions = {};
   /// By frame number.
   std::vector<MappedFrame> frames = {};
+  /// More than 1 where only each so many-th frame was read, so that a long drive needs no more memory than a
+  /// short one (MapStore::load()): frame `i` is `i * stride` in the file, and numbers of frames in between
+  /// are those of the one before.
+  std::size_t stride = 1;
   /// One a frame.
   std::vector<Decision> decisions = {};
   std::vector<Merge> merges = {};

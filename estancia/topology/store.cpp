@@ -490,12 +490,12 @@ std::size_t MapStore::frameCount() const {
   return static_cast<std::size_t>(count);
 }
 
-TopologicalMap MapStore::load() const {
+TopologicalMap MapStore::load(std::size_t mostFrames) const {
   Database& database = impl_->database;
-  if (database.inTransaction()) return readContent(database, impl_->identity);
+  if (database.inTransaction()) return readContent(database, impl_->identity, mostFrames);
   database.run("BEGIN");  // one moment of the map for all its tables, whatever is written meanwhile
   try {
-    TopologicalMap map = readContent(database, impl_->identity);
+    TopologicalMap map = readContent(database, impl_->identity, mostFrames);
     database.run("COMMIT");
     return map;
   } catch (...) {

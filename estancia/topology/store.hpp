@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -29,6 +30,7 @@ constexpr std::int64_t mapApplicationId = 0x45737461;
 class MapStore {
  public:
   enum class Access { read, write };
+  static constexpr std::size_t allFrames = std::numeric_limits<std::size_t>::max();
 
   /// What never changes in the life of a map.
   struct Identity {
@@ -91,7 +93,9 @@ class MapStore {
   void beginReading();
   void endReading();
   std::size_t frameCount() const;
-  TopologicalMap load() const;
+  /// `mostFrames`: of a longer drive each n-th frame is read, so that there are no more
+  /// (TopologicalMap::stride).
+  TopologicalMap load(std::size_t mostFrames = allFrames) const;
   std::optional<std::string> findState(const std::string& key) const;
   /// (node id, state) in order of id.
   std::vector<std::pair<int, std::string>> nodeStates() const;

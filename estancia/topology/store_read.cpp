@@ -23,7 +23,9 @@ static_assert(std::endian::native == std::endian::little, "map files hold little
 /// Rows whose numbers are checked; `what` names them.
 class Rows : public Statement {
  public:
-  Rows(const Database& database, std::string_view sql) : Statement(database, sql), database_(database) {}
+  template <class... Values>
+  Rows(const Database& database, std::string_view sql, const Values&... values)
+      : Statement(database, sql, values...), database_(database) {}
 
   /// In [lowest, highest].
   std::int64_t number(int column, std::int64_t lowest, std::int64_t highest, const char* what) const {
@@ -38,8 +40,8 @@ class Rows : public Statement {
     return static_cast<int>(number(column, lowest, std::numeric_limits<int>::max(), what));
   }
   std::size_t frame(int column, const TopologicalMap& map, const char* what) const {
-    return static_cast<std::size_t>(
-        number(column, 0, static_cast<std::int64_t>(map.frames.size()) - 1, what));
+    const auto end = static_cast<std::int64_t>(map.frames.size() * map.stride);
+    return static_cast<std::size_t>(number(column, 0, end - 1, what)) / map.stride;
   }
 
  private:
@@ -65,12 +67,17 @@ void readNodes(Database& database, TopologicalMap& map) {
   }
 }
 
-void readFrames(Database& database, TopologicalMap& map) {
+void readFrames(Database& database, TopologicalMap& map, std::size_t most) {
+  Rows count(database, "SELECT count(*) FROM frames");
+  const std::size_t all = count.next() ? count.count(0, 0, "the number of frames") : 0;
+  if (most < all) map.stride = (all - 1) / std::max<std::size_t>(1, most) + 1;
   Rows rows(database,
-            "SELECT id, name, timestamp, x, y, z, qx, qy, qz, qw, room, node FROM frames ORDER BY id");
+            "SELECT id, name, timestamp, x, y, z, qx, qy, qz, qw, room, node FROM frames "
+            "WHERE id % ?1 = 0 ORDER BY id",
+            map.stride);
   while (rows.next()) {
-    if (rows.integer(0) != static_cast<std::int64_t>(map.frames.size()))
-      database.failDamaged(fmt::format("frame {} is missing", map.frames.size()));
+    if (rows.integer(0) != static_cast<std::int64_t>(map.frames.size() * map.stride))
+      database.failDamaged(fmt::format("frame {} is missing", map.frames.size() * map.stride));
     MappedFrame frame;
     frame.name = printable(rows.text(1));
     if (const double timestamp = rows.real(2); std::isfinite(timestamp)) frame.timestamp = timestamp;
@@ -95,7 +102,7 @@ void readTransitions(Database& database, TopologicalMap& map) {
       if (map.findNode(node) == nullptr)
         database.failDamaged(fmt::format("a transition touches node {}, which is missing", node));
     transition.count = rows.count(2, 0, "a transition's count");
-    transition.firstFrame = rows.count(3, 0, "a transition's first frame");
+    transition.firstFrame = rows.count(3, 0, "a transition's first frame") / map.stride;
     map.transitions.push_back(transition);
   }
 }
@@ -103,7 +110,8 @@ void readTransitions(Database& database, TopologicalMap& map) {
 void readDecisions(Database& database, TopologicalMap& map) {
   Rows rows(database,
             "SELECT frame, kind, node, current, to_current, other, to_other, tau_join, tau_revisit "
-            "FROM decisions ORDER BY frame");
+            "FROM decisions WHERE frame % ?1 = 0 ORDER BY frame",
+            map.stride);
   while (rows.next()) {
     Decision decision;
     decision.frame = rows.frame(0, map, "a decision's frame");
@@ -154,7 +162,9 @@ void readRoomsByName(Database& database, RoomPredictions& predictions) {
 
 void readRoomEvidence(Database& database, const TopologicalMap& map, RoomPredictions& predictions) {
   if (!sqlite::hasTable(database, "room_evidence")) return;
-  Rows rows(database, "SELECT frame, label, log_odds FROM room_evidence ORDER BY frame, label");
+  Rows rows(database,
+            "SELECT frame, label, log_odds FROM room_evidence WHERE frame % ?1 = 0 ORDER BY frame, label",
+            map.stride);
   const std::size_t rooms = predictions.rooms.size();
   while (rows.next()) {
     RoomEvidence told;
@@ -187,11 +197,12 @@ void readPredictions(Database& database, TopologicalMap& map) {
   RoomPredictions predictions{printable(readMeta(database, "classifier")), std::move(rooms),
                               DescriptorMatrix(count)};
   readRoomsByName(database, predictions);
-  Rows rows(database, "SELECT frame, probabilities FROM predictions ORDER BY frame");
+  Rows rows(database, "SELECT frame, probabilities FROM predictions WHERE frame % ?1 = 0 ORDER BY frame",
+            map.stride);
   std::vector<float> row;
   while (rows.next()) {
     const std::string name = fmt::format("the room prediction of frame {}", predictions.probabilities.size());
-    if (rows.integer(0) != static_cast<std::int64_t>(predictions.probabilities.size()) ||
+    if (rows.integer(0) != static_cast<std::int64_t>(predictions.probabilities.size() * map.stride) ||
         predictions.probabilities.size() == map.frames.size())
       database.failDamaged(name + " is missing, or of no frame");
     readValues(database, rows.bytes(1), count, name, row);
@@ -273,11 +284,11 @@ MapStore::Identity readIdentity(Database& database) {
   return identity;
 }
 
-TopologicalMap readContent(Database& database, const MapStore::Identity& identity) {
+TopologicalMap readContent(Database& database, const MapStore::Identity& identity, std::size_t mostFrames) {
   TopologicalMap map{
       .vocabulary = identity.vocabulary, .model = identity.model, .distance = distanceOf(identity.settings)};
   readNodes(database, map);
-  readFrames(database, map);
+  readFrames(database, map, mostFrames);
   readTransitions(database, map);
   readDecisions(database, map);
   readMerges(database, map);

@@ -14,7 +14,9 @@ MapStore::Identity readIdentity(sqlite::Database& database);
 std::string partsToJson(const Vocabulary& vocabulary);
 
 /// Everything but descriptors, images and states. Every number and length is checked before it is used.
-TopologicalMap readContent(sqlite::Database& database, const MapStore::Identity& identity);
+/// `mostFrames`: see MapStore::load().
+TopologicalMap readContent(sqlite::Database& database, const MapStore::Identity& identity,
+                           std::size_t mostFrames);
 
 /// The pose in columns x, y, z, qx, qy, qz, qw from `column` on; absent where these are NULL or cannot be
 /// one.

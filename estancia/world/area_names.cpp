@@ -70,11 +70,18 @@ bool holdsWords(const std::string& name, const std::string& words) {
 }  // namespace
 
 void nameAreasByRooms(WorldMap& world) {
-  if (!world.places.predictions) return;
+  if (world.places.predictions) nameAreasByRooms(world, *world.places.predictions, world.areaOfFrame);
+}
+
+void nameAreasByRooms(WorldMap& world, const RoomPredictions& predictions, std::span<const int> areaOfRow) {
+  for (WorldArea& area : world.areas) {
+    area.predictedRoom = area.roomName = "";
+    area.roomProbability = 0;
+    area.isSurelyRoom = false;
+  }
   std::vector<std::size_t> areaOf;
-  for (const int area : world.areaOfFrame)
+  for (const int area : areaOfRow)
     areaOf.push_back(area < 0 ? world.areas.size() : static_cast<std::size_t>(area));
-  const RoomPredictions& predictions = *world.places.predictions;
   const auto pooled = poolRooms(predictions, areaOf, world.areas.size());
   const std::vector<bool> sure = areSureRooms(predictions, areaOf, pooled, GroupedBy::space);
   const auto assigned =

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,9 @@ namespace estancia {
 /// in their order: "bedroom 1", "bedroom 2". One keeps its number when a person names another; people's names
 /// are left to the areas that they gave them to.
 void nameAreasByRooms(WorldMap& world);
+/// The same by predictions of some of its frames: `areaOfRow[i]` is the area that row i was taken in, -1 for
+/// none. Names by other predictions are forgotten.
+void nameAreasByRooms(WorldMap& world, const RoomPredictions& predictions, std::span<const int> areaOfRow);
 
 /// The areas that have a name, by the first of these that any has: the name that people gave, the room name,
 /// the predicted room, of which there may be several.

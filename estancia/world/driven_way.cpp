@@ -100,7 +100,8 @@ void DrivenWays::addStations() {
     // Where a drive was continued the robot was carried: there is no transition.
     if (last && *last != station &&
         (stations_[*last].place == here.place ||
-         driven.contains({map.nodes[stations_[*last].place].id, map.nodes[here.place].id})))
+         driven.contains({map.nodes[stations_[*last].place].id, map.nodes[here.place].id})) &&
+        (map.stride == 1 || !hasWallBetween(stations_[*last].at, here.at)))  // it went around corners
       drive(*last, station);
     last = station;
   }

@@ -92,7 +92,8 @@ void KnownStore::read(WorldMap& world) const {
   Statement rows(database,
                  "SELECT object, name, confidence, x, y, z, qx, qy, qz, qw, frame FROM object_poses");
   while (rows.next()) {
-    const std::int64_t object = rows.integer(0), frame = rows.integer(10);
+    const std::int64_t object = rows.integer(0),
+                       frame = rows.integer(10) / static_cast<std::int64_t>(world.places.stride);
     const std::optional<Pose> pose = readPose(rows, 3);
     if (object < 0 || object >= static_cast<std::int64_t>(world.objects.size()) || frame < 0 ||
         frame >= static_cast<std::int64_t>(world.places.frames.size()) || !pose)

@@ -97,7 +97,8 @@ void ObjectLayer::add(std::size_t frame, const cv::Mat& depth, const Observation
   }
 }
 
-void ObjectLayer::label(std::size_t frame, const Observation& seen, const cv::Mat& image) {
+void ObjectLayer::label(std::size_t frame, const Observation& seen, const cv::Mat& image,
+                        const Deadline& deadline) {
   if (labeler_ == nullptr || seen.info.empty() || image.empty()) return;
   labelRegions(frame, seen, image);
   const std::vector<double> worth = instances_->worthLabeling();
@@ -105,12 +106,20 @@ void ObjectLayer::label(std::size_t frame, const Observation& seen, const cv::Ma
   std::iota(order.begin(), order.end(), 0);
   const auto value = [&](std::size_t i) { return seen.info[i].atBorder ? worth[i] / 4 : worth[i]; };
   std::ranges::stable_sort(order, std::ranges::greater{}, value);
-  order.resize(std::min(order.size(), std::min(frames_, mostSaved) * crops_));
-  for (const std::size_t i : order) {
+  const std::size_t most = mostSaved * crops_,
+                    owed = std::min(std::min(frames_, mostSaved) * crops_ + std::exchange(putOff_, 0), most);
+  order.resize(std::min(order.size(), owed));
+  for (std::size_t done = 0; done < order.size(); ++done) {
+    if (!labeling_.isDue(deadline)) {
+      putOff_ = order.size() - done;
+      break;
+    }
+    const std::size_t i = order[done];
     const Observation::Segment& segment = seen.info[i];
     const cv::Mat crop = cropObject(image, inImage(segment.box, seen.depth.size(), image.size()));
     LabeledSegment labeled{frame, i + 1, value(i)};
-    if (!tried("an image of an object", [&] { labeled.words = labelCrop(crop); })) continue;
+    if (!tried("an image of an object", [&] { labeling_.run([&] { labeled.words = labelCrop(crop); }); }))
+      continue;
     store_.putView(labeled, encodeImage(crop));
     instances_->labeled({frame, i + 1});
     labeled_.emplace(SegmentPlace(frame, i + 1), std::move(labeled));

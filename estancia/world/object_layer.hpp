@@ -13,6 +13,7 @@
 
 #include "estancia/core/vocabulary.hpp"
 #include "estancia/objects/instance_map.hpp"
+#include "estancia/world/work_time.hpp"
 #include "estancia/world/world_store.hpp"
 
 namespace estancia {
@@ -33,8 +34,8 @@ class ObjectLayer {
   void add(std::size_t frame, const cv::Mat& depth, const Observation& seen, const Pose& pose);
   /// Labels the segments of the view added last: all by a detector, if the labeler has one; those that are
   /// most worth it by images of them, more after frames that were no views and labeled nothing. `image`: BGR,
-  /// of the whole frame.
-  void label(std::size_t frame, const Observation& seen, const cv::Mat& image);
+  /// of the whole frame. What would not end by the deadline is left to the next views.
+  void label(std::size_t frame, const Observation& seen, const cv::Mat& image, const Deadline& deadline);
   /// The objects that the views show.
   std::vector<ObjectInstance> instances() const;
   /// The work of finding them as of now, for another thread: it has a copy.
@@ -53,6 +54,9 @@ class ObjectLayer {
   std::vector<std::vector<double>> wordsOf(const std::vector<ObjectInstance>& found,
                                            const std::map<SegmentPlace, int>& objectOf) const;
 
+  /// Images in a row, so that all but a few frames of a hundred come in time.
+  static constexpr std::size_t mostPutOff = 20;
+
   /// What a segment tells of the thing.
   struct Look {
     std::array<std::uint8_t, 3> color{};
@@ -70,6 +74,8 @@ class ObjectLayer {
   std::optional<InstanceMap> instances_;
   std::optional<std::size_t> lastFrame_;  // that was added
   std::size_t frames_ = 1;                // from the one before to it
+  std::size_t putOff_ = 0;                // images that there was no time to label
+  WorkTime labeling_{mostPutOff};         // of an image
   std::map<SegmentPlace, LabeledSegment> labeled_;
   std::map<SegmentPlace, Look> looks_;
 };

@@ -200,7 +200,8 @@ std::vector<ObjectEdit> WorldStore::objectEdits() const {
 
 void WorldStore::readObjects(WorldMap& world) const {
   const Database& database = store_.database();
-  const auto frames = static_cast<std::int64_t>(world.places.frames.size());
+  const std::size_t stride = world.places.stride;
+  const auto frames = static_cast<std::int64_t>(world.places.frames.size() * stride);
   const auto within = [&](const Statement& row, int column, std::int64_t end, const char* what) {
     const std::int64_t value = row.integer(column);
     if (value < 0 || value >= end) database.failDamaged(fmt::format("an object's {} is {}", what, value));
@@ -226,9 +227,9 @@ void WorldStore::readObjects(WorldMap& world) const {
       object.color[static_cast<std::size_t>(i)] = static_cast<int>(within(rows, 9 + i, 256, "color"));
     object.flat = rows.integer(12) != 0;
     object.views = static_cast<std::size_t>(within(rows, 13, frames + 1, "number of views"));
-    object.firstFrame = static_cast<std::size_t>(within(rows, 14, frames, "first frame"));
-    object.lastFrame = static_cast<std::size_t>(within(rows, 15, frames, "last frame"));
-    object.bestFrame = static_cast<std::size_t>(within(rows, 16, frames, "best frame"));
+    object.firstFrame = static_cast<std::size_t>(within(rows, 14, frames, "first frame")) / stride;
+    object.lastFrame = static_cast<std::size_t>(within(rows, 15, frames, "last frame")) / stride;
+    object.bestFrame = static_cast<std::size_t>(within(rows, 16, frames, "best frame")) / stride;
     const auto support = std::find(supportNames.begin(), supportNames.end(), rows.text(17));
     if (support == supportNames.end()) database.failDamaged("an object stands on nothing that is known");
     object.support = static_cast<Support>(support - supportNames.begin());

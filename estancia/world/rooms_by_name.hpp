@@ -2,10 +2,13 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
 namespace estancia {
+
+struct WorldMap;
 
 /// Throws Error unless rooms can be told by these names, before the long work begins: missingDependency
 /// without WordNet, unknownName, insufficientData.
@@ -21,5 +24,21 @@ void nameRoomsByNames(const std::filesystem::path& map, const std::vector<std::s
 /// predictions by names now; it has none without WordNet, where WordNet lacks the common rooms, and without
 /// frames.
 bool renewRoomsByNames(const std::filesystem::path& map);
+
+/// The same for a map that still grows, again and again.
+class GrowingRooms {
+ public:
+  GrowingRooms();
+  ~GrowingRooms();
+
+  /// Names the areas in `world` alone, which was read from `map`: by a thousand of its frames at most, so
+  /// that it takes no longer the longer the drive is. Does nothing where renewRoomsByNames() would not.
+  /// Throws Error as readMap() does.
+  void name(const std::filesystem::path& map, WorldMap& world);
+
+ private:
+  struct Known;
+  std::unique_ptr<Known> known_;
+};
 
 }  // namespace estancia

@@ -42,10 +42,10 @@ Floor floorOf(const WorldMap& world) {
   return Floor(poses);
 }
 
-WorldMap readWorld(const std::filesystem::path& path) {
+WorldMap readWorld(const std::filesystem::path& path, std::size_t mostFrames) {
   MapStore store = MapStore::open(path, MapStore::Access::read);
   store.beginReading();
-  WorldMap world{store.load()};
+  WorldMap world{store.load(mostFrames)};
   WorldStore(store, MapStore::Access::read).read(world);
   KnownStore(store).read(world);
   store.endReading();

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <filesystem>
+#include <limits>
 #include <opencv2/core/types.hpp>
 #include <optional>
 #include <string>
@@ -144,8 +145,10 @@ struct WorldMap {
 /// The floor of the plan; without one, of the frames' poses.
 Floor floorOf(const WorldMap& world);
 
-/// Reads a map file with all its layers as of its last commit. Throws Error as readMap() does.
-WorldMap readWorld(const std::filesystem::path& path);
+/// Reads a map file with all its layers as of its last commit. `mostFrames`: of a longer drive each n-th
+/// frame is read, so that there are no more (TopologicalMap::stride). Throws Error as readMap() does.
+WorldMap readWorld(const std::filesystem::path& path,
+                   std::size_t mostFrames = std::numeric_limits<std::size_t>::max());
 
 /// The best image of an object, a small JPEG; empty where there is none. Throws Error as readMap() does.
 std::vector<unsigned char> readObjectImage(const std::filesystem::path& path, int object);

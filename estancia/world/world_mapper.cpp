@@ -37,6 +37,9 @@ namespace {
 /// Directions of up that differ by less make the same floor.
 constexpr double sameUp = 0.1 * std::numbers::pi / 180;
 
+/// Views in a row that there is no time for: a camera of 25 Hz still gives five views a second.
+constexpr std::size_t mostPutOff = 4;
+
 /// 1, 2, 3, 4, 6, 8, 12, 16 … so that all layers can be made anew at a bounded cost for each view.
 bool isFoldedAnewAt(std::size_t views) {
   return std::has_single_bit(views) || (views % 3 == 0 && std::has_single_bit(views / 3));
@@ -95,6 +98,7 @@ struct WorldMapper::Impl {
   std::optional<FloorSurvey> survey;
   std::optional<ObjectLayer> objects;
   std::size_t views = 0, tooFar = 0, folds = 0;
+  WorkTime viewing{mostPutOff};          // without the labels of its objects
   std::optional<PlannedFrames> planned;  // the newest
 
   std::size_t labels() const { return session.store.identity().vocabulary.size(); }
@@ -189,7 +193,7 @@ struct WorldMapper::Impl {
 
   void locate(const Frame& frame, DescriptorView descriptor, const cv::Mat& image, const cv::Mat& depth);
   void look(DescriptorView descriptor, const cv::Mat& image, const cv::Mat& depth,
-            const CameraIntrinsics& camera);
+            const CameraIntrinsics& camera, const Deadline& deadline);
   std::function<std::optional<PlannedFrames>()> planning(const std::vector<AreaEdit>& corrections) const;
   void replan(PlannedFrames now);
   void putObjects(const std::vector<ObjectInstance>& found);
@@ -359,19 +363,20 @@ bool WorldMapper::wantsImage(const Frame& frame) const {
 std::optional<Pose> WorldMapper::observe(const Frame& frame, DescriptorView descriptor, const cv::Mat& image,
                                          const cv::Mat& depth, const CameraIntrinsics& camera) {
   impl_->locate(frame, descriptor, image, depth);
-  impl_->look(descriptor, image, depth, camera);
+  impl_->look(descriptor, image, depth, camera, {});
   return impl_->poses.back();
 }
 
 void WorldMapper::add(const Frame& frame, DescriptorView descriptor, const cv::Mat& image,
                       const cv::Mat& depth, const CameraIntrinsics& camera,
-                      const MappingSession::Image& thumbnail, const Placed& placed) {
+                      const MappingSession::Image& thumbnail, const Placed& placed,
+                      const Deadline& deadline) {
   impl_->locate(frame, descriptor, image, depth);
   Frame located = frame;
   located.pose = impl_->poses.back();
   const int place = impl_->session.add(located, descriptor, thumbnail);
   placed(place, located.pose);
-  impl_->look(descriptor, image, depth, camera);
+  impl_->look(descriptor, image, depth, camera, deadline);
   impl_->session.writeWhenDue();  // the frame and what it shows are kept together
 }
 
@@ -389,22 +394,25 @@ void WorldMapper::Impl::locate(const Frame& frame, DescriptorView descriptor, co
 
 /// Takes what that frame shows.
 void WorldMapper::Impl::look(DescriptorView descriptor, const cv::Mat& image, const cv::Mat& depth,
-                             const CameraIntrinsics& camera) {
+                             const CameraIntrinsics& camera, const Deadline& deadline) {
   const std::size_t index = poses.size() - 1;
   const std::optional<Pose>& pose = poses.back();
   const bool isNewView = tracking ? isNewTracked(index) : pose && isBelieved && isNew(index, *pose);
-  if (inSpace() && !depth.empty() && isNewView) {
-    Observation seen = estancia::observe(depth, camera);
+  if (inSpace() && !depth.empty() && isNewView && viewing.isDue(deadline)) {
+    Observation seen;
     bool added = false;
-    if (tracking) {
-      added = addTracked(seen, descriptor, image);
-    } else {
+    viewing.run([&] {
+      seen = estancia::observe(depth, camera);
+      if (tracking) {
+        added = addTracked(seen, descriptor, image);
+        return;
+      }
       seen.seenFrom = pose;
       if (layers.objects) lookAt(seen, image);
       put(seen, descriptor);
       added = add(seen, descriptor, *pose);
-    }
-    if (added && objects) objects->label(index, seen, image);
+    });
+    if (added && objects) objects->label(index, seen, image, deadline);
   }
   if (tracking) tracking->save();
 }

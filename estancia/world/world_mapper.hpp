@@ -16,6 +16,7 @@
 #include "estancia/objects/instance_map.hpp"
 #include "estancia/odometry/rgbd.hpp"
 #include "estancia/topology/session.hpp"
+#include "estancia/world/work_time.hpp"
 
 namespace estancia {
 
@@ -130,9 +131,12 @@ class WorldMapper {
   /// Hears a frame's place (node id) and pose.
   using Placed = std::function<void(int place, const std::optional<Pose>& pose)>;
   /// Both at once: adds the frame to the session, with `thumbnail`, and says where it is before it takes what
-  /// the frame shows into the layers, which takes longer. For robots that wait for the place.
+  /// the frame shows into the layers, which takes longer. For robots that wait for the place. Where a
+  /// `deadline` is given, what would end later is left to the next frames: the view, or some labels of its
+  /// objects.
   void add(const Frame& frame, DescriptorView descriptor, const cv::Mat& image, const cv::Mat& depth,
-           const CameraIntrinsics& camera, const MappingSession::Image& thumbnail, const Placed& placed);
+           const CameraIntrinsics& camera, const MappingSession::Image& thumbnail, const Placed& placed,
+           const Deadline& deadline = {});
   /// What the map is to hold.
   const WorldLayers& layers() const;
   /// Whether the camera of the frames is tracked.

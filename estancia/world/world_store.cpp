@@ -94,11 +94,12 @@ Observation decodedObservation(const Database& database, const std::string& byte
   }
 }
 
-/// A number below `end` of each frame.
-void readNumbers(const Database& database, const char* sql, std::size_t end, std::vector<int>& numbers) {
-  Statement rows(database, sql);
+/// A number below `end` of each `stride`-th frame.
+void readNumbers(const Database& database, const char* sql, std::size_t stride, std::size_t end,
+                 std::vector<int>& numbers) {
+  Statement rows(database, sql, stride);
   while (rows.next()) {
-    const std::int64_t frame = rows.integer(0), number = rows.integer(1);
+    const std::int64_t frame = rows.integer(0) / static_cast<std::int64_t>(stride), number = rows.integer(1);
     if (frame < 0 || frame >= static_cast<std::int64_t>(numbers.size()) || number < 0 ||
         number >= static_cast<std::int64_t>(end))
       database.failDamaged("a frame is in an area or a zone that is missing");
@@ -265,7 +266,8 @@ void WorldStore::readZones(WorldMap& world) const {
     world.zones.push_back({static_cast<int>(world.zones.size()), printable(rows.text(1)),
                            static_cast<std::size_t>(rows.integer(2))});
   }
-  readNumbers(database, "SELECT frame, zone FROM frame_zones", world.zones.size(), world.zoneOfFrame);
+  readNumbers(database, "SELECT frame, zone FROM frame_zones WHERE frame % ?1 = 0", world.places.stride,
+              world.zones.size(), world.zoneOfFrame);
 }
 
 void WorldStore::readAreas(WorldMap& world) const {
@@ -287,7 +289,8 @@ void WorldStore::readAreas(WorldMap& world) const {
   double most = -1;
   cv::minMaxLoc(world.plan->areaOf, nullptr, &most);
   if (most >= static_cast<double>(world.areas.size())) database.failDamaged("its plan has unknown areas");
-  readNumbers(database, "SELECT frame, area FROM frame_areas", world.areas.size(), world.areaOfFrame);
+  readNumbers(database, "SELECT frame, area FROM frame_areas WHERE frame % ?1 = 0", world.places.stride,
+              world.areas.size(), world.areaOfFrame);
   for (const AreaEdit& edit : world.edits)
     if (edit.kind == AreaEdit::Kind::name)
       if (const int area = areaAt(*world.plan, edit.from, 1); area >= 0)

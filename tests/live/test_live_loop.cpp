@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <csignal>
 #include <functional>
 #include <thread>
@@ -13,6 +14,7 @@
 #include "estancia/label/recorded_labeler.hpp"
 #include "estancia/live/replay_source.hpp"
 #include "estancia/topology/session.hpp"
+#include "estancia/words/installed_words.hpp"
 #include "estancia/world/world_mapper.hpp"
 #include "support/errors.hpp"
 #include "support/fed_source.hpp"
@@ -294,6 +296,24 @@ TEST(LiveLoop, AnObjectThatIsDeletedStaysAwayToTheEndAndAfterIt) {
   EXPECT_TRUE(later.loop().world()->objects.empty());
   EXPECT_TRUE(readWorld(file).objects.empty());
   EXPECT_EQ(readWorld(file).places.frames.size(), drive.size());
+
+TEST(LiveLoop, CallsAreasByRoomsWhileTheMapGrowsAndInTheEnd) {
+  if (installedWordGraph() == nullptr) GTEST_SKIP() << "needs WordNet";
+  const ScratchFolder folder;
+  const fs::path file = folder / "flat.estancia";
+  const FlatDrive drive;
+  RecordedLabeler labeler = labelerOf(drive);
+  FedLoop fed(file, labeler, drive);
+  for (std::size_t i = 0; i < drive.size(); ++i) fed.source().feed(drive, i);
+  const auto hasBedroom = [&](const LiveStatus&) {
+    const auto world = fed.loop().world();
+    return world && std::ranges::count(world->areas, "bedroom", &WorldArea::roomName) == 1;
+  };
+  EXPECT_TRUE(fed.waitUntil(hasBedroom));
+  EXPECT_FALSE(readMap(file).predictions) << "the file is the mapper's";
+  EXPECT_EQ(fed.end(), "");
+  EXPECT_TRUE(hasBedroom(fed.loop().status()));
+  EXPECT_TRUE(readMap(file).predictions);
 }
 
 TEST(LiveLoop, FindsFramesInAMapThatIsThere) {

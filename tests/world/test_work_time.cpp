@@ -1,0 +1,88 @@
+// What is put off when the next frame is near, and what is not.
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/world/work_time.hpp"
+
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "estancia/label/labeler.hpp"
+#include "estancia/topology/sqlite.hpp"
+#include "estancia/world/world_mapper.hpp"
+#include "support/flat_drive.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using namespace std::chrono_literals;
+
+TEST(WorkTime, PutsOffWhatWouldEndTooLateButNotForever) {
+  WorkTime work(3);
+  EXPECT_TRUE(work.isDue({})) << "there is time enough";
+  EXPECT_TRUE(work.isDue(Clock::now() + 1h)) << "nobody knows yet how long it takes";
+  work.run([] { std::this_thread::sleep_for(20ms); });
+  EXPECT_TRUE(work.isDue(Clock::now() + 1h));
+  for (int round = 0; round < 2; ++round) {
+    for (int i = 0; i < 3; ++i) EXPECT_FALSE(work.isDue(Clock::now() + 5ms)) << i;
+    EXPECT_TRUE(work.isDue(Clock::now() + 5ms)) << "it has been put off three times";
+    work.run([] { std::this_thread::sleep_for(20ms); });
+  }
+}
+
+/// Counts the images that it is shown.
+class CountingLabeler : public Labeler {
+ public:
+  const Vocabulary& vocabulary() const override { return vocabulary_; }
+  std::string identity() const override { return "test"; }
+  Prepared prepare(const cv::Mat& bgr, const std::string& /*frame*/) const override { return {bgr, "", {}}; }
+  LexicalDescriptor infer(const Prepared& /*image*/) override {
+    ++asked;
+    return {0.7F, 0.1F, 0.1F, 0.1F};
+  }
+  std::size_t asked = 0;
+
+ private:
+  Vocabulary vocabulary_{{"bed", "stove", "doormat", "wall"}};
+};
+
+/// Frames, views and labeled images of a drive whose deadline is `deadline` from now.
+struct Taken {
+  std::size_t frames = 0, views = 0, labels = 0;
+};
+Taken takenBy(const std::function<Deadline()>& deadline) {
+  const test::ScratchFolder folder;
+  const test::FlatDrive drive;
+  const DescriptorSequence labeled = drive.labeled();
+  CountingLabeler labeler;
+  MappingSession session =
+      MappingSession::create(folder / "flat.estancia", labeled.vocabulary, labeled.model, {});
+  WorldMapper world(session, {}, &labeler);
+  const auto hear = [](int, const std::optional<Pose>&) {};
+  for (std::size_t i = 0; i < drive.size(); ++i)
+    world.add(
+        drive.frame(i), labeled.descriptors.row(i), drive.image(i), drive.depth(i), *drive.intrinsics(),
+        [] { return std::vector<unsigned char>(); }, hear, deadline());
+  session.finish();
+  world.finish();
+  sqlite::Database database(folder / "flat.estancia", sqlite::Database::Mode::read);
+  return {session.frames(), static_cast<std::size_t>(database.number("SELECT count(*) FROM observations")),
+          labeler.asked};
+}
+
+TEST(WorkTime, LeavesEveryFrameInTheMapWithFewerViews) {
+  const Taken all = takenBy([] { return Deadline(); });
+  EXPECT_EQ(all.frames, 64U);
+  EXPECT_EQ(all.views, 64U);
+  const Taken enough = takenBy([] { return Clock::now() + 1h; });
+  EXPECT_EQ(enough.views, all.views);
+  EXPECT_EQ(enough.labels, all.labels);
+  const Taken late = takenBy([] { return Clock::now() - 1s; });
+  EXPECT_EQ(late.frames, all.frames);
+  EXPECT_EQ(late.views, 13U) << "one of five, the first included";
+  EXPECT_LE(late.labels, all.labels / 4);
+}
+
+}  // namespace
+}  // namespace estancia
