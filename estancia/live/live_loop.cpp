@@ -29,6 +29,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using std::chrono::duration_cast;
 constexpr auto patienceForFrames = std::chrono::milliseconds(100);
+constexpr auto shortWait = std::chrono::milliseconds(10);
 constexpr std::size_t wordsShown = 8;
 
 double millisecondsSince(Clock::time_point begin) {
@@ -159,11 +160,14 @@ void LiveLoop::Impl::take(const LiveFrame& live, const std::function<void(const 
 }
 
 /// What a frame shows must not keep the next one waiting for more than a third of the forward pass that both
-/// need. Of a camera that is faster than the network, some frame waits whatever is done.
+/// need. Of a camera that is faster than the network, some frame waits whatever is done; and no frame waits
+/// longer than the next one takes to come.
 Deadline LiveLoop::Impl::deadlineFor(const LiveFrame& live) const {
   const auto next = period.value();
   const std::chrono::duration<double, std::milli> pass(forwards.quantile(0.5));
-  if (!next || *next < pass || source->isOnDemand()) return std::nullopt;
+  if (!next || *next < std::max<std::chrono::duration<double, std::milli>>(pass, shortWait) ||
+      source->isOnDemand())
+    return std::nullopt;
   return live.arrived + *next + duration_cast<Clock::duration>(pass / 3);
 }
 

@@ -35,7 +35,7 @@ class ObjectLayer {
   /// Labels the segments of the view added last: all by a detector, if the labeler has one; those that are
   /// most worth it by images of them, more after frames that were no views and labeled nothing. `image`: BGR,
   /// of the whole frame. What would not end by the deadline is left to the next views.
-  void label(std::size_t frame, const Observation& seen, const cv::Mat& image, const Deadline& deadline);
+  void label(std::size_t frame, const Observation& seen, const cv::Mat& image, const Deadline& deadline = {});
   /// The objects that the views show.
   std::vector<ObjectInstance> instances() const;
   /// The work of finding them as of now, for another thread: it has a copy.
@@ -54,8 +54,8 @@ class ObjectLayer {
   std::vector<std::vector<double>> wordsOf(const std::vector<ObjectInstance>& found,
                                            const std::map<SegmentPlace, int>& objectOf) const;
 
-  /// Images in a row, so that all but a few frames of a hundred come in time.
-  static constexpr std::size_t mostPutOff = 20;
+  /// Images in a row: each that is late keeps two frames waiting, and nineteen of twenty shall not wait.
+  static constexpr std::size_t mostPutOff = 50;
 
   /// What a segment tells of the thing.
   struct Look {

@@ -296,13 +296,14 @@ TEST(LiveLoop, AnObjectThatIsDeletedStaysAwayToTheEndAndAfterIt) {
   EXPECT_TRUE(later.loop().world()->objects.empty());
   EXPECT_TRUE(readWorld(file).objects.empty());
   EXPECT_EQ(readWorld(file).places.frames.size(), drive.size());
+}
 
 TEST(LiveLoop, CallsAreasByRoomsWhileTheMapGrowsAndInTheEnd) {
   if (installedWordGraph() == nullptr) GTEST_SKIP() << "needs WordNet";
   const ScratchFolder folder;
   const fs::path file = folder / "flat.estancia";
   const FlatDrive drive;
-  RecordedLabeler labeler = labelerOf(drive);
+  RecordedLabeler labeler(drive.labeledInWords());
   FedLoop fed(file, labeler, drive);
   for (std::size_t i = 0; i < drive.size(); ++i) fed.source().feed(drive, i);
   const auto hasBedroom = [&](const LiveStatus&) {
