@@ -153,8 +153,9 @@ export class Panel {
       const length = route.unit === 'm' ? `${route.cost.toFixed(1)} m` : `${route.cost} transitions`;
       const stand = route.pose ? ` Stand ${route.pose.distance.toFixed(1)} m from it, at (${route.pose.x.toFixed(1)}, ${route.pose.y.toFixed(1)}) m.` : '';
       this.element.querySelector('.go')?.remove();
-      this.element.querySelector('.facts-line').after(make('p', {className: 'go',
-        textContent: `From place ${route.from} drive ${length}${through.length > 1 ? `: ${through.join(' → ')}` : ''}.${stand}`}));
+      const way = route.cost < 0.05 ? `Place ${route.from} is there already.`
+        : `From place ${route.from} drive ${length}${through.length > 1 ? `: ${through.join(' → ')}` : ''}.`;
+      this.element.querySelector('.facts-line').after(make('p', {className: 'go', textContent: way + stand}));
     } catch (problem) {
       if (!isQuiet) this.say(problem.message, true);
     }

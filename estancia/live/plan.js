@@ -47,6 +47,12 @@ export class Plan {
     this.map.objects.forEach(o => points.push(...o.box));
     const least = [0, 1].map(i => points.reduce((m, p) => Math.min(m, p[i]), Infinity));
     const most = [0, 1].map(i => points.reduce((m, p) => Math.max(m, p[i]), -Infinity));
+    const pose = this.map.metric && this.where && this.where.pose;
+    if (pose && points.length) {  // a robot drives on before the map shows it; one that is lost is left out
+      const extent = Math.max(most[0] - least[0], most[1] - least[1], 2);
+      const at = [pose.x, pose.y], isNear = [0, 1].every(i => at[i] > least[i] - extent && at[i] < most[i] + extent);
+      if (isNear) [0, 1].forEach(i => { least[i] = Math.min(least[i], at[i]); most[i] = Math.max(most[i], at[i]); });
+    }
     const size = [0, 1].map(i => Math.max(points.length ? most[i] - least[i] : 0, 1));
     const margin = 22;
     this.width = this.svg.clientWidth || 600;
@@ -161,7 +167,11 @@ export class Plan {
   // where: as /api/where
   setRobot(where) {
     this.where = where;
-    if (this.map) this.drawRobot();
+    if (!this.map) return;
+    const {scale, middle} = this;
+    this.fit();
+    if (this.scale !== scale || this.middle.some((m, i) => m !== middle[i])) this.show(this.map);
+    else this.drawRobot();
   }
   drawRobot() {
     const {where, layers} = this;
