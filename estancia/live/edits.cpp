@@ -6,6 +6,8 @@
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
+#include "estancia/world/edit_areas.hpp"
+#include "estancia/world/edit_objects.hpp"
 
 namespace estancia {
 namespace {
@@ -90,6 +92,24 @@ MapEdit parseEdit(const std::string& json) {
   MapEdit edit = editOf(parsed["type"].get<std::string>(), fields);
   fields.end();
   return edit;
+}
+
+void editMapFile(const std::filesystem::path& path, const MapEdit& edit) {
+  std::visit(
+      [&](const auto& what) {
+        using What = std::decay_t<decltype(what)>;
+        if constexpr (std::is_same_v<What, NameArea>)
+          nameArea(path, std::to_string(what.area), what.name);
+        else if constexpr (std::is_same_v<What, MergeAreas>)
+          mergeAreas(path, std::to_string(what.area), std::to_string(what.other));
+        else if constexpr (std::is_same_v<What, SplitArea>)
+          splitArea(path, what.from, what.to);
+        else if constexpr (std::is_same_v<What, NameObject>)
+          nameObject(path, std::to_string(what.object), what.name);
+        else
+          deleteObject(path, std::to_string(what.object));
+      },
+      edit);
 }
 
 }  // namespace estancia

@@ -1,7 +1,8 @@
-// Map edits as JSON: how people's corrections are read.
+// Map edits: how people's corrections are read, and done to a map file at rest.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
 #include <string>
 
 #include "estancia/live/live_view.hpp"
@@ -13,5 +14,9 @@ namespace estancia {
 /// {"type": "delete_object", "object"}. Throws Error (invalidInput) for anything else, and for names that
 /// are longer than 120 bytes or have control characters.
 MapEdit parseEdit(const std::string& json);
+
+/// Does it to a map file that nobody else writes. Throws Error as the functions of edit_areas.hpp and
+/// edit_objects.hpp do.
+void editMapFile(const std::filesystem::path& path, const MapEdit& edit);
 
 }  // namespace estancia

@@ -3,13 +3,11 @@
 #include <fmt/format.h>
 
 #include <utility>
-#include <variant>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/label/labeler.hpp"
+#include "estancia/live/edits.hpp"
 #include "estancia/live/live_map.hpp"
-#include "estancia/world/edit_areas.hpp"
-#include "estancia/world/edit_objects.hpp"
 
 namespace estancia {
 namespace {
@@ -66,24 +64,6 @@ class LocalizingLiveMap final : public LiveMap {
 std::unique_ptr<LiveMap> makeLocalizingLiveMap(Labeler& labeler, const std::filesystem::path& path,
                                                const LiveOptions& options) {
   return std::make_unique<LocalizingLiveMap>(labeler, path, options.localizer);
-}
-
-void editMapFile(const std::filesystem::path& path, const MapEdit& edit) {
-  std::visit(
-      [&](const auto& what) {
-        using What = std::decay_t<decltype(what)>;
-        if constexpr (std::is_same_v<What, NameArea>)
-          nameArea(path, std::to_string(what.area), what.name);
-        else if constexpr (std::is_same_v<What, MergeAreas>)
-          mergeAreas(path, std::to_string(what.area), std::to_string(what.other));
-        else if constexpr (std::is_same_v<What, SplitArea>)
-          splitArea(path, what.from, what.to);
-        else if constexpr (std::is_same_v<What, NameObject>)
-          nameObject(path, std::to_string(what.object), what.name);
-        else
-          deleteObject(path, std::to_string(what.object));
-      },
-      edit);
 }
 
 }  // namespace estancia

@@ -17,11 +17,11 @@
 #include "estancia/core/progress.hpp"
 #include "estancia/core/take_interrupt.hpp"
 #include "estancia/label/labeler.hpp"
+#include "estancia/live/edits.hpp"
 #include "estancia/live/live_board.hpp"
 #include "estancia/live/live_map.hpp"
 #include "estancia/live/live_times.hpp"
 #include "estancia/live/world_reader.hpp"
-#include "estancia/topology/store.hpp"
 
 namespace estancia {
 namespace {
@@ -329,14 +329,7 @@ std::vector<unsigned char> LiveLoop::objectImage(int object) const {
 
 std::vector<unsigned char> LiveLoop::placeImage(int node) const {
   const auto now = world();
-  if (!now) return {};
-  const MapStore store = MapStore::open(impl_->path, MapStore::Access::read);
-  const TopologicalMap& map = now->places;
-  std::vector<std::size_t> frames;
-  for (const std::size_t frame : store.imageFrames())
-    if (frame / map.stride < map.frames.size() && map.frames[frame / map.stride].node == node)
-      frames.push_back(frame);
-  return frames.empty() ? std::vector<unsigned char>() : store.image(frames[frames.size() / 2]);
+  return now ? readPlaceImage(impl_->path, *now, node) : std::vector<unsigned char>();
 }
 
 void LiveLoop::edit(const MapEdit& edit) {

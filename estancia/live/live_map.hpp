@@ -54,8 +54,4 @@ std::unique_ptr<LiveMap> makeMappingLiveMap(FrameSource& source, Labeler& labele
 std::unique_ptr<LiveMap> makeLocalizingLiveMap(Labeler& labeler, const std::filesystem::path& path,
                                                const LiveOptions& options);
 
-/// Does it to a map file that nobody else writes. Throws Error as the functions of edit_areas.hpp and
-/// edit_objects.hpp do.
-void editMapFile(const std::filesystem::path& path, const MapEdit& edit);
-
 }  // namespace estancia

@@ -8,8 +8,7 @@
 #include <utility>
 
 #include "estancia/core/error.hpp"
-#include "estancia/world/edit_areas.hpp"
-#include "estancia/world/edit_objects.hpp"
+#include "estancia/live/edits.hpp"
 
 namespace estancia {
 namespace {
@@ -25,18 +24,6 @@ std::string stampOf(const std::filesystem::path& path) {
   }
   return stamp;
 }
-
-struct EditOfFile {
-  const std::filesystem::path& path;
-
-  void operator()(const NameArea& edit) const { nameArea(path, std::to_string(edit.area), edit.name); }
-  void operator()(const MergeAreas& edit) const {
-    mergeAreas(path, std::to_string(edit.area), std::to_string(edit.other));
-  }
-  void operator()(const SplitArea& edit) const { splitArea(path, edit.from, edit.to); }
-  void operator()(const NameObject& edit) const { nameObject(path, std::to_string(edit.object), edit.name); }
-  void operator()(const DeleteObject& edit) const { deleteObject(path, std::to_string(edit.object)); }
-};
 
 }  // namespace
 
@@ -97,10 +84,14 @@ std::vector<unsigned char> MapFileView::objectImage(int object) const {
   return readObjectImage(path_, object);
 }
 
+std::vector<unsigned char> MapFileView::placeImage(int node) const {
+  return readPlaceImage(path_, *world(), node);
+}
+
 void MapFileView::edit(const MapEdit& edit) {
   {
     const std::lock_guard onlyOne(file_);
-    std::visit(EditOfFile{path_}, edit);
+    editMapFile(path_, edit);
   }
   readIfChanged();
 }

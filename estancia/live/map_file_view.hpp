@@ -24,7 +24,7 @@ class MapFileView final : public LiveView {
   std::shared_ptr<const WorldMap> world() const override;
   std::vector<unsigned char> objectImage(int object) const override;
   /// Map files hold no images of places.
-  std::vector<unsigned char> placeImage(int) const override { return {}; }
+  std::vector<unsigned char> placeImage(int node) const override;
   void edit(const MapEdit& edit) override;
 
  private:

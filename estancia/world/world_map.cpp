@@ -57,4 +57,15 @@ std::vector<unsigned char> readObjectImage(const std::filesystem::path& path, in
   return WorldStore(store, MapStore::Access::read).objectImage(object);
 }
 
+std::vector<unsigned char> readPlaceImage(const std::filesystem::path& path, const WorldMap& world,
+                                          int node) {
+  const TopologicalMap& map = world.places;
+  const MapStore store = MapStore::open(path, MapStore::Access::read);
+  std::vector<std::size_t> frames;
+  for (const std::size_t frame : store.imageFrames())
+    if (frame / map.stride < map.frames.size() && map.frames[frame / map.stride].node == node)
+      frames.push_back(frame);
+  return frames.empty() ? std::vector<unsigned char>() : store.image(frames[frames.size() / 2]);
+}
+
 }  // namespace estancia

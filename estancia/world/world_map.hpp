@@ -153,4 +153,8 @@ WorldMap readWorld(const std::filesystem::path& path,
 /// The best image of an object, a small JPEG; empty where there is none. Throws Error as readMap() does.
 std::vector<unsigned char> readObjectImage(const std::filesystem::path& path, int object);
 
+/// The image of the middle frame of a place among those that the map has images of, a small JPEG; empty where
+/// it has none. `world` was read from the file. Throws Error as readMap() does.
+std::vector<unsigned char> readPlaceImage(const std::filesystem::path& path, const WorldMap& world, int node);
+
 }  // namespace estancia

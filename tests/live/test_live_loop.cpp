@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "estancia/label/recorded_labeler.hpp"
+#include "estancia/live/map_file_view.hpp"
 #include "estancia/live/replay_source.hpp"
 #include "estancia/topology/session.hpp"
 #include "estancia/words/installed_words.hpp"
@@ -136,6 +137,8 @@ TEST(LiveLoop, MapsADriveAsItComes) {
   EXPECT_FALSE(live.image()->empty());
   EXPECT_FALSE(live.placeImage(world->places.nodes.front().id).empty());
   EXPECT_TRUE(live.placeImage(12345).empty());
+  EXPECT_EQ(MapFileView(file).placeImage(world->places.nodes.front().id),
+            live.placeImage(world->places.nodes.front().id));
   EXPECT_THAT([&] { live.run(); }, FailsWith(ErrorCode::invalidState));
 }
 
