@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -155,11 +156,21 @@ void printSummary(const LiveArguments& arguments, const LiveLoop& live) {
                   {"forward_ms", now.forward}});
   fmt::print("{}: {} ({} dropped, {} unusable)", printable(arguments.map()), counted(now.frames, "frame"),
              now.dropped, now.failed);
+  if (now.frames == 0) return fmt::print("; nothing new was mapped\n");
   if (world)
     fmt::print("; {}, {}, {}", counted(world->places.nodes.size(), "place"),
                counted(world->areas.size(), "area"), counted(world->objects.size(), "object"));
   fmt::print("\n  from a frame to its place {:.0f} ms (95 % below {:.0f} ms), the network alone {:.0f} ms\n",
              now.medianLatency, now.p95Latency, now.forward);
+}
+
+/// A run that has mapped nothing has failed, unless a recording is mapped already.
+void requireFrames(const LiveArguments& arguments, const LiveStatus& now) {
+  if (now.frames > 0 || std::filesystem::exists(arguments.map())) return;
+  throw Error(
+      ErrorCode::insufficientData,
+      fmt::format("no image of {} could be used, so there is no map{}{}", printable(arguments.source),
+                  now.troubles.empty() ? "" : ": ", now.troubles.empty() ? "" : now.troubles.front()));
 }
 
 void run(const LiveArguments& arguments) {
@@ -171,6 +182,7 @@ void run(const LiveArguments& arguments) {
   const auto labeler = loadModel(arguments.model.model.empty() ? defaultModel : arguments.model.model,
                                  arguments.model.options);
   auto source = makeFrameSource(arguments.source, arguments.sources);
+  for (const std::string& warning : source->warnings()) spdlog::warn("{}", warning);
   LiveLoop live(std::move(source), *labeler, arguments.map(), options);
   {
     const PageService page(live, arguments.page, [&live] { live.stop(); });
@@ -181,6 +193,7 @@ void run(const LiveArguments& arguments) {
       if (arguments.json) print(frameJson(now));
     });
   }
+  requireFrames(arguments, live.status());
   if (!arguments.page.mcp) printSummary(arguments, live);
 }
 
@@ -201,12 +214,17 @@ void listTopics(const LiveArguments& arguments) {
   print(Json{{"topics", std::move(json)}});
 }
 
+/// What is no map will be told by whoever reads it.
+bool isCalledMap(const std::string& source) {
+  return std::filesystem::path(source).extension() == ".estancia";
+}
+
 /// A camera, a recording, or a map at rest.
 void runOrServe(const LiveArguments& arguments) {
   if (arguments.list) return listTopics(arguments);
   if (arguments.source.empty())
     throw Error(ErrorCode::invalidOption, "SOURCE is missing: a camera, a recording, ros2:/TOPIC or a map");
-  if (isMapFile(arguments.source)) {
+  if (isMapFile(arguments.source) || (arguments.map().empty() && isCalledMap(arguments.source))) {
     if (!arguments.map().empty())
       throw Error(
           ErrorCode::invalidOption,
@@ -239,7 +257,7 @@ void addLiveCommand(CLI::App& app) {
                                         "The map file, NAME.estancia; a map that is there is gone on with");
   command
       ->add_option("--localize", arguments->localize,
-                   "Only find the frames in this map, which is not changed")
+                   "Only find the frames in this map; nothing but people's corrections changes it")
       ->type_name("MAP")
       ->excludes(output);
   arguments->declared.add(declare(arguments->sources.replay), {"rate", "frames-per-second"});

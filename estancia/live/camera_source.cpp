@@ -5,8 +5,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <ctime>
 #include <exception>
+#include <filesystem>
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
@@ -57,6 +59,10 @@ CameraSource::CameraSource(std::string camera, const CameraPatience& patience)
     fail(ErrorCode::invalidInput,
          "\"{}\" is no camera; give a number, /dev/videoN, or an address that begins with http:// or rtsp://",
          printable(camera_));
+  if (camera_.ends_with("://"))
+    fail(ErrorCode::invalidInput, "\"{}\" names no host; give it whole: http://robot.local:8080/stream",
+         printable(camera_));
+  setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);  // its lines tell people nothing, and come with each frame
   decoder_ = io::makeVideoDecoder();
   thread_ = std::thread([this] { grab(); });
 }
@@ -132,13 +138,19 @@ Frame CameraSource::nextFrame() {
   return frame;
 }
 
+bool CameraSource::isMissing() const {
+  const std::string device = isDeviceNumber(camera_) ? "/dev/video" + camera_ : camera_;
+  return device.starts_with("/dev/") && !std::filesystem::exists(device);
+}
+
 std::string CameraSource::trouble() const {
   const std::lock_guard lock(mutex_);
   const auto silence = Clock::now() - (grabbed_ == 0 ? started_ : arrived_);
   if (silence < isStalled) return "";
   const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(silence).count();
   if (grabbed_ == 0 && !open_)
-    return fmt::format("{} has given no image for {} s: waiting for it", printable(camera_), seconds);
+    return fmt::format("{} has given no image for {} s ({}): waiting for it", printable(camera_), seconds,
+                       isMissing() ? "there is no such camera" : "nothing answers there, or it is no video");
   return fmt::format("no frame from {} for {} s: waiting for it", printable(camera_), seconds);
 }
 

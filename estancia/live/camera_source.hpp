@@ -43,6 +43,7 @@ class CameraSource : public FrameSource {
  private:
   using Clock = std::chrono::steady_clock;
   void grab();
+  bool isMissing() const;
   void readFrames();
   void keep(cv::Mat image);
   Frame nextFrame();

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/live/edits.hpp"
 
+#include <fmt/ranges.h>
+
+#include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
@@ -43,20 +47,22 @@ class EditFields {
   }
   /// Throws where there are fields that nobody asked for.
   void end() const {
-    if (json_.size() != asked_ + 1)  // and the type
-      fail(ErrorCode::invalidInput, "the edit has {} fields, {} are known", json_.size(), asked_ + 1);
+    for (const auto& field : json_.items())
+      if (field.key() != "type" && std::ranges::find(asked_, field.key()) == asked_.end())
+        fail(ErrorCode::invalidInput, "the edit has a field \"{}\", which is unknown here; it wants {}",
+             printable(field.key()), fmt::join(asked_, ", "));
   }
 
  private:
   const nlohmann::json& get(const char* key) {
     const auto found = json_.find(key);
     if (found == json_.end()) fail(ErrorCode::invalidInput, "the edit lacks \"{}\"", key);
-    ++asked_;
+    asked_.emplace_back(key);
     return *found;
   }
 
   const nlohmann::json& json_;
-  std::size_t asked_ = 0;
+  std::vector<std::string> asked_;
 };
 
 MapEdit editOf(const std::string& type, EditFields& fields) {

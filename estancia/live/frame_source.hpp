@@ -7,6 +7,7 @@
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "estancia/core/camera.hpp"
 #include "estancia/core/frame.hpp"
@@ -39,6 +40,8 @@ class FrameSource {
   virtual std::optional<LiveFrame> newest(std::chrono::milliseconds patience) = 0;
   /// Whether each frame comes when it is asked for, however late: none is missed.
   virtual bool isOnDemand() const { return false; }
+  /// What is wrong with a recording as a whole: "drive.mcap is cut off …".
+  virtual std::vector<std::string> warnings() const { return {}; }
   /// Frames so far that could not be read.
   virtual std::size_t unreadable() const { return 0; }
   /// Before the first frame: `map` goes on with this source. A recording gives no frame again that the map

@@ -20,10 +20,10 @@ std::unique_ptr<HttpServer> makeHttpServer(const std::string& address, int port,
       ESTANCIA_HTTP_MODULE, ESTANCIA_HTTP_FROM_BIN, "estanciaMakeHttpServer", "no page can be served"));
   std::unique_ptr<HttpServer> server(make(address, port, handler, limits));
   if (server == nullptr)
-    fail(ErrorCode::network,
-         "cannot listen at {}, port {}: another program does, or this machine has no such address; give "
-         "another --port",
-         printable(address), port);
+    fail(ErrorCode::network, "cannot listen at {}, {}: {}", printable(address),
+         port == 0 ? "any port" : fmt::format("port {}", port),
+         port == 0 ? "this machine has no such address; give one that it has, or 0.0.0.0 for all"
+                   : "another program does, or this machine has no such address; give another --port");
   return server;
 }
 

@@ -208,6 +208,14 @@ class BoundedServer final : public httplib::Server {
       put(refused ? std::move(*refused) : handler_.answer(request), to);
       return HandlerResponse::Handled;
     });
+    // What httplib refuses by itself.
+    set_error_handler([](const httplib::Request&, httplib::Response& to) {
+      if (!to.body.empty() || to.status < 400) return;
+      const char* body = R"({"error":{"code":"invalid-input","message":"no request of HTTP 1.1 that fits"}})";
+      if (to.status == 413 || to.status == 414)
+        body = R"({"error":{"code":"too-large","message":"the request is too large"}})";
+      to.set_content(body, "application/json");
+    });
     Post("[^]*", [this](const httplib::Request& from, httplib::Response& to) {
       serving.mustClose = false;
       put(handler_.answer(requestOf(from)), to);

@@ -2,11 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <chrono>
 #include <utility>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/label/labeler.hpp"
 #include "estancia/live/edits.hpp"
+#include "estancia/live/file_stamp.hpp"
 #include "estancia/live/live_map.hpp"
 
 namespace estancia {
@@ -23,8 +25,9 @@ class LocalizingLiveMap final : public LiveMap {
            path_.string(), map.model, labeler.identity());
   }
 
-  void take(const LiveFrame& live, DescriptorView words, const WorldMap* /*world*/,
+  void take(const LiveFrame& live, DescriptorView words, const WorldMap* world,
             const std::function<void(const LivePlace&)>& placed, const Deadline& /*deadline*/) override {
+    if (world != nullptr && std::exchange(zonesOf_, world) != world) takeWorld(*world);
     for (const Localization& found : localizer_.add(words, live.frame.pose)) {
       const MappedFrame& view = localizer_.map().frames[found.beliefImage];
       LivePlace place{view.pose, {{found.beliefNode, found.confidence}}};
@@ -39,7 +42,15 @@ class LocalizingLiveMap final : public LiveMap {
       placed(place);
     }
   }
-  bool refresh() override { return false; }
+  /// Another program may correct the map.
+  bool refresh() override {
+    constexpr auto between = std::chrono::seconds(1);
+    const auto now = std::chrono::steady_clock::now();
+    if (now < lookAt_) return false;
+    lookAt_ = now + between;
+    const std::string stamp = fileStamp(path_);
+    return std::exchange(stamp_, stamp) != stamp;
+  }
   void edit(const MapEdit& edit, const WorldMap& /*world*/) override { editMapFile(path_, edit); }
   bool namesRooms() const override { return false; }
   void takeWorld(const WorldMap& world) override {
@@ -57,6 +68,9 @@ class LocalizingLiveMap final : public LiveMap {
 
   std::filesystem::path path_;
   Localizer localizer_;
+  std::string stamp_ = fileStamp(path_);
+  std::chrono::steady_clock::time_point lookAt_;
+  const WorldMap* zonesOf_ = nullptr;
 };
 
 }  // namespace

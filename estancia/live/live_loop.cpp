@@ -115,7 +115,7 @@ void LiveLoop::Impl::run(const std::function<void(const LiveStatus&)>& each) {
   }
   std::exception_ptr failure;
   try {
-    while (!stopping && !interrupted()) {
+    while (!stopping && !interrupted() && !map->isLost()) {
       doEdits();
       if (const auto live = source->newest(patienceForFrames))
         take(*live, each);

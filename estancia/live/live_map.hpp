@@ -41,6 +41,8 @@ class LiveMap {
   virtual bool namesRooms() const = 0;
   /// The file has been changed by others, or by edit().
   virtual void takeWorld(const WorldMap& world) = 0;
+  /// Whether the file is gone, or is no map any more: nothing more can be taken, and finish() says why.
+  virtual bool isLost() const { return false; }
   /// Sentences about what is wrong now.
   virtual std::vector<std::string> troubles() const = 0;
   /// Writes everything.

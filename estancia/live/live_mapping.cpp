@@ -59,6 +59,19 @@ bool mayPass(ErrorCode code) {
   }
 }
 
+/// Whether the file is no longer the map that was written, so that to go on would make or change another one.
+bool isLostBy(ErrorCode code) {
+  switch (code) {
+    case ErrorCode::fileNotFound:
+    case ErrorCode::unsupportedFile:
+    case ErrorCode::truncatedFile:
+    case ErrorCode::corruptFile:
+      return true;
+    default:
+      return false;
+  }
+}
+
 /// The area of a frame; areas are of some seconds ago.
 std::pair<int, double> areaOf(const WorldMap* world, const std::optional<Pose>& pose, int node) {
   constexpr double reach = 0.5;  // [m]
@@ -97,6 +110,7 @@ class MappingLiveMap final : public LiveMap {
       : source_(source), labeler_(labeler), path_(std::move(path)), options_(std::move(options)) {
     const bool exists = std::filesystem::exists(path_);
     open();
+    isOnDisk_ = exists;
     world_ = WorldMapper::optionsOf(*session_).value_or(WorldOptions{});
     if (options_.changeWorld) options_.changeWorld(world_);
     if (exists) source_.goOnAfter(session_->map());
@@ -108,6 +122,7 @@ class MappingLiveMap final : public LiveMap {
   void edit(const MapEdit& edit, const WorldMap& world) override;
   bool namesRooms() const override { return world_.areas.naming.words == NamingOptions::Words::wordNet; }
   void takeWorld(const WorldMap&) override {}
+  bool isLost() const override { return lost_.has_value(); }
   std::vector<std::string> troubles() const override;
   void finish() override;
 
@@ -151,6 +166,8 @@ class MappingLiveMap final : public LiveMap {
   Clock::duration copying_{};
   std::future<std::shared_ptr<const WorldMapper::Derived>> derived_;
   Clock::duration retry_ = firstRetry;
+  bool isOnDisk_ = false;      // it has been
+  std::optional<Error> lost_;  // why
   std::string unwritable_, unfitting_;
 };
 
@@ -190,19 +207,25 @@ void MappingLiveMap::close() {
 void MappingLiveMap::openAgain() {
   if (session_) return;
   if (Clock::now() < retryAt_) throw Error(ErrorCode::fileUnwritable, unwritable_);
+  if (isOnDisk_ && !std::filesystem::exists(path_))
+    fail(ErrorCode::fileNotFound, "{} was removed or moved while it was being written; map again",
+         path_.string());
   open();
 }
 
 /// Does what writes the map; where that fails for now, the map is opened again later, as of its last second.
 template <class Work>
 void MappingLiveMap::write(const Work& work) {
+  if (lost_) throw *lost_;
   try {
     const Step step(*this);
     openAgain();
     work();
+    if (!isOnDisk_) isOnDisk_ = std::filesystem::exists(path_);
     if (!unwritable_.empty()) retry_ = firstRetry;
     unwritable_.clear();
   } catch (const Error& e) {
+    if (isLostBy(e.code()) && isOnDisk_) lost_ = e;
     if (!mayPass(e.code())) throw;
     if (Clock::now() >= retryAt_) {
       unwritable_ = e.what();
@@ -316,7 +339,10 @@ std::vector<std::string> MappingLiveMap::troubles() const {
 }
 
 void MappingLiveMap::finish() {
-  if (!session_) throw Error(ErrorCode::fileUnwritable, unwritable_);
+  if (lost_) throw *lost_;
+  if (!session_)
+    throw Error(ErrorCode::fileUnwritable,
+                unwritable_.empty() ? path_.string() + " could not be written" : unwritable_);
   derived_ = {};  // is waited for
   {
     const Step step(*this);

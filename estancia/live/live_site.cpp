@@ -226,8 +226,15 @@ struct SiteOperations {
     return site.events(question.request);
   }
   static ServerResponse edit(LiveSite& site, const Question& question) {
-    question.requireKnown({});
-    site.view_.edit(parseEdit(question.request.body));
+    question.requireKnown({"map_revision"});
+    const MapEdit wanted = parseEdit(question.request.body);
+    const auto seen = question.numberOf("map_revision", 0, anyNumber);
+    const std::uint64_t now = site.view_.status().mapRevision;
+    if (seen && static_cast<std::uint64_t>(*seen) != now)
+      fail(ErrorCode::mismatch,
+           "the map has changed since revision {}, and its numbers may have; read it again (now {})", *seen,
+           now);
+    site.view_.edit(wanted);
     return jsonResponse({{"map_revision", site.view_.status().mapRevision}});
   }
   static ServerResponse description(LiveSite&, const Question& question) {

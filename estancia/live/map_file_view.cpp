@@ -1,40 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/live/map_file_view.hpp"
 
-#include <fmt/format.h>
-#include <sys/stat.h>
-
 #include <algorithm>
 #include <utility>
 
 #include "estancia/core/error.hpp"
 #include "estancia/live/edits.hpp"
+#include "estancia/live/file_stamp.hpp"
 
 namespace estancia {
-namespace {
-
-/// Changes when the file is written: also while its newest part still stands beside it (SQLite's WAL).
-std::string stampOf(const std::filesystem::path& path) {
-  std::string stamp;
-  for (const char* ending : {"", "-wal"}) {
-    struct stat file {};
-    if (stat((path.string() + ending).c_str(), &file) != 0 || file.st_size == 0) continue;
-    stamp +=
-        fmt::format("{} {} {}.{};", file.st_ino, file.st_size, file.st_mtim.tv_sec, file.st_mtim.tv_nsec);
-  }
-  return stamp;
-}
-
-}  // namespace
+namespace {}  // namespace
 
 MapFileView::MapFileView(std::filesystem::path path)
     : path_(std::move(path)),
-      stamp_(stampOf(path_)),
+      stamp_(fileStamp(path_)),
       world_(std::make_shared<const WorldMap>(readWorld(path_))) {}
 
 void MapFileView::readIfChanged() const {
   const std::lock_guard onlyOne(file_);
-  std::string stamp = stampOf(path_);
+  std::string stamp = fileStamp(path_);
   if (stamp == stamp_) return;
   stamp_ = std::move(stamp);
   std::shared_ptr<const WorldMap> world;
@@ -76,6 +60,7 @@ LiveStatus MapFileView::waitForChange(std::uint64_t revision, std::chrono::milli
 }
 
 std::shared_ptr<const WorldMap> MapFileView::world() const {
+  readIfChanged();
   const std::lock_guard lock(mutex_);
   return world_;
 }

@@ -26,6 +26,7 @@ class ReplaySource : public FrameSource {
   std::string name() const override { return sequence_->name(); }
   std::optional<LiveFrame> newest(std::chrono::milliseconds patience) override;
   bool isOnDemand() const override { return options_.rate <= 0; }
+  std::vector<std::string> warnings() const override { return sequence_->warnings(); }
   std::size_t unreadable() const override { return unreadable_; }
   void goOnAfter(const TopologicalMap& map) override;
   bool ended() const override { return next_ >= sequence_->size(); }

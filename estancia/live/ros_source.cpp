@@ -48,6 +48,11 @@ std::string namesOf(const std::vector<ros::DdsTopic>& topics) {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
+std::string whatThereIs(const std::vector<ros::DdsTopic>& topics) {
+  return topics.empty() ? "there is none; `estancia live --list` shows what is published, see ROS_DOMAIN_ID"
+                        : "there are: " + namesOf(topics);
+}
+
 template <class Is>
 std::vector<ros::DdsTopic> topicsThat(const ros::DdsNode& node, const Is& is) {
   std::vector<ros::DdsTopic> found;
@@ -74,8 +79,8 @@ std::optional<ros::DdsTopic> chosenTopic(const ros::DdsNode& node, const std::st
     return !topics.empty();
   });
   if (topics.empty())
-    fail(ErrorCode::unknownName, "nobody publishes {} ({}) of a type that fits; there are: {}",
-         printable(name), option, namesOf(topicsThat(node, fits)));
+    fail(ErrorCode::unknownName, "nobody publishes {} ({}) of a type that fits; {}", printable(name), option,
+         whatThereIs(topicsThat(node, fits)));
   return topics.front();
 }
 

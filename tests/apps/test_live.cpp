@@ -11,6 +11,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <sstream>
@@ -241,6 +242,25 @@ TEST_F(LiveCommand, SaysWhatIsWrongWithItsArguments) {
   EXPECT_EQ(nowhere.exitCode, 2);
   EXPECT_THAT(nowhere.err, HasSubstr("file-not-found"));
   EXPECT_FALSE(fs::exists(map_));
+}
+
+TEST_F(LiveCommand, FailsWhereNothingCouldBeMapped) {
+  for (const auto& entry : fs::directory_iterator(scratch_ / "images")) std::ofstream(entry.path()) << "text";
+  const CommandResult run = test::run(command("0"));
+  EXPECT_EQ(run.exitCode, 2);
+  EXPECT_THAT(run.err, HasSubstr("no image of"));
+  EXPECT_THAT(run.err, HasSubstr("not an image"));
+  EXPECT_FALSE(fs::exists(map_));
+}
+
+TEST_F(LiveCommand, AMapThatIsNoneIsToldOfAsSuch) {
+  std::ofstream(scratch_ / "bad.estancia") << "no map";
+  for (const auto& [name, why] :
+       {std::pair{"bad.estancia", "too short for a map"}, {"none.estancia", "no such map"}}) {
+    const CommandResult run = test::run({"live", scratch_ / name});
+    EXPECT_EQ(run.exitCode, 2);
+    EXPECT_THAT(run.err, HasSubstr(why));
+  }
 }
 
 TEST_F(LiveCommand, ObjectsAreListedNamedAndDeleted) {

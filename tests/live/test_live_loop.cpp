@@ -16,6 +16,7 @@
 #include "estancia/live/replay_source.hpp"
 #include "estancia/topology/session.hpp"
 #include "estancia/words/installed_words.hpp"
+#include "estancia/world/edit_areas.hpp"
 #include "estancia/world/world_mapper.hpp"
 #include "support/errors.hpp"
 #include "support/fed_source.hpp"
@@ -470,6 +471,43 @@ TEST(LiveLoop, EndsWhenTheMapIsTakenAway) {
   for (std::size_t i = 30; i < drive.size(); ++i) fed.source().feed(drive, i);
   EXPECT_THAT(fed.end(), HasSubstr(file.string()));
   EXPECT_EQ(fed.loop().status().state, "ended");
+  EXPECT_FALSE(fs::exists(file)) << "no other map is begun";
+}
+
+TEST(LiveLoop, EndsWhenAnotherMapTakesThePlaceOfItsOwn) {
+  const ScratchFolder folder;
+  const fs::path file = folder / "flat.estancia", other = folder / "other.estancia";
+  const FlatDrive drive;
+  RecordedLabeler labeler = labelerOf(drive);
+  LiveLoop(replay(), labeler, other).run();
+  FedLoop fed(file, labeler, drive);
+  for (std::size_t i = 0; i < 30; ++i) fed.source().feed(drive, i);
+  ASSERT_TRUE(fed.waitUntil([&](const LiveStatus& now) { return now.frames == 30 && fs::exists(file); }));
+  fs::rename(other, file);
+  EXPECT_TRUE(fed.waitUntil([&](const LiveStatus& now) {
+    fed.source().feed(drive, 30);
+    std::this_thread::sleep_for(50ms);  // the map is written once a second
+    return now.state == "ended";
+  }));
+  EXPECT_THAT(fed.end(), HasSubstr("replaced"));
+  EXPECT_EQ(readMap(file).frames.size(), drive.size()) << "it is as it was";
+}
+
+TEST(LiveLoop, SeesCorrectionsThatAnotherProgramMakesOfAMapThatItLocalizesIn) {
+  const ScratchFolder folder;
+  const fs::path file = folder / "flat.estancia";
+  const FlatDrive drive;
+  RecordedLabeler labeler = labelerOf(drive);
+  LiveLoop(replay(), labeler, file).run();
+  LiveOptions options;
+  options.localize = true;
+  FedLoop fed(file, labeler, drive, options);
+  fed.source().feed(drive, 0);
+  ASSERT_TRUE(fed.waitUntil([](const LiveStatus& now) { return now.frames == 1; }));
+  nameArea(file, "0", "den");
+  EXPECT_TRUE(
+      fed.waitUntil([&](const LiveStatus&) { return fed.loop().world()->areas.front().givenName == "den"; }));
+  EXPECT_EQ(fed.end(), "");
 }
 
 }  // namespace

@@ -147,6 +147,24 @@ TEST_F(Site, EditsAreAsDescribed) {
   }
 }
 
+TEST_F(Site, EditsOfAMapThatHasChangedSinceAreNotDone) {
+  const std::string now = std::to_string(view_.status().mapRevision);
+  const auto name = [&](const std::string& revision) {
+    const ServerResponse response = ask({"POST",
+                                         "/api/edits",
+                                         {{"map_revision", revision}},
+                                         {},
+                                         R"({"type": "name_area", "area": 1, "name": "spa"})"});
+    expectDescribed(response, "/api/edits", "post");
+    return response.status;
+  };
+  EXPECT_EQ(name(std::to_string(view_.status().mapRevision + 1)), 409);
+  EXPECT_EQ(name("soon"), 400);
+  EXPECT_TRUE(view_.edits().empty());
+  EXPECT_EQ(name(now), 200);
+  EXPECT_EQ(name(now), 409) << "it has changed by the edit";
+}
+
 TEST_F(Site, NothingElseIsServed) {
   for (const char* path : {"",
                            "//",

@@ -37,6 +37,15 @@ TEST(MapFileView, ShowsTheMapAndItsChanges) {
   EXPECT_EQ(view.world()->areas[1].givenName, "spa");
 }
 
+TEST(MapFileView, GivesTheMapAsTheFileIsNow) {
+  const ScratchFolder folder;
+  const auto file = folder / "home.estancia";
+  test::writeWorld(test::sampleWorld(), file);
+  const MapFileView view(file);
+  nameArea(file, "1", "spa");
+  EXPECT_EQ(view.world()->areas[1].givenName, "spa") << "though nobody asked for the status";
+}
+
 TEST(MapFileView, KeepsCorrections) {
   const ScratchFolder folder;
   const auto file = folder / "home.estancia";
