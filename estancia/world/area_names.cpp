@@ -27,24 +27,25 @@ using PooledRooms = std::vector<std::vector<RoomProbability>>;  // of each area,
 /// left is no more probable than by chance.
 std::vector<std::string> assignRooms(const PooledRooms& pooled, const RoomPredictions& predictions) {
   const double chance = 1 / static_cast<double>(predictions.rooms.size());
-  struct Pair {
+  struct Candidate {
     std::size_t area = 0;
     const RoomProbability* room = nullptr;
   };
-  std::vector<Pair> pairs;
+  std::vector<Candidate> candidates;
   std::set<std::string> taken;
   for (std::size_t area = 0; area < pooled.size(); ++area) {
     if (!pooled[area].empty() && pooled[area].front().probability > predictions.sureProbability())
       taken.insert(pooled[area].front().room);
     else
       for (const RoomProbability& room : pooled[area])
-        if (room.probability > chance) pairs.push_back({area, &room});
+        if (room.probability > chance) candidates.push_back({area, &room});
   }
-  std::ranges::stable_sort(pairs, std::greater(), [](const Pair& pair) { return pair.room->probability; });
+  std::ranges::stable_sort(candidates, std::greater(),
+                           [](const Candidate& candidate) { return candidate.room->probability; });
   std::vector<std::string> assigned(pooled.size());
-  for (const Pair& pair : pairs)
-    if (assigned[pair.area].empty() && taken.insert(pair.room->room).second)
-      assigned[pair.area] = pair.room->room;
+  for (const Candidate& candidate : candidates)
+    if (assigned[candidate.area].empty() && taken.insert(candidate.room->room).second)
+      assigned[candidate.area] = candidate.room->room;
   return assigned;
 }
 
