@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <functional>
 #include <map>
@@ -54,8 +55,8 @@ class ObjectLayer {
   std::vector<std::vector<double>> wordsOf(const std::vector<ObjectInstance>& found,
                                            const std::map<SegmentPlace, int>& objectOf) const;
 
-  /// Images in a row: each that is late keeps two frames waiting, and nineteen of twenty shall not wait.
-  static constexpr std::size_t mostPutOff = 50;
+  /// An image that is labeled too late keeps two frames waiting: of ten frames a second, one of 25.
+  static constexpr std::chrono::seconds longestUnlabeled{5};
 
   /// What a segment tells of the thing.
   struct Look {
@@ -75,7 +76,7 @@ class ObjectLayer {
   std::optional<std::size_t> lastFrame_;  // that was added
   std::size_t frames_ = 1;                // from the one before to it
   std::size_t putOff_ = 0;                // images that there was no time to label
-  WorkTime labeling_{mostPutOff};         // of an image
+  WorkTime labeling_{longestUnlabeled};   // of an image
   std::map<SegmentPlace, LabeledSegment> labeled_;
   std::map<SegmentPlace, Look> looks_;
 };

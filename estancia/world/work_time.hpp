@@ -3,7 +3,6 @@
 #pragma once
 
 #include <chrono>
-#include <cstddef>
 #include <optional>
 
 namespace estancia {
@@ -11,35 +10,34 @@ namespace estancia {
 /// Until when; nothing where there is time enough.
 using Deadline = std::optional<std::chrono::steady_clock::time_point>;
 
-/// Expects work to take as long as it did of late (exponential smoothing). Work that is put off so often that
-/// it would never be done is due, whatever it takes.
+/// Expects work to take as long as it did of late (exponential smoothing). Work that was done too long ago is
+/// due, whatever it takes.
 class WorkTime {
  public:
-  /// `mostPutOff`: times in a row.
-  explicit WorkTime(std::size_t mostPutOff) : mostPutOff_(mostPutOff) {}
+  using Clock = std::chrono::steady_clock;
 
-  /// Whether to do it now; counts where not.
-  bool isDue(const Deadline& deadline) {
-    if (!deadline || Clock::now() + usual_ <= *deadline || putOff_ >= mostPutOff_) return true;
-    ++putOff_;
-    return false;
+  /// `longest`: from one time to the next, where there is work.
+  explicit WorkTime(Clock::duration longest) : longest_(longest) {}
+
+  /// Whether to do it now.
+  bool isDue(const Deadline& deadline) const {
+    const auto now = Clock::now();
+    return !deadline || now + usual_ <= *deadline || !begun_ || now - *begun_ >= longest_;
   }
   /// Does it.
   template <class Work>
   void run(const Work& work) {
-    const auto begin = Clock::now();
+    begun_ = Clock::now();
     work();
-    const Clock::duration taken = Clock::now() - begin;
+    const Clock::duration taken = Clock::now() - *begun_;
     usual_ = usual_ == Clock::duration::zero() ? taken : usual_ + (taken - usual_) / smoothing;
-    putOff_ = 0;
   }
 
  private:
-  using Clock = std::chrono::steady_clock;
   static constexpr int smoothing = 8;
 
-  std::size_t mostPutOff_, putOff_ = 0;
-  Clock::duration usual_{};
+  Clock::duration longest_, usual_{};
+  std::optional<Clock::time_point> begun_;
 };
 
 }  // namespace estancia

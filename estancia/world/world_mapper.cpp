@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <chrono>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -37,8 +38,8 @@ namespace {
 /// Directions of up that differ by less make the same floor.
 constexpr double sameUp = 0.1 * std::numbers::pi / 180;
 
-/// Views in a row that there is no time for: a camera of 25 Hz still gives five views a second.
-constexpr std::size_t mostPutOff = 4;
+/// Five views a second are taken, whether there is time for them or not.
+constexpr std::chrono::milliseconds longestUnseen(200);
 
 /// 1, 2, 3, 4, 6, 8, 12, 16 … so that all layers can be made anew at a bounded cost for each view.
 bool isFoldedAnewAt(std::size_t views) {
@@ -98,7 +99,7 @@ struct WorldMapper::Impl {
   std::optional<FloorSurvey> survey;
   std::optional<ObjectLayer> objects;
   std::size_t views = 0, tooFar = 0, folds = 0;
-  WorkTime viewing{mostPutOff};          // without the labels of its objects
+  WorkTime viewing{longestUnseen};          // without the labels of its objects
   std::optional<PlannedFrames> planned;  // the newest
 
   std::size_t labels() const { return session.store.identity().vocabulary.size(); }

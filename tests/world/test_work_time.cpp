@@ -19,16 +19,16 @@ using Clock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
 TEST(WorkTime, PutsOffWhatWouldEndTooLateButNotForever) {
-  WorkTime work(3);
+  WorkTime work(1h), other(30ms);
   EXPECT_TRUE(work.isDue({})) << "there is time enough";
-  EXPECT_TRUE(work.isDue(Clock::now() + 1h)) << "nobody knows yet how long it takes";
-  work.run([] { std::this_thread::sleep_for(20ms); });
+  EXPECT_TRUE(work.isDue(Clock::now() - 1h)) << "it was never done";
+  for (WorkTime* each : {&work, &other}) each->run([] { std::this_thread::sleep_for(20ms); });
+  EXPECT_TRUE(work.isDue({}));
   EXPECT_TRUE(work.isDue(Clock::now() + 1h));
-  for (int round = 0; round < 2; ++round) {
-    for (int i = 0; i < 3; ++i) EXPECT_FALSE(work.isDue(Clock::now() + 5ms)) << i;
-    EXPECT_TRUE(work.isDue(Clock::now() + 5ms)) << "it has been put off three times";
-    work.run([] { std::this_thread::sleep_for(20ms); });
-  }
+  EXPECT_FALSE(work.isDue(Clock::now() + 5ms)) << "it takes 20 ms";
+  std::this_thread::sleep_for(40ms);
+  EXPECT_FALSE(work.isDue(Clock::now() + 5ms));
+  EXPECT_TRUE(other.isDue(Clock::now() + 5ms)) << "it was done too long ago";
 }
 
 /// Counts the images that it is shown.
@@ -80,8 +80,9 @@ TEST(WorkTime, LeavesEveryFrameInTheMapWithFewerViews) {
   EXPECT_EQ(enough.labels, all.labels);
   const Taken late = takenBy([] { return Clock::now() - 1s; });
   EXPECT_EQ(late.frames, all.frames);
-  EXPECT_EQ(late.views, 12U) << "one of five";
-  EXPECT_LE(late.labels, all.labels / 4);
+  EXPECT_GE(late.views, 1U);
+  EXPECT_LE(late.views, all.views) << "one in a fifth of a second";
+  EXPECT_LE(late.labels, all.labels);
 }
 
 }  // namespace
