@@ -99,7 +99,7 @@ struct WorldMapper::Impl {
   std::optional<FloorSurvey> survey;
   std::optional<ObjectLayer> objects;
   std::size_t views = 0, tooFar = 0, folds = 0;
-  WorkTime viewing{longestUnseen};          // without the labels of its objects
+  WorkTime viewing{longestUnseen};       // without the labels of its objects
   std::optional<PlannedFrames> planned;  // the newest
 
   std::size_t labels() const { return session.store.identity().vocabulary.size(); }
