@@ -44,8 +44,10 @@ async function open() {
 }
 
 async function rename(area, name) {
-  await press(`#plan [data-kind=area][data-id="${area}"]`);
-  await page.waitForSelector('.rename input');
+  for (let tries = 1; !await page.$('.rename input'); ++tries) {  // a map that grows may be drawn anew meanwhile
+    await press(`#plan [data-kind=area][data-id="${area}"]`);
+    await page.waitForSelector('.rename input', {timeout: 5000}).catch(error => { if (tries === 10) throw error; });
+  }
   await page.$eval('.rename input', input => { input.value = ''; });
   await page.type('.rename input', name);
   await page.keyboard.press('Enter');
