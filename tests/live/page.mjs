@@ -70,7 +70,7 @@ async function search(words) {
 async function askFor(words) {
   await search(words);
   await page.waitForSelector('#plan .way .over');
-  await waitForText('#found .go', 'From place');
+  await page.waitForFunction(() => /^(From place \d+ drive|Place \d+ is there already)/.test(document.querySelector('#found .go')?.textContent));
   await fitsItsWidth(`with answers to ${words}`);
 }
 
