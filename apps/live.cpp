@@ -156,7 +156,7 @@ void printSummary(const LiveArguments& arguments, const LiveLoop& live) {
                   {"forward_ms", now.forward}});
   fmt::print("{}: {} ({} dropped, {} unusable)", printable(arguments.map()), counted(now.frames, "frame"),
              now.dropped, now.failed);
-  if (now.frames == 0) return fmt::print("; nothing new was mapped\n");
+  if (now.frames == 0) return fmt::print("; no new frame came\n");
   if (world)
     fmt::print("; {}, {}, {}", counted(world->places.nodes.size(), "place"),
                counted(world->areas.size(), "area"), counted(world->objects.size(), "object"));

@@ -202,8 +202,6 @@ RoomPredictions RoomsByNames::predict(const DescriptorMatrix& images) const {
 
 RoomPredictions predictRoomsByNames(const WordGraph& graph, const Vocabulary& vocabulary,
                                     const DescriptorMatrix& images, const std::vector<std::string>& rooms) {
-  if (images.labels() != vocabulary.size())
-    throw Error(ErrorCode::mismatch, "the images have other labels than the vocabulary");
   return RoomsByNames(graph, vocabulary, rooms).predict(images);
 }
 

@@ -1,6 +1,7 @@
 // The module with OpenCV's video input; video_decoder.cpp opens it.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <cstdlib>
 #include <opencv2/videoio.hpp>
 #include <opencv2/videoio/registry.hpp>
 
@@ -22,6 +23,7 @@ class OpencvVideoDecoder final : public VideoDecoder {
   bool openCamera(const std::string& camera, std::chrono::milliseconds patience) override {
     capture_.release();
     if (camera.find("://") != std::string::npos) {
+      setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);  // its lines come with each frame, and tell people nothing
       const int limit = static_cast<int>(patience.count());
       return capture_.open(camera, backend(),
                            {cv::CAP_PROP_OPEN_TIMEOUT_MSEC, limit, cv::CAP_PROP_READ_TIMEOUT_MSEC, limit});

@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <ctime>
 #include <exception>
 #include <filesystem>
@@ -62,7 +61,6 @@ CameraSource::CameraSource(std::string camera, const CameraPatience& patience)
   if (camera_.ends_with("://"))
     fail(ErrorCode::invalidInput, "\"{}\" names no host; give it whole: http://robot.local:8080/stream",
          printable(camera_));
-  setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);  // its lines tell people nothing, and come with each frame
   decoder_ = io::makeVideoDecoder();
   thread_ = std::thread([this] { grab(); });
 }

@@ -100,6 +100,13 @@ MapEdit parseEdit(const std::string& json) {
   return edit;
 }
 
+void requireRevision(const std::optional<std::uint64_t>& mapRevision, std::uint64_t now) {
+  if (mapRevision && *mapRevision != now)
+    fail(ErrorCode::mismatch,
+         "the map has changed since revision {}, and its numbers may have; read it again (now {})",
+         *mapRevision, now);
+}
+
 void editMapFile(const std::filesystem::path& path, const MapEdit& edit) {
   std::visit(
       [&](const auto& what) {

@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "estancia/live/live_view.hpp"
@@ -14,6 +16,9 @@ namespace estancia {
 /// {"type": "delete_object", "object"}. Throws Error (invalidInput) for anything else, and for names that
 /// are longer than 120 bytes or have control characters.
 MapEdit parseEdit(const std::string& json);
+
+/// Throws Error (mismatch) where a correction is of another revision of the map than it is at `now`.
+void requireRevision(const std::optional<std::uint64_t>& mapRevision, std::uint64_t now);
 
 /// Does it to a map file that nobody else writes. Throws Error as the functions of edit_areas.hpp and
 /// edit_objects.hpp do.

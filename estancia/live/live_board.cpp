@@ -60,4 +60,9 @@ std::shared_ptr<const WorldMap> LiveBoard::world() const {
   return world_;
 }
 
+std::pair<std::shared_ptr<const WorldMap>, std::uint64_t> LiveBoard::worldAndRevision() const {
+  const std::lock_guard lock(mutex_);
+  return {world_, status_.mapRevision};
+}
+
 }  // namespace estancia

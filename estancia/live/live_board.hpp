@@ -7,6 +7,7 @@
 #include <memory>
 #include <mutex>
 #include <opencv2/core/mat.hpp>
+#include <utility>
 #include <vector>
 
 #include "estancia/live/live_view.hpp"
@@ -20,6 +21,8 @@ class LiveBoard {
   /// Encoded when it is first asked for.
   std::shared_ptr<const std::vector<unsigned char>> image() const;
   std::shared_ptr<const WorldMap> world() const;
+  /// And its LiveStatus::mapRevision.
+  std::pair<std::shared_ptr<const WorldMap>, std::uint64_t> worldAndRevision() const;
 
   /// Changes the status, and says so to those who wait.
   void change(const std::function<void(LiveStatus&)>& change);

@@ -25,9 +25,11 @@ class LocalizingLiveMap final : public LiveMap {
            path_.string(), map.model, labeler.identity());
   }
 
-  void take(const LiveFrame& live, DescriptorView words, const WorldMap* world,
+  void take(const LiveFrame& live, DescriptorView words, const std::shared_ptr<const WorldMap>& world,
             const std::function<void(const LivePlace&)>& placed, const Deadline& /*deadline*/) override {
-    if (world != nullptr && std::exchange(zonesOf_, world) != world) takeWorld(*world);
+    if (world && std::exchange(world_, world) != world &&
+        world->areaOfFrame.size() == localizer_.map().frames.size())
+      localizer_.setZones(world->areaOfFrame);
     for (const Localization& found : localizer_.add(words, live.frame.pose)) {
       const MappedFrame& view = localizer_.map().frames[found.beliefImage];
       LivePlace place{view.pose, {{found.beliefNode, found.confidence}}};
@@ -53,9 +55,6 @@ class LocalizingLiveMap final : public LiveMap {
   }
   void edit(const MapEdit& edit, const WorldMap& /*world*/) override { editMapFile(path_, edit); }
   bool namesRooms() const override { return false; }
-  void takeWorld(const WorldMap& world) override {
-    if (world.areaOfFrame.size() == localizer_.map().frames.size()) localizer_.setZones(world.areaOfFrame);
-  }
   std::vector<std::string> troubles() const override { return {}; }
   void finish() override {}
 
@@ -70,7 +69,7 @@ class LocalizingLiveMap final : public LiveMap {
   Localizer localizer_;
   std::string stamp_ = fileStamp(path_);
   std::chrono::steady_clock::time_point lookAt_;
-  const WorldMap* zonesOf_ = nullptr;
+  std::shared_ptr<const WorldMap> world_;  // whose areas the localizer has
 };
 
 }  // namespace

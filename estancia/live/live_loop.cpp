@@ -56,7 +56,6 @@ struct LiveLoop::Impl {
         reader(path, readingOf(*map), [this](auto world) { board.setWorld(std::move(world)); }) {
     board.change([this](LiveStatus& status) { status.source = source->name(); });
     if (std::filesystem::exists(path)) reader.wait(reader.request());
-    if (const auto world = board.world()) map->takeWorld(*world);
   }
 
   WorldReader::Options readingOf(const LiveMap& what) const {
@@ -82,7 +81,7 @@ struct LiveLoop::Impl {
   void idle();
   std::vector<std::string> troubles() const;
   void doEdits();
-  void doEdit(const MapEdit& edit);
+  void doEdit(const MapEdit& edit, const std::optional<std::uint64_t>& mapRevision);
   void refresh();
   void finish();
 
@@ -101,6 +100,7 @@ struct LiveLoop::Impl {
 
   struct Request {
     MapEdit edit;
+    std::optional<std::uint64_t> mapRevision;
     std::promise<void> done;
   };
   std::mutex edits, editing;
@@ -146,9 +146,8 @@ void LiveLoop::Impl::take(const LiveFrame& live, const std::function<void(const 
     const auto begin = Clock::now();
     const LexicalDescriptor words = labeler.infer(prepared);
     forwards.add(millisecondsSince(begin));
-    const auto world = board.world();
     map->take(
-        live, words, world.get(),
+        live, words, board.world(),
         [&](const LivePlace& at) {
           place(live, words, at);
           if (each) each(board.status());
@@ -245,7 +244,7 @@ void LiveLoop::Impl::doEdits() {
       requests.pop_front();
     }
     try {
-      doEdit(request.edit);
+      doEdit(request.edit, request.mapRevision);
       request.done.set_value();
     } catch (...) {
       request.done.set_exception(std::current_exception());
@@ -254,16 +253,16 @@ void LiveLoop::Impl::doEdits() {
 }
 
 /// Until world() has it.
-void LiveLoop::Impl::doEdit(const MapEdit& edit) {
+void LiveLoop::Impl::doEdit(const MapEdit& edit, const std::optional<std::uint64_t>& mapRevision) {
   const std::lock_guard one(editing);
-  const auto world = board.world();
+  const auto [world, revision] = board.worldAndRevision();
+  requireRevision(mapRevision, revision);
   if (!world) fail(ErrorCode::insufficientData, "there is no map yet; wait for its first second");
   if (map)
     map->edit(edit, *world);
   else
     editMapFile(path, edit);
   reader.wait(reader.request());
-  if (const auto now = board.world(); map && now) map->takeWorld(*now);
 }
 
 void LiveLoop::Impl::refresh() {
@@ -332,16 +331,16 @@ std::vector<unsigned char> LiveLoop::placeImage(int node) const {
   return now ? readPlaceImage(impl_->path, *now, node) : std::vector<unsigned char>();
 }
 
-void LiveLoop::edit(const MapEdit& edit) {
+void LiveLoop::edit(const MapEdit& edit, const std::optional<std::uint64_t>& mapRevision) {
   Impl& impl = *impl_;
   std::future<void> done;
   {
     const std::lock_guard lock(impl.edits);
     if (impl.running) {
-      impl.requests.push_back({edit, {}});
+      impl.requests.push_back({edit, mapRevision, {}});
       done = impl.requests.back().done.get_future();
     } else {
-      impl.doEdit(edit);  // no thread is at work on the map
+      impl.doEdit(edit, mapRevision);  // no thread is at work on the map
     }
   }
   if (done.valid()) done.get();

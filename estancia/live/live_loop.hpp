@@ -50,7 +50,8 @@ class LiveLoop : public LiveView {
   std::shared_ptr<const WorldMap> world() const override;
   std::vector<unsigned char> objectImage(int object) const override;
   std::vector<unsigned char> placeImage(int node) const override;
-  void edit(const MapEdit& edit) override;
+  using LiveView::edit;
+  void edit(const MapEdit& edit, const std::optional<std::uint64_t>& mapRevision) override;
 
  private:
   struct Impl;

@@ -31,7 +31,7 @@ class LiveMap {
   /// Takes the next frame and its words, and says where it is as soon as that is known. `world`: the map as
   /// it was last read, or null. `deadline`: see WorldMapper::add(). Throws Error: the frame is lost, but the
   /// next ones may be taken.
-  virtual void take(const LiveFrame& live, DescriptorView words, const WorldMap* world,
+  virtual void take(const LiveFrame& live, DescriptorView words, const std::shared_ptr<const WorldMap>& world,
                     const std::function<void(const LivePlace&)>& placed, const Deadline& deadline) = 0;
   /// Between frames: does what is due. Returns whether the map file has changed.
   virtual bool refresh() = 0;
@@ -39,8 +39,6 @@ class LiveMap {
   virtual void edit(const MapEdit& edit, const WorldMap& world) = 0;
   /// Whether areas are to be called by the rooms that their words tell, while the map grows and in finish().
   virtual bool namesRooms() const = 0;
-  /// The file has been changed by others, or by edit().
-  virtual void takeWorld(const WorldMap& world) = 0;
   /// Whether the file is gone, or is no map any more: nothing more can be taken, and finish() says why.
   virtual bool isLost() const { return false; }
   /// Sentences about what is wrong now.

@@ -116,12 +116,11 @@ class MappingLiveMap final : public LiveMap {
     if (exists) source_.goOnAfter(session_->map());
   }
 
-  void take(const LiveFrame& live, DescriptorView words, const WorldMap* world,
+  void take(const LiveFrame& live, DescriptorView words, const std::shared_ptr<const WorldMap>& world,
             const std::function<void(const LivePlace&)>& placed, const Deadline& deadline) override;
   bool refresh() override;
   void edit(const MapEdit& edit, const WorldMap& world) override;
   bool namesRooms() const override { return world_.areas.naming.words == NamingOptions::Words::wordNet; }
-  void takeWorld(const WorldMap&) override {}
   bool isLost() const override { return lost_.has_value(); }
   std::vector<std::string> troubles() const override;
   void finish() override;
@@ -258,7 +257,8 @@ std::string MappingLiveMap::lastDecision(const std::string& frame) const {
   return "";
 }
 
-void MappingLiveMap::take(const LiveFrame& live, DescriptorView words, const WorldMap* world,
+void MappingLiveMap::take(const LiveFrame& live, DescriptorView words,
+                          const std::shared_ptr<const WorldMap>& world,
                           const std::function<void(const LivePlace&)>& placed, const Deadline& deadline) {
   write([&] {
     if (!mapper_) start();
@@ -266,7 +266,7 @@ void MappingLiveMap::take(const LiveFrame& live, DescriptorView words, const Wor
     const auto thumbnail = [&] { return encodeImage(live.image); };
     const auto tell = [&](int node, const std::optional<Pose>& pose) {
       LivePlace place{pose, {{node, 1}}};
-      std::tie(place.area, place.areaProbability) = areaOf(world, pose, node);
+      std::tie(place.area, place.areaProbability) = areaOf(world.get(), pose, node);
       place.decision = lastDecision(live.frame.name);
       placed(place);
     };

@@ -229,12 +229,7 @@ struct SiteOperations {
     question.requireKnown({"map_revision"});
     const MapEdit wanted = parseEdit(question.request.body);
     const auto seen = question.numberOf("map_revision", 0, anyNumber);
-    const std::uint64_t now = site.view_.status().mapRevision;
-    if (seen && static_cast<std::uint64_t>(*seen) != now)
-      fail(ErrorCode::mismatch,
-           "the map has changed since revision {}, and its numbers may have; read it again (now {})", *seen,
-           now);
-    site.view_.edit(wanted);
+    site.view_.edit(wanted, seen ? std::optional(static_cast<std::uint64_t>(*seen)) : std::nullopt);
     return jsonResponse({{"map_revision", site.view_.status().mapRevision}});
   }
   static ServerResponse description(LiveSite&, const Question& question) {

@@ -106,9 +106,11 @@ class LiveView {
   virtual std::vector<unsigned char> objectImage(int object) const = 0;
   /// The image of a place's middle frame, a JPEG; empty where there is none.
   virtual std::vector<unsigned char> placeImage(int node) const = 0;
-  /// Changes the map, and returns when world() has the change. Throws Error as the functions of
-  /// edit_areas.hpp and edit_objects.hpp do; busy where another program writes the map.
-  virtual void edit(const MapEdit& edit) = 0;
+  /// Changes the map, and returns when world() has the change. `mapRevision`: of the world() that the numbers
+  /// are of. Throws Error as the functions of edit_areas.hpp and edit_objects.hpp do; mismatch where the map
+  /// has changed since that revision, busy where another program writes it.
+  virtual void edit(const MapEdit& edit, const std::optional<std::uint64_t>& mapRevision) = 0;
+  void edit(const MapEdit& change) { edit(change, std::nullopt); }
 };
 
 }  // namespace estancia

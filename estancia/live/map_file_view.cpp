@@ -73,9 +73,14 @@ std::vector<unsigned char> MapFileView::placeImage(int node) const {
   return readPlaceImage(path_, *world(), node);
 }
 
-void MapFileView::edit(const MapEdit& edit) {
+void MapFileView::edit(const MapEdit& edit, const std::optional<std::uint64_t>& mapRevision) {
+  readIfChanged();
   {
     const std::lock_guard onlyOne(file_);
+    {
+      const std::lock_guard lock(mutex_);
+      requireRevision(mapRevision, revision_);
+    }
     editMapFile(path_, edit);
   }
   readIfChanged();

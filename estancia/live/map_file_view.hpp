@@ -25,7 +25,8 @@ class MapFileView final : public LiveView {
   std::vector<unsigned char> objectImage(int object) const override;
   /// Map files hold no images of places.
   std::vector<unsigned char> placeImage(int node) const override;
-  void edit(const MapEdit& edit) override;
+  using LiveView::edit;
+  void edit(const MapEdit& edit, const std::optional<std::uint64_t>& mapRevision) override;
 
  private:
   void readIfChanged() const;

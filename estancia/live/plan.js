@@ -47,12 +47,8 @@ export class Plan {
     this.map.objects.forEach(o => points.push(...o.box));
     const least = [0, 1].map(i => points.reduce((m, p) => Math.min(m, p[i]), Infinity));
     const most = [0, 1].map(i => points.reduce((m, p) => Math.max(m, p[i]), -Infinity));
-    const pose = this.map.metric && this.where && this.where.pose;
-    if (pose && points.length) {  // a robot drives on before the map shows it; one that is lost is left out
-      const extent = Math.max(most[0] - least[0], most[1] - least[1], 2);
-      const at = [pose.x, pose.y], isNear = [0, 1].every(i => at[i] > least[i] - extent && at[i] < most[i] + extent);
-      if (isNear) [0, 1].forEach(i => { least[i] = Math.min(least[i], at[i]); most[i] = Math.max(most[i], at[i]); });
-    }
+    Object.assign(this, {least: [...least], most: [...most]});
+    if (this.isNear()) [this.where.pose.x, this.where.pose.y].forEach((v, i) => { least[i] = Math.min(least[i], v); most[i] = Math.max(most[i], v); });
     const size = [0, 1].map(i => Math.max(points.length ? most[i] - least[i] : 0, 1));
     const margin = 22;
     this.width = this.svg.clientWidth || 600;
@@ -61,6 +57,16 @@ export class Plan {
     this.height = Math.round(size[1] * this.scale + 2 * margin);
     this.middle = points.length ? [0, 1].map(i => (least[i] + most[i]) / 2) : [0, 0];
     this.svg.setAttribute('viewBox', `0 0 ${this.width} ${this.height}`);
+  }
+  // a robot drives on before the map shows it; one that is lost is left out
+  isNear() {
+    const pose = this.map.metric && this.where && this.where.pose;
+    const extent = Math.max(this.most[0] - this.least[0], this.most[1] - this.least[1], 2);
+    return Boolean(pose) && [pose.x, pose.y].every((v, i) => v > this.least[i] - extent && v < this.most[i] + extent);
+  }
+  isInView({x, y}) {
+    const [column, row] = this.at([x, y]);
+    return column >= 0 && row >= 0 && column <= this.width && row <= this.height;
   }
   at([x, y]) {
     return [this.width / 2 + this.scale * (x - this.middle[0]), this.height / 2 - this.scale * (y - this.middle[1])];
@@ -168,9 +174,7 @@ export class Plan {
   setRobot(where) {
     this.where = where;
     if (!this.map) return;
-    const {scale, middle} = this;
-    this.fit();
-    if (this.scale !== scale || this.middle.some((m, i) => m !== middle[i])) this.show(this.map);
+    if (this.isNear() && !this.isInView(where.pose)) this.show(this.map);
     else this.drawRobot();
   }
   drawRobot() {

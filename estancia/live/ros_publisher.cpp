@@ -5,41 +5,19 @@
 
 #include <chrono>
 #include <cmath>
-#include <map>
-#include <optional>
 
 #include "estancia/core/error.hpp"
+#include "estancia/topology/places.hpp"
 
 namespace estancia {
 namespace {
 
-using Point = std::array<double, 3>;
+using Point = Position;
 using MarkerColor = ros::Marker::Color;
 
 constexpr MarkerColor placeColor{0.2F, 0.5F, 0.9F, 1}, linkColor{0.5F, 0.5F, 0.5F, 0.8F},
     textColor{1, 1, 1, 1};
 constexpr double placeSize = 0.2, linkWidth = 0.03, areaText = 0.4, objectText = 0.15;  // [m]
-
-/// The mean position of frames that belong together.
-class MeanPoints {
- public:
-  void add(int group, const Pose& pose) {
-    auto& [sum, count] = sums_[group];
-    sum[0] += pose.x;
-    sum[1] += pose.y;
-    sum[2] += pose.z;
-    ++count;
-  }
-  std::optional<Point> find(int group) const {
-    const auto found = sums_.find(group);
-    if (found == sums_.end()) return std::nullopt;
-    const auto& [sum, count] = found->second;
-    return Point{sum[0] / count, sum[1] / count, sum[2] / count};
-  }
-
- private:
-  std::map<int, std::pair<Point, double>> sums_;
-};
 
 ros::Marker markerAt(const char* space, int id, ros::Marker::Type type, const Point& at, double size,
                      const MarkerColor& color) {
@@ -61,29 +39,41 @@ ros::Marker textAt(const char* space, int id, Point at, double above, double hei
   return marker;
 }
 
-void addPlaces(const WorldMap& world, std::vector<ros::Marker>& markers) {
-  MeanPoints places, areas;
-  for (std::size_t i = 0; i < world.places.frames.size(); ++i) {
-    const MappedFrame& frame = world.places.frames[i];
-    if (!frame.pose || !frame.pose->isPlausible()) continue;
-    places.add(frame.node, *frame.pose);
-    if (i < world.areaOfFrame.size() && world.areaOfFrame[i] >= 0)
-      areas.add(world.areaOfFrame[i], *frame.pose);
-  }
-  for (const Node& node : world.places.nodes)
-    if (const auto at = places.find(node.id))
-      markers.push_back(markerAt("places", node.id, ros::Marker::Type::sphere, *at, placeSize, placeColor));
+void addPlaces(const TopologicalMap& map, std::vector<ros::Marker>& markers) {
+  const std::vector<Place> places = placesOf(map);
+  for (std::size_t i = 0; i < places.size(); ++i)
+    if (places[i].position)
+      markers.push_back(markerAt("places", map.nodes[i].id, ros::Marker::Type::sphere, *places[i].position,
+                                 placeSize, placeColor));
   ros::Marker links = markerAt("transitions", 0, ros::Marker::Type::lineList, {}, linkWidth, linkColor);
-  for (const Transition& transition : world.places.transitions) {
-    const auto from = places.find(transition.from), to = places.find(transition.to);
-    if (!from || !to) continue;
-    links.points.push_back(*from);
-    links.points.push_back(*to);
+  for (const auto& [from, to] : linksOf(map)) {
+    if (!places[from].position || !places[to].position) continue;
+    links.points.push_back(*places[from].position);
+    links.points.push_back(*places[to].position);
   }
   if (!links.points.empty()) markers.push_back(links);
-  for (const WorldArea& area : world.areas)
-    if (const auto at = areas.find(area.id))
-      markers.push_back(textAt("areas", area.id, *at, 1, areaText, area.displayName()));
+}
+
+/// Above the frames that were taken in each.
+void addAreas(const WorldMap& world, std::vector<ros::Marker>& markers) {
+  struct Sum {
+    Point at{};
+    double frames = 0;
+  };
+  std::vector<Sum> sums(world.areas.size());
+  for (std::size_t i = 0; i < world.areaOfFrame.size(); ++i) {
+    const auto& pose = world.places.frames[i].pose;
+    if (world.areaOfFrame[i] < 0 || !pose) continue;
+    Sum& sum = sums[static_cast<std::size_t>(world.areaOfFrame[i])];
+    sum.at = {sum.at[0] + pose->x, sum.at[1] + pose->y, sum.at[2] + pose->z};
+    ++sum.frames;
+  }
+  for (const WorldArea& area : world.areas) {
+    const auto& [at, frames] = sums[static_cast<std::size_t>(area.id)];
+    if (frames > 0)
+      markers.push_back(textAt("areas", area.id, {at[0] / frames, at[1] / frames, at[2] / frames}, 1,
+                               areaText, area.displayName()));
+  }
 }
 
 /// The box is upright in a map whose z is up.
@@ -107,7 +97,8 @@ std::vector<ros::Marker> markersOf(const WorldMap& world) {
   ros::Marker clear;
   clear.action = ros::Marker::Action::removeAll;
   std::vector<ros::Marker> markers{clear};
-  addPlaces(world, markers);
+  addPlaces(world.places, markers);
+  addAreas(world, markers);
   addObjects(world, markers);
   return markers;
 }
