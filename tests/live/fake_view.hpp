@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "estancia/core/error.hpp"
+#include "estancia/live/edits.hpp"
 #include "estancia/live/live_view.hpp"
 #include "support/sample_world.hpp"
 
@@ -57,8 +58,10 @@ class FakeView final : public LiveView {
   std::vector<unsigned char> placeImage(int node) const override {
     return node == 2 ? *image() : std::vector<unsigned char>();
   }
-  void edit(const MapEdit& edit) override {
+  using LiveView::edit;
+  void edit(const MapEdit& edit, const std::optional<std::uint64_t>& mapRevision) override {
     const std::lock_guard lock(mutex_);
+    requireRevision(mapRevision, status_.mapRevision);
     edits_.push_back(edit);
     const auto* naming = std::get_if<NameArea>(&edit);
     if (naming == nullptr) return;

@@ -14,13 +14,11 @@
 #include "estancia/label/recorded_labeler.hpp"
 #include "estancia/live/map_file_view.hpp"
 #include "estancia/live/replay_source.hpp"
-#include "estancia/topology/session.hpp"
-#include "estancia/words/installed_words.hpp"
 #include "estancia/world/edit_areas.hpp"
-#include "estancia/world/world_mapper.hpp"
 #include "support/errors.hpp"
 #include "support/fed_source.hpp"
 #include "support/flat_drive.hpp"
+#include "support/map_drive.hpp"
 #include "support/shape_drive.hpp"
 #include "support/support.hpp"
 
@@ -146,21 +144,9 @@ TEST(LiveLoop, MapsADriveAsItComes) {
 TEST(LiveLoop, MakesTheVeryMapOfFramesThatAreMappedInOrder) {
   const ScratchFolder folder;
   const FlatDrive drive;
-  const DescriptorSequence labeled = drive.labeled();
   RecordedLabeler labeler = labelerOf(drive);
   LiveLoop(replay(), labeler, folder / "live.estancia").run();
-  {
-    MappingSession session =
-        MappingSession::create(folder / "plain.estancia", labeled.vocabulary, labeled.model, {});
-    WorldMapper world(session);
-    for (std::size_t i = 0; i < drive.size(); ++i) {
-      world.observe(drive.frame(i), labeled.descriptors.row(i), drive.image(i), drive.depth(i),
-                    *drive.intrinsics());
-      session.add(drive.frame(i), labeled.descriptors.row(i));
-    }
-    session.finish();
-    world.finish();
-  }
+  test::mapUpTo(drive, drive.labeled(), drive.size(), folder / "plain.estancia");
   const WorldMap live = readWorld(folder / "live.estancia"), plain = readWorld(folder / "plain.estancia");
   EXPECT_EQ(live.areaOfFrame, plain.areaOfFrame);
   EXPECT_EQ(live.zoneOfFrame, plain.zoneOfFrame);
@@ -303,7 +289,6 @@ TEST(LiveLoop, AnObjectThatIsDeletedStaysAwayToTheEndAndAfterIt) {
 }
 
 TEST(LiveLoop, CallsAreasByRoomsWhileTheMapGrowsAndInTheEnd) {
-  if (installedWordGraph() == nullptr) GTEST_SKIP() << "needs WordNet";
   const ScratchFolder folder;
   const fs::path file = folder / "flat.estancia";
   const FlatDrive drive;

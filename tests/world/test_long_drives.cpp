@@ -3,12 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "estancia/topology/store.hpp"
-#include "estancia/words/installed_words.hpp"
+#include "estancia/topology/map.hpp"
 #include "estancia/world/rooms_by_name.hpp"
-#include "estancia/world/route_world.hpp"
-#include "estancia/world/world_mapper.hpp"
+#include "estancia/world/world_map.hpp"
 #include "support/flat_drive.hpp"
+#include "support/map_drive.hpp"
 #include "support/sample_world.hpp"
 #include "support/support.hpp"
 
@@ -21,16 +20,7 @@ using test::ScratchFolder;
 
 fs::path mapOf(const FlatDrive& drive, const ScratchFolder& folder) {
   const fs::path file = folder / "flat.estancia";
-  const DescriptorSequence labeled = drive.labeledInWords();
-  MappingSession session = MappingSession::create(file, labeled.vocabulary, labeled.model, {});
-  WorldMapper world(session);
-  for (std::size_t i = 0; i < drive.size(); ++i) {
-    world.observe(drive.frame(i), labeled.descriptors.row(i), drive.image(i), drive.depth(i),
-                  *drive.intrinsics());
-    session.add(drive.frame(i), labeled.descriptors.row(i));
-  }
-  session.finish();
-  world.finish();
+  test::mapUpTo(drive, drive.labeledInWords(), drive.size(), file);
   return file;
 }
 
@@ -78,7 +68,6 @@ TEST(LongDrives, KeepTheFramesOfObjects) {
 }
 
 TEST(GrowingRooms, AreNamedAsTheFinishedMapNamesThem) {
-  if (installedWordGraph() == nullptr) GTEST_SKIP() << "needs WordNet";
   const ScratchFolder folder;
   const fs::path file = mapOf(FlatDrive(), folder);
   WorldMap growing = readWorld(file);

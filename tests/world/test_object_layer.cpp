@@ -4,28 +4,12 @@
 
 #include <gtest/gtest.h>
 
-#include "estancia/label/labeler.hpp"
+#include "support/counting_labeler.hpp"
 #include "support/floor_scene.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
 namespace {
-
-/// Counts what it is asked.
-class CountingLabeler : public Labeler {
- public:
-  const Vocabulary& vocabulary() const override { return vocabulary_; }
-  std::string identity() const override { return "test"; }
-  Prepared prepare(const cv::Mat& bgr, const std::string& /*frame*/) const override { return {bgr, "", {}}; }
-  LexicalDescriptor infer(const Prepared& /*image*/) override {
-    ++asked;
-    return {0.8F, 0.2F};
-  }
-  std::size_t asked = 0;
-
- private:
-  Vocabulary vocabulary_{{"bed", "stove"}};
-};
 
 /// Nine things side by side.
 Observation nineThings() {
@@ -43,7 +27,7 @@ Observation nineThings() {
 
 TEST(ObjectLayer, LabelsWhatTheFramesBeforeDidNotButNeverMuchAtOnce) {
   const test::ScratchFolder folder;
-  CountingLabeler labeler;
+  test::CountingLabeler labeler({"bed", "stove"}, {0.8F, 0.2F});
   MapStore map = MapStore::create(folder / "map.estancia", {labeler.vocabulary(), "test", "{}"});
   WorldStore store(map, MapStore::Access::write);
   ObjectLayer layer(store, labeler.vocabulary(), {}, &labeler, 1);

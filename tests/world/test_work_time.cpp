@@ -6,9 +6,9 @@
 
 #include <thread>
 
-#include "estancia/label/labeler.hpp"
 #include "estancia/topology/sqlite.hpp"
 #include "estancia/world/world_mapper.hpp"
+#include "support/counting_labeler.hpp"
 #include "support/flat_drive.hpp"
 #include "support/support.hpp"
 
@@ -31,22 +31,6 @@ TEST(WorkTime, PutsOffWhatWouldEndTooLateButNotForever) {
   EXPECT_TRUE(other.isDue(Clock::now() + 5ms)) << "it was done too long ago";
 }
 
-/// Counts the images that it is shown.
-class CountingLabeler : public Labeler {
- public:
-  const Vocabulary& vocabulary() const override { return vocabulary_; }
-  std::string identity() const override { return "test"; }
-  Prepared prepare(const cv::Mat& bgr, const std::string& /*frame*/) const override { return {bgr, "", {}}; }
-  LexicalDescriptor infer(const Prepared& /*image*/) override {
-    ++asked;
-    return {0.7F, 0.1F, 0.1F, 0.1F};
-  }
-  std::size_t asked = 0;
-
- private:
-  Vocabulary vocabulary_{{"bed", "stove", "doormat", "wall"}};
-};
-
 /// Frames, views and labeled images of a drive whose deadline is `deadline` from now.
 struct Taken {
   std::size_t frames = 0, views = 0, labels = 0;
@@ -55,7 +39,7 @@ Taken takenBy(const std::function<Deadline()>& deadline) {
   const test::ScratchFolder folder;
   const test::FlatDrive drive;
   const DescriptorSequence labeled = drive.labeled();
-  CountingLabeler labeler;
+  test::CountingLabeler labeler(labeled.vocabulary.labels(), {0.7F, 0.1F, 0.1F, 0.1F});
   MappingSession session =
       MappingSession::create(folder / "flat.estancia", labeled.vocabulary, labeled.model, {});
   WorldMapper world(session, {}, &labeler);

@@ -19,6 +19,7 @@
 #include "estancia/world/world_map.hpp"
 #include "support/errors.hpp"
 #include "support/flat_drive.hpp"
+#include "support/map_drive.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
@@ -31,18 +32,7 @@ using test::ScratchFolder;
 
 /// Maps the drive's frames up to `end`, beginning or going on.
 void mapUpTo(const FlatDrive& drive, std::size_t end, const fs::path& file, Labeler* labeler = nullptr) {
-  const DescriptorSequence labeled = drive.labeled();
-  MappingSession session =
-      fs::exists(file) ? MappingSession::resume(file, labeled.vocabulary, labeled.model)
-                       : MappingSession::create(file, labeled.vocabulary, labeled.model, MapperOptions{});
-  WorldMapper world(session, {}, labeler);
-  for (std::size_t i = session.frames(); i < end; ++i) {
-    world.observe(drive.frame(i), labeled.descriptors.row(i), drive.image(i), drive.depth(i),
-                  *drive.intrinsics());
-    session.add(drive.frame(i), labeled.descriptors.row(i));
-  }
-  session.finish();
-  world.finish();
+  test::mapUpTo(drive, drive.labeled(), end, file, labeler);
 }
 
 WorldMap mapOf(const FlatDrive& drive, const fs::path& file) {
