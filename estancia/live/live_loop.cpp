@@ -22,6 +22,7 @@
 #include "estancia/live/live_map.hpp"
 #include "estancia/live/live_times.hpp"
 #include "estancia/live/world_reader.hpp"
+#include "estancia/world/rooms_by_name.hpp"
 
 namespace estancia {
 namespace {
@@ -59,9 +60,8 @@ struct LiveLoop::Impl {
   }
 
   WorldReader::Options readingOf(const LiveMap& what) const {
-    constexpr std::size_t enough = 20'000;  // some minutes, then each second, each third … frame
-    if (localize) return {};                // the localizer numbers all frames
-    return {enough, what.namesRooms()};
+    if (localize) return {};                        // the localizer numbers all frames
+    return {mostFramesOfRooms, what.namesRooms()};  // those that have predictions
   }
 
   std::unique_ptr<LiveMap> makeMap(const LiveOptions& options) {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/world/rooms_by_name.hpp"
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
 #include "estancia/classify/zero_shot_rooms.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/topology/store.hpp"
 #include "estancia/words/installed_words.hpp"
 #include "estancia/words/room_words.hpp"
@@ -31,6 +31,19 @@ std::vector<std::string> roomsListedIn(const TopologicalMap& map) {
   return map.predictions && map.predictions->areListed ? map.predictions->rooms : std::vector<std::string>();
 }
 
+/// Those of each `stride`-th frame as those of all `frames`; the others have none.
+RoomPredictions spread(RoomPredictions predictions, std::size_t stride, std::size_t frames) {
+  if (stride == 1) return predictions;
+  DescriptorMatrix all(predictions.rooms.size());
+  all.reserve(frames);
+  const std::vector<float> none(predictions.rooms.size(), 0);
+  for (std::size_t i = 0; i < frames; ++i)
+    all.append(i % stride == 0 ? predictions.probabilities.row(i / stride) : DescriptorView(none));
+  predictions.probabilities = std::move(all);
+  for (RoomEvidence& told : predictions.evidence) told.image *= stride;
+  return predictions;
+}
+
 }  // namespace
 
 void requireRoomNames(const std::vector<std::string>& rooms) {
@@ -38,15 +51,22 @@ void requireRoomNames(const std::vector<std::string>& rooms) {
   predictRoomsByNames(getWordGraph(), any, DescriptorMatrix(any.size()), listedRooms(rooms));
 }
 
-void nameRoomsByNames(const std::filesystem::path& map, const std::vector<std::string>& rooms) {
+void nameRoomsByNames(const std::filesystem::path& map, const std::vector<std::string>& rooms,
+                      std::size_t mostFrames) {
   const WordGraph& graph = getWordGraph();
-  const DescriptorSequence labels = readMapDescriptors(map);
-  writeRoomPredictions(predictRoomsByNames(graph, labels.vocabulary, labels.descriptors, listedRooms(rooms)),
-                       map);
+  const MapStore store = MapStore::open(map, MapStore::Access::read);
+  const std::size_t frames = store.frameCount();
+  const std::size_t stride = std::max<std::size_t>(1, (frames + mostFrames - 1) / mostFrames);
+  const Vocabulary& vocabulary = store.identity().vocabulary;
+  DescriptorMatrix images(vocabulary.size());
+  images.reserve((frames + stride - 1) / stride);
+  for (std::size_t i = 0; i < frames; i += stride) images.append(store.descriptor(i));
+  writeRoomPredictions(
+      spread(predictRoomsByNames(graph, vocabulary, images, listedRooms(rooms)), stride, frames), map);
 }
 
 bool renewRoomsByNames(const std::filesystem::path& map) {
-  const TopologicalMap kept = readMap(map);
+  const TopologicalMap kept = MapStore::open(map, MapStore::Access::read).load(mostFramesOfRooms);
   if (!isNamedByNames(kept)) return false;
   try {
     nameRoomsByNames(map, roomsListedIn(kept));

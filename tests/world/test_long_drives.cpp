@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <numeric>
+
 #include "estancia/topology/map.hpp"
 #include "estancia/world/rooms_by_name.hpp"
 #include "estancia/world/world_map.hpp"
@@ -88,6 +90,25 @@ TEST(GrowingRooms, AreNamedAsTheFinishedMapNamesThem) {
   rooms.name(file, fewer);
   for (std::size_t i = 0; i < finished.areas.size(); ++i)
     EXPECT_EQ(fewer.areas[i].displayName(), finished.areas[i].displayName());
+}
+
+TEST(LongDrives, NameTheirRoomsBySomeFrames) {
+  const ScratchFolder folder;
+  const fs::path file = mapOf(FlatDrive(), folder);
+  nameRoomsByNames(file);
+  const WorldMap all = readWorld(file);
+  nameRoomsByNames(file, {}, 20);
+  const WorldMap some = readWorld(file);
+  ASSERT_TRUE(some.places.predictions);
+  const DescriptorMatrix& rooms = some.places.predictions->probabilities;
+  ASSERT_EQ(rooms.size(), some.places.frames.size());
+  for (std::size_t i = 0; i < rooms.size(); ++i)
+    EXPECT_NEAR(std::reduce(rooms.row(i).begin(), rooms.row(i).end()), i % 4 == 0 ? 1 : 0, 1e-5) << i;
+  for (const RoomEvidence& told : some.places.predictions->evidence) EXPECT_EQ(told.image % 4, 0U);
+  ASSERT_EQ(some.areas.size(), all.areas.size());
+  for (std::size_t i = 0; i < all.areas.size(); ++i)
+    EXPECT_EQ(some.areas[i].displayName(), all.areas[i].displayName());
+  EXPECT_EQ(readWorld(file, 20).areas.front().displayName(), all.areas.front().displayName());
 }
 
 TEST(GrowingRooms, LeaveTheNamesOfATrainedClassifier) {
