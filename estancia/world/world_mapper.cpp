@@ -196,6 +196,10 @@ struct WorldMapper::Impl {
   void look(DescriptorView descriptor, const cv::Mat& image, const cv::Mat& depth,
             const CameraIntrinsics& camera, const Deadline& deadline);
   std::function<std::optional<PlannedFrames>()> planning(const std::vector<AreaEdit>& corrections) const;
+  void put(PlannedFrames now) {
+    store.putAreas(now, planned ? &*planned : nullptr);
+    planned = std::move(now);
+  }
   void replan(PlannedFrames now);
   void putObjects(const std::vector<ObjectInstance>& found);
 
@@ -443,10 +447,7 @@ void WorldMapper::finish() {
     } catch (const Interrupted&) {  // Ctrl-C ended the mapping: --continue finds them
     }
   }
-  if (auto planned = impl_->planning(impl_->edits)()) {
-    impl_->planned = std::move(planned);
-    impl_->store.putAreas(*impl_->planned);
-  }
+  if (auto planned = impl_->planning(impl_->edits)()) impl_->put(std::move(*planned));
   if (impl_->objects) impl_->putObjects(impl_->objects->instances());
   map.commit();
 }
@@ -470,10 +471,7 @@ WorldMapper::Derivation WorldMapper::derivation() const {
 bool WorldMapper::refresh(const Derived& derived) {
   Impl& impl = *impl_;
   if (derived.edits != impl.edits.size() || derived.folds != impl.folds) return false;
-  if (derived.planned) {
-    impl.planned = derived.planned;
-    impl.store.putAreas(*impl.planned);
-  }
+  if (derived.planned) impl.put(*derived.planned);
   impl.putObjects(derived.found);
   impl.session.write();
   return true;
@@ -503,8 +501,7 @@ void WorldMapper::Impl::replan(PlannedFrames now) {
   store.read(world);
   std::vector<int> areas;
   for (const WorldObject& object : world.objects) areas.push_back(areaOfObject(now.plan, object.center));
-  planned = std::move(now);
-  store.putAreas(*planned);
+  put(std::move(now));
   store.putObjectAreas(areas);
 }
 

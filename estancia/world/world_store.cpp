@@ -165,18 +165,18 @@ void WorldStore::putObservation(std::size_t frame, const Observation& observatio
       .execute();
 }
 
-void WorldStore::putAreas(const PlannedFrames& planned) {
+void WorldStore::putAreas(const PlannedFrames& planned, const PlannedFrames* before) {
   Database& database = store_.database();
-  database.run("DELETE FROM floor; DELETE FROM areas; DELETE FROM frame_areas");
+  database.run("DELETE FROM floor; DELETE FROM areas");
   const AreaPlan& plan = planned.plan;
   cv::Mat numbers;
   cv::Mat(plan.areaOf + 1).convertTo(numbers, CV_16U);
-  const std::vector<unsigned char> areas = toPng(numbers), walls = toPng(plan.walls);
+  const std::vector<unsigned char> image = toPng(numbers), walls = toPng(plan.walls);
   const cv::Rect& extent = plan.cells.extent();
   const cv::Vec3d& up = plan.floor.up();
   Statement(database, "INSERT INTO floor VALUES(0, ?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10)",
             plan.cells.cell(), extent.x, extent.y, extent.width, extent.height, up[0], up[1], up[2],
-            std::as_bytes(std::span(areas)), std::as_bytes(std::span(walls)))
+            std::as_bytes(std::span(image)), std::as_bytes(std::span(walls)))
       .execute();
   for (const Area& area : plan.areas) {
     const std::string outline = outlineText(area);
@@ -184,9 +184,12 @@ void WorldStore::putAreas(const PlannedFrames& planned) {
               area.center.x, area.center.y, area.frames, outline)
         .execute();
   }
-  Statement row(database, "INSERT INTO frame_areas VALUES(?1, ?2)");
-  for (std::size_t i = 0; i < planned.areaOfFrame.size(); ++i) {
-    row.bindAll(i, planned.areaOfFrame[i]);
+  const std::vector<int> none, &areas = planned.areaOfFrame, &known = before ? before->areaOfFrame : none;
+  Statement(database, "DELETE FROM frame_areas WHERE frame >= ?1", before ? areas.size() : 0).execute();
+  Statement row(database, "INSERT OR REPLACE INTO frame_areas VALUES(?1, ?2)");
+  for (std::size_t i = 0; i < areas.size(); ++i) {
+    if (i < known.size() && known[i] == areas[i]) continue;
+    row.bindAll(i, areas[i]);
     row.execute();
   }
 }

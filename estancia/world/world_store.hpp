@@ -46,8 +46,9 @@ class WorldStore {
   void putZones(const Zones& zones);
   void putObservation(std::size_t frame, const Observation& observation);
   void dropObservation(std::size_t frame);
-  /// Replaces all that is derived from observations.
-  void putAreas(const PlannedFrames& planned);
+  /// Replaces all that is derived from observations. `before`: what the map holds of it, or null; then only
+  /// the frames whose area has changed are written, as a day's drive has a million others.
+  void putAreas(const PlannedFrames& planned, const PlannedFrames* before = nullptr);
   void addEdit(const AreaEdit& edit);
   void addObjectEdit(const ObjectEdit& edit);
   void putView(const LabeledSegment& view, std::span<const unsigned char> jpeg);

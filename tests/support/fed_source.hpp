@@ -39,6 +39,8 @@ class FedSource : public FrameSource {
   }
 
   std::string name() const override { return "fed"; }
+  /// Or a slow machine would leave out what the frames show.
+  bool isOnDemand() const override { return true; }
   std::optional<LiveFrame> newest(std::chrono::milliseconds patience) override {
     std::unique_lock lock(mutex_);
     changed_.wait_for(lock, patience, [this] { return !frames_.empty() || isOver_; });
