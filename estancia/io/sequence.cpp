@@ -123,6 +123,17 @@ void attachSideFiles(io::ListedSequence& sequence, const fs::path& path, const S
          [&](const fs::path& file) { attachIntrinsics(sequence, file); });
 }
 
+/// They would do nothing, without a word.
+void requireNoTopics(const fs::path& path, std::string_view format, const SequenceOptions& options) {
+  const char* given = !options.imageTopic.empty()   ? "--image"
+                      : !options.depthTopic.empty() ? "--depth"
+                      : !options.odomTopic.empty()  ? "--odom"
+                                                    : nullptr;
+  if (given != nullptr)
+    fail(ErrorCode::invalidOption, "{} names a topic of a bag, but {} is read as {}; leave it out", given,
+         io::printable(path), format);
+}
+
 void requireUniqueNames(io::ListedSequence& sequence) {
   std::unordered_map<std::string, std::size_t> uses;
   std::size_t repeated = 0;
@@ -238,6 +249,7 @@ std::unique_ptr<Sequence> openSequence(const fs::path& path, const SequenceOptio
            "{}: no known data set, and no images in this folder (jpg, png, bmp, tif, webp, "
            "pgm, ppm){}",
            io::printable(path), foldersWithImages(path));
+    if (format->open != io::openRosBag) requireNoTopics(path, format->type, options);
     io::Opened listed = format->open(path, options);
     attachSideFiles(*listed, path, options);
     return listed;

@@ -18,7 +18,8 @@ struct FrameSourceOptions {
 
 /// "0", "/dev/video0", "http://…", "rtsp://…": a camera; "ros2:/topic": images of ROS 2; else the path of a
 /// recording: a folder, a video, a bag. Throws Error as openSequence() does; unsupportedFile for recordings
-/// of words; missingDependency.
+/// of words; invalidOption for options of recordings that a camera or a topic does not have;
+/// missingDependency.
 std::unique_ptr<FrameSource> makeFrameSource(const std::string& source,
                                              const FrameSourceOptions& options = {});
 

@@ -89,13 +89,13 @@ void Database::fail(int code) const {
   if (primary == SQLITE_FULL || (primary == SQLITE_IOERR && isOutOfSpace(systemError)))
     refuse(path, ErrorCode::fileUnwritable,
            inMemory_ ? "the disk is full, and nothing of the map was written; free some space and map again"
-                     : "the disk is full; free some space and continue the map from its last commit by "
-                       "`estancia map --continue`");
+                     : "the disk is full; the map is kept as of its last commit. Free some space, then go on "
+                       "with it by `estancia map --continue` or `estancia live`");
   switch (primary) {
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
       refuse(path, ErrorCode::busy,
-             "another process is writing this map; wait until it has ended, or write to another file");
+             "another process is writing this map; wait until it has ended, or end it");
     case SQLITE_READONLY:
       refuse(path, ErrorCode::fileUnwritable,
              "the file or its folder is read-only; copy the map to a folder with write permission");

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <opencv2/imgcodecs.hpp>
 #include <set>
 #include <thread>
 
@@ -139,6 +140,27 @@ TEST(OpenSource, SaysWhatIsNoSource) {
   const test::ScratchFolder folder;
   test::writeFile(folder / "a.labels", "no words");
   EXPECT_THAT([&] { makeFrameSource(folder / "a.labels"); }, FailsWith(ErrorCode::unsupportedFile));
+}
+
+TEST(OpenSource, RefusesOptionsThatWouldDoNothing) {
+  const auto refuses = [](const char* source, const FrameSourceOptions& options, const char* name) {
+    EXPECT_THAT([&] { makeFrameSource(source, options); }, FailsWith(ErrorCode::invalidOption, name))
+        << source;
+  };
+  FrameSourceOptions fast, depth, image, poses;
+  fast.replay.rate = 2;
+  depth.sequence.depthTopic = "/depth";
+  image.sequence.imageTopic = "/image";
+  poses.sequence.poses = "poses.txt";
+  for (const char* source : {"0", "http://127.0.0.1:9/video", "ros2:/image"}) {
+    refuses(source, fast, "--rate");
+    refuses(source, poses, "--poses");
+    refuses(source, image, source == std::string("ros2:/image") ? "--image" : "topic");
+  }
+  refuses("0", depth, "topic");
+  const test::ScratchFolder folder;
+  cv::imwrite(folder / "a.png", cv::Mat(8, 8, CV_8U, 100));
+  refuses(folder.path().c_str(), depth, "--depth");
 }
 
 }  // namespace
