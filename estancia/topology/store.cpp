@@ -268,6 +268,7 @@ struct MapStore::Impl {
     try {
       database.run("VACUUM INTO " + quoted(part.string()));
       flushToDisk(part);
+      stat(part.c_str(), &written);
       if (replacing && fs::exists(path))
         renameOver(part, path);
       else
@@ -281,6 +282,7 @@ struct MapStore::Impl {
     statements.clear();
     database = Database(path, Database::Mode::write);
     onDisk = true;
+    requireInPlace();  // another may have taken its place since
     startWriting();
   }
 
@@ -291,7 +293,6 @@ struct MapStore::Impl {
     database.run("PRAGMA synchronous = NORMAL");
     database.run("BEGIN IMMEDIATE");
     if (onDisk) database.run(fmt::format("PRAGMA user_version = {}", formatVersion));
-    stat(path.c_str(), &written);
   }
 
   /// A file that has been removed can still be written to, all for nothing.
@@ -339,12 +340,15 @@ MapStore MapStore::create(const fs::path& name, const Identity& identity, Existi
 MapStore MapStore::open(const fs::path& path, Access access) {
   requireMapFile(path);
   const bool writing = access == Access::write;
+  struct stat opened {};
+  stat(path.c_str(), &opened);
   Database database(path, writing ? Database::Mode::write : Database::Mode::read);
   database.waitForLocks(lockPatience);
   requireOurFormat(database);
   if (writing && database.isReadOnly()) database.fail(SQLITE_READONLY);
   Identity identity = readIdentity(database);
   auto impl = std::make_unique<Impl>(path, access, std::move(database), std::move(identity));
+  impl->written = opened;
   if (writing) impl->startWriting();
   MapStore store(std::move(impl));
   store.impl_->frames = store.frameCount();

@@ -87,9 +87,10 @@ class FedLoop {
     if (thread_.joinable()) thread_.join();
     return failure_;
   }
-  /// Until that is so; false after half a minute.
+  /// Until that is so; false after two minutes: sanitizers derive a map in seconds, and then pause for fifty
+  /// times as long as that held up the loop.
   bool waitUntil(const std::function<bool(const LiveStatus&)>& isSo) {
-    for (int i = 0; i < 300; ++i) {
+    for (int i = 0; i < 1200; ++i) {
       const LiveStatus now = loop_->status();
       if (isSo(now)) return true;
       loop_->waitForChange(now.revision, 100ms);
