@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <sys/resource.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <cmath>
@@ -17,6 +15,7 @@
 #include "estancia/core/planar_pose.hpp"
 #include "estancia/io/image_writer.hpp"
 #include "estancia/label/labeler.hpp"
+#include "estancia/live/background_thread.hpp"
 #include "estancia/live/live_map.hpp"
 #include "estancia/topology/explain.hpp"
 #include "estancia/topology/mapper_impl.hpp"
@@ -37,12 +36,6 @@ constexpr int timesOfDerivation = 5, timesOfRefresh = 50;
 constexpr auto shortestPeriod = std::chrono::seconds(1);
 /// A map that cannot be written is opened again after so long, and twice as long each time that fails.
 constexpr auto firstRetry = std::chrono::seconds(1), longestRetry = std::chrono::seconds(30);
-
-/// Of this thread. Where that cannot be done, it is a thread like others.
-void leaveTheProcessorToOthers() {
-  constexpr int leastButNotNone = 10;  // a tenth, where others want all
-  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), leastButNotNone);
-}
 
 /// Whether the map may be written again some time.
 bool mayPass(ErrorCode code) {
@@ -286,7 +279,7 @@ bool MappingLiveMap::refresh() {
     isStale_ = false;
     derivedSince_ = now;
     derived_ = std::async(std::launch::async, [derive = mapper_->derivation()] {
-      leaveTheProcessorToOthers();
+      takeWhatIsLeft();
       return derive();
     });
     copying_ = Clock::now() - now;

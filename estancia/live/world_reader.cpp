@@ -6,6 +6,7 @@
 #include <exception>
 #include <utility>
 
+#include "estancia/live/background_thread.hpp"
 #include "estancia/world/rooms_by_name.hpp"
 
 namespace estancia {
@@ -38,6 +39,7 @@ void WorldReader::wait(std::uint64_t number) {
 void WorldReader::run() {
   using Clock = std::chrono::steady_clock;
   constexpr int timesOfReading = 10;
+  takeATenth();
   Clock::time_point next;
   GrowingRooms rooms;
   std::unique_lock lock(mutex_);

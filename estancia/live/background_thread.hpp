@@ -1,0 +1,25 @@
+// Background thread: one whose work may wait, beside the frames'. Where its priority cannot be changed, it is
+// a thread like others. SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <sched.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+namespace estancia {
+
+/// This thread has a tenth of a processor where others want all.
+inline void takeATenth() {
+  constexpr int niceness = 10;
+  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), niceness);
+}
+
+/// This thread has what others leave, a third of a hundredth at least. A forward pass wakes its threads
+/// hundreds of times; each time one of them would wait some ms for a thread that is merely nice, and the pass
+/// would take twice as long.
+inline void takeWhatIsLeft() {
+  const sched_param none{};
+  sched_setscheduler(0, SCHED_IDLE, &none);
+}
+
+}  // namespace estancia
