@@ -107,7 +107,8 @@ void printRoute(const WorldRoute& found, const WorldMap& world) {
   fmt::print("{}\n{}\n", fmt::join(steps, " → "),
              found.driven         ? fmt::format("{:.1f} m as driven", found.driven->length)
              : found.route.metric ? fmt::format("{:.1f} m", found.route.cost)
-                                  : fmt::format("{:.0f} transitions", found.route.cost));
+                                  : fmt::format("{:.0f} {}", found.route.cost,
+                                                found.route.cost == 1 ? "transition" : "transitions"));
   if (const auto& pose = found.pose)
     fmt::print("there stand at ({:.2f}, {:.2f}) m, yaw {:.0f}° ({}), {:.1f} m from it\n", pose->x, pose->y,
                pose->yaw * 180 / std::numbers::pi, world.places.frames[pose->frame].name, pose->distance);
