@@ -22,10 +22,10 @@ inline bool faces(const cv::Point3f& p, const cv::Point3f& n) {
   return along <= 0 && along * along >= grazing * grazing * p.dot(p);
 }
 
-}  // namespace
-
-PoseScore scorePose(const OrientedPoints& model, const DenseScene& scene, const cv::Affine3d& pose,
-                    const PoseTolerances& limits) {
+/// scorePose(), and onSupport(index of the scene's point, weight) for each supported point.
+template <class OnSupport>
+PoseScore score(const OrientedPoints& model, const DenseScene& scene, const cv::Affine3d& pose,
+                const PoseTolerances& limits, const OnSupport& onSupport) {
   const cv::Matx33f turn(pose.rotation());
   const cv::Point3f shift(cv::Vec3f(pose.translation()));
   const auto offset = static_cast<float>(limits.offset), freeSpace = static_cast<float>(limits.freeSpace),
@@ -53,7 +53,9 @@ PoseScore scorePose(const OrientedPoints& model, const DenseScene& scene, const 
       if (off < offset && dot > minDot) {
         ++points;
         supported += w;
-        support += w * (1 - off * off * perOffset) * (1 - (1 - dot) * perAngle);
+        const float weight = w * (1 - off * off * perOffset) * (1 - (1 - dot) * perAngle);
+        support += weight;
+        onSupport(k, weight);
         continue;
       }
       if (!seen) mismatched += w;
@@ -77,6 +79,22 @@ PoseScore scorePose(const OrientedPoints& model, const DenseScene& scene, const 
           .behind = behind / total,
           .support = support / total,
           .points = points};
+}
+
+}  // namespace
+
+PoseScore scorePose(const OrientedPoints& model, const DenseScene& scene, const cv::Affine3d& pose,
+                    const PoseTolerances& limits) {
+  return score(model, scene, pose, limits, [](std::size_t, float) {});
+}
+
+std::vector<PointSupport> supportOf(const OrientedPoints& model, const DenseScene& scene,
+                                    const cv::Affine3d& pose, const PoseTolerances& limits) {
+  std::vector<PointSupport> points;
+  score(model, scene, pose, limits, [&](std::size_t point, float weight) {
+    points.push_back({static_cast<std::uint32_t>(point), weight});
+  });
+  return points;
 }
 
 void balanceNormals(OrientedPoints& model) {

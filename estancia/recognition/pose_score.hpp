@@ -3,7 +3,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <opencv2/core/affine.hpp>
+#include <vector>
 
 #include "estancia/recognition/nearest_field.hpp"
 #include "estancia/recognition/range_image.hpp"
@@ -48,6 +50,15 @@ struct PoseScore {
 /// weights how well points fit instead of counting those within a tolerance.
 PoseScore scorePose(const OrientedPoints& model, const DenseScene& scene, const cv::Affine3d& pose,
                     const PoseTolerances& limits);
+
+/// A supported point of a model.
+struct PointSupport {
+  std::uint32_t scenePoint;  ///< index of the point of the surface that supports it
+  float weight;              ///< its part of PoseScore::support, not normalized
+};
+/// Those of a pose, as scorePose() counts them.
+std::vector<PointSupport> supportOf(const OrientedPoints& model, const DenseScene& scene,
+                                    const cv::Affine3d& pose, const PoseTolerances& limits);
 
 /// Weights that reduce the influence of large planar parts, or a table top would match the side of every box:
 /// the number of points whose normals differ by less than 20°, to the power −0.5, scaled to a mean of 1.

@@ -233,6 +233,9 @@ std::shared_ptr<const PreparedModel::Described> PreparedModel::describe(
   dense.closed = orientation_.outwards;
   balanceNormals(dense.coarse);
   balanceNormals(dense.fine);
+  if (options_.verification == "evidence")
+    fresh->field =
+        NearestField(fresh->surface->points(), scales.tolerance, 4 * scales.tolerance, options_.threads);
   return fresh;
 }
 

@@ -36,6 +36,7 @@ class PreparedModel {
   /// Described at the scales of a scene, with the points that poses are tried with.
   struct Described : DescribedSurface {
     DenseModel dense;
+    NearestField field;  ///< of surface, where the model is verified by evidence
   };
 
   PreparedModel(std::string name, PointCloud raw, PointCloud filtered, RecognitionOptions options,

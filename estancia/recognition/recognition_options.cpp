@@ -24,7 +24,6 @@ RecognitionOptions pipelineOfThesis() {
   options.matchEach = "scene";
   options.neighbors = 1;
   options.maxHypotheses = 100;
-  options.accept = 0.6;
   return options;
 }
 
@@ -137,9 +136,17 @@ void declareStages(RecognitionOptions& o, OptionGroup& group) {
       .choices({{"global", "the set of poses that explains the scene best"},
                 {"inliers", "poses with enough inliers"},
                 {"evidence", "poses with enough evidence"}});
-  group.add("accept", &o.accept, "Smallest evidence, or supported share of the visible model")
+  group
+      .add("accept", &o.accept,
+           "Smallest supported share of the visible model, where poses are verified by inliers")
       .range(0, 1)
       .why("Raise it against false detections, lower it for objects that are hidden in part.");
+  group
+      .add("false-alarm-rate", &o.falseAlarmRate,
+           "Largest probability that a model that is not in the scene is found, where poses are verified by "
+           "evidence")
+      .above(0, 1)
+      .why("Lower it when many models are searched, raise it for objects that are hidden in part.");
 }
 
 }  // namespace

@@ -36,7 +36,8 @@ struct RecognitionOptions {
   double matchDistance = 0;
   std::size_t minMatches = 3;
   std::size_t maxHypotheses = 300;
-  double accept = 0.23;
+  double accept = 0.6;
+  double falseAlarmRate = 0.01;
   /// Position of the scene's sensor [m], in the scene's frame; not set: that of the cloud, else the origin,
   /// looking along z.
   std::optional<cv::Point3d> viewpoint;
