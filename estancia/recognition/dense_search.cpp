@@ -44,7 +44,8 @@ std::vector<PoseHypothesis> posesFromLocalFrames(const SurfaceFeatures& model, c
                                                  std::size_t max, int threads) {
   const PoseTolerances limits{.offset = 6 * scales.unit + scales.noise,
                               .freeSpace = 10 * scales.unit + 1.5 * scales.noise,
-                              .minDot = 0.5};
+                              .minDot = 0.5,
+                              .color = scales.color};
   const auto poseOf = [&](const Match& match) {
     const cv::Matx33d turn = cv::Matx33d(scene.frames[match.scene].t() * model.frames[match.model]);
     const cv::Vec3d from(cv::Point3d(model.points[match.model])), to(cv::Point3d(scene.points[match.scene]));
@@ -57,6 +58,7 @@ std::vector<PoseHypothesis> posesFromLocalFrames(const SurfaceFeatures& model, c
     quarter.points.push_back(points.coarse.points[i]);
     quarter.normals.push_back(points.coarse.normals[i]);
     if (!points.coarse.weights.empty()) quarter.weights.push_back(points.coarse.weights[i]);
+    if (!points.coarse.lab.empty()) quarter.lab.push_back(points.coarse.lab[i]);
   }
   std::vector<std::pair<double, std::size_t>> order(matches.size());
   each(matches.size(), 256, threads, [&](std::size_t i) {
@@ -78,21 +80,21 @@ std::vector<PoseHypothesis> refineDense(std::vector<PoseHypothesis> poses, const
                                         const DenseScene& dense, const RecognitionScales& scales,
                                         int threads) {
   constexpr std::size_t maxFine = 30;
-  const double unit = scales.unit, noise = scales.noise;
+  const double unit = scales.unit, noise = scales.noise, color = scales.color;
   // A small model has more points than the scene, which cannot support what it has not measured.
   const double measured = std::pow(std::min(1.0, unit / std::max(scales.spacing, unit)), 2);
   each(poses.size(), 4, threads, [&](std::size_t i) {
     PoseHypothesis& p = poses[i];
-    p.pose = refineInField(points.coarse, points.center, dense, p.pose, {10 * unit, 6 * unit, 10});
-    p.score = scorePose(points.coarse, dense, p.pose, {4 * unit, 7.5 * unit + noise, 0.65});
+    p.pose = refineInField(points.coarse, points.center, dense, p.pose, {10 * unit, 6 * unit, 10, color});
+    p.score = scorePose(points.coarse, dense, p.pose, {4 * unit, 7.5 * unit + noise, 0.65, color});
     p.evidence = p.score.vote();
   });
   poses = bestOf(std::move(poses), points.center, 5 * unit, maxFine);
   each(poses.size(), 1, threads, [&](std::size_t i) {
     PoseHypothesis& p = poses[i];
-    p.pose =
-        refineInField(points.fine, points.center, dense, p.pose, {7.5 * unit, 3 * unit + 0.2 * noise, 15});
-    p.score = scorePose(points.fine, dense, p.pose, {scales.tolerance, 6 * unit + noise, 0.7});
+    p.pose = refineInField(points.fine, points.center, dense, p.pose,
+                           {7.5 * unit, 3 * unit + 0.2 * noise, 15, color});
+    p.score = scorePose(points.fine, dense, p.pose, {scales.tolerance, 6 * unit + noise, 0.7, color});
     p.evidence = evidenceFor(p.score, measured * static_cast<double>(points.fine.points.size()),
                              points.closed && dense.view.known());
   });

@@ -29,6 +29,7 @@ PointCloud finitePoints(const std::string& name, const PointCloud& cloud) {
     if (!isFinite(cloud.points[i])) continue;
     finite.points.push_back(cloud.points[i]);
     if (normals) finite.normals.push_back(cloud.normals[i]);
+    if (!cloud.colors.empty()) finite.colors.push_back(cloud.colors[i]);
   }
   if (finite.points.size() < minPoints)
     fail(ErrorCode::insufficientData, "{}: {} of its {} points are finite; recognition needs {} or more",

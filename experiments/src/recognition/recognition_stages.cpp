@@ -36,11 +36,11 @@ RecognitionOptions optionsOf(const RecognitionUnit& unit) {
 }
 
 std::string describe(const RecognitionOptions& o) {
-  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", o.surface, o.keypoints,
+  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", o.surface, o.keypoints,
                      o.descriptor, o.grouping, o.verification, o.normalRadius, o.normalNeighbors,
                      o.keypointSpacing, o.sceneKeypointSpacing, o.descriptorRadius, o.consistency,
-                     o.tolerance, o.matchEach, o.neighbors, o.matchDistance, o.minMatches, o.maxHypotheses,
-                     o.accept);
+                     o.tolerance, o.colorTolerance, o.matchEach, o.neighbors, o.matchDistance, o.minMatches,
+                     o.maxHypotheses, o.accept);
 }
 
 /// As the preset would filter: it may need fewer signals of a neural gas.
