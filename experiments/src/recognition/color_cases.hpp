@@ -63,6 +63,9 @@ struct DriveCasesOptions {
 /// camera or poses, and when it gives no case.
 ColorCases casesOfDrive(const DriveCasesOptions& options);
 
+/// `count` frames of a drive, evenly spread. Throws Error as casesOfDrive() does.
+std::vector<PointCloud> framesOfDrive(const DriveCasesOptions& options, std::size_t count);
+
 /// Made-up tables with three things of one shape each: plain cans, cans that are printed in the same two
 /// colors, boxes whose sides have the same four colors in another order. One is the model, or none of them.
 /// `scenes` of each kind; views of a camera like a Kinect, with its noise, under changing light.

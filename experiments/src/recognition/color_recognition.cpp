@@ -30,10 +30,10 @@ Condition readCondition(ConfigFile& config, const toml::table& table) {
       {{"name", true, "what to call it", [&](auto& n) { condition.name = config.text(n); }},
        {"descriptor", false, "",
         [&](auto& n) { condition.descriptor = oneOf(config, descriptorMethods())(n); }},
-       {"scene-filter", false, "",
+       {"scene_filter", false, "",
         [&](auto& n) { condition.sceneFilter = oneOf(config, filterMethods())(n); }},
-       {"color-tolerance", false, "", [&](auto& n) { condition.colorTolerance = config.number(n, 0, 300); }},
-       {"color-weight", false, "", [&](auto& n) { condition.colorWeight = config.number(n, 0, 1e6); }}});
+       {"color_tolerance", false, "", [&](auto& n) { condition.colorTolerance = config.number(n, 0, 300); }},
+       {"color_weight", false, "", [&](auto& n) { condition.colorWeight = config.number(n, 0, 1e6); }}});
   return condition;
 }
 
@@ -47,7 +47,7 @@ ColorRecognitionOptions::Drive readDrive(ConfigFile& config, const toml::table& 
                       {"path", true, "the folder", [&](auto& n) { cases.path = config.anywhere(n); }},
                       {"instances", false, "", [&](auto& n) { cases.instances = config.flag(n); }},
                       {"every", false, "", [&](auto& n) { cases.every = count(n); }},
-                      {"least-pixels", false, "", [&](auto& n) { cases.leastPixels = count(n); }},
+                      {"least_pixels", false, "", [&](auto& n) { cases.leastPixels = count(n); }},
                       {"models", false, "", [&](auto& n) { cases.models = count(n); }},
                       {"noise", false, "", [&](auto& n) { cases.noise = config.number(n, 0, 1); }}});
   return drive;
@@ -66,9 +66,8 @@ struct Set {
   }
 };
 
-Set setOf(const ColorRecognitionOptions::Drive& drive, bool noisy) {
-  DriveCasesOptions cases = drive.cases;
-  if (!noisy) cases.noise = 0;
+Set setOf(const ColorRecognitionOptions::Drive& drive) {
+  const DriveCasesOptions& cases = drive.cases;
   return {drive.name,
           fmt::format("{} {} {} {} {} {} {}", digestOf({cases.path, {}}), cases.instances, cases.every,
                       cases.leastPixels, cases.noise, cases.seed, cases.models),
@@ -81,7 +80,7 @@ std::vector<Set> setsOf(const ColorRecognitionOptions& options) {
     sets.push_back(
         {"look-alikes", fmt::format("{} {}", options.lookAlikes, options.seed),
          [count = options.lookAlikes, seed = options.seed] { return lookAlikeCases(count, seed); }});
-  for (const auto& drive : options.drives) sets.push_back(setOf(drive, true));
+  for (const auto& drive : options.drives) sets.push_back(setOf(drive));
   return sets;
 }
 
@@ -142,15 +141,14 @@ ResultTable gasTable(const std::string& name, const std::vector<double>& weights
 
 void compareGases(const ColorRecognitionOptions& options, const ColorRecognitionOptions::Drive& drive,
                   Grid& grid, Progress& progress, Findings& findings) {
-  const Set noisy = setOf(drive, true), clean = setOf(drive, false);
   std::vector<Cell> cells;
   for (const double weight : options.colorWeights)
     cells.push_back({{drive.name, fmt::format("gng, color {}", weight)},
-                     sha256(fmt::format("gas {} {} {} {}", colorRecognitionVersion, noisy.inputs, weight,
-                                        options.points))});
+                     sha256(fmt::format("gas {} {} {} {}", colorRecognitionVersion, setOf(drive).inputs,
+                                        weight, options.points))});
   const auto found = grid.run(
       cells,
-      [&](std::size_t i) { return gasErrors(noisy.get(), clean.get(), options.colorWeights[i], options); },
+      [&](std::size_t i) { return gasErrors(drive.cases, options.colorWeights[i], options.points / 10); },
       progress, "growing gases");
   findings.sections.emplace_back(gasTable(drive.name, options.colorWeights, found));
 }
@@ -172,7 +170,7 @@ ColorRecognitionOptions readColorRecognition(ConfigFile& config) {
   config.read(
       together(keysOf(config, std::move(group)),
                {{"type", true, "the kind of experiment", [](auto&) {}},
-                {"color-weights", false, "weights of color in a neural gas",
+                {"color_weights", false, "weights of color in a neural gas",
                  each(config, options.colorWeights, [&](auto& n) { return config.number(n, 0, 1e6); })},
                 {"condition", true, "what is compared",
                  [&](auto& n) {

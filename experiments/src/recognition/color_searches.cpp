@@ -174,20 +174,22 @@ CellResults searchWith(const ColorCases& cases, const ColorRecognitionOptions::C
   return results;
 }
 
-CellResults gasErrors(const ColorCases& noisy, const ColorCases& clean, double weight,
-                      const ColorRecognitionOptions& options) {
-  double offsets = 0, neurons = 0, colors = 0, points = 0, seconds = 0;
-  constexpr std::size_t frames = 5;
+CellResults gasErrors(const DriveCasesOptions& drive, double weight, std::size_t neurons) {
+  constexpr std::size_t frames = 5, every = 7;  // of the true points
+  DriveCasesOptions withoutNoise = drive;
+  withoutNoise.noise = 0;
+  const std::vector<PointCloud> noisy = framesOfDrive(drive, frames),
+                                clean = framesOfDrive(withoutNoise, frames);
   FilterOptions filter;
   filter.method = "gng";
-  filter.points = options.points / 4;
-  filter.gng.signalsPerInsertion = 200;
+  filter.points = neurons;
   filter.gng.colorWeight = weight;
-  for (std::size_t s = 0; s < std::min(frames, noisy.scenes.size()); ++s) {
+  double offsets = 0, counted = 0, colors = 0, points = 0, seconds = 0;
+  for (std::size_t f = 0; f < noisy.size(); ++f) {
     const auto start = Clock::now();
-    const PointCloud gas = filterCloud(noisy.scenes[s].cloud, filter);
-    seconds += secondsSince(start);
-    const PointCloud truth = finitePoints(clean.scenes[s].cloud);
+    const PointCloud gas = filterCloud(noisy[f], filter);
+    seconds += secondsSince(start) / static_cast<double>(noisy.size());
+    const PointCloud truth = finitePoints(clean[f]);
     const Neighbors surface(truth.points), network(gas.points);
     const auto normals =
         estimateNormals(truth.points, surface, {.radius = 3 * spacingOf(surface), .threads = 1});
@@ -196,17 +198,17 @@ CellResults gasErrors(const ColorCases& noisy, const ColorCases& clean, double w
       const std::uint32_t i = surface.nearest(p, 1, buffer)[0].index;
       if (!isFinite(normals[i])) continue;
       offsets += square(static_cast<double>(normals[i].dot(p - truth.points[i])));
-      ++neurons;
+      ++counted;
     }
-    for (std::size_t i = 0; i < truth.points.size(); i += 7) {
+    for (std::size_t i = 0; i < truth.points.size(); i += every) {
       const std::uint32_t n = network.nearest(truth.points[i], 1, buffer)[0].index;
       colors += square(cv::norm(labOf(truth.colors[i]) - labOf(gas.colors[n])));
       ++points;
     }
   }
-  return {{"offset", "", std::sqrt(offsets / std::max(neurons, 1.0))},
+  return {{"offset", "", std::sqrt(offsets / std::max(counted, 1.0))},
           {"color_difference", "", std::sqrt(colors / std::max(points, 1.0))},
-          {"seconds", "", seconds / static_cast<double>(std::min(frames, noisy.scenes.size()))}};
+          {"seconds", "", seconds}};
 }
 
 }  // namespace estancia::experiments

@@ -11,10 +11,9 @@ namespace estancia::experiments {
 CellResults searchWith(const ColorCases& cases, const ColorRecognitionOptions::Condition& condition,
                        const ColorRecognitionOptions& options);
 
-/// A gas with this weight of color over the noisy scenes of a drive beside its depth without noise: the
+/// A gas with this weight of color over five frames of a drive with noise, beside those without it: the
 /// distance of neurons from the true surface (root mean square [m]) and the difference of each true point's
 /// color to that of the nearest neuron (root mean square, CIELAB).
-CellResults gasErrors(const ColorCases& noisy, const ColorCases& clean, double weight,
-                      const ColorRecognitionOptions& options);
+CellResults gasErrors(const DriveCasesOptions& drive, double weight, std::size_t neurons);
 
 }  // namespace estancia::experiments

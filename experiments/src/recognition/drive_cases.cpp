@@ -181,6 +181,14 @@ std::vector<Piece> spread(std::vector<Piece> pieces, std::size_t count) {
 
 }  // namespace
 
+std::vector<PointCloud> framesOfDrive(const DriveCasesOptions& options, std::size_t count) {
+  const Drive drive(options);
+  std::vector<PointCloud> frames;
+  for (std::size_t i = 0; i < std::min(count, drive.size()); ++i)
+    frames.push_back(drive.cloud(i * drive.size() / std::min(count, drive.size())));
+  return frames;
+}
+
 ColorCases casesOfDrive(const DriveCasesOptions& options) {
   constexpr double flat = 0.05;
   const Drive drive(options);
