@@ -78,7 +78,7 @@ std::vector<Set> setsOf(const ColorRecognitionOptions& options) {
   std::vector<Set> sets;
   if (options.lookAlikes > 0)
     sets.push_back(
-        {"look-alikes", fmt::format("{} {}", options.lookAlikes, options.seed),
+        {"look-alikes", fmt::format("made up {} {}", options.lookAlikes, options.seed),
          [count = options.lookAlikes, seed = options.seed] { return lookAlikeCases(count, seed); }});
   for (const auto& drive : options.drives) sets.push_back(setOf(drive));
   return sets;
