@@ -136,7 +136,7 @@ TEST(Recognizer, MeanSurfacesKeepColors) {
   ASSERT_EQ(surface.lab().size(), surface.size());
   for (std::size_t i = 0; i < surface.size(); ++i)
     if (std::abs(surface.points()[i].x) > 0.01F) {
-      EXPECT_EQ(surface.lab()[i][1] > 40, surface.points()[i].x < 0) << surface.points()[i];
+      EXPECT_EQ(surface.lab()[i][2] > 0, surface.points()[i].x < 0) << surface.points()[i];
     }
 }
 
