@@ -326,7 +326,8 @@ TEST(Recognizer, RefusesOptionsThatMakeNoSense) {
     return FailsWith(ErrorCode::invalidOption, name, value);
   };
   EXPECT_THAT(refused([](auto& o) { o.keypoints = "sift"; }), unknown("sift", "uniform, harris3d, iss"));
-  EXPECT_THAT(refused([](auto& o) { o.descriptor = "sift"; }), unknown("sift", "shot, shot-color, fpfh, spin-image"));
+  EXPECT_THAT(refused([](auto& o) { o.descriptor = "sift"; }),
+              unknown("sift", "shot, shot-color, fpfh, spin-image"));
   EXPECT_THAT(refused([](auto& o) { o.grouping = "ransac"; }),
               unknown("ransac", "geometric-consistency, hough, local-frames"));
   EXPECT_THAT(refused([](auto& o) { o.verification = "none"; }),
