@@ -126,9 +126,10 @@ void addRecognizeCommand(CLI::App& app) {
   a->declared.addPreset(RecognitionOptions::presets(), [&options = a->options](const std::string& name) {
     options = RecognitionOptions::preset(name);
   });
-  a->declared.add(declare(a->options), {"scene-filter.method=filter", "scene-filter.points", "keypoints",
-                                        "descriptor", "grouping", "verification", "accept", "normal-radius",
-                                        "keypoint-spacing", "descriptor-radius", "viewpoint"});
+  a->declared.add(declare(a->options),
+                  {"scene-filter.method=filter", "scene-filter.points", "keypoints", "descriptor", "grouping",
+                   "verification", "accept", "false-alarm-rate", "normal-radius", "keypoint-spacing",
+                   "descriptor-radius", "viewpoint"});
   command->add_option("--render", a->image, "Draw the scene with the detected objects (PNG)");
   addOverwriteOption(*command, a->overwrite);
   command->add_flag("--explain", a->explain, "Show what each stage received and kept");

@@ -59,8 +59,8 @@ struct Cells {
   float& at(int column, int row) { return values[static_cast<std::size_t>(row * columns + column)]; }
 };
 
-/// The coefficient of variation of the cells that are not empty, and have no empty ones beside them if there are
-/// enough such.
+/// The coefficient of variation of the cells that are not empty, and have no empty ones beside them if there
+/// are enough such.
 double variationOf(Cells& cells) {
   constexpr int enough = 20;
   double sums[2] = {}, squares[2] = {};
@@ -69,8 +69,9 @@ double variationOf(Cells& cells) {
     for (int c = 0; c < cells.columns; ++c) {
       const auto n = static_cast<double>(cells.at(c, r));
       if (n == 0) continue;
-      const bool inner = r > 0 && c > 0 && r + 1 < cells.rows && c + 1 < cells.columns && cells.at(c - 1, r) > 0 &&
-                         cells.at(c + 1, r) > 0 && cells.at(c, r - 1) > 0 && cells.at(c, r + 1) > 0;
+      const bool inner = r > 0 && c > 0 && r + 1 < cells.rows && c + 1 < cells.columns &&
+                         cells.at(c - 1, r) > 0 && cells.at(c + 1, r) > 0 && cells.at(c, r - 1) > 0 &&
+                         cells.at(c, r + 1) > 0;
       for (int which = 0; which <= (inner ? 1 : 0); ++which)
         sums[which] += n, squares[which] += n * n, ++counts[which];
     }
@@ -160,7 +161,7 @@ double unevenness(std::span<const cv::Point3f> points, const cv::Point3d& viewpo
     slopes.emplace_back(static_cast<float>(q[0] / q[2]), static_cast<float>(q[1] / q[2]));
   }
   // The area without stray points, of which cells get their size.
-  const auto span = [&](float cv::Point2f::* axis) {
+  const auto span = [&](float cv::Point2f::*axis) {
     std::vector<float> values;
     for (const cv::Point2f& s : slopes) values.push_back(s.*axis);
     const auto cut = static_cast<std::ptrdiff_t>(trimmed * static_cast<double>(values.size()));
@@ -176,7 +177,8 @@ double unevenness(std::span<const cv::Point3f> points, const cv::Point3d& viewpo
   const auto inverse = static_cast<float>(1 / edge);
   const auto low = static_cast<float>(-maxSlope);
   const int side = static_cast<int>(2 * maxSlope / edge) + 1;
-  Cells cells{side, side, std::vector<float>(static_cast<std::size_t>(side) * static_cast<std::size_t>(side))};
+  Cells cells{side, side,
+              std::vector<float>(static_cast<std::size_t>(side) * static_cast<std::size_t>(side))};
   for (const cv::Point2f& s : slopes)
     ++cells.at(std::min(side - 1, static_cast<int>((s.x - low) * inverse)),
                std::min(side - 1, static_cast<int>((s.y - low) * inverse)));
@@ -193,10 +195,13 @@ std::optional<cv::Point3d> findViewpoint(std::span<const cv::Point3f> points, in
   const auto value = [&](const cv::Point3d& place) { return unevenness(drawn, place); };
   std::vector<cv::Point3d> places;
   for (const double away : {1.2, 2.0, 3.5})
-    for (const cv::Vec3d& direction : directions(300)) places.emplace_back(center + direction * (away * radius));
+    for (const cv::Vec3d& direction : directions(300))
+      places.emplace_back(center + direction * (away * radius));
   std::vector<std::pair<double, std::size_t>> order(places.size());
   inParallel(places.size(), threads, Progress::none(), "stopped while the viewpoint was looked for",
-             [&](std::size_t i) { order[i] = {value(places[i]), i}; });
+             [&](std::size_t i) {
+               order[i] = {value(places[i]), i};
+             });
   std::partial_sort(order.begin(), order.begin() + starts, order.end());
   std::vector<cv::Point3d> best;
   for (std::size_t i = 0; i < starts; ++i) best.push_back(places[order[i].second]);
@@ -218,8 +223,8 @@ std::optional<cv::Point3d> viewpointOfGrid(const PointCloud& cloud) {
   for (std::size_t i = 0; i < cloud.points.size(); i += every) {
     const cv::Point3f& p = cloud.points[i];
     if (!isFinite(p)) continue;
-    pixels.push_back({static_cast<double>(i % cloud.width), static_cast<double>(i / cloud.width),
-                      {p.x, p.y, p.z, 1}});
+    pixels.push_back(
+        {static_cast<double>(i % cloud.width), static_cast<double>(i / cloud.width), {p.x, p.y, p.z, 1}});
     sum += cv::Vec3d(p.x, p.y, p.z);
   }
   if (pixels.size() < minPoints) return {};
@@ -232,7 +237,8 @@ std::optional<cv::Point3d> viewpointOfGrid(const PointCloud& cloud) {
   }
   if (!(radius > 0)) return {};
   const double scale = static_cast<double>(std::max(cloud.width, cloud.height)) / 2;
-  const double middleU = static_cast<double>(cloud.width) / 2, middleV = static_cast<double>(cloud.height) / 2;
+  const double middleU = static_cast<double>(cloud.width) / 2,
+               middleV = static_cast<double>(cloud.height) / 2;
   Eigen::Matrix<double, 12, 12> normal = Eigen::Matrix<double, 12, 12>::Zero();
   for (Pixel& p : pixels) {
     p.point.head<3>() /= radius;
@@ -250,7 +256,8 @@ std::optional<cv::Point3d> viewpointOfGrid(const PointCloud& cloud) {
   constexpr double unique = 1e-7;
   if (solver.eigenvalues()[1] < unique * static_cast<double>(pixels.size())) return {};
   Eigen::Matrix<double, 3, 4> camera;
-  camera << values.segment<4>(0).transpose(), values.segment<4>(4).transpose(), values.segment<4>(8).transpose();
+  camera << values.segment<4>(0).transpose(), values.segment<4>(4).transpose(),
+      values.segment<4>(8).transpose();
   double residual = 0;
   for (const Pixel& p : pixels) {
     const Eigen::Vector3d image = camera * p.point;

@@ -21,21 +21,21 @@ double unevenness(std::span<const cv::Point3f> points, const cv::Point3d& viewpo
 constexpr double kEven = 1.35;
 
 /// The position of the sensor of an unorganized cloud, in its frame [m]: the smallest unevenness() of some
-/// thousand places around, if it is small enough. None for clouds of several views, and for those that a filter
-/// has made uniform in space. `points` are finite. Deterministic.
+/// thousand places around, if it is small enough. None for clouds of several views, and for those that a
+/// filter has made uniform in space. `points` are finite. Deterministic.
 std::optional<cv::Point3d> findViewpoint(std::span<const cv::Point3f> points, int threads = 1);
 
-/// That of an organized cloud, exactly: the center of the pinhole camera that explains its grid (direct linear
-/// transformation, Hartley and Zisserman 7.1); none where none does.
+/// That of an organized cloud, exactly: the center of the pinhole camera that explains its grid (direct
+/// linear transformation, Hartley and Zisserman 7.1); none where none does.
 std::optional<cv::Point3d> viewpointOfGrid(const PointCloud& cloud);
 
 /// A part of the points, drawn at random with a fixed seed, in their order.
 std::vector<cv::Point3f> drawnFrom(std::span<const cv::Point3f> points, std::size_t count);
 
 /// The direction from which a cloud shows one side, as seen from afar: the mean of the directions in which
-/// hardly anything lies behind something else. None where from every direction more than a quarter of it does, as
-/// for an object of which all sides are known. A unit vector from the cloud towards the sensor. `spacing` is that
-/// of the points [m].
+/// hardly anything lies behind something else. None where from every direction more than a quarter of it
+/// does, as for an object of which all sides are known. A unit vector from the cloud towards the sensor.
+/// `spacing` is that of the points [m].
 std::optional<cv::Point3d> directionOfView(std::span<const cv::Point3f> points, double spacing);
 
 }  // namespace estancia

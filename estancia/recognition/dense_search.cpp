@@ -27,6 +27,7 @@ OrientedPoints everyNth(const OrientedPoints& points, std::size_t n) {
     part.points.push_back(points.points[i]);
     part.normals.push_back(points.normals[i]);
     if (!points.weights.empty()) part.weights.push_back(points.weights[i]);
+    if (!points.lab.empty()) part.lab.push_back(points.lab[i]);
   }
   return part;
 }
@@ -50,7 +51,7 @@ double evidenceFor(const PoseScore& score, double points, bool closed) {
 }
 
 PoseTolerances toleranceOf(const RecognitionScales& scales) {
-  return {scales.tolerance, 6 * scales.unit + scales.noise, 0.7};
+  return {scales.tolerance, 6 * scales.unit + scales.noise, 0.7, scales.color};
 }
 
 std::vector<PoseHypothesis> posesFromLocalFrames(const SurfaceFeatures& model, const SurfaceFeatures& scene,
@@ -59,14 +60,15 @@ std::vector<PoseHypothesis> posesFromLocalFrames(const SurfaceFeatures& model, c
                                                  std::size_t max, int threads) {
   const PoseTolerances limits{.offset = 6 * scales.unit + scales.noise,
                               .freeSpace = 10 * scales.unit + 1.5 * scales.noise,
-                              .minDot = 0.5};
+                              .minDot = 0.5,
+                              .color = scales.color};
   const auto poseOf = [&](const Match& match) {
     const cv::Matx33d turn = cv::Matx33d(scene.frames[match.scene].t() * model.frames[match.model]);
     const cv::Vec3d from(cv::Point3d(model.points[match.model])), to(cv::Point3d(scene.points[match.scene]));
     return cv::Affine3d(turn, to - turn * from);
   };
-  // Most poses are wrong, and a few points reject them: each round tries the best of the last with more points
-  // (as preemptive RANSAC does: Nistér, ICCV 2003).
+  // Most poses are wrong, and a few points reject them: each round tries the best of the last with more
+  // points (as preemptive RANSAC does: Nistér, ICCV 2003).
   struct Round {
     std::size_t points, kept;
   };
@@ -96,20 +98,20 @@ std::vector<PoseHypothesis> refineDense(std::vector<PoseHypothesis> poses, const
                                         const DenseScene& dense, const RecognitionScales& scales,
                                         int threads) {
   constexpr std::size_t maxFine = 30;
-  const double unit = scales.unit, noise = scales.noise;
+  const double unit = scales.unit, noise = scales.noise, color = scales.color;
   // A small model has more points than the scene, which cannot support what it has not measured.
   const double measured = std::pow(std::min(1.0, unit / std::max(scales.spacing, unit)), 2);
   each(poses.size(), 4, threads, [&](std::size_t i) {
     PoseHypothesis& p = poses[i];
-    p.pose = refineInField(points.coarse, points.center, dense, p.pose, {10 * unit, 6 * unit, 10});
-    p.score = scorePose(points.coarse, dense, p.pose, {4 * unit, 7.5 * unit + noise, 0.65});
+    p.pose = refineInField(points.coarse, points.center, dense, p.pose, {10 * unit, 6 * unit, 10, color});
+    p.score = scorePose(points.coarse, dense, p.pose, {4 * unit, 7.5 * unit + noise, 0.65, color});
     p.evidence = p.score.vote();
   });
   poses = bestOf(std::move(poses), points.center, 5 * unit, maxFine);
   each(poses.size(), 1, threads, [&](std::size_t i) {
     PoseHypothesis& p = poses[i];
-    p.pose =
-        refineInField(points.fine, points.center, dense, p.pose, {7.5 * unit, 3 * unit + 0.2 * noise, 15});
+    p.pose = refineInField(points.fine, points.center, dense, p.pose,
+                           {7.5 * unit, 3 * unit + 0.2 * noise, 15, color});
     p.score = scorePose(points.fine, dense, p.pose, toleranceOf(scales));
     p.evidence = evidenceFor(p.score, measured * static_cast<double>(points.fine.points.size()),
                              points.closed && dense.view.known());

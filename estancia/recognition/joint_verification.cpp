@@ -15,8 +15,8 @@ struct Item {
   std::size_t candidates, instance;
   const PoseCandidates* of;
   const PoseHypothesis* pose;
-  double threshold = 0;           // evidence
-  double support = 0;             // the evidence of its supported points alone
+  double threshold = 0;              // evidence
+  double support = 0;                // the evidence of its supported points alone
   std::vector<PointSupport> points;  // their shares of that
 
   double surplus() const { return (pose->evidence - threshold) / of->falseAlarms.evidenceScale(); }
@@ -36,14 +36,13 @@ std::vector<Item> itemsOf(const std::vector<PoseCandidates>& candidates, double 
                                  toleranceOf(of.sceneSurface->scales))});
     }
   }
-  std::stable_sort(items.begin(), items.end(), [](const Item& a, const Item& b) {
-    return a.pose->evidence > b.pose->evidence;
-  });
+  std::stable_sort(items.begin(), items.end(),
+                   [](const Item& a, const Item& b) { return a.pose->evidence > b.pose->evidence; });
   return items;
 }
 
-/// Whether a surface point [m] with this normal lies on the model of an instance. More generous than support: two
-/// surfaces cannot be so near to each other.
+/// Whether a surface point [m] with this normal lies on the model of an instance. More generous than support:
+/// two surfaces cannot be so near to each other.
 bool explains(const Item& item, const cv::Affine3f& fromScene, const cv::Point3f& point,
               const cv::Point3f& normal) {
   constexpr float across = 2, along = 3;  // tolerances
@@ -154,8 +153,9 @@ std::vector<std::size_t> bestSubset(const std::vector<double>& gains, const std:
   constexpr std::size_t maxExact = 24;
   std::vector<std::size_t> chosen;
   for (std::vector<std::size_t>& component : componentsOf(gains.size(), losses)) {
-    const auto best = component.size() <= maxExact ? BranchAndBound(gains, losses, std::move(component)).best()
-                                                   : greedily(gains, losses, std::move(component));
+    const auto best = component.size() <= maxExact
+                          ? BranchAndBound(gains, losses, std::move(component)).best()
+                          : greedily(gains, losses, std::move(component));
     chosen.insert(chosen.end(), best.begin(), best.end());
   }
   std::sort(chosen.begin(), chosen.end());

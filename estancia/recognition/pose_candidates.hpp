@@ -1,5 +1,5 @@
-// Pose candidates: the best poses of one model in a scene, before they are verified together with those of others.
-// SPDX-License-Identifier: Apache-2.0
+// Pose candidates: the best poses of one model in a scene, before they are verified together with those of
+// others. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>
@@ -18,16 +18,17 @@ struct PoseCandidates {
   /// Both at the scales of the search.
   std::shared_ptr<const PreparedModel::Described> modelSurface;
   std::shared_ptr<const PreparedScene::Described> sceneSurface;
-  /// Instances that are accepted if no other explains their surface, best first; with verification by evidence.
-  /// Else those that the verification accepts.
+  /// Instances that are accepted if no other explains their surface, best first; with verification by
+  /// evidence. Else those that the verification accepts.
   std::vector<PoseHypothesis> instances;
   /// Of the model in the scene.
   FalseAlarmModel falseAlarms;
 };
 
-/// Which of `poses`, best first, are instances at places of their own, `apart` [m] from each other at `center`,
-/// with a rate of false alarms of at most `rate`; and the null model by which they are judged. The wrong poses
-/// are those elsewhere than the instances: the last pose that stands out from all behind it ends the instances.
+/// Which of `poses`, best first, are instances at places of their own, `apart` [m] from each other at
+/// `center`, with a rate of false alarms of at most `rate`; and the null model by which they are judged. The
+/// wrong poses are those elsewhere than the instances: the last pose that stands out from all behind it ends
+/// the instances.
 struct Instances {
   std::vector<PoseHypothesis> poses;
   FalseAlarmModel falseAlarms;

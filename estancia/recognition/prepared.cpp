@@ -13,6 +13,7 @@
 #include "estancia/cloud/resolution.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/rigid.hpp"
+#include "estancia/recognition/color_term.hpp"
 #include "estancia/recognition/keypoints.hpp"
 #include "estancia/recognition/scales.hpp"
 #include "estancia/recognition/stage_report.hpp"
@@ -155,6 +156,7 @@ PointCloud withDraws(const PointCloud& cloud, double noise, std::size_t draws) {
     const PointCloud one = withGaussianNoise(cloud, noise, seed + draw);
     all.points.insert(all.points.end(), one.points.begin(), one.points.end());
     all.normals.insert(all.normals.end(), one.normals.begin(), one.normals.end());
+    all.colors.insert(all.colors.end(), one.colors.begin(), one.colors.end());
   }
   all.width = all.points.size();
   all.height = 1;
@@ -302,6 +304,7 @@ std::shared_ptr<const PreparedScene::Described> PreparedScene::describe(
   const bool evidence = options_.verification == "evidence";
   if (evidence || options_.grouping == "local-frames")
     fresh->field = NearestField(surface.points(), scales.tolerance, 4 * scales.tolerance, options_.threads);
+  if (scales.color > 0) fresh->gradients = colorGradients(surface, scales.normalRadius, options_.threads);
   if (!evidence) {
     OrientedPoints spread = spreadPointsBy(surface, scales.tolerance);
     PointCloud thin;

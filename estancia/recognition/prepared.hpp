@@ -72,8 +72,9 @@ class PreparedScene {
     std::unique_ptr<const Surface> coarse;  ///< points of the surface about a tolerance apart
     std::vector<int> parts;                 ///< smoothPartsOf(coarse), for global verification
     NearestField field;                     ///< of surface, for local frames and evidence
+    std::vector<cv::Matx33f> gradients;     ///< colorGradients(surface), if colors count
     RangeImage view{{}, 0};
-    DenseScene dense() const { return {*surface, field, view}; }
+    DenseScene dense() const { return {*surface, field, view, &gradients}; }
   };
 
   PreparedScene(std::string name, PointCloud raw, PointCloud filtered, RecognitionOptions options,

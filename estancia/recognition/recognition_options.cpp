@@ -170,6 +170,15 @@ OptionGroup declare(RecognitionOptions& o) {
   length("descriptor-radius", o.descriptorRadius, "Support radius of a descriptor");
   length("consistency", o.consistency, "Tolerance within which matches agree, and bin size of Hough voting");
   length("tolerance", o.tolerance, "Distance between a model point and the scene point that supports it");
+  group
+      .add("color-tolerance", &o.colorTolerance,
+           "Largest color difference between a model point and the scene point that supports it, in CIELAB "
+           "with "
+           "half the lightness, by which poses are also refined; 0: colors do not count. Only with "
+           "local-frames "
+           "and evidence, and if both clouds have colors")
+      .range(0, 300)
+      .why("Tells objects of one shape apart. Raise it where the light differs.");
   group.add("viewpoint", textOf(o.viewpoint), "Position of the scene's sensor: X,Y,Z")
       .unit("m")
       .automatic("that of the cloud, else the origin");

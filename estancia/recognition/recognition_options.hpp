@@ -30,6 +30,8 @@ struct RecognitionOptions {
   double descriptorRadius = 0;
   double consistency = 0;
   double tolerance = 0;
+  /// Units of CIELAB, lightness counts half; 0: colors do not count.
+  double colorTolerance = 0;
   double sceneKeypointSpacing = 0;
   std::string matchEach = "model";
   std::size_t neighbors = 30;

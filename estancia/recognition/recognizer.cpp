@@ -30,6 +30,7 @@ PointCloud finitePoints(const std::string& name, const PointCloud& cloud) {
     if (!isFinite(cloud.points[i])) continue;
     finite.points.push_back(cloud.points[i]);
     if (normals) finite.normals.push_back(cloud.normals[i]);
+    if (!cloud.colors.empty()) finite.colors.push_back(cloud.colors[i]);
   }
   if (finite.points.size() < minPoints)
     fail(ErrorCode::insufficientData, "{}: {} of its {} points are finite; recognition needs {} or more",
@@ -253,8 +254,7 @@ PoseCandidates Recognizer::search(const PreparedModel& model, const PreparedScen
   log.refined(options_, poses);
   Instances instances = verifyAlone(pair, poses);  // 2.4.7
   log.verified(options_, poses, instances);
-  return {&model,       &scene, modelSurface, sceneSurface, std::move(instances.poses),
-          instances.falseAlarms};
+  return {&model, &scene, modelSurface, sceneSurface, std::move(instances.poses), instances.falseAlarms};
 }
 
 std::vector<Detection> Recognizer::verify(const std::vector<PoseCandidates>& candidates) const {

@@ -25,8 +25,8 @@ struct Detection {
   /// In [0, 1]. With verification by evidence 1 − falseAlarmRate; else the supported share of what should be
   /// visible of the model (InlierCounts in verify.hpp).
   double confidence = 0;
-  /// With verification by evidence: the probability that a model that is not in this scene has as much evidence
-  /// (FalseAlarmModel in false_alarms.hpp). Else NaN: unknown.
+  /// With verification by evidence: the probability that a model that is not in this scene has as much
+  /// evidence (FalseAlarmModel in false_alarms.hpp). Else NaN: unknown.
   double falseAlarmRate = std::numeric_limits<double>::quiet_NaN();
   /// Mean of the model's points, in the model's frame [m].
   cv::Point3d center;
@@ -75,9 +75,9 @@ class Recognizer {
                                                     const PointCloud& filtered) const;
 
   /// The candidate poses of one model; `stages`, when given, gets a report of each stage. The model is
-  /// described at the scene's scales when they are first needed, and kept so; model and scene must outlive the
-  /// candidates. Throws Error (mismatch, invalidInput) on a model and a scene in different units, and on a
-  /// planar model.
+  /// described at the scene's scales when they are first needed, and kept so; model and scene must outlive
+  /// the candidates. Throws Error (mismatch, invalidInput) on a model and a scene in different units, and on
+  /// a planar model.
   PoseCandidates search(const PreparedModel& model, const PreparedScene& scene,
                         std::vector<StageReport>* stages = nullptr) const;
   /// The detections of all models that were searched in a scene, most confident first. By evidence they are

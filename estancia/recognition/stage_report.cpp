@@ -76,11 +76,10 @@ void StageLog::refined(const RecognitionOptions& options, const std::vector<Pose
 
 void StageLog::verified(const RecognitionOptions& options, const std::vector<PoseHypothesis>& refined,
                         const Instances& instances) {
-  add("verification",
-      fmt::format("{}: {} instances{}", options.verification, instances.poses.size(),
-                  options.verification == "evidence"
-                      ? comparison(refined, instances.falseAlarms, options.falseAlarmRate)
-                      : ""));
+  add("verification", fmt::format("{}: {} instances{}", options.verification, instances.poses.size(),
+                                  options.verification == "evidence"
+                                      ? comparison(refined, instances.falseAlarms, options.falseAlarmRate)
+                                      : ""));
 }
 
 }  // namespace estancia

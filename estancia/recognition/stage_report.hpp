@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "estancia/recognition/pose_hypothesis.hpp"
 #include "estancia/recognition/pose_candidates.hpp"
+#include "estancia/recognition/pose_hypothesis.hpp"
 #include "estancia/recognition/recognizer.hpp"
 
 namespace estancia {

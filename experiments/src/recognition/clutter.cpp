@@ -151,7 +151,8 @@ cv::Affine3d putBeside(const Discs& discs, const cv::Mat& scene, const ClutterOp
   cv::dilate(there, around, cv::getStructuringElement(cv::MORPH_RECT, {5, 5}));
   cv::Affine3d pose;
   for (double away = cv::countNonZero(there) > 0 ? outside : 0; away >= 0; away -= step) {
-    pose = poseAt(discs, {away * std::cos(heading), away * std::sin(heading), distance}, tilt, tiltAxis, roll);
+    pose =
+        poseAt(discs, {away * std::cos(heading), away * std::sin(heading), distance}, tilt, tiltAxis, roll);
     const cv::Mat silhouette = render(discs, pose) > 0;
     if (cv::countNonZero(silhouette & around) == 0) continue;
     const double overlap = cv::countNonZero(silhouette & there);
@@ -187,7 +188,8 @@ ClutterScene makeClutter(const std::vector<ClutterModel>& models, const ClutterO
   const std::size_t most = std::min(std::max(options.fewest, options.most), objects.size());
   const std::size_t fewest = std::min(options.fewest, most);
   const std::size_t count = fewest + random.below(most - fewest + 1);
-  for (std::size_t i = 0; i < count; ++i) std::swap(objects[i], objects[i + random.below(objects.size() - i)]);
+  for (std::size_t i = 0; i < count; ++i)
+    std::swap(objects[i], objects[i + random.below(objects.size() - i)]);
 
   ClutterScene scene;
   cv::Mat depth = cv::Mat::zeros(kHeight, kWidth, CV_32F);

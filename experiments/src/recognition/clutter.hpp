@@ -46,8 +46,8 @@ struct ClutterScene {
   std::vector<Instance> instances;
 };
 
-/// The scene with that number. Depends on the seed and the number alone. Throws Error (invalidInput) on models
-/// without points.
+/// The scene with that number. Depends on the seed and the number alone. Throws Error (invalidInput) on
+/// models without points.
 ClutterScene makeClutter(const std::vector<ClutterModel>& models, const ClutterOptions& options,
                          std::size_t number);
 

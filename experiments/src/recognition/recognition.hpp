@@ -107,6 +107,8 @@ struct RecognitionSearch {
   bool verified = false;
   /// The best one lies where the model does.
   bool correct = false;
+  /// Instances at true poses, and others: of another model's surface, or of the same pose again.
+  std::size_t right = 0, extra = 0;
   /// Why it could not be looked for, as nothing could be described; else "".
   std::string problem;
   /// Time of the search without filtering and describing the scene.

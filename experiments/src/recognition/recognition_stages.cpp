@@ -12,6 +12,7 @@
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/io/cloud_file.hpp"
+#include "estancia/recognition/pose_candidates.hpp"
 #include "estancia/recognition/prepared.hpp"
 #include "estancia/recognition/recognizer.hpp"
 #include "experiments/src/recognition/pose_error.hpp"
@@ -36,11 +37,11 @@ RecognitionOptions optionsOf(const RecognitionUnit& unit) {
 }
 
 std::string describe(const RecognitionOptions& o) {
-  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", o.surface, o.keypoints,
+  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", o.surface, o.keypoints,
                      o.descriptor, o.grouping, o.verification, o.normalRadius, o.normalNeighbors,
                      o.keypointSpacing, o.sceneKeypointSpacing, o.descriptorRadius, o.consistency,
-                     o.tolerance, o.matchEach, o.neighbors, o.matchDistance, o.minMatches, o.maxHypotheses,
-                     o.accept);
+                     o.tolerance, o.colorTolerance, o.matchEach, o.neighbors, o.matchDistance, o.minMatches,
+                     o.maxHypotheses, o.accept, o.falseAlarmRate);
 }
 
 /// As the preset would filter: it may need fewer signals of a neural gas.
@@ -180,7 +181,11 @@ void RecognitionStages::look(const RecognitionTask& task, RecognitionFound& foun
   const std::string problem =
       problemOf([&] { scene = recipe->recognizer.prepareScene(name, noisy, filtered.cloud); });
   found.describeSeconds = secondsSince(start);
-  for (RecognitionSearch& search : found.searches) {
+  // Models of one filter are verified together.
+  std::vector<std::vector<PoseCandidates>> candidates(options_.modelFilters.size());
+  std::map<std::pair<std::size_t, std::string>, std::size_t> searchOf;  // of filter and model
+  for (std::size_t s = 0; s < found.searches.size(); ++s) {
+    RecognitionSearch& search = found.searches[s];
     if (interrupted()) throw Interrupted("");
     const auto preparing = Clock::now();
     const Entry& entry = modelOf(*recipe, search);
@@ -189,12 +194,37 @@ void RecognitionStages::look(const RecognitionTask& task, RecognitionFound& foun
     if (!search.problem.empty()) continue;
     search.modelSeconds = secondsSince(preparing);
     const auto looking = Clock::now();
-    std::vector<Detection> instances;
-    search.problem = problemOf([&] { instances = recipe->recognizer.find(*entry.model, *scene); });
+    std::vector<PoseCandidates>& together = candidates[search.modelFilter];
+    search.problem = problemOf([&] { together.push_back(recipe->recognizer.search(*entry.model, *scene)); });
     search.seconds = secondsSince(looking);
-    search.verified = !instances.empty();
-    search.correct = search.verified && isCorrect(task, search.model, instances.front().pose);
+    if (search.problem.empty()) searchOf[{search.modelFilter, pairs_.models[search.model].name}] = s;
   }
+  for (std::size_t filter = 0; filter < candidates.size(); ++filter) {
+    const auto verifying = Clock::now();
+    const std::vector<Detection> detections = recipe->recognizer.verify(candidates[filter]);
+    const double seconds =
+        secondsSince(verifying) / static_cast<double>(std::max<std::size_t>(candidates[filter].size(), 1));
+    for (const auto& [place, s] : searchOf)
+      if (place.first == filter) found.searches[s].seconds += seconds;
+    for (const Detection& detection : detections) {
+      RecognitionSearch& search = found.searches[searchOf.at({filter, detection.model})];
+      const bool correct = isCorrect(task, search.model, detection.pose);
+      if (!search.verified) search.correct = correct;
+      search.verified = true;
+      (correct ? search.right : search.extra) += 1;
+    }
+  }
+  for (RecognitionSearch& search : found.searches) {  // several at one true pose
+    const std::size_t poses = posesOf(task, search.model);
+    if (search.right > poses) search.extra += search.right - poses;
+  }
+}
+
+std::size_t RecognitionStages::posesOf(const RecognitionTask& task, std::size_t model) const {
+  std::size_t count = 0;
+  for (const ModelPairs::Pair& pair : pairs_.pairs)
+    if (pair.scene == task.unit.scene && pair.model == model) count += pair.poses.size();
+  return count;
 }
 
 const RecognitionStages::Entry& RecognitionStages::modelOf(Recipe& recipe, const RecognitionSearch& search) {

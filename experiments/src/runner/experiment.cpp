@@ -24,6 +24,7 @@
 #include "experiments/src/places/revisits.hpp"
 #include "experiments/src/places/room_agreement.hpp"
 #include "experiments/src/places/word_positions.hpp"
+#include "experiments/src/recognition/color_recognition.hpp"
 #include "experiments/src/recognition/recognition.hpp"
 #include "experiments/src/runner/grid.hpp"
 #include "experiments/src/scenes/scenes.hpp"
@@ -91,6 +92,8 @@ struct Kind {
 };
 
 constexpr Kind kKinds[] = {
+    {"color-recognition", "known objects by shape and by color, where shape is ambiguous and where it is not",
+     colorRecognitionColumns, false, prepare<readColorRecognition, compareColors>},
     {"few-examples", "rooms by a few images of each, by their names alone, and by both", fewExamplesColumns,
      true, prepare<readFewExamples, learnFromFew>},
     {"home-objects",
