@@ -49,6 +49,7 @@ class FeatureStudy : public testing::Test {
     }
   }
 
+  test::ScratchFolder scratch_;
   const std::string vocabulary_ =
       "[vocabulary]\nname = \"others\"\npath = \"drive2\"\nwords = 30\nvlad_words = 3\n";
   const std::string layer_ = "[[layer]]\nname = \"color\"\nmodel = \"" + (scratch_ / "sharp").string() +
@@ -67,7 +68,6 @@ class FeatureStudy : public testing::Test {
     return test::caught([&] { run(text); });
   }
 
-  test::ScratchFolder scratch_;
   Progress progress_;
 };
 
@@ -129,14 +129,14 @@ TEST_F(FeatureStudy, SaysWhatIsWrongAndWhere) {
               FailsWith(ErrorCode::invalidInput, "two descriptors", "gist"));
   EXPECT_THAT(problem("features = [\"gist\"]\n[[layer]]\nname = \"color\"\nmodel = \"" +
                       (scratch_ / "sharp").string() + "\"\noutput = \"roots\"\nfeatures = 3\n" + drive_),
-              FailsWith(ErrorCode::mismatch, "roots"));
+              FailsWith(ErrorCode::mismatch, "probabilities", "`output`"));
   EXPECT_THAT(problem("features = [\"gist\"]\n[[drive]]\nname = \"x\"\npath = \"nowhere\"\noptional = true\n"
                       "[drive.again]\npath = \"drive1\"\n"),
               FailsWith(ErrorCode::insufficientData));
   EXPECT_THAT(problem("features = [\"orb-words\"]\n[vocabulary]\nname = \"v\"\npath = \"drive2\"\nwords = "
                       "100000\n" +
                       drive_),
-              FailsWith(ErrorCode::insufficientData, "100000 visual words"));
+              FailsWith(ErrorCode::labelerFailure, "100000 visual words"));
 }
 
 TEST(FeatureLabeler, MakesGistSharesOfItsSum) {

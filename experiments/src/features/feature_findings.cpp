@@ -106,10 +106,10 @@ Findings featureFindings(const FeatureResults& results) {
     }
   if (drives < results.tasks.size()) findings.sections.emplace_back(roomsOf(results));
   if (results.distances.size() > 1)
-    for (std::size_t t = 0; t < drives; ++t) {
-      findings.sections.emplace_back(byDistance(results, t, "v_measure", "V-measure"));
-      findings.sections.emplace_back(byDistance(results, t, "one_image", "one image"));
-    }
+    for (std::size_t t = 0; t < drives; ++t)
+      for (const auto& [measure, title] : {std::pair{"v_measure", "V-measure"}, {"one_image", "one image"}})
+        if (valueOf(results.cells[0][t][0], measure))  // a drive without rooms has no V-measure
+          findings.sections.emplace_back(byDistance(results, t, measure, title));
   findings.summary = fmt::format(
       "{} descriptors on {} drives, by images alone, all with thresholds that the runs found themselves.",
       results.descriptors.size(), drives);
