@@ -8,6 +8,7 @@
 
 #include "estancia/zones/zones.hpp"
 #include "experiments/golden_findings.hpp"
+#include "experiments/src/features/feature_study.hpp"
 #include "experiments/src/objects/object_segmentation_findings.hpp"
 #include "experiments/src/objects/object_splits_results.hpp"
 #include "experiments/src/odometry/odometry_errors.hpp"
@@ -319,6 +320,20 @@ TEST(Golden, RoomAgreement) {
     if (i == 4) measures.erase(measures.begin() + 7, measures.end());  // a drive without a home.json
   }
   test::expectGolden("room-agreement", roomAgreementFindings(results));
+}
+
+TEST(Golden, Features) {
+  Numbers numbers;
+  FeatureResults results{
+      {"words", "orb-words"}, {"standardized-clr", "l2"}, {{"tour"}, {"rooms", false}}, {}};
+  std::vector<std::string> measures;
+  for (const auto& measure : featureMeasures()) measures.push_back(measure.first);
+  for (int descriptor = 0; descriptor < 2; ++descriptor)
+    results.cells.push_back(
+        {{someOf(numbers, measures), someOf(numbers, measures)}, {someOf(numbers, {"accuracy"})}});
+  test::expectGolden("features", featureFindings(results));
+  results.distances.pop_back();
+  test::expectGolden("features-one-distance", featureFindings(results));
 }
 
 TEST(Golden, Localization) {

@@ -430,7 +430,7 @@ TEST(Recognizer, DetectsAllModelsThatItKnows) {
   EXPECT_TRUE(isFound(found, scenery));
   std::set<std::string> names;
   for (const Detection& detection : found) names.insert(detection.model);
-  EXPECT_THAT(names, testing::ElementsAre("again", "model"));
+  EXPECT_THAT(names, testing::ElementsAre("model")) << "what one instance explains does not support another";
   EXPECT_EQ(found[0].pose.matrix, findIn({}, scenery.model, scenery.scene)[0].pose.matrix);
 }
 
