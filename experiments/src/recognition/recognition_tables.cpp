@@ -92,8 +92,8 @@ ResultTable overall(const RecognitionResults& r, std::size_t preset) {
   ResultTable head{
       fmt::format("{}By descriptor, detector and filter of the scenes (Table 2.17)",
                   r.presets.size() > 1 ? r.presets[preset] + ": " : ""),
-      fmt::format("Mean percent over {} model filters, {} noise levels and the sizes.{}", r.modelFilters.size(),
-                  r.noises.size(),
+      fmt::format("Mean percent over {} model filters, {} noise levels and the sizes.{}",
+                  r.modelFilters.size(), r.noises.size(),
                   r.thesisTables
                       ? " The thesis' is over three model filters, six noise levels up to 10 mm and four "
                         "sizes, and counts what is verified."

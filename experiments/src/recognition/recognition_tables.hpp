@@ -1,5 +1,5 @@
-// Recognition tables: the layout of the thesis (Tables 2.2 to 2.17), its numbers beside where they are asked for.
-// SPDX-License-Identifier: Apache-2.0
+// Recognition tables: the layout of the thesis (Tables 2.2 to 2.17), its numbers beside where they are asked
+// for. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "experiments/src/findings/findings.hpp"
