@@ -57,6 +57,7 @@ RecognitionResults recognitionResults() {
     cell.failed = numbers.below(3);
     cell.seconds = numbers.next();
   }
+  results.thesisTables = true;
   results.failures = {{"flat", "mug in hall", 3},
                       {"empty", "pan in hall", 5},
                       {"far", "mug in lab", 2},
@@ -95,6 +96,7 @@ ZoneTablesResults zoneResults() {
   results.distances = {ZoneOptions{}.distance, "ks", ZoneOptions::thesis().distance};
   results.linkages = {ZoneOptions{}.linkage, "average"};
   results.cuts = {"0.2", "0.5", "0.9", "auto", "best"};
+  results.thesisTables = true;
   for (std::size_t i = 0; i < 2U * 2 * 3 * 2; ++i) {
     if (i % 6 == 2) {  // the two do not go together
       results.cells.emplace_back();
@@ -135,6 +137,7 @@ ScenesResults sceneResults(std::size_t pairs) {
   Numbers numbers;
   ScenesResults results;
   results.name = "study";
+  results.thesisTables = true;
   results.rooms = {"hall", "lab", "shop"};
   const std::vector<std::string> names{"day", "night", "dusk"};
   for (std::size_t p = 0; p < pairs; ++p) {
@@ -255,6 +258,7 @@ struct Splits {
       task.splits.push_back(split);
     }
     results.task = &task;
+    results.thesisTables = true;
     results.methods = methodsOf(data.trials);
     for (std::size_t i = 0; i < results.methods.size() * 2 * task.splits.size(); ++i) {
       const ObjectSplit& split = task.splits[i % task.splits.size()];

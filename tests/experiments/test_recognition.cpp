@@ -49,7 +49,7 @@ TEST_F(RecognitionConfig, ReadsEverything) {
       "presets = [\"thesis\", \"wide\"]\nmodel_filters = [\"none\", \"gng\"]\nmodel_points = 300\n"
       "scene_filters = [\"voxel\"]\nsizes = [10, 20]\nnoises = [0, 0.5]\nseeds = [7, 8]\n"
       "keypoints = [\"iss\"]\ndescriptors = [\"fpfh\"]\nabsent = 12\nabsent_seed = 3\n"
-      "max_translation = 0.1\nmax_rotation = 20\nkept_mb = 5\n"
+      "max_translation = 0.1\nmax_rotation = 20\nthesis_tables = true\nkept_mb = 5\n"
       "[[symmetry]]\nmodel = \"cup\"\naxis = [0, 1, 0]\npoint = [1, 2, 3]\nfold = 12\n");
   EXPECT_EQ(options.pairs, scratch / "gt.csv");
   EXPECT_EQ(options.columns.sceneFiles, "{}.pcd");
@@ -258,6 +258,7 @@ TEST_F(RecognitionExperiment, ReadsCellsThatDoNotSayWhySearchesFailed) {
 TEST_F(RecognitionExperiment, SaysItInTablesOfTheThesisLayout) {
   options.keypoints = {"uniform", "iss"};
   options.noises = {0.005, 0};
+  options.thesisTables = true;
   const Findings findings = run();
   EXPECT_EQ(
       findings.summary,
@@ -297,6 +298,18 @@ TEST_F(RecognitionExperiment, SaysItInTablesOfTheThesisLayout) {
   }
   EXPECT_EQ(test::notesNaming(findings, "72 of 288"), 1U);
   EXPECT_EQ(test::notesNaming(findings, "pan1"), 1U);
+}
+
+TEST_F(RecognitionExperiment, OfOwnPairsSaysNothingOfTheThesis) {
+  options.keypoints = {"uniform", "iss"};
+  for (const auto& section : run().sections) {
+    const auto* table = std::get_if<ResultTable>(&section);
+    if (table == nullptr) continue;
+    EXPECT_THAT(table->title + table->caption, testing::Not(testing::HasSubstr("hesis")));
+    for (const auto& column : table->columns)
+      EXPECT_THAT(column.name, testing::Not(testing::HasSubstr("thesis")));
+    for (const auto& row : table->rows) EXPECT_EQ(row.values.size(), table->columns.size()) << table->title;
+  }
 }
 
 // ---- the thesis' numbers

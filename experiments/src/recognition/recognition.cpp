@@ -277,7 +277,8 @@ Findings compareRecognitionBy(const RecognitionExperimentOptions& options, const
       units.cells(work),
       [&](std::size_t t) { return toResults(options, pairs, work.recognize(units.tasks()[t])); }, progress,
       "recognizing");
-  const RecognitionResults results = units.aggregate(found);
+  RecognitionResults results = units.aggregate(found);
+  results.thesisTables = options.thesisTables;
   units.addRows(grid);
 
   Findings findings = findingsOf(results);

@@ -73,6 +73,8 @@ struct RecognitionExperimentOptions {
   /// Largest rotation error of a correct pose [degrees].
   double rotation = 15;
   std::vector<Symmetry> symmetries;
+  /// The thesis' numbers beside: for its pairs (Tombari, Salti, Di Stefano's Kinect data set).
+  bool thesisTables = false;
   /// Size of the cache of filtered clouds in the experiment's folder.
   std::size_t keptMegabytes = 4096;
 };

@@ -65,6 +65,7 @@ OptionGroup declare(RecognitionExperimentOptions& options) {
   group.add("max-rotation", &options.rotation, "Largest rotation error of a correct pose")
       .unit("degrees")
       .range(0, 180);
+  group.add("thesis-tables", &options.thesisTables, "The thesis' tables beside, where the pairs are its own");
   group.add("kept-mb", &options.keptMegabytes, "Size of the cache of filtered clouds")
       .unit("MB")
       .range(0, 1e7);

@@ -71,6 +71,8 @@ struct RecognitionResults {
   std::vector<RecognitionCell> cells;
   /// Different reasons, as far as they are known.
   std::vector<RecognitionFailure> failures;
+  /// The thesis' numbers beside.
+  bool thesisTables = false;
 
   /// Which of each list a cell is of.
   struct Place {
