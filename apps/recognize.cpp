@@ -100,6 +100,15 @@ void run(const RecognizeArguments& a) {
     spdlog::warn("{}", noView);
     warnings.push_back({{"code", "no-view"}, {"message", noView}});
   }
+  if (const auto& at = result.scene->estimatedViewpoint(); at && result.scene->hasView()) {
+    const std::string estimated = fmt::format(
+        "{} is not a view from its origin; the sensor seems to have been at {:.2f},{:.2f},{:.2f}: if it was "
+        "elsewhere, give its position by --viewpoint X,Y,Z",
+        a.scene, at->x, at->y, at->z);
+    spdlog::warn("{}", estimated);
+    warnings.push_back(
+        {{"code", "estimated-view"}, {"message", estimated}, {"viewpoint", {at->x, at->y, at->z}}});
+  }
   if (!a.image.empty()) drawInstances(a.image, cloud, result);
   if (a.json) {
     nlohmann::ordered_json json = toJson(result);

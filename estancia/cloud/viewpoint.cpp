@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/cloud/viewpoint.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -136,6 +135,19 @@ double hiddenShare(std::span<const cv::Point3f> points, const cv::Vec3d& from, d
   return static_cast<double>(twice) / static_cast<double>(std::max<std::size_t>(seen, 1));
 }
 
+/// Whether the rim of the points lies further away than their middle, as seen from a direction. A shell of
+/// one side hides nothing from its back either, but things bulge outwards.
+bool bulges(std::span<const cv::Point3f> points, const cv::Vec3d& from) {
+  const cv::Vec3d center = meanOf(points);
+  double heights = 0, squares = 0, products = 0;
+  for (const cv::Point3f& p : points) {
+    const cv::Vec3d off = cv::Vec3d(p.x, p.y, p.z) - center;
+    const double height = off.dot(from), squared = off.dot(off) - height * height;
+    heights += height, squares += squared, products += height * squared;
+  }
+  return products * static_cast<double>(points.size()) < heights * squares;
+}
+
 }  // namespace
 
 std::vector<cv::Point3f> drawnFrom(std::span<const cv::Point3f> points, std::size_t count) {
@@ -209,68 +221,6 @@ std::optional<cv::Point3d> findViewpoint(std::span<const cv::Point3f> points, in
   return value(found) <= kEven ? std::optional(found) : std::nullopt;
 }
 
-std::optional<cv::Point3d> viewpointOfGrid(const PointCloud& cloud) {
-  constexpr std::size_t minPoints = 100, maxPoints = 20000;
-  constexpr double maxResidual = 0.5;  // pixels
-  if (!cloud.organized()) return {};
-  struct Pixel {
-    double u, v;
-    Eigen::Vector4d point;
-  };
-  std::vector<Pixel> pixels;
-  const std::size_t every = 1 + cloud.points.size() / maxPoints;
-  cv::Vec3d sum;
-  for (std::size_t i = 0; i < cloud.points.size(); i += every) {
-    const cv::Point3f& p = cloud.points[i];
-    if (!isFinite(p)) continue;
-    pixels.push_back(
-        {static_cast<double>(i % cloud.width), static_cast<double>(i / cloud.width), {p.x, p.y, p.z, 1}});
-    sum += cv::Vec3d(p.x, p.y, p.z);
-  }
-  if (pixels.size() < minPoints) return {};
-  // Normalized as Hartley's: the mean at the origin, distances about 1.
-  const cv::Vec3d center = sum * (1 / static_cast<double>(pixels.size()));
-  double radius = 0;
-  for (Pixel& p : pixels) {
-    p.point.head<3>() -= Eigen::Vector3d(center[0], center[1], center[2]);
-    radius += p.point.head<3>().norm() / static_cast<double>(pixels.size());
-  }
-  if (!(radius > 0)) return {};
-  const double scale = static_cast<double>(std::max(cloud.width, cloud.height)) / 2;
-  const double middleU = static_cast<double>(cloud.width) / 2,
-               middleV = static_cast<double>(cloud.height) / 2;
-  Eigen::Matrix<double, 12, 12> normal = Eigen::Matrix<double, 12, 12>::Zero();
-  for (Pixel& p : pixels) {
-    p.point.head<3>() /= radius;
-    const double u = (p.u - middleU) / scale, v = (p.v - middleV) / scale;
-    Eigen::Matrix<double, 2, 12> rows = Eigen::Matrix<double, 2, 12>::Zero();
-    rows.block<1, 4>(0, 0) = p.point.transpose();
-    rows.block<1, 4>(0, 8) = -u * p.point.transpose();
-    rows.block<1, 4>(1, 4) = p.point.transpose();
-    rows.block<1, 4>(1, 8) = -v * p.point.transpose();
-    normal += rows.transpose() * rows;
-  }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 12, 12>> solver(normal);
-  const Eigen::Matrix<double, 12, 1> values = solver.eigenvectors().col(0);
-  // Points in a plane leave the camera open: a second solution is as good.
-  constexpr double unique = 1e-7;
-  if (solver.eigenvalues()[1] < unique * static_cast<double>(pixels.size())) return {};
-  Eigen::Matrix<double, 3, 4> camera;
-  camera << values.segment<4>(0).transpose(), values.segment<4>(4).transpose(),
-      values.segment<4>(8).transpose();
-  double residual = 0;
-  for (const Pixel& p : pixels) {
-    const Eigen::Vector3d image = camera * p.point;
-    const double u = image[0] / image[2] * scale + middleU, v = image[1] / image[2] * scale + middleV;
-    residual += ((u - p.u) * (u - p.u) + (v - p.v) * (v - p.v)) / static_cast<double>(pixels.size());
-  }
-  if (!(std::sqrt(residual) <= maxResidual)) return {};
-  const Eigen::Matrix3d left = camera.leftCols<3>();
-  const Eigen::Vector3d at = -(left.inverse() * camera.col(3)) * radius;
-  if (!at.allFinite()) return {};
-  return cv::Point3d(at[0] + center[0], at[1] + center[1], at[2] + center[2]);
-}
-
 std::optional<cv::Point3d> directionOfView(std::span<const cv::Point3f> points, double spacing) {
   constexpr double maxHidden = 0.25, similar = 0.02;
   if (points.empty() || !(spacing > 0)) return {};
@@ -281,7 +231,7 @@ std::optional<cv::Point3d> directionOfView(std::span<const cv::Point3f> points, 
   if (least > maxHidden) return {};
   cv::Vec3d sum;
   for (std::size_t i = 0; i < all.size(); ++i)
-    if (hidden[i] <= least + similar) sum += all[i];
+    if (hidden[i] <= least + similar && bulges(points, all[i])) sum += all[i];
   return cv::norm(sum) > 0 ? std::optional(cv::Point3d(cv::normalize(sum))) : std::nullopt;
 }
 

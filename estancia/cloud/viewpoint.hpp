@@ -7,8 +7,6 @@
 #include <span>
 #include <vector>
 
-#include "estancia/core/point_cloud.hpp"
-
 namespace estancia {
 
 /// How unevenly points lie in the directions from a place: the coefficient of variation of their numbers in
@@ -25,17 +23,13 @@ constexpr double kEven = 1.35;
 /// filter has made uniform in space. `points` are finite. Deterministic.
 std::optional<cv::Point3d> findViewpoint(std::span<const cv::Point3f> points, int threads = 1);
 
-/// That of an organized cloud, exactly: the center of the pinhole camera that explains its grid (direct
-/// linear transformation, Hartley and Zisserman 7.1); none where none does.
-std::optional<cv::Point3d> viewpointOfGrid(const PointCloud& cloud);
-
 /// A part of the points, drawn at random with a fixed seed, in their order.
 std::vector<cv::Point3f> drawnFrom(std::span<const cv::Point3f> points, std::size_t count);
 
 /// The direction from which a cloud shows one side, as seen from afar: the mean of the directions in which
-/// hardly anything lies behind something else. None where from every direction more than a quarter of it
-/// does, as for an object of which all sides are known. A unit vector from the cloud towards the sensor.
-/// `spacing` is that of the points [m].
+/// hardly anything lies behind something else, and towards which the cloud bulges. None where from every
+/// direction more than a quarter of it does, as for an object of which all sides are known. A unit vector
+/// from the cloud towards the sensor. `spacing` is that of the points [m].
 std::optional<cv::Point3d> directionOfView(std::span<const cv::Point3f> points, double spacing);
 
 }  // namespace estancia

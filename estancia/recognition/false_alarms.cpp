@@ -9,9 +9,9 @@
 namespace estancia {
 namespace {
 
-constexpr double usual = 0.13;                      // evidence of wrong poses, at least
-constexpr double unit = 0.15;                       // chance at which the scale is kDecay
-constexpr double kOffset = 0.026, kDecay = 0.0152;  // of the tail, measured
+constexpr double usual = 0.13;                       // evidence of wrong poses, at least
+constexpr double unit = 0.15;                        // chance at which the scale is kDecay
+constexpr double kOffset = 0.0135, kDecay = 0.0195;  // of the tail, measured
 
 }  // namespace
 

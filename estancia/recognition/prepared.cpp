@@ -11,6 +11,7 @@
 #include "estancia/cloud/noise.hpp"
 #include "estancia/cloud/normals.hpp"
 #include "estancia/cloud/resolution.hpp"
+#include "estancia/cloud/viewpoint.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/rigid.hpp"
 #include "estancia/recognition/color_term.hpp"
@@ -99,7 +100,7 @@ std::unique_ptr<const Surface> meanSurface(const Input& in, const RecognitionOpt
   MlsOptions smoothing = smoothingFor(scales);
   smoothing.perPoint = in.perPoint;
   smoothing.away = in.orientation.outwards;
-  if (in.orientation.outwards) smoothing.viewpoint = in.orientation.center;
+  smoothing.viewpoint = in.orientation.outwards ? in.orientation.center : in.orientation.sensor;
   smoothing.threads = options.threads;
   auto surface =
       std::make_unique<const Surface>(in.name, projectMls(in.seeds, in.raw, smoothing), options.threads);
@@ -148,6 +149,25 @@ DescribedSurface describedSurface(const Input& in, const RecognitionOptions& opt
   return described;
 }
 
+/// A view of one side has nothing behind its surface, as seen from its sensor: mostly the origin.
+Orientation orientationOf(const std::vector<cv::Point3f>& points, double spacing, const cv::Point3d& center,
+                          double extent) {
+  constexpr double afar = 3;  // extents
+  Orientation orientation{.outwards = false, .center = center};
+  if (RangeImage(points, spacing).known()) return orientation;
+  const auto direction = directionOfView(points, spacing);
+  orientation.outwards = !direction;
+  if (direction) orientation.sensor = center + *direction * (afar * extent);
+  return orientation;
+}
+
+/// Whether the cloud may be a view from the origin along z: its points lie as evenly as a camera there
+/// measures.
+bool isViewFromOrigin(const std::vector<cv::Point3f>& points) {
+  constexpr std::size_t drawn = 8000;
+  return unevenness(drawnFrom(points, drawn), {}) <= kEven;
+}
+
 /// Several draws of a cloud with noise, concatenated.
 PointCloud withDraws(const PointCloud& cloud, double noise, std::size_t draws) {
   constexpr std::uint64_t seed = 7;
@@ -179,10 +199,13 @@ PreparedModel::PreparedModel(std::string name, PointCloud raw, PointCloud filter
   const Neighbors neighbors(raw_.points, options_.threads);
   noise_ = estimateNoise(neighbors, options_.threads);
   const double spacing = spacingOf(neighbors);
-  orientation_ = {.outwards = !RangeImage(raw_.points, spacing).known(), .center = center_};
-  log.add("model", fmt::format("{}; noise {:.4g} m, points {:.4g} m apart",
-                               orientation_.outwards ? "shows several sides" : "seen from the origin", noise_,
-                               spacing));
+  orientation_ = orientationOf(raw_.points, spacing, center_, extent_);
+  log.add("model",
+          fmt::format("{}; noise {:.4g} m, points {:.4g} m apart",
+                      orientation_.outwards                  ? "shows several sides"
+                      : orientation_.sensor == cv::Point3d() ? "seen from the origin"
+                                                             : "shows one side, not towards the origin",
+                      noise_, spacing));
 }
 
 std::shared_ptr<const PreparedModel::Described> PreparedModel::describedFor(
@@ -251,6 +274,8 @@ PreparedScene::PreparedScene(std::string name, PointCloud raw, PointCloud filter
   StageLog log(&stages_);
   if (!options_.viewpoint && raw_.viewpoint)
     options_.viewpoint = cv::Point3d(raw_.viewpoint->x, raw_.viewpoint->y, raw_.viewpoint->z);
+  if (!options_.viewpoint && isMean(options_) && !isViewFromOrigin(raw_.points))
+    options_.viewpoint = estimatedViewpoint_ = findViewpoint(raw_.points, options_.threads);
   if (options_.viewpoint) {
     const cv::Affine3d toView = viewFrom(*options_.viewpoint, raw_);
     fromView_ = toView.inv();
@@ -317,7 +342,10 @@ std::shared_ptr<const PreparedScene::Described> PreparedScene::describe(
   // The mean surface has a wider spacing, and no noise.
   fresh->view = isMean(options_) ? RangeImage(surface.points(), 1.8 * scales.unit)
                                  : RangeImage(raw_.points, resolution_);
-  log.add("view", fresh->view.known() ? "seen from the origin" : "no view from the origin");
+  const char* from = estimatedViewpoint_  ? "its estimated viewpoint"
+                     : options_.viewpoint ? "its viewpoint"
+                                          : "the origin";
+  log.add("view", fmt::format("{} {}", fresh->view.known() ? "seen from" : "no view from", from));
   return fresh;
 }
 

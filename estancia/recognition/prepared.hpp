@@ -5,6 +5,7 @@
 #include <memory>
 #include <mutex>
 #include <opencv2/core/affine.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -25,10 +26,11 @@ struct DescribedSurface {
   std::vector<StageReport> stages;
 };
 
-/// Direction of normals: towards the origin, where the sensor was, or away from the center of the cloud.
+/// Direction of normals: towards the sensor, or away from the center of the cloud.
 struct Orientation {
   bool outwards = false;
   cv::Point3d center;
+  cv::Point3d sensor = {};
 };
 
 class PreparedModel {
@@ -85,6 +87,9 @@ class PreparedScene {
   const cv::Affine3d& fromView() const { return fromView_; }
   /// Whether the cloud is consistent with a sensor at the viewpoint, so that occlusion and free space count.
   bool hasView() const { return described_->view.known(); }
+  /// Where the sensor stood in the scene's frame [m], if that follows from the points alone
+  /// (findViewpoint()).
+  const std::optional<cv::Point3d>& estimatedViewpoint() const { return estimatedViewpoint_; }
   double resolution() const { return resolution_; }  ///< of the raw cloud: resolutionOf() [m]
   double noise() const { return noise_; }            ///< standard deviation across the surface, estimated [m]
   const RecognitionScales& scales() const { return scales_; }      ///< unless a model needs others
@@ -102,6 +107,7 @@ class PreparedScene {
 
   std::string name_;
   cv::Affine3d fromView_ = cv::Affine3d::Identity();
+  std::optional<cv::Point3d> estimatedViewpoint_;
   PointCloud raw_, filtered_;  ///< finite points only; filtered_ is empty without a filter
   RecognitionOptions options_;
   double resolution_ = 0, spacing_ = 0, noise_ = 0;

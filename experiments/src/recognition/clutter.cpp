@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "experiments/src/recognition/clutter.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -12,6 +14,7 @@
 #include "estancia/cloud/normals.hpp"
 #include "estancia/cloud/resolution.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/io/cloud_file.hpp"
 
 namespace estancia::experiments {
 namespace {
@@ -207,6 +210,25 @@ ClutterScene makeClutter(const std::vector<ClutterModel>& models, const ClutterO
   scene.cloud.width = scene.cloud.points.size();
   scene.cloud.height = 1;
   return scene;
+}
+
+ModelPairs withClutter(const ModelPairs& pairs, const ClutterOptions& options,
+                       const std::filesystem::path& folder) {
+  std::vector<ClutterModel> models;
+  for (const ModelPairs::Model& model : pairs.models) models.push_back({model.object, readCloud(model.file)});
+  ModelPairs made;
+  made.models = pairs.models;
+  std::filesystem::create_directories(folder);
+  for (std::size_t s = 0; s < options.scenes; ++s) {
+    const ClutterScene scene = makeClutter(models, options, s);
+    const std::string name = fmt::format("clutter{:03}", s);
+    const std::filesystem::path file = folder / (name + ".pcd");
+    if (!std::filesystem::exists(file)) writeCloud(scene.cloud, file);
+    made.scenes.push_back({name, file});
+    for (const ClutterScene::Instance& instance : scene.instances)
+      made.pairs.push_back({s, instance.model, {instance.pose}});
+  }
+  return made;
 }
 
 cv::Affine3d randomFrame(std::uint64_t seed) {

@@ -4,12 +4,14 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <opencv2/core/affine.hpp>
 #include <string>
 #include <vector>
 
 #include "estancia/core/options.hpp"
 #include "estancia/core/point_cloud.hpp"
+#include "experiments/src/recognition/model_pairs.hpp"
 
 namespace estancia::experiments {
 
@@ -50,6 +52,11 @@ struct ClutterScene {
 /// models without points.
 ClutterScene makeClutter(const std::vector<ClutterModel>& models, const ClutterOptions& options,
                          std::size_t number);
+
+/// The models of `pairs` in scenes that are made of them, and written into `folder`. Throws Error when a
+/// model cannot be read or a scene not be written.
+ModelPairs withClutter(const ModelPairs& pairs, const ClutterOptions& options,
+                       const std::filesystem::path& folder);
 
 /// A rotation and a shift of some meters, as between a sensor and a robot's map; seeded.
 cv::Affine3d randomFrame(std::uint64_t seed);

@@ -316,6 +316,7 @@ Findings compareRecognition(const RecognitionExperimentOptions& options, Grid& g
   refuseModels(run, "recognition");
   ModelPairs pairs = readModelPairs(options.pairs, options.columns);
   if (!options.scenes.empty()) pairs = onlyScenes(pairs, options.scenes);
+  if (options.clutter.scenes > 0) pairs = withClutter(pairs, options.clutter, run.folder / "clutter");
   RecognitionStages stages(options, pairs, run.folder);
   return compareRecognitionBy(options, pairs, stages, grid, run, progress);
 }

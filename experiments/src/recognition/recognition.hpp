@@ -15,6 +15,7 @@
 #include "estancia/core/options.hpp"
 #include "estancia/core/progress.hpp"
 #include "experiments/src/findings/findings.hpp"
+#include "experiments/src/recognition/clutter.hpp"
 #include "experiments/src/recognition/model_pairs.hpp"
 #include "experiments/src/runner/experiment.hpp"
 #include "experiments/src/runner/grid.hpp"
@@ -75,6 +76,10 @@ struct RecognitionExperimentOptions {
   std::vector<Symmetry> symmetries;
   /// The thesis' numbers beside: for its pairs (Tombari, Salti, Di Stefano's Kinect data set).
   bool thesisTables = false;
+  /// Scenes that are made of the models of `pairs`, in place of its own.
+  ClutterOptions clutter;
+  /// Whether each scene is moved into a frame of its own, as of a map: nobody says where the sensor was.
+  bool elsewhere = false;
   /// Size of the cache of filtered clouds in the experiment's folder.
   std::size_t keptMegabytes = 4096;
 };

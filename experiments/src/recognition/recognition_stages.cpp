@@ -71,6 +71,12 @@ std::string problemOf(const Work& work) {
   }
 }
 
+PointCloud movedBy(const cv::Affine3d& frame, PointCloud cloud) {
+  for (cv::Point3f& p : cloud.points) p = frame * cv::Point3d(p);
+  for (cv::Point3f& n : cloud.normals) n = frame.rotation() * cv::Vec3d(n.x, n.y, n.z);
+  return cloud;
+}
+
 /// Makes what the search needs of both; the scene may be described again for a model of another size.
 void describe(const PreparedModel& model, const PreparedScene& scene) {
   const RecognitionScales scales = scene.scalesFor(model);
@@ -129,7 +135,7 @@ RecognitionStages::~RecognitionStages() = default;
 std::string RecognitionStages::inputs(const RecognitionUnit& unit) const {
   std::string text = describe(optionsOf(unit)) + "\n" + sceneDigests_[unit.scene] + "\n" +
                      FilteredClouds::describe(filterOf(unit.preset, unit.sceneFilter, unit.size)) + "\n" +
-                     fmt::format("{} {}\n", options_.translation, options_.rotation);
+                     fmt::format("{} {} {}\n", options_.translation, options_.rotation, options_.elsewhere);
   for (const std::string& filter : options_.modelFilters)
     text += FilteredClouds::describe(filterOf(unit.preset, filter, options_.modelPoints)) + "\n";
   for (const Model& model : models_) {
@@ -165,6 +171,10 @@ bool RecognitionStages::isCorrect(const RecognitionTask& task, std::size_t model
   return false;
 }
 
+cv::Affine3d RecognitionStages::frameOf(const RecognitionUnit& unit) const {
+  return options_.elsewhere ? randomFrame(unit.scene + 1) : cv::Affine3d::Identity();
+}
+
 void RecognitionStages::look(const RecognitionTask& task, RecognitionFound& found) {
   const RecognitionUnit& unit = task.unit;
   const auto& [name, file] = pairs_.scenes[unit.scene];
@@ -178,8 +188,10 @@ void RecognitionStages::look(const RecognitionTask& task, RecognitionFound& foun
   const auto recipe = recipeOf(unit);
   const auto start = Clock::now();
   std::shared_ptr<const PreparedScene> scene;
-  const std::string problem =
-      problemOf([&] { scene = recipe->recognizer.prepareScene(name, noisy, filtered.cloud); });
+  const std::string problem = problemOf([&] {
+    const cv::Affine3d frame = frameOf(unit);
+    scene = recipe->recognizer.prepareScene(name, movedBy(frame, noisy), movedBy(frame, filtered.cloud));
+  });
   found.describeSeconds = secondsSince(start);
   // Models of one filter are verified together.
   std::vector<std::vector<PoseCandidates>> candidates(options_.modelFilters.size());
@@ -208,7 +220,7 @@ void RecognitionStages::look(const RecognitionTask& task, RecognitionFound& foun
       if (place.first == filter) found.searches[s].seconds += seconds;
     for (const Detection& detection : detections) {
       RecognitionSearch& search = found.searches[searchOf.at({filter, detection.model})];
-      const bool correct = isCorrect(task, search.model, detection.pose);
+      const bool correct = isCorrect(task, search.model, frameOf(unit).inv() * detection.pose);
       if (!search.verified) search.correct = correct;
       search.verified = true;
       (correct ? search.right : search.extra) += 1;
