@@ -71,7 +71,7 @@ Json toJson(const Evaluation& evaluation) {
   return json;
 }
 
-void print(const std::vector<LocalizationSummary::Place>& places) {
+void printPlaces(const std::vector<LocalizationSummary::Place>& places) {
   constexpr std::size_t shown = 10;
   fmt::print("\n{:<10} {:>7}   median confidence\n", "place", "images");
   for (std::size_t i = 0; i < std::min(shown, places.size()); ++i)
@@ -161,7 +161,7 @@ void run(const EvaluateArguments& arguments) {
     return;
   }
   const std::size_t known = apps::print(evaluation.measures);
-  if (localized) print(evaluation.places);
+  if (localized) printPlaces(evaluation.places);
   if (evaluation.lacksTruth)
     fmt::print(
         "\nWhether this is right is not known: give poses (--poses FILE) or rooms (--rooms FILE) of SEQ, or "

@@ -207,13 +207,13 @@ TEST_F(RecognitionExperiment, CountsPairsAndFalsePositives) {
   EXPECT_EQ(lines()[0],
             "model_filter,scene_filter,size,noise,keypoint,descriptor,pairs,verified,correct,false_positives,"
             "seconds,"
-            "filter_seconds,model_seconds,absent,failed,seeds,correct_least,correct_most,preset");
+            "filter_seconds,model_seconds,absent,failed,seeds,correct_least,correct_most,extra_instances,preset");
   EXPECT_THAT(lines(),
-              testing::Contains("none,none,all,0,uniform,shot,3,3,3,3,3.5,2,0.25,5,2,1,3,3,default"));
+              testing::Contains("none,none,all,0,uniform,shot,3,3,3,3,3.5,2,0.25,5,2,1,3,3,0,default"));
   EXPECT_THAT(lines(),
-              testing::Contains("gng,none,all,0.005,uniform,shot,6,0,0,0,3.5,2,0.25,10,4,2,0,0,default"));
+              testing::Contains("gng,none,all,0.005,uniform,shot,6,0,0,0,3.5,2,0.25,10,4,2,0,0,0,default"));
   EXPECT_THAT(lines(),
-              testing::Contains("gng,gng,200,0.005,uniform,shot,6,6,5,6,3.5,2,0.25,10,4,2,2,3,default"));
+              testing::Contains("gng,gng,200,0.005,uniform,shot,6,6,5,6,3.5,2,0.25,10,4,2,2,3,0,default"));
   EXPECT_EQ(lines().size(), 1U + 2 * 3 * 2);
 }
 
@@ -237,7 +237,7 @@ TEST_F(RecognitionExperiment, GoesOnAndComputesAnewWhatHasChanged) {
   run();
   EXPECT_GT(work.units, 0) << "other models are looked for";
   EXPECT_THAT(lines(),
-              testing::Contains("none,none,all,0,uniform,shot,3,3,3,0,3.5,2,0.25,0,0,1,3,3,default"));
+              testing::Contains("none,none,all,0,uniform,shot,3,3,3,0,3.5,2,0.25,0,0,1,3,3,0,default"));
 }
 
 TEST_F(RecognitionExperiment, ReadsCellsThatDoNotSayWhySearchesFailed) {

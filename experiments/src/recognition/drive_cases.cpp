@@ -81,7 +81,8 @@ class Drive {
     };
     if (!options_.instances) {
       std::size_t number = 0;
-      for (Cluster& cluster : findClusters(depth, *sequence_->intrinsics(), {.threads = 1}).clusters)
+      for (estancia::Cluster& cluster :
+           findClusters(depth, *sequence_->intrinsics(), {.threads = 1}).clusters)
         keep(fmt::format("cluster {}", number++), std::move(cluster.points));
       return pieces;
     }

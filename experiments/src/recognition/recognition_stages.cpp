@@ -73,7 +73,7 @@ std::string problemOf(const Work& work) {
 
 PointCloud movedBy(const cv::Affine3d& frame, PointCloud cloud) {
   for (cv::Point3f& p : cloud.points) p = frame * cv::Point3d(p);
-  for (cv::Point3f& n : cloud.normals) n = frame.rotation() * cv::Vec3d(n.x, n.y, n.z);
+  for (cv::Point3f& n : cloud.normals) n = cv::Vec3f(frame.rotation() * cv::Vec3d(n.x, n.y, n.z));
   return cloud;
 }
 
