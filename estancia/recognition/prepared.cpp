@@ -82,6 +82,21 @@ PointCloud transformed(PointCloud cloud, const cv::Affine3d& transform) {
   return cloud;
 }
 
+/// Where the sensor stood, if that was clearly not at the origin, and the cloud is a view from there.
+std::optional<cv::Point3d> viewpointElsewhere(const PointCloud& cloud, int threads) {
+  constexpr std::size_t count = 8000;
+  constexpr double clearly = 2;  // times as uneven
+  PointCloud drawn;
+  drawn.points = drawnFrom(cloud.points, count);
+  const double atOrigin = unevenness(drawn.points, {});
+  if (atOrigin <= kEven) return {};
+  const auto found = findViewpoint(cloud.points, threads);
+  if (!found || atOrigin < clearly * unevenness(drawn.points, *found)) return {};
+  drawn = transformed(std::move(drawn), viewFrom(*found, cloud));
+  const double spacing = spacingOf(Neighbors(drawn.points, threads));
+  return RangeImage(drawn.points, spacing).known() ? found : std::nullopt;
+}
+
 /// A cloud on its way to a described surface.
 struct Input {
   const std::string& name;
@@ -159,13 +174,6 @@ Orientation orientationOf(const std::vector<cv::Point3f>& points, double spacing
   orientation.outwards = !direction;
   if (direction) orientation.sensor = center + *direction * (afar * extent);
   return orientation;
-}
-
-/// Whether the cloud may be a view from the origin along z: its points lie as evenly as a camera there
-/// measures.
-bool isViewFromOrigin(const std::vector<cv::Point3f>& points) {
-  constexpr std::size_t drawn = 8000;
-  return unevenness(drawnFrom(points, drawn), {}) <= kEven;
 }
 
 /// Several draws of a cloud with noise, concatenated.
@@ -274,8 +282,8 @@ PreparedScene::PreparedScene(std::string name, PointCloud raw, PointCloud filter
   StageLog log(&stages_);
   if (!options_.viewpoint && raw_.viewpoint)
     options_.viewpoint = cv::Point3d(raw_.viewpoint->x, raw_.viewpoint->y, raw_.viewpoint->z);
-  if (!options_.viewpoint && isMean(options_) && !isViewFromOrigin(raw_.points))
-    options_.viewpoint = estimatedViewpoint_ = findViewpoint(raw_.points, options_.threads);
+  if (!options_.viewpoint && isMean(options_))
+    options_.viewpoint = estimatedViewpoint_ = viewpointElsewhere(raw_, options_.threads);
   if (options_.viewpoint) {
     const cv::Affine3d toView = viewFrom(*options_.viewpoint, raw_);
     fromView_ = toView.inv();
