@@ -204,10 +204,11 @@ class RecognitionExperiment : public testing::Test {
 TEST_F(RecognitionExperiment, CountsPairsAndFalsePositives) {
   run();
   EXPECT_EQ(work.units, 3 * 3 * 2) << "scene filters × (no noise + 2 seeds) × scenes; once for all models";
-  EXPECT_EQ(lines()[0],
-            "model_filter,scene_filter,size,noise,keypoint,descriptor,pairs,verified,correct,false_positives,"
-            "seconds,"
-            "filter_seconds,model_seconds,absent,failed,seeds,correct_least,correct_most,extra_instances,preset");
+  EXPECT_EQ(
+      lines()[0],
+      "model_filter,scene_filter,size,noise,keypoint,descriptor,pairs,verified,correct,false_positives,"
+      "seconds,"
+      "filter_seconds,model_seconds,absent,failed,seeds,correct_least,correct_most,extra_instances,preset");
   EXPECT_THAT(lines(),
               testing::Contains("none,none,all,0,uniform,shot,3,3,3,3,3.5,2,0.25,5,2,1,3,3,0,default"));
   EXPECT_THAT(lines(),
