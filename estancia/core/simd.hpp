@@ -2,8 +2,37 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
+
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(ESTANCIA_NO_MULTIVERSION)
 #define ESTANCIA_MULTIVERSION __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+#define ESTANCIA_TARGET_16_LANES __attribute__((target("avx512f")))
+#define ESTANCIA_TARGET_8_LANES __attribute__((target("avx2,fma")))
+#define ESTANCIA_HAS_TARGETS 1
 #else
 #define ESTANCIA_MULTIVERSION
+#define ESTANCIA_TARGET_16_LANES
+#define ESTANCIA_TARGET_8_LANES
+#define ESTANCIA_HAS_TARGETS 0
 #endif
+
+namespace estancia {
+
+/// A register of float32. A loop over vectors wider than the processor's keeps them in memory (GCC 12), so
+/// such loops are written for each width and chosen by simdLanes().
+template <std::size_t lanes>
+struct Simd {
+  using Float [[gnu::vector_size(lanes * sizeof(float))]] = float;
+  using Bits [[gnu::vector_size(lanes * sizeof(int))]] = int;
+};
+
+/// Float32 numbers of this processor's registers: 16 (AVX-512), 8 (AVX2 with FMA) or 4.
+inline std::size_t simdLanes() {
+#if ESTANCIA_HAS_TARGETS
+  if (__builtin_cpu_supports("avx512f") != 0) return 16;
+  if (__builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0) return 8;
+#endif
+  return 4;
+}
+
+}  // namespace estancia

@@ -20,56 +20,90 @@ namespace {
 constexpr std::size_t tileColumns = 16;  // columns of a tile: one vector of AVX-512, two of AVX
 constexpr std::size_t tileRows = 4;      // rows of a tile: their sums stay in registers
 constexpr std::size_t blockRows = 64;    // rows that stay in the cache while the columns pass
-using Vector [[gnu::vector_size(tileColumns * sizeof(float))]] = float;
-using Bits [[gnu::vector_size(tileColumns * sizeof(int))]] = int;
 
-/// One label of `tileColumns` rows. The struct has the alignment, which a template argument would lose.
-struct alignas(sizeof(Vector)) Column {
-  Vector values;
+/// One label of `tileColumns` rows.
+struct alignas(tileColumns * sizeof(float)) Column {
+  float values[tileColumns];
 };
 
 enum class Sum { squares, magnitudes, largest };
 
-[[gnu::always_inline]] inline void add(Vector& sum, const Vector& a, const Vector& b, Sum kind) {
-  const Vector difference = a - b;
-  if (kind == Sum::squares) {
+template <std::size_t lanes, Sum kind>
+[[gnu::always_inline]] inline void add(typename Simd<lanes>::Float& sum,
+                                       const typename Simd<lanes>::Float& difference) {
+  using Float = typename Simd<lanes>::Float;
+  if constexpr (kind == Sum::squares) {
     sum += difference * difference;
-    return;
+  } else {
+    const auto magnitude = (Float)((typename Simd<lanes>::Bits)difference & 0x7FFFFFFF);
+    if constexpr (kind == Sum::magnitudes)
+      sum += magnitude;
+    else
+      sum = magnitude > sum ? magnitude : sum;
   }
-  const Vector magnitude = (Vector)((Bits)difference & 0x7FFFFFFF);
-  if (kind == Sum::magnitudes)
-    sum += magnitude;
-  else
-    sum = magnitude > sum ? magnitude : sum;
 }
 
 /// Sums over the labels of `tileRows` rows (each `labels` long, one after the other) with `tileColumns`
 /// columns that are packed label by label.
-template <Sum kind>
+template <std::size_t lanes, Sum kind>
 [[gnu::always_inline]] inline void tile(const float* rows, const Column* columns, std::size_t labels,
                                         float* out) {
-  Vector sums[tileRows] = {};
-  for (std::size_t k = 0; k < labels; ++k) {
+  using Float = typename Simd<lanes>::Float;
+  constexpr std::size_t vectors = lanes < 16 ? 2 : 1;
+  for (std::size_t first = 0; first < tileColumns; first += vectors * lanes) {
+    Float sums[tileRows][vectors] = {};
+    for (std::size_t k = 0; k < labels; ++k) {
+      const auto* column = reinterpret_cast<const Float*>(columns[k].values + first);
 #pragma GCC unroll 4
-    for (std::size_t r = 0; r < tileRows; ++r) {
-      const float value = rows[r * labels + k];
-      const Vector row = value - Vector{};
-      add(sums[r], row, columns[k].values, kind);
+      for (std::size_t r = 0; r < tileRows; ++r) {
+        const Float row = rows[r * labels + k] - Float{};
+#pragma GCC unroll 2
+        for (std::size_t v = 0; v < vectors; ++v) add<lanes, kind>(sums[r][v], row - column[v]);
+      }
     }
+    for (std::size_t r = 0; r < tileRows; ++r)
+      for (std::size_t c = 0; c < vectors * lanes; ++c)
+        out[r * tileColumns + first + c] = sums[r][c / lanes][c % lanes];
   }
-  for (std::size_t r = 0; r < tileRows; ++r)
-    for (std::size_t c = 0; c < tileColumns; ++c) out[r * tileColumns + c] = sums[r][c];
 }
 
-ESTANCIA_MULTIVERSION
-void tileOf(Sum kind, const float* rows, const Column* columns, std::size_t labels, float* out) {
+template <std::size_t lanes>
+[[gnu::always_inline]] inline void tileOf(Sum kind, const float* rows, const Column* columns,
+                                          std::size_t labels, float* out) {
   switch (kind) {
     case Sum::squares:
-      return tile<Sum::squares>(rows, columns, labels, out);
+      return tile<lanes, Sum::squares>(rows, columns, labels, out);
     case Sum::magnitudes:
-      return tile<Sum::magnitudes>(rows, columns, labels, out);
+      return tile<lanes, Sum::magnitudes>(rows, columns, labels, out);
     case Sum::largest:
-      return tile<Sum::largest>(rows, columns, labels, out);
+      return tile<lanes, Sum::largest>(rows, columns, labels, out);
+  }
+}
+
+using Tile = void (*)(Sum, const float*, const Column*, std::size_t, float*);
+
+ESTANCIA_TARGET_16_LANES
+void tile16(Sum kind, const float* rows, const Column* columns, std::size_t labels, float* out) {
+  tileOf<16>(kind, rows, columns, labels, out);
+}
+
+ESTANCIA_TARGET_8_LANES
+void tile8(Sum kind, const float* rows, const Column* columns, std::size_t labels, float* out) {
+  tileOf<8>(kind, rows, columns, labels, out);
+}
+
+void tile4(Sum kind, const float* rows, const Column* columns, std::size_t labels, float* out) {
+  tileOf<4>(kind, rows, columns, labels, out);
+}
+
+Tile tileOfThisProcessor() {
+  switch (simdLanes()) {
+    case 16:
+      return tile16;
+    case 8:
+      return tile8;
+    default:
+      return tile4;
   }
 }
 
@@ -196,11 +230,12 @@ CondensedDistances pairwiseDistances(const DescriptorMatrix& rows, Comparison co
   const bool tiled = isTiled(comparison, kind);
   const Packed packed(tiled ? rows : DescriptorMatrix(labels), comparison == Comparison::cosine);
 
+  static const Tile sumsOf = tileOfThisProcessor();
   const auto byTiles = [&](std::size_t begin, std::size_t end) {
     float sums[tileRows * tileColumns];
     for (std::size_t j = begin / tileColumns * tileColumns; j < n; j += tileColumns)
       for (std::size_t i = begin; i < std::min(end, j + tileColumns); i += tileRows) {
-        tileOf(kind, packed.row(i), packed.columns(j), labels, sums);
+        sumsOf(kind, packed.row(i), packed.columns(j), labels, sums);
         for (std::size_t r = i; r < std::min(i + tileRows, end); ++r)
           for (std::size_t c = std::max(j, r + 1); c < std::min(j + tileColumns, n); ++c)
             distances.after(r)[c - r - 1] =

@@ -12,54 +12,63 @@
 namespace estancia {
 namespace {
 
-constexpr std::size_t lanes = 16;  // one vector of AVX-512, two of AVX
-constexpr std::size_t tall =
-    6;  // rows of a tile: 12 (or 6) sums stay in registers and hide each other's latency
+constexpr std::size_t tall = 6;    // rows of a tile: its 12 sums stay in registers, hide each other's latency
 constexpr std::size_t block = 96;  // rows that stay in the cache while the panels pass; a multiple of `tall`
-using Vector [[gnu::vector_size(lanes * sizeof(float))]] = float;
+constexpr std::size_t line = sizeof(PackedRows::Line) / sizeof(float);
 
-/// Products of `tall` rows with `vectors` × `lanes` columns of a panel; row r of them goes to out + r stride.
-template <std::size_t vectors>
-[[gnu::always_inline]] inline void tile(const float* rows, const float* panel, std::size_t labels, float* out,
-                                        std::size_t stride) {
-  Vector sums[tall][vectors] = {};
-  for (std::size_t k = 0; k < labels; ++k) {
-    const auto* columns = reinterpret_cast<const Vector*>(panel + k * PackedRows::width);
+/// Products of `tall` rows with the columns of a panel; row r of them goes to out + r stride.
+template <std::size_t lanes>
+[[gnu::always_inline]] inline void multiply(const float* rows, const float* panel, std::size_t labels,
+                                            float* out, std::size_t stride) {
+  using Float = typename Simd<lanes>::Float;
+  for (std::size_t first = 0; first < PackedRows::width; first += 2 * lanes) {
+    Float sums[tall][2] = {};
+    for (std::size_t k = 0; k < labels; ++k) {
+      const auto* columns = reinterpret_cast<const Float*>(panel + k * PackedRows::width + first);
 #pragma GCC unroll 6
-    for (std::size_t r = 0; r < tall; ++r) {
-      const Vector row = rows[r * labels + k] - Vector{};
-#pragma GCC unroll 2
-      for (std::size_t v = 0; v < vectors; ++v) sums[r][v] += row * columns[v];
+      for (std::size_t r = 0; r < tall; ++r) {
+        const Float row = rows[r * labels + k] - Float{};
+        sums[r][0] += row * columns[0];
+        sums[r][1] += row * columns[1];
+      }
     }
+    for (std::size_t r = 0; r < tall; ++r)
+      for (std::size_t v = 0; v < 2; ++v)
+        *reinterpret_cast<Float*>(out + r * stride + first + v * lanes) = sums[r][v];
   }
-  for (std::size_t r = 0; r < tall; ++r)
-    for (std::size_t v = 0; v < vectors; ++v)
-      *reinterpret_cast<Vector*>(out + r * stride + v * lanes) = sums[r][v];
 }
 
-ESTANCIA_MULTIVERSION
-void wideTile(const float* rows, const float* panel, std::size_t labels, float* out, std::size_t stride) {
-  tile<2>(rows, panel, labels, out, stride);
+using Multiply = void (*)(const float*, const float*, std::size_t, float*, std::size_t);
+
+ESTANCIA_TARGET_16_LANES
+void multiply16(const float* rows, const float* panel, std::size_t labels, float* out, std::size_t stride) {
+  multiply<16>(rows, panel, labels, out, stride);
 }
 
-ESTANCIA_MULTIVERSION
-void narrowTile(const float* rows, const float* panel, std::size_t labels, float* out, std::size_t stride) {
-  tile<1>(rows, panel, labels, out, stride);
+ESTANCIA_TARGET_8_LANES
+void multiply8(const float* rows, const float* panel, std::size_t labels, float* out, std::size_t stride) {
+  multiply<8>(rows, panel, labels, out, stride);
 }
 
-/// Whether 32 registers of 16 numbers are there; else a tile of half the width fits.
-bool hasWideRegisters() {
-#if defined(__x86_64__) && defined(__GNUC__)
-  return __builtin_cpu_supports("avx512f") != 0;
-#else
-  return false;
-#endif
+void multiply4(const float* rows, const float* panel, std::size_t labels, float* out, std::size_t stride) {
+  multiply<4>(rows, panel, labels, out, stride);
+}
+
+Multiply multiplyOfThisProcessor() {
+  switch (simdLanes()) {
+    case 16:
+      return multiply16;
+    case 8:
+      return multiply8;
+    default:
+      return multiply4;
+  }
 }
 
 }  // namespace
 
 PackedRows::PackedRows(const DescriptorMatrix& rows) : size_(rows.size()), labels_(rows.labels()) {
-  values_.resize(std::max<std::size_t>(panels() * width * labels_ / lanes, 1));
+  values_.resize(std::max<std::size_t>(panels() * width * labels_ / line, 1));
   for (std::size_t i = 0; i < size_; ++i) {
     float* column = values_.front().numbers + i / width * width * labels_ + i % width;
     for (const float value : rows.row(i)) {
@@ -74,28 +83,21 @@ void rowProducts(const DescriptorMatrix& rows, const PackedRows& others, int thr
   const std::size_t labels = rows.labels(), n = rows.size();
   if (labels != others.labels())
     fail(ErrorCode::mismatch, "rows have {} and {} numbers; give as many of each", labels, others.labels());
-  static const bool wide = hasWideRegisters();
+  static const Multiply multiply = multiplyOfThisProcessor();
   const std::size_t stride = others.panels() * PackedRows::width;
   inParallel((n + block - 1) / block, threads, Progress::none(), "stopped while rows were multiplied",
              [&](std::size_t b) {
                const std::size_t begin = b * block, count = std::min(block, n - begin);
                const std::size_t padded = (count + tall - 1) / tall * tall;
                std::vector<float> strip(padded * labels);
-               std::vector<PackedRows::Line> lines(padded * stride / lanes);
+               std::vector<PackedRows::Line> lines(padded * stride / line);
                float* const products = lines.empty() ? nullptr : lines.front().numbers;
                std::memcpy(strip.data(), rows.values().data() + begin * labels,
                            count * labels * sizeof(float));
                for (std::size_t p = 0; p < others.panels(); ++p)
-                 for (std::size_t i = 0; i < padded; i += tall) {
-                   const float *a = strip.data() + i * labels, *panel = others.panel(p);
-                   float* out = products + i * stride + p * PackedRows::width;
-                   if (wide) {
-                     wideTile(a, panel, labels, out, stride);
-                   } else {
-                     narrowTile(a, panel, labels, out, stride);
-                     narrowTile(a, panel + lanes, labels, out + lanes, stride);
-                   }
-                 }
+                 for (std::size_t i = 0; i < padded; i += tall)
+                   multiply(strip.data() + i * labels, others.panel(p), labels,
+                            products + i * stride + p * PackedRows::width, stride);
                for (std::size_t i = 0; i < count; ++i)
                  take(begin + i, {products + i * stride, others.size()});
              });
