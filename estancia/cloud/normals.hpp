@@ -39,6 +39,13 @@ std::vector<cv::Point3f> estimateNormals(const PointCloud& cloud, const NormalOp
 std::vector<cv::Point3f> estimateNormals(std::span<const cv::Point3f> places, const Neighbors& points,
                                          const NormalOptions& options);
 
+/// Gives neighboring normals the same side along the minimum spanning tree of their angles (Hoppe et al.,
+/// SIGGRAPH 1992): a closed surface gets all outwards or all inwards, and each connected surface keeps the
+/// side of its first point. `neighbors` are those of `points`. Throws Error (invalidInput) unless there is
+/// one normal a point.
+void orientConsistently(std::span<const cv::Point3f> points, const Neighbors& neighbors,
+                        std::vector<cv::Point3f>& normals);
+
 /// A unit normal for every neuron of a neural gas: PCA of the neuron, its neighbors and theirs, oriented
 /// towards `viewpoint`. It needs no radius, because the graph joins what lies on one surface. NaN where these
 /// points do not span a plane. O(neurons). Throws Error (invalidInput) on an edge beyond the neurons.

@@ -1,4 +1,4 @@
-// Viewpoint estimation: where the sensor of a point cloud stood, from the density of its points.
+// Viewpoint estimation: where the sensor of a point cloud stood, from its grid or the density of its points.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -6,6 +6,8 @@
 #include <optional>
 #include <span>
 #include <vector>
+
+#include "estancia/core/point_cloud.hpp"
 
 namespace estancia {
 
@@ -22,6 +24,12 @@ constexpr double kEven = 1.35;
 /// thousand places around, if it is small enough. None for clouds of several views, and for those that a
 /// filter has made uniform in space. `points` are finite. Deterministic.
 std::optional<cv::Point3d> findViewpoint(std::span<const cv::Point3f> points, int threads = 1);
+
+/// The position of the sensor of an organized cloud, in its frame [m]: the center of the projection that its
+/// rows and columns are (direct linear transform; depth errors along the rays do not matter). None for an
+/// unorganized cloud, for one that a single pinhole projection does not explain within a pixel, and for
+/// points in one plane, which many explain.
+std::optional<cv::Point3d> viewpointOfGrid(const PointCloud& cloud);
 
 /// A part of the points, drawn at random with a fixed seed, in their order.
 std::vector<cv::Point3f> drawnFrom(std::span<const cv::Point3f> points, std::size_t count);

@@ -28,6 +28,16 @@ Choices descriptorMethods() {
   return choices;
 }
 
+void SurfaceFeatures::append(const SurfaceFeatures& others) {
+  const auto add = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+  add(keypoints, others.keypoints);
+  add(points, others.points);
+  add(normals, others.normals);
+  add(frames, others.frames);
+  descriptors.reserve(size());
+  for (std::size_t i = 0; i < others.size(); ++i) descriptors.append(others.descriptors.row(i));
+}
+
 SurfaceFeatures describe(const Surface& surface, std::span<const std::uint32_t> keypoints,
                          const std::string& method, double radius, int threads, FrameSigns signs) {
   requireChoice("surface descriptor", method, descriptorMethods());

@@ -25,6 +25,8 @@ struct SurfaceFeatures {
   DescriptorMatrix descriptors{0};
 
   std::size_t size() const { return keypoints.size(); }
+  /// Adds features by the same method.
+  void append(const SurfaceFeatures& others);
 };
 
 /// Sign disambiguation of the axes of a local frame.

@@ -55,7 +55,7 @@ bool explains(const Item& item, const cv::Affine3f& fromScene, const cv::Point3f
   const auto k = static_cast<std::size_t>(near);
   const cv::Point3f off = p - model.surface->points()[k], &n = model.surface->normals()[k];
   return std::abs(n.dot(off)) < across * tolerance && off.dot(off) < along * along * tolerance * tolerance &&
-         n.dot(fromScene.rotation() * normal) > minDot;
+         cosineOf(n, fromScene.rotation() * normal, item.of->sceneSurface->view.known()) > minDot;
 }
 
 /// For each supported point of an instance whether the other explains it.

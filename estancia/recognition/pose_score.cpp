@@ -52,7 +52,7 @@ PoseScore score(const OrientedPoints& model, const DenseScene& scene, const cv::
     if (near != NearestField::none) {
       const auto k = static_cast<std::size_t>(near);
       const cv::Point3f& m = scene.surface.normals()[k];
-      const float off = std::abs(m.dot(p - scene.surface.points()[k])), dot = m.dot(n);
+      const float off = std::abs(m.dot(p - scene.surface.points()[k])), dot = cosineOf(m, n, seen);
       if (off < offset && dot > minDot &&
           !(colored && colorDifference(model.lab[i], scene.surface.lab()[k]) > limits.color)) {
         ++points;
@@ -124,6 +124,7 @@ cv::Affine3d refineInField(const OrientedPoints& model, const cv::Point3d& cente
       1e-5;  // of the strongest direction: planes and spheres do not fix all directions
   constexpr double maxRotation = 0.3;     // [rad] a round
   constexpr double stillRotation = 2e-4;  // [rad]
+  const bool seen = scene.view.known();
   cv::Affine3d refined = pose;
   ColorTerm color(model.lab, scene.surface, scene.gradients, options.color);
   double size = 0;
@@ -139,12 +140,12 @@ cv::Affine3d refineInField(const OrientedPoints& model, const cv::Point3d& cente
     int partners = 0;
     for (std::size_t i = 0; i < model.points.size(); ++i) {
       const cv::Point3f p = transform * model.points[i], n = turn * model.normals[i];
-      if (scene.view.known() && !faces(p, n)) continue;
+      if (seen && !faces(p, n)) continue;
       const std::int32_t near = scene.field.at(p);
       if (near == NearestField::none) continue;
       const auto k = static_cast<std::size_t>(near);
       const cv::Point3f& m = scene.surface.normals()[k];
-      if (m.dot(n) < minDot) continue;
+      if (cosineOf(m, n, seen) < minDot) continue;
       const float off = m.dot(scene.surface.points()[k] - p);
       if (std::abs(off) > reach) continue;
       const double weight = 1 - static_cast<double>(off * off / (reach * reach));

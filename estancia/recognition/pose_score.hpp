@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <opencv2/core/affine.hpp>
@@ -48,6 +49,12 @@ struct PoseScore {
   /// Mean vote of the points: +support, -1 in free space, -1/4 when mismatched. In [−1, 1].
   double vote() const { return support - seenThrough - behind - 0.25 * mismatched; }
 };
+
+/// Cosine of two unit normals; of lines, unless `sided`: without a view, the side is unknown.
+inline float cosineOf(const cv::Point3f& a, const cv::Point3f& b, bool sided) {
+  const float dot = a.dot(b);
+  return sided ? dot : std::abs(dot);
+}
 
 /// Faster than countInliers() of verify.hpp, for every match: it looks neighbors up instead of searching, and
 /// weights how well points fit instead of counting those within a tolerance.

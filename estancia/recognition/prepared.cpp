@@ -82,6 +82,13 @@ PointCloud transformed(PointCloud cloud, const cv::Affine3d& transform) {
   return cloud;
 }
 
+/// A sensor's place, unless it is that of the origin within its error.
+std::optional<cv::Point3d> awayFromOrigin(const cv::Point3d& sensor, const PointCloud& cloud) {
+  constexpr double error = 0.05;  // of the distance to the points
+  const bool away = cv::norm(sensor) > error * cv::norm(meanOf(cloud.points) - sensor);
+  return away ? std::optional(sensor) : std::nullopt;
+}
+
 /// Where the sensor stood, if that was clearly not at the origin: points lie much more evenly as seen from
 /// there, and hide no more of each other. (Clouds that are put together of parts lie evenly from nowhere, or
 /// by chance.)
@@ -151,22 +158,33 @@ std::unique_ptr<const Surface> filteredSurface(const Input& in, const Recognitio
   return surface;
 }
 
-/// Surface, keypoints, descriptors.
-DescribedSurface describedSurface(const Input& in, const RecognitionOptions& options,
-                                  const RecognitionScales& scales) {
-  DescribedSurface described;
-  StageLog log(&described.stages);
-  described.surface =
-      isMean(options) ? meanSurface(in, options, scales, log) : filteredSurface(in, options, scales, log);
-  const auto keypoints =
-      findKeypoints(*described.surface, options.keypoints, scales.keypointSpacing, options.threads);
+std::unique_ptr<const Surface> surfaceOf(const Input& in, const RecognitionOptions& options,
+                                         const RecognitionScales& scales, StageLog& log) {
+  return isMean(options) ? meanSurface(in, options, scales, log) : filteredSurface(in, options, scales, log);
+}
+
+/// The surface's keypoints and their descriptors; of both sides of the surface where its outside is not
+/// known.
+void describeSurface(DescribedSurface& described, bool bothSides, const RecognitionOptions& options,
+                     const RecognitionScales& scales, StageLog& log) {
+  const Surface& surface = *described.surface;
+  const FrameSigns signs = isMean(options) ? FrameSigns::normal : FrameSigns::majority;
+  const auto keypoints = findKeypoints(surface, options.keypoints, scales.keypointSpacing, options.threads);
   log.add("keypoints", fmt::format("{}, {:.4g} m: {} of {} points", options.keypoints, scales.keypointSpacing,
-                                   keypoints.size(), described.surface->size()));
-  described.features = describe(*described.surface, keypoints, options.descriptor, scales.descriptorRadius,
-                                options.threads, isMean(options) ? FrameSigns::normal : FrameSigns::majority);
-  log.add("descriptors", fmt::format("{}, {:.4g} m: {} of {} keypoints", options.descriptor,
-                                     scales.descriptorRadius, described.features.size(), keypoints.size()));
-  return described;
+                                   keypoints.size(), surface.size()));
+  const auto featuresOf = [&](const Surface& of) {
+    return describe(of, keypoints, options.descriptor, scales.descriptorRadius, options.threads, signs);
+  };
+  described.features = featuresOf(surface);
+  const std::size_t count = described.features.size();
+  if (bothSides) {
+    std::vector<cv::Point3f> other = surface.normals();
+    for (cv::Point3f& n : other) n = -n;
+    described.features.append(featuresOf(surface.withNormals(std::move(other))));
+  }
+  log.add("descriptors",
+          fmt::format("{}, {:.4g} m: {} of {} keypoints{}", options.descriptor, scales.descriptorRadius,
+                      count, keypoints.size(), bothSides ? ", of either side" : ""));
 }
 
 /// A view of one side has nothing behind its surface, as seen from its sensor: mostly the origin.
@@ -239,12 +257,14 @@ std::shared_ptr<const PreparedModel::Described> PreparedModel::describedFor(
 std::shared_ptr<const PreparedModel::Described> PreparedModel::describe(
     const RecognitionScales& scales) const {
   auto fresh = std::make_shared<Described>();
+  StageLog log(&fresh->stages);
   DenseModel& dense = fresh->dense;
   dense.center = center_;
   if (!isMean(options_)) {
     constexpr std::size_t coarsePoints = 300, finePoints = 1000;
-    static_cast<DescribedSurface&>(*fresh) =
-        describedSurface({.name = name_, .raw = cloud_, .seeds = {}, .filtered = cloud_}, options_, scales);
+    fresh->surface =
+        surfaceOf({.name = name_, .raw = cloud_, .seeds = {}, .filtered = cloud_}, options_, scales, log);
+    describeSurface(*fresh, false, options_, scales, log);
     dense.coarse = spreadPoints(*fresh->surface, coarsePoints);
     dense.fine = spreadPoints(*fresh->surface, finePoints);
     return fresh;
@@ -259,13 +279,14 @@ std::shared_ptr<const PreparedModel::Described> PreparedModel::describe(
   const std::size_t draws = added > 0 ? noisyDraws : 1;
   const std::vector<cv::Point3f> seeds =
       cloud_.points == raw_.points ? std::vector<cv::Point3f>() : cloud_.points;
-  static_cast<DescribedSurface&>(*fresh) = describedSurface({.name = name_,
-                                                             .raw = withDraws(raw_, added, draws),
-                                                             .seeds = seeds,
-                                                             .filtered = cloud_,
-                                                             .perPoint = 1 / static_cast<double>(draws),
-                                                             .orientation = orientation_},
-                                                            options_, scales);
+  fresh->surface = surfaceOf({.name = name_,
+                              .raw = withDraws(raw_, added, draws),
+                              .seeds = seeds,
+                              .filtered = cloud_,
+                              .perPoint = 1 / static_cast<double>(draws),
+                              .orientation = orientation_},
+                             options_, scales, log);
+  describeSurface(*fresh, false, options_, scales, log);
   dense.coarse = spreadPointsBy(*fresh->surface, 9 * scales.unit);
   dense.fine = spreadPointsBy(*fresh->surface, 4.5 * scales.unit);
   dense.closed = orientation_.outwards;
@@ -278,7 +299,8 @@ std::shared_ptr<const PreparedModel::Described> PreparedModel::describe(
 }
 
 PreparedScene::PreparedScene(std::string name, PointCloud raw, PointCloud filtered,
-                             RecognitionOptions options, std::vector<StageReport> stages)
+                             RecognitionOptions options, std::vector<StageReport> stages,
+                             const std::optional<cv::Point3d>& sensor)
     : name_(std::move(name)),
       raw_(std::move(raw)),
       filtered_(filtered.points == raw_.points ? PointCloud() : std::move(filtered)),
@@ -288,7 +310,8 @@ PreparedScene::PreparedScene(std::string name, PointCloud raw, PointCloud filter
   if (!options_.viewpoint && raw_.viewpoint)
     options_.viewpoint = cv::Point3d(raw_.viewpoint->x, raw_.viewpoint->y, raw_.viewpoint->z);
   if (!options_.viewpoint && isMean(options_))
-    options_.viewpoint = estimatedViewpoint_ = viewpointElsewhere(raw_, options_.threads);
+    options_.viewpoint = estimatedViewpoint_ =
+        sensor ? awayFromOrigin(*sensor, raw_) : viewpointElsewhere(raw_, options_.threads);
   if (options_.viewpoint) {
     const cv::Affine3d toView = viewFrom(*options_.viewpoint, raw_);
     fromView_ = toView.inv();
@@ -334,10 +357,24 @@ std::shared_ptr<const PreparedScene::Described> PreparedScene::describe(
   RecognitionScales own = scales;
   if (options_.sceneKeypointSpacing > 0 && options_.keypoints == "uniform")
     own.keypointSpacing = options_.sceneKeypointSpacing;
-  static_cast<DescribedSurface&>(*fresh) = describedSurface(
-      {.name = name_, .raw = raw_, .seeds = filtered_.points, .filtered = filtered}, options_, own);
   fresh->scales = scales;
   StageLog log(&fresh->stages);
+  fresh->surface = surfaceOf({.name = name_, .raw = raw_, .seeds = filtered_.points, .filtered = filtered},
+                             options_, own, log);
+  // The mean surface has a wider spacing, and no noise.
+  fresh->view = isMean(options_) ? RangeImage(fresh->surface->points(), 1.8 * scales.unit)
+                                 : RangeImage(raw_.points, resolution_);
+  const bool seen = fresh->view.known();
+  const char* from = estimatedViewpoint_  ? "its estimated viewpoint"
+                     : options_.viewpoint ? "its viewpoint"
+                                          : "the origin";
+  log.add("view", fmt::format("{} {}", seen ? "seen from" : "no view from", from));
+  if (!seen && isMean(options_)) {
+    std::vector<cv::Point3f> normals = fresh->surface->normals();
+    orientConsistently(fresh->surface->points(), fresh->surface->neighbors(), normals);
+    fresh->surface = std::make_unique<const Surface>(fresh->surface->withNormals(std::move(normals)));
+  }
+  describeSurface(*fresh, !seen && isMean(options_), options_, own, log);
   const Surface& surface = *fresh->surface;
   const bool evidence = options_.verification == "evidence";
   if (evidence || options_.grouping == "local-frames")
@@ -352,13 +389,6 @@ std::shared_ptr<const PreparedScene::Described> PreparedScene::describe(
     if (options_.verification == "global")
       fresh->parts = smoothPartsOf(*fresh->coarse, 2 * scales.tolerance, options_.threads);
   }
-  // The mean surface has a wider spacing, and no noise.
-  fresh->view = isMean(options_) ? RangeImage(surface.points(), 1.8 * scales.unit)
-                                 : RangeImage(raw_.points, resolution_);
-  const char* from = estimatedViewpoint_  ? "its estimated viewpoint"
-                     : options_.viewpoint ? "its viewpoint"
-                                          : "the origin";
-  log.add("view", fmt::format("{} {}", fresh->view.known() ? "seen from" : "no view from", from));
   return fresh;
 }
 

@@ -79,16 +79,17 @@ class PreparedScene {
     DenseScene dense() const { return {*surface, field, view, &gradients}; }
   };
 
+  /// `sensor`: where it stood, if the grid of the cloud told it (viewpointOfGrid()).
   PreparedScene(std::string name, PointCloud raw, PointCloud filtered, RecognitionOptions options,
-                std::vector<StageReport> stages);
+                std::vector<StageReport> stages, const std::optional<cv::Point3d>& sensor = {});
 
   const std::string& name() const { return name_; }
   /// T_scene_view: everything here is in the frame of the view.
   const cv::Affine3d& fromView() const { return fromView_; }
   /// Whether the cloud is consistent with a sensor at the viewpoint, so that occlusion and free space count.
   bool hasView() const { return described_->view.known(); }
-  /// Where the sensor stood in the scene's frame [m], if that follows from the points alone
-  /// (findViewpoint()).
+  /// Where the sensor stood in the scene's frame [m], if that was not the origin and follows from the points
+  /// alone (viewpointOfGrid(), findViewpoint()).
   const std::optional<cv::Point3d>& estimatedViewpoint() const { return estimatedViewpoint_; }
   double resolution() const { return resolution_; }  ///< of the raw cloud: resolutionOf() [m]
   double noise() const { return noise_; }            ///< standard deviation across the surface, estimated [m]

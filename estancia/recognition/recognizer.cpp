@@ -7,6 +7,7 @@
 #include <opencv2/core.hpp>
 #include <utility>
 
+#include "estancia/cloud/viewpoint.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/recognition/dense_search.hpp"
@@ -41,16 +42,17 @@ PointCloud finitePoints(const std::string& name, const PointCloud& cloud) {
 }
 
 /// A PreparedModel or PreparedScene of the filtered cloud.
-template <class Prepared>
+template <class Prepared, class... More>
 std::shared_ptr<const Prepared> prepared(const std::string& name, const PointCloud& cloud,
                                          const RecognitionOptions& options, const FilterOptions& filter,
-                                         Progress& progress) {
+                                         Progress& progress, const More&... more) {
   std::vector<StageReport> stages;
   StageLog log(&stages);
   PointCloud raw = finitePoints(name, cloud), left = filterCloud(raw, filter, progress);
   log.add("filter", fmt::format("{}: {} of {} points", filter.method, left.points.size(), raw.points.size()));
   left = finitePoints(name, left);
-  return std::make_shared<const Prepared>(name, std::move(raw), std::move(left), options, std::move(stages));
+  return std::make_shared<const Prepared>(name, std::move(raw), std::move(left), options, std::move(stages),
+                                          more...);
 }
 
 void requireSameUnits(const PreparedModel& model, const PreparedScene& scene) {
@@ -223,14 +225,15 @@ std::shared_ptr<const PreparedModel> Recognizer::prepareModel(const std::string&
 std::shared_ptr<const PreparedScene> Recognizer::prepareScene(const std::string& name,
                                                               const PointCloud& cloud,
                                                               Progress& progress) const {
-  return prepared<PreparedScene>(name, cloud, options_, options_.sceneFilter, progress);
+  return prepared<PreparedScene>(name, cloud, options_, options_.sceneFilter, progress,
+                                 viewpointOfGrid(cloud));
 }
 
 std::shared_ptr<const PreparedScene> Recognizer::prepareScene(const std::string& name,
                                                               const PointCloud& cloud,
                                                               const PointCloud& filtered) const {
   return std::make_shared<const PreparedScene>(name, finitePoints(name, cloud), finitePoints(name, filtered),
-                                               options_, std::vector<StageReport>{});
+                                               options_, std::vector<StageReport>{}, viewpointOfGrid(cloud));
 }
 
 PoseCandidates Recognizer::search(const PreparedModel& model, const PreparedScene& scene,

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "estancia/cloud/bounds.hpp"
 #include "estancia/cloud/color_lab.hpp"
@@ -39,6 +40,15 @@ Surface::Surface(std::string name, const PointCloud& cloud, int threads)
          name_, cloud.points.size());
   resolution_ = resolutionOf(neighbors_);
   extent_ = extentOf(points_);
+}
+
+Surface Surface::withNormals(std::vector<cv::Point3f> normals) const {
+  if (normals.size() != points_.size())
+    fail(ErrorCode::invalidInput, "{}: {} normals for {} points; give one a point", name_, normals.size(),
+         points_.size());
+  Surface other = *this;
+  other.normals_ = std::move(normals);
+  return other;
 }
 
 void Surface::requireRadius(double radius, const std::string& what) const {

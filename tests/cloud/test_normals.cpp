@@ -117,6 +117,32 @@ TEST(Normals, NoneWhereNoPlaneIs) {
     EXPECT_THAT([&] { normalsOf(same, wrong); }, FailsWith(ErrorCode::invalidOption, "normals."));
 }
 
+TEST(Normals, OfOneSurfaceAreOnOneSide) {
+  std::vector<cv::Point3f> points, normals;
+  std::mt19937 random(5);
+  for (int part = 0; part < 2; ++part)  // two balls
+    for (int i = 0; i < 3000; ++i) {
+      const double z = 1 - (2 * i + 1) / 3000.0, turn = 2.399963 * i, r = std::sqrt(1 - z * z);
+      const cv::Point3f p(cv::Vec3f(cv::Vec3d(r * std::cos(turn), r * std::sin(turn), z)));
+      points.push_back(p + cv::Point3f(3, 0, 0) * static_cast<float>(part));
+      normals.push_back(random() % 2 == 0 ? p : -p);
+    }
+  normals[77] = {std::numeric_limits<float>::quiet_NaN(), 0, 0};
+  const std::vector<cv::Point3f> before = normals;
+  orientConsistently(points, Neighbors(points), normals);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (i == 77) continue;
+    const std::size_t first = i / 3000 * 3000;
+    EXPECT_GT(normals[i].dot(points[i] - cv::Point3f(first == 0 ? 0 : 3, 0, 0)) *
+                  before[first].dot(points[first] - cv::Point3f(first == 0 ? 0 : 3, 0, 0)),
+              0)
+        << i;
+  }
+  normals.pop_back();
+  EXPECT_THAT([&] { orientConsistently(points, Neighbors(points), normals); },
+              test::FailsWith(ErrorCode::invalidInput, "5999"));
+}
+
 TEST(LocalCovariance, AsSummedUpOneByOne) {
   const std::vector<cv::Point3f> points =
       grid(30, {5, -3, 2}, {0.02F, 0.01F, 0.003F}, {-0.004F, 0.02F, 0.01F});

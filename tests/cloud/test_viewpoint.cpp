@@ -15,7 +15,8 @@
 namespace estancia {
 namespace {
 
-/// What a camera at the origin sees of a ball on a floor before a wall, every other pixel.
+/// What a camera at the origin sees of a ball on a floor before a wall, every other pixel; as an unorganized
+/// cloud.
 PointCloud roomWithBall() {
   PointCloud cloud;
   const cv::Vec3d middle(0.1, 0.1, 1.2);
@@ -30,6 +31,12 @@ PointCloud roomWithBall() {
     }
   cloud.width = cloud.points.size();
   cloud.height = 1;
+  return cloud;
+}
+
+PointCloud organized(PointCloud cloud) {
+  cloud.width = 320;
+  cloud.height = 240;
   return cloud;
 }
 
@@ -48,6 +55,41 @@ TEST(Viewpoint, IsWherePointsLieEvenly) {
     ASSERT_TRUE(found) << noise;
     EXPECT_LT(cv::norm(*found - cv::Point3d(kMotion.translation())), 0.25) << noise << ", at 1.8 m";
   }
+}
+
+TEST(Viewpoint, OfAGridIsTheCenterOfProjection) {
+  const cv::Point3d truth(kMotion.translation());
+  PointCloud cloud = organized(moved(roomWithBall(), kMotion));
+  EXPECT_LT(cv::norm(*viewpointOfGrid(cloud) - truth), 1e-3);
+  for (std::size_t i = 0; i < cloud.points.size(); i += 3)
+    cloud.points[i].x = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_LT(cv::norm(*viewpointOfGrid(cloud) - truth), 1e-3) << "with holes";
+  PointCloud depth = roomWithBall();  // depth's own error does not move the rays
+  for (std::size_t i = 0; i < depth.points.size(); ++i)
+    depth.points[i] *= 1 + 0.02F * std::sin(static_cast<float>(i));
+  EXPECT_LT(cv::norm(*viewpointOfGrid(organized(moved(depth, kMotion))) - truth), 1e-3);
+  EXPECT_LT(
+      cv::norm(*viewpointOfGrid(moved(organized(withGaussianNoise(roomWithBall(), 0.003, 3)), kMotion)) -
+               truth),
+      0.1)
+      << "across the rays it does, at 1.8 m";
+}
+
+TEST(Viewpoint, NoneOfWhatIsNoProjection) {
+  const PointCloud room = roomWithBall();
+  EXPECT_FALSE(viewpointOfGrid(room)) << "unorganized";
+  PointCloud shuffled = organized(room);
+  for (std::size_t i = 0; i < shuffled.points.size(); ++i)
+    std::swap(shuffled.points[i], shuffled.points[i * 7919 % shuffled.points.size()]);
+  EXPECT_FALSE(viewpointOfGrid(shuffled));
+  PointCloud wall = organized(room);
+  for (std::size_t i = 0; i < wall.points.size(); ++i)
+    wall.points[i] = {static_cast<float>(i % 320) * 0.01F, static_cast<float>(i / 320) * 0.01F, 2};
+  EXPECT_FALSE(viewpointOfGrid(wall)) << "a plane is seen the same from everywhere";
+  wall.points.assign(wall.points.size(), {1, 2, 3});
+  EXPECT_FALSE(viewpointOfGrid(wall));
+  wall.points.assign(wall.points.size(), {std::numeric_limits<float>::quiet_NaN(), 0, 0});
+  EXPECT_FALSE(viewpointOfGrid(wall));
 }
 
 TEST(Viewpoint, IsTheSameForAnyNumberOfThreads) {

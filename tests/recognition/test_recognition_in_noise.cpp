@@ -185,6 +185,27 @@ TEST(RecognitionInNoise, FindsObjectsThatAreKnownFromAllSides) {
   }
 }
 
+TEST(RecognitionInNoise, AMapOfAllSidesHasNoViewpoint) {
+  const cv::Affine3d truth(cv::Vec3d(0.7, -1.1, 0.4), cv::Vec3d(0.4, 0.3, 0.1));
+  PointCloud map = lump(30000, false);
+  for (cv::Point3f& p : map.points) p = cv::Affine3f(truth) * p;
+  for (int y = -140; y <= 140; ++y)  // a floor
+    for (int x = -140; x <= 140; ++x)
+      map.points.emplace_back(0.005F * static_cast<float>(x), 0.005F * static_cast<float>(y),
+                              -0.15F + 0.02F * std::sin(0.1F * static_cast<float>(x)));
+  map = withGaussianNoise(map, 0.002, 4);
+  // A map begins where the robot did: beside the object, inside of it, under the floor.
+  for (const cv::Point3d& origin :
+       {cv::Point3d(0, 0, 0), cv::Point3d(truth.translation()), cv::Point3d(0.3, 0.2, -0.6)}) {
+    PointCloud scene = map;
+    for (cv::Point3f& p : scene.points) p -= cv::Point3f(origin);
+    const auto found = findIn(lump(30000, false), scene);
+    ASSERT_EQ(found.size(), 1U) << origin;
+    const cv::Affine3d there = truth.translate(-cv::Vec3d(origin));
+    EXPECT_TRUE(isCorrect(poseError(found[0].pose, there, found[0].center))) << origin;
+  }
+}
+
 TEST(RecognitionInNoise, HostileCloudsAreErrorsOrGiveNothing) {
   const PointCloud model = lump(20000, false);
   const PointCloud scene = seen(lump(20000, true), cv::Affine3d(cv::Vec3d(), cv::Vec3d(0, 0, 0.9)));
