@@ -317,8 +317,7 @@ TEST(Clusters, RefusesOptionsOutOfRange) {
   const cv::Mat depth(48, 64, CV_32F, cv::Scalar(1));
   for (const auto& [option, name] : {std::pair(&ClusterOptions::minPlaneArea, "min-plane-area"),
                                      std::pair(&ClusterOptions::planeTolerance, "plane-tolerance"),
-                                     std::pair(&ClusterOptions::creaseDepth, "crease-depth"),
-                                     std::pair(&ClusterOptions::contactDistance, "contact-distance")})
+                                     std::pair(&ClusterOptions::creaseDepth, "crease-depth")})
     for (const double value : {0., -1., std::nan(""), HUGE_VAL}) {
       ClusterOptions options;
       options.*option = value;

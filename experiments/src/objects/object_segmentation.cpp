@@ -100,7 +100,7 @@ void add(CellResults& results, const std::string& prefix, const SegmentationMeas
 CellResults segment(const ObjectScene& file, const ObjectSegmentationOptions& options) {
   const Scene scene(file, options);
   const ClusterOptions how = clustering(options);
-  Clusters found = findClusters(scene.depth, scene.camera, how);
+  Clusters found = findClusters(scene.depth, scene.camera, how, scene.image);
   const auto euclidean = euclideanClusters(scene.depth, scene.camera, found.planes, how, options.tolerance);
   const PointCloud cloud = backProject(scene.depth, scene.camera);
   std::size_t told = 0, taken = 0;
@@ -158,7 +158,7 @@ Images show(const std::vector<ObjectScene>& files, const std::vector<SegmentedSc
     const SegmentationScore& score = scenes[i].ours;
     images.images.push_back(
         {segmentationImage(scene.image, scene.truth,
-                           pixelsOf(findClusters(scene.depth, scene.camera, clustering(options)))),
+                           pixelsOf(findClusters(scene.depth, scene.camera, clustering(options), scene.image))),
          fmt::format("{}{}: {} of {} objects, mean IoU {:.2f}", files[i].name,
                      files[i].category.empty() ? "" : " (" + files[i].category + ")", score.found,
                      score.objects,
