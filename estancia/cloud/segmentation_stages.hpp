@@ -70,8 +70,7 @@ void dropNarrow(const InverseDepth& grid, const Mask& mask, Segmentation& segmen
 /// Segment merging: merges segments that touch, for all that the camera can tell, without a concave corner
 /// between them (a hole or the rim of the nearer one separates them in the image), and segments of one
 /// surface that an occluder separates. Segments touch where the gap is no wider than pixels of mixed depth,
-/// their depths differ by no more than the surface may incline over the gap, and noise, and nothing behind
-/// is seen through it.
+/// they are no farther apart than that and noise, and nothing behind is seen through the gap.
 void mergeSegments(const InverseDepth& grid, const Mask& mask, int threads, Segmentation& segments);
 
 /// Container merging: merges the segments inside of the round wall of a container (bowl, mug, pot) that

@@ -13,17 +13,17 @@
 namespace estancia {
 namespace {
 
-constexpr float kLightness = 0.25F;       // weight of lightness to chroma
-constexpr float kDark = 20;               // lightness below which chroma is noise
-constexpr double kDistinct = 12;          // between two colors, in units of Lab
-constexpr double kEdge = 7;               // change of color over 4 pixels at an edge
-constexpr double kCompact = 3;            // distance of two colors, to the spread of each
-constexpr double kLeastPart = 100;        // [square pixels]
-constexpr double kLeastShare = 0.12;      // of either side in both
-constexpr double kCommon = 0.45;          // share of a side's border that lies at the other, at most
-constexpr double kSilent = 0.7;           // share of the border at which the surface goes on
-constexpr double kSameFace = 0.95;        // cosine between normals to either side: 18°
-constexpr double kUpright = 0.5;          // sine of the rise from one side's center to the other's
+constexpr float kLightness = 0.25F;   // weight of lightness to chroma
+constexpr float kDark = 20;           // lightness below which chroma is noise
+constexpr double kDistinct = 12;      // between two colors, in units of Lab
+constexpr double kEdge = 7;           // change of color over 4 pixels at an edge
+constexpr double kCompact = 3;        // distance of two colors, to the spread of each
+constexpr double kLeastPart = 100;    // [square pixels]
+constexpr double kLeastShare = 0.12;  // of either side in both
+constexpr double kCommon = 0.45;      // share of a side's border that lies at the other, at most
+constexpr double kSilent = 0.7;       // share of the border at which the surface goes on
+constexpr double kSameFace = 0.95;    // cosine between normals to either side: 18°
+constexpr double kUpright = 0.5;      // sine of the rise from one side's center to the other's
 
 /// Lightness, weighted, and chroma over lightness, which shading does not change: in CIE Lab, L + 16, a and b
 /// all grow with the cube root of the light.
@@ -105,7 +105,8 @@ class Splitter {
     std::vector<int> number(static_cast<std::size_t>(count));
     int parts = 0;
     for (int i = 1; i < count; ++i)
-      if (boxes.at<int>(i, cv::CC_STAT_AREA) >= grid_.area(kLeastPart)) number[static_cast<std::size_t>(i)] = ++parts;
+      if (boxes.at<int>(i, cv::CC_STAT_AREA) >= grid_.area(kLeastPart))
+        number[static_cast<std::size_t>(i)] = ++parts;
     cv::Mat_<int> result(box.size(), 0);
     if (parts < 2) return result;
     cv::Mat_<std::uint8_t> rest(box.size(), 1);
@@ -119,7 +120,8 @@ class Splitter {
     for (int v = 0; v < box.height; ++v)
       for (int u = 0; u < box.width; ++u)
         if (rest(v, u) == 0)
-          of[static_cast<std::size_t>(nearest(v, u))] = number[static_cast<std::size_t>(labels.at<int>(v, u))];
+          of[static_cast<std::size_t>(nearest(v, u))] =
+              number[static_cast<std::size_t>(labels.at<int>(v, u))];
     for (int v = 0; v < box.height; ++v)
       for (int u = 0; u < box.width; ++u)
         if (whole(v, u) != 0) result(v, u) = of[static_cast<std::size_t>(nearest(v, u))];
@@ -127,7 +129,8 @@ class Splitter {
   }
   /// Of the color across a pixel; 0 at the rim of the segment.
   double change(std::uint32_t segment, int u, int v, int dx, int dy) const {
-    if (segments_.labels[grid_.at(u - dx, v - dy)] != segment || segments_.labels[grid_.at(u + dx, v + dy)] != segment)
+    if (segments_.labels[grid_.at(u - dx, v - dy)] != segment ||
+        segments_.labels[grid_.at(u + dx, v + dy)] != segment)
       return 0;
     return cv::norm(features_(v + dy, u + dx) - features_(v - dy, u - dx));
   }
@@ -140,7 +143,8 @@ class Splitter {
       for (int v = 0; v + 1 < box.height; ++v)
         for (int u = 0; u + 1 < box.width; ++u)
           for (const int other : {parts(v, u + 1), parts(v + 1, u)})
-            if (parts(v, u) != 0 && other != 0 && other != parts(v, u)) pairs.insert(std::minmax(parts(v, u), other));
+            if (parts(v, u) != 0 && other != 0 && other != parts(v, u))
+              pairs.insert(std::minmax(parts(v, u), other));
       for (const auto& [a, b] : pairs) {
         if (areBeside(box, parts == a, parts == b)) continue;
         parts.setTo(a, parts == b);

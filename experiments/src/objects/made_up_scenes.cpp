@@ -19,12 +19,12 @@ const std::array<std::string, 7> kCategories{"clutter", "side by side", "gaps", 
 /// A box or an upright cylinder that stands on `at`; meters, z up.
 struct Body {
   bool round = false;
-  cv::Vec3d at = {}, size = {};  ///< of a cylinder: diameter twice, height
-  double angle = 0;         ///< about the upright [rad]
+  cv::Vec3d at = {}, size = {};      ///< of a cylinder: diameter twice, height
+  double angle = 0;                  ///< about the upright [rad]
   cv::Vec3d color = {}, print = {};  ///< BGR, 0 … 255
-  int printed = 0;          ///< 0: plain, 1: a label on its middle, 2: fine dots
-  int object = 0;           ///< 0: hides what is behind it, and is no object
-  bool hole = false;        ///< no depth where it is seen
+  int printed = 0;                   ///< 0: plain, 1: a label on its middle, 2: fine dots
+  int object = 0;                    ///< 0: hides what is behind it, and is no object
+  bool hole = false;                 ///< no depth where it is seen
 };
 
 struct Hit {
@@ -35,7 +35,8 @@ struct Hit {
 
 void cast(const Body& body, const cv::Vec3d& from, const cv::Vec3d& ray, Hit& nearest) {
   const double c = std::cos(body.angle), s = std::sin(body.angle);
-  const cv::Vec3d middle = body.at + cv::Vec3d(0, 0, body.size[2] / 2), half = body.size / 2, d = from - middle;
+  const cv::Vec3d middle = body.at + cv::Vec3d(0, 0, body.size[2] / 2), half = body.size / 2,
+                  d = from - middle;
   const cv::Vec3d o(c * d[0] + s * d[1], -s * d[0] + c * d[1], d[2]),
       r(c * ray[0] + s * ray[1], -s * ray[0] + c * ray[1], ray[2]);
   double in = -kNever, out = kNever;
@@ -67,7 +68,9 @@ void cast(const Body& body, const cv::Vec3d& from, const cv::Vec3d& ray, Hit& ne
   }
   if (!(in > 0 && in <= out && in < nearest.t)) return;
   const cv::Vec3d p = o + in * r;
-  nearest = {in, &body, {c * normal[0] - s * normal[1], s * normal[0] + c * normal[1], normal[2]},
+  nearest = {in,
+             &body,
+             {c * normal[0] - s * normal[1], s * normal[0] + c * normal[1], normal[2]},
              {p[0] / half[0], p[1] / half[1], p[2] / half[2]}};
 }
 
@@ -133,9 +136,11 @@ class Author {
     double x = -0.15;
     for (int i = 0; i < count; ++i) {
       const double width = between(0.06, 0.13), deep = flush ? depth : between(0.06, 0.16);
-      const cv::Vec3d along(std::cos(angle), std::sin(angle), 0), across(-std::sin(angle), std::cos(angle), 0);
+      const cv::Vec3d along(std::cos(angle), std::sin(angle), 0),
+          across(-std::sin(angle), std::cos(angle), 0);
       add({.at = (x + width / 2) * along + (flush ? 0 : between(-0.03, 0.03)) * across,
-           .size = {width, deep, height}, .angle = angle});
+           .size = {width, deep, height},
+           .angle = angle});
       x += width + between(low, high);
     }
   }
@@ -145,7 +150,9 @@ class Author {
     for (int i = 0, count = 2 + choice(2); i < count; ++i) {
       const double high = between(0.05, 0.11);
       at[2] = height;
-      add({.round = round, .at = at, .size = {wide, round ? wide : wide * between(0.7, 1), high},
+      add({.round = round,
+           .at = at,
+           .size = {wide, round ? wide : wide * between(0.7, 1), high},
            .angle = between(-1, 1)});
       height += high;
       wide -= between(round ? 0.006 : 0.015, 0.03);
@@ -153,7 +160,9 @@ class Author {
   }
   /// A box behind thin posts, and bands of it without depth.
   void slits() {
-    add({.at = {0, 0.08, 0}, .size = {between(0.25, 0.35), 0.1, between(0.1, 0.2)}, .angle = between(-0.3, 0.3)});
+    add({.at = {0, 0.08, 0},
+         .size = {between(0.25, 0.35), 0.1, between(0.1, 0.2)},
+         .angle = between(-0.3, 0.3)});
     for (int i = 0; i < 2; ++i) {
       const double thick = between(0.004, 0.015);
       const double x = i == 0 ? between(-0.08, -0.02) : between(0.02, 0.08);
@@ -214,11 +223,13 @@ MadeUpScene madeUpScene(std::uint64_t seed) {
   Author author(seed);
   MadeUpScene scene{madeUpCategory(seed), {}, {}, {}, {640, 480, 525, 525, 319.5, 239.5}};
   const std::vector<Body> bodies = author.write(scene.category);
-  const double away = author.between(0.8, 1.3), pitch = author.between(0.45, 0.95), turn = author.between(-0.4, 0.4);
-  const cv::Vec3d to(0, 0, 0.05), from = to + away * cv::Vec3d(std::cos(pitch) * std::sin(turn),
-                                                               -std::cos(pitch) * std::cos(turn), std::sin(pitch));
-  const cv::Vec3d forward = cv::normalize(to - from), right = cv::normalize(forward.cross(cv::Vec3d(0, 0, 1))),
-                  down = forward.cross(right),
+  const double away = author.between(0.8, 1.3), pitch = author.between(0.45, 0.95),
+               turn = author.between(-0.4, 0.4);
+  const cv::Vec3d to(0, 0, 0.05),
+      from = to + away * cv::Vec3d(std::cos(pitch) * std::sin(turn), -std::cos(pitch) * std::cos(turn),
+                                   std::sin(pitch));
+  const cv::Vec3d forward = cv::normalize(to - from),
+                  right = cv::normalize(forward.cross(cv::Vec3d(0, 0, 1))), down = forward.cross(right),
                   light = cv::normalize(cv::Vec3d{author.between(-1, 1), author.between(-1, 0), 1.5});
   const cv::Size size(scene.camera.width, scene.camera.height);
   cv::Mat_<cv::Vec3b> image(size, cv::Vec3b(60, 60, 60));

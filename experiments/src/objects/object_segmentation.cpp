@@ -65,9 +65,9 @@ std::string digestOf(const ObjectScene& file, const ObjectSegmentationOptions& o
   const std::string files =
       options.madeUp > 0 ? "made up " + file.name
                          : sha256OfFile(file.image) + sha256OfFile(file.depth) + sha256OfFile(file.mask);
-  return sha256(fmt::format("{} {} {} {} {} {} {} {} {} {} {}", objectSegmentationVersion, files, camera.width,
-                            camera.height, camera.fx, camera.fy, camera.cx, camera.cy, options.depthScale,
-                            options.tolerance, options.seed));
+  return sha256(fmt::format("{} {} {} {} {} {} {} {} {} {} {}", objectSegmentationVersion, files,
+                            camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy,
+                            options.depthScale, options.tolerance, options.seed));
 }
 
 std::vector<PixelSet> pixelsOf(Clusters clusters) {
@@ -142,8 +142,8 @@ SegmentedScene read(const ObjectScene& scene, const CellResults& results) {
     all.atThreeQuarters = get(prefix + "f_above_75");
     return all;
   };
-  SegmentedScene read{scene.name, scene.category, score(""), score("euclidean_"), measures(""),
-                      measures("euclidean_")};
+  SegmentedScene read{scene.name,          scene.category, score(""),
+                      score("euclidean_"), measures(""),   measures("euclidean_")};
   read.postersTold = count("posters_told");
   read.takenForFlat = count("taken_for_flat");
   return read;
@@ -157,8 +157,9 @@ Images show(const std::vector<ObjectScene>& files, const std::vector<SegmentedSc
     const Scene scene(files[i], options);
     const SegmentationScore& score = scenes[i].ours;
     images.images.push_back(
-        {segmentationImage(scene.image, scene.truth,
-                           pixelsOf(findClusters(scene.depth, scene.camera, clustering(options), scene.image))),
+        {segmentationImage(
+             scene.image, scene.truth,
+             pixelsOf(findClusters(scene.depth, scene.camera, clustering(options), scene.image))),
          fmt::format("{}{}: {} of {} objects, mean IoU {:.2f}", files[i].name,
                      files[i].category.empty() ? "" : " (" + files[i].category + ")", score.found,
                      score.objects,
@@ -204,15 +205,18 @@ ObjectSegmentationOptions readObjectSegmentation(ConfigFile& config) {
        {"scenes", false, "the folder with the list of scenes",
         [&](auto& n) { options.scenes = config.anywhere(n); }},
        {"camera", false, "the camera that took them", [&](auto& n) { camera = &config.subtable(n); }},
-       {"made_up", false, "scenes that are rendered, instead", [&](auto& n) { made = &config.subtable(n); }}}));
+       {"made_up", false, "scenes that are rendered, instead",
+        [&](auto& n) { made = &config.subtable(n); }}}));
   if (made != nullptr && (camera != nullptr || !options.scenes.empty()))
-    throw Error(ErrorCode::malformedFile, "`made_up` has its own scenes and camera; leave out those of files");
+    throw Error(ErrorCode::malformedFile,
+                "`made_up` has its own scenes and camera; leave out those of files");
   if (made != nullptr) {
-    config.read(*made, {{"count", true, "how many",
-                         [&](auto& n) { options.madeUp = static_cast<std::size_t>(config.integer(n, 1, 10'000)); }},
-                        {"first", false, "the seed of the first one", [&](auto& n) {
-                           options.firstScene = static_cast<std::uint64_t>(config.integer(n, 0, 1'000'000));
-                         }}});
+    config.read(*made,
+                {{"count", true, "how many",
+                  [&](auto& n) { options.madeUp = static_cast<std::size_t>(config.integer(n, 1, 10'000)); }},
+                 {"first", false, "the seed of the first one", [&](auto& n) {
+                    options.firstScene = static_cast<std::uint64_t>(config.integer(n, 0, 1'000'000));
+                  }}});
     return options;
   }
   if (options.scenes.empty() || camera == nullptr)

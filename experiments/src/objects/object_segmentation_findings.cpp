@@ -91,17 +91,16 @@ ResultTable measures(const Rows& sums, const std::string& title, const std::stri
     return [=](const SegmentedScene& sum) { return 100 * (sum.*which.*kind.*what) / number(sum.scenes); };
   };
   constexpr auto overlap = &SegmentationMeasures::overlap, boundary = &SegmentationMeasures::boundary;
-  return pivot<SegmentedScene>(
-      {title, caption, "category", {}, {}}, sums,
-      {{{"overlap P [%]", 1}, mean(overlap, &PrecisionRecall::precision)},
-       {{"R [%]", 1}, mean(overlap, &PrecisionRecall::recall)},
-       {{"F [%]", 1}, mean(overlap, &PrecisionRecall::f)},
-       {{"boundary P [%]", 1}, mean(boundary, &PrecisionRecall::precision)},
-       {{"boundary R [%]", 1}, mean(boundary, &PrecisionRecall::recall)},
-       {{"boundary F [%]", 1}, mean(boundary, &PrecisionRecall::f)},
-       {{"F above .75 [%]", 1}, [which](const SegmentedScene& sum) {
-          return 100 * (sum.*which).atThreeQuarters / number(sum.ours.objects);
-        }}});
+  return pivot<SegmentedScene>({title, caption, "category", {}, {}}, sums,
+                               {{{"overlap P [%]", 1}, mean(overlap, &PrecisionRecall::precision)},
+                                {{"R [%]", 1}, mean(overlap, &PrecisionRecall::recall)},
+                                {{"F [%]", 1}, mean(overlap, &PrecisionRecall::f)},
+                                {{"boundary P [%]", 1}, mean(boundary, &PrecisionRecall::precision)},
+                                {{"boundary R [%]", 1}, mean(boundary, &PrecisionRecall::recall)},
+                                {{"boundary F [%]", 1}, mean(boundary, &PrecisionRecall::f)},
+                                {{"F above .75 [%]", 1}, [which](const SegmentedScene& sum) {
+                                   return 100 * (sum.*which).atThreeQuarters / number(sum.ours.objects);
+                                 }}});
 }
 
 /// A color for the i-th object, unlike those of its neighbors.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "experiments/src/objects/segmentation_measures.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -95,7 +97,8 @@ SegmentationMeasures measureClusters(const cv::Mat& truth, const std::vector<Pix
   for (int c = 0; c < columns; ++c) {
     for (const std::uint32_t p : found[static_cast<std::size_t>(c)]) {
       if (p >= truth.total())
-        throw Error(ErrorCode::invalidInput, "a cluster has pixels beyond its image; give those of the image");
+        throw Error(ErrorCode::invalidInput,
+                    fmt::format("a cluster has the pixel {} of an image of {}", p, truth.total()));
       if (const int o = row.ptr<int>()[p]; o >= 0) ++common(o, c);
     }
     const auto size = static_cast<double>(found[static_cast<std::size_t>(c)].size());
