@@ -17,14 +17,14 @@
 namespace estancia {
 namespace {
 
-constexpr double kSplit = 4;             // width of a gap of mixed pixels: two at either edge [pixels]
-constexpr float kFarther = 0.05F;        // [m]: the other point of a contact is no farther
-constexpr double kDepthNoise = 0.004;    // between two pixels of one depth: 2 √2 σ of a Kinect [m at 1 m]
-constexpr std::size_t kMinContacts = 3;  // points of the border that must be near
-constexpr double kConcave = -0.2;        // how concave a contact may be
-constexpr float kAroundContact = 0.03F;  // [m]
-constexpr double kMaxGap = 0.20;         // behind an occluder [m]
-constexpr float kAroundGap = 0.05F;      // the part of either side that is compared [m]
+constexpr double kSplit = 4;           // width of a gap of mixed pixels: two at either edge [pixels]
+constexpr float kFarther = 0.05F;      // [m]: the other point of a contact is no farther
+constexpr double kDepthNoise = 0.002;  // √2 σ of a Kinect [m at 1 m]: of several contacts, most are within
+constexpr std::size_t kMinContacts = 3;           // points of the border that must be near
+constexpr double kConcave = -0.2;                 // how concave a contact may be
+constexpr float kAroundContact = 0.03F;           // [m]
+constexpr double kMaxGap = 0.20;                  // behind an occluder [m]
+constexpr float kAroundGap = 0.05F;               // the part of either side that is compared [m]
 constexpr double kSameWay = 20, kOffset = 0.025;  // of two parts of one surface [°], [m]
 constexpr double kHidden = 0.9, kInFront = 0.3;   // shares of the gap
 constexpr float kNearer = 0.01F;                  // distance of the occluder to the gap [m]

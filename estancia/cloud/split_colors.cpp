@@ -20,7 +20,7 @@ constexpr double kEdge = 7;           // change of color over 4 pixels at an edg
 constexpr double kCompact = 3;        // distance of two colors, to the spread of each
 constexpr double kLeastPart = 100;    // [square pixels]
 constexpr double kLeastShare = 0.12;  // of either side in both
-constexpr double kCommon = 0.45;      // share of a side's border that lies at the other, at most
+constexpr double kCommon = 0.55;      // share of a side's border that lies at the other, at most
 constexpr double kSilent = 0.7;       // share of the border at which the surface goes on
 constexpr double kSameFace = 0.95;    // cosine between normals to either side: 18°
 constexpr double kUpright = 0.5;      // sine of the rise from one side's center to the other's
@@ -28,10 +28,10 @@ constexpr double kUpright = 0.5;      // sine of the rise from one side's center
 /// Lightness, weighted, and chroma over lightness, which shading does not change: in CIE Lab, L + 16, a and b
 /// all grow with the cube root of the light.
 cv::Mat_<cv::Vec3f> featuresOf(const cv::Mat& image, const cv::Size& size) {
-  cv::Mat fitting = image, lab;
+  cv::Mat fitting = image, blurred, lab;
   if (image.size() != size) cv::resize(image, fitting, size, 0, 0, cv::INTER_AREA);
-  cv::blur(fitting, fitting, {3, 3});
-  cv::cvtColor(fitting, lab, cv::COLOR_BGR2Lab);
+  cv::blur(fitting, blurred, {3, 3});
+  cv::cvtColor(blurred, lab, cv::COLOR_BGR2Lab);
   cv::Mat_<cv::Vec3f> features(size);
   std::transform(lab.begin<cv::Vec3b>(), lab.end<cv::Vec3b>(), features.begin(), [](const cv::Vec3b& c) {
     const float l = static_cast<float>(c[0]) / 2.55F, scale = 66 / std::max(l + 16, kDark + 16);
