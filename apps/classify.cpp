@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <memory>
+#include <set>
 
 #include "described.hpp"
 #include "estancia/classify/embedding.hpp"
@@ -16,8 +18,10 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/core/progress.hpp"
+#include "estancia/core/similar_names.hpp"
 #include "estancia/describe/table_features.hpp"
 #include "estancia/io/files.hpp"
+#include "estancia/io/formats.hpp"
 #include "estancia/report/text.hpp"
 #include "estancia/stats/proportion.hpp"
 #include "estancia/topology/places.hpp"
@@ -82,20 +86,43 @@ void warnOfAnnotations(const Features& features) {
       others.empty() ? "" : fmt::format(" Leave them out by --descriptor {}", fmt::join(others, "+")));
 }
 
+/// Those of other sources are told when they are opened.
+void warnOfSimilarRooms(const Features& features) {
+  std::set<std::string> rooms;
+  for (const auto& [room, count] : framesPerRoom(features)) rooms.insert(room);
+  for (const std::string& warning : warningsOfSimilarRooms(rooms)) spdlog::warn("{}", warning);
+}
+
+/// "; if …: COMMAND" where folders of images may be rooms, which was not asked for.
+std::string classesHint(const ClassifyArguments& a) {
+  if (a.source.options.type != "auto" || !io::mayBeClasses(a.source.path)) return "";
+  return fmt::format("; if each folder of images is a room: estancia classify train {} --type classes -o {}",
+                     io::printable(a.source.path), io::printable(a.output));
+}
+
+std::unique_ptr<Sequence> openTraining(const ClassifyArguments& a) {
+  try {
+    return a.source.open();
+  } catch (const Error& e) {
+    throw Error(e.code(), std::string(e.what()) + classesHint(a));
+  }
+}
+
 /// Before the images are described, which takes long.
-void requireRooms(const Sequence& sequence) {
+void requireRooms(const Sequence& sequence, const ClassifyArguments& a) {
   for (std::size_t i = 0; i < sequence.size(); ++i)
     if (!sequence.frame(i).room.empty()) return;
   throw Error(ErrorCode::insufficientData,
               "no image has a known room; give a table of rooms (--rooms), or a folder of images per room "
-              "(--type classes)");
+              "(--type classes)" +
+                  classesHint(a));
 }
 
 Features trainingFeatures(const ClassifyArguments& a, FeatureSource& describing) {
   if (holdsNumbers(a.source.path) || isFeatureTable(a.source.path))
     return describing.features(a.source, a.descriptor, a.tables);
-  const auto images = a.source.open();
-  requireRooms(*images);
+  const auto images = openTraining(a);
+  requireRooms(*images, a);
   return describing.features(*images, a.descriptor.empty() ? defaultDescriptor : a.descriptor);
 }
 
@@ -104,6 +131,7 @@ void train(const ClassifyArguments& a) {
   FeatureSource describing(a.describing);
   Features features = trainingFeatures(a, describing);
   warnOfAnnotations(features);
+  if (isFeatureTable(a.source.path)) warnOfSimilarRooms(features);
   if (a.maxLabels > 0) features = withColumns(features, selectColumns(features, a.criterion, a.maxLabels));
   const auto progress = makeStderrProgress();
   const RoomClassifier classifier = trainRoomClassifier(features, a.classifier, *progress);

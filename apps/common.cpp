@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <cstdio>
 #include <filesystem>
@@ -123,6 +124,10 @@ void addJsonOption(CLI::App& command, bool& json) {
 void print(const nlohmann::ordered_json& json) {
   // Labels and file names may hold bytes that are no UTF-8: show them as such instead of failing.
   std::puts(json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
+}
+
+std::string nameBesideResults(const std::string& work) {
+  return isatty(STDOUT_FILENO) == 1 ? "" : work;
 }
 
 nlohmann::ordered_json toJson(const std::vector<Measure>& measures) {

@@ -68,6 +68,10 @@ void addJsonOption(CLI::App& command, bool& json);
 /// One line of JSON on stdout.
 void print(const nlohmann::ordered_json& json);
 
+/// The name of work whose results are printed while it goes on: none where they go to the terminal, as they
+/// show how far it is, and a bar of progress would stand among them.
+std::string nameBesideResults(const std::string& work);
+
 /// By their keys; null where unknown.
 nlohmann::ordered_json toJson(const std::vector<Measure>& measures);
 

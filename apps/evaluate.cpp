@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "estancia/core/error.hpp"
@@ -18,6 +19,8 @@
 namespace estancia::apps {
 namespace {
 
+using Json = nlohmann::ordered_json;
+
 struct EvaluateArguments {
   explicit EvaluateArguments(CLI::App& command) : declared(command) {}
   SequenceArguments sequence;
@@ -27,22 +30,53 @@ struct EvaluateArguments {
   bool json = false;
 };
 
-LocalizationAccuracy localizationAccuracy(const EvaluateArguments& arguments) {
+/// What is measured, and where the images of SEQ are.
+struct Evaluation {
+  std::vector<Measure> measures;
+  std::vector<LocalizationSummary::Place> places = {};
+  /// Nothing tells where the images are in truth.
+  bool lacksTruth = false;
+};
+
+Evaluation evaluateLocalization(const EvaluateArguments& arguments) {
   const AdmissibleImages admissible =
       arguments.truth.empty() ? AdmissibleImages{} : readAdmissibleImages(arguments.truth);
   std::vector<Frame> frames;
   std::vector<std::size_t> numbers;
   std::vector<Localization> answers;
   Localizer localizer(arguments.localization.map, arguments.localization.localizer);
-  localize(arguments.localization, localizer, arguments.sequence,
+  localize(arguments.localization, localizer, arguments.sequence, "localizing",
            [&](std::size_t number, const Frame& frame, const Localization& answer) {
              frames.push_back(frame);
              numbers.push_back(number);
              answers.push_back(answer);
            });
-  return measureLocalization(localizer.map(), frames, numbers, answers, admissible,
-                             arguments.localization.localizer.filter,
-                             zonesOfFrames(arguments.localization.zones, localizer.map()));
+  const LocalizationAccuracy accuracy = measureLocalization(
+      localizer.map(), frames, numbers, answers, admissible, arguments.localization.localizer.filter,
+      zonesOfFrames(arguments.localization.zones, localizer.map()));
+  LocalizationSummary summary = summarizeLocalization(answers);
+  std::vector<Measure> measures = measuresOf(accuracy);
+  const bool lacksTruth =
+      std::ranges::none_of(measures.begin() + 1, measures.end(), [](const Measure& m) { return !!m.value; });
+  const std::vector<Measure> more = measuresOf(summary);
+  measures.insert(measures.begin() + 1, more.begin(), more.end());
+  return {std::move(measures), std::move(summary.places), lacksTruth};
+}
+
+Json toJson(const Evaluation& evaluation) {
+  Json json = apps::toJson(evaluation.measures);
+  for (const auto& place : evaluation.places)
+    json["places"].push_back(
+        {{"node", place.node}, {"frames", place.frames}, {"median_confidence", place.medianConfidence}});
+  return json;
+}
+
+void printPlaces(const std::vector<LocalizationSummary::Place>& places) {
+  constexpr std::size_t shown = 10;
+  fmt::print("\n{:<10} {:>7}   median confidence\n", "place", "images");
+  for (std::size_t i = 0; i < std::min(shown, places.size()); ++i)
+    fmt::print("{:<10} {:>7}   {:.3f}\n", places[i].node, places[i].frames, places[i].medianConfidence);
+  if (places.size() > shown) fmt::print("… and {} more; --json tells all\n", places.size() - shown);
 }
 
 /// The rooms that the mapped images see; none where no drive's folder is given.
@@ -73,9 +107,7 @@ void requireThings(const EvaluateArguments& arguments) {
                             file.string()));
 }
 
-std::vector<Measure> measure(const EvaluateArguments& arguments) {
-  if (isZoneFile(arguments.localization.map)) return measuresOfZones(arguments);
-  if (!arguments.sequence.path.empty()) return measuresOf(localizationAccuracy(arguments));
+std::vector<Measure> measuresOfMap(const EvaluateArguments& arguments) {
   const TopologicalMap map = readMap(arguments.localization.map);
   if (arguments.truth.empty()) return measuresOf(evaluate(map));
   const ThingClasses classes =
@@ -87,6 +119,12 @@ std::vector<Measure> measure(const EvaluateArguments& arguments) {
   for (const std::string& doubt : accuracy.doubts) spdlog::warn("{}", doubt);
   for (Measure& more : measuresOf(accuracy)) measures.push_back(std::move(more));
   return measures;
+}
+
+Evaluation evaluationOf(const EvaluateArguments& arguments) {
+  if (isZoneFile(arguments.localization.map)) return {measuresOfZones(arguments)};
+  if (!arguments.sequence.path.empty()) return evaluateLocalization(arguments);
+  return {measuresOfMap(arguments)};
 }
 
 /// --truth is a table about SEQ, or the folder of the drive that was mapped.
@@ -117,14 +155,19 @@ void run(const EvaluateArguments& arguments) {
     throw Error(ErrorCode::invalidOption,
                 "--classes are of the things in a map; give the map and --truth, the folder of its drive");
   const bool localized = !arguments.sequence.path.empty();
-  const std::vector<Measure> measures = measure(arguments);
+  const Evaluation evaluation = evaluationOf(arguments);
   if (arguments.json) {
-    print(toJson(measures));
+    apps::print(toJson(evaluation));
     return;
   }
-  const std::size_t known = print(measures);
-  if (localized && known == 1) fmt::print("Give --truth, rooms or poses of the images to learn more.\n");
-  if (!localized && known < measures.size()) fmt::print("Give the sequence rooms and poses to learn more.\n");
+  const std::size_t known = apps::print(evaluation.measures);
+  if (localized) printPlaces(evaluation.places);
+  if (evaluation.lacksTruth)
+    fmt::print(
+        "\nWhether this is right is not known: give poses (--poses FILE) or rooms (--rooms FILE) of SEQ, or "
+        "--truth FILE, a CSV query,refs with the frames of the map that count as right.\n");
+  if (!localized && known < evaluation.measures.size())
+    fmt::print("Give the sequence rooms and poses to learn more.\n");
 }
 
 }  // namespace

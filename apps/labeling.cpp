@@ -110,7 +110,7 @@ std::size_t Labeling::forEach(std::size_t first, const std::string& what,
   first = options.first = std::max(first, stream_.first);
   LabelStream stream(*sequence_, *labeler_, options);
   std::size_t used = 0, skipped = 0;
-  progress->begin(what, sequence_->size(), first);
+  if (!what.empty()) progress->begin(what, sequence_->size(), first);
   while (const auto frame = stream.next()) {
     if (frame->labeled()) {
       use(*frame);

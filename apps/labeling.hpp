@@ -45,9 +45,9 @@ class Labeling {
   /// For other images than the frames; not while a frame is being labeled.
   Labeler& labeler() { return *labeler_; }
 
-  /// Labels the frames from `first` on with a progress bar, warns of frames that have no words and gives the
-  /// others to `use`. Throws Interrupted on Ctrl-C, Error when no frame at all has words. Returns how many
-  /// have none.
+  /// Labels the frames from `first` on with a progress bar (without one where `what` is ""), warns of frames
+  /// that have no words and gives the others to `use`. Throws Interrupted on Ctrl-C, Error when no frame at
+  /// all has words. Returns how many have none.
   std::size_t forEach(std::size_t first, const std::string& what,
                       const std::function<void(const LabeledFrame&)>& use);
 

@@ -48,6 +48,7 @@ std::vector<int> zonesOfFrames(const std::string& zones, const TopologicalMap& m
 }
 
 void localize(const LocalizationArguments& arguments, Localizer& localizer, const SequenceArguments& sequence,
+              const std::string& work,
               const std::function<void(std::size_t, const Frame&, const Localization&)>& use) {
   const TopologicalMap& map = localizer.map();
   Labeling labeling(sequence, arguments.model, &map.vocabulary);
@@ -70,7 +71,7 @@ void localize(const LocalizationArguments& arguments, Localizer& localizer, cons
       waiting.pop_front();
     }
   };
-  labeling.forEach(0, "localizing", [&](const LabeledFrame& frame) {
+  labeling.forEach(0, work, [&](const LabeledFrame& frame) {
     waiting.push_back(frame.index);
     give(localizer.add(frame.descriptor, labeling.sequence().frame(frame.index).pose));
   });

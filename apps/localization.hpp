@@ -24,8 +24,9 @@ struct LocalizationArguments {
 std::vector<int> zonesOfFrames(const std::string& zones, const TopologicalMap& map);
 
 /// Labels the frames of `sequence` and localizes them; `use` gets each frame and its answer, in order, with
-/// the frame's number in the sequence.
+/// the frame's number in the sequence. `work`: the name of the progress bar, "" for none.
 void localize(const LocalizationArguments& arguments, Localizer& localizer, const SequenceArguments& sequence,
+              const std::string& work,
               const std::function<void(std::size_t, const Frame&, const Localization&)>& use);
 
 }  // namespace estancia::apps

@@ -31,7 +31,7 @@ void printAnswer(const TopologicalMap& map, const std::string& image, const Loca
 
 void run(const LocalizeArguments& arguments) {
   Localizer localizer(arguments.localization.map, arguments.localization.localizer);
-  localize(arguments.localization, localizer, arguments.sequence,
+  localize(arguments.localization, localizer, arguments.sequence, nameBesideResults("localizing"),
            [&](std::size_t, const Frame& frame, const Localization& answer) {
              printAnswer(localizer.map(), frame.name, answer, arguments.json);
            });

@@ -1,13 +1,14 @@
 // The `estancia` command.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/sinks/ansicolor_sink.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <iostream>
+#include <memory>
 #include <opencv2/core/utils/logger.hpp>
 #include <string_view>
 #include <system_error>
@@ -29,8 +30,17 @@ void quietLibraries() {
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
 }
 
+/// A line of the log does not go on in a bar of progress.
+class SinkBesideProgress final : public spdlog::sinks::ansicolor_stderr_sink_mt {
+ public:
+  void log(const spdlog::details::log_msg& message) override {
+    estancia::clearProgressLine();
+    spdlog::sinks::ansicolor_stderr_sink_mt::log(message);
+  }
+};
+
 void logToStderr() {
-  auto logger = spdlog::stderr_color_mt("estancia");
+  auto logger = std::make_shared<spdlog::logger>("estancia", std::make_shared<SinkBesideProgress>());
   logger->set_pattern("%^%l%$: %v");
   spdlog::set_default_logger(std::move(logger));
 }

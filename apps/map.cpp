@@ -71,13 +71,19 @@ bool nameRoomsWithoutExample(const MapArguments& arguments, const WorldOptions& 
   return options.areas.naming.words == NamingOptions::Words::wordNet && renewRoomsByNames(arguments.output);
 }
 
-void addRooms(const MapArguments& arguments, Json& json) {
+/// What is printed when all work is done: other work has bars of progress in between.
+struct Summary {
+  Json json;
+  std::string text;
+};
+
+void addRooms(const MapArguments& arguments, Summary& summary) {
   std::map<std::string, std::size_t> places;
   for (const Place& place : placesOf(readMap(arguments.output)))
     if (const RoomProbability* room = place.predictedRoom()) ++places[room->room];
-  json["predicted_rooms"] = places;
+  summary.json["predicted_rooms"] = places;
   for (const auto& [room, count] : places)
-    if (!arguments.json) fmt::print("  {:<24} {}\n", room, counted(count, "place"));
+    summary.text += fmt::format("  {:<24} {}\n", room, counted(count, "place"));
 }
 
 /// How the camera was tracked, if it was, and what was wrong with the drive.
@@ -88,18 +94,19 @@ struct Odometry {
 };
 
 /// Says which way is up in the map.
-void addLevel(const MapArguments& arguments, const MapLevel& level, Json& json) {
+void addLevel(const MapLevel& level, Summary& summary) {
   if (!level.byPlanes)
     spdlog::warn(
         "no floor, table or walls were seen that tell which way is up: the camera is taken for upright; "
         "heights, and what stands on what, may be off");
-  else if (!arguments.json)
-    fmt::print("  leveled by floor, tables and walls; the first camera was tilted by {:.1f}°\n", level.tilt);
-  json["leveled_by"] = level.byPlanes ? "planes" : "camera";
-  json["first_camera_tilt"] = level.tilt;
+  else
+    summary.text += fmt::format(
+        "  leveled by floor, tables and walls; the first camera was tilted by {:.1f}°\n", level.tilt);
+  summary.json["leveled_by"] = level.byPlanes ? "planes" : "camera";
+  summary.json["first_camera_tilt"] = level.tilt;
 }
 
-Json summaryOf(const MapArguments& arguments, const RgbdTrajectory& odometry, const MapLevel& level) {
+Summary summaryOf(const MapArguments& arguments, const RgbdTrajectory& odometry, const MapLevel& level) {
   std::optional<TopologicalMap> map;
   const auto nameOf = [&](std::size_t frame) {
     if (!map) map = readMap(arguments.output);
@@ -107,25 +114,25 @@ Json summaryOf(const MapArguments& arguments, const RgbdTrajectory& odometry, co
   };
   warnOfUntracked(odometry, nameOf, "a steady motion");
   const std::size_t untracked = odometry.lost.size() + odometry.bridged.size();
-  if (!arguments.json)
-    fmt::print("  tracked {} of {} by RGB-D odometry, {} closed\n", odometry.poses.size() - untracked,
-               counted(odometry.poses.size(), "frame"), counted(odometry.loops.size(), "loop"));
-  Json json;
-  addCounts(json, odometry);
-  addLevel(arguments, level, json);
-  addUntracked(json, odometry, nameOf);
-  return json;
+  Summary summary;
+  summary.text =
+      fmt::format("  tracked {} of {} by RGB-D odometry, {} closed\n", odometry.poses.size() - untracked,
+                  counted(odometry.poses.size(), "frame"), counted(odometry.loops.size(), "loop"));
+  addCounts(summary.json, odometry);
+  addLevel(level, summary);
+  addUntracked(summary.json, odometry, nameOf);
+  return summary;
 }
 
-Json summaryOf(const MapArguments& arguments, const MapRun& map, std::size_t skipped,
-               const Odometry& odometry) {
+Summary summaryOf(const MapArguments& arguments, const MapRun& map, std::size_t skipped,
+                  const Odometry& odometry) {
   const MappingSession& session = *map.session();
   const Mapper& mapper = session.mapper();
-  if (!arguments.json)
-    fmt::print("{}: {}, {}, {} (τ_join {:.3g}, τ_revisit {:.3g})\n", printable(arguments.output),
-               counted(session.frames(), "frame"), counted(mapper.nodes(), "place"),
-               counted(mapper.transitions().size(), "transition"), mapper.thresholds().join,
-               mapper.thresholds().revisit);
+  std::string text =
+      fmt::format("{}: {}, {}, {} (τ_join {:.3g}, τ_revisit {:.3g})\n", printable(arguments.output),
+                  counted(session.frames(), "frame"), counted(mapper.nodes(), "place"),
+                  counted(mapper.transitions().size(), "transition"), mapper.thresholds().join,
+                  mapper.thresholds().revisit);
   Json json{{"map", arguments.output},
             {"frames", session.frames()},
             {"new_frames", session.frames() - map.framesBefore()},
@@ -135,8 +142,12 @@ Json summaryOf(const MapArguments& arguments, const MapRun& map, std::size_t ski
             {"tau_join", mapper.thresholds().join},
             {"tau_revisit", mapper.thresholds().revisit}};
   if (const Json faults = faultsOf(odometry.faults); !faults.empty()) json["faults"] = faults;
-  if (odometry.trajectory) json["odometry"] = summaryOf(arguments, *odometry.trajectory, odometry.level);
-  return json;
+  if (odometry.trajectory) {
+    Summary tracked = summaryOf(arguments, *odometry.trajectory, odometry.level);
+    json["odometry"] = std::move(tracked.json);
+    text += tracked.text;
+  }
+  return {std::move(json), std::move(text)};
 }
 
 /// The layers above the places.
@@ -307,17 +318,20 @@ void run(const MapArguments& arguments) {
         arguments.declared.applyTo(declare(options));
       });
   const Added added = addFrames(arguments, labeling, first, images, namers, *map);
-  Json json = summaryOf(arguments, *map, added.skipped, added.odometry);
+  Summary summary = summaryOf(arguments, *map, added.skipped, added.odometry);
   const std::size_t newFrames = map->session()->frames() - map->framesBefore();
   const WorldOptions options = worldOptions(arguments, *map);
   map.reset();  // the rooms are written into its file
-  namers.addNames(arguments.output, arguments.json, json);
+  summary.text += namers.addNames(arguments.output, summary.json);
   if (classifier) classifyRooms(arguments, *classifier, images ? &sequence : nullptr);
   if (classifier || nameRoomsWithoutExample(arguments, options))
-    addRooms(arguments, json);
+    addRooms(arguments, summary);
   else if (arguments.goOn)
     warnOfMissingRooms(arguments, newFrames);
-  if (arguments.json) print(json);
+  if (arguments.json)
+    print(summary.json);
+  else
+    fmt::print("{}", summary.text);
 }
 
 }  // namespace

@@ -17,14 +17,14 @@ namespace {
 using NameCounts = std::map<std::string, std::size_t>;
 
 /// "3 of 14 objects recognized: chair (2), desk"
-void printCounts(const NameCounts& counts, std::size_t objects, const char* what) {
+std::string lineOf(const NameCounts& counts, std::size_t objects, const char* what) {
   std::size_t all = 0;
   std::string names;
   for (const auto& [name, count] : counts) {
     all += count;
     names += (names.empty() ? ": " : ", ") + printable(name) + (count > 1 ? fmt::format(" ({})", count) : "");
   }
-  fmt::print("  {} of {} {}{}\n", all, report::counted(objects, "object"), what, names);
+  return fmt::format("  {} of {} {}{}\n", all, report::counted(objects, "object"), what, names);
 }
 
 }  // namespace
@@ -41,8 +41,8 @@ void ObjectNamers::giveTo(WorldMapper& mapper) const {
   if (model_) mapper.classify(*model_, digest_);
 }
 
-void ObjectNamers::addNames(const std::string& map, bool json, nlohmann::ordered_json& summary) const {
-  if (!known_ && !model_) return;
+std::string ObjectNamers::addNames(const std::string& map, nlohmann::ordered_json& summary) const {
+  if (!known_ && !model_) return "";
   const WorldMap world = readWorld(map);
   NameCounts recognized, shapes;
   for (const WorldObject& object : world.objects) {
@@ -51,9 +51,8 @@ void ObjectNamers::addNames(const std::string& map, bool json, nlohmann::ordered
   }
   if (known_) summary["recognized"] = recognized;
   if (model_) summary["shapes"] = shapes;
-  if (json) return;
-  if (known_) printCounts(recognized, world.objects.size(), "recognized");
-  if (model_) printCounts(shapes, world.objects.size(), "of a class by shape");
+  return (known_ ? lineOf(recognized, world.objects.size(), "recognized") : "") +
+         (model_ ? lineOf(shapes, world.objects.size(), "of a class by shape") : "");
 }
 
 }  // namespace estancia::apps

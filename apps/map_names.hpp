@@ -20,9 +20,9 @@ class ObjectNamers {
   /// `known`: clouds, NAME=FILE or FILE; `model`: file of `objects train`, "" for none. Reads them.
   ObjectNamers(const std::vector<std::string>& known, const std::string& model);
   void giveTo(WorldMapper& mapper) const;
-  /// Prints how many objects of the finished map have names by them (unless `json`), and adds "recognized"
-  /// and "shapes", {NAME: objects}, to the summary.
-  void addNames(const std::string& map, bool json, nlohmann::ordered_json& summary) const;
+  /// How many objects of the finished map have names by them, a line each; "recognized" and "shapes",
+  /// {NAME: objects}, are added to the summary.
+  std::string addNames(const std::string& map, nlohmann::ordered_json& summary) const;
 
  private:
   std::shared_ptr<const KnownObjects> known_;

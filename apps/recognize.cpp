@@ -100,6 +100,15 @@ void run(const RecognizeArguments& a) {
     spdlog::warn("{}", noView);
     warnings.push_back({{"code", "no-view"}, {"message", noView}});
   }
+  if (const auto& at = result.scene->estimatedViewpoint(); at && result.scene->hasView()) {
+    const std::string estimated = fmt::format(
+        "{} is not a view from its origin; the sensor seems to have been at {:.2f},{:.2f},{:.2f}: if it was "
+        "elsewhere, give its position by --viewpoint X,Y,Z",
+        a.scene, at->x, at->y, at->z);
+    spdlog::warn("{}", estimated);
+    warnings.push_back(
+        {{"code", "estimated-view"}, {"message", estimated}, {"viewpoint", {at->x, at->y, at->z}}});
+  }
   if (!a.image.empty()) drawInstances(a.image, cloud, result);
   if (a.json) {
     nlohmann::ordered_json json = toJson(result);
@@ -126,9 +135,10 @@ void addRecognizeCommand(CLI::App& app) {
   a->declared.addPreset(RecognitionOptions::presets(), [&options = a->options](const std::string& name) {
     options = RecognitionOptions::preset(name);
   });
-  a->declared.add(declare(a->options), {"scene-filter.method=filter", "scene-filter.points", "keypoints",
-                                        "descriptor", "grouping", "verification", "accept", "normal-radius",
-                                        "keypoint-spacing", "descriptor-radius", "viewpoint"});
+  a->declared.add(declare(a->options),
+                  {"scene-filter.method=filter", "scene-filter.points", "keypoints", "descriptor", "grouping",
+                   "verification", "accept", "false-alarm-rate", "normal-radius", "keypoint-spacing",
+                   "descriptor-radius", "viewpoint"});
   command->add_option("--render", a->image, "Draw the scene with the detected objects (PNG)");
   addOverwriteOption(*command, a->overwrite);
   command->add_flag("--explain", a->explain, "Show what each stage received and kept");

@@ -113,7 +113,7 @@ DescriptorSequence recordingOf(const ZonesArguments& arguments, std::optional<Pr
   DescriptorSequence recording{
       labeling.vocabulary(), labeling.identity(), {}, DescriptorMatrix(labeling.vocabulary().size())};
   try {
-    labeling.forEach(0, "labeling", [&](const LabeledFrame& frame) {
+    labeling.forEach(0, stream ? nameBesideResults("labeling") : "labeling", [&](const LabeledFrame& frame) {
       recording.frames.push_back(labeling.sequence().frame(frame.index));
       recording.descriptors.append(frame.descriptor);
       if (stream) stream->add(recording.frames.back(), frame.descriptor);

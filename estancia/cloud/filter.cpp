@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "estancia/cloud/clusters.hpp"
-#include "estancia/cloud/neighbors.hpp"
 #include "estancia/cloud/voxel_grid.hpp"
 #include "estancia/core/error.hpp"
 
@@ -23,24 +22,12 @@ FilteredCloud throughVoxels(const PointCloud& cloud, const FilterOptions& option
   return {voxelGrid(finite, leaf), leaf, {}};
 }
 
-/// For each of `points` the color of the nearest point of the cloud.
-std::vector<cv::Vec3b> nearestColors(const std::vector<cv::Point3f>& points, const PointCloud& cloud) {
-  std::vector<cv::Vec3b> colors;
-  if (cloud.colors.empty()) return colors;
-  const Neighbors around(cloud.points);
-  std::vector<Neighbor> buffer;
-  for (const cv::Point3f& p : points)
-    colors.push_back(cloud.colors[around.nearest(p, 1, buffer).front().index]);
-  return colors;
-}
-
 FilteredCloud throughNeuralGas(const PointCloud& cloud, const FilterOptions& options, Progress& progress) {
   GngOptions gng = options.gng;
   gng.neurons = options.points;
   FilteredCloud filtered;
   filtered.gas = growNeuralGas(cloud, gng, progress);
   std::swap(filtered.cloud, filtered.gas.cloud);
-  filtered.cloud.colors = nearestColors(filtered.cloud.points, cloud);
   return filtered;
 }
 

@@ -39,9 +39,9 @@ struct FilteredCloud {
 
 /// The filtered cloud. All methods but none drop points that are not finite. A cloud that has at most
 /// `points` others is not thinned out: voxel keeps them unless a leaf is given, gng makes each distinct point
-/// a neuron. Neurons have the color of the nearest point, and no normals. Throws Error (unknownName,
-/// invalidOption, invalidInput) on an unknown method, on options out of range, and when voxel or gng get a
-/// cloud without a finite point; Interrupted.
+/// a neuron. Neurons have the mean color of the points nearest to them, and no normals. Throws Error
+/// (unknownName, invalidOption, invalidInput) on an unknown method, on options out of range, and when voxel
+/// or gng get a cloud without a finite point; Interrupted.
 FilteredCloud filterWithDetails(const PointCloud& cloud, const FilterOptions& options,
                                 Progress& progress = Progress::none());
 

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "estancia/cloud/neighbors.hpp"
 #include "estancia/cloud/neuron_errors.hpp"
 #include "estancia/cloud/neuron_graph.hpp"
 #include "estancia/cloud/neuron_grid.hpp"
@@ -23,14 +24,22 @@ class Network {
  public:
   /// Step 0: two neurons, at the first signal and the first one elsewhere.
   Network(const Signals& signals, const GngOptions& options)
-      : signals_(signals), options_(options), grid_(signals.points()), lastWinners_(signals.points().size()) {
+      : signals_(signals),
+        options_(options),
+        colored_(!signals.colors().empty()),
+        grid_(signals.points(), signals.colors()),
+        lastWinners_(signals.points().size()) {
     const auto& points = signals_.points();
-    const Point4 a = points[signals_.draw(drawn_++)];
-    Point4 b = a;
-    while (a.x == b.x && a.y == b.y && a.z == b.z) b = points[signals_.draw(drawn_++)];
-    for (const Point4& p : {a, b}) add(p);
+    const std::size_t a = signals_.draw(drawn_++);
+    std::size_t b = a;
+    while (points[a].x == points[b].x && points[a].y == points[b].y && points[a].z == points[b].z)
+      b = signals_.draw(drawn_++);
+    for (const std::size_t point : {a, b}) {
+      add(points[point]);
+      if (colored_) colors_.push_back(signals_.colors()[point]);
+    }
     first_ = drawn_;
-    grid_.fit(neurons_, 2);
+    grid_.fit(neurons_, colors_, 2);
   }
 
   std::size_t size() const { return neurons_.size(); }
@@ -76,6 +85,10 @@ class Network {
     const Neuron &a = neurons_[q], &b = neurons_[f];
     const std::uint32_t winsOfQ = a.wins, winsOfF = b.wins;
     add({0.5F * (a.x + b.x), 0.5F * (a.y + b.y), 0.5F * (a.z + b.z), 0});
+    if (colored_) {
+      const Point4 c = colors_[q], d = colors_[f];
+      colors_.push_back({0.5F * (c.x + d.x), 0.5F * (c.y + d.y), 0.5F * (c.z + d.z), 0});
+    }
     grid_.insert(r, neurons_);
     graph_.disconnect(q, f);
     graph_.connect(q, r, winsOfQ);
@@ -91,16 +104,20 @@ class Network {
   void refitGrid(double rms) {
     constexpr std::size_t minNeurons = 24;  // with fewer, all are candidates anyway
     if (size() < 2 * fitted_ || size() < minNeurons) return;
-    grid_.fit(neurons_, std::max(rms, 1e-6));
+    grid_.fit(neurons_, colors_, std::max(rms, 1e-6));
     fitted_ = size();
   }
 
-  /// Over all points.
-  double sumOfSquaredDistances() const {
+  /// The neuron nearest to each point, and the sum of their squared distances.
+  std::pair<std::vector<std::uint32_t>, double> winners() const {
+    std::vector<std::uint32_t> winners(signals_.points().size());
     double sum = 0;
-    for (std::size_t k = 0; k < signals_.points().size(); ++k)
-      sum += grid_.nearestTwo(k, neurons_).squaredDistance();
-    return sum;
+    for (std::size_t k = 0; k < winners.size(); ++k) {
+      const NearestTwo two = grid_.nearestTwo(k, neurons_, colors_);
+      winners[k] = two.first();
+      sum += two.squaredDistance();
+    }
+    return {std::move(winners), sum};
   }
 
  private:
@@ -119,7 +136,7 @@ class Network {
   /// Steps 2 to 7 for one signal. Returns its squared distance to the winner.
   float learnFrom(std::size_t point) {
     // Step 2: the winner s1 is the nearest neuron, s2 the second nearest.
-    const NearestTwo two = grid_.nearestTwo(point, neurons_);
+    const NearestTwo two = grid_.nearestTwo(point, neurons_, colors_);
     const std::uint32_t winner = two.first();
     lastWinners_[point] = winner;
     // Step 4: its error grows by the squared distance.
@@ -130,12 +147,14 @@ class Network {
     Neuron* const neurons = neurons_.data();
     const Vector tolerance = Vector{} + grid_.tolerance();
     attract(neurons, winner, signal, options_.winnerRate, tolerance);
+    if (colored_) attractColor(winner, point, options_.winnerRate);
     // Step 3: the edges of the winner age by one. Step 6: that between s1 and s2 gets age 0, or is created.
     const std::uint32_t wins = ++neurons[winner].wins;
     const bool connected =
         graph_.win(winner, wins, two.second(), options_.maxAge,
-                   [this, neurons, signal, tolerance, rate = options_.neighborRate](std::uint32_t n) {
+                   [this, neurons, signal, tolerance, point, rate = options_.neighborRate](std::uint32_t n) {
                      attract(neurons, n, signal, rate, tolerance);
+                     if (colored_) attractColor(n, point, rate);
                      return neurons[n].wins;
                    });
     if (!connected) graph_.connect(winner, two.second(), wins + neurons[two.second()].wins);
@@ -157,6 +176,14 @@ class Network {
     if (signs((away > tolerance) | (away < -tolerance)) != 0) grid_.rehome(i, neurons_);
   }
 
+  void attractColor(std::uint32_t i, std::size_t point, float rate) {
+    Point4& n = colors_[i];
+    const Point4& c = signals_.colors()[point];
+    n.x += rate * (c.x - n.x);
+    n.y += rate * (c.y - n.y);
+    n.z += rate * (c.z - n.z);
+  }
+
   void removeOld(std::uint32_t winner) {
     std::vector<std::uint32_t> isolated;
     for (const std::uint32_t n : graph_.old()) {
@@ -173,14 +200,19 @@ class Network {
       errors_.remove(i);
       neurons_[i] = neurons_[last];
       neurons_.pop_back();
+      if (!colored_) continue;
+      colors_[i] = colors_[last];
+      colors_.pop_back();
     }
   }
 
   const Signals& signals_;
   const GngOptions& options_;
+  const bool colored_;
   std::uint64_t drawn_ = 0, first_ = 0;
   std::size_t fitted_ = 2;  ///< neurons when the grid was fitted
   std::vector<Neuron> neurons_;
+  NeuronGrid::Colors colors_;  ///< one a neuron where colors are signals, too; else none
   NeuronGraph graph_;
   NeuronGrid grid_;
   NeuronErrors errors_;
@@ -254,9 +286,9 @@ NeuralGas networkOfPoints(const Signals& signals, const std::vector<Point4>& poi
   gas.stop = GngStop::points;
   if (points.size() < 2) return gas;
   NeuronGrid grid(points);
-  grid.fit(neurons, 1 / std::sqrt(static_cast<double>(points.size())));
+  grid.fit(neurons, {}, 1 / std::sqrt(static_cast<double>(points.size())));
   for (std::uint32_t i = 0; i < points.size(); ++i) {
-    const NearestTwo nearest = grid.nearestTwo(i, neurons);
+    const NearestTwo nearest = grid.nearestTwo(i, neurons, {});
     // The point itself is first, unless squared distances underflow.
     const std::uint32_t n = nearest.second() == i ? nearest.first() : nearest.second();
     gas.edges.push_back({std::min(i, n), std::max(i, n)});
@@ -267,7 +299,42 @@ NeuralGas networkOfPoints(const Signals& signals, const std::vector<Point4>& poi
   return gas;
 }
 
-NeuralGas toNeuralGas(const Network& network, const Signals& signals, GngStop stop) {
+/// The color of the point of the cloud that is nearest to `place`.
+cv::Vec3b nearestColor(const cv::Point3f& place, const PointCloud& cloud, const Neighbors& points,
+                       std::vector<Neighbor>& buffer) {
+  return cloud.colors[points.nearest(place, 1, buffer).front().index];
+}
+
+/// Each neuron gets the mean color of the points nearest to it, else that of the nearest point. `winners` are
+/// the neurons of the finite points; empty: each neuron is at a point.
+void paint(NeuralGas& gas, const PointCloud& cloud, const std::vector<std::uint32_t>& winners) {
+  if (cloud.colors.empty()) return;
+  struct Sum {
+    cv::Vec<std::uint64_t, 3> color;
+    std::uint64_t count = 0;
+  };
+  std::vector<Sum> sums(gas.cloud.points.size());
+  for (std::size_t i = 0, k = 0; i < cloud.points.size() && k < winners.size(); ++i) {
+    if (!isFinite(cloud.points[i])) continue;
+    Sum& sum = sums[winners[k++]];
+    for (int c = 0; c < 3; ++c) sum.color[c] += cloud.colors[i][c];
+    ++sum.count;
+  }
+  std::optional<Neighbors> around;
+  std::vector<Neighbor> buffer;
+  for (std::size_t n = 0; n < sums.size(); ++n) {
+    const auto& [color, count] = sums[n];
+    if (count == 0) {
+      if (!around) around.emplace(cloud.points);
+      gas.cloud.colors.push_back(nearestColor(gas.cloud.points[n], cloud, *around, buffer));
+      continue;
+    }
+    const auto mean = [&color, &count](int c) { return static_cast<uchar>((color[c] + count / 2) / count); };
+    gas.cloud.colors.emplace_back(mean(0), mean(1), mean(2));
+  }
+}
+
+NeuralGas toNeuralGas(const Network& network, const PointCloud& cloud, const Signals& signals, GngStop stop) {
   NeuralGas gas = withCloud(signals, network.neurons());
   gas.stop = stop;
   gas.signals = network.signalsSeen();
@@ -279,9 +346,9 @@ NeuralGas toNeuralGas(const Network& network, const Signals& signals, GngStop st
   gas.ages.reserve(gas.edges.size());
   for (const auto& [a, b] : gas.edges)
     gas.ages.push_back(network.graph().age(a, b, network.neurons()[a].wins + network.neurons()[b].wins));
-  gas.quantizationError =
-      std::sqrt(network.sumOfSquaredDistances() / static_cast<double>(signals.points().size())) /
-      signals.scale();
+  const auto [winners, sum] = network.winners();
+  gas.quantizationError = std::sqrt(sum / static_cast<double>(signals.points().size())) / signals.scale();
+  paint(gas, cloud, winners);
   return gas;
 }
 
@@ -303,6 +370,9 @@ OptionGroup declare(GngOptions& o) {
   group.add("error-decay", &o.errorDecay, "Share of its error that every neuron keeps at an insertion")
       .above(0, 1);
   group.add("max-age", &o.maxAge, "Age above which edges are removed");
+  group.add("color-weight", &o.colorWeight, "Weight of colors beside positions; 0: positions only")
+      .range(0, 1e6)
+      .why("With 1 the noise of the colors counts as much as the spacing of the points.");
   group.add("seed", &o.seed, "Seed of the signals");
   group.add("quantization-error", &o.quantizationError, "Stop below this quantization error; 0: never")
       .range(0)
@@ -316,9 +386,13 @@ OptionGroup declare(GngOptions& o) {
 NeuralGas growNeuralGas(const PointCloud& cloud, const GngOptions& options, Progress& progress) {
   validate(options);
   StopRules stop(options);
-  const Signals signals(cloud, options.seed);
+  const Signals signals(cloud, options.seed, options.colorWeight);
   const std::vector<Point4> distinct = distinctPoints(signals.points(), options.neurons + 1);
-  if (distinct.size() <= options.neurons) return networkOfPoints(signals, distinct);
+  if (distinct.size() <= options.neurons) {
+    NeuralGas gas = networkOfPoints(signals, distinct);
+    paint(gas, cloud, {});
+    return gas;
+  }
 
   Network network(signals, options);  // step 0
   progress.begin("neural gas", options.neurons, network.size());
@@ -332,7 +406,7 @@ NeuralGas growNeuralGas(const PointCloud& cloud, const GngOptions& options, Prog
     if (stop.reached()) break;
   }
   progress.end();
-  return toNeuralGas(network, signals, stop.reason());
+  return toNeuralGas(network, cloud, signals, stop.reason());
 }
 
 }  // namespace estancia

@@ -29,6 +29,9 @@ struct GngOptions {
   double errorDecay = 0.995;
   /// a_max: older edges are removed.
   std::uint32_t maxAge = 250;
+  /// 0: neurons follow positions only. Else signals have six dimensions, the position and CIELAB times a
+  /// length: the spacing of the points by the noise of their colors, times this weight.
+  double colorWeight = 0;
   /// Of the signals.
   std::uint64_t seed = 1;
   /// Stop below it [unit of the cloud]; 0: never.
@@ -52,7 +55,8 @@ enum class GngStop {
   stalled,
 };
 
-/// The graph. `cloud` holds the neurons, unorganized; edge (a, b), a < b, joins neurons a and b.
+/// The graph. `cloud` holds the neurons, unorganized, with the mean colors of the points nearest to each, if
+/// these have colors; edge (a, b), a < b, joins neurons a and b.
 struct NeuralGas {
   PointCloud cloud;
   /// Sorted.
@@ -61,7 +65,8 @@ struct NeuralGas {
   std::vector<std::uint32_t> ages;
   /// Number of signals shown.
   std::uint64_t signals = 0;
-  /// Root mean square distance of the finite points to their nearest neurons.
+  /// Root mean square distance of the finite points to their nearest neurons; with a color weight in six
+  /// dimensions.
   double quantizationError = 0;
   GngStop stop = GngStop::neurons;
 };
@@ -72,7 +77,7 @@ struct NeuralGas {
 /// ended it. A cloud that has no more distinct points than `neurons` is its own best network: its points are
 /// returned, each joined with its nearest. docs/measured/gng.md describes the implementation and its cost.
 /// Throws Error (invalidInput, tooLarge, invalidOption) when no point is finite, there are 2³² points or
-/// more, or an option is out of range; Interrupted.
+/// more, colors have a weight but the cloud none, or an option is out of range; Interrupted.
 NeuralGas growNeuralGas(const PointCloud& cloud, const GngOptions& options,
                         Progress& progress = Progress::none());
 

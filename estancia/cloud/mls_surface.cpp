@@ -117,6 +117,11 @@ class Support {
       normals_.push_back(std::isfinite(n.x + n.y + n.z) ? cv::Vec3f(n.x, n.y, n.z) : cv::Vec3f());
   }
 
+  /// The voxel nearest to `place`.
+  std::uint32_t nearest(const cv::Point3f& place, std::vector<Neighbor>& buffer) const {
+    return points_.nearest(place, 1, buffer)[0].index;
+  }
+
   /// The normal of the nearest point; 0, 0, 0 when it is unknown.
   cv::Vec3f facing(const cv::Point3f& place, std::vector<Neighbor>& buffer) const {
     if (normals_.empty()) return {};
@@ -254,9 +259,11 @@ PointCloud projectMls(const std::vector<cv::Point3f>& seeds, const PointCloud& c
   std::erase_if(elements, [&](const Element& e) { return e.weight < 0 || e.weight <= minWeight; });
 
   PointCloud surface;
+  std::vector<Neighbor> buffer;
   const auto keep = [&](const Element& e) {
     surface.points.push_back(e.place);
     surface.normals.push_back(e.normal);
+    if (!voxels.colors.empty()) surface.colors.push_back(voxels.colors[support.nearest(e.place, buffer)]);
   };
   if (options.spacing > 0) {
     std::vector<cv::Point3f> places;

@@ -37,8 +37,8 @@ OptionGroup declare(MlsOptions& options);
 /// Moves each of `seeds` (none: the means of the voxels of `leaf`) along the normal onto the mean of `cloud`
 /// (moving least squares with planes: Alexa et al., Computing and rendering point set surfaces, 2003), twice,
 /// and gives it the normal there. Seeds with hardly a point around are dropped. Normals of `cloud`, if any,
-/// orient the surface, and keep the two sides of a thin object apart. The same for any number of threads.
-/// Throws Error (invalidOption) on lengths that are not positive.
+/// orient the surface, and keep the two sides of a thin object apart. Colors are those of the nearest voxels.
+/// The same for any number of threads. Throws Error (invalidOption) on lengths that are not positive.
 PointCloud projectMls(const std::vector<cv::Point3f>& seeds, const PointCloud& cloud,
                       const MlsOptions& options);
 

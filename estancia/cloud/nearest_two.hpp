@@ -136,4 +136,17 @@ inline NearestTwo nearestAmong(const Point4& p, const std::uint32_t* members, st
   return two;
 }
 
+/// The nearest two by position and color: `c` is the color of the point, `colors` are the neurons', weighted.
+inline NearestTwo nearestAmong(const Point4& p, const Point4& c, const std::uint32_t* members,
+                               std::uint32_t count, const Neuron* neurons, const Point4* colors) {
+  NearestTwo two;
+  for (std::uint32_t k = 0; k < count; ++k) {
+    const std::uint32_t i = members[k];
+    const float apart = squaredDistance(p, neurons[i].at());
+    // The color adds to it, so most neurons need no look at theirs.
+    if (apart <= two.squaredDistanceOfSecond()) two.look(apart + squaredDistance(c, colors[i]), i);
+  }
+  return two;
+}
+
 }  // namespace estancia

@@ -173,9 +173,10 @@ void CandidateGrid::rename(std::uint32_t from, std::uint32_t to, const Neuron& n
   });
 }
 
-NeuronGrid::NeuronGrid(const std::vector<Point4>& points) : points_(points), cells_(points.size()) {}
+NeuronGrid::NeuronGrid(const std::vector<Point4>& points, const Colors& pointColors)
+    : points_(points), pointColors_(pointColors), cells_(points.size()) {}
 
-void NeuronGrid::fit(std::vector<Neuron>& neurons, double rms) {
+void NeuronGrid::fit(std::vector<Neuron>& neurons, const Colors& colors, double rms) {
   CandidateGrid fine;
   const double edge = CandidateGrid::feasible(edgeOfRms * rms);
   tolerance_ = static_cast<float>(toleranceOfEdge * edge);
@@ -186,8 +187,9 @@ void NeuronGrid::fit(std::vector<Neuron>& neurons, double rms) {
     const std::uint32_t cell = fine.cellOf(points_[k]);
     cells_[k] = cell;
     if (k % every == 0 || fine.list(cell).reach == 0)
-      fine.demand(cell, fitted_ ? spareReach * std::sqrt(nearestTwo(k, neurons).squaredDistanceOfSecond())
-                                : std::numeric_limits<float>::max());
+      fine.demand(cell, fitted_
+                            ? spareReach * std::sqrt(nearestTwo(k, neurons, colors).squaredDistanceOfSecond())
+                            : std::numeric_limits<float>::max());
   }
   for (std::size_t k = 0; k < points_.size(); ++k) points_[k].w = std::bit_cast<float>(cells_[k]);
   fine_ = std::move(fine);
@@ -227,12 +229,21 @@ void NeuronGrid::rehome(std::uint32_t i, std::vector<Neuron>& neurons) {
   coarse_.move(i, before, n);
 }
 
-NearestTwo NeuronGrid::furtherOut(const Point4& p, const std::vector<Neuron>& neurons) const {
+NearestTwo NeuronGrid::furtherOut(std::size_t k, const std::vector<Neuron>& neurons,
+                                  const Colors& colors) const {
+  const Point4& p = points_[k];
+  const bool colored = !pointColors_.empty();
   const CandidateGrid::List& list = coarse_.list(coarse_.cellOf(p));
-  const NearestTwo two = nearestAmong(p, coarse_.members(list), list.count, neurons.data());
+  const std::uint32_t* members = coarse_.members(list);
+  const NearestTwo two =
+      colored ? nearestAmong(p, pointColors_[k], members, list.count, neurons.data(), colors.data())
+              : nearestAmong(p, members, list.count, neurons.data());
   if (two.squaredDistanceOfSecond() <= list.reach * list.reach) return two;
   NearestTwo all;
-  for (std::uint32_t i = 0; i < neurons.size(); ++i) all.look(squaredDistance(p, neurons[i].at()), i);
+  for (std::uint32_t i = 0; i < neurons.size(); ++i) {
+    const float apart = squaredDistance(p, neurons[i].at());
+    all.look(colored ? apart + squaredDistance(pointColors_[k], colors[i]) : apart, i);
+  }
   return all;
 }
 

@@ -72,11 +72,15 @@ class CandidateGrid {
 /// grid does, and finally a search of all neurons.
 class NeuronGrid {
  public:
-  /// The points of all later queries.
-  explicit NeuronGrid(const std::vector<Point4>& points);
+  /// Colors of neurons by number, weighted; empty where only positions count.
+  using Colors = std::vector<Point4>;
+
+  /// The points of all later queries, and their weighted colors if these count, too. A color adds to the
+  /// distance, so a neuron that is too far away by its position alone stays out of question.
+  explicit NeuronGrid(const std::vector<Point4>& points, const Colors& pointColors = {});
 
   /// Fits the cells to neurons whose distance to the points has this root mean square.
-  void fit(std::vector<Neuron>& neurons, double rms);
+  void fit(std::vector<Neuron>& neurons, const Colors& colors, double rms);
   void insert(std::uint32_t i, std::vector<Neuron>& neurons);
   void erase(std::uint32_t i, const std::vector<Neuron>& neurons);
   /// The neuron gets the number `to`.
@@ -88,11 +92,14 @@ class NeuronGrid {
 
   const Point4& point(std::size_t k) const { return points_[k]; }
   /// The two neurons nearest to point k.
-  NearestTwo nearestTwo(std::size_t k, const std::vector<Neuron>& neurons) const {
+  NearestTwo nearestTwo(std::size_t k, const std::vector<Neuron>& neurons, const Colors& colors) const {
     const Point4& p = points_[k];
     const CandidateGrid::List& list = fine_.list(std::bit_cast<std::uint32_t>(p.w));
-    const NearestTwo two = nearestAmong(p, fine_.members(list), list.count, neurons.data());
-    return two.squaredDistanceOfSecond() <= list.reach * list.reach ? two : furtherOut(p, neurons);
+    const std::uint32_t* members = fine_.members(list);
+    const NearestTwo two = pointColors_.empty() ? nearestAmong(p, members, list.count, neurons.data())
+                                                : nearestAmong(p, pointColors_[k], members, list.count,
+                                                               neurons.data(), colors.data());
+    return two.squaredDistanceOfSecond() <= list.reach * list.reach ? two : furtherOut(k, neurons, colors);
   }
   /// Prefetching for nearestTwo(), step by step.
   void prefetchPoint(std::size_t k) const { __builtin_prefetch(&points_[k]); }
@@ -107,10 +114,11 @@ class NeuronGrid {
   }
 
  private:
-  NearestTwo furtherOut(const Point4& p, const std::vector<Neuron>& neurons) const;
+  NearestTwo furtherOut(std::size_t k, const std::vector<Neuron>& neurons, const Colors& colors) const;
 
   CandidateGrid fine_, coarse_;
   std::vector<Point4> points_;  ///< w is their cell in the fine grid
+  Colors pointColors_;
   std::vector<std::uint32_t> cells_;
   float tolerance_ = 0;
   bool fitted_ = false;

@@ -7,6 +7,9 @@
 #include <limits>
 
 #include "estancia/cloud/bounds.hpp"
+#include "estancia/cloud/color_lab.hpp"
+#include "estancia/cloud/neighbors.hpp"
+#include "estancia/cloud/resolution.hpp"
 #include "estancia/core/fail.hpp"
 
 namespace estancia {
@@ -27,7 +30,7 @@ std::uint64_t hash(const Point4& p) {
 
 }  // namespace
 
-Signals::Signals(const PointCloud& cloud, std::uint64_t seed) : seed_(seed) {
+Signals::Signals(const PointCloud& cloud, std::uint64_t seed, double colorWeight) : seed_(seed) {
   Bounds<double> box;
   std::size_t count = 0;
   for (const cv::Point3f& p : cloud.points) {
@@ -53,6 +56,20 @@ Signals::Signals(const PointCloud& cloud, std::uint64_t seed) : seed_(seed) {
       points_.push_back({static_cast<float>((p.x - middle_.x) * scale_),
                          static_cast<float>((p.y - middle_.y) * scale_),
                          static_cast<float>((p.z - middle_.z) * scale_), 0});
+  if (colorWeight > 0) weighColors(cloud, colorWeight);
+}
+
+void Signals::weighColors(const PointCloud& cloud, double weight) {
+  if (cloud.colors.empty())
+    fail(ErrorCode::invalidInput, "the cloud has no colors, but gng.color-weight is {}; give 0", weight);
+  std::vector<cv::Point3f> places;
+  std::vector<cv::Vec3f> lab;
+  for (const Point4& p : points_) places.emplace_back(p.x, p.y, p.z);
+  for (std::size_t i = 0; i < cloud.points.size(); ++i)
+    if (isFinite(cloud.points[i])) lab.push_back(labOf(cloud.colors[i]));
+  const Neighbors neighbors(places);
+  const auto unit = static_cast<float>(weight * spacingOf(neighbors) / estimateColorNoise(neighbors, lab));
+  for (const cv::Vec3f& c : lab) colors_.push_back({unit * c[0], unit * c[1], unit * c[2], 0});
 }
 
 cv::Point3f Signals::inCloud(const Point4& p) const {

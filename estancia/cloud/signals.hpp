@@ -25,10 +25,14 @@ inline float squaredDistance(const Point4& a, const Point4& b) {
 /// underflow nor overflow in any unit of length.
 class Signals {
  public:
-  /// Throws Error (invalidInput, tooLarge) when no point is finite, or there are 2³² points or more.
-  Signals(const PointCloud& cloud, std::uint64_t seed);
+  /// With a `colorWeight` a signal has six dimensions: position, and CIELAB times a factor that makes the
+  /// noise of the colors `colorWeight` times the spacing of the points. Throws Error (invalidInput, tooLarge)
+  /// when no point is finite, there are 2³² points or more, or a weight meets a cloud without colors.
+  Signals(const PointCloud& cloud, std::uint64_t seed, double colorWeight = 0);
 
   const std::vector<Point4>& points() const { return points_; }
+  /// One a point, weighted, in units of length as points() are; empty without a weight.
+  const std::vector<Point4>& colors() const { return colors_; }
   /// The index of the point of signal t: splitmix64 (Steele et al. 2014) at position t of the seed's
   /// sequence.
   std::size_t draw(std::uint64_t t) const {
@@ -41,7 +45,9 @@ class Signals {
   cv::Point3f inCloud(const Point4& p) const;
 
  private:
-  std::vector<Point4> points_;
+  void weighColors(const PointCloud& cloud, double weight);
+
+  std::vector<Point4> points_, colors_;
   std::uint64_t seed_;
   double scale_ = 1;
   cv::Point3d middle_;

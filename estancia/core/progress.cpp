@@ -11,8 +11,10 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <mutex>
 
 #include "estancia/core/take_interrupt.hpp"
+#include "estancia/core/time_left.hpp"
 
 namespace estancia {
 namespace {
@@ -39,6 +41,10 @@ std::size_t terminalWidth() {
   return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
 }
 
+/// Whether a line of progress stands on the terminal, where the next output would go on in it.
+std::mutex lineMutex;
+bool isLineShown = false;
+
 class StderrProgress final : public Progress {
  public:
   ~StderrProgress() override { end(); }
@@ -46,16 +52,15 @@ class StderrProgress final : public Progress {
   void begin(const std::string& what, std::size_t total, std::size_t done) override {
     end();
     what_ = what;
-    total_ = total;
-    done_ = first_ = done;
+    left_ = TimeLeft(total, done);
     start_ = lastShown_ = Clock::now();
     active_ = true;
     if (terminal_) show();
   }
 
   void advance(std::size_t count) override {
-    done_ += count;
     if (!active_) return;  // work too short for a name
+    left_.advance(count, seconds());
     const auto pause = terminal_ ? std::chrono::milliseconds(100) : std::chrono::milliseconds(5000);
     if (Clock::now() - lastShown_ >= pause) show();
   }
@@ -63,33 +68,36 @@ class StderrProgress final : public Progress {
   void end() override {
     if (!active_) return;
     show();
-    if (terminal_) std::fputc('\n', stderr);
     active_ = false;
+    if (!terminal_) return;
+    const std::lock_guard lock(lineMutex);
+    std::fputc('\n', stderr);
+    isLineShown = false;
   }
 
  private:
+  double seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+
   void show() {
     lastShown_ = Clock::now();
-    const double seconds = std::chrono::duration<double>(lastShown_ - start_).count();
-    const double rate = seconds > 0 ? static_cast<double>(done_ - first_) / seconds : 0;
+    const double now = seconds();
+    const std::size_t total = left_.total(), done = left_.done();
     const double share =
-        total_ > 0 ? static_cast<double>(std::min(done_, total_)) / static_cast<double>(total_) : 0;
-    std::string line;
-    if (total_ > 0) {
-      line += fmt::format(" {:3.0f} % {}/{}", share * 100, done_, total_);
-    } else {
-      line += fmt::format(" {}", done_);
-    }
-    line += fmt::format(", {:.1f}/s", rate);
-    if (done_ >= total_ && total_ > 0)
-      line += fmt::format(", took {}", clockText(seconds));
-    else if (total_ > 0 && rate > 0)
-      line += fmt::format(", {} left", clockText(static_cast<double>(total_ - done_) / rate));
+        total > 0 ? static_cast<double>(std::min(done, total)) / static_cast<double>(total) : 0;
+    std::string line =
+        total > 0 ? fmt::format(" {:3.0f} % {}/{}", share * 100, done, total) : fmt::format(" {}", done);
+    if (const auto rate = left_.rate(now)) line += fmt::format(", {:.1f}/s", *rate);
+    if (left_.isComplete())
+      line += fmt::format(", took {}", clockText(now));
+    else if (const auto left = left_.seconds(now))
+      line += fmt::format(", {} left", clockText(*left));
+    const std::lock_guard lock(lineMutex);
     if (terminal_)
       std::fprintf(stderr, "\r\033[K%s", fitted(line, share).c_str());
     else
       std::fprintf(stderr, "%s%s\n", what_.c_str(), line.c_str());
     std::fflush(stderr);
+    isLineShown = terminal_;
   }
 
   /// Name, bar and numbers on one line: a wrapped line could not be drawn over again.
@@ -99,7 +107,7 @@ class StderrProgress final : public Progress {
     if (text > width) return (what_ + numbers).substr(0, width);
     const std::size_t bar = std::min(longest, width - text);
     std::string line = what_;
-    if (total_ > 0 && bar > shortest) {
+    if (left_.total() > 0 && bar > shortest) {
       line += " ";
       for (std::size_t i = 0; i + 1 < bar; ++i)
         line += static_cast<double>(i) < std::floor(share * static_cast<double>(bar - 1)) ? "█" : "░";
@@ -110,7 +118,7 @@ class StderrProgress final : public Progress {
   bool terminal_ = isatty(STDERR_FILENO) == 1;
   bool active_ = false;
   std::string what_;
-  std::size_t total_ = 0, done_ = 0, first_ = 0;
+  TimeLeft left_;
   Clock::time_point start_, lastShown_;
 };
 
@@ -123,6 +131,12 @@ Progress& Progress::none() {
 
 std::unique_ptr<Progress> makeStderrProgress() {
   return std::make_unique<StderrProgress>();
+}
+
+void clearProgressLine() {
+  const std::lock_guard lock(lineMutex);
+  if (isLineShown) std::fputs("\r\033[K", stderr);
+  isLineShown = false;
 }
 
 void catchInterrupts() {

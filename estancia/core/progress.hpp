@@ -23,6 +23,10 @@ class Progress {
 /// A bar with rate and time left when stderr is a terminal; otherwise a plain line every few seconds.
 std::unique_ptr<Progress> makeStderrProgress();
 
+/// Clears the line that a bar has left on the terminal, before something else is printed there: the bar is
+/// drawn again as the work goes on.
+void clearProgressLine();
+
 /// Makes Ctrl-C (SIGINT) and SIGTERM set a flag instead of killing the process; the second one kills.
 void catchInterrupts();
 

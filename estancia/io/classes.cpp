@@ -54,6 +54,19 @@ bool isClasses(const fs::path& path) {
          std::ranges::all_of(splits, [&](const fs::path& split) { return namesOf(split) == first; });
 }
 
+std::vector<std::string> nestedClasses(const fs::path& path) {
+  std::vector<std::string> classes;
+  if (!fs::is_directory(path)) return classes;
+  for (const fs::path& split : splitsIn(path))
+    for (const fs::path& folder : classesIn(split))
+      classes.push_back(printable(split.filename()) + "/" + printable(folder.filename()));
+  return classes;
+}
+
+bool mayBeClasses(const fs::path& path) {
+  return fs::is_directory(path) && (!classesIn(path).empty() || !splitsIn(path).empty());
+}
+
 Opened openClasses(const fs::path& path, const SequenceOptions&) {
   auto sequence = std::make_unique<ImageFiles>(nameOf(path));
   std::vector<std::string> leftOut;

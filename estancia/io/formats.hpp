@@ -86,6 +86,10 @@ Opened openVidrilo(const std::filesystem::path& path, const SequenceOptions& opt
 bool isClasses(const std::filesystem::path& path);
 Opened openClasses(const std::filesystem::path& path, const SequenceOptions& options);
 bool isImageFolder(const std::filesystem::path& path);
+/// Whether folders of images lie in `path`, or in train/, test/ … in it: one a room, if they are meant so.
+bool mayBeClasses(const std::filesystem::path& path);
+/// The folders of images in train/, test/ …, as "train/kitchen".
+std::vector<std::string> nestedClasses(const std::filesystem::path& path);
 Opened openImageFolder(const std::filesystem::path& path, const SequenceOptions& options);
 
 /// The frames of options.split and options.only, in order; all frames when both are empty. Throws Error on an

@@ -6,10 +6,12 @@
 
 #include <algorithm>
 #include <opencv2/core.hpp>
+#include <set>
 #include <unordered_map>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/frame_failure.hpp"
+#include "estancia/core/similar_names.hpp"
 #include "estancia/io/camera_file.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/io/files.hpp"
@@ -66,7 +68,7 @@ constexpr io::Format<io::Opened, SequenceOptions> kFormats[] = {
     {"folder", "a folder of images, in natural order of their names", io::isImageFolder, io::openImageFolder},
 };
 
-/// "; its folders a, b hold some …", or "".
+/// "; its folders a, b hold some …", or "". Folders of images in train/, test/ … are named as train/a.
 std::string foldersWithImages(const fs::path& path) {
   constexpr std::size_t maxEntries = 100;
   std::vector<std::string> folders;
@@ -76,6 +78,7 @@ std::string foldersWithImages(const fs::path& path) {
        entry.increment(ignored))
     if (std::error_code unknown; entry->is_directory(unknown) && io::isImageFolder(entry->path()))
       folders.push_back(io::printable(entry->path().filename()));
+  for (const std::string& folder : io::nestedClasses(path)) folders.push_back(folder);
   if (folders.empty()) return "";
   std::sort(folders.begin(), folders.end());
   if (folders.size() == 1) return fmt::format("; its folder {} holds some", folders[0]);
@@ -167,6 +170,13 @@ void warnOfOddTimes(io::ListedSequence& sequence) {
     sequence.warn(fmt::format("{} of {} frames have no time stamp", missing, sequence.size()));
 }
 
+void warnOfSimilarRooms(io::ListedSequence& sequence) {
+  std::set<std::string> rooms;
+  for (const Frame& frame : sequence.frames())
+    if (!frame.room.empty()) rooms.insert(frame.room);
+  for (const std::string& warning : warningsOfSimilarRooms(rooms)) sequence.warn(warning);
+}
+
 void requireExistingPath(const fs::path& path) {
   const std::string name = io::printable(path);
   std::error_code error;
@@ -256,6 +266,7 @@ std::unique_ptr<Sequence> openSequence(const fs::path& path, const SequenceOptio
   });
   requireUniqueNames(*sequence);
   warnOfOddTimes(*sequence);
+  warnOfSimilarRooms(*sequence);
   if (sequence->size() == 1) sequence->warn("there is only one image");
   return io::selectFrames(std::move(sequence), options);
 }

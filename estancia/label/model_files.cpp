@@ -83,6 +83,7 @@ std::string modelDigest(const ModelSpec& spec, const std::string& settings) {
   if (spec.sigmoid || spec.reduce != ModelSpec::Reduce::none || !spec.unused.empty())
     all += fmt::format("{} {} [{}] \n", spec.sigmoid, static_cast<int>(spec.reduce),
                        fmt::join(spec.unused, ","));
+  if (spec.features > 0) all += "shares\n";
   if (!spec.embeddings.empty()) all += fmt::format("logit_scale {}\n", spec.logitScale);
   // Which of the files plays which part: another one of them may be the network tomorrow.
   for (const auto& file : {spec.file, spec.config, spec.labels, spec.embeddings})

@@ -41,8 +41,9 @@ std::string modelDigest(const ModelSpec& spec, const std::string& settings = "")
 bool isOnnx(const ModelSpec& spec);
 
 /// The serialized ONNX model of spec.file. An input of any size is fixed to that of the preprocessing (a
-/// width of 0 leaves it as it is). Throws Error when the file is missing, damaged, made for another input, or
-/// keeps weights in other files, which engines would look for in the process's working folder.
+/// width of 0 leaves it as it is), and spec.output is made an output where it is a value inside of the
+/// network. Throws Error when the file is missing, damaged, made for another input, or keeps weights in other
+/// files, which engines would look for in the process's working folder.
 std::string readOnnx(const ModelSpec& spec);
 
 }  // namespace estancia

@@ -47,7 +47,7 @@ class SpecReader {
   std::vector<ConfigFile::Key> networkKeys() {
     auto& pre = spec_.preprocessing;
     using P = Preprocessing;
-    auto keys = commonKeys(true);
+    auto keys = commonKeys(!file_.table().contains("features"));
     const std::vector<ConfigFile::Key> own{
         {"file", true, "the network's file", [this](auto& n) { readFile(n); }},
         {"config", false, "the file of the network's layers",
@@ -87,6 +87,8 @@ class SpecReader {
         {"anchors", false, "cells a side of the grids of a detector's default boxes",
          [this](auto& n) { readAnchors(n); }},
         {"unused", false, "outputs without a label", [this](auto& n) { readUnused(n); }},
+        {"features", false, "how many outputs there are, when they have no names",
+         [this](auto& n) { spec_.features = static_cast<std::size_t>(file_.integer(n, 2, 1'000'000)); }},
     };
     keys.insert(keys.end(), own.begin(), own.end());
     return keys;

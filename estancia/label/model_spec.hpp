@@ -54,7 +54,7 @@ struct ModelSpec {
   std::filesystem::path config;
   /// One label a line, in the order of the outputs.
   std::filesystem::path labels;
-  /// The output to read, where a network has several.
+  /// The output to read, where a network has several; of an ONNX network any value inside of it, too.
   std::string output;
   /// [input, region, crop, resize, color, mean, scale].
   Preprocessing preprocessing;
@@ -76,6 +76,10 @@ struct ModelSpec {
   std::filesystem::path embeddings;
   /// [logit_scale] of their cosines with the embeddings.
   double logitScale = 100;
+
+  /// The outputs are so many features without names, all ≥ 0, as of an inner layer after its ReLU: each one
+  /// counts as its share of their sum, and is called NAME 0, NAME 1 …; 0: the outputs have labels.
+  std::size_t features = 0;
 
   /// For people.
   std::string license, source;

@@ -14,10 +14,26 @@
 #include "estancia/label/scores.hpp"
 
 namespace estancia {
+namespace {
+
+Vocabulary vocabularyOf(const ModelSpec& spec) {
+  if (spec.features == 0) return readVocabulary(modelFile(spec, spec.labels));
+  if (!spec.labels.empty() || !spec.embeddings.empty() || spec.softmax || spec.sigmoid ||
+      spec.reduce != ModelSpec::Reduce::none || !spec.unused.empty())
+    fail(ErrorCode::invalidInput,
+         "model {}: `labels`, `softmax`, `sigmoid`, `reduce`, `unused` and `embeddings` do not go with "
+         "`features`, which are amounts without names; leave them out of model.toml",
+         spec.name);
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < spec.features; ++i) names.push_back(fmt::format("{} {}", spec.name, i));
+  return Vocabulary(std::move(names));
+}
+
+}  // namespace
 
 NetworkLabeler::NetworkLabeler(const ModelSpec& spec, std::string engine)
     : spec_(spec),
-      vocabulary_(readVocabulary(modelFile(spec, spec.labels))),
+      vocabulary_(vocabularyOf(spec)),
       identity_(fmt::format("{} {}", spec.name, modelDigest(spec))),
       engine_(std::move(engine)),
       boxes_(defaultBoxes(spec.anchors)) {

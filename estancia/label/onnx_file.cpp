@@ -164,14 +164,17 @@ namespace model {
 constexpr std::uint32_t graph = 7;
 }
 namespace graph {
-constexpr std::uint32_t initializer = 5, input = 11;
+constexpr std::uint32_t node = 1, initializer = 5, input = 11, output = 12;
+}
+namespace node {
+constexpr std::uint32_t output = 2;
 }
 namespace tensor {
 constexpr std::uint32_t name = 8, dataLocation = 14;
 }
 namespace input {  // ValueInfoProto, TypeProto, TypeProto.Tensor, TensorShapeProto, Dimension
-constexpr std::uint32_t name = 1, type = 2, tensorType = 1, shape = 2, dimension = 1, value = 1,
-                        parameter = 2;
+constexpr std::uint32_t name = 1, type = 2, tensorType = 1, elementType = 1, shape = 2, dimension = 1,
+                        value = 1, parameter = 2;
 }
 
 /// The text in a field; "" when there is none.
@@ -260,6 +263,26 @@ std::string withFixedInputs(std::string bytes, const ModelSpec& spec, const fs::
                      [&](string_view graph) { return withChanged(graph, graph::input, fixedInput); });
 }
 
+/// The model with the value `name` among its outputs: engines give no value inside of a network otherwise.
+/// Where there is none, NetworkLabeler::chooseOutput() tells what outputs there are.
+std::string withOutput(std::string bytes, string_view name) {
+  bool isOutput = false, isInside = false;
+  forEachField(bytes, model::graph, [&](string_view graph) {
+    forEachField(graph, graph::output,
+                 [&](string_view output) { isOutput = isOutput || textIn(output, input::name) == name; });
+    forEachField(graph, graph::node, [&](string_view node) {
+      forEachField(node, node::output, [&](string_view output) { isInside = isInside || output == name; });
+    });
+  });
+  if (isOutput || !isInside) return bytes;
+  constexpr std::uint64_t float32 = 1;  // TensorProto.DataType
+  const std::string tensor = bytesField(input::tensorType, varintField(input::elementType, float32));
+  const std::string output = bytesField(input::name, name) + bytesField(input::type, tensor);
+  return withChanged(bytes, model::graph, [&](string_view graph) {
+    return std::string(graph) + bytesField(graph::output, output);
+  });
+}
+
 }  // namespace
 
 bool isOnnx(const ModelSpec& spec) {
@@ -274,7 +297,8 @@ std::string readOnnx(const ModelSpec& spec) try {
   if (!hasGraph) throw Malformed();
   requireWeightsInside(bytes, Message::model, path);
   const bool anySize = spec.preprocessing.width == 0;
-  return anySize ? bytes : withFixedInputs(std::move(bytes), spec, path);
+  if (!anySize) bytes = withFixedInputs(std::move(bytes), spec, path);
+  return spec.output.empty() ? bytes : withOutput(std::move(bytes), spec.output);
 } catch (const Malformed&) {
   fail(ErrorCode::malformedFile, "{} is no ONNX file, or cut short; fetch it again",
        (spec.folder / spec.file).string());

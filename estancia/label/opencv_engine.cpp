@@ -123,6 +123,10 @@ std::string opencvVersion() {
 }
 
 std::unique_ptr<Labeler> openWithOpencv(const ModelSpec& spec, int threads) {
+  // It asks for the shape of every output, which nobody tells of a value inside of a network.
+  if (spec.features > 0)
+    fail(ErrorCode::unsupportedFile, "model {}: OpenCV gives no `features`; take the engine onnxruntime",
+         spec.name);
   cv::setNumThreads(threads > 0 ? threads : freeCores());
   return std::make_unique<OpencvEngine>(spec);
 }

@@ -45,6 +45,20 @@ LexicalDescriptor highest(std::span<const float> output, const ModelSpec& spec, 
   return best;
 }
 
+/// Amounts as shares of their sum; where all are 0 they stay so.
+void toShares(LexicalDescriptor& amounts, const std::string& model) {
+  double sum = 0;
+  for (const float amount : amounts) {
+    if (amount < 0)
+      fail(ErrorCode::mismatch,
+           "model {} gave the value {} where `features` are 0 or more; name an `output` behind a ReLU", model,
+           amount);
+    sum += amount;
+  }
+  if (sum > 0)
+    for (float& amount : amounts) amount = static_cast<float>(amount / sum);
+}
+
 }  // namespace
 
 LexicalDescriptor toProbabilities(std::span<const float> output, const ModelSpec& spec, std::size_t labels) {
@@ -61,6 +75,7 @@ LexicalDescriptor toProbabilities(std::span<const float> output, const ModelSpec
   LexicalDescriptor values = highest(output, spec, columns);
   if (spec.sigmoid)  // keeps the order, so that once is enough
     for (float& v : values) v = 1 / (1 + std::exp(-v));
+  if (spec.features > 0) toShares(values, spec.name);
   for (auto i = spec.unused.rbegin(); i != spec.unused.rend(); ++i) {
     if (*i >= values.size())
       fail(ErrorCode::mismatch, "model {} has no output {}, which model.toml names as unused", spec.name, *i);

@@ -16,7 +16,8 @@ namespace estancia {
 /// `output` holds one row of numbers, or with spec.reduce several (R×outputs, row by row; a detector's
 /// anchors): the softmax or sigmoid that `spec` asks for makes them probabilities, each output takes its
 /// highest of all rows, and those in spec.unused are dropped. Values after a sigmoid do not add up to 1.
-/// Throws Error naming the model unless this gives `labels` probabilities.
+/// With spec.features they become shares of their sum. Throws Error naming the model unless this gives
+/// `labels` probabilities.
 LexicalDescriptor toProbabilities(std::span<const float> output, const ModelSpec& spec, std::size_t labels);
 
 /// Where words stand in the space that an image encoder shares with a text encoder. Radford et al., Learning

@@ -20,6 +20,18 @@ std::vector<PoseHypothesis> bestOf(std::vector<PoseHypothesis> poses, const cv::
   return distinctPoses(std::move(poses), center, minDistance, std::cos(minRotation), max);
 }
 
+/// A part of the points, spread as they are.
+OrientedPoints everyNth(const OrientedPoints& points, std::size_t n) {
+  OrientedPoints part;
+  for (std::size_t i = 0; i < points.points.size(); i += std::max<std::size_t>(n, 1)) {
+    part.points.push_back(points.points[i]);
+    part.normals.push_back(points.normals[i]);
+    if (!points.weights.empty()) part.weights.push_back(points.weights[i]);
+    if (!points.lab.empty()) part.lab.push_back(points.lab[i]);
+  }
+  return part;
+}
+
 template <class Work>
 void each(std::size_t count, std::size_t together, int threads, const Work& work) {
   inParallel((count + together - 1) / together, threads, Progress::none(), "stopped while poses were tried",
@@ -38,34 +50,42 @@ double evidenceFor(const PoseScore& score, double points, bool closed) {
   return score.vote() / facing * std::sqrt(facing * points / unitArea);
 }
 
+PoseTolerances toleranceOf(const RecognitionScales& scales) {
+  return {scales.tolerance, 6 * scales.unit + scales.noise, 0.7, scales.color};
+}
+
 std::vector<PoseHypothesis> posesFromLocalFrames(const SurfaceFeatures& model, const SurfaceFeatures& scene,
                                                  const std::vector<Match>& matches, const DenseModel& points,
                                                  const DenseScene& dense, const RecognitionScales& scales,
                                                  std::size_t max, int threads) {
   const PoseTolerances limits{.offset = 6 * scales.unit + scales.noise,
                               .freeSpace = 10 * scales.unit + 1.5 * scales.noise,
-                              .minDot = 0.5};
+                              .minDot = 0.5,
+                              .color = scales.color};
   const auto poseOf = [&](const Match& match) {
     const cv::Matx33d turn = cv::Matx33d(scene.frames[match.scene].t() * model.frames[match.model]);
     const cv::Vec3d from(cv::Point3d(model.points[match.model])), to(cv::Point3d(scene.points[match.scene]));
     return cv::Affine3d(turn, to - turn * from);
   };
-  // Most poses are wrong, and a quarter of the points rejects them.
-  constexpr std::size_t every = 4, keptShare = 5;
-  OrientedPoints quarter;
-  for (std::size_t i = 0; i < points.coarse.points.size(); i += every) {
-    quarter.points.push_back(points.coarse.points[i]);
-    quarter.normals.push_back(points.coarse.normals[i]);
-    if (!points.coarse.weights.empty()) quarter.weights.push_back(points.coarse.weights[i]);
-  }
+  // Most poses are wrong, and a few points reject them: each round tries the best of the last with more
+  // points (as preemptive RANSAC does: Nistér, ICCV 2003).
+  struct Round {
+    std::size_t points, kept;
+  };
+  const std::size_t some = 20 * max, few = 8 * max;
   std::vector<std::pair<double, std::size_t>> order(matches.size());
-  each(matches.size(), 256, threads, [&](std::size_t i) {
-    order[i] = {-scorePose(quarter, dense, poseOf(matches[i]), limits).vote(), i};
-  });
-  const std::size_t kept = std::min(order.size(), std::max(order.size() / keptShare, 10 * max));
-  std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(kept), order.end());
-  std::vector<PoseHypothesis> poses(kept);
-  each(kept, 64, threads, [&](std::size_t i) {
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = {0, i};
+  for (const Round& round : {Round{32, std::max(some, matches.size() / 6)}, Round{96, few}}) {
+    const OrientedPoints sample = everyNth(points.coarse, points.coarse.points.size() / round.points);
+    each(order.size(), 256, threads, [&](std::size_t i) {
+      order[i].first = -scorePose(sample, dense, poseOf(matches[order[i].second]), limits).vote();
+    });
+    const std::size_t kept = std::min(order.size(), round.kept);
+    std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(kept), order.end());
+    order.resize(kept);
+  }
+  std::vector<PoseHypothesis> poses(order.size());
+  each(order.size(), 64, threads, [&](std::size_t i) {
     PoseHypothesis& p = poses[i];
     p.pose = poseOf(matches[order[i].second]);
     p.score = scorePose(points.coarse, dense, p.pose, limits);
@@ -78,21 +98,21 @@ std::vector<PoseHypothesis> refineDense(std::vector<PoseHypothesis> poses, const
                                         const DenseScene& dense, const RecognitionScales& scales,
                                         int threads) {
   constexpr std::size_t maxFine = 30;
-  const double unit = scales.unit, noise = scales.noise;
+  const double unit = scales.unit, noise = scales.noise, color = scales.color;
   // A small model has more points than the scene, which cannot support what it has not measured.
   const double measured = std::pow(std::min(1.0, unit / std::max(scales.spacing, unit)), 2);
   each(poses.size(), 4, threads, [&](std::size_t i) {
     PoseHypothesis& p = poses[i];
-    p.pose = refineInField(points.coarse, points.center, dense, p.pose, {10 * unit, 6 * unit, 10});
-    p.score = scorePose(points.coarse, dense, p.pose, {4 * unit, 7.5 * unit + noise, 0.65});
+    p.pose = refineInField(points.coarse, points.center, dense, p.pose, {10 * unit, 6 * unit, 10, color});
+    p.score = scorePose(points.coarse, dense, p.pose, {4 * unit, 7.5 * unit + noise, 0.65, color});
     p.evidence = p.score.vote();
   });
   poses = bestOf(std::move(poses), points.center, 5 * unit, maxFine);
   each(poses.size(), 1, threads, [&](std::size_t i) {
     PoseHypothesis& p = poses[i];
-    p.pose =
-        refineInField(points.fine, points.center, dense, p.pose, {7.5 * unit, 3 * unit + 0.2 * noise, 15});
-    p.score = scorePose(points.fine, dense, p.pose, {scales.tolerance, 6 * unit + noise, 0.7});
+    p.pose = refineInField(points.fine, points.center, dense, p.pose,
+                           {7.5 * unit, 3 * unit + 0.2 * noise, 15, color});
+    p.score = scorePose(points.fine, dense, p.pose, toleranceOf(scales));
     p.evidence = evidenceFor(p.score, measured * static_cast<double>(points.fine.points.size()),
                              points.closed && dense.view.known());
   });

@@ -32,6 +32,9 @@ std::vector<PoseHypothesis> refineDense(std::vector<PoseHypothesis> poses, const
                                         const DenseScene& dense, const RecognitionScales& scales,
                                         int threads);
 
+/// The tolerances by which poses are verified.
+PoseTolerances toleranceOf(const RecognitionScales& scales);
+
 /// The evidence for a pose: the mean vote of its points times the square root of the area, because the same
 /// share of a larger surface is less likely to be chance. The area is `points`, the number of points that
 /// were tried, in units of 700 (less where the scene has fewer points than the model); of a closed model only

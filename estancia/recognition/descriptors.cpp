@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estancia/core/fail.hpp"
+
 namespace estancia {
 namespace {
 
@@ -13,6 +15,7 @@ struct Method {
 };
 constexpr Method methods[] = {
     {"shot", "signatures of histograms of normals in a local frame, 352 numbers", 352},
+    {"shot-color", "shot, and histograms of color differences, 1344 numbers; needs colors", 1344},
     {"fpfh", "fast point feature histograms: angles between normals, 33 numbers", 33},
     {"spin-image", "distances and heights of points around the normal, 153 numbers", 153},
 };
@@ -30,10 +33,14 @@ SurfaceFeatures describe(const Surface& surface, std::span<const std::uint32_t> 
   requireChoice("surface descriptor", method, descriptorMethods());
   const std::size_t length = std::ranges::find(methods, method, &Method::name)->length;
   surface.requireRadius(radius, "descriptor radius");
+  const bool colored = method == "shot-color";
+  if (colored && surface.lab().empty())
+    fail(ErrorCode::invalidInput, "{}: the cloud has no colors, which shot-color describes; use shot",
+         surface.name());
   const std::vector<cv::Matx33f> frames = localFrames(surface, keypoints, radius, threads, signs);
   std::vector<float> values;
-  if (method == "shot")
-    describeShot(surface, keypoints, frames, radius, threads, values);
+  if (method == "shot" || colored)
+    describeShot(surface, keypoints, frames, radius, colored, threads, values);
   else if (method == "fpfh")
     describeFpfh(surface, keypoints, radius, threads, values);
   else

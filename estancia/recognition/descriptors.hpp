@@ -14,7 +14,7 @@
 
 namespace estancia {
 
-/// The descriptors by name: shot, fpfh, spin-image.
+/// The descriptors by name: shot, shot-color, fpfh, spin-image.
 Choices descriptorMethods();
 
 /// Described keypoints; all lists have the same length.
@@ -36,8 +36,8 @@ enum class FrameSigns {
 };
 
 /// Describes keypoints by the surface within `radius` [m]. Keypoints with fewer than five points around them
-/// are left out. Throws Error (unknownName, and as Surface::requireRadius()). The same for any number of
-/// threads.
+/// are left out. Throws Error (unknownName, invalidInput when shot-color gets a surface without colors, and
+/// as Surface::requireRadius()). The same for any number of threads.
 SurfaceFeatures describe(const Surface& surface, std::span<const std::uint32_t> keypoints,
                          const std::string& method, double radius, int threads = 1,
                          FrameSigns signs = FrameSigns::majority);
@@ -45,9 +45,13 @@ SurfaceFeatures describe(const Surface& surface, std::span<const std::uint32_t> 
 // ---- the single descriptors: rows of `values`, one a keypoint, NaN where too few points are near
 
 /// SHOT (Salti, Tombari, Di Stefano 2014), shape only: 352 numbers in the local frame of localFrames().
-/// Equals PCL's SHOTEstimation within rounding.
+/// Equals PCL's SHOTEstimation within rounding. `colored`: color-SHOT (Tombari, Salti, Di Stefano: A combined
+/// texture-shape descriptor for enhanced 3D feature matching, 2011), 1344 numbers: behind those of shape, 31
+/// bins of the distance in CIELAB from the keypoint's color in each of the 32 volumes. Equals PCL's
+/// SHOTColorEstimation within the steps of its table of CIELAB. It tells textures from each other, but not
+/// two surfaces of one plain color each.
 void describeShot(const Surface& surface, std::span<const std::uint32_t> keypoints,
-                  std::span<const cv::Matx33f> frames, double radius, int threads,
+                  std::span<const cv::Matx33f> frames, double radius, bool colored, int threads,
                   std::vector<float>& values);
 
 /// FPFH (Rusu, Blodow, Beetz 2009): 33 numbers. Equals PCL's FPFHEstimation within rounding.

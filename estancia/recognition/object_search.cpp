@@ -5,10 +5,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/frame_failure.hpp"
 #include "estancia/io/cloud_file.hpp"
+#include "estancia/recognition/pose_candidates.hpp"
 #include "estancia/recognition/prepared.hpp"
 
 namespace estancia {
@@ -57,13 +59,14 @@ SearchResult searchScene(const Recognizer& recognizer, const std::string& name, 
                          const std::vector<ModelFile>& models, Progress& progress) {
   SearchResult result;
   result.scene = recognizer.prepareScene(name, scene, progress);
+  std::vector<std::shared_ptr<const PreparedModel>> prepared;  // outlive the candidates
+  std::vector<PoseCandidates> candidates;
   for (const ModelFile& file : models) {
     try {
       SearchedModel model{file.name, readCloud(file.cloud), {}};
-      const auto prepared = recognizer.prepareModel(file.name, model.cloud);
-      model.stages = prepared->stages();
-      for (Detection& detection : recognizer.find(*prepared, *result.scene, &model.stages))
-        result.detections.push_back(std::move(detection));
+      prepared.push_back(recognizer.prepareModel(file.name, model.cloud));
+      model.stages = prepared.back()->stages();
+      candidates.push_back(recognizer.search(*prepared.back(), *result.scene, &model.stages));
       result.models.push_back(std::move(model));
     } catch (...) {
       const Error failure = frameFailure(file.name);
@@ -75,17 +78,19 @@ SearchResult searchScene(const Recognizer& recognizer, const std::string& name, 
     throw Error(ErrorCode::invalidInput,
                 fmt::format("none of the {} objects can be used; the first: {}: {}", models.size(),
                             result.failed.front().first, result.failed.front().second));
-  std::ranges::stable_sort(result.detections, std::greater(), &Detection::confidence);
+  result.detections = recognizer.verify(candidates);
   return result;
 }
 
 Json toJson(const SearchResult& result) {
   Json json{{"instances", Json::array()}};
-  for (const Detection& detection : result.detections)
-    json["instances"].push_back({{"model", detection.model},
-                                 {"pose", rowMajor(detection.pose)},
-                                 {"inliers", detection.inliers},
-                                 {"confidence", detection.confidence}});
+  for (const Detection& detection : result.detections) {
+    Json& instance = json["instances"].emplace_back(Json{{"model", detection.model},
+                                                         {"pose", rowMajor(detection.pose)},
+                                                         {"inliers", detection.inliers},
+                                                         {"confidence", detection.confidence}});
+    if (!std::isnan(detection.falseAlarmRate)) instance["false_alarm_rate"] = detection.falseAlarmRate;
+  }
   for (const auto& [name, reason] : result.failed)
     json["failed"].push_back({{"model", name}, {"reason", reason}});
   return json;

@@ -48,7 +48,8 @@ struct SearchResult {
 SearchResult searchScene(const Recognizer& recognizer, const std::string& name, const PointCloud& scene,
                          const std::vector<ModelFile>& models, Progress& progress = Progress::none());
 
-/// {"instances": [{"model", "pose" (T_scene_model, row by row), "inliers", "confidence"}], "failed":
+/// {"instances": [{"model", "pose" (T_scene_model, row by row), "inliers", "confidence", "false_alarm_rate"
+/// (where poses are verified by evidence)}], "failed":
 /// [{"model", "reason"}]}, the latter if there are any.
 nlohmann::ordered_json toJson(const SearchResult& result);
 /// {"scene": [{"stage", "detail", "seconds"}], "models": {NAME: the same}}.

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estancia/recognition/color_term.hpp"
+
 namespace estancia {
 namespace {
 
@@ -22,16 +24,17 @@ inline bool faces(const cv::Point3f& p, const cv::Point3f& n) {
   return along <= 0 && along * along >= grazing * grazing * p.dot(p);
 }
 
-}  // namespace
-
-PoseScore scorePose(const OrientedPoints& model, const DenseScene& scene, const cv::Affine3d& pose,
-                    const PoseTolerances& limits) {
+/// scorePose(), and onSupport(index of the scene's point, weight) for each supported point.
+template <class OnSupport>
+PoseScore score(const OrientedPoints& model, const DenseScene& scene, const cv::Affine3d& pose,
+                const PoseTolerances& limits, const OnSupport& onSupport) {
   const cv::Matx33f turn(pose.rotation());
   const cv::Point3f shift(cv::Vec3f(pose.translation()));
   const auto offset = static_cast<float>(limits.offset), freeSpace = static_cast<float>(limits.freeSpace),
              minDot = static_cast<float>(limits.minDot);
   const float perOffset = 1 / (offset * offset), perAngle = 1 / (1 - minDot);
   const bool seen = scene.view.known();
+  const bool colored = limits.color > 0 && !model.lab.empty() && !scene.surface.lab().empty();
   float total = 0, facing = 0, supported = 0, seenThrough = 0, occluded = 0, mismatched = 0, behind = 0,
         support = 0;
   std::size_t points = 0;
@@ -50,10 +53,13 @@ PoseScore scorePose(const OrientedPoints& model, const DenseScene& scene, const 
       const auto k = static_cast<std::size_t>(near);
       const cv::Point3f& m = scene.surface.normals()[k];
       const float off = std::abs(m.dot(p - scene.surface.points()[k])), dot = m.dot(n);
-      if (off < offset && dot > minDot) {
+      if (off < offset && dot > minDot &&
+          !(colored && colorDifference(model.lab[i], scene.surface.lab()[k]) > limits.color)) {
         ++points;
         supported += w;
-        support += w * (1 - off * off * perOffset) * (1 - (1 - dot) * perAngle);
+        const float weight = w * (1 - off * off * perOffset) * (1 - (1 - dot) * perAngle);
+        support += weight;
+        onSupport(k, weight);
         continue;
       }
       if (!seen) mismatched += w;
@@ -77,6 +83,22 @@ PoseScore scorePose(const OrientedPoints& model, const DenseScene& scene, const 
           .behind = behind / total,
           .support = support / total,
           .points = points};
+}
+
+}  // namespace
+
+PoseScore scorePose(const OrientedPoints& model, const DenseScene& scene, const cv::Affine3d& pose,
+                    const PoseTolerances& limits) {
+  return score(model, scene, pose, limits, [](std::size_t, float) {});
+}
+
+std::vector<PointSupport> supportOf(const OrientedPoints& model, const DenseScene& scene,
+                                    const cv::Affine3d& pose, const PoseTolerances& limits) {
+  std::vector<PointSupport> points;
+  score(model, scene, pose, limits, [&](std::size_t point, float weight) {
+    points.push_back({static_cast<std::uint32_t>(point), weight});
+  });
+  return points;
 }
 
 void balanceNormals(OrientedPoints& model) {
@@ -103,6 +125,7 @@ cv::Affine3d refineInField(const OrientedPoints& model, const cv::Point3d& cente
   constexpr double maxRotation = 0.3;     // [rad] a round
   constexpr double stillRotation = 2e-4;  // [rad]
   cv::Affine3d refined = pose;
+  ColorTerm color(model.lab, scene.surface, scene.gradients, options.color);
   double size = 0;
   for (const cv::Point3f& p : model.points) size = std::max(size, cv::norm(cv::Point3d(p) - center));
   for (int round = 0; round < options.rounds; ++round) {
@@ -130,8 +153,10 @@ cv::Affine3d refineInField(const OrientedPoints& model, const cv::Point3d& cente
       row << lever.x / size, lever.y / size, lever.z / size, m.x, m.y, m.z;
       left.noalias() += weight * row * row.transpose();
       right.noalias() += weight * static_cast<double>(off) * row;
+      color.add(i, k, p, middle, size, weight, static_cast<double>(reach), left, right);
       ++partners;
     }
+    color.endRound();
     if (partners < minPartners) return refined;
     left.diagonal().array() += damping * left.diagonal().maxCoeff();
     const Vector6 x = left.ldlt().solve(right);
@@ -144,6 +169,7 @@ cv::Affine3d refineInField(const OrientedPoints& model, const cv::Point3d& cente
     const cv::Vec3d at(refined * center);
     // p → R (p − center) + center + shift
     refined = cv::Affine3d(by.rotation(), at - by.rotation() * at + shift) * refined;
+    if (round == 0 && color.on()) continue;  // which has had no say yet
     if (angle < stillRotation && cv::norm(shift) < stillRotation * size / 5) break;
   }
   return refined;

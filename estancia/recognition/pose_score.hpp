@@ -3,7 +3,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <opencv2/core/affine.hpp>
+#include <vector>
 
 #include "estancia/recognition/nearest_field.hpp"
 #include "estancia/recognition/range_image.hpp"
@@ -17,6 +19,7 @@ struct DenseScene {
   const Surface& surface;
   const NearestField& field;  ///< of surface.points()
   const RangeImage& view;
+  const std::vector<cv::Matx33f>* gradients = nullptr;  ///< colorGradients(surface), where colors count
 };
 
 /// Tolerances of the pose score.
@@ -27,6 +30,8 @@ struct PoseTolerances {
   double freeSpace = 0;
   /// Smallest dot product of the normals of a supported point and its surface.
   double minDot = 0.7;
+  /// Largest colorDifference() of a supported point from its surface, if both have colors; 0: any.
+  double color = 0;
 };
 
 /// Shares of the weights of all points that were tried.
@@ -49,6 +54,15 @@ struct PoseScore {
 PoseScore scorePose(const OrientedPoints& model, const DenseScene& scene, const cv::Affine3d& pose,
                     const PoseTolerances& limits);
 
+/// A supported point of a model.
+struct PointSupport {
+  std::uint32_t scenePoint;  ///< index of the point of the surface that supports it
+  float weight;              ///< its part of PoseScore::support, not normalized
+};
+/// Those of a pose, as scorePose() counts them.
+std::vector<PointSupport> supportOf(const OrientedPoints& model, const DenseScene& scene,
+                                    const cv::Affine3d& pose, const PoseTolerances& limits);
+
 /// Weights that reduce the influence of large planar parts, or a table top would match the side of every box:
 /// the number of points whose normals differ by less than 20°, to the power −0.5, scaled to a mean of 1.
 void balanceNormals(OrientedPoints& model);
@@ -56,11 +70,12 @@ void balanceNormals(OrientedPoints& model);
 struct FieldRefinement {
   double firstReach = 0, lastReach = 0;  ///< [m] across the surface, in the first and the last round
   int rounds = 10;
+  double color = 0;  ///< tolerance of the ColorTerm; 0: none
 };
 
-/// Point-to-plane ICP with weights that fall to 0 at the reach. Unlike refinePose() it looks neighbors up in
-/// the field, and limits only their distance across the surface, because the spacing of a mean surface
-/// exceeds its error.
+/// Point-to-plane ICP with weights that fall to 0 at the reach, and a ColorTerm. Unlike refinePose() it looks
+/// neighbors up in the field, and limits only their distance across the surface, because the spacing of a
+/// mean surface exceeds its error.
 cv::Affine3d refineInField(const OrientedPoints& model, const cv::Point3d& center, const DenseScene& scene,
                            const cv::Affine3d& pose, const FieldRefinement& options);
 

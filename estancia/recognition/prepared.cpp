@@ -11,8 +11,10 @@
 #include "estancia/cloud/noise.hpp"
 #include "estancia/cloud/normals.hpp"
 #include "estancia/cloud/resolution.hpp"
+#include "estancia/cloud/viewpoint.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/rigid.hpp"
+#include "estancia/recognition/color_term.hpp"
 #include "estancia/recognition/keypoints.hpp"
 #include "estancia/recognition/scales.hpp"
 #include "estancia/recognition/stage_report.hpp"
@@ -80,6 +82,21 @@ PointCloud transformed(PointCloud cloud, const cv::Affine3d& transform) {
   return cloud;
 }
 
+/// Where the sensor stood, if that was clearly not at the origin, and the cloud is a view from there.
+std::optional<cv::Point3d> viewpointElsewhere(const PointCloud& cloud, int threads) {
+  constexpr std::size_t count = 8000;
+  constexpr double clearly = 2;  // times as uneven
+  PointCloud drawn;
+  drawn.points = drawnFrom(cloud.points, count);
+  const double atOrigin = unevenness(drawn.points, {});
+  if (atOrigin <= kEven) return {};
+  const auto found = findViewpoint(cloud.points, threads);
+  if (!found || atOrigin < clearly * unevenness(drawn.points, *found)) return {};
+  drawn = transformed(std::move(drawn), viewFrom(*found, cloud));
+  const double spacing = spacingOf(Neighbors(drawn.points, threads));
+  return RangeImage(drawn.points, spacing).known() ? found : std::nullopt;
+}
+
 /// A cloud on its way to a described surface.
 struct Input {
   const std::string& name;
@@ -98,7 +115,7 @@ std::unique_ptr<const Surface> meanSurface(const Input& in, const RecognitionOpt
   MlsOptions smoothing = smoothingFor(scales);
   smoothing.perPoint = in.perPoint;
   smoothing.away = in.orientation.outwards;
-  if (in.orientation.outwards) smoothing.viewpoint = in.orientation.center;
+  smoothing.viewpoint = in.orientation.outwards ? in.orientation.center : in.orientation.sensor;
   smoothing.threads = options.threads;
   auto surface =
       std::make_unique<const Surface>(in.name, projectMls(in.seeds, in.raw, smoothing), options.threads);
@@ -147,6 +164,18 @@ DescribedSurface describedSurface(const Input& in, const RecognitionOptions& opt
   return described;
 }
 
+/// A view of one side has nothing behind its surface, as seen from its sensor: mostly the origin.
+Orientation orientationOf(const std::vector<cv::Point3f>& points, double spacing, const cv::Point3d& center,
+                          double extent) {
+  constexpr double afar = 3;  // extents
+  Orientation orientation{.outwards = false, .center = center};
+  if (RangeImage(points, spacing).known()) return orientation;
+  const auto direction = directionOfView(points, spacing);
+  orientation.outwards = !direction;
+  if (direction) orientation.sensor = center + *direction * (afar * extent);
+  return orientation;
+}
+
 /// Several draws of a cloud with noise, concatenated.
 PointCloud withDraws(const PointCloud& cloud, double noise, std::size_t draws) {
   constexpr std::uint64_t seed = 7;
@@ -155,6 +184,7 @@ PointCloud withDraws(const PointCloud& cloud, double noise, std::size_t draws) {
     const PointCloud one = withGaussianNoise(cloud, noise, seed + draw);
     all.points.insert(all.points.end(), one.points.begin(), one.points.end());
     all.normals.insert(all.normals.end(), one.normals.begin(), one.normals.end());
+    all.colors.insert(all.colors.end(), one.colors.begin(), one.colors.end());
   }
   all.width = all.points.size();
   all.height = 1;
@@ -177,10 +207,13 @@ PreparedModel::PreparedModel(std::string name, PointCloud raw, PointCloud filter
   const Neighbors neighbors(raw_.points, options_.threads);
   noise_ = estimateNoise(neighbors, options_.threads);
   const double spacing = spacingOf(neighbors);
-  orientation_ = {.outwards = !RangeImage(raw_.points, spacing).known(), .center = center_};
-  log.add("model", fmt::format("{}; noise {:.4g} m, points {:.4g} m apart",
-                               orientation_.outwards ? "shows several sides" : "seen from the origin", noise_,
-                               spacing));
+  orientation_ = orientationOf(raw_.points, spacing, center_, extent_);
+  log.add("model",
+          fmt::format("{}; noise {:.4g} m, points {:.4g} m apart",
+                      orientation_.outwards                  ? "shows several sides"
+                      : orientation_.sensor == cv::Point3d() ? "seen from the origin"
+                                                             : "shows one side, not towards the origin",
+                      noise_, spacing));
 }
 
 std::shared_ptr<const PreparedModel::Described> PreparedModel::describedFor(
@@ -233,6 +266,9 @@ std::shared_ptr<const PreparedModel::Described> PreparedModel::describe(
   dense.closed = orientation_.outwards;
   balanceNormals(dense.coarse);
   balanceNormals(dense.fine);
+  if (options_.verification == "evidence")
+    fresh->field =
+        NearestField(fresh->surface->points(), scales.tolerance, 4 * scales.tolerance, options_.threads);
   return fresh;
 }
 
@@ -246,6 +282,8 @@ PreparedScene::PreparedScene(std::string name, PointCloud raw, PointCloud filter
   StageLog log(&stages_);
   if (!options_.viewpoint && raw_.viewpoint)
     options_.viewpoint = cv::Point3d(raw_.viewpoint->x, raw_.viewpoint->y, raw_.viewpoint->z);
+  if (!options_.viewpoint && isMean(options_))
+    options_.viewpoint = estimatedViewpoint_ = viewpointElsewhere(raw_, options_.threads);
   if (options_.viewpoint) {
     const cv::Affine3d toView = viewFrom(*options_.viewpoint, raw_);
     fromView_ = toView.inv();
@@ -299,6 +337,7 @@ std::shared_ptr<const PreparedScene::Described> PreparedScene::describe(
   const bool evidence = options_.verification == "evidence";
   if (evidence || options_.grouping == "local-frames")
     fresh->field = NearestField(surface.points(), scales.tolerance, 4 * scales.tolerance, options_.threads);
+  if (scales.color > 0) fresh->gradients = colorGradients(surface, scales.normalRadius, options_.threads);
   if (!evidence) {
     OrientedPoints spread = spreadPointsBy(surface, scales.tolerance);
     PointCloud thin;
@@ -311,7 +350,10 @@ std::shared_ptr<const PreparedScene::Described> PreparedScene::describe(
   // The mean surface has a wider spacing, and no noise.
   fresh->view = isMean(options_) ? RangeImage(surface.points(), 1.8 * scales.unit)
                                  : RangeImage(raw_.points, resolution_);
-  log.add("view", fresh->view.known() ? "seen from the origin" : "no view from the origin");
+  const char* from = estimatedViewpoint_  ? "its estimated viewpoint"
+                     : options_.viewpoint ? "its viewpoint"
+                                          : "the origin";
+  log.add("view", fmt::format("{} {}", fresh->view.known() ? "seen from" : "no view from", from));
   return fresh;
 }
 

@@ -5,6 +5,7 @@
 #include <memory>
 #include <mutex>
 #include <opencv2/core/affine.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -25,10 +26,11 @@ struct DescribedSurface {
   std::vector<StageReport> stages;
 };
 
-/// Direction of normals: towards the origin, where the sensor was, or away from the center of the cloud.
+/// Direction of normals: towards the sensor, or away from the center of the cloud.
 struct Orientation {
   bool outwards = false;
   cv::Point3d center;
+  cv::Point3d sensor = {};
 };
 
 class PreparedModel {
@@ -36,6 +38,7 @@ class PreparedModel {
   /// Described at the scales of a scene, with the points that poses are tried with.
   struct Described : DescribedSurface {
     DenseModel dense;
+    NearestField field;  ///< of surface, where the model is verified by evidence
   };
 
   PreparedModel(std::string name, PointCloud raw, PointCloud filtered, RecognitionOptions options,
@@ -71,8 +74,9 @@ class PreparedScene {
     std::unique_ptr<const Surface> coarse;  ///< points of the surface about a tolerance apart
     std::vector<int> parts;                 ///< smoothPartsOf(coarse), for global verification
     NearestField field;                     ///< of surface, for local frames and evidence
+    std::vector<cv::Matx33f> gradients;     ///< colorGradients(surface), if colors count
     RangeImage view{{}, 0};
-    DenseScene dense() const { return {*surface, field, view}; }
+    DenseScene dense() const { return {*surface, field, view, &gradients}; }
   };
 
   PreparedScene(std::string name, PointCloud raw, PointCloud filtered, RecognitionOptions options,
@@ -83,6 +87,9 @@ class PreparedScene {
   const cv::Affine3d& fromView() const { return fromView_; }
   /// Whether the cloud is consistent with a sensor at the viewpoint, so that occlusion and free space count.
   bool hasView() const { return described_->view.known(); }
+  /// Where the sensor stood in the scene's frame [m], if that follows from the points alone
+  /// (findViewpoint()).
+  const std::optional<cv::Point3d>& estimatedViewpoint() const { return estimatedViewpoint_; }
   double resolution() const { return resolution_; }  ///< of the raw cloud: resolutionOf() [m]
   double noise() const { return noise_; }            ///< standard deviation across the surface, estimated [m]
   const RecognitionScales& scales() const { return scales_; }      ///< unless a model needs others
@@ -100,6 +107,7 @@ class PreparedScene {
 
   std::string name_;
   cv::Affine3d fromView_ = cv::Affine3d::Identity();
+  std::optional<cv::Point3d> estimatedViewpoint_;
   PointCloud raw_, filtered_;  ///< finite points only; filtered_ is empty without a filter
   RecognitionOptions options_;
   double resolution_ = 0, spacing_ = 0, noise_ = 0;

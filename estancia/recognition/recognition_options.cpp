@@ -24,7 +24,6 @@ RecognitionOptions pipelineOfThesis() {
   options.matchEach = "scene";
   options.neighbors = 1;
   options.maxHypotheses = 100;
-  options.accept = 0.6;
   return options;
 }
 
@@ -137,9 +136,17 @@ void declareStages(RecognitionOptions& o, OptionGroup& group) {
       .choices({{"global", "the set of poses that explains the scene best"},
                 {"inliers", "poses with enough inliers"},
                 {"evidence", "poses with enough evidence"}});
-  group.add("accept", &o.accept, "Smallest evidence, or supported share of the visible model")
+  group
+      .add("accept", &o.accept,
+           "Smallest supported share of the visible model, where poses are verified by inliers")
       .range(0, 1)
       .why("Raise it against false detections, lower it for objects that are hidden in part.");
+  group
+      .add("false-alarm-rate", &o.falseAlarmRate,
+           "Largest probability that a model that is not in the scene is found, where poses are verified by "
+           "evidence")
+      .above(0, 1)
+      .why("Lower it when many models are searched, raise it for objects that are hidden in part.");
 }
 
 }  // namespace
@@ -163,6 +170,15 @@ OptionGroup declare(RecognitionOptions& o) {
   length("descriptor-radius", o.descriptorRadius, "Support radius of a descriptor");
   length("consistency", o.consistency, "Tolerance within which matches agree, and bin size of Hough voting");
   length("tolerance", o.tolerance, "Distance between a model point and the scene point that supports it");
+  group
+      .add("color-tolerance", &o.colorTolerance,
+           "Largest color difference between a model point and the scene point that supports it, in CIELAB "
+           "with "
+           "half the lightness, by which poses are also refined; 0: colors do not count. Only with "
+           "local-frames "
+           "and evidence, and if both clouds have colors")
+      .range(0, 300)
+      .why("Tells objects of one shape apart. Raise it where the light differs.");
   group.add("viewpoint", textOf(o.viewpoint), "Position of the scene's sensor: X,Y,Z")
       .unit("m")
       .automatic("that of the cloud, else the origin");

@@ -30,13 +30,16 @@ struct RecognitionOptions {
   double descriptorRadius = 0;
   double consistency = 0;
   double tolerance = 0;
+  /// Units of CIELAB, lightness counts half; 0: colors do not count.
+  double colorTolerance = 0;
   double sceneKeypointSpacing = 0;
   std::string matchEach = "model";
   std::size_t neighbors = 30;
   double matchDistance = 0;
   std::size_t minMatches = 3;
   std::size_t maxHypotheses = 300;
-  double accept = 0.23;
+  double accept = 0.6;
+  double falseAlarmRate = 0.01;
   /// Position of the scene's sensor [m], in the scene's frame; not set: that of the cloud, else the origin,
   /// looking along z.
   std::optional<cv::Point3d> viewpoint;

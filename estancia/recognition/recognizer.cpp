@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <iterator>
 #include <opencv2/core.hpp>
 #include <utility>
 
@@ -13,7 +12,9 @@
 #include "estancia/recognition/dense_search.hpp"
 #include "estancia/recognition/distinct_poses.hpp"
 #include "estancia/recognition/grouping.hpp"
+#include "estancia/recognition/joint_verification.hpp"
 #include "estancia/recognition/matching.hpp"
+#include "estancia/recognition/pose_candidates.hpp"
 #include "estancia/recognition/prepared.hpp"
 #include "estancia/recognition/stage_report.hpp"
 
@@ -29,6 +30,7 @@ PointCloud finitePoints(const std::string& name, const PointCloud& cloud) {
     if (!isFinite(cloud.points[i])) continue;
     finite.points.push_back(cloud.points[i]);
     if (normals) finite.normals.push_back(cloud.normals[i]);
+    if (!cloud.colors.empty()) finite.colors.push_back(cloud.colors[i]);
   }
   if (finite.points.size() < minPoints)
     fail(ErrorCode::insufficientData, "{}: {} of its {} points are finite; recognition needs {} or more",
@@ -169,25 +171,30 @@ std::vector<PoseHypothesis> refine(const Pair& p, std::vector<PoseHypothesis> po
                         : refineClassical(std::move(poses), p.modelSurface, p.sceneSurface, p.options);
 }
 
-/// The accepted poses, without those where a better one has its object.
-std::vector<PoseHypothesis> verify(const Pair& p, const std::vector<PoseHypothesis>& poses) {
-  std::vector<PoseHypothesis> accepted;
-  if (p.byEvidence())
-    std::copy_if(poses.begin(), poses.end(), std::back_inserter(accepted),
-                 [&](const PoseHypothesis& h) { return h.evidence >= p.options.accept && h.evidence > 0; });
-  else
-    accepted = verifyClassical(poses, p.modelSurface, p.sceneSurface, p.options);
-  const cv::Point3d center = p.byEvidence() ? p.model.center() : meanOf(p.modelSurface.dense.coarse.points);
-  return distinctPoses(std::move(accepted), center, p.model.extent() / 4, kAnyRotation);
+/// The instances that are accepted as long as no other explains their surface, at places of their own.
+Instances verifyAlone(const Pair& p, const std::vector<PoseHypothesis>& poses) {
+  const double apart = p.model.extent() / 4;
+  if (p.byEvidence()) return instancesOf(poses, p.model.center(), apart, p.options.falseAlarmRate);
+  return {distinctPoses(verifyClassical(poses, p.modelSurface, p.sceneSurface, p.options),
+                        meanOf(p.modelSurface.dense.coarse.points), apart, kAnyRotation),
+          {}};
 }
 
-Detection detectionOf(const Pair& p, const PoseHypothesis& h) {
-  const double squared = h.evidence * h.evidence, accept = p.options.accept;
-  return {.model = p.model.name(),
-          .pose = p.scene.fromView() * h.pose,
-          .inliers = p.byEvidence() ? h.score.points : h.counts.inliers,
-          .confidence = p.byEvidence() ? squared / (squared + accept * accept) : h.counts.confidence(),
-          .center = p.model.center()};
+Detection detectionOf(const PoseCandidates& of, const PoseHypothesis& h) {
+  return {.model = of.model->name(),
+          .pose = of.scene->fromView() * h.pose,
+          .inliers = h.counts.inliers,
+          .confidence = h.counts.confidence(),
+          .center = of.model->center()};
+}
+
+Detection detectionOf(const PoseCandidates& of, const PoseHypothesis& h, double evidence) {
+  const double rate = of.falseAlarms.rate(evidence);
+  Detection detection = detectionOf(of, h);
+  detection.inliers = h.score.points;
+  detection.confidence = 1 - rate;
+  detection.falseAlarmRate = rate;
+  return detection;
 }
 
 }  // namespace
@@ -202,12 +209,9 @@ void Recognizer::addModel(const std::string& name, const PointCloud& cloud) {
 
 std::vector<Detection> Recognizer::detect(const PointCloud& scene, Progress& progress) const {
   const auto prepared = prepareScene("scene", scene, progress);
-  std::vector<Detection> detections;
-  for (const auto& model : models_)
-    for (Detection& detection : find(*model, *prepared)) detections.push_back(std::move(detection));
-  std::stable_sort(detections.begin(), detections.end(),
-                   [](const Detection& a, const Detection& b) { return a.confidence > b.confidence; });
-  return detections;
+  std::vector<PoseCandidates> candidates;
+  for (const auto& model : models_) candidates.push_back(search(*model, *prepared));
+  return verify(candidates);
 }
 
 std::shared_ptr<const PreparedModel> Recognizer::prepareModel(const std::string& name,
@@ -229,8 +233,8 @@ std::shared_ptr<const PreparedScene> Recognizer::prepareScene(const std::string&
                                                options_, std::vector<StageReport>{});
 }
 
-std::vector<Detection> Recognizer::find(const PreparedModel& model, const PreparedScene& scene,
-                                        std::vector<StageReport>* stages) const {
+PoseCandidates Recognizer::search(const PreparedModel& model, const PreparedScene& scene,
+                                  std::vector<StageReport>* stages) const {
   requireSameUnits(model, scene);
   StageLog log(stages);
   const RecognitionScales scales = scene.scalesFor(model);
@@ -248,10 +252,32 @@ std::vector<Detection> Recognizer::find(const PreparedModel& model, const Prepar
   log.grouped(options_, scales.consistency, poses);
   poses = refine(pair, std::move(poses));  // 2.4.6
   log.refined(options_, poses);
+  Instances instances = verifyAlone(pair, poses);  // 2.4.7
+  log.verified(options_, poses, instances);
+  return {&model, &scene, modelSurface, sceneSurface, std::move(instances.poses), instances.falseAlarms};
+}
+
+std::vector<Detection> Recognizer::verify(const std::vector<PoseCandidates>& candidates) const {
   std::vector<Detection> detections;
-  for (const PoseHypothesis& h : verify(pair, poses)) detections.push_back(detectionOf(pair, h));  // 2.4.7
-  log.verified(options_, poses, detections.size());
+  if (options_.verification == "evidence") {
+    for (const VerifiedInstance& v : verifyTogether(candidates, options_.falseAlarmRate, options_.threads)) {
+      const PoseCandidates& of = candidates[v.candidates];
+      detections.push_back(detectionOf(of, of.instances[v.instance], v.evidence));
+    }
+  } else {
+    for (const PoseCandidates& of : candidates)
+      for (const PoseHypothesis& h : of.instances) detections.push_back(detectionOf(of, h));
+  }
+  std::stable_sort(detections.begin(), detections.end(),
+                   [](const Detection& a, const Detection& b) { return a.confidence > b.confidence; });
   return detections;
+}
+
+std::vector<Detection> Recognizer::find(const PreparedModel& model, const PreparedScene& scene,
+                                        std::vector<StageReport>* stages) const {
+  std::vector<PoseCandidates> candidates;
+  candidates.push_back(search(model, scene, stages));
+  return verify(candidates);
 }
 
 }  // namespace estancia

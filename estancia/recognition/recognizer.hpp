@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <opencv2/core/affine.hpp>
 #include <string>
@@ -21,9 +22,12 @@ struct Detection {
   cv::Affine3d pose;
   /// Model points that the scene supports, of those that were tried.
   std::size_t inliers = 0;
-  /// In [0, 1]. The supported share of what should be visible of the model (InlierCounts in verify.hpp); with
-  /// verification by evidence e: e² / (e² + accept²), 0.5 for what is just accepted.
+  /// In [0, 1]. With verification by evidence 1 − falseAlarmRate; else the supported share of what should be
+  /// visible of the model (InlierCounts in verify.hpp).
   double confidence = 0;
+  /// With verification by evidence: the probability that a model that is not in this scene has as much
+  /// evidence (FalseAlarmModel in false_alarms.hpp). Else NaN: unknown.
+  double falseAlarmRate = std::numeric_limits<double>::quiet_NaN();
   /// Mean of the model's points, in the model's frame [m].
   cv::Point3d center;
 };
@@ -41,6 +45,8 @@ struct StageReport {
 class PreparedModel;
 /// The same of a scene, with its noise and resolution (prepared.hpp).
 class PreparedScene;
+/// The poses of one model in one scene that are worth verifying (pose_candidates.hpp).
+struct PoseCandidates;
 
 /// Looks for models in scenes (thesis chapter 2): addModel() once for each object, detect() for each scene.
 /// The const functions may be called from several threads; results do not depend on the number of threads.
@@ -68,9 +74,16 @@ class Recognizer {
   std::shared_ptr<const PreparedScene> prepareScene(const std::string& name, const PointCloud& cloud,
                                                     const PointCloud& filtered) const;
 
-  /// The detections of one model, best first; `stages`, when given, gets a report of each stage. The model is
-  /// described at the scene's scales when they are first needed, and kept so. Throws Error (mismatch,
-  /// invalidInput) on a model and a scene in different units, and on a planar model.
+  /// The candidate poses of one model; `stages`, when given, gets a report of each stage. The model is
+  /// described at the scene's scales when they are first needed, and kept so; model and scene must outlive
+  /// the candidates. Throws Error (mismatch, invalidInput) on a model and a scene in different units, and on
+  /// a planar model.
+  PoseCandidates search(const PreparedModel& model, const PreparedScene& scene,
+                        std::vector<StageReport>* stages = nullptr) const;
+  /// The detections of all models that were searched in a scene, most confident first. By evidence they are
+  /// verified together: a point of the scene supports one instance of one model only.
+  std::vector<Detection> verify(const std::vector<PoseCandidates>& candidates) const;
+  /// search() and verify() of one model.
   std::vector<Detection> find(const PreparedModel& model, const PreparedScene& scene,
                               std::vector<StageReport>* stages = nullptr) const;
 

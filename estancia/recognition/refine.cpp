@@ -53,6 +53,7 @@ OrientedPoints chosenFrom(const Surface& surface, const std::vector<std::uint32_
   for (const std::uint32_t i : indices) {
     chosen.points.push_back(surface.points()[i]);
     chosen.normals.push_back(surface.normals()[i]);
+    if (!surface.lab().empty()) chosen.lab.push_back(surface.lab()[i]);
   }
   return chosen;
 }
@@ -60,7 +61,8 @@ OrientedPoints chosenFrom(const Surface& surface, const std::vector<std::uint32_
 }  // namespace
 
 OrientedPoints spreadPoints(const Surface& surface, std::size_t count) {
-  if (surface.size() <= count || !(surface.extent() > 0)) return {surface.points(), surface.normals(), {}};
+  if (surface.size() <= count || !(surface.extent() > 0))
+    return {surface.points(), surface.normals(), {}, surface.lab()};
   // Bisection: half the edge of a voxel, four times as many points.
   double low = surface.extent() / 1e5, high = surface.extent();
   std::vector<std::uint32_t> best;

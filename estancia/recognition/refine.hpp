@@ -14,6 +14,7 @@ namespace estancia {
 struct OrientedPoints {
   std::vector<cv::Point3f> points, normals;
   std::vector<float> weights;
+  std::vector<cv::Vec3f> lab = {};  ///< CIELAB; empty: no colors
 };
 
 /// About `count` points, evenly spread over a surface; all when it has no more.

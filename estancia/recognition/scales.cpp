@@ -24,6 +24,7 @@ RecognitionScales scalesFor(const RecognitionOptions& options, double resolution
             .descriptorRadius = orElse(options.descriptorRadius, 18 * resolution + 2.5 * noise),
             .consistency = orElse(options.consistency, 5 * resolution + noise),
             .tolerance = orElse(options.tolerance, 3 * resolution + 0.6 * noise),
+            .color = options.colorTolerance,
             .unit = resolution,
             .noise = noise,
             .spacing = spacing};
@@ -42,6 +43,7 @@ RecognitionScales scalesFor(const RecognitionOptions& options, double resolution
   scales.descriptorRadius = orElse(options.descriptorRadius, 30 * unit);
   scales.consistency = orElse(options.consistency, 6 * unit);
   scales.tolerance = orElse(options.tolerance, 2.5 * unit);
+  scales.color = options.colorTolerance;
   return scales;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -16,8 +17,9 @@ namespace {
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 constexpr float pi = std::numbers::pi_v<float>;
 constexpr std::size_t minNeighbors = 5;
-constexpr std::size_t together = 32;  // keypoints that a thread takes at once
-constexpr int cosines = 11, length = 352;
+constexpr std::size_t together = 32;                       // keypoints that a thread takes at once
+constexpr int volumes = 32, cosines = 11, distances = 31;  // bins of each volume
+constexpr int shapeLength = volumes * cosines, colorLength = shapeLength + volumes * distances;
 
 /// Neighbors relative to the keypoint, by coordinate, for SIMD.
 struct Offsets {
@@ -113,9 +115,9 @@ cv::Matx33f localFrame(const Surface& surface, std::uint32_t keypoint, float rad
 
 /// Neighbors in the local frame, by coordinate, for SIMD.
 struct Votes {
-  std::vector<float> x, y, z, distance, cosine, azimuth, inclination;
+  std::vector<float> x, y, z, distance, cosine, azimuth, inclination, color;
   void resize(std::size_t n) {
-    for (auto* list : {&x, &y, &z, &distance, &cosine, &azimuth, &inclination}) list->resize(n);
+    for (auto* list : {&x, &y, &z, &distance, &cosine, &azimuth, &inclination, &color}) list->resize(n);
   }
 };
 
@@ -168,44 +170,64 @@ int volumeOf(float x, float y, float z, bool outer) {
   return volume + (z > 0 ? 1 : 0) + (outer ? 2 : 0);
 }
 
-/// Each neighbor adds 1 to its cosine's bin of its volume, shared with the next bin, shell, half and
-/// azimuth.
-void vote(const Votes& v, std::size_t i, float radius, float* shot) {
+/// How a neighbor shares its vote among its volume and the next shell, half and azimuth.
+struct Shares {
+  int volume = 0;
+  std::array<int, 3> next{};             ///< volumes …
+  std::array<float, 3> given{}, kept{};  ///< … what they get, and what remains
+};
+
+Shares sharesOf(const Votes& v, std::size_t i, float radius) {
   const float half = radius / 2, distance = v.distance[i];
   const bool outer = distance > half;
-  const int volume = volumeOf(v.x[i], v.y[i], v.z[i], outer);
-  const float place = (1 + std::clamp(v.cosine[i], -1.F, 1.F)) * (cosines - 1) / 2;
-  const int bin = static_cast<int>(place + 0.5F);
-  const auto at = [&](int where) -> float& { return shot[where * cosines + bin]; };
-
-  const float off = place - static_cast<float>(bin);
-  shot[volume * cosines + (off > 0 ? (bin + 1) % (cosines - 1) : (bin + cosines - 2) % (cosines - 1))] +=
-      std::abs(off);
-  float weight = 1 - std::abs(off);
-
+  Shares s;
+  s.volume = volumeOf(v.x[i], v.y[i], v.z[i], outer);
+  const auto share = [&s](std::size_t k, float off, bool isShared, int next) {
+    s.kept[k] = 1 - std::abs(off);
+    s.given[k] = isShared ? std::abs(off) : 0;
+    s.next[k] = isShared ? next : s.volume;
+  };
   const float shell = (distance - (outer ? 0.75F : 0.25F) * radius) / half;
-  weight += 1 - std::abs(shell);
-  if (outer && shell <= 0) at(volume - 2) -= shell;
-  if (!outer && shell >= 0) at(volume + 2) += shell;
+  share(0, shell, outer ? shell <= 0 : shell >= 0, outer ? s.volume - 2 : s.volume + 2);
 
   const bool below = v.z[i] <= 0;
   const float tilt = (v.inclination[i] - (below ? 0.75F : 0.25F) * pi) / (pi / 2);
-  weight += 1 - std::abs(tilt);
-  if (below && tilt <= 0) at(volume | 1) -= tilt;
-  if (!below && tilt >= 0) at(volume & ~1) += tilt;
+  share(1, tilt, below ? tilt <= 0 : tilt >= 0, below ? s.volume | 1 : s.volume & ~1);
 
   if (v.x[i] != 0 || v.y[i] != 0) {
-    const int sector = volume >> 2;
+    const int sector = s.volume >> 2;
     const float turn = std::clamp(
         (v.azimuth[i] - (-0.875F * pi + pi / 4 * static_cast<float>(sector))) / (pi / 4), -0.5F, 0.5F);
-    weight += 1 - std::abs(turn);
-    at((volume + (turn > 0 ? 4 : 28)) % 32) += std::abs(turn);
+    share(2, turn, true, (s.volume + (turn > 0 ? 4 : 28)) % 32);
   }
-  at(volume) += weight;
+  return s;
 }
 
+/// A neighbor adds 1 to the bin at `place` in 0 … bins − 1 of its volume, shared with the next bin and by
+/// `shares`.
+void vote(const Shares& shares, float place, int bins, float* histogram) {
+  const int bin = static_cast<int>(place + 0.5F);
+  const float off = place - static_cast<float>(bin);
+  histogram[shares.volume * bins + (off > 0 ? (bin + 1) % (bins - 1) : (bin + bins - 2) % (bins - 1))] +=
+      std::abs(off);
+  float weight = 1 - std::abs(off);
+  for (std::size_t k = 0; k < 3; ++k) {
+    weight += shares.kept[k];
+    histogram[shares.next[k] * bins + bin] += shares.given[k];
+  }
+  histogram[shares.volume * bins + bin] += weight;
+}
+
+/// Distance of colors in [0, 1], Tombari et al. 2011, with PCL's scale: L* counts twice as much as a* and b*.
+float colorDistance(const cv::Vec3f& a, const cv::Vec3f& b) {
+  const cv::Vec3f d = a - b;
+  return std::min((std::abs(d[0]) / 100 + (std::abs(d[1]) + std::abs(d[2])) / 240) / 3, 1.F);
+}
+
+/// One row: the histograms of cosines, and with `colored` those of color distances from the keypoint.
 void describeOne(const Surface& surface, std::uint32_t keypoint, const cv::Matx33f& frame, float radius,
-                 std::vector<Neighbor>& buffer, Votes& votes, float* shot) {
+                 bool colored, std::vector<Neighbor>& buffer, Votes& votes, float* shot) {
+  const int length = colored ? colorLength : shapeLength;
   const cv::Point3f& p = surface.points()[keypoint];
   const std::span<const Neighbor> near = surface.neighbors().within(p, radius, buffer);
   if (near.size() < minNeighbors || !std::isfinite(frame(0, 0))) {
@@ -222,12 +244,17 @@ void describeOne(const Surface& surface, std::uint32_t keypoint, const cv::Matx3
     votes.z[n] = frame(2, 0) * d.x + frame(2, 1) * d.y + frame(2, 2) * d.z;
     votes.cosine[n] = frame(2, 0) * v.x + frame(2, 1) * v.y + frame(2, 2) * v.z;
     votes.distance[n] = std::sqrt(neighbor.squared);
+    if (colored) votes.color[n] = colorDistance(surface.lab()[keypoint], surface.lab()[neighbor.index]);
     ++n;
   }
   angles(n, votes.x.data(), votes.y.data(), votes.z.data(), votes.distance.data(), votes.azimuth.data(),
          votes.inclination.data());
   std::fill_n(shot, length, 0.F);
-  for (std::size_t i = 0; i < n; ++i) vote(votes, i, radius, shot);
+  for (std::size_t i = 0; i < n; ++i) {
+    const Shares shares = sharesOf(votes, i, radius);
+    vote(shares, (1 + std::clamp(votes.cosine[i], -1.F, 1.F)) * (cosines - 1) / 2, cosines, shot);
+    if (colored) vote(shares, votes.color[i] * (distances - 1), distances, shot + shapeLength);
+  }
   double squares = 0;
   for (int i = 0; i < length; ++i) squares += static_cast<double>(shot[i]) * shot[i];
   const auto norm = static_cast<float>(std::sqrt(squares));
@@ -256,14 +283,15 @@ std::vector<cv::Matx33f> localFrames(const Surface& surface, std::span<const std
 }
 
 void describeShot(const Surface& surface, std::span<const std::uint32_t> keypoints,
-                  std::span<const cv::Matx33f> frames, double radius, int threads,
+                  std::span<const cv::Matx33f> frames, double radius, bool colored, int threads,
                   std::vector<float>& values) {
+  const auto length = static_cast<std::size_t>(colored ? colorLength : shapeLength);
   values.resize(keypoints.size() * length);
   eachKeypoint(keypoints.size(), threads, [&](std::size_t begin, std::size_t end) {
     std::vector<Neighbor> buffer;
     Votes votes;
     for (std::size_t i = begin; i < end; ++i)
-      describeOne(surface, keypoints[i], frames[i], static_cast<float>(radius), buffer, votes,
+      describeOne(surface, keypoints[i], frames[i], static_cast<float>(radius), colored, buffer, votes,
                   values.data() + i * length);
   });
 }

@@ -24,14 +24,17 @@ std::string inliersOfBest(const std::vector<PoseHypothesis>& poses) {
                      counts.facing, counts.confidence());
 }
 
-/// Of the best pose, accepted or not: "; best pose 0.19 of 0.25 needed: 41 % supported, 12 % seen through".
-std::string comparison(const std::vector<PoseHypothesis>& poses, double accept) {
+/// Of the best pose, accepted or not: "; best pose 0.19 of 0.25 needed, where wrong poses reach 0.12: 41 %
+/// supported, 12 % seen through".
+std::string comparison(const std::vector<PoseHypothesis>& poses, const FalseAlarmModel& falseAlarms,
+                       double rate) {
   if (poses.empty()) return "";
   const PoseScore& a = poses[0].score;
   return fmt::format(
-      "; best pose {:.2f} of {:.2f} needed: {} % supported, {} % seen through, {} % elsewhere, "
-      "{} % hidden, {} % turned away",
-      poses[0].evidence, accept, percent(a.supported), percent(a.seenThrough + a.behind),
+      "; best pose {:.2f} of {:.2f} needed, where wrong poses reach {:.2f}: false alarm rate {:.1e} of {:g} "
+      "allowed; {} % supported, {} % seen through, {} % elsewhere, {} % hidden, {} % turned away",
+      poses[0].evidence, falseAlarms.evidenceOf(rate), falseAlarms.chance(),
+      falseAlarms.rate(poses[0].evidence), rate, percent(a.supported), percent(a.seenThrough + a.behind),
       percent(a.mismatched), percent(a.occluded), percent(1 - a.facing));
 }
 
@@ -72,10 +75,11 @@ void StageLog::refined(const RecognitionOptions& options, const std::vector<Pose
 }
 
 void StageLog::verified(const RecognitionOptions& options, const std::vector<PoseHypothesis>& refined,
-                        std::size_t detections) {
-  add("verification",
-      fmt::format("{}: {} instances{}", options.verification, detections,
-                  options.verification == "evidence" ? comparison(refined, options.accept) : ""));
+                        const Instances& instances) {
+  add("verification", fmt::format("{}: {} instances{}", options.verification, instances.poses.size(),
+                                  options.verification == "evidence"
+                                      ? comparison(refined, instances.falseAlarms, options.falseAlarmRate)
+                                      : ""));
 }
 
 }  // namespace estancia

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "estancia/recognition/pose_candidates.hpp"
 #include "estancia/recognition/pose_hypothesis.hpp"
 #include "estancia/recognition/recognizer.hpp"
 
@@ -27,9 +28,9 @@ class StageLog {
   void grouped(const RecognitionOptions& options, double consistency,
                const std::vector<PoseHypothesis>& poses);
   void refined(const RecognitionOptions& options, const std::vector<PoseHypothesis>& poses);
-  /// `refined` are the poses before verification, best first.
+  /// `refined` are the poses before verification, best first; `instances` what is accepted of them.
   void verified(const RecognitionOptions& options, const std::vector<PoseHypothesis>& refined,
-                std::size_t detections);
+                const Instances& instances);
 
  private:
   std::vector<StageReport>* stages_;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "estancia/cloud/bounds.hpp"
+#include "estancia/cloud/color_lab.hpp"
 #include "estancia/cloud/resolution.hpp"
 #include "estancia/core/fail.hpp"
 
@@ -13,9 +14,10 @@ namespace {
 
 constexpr std::size_t samples = 1000;  // points at which distances are measured
 
-std::vector<cv::Point3f> kept(const PointCloud& cloud, const std::vector<cv::Point3f>& values) {
-  std::vector<cv::Point3f> left;
-  if (cloud.normals.size() != cloud.points.size()) return left;
+template <class Value>
+std::vector<Value> kept(const PointCloud& cloud, const std::vector<Value>& values) {
+  std::vector<Value> left;
+  if (cloud.normals.size() != cloud.points.size() || values.empty()) return left;
   left.reserve(values.size());
   for (std::size_t i = 0; i < cloud.points.size(); ++i)
     if (isFinite(cloud.points[i]) && isFinite(cloud.normals[i])) left.push_back(values[i]);
@@ -28,6 +30,7 @@ Surface::Surface(std::string name, const PointCloud& cloud, int threads)
     : name_(std::move(name)),
       points_(kept(cloud, cloud.points)),
       normals_(kept(cloud, cloud.normals)),
+      lab_(labOf(kept(cloud, cloud.colors))),
       neighbors_(points_, threads) {
   if (points_.empty())
     fail(ErrorCode::invalidInput,

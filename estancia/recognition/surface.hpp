@@ -23,7 +23,9 @@ class Surface {
   std::size_t size() const { return points_.size(); }
   const std::vector<cv::Point3f>& points() const { return points_; }    ///< [m]
   const std::vector<cv::Point3f>& normals() const { return normals_; }  ///< unit vectors
-  const Neighbors& neighbors() const { return neighbors_; }             ///< of points()
+  /// CIELAB; empty when the cloud has no colors.
+  const std::vector<cv::Vec3f>& lab() const { return lab_; }
+  const Neighbors& neighbors() const { return neighbors_; }  ///< of points()
 
   double resolution() const { return resolution_; }  ///< median distance of a point to the nearest other [m]
   double extent() const { return extent_; }          ///< diagonal of the box around the points [m]
@@ -34,6 +36,7 @@ class Surface {
  private:
   std::string name_;
   std::vector<cv::Point3f> points_, normals_;
+  std::vector<cv::Vec3f> lab_;
   Neighbors neighbors_;
   double resolution_ = 0, extent_ = 0;
 };

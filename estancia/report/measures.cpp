@@ -119,6 +119,15 @@ std::vector<Measure> measuresOf(const LocalizationAccuracy& a) {
   };
 }
 
+std::vector<Measure> measuresOf(const LocalizationSummary& s) {
+  return {
+      {"believed_places", "Believed places", count(s.places.size()), 0, "Places that any image is taken for"},
+      {"median_confidence", "Median confidence", s.medianConfidence, 3, "Probability of the believed place"},
+      {"unmapped", "Unmapped views", s.unmapped, 3,
+       "Share of images that no image of the map was taken near"},
+  };
+}
+
 std::vector<Measure> measuresOf(const ZoneQuality& q) {
   std::vector<Measure> measures{
       {"frames", "Frames", count(q.frames), 0, "Images that were clustered"},

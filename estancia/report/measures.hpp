@@ -9,6 +9,7 @@
 namespace estancia {
 
 struct LocalizationAccuracy;
+struct LocalizationSummary;
 struct MapQuality;
 struct WorldAccuracy;
 struct ZoneQuality;
@@ -24,6 +25,7 @@ struct Measure {
 };
 
 std::vector<Measure> measuresOf(const MapQuality& quality);
+std::vector<Measure> measuresOf(const LocalizationSummary& summary);
 std::vector<Measure> measuresOf(const LocalizationAccuracy& accuracy);
 std::vector<Measure> measuresOf(const ZoneQuality& quality);
 /// Only what was measured.

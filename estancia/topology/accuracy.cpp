@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
+#include <functional>
 #include <map>
 #include <numbers>
 #include <numeric>
@@ -35,6 +36,13 @@ class Share {
   std::size_t judged_ = 0, right_ = 0;
 };
 
+std::optional<double> medianOf(std::vector<double> values) {
+  if (values.empty()) return std::nullopt;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
 struct Judge {
   Share room, recall;
   std::vector<double> errors;
@@ -45,15 +53,7 @@ struct Judge {
     if (admissible != nullptr) recall.count(admissible->contains(answerNumber));
     if (truth.pose && answer.pose) errors.push_back(distanceBetween(*truth.pose, *answer.pose));
   }
-  Accuracy accuracy() {
-    Accuracy result{room.value(), recall.value(), std::nullopt};
-    if (!errors.empty()) {
-      const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-      std::nth_element(errors.begin(), middle, errors.end());
-      result.medianError = *middle;
-    }
-    return result;
-  }
+  Accuracy accuracy() { return {room.value(), recall.value(), medianOf(errors)}; }
 };
 
 /// The map's frames that were taken near `pose`.
@@ -122,6 +122,24 @@ AdmissibleImages readAdmissibleImages(const std::filesystem::path& path) {
     admissible.push_back(std::move(frames));
   }
   return admissible;
+}
+
+LocalizationSummary summarizeLocalization(std::span<const Localization> answers) {
+  LocalizationSummary summary;
+  std::map<int, std::vector<double>> confidences;
+  std::vector<double> all;
+  Share unmapped;
+  for (const Localization& answer : answers) {
+    confidences[answer.beliefNode].push_back(answer.confidence);
+    all.push_back(answer.confidence);
+    if (answer.unmapped) unmapped.count(*answer.unmapped > 0.5);
+  }
+  for (const auto& [node, values] : confidences)
+    summary.places.push_back({node, values.size(), *medianOf(values)});
+  std::ranges::stable_sort(summary.places, std::ranges::greater{}, &LocalizationSummary::Place::frames);
+  summary.medianConfidence = medianOf(std::move(all));
+  summary.unmapped = unmapped.value();
+  return summary;
 }
 
 LocalizationAccuracy measureLocalization(const TopologicalMap& map, const std::vector<Frame>& frames,

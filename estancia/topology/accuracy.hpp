@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <optional>
 #include <set>
+#include <span>
 #include <vector>
 
 #include "estancia/core/frame.hpp"
@@ -39,6 +40,24 @@ struct LocalizationAccuracy {
   /// Frames that have an admissible image: those that the recall is of.
   std::size_t judgedFrames = 0;
 };
+
+/// What the answers say without any truth.
+struct LocalizationSummary {
+  struct Place {
+    int node = 0;
+    std::size_t frames = 0;
+    double medianConfidence = 0;
+  };
+  /// The places that were believed, those of most frames first.
+  std::vector<Place> places;
+  /// Of all frames; absent without any.
+  std::optional<double> medianConfidence;
+  /// Share of frames whose view is more probably not in the map than in it; absent where the map has no
+  /// poses.
+  std::optional<double> unmapped;
+};
+
+LocalizationSummary summarizeLocalization(std::span<const Localization> answers);
 
 /// For each query frame, in order, the map's frames that count as right.
 using AdmissibleImages = std::vector<std::set<std::size_t>>;

@@ -140,13 +140,14 @@ std::string toPlacesJson(const TopologicalMap& map, const ExportOptions& options
       {"format", "estancia-places"}, {"version", formatVersion}, {"vocabulary", map.vocabulary.digest()},
       {"model", map.model},          {"distance", map.distance}, {"places", Json::array()},
       {"transitions", Json::array()}};
+  std::vector<Json> ranges = exporting::frameRanges(map);
   for (std::size_t i = 0; i < places.size(); ++i) {
     const Node& node = map.nodes[i];
     Json words = Json::array();
     for (const std::size_t label : bestLabels(node, options.maxWords))
       words.push_back({{"label", map.vocabulary[label]}, {"p", rounded(node.mean[label])}});
-    Json place{
-        {"id", node.id}, {"words", words}, {"room", nullptr}, {"position", nullptr}, {"frames", node.frames}};
+    Json place{{"id", node.id},       {"words", words},        {"room", nullptr},
+               {"position", nullptr}, {"frames", node.frames}, {"frame_ranges", std::move(ranges[i])}};
     if (!places[i].room.empty()) place["room"] = places[i].room;
     for (const RoomProbability& room : places[i].predicted)
       place["predicted_rooms"].push_back({{"room", room.room}, {"p", rounded(room.probability)}});
@@ -187,9 +188,10 @@ struct Format {
   const char *name, *explanation;
   std::string (*write)(const TopologicalMap&, const ExportOptions&);
 };
-constexpr Format formats[] = {{"graphml", "for graph programs (Gephi, yEd, NetworkX …)", toGraphml},
-                              {"json", "places and their words, as simple JSON", toPlacesJson},
-                              {"nav2", "GeoJSON for the route server of Nav2; needs poses", toNav2}};
+constexpr Format formats[] = {
+    {"graphml", "for graph programs (Gephi, yEd, NetworkX …)", toGraphml},
+    {"json", "places, their words and the numbers of their frames, as simple JSON", toPlacesJson},
+    {"nav2", "GeoJSON for the route server of Nav2; needs poses", toNav2}};
 
 }  // namespace
 

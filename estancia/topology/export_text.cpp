@@ -7,6 +7,7 @@
 
 #include "estancia/core/label_words.hpp"
 #include "estancia/core/printable.hpp"
+#include "estancia/topology/places.hpp"
 
 namespace estancia::exporting {
 namespace {
@@ -51,6 +52,19 @@ std::vector<std::string> bestWords(const TopologicalMap& map, const Node& node, 
   std::vector<std::string> words;
   for (const std::size_t label : bestLabels(node, count)) words.push_back(shortLabel(map.vocabulary[label]));
   return words;
+}
+
+std::vector<nlohmann::ordered_json> frameRanges(const TopologicalMap& map) {
+  std::vector<nlohmann::ordered_json> ranges(map.nodes.size(), nlohmann::ordered_json::array());
+  for (std::size_t first = 0; first < map.frames.size();) {
+    const int node = map.frames[first].node;
+    std::size_t end = first + 1;
+    while (end < map.frames.size() && map.frames[end].node == node) ++end;
+    if (const std::size_t i = indexOf(map, node); i < ranges.size())
+      ranges[i].push_back({first * map.stride, (end - 1) * map.stride});
+    first = end;
+  }
+  return ranges;
 }
 
 std::string data(const char* key, std::string_view value) {

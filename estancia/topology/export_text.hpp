@@ -22,6 +22,9 @@ double rounded(float probability);
 /// The short labels of a node's best words.
 std::vector<std::string> bestWords(const TopologicalMap& map, const Node& node, std::size_t count);
 
+/// The numbers of each node's frames, as they follow each other: a list of [first, last] a node.
+std::vector<nlohmann::ordered_json> frameRanges(const TopologicalMap& map);
+
 /// One line: `<data key="key">value</data>` of a node or an edge in GraphML, its value printable and escaped.
 std::string data(const char* key, std::string_view value);
 

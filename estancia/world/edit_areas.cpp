@@ -12,6 +12,7 @@
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
+#include "estancia/core/similar_names.hpp"
 #include "estancia/stats/moments.hpp"
 #include "estancia/topology/store.hpp"
 #include "estancia/world/area_names.hpp"
@@ -97,6 +98,9 @@ void requireGivenName(const std::string& name, const char* what) {
   if (std::ranges::all_of(name, isIn(" \t\r\n+-0123456789")))
     fail(ErrorCode::invalidInput, "\"{}\" would be taken for the number of {}; give a name with a word",
          printable(name), what);
+  if (const std::string_view word = trimmed(name); word != name)
+    fail(ErrorCode::invalidInput, "\"{}\" begins or ends with blanks, and so is not \"{}\"; give that name",
+         printable(name), printable(std::string(word)));
 }
 
 const WorldArea* findAreaNumber(const WorldMap& world, std::string_view text) {
@@ -125,7 +129,15 @@ const WorldArea& getArea(const WorldMap& world, const std::string& area) {
 
 AreaEdit namingOf(const WorldMap& world, const std::string& area, const std::string& name) {
   requireGivenName(name, "an area");
-  return {AreaEdit::Kind::name, getArea(world, area).center, {}, name};
+  const WorldArea& named = getArea(world, area);
+  for (const WorldArea& other : world.areas)
+    if (other.id != named.id && isSimilar(other.givenName, name))
+      fail(ErrorCode::invalidInput,
+           "\"{}\" differs only in case from \"{}\", the name of area {}; give that name for the same room, "
+           "or "
+           "another one",
+           printable(name), printable(other.givenName), other.id);
+  return {AreaEdit::Kind::name, named.center, {}, name};
 }
 
 AreaEdit mergeOf(const WorldMap& world, const std::string& area, const std::string& other) {

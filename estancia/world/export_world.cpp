@@ -58,12 +58,14 @@ std::string toAreasJson(const WorldMap& world, const ExportOptions& options) {
       room["objects"].push_back(objectJson(*world.findObject(object), world, options.maxWords));
     rooms.push_back(std::move(room));
   }
+  std::vector<Json> ranges = exporting::frameRanges(map);
   for (std::size_t i = 0; i < map.nodes.size(); ++i) {
     const Node& node = map.nodes[i];
     Json place{{"id", node.id},
                {"words", Json::array()},
                {"position", nullptr},
                {"frames", node.frames},
+               {"frame_ranges", std::move(ranges[i])},
                {"objects", Json::array()}};
     for (const std::size_t label : bestLabels(node, options.maxWords))
       place["words"].push_back({{"label", map.vocabulary[label]}, {"p", rounded(node.mean[label])}});

@@ -213,6 +213,32 @@ TEST_F(Command, LocalizesWithOneLineOfJsonAFrame) {
   }
 }
 
+TEST_F(Command, EvaluatesWithoutTruthByPlacesAndConfidence) {
+  writeImages(images_);
+  ASSERT_EQ(map(images_, map_).exitCode, 0);
+  const json found = json::parse(run({"evaluate", map_, images_, "--model", model_, "--json"}).out);
+  EXPECT_EQ(found["localized_frames"], 40);
+  EXPECT_GT(found["median_confidence"], 0);
+  EXPECT_TRUE(found["recall"].is_null());
+  EXPECT_TRUE(found["unmapped"].is_null()) << "the map has no poses";
+  std::size_t frames = 0;
+  for (const json& place : found["places"]) frames += place["frames"].get<std::size_t>();
+  EXPECT_EQ(frames, 40U);
+  const std::string text = run({"evaluate", map_, images_, "--model", model_}).out;
+  for (const char* part : {"Median confidence", "Believed places", "--poses", "--rooms", "--truth"})
+    EXPECT_THAT(text, testing::HasSubstr(part));
+}
+
+TEST_F(Command, ShowsNoProgressAmongResultsInATerminal) {
+  writeImages(images_);
+  ASSERT_EQ(map(images_, map_).exitCode, 0);
+  const std::string line = std::string(ESTANCIA_COMMAND) + " localize '" + map_ + "' '" + images_ +
+                           "' --no-cache --model '" + model_ + "'";
+  const std::string shown = runProgram("script", {"-qec", line, "/dev/null"}).out;
+  EXPECT_THAT(shown, testing::HasSubstr("frame39.jpg: place"));
+  EXPECT_THAT(shown, testing::Not(testing::HasSubstr("localizing")));
+}
+
 TEST_F(Command, EvaluatesAgainstRooms) {
   writeImages(images_);
   std::string rooms = "image,room\n";

@@ -145,7 +145,7 @@ TEST_F(Recognize, ABadModelDoesNotEndTheSearchForTheOthers) {
   }
 }
 
-TEST_F(Recognize, AsksWhereTheSensorStoodAndUsesIt) {
+TEST_F(Recognize, FindsWhereTheSensorStoodOrIsTold) {
   // As robots have it: z up, the origin elsewhere.
   const cv::Affine3d fromCamera(cv::Matx33d(0, 0, 1, -1, 0, 0, 0, -1, 0), cv::Vec3d(1, 2, 3));
   PointCloud scene = readCloud(in("scenes/scene001.pcd"));
@@ -153,8 +153,8 @@ TEST_F(Recognize, AsksWhereTheSensorStoodAndUsesIt) {
   const std::string moved = scratch_ / "moved.pcd", mario = in("meshes/mario000_0.ply");
   writeCloud(scene, moved);
   const CommandResult unsaid = run({"recognize", moved, "--object", mario});
-  EXPECT_EQ(unsaid.exitCode, 1);
-  EXPECT_THAT(unsaid.out, HasSubstr("--viewpoint"));
+  EXPECT_EQ(unsaid.exitCode, 0) << "it is estimated";
+  EXPECT_THAT(unsaid.err, HasSubstr("--viewpoint"));
   const auto expectFound = [&](const std::vector<std::string>& more) {
     std::vector<std::string> arguments{"recognize", "--object", mario, "--json"};
     arguments.insert(arguments.end(), more.begin(), more.end());

@@ -49,23 +49,38 @@ PointCloud made(const std::string& kind, std::size_t count, unsigned seed) {
   return unorganized(std::move(points));
 }
 
+/// A texture over the cloud: stripes, a slope, noise.
+PointCloud painted(PointCloud cloud, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_int_distribution<int> noise(-4, 4);
+  for (const cv::Point3f& p : cloud.points) {
+    const bool stripe = std::sin(20 * p.x) > 0;
+    const auto level = [&](double v) { return cv::saturate_cast<uchar>(v + noise(random)); };
+    cloud.colors.emplace_back(level(stripe ? 200 : 60), level(90 + 40 * p.y), level(stripe ? 30 : 150));
+  }
+  return cloud;
+}
+
 struct Case {
   const char* kind;
   std::size_t points, neurons, delta;
   std::uint32_t maxAge;
   std::uint64_t seed;
+  double colorWeight = 0;
 };
 
 void PrintTo(const Case& c, std::ostream* out) {
-  *out << c.kind << ", " << c.neurons << " neurons, delta " << c.delta << ", seed " << c.seed;
+  *out << c.kind << ", " << c.neurons << " neurons, delta " << c.delta << ", seed " << c.seed << ", color "
+       << c.colorWeight;
 }
 
 class NeuralGasIsTheTextbooks : public testing::TestWithParam<Case> {};
 
 TEST_P(NeuralGasIsTheTextbooks, BitByBit) {
   const Case c = GetParam();
-  const PointCloud cloud = made(c.kind, c.points, static_cast<unsigned>(c.seed) + 5);
+  const PointCloud cloud = painted(made(c.kind, c.points, static_cast<unsigned>(c.seed) + 5), 1);
   GngOptions options;
+  options.colorWeight = c.colorWeight;
   options.neurons = c.neurons;
   options.signalsPerInsertion = c.delta;
   options.maxAge = c.maxAge;
@@ -73,7 +88,7 @@ TEST_P(NeuralGasIsTheTextbooks, BitByBit) {
   Progress progress;
   const NeuralGas gas = growNeuralGas(cloud, options, progress);
 
-  const Signals signals(cloud, c.seed);
+  const Signals signals(cloud, c.seed, c.colorWeight);
   TextbookNeuralGas textbook(signals, options);
   const bool complete = textbook.grow(progress);
   EXPECT_EQ(gas.stop, complete ? GngStop::neurons : GngStop::stalled);
@@ -89,7 +104,15 @@ TEST_P(NeuralGasIsTheTextbooks, BitByBit) {
     ASSERT_EQ(gas.ages[i], edges[i].second) << "edge " << i;
   }
   double sum = 0;
-  for (const Point4& p : signals.points()) sum += textbook.nearestTwo(p).second;
+  std::vector<cv::Vec4d> colors(textbook.size());
+  for (std::size_t k = 0; k < cloud.points.size(); ++k) {
+    const auto [nearest, squared] = textbook.nearestTwo(k);
+    sum += squared;
+    colors[nearest[0]] += cv::Vec4d(cloud.colors[k][0], cloud.colors[k][1], cloud.colors[k][2], 1);
+  }
+  for (std::size_t i = 0; i < textbook.size(); ++i)
+    for (int channel = 0; channel < 3 && colors[i][3] > 0; ++channel)
+      ASSERT_NEAR(gas.cloud.colors[i][channel], colors[i][channel] / colors[i][3], 0.51) << "neuron " << i;
   EXPECT_NEAR(gas.quantizationError,
               std::sqrt(sum / static_cast<double>(signals.points().size())) / signals.scale(),
               1e-9 * gas.quantizationError);
@@ -105,7 +128,12 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"lattice", 5000, 900, 100, 30, 11}, Case{"clusters", 5000, 400, 100, 250, 12},
                     Case{"clusters", 5000, 1000, 50, 40, 13}, Case{"uneven", 20000, 800, 100, 250, 14},
                     Case{"uneven", 20000, 800, 100, 30, 15}, Case{"drifting", 5000, 500, 60, 10, 16},
-                    Case{"volume", 2000, 2, 100, 250, 17}, Case{"surface", 60000, 4000, 100, 250, 18}));
+                    Case{"volume", 2000, 2, 100, 250, 17}, Case{"surface", 60000, 4000, 100, 250, 18},
+                    Case{"surface", 20000, 600, 200, 250, 1, 1}, Case{"surface", 20000, 600, 200, 12, 2, 0.1},
+                    Case{"surface", 5000, 900, 50, 250, 3, 10}, Case{"lattice", 5000, 300, 100, 30, 11, 1},
+                    Case{"uneven", 20000, 800, 100, 30, 15, 1},
+                    Case{"clusters", 5000, 1000, 50, 40, 13, 1000},
+                    Case{"drifting", 5000, 500, 60, 10, 16, 1}));
 
 NeuralGas grown(const PointCloud& cloud, const GngOptions& options) {
   return growNeuralGas(cloud, options);
@@ -259,6 +287,38 @@ TEST(GrowingNeuralGas, HugeAndTinyCoordinates) {
   for (const cv::Point3f& p : widest.cloud.points) EXPECT_TRUE(std::isfinite(p.x) && std::isfinite(p.y));
 }
 
+/// Of the neurons within `near` of an edge between two colors, how many have a color of neither side.
+double mixed(const NeuralGas& gas, float near) {
+  double mixed = 0, all = 0;
+  for (std::size_t i = 0; i < gas.cloud.points.size(); ++i) {
+    if (std::abs(gas.cloud.points[i].x) > near) continue;
+    ++all;
+    const int blue = gas.cloud.colors[i][0];
+    mixed += blue > 75 && blue < 185 ? 1 : 0;
+  }
+  return mixed / all;
+}
+
+TEST(GrowingNeuralGas, ColorsKeepNeuronsOnOneSideOfAnEdge) {
+  PointCloud cloud = made("surface", 20000, 3);
+  for (const cv::Point3f& p : cloud.points) cloud.colors.emplace_back(p.x < 0 ? 60 : 200, 100, 90);
+  GngOptions options = small(600);
+  EXPECT_GT(mixed(grown(cloud, options), 0.03F), 0.3);
+  options.colorWeight = 1;
+  const NeuralGas colored = grown(cloud, options);
+  EXPECT_LT(mixed(colored, 0.03F), 0.1);
+  for (cv::Point3f& p : cloud.points) p *= 1024;
+  EXPECT_EQ(grown(cloud, options).edges, colored.edges);  // in any unit of length
+}
+
+TEST(GrowingNeuralGas, ColorsDoNotMatterWithoutWeight) {
+  const PointCloud cloud = made("surface", 5000, 3);
+  const NeuralGas plain = grown(cloud, small(300)), colored = grown(painted(cloud, 1), small(300));
+  EXPECT_EQ(colored.cloud.points, plain.cloud.points);
+  EXPECT_EQ(colored.edges, plain.edges);
+  EXPECT_TRUE(plain.cloud.colors.empty());
+}
+
 TEST(GrowingNeuralGas, RefusesWhatMakesNoSense) {
   using test::FailsWith;
   const PointCloud cloud = made("surface", 100, 3);
@@ -285,6 +345,9 @@ TEST(GrowingNeuralGas, RefusesWhatMakesNoSense) {
   EXPECT_THAT(refused([](GngOptions& o) { o.quantizationError = nan; }),
               option("gng.quantization-error", "nan"));
   EXPECT_THAT(refused([](GngOptions& o) { o.seconds = -1; }), option("gng.seconds", "-1"));
+  EXPECT_THAT(refused([](GngOptions& o) { o.colorWeight = nan; }), option("gng.color-weight", "nan"));
+  EXPECT_THAT(refused([](GngOptions& o) { o.colorWeight = 1; }),
+              FailsWith(ErrorCode::invalidInput, "no colors", "gng.color-weight"));
 }
 
 TEST(NormalsFromGraph, ArePerpendicularToTheSurfaceAndLookAtTheViewer) {

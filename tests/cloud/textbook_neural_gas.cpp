@@ -33,11 +33,14 @@ ESTANCIA_MULTIVERSION std::uint32_t distances(const float* __restrict x, const f
 TextbookNeuralGas::TextbookNeuralGas(const Signals& signals, const GngOptions& options)
     : signals_(signals), options_(options) {
   const auto& points = signals.points();
-  const Point4 a = points[signals.draw(t_++)];
-  Point4 b = a;
-  while (a.x == b.x && a.y == b.y && a.z == b.z) b = points[signals.draw(t_++)];
-  add(a);
-  add(b);
+  const std::size_t a = signals.draw(t_++);
+  std::size_t b = a;
+  while (points[a].x == points[b].x && points[a].y == points[b].y && points[a].z == points[b].z)
+    b = signals.draw(t_++);
+  for (const std::size_t point : {a, b}) {
+    add(points[point]);
+    if (!signals.colors().empty()) colors_.push_back(signals.colors()[point]);
+  }
   first_ = t_;
 }
 
@@ -61,10 +64,31 @@ std::pair<std::array<std::uint32_t, 2>, float> TextbookNeuralGas::nearestTwo(con
   return {nearest, std::bit_cast<float>(best)};
 }
 
+std::pair<std::array<std::uint32_t, 2>, float> TextbookNeuralGas::nearestTwo(std::size_t point) const {
+  const Point4& p = signals_.points()[point];
+  if (colors_.empty()) return nearestTwo(p);
+  constexpr float infinity = std::numeric_limits<float>::infinity();
+  std::array<std::uint32_t, 2> nearest{};
+  float best = infinity, second = infinity;
+  for (std::uint32_t i = 0; i < size(); ++i) {
+    const float d = squaredDistance(p, at(i)) + squaredDistance(signals_.colors()[point], colors_[i]);
+    if (d < best) {
+      second = best;
+      nearest[1] = nearest[0];
+      best = d;
+      nearest[0] = i;
+    } else if (d < second) {
+      second = d;
+      nearest[1] = i;
+    }
+  }
+  return {nearest, best};
+}
+
 double TextbookNeuralGas::learn() {
   double sum = 0;
   for (std::size_t k = 0; k < options_.signalsPerInsertion; ++k) {
-    const Point4 signal = signals_.points()[signals_.draw(t_++)];
+    const std::size_t signal = signals_.draw(t_++);
     const auto [nearest, squaredDistance] = nearestTwo(signal);
     const auto [s1, s2] = nearest;
     sum += squaredDistance;
@@ -105,6 +129,10 @@ void TextbookNeuralGas::insert() {
       f = e.neighbor;
   const auto r = static_cast<std::uint32_t>(size());
   add({0.5F * (x_[q] + x_[f]), 0.5F * (y_[q] + y_[f]), 0.5F * (z_[q] + z_[f]), 0});
+  if (!colors_.empty()) {
+    const Point4 c = colors_[q], d = colors_[f];
+    colors_.push_back({0.5F * (c.x + d.x), 0.5F * (c.y + d.y), 0.5F * (c.z + d.z), 0});
+  }
   disconnect(q, f);
   connect(q, r);
   connect(f, r);
@@ -173,14 +201,24 @@ void TextbookNeuralGas::remove(std::uint32_t i) {
   errors_[i] = errors_[last];
   neighbors_[i] = neighbors_[last];
   x_[last] = y_[last] = z_[last] = nowhere;
+  if (!colors_.empty()) {
+    colors_[i] = colors_[last];
+    colors_.pop_back();
+  }
   errors_.pop_back();
   neighbors_.pop_back();
 }
 
-void TextbookNeuralGas::attract(std::uint32_t i, const Point4& signal, float rate) {
+void TextbookNeuralGas::attract(std::uint32_t i, std::size_t point, float rate) {
+  const Point4& signal = signals_.points()[point];
   x_[i] += rate * (signal.x - x_[i]);
   y_[i] += rate * (signal.y - y_[i]);
   z_[i] += rate * (signal.z - z_[i]);
+  if (colors_.empty()) return;
+  const Point4& color = signals_.colors()[point];
+  colors_[i].x += rate * (color.x - colors_[i].x);
+  colors_[i].y += rate * (color.y - colors_[i].y);
+  colors_[i].z += rate * (color.z - colors_[i].z);
 }
 
 }  // namespace estancia

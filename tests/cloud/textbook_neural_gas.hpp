@@ -33,6 +33,8 @@ class TextbookNeuralGas {
   std::vector<std::pair<std::array<std::uint32_t, 2>, std::uint32_t>> edges() const;
   /// The two nearest neurons and the squared distance to the first.
   std::pair<std::array<std::uint32_t, 2>, float> nearestTwo(const Point4& p) const;
+  /// The same of a signal's point, by its color, too, if the signals have colors.
+  std::pair<std::array<std::uint32_t, 2>, float> nearestTwo(std::size_t point) const;
 
  private:
   struct Edge {
@@ -42,13 +44,14 @@ class TextbookNeuralGas {
   void connect(std::uint32_t a, std::uint32_t b);
   void disconnect(std::uint32_t a, std::uint32_t b);
   void remove(std::uint32_t i);
-  void attract(std::uint32_t i, const Point4& signal, float rate);
+  void attract(std::uint32_t i, std::size_t point, float rate);
 
   const Signals& signals_;
   GngOptions options_;
   std::uint64_t t_ = 0, first_ = 0;
   std::size_t removed_ = 0;
   std::vector<float> x_, y_, z_;  ///< a whole number of blocks
+  std::vector<Point4> colors_;    ///< one a neuron if the signals have colors
   std::vector<double> errors_;
   std::vector<std::vector<Edge>> neighbors_;
 };

@@ -8,6 +8,7 @@
 
 #include "estancia/zones/zones.hpp"
 #include "experiments/golden_findings.hpp"
+#include "experiments/src/features/feature_study.hpp"
 #include "experiments/src/objects/object_segmentation_findings.hpp"
 #include "experiments/src/objects/object_splits_results.hpp"
 #include "experiments/src/odometry/odometry_errors.hpp"
@@ -56,6 +57,7 @@ RecognitionResults recognitionResults() {
     cell.failed = numbers.below(3);
     cell.seconds = numbers.next();
   }
+  results.thesisTables = true;
   results.failures = {{"flat", "mug in hall", 3},
                       {"empty", "pan in hall", 5},
                       {"far", "mug in lab", 2},
@@ -94,6 +96,7 @@ ZoneTablesResults zoneResults() {
   results.distances = {ZoneOptions{}.distance, "ks", ZoneOptions::thesis().distance};
   results.linkages = {ZoneOptions{}.linkage, "average"};
   results.cuts = {"0.2", "0.5", "0.9", "auto", "best"};
+  results.thesisTables = true;
   for (std::size_t i = 0; i < 2U * 2 * 3 * 2; ++i) {
     if (i % 6 == 2) {  // the two do not go together
       results.cells.emplace_back();
@@ -134,6 +137,7 @@ ScenesResults sceneResults(std::size_t pairs) {
   Numbers numbers;
   ScenesResults results;
   results.name = "study";
+  results.thesisTables = true;
   results.rooms = {"hall", "lab", "shop"};
   const std::vector<std::string> names{"day", "night", "dusk"};
   for (std::size_t p = 0; p < pairs; ++p) {
@@ -256,6 +260,7 @@ struct Splits {
       task.splits.push_back(split);
     }
     results.task = &task;
+    results.thesisTables = true;
     results.methods = methodsOf(data.trials);
     for (std::size_t i = 0; i < results.methods.size() * 2 * task.splits.size(); ++i) {
       const ObjectSplit& split = task.splits[i % task.splits.size()];
@@ -321,6 +326,20 @@ TEST(Golden, RoomAgreement) {
     if (i == 4) measures.erase(measures.begin() + 7, measures.end());  // a drive without a home.json
   }
   test::expectGolden("room-agreement", roomAgreementFindings(results));
+}
+
+TEST(Golden, Features) {
+  Numbers numbers;
+  FeatureResults results{
+      {"words", "orb-words"}, {"standardized-clr", "l2"}, {{"tour"}, {"rooms", false}}, {}};
+  std::vector<std::string> measures;
+  for (const auto& measure : featureMeasures()) measures.push_back(measure.first);
+  for (int descriptor = 0; descriptor < 2; ++descriptor)
+    results.cells.push_back(
+        {{someOf(numbers, measures), someOf(numbers, measures)}, {someOf(numbers, {"accuracy"})}});
+  test::expectGolden("features", featureFindings(results));
+  results.distances.pop_back();
+  test::expectGolden("features-one-distance", featureFindings(results));
 }
 
 TEST(Golden, Localization) {

@@ -149,9 +149,21 @@ TEST_F(ObjectSplits, HaveARowEachWithTheLabelerBeside) {
   EXPECT_THAT(findings.summary, testing::StartsWith("things: knn "));
 }
 
+TEST_F(ObjectSplits, OfOwnObjectsSayNothingOfTheThesis) {
+  const Findings findings = run(few_ + "pseudo_labels = [\"voted\"]\n" + things_ + study_ + machine_);
+  for (const auto& section : findings.sections)
+    if (const auto* table = std::get_if<ResultTable>(&section)) {
+      EXPECT_THAT(table->title + table->caption, testing::Not(testing::HasSubstr("hesis")));
+      if (table->title == "things: accuracy") {
+        EXPECT_EQ(table->columns.size(), 2U) << "the labeler's and the method's";
+      }
+    }
+}
+
 TEST_F(ObjectSplits, ShowTablesConfusionsCloudsAndExamples) {
   const Findings findings =
-      run(few_ + "pseudo_labels = [\"voted\"]\nlabel_noises = [0, 0.3]\n" + things_ + study_ + machine_);
+      run(few_ + "pseudo_labels = [\"voted\"]\nlabel_noises = [0, 0.3]\nthesis_tables = true\n" + things_ +
+          study_ + machine_);
   std::map<std::string, std::size_t> sections;
   for (const auto& section : findings.sections)
     std::visit([&](const auto& part) { sections[part.title] = section.index(); }, section);

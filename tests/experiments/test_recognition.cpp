@@ -49,7 +49,7 @@ TEST_F(RecognitionConfig, ReadsEverything) {
       "presets = [\"thesis\", \"wide\"]\nmodel_filters = [\"none\", \"gng\"]\nmodel_points = 300\n"
       "scene_filters = [\"voxel\"]\nsizes = [10, 20]\nnoises = [0, 0.5]\nseeds = [7, 8]\n"
       "keypoints = [\"iss\"]\ndescriptors = [\"fpfh\"]\nabsent = 12\nabsent_seed = 3\n"
-      "max_translation = 0.1\nmax_rotation = 20\nkept_mb = 5\n"
+      "max_translation = 0.1\nmax_rotation = 20\nthesis_tables = true\nkept_mb = 5\n"
       "[[symmetry]]\nmodel = \"cup\"\naxis = [0, 1, 0]\npoint = [1, 2, 3]\nfold = 12\n");
   EXPECT_EQ(options.pairs, scratch / "gt.csv");
   EXPECT_EQ(options.columns.sceneFiles, "{}.pcd");
@@ -204,16 +204,17 @@ class RecognitionExperiment : public testing::Test {
 TEST_F(RecognitionExperiment, CountsPairsAndFalsePositives) {
   run();
   EXPECT_EQ(work.units, 3 * 3 * 2) << "scene filters × (no noise + 2 seeds) × scenes; once for all models";
-  EXPECT_EQ(lines()[0],
-            "model_filter,scene_filter,size,noise,keypoint,descriptor,pairs,verified,correct,false_positives,"
-            "seconds,"
-            "filter_seconds,model_seconds,absent,failed,seeds,correct_least,correct_most,preset");
+  EXPECT_EQ(
+      lines()[0],
+      "model_filter,scene_filter,size,noise,keypoint,descriptor,pairs,verified,correct,false_positives,"
+      "seconds,"
+      "filter_seconds,model_seconds,absent,failed,seeds,correct_least,correct_most,extra_instances,preset");
   EXPECT_THAT(lines(),
-              testing::Contains("none,none,all,0,uniform,shot,3,3,3,3,3.5,2,0.25,5,2,1,3,3,default"));
+              testing::Contains("none,none,all,0,uniform,shot,3,3,3,3,3.5,2,0.25,5,2,1,3,3,0,default"));
   EXPECT_THAT(lines(),
-              testing::Contains("gng,none,all,0.005,uniform,shot,6,0,0,0,3.5,2,0.25,10,4,2,0,0,default"));
+              testing::Contains("gng,none,all,0.005,uniform,shot,6,0,0,0,3.5,2,0.25,10,4,2,0,0,0,default"));
   EXPECT_THAT(lines(),
-              testing::Contains("gng,gng,200,0.005,uniform,shot,6,6,5,6,3.5,2,0.25,10,4,2,2,3,default"));
+              testing::Contains("gng,gng,200,0.005,uniform,shot,6,6,5,6,3.5,2,0.25,10,4,2,2,3,0,default"));
   EXPECT_EQ(lines().size(), 1U + 2 * 3 * 2);
 }
 
@@ -237,7 +238,7 @@ TEST_F(RecognitionExperiment, GoesOnAndComputesAnewWhatHasChanged) {
   run();
   EXPECT_GT(work.units, 0) << "other models are looked for";
   EXPECT_THAT(lines(),
-              testing::Contains("none,none,all,0,uniform,shot,3,3,3,0,3.5,2,0.25,0,0,1,3,3,default"));
+              testing::Contains("none,none,all,0,uniform,shot,3,3,3,0,3.5,2,0.25,0,0,1,3,3,0,default"));
 }
 
 TEST_F(RecognitionExperiment, ReadsCellsThatDoNotSayWhySearchesFailed) {
@@ -258,6 +259,7 @@ TEST_F(RecognitionExperiment, ReadsCellsThatDoNotSayWhySearchesFailed) {
 TEST_F(RecognitionExperiment, SaysItInTablesOfTheThesisLayout) {
   options.keypoints = {"uniform", "iss"};
   options.noises = {0.005, 0};
+  options.thesisTables = true;
   const Findings findings = run();
   EXPECT_EQ(
       findings.summary,
@@ -297,6 +299,18 @@ TEST_F(RecognitionExperiment, SaysItInTablesOfTheThesisLayout) {
   }
   EXPECT_EQ(test::notesNaming(findings, "72 of 288"), 1U);
   EXPECT_EQ(test::notesNaming(findings, "pan1"), 1U);
+}
+
+TEST_F(RecognitionExperiment, OfOwnPairsSaysNothingOfTheThesis) {
+  options.keypoints = {"uniform", "iss"};
+  for (const auto& section : run().sections) {
+    const auto* table = std::get_if<ResultTable>(&section);
+    if (table == nullptr) continue;
+    EXPECT_THAT(table->title + table->caption, testing::Not(testing::HasSubstr("hesis")));
+    for (const auto& column : table->columns)
+      EXPECT_THAT(column.name, testing::Not(testing::HasSubstr("thesis")));
+    for (const auto& row : table->rows) EXPECT_EQ(row.values.size(), table->columns.size()) << table->title;
+  }
 }
 
 // ---- the thesis' numbers

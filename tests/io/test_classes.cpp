@@ -78,7 +78,8 @@ TEST_F(Classes, HalvesOfDifferentClassesAreNotFoundByThemselves) {
   add("train/hall/1.png");
   add("train/office/1.png");
   add("test/hall/1.png");
-  EXPECT_THAT([&] { open(); }, FailsWith(ErrorCode::unsupportedFile));
+  EXPECT_THAT([&] { open(); },
+              FailsWith(ErrorCode::unsupportedFile, "test/hall, train/hall, train/office", "--type classes"));
   EXPECT_EQ(open("classes", "train")->size(), 2U);
 }
 
@@ -87,6 +88,14 @@ TEST_F(Classes, ImagesBesideDepthStayWhatTheyWere) {
   test::writeFile(folder_ / "depth/1.png", test::encoded(".png", cv::Mat(2, 2, CV_16U, cv::Scalar(2000))));
   EXPECT_THAT(told(*open()), ElementsAre("1.png="));
   EXPECT_TRUE(open()->hasDepth());
+}
+
+TEST_F(Classes, TellRoomsThatDifferOnlyInCase) {
+  add("kitchen/1.png");
+  add("Kitchen/2.png");
+  add("hall/1.png");
+  EXPECT_THAT(open("classes")->warnings(),
+              ::testing::Contains(Mentions({"\"Kitchen\" and \"kitchen\"", "2 rooms"})));
 }
 
 TEST_F(Classes, TellWhatIsLeftOut) {

@@ -86,6 +86,17 @@ TEST_P(Engine, TurnsLogitsIntoTheSameProbabilities) {
   for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(ours[i], direct[i], 1e-6);
 }
 
+/// A model of a layer inside of the small network, of which labels.txt knows nothing.
+std::string layerToml(const std::string& output, const std::string& more) {
+  return "name = \"layer\"\nfile = \"small.onnx\"\ninput = 8\ncolor = \"BGR\"\noutput = \"" + output +
+         "\"\n" + more + "\n";
+}
+
+TEST_P(OpencvEngine, LeavesFeaturesToOnnxRuntime) {
+  EXPECT_THAT(refusal(test::smallOnnx(8, 4), layerToml("mean", "features = 3")),
+              FailsWith(ErrorCode::unsupportedFile, "`features`", "onnxruntime"));
+}
+
 TEST_P(Engine, IdentityChangesWithTheNetworkAndItsPreprocessing) {
   const auto first = open(test::smallOnnx(8, 4), modelToml("small.onnx", 8))->identity();
   EXPECT_EQ(first.substr(0, 6), "small ");
@@ -392,6 +403,37 @@ TEST_P(OpencvEngine, NamesTheTensorflowOperatorThatItCannotRun) {
 class Engines : public Engine {};
 INSTANTIATE_TEST_SUITE_P(Both, Engines, testing::Values("onnxruntime"),
                          [](const auto& param) { return param.param; });
+
+TEST_P(Engines, GiveTheFeaturesOfAnInnerLayerAsShares) {
+  const cv::Mat image(30, 40, CV_8UC3, cv::Scalar(10, 20, 30));
+  const auto colors = open(test::smallOnnx(8, 4), layerToml("mean", "features = 3"));
+  EXPECT_EQ(colors->vocabulary()[2], "layer 2");
+  const auto shares = colors->label(image);
+  ASSERT_EQ(shares.size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(shares[i], static_cast<double>(i + 1) / 6, 1e-6);
+  // 0.8, 1.1, 1.4, 0.7 of LabelsAnImage above
+  const auto scores = open(test::smallOnnx(8, 4), layerToml("row", "features = 4"))->label(image);
+  EXPECT_NEAR(scores[2], 0.35, 1e-6);
+  EXPECT_NE(open(test::smallOnnx(8, 4), layerToml("row", "features = 4"))->identity(),
+            open(test::smallOnnx(8, 4), layerToml("scores", "features = 4"))->identity());
+}
+
+TEST_P(Engines, RefuseInnerLayersThatAreNoFeatures) {
+  const std::string network = test::smallOnnx(8, 4);
+  EXPECT_THAT(refusal(network, layerToml("nothing", "features = 3")),
+              FailsWith(ErrorCode::mismatch, "probabilities", "`output`"));
+  EXPECT_THAT(refusal(network, layerToml("mean", "features = 4")), FailsWith(ErrorCode::mismatch, "3", "4"));
+  EXPECT_THAT(refusal(network, layerToml("mean", "")), FailsWith(ErrorCode::malformedFile, "`labels`"));
+  EXPECT_THAT(refusal(network, layerToml("mean", "features = 1")),
+              FailsWith(ErrorCode::malformedFile, "`features`", "2"));
+  for (const std::string more :
+       {"labels = \"labels.txt\"", "softmax = true", "sigmoid = true", "unused = [0]", "reduce = \"max\""})
+    EXPECT_THAT(refusal(network, layerToml("mean", "features = 3\n" + more)),
+                FailsWith(ErrorCode::invalidInput, "`features`"));
+  EXPECT_THAT(
+      refusal(test::smallOnnx(8, 4, [](auto& g) { setWeights(g, -1); }), layerToml("row", "features = 4")),
+      FailsWith(ErrorCode::mismatch, "ReLU"));
+}
 
 TEST_P(Engines, TheBestComesFirstAndATypePinsOne) {
   EXPECT_EQ(engines(), (std::vector<std::string>{"onnxruntime", "opencv"}));

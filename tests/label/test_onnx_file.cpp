@@ -14,11 +14,12 @@ namespace {
 
 class OnnxFile : public testing::Test {
  protected:
-  std::string read(const std::string& bytes, int side) const {
+  std::string read(const std::string& bytes, int side, const std::string& output = "") const {
     test::writeFile(scratch_ / "net.onnx", bytes);
     ModelSpec spec;
     spec.folder = scratch_.path();
     spec.file = "net.onnx";
+    spec.output = output;
     spec.preprocessing.width = spec.preprocessing.height = side;
     return readOnnx(spec);
   }
@@ -53,6 +54,20 @@ TEST_F(OnnxFile, OfAnySizeIsFixedAsProtobufWouldDoIt) {
   const int fixed[] = {1, 3, 300, 300};
   for (int i = 0; i < 4; ++i) sizes->mutable_dim(i)->set_dim_value(fixed[i]);
   EXPECT_EQ(read(bytes, 300), model.SerializeAsString());
+}
+
+TEST_F(OnnxFile, GetsAnInnerValueAsAnotherOutput) {
+  const std::string bytes = test::smallOnnx(8, 4);
+  onnx::ModelProto model;
+  ASSERT_TRUE(model.ParseFromString(bytes));
+  auto* output = model.mutable_graph()->add_output();
+  output->set_name("mean");
+  output->mutable_type()->mutable_tensor_type()->set_elem_type(onnx::TensorProto::FLOAT);
+  onnx::ModelProto ours;
+  ASSERT_TRUE(ours.ParseFromString(read(bytes, 8, "mean")));
+  EXPECT_EQ(ours.SerializeAsString(), model.SerializeAsString());
+  EXPECT_EQ(read(bytes, 8, "probabilities"), bytes) << "is an output already";
+  EXPECT_EQ(read(bytes, 8, "nothing"), bytes) << "the labeler will say what there is";
 }
 
 TEST_F(OnnxFile, OfAnyBytesIsReadOrRefused) {

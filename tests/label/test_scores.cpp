@@ -39,6 +39,20 @@ TEST(Scores, OfADetectorAreThoseOfTheSurestPlace) {
               ElementsAre(FloatNear(sigmoid(1), 1e-6F), FloatNear(sigmoid(2), 1e-6F)));
 }
 
+TEST(Scores, OfFeaturesAreSharesOfTheirSum) {
+  ModelSpec spec;
+  spec.features = 3;
+  EXPECT_THAT(toProbabilities(Values{1, 3, 0}, spec, 3), ElementsAre(0.25F, 0.75F, 0));
+  EXPECT_THAT(toProbabilities(Values{0, 0, 0}, spec, 3), ElementsAre(0, 0, 0));
+  EXPECT_THAT([&] { toProbabilities(Values{1, -1, 0}, spec, 3); }, FailsWith(ErrorCode::mismatch, "-1"));
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_THAT(
+      [&] {
+        toProbabilities(Values{1, nan, 0}, spec, 3);
+      },
+      FailsWith(ErrorCode::labelerFailure, "nan"));
+}
+
 TEST(Scores, OfASigmoidNeverOverflow) {
   EXPECT_THAT(toProbabilities(Values{0, 1000, 0, -1000}, detector(), 2), ElementsAre(1, 0));
 }

@@ -39,6 +39,16 @@ inline PointCloud wavySheet(int side, double size, std::uint32_t seed = 1, doubl
   return cloud;
 }
 
+/// The cloud with stripes and a slope of color.
+inline PointCloud painted(PointCloud cloud) {
+  for (const cv::Point3f& p : cloud.points) {
+    const bool stripe = std::sin(300 * p.x) > 0;
+    cloud.colors.emplace_back(cv::saturate_cast<uchar>(stripe ? 30 : 180),
+                              cv::saturate_cast<uchar>(120 + 300 * p.y), stripe ? 210 : 60);
+  }
+  return cloud;
+}
+
 inline std::vector<std::uint32_t> everyNth(const Surface& surface, std::uint32_t n) {
   std::vector<std::uint32_t> chosen;
   for (std::uint32_t i = 0; i < surface.size(); i += n) chosen.push_back(i);

@@ -65,6 +65,27 @@ std::vector<float> pclShot(const Surface& surface, std::span<const std::uint32_t
   return rowsOf<decltype(shot), pcl::SHOT352>(shot, 352, [](pcl::SHOT352& s) { return s.descriptor; });
 }
 
+std::vector<float> pclColorShot(const PointCloud& surface, std::span<const std::uint32_t> keypoints,
+                                double radius) {
+  using Points = pcl::PointCloud<pcl::PointXYZRGB>;
+  const auto cloud = pcl::make_shared<Points>(), chosen = pcl::make_shared<Points>();
+  const auto normals = pcl::make_shared<pcl::PointCloud<pcl::Normal>>();
+  for (std::size_t i = 0; i < surface.points.size(); ++i) {
+    const cv::Point3f &p = surface.points[i], &n = surface.normals[i];
+    const cv::Vec3b& c = surface.colors[i];
+    cloud->emplace_back(p.x, p.y, p.z, c[2], c[1], c[0]);
+    normals->emplace_back(n.x, n.y, n.z);
+  }
+  for (const std::uint32_t i : keypoints) chosen->push_back((*cloud)[i]);
+  pcl::SHOTColorEstimation<pcl::PointXYZRGB, pcl::Normal, pcl::SHOT1344> shot;
+  shot.setInputCloud(chosen);
+  shot.setSearchSurface(cloud);
+  shot.setInputNormals(normals);
+  shot.setSearchMethod(pcl::make_shared<pcl::search::KdTree<pcl::PointXYZRGB>>());
+  shot.setRadiusSearch(radius);
+  return rowsOf<decltype(shot), pcl::SHOT1344>(shot, 1344, [](pcl::SHOT1344& s) { return s.descriptor; });
+}
+
 std::vector<float> pclFpfh(const Surface& surface, std::span<const std::uint32_t> keypoints, double radius) {
   pcl::FPFHEstimation<pcl::PointXYZ, pcl::Normal, pcl::FPFHSignature33> fpfh;
   prepare(fpfh, surface, keypoints, radius);

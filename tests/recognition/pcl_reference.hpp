@@ -13,6 +13,9 @@ namespace estancia::test {
 
 /// Rows of SHOTEstimation (352), FPFHEstimation (33), SpinImageEstimation (153) at keypoints.
 std::vector<float> pclShot(const Surface& surface, std::span<const std::uint32_t> keypoints, double radius);
+/// Rows of SHOTColorEstimation (1344); all points have finite normals.
+std::vector<float> pclColorShot(const PointCloud& surface, std::span<const std::uint32_t> keypoints,
+                                double radius);
 std::vector<float> pclFpfh(const Surface& surface, std::span<const std::uint32_t> keypoints, double radius);
 std::vector<float> pclSpinImage(const Surface& surface, std::span<const std::uint32_t> keypoints,
                                 double radius);

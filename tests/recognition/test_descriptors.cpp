@@ -20,16 +20,17 @@ namespace {
 using test::everyNth;
 using test::FailsWith;
 using test::moved;
+using test::painted;
 using test::wavySheet;
 
 const Surface& sheet() {
-  static const Surface surface("sheet", wavySheet(90, 0.3));
+  static const Surface surface("sheet", painted(wavySheet(90, 0.3)));
   return surface;
 }
 
 TEST(Descriptors, AreTheSameHoweverTheSurfaceIsTurned) {
   const cv::Affine3d turn(cv::Vec3d(0.3, -1.1, 2.0), cv::Vec3d(0.1, 0.2, -0.3));
-  const Surface turned("turned", moved(wavySheet(90, 0.3), turn));
+  const Surface turned("turned", moved(painted(wavySheet(90, 0.3)), turn));
   const auto keypoints = everyNth(sheet(), 97);
   for (const auto& [method, explanation] : descriptorMethods()) {
     const SurfaceFeatures a = describe(sheet(), keypoints, method, 0.03),
@@ -60,8 +61,9 @@ TEST(Descriptors, DoNotDependOnThreads) {
 }
 
 TEST(Descriptors, LeaveOutKeypointsWithoutNeighbors) {
-  PointCloud cloud = wavySheet(60, 0.3);
+  PointCloud cloud = painted(wavySheet(60, 0.3));
   cloud.points.emplace_back(5.F, 5.F, 5.F);
+  cloud.colors.emplace_back(0, 0, 0);
   cloud.normals.emplace_back(0.F, 0.F, -1.F);
   const Surface surface("lonely", cloud);
   const auto last = static_cast<std::uint32_t>(surface.size() - 1);
@@ -77,13 +79,32 @@ TEST(Descriptors, LeaveOutKeypointsWithoutNeighbors) {
 TEST(Descriptors, RefuseWhatCannotBe) {
   const auto keypoints = everyNth(sheet(), 100);
   EXPECT_THAT([&] { describe(sheet(), keypoints, "sift", 0.03); },
-              FailsWith(ErrorCode::unknownName, "sift", "shot, fpfh, spin-image"));
+              FailsWith(ErrorCode::unknownName, "sift", "shot, shot-color, fpfh, spin-image"));
   EXPECT_THAT([&] { describe(sheet(), keypoints, "shot", 0); },
               FailsWith(ErrorCode::invalidOption, "sheet", "descriptor radius"));
   EXPECT_THAT([&] { describe(sheet(), keypoints, "shot", 35); },
               FailsWith(ErrorCode::mismatch, "sheet", "35"));
   EXPECT_THAT([&] { describe(sheet(), keypoints, "fpfh", 0.0001); },
               FailsWith(ErrorCode::mismatch, "sheet", "0.0001"));
+  const Surface gray("gray", wavySheet(90, 0.3));
+  EXPECT_THAT([&] { describe(gray, keypoints, "shot-color", 0.03); },
+              FailsWith(ErrorCode::invalidInput, "gray", "no colors"));
+}
+
+TEST(Descriptors, ColorShotTellsTexturesApartThatHaveOneShape) {
+  PointCloud plain = wavySheet(90, 0.3), stripes = painted(plain);
+  plain.colors.assign(plain.points.size(), {40, 40, 200});
+  const Surface a("plain", plain), b("stripes", stripes);
+  const auto keypoints = everyNth(a, 97);
+  const auto difference = [&](const std::string& method) {
+    const SurfaceFeatures x = describe(a, keypoints, method, 0.03), y = describe(b, keypoints, method, 0.03);
+    double sum = 0;
+    for (std::size_t i = 0; i < x.descriptors.values().size(); ++i)
+      sum += std::pow(static_cast<double>(x.descriptors.values()[i] - y.descriptors.values()[i]), 2);
+    return sum / static_cast<double>(x.size());
+  };
+  EXPECT_EQ(difference("shot"), 0);
+  EXPECT_GT(difference("shot-color"), 0.1);
 }
 
 TEST(Surface, AdvisesARadiusThatItAcceptsHoweverFewItsPoints) {
@@ -117,7 +138,7 @@ TEST(Descriptors, ExtremeSurfacesGiveNoNonsense) {
     twins.normals.push_back(plane.normals.back());
   }
   for (const PointCloud& cloud : {plane, twins}) {
-    const Surface surface("extreme", cloud);
+    const Surface surface("extreme", painted(cloud));
     for (const auto& [method, explanation] : descriptorMethods()) {
       const SurfaceFeatures features = describe(surface, everyNth(surface, 7), method, 0.05);
       EXPECT_GT(features.size(), 0U) << method;
@@ -151,10 +172,19 @@ Deviation deviation(const std::vector<float>& ours, const std::vector<float>& pc
 TEST(Descriptors, ShotIsPclsWithinRounding) {
   const auto keypoints = everyNth(sheet(), 11);
   std::vector<float> ours;
-  describeShot(sheet(), keypoints, localFrames(sheet(), keypoints, 0.03, 1), 0.03, 1, ours);
+  describeShot(sheet(), keypoints, localFrames(sheet(), keypoints, 0.03, 1), 0.03, false, 1, ours);
   const Deviation d = deviation(ours, test::pclShot(sheet(), keypoints, 0.03), 352);
   EXPECT_LT(d.mean, 1e-4);
   EXPECT_LT(d.most, 0.05);  // a point that rounding puts on the other side of a border
+}
+
+TEST(Descriptors, ColorShotIsPclsWithinItsTable) {
+  const auto keypoints = everyNth(sheet(), 11);
+  std::vector<float> ours;
+  describeShot(sheet(), keypoints, localFrames(sheet(), keypoints, 0.03, 1), 0.03, true, 1, ours);
+  const Deviation d = deviation(ours, test::pclColorShot(painted(wavySheet(90, 0.3)), keypoints, 0.03), 1344);
+  EXPECT_LT(d.mean, 0.01);  // PCL looks CIELAB up in a table of 4,000 steps of light …
+  EXPECT_LT(d.most, 0.15);  // … by which points that share a color may be on the other side of a border
 }
 
 TEST(Descriptors, FpfhIsPclsWithinRounding) {

@@ -326,7 +326,8 @@ TEST(Recognizer, RefusesOptionsThatMakeNoSense) {
     return FailsWith(ErrorCode::invalidOption, name, value);
   };
   EXPECT_THAT(refused([](auto& o) { o.keypoints = "sift"; }), unknown("sift", "uniform, harris3d, iss"));
-  EXPECT_THAT(refused([](auto& o) { o.descriptor = "sift"; }), unknown("sift", "shot, fpfh, spin-image"));
+  EXPECT_THAT(refused([](auto& o) { o.descriptor = "sift"; }),
+              unknown("sift", "shot, shot-color, fpfh, spin-image"));
   EXPECT_THAT(refused([](auto& o) { o.grouping = "ransac"; }),
               unknown("ransac", "geometric-consistency, hough, local-frames"));
   EXPECT_THAT(refused([](auto& o) { o.verification = "none"; }),
@@ -378,7 +379,6 @@ TEST(RecognitionOptions, PresetsOfTheThesisDifferByTheirLengths) {
                                        {"verification", "evidence"},
                                        {"neighbors", "30"},
                                        {"max-hypotheses", "300"},
-                                       {"accept", "0.23"},
                                        {"scene-filter.gng.signals-per-insertion", "25"}}));
   EXPECT_EQ(changed("thesis"), (Texts{{"match-each", "scene"},
                                       {"neighbors", "1"},
@@ -430,7 +430,7 @@ TEST(Recognizer, DetectsAllModelsThatItKnows) {
   EXPECT_TRUE(isFound(found, scenery));
   std::set<std::string> names;
   for (const Detection& detection : found) names.insert(detection.model);
-  EXPECT_THAT(names, testing::ElementsAre("again", "model"));
+  EXPECT_THAT(names, testing::ElementsAre("model")) << "what one instance explains does not support another";
   EXPECT_EQ(found[0].pose.matrix, findIn({}, scenery.model, scenery.scene)[0].pose.matrix);
 }
 

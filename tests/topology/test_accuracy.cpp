@@ -70,6 +70,26 @@ TEST(LocalizationAccuracy, AZoneIsInTheRoomOfMostOfItsFrames) {
       measureLocalization(map, frames, {0, 1, 2, 3}, std::vector<Localization>(4), {}, {}).beliefZoneRoom);
 }
 
+TEST(LocalizationSummary, NeedsNoTruth) {
+  std::vector<Localization> answers(5);
+  const int nodes[] = {3, 1, 3, 3, 1};
+  const double confidences[] = {0.9, 0.25, 0.5, 0.75, 0.125};
+  for (std::size_t i = 0; i < 5; ++i) {
+    answers[i].beliefNode = nodes[i];
+    answers[i].confidence = confidences[i];
+  }
+  LocalizationSummary summary = summarizeLocalization(answers);
+  EXPECT_EQ(summary.medianConfidence, 0.5);
+  EXPECT_FALSE(summary.unmapped) << "the map has no poses";
+  ASSERT_EQ(summary.places.size(), 2U);
+  EXPECT_EQ(summary.places[0].node, 3);
+  EXPECT_EQ(summary.places[0].frames, 3U);
+  EXPECT_EQ(summary.places[0].medianConfidence, 0.75);
+  for (std::size_t i = 0; i < 5; ++i) answers[i].unmapped = i < 2 ? 0.9 : 0.1;
+  EXPECT_EQ(summarizeLocalization(answers).unmapped, 0.4);
+  EXPECT_FALSE(summarizeLocalization({}).medianConfidence);
+}
+
 TEST(LocalizationAccuracy, RecallIsUnknownWithoutPosesOrTable) {
   EXPECT_FALSE(measured({Frame(), Frame()}, {nearest(0, 0), nearest(1, 1)}).nearestImage.recall);
 }

@@ -104,6 +104,8 @@ TEST(PlacesJson, HoldsPlacesAndWords) {
   EXPECT_EQ(office.at("room"), "office");
   EXPECT_EQ(office.at("position"), json({8.0, 0.5, 0.0}));
   EXPECT_EQ(office.at("frames"), 2);
+  EXPECT_EQ(office.at("frame_ranges"), json::parse("[[4, 5]]"));
+  EXPECT_EQ(parsed["places"][1].at("frame_ranges"), json::parse("[[2, 3], [6, 6]]")) << "visited twice";
   ASSERT_EQ(office.at("words").size(), 2U);
   EXPECT_EQ(office["words"][0].at("label"), "desk");
   EXPECT_NEAR(office["words"][0].at("p").get<double>(), 0.75, 1e-6);

@@ -98,6 +98,20 @@ TEST(EditAreas, RefuseNamesThatWouldBeNumbers) {
   EXPECT_EQ(readWorld(file).areas[1].givenName, "");
 }
 
+TEST(EditAreas, RefuseNamesThatDifferInCaseOrBlanksAlone) {
+  const ScratchFolder folder;
+  const fs::path file = folder / "home.estancia";
+  test::writeWorld(sampleWorld(), file);
+  nameArea(file, "0", "Workshop");
+  EXPECT_THAT([&] { nameArea(file, "1", "workshop"); },
+              FailsWith(ErrorCode::invalidInput, "\"workshop\"", "\"Workshop\""));
+  EXPECT_THAT([&] { nameArea(file, "1", " Workshop"); },
+              FailsWith(ErrorCode::invalidInput, "\" Workshop\"", "\"Workshop\""));
+  nameArea(file, "0", "workshop");  // its own name in another case
+  nameArea(file, "1", "workshop");
+  EXPECT_EQ(readWorld(file).areas[1].displayName(), "workshop");
+}
+
 TEST(EditAreas, MergeOnlyWhatTouches) {
   const ScratchFolder folder;
   const fs::path file = folder / "home.estancia";

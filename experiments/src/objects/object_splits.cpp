@@ -135,6 +135,7 @@ ObjectSplitsResults runTask(const ObjectSplitsOptions& options, const ObjectTask
                             Progress& progress) {
   ObjectSplitsResults results;
   results.task = &task;
+  results.thesisTables = options.thesisTables;
   results.methods = methodsOf(task.data->trials);
   std::vector<Trial> trials;
   std::vector<Cell> cells;
@@ -198,7 +199,7 @@ Findings splitObjects(const ObjectSplitsOptions& options, Grid& grid, const Expe
     addFacts(task, findings);
     instances |= task.data->split == ObjectSplitsOptions::Split::instances;
   }
-  if (instances)
+  if (options.thesisTables && instances)
     findings.sections.emplace_back(readThesisTable(thesisObjectsCsv, 1)
                                        .resultTable({"The thesis, other data",
                                                      "8 objects × 3 instances, 500 samples an object as "

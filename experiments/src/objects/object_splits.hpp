@@ -73,6 +73,8 @@ struct ObjectSplitsOptions {
   std::uint64_t splitSeed = 1;
   /// Folds of the cross-validation in which classifiers choose their parameters.
   int folds = 5;
+  /// The thesis' accuracies beside.
+  bool thesisTables = false;
   std::vector<Data> data;
 };
 

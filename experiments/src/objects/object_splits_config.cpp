@@ -60,6 +60,7 @@ OptionGroup declare(ObjectSplitsOptions& options) {
   group.add("splits", &options.splits, "Random splits").range(1, 100'000);
   group.add("split-seed", &options.splitSeed, "Seed of the random splits").range(0, maxSeed);
   group.add("folds", &options.folds, "Folds of the cross-validation").range(2, 100);
+  group.add("thesis-tables", &options.thesisTables, "The thesis' accuracies beside, of its own objects");
   return group;
 }
 

@@ -78,7 +78,7 @@ std::string noiseText(const ObjectTask& task) {
   return noise > 0 ? fmt::format(", label noise {:g} %", 100 * noise) : "";
 }
 
-/// Mean, best and worst, beside the thesis' where the protocol is its.
+/// Mean, best and worst; beside the thesis' where it is asked for and the protocol is its.
 void addProtocol(const Results& results, Findings& findings) {
   const ObjectTask& task = *results.task;
   using Values = std::vector<double>;
@@ -109,7 +109,8 @@ void addProtocol(const Results& results, Findings& findings) {
       [&](const Row& row, std::size_t m) {
         return of(row, [&](std::size_t s) { return results.accuracy(m, 0, s); });
       });
-  if (task.data->split == ObjectSplitsOptions::Split::instances && task.data->machineNames) {
+  if (results.thesisTables && task.data->split == ObjectSplitsOptions::Split::instances &&
+      task.data->machineNames) {
     const ThesisTable thesis = readThesisTable(thesisObjectsCsv, 1);
     table.caption = "Best and worst: of each column by itself. The thesis: other data, as many splits.";
     table.columns.push_back({"thesis: labeler [%]", 1});

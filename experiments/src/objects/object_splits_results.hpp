@@ -39,6 +39,8 @@ struct ObjectSplitsResults {
   std::vector<int> learnedFrom;
   /// [(method · noises + noise) · splits + split].
   std::vector<ObjectAnswers> cells;
+  /// The thesis' accuracies beside, where the protocol is its.
+  bool thesisTables = false;
 
   std::size_t indexOf(std::size_t method, std::size_t noise, std::size_t split) const {
     return (method * task->data->trials.noises.size() + noise) * task->splits.size() + split;

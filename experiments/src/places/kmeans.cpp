@@ -15,13 +15,12 @@ std::vector<int> kMeans(const DescriptorMatrix& rows, std::size_t k, const KMean
         ErrorCode::invalidInput,
         fmt::format("{} rows cannot be split into {} clusters; choose 1 to {}", rows.size(), k, rows.size()));
   if (options.restarts < 1) throw Error(ErrorCode::invalidOption, "restarts is 0; give at least 1");
-  constexpr int iterations = 100;  // OpenCV's maximum; a few dozen are usual
   const SeededGenerator generator(options.seed);
   const cv::Mat points(static_cast<int>(rows.size()), static_cast<int>(rows.labels()), CV_32F,
                        const_cast<float*>(rows.values().data()));  // only read
   std::vector<int> clusters;
   cv::kmeans(points, static_cast<int>(k), clusters,
-             {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, iterations, 0.0},
+             {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, static_cast<int>(options.iterations), 0.0},
              static_cast<int>(options.restarts), cv::KMEANS_PP_CENTERS);
   return clusters;
 }

@@ -14,6 +14,8 @@ struct KMeansOptions {
   /// The most compact of so many clusterings is kept.
   std::size_t restarts = 5;
   std::uint64_t seed = 1;
+  /// Of each clustering at most; 100 is OpenCV's maximum, a few dozen are usual.
+  std::size_t iterations = 100;
 };
 
 /// Splits the rows into k clusters with small squared Euclidean distances to the clusters' means (Lloyd's

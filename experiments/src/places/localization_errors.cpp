@@ -54,7 +54,9 @@ CellResults findAgain(const LocalizationErrorsOptions::Drive& drive, const Local
   return results;
 }
 
-LocalizationErrorsOptions::Drive readPair(ConfigFile& config, const toml::table& table) {
+}  // namespace
+
+LocalizationErrorsOptions::Drive readDrivePair(ConfigFile& config, const toml::table& table) {
   LocalizationErrorsOptions::Drive drive;
   const toml::table* again = nullptr;
   drive.mapped =
@@ -65,8 +67,6 @@ LocalizationErrorsOptions::Drive readPair(ConfigFile& config, const toml::table&
   config.read(*again, sourceKeys(config, drive.again, false));
   return drive;
 }
-
-}  // namespace
 
 LocalizationErrorsOptions readLocalizationErrors(ConfigFile& config) {
   LocalizationErrorsOptions options;
@@ -81,7 +81,8 @@ LocalizationErrorsOptions readLocalizationErrors(ConfigFile& config) {
                      })},
                {"drive", true, "[[drive]] names a drive to map, [drive.again] the one to find",
                 [&](auto& n) { drives = &config.list(n); }}});
-  for (const toml::node& node : *drives) options.drives.push_back(readPair(config, config.subtable(node)));
+  for (const toml::node& node : *drives)
+    options.drives.push_back(readDrivePair(config, config.subtable(node)));
   return options;
 }
 

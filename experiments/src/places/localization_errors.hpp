@@ -38,6 +38,9 @@ struct LocalizationErrorsOptions {
   std::vector<Drive> drives;
 };
 
+/// Reads a drive, its `truth`, and the one to find from `[drive.again]`. Throws Error as below.
+LocalizationErrorsOptions::Drive readDrivePair(ConfigFile& config, const toml::table& table);
+
 /// Throws Error `file:line: …` on unknown, missing or wrong keys.
 LocalizationErrorsOptions readLocalizationErrors(ConfigFile& config);
 

@@ -5,10 +5,12 @@
 #include <cstddef>
 #include <filesystem>
 #include <memory>
+#include <vector>
 
 #include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/topology/accuracy.hpp"
 #include "estancia/topology/localizer_map.hpp"
+#include "estancia/topology/mapper.hpp"
 #include "experiments/src/runner/scratch_file.hpp"
 
 namespace estancia::experiments {
@@ -17,11 +19,24 @@ namespace estancia::experiments {
 /// written.
 class ScratchMap : public ScratchFile {
  public:
-  ScratchMap(const DescriptorSequence& recording, std::filesystem::path path);
+  ScratchMap(const DescriptorSequence& recording, std::filesystem::path path,
+             const MapperOptions& options = {});
 };
 
+/// The same images, as taken by a robot that does not know where it is.
+DescriptorSequence withoutPoses(DescriptorSequence recording);
+
 /// Localizes the frames of `queries` in order, each answered `lookahead` frames later, with the other options
-/// of the localizer as they are, and measures the answers (measureLocalization()).
+/// of the localizer as they are. An answer a frame.
+std::vector<Localization> locate(const DescriptorSequence& queries, std::shared_ptr<const LocalizerMap> map,
+                                 std::size_t lookahead);
+
+/// How right answers to all frames of a drive are in `map` (measureLocalization()).
+LocalizationAccuracy measureAnswers(const TopologicalMap& map, const std::vector<Frame>& frames,
+                                    const std::vector<Localization>& answers,
+                                    const AdmissibleImages& truth = {});
+
+/// Both together.
 LocalizationAccuracy findDrive(const DescriptorSequence& queries, std::shared_ptr<const LocalizerMap> map,
                                std::size_t lookahead, const AdmissibleImages& truth = {});
 

@@ -56,11 +56,6 @@ std::size_t countOf(std::vector<std::string> names) {
   return different.size();
 }
 
-DescriptorSequence withoutPoses(DescriptorSequence recording) {
-  for (Frame& frame : recording.frames) frame.pose.reset();
-  return recording;
-}
-
 Clusters placesIn(const DescriptorSequence& recording, const fs::path& scratch) {
   const ScratchMap file(recording, scratch);
   Clusters clusters;

@@ -20,7 +20,7 @@ namespace estancia::experiments {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr const char* magic = "ESTANCIA FILTERED CLOUD 1\n";
+constexpr const char* magic = "ESTANCIA FILTERED CLOUD 2\n";
 constexpr std::size_t digestBytes = 64, mostFileBytes = std::size_t{1} << 32;
 constexpr const char* ending = ".cloud";
 
@@ -37,12 +37,26 @@ std::vector<cv::Point3f> pointsOf(const std::vector<float>& coordinates) {
   return points;
 }
 
+std::vector<std::uint8_t> levelsOf(const std::vector<cv::Vec3b>& colors) {
+  std::vector<std::uint8_t> levels;
+  for (const cv::Vec3b& c : colors) levels.insert(levels.end(), {c[0], c[1], c[2]});
+  return levels;
+}
+
+std::vector<cv::Vec3b> colorsOf(const std::vector<std::uint8_t>& levels) {
+  std::vector<cv::Vec3b> colors;
+  for (std::size_t i = 0; i + 2 < levels.size(); i += 3)
+    colors.emplace_back(levels[i], levels[i + 1], levels[i + 2]);
+  return colors;
+}
+
 std::string toBytes(const FilteredClouds::Filtered& filtered, const std::string& key) {
   ByteWriter writer;
   writer.text(key);
   writer.number(filtered.seconds);
   writer.numbers(coordinatesOf(filtered.cloud.points));
   writer.numbers(coordinatesOf(filtered.cloud.normals));
+  writer.numbers(levelsOf(filtered.cloud.colors));
   return magic + sha256(writer.bytes()) + writer.bytes();
 }
 
@@ -60,6 +74,7 @@ std::optional<FilteredClouds::Filtered> fromFile(const fs::path& file, const std
     filtered.seconds = reader.number<double>();
     filtered.cloud.points = pointsOf(reader.numbers<float>());
     filtered.cloud.normals = pointsOf(reader.numbers<float>());
+    filtered.cloud.colors = colorsOf(reader.numbers<std::uint8_t>());
     filtered.cloud.width = filtered.cloud.points.size();
     filtered.cloud.height = 1;
     return filtered;
@@ -78,8 +93,9 @@ std::string FilteredClouds::describe(const FilterOptions& filter) {
   std::string text = fmt::format("{} {} {}", filter.method, filter.points, filter.leaf);
   if (filter.method == "gng") {
     const GngOptions& g = filter.gng;
-    text += fmt::format(" {} {} {} {} {} {} {} {} {}", g.signalsPerInsertion, g.winnerRate, g.neighborRate,
-                        g.insertionDecay, g.errorDecay, g.maxAge, g.seed, g.quantizationError, g.seconds);
+    text += fmt::format(" {} {} {} {} {} {} {} {} {} {}", g.signalsPerInsertion, g.winnerRate, g.neighborRate,
+                        g.insertionDecay, g.errorDecay, g.maxAge, g.colorWeight, g.seed, g.quantizationError,
+                        g.seconds);
   }
   return text;
 }
@@ -95,7 +111,6 @@ FilteredClouds::Filtered FilteredClouds::get(const std::string& origin, const Fi
   const auto start = std::chrono::steady_clock::now();
   Filtered filtered{filterCloud(cloud, filter, silent), 0};
   filtered.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  filtered.cloud.colors.clear();  // nothing that follows looks at them
   if (mostBytes_ == 0) return filtered;
   std::error_code problem;
   fs::create_directories(folder_, problem);

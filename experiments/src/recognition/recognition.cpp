@@ -20,7 +20,7 @@
 namespace estancia::experiments {
 namespace {
 
-constexpr int recognitionVersion = 3;  // of what follows: units of another one are computed anew
+constexpr int recognitionVersion = 4;  // of what follows: units of another one are computed anew
 
 /// Moves `count` of them, drawn without putting back, to the front; the same on every machine.
 template <class T>
@@ -47,6 +47,7 @@ CellResults toResults(const RecognitionExperimentOptions& options, const ModelPa
     const std::string at = placeOf(options, pairs, search.modelFilter, search.model);
     results.push_back({"verified", at, search.verified ? 1.0 : 0.0});
     results.push_back({"correct", at, search.correct ? 1.0 : 0.0});
+    results.push_back({"extra", at, static_cast<double>(search.extra)});
     results.push_back({"failed", at, search.problem.empty() ? 0.0 : 1.0});
     if (!search.problem.empty()) results.push_back({std::string(reasonPrefix) + search.problem, at, 1});
     results.push_back({"seconds", at, search.seconds});
@@ -206,6 +207,7 @@ class Units {
         ++cell.pairs;
         cell.verified += says("verified");
         cell.correct += says("correct");
+        cell.extra += static_cast<std::size_t>(unit.get("extra", at));
         cell.correctBySeed.back() += says("correct");
         cell.filterSeconds += filter;
         cell.modelSeconds += unit.get("model_seconds", at);
@@ -275,7 +277,8 @@ Findings compareRecognitionBy(const RecognitionExperimentOptions& options, const
       units.cells(work),
       [&](std::size_t t) { return toResults(options, pairs, work.recognize(units.tasks()[t])); }, progress,
       "recognizing");
-  const RecognitionResults results = units.aggregate(found);
+  RecognitionResults results = units.aggregate(found);
+  results.thesisTables = options.thesisTables;
   units.addRows(grid);
 
   Findings findings = findingsOf(results);
@@ -313,6 +316,7 @@ Findings compareRecognition(const RecognitionExperimentOptions& options, Grid& g
   refuseModels(run, "recognition");
   ModelPairs pairs = readModelPairs(options.pairs, options.columns);
   if (!options.scenes.empty()) pairs = onlyScenes(pairs, options.scenes);
+  if (options.clutter.scenes > 0) pairs = withClutter(pairs, options.clutter, run.folder / "clutter");
   RecognitionStages stages(options, pairs, run.folder);
   return compareRecognitionBy(options, pairs, stages, grid, run, progress);
 }

@@ -15,6 +15,7 @@
 #include "estancia/core/options.hpp"
 #include "estancia/core/progress.hpp"
 #include "experiments/src/findings/findings.hpp"
+#include "experiments/src/recognition/clutter.hpp"
 #include "experiments/src/recognition/model_pairs.hpp"
 #include "experiments/src/runner/experiment.hpp"
 #include "experiments/src/runner/grid.hpp"
@@ -73,6 +74,12 @@ struct RecognitionExperimentOptions {
   /// Largest rotation error of a correct pose [degrees].
   double rotation = 15;
   std::vector<Symmetry> symmetries;
+  /// The thesis' numbers beside: for its pairs (Tombari, Salti, Di Stefano's Kinect data set).
+  bool thesisTables = false;
+  /// Scenes that are made of the models of `pairs`, in place of its own.
+  ClutterOptions clutter;
+  /// Whether each scene is moved into a frame of its own, as of a map: nobody says where the sensor was.
+  bool elsewhere = false;
   /// Size of the cache of filtered clouds in the experiment's folder.
   std::size_t keptMegabytes = 4096;
 };
@@ -107,6 +114,8 @@ struct RecognitionSearch {
   bool verified = false;
   /// The best one lies where the model does.
   bool correct = false;
+  /// Instances at true poses, and others: of another model's surface, or of the same pose again.
+  std::size_t right = 0, extra = 0;
   /// Why it could not be looked for, as nothing could be described; else "".
   std::string problem;
   /// Time of the search without filtering and describing the scene.

@@ -65,6 +65,8 @@ OptionGroup declare(RecognitionExperimentOptions& options) {
   group.add("max-rotation", &options.rotation, "Largest rotation error of a correct pose")
       .unit("degrees")
       .range(0, 180);
+  group.add("thesis-tables", &options.thesisTables, "The thesis' tables beside, where the pairs are its own");
+  group.add("elsewhere", &options.elsewhere, "Move each scene into a frame without a known viewpoint");
   group.add("kept-mb", &options.keptMegabytes, "Size of the cache of filtered clouds")
       .unit("MB")
       .range(0, 1e7);
@@ -82,6 +84,7 @@ RecognitionExperimentOptions readRecognition(ConfigFile& config) {
   };
   const auto noise = [&config](const toml::node& node) { return config.number(node, 0, 1000); };
   const toml::array* symmetries = nullptr;
+  const toml::table* clutter = nullptr;
   config.read(together(
       keysOf(config, declare(options)),
       {{"type", true, "the kind of experiment", [](auto&) {}},
@@ -96,7 +99,9 @@ RecognitionExperimentOptions readRecognition(ConfigFile& config) {
        {"keypoints", false, "", each(config, options.keypoints, oneOf(config, keypointMethods()))},
        {"descriptors", false, "", each(config, options.descriptors, oneOf(config, descriptorMethods()))},
        {"absent", false, "", [&](auto& n) { readAbsent(config, n, options); }},
+       {"clutter", false, "", [&](auto& n) { clutter = &config.subtable(n); }},
        {"symmetry", false, "", [&](auto& n) { symmetries = &config.list(n); }}}));
+  if (clutter != nullptr) config.read(*clutter, keysOf(config, declare(options.clutter)));
   if (symmetries != nullptr)
     for (const toml::node& one : *symmetries)
       options.symmetries.push_back(readSymmetry(config, config.subtable(one)));

@@ -34,7 +34,7 @@ Findings findingsOf(const RecognitionResults& results) {
   addOverviews(results, findings);
   addOverall(results, findings);
   addCurves(results, findings);
-  addThesisTables(results, findings);
+  addByDetector(results, findings);
   std::size_t failed = 0, all = 0;
   for (const RecognitionCell& cell : results.cells) {
     failed += cell.failed;

@@ -29,6 +29,7 @@ CellResults RecognitionCell::toResults() const {
                                        {"absent", absent},
                                        {"failed", failed},
                                        {"seeds", seeds},
+                                       {"extra_instances", extra},
                                        {"correct_least", least == correctBySeed.end() ? 0 : *least},
                                        {"correct_most", most == correctBySeed.end() ? 0 : *most}})
     results.push_back({measure, "", static_cast<double>(count)});

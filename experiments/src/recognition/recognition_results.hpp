@@ -16,6 +16,8 @@ namespace estancia::experiments {
 /// Counts over all pairs and seeds.
 struct RecognitionCell {
   std::size_t seeds = 0, pairs = 0, verified = 0, correct = 0;
+  /// Instances of models that are there, beyond their true poses.
+  std::size_t extra = 0;
   std::size_t absent = 0, falsePositives = 0;
   /// Searches, present or absent, with nothing to describe.
   std::size_t failed = 0;
@@ -69,6 +71,8 @@ struct RecognitionResults {
   std::vector<RecognitionCell> cells;
   /// Different reasons, as far as they are known.
   std::vector<RecognitionFailure> failures;
+  /// The thesis' numbers beside.
+  bool thesisTables = false;
 
   /// Which of each list a cell is of.
   struct Place {

@@ -12,6 +12,7 @@
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/io/cloud_file.hpp"
+#include "estancia/recognition/pose_candidates.hpp"
 #include "estancia/recognition/prepared.hpp"
 #include "estancia/recognition/recognizer.hpp"
 #include "experiments/src/recognition/pose_error.hpp"
@@ -36,11 +37,11 @@ RecognitionOptions optionsOf(const RecognitionUnit& unit) {
 }
 
 std::string describe(const RecognitionOptions& o) {
-  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", o.surface, o.keypoints,
+  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", o.surface, o.keypoints,
                      o.descriptor, o.grouping, o.verification, o.normalRadius, o.normalNeighbors,
                      o.keypointSpacing, o.sceneKeypointSpacing, o.descriptorRadius, o.consistency,
-                     o.tolerance, o.matchEach, o.neighbors, o.matchDistance, o.minMatches, o.maxHypotheses,
-                     o.accept);
+                     o.tolerance, o.colorTolerance, o.matchEach, o.neighbors, o.matchDistance, o.minMatches,
+                     o.maxHypotheses, o.accept, o.falseAlarmRate);
 }
 
 /// As the preset would filter: it may need fewer signals of a neural gas.
@@ -68,6 +69,12 @@ std::string problemOf(const Work& work) {
   } catch (const Error& problem) {
     return problem.what();
   }
+}
+
+PointCloud movedBy(const cv::Affine3d& frame, PointCloud cloud) {
+  for (cv::Point3f& p : cloud.points) p = frame * cv::Point3d(p);
+  for (cv::Point3f& n : cloud.normals) n = cv::Vec3f(frame.rotation() * cv::Vec3d(n.x, n.y, n.z));
+  return cloud;
 }
 
 /// Makes what the search needs of both; the scene may be described again for a model of another size.
@@ -128,7 +135,7 @@ RecognitionStages::~RecognitionStages() = default;
 std::string RecognitionStages::inputs(const RecognitionUnit& unit) const {
   std::string text = describe(optionsOf(unit)) + "\n" + sceneDigests_[unit.scene] + "\n" +
                      FilteredClouds::describe(filterOf(unit.preset, unit.sceneFilter, unit.size)) + "\n" +
-                     fmt::format("{} {}\n", options_.translation, options_.rotation);
+                     fmt::format("{} {} {}\n", options_.translation, options_.rotation, options_.elsewhere);
   for (const std::string& filter : options_.modelFilters)
     text += FilteredClouds::describe(filterOf(unit.preset, filter, options_.modelPoints)) + "\n";
   for (const Model& model : models_) {
@@ -164,6 +171,10 @@ bool RecognitionStages::isCorrect(const RecognitionTask& task, std::size_t model
   return false;
 }
 
+cv::Affine3d RecognitionStages::frameOf(const RecognitionUnit& unit) const {
+  return options_.elsewhere ? randomFrame(unit.scene + 1) : cv::Affine3d::Identity();
+}
+
 void RecognitionStages::look(const RecognitionTask& task, RecognitionFound& found) {
   const RecognitionUnit& unit = task.unit;
   const auto& [name, file] = pairs_.scenes[unit.scene];
@@ -177,10 +188,16 @@ void RecognitionStages::look(const RecognitionTask& task, RecognitionFound& foun
   const auto recipe = recipeOf(unit);
   const auto start = Clock::now();
   std::shared_ptr<const PreparedScene> scene;
-  const std::string problem =
-      problemOf([&] { scene = recipe->recognizer.prepareScene(name, noisy, filtered.cloud); });
+  const std::string problem = problemOf([&] {
+    const cv::Affine3d frame = frameOf(unit);
+    scene = recipe->recognizer.prepareScene(name, movedBy(frame, noisy), movedBy(frame, filtered.cloud));
+  });
   found.describeSeconds = secondsSince(start);
-  for (RecognitionSearch& search : found.searches) {
+  // Models of one filter are verified together.
+  std::vector<std::vector<PoseCandidates>> candidates(options_.modelFilters.size());
+  std::map<std::pair<std::size_t, std::string>, std::size_t> searchOf;  // of filter and model
+  for (std::size_t s = 0; s < found.searches.size(); ++s) {
+    RecognitionSearch& search = found.searches[s];
     if (interrupted()) throw Interrupted("");
     const auto preparing = Clock::now();
     const Entry& entry = modelOf(*recipe, search);
@@ -189,12 +206,37 @@ void RecognitionStages::look(const RecognitionTask& task, RecognitionFound& foun
     if (!search.problem.empty()) continue;
     search.modelSeconds = secondsSince(preparing);
     const auto looking = Clock::now();
-    std::vector<Detection> instances;
-    search.problem = problemOf([&] { instances = recipe->recognizer.find(*entry.model, *scene); });
+    std::vector<PoseCandidates>& together = candidates[search.modelFilter];
+    search.problem = problemOf([&] { together.push_back(recipe->recognizer.search(*entry.model, *scene)); });
     search.seconds = secondsSince(looking);
-    search.verified = !instances.empty();
-    search.correct = search.verified && isCorrect(task, search.model, instances.front().pose);
+    if (search.problem.empty()) searchOf[{search.modelFilter, pairs_.models[search.model].name}] = s;
   }
+  for (std::size_t filter = 0; filter < candidates.size(); ++filter) {
+    const auto verifying = Clock::now();
+    const std::vector<Detection> detections = recipe->recognizer.verify(candidates[filter]);
+    const double seconds =
+        secondsSince(verifying) / static_cast<double>(std::max<std::size_t>(candidates[filter].size(), 1));
+    for (const auto& [place, s] : searchOf)
+      if (place.first == filter) found.searches[s].seconds += seconds;
+    for (const Detection& detection : detections) {
+      RecognitionSearch& search = found.searches[searchOf.at({filter, detection.model})];
+      const bool correct = isCorrect(task, search.model, frameOf(unit).inv() * detection.pose);
+      if (!search.verified) search.correct = correct;
+      search.verified = true;
+      (correct ? search.right : search.extra) += 1;
+    }
+  }
+  for (RecognitionSearch& search : found.searches) {  // several at one true pose
+    const std::size_t poses = posesOf(task, search.model);
+    if (search.right > poses) search.extra += search.right - poses;
+  }
+}
+
+std::size_t RecognitionStages::posesOf(const RecognitionTask& task, std::size_t model) const {
+  std::size_t count = 0;
+  for (const ModelPairs::Pair& pair : pairs_.pairs)
+    if (pair.scene == task.unit.scene && pair.model == model) count += pair.poses.size();
+  return count;
 }
 
 const RecognitionStages::Entry& RecognitionStages::modelOf(Recipe& recipe, const RecognitionSearch& search) {

@@ -44,6 +44,10 @@ class RecognitionStages final : public RecognitionWork {
   std::shared_ptr<Recipe> recipeOf(const RecognitionUnit& unit);
   void look(const RecognitionTask& task, RecognitionFound& found);
   const Entry& modelOf(Recipe& recipe, const RecognitionSearch& search);
+  /// T_searched_scene.
+  cv::Affine3d frameOf(const RecognitionUnit& unit) const;
+  /// True poses of the model in the task's scene.
+  std::size_t posesOf(const RecognitionTask& task, std::size_t model) const;
   bool isCorrect(const RecognitionTask& task, std::size_t model, const cv::Affine3d& pose) const;
 
   const RecognitionExperimentOptions& options_;

@@ -82,35 +82,40 @@ void addThesis(const std::string& descriptor, const std::string& keypoint, Findi
   }
 }
 
-/// Table 2.17 in all scores, beside the thesis'.
+/// Table 2.17 in all scores.
 ResultTable overall(const RecognitionResults& r, std::size_t preset) {
   const ThesisTable thesis = readThesisTable(thesisRecognitionMeansCsv, 2);
+  const std::size_t own = r.thesisTables ? 1 : 0;  // the first column that is not the thesis'
   std::vector<std::string> filters;
   for (const auto& [method, points] : r.sceneFilters)
     if (std::find(filters.begin(), filters.end(), method) == filters.end()) filters.push_back(method);
   ResultTable head{
       fmt::format("{}By descriptor, detector and filter of the scenes (Table 2.17)",
                   r.presets.size() > 1 ? r.presets[preset] + ": " : ""),
-      fmt::format(
-          "Mean percent over {} model filters, {} noise levels and the sizes. The thesis' is over three "
-          "model filters, six noise levels up to 10 mm and four sizes, and counts what is verified.",
-          r.modelFilters.size(), r.noises.size()),
+      fmt::format("Mean percent over {} model filters, {} noise levels and the sizes.{}",
+                  r.modelFilters.size(), r.noises.size(),
+                  r.thesisTables
+                      ? " The thesis' is over three model filters, six noise levels up to 10 mm and four "
+                        "sizes, and counts what is verified."
+                      : ""),
       "descriptor, keypoints",
       {},
       {},
       100};
-  for (const std::string& filter : filters)
-    for (const char* what : {"thesis", kVerified.name, kCorrect.name, kFalsePositives.name})
-      head.columns.push_back({fmt::format("{}: {}", filter, what), 1});
+  for (const std::string& filter : filters) {
+    if (r.thesisTables) head.columns.push_back({filter + ": thesis", 1});
+    for (const RecognitionScore& score : scores)
+      head.columns.push_back({fmt::format("{}: {}", filter, score.name), 1});
+  }
   std::vector<std::string> rows;
   for (const std::string& descriptor : r.descriptors)
     for (const std::string& keypoint : r.keypoints) rows.push_back(descriptor + ", " + keypoint);
-  constexpr std::size_t perFilter = 1 + scores.size();
+  const std::size_t perFilter = own + scores.size();
   return pivot(std::move(head), rows, [&](std::size_t row, std::size_t column) -> CellValue {
     const std::size_t d = row / r.keypoints.size(), k = row % r.keypoints.size();
     const std::string& filter = filters[column / perFilter];
-    if (column % perFilter == 0) return thesis.find({r.descriptors[d], r.keypoints[k]}, filter);
-    return r.mean(scores[column % perFilter - 1], [&](const Place& at) {
+    if (column % perFilter < own) return thesis.find({r.descriptors[d], r.keypoints[k]}, filter);
+    return r.mean(scores[column % perFilter - own], [&](const Place& at) {
       return at.preset == preset && at.descriptor == d && at.keypoint == k &&
              r.sceneFilters[at.sceneFilter].first == filter;
     });
@@ -124,13 +129,13 @@ void addOverall(const RecognitionResults& results, Findings& findings) {
     findings.sections.emplace_back(overall(results, p));
 }
 
-void addThesisTables(const RecognitionResults& r, Findings& findings) {
+void addByDetector(const RecognitionResults& r, Findings& findings) {
   for (std::size_t d = 0; d < r.descriptors.size(); ++d) {
     for (std::size_t k = 0; k < r.keypoints.size(); ++k) {
       for (std::size_t p = 0; p < r.presets.size(); ++p)
         for (const RecognitionScore& score : scores)
           findings.sections.emplace_back(byNoise(r, p, k, d, score));
-      addThesis(r.descriptors[d], r.keypoints[k], findings);
+      if (r.thesisTables) addThesis(r.descriptors[d], r.keypoints[k], findings);
     }
     if (r.keypoints.size() < 2) continue;
     for (std::size_t p = 0; p < r.presets.size(); ++p)
@@ -138,7 +143,7 @@ void addThesisTables(const RecognitionResults& r, Findings& findings) {
         findings.sections.emplace_back(byNoise(r, p, std::nullopt, d, score));
         findings.sections.emplace_back(bySize(r, p, d, score));
       }
-    addThesis(r.descriptors[d], "mean", findings);
+    if (r.thesisTables) addThesis(r.descriptors[d], "mean", findings);
   }
 }
 

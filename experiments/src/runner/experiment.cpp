@@ -12,6 +12,7 @@
 #include "estancia/classify/classifier.hpp"
 #include "estancia/core/config.hpp"
 #include "estancia/core/error.hpp"
+#include "experiments/src/features/feature_study.hpp"
 #include "experiments/src/objects/home_objects.hpp"
 #include "experiments/src/objects/home_segmentation.hpp"
 #include "experiments/src/objects/home_worlds.hpp"
@@ -24,6 +25,7 @@
 #include "experiments/src/places/revisits.hpp"
 #include "experiments/src/places/room_agreement.hpp"
 #include "experiments/src/places/word_positions.hpp"
+#include "experiments/src/recognition/color_recognition.hpp"
 #include "experiments/src/recognition/recognition.hpp"
 #include "experiments/src/runner/grid.hpp"
 #include "experiments/src/scenes/scenes.hpp"
@@ -91,6 +93,10 @@ struct Kind {
 };
 
 constexpr Kind kKinds[] = {
+    {"color-recognition", "known objects by shape and by color, where shape is ambiguous and where it is not",
+     colorRecognitionColumns, false, prepare<readColorRecognition, compareColors>},
+    {"features", "places by words, by inner layers of networks and by image features (thesis 4.6)",
+     featureStudyColumns, true, prepare<readFeatureStudy, compareFeatures>},
     {"few-examples", "rooms by a few images of each, by their names alone, and by both", fewExamplesColumns,
      true, prepare<readFewExamples, learnFromFew>},
     {"home-objects",

@@ -208,6 +208,7 @@ Findings compareScenes(const ScenesOptions& options, Grid& grid, const Experimen
   const ScenesData data = describeScenes(options, run, progress, notes);
   ScenesResults results;
   results.name = options.name;
+  results.thesisTables = options.thesisTables;
   numberTests(data, results);
   noteUnlearned(data, notes);
   for (const SceneDescriptor& descriptor : data.descriptors) {

@@ -71,6 +71,8 @@ struct ScenesOptions {
   /// Also pairs of a sequence with itself (without a split).
   bool sameSequence = true;
   std::optional<Subsets> subsets;
+  /// The thesis' Table 3.2 beside.
+  bool thesisTables = false;
   /// At least one.
   std::vector<Data> data;
 };

@@ -28,6 +28,7 @@ OptionGroup declare(ScenesOptions& options) {
   OptionGroup group("scenes", "Descriptors and classifiers of rooms.");
   group.add("folds", &options.folds, "Folds in which classifiers choose their parameters").range(2, 100);
   group.add("same-sequence", &options.sameSequence, "Also pairs of a sequence with itself");
+  group.add("thesis-tables", &options.thesisTables, "The thesis' Table 3.2 beside, of ViDRILO");
   return group;
 }
 

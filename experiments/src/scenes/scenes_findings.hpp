@@ -51,6 +51,8 @@ struct ScenesResults {
   /// All that the curve's descriptor has, whether asked about or not.
   std::size_t labels = 0;
   std::vector<Curve> curves;
+  /// The thesis' Table 3.2 beside.
+  bool thesisTables = false;
 
   /// Whether it tells what a classifier is worth elsewhere: the test was not learned. Where there are no such
   /// pairs, all of them have to do.

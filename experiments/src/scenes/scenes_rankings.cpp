@@ -76,6 +76,7 @@ void addRankings(const ScenesResults& results, Findings& findings) {
       scoresOfDescriptors(results, blocks));
   add("classifiers", "classifiers", "A classifier's score is its mean over the descriptors. ",
       scoresOfClassifiers(results, blocks));
+  if (!results.thesisTables) return;
   using Best = ResultTable::Best;
   findings.sections.emplace_back(readThesisTable(thesisScenesCsv, 2)
                                      .resultTable({"Table 3.2 of the thesis: another data set",

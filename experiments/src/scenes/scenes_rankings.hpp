@@ -8,7 +8,7 @@
 namespace estancia::experiments {
 
 /// Adds Friedman's test with Holm's correction over all cells, over the descriptors and over the classifiers,
-/// and beside it the thesis' own table.
+/// and, where it is asked for, the thesis' own table.
 void addRankings(const ScenesResults& results, Findings& findings);
 
 }  // namespace estancia::experiments

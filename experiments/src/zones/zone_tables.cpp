@@ -394,6 +394,7 @@ OptionGroup declare(ZoneTablesOptions::Data& data) {
 OptionGroup declare(ZoneTablesOptions& options) {
   OptionGroup group("zones", "Zones by model, distance, linkage and cut.");
   group.add("max-zones", &options.maxZones, "Most zones of the best cut").range(1, 10000);
+  group.add("thesis-tables", &options.thesisTables, "The thesis' Tables 5.2 and 5.3 beside, of ViDRILO");
   return group;
 }
 
@@ -457,6 +458,7 @@ Findings compareZones(const ZoneTablesOptions& options, Grid& grid, const Experi
   results.distances = options.distances.empty() ? distancesBetweenImages() : options.distances;
   results.linkages = options.linkages.empty() ? linkageNames() : options.linkages;
   results.cuts = options.cuts;
+  results.thesisTables = options.thesisTables;
   findCells(options, labeled, grid, run, progress, results, told.notes);
   compareClasses(labeled, run, progress, results);
 

@@ -60,6 +60,8 @@ struct ZoneTablesOptions {
   /// The best cut leaves at most so many zones. Without a bound, zones of one image each would often be best:
   /// homogeneous, and V-measure forgives them much.
   std::size_t maxZones = 60;
+  /// The thesis' Tables 5.2 and 5.3 beside.
+  bool thesisTables = false;
   /// At least one.
   std::vector<Data> data;
 };

@@ -137,13 +137,18 @@ class Tables {
     for (const std::string& cut : cuts) names.push_back("τ_d " + cut);
     ResultTable table = pivot(
         {data_.name + ": zones by τ_d, Eq. 5.1 with average linkage (Table 5.2)",
-         "The rows of the thesis are of its own data, the sequences 1 and 2 of ViDRILO: other rooms and "
-         "more images, to be compared in their course only.",
+         results_.thesisTables ? "The rows of the thesis are of its own data, the sequences 1 and 2 of "
+                                 "ViDRILO: other rooms and more images, to be compared in their course only."
+                               : "",
          "model",
          columnsOf(names, 0),
          {}},
         results_.models,
         [&](std::size_t model, std::size_t cut) { return zonesOf(readingOf(thesis(model), cuts[cut])); });
+    if (!results_.thesisTables) {
+      findings.sections.emplace_back(std::move(table));
+      return;
+    }
     const ThesisTable printed = readThesisTable(thesisZonesCountsCsv, 2);
     std::vector<std::string> rows;
     for (const auto& row : printed.rows)
@@ -328,6 +333,7 @@ Findings findingsOf(const ZoneTablesResults& results) {
     tables.addWithin("Eq. 5.1, τ_d 0.5", thesisCut, &Tables::thesis, findings);
     addMatrices(data, findings);
   }
+  if (!results.thesisTables) return findings;
   findings.sections.emplace_back(
       readThesisTable(thesisZonesWithinCsv, 1)
           .resultTable(

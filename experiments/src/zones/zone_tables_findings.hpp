@@ -65,6 +65,8 @@ struct ZoneTablesResults {
   std::vector<std::string> models, distances, linkages, cuts;
   /// cells[((data · models + m) · distances + d) · linkages + l]; absent where the two do not fit
   std::vector<std::optional<ZoneCell>> cells;
+  /// The thesis' Tables 5.2 and 5.3 beside.
+  bool thesisTables = false;
 
   const ZoneCell* find(std::size_t data, std::size_t model, const std::string& distance,
                        const std::string& linkage) const;

@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/cloud/viewpoint.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numbers>
+#include <random>
+
+#include "estancia/core/parallel.hpp"
+
+namespace estancia {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr std::size_t kDrawn = 8000;  // points that tell where the sensor stood
+
+/// Directions that are spread evenly over the sphere (Fibonacci's lattice).
+std::vector<cv::Vec3d> directions(std::size_t count) {
+  std::vector<cv::Vec3d> all(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const double z = 1 - (2 * static_cast<double>(i) + 1) / static_cast<double>(count);
+    const double turn = static_cast<double>(i) * std::numbers::pi * (3 - std::sqrt(5.0));
+    const double r = std::sqrt(1 - z * z);
+    all[i] = {r * std::cos(turn), r * std::sin(turn), z};
+  }
+  return all;
+}
+
+cv::Vec3d meanOf(std::span<const cv::Point3f> points) {
+  cv::Vec3d sum;
+  for (const cv::Point3f& p : points) sum += cv::Vec3d(p.x, p.y, p.z);
+  return sum * (1 / static_cast<double>(points.size()));
+}
+
+/// Distance from `center` within which most points lie [m].
+double radiusOf(std::span<const cv::Point3f> points, const cv::Vec3d& center) {
+  constexpr double most = 0.9;
+  std::vector<double> away;
+  for (const cv::Point3f& p : points) away.push_back(cv::norm(cv::Vec3d(p.x, p.y, p.z) - center));
+  const auto at = away.begin() + static_cast<std::ptrdiff_t>(most * static_cast<double>(away.size() - 1));
+  std::nth_element(away.begin(), at, away.end());
+  return *at;
+}
+
+/// Rows: right, down, forward, of a camera with that forward direction.
+cv::Matx33d cameraLooking(const cv::Vec3d& forward) {
+  const cv::Vec3d aside = std::abs(forward[1]) < 0.9 ? cv::Vec3d(0, 1, 0) : cv::Vec3d(1, 0, 0);
+  const cv::Vec3d right = cv::normalize(aside.cross(forward)), down = forward.cross(right);
+  return {right[0], right[1], right[2], down[0], down[1], down[2], forward[0], forward[1], forward[2]};
+}
+
+/// Numbers of values in equal cells of a rectangle.
+struct Cells {
+  int columns = 0, rows = 0;
+  std::vector<float> values;
+  float& at(int column, int row) { return values[static_cast<std::size_t>(row * columns + column)]; }
+};
+
+/// The coefficient of variation of the cells that are not empty, and have no empty ones beside them if there
+/// are enough such.
+double variationOf(Cells& cells) {
+  constexpr int enough = 20;
+  double sums[2] = {}, squares[2] = {};
+  int counts[2] = {};
+  for (int r = 0; r < cells.rows; ++r)
+    for (int c = 0; c < cells.columns; ++c) {
+      const auto n = static_cast<double>(cells.at(c, r));
+      if (n == 0) continue;
+      const bool inner = r > 0 && c > 0 && r + 1 < cells.rows && c + 1 < cells.columns &&
+                         cells.at(c - 1, r) > 0 && cells.at(c + 1, r) > 0 && cells.at(c, r - 1) > 0 &&
+                         cells.at(c, r + 1) > 0;
+      for (int which = 0; which <= (inner ? 1 : 0); ++which)
+        sums[which] += n, squares[which] += n * n, ++counts[which];
+    }
+  const int which = counts[1] > enough ? 1 : 0;
+  const double mean = sums[which] / counts[which];
+  return std::sqrt(std::max(0.0, squares[which] / counts[which] - mean * mean)) / mean;
+}
+
+/// The best of several starts, each moved in steps that shrink, while that lowers the value.
+cv::Point3d descend(const std::vector<cv::Point3d>& starts, const cv::Point3d& center,
+                    const std::function<double(const cv::Point3d&)>& value) {
+  constexpr double firstStep = 0.25, lastStep = 0.01;  // of the distance to the center
+  const auto ways = directions(14);
+  cv::Point3d best;
+  double least = infinity;
+  for (cv::Point3d at : starts) {
+    double here = value(at);
+    const double away = cv::norm(at - center);
+    for (double step = firstStep * away; step > lastStep * away;) {
+      bool moved = false;
+      for (const cv::Vec3d& way : ways) {
+        const cv::Point3d next = at + cv::Point3d(way * step);
+        if (const double there = value(next); there < here) here = there, at = next, moved = true;
+      }
+      if (!moved) step /= 2;
+    }
+    if (here < least) least = here, best = at;
+  }
+  return best;
+}
+
+/// Share of the cells of a view from afar in which two surfaces lie behind each other.
+double hiddenShare(std::span<const cv::Point3f> points, const cv::Vec3d& from, double spacing) {
+  constexpr float cell = 2.5, steep = 6;  // spacings; cells of depth within one cell, as of a surface at 80°
+  const cv::Matx33f turn(cameraLooking(-from));
+  const auto edge = cell * static_cast<float>(spacing);
+  std::vector<cv::Point3f> turned;
+  float left = std::numeric_limits<float>::infinity(), top = left, right = -left, bottom = -left;
+  for (const cv::Point3f& p : points) {
+    turned.push_back(turn * p);
+    left = std::min(left, turned.back().x), right = std::max(right, turned.back().x);
+    top = std::min(top, turned.back().y), bottom = std::max(bottom, turned.back().y);
+  }
+  constexpr float maxCells = 4096;  // to a side
+  if (right - left > maxCells * edge || bottom - top > maxCells * edge) return 1;
+  Cells nearest{static_cast<int>((right - left) / edge) + 1, static_cast<int>((bottom - top) / edge) + 1, {}};
+  nearest.values.assign(static_cast<std::size_t>(nearest.columns) * static_cast<std::size_t>(nearest.rows),
+                        std::numeric_limits<float>::infinity());
+  Cells farthest = nearest;
+  std::ranges::fill(farthest.values, -std::numeric_limits<float>::infinity());
+  for (const cv::Point3f& p : turned) {
+    const int c = static_cast<int>((p.x - left) / edge), r = static_cast<int>((p.y - top) / edge);
+    nearest.at(c, r) = std::min(nearest.at(c, r), p.z);
+    farthest.at(c, r) = std::max(farthest.at(c, r), p.z);
+  }
+  std::size_t seen = 0, twice = 0;
+  for (std::size_t i = 0; i < nearest.values.size(); ++i) {
+    if (nearest.values[i] > farthest.values[i]) continue;
+    ++seen;
+    if (farthest.values[i] - nearest.values[i] > steep * edge) ++twice;
+  }
+  return static_cast<double>(twice) / static_cast<double>(std::max<std::size_t>(seen, 1));
+}
+
+/// Whether the rim of the points lies further away than their middle, as seen from a direction. A shell of
+/// one side hides nothing from its back either, but things bulge outwards.
+bool bulges(std::span<const cv::Point3f> points, const cv::Vec3d& from) {
+  const cv::Vec3d center = meanOf(points);
+  double heights = 0, squares = 0, products = 0;
+  for (const cv::Point3f& p : points) {
+    const cv::Vec3d off = cv::Vec3d(p.x, p.y, p.z) - center;
+    const double height = off.dot(from), squared = off.dot(off) - height * height;
+    heights += height, squares += squared, products += height * squared;
+  }
+  return products * static_cast<double>(points.size()) < heights * squares;
+}
+
+}  // namespace
+
+std::vector<cv::Point3f> drawnFrom(std::span<const cv::Point3f> points, std::size_t count) {
+  std::vector<cv::Point3f> drawn;
+  std::mt19937_64 random(1);
+  // Knuth's selection sampling (Algorithm S)
+  for (std::size_t i = 0; i < points.size() && drawn.size() < count; ++i)
+    if (random() % (points.size() - i) < count - drawn.size()) drawn.push_back(points[i]);
+  return drawn;
+}
+
+double unevenness(std::span<const cv::Point3f> points, const cv::Point3d& viewpoint) {
+  constexpr double maxSlope = 4, perCell = 12, trimmed = 0.02;
+  if (points.empty()) return infinity;
+  const cv::Vec3d forward = meanOf(points) - cv::Vec3d(viewpoint);
+  if (!(cv::norm(forward) > 0)) return infinity;
+  const cv::Matx33d turn = cameraLooking(cv::normalize(forward));
+  std::vector<cv::Point2f> slopes;
+  slopes.reserve(points.size());
+  for (const cv::Point3f& p : points) {
+    const cv::Vec3d q = turn * (cv::Vec3d(p.x, p.y, p.z) - cv::Vec3d(viewpoint));
+    if (!(q[2] > 0) || std::abs(q[0]) > maxSlope * q[2] || std::abs(q[1]) > maxSlope * q[2]) return infinity;
+    slopes.emplace_back(static_cast<float>(q[0] / q[2]), static_cast<float>(q[1] / q[2]));
+  }
+  // The area without stray points, of which cells get their size.
+  const auto span = [&](float cv::Point2f::*axis) {
+    std::vector<float> values;
+    for (const cv::Point2f& s : slopes) values.push_back(s.*axis);
+    const auto cut = static_cast<std::ptrdiff_t>(trimmed * static_cast<double>(values.size()));
+    std::nth_element(values.begin(), values.begin() + cut, values.end());
+    const float low = values[static_cast<std::size_t>(cut)];
+    std::nth_element(values.begin(), values.end() - 1 - cut, values.end());
+    return static_cast<double>(values[values.size() - 1 - static_cast<std::size_t>(cut)] - low);
+  };
+  const double area = span(&cv::Point2f::x) * span(&cv::Point2f::y);
+  const double edge = std::sqrt(area * perCell / static_cast<double>(points.size()));
+  constexpr double maxCells = 1024;  // to a side
+  if (!(edge > 2 * maxSlope / maxCells)) return infinity;
+  const auto inverse = static_cast<float>(1 / edge);
+  const auto low = static_cast<float>(-maxSlope);
+  const int side = static_cast<int>(2 * maxSlope / edge) + 1;
+  Cells cells{side, side,
+              std::vector<float>(static_cast<std::size_t>(side) * static_cast<std::size_t>(side))};
+  for (const cv::Point2f& s : slopes)
+    ++cells.at(std::min(side - 1, static_cast<int>((s.x - low) * inverse)),
+               std::min(side - 1, static_cast<int>((s.y - low) * inverse)));
+  return variationOf(cells) * std::sqrt(perCell);
+}
+
+std::optional<cv::Point3d> findViewpoint(std::span<const cv::Point3f> points, int threads) {
+  constexpr std::size_t minPoints = 500, starts = 4;
+  if (points.size() < minPoints) return {};
+  const std::vector<cv::Point3f> drawn = drawnFrom(points, kDrawn);
+  const cv::Vec3d center = meanOf(drawn);
+  const double radius = radiusOf(drawn, center);
+  if (!(radius > 0)) return {};
+  const auto value = [&](const cv::Point3d& place) { return unevenness(drawn, place); };
+  std::vector<cv::Point3d> places;
+  for (const double away : {1.2, 2.0, 3.5})
+    for (const cv::Vec3d& direction : directions(300))
+      places.emplace_back(center + direction * (away * radius));
+  std::vector<std::pair<double, std::size_t>> order(places.size());
+  inParallel(places.size(), threads, Progress::none(), "stopped while the viewpoint was looked for",
+             [&](std::size_t i) {
+               order[i] = {value(places[i]), i};
+             });
+  std::partial_sort(order.begin(), order.begin() + starts, order.end());
+  std::vector<cv::Point3d> best;
+  for (std::size_t i = 0; i < starts; ++i) best.push_back(places[order[i].second]);
+  const cv::Point3d found = descend(best, cv::Point3d(center), value);
+  return value(found) <= kEven ? std::optional(found) : std::nullopt;
+}
+
+std::optional<cv::Point3d> directionOfView(std::span<const cv::Point3f> points, double spacing) {
+  constexpr double maxHidden = 0.25, similar = 0.02;
+  if (points.empty() || !(spacing > 0)) return {};
+  const auto all = directions(200);
+  std::vector<double> hidden;
+  for (const cv::Vec3d& from : all) hidden.push_back(hiddenShare(points, from, spacing));
+  const double least = *std::ranges::min_element(hidden);
+  if (least > maxHidden) return {};
+  cv::Vec3d sum;
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (hidden[i] <= least + similar && bulges(points, all[i])) sum += all[i];
+  return cv::norm(sum) > 0 ? std::optional(cv::Point3d(cv::normalize(sum))) : std::nullopt;
+}
+
+}  // namespace estancia

@@ -1,0 +1,35 @@
+// Viewpoint estimation: where the sensor of a point cloud stood, from the density of its points.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <opencv2/core/types.hpp>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace estancia {
+
+/// How unevenly points lie in the directions from a place: the coefficient of variation of their numbers in
+/// equal cells of the image that a camera there, looking at their mean, would have, divided by that of points
+/// drawn at random. A depth camera measures in equal cells, so that it is about 1 where it stood, and more
+/// elsewhere; infinite where points lie behind the place or beyond 76° to a side. A few thousand points do.
+double unevenness(std::span<const cv::Point3f> points, const cv::Point3d& viewpoint);
+
+/// Smaller values of unevenness() belong to the sensor.
+constexpr double kEven = 1.35;
+
+/// The position of the sensor of an unorganized cloud, in its frame [m]: the smallest unevenness() of some
+/// thousand places around, if it is small enough. None for clouds of several views, and for those that a
+/// filter has made uniform in space. `points` are finite. Deterministic.
+std::optional<cv::Point3d> findViewpoint(std::span<const cv::Point3f> points, int threads = 1);
+
+/// A part of the points, drawn at random with a fixed seed, in their order.
+std::vector<cv::Point3f> drawnFrom(std::span<const cv::Point3f> points, std::size_t count);
+
+/// The direction from which a cloud shows one side, as seen from afar: the mean of the directions in which
+/// hardly anything lies behind something else, and towards which the cloud bulges. None where from every
+/// direction more than a quarter of it does, as for an object of which all sides are known. A unit vector
+/// from the cloud towards the sensor. `spacing` is that of the points [m].
+std::optional<cv::Point3d> directionOfView(std::span<const cv::Point3f> points, double spacing);
+
+}  // namespace estancia

@@ -1,0 +1,100 @@
+// Where the sensor of a cloud stood, and whether a cloud shows one side.
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/cloud/viewpoint.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <opencv2/core/affine.hpp>
+
+#include "estancia/cloud/noise.hpp"
+#include "estancia/io/cloud_file.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+/// What a camera at the origin sees of a ball on a floor before a wall, every other pixel.
+PointCloud roomWithBall() {
+  PointCloud cloud;
+  const cv::Vec3d middle(0.1, 0.1, 1.2);
+  for (int v = 0; v < 480; v += 2)
+    for (int u = 0; u < 640; u += 2) {
+      const cv::Vec3d ray((u - 319.5) / 525, (v - 239.5) / 525, 1);
+      double depth = 2.2;                                      // the wall
+      if (ray[1] > 0) depth = std::min(depth, 0.35 / ray[1]);  // the floor
+      const double a = ray.dot(ray), b = ray.dot(middle), c = middle.dot(middle) - 0.15 * 0.15;
+      if (b * b - a * c > 0) depth = std::min(depth, (b - std::sqrt(b * b - a * c)) / a);
+      cloud.points.emplace_back(cv::Vec3f(ray * depth));
+    }
+  cloud.width = cloud.points.size();
+  cloud.height = 1;
+  return cloud;
+}
+
+PointCloud moved(PointCloud cloud, const cv::Affine3d& by) {
+  for (cv::Point3f& p : cloud.points) p = by * cv::Point3d(p);
+  return cloud;
+}
+
+const cv::Affine3d kMotion(cv::Vec3d(0.9, -1.4, 0.6), cv::Vec3d(1.5, -2, 0.7));
+
+TEST(Viewpoint, IsWherePointsLieEvenly) {
+  for (const double noise : {0.0, 0.01}) {
+    const PointCloud cloud = withGaussianNoise(roomWithBall(), noise, 3);
+    EXPECT_LT(unevenness(drawnFrom(cloud.points, 8000), {}), kEven);
+    const auto found = findViewpoint(moved(cloud, kMotion).points, 2);
+    ASSERT_TRUE(found) << noise;
+    EXPECT_LT(cv::norm(*found - cv::Point3d(kMotion.translation())), 0.25) << noise << ", at 1.8 m";
+  }
+}
+
+TEST(Viewpoint, IsTheSameForAnyNumberOfThreads) {
+  const PointCloud cloud = moved(roomWithBall(), kMotion);
+  EXPECT_EQ(*findViewpoint(cloud.points, 1), *findViewpoint(cloud.points, 3));
+}
+
+TEST(Viewpoint, NoneForPointsFromAllSides) {
+  PointCloud ball;
+  for (int i = 0; i < 20000; ++i) {
+    const double z = 1 - (2 * i + 1) / 20000.0, turn = 2.399963 * i, r = std::sqrt(1 - z * z);
+    ball.points.emplace_back(cv::Vec3f(cv::Vec3d(r * std::cos(turn), r * std::sin(turn), z)));
+  }
+  EXPECT_FALSE(directionOfView(ball.points, 0.025));
+  EXPECT_FALSE(findViewpoint(std::vector<cv::Point3f>(10, {1, 2, 3})));
+  EXPECT_FALSE(findViewpoint(std::vector<cv::Point3f>(2000, {1, 2, 3})));
+  EXPECT_FALSE(findViewpoint({}));
+}
+
+TEST(Viewpoint, UnevennessOfWhatNobodySees) {
+  const PointCloud cloud = roomWithBall();
+  EXPECT_TRUE(std::isinf(unevenness({}, {})));
+  EXPECT_TRUE(std::isinf(unevenness(cloud.points, {0, 0, 2}))) << "points lie behind";
+}
+
+TEST(Viewpoint, OneSideIsSeenFromItsDirection) {
+  PointCloud half;  // of a ball, towards (1, 0, 0)
+  for (int i = 0; i < 20000; ++i) {
+    const double z = 1 - (2 * i + 1) / 20000.0, turn = 2.399963 * i, r = std::sqrt(1 - z * z);
+    const cv::Vec3d p(r * std::cos(turn), r * std::sin(turn), z);
+    if (p[0] > 0.1) half.points.emplace_back(cv::Vec3f(p));
+  }
+  const auto direction = directionOfView(half.points, 0.025);
+  ASSERT_TRUE(direction);
+  EXPECT_GT(direction->x, 0.9) << "not from inside";
+  EXPECT_FALSE(directionOfView({}, 0.025));
+  EXPECT_FALSE(directionOfView(half.points, 0));
+}
+
+TEST(Viewpoint, OfARealSceneInAnotherFrame) {
+  const auto data = test::findData("shot_kinect");
+  ESTANCIA_NEEDS(data, "shot_kinect is not unpacked");
+  const PointCloud scene = moved(readCloud(*data / "scenes" / "scene005.pcd"), kMotion);
+  const auto found = findViewpoint(scene.points, 2);
+  ASSERT_TRUE(found);
+  EXPECT_LT(cv::norm(*found - cv::Point3d(kMotion.translation())), 0.2) << "of a table at 1 m";
+}
+
+}  // namespace
+}  // namespace estancia

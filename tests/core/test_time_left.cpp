@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/core/time_left.hpp"
+
+#include <gtest/gtest.h>
+
+namespace estancia {
+namespace {
+
+TEST(TimeLeft, DoesNotCountTheStart) {
+  TimeLeft left(100);
+  EXPECT_FALSE(left.seconds(4));
+  left.advance(1, 5);  // five seconds for opening the network
+  EXPECT_FALSE(left.seconds(5)) << "of one item nothing can be told";
+  for (int i = 1; i <= 12; ++i) left.advance(1, 5 + 0.5 * i);
+  EXPECT_DOUBLE_EQ(left.rate(11).value(), 2);
+  EXPECT_DOUBLE_EQ(left.seconds(11).value(), 87 / 2.0);
+}
+
+TEST(TimeLeft, IsNotToldByItemsOfSeveralThreadsAtOnce) {
+  TimeLeft left(10);
+  left.advance(1, 10);
+  left.advance(1, 10.1);
+  EXPECT_FALSE(left.seconds(10.1)) << "four items a second it would be";
+  left.advance(1, 20);
+  left.advance(1, 20.2);
+  EXPECT_NEAR(left.rate(20.2).value(), 0.3, 0.01);
+}
+
+TEST(TimeLeft, CountsOnlyWhatWasDoneInThisRun) {
+  TimeLeft left(1000, 900);
+  left.advance(1, 1);
+  left.advance(9, 4);
+  EXPECT_EQ(left.done(), 910U);
+  EXPECT_DOUBLE_EQ(left.seconds(4).value(), 30);
+}
+
+TEST(TimeLeft, OfCompleteWorkHasTheWholeRate) {
+  TimeLeft left(4);
+  left.advance(0, 0.5);
+  left.advance(1, 2);
+  left.advance(3, 4);
+  EXPECT_TRUE(left.isComplete());
+  EXPECT_DOUBLE_EQ(left.rate(4).value(), 1);
+  EXPECT_EQ(left.seconds(4), 0);
+}
+
+TEST(TimeLeft, IsUnknownWithoutATotal) {
+  TimeLeft left;
+  left.advance(1, 1);
+  left.advance(4, 3);
+  EXPECT_DOUBLE_EQ(left.rate(3).value(), 2);
+  EXPECT_FALSE(left.seconds(3));
+  EXPECT_FALSE(left.isComplete());
+}
+
+}  // namespace
+}  // namespace estancia
