@@ -198,7 +198,7 @@ double unevenness(std::span<const cv::Point3f> points, const cv::Point3d& viewpo
 }
 
 std::optional<cv::Point3d> findViewpoint(std::span<const cv::Point3f> points, int threads) {
-  constexpr std::size_t minPoints = 500, starts = 4;
+  constexpr std::size_t minPoints = 5000, starts = 4;  // fewer fill too few cells to tell
   if (points.size() < minPoints) return {};
   const std::vector<cv::Point3f> drawn = drawnFrom(points, kDrawn);
   const cv::Vec3d center = meanOf(drawn);

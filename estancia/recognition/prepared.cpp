@@ -82,19 +82,24 @@ PointCloud transformed(PointCloud cloud, const cv::Affine3d& transform) {
   return cloud;
 }
 
-/// Where the sensor stood, if that was clearly not at the origin, and the cloud is a view from there.
+/// Where the sensor stood, if that was clearly not at the origin: points lie much more evenly as seen from
+/// there, and hide no more of each other. (Clouds that are put together of parts lie evenly from nowhere, or
+/// by chance.)
 std::optional<cv::Point3d> viewpointElsewhere(const PointCloud& cloud, int threads) {
   constexpr std::size_t count = 8000;
-  constexpr double clearly = 2;  // times as uneven
+  constexpr double clearly = 2, hiding = 0.05;
   PointCloud drawn;
   drawn.points = drawnFrom(cloud.points, count);
   const double atOrigin = unevenness(drawn.points, {});
   if (atOrigin <= kEven) return {};
   const auto found = findViewpoint(cloud.points, threads);
   if (!found || atOrigin < clearly * unevenness(drawn.points, *found)) return {};
-  drawn = transformed(std::move(drawn), viewFrom(*found, cloud));
   const double spacing = spacingOf(Neighbors(drawn.points, threads));
-  return RangeImage(drawn.points, spacing).known() ? found : std::nullopt;
+  const RangeImage fromOrigin(drawn.points, spacing);
+  drawn = transformed(std::move(drawn), viewFrom(*found, cloud));
+  const RangeImage fromFound(drawn.points, spacing);
+  return fromFound.known() && fromFound.hiddenShare() <= fromOrigin.hiddenShare() + hiding ? found
+                                                                                           : std::nullopt;
 }
 
 /// A cloud on its way to a described surface.

@@ -43,6 +43,7 @@ RangeImage::RangeImage(std::span<const cv::Point3f> points, double spacing) {
     ++seen;
     if (farthest[i] - depths_[i] > steep * edge * depths_[i]) ++twice;
   }
+  hiddenShare_ = static_cast<double>(twice) / static_cast<double>(seen);
   if (2 * twice > seen) {
     depths_.clear();
     return;

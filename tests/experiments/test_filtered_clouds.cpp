@@ -91,7 +91,7 @@ TEST_F(FilteredCloudsTest, DamagedFilesAreMadeAgain) {
   const std::string bytes = readFile(file);
   std::string flipped = bytes, other = bytes;
   flipped[bytes.size() - 3] = static_cast<char>(flipped[bytes.size() - 3] ^ 1);
-  other.replace(0, 26, "ESTANCIA FILTERED CLOUD 2\n");
+  other.replace(0, 26, "ESTANCIA FILTERED CLOUD 3\n");
   for (const std::string& damaged :
        {std::string(), bytes.substr(0, 40), bytes.substr(0, bytes.size() - 1), flipped, other}) {
     writeFile(file, damaged);

@@ -14,8 +14,9 @@ std::string nameOf(const RecognitionResults::SceneFilter& filter) {
 }
 
 std::vector<std::string> RecognitionCell::measures() {
-  return {"pairs",         "verified", "correct", "false_positives", "seconds",       "filter_seconds",
-          "model_seconds", "absent",   "failed",  "seeds",           "correct_least", "correct_most"};
+  return {"pairs",          "verified",      "correct",        "false_positives", "seconds",
+          "filter_seconds", "model_seconds", "absent",         "failed",          "seeds",
+          "correct_least",  "correct_most",  "extra_instances"};
 }
 
 CellResults RecognitionCell::toResults() const {
