@@ -30,11 +30,11 @@ constexpr std::array<std::pair<Kind, const char*>, 3> kinds{
     {{Kind::plainCan, "plain cans"}, {Kind::printedCan, "printed cans"}, {Kind::box, "boxes"}}};
 
 /// A place on a thing's surface, in its frame: z up, the origin in the middle of its foot.
-struct Place {
+struct Placement {
   cv::Vec3d at, normal;
 };
 
-cv::Vec3d colorOf(Kind kind, std::size_t variant, const Place& place) {
+cv::Vec3d colorOf(Kind kind, std::size_t variant, const Placement& place) {
   if (place.normal[2] > 0.5) return metal;
   if (kind == Kind::plainCan) return palette[variant];
   if (kind == Kind::printedCan) {
@@ -52,7 +52,7 @@ cv::Vec3d colorOf(Kind kind, std::size_t variant, const Place& place) {
 }
 
 /// Where a ray meets a thing first, as a multiple of `d`.
-double meetCan(const cv::Vec3d& o, const cv::Vec3d& d, Place& place) {
+double meetCan(const cv::Vec3d& o, const cv::Vec3d& d, Placement& place) {
   const double a = d[0] * d[0] + d[1] * d[1], b = o[0] * d[0] + o[1] * d[1],
                c = o[0] * o[0] + o[1] * o[1] - radius * radius, root = b * b - a * c;
   double t = never;
@@ -73,7 +73,7 @@ double meetCan(const cv::Vec3d& o, const cv::Vec3d& d, Place& place) {
   return t;
 }
 
-double meetBox(const cv::Vec3d& o, const cv::Vec3d& d, Place& place) {
+double meetBox(const cv::Vec3d& o, const cv::Vec3d& d, Placement& place) {
   const cv::Vec3d low(-halfWidth, -halfDepth, 0), high(halfWidth, halfDepth, boxHeight);
   double enter = 0, leave = never;
   int axis = -1;
@@ -92,14 +92,14 @@ double meetBox(const cv::Vec3d& o, const cv::Vec3d& d, Place& place) {
   return enter;
 }
 
-double meet(Kind kind, const cv::Vec3d& o, const cv::Vec3d& d, Place& place) {
+double meet(Kind kind, const cv::Vec3d& o, const cv::Vec3d& d, Placement& place) {
   return kind == Kind::box ? meetBox(o, d, place) : meetCan(o, d, place);
 }
 
 /// All sides of a thing but its foot.
-std::vector<Place> surfaceOf(Kind kind) {
+std::vector<Placement> surfaceOf(Kind kind) {
   constexpr double step = 0.0015;
-  std::vector<Place> places;
+  std::vector<Placement> places;
   const auto across = [](double from, double to, const auto& use) {
     for (double v = from + step / 2; v < to; v += step) use(v);
   };
@@ -139,7 +139,7 @@ cv::Vec3b levels(const cv::Vec3d& color) {
 ColorCases::Model modelOf(Kind kind, const char* name, std::size_t variant) {
   constexpr int fold = 72;  // of a plain can, for which every angle is the same
   ColorCases::Model model{fmt::format("{} {}", name, variant), name, {}, {}};
-  for (const Place& place : surfaceOf(kind)) {
+  for (const Placement& place : surfaceOf(kind)) {
     model.cloud.points.emplace_back(cv::Point3f(cv::Vec3f(place.at)));
     model.cloud.colors.push_back(levels(0.85 * colorOf(kind, variant, place)));
   }
@@ -189,7 +189,7 @@ class Renderer {
         if (!(depth > 0)) depth = never;
         for (const Standing& thing : things) {
           const cv::Matx33d back = thing.pose.rotation().t();
-          Place place;
+          Placement place;
           const double t = meet(kind_, back * -cv::Vec3d(thing.pose.translation()), back * ray, place);
           if (t >= depth) continue;
           depth = t;
