@@ -108,7 +108,7 @@ struct Pcl {
     clusters.clear();
     if (rest->empty()) return;
     pcl::EuclideanClusterExtraction<pcl::PointXYZ> extraction;
-    extraction.setClusterTolerance(options.contactDistance);
+    extraction.setClusterTolerance(0.02);
     extraction.setMinClusterSize(static_cast<int>(options.minPoints));
     extraction.setSearchMethod(std::make_shared<pcl::search::KdTree<pcl::PointXYZ>>());
     extraction.setInputCloud(rest);
@@ -164,7 +164,7 @@ void run(double focal, const std::vector<std::string>& files) {
     add(processorTime, [&] { segments = oversegment(grid, structured->rest, creases); });
     add(processorTime,
         [&] { foreground.emplace(dropStructure(grid, *structured, up, patches, kept = segments)); });
-    add(processorTime, [&] { mergeSegments(grid, *foreground, options.contactDistance, 1, joined = kept); });
+    add(processorTime, [&] { mergeSegments(grid, *foreground, 1, joined = kept); });
     add(processorTime, [&] { joinLoose(grid, *foreground, up, loose = joined); });
     add(processorTime,
         [&] { assembleFurniture(grid, *foreground, structured->half, up, furniture = loose); });

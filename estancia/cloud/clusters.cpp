@@ -176,9 +176,6 @@ OptionGroup declare(ClusterOptions& o) {
       .above(0)
       .unit("m")
       .why("Raise it for a noisier camera, when objects are over-segmented.");
-  group.add("contact-distance", &o.contactDistance, "Distance below which two segments are in contact")
-      .above(0)
-      .unit("m");
   group
       .add("min-points", &o.minPoints,
            "Points of the smallest cluster: pixels at a focal length of 525, or points of an unorganized "
@@ -190,8 +187,11 @@ OptionGroup declare(ClusterOptions& o) {
   return group;
 }
 
-Clusters findClusters(const cv::Mat& depth, const CameraIntrinsics& camera, const ClusterOptions& options) {
+Clusters findClusters(const cv::Mat& depth, const CameraIntrinsics& camera, const ClusterOptions& options,
+                      const cv::Mat& image) {
   validate(options);
+  if (!image.empty() && image.type() != CV_8UC3)
+    fail(ErrorCode::invalidInput, "the image beside a depth image is not BGR with 8 bits; convert it");
   const InverseDepth grid = inverseDepth(depth, camera, options.threads);
   PlaneRemoval removal = removePlanes(grid, options);
   const cv::Vec3d up = upOf(removal.planes);
@@ -201,10 +201,11 @@ Clusters findClusters(const cv::Mat& depth, const CameraIntrinsics& camera, cons
       concaveCreases(grid, removal.rest, options.creaseDepth, options.threads);
   Segmentation segments = oversegment(grid, removal.rest, std::move(creases));
   const Mask foreground = dropStructure(grid, removal, up, patches, segments);
-  mergeSegments(grid, foreground, options.contactDistance, options.threads, segments);
+  mergeSegments(grid, foreground, options.threads, segments);
   joinLoose(grid, foreground, up, segments);
   assembleFurniture(grid, foreground, removal.half, up, segments);
   mergeContainerInteriors(grid, foreground, removal.planes, options.threads, segments);
+  if (!image.empty()) splitByColor(grid, removal.half, image, up, segments);
   dropFragments(grid, removal, up, foreground, segments);
   dropNarrow(grid, foreground, segments);
   std::vector<Cluster> clusters = clustersOf(grid, foreground, segments, options);
@@ -219,7 +220,11 @@ Clusters findClusters(const PointCloud& cloud, const ClusterOptions& options) {
   cv::Mat depth(camera->height, camera->width, CV_32F);
   std::ranges::transform(cloud.points, depth.ptr<float>(),
                          [](const cv::Point3f& p) { return isFinite(p) ? p.z : 0; });
-  return findClusters(depth, *camera, options);
+  const cv::Mat image = cloud.colors.empty()
+                            ? cv::Mat()
+                            : cv::Mat(camera->height, camera->width, CV_8UC3,
+                                      const_cast<cv::Vec3b*>(cloud.colors.data()));  // is only read
+  return findClusters(depth, *camera, options, image);
 }
 
 PointCloud pointsOf(const PointCloud& cloud, const std::vector<std::uint32_t>& points) {

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <opencv2/core/mat.hpp>
 #include <opencv2/core/matx.hpp>
 #include <opencv2/core/types.hpp>
 #include <vector>
@@ -20,7 +21,6 @@ struct ClusterOptions {
   double minPlaneArea = 0.25;
   double planeTolerance = 0.01;
   double creaseDepth = 0.0022;
-  double contactDistance = 0.02;
   std::size_t minPoints = 400;
   std::uint64_t seed = 1;
   int threads = 0;
@@ -65,15 +65,18 @@ struct Clusters {
 /// Segments a depth image (CV_32F, meters, 0 or NaN where there is none): removes planes, splits the rest at
 /// depth edges and concave creases (Stein et al., CVPR 2014), and merges segments of one object that an
 /// occluder or the rim of a container had separated. Depths outside of 1 mm to 1 km count as missing.
-/// `camera` may have images of another size. Throws Error (invalidInput, invalidOption) on another type of
-/// image, on a camera without size or focal length, and on options out of range.
+/// `camera` may have images of another size. `image`, which may be empty, is a BGR image of the same view, of
+/// any size: by it things of one height that touch side by side are told apart where their colors differ.
+/// Throws Error (invalidInput, invalidOption) on another type of image, on a camera without size or focal
+/// length, and on options out of range.
 Clusters findClusters(const cv::Mat& depth, const CameraIntrinsics& camera,
-                      const ClusterOptions& options = {});
+                      const ClusterOptions& options = {}, const cv::Mat& image = {});
 
-/// The same of a cloud: on its grid when it is organized and a pinhole camera explains the grid, else from
-/// the points alone, which is slower and coarser (objects behind an occluder stay separate). Points that are
-/// not finite belong to no cluster, nor do points beyond 10⁹ m in a cloud without a grid. Throws Error
-/// (invalidInput, invalidOption) on a cloud that breaks its invariant and on options out of range.
+/// The same of a cloud, with its colors: on its grid when it is organized and a pinhole camera explains the
+/// grid, else from the points alone, which is slower and coarser (objects behind an occluder stay separate).
+/// Points that are not finite belong to no cluster, nor do points beyond 10⁹ m in a cloud without a grid.
+/// Throws Error (invalidInput, invalidOption) on a cloud that breaks its invariant and on options out of
+/// range.
 Clusters findClusters(const PointCloud& cloud, const ClusterOptions& options = {});
 
 /// These points of the cloud with their colors and normals, not organized. Throws Error (invalidInput) on an

@@ -135,8 +135,10 @@ std::optional<Circle> wallOf(const Footprint& segment, double rim) {
   return {};
 }
 
-/// Whether most of a segment lies within a circle and below a rim.
-bool isInside(const SegmentSamples& segment, const Plane& plane, const Circle& circle, double rim) {
+/// Whether most of a segment lies within a circle, below a rim, and above the foot of the wall: what a wall
+/// stands on may be as round (a can on a can).
+bool isInside(const SegmentSamples& segment, const Plane& plane, const Circle& circle, double foot,
+              double rim) {
   constexpr double beside = 0.015;  // [m]
   constexpr double inside = 0.85;
   const Ground ground(plane);
@@ -144,8 +146,9 @@ bool isInside(const SegmentSamples& segment, const Plane& plane, const Circle& c
   std::size_t in = 0, seen = 0;
   for (std::size_t i = 0; i < segment.surface.size(); i += kStep) {
     const cv::Vec3d p(segment.surface[i].x, segment.surface[i].y, segment.surface[i].z);
-    in +=
-        cv::norm(ground.foot(p) - circle.center) < circle.radius + beside && ground.height(p) < rim + beside;
+    const double height = ground.height(p);
+    in += cv::norm(ground.foot(p) - circle.center) < circle.radius + beside && height < rim + beside &&
+          height > foot - beside;
     const std::size_t out = ++seen - in;  // most segments are elsewhere: a few points decide early
     if (!(static_cast<double>(count - out) > inside * static_cast<double>(count))) return false;
   }
@@ -169,11 +172,12 @@ void mergeContainerInteriors(const InverseDepth& grid, const Mask& mask, const s
     if (support == nullptr) return result;
     const Footprint footprint = footprintOf(wall, *support, 1);
     const double rim = quantile(footprint.heights, 0.98);
+    const double foot = quantile(footprint.heights, 0.02);
     const auto circle = wallOf(footprint, rim);
     if (!circle) return result;
     for (const SegmentSamples& other : samples) {
       if (&other == &wall || segments.sizes[other.segment] > 3 * segments.sizes[wall.segment]) continue;
-      if (isInside(other, *support, *circle, rim)) result.emplace_back(wall.segment, other.segment);
+      if (isInside(other, *support, *circle, foot, rim)) result.emplace_back(wall.segment, other.segment);
     }
     return result;
   };

@@ -17,6 +17,9 @@
 namespace estancia {
 namespace {
 
+constexpr double kSplit = 4;           // width of a gap of mixed pixels: two at either edge [pixels]
+constexpr float kFarther = 0.05F;      // [m]: the other point of a contact is no farther
+constexpr double kDepthNoise = 0.002;  // √2 σ of a Kinect [m at 1 m]: of several contacts, most are within
 constexpr std::size_t kMinContacts = 3;           // points of the border that must be near
 constexpr double kConcave = -0.2;                 // how concave a contact may be
 constexpr float kAroundContact = 0.03F;           // [m]
@@ -132,20 +135,52 @@ bool areCoplanar(const SegmentSamples& a, const SegmentSamples& b, const cv::Poi
   return off < kOffset && atA->normal.dot(atB->normal) > std::cos(kSameWay * CV_PI / 180);
 }
 
+cv::Point2d pixelOf(const CameraIntrinsics& camera, const cv::Point3f& p) {
+  return {camera.fx * p.x / p.z + camera.cx, camera.fy * p.y / p.z + camera.cy};
+}
+
+/// Distance at which two points may touch, for all that the camera can tell [m]: a gap as narrow as its mixed
+/// pixels, and the noise of depth.
+double contactAt(const InverseDepth& grid, double pixels, double z) {
+  return std::hypot(pixels * z / grid.camera.fx, kDepthNoise * std::max(z, z * z));
+}
+
+/// Whether the camera sees past two points of different segments, between them: then they do not touch.
+bool isSeenThrough(const InverseDepth& grid, const cv::Point3f& from, const cv::Point3f& to) {
+  const cv::Point2d a = pixelOf(grid.camera, from), b = pixelOf(grid.camera, to);
+  const int steps = static_cast<int>(std::ceil(std::max(std::abs(b.x - a.x), std::abs(b.y - a.y))));
+  for (int i = 1; i < steps; ++i) {
+    const double part = static_cast<double>(i) / steps;
+    const cv::Point2d at = a + part * (b - a);
+    const float w =
+        grid.raw[grid.at(static_cast<int>(std::lround(at.x)), static_cast<int>(std::lround(at.y)))];
+    const double z = from.z + part * (to.z - from.z);
+    if (w > 0 && 1 / w > z + kDepthNoise * std::max(z, z * z)) return true;
+  }
+  return false;
+}
+
+bool areInContact(const InverseDepth& grid, const cv::Point3f& a, const cv::Point3f& b) {
+  const double z = std::max(a.z, b.z), gap = cv::norm(pixelOf(grid.camera, a) - pixelOf(grid.camera, b));
+  return gap <= kSplit * grid.scale + 1 && cv::norm(a - b) <= contactAt(grid, gap, z) &&
+         !isSeenThrough(grid, a, b);
+}
+
 bool areOneObject(const InverseDepth& grid, const Segmentation& segments, const SegmentSamples& a,
-                  const SegmentSamples& b, double contact) {
-  const auto close = static_cast<float>(contact * contact);
+                  const SegmentSamples& b) {
   std::vector<cv::Point3f> contactA, contactB;
   float nearest = std::numeric_limits<float>::infinity();
   cv::Point3f endA, endB;
   for (const cv::Point3f& p : b.border) {
     const std::int32_t bits = nearestOf(a.x.data(), a.y.data(), a.z.data(), a.x.size(), p.x, p.y, p.z);
     const auto smallest = std::bit_cast<float>(bits);
+    const double contact = contactAt(grid, kSplit * grid.scale + 1, p.z + kFarther);
+    const auto close = static_cast<float>(contact * contact);
     if (!(smallest < std::max(close, nearest))) continue;
     const auto count = static_cast<std::int32_t>(a.x.size());
     const std::int32_t at = firstAt(bits, a.x.data(), a.y.data(), a.z.data(), count, p.x, p.y, p.z);
     const cv::Point3f& other = a.border[static_cast<std::size_t>(at)];
-    if (smallest < close) {
+    if (smallest < close && areInContact(grid, p, other)) {
       contactB.push_back(p);
       contactA.push_back(other);
     }
@@ -158,13 +193,12 @@ bool areOneObject(const InverseDepth& grid, const Segmentation& segments, const 
 
 }  // namespace
 
-void mergeSegments(const InverseDepth& grid, const Mask& mask, double contact, int threads,
-                   Segmentation& segments) {
+void mergeSegments(const InverseDepth& grid, const Mask& mask, int threads, Segmentation& segments) {
   const std::vector<SegmentSamples> samples = sampleSegments(grid, mask, segments);
-  const auto pairs = nearPairs(samples, segments, std::max(kMaxGap, contact));
+  const auto pairs = nearPairs(samples, segments, kMaxGap);
   const auto find = [&](std::size_t i) -> std::vector<std::pair<std::uint32_t, std::uint32_t>> {
     const SegmentSamples &a = samples[pairs[i].first], &b = samples[pairs[i].second];
-    if (!areOneObject(grid, segments, a, b, contact)) return {};
+    if (!areOneObject(grid, segments, a, b)) return {};
     return {{a.segment, b.segment}};
   };
   mergePairs(pairs.size(), find, mask, threads, segments);

@@ -67,16 +67,22 @@ void dropFragments(const InverseDepth& grid, const PlaneRemoval& removal, const 
 /// Gaps narrower than that belong to the segment: leaves of a plant are narrow, the plant is not.
 void dropNarrow(const InverseDepth& grid, const Mask& mask, Segmentation& segments);
 
-/// Segment merging: merges segments that come within `contact` [m] of each other without a concave corner
+/// Segment merging: merges segments that touch, for all that the camera can tell, without a concave corner
 /// between them (a hole or the rim of the nearer one separates them in the image), and segments of one
-/// surface that an occluder separates.
-void mergeSegments(const InverseDepth& grid, const Mask& mask, double contact, int threads,
-                   Segmentation& segments);
+/// surface that an occluder separates. Segments touch where the gap is no wider than pixels of mixed depth,
+/// they are no farther apart than that and noise, and nothing behind is seen through the gap.
+void mergeSegments(const InverseDepth& grid, const Mask& mask, int threads, Segmentation& segments);
 
 /// Container merging: merges the segments inside of the round wall of a container (bowl, mug, pot) that
 /// stands on one of `planes` with the wall.
 void mergeContainerInteriors(const InverseDepth& grid, const Mask& mask, const std::vector<Plane>& planes,
                              int threads, Segmentation& segments);
+
+/// Color splitting: splits a segment where two compact colors meet side by side and the surface goes on: two
+/// things of one height that touch. Labels, patterns and bands stay, as do the faces of a thing. `image`:
+/// BGR, of the same view in any size.
+void splitByColor(const InverseDepth& grid, const HalfImage& half, const cv::Mat& image, const cv::Vec3d& up,
+                  Segmentation& segments);
 
 /// findClusters() from the points alone, thinned to one a voxel of 5 mm or two spacings. Concave creases
 /// separate objects where the visible side of the surface is known: the cloud has normals or a viewpoint, or

@@ -13,7 +13,7 @@ ClusteredFrame clusteredFrame(const cv::Mat& image, const cv::Mat& depth, const 
                               const ClusterOptions& options) {
   if (image.empty() || image.type() != CV_8UC3)
     throw Error(ErrorCode::invalidInput, "the image of a frame is not BGR with 8 bits; convert it");
-  ClusteredFrame frame{image, depth, camera, findClusters(depth, camera, options)};
+  ClusteredFrame frame{image, depth, camera, findClusters(depth, camera, options, image)};
   frame.camera = camera.scaledTo(depth.cols, depth.rows);
   return frame;
 }

@@ -121,7 +121,7 @@ PointCloud segmentCloud(const cv::Mat& depth, const cv::Mat& segment, const Came
 std::vector<Plane> findSegments(Observation& observation, const cv::Mat& image,
                                 const ClusterOptions& options) {
   const cv::Mat depth = depthOf(observation);
-  Clusters found = findClusters(depth, observation.camera, options);
+  Clusters found = findClusters(depth, observation.camera, options, image);
   observation.segments = cv::Mat(observation.depth.size(), CV_8U, cv::Scalar(0));
   observation.info.clear();
   cv::Mat colors;

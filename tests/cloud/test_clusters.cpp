@@ -10,6 +10,7 @@
 #include <cmath>
 #include <limits>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "made_up_scene.hpp"
 #include "support/errors.hpp"
@@ -113,6 +114,55 @@ TEST(Clusters, BoxesSideBySideAreTwoThings) {
   EXPECT_THAT(found.clusters, SizeIs(2));
   EXPECT_GT(bestOverlap(found, seen, 1), 0.8);
   EXPECT_GT(bestOverlap(found, seen, 2), 0.8);
+}
+
+TEST(Clusters, BoxesOfOneHeightWithAGapAreTwoThings) {
+  // 8 mm are 5 pixels, through which the table is seen.
+  const Seen seen =
+      see({kTable, box({-0.064, 0, 0}, {0.12, 0.1, 0.12}), box({0.064, 0, 0}, {0.12, 0.1, 0.12})});
+  const Clusters found = findClusters(seen.depth, kView.camera);
+  EXPECT_THAT(found.clusters, SizeIs(2));
+  EXPECT_GT(bestOverlap(found, seen, 1), 0.8);
+  EXPECT_GT(bestOverlap(found, seen, 2), 0.8);
+}
+
+/// Each shape in a color of its own, and the table gray.
+cv::Mat colorsOf(const Seen& seen, const std::vector<cv::Vec3b>& colors) {
+  cv::Mat image(seen.depth.size(), CV_8UC3, cv::Scalar(90, 90, 90));
+  for (std::size_t i = 0; i < colors.size(); ++i) {
+    cv::Mat shape = seen.shape == static_cast<int>(i + 1);
+    image.setTo(cv::Scalar(colors[i][0], colors[i][1], colors[i][2]), shape);
+  }
+  return image;
+}
+
+TEST(Clusters, ColorTellsTouchingBoxesOfOneHeightApart) {
+  const Seen seen =
+      see({kTable, box({-0.06, 0, 0}, {0.12, 0.1, 0.12}), box({0.06, 0, 0}, {0.12, 0.1, 0.12})});
+  EXPECT_THAT(findClusters(seen.depth, kView.camera).clusters, SizeIs(1)) << "geometry is silent";
+  const cv::Mat image = colorsOf(seen, {{40, 40, 200}, {200, 60, 40}});
+  const Clusters found = findClusters(seen.depth, kView.camera, {}, image);
+  EXPECT_THAT(found.clusters, SizeIs(2));
+  EXPECT_GT(bestOverlap(found, seen, 1), 0.85);
+  EXPECT_GT(bestOverlap(found, seen, 2), 0.85);
+  cv::Mat half;
+  cv::resize(image, half, {}, 0.5, 0.5, cv::INTER_NEAREST);
+  EXPECT_THAT(findClusters(seen.depth, kView.camera, {}, half).clusters, SizeIs(2)) << "of another size";
+  const cv::Mat shadow = colorsOf(seen, {{200, 200, 200}, {130, 130, 130}});
+  EXPECT_THAT(findClusters(seen.depth, kView.camera, {}, shadow).clusters, SizeIs(1))
+      << "light alone is none";
+}
+
+TEST(Clusters, PrintedBoxesStayWhole) {
+  const Seen seen = see({kTable, kBox});
+  cv::Mat label = colorsOf(seen, {{40, 40, 200}}), dots = label.clone();
+  const cv::Rect box = findClusters(seen.depth, kView.camera).clusters.at(0).box;
+  const cv::Point middle = (box.tl() + box.br()) / 2;
+  label(cv::Rect(middle - cv::Point(20, 20), cv::Size(40, 40))).setTo(cv::Scalar(200, 60, 40));
+  for (int v = box.y; v < box.br().y; v += 16)
+    for (int u = box.x; u < box.br().x; u += 16) dots(cv::Rect(u, v, 8, 8)).setTo(cv::Scalar(200, 60, 40));
+  for (const cv::Mat& image : {label, dots})
+    EXPECT_THAT(findClusters(seen.depth, kView.camera, {}, image).clusters, SizeIs(1));
 }
 
 TEST(Clusters, BowlIsOneThingInsideAndOutside) {
@@ -309,6 +359,8 @@ TEST(Clusters, RefusesWhatIsNoDepthImage) {
   CameraIntrinsics camera = kView.camera;
   camera.fx = 0;
   EXPECT_THAT([&] { findClusters(depth, camera); }, FailsWith(ErrorCode::invalidInput, "fx 0"));
+  EXPECT_THAT([&] { findClusters(depth, kView.camera, {}, cv::Mat(48, 64, CV_8U)); },
+              FailsWith(ErrorCode::invalidInput, "BGR"));
   camera.fx = kNaN;
   EXPECT_THAT([&] { findClusters(depth, camera); }, FailsWith(ErrorCode::invalidInput, "fx nan"));
 }
@@ -317,8 +369,7 @@ TEST(Clusters, RefusesOptionsOutOfRange) {
   const cv::Mat depth(48, 64, CV_32F, cv::Scalar(1));
   for (const auto& [option, name] : {std::pair(&ClusterOptions::minPlaneArea, "min-plane-area"),
                                      std::pair(&ClusterOptions::planeTolerance, "plane-tolerance"),
-                                     std::pair(&ClusterOptions::creaseDepth, "crease-depth"),
-                                     std::pair(&ClusterOptions::contactDistance, "contact-distance")})
+                                     std::pair(&ClusterOptions::creaseDepth, "crease-depth")})
     for (const double value : {0., -1., std::nan(""), HUGE_VAL}) {
       ClusterOptions options;
       options.*option = value;

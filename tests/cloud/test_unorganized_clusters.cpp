@@ -136,7 +136,7 @@ TEST(CloudClusters, OneThingAroundTheOriginStaysWhole) {
   EXPECT_THAT(found.clusters, SizeIs(1));
 }
 
-TEST(CloudClusters, ColorsAndNormalsDoNotMatterToWhatIsFound) {
+TEST(CloudClusters, OneColorDoesNotMatterToWhatIsFound) {
   const Seen seen = tableWithTwoThings();
   PointCloud cloud = backProject(seen.depth, kTableView.camera);
   const Clusters plain = findClusters(cloud);

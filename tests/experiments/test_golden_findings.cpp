@@ -222,10 +222,12 @@ TEST(Golden, ModelChoiceOnOneDrive) {
 }
 
 TEST(Golden, ObjectSegmentation) {
-  const std::vector<SegmentedScene> scenes{{"a", "boxes", {4, 3, 1, 0, 2.75}, {4, 2, 0, 2, 2.125}, 4, 1},
-                                           {"b", "cups", {3, 3, 0, 0, 2.5}, {3, 1, 1, 1, 1.5}, 2, 0},
-                                           {"c", "boxes", {2, 1, 0, 1, 1.25}, {2, 2, 0, 0, 1.75}, 2, 0},
-                                           {"d", "empty", {0, 0, 0, 0, 0}, {0, 0, 0, 0, 0}, 0, 0}};
+  const SegmentationMeasures good{{0.9, 0.8, 0.85}, {0.75, 0.5, 0.6}, 1}, bad{{0.5, 0.25, 0.3}, {0, 0, 0}, 0};
+  std::vector<SegmentedScene> scenes{
+      {"a", "boxes", {4, 3, 1, 0, 2.75}, {4, 2, 0, 2, 2.125}, good, bad, 1, 4, 1},
+      {"b", "cups", {3, 3, 0, 0, 2.5}, {3, 1, 1, 1, 1.5}, good, good, 1, 2, 0},
+      {"c", "boxes", {2, 1, 0, 1, 1.25}, {2, 2, 0, 0, 1.75}, bad, bad, 1, 2, 0},
+      {"d", "empty", {0, 0, 0, 0, 0}, {0, 0, 0, 0, 0}, good, good, 1, 0, 0}};
   test::expectGolden("object-segmentation", findingsOf(scenes));
 }
 

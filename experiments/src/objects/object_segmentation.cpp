@@ -11,6 +11,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/io/depth_file.hpp"
 #include "estancia/io/image_file.hpp"
+#include "experiments/src/objects/made_up_scenes.hpp"
 #include "experiments/src/objects/object_scenes.hpp"
 #include "experiments/src/objects/object_segmentation_findings.hpp"
 #include "experiments/src/runner/config_lists.hpp"
@@ -20,7 +21,7 @@
 namespace estancia::experiments {
 namespace {
 
-constexpr int objectSegmentationVersion = 1;  // of what follows: scenes of another one are segmented anew
+constexpr int objectSegmentationVersion = 2;  // of what follows: scenes of another one are segmented anew
 constexpr int largest = 20'000;               // pixels of a side, and of a focal length
 
 ClusterOptions clustering(const ObjectSegmentationOptions& options) {
@@ -30,13 +31,44 @@ ClusterOptions clustering(const ObjectSegmentationOptions& options) {
   return clusters;
 }
 
-/// One scene, read.
+/// One scene, read or made up.
 struct Scene {
-  cv::Mat depth, truth;
-  Scene(const ObjectScene& scene, const ObjectSegmentationOptions& options)
-      : depth(io::readDepth(scene.depth, options.depthScale)),
-        truth(whereDepthIs(readObjectMask(scene.mask), depth)) {}
+  cv::Mat image, depth, truth;
+  CameraIntrinsics camera;
+  Scene(const ObjectScene& scene, const ObjectSegmentationOptions& options) : camera(options.camera) {
+    if (options.madeUp == 0) {
+      image = readImage(scene.image);
+      depth = io::readDepth(scene.depth, options.depthScale);
+      truth = whereDepthIs(readObjectMask(scene.mask), depth);
+      return;
+    }
+    MadeUpScene made = madeUpScene(std::stoull(scene.name));
+    image = made.image;
+    depth = made.depth;
+    truth = whereDepthIs(made.truth, depth);
+    camera = made.camera;
+  }
 };
+
+std::vector<ObjectScene> listScenes(const ObjectSegmentationOptions& options,
+                                    std::vector<std::string>& problems) {
+  if (options.madeUp == 0) return readObjectScenes(options.scenes, &problems);
+  std::vector<ObjectScene> scenes;
+  for (std::uint64_t seed = options.firstScene; scenes.size() < options.madeUp; ++seed)
+    scenes.push_back({std::to_string(seed), madeUpCategory(seed), {}, {}, {}});
+  return scenes;
+}
+
+/// Of what a scene depends on.
+std::string digestOf(const ObjectScene& file, const ObjectSegmentationOptions& options) {
+  const CameraIntrinsics& camera = options.camera;
+  const std::string files =
+      options.madeUp > 0 ? "made up " + file.name
+                         : sha256OfFile(file.image) + sha256OfFile(file.depth) + sha256OfFile(file.mask);
+  return sha256(fmt::format("{} {} {} {} {} {} {} {} {} {} {}", objectSegmentationVersion, files,
+                            camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy,
+                            options.depthScale, options.tolerance, options.seed));
+}
 
 std::vector<PixelSet> pixelsOf(Clusters clusters) {
   std::vector<PixelSet> pixels;
@@ -52,12 +84,25 @@ void add(CellResults& results, const std::string& prefix, const SegmentationScor
   results.push_back({prefix + "mean_iou", "", score.objects == 0 ? 0 : score.iou / objects});
 }
 
+const std::pair<const char*, PrecisionRecall SegmentationMeasures::*> kKinds[] = {
+    {"overlap_", &SegmentationMeasures::overlap}, {"boundary_", &SegmentationMeasures::boundary}};
+
+void add(CellResults& results, const std::string& prefix, const SegmentationMeasures& measures) {
+  for (const auto& [name, kind] : kKinds) {
+    const PrecisionRecall& values = measures.*kind;
+    results.push_back({prefix + name + "precision", "", values.precision});
+    results.push_back({prefix + name + "recall", "", values.recall});
+    results.push_back({prefix + name + "f", "", values.f});
+  }
+  results.push_back({prefix + "f_above_75", "", measures.atThreeQuarters});
+}
+
 CellResults segment(const ObjectScene& file, const ObjectSegmentationOptions& options) {
   const Scene scene(file, options);
   const ClusterOptions how = clustering(options);
-  Clusters found = findClusters(scene.depth, options.camera, how);
-  const auto euclidean = euclideanClusters(scene.depth, options.camera, found.planes, how, options.tolerance);
-  const PointCloud cloud = backProject(scene.depth, options.camera);
+  Clusters found = findClusters(scene.depth, scene.camera, how, scene.image);
+  const auto euclidean = euclideanClusters(scene.depth, scene.camera, found.planes, how, options.tolerance);
+  const PointCloud cloud = backProject(scene.depth, scene.camera);
   std::size_t told = 0, taken = 0;
   const auto objects = objectsOf(scene.truth);
   for (std::size_t o = 0; o < objects.size(); ++o) {
@@ -66,11 +111,14 @@ CellResults segment(const ObjectScene& file, const ObjectSegmentationOptions& op
   }
   const auto count = static_cast<double>(objects.size());
   CellResults results{{"objects", "", count}};
-  add(results, "", scoreClusters(scene.truth, pixelsOf(std::move(found))));
+  const auto clusters = pixelsOf(std::move(found));
+  add(results, "", scoreClusters(scene.truth, clusters));
+  add(results, "", measureClusters(scene.truth, clusters));
   results.push_back({"posters", "", count});
   results.push_back({"posters_told", "", static_cast<double>(told)});
   results.push_back({"taken_for_flat", "", static_cast<double>(taken)});
   add(results, "euclidean_", scoreClusters(scene.truth, euclidean));
+  add(results, "euclidean_", measureClusters(scene.truth, euclidean));
   return results;
 }
 
@@ -87,8 +135,18 @@ SegmentedScene read(const ObjectScene& scene, const CellResults& results) {
     return SegmentationScore{count("objects"), count(prefix + "found"), count(prefix + "over"),
                              count(prefix + "under"), get(prefix + "mean_iou") * get("objects")};
   };
-  return {scene.name,          scene.category,        score(""),
-          score("euclidean_"), count("posters_told"), count("taken_for_flat")};
+  const auto measures = [&](const std::string& prefix) {
+    SegmentationMeasures all;
+    for (const auto& [name, kind] : kKinds)
+      all.*kind = {get(prefix + name + "precision"), get(prefix + name + "recall"), get(prefix + name + "f")};
+    all.atThreeQuarters = get(prefix + "f_above_75");
+    return all;
+  };
+  SegmentedScene read{scene.name,          scene.category, score(""),
+                      score("euclidean_"), measures(""),   measures("euclidean_")};
+  read.postersTold = count("posters_told");
+  read.takenForFlat = count("taken_for_flat");
+  return read;
 }
 
 Images show(const std::vector<ObjectScene>& files, const std::vector<SegmentedScene>& scenes,
@@ -99,8 +157,9 @@ Images show(const std::vector<ObjectScene>& files, const std::vector<SegmentedSc
     const Scene scene(files[i], options);
     const SegmentationScore& score = scenes[i].ours;
     images.images.push_back(
-        {segmentationImage(readImage(files[i].image), scene.truth,
-                           pixelsOf(findClusters(scene.depth, options.camera, clustering(options)))),
+        {segmentationImage(
+             scene.image, scene.truth,
+             pixelsOf(findClusters(scene.depth, scene.camera, clustering(options), scene.image))),
          fmt::format("{}{}: {} of {} objects, mean IoU {:.2f}", files[i].name,
                      files[i].category.empty() ? "" : " (" + files[i].category + ")", score.found,
                      score.objects,
@@ -139,38 +198,55 @@ CameraIntrinsics readCamera(ConfigFile& config, const toml::table& table) {
 
 ObjectSegmentationOptions readObjectSegmentation(ConfigFile& config) {
   ObjectSegmentationOptions options;
-  const toml::table* camera = nullptr;
+  const toml::table *camera = nullptr, *made = nullptr;
   config.read(together(
       keysOf(config, declare(options)),
       {{"type", true, "the kind of experiment", [](auto&) {}},
-       {"scenes", true, "the folder with the list of scenes",
+       {"scenes", false, "the folder with the list of scenes",
         [&](auto& n) { options.scenes = config.anywhere(n); }},
-       {"camera", true, "the camera that took them", [&](auto& n) { camera = &config.subtable(n); }}}));
+       {"camera", false, "the camera that took them", [&](auto& n) { camera = &config.subtable(n); }},
+       {"made_up", false, "scenes that are rendered, instead",
+        [&](auto& n) { made = &config.subtable(n); }}}));
+  if (made != nullptr && (camera != nullptr || !options.scenes.empty()))
+    throw Error(ErrorCode::malformedFile,
+                "`made_up` has its own scenes and camera; leave out those of files");
+  if (made != nullptr) {
+    config.read(*made,
+                {{"count", true, "how many",
+                  [&](auto& n) { options.madeUp = static_cast<std::size_t>(config.integer(n, 1, 10'000)); }},
+                 {"first", false, "the seed of the first one", [&](auto& n) {
+                    options.firstScene = static_cast<std::uint64_t>(config.integer(n, 0, 1'000'000));
+                  }}});
+    return options;
+  }
+  if (options.scenes.empty() || camera == nullptr)
+    throw Error(ErrorCode::malformedFile, "give `scenes`, a folder, and its `[camera]`; or `[made_up]`");
   options.camera = readCamera(config, *camera);
   return options;
 }
 
 GridColumns objectSegmentationColumns() {
-  return {{"scene"},
-          "",
-          {"objects", "found", "over", "under", "mean_iou", "posters", "posters_told", "taken_for_flat",
-           "euclidean_found", "euclidean_over", "euclidean_under", "euclidean_mean_iou"}};
+  GridColumns columns{{"scene"}, "", {"objects"}};
+  const auto add = [&](const std::string& prefix) {
+    for (const char* score :
+         {"found", "over", "under", "mean_iou", "overlap_precision", "overlap_recall", "overlap_f",
+          "boundary_precision", "boundary_recall", "boundary_f", "f_above_75"})
+      columns.measures.push_back(prefix + score);
+  };
+  add("");
+  for (const char* flat : {"posters", "posters_told", "taken_for_flat"}) columns.measures.emplace_back(flat);
+  add("euclidean_");
+  return columns;
 }
 
 Findings segmentObjects(const ObjectSegmentationOptions& options, Grid& grid, const ExperimentRun& run,
                         Progress& progress) {
   refuseModels(run, "segmentation");
   std::vector<std::string> problems;
-  const std::vector<ObjectScene> files = readObjectScenes(options.scenes, &problems);
+  const std::vector<ObjectScene> files = listScenes(options, problems);
   std::vector<Cell> cells;
   cells.reserve(files.size());
-  const CameraIntrinsics& camera = options.camera;
-  for (const ObjectScene& file : files)
-    cells.push_back({{file.name},
-                     sha256(fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}", objectSegmentationVersion,
-                                        sha256OfFile(file.depth), sha256OfFile(file.mask), camera.width,
-                                        camera.height, camera.fx, camera.fy, camera.cx, camera.cy,
-                                        options.depthScale, options.tolerance, options.seed))});
+  for (const ObjectScene& file : files) cells.push_back({{file.name}, digestOf(file, options)});
   const auto found = grid.run(
       cells, [&](std::size_t i) { return segment(files[i], options); }, progress, "segmenting");
   std::vector<SegmentedScene> scenes;
@@ -190,7 +266,8 @@ Findings segmentObjects(const ObjectSegmentationOptions& options, Grid& grid, co
           show(files, scenes, {order.begin(), order.begin() + count}, options, "The best scenes"));
     }
   }
-  findings.facts = {{"Scenes", fmt::format("{}: {}", options.scenes.string(), files.size())},
+  const std::string from = options.madeUp > 0 ? "made up" : options.scenes.string();
+  findings.facts = {{"Scenes", fmt::format("{}: {}", from, files.size())},
                     {"Clusters", "of the library's defaults"},
                     {"Euclidean clusters", fmt::format("{} m apart", options.tolerance)}};
   findings.notes = problems;

@@ -23,8 +23,11 @@ class ConfigFile;
 namespace estancia::experiments {
 
 struct ObjectSegmentationOptions {
-  /// See readObjectScenes().
+  /// See readObjectScenes(); empty where they are made up.
   std::filesystem::path scenes;
+  /// Scenes that are made up, see madeUpScene(), and the seed of the first.
+  std::size_t madeUp = 0;
+  std::uint64_t firstScene = 1;
   CameraIntrinsics camera;
   /// Units a meter of the depth images; 0: the usual.
   double depthScale = 0;

@@ -8,6 +8,7 @@
 
 #include "experiments/src/findings/findings.hpp"
 #include "experiments/src/objects/object_segmentation_score.hpp"
+#include "experiments/src/objects/segmentation_measures.hpp"
 
 namespace estancia::experiments {
 
@@ -15,6 +16,9 @@ namespace estancia::experiments {
 struct SegmentedScene {
   std::string name, category;
   SegmentationScore ours, euclidean;
+  /// Sums over scenes where several are added.
+  SegmentationMeasures measures, euclideanMeasures;
+  std::size_t scenes = 1;
   /// Objects whose photograph is told to be flat.
   std::size_t postersTold = 0;
   /// Objects that are.
