@@ -158,6 +158,7 @@ void run(double focal, const std::vector<std::string>& files) {
       up = upOf(copy.planes);
       findStructure(grid, up, copy);
       patches = takePatches(grid, copy);
+      dropGrazedLevels(grid, up, copy);
       structured.emplace(std::move(copy));
     });
     add(processorTime, [&] { creases = concaveCreases(grid, structured->rest, options.creaseDepth, 1); });
@@ -165,7 +166,7 @@ void run(double focal, const std::vector<std::string>& files) {
     add(processorTime,
         [&] { foreground.emplace(dropStructure(grid, *structured, up, patches, kept = segments)); });
     add(processorTime, [&] { mergeSegments(grid, *foreground, 1, joined = kept); });
-    add(processorTime, [&] { joinLoose(grid, *foreground, up, loose = joined); });
+    add(processorTime, [&] { joinLoose(grid, *foreground, structured->half, up, loose = joined); });
     add(processorTime,
         [&] { assembleFurniture(grid, *foreground, structured->half, up, furniture = loose); });
     add(processorTime,

@@ -197,12 +197,13 @@ Clusters findClusters(const cv::Mat& depth, const CameraIntrinsics& camera, cons
   const cv::Vec3d up = upOf(removal.planes);
   findStructure(grid, up, removal);
   const Segmentation patches = takePatches(grid, removal);
+  dropGrazedLevels(grid, up, removal);
   std::vector<std::uint8_t> creases =
       concaveCreases(grid, removal.rest, options.creaseDepth, options.threads);
   Segmentation segments = oversegment(grid, removal.rest, std::move(creases));
   const Mask foreground = dropStructure(grid, removal, up, patches, segments);
   mergeSegments(grid, foreground, options.threads, segments);
-  joinLoose(grid, foreground, up, segments);
+  joinLoose(grid, foreground, removal.half, up, segments);
   assembleFurniture(grid, foreground, removal.half, up, segments);
   mergeContainerInteriors(grid, foreground, removal.planes, options.threads, segments);
   if (!image.empty()) splitByColor(grid, removal.half, image, up, segments);

@@ -32,11 +32,27 @@ class Gaussian {
   std::optional<double> kept_;
 };
 
-}  // namespace
-
-PointCloud withGaussianNoise(PointCloud cloud, double sigma, std::uint64_t seed) {
+void requireDeviation(double sigma) {
   if (!(sigma >= 0) || !std::isfinite(sigma))
     fail(ErrorCode::invalidOption, "the standard deviation of the noise is {} m; give 0 or more", sigma);
+}
+
+}  // namespace
+
+PointCloud withDepthNoise(PointCloud cloud, double atOneMeter, double across, std::uint64_t seed) {
+  requireDeviation(atOneMeter);
+  requireDeviation(across);
+  Gaussian draw(seed);
+  for (cv::Point3f& p : cloud.points) {
+    const double z = p.z, along = 1 + atOneMeter * z * draw();
+    const double x = (p.x + across * z * draw()) * along, y = (p.y + across * z * draw()) * along;
+    p = {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z * along)};
+  }
+  return cloud;
+}
+
+PointCloud withGaussianNoise(PointCloud cloud, double sigma, std::uint64_t seed) {
+  requireDeviation(sigma);
   if (sigma == 0) return cloud;
   Gaussian draw(seed);
   for (cv::Point3f& p : cloud.points)

@@ -1,4 +1,4 @@
-// Gaussian noise: a point cloud with independent noise added to its points.
+// Sensor noise: a point cloud with independent noise added to its points.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,5 +13,11 @@ namespace estancia {
 /// between platforms, whose standard libraries differ in logarithm and cosine. NaN stays NaN; colors and
 /// normals are unchanged. Throws Error (invalidOption) on a sigma that is negative or not finite.
 PointCloud withGaussianNoise(PointCloud cloud, double sigma, std::uint64_t seed);
+
+/// The cloud with the noise of a structured-light depth camera at the origin that looks along z: Gaussian,
+/// along the ray, its standard deviation `atOneMeter` z² [m]; and across the ray, `across` z (Nguyen, Izadi,
+/// Lovell: Modeling Kinect sensor noise, 3DIMPVT 2012: about 0.0019 m and 0.8 pixels, 0.0014). Else as
+/// withGaussianNoise().
+PointCloud withDepthNoise(PointCloud cloud, double atOneMeter, double across, std::uint64_t seed);
 
 }  // namespace estancia

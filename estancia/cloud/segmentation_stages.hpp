@@ -41,6 +41,10 @@ PlaneRemoval removePlanes(const InverseDepth& grid, const ClusterOptions& option
 /// segments, and gives pixels of small ones to `removal.rest`.
 Segmentation takePatches(const InverseDepth& grid, PlaneRemoval& removal);
 
+/// Drops the pixels of level surfaces that the camera sees so flat that they have no normals: the few rows of
+/// a worktop near eye height. They would join what stands on it with what is below.
+void dropGrazedLevels(const InverseDepth& grid, const cv::Vec3d& up, PlaneRemoval& removal);
+
 /// Adds `patches` to the segments of `removal.rest`, and drops what is left of walls, floor and ceiling: flat
 /// segments that are nowhere in front of another (the wall seen between things), and strips along walls
 /// (skirting, frames and reveals of doors). Returns the pixels of what remains.
@@ -48,8 +52,9 @@ Mask dropStructure(const InverseDepth& grid, const PlaneRemoval& removal, const 
                    const Segmentation& patches, Segmentation& segments);
 
 /// Joins crumbs that lie close together (leaves), and small segments whose lower ends are free, as nothing
-/// floats, to the nearest larger segment.
-void joinLoose(const InverseDepth& grid, const Mask& mask, const cv::Vec3d& up, Segmentation& segments);
+/// floats, to the nearest larger segment, but to no level surface below them.
+void joinLoose(const InverseDepth& grid, const Mask& mask, const HalfImage& half, const cv::Vec3d& up,
+               Segmentation& segments);
 
 /// Furniture assembly: joins to each body, a segment too large for a hand, what touches it and what carries
 /// its level top. What stands on a body is a thing of its own: it begins where they touch, inside of the

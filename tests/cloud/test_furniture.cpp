@@ -85,6 +85,41 @@ void expectRoom(const Clusters& found, const Seen& seen) {
   EXPECT_LE(found.clusters.size(), 6U);
 }
 
+/// A cupboard along the wall, and a toaster on it, near its front edge.
+TEST(Furniture, WhatStandsOnAWorktopNearEyeHeightIsAThing) {
+  const std::vector<Shape> kitchen{
+      level(0), board({0, 3, 1.25}, {1, 0, 0}, {0, 0, 1}, 10, 1.25), box({0, 2.7, 0}, {2.4, 0.6, 0.9}),
+      box({0.2, 2.52, 0.9}, {0.3, 0.16, 0.2}, 0.1), box({-0.5, 2.6, 0.9}, {0.2, 0.3, 0.3}, -0.2)};
+  for (const double height : {0.95, 1.0})
+    for (const double away : {1.8, 2.4})
+      for (const double noise : {0.0, 0.0012}) {
+        View view = inRoom();
+        view.from = {0.1, 2.4 - away, height};
+        view.to = {0, 2.5, 0.8};
+        view.noise = noise;
+        const Seen seen = see(kitchen, view);
+        const Clusters found = findClusters(seen.depth, view.camera);
+        EXPECT_GT(bestOverlapOf(found, seen, {3}), 0.85) << height << ' ' << away << ' ' << noise;
+        EXPECT_GT(bestOverlapOf(found, seen, {4}), 0.98) << height << ' ' << away << ' ' << noise;
+      }
+}
+
+/// A table, and a machine on it whose head hangs over, 2 cm above the table.
+TEST(Furniture, WhatHangsOverATableStandsOnIt) {
+  const std::vector<Shape> shapes{level(0), board({0, 3, 1.25}, {1, 0, 0}, {0, 0, 1}, 10, 1.25),
+                                  box({0, 1.3, 0.66}, {1.6, 0.8, 0.04}), box({0, 1.4, 0.7}, {0.1, 0.06, 0.2}),
+                                  box({0, 1.3, 0.72}, {0.2, 0.22, 0.2})};
+  View view = inRoom();
+  view.to = {0, 1.3, 0.7};
+  for (const double height : {1.0, 1.1, 1.3}) {
+    view.from = {0.1, -0.2, height};
+    const Seen seen = see(shapes, view);
+    const Clusters found = findClusters(seen.depth, view.camera);
+    EXPECT_GT(bestOverlapOf(found, seen, {3, 4}), 0.8) << height;
+    EXPECT_GT(bestOverlapOf(found, seen, {2}), 0.95) << height << ", the table without it";
+  }
+}
+
 TEST(Furniture, IsOneThingAndWhatStandsOnItAnother) {
   const View view = inRoom();
   const Seen seen = see(kRoom, view);

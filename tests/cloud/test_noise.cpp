@@ -35,6 +35,27 @@ PointCloud bowl(float scale = 1) {
   return cloudOf(std::move(points));
 }
 
+TEST(Noise, OfADepthCameraGrowsWithDepth) {
+  std::vector<cv::Point3f> points;
+  for (int i = 0; i < 20000; ++i)
+    points.emplace_back(i % 2 == 0 ? cv::Point3f(0.3F, 0, 1) : cv::Point3f(0, 0.9F, 3));
+  const PointCloud noisy = withDepthNoise(cloudOf(points), 0.002, 0.001, 4);
+  for (int part = 0; part < 2; ++part) {
+    double along = 0, across = 0;
+    for (std::size_t i = static_cast<std::size_t>(part); i < points.size(); i += 2) {
+      const cv::Point3f& p = noisy.points[i];
+      along += std::pow(static_cast<double>(p.z - points[i].z), 2) * 2 / 20000;
+      const float slope = part == 0 ? p.y / p.z : p.x / p.z;  // of the direction that has none
+      across += std::pow(static_cast<double>(slope), 2) * 2 / 20000;
+    }
+    EXPECT_NEAR(std::sqrt(along), part == 0 ? 0.002 : 0.018, part == 0 ? 1e-4 : 9e-4);
+    EXPECT_NEAR(std::sqrt(across), 0.001, 5e-5) << "the same angle at any depth";
+  }
+  EXPECT_EQ(withDepthNoise(cloudOf(points), 0.002, 0.001, 4).points, noisy.points);
+  EXPECT_THAT([&] { withDepthNoise(noisy, -1, 0, 1); }, FailsWith(ErrorCode::invalidOption, "-1"));
+  EXPECT_THAT([&] { withDepthNoise(noisy, 0, kNaN, 1); }, FailsWith(ErrorCode::invalidOption, "nan"));
+}
+
 TEST(Noise, HasItsStandardDeviationAlongEachAxis) {
   const PointCloud clean = bowl();
   const PointCloud noisy = withGaussianNoise(clean, 0.01, 3);

@@ -300,8 +300,10 @@ Findings compareRecognitionBy(const RecognitionExperimentOptions& options, const
                     : options.absent == RecognitionExperimentOptions::Absent::object
                         ? fmt::format(" (one an object and scene, seed {})", options.absentSeed)
                         : fmt::format(" (drawn, seed {})", options.absentSeed))},
-       {"Noise", fmt::format("Gaussian, of standard deviation {} m, in the scenes; seeds {}",
-                             fmt::join(options.noises, ", "), fmt::join(options.seeds, ", "))},
+       {"Noise",
+        fmt::format("{}, of standard deviation {} m{}, in the scenes; seeds {}",
+                    options.depthNoise ? "of a depth camera" : "Gaussian", fmt::join(options.noises, ", "),
+                    options.depthNoise ? " at 1 m" : "", fmt::join(options.seeds, ", "))},
        {"Seconds",
         "a pair on one thread, the scene's filter and description paid by every pair, the models ready"},
        {"Models", fmt::format("filters leave {} points of a model", options.modelPoints)}});

@@ -49,8 +49,9 @@ struct RecognitionExperimentOptions {
   std::size_t modelPoints = 5000;
   /// Points that filters leave of a scene.
   std::vector<std::size_t> sizes{20000};
-  /// Standard deviations of the noise [m].
+  /// Standard deviations of the noise [m]; at 1 m, of a depth camera's (withDepthNoise()), if `depthNoise`.
   std::vector<double> noises{0};
+  bool depthNoise = false;
   /// Seeds of the noise.
   std::vector<std::uint64_t> seeds{1};
   std::vector<std::string> keypoints{"uniform"}, descriptors{"shot"};

@@ -66,6 +66,8 @@ OptionGroup declare(RecognitionExperimentOptions& options) {
       .unit("degrees")
       .range(0, 180);
   group.add("thesis-tables", &options.thesisTables, "The thesis' tables beside, where the pairs are its own");
+  group.add("depth-noise", &options.depthNoise,
+            "Noises are those of a depth camera [m at 1 m], and 0.8 pixels of a Kinect across");
   group.add("elsewhere", &options.elsewhere, "Move each scene into a frame without a known viewpoint");
   group.add("kept-mb", &options.keptMegabytes, "Size of the cache of filtered clouds")
       .unit("MB")

@@ -135,7 +135,8 @@ RecognitionStages::~RecognitionStages() = default;
 std::string RecognitionStages::inputs(const RecognitionUnit& unit) const {
   std::string text = describe(optionsOf(unit)) + "\n" + sceneDigests_[unit.scene] + "\n" +
                      FilteredClouds::describe(filterOf(unit.preset, unit.sceneFilter, unit.size)) + "\n" +
-                     fmt::format("{} {} {}\n", options_.translation, options_.rotation, options_.elsewhere);
+                     fmt::format("{} {} {}{}\n", options_.translation, options_.rotation, options_.elsewhere,
+                                 options_.depthNoise ? " depth noise" : "");
   for (const std::string& filter : options_.modelFilters)
     text += FilteredClouds::describe(filterOf(unit.preset, filter, options_.modelPoints)) + "\n";
   for (const Model& model : models_) {
@@ -175,14 +176,21 @@ cv::Affine3d RecognitionStages::frameOf(const RecognitionUnit& unit) const {
   return options_.elsewhere ? randomFrame(unit.scene + 1) : cv::Affine3d::Identity();
 }
 
+PointCloud RecognitionStages::withNoise(PointCloud cloud, const RecognitionUnit& unit) const {
+  constexpr double across = 0.0014;  // of a Kinect: withDepthNoise()
+  return options_.depthNoise ? withDepthNoise(std::move(cloud), unit.noise, across, unit.seed)
+                             : withGaussianNoise(std::move(cloud), unit.noise, unit.seed);
+}
+
 void RecognitionStages::look(const RecognitionTask& task, RecognitionFound& found) {
   const RecognitionUnit& unit = task.unit;
   const auto& [name, file] = pairs_.scenes[unit.scene];
   PointCloud noisy = readCloud(file);
-  if (unit.noise > 0) noisy = withGaussianNoise(std::move(noisy), unit.noise, unit.seed);
-  const auto filtered = clouds_.get(
-      fmt::format("{} {} {}", sceneDigests_[unit.scene], unit.noise, unit.noise > 0 ? unit.seed : 0),
-      filterOf(unit.preset, unit.sceneFilter, unit.size), [&] { return noisy; });
+  if (unit.noise > 0) noisy = withNoise(std::move(noisy), unit);
+  const auto filtered =
+      clouds_.get(fmt::format("{} {}{} {}", sceneDigests_[unit.scene], unit.noise,
+                              options_.depthNoise ? " at 1 m" : "", unit.noise > 0 ? unit.seed : 0),
+                  filterOf(unit.preset, unit.sceneFilter, unit.size), [&] { return noisy; });
   found.filterSeconds = filtered.seconds;
 
   const auto recipe = recipeOf(unit);

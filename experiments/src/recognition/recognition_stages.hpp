@@ -44,6 +44,7 @@ class RecognitionStages final : public RecognitionWork {
   std::shared_ptr<Recipe> recipeOf(const RecognitionUnit& unit);
   void look(const RecognitionTask& task, RecognitionFound& found);
   const Entry& modelOf(Recipe& recipe, const RecognitionSearch& search);
+  PointCloud withNoise(PointCloud cloud, const RecognitionUnit& unit) const;
   /// T_searched_scene.
   cv::Affine3d frameOf(const RecognitionUnit& unit) const;
   /// True poses of the model in the task's scene.
