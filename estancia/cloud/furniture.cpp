@@ -93,11 +93,17 @@ double shareWithin(const SegmentShape& shape, const std::vector<cv::Point2f>& hu
   return all > 0 ? inside / all : 0;
 }
 
+/// Whether a segment begins where a body ends.
+bool isOnTop(const SegmentShape& part, const SegmentShape& body, double band) {
+  return part.known() && body.known() && body.isBody() && part.low > body.high - band;
+}
+
 /// Whether a segment is a thing that stands on another: it begins where they touch, and stands above all of
 /// a wider one, or within the border of the other's level surface.
 bool standsOn(const SegmentShape& thing, const SegmentShape& base, double height, double band) {
   if (!thing.known() || !base.known() || thing.low < height - band) return false;
-  if (thing.low > base.high - band && thing.wide < kSmaller * base.wide) return true;
+  const double smaller = base.high - base.low > kBody ? 1 : kSmaller;  // a cabinet is no seat
+  if (thing.low > base.high - band && thing.wide < smaller * base.wide) return true;
   const auto hull = levelHull(base, height - kBand - band, height + kBand + band);
   const double foot = thing.low + std::max(kFoot, 0.3 * (thing.high - thing.low));
   return !hull.empty() && shareWithin(thing, hull, kInside, foot) > 0.5;
@@ -218,40 +224,11 @@ class Assembly {
   DisjointSets sets_;
 };
 
-/// Height and levelness of segments.
-struct Tops {
-  struct Top {
-    double height = 0;  ///< sum
-    std::size_t pixels = 0, level = 0;
-  };
-  std::vector<Top> of;
-
-  Tops(const InverseDepth& grid, const HalfImage& half, const cv::Vec3d& up, const Segmentation& segments)
-      : of(segments.sizes.size()) {
-    for (int v = 0; v < half.height; ++v)
-      for (int u = 0; u < half.width; ++u) {
-        const std::size_t i = grid.at(2 * u, 2 * v), at = half.row(v) + static_cast<std::size_t>(u);
-        if (segments.labels[i] == 0) continue;
-        Top& top = of[segments.labels[i]];
-        const cv::Point3f p = grid.point(i);
-        top.height += up.dot({p.x, p.y, p.z});
-        ++top.pixels;
-        top.level += -(half.nx[at] * up[0] + half.ny[at] * up[1] + half.nz[at] * up[2]) > kFacesUp ? 1 : 0;
-      }
-  }
-  /// Whether a part lies above a level surface: it may stand there.
-  bool isAbove(std::uint32_t part, std::uint32_t whole) const {
-    const Top &a = of[part], &b = of[whole];
-    return a.pixels > 0 && 3 * b.level > 2 * b.pixels &&
-           a.height * static_cast<double>(b.pixels) > b.height * static_cast<double>(a.pixels);
-  }
-};
-
 }  // namespace
 
 void joinLoose(const InverseDepth& grid, const Mask& mask, const HalfImage& half, const cv::Vec3d& up,
                Segmentation& segments) {
-  const Tops tops(grid, half, up, segments);
+  const std::vector<SegmentShape> shapes = shapesOf(grid, half, up, segments);
   const std::vector<SegmentEdge> edges = segmentGraph(grid, segments, up);
   const std::vector<LowerEnds> ends = lowerEnds(grid, segments);
   const std::vector<std::uint32_t>& sizes = segments.sizes;
@@ -270,7 +247,7 @@ void joinLoose(const InverseDepth& grid, const Mask& mask, const HalfImage& half
       sets.join(e.a, e.b);
     for (const auto& [part, whole] : {std::pair(e.a, e.b), std::pair(e.b, e.a)}) {
       if (e.gap >= nearest[part] || sizes[part] > kLoose * sizes[whole] || !isLoose(part) ||
-          tops.isAbove(part, whole))
+          isOnTop(shapes[part], shapes[whole], kBand))
         continue;
       nearest[part] = e.gap;
       to[part] = whole;

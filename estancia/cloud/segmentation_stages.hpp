@@ -52,7 +52,7 @@ Mask dropStructure(const InverseDepth& grid, const PlaneRemoval& removal, const 
                    const Segmentation& patches, Segmentation& segments);
 
 /// Joins crumbs that lie close together (leaves), and small segments whose lower ends are free, as nothing
-/// floats, to the nearest larger segment, but to no level surface below them.
+/// floats, to the nearest larger segment, but to no body (too large for a hand) below them.
 void joinLoose(const InverseDepth& grid, const Mask& mask, const HalfImage& half, const cv::Vec3d& up,
                Segmentation& segments);
 
