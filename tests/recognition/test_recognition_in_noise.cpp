@@ -82,6 +82,20 @@ TEST(RecognitionInNoise, FindsWhatIsThereAndNotWhatIsNot) {
   }
 }
 
+TEST(RecognitionInNoise, OfADepthCameraMattersLittle) {
+  const auto data = test::findData("shot_kinect");
+  ESTANCIA_NEEDS(data, missing);
+  const Pair mario = pairOf(*data, "mario/mario000.pcd", "scene005.pcd", "scene005-rs1.xf");
+  const PointCloud absent = readCloud(*data / "models" / "frog" / "Frog004.pcd");
+  for (const double atOneMeter : {0.0019, 0.004}) {  // a Kinect's, and twice that
+    const PointCloud scene = withDepthNoise(mario.scene, atOneMeter, 0.0014, 5);
+    const auto found = findIn(mario.model, scene);
+    ASSERT_EQ(found.size(), 1U) << atOneMeter;
+    EXPECT_TRUE(isCorrect(poseError(found[0].pose, mario.truth, found[0].center))) << atOneMeter;
+    EXPECT_TRUE(findIn(absent, scene).empty()) << atOneMeter;
+  }
+}
+
 TEST(RecognitionInNoise, MillimetersAndThreadsDoNotMatter) {
   const auto data = test::findData("shot_kinect");
   ESTANCIA_NEEDS(data, missing);
