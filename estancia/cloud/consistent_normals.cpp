@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
+#include "estancia/cloud/disjoint_sets.hpp"
 #include "estancia/cloud/neighbors.hpp"
 #include "estancia/cloud/normals.hpp"
-#include "estancia/cloud/segments.hpp"
 #include "estancia/core/fail.hpp"
 
 namespace estancia {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
 #include <cmath>
-#include <cstdlib>
+#include <utility>
 
 #include "estancia/cloud/segmentation_stages.hpp"
 
@@ -10,7 +9,6 @@ namespace {
 
 constexpr double kLevel = 0.17;       // sine of the slope of a level surface: 10°
 constexpr double kForeshortened = 4;  // pixels of a surface at a right angle to the ray: at 14°, normals fail
-constexpr double kDepthNoise = 0.002;  // √2 σ of a Kinect [m at 1 m]
 
 /// From a pixel to the one above it, as gravity has it.
 std::ptrdiff_t stepUp(const InverseDepth& grid, const cv::Vec3d& up) {
@@ -23,13 +21,14 @@ std::ptrdiff_t stepUp(const InverseDepth& grid, const cv::Vec3d& up) {
 void dropGrazedLevels(const InverseDepth& grid, const cv::Vec3d& up, PlaneRemoval& removal) {
   if (!(cv::norm(up) > 0)) return;
   const std::ptrdiff_t step = stepUp(grid, up);
+  const double focal = std::abs(step) == 1 ? grid.camera.fx : grid.camera.fy;
   // Whether the surface from a pixel to the one above it is level and recedes.
   const auto recedes = [&](std::size_t i, std::size_t above) {
     if (!(grid.raw[i] > 0) || !(grid.raw[above] > 0) || grid.raw[above] >= grid.raw[i]) return false;
     const cv::Point3f p = grid.point(i), q = grid.point(above);
     const cv::Vec3d along(q.x - p.x, q.y - p.y, q.z - p.z);
     const double length = cv::norm(along), z = q.z;
-    return length > kForeshortened * z / grid.camera.fy + kDepthNoise * z * z &&
+    return length > kForeshortened * z / focal + kDifferenceNoise * z * z &&
            std::abs(along.dot(up)) < kLevel * length;
   };
   std::vector<std::uint8_t> in = removal.rest.in;

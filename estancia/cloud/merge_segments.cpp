@@ -17,14 +17,13 @@
 namespace estancia {
 namespace {
 
-constexpr double kSplit = 4;           // width of a gap of mixed pixels: two at either edge [pixels]
-constexpr float kFarther = 0.05F;      // [m]: the other point of a contact is no farther
-constexpr double kDepthNoise = 0.002;  // √2 σ of a Kinect [m at 1 m]: of several contacts, most are within
-constexpr std::size_t kMinContacts = 3;           // points of the border that must be near
-constexpr double kConcave = -0.2;                 // how concave a contact may be
-constexpr float kAroundContact = 0.03F;           // [m]
-constexpr double kMaxGap = 0.20;                  // behind an occluder [m]
-constexpr float kAroundGap = 0.05F;               // the part of either side that is compared [m]
+constexpr double kSplit = 4;             // width of a gap of mixed pixels: two at either edge [pixels]
+constexpr float kFarther = 0.05F;        // [m]: the other point of a contact is no farther
+constexpr std::size_t kMinContacts = 3;  // points of the border that must be near
+constexpr double kConcave = -0.2;        // how concave a contact may be
+constexpr float kAroundContact = 0.03F;  // [m]
+constexpr double kMaxGap = 0.20;         // behind an occluder [m]
+constexpr float kAroundGap = 0.05F;      // the part of either side that is compared [m]
 constexpr double kSameWay = 20, kOffset = 0.025;  // of two parts of one surface [°], [m]
 constexpr double kHidden = 0.9, kInFront = 0.3;   // shares of the gap
 constexpr float kNearer = 0.01F;                  // distance of the occluder to the gap [m]
@@ -142,7 +141,7 @@ cv::Point2d pixelOf(const CameraIntrinsics& camera, const cv::Point3f& p) {
 /// Distance at which two points may touch, for all that the camera can tell [m]: a gap as narrow as its mixed
 /// pixels, and the noise of depth.
 double contactAt(const InverseDepth& grid, double pixels, double z) {
-  return std::hypot(pixels * z / grid.camera.fx, kDepthNoise * std::max(z, z * z));
+  return std::hypot(pixels * z / grid.camera.fx, kDifferenceNoise * std::max(z, z * z));
 }
 
 /// Whether the camera sees past two points of different segments, between them: then they do not touch.
@@ -155,7 +154,7 @@ bool isSeenThrough(const InverseDepth& grid, const cv::Point3f& from, const cv::
     const float w =
         grid.raw[grid.at(static_cast<int>(std::lround(at.x)), static_cast<int>(std::lround(at.y)))];
     const double z = from.z + part * (to.z - from.z);
-    if (w > 0 && 1 / w > z + kDepthNoise * std::max(z, z * z)) return true;
+    if (w > 0 && 1 / w > z + kDifferenceNoise * std::max(z, z * z)) return true;
   }
   return false;
 }

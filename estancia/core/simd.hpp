@@ -19,20 +19,22 @@
 namespace estancia {
 
 /// A register of float32. A loop over vectors wider than the processor's keeps them in memory (GCC 12), so
-/// such loops are written for each width and chosen by simdLanes().
+/// such loops are compiled for each width and chosen by ofThisProcessor().
 template <std::size_t lanes>
 struct Simd {
   using Float [[gnu::vector_size(lanes * sizeof(float))]] = float;
   using Bits [[gnu::vector_size(lanes * sizeof(int))]] = int;
 };
 
-/// Float32 numbers of this processor's registers: 16 (AVX-512), 8 (AVX2 with FMA) or 4.
-inline std::size_t simdLanes() {
+/// The version of a function for registers of 16 (AVX-512), 8 (AVX2 with FMA) or 4 float32 numbers, as this
+/// processor has them.
+template <class Function>
+Function ofThisProcessor([[maybe_unused]] Function with16, [[maybe_unused]] Function with8, Function with4) {
 #if ESTANCIA_HAS_TARGETS
-  if (__builtin_cpu_supports("avx512f") != 0) return 16;
-  if (__builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0) return 8;
+  if (__builtin_cpu_supports("avx512f") != 0) return with16;
+  if (__builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0) return with8;
 #endif
-  return 4;
+  return with4;
 }
 
 }  // namespace estancia

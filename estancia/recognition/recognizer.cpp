@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <utility>
 
 #include "estancia/cloud/viewpoint.hpp"
@@ -53,6 +54,11 @@ std::shared_ptr<const Prepared> prepared(const std::string& name, const PointClo
   left = finitePoints(name, left);
   return std::make_shared<const Prepared>(name, std::move(raw), std::move(left), options, std::move(stages),
                                           more...);
+}
+
+/// Where the grid of a cloud has the sensor, unless that is said.
+std::optional<cv::Point3d> sensorOf(const PointCloud& cloud, const RecognitionOptions& options) {
+  return options.viewpoint || cloud.viewpoint ? std::nullopt : viewpointOfGrid(cloud);
 }
 
 void requireSameUnits(const PreparedModel& model, const PreparedScene& scene) {
@@ -226,14 +232,15 @@ std::shared_ptr<const PreparedScene> Recognizer::prepareScene(const std::string&
                                                               const PointCloud& cloud,
                                                               Progress& progress) const {
   return prepared<PreparedScene>(name, cloud, options_, options_.sceneFilter, progress,
-                                 viewpointOfGrid(cloud));
+                                 sensorOf(cloud, options_));
 }
 
 std::shared_ptr<const PreparedScene> Recognizer::prepareScene(const std::string& name,
                                                               const PointCloud& cloud,
                                                               const PointCloud& filtered) const {
   return std::make_shared<const PreparedScene>(name, finitePoints(name, cloud), finitePoints(name, filtered),
-                                               options_, std::vector<StageReport>{}, viewpointOfGrid(cloud));
+                                               options_, std::vector<StageReport>{},
+                                               sensorOf(cloud, options_));
 }
 
 PoseCandidates Recognizer::search(const PreparedModel& model, const PreparedScene& scene,

@@ -80,8 +80,6 @@ template <std::size_t lanes>
   }
 }
 
-using Tile = void (*)(Sum, const float*, const Column*, std::size_t, float*);
-
 ESTANCIA_TARGET_16_LANES
 void tile16(Sum kind, const float* rows, const Column* columns, std::size_t labels, float* out) {
   tileOf<16>(kind, rows, columns, labels, out);
@@ -94,17 +92,6 @@ void tile8(Sum kind, const float* rows, const Column* columns, std::size_t label
 
 void tile4(Sum kind, const float* rows, const Column* columns, std::size_t labels, float* out) {
   tileOf<4>(kind, rows, columns, labels, out);
-}
-
-Tile tileOfThisProcessor() {
-  switch (simdLanes()) {
-    case 16:
-      return tile16;
-    case 8:
-      return tile8;
-    default:
-      return tile4;
-  }
 }
 
 /// Which sum over the labels a comparison consists of; those with a logarithm or a division for each label
@@ -230,7 +217,7 @@ CondensedDistances pairwiseDistances(const DescriptorMatrix& rows, Comparison co
   const bool tiled = isTiled(comparison, kind);
   const Packed packed(tiled ? rows : DescriptorMatrix(labels), comparison == Comparison::cosine);
 
-  static const Tile sumsOf = tileOfThisProcessor();
+  static const auto sumsOf = ofThisProcessor(tile16, tile8, tile4);
   const auto byTiles = [&](std::size_t begin, std::size_t end) {
     float sums[tileRows * tileColumns];
     for (std::size_t j = begin / tileColumns * tileColumns; j < n; j += tileColumns)

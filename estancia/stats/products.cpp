@@ -38,8 +38,6 @@ template <std::size_t lanes>
   }
 }
 
-using Multiply = void (*)(const float*, const float*, std::size_t, float*, std::size_t);
-
 ESTANCIA_TARGET_16_LANES
 void multiply16(const float* rows, const float* panel, std::size_t labels, float* out, std::size_t stride) {
   multiply<16>(rows, panel, labels, out, stride);
@@ -52,17 +50,6 @@ void multiply8(const float* rows, const float* panel, std::size_t labels, float*
 
 void multiply4(const float* rows, const float* panel, std::size_t labels, float* out, std::size_t stride) {
   multiply<4>(rows, panel, labels, out, stride);
-}
-
-Multiply multiplyOfThisProcessor() {
-  switch (simdLanes()) {
-    case 16:
-      return multiply16;
-    case 8:
-      return multiply8;
-    default:
-      return multiply4;
-  }
 }
 
 }  // namespace
@@ -83,7 +70,7 @@ void rowProducts(const DescriptorMatrix& rows, const PackedRows& others, int thr
   const std::size_t labels = rows.labels(), n = rows.size();
   if (labels != others.labels())
     fail(ErrorCode::mismatch, "rows have {} and {} numbers; give as many of each", labels, others.labels());
-  static const Multiply multiply = multiplyOfThisProcessor();
+  static const auto product = ofThisProcessor(multiply16, multiply8, multiply4);
   const std::size_t stride = others.panels() * PackedRows::width;
   inParallel((n + block - 1) / block, threads, Progress::none(), "stopped while rows were multiplied",
              [&](std::size_t b) {
@@ -96,8 +83,8 @@ void rowProducts(const DescriptorMatrix& rows, const PackedRows& others, int thr
                            count * labels * sizeof(float));
                for (std::size_t p = 0; p < others.panels(); ++p)
                  for (std::size_t i = 0; i < padded; i += tall)
-                   multiply(strip.data() + i * labels, others.panel(p), labels,
-                            products + i * stride + p * PackedRows::width, stride);
+                   product(strip.data() + i * labels, others.panel(p), labels,
+                           products + i * stride + p * PackedRows::width, stride);
                for (std::size_t i = 0; i < count; ++i)
                  take(begin + i, {products + i * stride, others.size()});
              });
