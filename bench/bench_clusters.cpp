@@ -168,7 +168,7 @@ void run(double focal, const std::vector<std::string>& files) {
     add(processorTime, [&] { mergeSegments(grid, *foreground, 1, joined = kept); });
     add(processorTime, [&] { joinLoose(grid, *foreground, structured->half, up, loose = joined); });
     add(processorTime,
-        [&] { assembleFurniture(grid, *foreground, structured->half, up, furniture = loose); });
+        [&] { assembleFurniture(grid, *foreground, structured->half, {}, up, furniture = loose); });
     add(processorTime,
         [&] { mergeContainerInteriors(grid, *foreground, structured->planes, 1, vessels = furniture); });
     Clusters found;

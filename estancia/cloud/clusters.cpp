@@ -204,9 +204,10 @@ Clusters findClusters(const cv::Mat& depth, const CameraIntrinsics& camera, cons
   const Mask foreground = dropStructure(grid, removal, up, patches, segments);
   mergeSegments(grid, foreground, options.threads, segments);
   joinLoose(grid, foreground, removal.half, up, segments);
-  assembleFurniture(grid, foreground, removal.half, up, segments);
+  const SegmentColors colors = segmentColors(image, {grid.camera.width, grid.camera.height});
+  assembleFurniture(grid, foreground, removal.half, colors, up, segments);
   mergeContainerInteriors(grid, foreground, removal.planes, options.threads, segments);
-  if (!image.empty()) splitByColor(grid, removal.half, image, up, segments);
+  if (!colors.empty()) splitByColor(grid, removal.half, colors, up, segments);
   dropFragments(grid, removal, up, foreground, segments);
   dropNarrow(grid, foreground, segments);
   std::vector<Cluster> clusters = clustersOf(grid, foreground, segments, options);

@@ -16,7 +16,9 @@ constexpr double kBody = 0.5;                         // what one does not carry
 constexpr double kBand = 0.03, kHeightNoise = 0.005;  // of heights: [m], and its growth with depth [m at 1 m]
 constexpr double kFoot = 0.05;                        // height of the lower part of a low thing [m]
 constexpr double kInside = 0.015;   // distance to the border of a surface that carries things [m]
-constexpr double kSmaller = 0.6;    // width of a thing, to what it stands on
+constexpr double kSmaller = 0.6;    // width of a thing, to what it stands on, and of a stem, to its crown
+constexpr double kStem = 0.8;       // … to a crown of leaves
+constexpr double kLeaves = 0.7;     // share of points with a normal, below which a segment is no surface
 constexpr float kNextTo = 0.1F;     // between parts of a piece of furniture [m]
 constexpr float kCrumbGap = 0.05F;  // between leaves [m]
 constexpr double kLoose = 0.3;      // size of a loose part, to what it belongs to
@@ -26,9 +28,11 @@ constexpr double kBelow = 0.5;      // what carries a table begins so far below 
 struct SegmentShape {
   std::vector<cv::Vec3d> points;
   std::vector<std::uint8_t> level;  ///< of each point: its surface faces up
+  std::size_t smooth = 0;           ///< points with a normal
   double low = 0, high = 0;         ///< of all but 2 % [m]
   double wide = 0;                  ///< the diagonal of its extent in x and y [m]
   bool known() const { return points.size() >= kEnoughPoints; }
+  bool isLeaves() const { return static_cast<double>(smooth) < kLeaves * static_cast<double>(points.size()); }
   bool isBody() const { return std::max(wide / 1.2, high - low) > kBody; }
 };
 
@@ -62,6 +66,7 @@ std::vector<SegmentShape> shapesOf(const InverseDepth& grid, const HalfImage& ha
       const double faces = -(half.nx[at] * up[0] + half.ny[at] * up[1] + half.nz[at] * up[2]);
       shapes[label].points.emplace_back(p.dot(x), p.dot(y), p.dot(up));
       shapes[label].level.push_back(faces > kFacesUp);
+      shapes[label].smooth += faces != 0 ? 1 : 0;
     }
   for (SegmentShape& shape : shapes) measureShape(shape);
   return shapes;
@@ -132,8 +137,9 @@ std::vector<LowerEnds> lowerEnds(const InverseDepth& grid, const Segmentation& s
 /// The parts of furniture: joins what touches a body or carries one, unless it stands on it.
 class Assembly {
  public:
-  Assembly(const InverseDepth& grid, const HalfImage& half, const cv::Vec3d& up, const Segmentation& segments)
-      : edges_(segmentGraph(grid, segments, up)),
+  Assembly(const InverseDepth& grid, const HalfImage& half, const SegmentColors& colors, const cv::Vec3d& up,
+           const Segmentation& segments)
+      : edges_(segmentGraph(grid, segments, up, colors)),
         shapes_(shapesOf(grid, half, up, segments)),
         ends_(lowerEnds(grid, segments)),
         things_(shapes_.size()),
@@ -152,7 +158,7 @@ class Assembly {
       if (!shapes_[e.b].isBody() && stands(e.b, e.a, e)) things_[e.b] = 1;
     }
     for (const SegmentEdge& e : edges_)
-      if (touch(e) && arePart(e.a, e.b) && !stands(e.a, e.b, e) && !stands(e.b, e.a, e)) sets_.join(e.a, e.b);
+      if (touch(e) && areParts(e) && !stands(e.a, e.b, e) && !stands(e.b, e.a, e)) sets_.join(e.a, e.b);
     for (std::uint32_t top = 1; top < shapes_.size(); ++top) joinWhatCarries(top);
     joinShapes();
     for (std::uint32_t top = 1; top < shapes_.size(); ++top) joinSupport(top);
@@ -163,7 +169,10 @@ class Assembly {
   bool touch(const SegmentEdge& e) const {
     return e.a != 0 && e.contacts >= kMinBorderPairs && (shapes_[e.a].isBody() || shapes_[e.b].isBody());
   }
-  bool arePart(std::uint32_t a, std::uint32_t b) const { return things_[a] == 0 && things_[b] == 0; }
+  bool areParts(const SegmentEdge& e) const {
+    const bool bodies = shapes_[e.a].isBody() && shapes_[e.b].isBody();
+    return things_[e.a] == 0 && things_[e.b] == 0 && (bodies || e.contrast < kColorEdge);
+  }
   bool stands(std::uint32_t a, std::uint32_t b, const SegmentEdge& e) const {
     return standsOn(shapes_[a], shapes_[b], e.height, kBand + kHeightNoise * depths_[a] * depths_[a]);
   }
@@ -191,6 +200,7 @@ class Assembly {
       if (set == i) continue;
       append(shapes_[set].points, shapes_[i].points);
       append(shapes_[set].level, shapes_[i].level);
+      shapes_[set].smooth += shapes_[i].smooth;
       ends_[set].open += ends_[i].open;
       ends_[set].all += ends_[i].all;
       things_[set] |= things_[i];
@@ -198,19 +208,21 @@ class Assembly {
     }
     for (SegmentShape& shape : shapes_) measureShape(shape);
   }
-  /// The base below a seat, the stem below a crown: joins what ends where a wider part with free lower ends
-  /// begins, below it. Nothing floats.
+  /// The base below a seat, the stem below a crown, the vase below flowers: joins what ends where a wider
+  /// part with free lower ends begins, below it. Nothing floats, and nothing stands on what is so much
+  /// narrower.
   void joinSupport(std::uint32_t top) {
     const SegmentShape& shape = shapes_[top];
     if (!shape.known() || things_[top] != 0 || !ends_[top].areFree()) return;
+    const double stem = (shape.isLeaves() ? kStem : kSmaller) * shape.wide;
     std::vector<cv::Point2f> feet, hull;
     for (const cv::Vec3d& p : shape.points) feet.push_back(foot(p));
     cv::convexHull(feet, hull);
     for (std::uint32_t i = 1; i < shapes_.size(); ++i) {
       const SegmentShape& below = shapes_[i];
       const double band = kNextTo + kHeightNoise * depths_[i] * depths_[i];
-      if (i == top || things_[i] != 0 || !below.known() || std::abs(below.high - shape.low) > band ||
-          below.wide > kSmaller * shape.wide)
+      if (i == top || !below.known() || std::abs(below.high - shape.low) > band || below.wide > stem ||
+          (things_[i] != 0 && below.low > shape.low))
         continue;
       if (shareWithin(below, hull, -kNextTo) > 0.6) sets_.join(i, top);
     }
@@ -258,9 +270,9 @@ void joinLoose(const InverseDepth& grid, const Mask& mask, const HalfImage& half
   renumber(mask, segments, sets);
 }
 
-void assembleFurniture(const InverseDepth& grid, const Mask& mask, const HalfImage& half, const cv::Vec3d& up,
-                       Segmentation& segments) {
-  Assembly assembly(grid, half, up, segments);
+void assembleFurniture(const InverseDepth& grid, const Mask& mask, const HalfImage& half,
+                       const SegmentColors& colors, const cv::Vec3d& up, Segmentation& segments) {
+  Assembly assembly(grid, half, colors, up, segments);
   renumber(mask, segments, assembly.assemble());
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "estancia/cloud/inverse_depth.hpp"
+#include "estancia/cloud/segment_colors.hpp"
 #include "estancia/cloud/segments.hpp"
 
 namespace estancia {
@@ -20,13 +21,14 @@ struct SegmentEdge {
   std::size_t contacts = 0;                ///< pairs of adjacent pixels of about one depth
   std::size_t aInFront = 0, bInFront = 0;  ///< pairs at a depth edge
   double height = 0;                       ///< of the contacts, their mean along `up` [m]
+  double contrast = 0;                     ///< change of color over 4 pixels across the contacts, their mean
   /// The distance of a quarter of the pixels to the other segment, across at most three pixels without a
   /// segment [m]; infinite for segment 0.
   float gap = 0;
 };
 
-/// Ascending by a, b.
+/// Ascending by a, b. Without colors there is no contrast.
 std::vector<SegmentEdge> segmentGraph(const InverseDepth& grid, const Segmentation& segments,
-                                      const cv::Vec3d& up);
+                                      const cv::Vec3d& up, const SegmentColors& colors = {});
 
 }  // namespace estancia

@@ -9,6 +9,7 @@
 
 #include "estancia/cloud/clusters.hpp"
 #include "estancia/cloud/inverse_depth.hpp"
+#include "estancia/cloud/segment_colors.hpp"
 #include "estancia/cloud/segments.hpp"
 
 namespace estancia {
@@ -58,9 +59,11 @@ void joinLoose(const InverseDepth& grid, const Mask& mask, const HalfImage& half
 
 /// Furniture assembly: joins to each body, a segment too large for a hand, what touches it and what carries
 /// its level top. What stands on a body is a thing of its own: it begins where they touch, inside of the
-/// border of a level surface, or above all of a body that is wider.
-void assembleFurniture(const InverseDepth& grid, const Mask& mask, const HalfImage& half, const cv::Vec3d& up,
-                       Segmentation& segments);
+/// border of a level surface, or above all of a body that is wider. So is a small segment of another color
+/// than the body beside it. Crowns join their stems: what is as wide as no balance allows, or without
+/// smooth surface (leaves), over something narrower.
+void assembleFurniture(const InverseDepth& grid, const Mask& mask, const HalfImage& half,
+                       const SegmentColors& colors, const cv::Vec3d& up, Segmentation& segments);
 
 /// Drops fragments: segments that stand before nothing, nor on anything, small ragged ones of which that
 /// holds for half of the border, and the ends of walls beside doors. Who owns a border (Nakayama et al.,
@@ -84,10 +87,9 @@ void mergeContainerInteriors(const InverseDepth& grid, const Mask& mask, const s
                              int threads, Segmentation& segments);
 
 /// Color splitting: splits a segment where two compact colors meet side by side and the surface goes on: two
-/// things of one height that touch. Labels, patterns and bands stay, as do the faces of a thing. `image`:
-/// BGR, of the same view in any size.
-void splitByColor(const InverseDepth& grid, const HalfImage& half, const cv::Mat& image, const cv::Vec3d& up,
-                  Segmentation& segments);
+/// things of one height that touch. Labels, patterns and bands stay, as do the faces of a thing.
+void splitByColor(const InverseDepth& grid, const HalfImage& half, const SegmentColors& colors,
+                  const cv::Vec3d& up, Segmentation& segments);
 
 /// findClusters() from the points alone, thinned to one a voxel of 5 mm or two spacings. Concave creases
 /// separate objects where the visible side of the surface is known: the cloud has normals or a viewpoint, or

@@ -13,10 +13,7 @@
 namespace estancia {
 namespace {
 
-constexpr float kLightness = 0.25F;   // weight of lightness to chroma
-constexpr float kDark = 20;           // lightness below which chroma is noise
 constexpr double kDistinct = 12;      // between two colors, in units of Lab
-constexpr double kEdge = 7;           // change of color over 4 pixels at an edge
 constexpr double kCompact = 3;        // distance of two colors, to the spread of each
 constexpr double kLeastPart = 100;    // [square pixels]
 constexpr double kLeastShare = 0.12;  // of either side in both
@@ -25,30 +22,14 @@ constexpr double kSilent = 0.7;       // share of the border at which the surfac
 constexpr double kSameFace = 0.95;    // cosine between normals to either side: 18°
 constexpr double kUpright = 0.5;      // sine of the rise from one side's center to the other's
 
-/// Lightness, weighted, and chroma over lightness, which shading does not change: in CIE Lab, L + 16, a and b
-/// all grow with the cube root of the light.
-cv::Mat_<cv::Vec3f> featuresOf(const cv::Mat& image, const cv::Size& size) {
-  cv::Mat fitting = image, blurred, lab;
-  if (image.size() != size) cv::resize(image, fitting, size, 0, 0, cv::INTER_AREA);
-  cv::blur(fitting, blurred, {3, 3});
-  cv::cvtColor(blurred, lab, cv::COLOR_BGR2Lab);
-  cv::Mat_<cv::Vec3f> features(size);
-  std::transform(lab.begin<cv::Vec3b>(), lab.end<cv::Vec3b>(), features.begin(), [](const cv::Vec3b& c) {
-    const float l = static_cast<float>(c[0]) / 2.55F, scale = 66 / std::max(l + 16, kDark + 16);
-    return cv::Vec3f(kLightness * l, scale * (static_cast<float>(c[1]) - 128),
-                     scale * (static_cast<float>(c[2]) - 128));
-  });
-  return features;
-}
-
 class Splitter {
  public:
-  Splitter(const InverseDepth& grid, const HalfImage& half, const cv::Mat& image, const cv::Vec3d& up,
+  Splitter(const InverseDepth& grid, const HalfImage& half, const SegmentColors& colors, const cv::Vec3d& up,
            Segmentation& segments)
       : grid_(grid),
         half_(half),
         up_(up),
-        features_(featuresOf(image, {grid.camera.width, grid.camera.height})),
+        features_(colors),
         segments_(segments),
         boxes_(segments.sizes.size()) {
     for (int v = 0; v < grid.camera.height; ++v)
@@ -95,8 +76,8 @@ class Splitter {
       for (int u = 0; u < box.width; ++u) {
         if (segments_.labels[grid_.at(box.x + u, box.y + v)] != segment) continue;
         whole(v, u) = 255;
-        smooth(v, u) = change(segment, box.x + u, box.y + v, reach, 0) < kEdge &&
-                               change(segment, box.x + u, box.y + v, 0, reach) < kEdge
+        smooth(v, u) = change(segment, box.x + u, box.y + v, reach, 0) < kColorEdge &&
+                               change(segment, box.x + u, box.y + v, 0, reach) < kColorEdge
                            ? 255
                            : 0;
       }
@@ -245,16 +226,16 @@ class Splitter {
   const InverseDepth& grid_;
   const HalfImage& half_;
   cv::Vec3d up_;
-  cv::Mat_<cv::Vec3f> features_;
+  const SegmentColors& features_;
   Segmentation& segments_;
   std::vector<cv::Rect> boxes_;
 };
 
 }  // namespace
 
-void splitByColor(const InverseDepth& grid, const HalfImage& half, const cv::Mat& image, const cv::Vec3d& up,
-                  Segmentation& segments) {
-  Splitter splitter(grid, half, image, up, segments);
+void splitByColor(const InverseDepth& grid, const HalfImage& half, const SegmentColors& colors,
+                  const cv::Vec3d& up, Segmentation& segments) {
+  Splitter splitter(grid, half, colors, up, segments);
   for (std::uint32_t i = 1, count = static_cast<std::uint32_t>(segments.sizes.size()); i < count; ++i)
     splitter.split(i);
 }

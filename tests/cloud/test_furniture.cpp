@@ -226,6 +226,59 @@ TEST(Furniture, WhatFloatsBelongsToWhatCarriesIt) {
   EXPECT_THAT(found.clusters, SizeIs(2));
 }
 
+/// An image in which each shape has one color.
+cv::Mat colored(const Seen& seen, const std::vector<cv::Vec3b>& colors) {
+  cv::Mat image(seen.shape.size(), CV_8UC3, cv::Scalar(128, 128, 128));
+  std::transform(seen.shape.begin<int>(), seen.shape.end<int>(), image.begin<cv::Vec3b>(), [&](int shape) {
+    return shape < 0 ? cv::Vec3b() : colors[static_cast<std::size_t>(shape)];
+  });
+  return image;
+}
+
+TEST(Furniture, BooksBetweenItsBoardsAreToldByTheirColor) {
+  View view = inRoom();
+  view.from = {0.4, 0.9, 1.25};
+  view.to = {0, 2.5, 1.2};
+  // A bookcase: back, sides, two shelves, of which the lower is at eye height; books up to its front.
+  const std::vector<Shape> shapes{
+      level(0),
+      board({0, 3, 1.25}, {1, 0, 0}, {0, 0, 1}, 10, 1.25),
+      box({0, 2.88, 0}, {1, 0.02, 1.9}),
+      box({-0.5, 2.75, 0}, {0.03, 0.28, 1.9}),
+      box({0.5, 2.75, 0}, {0.03, 0.28, 1.9}),
+      box({0, 2.75, 1.17}, {1, 0.28, 0.03}),
+      box({0, 2.75, 1.6}, {1, 0.28, 0.03}),
+      box({-0.37, 2.78, 1.2}, {0.22, 0.18, 0.25}),
+  };
+  const Parts books{7};
+  const cv::Vec3b white(225, 230, 230), wall(150, 160, 150), red(50, 50, 150);
+  for (const double noise : {0.0, 0.0012}) {
+    view.noise = noise;
+    const Seen seen = see(shapes, view);
+    const cv::Mat image = colored(seen, {wall, wall, white, white, white, white, white, red}),
+                  alike = colored(seen, {wall, wall, white, white, white, white, white, white});
+    EXPECT_GT(bestOverlapOf(findClusters(seen.depth, view.camera, {}, image), seen, books), 0.6) << noise;
+    EXPECT_LT(bestOverlapOf(findClusters(seen.depth, view.camera, {}, alike), seen, books), 0.5) << noise;
+  }
+}
+
+TEST(Furniture, BearsAVaseWithItsFlowers) {
+  View view = inRoom();
+  view.to = {0, 1.3, 0.8};
+  const std::vector<Shape> shapes{
+      level(0), board({0, 3, 1.25}, {1, 0, 0}, {0, 0, 1}, 10, 1.25), box({0, 1.3, 0.66}, {1.4, 0.8, 0.04}),
+      box({0, 1.3, 0.7}, {0.08, 0.08, 0.2}), bowl({0, 1.3, 1.04}, 0.16, HUGE_VAL)};
+  for (const double away : {1.8, 2.3})
+    for (const double noise : {0.0, 0.0012}) {
+      view.from = {0.2, 1.3 - away, 1.2};
+      view.noise = noise;
+      const Seen seen = see(shapes, view);
+      const Clusters found = findClusters(seen.depth, view.camera);
+      EXPECT_GT(bestOverlapOf(found, seen, {3, 4}), 0.95) << away << ' ' << noise;
+      EXPECT_GT(bestOverlapOf(found, seen, {2}), 0.8) << away << ' ' << noise;
+    }
+}
+
 TEST(Furniture, NeedsDepth) {
   const View view = inRoom();
   Seen seen = see(kRoom, view);
