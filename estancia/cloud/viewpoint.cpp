@@ -109,8 +109,11 @@ double hiddenShare(std::span<const cv::Point3f> points, const cv::Vec3d& from, d
   const auto edge = cell * static_cast<float>(spacing);
   std::vector<cv::Point3f> turned;
   float left = std::numeric_limits<float>::infinity(), top = left, right = -left, bottom = -left;
+  turned.reserve(points.size());
   for (const cv::Point3f& p : points) {
-    turned.push_back(turn * p);
+    const float* m = turn.val;  // cv's product is a loop
+    turned.emplace_back(m[0] * p.x + m[1] * p.y + m[2] * p.z, m[3] * p.x + m[4] * p.y + m[5] * p.z,
+                        m[6] * p.x + m[7] * p.y + m[8] * p.z);
     left = std::min(left, turned.back().x), right = std::max(right, turned.back().x);
     top = std::min(top, turned.back().y), bottom = std::max(bottom, turned.back().y);
   }
@@ -221,12 +224,13 @@ std::optional<cv::Point3d> findViewpoint(std::span<const cv::Point3f> points, in
   return value(found) <= kEven ? std::optional(found) : std::nullopt;
 }
 
-std::optional<cv::Point3d> directionOfView(std::span<const cv::Point3f> points, double spacing) {
+std::optional<cv::Point3d> directionOfView(std::span<const cv::Point3f> points, double spacing, int threads) {
   constexpr double maxHidden = 0.25, similar = 0.02;
   if (points.empty() || !(spacing > 0)) return {};
   const auto all = directions(200);
-  std::vector<double> hidden;
-  for (const cv::Vec3d& from : all) hidden.push_back(hiddenShare(points, from, spacing));
+  std::vector<double> hidden(all.size());
+  inParallel(all.size(), threads, Progress::none(), "stopped while the viewpoint was looked for",
+             [&](std::size_t i) { hidden[i] = hiddenShare(points, all[i], spacing); });
   const double least = *std::ranges::min_element(hidden);
   if (least > maxHidden) return {};
   cv::Vec3d sum;

@@ -38,6 +38,7 @@ std::vector<cv::Point3f> drawnFrom(std::span<const cv::Point3f> points, std::siz
 /// hardly anything lies behind something else, and towards which the cloud bulges. None where from every
 /// direction more than a quarter of it does, as for an object of which all sides are known. A unit vector
 /// from the cloud towards the sensor. `spacing` is that of the points [m].
-std::optional<cv::Point3d> directionOfView(std::span<const cv::Point3f> points, double spacing);
+std::optional<cv::Point3d> directionOfView(std::span<const cv::Point3f> points, double spacing,
+                                           int threads = 1);
 
 }  // namespace estancia

@@ -75,6 +75,8 @@ std::vector<PoseHypothesis> posesFromLocalFrames(const SurfaceFeatures& model, c
   const std::size_t some = 20 * max, few = 8 * max;
   std::vector<std::pair<double, std::size_t>> order(matches.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = {0, i};
+  // Poses tried one after another look at the same part of the scene, which is in the cache.
+  std::ranges::sort(order, {}, [&](const auto& o) { return std::pair(matches[o.second].scene, o.second); });
   for (const Round& round : {Round{32, std::max(some, matches.size() / 6)}, Round{96, few}}) {
     const OrientedPoints sample = everyNth(points.coarse, points.coarse.points.size() / round.points);
     each(order.size(), 256, threads, [&](std::size_t i) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "estancia/core/simd.hpp"
 #include "estancia/stats/products.hpp"
 
 namespace estancia {
@@ -14,6 +15,20 @@ float squaredDistance(DescriptorView a, DescriptorView b) {
   return sum;
 }
 
+/// |b|² − 2 a·b of all b, which orders them by their distance to a, from the products a·b.
+ESTANCIA_MULTIVERSION void toSquared(const float* __restrict norms, float* __restrict products,
+                                     std::size_t count) {
+#pragma omp simd
+  for (std::size_t j = 0; j < count; ++j) products[j] = norms[j] - 2 * products[j];
+}
+
+ESTANCIA_MULTIVERSION bool anyBelow(const float* values, std::size_t count, float limit) {
+  int below = 0;
+#pragma omp simd reduction(| : below)
+  for (std::size_t j = 0; j < count; ++j) below |= values[j] < limit ? 1 : 0;
+  return below != 0;
+}
+
 }  // namespace
 
 std::vector<std::vector<NearRow>> nearestRows(const DescriptorMatrix& rows, const DescriptorMatrix& others,
@@ -23,18 +38,23 @@ std::vector<std::vector<NearRow>> nearestRows(const DescriptorMatrix& rows, cons
   if (count == 0) return found;
   // A few more than needed, because rounding of the product may swap near rows; the exact distance decides.
   const std::size_t kept = std::min(count + 3, others.size());
-  // |a − b|² = |a|² + |b|² − 2 a·b, and |a|² changes no order.
   const std::vector<float> norms = squaredNorms(others);
   rowProducts(rows, PackedRows(others), threads, [&](std::size_t i, std::span<float> products) {
     std::vector<NearRow>& best = found[i];
     best.reserve(kept + 1);
-    for (std::uint32_t j = 0; j < products.size(); ++j) {
-      const float squared = norms[j] - 2 * products[j];
-      if (best.size() == kept && !(squared < best.back().squared)) continue;
-      const auto after = std::upper_bound(best.begin(), best.end(), squared,
-                                          [](float s, const NearRow& n) { return s < n.squared; });
-      best.insert(after, {j, squared});
-      if (best.size() > kept) best.pop_back();
+    toSquared(norms.data(), products.data(), products.size());
+    constexpr std::size_t together = 64;  // are mostly all farther
+    for (std::size_t first = 0; first < products.size(); first += together) {
+      const std::size_t last = std::min(first + together, products.size());
+      if (best.size() == kept && !anyBelow(&products[first], last - first, best.back().squared)) continue;
+      for (std::size_t j = first; j < last; ++j) {
+        const float squared = products[j];
+        if (best.size() == kept && !(squared < best.back().squared)) continue;
+        const auto after = std::upper_bound(best.begin(), best.end(), squared,
+                                            [](float s, const NearRow& n) { return s < n.squared; });
+        best.insert(after, {static_cast<std::uint32_t>(j), squared});
+        if (best.size() > kept) best.pop_back();
+      }
     }
     for (NearRow& n : best) n.squared = squaredDistance(rows.row(i), others.row(n.other));
     std::sort(best.begin(), best.end(), [](const NearRow& a, const NearRow& b) {

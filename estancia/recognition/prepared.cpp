@@ -189,11 +189,11 @@ void describeSurface(DescribedSurface& described, bool bothSides, const Recognit
 
 /// A view of one side has nothing behind its surface, as seen from its sensor: mostly the origin.
 Orientation orientationOf(const std::vector<cv::Point3f>& points, double spacing, const cv::Point3d& center,
-                          double extent) {
+                          double extent, int threads) {
   constexpr double afar = 3;  // extents
   Orientation orientation{.outwards = false, .center = center};
   if (RangeImage(points, spacing).known()) return orientation;
-  const auto direction = directionOfView(points, spacing);
+  const auto direction = directionOfView(points, spacing, threads);
   orientation.outwards = !direction;
   if (direction) orientation.sensor = center + *direction * (afar * extent);
   return orientation;
@@ -230,7 +230,7 @@ PreparedModel::PreparedModel(std::string name, PointCloud raw, PointCloud filter
   const Neighbors neighbors(raw_.points, options_.threads);
   noise_ = estimateNoise(neighbors, options_.threads);
   const double spacing = spacingOf(neighbors);
-  orientation_ = orientationOf(raw_.points, spacing, center_, extent_);
+  orientation_ = orientationOf(raw_.points, spacing, center_, extent_, options_.threads);
   log.add("model",
           fmt::format("{}; noise {:.4g} m, points {:.4g} m apart",
                       orientation_.outwards                  ? "shows several sides"
