@@ -60,8 +60,8 @@ void joinLoose(const InverseDepth& grid, const Mask& mask, const HalfImage& half
 /// Furniture assembly: joins to each body, a segment too large for a hand, what touches it and what carries
 /// its level top. What stands on a body is a thing of its own: it begins where they touch, inside of the
 /// border of a level surface, or above all of a body that is wider. So is a small segment of another color
-/// than the body beside it. Crowns join their stems: what is as wide as no balance allows, or without
-/// smooth surface (leaves), over something narrower.
+/// than the body beside it. A crown joins its stem: a segment that is too wide to balance on what is below
+/// it, or has no smooth surface (leaves).
 void assembleFurniture(const InverseDepth& grid, const Mask& mask, const HalfImage& half,
                        const SegmentColors& colors, const cv::Vec3d& up, Segmentation& segments);
 

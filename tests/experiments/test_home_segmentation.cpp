@@ -51,6 +51,8 @@ TEST_F(HomeSegmentation, FindsMostThingsAndFewOthers) {
     EXPECT_GE(found["all" + noise]["found"], 0.4 * found["all" + noise]["things"]) << noise;
     EXPECT_GE(found["all" + noise]["right"], 0.4 * found["all" + noise]["clusters"]) << noise;
     EXPECT_LE(found["flat" + noise]["found"], 0.2 * found["flat" + noise]["things"]) << "they are structure";
+    EXPECT_GE(found["flat" + noise]["structure"], 0.6 * found["flat" + noise]["things"]);
+    EXPECT_LE(found["large" + noise]["structure"], 0.2 * found["large" + noise]["things"]);
     EXPECT_EQ(found["structure" + noise]["right"], 0);
     EXPECT_GT(found["large" + noise]["things"], 5) << noise;
   }
