@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <array>
+#include <cmath>
 
 #include "common.hpp"
 #include "estancia/io/cloud_file.hpp"
@@ -64,8 +65,11 @@ void printText(const RecognizeArguments& a, const SearchResult& result, bool uns
   }
   for (const Detection& detection : result.detections) {
     const cv::Point3d at = detection.pose * detection.center;
-    fmt::print("{:<20} at ({:.3f}, {:.3f}, {:.3f})  {:>6} inliers  confidence {:.2f}\n", detection.model,
-               at.x, at.y, at.z, detection.inliers, detection.confidence);
+    const std::string sureness = std::isnan(detection.falseAlarmRate)
+                                     ? fmt::format("confidence {:.2f}", detection.confidence)
+                                     : fmt::format("false alarm rate {:.1g}", detection.falseAlarmRate);
+    fmt::print("{:<20} at ({:.3f}, {:.3f}, {:.3f})  {:>6} inliers  {}\n", detection.model, at.x, at.y, at.z,
+               detection.inliers, sureness);
   }
   if (result.detections.empty())
     fmt::print(
@@ -89,14 +93,16 @@ void run(const RecognizeArguments& a) {
   const SearchResult result = searchScene(recognizer, a.scene, cloud, files, *progress);
 
   for (const auto& [name, reason] : result.failed) spdlog::warn("{} is left out: {}", name, reason);
-  const std::string sensor = cloud.viewpoint ? "at its VIEWPOINT" : "at its origin";
   const bool unsaid = !options.viewpoint;
+  const std::string sensor = !unsaid           ? "at the --viewpoint"
+                             : cloud.viewpoint ? "at its VIEWPOINT"
+                                               : "at its origin";
   auto warnings = nlohmann::ordered_json::array();
-  if (unsaid && !result.scene->hasView()) {
+  if (!result.scene->hasView()) {
     const std::string noView = fmt::format(
-        "{} is not a view from a sensor {}, so occlusion and free space are ignored; give the position of "
-        "the sensor by --viewpoint X,Y,Z",
-        a.scene, sensor);
+        "{} is not a view from a sensor {}, so occlusion and free space are ignored; {}", a.scene, sensor,
+        unsaid ? "give the position of the sensor by --viewpoint X,Y,Z"
+               : "correct --viewpoint, or leave it out and it is estimated");
     spdlog::warn("{}", noView);
     warnings.push_back({{"code", "no-view"}, {"message", noView}});
   }

@@ -141,7 +141,7 @@ std::optional<CameraIntrinsics> cameraOf(const PointCloud& cloud) {
   LineFit across, down;
   for (std::size_t i = 0; i < cloud.points.size(); ++i) {
     const cv::Point3f& p = cloud.points[i];
-    if (!isFinite(p)) continue;
+    if (!isMeasured(p)) continue;
     if (!(p.z > 0)) return {};
     const std::size_t column = i % cloud.width, row = i / cloud.width;
     across.add(static_cast<double>(p.x) / p.z, static_cast<double>(column));
@@ -210,6 +210,11 @@ Clusters findClusters(const cv::Mat& depth, const CameraIntrinsics& camera, cons
   if (!colors.empty()) splitByColor(grid, removal.half, colors, up, segments);
   dropFragments(grid, removal, up, foreground, segments);
   dropNarrow(grid, foreground, segments);
+  for (const std::uint32_t i : grid.bridged) {
+    std::uint32_t& label = segments.labels[i];
+    if (label != 0) --segments.sizes[label];
+    label = 0;
+  }
   std::vector<Cluster> clusters = clustersOf(grid, foreground, segments, options);
   return {std::move(removal.planes), std::move(clusters), up};
 }
@@ -221,7 +226,7 @@ Clusters findClusters(const PointCloud& cloud, const ClusterOptions& options) {
   if (!camera) return findUnorganizedClusters(cloud, options);
   cv::Mat depth(camera->height, camera->width, CV_32F);
   std::ranges::transform(cloud.points, depth.ptr<float>(),
-                         [](const cv::Point3f& p) { return isFinite(p) ? p.z : 0; });
+                         [](const cv::Point3f& p) { return isMeasured(p) ? p.z : 0; });
   const cv::Mat image = cloud.colors.empty()
                             ? cv::Mat()
                             : cv::Mat(camera->height, camera->width, CV_8UC3,

@@ -21,7 +21,7 @@ std::vector<Pixel> pixelsOf(const PointCloud& cloud, Eigen::Vector3d& center, do
   constexpr std::size_t wanted = 4000;
   std::vector<std::size_t> finite;
   for (std::size_t i = 0; i < cloud.points.size(); ++i)
-    if (isFinite(cloud.points[i])) finite.push_back(i);
+    if (isMeasured(cloud.points[i])) finite.push_back(i);
   const std::size_t step = std::max<std::size_t>(1, finite.size() / wanted);
   const auto placeOf = [&](std::size_t i) {
     const cv::Point3f& p = cloud.points[i];

@@ -71,6 +71,24 @@ void markDeep(const float* deepest, const float* middle, float depth, int width,
     out[u] = static_cast<std::uint8_t>(mask[u] & (deepest[u] > depth * std::max(middle[u] * middle[u], 1.F)));
 }
 
+/// Interpolates pixels without depth between two neighbors in their row or column of one surface.
+void bridgeGaps(InverseDepth& grid) {
+  std::vector<float> values;
+  for (int v = 0; v < grid.camera.height; ++v)
+    for (int u = 0; u < grid.camera.width; ++u) {
+      const std::size_t i = grid.at(u, v);
+      if (grid.raw[i] > 0) continue;
+      const auto down = static_cast<std::size_t>(grid.stride);
+      for (const std::size_t step : {std::size_t{1}, down}) {
+        if (!isContinuous(grid.raw[i - step], grid.raw[i + step])) continue;  // nor are two without depth
+        grid.bridged.push_back(static_cast<std::uint32_t>(i));
+        values.push_back((grid.raw[i - step] + grid.raw[i + step]) / 2);
+        break;
+      }
+    }
+  for (std::size_t k = 0; k < values.size(); ++k) grid.raw[grid.bridged[k]] = values[k];
+}
+
 void smoothRow(const InverseDepth& grid, int v, std::vector<float>& count, float* out) {
   const int width = grid.camera.width;
   const float* middle = &grid.raw[grid.at(0, v)];
@@ -109,6 +127,7 @@ InverseDepth inverseDepth(const cv::Mat& depth, const CameraIntrinsics& camera, 
   inBands(depth.rows, threads, [&](int first, int last) {
     for (int v = first; v < last; ++v) invertRow(depth.ptr<float>(v), depth.cols, &grid.raw[grid.at(0, v)]);
   });
+  bridgeGaps(grid);
   inBands(depth.rows, threads, [&](int first, int last) {
     std::vector<float> count(static_cast<std::size_t>(depth.cols));
     for (int v = first; v < last; ++v) smoothRow(grid, v, count, &grid.smooth[grid.at(0, v)]);

@@ -18,13 +18,14 @@ namespace estancia {
 /// A depth image with a margin of pixels without depth, so that neighborhoods need no bounds checks. Masks
 /// and labels of it have its size() and the same indices.
 struct InverseDepth {
-  CameraIntrinsics camera;            ///< of this image
-  double scale = 1;                   ///< focal length / 525, for which lengths in pixels are given
-  int margin = 0;                     ///< on every side
-  std::ptrdiff_t stride = 0;          ///< from row to row
-  std::vector<float> raw;             ///< 1/z [1/m]; 0 where there is no depth
-  std::vector<float> smooth;          ///< denoised
-  std::vector<float> slopeX, slopeY;  ///< X / Z of the columns, Y / Z of the rows
+  CameraIntrinsics camera;             ///< of this image
+  double scale = 1;                    ///< focal length / 525, for which lengths in pixels are given
+  int margin = 0;                      ///< on every side
+  std::ptrdiff_t stride = 0;           ///< from row to row
+  std::vector<float> raw;              ///< 1/z [1/m]; 0 where there is no depth
+  std::vector<std::uint32_t> bridged;  ///< pixels without depth whose `raw` is interpolated
+  std::vector<float> smooth;           ///< denoised
+  std::vector<float> slopeX, slopeY;   ///< X / Z of the columns, Y / Z of the rows
 
   std::size_t size() const { return raw.size(); }
   std::size_t at(int u, int v) const { return static_cast<std::size_t>((v + margin) * stride + u + margin); }
@@ -43,9 +44,10 @@ struct InverseDepth {
   double area(double squarePixels) const { return squarePixels * scale * scale; }
 };
 
-/// Depths outside of 1 mm to 1 km count as missing. The smooth image is the mean over the pairs of opposite
-/// pixels in a window of 5 × 5 that are both near in depth: planes stay exact, and edges stay in place.
-/// Throws Error as backProject() does.
+/// Depths outside of 1 mm to 1 km count as missing. Lost rows, columns and pixels are bridged where the depth
+/// goes on behind them, or each would cut a surface in two. The smooth image is the mean over the pairs of
+/// opposite pixels in a window of 5 × 5 that are both near in depth: planes stay exact, and edges stay in
+/// place. Throws Error as backProject() does.
 InverseDepth inverseDepth(const cv::Mat& depth, const CameraIntrinsics& camera, int threads);
 
 /// Whether two adjacent pixels may belong to one surface: their depths differ by less than 1.2 %.

@@ -289,7 +289,7 @@ Clusters findUnorganizedClusters(const PointCloud& cloud, const ClusterOptions& 
   std::vector<Cluster> clusters(sizes.size());
   std::vector<Neighbor> buffer;
   for (std::uint32_t i = 0; i < cloud.points.size(); ++i) {
-    if (!isFinite(cloud.points[i])) continue;
+    if (!isMeasured(cloud.points[i])) continue;
     const auto nearest = s.neighbors.nearest(cloud.points[i], 1, buffer);
     const std::uint32_t label = labels[nearest.front().index];
     if (label != kNone) clusters[sets.find(label)].points.push_back(i);

@@ -40,6 +40,12 @@ inline bool isFinite(const cv::Point3f& p) {
   return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
 }
 
+/// Whether a sensor measured a point: many drivers write 0, 0, 0, where the sensor itself is, for pixels
+/// without depth.
+inline bool isMeasured(const cv::Point3f& p) {
+  return isFinite(p) && p != cv::Point3f();
+}
+
 /// Throws Error (invalidInput) on a depth image that is empty or of another type than CV_32F, and on a camera
 /// without a size or focal length.
 void requireDepth(const cv::Mat& depth, const CameraIntrinsics& camera);

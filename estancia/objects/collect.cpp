@@ -251,6 +251,7 @@ Collected collectObjects(const Sequence& sequence, const fs::path& folder, const
   NewSamples made(folder, options.replace);
   Collector collector(made.folder(), options);
   Collected& counts = collector.collected();
+  std::string first;  // problem
   std::size_t total = 1 + (sequence.size() - options.first - 1) / options.every;
   if (options.maxFrames > 0) total = std::min(total, options.maxFrames);
   const auto keep = [&] {
@@ -273,6 +274,7 @@ Collected collectObjects(const Sequence& sequence, const fs::path& folder, const
         const Error failure = frameFailure(name);
         if (options.strict) throw failure;
         ++counts.unread;
+        if (first.empty()) first = fmt::format("{}: {}", name, failure.what());
         if (problems != nullptr) problems->push_back(fmt::format("{}: {}", name, failure.what()));
       }
       if (frame) collector.add(*frame, sequence.frame(i));
@@ -289,8 +291,8 @@ Collected collectObjects(const Sequence& sequence, const fs::path& folder, const
   }
   progress.end();
   if (counts.unread == counts.frames)
-    fail(ErrorCode::fileUnreadable, "{}: none of the {} frames can be read with its depth", sequence.name(),
-         total);
+    fail(ErrorCode::fileUnreadable, "{}: none of the {} frames can be read with its depth; the first: {}",
+         sequence.name(), total, first);
   keep();
   return collector.collected();
 }

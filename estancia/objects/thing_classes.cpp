@@ -26,14 +26,23 @@ std::vector<std::string> ThingClasses::labelsOf(const std::string& category,
 }
 
 std::vector<ConfigFile::Key> thingClassKeys(ConfigFile& config, ThingClasses& classes, bool required) {
-  const auto read = [&config, &classes](const toml::node& node) {
-    for (const auto& [name, categories] : config.subtable(node))
+  const auto requireOwnName = [&config](const toml::node& node, std::string_view name) {
+    if (name.empty() || name == "all" || name == "structure")  // rows of the tables
+      config.fail(node, fmt::format("a class cannot be called \"{}\"; choose another name", name));
+  };
+  const auto read = [&config, &classes, requireOwnName](const toml::node& node) {
+    for (const auto& [name, categories] : config.subtable(node)) {
+      requireOwnName(categories, name.str());
       for (const toml::node& category : config.list(categories))
         if (!classes.classOf.emplace(config.text(category), std::string(name.str())).second)
           config.fail(category, fmt::format("{} has a class already", config.text(category)));
+    }
   };
   return {{"other", false, "the class of all other categories",
-           [&](const toml::node& node) { classes.otherClass = config.text(node); }},
+           [&config, &classes, requireOwnName](const toml::node& node) {
+             classes.otherClass = config.text(node);
+             requireOwnName(node, classes.otherClass);
+           }},
           {"classes", required, "a list of categories by class", read}};
 }
 

@@ -41,6 +41,8 @@ std::vector<ModelFile> modelFilesOf(const std::vector<std::string>& words) {
     const bool named = equals != std::string::npos && equals > 0 && !fs::exists(word);
     const fs::path file = named ? word.substr(equals + 1) : word;
     const std::string name = named ? word.substr(0, equals) : file.stem().string();
+    if (file.empty() || name.empty())
+      throw Error(ErrorCode::invalidOption, fmt::format("--object {}: give FILE or NAME=FILE", word));
     if (std::ranges::find(files, name, &ModelFile::name) != files.end())
       throw Error(ErrorCode::invalidOption,
                   fmt::format("two objects are called {}; name them NAME=FILE", name));

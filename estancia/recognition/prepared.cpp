@@ -129,8 +129,15 @@ std::unique_ptr<const Surface> meanSurface(const Input& in, const RecognitionOpt
   smoothing.away = in.orientation.outwards;
   smoothing.viewpoint = in.orientation.outwards ? in.orientation.center : in.orientation.sensor;
   smoothing.threads = options.threads;
-  auto surface =
-      std::make_unique<const Surface>(in.name, projectMls(in.seeds, in.raw, smoothing), options.threads);
+  const PointCloud smooth = projectMls(in.seeds, in.raw, smoothing);
+  if (smooth.points.empty())
+    fail(ErrorCode::insufficientData,
+         "{}: its {} points show no surface within {:.4g} m of each other: they are too few, too far apart, "
+         "or "
+         "on a line; give a denser cloud, or a larger normal radius",
+         in.name, static_cast<std::size_t>(static_cast<double>(in.raw.points.size()) * in.perPoint),
+         smoothing.radius);
+  auto surface = std::make_unique<const Surface>(in.name, smooth, options.threads);
   log.add("mean surface",
           fmt::format("of {} points over {:.4g} m, normals {:.4g} m: {} points {:.4g} m apart",
                       in.raw.points.size(), smoothing.width, smoothing.radius, surface->size(),

@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "estancia/cloud/bounds.hpp"
 #include "estancia/cloud/viewpoint.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/parallel.hpp"
@@ -23,20 +24,31 @@
 namespace estancia {
 namespace {
 
-PointCloud finitePoints(const std::string& name, const PointCloud& cloud) {
+/// The points that were measured. Throws Error unless they are enough, and 32 bits tell neighbors apart.
+PointCloud measuredPoints(const std::string& name, const PointCloud& cloud) {
   constexpr std::size_t minPoints = 10;
   PointCloud finite;
   finite.viewpoint = cloud.viewpoint;
   const bool normals = cloud.normals.size() == cloud.points.size();
   for (std::size_t i = 0; i < cloud.points.size(); ++i) {
-    if (!isFinite(cloud.points[i])) continue;
+    if (!isMeasured(cloud.points[i])) continue;
     finite.points.push_back(cloud.points[i]);
     if (normals) finite.normals.push_back(cloud.normals[i]);
     if (!cloud.colors.empty()) finite.colors.push_back(cloud.colors[i]);
   }
   if (finite.points.size() < minPoints)
-    fail(ErrorCode::insufficientData, "{}: {} of its {} points are finite; recognition needs {} or more",
-         name, finite.points.size(), cloud.points.size(), minPoints);
+    fail(ErrorCode::insufficientData,
+         "{}: {} of its {} points are finite and not at 0, 0, 0; recognition needs {} or more", name,
+         finite.points.size(), cloud.points.size(), minPoints);
+  const Bounds<float> box = boundsOf(finite.points);
+  const double middle = cv::norm((box.low + box.high) / 2), extent = cv::norm(box.high - box.low);
+  constexpr double maxDistance = 1e5;  // extents: 32 bits have 7 digits, of which two are left
+  if (extent > 0 && middle > maxDistance * extent)
+    fail(ErrorCode::invalidInput,
+         "{}: {:.4g} m from its origin, the 32-bit coordinates of a cloud of {:.4g} m are too coarse; "
+         "subtract "
+         "an offset (of a map's projection, say) before the cloud is written",
+         name, middle, extent);
   finite.width = finite.points.size();
   finite.height = 1;
   return finite;
@@ -49,9 +61,9 @@ std::shared_ptr<const Prepared> prepared(const std::string& name, const PointClo
                                          Progress& progress, const More&... more) {
   std::vector<StageReport> stages;
   StageLog log(&stages);
-  PointCloud raw = finitePoints(name, cloud), left = filterCloud(raw, filter, progress);
+  PointCloud raw = measuredPoints(name, cloud), left = filterCloud(raw, filter, progress);
   log.add("filter", fmt::format("{}: {} of {} points", filter.method, left.points.size(), raw.points.size()));
-  left = finitePoints(name, left);
+  left = measuredPoints(name, left);
   return std::make_shared<const Prepared>(name, std::move(raw), std::move(left), options, std::move(stages),
                                           more...);
 }
@@ -238,9 +250,9 @@ std::shared_ptr<const PreparedScene> Recognizer::prepareScene(const std::string&
 std::shared_ptr<const PreparedScene> Recognizer::prepareScene(const std::string& name,
                                                               const PointCloud& cloud,
                                                               const PointCloud& filtered) const {
-  return std::make_shared<const PreparedScene>(name, finitePoints(name, cloud), finitePoints(name, filtered),
-                                               options_, std::vector<StageReport>{},
-                                               sensorOf(cloud, options_));
+  return std::make_shared<const PreparedScene>(name, measuredPoints(name, cloud),
+                                               measuredPoints(name, filtered), options_,
+                                               std::vector<StageReport>{}, sensorOf(cloud, options_));
 }
 
 PoseCandidates Recognizer::search(const PreparedModel& model, const PreparedScene& scene,

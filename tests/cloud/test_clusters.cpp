@@ -268,6 +268,23 @@ TEST(Clusters, HolesAndNoise) {
 }
 
 // A pixel of pure noise is a segment of its own; the work on each must not grow with the focal length.
+TEST(Clusters, LostRowsAndColumnsCutNothing) {
+  const Seen whole = see({kTable, kBox});
+  for (const int step : {480, 40, 9}) {
+    Seen seen{whole.depth.clone(), whole.shape.clone(), whole.toScene};
+    for (int i = step / 2; i < 480; i += step) {
+      seen.depth.row(i).setTo(0);
+      seen.depth.col(i).setTo(0);
+      seen.shape.row(i).setTo(-1);
+      seen.shape.col(i).setTo(-1);
+    }
+    const Clusters found = findClusters(seen.depth, kView.camera);
+    ASSERT_THAT(found.clusters, SizeIs(1)) << step;
+    EXPECT_GT(overlap(found.clusters[0], seen, 1), 0.95) << step;
+    for (const std::uint32_t p : found.clusters[0].points) ASSERT_GT(seen.depth.ptr<float>()[p], 0) << step;
+  }
+}
+
 TEST(Clusters, NoiseAloneIsNoWork) {
   cv::Mat depth(240, 320, CV_32F);
   cv::RNG(3).fill(depth, cv::RNG::UNIFORM, 0.5, 10.);

@@ -152,7 +152,10 @@ TEST(CloudClusters, NothingIsNoError) {
   options.minPoints = 1;
   EXPECT_THAT(findClusters(PointCloud(), options).clusters, IsEmpty());
   EXPECT_THAT(findClusters(cloudOf({{kNaN, 0, 0}, {0, kNaN, 1}}), options).clusters, IsEmpty());
-  for (const cv::Point3f& p : {cv::Point3f(0, 0, 0), cv::Point3f(1, 2, 3), cv::Point3f(-1e9F, 1e9F, 1e9F)}) {
+  EXPECT_THAT(findClusters(cloudOf(std::vector(6, cv::Point3f(0, 0, 0))), options).clusters, IsEmpty())
+      << "not measured";
+  for (const cv::Point3f& p :
+       {cv::Point3f(0, 0, 0.001F), cv::Point3f(1, 2, 3), cv::Point3f(-1e9F, 1e9F, 1e9F)}) {
     for (const std::size_t count : {1, 2, 1000}) {
       const Clusters found = findClusters(cloudOf(std::vector(count, p)), options);
       EXPECT_THAT(found.planes, IsEmpty());

@@ -160,6 +160,14 @@ TEST_F(GridTest, AFolderThatCannotBeMadeIsAnError) {
   EXPECT_THAT([&] { grid.run(cells(1), found, silent, "testing"); }, FailsWith(ErrorCode::fileUnwritable));
 }
 
+TEST_F(GridTest, AForeignTableIsNotReplaced) {
+  writeFile(folder / "results.csv", "mine\n");
+  Grid grid(folder, columns, 1);
+  EXPECT_THAT([&] { grid.run(cells(1), found, silent, "testing"); },
+              FailsWith(ErrorCode::fileExists, "results.csv"));
+  EXPECT_EQ(readFile(folder / "results.csv"), "mine\n");
+}
+
 TEST_F(GridTest, TextsInTheTableStayOneCell) {
   Grid grid(folder, {{"model", "sequence"}, "cut", {"v"}}, 1);
   grid.run(

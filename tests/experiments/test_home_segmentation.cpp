@@ -64,6 +64,10 @@ TEST_F(HomeSegmentation, SaysWhatIsWrong) {
   EXPECT_THAT([&] { run("[classes]\n"); }, FailsWith(ErrorCode::malformedFile, "`drives`"));
   EXPECT_THAT([&] { run("drives = [\"a\"]\n[classes]\nx = [\"rug\"]\ny = [\"rug\"]\n"); },
               FailsWith(ErrorCode::malformedFile, "home.toml:5", "rug"));
+  EXPECT_THAT([&] { run("drives = [\"a\"]\n[classes]\nall = [\"rug\"]\n"); },
+              FailsWith(ErrorCode::malformedFile, "home.toml:4", "\"all\""));
+  EXPECT_THAT([&] { run("drives = [\"a\"]\nother = \"structure\"\n[classes]\n"); },
+              FailsWith(ErrorCode::malformedFile, "home.toml:3", "\"structure\""));
   EXPECT_THAT([&] { run("drives = [\"a\"]\nnoise = [-1]\n[classes]\n"); },
               FailsWith(ErrorCode::malformedFile, "`noise`"));
 }

@@ -280,6 +280,29 @@ TEST(Recognizer, UselessCloudsAreErrorsOrGiveNothing) {
   EXPECT_TRUE(isFound(findIn(RecognitionOptions::preset("default"), scenery.model, twice), scenery));
 }
 
+TEST(Recognizer, PointsAtTheSensorWereNotMeasured) {
+  const Scenery scenery;
+  PointCloud zeros = scenery.scene;
+  zeros.points.insert(zeros.points.end(), 2 * zeros.points.size(), cv::Point3f());  // as many drivers write
+  EXPECT_TRUE(isFound(findIn(RecognitionOptions::preset("default"), scenery.model, zeros), scenery));
+}
+
+TEST(Recognizer, CoordinatesThatAreTooCoarseAreAnError) {
+  const Scenery scenery;
+  PointCloud projected = scenery.scene;
+  for (cv::Point3f& p : projected.points) p += cv::Point3f(5e5F, 4.5e6F, 100);
+  EXPECT_THAT([&] { Recognizer().prepareScene("street.ply", projected); },
+              FailsWith(ErrorCode::invalidInput, "street.ply", "subtract an offset"));
+}
+
+TEST(Recognizer, TooFewPointsAreNoSurface) {
+  const Scenery scenery;
+  PointCloud few;
+  for (int i = 0; i < 20; ++i) few.points.emplace_back(0.1F * static_cast<float>(i), 0.F, 1.F);
+  EXPECT_THAT([&] { Recognizer().prepareScene("line.ply", few); },
+              FailsWith(ErrorCode::insufficientData, "line.ply", "its 20 points"));
+}
+
 TEST(Recognizer, AModelLargerThanTheSceneIsNotFound) {
   const Scenery scenery;
   EXPECT_TRUE(findIn(RecognitionOptions::preset("default"), test::wavySheet(200, 1), scenery.model).empty());

@@ -191,6 +191,11 @@ CameraIntrinsics readCamera(ConfigFile& config, const toml::table& table) {
                       {"fy", true, "focal length [pixels]", number(camera.fy, 1)},
                       {"cx", true, "principal point [pixels]", number(camera.cx, -largest)},
                       {"cy", true, "principal point [pixels]", number(camera.cy, -largest)}});
+  if (camera.cx < 0 || camera.cx > camera.width || camera.cy < 0 || camera.cy > camera.height)
+    config.fail(table,
+                fmt::format("the principal point ({}, {}) is not in images of {} × {} pixels; give the "
+                            "size of the images that cx and cy are for",
+                            camera.cx, camera.cy, camera.width, camera.height));
   return camera;
 }
 
@@ -208,8 +213,7 @@ ObjectSegmentationOptions readObjectSegmentation(ConfigFile& config) {
        {"made_up", false, "scenes that are rendered, instead",
         [&](auto& n) { made = &config.subtable(n); }}}));
   if (made != nullptr && (camera != nullptr || !options.scenes.empty()))
-    throw Error(ErrorCode::malformedFile,
-                "`made_up` has its own scenes and camera; leave out those of files");
+    config.fail(*made, "`made_up` has its own scenes and camera; leave out those of files");
   if (made != nullptr) {
     config.read(*made,
                 {{"count", true, "how many",

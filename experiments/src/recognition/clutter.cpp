@@ -168,7 +168,7 @@ cv::Affine3d putBeside(const Discs& discs, const cv::Mat& scene, const ClutterOp
 
 OptionGroup declare(ClutterOptions& options) {
   OptionGroup group("clutter", "Seeded scenes of models that touch each other, without a table.");
-  group.add("scenes", &options.scenes, "Scenes to make").range(0, 100000);
+  group.add("scenes", &options.scenes, "Scenes to make").range(1, 100000);
   group.add("fewest", &options.fewest, "Fewest objects of a scene").range(1, 1000);
   group.add("most", &options.most, "Most objects of a scene").range(1, 1000);
   group.add("nearest", &options.nearest, "Smallest distance of an object").unit("m").range(0.1, 100);

@@ -84,6 +84,11 @@ void Grid::store(const Cell& cell, const CellResults& results) const {
 
 void Grid::makeFolder() const {
   std::error_code problem;
+  for (const char* file : {"results.csv", "report.html"})
+    if (fs::exists(folder_ / file, problem) && !fs::exists(folder_ / "cells", problem))
+      throw Error(ErrorCode::fileExists,
+                  fmt::format("{}: {} is there, and not of an experiment; give another folder by -o",
+                              folder_.string(), file));
   fs::create_directories(folder_ / "cells", problem);
   if (problem)
     throw Error(ErrorCode::fileUnwritable,
