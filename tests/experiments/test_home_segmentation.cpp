@@ -60,7 +60,7 @@ TEST_F(HomeSegmentation, FindsMostThingsAndFewOthers) {
 
 TEST_F(HomeSegmentation, SaysWhatIsWrong) {
   EXPECT_THAT([&] { run("drives = [\"nowhere\"]\n[classes]\n"); },
-              FailsWith(ErrorCode::fileUnreadable, "nowhere"));
+              FailsWith(ErrorCode::fileNotFound, "nowhere"));
   EXPECT_THAT([&] { run("[classes]\n"); }, FailsWith(ErrorCode::malformedFile, "`drives`"));
   EXPECT_THAT([&] { run("drives = [\"a\"]\n[classes]\nx = [\"rug\"]\ny = [\"rug\"]\n"); },
               FailsWith(ErrorCode::malformedFile, "home.toml:5", "rug"));

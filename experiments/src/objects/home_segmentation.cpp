@@ -2,6 +2,7 @@
 #include "experiments/src/objects/home_segmentation.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <opencv2/core.hpp>
@@ -169,15 +170,18 @@ Findings segmentHomes(const HomeSegmentationOptions& options, Grid& grid, const 
   const std::string classes = classesText(options.classes);
   std::vector<Cell> cells;
   std::vector<std::pair<std::filesystem::path, double>> runs;
-  for (const std::string& folder : options.drives)
+  std::set<std::string> categories;
+  for (const std::filesystem::path drive : options.drives) {
+    for (const io::HomeInstance& thing : io::readHomeInstances(drive / "instances.csv"))
+      categories.insert(thing.category);
     for (const double noise : options.noise) {
-      const std::filesystem::path drive = folder;
       runs.emplace_back(drive, noise);
       cells.push_back({{drive.filename().string(), fmt::format("{}", noise)},
                        sha256(fmt::format("{} {} {} {} {} {} {} {}", homeSegmentationVersion, drive.string(),
                                           sha256OfFile(drive / "instances.csv"), noise, options.every,
                                           options.leastPixels, options.seed, classes))});
     }
+  }
   const auto found = grid.run(
       cells, [&](std::size_t i) { return segmentDrive(runs[i].first, runs[i].second, options); }, progress,
       "segmenting");
@@ -195,6 +199,12 @@ Findings segmentHomes(const HomeSegmentationOptions& options, Grid& grid, const 
   findings.facts = {{"Frames", options.every == 1 ? "all" : fmt::format("one of {}", options.every)},
                     {"Things", fmt::format("of {} pixels or more", options.leastPixels)},
                     {"Clusters", "of the library's defaults"}};
+  std::vector<std::string> unknown;
+  for (const auto& [category, name] : options.classes.classOf)
+    if (!categories.contains(category)) unknown.push_back(category);
+  if (!unknown.empty())
+    findings.notes.push_back(
+        fmt::format("No drive has a thing of these categories: {}.", fmt::join(unknown, ", ")));
   return findings;
 }
 
