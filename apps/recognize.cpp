@@ -102,7 +102,7 @@ void run(const RecognizeArguments& a) {
     const std::string noView = fmt::format(
         "{} is not a view from a sensor {}, so occlusion and free space are ignored; {}", a.scene, sensor,
         unsaid ? "give the position of the sensor by --viewpoint X,Y,Z"
-               : "correct --viewpoint, or leave it out and it is estimated");
+               : "correct --viewpoint, or leave it out");
     spdlog::warn("{}", noView);
     warnings.push_back({{"code", "no-view"}, {"message", noView}});
   }

@@ -210,7 +210,7 @@ Clusters findClusters(const cv::Mat& depth, const CameraIntrinsics& camera, cons
   if (!colors.empty()) splitByColor(grid, removal.half, colors, up, segments);
   dropFragments(grid, removal, up, foreground, segments);
   dropNarrow(grid, foreground, segments);
-  for (const std::uint32_t i : grid.bridged) {
+  for (const std::uint32_t i : grid.bridged) {  // has no point
     std::uint32_t& label = segments.labels[i];
     if (label != 0) --segments.sizes[label];
     label = 0;

@@ -25,9 +25,10 @@ std::vector<std::string> ThingClasses::labelsOf(const std::string& category,
   return labels;
 }
 
-std::vector<ConfigFile::Key> thingClassKeys(ConfigFile& config, ThingClasses& classes, bool required) {
-  const auto requireOwnName = [&config](const toml::node& node, std::string_view name) {
-    if (name.empty() || name == "all" || name == "structure")  // rows of the tables
+std::vector<ConfigFile::Key> thingClassKeys(ConfigFile& config, ThingClasses& classes, bool required,
+                                            const std::set<std::string_view>& reserved) {
+  const auto requireOwnName = [&config, reserved](const toml::node& node, std::string_view name) {
+    if (name.empty() || reserved.contains(name))
       config.fail(node, fmt::format("a class cannot be called \"{}\"; choose another name", name));
   };
   const auto read = [&config, &classes, requireOwnName](const toml::node& node) {

@@ -5,7 +5,9 @@
 
 #include <filesystem>
 #include <map>
+#include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "estancia/core/config.hpp"
@@ -30,7 +32,9 @@ struct ThingClasses {
 };
 
 /// The keys `other` and `classes` of a configuration; `classes` need not be there where it is not `required`.
-std::vector<ConfigFile::Key> thingClassKeys(ConfigFile& config, ThingClasses& classes, bool required);
+/// No class may have one of the `reserved` names.
+std::vector<ConfigFile::Key> thingClassKeys(ConfigFile& config, ThingClasses& classes, bool required,
+                                            const std::set<std::string_view>& reserved = {});
 
 /// Reads TOML: `other = CLASS`, `[classes]` with a list of categories by class, `[words]` with a list of
 /// labels by category; each may be missing. Throws Error `FILE:LINE: …` (malformedFile) on unknown or wrong

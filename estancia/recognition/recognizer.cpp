@@ -46,8 +46,7 @@ PointCloud measuredPoints(const std::string& name, const PointCloud& cloud) {
   if (extent > 0 && middle > maxDistance * extent)
     fail(ErrorCode::invalidInput,
          "{}: {:.4g} m from its origin, the 32-bit coordinates of a cloud of {:.4g} m are too coarse; "
-         "subtract "
-         "an offset (of a map's projection, say) before the cloud is written",
+         "subtract an offset (of a map's projection, say) before the cloud is written",
          name, middle, extent);
   finite.width = finite.points.size();
   finite.height = 1;

@@ -22,7 +22,7 @@ namespace estancia::experiments {
 namespace {
 
 constexpr int homeSegmentationVersion = 2;  // of what follows: drives of another one are segmented anew
-const std::string kAll = "all";
+const std::string kAll = "all", kStructure = "structure";  // rows beside those of classes
 constexpr double kMostly = 0.6;  // share of a thing in no cluster, from which on it was taken for structure
 
 struct ClassScore {
@@ -54,8 +54,7 @@ void scoreHomeFrame(const Clusters& clusters, const cv::Mat& depth, const cv::Ma
     const auto most = std::max_element(common.begin(), common.end(),
                                        [](const auto& a, const auto& b) { return a.second < b.second; });
     const auto known = classes.find(most->first);
-    for (const std::string& name :
-         {kAll, known == classes.end() ? std::string("structure") : known->second}) {
+    for (const std::string& name : {kAll, known == classes.end() ? kStructure : known->second}) {
       ++scores[name].clusters;
       scores[name].right += overlap >= 0.5 ? 1 : 0;
     }
@@ -152,11 +151,11 @@ HomeSegmentationOptions readHomeSegmentation(ConfigFile& config) {
   group.add("seed", &options.seed, "Seed of the noise").range(0, 1e9);
   const auto drives = each(config, options.drives, [&](auto& n) { return config.anywhere(n).string(); });
   const auto noise = each(config, options.noise, [&](auto& n) { return config.number(n, 0, 1); });
-  config.read(
-      together(together(keysOf(config, std::move(group)), thingClassKeys(config, options.classes, true)),
-               {{"type", true, "the kind of experiment", [](auto&) {}},
-                {"drives", true, "the folders of drives", drives},
-                {"noise", false, "standard deviations of noise [m at 1 m]", noise}}));
+  config.read(together(together(keysOf(config, std::move(group)),
+                                thingClassKeys(config, options.classes, true, {kAll, kStructure})),
+                       {{"type", true, "the kind of experiment", [](auto&) {}},
+                        {"drives", true, "the folders of drives", drives},
+                        {"noise", false, "standard deviations of noise [m at 1 m]", noise}}));
   return options;
 }
 
