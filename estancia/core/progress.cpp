@@ -152,6 +152,10 @@ bool interrupted() {
   return stopRequested != 0;
 }
 
+void requestInterrupt() {
+  stopRequested = 1;
+}
+
 bool takeInterrupt() {
   const bool asked = interrupted();
   stopRequested = 0;

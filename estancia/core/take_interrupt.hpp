@@ -7,4 +7,7 @@ namespace estancia {
 /// As interrupted(), and forgets it. The next signal kills all the same.
 bool takeInterrupt();
 
+/// As if a signal had asked to stop: for programs with handlers of their own, which may call it.
+void requestInterrupt();
+
 }  // namespace estancia

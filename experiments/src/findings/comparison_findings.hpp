@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "experiments/src/comparison/method_comparison.hpp"
+#include "estancia/stats/method_comparison.hpp"
 #include "experiments/src/findings/findings.hpp"
 
 namespace estancia::experiments {

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <string>
 
-#include "experiments/src/comparison/method_comparison.hpp"
+#include "estancia/stats/method_comparison.hpp"
 
 namespace estancia::experiments {
 

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "experiments/src/comparison/rank_tests.hpp"
+#include "estancia/stats/rank_tests.hpp"
 #include "experiments/src/findings/pivot.hpp"
 
 namespace estancia::experiments {

@@ -7,7 +7,7 @@
 #include <utility>
 #include <variant>
 
-#include "experiments/src/comparison/method_comparison.hpp"
+#include "estancia/stats/method_comparison.hpp"
 #include "experiments/src/findings/comparison_findings.hpp"
 #include "experiments/src/findings/thesis.hpp"
 #include "experiments/src/scenes/scenes_statistics.hpp"

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "experiments/src/comparison/method_comparison.hpp"
+#include "estancia/stats/method_comparison.hpp"
 #include "experiments/src/scenes/scenes_findings.hpp"
 
 namespace estancia::experiments {

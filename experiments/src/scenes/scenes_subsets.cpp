@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "experiments/src/comparison/rank_tests.hpp"
+#include "estancia/stats/rank_tests.hpp"
 #include "experiments/src/findings/comparison_findings.hpp"
 #include "experiments/src/findings/pivot.hpp"
 #include "experiments/src/scenes/scenes_statistics.hpp"

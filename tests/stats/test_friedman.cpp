@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/stats/rank_tests.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "stats/scipy_random.hpp"
+#include "support/errors.hpp"
+
+namespace estancia {
+namespace {
+
+using test::FailsWith;
+
+using Table = std::vector<std::vector<double>>;
+
+Table randomTable(std::uint64_t seed, std::size_t tests, std::size_t methods, double steps) {
+  test::Random random(seed);
+  Table table(tests, std::vector<double>(methods));
+  for (auto& test : table)
+    for (double& value : test) value = std::floor(random.uniform() * steps) / steps;
+  return table;
+}
+
+TEST(Friedman, ReproducesThePaperOfDemsar) {
+  // JMLR 7 (2006), Table 6, the printed ranks: χ²_F = 9.28 without the correction for ties, which is
+  // 1 − 78 / (14 · 60) for three pairs and one four of equal values.
+  const Table ranks{{4, 3, 2, 1},     {1, 2, 3, 4}, {4, 1, 2, 3},     {4, 1, 3, 2}, {4, 2, 3, 1},
+                    {1, 2.5, 4, 2.5}, {3, 2, 4, 1}, {2.5, 2.5, 4, 1}, {4, 3, 2, 1}, {2.5, 2.5, 2.5, 2.5},
+                    {4, 2.5, 1, 2.5}, {3, 2, 4, 1}, {4, 1, 2, 3},     {3, 1, 4, 2}};
+  const double uncorrected = friedmanTest(ranks).chiSquared * (1 - 78.0 / 840);
+  EXPECT_NEAR(uncorrected, 9.28, 0.005);
+  EXPECT_NEAR(13 * uncorrected / (14 * 3 - uncorrected), 3.69, 0.005);
+}
+
+TEST(Friedman, KnowsOnlyTheOrder) {
+  for (std::uint64_t seed = 1; seed <= 50; ++seed) {
+    const Table table = randomTable(seed, 2 + seed % 20, 2 + seed % 7, seed % 3 == 0 ? 4 : 1e6);
+    const FriedmanTest found = friedmanTest(table);
+    Table grown = table, turned = table;
+    for (std::size_t t = 0; t < table.size(); ++t)
+      for (std::size_t m = 0; m < table[t].size(); ++m) {
+        grown[t][m] =
+            std::exp(3 * table[t][m]) + 100.0 * static_cast<double>(t);  // each test on its own scale
+        turned[t][m] = -table[t][m];
+      }
+    std::reverse(grown.begin(), grown.end());
+    for (auto& test : grown) std::rotate(test.begin(), test.begin() + 1, test.end());  // methods renamed
+    for (const Table& other : {grown, turned}) {
+      const FriedmanTest again = friedmanTest(other);
+      EXPECT_NEAR(again.chiSquared, found.chiSquared, 1e-9) << seed;
+      EXPECT_NEAR(again.fP, found.fP, 1e-9) << seed;
+    }
+    EXPECT_GE(found.p, 0);
+    EXPECT_LE(found.p, 1);
+    EXPECT_LE(found.chiSquared, static_cast<double>(table.size() * found.degrees));
+  }
+}
+
+TEST(Friedman, RejectsTruthAtItsLevel) {
+  // Of equivalent methods, about α of the tables must be rejected.
+  int chi = 0, f = 0;
+  constexpr int tables = 2000;
+  for (int seed = 1; seed <= tables; ++seed) {
+    const FriedmanTest found = friedmanTest(randomTable(static_cast<std::uint64_t>(seed) * 7919, 20, 6, 1e6));
+    chi += found.p <= 0.05;
+    f += found.fP <= 0.05;
+  }
+  EXPECT_NEAR(chi, 0.05 * tables, 40);  // four standard deviations
+  EXPECT_NEAR(f, 0.05 * tables, 40);
+  EXPECT_GE(f, chi) << "Iman and Davenport's is the less conservative";
+}
+
+TEST(Friedman, PerfectAgreementIsNoBetterThanItsChance) {
+  const FriedmanTest found = friedmanTest(Table(6, {3, 2, 1}));
+  EXPECT_DOUBLE_EQ(found.chiSquared, 12);
+  EXPECT_TRUE(std::isinf(found.f));
+  EXPECT_NEAR(found.fP, std::pow(6, -5), 1e-15) << "five tests rank as the first did";
+  EXPECT_NEAR(friedmanTest(Table(3, {1, 2})).fP, 0.25, 1e-15) << "three tosses of a coin";
+  EXPECT_NEAR(found.p, std::exp(-6), 1e-12) << "χ² of 2 degrees";
+}
+
+TEST(Friedman, SaysWhenThereIsNothingToTest) {
+  for (const Table& table : {Table{{1}, {2}}, Table{{1, 2, 3}}, Table{{5, 5, 5}, {7, 7, 7}}}) {
+    const FriedmanTest found = friedmanTest(table);
+    EXPECT_NE(found.undefined, "");
+    EXPECT_EQ(found.p, 1);
+    EXPECT_EQ(found.fP, 1);
+  }
+}
+
+TEST(Friedman, RefusesWhatIsNoTable) {
+  EXPECT_THAT([&] { friedmanTest({}); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { friedmanTest({{1, 2}, {1}}); }, FailsWith(ErrorCode::mismatch));
+  EXPECT_THAT(
+      [&] {
+        friedmanTest({{1, std::numeric_limits<double>::quiet_NaN()}});
+      },
+      FailsWith(ErrorCode::invalidInput));
+}
+
+}  // namespace
+}  // namespace estancia

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/stats/rank_tests.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "stats/scipy_random.hpp"
+#include "support/errors.hpp"
+
+namespace estancia {
+namespace {
+
+using test::FailsWith;
+
+using Values = std::vector<double>;
+
+TEST(Wilcoxon, ExactPIsTheShareOfSignsThatAreAsOdd) {
+  // All 2^n ways to give the ranks a sign, n = 8.
+  for (const double last : {-1.0, 1.0}) {
+    const Values differences{last, 2, -3, 4, 5, 6, 7, 8};
+    const WilcoxonTest found = wilcoxonTest(differences, Values(8, 0.0));
+    const double observed = std::min(found.better, found.worse);
+    int asOdd = 0;
+    for (int signs = 0; signs < 256; ++signs) {
+      int sum = 0;
+      for (int rank = 1; rank <= 8; ++rank) sum += (signs >> (rank - 1) & 1) * rank;
+      asOdd += std::min(sum, 36 - sum) <= observed;
+    }
+    EXPECT_TRUE(found.exact);
+    EXPECT_DOUBLE_EQ(found.p, asOdd / 256.0);
+    EXPECT_DOUBLE_EQ(found.better + found.worse, 36);
+  }
+}
+
+TEST(Wilcoxon, IsSymmetricAndBlindToScale) {
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    test::Random random(seed);
+    Values a, b, a4, b4;
+    for (std::uint64_t i = 0; i < 4 + seed; ++i) {
+      a.push_back(random.uniform());
+      b.push_back(random.uniform() * 0.9);
+      a4.push_back(4 * a.back());
+      b4.push_back(4 * b.back());
+    }
+    const WilcoxonTest found = wilcoxonTest(a, b), turned = wilcoxonTest(b, a), scaled = wilcoxonTest(a4, b4);
+    EXPECT_EQ(found.exact, a.size() <= 50);
+    EXPECT_DOUBLE_EQ(turned.p, found.p);
+    EXPECT_EQ(turned.better, found.worse);
+    EXPECT_DOUBLE_EQ(turned.z, -found.z);
+    EXPECT_EQ(scaled.p, found.p);
+    EXPECT_TRUE(found.p > 0 && found.p <= 1);
+  }
+}
+
+TEST(Wilcoxon, LeavesOutEqualTestsAndThenApproximates) {
+  const WilcoxonTest found = wilcoxonTest(Values{1, 2, 3, 4, 5}, Values{1, 0, 0, 0, 0});
+  EXPECT_EQ(found.different, 4U);
+  EXPECT_FALSE(found.exact);
+  EXPECT_DOUBLE_EQ(found.better, 10);
+  EXPECT_EQ(wilcoxonTest(Values{2, 2}, Values{2, 2}).p, 1) << "nowhere different";
+}
+
+TEST(Wilcoxon, RefusesWhatCannotBeCompared) {
+  EXPECT_THAT([&] { wilcoxonTest(Values{1, 2}, Values{1}); }, FailsWith(ErrorCode::mismatch));
+  EXPECT_THAT([&] { wilcoxonTest(Values{}, Values{}); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT(
+      [] {
+        wilcoxonTest(Values{1, NAN}, Values{1, 2});
+      },
+      FailsWith(ErrorCode::invalidInput, "2", "nan"));
+}
+
+}  // namespace
+}  // namespace estancia
