@@ -23,6 +23,9 @@ function(estancia_add_module target owner opener)
     PROPERTIES COMPILE_DEFINITIONS "${name}_MODULE=\"$<TARGET_FILE_NAME:${target}>\";${name}_FROM_BIN=\"${from_bin}\"")
   target_link_libraries(estancia PRIVATE ${CMAKE_DL_LIBS}) # core/module_function.cpp opens it
   install(TARGETS ${target} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+  if(owner STREQUAL estancia) # what lies in a wheel of Python
+    set_property(GLOBAL APPEND PROPERTY ESTANCIA_MODULES ${target})
+  endif()
 endfunction()
 
 # The modules lie beside the shared library. A program that links the static one looks for them where Estancia is

@@ -47,15 +47,12 @@ def collect_objects(
     sequence: Sequence,
     folder: Path,
     *,
-    replace: bool = False,
     progress: Progress = False,
     **options: Unpack[CollectOptions],
 ) -> Collected:
     """Segments each frame of a sequence with depth into objects, tracks them, and writes images and clouds of them into
     a new folder. Options: :class:`estancia.options.CollectOptions`. Raises ExistingFileError unless ``replace``."""
-    done = _estancia.collect_objects(
-        sequence._core, os.fspath(folder), dict(options), replace, progress_callback(progress)
-    )
+    done = _estancia.collect_objects(sequence._core, os.fspath(folder), dict(options), progress_callback(progress))
     return cast(Collected, done)
 
 

@@ -96,15 +96,17 @@ py::array arrayOf(const cv::Mat& image) {
     }
   }();
   if (image.empty()) return py::array(type, std::vector<py::ssize_t>{0, 0});
+  // Pixels that the library only borrowed may be gone when the array is looked at.
+  const cv::Mat owned = image.u == nullptr ? image.clone() : image;
   std::vector<py::ssize_t> shape{image.rows, image.cols};
-  std::vector<py::ssize_t> strides{static_cast<py::ssize_t>(image.step[0]),
+  std::vector<py::ssize_t> strides{static_cast<py::ssize_t>(owned.step[0]),
                                    static_cast<py::ssize_t>(image.elemSize())};
   if (image.channels() > 1) {
     shape.push_back(image.channels());
     strides.push_back(static_cast<py::ssize_t>(image.elemSize1()));
   }
-  const py::capsule keeper(new cv::Mat(image), [](void* kept) { delete static_cast<cv::Mat*>(kept); });
-  return {type, std::move(shape), std::move(strides), image.data, keeper};
+  const py::capsule keeper(new cv::Mat(owned), [](void* kept) { delete static_cast<cv::Mat*>(kept); });
+  return {type, std::move(shape), std::move(strides), owned.data, keeper};
 }
 
 std::vector<float> rowOf(const py::object& object, std::string_view what) {

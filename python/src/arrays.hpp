@@ -27,7 +27,7 @@ BorrowedImage borrowImage(const py::object& array, std::string_view what = "imag
 /// height×width of float32 [m]; float64 is converted. None: empty. Throws Error (invalidInput) on other
 /// arrays.
 BorrowedImage borrowDepth(const py::object& array);
-/// The same pixels as an array that keeps them alive.
+/// The same pixels as an array that keeps them alive; a copy of pixels that the image does not own.
 py::array arrayOf(const cv::Mat& image);
 
 /// A row of probabilities, or features, as float32; other numbers are converted. Throws Error (invalidInput)

@@ -18,9 +18,8 @@ namespace estancia::python {
 namespace {
 
 py::object collect(const Sequence& sequence, const std::filesystem::path& folder, const py::dict& given,
-                   bool replace, const py::object& callback) {
-  auto options = optionsFrom<CollectOptions>(given);
-  options.replace = replace;
+                   const py::object& callback) {
+  const auto options = optionsFrom<CollectOptions>(given);
   const auto progress = makeProgress(callback);
   std::vector<std::string> problems;
   const Collected c =

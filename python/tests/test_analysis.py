@@ -100,7 +100,8 @@ def test_images_are_described(panoramas: pathlib.Path) -> None:
     tour = estancia.open_sequence(panoramas, views=1)
     features = estancia.describe_sequence(tour, "gist+phog")
     assert features.name == "gist+phog" and len(features.columns) == features.values.shape[1]
-    np.testing.assert_array_equal(estancia.describe_image(tour.image(0), "gist"), features.values[0, : features.columns.index("phog 0")])
+    gist = estancia.describe_image(tour.image(0), "gist")
+    np.testing.assert_array_equal(gist, features.values[0, : len(gist)])
     with pytest.raises(estancia.InvalidInputError):
         estancia.describe_sequence(tour, "gits")
 

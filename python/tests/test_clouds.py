@@ -48,7 +48,7 @@ def test_what_are_no_points_is_refused(points: Any) -> None:
 def test_filters_and_gas_are_those_of_the_command(command: Callable[..., Any], tmp_path: pathlib.Path) -> None:
     cloud = ball().with_noise(0.002, seed=3)
     cloud.write(tmp_path / "ball.ply")
-    command("filter", tmp_path / "ball.ply", "-o", tmp_path / "gng.ply", "--method", "gng", "--points", 300)
+    command("filter", tmp_path / "ball.ply", "-o", tmp_path / "gng.ply", "--filter", "gng", "--points", 300)
     ours = estancia.filter_cloud(cloud, method="gng", points=300)
     np.testing.assert_array_equal(ours.points, estancia.read_cloud(tmp_path / "gng.ply").points)
     gas = estancia.grow_neural_gas(cloud, neurons=200, signals_per_insertion=100)
@@ -60,16 +60,20 @@ def test_filters_and_gas_are_those_of_the_command(command: Callable[..., Any], t
     assert 0 < cloud.resolution() < 0.02 and 0.001 < cloud.noise() < 0.004
 
 
-def test_a_known_object_is_found(data: Callable[[str], pathlib.Path]) -> None:
+def test_a_known_object_is_found_as_the_command_finds_it(
+    data: Callable[[str], pathlib.Path], command: Callable[..., Any]
+) -> None:
     home = data("shot_kinect")
-    scene = sorted((home / "scenes").iterdir())[0]
-    models = sorted((home / "models").iterdir())[:3]
-    recognizer = estancia.Recognizer({model.stem: estancia.read_cloud(model) for model in models})
+    scene, model = home / "scenes/scene039.pcd", home / "meshes/Frog000_0.ply"
+    recognizer = estancia.Recognizer({"frog": estancia.read_cloud(model)})
     found = recognizer.detect(estancia.read_cloud(scene))
-    assert found and all(detection.pose.shape == (4, 4) for detection in found)
-    assert all(0 <= detection.confidence <= 1 for detection in found)
-    picture = estancia.draw_clouds(estancia.read_cloud(scene), width=320, height=240)
-    assert picture.shape == (240, 320, 3) and picture.std() > 0
+    printed = command("recognize", scene, "--object", f"frog={model}")["instances"]
+    assert len(found) == len(printed)
+    for ours, theirs in zip(found, printed):
+        assert ours.model == "frog" and ours.confidence == pytest.approx(theirs["confidence"])
+        np.testing.assert_allclose(ours.pose[:3, 3], np.array(theirs["pose"]).reshape(-1, 4)[:3, 3], atol=1e-5)
+    image = estancia.draw_clouds(estancia.read_cloud(scene), width=320, height=240)
+    assert image.shape == (240, 320, 3) and image.std() > 0
     with pytest.raises(estancia.InvalidInputError):
         estancia.Recognizer(preset="quick")
 

@@ -89,15 +89,15 @@ def test_what_is_no_image_is_refused(array: Any, room_labeler: estancia.Callable
         room_labeler.label(array)
 
 
-def test_images_are_not_copied_and_slices_are_understood() -> None:
+def test_slices_are_understood_and_kept_images_stay() -> None:
     seen: list[Any] = []
     labeler = estancia.CallableLabeler(lambda image: (seen.append(image), [1.0])[1], ["a"])
     image = np.arange(48 * 64 * 3, dtype=np.uint8).reshape(48, 64, 3)
-    labeler.label(image)
-    assert np.shares_memory(seen[0], image)
-    for part in (image[10:20], image[:, 5:9], image[::2], image[:, :, ::-1], np.asfortranarray(image), image[:, ::-1]):
+    parts = [image[10:20], image[:, 5:9], image[::2], image[:, :, ::-1], np.asfortranarray(image), image[:, ::-1]]
+    for part in parts:
         labeler.label(part)
-        np.testing.assert_array_equal(seen[-1], part)
+    for part, kept in zip(parts, seen):
+        np.testing.assert_array_equal(kept, part)
 
 
 def test_a_session_maps_frame_by_frame_and_goes_on(
@@ -167,7 +167,8 @@ def test_existing_maps_are_refused_replaced_or_continued(labels: estancia.Labels
 def test_the_localizer_finds_the_mapped_frames(home: estancia.Map, labels: estancia.Labels) -> None:
     localizer = estancia.Localizer(home.path)
     found = [localizer.add(row)[0] for row in labels.probabilities[:30]]
-    assert [at.belief_node for at in found] == [frame.node for frame in home.frames[:30]]
+    assert [at.node for at in found] == [frame.node for frame in home.frames[:30]]
+    assert all(0 < at.confidence <= 1 for at in found) and found[-1].nearest_image == 29
 
 
 def test_the_mapper_says_what_it_decided(labels: estancia.Labels) -> None:
@@ -229,7 +230,7 @@ def test_other_threads_run_meanwhile(panoramas: pathlib.Path) -> None:
 
 
 def test_small_results_are_pickled(home: estancia.Map, labels: estancia.Labels) -> None:
-    for value in (home.places, home.ask("oven"), home.route("oven"), labels.frames, home.decisions[3], labels.frames[0]):
+    for value in (home.places, home.ask("oven"), home.route("oven"), labels.frames, home.decisions[0].kind, home.areas):
         assert pickle.loads(pickle.dumps(value)) == value
     error = pickle.loads(pickle.dumps(estancia.NoAnswerError("none", "no-answer")))
     assert (str(error), error.code) == ("none", "no-answer")
@@ -245,7 +246,7 @@ def test_a_replayed_recording_is_mapped_live(panoramas: pathlib.Path, tmp_path: 
 
 
 def test_areas_and_objects_of_a_home(data: Callable[[str], pathlib.Path], tmp_path: pathlib.Path) -> None:
-    drive = estancia.open_sequence(sorted(data("home_a").glob("*day*"))[0])
+    drive = estancia.open_sequence(data("home_a") / "day")
     labeler = estancia.CallableLabeler(lambda image: [0.9, 0.1], ["a", "b"])
     result = estancia.map_sequence(drive, tmp_path / "day.estancia", labeler)
     assert len(result.areas) >= 3 and len(result.objects) >= 5
