@@ -39,8 +39,10 @@ void list(bool json) {
   if (json) return;
   fmt::print("Engines at hand: {}\n", fmt::join(engines(), ", "));
   if (models.empty())
-    fmt::print("No models yet in {}; script/bootstrap fetches the default one, `models get` others.\n",
-               modelHome().string());
+    fmt::print(
+        "No models yet in {}; estancia-fetch (script/bootstrap in the source) fetches the default one, "
+        "`models get` others.\n",
+        modelHome().string());
 }
 
 /// The labels whose meaning WordNet leaves in doubt: "mouse (mouse, 1.00)"; those that it does not know:

@@ -5,7 +5,7 @@ list(FILTER experiment_sources EXCLUDE REGEX "_module\\.cpp$")
 add_library(estancia_experiments STATIC ${experiment_sources})
 estancia_defaults(estancia_experiments LIGHT)
 target_link_libraries(estancia_experiments PUBLIC estancia
-                      PRIVATE opencv_core opencv_imgproc fmt::fmt tomlplusplus::tomlplusplus Threads::Threads
+                      PRIVATE opencv_core opencv_imgproc opencv_features2d fmt::fmt tomlplusplus::tomlplusplus Threads::Threads
                               $<BUILD_INTERFACE:Boost::boost> nlohmann_json::nlohmann_json)
 estancia_use_mpi(estancia_experiments experiments/src/runner/mpi_processes)
 set(thesis experiments/thesis)

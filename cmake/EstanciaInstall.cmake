@@ -15,6 +15,13 @@ set_target_properties(estancia_command PROPERTIES INSTALL_RPATH $ORIGIN/${bin_to
 
 install(TARGETS estancia EXPORT estanciaTargets FILE_SET HEADERS)
 install(TARGETS estancia_command)
+# estancia-fetch: script/bootstrap --networks, and the models' descriptions that it needs.
+set(shared ${CMAKE_INSTALL_DATADIR}/estancia)
+file(RELATIVE_PATH bin_to_share ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_DATADIR}/estancia)
+configure_file(${PROJECT_SOURCE_DIR}/cmake/estancia-fetch.in ${PROJECT_BINARY_DIR}/estancia-fetch @ONLY)
+install(PROGRAMS ${PROJECT_BINARY_DIR}/estancia-fetch DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(PROGRAMS ${PROJECT_SOURCE_DIR}/script/bootstrap DESTINATION ${shared}/script)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/models DESTINATION ${shared} PATTERN catalog.toml EXCLUDE)
 # Man pages and shell completion, as the command itself writes them.
 set(pages ${PROJECT_BINARY_DIR}/pages)
 install(CODE "

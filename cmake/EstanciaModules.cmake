@@ -5,40 +5,41 @@
 option(ESTANCIA_DDS "Read and write topics of ROS 2, where Fast DDS is installed" ON)
 option(ESTANCIA_MPI "Run experiments under mpirun, where Open MPI is installed" ON)
 list(FILTER ESTANCIA_SOURCES EXCLUDE REGEX "_module\\.cpp$")
+# They are no libraries to link, so they lie in a folder of their own. It changes its name with the shared library.
+set(ESTANCIA_MODULE_DIR ${CMAKE_INSTALL_LIBDIR}/estancia-${PROJECT_VERSION_MAJOR})
 
 # Makes the module `target` of ${opener}_module.cpp and the libraries that follow, for `owner`. ${opener}.cpp knows
 # its file as ${TARGET}_MODULE, and as ${TARGET}_FROM_BIN the folder where it is installed, relative to the command.
 function(estancia_add_module target owner opener)
   add_library(${target} MODULE ${PROJECT_SOURCE_DIR}/${opener}_module.cpp)
   estancia_defaults(${target})
-  set_target_properties(${target} PROPERTIES LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/${CMAKE_INSTALL_LIBDIR}
+  set_target_properties(${target} PROPERTIES LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/${ESTANCIA_MODULE_DIR}
                                              CXX_VISIBILITY_PRESET hidden)
   target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR})
   target_link_libraries(${target} PRIVATE ${ARGN})
   add_dependencies(${owner} ${target})
-  file(RELATIVE_PATH from_bin ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
+  file(RELATIVE_PATH from_bin ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR}/estancia-${PROJECT_VERSION_MAJOR})
   string(TOUPPER ${target} name)
   set_source_files_properties(
     ${opener}.cpp
     PROPERTIES COMPILE_DEFINITIONS "${name}_MODULE=\"$<TARGET_FILE_NAME:${target}>\";${name}_FROM_BIN=\"${from_bin}\"")
   target_link_libraries(estancia PRIVATE ${CMAKE_DL_LIBS}) # core/module_function.cpp opens it
-  install(TARGETS ${target} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+  install(TARGETS ${target} LIBRARY DESTINATION ${ESTANCIA_MODULE_DIR})
   if(owner STREQUAL estancia) # what lies in a wheel of Python
     set_property(GLOBAL APPEND PROPERTY ESTANCIA_MODULES ${target})
   endif()
 endfunction()
 
-# The modules lie beside the shared library. A program that links the static one looks for them where Estancia is
+# The modules lie in a folder beside the shared library. A program that links the static one looks for them where Estancia is
 # installed, or, if it builds Estancia as a part of itself, where they were built.
 function(estancia_find_modules target)
-  set(built ${PROJECT_BINARY_DIR}/${CMAKE_INSTALL_LIBDIR})
-  set_target_properties(${target} PROPERTIES LIBRARY_OUTPUT_DIRECTORY ${built})
+  set_target_properties(${target} PROPERTIES LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/${CMAKE_INSTALL_LIBDIR})
   get_target_property(type ${target} TYPE)
   if(type STREQUAL "STATIC_LIBRARY")
     target_link_options(${target} INTERFACE
-                        "$<INSTALL_INTERFACE:LINKER:-rpath,$<INSTALL_PREFIX>/${CMAKE_INSTALL_LIBDIR}>")
+                        "$<INSTALL_INTERFACE:LINKER:-rpath,$<INSTALL_PREFIX>/${ESTANCIA_MODULE_DIR}>")
     if(NOT PROJECT_IS_TOP_LEVEL) # our own programs lie in bin/, beside
-      target_link_options(${target} INTERFACE "$<BUILD_INTERFACE:LINKER:-rpath,${built}>")
+      target_link_options(${target} INTERFACE "$<BUILD_INTERFACE:LINKER:-rpath,${PROJECT_BINARY_DIR}/${ESTANCIA_MODULE_DIR}>")
     endif()
   endif()
 endfunction()

@@ -3,6 +3,7 @@
 # first needed (label/onnxruntime_library.hpp), so that nothing that links Estancia depends on one version of it in
 # somebody's home. Taken are, in this order: the folder ESTANCIA_ONNXRUNTIME, an installed package, script/bootstrap's.
 set(ESTANCIA_ONNXRUNTIME "" CACHE STRING "Folder of ONNX Runtime with include/ and lib/; OFF to build without it")
+option(ESTANCIA_ONNXRUNTIME_HEADERS_ONLY "Compile no path of ONNX Runtime's library in: packages, for other machines" OFF)
 
 function(estancia_use_onnxruntime target)
   if(ESTANCIA_ONNXRUNTIME STREQUAL "OFF")
@@ -24,13 +25,23 @@ function(estancia_use_onnxruntime target)
   set(inside NO_DEFAULT_PATH NO_CACHE)
   find_path(headers onnxruntime_cxx_api.h PATHS ${folders} ${inside}
             PATH_SUFFIXES include include/onnxruntime include/onnxruntime/core/session)
-  find_library(library onnxruntime PATHS ${folders} ${inside} PATH_SUFFIXES lib lib64 lib/${CMAKE_LIBRARY_ARCHITECTURE})
-  if(headers AND library)
+  if(ESTANCIA_ONNXRUNTIME_HEADERS_ONLY)
+    set(library "")
+    set(found ${headers})
+  else()
+    find_library(library onnxruntime PATHS ${folders} ${inside}
+                 PATH_SUFFIXES lib lib64 lib/${CMAKE_LIBRARY_ARCHITECTURE})
+    set(found ${library})
+  endif()
+  if(headers AND found)
     file(STRINGS ${headers}/onnxruntime_c_api.h version REGEX "^#define ORT_API_VERSION ")
     string(REGEX REPLACE "[^0-9]" "" version "${version}")
   endif()
-  if(headers AND library AND version GREATER_EQUAL 13)
-    message(STATUS "ONNX Runtime: API ${version}, ${library}")
+  if(headers AND found AND version GREATER_EQUAL 13)
+    if(NOT library)
+      set(found "its library is looked for at run time")
+    endif()
+    message(STATUS "ONNX Runtime: API ${version}, ${found}")
     set_source_files_properties(
       estancia/label/onnxruntime_library.cpp estancia/label/onnxruntime_engine.cpp
       PROPERTIES COMPILE_DEFINITIONS ESTANCIA_ONNXRUNTIME_LIBRARY="${library}" COMPILE_OPTIONS "-isystem;${headers}")

@@ -21,7 +21,7 @@ std::vector<std::string> candidates(const std::string& module, const std::string
   if (dladdr(reinterpret_cast<const void*>(&moduleFunction), &self) != 0 && self.dli_fname != nullptr) {
     const fs::path file = fs::read_symlink("/proc/self/exe", unreadable);
     for (const fs::path& from : {fs::path(self.dli_fname).parent_path(), file.parent_path()})
-      for (const fs::path& folder : {from, from / fromBin})
+      for (const fs::path& folder : {from, from / fs::path(fromBin).filename(), from / fromBin})
         // A relative name would be looked for in the folder that the program is run in, whoever's it is.
         if (folder.is_absolute() && fs::is_regular_file(folder / module, unreadable))
           files.push_back((folder / module).string());
@@ -48,10 +48,11 @@ void* getModuleFunction(const std::string& module, const std::string& fromBin, c
                         const char* consequence) {
   const ModuleFunction found = moduleFunction(module, fromBin, name);
   if (found.address == nullptr)
-    fail(ErrorCode::missingDependency,
-         "{}: {} cannot be opened ({}); keep it beside the program or in {} from there, or install Estancia "
-         "and its Debian packages again (script/bootstrap)",
-         consequence, module, found.problem, fromBin);
+    fail(
+        ErrorCode::missingDependency,
+        "{}: {} cannot be opened ({}); keep it beside the program or in {} from there, or install the "
+        "package that has it (libestancia0, estancia-ros2; in the source: script/bootstrap, and build again)",
+        consequence, module, found.problem, fromBin);
   return found.address;
 }
 

@@ -196,7 +196,8 @@ fs::path getModelFolder(const std::string& model) {
   for (const auto& installed : installedModels()) known.push_back(installed.folder.filename().string());
   if (known.empty())
     fail(ErrorCode::unknownName,
-         "no model \"{}\", nor any other, in {}; run script/bootstrap, or `estancia models add FOLDER`",
+         "no model \"{}\", nor any other, in {}; run estancia-fetch (script/bootstrap in the source), or "
+         "`estancia models get NAME`, or `estancia models add FOLDER`",
          model, modelHome().string());
   fail(ErrorCode::unknownName, "unknown model \"{}\"; known are {}", model, fmt::join(known, ", "));
 }

@@ -68,9 +68,10 @@ Library find() {
     if (problem.empty()) problem = library.problem;
   }
   return {nullptr, "",
-          fmt::format("ONNX Runtime cannot be used: {}; run script/bootstrap, or name the library in "
-                      "ESTANCIA_ONNXRUNTIME",
-                      problem)};
+          fmt::format(
+              "ONNX Runtime cannot be used: {}; run estancia-fetch (script/bootstrap in the source), or name "
+              "the library in ESTANCIA_ONNXRUNTIME",
+              problem)};
 }
 
 }  // namespace

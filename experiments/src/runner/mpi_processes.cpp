@@ -29,9 +29,10 @@ std::unique_ptr<MpiProcesses> joinMpiProcesses() {
   if (join.address == nullptr)
     throw Error(
         ErrorCode::missingDependency,
-        fmt::format("mpirun started this, but Open MPI cannot be opened: {}; install the package "
-                    "libopenmpi-dev (script/bootstrap does) and Estancia again, or run it without mpirun",
-                    join.problem));
+        fmt::format(
+            "mpirun started this, but Open MPI cannot be opened: {}; install the package "
+            "estancia-mpi (in the source: script/bootstrap, and build again), or run it without mpirun",
+            join.problem));
   std::unique_ptr<MpiProcesses> ranks(reinterpret_cast<MpiProcesses* (*)()>(join.address)());
   if (ranks == nullptr)
     throw Error(ErrorCode::missingDependency, "Open MPI cannot be started; see what mpirun says");
