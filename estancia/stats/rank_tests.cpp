@@ -127,9 +127,9 @@ WinRecord recordAgainst(const std::vector<std::vector<double>>& tests, std::size
   return record;
 }
 
-std::vector<Standing> standings(const std::vector<std::vector<double>>& tests, Better better) {
+std::vector<MethodStanding> standings(const std::vector<std::vector<double>>& tests, Better better) {
   const std::vector<double> means = meanRanks(tests, better);
-  std::vector<Standing> result(means.size());
+  std::vector<MethodStanding> result(means.size());
   for (std::size_t c = 0; c < result.size(); ++c) {
     result[c].meanRank = means[c];
     for (std::size_t other = 0; other < result.size(); ++other) {

@@ -36,14 +36,14 @@ WinRecord recordAgainst(const std::vector<std::vector<double>>& tests, std::size
                         Better better);
 
 /// One method against all others in all tests.
-struct Standing : WinRecord {
+struct MethodStanding : WinRecord {
   /// 1 … number of methods.
   double meanRank = 0;
 };
 
 /// Ranks methods by several tests (thesis 4.5.2, Fig. 4.5), laid out as for meanRanks(). One standing a
 /// method. Throws Error as meanRanks().
-std::vector<Standing> standings(const std::vector<std::vector<double>>& tests, Better better);
+std::vector<MethodStanding> standings(const std::vector<std::vector<double>>& tests, Better better);
 
 /// Friedman's test of the hypothesis that all k methods are equivalent in N tests, and the less conservative
 /// statistic that Iman and Davenport derived from it.

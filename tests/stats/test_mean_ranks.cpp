@@ -56,7 +56,7 @@ TEST(Standings, CountWinsTiesAndLossesOfEveryPair) {
   EXPECT_DOUBLE_EQ(found[0].meanRank, (1 + 1.5 + 3) / 3);
   EXPECT_DOUBLE_EQ(found[1].meanRank, (2 + 1.5 + 1.5) / 3);
   EXPECT_DOUBLE_EQ(found[2].meanRank, (3 + 3 + 1.5) / 3);
-  const auto counts = [](const Standing& s) { return std::vector{s.wins, s.ties, s.losses}; };
+  const auto counts = [](const MethodStanding& s) { return std::vector{s.wins, s.ties, s.losses}; };
   EXPECT_THAT(counts(found[0]), ElementsAre(3, 1, 2));
   EXPECT_THAT(counts(found[1]), ElementsAre(3, 2, 1));
   EXPECT_THAT(counts(found[2]), ElementsAre(1, 1, 4));

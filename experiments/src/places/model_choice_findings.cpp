@@ -40,7 +40,7 @@ std::vector<std::vector<double>> testsOf(const ModelChoiceResults& results, std:
 /// One sequence, or the mean over all of them.
 struct Variances {
   std::vector<std::vector<double>> curves;  // [model][k − 1], in %
-  std::vector<Standing> standings;
+  std::vector<MethodStanding> standings;
   Order order;  // best model first
 };
 
@@ -82,14 +82,14 @@ ResultTable tableOf(const ModelChoiceResults& results, const Variances& variance
                           [&variances, k](std::size_t m) { return variances.curves[m][k - 1]; }});
   measures.push_back(
       {{"mean rank", 2, Best::smallest}, [&](std::size_t m) { return variances.standings[m].meanRank; }});
-  const auto addCount = [&](const char* name, Best best, std::size_t Standing::*count) {
+  const auto addCount = [&](const char* name, Best best, std::size_t MethodStanding::*count) {
     measures.push_back({{name, 0, best}, [&variances, count](std::size_t m) {
                           return static_cast<double>(variances.standings[m].*count);
                         }});
   };
-  addCount("wins", Best::largest, &Standing::wins);
-  addCount("ties", Best::none, &Standing::ties);
-  addCount("losses", Best::smallest, &Standing::losses);
+  addCount("wins", Best::largest, &MethodStanding::wins);
+  addCount("ties", Best::none, &MethodStanding::ties);
+  addCount("losses", Best::smallest, &MethodStanding::losses);
   return pivot<std::size_t>({title, "", "model", {}, {}}, models, measures);
 }
 
@@ -99,7 +99,7 @@ StackedBars barsOf(const ModelChoiceResults& results, const Variances& variances
                    {"wins", "ties", "losses"},
                    {}};
   for (const std::size_t m : variances.order) {
-    const Standing& s = variances.standings[m];
+    const MethodStanding& s = variances.standings[m];
     bars.bars.push_back(
         {results.models[m],
          {static_cast<double>(s.wins), static_cast<double>(s.ties), static_cast<double>(s.losses)}});
