@@ -71,7 +71,7 @@ void ModelArguments::addRunningTo(DeclaredOptions& declared) {
 }
 
 void ModelArguments::addLabelerTo(DeclaredOptions& declared) {
-  declared.add(declare(options), {"engine"});
+  declared.add(declare(options), {"engine", "precision"});
 }
 
 std::unique_ptr<Labeler> ModelArguments::open() const {

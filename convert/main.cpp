@@ -3,12 +3,18 @@
 #include <cstdlib>
 #include <exception>
 #include <iostream>
+#include <string_view>
 
 #include "convert/to_onnx.hpp"
 
 int main(int count, char** arguments) try {
+  if (count == 5 && std::string_view(arguments[1]) == "--quantize") {
+    estancia::convert::writeQuantized(arguments[2], arguments[3], arguments[4]);
+    return 0;
+  }
   if (count != 3 && count != 6) {
-    std::cerr << "usage: convert_network NETWORK OUTPUT.onnx [INPUT_NODE OUTPUT_NODE SIDE]\n";
+    std::cerr << "usage: convert_network NETWORK OUTPUT.onnx [INPUT_NODE OUTPUT_NODE SIDE]\n"
+                 "       convert_network --quantize NETWORK.onnx RANGES OUTPUT.onnx\n";
     return 2;
   }
   estancia::convert::NetworkSource source{.file = arguments[1]};

@@ -12,6 +12,7 @@
 #include <fstream>
 #include <set>
 
+#include "convert/quantize.hpp"
 #include "convert/tfjs_reader.hpp"
 #include "convert/tflite_reader.hpp"
 #include "convert/tflite_to_onnx.hpp"
@@ -123,6 +124,21 @@ OnnxSummary writeOnnx(const NetworkSource& source, const fs::path& target, bool 
   const onnx::ModelProto model = checkedModel(bytes, source.file);
   writeWhole(target, bytes);
   return summaryOf(model);
+}
+
+void writeQuantized(const fs::path& network, const fs::path& ranges, const fs::path& target) {
+  const google::protobuf::LogSilencer quiet;
+  if (network.extension() != ".onnx")
+    throw Error(ErrorCode::unsupportedFile,
+                fmt::format("{} is no .onnx file; convert it first", network.string()));
+  writeQuantized(readAsOnnx({.file = network}), network.string(), readRanges(ranges), target);
+}
+
+void writeQuantized(const std::string& onnx, const std::string& source, const ActivationRanges& ranges,
+                    const fs::path& target) {
+  const std::string quantized = quantizedOnnx(onnx, ranges, source);
+  checkedModel(quantized, source);
+  writeWhole(target, quantized);
 }
 
 }  // namespace estancia::convert

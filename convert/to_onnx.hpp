@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "convert/activation_ranges.hpp"
+
 namespace estancia::convert {
 
 /// A network and, of a TensorFlow.js graph, the part of it that is wanted.
@@ -43,5 +45,14 @@ std::string readAsOnnx(const NetworkSource& source);
 /// written.
 OnnxSummary writeOnnx(const NetworkSource& source, const std::filesystem::path& target,
                       bool overwrite = false);
+
+/// Writes the float network of an .onnx file in 8 bits, by a table of the ranges of its values
+/// (readRanges()). Throws Error as above, and when it cannot be quantized or the table lacks a value.
+void writeQuantized(const std::filesystem::path& network, const std::filesystem::path& ranges,
+                    const std::filesystem::path& target);
+
+/// The same of a serialized network, which is called `source` in messages.
+void writeQuantized(const std::string& onnx, const std::string& source, const ActivationRanges& ranges,
+                    const std::filesystem::path& target);
 
 }  // namespace estancia::convert

@@ -236,12 +236,14 @@ std::vector<std::string> identitiesOfMembers(const std::string& identity) {
   if (names.find('+') == std::string::npos) return identities;
   LabelerOptions unopened;
   unopened.onDemand = true;
-  try {
-    const auto ensemble = openEnsemble(names, unopened);
-    if (ensemble->identity() != identity) return identities;
-    for (const Labeler* member : ensemble->members()) identities.push_back(member->identity());
-  } catch (const Error&) {  // not at hand
-  }
+  for (const Precision precision : {Precision::float32, Precision::int8}) try {
+      unopened.precision = precision;
+      const auto ensemble = openEnsemble(names, unopened);
+      if (ensemble->identity() != identity) continue;
+      for (const Labeler* member : ensemble->members()) identities.push_back(member->identity());
+      break;
+    } catch (const Error&) {  // not at hand
+    }
   return identities;
 }
 

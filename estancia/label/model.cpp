@@ -64,8 +64,19 @@ class OnDemandNetwork final : public NetworkLabeler {
   mutable std::unique_ptr<Labeler> network_;
 };
 
+/// Throws Error when `engine` cannot compute in 8 bits.
+void requireInt8(const std::string& engine, const LabelerOptions& options) {
+  if (engine == "onnxruntime") return;
+  if (options.engine.empty() && onnxruntime::library().api == nullptr)
+    throw Error(ErrorCode::missingDependency, onnxruntime::library().problem);
+  fail(ErrorCode::invalidOption,
+       "networks of 8 bits need the engine onnxruntime, not {}; leave out --precision int8{}", engine,
+       options.engine.empty() ? "" : " or --engine");
+}
+
 /// A network with the engine that its type or the user names, or the best one that can open it.
-std::unique_ptr<Labeler> openNetwork(const ModelSpec& spec, const LabelerOptions& options) {
+std::unique_ptr<Labeler> openNetwork(const ModelSpec& given, const LabelerOptions& options) {
+  const ModelSpec spec = inPrecision(given, options.precision);
   const std::string engine = !options.engine.empty()  ? options.engine
                              : spec.type == "network" ? enginesFor(spec).front()
                                                       : spec.type;
@@ -75,6 +86,7 @@ std::unique_ptr<Labeler> openNetwork(const ModelSpec& spec, const LabelerOptions
   const bool onnxruntime = engine == "onnxruntime";
   if (!onnxruntime && engine != "opencv")
     fail(ErrorCode::unknownName, "unknown engine \"{}\"; at hand are {}", engine, fmt::join(engines(), ", "));
+  if (options.precision == Precision::int8) requireInt8(engine, options);
   const auto open = [=, threads = options.threads] {
     return onnxruntime ? openWithOnnxruntime(spec, threads) : openWithOpencv(spec, threads);
   };
@@ -116,8 +128,9 @@ double millisecondsOf(const std::function<void()>& work) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
-ModelCheck check(const ModelSpec& spec, const LabelerOptions& options) {
-  const auto labeler = loadModel(spec, options);  // labels a gray image, too
+ModelCheck check(const ModelSpec& given, const LabelerOptions& options) {
+  const auto labeler = loadModel(given, options);  // labels a gray image, too
+  const ModelSpec spec = isNetworkType(given.type) ? inPrecision(given, options.precision) : given;
   if (!labeler->needsImage())
     return {spec, labeler->identity(),           labeler->vocabulary().size(), spec.sha256.size(), 0, "",
             0,    labeler->vocabulary().labels()};
@@ -163,6 +176,7 @@ void copyModel(const ModelSpec& spec, const fs::path& target) {
   if (!isNetworkType(spec.type)) return fs::copy(spec.folder, target, fs::copy_options::recursive);
   std::set<fs::path> files{"model.toml"};
   for (const auto& file : networkFiles(spec)) files.insert(file);
+  if (!spec.int8.empty()) files.insert(spec.int8);
   if (!spec.labels.empty()) files.insert(spec.labels);
   for (const auto& [file, digest] : spec.sha256) files.insert(file);
   for (const auto& file : files) {
@@ -217,6 +231,12 @@ OptionGroup declare(LabelerOptions& options) {
       .why("Leaves cores to other work.");
   group.add("on-demand", &options.onDemand, "Open the network at its first frame only.")
       .why("A run whose labels are all cached opens none.");
+  group
+      .add("precision", options.precision,
+           {{{"float32", "real numbers"}, Precision::float32},
+            {{"int8", "8 bits: more than twice as fast, with slightly other labels"}, Precision::int8}},
+           "How exactly the network computes.")
+      .why("Twice the images a second; maps and labels of the other precision do not fit.");
   return group;
 }
 

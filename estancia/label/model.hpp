@@ -34,6 +34,9 @@ struct LabelerOptions {
   int threads = 0;
   /// Open a network at its first frame only, as its labels may all be in the cache.
   bool onDemand = false;
+  /// Of networks. In 8 bits they need ONNX Runtime and give other numbers: another identity(), that of
+  /// NAME-int8.
+  Precision precision = Precision::float32;
 };
 
 OptionGroup declare(LabelerOptions& options);

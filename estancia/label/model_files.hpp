@@ -28,6 +28,11 @@ std::vector<std::filesystem::path> networkFiles(const ModelSpec& spec);
 /// and TensorFlow.js it says which command converts them.
 void requireKnownFormat(const ModelSpec& spec);
 
+/// The model as one that computes so: with `int8` the file of 8 bits is its network, it is called NAME-int8,
+/// and the float file no longer belongs to it; with `float32` the file of 8 bits does not. Throws Error
+/// (unsupportedFile), saying which command makes it, when there is no file of 8 bits.
+ModelSpec inPrecision(ModelSpec spec, Precision precision);
+
 /// Where the files of the spec are. Throws Error when one is missing or leaves the folder through a link.
 std::filesystem::path modelFile(const ModelSpec& spec, const std::filesystem::path& relative);
 

@@ -50,6 +50,7 @@ class SpecReader {
     auto keys = commonKeys(!file_.table().contains("features"));
     const std::vector<ConfigFile::Key> own{
         {"file", true, "the network's file", [this](auto& n) { readFile(n); }},
+        {"int8", false, "the file of the network in 8 bits", [this](auto& n) { readInt8(n); }},
         {"config", false, "the file of the network's layers",
          [this](auto& n) { spec_.config = file_.inside(n); }},
         {"output", false, "the output to read", [this](auto& n) { spec_.output = file_.text(n); }},
@@ -117,6 +118,12 @@ class SpecReader {
   void readFile(const toml::node& node) {
     spec_.file = file_.inside(node);
     requireKnownFormat(spec_);
+  }
+
+  void readInt8(const toml::node& node) {
+    spec_.int8 = file_.inside(node);
+    if (spec_.int8.extension() != ".onnx" || spec_.int8 == spec_.file)
+      file_.fail(node, "`int8` must name an .onnx file beside `file`, as `estancia models quantize` makes");
   }
 
   void readInput(const toml::node& node) {

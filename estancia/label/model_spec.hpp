@@ -50,6 +50,8 @@ struct ModelSpec {
   std::string type = "network";
   /// The network: .onnx, .caffemodel or .pb.
   std::filesystem::path file;
+  /// The same network in 8 bits: .onnx; "" = there is none.
+  std::filesystem::path int8;
   /// Its .prototxt (Caffe, required) or .pbtxt (TensorFlow).
   std::filesystem::path config;
   /// One label a line, in the order of the outputs.
@@ -85,6 +87,13 @@ struct ModelSpec {
   std::string license, source;
   /// File → 64 hex digits, verified whenever the model is loaded.
   std::map<std::string, std::string> sha256;
+};
+
+/// How exactly a network computes.
+enum class Precision {
+  float32,
+  /// 8 bits: twice as fast, by ModelSpec::int8.
+  int8,
 };
 
 /// Reads FOLDER/model.toml. Throws Error `…/model.toml:LINE: …` on unknown, missing or wrong keys, and when a

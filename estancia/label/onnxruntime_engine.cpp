@@ -4,6 +4,7 @@
 #include "estancia/core/fail.hpp"
 #include "estancia/core/frame_failure.hpp"
 #include "estancia/label/model_files.hpp"
+#include "estancia/label/network_values.hpp"
 #include "estancia/label/onnxruntime_library.hpp"
 
 #ifdef ESTANCIA_ONNXRUNTIME_LIBRARY  // cmake/EstanciaOnnxruntime.cmake
@@ -51,10 +52,15 @@ std::string reasonOf(const Ort::Exception& e) {
   return line;
 }
 
+std::string pathOf(const ModelSpec& spec) {
+  return (spec.folder / spec.file).string();
+}
+
 /// One network with its threads.
 class Session {
  public:
-  Session(const ModelSpec& spec, const std::string& onnx, int threads) {
+  /// `source` names the network in messages.
+  Session(const std::string& source, const std::string& onnx, int threads) {
     Ort::Env& env = environment();
     Ort::SessionOptions options;
     options.SetIntraOpNumThreads(threads);
@@ -62,41 +68,74 @@ class Session {
     options.SetGraphOptimizationLevel(ORT_ENABLE_ALL);
     // Threads that spin while they wait take the cores from whoever decodes the next images.
     options.AddConfigEntry("session.intra_op.allow_spinning", "0");
+    // 8 bits on a processor without VNNI: the exact kernels, not the quick ones whose sums saturate.
+    options.AddConfigEntry("session.x64quantprecision", "1");
     try {
       session_ = Ort::Session(env, onnx.data(), onnx.size(), options);
       const Ort::AllocatorWithDefaultOptions allocator;
       if (session_.GetInputCount() != 1)
-        fail(ErrorCode::unsupportedFile, "model {} takes {} inputs; only networks of one image can label",
-             spec.name, session_.GetInputCount());
+        fail(ErrorCode::unsupportedFile, "{} takes {} inputs; only networks of one image can label", source,
+             session_.GetInputCount());
       input_ = session_.GetInputNameAllocated(0, allocator).get();
       for (std::size_t i = 0; i < session_.GetOutputCount(); ++i)
         outputs_.emplace_back(session_.GetOutputNameAllocated(i, allocator).get());
     } catch (const Ort::Exception& e) {
-      fail(ErrorCode::unsupportedFile, "cannot open the network {}: {}", (spec.folder / spec.file).string(),
-           reasonOf(e));
+      fail(ErrorCode::unsupportedFile, "cannot open the network {}: {}", source, reasonOf(e));
     }
   }
 
   const std::vector<std::string>& outputs() const { return outputs_; }
 
-  /// The values of one output for the image, 1×3×H×W. Safe to call from several threads. Throws
+  /// The values of these outputs for the image, 1×3×H×W. Safe to call from several threads. Throws
   /// Ort::Exception.
-  Ort::Value run(const cv::Mat& image, const std::string& output) {
+  std::vector<Ort::Value> run(const cv::Mat& image, std::span<const std::string> outputs) {
     std::array<std::int64_t, 4> shape{};
     std::copy_n(image.size.p, 4, shape.begin());
     const auto memory = Ort::MemoryInfo::CreateCpu(OrtDeviceAllocator, OrtMemTypeCPU);
     const auto input = Ort::Value::CreateTensor<float>(memory, const_cast<float*>(image.ptr<float>()),
                                                        image.total(), shape.data(), shape.size());
     const char* const inputName = input_.c_str();
-    const char* const outputName = output.c_str();
-    auto results = session_.Run(Ort::RunOptions(), &inputName, &input, 1, &outputName, 1);
-    return std::move(results.front());
+    std::vector<const char*> names;
+    for (const std::string& output : outputs) names.push_back(output.c_str());
+    return session_.Run(Ort::RunOptions(), &inputName, &input, 1, names.data(), names.size());
   }
 
  private:
   Ort::Session session_{nullptr};
   std::string input_;
   std::vector<std::string> outputs_;
+};
+
+/// The numbers of an output. Throws Error when they are no floats.
+std::span<const float> floatsOf(const Ort::Value& value, const std::string& source) {
+  if (!value.IsTensor() ||
+      value.GetTensorTypeAndShapeInfo().GetElementType() != ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT)
+    fail(ErrorCode::unsupportedFile, "{} gives no real numbers", source);
+  return {value.GetTensorData<float>(), value.GetTensorTypeAndShapeInfo().GetElementCount()};
+}
+
+class OnnxruntimeValues final : public NetworkValues {
+ public:
+  OnnxruntimeValues(const std::string& onnx, std::string source, int threads)
+      : source_(std::move(source)), session_(source_, onnx, threads > 0 ? threads : freeCores()) {}
+
+  const std::vector<std::string>& names() const override { return session_.outputs(); }
+
+  void run(const cv::Mat& blob,
+           const std::function<void(std::size_t, std::span<const float>)>& use) override {
+    if (blob.type() != CV_32F || blob.dims != 4 || !blob.isContinuous())
+      fail(ErrorCode::invalidInput, "{} takes an image as preprocess() makes it", source_);
+    try {
+      const std::vector<Ort::Value> values = session_.run(blob, names());
+      for (std::size_t i = 0; i < values.size(); ++i) use(i, floatsOf(values[i], source_));
+    } catch (const Ort::Exception& e) {
+      fail(ErrorCode::mismatch, "{} does not work on the image: {}", source_, reasonOf(e));
+    }
+  }
+
+ private:
+  std::string source_;
+  Session session_;
 };
 
 class OnnxruntimeEngine final : public NetworkLabeler {
@@ -113,7 +152,7 @@ class OnnxruntimeEngine final : public NetworkLabeler {
 
   std::vector<LabelResult> inferBatch(std::span<const Prepared> batch) override {
     std::vector<LabelResult> results(batch.size());
-    if (!alone_ && threads_ > 1) alone_ = std::make_unique<Session>(spec(), readAgain(), 1);
+    if (!alone_ && threads_ > 1) alone_ = std::make_unique<Session>(pathOf(spec()), readAgain(), 1);
     Session& session = alone_ ? *alone_ : together_;
     inParallel(batch.size(), static_cast<std::size_t>(threads_), [&](std::size_t i) {
       try {
@@ -136,14 +175,14 @@ class OnnxruntimeEngine final : public NetworkLabeler {
       : NetworkLabeler(spec, onnxruntimeVersion()),
         threads_(threads > 0 ? threads : freeCores()),
         onnxHash_(std::hash<std::string_view>{}(onnx)),
-        together_(spec, onnx, threads_),
+        together_(pathOf(spec), onnx, threads_),
         output_(chooseOutput(together_.outputs())) {
     tryOut();
     if (threads_ == 1) return;
     const double took = millisecondsAnImage();
     if (threads == 0 && took < 1) {
       threads_ = 1;
-      together_ = Session(spec, onnx, threads_);
+      together_ = Session(pathOf(spec), onnx, threads_);
     } else {
       // So many images that starting the threads, some 30 µs, costs little; few of a slow network, since who
       // waits for the first must wait for all.
@@ -164,12 +203,8 @@ class OnnxruntimeEngine final : public NetworkLabeler {
         image.size[3] != pre.width)
       fail(ErrorCode::mismatch, "model {} got an image that another labeler prepared", spec().name);
     try {
-      const Ort::Value result = session.run(image, output_);
-      if (!result.IsTensor() ||
-          result.GetTensorTypeAndShapeInfo().GetElementType() != ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT)
-        fail(ErrorCode::unsupportedFile, "model {} gives no real numbers", spec().name);
-      return use(std::span<const float>(result.GetTensorData<float>(),
-                                        result.GetTensorTypeAndShapeInfo().GetElementCount()));
+      const std::vector<Ort::Value> results = session.run(image, {&output_, 1});
+      return use(floatsOf(results.front(), pathOf(spec())));
     } catch (const Ort::Exception& e) {
       failOnInput(reasonOf(e));
     }
@@ -219,6 +254,13 @@ std::unique_ptr<Labeler> openWithOnnxruntime(const ModelSpec& spec, int threads)
   return std::make_unique<OnnxruntimeEngine>(spec, threads);
 }
 
+std::unique_ptr<NetworkValues> openNetworkValues(const std::string& onnx, const std::string& source,
+                                                 int threads) {
+  const auto& library = onnxruntime::library();
+  if (library.api == nullptr) throw Error(ErrorCode::missingDependency, library.problem);
+  return std::make_unique<OnnxruntimeValues>(onnx, source, threads);
+}
+
 }  // namespace estancia
 
 #else
@@ -230,6 +272,10 @@ std::string onnxruntimeVersion() {
 }
 
 std::unique_ptr<Labeler> openWithOnnxruntime(const ModelSpec&, int) {
+  throw Error(ErrorCode::missingDependency, onnxruntime::library().problem);
+}
+
+std::unique_ptr<NetworkValues> openNetworkValues(const std::string&, const std::string&, int) {
   throw Error(ErrorCode::missingDependency, onnxruntime::library().problem);
 }
 
