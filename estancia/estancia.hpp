@@ -20,6 +20,8 @@
 #include "estancia/stats/clustering_agreement.hpp"
 #include "estancia/stats/distance.hpp"
 #include "estancia/stats/linkage.hpp"
+#include "estancia/stats/method_comparison.hpp"
+#include "estancia/stats/rank_tests.hpp"
 
 #include "estancia/words/familiar_words.hpp"
 #include "estancia/words/installed_words.hpp"
@@ -102,6 +104,7 @@
 #include "estancia/areas/room_segmentation.hpp"
 #include "estancia/areas/word_map.hpp"
 
+#include "estancia/world/map_sequence.hpp"
 #include "estancia/world/world_map.hpp"
 
 #include "estancia/report/cloud_image.hpp"

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import typing
 
+import numpy as np
 import pytest
 
 import estancia
@@ -79,3 +80,46 @@ def test_every_option_that_a_docstring_names_exists() -> None:
 def test_the_version_is_that_of_the_library() -> None:
     header = (SOURCE / "estancia/version.hpp").read_text()
     assert estancia.__version__ == ".".join(re.findall(r"define ESTANCIA_VERSION_\w+ (\d+)", header))
+
+
+def run(*arguments: object, folder: pathlib.Path) -> str:
+    done = subprocess.run(
+        [sys.executable, "-P", *map(str, arguments)], cwd=folder, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_the_code_of_the_guide_runs(tmp_path: pathlib.Path) -> None:
+    guide = (SOURCE / "docs/how-to/python.md").read_text()
+    code = "\n".join(re.findall(r"```python\n(.*?)```", guide, re.DOTALL))
+    (tmp_path / "guide.py").write_text(code)
+    printed = run("guide.py", folder=tmp_path)
+    assert "window" in printed and "2 places" in printed
+
+
+def test_the_examples_run(panoramas: pathlib.Path, tmp_path: pathlib.Path) -> None:
+    examples = SOURCE / "python/examples"
+    estancia.PointCloud(np.random.default_rng(1).normal(size=(4000, 3))).write(tmp_path / "in.ply")
+    assert "place" in run(examples / "01_first_map.py", panoramas, "home.estancia", "sofa", folder=tmp_path)
+    assert "</html>" in (tmp_path / "home.html").read_text()
+    assert "place" in run(examples / "06_localize.py", "home.estancia", panoramas, folder=tmp_path)
+    assert "places" in run(examples / "03_your_own_labeler.py", panoramas, "own.estancia", folder=tmp_path)
+    assert "zone 0" in run(examples / "04_zones.py", panoramas, folder=tmp_path)
+    assert "neurons" in run(examples / "08_denoise_a_cloud.py", "in.ply", "out.ply", folder=tmp_path)
+    assert "Friedman" in run(examples / "10_compare_methods.py", folder=tmp_path)
+
+
+def test_the_examples_of_real_data_run(
+    data: typing.Callable[[str], pathlib.Path], panoramas: pathlib.Path, tmp_path: pathlib.Path
+) -> None:
+    examples = SOURCE / "python/examples"
+    kinect = data("shot_kinect")
+    found = run(
+        examples / "07_find_objects.py", kinect / "meshes/Frog000_0.ply", kinect / "scenes/scene039.pcd", folder=tmp_path
+    )
+    assert "confidence" in found
+    assert "things" in run(examples / "09_segment_and_track.py", data("sevenscenes_redkitchen"), 3, folder=tmp_path)
+    image = sorted(data("nyuv2_half").rglob("*.jpg"))[0]
+    assert "%" in run(examples / "02_label_an_image.py", image, folder=tmp_path)
+    assert "%" in run(examples / "05_name_rooms.py", panoramas, image, folder=tmp_path)
