@@ -29,9 +29,17 @@ class Vocabulary;
 
 // stats
 struct Agreement;
+struct ComparisonOptions;
 class CondensedDistances;
 class Dendrogram;
 struct Distance;
+struct FriedmanTest;
+struct MethodComparison;
+struct MethodScores;
+struct MethodStanding;
+struct PairTest;
+struct WilcoxonTest;
+struct WinRecord;
 
 // words
 struct FamiliarWord;
@@ -195,6 +203,8 @@ struct WordMapOptions;
 
 // world
 struct KnownPose;
+struct MapSequenceOptions;
+struct MappedSequence;
 struct WorldArea;
 struct WorldMap;
 struct WorldObject;

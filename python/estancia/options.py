@@ -134,6 +134,9 @@ class LabelerOptions(TypedDict, total=False):
     on_demand: bool
     """Open the network at its first frame only. A run whose labels are all cached opens none. True or false; default:
     false."""
+    precision: Literal["float32", "int8"]
+    """How exactly the network computes. Twice the images a second; maps and labels of the other precision do not fit.
+    One of float32, int8; default: float32."""
 
 
 class LabelStreamOptions(TypedDict, total=False):

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Sequence as SequenceOf, cast
+from typing import TYPE_CHECKING, Any, Iterator, Sequence as SequenceOf, cast
 
 import numpy.typing as npt
 
@@ -56,6 +56,9 @@ class Zones:
 
     def __getitem__(self, i: int) -> Zone:
         return self._zones[i]
+
+    def __iter__(self) -> Iterator[Zone]:
+        return iter(self._zones)
 
     def __repr__(self) -> str:
         return f"<estancia.Zones: {len(self)} zones of {len(self.zone_of)} images, {self.cut_reason}>"

@@ -15,22 +15,22 @@ namespace {
 
 using test::FailsWith;
 
-using Table = std::vector<std::vector<double>>;
+using ScoreTable = std::vector<std::vector<double>>;
 
-Table randomTable(std::uint64_t seed, std::size_t tests, std::size_t methods, double steps) {
+ScoreTable randomTable(std::uint64_t seed, std::size_t tests, std::size_t methods, double steps) {
   test::Random random(seed);
-  Table table(tests, std::vector<double>(methods));
+  ScoreTable table(tests, std::vector<double>(methods));
   for (auto& test : table)
     for (double& value : test) value = std::floor(random.uniform() * steps) / steps;
   return table;
 }
 
 TEST(Friedman, ReproducesThePaperOfDemsar) {
-  // JMLR 7 (2006), Table 6, the printed ranks: χ²_F = 9.28 without the correction for ties, which is
+  // JMLR 7 (2006), ScoreTable 6, the printed ranks: χ²_F = 9.28 without the correction for ties, which is
   // 1 − 78 / (14 · 60) for three pairs and one four of equal values.
-  const Table ranks{{4, 3, 2, 1},     {1, 2, 3, 4}, {4, 1, 2, 3},     {4, 1, 3, 2}, {4, 2, 3, 1},
-                    {1, 2.5, 4, 2.5}, {3, 2, 4, 1}, {2.5, 2.5, 4, 1}, {4, 3, 2, 1}, {2.5, 2.5, 2.5, 2.5},
-                    {4, 2.5, 1, 2.5}, {3, 2, 4, 1}, {4, 1, 2, 3},     {3, 1, 4, 2}};
+  const ScoreTable ranks{{4, 3, 2, 1},     {1, 2, 3, 4}, {4, 1, 2, 3},     {4, 1, 3, 2}, {4, 2, 3, 1},
+                         {1, 2.5, 4, 2.5}, {3, 2, 4, 1}, {2.5, 2.5, 4, 1}, {4, 3, 2, 1}, {2.5, 2.5, 2.5, 2.5},
+                         {4, 2.5, 1, 2.5}, {3, 2, 4, 1}, {4, 1, 2, 3},     {3, 1, 4, 2}};
   const double uncorrected = friedmanTest(ranks).chiSquared * (1 - 78.0 / 840);
   EXPECT_NEAR(uncorrected, 9.28, 0.005);
   EXPECT_NEAR(13 * uncorrected / (14 * 3 - uncorrected), 3.69, 0.005);
@@ -38,9 +38,9 @@ TEST(Friedman, ReproducesThePaperOfDemsar) {
 
 TEST(Friedman, KnowsOnlyTheOrder) {
   for (std::uint64_t seed = 1; seed <= 50; ++seed) {
-    const Table table = randomTable(seed, 2 + seed % 20, 2 + seed % 7, seed % 3 == 0 ? 4 : 1e6);
+    const ScoreTable table = randomTable(seed, 2 + seed % 20, 2 + seed % 7, seed % 3 == 0 ? 4 : 1e6);
     const FriedmanTest found = friedmanTest(table);
-    Table grown = table, turned = table;
+    ScoreTable grown = table, turned = table;
     for (std::size_t t = 0; t < table.size(); ++t)
       for (std::size_t m = 0; m < table[t].size(); ++m) {
         grown[t][m] =
@@ -49,7 +49,7 @@ TEST(Friedman, KnowsOnlyTheOrder) {
       }
     std::reverse(grown.begin(), grown.end());
     for (auto& test : grown) std::rotate(test.begin(), test.begin() + 1, test.end());  // methods renamed
-    for (const Table& other : {grown, turned}) {
+    for (const ScoreTable& other : {grown, turned}) {
       const FriedmanTest again = friedmanTest(other);
       EXPECT_NEAR(again.chiSquared, found.chiSquared, 1e-9) << seed;
       EXPECT_NEAR(again.fP, found.fP, 1e-9) << seed;
@@ -75,16 +75,17 @@ TEST(Friedman, RejectsTruthAtItsLevel) {
 }
 
 TEST(Friedman, PerfectAgreementIsNoBetterThanItsChance) {
-  const FriedmanTest found = friedmanTest(Table(6, {3, 2, 1}));
+  const FriedmanTest found = friedmanTest(ScoreTable(6, {3, 2, 1}));
   EXPECT_DOUBLE_EQ(found.chiSquared, 12);
   EXPECT_TRUE(std::isinf(found.f));
   EXPECT_NEAR(found.fP, std::pow(6, -5), 1e-15) << "five tests rank as the first did";
-  EXPECT_NEAR(friedmanTest(Table(3, {1, 2})).fP, 0.25, 1e-15) << "three tosses of a coin";
+  EXPECT_NEAR(friedmanTest(ScoreTable(3, {1, 2})).fP, 0.25, 1e-15) << "three tosses of a coin";
   EXPECT_NEAR(found.p, std::exp(-6), 1e-12) << "χ² of 2 degrees";
 }
 
 TEST(Friedman, SaysWhenThereIsNothingToTest) {
-  for (const Table& table : {Table{{1}, {2}}, Table{{1, 2, 3}}, Table{{5, 5, 5}, {7, 7, 7}}}) {
+  for (const ScoreTable& table :
+       {ScoreTable{{1}, {2}}, ScoreTable{{1, 2, 3}}, ScoreTable{{5, 5, 5}, {7, 7, 7}}}) {
     const FriedmanTest found = friedmanTest(table);
     EXPECT_NE(found.undefined, "");
     EXPECT_EQ(found.p, 1);

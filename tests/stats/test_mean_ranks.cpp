@@ -14,22 +14,22 @@ namespace {
 using test::FailsWith;
 
 using testing::ElementsAre;
-using Values = std::vector<double>;
+using ScoreRow = std::vector<double>;
 
 TEST(Ranks, EqualSciPy) {
   // scipy 1.10.1, rankdata(values)
-  EXPECT_THAT(ranks(Values{3, 1, 4, 1, 5, 9, 2, 6, 5, 3, 5}, Better::smaller),
+  EXPECT_THAT(ranks(ScoreRow{3, 1, 4, 1, 5, 9, 2, 6, 5, 3, 5}, Better::smaller),
               ElementsAre(4.5, 1.5, 6, 1.5, 8, 11, 3, 10, 8, 4.5, 8));
-  EXPECT_THAT(ranks(Values{0.5, 0.5, 0.5}, Better::smaller), ElementsAre(2, 2, 2));
-  EXPECT_THAT(ranks(Values{-2, 0, -2, 1e300}, Better::smaller), ElementsAre(1.5, 3, 1.5, 4));
-  EXPECT_TRUE(ranks(Values{}, Better::smaller).empty());
+  EXPECT_THAT(ranks(ScoreRow{0.5, 0.5, 0.5}, Better::smaller), ElementsAre(2, 2, 2));
+  EXPECT_THAT(ranks(ScoreRow{-2, 0, -2, 1e300}, Better::smaller), ElementsAre(1.5, 3, 1.5, 4));
+  EXPECT_TRUE(ranks(ScoreRow{}, Better::smaller).empty());
 }
 
 TEST(Ranks, AreOneMoreThanTheSmallerOnesAndHalfTheEqualOnes) {
   std::mt19937 random(1);
-  Values values(300);
+  ScoreRow values(300);
   for (double& v : values) v = static_cast<double>(random() % 40);
-  const Values found = ranks(values, Better::smaller);
+  const ScoreRow found = ranks(values, Better::smaller);
   for (std::size_t i = 0; i < values.size(); ++i) {
     double rank = 0.5;
     for (const double v : values) rank += v < values[i] ? 1 : v == values[i] ? 0.5 : 0;
@@ -40,12 +40,12 @@ TEST(Ranks, AreOneMoreThanTheSmallerOnesAndHalfTheEqualOnes) {
 TEST(Ranks, RefuseWhatIsNoNumber) {
   EXPECT_THAT(
       [&] {
-        ranks(Values{1, std::numeric_limits<double>::quiet_NaN()}, Better::smaller);
+        ranks(ScoreRow{1, std::numeric_limits<double>::quiet_NaN()}, Better::smaller);
       },
       FailsWith(ErrorCode::invalidInput));
   EXPECT_THAT(
       [&] {
-        ranks(Values{1, std::numeric_limits<double>::infinity()}, Better::smaller);
+        ranks(ScoreRow{1, std::numeric_limits<double>::infinity()}, Better::smaller);
       },
       FailsWith(ErrorCode::invalidInput));
 }

@@ -17,18 +17,18 @@ namespace {
 
 using test::FailsWith;
 
-using Values = std::vector<double>;
+using ScoreRow = std::vector<double>;
 
 double relative(double found, double expected) {
   return std::abs(found - expected) / expected;
 }
 
 TEST(PostHoc, ReproducesTheThesisTable) {
-  // Table 3.2: 12 descriptor/classifier pairs in 25 tests, against ESF/RFs. All eleven p-values come out in
-  // all five digits that are printed: with 25 tests two decimals say all of a mean rank.
-  const Values ranks{2.70, 4.22, 4.32, 6.24, 6.54, 6.56, 6.64, 7.30, 7.46, 7.68, 7.94, 10.40};
-  const Values printed{2.2433e-01, 2.2433e-01, 1.5541e-03, 7.6841e-04, 7.6841e-04, 6.7068e-04,
-                       4.5236e-05, 2.4383e-05, 9.3896e-06, 2.7732e-06, 4.7705e-13};
+  // ScoreTable 3.2: 12 descriptor/classifier pairs in 25 tests, against ESF/RFs. All eleven p-values come out
+  // in all five digits that are printed: with 25 tests two decimals say all of a mean rank.
+  const ScoreRow ranks{2.70, 4.22, 4.32, 6.24, 6.54, 6.56, 6.64, 7.30, 7.46, 7.68, 7.94, 10.40};
+  const ScoreRow printed{2.2433e-01, 2.2433e-01, 1.5541e-03, 7.6841e-04, 7.6841e-04, 6.7068e-04,
+                         4.5236e-05, 2.4383e-05, 9.3896e-06, 2.7732e-06, 4.7705e-13};
   const auto found = postHocTests(PostHoc::holm, ranks, 25);
   ASSERT_EQ(found.size(), printed.size());
   for (std::size_t i = 0; i < printed.size(); ++i) {
@@ -41,7 +41,7 @@ TEST(PostHoc, ReproducesTheThesisTable) {
 TEST(PostHoc, ReproducesThePaperOfDemsar) {
   // JMLR 7 (2006), 3.2.2: four variants of C4.5 on 14 data sets, by their printed mean ranks; C4.5 is the
   // first.
-  const Values ranks{3.143, 2.000, 2.893, 1.964};
+  const ScoreRow ranks{3.143, 2.000, 2.893, 1.964};
   const auto found = postHocTests(PostHoc::holm, ranks, 14);
   EXPECT_NEAR(-found[2].z, 2.416, 0.001);
   EXPECT_NEAR(-found[0].z, 2.342, 0.001);
@@ -50,9 +50,9 @@ TEST(PostHoc, ReproducesThePaperOfDemsar) {
   EXPECT_NEAR(found[0].p, 0.019, 0.0005);
   EXPECT_NEAR(found[1].p, 0.607, 0.002);
   EXPECT_NEAR(criticalDifference(0.05, 4, 14), 1.25, 0.005);
-  // Its Table 5a: q_0.05 and q_0.10 of Nemenyi's test for 2 … 10 methods.
-  const Values five{1.960, 2.343, 2.569, 2.728, 2.850, 2.949, 3.031, 3.102, 3.164};
-  const Values ten{1.645, 2.052, 2.291, 2.459, 2.589, 2.693, 2.780, 2.855, 2.920};
+  // Its ScoreTable 5a: q_0.05 and q_0.10 of Nemenyi's test for 2 … 10 methods.
+  const ScoreRow five{1.960, 2.343, 2.569, 2.728, 2.850, 2.949, 3.031, 3.102, 3.164};
+  const ScoreRow ten{1.645, 2.052, 2.291, 2.459, 2.589, 2.693, 2.780, 2.855, 2.920};
   for (std::size_t k = 2; k <= 10; ++k) {
     const double error = std::sqrt(static_cast<double>(k * (k + 1)) / 6);
     EXPECT_NEAR(criticalDifference(0.05, k, 1) / error, five[k - 2], 0.0015);
@@ -63,7 +63,7 @@ TEST(PostHoc, ReproducesThePaperOfDemsar) {
 TEST(PostHoc, ReproducesThePaperOfGarciaAndHerrera) {
   // JMLR 9 (2008): C4.5, 1NN, naive Bayes, Kernel and CN2 on 30 data sets, by their printed mean ranks; of
   // five methods 10, 6, 4, 3, 2, 1 or 0 hypotheses can be true together.
-  const Values ranks{2.100, 3.250, 2.200, 4.333, 3.117};
+  const ScoreRow ranks{2.100, 3.250, 2.200, 4.333, 3.117};
   const auto found = postHocTests(PostHoc::shaffer, ranks, 30);
   ASSERT_EQ(found.size(), 10U);
   const auto of = [&](std::size_t a, std::size_t b) {
@@ -78,7 +78,7 @@ TEST(PostHoc, ReproducesThePaperOfGarciaAndHerrera) {
 }
 
 TEST(PostHoc, ComparesInThePromisedOrder) {
-  const Values ranks{2, 1, 3};
+  const ScoreRow ranks{2, 1, 3};
   const auto control = postHocTests(PostHoc::holm, ranks, 10, 1);
   ASSERT_EQ(control.size(), 2U);
   EXPECT_EQ(control[0].first, 1U);
@@ -96,9 +96,9 @@ TEST(PostHoc, AdjustsNeverDownAndKeepsTheOrder) {
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {
     test::Random random(seed);
     const std::size_t k = 2 + seed % 9, pairs = k * (k - 1) / 2;
-    Values p;
+    ScoreRow p;
     for (std::size_t i = 0; i < pairs; ++i) p.push_back(std::pow(random.uniform(), 4));
-    const Values holm = holmAdjusted(p), shaffer = shafferAdjusted(p, k);
+    const ScoreRow holm = holmAdjusted(p), shaffer = shafferAdjusted(p, k);
     for (std::size_t i = 0; i < pairs; ++i) {
       EXPECT_LE(p[i], shaffer[i]);
       EXPECT_LE(shaffer[i], holm[i]) << "knows more, so rejects no less";
@@ -114,21 +114,21 @@ TEST(PostHoc, AdjustsNeverDownAndKeepsTheOrder) {
 TEST(PostHoc, NemenyiAgreesWithItsCriticalDifference) {
   const double critical = criticalDifference(0.05, 5, 20);
   for (const double share : {0.999999, 1.000001}) {
-    const auto pairs = postHocTests(PostHoc::nemenyi, Values{2, 2 + share * critical, 3, 3, 3}, 20);
+    const auto pairs = postHocTests(PostHoc::nemenyi, ScoreRow{2, 2 + share * critical, 3, 3, 3}, 20);
     EXPECT_EQ(pairs[0].adjusted > 0.05, share < 1);
   }
-  EXPECT_EQ(postHocTests(PostHoc::nemenyi, Values{2, 2, 2}, 5)[0].adjusted, 1);
+  EXPECT_EQ(postHocTests(PostHoc::nemenyi, ScoreRow{2, 2, 2}, 5)[0].adjusted, 1);
 }
 
 TEST(PostHoc, OneMethodHasNoPairs) {
   for (const Choice& named : postHocs())
-    EXPECT_TRUE(postHocTests(getPostHoc(named.name), Values{1}, 3).empty()) << named.name;
-  EXPECT_TRUE(holmAdjusted(Values{}).empty());
-  EXPECT_TRUE(shafferAdjusted(Values{}, 0).empty());
+    EXPECT_TRUE(postHocTests(getPostHoc(named.name), ScoreRow{1}, 3).empty()) << named.name;
+  EXPECT_TRUE(holmAdjusted(ScoreRow{}).empty());
+  EXPECT_TRUE(shafferAdjusted(ScoreRow{}, 0).empty());
 }
 
 TEST(PostHoc, ManyMethodsTakeNoLong) {
-  Values ranks(500, 250.5);
+  ScoreRow ranks(500, 250.5);
   ranks[7] = 1;
   const auto pairs = postHocTests(PostHoc::shaffer, ranks, 1000);
   EXPECT_EQ(pairs.size(), 500U * 499 / 2);
@@ -137,15 +137,20 @@ TEST(PostHoc, ManyMethodsTakeNoLong) {
 
 TEST(PostHoc, RefusesWhatMakesNoSense) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THAT([&] { postHocTests(PostHoc::holm, Values{1, 2}, 0); }, FailsWith(ErrorCode::invalidInput));
-  EXPECT_THAT([&] { postHocTests(PostHoc::holm, Values{1, 2}, 5, 2); }, FailsWith(ErrorCode::invalidInput));
-  EXPECT_THAT([&] { postHocTests(PostHoc::holm, Values{1, 2.1}, 5); }, FailsWith(ErrorCode::invalidInput));
-  EXPECT_THAT([&] { postHocTests(PostHoc::nemenyi, Values{1, nan}, 5); }, FailsWith(ErrorCode::invalidInput));
-  EXPECT_THAT([&] { postHocTests(PostHoc::shaffer, Values(501, 251.0), 5); }, FailsWith(ErrorCode::tooLarge));
-  EXPECT_THAT([&] { holmAdjusted(Values{0.5, 1.5}); }, FailsWith(ErrorCode::invalidInput));
-  EXPECT_THAT([&] { holmAdjusted(Values{nan}); }, FailsWith(ErrorCode::invalidInput));
-  EXPECT_THAT([&] { shafferAdjusted(Values{0.5, 0.5}, 3); }, FailsWith(ErrorCode::invalidInput));
-  EXPECT_THAT([&] { shafferAdjusted(Values{}, std::numeric_limits<std::size_t>::max()); },
+  EXPECT_THAT([&] { postHocTests(PostHoc::holm, ScoreRow{1, 2}, 0); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { postHocTests(PostHoc::holm, ScoreRow{1, 2}, 5, 2); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { postHocTests(PostHoc::holm, ScoreRow{1, 2.1}, 5); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT(
+      [&] {
+        postHocTests(PostHoc::nemenyi, ScoreRow{1, nan}, 5);
+      },
+      FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { postHocTests(PostHoc::shaffer, ScoreRow(501, 251.0), 5); },
+              FailsWith(ErrorCode::tooLarge));
+  EXPECT_THAT([&] { holmAdjusted(ScoreRow{0.5, 1.5}); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { holmAdjusted(ScoreRow{nan}); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { shafferAdjusted(ScoreRow{0.5, 0.5}, 3); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { shafferAdjusted(ScoreRow{}, std::numeric_limits<std::size_t>::max()); },
               FailsWith(ErrorCode::invalidInput));
   EXPECT_THAT([&] { criticalDifference(0.05, 4, 0); }, FailsWith(ErrorCode::invalidInput));
   EXPECT_THAT([&] { criticalDifference(0.05, 1, 5); }, FailsWith(ErrorCode::invalidInput));

@@ -16,23 +16,23 @@ namespace estancia {
 namespace {
 
 using Json = nlohmann::json;
-using Values = std::vector<double>;
-using Table = std::vector<Values>;
+using ScoreRow = std::vector<double>;
+using ScoreTable = std::vector<ScoreRow>;
 
 /// See scores() in scipy_rank_tests.py.
-Table scores(const Json& stored, std::size_t methods) {
+ScoreTable scores(const Json& stored, std::size_t methods) {
   test::Random random(stored["seed"]);
   const double steps = stored["steps"], lead = stored["lead"];
-  Table table(stored["tests"], Values(methods));
-  for (Values& test : table)
+  ScoreTable table(stored["tests"], ScoreRow(methods));
+  for (ScoreRow& test : table)
     for (std::size_t m = 0; m < methods; ++m)
       test[m] = std::trunc((random.uniform() + static_cast<double>(m) * lead) * steps) / steps;
   return table;
 }
 
-Values column(const Table& table, std::size_t c) {
-  Values values;
-  for (const Values& test : table) values.push_back(test[c]);
+ScoreRow column(const ScoreTable& table, std::size_t c) {
+  ScoreRow values;
+  for (const ScoreRow& test : table) values.push_back(test[c]);
   return values;
 }
 
@@ -47,8 +47,8 @@ class SciPyRankTests : public testing::Test {
 TEST_F(SciPyRankTests, HaveTheSameMeanRanksAndFriedmanStatistics) {
   ASSERT_EQ(stored_["friedman"].size(), 5U);
   for (const Json& stored : stored_["friedman"]) {
-    const Table table = scores(stored, stored["methods"]);
-    const Values rank = meanRanks(table, Better::larger);
+    const ScoreTable table = scores(stored, stored["methods"]);
+    const ScoreRow rank = meanRanks(table, Better::larger);
     for (std::size_t m = 0; m < rank.size(); ++m)
       EXPECT_NEAR(rank[m], stored["mean_ranks"][m].get<double>(), 1e-12) << stored["seed"] << " " << m;
     const FriedmanTest found = friedmanTest(table);
@@ -62,7 +62,7 @@ TEST_F(SciPyRankTests, HaveTheSameMeanRanksAndFriedmanStatistics) {
 TEST_F(SciPyRankTests, HaveTheSameSignedRanks) {
   ASSERT_EQ(stored_["wilcoxon"].size(), 6U);
   for (const Json& stored : stored_["wilcoxon"]) {
-    const Table table = scores(stored, 2);
+    const ScoreTable table = scores(stored, 2);
     const WilcoxonTest found = wilcoxonTest(column(table, 0), column(table, 1));
     EXPECT_EQ(found.exact, stored["exact"].get<bool>()) << stored["seed"];
     EXPECT_DOUBLE_EQ(std::min(found.better, found.worse), stored["smaller_sum"].get<double>())
@@ -85,9 +85,9 @@ TEST_F(SciPyRankTests, HaveTheSameNumbersOfHypotheses) {
   for (const auto& [methods, hypotheses] : stored_["shaffer"].items()) {
     const std::size_t pairs = hypotheses.size();
     // So small and so far apart that each adjusted value tells its factor.
-    Values p;
+    ScoreRow p;
     for (std::size_t i = 0; i < pairs; ++i) p.push_back(1e-300 * std::pow(10, 4 * static_cast<double>(i)));
-    const Values found = shafferAdjusted(p, std::stoul(methods));
+    const ScoreRow found = shafferAdjusted(p, std::stoul(methods));
     for (std::size_t i = 0; i < pairs; ++i)
       EXPECT_NEAR(found[i] / p[i], hypotheses[i].get<double>(), 1e-9) << methods << " methods, step " << i;
   }
@@ -104,18 +104,19 @@ class RRankTests : public testing::Test {
       while (std::getline(cells, cell, ',')) stored_[name].push_back(std::stod(cell));
     }
   }
-  static void expectNear(const Values& found, const std::string& name, double error) {
-    const Values& expected = stored_[name];
+  static void expectNear(const ScoreRow& found, const std::string& name, double error) {
+    const ScoreRow& expected = stored_[name];
     ASSERT_EQ(found.size(), expected.size()) << name;
     for (std::size_t i = 0; i < found.size(); ++i)
       EXPECT_NEAR(found[i], expected[i], error) << name << " " << i;
   }
-  inline static std::map<std::string, Values> stored_;
-  /// Demšar 2006, Table 6, in thousandths, so that equal differences are ties.
-  const Table auc_{{763, 768, 771, 798}, {599, 591, 590, 569},     {954, 971, 968, 967}, {628, 661, 654, 657},
-                   {882, 888, 886, 898}, {936, 931, 916, 931},     {661, 668, 609, 685}, {583, 583, 563, 625},
-                   {775, 838, 866, 875}, {1000, 1000, 1000, 1000}, {940, 962, 965, 962}, {619, 666, 614, 669},
-                   {972, 981, 975, 975}, {957, 978, 946, 970}};
+  inline static std::map<std::string, ScoreRow> stored_;
+  /// Demšar 2006, ScoreTable 6, in thousandths, so that equal differences are ties.
+  const ScoreTable auc_{{763, 768, 771, 798},     {599, 591, 590, 569}, {954, 971, 968, 967},
+                        {628, 661, 654, 657},     {882, 888, 886, 898}, {936, 931, 916, 931},
+                        {661, 668, 609, 685},     {583, 583, 563, 625}, {775, 838, 866, 875},
+                        {1000, 1000, 1000, 1000}, {940, 962, 965, 962}, {619, 666, 614, 669},
+                        {972, 981, 975, 975},     {957, 978, 946, 970}};
 };
 
 TEST_F(RRankTests, AgreeOnTheExampleOfDemsar) {
@@ -124,9 +125,9 @@ TEST_F(RRankTests, AgreeOnTheExampleOfDemsar) {
   expectNear({friedman.f, friedman.fP}, "iman_davenport", 1e-12);
   EXPECT_EQ(friedman.fDegrees, 3U);
   EXPECT_EQ(friedman.fOtherDegrees, 39U);
-  const Values rank = meanRanks(auc_, Better::larger);
+  const ScoreRow rank = meanRanks(auc_, Better::larger);
   expectNear(rank, "mean_ranks", 1e-13);
-  Values p, holm, nemenyi;
+  ScoreRow p, holm, nemenyi;
   for (const PairTest& pair : postHocTests(PostHoc::holm, rank, auc_.size())) {
     p.push_back(pair.p);
     holm.push_back(pair.adjusted);
@@ -142,14 +143,14 @@ TEST_F(RRankTests, AgreeOnTheExampleOfDemsar) {
 }
 
 TEST_F(RRankTests, AgreeOnExactSignedRanks) {
-  const Values differences{1, 2, 3, 4, 5, 6, 7, 8, -9};
-  const WilcoxonTest found = wilcoxonTest(differences, Values(9, 0.0));
+  const ScoreRow differences{1, 2, 3, 4, 5, 6, 7, 8, -9};
+  const WilcoxonTest found = wilcoxonTest(differences, ScoreRow(9, 0.0));
   EXPECT_TRUE(found.exact);
   expectNear({found.better, found.p}, "wilcoxon_exact", 1e-14);
 }
 
 TEST_F(RRankTests, AgreeOnCriticalValues) {
-  Values found;
+  ScoreRow found;
   for (std::size_t k = 2; k <= 20; ++k) found.push_back(studentizedRangeQuantile(0.05, k) / std::sqrt(2));
   expectNear(found, "nemenyi_quantiles", 1e-6);  // R stops searching within 1e-4 of what it searches
 }

@@ -16,13 +16,13 @@ namespace {
 
 using test::FailsWith;
 
-using Values = std::vector<double>;
+using ScoreRow = std::vector<double>;
 
 TEST(Wilcoxon, ExactPIsTheShareOfSignsThatAreAsOdd) {
   // All 2^n ways to give the ranks a sign, n = 8.
   for (const double last : {-1.0, 1.0}) {
-    const Values differences{last, 2, -3, 4, 5, 6, 7, 8};
-    const WilcoxonTest found = wilcoxonTest(differences, Values(8, 0.0));
+    const ScoreRow differences{last, 2, -3, 4, 5, 6, 7, 8};
+    const WilcoxonTest found = wilcoxonTest(differences, ScoreRow(8, 0.0));
     const double observed = std::min(found.better, found.worse);
     int asOdd = 0;
     for (int signs = 0; signs < 256; ++signs) {
@@ -39,7 +39,7 @@ TEST(Wilcoxon, ExactPIsTheShareOfSignsThatAreAsOdd) {
 TEST(Wilcoxon, IsSymmetricAndBlindToScale) {
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     test::Random random(seed);
-    Values a, b, a4, b4;
+    ScoreRow a, b, a4, b4;
     for (std::uint64_t i = 0; i < 4 + seed; ++i) {
       a.push_back(random.uniform());
       b.push_back(random.uniform() * 0.9);
@@ -57,19 +57,19 @@ TEST(Wilcoxon, IsSymmetricAndBlindToScale) {
 }
 
 TEST(Wilcoxon, LeavesOutEqualTestsAndThenApproximates) {
-  const WilcoxonTest found = wilcoxonTest(Values{1, 2, 3, 4, 5}, Values{1, 0, 0, 0, 0});
+  const WilcoxonTest found = wilcoxonTest(ScoreRow{1, 2, 3, 4, 5}, ScoreRow{1, 0, 0, 0, 0});
   EXPECT_EQ(found.different, 4U);
   EXPECT_FALSE(found.exact);
   EXPECT_DOUBLE_EQ(found.better, 10);
-  EXPECT_EQ(wilcoxonTest(Values{2, 2}, Values{2, 2}).p, 1) << "nowhere different";
+  EXPECT_EQ(wilcoxonTest(ScoreRow{2, 2}, ScoreRow{2, 2}).p, 1) << "nowhere different";
 }
 
 TEST(Wilcoxon, RefusesWhatCannotBeCompared) {
-  EXPECT_THAT([&] { wilcoxonTest(Values{1, 2}, Values{1}); }, FailsWith(ErrorCode::mismatch));
-  EXPECT_THAT([&] { wilcoxonTest(Values{}, Values{}); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { wilcoxonTest(ScoreRow{1, 2}, ScoreRow{1}); }, FailsWith(ErrorCode::mismatch));
+  EXPECT_THAT([&] { wilcoxonTest(ScoreRow{}, ScoreRow{}); }, FailsWith(ErrorCode::invalidInput));
   EXPECT_THAT(
       [] {
-        wilcoxonTest(Values{1, NAN}, Values{1, 2});
+        wilcoxonTest(ScoreRow{1, NAN}, ScoreRow{1, 2});
       },
       FailsWith(ErrorCode::invalidInput, "2", "nan"));
 }
