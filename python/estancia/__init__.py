@@ -16,7 +16,7 @@ threads run, hear Ctrl-C, and tell ``progress``. What a function takes beside it
 
 from __future__ import annotations
 
-from . import _estancia
+from . import _estancia, options
 from .classify import *
 from .classify import __all__ as _classify
 from .clouds import *
@@ -67,6 +67,7 @@ __all__ = [
     "InvalidInputError",
     "MissingFileError",
     "NoAnswerError",
+    "options",
     *_classify,
     *_clouds,
     *_geometry,

@@ -278,7 +278,7 @@ class Map:
     def __init__(self, core: Any, path: pathlib.Path) -> None:
         self._core = core
         self.path = path
-        """The file."""
+        """The file, an absolute path."""
 
     def __repr__(self) -> str:
         frames, places, areas, objects = self._core.counts
@@ -444,7 +444,7 @@ class Map:
 def read_map(file: Path) -> Map:
     """Reads a map file as of its last second, also while it is being written. Raises MissingFileError and
     FileError."""
-    return Map(_estancia.read_map(os.fspath(file)), pathlib.Path(file))
+    return Map(_estancia.read_map(os.fspath(file)), pathlib.Path(file).absolute())
 
 
 def _write_whole(file: Path, text: str) -> None:

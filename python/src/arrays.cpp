@@ -32,6 +32,9 @@ py::array contiguous(const py::array& array) {
 }
 
 cv::Mat headerOf(const py::array& array, int type) {
+  constexpr py::ssize_t kMostPixels = py::ssize_t{1} << 30;  // cv::Mat counts with int
+  if (array.shape(0) > kMostPixels / array.shape(1))
+    fail(ErrorCode::tooLarge, "an image of {} × {} pixels is too large", array.shape(1), array.shape(0));
   const auto step =
       array.shape(0) > 1 ? static_cast<std::size_t>(array.strides(0)) : std::size_t{cv::Mat::AUTO_STEP};
   return {static_cast<int>(array.shape(0)), static_cast<int>(array.shape(1)), type,

@@ -96,6 +96,10 @@ py::object callBack(const py::function& function, const py::tuple& arguments) {
 
 void raiseKept() {
   if (kept) std::rethrow_exception(std::exchange(kept, nullptr));
+}
+
+void raiseKeptOrInterrupt() {
+  raiseKept();
   if (PyErr_CheckSignals() != 0) throw py::error_already_set();
 }
 

@@ -5,6 +5,7 @@
 #include <pybind11/pybind11.h>
 
 #include <memory>
+#include <type_traits>
 #include <utility>
 
 #include "estancia/core/error.hpp"
@@ -28,18 +29,30 @@ class InterruptWatch {
 /// this thread has ended, and Interrupted goes up in its place. Needs the interpreter's lock.
 py::object callBack(const py::function& function, const py::tuple& arguments);
 
-/// Raises what callBack() kept or, after Ctrl-C, KeyboardInterrupt; else does nothing.
+/// Raises what callBack() kept, if it kept something.
 void raiseKept();
+/// The same and, after Ctrl-C, KeyboardInterrupt.
+void raiseKeptOrInterrupt();
 
 /// Runs `work` without the interpreter's lock. Its result must be no Python object.
 template <class Work>
 auto longCall(Work&& work) {
   const InterruptWatch watch;
-  try {
-    const py::gil_scoped_release unlocked;
+  const auto unlocked = [&] {
+    const py::gil_scoped_release released;
     return std::forward<Work>(work)();
+  };
+  try {
+    if constexpr (std::is_void_v<decltype(unlocked())>) {
+      unlocked();
+      raiseKept();  // where Interrupted is a usual end
+    } else {
+      auto result = unlocked();
+      raiseKept();
+      return result;
+    }
   } catch (const Error&) {
-    raiseKept();
+    raiseKeptOrInterrupt();
     throw;
   }
 }

@@ -253,3 +253,17 @@ def test_areas_and_objects_of_a_home(data: Callable[[str], pathlib.Path], tmp_pa
     result.name_area(result.areas[0].id, "Emma's room")
     assert estancia.read_map(result.path).areas[0].name == "Emma's room" == result.areas[0].name
     assert result.route("Emma's room", result.frames[-1].node).areas[-1] == 0
+
+
+def test_a_live_loop_ends_by_what_its_listener_raises_or_says(panoramas: pathlib.Path, tmp_path: pathlib.Path) -> None:
+    labeler = estancia.CallableLabeler(lambda image: [float(image.mean()) / 255, 0.1], ["a", "b"])
+
+    def fails(now: estancia.LiveStatus) -> None:
+        raise BufferError(now.frame)
+
+    with estancia.LiveLoop(panoramas, tmp_path / "one.estancia", labeler, replay={"rate": 0}) as live:
+        with pytest.raises(BufferError):
+            live.run(fails)
+    with estancia.LiveLoop(panoramas, tmp_path / "two.estancia", labeler, replay={"rate": 0}) as live:
+        stopped = live.run(lambda now: live.stop() if now.frames >= 3 else None)
+    assert 3 <= len(stopped.frames) < 216
