@@ -56,6 +56,15 @@ std::string pathOf(const ModelSpec& spec) {
   return (spec.folder / spec.file).string();
 }
 
+/// Whether the processor multiplies bytes and adds them up exactly (AVX VNNI); others than x86-64 do.
+bool hasByteProducts() {
+#ifdef __x86_64__
+  return __builtin_cpu_supports("avx512vnni") != 0 || __builtin_cpu_supports("avxvnni") != 0;
+#else
+  return true;
+#endif
+}
+
 /// One network with its threads.
 class Session {
  public:
@@ -68,8 +77,9 @@ class Session {
     options.SetGraphOptimizationLevel(ORT_ENABLE_ALL);
     // Threads that spin while they wait take the cores from whoever decodes the next images.
     options.AddConfigEntry("session.intra_op.allow_spinning", "0");
-    // 8 bits on a processor without VNNI: the exact kernels, not the quick ones whose sums saturate.
-    options.AddConfigEntry("session.x64quantprecision", "1");
+    // 8 bits without VNNI: the exact kernels, not the quick ones whose sums saturate. (With it they are
+    // slower.)
+    if (!hasByteProducts()) options.AddConfigEntry("session.x64quantprecision", "1");
     try {
       session_ = Ort::Session(env, onnx.data(), onnx.size(), options);
       const Ort::AllocatorWithDefaultOptions allocator;
