@@ -1,0 +1,87 @@
+// Tables of activation ranges: written and read back, bad lines refused; ranges found by counting.
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/activation_ranges.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "convert/calibration.hpp"
+#include "support/errors.hpp"
+
+namespace estancia::convert {
+namespace {
+
+using test::FailsWith;
+
+TEST(ActivationRanges, AreReadAsTheyWereWritten) {
+  const test::ScratchFolder scratch;
+  const ActivationRanges ranges{{"a value", {-0.1F, 1.0F / 3}}, {"t1", {0, 6.02e23F}}, {"z", {0, 0}}};
+  test::writeFile(scratch / "ranges.txt", rangesText(ranges, "of a test"));
+  EXPECT_EQ(readRanges(scratch / "ranges.txt"), ranges);
+}
+
+TEST(ActivationRanges, RefuseWhatIsNoTable) {
+  const test::ScratchFolder scratch;
+  const auto read = [&](const std::string& text) {
+    test::writeFile(scratch / "r.txt", text);
+    return test::caught([&] { readRanges(scratch / "r.txt"); });
+  };
+  for (const char* line : {"0 1", "0 1 ", "x 1 t", "0 nan t", "0 inf t", "1"})
+    EXPECT_THAT(read("# of a test\n" + std::string(line) + "\n"),
+                FailsWith(ErrorCode::malformedFile, "r.txt:2"))
+        << line;
+  EXPECT_THAT(read("0.5 1 t\n"), FailsWith(ErrorCode::malformedFile, "r.txt:1"));
+  EXPECT_THAT(read("0 1 t\n0 2 t\n"), FailsWith(ErrorCode::malformedFile, "r.txt:2"));
+  EXPECT_THAT([&] { readRanges(scratch / "none.txt"); }, FailsWith(ErrorCode::fileNotFound, "none.txt"));
+}
+
+TEST(ValueHistogram, HoldsAllNumbersWhereThatLosesLittle) {
+  ValueHistogram histogram;
+  std::vector<float> numbers;
+  for (int i = -100; i <= 300; ++i) numbers.push_back(static_cast<float>(i) / 100);
+  histogram.add(numbers);
+  EXPECT_NEAR(histogram.range().low, -1, 1e-2);
+  EXPECT_NEAR(histogram.range().high, 3, 1e-2);
+}
+
+TEST(ValueHistogram, CutsOffASingleOutlier) {
+  std::mt19937 random(1);
+  std::normal_distribution<float> normal;
+  std::vector<float> numbers(200'000);
+  for (float& number : numbers) number = std::abs(normal(random));
+  numbers[7] = 12;
+  ValueHistogram histogram;
+  histogram.add(numbers);
+  EXPECT_EQ(histogram.range().low, 0);
+  EXPECT_LT(histogram.range().high, 10);
+  EXPECT_GT(histogram.range().high, 3);
+}
+
+TEST(ValueHistogram, DoesNotDependOnTheOrder) {
+  std::mt19937 random(2);
+  std::normal_distribution<float> normal(0, 3);
+  std::vector<float> numbers(1000);
+  for (float& number : numbers) number = normal(random);
+  numbers[500] = 1e5F;
+  ValueHistogram forward, backward;
+  for (const float number : numbers) forward.add({&number, 1});
+  std::reverse(numbers.begin(), numbers.end());
+  backward.add(numbers);
+  EXPECT_EQ(forward.range(), backward.range());
+}
+
+TEST(ValueHistogram, TakesWhatIsNotFiniteForZero) {
+  const std::vector<float> odd{std::numeric_limits<float>::quiet_NaN(),
+                               std::numeric_limits<float>::infinity(), 0, 1};
+  ValueHistogram histogram;
+  EXPECT_EQ(histogram.range(), ActivationRange());
+  histogram.add(odd);
+  EXPECT_NEAR(histogram.range().high, 1, 1e-3);
+}
+
+}  // namespace
+}  // namespace estancia::convert
