@@ -48,10 +48,19 @@ def comment(option: dict[str, Any]) -> str:
     return " ".join(facts).replace("\\", "\\\\")
 
 
-def declare(name: str, group: dict[str, Any], out: list[str], names: list[str]) -> None:
-    inside = [(each["key"], class_name(name, each["key"]), each) for each in group["groups"]]
-    for _, inner, each in inside:
-        declare(inner, each, out, names)
+def content(group: dict[str, Any]) -> str:
+    return repr((group["options"], group["groups"]))
+
+
+def declare(name: str, group: dict[str, Any], out: list[str], names: list[str], known: dict[str, str]) -> None:
+    """Groups of the same options, with the same defaults, are one class."""
+    inside = []
+    for each in group["groups"]:
+        inner = known.get(content(each))
+        if inner is None:
+            inner = known[content(each)] = class_name(name, each["key"])
+            declare(inner, each, out, names, known)
+        inside.append((each["key"], inner, each))
     names.append(name)
     lines = [f"class {name}(TypedDict, total=False):"]
     lines += docstring(group["help"].strip(), 4)
@@ -82,8 +91,10 @@ def text() -> str:
 
     classes: list[str] = []
     names: list[str] = []
-    for name, group in _estancia.options().items():
-        declare(name, group, classes, names)
+    groups = _estancia.options()
+    known = {content(group): name for name, group in groups.items()}
+    for name, group in groups.items():
+        declare(name, group, classes, names, known)
     header = HEADER.replace("from typing import", "import os\nfrom typing import")
     return header + "".join(f'    "{name}",\n' for name in names) + "]\n\n" + TEXT + "\n\n\n" + "\n\n\n".join(classes) + "\n"
 

@@ -22,15 +22,12 @@ __all__ = [
     "WorldAreasWordMapOptions",
     "WorldAreasNamingOptions",
     "WorldAreasOptions",
-    "WorldClustersOptions",
     "WorldInstanceMapOptions",
-    "WorldOdometryOptions",
     "WorldOptions",
     "LocalizerFilterOptions",
     "LocalizerOptions",
     "RouteOptions",
     "ExportOptions",
-    "ZoneNamingOptions",
     "ZoneOptions",
     "ZoneStreamOptions",
     "ClassifierOptions",
@@ -40,17 +37,13 @@ __all__ = [
     "GngOptions",
     "NormalOptions",
     "ClusterOptions",
-    "RecognitionModelFilterGngOptions",
-    "RecognitionModelFilterOptions",
     "RecognitionSceneFilterGngOptions",
     "RecognitionSceneFilterOptions",
     "RecognitionOptions",
     "CollectTracksOptions",
     "CollectOptions",
     "TrainingShapeOptions",
-    "TrainingClassifierOptions",
     "TrainingOptions",
-    "PredictTracksOptions",
     "PredictOptions",
     "RgbdOptions",
     "ReplayOptions",
@@ -285,25 +278,6 @@ class WorldAreasOptions(TypedDict, total=False):
     """Which words name zones and areas."""
 
 
-class WorldClustersOptions(TypedDict, total=False):
-    """Segmentation of a depth image or cloud into objects."""
-    min_plane_area: float
-    """Area of the smallest plane that is removed, of which half may lie beyond the image's edge. Lower it when tables
-    and shelves smaller than this remain as clusters. A number above 0 m²; default: 0.25."""
-    plane_tolerance: float
-    """Distance within which points belong to a plane, at 1 m. A number above 0 m; default: 0.01."""
-    crease_depth: float
-    """Depth of the concave creases that separate objects, at 1 m. Raise it for a noisier camera, when objects are over-
-    segmented. A number above 0 m; default: 0.0022."""
-    min_points: int
-    """Points of the smallest cluster: pixels at a focal length of 525, or points of an unorganized cloud. Lower it for
-    small or distant objects. A whole number; default: 400."""
-    seed: int
-    """Seed of the search for planes. A whole number; default: 1."""
-    threads: int
-    """Threads; 0: one a usable core. The result does not depend on it. A whole number of at least 0; default: 0."""
-
-
 class WorldInstanceMapOptions(TypedDict, total=False):
     """How segments become things that last."""
     voxel: float
@@ -314,54 +288,6 @@ class WorldInstanceMapOptions(TypedDict, total=False):
     to 1; default: 0.6."""
     min_views: int
     """Frames that must show a thing. A whole number of at least 1; default: 4."""
-
-
-class WorldOdometryOptions(TypedDict, total=False):
-    """RGB-D odometry."""
-    term: Literal["auto", "depth", "color", "hybrid"]
-    """What alignment minimizes. One of auto, depth, color, hybrid; default: auto."""
-    max_width: int
-    """Images are halved until they are at most this wide. Larger images take longer, and gain little with the noise of
-    depth cameras. A whole number from 48 to 4096 pixels; default: 160."""
-    max_depth: float
-    """Depth beyond is not used. A number above 0 and up to 1000 m; default: 8."""
-    keyframe_overlap: float
-    """Share of a frame's points in the keyframe, below which it becomes the next one. A number above 0 and up to 1;
-    default: 0.7."""
-    min_overlap: float
-    """Overlap below which a frame is lost. A number above 0 and up to 1; default: 0.35."""
-    max_rmse: float
-    """Difference in depth (root mean square) above which a frame is lost. A number above 0 m; default: 0.03."""
-    min_correlation: float
-    """Correlation of gray values below which a frame is lost. Bare walls have the same shape everywhere. A number from
-    -1 to 1; default: 0.5."""
-    max_motion: float
-    """Largest translation between two frames; beyond, tracking is lost. A number above 0 m; default: 0.7."""
-    max_turn: float
-    """Largest rotation between two frames; beyond, tracking is lost. A number above 0 degrees; default: 50."""
-    max_gap: float
-    """Interval above which motion is not extrapolated. A number above 0 s; default: 1."""
-    odom_shift: float
-    """Uncertainty of the prior's motion: standard deviation of a step's length, of that length. A number above 0 and up
-    to 1000 %; default: 3."""
-    odom_turn: float
-    """Uncertainty of the prior's turn: standard deviation of a step. A number above 0 and up to 180 degrees; default:
-    2."""
-    min_correction: float
-    """Distance by which a correction must move what a keyframe shows, until earlier poses are changed while the camera
-    drives. A change of poses lets maps be fused anew. A number of at least 0 m; default: 0.02."""
-    loop_candidates: int
-    """Keyframes, those that overlap most and the most similar by words, verified for a loop closure; 0 closes none. A
-    whole number of at least 0; default: 8."""
-    min_loop_keyframes: int
-    """Keyframes between the ends of a loop. A whole number of at least 1; default: 4."""
-    min_loop_overlap: float
-    """Smallest overlap of a loop closure. A number above 0 and up to 1; default: 0.4."""
-    min_loop_features: int
-    """Features that must agree for a loop closure. Raise it where rooms look alike. A whole number of at least 6;
-    default: 25."""
-    threads: int
-    """Threads; 0: one a free core. The result does not depend on it. A whole number from 0 to 1024; default: 0."""
 
 
 class WorldOptions(TypedDict, total=False):
@@ -378,11 +304,11 @@ class WorldOptions(TypedDict, total=False):
     A whole number from 0 to 1000; default: 1."""
     areas: WorldAreasOptions
     """How a drive becomes areas."""
-    clusters: WorldClustersOptions
+    clusters: ClusterOptions
     """Segmentation of a depth image or cloud into objects."""
     instance_map: WorldInstanceMapOptions
     """How segments become things that last."""
-    odometry: WorldOdometryOptions
+    odometry: RgbdOptions
     """RGB-D odometry."""
 
 
@@ -449,12 +375,6 @@ class ExportOptions(TypedDict, total=False):
     nav2: an edge each way for every transition. Off where doors or lanes are one-way. True or false; default: true."""
 
 
-class ZoneNamingOptions(TypedDict, total=False):
-    """Which words name zones and areas."""
-    words: Literal["wordnet", "raw"]
-    """The words that zones and areas are called by. One of wordnet, raw; default: wordnet."""
-
-
 class ZoneOptions(TypedDict, total=False):
     """How images become zones."""
     distance: Literal[
@@ -488,7 +408,7 @@ class ZoneOptions(TypedDict, total=False):
     image by itself, for images in any order."""
     threads: int
     """Threads of the clustering. 0: one a usable core. A whole number from 0 to 1024; default: 0."""
-    naming: ZoneNamingOptions
+    naming: WorldAreasNamingOptions
     """Which words name zones and areas."""
 
 
@@ -636,44 +556,6 @@ class ClusterOptions(TypedDict, total=False):
     """Threads; 0: one a usable core. The result does not depend on it. A whole number of at least 0; default: 0."""
 
 
-class RecognitionModelFilterGngOptions(TypedDict, total=False):
-    """Growing Neural Gas."""
-    signals_per_insertion: int
-    """Signals between two insertions (λ). More fit the surface better and take proportionally longer. A whole number of
-    at least 1; default: 2000."""
-    winner_rate: float
-    """Share of the way to a signal that the winner moves. A number above 0 and up to 1; default: 0.1."""
-    neighbor_rate: float
-    """Share of the way that neighbors of the winner move. A number from 0 to 1; default: 0.001."""
-    insertion_decay: float
-    """Share of their error that both parents of a new neuron keep. A number from 0 to 1; default: 0.5."""
-    error_decay: float
-    """Share of its error that every neuron keeps at an insertion. A number above 0 and up to 1; default: 0.995."""
-    max_age: int
-    """Age above which edges are removed. A whole number; default: 250."""
-    color_weight: float
-    """Weight of colors beside positions; 0: positions only. With 1 the noise of the colors counts as much as the
-    spacing of the points. A number from 0 to 1000000; default: 0."""
-    seed: int
-    """Seed of the signals. A whole number; default: 1."""
-    quantization_error: float
-    """Stop below this quantization error; 0: never. A number of at least 0 unit of the cloud; default: 0."""
-    seconds: float
-    """Stop after this time; 0: never. The result is then not reproducible. A number of at least 0 s; default: 0."""
-
-
-class RecognitionModelFilterOptions(TypedDict, total=False):
-    """Point cloud filter."""
-    method: Literal["none", "voxel", "gng"]
-    """Filter. One of none, voxel, gng; default: none."""
-    points: int
-    """Points of the result. A whole number of at least 1; default: 20000."""
-    leaf: float
-    """Edge of a voxel. A number of at least 0 m; default: 0."""
-    gng: RecognitionModelFilterGngOptions
-    """Growing Neural Gas."""
-
-
 class RecognitionSceneFilterGngOptions(TypedDict, total=False):
     """Growing Neural Gas."""
     signals_per_insertion: int
@@ -765,7 +647,7 @@ class RecognitionOptions(TypedDict, total=False):
     """Position of the scene's sensor: X,Y,Z. A text; default: that of the cloud, else the origin."""
     threads: int
     """Threads; 0: one a usable core. Results do not depend on it. A whole number of at least 0; default: 0."""
-    model_filter: RecognitionModelFilterOptions
+    model_filter: FilterOptions
     """Point cloud filter."""
     scene_filter: RecognitionSceneFilterOptions
     """Point cloud filter."""
@@ -814,33 +696,6 @@ class TrainingShapeOptions(TypedDict, total=False):
     """Threads; 0: one a usable core. The numbers do not depend on it. A whole number of at least 0; default: 0."""
 
 
-class TrainingClassifierOptions(TypedDict, total=False):
-    """Training of a classifier."""
-    type: Literal["svm-linear", "svm-rbf", "linear", "forest", "knn"]
-    """Type of classifier. One of svm-linear, svm-rbf, linear, forest, knn; default: svm-rbf."""
-    balanced: bool
-    """Give each class the same weight, whatever its number of samples. Where accuracy on rare classes matters as much
-    as on frequent ones. True or false; default: false."""
-    folds: int
-    """Folds of the cross-validation that finds parameters. A whole number from 2 to 1000000; default: 5."""
-    seed: int
-    """Seed of the folds and of random forests. A whole number; default: 1."""
-    threads: int
-    """Threads; 0: one a usable core. Results do not depend on it. A whole number of at least 0; default: 0."""
-    c: float
-    """svm-linear, svm-rbf, linear: cost of an error. Larger values fit the training data more closely. Auto, or a
-    number above 0; default: found by cross-validation."""
-    gamma: float
-    """svm-rbf: gamma of the kernel exp(-gamma |a - b|^2). Auto, or a number above 0; default: found by cross-
-    validation."""
-    neighbors: int
-    """knn: neighbors that vote. Auto, or a whole number of at least 1; default: found by cross-validation."""
-    metric: Literal["euclidean", "cosine", ""]
-    """knn: distance of samples. One of euclidean, cosine; default: found by cross-validation."""
-    trees: int
-    """forest: number of trees. A whole number of at least 1; default: 500."""
-
-
 class TrainingOptions(TypedDict, total=False):
     """Self-supervised training of an object model."""
     pseudo_labels: Literal["top", "voted", "confident"]
@@ -858,26 +713,15 @@ class TrainingOptions(TypedDict, total=False):
     """Use only the views of this part of the data set. A text; default: all views."""
     shape: TrainingShapeOptions
     """Shape descriptor of objects."""
-    classifier: TrainingClassifierOptions
+    classifier: ClassifierOptions
     """Training of a classifier."""
-
-
-class PredictTracksOptions(TypedDict, total=False):
-    """Tracking of objects from frame to frame."""
-    max_distance: float
-    """An object is found again within this distance, or half its size if that is more. A number of at least 0 m;
-    default: 0.05."""
-    min_overlap: float
-    """Smallest intersection over union of its boxes. A number from 0 to 1; default: 0.3."""
-    max_unseen: int
-    """Frames that an object may stay unseen. A whole number of at least 0; default: 5."""
 
 
 class PredictOptions(TypedDict, total=False):
     """Classification of the objects of a sequence."""
     threads: int
     """Threads; 0: one a usable core. Answers do not depend on it. A whole number of at least 0; default: 0."""
-    tracks: PredictTracksOptions
+    tracks: CollectTracksOptions
     """Tracking of objects from frame to frame."""
 
 
