@@ -33,14 +33,8 @@ std::unique_ptr<LiveLoop> makeLoop(const std::string& source, Labeler& labeler,
   LiveOptions options;
   options.localize = localize;
   options.localizer = optionsFrom<LocalizerOptions>(localizer);
-  const auto change = [](const py::dict& given) {
-    return [&given](auto& changed) {
-      const py::gil_scoped_acquire locked;
-      setOptions(declare(changed), given);
-    };
-  };
-  options.changeMapper = change(mapper);
-  options.changeWorld = change(world);
+  options.changeMapper = changing(mapper);
+  options.changeWorld = changing(world);
   return longCall([&] {
     auto loop = std::make_unique<LiveLoop>(makeFrameSource(source, opening), labeler, map, options);
     return loop;

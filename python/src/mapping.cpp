@@ -37,14 +37,8 @@ py::object mapSequenceOf(const Sequence& sequence, Labeler& labeler, const std::
   options.stream.cache = cache;
   optionsFrom<MapperOptions>(mapper);  // says at once what is wrong
   optionsFrom<WorldOptions>(world);
-  const auto change = [](const py::dict& given) {
-    return [&given](auto& changed) {
-      const py::gil_scoped_acquire locked;
-      setOptions(declare(changed), given);
-    };
-  };
-  options.changeMapper = change(mapper);
-  options.changeWorld = change(world);
+  options.changeMapper = changing(mapper);
+  options.changeWorld = changing(world);
   const auto progress = makeProgress(callback);
   const MappedSequence done =
       longCall([&] { return mapSequence(sequence, labeler, map, options, *progress); });

@@ -22,6 +22,15 @@ Options optionsFrom(const py::dict& given, Options options = {}) {
   return options;
 }
 
+/// Does so where the library asks for a change of its defaults, without the interpreter's lock; `given` must
+/// outlive it.
+inline auto changing(const py::dict& given) {
+  return [&given](auto& options) {
+    const py::gil_scoped_acquire locked;
+    setOptions(declare(options), given);
+  };
+}
+
 /// What is declared, for the typed declarations of Python: {"name", "help", "options": [{"key", "type",
 /// "unit", "help", "why", "default", "accepted", "choices"}], "groups": [...]}.
 py::dict describeOptions(OptionGroup group);
