@@ -13,6 +13,15 @@ CURL* startCurl() {
   return once == CURLE_OK ? curl_easy_init() : nullptr;
 }
 
+/// Protocols are names from libcurl 7.85 on, and numbers before.
+#if ESTANCIA_CURL_NAMES_PROTOCOLS
+constexpr CURLoption protocols = CURLOPT_PROTOCOLS_STR, redirectProtocols = CURLOPT_REDIR_PROTOCOLS_STR;
+constexpr const char *https = "https", *httpOrHttps = "http,https";
+#else
+constexpr CURLoption protocols = CURLOPT_PROTOCOLS, redirectProtocols = CURLOPT_REDIR_PROTOCOLS;
+constexpr long https = CURLPROTO_HTTPS, httpOrHttps = CURLPROTO_HTTP | CURLPROTO_HTTPS;
+#endif
+
 }  // namespace
 
 template <class Call>
@@ -28,7 +37,7 @@ bool CurlRequest::guarded(Call call) noexcept {
 CurlRequest::CurlRequest() : curl_(startCurl(), &curl_easy_cleanup), headers_(nullptr, &curl_slist_free_all) {
   if (!curl_) throw Error(ErrorCode::missingDependency, "libcurl cannot be started; is there memory left?");
   set(CURLOPT_USERAGENT, "estancia");
-  set(CURLOPT_PROTOCOLS_STR, "http,https");
+  set(protocols, httpOrHttps);
   set(CURLOPT_NOSIGNAL, 1L);
   set(CURLOPT_NOPROGRESS, 0L);
   CURL* const curl = curl_.get();
@@ -64,6 +73,12 @@ CurlRequest::CurlRequest() : curl_(startCurl(), &curl_easy_cleanup), headers_(nu
 CurlRequest::~CurlRequest() {
   const NoSigpipe quiet;  // it may say goodbye
   curl_.reset();
+}
+
+void CurlRequest::followRedirections(bool fromHttps) {
+  set(CURLOPT_FOLLOWLOCATION, 1L);
+  set(CURLOPT_MAXREDIRS, 8L);
+  set(redirectProtocols, fromHttps ? https : httpOrHttps);
 }
 
 void CurlRequest::require(CURLcode code) {

@@ -30,6 +30,8 @@ class CurlRequest {
   }
   /// A line "Name: value" to send.
   void addHeader(const std::string& line);
+  /// Follows redirections, from https to https only.
+  void followRedirections(bool fromHttps);
   void setUrl(const std::string& url) { set(CURLOPT_URL, url.c_str()); }
 
   /// Sends the request and receives the answer. Throws what the functions below throw.

@@ -55,9 +55,7 @@ class Transfer final : private CurlRequest {
         progress_(progress) {
     setUrl(url);
     set(CURLOPT_FAILONERROR, 1L);
-    set(CURLOPT_FOLLOWLOCATION, 1L);
-    set(CURLOPT_MAXREDIRS, 8L);
-    set(CURLOPT_REDIR_PROTOCOLS_STR, url.starts_with("https:") ? "https" : "http,https");
+    followRedirections(url.starts_with("https:"));
     set(CURLOPT_CONNECTTIMEOUT, static_cast<long>(options.connectSeconds));
     set(CURLOPT_LOW_SPEED_LIMIT, 1000L);
     set(CURLOPT_LOW_SPEED_TIME, static_cast<long>(options.stallSeconds));

@@ -11,6 +11,12 @@
 namespace estancia::odometry {
 namespace {
 
+#if __has_include(<ceres/manifold.h>)
+using UnitQuaternion = ceres::QuaternionManifold;
+#else  // Ceres 2.0
+using UnitQuaternion = ceres::QuaternionParameterization;
+#endif
+
 /// Rotation (w, x, y, z) and position.
 struct Node {
   std::array<double, 4> rotation;
@@ -82,7 +88,7 @@ std::vector<double> optimizePoses(std::vector<cv::Affine3d>& poses, const std::v
     for (const std::size_t i : {edge.target, edge.source}) {
       Node& node = nodes[i];
       if (problem.HasParameterBlock(node.position.data())) continue;
-      problem.AddParameterBlock(node.rotation.data(), 4, new ceres::QuaternionManifold);
+      problem.AddParameterBlock(node.rotation.data(), 4, new UnitQuaternion);
       problem.AddParameterBlock(node.position.data(), 3);
       if (isFree(i)) continue;
       problem.SetParameterBlockConstant(node.rotation.data());
