@@ -10,15 +10,12 @@
 #include "common.hpp"
 #include "described.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/core/frame_failure.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
-#include "estancia/io/image_writer.hpp"
 #include "estancia/report/text.hpp"
-#include "estancia/topology/map_run.hpp"
 #include "estancia/topology/places.hpp"
 #include "estancia/world/rooms_by_name.hpp"
-#include "estancia/world/world_mapper.hpp"
+#include "estancia/world/sequence_layers.hpp"
 #include "labeling.hpp"
 #include "map_faults.hpp"
 #include "map_names.hpp"
@@ -150,96 +147,31 @@ Summary summaryOf(const MapArguments& arguments, const MapRun& map, std::size_t 
   return {std::move(json), std::move(text)};
 }
 
-/// The layers above the places.
-class Layers {
- public:
-  Layers(Labeling& labeling, MapRun& map, WorldOptions options, const ObjectNamers& namers)
-      : sequence_(labeling.sequence()),
-        labeler_(labeling.labeler()),
-        map_(map),
-        options_(std::move(options)),
-        namers_(namers) {
-    if (map_.session()) start();  // says at once what does not fit
-    sayWhatIsMissing();
-  }
+/// Why there are no areas and objects although there is depth, or although they were asked for.
+void sayWhatIsMissing(const Sequence& sequence, const WorldOptions& options) {
+  const bool asked = options.layers && (options.layers->areas || options.layers->objects);
+  if (options.layers && !asked) return;
+  const std::string what = !sequence.hasDepth()     ? "depth images"
+                           : !sequence.intrinsics() ? "the camera of the depth images; give --intrinsics"
+                                                    : "";
+  if (what.empty()) return;
+  if (asked)
+    throw Error(ErrorCode::insufficientData,
+                fmt::format("areas and objects need {}",
+                            sequence.hasDepth() ? what : "depth, and " + sequence.name() + " has none"));
+  if (sequence.hasDepth()) spdlog::info("no areas and objects without {}", what);
+}
 
-  /// Returns the frame as it is to be added to the map: with its pose, if that is known.
-  Frame observe(const LabeledFrame& labeled) {
-    if (!mapper_) start();
-    Frame frame = sequence_.frame(labeled.index);
-    const cv::Mat depth = depthOf(labeled.index);
-    const bool look = !depth.empty() && labeled.image.empty() && mapper_->wantsImage(frame);
-    frame.pose = mapper_->observe(frame, labeled.descriptor, look ? imageOf(labeled.index) : labeled.image,
-                                  depth, sequence_.intrinsics().value_or(CameraIntrinsics{}));
-    return frame;
-  }
-  /// Writes them. Returns how the camera was tracked.
-  Odometry finish() {
-    if (!mapper_) return {};
-    mapper_->finish();
-    warnOfFaults(mapper_->faults());
-    if (mapper_->viewsTooFar() > 0)
-      spdlog::warn(
-          "{} too far from the others for a floor plan and left out of it; `estancia check` looks "
-          "at the poses",
-          mapper_->viewsTooFar() == 1 ? "1 view is" : fmt::format("{} views are", mapper_->viewsTooFar()));
-    return {mapper_->odometry(), mapper_->level().value_or(MapLevel{}), mapper_->faults()};
-  }
-
- private:
-  void start() {
-    const auto camera = cameraToTrack(sequence_, options_);
-    mapper_.emplace(map_.start(), options_, &labeler_, camera);
-    if (sequence_.hasDepth() && sequence_.intrinsics() &&
-        (mapper_->layers().areas || mapper_->layers().objects))
-      mapper_->keepCamera(*sequence_.intrinsics(), sequence_.depthScale());
-    namers_.giveTo(*mapper_);
-    if (camera && !mapper_->tracks() && (mapper_->layers().areas || mapper_->layers().objects))
-      spdlog::info("no areas and objects: the map was begun without odometry; map anew to have them");
-  }
-
-  /// Why there are no areas and objects although there is depth, or although they were asked for.
-  void sayWhatIsMissing() const {
-    const bool asked = options_.layers && (options_.layers->areas || options_.layers->objects);
-    if (options_.layers && !asked) return;
-    const std::string what = !sequence_.hasDepth()     ? "depth images"
-                             : !sequence_.intrinsics() ? "the camera of the depth images; give --intrinsics"
-                                                       : "";
-    if (what.empty()) return;
-    if (asked)
-      throw Error(ErrorCode::insufficientData,
-                  fmt::format("areas and objects need {}",
-                              sequence_.hasDepth() ? what : "depth, and " + sequence_.name() + " has none"));
-    if (sequence_.hasDepth()) spdlog::info("no areas and objects without {}", what);
-  }
-
-  /// Empty where it cannot be read: its words are known, from a recording or the cache.
-  cv::Mat imageOf(std::size_t i) const {
-    try {
-      return sequence_.image(i);
-    } catch (...) {
-      frameFailure(sequence_.frame(i).name);
-      return {};
-    }
-  }
-
-  cv::Mat depthOf(std::size_t i) const {
-    if (!sequence_.hasDepth() || !sequence_.intrinsics()) return {};
-    try {
-      return sequence_.depth(i);
-    } catch (...) {
-      spdlog::warn("no depth: {}", frameFailure(sequence_.frame(i).name).what());
-      return {};
-    }
-  }
-
-  const Sequence& sequence_;
-  Labeler& labeler_;
-  MapRun& map_;
-  const WorldOptions options_;
-  const ObjectNamers& namers_;
-  std::optional<WorldMapper> mapper_;
-};
+/// Says what was wrong with the drive. Returns how the camera was tracked.
+Odometry odometryOf(const WorldMapper* mapper) {
+  if (mapper == nullptr) return {};
+  warnOfFaults(mapper->faults());
+  if (const std::size_t views = mapper->viewsTooFar(); views > 0)
+    spdlog::warn(
+        "{} too far from the others for a floor plan and left out of it; `estancia check` looks at the poses",
+        views == 1 ? "1 view is" : fmt::format("{} views are", views));
+  return {mapper->odometry(), mapper->level().value_or(MapLevel{}), mapper->faults()};
+}
 
 struct Added {
   std::size_t skipped = 0;
@@ -257,23 +189,32 @@ WorldOptions worldOptions(const MapArguments& arguments, MapRun& map) {
   return options;
 }
 
+SequenceLayers layersOf(const WorldOptions& options, Labeling& labeling, const ObjectNamers& namers,
+                        MapRun& map) {
+  const auto started = [&namers](WorldMapper& mapper, bool camera) {
+    namers.giveTo(mapper);
+    if (camera && !mapper.tracks() && (mapper.layers().areas || mapper.layers().objects))
+      spdlog::info("no areas and objects: the map was begun without odometry; map anew to have them");
+  };
+  SequenceLayers layers(labeling.sequence(), labeling.labeler(), map,
+                        {.change = [options](WorldOptions& kept) { kept = options; },
+                         .started = started,
+                         .problem = [](const std::string& why) { spdlog::warn("{}", why); }});
+  sayWhatIsMissing(labeling.sequence(), options);
+  return layers;
+}
+
 /// Adds the labeled frames from `first` on.
 Added addFrames(const MapArguments& arguments, Labeling& labeling, std::size_t first, bool images,
                 const ObjectNamers& namers, MapRun& map) {
-  const Sequence& sequence = labeling.sequence();
-  Layers layers(labeling, map, worldOptions(arguments, map), namers);
-  const auto finish = [&] {
-    map.finish();
-    return layers.finish();
+  SequenceLayers layers = layersOf(worldOptions(arguments, map), labeling, namers, map);
+  const auto finish = [&layers] {
+    layers.finish();
+    return odometryOf(layers.mapper());
   };
   try {
-    const std::size_t skipped = labeling.forEach(first, "mapping", [&](const LabeledFrame& frame) {
-      const auto image = [&] {
-        return encodeImage(frame.image.empty() ? sequence.image(frame.index) : frame.image);
-      };
-      map.add(layers.observe(frame), frame.descriptor,
-              images ? MappingSession::Image(image) : MappingSession::Image());
-    });
+    const std::size_t skipped =
+        labeling.forEach(first, "mapping", [&](const LabeledFrame& frame) { layers.add(frame, images); });
     return {skipped, finish()};
   } catch (const Interrupted& e) {
     if (!map.session()) throw;

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-# cmake --install, and find_package(estancia) → estancia::estancia (tests/find_package proves it)
+# cmake --install, and find_package(estancia [COMPONENTS room…]) → estancia::room, estancia::estancia
+# (tests/find_package proves it)
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/estancia)
-get_target_property(library_type estancia TYPE)
+get_target_property(library_type estancia_core TYPE)
 if(library_type STREQUAL "STATIC_LIBRARY")
   set(ESTANCIA_IS_STATIC TRUE)
 else()
@@ -13,7 +14,7 @@ file(RELATIVE_PATH bin_to_lib ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_
 # The build tree is laid out alike. (A path of its own would be padded, and looked up in the folder it is run in.)
 set_target_properties(estancia_command PROPERTIES INSTALL_RPATH $ORIGIN/${bin_to_lib} BUILD_WITH_INSTALL_RPATH ON)
 
-install(TARGETS estancia EXPORT estanciaTargets FILE_SET HEADERS)
+install(TARGETS estancia ${ESTANCIA_LIBRARIES} EXPORT estanciaTargets FILE_SET HEADERS)
 install(TARGETS estancia_command)
 # estancia-fetch: script/bootstrap --networks, and the models' descriptions that it needs.
 set(shared ${CMAKE_INSTALL_DATADIR}/estancia)
@@ -34,6 +35,7 @@ install(DIRECTORY ${pages}/man1 DESTINATION ${CMAKE_INSTALL_MANDIR})
 install(FILES ${pages}/estancia DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
 install(FILES ${pages}/_estancia DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/site-functions)
 install(EXPORT estanciaTargets NAMESPACE estancia:: DESTINATION ${package_folder})
+get_property(ESTANCIA_NEEDS GLOBAL PROPERTY ESTANCIA_NEEDS)
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/estanciaConfig.cmake.in
                               ${PROJECT_BINARY_DIR}/estanciaConfig.cmake INSTALL_DESTINATION ${package_folder})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/estanciaConfigVersion.cmake

@@ -4,7 +4,6 @@
 # image codecs (GDAL) and its video input (FFmpeg, GStreamer) are two thirds of what a start of the command would load.
 option(ESTANCIA_DDS "Read and write topics of ROS 2, where Fast DDS is installed" ON)
 option(ESTANCIA_MPI "Run experiments under mpirun, where Open MPI is installed" ON)
-list(FILTER ESTANCIA_SOURCES EXCLUDE REGEX "_module\\.cpp$")
 # They are no libraries to link, so they lie in a folder of their own. It changes its name with the shared library.
 set(ESTANCIA_MODULE_DIR ${CMAKE_INSTALL_LIBDIR}/estancia-${PROJECT_VERSION_MAJOR})
 
@@ -23,17 +22,15 @@ function(estancia_add_module target owner opener)
   set_source_files_properties(
     ${opener}.cpp
     PROPERTIES COMPILE_DEFINITIONS "${name}_MODULE=\"$<TARGET_FILE_NAME:${target}>\";${name}_FROM_BIN=\"${from_bin}\"")
-  target_link_libraries(estancia PRIVATE ${CMAKE_DL_LIBS}) # core/module_function.cpp opens it
   install(TARGETS ${target} LIBRARY DESTINATION ${ESTANCIA_MODULE_DIR})
-  if(owner STREQUAL estancia) # what lies in a wheel of Python
+  if(NOT owner STREQUAL estancia_experiments) # what lies in a wheel of Python
     set_property(GLOBAL APPEND PROPERTY ESTANCIA_MODULES ${target})
   endif()
 endfunction()
 
-# The modules lie in a folder beside the shared library. A program that links the static one looks for them where Estancia is
-# installed, or, if it builds Estancia as a part of itself, where they were built.
+# The modules lie in a folder beside the shared libraries. A program that links the static ones looks for them where
+# Estancia is installed, or, if it builds Estancia as a part of itself, where they were built.
 function(estancia_find_modules target)
-  set_target_properties(${target} PROPERTIES LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/${CMAKE_INSTALL_LIBDIR})
   get_target_property(type ${target} TYPE)
   if(type STREQUAL "STATIC_LIBRARY")
     target_link_options(${target} INTERFACE

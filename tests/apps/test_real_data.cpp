@@ -67,6 +67,17 @@ TEST(RealPlaces, BecomeZonesThatAreTheirPlaces) {
   EXPECT_LT(evaluated({zones})["v_measure"], 0.7) << "what the thesis' distance makes of them";
 }
 
+TEST(RecordedBags, AreMappedWithoutBeingUnpacked) {
+  const auto data = findData("robot_bags");
+  const auto model = findFetched("models/inception-v3/inception-v3.onnx");
+  ESTANCIA_NEEDS(data && model, "the bags or the default network are not here");
+  const ScratchFolder scratch;
+  const auto mapped =
+      run({"map", *data / "camera/soccer_zstd_messages.mcap", "-o", scratch / "bag.estancia", "--json"});
+  ASSERT_EQ(mapped.exitCode, 0) << mapped.err;
+  EXPECT_EQ(json::parse(mapped.out)["frames"], 2);
+}
+
 TEST(Corridor, IsDrivenAgainAndRecognized) {
   const auto data = findData("corridor_vpr");
   const auto model = findFetched("models/inception-v3/inception-v3.onnx");

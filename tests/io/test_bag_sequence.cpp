@@ -171,13 +171,6 @@ TEST_F(BagDrive, ATruncatedBagGivesWhatIsWhole) {
   EXPECT_EQ(farthest(bag->image(0), folder_->image(0)), 0);
 }
 
-TEST_F(BagDrive, IsMappedAsTheFolderIs) {
-  const auto path = write({"image", "depth", "odom", "tf_static"});
-  const auto mapped = test::run({"map", path, "-o", scratch_ / "bag.estancia", "--json"});
-  EXPECT_EQ(mapped.exitCode, 0) << mapped.err;
-  EXPECT_EQ(nlohmann::json::parse(mapped.out)["frames"], driveFrames);
-}
-
 TEST(BagRecordings, SeveralCamerasAskForAChoice) {
   const auto data = test::findData("robot_bags");
   ESTANCIA_NEEDS(data, "no robot_bags");
