@@ -26,7 +26,7 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/models DESTINATION ${shared} PATTERN cat
 # Man pages and shell completion, as the command itself writes them.
 set(pages ${PROJECT_BINARY_DIR}/pages)
 install(CODE "
-  set(command \"$<TARGET_FILE:estancia_command>\")
+  set(command ${CMAKE_CROSSCOMPILING_EMULATOR} \"$<TARGET_FILE:estancia_command>\")
   file(MAKE_DIRECTORY \"${pages}\")
   execute_process(COMMAND \${command} generate man -o \"${pages}/man1\" --overwrite COMMAND_ERROR_IS_FATAL ANY)
   execute_process(COMMAND \${command} generate bash OUTPUT_FILE \"${pages}/estancia\" COMMAND_ERROR_IS_FATAL ANY)

@@ -5,6 +5,8 @@
 
 #ifdef __SSE2__
 #include <emmintrin.h>
+#elif defined(__aarch64__)
+#include <arm_neon.h>
 #endif
 
 #include <bit>
@@ -64,6 +66,8 @@ inline Vector load(const void* from) {
 inline std::uint64_t signs(Bits lanes) {
 #ifdef __SSE2__
   return static_cast<std::uint64_t>(_mm_movemask_ps(reinterpret_cast<__m128>(lanes)));
+#elif defined(__aarch64__)
+  return vaddvq_u32(vandq_u32(reinterpret_cast<uint32x4_t>(lanes), uint32x4_t{1, 2, 4, 8}));
 #else
   return (lanes[0] & 1U) | (lanes[1] & 2U) | (lanes[2] & 4U) | (lanes[3] & 8U);
 #endif

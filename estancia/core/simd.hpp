@@ -27,7 +27,7 @@ struct Simd {
 };
 
 /// The version of a function for registers of 16 (AVX-512), 8 (AVX2 with FMA) or 4 float32 numbers, as this
-/// processor has them.
+/// processor has them; on ARM those of 4, which are NEON's.
 template <class Function>
 Function ofThisProcessor([[maybe_unused]] Function with16, [[maybe_unused]] Function with8, Function with4) {
 #if ESTANCIA_HAS_TARGETS

@@ -56,7 +56,8 @@ std::string pathOf(const ModelSpec& spec) {
   return (spec.folder / spec.file).string();
 }
 
-/// Whether the processor multiplies bytes and adds them up exactly (AVX VNNI); others than x86-64 do.
+/// Whether the quick kernels for bytes add up exactly. On x86-64 only those of AVX VNNI do; on ARM all do,
+/// with SDOT or without, and ONNX Runtime chooses by itself.
 bool hasByteProducts() {
 #ifdef __x86_64__
   return __builtin_cpu_supports("avx512vnni") != 0 || __builtin_cpu_supports("avxvnni") != 0;

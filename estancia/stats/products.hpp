@@ -35,8 +35,8 @@ class PackedRows {
 
 /// Calls take(i, products) for each row i of `rows`, with row i · b for all rows b; from several threads,
 /// each row once; the products are theirs to change. Float32 sums in the order of the labels: the numbers do
-/// not depend on threads. O(N M L). Throws Error when the rows are not equally long, Interrupted when the
-/// user asks to stop.
+/// not depend on threads; their last bits do on whether the processor fuses multiplications and additions.
+/// O(N M L). Throws Error when the rows are not equally long, Interrupted when the user asks to stop.
 void rowProducts(const DescriptorMatrix& rows, const PackedRows& others, int threads,
                  const std::function<void(std::size_t, std::span<float>)>& take);
 
