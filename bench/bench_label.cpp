@@ -1,9 +1,9 @@
-// How fast images become words: engine beside engine, the whole labeling beside the network alone, and
-// whether two models or engines say the same.
-//   bench_label engines SEQ MODEL…   ONNX Runtime beside OpenCV at 1 and 2 threads: rates and largest
-//   difference bench_label stream SEQ MODEL…    decode, prepare and infer beside inference alone; an
-//   ensemble's is its members' sum bench_label compare SEQ A B      largest difference of any probability,
-//   share of equal best words
+// How fast images become words: engine beside engine, 8 bits beside real numbers, the whole labeling beside
+// the network alone, and whether two models or engines say the same.
+//   bench_label engines SEQ MODEL…      ONNX Runtime beside OpenCV at 1 and 2 threads
+//   bench_label precisions SEQ MODEL…   8 bits beside real numbers at 1 and 2 threads
+//   bench_label stream SEQ MODEL…       decode, prepare and infer; an ensemble's forward pass is the members'
+//   sum bench_label compare SEQ A B
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -65,11 +65,16 @@ std::vector<Prepared> prepare(const Labeler& labeler, const std::vector<cv::Mat>
 
 struct Agreement {
   double difference = 0;     ///< largest of any probability
+  double hellinger = 0;      ///< sum of the images' distances
   std::size_t sameBest = 0;  ///< images with the same best word
   void add(const LexicalDescriptor& a, const LexicalDescriptor& b) {
     if (a.size() != b.size()) throw Error(ErrorCode::invalidInput, "the two models have different words");
-    for (std::size_t i = 0; i < a.size(); ++i)
+    double overlap = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
       difference = std::max(difference, std::abs(static_cast<double>(a[i]) - b[i]));
+      overlap += std::sqrt(static_cast<double>(a[i]) * b[i]);
+    }
+    hellinger += std::sqrt(std::max(0.0, 1 - overlap));
     sameBest +=
         std::max_element(a.begin(), a.end()) - a.begin() == std::max_element(b.begin(), b.end()) - b.begin();
   }
@@ -118,6 +123,42 @@ void compareEngines(const Arguments& arguments) {
           "{:.2f} times; largest difference {:.1e}, same best word for {} of {}\n",
           model, threads, ms * median(slow), ms * median(fast), median(ratios), ms * median(batched),
           median(batchRatios), agreement.difference, agreement.sameBest, prepared.size());
+      std::fflush(stdout);
+    }
+}
+
+std::vector<LexicalDescriptor> labelsOf(Labeler& labeler, const std::vector<Prepared>& prepared) {
+  std::vector<LexicalDescriptor> labels;
+  for (LabelResult& result : labeler.inferBatch(prepared)) labels.push_back(std::move(result.descriptor));
+  return labels;
+}
+
+void comparePrecisions(const Arguments& arguments) {
+  const auto sequence = openSequence(arguments.sequence);
+  for (const auto& model : arguments.models)
+    for (const int threads : {1, 2}) {
+      LabelerOptions options = arguments.options;
+      options.threads = threads;
+      const auto real = loadModel(model, options);
+      options.precision = Precision::int8;
+      const auto bytes = loadModel(model, options);
+      const auto prepared = prepare(*real, images(*sequence, arguments.frames));
+      Agreement agreement;
+      const auto a = labelsOf(*real, prepared), b = labelsOf(*bytes, prepared);  // warms up, too
+      for (std::size_t i = 0; i < a.size(); ++i) agreement.add(a[i], b[i]);
+      std::vector<double> slow, fast, ratios;
+      for (int round = 0; round < arguments.rounds; ++round) {
+        slow.push_back(inferAll(*real, prepared, prepared.size()));
+        fast.push_back(inferAll(*bytes, prepared, prepared.size()));
+        ratios.push_back(slow.back() / fast.back());
+      }
+      const auto count = static_cast<double>(prepared.size());
+      fmt::print(
+          "{} with {} threads: float32 {:.1f} /s, int8 {:.1f} /s, {:.2f} times as fast; Hellinger distance "
+          "{:.4f}, "
+          "same best word for {} of {}\n",
+          model, threads, count / median(slow), count / median(fast), median(ratios),
+          agreement.hellinger / count, agreement.sameBest, prepared.size());
       std::fflush(stdout);
     }
 }
@@ -179,6 +220,7 @@ int main(int argc, char** argv) {
     mode->callback([run, &arguments] { run(arguments); });
   };
   add("engines", "ONNX Runtime beside OpenCV", compareEngines);
+  add("precisions", "8 bits beside real numbers", comparePrecisions);
   add("stream", "Decode, prepare and infer beside inference alone", stream);
   add("compare", "Two models on the same images", compareModels);
   try {

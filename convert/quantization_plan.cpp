@@ -71,7 +71,21 @@ bool QuantizationPlan::isQuantizable(const onnx::NodeProto& node) const {
   return true;
 }
 
+std::vector<int> QuantizationPlan::layersUpTo() const {
+  std::map<std::string, int> layers;  // of values
+  std::vector<int> upTo;
+  for (const auto& node : graph_.node()) {
+    int most = 0;
+    for (const std::string& value : node.input())
+      if (const auto found = layers.find(value); found != layers.end()) most = std::max(most, found->second);
+    upTo.push_back(most + (hasWeights(node) ? 1 : 0));
+    for (const std::string& value : node.output()) layers[value] = upTo.back();
+  }
+  return upTo;
+}
+
 void QuantizationPlan::chooseNodes() {
+  const std::vector<int> layers = layersUpTo();
   // Backwards: a value is on the way to weights when a node with weights, or one on the way, reads it.
   std::set<std::string> onTheWay;
   quantized_.resize(static_cast<std::size_t>(graph_.node_size()));
@@ -79,7 +93,8 @@ void QuantizationPlan::chooseNodes() {
     const auto& node = graph_.node(i);
     const bool leads = std::any_of(node.output().begin(), node.output().end(),
                                    [&](const std::string& value) { return onTheWay.contains(value); });
-    quantized_[static_cast<std::size_t>(i)] = leads && isQuantizable(node);
+    const auto n = static_cast<std::size_t>(i);
+    quantized_[n] = leads && layers[n] > kFloatLayers && isQuantizable(node);
     if (leads || hasWeights(node)) onTheWay.insert(node.input().begin(), node.input().end());
   }
 }

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 #include <onnx/onnx_pb.h>
+#include <onnx/shape_inference/implementation.h>
 #include <onnx/version_converter/convert.h>
 
 #include <algorithm>
@@ -33,7 +34,10 @@ onnx::ModelProto readModel(const std::string& bytes, const std::string& source) 
   std::int64_t version = 0;
   for (const auto& set : model.opset_import())
     if (set.domain().empty() || set.domain() == "ai.onnx") version = set.version();
-  if (version < operatorSet) model = onnx::version_conversion::ConvertVersion(model, operatorSet);
+  if (version < operatorSet) {
+    onnx::shape_inference::InferShapes(model);  // the new form of Softmax needs the shape of what it reads
+    model = onnx::version_conversion::ConvertVersion(model, operatorSet);
+  }
   model.set_ir_version(std::max<std::int64_t>(model.ir_version(), irVersion));
   return model;
 } catch (const Error&) {

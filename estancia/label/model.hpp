@@ -34,8 +34,8 @@ struct LabelerOptions {
   int threads = 0;
   /// Open a network at its first frame only, as its labels may all be in the cache.
   bool onDemand = false;
-  /// Of networks. In 8 bits they need ONNX Runtime and give other numbers: another identity(), that of
-  /// NAME-int8.
+  /// Of networks. In 8 bits they need ONNX Runtime and give other numbers: another identity(), `NAME
+  /// int8-DIGEST`.
   Precision precision = Precision::float32;
 };
 

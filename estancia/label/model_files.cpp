@@ -62,19 +62,22 @@ void requireKnownFormat(const ModelSpec& spec) {
        file);
 }
 
+bool isInt8(const ModelSpec& spec) {
+  return !spec.int8.empty() && spec.file == spec.int8;
+}
+
 ModelSpec inPrecision(ModelSpec spec, Precision precision) {
-  const bool isInt8 = precision == Precision::int8;
-  if (isInt8 && spec.int8.empty())
+  const bool wanted = precision == Precision::int8;
+  if (wanted && spec.int8.empty())
     fail(ErrorCode::unsupportedFile,
          "model {} has no network of 8 bits; make it with `estancia models quantize {} IMAGES`, or leave out "
          "--precision int8",
          spec.name, spec.folder.string());
-  spec.sha256.erase(isInt8 ? spec.file.string() : spec.int8.string());
-  if (isInt8) {
+  spec.sha256.erase(wanted ? spec.file.string() : spec.int8.string());
+  if (wanted)
     spec.file = spec.int8;
-    spec.name += "-int8";
-  }
-  spec.int8.clear();
+  else
+    spec.int8.clear();
   return spec;
 }
 
@@ -92,7 +95,7 @@ fs::path modelFile(const ModelSpec& spec, const fs::path& relative) {
 
 std::string modelDigest(const ModelSpec& spec, const std::string& settings) {
   std::map<std::string, std::string> files = spec.sha256;  // file → the digest it should have, "" = any
-  files.erase(spec.int8.string());                         // another network
+  if (!isInt8(spec)) files.erase(spec.int8.string());      // another network
   for (const auto& file : networkFiles(spec)) files.try_emplace(file.string());
   if (!spec.labels.empty()) files.try_emplace(spec.labels.string());
   std::string all =

@@ -28,10 +28,13 @@ std::vector<std::filesystem::path> networkFiles(const ModelSpec& spec);
 /// and TensorFlow.js it says which command converts them.
 void requireKnownFormat(const ModelSpec& spec);
 
-/// The model as one that computes so: with `int8` the file of 8 bits is its network, it is called NAME-int8,
-/// and the float file no longer belongs to it; with `float32` the file of 8 bits does not. Throws Error
-/// (unsupportedFile), saying which command makes it, when there is no file of 8 bits.
+/// The model as one that computes so: with `int8` the file of 8 bits is its network, and the float file no
+/// longer belongs to it; with `float32` the file of 8 bits does not. Throws Error (unsupportedFile), saying
+/// which command makes it, when there is no file of 8 bits.
 ModelSpec inPrecision(ModelSpec spec, Precision precision);
+
+/// Whether it is a model that inPrecision() made one of 8 bits.
+bool isInt8(const ModelSpec& spec);
 
 /// Where the files of the spec are. Throws Error when one is missing or leaves the folder through a link.
 std::filesystem::path modelFile(const ModelSpec& spec, const std::filesystem::path& relative);

@@ -34,7 +34,8 @@ Vocabulary vocabularyOf(const ModelSpec& spec) {
 NetworkLabeler::NetworkLabeler(const ModelSpec& spec, std::string engine)
     : spec_(spec),
       vocabulary_(vocabularyOf(spec)),
-      identity_(fmt::format("{} {}", spec.name, modelDigest(spec))),
+      // The same name: it is one model, whose labels other parts know by it.
+      identity_(fmt::format("{} {}{}", spec.name, isInt8(spec) ? "int8-" : "", modelDigest(spec))),
       engine_(std::move(engine)),
       boxes_(defaultBoxes(spec.anchors)) {
   const Preprocessing& how = spec.preprocessing;

@@ -13,6 +13,7 @@
 #include <random>
 #include <set>
 
+#include "convert/quantization_plan.hpp"
 #include "convert/to_onnx.hpp"
 #include "estancia/core/digest.hpp"
 #include "estancia/label/model_spec.hpp"
@@ -55,7 +56,8 @@ void describe(onnx::ValueInfoProto* value, const std::string& name, const std::v
   for (const int size : shape) type->mutable_shape()->add_dim()->set_dim_value(size);
 }
 
-/// image → conv 1×1 → ReLU → concatenation with itself → mean → conv 1×1 → scores.
+/// input → as many convolutions as stay float, which change nothing → image → conv 1×1 → ReLU → concatenation
+/// with itself → mean → conv 1×1 → scores.
 struct SmallNetwork {
   std::vector<float> first, bias, last;
 
@@ -76,7 +78,14 @@ struct SmallNetwork {
     model.add_opset_import()->set_version(10);
     auto& graph = *model.mutable_graph();
     graph.set_name("small");
-    describe(graph.add_input(), "image", {1, 3, side, side});
+    describe(graph.add_input(), "input", {1, 3, side, side});
+    addTensor(graph, "identity", {3, 3, 1, 1}, {1, 0, 0, 0, 1, 0, 0, 0, 1});
+    std::string before = "input";
+    for (int k = 0; k < kFloatLayers; ++k) {
+      const std::string next = k + 1 < kFloatLayers ? "kept" + std::to_string(k) : "image";
+      addNode(graph, "Conv", {before, "identity"}, next);
+      before = next;
+    }
     addTensor(graph, "w1", {filters, 3, 1, 1}, first);
     addTensor(graph, "b1", {filters}, bias);
     addTensor(graph, "w2", {outputs, filters * 2, 1, 1}, last);
@@ -162,12 +171,13 @@ TEST(Quantize, IsNearTheFloatNetwork) {
   for (std::size_t i = 0; i < real.size(); ++i) EXPECT_NEAR(bytes[i], real[i], 0.1);
 }
 
-TEST(Quantize, KeepsTheLastLayerFloatAndItsWeightsOnly) {
+TEST(Quantize, KeepsTheFirstLayersAndTheLastFloat) {
   const SmallNetwork network(1);
   EXPECT_THAT(valuesToQuantize(network.onnx(), "small"), ElementsAre("image", "positive", "both", "mean"));
   const onnx::ModelProto model = parsed(quantizedOnnx(network.onnx(), ranges, "small"));
   std::set<std::string> constants;
   for (const auto& constant : model.graph().initializer()) constants.insert(constant.name());
+  EXPECT_THAT(constants, Contains("identity"));
   EXPECT_THAT(constants, Contains("w2"));
   EXPECT_THAT(constants, Not(Contains("w1")));
   EXPECT_EQ(model.opset_import(0).version(), 13);

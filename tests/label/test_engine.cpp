@@ -453,6 +453,41 @@ TEST_P(Engines, TheBestComesFirstAndATypePinsOne) {
               FailsWith(ErrorCode::unknownName, "abacus", "onnxruntime, opencv"));
 }
 
+TEST_P(Engines, AModelIn8BitsKeepsItsNameAndHasAnotherIdentity) {
+  const std::string real = test::smallOnnx(8, 4),
+                    bytes = test::smallOnnx(8, 4, [](auto&graph) { setWeights(graph, 1); });
+  writeFile(scratch_ / "bytes.onnx", bytes);
+  const std::string toml = modelToml("small.onnx", 8, "int8 = \"bytes.onnx\"") +
+                           "[sha256]\n\"small.onnx\" = \"" + sha256(real) + "\"\n\"bytes.onnx\" = \"" +
+                           sha256(bytes) + "\"\n";
+  const std::string alone = open(real, modelToml("small.onnx", 8))->identity();
+  EXPECT_EQ(open(real, toml)->identity(), alone);  // the other file does not count
+  LabelerOptions options;
+  options.precision = Precision::int8;
+  const std::string model = scratch_.path().string();
+  EXPECT_THAT(loadModel(model, options)->identity(), testing::StartsWith("small int8-"));
+  EXPECT_NE(loadModel(model, options)->cacheKey(), loadModel(model)->cacheKey());
+  options.onDemand = true;  // knows it at once
+  EXPECT_EQ(loadModel(model, options)->identity(), checkModel(model, options).identity);
+  EXPECT_EQ(checkModel(model, options).spec.name, "small");
+  writeFile(scratch_ / "bytes.onnx", real);
+  EXPECT_THAT([&] { loadModel(model, options); }, FailsWith(ErrorCode::corruptFile, "bytes.onnx"));
+  EXPECT_NO_THROW(loadModel(model));
+}
+
+TEST_P(Engines, In8BitsNeedTheFileAndOnnxruntime) {
+  LabelerOptions options;
+  options.precision = Precision::int8;
+  open(test::smallOnnx(8, 4), modelToml("small.onnx", 8));
+  EXPECT_THAT([&] { loadModel(scratch_.path().string(), options); },
+              FailsWith(ErrorCode::unsupportedFile, "models quantize", "small"));
+  writeFile(scratch_ / "bytes.onnx", test::smallOnnx(8, 4));
+  writeFile(scratch_ / "model.toml", modelToml("small.onnx", 8, "int8 = \"bytes.onnx\""));
+  options.engine = "opencv";
+  EXPECT_THAT([&] { loadModel(scratch_.path().string(), options); },
+              FailsWith(ErrorCode::invalidOption, "opencv", "--precision"));
+}
+
 TEST_P(Engines, CaffeStaysWithOpencv) {
   writeFile(scratch_ / "net.caffemodel", emptyCaffemodel);
   writeFile(scratch_ / "deploy.prototxt", prototxt);
