@@ -47,6 +47,9 @@ class OneFrame : public Sequence {
   std::size_t size() const override { return 1; }
   const Frame& frame(std::size_t /*i*/) const override { return sequence_.frame(frame_); }
   cv::Mat image(std::size_t /*i*/) const override { return sequence_.image(frame_); }
+  cv::Mat reducedImage(std::size_t /*i*/, int side) const override {
+    return sequence_.reducedImage(frame_, side);
+  }
   std::string fingerprint(std::size_t /*i*/) const override { return sequence_.fingerprint(frame_); }
 
  private:
@@ -71,7 +74,7 @@ void ModelArguments::addRunningTo(DeclaredOptions& declared) {
 }
 
 void ModelArguments::addLabelerTo(DeclaredOptions& declared) {
-  declared.add(declare(options), {"engine", "precision"});
+  declared.add(declare(options), {"engine", "precision", "reduced-images"});
 }
 
 std::unique_ptr<Labeler> ModelArguments::open() const {

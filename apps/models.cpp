@@ -170,7 +170,8 @@ void addQuantizeCommand(CLI::App& models) {
     DeclaredOptions declared;
   };
   CLI::App* command = models.add_subcommand(
-      "quantize", "Make a network of 8 bits of a model, more than twice as fast, by images of yours");
+      "quantize",
+      "Make a network of 8 bits of a model, by images of yours; large networks run 1.8 times as fast");
   auto arguments = std::make_shared<Arguments>(*command);
   command->add_option("MODEL", arguments->model, "A name of `models list`, or a folder with a model.toml")
       ->required();

@@ -2,8 +2,9 @@
 // the network alone, and whether two models or engines say the same.
 //   bench_label engines SEQ MODEL…      ONNX Runtime beside OpenCV at 1 and 2 threads
 //   bench_label precisions SEQ MODEL…   8 bits beside real numbers at 1 and 2 threads
-//   bench_label stream SEQ MODEL…       decode, prepare and infer; an ensemble's forward pass is the members'
-//   sum bench_label compare SEQ A B
+//   bench_label reduced SEQ MODEL…      the labels of reduced images beside those of whole ones
+//   bench_label stream SEQ MODEL…       decode, prepare, infer (of an ensemble: the sum) beside inference
+//   bench_label compare SEQ A B
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -163,6 +164,33 @@ void comparePrecisions(const Arguments& arguments) {
     }
 }
 
+std::vector<LexicalDescriptor> streamed(const Sequence& sequence, const std::string& model,
+                                        const LabelerOptions& options, std::size_t frames) {
+  const auto labeler = loadModel(model, options);
+  LabelStream stream(sequence, *labeler);
+  std::vector<LexicalDescriptor> labels;
+  while (labels.size() < frames)
+    if (auto frame = stream.next())
+      labels.push_back(std::move(frame->descriptor));
+    else
+      break;
+  return labels;
+}
+
+void compareReduced(const Arguments& arguments) {
+  const auto sequence = openSequence(arguments.sequence);
+  LabelerOptions reduced = arguments.options;
+  reduced.reducedImages = true;
+  for (const auto& model : arguments.models) {
+    const auto a = streamed(*sequence, model, arguments.options, arguments.frames);
+    const auto b = streamed(*sequence, model, reduced, arguments.frames);
+    Agreement agreement;
+    for (std::size_t i = 0; i < a.size(); ++i) agreement.add(a[i], b[i]);
+    fmt::print("{}: Hellinger distance {:.4f}, same best word for {} of {}\n", model,
+               agreement.hellinger / static_cast<double>(a.size()), agreement.sameBest, a.size());
+  }
+}
+
 void compareModels(const Arguments& arguments) {
   if (arguments.models.size() != 2) throw Error(ErrorCode::invalidInput, "compare takes two models");
   const auto sequence = openSequence(arguments.sequence);
@@ -217,10 +245,12 @@ int main(int argc, char** argv) {
     mode->add_option("--rounds", arguments.rounds, "Rounds; the median counts")->capture_default_str();
     mode->add_option("--engine", arguments.options.engine, "Engine (stream, compare)");
     mode->add_option("--threads", arguments.options.threads, "Threads (stream, compare)");
+    mode->add_flag("--reduced-images", arguments.options.reducedImages, "Decode JPEG files smaller (stream)");
     mode->callback([run, &arguments] { run(arguments); });
   };
   add("engines", "ONNX Runtime beside OpenCV", compareEngines);
   add("precisions", "8 bits beside real numbers", comparePrecisions);
+  add("reduced", "The labels of reduced images beside those of whole ones", compareReduced);
   add("stream", "Decode, prepare and infer beside inference alone", stream);
   add("compare", "Two models on the same images", compareModels);
   try {

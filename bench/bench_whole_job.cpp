@@ -41,7 +41,10 @@ double wholeJob(const Sequence& sequence, Labeler& labeler, std::size_t frames,
   LabelStream stream(sequence, labeler);
   for (std::size_t i = 0; i < frames; ++i) {
     const auto frame = stream.next();
-    session.add(sequence.frame(frame->index), frame->descriptor, [&] { return encodeImage(frame->image); });
+    const auto encoded = [&] {
+      return encodeImage(frame->image.empty() ? sequence.image(frame->index) : frame->image);
+    };
+    session.add(sequence.frame(frame->index), frame->descriptor, encoded);
   }
   session.finish();
   return static_cast<double>(frames) / seconds(start);

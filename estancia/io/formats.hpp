@@ -49,6 +49,7 @@ class ImageFiles final : public ListedSequence {
       : ListedSequence(std::move(name)), depthScale_(depthScale) {}
   void add(Frame frame, std::filesystem::path file, DepthFile depth = {});
   cv::Mat image(std::size_t i) const override;
+  cv::Mat reducedImage(std::size_t i, int side) const override;
   std::string fingerprint(std::size_t i) const override;
   bool hasDepth() const override { return hasDepth_; }
   cv::Mat depth(std::size_t i) const override;

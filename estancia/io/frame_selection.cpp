@@ -31,6 +31,9 @@ class Selection final : public Sequence {
   std::size_t size() const override { return kept_.size(); }
   const Frame& frame(std::size_t i) const override { return whole_->frame(kept_[i]); }
   cv::Mat image(std::size_t i) const override { return whole_->image(kept_.at(i)); }
+  cv::Mat reducedImage(std::size_t i, int side) const override {
+    return whole_->reducedImage(kept_.at(i), side);
+  }
   std::string fingerprint(std::size_t i) const override { return whole_->fingerprint(kept_.at(i)); }
   bool hasDepth() const override { return whole_->hasDepth(); }
   cv::Mat depth(std::size_t i) const override { return whole_->depth(kept_.at(i)); }

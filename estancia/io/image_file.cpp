@@ -3,8 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <span>
 
 #include "estancia/core/base64.hpp"
 #include "estancia/core/fail.hpp"
@@ -31,13 +33,13 @@ std::string decodeDataUri(const std::string& text, const fs::path& file) {
   return *bytes;  // padding "=" decodes to zeros, which the decoders ignore
 }
 
-}  // namespace
-
-cv::Mat decodeImage(std::string_view bytes, DecodedAs as, const fs::path& file) {
+/// What `call` makes of the bytes. Throws Error where that is nothing.
+template <class Call>
+cv::Mat decode(std::string_view bytes, const fs::path& file, Call call) {
   const ImageCodecs& codecs = imageCodecs();
   cv::Mat image;
   try {
-    image = codecs.decode({reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()}, as);
+    image = call(codecs, std::span(reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()));
   } catch (const cv::Exception&) {  // reported below
   }
   if (image.empty())
@@ -45,6 +47,26 @@ cv::Mat decodeImage(std::string_view bytes, DecodedAs as, const fs::path& file) 
          "{}: the image cannot be decoded; it is damaged or of a rare kind; copy or convert it",
          printable(file));
   return image;
+}
+
+cv::Mat decodeReduced(std::string_view bytes, int divisor, const fs::path& file) {
+  return decode(bytes, file, [divisor](const ImageCodecs& codecs, auto all) {
+    return codecs.decodeReduced(all, divisor);
+  });
+}
+
+/// 1, 2, 4 or 8: the largest that leaves the shorter side at least `side`.
+int divisorFor(const ImageHeader& header, int side) {
+  const auto least = static_cast<std::uint64_t>(side), shorter = std::min(header.width, header.height);
+  int divisor = 1;
+  while (divisor < 8 && shorter / (2 * static_cast<std::uint64_t>(divisor)) >= least) divisor *= 2;
+  return divisor;
+}
+
+}  // namespace
+
+cv::Mat decodeImage(std::string_view bytes, DecodedAs as, const fs::path& file) {
+  return decode(bytes, file, [as](const ImageCodecs& codecs, auto all) { return codecs.decode(all, as); });
 }
 
 cv::Mat readPanorama(const fs::path& file) {
@@ -83,10 +105,17 @@ cv::Mat toBgr8(cv::Mat image) {
 namespace estancia {
 
 cv::Mat readImage(const std::filesystem::path& file) {
+  return readReducedImage(file, 0);
+}
+
+cv::Mat readReducedImage(const std::filesystem::path& file, int side) {
   const std::string bytes = io::readBytes(file, io::kMaxBytes);
-  if (io::inspectImage(bytes, io::printable(file)).isRadiance())
+  const io::ImageHeader header = io::inspectImage(bytes, io::printable(file));
+  if (header.isRadiance())
     fail(ErrorCode::unsupportedFile,
          "{}: an HDR radiance map, not an image; open its folder (--type panorama)", io::printable(file));
+  const int divisor = side > 0 && header.format == "JPEG" ? io::divisorFor(header, side) : 1;
+  if (divisor > 1) return io::decodeReduced(bytes, divisor, file);
   return io::toBgr8(io::decodeImage(bytes, DecodedAs::color, file));
 }
 

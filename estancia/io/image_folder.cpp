@@ -32,6 +32,10 @@ cv::Mat ImageFiles::image(std::size_t i) const {
   return readImage(files_.at(i));
 }
 
+cv::Mat ImageFiles::reducedImage(std::size_t i, int side) const {
+  return readReducedImage(files_.at(i), side);
+}
+
 std::string ImageFiles::fingerprint(std::size_t i) const {
   return sha256OfFile(files_.at(i));
 }

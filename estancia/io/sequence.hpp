@@ -43,6 +43,10 @@ class Sequence {
   /// order.
   virtual cv::Mat image(std::size_t i) const = 0;
 
+  /// image(i), decoded at a fraction of its size where its file is a JPEG: see readReducedImage().
+  /// Thread-safe.
+  virtual cv::Mat reducedImage(std::size_t i, int /*side*/) const { return image(i); }
+
   /// Identifies the pixels of image(i) without decoding them: equal fingerprints mean equal images. "" where
   /// that is not possible. Throws Error when the file cannot be read. Thread-safe.
   virtual std::string fingerprint(std::size_t /*i*/) const { return ""; }

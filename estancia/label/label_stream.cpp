@@ -189,11 +189,12 @@ class LabelStream::Reader {
     try {
       if (options_.cache != nullptr && needsImage_) waiting.fingerprint = sequence_.fingerprint(i);
       recall(waiting);
-      if (looksAtImage(waiting)) waiting.frame.image = sequence_.image(i);
-      if (options_.cache != nullptr && !waiting.frame.image.empty()) identify(waiting);
+      const std::vector<cv::Mat> reduced = look(waiting);
+      if (options_.cache != nullptr && looksAtImage(waiting)) identify(waiting);
       for (std::size_t p = 0; p < parts_.size(); ++p)
         if (Part& part = waiting.parts[p]; !part.remembered)
-          part.input = parts_[p]->prepare(waiting.frame.image, sequence_.frame(i).name);
+          part.input = parts_[p]->prepare(reduced[p].empty() ? waiting.frame.image : reduced[p],
+                                          sequence_.frame(i).name);
     } catch (...) {
       const Error failure = frameFailure(sequence_.frame(i).name);
       if (options_.strict) throw failure;
@@ -201,6 +202,24 @@ class LabelStream::Reader {
       waiting.frame.problem = failure.what();
     }
     return waiting;
+  }
+
+  /// Decodes the image for the words that are still missing: whole into the frame, and reduced for each part
+  /// that takes it so.
+  std::vector<cv::Mat> look(Waiting& waiting) const {
+    const std::size_t i = waiting.frame.index;
+    // Where no file tells, the pixels do (identify()).
+    bool whole = options_.cache != nullptr && waiting.fingerprint.empty() && looksAtImage(waiting);
+    std::vector<cv::Mat> reduced(parts_.size());
+    for (std::size_t p = 0; p < parts_.size(); ++p) {
+      if (waiting.parts[p].remembered || !parts_[p]->needsImage()) continue;
+      if (const int side = parts_[p]->imageSide(); side > 0)
+        reduced[p] = sequence_.reducedImage(i, side);
+      else
+        whole = true;
+    }
+    if (whole) waiting.frame.image = sequence_.image(i);
+    return reduced;
   }
 
   /// Whether the image must be decoded for the words that are still missing.

@@ -73,6 +73,10 @@ class Labeler {
   /// Whether prepare() looks at the image at all; recordings go by the frame's name.
   virtual bool needsImage() const { return true; }
 
+  /// The shorter side [pixels] of the smallest image that prepare() need not enlarge, where JPEG files are to
+  /// be decoded at no more than it takes (Sequence::reducedImage()); 0 where it wants whole images.
+  virtual int imageSide() const { return 0; }
+
   /// Preprocesses a BGR image of any size (empty unless needsImage()); `frame` is its name. Safe to call from
   /// several threads, also beside infer(). Throws Error when this image cannot be labeled.
   virtual Prepared prepare(const cv::Mat& bgr, const std::string& frame = "") const = 0;

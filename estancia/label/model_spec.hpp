@@ -83,6 +83,9 @@ struct ModelSpec {
   /// counts as its share of their sum, and is called NAME 0, NAME 1 …; 0: the outputs have labels.
   std::size_t features = 0;
 
+  /// LabelerOptions::reducedImages; not of model.toml.
+  bool reducedImages = false;
+
   /// For people.
   std::string license, source;
   /// File → 64 hex digits, verified whenever the model is loaded.
@@ -92,7 +95,7 @@ struct ModelSpec {
 /// How exactly a network computes.
 enum class Precision {
   float32,
-  /// 8 bits: twice as fast, by ModelSpec::int8.
+  /// 8 bits, by ModelSpec::int8.
   int8,
 };
 

@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <utility>
 
@@ -35,7 +36,8 @@ NetworkLabeler::NetworkLabeler(const ModelSpec& spec, std::string engine)
     : spec_(spec),
       vocabulary_(vocabularyOf(spec)),
       // The same name: it is one model, whose labels other parts know by it.
-      identity_(fmt::format("{} {}{}", spec.name, isInt8(spec) ? "int8-" : "", modelDigest(spec))),
+      identity_(fmt::format("{} {}{}{}", spec.name, isInt8(spec) ? "int8-" : "",
+                            spec.reducedImages ? "reduced-" : "", modelDigest(spec))),
       engine_(std::move(engine)),
       boxes_(defaultBoxes(spec.anchors)) {
   const Preprocessing& how = spec.preprocessing;
@@ -54,6 +56,11 @@ NetworkLabeler::NetworkLabeler(const ModelSpec& spec, std::string engine)
          spec.name);
   texts_.emplace(modelFile(spec, spec.embeddings), vocabulary_.size());
   spec_.softmax = true;
+}
+
+int NetworkLabeler::imageSide() const {
+  const Preprocessing& how = spec_.preprocessing;
+  return spec_.reducedImages ? static_cast<int>(std::lround(std::max(how.width, how.height) / how.crop)) : 0;
 }
 
 Prepared NetworkLabeler::prepare(const cv::Mat& bgr, const std::string& frame) const {

@@ -19,6 +19,7 @@ class NetworkLabeler : public Labeler {
   const Vocabulary& vocabulary() const override { return vocabulary_; }
   std::string identity() const override { return identity_; }
   std::string cacheKey() const override { return identity_ + " " + engine_; }
+  int imageSide() const override;
   Prepared prepare(const cv::Mat& bgr, const std::string& frame) const override;
   std::vector<std::size_t> regionLabels() const override;
 

@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "estancia/core/fail.hpp"
+#include "estancia/label/area_resize.hpp"
 
 namespace estancia {
 namespace {
@@ -34,6 +35,19 @@ int interpolation(const cv::Mat& region, const Preprocessing& how) {
       break;
   }
   return region.cols > how.width || region.rows > how.height ? cv::INTER_AREA : cv::INTER_LINEAR;
+}
+
+cv::Mat toInputSize(const cv::Mat& region, const Preprocessing& how) {
+  const cv::Size size(how.width, how.height);
+  const int method = interpolation(region, how);
+  // OpenCV is quick where each pixel is the mean of a block.
+  const bool blocks = region.cols % size.width == 0 && region.rows % size.height == 0;
+  if (method == cv::INTER_AREA && !blocks && region.type() == CV_8UC3 && size.width <= region.cols &&
+      size.height <= region.rows)
+    return resizeByArea(region, size);
+  cv::Mat resized;
+  cv::resize(region, resized, size, 0, 0, method);
+  return resized;
 }
 
 /// 8 bits, three channels in the network's order.
@@ -69,9 +83,7 @@ cv::Mat preprocess(const cv::Mat& image, const Preprocessing& how) {
          "an image of {} channels of type {} cannot be labeled; give gray, BGR or BGRA of 8 or 16 bits",
          channels, cv::depthToString(image.depth()));
   const cv::Mat region = centerOf(image, how);
-  cv::Mat resized;
-  cv::resize(region, resized, {how.width, how.height}, 0, 0, interpolation(region, how));
-  resized = colors(resized, how.color);
+  const cv::Mat resized = colors(toInputSize(region, how), how.color);
 
   cv::Mat blob({1, 3, how.height, how.width}, CV_32F);
   std::array<cv::Mat, 3> planes;

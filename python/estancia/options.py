@@ -128,8 +128,11 @@ class LabelerOptions(TypedDict, total=False):
     """Open the network at its first frame only. A run whose labels are all cached opens none. True or false; default:
     false."""
     precision: Literal["float32", "int8"]
-    """How exactly the network computes. Twice the images a second; maps and labels of the other precision do not fit.
-    One of float32, int8; default: float32."""
+    """How exactly the network computes. Large networks label 1.8 times the images a second; maps and labels of the
+    other precision do not fit. One of float32, int8; default: float32."""
+    reduced_images: bool
+    """Decode JPEG files at 1/2, 1/4 or 1/8 of their size, but no smaller than the network's input. Reading takes longer
+    than a small network; maps and labels of whole images do not fit. True or false; default: false."""
 
 
 class LabelStreamOptions(TypedDict, total=False):

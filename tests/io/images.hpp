@@ -3,6 +3,7 @@
 #pragma once
 
 #include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -31,6 +32,13 @@ inline cv::Mat texture(int width, int height, int type = CV_8UC3) {
 
 inline cv::Mat plain(int width, int height, const cv::Scalar& bgr) {
   return {height, width, CV_8UC3, bgr};
+}
+
+/// The same size, type and pixels.
+inline void expectSame(const cv::Mat& a, const cv::Mat& b) {
+  ASSERT_EQ(a.size(), b.size());
+  ASSERT_EQ(a.type(), b.type());
+  EXPECT_EQ(cv::norm(a, b, cv::NORM_INF), 0);
 }
 
 /// Matches a sentence that names each of `facts`: counts, file names and other values of the input, never

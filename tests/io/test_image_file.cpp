@@ -87,8 +87,38 @@ TEST_F(ImageFile, TurnsByTheExifOrientation) {
   jpeg.insert(2, "\xFF\xE1\0\x22"s + "Exif\0\0"s + tiff);
   const cv::Mat upright = read("turned.jpg", jpeg);  // "the image's left is the top": turn clockwise
   ASSERT_EQ(upright.size(), cv::Size(8, 16));
+  EXPECT_EQ(readReducedImage(folder_ / "turned.jpg", 4).size(), cv::Size(4, 8));
   expectPixel(upright, 2, 4, {255, 255, 255}, 5);
   expectPixel(upright, 13, 4, {0, 0, 0}, 5);
+}
+
+TEST_F(ImageFile, DecodesJpegToTheBitsOfOpencv) {
+  for (const cv::Size size : {cv::Size(64, 48), cv::Size(33, 17), cv::Size(1, 1)})
+    for (const int progressive : {0, 1})
+      for (const int type : {CV_8UC3, CV_8UC1}) {
+        const std::string jpeg = encoded(".jpg", texture(size.width, size.height, type),
+                                         {cv::IMWRITE_JPEG_PROGRESSIVE, progressive});
+        const std::vector<uchar> bytes(jpeg.begin(), jpeg.end());
+        test::expectSame(read("a.jpg", jpeg), cv::imdecode(bytes, cv::IMREAD_COLOR));
+      }
+}
+
+TEST_F(ImageFile, ReducesJpegToNoLessThanTheSide) {
+  const auto reduced = [this](const std::string& name, const std::string& bytes, int side) {
+    test::writeFile(folder_ / name, bytes);
+    return readReducedImage(folder_ / name, side);
+  };
+  const std::string jpeg = encoded(".jpg", texture(640, 480));
+  EXPECT_EQ(reduced("a.jpg", jpeg, 241).size(), cv::Size(640, 480));
+  EXPECT_EQ(reduced("a.jpg", jpeg, 240).size(), cv::Size(320, 240));
+  EXPECT_EQ(reduced("a.jpg", jpeg, 120).size(), cv::Size(160, 120));
+  EXPECT_EQ(reduced("a.jpg", jpeg, 1).size(), cv::Size(80, 60));
+  EXPECT_EQ(reduced("gray.jpg", encoded(".jpg", texture(40, 30, CV_8U)), 15).type(), CV_8UC3);
+  EXPECT_EQ(reduced("a.png", encoded(".png", texture(640, 480)), 120).size(), cv::Size(640, 480));
+  const std::vector<uchar> bytes(jpeg.begin(), jpeg.end());
+  test::expectSame(reduced("a.jpg", jpeg, 240), cv::imdecode(bytes, cv::IMREAD_REDUCED_COLOR_2));
+  EXPECT_THAT([&] { reduced("cut.jpg", jpeg.substr(0, 2000), 120); },
+              FailsWith(ErrorCode::truncatedFile, "cut.jpg"));
 }
 
 TEST_F(ImageFile, NamesWhatIsWrongWithAFile) {
