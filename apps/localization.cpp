@@ -59,8 +59,8 @@ void localize(const LocalizationArguments& arguments, Localizer& localizer, cons
     throw Error(
         ErrorCode::mismatch,
         fmt::format(
-            "{} was made with the model {}, not {}; give images and that model by --model, or its labels "
-            "(.labels, which name their model)",
+            "{} was made with the model {}, not {}; give images and that model (--model, --precision, "
+            "--reduced-images), or its labels (.labels, which name their model)",
             arguments.map, map.model, labeling.identity()));
   if (std::vector<int> zoneOf = zonesOfFrames(arguments.zones, map); !zoneOf.empty())
     localizer.setZones(std::move(zoneOf));

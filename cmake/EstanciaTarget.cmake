@@ -2,8 +2,14 @@
 # Warnings, optimization and sanitizers of one of our own targets. `LIGHT`: code without hot loops, which compiles a
 # third faster with little optimization.
 function(estancia_defaults target)
-  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor
-                                           -Woverloaded-virtual -fopenmp-simd)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wnon-virtual-dtor -Woverloaded-virtual -fopenmp-simd)
+  set(unity $<BOOL:$<TARGET_PROPERTY:${target},UNITY_BUILD>>)
+  if(CMAKE_CXX_COMPILER_ID MATCHES "Clang")
+    # In a unity build the names of one file are shadowed by the next one's. Not each `omp simd` is a promise.
+    target_compile_options(${target} PRIVATE $<$<NOT:${unity}>:-Wshadow> -Wno-pass-failed -Wno-unknown-warning-option)
+  else()
+    target_compile_options(${target} PRIVATE -Wshadow)
+  endif()
   # Results are the same, bit by bit, on processors that fuse multiplications and additions (ARM, x86-64-v3) and on those
   # that do not: a sum that differs in its last bit may turn a tie, and with it a whole hierarchy of places.
   target_compile_options(${target} PRIVATE -ffp-contract=off)
@@ -13,7 +19,7 @@ function(estancia_defaults target)
   endif()
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     # In a unity build GCC takes a .cpp for a header, where members of unnamed namespaces would be a mistake.
-    target_compile_options(${target} PRIVATE $<$<BOOL:$<TARGET_PROPERTY:${target},UNITY_BUILD>>:-Wno-subobject-linkage>)
+    target_compile_options(${target} PRIVATE $<${unity}:-Wno-subobject-linkage>)
   endif()
   if(ESTANCIA_WARNINGS_AS_ERRORS)
     target_compile_options(${target} PRIVATE -Werror)

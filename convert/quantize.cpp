@@ -14,6 +14,7 @@
 #include <limits>
 #include <set>
 
+#include "convert/fold_pads.hpp"
 #include "convert/quantization_plan.hpp"
 #include "estancia/core/error.hpp"
 
@@ -38,6 +39,7 @@ onnx::ModelProto readModel(const std::string& bytes, const std::string& source) 
     onnx::shape_inference::InferShapes(model);  // the new form of Softmax needs the shape of what it reads
     model = onnx::version_conversion::ConvertVersion(model, operatorSet);
   }
+  foldPads(*model.mutable_graph());
   model.set_ir_version(std::max<std::int64_t>(model.ir_version(), irVersion));
   return model;
 } catch (const Error&) {
@@ -108,6 +110,10 @@ class Quantizer {
     for (const auto& input : model_.graph().input()) quantize(input.name());
     for (int i = 0; i < model_.graph().node_size(); ++i) {
       onnx::NodeProto node = model_.graph().node(i);
+      if (isSaturation(i)) {
+        quantize(node.output(0), node.input(0));
+        continue;
+      }
       if (plan_.isQuantized(i) && hasWeights(node)) quantizeWeights(node);
       for (auto& value : *node.mutable_input())
         if (plan_.isQuantized(value)) value += "_dequantized";
@@ -187,10 +193,19 @@ class Quantizer {
     return name + "_dequantized";
   }
 
-  void quantize(const std::string& value) {
+  /// Whether the stored numbers of the clamp's output end where it clamps what is computed together with it.
+  /// ONNX Runtime finds that of a ReLU by itself, and fails on a Clip (1.28).
+  bool isSaturation(int i) const {
+    const auto& node = model_.graph().node(i);
+    return node.op_type() == "Clip" && plan_.isQuantized(i) && !plan_.isQuantized(node.input(0));
+  }
+
+  void quantize(const std::string& value) { quantize(value, value); }
+  /// `computed`: what the node before it calls the value.
+  void quantize(const std::string& value, const std::string& computed) {
     if (!plan_.isQuantized(value)) return;
     const std::string scale = plan_.scaleOf(value) + "_scale", zero = plan_.scaleOf(value) + "_zero";
-    addNode("QuantizeLinear", {value, scale, zero}, value + "_quantized");
+    addNode("QuantizeLinear", {computed, scale, zero}, value + "_quantized");
     addNode("DequantizeLinear", {value + "_quantized", scale, zero}, value + "_dequantized");
   }
 

@@ -12,6 +12,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/io/files.hpp"
+#include "estancia/label/model.hpp"
 #include "estancia/label/model_files.hpp"
 
 namespace estancia::convert {
@@ -34,14 +35,31 @@ class Unfinished {
   fs::path file_;
 };
 
-void requireQuantizable(const ModelSpec& spec, bool overwrite) {
+void requireQuantizable(const ModelSpec& spec, const QuantizeOptions& options) {
   if (!isNetworkType(spec.type) || !isOnnx(spec))
     throw Error(ErrorCode::unsupportedFile,
                 fmt::format("model {} is no ONNX network; only these can be quantized", spec.name));
-  if (!spec.int8.empty() && !overwrite)
+  if (!spec.int8.empty() && !options.overwrite)
     throw Error(ErrorCode::fileExists,
                 fmt::format("model {} has a network of 8 bits; replace it with --overwrite", spec.name));
+  if (!options.ranges.empty() && fs::exists(options.ranges) && !options.overwrite)
+    throw Error(ErrorCode::fileExists,
+                fmt::format("{} exists; replace it with --overwrite", options.ranges.string()));
   modelDigest(spec);  // it is what model.toml says
+}
+
+/// Throws Error unless ONNX Runtime opens the network and labels an image with it.
+void tryOut(ModelSpec spec, const fs::path& file, int threads) try {
+  spec.file = file;
+  spec.int8.clear();
+  spec.sha256.clear();
+  LabelerOptions options;
+  options.engine = "onnxruntime";
+  options.threads = threads;
+  loadModel(spec, options);
+} catch (const Error& e) {
+  throw Error(e.code(), fmt::format("model {} does not work in 8 bits, and was left as it is: {}", spec.name,
+                                    e.what()));
 }
 
 std::vector<std::string> linesOf(const std::string& text) {
@@ -92,7 +110,7 @@ QuantizedModel quantizeModel(const fs::path& folder, const Sequence& images, con
                              Progress& progress) {
   const google::protobuf::LogSilencer quiet;
   const ModelSpec spec = readModelSpec(folder);
-  requireQuantizable(spec, options.overwrite);
+  requireQuantizable(spec, options);
   ModelSpec whole = spec;
   whole.output.clear();  // an inner value is none of the network's own outputs
   const std::string onnx = readOnnx(whole);
@@ -103,8 +121,9 @@ QuantizedModel quantizeModel(const fs::path& folder, const Sequence& images, con
   result.values = measured.ranges.size();
   result.images = measured.images;
   result.problems = std::move(measured.problems);
-  const Unfinished fresh(result.file.string() + ".new");
+  const Unfinished fresh(folder / (name.substr(0, name.size() - 5) + ".new.onnx"));
   writeQuantized(onnx, (folder / spec.file).string(), measured.ranges, fresh.path());
+  tryOut(spec, fresh.path().lexically_relative(folder), options.threads);
   result.sha256 = sha256OfFile(fresh.path());
   const std::string toml =
       withInt8(io::readBytes(folder / "model.toml", 1 << 20), name, result.sha256, folder / "model.toml");

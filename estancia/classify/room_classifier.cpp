@@ -79,12 +79,16 @@ void requireSameColumns(const DescriptorPart& learned, const std::vector<Descrip
 }  // namespace
 
 struct RoomClassifier::Learned {
+  Learned(std::vector<std::string> names, std::uint64_t count, FeatureEmbedding words,
+          std::shared_ptr<const Classifier> chosen)
+      : rooms(std::move(names)), images(count), embedding(std::move(words)), classifier(std::move(chosen)) {}
+
   std::vector<std::string> rooms;
-  std::uint64_t images = 0;
+  std::uint64_t images;
   FeatureEmbedding embedding;
   std::shared_ptr<const Classifier> classifier;
-  mutable std::once_flag loading = {};
-  mutable std::unique_ptr<Descriptor> descriptor = {};
+  mutable std::once_flag loading;
+  mutable std::unique_ptr<Descriptor> descriptor;
 };
 
 const std::vector<std::string>& RoomClassifier::rooms() const {

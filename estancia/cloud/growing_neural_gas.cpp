@@ -323,13 +323,15 @@ void paint(NeuralGas& gas, const PointCloud& cloud, const std::vector<std::uint3
   std::optional<Neighbors> around;
   std::vector<Neighbor> buffer;
   for (std::size_t n = 0; n < sums.size(); ++n) {
-    const auto& [color, count] = sums[n];
-    if (count == 0) {
+    const Sum& sum = sums[n];
+    if (sum.count == 0) {
       if (!around) around.emplace(cloud.points);
       gas.cloud.colors.push_back(nearestColor(gas.cloud.points[n], cloud, *around, buffer));
       continue;
     }
-    const auto mean = [&color, &count](int c) { return static_cast<uchar>((color[c] + count / 2) / count); };
+    const auto mean = [&sum](int c) {
+      return static_cast<uchar>((sum.color[c] + sum.count / 2) / sum.count);
+    };
     gas.cloud.colors.emplace_back(mean(0), mean(1), mean(2));
   }
 }

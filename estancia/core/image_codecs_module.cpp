@@ -21,9 +21,10 @@ using JpegDecoder = std::unique_ptr<std::remove_pointer_t<tjhandle>, Destroy>;
 bool hasExif(std::span<const unsigned char> bytes) {
   for (std::size_t at = 2; at + 10 <= bytes.size() && bytes[at] == 0xFF;) {
     const unsigned char marker = bytes[at + 1];
-    if (marker == 0xDA) return false;  // the pixels
-    if (marker == 0xFF) {              // padding
-      ++at;
+    if (marker == 0xDA) return false;                                         // the pixels
+    const bool alone = marker == 0x01 || (marker >= 0xD0 && marker <= 0xD7);  // no length follows
+    if (marker == 0xFF || alone) {                                            // padding
+      at += alone ? 2 : 1;
       continue;
     }
     constexpr std::string_view exif = "Exif";
@@ -35,7 +36,7 @@ bool hasExif(std::span<const unsigned char> bytes) {
 
 /// Gray and color JPEG files at 1/`divisor` of their size as BGR, to the same bits as cv::imdecode() in half
 /// its time, which sorts the channels by itself. Empty where that is OpenCV's to do: other files, those that
-/// may have to be turned, four channels, severe damage.
+/// may have to be turned, four channels, damage.
 cv::Mat decodeJpeg(std::span<const unsigned char> bytes, int divisor) {
   if (bytes.size() < 4 || bytes[0] != 0xFF || bytes[1] != 0xD8 || hasExif(bytes)) return {};
   const JpegDecoder decoder(tjInitDecompress());
@@ -49,7 +50,7 @@ cv::Mat decodeJpeg(std::span<const unsigned char> bytes, int divisor) {
   cv::Mat image(TJSCALED(height, scale), TJSCALED(width, scale), CV_8UC3);
   const int failed = tjDecompress2(decoder.get(), bytes.data(), length, image.data, image.cols,
                                    static_cast<int>(image.step), image.rows, TJPF_BGR, TJFLAG_ACCURATEDCT);
-  return failed != 0 && tjGetErrorCode(decoder.get()) == TJERR_FATAL ? cv::Mat() : image;
+  return failed != 0 ? cv::Mat() : image;  // tjGetErrorCode() does not tell how much is missing
 }
 
 class Codecs final : public ImageCodecs {

@@ -46,6 +46,7 @@ using Size = ImageHeader;
 /// there, too.
 Size inspectJpeg(const Bytes& b) {
   Size size{"JPEG"};
+  bool framed = false;
   std::uint64_t at = 2;
   for (;;) {
     at = std::min<std::uint64_t>(b.data.find('\xFF', at), b.data.size());
@@ -55,7 +56,10 @@ Size inspectJpeg(const Bytes& b) {
     if (marker <= 0x01 || (marker >= 0xD0 && marker <= 0xD8))
       continue;  // stuffed byte, restart: no length follows
     const auto length = b.big(at, 2);
-    if (marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC) {
+    const bool isFrame =
+        marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC;
+    if (isFrame && !framed) {  // decoders go by the first one, too
+      framed = true;
       size.height = b.big(at + 3, 2);
       size.width = b.big(at + 5, 2);
     }

@@ -59,7 +59,9 @@ std::string pathOf(const ModelSpec& spec) {
 /// Whether the quick kernels for bytes add up exactly. On x86-64 only those of AVX VNNI do; on ARM all do,
 /// with SDOT or without, and ONNX Runtime chooses by itself.
 bool hasByteProducts() {
-#ifdef __x86_64__
+#if defined(__x86_64__) && defined(__clang__)
+  return __builtin_cpu_supports("avx512vnni") != 0;  // Clang 14 does not know the other
+#elif defined(__x86_64__)
   return __builtin_cpu_supports("avx512vnni") != 0 || __builtin_cpu_supports("avxvnni") != 0;
 #else
   return true;

@@ -21,7 +21,8 @@ class LocalizingLiveMap final : public LiveMap {
     const TopologicalMap& map = localizer_.map();
     requireSameVocabulary(map.vocabulary, labeler.vocabulary(), path_.string());
     if (map.model != labeler.identity())
-      fail(ErrorCode::mismatch, "{} was made with the model {}, not {}; give that model by --model",
+      fail(ErrorCode::mismatch,
+           "{} was made with the model {}, not {}; use that one (--model, --precision, --reduced-images)",
            path_.string(), map.model, labeler.identity());
   }
 

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <exception>
 #include <future>
-#include <ranges>
 #include <utility>
 #include <variant>
 
@@ -244,8 +243,9 @@ cv::Mat MappingLiveMap::fittingDepth(const LiveFrame& live) {
 }
 
 std::string MappingLiveMap::lastDecision(const std::string& frame) const {
-  for (const auto& event : std::views::reverse(session_->mapper().impl().changes.events))
-    if (const auto* decision = std::get_if<Decision>(&event))
+  const auto& events = session_->mapper().impl().changes.events;
+  for (auto event = events.rbegin(); event != events.rend(); ++event)
+    if (const auto* decision = std::get_if<Decision>(&*event))
       return fmt::format("{}", fmt::join(explain(*decision, frame), " "));
   return "";
 }

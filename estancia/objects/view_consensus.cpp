@@ -165,8 +165,7 @@ std::vector<Group> merged(const std::vector<Group>& groups, DisjointSets& sets) 
   for (auto& [set, group] : bySet) {
     std::ranges::sort(group.masks);
     std::ranges::sort(group.holders);
-    const auto [first, last] = std::ranges::unique(group.holders);
-    group.holders.erase(first, last);
+    group.holders.erase(std::unique(group.holders.begin(), group.holders.end()), group.holders.end());
     result.push_back(std::move(group));
   }
   return result;

@@ -68,8 +68,9 @@ MappingSession MappingSession::resume(const std::filesystem::path& path, const V
   MapStore store = MapStore::open(path, MapStore::Access::write);
   requireSameVocabulary(store.identity().vocabulary, printableLabels(vocabulary), path.string());
   if (store.identity().model != printable(model))
-    fail(ErrorCode::mismatch, "{} was made with the model {}, not {}; use that model", path.string(),
-         store.identity().model, printable(model));
+    fail(ErrorCode::mismatch,
+         "{} was made with the model {}, not {}; use that one (--model, --precision, --reduced-images)",
+         path.string(), store.identity().model, printable(model));
   Mapper mapper = restoreMapper(store);
   return MappingSession(std::make_unique<Impl>(Impl{std::move(store), std::move(mapper)}));
 }

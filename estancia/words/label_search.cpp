@@ -115,7 +115,7 @@ LabelSearch::LabelSearch(const Vocabulary& vocabulary, const WordGraph* graph)
   for (const auto& ofLabel : hypernyms_)
     for (const auto& [above, distance] : ofLabel) allHypernyms_.push_back(above);
   std::ranges::sort(allHypernyms_);
-  allHypernyms_.erase(std::ranges::unique(allHypernyms_).begin(), allHypernyms_.end());
+  allHypernyms_.erase(std::unique(allHypernyms_.begin(), allHypernyms_.end()), allHypernyms_.end());
   labelWords_.assign(words.begin(), words.end());
 }
 

@@ -125,8 +125,7 @@ void DrivenWays::linkNeighbors() {
       if (other != i && mayCross(station, stations_[other])) station.next.push_back(other);
     });
     std::ranges::sort(station.next);
-    const auto repeated = std::ranges::unique(station.next);
-    station.next.erase(repeated.begin(), repeated.end());
+    station.next.erase(std::unique(station.next.begin(), station.next.end()), station.next.end());
   }
 }
 

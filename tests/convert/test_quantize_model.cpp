@@ -123,15 +123,35 @@ TEST_F(QuantizeModel, ChangesNothingWhenItFails) {
   writeFile(model() / "small.onnx", "no network");
   EXPECT_THAT([&] { quantize(); }, FailsWith(ErrorCode::malformedFile, "small.onnx"));
   EXPECT_FALSE(fs::exists(model() / "small-int8.onnx"));
-  EXPECT_FALSE(fs::exists(model() / "small-int8.onnx.new"));
+  EXPECT_FALSE(fs::exists(model() / "small-int8.new.onnx"));
 }
 
 TEST_F(QuantizeModel, ReplacesOnlyWhenTold) {
+  QuantizeOptions kept;
+  kept.ranges = scratch_ / "ranges.txt";
+  writeFile(kept.ranges, "precious");
+  EXPECT_THAT([&] { quantize(kept); }, FailsWith(ErrorCode::fileExists, "ranges.txt"));
+  EXPECT_EQ(readFile(kept.ranges), "precious");
   quantize();
   EXPECT_THAT([&] { quantize(); }, FailsWith(ErrorCode::fileExists, "--overwrite"));
   QuantizeOptions options;
   options.overwrite = true;
   EXPECT_NO_THROW(quantize(options));
+}
+
+TEST_F(QuantizeModel, MakesNetworksThatRunOfMobileNets) {
+  const auto models = test::findTestModels();
+  ESTANCIA_NEEDS(models, "the test networks are missing (ESTANCIA_TEST_MODELS)");
+  for (const auto& [file, input] : {std::pair("mobilenet_v1_0.25_128_quant.onnx", 128),
+                                    std::pair("tf2_mobilenet_v2_1.0_224_ptq.onnx", 224)}) {
+    fs::remove_all(model());
+    fs::create_directory(model());
+    fs::copy_file(*models / file, model() / "net.onnx");
+    fs::copy_file(*models / "imagenet_1001.txt", model() / "labels.txt");
+    writeFile(model() / "model.toml", test::modelToml("net.onnx", input));
+    EXPECT_GT(quantize().values, 20U) << file;  // their paddings are ONNX Runtime's to join
+    EXPECT_EQ(label(Precision::int8).size(), 1001U) << file;
+  }
 }
 
 TEST_F(QuantizeModel, RefusesWhatIsNoOnnxNetwork) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <opencv2/imgproc.hpp>
+#include <random>
 
 #include "estancia/io/image_decoding.hpp"
 #include "estancia/io/image_file.hpp"
@@ -101,6 +102,40 @@ TEST_F(ImageFile, DecodesJpegToTheBitsOfOpencv) {
         const std::vector<uchar> bytes(jpeg.begin(), jpeg.end());
         test::expectSame(read("a.jpg", jpeg), cv::imdecode(bytes, cv::IMREAD_COLOR));
       }
+}
+
+TEST_F(ImageFile, GivesOfDamagedJpegWhatOpencvGivesOrNothing) {
+  std::mt19937 random(1);
+  int decoded = 0, refused = 0;
+  for (const int progressive : {0, 1}) {
+    const std::string whole = encoded(".jpg", texture(64, 48), {cv::IMWRITE_JPEG_PROGRESSIVE, progressive});
+    for (int round = 0; round < 300; ++round) {
+      std::string jpeg = whole;
+      for (int k = 0; k < 8; ++k)
+        jpeg[160 + random() % (jpeg.size() - 160)] = static_cast<char>(random() % 256);
+      const std::vector<uchar> bytes(jpeg.begin(), jpeg.end());
+      cv::Mat image, expected;
+      if (test::caught([&] { image = read("a.jpg", jpeg); }).code) {
+        ++refused;
+        continue;
+      }
+      ++decoded;
+      ASSERT_NO_THROW(expected = cv::imdecode(bytes, cv::IMREAD_COLOR));
+      test::expectSame(image, expected);
+    }
+  }
+  EXPECT_GT(decoded, 50);
+  EXPECT_GT(refused, 50);
+}
+
+TEST_F(ImageFile, TakesTheFirstSizeThatAJpegDeclares) {
+  using namespace std::string_literals;
+  const std::string jpeg = encoded(".jpg", texture(16, 16));
+  const auto frame = [](char high, char low) {  // of high·256 + low pixels a side, three colors
+    return "\xFF\xC0\0\x11\x08"s + high + low + high + low + "\3\1\x22\0\2\x11\1\3\x11\1"s;
+  };
+  const std::string huge = jpeg.substr(0, 2) + frame('\xFD', '\xE8') + jpeg.substr(2);
+  EXPECT_THAT(refusal("huge.jpg", huge), FailsWith(ErrorCode::tooLarge, "huge.jpg", "65000"));
 }
 
 TEST_F(ImageFile, ReducesJpegToNoLessThanTheSide) {

@@ -106,8 +106,7 @@ TEST(Shape, WhatIsNoShapeIsRefused) {
                 FailsWith(ErrorCode::insufficientData, "0"));
     EXPECT_THAT([&] { describeShape({}, quickShape(size)); }, FailsWith(ErrorCode::insufficientData, "0"));
   }
-  EXPECT_THAT([] { noShapes({.samples = 0}).parts; },
-              FailsWith(ErrorCode::invalidOption, "esf.samples", "0"));
+  EXPECT_THAT([] { noShapes({.samples = 0}); }, FailsWith(ErrorCode::invalidOption, "esf.samples", "0"));
 }
 
 TEST(Shapes, OfAllViewsWhateverTheThreads) {

@@ -165,9 +165,9 @@ TEST(CondensedDistances, SaysItsMemoryAndRefusesWhatNoMachineHas) {
   EXPECT_EQ(CondensedDistances::bytes(50000), 50000ULL * 49999 / 2 * 8);
   EXPECT_EQ(CondensedDistances::bytes(std::numeric_limits<std::size_t>::max()),
             std::numeric_limits<std::uint64_t>::max());
-  EXPECT_THAT([] { CondensedDistances(std::numeric_limits<std::size_t>::max()); },
+  EXPECT_THAT([] { CondensedDistances{std::numeric_limits<std::size_t>::max()}; },
               FailsWith(ErrorCode::tooLarge));
-  EXPECT_THAT([] { CondensedDistances(std::size_t{1} << 40); },
+  EXPECT_THAT([] { CondensedDistances{std::size_t{1} << 40}; },
               FailsWith(ErrorCode::tooLarge, "1099511627776"));
 }
 

@@ -49,7 +49,7 @@ cv::Mat localFeatures(LocalFeature feature, const cv::Mat& image) {
     return rows.empty() ? cv::Mat(0, static_cast<int>(dimensionsOf(feature)), CV_32F) : unpacked(rows);
   }
   cv::SIFT::create(most)->detectAndCompute(gray, {}, keypoints, rows);
-  if (rows.empty()) return {0, static_cast<int>(dimensionsOf(feature)), CV_32F};
+  if (rows.empty()) return cv::Mat(0, static_cast<int>(dimensionsOf(feature)), CV_32F);
   rows = rows.rowRange(0, std::min(rows.rows, most)).clone();
   takeRootsOfShares(rows);
   return rows;

@@ -63,7 +63,8 @@ CellResults scoreHome(const std::filesystem::path& folder, double noise,
   const HomeMap home = mapHome(folder, noise, options);
   std::vector<FoundInstance> found;
   for (const ObjectInstance& instance : home.instances) {
-    auto& one = found.emplace_back(instance.box, instance.stands == ObjectInstance::Stands::wall);
+    auto& one =
+        found.emplace_back(FoundInstance{instance.box, instance.stands == ObjectInstance::Stands::wall});
     for (const SegmentPlace& place : instance.segments)
       if (const auto shown = home.pixels.find(place); shown != home.pixels.end())
         for (const auto& [id, pixels] : shown->second) one.pixels[id] += pixels;

@@ -184,8 +184,8 @@ PointCloud RecognitionStages::withNoise(PointCloud cloud, const RecognitionUnit&
 
 void RecognitionStages::look(const RecognitionTask& task, RecognitionFound& found) {
   const RecognitionUnit& unit = task.unit;
-  const auto& [name, file] = pairs_.scenes[unit.scene];
-  PointCloud noisy = readCloud(file);
+  const ModelPairs::Scene& shown = pairs_.scenes[unit.scene];
+  PointCloud noisy = readCloud(shown.file);
   if (unit.noise > 0) noisy = withNoise(std::move(noisy), unit);
   const auto filtered =
       clouds_.get(fmt::format("{} {}{} {}", sceneDigests_[unit.scene], unit.noise,
@@ -198,7 +198,8 @@ void RecognitionStages::look(const RecognitionTask& task, RecognitionFound& foun
   std::shared_ptr<const PreparedScene> scene;
   const std::string problem = problemOf([&] {
     const cv::Affine3d frame = frameOf(unit);
-    scene = recipe->recognizer.prepareScene(name, movedBy(frame, noisy), movedBy(frame, filtered.cloud));
+    scene =
+        recipe->recognizer.prepareScene(shown.name, movedBy(frame, noisy), movedBy(frame, filtered.cloud));
   });
   found.describeSeconds = secondsSince(start);
   // Models of one filter are verified together.
