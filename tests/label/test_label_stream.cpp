@@ -36,7 +36,9 @@ class StreamFrames final : public Sequence {
   std::size_t size() const override { return frames_.size(); }
   const Frame& frame(std::size_t i) const override { return frames_[i]; }
   cv::Mat image(std::size_t i) const override {
-    read.store(i + 1);
+    // Not simply the last one: of two threads the one with the earlier frame may be slower.
+    for (std::size_t most = read; most < i + 1 && !read.compare_exchange_weak(most, i + 1);) {
+    }
     changed.notify_all();
     if (i == outOfMemoryAt) throw std::bad_alloc();
     if (const auto found = failing.find(i); found != failing.end()) found->second();
@@ -47,7 +49,7 @@ class StreamFrames final : public Sequence {
 
   std::size_t outOfMemoryAt = static_cast<std::size_t>(-1);
   std::map<std::size_t, std::function<void()>> failing;
-  mutable std::atomic<std::size_t> read{0};  ///< frames asked for so far
+  mutable std::atomic<std::size_t> read{0};  ///< the frame asked for that is furthest ahead, plus one
   mutable std::condition_variable changed;
 
  private:
