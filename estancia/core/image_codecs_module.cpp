@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <turbojpeg.h>
 
+#include <algorithm>
 #include <memory>
 #include <opencv2/imgcodecs.hpp>
 #include <string_view>
@@ -21,15 +22,15 @@ using JpegDecoder = std::unique_ptr<std::remove_pointer_t<tjhandle>, Destroy>;
 bool hasExif(std::span<const unsigned char> bytes) {
   for (std::size_t at = 2; at + 10 <= bytes.size() && bytes[at] == 0xFF;) {
     const unsigned char marker = bytes[at + 1];
-    if (marker == 0xDA) return false;                                         // the pixels
-    const bool alone = marker == 0x01 || (marker >= 0xD0 && marker <= 0xD7);  // no length follows
-    if (marker == 0xFF || alone) {                                            // padding
-      at += alone ? 2 : 1;
-      continue;
-    }
+    constexpr unsigned char padding = 0xFF, pixels = 0xDA, application = 0xE1;
     constexpr std::string_view exif = "Exif";
-    if (marker == 0xE1 && std::equal(exif.begin(), exif.end(), &bytes[at + 4])) return true;
-    at += 2 + (std::size_t{bytes[at + 2]} << 8 | bytes[at + 3]);
+    if (marker == pixels) return false;
+    if (marker == application && std::equal(exif.begin(), exif.end(), &bytes[at + 4])) return true;
+    const bool isAlone = marker == 0x01 || (marker >= 0xD0 && marker <= 0xD7);  // no length follows
+    if (marker == padding)
+      ++at;
+    else
+      at += isAlone ? 2 : 2 + (std::size_t{bytes[at + 2]} << 8 | bytes[at + 3]);
   }
   return false;
 }

@@ -236,15 +236,16 @@ std::vector<std::string> identitiesOfMembers(const std::string& identity) {
   if (names.find('+') == std::string::npos) return identities;
   LabelerOptions unopened;
   unopened.onDemand = true;
-  for (const int way : {0, 1, 2, 3}) try {
-      unopened.precision = way % 2 == 0 ? Precision::float32 : Precision::int8;
-      unopened.reducedImages = way >= 2;
-      const auto ensemble = openEnsemble(names, unopened);
-      if (ensemble->identity() != identity) continue;
-      for (const Labeler* member : ensemble->members()) identities.push_back(member->identity());
-      break;
-    } catch (const Error&) {  // not at hand
-    }
+  for (const Precision precision : {Precision::float32, Precision::int8})
+    for (const bool reduced : {false, true}) try {
+        unopened.precision = precision;
+        unopened.reducedImages = reduced;
+        const auto ensemble = openEnsemble(names, unopened);
+        if (ensemble->identity() != identity) continue;
+        for (const Labeler* member : ensemble->members()) identities.push_back(member->identity());
+        return identities;
+      } catch (const Error&) {  // not at hand
+      }
   return identities;
 }
 

@@ -91,6 +91,10 @@ TEST_F(ImageFile, TurnsByTheExifOrientation) {
   EXPECT_EQ(readReducedImage(folder_ / "turned.jpg", 4).size(), cv::Size(4, 8));
   expectPixel(upright, 2, 4, {255, 255, 255}, 5);
   expectPixel(upright, 13, 4, {0, 0, 0}, 5);
+  for (const auto& before : {"\xFF\x01"s, "\xFF\xD0"s, "\xFF"s}) {  // a marker alone, padding
+    std::string later = jpeg;
+    EXPECT_EQ(read("later.jpg", later.insert(2, before)).size(), cv::Size(8, 16));
+  }
 }
 
 TEST_F(ImageFile, DecodesJpegToTheBitsOfOpencv) {

@@ -1,5 +1,5 @@
-// JPEG files that are decoded at a fraction of their size: who sees them so, and that it shows in the
-// identity. SPDX-License-Identifier: Apache-2.0
+// JPEG files that are decoded at a fraction of their size: who sees them so, and what identity that has.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
