@@ -45,14 +45,13 @@ ModuleFunction moduleFunction(const std::string& module, const std::string& from
 }
 
 void* getModuleFunction(const std::string& module, const std::string& fromBin, const char* name,
-                        const char* consequence) {
+                        const char* consequence, const char* package) {
   const ModuleFunction found = moduleFunction(module, fromBin, name);
   if (found.address == nullptr)
-    fail(
-        ErrorCode::missingDependency,
-        "{}: {} cannot be opened ({}); keep it beside the program or in {} from there, or install the "
-        "package that has it (libestancia0, estancia-ros2; in the source: script/bootstrap, and build again)",
-        consequence, module, found.problem, fromBin);
+    fail(ErrorCode::missingDependency,
+         "{}: {} cannot be opened ({}); keep it beside the program or in {} from there, or install the "
+         "package {} (in the source: script/bootstrap, and build again)",
+         consequence, module, found.problem, fromBin, package);
   return found.address;
 }
 

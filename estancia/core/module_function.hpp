@@ -20,8 +20,8 @@ ModuleFunction moduleFunction(const std::string& module, const std::string& from
                               bool global = false);
 
 /// Its address. Throws Error (missingDependency) where there is none; its sentence begins with what cannot be
-/// done without ("videos cannot be read").
+/// done without ("videos cannot be read"), and names the Debian package that has the module.
 void* getModuleFunction(const std::string& module, const std::string& fromBin, const char* name,
-                        const char* consequence);
+                        const char* consequence, const char* package = "libestancia0");
 
 }  // namespace estancia

@@ -50,6 +50,7 @@ RgbdTracker::Impl::Impl(const CameraIntrinsics& c, const RgbdOptions& chosen,
          "odometry needs the camera's intrinsics: width, height and focal lengths above 0; the size is {} × "
          "{}, the focal lengths are {} and {}",
          camera.width, camera.height, camera.fx, camera.fy);
+  odometry::poseGraphOptimizer();  // rather than fail at the first keyframe that it is needed for
   how.term = odometry::alignmentTerm(options.term);
   threads = static_cast<std::size_t>(options.threads > 0 ? options.threads : usableCores());
 }

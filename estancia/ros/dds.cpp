@@ -20,7 +20,7 @@ std::unique_ptr<DdsNode> makeDdsNode(const DdsOptions& options) {
   // After an exception the next call tries again.
   static const auto make = reinterpret_cast<DdsNode* (*)(const DdsOptions&)>(
       getModuleFunction(ESTANCIA_DDS_MODULE, ESTANCIA_DDS_FROM_BIN, "estanciaMakeDdsNode",
-                        "topics of ROS 2 cannot be read or written"));
+                        "topics of ROS 2 cannot be read or written", "estancia-ros2"));
   return std::unique_ptr<DdsNode>(make(options));
 #else
   fail(ErrorCode::missingDependency,

@@ -20,7 +20,8 @@ using testing::Not;
 TEST(Startup, LoadsNeitherImageCodecsNorVideoInput) {
   const auto loaded = runProgram("/usr/bin/env", {"LD_TRACE_LOADED_OBJECTS=1", ESTANCIA_COMMAND});
   EXPECT_THAT(loaded.out, HasSubstr("libopencv_core"));
-  for (const char* large : {"libopencv_imgcodecs", "libopencv_videoio", "libgdal", "libavcodec", "libmpi"})
+  for (const char* large :
+       {"libopencv_imgcodecs", "libopencv_videoio", "libgdal", "libavcodec", "libmpi", "libcholmod"})
     EXPECT_THAT(loaded.out, Not(HasSubstr(large)));
 }
 
@@ -48,6 +49,19 @@ TEST_F(LoneCommand, SaysWhichModuleItNeedsForImagesAndForVideos) {
   writeFile(scratch_ / "drive.mp4", std::string("\0\1\2\3", 4));
   EXPECT_THAT(runProgram(command_, {"check", scratch_ / "drive.mp4"}),
               FailsWith(ErrorCode::missingDependency, "libestancia_video.so"));
+}
+
+TEST_F(LoneCommand, SaysBeforeTheFirstFrameWhatItNeedsForMotion) {
+  fs::copy_file(ESTANCIA_IMAGES_FILE, scratch_ / "libestancia_images.so");
+  for (const char* folder : {"drive/rgb", "drive/depth"}) fs::create_directories(scratch_ / folder);
+  cv::imwrite(scratch_ / "drive/rgb/1.png", cv::Mat(48, 64, CV_8UC3, cv::Scalar(9, 99, 200)));
+  cv::imwrite(scratch_ / "drive/depth/1.png", cv::Mat(48, 64, CV_16U, cv::Scalar(1000)));
+  writeFile(scratch_ / "drive/intrinsics.txt", "60 60 32 24\n");
+  const auto tracked = runProgram(
+      command_, {"odometry", "estimate", scratch_ / "drive", "-o", scratch_ / "traj.txt", "--no-loops"});
+  EXPECT_THAT(tracked, FailsWith(ErrorCode::missingDependency, "libestancia_pose_graph.so"));
+  EXPECT_THAT(tracked.err, HasSubstr("estancia-odometry"));
+  EXPECT_FALSE(fs::exists(scratch_ / "traj.txt"));
 }
 
 }  // namespace

@@ -22,6 +22,8 @@ TEST(ModuleFunction, SaysWhichModuleIsMissingAndWhere) {
   EXPECT_THAT([] { getModuleFunction("libm.so.6", "../lib", "nonesuch", "nothing works"); },
               FailsWith(ErrorCode::missingDependency, "nonesuch"));
   EXPECT_NE(getModuleFunction("libm.so.6", "../lib", "cos", "nothing works"), nullptr);
+  EXPECT_THAT([] { getModuleFunction("libnowhere.so", "../lib", "f", "nothing works", "stars-dev"); },
+              FailsWith(ErrorCode::missingDependency, "install the package stars-dev"));
 }
 
 TEST(ImageCodecs, MayBeOpenedBySeveralThreadsAtOnce) {

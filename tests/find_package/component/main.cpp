@@ -18,7 +18,7 @@ namespace {
 /// Of networks, pose graphs, classifiers and downloads.
 bool isOfOtherRooms(const std::string& mapping) {
   for (const char* library :
-       {"opencv_dnn", "opencv_ml", "ceres", "libsvm", "liblinear", "libcurl", "libarchive"})
+       {"opencv_dnn", "opencv_ml", "libcholmod", "libsvm", "liblinear", "libcurl", "libarchive"})
     if (mapping.find(library) != std::string::npos) return true;
   return false;
 }
