@@ -372,7 +372,8 @@ TEST_F(ClassifyCommand, NamesZones) {
   const json zone = json::parse(found.out)["zones"][0];
   EXPECT_EQ(zone["room"], nullptr);
   EXPECT_GT(zone["predicted_rooms"][0]["p"], 0.5);
-  EXPECT_EQ(readZones(zones_).zones[0].predicted[0].room, zone["predicted_rooms"][0]["room"]);
+  EXPECT_EQ(zone["predicted_rooms"][0]["room"].get<std::string>(),
+            readZones(zones_).zones[0].predicted[0].room);
   const json exported = json::parse(run({"export", zones_, "--format", "rooms"}).out);
   EXPECT_EQ(exported.size(), 3U);
   EXPECT_TRUE(exported["bath"].contains("predicted"));
