@@ -13,8 +13,11 @@ COPY debian/control debian/
 RUN apt-get update \
  && apt-get build-dep --yes --no-install-recommends ./ \
  && apt-get install --yes --no-install-recommends ca-certificates npm
-COPY . .
+COPY script script
+COPY convert convert
+COPY models models
 RUN script/bootstrap --headers
+COPY . .
 RUN dpkg-buildpackage --build=binary --no-sign \
  && mkdir /packages && mv ../estancia_*.deb ../libestancia0_*.deb ../estancia-odometry_*.deb /packages
 

@@ -87,8 +87,8 @@ struct RgbdTrajectory {
 /// of these motions (Choi et al. 2015). Frames that cannot be tracked are named. The result depends neither
 /// on the number of threads nor on the clock. It is an RgbdTracker that is given all frames. `prior` is empty
 /// or has an entry a frame. Throws Error (invalidInput, insufficientData, invalidOption, unknownName,
-/// mismatch) when there is no depth, no camera, no frame with usable depth, an option is out of range, or the
-/// prior has another number of frames; Interrupted.
+/// mismatch, missingDependency) when there is no depth, no camera, no usable depth, an option is out of
+/// range, the prior has another number of frames, or the module of Ceres is missing; Interrupted.
 RgbdTrajectory trackRgbd(const Sequence& sequence, const RgbdOptions& options = {},
                          const FrameWords& words = {}, Progress& progress = Progress::none(),
                          const MotionPrior& prior = {});

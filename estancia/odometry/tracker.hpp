@@ -55,7 +55,7 @@ class RgbdTracker {
   };
 
   /// `camera` is that of images and depth, in any size; `parts` are Vocabulary::layout().parts of the words.
-  /// Throws Error (invalidOption, unknownName; invalidInput for a camera without focal lengths or size).
+  /// Throws Error (invalidOption, unknownName, missingDependency; invalidInput for a camera without size).
   explicit RgbdTracker(const CameraIntrinsics& camera, const RgbdOptions& options = {},
                        const std::vector<LabelPart>& parts = {});
   RgbdTracker(RgbdTracker&&) noexcept;

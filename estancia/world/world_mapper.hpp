@@ -109,9 +109,9 @@ class WorldMapper {
   /// of them; without one, or with one that needs no images, they have no words. Both must outlive it. Throws
   /// Error: invalidOption, corruptFile, and mismatch when other layers or options are wanted than the map
   /// has. `track`: the camera of images and depth, in any size, whose poses are to be tracked: those of the
-  /// frames are not looked at. Throws Error (mismatch) when the map's poses come from elsewhere, or were
-  /// tracked with other options or another camera. A map whose frames have no poses, and were not tracked,
-  /// stays so.
+  /// frames are not looked at. Throws Error: mismatch when the map's poses come from elsewhere, or were
+  /// tracked with other options or another camera; missingDependency without estancia-odometry. A map whose
+  /// frames have no poses, and were not tracked, stays so.
   explicit WorldMapper(MappingSession& session, const std::optional<WorldOptions>& options = {},
                        Labeler* labeler = nullptr, const std::optional<CameraIntrinsics>& track = {});
   WorldMapper(WorldMapper&&) noexcept;

@@ -37,7 +37,8 @@ class RgbdTrajectory:
 
 def track_rgbd(sequence: Sequence, *, progress: Progress = False, **options: Unpack[RgbdOptions]) -> RgbdTrajectory:
     """Tracks the camera of a recording with depth; loops are closed. Options: :class:`estancia.options.RgbdOptions`.
-    Raises InvalidInputError without depth or camera."""
+    Raises InvalidInputError without depth or camera, Error ("missing-dependency") without the package
+    estancia-odometry."""
     found = _estancia.track_rgbd(sequence._core, dict(options), progress_callback(progress))
     return cast(RgbdTrajectory, found)
 
@@ -55,7 +56,7 @@ class TrackedFrame:
 class RgbdTracker:
     """Tracks a camera one frame after the other; earlier poses may change when a loop is closed: ``revision`` tells.
 
-    Options: :class:`estancia.options.RgbdOptions`.
+    Options: :class:`estancia.options.RgbdOptions`. Raises Error as :func:`track_rgbd` does.
     """
 
     def __init__(self, camera: Camera, **options: Unpack[RgbdOptions]) -> None:
