@@ -13,11 +13,8 @@ COPY debian/control debian/
 RUN apt-get update \
  && apt-get build-dep --yes --no-install-recommends ./ \
  && apt-get install --yes --no-install-recommends ca-certificates npm
-COPY script script
-COPY convert convert
-COPY models models
-RUN script/bootstrap --headers
 COPY . .
+RUN script/bootstrap --headers
 RUN dpkg-buildpackage --build=binary --no-sign \
  && mkdir /packages && mv ../estancia_*.deb ../libestancia0_*.deb ../estancia-odometry_*.deb /packages
 
