@@ -42,10 +42,11 @@ VisualVocabulary madeUpWords() {
 cv::Mat corners(std::uint64_t seed) {
   cv::RNG random(seed);
   cv::Mat image(240, 320, CV_8UC3, cv::Scalar::all(90));
-  for (int i = 0; i < 60; ++i) {
-    const cv::Point at(random.uniform(0, 300), random.uniform(0, 220));
-    cv::rectangle(image, at, at + cv::Point(random.uniform(5, 40), random.uniform(5, 40)),
-                  cv::Scalar::all(random.uniform(0, 255)), cv::FILLED);
+  for (int i = 0; i < 80; ++i) {
+    // One after the other: compilers evaluate arguments in different orders.
+    const int x = random.uniform(0, 300), y = random.uniform(0, 220);
+    const int width = random.uniform(5, 40), height = random.uniform(5, 40);
+    cv::rectangle(image, {x, y, width + 1, height + 1}, cv::Scalar::all(random.uniform(0, 255)), cv::FILLED);
   }
   return image;
 }
