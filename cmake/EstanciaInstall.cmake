@@ -22,7 +22,7 @@ file(RELATIVE_PATH bin_to_share ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FUL
 configure_file(${PROJECT_SOURCE_DIR}/cmake/estancia-fetch.in ${PROJECT_BINARY_DIR}/estancia-fetch @ONLY)
 install(PROGRAMS ${PROJECT_BINARY_DIR}/estancia-fetch DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(PROGRAMS ${PROJECT_SOURCE_DIR}/script/bootstrap DESTINATION ${shared}/script)
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/models DESTINATION ${shared} PATTERN catalog.toml EXCLUDE)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/models DESTINATION ${shared} PATTERN catalog.toml EXCLUDE PATTERN priors EXCLUDE)
 # Man pages and shell completion, as the command itself writes them.
 set(pages ${PROJECT_BINARY_DIR}/pages)
 install(CODE "

@@ -11,7 +11,7 @@ constexpr double novelty = 0.05;     // cosine distance of log-ratios beyond a s
                                      // .015, at most .04, against .15 and more between views of a moving one
 constexpr std::size_t minViews = 3;  // fewer may be noise
 constexpr std::size_t maxRepeats = 10;  // frames of one view that count
-constexpr double centerPrior = 20;      // keyframes that each label's center shrinks to 0 by
+constexpr double priorKeyframes = 20;   // that a prior counts as; without one, centers shrink to 0 by them
 constexpr double weightPrior = 1;       // keyframes that the labels' weights shrink by
 constexpr double quietShare = 0.01;  // labels with less variance than this share of the typical one fade out
 
@@ -19,9 +19,17 @@ constexpr double quietShare = 0.01;  // labels with less variance than this shar
 
 /// Weight σ/(σ² + λ): about 1/σ for labels that vary. λ suppresses those that hardly vary, among them all
 /// that never fire, and is larger while a run is short.
-Standardization standardizationBy(const Moments& moments) {
+Standardization standardizationBy(const Moments& moments, const LabelPrior& prior) {
   const double n = moments.weight();
-  const auto mean = moments.mean(), variance = moments.variance();
+  const bool known = !prior.center.empty();
+  const double own = n / (n + priorKeyframes);
+  std::vector<float> center(moments.mean().begin(), moments.mean().end());
+  std::vector<float> variance(moments.variance().begin(), moments.variance().end());
+  for (std::size_t i = 0; i < center.size(); ++i) {
+    center[i] = static_cast<float>(std::lerp(known ? prior.center[i] : 0.0, double{center[i]}, own));
+    if (known)
+      variance[i] = static_cast<float>(std::lerp(double{prior.variance[i]}, double{variance[i]}, own));
+  }
   double sum = 0, squares = 0;
   for (const float v : variance) {
     sum += v;
@@ -29,16 +37,15 @@ Standardization standardizationBy(const Moments& moments) {
   }
   const double typical = sum > 0 ? squares / sum : 0;  // the variance of the labels that make up the variance
   const double lambda = typical * (quietShare + weightPrior / (n + weightPrior));
-  Standardization result{std::vector<float>(mean.size()), std::vector<float>(mean.size(), 1.0F)};
-  for (std::size_t i = 0; i < mean.size(); ++i) {
-    result.center[i] = static_cast<float>(mean[i] * n / (n + centerPrior));
-    if (lambda > 0) result.weight[i] = static_cast<float>(std::sqrt(variance[i]) / (variance[i] + lambda));
-  }
+  Standardization result{std::move(center), std::vector<float>(variance.size(), 1.0F)};
+  if (lambda > 0)
+    for (std::size_t i = 0; i < variance.size(); ++i)
+      result.weight[i] = static_cast<float>(std::sqrt(variance[i]) / (variance[i] + lambda));
   return result;
 }
 
-LabelScale::LabelScale(Distance distance, std::size_t labels)
-    : distance_(std::move(distance)), labels_(labels), moments_(labels, true) {}
+LabelScale::LabelScale(Distance distance, std::size_t labels, LabelPrior prior)
+    : distance_(std::move(distance)), labels_(labels), prior_(std::move(prior)), moments_(labels, true) {}
 
 bool LabelScale::counts(std::span<const float> probabilities, std::span<const float> embedded) {
   std::vector<float> ratios(embedded.begin(), embedded.end());
@@ -68,8 +75,9 @@ bool LabelScale::hasSeenEnough() const {
 
 Standardization LabelScale::standardization() const {
   if (!distance_.standardized || memory_.frames == 0) return {};
-  if (!hasSeenEnough()) return {std::vector<float>(labels_, 0.0F), std::vector<float>(labels_, 1.0F)};
-  return standardizationBy(moments_);
+  if (!hasSeenEnough() && prior_.center.empty())
+    return {std::vector<float>(labels_, 0.0F), std::vector<float>(labels_, 1.0F)};
+  return standardizationBy(moments_, prior_);
 }
 
 void LabelScale::restore(Memory memory, Moments moments, std::vector<float> lastView) {

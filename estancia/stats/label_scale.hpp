@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "estancia/stats/distance.hpp"
+#include "estancia/stats/label_prior.hpp"
 #include "estancia/stats/moments.hpp"
 
 namespace estancia {
@@ -18,21 +19,23 @@ struct Standardization {
   std::vector<float> weight;
 };
 
-/// From the moments (with variance) of embedded descriptors.
-Standardization standardizationBy(const Moments& moments);
+/// From the moments (with variance) of embedded descriptors, and what is known of the labels.
+Standardization standardizationBy(const Moments& moments, const LabelPrior& prior = {});
 
 /// Estimates each label's center and weight online.
 ///
 /// Only keyframes count: frames that differ from the last keyframe by more than the camera's noise. So a
-/// robot that stands still changes nothing, and the frame rate hardly matters.
+/// robot that stands still changes nothing, and the frame rate hardly matters. A prior counts as so many
+/// keyframes.
 class LabelScale {
  public:
-  LabelScale(Distance distance, std::size_t labels);
+  LabelScale(Distance distance, std::size_t labels, LabelPrior prior = {});
 
   /// The next frame: its probabilities, and the same embedded. Returns whether it is a keyframe.
   bool add(std::span<const float> probabilities, std::span<const float> embedded);
 
-  /// From all keyframes so far; empty unless the distance is standardized; neutral unless hasSeenEnough().
+  /// From all keyframes so far; empty unless the distance is standardized; without a prior neutral unless
+  /// hasSeenEnough().
   Standardization standardization() const;
   /// False while all frames differ by noise only.
   bool hasSeenEnough() const;
@@ -56,6 +59,7 @@ class LabelScale {
 
   Distance distance_;
   std::size_t labels_;
+  LabelPrior prior_;
   Memory memory_;
   Moments moments_;
   std::vector<float> lastView_;  // its centered log-ratios

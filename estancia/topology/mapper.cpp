@@ -25,9 +25,10 @@ std::uint64_t nextMergeCheckAfter(std::uint64_t frames) {
   return frames + std::max<std::uint64_t>(1, frames / 4);
 }
 
-Thresholds initialThresholds(const MapperOptions& options, const Distance& distance) {
+Thresholds initialThresholds(const MapperOptions& options, const ThresholdEstimator& scale) {
   validate(options);
-  Thresholds thresholds = thresholdsFrom(options.tauJoin.value_or(distance.tauJoin), options.thresholds);
+  Thresholds thresholds =
+      options.tauJoin ? thresholdsFrom(*options.tauJoin, options.thresholds) : scale.initial();
   if (options.tauRevisit) thresholds.revisit = *options.tauRevisit;
   return thresholds;
 }
@@ -120,14 +121,15 @@ MapperOptions MapperOptions::thesis() {
   return options;
 }
 
-Mapper::Impl::Impl(const DescriptorLayout& layout, const MapperOptions& chosen)
+Mapper::Impl::Impl(const DescriptorLayout& layout, const MapperOptions& chosen, LabelPrior known)
     : labels(layout.labels()),
       options(chosen),
       distance(getDistance(options.distance, layout.parts)),
-      scale(distance, labels, options.thresholds),
+      prior(std::move(known)),
+      scale(distance, labels, options.thresholds, prior),
       bank(distance, labels),
       views(distance, labels, options),
-      thresholds(initialThresholds(options, distance)),
+      thresholds(initialThresholds(options, scale)),
       nextEstimate(firstEstimate) {}
 
 bool Mapper::Impl::isAutomatic() const {
@@ -347,7 +349,9 @@ void Mapper::Impl::redirectTransitions(int absorbed, int kept) {
 }
 
 Mapper::Mapper(const DescriptorLayout& layout, const MapperOptions& options)
-    : impl_(std::make_unique<Impl>(layout, options)) {}
+    : impl_(std::make_unique<Impl>(layout, options, unknownLabelsPrior())) {}
+Mapper::Mapper(const Vocabulary& vocabulary, const MapperOptions& options)
+    : impl_(std::make_unique<Impl>(vocabulary.layout(), options, labelPriorOf(vocabulary))) {}
 Mapper::Mapper(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Mapper::Mapper(Mapper&&) noexcept = default;
 Mapper& Mapper::operator=(Mapper&&) noexcept = default;

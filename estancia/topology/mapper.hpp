@@ -94,6 +94,9 @@ class Mapper {
   /// `layout`: the labels and the models that they belong to (Vocabulary::layout()); a number will do for one
   /// model. Throws Error (invalidOption, unknownName) for options that are out of range.
   explicit Mapper(const DescriptorLayout& layout, const MapperOptions& options = {});
+  /// The same, with what is known of images elsewhere by the labels: places are told apart before the run
+  /// shows many.
+  explicit Mapper(const Vocabulary& vocabulary, const MapperOptions& options = {});
   Mapper(Mapper&&) noexcept;
   Mapper& operator=(Mapper&&) noexcept;
   ~Mapper();

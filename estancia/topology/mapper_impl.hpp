@@ -16,7 +16,7 @@
 namespace estancia {
 
 struct Mapper::Impl {
-  Impl(const DescriptorLayout& layout, const MapperOptions& chosen);
+  Impl(const DescriptorLayout& layout, const MapperOptions& chosen, LabelPrior known);
 
   /// A frame as it came.
   struct Image {
@@ -53,6 +53,7 @@ struct Mapper::Impl {
   std::string state() const;
   std::string nodeState(std::size_t slot) const;
   struct Saved {
+    LabelPrior prior;
     std::string state;
     std::vector<std::pair<int, std::string>> nodes;
     std::string views;
@@ -66,6 +67,7 @@ struct Mapper::Impl {
   std::size_t labels;
   MapperOptions options;
   Distance distance;
+  LabelPrior prior;
   ThresholdEstimator scale;
   NodeBank bank;
   ViewMemory views;

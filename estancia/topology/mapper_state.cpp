@@ -150,7 +150,7 @@ std::string Mapper::Impl::nodeState(std::size_t slot) const {
 
 Mapper Mapper::Impl::restore(const DescriptorLayout& layout, const MapperOptions& options,
                              const Saved& saved) {
-  auto impl = std::make_unique<Impl>(layout, options);
+  auto impl = std::make_unique<Impl>(layout, options, saved.prior);
   const std::size_t labels = impl->labels;
   ByteReader in = readerOf(saved.state);
   ThresholdEstimator::Memory memory = readMemory(in);

@@ -22,6 +22,7 @@ namespace {
 constexpr auto writeInterval = std::chrono::seconds(1);
 constexpr const char* stateKey = "mapper";
 constexpr const char* viewsKey = "views";
+constexpr const char* priorKey = "label-prior";
 
 Node toNode(const NodeMemory& memory) {
   Node node{memory.id, memory.frames};
@@ -36,11 +37,14 @@ Mapper restoreMapper(const MapStore& store) {
   const auto state = store.findState(stateKey);
   if (!state)
     throw Error(ErrorCode::corruptFile, "the map has no saved mapper state; map the sequence again");
-  return Mapper::Impl::restore(store.identity().vocabulary.layout(),
-                               settingsFromJson(store.identity().settings),
-                               {*state, store.nodeStates(), store.findState(viewsKey).value_or(""),
-                                [&store](std::size_t frame) { return store.descriptor(frame); },
-                                [&store](std::size_t frame) { return store.pose(frame); }});
+  const Vocabulary& vocabulary = store.identity().vocabulary;
+  const auto prior = store.findState(priorKey);  // none: of an older program's map
+  return Mapper::Impl::restore(
+      vocabulary.layout(), settingsFromJson(store.identity().settings),
+      {prior ? LabelPrior::fromBytes(*prior, vocabulary.size()) : unknownLabelsPrior(), *state,
+       store.nodeStates(), store.findState(viewsKey).value_or(""),
+       [&store](std::size_t frame) { return store.descriptor(frame); },
+       [&store](std::size_t frame) { return store.pose(frame); }});
 }
 
 MappingSession::MappingSession(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -58,8 +62,9 @@ MappingSession::~MappingSession() {
 MappingSession MappingSession::create(const std::filesystem::path& path, const Vocabulary& vocabulary,
                                       const std::string& model, const MapperOptions& options,
                                       ExistingMap existing) {
-  Mapper mapper(vocabulary.layout(), options);  // first: invalid options leave no file
+  Mapper mapper(vocabulary, options);  // first: invalid options leave no file
   MapStore store = MapStore::create(path, {vocabulary, model, settingsToJson(options)}, existing);
+  store.putState(priorKey, mapper.impl().prior.toBytes());
   return MappingSession(std::make_unique<Impl>(Impl{std::move(store), std::move(mapper)}));
 }
 

@@ -364,9 +364,10 @@ TEST_P(MapperRestoredAt, MapsAsIfNothingHadHappened) {
   for (std::size_t slot = 0; slot < first.impl().bank.size(); ++slot)
     nodes.emplace_back(first.impl().bank[slot].id, first.impl().nodeState(slot));
   std::sort(nodes.begin(), nodes.end());
-  Mapper second = Mapper::Impl::restore(64, settingsFromJson(settingsToJson(options)),
-                                        {first.impl().state(), nodes, first.impl().views.state(),
-                                         [&](std::size_t i) { return images[i]; }, poseOf});
+  Mapper second =
+      Mapper::Impl::restore(64, settingsFromJson(settingsToJson(options)),
+                            {first.impl().prior, first.impl().state(), nodes, first.impl().views.state(),
+                             [&](std::size_t i) { return images[i]; }, poseOf});
   for (std::size_t i = GetParam(); i < images.size(); ++i) {
     second.add(images[i], poseOf(i));
     follower.take(second);
@@ -390,9 +391,10 @@ TEST(Mapper, DamagedStateIsRefusedWithASentence) {
     nodes.emplace_back(mapper.impl().bank[slot].id, mapper.impl().nodeState(slot));
   const std::string views = mapper.impl().views.state();
   const auto restored = [&](const std::string& own, const std::string& seen) {
-    return Mapper::Impl::restore(16, {},
-                                 {own, nodes, seen, [](std::size_t) { return LexicalDescriptor(16, 0.06F); },
-                                  [](std::size_t) { return std::optional<Pose>(); }});
+    return Mapper::Impl::restore(
+        16, {},
+        {mapper.impl().prior, own, nodes, seen, [](std::size_t) { return LexicalDescriptor(16, 0.06F); },
+         [](std::size_t) { return std::optional<Pose>(); }});
   };
   EXPECT_NO_THROW(restored(state, views));
   for (std::size_t length = 0; length < state.size(); length += 7)

@@ -24,6 +24,7 @@
 #include "experiments/src/places/place_tasks.hpp"
 #include "experiments/src/places/revisits.hpp"
 #include "experiments/src/places/room_agreement.hpp"
+#include "experiments/src/places/tours.hpp"
 #include "experiments/src/places/word_positions.hpp"
 #include "experiments/src/recognition/color_recognition.hpp"
 #include "experiments/src/recognition/recognition.hpp"
@@ -128,6 +129,8 @@ constexpr Kind kKinds[] = {
      roomsByNameColumns, true, prepare<readRoomsByName, nameRooms>},
     {"scenes", "room classification, every descriptor with every classifier (thesis 3.5)", scenesColumns,
      false, prepare<readScenes, compareScenes>},
+    {"tours", "places of tours through two rooms and many, visited once and often", toursColumns, true,
+     prepare<readTours, mapTours>},
     {"word-map", "words on the floor beside the things that they name", wordPositionsColumns, true,
      prepare<readWordPositions, compareWordPositions>},
     {"words", "labels found by the words of people, by matching names and by relatedness", wordsColumns,
