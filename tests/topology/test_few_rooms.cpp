@@ -23,7 +23,7 @@ class MadeUpRooms {
     for (std::size_t r = 0; r < count; ++r) {
       Room& room = rooms_.emplace_back();
       room.mean = normal(1);
-      for (auto* swing : {&room.east, &room.north}) *swing = normal(0.9);
+      for (auto* swing : {&room.east, &room.north}) *swing = normal(0.6);
     }
   }
   std::vector<float> image(std::size_t room, double heading) {

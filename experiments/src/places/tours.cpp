@@ -125,7 +125,7 @@ CellResults mapAll(const ToursOptions& options, const ToursOptions::Drive& drive
   return results;
 }
 
-ToursOptions::Drive readDrive(ConfigFile& config, const toml::table& table) {
+ToursOptions::Drive readPlaces(ConfigFile& config, const toml::table& table) {
   ToursOptions::Drive drive;
   const auto count = [&config](const toml::node& n) {
     return static_cast<std::size_t>(config.integer(n, 1, 1000));
@@ -173,7 +173,7 @@ ToursOptions readTours(ConfigFile& config) {
                 [&](const toml::node& n) { options.tours = count(n); }},
                {"drive", true, "[[drive]] names images all around some places",
                 [&](auto& n) { drives = &config.list(n); }}});
-  for (const toml::node& node : *drives) options.drives.push_back(readDrive(config, config.subtable(node)));
+  for (const toml::node& node : *drives) options.drives.push_back(readPlaces(config, config.subtable(node)));
   return options;
 }
 
