@@ -67,9 +67,9 @@ TEST(LabelPrior, OfSeveralModelsAddsUp) {
   const LabelPrior both = labelPriorOf(Vocabulary(twice, {{n, 1}, {n, 1}}));
   ASSERT_EQ(both.center.size(), 2 * n);
   EXPECT_EQ(both.center[n + 1], coco.prior.center[1]);
-  EXPECT_NEAR(both.dimensions, 2 * coco.prior.dimensions, 1e-9) << "independent directions";
-  // Two independent distances of the same spread have a mean with 1/√2 of it.
-  EXPECT_NEAR(1 - both.distanceAt(0.1), (1 - coco.prior.distanceAt(0.1)) / std::sqrt(2), 1e-9);
+  // The mean of two deviations with a correlation of 0.4 has a variance of (1 + 0.4)/2.
+  EXPECT_NEAR(both.dimensions, coco.prior.dimensions / 0.7, 1e-9);
+  EXPECT_NEAR(1 - both.distanceAt(0.1), (1 - coco.prior.distanceAt(0.1)) * std::sqrt(0.7), 1e-9);
 }
 
 TEST(LabelPrior, GivesWayToTheRun) {
