@@ -117,6 +117,13 @@ CLI::Option* addOverwriteOption(CLI::App& command, bool& overwrite) {
   return command.add_flag("--overwrite", overwrite, "Replace an existing output");
 }
 
+void addPosesInMapOption(CLI::App& command, bool& posesInMap) {
+  command.add_flag(
+      "--poses-in-map", posesInMap,
+      "The poses of this drive are in the frame of the map that it goes on with; else they are brought "
+      "there by the places that are recognized");
+}
+
 void addJsonOption(CLI::App& command, bool& json) {
   command.add_flag("--json", json, "Print JSON for machines on stdout");
 }

@@ -62,6 +62,9 @@ CLI::Option* addOutputOption(CLI::App& command, std::string& output, const std::
 /// Adds `--overwrite`.
 CLI::Option* addOverwriteOption(CLI::App& command, bool& overwrite);
 
+/// Adds `--poses-in-map`.
+void addPosesInMapOption(CLI::App& command, bool& posesInMap);
+
 /// Adds `--json`.
 void addJsonOption(CLI::App& command, bool& json);
 

@@ -46,7 +46,7 @@ struct LiveArguments {
   LocalizerOptions localizer;
   PageArguments page;
   DeclaredOptions declared;
-  bool json = false, list = false, publish = false;
+  bool json = false, list = false, publish = false, posesInMap = false;
 
   const std::string& map() const { return localize.empty() ? output : localize; }
 };
@@ -177,6 +177,7 @@ void run(const LiveArguments& arguments) {
   LiveOptions options;
   options.localize = !arguments.localize.empty();
   options.localizer = arguments.localizer;
+  options.posesAreInMap = arguments.posesInMap;
   options.changeMapper = [&](MapperOptions& mapper) { arguments.declared.applyTo(declare(mapper)); };
   options.changeWorld = [&](WorldOptions& world) { arguments.declared.applyTo(declare(world)); };
   const auto labeler = loadModel(arguments.model.model.empty() ? defaultModel : arguments.model.model,
@@ -260,6 +261,7 @@ void addLiveCommand(CLI::App& app) {
                    "Only find the frames in this map; nothing but people's corrections changes it")
       ->type_name("MAP")
       ->excludes(output);
+  addPosesInMapOption(*command, arguments->posesInMap);
   arguments->declared.add(declare(arguments->sources.replay), {"rate", "frames-per-second"});
   arguments->declared.add(declare(arguments->sources.sequence), {"type", "poses"});
   SequenceArguments::addDepthTo(arguments->declared);

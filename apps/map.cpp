@@ -38,7 +38,7 @@ struct MapArguments {
   std::vector<std::string> objects;
   /// Listed, to be told by their names.
   std::vector<std::string> rooms;
-  bool goOn = false, overwrite = false, json = false;
+  bool goOn = false, overwrite = false, posesInMap = false, json = false;
 };
 
 /// Names the places of the finished map by a classifier.
@@ -253,11 +253,13 @@ void run(const MapArguments& arguments) {
   const std::optional<Vocabulary> words = map->vocabulary();
   Labeling labeling(arguments.sequence, arguments.model, words ? &*words : nullptr);
   const Sequence& sequence = labeling.sequence();
-  const std::size_t first =
-      map->begin(sequence, labeling.vocabulary(), labeling.identity(), [&arguments](MapperOptions& options) {
+  const std::size_t first = map->begin(
+      sequence, labeling.vocabulary(), labeling.identity(),
+      [&arguments](MapperOptions& options) {
         if (!arguments.declared.preset().empty()) options = MapperOptions::thesis();
         arguments.declared.applyTo(declare(options));
-      });
+      },
+      arguments.posesInMap);
   const Added added = addFrames(arguments, labeling, first, images, namers, *map);
   Summary summary = summaryOf(arguments, *map, added.skipped, added.odometry);
   const std::size_t newFrames = map->session()->frames() - map->framesBefore();
@@ -297,7 +299,11 @@ void addMapCommand(CLI::App& app) {
       ->type_name("FILE");
   addRoomClassifierOption(*command, arguments->roomClassifier);
   addRoomsByNameOption(*command, arguments->rooms);
-  command->add_flag("--continue", arguments->goOn, "Continue the map where an earlier run stopped");
+  command->add_flag(
+      "--continue", arguments->goOn,
+      "Go on with the map: where an earlier run stopped in this sequence, or with another drive, "
+      "whose start is not known");
+  addPosesInMapOption(*command, arguments->posesInMap);
   addOverwriteOption(*command, arguments->overwrite)
       ->description("Replace an existing map, from the first image that is mapped")
       ->excludes("--continue");
@@ -312,6 +318,7 @@ void addMapCommand(CLI::App& app) {
               "  estancia map ~/photos -o home.estancia\n"
               "  estancia map drive.mp4 -o drive.estancia --poses drive.txt\n"
               "  estancia map ~/photos -o home.estancia --continue\n"
+              "  estancia map ~/evening -o home.estancia --continue\n"
               "  estancia map ~/photos -o home.estancia --room-classifier rooms.classifier\n"
               "  estancia map ~/photos -o home.estancia --rooms-by-name kitchen,bedroom,bathroom,office\n"
               "  estancia map ~/drive -o home.estancia --object mug.pcd --object-model home.objects");

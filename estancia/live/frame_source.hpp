@@ -11,6 +11,7 @@
 
 #include "estancia/core/camera.hpp"
 #include "estancia/core/frame.hpp"
+#include "estancia/topology/session.hpp"
 
 namespace estancia {
 
@@ -44,9 +45,11 @@ class FrameSource {
   virtual std::vector<std::string> warnings() const { return {}; }
   /// Frames so far that could not be read.
   virtual std::size_t unreadable() const { return 0; }
-  /// Before the first frame: `map` goes on with this source. A recording gives no frame again that the map
-  /// has. Throws Error (mismatch) where the map is of other frames.
-  virtual void goOnAfter(const TopologicalMap& /*map*/) {}
+  /// Before the first frame: `map` goes on with this source. A recording gives no frame again that the map's
+  /// last drive has. Returns whether that drive goes on; else the source is another one.
+  virtual bool goOnAfter(const TopologicalMap& /*map*/) { return false; }
+  /// Before the first frame: how the map keeps the drive.
+  virtual DriveStart driveStart() const { return {name()}; }
   /// Whether no frame will come any more: the end of a replay. A camera that goes is waited for.
   virtual bool ended() const { return false; }
   /// What is wrong now, as a sentence: "no frame from /dev/video0 for 3 s: waiting for it"; "" when all is

@@ -23,6 +23,8 @@ struct LiveOptions {
   std::function<void(MapperOptions&)> changeMapper;
   std::function<void(WorldOptions&)> changeWorld;
   LocalizerOptions localizer;
+  /// DriveStart::posesAreInMap.
+  bool posesAreInMap = false;
 };
 
 /// Takes the newest frame, says where it is, then maps what it shows; whatever came meanwhile is dropped and

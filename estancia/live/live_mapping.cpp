@@ -105,7 +105,7 @@ class MappingLiveMap final : public LiveMap {
     isOnDisk_ = exists;
     world_ = WorldMapper::optionsOf(*session_).value_or(WorldOptions{});
     if (options_.changeWorld) options_.changeWorld(world_);
-    if (exists) source_.goOnAfter(session_->map());
+    if (!exists || !source_.goOnAfter(session_->map())) driveBegins_ = session_->frames();
   }
 
   void take(const LiveFrame& live, DescriptorView words, const std::shared_ptr<const WorldMap>& world,
@@ -157,6 +157,8 @@ class MappingLiveMap final : public LiveMap {
   Clock::duration copying_{};
   std::future<std::shared_ptr<const WorldMapper::Derived>> derived_;
   Clock::duration retry_ = firstRetry;
+  /// So many frames were mapped before this drive; nothing where the file's last drive goes on.
+  std::optional<std::size_t> driveBegins_;
   bool isOnDisk_ = false;      // it has been
   std::optional<Error> lost_;  // why
   std::string unwritable_, unfitting_;
@@ -186,6 +188,11 @@ void MappingLiveMap::start() {
   camera_ = source_.hasDepth() ? source_.intrinsics() : std::nullopt;
   const WorldLayers layers = world_.layers.value_or(WorldLayers{});
   const bool track = camera_ && !source_.hasPoses() && (layers.areas || layers.objects);
+  if (driveBegins_ && session_->frames() <= *driveBegins_) {  // also where nothing of it could be written
+    DriveStart drive = source_.driveStart();
+    drive.posesAreInMap = options_.posesAreInMap || !source_.hasPoses();
+    session_->beginDrive(drive);
+  }
   mapper_.emplace(*session_, world_, &labeler_, track ? camera_ : std::nullopt);
 }
 

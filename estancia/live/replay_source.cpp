@@ -57,8 +57,10 @@ ReplaySource::ReplaySource(std::unique_ptr<Sequence> sequence, const ReplayOptio
     hasPoses_ = sequence_->frame(i).pose.has_value();
 }
 
-void ReplaySource::goOnAfter(const TopologicalMap& map) {
-  next_ = firstUnmapped(map, *sequence_);
+bool ReplaySource::goOnAfter(const TopologicalMap& map) {
+  const auto next = firstUnmapped(map, *sequence_);
+  next_ = next.value_or(0);
+  return next.has_value();
 }
 
 /// As it was recorded [s].

@@ -28,7 +28,8 @@ class ReplaySource : public FrameSource {
   bool isOnDemand() const override { return options_.rate <= 0; }
   std::vector<std::string> warnings() const override { return sequence_->warnings(); }
   std::size_t unreadable() const override { return unreadable_; }
-  void goOnAfter(const TopologicalMap& map) override;
+  bool goOnAfter(const TopologicalMap& map) override;
+  DriveStart driveStart() const override { return driveStartOf(*sequence_); }
   bool ended() const override { return next_ >= sequence_->size(); }
   std::string trouble() const override;
   bool hasDepth() const override { return sequence_->hasDepth() && sequence_->intrinsics(); }

@@ -44,6 +44,10 @@ void explainJoin(const Decision& d, Sentences& sentences) {
 
 /// A frame that left its node, for another one or for a new one.
 void explainMove(const Decision& d, Sentences& sentences) {
+  if (d.current < 0)
+    return add(sentences,
+               "It was the first image of a drive. Node {} is {:.4g} away, below {:.4g}: it began there.",
+               d.other, d.toOther, d.tauRevisit);
   if (d.kind == DecisionKind::revisit && d.toCurrent < d.tauJoin)
     return add(
         sentences,
@@ -126,7 +130,14 @@ std::vector<std::string> explain(const Decision& d, const std::string& name) {
   switch (d.kind) {
     case DecisionKind::start:
       add(sentences, "{} made node {}.", name, d.node);
-      add(sentences, "It was the first image: there was nothing to compare it with.");
+      if (d.frame == 0)
+        add(sentences, "It was the first image: there was nothing to compare it with.");
+      else
+        add(sentences,
+            "It was the first image of a drive. The nearest node, {}, is {:.4g} away, not below {:.4g}: the "
+            "drive "
+            "began in a new place.",
+            d.other, d.toOther, d.tauRevisit);
       break;
     case DecisionKind::join:
       add(sentences, "{} stayed in node {}.", name, d.node);
@@ -139,6 +150,14 @@ std::vector<std::string> explain(const Decision& d, const std::string& name) {
     case DecisionKind::createNode:
       add(sentences, "{} made node {}, a new place.", name, d.node);
       explainMove(d, sentences);
+      break;
+    case DecisionKind::localize:
+      add(sentences, "{} {} node {}.", name, d.current == d.other ? "stayed in" : "was localized in", d.node);
+      add(sentences,
+          "By all images of its drive so far the robot was there, and its words do not contradict: the "
+          "nearest "
+          "image or mean of that node is {:.4g} away, below {:.4g}.",
+          d.toOther, d.tauRevisit);
       break;
   }
   return sentences;

@@ -2,12 +2,14 @@
 #include "estancia/topology/localizer.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <deque>
 #include <map>
 #include <numeric>
 #include <tuple>
 #include <utility>
 
+#include "estancia/core/bytes.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/topology/localization_filter.hpp"
 #include "estancia/topology/localizer_map.hpp"
@@ -203,7 +205,7 @@ std::vector<Localization> Localizer::Impl::add(DescriptorView descriptor,
   std::vector<float> embedded(labels);
   embed(distance.embedding, descriptor, embedded, distance.parts);
   std::vector<float> compared = source->bank.compared(embedded);
-  const int node = source->bank[source->bank.nearest(compared, source->bank.size())->slot].id;
+  const auto nearestNode = source->bank.nearest(compared, source->bank.size());
   if (metric) metric->apply(compared);
   std::vector<float> distances(source->images.size());
   for (std::size_t i = 0; i < distances.size(); ++i)
@@ -212,7 +214,8 @@ std::vector<Localization> Localizer::Impl::add(DescriptorView descriptor,
       static_cast<std::size_t>(std::min_element(distances.begin(), distances.end()) - distances.begin());
 
   Waiting frame;
-  frame.answer.node = node;
+  frame.answer.node =
+      nearestNode ? source->bank[nearestNode->slot].id : map().frames.at(nearest * source->stride).node;
   frame.answer.nearestImage = nearest * source->stride;
   frame.answer.distance = distances[nearest];
   frame.likelihood = filter->likelihood(distances);
@@ -297,6 +300,40 @@ void Localizer::setZones(std::vector<int> zoneOf) {
 
 std::vector<Localization> Localizer::add(DescriptorView descriptor, const std::optional<Pose>& odometry) {
   return impl_->add(descriptor, odometry);
+}
+
+std::string Localizer::state() const {
+  ByteWriter out;
+  out.number<std::uint8_t>(impl_->started ? 1 : 0);
+  out.numbers(impl_->state);
+  const PlanarMotion& moved = impl_->moved;
+  for (const double value : {moved.forward, moved.left, moved.turn, moved.looseDistance, moved.looseTurn})
+    out.number(value);
+  if (const auto& last = impl_->last)
+    for (const double value : {last->x, last->y, last->z, last->qx, last->qy, last->qz, last->qw})
+      out.number(value);
+  return out.bytes();
+}
+
+void Localizer::restore(const std::string& state) {
+  ByteReader in(state, "the saved belief is damaged", "map the sequence again");
+  impl_->started = in.number<std::uint8_t>() != 0;
+  std::vector<float> belief = in.numbers<float>();
+  PlanarMotion& moved = impl_->moved;
+  const auto read = [&in](std::initializer_list<double*> values) {
+    for (double* value : values)
+      if (*value = in.number<double>(); !std::isfinite(*value))
+        in.fail("a number is not finite", ErrorCode::corruptFile);
+  };
+  read({&moved.forward, &moved.left, &moved.turn, &moved.looseDistance, &moved.looseTurn});
+  if (in.remaining() > 0) {
+    Pose& last = impl_->last.emplace();
+    read({&last.x, &last.y, &last.z, &last.qx, &last.qy, &last.qz, &last.qw});
+  }
+  const auto isShare = [](float p) { return p >= 0 && p <= 1; };
+  if (in.remaining() > 0 || belief.size() != impl_->state.size() || !std::ranges::all_of(belief, isShare))
+    in.fail("it is of another map", ErrorCode::corruptFile);
+  impl_->state = std::move(belief);
 }
 
 std::vector<Localization> Localizer::finish() {

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "estancia/core/descriptor.hpp"
@@ -88,6 +89,11 @@ class Localizer {
   std::vector<Localization> finish();
 
  private:
+  friend class DriveGuide;
+  /// To go on later in the same map, without lookahead. Throws Error (corruptFile).
+  std::string state() const;
+  void restore(const std::string& state);
+
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -17,6 +17,11 @@ const Node* TopologicalMap::findNode(int id) const {
   return found != nodes.end() && found->id == id ? &*found : nullptr;
 }
 
+std::size_t TopologicalMap::driveOf(std::size_t frame) const {
+  const auto next = std::ranges::upper_bound(drives, frame, {}, &Drive::firstFrame);
+  return next == drives.begin() ? 0 : static_cast<std::size_t>(next - drives.begin()) - 1;
+}
+
 const Node& TopologicalMap::getNode(int id) const {
   if (const Node* node = findNode(id)) return *node;
   constexpr std::size_t shown = 40;
@@ -38,6 +43,8 @@ std::string toString(DecisionKind kind) {
       return "revisit";
     case DecisionKind::createNode:
       return "create-node";
+    case DecisionKind::localize:
+      return "localize";
   }
   throw Error(ErrorCode::invalidInput, "a decision of unknown kind");
 }

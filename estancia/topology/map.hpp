@@ -39,8 +39,22 @@ struct Transition {
   std::size_t firstFrame = 0;
 };
 
+/// One run of a robot. Its frames follow each other; between two drives the robot may have been carried.
+struct Drive {
+  std::size_t firstFrame = 0;
+  /// Of its sequence; "" where nobody gave one.
+  std::string name = {};
+  /// Sequence::fingerprint() of the sequence's first frame.
+  std::string fingerprint = {};
+  /// Whether the poses of its frames are known in the map's frame. Else they are in one of its own, and its
+  /// frames have none in the map until enough places were recognized.
+  bool isAligned = true;
+  /// T_map_drive where that was found so.
+  std::optional<Pose> alignment = {};
+};
+
 enum class DecisionKind {
-  /// The very first frame makes the first node.
+  /// The first frame of a drive makes a node where it shows no known place.
   start,
   /// Within τ_join of the current node: stays there.
   join,
@@ -48,7 +62,9 @@ enum class DecisionKind {
   /// shows the same (ViewMemory): moves there.
   revisit,
   /// Near to no node: makes a new one.
-  createNode
+  createNode,
+  /// By all frames of the drive so far it is this place, and words do not contradict.
+  localize
 };
 
 /// Why a frame belongs to its node: what `estancia explain` reports.
@@ -95,6 +111,8 @@ struct TopologicalMap {
   std::vector<Transition> transitions = {};
   /// By frame number.
   std::vector<MappedFrame> frames = {};
+  /// In order of frames, the first of frame 0; none in a map without frames.
+  std::vector<Drive> drives = {};
   /// More than 1 where only each so many-th frame was read, so that a long drive needs no more memory than a
   /// short one (MapStore::load()): frame `i` is `i * stride` in the file, and numbers of frames in between
   /// are those of the one before.
@@ -108,11 +126,13 @@ struct TopologicalMap {
 
   /// nullptr when there is no such node.
   const Node* findNode(int id) const;
+  /// The drive of a frame, as an index.
+  std::size_t driveOf(std::size_t frame) const;
   /// Throws Error (unknownName) that lists the nodes.
   const Node& getNode(int id) const;
 };
 
-/// "start", "join", "revisit", "create-node".
+/// "start", "join", "revisit", "create-node", "localize".
 std::string toString(DecisionKind kind);
 
 /// The `count` most probable labels of a node, best first, as label indices.

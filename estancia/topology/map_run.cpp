@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "estancia/core/error.hpp"
 #include "estancia/io/sequence.hpp"
 #include "estancia/topology/store.hpp"
@@ -24,11 +26,13 @@ std::optional<Vocabulary> MapRun::vocabulary() const {
 }
 
 std::size_t MapRun::begin(const Sequence& sequence, const Vocabulary& vocabulary, const std::string& model,
-                          const std::function<void(MapperOptions&)>& change) {
+                          const std::function<void(MapperOptions&)>& change, bool posesAreInMap) {
   if (existing_ != Existing::resume) {
     MapperOptions options;
     change(options);
     const auto existing = existing_ == Existing::replace ? ExistingMap::replace : ExistingMap::refuse;
+    start_ = driveStartOf(sequence);
+    beginsDrive_ = true;
     create_ = [path = path_, vocabulary, model, options, existing] {
       return MappingSession::create(path, vocabulary, model, options, existing);
     };
@@ -44,7 +48,14 @@ std::size_t MapRun::begin(const Sequence& sequence, const Vocabulary& vocabulary
                 fmt::format("{} was made with other parameters of the mapper, which it keeps; "
                             "leave them out, or map anew",
                             path_.string()));
-  return firstUnmapped(readMap(path_), sequence);
+  if (const auto next = firstUnmapped(readMap(path_), sequence)) return *next;
+  start_ = driveStartOf(sequence);
+  bool hasPoses = false;
+  for (std::size_t i = 0; i < sequence.size() && !hasPoses; ++i)
+    hasPoses = sequence.frame(i).pose.has_value();
+  start_.posesAreInMap = posesAreInMap || !hasPoses;
+  beginsDrive_ = true;
+  return 0;
 }
 
 MappingSession& MapRun::start() {
@@ -52,7 +63,15 @@ MappingSession& MapRun::start() {
   return *session_;
 }
 
+/// With the first frame, so that a sequence of which none can be read is no drive.
+bool MapRun::beginDrive() {
+  if (!std::exchange(beginsDrive_, false)) return false;
+  start().beginDrive(start_);
+  return true;
+}
+
 void MapRun::add(const Frame& frame, DescriptorView descriptor, const MappingSession::Image& image) {
+  beginDrive();
   start().add(frame, descriptor, image);
 }
 

@@ -21,15 +21,19 @@ class MapRun {
   /// The labels of the map that is resumed; nothing for a new one.
   std::optional<Vocabulary> vocabulary() const;
 
-  /// Begins with labels that `model` gives to `sequence`. Returns the first frame to add. `change` makes the
-  /// options of a new map from the defaults; a resumed map keeps its own. Throws Error as
+  /// Begins with labels that `model` gives to `sequence`. Returns the first frame to add: where the last run
+  /// stopped in it, or the first one of another drive, whose poses are in the map's frame or in any other.
+  /// `change` makes the options of a new map from the defaults; a resumed map keeps its own. Throws Error as
   /// MappingSession::resume() and firstUnmapped() do, and mismatch where `change` would alter kept options.
   std::size_t begin(const Sequence& sequence, const Vocabulary& vocabulary, const std::string& model,
-                    const std::function<void(MapperOptions&)>& change);
+                    const std::function<void(MapperOptions&)>& change, bool posesAreInMap = false);
 
   /// The session of the next frame: a new map is created now. To be called before add() by whoever writes
   /// more into the map.
   MappingSession& start();
+  /// The next frame may be another drive's: to be called before add() by whoever looks at frames before.
+  /// Returns whether it is.
+  bool beginDrive();
   /// Maps the next frame. With the first one a new map is created, and only now an old one replaced.
   void add(const Frame& frame, DescriptorView descriptor, const MappingSession::Image& image = {});
   /// Writes everything.
@@ -46,6 +50,8 @@ class MapRun {
   std::function<MappingSession()> create_;
   std::optional<MappingSession> session_;
   std::size_t framesBefore_ = 0;
+  bool beginsDrive_ = false;
+  DriveStart start_;
 };
 
 }  // namespace estancia

@@ -33,10 +33,10 @@ Thresholds initialThresholds(const MapperOptions& options, const ThresholdEstima
   return thresholds;
 }
 
-/// Line 20 of Algorithm 4.1, with the original program's further condition.
+/// Line 20 of Algorithm 4.1, with the original program's further condition. A drive begins far from any node.
 bool isRevisit(const Decision& decision, const MapperOptions& options) {
   return decision.other >= 0 && decision.toOther < decision.tauRevisit &&
-         (!options.nearerThanCurrent || decision.toOther < decision.toCurrent);
+         (!options.nearerThanCurrent || decision.current < 0 || decision.toOther < decision.toCurrent);
 }
 
 }  // namespace
@@ -137,7 +137,7 @@ bool Mapper::Impl::isAutomatic() const {
 }
 
 bool Mapper::Impl::isWarmingUp() const {
-  return isAutomatic() && scale.keyframes() < options.warmupFrames &&
+  return isFirstDrive && isAutomatic() && scale.keyframes() < options.warmupFrames &&
          scale.frames() < maxFramesPerKeyframe * options.warmupFrames;
 }
 
@@ -147,7 +147,8 @@ Mapper::Impl::FrameDescriptor Mapper::Impl::embeddedFrame(DescriptorView probabi
   return descriptor;
 }
 
-void Mapper::Impl::add(DescriptorView probabilities, const std::optional<Pose>& pose) {
+void Mapper::Impl::add(DescriptorView probabilities, const std::optional<Pose>& pose,
+                       const std::optional<int>& guess) {
   requireProbabilities(probabilities, labels, "the labeler");
   const FrameDescriptor descriptor = embeddedFrame(probabilities);
   const std::size_t frame = scale.frames();
@@ -155,13 +156,24 @@ void Mapper::Impl::add(DescriptorView probabilities, const std::optional<Pose>& 
   scale.add(descriptor.probabilities, descriptor.embedded);
   if (warmingUp) warmup.push_back({descriptor.probabilities, pose});
   if (frame == 0 && distance.standardized) setStandardization();
-  place(frame, descriptor, pose);
+  place(frame, descriptor, pose, guess);
   if (isAutomatic() && (scale.keyframes() >= nextEstimate || warmingUp != isWarmingUp()))
     estimateScales(warmingUp);
 }
 
 void Mapper::Impl::finish() {
   if (isWarmingUp() && scale.frames() > 1) estimateScales(true);
+}
+
+void Mapper::Impl::beginDrive() {
+  if (scale.frames() == 0) return;
+  finish();
+  if (current) leave();
+  current.reset();
+  absorbedBy.clear();
+  isFirstDrive = false;
+  warmup = {};
+  views.beginDrive(scale.frames());
 }
 
 void Mapper::Impl::estimateScales(bool warmingUp) {
@@ -186,7 +198,7 @@ void Mapper::Impl::remapWarmup() {
   views.clear();
   transitions.clear();
   recent.clear();
-  current = 0;
+  current.reset();
   nextId = 0;
   stay = 0;
   changes = {};
@@ -207,17 +219,18 @@ Decision Mapper::Impl::undecided(std::size_t frame) const {
 
 /// The loop body of Algorithm 4.1 (thesis 4.4) for one image.
 void Mapper::Impl::place(std::size_t frame, const FrameDescriptor& descriptor,
-                         const std::optional<Pose>& pose) {
+                         const std::optional<Pose>& pose, const std::optional<int>& guess) {
   Decision decision = undecided(frame);
   PlaceView seen{frame, -1, frame, pose, descriptor.embedded, bank.compared(descriptor.embedded)};
-  if (bank.size() > 0) decide(seen, decision);  // else line 2: DecisionKind::start
-  if (decision.kind != DecisionKind::join) {
-    if (bank.size() > 0) leave();
-    const bool isNew = decision.kind != DecisionKind::revisit;
-    current = isNew ? createNode() : bank.slotOf(decision.other);  // lines 3–5, 25, 26 and 28; line 22
+  if (bank.size() > 0) decide(seen, guess, decision);  // else line 2: DecisionKind::start
+  const bool isNew = decision.kind == DecisionKind::start || decision.kind == DecisionKind::createNode;
+  const int next = decision.kind == DecisionKind::join ? decision.current : decision.other;
+  if (isNew || next != decision.current) {
+    if (current) leave();
+    current = isNew ? createNode() : bank.slotOf(next);  // lines 3–5, 25, 26 and 28; line 22
     if (decision.current >= 0) addTransition(decision.current, currentNode(), frame);  // lines 21 and 27
   }
-  join(current, descriptor);  // lines 8 and 23: Eq. 4.3 and 4.4
+  join(*current, descriptor);  // lines 8 and 23: Eq. 4.3 and 4.4
   decision.node = seen.node = currentNode();
   if (views.isOn()) views.keep(std::move(seen), thresholds);
   changes.events.emplace_back(decision);
@@ -226,19 +239,38 @@ void Mapper::Impl::place(std::size_t frame, const FrameDescriptor& descriptor,
 
 /// As its text says and unlike its print, a nearer node updates Min_dist (line 14), and an image that joins
 /// the current node (line 8) is done. Before that, single views are compared, which the thesis does not do.
-void Mapper::Impl::decide(const PlaceView& seen, Decision& decision) {
-  decision.toCurrent = bank.distance(current, seen.compared);  // Eq. 4.5, or another distance
-  if (isRecognized(seen, decision)) return;
+void Mapper::Impl::decide(const PlaceView& seen, const std::optional<int>& guess, Decision& decision) {
+  if (current) decision.toCurrent = bank.distance(*current, seen.compared);  // Eq. 4.5, or another distance
+  const bool isRecognizedByViews = isRecognized(seen, decision);             // remembers what was seen
+  if (isLocalized(seen, guess, decision) || isRecognizedByViews) return;
   decision.kind = DecisionKind::join;
-  if (decision.toCurrent < thresholds.join) return;           // line 7
-  const auto similar = bank.nearest(seen.compared, current);  // lines 10–17
+  if (current && decision.toCurrent < thresholds.join) return;                      // line 7
+  const auto similar = bank.nearest(seen.compared, current.value_or(bank.size()));  // lines 10–17
   if (similar) {
     decision.other = bank[similar->slot].id;
     decision.toOther = similar->distance;
   }
   decision.kind = isRevisit(decision, options) && !views.isElsewhere(decision.other, seen.pose)
                       ? DecisionKind::revisit  // line 20
-                      : DecisionKind::createNode;
+                  : current ? DecisionKind::createNode
+                            : DecisionKind::start;
+}
+
+/// Whether the frames of the drive say where the robot is, and words do not contradict.
+bool Mapper::Impl::isLocalized(const PlaceView& seen, const std::optional<int>& guess,
+                               Decision& decision) const {
+  if (!guess) return false;
+  int node = *guess;
+  for (auto next = absorbedBy.find(node); next != absorbedBy.end(); next = absorbedBy.find(node))
+    node = next->second;
+  const double away =
+      std::min(bank.distance(bank.slotOf(node), seen.compared), views.nearestOf(node, seen.compared));
+  if (away >= thresholds.join || views.isElsewhere(node, seen.pose)) return false;
+  decision.kind = DecisionKind::localize;
+  decision.other = node;
+  decision.toOther = away;
+  decision.tauRevisit = thresholds.join;
+  return true;
 }
 
 /// Whether the image shows a place from a side from which it has been seen before.
@@ -283,7 +315,7 @@ void Mapper::Impl::join(std::size_t slot, const FrameDescriptor& descriptor) {
 /// hindsight.
 void Mapper::Impl::leave() {
   const std::size_t k = options.transitionImages;
-  bank.update(current, [&](NodeMemory& node) {
+  bank.update(*current, [&](NodeMemory& node) {
     for (std::size_t i = 0; i < recent.size(); ++i) {
       const std::size_t fromStart = stay - recent.size() + i + 1;  // 1 is the stay's first frame
       const std::size_t toEnd = recent.size() - i;                 // 1 is its last
@@ -294,7 +326,7 @@ void Mapper::Impl::leave() {
       if (node.embedded) node.embedded->add(recent[i].embedded, due - given);
     }
   });
-  changes.changedNodes.insert(bank[current].id);
+  changes.changedNodes.insert(bank[*current].id);
   recent.clear();
   stay = 0;
 }
@@ -307,25 +339,26 @@ void Mapper::Impl::addTransition(int from, int to, std::size_t frame) {
 
 /// Two nodes whose means have come close are one place: the older one keeps its id.
 void Mapper::Impl::mergeDuplicateNodes(std::size_t frame) {
-  const NodeMemory& node = bank[current];
+  const NodeMemory& node = bank[*current];
   if (thresholds.merge <= 0 || node.frames < node.nextMergeCheck) return;
-  bank.update(current, [](NodeMemory& n) { n.nextMergeCheck = nextMergeCheckAfter(n.frames); });
-  const auto duplicate = bank.nearest(bank.compared(node.moments().mean()), current, minFramesToMerge);
+  bank.update(*current, [](NodeMemory& n) { n.nextMergeCheck = nextMergeCheckAfter(n.frames); });
+  const auto duplicate = bank.nearest(bank.compared(node.moments().mean()), *current, minFramesToMerge);
   if (!duplicate || duplicate->distance >= thresholds.merge) return;
   if (views.areApart(bank[duplicate->slot].id, node.id)) return;
 
-  const std::size_t kept = bank[duplicate->slot].id < node.id ? duplicate->slot : current;
-  const std::size_t absorbed = kept == current ? duplicate->slot : current;
-  const int keptId = bank[kept].id, absorbedId = bank[absorbed].id;
+  const std::size_t kept = bank[duplicate->slot].id < node.id ? duplicate->slot : *current;
+  const std::size_t gone = kept == *current ? duplicate->slot : *current;
+  const int keptId = bank[kept].id, absorbedId = bank[gone].id;
   bank.update(kept, [&](NodeMemory& n) {
-    const NodeMemory& other = bank[absorbed];
+    const NodeMemory& other = bank[gone];
     n.frames += other.frames;
     n.probabilities.merge(other.probabilities);
     if (n.embedded) n.embedded->merge(*other.embedded);
     n.nextMergeCheck = nextMergeCheckAfter(n.frames);
   });
-  bank.remove(absorbed);
+  bank.remove(gone);
   current = bank.slotOf(keptId);
+  if (!isFirstDrive) absorbedBy[absorbedId] = keptId;
   redirectTransitions(absorbedId, keptId);
   views.merge(absorbedId, keptId);
   changes.events.emplace_back(Merge{frame, keptId, absorbedId, duplicate->distance, thresholds.merge});
@@ -357,9 +390,13 @@ Mapper::Mapper(Mapper&&) noexcept = default;
 Mapper& Mapper::operator=(Mapper&&) noexcept = default;
 Mapper::~Mapper() = default;
 
-int Mapper::add(DescriptorView descriptor, const std::optional<Pose>& pose) {
-  impl_->add(descriptor, pose && pose->isPlausible() ? pose : std::nullopt);
+int Mapper::add(DescriptorView descriptor, const std::optional<Pose>& pose, const std::optional<int>& guess) {
+  impl_->add(descriptor, pose && pose->isPlausible() ? pose : std::nullopt, guess);
   return currentNode();
+}
+
+void Mapper::beginDrive() {
+  impl_->beginDrive();
 }
 
 void Mapper::movePoses(const std::function<std::optional<Pose>(std::size_t)>& pose) {

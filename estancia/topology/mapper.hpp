@@ -102,9 +102,16 @@ class Mapper {
   ~Mapper();
 
   /// Maps the next frame and returns its place (node id). `pose`: where it was taken, if that is known; poses
-  /// tell places that look alike apart, and show that the robot is back. Throws Error when it is not a
+  /// tell places that look alike apart, and show that the robot is back. `guess`: the
+  /// node that it is in by all frames so far (see Localizer); the frame belongs there unless words
+  /// contradict. Throws Error when it is not a
   /// descriptor; the mapper is then unchanged.
-  int add(DescriptorView descriptor, const std::optional<Pose>& pose = {});
+  int add(DescriptorView descriptor, const std::optional<Pose>& pose = {},
+          const std::optional<int>& guess = {});
+  /// The next frame is another drive's: the robot may be anywhere. A run that is still warming up is remapped
+  /// a last time. What is not recognized becomes a part of the map of its own, until the robot comes to a
+  /// known place.
+  void beginDrive();
   /// Frames were elsewhere than add() was told: `pose` says where each one was, as it is known now. Places
   /// are recognized by it from now on; what was decided stays.
   void movePoses(const std::function<std::optional<Pose>(std::size_t frame)>& pose);
@@ -115,7 +122,7 @@ class Mapper {
   std::size_t nodes() const;
   const MapperOptions& options() const;
   const Thresholds& thresholds() const;
-  /// -1 before the first frame.
+  /// -1 before the first frame of a drive.
   int currentNode() const;
   /// By (from, to).
   const std::map<std::pair<int, int>, Transition>& transitions() const;

@@ -29,18 +29,22 @@ struct Mapper::Impl {
   };
   FrameDescriptor embeddedFrame(DescriptorView probabilities) const;
 
-  void add(DescriptorView probabilities, const std::optional<Pose>& pose);
+  void add(DescriptorView probabilities, const std::optional<Pose>& pose,
+           const std::optional<int>& guess);
   void finish();
-  int currentNode() const { return bank.size() == 0 ? -1 : bank[current].id; }
+  void beginDrive();
+  int currentNode() const { return current ? bank[*current].id : -1; }
 
   bool isAutomatic() const;
   bool isWarmingUp() const;
   void estimateScales(bool warmingUp);
   void remapWarmup();
   void setStandardization();
-  void place(std::size_t frame, const FrameDescriptor& descriptor, const std::optional<Pose>& pose);
+  void place(std::size_t frame, const FrameDescriptor& descriptor, const std::optional<Pose>& pose,
+             const std::optional<int>& guess = {});
   Decision undecided(std::size_t frame) const;
-  void decide(const PlaceView& seen, Decision& decision);
+  void decide(const PlaceView& seen, const std::optional<int>& guess, Decision& decision);
+  bool isLocalized(const PlaceView& seen, const std::optional<int>& guess, Decision& decision) const;
   bool isRecognized(const PlaceView& seen, Decision& decision);
   void join(std::size_t slot, const FrameDescriptor& descriptor);
   std::size_t createNode();
@@ -73,8 +77,12 @@ struct Mapper::Impl {
   ViewMemory views;
   Thresholds thresholds;
   std::size_t nextEstimate;
-  /// Slot of the current node.
-  std::size_t current = 0;
+  /// Slot of the current node; nothing before the first frame of a drive.
+  std::optional<std::size_t> current;
+  /// The first drive alone warms up: later frames are not mapped again, and neither are those before them.
+  bool isFirstDrive = true;
+  /// The nodes that took others in since this drive began, by the id of those: who guesses may not know.
+  std::map<int, int> absorbedBy;
   int nextId = 0;
   /// Frames since the robot entered the current node.
   std::size_t stay = 0;

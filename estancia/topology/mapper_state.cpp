@@ -135,6 +135,12 @@ std::string Mapper::Impl::state() const {
   out.raw(scale.moments().toBytes());
   out.number<std::uint64_t>(transitions.size());
   for (const auto& entry : transitions) write(out, entry.second);
+  if (isFirstDrive) return out.bytes();
+  out.number<std::uint64_t>(absorbedBy.size());
+  for (const auto& [gone, kept] : absorbedBy) {
+    out.number<std::int32_t>(gone);
+    out.number<std::int32_t>(kept);
+  }
   return out.bytes();
 }
 
@@ -175,12 +181,19 @@ Mapper Mapper::Impl::restore(const DescriptorLayout& layout, const MapperOptions
     const Transition transition = readTransition(in);
     impl->transitions[{transition.from, transition.to}] = transition;
   }
+  impl->isFirstDrive = in.remaining() == 0;
+  if (!impl->isFirstDrive)
+    for (std::size_t count = in.count(2 * sizeof(std::int32_t)); count > 0; --count) {
+      const auto gone = in.number<std::int32_t>();
+      impl->absorbedBy[gone] = in.number<std::int32_t>();
+      if (impl->absorbedBy[gone] >= gone) in.fail("a node was absorbed by itself", ErrorCode::corruptFile);
+    }
   requireEnd(in);
 
   impl->bank.setStandardization(std::move(standardization));
   for (const auto& [id, bytes] : saved.nodes)
     impl->bank.add(readNode(impl->bank, id, bytes, labels, impl->distance.sigmaWeighted));
-  if (frames > 0) impl->current = impl->bank.slotOf(current);
+  if (current >= 0) impl->current = impl->bank.slotOf(current);
   impl->scale.restore(std::move(memory), std::move(moments), saved.descriptor);
   if (impl->views.isOn() && frames > 0)
     impl->views.restore(saved.views, frames, [&](std::size_t frame, int node) {

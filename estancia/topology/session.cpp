@@ -10,9 +10,11 @@
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
+#include "estancia/core/rigid.hpp"
 #include "estancia/io/image_writer.hpp"
 #include "estancia/io/sequence.hpp"
 #include "estancia/label/labeler.hpp"
+#include "estancia/topology/drive_store.hpp"
 #include "estancia/topology/mapper_impl.hpp"
 #include "estancia/topology/session_impl.hpp"
 
@@ -23,6 +25,10 @@ constexpr auto writeInterval = std::chrono::seconds(1);
 constexpr const char* stateKey = "mapper";
 constexpr const char* viewsKey = "views";
 constexpr const char* priorKey = "label-prior";
+constexpr const char *guideKey = "guide", *guideMapKey = "guide-map", *alignmentKey = "alignment";
+/// By words alone a drive is aligned with the map by so many views, which were seen so far apart [m].
+constexpr std::size_t enoughAgreeing = 8;
+constexpr double enoughExtent = 1.5;
 
 Node toNode(const NodeMemory& memory) {
   Node node{memory.id, memory.frames};
@@ -77,7 +83,9 @@ MappingSession MappingSession::resume(const std::filesystem::path& path, const V
          "{} was made with the model {}, not {}; use that one (--model, --precision, --reduced-images)",
          path.string(), store.identity().model, printable(model));
   Mapper mapper = restoreMapper(store);
-  return MappingSession(std::make_unique<Impl>(Impl{std::move(store), std::move(mapper)}));
+  MappingSession session(std::make_unique<Impl>(Impl{std::move(store), std::move(mapper)}));
+  session.impl_->restoreDrive();
+  return session;
 }
 
 MappingSession::MappingSession(const std::filesystem::path& path, Labeler& labeler,
@@ -92,6 +100,11 @@ MappingSession::MappingSession(const std::filesystem::path& path, Labeler& label
   if (options && *options != mapper().options())
     fail(ErrorCode::mismatch, "{} was made with other settings, which it keeps; give none", path.string());
   impl_->labeler = &labeler;
+  if (frames() > 0) beginDrive();
+}
+
+void MappingSession::beginDrive(const DriveStart& start) {
+  impl_->beginDrive(start);
 }
 
 int MappingSession::add(const cv::Mat& image, std::optional<double> timestamp,
@@ -116,18 +129,88 @@ int MappingSession::Impl::add(const Frame& frame, DescriptorView descriptor, con
   finished = false;
   MappedFrame mapped;
   static_cast<Frame&>(mapped) = frame;
-  mapped.node = mapper.add(descriptor, frame.pose);
+  const std::optional<Pose> given = frame.pose && frame.pose->isPlausible() ? frame.pose : std::nullopt;
+  mapped.pose = inMap(given);
+  const auto guess = guide ? guide->add(descriptor, given) : std::nullopt;
+  mapped.node = mapper.add(descriptor, mapped.pose, guess ? std::optional(guess->node) : std::nullopt);
   store.addFrame(index, mapped, descriptor);
+  if (given && (drive.alignment || !drive.isAligned)) DriveStore(store).putGivenPose(index, *given);
+  if (alignment && given && guess && guess->pose && alignment->add(*given, *guess->pose)) align();
   // Images of all warm-up frames, whose nodes may still change, then of a node's 1st, 2nd, 4th, 8th … frame.
   const Mapper::Impl& state = mapper.impl();
   const bool keep =
-      index < state.options.warmupFrames || std::has_single_bit(state.bank[state.current].frames);
+      index < state.options.warmupFrames || std::has_single_bit(state.bank[*state.current].frames);
   if (image && keep) store.putImage(index, image());
   return mapped.node;
 }
 
 void MappingSession::Impl::writeWhenDue() {
   if (std::chrono::steady_clock::now() - lastWritten >= writeInterval) write();
+}
+
+void MappingSession::Impl::beginDrive(const DriveStart& start) {
+  const std::size_t frame = mapper.frames();
+  drive = {frame, printable(start.name), start.fingerprint};
+  guide.reset();
+  alignment.reset();
+  if (frame > 0) {
+    mapper.beginDrive();
+    write();
+    const TopologicalMap map = store.load();
+    const auto hasPose = [](const MappedFrame& known) { return known.pose.has_value(); };
+    drive.isAligned = start.posesAreInMap || std::ranges::none_of(map.frames, hasPose);
+    guide.emplace(store, mapper.impl().bank.standardization());
+    store.putState(guideMapKey, guide->known());
+    if (!drive.isAligned) {
+      const MapperOptions& options = mapper.options();
+      alignment.emplace(options.nearDistance, options.nearAngle);
+      nextAlignment = 0;
+    }
+  }
+  DriveStore(store).put(drive);
+}
+
+void MappingSession::Impl::restoreDrive() {
+  const std::vector<Drive> drives = DriveStore(store).drives();
+  if (drives.empty()) return;
+  drive = drives.back();
+  const auto known = store.findState(guideMapKey), state = store.findState(guideKey);
+  if (drive.firstFrame == 0 || !known) return;
+  if (state && drive.firstFrame < mapper.frames())
+    guide.emplace(store, *known, *state);
+  else
+    guide.emplace(store, mapper.impl().bank.standardization());
+  if (drive.isAligned) return;
+  const MapperOptions& options = mapper.options();
+  alignment.emplace(options.nearDistance, options.nearAngle);
+  if (const auto pairs = store.findState(alignmentKey)) nextAlignment = alignment->restore(*pairs);
+}
+
+std::optional<Pose> MappingSession::Impl::inMap(const std::optional<Pose>& given) const {
+  if (!given || !drive.isAligned) return std::nullopt;
+  return drive.alignment ? poseOf(rigidOf(*drive.alignment) * rigidOf(*given)) : *given;
+}
+
+/// Tries to bring the drive's poses into the map; again when a quarter more is known of them.
+void MappingSession::Impl::align() {
+  if (alignment->pairs() < nextAlignment) return;
+  nextAlignment = alignment->pairs() + alignment->pairs() / 4 + 1;
+  const auto estimate = alignment->estimate();
+  if (!estimate) return;
+  std::optional<cv::Affine3d> found;
+  if (verify)
+    found = verify(estimate->transform);
+  else if (estimate->agreeing >= enoughAgreeing && estimate->extent >= enoughExtent)
+    found = estimate->transform;
+  if (!found) return;
+  drive.isAligned = true;
+  drive.alignment = poseOf(*found);
+  DriveStore(store).put(drive);
+  alignment.reset();
+  std::vector<Correction> corrections;
+  for (std::size_t frame = drive.firstFrame; frame < mapper.frames(); ++frame)
+    corrections.push_back({frame, inMap(DriveStore(store).givenPose(frame))});
+  correct(corrections);
 }
 
 void MappingSession::correct(const std::vector<Correction>& corrections) {
@@ -186,22 +269,37 @@ void MappingSession::Impl::write() {
   }
   store.putState(stateKey, state.state());
   if (state.views.isOn()) store.putState(viewsKey, state.views.state());
+  if (guide) store.putState(guideKey, guide->state());
+  if (alignment) store.putState(alignmentKey, alignment->state(nextAlignment));
   store.commit();
   lastWritten = std::chrono::steady_clock::now();
 }
 
-std::size_t firstUnmapped(const TopologicalMap& map, const Sequence& sequence) {
+std::optional<std::size_t> firstUnmapped(const TopologicalMap& map, const Sequence& sequence) {
+  if (map.frames.empty()) return 0;
+  const Drive& last = map.drives.back();
+  const std::string begins = driveStartOf(sequence).fingerprint;
+  if (!begins.empty() && !last.fingerprint.empty() && begins != last.fingerprint) return std::nullopt;
   std::size_t next = 0;
-  for (const MappedFrame& frame : map.frames) {
+  for (std::size_t i = last.firstFrame; i < map.frames.size(); ++i) {
+    const MappedFrame& frame = map.frames[i];
     while (next < sequence.size() && printable(sequence.frame(next).name) != frame.name) ++next;
-    if (next == sequence.size())
-      fail(ErrorCode::mismatch,
-           "the map's frame {} is not (or not in this order) in {}; continue the map with "
-           "the sequence that it was made from",
-           frame.name, sequence.name());
+    if (next == sequence.size()) return std::nullopt;
+    const std::optional<double> time = sequence.frame(next).timestamp;
+    if (time && frame.timestamp && *time != *frame.timestamp) return std::nullopt;
     ++next;
   }
   return next;
+}
+
+DriveStart driveStartOf(const Sequence& sequence) {
+  DriveStart start{sequence.name()};
+  if (sequence.size() == 0) return start;
+  try {
+    start.fingerprint = sequence.fingerprint(0);
+  } catch (const Error&) {  // it cannot be read, and will be told of
+  }
+  return start;
 }
 
 }  // namespace estancia

@@ -22,6 +22,17 @@ namespace estancia {
 class Labeler;
 class Sequence;
 
+/// How a drive begins in a map of others.
+struct DriveStart {
+  /// For people: the name of its sequence.
+  std::string name = {};
+  /// Sequence::fingerprint() of its first frame.
+  std::string fingerprint = {};
+  /// Whether its poses are in the map's frame, as those of a robot that localizes in a map of its own; else
+  /// in any fixed frame.
+  bool posesAreInMap = false;
+};
+
 /// Maps frames into a file, which is written once a second. After a crash the file holds everything up to the
 /// last second, and resuming gives the very map that an unbroken run would have made. The file appears with
 /// the first second of frames. One session writes a map at a time; others may read its last second.
@@ -53,6 +64,11 @@ class MappingSession {
   /// Calls finish(), unless an exception is on its way.
   ~MappingSession();
 
+  /// The next frame is another drive's: the robot may be anywhere. It is localized in what earlier drives
+  /// have mapped; what is not recognized becomes a part of the map of its own, until the robot comes to a
+  /// known place. Its poses are known in the map once enough places were recognized; those of earlier frames
+  /// follow then.
+  void beginDrive(const DriveStart& start = {});
   /// Labels a BGR image of any size, maps it, stores a thumbnail, and returns its place (node id). For
   /// sessions with a labeler.
   int add(const cv::Mat& image, std::optional<double> timestamp = {}, const std::optional<Pose>& pose = {});
@@ -81,9 +97,13 @@ class MappingSession {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Where in `sequence` a map made of its first frames goes on: after the last mapped one. Frames that could
-/// not be read are missing in the map. Throws Error (mismatch) when the map's frames are not frames of this
-/// sequence in this order.
-std::size_t firstUnmapped(const TopologicalMap& map, const Sequence& sequence);
+/// Where in `sequence` the map's last drive goes on, if that was made of its first frames: after the last
+/// mapped one. Frames that could not be read are missing in the map. Nothing when the sequence is another
+/// drive's: the drive has frames that it does not have, in this order, with these time stamps, or begins with
+/// another image.
+std::optional<std::size_t> firstUnmapped(const TopologicalMap& map, const Sequence& sequence);
+
+/// How a drive of a sequence begins.
+DriveStart driveStartOf(const Sequence& sequence);
 
 }  // namespace estancia

@@ -19,6 +19,7 @@
 #include <utility>
 
 #include "estancia/core/fail.hpp"
+#include "estancia/topology/drive_store.hpp"
 #include "estancia/topology/sqlite.hpp"
 #include "estancia/topology/store_read.hpp"
 
@@ -29,8 +30,8 @@ namespace fs = std::filesystem;
 using sqlite::Database;
 using sqlite::Statement;
 
-constexpr std::int64_t formatVersion = 5;
-/// Has the same tables for places; writing it makes it the newest.
+constexpr std::int64_t formatVersion = 6;
+/// Has the same tables for places, but for drives; writing it makes it the newest.
 constexpr std::int64_t oldestVersion = 4;
 constexpr int lockPatience = 1000;  // a reader may hold a lock for a moment while it recovers [ms]
 
@@ -292,7 +293,9 @@ struct MapStore::Impl {
     // In WAL mode NORMAL loses nothing when the process dies; a power cut may cost the last commits.
     database.run("PRAGMA synchronous = NORMAL");
     database.run("BEGIN IMMEDIATE");
-    if (onDisk) database.run(fmt::format("PRAGMA user_version = {}", formatVersion));
+    if (!onDisk) return;
+    database.run(schemaOfDrives);
+    database.run(fmt::format("PRAGMA user_version = {}", formatVersion));
   }
 
   /// A file that has been removed can still be written to, all for nothing.
@@ -325,6 +328,7 @@ MapStore MapStore::create(const fs::path& name, const Identity& identity, Existi
   impl->database.run(
       fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {};", mapApplicationId, formatVersion));
   impl->database.run(schema);
+  impl->database.run(schemaOfDrives);
   impl->database.run("BEGIN IMMEDIATE");
   constexpr std::string_view putMeta = "INSERT INTO meta VALUES(?1, ?2)";
   impl->write(putMeta, "vocabulary", identity.vocabulary.digest());

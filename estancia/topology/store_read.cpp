@@ -91,6 +91,18 @@ void readFrames(Database& database, TopologicalMap& map, std::size_t most) {
   }
 }
 
+/// Maps of older programs have none.
+void addDrives(Database& database, TopologicalMap& map) {
+  if (map.frames.empty()) return;
+  for (Drive& drive : readDrives(database)) {
+    if (drive.firstFrame > map.frames.size() * map.stride)
+      database.failDamaged(fmt::format("a drive begins at frame {}, which is missing", drive.firstFrame));
+    drive.firstFrame = (drive.firstFrame + map.stride - 1) / map.stride;
+    if (drive.firstFrame < map.frames.size()) map.drives.push_back(std::move(drive));
+  }
+  if (map.drives.empty() || map.drives.front().firstFrame > 0) map.drives.insert(map.drives.begin(), Drive{});
+}
+
 void readTransitions(Database& database, TopologicalMap& map) {
   Rows rows(database,
             "SELECT source, target, count, first_frame FROM transitions ORDER BY first_frame, source");
@@ -116,7 +128,7 @@ void readDecisions(Database& database, TopologicalMap& map) {
     Decision decision;
     decision.frame = rows.frame(0, map, "a decision's frame");
     decision.kind = static_cast<DecisionKind>(
-        rows.number(1, 0, static_cast<int>(DecisionKind::createNode), "the kind of a decision"));
+        rows.number(1, 0, static_cast<int>(DecisionKind::localize), "the kind of a decision"));
     decision.node = rows.node(2, 0, "a decision's node");
     decision.current = rows.node(3, -1, "a decision's current node");
     decision.toCurrent = rows.real(4);
@@ -242,6 +254,18 @@ std::optional<Pose> readPose(const Statement& row, int column) {
   return pose.isPlausible() ? std::optional(pose) : std::nullopt;
 }
 
+std::vector<Drive> readDrives(Database& database) {
+  std::vector<Drive> drives;
+  if (!sqlite::hasTable(database, "drives")) return drives;
+  Rows rows(database,
+            "SELECT first_frame, name, fingerprint, aligned, x, y, z, qx, qy, qz, qw FROM drives "
+            "ORDER BY first_frame");
+  while (rows.next())
+    drives.push_back({rows.count(0, 0, "a drive's first frame"), printable(rows.text(1)), rows.text(2),
+                      rows.number(3, 0, 1, "whether a drive is aligned") == 1, readPose(rows, 4)});
+  return drives;
+}
+
 double finiteReal(const Database& database, const Statement& row, int column, const char* what) {
   const double value = row.real(column);
   if (!std::isfinite(value)) database.failDamaged(fmt::format("{} is no number", what));
@@ -289,6 +313,7 @@ TopologicalMap readContent(Database& database, const MapStore::Identity& identit
       .vocabulary = identity.vocabulary, .model = identity.model, .distance = distanceOf(identity.settings)};
   readNodes(database, map);
   readFrames(database, map, mostFrames);
+  addDrives(database, map);
   readTransitions(database, map);
   readDecisions(database, map);
   readMerges(database, map);

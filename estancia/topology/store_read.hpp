@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <vector>
+
 #include "estancia/topology/sqlite.hpp"
 #include "estancia/topology/store.hpp"
 
@@ -21,6 +23,9 @@ TopologicalMap readContent(sqlite::Database& database, const MapStore::Identity&
 /// The pose in columns x, y, z, qx, qy, qz, qw from `column` on; absent where these are NULL or cannot be
 /// one.
 std::optional<Pose> readPose(const sqlite::Statement& row, int column);
+
+/// Those that the map names, in order of frames.
+std::vector<Drive> readDrives(sqlite::Database& database);
 
 /// The number in a column. Throws Error when it is none; `what` names it.
 double finiteReal(const sqlite::Database& database, const sqlite::Statement& row, int column,

@@ -64,7 +64,7 @@ std::optional<Recognition> ViewMemory::recognize(const PlaceView& seen, int curr
                                                  const Thresholds& thresholds) {
   const std::vector<double> distances = distancesTo(seen.compared, thresholds.join);
   // Views last seen before these frames are earlier ones, by words and by poses.
-  std::size_t before = 0, beforeByPose = 0;
+  std::size_t before = driveBegan_, beforeByPose = driveBegan_;
   for (std::size_t i = 0; i < views_.size(); ++i) {
     if (distances[i] >= thresholds.join) before = std::max(before, views_[i].lastSeen);
     if (relation(views_[i].pose, seen.pose) == Relation::apart)
@@ -179,6 +179,13 @@ void ViewMemory::remove(std::size_t slot) {
   if (bounded_) bounds_.remove(slot);
 }
 
+double ViewMemory::nearestOf(int node, std::span<const float> compared) const {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const PlaceView& view : views_)
+    if (view.node == node) nearest = std::min(nearest, distance(view.compared, compared));
+  return nearest;
+}
+
 bool ViewMemory::isElsewhere(int node, const std::optional<Pose>& pose) const {
   bool any = false;
   for (const PlaceView& view : views_) {
@@ -204,6 +211,11 @@ void ViewMemory::merge(int absorbed, int kept) {
     if (view.node == absorbed) view.node = kept;
   for (Resemblance& earlier : sequence_)
     if (earlier.known.node == absorbed) earlier.known.node = kept;
+}
+
+void ViewMemory::beginDrive(std::size_t frame) {
+  driveBegan_ = frame;
+  sequence_.clear();
 }
 
 void ViewMemory::rescale(const std::function<std::vector<float>(std::span<const float>)>& compared) {
@@ -241,6 +253,7 @@ std::string ViewMemory::state() const {
     write(earlier.seen);
     write(earlier.known);
   }
+  if (driveBegan_ > 0) out.number<std::uint64_t>(driveBegan_);
   return out.bytes();
 }
 
@@ -268,6 +281,7 @@ void ViewMemory::restore(const std::string& state, std::size_t frames,
     PlaceView seen = read(), known = read();
     sequence_.push_back({std::move(seen), std::move(known)});
   }
+  driveBegan_ = in.remaining() > 0 ? in.number<std::uint64_t>() : 0;
   if (in.remaining() > 0) in.fail("it is too long", ErrorCode::corruptFile);
 }
 

@@ -57,11 +57,15 @@ class ViewMemory {
   /// Keeps a view; forgets one that is most like another where there are too many.
   void keep(PlaceView view, const Thresholds& thresholds);
 
+  /// The distance to the nearest view of the node; infinite where it has none.
+  double nearestOf(int node, std::span<const float> compared) const;
   /// Whether poses say that no view of the node was taken near `pose`.
   bool isElsewhere(int node, const std::optional<Pose>& pose) const;
   /// Whether poses say that no views of the two nodes were taken near each other.
   bool areApart(int a, int b) const;
   void merge(int absorbed, int kept);
+  /// The robot may be anywhere: all views so far are earlier ones, and the sequence has ended.
+  void beginDrive(std::size_t frame);
   /// New scales.
   void rescale(const std::function<std::vector<float>(std::span<const float>)>& compared);
   /// Poses as they are known now, by frame.
@@ -94,6 +98,7 @@ class ViewMemory {
   Distance distance_;
   std::size_t labels_, max_;
   double nearDistance_, nearAngle_;
+  std::size_t driveBegan_ = 0;
   bool bounded_;  ///< bounds_ can tell that a view is far
   std::vector<PlaceView> views_;
   QuantizedUpperBounds bounds_;

@@ -57,10 +57,12 @@ MappedSequence mapSequence(const Sequence& sequence, Labeler& labeler, const std
          labeler.identity());
   std::optional<MapRun> run(std::in_place, map, existingOf(options.existing));
   LabelStreamOptions stream = options.stream;
-  stream.first = std::max(stream.first, run->begin(sequence, labeler.vocabulary(), labeler.identity(),
-                                                   [&](MapperOptions& mapper) {
-                                                     if (options.changeMapper) options.changeMapper(mapper);
-                                                   }));
+  stream.first = std::max(stream.first, run->begin(
+                                            sequence, labeler.vocabulary(), labeler.identity(),
+                                            [&](MapperOptions& mapper) {
+                                              if (options.changeMapper) options.changeMapper(mapper);
+                                            },
+                                            options.posesAreInMap));
   std::vector<std::string> problems;
   SequenceLayers layers(sequence, labeler, *run,
                         {.change = options.changeWorld,

@@ -26,6 +26,8 @@ struct MapSequenceOptions {
   std::function<void(MapperOptions&)> changeMapper = {};
   std::function<void(WorldOptions&)> changeWorld = {};
   LabelStreamOptions stream = {};
+  /// DriveStart::posesAreInMap.
+  bool posesAreInMap = false;
 };
 
 /// What mapSequence() did.

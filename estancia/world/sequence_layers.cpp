@@ -28,6 +28,7 @@ void SequenceLayers::start() {
 
 void SequenceLayers::add(const LabeledFrame& labeled, bool thumbnail) {
   if (!layers_) start();
+  if (run_.beginDrive()) layers_->beginDrive();
   Frame frame = sequence_.frame(labeled.index);
   const cv::Mat depth = depthOf(labeled.index);
   cv::Mat image = labeled.image;

@@ -18,6 +18,7 @@
 #include "estancia/io/sequence.hpp"
 #include "estancia/label/labeler.hpp"
 #include "estancia/stats/moments.hpp"
+#include "estancia/topology/drive_store.hpp"
 #include "estancia/topology/session_impl.hpp"
 #include "estancia/topology/sqlite.hpp"
 #include "estancia/world/drive_faults.hpp"
@@ -26,6 +27,7 @@
 #include "estancia/world/known_layer.hpp"
 #include "estancia/world/map_terms.hpp"
 #include "estancia/world/object_layer.hpp"
+#include "estancia/world/register_drive.hpp"
 #include "estancia/world/self_tracking.hpp"
 #include "estancia/world/shape_layer.hpp"
 #include "estancia/world/view_cells.hpp"
@@ -87,8 +89,11 @@ struct WorldMapper::Impl {
   PoseJumps jumps;                         // of given poses
   bool isBelieved = true;                  // the latest of them
   DepthFaults faults;
-  std::optional<Pose> lastView;
+  std::optional<Pose> own;       // of the newest frame, as it was given
+  std::optional<Pose> lastView;  // of this drive
   ViewCells cells;
+  ViewCells ownCells;     // of a drive whose poses are not known in the map
+  bool isAligned = true;  // the drive, as far as the layers know
   std::optional<Floor> floor;
   bool isTracked = false;                // the poses are those of the odometry
   std::optional<SelfTracking> tracking;  // only where frames are to be tracked
@@ -104,16 +109,35 @@ struct WorldMapper::Impl {
 
   std::size_t labels() const { return session.store.identity().vocabulary.size(); }
 
-  void addFrame(const Frame& frame, const std::optional<Pose>& pose, DescriptorView descriptor) {
+  /// `given`: in the drive's own frame; nothing where it is not known, or the camera is tracked.
+  void addFrame(const Frame& frame, const std::optional<Pose>& given, const std::optional<Pose>& pose,
+                DescriptorView descriptor) {
+    own = given && given->isPlausible() ? given : std::nullopt;
     poses.push_back(pose && pose->isPlausible() ? pose : std::nullopt);
     mean.add(descriptor);
-    isBelieved = isTracked || !poses.back() || jumps.add(poses.size() - 1, frame, *poses.back());
+    isBelieved = isTracked || !own || jumps.add(poses.size() - 1, frame, *own);
+  }
+
+  void beginDrive(bool aligned);
+  void takeAlignment();
+  /// Depth decides about the drive's poses, from the first view on.
+  void noteUnaligned(const Pose& from) {
+    noteOwnView(from);
+    if (!session.verify)
+      session.verify = [this](const cv::Affine3d& guess) {
+        return registerDrive(session.store, store, session.drive, guess);
+      };
+  }
+  void noteOwnView(const Pose& from) {
+    lastView = from;
+    ownCells.add(poses.size() - 1, from);
   }
 
   bool inSpace() const { return layers.areas || layers.objects; }
 
   bool isNew(std::size_t frame, const Pose& pose) const {
-    return !lastView || (isMoved(rigidOf(*lastView).inv() * rigidOf(pose)) && cells.wants(frame, pose));
+    const ViewCells& known = isAligned ? cells : ownCells;
+    return !lastView || (isMoved(rigidOf(*lastView).inv() * rigidOf(pose)) && known.wants(frame, pose));
   }
 
   bool isMoved(const cv::Affine3d& motion) const {
@@ -179,7 +203,7 @@ struct WorldMapper::Impl {
 
   void findFaults(const Frame& frame, const cv::Mat& depth) {
     if (inSpace() && depth.type() == CV_32F && !depth.empty()) faults.add(frame, depth);
-    if (poses.back() && jumps.found()) faults.add(*jumps.found());
+    if (own && jumps.found()) faults.add(*jumps.found());
     if (!isBelieved) faults.addDoubted();
   }
 
@@ -327,20 +351,27 @@ WorldMapper::WorldMapper(MappingSession& session, const std::optional<WorldOptio
     : impl_(std::make_unique<Impl>(*session.impl_, options, labeler)) {
   MapStore& store = impl_->session.store;
   // As the frames came, so that the layers are those of an unbroken run.
+  const std::vector<Drive> drives = DriveStore(store).drives();
+  auto drive = drives.begin();
   std::size_t next = 0;
   const auto upTo = [&](std::size_t end) {
     store.forEachDescriptor(next, [&](std::size_t frame, DescriptorView descriptor) {
       if (frame >= end) return false;
       const Frame known = store.frame(frame);
-      impl_->addFrame(known, known.pose, descriptor);
+      if (drive != drives.end() && drive->firstFrame == frame) impl_->beginDrive((drive++)->isAligned);
+      const std::optional<Pose> given = DriveStore(store).givenPose(frame);
+      impl_->addFrame(known, given ? given : known.pose, known.pose, descriptor);
       next = frame + 1;
       return next < end;
     });
   };
   impl_->store.forEachObservation([&](std::size_t frame, const Observation& seen) {
     upTo(frame + 1);
-    if (!impl_->isTracked && frame < impl_->poses.size() && impl_->poses[frame])
+    if (impl_->isTracked || frame >= impl_->poses.size()) return true;
+    if (impl_->poses[frame])
       impl_->add(seen, store.descriptor(frame), *impl_->poses[frame]);
+    else if (impl_->own)
+      impl_->noteOwnView(*impl_->own);
     return true;
   });
   upTo(store.frameCount());
@@ -348,6 +379,37 @@ WorldMapper::WorldMapper(MappingSession& session, const std::optional<WorldOptio
 }
 WorldMapper::WorldMapper(WorldMapper&&) noexcept = default;
 WorldMapper::~WorldMapper() = default;
+
+void WorldMapper::beginDrive() {
+  impl_->beginDrive(impl_->session.drive.isAligned);
+}
+
+void WorldMapper::Impl::beginDrive(bool aligned) {
+  isAligned = aligned;
+  jumps = {};
+  lastView.reset();
+  ownCells = {};
+  session.verify = nullptr;
+}
+
+/// The drive's poses have become known in the map: what it has seen so far is added to the layers.
+void WorldMapper::Impl::takeAlignment() {
+  if (isAligned || !session.drive.isAligned) return;
+  isAligned = true;
+  session.verify = nullptr;
+  lastView.reset();
+  for (std::size_t frame = session.drive.firstFrame; frame < poses.size(); ++frame)
+    poses[frame] = session.store.pose(frame);
+  for (const std::size_t frame : store.observedFrames())
+    if (frame >= session.drive.firstFrame && frame < poses.size() && poses[frame]) {
+      lastView = poses[frame];
+      cells.add(frame, *lastView);
+      ++views;
+    }
+  if (!lastView) return;
+  if (const Floor now = floorOfPoses(); !floor || !isSameFloor(now)) floor = now;
+  rebuild();
+}
 
 void WorldMapper::keepCamera(const CameraIntrinsics& camera, double depthScale) {
   impl_->terms.keep(camera, depthScale);
@@ -369,7 +431,7 @@ std::optional<Pose> WorldMapper::observe(const Frame& frame, DescriptorView desc
                                          const cv::Mat& depth, const CameraIntrinsics& camera) {
   impl_->locate(frame, descriptor, image, depth);
   impl_->look(descriptor, image, depth, camera, {});
-  return impl_->poses.back();
+  return impl_->tracking ? impl_->poses.back() : frame.pose;
 }
 
 void WorldMapper::add(const Frame& frame, DescriptorView descriptor, const cv::Mat& image,
@@ -378,9 +440,9 @@ void WorldMapper::add(const Frame& frame, DescriptorView descriptor, const cv::M
                       const Deadline& deadline) {
   impl_->locate(frame, descriptor, image, depth);
   Frame located = frame;
-  located.pose = impl_->poses.back();
+  if (impl_->tracking) located.pose = impl_->poses.back();
   const int place = impl_->session.add(located, descriptor, thumbnail);
-  placed(place, located.pose);
+  placed(place, impl_->poses.back());
   impl_->look(descriptor, image, depth, camera, deadline);
   impl_->session.writeWhenDue();  // the frame and what it shows are kept together
 }
@@ -393,7 +455,11 @@ void WorldMapper::Impl::locate(const Frame& frame, DescriptorView descriptor, co
         ErrorCode::mismatch,
         "{} has the poses of its own odometry: go on without --poses, with depth and its camera, or map anew",
         session.store.database().path().string());
-  addFrame(frame, tracking ? track(frame, descriptor, image, depth) : frame.pose, descriptor);
+  takeAlignment();
+  if (tracking)
+    addFrame(frame, std::nullopt, track(frame, descriptor, image, depth), descriptor);
+  else
+    addFrame(frame, frame.pose, session.inMap(frame.pose), descriptor);
   findFaults(frame, depth);
 }
 
@@ -402,7 +468,8 @@ void WorldMapper::Impl::look(DescriptorView descriptor, const cv::Mat& image, co
                              const CameraIntrinsics& camera, const Deadline& deadline) {
   const std::size_t index = poses.size() - 1;
   const std::optional<Pose>& pose = poses.back();
-  const bool isNewView = tracking ? isNewTracked(index) : pose && isBelieved && isNew(index, *pose);
+  const std::optional<Pose>& from = isAligned ? pose : own;
+  const bool isNewView = tracking ? isNewTracked(index) : from && isBelieved && isNew(index, *from);
   if (inSpace() && !depth.empty() && isNewView && viewing.isDue(deadline)) {
     Observation seen;
     bool added = false;
@@ -412,10 +479,13 @@ void WorldMapper::Impl::look(DescriptorView descriptor, const cv::Mat& image, co
         added = addTracked(seen, descriptor, image);
         return;
       }
-      seen.seenFrom = pose;
+      seen.seenFrom = from;
       if (layers.objects) lookAt(seen, image);
       put(seen, descriptor);
-      added = add(seen, descriptor, *pose);
+      if (isAligned)
+        added = add(seen, descriptor, *pose);
+      else
+        noteUnaligned(*from);
     });
     if (added && objects) objects->label(index, seen, image, deadline);
   }
@@ -434,6 +504,7 @@ void WorldMapper::finish() {
   MapStore& map = impl_->session.store;
   impl_->poses.resize(std::min(impl_->poses.size(), map.frameCount()));  // Ctrl-C may keep one from the map
   const std::size_t frames = impl_->poses.size();
+  impl_->takeAlignment();
   if (impl_->isTracked && frames > 0) {
     impl_->foldFinally();
     map.commit();  // zones are found in the file

@@ -117,6 +117,8 @@ class WorldMapper {
   WorldMapper(WorldMapper&&) noexcept;
   ~WorldMapper();
 
+  /// After the session's.
+  void beginDrive();
   /// The camera of all depth images of the map, and Sequence::depthScale(). Throws Error (mismatch) when
   /// those of earlier runs were others.
   void keepCamera(const CameraIntrinsics& camera, double depthScale);

@@ -226,6 +226,13 @@ void WorldStore::forEachObservation(
   }
 }
 
+std::vector<std::size_t> WorldStore::observedFrames() const {
+  std::vector<std::size_t> frames;
+  Statement rows(store_.database(), "SELECT frame FROM observations WHERE frame >= 0 ORDER BY frame");
+  while (rows.next()) frames.push_back(static_cast<std::size_t>(rows.integer(0)));
+  return frames;
+}
+
 Observation WorldStore::observation(std::size_t frame) const {
   Statement row(store_.database(), "SELECT seen FROM observations WHERE frame = ?1", frame);
   if (!row.next()) store_.database().failDamaged("an observation is missing");

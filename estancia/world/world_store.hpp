@@ -67,6 +67,8 @@ class WorldStore {
   std::string layers() const;
   /// In order of frames; stops early when `visit` returns false. Throws Error (corruptFile).
   void forEachObservation(const std::function<bool(std::size_t frame, const Observation&)>& visit) const;
+  /// The frames that have one, in order.
+  std::vector<std::size_t> observedFrames() const;
   /// That of a frame that has one. Throws Error (corruptFile).
   Observation observation(std::size_t frame) const;
   std::vector<AreaEdit> edits() const;

@@ -1,0 +1,53 @@
+// Drive guide: where a robot is in what earlier drives have mapped, while it maps a new one. Private.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "estancia/core/descriptor.hpp"
+#include "estancia/stats/label_scale.hpp"
+#include "estancia/topology/localizer.hpp"
+#include "estancia/topology/store.hpp"
+
+namespace estancia {
+
+/// Localizes in the frames before the drive, as the map was when the drive began: at most 4,096, evenly
+/// thinned. What it says depends on these, and on the frames of the drive since; both are kept in the map
+/// file, so that a resumed drive is guided as an unbroken one.
+class DriveGuide {
+ public:
+  /// Guides a drive that begins now, with labels scaled as in nodes now. The map must have frames.
+  DriveGuide(const MapStore& store, const Standardization& scale);
+  /// Goes on with the states() of an earlier one. Throws Error (corruptFile).
+  DriveGuide(const MapStore& store, const std::string& known, const std::string& state);
+
+  struct Guess {
+    /// The id of a node as of when the drive began.
+    int node = 0;
+    /// The frame of the map that shows what the robot sees, and its pose then.
+    std::size_t view = 0;
+    std::optional<Pose> pose;
+  };
+  /// Takes the next frame of the drive: where the robot is, if that is nearly certain. `own`: its pose in any
+  /// fixed frame.
+  std::optional<Guess> add(DescriptorView descriptor, const std::optional<Pose>& own);
+
+  /// What it knows of the map, and of the drive so far.
+  std::string known() const;
+  std::string state() const;
+
+ private:
+  struct Known;
+  static Known knownOf(const MapStore& store, const Standardization& scale);
+  static Known knownFrom(const std::string& bytes, const MapStore& store);
+  DriveGuide(const MapStore& store, Known known);
+
+  std::shared_ptr<const Known> known_;
+  std::optional<Localizer> localizer_;
+};
+
+}  // namespace estancia
