@@ -13,9 +13,10 @@ namespace estancia {
 namespace {
 
 constexpr std::size_t mostViews = 4096;
-/// Of the Bayes filter: below, it does not know; above, it has been right on drives through a rendered home
-/// in another light (97 % of 59 frames).
-constexpr double certain = 0.9, mapped = 0.5;
+/// Of a place, by the Bayes filter; where the map has no poses, it cannot tell that a place is unknown, and
+/// is sure too soon.
+constexpr double certain = 0.7, certainWithoutPoses = 0.9;
+constexpr double mostUnvisited = 0.3, mostUnmapped = 0.5;
 
 }  // namespace
 
@@ -131,9 +132,12 @@ DriveGuide::DriveGuide(const MapStore& store, const std::string& known, const st
 
 std::optional<DriveGuide::Guess> DriveGuide::add(DescriptorView descriptor, const std::optional<Pose>& own) {
   const Localization found = localizer_->add(descriptor, own).front();
-  if (found.confidence < certain || found.unmapped.value_or(0) > mapped) return std::nullopt;
+  const bool isCertain = found.unvisited ? found.confidence >= certain && *found.unvisited <= mostUnvisited
+                                         : found.confidence >= certainWithoutPoses;
+  if (!isCertain) return std::nullopt;
   const Known::View& view = known_->views.at(found.beliefImage);
-  return Guess{found.beliefNode, view.frame, view.pose};
+  return Guess{found.beliefNode,
+               found.unmapped && *found.unmapped <= mostUnmapped ? view.pose : std::nullopt};
 }
 
 std::string DriveGuide::state() const {

@@ -28,8 +28,7 @@ class DriveGuide {
   struct Guess {
     /// The id of a node as of when the drive began.
     int node = 0;
-    /// The frame of the map that shows what the robot sees, and its pose then.
-    std::size_t view = 0;
+    /// Of the view of the map that shows what the robot sees, if there is one.
     std::optional<Pose> pose;
   };
   /// Takes the next frame of the drive: where the robot is, if that is nearly certain. `own`: its pose in any

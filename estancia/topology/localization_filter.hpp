@@ -20,6 +20,8 @@ struct Belief {
   std::vector<double> nearest;
   /// That no image of the map was taken near; absent where that cannot be told.
   std::optional<double> unmapped = std::nullopt;
+  /// The same of images that look anywhere.
+  std::optional<double> unvisited = std::nullopt;
 };
 
 class LocalizationFilter {

@@ -268,8 +268,9 @@ void Localizer::Impl::setBelief(Localization& answer, std::span<const float> bel
   if (!zoneOf.empty())
     std::tie(answer.beliefZone, answer.zoneConfidence) =
         mostProbable(found.nearest, [&](std::size_t image) { return zoneOf[frameOf(image)]; });
-  if (found.unmapped)
-    answer.unmapped = *found.unmapped / std::accumulate(found.nearest.begin(), found.nearest.end(), 0.0);
+  const double all = std::accumulate(found.nearest.begin(), found.nearest.end(), 0.0);
+  if (found.unmapped) answer.unmapped = *found.unmapped / all;
+  if (found.unvisited) answer.unvisited = *found.unvisited / all;
   answer.beliefImage = largest(found.images) * source->stride;
 }
 

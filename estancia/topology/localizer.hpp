@@ -56,6 +56,9 @@ struct Localization {
   /// Probability that no mapped frame was taken near, so that beliefNode is only the nearest place; unknown
   /// where the map has no poses.
   std::optional<double> unmapped;
+  /// Probability that no mapped frame was taken near in any direction: less than `unmapped` where the robot
+  /// looks elsewhere from a place that it knows.
+  std::optional<double> unvisited;
   /// Most probable zone by all frames, and its probability; absent without setZones().
   std::optional<int> beliefZone;
   double zoneConfidence = 0;

@@ -76,7 +76,8 @@ Json toJson(const std::string& image, const Localization& answer, const Topologi
             {"belief_node", answer.beliefNode},
             {"belief_image", map.frames.at(answer.beliefImage).name},
             {"confidence", answer.confidence},
-            {"unmapped", answer.unmapped ? Json(*answer.unmapped) : Json()}};
+            {"unmapped", answer.unmapped ? Json(*answer.unmapped) : Json()},
+            {"unvisited", answer.unvisited ? Json(*answer.unvisited) : Json()}};
   if (answer.beliefZone) {
     json["belief_zone"] = *answer.beliefZone < 0 ? Json() : Json(*answer.beliefZone);
     json["zone_confidence"] = answer.zoneConfidence;

@@ -34,6 +34,8 @@ class MapRun {
   /// The next frame may be another drive's: to be called before add() by whoever looks at frames before.
   /// Returns whether it is.
   bool beginDrive();
+  /// Whether beginDrive() is to begin one.
+  bool beginsDrive() const { return beginsDrive_; }
   /// Maps the next frame. With the first one a new map is created, and only now an old one replaced.
   void add(const Frame& frame, DescriptorView descriptor, const MappingSession::Image& image = {});
   /// Writes everything.

@@ -171,6 +171,7 @@ void Mapper::Impl::beginDrive() {
   if (current) leave();
   current.reset();
   absorbedBy.clear();
+  lostNode.reset();
   isFirstDrive = false;
   warmup = {};
   views.beginDrive(scale.frames());
@@ -225,10 +226,13 @@ void Mapper::Impl::place(std::size_t frame, const FrameDescriptor& descriptor,
   if (bank.size() > 0) decide(seen, guess, decision);  // else line 2: DecisionKind::start
   const bool isNew = decision.kind == DecisionKind::start || decision.kind == DecisionKind::createNode;
   const int next = decision.kind == DecisionKind::join ? decision.current : decision.other;
-  if (isNew || next != decision.current) {
+  findLostNode(next, decision);
+  if (isNew || next != currentNode()) {
     if (current) leave();
     current = isNew ? createNode() : bank.slotOf(next);  // lines 3–5, 25, 26 and 28; line 22
     if (decision.current >= 0) addTransition(decision.current, currentNode(), frame);  // lines 21 and 27
+    lostNode.reset();
+    if (decision.kind == DecisionKind::start && !isFirstDrive) lostNode = currentNode();
   }
   join(*current, descriptor);  // lines 8 and 23: Eq. 4.3 and 4.4
   decision.node = seen.node = currentNode();
@@ -287,6 +291,14 @@ bool Mapper::Impl::isRecognized(const PlaceView& seen, Decision& decision) {
   decision.toOther = found->distance;
   decision.tauRevisit = found->threshold;
   return true;
+}
+
+/// A frame that lies in the lost robot's node and is recognized in another one says that both are one place.
+void Mapper::Impl::findLostNode(int next, const Decision& decision) {
+  if (!lostNode || decision.current != *lostNode || next == *lostNode || next < 0) return;
+  if (decision.kind != DecisionKind::localize && decision.kind != DecisionKind::revisit) return;
+  if (decision.toCurrent >= thresholds.join) return;
+  merge(bank.slotOf(next), *current, {decision.frame, next, *lostNode, decision.toCurrent, thresholds.join});
 }
 
 std::size_t Mapper::Impl::createNode() {
@@ -348,7 +360,11 @@ void Mapper::Impl::mergeDuplicateNodes(std::size_t frame) {
 
   const std::size_t kept = bank[duplicate->slot].id < node.id ? duplicate->slot : *current;
   const std::size_t gone = kept == *current ? duplicate->slot : *current;
-  const int keptId = bank[kept].id, absorbedId = bank[gone].id;
+  merge(kept, gone, {frame, bank[kept].id, bank[gone].id, duplicate->distance, thresholds.merge});
+}
+
+/// The robot is in one of the two.
+void Mapper::Impl::merge(std::size_t kept, std::size_t gone, const Merge& why) {
   bank.update(kept, [&](NodeMemory& n) {
     const NodeMemory& other = bank[gone];
     n.frames += other.frames;
@@ -357,13 +373,14 @@ void Mapper::Impl::mergeDuplicateNodes(std::size_t frame) {
     n.nextMergeCheck = nextMergeCheckAfter(n.frames);
   });
   bank.remove(gone);
-  current = bank.slotOf(keptId);
-  if (!isFirstDrive) absorbedBy[absorbedId] = keptId;
-  redirectTransitions(absorbedId, keptId);
-  views.merge(absorbedId, keptId);
-  changes.events.emplace_back(Merge{frame, keptId, absorbedId, duplicate->distance, thresholds.merge});
-  changes.changedNodes.erase(absorbedId);
-  changes.changedNodes.insert(keptId);
+  current = bank.slotOf(why.kept);
+  if (!isFirstDrive) absorbedBy[why.absorbed] = why.kept;
+  lostNode.reset();
+  redirectTransitions(why.absorbed, why.kept);
+  views.merge(why.absorbed, why.kept);
+  changes.events.emplace_back(why);
+  changes.changedNodes.erase(why.absorbed);
+  changes.changedNodes.insert(why.kept);
 }
 
 void Mapper::Impl::redirectTransitions(int absorbed, int kept) {

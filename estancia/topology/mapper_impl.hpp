@@ -29,8 +29,7 @@ struct Mapper::Impl {
   };
   FrameDescriptor embeddedFrame(DescriptorView probabilities) const;
 
-  void add(DescriptorView probabilities, const std::optional<Pose>& pose,
-           const std::optional<int>& guess);
+  void add(DescriptorView probabilities, const std::optional<Pose>& pose, const std::optional<int>& guess);
   void finish();
   void beginDrive();
   int currentNode() const { return current ? bank[*current].id : -1; }
@@ -51,6 +50,8 @@ struct Mapper::Impl {
   void leave();
   void addTransition(int from, int to, std::size_t frame);
   void mergeDuplicateNodes(std::size_t frame);
+  void merge(std::size_t kept, std::size_t gone, const Merge& why);
+  void findLostNode(int next, const Decision& decision);
   void redirectTransitions(int absorbed, int kept);
 
   /// The mapper's own memory, to go on later; nodes are saved apart by nodeState(), views by views.state().
@@ -81,6 +82,9 @@ struct Mapper::Impl {
   std::optional<std::size_t> current;
   /// The first drive alone warms up: later frames are not mapped again, and neither are those before them.
   bool isFirstDrive = true;
+  /// The node that this drive made before it was recognized anywhere, as long as the robot has been nowhere
+  /// else.
+  std::optional<int> lostNode;
   /// The nodes that took others in since this drive began, by the id of those: who guesses may not know.
   std::map<int, int> absorbedBy;
   int nextId = 0;

@@ -136,6 +136,7 @@ std::string Mapper::Impl::state() const {
   out.number<std::uint64_t>(transitions.size());
   for (const auto& entry : transitions) write(out, entry.second);
   if (isFirstDrive) return out.bytes();
+  out.number<std::int32_t>(lostNode.value_or(-1));
   out.number<std::uint64_t>(absorbedBy.size());
   for (const auto& [gone, kept] : absorbedBy) {
     out.number<std::int32_t>(gone);
@@ -182,12 +183,14 @@ Mapper Mapper::Impl::restore(const DescriptorLayout& layout, const MapperOptions
     impl->transitions[{transition.from, transition.to}] = transition;
   }
   impl->isFirstDrive = in.remaining() == 0;
-  if (!impl->isFirstDrive)
+  if (!impl->isFirstDrive) {
+    if (const auto lost = in.number<std::int32_t>(); lost >= 0) impl->lostNode = lost;
     for (std::size_t count = in.count(2 * sizeof(std::int32_t)); count > 0; --count) {
       const auto gone = in.number<std::int32_t>();
       impl->absorbedBy[gone] = in.number<std::int32_t>();
       if (impl->absorbedBy[gone] >= gone) in.fail("a node was absorbed by itself", ErrorCode::corruptFile);
     }
+  }
   requireEnd(in);
 
   impl->bank.setStandardization(std::move(standardization));

@@ -64,6 +64,16 @@ PoseFilter::PoseFilter(std::vector<std::optional<PlanarPose>> images, NearEviden
       unknown_(unknownMotionOf(images_, options)) {
   findNearImages();
   findNearestImages();
+  findUnvisited();
+}
+
+void PoseFilter::findUnvisited() {
+  isUnvisited_.resize(states());
+  for (std::size_t s = 0; s < states(); ++s) {
+    const PlanarPose at = grid_.poseOf(s), &image = *images_[nearest_[s]];
+    isUnvisited_[s] =
+        std::hypot(at.x - image.x, at.y - image.y) > std::max(options_.nearDistance, grid_.cell());
+  }
 }
 
 /// A Gaussian of half the options' distance and angle, up to both; in wide maps not narrower than the cells.
@@ -191,8 +201,9 @@ void PoseFilter::observe(std::span<const float> likelihood, std::span<float> sta
 }
 
 Belief PoseFilter::belief(std::span<const float> state, std::span<const float> likelihood) const {
-  Belief belief{std::vector<double>(images_.size(), 0.0), std::vector<double>(images_.size(), 0.0), 0.0};
+  Belief belief{std::vector<double>(images_.size(), 0.0), std::vector<double>(images_.size(), 0.0), 0.0, 0.0};
   for (std::size_t s = 0; s < state.size(); ++s) {
+    if (isUnvisited_[s]) *belief.unvisited += state[s];
     double weights = 0, largest = 0;
     for (const Near& near : nearOf(s)) {
       weights += near.weight * likelihood[near.image];

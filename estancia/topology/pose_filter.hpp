@@ -41,6 +41,7 @@ class PoseFilter : public LocalizationFilter {
   std::span<const Near> nearOf(std::size_t state) const;
   void findNearImages();
   void findNearestImages();
+  void findUnvisited();
 
   std::vector<std::optional<PlanarPose>> images_;
   NearEvidence evidence_;
@@ -52,6 +53,8 @@ class PoseFilter : public LocalizationFilter {
   std::vector<Near> near_;
   /// The image nearest to each state, however far.
   std::vector<std::uint32_t> nearest_;
+  /// Whether that one is far from the state, by position alone.
+  std::vector<bool> isUnvisited_;
 };
 
 }  // namespace estancia

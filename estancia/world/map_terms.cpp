@@ -95,6 +95,11 @@ void MapTerms::keep(WorldOptions options) {
          store_.database().path().string(), fmt::join(others, "; "));
 }
 
+void MapTerms::forgetCamera() {
+  camera_.clear();
+  depthScale_.clear();
+}
+
 void MapTerms::keep(const CameraIntrinsics& camera, double depthScale) {
   const std::string wanted = described(camera), wantedScale = describedScale(depthScale);
   if (camera_.empty()) {

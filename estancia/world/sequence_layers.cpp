@@ -20,15 +20,22 @@ void SequenceLayers::start() {
   if (hooks_.change) hooks_.change(options);
   const auto camera = cameraToTrack(sequence_, options);
   layers_.emplace(run_.start(), options, &labeler_, camera);
+  if (!run_.beginsDrive()) keepCamera();
+  if (hooks_.started) hooks_.started(*layers_, camera.has_value());
+}
+
+void SequenceLayers::keepCamera() {
   if (sequence_.hasDepth() && sequence_.intrinsics() &&
       (layers_->layers().areas || layers_->layers().objects))
     layers_->keepCamera(*sequence_.intrinsics(), sequence_.depthScale());
-  if (hooks_.started) hooks_.started(*layers_, camera.has_value());
 }
 
 void SequenceLayers::add(const LabeledFrame& labeled, bool thumbnail) {
   if (!layers_) start();
-  if (run_.beginDrive()) layers_->beginDrive();
+  if (run_.beginDrive()) {
+    layers_->beginDrive();
+    keepCamera();
+  }
   Frame frame = sequence_.frame(labeled.index);
   const cv::Mat depth = depthOf(labeled.index);
   cv::Mat image = labeled.image;

@@ -38,6 +38,7 @@ class SequenceLayers {
 
  private:
   void start();
+  void keepCamera();
   cv::Mat imageOf(std::size_t i) const;
   cv::Mat depthOf(std::size_t i) const;
 

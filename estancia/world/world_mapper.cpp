@@ -381,6 +381,7 @@ WorldMapper::WorldMapper(WorldMapper&&) noexcept = default;
 WorldMapper::~WorldMapper() = default;
 
 void WorldMapper::beginDrive() {
+  impl_->terms.forgetCamera();
   impl_->beginDrive(impl_->session.drive.isAligned);
 }
 
