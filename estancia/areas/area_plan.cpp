@@ -31,14 +31,26 @@ cv::Mat nearestRooms(const cv::Mat& rooms, double reach) {
   return result;
 }
 
-/// The room of each frame's camera; where it has no pose, that of the frame before, else of the first that
-/// has one.
-std::vector<int> roomsOfFrames(std::span<const std::optional<Pose>> frames, const Floor& floor,
-                               const FloorCells& cells, const cv::Mat& rooms) {
+/// The room of each frame's camera; where it has no pose, that of the frame before in its drive, else of the
+/// drive's first that has one; 0 where the drive has none.
+std::vector<int> roomsOfFrames(const DrivePoses& frames, const Floor& floor, const FloorCells& cells,
+                               const cv::Mat& rooms) {
   const cv::Mat nearest = nearestRooms(rooms, rooms.rows + rooms.cols);
   std::vector<int> result;
+  auto start = frames.starts.begin();
+  std::size_t begin = 0;
+  const auto endDrive = [&] {
+    const auto from = result.begin() + static_cast<std::ptrdiff_t>(begin);
+    const auto first = std::find_if(from, result.end(), [](int room) { return room > 0; });
+    if (first != result.end()) std::fill(from, first, *first);
+    begin = result.size();
+  };
   int last = 0;
-  for (const std::optional<Pose>& pose : frames) {
+  for (const std::optional<Pose>& pose : frames.poses) {
+    for (; start != frames.starts.end() && *start == result.size(); ++start) {
+      endDrive();
+      last = 0;
+    }
     if (pose && pose->isPlausible()) {
       const PlanarPose at = floor.project(*pose);
       const cv::Point cell = cells.at(at.x, at.y);
@@ -47,8 +59,7 @@ std::vector<int> roomsOfFrames(std::span<const std::optional<Pose>> frames, cons
     }
     result.push_back(last);
   }
-  const auto first = std::find_if(result.begin(), result.end(), [](int room) { return room > 0; });
-  std::fill(result.begin(), first, first == result.end() ? 1 : *first);
+  endDrive();
   return result;
 }
 
@@ -220,9 +231,8 @@ int closeGaps(cv::Mat& rooms) {
 
 /// The plan of these rooms, whose numbers may have gaps. `rooms` > 0 somewhere.
 PlannedFrames planOfRooms(cv::Mat rooms, const cv::Mat& walls, const Floor& floor, const FloorCells& cells,
-                          std::span<const std::optional<Pose>> frames, const WordMap& words,
-                          const Vocabulary& vocabulary, const std::vector<float>& mean,
-                          const NamingOptions& naming) {
+                          const DrivePoses& frames, const WordMap& words, const Vocabulary& vocabulary,
+                          const std::vector<float>& mean, const NamingOptions& naming) {
   const int count = closeGaps(rooms);
   const std::vector<int> roomOf = roomsOfFrames(frames, floor, cells, rooms);
   const std::vector<int> number = areaNumbers(roomOf, count);
@@ -234,6 +244,7 @@ PlannedFrames planOfRooms(cv::Mat rooms, const cv::Mat& walls, const Floor& floo
   for (std::size_t i = 0; i < plan.areas.size(); ++i) plan.areas[i].id = static_cast<int>(i);
   for (const int room : roomOf) {
     planned.areaOfFrame.push_back(number[static_cast<std::size_t>(room)]);
+    if (planned.areaOfFrame.back() < 0) continue;
     ++plan.areas[static_cast<std::size_t>(planned.areaOfFrame.back())].frames;
   }
   describeAreas(plan, words, vocabulary, mean, naming);
@@ -242,10 +253,9 @@ PlannedFrames planOfRooms(cv::Mat rooms, const cv::Mat& walls, const Floor& floo
 
 }  // namespace
 
-PlannedFrames planAreas(const FloorSurvey& survey, std::span<const std::optional<Pose>> frames,
-                        const Vocabulary& vocabulary, const std::vector<float>& mean,
-                        const RoomSegmentationOptions& options, std::span<const AreaEdit> edits,
-                        const NamingOptions& naming) {
+PlannedFrames planAreas(const FloorSurvey& survey, const DrivePoses& frames, const Vocabulary& vocabulary,
+                        const std::vector<float>& mean, const RoomSegmentationOptions& options,
+                        std::span<const AreaEdit> edits, const NamingOptions& naming) {
   const FloorCells& cells = survey.grid.cells();
   const cv::Mat walls = survey.grid.walls();
   cv::Mat rooms = segmentRooms(survey.grid.freeSpace(), walls, cells.cell(), options);
@@ -256,10 +266,9 @@ PlannedFrames planAreas(const FloorSurvey& survey, std::span<const std::optional
                      naming);
 }
 
-std::optional<PlannedFrames> correctPlan(const AreaPlan& plan, const AreaEdit& edit,
-                                         std::span<const std::optional<Pose>> frames, const WordMap& words,
-                                         const Vocabulary& vocabulary, const std::vector<float>& mean,
-                                         const NamingOptions& naming) {
+std::optional<PlannedFrames> correctPlan(const AreaPlan& plan, const AreaEdit& edit, const DrivePoses& frames,
+                                         const WordMap& words, const Vocabulary& vocabulary,
+                                         const std::vector<float>& mean, const NamingOptions& naming) {
   cv::Mat rooms = plan.areaOf + 1;
   if (!correct(rooms, edit, plan.cells)) return std::nullopt;
   return planOfRooms(rooms, plan.walls, plan.floor, plan.cells, frames, words, vocabulary, mean, naming);

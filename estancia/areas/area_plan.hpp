@@ -60,10 +60,18 @@ struct AreaEdit {
   std::string name = {};
 };
 
+/// Where the cameras of one or more drives stood.
+struct DrivePoses {
+  /// One a frame.
+  std::span<const std::optional<Pose>> poses;
+  /// The first frames of the drives, in order.
+  std::span<const std::size_t> starts = {};
+};
+
 /// A plan, and the area of each frame.
 struct PlannedFrames {
   AreaPlan plan;
-  /// Frames without a pose are with the last one that has it.
+  /// Frames without a pose are with the last one of their drive that has it; -1 where the drive has none.
   std::vector<int> areaOfFrame;
 };
 
@@ -71,17 +79,15 @@ struct PlannedFrames {
 /// in it, as far as they are more than `mean`, the mean probability of each label in the whole drive.
 /// `frames`: where the cameras stood; `edits`: merges and splits, in this order (names are left alone).
 /// Throws Error (insufficientData) where no room was seen.
-PlannedFrames planAreas(const FloorSurvey& survey, std::span<const std::optional<Pose>> frames,
-                        const Vocabulary& vocabulary, const std::vector<float>& mean,
-                        const RoomSegmentationOptions& options = {}, std::span<const AreaEdit> edits = {},
-                        const NamingOptions& naming = {});
+PlannedFrames planAreas(const FloorSurvey& survey, const DrivePoses& frames, const Vocabulary& vocabulary,
+                        const std::vector<float>& mean, const RoomSegmentationOptions& options = {},
+                        std::span<const AreaEdit> edits = {}, const NamingOptions& naming = {});
 
 /// The same plan with one more merge or split. `words`: what planAreas() took them from. Nothing where it
 /// would change nothing: one of its ends is in no area, both are in one, or the line leaves a way around it.
-std::optional<PlannedFrames> correctPlan(const AreaPlan& plan, const AreaEdit& edit,
-                                         std::span<const std::optional<Pose>> frames, const WordMap& words,
-                                         const Vocabulary& vocabulary, const std::vector<float>& mean,
-                                         const NamingOptions& naming = {});
+std::optional<PlannedFrames> correctPlan(const AreaPlan& plan, const AreaEdit& edit, const DrivePoses& frames,
+                                         const WordMap& words, const Vocabulary& vocabulary,
+                                         const std::vector<float>& mean, const NamingOptions& naming = {});
 
 /// The area that a point of the floor lies in, else the nearest one within `reach` [m]; -1 where there is
 /// none.

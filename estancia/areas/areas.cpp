@@ -81,7 +81,7 @@ Areas findAreas(const Sequence& sequence, const DescriptorSequence& labeled, con
     mean.add(labeled.descriptors.row(i));
   }
   PlannedFrames planned =
-      planAreas(seen, frames, labeled.vocabulary, {mean.mean().begin(), mean.mean().end()},
+      planAreas(seen, {frames}, labeled.vocabulary, {mean.mean().begin(), mean.mean().end()},
                 options.segmentation, {}, options.naming);
   Zones zones = describeZones(labeled, planned.areaOfFrame, options.naming);
   zones.distance = "floor plan";

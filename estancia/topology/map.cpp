@@ -22,6 +22,10 @@ std::size_t TopologicalMap::driveOf(std::size_t frame) const {
   return next == drives.begin() ? 0 : static_cast<std::size_t>(next - drives.begin()) - 1;
 }
 
+bool TopologicalMap::beginsDrive(std::size_t frame) const {
+  return std::ranges::binary_search(drives, frame, {}, &Drive::firstFrame);
+}
+
 const Node& TopologicalMap::getNode(int id) const {
   if (const Node* node = findNode(id)) return *node;
   constexpr std::size_t shown = 40;

@@ -128,6 +128,8 @@ struct TopologicalMap {
   const Node* findNode(int id) const;
   /// The drive of a frame, as an index.
   std::size_t driveOf(std::size_t frame) const;
+  /// Whether the robot may have been carried before this frame.
+  bool beginsDrive(std::size_t frame) const;
   /// Throws Error (unknownName) that lists the nodes.
   const Node& getNode(int id) const;
 };

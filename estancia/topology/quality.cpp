@@ -131,6 +131,7 @@ void compareWithPath(const TopologicalMap& map, const std::vector<Place>& places
   const auto ordered = [](const std::string& a, const std::string& b) { return Pair(std::minmax(a, b)); };
   std::set<Pair> driven;
   for (std::size_t i = 1; i < map.frames.size(); ++i) {
+    if (map.beginsDrive(i)) continue;  // the robot was carried
     const std::string& before = map.frames[i - 1].room;
     const std::string& now = map.frames[i].room;
     if (!before.empty() && !now.empty() && before != now) driven.insert(ordered(before, now));

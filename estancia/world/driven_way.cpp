@@ -80,8 +80,10 @@ void DrivenWays::addStations() {
   }
   std::map<StationCell, std::vector<std::size_t>> cells;
   stationOf_.resize(positions_.size());
-  std::optional<std::size_t> last;
+  constexpr auto nowhere = std::numeric_limits<std::size_t>::max();
+  std::size_t last = nowhere;
   for (std::size_t i = 0; i < positions_.size(); ++i) {
+    if (map.beginsDrive(i)) last = nowhere;  // the robot was carried
     if (!positions_[i]) continue;
     const Station here{*positions_[i], heights_[i], indexOf(map, map.frames[i].node),
                        i < world_.areaOfFrame.size() ? world_.areaOfFrame[i] : -1};
@@ -97,12 +99,12 @@ void DrivenWays::addStations() {
       cells[stationCellOf(here.at, stationWidth)].push_back(station);
     }
     stationOf_[i] = station;
-    // Where a drive was continued the robot was carried: there is no transition.
-    if (last && *last != station &&
-        (stations_[*last].place == here.place ||
-         driven.contains({map.nodes[stations_[*last].place].id, map.nodes[here.place].id})) &&
-        (map.stride == 1 || !hasWallBetween(stations_[*last].at, here.at)))  // it went around corners
-      drive(*last, station);
+    // Maps of older programs do not say where a drive was continued: there is no transition.
+    if (last != nowhere && last != station &&
+        (stations_[last].place == here.place ||
+         driven.contains({map.nodes[stations_[last].place].id, map.nodes[here.place].id})) &&
+        (map.stride == 1 || !hasWallBetween(stations_[last].at, here.at)))  // it went around corners
+      drive(last, station);
     last = station;
   }
 }

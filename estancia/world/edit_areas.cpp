@@ -65,8 +65,10 @@ bool correctAreas(const std::filesystem::path& path, const AreaEdit& edit, Progr
   const std::span<const float> mean = moments.mean();
   const AreaOptions options = MapTerms(store).options().value_or(WorldOptions{}).areas;
   const WordMap words = wordsOfViews(store, layers, *world.plan, poses, options.words, progress);
-  const auto planned =
-      correctPlan(*world.plan, edit, poses, words, vocabulary, {mean.begin(), mean.end()}, options.naming);
+  std::vector<std::size_t> starts;
+  for (const Drive& drive : world.places.drives) starts.push_back(drive.firstFrame);
+  const auto planned = correctPlan(*world.plan, edit, {poses, starts}, words, vocabulary,
+                                   {mean.begin(), mean.end()}, options.naming);
   if (!planned) return false;
   std::vector<int> areas;
   for (const WorldObject& object : world.objects) areas.push_back(areaOfObject(planned->plan, object.center));
@@ -84,7 +86,7 @@ bool areJoined(const WorldMap& world, int one, int other) {
   if (cv::countNonZero(around & (world.plan->areaOf == other)) > 0) return true;
   const std::vector<int>& areas = world.areaOfFrame;
   for (std::size_t i = 1; i < areas.size(); ++i)
-    if (std::minmax(areas[i - 1], areas[i]) == std::minmax(one, other)) return true;
+    if (!world.places.beginsDrive(i) && std::minmax(areas[i - 1], areas[i]) == std::minmax(one, other)) return true;
   return false;
 }
 

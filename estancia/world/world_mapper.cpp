@@ -2,345 +2,21 @@
 #include "estancia/world/world_mapper.hpp"
 
 #include <algorithm>
-#include <bit>
-#include <chrono>
-#include <cmath>
 #include <functional>
-#include <numbers>
 #include <optional>
 #include <utility>
 #include <vector>
 
-#include "estancia/areas/area_plan.hpp"
-#include "estancia/areas/floor_survey.hpp"
 #include "estancia/core/fail.hpp"
-#include "estancia/core/rigid.hpp"
 #include "estancia/io/sequence.hpp"
-#include "estancia/label/labeler.hpp"
-#include "estancia/stats/moments.hpp"
 #include "estancia/topology/drive_store.hpp"
-#include "estancia/topology/session_impl.hpp"
 #include "estancia/topology/sqlite.hpp"
-#include "estancia/world/drive_faults.hpp"
 #include "estancia/world/edit_areas.hpp"
 #include "estancia/world/edit_objects.hpp"
-#include "estancia/world/known_layer.hpp"
-#include "estancia/world/map_terms.hpp"
-#include "estancia/world/object_layer.hpp"
-#include "estancia/world/register_drive.hpp"
-#include "estancia/world/self_tracking.hpp"
-#include "estancia/world/shape_layer.hpp"
-#include "estancia/world/view_cells.hpp"
-#include "estancia/world/world_store.hpp"
+#include "estancia/world/world_mapper_impl.hpp"
 #include "estancia/zones/zones.hpp"
 
 namespace estancia {
-namespace {
-
-/// Directions of up that differ by less make the same floor.
-constexpr double sameUp = 0.1 * std::numbers::pi / 180;
-
-/// Five views a second are taken, whether there is time for them or not.
-constexpr std::chrono::milliseconds longestUnseen(200);
-
-/// 1, 2, 3, 4, 6, 8, 12, 16 … so that all layers can be made anew at a bounded cost for each view.
-bool isFoldedAnewAt(std::size_t views) {
-  return std::has_single_bit(views) || (views % 3 == 0 && std::has_single_bit(views / 3));
-}
-
-}  // namespace
-
-struct WorldMapper::Impl {
-  Impl(MappingSession::Impl& mapping, const std::optional<WorldOptions>& wanted, Labeler* images)
-      : session(mapping),
-        terms(mapping.store),
-        options(wanted ? *wanted : terms.options().value_or(WorldOptions{})),
-        store(mapping.store, MapStore::Access::write),
-        recognition(mapping.store, store),
-        shapes(mapping.store, store),
-        mean(mapping.store.identity().vocabulary.size(), false) {
-    declare(options).validate();
-    terms.keep(options);
-    edits = store.edits();
-    const std::string kept = store.layers();
-    if (!kept.empty() && options.layers && *options.layers != layersFrom(kept))
-      fail(ErrorCode::mismatch, "the map has the layers {}, which it keeps; leave out --layers, or map anew",
-           kept);
-    layers = !kept.empty() ? layersFrom(kept) : options.layers.value_or(WorldLayers{});
-    isTracked = SelfTracking::isOf(session.store);
-    if (kept.empty()) store.putLayers(toString(layers));
-    if (layers.objects) {
-      const bool names = images != nullptr && images->needsImage() && !images->discovers();
-      objects.emplace(store, mapping.store.identity().vocabulary, options.objects, names ? images : nullptr,
-                      options.crops);
-    }
-  }
-
-  MappingSession::Impl& session;
-  MapTerms terms;
-  WorldOptions options;
-  WorldStore store;
-  KnownLayer recognition;
-  ShapeLayer shapes;
-  WorldLayers layers;
-  std::vector<AreaEdit> edits;
-  std::vector<std::optional<Pose>> poses;  // of all frames
-  Moments mean;                            // of their descriptors
-  PoseJumps jumps;                         // of given poses
-  bool isBelieved = true;                  // the latest of them
-  DepthFaults faults;
-  std::optional<Pose> own;       // of the newest frame, as it was given
-  std::optional<Pose> lastView;  // of this drive
-  ViewCells cells;
-  ViewCells ownCells;     // of a drive whose poses are not known in the map
-  bool isAligned = true;  // the drive, as far as the layers know
-  std::optional<Floor> floor;
-  bool isTracked = false;                // the poses are those of the odometry
-  std::optional<SelfTracking> tracking;  // only where frames are to be tracked
-  std::optional<RgbdTrajectory> odometry;
-  std::optional<MapLevel> level;
-  std::vector<std::size_t> viewFrames;  // where tracked
-  bool foldIsFinal = false;             // where tracked: the layers are those that finish() made
-  std::optional<FloorSurvey> survey;
-  std::optional<ObjectLayer> objects;
-  std::size_t views = 0, tooFar = 0, folds = 0;
-  WorkTime viewing{longestUnseen};       // without the labels of its objects
-  std::optional<PlannedFrames> planned;  // the newest
-
-  std::size_t labels() const { return session.store.identity().vocabulary.size(); }
-
-  /// `given`: in the drive's own frame; nothing where it is not known, or the camera is tracked.
-  void addFrame(const Frame& frame, const std::optional<Pose>& given, const std::optional<Pose>& pose,
-                DescriptorView descriptor) {
-    own = given && given->isPlausible() ? given : std::nullopt;
-    poses.push_back(pose && pose->isPlausible() ? pose : std::nullopt);
-    mean.add(descriptor);
-    isBelieved = isTracked || !own || jumps.add(poses.size() - 1, frame, *own);
-  }
-
-  void beginDrive(bool aligned);
-  void takeAlignment();
-  /// Depth decides about the drive's poses, from the first view on.
-  void noteUnaligned(const Pose& from) {
-    noteOwnView(from);
-    if (!session.verify)
-      session.verify = [this](const cv::Affine3d& guess) {
-        return registerDrive(session.store, store, session.drive, guess);
-      };
-  }
-  void noteOwnView(const Pose& from) {
-    lastView = from;
-    ownCells.add(poses.size() - 1, from);
-  }
-
-  bool inSpace() const { return layers.areas || layers.objects; }
-
-  bool isNew(std::size_t frame, const Pose& pose) const {
-    const ViewCells& known = isAligned ? cells : ownCells;
-    return !lastView || (isMoved(rigidOf(*lastView).inv() * rigidOf(pose)) && known.wants(frame, pose));
-  }
-
-  bool isMoved(const cv::Affine3d& motion) const {
-    return cv::norm(motion.translation()) >= options.viewShift ||
-           angleOf(motion) >= options.viewTurn * std::numbers::pi / 180;
-  }
-
-  /// Adds a view to the layers. Where up is follows from all poses; it is looked at again each time their
-  /// number has doubled, and the layers are made anew where it has changed. Returns whether it is in them.
-  bool add(const Observation& seen, DescriptorView descriptor, const Pose& pose) {
-    lastView = seen.seenFrom.value_or(pose);
-    cells.add(poses.size() - 1, *lastView);
-    ++views;
-    if (std::has_single_bit(views))  // the view is among those that are folded again
-      if (const Floor now = floorOfPoses(); !floor || !isSameFloor(now)) {
-        floor = now;
-        return rebuild();
-      }
-    return fold(poses.size() - 1, seen, descriptor, pose);
-  }
-
-  Floor floorOfPoses() const {
-    std::vector<Pose> known;
-    for (const auto& pose : poses)
-      if (pose) known.push_back(*pose);
-    return Floor(known);
-  }
-  bool isSameFloor(const Floor& other) const {
-    return std::acos(std::clamp(other.up().dot(floor->up()), -1.0, 1.0)) <= sameUp;
-  }
-
-  bool fold(std::size_t frame, const Observation& seen, DescriptorView descriptor, const Pose& pose) {
-    const cv::Mat depth = depthOf(seen);
-    try {
-      survey->add(descriptor, depth, seen.camera, pose);
-    } catch (const Error& e) {
-      if (e.code() != ErrorCode::tooLarge) throw;
-      ++tooFar;
-      return false;
-    }
-    if (objects) objects->add(frame, depth, seen, pose);
-    return true;
-  }
-
-  /// The layers of all observations that the map holds. Returns whether the last one is in them.
-  bool rebuild() {
-    return rebuild([this](std::size_t frame) { return poses[frame]; });
-  }
-
-  bool rebuild(const std::function<std::optional<Pose>(std::size_t)>& poseOf) {
-    tooFar = 0;
-    ++folds;
-    survey.emplace(*floor, options.areas.cell, labels(), options.areas.words);
-    if (objects) objects->restart(*floor);
-    bool folded = false;
-    store.forEachObservation([&](std::size_t frame, const Observation& seen) {
-      const std::optional<Pose> pose = frame < poses.size() ? poseOf(frame) : std::nullopt;
-      folded = pose && fold(frame, seen, descriptorOf(frame), *pose);
-      return true;
-    });
-    return folded;
-  }
-
-  void findFaults(const Frame& frame, const cv::Mat& depth) {
-    if (inSpace() && depth.type() == CV_32F && !depth.empty()) faults.add(frame, depth);
-    if (own && jumps.found()) faults.add(*jumps.found());
-    if (!isBelieved) faults.addDoubted();
-  }
-
-  /// Finds the segments, and returns the planes.
-  std::vector<Plane> lookAt(Observation& seen, const cv::Mat& image) const {
-    return layers.objects ? findSegments(seen, image, options.segments) : planesOf(seen, options.segments);
-  }
-  void put(const Observation& seen, DescriptorView descriptor) {
-    store.putObservation(poses.size() - 1, seen);
-    pending.assign(descriptor.begin(), descriptor.end());
-  }
-
-  void locate(const Frame& frame, DescriptorView descriptor, const cv::Mat& image, const cv::Mat& depth);
-  void look(DescriptorView descriptor, const cv::Mat& image, const cv::Mat& depth,
-            const CameraIntrinsics& camera, const Deadline& deadline);
-  std::function<std::optional<PlannedFrames>()> planning(const std::vector<AreaEdit>& corrections) const;
-  void put(PlannedFrames now) {
-    store.putAreas(now, planned ? &*planned : nullptr);
-    planned = std::move(now);
-  }
-  void replan(PlannedFrames now);
-  void putObjects(const std::vector<ObjectInstance>& found);
-
-  // ---- where the camera is tracked
-  void startTracking(const CameraIntrinsics& camera);
-  std::optional<Pose> track(const Frame& frame, DescriptorView descriptor, const cv::Mat& image,
-                            const cv::Mat& depth);
-  void takeCorrections();
-  bool isNewTracked(std::size_t frame);
-  bool addTracked(Observation& seen, DescriptorView descriptor, const cv::Mat& image);
-  void loadFold();
-  void foldFinally();
-
-  LexicalDescriptor pending;  // of the frame that the session does not have yet
-  LexicalDescriptor descriptorOf(std::size_t frame) const {
-    return frame < session.store.frameCount() ? session.store.descriptor(frame) : pending;
-  }
-};
-
-void WorldMapper::Impl::startTracking(const CameraIntrinsics& camera) {
-  MapStore& map = session.store;
-  if (!inSpace()) return;
-  if (!isTracked && !poses.empty()) {
-    if (std::ranges::any_of(poses, &std::optional<Pose>::has_value))
-      fail(ErrorCode::mismatch,
-           "{} has poses from elsewhere, and these frames have none; give them by --poses, or map anew",
-           map.database().path().string());
-    return;
-  }
-  tracking.emplace(map, camera, options.odometry);
-  isTracked = foldIsFinal = true;  // the layers are loaded when they are needed
-  takeCorrections();
-}
-
-/// The frame's pose as far as it is known; earlier ones are moved.
-std::optional<Pose> WorldMapper::Impl::track(const Frame& frame, DescriptorView descriptor,
-                                             const cv::Mat& image, const cv::Mat& depth) {
-  const std::optional<Pose> pose = tracking->add(frame, descriptor, image, depth);
-  takeCorrections();
-  if (foldIsFinal) loadFold();
-  return pose;
-}
-
-void WorldMapper::Impl::takeCorrections() {
-  const auto corrections = tracking->takeCorrections();
-  for (const auto& [frame, pose] : corrections) poses[frame] = pose;
-  session.correct(corrections);
-}
-
-/// The layers as they were when the last frame was added, from what the map keeps.
-void WorldMapper::Impl::loadFold() {
-  foldIsFinal = false;
-  viewFrames.clear();
-  cells = {};
-  store.forEachObservation([&](std::size_t frame, const Observation& seen) {
-    if (frame >= poses.size()) return true;
-    viewFrames.push_back(frame);
-    if (seen.seenFrom) cells.add(frame, *seen.seenFrom);
-    return true;
-  });
-  floor.emplace(cv::Vec3d(0, 0, 1));
-  if (tracking->fold()) rebuild([this](std::size_t frame) { return tracking->folded(frame); });
-}
-
-/// Whether the tracked frame shows something new. Its pose need not be known: the part of the drive that it
-/// belongs to may find its place in the map later.
-bool WorldMapper::Impl::isNewTracked(std::size_t frame) {
-  const RgbdTracker& tracker = tracking->tracker();
-  if (!tracker.motion(frame, frame)) return false;
-  // The camera was lost there for ever: a camera in the dark shall not fill the file.
-  while (!viewFrames.empty() && !tracker.motion(viewFrames.back(), viewFrames.back())) {
-    store.dropObservation(viewFrames.back());
-    tracking->dropPlanes(viewFrames.back());
-    viewFrames.pop_back();
-  }
-  if (viewFrames.empty()) return true;
-  const auto motion = tracker.motion(viewFrames.back(), frame);
-  return !motion || (isMoved(rigidOf(*motion)) && (!poses[frame] || cells.wants(frame, *poses[frame])));
-}
-
-/// Adds a view to the layers. From time to time the map is leveled, and they are made anew, of all views at
-/// the poses that are known now. Returns whether it is in them.
-bool WorldMapper::Impl::addTracked(Observation& seen, DescriptorView descriptor, const cv::Mat& image) {
-  const std::size_t frame = poses.size() - 1;
-  viewFrames.push_back(frame);
-  tracking->addPlanes(frame, lookAt(seen, image));
-  const bool anew = isFoldedAnewAt(viewFrames.size());
-  if (anew) {
-    tracking->level();
-    takeCorrections();
-    poses[frame] = tracking->pose(frame);
-  }
-  seen.seenFrom = poses[frame];
-  if (seen.seenFrom) cells.add(frame, *seen.seenFrom);
-  put(seen, descriptor);
-  if (anew && !tracking->isFoldCurrent()) {
-    tracking->startFold();
-    for (const std::size_t view : viewFrames)
-      if (poses[view]) tracking->addToFold(view);
-    return rebuild();
-  }
-  if (!poses[frame]) return false;
-  tracking->addToFold(frame);
-  return fold(frame, seen, descriptor, *poses[frame]);
-}
-
-/// All views at the poses that are known now.
-void WorldMapper::Impl::foldFinally() {
-  if (tracking) {
-    odometry = tracking->settle();
-    level = tracking->leveled();
-    takeCorrections();
-  }
-  foldIsFinal = true;
-  floor = tracking || SelfTracking::hasLevel(session.store) ? Floor(cv::Vec3d(0, 0, 1)) : floorOfPoses();
-  rebuild();
-}
 
 std::optional<WorldOptions> WorldMapper::optionsOf(MappingSession& session) {
   return MapTerms(session.impl_->store).options();
@@ -383,33 +59,6 @@ WorldMapper::~WorldMapper() = default;
 void WorldMapper::beginDrive() {
   impl_->terms.forgetCamera();
   impl_->beginDrive(impl_->session.drive.isAligned);
-}
-
-void WorldMapper::Impl::beginDrive(bool aligned) {
-  isAligned = aligned;
-  jumps = {};
-  lastView.reset();
-  ownCells = {};
-  session.verify = nullptr;
-}
-
-/// The drive's poses have become known in the map: what it has seen so far is added to the layers.
-void WorldMapper::Impl::takeAlignment() {
-  if (isAligned || !session.drive.isAligned) return;
-  isAligned = true;
-  session.verify = nullptr;
-  lastView.reset();
-  for (std::size_t frame = session.drive.firstFrame; frame < poses.size(); ++frame)
-    poses[frame] = session.store.pose(frame);
-  for (const std::size_t frame : store.observedFrames())
-    if (frame >= session.drive.firstFrame && frame < poses.size() && poses[frame]) {
-      lastView = poses[frame];
-      cells.add(frame, *lastView);
-      ++views;
-    }
-  if (!lastView) return;
-  if (const Floor now = floorOfPoses(); !floor || !isSameFloor(now)) floor = now;
-  rebuild();
 }
 
 void WorldMapper::keepCamera(const CameraIntrinsics& camera, double depthScale) {
@@ -588,11 +237,13 @@ std::function<std::optional<PlannedFrames>()> WorldMapper::Impl::planning(
     const std::vector<AreaEdit>& corrections) const {
   if (!layers.areas || !survey || survey->grid.cells().empty()) return [] { return std::nullopt; };
   const std::span<const float> words = mean.mean();
-  return [seen = *survey, where = poses, vocabulary = session.store.identity().vocabulary,
+  std::vector<std::size_t> starts;
+  for (const Drive& drive : DriveStore(session.store).drives()) starts.push_back(drive.firstFrame);
+  return [seen = *survey, where = poses, starts, vocabulary = session.store.identity().vocabulary,
           average = std::vector<float>(words.begin(), words.end()), how = options.areas,
           corrections]() -> std::optional<PlannedFrames> {
     try {
-      return planAreas(seen, where, vocabulary, average, how.segmentation, corrections, how.naming);
+      return planAreas(seen, {where, starts}, vocabulary, average, how.segmentation, corrections, how.naming);
     } catch (const Error& e) {
       if (e.code() != ErrorCode::insufficientData) throw;
       return std::nullopt;

@@ -119,8 +119,8 @@ class WorldMapper {
 
   /// After the session's.
   void beginDrive();
-  /// The camera of the drive's depth images, and Sequence::depthScale(). Throws Error (mismatch) when those of
-  /// earlier runs were others.
+  /// The camera of the drive's depth images, and Sequence::depthScale(). Throws Error (mismatch) when those
+  /// of earlier runs were others.
   void keepCamera(const CameraIntrinsics& camera, double depthScale);
 
   /// Takes the frame that is added to the session next: its image (BGR, may be empty), and its depth: CV_32F

@@ -187,8 +187,14 @@ void WorldStore::putAreas(const PlannedFrames& planned, const PlannedFrames* bef
   const std::vector<int> none, &areas = planned.areaOfFrame, &known = before ? before->areaOfFrame : none;
   Statement(database, "DELETE FROM frame_areas WHERE frame >= ?1", before ? areas.size() : 0).execute();
   Statement row(database, "INSERT OR REPLACE INTO frame_areas VALUES(?1, ?2)");
+  Statement nowhere(database, "DELETE FROM frame_areas WHERE frame = ?1");
   for (std::size_t i = 0; i < areas.size(); ++i) {
     if (i < known.size() && known[i] == areas[i]) continue;
+    if (areas[i] < 0) {
+      nowhere.bindAll(i);
+      nowhere.execute();
+      continue;
+    }
     row.bindAll(i, areas[i]);
     row.execute();
   }

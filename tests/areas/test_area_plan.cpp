@@ -26,7 +26,7 @@ AreaPlan twoArms() {
 std::optional<AreaPlan> corrected(const AreaPlan& plan, AreaEdit::Kind kind, const cv::Point2d& from,
                                   const cv::Point2d& to) {
   const std::vector<std::optional<Pose>> frames{Pose::planar(0.5, 0.5, 0)};
-  auto planned = correctPlan(plan, {kind, from, to}, frames, WordMap(plan.floor, 1, {}),
+  auto planned = correctPlan(plan, {kind, from, to}, {frames}, WordMap(plan.floor, 1, {}),
                              Vocabulary(std::vector<std::string>{"wall"}), {0.1F});
   if (!planned) return std::nullopt;
   return planned->plan;

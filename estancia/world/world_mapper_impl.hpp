@@ -1,0 +1,233 @@
+// World mapper implementation: what a map's layers are made of while its frames come. Private.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "estancia/areas/area_plan.hpp"
+#include "estancia/areas/floor_survey.hpp"
+#include "estancia/core/fail.hpp"
+#include "estancia/core/rigid.hpp"
+#include "estancia/label/labeler.hpp"
+#include "estancia/stats/moments.hpp"
+#include "estancia/topology/session_impl.hpp"
+#include "estancia/world/drive_faults.hpp"
+#include "estancia/world/known_layer.hpp"
+#include "estancia/world/map_terms.hpp"
+#include "estancia/world/object_layer.hpp"
+#include "estancia/world/register_drive.hpp"
+#include "estancia/world/self_tracking.hpp"
+#include "estancia/world/shape_layer.hpp"
+#include "estancia/world/view_cells.hpp"
+#include "estancia/world/world_mapper.hpp"
+#include "estancia/world/world_store.hpp"
+
+namespace estancia {
+
+struct WorldMapper::Impl {
+  /// Directions of up that differ by less make the same floor.
+  static constexpr double sameUp = 0.1 * std::numbers::pi / 180;
+  /// Five views a second are taken, whether there is time for them or not.
+  static constexpr std::chrono::milliseconds longestUnseen{200};
+
+  Impl(MappingSession::Impl& mapping, const std::optional<WorldOptions>& wanted, Labeler* images)
+      : session(mapping),
+        terms(mapping.store),
+        options(wanted ? *wanted : terms.options().value_or(WorldOptions{})),
+        store(mapping.store, MapStore::Access::write),
+        recognition(mapping.store, store),
+        shapes(mapping.store, store),
+        mean(mapping.store.identity().vocabulary.size(), false) {
+    declare(options).validate();
+    terms.keep(options);
+    edits = store.edits();
+    const std::string kept = store.layers();
+    if (!kept.empty() && options.layers && *options.layers != layersFrom(kept))
+      fail(ErrorCode::mismatch, "the map has the layers {}, which it keeps; leave out --layers, or map anew",
+           kept);
+    layers = !kept.empty() ? layersFrom(kept) : options.layers.value_or(WorldLayers{});
+    isTracked = SelfTracking::isOf(session.store);
+    if (kept.empty()) store.putLayers(toString(layers));
+    if (layers.objects) {
+      const bool names = images != nullptr && images->needsImage() && !images->discovers();
+      objects.emplace(store, mapping.store.identity().vocabulary, options.objects, names ? images : nullptr,
+                      options.crops);
+    }
+  }
+
+  MappingSession::Impl& session;
+  MapTerms terms;
+  WorldOptions options;
+  WorldStore store;
+  KnownLayer recognition;
+  ShapeLayer shapes;
+  WorldLayers layers;
+  std::vector<AreaEdit> edits;
+  std::vector<std::optional<Pose>> poses;  // of all frames
+  Moments mean;                            // of their descriptors
+  PoseJumps jumps;                         // of given poses
+  bool isBelieved = true;                  // the latest of them
+  DepthFaults faults;
+  std::optional<Pose> own;       // of the newest frame, as it was given
+  std::optional<Pose> lastView;  // of this drive
+  ViewCells cells;
+  ViewCells ownCells;     // of a drive whose poses are not known in the map
+  bool isAligned = true;  // the drive, as far as the layers know
+  std::optional<Floor> floor;
+  bool isTracked = false;                // the poses are those of the odometry
+  std::optional<SelfTracking> tracking;  // only where frames are to be tracked
+  std::optional<RgbdTrajectory> odometry;
+  std::optional<MapLevel> level;
+  std::vector<std::size_t> viewFrames;  // where tracked
+  bool foldIsFinal = false;             // where tracked: the layers are those that finish() made
+  std::optional<FloorSurvey> survey;
+  std::optional<ObjectLayer> objects;
+  std::size_t views = 0, tooFar = 0, folds = 0;
+  WorkTime viewing{longestUnseen};       // without the labels of its objects
+  std::optional<PlannedFrames> planned;  // the newest
+
+  std::size_t labels() const { return session.store.identity().vocabulary.size(); }
+
+  /// `given`: in the drive's own frame; nothing where it is not known, or the camera is tracked.
+  void addFrame(const Frame& frame, const std::optional<Pose>& given, const std::optional<Pose>& pose,
+                DescriptorView descriptor) {
+    own = given && given->isPlausible() ? given : std::nullopt;
+    poses.push_back(pose && pose->isPlausible() ? pose : std::nullopt);
+    mean.add(descriptor);
+    isBelieved = isTracked || !own || jumps.add(poses.size() - 1, frame, *own);
+  }
+
+  void beginDrive(bool aligned);
+  void takeAlignment();
+  /// Depth decides about the drive's poses, from the first view on.
+  void noteUnaligned(const Pose& from) {
+    noteOwnView(from);
+    if (!session.verify)
+      session.verify = [this](const cv::Affine3d& guess) {
+        return registerDrive(session.store, store, session.drive, guess);
+      };
+  }
+  void noteOwnView(const Pose& from) {
+    lastView = from;
+    ownCells.add(poses.size() - 1, from);
+  }
+
+  bool inSpace() const { return layers.areas || layers.objects; }
+
+  bool isNew(std::size_t frame, const Pose& pose) const {
+    const ViewCells& known = isAligned ? cells : ownCells;
+    return !lastView || (isMoved(rigidOf(*lastView).inv() * rigidOf(pose)) && known.wants(frame, pose));
+  }
+
+  bool isMoved(const cv::Affine3d& motion) const {
+    return cv::norm(motion.translation()) >= options.viewShift ||
+           angleOf(motion) >= options.viewTurn * std::numbers::pi / 180;
+  }
+
+  /// Adds a view to the layers. Where up is follows from all poses; it is looked at again each time their
+  /// number has doubled, and the layers are made anew where it has changed. Returns whether it is in them.
+  bool add(const Observation& seen, DescriptorView descriptor, const Pose& pose) {
+    lastView = seen.seenFrom.value_or(pose);
+    cells.add(poses.size() - 1, *lastView);
+    ++views;
+    if (std::has_single_bit(views))  // the view is among those that are folded again
+      if (const Floor now = floorOfPoses(); !floor || !isSameFloor(now)) {
+        floor = now;
+        return rebuild();
+      }
+    return fold(poses.size() - 1, seen, descriptor, pose);
+  }
+
+  Floor floorOfPoses() const {
+    std::vector<Pose> known;
+    for (const auto& pose : poses)
+      if (pose) known.push_back(*pose);
+    return Floor(known);
+  }
+  bool isSameFloor(const Floor& other) const {
+    return std::acos(std::clamp(other.up().dot(floor->up()), -1.0, 1.0)) <= sameUp;
+  }
+
+  bool fold(std::size_t frame, const Observation& seen, DescriptorView descriptor, const Pose& pose) {
+    const cv::Mat depth = depthOf(seen);
+    try {
+      survey->add(descriptor, depth, seen.camera, pose);
+    } catch (const Error& e) {
+      if (e.code() != ErrorCode::tooLarge) throw;
+      ++tooFar;
+      return false;
+    }
+    if (objects) objects->add(frame, depth, seen, pose);
+    return true;
+  }
+
+  /// The layers of all observations that the map holds. Returns whether the last one is in them.
+  bool rebuild() {
+    return rebuild([this](std::size_t frame) { return poses[frame]; });
+  }
+
+  bool rebuild(const std::function<std::optional<Pose>(std::size_t)>& poseOf) {
+    tooFar = 0;
+    ++folds;
+    survey.emplace(*floor, options.areas.cell, labels(), options.areas.words);
+    if (objects) objects->restart(*floor);
+    bool folded = false;
+    store.forEachObservation([&](std::size_t frame, const Observation& seen) {
+      const std::optional<Pose> pose = frame < poses.size() ? poseOf(frame) : std::nullopt;
+      folded = pose && fold(frame, seen, descriptorOf(frame), *pose);
+      return true;
+    });
+    return folded;
+  }
+
+  void findFaults(const Frame& frame, const cv::Mat& depth) {
+    if (inSpace() && depth.type() == CV_32F && !depth.empty()) faults.add(frame, depth);
+    if (own && jumps.found()) faults.add(*jumps.found());
+    if (!isBelieved) faults.addDoubted();
+  }
+
+  /// Finds the segments, and returns the planes.
+  std::vector<Plane> lookAt(Observation& seen, const cv::Mat& image) const {
+    return layers.objects ? findSegments(seen, image, options.segments) : planesOf(seen, options.segments);
+  }
+  void put(const Observation& seen, DescriptorView descriptor) {
+    store.putObservation(poses.size() - 1, seen);
+    pending.assign(descriptor.begin(), descriptor.end());
+  }
+
+  void locate(const Frame& frame, DescriptorView descriptor, const cv::Mat& image, const cv::Mat& depth);
+  void look(DescriptorView descriptor, const cv::Mat& image, const cv::Mat& depth,
+            const CameraIntrinsics& camera, const Deadline& deadline);
+  std::function<std::optional<PlannedFrames>()> planning(const std::vector<AreaEdit>& corrections) const;
+  void put(PlannedFrames now) {
+    store.putAreas(now, planned ? &*planned : nullptr);
+    planned = std::move(now);
+  }
+  void replan(PlannedFrames now);
+  void putObjects(const std::vector<ObjectInstance>& found);
+
+  // ---- where the camera is tracked
+  void startTracking(const CameraIntrinsics& camera);
+  std::optional<Pose> track(const Frame& frame, DescriptorView descriptor, const cv::Mat& image,
+                            const cv::Mat& depth);
+  void takeCorrections();
+  bool isNewTracked(std::size_t frame);
+  bool addTracked(Observation& seen, DescriptorView descriptor, const cv::Mat& image);
+  void loadFold();
+  void foldFinally();
+
+  LexicalDescriptor pending;  // of the frame that the session does not have yet
+  LexicalDescriptor descriptorOf(std::size_t frame) const {
+    return frame < session.store.frameCount() ? session.store.descriptor(frame) : pending;
+  }
+};
+
+}  // namespace estancia
