@@ -91,6 +91,8 @@ void addOdometryCommand(CLI::App& app);
 void addFilterCommand(CLI::App& app);
 void addMapCommand(CLI::App& app);
 void addZonesCommand(CLI::App& app);
+void addDrivesCommand(CLI::App& app);
+void addChangesCommand(CLI::App& app);
 void addAreasCommand(CLI::App& app);
 void addNameCommand(CLI::App& app);
 void addClassifyCommand(CLI::App& app);

@@ -108,6 +108,8 @@ int main(int argc, char** argv) {
   addFilterCommand(app);
   addMapCommand(app);
   addLiveCommand(app);
+  addDrivesCommand(app);
+  addChangesCommand(app);
   addZonesCommand(app);
   addAreasCommand(app);
   addNameCommand(app);

@@ -188,9 +188,10 @@ void RgbdTracker::Impl::track(const View& view, const FrameFacts& facts) {
   if (keyframes.size() == 0) {
     addKeyframe(now, rigidOf(Pose::planar(0, 0, 0)));
   } else {
-    sayGap(facts, frame);
-    auto found = fit(*view, frame);
-    if (!found && promoteLast()) found = fit(*view, frame);
+    if (!isCarried) sayGap(facts, frame);
+    auto found = isCarried ? std::nullopt : fit(*view, frame);
+    if (!found && !isCarried && promoteLast()) found = fit(*view, frame);
+    isCarried = false;
     isSteady = found.has_value();
     if (!found) found = relocalize(now);
     isAnew = !found;
@@ -241,6 +242,11 @@ RgbdTracker::View RgbdTracker::prepare(const cv::Mat& image, const cv::Mat& dept
                                        const std::string& name) const {
   return std::make_shared<const FrameView>(
       odometry::viewOf(image, depth, impl_->camera, impl_->options, name));
+}
+
+void RgbdTracker::beginDrive() {
+  impl_->isCarried = size() > 0;
+  impl_->velocity = cv::Affine3d::Identity();
 }
 
 RgbdTracker::Placement RgbdTracker::add(const View& view, const FrameFacts& facts) {

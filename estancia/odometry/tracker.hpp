@@ -67,6 +67,9 @@ class RgbdTracker {
   /// images: add() says it.
   View prepare(const cv::Mat& image, const cv::Mat& depth, const std::string& name = "") const;
 
+  /// The next frame is another drive's: the camera may be anywhere, and is looked for among all keyframes. To
+  /// be called again after restore() where no frame followed.
+  void beginDrive();
   /// The next frame: `image` is BGR of 8 bits, `depth` is CV_32F [m], 0 where unknown; same view, sizes may
   /// differ from each other and from frame to frame. Frames that cannot be tracked are named in the answer.
   /// Throws Error (mismatch) when the number of words changes.

@@ -92,6 +92,8 @@ struct RgbdTracker::Impl {
   odometry::KeyframeGraph graph;
   odometry::MapPoses map;
 
+  bool isCarried = false;  ///< the camera may be anywhere, whatever the last frame was
+
   View last;  ///< the latest frame with a pose
   std::size_t lastFrame = 0;
   std::optional<double> lastTime;   ///< [s]

@@ -277,7 +277,7 @@ void MappingSession::Impl::write() {
 
 std::optional<std::size_t> firstUnmapped(const TopologicalMap& map, const Sequence& sequence) {
   if (map.frames.empty()) return 0;
-  const Drive& last = map.drives.back();
+  const Drive last = map.drives.empty() ? Drive{} : map.drives.back();
   const std::string begins = driveStartOf(sequence).fingerprint;
   if (!begins.empty() && !last.fingerprint.empty() && begins != last.fingerprint) return std::nullopt;
   std::size_t next = 0;

@@ -162,6 +162,11 @@ void SelfTracking::compare(std::size_t first, std::size_t end) {
     }
 }
 
+void SelfTracking::beginDrive() {
+  if (settled_) load();
+  tracker_->beginDrive();
+}
+
 std::optional<Pose> SelfTracking::add(const Frame& frame, DescriptorView descriptor, const cv::Mat& image,
                                       const cv::Mat& depth) {
   if (settled_) load();

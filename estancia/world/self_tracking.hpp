@@ -35,6 +35,8 @@ class SelfTracking {
   /// corruptFile; mismatch for other options or another camera than those of the map.
   SelfTracking(MapStore& store, const CameraIntrinsics& camera, const RgbdOptions& options);
 
+  /// The frame that the map gets next is another drive's.
+  void beginDrive();
   /// Tracks the frame that the map gets next, and returns its pose where it is known already. Image and depth
   /// may be empty. The words are those of `descriptor`.
   std::optional<Pose> add(const Frame& frame, DescriptorView descriptor, const cv::Mat& image,

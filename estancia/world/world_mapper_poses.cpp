@@ -29,6 +29,7 @@ void WorldMapper::Impl::startTracking(const CameraIntrinsics& camera) {
   }
   tracking.emplace(map, camera, options.odometry);
   isTracked = foldIsFinal = true;  // the layers are loaded when they are needed
+  if (session.drive.firstFrame == poses.size()) tracking->beginDrive();
   takeCorrections();
 }
 
@@ -121,6 +122,7 @@ void WorldMapper::Impl::beginDrive(bool aligned) {
   jumps = {};
   lastView.reset();
   ownCells = {};
+  if (tracking) tracking->beginDrive();
   session.verify = nullptr;
 }
 

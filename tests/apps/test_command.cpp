@@ -371,7 +371,13 @@ TEST_F(Command, ContinuesAnExistingMapOnlyWhenTold) {
   EXPECT_EQ(json::parse(nothing.out)["new_frames"], 0) << nothing.err;
   writeImages(scratch_ / "other", 2, 2);
   fs::rename(scratch_ / "other/frame0.jpg", scratch_ / "other/elsewhere.jpg");
-  expectError(map(scratch_ / "other", map_, {"--continue"}), ErrorCode::mismatch, "frame0.jpg");
+  const auto another = map(scratch_ / "other", map_, {"--continue", "--json"});
+  EXPECT_EQ(json::parse(another.out)["new_frames"], 2) << another.err;
+  const json drives = json::parse(run({"drives", map_, "--json"}).out)["drives"];
+  ASSERT_EQ(drives.size(), 2U);
+  EXPECT_EQ(drives[1]["name"], "other");
+  EXPECT_EQ(drives[1]["frames"], 2);
+  EXPECT_THAT(run({"drives", map_}).out, testing::HasSubstr("2 drives"));
 }
 
 TEST_F(Command, KeepsTheOldMapUntilThereIsANewOne) {

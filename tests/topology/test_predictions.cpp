@@ -153,7 +153,7 @@ std::int64_t versionOf(const fs::path& path) {
 TEST(PredictedRooms, AreKeptInTheMapFile) {
   const test::ScratchFolder folder;
   const fs::path path = storedMap(folder);
-  EXPECT_EQ(versionOf(path), 5);
+  EXPECT_EQ(versionOf(path), 6);
   const auto kept = readMap(path).predictions;
   ASSERT_TRUE(kept);
   EXPECT_EQ(kept->classifier, "svm-rbf on test");

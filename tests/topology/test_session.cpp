@@ -138,6 +138,7 @@ TEST_F(LiveMapping, GoesOnWithAMapOfThatName) {
   for (int run = 0; run < 2; ++run) {
     MappingSession part(path_, labeler_);
     EXPECT_EQ(part.frames(), whole.frames());
+    if (run > 0) whole.beginDrive();
     for (int i = 0; i < 30; ++i) {
       const cv::Mat image = imageOf(i % 7 < 3 ? 200 : 20 + i, 40, i % 7 < 3 ? 20 : 150 + run);
       whole.add(image);

@@ -358,7 +358,7 @@ TEST(MapStoreRefuses, OtherFormatsNamingBothVersions) {
   for (const char* version : {"1", "3", "9"}) {
     tamper(path, std::string("PRAGMA user_version = ") + version);
     EXPECT_THAT(refusal(path),
-                FailsWith(ErrorCode::unsupportedFile, std::string("format ") + version, "formats 4 to 5"));
+                FailsWith(ErrorCode::unsupportedFile, std::string("format ") + version, "formats 4 to 6"));
   }
   tamper(path, "PRAGMA user_version = -1");
   EXPECT_THAT(refusal(path), FailsWith(ErrorCode::corruptFile, "-1"));
@@ -377,7 +377,7 @@ TEST(MapStore, ReadsTheOlderFormatAndUpdatesItWhenItIsWritten) {
     MapStore store = MapStore::open(path, MapStore::Access::write);
     store.commit();
   }
-  EXPECT_EQ(version(), 5);
+  EXPECT_EQ(version(), 6);
   EXPECT_EQ(readMap(path).frames.size(), frames);
 }
 
@@ -434,7 +434,7 @@ TEST(MapStoreRefuses, ContentsThatAreNotToBeBelieved) {
       {"UPDATE frames SET id = 9223372036854775807 WHERE id = 2", "frame 2"},
       {"UPDATE frames SET id = id - 9", "frames"},
       {"INSERT INTO transitions VALUES(0, 7, 1, 1)", "node 7"},
-      {"UPDATE decisions SET kind = 4", "decision is 4"},
+      {"UPDATE decisions SET kind = 5", "decision is 5"},
       {"UPDATE decisions SET frame = 77 WHERE frame = 2", "77"},
       {"UPDATE labels SET label = 'cap' WHERE id = 0", "labels"},
       {"DELETE FROM labels", "labels"},

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/topology/drives.hpp"
+
+#include <algorithm>
+#include <set>
+
+namespace estancia {
+namespace {
+
+DriveSummary summarize(const TopologicalMap& map, std::size_t number, std::set<int>& known) {
+  const std::size_t begin = map.drives[number].firstFrame;
+  const std::size_t end =
+      number + 1 < map.drives.size() ? map.drives[number + 1].firstFrame : map.frames.size();
+  DriveSummary summary;
+  summary.drive = map.drives[number];
+  summary.frames = end - begin;
+  std::set<int> seen;
+  for (std::size_t i = begin; i < end; ++i) {
+    const MappedFrame& frame = map.frames[i];
+    seen.insert(frame.node);
+    if (frame.pose) ++summary.posed;
+    if (frame.timestamp) {
+      summary.begins = std::min(summary.begins.value_or(*frame.timestamp), *frame.timestamp);
+      summary.ends = std::max(summary.ends.value_or(*frame.timestamp), *frame.timestamp);
+    }
+    // As it was decided then: a place that was recognized later may have taken this one in.
+    const int then = i < map.decisions.size() ? map.decisions[i].node : frame.node;
+    if (!summary.recognized && number > 0 && known.contains(frame.node) && then == frame.node)
+      summary.recognized = {i - begin, frame.node};
+  }
+  summary.places = seen.size();
+  summary.newPlaces =
+      static_cast<std::size_t>(std::ranges::count_if(seen, [&](int node) { return !known.contains(node); }));
+  known.insert(seen.begin(), seen.end());
+  return summary;
+}
+
+}  // namespace
+
+std::vector<DriveSummary> summarizeDrives(const TopologicalMap& map) {
+  std::vector<DriveSummary> drives;
+  std::set<int> known;
+  for (std::size_t i = 0; i < map.drives.size(); ++i) drives.push_back(summarize(map, i, known));
+  return drives;
+}
+
+}  // namespace estancia
