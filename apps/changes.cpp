@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "common.hpp"
-#include "estancia/core/printable.hpp"
+#include "estancia/core/label_words.hpp"
 #include "estancia/report/text.hpp"
 #include "estancia/world/changes.hpp"
 
@@ -17,39 +17,67 @@ Json pointJson(const cv::Point3d& p) {
   return {p.x, p.y, p.z};
 }
 
+/// The object that it is or was a part of; nullptr where that is none.
+const WorldObject* thingOf(const WorldMap& world, const ObjectChange& change) {
+  const auto object = change.now ? change.now : change.before;
+  return object ? world.findObject(*object) : nullptr;
+}
+
+std::string nameOf(const WorldMap& world, const ObjectChange& change) {
+  const WorldObject* thing = thingOf(world, change);
+  if (thing == nullptr) return "something";
+  return (change.isWhole ? "" : "part of ") + thing->displayName();
+}
+
 Json changeJson(const WorldMap& world, const ObjectChange& change) {
-  const WorldObject& thing = *world.findObject(change.now ? *change.now : *change.before);
-  Json json{{"kind", toString(change.kind)},
-            {"name", thing.displayName()},
-            {"before", change.before ? Json(*change.before) : Json()},
-            {"now", change.now ? Json(*change.now) : Json()},
-            {"emptiness", change.emptiness}};
-  if (change.before) {
+  const auto number = [](const std::optional<int>& object) { return object ? Json(*object) : Json(); };
+  const WorldObject* thing = thingOf(world, change);
+  Json json{{"kind", toString(change.kind)},    {"name", thing ? Json(thing->displayName()) : Json()},
+            {"whole", change.isWhole},          {"object_before", number(change.before)},
+            {"object_now", number(change.now)}, {"area_m2", change.area}};
+  if (change.kind != ObjectChange::Kind::appeared) {
     json["from"] = pointJson(change.from);
     json["last_seen"] = world.places.frames.at(change.lastBefore).name;
   }
-  if (change.now) {
+  if (change.kind != ObjectChange::Kind::gone) {
     json["to"] = pointJson(change.to);
     json["first_seen"] = world.places.frames.at(change.firstNow).name;
   }
   return json;
 }
 
-std::string placeOf(const WorldMap& world, int object, const cv::Point3d& at) {
-  const WorldArea* area = world.findArea(world.findObject(object)->area);
+Json changeJson(const WorldMap& world, const PlaceChange& change) {
+  Json words = Json::array();
+  for (const PlaceChange::Word& word : change.words)
+    words.push_back(
+        {{"label", world.places.vocabulary[word.label]}, {"before", word.before}, {"now", word.now}});
+  return {{"node", change.node}, {"distance", change.distance}, {"words", std::move(words)}};
+}
+
+std::string where(const WorldMap& world, const cv::Point3d& at) {
+  const WorldArea* area =
+      world.plan ? world.findArea(areaAt(*world.plan, world.plan->floor.position({at.x, at.y, at.z}), 0.5))
+                 : nullptr;
   return fmt::format("({:.2f}, {:.2f}, {:.2f}) m{}", at.x, at.y, at.z,
-                     area == nullptr ? "" : fmt::format(" in {}", area->displayName()));
+                     area == nullptr ? "" : fmt::format(", {}", area->displayName()));
 }
 
 void printText(const WorldMap& world, const Changes& changes) {
   const Drive& drive = world.places.drives[changes.since];
-  fmt::print("since drive {}{}: {}\n", changes.since, drive.name.empty() ? "" : " (" + drive.name + ")",
-             counted(changes.objects.size(), "changed object"));
+  fmt::print("since drive {}{}: {}, {}\n", changes.since, drive.name.empty() ? "" : " (" + drive.name + ")",
+             counted(changes.objects.size(), "changed thing"),
+             counted(changes.places.size(), "changed place"));
   for (const ObjectChange& change : changes.objects) {
-    const WorldObject& thing = *world.findObject(change.now ? *change.now : *change.before);
-    fmt::print("  {:<6} {:<24}", toString(change.kind), thing.displayName());
-    if (change.before) fmt::print(" from {}", placeOf(world, *change.before, change.from));
-    if (change.now) fmt::print(" to {}", placeOf(world, *change.now, change.to));
+    fmt::print("  {:<5}  {}", toString(change.kind), nameOf(world, change));
+    if (change.kind != ObjectChange::Kind::appeared) fmt::print("  from {}", where(world, change.from));
+    if (change.kind != ObjectChange::Kind::gone) fmt::print("  to {}", where(world, change.to));
+    fmt::print("\n");
+  }
+  for (const PlaceChange& change : changes.places) {
+    fmt::print("  place {} ({:.2f} tau_join):", change.node, change.distance);
+    for (const PlaceChange::Word& word : change.words)
+      fmt::print(" {} {:.0f} → {:.0f} %", shortLabel(world.places.vocabulary[word.label]), 100 * word.before,
+                 100 * word.now);
     fmt::print("\n");
   }
 }
@@ -79,9 +107,13 @@ void addChangesCommand(CLI::App& app) {
     const Changes changes = findChanges(arguments->map, arguments->since);
     const WorldMap world = readWorld(arguments->map);
     if (!arguments->json) return printText(world, changes);
-    Json list = Json::array();
-    for (const ObjectChange& change : changes.objects) list.push_back(changeJson(world, change));
-    print(Json{{"map", arguments->map}, {"since", changes.since}, {"objects", std::move(list)}});
+    Json objects = Json::array(), places = Json::array();
+    for (const ObjectChange& change : changes.objects) objects.push_back(changeJson(world, change));
+    for (const PlaceChange& change : changes.places) places.push_back(changeJson(world, change));
+    print(Json{{"map", arguments->map},
+               {"since", changes.since},
+               {"objects", std::move(objects)},
+               {"places", std::move(places)}});
   });
 }
 

@@ -8,8 +8,11 @@
 
 #include "common.hpp"
 #include "estancia/core/printable.hpp"
+#include "estancia/core/progress.hpp"
 #include "estancia/report/text.hpp"
 #include "estancia/topology/drives.hpp"
+#include "estancia/world/merge_maps.hpp"
+#include "estancia/world/rooms_by_name.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -77,16 +80,27 @@ void printJson(const std::string& file, const std::vector<DriveSummary>& drives)
 }  // namespace
 
 void addDrivesCommand(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("drives", "List the drives that a map was made of");
+  CLI::App* command = app.add_subcommand("drives", "List the drives that a map was made of, or undo one");
   struct Arguments {
     std::string map;
+    std::optional<std::size_t> undo;
     bool json = false;
   };
   auto arguments = std::make_shared<Arguments>();
   command->add_option("MAP", arguments->map, "The map file")->required();
+  command
+      ->add_option("--undo", arguments->undo,
+                   "Take this drive out of the map: all others are mapped anew; people's corrections stay")
+      ->type_name("DRIVE");
   addJsonOption(*command, arguments->json);
-  addExamples(*command, "  estancia drives home.estancia");
+  addExamples(*command,
+              "  estancia drives home.estancia\n"
+              "  estancia drives home.estancia --undo 3");
   command->callback([arguments] {
+    if (arguments->undo) {
+      undoDrive(arguments->map, *arguments->undo, *makeStderrProgress());
+      renewRoomsByNames(arguments->map);
+    }
     const std::vector<DriveSummary> drives = summarizeDrives(readMap(arguments->map));
     if (arguments->json)
       printJson(arguments->map, drives);

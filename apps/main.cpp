@@ -109,6 +109,7 @@ int main(int argc, char** argv) {
   addMapCommand(app);
   addLiveCommand(app);
   addDrivesCommand(app);
+  addMergeMapsCommand(app);
   addChangesCommand(app);
   addZonesCommand(app);
   addAreasCommand(app);

@@ -19,6 +19,7 @@ namespace {
 constexpr std::size_t quantiles = 101;
 constexpr double correlation =
     0.4;  // of two networks' products: .34 to .40 on NYU Depth V2, .6 on one vocabulary
+constexpr double labelsOfDimension = 3;
 constexpr double knownShare = 0.9;  // of the labels: lists differ in their backgrounds and spellings
 
 /// "/c/coffee_shop, cafe" → "coffee shop": what lists of the same classes have in common.
@@ -112,7 +113,7 @@ LabelPrior LabelPrior::fromBytes(const std::string& bytes, std::size_t labels) {
   return prior;
 }
 
-LabelPrior unknownLabelsPrior() {
+LabelPrior unknownLabelsPrior(std::size_t labels) {
   const std::vector<NamedLabelPrior>& known = knownPriors();
   const auto count = static_cast<double>(known.size());
   LabelPrior prior{{}, {}, std::vector<double>(quantiles, 0.0)};
@@ -120,6 +121,10 @@ LabelPrior unknownLabelsPrior() {
     for (std::size_t q = 0; q < quantiles; ++q) prior.distances[q] += one.prior.distances[q] / count;
     prior.dimensions += one.prior.dimensions / count;
   }
+  // The products of unrelated unit vectors have a variance of 1/dimensions.
+  const double dimensions = std::clamp(static_cast<double>(labels) / labelsOfDimension, 1.0, prior.dimensions);
+  for (double& d : prior.distances) d = std::max(0.0, 1 + (d - 1) * std::sqrt(prior.dimensions / dimensions));
+  prior.dimensions = dimensions;
   return prior;
 }
 
@@ -131,7 +136,7 @@ LabelPrior labelPriorOf(const Vocabulary& vocabulary) {
     std::optional<LabelPrior> prior;
     for (const NamedLabelPrior& known : knownPriors())
       if (!prior) prior = inOrderOf(vocabulary, first, part.size, known);
-    if (!prior) return unknownLabelsPrior();
+    if (!prior) return unknownLabelsPrior(vocabulary.size());
     priors.push_back(std::move(*prior));
     first += part.size;
   }

@@ -399,7 +399,7 @@ void Mapper::Impl::redirectTransitions(int absorbed, int kept) {
 }
 
 Mapper::Mapper(const DescriptorLayout& layout, const MapperOptions& options)
-    : impl_(std::make_unique<Impl>(layout, options, unknownLabelsPrior())) {}
+    : impl_(std::make_unique<Impl>(layout, options, unknownLabelsPrior(layout.labels()))) {}
 Mapper::Mapper(const Vocabulary& vocabulary, const MapperOptions& options)
     : impl_(std::make_unique<Impl>(vocabulary.layout(), options, labelPriorOf(vocabulary))) {}
 Mapper::Mapper(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}

@@ -92,6 +92,7 @@ class MappingSession {
  private:
   friend class Localizer;
   friend class WorldMapper;
+  friend class NewMap;
   struct Impl;
   explicit MappingSession(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;

@@ -6,14 +6,18 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <map>
-#include <set>
+#include <numeric>
+#include <span>
 #include <tuple>
+#include <unordered_map>
 #include <utility>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/rigid.hpp"
+#include "estancia/objects/instance_map.hpp"
+#include "estancia/topology/mapper_impl.hpp"
+#include "estancia/topology/session_impl.hpp"
 #include "estancia/topology/store.hpp"
 #include "estancia/world/observation.hpp"
 #include "estancia/world/world_store.hpp"
@@ -21,13 +25,15 @@
 namespace estancia {
 namespace {
 
-constexpr std::size_t pointsOfView = 60, pointsOfThing = 240, fewestPoints = 12;
-constexpr std::size_t enoughViews = 2;  // that see a point's place empty
-constexpr double enoughEmpty = 0.6;     // share of the points that were looked at
-constexpr double enoughLookedAt = 0.3;  // of the points
-constexpr double leastMove = 0.1;       // [m]: of one object in both
-constexpr double sameSize = 1.7;        // ratio of lengths of a thing that was moved
-constexpr double enoughAlike = 0.35;    // cosine of the words of one thing in two places
+constexpr double spotWidth = 0.04;              // [m]
+constexpr std::size_t enoughSpots = 10;         // of something that changed: 160 cm² of its surface
+constexpr std::size_t enoughViews = 2;          // of a spot in each epoch
+constexpr std::int32_t gap = 2;                 // spots this far apart are of one thing
+constexpr double wholeShare = 0.5;              // of an object's spots that were looked at
+constexpr std::size_t enoughFramesOfPlace = 5;  // of a place in each epoch
+constexpr std::size_t wordsOfPlace = 5;
+constexpr double sameSize = 1.7;      // ratio of lengths of a thing that was moved
+constexpr double enoughAlike = 0.35;  // cosine of the words of one thing in two places
 
 /// Below, a difference in depth is noise: a Kinect's is 0.0012 z² (Khoshelham and Elberink 2012), and poses
 /// are off by some centimeters.
@@ -35,127 +41,90 @@ double noiseAt(double depth) {
   return 0.03 + 3 * 0.0012 * depth * depth;
 }
 
-/// What an epoch shows of an object.
-struct Thing {
-  std::vector<cv::Point3d> points;
-  std::size_t first = std::numeric_limits<std::size_t>::max(), last = 0, views = 0;
+/// A piece of the surface of something, as one epoch saw it, and how often the other one saw its place empty,
+/// and how often not.
+struct Spot {
+  cv::Point3d point;
+  int object = -1;
+  std::size_t views = 0, lastView = 0, first = 0, last = 0, empty = 0, full = 0;
 
-  bool isSeen() const { return points.size() >= fewestPoints; }
-  cv::Point3d middle() const {
-    cv::Point3d sum;
-    for (const cv::Point3d& p : points) sum += p;
-    return sum * (1.0 / static_cast<double>(std::max<std::size_t>(1, points.size())));
-  }
+  bool isLookedAt() const { return views >= enoughViews && empty + full >= enoughViews; }
+  bool isEmpty() const { return isLookedAt() && empty >= enoughViews && empty > 2 * full; }
 };
+using Spots = std::unordered_map<VoxelKey, Spot, VoxelHash>;
 
-/// How often the place of each point was seen empty, and how often not.
-struct Looks {
-  std::vector<std::size_t> empty, full;
-  explicit Looks(std::size_t points) : empty(points), full(points) {}
+VoxelKey keyOf(const cv::Point3d& point) {
+  const auto cell = [](double value) { return static_cast<std::int32_t>(std::floor(value / spotWidth)); };
+  return {cell(point.x), cell(point.y), cell(point.z)};
+}
 
-  /// Share of empty ones; nothing where too little was looked at.
-  std::optional<double> emptiness() const {
-    std::size_t looked = 0, free = 0;
-    for (std::size_t i = 0; i < empty.size(); ++i) {
-      if (empty[i] + full[i] < enoughViews) continue;
-      ++looked;
-      if (empty[i] >= enoughViews && empty[i] > full[i]) ++free;
-    }
-    if (static_cast<double>(looked) < enoughLookedAt * static_cast<double>(empty.size()) ||
-        looked < fewestPoints)
-      return std::nullopt;
-    return static_cast<double>(free) / static_cast<double>(looked);
-  }
-};
-
-/// The two epochs of a map: which views are of now.
+/// The surfaces of things in the two epochs of a map: before a frame, and since.
 class Epochs {
  public:
   Epochs(const WorldMap& world, const WorldStore& store, std::size_t firstNow)
-      : world_(world),
-        store_(store),
-        firstNow_(firstNow),
-        things_{std::vector<Thing>(world.objects.size()), std::vector<Thing>(world.objects.size())} {
-    findThings();
+      : world_(world), store_(store), firstNow_(firstNow) {
+    findSpots();
     findLooks();
   }
 
   /// 0: before, 1: now.
-  const Thing& thing(std::size_t epoch, std::size_t object) const { return things_[epoch][object]; }
-  /// How empty the other epoch saw the object's place of this one.
-  std::optional<double> emptiness(std::size_t epoch, std::size_t object) const {
-    return looks_[epoch][object].emptiness();
-  }
+  const Spots& spots(std::size_t epoch) const { return spots_[epoch]; }
 
  private:
   std::size_t epochOf(std::size_t frame) const { return frame >= firstNow_ ? 1 : 0; }
 
-  void findThings() {
+  void findSpots() {
     const std::map<SegmentPlace, int> objectOf = store_.objectSegments();
     forEachView(
         [&](std::size_t frame, const Observation& seen, const cv::Mat& depth, const cv::Affine3d& pose) {
+          if (seen.segments.empty()) return;
+          std::vector<int> objects{-1};
           for (std::size_t s = 1; s <= seen.info.size(); ++s) {
-            const auto object = objectOf.find({frame, s});
-            if (object == objectOf.end() || seen.segments.empty()) continue;
-            if (object->second < 0 || static_cast<std::size_t>(object->second) >= world_.objects.size())
-              continue;
-            Thing& thing = things_[epochOf(frame)][static_cast<std::size_t>(object->second)];
-            thing.first = std::min(thing.first, frame);
-            thing.last = std::max(thing.last, frame);
-            ++thing.views;
-            addPoints(seen, depth, pose, s, thing);
+            const auto found = objectOf.find({frame, s});
+            objects.push_back(found == objectOf.end() ? -1 : found->second);
           }
+          for (int y = 0; y < depth.rows; ++y)
+            for (int x = 0; x < depth.cols; ++x) {
+              const std::size_t segment = seen.segments.at<unsigned char>(y, x);
+              const float z = depth.at<float>(y, x);
+              if (segment == 0 || segment >= objects.size() || !(z > 0) || z > farthest) continue;
+              if (objects[segment] < 0 && seen.info[segment - 1].flat) continue;  // a piece of a wall
+              add(pose * cv::Point3d(seen.camera.slopeX(x) * z, seen.camera.slopeY(y) * z, z), frame,
+                  objects[segment]);
+            }
         });
-    for (auto& epoch : things_)
-      for (Thing& thing : epoch) thin(thing.points);
   }
 
-  static void addPoints(const Observation& seen, const cv::Mat& depth, const cv::Affine3d& pose,
-                        std::size_t segment, Thing& thing) {
-    const cv::Rect& box = seen.info[segment - 1].box;
-    std::vector<cv::Point3d> points;
-    for (int y = box.y; y < box.y + box.height; ++y)
-      for (int x = box.x; x < box.x + box.width; ++x) {
-        const float z = depth.at<float>(y, x);
-        if (seen.segments.at<unsigned char>(y, x) != segment || !(z > 0)) continue;
-        points.push_back(pose * cv::Point3d(seen.camera.slopeX(x) * z, seen.camera.slopeY(y) * z, z));
-      }
-    const std::size_t count = std::min(points.size(), pointsOfView);
-    for (std::size_t i = 0; i < count; ++i) thing.points.push_back(points[i * points.size() / count]);
-  }
-
-  static void thin(std::vector<cv::Point3d>& points) {
-    if (points.size() <= pointsOfThing) return;
-    std::vector<cv::Point3d> kept;
-    for (std::size_t i = 0; i < pointsOfThing; ++i) kept.push_back(points[i * points.size() / pointsOfThing]);
-    points = std::move(kept);
+  void add(const cv::Point3d& point, std::size_t frame, int object) {
+    const auto [entry, isNew] = spots_[epochOf(frame)].try_emplace(keyOf(point));
+    Spot& spot = entry->second;
+    if (isNew) {
+      spot.point = point;
+      spot.first = frame;
+    }
+    if (isNew || spot.lastView != frame) ++spot.views;
+    spot.lastView = spot.last = frame;
+    if (object >= 0) spot.object = object;
   }
 
   void findLooks() {
-    for (std::size_t epoch = 0; epoch < 2; ++epoch)
-      for (const Thing& thing : things_[epoch]) looks_[epoch].emplace_back(thing.points.size());
     forEachView(
         [&](std::size_t frame, const Observation& seen, const cv::Mat& depth, const cv::Affine3d& pose) {
           const cv::Affine3d inverse = pose.inv();
-          const std::size_t other = 1 - epochOf(frame);
-          for (std::size_t object = 0; object < things_[other].size(); ++object) {
-            const std::vector<cv::Point3d>& points = things_[other][object].points;
-            for (std::size_t i = 0; i < points.size(); ++i)
-              look(inverse * points[i], seen.camera, depth, looks_[other][object], i);
-          }
+          for (auto& [key, spot] : spots_[1 - epochOf(frame)])
+            if (spot.views >= enoughViews) look(inverse * spot.point, seen.camera, depth, spot);
         });
   }
 
   static void look(const cv::Point3d& point, const CameraIntrinsics& camera, const cv::Mat& depth,
-                   Looks& looks, std::size_t i) {
-    constexpr double nearest = 0.2, farthest = 6;  // [m]
+                   Spot& spot) {
     if (point.z < nearest || point.z > farthest) return;
-    const int x = static_cast<int>(std::lround(camera.cx + camera.fx * point.x / point.z));
-    const int y = static_cast<int>(std::lround(camera.cy + camera.fy * point.y / point.z));
-    if (x < 0 || y < 0 || x >= depth.cols || y >= depth.rows) return;
-    const double seen = depth.at<float>(y, x), noise = noiseAt(point.z);
+    const double u = camera.cx + camera.fx * point.x / point.z, v = camera.cy + camera.fy * point.y / point.z;
+    if (!(u >= 0 && v >= 0 && u < depth.cols - 1 && v < depth.rows - 1)) return;
+    const double seen = depth.at<float>(static_cast<int>(std::lround(v)), static_cast<int>(std::lround(u)));
+    const double noise = noiseAt(point.z);
     if (!(seen > 0) || seen < point.z - noise) return;  // unknown, or something is in the way
-    ++(seen > point.z + noise ? looks.empty : looks.full)[i];
+    ++(seen > point.z + noise ? spot.empty : spot.full);
   }
 
   template <class Use>
@@ -167,101 +136,233 @@ class Epochs {
     });
   }
 
+  static constexpr double nearest = 0.2, farthest = 5;  // [m]
+
   const WorldMap& world_;
   const WorldStore& store_;
   std::size_t firstNow_;
-  std::array<std::vector<Thing>, 2> things_;
-  std::array<std::vector<Looks>, 2> looks_;
+  std::array<Spots, 2> spots_;
 };
 
-double alikeWords(const WorldObject& a, const WorldObject& b) {
-  double both = 0, ofA = 0, ofB = 0;
-  std::map<std::string, double> known;
-  for (const LabelProbability& word : a.words) {
-    known[word.label] = word.probability;
-    ofA += static_cast<double>(word.probability) * word.probability;
+/// Spots that are empty now, side by side.
+struct Patch {
+  std::vector<const Spot*> spots;
+  int object = -1;  ///< of most of them
+  bool isWhole = false;
+  cv::Point3d middle, size;
+};
+
+void describe(Patch& patch, const std::map<int, std::size_t>& lookedAt) {
+  std::map<int, std::size_t> objects;
+  cv::Point3d low = patch.spots.front()->point, high = low, sum;
+  for (const Spot* spot : patch.spots) {
+    ++objects[spot->object];
+    sum += spot->point;
+    low = {std::min(low.x, spot->point.x), std::min(low.y, spot->point.y), std::min(low.z, spot->point.z)};
+    high = {std::max(high.x, spot->point.x), std::max(high.y, spot->point.y),
+            std::max(high.z, spot->point.z)};
   }
-  for (const LabelProbability& word : b.words) {
-    ofB += static_cast<double>(word.probability) * word.probability;
-    if (const auto found = known.find(word.label); found != known.end())
-      both += found->second * word.probability;
-  }
-  return both > 0 ? both / std::sqrt(ofA * ofB) : 0;
+  patch.middle = sum * (1.0 / static_cast<double>(patch.spots.size()));
+  patch.size = high - low + cv::Point3d(spotWidth, spotWidth, spotWidth);
+  const auto most = std::ranges::max_element(objects, {}, [](const auto& entry) { return entry.second; });
+  patch.object = most->first;
+  patch.isWhole = patch.object >= 0 && static_cast<double>(most->second) >=
+                                           wholeShare * static_cast<double>(lookedAt.at(patch.object));
 }
 
-bool haveOneSize(const WorldObject& a, const WorldObject& b) {
-  std::array<double, 3> u{a.size.x, a.size.y, a.size.z}, v{b.size.x, b.size.y, b.size.z};
+/// In a fixed order.
+std::vector<Patch> patchesOf(const Spots& spots) {
+  std::map<VoxelKey, const Spot*> rest;
+  std::map<int, std::size_t> lookedAt;
+  for (const auto& [key, spot] : spots) {
+    if (spot.isLookedAt()) ++lookedAt[spot.object];
+    if (spot.isEmpty()) rest.emplace(key, &spot);
+  }
+  std::vector<Patch> patches;
+  while (!rest.empty()) {
+    Patch patch;
+    std::vector<VoxelKey> reached{rest.begin()->first};
+    patch.spots.push_back(rest.begin()->second);
+    rest.erase(rest.begin());
+    for (std::size_t i = 0; i < reached.size(); ++i)
+      for (std::int32_t dx = -gap; dx <= gap; ++dx)
+        for (std::int32_t dy = -gap; dy <= gap; ++dy)
+          for (std::int32_t dz = -gap; dz <= gap; ++dz) {
+            const auto next = rest.find({reached[i].x + dx, reached[i].y + dy, reached[i].z + dz});
+            if (next == rest.end()) continue;
+            reached.push_back(next->first);
+            patch.spots.push_back(next->second);
+            rest.erase(next);
+          }
+    if (patch.spots.size() < enoughSpots) continue;
+    describe(patch, lookedAt);
+    patches.push_back(std::move(patch));
+  }
+  return patches;
+}
+
+/// What the words of each object have beyond those of all objects: log probabilities less their means.
+class ObjectWords {
+ public:
+  explicit ObjectWords(const WorldMap& world) {
+    std::map<std::string, std::pair<double, double>> sums;
+    double labeled = 0;
+    for (const WorldObject& object : world.objects) {
+      if (object.words.empty()) continue;
+      ++labeled;
+      for (const LabelProbability& word : object.words) sums[word.label].first += logOf(word.probability);
+    }
+    for (const WorldObject& object : world.objects) {
+      auto& own = words_[object.id];
+      for (const LabelProbability& word : object.words)
+        own[word.label] = logOf(word.probability) - sums[word.label].first / labeled;
+    }
+  }
+
+  /// The cosine; 0 where one has none.
+  double alike(int a, int b) const {
+    double both = 0, ofA = 0, ofB = 0;
+    for (const auto& [label, value] : words_.at(a)) {
+      ofA += value * value;
+      if (const auto other = words_.at(b).find(label); other != words_.at(b).end())
+        both += value * other->second;
+    }
+    for (const auto& [label, value] : words_.at(b)) ofB += value * value;
+    return ofA > 0 && ofB > 0 ? both / std::sqrt(ofA * ofB) : 0;
+  }
+
+ private:
+  static double logOf(double probability) { return std::log(std::max(probability, 1e-5)); }
+  std::map<int, std::map<std::string, double>> words_;
+};
+
+bool haveOneSize(const cv::Point3d& a, const cv::Point3d& b) {
+  std::array<double, 3> u{a.x, a.y, a.z}, v{b.x, b.y, b.z};
   std::ranges::sort(u);
   std::ranges::sort(v);
-  constexpr double thin = 0.05;  // [m]: lengths below say nothing
+  constexpr double thin = 0.1;  // [m]: lengths below say nothing
   for (std::size_t i = 0; i < 3; ++i)
     if (std::max(u[i], v[i]) > sameSize * std::max({std::min(u[i], v[i]), thin})) return false;
   return true;
 }
 
-/// Pairs of things that are gone and things that are new, most alike first.
-void joinMoved(const WorldMap& world, std::vector<ObjectChange>& changes) {
-  std::vector<std::tuple<double, std::size_t, std::size_t>> pairs;
-  for (std::size_t i = 0; i < changes.size(); ++i)
-    for (std::size_t k = 0; k < changes.size(); ++k) {
-      if (changes[i].kind != ObjectChange::Kind::gone || changes[k].kind != ObjectChange::Kind::appeared)
-        continue;
-      const WorldObject &gone = *world.findObject(*changes[i].before),
-                        &now = *world.findObject(*changes[k].now);
-      const double alike = alikeWords(gone, now);
-      if (alike >= enoughAlike && haveOneSize(gone, now)) pairs.emplace_back(-alike, i, k);
-    }
-  std::ranges::sort(pairs);
-  std::set<std::size_t> joined;
-  for (const auto& [alike, gone, now] : pairs) {
-    if (joined.contains(gone) || joined.contains(now)) continue;
-    ObjectChange& change = changes[gone];
-    change.kind = ObjectChange::Kind::moved;
-    change.now = changes[now].now;
-    change.to = changes[now].to;
-    change.firstNow = changes[now].firstNow;
-    change.emptiness = std::min(change.emptiness, changes[now].emptiness);
-    joined.insert(gone);
-    joined.insert(now);
-    changes[now].now.reset();  // to be dropped
-  }
-  std::erase_if(changes, [](const ObjectChange& change) { return !change.before && !change.now; });
+/// How surely two patches are of one thing, 0 … 2: one object that was pushed aside or turned, or alike ones.
+double likeness(const ObjectWords& words, const Patch& gone, const Patch& now) {
+  if (gone.object < 0 || now.object < 0) return 0;
+  if (gone.object == now.object) return 2;
+  const double alike = words.alike(gone.object, now.object);
+  return alike >= enoughAlike && haveOneSize(gone.size, now.size) ? alike : 0;
 }
 
+ObjectChange changeOf(const Patch& patch, ObjectChange::Kind kind) {
+  ObjectChange change;
+  change.kind = kind;
+  change.isWhole = patch.isWhole;
+  change.area = spotWidth * spotWidth * static_cast<double>(patch.spots.size());
+  const auto object = patch.object < 0 ? std::nullopt : std::optional(patch.object);
+  if (kind == ObjectChange::Kind::gone) {
+    change.before = object;
+    change.from = patch.middle;
+    change.lastBefore = (*std::ranges::max_element(patch.spots, {}, &Spot::last))->last;
+  } else {
+    change.now = object;
+    change.to = patch.middle;
+    change.firstNow = (*std::ranges::min_element(patch.spots, {}, &Spot::first))->first;
+  }
+  return change;
+}
+
+/// What is gone and what is new; pairs of these, most alike first, are what was moved.
 std::vector<ObjectChange> changedObjects(const WorldMap& world, const WorldStore& store,
                                          std::size_t firstNow) {
   const Epochs epochs(world, store, firstNow);
+  const ObjectWords words(world);
+  const std::vector<Patch> gone = patchesOf(epochs.spots(0)), now = patchesOf(epochs.spots(1));
+  std::vector<std::tuple<double, std::size_t, std::size_t>> pairs;
+  for (std::size_t i = 0; i < gone.size(); ++i)
+    for (std::size_t k = 0; k < now.size(); ++k)
+      if (const double alike = likeness(words, gone[i], now[k]); alike > 0) pairs.emplace_back(-alike, i, k);
+  std::ranges::sort(pairs);
+  std::vector<bool> isJoined(now.size(), false);
   std::vector<ObjectChange> changes;
-  for (std::size_t object = 0; object < world.objects.size(); ++object) {
-    const Thing &before = epochs.thing(0, object), &now = epochs.thing(1, object);
-    const std::optional<double> left = epochs.emptiness(0, object), come = epochs.emptiness(1, object);
-    ObjectChange change;
-    change.from = before.middle();
-    change.to = now.middle();
-    change.lastBefore = before.last;
-    change.firstNow = now.first;
-    const int id = world.objects[object].id;
-    if (before.isSeen() && now.isSeen()) {
-      if (!left || !come || std::min(*left, *come) < enoughEmpty / 2 ||
-          cv::norm(change.to - change.from) < leastMove)
-        continue;
-      change.kind = ObjectChange::Kind::moved;
-      change.before = change.now = id;
-      change.emptiness = std::min(*left, *come);
-    } else if (before.isSeen() && left && *left >= enoughEmpty) {
-      change.kind = ObjectChange::Kind::gone;
-      change.before = id;
-      change.emptiness = *left;
-    } else if (now.isSeen() && come && *come >= enoughEmpty) {
-      change.kind = ObjectChange::Kind::appeared;
-      change.now = id;
-      change.emptiness = *come;
-    } else {
-      continue;
-    }
-    changes.push_back(change);
+  for (const Patch& patch : gone) changes.push_back(changeOf(patch, ObjectChange::Kind::gone));
+  for (const auto& [alike, i, k] : pairs) {
+    ObjectChange& change = changes[i];
+    if (change.kind == ObjectChange::Kind::moved || isJoined[k]) continue;
+    const ObjectChange found = changeOf(now[k], ObjectChange::Kind::appeared);
+    change.kind = ObjectChange::Kind::moved;
+    change.now = found.now;
+    change.to = found.to;
+    change.firstNow = found.firstNow;
+    isJoined[k] = true;
   }
-  joinMoved(world, changes);
+  for (std::size_t k = 0; k < now.size(); ++k)
+    if (!isJoined[k]) changes.push_back(changeOf(now[k], ObjectChange::Kind::appeared));
+  return changes;
+}
+
+/// Of the images of a place in one epoch.
+struct EpochOfPlace {
+  std::size_t frames = 0;
+  std::vector<double> words, embedded;
+
+  void add(DescriptorView descriptor, std::span<const float> asEmbedded) {
+    words.resize(descriptor.size());
+    embedded.resize(descriptor.size());
+    ++frames;
+    for (std::size_t i = 0; i < words.size(); ++i) {
+      words[i] += descriptor[i];
+      embedded[i] += asEmbedded[i];
+    }
+  }
+  std::vector<float> mean(const std::vector<double>& sums) const {
+    std::vector<float> result;
+    for (const double sum : sums) result.push_back(static_cast<float>(sum / static_cast<double>(frames)));
+    return result;
+  }
+};
+
+PlaceChange changeOf(int node, double distance, const std::vector<float>& before,
+                     const std::vector<float>& now) {
+  PlaceChange change{node, distance, {}};
+  std::vector<std::size_t> labels(before.size());
+  std::iota(labels.begin(), labels.end(), 0);
+  const auto count = static_cast<std::ptrdiff_t>(std::min(wordsOfPlace, labels.size()));
+  std::ranges::partial_sort(labels, labels.begin() + count, std::ranges::greater{},
+                            [&](std::size_t label) { return std::abs(now[label] - before[label]); });
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
+    const std::size_t label = labels[static_cast<std::size_t>(i)];
+    change.words.push_back({label, before[label], now[label]});
+  }
+  return change;
+}
+
+/// Places whose mean images of the two epochs would be two places, most different first.
+std::vector<PlaceChange> changedPlaces(const TopologicalMap& map, const MapStore& store,
+                                       std::size_t firstNow) {
+  const Mapper mapper = restoreMapper(store);
+  const Mapper::Impl& scale = mapper.impl();
+  std::map<int, std::array<EpochOfPlace, 2>> places;
+  store.forEachDescriptor(0, [&](std::size_t frame, DescriptorView descriptor) {
+    const auto embedded = scale.embeddedFrame(descriptor).embedded;
+    places[map.frames.at(frame).node][frame >= firstNow ? 1 : 0].add(descriptor, embedded);
+    return true;
+  });
+  std::vector<PlaceChange> changes;
+  for (const auto& [node, epochs] : places) {
+    if (std::ranges::any_of(epochs,
+                            [](const EpochOfPlace& epoch) { return epoch.frames < enoughFramesOfPlace; }))
+      continue;
+    const auto compared = [&](std::size_t epoch) {
+      return scale.bank.compared(epochs[epoch].mean(epochs[epoch].embedded));
+    };
+    const double distance =
+        compare(scale.distance.comparison, compared(0), compared(1)) / scale.thresholds.join;
+    if (distance >= 1)
+      changes.push_back(
+          changeOf(node, distance, epochs[0].mean(epochs[0].words), epochs[1].mean(epochs[1].words)));
+  }
+  std::ranges::sort(changes, std::ranges::greater{}, &PlaceChange::distance);
   return changes;
 }
 
@@ -295,7 +396,9 @@ Changes findChanges(const std::filesystem::path& path, std::optional<std::size_t
   if (changes.since == 0 || changes.since >= drives.size())
     fail(ErrorCode::unknownName, "--since: the drives that others came before are 1 to {}, and {} is given",
          drives.size() - 1, changes.since);
-  changes.objects = changedObjects(world, store, drives[changes.since].firstFrame);
+  const std::size_t firstNow = drives[changes.since].firstFrame;
+  changes.objects = changedObjects(world, store, firstNow);
+  changes.places = changedPlaces(world.places, map, firstNow);
   return changes;
 }
 

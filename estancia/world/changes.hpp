@@ -12,16 +12,19 @@
 
 namespace estancia {
 
-/// A thing whose place was looked at before and after, and is empty in one of them.
+/// Something whose place was looked at before and after, and is empty in one of them.
 struct ObjectChange {
   enum class Kind { moved, gone, appeared };
   Kind kind = Kind::gone;
-  /// Where it was and where it is: objects of the map; the same one where it was moved by less than its size.
+  /// The object of the map that it is, or was a part of, where it was and where it is; nothing where that is
+  /// none. The same one where a thing was pushed aside or turned.
   std::optional<int> before = {}, now = {};
-  /// Its middle there [m].
+  /// Whether it is most of that object.
+  bool isWhole = false;
+  /// Its middle there [m], on the map's axes.
   cv::Point3d from = {}, to = {};
-  /// Share of its points whose place was seen empty.
-  double emptiness = 0;
+  /// Its surface that was seen empty there [m²].
+  double area = 0;
   /// The last frame that shows it where it was, and the first that shows it where it is.
   std::size_t lastBefore = 0, firstNow = 0;
 };
@@ -29,7 +32,7 @@ struct ObjectChange {
 /// A place that looks different.
 struct PlaceChange {
   int node = 0;
-  /// Of the mean words before and since, in units of τ_join; above 1 two places are told apart.
+  /// Between the mean images before and since, in units of τ_join: at 1 and above they would be two places.
   double distance = 0;
   /// The labels whose probability changed most, and by how much.
   struct Word {
@@ -48,11 +51,12 @@ struct Changes {
 
 std::string toString(ObjectChange::Kind kind);
 
-/// What drives from `since` on (the last one by default) saw otherwise than those before. A thing is gone
-/// where later depth images look through its place, and new where earlier ones did; a thing that is gone
-/// and one that is new, of similar words, size and color, is one that was moved. What nobody looked at again
-/// is no change. Throws Error as readMap() does, and insufficientData for a map of one drive, or an unknown
-/// one.
+/// What drives from `since` on (the last one by default) saw otherwise than those before. The surface of a
+/// thing is gone where later depth images look through its place, twice at least, and new where earlier ones
+/// did; pieces side by side are one change, from 160 cm² on. Of what is gone and what is new, pieces of one
+/// object, and such of one size with similar words, are what was moved. What nobody looked at again is no
+/// change. Needs depth and poses; places need neither. Throws Error as readMap() does, insufficientData for a
+/// map of one drive, and unknownName for a drive that it does not have.
 Changes findChanges(const std::filesystem::path& map, std::optional<std::size_t> since = {});
 
 }  // namespace estancia

@@ -34,6 +34,33 @@ void WorldStore::putView(const LabeledSegment& view, std::span<const unsigned ch
       .execute();
 }
 
+void WorldStore::copyViews(const WorldStore& from, std::size_t first, std::size_t end, std::size_t to) {
+  if (!from.exists_) return;
+  Database &source = from.store_.database(), &here = store_.database();
+  const auto frameOf = [&](const Statement& row) {
+    return static_cast<std::size_t>(row.integer(0)) - first + to;
+  };
+  Statement views(
+      source,
+      "SELECT frame, segment, quality, words, jpeg FROM object_views WHERE frame >= ?1 AND frame < ?2", first,
+      end);
+  Statement putView(here,
+                    "INSERT OR REPLACE INTO object_views(frame, segment, quality, words, jpeg) "
+                    "VALUES(?1, ?2, ?3, ?4, ?5)");
+  while (views.next()) {
+    putView.bindAll(frameOf(views), views.integer(1), views.real(2), views.bytes(3), views.bytes(4));
+    putView.execute();
+  }
+  if (!sqlite::hasTable(source, "segment_words")) return;
+  Statement words(source, "SELECT frame, segment, words FROM segment_words WHERE frame >= ?1 AND frame < ?2",
+                  first, end);
+  Statement putWords(here, "INSERT OR REPLACE INTO segment_words VALUES(?1, ?2, ?3)");
+  while (words.next()) {
+    putWords.bindAll(frameOf(words), words.integer(1), words.bytes(2));
+    putWords.execute();
+  }
+}
+
 void WorldStore::putRegionLabels(const std::vector<std::size_t>& labels) {
   ByteWriter bytes;
   bytes.numbers(std::vector<std::uint32_t>(labels.begin(), labels.end()));

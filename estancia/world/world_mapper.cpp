@@ -84,6 +84,27 @@ std::optional<Pose> WorldMapper::observe(const Frame& frame, DescriptorView desc
   return impl_->tracking ? impl_->poses.back() : frame.pose;
 }
 
+void WorldMapper::observe(const Frame& frame, DescriptorView descriptor, std::optional<Observation> seen) {
+  Impl& impl = *impl_;
+  impl.takeAlignment();
+  impl.addFrame(frame, frame.pose, impl.session.inMap(frame.pose), descriptor);
+  const std::optional<Pose>& from = impl.isAligned ? impl.poses.back() : impl.own;
+  if (!seen || !from || !impl.inSpace()) return;
+  seen->seenFrom = from;
+  impl.put(*seen, descriptor);
+  if (impl.isAligned)
+    impl.add(*seen, descriptor, *from);
+  else
+    impl.noteUnaligned(*from);
+}
+
+WorldMap WorldMapper::read() {
+  impl_->session.write();
+  WorldMap world{impl_->session.store.load()};
+  impl_->store.read(world);
+  return world;
+}
+
 void WorldMapper::add(const Frame& frame, DescriptorView descriptor, const cv::Mat& image,
                       const cv::Mat& depth, const CameraIntrinsics& camera,
                       const MappingSession::Image& thumbnail, const Placed& placed,

@@ -16,6 +16,7 @@
 #include "estancia/objects/instance_map.hpp"
 #include "estancia/odometry/rgbd.hpp"
 #include "estancia/topology/session.hpp"
+#include "estancia/world/observation.hpp"
 #include "estancia/world/work_time.hpp"
 
 namespace estancia {
@@ -25,6 +26,7 @@ class ObjectModel;
 class Labeler;
 class Sequence;
 struct ObjectEdit;
+struct WorldMap;
 
 /// What a map holds above its places, as far as the drive allows.
 struct WorldLayers {
@@ -130,6 +132,10 @@ class WorldMapper {
   /// mismatch, also when the map has tracked its camera so far and is not to track this one).
   std::optional<Pose> observe(const Frame& frame, DescriptorView descriptor, const cv::Mat& image,
                               const cv::Mat& depth, const CameraIntrinsics& camera);
+  /// The same of a frame of another map, with what that has kept of it.
+  void observe(const Frame& frame, DescriptorView descriptor, std::optional<Observation> seen);
+  /// The map with its layers, as it would be read from its file.
+  WorldMap read();
   /// Hears a frame's place (node id) and pose.
   using Placed = std::function<void(int place, const std::optional<Pose>& pose)>;
   /// Both at once: adds the frame to the session, with `thumbnail`, and says where it is before it takes what

@@ -52,6 +52,8 @@ class WorldStore {
   void addEdit(const AreaEdit& edit);
   void addObjectEdit(const ObjectEdit& edit);
   void putView(const LabeledSegment& view, std::span<const unsigned char> jpeg);
+  /// The labeled segments of the frames from `first` to `end` of another map, which are frames from `to` on.
+  void copyViews(const WorldStore& from, std::size_t first, std::size_t end, std::size_t to);
   /// The labels that a detector tells of segments, by their numbers (Labeler::regionLabels()).
   void putRegionLabels(const std::vector<std::size_t>& labels);
   /// A probability for each of these labels.

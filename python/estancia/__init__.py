@@ -21,6 +21,8 @@ from .classify import *
 from .classify import __all__ as _classify
 from .clouds import *
 from .clouds import __all__ as _clouds
+from .drives import *
+from .drives import __all__ as _drives
 from .errors import (
     Error,
     ExistingFileError,
@@ -70,6 +72,7 @@ __all__ = [
     "options",
     *_classify,
     *_clouds,
+    *_drives,
     *_geometry,
     *_labelers,
     *_labels,

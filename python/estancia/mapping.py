@@ -74,7 +74,7 @@ class _RecordedFrames:
 class MappingSession:
     """Maps frames into a file while they come, and goes on with it later; a context manager.
 
-    Creates the map, or continues it where the file exists. What it holds is written once a second, and is whole after a
+    Creates the map, or continues it with another drive where the file exists. What it holds is written once a second, and is whole after a
     crash. Options: :class:`estancia.options.MapperOptions`, for a new map. Raises InvalidInputError where they are not
     those of the map, and Error ("busy") where another process writes it.
 
@@ -99,6 +99,11 @@ class MappingSession:
     def frames(self) -> int:
         """How many frames the map has."""
         return cast(int, self._open().frames)
+
+    def begin_drive(self, name: str = "", *, poses_in_map: bool = False) -> None:
+        """The next frame is another drive's: the robot may be anywhere, and is localized in what earlier drives have
+        mapped. ``poses_in_map``: its poses are in the map's frame, else in any fixed one."""
+        self._open().begin_drive(name, poses_in_map)
 
     def add(self, image: Image, timestamp: float | None = None, pose: Pose | None = None) -> int:
         """Labels an image, (height, width, 3), uint8, BGR, maps it with a small copy of it, and returns its place."""
@@ -211,6 +216,8 @@ class Localization:
     """Probability of ``belief_node``."""
     unmapped: float | None
     """Probability that no mapped frame was taken near; None where the map has no poses."""
+    unvisited: float | None
+    """The same of frames that look anywhere."""
     belief_zone: int | None
     zone_confidence: float
 

@@ -18,6 +18,7 @@ from .sequences import Frame
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
+    from .drives import Changes, Drive
     from .options import ExportOptions, RouteOptions
 
 __all__ = [
@@ -325,6 +326,16 @@ class Map:
     def frames(self) -> list[MappedFrame]:
         """In driving order."""
         return cast("list[MappedFrame]", self._core.frames)
+
+    @property
+    def drives(self) -> list[Drive]:
+        """In order of frames."""
+        return cast("list[Drive]", _estancia.drives_of(self._core))
+
+    def changes(self, since: int | None = None) -> Changes:
+        """What drives from ``since`` on (the last one) saw otherwise than those before. Raises InvalidInputError where
+        the map has one drive, or not that one."""
+        return cast("Changes", _estancia.changes(self.path, since))
 
     @property
     def decisions(self) -> list[Decision]:

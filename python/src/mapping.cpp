@@ -85,7 +85,7 @@ int addLabels(MappingSession& session, const py::object& frame, const py::object
 
 py::object localizationOf(const Localization& at) {
   return make("Localization", at.node, at.nearestImage, at.distance, at.beliefNode, at.beliefImage,
-              at.confidence, at.unmapped, at.beliefZone, at.zoneConfidence);
+              at.confidence, at.unmapped, at.unvisited, at.beliefZone, at.zoneConfidence);
 }
 
 py::list answersOf(const std::vector<Localization>& answers) {
@@ -172,6 +172,10 @@ void bindMapping(py::module_& m) {
              return longCall([&] { return std::make_unique<MappingSession>(path, labeler, options); });
            }),
            py::keep_alive<1, 3>())
+      .def("begin_drive",
+           [](MappingSession& session, const std::string& name, bool posesInMap) {
+             longCall([&] { session.beginDrive({name, "", posesInMap}); });
+           })
       .def("add", addImage)
       .def("add_labels", addLabels)
       .def("finish", [](MappingSession& session) { longCall([&] { session.finish(); }); })

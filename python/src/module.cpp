@@ -12,6 +12,7 @@ PYBIND11_MODULE(_estancia, m) {
   bindLabelers(m);
   bindLabels(m);
   bindMapping(m);
+  bindDrives(m);
   bindMaps(m);
   bindZones(m);
   bindClassifiers(m);

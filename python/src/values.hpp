@@ -68,6 +68,7 @@ void bindSequences(py::module_& m);
 void bindLabelers(py::module_& m);
 void bindLabels(py::module_& m);
 void bindMapping(py::module_& m);
+void bindDrives(py::module_& m);
 void bindMaps(py::module_& m);
 void bindZones(py::module_& m);
 void bindClassifiers(py::module_& m);

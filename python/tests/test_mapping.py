@@ -267,3 +267,36 @@ def test_a_live_loop_ends_by_what_its_listener_raises_or_says(panoramas: pathlib
     with estancia.LiveLoop(panoramas, tmp_path / "two.estancia", labeler, replay={"rate": 0}) as live:
         stopped = live.run(lambda now: live.stop() if now.frames >= 3 else None)
     assert 3 <= len(stopped.frames) < 216
+
+
+def test_several_drives_are_one_map(tmp_path: pathlib.Path) -> None:
+    rng = np.random.default_rng(3)
+    looks = np.exp(1.5 * rng.normal(size=(8, 40)))
+
+    def image(place: int) -> list[float]:
+        row = looks[place] * np.exp(0.4 * rng.normal(size=40))
+        return [float(p) for p in row / row.sum()]
+
+    labeler = estancia.CallableLabeler(lambda pixels: image(0), [f"word {i}" for i in range(40)])
+
+    def drive(file: pathlib.Path, name: str, steps: range) -> None:
+        with estancia.MappingSession(file, labeler) as session:
+            session.begin_drive(name)
+            for step in steps:
+                session.add_labels(f"{name} {step}", image(step // 4 % 8))
+
+    one, other = tmp_path / "one.estancia", tmp_path / "other.estancia"
+    drive(one, "first", range(80))
+    drive(one, "second", range(10, 60))
+    drive(other, "third", range(20, 70))
+    drives = estancia.read_map(one).drives
+    assert [d.name for d in drives] == ["first", "second"]
+    assert drives[1].first_frame == 80 and drives[1].frames == 50
+    assert drives[1].recognized_after is not None
+    assert estancia.read_map(one).changes().since == 1
+    merged = estancia.merge_maps([one, other], tmp_path / "all.estancia")
+    assert merged.drives == 3 and merged.frames == 180 and merged.recognized == [True]
+    with pytest.raises(estancia.InvalidInputError, match="itself"):
+        estancia.merge_maps([one, one], tmp_path / "twice.estancia")
+    estancia.undo_drive(one, 0)
+    assert [d.name for d in estancia.read_map(one).drives] == ["second"]

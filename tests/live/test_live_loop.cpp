@@ -251,7 +251,9 @@ TEST(LiveLoop, KeepsTheNameOfAnObjectToTheEndAndAfterIt) {
   }
   ASSERT_EQ(readWorld(file).objects.size(), 1U);
   EXPECT_EQ(readWorld(file).objects[0].givenName, name);
-  FedLoop later(file, labeler, drive);
+  LiveOptions localized;
+  localized.posesAreInMap = true;
+  FedLoop later(file, labeler, drive, localized);
   ASSERT_NE(later.loop().world(), nullptr);
   EXPECT_EQ(later.loop().world()->objects.at(0).givenName, name) << "before its first frame";
   feedAndWait(later, drive, 9, drive.size());

@@ -1,0 +1,69 @@
+// estancia merge: one map of several.
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include "common.hpp"
+#include "estancia/core/printable.hpp"
+#include "estancia/core/progress.hpp"
+#include "estancia/report/text.hpp"
+#include "estancia/world/merge_maps.hpp"
+#include "estancia/world/rooms_by_name.hpp"
+
+namespace estancia::apps {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using report::counted;
+
+struct MergeArguments {
+  std::vector<std::string> maps;
+  std::string output;
+  bool overwrite = false, json = false;
+};
+
+void run(const MergeArguments& arguments) {
+  const std::vector<std::filesystem::path> maps(arguments.maps.begin(), arguments.maps.end());
+  const MergedMaps merged =
+      mergeMaps(maps, arguments.output, arguments.overwrite ? ExistingMap::replace : ExistingMap::refuse,
+                *makeStderrProgress());
+  renewRoomsByNames(arguments.output);
+  for (const std::string& conflict : merged.conflicts) spdlog::warn("{}", conflict);
+  if (arguments.json) {
+    Json parts = Json::array();
+    for (const MergedMaps::Part& part : merged.parts)
+      parts.push_back({{"recognized", part.isRecognized}, {"aligned", part.isAligned}});
+    return print(Json{{"map", arguments.output},
+                      {"drives", merged.drives},
+                      {"frames", merged.frames},
+                      {"nodes", merged.places},
+                      {"merged", std::move(parts)},
+                      {"conflicts", merged.conflicts}});
+  }
+  fmt::print("{}: {}, {}, {}\n", printable(arguments.output), counted(merged.drives, "drive"),
+             counted(merged.frames, "frame"), counted(merged.places, "place"));
+  for (std::size_t i = 0; i < merged.parts.size(); ++i)
+    fmt::print("  {}: {}, {}\n", printable(arguments.maps[i + 1]),
+               merged.parts[i].isRecognized ? "shares places with the maps before"
+                                            : "shares no place with the maps before",
+               merged.parts[i].isAligned ? "its poses are known in the merged map"
+                                         : "its poses are not known in the merged map");
+}
+
+}  // namespace
+
+void addMergeMapsCommand(CLI::App& app) {
+  CLI::App* command =
+      app.add_subcommand("merge", "Make one map of several: of other drives, robots or floors");
+  auto arguments = std::make_shared<MergeArguments>();
+  command->add_option("MAPS", arguments->maps, "The map files; the first one gives the frame of the poses")
+      ->required()
+      ->expected(2, -1);
+  addOutputOption(*command, arguments->output, "The merged map, NAME.estancia")->required();
+  addOverwriteOption(*command, arguments->overwrite);
+  addJsonOption(*command, arguments->json);
+  addExamples(*command, "  estancia merge day.estancia evening.estancia -o home.estancia");
+  command->callback([arguments] { run(*arguments); });
+}
+
+}  // namespace estancia::apps

@@ -1,0 +1,45 @@
+// Merging maps, and undoing a drive: a map is made anew from what others keep of their drives.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "estancia/core/progress.hpp"
+#include "estancia/topology/map.hpp"
+
+namespace estancia {
+
+/// What mergeMaps() did.
+struct MergedMaps {
+  std::size_t drives = 0, frames = 0, places = 0;
+  /// By the maps' order but for the first: whether a place of the maps before was recognized in it, and
+  /// whether its poses are known in the merged map.
+  struct Part {
+    bool isRecognized = false, isAligned = false;
+  };
+  std::vector<Part> parts;
+  /// Sentences: names that people gave to one area in both maps. The first map's name is kept.
+  std::vector<std::string> conflicts;
+};
+
+/// Makes the map `output` of all drives of the maps, in their order, as if one robot had driven them one
+/// after the other: shared places are recognized (DriveGuide, DriveAlignment, depth), the rest is kept apart.
+/// The first map gives the frame of the poses and the options. People's names, merges, splits and removals
+/// are those of all maps, as far as the maps are aligned. A map whose camera was tracked keeps the poses, but
+/// cannot be tracked on. Throws Error: as readMap() and MappingSession::create() do; invalidInput for less
+/// than two maps, or for two that have a drive in common; mismatch for maps of different vocabularies or
+/// models; Interrupted. `output` appears when it is whole.
+MergedMaps mergeMaps(std::span<const std::filesystem::path> maps, const std::filesystem::path& output,
+                     ExistingMap existing = ExistingMap::refuse, Progress& progress = Progress::none());
+
+/// Takes a drive out of the map, as if it had never been: all others are mapped anew. People's corrections
+/// stay. The map is replaced when the new one is whole. Throws Error: as readMap() does, unknownName for a
+/// drive that it does not have, insufficientData where it has no other, busy when another process writes it;
+/// Interrupted.
+void undoDrive(const std::filesystem::path& map, std::size_t drive, Progress& progress = Progress::none());
+
+}  // namespace estancia

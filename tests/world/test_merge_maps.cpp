@@ -1,0 +1,184 @@
+// Maps made anew of the drives of others: merged, and without a drive.
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/world/merge_maps.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "estancia/core/rigid.hpp"
+#include "estancia/topology/session.hpp"
+#include "estancia/world/edit_areas.hpp"
+#include "estancia/world/world_map.hpp"
+#include "estancia/world/world_mapper.hpp"
+#include "support/errors.hpp"
+#include "support/flat_drive.hpp"
+#include "support/support.hpp"
+#include "support/synthetic.hpp"
+
+namespace estancia {
+namespace {
+
+namespace fs = std::filesystem;
+using test::FailsWith;
+using test::ScratchFolder;
+
+const cv::Affine3d otherFrame(cv::Vec3d(0, 0, 2.1), cv::Vec3d(7, -3, 0));
+
+Vocabulary words(int count = 60) {
+  std::vector<std::string> names;
+  for (int i = 0; i < count; ++i) names.push_back("word " + std::to_string(i));
+  return Vocabulary(names);
+}
+
+/// Circles through twelve places, and through twelve others.
+class MergedDrives : public testing::Test {
+ protected:
+  static Pose poseAt(std::size_t step) {
+    const double angle = 2 * std::numbers::pi * static_cast<double>(step) / 48;
+    return Pose::planar(4 * std::cos(angle), 4 * std::sin(angle), angle + std::numbers::pi / 2);
+  }
+
+  void drive(const std::string& map, std::size_t begin, std::size_t end, std::size_t firstPlace = 0,
+             const cv::Affine3d& frame = cv::Affine3d::Identity()) {
+    const fs::path file = folder_ / map;
+    MappingSession session = fs::exists(file) ? MappingSession::resume(file, words(), "test")
+                                              : MappingSession::create(file, words(), "test", {});
+    session.beginDrive({map + " " + std::to_string(begin)});
+    for (std::size_t i = begin; i < end; ++i) {
+      Frame known;
+      known.name = map + std::to_string(i);
+      known.pose = poseOf(frame.inv() * rigidOf(poseAt(i)));
+      session.add(known, places_.image(firstPlace + i / 4 % 12), [] {
+        return std::vector<unsigned char>{1, 2};
+      });
+    }
+    session.finish();
+  }
+  TopologicalMap read(const std::string& map) const { return readMap(folder_ / map); }
+  MergedMaps merge(const std::vector<std::string>& maps, const std::string& output) const {
+    std::vector<fs::path> files;
+    for (const std::string& map : maps) files.push_back(folder_ / map);
+    return mergeMaps(files, folder_ / output);
+  }
+  bool isAlone(const std::string& map) const {
+    for (const auto& entry : fs::directory_iterator(folder_.path()))
+      if (entry.path().filename().string().find("." + map + ".") == 0) return false;
+    return true;
+  }
+
+  ScratchFolder folder_;
+  test::SyntheticPlaces places_{24, 60, 0.6};
+};
+
+void expectSame(const TopologicalMap& a, const TopologicalMap& b) {
+  ASSERT_EQ(a.frames.size(), b.frames.size());
+  for (std::size_t i = 0; i < a.frames.size(); ++i) {
+    EXPECT_EQ(a.frames[i].node, b.frames[i].node) << i;
+    EXPECT_EQ(a.frames[i].name, b.frames[i].name) << i;
+    EXPECT_EQ(a.frames[i].pose.has_value(), b.frames[i].pose.has_value()) << i;
+  }
+  ASSERT_EQ(a.nodes.size(), b.nodes.size());
+  for (std::size_t i = 0; i < a.nodes.size(); ++i) EXPECT_EQ(a.nodes[i].mean, b.nodes[i].mean) << i;
+  EXPECT_EQ(a.transitions.size(), b.transitions.size());
+}
+
+TEST_F(MergedDrives, AreOneMap) {
+  drive("a", 0, 120);
+  drive("b", 10, 90, 0, otherFrame);
+  drive("c", 0, 60, 12, otherFrame);
+  const MergedMaps merged = merge({"a", "b", "c"}, "all");
+  EXPECT_EQ(merged.drives, 3U);
+  EXPECT_EQ(merged.frames, 260U);
+  ASSERT_EQ(merged.parts.size(), 2U);
+  EXPECT_TRUE(merged.parts[0].isRecognized && merged.parts[0].isAligned);
+  EXPECT_FALSE(merged.parts[1].isRecognized || merged.parts[1].isAligned) << "another house";
+  EXPECT_TRUE(isAlone("all"));
+  const TopologicalMap all = read("all");
+  ASSERT_EQ(all.drives.size(), 3U);
+  EXPECT_EQ(all.drives[1].name, "b 10");
+  for (std::size_t i = 120; i < 200; ++i)
+    EXPECT_LT(distanceBetween(all.frames[i].pose.value(), poseAt(i - 110)), 0.5) << i;
+  for (std::size_t i = 200; i < 260; ++i) EXPECT_FALSE(all.frames[i].pose);
+  EXPECT_EQ(merged.places, all.nodes.size());
+}
+
+TEST_F(MergedDrives, CanBeUndone) {
+  drive("one", 0, 120);
+  const TopologicalMap before = read("one");
+  drive("one", 10, 90, 0, otherFrame);
+  ASSERT_EQ(read("one").drives.size(), 2U);
+  undoDrive(folder_ / "one", 1);
+  expectSame(read("one"), before);
+  EXPECT_TRUE(isAlone("one"));
+  drive("one", 20, 80);
+  undoDrive(folder_ / "one", 0);
+  const TopologicalMap rest = read("one");
+  EXPECT_EQ(rest.frames.size(), 60U);
+  EXPECT_EQ(rest.frames.front().name, "one20");
+  drive("one", 30, 90);
+  EXPECT_EQ(read("one").drives.size(), 2U) << "and it goes on";
+}
+
+TEST_F(MergedDrives, AreRefusedWhereTheyDoNotFit) {
+  drive("a", 0, 60);
+  drive("b", 10, 60);
+  EXPECT_THAT([&] { merge({"a"}, "all"); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { merge({"a", "a"}, "all"); }, FailsWith(ErrorCode::invalidInput, "itself", "a 0"));
+  EXPECT_THAT([&] { merge({"a", "missing"}, "all"); }, FailsWith(ErrorCode::fileNotFound, "missing"));
+  EXPECT_THAT([&] { merge({"a", "b"}, "b"); }, FailsWith(ErrorCode::fileExists, "b"));
+  {
+    Frame named;
+    named.name = "x";
+    MappingSession other = MappingSession::create(folder_ / "other", words(12), "test", {});
+    other.add(named, std::vector<float>(12, 0.1F));
+    MappingSession model = MappingSession::create(folder_ / "model", words(), "another", {});
+    model.add(named, places_.image(0));
+  }
+  EXPECT_THAT([&] { merge({"a", "other"}, "all"); }, FailsWith(ErrorCode::mismatch, "other"));
+  EXPECT_THAT([&] { merge({"a", "model"}, "all"); }, FailsWith(ErrorCode::mismatch, "another"));
+  EXPECT_THAT([&] { undoDrive(folder_ / "a", 1); }, FailsWith(ErrorCode::unknownName, "drive 1"));
+  EXPECT_THAT([&] { undoDrive(folder_ / "a", 0); }, FailsWith(ErrorCode::insufficientData));
+  EXPECT_FALSE(fs::exists(folder_ / "all"));
+  EXPECT_TRUE(isAlone("all"));
+  EXPECT_EQ(read("a").frames.size(), 60U);
+}
+
+/// A flat with depth, whose second drive is in the map's frame.
+TEST(UndoneDrives, LeaveAreasAndPeoplesNames) {
+  const ScratchFolder folder;
+  const fs::path file = folder / "flat";
+  const test::FlatDrive flat;
+  const DescriptorSequence labeled = flat.labeled();
+  const auto drive = [&](int round) {
+    MappingSession session = round > 0 ? MappingSession::resume(file, labeled.vocabulary, labeled.model)
+                                       : MappingSession::create(file, labeled.vocabulary, labeled.model, {});
+    WorldMapper world(session);
+    session.beginDrive({.name = "round", .posesAreInMap = true});
+    world.beginDrive();
+    for (std::size_t i = 0; i < flat.size(); ++i) {
+      Frame frame = flat.frame(i);
+      frame.name += std::to_string(round);
+      world.observe(frame, labeled.descriptors.row(i), flat.image(i), flat.depth(i), *flat.intrinsics());
+      session.add(frame, labeled.descriptors.row(i));
+    }
+    session.finish();
+    world.finish();
+  };
+  drive(0);
+  nameArea(file, "0", "Ada's room");
+  drive(1);
+  const WorldMap both = readWorld(file);
+  ASSERT_EQ(both.areas.size(), 3U);
+  undoDrive(file, 0);
+  const WorldMap rest = readWorld(file);
+  EXPECT_EQ(rest.places.frames.size(), flat.size());
+  ASSERT_EQ(rest.areas.size(), 3U);
+  EXPECT_TRUE(
+      std::ranges::any_of(rest.areas, [](const auto& area) { return area.givenName == "Ada's room"; }));
+}
+
+}  // namespace
+}  // namespace estancia
