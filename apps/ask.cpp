@@ -104,9 +104,17 @@ std::string areaText(const WorldMap& world, int area) {
   return found == nullptr ? "" : fmt::format("in area {} ({})", area, found->displayName());
 }
 
+/// "000211.jpg", and of which drive where there are several.
+std::string momentText(const TopologicalMap& map, std::size_t frame) {
+  if (map.drives.size() < 2) return map.frames[frame].name;
+  const std::size_t number = map.driveOf(frame);
+  const std::string& name = map.drives[number].name;
+  return fmt::format("{} of drive {}{}", map.frames[frame].name, number,
+                     name.empty() ? "" : " (" + name + ")");
+}
+
 void printObject(const ObjectAnswer& answer, const WorldMap& world, const std::string& image) {
   const WorldObject& object = *world.findObject(answer.object);
-  const auto& frames = world.places.frames;
   std::string where =
       fmt::format("at ({:.2f}, {:.2f}, {:.2f}) m", object.center.x, object.center.y, object.center.z);
   for (const std::string& more :
@@ -121,7 +129,8 @@ void printObject(const ObjectAnswer& answer, const WorldMap& world, const std::s
   fmt::print(
       "object {:<4} {:>5.1f} %  {:>5.1f}× the objects' mean  {}: {}  {}; seen in {} images, {} to {}{}\n",
       answer.object, 100 * answer.probability, answer.lift, object.displayName(), reason, where, object.views,
-      frames[object.firstFrame].name, frames[object.lastFrame].name, image.empty() ? "" : "; " + image);
+      momentText(world.places, object.firstFrame), momentText(world.places, object.lastFrame),
+      image.empty() ? "" : "; " + image);
 }
 
 void printPlaces(const WorldAnswers& answers, const WorldMap& world, const PlacesInZones& zones) {

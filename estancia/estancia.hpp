@@ -71,6 +71,7 @@
 #include "estancia/check/check.hpp"
 
 #include "estancia/topology/ask.hpp"
+#include "estancia/topology/drives.hpp"
 #include "estancia/topology/explain.hpp"
 #include "estancia/topology/export.hpp"
 #include "estancia/topology/localizer.hpp"
@@ -104,7 +105,9 @@
 #include "estancia/areas/room_segmentation.hpp"
 #include "estancia/areas/word_map.hpp"
 
+#include "estancia/world/changes.hpp"
 #include "estancia/world/map_sequence.hpp"
+#include "estancia/world/merge_maps.hpp"
 #include "estancia/world/world_map.hpp"
 
 #include "estancia/report/cloud_image.hpp"

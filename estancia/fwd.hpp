@@ -123,6 +123,9 @@ struct CheckReport;
 // topology
 struct Answers;
 struct Decision;
+struct Drive;
+struct DriveStart;
+struct DriveSummary;
 struct ExportOptions;
 struct Localization;
 class Localizer;
@@ -192,6 +195,7 @@ struct TrainingSet;
 struct Area;
 struct AreaEdit;
 struct AreaPlan;
+struct DrivePoses;
 class FloorCells;
 struct FloorHeat;
 struct FloorSurvey;
@@ -202,9 +206,13 @@ class WordMap;
 struct WordMapOptions;
 
 // world
+struct Changes;
 struct KnownPose;
 struct MapSequenceOptions;
 struct MappedSequence;
+struct MergedMaps;
+struct ObjectChange;
+struct PlaceChange;
 struct WorldArea;
 struct WorldMap;
 struct WorldObject;

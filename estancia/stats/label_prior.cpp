@@ -122,7 +122,8 @@ LabelPrior unknownLabelsPrior(std::size_t labels) {
     prior.dimensions += one.prior.dimensions / count;
   }
   // The products of unrelated unit vectors have a variance of 1/dimensions.
-  const double dimensions = std::clamp(static_cast<double>(labels) / labelsOfDimension, 1.0, prior.dimensions);
+  const double dimensions =
+      std::clamp(static_cast<double>(labels) / labelsOfDimension, 1.0, prior.dimensions);
   for (double& d : prior.distances) d = std::max(0.0, 1 + (d - 1) * std::sqrt(prior.dimensions / dimensions));
   prior.dimensions = dimensions;
   return prior;

@@ -248,7 +248,8 @@ void Mapper::Impl::decide(const PlaceView& seen, const std::optional<int>& guess
   const bool isRecognizedByViews = isRecognized(seen, decision);             // remembers what was seen
   if (isLocalized(seen, guess, decision) || isRecognizedByViews) return;
   decision.kind = DecisionKind::join;
-  if (current && decision.toCurrent < thresholds.join) return;                      // line 7
+  if (current && decision.toCurrent < thresholds.join && !views.isElsewhere(decision.current, seen.pose))
+    return;                                                                         // line 7
   const auto similar = bank.nearest(seen.compared, current.value_or(bank.size()));  // lines 10–17
   if (similar) {
     decision.other = bank[similar->slot].id;

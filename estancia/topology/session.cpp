@@ -47,8 +47,8 @@ Mapper restoreMapper(const MapStore& store) {
   const auto prior = store.findState(priorKey);  // none: of an older program's map
   return Mapper::Impl::restore(
       vocabulary.layout(), settingsFromJson(store.identity().settings),
-      {prior ? LabelPrior::fromBytes(*prior, vocabulary.size()) : unknownLabelsPrior(vocabulary.size()), *state,
-       store.nodeStates(), store.findState(viewsKey).value_or(""),
+      {prior ? LabelPrior::fromBytes(*prior, vocabulary.size()) : unknownLabelsPrior(vocabulary.size()),
+       *state, store.nodeStates(), store.findState(viewsKey).value_or(""),
        [&store](std::size_t frame) { return store.descriptor(frame); },
        [&store](std::size_t frame) { return store.pose(frame); }});
 }

@@ -86,7 +86,8 @@ bool areJoined(const WorldMap& world, int one, int other) {
   if (cv::countNonZero(around & (world.plan->areaOf == other)) > 0) return true;
   const std::vector<int>& areas = world.areaOfFrame;
   for (std::size_t i = 1; i < areas.size(); ++i)
-    if (!world.places.beginsDrive(i) && std::minmax(areas[i - 1], areas[i]) == std::minmax(one, other)) return true;
+    if (!world.places.beginsDrive(i) && std::minmax(areas[i - 1], areas[i]) == std::minmax(one, other))
+      return true;
   return false;
 }
 

@@ -22,8 +22,8 @@ class MapTerms {
   std::optional<WorldOptions> options() const;
   /// Keeps them, or compares: throws Error (mismatch) that says which differ.
   void keep(WorldOptions options);
-  /// The camera of the last drive's depth images, and their units per meter as given; 0 where nobody gave any.
-  /// Keeps them, or compares: throws Error (mismatch) that says what differs.
+  /// The camera of the last drive's depth images, and their units per meter as given; 0 where nobody gave
+  /// any. Keeps them, or compares: throws Error (mismatch) that says what differs.
   void keep(const CameraIntrinsics& camera, double depthScale);
   /// Another drive may have another camera.
   void forgetCamera();

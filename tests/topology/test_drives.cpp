@@ -193,6 +193,16 @@ TEST(MapperDrives, BelieveAGuessUnlessWordsContradict) {
   EXPECT_EQ(std::get<Decision>(events.front()).kind, DecisionKind::localize);
 }
 
+TEST(MapperDrives, DoNotStayInAPlaceThatIsElsewhereByPoses) {
+  Rounds rounds(2);
+  const std::vector<float> image = rounds.imageAt(0);
+  for (const double step : {0.1, 3.0}) {
+    Mapper mapper(words());
+    for (int i = 0; i < 20; ++i) mapper.add(image, Pose::planar(step * i, 0, 0));
+    EXPECT_EQ(mapper.nodes(), step < 1 ? 1U : 20U) << "look-alikes, " << step << " m apart";
+  }
+}
+
 TEST(DriveAlignment, IsWhatMostViewsAgreeWith) {
   std::mt19937 random(5);
   std::normal_distribution<double> noise(0, 0.15);

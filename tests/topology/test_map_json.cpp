@@ -71,7 +71,8 @@ TEST(MapJson, TellsWhereAnImageWasTaken) {
                                                                 {"belief_node", 1},
                                                                 {"belief_image", "g.jpg"},
                                                                 {"confidence", 0.5},
-                                                                {"unmapped", 0.25}, {"unvisited", nullptr}}));
+                                                                {"unmapped", 0.25},
+                                                                {"unvisited", nullptr}}));
 }
 
 TEST(MapJson, TellsDecisions) {
