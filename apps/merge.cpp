@@ -42,12 +42,13 @@ void run(const MergeArguments& arguments) {
   }
   fmt::print("{}: {}, {}, {}\n", printable(arguments.output), counted(merged.drives, "drive"),
              counted(merged.frames, "frame"), counted(merged.places, "place"));
-  for (std::size_t i = 0; i < merged.parts.size(); ++i)
-    fmt::print("  {}: {}, {}\n", printable(arguments.maps[i + 1]),
-               merged.parts[i].isRecognized ? "shares places with the maps before"
-                                            : "shares no place with the maps before",
-               merged.parts[i].isAligned ? "its poses are known in the merged map"
-                                         : "its poses are not known in the merged map");
+  for (std::size_t i = 0; i < merged.parts.size(); ++i) {
+    const MergedMaps::Part& part = merged.parts[i];
+    fmt::print("  {}: shares {} with the maps before", printable(arguments.maps[i + 1]),
+               part.isRecognized ? "places" : "no place");
+    if (part.hasPoses) fmt::print(", its poses are {}known in the merged map", part.isAligned ? "" : "not ");
+    fmt::print("\n");
+  }
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <set>
 #include <unordered_map>
 
+#include "estancia/core/digest.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/frame_failure.hpp"
 #include "estancia/core/similar_names.hpp"
@@ -26,13 +27,22 @@ namespace {
 /// The frames of a descriptor file, without images; readDescriptors() gives their labels.
 class DescriptorFrames final : public io::ListedSequence {
  public:
-  DescriptorFrames(const fs::path& file, std::vector<Frame> frames) : ListedSequence(io::nameOf(file)) {
-    entries_ = std::move(frames);
+  DescriptorFrames(const fs::path& file, DescriptorSequence labeled) : ListedSequence(io::nameOf(file)) {
+    if (labeled.descriptors.size() > 0) {
+      const DescriptorView first = labeled.descriptors.row(0);
+      first_ = sha256({reinterpret_cast<const char*>(first.data()), first.size_bytes()});
+    }
+    entries_ = std::move(labeled.frames);
   }
+  /// Tells drives apart that have the same names; of the first frame alone.
+  std::string fingerprint(std::size_t i) const override { return i == 0 ? first_ : ""; }
   cv::Mat image(std::size_t i) const override {
     fail(ErrorCode::invalidState, "{}: {} has labels only, no image; open the sequence of images", name_,
          frame(i).name);
   }
+
+ private:
+  std::string first_;
 };
 
 bool isDescriptors(const fs::path& path) {
@@ -40,7 +50,7 @@ bool isDescriptors(const fs::path& path) {
 }
 
 io::Opened openDescriptors(const fs::path& path, const SequenceOptions&) {
-  return std::make_unique<DescriptorFrames>(path, readDescriptors(path).frames);
+  return std::make_unique<DescriptorFrames>(path, readDescriptors(path));
 }
 
 /// In order of detection: a plain folder of images comes last.

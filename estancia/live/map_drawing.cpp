@@ -46,6 +46,8 @@ Json drawnPath(const WorldMap& world, const Floor& floor) {
   const std::size_t stride = world.places.frames.size() / most + 1;
   for (std::size_t i = 0; i < world.places.frames.size(); i += stride) {
     const auto& pose = world.places.frames[i].pose;
+    const bool isCarried = i > 0 && world.places.driveOf(i) != world.places.driveOf(i - stride);
+    if (isCarried && !lines.back().empty()) lines.emplace_back();
     if (!pose || !pose->isPlausible()) {
       if (!lines.back().empty()) lines.emplace_back();
       continue;

@@ -27,16 +27,15 @@ double neededHeight(const Fit& fit, const std::vector<Point>& extent, const Figu
   return std::clamp(std::ceil(high - low + borders), 0.55 * style.width, style.height);
 }
 
-void drawPath(Markup& svg, const std::vector<std::optional<Point>>& points, const Fit& fit) {
+void drawPath(Markup& svg, const std::vector<std::optional<Point>>& points, const Fit& fit,
+              std::span<const std::size_t> starts) {
   constexpr double step = 1.5;
   Path path;
   std::optional<Point> last;
-  for (const auto& point : points) {
-    if (!point) {
-      last.reset();
-      continue;
-    }
-    const Point p = fit(*point);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (!points[i] || std::ranges::binary_search(starts, i)) last.reset();
+    if (!points[i]) continue;
+    const Point p = fit(*points[i]);
     if (last && std::hypot(p.x - last->x, p.y - last->y) < step) continue;
     last ? path.line(p.x, p.y) : path.move(p.x, p.y);
     last = p;

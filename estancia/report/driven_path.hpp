@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -27,8 +28,10 @@ Markup openFigure(const char* kind, const FigureStyle& style, const std::string&
 double neededHeight(const Fit& fit, const std::vector<Point>& extent, const FigureStyle& style,
                     double borders);
 
-/// A dotted line, thinned to steps one can see; it breaks where no point is known.
-void drawPath(Markup& svg, const std::vector<std::optional<Point>>& points, const Fit& fit);
+/// A dotted line, thinned to steps one can see; it breaks where no point is known, and where a drive begins:
+/// at these points.
+void drawPath(Markup& svg, const std::vector<std::optional<Point>>& points, const Fit& fit,
+              std::span<const std::size_t> starts = {});
 
 /// A bar of 1, 2 or 5 · 10ⁿ meters, at most a fifth of the width, at the foot of the figure; `scale` is in
 /// pixels a meter, and nothing is drawn where it is 0. Returns what is covered.

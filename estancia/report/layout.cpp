@@ -166,6 +166,7 @@ MapLayout layoutMap(const MapSummary& summary, bool fromAbove) {
     return layout;
   }
   layout.frames = path.points;
+  for (const Drive& drive : summary.map->drives) layout.driveStarts.push_back(drive.firstFrame);
 
   std::vector<std::optional<Point>> nodes(summary.nodes.size());
   for (std::size_t n = 0; n < nodes.size(); ++n) {

@@ -32,9 +32,10 @@ void separate(std::vector<Point>& centers, const std::vector<double>& radii, dou
 
 /// The nodes of a map in the plane, in meters (y up) where poses are known, else in edges.
 struct MapLayout {
-  std::vector<Point> nodes;                  ///< one a node of the summary, all finite
-  std::vector<std::optional<Point>> frames;  ///< the driven path, one a frame; empty without poses
-  bool metric = false;                       ///< positions come from poses
+  std::vector<Point> nodes;                   ///< one a node of the summary, all finite
+  std::vector<std::optional<Point>> frames;   ///< the driven path, one a frame; empty without poses
+  std::vector<std::size_t> driveStarts = {};  ///< frames before which the robot may have been carried
+  bool metric = false;                        ///< positions come from poses
 };
 /// `fromAbove` uses x and y whatever their spread, as a floor plan needs it.
 MapLayout layoutMap(const MapSummary& summary, bool fromAbove);

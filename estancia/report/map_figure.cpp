@@ -152,7 +152,7 @@ Markup mapFigure(const MapSummary& summary, const MapLayout& layout, const MapCo
       "map", style,
       "Map of " + counted(summary.nodes.size(), "node") + " and " + counted(summary.links.size(), "link"));
   if (plan != nullptr) drawFloorPlan(svg, *plan, fit, summary.rooms.empty() ? style.fontSize : 0);
-  drawPath(svg, layout.frames, fit);
+  drawPath(svg, layout.frames, fit, layout.driveStarts);
   const double thin = std::min(1.5, 0.1 * largestRadius(nodes.size(), style));
   for (const Link& link : summary.links) {
     const Point &a = nodes[link.a], &b = nodes[link.b];

@@ -136,6 +136,7 @@ Markup headerOf(const MapPage& page, const MapSummary& summary) {
   const TopologicalMap& map = page.map;
   std::vector<std::pair<std::size_t, std::string>> counts{
       {map.frames.size(), "frame"}, {map.nodes.size(), "node"}, {map.transitions.size(), "transition"}};
+  if (map.drives.size() > 1) counts.emplace(counts.begin(), map.drives.size(), "drive");
   if (!map.merges.empty()) counts.emplace_back(map.merges.size(), "merge");
   if (summary.roomsDriven > 0) counts.emplace_back(summary.roomsDriven, "room");
   if (page.world != nullptr && !page.world->world.areas.empty())

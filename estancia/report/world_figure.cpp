@@ -53,7 +53,7 @@ class WorldDrawing {
     drawAreas(svg);
     if (!shapes_.walls.empty())
       svg.leaf("path", {{"class", "walls"}, {"fill-rule", "evenodd"}, {"d", pathOf(shapes_.walls, fit_)}});
-    drawPath(svg, view_.path, fit_);
+    drawPath(svg, view_.path, fit_, view_.driveStarts);
     drawBoxes(svg);
     drawThings(svg);
     svg.open("g", {{"class", "way"}}).close();

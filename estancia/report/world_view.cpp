@@ -73,6 +73,7 @@ bool hasLayers(const WorldMap& world) {
 WorldView viewOf(const WorldPage& page) {
   const WorldMap& world = page.world;
   WorldView view{world, floorOf(world)};
+  for (const Drive& drive : world.places.drives) view.driveStarts.push_back(drive.firstFrame);
   for (const MappedFrame& frame : world.places.frames) {
     view.path.emplace_back();
     if (frame.pose && frame.pose->isPlausible())

@@ -22,6 +22,8 @@ struct WorldView {
   Floor floor;
   /// One a frame, in the floor's axes [m]; none where the pose is unknown or absurd.
   std::vector<std::optional<Point>> path = {};
+  /// Frames before which the robot may have been carried.
+  std::vector<std::size_t> driveStarts = {};
   /// The corners of each object's box on the floor [m]; none where it is absurdly far away.
   std::vector<std::vector<Point>> boxes = {};
   /// The data: URI of each object that has an image.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/topology/drive_store.hpp"
 
+#include <fmt/format.h>
+
 #include <limits>
 
 #include "estancia/topology/sqlite.hpp"
@@ -41,7 +43,10 @@ std::vector<Drive> DriveStore::drives() const {
 std::optional<Pose> DriveStore::givenPose(std::size_t frame) const {
   if (!sqlite::hasTable(store_.database(), "given_poses")) return std::nullopt;
   Statement row(store_.database(), "SELECT x, y, z, qx, qy, qz, qw FROM given_poses WHERE frame = ?1", frame);
-  return row.next() ? readPose(row, 0) : std::nullopt;
+  if (!row.next()) return std::nullopt;
+  const std::optional<Pose> pose = readPose(row, 0);
+  if (!pose) store_.database().failDamaged(fmt::format("the given pose of frame {} is none", frame));
+  return pose;
 }
 
 }  // namespace estancia

@@ -260,9 +260,12 @@ std::vector<Drive> readDrives(Database& database) {
   Rows rows(database,
             "SELECT first_frame, name, fingerprint, aligned, x, y, z, qx, qy, qz, qw FROM drives "
             "ORDER BY first_frame");
-  while (rows.next())
+  while (rows.next()) {
     drives.push_back({rows.count(0, 0, "a drive's first frame"), printable(rows.text(1)), rows.text(2),
                       rows.number(3, 0, 1, "whether a drive is aligned") == 1, readPose(rows, 4)});
+    if (!std::isnan(rows.real(4)) && !drives.back().alignment)
+      database.failDamaged(fmt::format("the alignment of drive {} is no pose", drives.size() - 1));
+  }
   return drives;
 }
 

@@ -142,10 +142,12 @@ class NewMap {
     world_->finish();
   }
 
-  /// To its place.
-  void move(const fs::path& place) {
+  /// To its place, or in the place of the map `old`, which nobody else writes; then with that one's mode.
+  void move(const fs::path& place, std::optional<MapStore>& old) {
     world_.reset();
     session_.reset();
+    if (old) fs::permissions(path_, fs::status(place).permissions());
+    old.reset();  // what SQLite keeps beside the file goes with it
     fs::rename(path_, place);
   }
 
@@ -187,6 +189,7 @@ std::vector<MergedMaps::Part> partsOfMerged(const TopologicalMap& merged,
     for (std::size_t i = 0; i < source->map.drives.size(); ++i) {
       const Drive& now = merged.drives[drive++];
       part.isAligned = part.isAligned || (now.isAligned && now.alignment);
+      part.hasPoses = part.hasPoses || now.alignment || !now.isAligned;
     }
     if (source != sources.front()) parts.push_back(part);
     known.merge(own);
@@ -244,11 +247,17 @@ class Corrections {
 
 }  // namespace
 
-MergedMaps mergeMaps(std::span<const fs::path> maps, const fs::path& output, ExistingMap existing,
+MergedMaps mergeMaps(std::span<const fs::path> maps, const fs::path& wanted, ExistingMap existing,
                      Progress& progress) {
   if (maps.size() < 2) fail(ErrorCode::invalidInput, "give two maps or more to merge");
-  if (existing == ExistingMap::refuse && fs::exists(output))
-    fail(ErrorCode::fileExists, "{} exists; give another name, or --overwrite", output.string());
+  fs::path output = wanted;
+  std::optional<MapStore> old;
+  if (fs::exists(wanted)) {
+    if (existing == ExistingMap::refuse)
+      fail(ErrorCode::fileExists, "{} exists; give another name, or --overwrite", wanted.string());
+    output = fs::canonical(wanted);  // what a link leads to
+    old.emplace(MapStore::open(output, MapStore::Access::write));
+  }
   std::vector<std::unique_ptr<Source>> sources;
   for (const fs::path& map : maps) {
     auto source = std::make_unique<Source>(map);
@@ -277,12 +286,14 @@ MergedMaps mergeMaps(std::span<const fs::path> maps, const fs::path& output, Exi
   done.drives = parts.size();
   done.frames = parts.back().offset + parts.back().end - parts.back().first;
   done.places = merged.places();
-  merged.move(output);
+  sources.clear();
+  merged.move(output, old);
   return done;
 }
 
-void undoDrive(const fs::path& map, std::size_t drive, Progress& progress) {
-  std::optional<MapStore> writer(MapStore::open(map, MapStore::Access::write));  // nobody else writes it now
+void undoDrive(const fs::path& file, std::size_t drive, Progress& progress) {
+  std::optional<MapStore> writer(MapStore::open(file, MapStore::Access::write));  // nobody else writes it now
+  const fs::path map = fs::canonical(file);                                       // what a link leads to
   std::vector<std::unique_ptr<Source>> sources;
   sources.push_back(std::make_unique<Source>(map));
   const std::size_t drives = sources.front()->map.drives.size();
@@ -299,8 +310,7 @@ void undoDrive(const fs::path& map, std::size_t drive, Progress& progress) {
   without.finish();
   progress.end();
   sources.clear();
-  writer.reset();  // what SQLite keeps beside the file goes with it
-  without.move(map);
+  without.move(map, writer);
 }
 
 }  // namespace estancia

@@ -20,6 +20,8 @@ struct MergedMaps {
   /// whether its poses are known in the merged map.
   struct Part {
     bool isRecognized = false, isAligned = false;
+    /// Whether it had any that the merged map could know.
+    bool hasPoses = false;
   };
   std::vector<Part> parts;
   /// Sentences: names that people gave to one area in both maps. The first map's name is kept.
