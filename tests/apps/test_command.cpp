@@ -372,11 +372,11 @@ TEST_F(Command, ContinuesAnExistingMapOnlyWhenTold) {
   writeImages(scratch_ / "other", 2, 2);
   fs::rename(scratch_ / "other/frame0.jpg", scratch_ / "other/elsewhere.jpg");
   const auto another = map(scratch_ / "other", map_, {"--continue", "--json"});
-  EXPECT_EQ(json::parse(another.out)["new_frames"], 2) << another.err;
+  EXPECT_EQ(json::parse(another.out)["new_frames"], 4) << another.err;
   const json drives = json::parse(run({"drives", map_, "--json"}).out)["drives"];
   ASSERT_EQ(drives.size(), 2U);
   EXPECT_EQ(drives[1]["name"], "other");
-  EXPECT_EQ(drives[1]["frames"], 2);
+  EXPECT_EQ(drives[1]["frames"], 4);
   EXPECT_THAT(run({"drives", map_}).out, testing::HasSubstr("2 drives"));
 }
 
@@ -449,7 +449,9 @@ TEST_F(Command, ShowsNoControlCharactersOfAMapFile) {
       {"classify", "name", rooms, map_},
       {"localize", map_, images_, "--model", model_},
       {"map", images_, "-o", map_, "--model", model_, "--continue"},
-      {"map", images_, "-o", named, "--model", model_, "--continue"}};
+      {"map", images_, "-o", named, "--model", model_, "--continue"},
+      {"drives", named},
+      {"explain", named, "0"}};
   for (const auto& arguments : commands) {
     const auto result = run(arguments);
     const std::string shown = result.out + result.err;
@@ -458,7 +460,7 @@ TEST_F(Command, ShowsNoControlCharactersOfAMapFile) {
       EXPECT_THAT(shown, testing::Not(HasSubstr(control))) << testing::PrintToString(arguments);
   }
   EXPECT_THAT(run({"ask", map_, "word 1"}).out, HasSubstr("(kitchen[2J\\x1B\\x07\\xC2\\x9B\\xE2\\x80\\xAE"));
-  EXPECT_THAT(run(commands.back()).err, HasSubstr("frame0.jpg[2J\\x1B"));
+  EXPECT_THAT(run(commands.back()).out, HasSubstr("frame0.jpg[2J\\x1B"));
 }
 
 TEST_F(Command, AModelWithOddLabelsGoesOnWithItsMap) {
