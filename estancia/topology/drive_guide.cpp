@@ -8,6 +8,7 @@
 #include "estancia/core/bytes.hpp"
 #include "estancia/stats/distance.hpp"
 #include "estancia/topology/localizer_map.hpp"
+#include "estancia/topology/mapper_impl.hpp"
 
 namespace estancia {
 namespace {
@@ -32,11 +33,10 @@ struct DriveGuide::Known {
 };
 
 DriveGuide::Known DriveGuide::knownOf(const MapStore& store, const Standardization& scale) {
-  const TopologicalMap map = store.load();
-  const std::size_t stride = (map.frames.size() + mostViews - 1) / mostViews;
+  const TopologicalMap map = store.load(mostViews);
   Known known;
-  for (std::size_t frame = 0; frame < map.frames.size(); frame += stride)
-    known.views.push_back({frame, map.frames[frame].node, map.frames[frame].pose});
+  for (std::size_t i = 0; i < map.frames.size(); ++i)
+    known.views.push_back({i * map.stride, map.frames[i].node, map.frames[i].pose});
   for (const Transition& transition : map.transitions)
     known.transitions.emplace_back(transition.from, transition.to);
   known.scale = scale;
@@ -100,8 +100,9 @@ DriveGuide::DriveGuide(const MapStore& store, Known known)
     : known_(std::make_shared<const Known>(std::move(known))) {
   const MapStore::Identity& identity = store.identity();
   const std::size_t labels = identity.vocabulary.size();
-  const TopologicalMap whole = store.load();
-  TopologicalMap map{.vocabulary = identity.vocabulary, .model = identity.model, .distance = whole.distance};
+  TopologicalMap map{.vocabulary = identity.vocabulary,
+                     .model = identity.model,
+                     .distance = settingsFromJson(identity.settings).distance};
   NodeBank bank(getDistance(map.distance, map.vocabulary.layout().parts), labels);
   bank.setStandardization(known_->scale);
   DescriptorMatrix images(labels);

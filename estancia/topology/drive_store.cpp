@@ -40,6 +40,10 @@ std::vector<Drive> DriveStore::drives() const {
   return readDrives(store_.database());
 }
 
+bool DriveStore::hasPoses() const {
+  return store_.database().number("SELECT EXISTS(SELECT 1 FROM frames WHERE x IS NOT NULL)") != 0;
+}
+
 std::optional<Pose> DriveStore::givenPose(std::size_t frame) const {
   if (!sqlite::hasTable(store_.database(), "given_poses")) return std::nullopt;
   Statement row(store_.database(), "SELECT x, y, z, qx, qy, qz, qw FROM given_poses WHERE frame = ?1", frame);

@@ -25,6 +25,8 @@ class DriveStore {
 
   /// In order of frames; none in maps of older programs.
   std::vector<Drive> drives() const;
+  /// Whether a frame of the map has a pose.
+  bool hasPoses() const;
   /// Nothing where none was given, or it was in the map's frame.
   std::optional<Pose> givenPose(std::size_t frame) const;
 

@@ -102,10 +102,9 @@ class Mapper {
   ~Mapper();
 
   /// Maps the next frame and returns its place (node id). `pose`: where it was taken, if that is known; poses
-  /// tell places that look alike apart, and show that the robot is back. `guess`: the
-  /// node that it is in by all frames so far (see Localizer); the frame belongs there unless words
-  /// contradict. Throws Error when it is not a
-  /// descriptor; the mapper is then unchanged.
+  /// tell places that look alike apart, and show that the robot is back. `guess`: the node that
+  /// it is in by all frames so far (see Localizer); the frame belongs there unless words contradict. Throws
+  /// Error when it is not a descriptor; the mapper is then unchanged.
   int add(DescriptorView descriptor, const std::optional<Pose>& pose = {},
           const std::optional<int>& guess = {});
   /// The next frame is another drive's: the robot may be anywhere. A run that is still warming up is remapped

@@ -156,9 +156,8 @@ void MappingSession::Impl::beginDrive(const DriveStart& start) {
   if (frame > 0) {
     mapper.beginDrive();
     write();
-    const TopologicalMap map = store.load();
-    const auto hasPose = [](const MappedFrame& known) { return known.pose.has_value(); };
-    drive.isAligned = start.posesAreInMap || std::ranges::none_of(map.frames, hasPose);
+    drive.alignment = start.alignment;
+    drive.isAligned = start.posesAreInMap || start.alignment || !DriveStore(store).hasPoses();
     guide.emplace(store, mapper.impl().bank.standardization());
     store.putState(guideMapKey, guide->known());
     if (!drive.isAligned) {

@@ -31,6 +31,8 @@ struct DriveStart {
   /// Whether its poses are in the map's frame, as those of a robot that localizes in a map of its own; else
   /// in any fixed frame.
   bool posesAreInMap = false;
+  /// T_map_drive where that is known already.
+  std::optional<Pose> alignment = {};
 };
 
 /// Maps frames into a file, which is written once a second. After a crash the file holds everything up to the

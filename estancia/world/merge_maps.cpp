@@ -46,6 +46,11 @@ struct Source {
   std::optional<Observation> observation(std::size_t frame) const {
     return isObserved[frame] ? std::optional(layers->observation(frame)) : std::nullopt;
   }
+  /// T_map_drive of a drive that is aligned.
+  cv::Affine3d alignment(std::size_t drive) const {
+    const auto& found = map.drives[drive].alignment;
+    return found ? rigidOf(*found) : cv::Affine3d::Identity();
+  }
   std::size_t end(std::size_t drive) const {
     return drive + 1 < map.drives.size() ? map.drives[drive + 1].firstFrame : map.frames.size();
   }
@@ -61,6 +66,13 @@ struct Source {
 struct Part {
   Source* source;
   std::size_t drive, first, end, offset;
+
+  bool hasPoses() const {
+    const auto& frames = source->map.frames;
+    return std::any_of(frames.begin() + static_cast<std::ptrdiff_t>(first),
+                       frames.begin() + static_cast<std::ptrdiff_t>(end),
+                       [](const MappedFrame& frame) { return frame.pose.has_value(); });
+  }
 };
 
 void requireMergeable(const Source& first, const Source& other) {
@@ -120,16 +132,22 @@ class NewMap {
   const Drive& drive() const { return session_->impl_->drive; }
   std::size_t places() const { return session_->mapper().nodes(); }
 
-  /// `inMap`: the drive's poses are in the frame of the map that is made; else in its source's.
-  void add(const Part& part, bool inMap, Progress& progress) {
+  /// `toMerged`: from the map of its source to this one, where that is known. A drive keeps the poses that it
+  /// was given, so that it can be gone on with.
+  void add(const Part& part, const std::optional<cv::Affine3d>& toMerged, Progress& progress) {
     const Source& source = *part.source;
-    session_->beginDrive(
-        {source.map.drives[part.drive].name, source.map.drives[part.drive].fingerprint, inMap});
+    const Drive& known = source.map.drives[part.drive];
+    DriveStart start{known.name, known.fingerprint};
+    if (toMerged && known.isAligned) {
+      start.posesAreInMap = !known.alignment && toMerged->matrix == cv::Affine3d::Identity().matrix;
+      if (!start.posesAreInMap) start.alignment = poseOf(*toMerged * source.alignment(part.drive));
+    }
+    session_->beginDrive(start);
     world_->beginDrive();
     for (std::size_t i = part.first; i < part.end; ++i) {
       if (interrupted()) throw Interrupted("stopped; nothing was changed");
       Frame frame = source.map.frames[i];
-      if (!frame.pose && !source.map.drives[part.drive].isAligned) frame.pose = source.givenPose(i);
+      if (const auto given = source.givenPose(i)) frame.pose = given;
       const LexicalDescriptor words = source.store.descriptor(i);
       world_->observe(frame, words, source.observation(i));
       session_->add(frame, words, [&] { return source.store.image(i); });
@@ -272,10 +290,12 @@ MergedMaps mergeMaps(std::span<const fs::path> maps, const fs::path& wanted, Exi
   known[sources.front().get()] = cv::Affine3d::Identity();
   for (const Part& part : parts) {
     auto& toMerged = known[part.source];
-    const bool isFirst = part.source == sources.front().get();
-    merged.add(part, isFirst && part.source->map.drives[part.drive].isAligned, progress);
-    if (!toMerged && part.source->map.drives[part.drive].isAligned && merged.drive().alignment)
-      toMerged = rigidOf(*merged.drive().alignment);
+    merged.add(part, toMerged, progress);
+    const Drive& now = merged.drive();
+    if (toMerged || !part.source->map.drives[part.drive].isAligned || !now.isAligned || !part.hasPoses())
+      continue;
+    const cv::Affine3d found = now.alignment ? rigidOf(*now.alignment) : cv::Affine3d::Identity();
+    toMerged = found * part.source->alignment(part.drive).inv();
   }
   merged.finish();
   for (const auto& source : sources)
@@ -305,8 +325,7 @@ void undoDrive(const fs::path& file, std::size_t drive, Progress& progress) {
   const std::vector<Part> parts = partsOf(sources, drive);
   NewMap without(map, *sources.front(), parts);
   progress.begin("mapping the other drives", parts.back().offset + parts.back().end - parts.back().first, 0);
-  for (const Part& part : parts)
-    without.add(part, sources.front()->map.drives[part.drive].isAligned, progress);
+  for (const Part& part : parts) without.add(part, cv::Affine3d::Identity(), progress);
   without.finish();
   progress.end();
   sources.clear();

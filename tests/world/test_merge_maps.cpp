@@ -122,6 +122,28 @@ TEST_F(MergedDrives, CanBeUndone) {
   EXPECT_EQ(read("one").drives.size(), 2U) << "and it goes on";
 }
 
+TEST_F(MergedDrives, KeepThePosesThatTheyWereGivenAndWhereTheyAre) {
+  drive("a", 0, 120);
+  drive("b", 10, 90, 0, otherFrame);
+  drive("b", 20, 80);  // in a third frame, aligned in b
+  ASSERT_TRUE(read("b").drives[1].alignment);
+  merge({"a", "b"}, "all");
+  const auto expectAt = [](const TopologicalMap& map, std::size_t first, std::size_t step) {
+    for (std::size_t i = first; i < first + 40; ++i)
+      EXPECT_LT(distanceBetween(map.frames[i].pose.value(), poseAt(i - first + step)), 0.6) << i;
+  };
+  const TopologicalMap all = read("all");
+  ASSERT_EQ(all.drives.size(), 3U);
+  expectAt(all, 120, 10);
+  expectAt(all, 200, 20);
+  EXPECT_TRUE(all.drives[2].alignment) << "own poses, with which the drive can be gone on";
+  undoDrive(folder_ / "all", 1);
+  const TopologicalMap rest = read("all");
+  ASSERT_TRUE(rest.drives[1].alignment);
+  EXPECT_EQ(rest.drives[1].alignment->x, all.drives[2].alignment->x);
+  expectAt(rest, 120, 20);
+}
+
 TEST_F(MergedDrives, AreRefusedWhereTheyDoNotFit) {
   drive("a", 0, 60);
   drive("b", 10, 60);
