@@ -12,6 +12,7 @@
 #include "estancia/core/output_file.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/report/node_zones.hpp"
+#include "estancia/topology/drives.hpp"
 #include "estancia/topology/places.hpp"
 #include "estancia/words/installed_words.hpp"
 #include "estancia/world/ask_world.hpp"
@@ -107,10 +108,7 @@ std::string areaText(const WorldMap& world, int area) {
 /// "000211.jpg", and of which drive where there are several.
 std::string momentText(const TopologicalMap& map, std::size_t frame) {
   if (map.drives.size() < 2) return map.frames[frame].name;
-  const std::size_t number = map.driveOf(frame);
-  const std::string& name = map.drives[number].name;
-  return fmt::format("{} of drive {}{}", map.frames[frame].name, number,
-                     name.empty() ? "" : " (" + name + ")");
+  return fmt::format("{} of {}", map.frames[frame].name, describeDrive(map, map.driveOf(frame)));
 }
 
 void printObject(const ObjectAnswer& answer, const WorldMap& world, const std::string& image) {

@@ -5,6 +5,7 @@
 #include "common.hpp"
 #include "estancia/core/label_words.hpp"
 #include "estancia/report/text.hpp"
+#include "estancia/topology/drives.hpp"
 #include "estancia/world/changes.hpp"
 
 namespace estancia::apps {
@@ -46,11 +47,10 @@ Json changeJson(const WorldMap& world, const ObjectChange& change) {
   return json;
 }
 
-Json changeJson(const WorldMap& world, const PlaceChange& change) {
+Json changeJson(const PlaceChange& change) {
   Json words = Json::array();
   for (const PlaceChange::Word& word : change.words)
-    words.push_back(
-        {{"label", world.places.vocabulary[word.label]}, {"before", word.before}, {"now", word.now}});
+    words.push_back({{"label", word.label}, {"before", word.before}, {"now", word.now}});
   return {{"node", change.node}, {"distance", change.distance}, {"words", std::move(words)}};
 }
 
@@ -63,8 +63,7 @@ std::string where(const WorldMap& world, const cv::Point3d& at) {
 }
 
 void printText(const WorldMap& world, const Changes& changes) {
-  const Drive& drive = world.places.drives[changes.since];
-  fmt::print("since drive {}{}: {}, {}\n", changes.since, drive.name.empty() ? "" : " (" + drive.name + ")",
+  fmt::print("since {}: {}, {}\n", describeDrive(world.places, changes.since),
              counted(changes.objects.size(), "changed thing"),
              counted(changes.places.size(), "changed place"));
   for (const ObjectChange& change : changes.objects) {
@@ -76,8 +75,7 @@ void printText(const WorldMap& world, const Changes& changes) {
   for (const PlaceChange& change : changes.places) {
     fmt::print("  place {} ({:.2f} tau_join):", change.node, change.distance);
     for (const PlaceChange::Word& word : change.words)
-      fmt::print(" {} {:.0f} → {:.0f} %", shortLabel(world.places.vocabulary[word.label]), 100 * word.before,
-                 100 * word.now);
+      fmt::print(" {} {:.0f} → {:.0f} %", shortLabel(word.label), 100 * word.before, 100 * word.now);
     fmt::print("\n");
   }
 }
@@ -110,7 +108,7 @@ void addChangesCommand(CLI::App& app) {
     if (!arguments->json) return printText(world, changes);
     Json objects = Json::array(), places = Json::array();
     for (const ObjectChange& change : changes.objects) objects.push_back(changeJson(world, change));
-    for (const PlaceChange& change : changes.places) places.push_back(changeJson(world, change));
+    for (const PlaceChange& change : changes.places) places.push_back(changeJson(change));
     print(Json{{"map", arguments->map},
                {"since", changes.since},
                {"objects", std::move(objects)},

@@ -369,9 +369,7 @@ void checkGeometry(const Sequence& sequence, const DepthFacts& facts, Progress& 
   for (const char* reason :
        {"pose-constant", "pose-order", "camera-size", "camera-center", "camera-view", "depth-size"})
     if (list.has(reason)) return;  // then nothing fits
-  bool posed = false;
-  for (std::size_t i = 0; i < sequence.size() && !posed; ++i) posed = sequence.frame(i).pose.has_value();
-  if (!posed) return;
+  if (!hasPoses(sequence)) return;
   Geometry geometry(sequence);
   geometry.findPairs(progress);
   if (geometry.pairs() < kMinPairs) {

@@ -259,6 +259,12 @@ cv::Mat Sequence::depth(std::size_t i) const {
   fail(ErrorCode::insufficientData, "{}: {} has no depth image", name(), frame(i).name);
 }
 
+bool hasPoses(const Sequence& sequence) {
+  for (std::size_t i = 0; i < sequence.size(); ++i)
+    if (sequence.frame(i).pose) return true;
+  return false;
+}
+
 std::unique_ptr<Sequence> openSequence(const fs::path& path, const SequenceOptions& options) {
   validate(options);
   requireExistingPath(path);

@@ -130,6 +130,9 @@ OptionGroup declare(SequenceOptions& options);
 /// Throws Error on an option out of its range; depthScale is 0 or at least 1e-6.
 void validate(const SequenceOptions& options);
 
+/// Whether any of its frames has a pose.
+bool hasPoses(const Sequence& sequence);
+
 /// Opens a folder, a video file, a descriptor file, a folder of panoramas …
 /// Throws Error when the path does not exist, the format is not recognized, a side file is malformed, or the
 /// split or a room is unknown (naming the known ones).

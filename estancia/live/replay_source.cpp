@@ -53,8 +53,7 @@ ReplaySource::ReplaySource(std::unique_ptr<Sequence> sequence, const ReplayOptio
     : sequence_(std::move(sequence)), options_(options) {
   declare(options_).validate();
   period_ = usualPause(*sequence_, 1 / options_.framesPerSecond);
-  for (std::size_t i = 0; i < sequence_->size() && !hasPoses_; ++i)
-    hasPoses_ = sequence_->frame(i).pose.has_value();
+  hasPoses_ = estancia::hasPoses(*sequence_);
 }
 
 bool ReplaySource::goOnAfter(const TopologicalMap& map) {

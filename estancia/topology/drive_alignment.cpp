@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/topology/drive_alignment.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -64,28 +65,26 @@ bool DriveAlignment::agrees(const cv::Affine3d& transform, const Pair& pair) con
   return cv::norm(apart.translation()) <= nearDistance_ && angleOf(apart) <= nearAngle_;
 }
 
-/// Least squares over positions, and over directions as points `lever` ahead, above and beside (Kabsch 1976):
-/// a near distance weighs as much as a near angle.
+/// Least squares over six points around each camera (Umeyama 1991), so far away that a near angle moves them
+/// as much as a near distance.
 cv::Affine3d DriveAlignment::fit(const std::vector<const Pair*>& pairs) const {
-  const double lever = nearDistance_ / nearAngle_;
-  cv::Vec3d ownMean, mapMean;
-  for (const Pair* pair : pairs) {
-    ownMean += pair->own.translation();
-    mapMean += pair->inMap.translation();
-  }
-  ownMean *= 1.0 / static_cast<double>(pairs.size());
-  mapMean *= 1.0 / static_cast<double>(pairs.size());
-  cv::Matx33d covariance = cv::Matx33d::zeros();
-  for (const Pair* pair : pairs) {
-    const cv::Vec3d q = pair->inMap.translation() - mapMean, p = pair->own.translation() - ownMean;
-    covariance += q * p.t() + lever * lever * (pair->inMap.rotation() * pair->own.rotation().t());
-  }
-  cv::Matx31d w;
-  cv::Matx33d u, vt;
-  cv::SVD::compute(covariance, w, u, vt);
-  const cv::Matx33d mirror = cv::Matx33d::diag(cv::Vec3d(1, 1, cv::determinant(u * vt) < 0 ? -1 : 1));
-  const cv::Matx33d rotation = u * mirror * vt;
-  return {rotation, mapMean - rotation * ownMean};
+  const double lever = std::numbers::sqrt3 * nearDistance_ / nearAngle_;
+  Eigen::Matrix3Xd from(3, 6 * pairs.size()), to = from;
+  Eigen::Index column = 0;
+  for (const Pair* pair : pairs)
+    for (int axis = 0; axis < 3; ++axis)
+      for (const double side : {-lever, lever}) {
+        cv::Vec3d at;
+        at[axis] = side;
+        const cv::Vec3d own = pair->own * at, inMap = pair->inMap * at;
+        from.col(column) << own[0], own[1], own[2];
+        to.col(column++) << inMap[0], inMap[1], inMap[2];
+      }
+  const Eigen::Matrix4d found = Eigen::umeyama(from, to, false);
+  cv::Affine3d transform;
+  for (int row = 0; row < 4; ++row)
+    for (int i = 0; i < 4; ++i) transform.matrix(row, i) = found(row, i);
+  return transform;
 }
 
 std::optional<DriveAlignment::Estimate> DriveAlignment::estimate() const {

@@ -5,7 +5,7 @@
 #include <set>
 #include <utility>
 
-#include "estancia/core/bytes.hpp"
+#include "estancia/core/pose_bytes.hpp"
 #include "estancia/stats/distance.hpp"
 #include "estancia/topology/localizer_map.hpp"
 #include "estancia/topology/mapper_impl.hpp"
@@ -53,13 +53,7 @@ DriveGuide::Known DriveGuide::knownFrom(const std::string& bytes, const MapStore
     view.frame = in.number<std::uint64_t>();
     view.node = in.number<std::int32_t>();
     if (view.frame >= frames) in.fail("a frame is missing", ErrorCode::corruptFile);
-    if (in.number<std::uint8_t>() != 0) {
-      Pose pose;
-      for (double* value : {&pose.x, &pose.y, &pose.z, &pose.qx, &pose.qy, &pose.qz, &pose.qw})
-        *value = in.number<double>();
-      if (!pose.isPlausible()) in.fail("a pose is not finite", ErrorCode::corruptFile);
-      view.pose = pose;
-    }
+    if (in.number<std::uint8_t>() != 0) view.pose = readPose(in, ErrorCode::corruptFile);
     known.views.push_back(view);
   }
   for (std::size_t count = in.count(2 * sizeof(std::int32_t)); count > 0; --count) {
@@ -82,9 +76,7 @@ std::string DriveGuide::known() const {
     out.number<std::uint64_t>(view.frame);
     out.number<std::int32_t>(view.node);
     out.number<std::uint8_t>(view.pose ? 1 : 0);
-    if (const auto& pose = view.pose)
-      for (const double value : {pose->x, pose->y, pose->z, pose->qx, pose->qy, pose->qz, pose->qw})
-        out.number(value);
+    if (view.pose) write(out, *view.pose);
   }
   out.number<std::uint64_t>(known_->transitions.size());
   for (const auto& [from, to] : known_->transitions) {

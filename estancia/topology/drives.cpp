@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/topology/drives.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <set>
 
@@ -36,6 +38,11 @@ DriveSummary summarize(const TopologicalMap& map, std::size_t number, std::set<i
 }
 
 }  // namespace
+
+std::string describeDrive(const TopologicalMap& map, std::size_t drive) {
+  const std::string& name = map.drives[drive].name;
+  return name.empty() ? fmt::format("drive {}", drive) : fmt::format("drive {} ({})", drive, name);
+}
 
 std::vector<DriveSummary> summarizeDrives(const TopologicalMap& map) {
   std::vector<DriveSummary> drives;

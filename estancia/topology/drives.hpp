@@ -29,6 +29,9 @@ struct DriveSummary {
   std::optional<Recognized> recognized;
 };
 
+/// "drive 1 (evening)".
+std::string describeDrive(const TopologicalMap& map, std::size_t drive);
+
 /// In order of frames.
 std::vector<DriveSummary> summarizeDrives(const TopologicalMap& map);
 

@@ -9,8 +9,8 @@
 #include <tuple>
 #include <utility>
 
-#include "estancia/core/bytes.hpp"
 #include "estancia/core/fail.hpp"
+#include "estancia/core/pose_bytes.hpp"
 #include "estancia/topology/localization_filter.hpp"
 #include "estancia/topology/localizer_map.hpp"
 #include "estancia/topology/make_filter.hpp"
@@ -310,9 +310,7 @@ std::string Localizer::state() const {
   const PlanarMotion& moved = impl_->moved;
   for (const double value : {moved.forward, moved.left, moved.turn, moved.looseDistance, moved.looseTurn})
     out.number(value);
-  if (const auto& last = impl_->last)
-    for (const double value : {last->x, last->y, last->z, last->qx, last->qy, last->qz, last->qw})
-      out.number(value);
+  if (impl_->last) write(out, *impl_->last);
   return out.bytes();
 }
 
@@ -321,16 +319,10 @@ void Localizer::restore(const std::string& state) {
   impl_->started = in.number<std::uint8_t>() != 0;
   std::vector<float> belief = in.numbers<float>();
   PlanarMotion& moved = impl_->moved;
-  const auto read = [&in](std::initializer_list<double*> values) {
-    for (double* value : values)
-      if (*value = in.number<double>(); !std::isfinite(*value))
-        in.fail("a number is not finite", ErrorCode::corruptFile);
-  };
-  read({&moved.forward, &moved.left, &moved.turn, &moved.looseDistance, &moved.looseTurn});
-  if (in.remaining() > 0) {
-    Pose& last = impl_->last.emplace();
-    read({&last.x, &last.y, &last.z, &last.qx, &last.qy, &last.qz, &last.qw});
-  }
+  for (double* value : {&moved.forward, &moved.left, &moved.turn, &moved.looseDistance, &moved.looseTurn})
+    if (*value = in.number<double>(); !std::isfinite(*value))
+      in.fail("a number is not finite", ErrorCode::corruptFile);
+  if (in.remaining() > 0) impl_->last = readPose(in, ErrorCode::corruptFile);
   const auto isShare = [](float p) { return p >= 0 && p <= 1; };
   if (in.remaining() > 0 || belief.size() != impl_->state.size() || !std::ranges::all_of(belief, isShare))
     in.fail("it is of another map", ErrorCode::corruptFile);

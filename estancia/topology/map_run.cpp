@@ -50,10 +50,7 @@ std::size_t MapRun::begin(const Sequence& sequence, const Vocabulary& vocabulary
                             path_.string()));
   if (const auto next = firstUnmapped(readMap(path_), sequence)) return *next;
   start_ = driveStartOf(sequence);
-  bool hasPoses = false;
-  for (std::size_t i = 0; i < sequence.size() && !hasPoses; ++i)
-    hasPoses = sequence.frame(i).pose.has_value();
-  start_.posesAreInMap = posesAreInMap || !hasPoses;
+  start_.posesAreInMap = posesAreInMap || !hasPoses(sequence);
   beginsDrive_ = true;
   return 0;
 }

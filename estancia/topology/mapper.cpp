@@ -226,7 +226,7 @@ void Mapper::Impl::place(std::size_t frame, const FrameDescriptor& descriptor,
   if (bank.size() > 0) decide(seen, guess, decision);  // else line 2: DecisionKind::start
   const bool isNew = decision.kind == DecisionKind::start || decision.kind == DecisionKind::createNode;
   const int next = decision.kind == DecisionKind::join ? decision.current : decision.other;
-  findLostNode(next, decision);
+  absorbLostNode(next, decision);
   if (isNew || next != currentNode()) {
     if (current) leave();
     current = isNew ? createNode() : bank.slotOf(next);  // lines 3–5, 25, 26 and 28; line 22
@@ -295,7 +295,7 @@ bool Mapper::Impl::isRecognized(const PlaceView& seen, Decision& decision) {
 }
 
 /// A frame that lies in the lost robot's node and is recognized in another one says that both are one place.
-void Mapper::Impl::findLostNode(int next, const Decision& decision) {
+void Mapper::Impl::absorbLostNode(int next, const Decision& decision) {
   if (!lostNode || decision.current != *lostNode || next == *lostNode || next < 0) return;
   if (decision.kind != DecisionKind::localize && decision.kind != DecisionKind::revisit) return;
   if (decision.toCurrent >= thresholds.join) return;

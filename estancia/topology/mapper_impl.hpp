@@ -51,7 +51,7 @@ struct Mapper::Impl {
   void addTransition(int from, int to, std::size_t frame);
   void mergeDuplicateNodes(std::size_t frame);
   void merge(std::size_t kept, std::size_t gone, const Merge& why);
-  void findLostNode(int next, const Decision& decision);
+  void absorbLostNode(int next, const Decision& decision);
   void redirectTransitions(int absorbed, int kept);
 
   /// The mapper's own memory, to go on later; nodes are saved apart by nodeState(), views by views.state().

@@ -7,15 +7,16 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <span>
 #include <tuple>
 #include <unordered_map>
 #include <utility>
 
 #include "estancia/core/fail.hpp"
+#include "estancia/core/label_words.hpp"
 #include "estancia/core/rigid.hpp"
 #include "estancia/objects/instance_map.hpp"
+#include "estancia/stats/moments.hpp"
 #include "estancia/topology/mapper_impl.hpp"
 #include "estancia/topology/session_impl.hpp"
 #include "estancia/topology/store.hpp"
@@ -25,12 +26,12 @@
 namespace estancia {
 namespace {
 
-constexpr double spotWidth = 0.04;              // [m]
-constexpr std::size_t enoughSpots = 10;         // of something that changed: 160 cm² of its surface
-constexpr std::size_t enoughViews = 2;          // of a spot in each epoch
-constexpr std::int32_t gap = 2;                 // spots this far apart are of one thing
-constexpr double wholeShare = 0.5;              // of an object's spots that were looked at
-constexpr std::size_t enoughFramesOfPlace = 5;  // of a place in each epoch
+constexpr double spotWidth = 0.04;         // [m]
+constexpr std::size_t enoughSpots = 10;    // of something that changed: 160 cm² of its surface
+constexpr std::size_t enoughViews = 2;     // of a spot in each epoch
+constexpr std::int32_t gap = 2;            // spots this far apart are of one thing
+constexpr double wholeShare = 0.5;         // of an object's spots that were looked at
+constexpr double enoughFramesOfPlace = 5;  // of a place in each epoch
 constexpr std::size_t wordsOfPlace = 5;
 constexpr double sameSize = 1.7;      // ratio of lengths of a thing that was moved
 constexpr double enoughAlike = 0.35;  // cosine of the words of one thing in two places
@@ -301,39 +302,19 @@ std::vector<ObjectChange> changedObjects(const WorldMap& world, const WorldStore
   return changes;
 }
 
-/// Of the images of a place in one epoch.
+/// The images of a place in one epoch.
 struct EpochOfPlace {
-  std::size_t frames = 0;
-  std::vector<double> words, embedded;
-
-  void add(DescriptorView descriptor, std::span<const float> asEmbedded) {
-    words.resize(descriptor.size());
-    embedded.resize(descriptor.size());
-    ++frames;
-    for (std::size_t i = 0; i < words.size(); ++i) {
-      words[i] += descriptor[i];
-      embedded[i] += asEmbedded[i];
-    }
-  }
-  std::vector<float> mean(const std::vector<double>& sums) const {
-    std::vector<float> result;
-    for (const double sum : sums) result.push_back(static_cast<float>(sum / static_cast<double>(frames)));
-    return result;
-  }
+  explicit EpochOfPlace(std::size_t labels) : words(labels, false), embedded(labels, false) {}
+  Moments words, embedded;
 };
 
-PlaceChange changeOf(int node, double distance, const std::vector<float>& before,
-                     const std::vector<float>& now) {
+PlaceChange changeOf(int node, double distance, const Vocabulary& vocabulary, std::span<const float> before,
+                     std::span<const float> now) {
   PlaceChange change{node, distance, {}};
-  std::vector<std::size_t> labels(before.size());
-  std::iota(labels.begin(), labels.end(), 0);
-  const auto count = static_cast<std::ptrdiff_t>(std::min(wordsOfPlace, labels.size()));
-  std::ranges::partial_sort(labels, labels.begin() + count, std::ranges::greater{},
-                            [&](std::size_t label) { return std::abs(now[label] - before[label]); });
-  for (std::ptrdiff_t i = 0; i < count; ++i) {
-    const std::size_t label = labels[static_cast<std::size_t>(i)];
-    change.words.push_back({label, before[label], now[label]});
-  }
+  std::vector<float> differences;
+  for (std::size_t i = 0; i < now.size(); ++i) differences.push_back(std::abs(now[i] - before[i]));
+  for (const std::size_t label : bestLabels(DescriptorView(differences), wordsOfPlace))
+    change.words.push_back({vocabulary[label], before[label], now[label]});
   return change;
 }
 
@@ -342,25 +323,24 @@ std::vector<PlaceChange> changedPlaces(const TopologicalMap& map, const MapStore
                                        std::size_t firstNow) {
   const Mapper mapper = restoreMapper(store);
   const Mapper::Impl& scale = mapper.impl();
+  const EpochOfPlace none(map.vocabulary.size());
   std::map<int, std::array<EpochOfPlace, 2>> places;
   store.forEachDescriptor(0, [&](std::size_t frame, DescriptorView descriptor) {
-    const auto embedded = scale.embeddedFrame(descriptor).embedded;
-    places[map.frames.at(frame).node][frame >= firstNow ? 1 : 0].add(descriptor, embedded);
+    auto& epochs = places.try_emplace(map.frames.at(frame).node, std::array{none, none}).first->second;
+    EpochOfPlace& epoch = epochs[frame >= firstNow ? 1 : 0];
+    epoch.words.add(descriptor);
+    epoch.embedded.add(scale.embeddedFrame(descriptor).embedded);
     return true;
   });
   std::vector<PlaceChange> changes;
   for (const auto& [node, epochs] : places) {
-    if (std::ranges::any_of(epochs,
-                            [](const EpochOfPlace& epoch) { return epoch.frames < enoughFramesOfPlace; }))
-      continue;
-    const auto compared = [&](std::size_t epoch) {
-      return scale.bank.compared(epochs[epoch].mean(epochs[epoch].embedded));
-    };
-    const double distance =
-        compare(scale.distance.comparison, compared(0), compared(1)) / scale.thresholds.join;
+    const auto& [before, now] = epochs;
+    if (std::min(before.words.weight(), now.words.weight()) < enoughFramesOfPlace) continue;
+    const double distance = compare(scale.distance.comparison, scale.bank.compared(before.embedded.mean()),
+                                    scale.bank.compared(now.embedded.mean())) /
+                            scale.thresholds.join;
     if (distance >= 1)
-      changes.push_back(
-          changeOf(node, distance, epochs[0].mean(epochs[0].words), epochs[1].mean(epochs[1].words)));
+      changes.push_back(changeOf(node, distance, map.vocabulary, before.words.mean(), now.words.mean()));
   }
   std::ranges::sort(changes, std::ranges::greater{}, &PlaceChange::distance);
   return changes;

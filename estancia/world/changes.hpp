@@ -36,7 +36,7 @@ struct PlaceChange {
   double distance = 0;
   /// The labels whose probability changed most, and by how much.
   struct Word {
-    std::size_t label = 0;
+    std::string label = {};
     float before = 0, now = 0;
   };
   std::vector<Word> words = {};

@@ -9,9 +9,9 @@
 #include <tuple>
 #include <utility>
 
-#include "estancia/core/bytes.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/planar_pose.hpp"
+#include "estancia/core/pose_bytes.hpp"
 #include "estancia/core/rigid.hpp"
 #include "estancia/topology/sqlite.hpp"
 
@@ -45,17 +45,13 @@ ByteReader readerOfRow(const std::string& bytes) {
 
 std::string bytesOf(const Pose& pose) {
   ByteWriter bytes;
-  std::apply([&bytes](auto... value) { (bytes.number(value), ...); }, numbersOf(pose));
+  write(bytes, pose);
   return bytes.bytes();
 }
 
 Pose poseFrom(const std::string& row) {
   ByteReader bytes = readerOfRow(row);
-  Pose pose;
-  for (double* value : {&pose.x, &pose.y, &pose.z, &pose.qx, &pose.qy, &pose.qz, &pose.qw})
-    *value = bytes.number<double>();
-  if (!pose.isPlausible()) bytes.fail("the pose of a view is not finite");
-  return pose;
+  return readPose(bytes);
 }
 
 std::string bytesOf(const cv::Vec3d& direction) {

@@ -91,18 +91,11 @@ void WorldMapper::observe(const Frame& frame, DescriptorView descriptor, std::op
   const std::optional<Pose>& from = impl.isAligned ? impl.poses.back() : impl.own;
   if (!seen || !from || !impl.inSpace()) return;
   seen->seenFrom = from;
-  impl.put(*seen, descriptor);
-  if (impl.isAligned)
-    impl.add(*seen, descriptor, *from);
-  else
-    impl.noteUnaligned(*from);
+  impl.addView(*seen, descriptor);
 }
 
 WorldMap WorldMapper::read() {
-  impl_->session.write();
-  WorldMap world{impl_->session.store.load()};
-  impl_->store.read(world);
-  return world;
+  return impl_->read();
 }
 
 void WorldMapper::add(const Frame& frame, DescriptorView descriptor, const cv::Mat& image,
@@ -138,8 +131,7 @@ void WorldMapper::Impl::locate(const Frame& frame, DescriptorView descriptor, co
 void WorldMapper::Impl::look(DescriptorView descriptor, const cv::Mat& image, const cv::Mat& depth,
                              const CameraIntrinsics& camera, const Deadline& deadline) {
   const std::size_t index = poses.size() - 1;
-  const std::optional<Pose>& pose = poses.back();
-  const std::optional<Pose>& from = isAligned ? pose : own;
+  const std::optional<Pose>& from = isAligned ? poses.back() : own;
   const bool isNewView = tracking ? isNewTracked(index) : from && isBelieved && isNew(index, *from);
   if (inSpace() && !depth.empty() && isNewView && viewing.isDue(deadline)) {
     Observation seen;
@@ -152,11 +144,7 @@ void WorldMapper::Impl::look(DescriptorView descriptor, const cv::Mat& image, co
       }
       seen.seenFrom = from;
       if (layers.objects) lookAt(seen, image);
-      put(seen, descriptor);
-      if (isAligned)
-        added = add(seen, descriptor, *pose);
-      else
-        noteUnaligned(*from);
+      added = addView(seen, descriptor);
     });
     if (added && objects) objects->label(index, seen, image, deadline);
   }
@@ -238,9 +226,7 @@ void WorldMapper::edit(const AreaEdit& edit) {
 
 /// Objects are as they were, but for their areas.
 void WorldMapper::Impl::replan(PlannedFrames now) {
-  session.write();  // the objects' frames are those of the map
-  WorldMap world{session.store.load()};
-  store.read(world);
+  const WorldMap world = read();
   std::vector<int> areas;
   for (const WorldObject& object : world.objects) areas.push_back(areaOfObject(now.plan, object.center));
   put(std::move(now));

@@ -203,6 +203,22 @@ struct WorldMapper::Impl {
     pending.assign(descriptor.begin(), descriptor.end());
   }
 
+  /// Keeps what the newest frame saw from Observation::seenFrom, and adds it to the layers where its pose is
+  /// known in the map. Returns whether it is in them.
+  bool addView(const Observation& seen, DescriptorView descriptor) {
+    put(seen, descriptor);
+    if (isAligned) return add(seen, descriptor, *seen.seenFrom);
+    noteUnaligned(*seen.seenFrom);
+    return false;
+  }
+  /// As it would be read from the file.
+  WorldMap read() {
+    session.write();
+    WorldMap world{session.store.load()};
+    store.read(world);
+    return world;
+  }
+
   void locate(const Frame& frame, DescriptorView descriptor, const cv::Mat& image, const cv::Mat& depth);
   void look(DescriptorView descriptor, const cv::Mat& image, const cv::Mat& depth,
             const CameraIntrinsics& camera, const Deadline& deadline);

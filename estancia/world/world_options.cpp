@@ -62,9 +62,7 @@ OptionGroup declare(WorldOptions& options) {
 
 std::optional<CameraIntrinsics> cameraToTrack(const Sequence& drive, const WorldOptions& options) {
   const WorldLayers layers = options.layers.value_or(WorldLayers{});
-  if (!drive.hasDepth() || !(layers.areas || layers.objects)) return std::nullopt;
-  for (std::size_t i = 0; i < drive.size(); ++i)
-    if (drive.frame(i).pose) return std::nullopt;
+  if (!drive.hasDepth() || !(layers.areas || layers.objects) || hasPoses(drive)) return std::nullopt;
   return drive.intrinsics();
 }
 

@@ -29,11 +29,10 @@ py::object changeOf(const ObjectChange& c) {
 }
 
 py::object changesOf(const std::filesystem::path& map, const std::optional<std::size_t>& since) {
-  const auto [changes, vocabulary] =
-      longCall([&] { return std::pair(findChanges(map, since), readMap(map).vocabulary); });
+  const Changes changes = longCall([&] { return findChanges(map, since); });
   const auto places = listOf(changes.places, [&](const PlaceChange& place) {
     const auto words = listOf(place.words, [&](const PlaceChange::Word& word) {
-      return py::make_tuple(vocabulary[word.label], word.before, word.now);
+      return py::make_tuple(word.label, word.before, word.now);
     });
     return make("PlaceChange", place.node, place.distance, words);
   });

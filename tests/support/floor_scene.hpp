@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <opencv2/core.hpp>
@@ -56,6 +57,27 @@ inline cv::Mat boxDepth(const Pose& pose, const cv::Rect2d& room) {
       hit(pose.y, ray[1], room.y, room.y + room.height);
       hit(pose.z, ray[2], 0, 2.5);
       depth.at<float>(v, u) = static_cast<float>(nearest);
+    }
+  return depth;
+}
+
+/// Boxes from corner to corner [m].
+using Boxes = std::vector<std::array<cv::Vec3d, 2>>;
+
+/// Depth [m] in a room of 6 × 6 × 2.5 m around the origin with boxes, which stand where `place` says.
+inline cv::Mat boxesDepth(const Pose& at, const CameraIntrinsics& camera, const Boxes& boxes,
+                          const cv::Affine3d& place = cv::Affine3d::Identity()) {
+  const cv::Affine3d pose = rigidOf(at), inBoxes = place.inv() * pose;
+  cv::Mat depth(camera.height, camera.width, CV_32F);
+  for (int v = 0; v < depth.rows; ++v)
+    for (int u = 0; u < depth.cols; ++u) {
+      const cv::Vec3d ray(camera.slopeX(u), camera.slopeY(v), 1);
+      double z = crossingOf({-3, -3, 0}, {3, 3, 2.5}, pose.translation(), pose.rotation() * ray).second;
+      for (const auto& [low, high] : boxes) {
+        const auto [enter, leave] = crossingOf(low, high, inBoxes.translation(), inBoxes.rotation() * ray);
+        if (enter < leave) z = std::min(z, enter);
+      }
+      depth.at<float>(v, u) = static_cast<float>(z);
     }
   return depth;
 }

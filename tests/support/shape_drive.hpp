@@ -21,8 +21,7 @@
 
 namespace estancia::test {
 
-/// Boxes from corner to corner [m].
-using Shape = std::vector<std::array<cv::Vec3d, 2>>;
+using Shape = Boxes;
 
 /// No two of its views are alike.
 inline const Shape desk{{{{-0.3, -0.25, 0}, {0.3, 0.25, 0.25}}},
@@ -80,19 +79,7 @@ class ShapeDrive : public FlatDrive {
   }
   cv::Mat image(std::size_t) const override { return {180, 240, CV_8UC3, cv::Scalar(10, 20, 30)}; }
   cv::Mat depth(std::size_t i) const override {
-    const cv::Affine3d pose = rigidOf(*frames_[i].pose), inShape = placeOfShape().inv() * pose;
-    cv::Mat depth(180, 240, CV_32F);
-    for (int v = 0; v < depth.rows; ++v)
-      for (int u = 0; u < depth.cols; ++u) {
-        const cv::Vec3d ray(intrinsics_->slopeX(u), intrinsics_->slopeY(v), 1);
-        double z = crossingOf({-3, -3, 0}, {3, 3, 2.5}, pose.translation(), pose.rotation() * ray).second;
-        for (const auto& [low, high] : shape_) {
-          const auto [enter, leave] = crossingOf(low, high, inShape.translation(), inShape.rotation() * ray);
-          if (enter < leave) z = std::min(z, enter);
-        }
-        depth.at<float>(v, u) = static_cast<float>(z);
-      }
-    return depth;
+    return boxesDepth(*frames_[i].pose, *intrinsics_, shape_, placeOfShape());
   }
 
  private:

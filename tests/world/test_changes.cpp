@@ -7,9 +7,11 @@
 
 #include <numbers>
 
+#include "estancia/core/rigid.hpp"
+#include "estancia/topology/session.hpp"
+#include "estancia/world/world_mapper.hpp"
 #include "support/errors.hpp"
 #include "support/flat_drive.hpp"
-#include "support/shape_drive.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
@@ -21,7 +23,7 @@ using test::ScratchFolder;
 /// Around a room of 6 × 6 m with boxes on its floor, looking inward.
 class BoxesDrive : public test::FlatDrive {
  public:
-  explicit BoxesDrive(test::Shape boxes, double share = 1) : boxes_(std::move(boxes)) {
+  explicit BoxesDrive(test::Boxes boxes, double share = 1) : boxes_(std::move(boxes)) {
     intrinsics_ = CameraIntrinsics{160, 120, 130, 130, 79.5, 59.5};
     frames_.resize(static_cast<std::size_t>(24 * share));
     for (std::size_t i = 0; i < frames_.size(); ++i) {
@@ -34,23 +36,11 @@ class BoxesDrive : public test::FlatDrive {
   }
   cv::Mat image(std::size_t) const override { return {120, 160, CV_8UC3, cv::Scalar(10, 20, 30)}; }
   cv::Mat depth(std::size_t i) const override {
-    const cv::Affine3d pose = rigidOf(*frames_[i].pose);
-    cv::Mat depth(120, 160, CV_32F);
-    for (int v = 0; v < depth.rows; ++v)
-      for (int u = 0; u < depth.cols; ++u) {
-        const cv::Vec3d ray = pose.rotation() * cv::Vec3d(intrinsics_->slopeX(u), intrinsics_->slopeY(v), 1);
-        double z = test::crossingOf({-3, -3, 0}, {3, 3, 2.5}, pose.translation(), ray).second;
-        for (const auto& [low, high] : boxes_) {
-          const auto [enter, leave] = test::crossingOf(low, high, pose.translation(), ray);
-          if (enter < leave) z = std::min(z, enter);
-        }
-        depth.at<float>(v, u) = static_cast<float>(z);
-      }
-    return depth;
+    return test::boxesDepth(*frames_[i].pose, *intrinsics_, boxes_);
   }
 
  private:
-  test::Shape boxes_;
+  test::Boxes boxes_;
 };
 
 const std::array<cv::Vec3d, 2> table{{{-0.4, -0.3, 0}, {0.4, 0.3, 0.5}}},

@@ -155,18 +155,7 @@ class ParcelDrive : public FlatDrive {
   }
   cv::Mat image(std::size_t) const override { return {120, 160, CV_8UC3, cv::Scalar(10, 20, 30)}; }
   cv::Mat depth(std::size_t i) const override {
-    const cv::Affine3d pose = rigidOf(*frames_[i].pose);
-    cv::Mat depth(120, 160, CV_32F);
-    for (int v = 0; v < depth.rows; ++v)
-      for (int u = 0; u < depth.cols; ++u) {
-        const cv::Vec3d ray = pose.rotation() * cv::Vec3d(intrinsics_->slopeX(u), intrinsics_->slopeY(v), 1);
-        const auto [enter, leave] =
-            test::crossingOf({-0.25, -0.25, 0}, {0.25, 0.25, 0.5}, pose.translation(), ray);
-        depth.at<float>(v, u) = static_cast<float>(
-            enter < leave ? enter
-                          : test::crossingOf({-3, -3, 0}, {3, 3, 2.5}, pose.translation(), ray).second);
-      }
-    return depth;
+    return test::boxesDepth(*frames_[i].pose, *intrinsics_, {{{{-0.25, -0.25, 0}, {0.25, 0.25, 0.5}}}});
   }
 };
 
