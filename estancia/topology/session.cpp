@@ -160,11 +160,8 @@ void MappingSession::Impl::beginDrive(const DriveStart& start) {
     drive.isAligned = start.posesAreInMap || start.alignment || !DriveStore(store).hasPoses();
     guide.emplace(store, mapper.impl().bank.standardization());
     store.putState(guideMapKey, guide->known());
-    if (!drive.isAligned) {
-      const MapperOptions& options = mapper.options();
-      alignment.emplace(options.nearDistance, options.nearAngle);
-      nextAlignment = 0;
-    }
+    if (!drive.isAligned) alignment.emplace(mapper.options().nearDistance, mapper.options().nearAngle);
+    nextAlignment = 0;
   }
   DriveStore(store).put(drive);
 }
@@ -180,8 +177,7 @@ void MappingSession::Impl::restoreDrive() {
   else
     guide.emplace(store, mapper.impl().bank.standardization());
   if (drive.isAligned) return;
-  const MapperOptions& options = mapper.options();
-  alignment.emplace(options.nearDistance, options.nearAngle);
+  alignment.emplace(mapper.options().nearDistance, mapper.options().nearAngle);
   if (const auto pairs = store.findState(alignmentKey)) nextAlignment = alignment->restore(*pairs);
 }
 
