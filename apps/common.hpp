@@ -92,6 +92,7 @@ void addFilterCommand(CLI::App& app);
 void addMapCommand(CLI::App& app);
 void addZonesCommand(CLI::App& app);
 void addDrivesCommand(CLI::App& app);
+void addCompactCommand(CLI::App& app);
 void addMergeMapsCommand(CLI::App& app);
 void addChangesCommand(CLI::App& app);
 void addAreasCommand(CLI::App& app);

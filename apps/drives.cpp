@@ -41,6 +41,7 @@ void printText(const std::string& file, const std::vector<DriveSummary>& drives)
     const DriveSummary& d = drives[i];
     fmt::print("{:>4}  {:<24} {:>7} frames from {}  {} ({} new)", i, d.drive.name, d.frames,
                d.drive.firstFrame, counted(d.places, "place"), d.newPlaces);
+    if (d.kept < d.frames) fmt::print("  {} kept", counted(d.kept, "frame"));
     if (d.begins) fmt::print("  {} to {}", timeOf(*d.begins), timeOf(*d.ends));
     fmt::print("\n      {}", posesOf(d));
     if (d.recognized)
@@ -63,6 +64,7 @@ void printJson(const std::string& file, const std::vector<DriveSummary>& drives)
     Json entry{{"name", d.drive.name},
                {"first_frame", d.drive.firstFrame},
                {"frames", d.frames},
+               {"kept_frames", d.kept},
                {"begins", d.begins ? Json(*d.begins) : Json()},
                {"ends", d.ends ? Json(*d.ends) : Json()},
                {"places", d.places},

@@ -25,6 +25,7 @@
 #include "estancia/live/ros_source.hpp"
 #include "estancia/report/text.hpp"
 #include "estancia/topology/map.hpp"
+#include "estancia/topology/map_budget.hpp"
 #include "estancia/topology/mapper.hpp"
 #include "estancia/world/world_mapper.hpp"
 #include "labeling.hpp"
@@ -42,6 +43,7 @@ struct LiveArguments {
   FrameSourceOptions sources;
   ModelArguments model;
   MapperOptions mapper;
+  MapBudget budget;
   WorldOptions world;
   LocalizerOptions localizer;
   PageArguments page;
@@ -179,6 +181,7 @@ void run(const LiveArguments& arguments) {
   options.localizer = arguments.localizer;
   options.posesAreInMap = arguments.posesInMap;
   options.changeMapper = [&](MapperOptions& mapper) { arguments.declared.applyTo(declare(mapper)); };
+  options.changeBudget = [&](MapBudget& budget) { arguments.declared.applyTo(declare(budget)); };
   options.changeWorld = [&](WorldOptions& world) { arguments.declared.applyTo(declare(world)); };
   const auto labeler = loadModel(arguments.model.model.empty() ? defaultModel : arguments.model.model,
                                  arguments.model.options);
@@ -272,6 +275,7 @@ void addLiveCommand(CLI::App& app) {
                                   arguments->model.byDefault));
   arguments->model.addLabelerTo(arguments->declared);
   arguments->declared.add(declare(arguments->mapper), {});
+  arguments->declared.add(declare(arguments->budget), {"memory", "file-budget"});
   arguments->declared.add(declare(arguments->world), {"layers"});
   arguments->declared.add(declare(arguments->localizer), {});
   arguments->page.addTo(arguments->declared);

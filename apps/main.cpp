@@ -111,6 +111,7 @@ int main(int argc, char** argv) {
   addDrivesCommand(app);
   addMergeMapsCommand(app);
   addChangesCommand(app);
+  addCompactCommand(app);
   addZonesCommand(app);
   addAreasCommand(app);
   addNameCommand(app);

@@ -32,6 +32,7 @@ struct MapArguments {
   SequenceArguments sequence;
   ModelArguments model;
   MapperOptions mapper;
+  MapBudget budget;
   WorldOptions world;
   DeclaredOptions declared;
   std::string output, roomClassifier, objectModel;
@@ -250,6 +251,7 @@ void run(const MapArguments& arguments) {
                             arguments.goOn        ? MapRun::Existing::resume
                             : arguments.overwrite ? MapRun::Existing::replace
                                                   : MapRun::Existing::refuse);
+  map->changeBudget([&arguments](MapBudget& budget) { arguments.declared.applyTo(declare(budget)); });
   const std::optional<Vocabulary> words = map->vocabulary();
   Labeling labeling(arguments.sequence, arguments.model, words ? &*words : nullptr);
   const Sequence& sequence = labeling.sequence();
@@ -309,6 +311,7 @@ void addMapCommand(CLI::App& app) {
       ->excludes("--continue");
   arguments->declared.add(declare(arguments->mapper),
                           {"distance", "tau-join", "tau-revisit", "transition-images"});
+  arguments->declared.add(declare(arguments->budget), {"memory", "file-budget"});
   arguments->declared.add(declare(arguments->world), {"layers", "areas.naming.words"});
   arguments->declared.addPreset(
       {{"thesis", "the choices of Rangel's thesis (chapter 4)"}},
@@ -319,6 +322,7 @@ void addMapCommand(CLI::App& app) {
               "  estancia map drive.mp4 -o drive.estancia --poses drive.txt\n"
               "  estancia map ~/photos -o home.estancia --continue\n"
               "  estancia map ~/evening -o home.estancia --continue\n"
+              "  estancia map ~/month -o home.estancia --continue --file-budget 500\n"
               "  estancia map ~/photos -o home.estancia --room-classifier rooms.classifier\n"
               "  estancia map ~/photos -o home.estancia --rooms-by-name kitchen,bedroom,bathroom,office\n"
               "  estancia map ~/drive -o home.estancia --object mug.pcd --object-model home.objects");

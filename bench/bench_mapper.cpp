@@ -1,9 +1,9 @@
 // Mapping alone, labels given: time a frame and memory, at many nodes and over many frames.
 //   bench_mapper            Google Benchmark: one frame at 100 … 10,000 nodes, per distance
-//   bench_mapper drive FRAMES PLACES STAY [FILE]
+//   bench_mapper drive FRAMES PLACES STAY [FILE [FILE_BUDGET [MEMORY]]]
 //                           a drive of synthetic frames through PLACES places, about STAY frames at each
 //                           before it goes to another, with or without a map file: time, nodes and resident
-//                           memory as it goes
+//                           memory as it goes; budgets in megabytes, 0: none
 // SPDX-License-Identifier: Apache-2.0
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
@@ -14,6 +14,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <optional>
 #include <random>
@@ -99,16 +100,17 @@ void searchAllNodes(benchmark::State& state, const std::string& name) {
 class Table {
  public:
   Table() {
-    fmt::print("{:>9} {:>7} {:>12} {:>12} {:>9}\n", "frames", "nodes", "mean us", "worst us", "RSS MB");
+    fmt::print("{:>9} {:>7} {:>12} {:>12} {:>9} {:>9}\n", "frames", "nodes", "mean us", "worst us", "RSS MB",
+               "file MB");
   }
   void add(double seconds) {
     sum_ += seconds;
     worst_ = std::max(worst_, seconds);
     ++count_;
   }
-  void print(std::size_t frames, std::size_t nodes) {
-    fmt::print("{:>9} {:>7} {:>12.1f} {:>12.1f} {:>9.1f}\n", frames, nodes,
-               sum_ / static_cast<double>(count_) * 1e6, worst_ * 1e6, residentMegabytes());
+  void print(std::size_t frames, std::size_t nodes, double file) {
+    fmt::print("{:>9} {:>7} {:>12.1f} {:>12.1f} {:>9.1f} {:>9.1f}\n", frames, nodes,
+               sum_ / static_cast<double>(count_) * 1e6, worst_ * 1e6, residentMegabytes(), file);
     std::fflush(stdout);
     sum_ = worst_ = 0;
     count_ = 0;
@@ -119,17 +121,29 @@ class Table {
   std::size_t count_ = 0;
 };
 
-void drive(std::size_t frames, std::size_t places, std::size_t stay, const char* file) {
+/// With what SQLite keeps beside it.
+double megabytesOf(const std::filesystem::path& file) {
+  double bytes = 0;
+  for (const char* ending : {"", "-wal"})
+    if (const std::filesystem::path part = file.string() + ending; std::filesystem::exists(part))
+      bytes += static_cast<double>(std::filesystem::file_size(part));
+  return bytes / 1e6;
+}
+
+void drive(std::size_t frames, std::size_t places, std::size_t stay, const char* file,
+           const MapBudget& budget) {
   using Clock = std::chrono::steady_clock;
   const World world(places);
   std::vector<std::string> names;
   for (std::size_t i = 0; i < labels; ++i) names.push_back(fmt::format("label {}", i));
   std::optional<MappingSession> session;
   std::optional<Mapper> mapper;
-  if (file != nullptr)
+  if (file != nullptr) {
     session = MappingSession::create(file, Vocabulary(names), "synthetic", {});
-  else
+    session->setBudget(budget);
+  } else {
     mapper.emplace(labels, MapperOptions{});
+  }
   std::mt19937 random(1);
   std::size_t place = 0, next = 1;
   Table table;
@@ -147,8 +161,9 @@ void drive(std::size_t frames, std::size_t places, std::size_t stay, const char*
       mapper->takeChanges();
     }
     table.add(std::chrono::duration<double>(Clock::now() - start).count());
-    if (((i & (i - 1)) == 0 && i >= 1024) || i == frames)
-      table.print(i, (session ? session->mapper() : *mapper).nodes());
+    if (((i & (i - 1)) == 0 && i >= 1024) || i % 1'000'000 == 0 || i == frames)
+      table.print(i, (session ? session->mapper() : *mapper).nodes(),
+                  file == nullptr ? 0 : megabytesOf(file));
   }
   if (session) session->finish();
 }
@@ -158,7 +173,13 @@ void drive(std::size_t frames, std::size_t places, std::size_t stay, const char*
 int main(int argc, char** argv) {
   if (argc >= 5 && std::string(argv[1]) == "drive") {
     const auto number = [&](int i) { return std::max<std::size_t>(1, std::strtoull(argv[i], nullptr, 10)); };
-    drive(number(2), number(3), number(4), argc > 5 ? argv[5] : nullptr);
+    MapBudget budget;
+    const auto bound = [&](int i, std::optional<std::uint64_t>& megabytes) {
+      if (const auto value = i < argc ? std::strtoull(argv[i], nullptr, 10) : 0; value > 0) megabytes = value;
+    };
+    bound(6, budget.file);
+    bound(7, budget.memory);
+    drive(number(2), number(3), number(4), argc > 5 ? argv[5] : nullptr, budget);
     return 0;
   }
   for (const std::string name : {"standardized-clr", "hellinger", "l1", "weighted-root"})

@@ -76,6 +76,7 @@
 #include "estancia/topology/export.hpp"
 #include "estancia/topology/localizer.hpp"
 #include "estancia/topology/map.hpp"
+#include "estancia/topology/map_budget.hpp"
 #include "estancia/topology/mapper.hpp"
 #include "estancia/topology/quality.hpp"
 #include "estancia/topology/route.hpp"

@@ -130,6 +130,7 @@ struct ExportOptions;
 struct Localization;
 class Localizer;
 struct LocalizerOptions;
+struct MapBudget;
 struct MapChanges;
 struct MapQuality;
 struct MappedFrame;

@@ -13,6 +13,7 @@
 namespace estancia {
 
 class Labeler;
+struct MapBudget;
 struct MapperOptions;
 struct WorldOptions;
 
@@ -22,6 +23,8 @@ struct LiveOptions {
   /// Change the defaults for a new map; a map that is there keeps what it was made with.
   std::function<void(MapperOptions&)> changeMapper;
   std::function<void(WorldOptions&)> changeWorld;
+  /// Of the map's budget; what it leaves alone stays as the map has it.
+  std::function<void(MapBudget&)> changeBudget;
   LocalizerOptions localizer;
   /// DriveStart::posesAreInMap.
   bool posesAreInMap = false;

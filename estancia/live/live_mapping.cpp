@@ -172,9 +172,11 @@ void MappingLiveMap::open() {
     MapperOptions options;
     change(options);
     session_ = MappingSession::create(path_, labeler_.vocabulary(), labeler_.identity(), options);
+    session_->changeBudget(options_.changeBudget);
     return;
   }
   session_ = MappingSession::resume(path_, labeler_.vocabulary(), labeler_.identity());
+  session_->changeBudget(options_.changeBudget);
   MapperOptions wanted = session_->mapper().options();
   change(wanted);
   if (wanted != session_->mapper().options())

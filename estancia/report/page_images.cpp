@@ -16,7 +16,8 @@ namespace estancia {
 PageImages imagesOf(const MapStore& map, const std::vector<Frame>& frames) {
   std::unordered_map<std::string, std::size_t> stored;
   const TopologicalMap content = map.load();
-  for (const std::size_t frame : map.imageFrames()) stored.emplace(content.frames.at(frame).name, frame);
+  for (const std::size_t frame : map.imageFrames())
+    if (const auto index = content.findFrame(frame)) stored.emplace(content.frames[*index].name, frame);
   PageImages images;
   std::map<std::size_t, std::size_t> there;
   for (std::size_t i = 0; i < frames.size(); ++i)

@@ -13,7 +13,6 @@
 namespace estancia {
 namespace {
 
-constexpr std::size_t mostViews = 4096;
 /// Of a place, by the Bayes filter; where the map has no poses, it cannot tell that a place is unknown, and
 /// is sure too soon.
 constexpr double certain = 0.7, certainWithoutPoses = 0.9;
@@ -32,11 +31,11 @@ struct DriveGuide::Known {
   Standardization scale;
 };
 
-DriveGuide::Known DriveGuide::knownOf(const MapStore& store, const Standardization& scale) {
-  const TopologicalMap map = store.load(mostViews);
+DriveGuide::Known DriveGuide::knownOf(const MapStore& store, const Standardization& scale,
+                                      std::size_t mostFrames) {
+  const TopologicalMap map = store.load(mostFrames);
   Known known;
-  for (std::size_t i = 0; i < map.frames.size(); ++i)
-    known.views.push_back({i * map.stride, map.frames[i].node, map.frames[i].pose});
+  for (const MappedFrame& frame : map.frames) known.views.push_back({frame.number, frame.node, frame.pose});
   for (const Transition& transition : map.transitions)
     known.transitions.emplace_back(transition.from, transition.to);
   known.scale = scale;
@@ -115,8 +114,8 @@ DriveGuide::DriveGuide(const MapStore& store, Known known)
                      LocalizerOptions{});
 }
 
-DriveGuide::DriveGuide(const MapStore& store, const Standardization& scale)
-    : DriveGuide(store, knownOf(store, scale)) {}
+DriveGuide::DriveGuide(const MapStore& store, const Standardization& scale, std::size_t mostFrames)
+    : DriveGuide(store, knownOf(store, scale, mostFrames)) {}
 
 DriveGuide::DriveGuide(const MapStore& store, const std::string& known, const std::string& state)
     : DriveGuide(store, knownFrom(known, store)) {
@@ -131,6 +130,10 @@ std::optional<DriveGuide::Guess> DriveGuide::add(DescriptorView descriptor, cons
   const Known::View& view = known_->views.at(found.beliefImage);
   return Guess{found.beliefNode,
                found.unmapped && *found.unmapped <= mostUnmapped ? view.pose : std::nullopt};
+}
+
+void DriveGuide::addNeededFrames(std::vector<std::size_t>& frames) const {
+  for (const Known::View& view : known_->views) frames.push_back(view.frame);
 }
 
 std::string DriveGuide::state() const {

@@ -15,13 +15,14 @@
 
 namespace estancia {
 
-/// Localizes in the frames before the drive, as the map was when the drive began: at most 4,096, evenly
-/// thinned. What it says depends on these, and on the frames of the drive since; both are kept in the map
-/// file, so that a resumed drive is guided as an unbroken one.
+/// Localizes in the frames before the drive, as the map was when the drive began, evenly thinned. What it
+/// says depends on these, and on the frames of the drive since; both are kept in the map file, so that a
+/// resumed drive is guided as an unbroken one.
 class DriveGuide {
  public:
-  /// Guides a drive that begins now, with labels scaled as in nodes now. The map must have frames.
-  DriveGuide(const MapStore& store, const Standardization& scale);
+  /// Guides a drive that begins now, with labels scaled as in nodes now, by at most so many frames. The map
+  /// must have frames.
+  DriveGuide(const MapStore& store, const Standardization& scale, std::size_t mostFrames);
   /// Goes on with the states() of an earlier one. Throws Error (corruptFile).
   DriveGuide(const MapStore& store, const std::string& known, const std::string& state);
 
@@ -35,13 +36,15 @@ class DriveGuide {
   /// fixed frame.
   std::optional<Guess> add(DescriptorView descriptor, const std::optional<Pose>& own);
 
+  /// The frames that it needs to go on later.
+  void addNeededFrames(std::vector<std::size_t>& frames) const;
   /// What it knows of the map, and of the drive so far.
   std::string known() const;
   std::string state() const;
 
  private:
   struct Known;
-  static Known knownOf(const MapStore& store, const Standardization& scale);
+  static Known knownOf(const MapStore& store, const Standardization& scale, std::size_t mostFrames);
   static Known knownFrom(const std::string& bytes, const MapStore& store);
   DriveGuide(const MapStore& store, Known known);
 

@@ -15,7 +15,11 @@ DriveSummary summarize(const TopologicalMap& map, std::size_t number, std::set<i
       number + 1 < map.drives.size() ? map.drives[number + 1].firstFrame : map.frames.size();
   DriveSummary summary;
   summary.drive = map.drives[number];
-  summary.frames = end - begin;
+  const auto numberOf = [&map](std::size_t i) {
+    return i < map.frames.size() ? map.frames[i].number : map.frames.back().number + 1;
+  };
+  summary.frames = numberOf(end) - numberOf(begin);
+  summary.kept = end - begin;
   std::set<int> seen;
   for (std::size_t i = begin; i < end; ++i) {
     const MappedFrame& frame = map.frames[i];
@@ -28,7 +32,7 @@ DriveSummary summarize(const TopologicalMap& map, std::size_t number, std::set<i
     // As it was decided then: a place that was recognized later may have taken this one in.
     const int then = i < map.decisions.size() ? map.decisions[i].node : frame.node;
     if (!summary.recognized && number > 0 && known.contains(frame.node) && then == frame.node)
-      summary.recognized = {i - begin, frame.node};
+      summary.recognized = {numberOf(i) - numberOf(begin), frame.node};
   }
   summary.places = seen.size();
   summary.newPlaces =

@@ -13,7 +13,8 @@ namespace estancia {
 
 struct DriveSummary {
   Drive drive;
-  std::size_t frames = 0;
+  /// How many were mapped, and how many of them the file keeps (MapBudget).
+  std::size_t frames = 0, kept = 0;
   /// First and last time stamp [s], where the frames have any.
   std::optional<double> begins, ends;
   /// Places that it was in, and those of them that it was the first to be in.

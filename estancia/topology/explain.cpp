@@ -84,6 +84,15 @@ void explainMerges(const TopologicalMap& map, const Decision& d, Sentences& sent
   int node = d.node;
   for (const Merge& merge : map.merges) {
     if (merge.frame < d.frame || (merge.absorbed != node && merge.kept != node)) continue;
+    if (std::isinf(merge.threshold)) {
+      add(sentences,
+          "After frame {} node {}, which held few frames, became a part of its neighbor, node {}: there was "
+          "no "
+          "memory for another place (--memory).",
+          merge.frame, merge.absorbed, merge.kept);
+      node = merge.kept;
+      continue;
+    }
     if (merge.absorbed == node) {
       add(sentences,
           "After frame {} node {} turned out to be the same place as node {} (distance {:.4g}, below "

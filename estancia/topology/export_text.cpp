@@ -61,7 +61,7 @@ std::vector<nlohmann::ordered_json> frameRanges(const TopologicalMap& map) {
     std::size_t end = first + 1;
     while (end < map.frames.size() && map.frames[end].node == node) ++end;
     if (const std::size_t i = indexOf(map, node); i < ranges.size())
-      ranges[i].push_back({first * map.stride, (end - 1) * map.stride});
+      ranges[i].push_back({map.frames[first].number, map.frames[end - 1].number});
     first = end;
   }
   return ranges;

@@ -28,7 +28,8 @@ LocalizerMap localizerMap(const MapStore& store, const NodeBank& bank, std::size
   const std::size_t stride = std::max<std::size_t>(1, (frames + maxImages - 1) / maxImages);
   DescriptorMatrix images(map.vocabulary.size());
   images.reserve((frames + stride - 1) / stride);
-  for (std::size_t frame = 0; frame < frames; frame += stride) images.append(store.descriptor(frame));
+  for (std::size_t frame = 0; frame < frames; frame += stride)
+    images.append(store.descriptor(map.frames[frame].number));
   return {std::move(map), bank, std::move(images), stride};
 }
 

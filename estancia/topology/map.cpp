@@ -17,6 +17,21 @@ const Node* TopologicalMap::findNode(int id) const {
   return found != nodes.end() && found->id == id ? &*found : nullptr;
 }
 
+bool TopologicalMap::isThinned() const {
+  return !frames.empty() && frames.back().number >= frames.size();
+}
+
+std::size_t TopologicalMap::indexOf(std::size_t number) const {
+  if (number < frames.size() && frames[number].number == number) return number;
+  const auto next = std::ranges::upper_bound(frames, number, {}, &MappedFrame::number);
+  return next == frames.begin() ? 0 : static_cast<std::size_t>(next - frames.begin()) - 1;
+}
+
+std::optional<std::size_t> TopologicalMap::findFrame(std::size_t number) const {
+  const std::size_t index = indexOf(number);
+  return index < frames.size() && frames[index].number == number ? std::optional(index) : std::nullopt;
+}
+
 std::size_t TopologicalMap::driveOf(std::size_t frame) const {
   const auto next = std::ranges::upper_bound(drives, frame, {}, &Drive::firstFrame);
   return next == drives.begin() ? 0 : static_cast<std::size_t>(next - drives.begin()) - 1;

@@ -98,6 +98,8 @@ struct Merge {
 /// A frame of the mapped sequence and the node that it belongs to.
 struct MappedFrame : Frame {
   int node = 0;
+  /// In the map file: which one it was of all that were mapped.
+  std::size_t number = 0;
 };
 
 /// The whole map without its images and descriptors. Plain data; nodes are ordered by id.
@@ -109,14 +111,12 @@ struct TopologicalMap {
   std::string distance = {};
   std::vector<Node> nodes = {};
   std::vector<Transition> transitions = {};
-  /// By frame number.
+  /// In order of their numbers. A frame that is named elsewhere in this struct is one of these, by its place
+  /// in this list: where the file does not keep it (FileBudget), or was not read in full (MapStore::load()),
+  /// the last one before it.
   std::vector<MappedFrame> frames = {};
   /// In order of frames, the first of frame 0; none in a map without frames.
   std::vector<Drive> drives = {};
-  /// More than 1 where only each so many-th frame was read, so that a long drive needs no more memory than a
-  /// short one (MapStore::load()): frame `i` is `i * stride` in the file, and numbers of frames in between
-  /// are those of the one before.
-  std::size_t stride = 1;
   /// One a frame.
   std::vector<Decision> decisions = {};
   std::vector<Merge> merges = {};
@@ -124,6 +124,13 @@ struct TopologicalMap {
   /// later). Absent when no classifier was run.
   std::optional<RoomPredictions> predictions = std::nullopt;
 
+  /// Whether there are frames between these that were mapped, but are not kept in the file or were not read.
+  bool isThinned() const;
+  /// The frame of that number in the file, as a place in `frames`; the last one before it where it is
+  /// missing.
+  std::size_t indexOf(std::size_t number) const;
+  /// Nothing where it is missing.
+  std::optional<std::size_t> findFrame(std::size_t number) const;
   /// nullptr when there is no such node.
   const Node* findNode(int id) const;
   /// The drive of a frame, as an index.

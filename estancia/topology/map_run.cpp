@@ -40,6 +40,7 @@ std::size_t MapRun::begin(const Sequence& sequence, const Vocabulary& vocabulary
   }
   session_ = MappingSession::resume(path_, vocabulary, model);
   framesBefore_ = session_->frames();
+  session_->changeBudget(changeBudget_);
   const MapperOptions& kept = session_->mapper().options();
   MapperOptions wanted = kept;
   change(wanted);
@@ -56,7 +57,10 @@ std::size_t MapRun::begin(const Sequence& sequence, const Vocabulary& vocabulary
 }
 
 MappingSession& MapRun::start() {
-  if (!session_) session_ = create_();
+  if (!session_) {
+    session_ = create_();
+    session_->changeBudget(changeBudget_);
+  }
   return *session_;
 }
 

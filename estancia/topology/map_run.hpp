@@ -6,6 +6,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "estancia/topology/session.hpp"
 
@@ -17,6 +18,9 @@ class MapRun {
 
   /// Throws Error (fileExists), before the long work begins, when a map is there and to be refused.
   MapRun(std::filesystem::path path, Existing existing);
+
+  /// Of the map's budget, before begin(): a map that is resumed keeps what `change` leaves alone.
+  void changeBudget(std::function<void(MapBudget&)> change) { changeBudget_ = std::move(change); }
 
   /// The labels of the map that is resumed; nothing for a new one.
   std::optional<Vocabulary> vocabulary() const;
@@ -50,6 +54,7 @@ class MapRun {
   std::filesystem::path path_;
   Existing existing_;
   std::function<MappingSession()> create_;
+  std::function<void(MapBudget&)> changeBudget_;
   std::optional<MappingSession> session_;
   std::size_t framesBefore_ = 0;
   bool beginsDrive_ = false;

@@ -227,6 +227,7 @@ void Mapper::Impl::place(std::size_t frame, const FrameDescriptor& descriptor,
   const bool isNew = decision.kind == DecisionKind::start || decision.kind == DecisionKind::createNode;
   const int next = decision.kind == DecisionKind::join ? decision.current : decision.other;
   absorbLostNode(next, decision);
+  if (isNew && bank.size() >= mostNodes) makeRoom(frame);
   if (isNew || next != currentNode()) {
     if (current) leave();
     current = isNew ? createNode() : bank.slotOf(next);  // lines 3–5, 25, 26 and 28; line 22
@@ -364,8 +365,8 @@ void Mapper::Impl::mergeDuplicateNodes(std::size_t frame) {
   merge(kept, gone, {frame, bank[kept].id, bank[gone].id, duplicate->distance, thresholds.merge});
 }
 
-/// The robot is in one of the two.
 void Mapper::Impl::merge(std::size_t kept, std::size_t gone, const Merge& why) {
+  const int here = currentNode();
   bank.update(kept, [&](NodeMemory& n) {
     const NodeMemory& other = bank[gone];
     n.frames += other.frames;
@@ -374,9 +375,9 @@ void Mapper::Impl::merge(std::size_t kept, std::size_t gone, const Merge& why) {
     n.nextMergeCheck = nextMergeCheckAfter(n.frames);
   });
   bank.remove(gone);
-  current = bank.slotOf(why.kept);
+  if (current) current = bank.slotOf(here == why.absorbed ? why.kept : here);
   if (!isFirstDrive) absorbedBy[why.absorbed] = why.kept;
-  lostNode.reset();
+  if (lostNode == why.absorbed || lostNode == why.kept) lostNode.reset();
   redirectTransitions(why.absorbed, why.kept);
   views.merge(why.absorbed, why.kept);
   changes.events.emplace_back(why);
@@ -428,6 +429,10 @@ void Mapper::movePoses(const std::function<std::optional<Pose>(std::size_t)>& po
 
 void Mapper::finish() {
   impl_->finish();
+}
+
+void Mapper::setMemory(std::uint64_t bytes) {
+  impl_->setMemory(bytes);
 }
 
 std::size_t Mapper::frames() const {

@@ -4,6 +4,7 @@
 
 #include <deque>
 #include <functional>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -53,6 +54,15 @@ struct Mapper::Impl {
   void merge(std::size_t kept, std::size_t gone, const Merge& why);
   void absorbLostNode(int next, const Decision& decision);
   void redirectTransitions(int absorbed, int kept);
+  void setMemory(std::uint64_t bytes);
+  /// The place with fewest images becomes a part of a neighbor.
+  void makeRoom(std::size_t frame);
+  /// That the robot has driven to or from, by words the nearest one; of places without any, of all.
+  std::size_t neighborOf(std::size_t slot) const;
+  /// Of the newest frame, unless the changes were taken since.
+  const Decision& lastDecision() const;
+  /// The frames whose descriptors restore() asks for.
+  void addNeededFrames(std::vector<std::size_t>& frames) const;
 
   /// The mapper's own memory, to go on later; nodes are saved apart by nodeState(), views by views.state().
   std::string state() const;
@@ -88,6 +98,7 @@ struct Mapper::Impl {
   /// The nodes that took others in since this drive began, by the id of those: who guesses may not know.
   std::map<int, int> absorbedBy;
   int nextId = 0;
+  std::size_t mostNodes = std::numeric_limits<std::size_t>::max();
   /// Frames since the robot entered the current node.
   std::size_t stay = 0;
   /// The last transitionImages frames of this stay.

@@ -73,6 +73,22 @@ NodeMemory readNode(const NodeBank& bank, int id, const std::string& bytes, std:
   return node;
 }
 
+/// Who took in whom: no chain of these comes back to where it began.
+std::map<int, int> readAbsorbed(ByteReader& in) {
+  std::map<int, int> absorbedBy;
+  for (std::size_t count = in.count(2 * sizeof(std::int32_t)); count > 0; --count) {
+    const auto gone = in.number<std::int32_t>();
+    absorbedBy[gone] = in.number<std::int32_t>();
+  }
+  for (const auto& entry : absorbedBy) {
+    std::size_t steps = 0;
+    for (auto next = absorbedBy.find(entry.second); next != absorbedBy.end();
+         next = absorbedBy.find(next->second))
+      if (++steps > absorbedBy.size()) in.fail("a node was absorbed by itself", ErrorCode::corruptFile);
+  }
+  return absorbedBy;
+}
+
 }  // namespace
 
 std::string settingsToJson(const MapperOptions& options) {
@@ -185,11 +201,7 @@ Mapper Mapper::Impl::restore(const DescriptorLayout& layout, const MapperOptions
   impl->isFirstDrive = in.remaining() == 0;
   if (!impl->isFirstDrive) {
     if (const auto lost = in.number<std::int32_t>(); lost >= 0) impl->lostNode = lost;
-    for (std::size_t count = in.count(2 * sizeof(std::int32_t)); count > 0; --count) {
-      const auto gone = in.number<std::int32_t>();
-      impl->absorbedBy[gone] = in.number<std::int32_t>();
-      if (impl->absorbedBy[gone] >= gone) in.fail("a node was absorbed by itself", ErrorCode::corruptFile);
-    }
+    impl->absorbedBy = readAbsorbed(in);
   }
   requireEnd(in);
 

@@ -31,10 +31,13 @@ class QuantizedUpperBounds {
 
  private:
   struct Row {
-    float scale;      ///< value ≈ scale · byte
-    float roughNorm;  ///< ‖scale · bytes‖
-    float errorNorm;  ///< ‖value − scale · bytes‖
+    float scale;           ///< value ≈ scale · byte
+    float roughNorm;       ///< ‖scale · bytes‖
+    float errorNorm;       ///< ‖value − scale · bytes‖
+    std::int32_t sum = 0;  ///< of the bytes
   };
+  /// Of the query's bytes with those of each row.
+  void dotsWith(const std::vector<std::int8_t>& query, std::span<std::int32_t> dots) const;
   Row quantize(std::span<const float> vector, std::int8_t* bytes) const;
 
   std::size_t length_;

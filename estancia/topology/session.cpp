@@ -8,6 +8,7 @@
 #include <utility>
 #include <variant>
 
+#include "estancia/core/bytes.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/core/rigid.hpp"
@@ -25,7 +26,11 @@ constexpr auto writeInterval = std::chrono::seconds(1);
 constexpr const char* stateKey = "mapper";
 constexpr const char* viewsKey = "views";
 constexpr const char* priorKey = "label-prior";
-constexpr const char *guideKey = "guide", *guideMapKey = "guide-map", *alignmentKey = "alignment";
+constexpr const char *guideKey = "guide", *guideMapKey = "guide-map", *guidedKey = "guided",
+                     *alignmentKey = "alignment";
+/// A drive whose poses are known in the map is lost no longer when it was recognized so often: poses and
+/// views tell places from then on, as in a first drive, at a tenth of the cost.
+constexpr std::size_t enoughGuided = 200;
 /// By words alone a drive is aligned with the map by so many views, which were seen so far apart [m].
 constexpr std::size_t enoughAgreeing = 8;
 constexpr double enoughExtent = 1.5;
@@ -84,6 +89,7 @@ MappingSession MappingSession::resume(const std::filesystem::path& path, const V
          path.string(), store.identity().model, printable(model));
   Mapper mapper = restoreMapper(store);
   MappingSession session(std::make_unique<Impl>(Impl{std::move(store), std::move(mapper)}));
+  session.impl_->takeBudgetOf(session.impl_->store);
   session.impl_->restoreDrive();
   return session;
 }
@@ -128,37 +134,55 @@ int MappingSession::Impl::add(const Frame& frame, DescriptorView descriptor, con
   const std::size_t index = mapper.frames();
   finished = false;
   MappedFrame mapped;
+  mapped.number = index;
   static_cast<Frame&>(mapped) = frame;
   const std::optional<Pose> given = frame.pose && frame.pose->isPlausible() ? frame.pose : std::nullopt;
   mapped.pose = inMap(given);
   const auto guess = guide ? guide->add(descriptor, given) : std::nullopt;
+  if (guess && given && drive.isAligned && ++guided >= enoughGuided) endGuidance();
   mapped.node = mapper.add(descriptor, mapped.pose, guess ? std::optional(guess->node) : std::nullopt);
-  store.addFrame(index, mapped, descriptor);
-  if (given && (drive.alignment || !drive.isAligned)) DriveStore(store).putGivenPose(index, *given);
+  const std::optional<Pose> own = drive.alignment || !drive.isAligned ? given : std::nullopt;
+  const bool isTaken = !keeper || mapper.impl().isWarmingUp() || keeper->takes(mapper.impl().lastDecision());
+  if (isTaken)
+    keep(mapped, descriptor, own);
+  else
+    keeper->wait({mapped, {descriptor.begin(), descriptor.end()}, own});
   if (alignment && given && guess && guess->pose && alignment->add(*given, *guess->pose)) align();
   // Images of all warm-up frames, whose nodes may still change, then of a node's 1st, 2nd, 4th, 8th … frame.
   const Mapper::Impl& state = mapper.impl();
-  const bool keep =
+  const bool isShown =
       index < state.options.warmupFrames || std::has_single_bit(state.bank[*state.current].frames);
-  if (image && keep) store.putImage(index, image());
+  if (image && isTaken && isShown) {
+    const std::vector<unsigned char> jpeg = image();
+    store.putImage(index, jpeg);
+    if (keeper) keeper->count(jpeg.size());
+  }
   return mapped.node;
 }
 
+void MappingSession::Impl::keep(const MappedFrame& frame, DescriptorView descriptor,
+                                const std::optional<Pose>& given) {
+  store.addFrame(frame, descriptor);
+  if (given) DriveStore(store).putGivenPose(frame.number, *given);
+  if (keeper) keeper->count(descriptor.size_bytes());
+}
+
 void MappingSession::Impl::writeWhenDue() {
-  if (std::chrono::steady_clock::now() - lastWritten >= writeInterval) write();
+  if (std::chrono::steady_clock::now() - lastWritten >= writeInterval || (keeper && keeper->isDue())) write();
 }
 
 void MappingSession::Impl::beginDrive(const DriveStart& start) {
   const std::size_t frame = mapper.frames();
   drive = {frame, printable(start.name), start.fingerprint};
   guide.reset();
+  guided = 0;
   alignment.reset();
   if (frame > 0) {
     mapper.beginDrive();
     write();
     drive.alignment = start.alignment;
     drive.isAligned = start.posesAreInMap || start.alignment || !DriveStore(store).hasPoses();
-    guide.emplace(store, mapper.impl().bank.standardization());
+    guide.emplace(store, mapper.impl().bank.standardization(), mostGuideFrames());
     store.putState(guideMapKey, guide->known());
     if (!drive.isAligned) alignment.emplace(mapper.options().nearDistance, mapper.options().nearAngle);
     nextAlignment = 0;
@@ -171,14 +195,23 @@ void MappingSession::Impl::restoreDrive() {
   if (drives.empty()) return;
   drive = drives.back();
   const auto known = store.findState(guideMapKey), state = store.findState(guideKey);
-  if (drive.firstFrame == 0 || !known) return;
-  if (state && drive.firstFrame < mapper.frames())
+  if (drive.firstFrame == 0 || !known || known->empty()) return;
+  if (state && drive.firstFrame < mapper.frames()) {
     guide.emplace(store, *known, *state);
-  else
-    guide.emplace(store, mapper.impl().bank.standardization());
+    if (const auto count = store.findState(guidedKey))
+      guided = ByteReader(*count, "what guided the map's last drive is damaged", "map the sequence again")
+                   .number<std::uint64_t>();
+  } else {
+    guide.emplace(store, mapper.impl().bank.standardization(), mostGuideFrames());
+  }
   if (drive.isAligned) return;
   alignment.emplace(mapper.options().nearDistance, mapper.options().nearAngle);
   if (const auto pairs = store.findState(alignmentKey)) nextAlignment = alignment->restore(*pairs);
+}
+
+void MappingSession::Impl::endGuidance() {
+  guide.reset();
+  for (const char* key : {guideKey, guideMapKey}) store.putState(key, "");
 }
 
 std::optional<Pose> MappingSession::Impl::inMap(const std::optional<Pose>& given) const {
@@ -208,6 +241,20 @@ void MappingSession::Impl::align() {
   correct(corrections);
 }
 
+void MappingSession::setBudget(const MapBudget& budget) {
+  impl_->setBudget(budget);
+}
+
+void MappingSession::changeBudget(const std::function<void(MapBudget&)>& change) {
+  MapBudget wanted = budget();
+  if (change) change(wanted);
+  if (wanted != budget()) setBudget(wanted);
+}
+
+const MapBudget& MappingSession::budget() const {
+  return impl_->budget;
+}
+
 void MappingSession::correct(const std::vector<Correction>& corrections) {
   impl_->correct(corrections);
 }
@@ -215,6 +262,7 @@ void MappingSession::correct(const std::vector<Correction>& corrections) {
 void MappingSession::Impl::correct(const std::vector<Correction>& corrections) {
   if (corrections.empty()) return;
   finished = false;
+  if (keeper) settleWaiting(neededFrames());
   for (const Correction& correction : corrections) store.putPose(correction.frame, correction.pose);
   mapper.movePoses([this](std::size_t frame) { return store.pose(frame); });
 }
@@ -244,13 +292,18 @@ const MapStore& MappingSession::Impl::written() {
 
 void MappingSession::Impl::write() {
   if (mapper.frames() == 0) return;
+  const std::vector<std::size_t> needed = keeper ? neededFrames() : std::vector<std::size_t>();
+  if (keeper) settleWaiting(needed);
   const MapChanges changes = mapper.takeChanges();
   if (changes.restarted) store.clearMap();
   for (const auto& event : changes.events)
-    if (const auto* decision = std::get_if<Decision>(&event))
-      store.putDecision(*decision);
-    else
-      store.addMerge(std::get<Merge>(event));
+    if (const auto* merge = std::get_if<Merge>(&event)) {
+      store.addMerge(*merge);
+      if (keeper) keeper->merge(merge->absorbed);
+    } else if (const auto& decision = std::get<Decision>(event);
+               !keeper || !keeper->isLeftOut(decision.frame)) {
+      store.putDecision(decision);
+    }
   const Mapper::Impl& state = mapper.impl();
   for (const int id : changes.changedNodes) {
     const std::size_t slot = state.bank.slotOf(id);
@@ -264,9 +317,19 @@ void MappingSession::Impl::write() {
   }
   store.putState(stateKey, state.state());
   if (state.views.isOn()) store.putState(viewsKey, state.views.state());
-  if (guide) store.putState(guideKey, guide->state());
+  if (guide) {
+    store.putState(guideKey, guide->state());
+    ByteWriter count;
+    count.number<std::uint64_t>(guided);
+    store.putState(guidedKey, count.bytes());
+  }
   if (alignment) store.putState(alignmentKey, alignment->state(nextAlignment));
+  if (keeper) {
+    store.putState(frameSampleKey, keeper->state());
+    keeper->endWriting(needed);
+  }
   store.commit();
+  if (keeper) keeper->fit(needed);
   lastWritten = std::chrono::steady_clock::now();
 }
 

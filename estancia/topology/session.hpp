@@ -15,6 +15,7 @@
 #include "estancia/core/frame.hpp"
 #include "estancia/core/pose.hpp"
 #include "estancia/topology/map.hpp"
+#include "estancia/topology/map_budget.hpp"
 #include "estancia/topology/mapper.hpp"
 
 namespace estancia {
@@ -66,6 +67,13 @@ class MappingSession {
   /// Calls finish(), unless an exception is on its way.
   ~MappingSession();
 
+  /// Bounds the memory and the file from now on, whatever is mapped; the map keeps it. The file may leave
+  /// out frames then: those that say least beside the others of their places. Throws Error (tooLarge), also
+  /// later, where what must stay does not fit.
+  void setBudget(const MapBudget& budget);
+  /// What `change` makes of the budget that the map keeps.
+  void changeBudget(const std::function<void(MapBudget&)>& change);
+  const MapBudget& budget() const;
   /// The next frame is another drive's: the robot may be anywhere. It is localized in what earlier drives
   /// have mapped; what is not recognized becomes a part of the map of its own, until the robot comes to a
   /// known place. Its poses are known in the map once enough places were recognized; those of earlier frames

@@ -11,10 +11,15 @@
 
 #include "estancia/topology/drive_alignment.hpp"
 #include "estancia/topology/drive_guide.hpp"
+#include "estancia/topology/frame_keeper.hpp"
+#include "estancia/topology/map_budget.hpp"
 #include "estancia/topology/session.hpp"
 #include "estancia/topology/store.hpp"
 
 namespace estancia {
+
+/// The state that FrameKeeper::state() is kept as.
+constexpr const char* frameSampleKey = "frame-sample";
 
 struct MappingSession::Impl {
   MapStore store;
@@ -28,6 +33,7 @@ struct MappingSession::Impl {
   Drive drive = {};
   /// Of drives but the first.
   std::optional<DriveGuide> guide = {};
+  std::size_t guided = 0;  ///< frames of the drive that it was certain of
   /// Of a drive whose poses are not known in the map yet.
   std::optional<DriveAlignment> alignment = {};
   std::size_t nextAlignment = 0;  ///< pairs
@@ -35,12 +41,29 @@ struct MappingSession::Impl {
   /// it is not set, words decide.
   std::function<std::optional<cv::Affine3d>(const cv::Affine3d& guess)> verify = {};
 
+  MapBudget budget = {};
+  /// Where the file has a budget.
+  std::optional<FrameKeeper> keeper = {};
+
+  /// Once, before frames follow.
+  void setBudget(const MapBudget& wanted);
+  /// That of a map, its own one or another.
+  void takeBudgetOf(const MapStore& other);
+  /// That a drive is guided by: of what the budget allows a part.
+  std::size_t mostGuideFrames() const;
+  /// What the map must keep to go on, in order.
+  std::vector<std::size_t> neededFrames();
+  /// Puts waiting frames that are needed into the file, and leaves the others out.
+  void settleWaiting(const std::vector<std::size_t>& needed);
+  void keep(const MappedFrame& frame, DescriptorView descriptor, const std::optional<Pose>& given);
+
   void beginDrive(const DriveStart& start);
   /// Goes on with the last drive of the file.
   void restoreDrive();
   /// A pose that add() was given, in the map.
   std::optional<Pose> inMap(const std::optional<Pose>& given) const;
   void align();
+  void endGuidance();
 
   /// Without writing.
   int add(const Frame& frame, DescriptorView descriptor, const Image& image);

@@ -21,19 +21,22 @@
 #include "estancia/core/fail.hpp"
 #include "estancia/topology/drive_store.hpp"
 #include "estancia/topology/sqlite.hpp"
+#include "estancia/topology/store_files.hpp"
 #include "estancia/topology/store_read.hpp"
 
 namespace estancia {
 namespace {
 
 namespace fs = std::filesystem;
+using namespace storage;
 using sqlite::Database;
 using sqlite::Statement;
 
 constexpr std::int64_t formatVersion = 6;
 /// Has the same tables for places, but for drives; writing it makes it the newest.
 constexpr std::int64_t oldestVersion = 4;
-constexpr int lockPatience = 1000;  // a reader may hold a lock for a moment while it recovers [ms]
+
+constexpr int mostBeside = 16'000'000;  // the -wal file after a checkpoint [bytes]
 
 constexpr double noNumber = std::numeric_limits<double>::quiet_NaN();  // stored as NULL
 constexpr Pose unknownPose{noNumber, noNumber, noNumber, noNumber, noNumber, noNumber, noNumber};
@@ -70,105 +73,10 @@ CREATE TABLE room_evidence(frame INTEGER NOT NULL, label INTEGER NOT NULL, log_o
                            PRIMARY KEY(frame, label)) WITHOUT ROWID;
 )sql";
 
-fs::path folderOf(const fs::path& path) {
-  return path.has_parent_path() ? path.parent_path() : fs::path(".");
-}
-
-[[noreturn]] void refuse(const fs::path& path, ErrorCode code, const std::string& why) {
-  throw Error(code, fmt::format("{}: {}", path.string(), why));
-}
-
-[[noreturn]] void failExists(const fs::path& path) {
-  refuse(path, ErrorCode::fileExists,
-         "exists already; give another name, or continue it by `estancia map --continue`");
-}
-
-/// Throws unless a file of some size can be made in the folder: tried out, because permission bits say
-/// nothing about full or read-only disks (nor to root).
-void requireWritable(const fs::path& folder) {
-  if (!fs::is_directory(folder))
-    refuse(folder, ErrorCode::fileNotFound, "there is no such folder; make it first");
-  std::string probe = (folder / ".estancia-XXXXXX").string();
-  const int file = mkstemp(probe.data());
-  int problem = file < 0 ? errno : 0;
-  if (file >= 0) {
-    unlink(probe.c_str());
-    const std::array<char, 65536> room{};
-    errno = ENOSPC;  // what a short write means
-    if (write(file, room.data(), room.size()) != static_cast<ssize_t>(room.size())) problem = errno;
-    close(file);
-  }
-  if (problem == ENOSPC || problem == EDQUOT || problem == EFBIG)
-    refuse(folder, ErrorCode::fileUnwritable, "the disk is full; free some space first");
-  if (problem != 0)
-    refuse(folder, ErrorCode::fileUnwritable,
-           fmt::format("cannot write in this folder ({}); choose another one", std::strerror(problem)));
-}
-
-void flushToDisk(const fs::path& path) {
-  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (file < 0) return;
-  fsync(file);
-  close(file);
-}
-
-/// Renames without ever replacing.
-void renameToNew(const fs::path& from, const fs::path& to) {
-  if (renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return;
-  if (errno == EEXIST) failExists(to);
-  if (errno != EINVAL && errno != ENOSYS)
-    refuse(to, ErrorCode::fileUnwritable, fmt::format("cannot be made ({})", std::strerror(errno)));
-  if (fs::exists(fs::symlink_status(to))) failExists(to);  // a file system without that kind of rename
-  fs::rename(from, to);
-}
-
-/// What SQLite keeps beside a file. Left behind there, it would be played into the next file of that name.
-void removeCompanions(const fs::path& path) {
-  for (const char* ending : {"-wal", "-shm", "-journal"}) {
-    std::error_code ignored;
-    fs::remove(path.string() + ending, ignored);
-  }
-}
-
-/// Throws unless the file is empty or begins as a map file, intact or not: nothing else is ever replaced.
-void requireReplaceable(const fs::path& path) {
-  if (fs::is_regular_file(path) && fs::file_size(path) == 0) return;
-  if (!isMapFile(path))
-    refuse(path, ErrorCode::unsupportedFile,
-           "not a map file, so it is not replaced; give another name or remove it first");
-}
-
-/// Puts the finished file `from` in the place of the map `to`. A map that a process is writing is refused.
-void renameOver(const fs::path& from, const fs::path& to) {
-  requireReplaceable(to);
-  Database old(to, Database::Mode::write);
-  old.waitForLocks(lockPatience);
-  // Takes the old map's -wal in and away, then keeps writers out until its file has gone.
-  if (!old.tryRun("PRAGMA journal_mode = DELETE") || !old.tryRun("BEGIN EXCLUSIVE")) {
-    if (const int code = sqlite3_errcode(old.handle()); code == SQLITE_BUSY) old.fail(code);
-    removeCompanions(to);  // the old map is damaged: nobody can be at work on it
-  }
-  fs::rename(from, to);
-}
-
 std::string quoted(const std::string& text) {
   std::string result = "'";
   for (const char c : text) result += c == '\'' ? std::string("''") : std::string(1, c);
   return result + "'";
-}
-
-void requireMapFile(const fs::path& path) {
-  std::error_code problem;
-  const fs::file_status status = fs::status(path, problem);
-  if (!fs::exists(status))
-    refuse(path, ErrorCode::fileNotFound, "there is no such map; make one by `estancia map`");
-  if (!fs::is_regular_file(status))
-    refuse(path, ErrorCode::unsupportedFile, "not a regular file; give the *.estancia file of a map");
-  constexpr std::uintmax_t smallest = 512;  // SQLite's smallest page
-  if (const auto size = fs::file_size(path, problem); !problem && size < smallest)
-    refuse(path, ErrorCode::truncatedFile,
-           fmt::format("only {} bytes long, too short for a map; restore a copy or map the sequence again",
-                       size));
 }
 
 void requireOurFormat(Database& database) {
@@ -208,8 +116,8 @@ struct MapStore::Impl {
   struct stat written {};
   /// False before the first commit of a new map: all of it is in memory.
   bool onDisk = true;
-  /// Writers only.
-  std::size_t frames = 0;
+  /// Writers only: those that were mapped, and of them those that are not kept.
+  std::size_t frames = 0, leftOut = 0, leftOutOnDisk = 0;
   /// For writing, by their text, which is a literal.
   std::map<std::string_view, Statement> statements;
 
@@ -231,8 +139,10 @@ struct MapStore::Impl {
   }
 
   [[noreturn]] void failNoFrame(std::size_t frame, std::size_t count) const {
-    refuse(path, ErrorCode::unknownName,
-           fmt::format("there is no frame {}; the map has {} frames", frame, count));
+    refuse(
+        path, ErrorCode::unknownName,
+        fmt::format("there is no frame {}; the map has {} frames, and keeps fewer where its size is bounded",
+                    frame, count));
   }
 
   void requireFrame(std::size_t frame) const {
@@ -292,6 +202,8 @@ struct MapStore::Impl {
     database.run("PRAGMA journal_mode = WAL");
     // In WAL mode NORMAL loses nothing when the process dies; a power cut may cost the last commits.
     database.run("PRAGMA synchronous = NORMAL");
+    // What one large commit has left beside the file is given back.
+    database.run(fmt::format("PRAGMA journal_size_limit = {}", mostBeside));
     database.run("BEGIN IMMEDIATE");
     if (!onDisk) return;
     database.run(schemaOfDrives);
@@ -356,6 +268,7 @@ MapStore MapStore::open(const fs::path& path, Access access) {
   if (writing) impl->startWriting();
   MapStore store(std::move(impl));
   store.impl_->frames = store.frameCount();
+  store.impl_->leftOut = store.impl_->leftOutOnDisk = leftOutOf(store.impl_->database);
   return store;
 }
 
@@ -365,18 +278,18 @@ const MapStore::Identity& MapStore::identity() const {
 
 // ---- writing
 
-void MapStore::addFrame(std::size_t index, const MappedFrame& frame, DescriptorView descriptor) {
+void MapStore::addFrame(const MappedFrame& frame, DescriptorView descriptor) {
   impl_->requireWriting();
-  if (index != impl_->frames)
-    refuse(impl_->path, ErrorCode::invalidInput,
-           fmt::format("frame {} cannot be added; the next one is {}", index, impl_->frames));
   requireProbabilities(descriptor, impl_->identity.vocabulary.size(), frame.name);
   const Pose pose = frame.pose.value_or(unknownPose);
-  impl_->write("INSERT INTO descriptors VALUES(?1, ?2)", index, descriptor);
-  impl_->write("INSERT INTO frames VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12)", index,
+  impl_->write("INSERT INTO descriptors VALUES(?1, ?2)", frame.number, descriptor);
+  impl_->write("INSERT INTO frames VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12)", frame.number,
                frame.name, frame.timestamp.value_or(noNumber), pose.x, pose.y, pose.z, pose.qx, pose.qy,
                pose.qz, pose.qw, frame.room, frame.node);
-  ++impl_->frames;
+  if (frame.number < impl_->frames)
+    --impl_->leftOut;
+  else
+    impl_->leftOut += frame.number - std::exchange(impl_->frames, frame.number + 1);
 }
 
 void MapStore::putPose(std::size_t frame, const std::optional<Pose>& pose) {
@@ -434,11 +347,12 @@ void MapStore::clearTransitions() {
 
 void MapStore::putPredictions(const RoomPredictions& predictions) {
   impl_->requireWriting();
+  const std::vector<std::size_t> numbers = frameNumbers();
   const std::size_t rows = predictions.probabilities.size(), rooms = predictions.rooms.size();
-  if (rows > impl_->frames || rooms == 0 || predictions.probabilities.labels() != rooms)
+  if (rows > numbers.size() || rooms == 0 || predictions.probabilities.labels() != rooms)
     refuse(impl_->path, ErrorCode::mismatch,
            fmt::format("predictions for {} frames and {} rooms do not fit {} frames and {} rooms", rows,
-                       predictions.probabilities.labels(), impl_->frames, rooms));
+                       predictions.probabilities.labels(), numbers.size(), rooms));
   if (std::ranges::any_of(predictions.rooms, &std::string::empty))
     refuse(impl_->path, ErrorCode::invalidInput, "a predicted room has no name");
   impl_->statements.clear();  // those of the older tables
@@ -451,15 +365,42 @@ void MapStore::putPredictions(const RoomPredictions& predictions) {
     impl_->write("INSERT INTO predicted_rooms VALUES(?1, ?2)", i, predictions.rooms[i]);
   for (std::size_t i = 0; i < rows; ++i) {
     const DescriptorView row = predictions.probabilities.row(i);
-    requireProbabilities(row, rooms, fmt::format("the rooms of frame {}", i));
-    impl_->write("INSERT INTO predictions VALUES(?1, ?2)", i, row);
+    requireProbabilities(row, rooms, fmt::format("the rooms of frame {}", numbers[i]));
+    impl_->write("INSERT INTO predictions VALUES(?1, ?2)", numbers[i], row);
   }
   for (const RoomEvidence& told : predictions.evidence) {
     if (told.image >= rows || told.label >= impl_->identity.vocabulary.size() || told.logOdds.size() != rooms)
       refuse(impl_->path, ErrorCode::mismatch, "evidence of rooms is of no frame, label or room of the map");
-    impl_->write("INSERT INTO room_evidence VALUES(?1, ?2, ?3)", told.image, told.label,
+    impl_->write("INSERT INTO room_evidence VALUES(?1, ?2, ?3)", numbers[told.image], told.label,
                  DescriptorView(told.logOdds));
   }
+}
+
+void MapStore::leaveOut(const std::vector<std::size_t>& frames) {
+  if (frames.empty()) return;
+  impl_->requireWriting();
+  std::vector<std::string> tables;
+  {
+    Statement names(impl_->database,
+                    "SELECT m.name FROM sqlite_master m, pragma_table_info(m.name) c "
+                    "WHERE m.type = 'table' AND c.name = 'frame' AND c.pk = 1");
+    while (names.next()) tables.push_back(names.text(0));
+  }
+  impl_->allOrNothing([&] {
+    for (const std::string& table : tables) {
+      Statement remove(impl_->database, fmt::format("DELETE FROM {} WHERE frame = ?1", table));
+      for (const std::size_t frame : frames) {
+        remove.bindAll(frame);
+        remove.execute();
+      }
+    }
+    Statement remove(impl_->database, "DELETE FROM frames WHERE id = ?1");
+    for (const std::size_t frame : frames) {
+      remove.bindAll(frame);
+      remove.execute();
+      impl_->leftOut += static_cast<std::size_t>(sqlite3_changes(impl_->database.handle()));
+    }
+  });
 }
 
 void MapStore::putState(const std::string& key, const std::string& bytes) {
@@ -468,6 +409,9 @@ void MapStore::putState(const std::string& key, const std::string& bytes) {
 
 void MapStore::commit() {
   impl_->requireWriting();
+  if (impl_->leftOut != impl_->leftOutOnDisk)
+    impl_->write("INSERT OR REPLACE INTO meta VALUES(?1, ?2)", leftOutKey, std::to_string(impl_->leftOut));
+  impl_->leftOutOnDisk = impl_->leftOut;
   impl_->allOrNothing([this] {
     if (impl_->onDisk) impl_->requireInPlace();
     impl_->database.run("COMMIT");
@@ -476,6 +420,14 @@ void MapStore::commit() {
     impl_->database.run("BEGIN IMMEDIATE");  // at once: there is but one writer
   else
     impl_->moveToDisk();
+}
+
+void MapStore::compact() {
+  commit();
+  impl_->statements.clear();
+  impl_->database.run("COMMIT");
+  impl_->database.run("VACUUM");
+  impl_->database.run("BEGIN IMMEDIATE");
 }
 
 sqlite::Database& MapStore::database() {
@@ -492,10 +444,21 @@ void MapStore::endReading() {
   impl_->database.run("COMMIT");
 }
 
+std::uint64_t MapStore::bytes() const {
+  const std::int64_t pages =
+      impl_->database.number("PRAGMA page_count") - impl_->database.number("PRAGMA freelist_count");
+  return static_cast<std::uint64_t>(pages * impl_->database.number("PRAGMA page_size"));
+}
+
 std::size_t MapStore::frameCount() const {
-  const std::int64_t count = impl_->database.number("SELECT ifnull(max(id) + 1, 0) FROM frames");
-  if (count < 0) impl_->database.failDamaged("its frames have negative numbers");
-  return static_cast<std::size_t>(count);
+  return frameCountOf(impl_->database);
+}
+
+std::vector<std::size_t> MapStore::frameNumbers() const {
+  Statement rows(impl_->database, "SELECT id FROM frames ORDER BY id");
+  std::vector<std::size_t> numbers;
+  while (rows.next()) numbers.push_back(static_cast<std::size_t>(rows.integer(0)));
+  return numbers;
 }
 
 TopologicalMap MapStore::load(std::size_t mostFrames) const {
@@ -556,12 +519,14 @@ Frame MapStore::frame(std::size_t frame) const {
 void MapStore::forEachDescriptor(std::size_t first,
                                  const std::function<bool(std::size_t, DescriptorView)>& visit) const {
   Statement rows(impl_->database,
-                 "SELECT frame, probabilities FROM descriptors WHERE frame >= ?1 ORDER BY frame", first);
+                 "SELECT id, probabilities FROM frames LEFT JOIN descriptors ON frame = id WHERE id >= ?1 "
+                 "ORDER BY id",
+                 first);
   LexicalDescriptor descriptor;
-  for (std::size_t frame = first; rows.next(); ++frame) {
-    if (rows.integer(0) != static_cast<std::int64_t>(frame))
-      impl_->database.failDamaged(fmt::format("the descriptor of frame {} is missing", frame));
-    readValues(impl_->database, rows.bytes(1), impl_->identity.vocabulary.size(), "a descriptor", descriptor);
+  while (rows.next()) {
+    const auto frame = static_cast<std::size_t>(rows.integer(0));
+    readValues(impl_->database, rows.bytes(1), impl_->identity.vocabulary.size(),
+               fmt::format("the descriptor of frame {}", frame), descriptor);
     if (!visit(frame, descriptor)) return;
   }
 }

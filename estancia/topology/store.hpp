@@ -59,8 +59,8 @@ class MapStore {
   const Identity& identity() const;
 
   // ---- writing
-  /// Frames come in order: `index` is the number of frames so far.
-  void addFrame(std::size_t index, const MappedFrame& frame, DescriptorView descriptor);
+  /// Keeps frame.number, which must be none before; those in between are left out unless they follow.
+  void addFrame(const MappedFrame& frame, DescriptorView descriptor);
   /// Where the frame was taken, as it is known now.
   void putPose(std::size_t frame, const std::optional<Pose>& pose);
   /// A small JPEG of a frame, for reports.
@@ -80,9 +80,14 @@ class MapStore {
   /// A room classifier's predictions, row i of frame i; earlier ones are replaced. Throws Error (mismatch)
   /// when there are more rows than frames, a room has no name, or a value is not a probability.
   void putPredictions(const RoomPredictions& predictions);
+  /// Forgets these frames, and whatever is known of one of them alone: rows of all tables whose primary key
+  /// begins with `frame`. Their numbers are not used again.
+  void leaveOut(const std::vector<std::size_t>& frames);
   /// Named blobs of the mapper's memory, replaced.
   void putState(const std::string& key, const std::string& bytes);
   void commit();
+  /// Commits, and makes the file as small as what it holds.
+  void compact();
   /// The connection, for the tables of layers above this one: what is written through it is committed and
   /// lost together with the rest. The first commit() ends the life of its statements.
   sqlite::Database& database();
@@ -92,9 +97,13 @@ class MapStore {
   /// meanwhile. For Access::read.
   void beginReading();
   void endReading();
+  /// Of the file that are in use.
+  std::uint64_t bytes() const;
+  /// The number that the next frame will have. Fewer may be kept.
   std::size_t frameCount() const;
-  /// `mostFrames`: of a longer drive each n-th frame is read, so that there are no more
-  /// (TopologicalMap::stride).
+  /// Of the frames that are kept, in order.
+  std::vector<std::size_t> frameNumbers() const;
+  /// `mostFrames`: of a longer drive each n-th frame is read, so that there are no more.
   TopologicalMap load(std::size_t mostFrames = allFrames) const;
   std::optional<std::string> findState(const std::string& key) const;
   /// (node id, state) in order of id.
@@ -104,7 +113,8 @@ class MapStore {
   std::optional<Pose> pose(std::size_t frame) const;
   /// Name, time stamp and pose. Throws Error (unknownName) when there is no such frame.
   Frame frame(std::size_t frame) const;
-  /// All descriptors from `first` on, in order; stops early when `visit` returns false.
+  /// The descriptors of all frames that are kept from number `first` on, in order; stops early when `visit`
+  /// returns false.
   void forEachDescriptor(std::size_t first,
                          const std::function<bool(std::size_t, DescriptorView)>& visit) const;
   /// Frames with an image, and the image (empty when there is none).

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -39,9 +40,9 @@ class Rows : public Statement {
   int node(int column, int lowest, const char* what) const {
     return static_cast<int>(number(column, lowest, std::numeric_limits<int>::max(), what));
   }
-  std::size_t frame(int column, const TopologicalMap& map, const char* what) const {
-    const auto end = static_cast<std::int64_t>(map.frames.size() * map.stride);
-    return static_cast<std::size_t>(number(column, 0, end - 1, what)) / map.stride;
+  /// The number of a frame that was mapped.
+  std::size_t frame(int column, std::size_t frames, const char* what) const {
+    return static_cast<std::size_t>(number(column, 0, static_cast<std::int64_t>(frames) - 1, what));
   }
 
  private:
@@ -70,23 +71,24 @@ void readNodes(Database& database, TopologicalMap& map) {
 void readFrames(Database& database, TopologicalMap& map, std::size_t most) {
   Rows count(database, "SELECT count(*) FROM frames");
   const std::size_t all = count.next() ? count.count(0, 0, "the number of frames") : 0;
-  if (most < all) map.stride = (all - 1) / std::max<std::size_t>(1, most) + 1;
+  const std::size_t mapped = frameCountOf(database), leftOut = leftOutOf(database);
+  if (all + leftOut != mapped)
+    database.failDamaged(
+        fmt::format("it has {} of {} frames, and {} were left out of it", all, mapped, leftOut));
+  const std::size_t stride = most < all ? (all - 1) / std::max<std::size_t>(1, most) + 1 : 1;
   Rows rows(database,
-            "SELECT id, name, timestamp, x, y, z, qx, qy, qz, qw, room, node FROM frames "
-            "WHERE id % ?1 = 0 ORDER BY id",
-            map.stride);
-  while (rows.next()) {
-    if (rows.integer(0) != static_cast<std::int64_t>(map.frames.size() * map.stride))
-      database.failDamaged(fmt::format("frame {} is missing", map.frames.size() * map.stride));
+            "SELECT id, name, timestamp, x, y, z, qx, qy, qz, qw, room, node FROM frames ORDER BY id");
+  for (std::size_t row = 0; rows.next(); ++row) {
+    if (row % stride != 0) continue;
     MappedFrame frame;
+    frame.number = rows.count(0, 0, "a frame's number");
     frame.name = printable(rows.text(1));
     if (const double timestamp = rows.real(2); std::isfinite(timestamp)) frame.timestamp = timestamp;
     frame.pose = readPose(rows, 3);
     frame.room = printable(rows.text(10));
     frame.node = rows.node(11, map.nodes.empty() ? -1 : 0, "a frame's node");  // -1: to be mapped again
     if (frame.node >= 0 && map.findNode(frame.node) == nullptr)
-      database.failDamaged(
-          fmt::format("frame {} is in node {}, which is missing", map.frames.size(), frame.node));
+      database.failDamaged(fmt::format("frame {} is in node {}, which is missing", frame.number, frame.node));
     map.frames.push_back(std::move(frame));
   }
 }
@@ -94,10 +96,12 @@ void readFrames(Database& database, TopologicalMap& map, std::size_t most) {
 /// Maps of older programs have none.
 void addDrives(Database& database, TopologicalMap& map) {
   if (map.frames.empty()) return;
+  const std::size_t last = frameCountOf(database) - 1;
   for (Drive& drive : readDrives(database)) {
-    if (drive.firstFrame > map.frames.size() * map.stride)
+    if (drive.firstFrame > last + 1)
       database.failDamaged(fmt::format("a drive begins at frame {}, which is missing", drive.firstFrame));
-    drive.firstFrame = (drive.firstFrame + map.stride - 1) / map.stride;
+    const auto first = std::ranges::lower_bound(map.frames, drive.firstFrame, {}, &MappedFrame::number);
+    drive.firstFrame = static_cast<std::size_t>(first - map.frames.begin());
     if (drive.firstFrame < map.frames.size()) map.drives.push_back(std::move(drive));
   }
   if (map.drives.empty() || map.drives.front().firstFrame > 0) map.drives.insert(map.drives.begin(), Drive{});
@@ -114,19 +118,21 @@ void readTransitions(Database& database, TopologicalMap& map) {
       if (map.findNode(node) == nullptr)
         database.failDamaged(fmt::format("a transition touches node {}, which is missing", node));
     transition.count = rows.count(2, 0, "a transition's count");
-    transition.firstFrame = rows.count(3, 0, "a transition's first frame") / map.stride;
+    transition.firstFrame = map.indexOf(rows.count(3, 0, "a transition's first frame"));
     map.transitions.push_back(transition);
   }
 }
 
 void readDecisions(Database& database, TopologicalMap& map) {
+  const std::size_t frames = frameCountOf(database);
   Rows rows(database,
             "SELECT frame, kind, node, current, to_current, other, to_other, tau_join, tau_revisit "
-            "FROM decisions WHERE frame % ?1 = 0 ORDER BY frame",
-            map.stride);
+            "FROM decisions ORDER BY frame");
   while (rows.next()) {
+    const auto frame = map.findFrame(rows.frame(0, frames, "a decision's frame"));
+    if (!frame) continue;
     Decision decision;
-    decision.frame = rows.frame(0, map, "a decision's frame");
+    decision.frame = *frame;
     decision.kind = static_cast<DecisionKind>(
         rows.number(1, 0, static_cast<int>(DecisionKind::localize), "the kind of a decision"));
     decision.node = rows.node(2, 0, "a decision's node");
@@ -141,10 +147,11 @@ void readDecisions(Database& database, TopologicalMap& map) {
 }
 
 void readMerges(Database& database, TopologicalMap& map) {
+  const std::size_t frames = frameCountOf(database);
   Rows rows(database, "SELECT frame, kept, absorbed, distance, threshold FROM merges ORDER BY id");
   while (rows.next()) {
     Merge merge;
-    merge.frame = rows.frame(0, map, "a merge's frame");
+    merge.frame = map.indexOf(rows.frame(0, frames, "a merge's frame"));
     merge.kept = rows.node(1, 0, "a merge's node");
     merge.absorbed = rows.node(2, 0, "a merge's node");
     merge.distance = rows.real(3);
@@ -174,13 +181,13 @@ void readRoomsByName(Database& database, RoomPredictions& predictions) {
 
 void readRoomEvidence(Database& database, const TopologicalMap& map, RoomPredictions& predictions) {
   if (!sqlite::hasTable(database, "room_evidence")) return;
-  Rows rows(database,
-            "SELECT frame, label, log_odds FROM room_evidence WHERE frame % ?1 = 0 ORDER BY frame, label",
-            map.stride);
-  const std::size_t rooms = predictions.rooms.size();
+  Rows rows(database, "SELECT frame, label, log_odds FROM room_evidence ORDER BY frame, label");
+  const std::size_t rooms = predictions.rooms.size(), frames = frameCountOf(database);
   while (rows.next()) {
+    const auto frame = map.findFrame(rows.frame(0, frames, "the frame of room evidence"));
+    if (!frame) continue;
     RoomEvidence told;
-    told.image = rows.frame(0, map, "the frame of room evidence");
+    told.image = *frame;
     told.label = static_cast<std::size_t>(rows.number(
         1, 0, static_cast<std::int64_t>(map.vocabulary.size()) - 1, "the label of room evidence"));
     const std::span<const std::byte> bytes = rows.bytes(2);
@@ -205,19 +212,23 @@ void readPredictions(Database& database, TopologicalMap& map) {
       database.failDamaged("its predicted rooms have gaps");
   }
   if (rooms.empty()) database.failDamaged("it has no predicted rooms");
-  const std::size_t count = rooms.size();
+  const std::size_t labels = rooms.size(), count = frameCountOf(database);
   RoomPredictions predictions{printable(readMeta(database, "classifier")), std::move(rooms),
-                              DescriptorMatrix(count)};
+                              DescriptorMatrix(labels)};
   readRoomsByName(database, predictions);
-  Rows rows(database, "SELECT frame, probabilities FROM predictions WHERE frame % ?1 = 0 ORDER BY frame",
-            map.stride);
+  Rows rows(database, "SELECT frame, probabilities FROM predictions ORDER BY frame");
   std::vector<float> row;
   while (rows.next()) {
-    const std::string name = fmt::format("the room prediction of frame {}", predictions.probabilities.size());
-    if (rows.integer(0) != static_cast<std::int64_t>(predictions.probabilities.size() * map.stride) ||
-        predictions.probabilities.size() == map.frames.size())
-      database.failDamaged(name + " is missing, or of no frame");
-    readValues(database, rows.bytes(1), count, name, row);
+    const std::size_t next = predictions.probabilities.size();
+    const std::size_t number = rows.count(0, 0, "the frame of a room prediction");
+    const std::string name = fmt::format("the room prediction of frame {}", number);
+    if (number < count && (next == map.frames.size() || number < map.frames[next].number))
+      continue;  // of a frame that was not read
+    if (number >= count) database.failDamaged(name + " is of no frame");
+    if (number > map.frames[next].number)
+      database.failDamaged(
+          fmt::format("the room prediction of frame {} is missing", map.frames[next].number));
+    readValues(database, rows.bytes(1), labels, name, row);
     predictions.probabilities.append(row);
   }
   readRoomEvidence(database, map, predictions);
@@ -247,6 +258,22 @@ std::string distanceOf(const std::string& settings) {
 }
 
 }  // namespace
+
+std::size_t leftOutOf(Database& database) {
+  Statement row(database, "SELECT value FROM meta WHERE key = ?1", leftOutKey);
+  if (!row.next()) return 0;
+  const std::string text = row.text(0);
+  std::size_t count = 0;
+  if (std::from_chars(text.data(), text.data() + text.size(), count).ptr != text.data() + text.size())
+    database.failDamaged("the number of frames that were left out of it is none");
+  return count;
+}
+
+std::size_t frameCountOf(Database& database) {
+  const std::int64_t count = database.number("SELECT ifnull(max(id) + 1, 0) FROM frames");
+  if (count < 0) database.failDamaged("its frames have negative numbers");
+  return static_cast<std::size_t>(count);
+}
 
 std::optional<Pose> readPose(const Statement& row, int column) {
   const Pose pose{row.real(column),     row.real(column + 1), row.real(column + 2), row.real(column + 3),

@@ -20,6 +20,13 @@ std::string partsToJson(const Vocabulary& vocabulary);
 TopologicalMap readContent(sqlite::Database& database, const MapStore::Identity& identity,
                            std::size_t mostFrames);
 
+/// The number that the next frame will have: of all that were mapped, kept or left out.
+std::size_t frameCountOf(sqlite::Database& database);
+
+/// The meta key of how many frames were mapped but are not kept, and its value.
+constexpr const char* leftOutKey = "left_out";
+std::size_t leftOutOf(sqlite::Database& database);
+
 /// The pose in columns x, y, z, qx, qy, qz, qw from `column` on; absent where these are NULL or cannot be
 /// one.
 std::optional<Pose> readPose(const sqlite::Statement& row, int column);

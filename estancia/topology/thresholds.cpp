@@ -20,7 +20,7 @@ constexpr double gapShare = 0.05;        // … and this share of the run
 constexpr std::size_t minFarPairs = 10;  // below this a quantile says nothing
 constexpr double maxRevisitShare = 0.8;
 constexpr double fewShare =
-    1.0 / 7;  // of the prior's dimensions: a run that spans less says nothing of other places
+    1.0 / 4;  // of the prior's dimensions: a run that spans less says nothing of other places
 constexpr double minShare = 1e-4;  // τ_join stays above this share of its default, above mere rounding
 
 /// Linear interpolation between order statistics (R's type 7). `values` is sorted.

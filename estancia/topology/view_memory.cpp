@@ -12,9 +12,9 @@
 namespace estancia {
 namespace {
 
-constexpr std::ptrdiff_t maxViewsOfNode = 32;  // 8 lose returns to large rooms
-constexpr std::size_t maxSequence = 16;        // images of a sequence that look different
-constexpr double apartRatio = 2;               // × the near distance and angle
+constexpr std::size_t maxViewsOfNode = 32;  // 8 lose returns to large rooms
+constexpr std::size_t maxSequence = 16;     // images of a sequence that look different
+constexpr double apartRatio = 2;            // × the near distance and angle
 
 double angleBetween(const Pose& a, const Pose& b) {
   const auto f = a.forward(), g = b.forward();
@@ -110,28 +110,23 @@ void ViewMemory::keep(PlaceView view, const Thresholds& thresholds) {
   const int node = view.node;
   if (bounded_) bounds_.set(views_.size(), view.compared);
   views_.push_back(std::move(view));
-  if (std::ranges::count(views_, node, &PlaceView::node) > maxViewsOfNode)
+  setCount(node, counts_[node] + 1);
+  if (counts_.at(node) > maxViewsOfNode)
     forgetOne(node, thresholds);
   else if (views_.size() > max_)
-    forgetOne(largestNode(), thresholds);
+    forgetOne(largest_.begin()->second, thresholds);
 }
 
-/// The node with most views, of equal ones that of the lowest id.
-int ViewMemory::largestNode() const {
-  std::vector<int> nodes;
-  for (const PlaceView& view : views_) nodes.push_back(view.node);
-  std::ranges::sort(nodes);
-  auto largest = nodes.begin();
-  std::ptrdiff_t most = 0;
-  for (auto first = nodes.begin(); first != nodes.end();) {
-    const auto last = std::upper_bound(first, nodes.end(), *first);
-    if (last - first > most) {
-      most = last - first;
-      largest = first;
-    }
-    first = last;
+/// The node has so many views now.
+void ViewMemory::setCount(int node, std::size_t views) {
+  const auto known = counts_.find(node);
+  if (known != counts_.end()) largest_.erase({-static_cast<std::ptrdiff_t>(known->second), node});
+  if (views > 0) {
+    counts_[node] = views;
+    largest_.emplace(-static_cast<std::ptrdiff_t>(views), node);
+  } else if (known != counts_.end()) {
+    counts_.erase(known);
   }
-  return *largest;
 }
 
 /// 0 for the same view; in units of what is near.
@@ -174,6 +169,7 @@ void ViewMemory::forgetOne(int node, const Thresholds& thresholds) {
 }
 
 void ViewMemory::remove(std::size_t slot) {
+  setCount(views_[slot].node, counts_.at(views_[slot].node) - 1);
   if (slot + 1 != views_.size()) std::swap(views_[slot], views_.back());
   views_.pop_back();
   if (bounded_) bounds_.remove(slot);
@@ -209,6 +205,10 @@ bool ViewMemory::areApart(int a, int b) const {
 void ViewMemory::merge(int absorbed, int kept) {
   for (PlaceView& view : views_)
     if (view.node == absorbed) view.node = kept;
+  if (const auto own = counts_.find(absorbed); own != counts_.end()) {
+    setCount(kept, counts_[kept] + own->second);
+    setCount(absorbed, 0);
+  }
   for (Resemblance& earlier : sequence_)
     if (earlier.known.node == absorbed) earlier.known.node = kept;
 }
@@ -229,6 +229,8 @@ void ViewMemory::rescale(const std::function<std::vector<float>(std::span<const 
 
 void ViewMemory::clear() {
   views_.clear();
+  counts_.clear();
+  largest_.clear();
   sequence_.clear();
   bounds_ = QuantizedUpperBounds(labels_);
 }
@@ -237,6 +239,17 @@ void ViewMemory::movePoses(const std::function<std::optional<Pose>(std::size_t)>
   for (PlaceView& view : views_) view.pose = pose(view.frame);
   for (Resemblance& earlier : sequence_)
     for (PlaceView* view : {&earlier.seen, &earlier.known}) view->pose = pose(view->frame);
+}
+
+void ViewMemory::bound(std::size_t most, const Thresholds& thresholds) {
+  max_ = std::min(max_, most);
+  while (views_.size() > max_) forgetOne(largest_.begin()->second, thresholds);
+}
+
+void ViewMemory::addNeededFrames(std::vector<std::size_t>& frames) const {
+  for (const PlaceView& view : views_) frames.push_back(view.frame);
+  for (const Resemblance& earlier : sequence_)
+    for (const PlaceView* view : {&earlier.seen, &earlier.known}) frames.push_back(view->frame);
 }
 
 std::string ViewMemory::state() const {
@@ -275,6 +288,7 @@ void ViewMemory::restore(const std::string& state, std::size_t frames,
   clear();
   for (std::size_t count = in.count(bytes); count > 0; --count) {
     views_.push_back(read());
+    setCount(views_.back().node, counts_[views_.back().node] + 1);
     if (bounded_) bounds_.set(views_.size() - 1, views_.back().compared);
   }
   for (std::size_t count = in.count(2 * bytes); count > 0; --count) {

@@ -4,9 +4,12 @@
 
 #include <cstddef>
 #include <functional>
+#include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "estancia/core/pose.hpp"
@@ -51,6 +54,8 @@ class ViewMemory {
   ViewMemory(Distance distance, std::size_t labels, const MapperOptions& options);
 
   bool isOn() const { return max_ > 0; }
+  /// Keeps no more from now on, if that is fewer.
+  void bound(std::size_t most, const Thresholds& thresholds);
   /// What `seen` shows, of several nodes `current` if it is one of them, else the nearest. Remembers `seen`
   /// for the sequence.
   std::optional<Recognition> recognize(const PlaceView& seen, int current, const Thresholds& thresholds);
@@ -72,6 +77,8 @@ class ViewMemory {
   void movePoses(const std::function<std::optional<Pose>(std::size_t)>& pose);
   void clear();
 
+  /// The frames that are needed to go on later.
+  void addNeededFrames(std::vector<std::size_t>& frames) const;
   /// To go on later: all but poses and descriptors, which `view(frame, node)` gives back; a node may be -1.
   /// Throws Error (corruptFile) when the bytes are damaged.
   std::string state() const;
@@ -91,7 +98,7 @@ class ViewMemory {
   bool isElsewhere(const std::optional<Pose>& a, const std::optional<Pose>& b) const;
   double likeness(const PlaceView& a, const PlaceView& b, const Thresholds& thresholds) const;
   bool continues(const PlaceView& seen, const PlaceView& known, const Thresholds& thresholds);
-  int largestNode() const;
+  void setCount(int node, std::size_t views);
   void forgetOne(int node, const Thresholds& thresholds);
   void remove(std::size_t slot);
 
@@ -102,6 +109,9 @@ class ViewMemory {
   bool bounded_;  ///< bounds_ can tell that a view is far
   std::vector<PlaceView> views_;
   QuantizedUpperBounds bounds_;
+  /// Views of each node that has some; the nodes with most of them first, of equal ones the lowest id.
+  std::map<int, std::size_t> counts_;
+  std::set<std::pair<std::ptrdiff_t, int>> largest_;
   /// The unbroken run of images that resemble earlier views, those that look different.
   std::vector<Resemblance> sequence_;
 };

@@ -120,8 +120,9 @@ class Epochs {
   template <class Use>
   void forEachView(const Use& use) const {
     store_.forEachObservation([&](std::size_t frame, const Observation& seen) {
-      if (frame >= world_.places.frames.size() || !world_.places.frames[frame].pose) return true;
-      use(frame, seen, depthOf(seen), rigidOf(*world_.places.frames[frame].pose));
+      const auto index = world_.places.findFrame(frame);
+      if (index && world_.places.frames[*index].pose)
+        use(frame, seen, depthOf(seen), rigidOf(*world_.places.frames[*index].pose));
       return true;
     });
   }
@@ -266,7 +267,7 @@ ObjectChange changeOf(const Patch& patch, ObjectChange::Kind kind) {
 
 std::vector<ObjectChange> changedObjects(const WorldMap& world, const WorldStore& store,
                                          std::size_t firstNow) {
-  const Epochs epochs(world, store, firstNow);
+  const Epochs epochs(world, store, world.places.frames.at(firstNow).number);
   const ObjectWords words(world);
   const std::vector<Patch> gone = patchesOf(epochs.spots(0)), now = patchesOf(epochs.spots(1));
   std::vector<std::tuple<double, std::size_t, std::size_t>> pairs;
@@ -289,6 +290,8 @@ std::vector<ObjectChange> changedObjects(const WorldMap& world, const WorldStore
   }
   for (std::size_t k = 0; k < now.size(); ++k)
     if (!isJoined[k]) changes.push_back(changeOf(now[k], ObjectChange::Kind::appeared));
+  for (ObjectChange& change : changes)
+    for (std::size_t* frame : {&change.lastBefore, &change.firstNow}) *frame = world.places.indexOf(*frame);
   return changes;
 }
 

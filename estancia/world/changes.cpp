@@ -49,8 +49,9 @@ std::vector<PlaceChange> changedPlaces(const TopologicalMap& map, const MapStore
   const EpochOfPlace none(map.vocabulary.size());
   std::map<int, std::array<EpochOfPlace, 2>> places;
   store.forEachDescriptor(0, [&](std::size_t frame, DescriptorView descriptor) {
-    auto& epochs = places.try_emplace(map.frames.at(frame).node, std::array{none, none}).first->second;
-    EpochOfPlace& epoch = epochs[frame >= firstNow ? 1 : 0];
+    const std::size_t index = map.indexOf(frame);
+    auto& epochs = places.try_emplace(map.frames.at(index).node, std::array{none, none}).first->second;
+    EpochOfPlace& epoch = epochs[index >= firstNow ? 1 : 0];
     epoch.words.add(descriptor);
     epoch.embedded.add(scale.embeddedFrame(descriptor).embedded);
     return true;

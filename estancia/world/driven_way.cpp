@@ -103,7 +103,7 @@ void DrivenWays::addStations() {
     if (last != nowhere && last != station &&
         (stations_[last].place == here.place ||
          driven.contains({map.nodes[stations_[last].place].id, map.nodes[here.place].id})) &&
-        (map.stride == 1 || !hasWallBetween(stations_[last].at, here.at)))  // it went around corners
+        (!map.isThinned() || !hasWallBetween(stations_[last].at, here.at)))  // it went around corners
       drive(last, station);
     last = station;
   }

@@ -53,9 +53,9 @@ bool correctAreas(const std::filesystem::path& path, const AreaEdit& edit, Progr
   WorldStore layers(store, MapStore::Access::write);
   WorldMap world{store.load()};
   layers.read(world);
-  std::vector<std::optional<Pose>> poses;
+  std::vector<std::optional<Pose>> poses(store.frameCount());
   for (const MappedFrame& frame : world.places.frames)
-    poses.push_back(frame.pose && frame.pose->isPlausible() ? frame.pose : std::nullopt);
+    if (frame.pose && frame.pose->isPlausible()) poses[frame.number] = frame.pose;
   const Vocabulary& vocabulary = world.places.vocabulary;
   Moments moments(vocabulary.size(), false);
   store.forEachDescriptor(0, [&](std::size_t, DescriptorView descriptor) {
@@ -66,7 +66,8 @@ bool correctAreas(const std::filesystem::path& path, const AreaEdit& edit, Progr
   const AreaOptions options = MapTerms(store).options().value_or(WorldOptions{}).areas;
   const WordMap words = wordsOfViews(store, layers, *world.plan, poses, options.words, progress);
   std::vector<std::size_t> starts;
-  for (const Drive& drive : world.places.drives) starts.push_back(drive.firstFrame);
+  for (const Drive& drive : world.places.drives)
+    starts.push_back(world.places.frames[drive.firstFrame].number);
   const auto planned = correctPlan(*world.plan, edit, {poses, starts}, words, vocabulary,
                                    {mean.begin(), mean.end()}, options.naming);
   if (!planned) return false;

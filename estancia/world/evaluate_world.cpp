@@ -79,8 +79,9 @@ void addPixelsOfObjects(const MapAndDrive& both, std::vector<FoundInstance>& fou
   if (objectOf.empty()) return;
   std::map<SegmentPlace, PixelsOfThings> pixels;
   both.store.forEachObservation([&](std::size_t frame, const Observation& seen) {
-    if (frame >= both.frames.size()) return false;
-    const fs::path mask = io::instanceMaskFile(both.folder, both.drive.frame(both.frames[frame]));
+    const auto index = both.world.places.findFrame(frame);
+    if (!index) return true;
+    const fs::path mask = io::instanceMaskFile(both.folder, both.drive.frame(both.frames[*index]));
     if (fs::exists(mask)) addPixels(frame, seen.segments, io::readInstanceMask(mask), pixels);
     return true;
   });

@@ -92,14 +92,14 @@ void KnownStore::read(WorldMap& world) const {
   Statement rows(database,
                  "SELECT object, name, confidence, x, y, z, qx, qy, qz, qw, frame FROM object_poses");
   while (rows.next()) {
-    const std::int64_t object = rows.integer(0),
-                       frame = rows.integer(10) / static_cast<std::int64_t>(world.places.stride);
+    const std::int64_t object = rows.integer(0), frame = rows.integer(10);
     const std::optional<Pose> pose = readPose(rows, 3);
     if (object < 0 || object >= static_cast<std::int64_t>(world.objects.size()) || frame < 0 ||
-        frame >= static_cast<std::int64_t>(world.places.frames.size()) || !pose)
+        frame >= static_cast<std::int64_t>(store_.frameCount()) || !pose)
       database.failDamaged("a recognized object or its pose is missing");
-    world.objects[static_cast<std::size_t>(object)].known = KnownPose{
-        printable(rows.text(1)), confidenceOf(database, rows, 2), *pose, static_cast<std::size_t>(frame)};
+    world.objects[static_cast<std::size_t>(object)].known =
+        KnownPose{printable(rows.text(1)), confidenceOf(database, rows, 2), *pose,
+                  world.places.indexOf(static_cast<std::size_t>(frame))};
   }
 }
 

@@ -56,6 +56,7 @@ MappedSequence mapSequence(const Sequence& sequence, Labeler& labeler, const std
          "{} discovers its words on the way; label the sequence first, then map the labels",
          labeler.identity());
   std::optional<MapRun> run(std::in_place, map, existingOf(options.existing));
+  run->changeBudget(options.changeBudget);
   LabelStreamOptions stream = options.stream;
   stream.first = std::max(stream.first, run->begin(
                                             sequence, labeler.vocabulary(), labeler.identity(),

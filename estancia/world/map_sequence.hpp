@@ -14,6 +14,7 @@
 namespace estancia {
 
 class Labeler;
+struct MapBudget;
 struct MapperOptions;
 class Sequence;
 struct WorldOptions;
@@ -25,6 +26,8 @@ struct MapSequenceOptions {
   /// Change the defaults for a new map; a map that is resumed keeps what it was made with.
   std::function<void(MapperOptions&)> changeMapper = {};
   std::function<void(WorldOptions&)> changeWorld = {};
+  /// Of the map's budget; what it leaves alone stays as the map has it.
+  std::function<void(MapBudget&)> changeBudget = {};
   LabelStreamOptions stream = {};
   /// DriveStart::posesAreInMap.
   bool posesAreInMap = false;

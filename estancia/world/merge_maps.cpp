@@ -35,16 +35,26 @@ struct Source {
     isObserved.resize(map.frames.size());
     if (!layers->exists()) return;
     for (const std::size_t frame : layers->observedFrames())
-      if (frame < isObserved.size()) isObserved[frame] = true;
+      if (const auto index = map.findFrame(frame)) isObserved[*index] = true;
   }
   static TopologicalMap asOfNow(MapStore& store) {
     store.beginReading();
     return store.load();
   }
 
-  std::optional<Pose> givenPose(std::size_t frame) const { return DriveStore(store).givenPose(frame); }
-  std::optional<Observation> observation(std::size_t frame) const {
-    return isObserved[frame] ? std::optional(layers->observation(frame)) : std::nullopt;
+  // By places in map.frames.
+  std::optional<Pose> givenPose(std::size_t i) const {
+    return DriveStore(store).givenPose(map.frames[i].number);
+  }
+  LexicalDescriptor descriptor(std::size_t i) const { return store.descriptor(map.frames[i].number); }
+  std::vector<unsigned char> image(std::size_t i) const { return store.image(map.frames[i].number); }
+  std::optional<Observation> observation(std::size_t i) const {
+    return isObserved[i] ? std::optional(layers->observation(map.frames[i].number)) : std::nullopt;
+  }
+  std::vector<std::size_t> numbers(std::size_t first, std::size_t end) const {
+    std::vector<std::size_t> numbers;
+    for (std::size_t i = first; i < end; ++i) numbers.push_back(map.frames[i].number);
+    return numbers;
   }
   /// T_map_drive of a drive that is aligned.
   cv::Affine3d alignment(std::size_t drive) const {
@@ -88,7 +98,7 @@ void requireMergeable(const Source& first, const Source& other) {
       if (other.end(b) - end != frames) continue;
       const auto isSame = [&](std::size_t i) {
         return first.map.frames[begin + i].name == other.map.frames[end + i].name &&
-               first.store.descriptor(begin + i) == other.store.descriptor(end + i);
+               first.descriptor(begin + i) == other.descriptor(end + i);
       };
       if (isSame(0) && isSame(frames / 2) && isSame(frames - 1))
         fail(ErrorCode::invalidInput,
@@ -110,8 +120,10 @@ class NewMap {
                                         settingsFromJson(first.store.identity().settings),
                                         ExistingMap::replace)) {
     MapStore& store = session_->impl_->store;
+    session_->impl_->takeBudgetOf(first.store);
     WorldStore layers(store, MapStore::Access::write);
-    for (const Part& part : parts) layers.copyViews(*part.source->layers, part.first, part.end, part.offset);
+    for (const Part& part : parts)
+      layers.copyViews(*part.source->layers, part.source->numbers(part.first, part.end), part.offset);
     if (const auto labels = first.layers->regionLabels(); !labels.empty()) layers.putRegionLabels(labels);
     for (const AreaEdit& edit : first.layers->edits()) layers.addEdit(edit);
     for (const ObjectEdit& edit : first.layers->objectEdits()) layers.addObjectEdit(edit);
@@ -148,9 +160,9 @@ class NewMap {
       if (interrupted()) throw Interrupted("stopped; nothing was changed");
       Frame frame = source.map.frames[i];
       if (const auto given = source.givenPose(i)) frame.pose = given;
-      const LexicalDescriptor words = source.store.descriptor(i);
+      const LexicalDescriptor words = source.descriptor(i);
       world_->observe(frame, words, source.observation(i));
-      session_->add(frame, words, [&] { return source.store.image(i); });
+      session_->add(frame, words, [&] { return source.image(i); });
       progress.advance();
     }
   }

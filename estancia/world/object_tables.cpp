@@ -34,29 +34,35 @@ void WorldStore::putView(const LabeledSegment& view, std::span<const unsigned ch
       .execute();
 }
 
-void WorldStore::copyViews(const WorldStore& from, std::size_t first, std::size_t end, std::size_t to) {
-  if (!from.exists_) return;
+void WorldStore::copyViews(const WorldStore& from, std::span<const std::size_t> frames, std::size_t to) {
+  if (!from.exists_ || frames.empty()) return;
   Database &source = from.store_.database(), &here = store_.database();
-  const auto frameOf = [&](const Statement& row) {
-    return static_cast<std::size_t>(row.integer(0)) - first + to;
+  const auto frameOf = [&](const Statement& row) -> std::optional<std::size_t> {
+    const auto number = static_cast<std::size_t>(row.integer(0));
+    const auto found = std::ranges::lower_bound(frames, number);
+    if (found == frames.end() || *found != number) return std::nullopt;
+    return to + static_cast<std::size_t>(found - frames.begin());
   };
   Statement views(
-      source,
-      "SELECT frame, segment, quality, words, jpeg FROM object_views WHERE frame >= ?1 AND frame < ?2", first,
-      end);
+      source, "SELECT frame, segment, quality, words, jpeg FROM object_views WHERE frame BETWEEN ?1 AND ?2",
+      frames.front(), frames.back());
   Statement putView(here,
                     "INSERT OR REPLACE INTO object_views(frame, segment, quality, words, jpeg) "
                     "VALUES(?1, ?2, ?3, ?4, ?5)");
   while (views.next()) {
-    putView.bindAll(frameOf(views), views.integer(1), views.real(2), views.bytes(3), views.bytes(4));
+    const auto frame = frameOf(views);
+    if (!frame) continue;
+    putView.bindAll(*frame, views.integer(1), views.real(2), views.bytes(3), views.bytes(4));
     putView.execute();
   }
   if (!sqlite::hasTable(source, "segment_words")) return;
-  Statement words(source, "SELECT frame, segment, words FROM segment_words WHERE frame >= ?1 AND frame < ?2",
-                  first, end);
+  Statement words(source, "SELECT frame, segment, words FROM segment_words WHERE frame BETWEEN ?1 AND ?2",
+                  frames.front(), frames.back());
   Statement putWords(here, "INSERT OR REPLACE INTO segment_words VALUES(?1, ?2, ?3)");
   while (words.next()) {
-    putWords.bindAll(frameOf(words), words.integer(1), words.bytes(2));
+    const auto frame = frameOf(words);
+    if (!frame) continue;
+    putWords.bindAll(*frame, words.integer(1), words.bytes(2));
     putWords.execute();
   }
 }
@@ -227,8 +233,7 @@ std::vector<ObjectEdit> WorldStore::objectEdits() const {
 
 void WorldStore::readObjects(WorldMap& world) const {
   const Database& database = store_.database();
-  const std::size_t stride = world.places.stride;
-  const auto frames = static_cast<std::int64_t>(world.places.frames.size() * stride);
+  const auto frames = static_cast<std::int64_t>(store_.frameCount());
   const auto within = [&](const Statement& row, int column, std::int64_t end, const char* what) {
     const std::int64_t value = row.integer(column);
     if (value < 0 || value >= end) database.failDamaged(fmt::format("an object's {} is {}", what, value));
@@ -239,6 +244,9 @@ void WorldStore::readObjects(WorldMap& world) const {
       "SELECT id, given_name, x, y, z, size_x, size_y, size_z, yaw, red, green, blue, flat, views, "
       "first_frame, last_frame, best_frame, support, ifnull(on_object, -1), ifnull(area, -1) "
       "FROM objects ORDER BY id");
+  const auto frameIn = [&](int column, const char* what) {
+    return world.places.indexOf(static_cast<std::size_t>(within(rows, column, frames, what)));
+  };
   while (rows.next()) {
     WorldObject object;
     object.id = static_cast<int>(world.objects.size());
@@ -254,9 +262,9 @@ void WorldStore::readObjects(WorldMap& world) const {
       object.color[static_cast<std::size_t>(i)] = static_cast<int>(within(rows, 9 + i, 256, "color"));
     object.flat = rows.integer(12) != 0;
     object.views = static_cast<std::size_t>(within(rows, 13, frames + 1, "number of views"));
-    object.firstFrame = static_cast<std::size_t>(within(rows, 14, frames, "first frame")) / stride;
-    object.lastFrame = static_cast<std::size_t>(within(rows, 15, frames, "last frame")) / stride;
-    object.bestFrame = static_cast<std::size_t>(within(rows, 16, frames, "best frame")) / stride;
+    object.firstFrame = frameIn(14, "first frame");
+    object.lastFrame = frameIn(15, "last frame");
+    object.bestFrame = frameIn(16, "best frame");
     const auto support = std::find(supportNames.begin(), supportNames.end(), rows.text(17));
     if (support == supportNames.end()) database.failDamaged("an object stands on nothing that is known");
     object.support = static_cast<Support>(support - supportNames.begin());

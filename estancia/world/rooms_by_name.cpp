@@ -55,12 +55,13 @@ void nameRoomsByNames(const std::filesystem::path& map, const std::vector<std::s
                       std::size_t mostFrames) {
   const WordGraph& graph = getWordGraph();
   const MapStore store = MapStore::open(map, MapStore::Access::read);
-  const std::size_t frames = store.frameCount();
+  const std::vector<std::size_t> numbers = store.frameNumbers();
+  const std::size_t frames = numbers.size();
   const std::size_t stride = std::max<std::size_t>(1, (frames + mostFrames - 1) / mostFrames);
   const Vocabulary& vocabulary = store.identity().vocabulary;
   DescriptorMatrix images(vocabulary.size());
   images.reserve((frames + stride - 1) / stride);
-  for (std::size_t i = 0; i < frames; i += stride) images.append(store.descriptor(i));
+  for (std::size_t i = 0; i < frames; i += stride) images.append(store.descriptor(numbers[i]));
   writeRoomPredictions(
       spread(predictRoomsByNames(graph, vocabulary, images, listedRooms(rooms)), stride, frames), map);
 }
@@ -106,7 +107,7 @@ void GrowingRooms::name(const std::filesystem::path& map, WorldMap& world) {
   DescriptorMatrix images(vocabulary.size());
   std::vector<int> areas;
   for (std::size_t i = 0; i < frames; i += step) {
-    images.append(store.descriptor(i * world.places.stride));
+    images.append(store.descriptor(world.places.frames[i].number));
     areas.push_back(world.areaOfFrame[i]);
   }
   nameAreasByRooms(world, known_->rooms->predict(images), areas);

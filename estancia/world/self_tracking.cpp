@@ -143,8 +143,11 @@ void SelfTracking::load() {
   if (tracker_->size() != frames)
     store_.database().failDamaged(fmt::format("its odometry has {} frames of {}", tracker_->size(), frames));
   take(up);
-  told_.resize(std::min(told_.size(), frames));
-  while (told_.size() < frames) told_.push_back(store_.pose(told_.size()));
+  const std::size_t known = std::min(told_.size(), frames);
+  told_.resize(known);
+  told_.resize(frames);
+  for (const std::size_t frame : store_.frameNumbers())
+    if (frame >= known) told_[frame] = store_.pose(frame);
   compare(0, frames);
   origin_ = origin();
 }

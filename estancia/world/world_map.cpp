@@ -63,8 +63,7 @@ std::vector<unsigned char> readPlaceImage(const std::filesystem::path& path, con
   const MapStore store = MapStore::open(path, MapStore::Access::read);
   std::vector<std::size_t> frames;
   for (const std::size_t frame : store.imageFrames())
-    if (frame / map.stride < map.frames.size() && map.frames[frame / map.stride].node == node)
-      frames.push_back(frame);
+    if (!map.frames.empty() && map.frames[map.indexOf(frame)].node == node) frames.push_back(frame);
   return frames.empty() ? std::vector<unsigned char>() : store.image(frames[frames.size() / 2]);
 }
 

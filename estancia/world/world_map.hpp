@@ -146,7 +146,7 @@ struct WorldMap {
 Floor floorOf(const WorldMap& world);
 
 /// Reads a map file with all its layers as of its last commit. `mostFrames`: of a longer drive each n-th
-/// frame is read, so that there are no more (TopologicalMap::stride). Throws Error as readMap() does.
+/// frame is read, so that there are no more (TopologicalMap::isThinned()). Throws Error as readMap() does.
 WorldMap readWorld(const std::filesystem::path& path,
                    std::size_t mostFrames = std::numeric_limits<std::size_t>::max());
 

@@ -34,6 +34,7 @@ WorldMapper::WorldMapper(MappingSession& session, const std::optional<WorldOptio
     store.forEachDescriptor(next, [&](std::size_t frame, DescriptorView descriptor) {
       if (frame >= end) return false;
       const Frame known = store.frame(frame);
+      impl_->poses.resize(frame);  // those in between were left out
       if (drive != drives.end() && drive->firstFrame == frame) impl_->beginDrive((drive++)->isAligned);
       const std::optional<Pose> given = DriveStore(store).givenPose(frame);
       impl_->addFrame(known, given ? given : known.pose, known.pose, descriptor);
@@ -179,6 +180,7 @@ void WorldMapper::finish() {
   }
   if (auto planned = impl_->planning(impl_->edits)()) impl_->put(std::move(*planned));
   if (impl_->objects) impl_->putObjects(impl_->objects->instances());
+  if (impl_->session.keeper) impl_->store.forgetAreasOfMissingFrames();
   map.commit();
 }
 
@@ -204,6 +206,7 @@ bool WorldMapper::refresh(const Derived& derived) {
   if (derived.planned) impl.put(*derived.planned);
   impl.putObjects(derived.found);
   impl.session.write();
+  if (impl.session.keeper) impl.store.forgetAreasOfMissingFrames();
   return true;
 }
 

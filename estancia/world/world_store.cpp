@@ -94,16 +94,17 @@ Observation decodedObservation(const Database& database, const std::string& byte
   }
 }
 
-/// A number below `end` of each `stride`-th frame.
-void readNumbers(const Database& database, const char* sql, std::size_t stride, std::size_t end,
+/// A number below `end` of each frame of the map.
+void readNumbers(Database& database, const char* sql, const TopologicalMap& map, std::size_t end,
                  std::vector<int>& numbers) {
-  Statement rows(database, sql, stride);
+  const auto frames = static_cast<std::int64_t>(frameCountOf(database));
+  Statement rows(database, sql);
   while (rows.next()) {
-    const std::int64_t frame = rows.integer(0) / static_cast<std::int64_t>(stride), number = rows.integer(1);
-    if (frame < 0 || frame >= static_cast<std::int64_t>(numbers.size()) || number < 0 ||
-        number >= static_cast<std::int64_t>(end))
+    const std::int64_t frame = rows.integer(0), number = rows.integer(1);
+    if (frame < 0 || frame >= frames || number < 0 || number >= static_cast<std::int64_t>(end))
       database.failDamaged("a frame is in an area or a zone that is missing");
-    numbers[static_cast<std::size_t>(frame)] = static_cast<int>(number);
+    if (const auto index = map.findFrame(static_cast<std::size_t>(frame)))
+      numbers[*index] = static_cast<int>(number);
   }
 }
 
@@ -152,8 +153,9 @@ void WorldStore::putZones(const Zones& zones) {
     Statement(database, "INSERT INTO zones VALUES(?1, ?2, ?3)", zone.id, zone.name, zone.images.size())
         .execute();
   Statement row(database, "INSERT INTO frame_zones VALUES(?1, ?2)");
+  const std::vector<std::size_t> numbers = store_.frameNumbers();
   for (std::size_t i = 0; i < zones.zoneOf.size(); ++i) {
-    row.bindAll(i, zones.zoneOf[i]);
+    row.bindAll(numbers.at(i), zones.zoneOf[i]);
     row.execute();
   }
 }
@@ -198,6 +200,10 @@ void WorldStore::putAreas(const PlannedFrames& planned, const PlannedFrames* bef
     row.bindAll(i, areas[i]);
     row.execute();
   }
+}
+
+void WorldStore::forgetAreasOfMissingFrames() {
+  store_.database().run("DELETE FROM frame_areas WHERE frame NOT IN (SELECT id FROM frames)");
 }
 
 void WorldStore::dropObservation(std::size_t frame) {
@@ -274,7 +280,7 @@ void WorldStore::read(WorldMap& world) const {
 }
 
 void WorldStore::readZones(WorldMap& world) const {
-  const Database& database = store_.database();
+  Database& database = store_.database();
   Statement rows(database, "SELECT id, name, frames FROM zones ORDER BY id");
   while (rows.next()) {
     if (rows.integer(0) != static_cast<std::int64_t>(world.zones.size()) || rows.integer(2) < 0)
@@ -282,12 +288,12 @@ void WorldStore::readZones(WorldMap& world) const {
     world.zones.push_back({static_cast<int>(world.zones.size()), printable(rows.text(1)),
                            static_cast<std::size_t>(rows.integer(2))});
   }
-  readNumbers(database, "SELECT frame, zone FROM frame_zones WHERE frame % ?1 = 0", world.places.stride,
-              world.zones.size(), world.zoneOfFrame);
+  readNumbers(database, "SELECT frame, zone FROM frame_zones", world.places, world.zones.size(),
+              world.zoneOfFrame);
 }
 
 void WorldStore::readAreas(WorldMap& world) const {
-  const Database& database = store_.database();
+  Database& database = store_.database();
   Statement rows(database, "SELECT id, name, size, x, y, frames, outline FROM areas ORDER BY id");
   while (rows.next()) {
     WorldArea area;
@@ -305,8 +311,8 @@ void WorldStore::readAreas(WorldMap& world) const {
   double most = -1;
   cv::minMaxLoc(world.plan->areaOf, nullptr, &most);
   if (most >= static_cast<double>(world.areas.size())) database.failDamaged("its plan has unknown areas");
-  readNumbers(database, "SELECT frame, area FROM frame_areas WHERE frame % ?1 = 0", world.places.stride,
-              world.areas.size(), world.areaOfFrame);
+  readNumbers(database, "SELECT frame, area FROM frame_areas", world.places, world.areas.size(),
+              world.areaOfFrame);
   for (const AreaEdit& edit : world.edits)
     if (edit.kind == AreaEdit::Kind::name)
       if (const int area = areaAt(*world.plan, edit.from, 1); area >= 0)

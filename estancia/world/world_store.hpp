@@ -49,11 +49,13 @@ class WorldStore {
   /// Replaces all that is derived from observations. `before`: what the map holds of it, or null; then only
   /// the frames whose area has changed are written, as a day's drive has a million others.
   void putAreas(const PlannedFrames& planned, const PlannedFrames* before = nullptr);
+  /// Areas of frames that the map does not keep.
+  void forgetAreasOfMissingFrames();
   void addEdit(const AreaEdit& edit);
   void addObjectEdit(const ObjectEdit& edit);
   void putView(const LabeledSegment& view, std::span<const unsigned char> jpeg);
-  /// The labeled segments of the frames from `first` to `end` of another map, which are frames from `to` on.
-  void copyViews(const WorldStore& from, std::size_t first, std::size_t end, std::size_t to);
+  /// The labeled segments of these frames of another map (sorted numbers), which are frames from `to` on.
+  void copyViews(const WorldStore& from, std::span<const std::size_t> frames, std::size_t to);
   /// The labels that a detector tells of segments, by their numbers (Labeler::regionLabels()).
   void putRegionLabels(const std::vector<std::size_t>& labels);
   /// A probability for each of these labels.

@@ -21,9 +21,18 @@ from .sequences import Frame, Sequence, open_sequence
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-    from .options import LocalizerOptions, MapperOptions, WorldOptions
+    from .options import LocalizerOptions, MapBudget, MapperOptions, WorldOptions
 
-__all__ = ["Localization", "Localizer", "MapChanges", "Mapper", "MappingSession", "map_sequence"]
+__all__ = [
+    "CompactedMap",
+    "Localization",
+    "Localizer",
+    "MapChanges",
+    "Mapper",
+    "MappingSession",
+    "compact_map",
+    "map_sequence",
+]
 
 
 def map_sequence(
@@ -35,13 +44,15 @@ def map_sequence(
     cache: bool | Path = True,
     progress: Progress = False,
     world: WorldOptions | None = None,
+    budget: MapBudget | None = None,
     **options: Unpack[MapperOptions],
 ) -> Map:
     """Maps a drive into the file ``map`` as ``estancia map`` does: places, zones and, with depth, areas and objects;
     cameras without poses are tracked.
 
     ``labeler``: by default the default model; labels need none. ``existing``: "refuse", "replace" or "continue".
-    ``world``: options of the layers above the places. Options: :class:`estancia.options.MapperOptions`. An interrupted
+    ``world``: options of the layers above the places. ``budget``: how much memory and how large a file the map may
+    take, which it keeps. Options: :class:`estancia.options.MapperOptions`. An interrupted
     run keeps what it has mapped, and goes on with ``existing="continue"``. Raises ExistingFileError, FileError and
     InvalidInputError.
     """
@@ -59,6 +70,7 @@ def map_sequence(
         existing,
         dict(options),
         dict(world or {}),
+        dict(budget or {}),
         progress_callback(progress),
     )
     return read_map(map)
@@ -69,6 +81,22 @@ class _RecordedFrames:
 
     def __init__(self, labels: Labels) -> None:
         self.sequence = _estancia.frames_of_labels(labels._core)
+
+
+@dataclass(frozen=True)
+class CompactedMap:
+    """What :func:`compact_map` did."""
+
+    bytes_before: int
+    bytes_after: int
+    frames_before: int
+    frames_after: int
+
+
+def compact_map(map: Path, *, file_budget: int | None = None) -> CompactedMap:
+    """Gives the unused space of a map file back and, with ``file_budget`` [MB], leaves out the frames that say least
+    beside the others of their places until it fits. Raises FileError, and Error where what must stay does not fit."""
+    return cast(CompactedMap, _estancia.compact_map(os.fspath(map), file_budget))
 
 
 class MappingSession:
@@ -99,6 +127,12 @@ class MappingSession:
     def frames(self) -> int:
         """How many frames the map has."""
         return cast(int, self._open().frames)
+
+    def set_budget(self, **budget: Unpack[MapBudget]) -> None:
+        """Bounds the memory and the file from now on, whatever is mapped: the file leaves out the frames that say
+        least beside the others of their places. The map keeps it. Raises Error ("too large"), also later, where what
+        must stay does not fit."""
+        self._open().set_budget(dict(budget))
 
     def begin_drive(self, name: str = "", *, poses_in_map: bool = False) -> None:
         """The next frame is another drive's: the robot may be anywhere, and is localized in what earlier drives have

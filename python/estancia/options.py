@@ -18,6 +18,7 @@ __all__ = [
     "LabelFileOptions",
     "MapperThresholdsOptions",
     "MapperOptions",
+    "MapBudget",
     "WorldAreasRoomSegmentationOptions",
     "WorldAreasWordMapOptions",
     "WorldAreasNamingOptions",
@@ -241,6 +242,17 @@ class MapperOptions(TypedDict, total=False):
     and nodes may change for longer. A whole number in keyframes; default: 600."""
     thresholds: MapperThresholdsOptions
     """How the thresholds are estimated from the run itself."""
+
+
+class MapBudget(TypedDict, total=False):
+    """How much memory and how large a file a map may take."""
+    memory: int
+    """Most memory for places, their views and what guides a drive. Places that hold few images become parts of their
+    neighbors, where they do not all fit. Auto, or a whole number from 1 to 1000000000 MB; default: as much as they
+    take."""
+    file_budget: int
+    """Most bytes of the map file. The images that say least beside the others of their places are left out. Auto, or a
+    whole number from 1 to 1000000000 MB; default: as much as it takes."""
 
 
 class WorldAreasRoomSegmentationOptions(TypedDict, total=False):

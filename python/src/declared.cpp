@@ -18,6 +18,7 @@
 #include "estancia/stats/method_comparison.hpp"
 #include "estancia/topology/export.hpp"
 #include "estancia/topology/localizer.hpp"
+#include "estancia/topology/map_budget.hpp"
 #include "estancia/topology/mapper.hpp"
 #include "estancia/topology/route.hpp"
 #include "estancia/world/world_mapper.hpp"
@@ -43,6 +44,7 @@ py::dict allOptions() {
   add<LabelStreamOptions>(all, "LabelStreamOptions");
   add<DescriptorFileOptions>(all, "LabelFileOptions");
   add<MapperOptions>(all, "MapperOptions");
+  add<MapBudget>(all, "MapBudget");
   add<WorldOptions>(all, "WorldOptions");
   add<LocalizerOptions>(all, "LocalizerOptions");
   add<RouteOptions>(all, "RouteOptions");

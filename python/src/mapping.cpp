@@ -31,12 +31,14 @@ MapSequenceOptions::Existing existingFrom(const std::string& name) {
 /// The options of the mapper and of the layers come in one dict; `world` is the group of the latter.
 py::object mapSequenceOf(const Sequence& sequence, Labeler& labeler, const std::filesystem::path& map,
                          LabelCache* cache, const std::string& existing, const py::dict& mapper,
-                         const py::dict& world, const py::object& callback) {
+                         const py::dict& world, const py::dict& budget, const py::object& callback) {
   MapSequenceOptions options;
   options.existing = existingFrom(existing);
   options.stream.cache = cache;
   optionsFrom<MapperOptions>(mapper);  // says at once what is wrong
   optionsFrom<WorldOptions>(world);
+  optionsFrom<MapBudget>(budget);
+  options.changeBudget = changing(budget);
   options.changeMapper = changing(mapper);
   options.changeWorld = changing(world);
   const auto progress = makeProgress(callback);
@@ -160,7 +162,11 @@ void bindLocalizer(py::module_& m) {
 
 void bindMapping(py::module_& m) {
   m.def("map_sequence", mapSequenceOf, "sequence"_a, "labeler"_a, "map"_a, "cache"_a.none(true), "existing"_a,
-        "mapper"_a, "world"_a, "progress"_a);
+        "mapper"_a, "world"_a, "budget"_a, "progress"_a);
+  m.def("compact_map", [](const std::filesystem::path& map, std::optional<std::uint64_t> budget) {
+    const CompactedMap done = longCall([&] { return compactMap(map, budget); });
+    return make("CompactedMap", done.bytesBefore, done.bytesAfter, done.framesBefore, done.framesAfter);
+  });
   m.def("recorded_labeler", recordedLabeler);
   m.def("frames_of_labels", [](const SequenceLabels& labels) {
     return std::shared_ptr<Sequence>(std::make_shared<RecordedFrames>(labels.sequence));
@@ -172,6 +178,11 @@ void bindMapping(py::module_& m) {
              return longCall([&] { return std::make_unique<MappingSession>(path, labeler, options); });
            }),
            py::keep_alive<1, 3>())
+      .def("set_budget",
+           [](MappingSession& session, const py::dict& given) {
+             const auto change = changing(given);
+             longCall([&] { session.changeBudget(change); });
+           })
       .def("begin_drive",
            [](MappingSession& session, const std::string& name, bool posesInMap) {
              longCall([&] { session.beginDrive({name, "", posesInMap}); });

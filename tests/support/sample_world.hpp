@@ -48,6 +48,7 @@ inline AreaPlan samplePlan() {
 
 inline MappedFrame sampleFrame(std::size_t number, int node, double x, double y, double degrees) {
   MappedFrame frame;
+  frame.number = number;
   frame.name = "frame_" + std::to_string(number) + ".png";
   frame.timestamp = static_cast<double>(number) / 2;
   frame.pose = Pose::planar(x, y, degrees * std::numbers::pi / 180);
@@ -141,7 +142,7 @@ inline void writeWorld(const WorldMap& world, const std::filesystem::path& path)
   MapStore store =
       MapStore::create(path, {map.vocabulary, map.model, R"({"distance":")" + map.distance + "\"}"});
   for (std::size_t i = 0; i < map.frames.size(); ++i) {
-    store.addFrame(i, map.frames[i], std::vector<float>(map.vocabulary.size(), 0.1F));
+    store.addFrame(map.frames[i], std::vector<float>(map.vocabulary.size(), 0.1F));
     store.putDecision(map.decisions[i]);
   }
   for (const Node& node : map.nodes) store.putNode(node, "");

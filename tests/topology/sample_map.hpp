@@ -39,6 +39,7 @@ inline TopologicalMap sampleMap() {
                 frameAt("c.jpg", 1, 4, 0, "hall"),    frameAt("d.jpg", 1, 4, 0, "hall"),
                 frameAt("e.jpg", 3, 8, 0, "office"),  frameAt("f.jpg", 3, 8, 1, "office"),
                 frameAt("g.jpg", 1, 4, 0, "hall")};
+  for (std::size_t i = 0; i < map.frames.size(); ++i) map.frames[i].number = i;
   map.decisions = {{0, DecisionKind::start, 0, -1, 0, -1, 0, 0.3, 0.25},
                    {1, DecisionKind::join, 0, 0, 0.1, -1, 0, 0.3, 0.25},
                    {2, DecisionKind::createNode, 1, 0, 0.6, -1, 0, 0.3, 0.25},

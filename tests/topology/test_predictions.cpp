@@ -134,8 +134,11 @@ fs::path storedMap(const test::ScratchFolder& folder, bool named = true) {
   const fs::path path = folder / "map.estancia";
   MapStore store = MapStore::create(path, {map.vocabulary, "model-1", "{}"});
   for (const Node& node : map.nodes) store.putNode(node, "");
-  for (std::size_t i = 0; i < map.frames.size(); ++i)
-    store.addFrame(i, map.frames[i], LexicalDescriptor(map.vocabulary.size(), 0.2F));
+  for (std::size_t i = 0; i < map.frames.size(); ++i) {
+    MappedFrame frame = map.frames[i];
+    frame.number = i;
+    store.addFrame(frame, LexicalDescriptor(map.vocabulary.size(), 0.2F));
+  }
   if (named) store.putPredictions(predictions());
   store.commit();
   return path;

@@ -26,8 +26,9 @@ LexicalDescriptor descriptorOf(std::size_t frame) {
   return {static_cast<float>(frame % 7) / 7, 0.25F, static_cast<float>(frame % 3) / 4};
 }
 
-MappedFrame frameNamed(const std::string& name, int node = 0) {
+MappedFrame frameNamed(std::size_t number, const std::string& name, int node = 0) {
   MappedFrame frame;
+  frame.number = number;
   frame.name = name;
   frame.node = node;
   return frame;
@@ -36,7 +37,7 @@ MappedFrame frameNamed(const std::string& name, int node = 0) {
 /// Frames first … last − 1, all in node 0.
 void addFrames(MapStore& store, std::size_t first, std::size_t last) {
   for (std::size_t i = first; i < last; ++i) {
-    store.addFrame(i, frameNamed("frame " + std::to_string(i)), descriptorOf(i));
+    store.addFrame(frameNamed(i, "frame " + std::to_string(i)), descriptorOf(i));
     store.putDecision({i, i == 0 ? DecisionKind::start : DecisionKind::join, 0, i == 0 ? -1 : 0, 0.1, -1,
                        std::nan(""), 0.3, 0.2});
   }
@@ -73,12 +74,12 @@ TEST(MapStore, GivesBackAllThatWasWritten) {
   const test::ScratchFolder folder;
   {
     MapStore store = MapStore::create(folder / "map.estancia", identity());
-    MappedFrame posed = frameNamed("a.jpg");
+    MappedFrame posed = frameNamed(0, "a.jpg");
     posed.timestamp = 12.5;
     posed.pose = Pose::planar(1, 2, 0.5);
     posed.room = "kitchen";
-    store.addFrame(0, posed, descriptorOf(0));
-    store.addFrame(1, frameNamed("b.jpg", 4), descriptorOf(1));
+    store.addFrame(posed, descriptorOf(0));
+    store.addFrame(frameNamed(1, "b.jpg", 4), descriptorOf(1));
     store.putNode({0, 1, {0.5F, 0.25F, 0}, {0.1F, 0, 0}}, std::string("\0state", 6));
     store.putNode({4, 1, {0, 0.25F, 0.75F}, {0, 0.2F, 0}}, "");
     store.putTransition({0, 4, 3, 1});
@@ -133,9 +134,9 @@ TEST(MapStore, TextsOfOthersAreReadWithoutControlCharacters) {
     const Vocabulary labels({"cup\x1B[2J", "red\tdesk", "caf\xE9"}, {{2, 1}, {1, 0.5F}});
     MapStore store =
         MapStore::create(folder / "map.estancia", {labels, "model\x1B]0;x\x07", R"({"distance":"\u001b"})"});
-    MappedFrame frame = frameNamed("a\n\xC2\x9B.jpg");
+    MappedFrame frame = frameNamed(0, "a\n\xC2\x9B.jpg");
     frame.room = "kitchen\xE2\x80\xAE";
-    store.addFrame(0, frame, descriptorOf(0));
+    store.addFrame(frame, descriptorOf(0));
     store.putNode({0, 1, {0.5F, 0.25F, 0}, {0.1F, 0, 0}}, "");
     store.putPredictions({"svm\x1B", {"hall\x1B"}, DescriptorMatrix(1)});
     store.commit();
@@ -251,7 +252,7 @@ TEST(MapStore, MovesTheFramesOfAnAbsorbedNode) {
   const test::ScratchFolder folder;
   const fs::path path = smallMap(folder);
   MapStore store = MapStore::open(path, Access::write);
-  store.addFrame(3, frameNamed("d", 1), descriptorOf(3));
+  store.addFrame(frameNamed(3, "d", 1), descriptorOf(3));
   store.putNode({1, 1, {0, 0, 0}, {0, 0, 0}}, "");
   store.putDecision({3, DecisionKind::createNode, 1, 0, 0.5, -1, std::nan(""), 0.3, 0.2});
   store.addMerge({3, 0, 1, 0.1, 0.2});
@@ -277,16 +278,54 @@ TEST(MapStore, ForgetsTheMapButNotTheFrames) {
   EXPECT_EQ(store.descriptor(2), descriptorOf(2));
 }
 
-TEST(MapStore, RefusesFramesOutOfOrderAndDescriptorsOfAnotherModel) {
+TEST(MapStore, FramesMayBeLeftOut) {
+  const test::ScratchFolder folder;
+  const fs::path path = smallMap(folder);
+  {
+    MapStore store = MapStore::open(path, Access::write);
+    store.addFrame(frameNamed(5, "f"), descriptorOf(5));
+    store.addFrame(frameNamed(4, "e"), descriptorOf(4));  // kept after all
+    store.putDecision({4, DecisionKind::join, 0, 0, 0.4, -1, std::nan(""), 0.3, 0.2});
+    store.putDecision({5, DecisionKind::join, 0, 0, 0.5, -1, std::nan(""), 0.3, 0.2});
+    store.putTransition({0, 0, 1, 3});
+    store.putPredictions({"svm", {"hall"}, [] {
+                            DescriptorMatrix rows(1);
+                            for (int i = 0; i < 5; ++i)
+                              rows.append(std::vector<float>{0.1F * static_cast<float>(i)});
+                            return rows;
+                          }()});
+    store.commit();
+  }
+  const MapStore store = MapStore::open(path, Access::read);
+  EXPECT_EQ(store.frameCount(), 6U);
+  EXPECT_EQ(store.frameNumbers(), (std::vector<std::size_t>{0, 1, 2, 4, 5}));
+  const TopologicalMap map = store.load();
+  ASSERT_EQ(map.frames.size(), 5U);
+  EXPECT_EQ(map.frames[3].name, "e");
+  EXPECT_TRUE(map.isThinned());
+  EXPECT_EQ(map.decisions.back().frame, 4U) << "its place in the list";
+  EXPECT_EQ(map.decisions.back().toCurrent, 0.5);
+  EXPECT_EQ(map.transitions.front().firstFrame, 2U) << "the last one before it that is kept";
+  ASSERT_TRUE(map.predictions);
+  EXPECT_EQ(map.predictions->probabilities.row(4)[0], 0.4F);
+  EXPECT_EQ(store.descriptor(4), descriptorOf(4));
+  EXPECT_THAT([&] { store.descriptor(3); }, FailsWith(ErrorCode::unknownName, "frame 3", "6 frames"));
+  const TopologicalMap half = store.load(3);
+  ASSERT_EQ(half.frames.size(), 3U);
+  EXPECT_EQ(half.frames[1].number, 2U);
+  EXPECT_EQ(half.predictions->probabilities.row(2)[0], 0.4F);
+}
+
+TEST(MapStore, RefusesAFrameTwiceAndDescriptorsOfAnotherModel) {
   const test::ScratchFolder folder;
   MapStore store = MapStore::create(folder / "map.estancia", identity());
-  EXPECT_THAT([&] { store.addFrame(1, frameNamed("a"), descriptorOf(1)); },
-              FailsWith(ErrorCode::invalidInput, "frame 1", "0"));
-  const auto ofAnotherModel = [&] { store.addFrame(0, frameNamed("a"), LexicalDescriptor{1, 0}); };
+  const auto ofAnotherModel = [&] { store.addFrame(frameNamed(0, "a"), LexicalDescriptor{1, 0}); };
   EXPECT_THAT(ofAnotherModel, FailsWith(ErrorCode::mismatch, "2 values", "3 labels"));
   const auto putShortNode = [&] { store.putNode({0, 1, {1, 0}, {0, 0}}, ""); };
   EXPECT_THAT(putShortNode, FailsWith(ErrorCode::mismatch, "node 0", "2", "3 labels"));
   EXPECT_THAT([&] { store.putImage(0, {1}); }, FailsWith(ErrorCode::unknownName, "frame 0"));
+  store.addFrame(frameNamed(0, "a"), descriptorOf(0));
+  EXPECT_THROW(store.addFrame(frameNamed(0, "a"), descriptorOf(0)), Error);
 }
 
 TEST(MapStore, RefusesToChangeAMapOpenedForReading) {
@@ -430,8 +469,8 @@ TEST(MapStoreRefuses, ContentsThatAreNotToBeBelieved) {
       {"UPDATE nodes SET id = 1", "node 0"},
       {"UPDATE frames SET node = 99999999999", "99999999999"},
       {"UPDATE frames SET node = -1 WHERE id = 1", "-1"},
-      {"DELETE FROM frames WHERE id = 1", "frame 1"},
-      {"UPDATE frames SET id = 9223372036854775807 WHERE id = 2", "frame 2"},
+      {"DELETE FROM frames WHERE id = 1", "2 of 3 frames"},
+      {"UPDATE frames SET id = 9223372036854775807 WHERE id = 2", "frames"},
       {"UPDATE frames SET id = id - 9", "frames"},
       {"INSERT INTO transitions VALUES(0, 7, 1, 1)", "node 7"},
       {"UPDATE decisions SET kind = 5", "decision is 5"},
@@ -456,7 +495,7 @@ TEST(MapStore, TakesBackWhatRoundingLeftBeyondProbabilities) {
   const LexicalDescriptor rounded{-5e-5F, 1.00005F, 0};  // requireProbabilities() lets it in
   {
     MapStore store = MapStore::create(path, identity());
-    store.addFrame(0, frameNamed("a"), rounded);
+    store.addFrame(frameNamed(0, "a"), rounded);
     store.putNode({0, 1, rounded, {0, 0, 0}}, "");
     store.commit();
   }

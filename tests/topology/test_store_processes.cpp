@@ -35,7 +35,8 @@ MapStore::Identity wideIdentity() {
 void addFrame(MapStore& store, std::size_t index) {
   MappedFrame frame;
   frame.name = std::to_string(index);
-  store.addFrame(index, frame, LexicalDescriptor(networkLabels, static_cast<float>(index % 100) / 100));
+  frame.number = index;
+  store.addFrame(frame, LexicalDescriptor(networkLabels, static_cast<float>(index % 100) / 100));
   store.putDecision({index, DecisionKind::join, 0, 0, 0.1, -1, 0, 0.3, 0.2});
   store.putNode({0, index + 1, std::vector<float>(networkLabels), std::vector<float>(networkLabels)}, "");
 }

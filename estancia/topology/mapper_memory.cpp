@@ -1,0 +1,97 @@
+// What a mapper holds in memory: how much of it fits, and which place is spared.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <limits>
+
+#include "estancia/core/fail.hpp"
+#include "estancia/topology/mapper_impl.hpp"
+
+namespace estancia {
+namespace {
+
+/// Of a place: moments of its probabilities and of its embedded descriptors, its row and what finds it. Of a
+/// view: two vectors and what finds it. Measured by bench_mapper [bytes a label].
+constexpr std::uint64_t nodeBytes = 25, viewBytes = 9;
+/// Keyframes that thresholds are estimated from, one vector each.
+constexpr std::uint64_t sampleBytes = 768 * sizeof(float);
+constexpr std::uint64_t fewestNodes = 16;
+/// Of all a quarter is for what guides a drive; of the rest without the sample another quarter for views.
+constexpr std::uint64_t viewsShare = 4;
+/// A place with a quarter of the mean number of images is a place that the robot uses.
+constexpr std::uint64_t usedShare = 4;
+
+}  // namespace
+
+void Mapper::Impl::setMemory(std::uint64_t bytes) {
+  const std::uint64_t fixed = sampleBytes * labels, node = nodeBytes * labels, view = viewBytes * labels;
+  const std::uint64_t least = (fixed + fewestNodes * node * viewsShare / (viewsShare - 1)) * 4 / 3;
+  if (bytes < least)
+    fail(ErrorCode::tooLarge, "--memory {} MB is too small for {} labels; give at least {}",
+         bytes / 1'000'000, labels, least / 1'000'000 + 1);
+  const std::uint64_t free = bytes / 4 * 3 - fixed;
+  const std::uint64_t mostViews = std::max<std::uint64_t>(1, free / viewsShare / view);
+  if (views.isOn()) views.bound(mostViews, thresholds);
+  const std::uint64_t ofViews = views.isOn() ? std::min<std::uint64_t>(mostViews, options.views) * view : 0;
+  mostNodes = (free - ofViews) / node;
+}
+
+std::size_t Mapper::Impl::neighborOf(std::size_t slot) const {
+  const auto compared = bank.compared(bank[slot].moments().mean());
+  std::size_t nearest = slot;
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& entry : transitions) {
+    const auto& [from, to] = entry.first;
+    if (from != bank[slot].id && to != bank[slot].id) continue;
+    const std::size_t other = bank.slotOf(from == bank[slot].id ? to : from);
+    const double away = bank.distance(other, compared);
+    if (other == slot || away >= least) continue;
+    least = away;
+    nearest = other;
+  }
+  if (nearest == slot)
+    if (const auto found = bank.nearest(compared, slot)) nearest = found->slot;
+  return nearest;
+}
+
+void Mapper::Impl::makeRoom(std::size_t frame) {
+  std::size_t spared = bank.size();
+  std::uint64_t all = 0;
+  for (std::size_t slot = 0; slot < bank.size(); ++slot) {
+    all += bank[slot].frames;
+    if (slot == current || bank[slot].id == lostNode) continue;
+    if (spared == bank.size() ||
+        std::pair(bank[slot].frames, bank[slot].id) < std::pair(bank[spared].frames, bank[spared].id))
+      spared = slot;
+  }
+  if (spared == bank.size() || bank[spared].frames * usedShare * bank.size() > all)
+    fail(ErrorCode::tooLarge,
+         "the {} places of the map fill the memory that they may take, and the robot uses all of them; go on "
+         "with more (estancia map --continue --memory …)",
+         bank.size());
+  const std::size_t kept = neighborOf(spared);
+  // Beyond any threshold: it is not the same place, but no place is left for it.
+  merge(kept, spared,
+        {frame, bank[kept].id, bank[spared].id,
+         bank.distance(kept, bank.compared(bank[spared].moments().mean())),
+         std::numeric_limits<double>::infinity()});
+}
+
+const Decision& Mapper::Impl::lastDecision() const {
+  const auto last =
+      std::ranges::find_if(changes.events.rbegin(), changes.events.rend(),
+                           [](const auto& event) { return std::holds_alternative<Decision>(event); });
+  return std::get<Decision>(*last);
+}
+
+void Mapper::Impl::addNeededFrames(std::vector<std::size_t>& frames) const {
+  views.addNeededFrames(frames);
+  const ThresholdEstimator::Memory memory = scale.memory();
+  for (const auto& entry : memory.sampled) frames.push_back(entry.second);
+  if (memory.frames == 0) return;
+  frames.push_back(memory.lastView);
+  const std::size_t last = std::max<std::size_t>(1, std::min(options.transitionImages, stay));
+  const std::size_t first = isWarmingUp() ? 0 : memory.frames - std::min(last, memory.frames);
+  for (std::size_t frame = first; frame < memory.frames; ++frame) frames.push_back(frame);
+}
+
+}  // namespace estancia

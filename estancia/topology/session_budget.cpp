@@ -1,0 +1,113 @@
+// How a mapping session keeps to its budget: what it must keep to go on, and what it holds in memory.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+
+#include "estancia/core/fail.hpp"
+#include "estancia/topology/mapper_impl.hpp"
+#include "estancia/topology/session.hpp"
+#include "estancia/topology/session_impl.hpp"
+
+namespace estancia {
+namespace {
+
+constexpr const char* budgetKey = "budget";
+constexpr std::uint64_t megabyte = 1'000'000;
+/// Frames that a drive is guided by: with these a frame takes 1 to 2 ms.
+constexpr std::uint64_t mostGuide = 4096;
+/// Of the file as many bytes as their labels and what else is known of them; in memory twice their labels.
+constexpr std::uint64_t rowBytes = 250;
+constexpr std::uint64_t guideShare = 4;  // of the budgets: a quarter
+
+}  // namespace
+
+OptionGroup declare(MapBudget& budget) {
+  OptionGroup group("budget", "How much memory and how large a file a map may take.");
+  constexpr double most = 1e9;
+  group.add("memory", &budget.memory, "Most memory for places, their views and what guides a drive.")
+      .range(1, most)
+      .unit("MB")
+      .automatic("as much as they take")
+      .why("Places that hold few images become parts of their neighbors, where they do not all fit.");
+  group.add("file-budget", &budget.file, "Most bytes of the map file.")
+      .range(1, most)
+      .unit("MB")
+      .automatic("as much as it takes")
+      .why("The images that say least beside the others of their places are left out.");
+  return group;
+}
+
+void MappingSession::Impl::setBudget(const MapBudget& wanted) {
+  validate(wanted);
+  const std::optional<std::uint64_t> before = budget.file;
+  budget = wanted;
+  if (budget.memory) mapper.setMemory(*budget.memory * megabyte);
+  if (!budget.file)
+    keeper.reset();
+  else if (!keeper || budget.file != before) {
+    keeper.emplace(store, *budget.file * megabyte);
+    if (const auto sample = store.findState(frameSampleKey)) {
+      ByteReader in(*sample, "what the map says of the frames that it keeps is damaged", "map anew");
+      keeper->restore(in);
+    }
+  }
+  ByteWriter out;
+  out.number<std::uint64_t>(budget.memory.value_or(0));
+  out.number<std::uint64_t>(budget.file.value_or(0));
+  store.putState(budgetKey, out.bytes());
+}
+
+void MappingSession::Impl::takeBudgetOf(const MapStore& other) {
+  const auto bytes = other.findState(budgetKey);
+  if (!bytes) return;
+  ByteReader in(*bytes, "what the map says of its budget is damaged", "map the sequence again");
+  MapBudget kept;
+  for (std::optional<std::uint64_t>* bound : {&kept.memory, &kept.file})
+    if (const auto value = in.number<std::uint64_t>(); value > 0) *bound = value;
+  setBudget(kept);
+}
+
+std::size_t MappingSession::Impl::mostGuideFrames() const {
+  const std::uint64_t words = store.identity().vocabulary.size() * sizeof(float);
+  std::uint64_t most = mostGuide;
+  if (budget.file) most = std::min(most, *budget.file * megabyte / guideShare / (words + rowBytes));
+  if (budget.memory) most = std::min(most, *budget.memory * megabyte / guideShare / (2 * words));
+  return std::max<std::uint64_t>(1, most);
+}
+
+std::vector<std::size_t> MappingSession::Impl::neededFrames() {
+  std::vector<std::size_t> frames = framesThatStay(store);
+  mapper.impl().addNeededFrames(frames);
+  if (guide) guide->addNeededFrames(frames);
+  std::ranges::sort(frames);
+  frames.erase(std::unique(frames.begin(), frames.end()), frames.end());
+  return frames;
+}
+
+void MappingSession::Impl::settleWaiting(const std::vector<std::size_t>& needed) {
+  for (const FrameKeeper::Waiting& waiting : keeper->takeNeeded(needed))
+    keep(waiting.frame, waiting.descriptor, waiting.given);
+}
+
+CompactedMap compactMap(const std::filesystem::path& map, const std::optional<std::uint64_t>& fileBudget) {
+  CompactedMap done;
+  {
+    MapStore store = MapStore::open(map, MapStore::Access::write);
+    done.bytesBefore = std::filesystem::file_size(map);
+    done.framesBefore = store.frameNumbers().size();
+    if (fileBudget) {
+      FrameKeeper keeper(store, *fileBudget * megabyte);
+      std::vector<std::size_t> needed = framesThatStay(store);
+      restoreMapper(store).impl().addNeededFrames(needed);
+      std::ranges::sort(needed);
+      keeper.fit(needed);
+      store.putState(frameSampleKey, keeper.state());
+    }
+    store.compact();
+    done.framesAfter = store.frameNumbers().size();
+  }
+  done.bytesAfter = std::filesystem::file_size(map);
+  return done;
+}
+
+}  // namespace estancia
