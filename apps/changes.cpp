@@ -14,46 +14,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 using report::counted;
 
-Json pointJson(const cv::Point3d& p) {
-  return {p.x, p.y, p.z};
-}
-
-/// The object that it is or was a part of; nullptr where that is none.
-const WorldObject* thingOf(const WorldMap& world, const ObjectChange& change) {
-  const auto object = change.now ? change.now : change.before;
-  return object ? world.findObject(*object) : nullptr;
-}
-
-std::string nameOf(const WorldMap& world, const ObjectChange& change) {
-  const WorldObject* thing = thingOf(world, change);
-  if (thing == nullptr) return "something";
-  return (change.isWhole ? "" : "part of ") + thing->displayName();
-}
-
-Json changeJson(const WorldMap& world, const ObjectChange& change) {
-  const auto number = [](const std::optional<int>& object) { return object ? Json(*object) : Json(); };
-  const WorldObject* thing = thingOf(world, change);
-  Json json{{"kind", toString(change.kind)},    {"name", thing ? Json(thing->displayName()) : Json()},
-            {"whole", change.isWhole},          {"object_before", number(change.before)},
-            {"object_now", number(change.now)}, {"area_m2", change.area}};
-  if (change.kind != ObjectChange::Kind::appeared) {
-    json["from"] = pointJson(change.from);
-    json["last_seen"] = world.places.frames.at(change.lastBefore).name;
-  }
-  if (change.kind != ObjectChange::Kind::gone) {
-    json["to"] = pointJson(change.to);
-    json["first_seen"] = world.places.frames.at(change.firstNow).name;
-  }
-  return json;
-}
-
-Json changeJson(const PlaceChange& change) {
-  Json words = Json::array();
-  for (const PlaceChange::Word& word : change.words)
-    words.push_back({{"label", word.label}, {"before", word.before}, {"now", word.now}});
-  return {{"node", change.node}, {"distance", change.distance}, {"words", std::move(words)}};
-}
-
 std::string where(const WorldMap& world, const cv::Point3d& at) {
   const WorldArea* area =
       world.plan ? world.findArea(areaAt(*world.plan, world.plan->floor.position({at.x, at.y, at.z}), 0.5))
@@ -67,7 +27,7 @@ void printText(const WorldMap& world, const Changes& changes) {
              counted(changes.objects.size(), "changed thing"),
              counted(changes.places.size(), "changed place"));
   for (const ObjectChange& change : changes.objects) {
-    fmt::print("  {:<5}  {}", toString(change.kind), nameOf(world, change));
+    fmt::print("  {:<5}  {}", toString(change.kind), nameOf(change, world));
     if (change.kind != ObjectChange::Kind::appeared) fmt::print("  from {}", where(world, change.from));
     if (change.kind != ObjectChange::Kind::gone) fmt::print("  to {}", where(world, change.to));
     fmt::print("\n");
@@ -106,13 +66,9 @@ void addChangesCommand(CLI::App& app) {
     const Changes changes = findChanges(arguments->map, arguments->since);
     const WorldMap world = readWorld(arguments->map);
     if (!arguments->json) return printText(world, changes);
-    Json objects = Json::array(), places = Json::array();
-    for (const ObjectChange& change : changes.objects) objects.push_back(changeJson(world, change));
-    for (const PlaceChange& change : changes.places) places.push_back(changeJson(change));
-    print(Json{{"map", arguments->map},
-               {"since", changes.since},
-               {"objects", std::move(objects)},
-               {"places", std::move(places)}});
+    Json json{{"map", arguments->map}};
+    json.update(toJson(changes, world));
+    print(json);
   });
 }
 

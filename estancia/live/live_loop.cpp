@@ -22,6 +22,7 @@
 #include "estancia/live/live_map.hpp"
 #include "estancia/live/live_times.hpp"
 #include "estancia/live/world_reader.hpp"
+#include "estancia/world/changes.hpp"
 #include "estancia/world/rooms_by_name.hpp"
 
 namespace estancia {
@@ -329,6 +330,11 @@ std::vector<unsigned char> LiveLoop::objectImage(int object) const {
 std::vector<unsigned char> LiveLoop::placeImage(int node) const {
   const auto now = world();
   return now ? readPlaceImage(impl_->path, *now, node) : std::vector<unsigned char>();
+}
+
+nlohmann::ordered_json LiveLoop::changes(const std::optional<std::size_t>& since) const {
+  if (!world()) fail(ErrorCode::insufficientData, "there is no map yet; wait for the first images");
+  return toJson(findChanges(impl_->path, since), readWorld(impl_->path));
 }
 
 void LiveLoop::edit(const MapEdit& edit, const std::optional<std::uint64_t>& mapRevision) {

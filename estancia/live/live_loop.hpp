@@ -55,6 +55,7 @@ class LiveLoop : public LiveView {
   std::shared_ptr<const WorldMap> world() const override;
   std::vector<unsigned char> objectImage(int object) const override;
   std::vector<unsigned char> placeImage(int node) const override;
+  nlohmann::ordered_json changes(const std::optional<std::size_t>& since) const override;
   using LiveView::edit;
   void edit(const MapEdit& edit, const std::optional<std::uint64_t>& mapRevision) override;
 

@@ -200,6 +200,12 @@ struct SiteOperations {
     question.requireKnown({});
     return jsonResponse(site.queries_.areas());
   }
+  static ServerResponse changes(LiveSite& site, const Question& question) {
+    question.requireKnown({"since"});
+    const auto since = question.numberOf("since", 1, anyNumber);
+    return jsonResponse(
+        site.queries_.changes(since ? std::optional(static_cast<std::size_t>(*since)) : std::nullopt));
+  }
   static ServerResponse map(LiveSite& site, const Question& question) {
     question.requireKnown({});
     return {200, "application/json", *site.queries_.map()};
@@ -246,6 +252,7 @@ const std::vector<LiveSite::Operation>& LiveSite::all() {
                                                  {"GET", "/api/route", Of::route},
                                                  {"GET", "/api/objects", Of::objects},
                                                  {"GET", "/api/areas", Of::areas},
+                                                 {"GET", "/api/changes", Of::changes},
                                                  {"GET", "/api/map", Of::map},
                                                  {"GET", "/api/places/{node}", Of::place},
                                                  {"GET", "/api/frame.jpg", Of::frameImage},

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <opencv2/core/types.hpp>
 #include <optional>
 #include <string>
@@ -106,6 +107,9 @@ class LiveView {
   virtual std::vector<unsigned char> objectImage(int object) const = 0;
   /// The image of a place's middle frame, a JPEG; empty where there is none.
   virtual std::vector<unsigned char> placeImage(int node) const = 0;
+  /// What drives from `since` on (the last one by default) saw otherwise than those before, as toJson() says
+  /// of it, as of the last second. Throws Error as findChanges() does.
+  virtual nlohmann::ordered_json changes(const std::optional<std::size_t>& since) const = 0;
   /// Changes the map, and returns when world() has the change. `mapRevision`: of the world() that the numbers
   /// are of. Throws Error as the functions of edit_areas.hpp and edit_objects.hpp do; mismatch where the map
   /// has changed since that revision, busy where another program writes it.

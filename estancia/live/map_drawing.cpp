@@ -121,6 +121,7 @@ Json drawMap(const WorldMap& world, const Floor& floor, const std::vector<std::s
 
   const report::PlanShapes shapes = world.plan ? report::shapesOf(*world.plan) : report::PlanShapes{};
   Json json{{"metric", metric},
+            {"drives", world.places.drives.size()},
             {"areas", drawnAreas(world, shapes)},
             {"walls", drawnLines(shapes.walls)},
             {"path", metric ? drawnPath(world, floor) : Json::array()},

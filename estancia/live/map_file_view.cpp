@@ -7,9 +7,9 @@
 #include "estancia/core/error.hpp"
 #include "estancia/live/edits.hpp"
 #include "estancia/live/file_stamp.hpp"
+#include "estancia/world/changes.hpp"
 
 namespace estancia {
-namespace {}  // namespace
 
 MapFileView::MapFileView(std::filesystem::path path)
     : path_(std::move(path)),
@@ -71,6 +71,10 @@ std::vector<unsigned char> MapFileView::objectImage(int object) const {
 
 std::vector<unsigned char> MapFileView::placeImage(int node) const {
   return readPlaceImage(path_, *world(), node);
+}
+
+nlohmann::ordered_json MapFileView::changes(const std::optional<std::size_t>& since) const {
+  return toJson(findChanges(path_, since), readWorld(path_));
 }
 
 void MapFileView::edit(const MapEdit& edit, const std::optional<std::uint64_t>& mapRevision) {

@@ -25,6 +25,7 @@ class MapFileView final : public LiveView {
   std::vector<unsigned char> objectImage(int object) const override;
   /// Map files hold no images of places.
   std::vector<unsigned char> placeImage(int node) const override;
+  nlohmann::ordered_json changes(const std::optional<std::size_t>& since) const override;
   using LiveView::edit;
   void edit(const MapEdit& edit, const std::optional<std::uint64_t>& mapRevision) override;
 

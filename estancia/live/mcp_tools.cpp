@@ -159,6 +159,28 @@ std::string areasText(const Json& areas) {
   return fmt::format("{}", fmt::join(lines, "\n"));
 }
 
+std::string changesText(const Json& changes) {
+  std::vector<std::string> lines;
+  for (const Json& change : changes["objects"]) {
+    std::string line =
+        fmt::format("{}: {}{}", change["kind"].get<std::string>(),
+                    change["whole"].get<bool>() || change["name"].is_null() ? "" : "part of ",
+                    change["name"].is_null() ? "something" : change["name"].get<std::string>());
+    for (const char* end : {"from", "to"}) {
+      if (!change.contains(end)) continue;
+      const Json& at = change[end];
+      const std::string area = nameIn(change[end + std::string("_area")]);
+      line += fmt::format(", {} ({:.2f}, {:.2f}, {:.2f}) m{}", end, at[0].get<double>(), at[1].get<double>(),
+                          at[2].get<double>(), area.empty() ? "" : " in " + area);
+    }
+    lines.push_back(line);
+  }
+  for (const Json& place : changes["places"])
+    lines.push_back(fmt::format("place {} looks different", place["node"].get<int>()));
+  if (lines.empty()) return "Nothing that was looked at again has changed.";
+  return fmt::format("Since drive {}:\n{}", changes["since"].get<int>(), fmt::join(lines, "\n"));
+}
+
 // ---- the tools
 
 struct McpTool {
@@ -204,6 +226,13 @@ ToolAnswer callPlace(const LiveQueries& queries, const ToolArguments& arguments)
 ToolAnswer callAreas(const LiveQueries& queries, const ToolArguments&) {
   Json found = queries.areas();
   std::string text = areasText(found);
+  return {std::move(found), std::move(text)};
+}
+
+ToolAnswer callChanges(const LiveQueries& queries, const ToolArguments& arguments) {
+  const auto since = arguments.number("since", 1, anyNumber);
+  Json found = queries.changes(since ? std::optional(static_cast<std::size_t>(*since)) : std::nullopt);
+  std::string text = changesText(found);
   return {std::move(found), std::move(text)};
 }
 
@@ -258,7 +287,18 @@ const std::vector<McpTool>& allTools() {
        "List the areas (rooms) of the map with their names, sizes, positions and the objects in them.",
        Json::object(),
        {},
-       callAreas}};
+       callAreas},
+      {"list_changes",
+       "What has changed",
+       "List the things that were moved, are gone or are new, and the places that look different, since a "
+       "drive of the "
+       "robot began.",
+       {{"since",
+         {{"type", "integer"},
+          {"minimum", 1},
+          {"description", "The number of the drive; left out: the last one"}}}},
+       {},
+       callChanges}};
   return tools;
 }
 

@@ -166,7 +166,8 @@ function showMap() {
   byId('plan').style.display = isEmpty ? 'none' : '';
   if (!isEmpty) plan.show(map);
   panel.mapChanged();
-  byId('lists').hidden = !map.areas.length;
+  byId('lists').hidden = !map.areas.length && map.drives < 2;
+  byId('changes').hidden = map.drives < 2;
   byId('areas').replaceChildren(...map.areas.map(area => {
     const tint = make('i', {className: 'tint'});
     tint.style.background = area.color;
@@ -176,6 +177,8 @@ function showMap() {
     return make('li', {}, button);
   }));
 }
+
+byId('changes').addEventListener('click', () => panel.showChanges());
 
 // ---- search
 byId('search').addEventListener('submit', event => {

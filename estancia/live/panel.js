@@ -224,6 +224,43 @@ export class Panel {
     return words ? [['← All answers', () => this.search(words)]] : [];
   }
 
+  // ---- what has changed since the last drive began
+  async showChanges() {
+    this.fill({kind: 'changes'}, make('h2', {textContent: 'What has changed'}));
+    const asked = this.shown;
+    let found;
+    this.say('Looking');
+    try {
+      found = await api('/api/changes');
+    } catch (problem) {
+      if (this.shown === asked) this.say(problem.message, true);
+      return;
+    }
+    if (this.shown !== asked) return;
+    const kinds = {moved: 'Moved', gone: 'Gone', new: 'New'};
+    const inArea = area => area && area.name ? ` in ${area.name}` : '';
+    const point = at => `(${at[0].toFixed(1)}, ${at[1].toFixed(1)}) m`;
+    const note = change => [change.from_at && `from ${point(change.from_at)}${inArea(change.from_area)}`,
+      change.to_at && `to ${point(change.to_at)}${inArea(change.to_area)}`].filter(Boolean).join(' ');
+    const show = change => {
+      const object = this.objectNow(change.to_at || change.from_at);
+      if (object) this.plan.mark({objects: [object.id], chosen: ['object', object.id]});
+    };
+    const items = found.objects.map(change => {
+      const thing = change.name === null ? 'something' : `${change.whole ? '' : 'part of '}${change.name}`;
+      return this.item('', `${kinds[change.kind]}: ${thing}`, note(change), () => show(change), null);
+    });
+    for (const place of found.places)
+      items.push(this.item(place.node, `Place ${place.node} looks different`, place.words.slice(0, 3).map(w =>
+        `${w.label.split(',')[0]} ${percent(w.before)} → ${percent(w.now)}`).join(', '), () => this.showPlace(place.node), null));
+    this.fill({kind: 'changes'}, make('h2', {textContent: 'What has changed'}),
+      make('p', {className: 'facts-line', textContent: `Since drive ${found.since} began`}),
+      items.length ? make('ul', {className: 'items'}, ...items)
+        : make('p', {className: 'say', textContent: 'Nothing that was looked at again has changed.'}));
+    this.plan.setWay(null);
+    this.plan.mark({});
+  }
+
   // ---- an area
   showArea(id) {
     const area = this.page.map().areas.find(a => a.id === id), back = this.backToAnswers(), words = this.shown?.words;

@@ -240,6 +240,19 @@ Json LiveQueries::areas() const {
   return json;
 }
 
+Json LiveQueries::changes(const std::optional<std::size_t>& since) const {
+  const auto known = get();
+  Json json = view_.changes(since);
+  for (Json& change : json["objects"])
+    for (const auto& [key, at] : {std::pair("from", "from_at"), std::pair("to", "to_at")}) {
+      if (!change.contains(key)) continue;
+      const Json& p = change[key];
+      const cv::Point2d point = known->floor.position({p[0], p[1], p[2]});
+      change[at] = {shortNumber(point.x), shortNumber(point.y)};
+    }
+  return json;
+}
+
 Json LiveQueries::place(int node) const {
   const auto known = get();
   const WorldMap& world = *known->world;

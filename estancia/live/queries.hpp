@@ -52,11 +52,14 @@ class LiveQueries {
   Json objects() const;
   /// {"areas": […]}, as toJson() says of them, with "objects": [{"id", "name"}] that are in them.
   Json areas() const;
+  /// {"since", "objects": […], "places": […]}, as toJson() says of changes, of which those
+  /// of objects have "from_at" and "to_at", [x, y], too. Throws Error as findChanges() does.
+  Json changes(const std::optional<std::size_t>& since) const;
   /// {"node", "name", "room", "area", "position", "frames", "words": [{"label", "probability"}],
   /// "neighbors": [{"node", "name", "distance"}], "objects": [{"id", "name"}] that are seen best from there}.
   /// Throws Error (unknownName).
   Json place(int node) const;
-  /// What it takes to draw the map: {"map_revision", "metric", "areas": [{…, "outlines": [[[x, y]]],
+  /// What it takes to draw the map: {"map_revision", "metric", "drives" (how many), "areas": [{…, "outlines": [[[x, y]]],
   /// "color"}], "walls": [[[x, y]]], "path": [[[x, y]]], "places": [{"node", "name", "position", "frames",
   /// "area"}], "links": [[node, node]], "objects": [{…, "where", "node" that it is seen best from, "color",
   /// "at": [x, y], "box": [[x, y]]}]}. An odd number of outlines surrounds what is inside. Without poses

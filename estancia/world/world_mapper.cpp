@@ -52,6 +52,7 @@ WorldMapper::WorldMapper(MappingSession& session, const std::optional<WorldOptio
     return true;
   });
   upTo(store.frameCount());
+  impl_->notePlanBefore();
   if (track) impl_->startTracking(*track);
 }
 WorldMapper::WorldMapper(WorldMapper&&) noexcept = default;
@@ -60,6 +61,7 @@ WorldMapper::~WorldMapper() = default;
 void WorldMapper::beginDrive() {
   impl_->terms.forgetCamera();
   impl_->beginDrive(impl_->session.drive.isAligned);
+  impl_->notePlanBefore();
 }
 
 void WorldMapper::keepCamera(const CameraIntrinsics& camera, double depthScale) {
@@ -178,7 +180,10 @@ void WorldMapper::finish() {
     } catch (const Interrupted&) {  // Ctrl-C ended the mapping: --continue finds them
     }
   }
-  if (auto planned = impl_->planning(impl_->edits)()) impl_->put(std::move(*planned));
+  if (auto planned = impl_->planning(impl_->edits)()) {
+    impl_->keepNumbersOf(*planned);
+    impl_->put(std::move(*planned));
+  }
   if (impl_->objects) impl_->putObjects(impl_->objects->instances());
   if (impl_->session.keeper) impl_->store.forgetAreasOfMissingFrames();
   map.commit();
@@ -203,7 +208,11 @@ WorldMapper::Derivation WorldMapper::derivation() const {
 bool WorldMapper::refresh(const Derived& derived) {
   Impl& impl = *impl_;
   if (derived.edits != impl.edits.size() || derived.folds != impl.folds) return false;
-  if (derived.planned) impl.put(*derived.planned);
+  if (derived.planned) {
+    PlannedFrames planned = *derived.planned;
+    impl.keepNumbersOf(planned);
+    impl.put(std::move(planned));
+  }
   impl.putObjects(derived.found);
   impl.session.write();
   if (impl.session.keeper) impl.store.forgetAreasOfMissingFrames();
@@ -231,6 +240,7 @@ void WorldMapper::edit(const AreaEdit& edit) {
 void WorldMapper::Impl::replan(PlannedFrames now) {
   const WorldMap world = read();
   std::vector<int> areas;
+  keepNumbersOf(now);
   for (const WorldObject& object : world.objects) areas.push_back(areaOfObject(now.plan, object.center));
   put(std::move(now));
   store.putObjectAreas(areas);

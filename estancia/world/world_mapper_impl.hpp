@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "estancia/areas/area_numbers.hpp"
 #include "estancia/areas/area_plan.hpp"
 #include "estancia/areas/floor_survey.hpp"
 #include "estancia/core/fail.hpp"
@@ -223,6 +224,15 @@ struct WorldMapper::Impl {
   void look(DescriptorView descriptor, const cv::Mat& image, const cv::Mat& depth,
             const CameraIntrinsics& camera, const Deadline& deadline);
   std::function<std::optional<PlannedFrames>()> planning(const std::vector<AreaEdit>& corrections) const;
+  /// Areas that earlier drives have found keep their numbers; whether this drive was interrupted does not
+  /// matter.
+  void keepNumbersOf(PlannedFrames& now) const {
+    if (const auto before = store.planBefore()) keepNumbers(now, *before);
+  }
+  /// A drive begins that has no frames yet.
+  void notePlanBefore() {
+    if (!poses.empty() && session.drive.firstFrame == poses.size()) store.keepPlanBefore();
+  }
   void put(PlannedFrames now) {
     store.putAreas(now, planned ? &*planned : nullptr);
     planned = std::move(now);

@@ -10,6 +10,8 @@
 #include "estancia/core/fail.hpp"
 #include "estancia/core/png.hpp"
 #include "estancia/core/printable.hpp"
+#include "estancia/stats/kept_numbers.hpp"
+#include "estancia/topology/drive_store.hpp"
 #include "estancia/topology/sqlite.hpp"
 #include "estancia/topology/store_read.hpp"
 #include "estancia/world/area_names.hpp"
@@ -108,11 +110,13 @@ void readNumbers(Database& database, const char* sql, const TopologicalMap& map,
   }
 }
 
-/// Nothing where the map has no plan.
-std::optional<AreaPlan> readPlan(const Database& database) {
+/// Of `floor`, or of what it was before; nothing where the map has no plan.
+std::optional<AreaPlan> readPlan(const Database& database, const char* table = "floor") {
   Statement row(
       database,
-      "SELECT cell, first_column, first_row, columns, rows, up_x, up_y, up_z, areas, walls FROM floor");
+      fmt::format(
+          "SELECT cell, first_column, first_row, columns, rows, up_x, up_y, up_z, areas, walls FROM {}",
+          table));
   if (!row.next()) return std::nullopt;
   const double cell = finiteReal(database, row, 0, "the width of a cell");
   std::array<std::int64_t, 4> extent{};
@@ -148,14 +152,31 @@ void WorldStore::putLayers(const std::string& layers) {
 
 void WorldStore::putZones(const Zones& zones) {
   Database& database = store_.database();
+  const std::vector<std::size_t> frames = store_.frameNumbers();
+  std::map<std::size_t, std::size_t> before;
+  {
+    Statement rows(database, "SELECT frame, zone FROM frame_zones WHERE frame >= 0 AND zone >= 0");
+    while (rows.next())
+      before.emplace(static_cast<std::size_t>(rows.integer(0)), static_cast<std::size_t>(rows.integer(1)));
+  }
+  GroupOverlap overlap;
+  // Zones that earlier drives have found keep their numbers.
+  const std::vector<Drive> drives = DriveStore(store_).drives();
+  const std::size_t firstNow = drives.empty() ? 0 : drives.back().firstFrame;
+  for (std::size_t i = 0; i < zones.zoneOf.size() && frames.at(i) < firstNow; ++i)
+    if (const auto known = before.find(frames[i]); zones.zoneOf[i] >= 0 && known != before.end())
+      ++overlap[{static_cast<std::size_t>(zones.zoneOf[i]), known->second}];
+  const std::vector<std::size_t> numbers = keptNumbers(zones.zones.size(), overlap);
+  const auto numberOf = [&](int zone) { return numbers.at(static_cast<std::size_t>(zone)); };
   database.run("DELETE FROM zones; DELETE FROM frame_zones");
   for (const Zone& zone : zones.zones)
-    Statement(database, "INSERT INTO zones VALUES(?1, ?2, ?3)", zone.id, zone.name, zone.images.size())
+    Statement(database, "INSERT INTO zones VALUES(?1, ?2, ?3)", numberOf(zone.id), zone.name,
+              zone.images.size())
         .execute();
   Statement row(database, "INSERT INTO frame_zones VALUES(?1, ?2)");
-  const std::vector<std::size_t> numbers = store_.frameNumbers();
   for (std::size_t i = 0; i < zones.zoneOf.size(); ++i) {
-    row.bindAll(numbers.at(i), zones.zoneOf[i]);
+    if (zones.zoneOf[i] < 0) continue;
+    row.bindAll(frames.at(i), numberOf(zones.zoneOf[i]));
     row.execute();
   }
 }
@@ -200,6 +221,16 @@ void WorldStore::putAreas(const PlannedFrames& planned, const PlannedFrames* bef
     row.bindAll(i, areas[i]);
     row.execute();
   }
+}
+
+void WorldStore::keepPlanBefore() {
+  store_.database().run(
+      "DROP TABLE IF EXISTS floor_before; CREATE TABLE floor_before AS SELECT * FROM floor");
+}
+
+std::optional<AreaPlan> WorldStore::planBefore() const {
+  if (!sqlite::hasTable(store_.database(), "floor_before")) return std::nullopt;
+  return readPlan(store_.database(), "floor_before");
 }
 
 void WorldStore::forgetAreasOfMissingFrames() {

@@ -49,6 +49,10 @@ class WorldStore {
   /// Replaces all that is derived from observations. `before`: what the map holds of it, or null; then only
   /// the frames whose area has changed are written, as a day's drive has a million others.
   void putAreas(const PlannedFrames& planned, const PlannedFrames* before = nullptr);
+  /// Remembers the plan as it is now, when a drive begins; and gives it back, without what is known of its
+  /// areas. Nothing where there was none.
+  void keepPlanBefore();
+  std::optional<AreaPlan> planBefore() const;
   /// Areas of frames that the map does not keep.
   void forgetAreasOfMissingFrames();
   void addEdit(const AreaEdit& edit);

@@ -75,6 +75,8 @@ TEST_F(Site, AnswersAreAsDescribed) {
            {"/api/route", "", {{"to", "bathtub"}}},
            {"/api/objects", "", {}},
            {"/api/areas", "", {}},
+           {"/api/changes", "", {}},
+           {"/api/changes", "", {{"since", "1"}}},
            {"/api/map", "", {}},
            {"/api/places/3", "/api/places/{node}", {}},
            {"/api/places/2.jpg", "/api/places/{node}.jpg", {}},
@@ -102,6 +104,8 @@ TEST_F(Site, FailuresAreAsDescribed) {
            {"/api/route", "", {{"to", "77"}}, 404},
            {"/api/route", "", {{"to", "2"}, {"avoid", "xqzzkw"}}, 404},
            {"/api/route", "", {{"to", "xqzzkw"}}, 404},
+           {"/api/changes", "", {{"since", "0"}}, 400},
+           {"/api/changes", "", {{"since", "9"}}, 404},
            {"/api/places/77", "/api/places/{node}", {}, 404},
            {"/api/places/77.jpg", "/api/places/{node}.jpg", {{"x", "1"}}, 400}}) {
     const ServerResponse response = get(path, query);
@@ -112,7 +116,7 @@ TEST_F(Site, FailuresAreAsDescribed) {
     status = {};
     world = nullptr;
   });
-  for (const char* path : {"/api/map", "/api/objects", "/api/areas"}) {
+  for (const char* path : {"/api/map", "/api/objects", "/api/areas", "/api/changes"}) {
     EXPECT_EQ(statusOf(path), 409) << path;
     expectDescribed(get(path), path);
   }

@@ -65,7 +65,8 @@ TEST_F(Mcp, ListsToolsWithSchemas) {
     EXPECT_TRUE(tool["inputSchema"]["properties"].is_object()) << tool;
     EXPECT_FALSE(tool["description"].get<std::string>().empty());
   }
-  EXPECT_THAT(names, testing::ElementsAre("find", "where_am_i", "route_to", "describe_place", "list_areas"));
+  EXPECT_THAT(names, testing::ElementsAre("find", "where_am_i", "route_to", "describe_place", "list_areas",
+                                          "list_changes"));
 }
 
 TEST_F(Mcp, ToolsAnswer) {
@@ -81,6 +82,10 @@ TEST_F(Mcp, ToolsAnswer) {
               testing::HasSubstr("From place 3 to place 2"));
   EXPECT_THAT(textIn(call("describe_place", {{"place", 3}})), testing::HasSubstr("umbrella 50 %"));
   EXPECT_THAT(textIn(call("list_areas")), testing::HasSubstr("area 0: kitchen"));
+  EXPECT_THAT(
+      textIn(call("list_changes")),
+      testing::AllOf(testing::HasSubstr("Since drive 1"), testing::HasSubstr("moved: coffee mug, from (1.00"),
+                     testing::HasSubstr("in kitchen"), testing::HasSubstr("place 2 looks different")));
 }
 
 TEST_F(Mcp, WhatAToolCannotDoIsAnAnswer) {
@@ -180,7 +185,7 @@ TEST(McpCommand, AnswersOnStandardOutput) {
       "/bin/sh", {"-c", R"(echo '{"jsonrpc": "2.0", "id": 1, "method": "tools/list"}' | "$0" mcp "$1")",
                   ESTANCIA_COMMAND, file.string()});
   EXPECT_EQ(result.exitCode, 0) << result.err;
-  EXPECT_EQ(Json::parse(result.out)["result"]["tools"].size(), 5U);
+  EXPECT_EQ(Json::parse(result.out)["result"]["tools"].size(), 6U);
 }
 
 }  // namespace

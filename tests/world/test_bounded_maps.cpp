@@ -97,6 +97,28 @@ TEST_F(BoundedMap, HasTheAreasAndCorrectionsOfAWholeOne) {
   EXPECT_EQ(corrected.findArea(*after.at("kitchen").begin())->displayName(), "galley");
 }
 
+TEST_F(BoundedMap, AreasKeepTheirNumbersInFurtherDrives) {
+  map(1, {});
+  const auto before = areasOfRooms(readWorld(file_));
+  // By the number of frames, the bedroom and the kitchen would come first from now on.
+  for (const std::string& room : {std::string("kitchen"), std::string("bedroom")}) {
+    MappingSession session = MappingSession::resume(file_, labeled_.vocabulary, labeled_.model);
+    session.beginDrive({room, room, true});
+    WorldMapper world(session);
+    for (int round = 0; round < (room == "kitchen" ? 6 : 4); ++round)
+      for (std::size_t i = 0; i < drive_.size(); ++i) {
+        Frame frame = drive_.frame(i);
+        if (frame.room != room) continue;
+        frame.name = room + std::to_string(round) + frame.name;
+        world.observe(frame, labeled_.descriptors.row(i), std::nullopt);
+        session.add(frame, labeled_.descriptors.row(i));
+      }
+    session.finish();
+    world.finish();
+    EXPECT_EQ(areasOfRooms(readWorld(file_)), before) << "after the drive in the " << room;
+  }
+}
+
 TEST_F(BoundedMap, TakesFurtherDrivesAndLosesThem) {
   MapBudget budget;
   budget.file = 2;
