@@ -245,8 +245,7 @@ const std::vector<McpTool>& allTools() {
       {"find",
        "Find things and rooms",
        "Find objects, areas (rooms) and places of the robot's map by what they are: any English words, or "
-       "the "
-       "name that people gave. Answers have positions in meters and probabilities.",
+       "the name that people gave. Answers have positions in meters and probabilities.",
        {{"words", {{"type", "string"}, {"description", "What to look for: \"coffee mug\", \"kitchen\""}}},
         {"max",
          {{"type", "integer"},

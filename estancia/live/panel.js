@@ -248,7 +248,8 @@ export class Panel {
     };
     const items = found.objects.map(change => {
       const thing = change.name === null ? 'something' : `${change.whole ? '' : 'part of '}${change.name}`;
-      return this.item('', `${kinds[change.kind]}: ${thing}`, note(change), () => show(change), null);
+      const shown = change.object_now ?? change.object_before;
+      return this.item('', `${kinds[change.kind]}: ${thing}`, note(change), () => show(change), shown === null ? null : `/api/objects/${shown}.jpg`);
     });
     for (const place of found.places)
       items.push(this.item(place.node, `Place ${place.node} looks different`, place.words.slice(0, 3).map(w =>

@@ -59,12 +59,12 @@ class LiveQueries {
   /// "neighbors": [{"node", "name", "distance"}], "objects": [{"id", "name"}] that are seen best from there}.
   /// Throws Error (unknownName).
   Json place(int node) const;
-  /// What it takes to draw the map: {"map_revision", "metric", "drives" (how many), "areas": [{…, "outlines": [[[x, y]]],
-  /// "color"}], "walls": [[[x, y]]], "path": [[[x, y]]], "places": [{"node", "name", "position", "frames",
-  /// "area"}], "links": [[node, node]], "objects": [{…, "where", "node" that it is seen best from, "color",
-  /// "at": [x, y], "box": [[x, y]]}]}. An odd number of outlines surrounds what is inside. Without poses
-  /// "metric" is false, and places lie so that their distances follow the number of transitions between them.
-  /// The same text until the map changes.
+  /// What it takes to draw the map: {"map_revision", "metric", "drives" (how many), "areas": [{…, "outlines":
+  /// [[[x, y]]], "color"}], "walls": [[[x, y]]], "path": [[[x, y]]], "places": [{"node", "name", "position",
+  /// "frames", "area"}], "links": [[node, node]], "objects": [{…, "where", "node" that it is seen best from,
+  /// "color", "at": [x, y], "box": [[x, y]]}]}. An odd number of outlines surrounds what is inside. Without
+  /// poses "metric" is false, and places lie so that their distances follow the number of transitions between
+  /// them. The same text until the map changes.
   std::shared_ptr<const std::string> map() const;
 
  private:

@@ -1,5 +1,6 @@
 // Changes as JSON, for the command, the API and agents.
 // SPDX-License-Identifier: Apache-2.0
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "estancia/world/changes.hpp"
@@ -17,7 +18,8 @@ const WorldObject* thingOf(const ObjectChange& change, const WorldMap& world) {
 }
 
 Json pointJson(const cv::Point3d& p) {
-  return {p.x, p.y, p.z};
+  const auto inMillimeters = [](double meters) { return std::round(meters * 1e3) / 1e3; };
+  return {inMillimeters(p.x), inMillimeters(p.y), inMillimeters(p.z)};
 }
 
 Json areaJson(const cv::Point3d& at, const WorldMap& world) {

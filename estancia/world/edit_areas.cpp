@@ -69,7 +69,7 @@ bool correctAreas(const std::filesystem::path& path, const AreaEdit& edit, Progr
   for (const Drive& drive : world.places.drives)
     starts.push_back(world.places.frames[drive.firstFrame].number);
   const auto planned = correctPlan(*world.plan, edit, {poses, starts}, words, vocabulary,
-                             {mean.begin(), mean.end()}, options.naming);
+                                   {mean.begin(), mean.end()}, options.naming);
   if (!planned) return false;
   std::vector<int> areas;
   for (const WorldObject& object : world.objects) areas.push_back(areaOfObject(planned->plan, object.center));

@@ -19,7 +19,10 @@ namespace estancia::test {
 /// The robot stands in the kitchen of sampleWorld(), until the test says otherwise.
 class FakeView final : public LiveView {
  public:
-  FakeView() : world_(std::make_shared<const WorldMap>(sampleWorld())) {
+  FakeView() {
+    WorldMap world = sampleWorld();
+    world.places.drives = {Drive{}, Drive{.firstFrame = 4, .name = "second"}};
+    world_ = std::make_shared<const WorldMap>(std::move(world));
     status_.revision = 7;
     status_.mapRevision = 3;
     status_.state = "mapping";
@@ -63,8 +66,9 @@ class FakeView final : public LiveView {
   nlohmann::ordered_json changes(const std::optional<std::size_t>& since) const override {
     if (since.value_or(1) != 1) throw Error(ErrorCode::unknownName, "the map has one drive after the first");
     Changes found{1};
-    found.objects.push_back({ObjectChange::Kind::moved, 1, 1, true, {1, 2, 0.5}, {1, 1, 0.5}, 0.02, 0, 1});
-    found.objects.push_back({ObjectChange::Kind::appeared, {}, 1, false, {}, {1, 1, 0.5}, 0.02, 0, 1});
+    const cv::Point3d now = world()->objects[1].center;
+    found.objects.push_back({ObjectChange::Kind::moved, 1, 1, true, {1, 2, 0.5}, now, 0.02, 0, 1});
+    found.objects.push_back({ObjectChange::Kind::appeared, {}, 1, false, {}, now, 0.02, 0, 1});
     found.objects.push_back({ObjectChange::Kind::gone, {}, {}, false, {1, 2, 0.5}, {}, 0.02, 0, 0});
     found.places.push_back({2, 1.2, {{"umbrella", 0.1F, 0.6F}}});
     return toJson(found, *world());

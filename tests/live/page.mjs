@@ -99,6 +99,19 @@ async function watch() {
   await waitForCount('#plan [data-kind=object]', 6);
 }
 
+async function seeChanges() {
+  await page.click('#changes');
+  await waitForText('#found', 'Since drive 1 began');
+  const items = await textOf('#found .items');
+  for (const change of ['Moved: coffee mug', 'New: part of coffee mug', 'Gone: something', 'Place 2 looks different', 'umbrella 10 % → 60 %'])
+    expect(items.includes(change), `the changes have “${change}”: ${items}`);
+  await fitsItsWidth('with changes');
+  await shoot('changed');
+  await page.click('#found .item');
+  expect(await count('#plan [data-kind=object][data-id="1"].on') === 1, 'what was moved is highlighted on the map');
+  await page.keyboard.press('Escape');
+}
+
 async function correct() {
   await press('#plan [data-kind=object][data-id="1"]');
   await waitForText('#found h2', 'coffee mug');
@@ -134,7 +147,10 @@ async function loseConnection() {
 async function visitSampleWorld() {
   expect(await count('#plan [data-kind=area]') === 4, 'four areas');
   await fitsItsWidth('at first');
-  if (kind === 'live') await watch();
+  if (kind === 'live') {
+    await watch();
+    await seeChanges();
+  }
   else await waitForText('#state', 'Map at rest');
   await ask();
   await rename(1, 'Spa & "Sauna" <i>');
