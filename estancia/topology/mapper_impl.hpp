@@ -72,6 +72,7 @@ struct Mapper::Impl {
     std::string state;
     std::vector<std::pair<int, std::string>> nodes;
     std::string views;
+    std::vector<Transition> transitions;
     /// Of frame i, as stored.
     std::function<LexicalDescriptor(std::size_t)> descriptor;
     std::function<std::optional<Pose>(std::size_t)> pose;

@@ -20,21 +20,8 @@ void requireEnd(const ByteReader& in) {
   if (in.remaining() > 0) in.fail("it is too long", ErrorCode::corruptFile);
 }
 
-void write(ByteWriter& out, const Transition& transition) {
-  out.number<std::int32_t>(transition.from);
-  out.number<std::int32_t>(transition.to);
-  out.number<std::uint64_t>(transition.count);
-  out.number<std::uint64_t>(transition.firstFrame);
-}
-
-Transition readTransition(ByteReader& in) {
-  Transition transition;
-  transition.from = in.number<std::int32_t>();
-  transition.to = in.number<std::int32_t>();
-  transition.count = in.number<std::uint64_t>();
-  transition.firstFrame = in.number<std::uint64_t>();
-  return transition;
-}
+/// Of a transition in the states that older programs wrote [bytes].
+constexpr std::size_t transitionBytes = 2 * sizeof(std::int32_t) + 2 * sizeof(std::uint64_t);
 
 void write(ByteWriter& out, const ThresholdEstimator::Memory& memory) {
   for (const std::uint64_t number : {memory.frames, memory.keyframes, memory.views, memory.lastView,
@@ -149,8 +136,7 @@ std::string Mapper::Impl::state() const {
   out.numbers(bank.standardization().center);
   out.numbers(bank.standardization().weight);
   out.raw(scale.moments().toBytes());
-  out.number<std::uint64_t>(transitions.size());
-  for (const auto& entry : transitions) write(out, entry.second);
+  out.number<std::uint64_t>(0);  // transitions, which older programs kept here, too
   if (isFirstDrive) return out.bytes();
   out.number<std::int32_t>(lostNode.value_or(-1));
   out.number<std::uint64_t>(absorbedBy.size());
@@ -194,10 +180,7 @@ Mapper Mapper::Impl::restore(const DescriptorLayout& layout, const MapperOptions
   if (standardization.center.size() != expected || standardization.weight.size() != expected)
     in.fail("it is of another vocabulary", ErrorCode::corruptFile);
   Moments moments = readMoments(in, labels, true);
-  for (std::size_t count = in.count(3 * sizeof(std::uint64_t)); count > 0; --count) {
-    const Transition transition = readTransition(in);
-    impl->transitions[{transition.from, transition.to}] = transition;
-  }
+  in.raw(in.count(transitionBytes) * transitionBytes);  // see state()
   impl->isFirstDrive = in.remaining() == 0;
   if (!impl->isFirstDrive) {
     if (const auto lost = in.number<std::int32_t>(); lost >= 0) impl->lostNode = lost;
@@ -208,6 +191,10 @@ Mapper Mapper::Impl::restore(const DescriptorLayout& layout, const MapperOptions
   impl->bank.setStandardization(std::move(standardization));
   for (const auto& [id, bytes] : saved.nodes)
     impl->bank.add(readNode(impl->bank, id, bytes, labels, impl->distance.sigmaWeighted));
+  for (const Transition& transition : saved.transitions) {
+    for (const int node : {transition.from, transition.to}) impl->bank.slotOf(node);
+    impl->transitions[{transition.from, transition.to}] = transition;
+  }
   if (current >= 0) impl->current = impl->bank.slotOf(current);
   impl->scale.restore(std::move(memory), std::move(moments), saved.descriptor);
   if (impl->views.isOn() && frames > 0)

@@ -53,7 +53,7 @@ Mapper restoreMapper(const MapStore& store) {
   return Mapper::Impl::restore(
       vocabulary.layout(), settingsFromJson(store.identity().settings),
       {prior ? LabelPrior::fromBytes(*prior, vocabulary.size()) : unknownLabelsPrior(vocabulary.size()),
-       *state, store.nodeStates(), store.findState(viewsKey).value_or(""),
+       *state, store.nodeStates(), store.findState(viewsKey).value_or(""), store.transitions(),
        [&store](std::size_t frame) { return store.descriptor(frame); },
        [&store](std::size_t frame) { return store.pose(frame); }});
 }

@@ -475,6 +475,10 @@ TopologicalMap MapStore::load(std::size_t mostFrames) const {
   }
 }
 
+std::vector<Transition> MapStore::transitions() const {
+  return estancia::readTransitions(impl_->database);
+}
+
 std::optional<std::string> MapStore::findState(const std::string& key) const {
   Statement row(impl_->database, "SELECT bytes FROM state WHERE key = ?1", key);
   if (!row.next()) return std::nullopt;

@@ -105,6 +105,8 @@ class MapStore {
   std::vector<std::size_t> frameNumbers() const;
   /// `mostFrames`: of a longer drive each n-th frame is read, so that there are no more.
   TopologicalMap load(std::size_t mostFrames = allFrames) const;
+  /// Their first frames are numbers. They touch nodes of any number.
+  std::vector<Transition> transitions() const;
   std::optional<std::string> findState(const std::string& key) const;
   /// (node id, state) in order of id.
   std::vector<std::pair<int, std::string>> nodeStates() const;

@@ -107,18 +107,12 @@ void addDrives(Database& database, TopologicalMap& map) {
   if (map.drives.empty() || map.drives.front().firstFrame > 0) map.drives.insert(map.drives.begin(), Drive{});
 }
 
-void readTransitions(Database& database, TopologicalMap& map) {
-  Rows rows(database,
-            "SELECT source, target, count, first_frame FROM transitions ORDER BY first_frame, source");
-  while (rows.next()) {
-    Transition transition;
-    transition.from = rows.node(0, 0, "a transition's start");
-    transition.to = rows.node(1, 0, "a transition's end");
+void addTransitions(Database& database, TopologicalMap& map) {
+  for (Transition& transition : readTransitions(database)) {
     for (const int node : {transition.from, transition.to})
       if (map.findNode(node) == nullptr)
         database.failDamaged(fmt::format("a transition touches node {}, which is missing", node));
-    transition.count = rows.count(2, 0, "a transition's count");
-    transition.firstFrame = map.indexOf(rows.count(3, 0, "a transition's first frame"));
+    transition.firstFrame = map.indexOf(transition.firstFrame);
     map.transitions.push_back(transition);
   }
 }
@@ -281,6 +275,17 @@ std::optional<Pose> readPose(const Statement& row, int column) {
   return pose.isPlausible() ? std::optional(pose) : std::nullopt;
 }
 
+std::vector<Transition> readTransitions(Database& database) {
+  Rows rows(database,
+            "SELECT source, target, count, first_frame FROM transitions ORDER BY first_frame, source");
+  std::vector<Transition> transitions;
+  while (rows.next())
+    transitions.push_back({rows.node(0, 0, "a transition's start"), rows.node(1, 0, "a transition's end"),
+                           rows.count(2, 0, "a transition's count"),
+                           rows.count(3, 0, "a transition's first frame")});
+  return transitions;
+}
+
 std::vector<Drive> readDrives(Database& database) {
   std::vector<Drive> drives;
   if (!sqlite::hasTable(database, "drives")) return drives;
@@ -344,7 +349,7 @@ TopologicalMap readContent(Database& database, const MapStore::Identity& identit
   readNodes(database, map);
   readFrames(database, map, mostFrames);
   addDrives(database, map);
-  readTransitions(database, map);
+  addTransitions(database, map);
   readDecisions(database, map);
   readMerges(database, map);
   readPredictions(database, map);

@@ -31,6 +31,9 @@ std::size_t leftOutOf(sqlite::Database& database);
 /// one.
 std::optional<Pose> readPose(const sqlite::Statement& row, int column);
 
+/// In order of first frames, which are numbers.
+std::vector<Transition> readTransitions(sqlite::Database& database);
+
 /// Those that the map names, in order of frames.
 std::vector<Drive> readDrives(sqlite::Database& database);
 

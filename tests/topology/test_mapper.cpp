@@ -335,6 +335,13 @@ TEST(Mapper, RefusesOptionsOutOfRange) {
               FailsWith(ErrorCode::invalidOption, "thresholds.far-quantile", "1.5"));
 }
 
+/// As a map file keeps them.
+std::vector<Transition> transitionsOf(const Mapper& mapper) {
+  std::vector<Transition> transitions;
+  for (const auto& entry : mapper.transitions()) transitions.push_back(entry.second);
+  return transitions;
+}
+
 class MapperRestoredAt : public testing::TestWithParam<std::size_t> {};
 
 TEST_P(MapperRestoredAt, MapsAsIfNothingHadHappened) {
@@ -367,7 +374,7 @@ TEST_P(MapperRestoredAt, MapsAsIfNothingHadHappened) {
   Mapper second =
       Mapper::Impl::restore(64, settingsFromJson(settingsToJson(options)),
                             {first.impl().prior, first.impl().state(), nodes, first.impl().views.state(),
-                             [&](std::size_t i) { return images[i]; }, poseOf});
+                             transitionsOf(first), [&](std::size_t i) { return images[i]; }, poseOf});
   for (std::size_t i = GetParam(); i < images.size(); ++i) {
     second.add(images[i], poseOf(i));
     follower.take(second);
@@ -391,10 +398,10 @@ TEST(Mapper, DamagedStateIsRefusedWithASentence) {
     nodes.emplace_back(mapper.impl().bank[slot].id, mapper.impl().nodeState(slot));
   const std::string views = mapper.impl().views.state();
   const auto restored = [&](const std::string& own, const std::string& seen) {
-    return Mapper::Impl::restore(
-        16, {},
-        {mapper.impl().prior, own, nodes, seen, [](std::size_t) { return LexicalDescriptor(16, 0.06F); },
-         [](std::size_t) { return std::optional<Pose>(); }});
+    return Mapper::Impl::restore(16, {},
+                                 {mapper.impl().prior, own, nodes, seen, transitionsOf(mapper),
+                                  [](std::size_t) { return LexicalDescriptor(16, 0.06F); },
+                                  [](std::size_t) { return std::optional<Pose>(); }});
   };
   EXPECT_NO_THROW(restored(state, views));
   for (std::size_t length = 0; length < state.size(); length += 7)
