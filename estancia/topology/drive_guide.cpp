@@ -136,6 +136,11 @@ void DriveGuide::addNeededFrames(std::vector<std::size_t>& frames) const {
   for (const Known::View& view : known_->views) frames.push_back(view.frame);
 }
 
+void DriveGuide::addNeededFrames(const std::string& known, const MapStore& store,
+                                 std::vector<std::size_t>& frames) {
+  for (const Known::View& view : knownFrom(known, store).views) frames.push_back(view.frame);
+}
+
 std::string DriveGuide::state() const {
   return localizer_->state();
 }

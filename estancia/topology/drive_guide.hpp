@@ -38,6 +38,9 @@ class DriveGuide {
 
   /// The frames that it needs to go on later.
   void addNeededFrames(std::vector<std::size_t>& frames) const;
+  /// The same of one that is at rest in the map, by its known().
+  static void addNeededFrames(const std::string& known, const MapStore& store,
+                              std::vector<std::size_t>& frames);
   /// What it knows of the map, and of the drive so far.
   std::string known() const;
   std::string state() const;

@@ -6,6 +6,7 @@
 
 #include "estancia/core/fail.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
+#include "estancia/topology/session_impl.hpp"
 #include "estancia/topology/store.hpp"
 
 namespace estancia {
@@ -48,6 +49,7 @@ void writeRoomPredictions(const RoomPredictions& predictions, const fs::path& pa
   MapStore store = MapStore::open(path, MapStore::Access::write);
   store.putPredictions(predictions);
   store.commit();
+  fitFile(store);
 }
 
 }  // namespace estancia

@@ -26,8 +26,7 @@ constexpr auto writeInterval = std::chrono::seconds(1);
 constexpr const char* stateKey = "mapper";
 constexpr const char* viewsKey = "views";
 constexpr const char* priorKey = "label-prior";
-constexpr const char *guideKey = "guide", *guideMapKey = "guide-map", *guidedKey = "guided",
-                     *alignmentKey = "alignment";
+constexpr const char *guideKey = "guide", *guidedKey = "guided", *alignmentKey = "alignment";
 /// A drive whose poses are known in the map is lost no longer when it was recognized so often: poses and
 /// views tell places from then on, as in a first drive, at a tenth of the cost.
 constexpr std::size_t enoughGuided = 200;

@@ -19,6 +19,20 @@ constexpr std::uint64_t mostGuide = 4096;
 constexpr std::uint64_t rowBytes = 250;
 constexpr std::uint64_t guideShare = 4;  // of the budgets: a quarter
 
+ByteReader readerOfSample(const std::string& state) {
+  return {state, "what the map says of the frames that it keeps is damaged", "map the sequence again"};
+}
+
+MapBudget budgetOf(const MapStore& store) {
+  MapBudget kept;
+  const auto bytes = store.findState(budgetKey);
+  if (!bytes) return kept;
+  ByteReader in(*bytes, "what the map says of its budget is damaged", "map the sequence again");
+  for (std::optional<std::uint64_t>* bound : {&kept.memory, &kept.file})
+    if (const auto value = in.number<std::uint64_t>(); value > 0) *bound = value;
+  return kept;
+}
+
 }  // namespace
 
 OptionGroup declare(MapBudget& budget) {
@@ -47,7 +61,7 @@ void MappingSession::Impl::setBudget(const MapBudget& wanted) {
   else if (!keeper || budget.file != before) {
     keeper.emplace(store, *budget.file * megabyte);
     if (const auto sample = store.findState(frameSampleKey)) {
-      ByteReader in(*sample, "what the map says of the frames that it keeps is damaged", "map anew");
+      ByteReader in = readerOfSample(*sample);
       keeper->restore(in);
     }
   }
@@ -58,13 +72,25 @@ void MappingSession::Impl::setBudget(const MapBudget& wanted) {
 }
 
 void MappingSession::Impl::takeBudgetOf(const MapStore& other) {
-  const auto bytes = other.findState(budgetKey);
-  if (!bytes) return;
-  ByteReader in(*bytes, "what the map says of its budget is damaged", "map the sequence again");
-  MapBudget kept;
-  for (std::optional<std::uint64_t>* bound : {&kept.memory, &kept.file})
-    if (const auto value = in.number<std::uint64_t>(); value > 0) *bound = value;
-  setBudget(kept);
+  if (const MapBudget kept = budgetOf(other); kept != budget) setBudget(kept);
+}
+
+void fitFile(MapStore& store, const std::optional<std::uint64_t>& megabytes) {
+  const std::optional<std::uint64_t> most = megabytes ? megabytes : budgetOf(store).file;
+  if (!most) return;
+  FrameKeeper keeper(store, *most * megabyte);
+  if (const auto sample = store.findState(frameSampleKey)) {
+    ByteReader in = readerOfSample(*sample);
+    keeper.restore(in);
+  }
+  std::vector<std::size_t> needed = framesThatStay(store);
+  restoreMapper(store).impl().addNeededFrames(needed);
+  if (const auto known = store.findState(guideMapKey); known && !known->empty())
+    DriveGuide::addNeededFrames(*known, store, needed);
+  std::ranges::sort(needed);
+  keeper.fit(needed);
+  store.putState(frameSampleKey, keeper.state());
+  store.commit();
 }
 
 std::size_t MappingSession::Impl::mostGuideFrames() const {
@@ -95,14 +121,7 @@ CompactedMap compactMap(const std::filesystem::path& map, const std::optional<st
     MapStore store = MapStore::open(map, MapStore::Access::write);
     done.bytesBefore = std::filesystem::file_size(map);
     done.framesBefore = store.frameNumbers().size();
-    if (fileBudget) {
-      FrameKeeper keeper(store, *fileBudget * megabyte);
-      std::vector<std::size_t> needed = framesThatStay(store);
-      restoreMapper(store).impl().addNeededFrames(needed);
-      std::ranges::sort(needed);
-      keeper.fit(needed);
-      store.putState(frameSampleKey, keeper.state());
-    }
+    if (fileBudget) fitFile(store, fileBudget);
     store.compact();
     done.framesAfter = store.frameNumbers().size();
   }

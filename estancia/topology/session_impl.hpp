@@ -20,6 +20,8 @@ namespace estancia {
 
 /// The state that FrameKeeper::state() is kept as.
 constexpr const char* frameSampleKey = "frame-sample";
+/// The state that DriveGuide::known() is kept as; empty where it guides no longer.
+constexpr const char* guideMapKey = "guide-map";
 
 struct MappingSession::Impl {
   MapStore store;
@@ -73,6 +75,10 @@ struct MappingSession::Impl {
   void write();
   const MapStore& written();
 };
+
+/// Leaves out frames of a map at rest until it has at most so many megabytes; commits. Without a number its
+/// own budget counts, if it has one. Throws Error (tooLarge).
+void fitFile(MapStore& store, const std::optional<std::uint64_t>& megabytes = {});
 
 /// The mapper that a map file was made with, as it was at the last commit.
 Mapper restoreMapper(const MapStore& store);
