@@ -7,6 +7,7 @@
 #include "estancia/topology/mapper_impl.hpp"
 #include "estancia/topology/session.hpp"
 #include "estancia/topology/session_impl.hpp"
+#include "estancia/topology/sqlite.hpp"
 
 namespace estancia {
 namespace {
@@ -91,6 +92,11 @@ void fitFile(MapStore& store, const std::optional<std::uint64_t>& megabytes) {
   keeper.fit(needed);
   store.putState(frameSampleKey, keeper.state());
   store.commit();
+  // What was written before it was thinned has made the file larger than what it holds.
+  sqlite::Database& file = store.database();
+  const auto bytes =
+      static_cast<std::uint64_t>(file.number("PRAGMA page_count") * file.number("PRAGMA page_size"));
+  if (bytes > *most * megabyte) store.compact();
 }
 
 std::size_t MappingSession::Impl::mostGuideFrames() const {
