@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/io/files.hpp"
@@ -87,8 +88,7 @@ void explainMerges(const TopologicalMap& map, const Decision& d, Sentences& sent
     if (std::isinf(merge.threshold)) {
       add(sentences,
           "After frame {} node {}, which held few frames, became a part of its neighbor, node {}: there was "
-          "no "
-          "memory for another place (--memory).",
+          "no memory for another place (--memory).",
           merge.frame, merge.absorbed, merge.kept);
       node = merge.kept;
       continue;

@@ -21,8 +21,6 @@ constexpr double writtenBetween = 0.02;
 constexpr std::size_t mostWaiting = 16'000'000;
 /// Frames that are left out between two commits: what is changed is in the file twice until then.
 constexpr std::size_t slice = 1000;
-/// A row, its decision, its pose, and what points at them [bytes].
-constexpr std::uint64_t rowBytes = 250;
 /// The least that a frame says beside the mean of its place.
 constexpr double leastInformation = 0.05;
 
@@ -92,12 +90,16 @@ std::vector<FrameSample::Entry> FrameKeeper::entries(const std::vector<std::size
   return entries;
 }
 
+bool FrameKeeper::isFull() const {
+  return static_cast<double>(store_->bytes()) > fullAt * static_cast<double>(budget_);
+}
+
 void FrameKeeper::fit(const std::vector<std::size_t>& needed) {
   written_ = 0;
   const auto share = [this](double of) {
     return static_cast<std::uint64_t>(of * static_cast<double>(budget_));
   };
-  if (store_->bytes() <= share(fullAt)) return;
+  if (!isFull()) return;
   const std::uint64_t target = share(smallerTo), enough = share(smallEnough);
   bool isCompact = false;
   for (std::uint64_t used = store_->bytes(); used > enough; used = store_->bytes()) {
@@ -106,12 +108,14 @@ void FrameKeeper::fit(const std::vector<std::size_t>& needed) {
     for (const FrameSample::Entry& entry : all) ofFrames += entry.bytes;
     const std::uint64_t excess = used - target;
     const auto gone = ofFrames > excess ? sample_.thin(all, ofFrames - excess) : std::nullopt;
-    if (!gone || gone->empty())
+    if (!gone || gone->empty()) {
+      const auto least = static_cast<double>(used - ofFrames + FrameSample::leastBytes(all)) / 1e6;
       fail(ErrorCode::tooLarge,
-           "{}: its places, and one image of each, take {:.0f} MB or more; --file-budget {} is too small, go "
-           "on with a larger one (estancia map --continue --file-budget {})",
-           store_->database().path().string(), static_cast<double>(used) / 1e6, budget_ / 1'000'000,
-           2 * budget_ / 1'000'000);
+           "{}: its places, one image of each, and what must stay take {:.1f} MB; --file-budget {} is too "
+           "small, "
+           "give a larger one: {:.0f}",
+           store_->database().path().string(), least, budget_ / 1'000'000, std::ceil(least / smallerTo) + 1);
+    }
     for (std::size_t i = 0; i < gone->size(); i += slice) {
       store_->leaveOut({gone->begin() + static_cast<std::ptrdiff_t>(i),
                         gone->begin() + static_cast<std::ptrdiff_t>(std::min(i + slice, gone->size()))});

@@ -19,6 +19,9 @@ namespace estancia {
 /// grown to its budget, the samples are made smaller. Needed frames are given as sorted numbers.
 class FrameKeeper {
  public:
+  /// A row, its decision, its pose, and what points at them [bytes].
+  static constexpr std::uint64_t rowBytes = 250;
+
   /// `bytes`: of the file. `store` must outlive it, and is open for writing.
   FrameKeeper(MapStore& store, std::uint64_t bytes) : store_(&store), budget_(bytes) {}
 
@@ -42,6 +45,8 @@ class FrameKeeper {
   void merge(int absorbed) { sample_.merge(absorbed); }
   /// Frames that were only in the file because they were needed, and are no longer, are left out.
   void endWriting(const std::vector<std::size_t>& needed);
+  /// Whether fit() would leave something out.
+  bool isFull() const;
   /// After a commit. Throws Error (tooLarge) where what must stay is larger than the budget.
   void fit(const std::vector<std::size_t>& needed);
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <span>
 #include <utility>
 
 namespace estancia {
@@ -17,6 +16,14 @@ double scrambled(std::uint64_t number) {
   number = (number ^ (number >> 27)) * 0x94d049bb133111eb;
   number ^= number >> 31;
   return (static_cast<double>(number >> 11) + 0.5) * 0x1p-53;
+}
+
+/// The entries of each place, smallest keys first.
+std::map<int, std::vector<FrameSample::Entry>> byPlace(const std::vector<FrameSample::Entry>& entries) {
+  std::map<int, std::vector<FrameSample::Entry>> places;
+  for (const FrameSample::Entry& entry : entries) places[entry.node].push_back(entry);
+  for (auto& [node, own] : places) std::ranges::sort(own, {}, &FrameSample::Entry::key);
+  return places;
 }
 
 /// The bytes of the first `most` entries of each place, and of all needed ones.
@@ -39,14 +46,15 @@ bool FrameSample::takes(int node, double key) const {
   return bound == bounds_.end() || key < bound->second;
 }
 
-std::optional<std::vector<std::size_t>> FrameSample::thin(std::vector<Entry> entries, std::uint64_t bytes) {
-  std::map<int, std::vector<Entry>> places;
+std::uint64_t FrameSample::leastBytes(const std::vector<Entry>& entries) {
+  return bytesOf(byPlace(entries), 1);
+}
+
+std::optional<std::vector<std::size_t>> FrameSample::thin(const std::vector<Entry>& entries,
+                                                          std::uint64_t bytes) {
+  const std::map<int, std::vector<Entry>> places = byPlace(entries);
   std::size_t most = 0;
-  for (const Entry& entry : entries) {
-    places[entry.node].push_back(entry);
-    most = std::max(most, places[entry.node].size());
-  }
-  for (auto& [node, own] : places) std::ranges::sort(own, {}, &Entry::key);
+  for (const auto& [node, own] : places) most = std::max(most, own.size());
   if (bytesOf(places, 1) > bytes) return std::nullopt;
   std::size_t fits = 1;  // most frames of a place that fit: bytesOf() grows with it
   for (std::size_t end = most + 1; end - fits > 1;) {

@@ -26,7 +26,7 @@ class FrameSample {
     double key = 0;
     /// In the file.
     std::uint64_t bytes = 0;
-    /// Stays whatever its key, and takes no other one's place.
+    /// Stays whatever its key.
     bool isNeeded = false;
   };
 
@@ -37,7 +37,9 @@ class FrameSample {
   bool takes(int node, double key) const;
   /// The frames to leave out so that the others have at most `bytes`, and later ones of these places may
   /// take their places; nothing where the needed ones and one of each other place have more.
-  std::optional<std::vector<std::size_t>> thin(std::vector<Entry> entries, std::uint64_t bytes);
+  std::optional<std::vector<std::size_t>> thin(const std::vector<Entry>& entries, std::uint64_t bytes);
+  /// What the needed ones and one of each other place have.
+  static std::uint64_t leastBytes(const std::vector<Entry>& entries);
   void merge(int absorbed);
 
   std::string state() const;

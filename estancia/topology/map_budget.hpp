@@ -7,7 +7,6 @@
 #include <optional>
 
 #include "estancia/core/options.hpp"
-#include "estancia/core/progress.hpp"
 
 namespace estancia {
 

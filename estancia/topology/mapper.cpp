@@ -431,7 +431,7 @@ void Mapper::finish() {
   impl_->finish();
 }
 
-void Mapper::setMemory(std::uint64_t bytes) {
+void Mapper::setMemory(const std::optional<std::uint64_t>& bytes) {
   impl_->setMemory(bytes);
 }
 

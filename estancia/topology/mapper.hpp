@@ -117,10 +117,10 @@ class Mapper {
   /// The run is over (for now): a run that is still warming up is remapped a last time.
   void finish();
 
-  /// Bounds what places and views take [bytes]; at least 16 places must fit. Where a new place does not, the
-  /// one with fewest images becomes a part of a neighbor. Throws Error (tooLarge), as add() does where all
-  /// places hold so many images that none can be spared.
-  void setMemory(std::uint64_t bytes);
+  /// Bounds what places and views take [bytes], or no longer; at least 16 places must fit. Where a new place
+  /// does not, the one with fewest images becomes a part of a neighbor. Throws Error (tooLarge), as add()
+  /// does where all places hold so many images that none can be spared.
+  void setMemory(const std::optional<std::uint64_t>& bytes);
 
   std::size_t frames() const;
   std::size_t nodes() const;

@@ -54,7 +54,7 @@ struct Mapper::Impl {
   void merge(std::size_t kept, std::size_t gone, const Merge& why);
   void absorbLostNode(int next, const Decision& decision);
   void redirectTransitions(int absorbed, int kept);
-  void setMemory(std::uint64_t bytes);
+  void setMemory(const std::optional<std::uint64_t>& bytes);
   /// The place with fewest images becomes a part of a neighbor.
   void makeRoom(std::size_t frame);
   /// That the robot has driven to or from, by words the nearest one; of places without any, of all.

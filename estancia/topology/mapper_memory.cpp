@@ -22,17 +22,24 @@ constexpr std::uint64_t usedShare = 4;
 
 }  // namespace
 
-void Mapper::Impl::setMemory(std::uint64_t bytes) {
+void Mapper::Impl::setMemory(const std::optional<std::uint64_t>& most) {
+  if (!most) {
+    mostNodes = std::numeric_limits<std::size_t>::max();
+    if (views.isOn()) views.bound(options.views, thresholds);
+    return;
+  }
+  const std::uint64_t bytes = *most;
   const std::uint64_t fixed = sampleBytes * labels, node = nodeBytes * labels, view = viewBytes * labels;
   const std::uint64_t least = (fixed + fewestNodes * node * viewsShare / (viewsShare - 1)) * 4 / 3;
   if (bytes < least)
     fail(ErrorCode::tooLarge, "--memory {} MB is too small for {} labels; give at least {}",
          bytes / 1'000'000, labels, least / 1'000'000 + 1);
   const std::uint64_t free = bytes / 4 * 3 - fixed;
-  const std::uint64_t mostViews = std::max<std::uint64_t>(1, free / viewsShare / view);
-  if (views.isOn()) views.bound(mostViews, thresholds);
-  const std::uint64_t ofViews = views.isOn() ? std::min<std::uint64_t>(mostViews, options.views) * view : 0;
-  mostNodes = (free - ofViews) / node;
+  mostNodes = free / node;
+  if (!views.isOn()) return;
+  const std::uint64_t mostViews = std::clamp<std::uint64_t>(free / viewsShare / view, 1, options.views);
+  views.bound(mostViews, thresholds);
+  mostNodes = (free - mostViews * view) / node;
 }
 
 std::size_t Mapper::Impl::neighborOf(std::size_t slot) const {

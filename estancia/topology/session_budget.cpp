@@ -1,7 +1,6 @@
 // How a mapping session keeps to its budget: what it must keep to go on, and what it holds in memory.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <array>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/topology/mapper_impl.hpp"
@@ -16,8 +15,7 @@ constexpr const char* budgetKey = "budget";
 constexpr std::uint64_t megabyte = 1'000'000;
 /// Frames that a drive is guided by: with these a frame takes 1 to 2 ms.
 constexpr std::uint64_t mostGuide = 4096;
-/// Of the file as many bytes as their labels and what else is known of them; in memory twice their labels.
-constexpr std::uint64_t rowBytes = 250;
+/// Of the file they take their labels and what else is known of them; of the memory twice their labels.
 constexpr std::uint64_t guideShare = 4;  // of the budgets: a quarter
 
 ByteReader readerOfSample(const std::string& state) {
@@ -54,9 +52,9 @@ OptionGroup declare(MapBudget& budget) {
 
 void MappingSession::Impl::setBudget(const MapBudget& wanted) {
   validate(wanted);
+  mapper.setMemory(wanted.memory ? std::optional(*wanted.memory * megabyte) : std::nullopt);
   const std::optional<std::uint64_t> before = budget.file;
   budget = wanted;
-  if (budget.memory) mapper.setMemory(*budget.memory * megabyte);
   if (!budget.file)
     keeper.reset();
   else if (!keeper || budget.file != before) {
@@ -84,14 +82,16 @@ void fitFile(MapStore& store, const std::optional<std::uint64_t>& megabytes) {
     ByteReader in = readerOfSample(*sample);
     keeper.restore(in);
   }
-  std::vector<std::size_t> needed = framesThatStay(store);
-  restoreMapper(store).impl().addNeededFrames(needed);
-  if (const auto known = store.findState(guideMapKey); known && !known->empty())
-    DriveGuide::addNeededFrames(*known, store, needed);
-  std::ranges::sort(needed);
-  keeper.fit(needed);
-  store.putState(frameSampleKey, keeper.state());
-  store.commit();
+  if (keeper.isFull()) {
+    std::vector<std::size_t> needed = framesThatStay(store);
+    restoreMapper(store).impl().addNeededFrames(needed);
+    if (const auto known = store.findState(guideMapKey); known && !known->empty())
+      DriveGuide::addNeededFrames(*known, store, needed);
+    std::ranges::sort(needed);
+    keeper.fit(needed);
+    store.putState(frameSampleKey, keeper.state());
+    store.commit();
+  }
   // What was written before it was thinned has made the file larger than what it holds.
   sqlite::Database& file = store.database();
   const auto bytes =
@@ -102,7 +102,8 @@ void fitFile(MapStore& store, const std::optional<std::uint64_t>& megabytes) {
 std::size_t MappingSession::Impl::mostGuideFrames() const {
   const std::uint64_t words = store.identity().vocabulary.size() * sizeof(float);
   std::uint64_t most = mostGuide;
-  if (budget.file) most = std::min(most, *budget.file * megabyte / guideShare / (words + rowBytes));
+  if (budget.file)
+    most = std::min(most, *budget.file * megabyte / guideShare / (words + FrameKeeper::rowBytes));
   if (budget.memory) most = std::min(most, *budget.memory * megabyte / guideShare / (2 * words));
   return std::max<std::uint64_t>(1, most);
 }

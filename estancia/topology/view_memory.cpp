@@ -242,7 +242,7 @@ void ViewMemory::movePoses(const std::function<std::optional<Pose>(std::size_t)>
 }
 
 void ViewMemory::bound(std::size_t most, const Thresholds& thresholds) {
-  max_ = std::min(max_, most);
+  max_ = most;
   while (views_.size() > max_) forgetOne(largest_.begin()->second, thresholds);
 }
 

@@ -54,7 +54,7 @@ class ViewMemory {
   ViewMemory(Distance distance, std::size_t labels, const MapperOptions& options);
 
   bool isOn() const { return max_ > 0; }
-  /// Keeps no more from now on, if that is fewer.
+  /// Keeps no more from now on.
   void bound(std::size_t most, const Thresholds& thresholds);
   /// What `seen` shows, of several nodes `current` if it is one of them, else the nearest. Remembers `seen`
   /// for the sequence.
