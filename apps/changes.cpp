@@ -64,10 +64,9 @@ void addChangesCommand(CLI::App& app) {
               "  estancia changes home.estancia --since 3 --json");
   command->callback([arguments] {
     const Changes changes = findChanges(arguments->map, arguments->since);
-    const WorldMap world = readWorld(arguments->map);
-    if (!arguments->json) return printText(world, changes);
+    if (!arguments->json) return printText(*changes.world, changes);
     Json json{{"map", arguments->map}};
-    json.update(toJson(changes, world));
+    json.update(toJson(changes));
     print(json);
   });
 }

@@ -334,7 +334,7 @@ std::vector<unsigned char> LiveLoop::placeImage(int node) const {
 
 nlohmann::ordered_json LiveLoop::changes(const std::optional<std::size_t>& since) const {
   if (!world()) fail(ErrorCode::insufficientData, "there is no map yet; wait for the first images");
-  return toJson(findChanges(impl_->path, since), readWorld(impl_->path));
+  return toJson(findChanges(impl_->path, since));
 }
 
 void LiveLoop::edit(const MapEdit& edit, const std::optional<std::uint64_t>& mapRevision) {

@@ -74,7 +74,7 @@ std::vector<unsigned char> MapFileView::placeImage(int node) const {
 }
 
 nlohmann::ordered_json MapFileView::changes(const std::optional<std::size_t>& since) const {
-  return toJson(findChanges(path_, since), readWorld(path_));
+  return toJson(findChanges(path_, since));
 }
 
 void MapFileView::edit(const MapEdit& edit, const std::optional<std::uint64_t>& mapRevision) {

@@ -17,6 +17,7 @@
 #include "estancia/topology/session_impl.hpp"
 #include "estancia/topology/store.hpp"
 #include "estancia/world/changed_objects.hpp"
+#include "estancia/world/known_store.hpp"
 #include "estancia/world/world_store.hpp"
 
 namespace estancia {
@@ -90,6 +91,7 @@ Changes findChanges(const std::filesystem::path& path, std::optional<std::size_t
   const WorldStore store(map, MapStore::Access::read);
   WorldMap world{map.load()};
   store.read(world);
+  KnownStore(map).read(world);
   const std::vector<Drive>& drives = world.places.drives;
   if (drives.size() < 2)
     fail(ErrorCode::insufficientData,
@@ -103,6 +105,7 @@ Changes findChanges(const std::filesystem::path& path, std::optional<std::size_t
   const std::size_t firstNow = drives[changes.since].firstFrame;
   changes.objects = changedObjects(world, store, firstNow);
   changes.places = changedPlaces(world.places, map, firstNow);
+  changes.world = std::make_shared<const WorldMap>(std::move(world));
   return changes;
 }
 

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -48,6 +49,8 @@ struct Changes {
   std::size_t since = 0;
   std::vector<ObjectChange> objects = {};
   std::vector<PlaceChange> places = {};
+  /// The whole map that the numbers above are of, as of the same moment.
+  std::shared_ptr<const WorldMap> world = {};
 };
 
 std::string toString(ObjectChange::Kind kind);
@@ -60,14 +63,13 @@ std::string toString(ObjectChange::Kind kind);
 /// map of one drive, and unknownName for a drive that it does not have.
 Changes findChanges(const std::filesystem::path& map, std::optional<std::size_t> since = {});
 
-/// For people: "mug", "part of wardrobe", "something".
+/// For people: "mug", "part of wardrobe", "something". `world`: Changes::world.
 std::string nameOf(const ObjectChange& change, const WorldMap& world);
 
 /// {"since": drive, "objects": [{"kind": "moved", "gone" or "new", "name" or null, "whole", "object_before",
 /// "object_now", "area_m2", "from", "from_area", "last_seen", "to", "to_area", "first_seen"}], "places":
 /// [{"node", "distance", "words": [{"label", "before", "now"}]}]}: [x, y, z] in the map [m], areas as
 /// {"id", "name"} or null, frames by their names; a thing that is gone has no "to", a new one no "from".
-/// `world`: all of the map that the changes are of.
-nlohmann::ordered_json toJson(const Changes& changes, const WorldMap& world);
+nlohmann::ordered_json toJson(const Changes& changes);
 
 }  // namespace estancia

@@ -61,9 +61,9 @@ std::string nameOf(const ObjectChange& change, const WorldMap& world) {
   return (change.isWhole ? "" : "part of ") + thing->displayName();
 }
 
-nlohmann::ordered_json toJson(const Changes& changes, const WorldMap& world) {
+nlohmann::ordered_json toJson(const Changes& changes) {
   Json objects = Json::array(), places = Json::array();
-  for (const ObjectChange& change : changes.objects) objects.push_back(changeJson(change, world));
+  for (const ObjectChange& change : changes.objects) objects.push_back(changeJson(change, *changes.world));
   for (const PlaceChange& change : changes.places) places.push_back(changeJson(change));
   return {{"since", changes.since}, {"objects", std::move(objects)}, {"places", std::move(places)}};
 }

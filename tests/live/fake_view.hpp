@@ -65,13 +65,13 @@ class FakeView final : public LiveView {
   /// Object 1 was moved into the area that it is in now, and place 2 looks different.
   nlohmann::ordered_json changes(const std::optional<std::size_t>& since) const override {
     if (since.value_or(1) != 1) throw Error(ErrorCode::unknownName, "the map has one drive after the first");
-    Changes found{1};
+    Changes found{.since = 1, .world = world()};
     const cv::Point3d now = world()->objects[1].center;
     found.objects.push_back({ObjectChange::Kind::moved, 1, 1, true, {1, 2, 0.5}, now, 0.02, 0, 1});
     found.objects.push_back({ObjectChange::Kind::appeared, {}, 1, false, {}, now, 0.02, 0, 1});
     found.objects.push_back({ObjectChange::Kind::gone, {}, {}, false, {1, 2, 0.5}, {}, 0.02, 0, 0});
     found.places.push_back({2, 1.2, {{"umbrella", 0.1F, 0.6F}}});
-    return toJson(found, *world());
+    return toJson(found);
   }
   using LiveView::edit;
   void edit(const MapEdit& edit, const std::optional<std::uint64_t>& mapRevision) override {
