@@ -49,12 +49,6 @@ nlohmann::ordered_json jsonOf(const Findings& findings) {
   return json;
 }
 
-/// Of several processes only the first prints.
-void silence() {
-  for (std::FILE* stream : {stdout, stderr})
-    if (std::freopen("/dev/null", "w", stream) == nullptr) std::fclose(stream);
-}
-
 void run(const ExperimentArguments& arguments) {
   namespace fs = std::filesystem;
   const std::vector<fs::path> configs(arguments.configs.begin(), arguments.configs.end());

@@ -3,12 +3,16 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <mutex>
+
 #include "common.hpp"
+#include "estancia/core/digest.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/report/text.hpp"
 #include "estancia/world/merge_maps.hpp"
 #include "estancia/world/rooms_by_name.hpp"
+#include "experiments/src/runner/work_queue.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -22,11 +26,45 @@ struct MergeArguments {
   bool overwrite = false, json = false;
 };
 
+/// What numbers of maps mean.
+std::string listOf(const std::vector<std::filesystem::path>& maps) {
+  std::string list;
+  for (const auto& map : maps) list += map.string() + "\n";
+  return sha256(list);
+}
+
+/// In all processes that mpirun started; what the first one has.
+MergedMaps mergeTogether(experiments::WorkQueue& queue, const std::vector<std::filesystem::path>& maps,
+                         const std::string& output, ExistingMap existing, Progress& progress) {
+  ShareWork share{.leads = queue.isFirst()};
+  share.run = [&](std::size_t pieces, const std::function<std::string(std::size_t)>& work) {
+    std::mutex mutex;
+    progress.begin("comparing maps", pieces, 0);
+    std::vector<std::string> results = queue.results(listOf(maps), pieces, work, [&] {
+      const std::lock_guard lock(mutex);
+      progress.advance();
+    });
+    progress.end();
+    return results;
+  };
+  MergedMaps merged;
+  queue.together([&] { merged = mergeMaps(maps, output, existing, progress, share); });
+  return merged;
+}
+
 void run(const MergeArguments& arguments) {
   const std::vector<std::filesystem::path> maps(arguments.maps.begin(), arguments.maps.end());
-  const MergedMaps merged =
-      mergeMaps(maps, arguments.output, arguments.overwrite ? ExistingMap::replace : ExistingMap::refuse,
-                *makeStderrProgress());
+  const ExistingMap existing = arguments.overwrite ? ExistingMap::replace : ExistingMap::refuse;
+  MergedMaps merged;
+  if (auto ranks = experiments::joinMpiProcesses()) {
+    experiments::WorkQueue queue(std::move(ranks));
+    if (!queue.isFirst()) silence();
+    const auto progress = queue.isFirst() ? makeStderrProgress() : std::make_unique<Progress>();
+    merged = mergeTogether(queue, maps, arguments.output, existing, *progress);
+    if (!queue.isFirst()) return;
+  } else {
+    merged = mergeMaps(maps, arguments.output, existing, *makeStderrProgress());
+  }
   renewRoomsByNames(arguments.output);
   for (const std::string& conflict : merged.conflicts) spdlog::warn("{}", conflict);
   if (arguments.json) {
@@ -63,7 +101,9 @@ void addMergeMapsCommand(CLI::App& app) {
   addOutputOption(*command, arguments->output, "The merged map, NAME.estancia")->required();
   addOverwriteOption(*command, arguments->overwrite);
   addJsonOption(*command, arguments->json);
-  addExamples(*command, "  estancia merge day.estancia evening.estancia -o home.estancia");
+  addExamples(*command,
+              "  estancia merge day.estancia evening.estancia -o home.estancia\n"
+              "  mpirun -n 8 estancia merge robots/*.estancia -o building.estancia");
   command->callback([arguments] { run(*arguments); });
 }
 

@@ -4,12 +4,14 @@
 //                           a drive of synthetic frames through PLACES places, about STAY frames at each
 //                           before it goes to another, with or without a map file: time, nodes and resident
 //                           memory as it goes; budgets in megabytes, 0: none
+//   bench_mapper robots MAPS PLACES FOLDER      maps to merge: see robots()
 // SPDX-License-Identifier: Apache-2.0
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -168,6 +170,68 @@ void drive(std::size_t frames, std::size_t places, std::size_t stay, const char*
   if (session) session->finish();
 }
 
+/// Of one building. What places look like varies in a few ways only, as scenes do.
+class Building {
+ public:
+  Building() {
+    std::mt19937 random(7);
+    for (auto& direction : directions_)
+      for (float& value : direction) value = 1.5F * normal_(random) / std::sqrt(float{ways});
+  }
+  using Look = std::array<float, 64>;
+  Look look(unsigned seed, float scale) {
+    std::mt19937 random(seed);
+    normal_.reset();
+    Look look{};
+    for (float& value : look) value = scale * normal_(random);
+    return look;
+  }
+  std::vector<float> image(const Look& place, const Look& light, std::mt19937& random) {
+    std::vector<float> p(labels);
+    for (std::size_t way = 0; way < ways; ++way) {
+      const float amount = place[way] + light[way] + 0.35F * normal_(random);
+      for (std::size_t i = 0; i < labels; ++i) p[i] += amount * directions_[way][i];
+    }
+    float sum = 0;
+    for (float& v : p) sum += v = std::exp(v + 0.5F * normal_(random));
+    for (float& v : p) v /= sum;
+    return p;
+  }
+
+ private:
+  static constexpr std::size_t ways = 64;
+  std::normal_distribution<float> normal_;
+  std::array<std::array<float, labels>, ways> directions_{};
+};
+
+/// Maps to merge (estancia merge): each robot drives twice through `places` places of one building, in its
+/// own light; the next one begins a tenth further on. Frames know their places as rooms (estancia evaluate).
+void robots(std::size_t maps, std::size_t places, const std::filesystem::path& folder) {
+  Building building;
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < labels; ++i) names.push_back(fmt::format("label {}", i));
+  std::filesystem::create_directories(folder);
+  for (std::size_t robot = 0; robot < maps; ++robot) {
+    const auto light = building.look(static_cast<unsigned>(robot), 0.25F);
+    std::mt19937 random(static_cast<unsigned>(robot));
+    auto session = MappingSession::create(folder / fmt::format("{:04}.estancia", robot), Vocabulary(names),
+                                          "synthetic", {}, ExistingMap::replace);
+    for (std::size_t step = 0; step < 2 * places; ++step) {
+      const std::size_t place = robot * places / 10 + (step < places ? step : 2 * places - 1 - step);
+      const auto look = building.look(static_cast<unsigned>(1'000'000 + place), 1.3F);
+      for (std::size_t i = 0; i < 3; ++i) {
+        Frame frame;
+        frame.name = fmt::format("robot {}, image {}", robot, 3 * step + i);
+        frame.room = fmt::format("place {}", place);
+        session.add(frame, building.image(look, light, random));
+      }
+    }
+    session.finish();
+    fmt::print("robot {}: {} places\n", robot, session.mapper().nodes());
+    std::fflush(stdout);
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -180,6 +244,10 @@ int main(int argc, char** argv) {
     bound(6, budget.file);
     bound(7, budget.memory);
     drive(number(2), number(3), number(4), argc > 5 ? argv[5] : nullptr, budget);
+    return 0;
+  }
+  if (argc == 5 && std::string(argv[1]) == "robots") {
+    robots(std::strtoull(argv[2], nullptr, 10), std::strtoull(argv[3], nullptr, 10), argv[4]);
     return 0;
   }
   for (const std::string name : {"standardized-clr", "hellinger", "l1", "weighted-root"})

@@ -3,7 +3,7 @@
 # (core/module_function.hpp): nobody else loads these libraries, and nobody who links Estancia links them. OpenCV's
 # image codecs (GDAL) and its video input (FFmpeg, GStreamer) are two thirds of what a start of the command would load.
 option(ESTANCIA_DDS "Read and write topics of ROS 2, where Fast DDS is installed" ON)
-option(ESTANCIA_MPI "Run experiments under mpirun, where Open MPI is installed" ON)
+option(ESTANCIA_MPI "Run experiments and merge maps under mpirun, where Open MPI is installed" ON)
 # They are no libraries to link, so they lie in a folder of their own. It changes its name with the shared library.
 set(ESTANCIA_MODULE_DIR ${CMAKE_INSTALL_LIBDIR}/estancia-${PROJECT_VERSION_MAJOR})
 
@@ -41,13 +41,13 @@ function(estancia_find_modules target)
   endif()
 endfunction()
 
-# Experiments on several machines talk through Open MPI, once mpirun has started the command.
+# Processes on several machines talk through Open MPI, once mpirun has started the command.
 function(estancia_use_mpi owner opener)
   if(ESTANCIA_MPI)
     find_package(MPI QUIET COMPONENTS C)
   endif()
   if(NOT TARGET MPI::MPI_C)
-    message(STATUS "Open MPI: none found, experiments will run on one machine; script/bootstrap installs it")
+    message(STATUS "Open MPI: none found, experiments and merges will run on one machine; script/bootstrap installs it")
     return()
   endif()
   estancia_add_module(estancia_mpi ${owner} ${opener} MPI::MPI_C)

@@ -15,7 +15,14 @@ namespace {
 constexpr std::size_t mostPairs = 256, fewestAgreeing = 5;
 constexpr double newShare = 0.25;  // of what is near: a step that shows something else
 
+constexpr std::size_t enoughAgreeing = 8;
+constexpr double enoughExtent = 1.5;  // [m]
+
 }  // namespace
+
+bool DriveAlignment::Estimate::isCertain() const {
+  return agreeing >= enoughAgreeing && extent >= enoughExtent;
+}
 
 DriveAlignment::DriveAlignment(double nearDistance, double nearAngle)
     : nearDistance_(nearDistance), nearAngle_(nearAngle * std::numbers::pi / 180) {}

@@ -27,6 +27,9 @@ class DriveAlignment {
     std::size_t agreeing = 0;
     /// How far apart the agreeing frames were taken, at most [m].
     double extent = 0;
+
+    /// Whether words alone are enough to believe it: eight frames agree, taken 1.5 m apart.
+    bool isCertain() const;
   };
   /// The transform that most pairs agree with, and least squares over these; nothing where fewer than half of
   /// the pairs, or fewer than five, agree.

@@ -20,6 +20,15 @@ constexpr double mostUnvisited = 0.3, mostUnmapped = 0.5;
 
 }  // namespace
 
+bool isCertain(const Localization& found) {
+  return found.unvisited ? found.confidence >= certain && *found.unvisited <= mostUnvisited
+                         : found.confidence >= certainWithoutPoses;
+}
+
+bool showsView(const Localization& found) {
+  return found.unmapped && *found.unmapped <= mostUnmapped;
+}
+
 struct DriveGuide::Known {
   struct View {
     std::size_t frame = 0;
@@ -124,12 +133,9 @@ DriveGuide::DriveGuide(const MapStore& store, const std::string& known, const st
 
 std::optional<DriveGuide::Guess> DriveGuide::add(DescriptorView descriptor, const std::optional<Pose>& own) {
   const Localization found = localizer_->add(descriptor, own).front();
-  const bool isCertain = found.unvisited ? found.confidence >= certain && *found.unvisited <= mostUnvisited
-                                         : found.confidence >= certainWithoutPoses;
-  if (!isCertain) return std::nullopt;
+  if (!isCertain(found)) return std::nullopt;
   const Known::View& view = known_->views.at(found.beliefImage);
-  return Guess{found.beliefNode,
-               found.unmapped && *found.unmapped <= mostUnmapped ? view.pose : std::nullopt};
+  return Guess{found.beliefNode, showsView(found) ? view.pose : std::nullopt};
 }
 
 void DriveGuide::addNeededFrames(std::vector<std::size_t>& frames) const {

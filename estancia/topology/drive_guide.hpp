@@ -15,6 +15,10 @@
 
 namespace estancia {
 
+/// Whether the robot is in that place, and whether where the view was taken, beyond doubt.
+bool isCertain(const Localization& found);
+bool showsView(const Localization& found);
+
 /// Localizes in the frames before the drive, as the map was when the drive began, evenly thinned. What it
 /// says depends on these, and on the frames of the drive since; both are kept in the map file, so that a
 /// resumed drive is guided as an unbroken one.

@@ -21,10 +21,6 @@ std::size_t nextEstimateAfter(std::size_t keyframes) {
   return keyframes + keyframes / 4 + 1;
 }
 
-std::uint64_t nextMergeCheckAfter(std::uint64_t frames) {
-  return frames + std::max<std::uint64_t>(1, frames / 4);
-}
-
 Thresholds initialThresholds(const MapperOptions& options, const ThresholdEstimator& scale) {
   validate(options);
   Thresholds thresholds =
@@ -159,6 +155,14 @@ void Mapper::Impl::add(DescriptorView probabilities, const std::optional<Pose>& 
   place(frame, descriptor, pose, guess);
   if (isAutomatic() && (scale.keyframes() >= nextEstimate || warmingUp != isWarmingUp()))
     estimateScales(warmingUp);
+}
+
+void Mapper::Impl::replay(DescriptorView probabilities, const Decision& known) {
+  requireProbabilities(probabilities, labels, "the labeler");
+  isFirstDrive = false;
+  const FrameDescriptor descriptor = embeddedFrame(probabilities);
+  scale.add(descriptor.probabilities, descriptor.embedded);
+  changes.events.emplace_back(known);
 }
 
 void Mapper::Impl::finish() {
@@ -355,7 +359,7 @@ void Mapper::Impl::addTransition(int from, int to, std::size_t frame) {
 void Mapper::Impl::mergeDuplicateNodes(std::size_t frame) {
   const NodeMemory& node = bank[*current];
   if (thresholds.merge <= 0 || node.frames < node.nextMergeCheck) return;
-  bank.update(*current, [](NodeMemory& n) { n.nextMergeCheck = nextMergeCheckAfter(n.frames); });
+  bank.update(*current, [](NodeMemory& n) { n.setNextMergeCheck(); });
   const auto duplicate = bank.nearest(bank.compared(node.moments().mean()), *current, minFramesToMerge);
   if (!duplicate || duplicate->distance >= thresholds.merge) return;
   if (views.areApart(bank[duplicate->slot].id, node.id)) return;
@@ -367,13 +371,7 @@ void Mapper::Impl::mergeDuplicateNodes(std::size_t frame) {
 
 void Mapper::Impl::merge(std::size_t kept, std::size_t gone, const Merge& why) {
   const int here = currentNode();
-  bank.update(kept, [&](NodeMemory& n) {
-    const NodeMemory& other = bank[gone];
-    n.frames += other.frames;
-    n.probabilities.merge(other.probabilities);
-    if (n.embedded) n.embedded->merge(*other.embedded);
-    n.nextMergeCheck = nextMergeCheckAfter(n.frames);
-  });
+  bank.update(kept, [&](NodeMemory& n) { n.merge(bank[gone]); });
   bank.remove(gone);
   if (current) current = bank.slotOf(here == why.absorbed ? why.kept : here);
   if (!isFirstDrive) absorbedBy[why.absorbed] = why.kept;

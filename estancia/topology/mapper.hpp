@@ -135,6 +135,7 @@ class Mapper {
   struct Impl;
   explicit Mapper(std::unique_ptr<Impl> impl);
   const Impl& impl() const { return *impl_; }
+  Impl& impl() { return *impl_; }
 
  private:
   std::unique_ptr<Impl> impl_;

@@ -31,6 +31,8 @@ struct Mapper::Impl {
   FrameDescriptor embeddedFrame(DescriptorView probabilities) const;
 
   void add(DescriptorView probabilities, const std::optional<Pose>& pose, const std::optional<int>& guess);
+  /// The next frame, which was mapped before: its place and why are known, and nothing is warmed up.
+  void replay(DescriptorView probabilities, const Decision& known);
   void finish();
   void beginDrive();
   int currentNode() const { return current ? bank[*current].id : -1; }

@@ -10,6 +10,17 @@
 
 namespace estancia {
 
+void NodeMemory::merge(const NodeMemory& other) {
+  frames += other.frames;
+  probabilities.merge(other.probabilities);
+  if (embedded) embedded->merge(*other.embedded);
+  setNextMergeCheck();
+}
+
+void NodeMemory::setNextMergeCheck() {
+  nextMergeCheck = frames + std::max<std::uint64_t>(1, frames / 4);
+}
+
 NodeBank::NodeBank(Distance distance, std::size_t labels)
     : distance_(std::move(distance)),
       labels_(labels),
@@ -26,6 +37,7 @@ NodeMemory NodeBank::makeNode(int id) const {
 
 std::size_t NodeBank::add(NodeMemory node) {
   const std::size_t slot = nodes_.size();
+  slots_[node.id] = slot;
   nodes_.push_back(std::move(node));
   rows_.resize(nodes_.size() * labels_);
   if (distance_.sigmaWeighted) weights_.resize(rows_.size());
@@ -36,8 +48,10 @@ std::size_t NodeBank::add(NodeMemory node) {
 
 void NodeBank::remove(std::size_t slot) {
   const std::size_t last = nodes_.size() - 1;
+  slots_.erase(nodes_[slot].id);
   if (slot != last) {
     nodes_[slot] = std::move(nodes_[last]);
+    slots_[nodes_[slot].id] = slot;
     squaredNorms_[slot] = squaredNorms_[last];
     for (std::vector<float>* matrix : {&rows_, &weights_})
       if (!matrix->empty())
@@ -52,11 +66,10 @@ void NodeBank::remove(std::size_t slot) {
 }
 
 std::size_t NodeBank::slotOf(int id) const {
-  const auto found =
-      std::find_if(nodes_.begin(), nodes_.end(), [id](const NodeMemory& node) { return node.id == id; });
-  if (found == nodes_.end())
+  const auto found = slots_.find(id);
+  if (found == slots_.end())
     fail(ErrorCode::corruptFile, "the mapper state lacks node {}; map the sequence again", id);
-  return static_cast<std::size_t>(found - nodes_.begin());
+  return found->second;
 }
 
 std::span<const float> NodeBank::weights(std::size_t slot) const {

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <unordered_map>
 #include <vector>
 
 #include "estancia/stats/distance.hpp"
@@ -28,6 +29,11 @@ struct NodeMemory {
 
   /// Of what distances are measured by.
   const Moments& moments() const { return embedded ? *embedded : probabilities; }
+
+  /// As if it had taken all frames of `other`.
+  void merge(const NodeMemory& other);
+  /// When it has grown by a quarter.
+  void setNextMergeCheck();
 };
 
 /// Owns the nodes. Distances are exact whatever the shortcut (a test compares with a plain scan).
@@ -79,8 +85,9 @@ class NodeBank {
   bool byDotProduct_;  ///< the distance grows as the dot product falls: bounds_ can rule nodes out
   Standardization standardization_;
   std::vector<NodeMemory> nodes_;
-  std::vector<float> rows_;     ///< the compared vectors, size()×labels
-  std::vector<float> weights_;  ///< of σ-weighted distances, size()×labels
+  std::unordered_map<int, std::size_t> slots_;  ///< by id
+  std::vector<float> rows_;                     ///< the compared vectors, size()×labels
+  std::vector<float> weights_;                  ///< of σ-weighted distances, size()×labels
   std::vector<double> squaredNorms_;
   QuantizedUpperBounds bounds_;
 };

@@ -30,9 +30,6 @@ constexpr const char *guideKey = "guide", *guidedKey = "guided", *alignmentKey =
 /// A drive whose poses are known in the map is lost no longer when it was recognized so often: poses and
 /// views tell places from then on, as in a first drive, at a tenth of the cost.
 constexpr std::size_t enoughGuided = 200;
-/// By words alone a drive is aligned with the map by so many views, which were seen so far apart [m].
-constexpr std::size_t enoughAgreeing = 8;
-constexpr double enoughExtent = 1.5;
 
 Node toNode(const NodeMemory& memory) {
   Node node{memory.id, memory.frames};
@@ -141,11 +138,7 @@ int MappingSession::Impl::add(const Frame& frame, DescriptorView descriptor, con
   if (guess && given && drive.isAligned && ++guided >= enoughGuided) endGuidance();
   mapped.node = mapper.add(descriptor, mapped.pose, guess ? std::optional(guess->node) : std::nullopt);
   const std::optional<Pose> own = drive.alignment || !drive.isAligned ? given : std::nullopt;
-  const bool isTaken = !keeper || mapper.impl().isWarmingUp() || keeper->takes(mapper.impl().lastDecision());
-  if (isTaken)
-    keep(mapped, descriptor, own);
-  else
-    keeper->wait({mapped, {descriptor.begin(), descriptor.end()}, own});
+  const bool isTaken = take(mapped, descriptor, own);
   if (alignment && given && guess && guess->pose && alignment->add(*given, *guess->pose)) align();
   // Images of all warm-up frames, whose nodes may still change, then of a node's 1st, 2nd, 4th, 8th … frame.
   const Mapper::Impl& state = mapper.impl();
@@ -159,6 +152,34 @@ int MappingSession::Impl::add(const Frame& frame, DescriptorView descriptor, con
   return mapped.node;
 }
 
+void MappingSession::Impl::replay(const Frame& frame, DescriptorView descriptor,
+                                  const std::vector<unsigned char>& jpeg, Decision known) {
+  finished = false;
+  MappedFrame mapped;
+  static_cast<Frame&>(mapped) = frame;
+  mapped.number = known.frame = mapper.frames();
+  mapped.node = known.node;
+  const std::optional<Pose> given = frame.pose && frame.pose->isPlausible() ? frame.pose : std::nullopt;
+  mapped.pose = inMap(given);
+  mapper.impl().replay(descriptor, known);
+  const bool isInMap = drive.isAligned && !drive.alignment;
+  if (take(mapped, descriptor, isInMap ? std::nullopt : given) && !jpeg.empty()) {
+    store.putImage(mapped.number, jpeg);
+    if (keeper) keeper->count(jpeg.size());
+  }
+  writeWhenDue();
+}
+
+bool MappingSession::Impl::take(const MappedFrame& frame, DescriptorView descriptor,
+                                const std::optional<Pose>& given) {
+  const bool isTaken = !keeper || mapper.impl().isWarmingUp() || keeper->takes(mapper.impl().lastDecision());
+  if (isTaken)
+    keep(frame, descriptor, given);
+  else
+    keeper->wait({frame, {descriptor.begin(), descriptor.end()}, given});
+  return isTaken;
+}
+
 void MappingSession::Impl::keep(const MappedFrame& frame, DescriptorView descriptor,
                                 const std::optional<Pose>& given) {
   store.addFrame(frame, descriptor);
@@ -170,7 +191,7 @@ void MappingSession::Impl::writeWhenDue() {
   if (std::chrono::steady_clock::now() - lastWritten >= writeInterval || (keeper && keeper->isDue())) write();
 }
 
-void MappingSession::Impl::beginDrive(const DriveStart& start) {
+void MappingSession::Impl::beginDrive(const DriveStart& start, bool isLost) {
   const std::size_t frame = mapper.frames();
   drive = {frame, printable(start.name), start.fingerprint};
   guide.reset();
@@ -181,6 +202,8 @@ void MappingSession::Impl::beginDrive(const DriveStart& start) {
     write();
     drive.alignment = start.alignment;
     drive.isAligned = start.posesAreInMap || start.alignment || !DriveStore(store).hasPoses();
+  }
+  if (frame > 0 && isLost) {
     guide.emplace(store, mapper.impl().bank.standardization(), mostGuideFrames());
     store.putState(guideMapKey, guide->known());
     if (!drive.isAligned) alignment.emplace(mapper.options().nearDistance, mapper.options().nearAngle);
@@ -227,7 +250,7 @@ void MappingSession::Impl::align() {
   std::optional<cv::Affine3d> found;
   if (verify)
     found = verify(estimate->transform);
-  else if (estimate->agreeing >= enoughAgreeing && estimate->extent >= enoughExtent)
+  else if (estimate->isCertain())
     found = estimate->transform;
   if (!found) return;
   drive.isAligned = true;

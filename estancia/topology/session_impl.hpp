@@ -59,7 +59,8 @@ struct MappingSession::Impl {
   void settleWaiting(const std::vector<std::size_t>& needed);
   void keep(const MappedFrame& frame, DescriptorView descriptor, const std::optional<Pose>& given);
 
-  void beginDrive(const DriveStart& start);
+  /// `isLost`: where it begins is to be found out.
+  void beginDrive(const DriveStart& start, bool isLost = true);
   /// Goes on with the last drive of the file.
   void restoreDrive();
   /// A pose that add() was given, in the map.
@@ -69,6 +70,11 @@ struct MappingSession::Impl {
 
   /// Without writing.
   int add(const Frame& frame, DescriptorView descriptor, const Image& image);
+  /// A frame that another map file has: its place and why are known. `jpeg`: may be empty.
+  void replay(const Frame& frame, DescriptorView descriptor, const std::vector<unsigned char>& jpeg,
+              Decision known);
+  /// Whether the file keeps it at once.
+  bool take(const MappedFrame& frame, DescriptorView descriptor, const std::optional<Pose>& given);
   void correct(const std::vector<Correction>& corrections);
   void writeWhenDue();
   /// What has changed since the last time.

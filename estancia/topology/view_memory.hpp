@@ -76,6 +76,7 @@ class ViewMemory {
   /// Poses as they are known now, by frame.
   void movePoses(const std::function<std::optional<Pose>(std::size_t)>& pose);
   void clear();
+  const std::vector<PlaceView>& views() const { return views_; }
 
   /// The frames that are needed to go on later.
   void addNeededFrames(std::vector<std::size_t>& frames) const;

@@ -5,19 +5,20 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <map>
 #include <memory>
 #include <optional>
 #include <set>
 #include <utility>
 
 #include "estancia/core/fail.hpp"
+#include "estancia/core/parallel.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/core/rigid.hpp"
-#include "estancia/topology/drive_store.hpp"
-#include "estancia/topology/mapper_impl.hpp"
+#include "estancia/topology/mapper_merge.hpp"
 #include "estancia/topology/session_impl.hpp"
 #include "estancia/world/edit_objects.hpp"
+#include "estancia/world/map_source.hpp"
+#include "estancia/world/merge_plan.hpp"
 #include "estancia/world/world_mapper_impl.hpp"
 
 namespace estancia {
@@ -25,96 +26,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What a map keeps, as of one moment.
-struct Source {
-  explicit Source(const fs::path& file)
-      : path(file), store(MapStore::open(file, MapStore::Access::read)), map(asOfNow(store)) {
-    layers.emplace(store, MapStore::Access::read);
-    if (map.frames.empty())
-      fail(ErrorCode::insufficientData, "{} has no frames; map some images first", path.string());
-    isObserved.resize(map.frames.size());
-    if (!layers->exists()) return;
-    for (const std::size_t frame : layers->observedFrames())
-      if (const auto index = map.findFrame(frame)) isObserved[*index] = true;
-  }
-  static TopologicalMap asOfNow(MapStore& store) {
-    store.beginReading();
-    return store.load();
-  }
-
-  // By places in map.frames.
-  std::optional<Pose> givenPose(std::size_t i) const {
-    return DriveStore(store).givenPose(map.frames[i].number);
-  }
-  LexicalDescriptor descriptor(std::size_t i) const { return store.descriptor(map.frames[i].number); }
-  std::vector<unsigned char> image(std::size_t i) const { return store.image(map.frames[i].number); }
-  std::optional<Observation> observation(std::size_t i) const {
-    return isObserved[i] ? std::optional(layers->observation(map.frames[i].number)) : std::nullopt;
-  }
-  std::vector<std::size_t> numbers(std::size_t first, std::size_t end) const {
-    std::vector<std::size_t> numbers;
-    for (std::size_t i = first; i < end; ++i) numbers.push_back(map.frames[i].number);
-    return numbers;
-  }
-  /// T_map_drive of a drive that is aligned.
-  cv::Affine3d alignment(std::size_t drive) const {
-    const auto& found = map.drives[drive].alignment;
-    return found ? rigidOf(*found) : cv::Affine3d::Identity();
-  }
-  std::size_t end(std::size_t drive) const {
-    return drive + 1 < map.drives.size() ? map.drives[drive + 1].firstFrame : map.frames.size();
-  }
-
-  fs::path path;
-  mutable MapStore store;  // reading its tables needs the connection
-  TopologicalMap map;
-  std::optional<WorldStore> layers;
-  std::vector<bool> isObserved;
-};
-
 /// A drive of a source, and where its frames go.
 struct Part {
-  Source* source;
-  std::size_t drive, first, end, offset;
-
-  bool hasPoses() const {
-    const auto& frames = source->map.frames;
-    return std::any_of(frames.begin() + static_cast<std::ptrdiff_t>(first),
-                       frames.begin() + static_cast<std::ptrdiff_t>(end),
-                       [](const MappedFrame& frame) { return frame.pose.has_value(); });
-  }
+  const MapSource* source;
+  std::size_t number, drive, first, end, offset;
 };
-
-void requireMergeable(const Source& first, const Source& other) {
-  const std::string file = other.path.string();
-  requireSameVocabulary(first.map.vocabulary, other.map.vocabulary, file);
-  if (first.map.model != other.map.model)
-    fail(ErrorCode::mismatch, "{} was made with the model {}, and {} with {}; map both with one model",
-         first.path.string(), first.map.model, file, other.map.model);
-  for (std::size_t a = 0; a < first.map.drives.size(); ++a)
-    for (std::size_t b = 0; b < other.map.drives.size(); ++b) {
-      const std::size_t begin = first.map.drives[a].firstFrame, end = other.map.drives[b].firstFrame;
-      const std::size_t frames = first.end(a) - begin;
-      if (other.end(b) - end != frames) continue;
-      const auto isSame = [&](std::size_t i) {
-        return first.map.frames[begin + i].name == other.map.frames[end + i].name &&
-               first.descriptor(begin + i) == other.descriptor(end + i);
-      };
-      if (isSame(0) && isSame(frames / 2) && isSame(frames - 1))
-        fail(ErrorCode::invalidInput,
-             "{} and {} have the drive \"{}\" in common; a map cannot be merged with itself: undo the drive "
-             "in "
-             "one of them",
-             first.path.string(), file, first.map.drives[a].name);
-    }
-}
 
 }  // namespace
 
 /// The map that is made, in a file beside its place until it is whole.
 class NewMap {
  public:
-  NewMap(const fs::path& place, const Source& first, const std::vector<Part>& parts)
+  NewMap(const fs::path& place, const MapSource& first, const std::vector<Part>& parts)
       : path_(place.parent_path() / fmt::format(".{}.{}.new", place.filename().string(), getpid())),
         session_(MappingSession::create(path_, first.map.vocabulary, first.map.model,
                                         settingsFromJson(first.store.identity().settings),
@@ -144,27 +67,58 @@ class NewMap {
   const Drive& drive() const { return session_->impl_->drive; }
   std::size_t places() const { return session_->mapper().nodes(); }
 
-  /// `toMerged`: from the map of its source to this one, where that is known. A drive keeps the poses that it
-  /// was given, so that it can be gone on with.
-  void add(const Part& part, const std::optional<cv::Affine3d>& toMerged, Progress& progress) {
-    const Source& source = *part.source;
-    const Drive& known = source.map.drives[part.drive];
-    DriveStart start{known.name, known.fingerprint};
-    if (toMerged && known.isAligned) {
-      start.posesAreInMap = !known.alignment && toMerged->matrix == cv::Affine3d::Identity().matrix;
-      if (!start.posesAreInMap) start.alignment = poseOf(*toMerged * source.alignment(part.drive));
+  /// Maps a drive anew, as if it came after those before.
+  void map(const Part& part, Progress& progress) {
+    beginDrive(part, cv::Affine3d::Identity(), true);
+    forEachFrame(part, progress, [&](std::size_t i, const Frame& frame, const LexicalDescriptor& words) {
+      session_->add(frame, words, [&] { return part.source->image(i); });
+    });
+  }
+
+  /// Takes a drive over, whose places keep their images; `toMerged`: from the map of its source to this one,
+  /// where that is known.
+  void replay(const Part& part, const std::optional<cv::Affine3d>& toMerged, int firstNode,
+              Progress& progress) {
+    beginDrive(part, toMerged, false);
+    const TopologicalMap& map = part.source->map;
+    auto decision = map.decisions.begin();
+    forEachFrame(part, progress, [&](std::size_t i, const Frame& frame, const LexicalDescriptor& words) {
+      while (decision != map.decisions.end() && decision->frame < i) ++decision;
+      Decision known{.node = map.frames[i].node, .current = map.frames[i].node};
+      if (decision != map.decisions.end() && decision->frame == i) known = *decision;
+      for (int* node : {&known.node, &known.current, &known.other})
+        if (*node >= 0) *node += firstNode;
+      session_->impl_->replay(frame, words, part.source->image(i), known);
+    });
+  }
+
+  /// After all drives were replayed.
+  void mergePlaces(const std::vector<std::unique_ptr<MapSource>>& sources, const MergePlan& plan) {
+    MappingSession::Impl& session = *session_->impl_;
+    MapperMerge merge(session.mapper.impl());
+    const std::size_t last = session.mapper.frames() - 1;
+    std::size_t offset = 0;
+    int node = 0;
+    for (const std::size_t number : plan.order) {
+      const MapSource& source = *sources[number];
+      const int firstNode = plan.firstNode[number];
+      const Mapper own = restoreMapper(source.store);
+      merge.take(own.impl(),
+                 {firstNode, [&](std::size_t frame) { return offset + source.map.indexOf(frame); },
+                  [&plan](int id) { return plan.kept(id); }});
+      for (Merge before : source.map.merges) {
+        before.frame += offset;
+        for (int* end : {&before.kept, &before.absorbed}) *end += firstNode;
+        session.mapper.impl().changes.events.emplace_back(before);
+      }
+      offset += source.map.frames.size();
+      node = plan.kept(firstNode + source.map.frames.back().node);
     }
-    session_->beginDrive(start);
-    world_->beginDrive();
-    for (std::size_t i = part.first; i < part.end; ++i) {
-      if (interrupted()) throw Interrupted("stopped; nothing was changed");
-      Frame frame = source.map.frames[i];
-      if (const auto given = source.givenPose(i)) frame.pose = given;
-      const LexicalDescriptor words = source.descriptor(i);
-      world_->observe(frame, words, source.observation(i));
-      session_->add(frame, words, [&] { return source.image(i); });
-      progress.advance();
+    for (Merge now : plan.merges) {
+      now.frame = last;
+      session.mapper.impl().changes.events.emplace_back(now);
     }
+    merge.finish(node, [&session](std::size_t frame) { return session.store.pose(frame); });
   }
 
   void finish() {
@@ -182,6 +136,31 @@ class NewMap {
   }
 
  private:
+  /// A drive keeps the poses that it was given, so that it can be gone on with.
+  void beginDrive(const Part& part, const std::optional<cv::Affine3d>& toMerged, bool isLost) {
+    const Drive& known = part.source->map.drives[part.drive];
+    DriveStart start{known.name, known.fingerprint};
+    if (toMerged && known.isAligned) {
+      start.posesAreInMap = !known.alignment && toMerged->matrix == cv::Affine3d::Identity().matrix;
+      if (!start.posesAreInMap) start.alignment = poseOf(*toMerged * part.source->alignment(part.drive));
+    }
+    session_->impl_->beginDrive(start, isLost);
+    world_->beginDrive();
+  }
+
+  template <class Take>
+  void forEachFrame(const Part& part, Progress& progress, Take take) {
+    for (std::size_t i = part.first; i < part.end; ++i) {
+      if (interrupted()) throw Interrupted("stopped; nothing was changed");
+      Frame frame = part.source->map.frames[i];
+      if (const auto given = part.source->givenPose(i)) frame.pose = given;
+      const LexicalDescriptor words = part.source->descriptor(i);
+      world_->observe(frame, words, part.source->observation(i));
+      take(i, frame, words);
+      progress.advance();
+    }
+  }
+
   fs::path path_;
   std::optional<MappingSession> session_;
   std::optional<WorldMapper> world_;
@@ -189,48 +168,49 @@ class NewMap {
 
 namespace {
 
-std::vector<Part> partsOf(const std::vector<std::unique_ptr<Source>>& sources,
-                          std::optional<std::size_t> but = {}) {
+/// Of the maps in this order, but one drive.
+std::vector<Part> partsOf(const std::vector<std::unique_ptr<MapSource>>& sources,
+                          const std::vector<std::size_t>& order, std::optional<std::size_t> but = {}) {
   std::vector<Part> parts;
   std::size_t offset = 0;
-  for (const auto& source : sources)
+  for (const std::size_t number : order) {
+    const auto& source = sources[number];
     for (std::size_t drive = 0; drive < source->map.drives.size(); ++drive) {
       if (drive == but) continue;
-      const Part part{source.get(), drive, source->map.drives[drive].firstFrame, source->end(drive), offset};
+      const Part part{source.get(),       number, drive, source->map.drives[drive].firstFrame,
+                      source->end(drive), offset};
       offset += part.end - part.first;
       parts.push_back(part);
     }
+  }
   return parts;
 }
 
-/// Of the maps but the first.
-std::vector<MergedMaps::Part> partsOfMerged(const TopologicalMap& merged,
-                                            const std::vector<std::unique_ptr<Source>>& sources) {
-  std::vector<MergedMaps::Part> parts;
-  std::set<int> known;
-  std::size_t frame = 0, drive = 0;
-  for (const auto& source : sources) {
-    MergedMaps::Part part;
+std::size_t framesOf(const std::vector<Part>& parts) {
+  return parts.back().offset + parts.back().end - parts.back().first;
+}
+
+/// Of the maps but the first, in the order that they were given in.
+std::vector<MergedMaps::Part> partsOfMerged(const std::vector<std::unique_ptr<MapSource>>& sources,
+                                            const MergePlan& plan) {
+  std::vector<MergedMaps::Part> parts(sources.size());
+  std::set<int> before;
+  for (const std::size_t number : plan.order) {
+    const MapSource& source = *sources[number];
     std::set<int> own;
-    for (const std::size_t end = frame + source->map.frames.size(); frame < end; ++frame) {
-      own.insert(merged.frames[frame].node);
-      part.isRecognized = part.isRecognized || known.contains(merged.frames[frame].node);
-    }
-    for (std::size_t i = 0; i < source->map.drives.size(); ++i) {
-      const Drive& now = merged.drives[drive++];
-      part.isAligned = part.isAligned || (now.isAligned && now.alignment);
-      part.hasPoses = part.hasPoses || now.alignment || !now.isAligned;
-    }
-    if (source != sources.front()) parts.push_back(part);
-    known.merge(own);
+    for (const Node& node : source.map.nodes) own.insert(plan.kept(plan.firstNode[number] + node.id));
+    parts[number] = {std::ranges::any_of(own, [&before](int id) { return before.contains(id); }),
+                     plan.toMerged[number].has_value(), source.hasPoses()};
+    before.merge(own);
   }
+  parts.erase(parts.begin());
   return parts;
 }
 
 /// People's corrections of an aligned map; they may contradict those of the maps before.
 class Corrections {
  public:
-  Corrections(const Source& source, const cv::Affine3d& toMerged) : source_(source), toMerged_(toMerged) {}
+  Corrections(const MapSource& source, const cv::Affine3d& toMerged) : source_(source), toMerged_(toMerged) {}
 
   void giveTo(NewMap& merged, const fs::path& file, std::vector<std::string>& conflicts) const {
     const WorldMap own = worldOf();
@@ -271,15 +251,28 @@ class Corrections {
     return to.position({point.x, point.y, point.z});
   }
 
-  const Source& source_;
+  const MapSource& source_;
   cv::Affine3d toMerged_;
 };
 
 }  // namespace
 
 MergedMaps mergeMaps(std::span<const fs::path> maps, const fs::path& wanted, ExistingMap existing,
-                     Progress& progress) {
+                     Progress& progress, ShareWork share) {
   if (maps.size() < 2) fail(ErrorCode::invalidInput, "give two maps or more to merge");
+  if (!share.run)
+    share.run = [&progress](std::size_t pieces, const std::function<std::string(std::size_t)>& work) {
+      std::vector<std::string> results(pieces);
+      progress.begin("comparing maps", pieces, 0);
+      inParallel(pieces, 0, progress, "stopped; nothing was changed",
+                 [&](std::size_t piece) { results[piece] = work(piece); });
+      progress.end();
+      return results;
+    };
+  if (!share.leads) {
+    linkMaps(maps, share);
+    return {};
+  }
   fs::path output = wanted;
   std::optional<MapStore> old;
   if (fs::exists(wanted)) {
@@ -288,36 +281,25 @@ MergedMaps mergeMaps(std::span<const fs::path> maps, const fs::path& wanted, Exi
     output = fs::canonical(wanted);  // what a link leads to
     old.emplace(MapStore::open(output, MapStore::Access::write));
   }
-  std::vector<std::unique_ptr<Source>> sources;
+  std::vector<std::unique_ptr<MapSource>> sources;
   for (const fs::path& map : maps) {
-    auto source = std::make_unique<Source>(map);
+    auto source = std::make_unique<MapSource>(map);
     for (const auto& before : sources) requireMergeable(*before, *source);
     sources.push_back(std::move(source));
   }
-  const std::vector<Part> parts = partsOf(sources);
+  const MergePlan plan = planMerge(sources, linkMaps(maps, share), progress);
+  const std::vector<Part> parts = partsOf(sources, plan.order);
   NewMap merged(output, *sources.front(), parts);
-  progress.begin("merging", parts.back().offset + parts.back().end - parts.back().first, 0);
-  MergedMaps done;
-  std::map<const Source*, std::optional<cv::Affine3d>> known;
-  known[sources.front().get()] = cv::Affine3d::Identity();
-  for (const Part& part : parts) {
-    auto& toMerged = known[part.source];
-    merged.add(part, toMerged, progress);
-    const Drive& now = merged.drive();
-    if (toMerged || !part.source->map.drives[part.drive].isAligned || !now.isAligned || !part.hasPoses())
-      continue;
-    const cv::Affine3d found = now.alignment ? rigidOf(*now.alignment) : cv::Affine3d::Identity();
-    toMerged = found * part.source->alignment(part.drive).inv();
-  }
+  progress.begin("merging", framesOf(parts), 0);
+  for (const Part& part : parts)
+    merged.replay(part, plan.toMerged[part.number], plan.firstNode[part.number], progress);
+  merged.mergePlaces(sources, plan);
   merged.finish();
-  for (const auto& source : sources)
-    if (source != sources.front() && known[source.get()])
-      Corrections(*source, *known[source.get()]).giveTo(merged, source->path, done.conflicts);
-  done.parts = partsOfMerged(merged.world().read().places, sources);
+  MergedMaps done{parts.size(), framesOf(parts), merged.places(), partsOfMerged(sources, plan), {}};
+  for (const std::size_t number : plan.order)
+    if (number != plan.order.front() && plan.toMerged[number])
+      Corrections(*sources[number], *plan.toMerged[number]).giveTo(merged, maps[number], done.conflicts);
   progress.end();
-  done.drives = parts.size();
-  done.frames = parts.back().offset + parts.back().end - parts.back().first;
-  done.places = merged.places();
   sources.clear();
   merged.move(output, old);
   return done;
@@ -326,18 +308,18 @@ MergedMaps mergeMaps(std::span<const fs::path> maps, const fs::path& wanted, Exi
 void undoDrive(const fs::path& file, std::size_t drive, Progress& progress) {
   std::optional<MapStore> writer(MapStore::open(file, MapStore::Access::write));  // nobody else writes it now
   const fs::path map = fs::canonical(file);                                       // what a link leads to
-  std::vector<std::unique_ptr<Source>> sources;
-  sources.push_back(std::make_unique<Source>(map));
+  std::vector<std::unique_ptr<MapSource>> sources;
+  sources.push_back(std::make_unique<MapSource>(map));
   const std::size_t drives = sources.front()->map.drives.size();
   if (drive >= drives)
     fail(ErrorCode::unknownName, "{} has no drive {}; it has {}, numbered from 0", map.string(), drive,
          drives);
   if (drives == 1)
     fail(ErrorCode::insufficientData, "{} has no other drive; remove the file instead", map.string());
-  const std::vector<Part> parts = partsOf(sources, drive);
+  const std::vector<Part> parts = partsOf(sources, {0}, drive);
   NewMap without(map, *sources.front(), parts);
-  progress.begin("mapping the other drives", parts.back().offset + parts.back().end - parts.back().first, 0);
-  for (const Part& part : parts) without.add(part, cv::Affine3d::Identity(), progress);
+  progress.begin("mapping the other drives", framesOf(parts), 0);
+  for (const Part& part : parts) without.map(part, progress);
   without.finish();
   progress.end();
   sources.clear();

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -12,6 +13,17 @@
 #include "estancia/topology/map.hpp"
 
 namespace estancia {
+
+/// How work is shared by several processes, which all call mergeMaps() for the same maps.
+struct ShareWork {
+  /// The one that makes the map; the others only help.
+  bool leads = true;
+  /// Calls work(i) for all i below `pieces`, each once in one of the processes. Gives what they returned,
+  /// here if this one leads, else nothing.
+  std::function<std::vector<std::string>(std::size_t pieces,
+                                         const std::function<std::string(std::size_t)>& work)>
+      run = {};
+};
 
 /// What mergeMaps() did.
 struct MergedMaps {
@@ -28,15 +40,18 @@ struct MergedMaps {
   std::vector<std::string> conflicts;
 };
 
-/// Makes the map `output` of all drives of the maps, in their order, as if one robot had driven them one
-/// after the other: shared places are recognized (DriveGuide, DriveAlignment, depth), the rest is kept apart.
-/// The first map gives the frame of the poses and the options. People's names, merges, splits and removals
-/// are those of all maps, as far as the maps are aligned. A map whose camera was tracked keeps the poses, but
-/// cannot be tracked on. Throws Error: as readMap() and MappingSession::create() do; invalidInput for less
-/// than two maps, or for two that have a drive in common; mismatch for maps of different vocabularies or
-/// models; Interrupted. `output` appears when it is whole.
+/// Makes the map `output` of all drives of the maps. Places of two maps that are recognized as one (by words,
+/// the order of images, poses and depth) become one; the rest is kept apart. Maps keep their order, but that
+/// one without a place in common with those before waits for one that it has one in common with. The first
+/// map gives the options, and the first one with poses their frame. People's names, merges, splits and
+/// removals are those of all maps, as far as the maps are aligned. A map whose camera was tracked keeps the
+/// poses, but cannot be tracked on. All pairs of maps are compared, which `share` spreads over processes; by
+/// default all cores work. Throws Error: as readMap() and MappingSession::create() do; invalidInput for less
+/// than two maps, or for two that have a drive in common; mismatch for maps of different vocabularies, models
+/// or distances; Interrupted. `output` appears when it is whole.
 MergedMaps mergeMaps(std::span<const std::filesystem::path> maps, const std::filesystem::path& output,
-                     ExistingMap existing = ExistingMap::refuse, Progress& progress = Progress::none());
+                     ExistingMap existing = ExistingMap::refuse, Progress& progress = Progress::none(),
+                     ShareWork share = {});
 
 /// Takes a drive out of the map, as if it had never been: all others are mapped anew. People's corrections
 /// stay. The map is replaced when the new one is whole. Throws Error: as readMap() does, unknownName for a

@@ -18,8 +18,10 @@
 #include <sstream>
 #include <thread>
 
+#include "estancia/topology/session.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
+#include "support/synthetic.hpp"
 
 namespace estancia::test {
 namespace {
@@ -93,6 +95,9 @@ class Mpirun : public testing::Test {
 
   /// Starts mpirun with its streams in files; threads of a rank are one, as the cores are few.
   pid_t start(int ranks, const fs::path& out) const {
+    return start(ranks, {"experiment", "run", config_, "-o", out, "--threads", "1"});
+  }
+  pid_t start(int ranks, const std::vector<std::string>& arguments) const {
     const pid_t child = fork();
     if (child != 0) return child;
     const std::string log = (scratch_ / "err").string(), said = (scratch_ / "out.txt").string(),
@@ -102,9 +107,14 @@ class Mpirun : public testing::Test {
     dup2(open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), 2);
     setenv("ESTANCIA_CACHE", (scratch_ / "cache").c_str(), 1);
     setenv("ASAN_OPTIONS", "detect_leaks=0", 0);  // those of Open MPI
-    execlp("mpirun", "mpirun", "--allow-run-as-root", "--oversubscribe", "--bind-to", "none", "-n",
-           count.c_str(), ESTANCIA_COMMAND, "experiment", "run", config_.c_str(), "-o", out.c_str(),
-           "--threads", "1", static_cast<char*>(nullptr));
+    std::vector<std::string> words{
+        "mpirun", "--allow-run-as-root", "--oversubscribe", "--bind-to", "none", "-n",
+        count,    ESTANCIA_COMMAND};
+    words.insert(words.end(), arguments.begin(), arguments.end());
+    std::vector<char*> pointers;
+    for (std::string& word : words) pointers.push_back(word.data());
+    pointers.push_back(nullptr);
+    execvp("mpirun", pointers.data());
     _exit(127);
   }
 
@@ -227,6 +237,44 @@ TEST_F(Mpirun, AKilledRankCostsOnlyWhatRan) {
   for (const auto& [cell, time] : before) EXPECT_EQ(fs::last_write_time(cell), time) << "computed again";
   EXPECT_NE(readFile(out / "results.csv").find("\nnone,voxel,1200,0.001,uniform,shot,45,"),
             std::string::npos);
+}
+
+/// Of a robot that has driven through twenty places from this one on.
+void driveFrom(std::size_t first, const fs::path& map) {
+  SyntheticPlaces places(40, 60, 0.5);
+  std::vector<std::string> names;
+  for (int i = 0; i < 60; ++i) names.push_back("word " + std::to_string(i));
+  MappingSession session = MappingSession::create(map, Vocabulary(names), "test", {});
+  for (std::size_t i = 0; i < 80; ++i) {
+    Frame frame;
+    frame.name = fmt::format("{} {}", first, i);
+    session.add(frame, places.image(first + i / 4));
+  }
+}
+
+TEST_F(Mpirun, MergesAsASingleProcessDoes) {
+  std::vector<std::string> merge{"merge"};
+  for (std::size_t robot = 0; robot < 21; ++robot) {  // six blocks of pairs
+    merge.push_back(scratch_ / fmt::format("{}.estancia", robot));
+    driveFrom(robot, merge.back());
+  }
+  auto alone = merge, together = merge;
+  for (const std::string& word : {std::string("-o"), (scratch_ / "alone").string()}) alone.push_back(word);
+  for (const std::string& word : {std::string("-o"), (scratch_ / "together").string()})
+    together.push_back(word);
+  ASSERT_EQ(run(alone).exitCode, 0);
+  const auto merged = finish(start(3, together));
+  ASSERT_EQ(merged.exitCode, 0) << merged.err;
+  EXPECT_THAT(merged.out, testing::HasSubstr("21 drives, 1,680 frames"));
+  const TopologicalMap a = readMap(scratch_ / "alone"), b = readMap(scratch_ / "together");
+  ASSERT_EQ(a.nodes.size(), b.nodes.size());
+  EXPECT_NEAR(static_cast<double>(a.nodes.size()), 40, 4);
+  for (std::size_t i = 0; i < a.nodes.size(); ++i) EXPECT_EQ(a.nodes[i].mean, b.nodes[i].mean) << i;
+  ASSERT_EQ(a.frames.size(), b.frames.size());
+  for (std::size_t i = 0; i < a.frames.size(); ++i) EXPECT_EQ(a.frames[i].node, b.frames[i].node) << i;
+  const auto again = finish(start(3, together));
+  EXPECT_EQ(again.exitCode, 2) << "it is there already";
+  EXPECT_THAT(again.err, testing::HasSubstr("[file-exists]"));
 }
 
 TEST(MpirunModule, IsLoadedByNobodyElse) {

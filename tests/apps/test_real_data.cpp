@@ -9,6 +9,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <sstream>
 
 #include "estancia/io/home_truth.hpp"
 #include "estancia/stats/clustering_agreement.hpp"
@@ -81,6 +82,20 @@ TEST(RecordedBags, AreMappedWithoutBeingUnpacked) {
   EXPECT_EQ(json::parse(mapped.out)["frames"], 2);
 }
 
+/// Lines of an image of the second drive and those of the first that show the same.
+std::set<std::pair<std::size_t, std::size_t>> correspondences(const std::string& csv) {
+  std::set<std::pair<std::size_t, std::size_t>> pairs;
+  std::istringstream lines(csv.substr(csv.find('\n')));
+  for (std::string line; std::getline(lines, line);) {
+    std::ranges::replace(line, ',', ' ');
+    std::istringstream numbers(line);
+    std::size_t query = 0;
+    numbers >> query;
+    for (std::size_t seen = 0; numbers >> seen;) pairs.emplace(query, seen);
+  }
+  return pairs;
+}
+
 TEST(Corridor, IsDrivenAgainAndRecognized) {
   const auto data = findData("corridor_vpr");
   const auto model = findFetched("models/inception-v3/inception-v3.onnx");
@@ -92,6 +107,23 @@ TEST(Corridor, IsDrivenAgainAndRecognized) {
   const json filtered = evaluated({map, *data / "query", "--truth", *data / "ground_truth.csv"});
   EXPECT_GE(filtered["recall"], 0.52);
   EXPECT_GE(filtered["belief_recall"], 0.93);
+
+  // Words alone join places only where both drives have been in them.
+  const std::string query = scratch / "query.estancia", merged = scratch / "merged.estancia";
+  ASSERT_EQ(run({"map", *data / "query", "-o", query}).exitCode, 0);
+  ASSERT_EQ(run({"merge", map, query, "-o", merged}).exitCode, 0);
+  const TopologicalMap both = readMap(merged);
+  ASSERT_EQ(both.frames.size(), 222U);
+  const auto truth = correspondences(readFile(*data / "ground_truth.csv"));
+  std::set<int> joined, right;
+  for (std::size_t i = 111; i < 222; ++i)
+    for (std::size_t j = 0; j < 111; ++j)
+      if (const int node = both.frames[i].node; node == both.frames[j].node) {
+        joined.insert(node);
+        if (truth.contains({i - 111, j})) right.insert(node);
+      }
+  EXPECT_GE(joined.size(), 4U);
+  EXPECT_EQ(joined, right);
 }
 
 TEST(Home, IsFoundAgainInTheEveningOnAnotherWay) {
@@ -199,6 +231,41 @@ std::vector<io::HomeInstance> changedThings(const std::vector<io::HomeInstance>&
   return changed;
 }
 
+/// Of the day and the evening; what is told of the evening's drive.
+json expectOneHome(const std::string& map) {
+  const json drives = json::parse(run({"drives", map, "--json"}).out)["drives"];
+  EXPECT_EQ(drives.size(), 2U);
+  const json& evening = drives.back();
+  EXPECT_EQ(evening["posed_frames"], 217);
+  // Both drives have the poses of one world, which the map did not know.
+  for (int i = 0; i < 3; ++i) EXPECT_NEAR(evening["alignment"][i], 0, 0.05);
+  const WorldMap world = readWorld(map);
+  std::vector<std::string> rooms;
+  for (const MappedFrame& frame : world.places.frames) rooms.push_back(frame.room);
+  EXPECT_GE(measureNamedAgreement(rooms, world.areaOfFrame).agreement.value().vMeasure, 0.9);
+  EXPECT_EQ(std::set<int>(world.areaOfFrame.begin(), world.areaOfFrame.end()).size(), 6U);
+  return evening;
+}
+
+/// Of the places that the map has joined, the frames of those that joined and of those that they joined.
+void expectJoinedPlacesInOneRoom(const TopologicalMap& map, std::size_t fewest) {
+  std::size_t joined = 0;
+  const auto roomsOf = [&map](int node) {
+    std::set<std::string> rooms;
+    for (std::size_t i = 0; i < map.frames.size(); ++i)
+      if (map.decisions[i].node == node) rooms.insert(map.frames[i].room);
+    return rooms;
+  };
+  for (const Merge& merge : map.merges) {
+    if (merge.frame + 1 < map.frames.size()) continue;  // of a map before
+    ++joined;
+    const std::set<std::string> kept = roomsOf(merge.kept), other = roomsOf(merge.absorbed);
+    EXPECT_TRUE(std::ranges::any_of(other, [&](const auto& room) { return kept.contains(room); }))
+        << *kept.begin() << " and " << *other.begin();
+  }
+  EXPECT_GE(joined, fewest);
+}
+
 TEST(Home, IsOneMapOfTheDayAndTheEvening) {
   const auto data = findData("home_a");
   const auto model = findFetched("models/inception-v3/inception-v3.onnx");
@@ -206,29 +273,25 @@ TEST(Home, IsOneMapOfTheDayAndTheEvening) {
   const ScratchFolder scratch;
   const std::string map = scratch / "home.estancia";
   ASSERT_EQ(run({"map", *data / "day", "-o", map}).exitCode, 0);
+  const std::string evening = scratch / "evening.estancia", merged = scratch / "merged.estancia";
+  ASSERT_EQ(run({"map", *data / "evening", "-o", evening}).exitCode, 0);
+  ASSERT_EQ(run({"merge", map, evening, "-o", merged}).exitCode, 0);
+  expectOneHome(merged);
+  expectJoinedPlacesInOneRoom(readMap(merged), 5);
   const auto mapped = run({"map", *data / "evening", "-o", map, "--continue"});
   ASSERT_EQ(mapped.exitCode, 0) << mapped.err;
-  const json drives = json::parse(run({"drives", map, "--json"}).out)["drives"];
-  ASSERT_EQ(drives.size(), 2U);
-  EXPECT_LT(drives[1]["recognized"]["after"], 10);
-  EXPECT_EQ(drives[1]["posed_frames"], 217);
-  // Both drives have the poses of one world, which the map did not know.
-  for (int i = 0; i < 3; ++i) EXPECT_NEAR(drives[1]["alignment"][i], 0, 0.05);
-  const WorldMap world = readWorld(map);
-  std::vector<std::string> rooms;
-  for (const MappedFrame& frame : world.places.frames) rooms.push_back(frame.room);
-  EXPECT_GE(measureNamedAgreement(rooms, world.areaOfFrame).agreement.value().vMeasure, 0.9);
-  EXPECT_EQ(std::set<int>(world.areaOfFrame.begin(), world.areaOfFrame.end()).size(), 6U);
+  EXPECT_LT(expectOneHome(map)["recognized"]["after"], 10);
 
   const json changes = json::parse(run({"changes", map, "--json"}).out)["objects"];
-  const auto day = io::readHomeInstances(*data / "day/instances.csv"),
-             evening = io::readHomeInstances(*data / "evening/instances.csv");
+  const auto before = io::readHomeInstances(*data / "day/instances.csv"),
+             after = io::readHomeInstances(*data / "evening/instances.csv");
   std::set<int> told;
   int wrong = 0;
   for (const json& change : changes) {
     const auto from =
-        change.contains("from") ? thingAt(changedThings(day, evening), change["from"]) : std::nullopt;
-    const auto to = change.contains("to") ? thingAt(changedThings(evening, day), change["to"]) : std::nullopt;
+        change.contains("from") ? thingAt(changedThings(before, after), change["from"]) : std::nullopt;
+    const auto to =
+        change.contains("to") ? thingAt(changedThings(after, before), change["to"]) : std::nullopt;
     if (from) told.insert(*from);
     if (to) told.insert(*to);
     if (!from && !to) ++wrong;

@@ -95,6 +95,27 @@ TEST(WorkQueue, WorkFollowsWorkAndMayBeNone) {
   expectNone(errors);
 }
 
+TEST(WorkQueue, ResultsOfAnyLengthComeToTheFirst) {
+  const auto resultOf = [](std::size_t i) { return std::string(700 * i, '"') + std::to_string(i); };
+  std::atomic<int> told = 0, byOthers = 0;
+  const auto errors = inProcesses(3, [&](WorkQueue& distribution, int rank) {
+    for (const std::size_t count : {12U, 5U}) {
+      const std::vector<std::string> results = distribution.results(
+          "list" + std::to_string(count), count,
+          [&](std::size_t i) {
+            if (rank != 0) ++byOthers;
+            while (rank == 0 && count == 12 && byOthers == 0) rest();
+            return resultOf(i);
+          },
+          [&] { ++told; });
+      ASSERT_EQ(results.size(), rank == 0 ? count : 0);
+      for (std::size_t i = 0; i < results.size(); ++i) EXPECT_EQ(results[i], resultOf(i));
+    }
+  });
+  expectNone(errors);
+  EXPECT_EQ(told, 17) << "of all pieces";
+}
+
 TEST(WorkQueue, AFailureAnywhereEndsAllAndIsToldByTheFirst) {
   for (const int failing : {0, 1, 2}) {
     std::atomic<bool> failed = false;

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "estancia/core/rigid.hpp"
+#include "estancia/topology/explain.hpp"
 #include "estancia/topology/session.hpp"
 #include "estancia/world/edit_areas.hpp"
 #include "estancia/world/world_map.hpp"
@@ -43,17 +44,22 @@ class MergedDrives : public testing::Test {
 
   void drive(const std::string& map, std::size_t begin, std::size_t end, std::size_t firstPlace = 0,
              const cv::Affine3d& frame = cv::Affine3d::Identity()) {
+    std::vector<std::size_t> seen;
+    for (std::size_t i = begin; i < end; ++i) seen.push_back(firstPlace + i / 4 % 12);
+    drive(map, begin, seen, frame);
+  }
+  /// What is seen at each step.
+  void drive(const std::string& map, std::size_t begin, const std::vector<std::size_t>& seen,
+             const cv::Affine3d& frame) {
     const fs::path file = folder_ / map;
     MappingSession session = fs::exists(file) ? MappingSession::resume(file, words(), "test")
                                               : MappingSession::create(file, words(), "test", {});
     session.beginDrive({map + " " + std::to_string(begin)});
-    for (std::size_t i = begin; i < end; ++i) {
+    for (std::size_t i = begin; i < begin + seen.size(); ++i) {
       Frame known;
       known.name = map + std::to_string(i);
-      known.pose = poseOf(frame.inv() * rigidOf(poseAt(i)));
-      session.add(known, places_.image(firstPlace + i / 4 % 12), [] {
-        return std::vector<unsigned char>{1, 2};
-      });
+      if (hasPoses_) known.pose = poseOf(frame.inv() * rigidOf(poseAt(i)));
+      session.add(known, places_.image(seen[i - begin]), [] { return std::vector<unsigned char>{1, 2}; });
     }
     session.finish();
   }
@@ -70,6 +76,7 @@ class MergedDrives : public testing::Test {
   }
 
   ScratchFolder folder_;
+  bool hasPoses_ = true;
   test::SyntheticPlaces places_{24, 60, 0.6};
 };
 
@@ -103,6 +110,105 @@ TEST_F(MergedDrives, AreOneMap) {
     EXPECT_LT(distanceBetween(all.frames[i].pose.value(), poseAt(i - 110)), 0.5) << i;
   for (std::size_t i = 200; i < 260; ++i) EXPECT_FALSE(all.frames[i].pose);
   EXPECT_EQ(merged.places, all.nodes.size());
+}
+
+std::vector<std::string> namesOf(const std::vector<Drive>& drives) {
+  std::vector<std::string> names;
+  for (const Drive& drive : drives) names.push_back(drive.name);
+  return names;
+}
+
+TEST_F(MergedDrives, WaitForAMapThatTheyShareAPlaceWith) {
+  hasPoses_ = false;
+  drive("a", 0, 60);
+  drive("c", 0, 60, 12);
+  drive("b", 0, 48, 6);  // half of a's places and half of c's
+  const MergedMaps merged = merge({"a", "c", "b"}, "all");
+  EXPECT_TRUE(merged.parts[0].isRecognized && merged.parts[1].isRecognized);
+  EXPECT_FALSE(merged.parts[0].hasPoses);
+  const TopologicalMap all = read("all");
+  EXPECT_THAT(namesOf(all.drives), testing::ElementsAre("a 0", "b 0", "c 0"));
+  EXPECT_EQ(merged.places, 24U);
+  for (std::size_t i = 0; i < 24; ++i) {  // b's first six places, and its others
+    EXPECT_EQ(all.frames[60 + i].node, all.frames[24 + i].node) << i;
+    EXPECT_EQ(all.frames[84 + i].node, all.frames[108 + i].node) << i;
+  }
+  std::uint64_t held = 0, driven = 0;
+  for (const Node& node : all.nodes) held += node.frames;
+  for (const Transition& transition : all.transitions) driven += transition.count;
+  EXPECT_EQ(held, all.frames.size());
+  EXPECT_EQ(driven, 14U + 11U + 14U);
+}
+
+TEST_F(MergedDrives, SayWhyTheirPlacesAreOne) {
+  hasPoses_ = false;
+  drive("a", 0, 60);
+  drive("b", 20, 60);
+  merge({"a", "b"}, "all");
+  const TopologicalMap all = read("all");
+  EXPECT_EQ(all.decisions.size(), all.frames.size());
+  EXPECT_EQ(all.decisions[60].kind, DecisionKind::start);
+  const std::vector<std::string> why = explain(all, 60);
+  EXPECT_THAT(why.back(), testing::HasSubstr("turned out to be the same place as node 5"));
+  EXPECT_EQ(all.frames[60].node, 5);
+}
+
+TEST_F(MergedDrives, GoOnAsOneMap) {
+  drive("a", 0, 120);
+  drive("b", 10, 90, 0, otherFrame);
+  const MergedMaps merged = merge({"a", "b"}, "all");
+  drive("all", 20, 80, 0, otherFrame);
+  const TopologicalMap all = read("all");
+  EXPECT_EQ(all.nodes.size(), merged.places) << "all is recognized";
+  for (std::size_t i = 200; i < 260; ++i)
+    EXPECT_LT(distanceBetween(all.frames[i].pose.value(), poseAt(i - 180)), 0.5) << i;
+}
+
+TEST_F(MergedDrives, AreNotOnePlaceWherePosesContradict) {
+  drive("a", 0, 120);
+  std::vector<std::size_t> seen;  // the sixth place on the other side of the circle
+  for (std::size_t i = 0; i < 48; ++i) seen.push_back(i >= 40 ? 5 : i / 4 == 5 ? 15 : i / 4);
+  drive("b", 0, seen, otherFrame);
+  merge({"a", "b"}, "all");
+  const TopologicalMap all = read("all");
+  ASSERT_TRUE(all.drives[1].alignment);
+  EXPECT_EQ(all.frames[120 + 16].node, all.frames[16].node);
+  EXPECT_NE(all.frames[120 + 44].node, all.frames[20].node);
+  hasPoses_ = false;
+  drive("c", 0, seen, otherFrame);
+  merge({"a", "c"}, "without poses");
+  const TopologicalMap other = read("without poses");
+  EXPECT_EQ(other.frames[120 + 44].node, other.frames[20].node) << "words alone would join them";
+}
+
+/// Thirteen robots: three blocks of pairs of maps, done in any order, by any number of processes.
+TEST_F(MergedDrives, AreTheSameHoweverTheWorkIsShared) {
+  hasPoses_ = false;
+  std::vector<std::string> maps;
+  std::vector<fs::path> files;
+  for (std::size_t robot = 0; robot < 13; ++robot) {
+    maps.push_back("robot " + std::to_string(robot));
+    files.push_back(folder_ / maps.back());
+    drive(maps.back(), 0, 40, robot % 3 * 6);
+  }
+  merge(maps, "all");
+  ShareWork helping{.leads = false};
+  std::vector<std::string> results;
+  helping.run = [&](std::size_t pieces, const std::function<std::string(std::size_t)>& work) {
+    results.resize(pieces);
+    for (std::size_t piece = pieces; piece-- > 0;) results[piece] = work(piece);
+    return std::vector<std::string>();
+  };
+  EXPECT_EQ(mergeMaps(files, folder_ / "shared", ExistingMap::refuse, Progress::none(), helping).drives, 0U);
+  EXPECT_FALSE(fs::exists(folder_ / "shared")) << "the other one makes it";
+  ShareWork leading;
+  leading.run = [&](std::size_t pieces, const std::function<std::string(std::size_t)>&) {
+    EXPECT_EQ(pieces, 3U);
+    return results;
+  };
+  mergeMaps(files, folder_ / "shared", ExistingMap::refuse, Progress::none(), leading);
+  expectSame(read("shared"), read("all"));
+  EXPECT_EQ(read("all").nodes.size(), 22U) << "places 0 to 21";
 }
 
 TEST_F(MergedDrives, CanBeUndone) {
@@ -158,9 +264,14 @@ TEST_F(MergedDrives, AreRefusedWhereTheyDoNotFit) {
     other.add(named, std::vector<float>(12, 0.1F));
     MappingSession model = MappingSession::create(folder_ / "model", words(), "another", {});
     model.add(named, places_.image(0));
+    MapperOptions hellinger;
+    hellinger.distance = "hellinger";
+    MappingSession distance = MappingSession::create(folder_ / "distance", words(), "test", hellinger);
+    distance.add(named, places_.image(0));
   }
   EXPECT_THAT([&] { merge({"a", "other"}, "all"); }, FailsWith(ErrorCode::mismatch, "other"));
   EXPECT_THAT([&] { merge({"a", "model"}, "all"); }, FailsWith(ErrorCode::mismatch, "another"));
+  EXPECT_THAT([&] { merge({"a", "distance"}, "all"); }, FailsWith(ErrorCode::mismatch, "hellinger"));
   EXPECT_THAT([&] { undoDrive(folder_ / "a", 1); }, FailsWith(ErrorCode::unknownName, "drive 1"));
   EXPECT_THAT([&] { undoDrive(folder_ / "a", 0); }, FailsWith(ErrorCode::insufficientData));
   EXPECT_FALSE(fs::exists(folder_ / "all"));

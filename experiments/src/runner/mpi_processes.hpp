@@ -1,4 +1,4 @@
-// MPI processes: the processes of one experiment that mpirun started side by side.
+// MPI processes: those of one command that mpirun started side by side.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

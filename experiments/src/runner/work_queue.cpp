@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <utility>
 
 #include "estancia/core/error.hpp"
@@ -79,6 +80,8 @@ void WorkQueue::hear(const MpiProcesses::Message& message) {
     asked_[message.from] = {parts.at(1), parts.at(2)};
   } else if (what == "over") {
     over_.insert(message.from);
+  } else if (what == "result") {
+    results_[parts.at(1).get<std::size_t>()] += parts.at(2).get<std::string>();
   } else if (what == "done") {
     running_.erase(parts.at(1).get<std::size_t>());
     if (onDone_) onDone_();
@@ -166,6 +169,13 @@ void WorkQueue::tell(const std::optional<std::size_t>& piece, const std::excepti
   ranks_->send(0, text({"failed", piece ? json(*piece) : json(), wordsOf(failure)}));
 }
 
+/// In as many messages as it takes.
+void WorkQueue::give(std::size_t piece, const std::string& result) {
+  constexpr std::size_t longest = MpiProcesses::mostBytes / 8;  // JSON may write six bytes for one
+  for (std::size_t begin = 0; begin < result.size(); begin += longest)
+    ranks_->send(0, text({"result", piece, result.substr(begin, longest)}));
+}
+
 // ---- all
 
 void WorkQueue::each(const std::string& list, const std::vector<std::size_t>& pieces, std::size_t threads,
@@ -212,6 +222,27 @@ void WorkQueue::each(const std::string& list, const std::vector<std::size_t>& pi
   open_ = false;
   onDone_ = nullptr;
   if (failure_) std::rethrow_exception(failure_->what);
+}
+
+std::vector<std::string> WorkQueue::results(const std::string& list, std::size_t count,
+                                            const std::function<std::string(std::size_t)>& work,
+                                            const std::function<void()>& onDone) {
+  std::vector<std::size_t> pieces(isFirst() ? count : 0);
+  std::iota(pieces.begin(), pieces.end(), std::size_t{0});
+  std::vector<std::string> own(pieces.size());
+  each(
+      list, pieces, 1,
+      [&](std::size_t piece) {
+        const std::string result = work(piece);
+        if (!isFirst()) return give(piece, result);
+        own[piece] = result;
+        onDone();
+      },
+      onDone);
+  const std::lock_guard lock(mutex_);
+  for (auto& [piece, result] : results_) own[piece] = std::move(result);
+  results_.clear();
+  return own;
 }
 
 void WorkQueue::together(const std::function<void()>& program) {

@@ -41,6 +41,12 @@ class WorkQueue {
   void each(const std::string& list, const std::vector<std::size_t>& pieces, std::size_t threads,
             const std::function<void(std::size_t)>& work, const std::function<void()>& onDone);
 
+  /// The same for all pieces below `count`, one at a time in each process. At rank 0 gives what work(i)
+  /// returned, by i; at the others nothing.
+  std::vector<std::string> results(const std::string& list, std::size_t count,
+                                   const std::function<std::string(std::size_t)>& work,
+                                   const std::function<void()>& onDone);
+
  private:
   struct Failure {
     /// None: outside of each().
@@ -61,6 +67,7 @@ class WorkQueue {
 
   // The others.
   std::optional<std::size_t> ask(const std::string& list);
+  void give(std::size_t piece, const std::string& result);
   void tell(const std::optional<std::size_t>& piece, const std::exception_ptr& failure);
 
   std::unique_ptr<MpiProcesses> ranks_;
@@ -82,6 +89,8 @@ class WorkQueue {
   /// Ranks that have nothing more to do.
   std::set<int> over_;
   std::optional<Failure> failure_;
+  /// Piece → what another process gave for it.
+  std::map<std::size_t, std::string> results_;
   std::function<void()> onDone_;
 };
 
