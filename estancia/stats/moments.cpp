@@ -69,6 +69,20 @@ void Moments::merge(const Moments& other) {
   weight_ = total;
 }
 
+void Moments::remove(const Moments& other) {
+  const double left = weight_ - other.weight_;
+  const bool isEmpty = left <= 1e-9 * weight_;
+  const double share = isEmpty ? 0 : other.weight_ / left;
+  for (std::size_t i = 0; i < mean_.size(); ++i) {
+    const double own = static_cast<double>(mean_[i]) + carry_[i];
+    const double theirs = static_cast<double>(other.mean_[i]) + other.carry_[i];
+    const double without = isEmpty ? 0 : own + share * (own - theirs);
+    mean_[i] = static_cast<float>(without);
+    carry_[i] = static_cast<float>(without - mean_[i]);
+  }
+  weight_ = isEmpty ? 0 : left;
+}
+
 std::size_t Moments::byteCount(std::size_t labels, bool spread) {
   return sizeof(double) + labels * sizeof(float) * (spread ? 3 : 2);
 }

@@ -24,6 +24,10 @@ class Moments {
   /// As if all vectors of `other` had been added here (Chan et al. 1979).
   void merge(const Moments& other);
 
+  /// As if the vectors of `other`, which were added here, had not been; of means alone. What is left of no
+  /// weight is 0.
+  void remove(const Moments& other);
+
   double weight() const { return weight_; }
   std::span<const float> mean() const { return mean_; }
   /// Empty without spread.

@@ -101,7 +101,9 @@ OptionGroup declare(LocalizerOptions& options) {
 LocalizerMap readLocalizerMap(const std::filesystem::path& path, std::size_t maxImages) {
   MapStore store = MapStore::open(path, MapStore::Access::read);
   store.beginReading();  // map and mapper must be of one moment: a run that goes on may write in between
-  return localizerMap(store, restoreMapper(store).impl().bank, maxImages);
+  Mapper mapper = restoreMapper(store);
+  mapper.impl().endModes();  // the last drive has shown places in another light, too
+  return localizerMap(store, mapper.impl().bank, maxImages);
 }
 
 struct Localizer::Impl {

@@ -174,11 +174,22 @@ void Mapper::Impl::beginDrive() {
   finish();
   if (current) leave();
   current.reset();
+  endModes();
   absorbedBy.clear();
   lostNode.reset();
   isFirstDrive = false;
   warmup = {};
   views.beginDrive(scale.frames());
+}
+
+/// The thesis' places are their means alone.
+bool Mapper::Impl::hasModes() const {
+  return !isFirstDrive && thresholds.merge > 0;
+}
+
+/// Means within τ_merge are one, of modes as of places.
+void Mapper::Impl::endModes() {
+  for (const int id : bank.endDrive(thresholds.merge, minFramesToMerge)) changes.changedNodes.insert(id);
 }
 
 void Mapper::Impl::estimateScales(bool warmingUp) {
@@ -231,7 +242,7 @@ void Mapper::Impl::place(std::size_t frame, const FrameDescriptor& descriptor,
   const bool isNew = decision.kind == DecisionKind::start || decision.kind == DecisionKind::createNode;
   const int next = decision.kind == DecisionKind::join ? decision.current : decision.other;
   absorbLostNode(next, decision);
-  if (isNew && bank.size() >= mostNodes) makeRoom(frame);
+  if (isNew && isFull()) makeRoom(frame);
   if (isNew || next != currentNode()) {
     if (current) leave();
     current = isNew ? createNode() : bank.slotOf(next);  // lines 3–5, 25, 26 and 28; line 22
@@ -318,6 +329,10 @@ void Mapper::Impl::join(std::size_t slot, const FrameDescriptor& descriptor) {
   const std::size_t k = options.transitionImages;
   const double weight = k > 0 ? std::min(1.0, static_cast<double>(stay) / static_cast<double>(k)) : 1.0;
   bank.update(slot, [&](NodeMemory& node) {
+    if (hasModes()) {
+      if (!node.own) node.own.emplace(labels, false);
+      node.own->add(descriptor.embedded, weight);
+    }
     ++node.frames;
     node.probabilities.add(descriptor.probabilities, weight);
     if (node.embedded) node.embedded->add(descriptor.embedded, weight);
@@ -342,6 +357,7 @@ void Mapper::Impl::leave() {
       if (due >= given || node.probabilities.weight() - (given - due) <= 0) continue;
       node.probabilities.add(recent[i].probabilities, due - given);
       if (node.embedded) node.embedded->add(recent[i].embedded, due - given);
+      if (node.own && node.own->weight() > given - due) node.own->add(recent[i].embedded, due - given);
     }
   });
   changes.changedNodes.insert(bank[*current].id);
@@ -360,7 +376,7 @@ void Mapper::Impl::mergeDuplicateNodes(std::size_t frame) {
   const NodeMemory& node = bank[*current];
   if (thresholds.merge <= 0 || node.frames < node.nextMergeCheck) return;
   bank.update(*current, [](NodeMemory& n) { n.setNextMergeCheck(); });
-  const auto duplicate = bank.nearest(bank.compared(node.moments().mean()), *current, minFramesToMerge);
+  const auto duplicate = bank.nearest(bank.mean(*current), *current, minFramesToMerge);
   if (!duplicate || duplicate->distance >= thresholds.merge) return;
   if (views.areApart(bank[duplicate->slot].id, node.id)) return;
 

@@ -39,6 +39,8 @@ struct Mapper::Impl {
 
   bool isAutomatic() const;
   bool isWarmingUp() const;
+  bool hasModes() const;
+  void endModes();
   void estimateScales(bool warmingUp);
   void remapWarmup();
   void setStandardization();
@@ -57,7 +59,9 @@ struct Mapper::Impl {
   void absorbLostNode(int next, const Decision& decision);
   void redirectTransitions(int absorbed, int kept);
   void setMemory(const std::optional<std::uint64_t>& bytes);
-  /// The place with fewest images becomes a part of a neighbor.
+  /// Whether another place needs room, with what modes take.
+  bool isFull() const;
+  /// Modes go first, where there are some. Then the place with fewest images becomes a part of a neighbor.
   void makeRoom(std::size_t frame);
   /// That the robot has driven to or from, by words the nearest one; of places without any, of all.
   std::size_t neighborOf(std::size_t slot) const;

@@ -12,6 +12,8 @@ namespace {
 /// Of a place: moments of its probabilities and of its embedded descriptors, its row and what finds it. Of a
 /// view: two vectors and what finds it. Measured by bench_mapper [bytes a label].
 constexpr std::uint64_t nodeBytes = 25, viewBytes = 9;
+/// Of a mode: its mean, its row and what finds it [bytes a label].
+constexpr std::uint64_t modeBytes = 13;
 /// Keyframes that thresholds are estimated from, one vector each.
 constexpr std::uint64_t sampleBytes = 768 * sizeof(float);
 constexpr std::uint64_t fewestNodes = 16;
@@ -43,7 +45,7 @@ void Mapper::Impl::setMemory(const std::optional<std::uint64_t>& most) {
 }
 
 std::size_t Mapper::Impl::neighborOf(std::size_t slot) const {
-  const auto compared = bank.compared(bank[slot].moments().mean());
+  const auto compared = bank.mean(slot);
   std::size_t nearest = slot;
   double least = std::numeric_limits<double>::infinity();
   for (const auto& entry : transitions) {
@@ -60,7 +62,13 @@ std::size_t Mapper::Impl::neighborOf(std::size_t slot) const {
   return nearest;
 }
 
+bool Mapper::Impl::isFull() const {
+  return bank.size() + (bank.rows() - bank.size()) * modeBytes / nodeBytes >= mostNodes;
+}
+
 void Mapper::Impl::makeRoom(std::size_t frame) {
+  for (const int id : bank.forgetModes()) changes.changedNodes.insert(id);
+  if (!isFull()) return;
   std::size_t spared = bank.size();
   std::uint64_t all = 0;
   for (std::size_t slot = 0; slot < bank.size(); ++slot) {
@@ -78,8 +86,7 @@ void Mapper::Impl::makeRoom(std::size_t frame) {
   const std::size_t kept = neighborOf(spared);
   // Beyond any threshold: it is not the same place, but no place is left for it.
   merge(kept, spared,
-        {frame, bank[kept].id, bank[spared].id,
-         bank.distance(kept, bank.compared(bank[spared].moments().mean())),
+        {frame, bank[kept].id, bank[spared].id, bank.distance(kept, bank.mean(spared)),
          std::numeric_limits<double>::infinity()});
 }
 

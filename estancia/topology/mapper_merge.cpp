@@ -2,6 +2,7 @@
 #include "estancia/topology/mapper_merge.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 namespace estancia {
@@ -9,13 +10,27 @@ namespace {
 
 constexpr double ratioTest = 0.8;
 
-std::vector<float> meanOf(const NodeBank& bank, std::size_t slot) {
-  return bank.compared(bank[slot].moments().mean());
+struct Match {
+  std::size_t slot = 0;
+  double distance = std::numeric_limits<double>::infinity();
+  /// As it is compared: the look of the place that was searched that is nearest.
+  std::vector<float> look = {};
+};
+
+/// The place of `bank` that looks most like one of another bank, in any of their modes.
+Match nearestTo(const NodeBank& bank, const NodeBank& other, std::size_t slot, std::size_t except) {
+  Match best;
+  for (const Moments* look : other[slot].looks()) {
+    std::vector<float> compared = other.compared(look->mean());
+    const auto found = bank.nearest(compared, except);
+    if (found && found->distance < best.distance) best = {found->slot, found->distance, std::move(compared)};
+  }
+  return best;
 }
 
-/// How much nearer the two are than `of` is to the next one in the bank.
-bool isNearest(const NodeBank& bank, std::span<const float> of, const NodeBank::Nearest& found) {
-  const auto next = bank.nearest(of, found.slot);
+/// Whether it is the nearest one by far.
+bool isFarthestAhead(const NodeBank& bank, const Match& found) {
+  const auto next = bank.nearest(found.look, found.slot);
   return !next || found.distance < ratioTest * next->distance;
 }
 
@@ -37,22 +52,21 @@ PlaceLinker::PlaceLinker(Mapper::Impl& a, Mapper::Impl& b)
 std::vector<PlaceLink> PlaceLinker::nearest() const {
   std::vector<PlaceLink> links;
   for (std::size_t slot = 0; slot < b_.size(); ++slot) {
-    const std::vector<float> own = meanOf(b_, slot);
-    const auto found = a_.nearest(own, a_.size());
-    if (!found || found->distance >= join_) continue;
-    const std::vector<float> other = meanOf(a_, found->slot);
-    const auto back = b_.nearest(other, b_.size());
-    if (back->slot != slot) continue;
-    const bool isSure =
-        found->distance < revisit_ && isNearest(a_, own, *found) && isNearest(b_, other, *back);
-    links.push_back({a_[found->slot].id, b_[slot].id, found->distance, isSure ? revisit_ : join_, isSure});
+    const Match found = nearestTo(a_, b_, slot, a_.size());
+    if (found.distance >= join_) continue;
+    const Match back = nearestTo(b_, a_, found.slot, b_.size());
+    if (back.slot != slot) continue;
+    const bool isSure = found.distance < revisit_ && isFarthestAhead(a_, found) && isFarthestAhead(b_, back);
+    links.push_back({a_[found.slot].id, b_[slot].id, found.distance, isSure ? revisit_ : join_, isSure});
   }
   return links;
 }
 
 std::optional<PlaceLink> PlaceLinker::between(int a, int b) const {
-  const double distance = a_.distance(a_.slotOf(a), meanOf(b_, b_.slotOf(b)));
-  return distance < join_ ? std::optional(PlaceLink{a, b, distance, join_}) : std::nullopt;
+  double nearest = join_;
+  for (const Moments* look : b_[b_.slotOf(b)].looks())
+    nearest = std::min(nearest, a_.distance(a_.slotOf(a), b_.compared(look->mean())));
+  return nearest < join_ ? std::optional(PlaceLink{a, b, nearest, join_}) : std::nullopt;
 }
 
 MapperMerge::MapperMerge(Mapper::Impl& merged) : merged_(merged) {
@@ -69,7 +83,7 @@ void MapperMerge::take(const Mapper::Impl& map, const Renumbering& now) {
       node.id = own;
       slots_[own] = to.bank.add(std::move(node));
     } else {
-      to.bank.update(slots_.at(kept), [&node](NodeMemory& known) { known.merge(node); });
+      to.bank.update(slots_.at(kept), [&node](NodeMemory& known) { known.mergeOfOtherDrives(node); });
     }
     to.changes.changedNodes.insert(kept);
   }
@@ -95,6 +109,7 @@ void MapperMerge::take(const Mapper::Impl& map, const Renumbering& now) {
 
 void MapperMerge::finish(int node, const std::function<std::optional<Pose>(std::size_t)>& pose) {
   merged_.current = slots_.at(node);
+  merged_.endModes();
   merged_.views.movePoses(pose);
 }
 

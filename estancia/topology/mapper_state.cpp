@@ -56,6 +56,12 @@ NodeMemory readNode(const NodeBank& bank, int id, const std::string& bytes, std:
   node.nextMergeCheck = in.number<std::uint64_t>();
   node.probabilities = readMoments(in, labels, true);
   if (node.embedded) node.embedded = readMoments(in, labels, spread);
+  if (in.remaining() > 0) {  // none: of a first drive, or of an older program
+    const bool hasOwn = in.number<std::uint8_t>() != 0;
+    for (std::size_t count = in.count(Moments::byteCount(labels, false)); count > 0; --count)
+      node.modes.push_back(readMoments(in, labels, false));
+    if (hasOwn) node.own = readMoments(in, labels, false);
+  }
   requireEnd(in);
   return node;
 }
@@ -154,6 +160,11 @@ std::string Mapper::Impl::nodeState(std::size_t slot) const {
   out.number<std::uint64_t>(node.nextMergeCheck);
   out.raw(node.probabilities.toBytes());
   if (node.embedded) out.raw(node.embedded->toBytes());
+  if (node.modes.empty() && !node.own) return out.bytes();
+  out.number<std::uint8_t>(node.own ? 1 : 0);
+  out.number<std::uint64_t>(node.modes.size());
+  for (const Moments& mode : node.modes) out.raw(mode.toBytes());
+  if (node.own) out.raw(node.own->toBytes());
   return out.bytes();
 }
 

@@ -3,23 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/stats/compared_vectors.hpp"
 
 namespace estancia {
-
-void NodeMemory::merge(const NodeMemory& other) {
-  frames += other.frames;
-  probabilities.merge(other.probabilities);
-  if (embedded) embedded->merge(*other.embedded);
-  setNextMergeCheck();
-}
-
-void NodeMemory::setNextMergeCheck() {
-  nextMergeCheck = frames + std::max<std::uint64_t>(1, frames / 4);
-}
 
 NodeBank::NodeBank(Distance distance, std::size_t labels)
     : distance_(std::move(distance)),
@@ -39,9 +29,8 @@ std::size_t NodeBank::add(NodeMemory node) {
   const std::size_t slot = nodes_.size();
   slots_[node.id] = slot;
   nodes_.push_back(std::move(node));
-  rows_.resize(nodes_.size() * labels_);
-  if (distance_.sigmaWeighted) weights_.resize(rows_.size());
-  squaredNorms_.resize(nodes_.size());
+  rowsOf_.emplace_back();
+  if (distance_.sigmaWeighted) weights_.resize(nodes_.size() * labels_);
   refresh(slot);
   return slot;
 }
@@ -49,20 +38,62 @@ std::size_t NodeBank::add(NodeMemory node) {
 void NodeBank::remove(std::size_t slot) {
   const std::size_t last = nodes_.size() - 1;
   slots_.erase(nodes_[slot].id);
+  setRowCount(slot, 0);
   if (slot != last) {
     nodes_[slot] = std::move(nodes_[last]);
     slots_[nodes_[slot].id] = slot;
-    squaredNorms_[slot] = squaredNorms_[last];
-    for (std::vector<float>* matrix : {&rows_, &weights_})
-      if (!matrix->empty())
-        std::copy_n(matrix->begin() + static_cast<std::ptrdiff_t>(last * labels_), labels_,
-                    matrix->begin() + static_cast<std::ptrdiff_t>(slot * labels_));
+    rowsOf_[slot] = std::move(rowsOf_[last]);
+    for (const std::size_t row : rowsOf_[slot]) slotOfRow_[row] = slot;
+    if (distance_.sigmaWeighted) std::ranges::copy(weights(last), weights_.data() + slot * labels_);
   }
   nodes_.pop_back();
-  rows_.resize(nodes_.size() * labels_);
-  if (distance_.sigmaWeighted) weights_.resize(rows_.size());
-  squaredNorms_.pop_back();
-  if (byDotProduct_) bounds_.remove(slot);
+  rowsOf_.pop_back();
+  if (distance_.sigmaWeighted) weights_.resize(nodes_.size() * labels_);
+}
+
+/// Appends rows, or removes some, whose places the last ones take.
+void NodeBank::setRowCount(std::size_t slot, std::size_t count) {
+  std::vector<std::size_t>& own = rowsOf_[slot];
+  for (; own.size() < count; slotOfRow_.push_back(slot)) own.push_back(slotOfRow_.size());
+  for (; own.size() > count; slotOfRow_.pop_back()) {
+    const std::size_t gone = own.back(), last = slotOfRow_.size() - 1;
+    own.pop_back();
+    if (byDotProduct_) bounds_.remove(gone);
+    if (gone == last) continue;
+    std::ranges::copy(row(last), rows_.data() + gone * labels_);
+    squaredNorms_[gone] = squaredNorms_[last];
+    slotOfRow_[gone] = slotOfRow_[last];
+    std::ranges::replace(rowsOf_[slotOfRow_[gone]], last, gone);
+  }
+  rows_.resize(slotOfRow_.size() * labels_);
+  squaredNorms_.resize(slotOfRow_.size());
+}
+
+std::vector<int> NodeBank::endDrive(double threshold, std::uint64_t fewest) {
+  const auto distance = [this](const Moments& a, const Moments& b) {
+    return compare(distance_.comparison, compared(a.mean()), compared(b.mean()));
+  };
+  std::vector<int> changed;
+  for (std::size_t slot = 0; slot < nodes_.size(); ++slot) {
+    NodeMemory& node = nodes_[slot];
+    if (node.modes.empty() && !node.own) continue;
+    node.endDrive(threshold, fewest, distance);
+    refresh(slot);
+    changed.push_back(node.id);
+  }
+  return changed;
+}
+
+std::vector<int> NodeBank::forgetModes() {
+  std::vector<int> changed;
+  for (std::size_t slot = 0; slot < nodes_.size(); ++slot) {
+    NodeMemory& node = nodes_[slot];
+    if (node.modes.empty()) continue;
+    node.modes.clear();
+    refresh(slot);
+    changed.push_back(node.id);
+  }
+  return changed;
 }
 
 std::size_t NodeBank::slotOf(int id) const {
@@ -87,13 +118,20 @@ std::vector<float> NodeBank::compared(std::span<const float> embedded) const {
 }
 
 void NodeBank::refresh(std::size_t slot) {
-  const NodeMemory& node = nodes_[slot];
-  const std::vector<float> vector = compared(node.moments().mean());
-  std::copy(vector.begin(), vector.end(), rows_.begin() + static_cast<std::ptrdiff_t>(slot * labels_));
-  squaredNorms_[slot] = dot(vector, vector);
-  if (byDotProduct_) bounds_.set(slot, vector);
-  if (!distance_.sigmaWeighted) return;
-  const std::span<const float> variance = node.moments().variance();
+  const std::vector<const Moments*> looks = nodes_[slot].looks();
+  setRowCount(slot, looks.size());
+  for (std::size_t i = 0; i < looks.size(); ++i) {
+    const std::size_t row = rowsOf_[slot][i];
+    const std::vector<float> vector = compared(looks[i]->mean());
+    std::ranges::copy(vector, rows_.data() + row * labels_);
+    squaredNorms_[row] = dot(vector, vector);
+    if (byDotProduct_) bounds_.set(row, vector);
+  }
+  if (distance_.sigmaWeighted) setWeights(slot);
+}
+
+void NodeBank::setWeights(std::size_t slot) {
+  const std::span<const float> variance = nodes_[slot].moments().variance();
   float* weight = weights_.data() + slot * labels_;
   for (std::size_t i = 0; i < labels_; ++i) {
     // A probability's σ is at most ½, summed up or centered, too, so 1 − 2σ lies in [0, 1] (thesis 4.3.2);
@@ -107,41 +145,50 @@ void NodeBank::refresh(std::size_t slot) {
   }
 }
 
-double NodeBank::distance(std::size_t slot, std::span<const float> compared) const {
+double NodeBank::rowDistance(std::size_t number, std::span<const float> compared) const {
   if (byDotProduct_ && distance_.comparison == Comparison::cosine)  // both are unit vectors
-    return std::clamp(1.0 - dot(row(slot), compared), 0.0, 2.0);
-  return compare(distance_.comparison, row(slot), compared, weights(slot));
+    return std::clamp(1.0 - dot(row(number), compared), 0.0, 2.0);
+  return compare(distance_.comparison, row(number), compared, weights(slotOfRow_[number]));
+}
+
+double NodeBank::distance(std::size_t slot, std::span<const float> compared) const {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const std::size_t row : rowsOf_[slot]) nearest = std::min(nearest, rowDistance(row, compared));
+  return nearest;
 }
 
 std::optional<NodeBank::Nearest> NodeBank::nearest(std::span<const float> compared, std::size_t except,
                                                    std::uint64_t minFrames) const {
-  const auto allowed = [&](std::size_t slot) { return slot != except && nodes_[slot].frames >= minFrames; };
+  const auto allowed = [&](std::size_t row) {
+    const std::size_t slot = slotOfRow_[row];
+    return slot != except && nodes_[slot].frames >= minFrames;
+  };
   std::optional<Nearest> best;
-  const auto consider = [&](std::size_t slot) {
-    const double d = distance(slot, compared);
+  const auto consider = [&](std::size_t row) {
+    const std::size_t slot = slotOfRow_[row];
+    const double d = rowDistance(row, compared);
     if (!best || d < best->distance || (d == best->distance && slot < best->slot)) best = Nearest{slot, d};
   };
   if (!byDotProduct_) {
-    for (std::size_t slot = 0; slot < nodes_.size(); ++slot)
-      if (allowed(slot)) consider(slot);
+    for (std::size_t row = 0; row < rows(); ++row)
+      if (allowed(row)) consider(row);
     return best;
   }
-  std::vector<float> lower(nodes_.size());
+  std::vector<float> lower(rows());
   bounds_.upperBounds(compared, lower);
   const double comparedNorm = dot(compared, compared);
-  std::size_t first = nodes_.size();
-  for (std::size_t slot = 0; slot < nodes_.size(); ++slot) {
-    lower[slot] =
-        distance_.comparison == Comparison::cosine
-            ? 1 - lower[slot]
-            : std::sqrt(static_cast<float>(std::max(
-                  0.0, squaredNorms_[slot] + comparedNorm - 2.0 * lower[slot] - 1e-5 * comparedNorm)));
-    if (allowed(slot) && (first == nodes_.size() || lower[slot] < lower[first])) first = slot;
+  std::size_t first = rows();
+  for (std::size_t row = 0; row < rows(); ++row) {
+    lower[row] = distance_.comparison == Comparison::cosine
+                     ? 1 - lower[row]
+                     : std::sqrt(static_cast<float>(std::max(
+                           0.0, squaredNorms_[row] + comparedNorm - 2.0 * lower[row] - 1e-5 * comparedNorm)));
+    if (allowed(row) && (first == rows() || lower[row] < lower[first])) first = row;
   }
-  if (first == nodes_.size()) return std::nullopt;
+  if (first == rows()) return std::nullopt;
   consider(first);
-  for (std::size_t slot = 0; slot < nodes_.size(); ++slot)
-    if (slot != first && lower[slot] <= best->distance && allowed(slot)) consider(slot);
+  for (std::size_t row = 0; row < rows(); ++row)
+    if (row != first && lower[row] <= best->distance && allowed(row)) consider(row);
   return best;
 }
 

@@ -11,30 +11,10 @@
 
 #include "estancia/stats/distance.hpp"
 #include "estancia/stats/label_scale.hpp"
-#include "estancia/stats/moments.hpp"
+#include "estancia/topology/node_memory.hpp"
 #include "estancia/topology/quantized_bounds.hpp"
 
 namespace estancia {
-
-/// The mapper's memory of one node. Constant size.
-struct NodeMemory {
-  int id = 0;
-  std::uint64_t frames = 0;
-  /// Look for a duplicate when the node holds this many frames.
-  std::uint64_t nextMergeCheck = 0;
-  /// Of the frames' probabilities (Eq. 4.2).
-  Moments probabilities;
-  /// Of their embedded descriptors; absent when these are the probabilities themselves.
-  std::optional<Moments> embedded;
-
-  /// Of what distances are measured by.
-  const Moments& moments() const { return embedded ? *embedded : probabilities; }
-
-  /// As if it had taken all frames of `other`.
-  void merge(const NodeMemory& other);
-  /// When it has grown by a quarter.
-  void setNextMergeCheck();
-};
 
 /// Owns the nodes. Distances are exact whatever the shortcut (a test compares with a plain scan).
 class NodeBank {
@@ -57,6 +37,13 @@ class NodeBank {
     refresh(slot);
   }
 
+  /// A drive is over; see NodeMemory::endDrive(). The ids of the nodes that have changed.
+  std::vector<int> endDrive(double threshold, std::uint64_t fewest);
+  /// Nodes are compared as their means alone. The ids of those that have changed.
+  std::vector<int> forgetModes();
+  /// What it compares with: one mean a node, and others of those with modes.
+  std::size_t rows() const { return slotOfRow_.size(); }
+
   /// New scales; O(nodes · labels).
   void setStandardization(Standardization standardization);
   const Standardization& standardization() const { return standardization_; }
@@ -64,7 +51,10 @@ class NodeBank {
   /// An embedded descriptor as distance() and nearest() compare it.
   std::vector<float> compared(std::span<const float> embedded) const;
 
+  /// To what the node looks like in one of its modes.
   double distance(std::size_t slot, std::span<const float> compared) const;
+  /// Of its frames, as it is compared.
+  std::vector<float> mean(std::size_t slot) const { return compared(nodes_[slot].moments().mean()); }
 
   struct Nearest {
     std::size_t slot;
@@ -76,19 +66,24 @@ class NodeBank {
                                  std::uint64_t minFrames = 1) const;
 
  private:
-  std::span<const float> row(std::size_t slot) const { return {rows_.data() + slot * labels_, labels_}; }
+  std::span<const float> row(std::size_t row) const { return {rows_.data() + row * labels_, labels_}; }
   std::span<const float> weights(std::size_t slot) const;
+  double rowDistance(std::size_t row, std::span<const float> compared) const;
   void refresh(std::size_t slot);
+  void setRowCount(std::size_t slot, std::size_t count);
+  void setWeights(std::size_t slot);
 
   Distance distance_;
   std::size_t labels_;
   bool byDotProduct_;  ///< the distance grows as the dot product falls: bounds_ can rule nodes out
   Standardization standardization_;
   std::vector<NodeMemory> nodes_;
-  std::unordered_map<int, std::size_t> slots_;  ///< by id
-  std::vector<float> rows_;                     ///< the compared vectors, size()×labels
-  std::vector<float> weights_;                  ///< of σ-weighted distances, size()×labels
-  std::vector<double> squaredNorms_;
+  std::unordered_map<int, std::size_t> slots_;    ///< by id
+  std::vector<std::vector<std::size_t>> rowsOf_;  ///< of each node, one a look
+  std::vector<std::size_t> slotOfRow_;
+  std::vector<float> rows_;           ///< the compared vectors, rows()×labels
+  std::vector<float> weights_;        ///< of σ-weighted distances, size()×labels
+  std::vector<double> squaredNorms_;  ///< of rows
   QuantizedUpperBounds bounds_;
 };
 

@@ -30,7 +30,9 @@ constexpr std::size_t fewestSeen = 5;     // depth images without which depth ca
 Mapper mapperOf(const fs::path& map) {
   MapStore store = MapStore::open(map, MapStore::Access::read);
   store.beginReading();
-  return restoreMapper(store);
+  Mapper mapper = restoreMapper(store);
+  mapper.impl().endModes();
+  return mapper;
 }
 
 std::vector<Mapper> mappersOf(std::span<const fs::path> maps) {

@@ -1,0 +1,54 @@
+// Node memory: what the mapper knows of one place, and how it looks in different lights. Private.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "estancia/stats/moments.hpp"
+
+namespace estancia {
+
+/// Bounded size. A node looks like the mean of its frames. Each further drive has a mean of its own, too,
+/// since its light may be another: when it is over and what it saw differs, that is an appearance mode, and
+/// the mean of the drives before is one. (While it lasts it is none: a frame that was taken for the wrong
+/// place would draw all that follow after it.)
+struct NodeMemory {
+  int id = 0;
+  std::uint64_t frames = 0;
+  /// Look for a duplicate when the node holds this many frames.
+  std::uint64_t nextMergeCheck = 0;
+  /// Of the frames' probabilities (Eq. 4.2).
+  Moments probabilities;
+  /// Of their embedded descriptors; absent when these are the probabilities themselves.
+  std::optional<Moments> embedded;
+  /// What it looked like in earlier drives, where one mean will not do.
+  std::vector<Moments> modes = {};
+  /// Of the frames of this drive, if that is a further one.
+  std::optional<Moments> own = {};
+
+  static constexpr std::size_t mostModes = 3;
+
+  /// Of what distances are measured by.
+  const Moments& moments() const { return embedded ? *embedded : probabilities; }
+  /// What it is compared as: its mean, and its modes.
+  std::vector<const Moments*> looks() const;
+
+  /// As if it had taken all frames of `other`.
+  void merge(const NodeMemory& other);
+  /// The same where those are of other drives.
+  void mergeOfOtherDrives(const NodeMemory& other);
+  /// Modes within `threshold`, those of fewer than `fewest` frames, and the nearest of more than three are
+  /// joined; `distance` is at most 2.
+  void endDrive(double threshold, std::uint64_t fewest,
+                const std::function<double(const Moments&, const Moments&)>& distance);
+  /// Without this drive; without modes the mean of all frames before.
+  std::vector<Moments> modesOfEarlierDrives() const;
+  /// When it has grown by a quarter.
+  void setNextMergeCheck();
+};
+
+}  // namespace estancia
