@@ -29,9 +29,13 @@ DriveSummary summarize(const TopologicalMap& map, std::size_t number, std::set<i
       summary.begins = std::min(summary.begins.value_or(*frame.timestamp), *frame.timestamp);
       summary.ends = std::max(summary.ends.value_or(*frame.timestamp), *frame.timestamp);
     }
-    // As it was decided then: a place that was recognized later may have taken this one in.
+    // As it was decided then, or when maps were merged: a place that was recognized later in the drive may
+    // have taken this one in.
     const int then = i < map.decisions.size() ? map.decisions[i].node : frame.node;
-    if (!summary.recognized && number > 0 && known.contains(frame.node) && then == frame.node)
+    const bool wasKnown = then == frame.node || std::ranges::any_of(map.merges, [&](const Merge& merge) {
+                            return merge.absorbed == then && merge.frame + 1 >= end;
+                          });
+    if (!summary.recognized && number > 0 && known.contains(frame.node) && wasKnown)
       summary.recognized = {numberOf(i) - numberOf(begin), frame.node};
   }
   summary.places = seen.size();

@@ -139,7 +139,7 @@ std::vector<std::string> explain(const Decision& d, const std::string& name) {
   switch (d.kind) {
     case DecisionKind::start:
       add(sentences, "{} made node {}.", name, d.node);
-      if (d.frame == 0)
+      if (d.other < 0)
         add(sentences, "It was the first image: there was nothing to compare it with.");
       else
         add(sentences,

@@ -98,12 +98,14 @@ OptionGroup declare(LocalizerOptions& options) {
   return group;
 }
 
+LocalizerMap readLocalizerMap(const MapStore& store, std::size_t maxImages) {
+  return localizerMap(store, restoreMapper(store).impl().bankAtRest(), maxImages);
+}
+
 LocalizerMap readLocalizerMap(const std::filesystem::path& path, std::size_t maxImages) {
   MapStore store = MapStore::open(path, MapStore::Access::read);
   store.beginReading();  // map and mapper must be of one moment: a run that goes on may write in between
-  Mapper mapper = restoreMapper(store);
-  mapper.impl().endModes();  // the last drive has shown places in another light, too
-  return localizerMap(store, mapper.impl().bank, maxImages);
+  return readLocalizerMap(store, maxImages);
 }
 
 struct Localizer::Impl {
@@ -283,10 +285,10 @@ Localizer::Localizer(const std::filesystem::path& map, const LocalizerOptions& o
     : Localizer(std::make_shared<const LocalizerMap>(readLocalizerMap(map, validated(options).maxImages)),
                 options) {}
 Localizer::Localizer(MappingSession& session, const LocalizerOptions& options)
-    : Localizer(
-          std::make_shared<const LocalizerMap>(localizerMap(
-              session.impl_->written(), session.impl_->mapper.impl().bank, validated(options).maxImages)),
-          options) {}
+    : Localizer(std::make_shared<const LocalizerMap>(localizerMap(session.impl_->written(),
+                                                                  session.impl_->mapper.impl().bankAtRest(),
+                                                                  validated(options).maxImages)),
+                options) {}
 Localizer::Localizer(Localizer&&) noexcept = default;
 Localizer& Localizer::operator=(Localizer&&) noexcept = default;
 Localizer::~Localizer() = default;

@@ -8,6 +8,7 @@
 #include "estancia/core/descriptor.hpp"
 #include "estancia/topology/map.hpp"
 #include "estancia/topology/node_bank.hpp"
+#include "estancia/topology/store.hpp"
 
 namespace estancia {
 
@@ -22,5 +23,7 @@ struct LocalizerMap {
 /// Reads one from a map file, with at most `maxImages` frames, evenly thinned. Throws Error as readMap()
 /// does.
 LocalizerMap readLocalizerMap(const std::filesystem::path& path, std::size_t maxImages);
+/// The same of an open one.
+LocalizerMap readLocalizerMap(const MapStore& store, std::size_t maxImages);
 
 }  // namespace estancia

@@ -190,6 +190,17 @@ bool Mapper::Impl::hasModes() const {
 /// Means within τ_merge are one, of modes as of places.
 void Mapper::Impl::endModes() {
   for (const int id : bank.endDrive(thresholds.merge, minFramesToMerge)) changes.changedNodes.insert(id);
+  if (thresholds.merge <= 0 || (bank.rows() > bank.size() && isFull())) forgetModes();
+}
+
+void Mapper::Impl::forgetModes() {
+  for (const int id : bank.forgetModes()) changes.changedNodes.insert(id);
+}
+
+NodeBank Mapper::Impl::bankAtRest() const {
+  NodeBank rest = bank;
+  if (thresholds.merge > 0) rest.endDrive(thresholds.merge, minFramesToMerge);
+  return rest;
 }
 
 void Mapper::Impl::estimateScales(bool warmingUp) {
@@ -388,6 +399,7 @@ void Mapper::Impl::mergeDuplicateNodes(std::size_t frame) {
 void Mapper::Impl::merge(std::size_t kept, std::size_t gone, const Merge& why) {
   const int here = currentNode();
   bank.update(kept, [&](NodeMemory& n) { n.merge(bank[gone]); });
+  bank.joinModes(kept, thresholds.merge, minFramesToMerge);
   bank.remove(gone);
   if (current) current = bank.slotOf(here == why.absorbed ? why.kept : here);
   if (!isFirstDrive) absorbedBy[why.absorbed] = why.kept;

@@ -41,6 +41,9 @@ struct Mapper::Impl {
   bool isWarmingUp() const;
   bool hasModes() const;
   void endModes();
+  void forgetModes();
+  /// As it will be when the drive is over: what it has seen in another light is known.
+  NodeBank bankAtRest() const;
   void estimateScales(bool warmingUp);
   void remapWarmup();
   void setStandardization();

@@ -67,7 +67,7 @@ bool Mapper::Impl::isFull() const {
 }
 
 void Mapper::Impl::makeRoom(std::size_t frame) {
-  for (const int id : bank.forgetModes()) changes.changedNodes.insert(id);
+  forgetModes();
   if (!isFull()) return;
   std::size_t spared = bank.size();
   std::uint64_t all = 0;

@@ -5,6 +5,8 @@
 #include <limits>
 #include <utility>
 
+#include "estancia/core/fail.hpp"
+
 namespace estancia {
 namespace {
 
@@ -53,7 +55,7 @@ std::vector<PlaceLink> PlaceLinker::nearest() const {
   std::vector<PlaceLink> links;
   for (std::size_t slot = 0; slot < b_.size(); ++slot) {
     const Match found = nearestTo(a_, b_, slot, a_.size());
-    if (found.distance >= join_) continue;
+    if (!(found.distance < join_)) continue;
     const Match back = nearestTo(b_, a_, found.slot, b_.size());
     if (back.slot != slot) continue;
     const bool isSure = found.distance < revisit_ && isFarthestAhead(a_, found) && isFarthestAhead(b_, back);
@@ -78,12 +80,13 @@ void MapperMerge::take(const Mapper::Impl& map, const Renumbering& now) {
   const auto placeOf = [&now](int id) { return now.kept(id + now.firstNode); };
   for (std::size_t slot = 0; slot < map.bank.size(); ++slot) {
     NodeMemory node = map.bank[slot];
-    const int own = node.id + now.firstNode, kept = placeOf(node.id);
-    if (kept == own) {
-      node.id = own;
-      slots_[own] = to.bank.add(std::move(node));
+    const int kept = placeOf(node.id);
+    if (const auto known = slots_.find(kept); known == slots_.end()) {
+      node.id = kept;
+      slots_[kept] = to.bank.add(std::move(node));
     } else {
-      to.bank.update(slots_.at(kept), [&node](NodeMemory& known) { known.mergeOfOtherDrives(node); });
+      to.bank.update(known->second, [&node](NodeMemory& place) { place.mergeOfOtherDrives(node); });
+      to.bank.joinModes(known->second, to.thresholds.merge, 0);
     }
     to.changes.changedNodes.insert(kept);
   }
@@ -108,7 +111,9 @@ void MapperMerge::take(const Mapper::Impl& map, const Renumbering& now) {
 }
 
 void MapperMerge::finish(int node, const std::function<std::optional<Pose>(std::size_t)>& pose) {
-  merged_.current = slots_.at(node);
+  const auto last = slots_.find(node);
+  if (last == slots_.end()) fail(ErrorCode::corruptFile, "a map lacks its last place, {}", node);
+  merged_.current = last->second;
   merged_.endModes();
   merged_.views.movePoses(pose);
 }

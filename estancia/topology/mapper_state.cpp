@@ -58,8 +58,9 @@ NodeMemory readNode(const NodeBank& bank, int id, const std::string& bytes, std:
   if (node.embedded) node.embedded = readMoments(in, labels, spread);
   if (in.remaining() > 0) {  // none: of a first drive, or of an older program
     const bool hasOwn = in.number<std::uint8_t>() != 0;
-    for (std::size_t count = in.count(Moments::byteCount(labels, false)); count > 0; --count)
-      node.modes.push_back(readMoments(in, labels, false));
+    std::size_t count = in.count(Moments::byteCount(labels, false));
+    if (count > 2 * NodeMemory::mostModes) in.fail("a node has too many modes", ErrorCode::corruptFile);
+    for (; count > 0; --count) node.modes.push_back(readMoments(in, labels, false));
     if (hasOwn) node.own = readMoments(in, labels, false);
   }
   requireEnd(in);
@@ -180,7 +181,10 @@ Mapper Mapper::Impl::restore(const DescriptorLayout& layout, const MapperOptions
   impl->nextId = in.number<std::int32_t>();
   impl->stay = in.number<std::uint64_t>();
   std::array<double, 3> thresholds{};
-  for (double& threshold : thresholds) threshold = in.number<double>();
+  for (double& threshold : thresholds)
+    if (threshold = in.number<double>(); !std::isfinite(threshold) || threshold < 0)
+      in.fail("a threshold is none", ErrorCode::corruptFile);
+  if (impl->nextId < 0) in.fail("a node's number is negative", ErrorCode::corruptFile);
   impl->thresholds = thresholdsFrom(thresholds[0], options.thresholds);
   impl->thresholds.revisit = thresholds[1];
   impl->thresholds.merge = thresholds[2];

@@ -69,10 +69,20 @@ void NodeBank::setRowCount(std::size_t slot, std::size_t count) {
   squaredNorms_.resize(slotOfRow_.size());
 }
 
-std::vector<int> NodeBank::endDrive(double threshold, std::uint64_t fewest) {
-  const auto distance = [this](const Moments& a, const Moments& b) {
+NodeMemory::Distance NodeBank::distanceOfModes() const {
+  return [this](const Moments& a, const Moments& b) {
     return compare(distance_.comparison, compared(a.mean()), compared(b.mean()));
   };
+}
+
+void NodeBank::joinModes(std::size_t slot, double threshold, std::uint64_t fewest) {
+  if (nodes_[slot].modes.empty()) return;
+  nodes_[slot].joinModes(threshold, fewest, distanceOfModes());
+  refresh(slot);
+}
+
+std::vector<int> NodeBank::endDrive(double threshold, std::uint64_t fewest) {
+  const NodeMemory::Distance distance = distanceOfModes();
   std::vector<int> changed;
   for (std::size_t slot = 0; slot < nodes_.size(); ++slot) {
     NodeMemory& node = nodes_[slot];
@@ -89,7 +99,7 @@ std::vector<int> NodeBank::forgetModes() {
   for (std::size_t slot = 0; slot < nodes_.size(); ++slot) {
     NodeMemory& node = nodes_[slot];
     if (node.modes.empty()) continue;
-    node.modes.clear();
+    node.modes.clear();  // what this drive has seen, own, is a part of the mean, too
     refresh(slot);
     changed.push_back(node.id);
   }

@@ -39,6 +39,8 @@ class NodeBank {
 
   /// A drive is over; see NodeMemory::endDrive(). The ids of the nodes that have changed.
   std::vector<int> endDrive(double threshold, std::uint64_t fewest);
+  /// Where a node has taken in another; see NodeMemory::joinModes().
+  void joinModes(std::size_t slot, double threshold, std::uint64_t fewest);
   /// Nodes are compared as their means alone. The ids of those that have changed.
   std::vector<int> forgetModes();
   /// What it compares with: one mean a node, and others of those with modes.
@@ -72,6 +74,7 @@ class NodeBank {
   void refresh(std::size_t slot);
   void setRowCount(std::size_t slot, std::size_t count);
   void setWeights(std::size_t slot);
+  NodeMemory::Distance distanceOfModes() const;
 
   Distance distance_;
   std::size_t labels_;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 namespace estancia {
 
@@ -55,31 +56,34 @@ std::vector<Moments> NodeMemory::modesOfEarlierDrives() const {
   return before.weight() > 0 ? std::vector<Moments>{std::move(before)} : std::vector<Moments>();
 }
 
-void NodeMemory::endDrive(double threshold, std::uint64_t fewest,
-                          const std::function<double(const Moments&, const Moments&)>& distance) {
-  constexpr double accidental = 3;  // more than any distance: the means of few frames are joined first
+void NodeMemory::endDrive(double threshold, std::uint64_t fewest, const Distance& distance) {
   if (own) {
     modes = modesOfEarlierDrives();
     modes.push_back(std::move(*own));
     own.reset();
   }
+  joinModes(threshold, fewest, distance);
+  if (modes.size() == 1) modes.clear();  // the mean of all frames is the same
+}
+
+void NodeMemory::joinModes(double threshold, std::uint64_t fewest, const Distance& distance) {
   while (modes.size() > 1) {
-    std::size_t kept = 0, gone = 0;
-    double nearest = std::numeric_limits<double>::infinity();
+    std::size_t kept = 0, gone = 1;
+    // The means of few frames are joined first.
+    std::pair nearest(true, std::numeric_limits<double>::infinity());
     for (std::size_t i = 0; i < modes.size(); ++i)
       for (std::size_t j = i + 1; j < modes.size(); ++j) {
-        const bool isFew = std::min(modes[i].weight(), modes[j].weight()) < static_cast<double>(fewest);
-        const double away = distance(modes[i], modes[j]) - (isFew ? accidental : 0);
-        if (away >= nearest) continue;
-        nearest = away;
+        const bool areMany = std::min(modes[i].weight(), modes[j].weight()) >= static_cast<double>(fewest);
+        const std::pair found(areMany, distance(modes[i], modes[j]));
+        if (found >= nearest) continue;
+        nearest = found;
         kept = i;
         gone = j;
       }
-    if (nearest >= threshold && modes.size() <= mostModes) return;
+    if (nearest.first && nearest.second >= threshold && modes.size() <= mostModes) return;
     modes[kept].merge(modes[gone]);
     modes.erase(modes.begin() + static_cast<std::ptrdiff_t>(gone));
   }
-  modes.clear();  // the mean of all frames is the same
 }
 
 void NodeMemory::setNextMergeCheck() {

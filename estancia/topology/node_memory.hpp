@@ -41,10 +41,12 @@ struct NodeMemory {
   void merge(const NodeMemory& other);
   /// The same where those are of other drives.
   void mergeOfOtherDrives(const NodeMemory& other);
+  using Distance = std::function<double(const Moments&, const Moments&)>;
+  /// What it looked like in this drive is one of its modes; see joinModes().
+  void endDrive(double threshold, std::uint64_t fewest, const Distance& distance);
   /// Modes within `threshold`, those of fewer than `fewest` frames, and the nearest of more than three are
-  /// joined; `distance` is at most 2.
-  void endDrive(double threshold, std::uint64_t fewest,
-                const std::function<double(const Moments&, const Moments&)>& distance);
+  /// joined.
+  void joinModes(double threshold, std::uint64_t fewest, const Distance& distance);
   /// Without this drive; without modes the mean of all frames before.
   std::vector<Moments> modesOfEarlierDrives() const;
   /// When it has grown by a quarter.

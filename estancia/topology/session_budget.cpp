@@ -22,6 +22,8 @@ ByteReader readerOfSample(const std::string& state) {
   return {state, "what the map says of the frames that it keeps is damaged", "map the sequence again"};
 }
 
+}  // namespace
+
 MapBudget budgetOf(const MapStore& store) {
   MapBudget kept;
   const auto bytes = store.findState(budgetKey);
@@ -31,8 +33,6 @@ MapBudget budgetOf(const MapStore& store) {
     if (const auto value = in.number<std::uint64_t>(); value > 0) *bound = value;
   return kept;
 }
-
-}  // namespace
 
 OptionGroup declare(MapBudget& budget) {
   OptionGroup group("budget", "How much memory and how large a file a map may take.");

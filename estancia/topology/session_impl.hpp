@@ -86,6 +86,9 @@ struct MappingSession::Impl {
 /// own budget counts, if it has one. Throws Error (tooLarge).
 void fitFile(MapStore& store, const std::optional<std::uint64_t>& megabytes = {});
 
+/// Of a map file.
+MapBudget budgetOf(const MapStore& store);
+
 /// The mapper that a map file was made with, as it was at the last commit.
 Mapper restoreMapper(const MapStore& store);
 

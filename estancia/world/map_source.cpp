@@ -6,6 +6,7 @@
 #include "estancia/core/fail.hpp"
 #include "estancia/core/rigid.hpp"
 #include "estancia/topology/drive_store.hpp"
+#include "estancia/topology/session_impl.hpp"
 #include "estancia/topology/store_read.hpp"
 
 namespace estancia {
@@ -23,6 +24,8 @@ MapSource::MapSource(const std::filesystem::path& file)
   layers.emplace(store, MapStore::Access::read);
   if (map.frames.empty())
     fail(ErrorCode::insufficientData, "{} has no frames; map some images first", path.string());
+  if (map.nodes.empty())
+    fail(ErrorCode::corruptFile, "{} has frames but no places; map the sequence again", path.string());
   isObserved.resize(map.frames.size());
   if (!layers->exists()) return;
   for (const std::size_t frame : layers->observedFrames())
@@ -52,6 +55,14 @@ std::size_t MapSource::end(std::size_t drive) const {
   return drive + 1 < map.drives.size() ? map.drives[drive + 1].firstFrame : map.frames.size();
 }
 
+Mapper MapSource::mapper() const {
+  try {
+    return restoreMapper(store);
+  } catch (const Error& e) {
+    fail(e.code(), "{}: {}", path.string(), e.what());
+  }
+}
+
 bool MapSource::hasPoses() const {
   return std::ranges::any_of(map.frames, [](const MappedFrame& frame) { return frame.pose.has_value(); });
 }
@@ -69,7 +80,7 @@ void requireMergeable(const MapSource& first, const MapSource& other) {
     for (std::size_t b = 0; b < other.map.drives.size(); ++b) {
       const std::size_t begin = first.map.drives[a].firstFrame, end = other.map.drives[b].firstFrame;
       const std::size_t frames = first.end(a) - begin;
-      if (other.end(b) - end != frames) continue;
+      if (frames == 0 || other.end(b) - end != frames) continue;
       const auto isSame = [&](std::size_t i) {
         return first.map.frames[begin + i].name == other.map.frames[end + i].name &&
                first.descriptor(begin + i) == other.descriptor(end + i);

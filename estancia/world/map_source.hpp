@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "estancia/topology/map.hpp"
+#include "estancia/topology/mapper.hpp"
 #include "estancia/topology/store.hpp"
 #include "estancia/world/observation.hpp"
 #include "estancia/world/world_store.hpp"
@@ -17,7 +18,8 @@ namespace estancia {
 
 /// As of one moment. Frames are named by their places in map.frames.
 struct MapSource {
-  /// Throws Error as readMap() does, and insufficientData where the map has no frames.
+  /// Throws Error as readMap() does, insufficientData where the map has no frames, corruptFile where it has
+  /// no places.
   explicit MapSource(const std::filesystem::path& file);
 
   std::optional<Pose> givenPose(std::size_t frame) const;
@@ -28,6 +30,8 @@ struct MapSource {
   /// T_map_drive of a drive that is aligned.
   cv::Affine3d alignment(std::size_t drive) const;
   std::size_t end(std::size_t drive) const;
+  /// As the map was made with it. Throws Error that names the file.
+  Mapper mapper() const;
   /// Whether a frame has a pose in the map.
   bool hasPoses() const;
 

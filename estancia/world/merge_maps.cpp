@@ -43,7 +43,6 @@ class NewMap {
                                         settingsFromJson(first.store.identity().settings),
                                         ExistingMap::replace)) {
     MapStore& store = session_->impl_->store;
-    session_->impl_->takeBudgetOf(first.store);
     WorldStore layers(store, MapStore::Access::write);
     for (const Part& part : parts)
       layers.copyViews(*part.source->layers, part.source->numbers(part.first, part.end), part.offset);
@@ -102,7 +101,7 @@ class NewMap {
     for (const std::size_t number : plan.order) {
       const MapSource& source = *sources[number];
       const int firstNode = plan.firstNode[number];
-      const Mapper own = restoreMapper(source.store);
+      const Mapper own = source.mapper();
       merge.take(own.impl(),
                  {firstNode, [&](std::size_t frame) { return offset + source.map.indexOf(frame); },
                   [&plan](int id) { return plan.kept(id); }});
@@ -124,6 +123,19 @@ class NewMap {
   void finish() {
     session_->finish();
     world_->finish();
+  }
+
+  /// What the maps may take together, where each is bounded.
+  void takeBudgetsOf(const std::vector<std::unique_ptr<MapSource>>& sources) {
+    MapBudget sum{0, 0};
+    for (const auto& source : sources) {
+      const MapBudget own = budgetOf(source->store);
+      sum.memory = sum.memory && own.memory ? std::optional(*sum.memory + *own.memory) : std::nullopt;
+      sum.file = sum.file && own.file ? std::optional(*sum.file + *own.file) : std::nullopt;
+    }
+    if (sum == MapBudget{}) return;
+    session_->setBudget(sum);
+    session_->impl_->write();
   }
 
   /// To its place, or in the place of the map `old`, which nobody else writes; then with that one's mode.
@@ -270,14 +282,14 @@ MergedMaps mergeMaps(std::span<const fs::path> maps, const fs::path& wanted, Exi
       return results;
     };
   if (!share.leads) {
-    linkMaps(maps, share);
+    linkMaps(maps, share, {});
     return {};
   }
+  if (existing == ExistingMap::refuse && fs::exists(wanted))
+    fail(ErrorCode::fileExists, "{} exists; give another name, or --overwrite", wanted.string());
   fs::path output = wanted;
   std::optional<MapStore> old;
   if (fs::exists(wanted)) {
-    if (existing == ExistingMap::refuse)
-      fail(ErrorCode::fileExists, "{} exists; give another name, or --overwrite", wanted.string());
     output = fs::canonical(wanted);  // what a link leads to
     old.emplace(MapStore::open(output, MapStore::Access::write));
   }
@@ -287,7 +299,9 @@ MergedMaps mergeMaps(std::span<const fs::path> maps, const fs::path& wanted, Exi
     for (const auto& before : sources) requireMergeable(*before, *source);
     sources.push_back(std::move(source));
   }
-  const MergePlan plan = planMerge(sources, linkMaps(maps, share), progress);
+  const MergePlan plan = planMerge(
+      sources, linkMaps(maps, share, [&](std::size_t number) { return sources[number]->store.frameCount(); }),
+      progress);
   const std::vector<Part> parts = partsOf(sources, plan.order);
   NewMap merged(output, *sources.front(), parts);
   progress.begin("merging", framesOf(parts), 0);
@@ -295,6 +309,7 @@ MergedMaps mergeMaps(std::span<const fs::path> maps, const fs::path& wanted, Exi
     merged.replay(part, plan.toMerged[part.number], plan.firstNode[part.number], progress);
   merged.mergePlaces(sources, plan);
   merged.finish();
+  merged.takeBudgetsOf(sources);
   MergedMaps done{parts.size(), framesOf(parts), merged.places(), partsOfMerged(sources, plan), {}};
   for (const std::size_t number : plan.order)
     if (number != plan.order.front() && plan.toMerged[number])
@@ -318,6 +333,7 @@ void undoDrive(const fs::path& file, std::size_t drive, Progress& progress) {
     fail(ErrorCode::insufficientData, "{} has no other drive; remove the file instead", map.string());
   const std::vector<Part> parts = partsOf(sources, {0}, drive);
   NewMap without(map, *sources.front(), parts);
+  without.takeBudgetsOf(sources);
   progress.begin("mapping the other drives", framesOf(parts), 0);
   for (const Part& part : parts) without.map(part, progress);
   without.finish();

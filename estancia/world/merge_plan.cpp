@@ -2,12 +2,15 @@
 #include "estancia/world/merge_plan.hpp"
 
 #include <algorithm>
+#include <cstdint>
+#include <functional>
 #include <limits>
 #include <numeric>
 #include <set>
 #include <tuple>
 #include <utility>
 
+#include "estancia/core/fail.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/core/rigid.hpp"
 #include "estancia/topology/session_impl.hpp"
@@ -17,7 +20,7 @@ namespace {
 
 using Sources = std::span<const std::unique_ptr<MapSource>>;
 
-constexpr std::size_t mostPositions = 64;  // of a place, that are compared
+constexpr std::size_t mostPositions = 16;  // of a place, that are compared
 constexpr double elsewhere = 2;            // near distances: further apart, images show two places
 
 /// A place of a map.
@@ -80,16 +83,21 @@ class PlaceGroups {
       }
   }
 
-  /// The groups that the link joins, if it may. Links that were found image by image are few, of one map with
-  /// one other: they need no others beside them.
-  std::optional<std::pair<Place, Place>> joinable(const Link& link) const {
+  /// The groups that the link joins, if it may: none of their places are apart, or of one map. Links that
+  /// were found image by image are few, of one map with one other: they need no others beside them.
+  std::optional<std::pair<Place, Place>> joinable(
+      const Link& link, const std::function<bool(const Place&, const Place&)>& areApart) const {
     const auto a = groupOf_.find(link.a), b = groupOf_.find(link.b);
     if (a == groupOf_.end() || b == groupOf_.end() || a->second == b->second) return std::nullopt;
     const auto &some = parts_.at(a->second), &others = parts_.at(b->second);
+    if (link.why.isSure) {
+      const bool isSmaller = some.size() <= others.size();
+      const std::size_t links = isSmaller ? linksBetween(some, b->second) : linksBetween(others, a->second);
+      if (2 * links < some.size() * others.size()) return std::nullopt;
+    }
     for (const Place& place : some)
-      if (std::ranges::find(others, place.map, &Place::map) != others.end()) return std::nullopt;
-    if (link.why.isSure && 2 * linksBetween(some, b->second) < some.size() * others.size())
-      return std::nullopt;
+      for (const Place& other : others)
+        if (place.map == other.map || areApart(place, other)) return std::nullopt;
     return std::pair(a->second, b->second);
   }
 
@@ -134,11 +142,16 @@ class Planner {
     plan_.order = orderOf(sources.size(), linked_);
     plan_.toMerged.resize(sources.size());
     plan_.firstNode.resize(sources.size());
-    int next = 0;
+    std::int64_t next = 0;
     for (const std::size_t map : plan_.order) {
-      plan_.firstNode[map] = next;
+      plan_.firstNode[map] = static_cast<int>(next);
       next += nextNodeOf(sources_[map]->map);
+      if (next > std::numeric_limits<int>::max())
+        fail(ErrorCode::corruptFile, "{} has places with too large numbers; map its drives again",
+             sources_[map]->path.string());
     }
+    for (const auto& source : sources) hasPoses_.push_back(source->hasPoses());
+    nearDistance_ = settingsFromJson(sources[plan_.order.front()]->store.identity().settings).nearDistance;
   }
 
   MergePlan make(Progress& progress) {
@@ -155,44 +168,54 @@ class Planner {
   }
 
  private:
-  static int nextNodeOf(const TopologicalMap& map) {
-    int next = 0;
-    for (const Node& node : map.nodes) next = std::max(next, node.id + 1);
-    for (const Decision& decision : map.decisions) next = std::max(next, decision.node + 1);
-    for (const Merge& merge : map.merges) next = std::max({next, merge.kept + 1, merge.absorbed + 1});
-    return next;
+  static std::int64_t nextNodeOf(const TopologicalMap& map) {
+    std::int64_t last = 0;
+    for (const Node& node : map.nodes) last = std::max<std::int64_t>(last, node.id);
+    for (const Decision& decision : map.decisions) last = std::max<std::int64_t>(last, decision.node);
+    for (const Merge& merge : map.merges) last = std::max<std::int64_t>({last, merge.kept, merge.absorbed});
+    return last + 1;
   }
 
+  /// With the map before it that it shares most places with, and with the one of those with poses.
   std::vector<Comparison> neededComparisons() {
     std::vector<Comparison> needed;
     for (auto map = plan_.order.begin(); map != plan_.order.end(); ++map) {
-      const LinkedMaps* best = nullptr;
-      std::size_t reference = 0;
-      for (auto before = plan_.order.begin(); before != map; ++before)
-        if (const LinkedMaps* maps = find(linked_, *before, *map);
-            maps && (!best || std::pair(maps->sure(), maps->links.size()) >
-                                  std::pair(best->sure(), best->links.size()))) {
-          best = maps;
-          reference = *before;
-        }
-      if (!best) continue;
-      if (arePosed(reference, *map) || 2 * best->sure() < best->links.size())
-        needed.push_back({reference, *map});
+      const auto best = bestReference(*map, map, false), bestPosed = bestReference(*map, map, true);
+      if (best) {
+        const LinkedMaps& maps = *find(linked_, *best, *map);
+        if (best == bestPosed || 2 * maps.sure() < maps.links.size()) needed.push_back({*best, *map});
+      }
+      if (bestPosed && bestPosed != best) needed.push_back({*bestPosed, *map});
     }
     return needed;
+  }
+
+  std::optional<std::size_t> bestReference(std::size_t map, std::vector<std::size_t>::const_iterator end,
+                                           bool withPoses) const {
+    std::optional<std::size_t> reference;
+    std::pair<std::size_t, std::size_t> most;
+    for (auto before = plan_.order.begin(); before != end; ++before) {
+      const LinkedMaps* maps = find(linked_, *before, map);
+      if (maps == nullptr || (withPoses && !arePosed(*before, map))) continue;
+      const std::pair count(maps->sure(), maps->links.size());
+      if (reference && count <= most) continue;
+      reference = *before;
+      most = count;
+    }
+    return reference;
   }
 
   void findFrames(const std::vector<Comparison>& comparisons) {
     bool isKnown = false;
     for (const std::size_t map : plan_.order) {
-      if (!isKnown && sources_[map]->hasPoses()) {
-        plan_.toMerged[map] = cv::Affine3d::Identity();
+      auto& toMerged = plan_.toMerged[map];
+      if (!isKnown && hasPoses_[map]) {
+        toMerged = cv::Affine3d::Identity();
         isKnown = true;
       }
-      const auto own = std::ranges::find(comparisons, map, &Comparison::map);
-      if (own == comparisons.end() || !own->found.alignment || plan_.toMerged[map]) continue;
-      if (const auto& reference = plan_.toMerged[own->reference])
-        plan_.toMerged[map] = *reference * *own->found.alignment;
+      for (const Comparison& c : comparisons)
+        if (c.map == map && !toMerged && c.found.alignment && plan_.toMerged[c.reference])
+          toMerged = *plan_.toMerged[c.reference] * *c.found.alignment;
     }
   }
 
@@ -212,11 +235,13 @@ class Planner {
     return links;
   }
 
-  void joinPlaces(const std::vector<Link>& links) {
+  void joinPlaces(std::vector<Link> links) {
+    const auto apart = [this](const Place& a, const Place& b) { return areApart(a, b); };
+    std::erase_if(links, [&](const Link& link) { return apart(link.a, link.b); });
     PlaceGroups groups(sources_, links);
     for (const Link& link : links) {
-      auto pair = groups.joinable(link);
-      if (!pair || areApart(link)) continue;
+      auto pair = groups.joinable(link, apart);
+      if (!pair) continue;
       if (newId(pair->second) < newId(pair->first)) std::swap(pair->first, pair->second);
       groups.join(pair->first, pair->second);
       plan_.merges.push_back(
@@ -226,20 +251,17 @@ class Planner {
       if (place != kept) plan_.keptBy[newId(place)] = newId(kept);
   }
 
-  bool arePosed(std::size_t a, std::size_t b) const {
-    return sources_[a]->hasPoses() && sources_[b]->hasPoses();
-  }
+  bool arePosed(std::size_t a, std::size_t b) const { return hasPoses_[a] && hasPoses_[b]; }
   int newId(const Place& place) const { return plan_.firstNode[place.map] + place.node; }
 
   /// Whether poses say that no images of the two were taken near each other.
-  bool areApart(const Link& link) {
-    const auto &a = positionsOf(link.a), &b = positionsOf(link.b);
+  bool areApart(const Place& one, const Place& other) {
+    const auto &a = positionsOf(one), &b = positionsOf(other);
     if (a.empty() || b.empty()) return false;
-    double nearest = std::numeric_limits<double>::infinity();
     for (const cv::Point3d& p : a)
-      for (const cv::Point3d& q : b) nearest = std::min(nearest, cv::norm(p - q));
-    const MapSource& source = *sources_[plan_.order.front()];
-    return nearest > elsewhere * settingsFromJson(source.store.identity().settings).nearDistance;
+      for (const cv::Point3d& q : b)
+        if (cv::norm(p - q) <= elsewhere * nearDistance_) return false;
+    return true;
   }
 
   /// In the merged map; none where they are not known there.
@@ -267,6 +289,8 @@ class Planner {
   Sources sources_;
   std::vector<LinkedMaps> linked_;
   MergePlan plan_;
+  std::vector<bool> hasPoses_;
+  double nearDistance_ = 0;
   std::map<Place, std::vector<cv::Point3d>> positions_;
 };
 

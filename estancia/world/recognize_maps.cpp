@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "estancia/core/fail.hpp"
 #include "estancia/core/rigid.hpp"
 #include "estancia/topology/drive_alignment.hpp"
 #include "estancia/topology/drive_guide.hpp"
@@ -21,49 +22,58 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t blockSize = 10;     // maps that are compared with as many others at once
+constexpr std::size_t mostInBlock = 10;   // maps that are compared with as many others at once
 constexpr std::size_t mostFrames = 4096;  // of a map, in which or of which drives are localized
 constexpr std::size_t lookahead = 20;     // frames
 constexpr std::size_t fewestVotes = 3;    // images that say which place it is
 constexpr std::size_t fewestSeen = 5;     // depth images without which depth cannot confirm
 
-Mapper mapperOf(const fs::path& map) {
-  MapStore store = MapStore::open(map, MapStore::Access::read);
-  store.beginReading();
-  Mapper mapper = restoreMapper(store);
-  mapper.impl().endModes();
-  return mapper;
+/// Few maps in small blocks, so that all cores have some.
+std::size_t blockSizeOf(std::size_t maps) {
+  return std::clamp<std::size_t>(maps / 6, 1, mostInBlock);
 }
 
-std::vector<Mapper> mappersOf(std::span<const fs::path> maps) {
-  std::vector<Mapper> mappers;
-  for (const fs::path& map : maps) {
-    mappers.push_back(mapperOf(map));
-    mappers.back().impl().views.clear();  // only means are compared
+/// What a map is compared by.
+struct Compared {
+  Mapper mapper;
+  std::size_t frames;
+};
+
+std::vector<Compared> comparedMaps(std::span<const fs::path> maps) {
+  std::vector<Compared> compared;
+  for (const fs::path& path : maps) {
+    const MapSource source(path);
+    Compared& map = compared.emplace_back(Compared{source.mapper(), source.store.frameCount()});
+    map.mapper.impl().endModes();
+    map.mapper.impl().views.clear();  // only means are compared
   }
-  return mappers;
+  return compared;
 }
 
 std::span<const fs::path> block(std::span<const fs::path> maps, std::size_t number) {
-  const std::size_t begin = number * blockSize;
-  return maps.subspan(begin, std::min(blockSize, maps.size() - begin));
+  const std::size_t size = blockSizeOf(maps.size()), begin = number * size;
+  return maps.subspan(begin, std::min(size, maps.size() - begin));
 }
 
-/// The links between the maps of two blocks, as text.
+/// The links between the maps of two blocks, and how many frames these maps had, as text.
 std::string linksOfBlocks(std::span<const fs::path> maps, std::size_t row, std::size_t column) {
-  std::vector<Mapper> first = mappersOf(block(maps, row));
-  std::vector<Mapper> others = row == column ? std::vector<Mapper>() : mappersOf(block(maps, column));
-  std::vector<Mapper>& second = row == column ? first : others;
-  auto found = nlohmann::json::array();
-  for (std::size_t i = 0; i < first.size(); ++i)
+  std::vector<Compared> first = comparedMaps(block(maps, row));
+  std::vector<Compared> others = row == column ? std::vector<Compared>() : comparedMaps(block(maps, column));
+  std::vector<Compared>& second = row == column ? first : others;
+  const std::size_t size = blockSizeOf(maps.size());
+  auto links = nlohmann::json::array(), frames = nlohmann::json::array();
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    frames.push_back({row * size + i, first[i].frames});
     for (std::size_t j = row == column ? i + 1 : 0; j < second.size(); ++j) {
       if (interrupted()) throw Interrupted("stopped; nothing was changed");
-      const PlaceLinker linker(first[i].impl(), second[j].impl());
+      const PlaceLinker linker(first[i].mapper.impl(), second[j].mapper.impl());
       for (const PlaceLink& link : linker.nearest())
-        found.push_back({row * blockSize + i, column * blockSize + j, link.a, link.b, link.distance,
-                         link.threshold, link.isSure});
+        links.push_back(
+            {row * size + i, column * size + j, link.a, link.b, link.distance, link.threshold, link.isSure});
     }
-  return found.dump();
+  }
+  for (std::size_t j = 0; j < others.size(); ++j) frames.push_back({column * size + j, others[j].frames});
+  return nlohmann::json{{"links", links}, {"frames", frames}}.dump();
 }
 
 /// T_a_b, where depth confirms it or cannot, and words are enough.
@@ -104,7 +114,8 @@ class MapLocalization {
 
   LocalizedMap result() const {
     LocalizedMap found;
-    Mapper a = mapperOf(a_.path), b = mapperOf(b_.path);
+    Mapper a = a_.mapper(), b = b_.mapper();
+    for (Mapper* mapper : {&a, &b}) mapper->impl().endModes();
     const PlaceLinker linker(a.impl(), b.impl());
     for (const auto& [place, seen] : places_) {
       const auto& [images, votes] = seen;
@@ -134,8 +145,9 @@ std::size_t LinkedMaps::sure() const {
   return static_cast<std::size_t>(std::ranges::count_if(links, &PlaceLink::isSure));
 }
 
-std::vector<LinkedMaps> linkMaps(std::span<const fs::path> maps, const ShareWork& share) {
-  const std::size_t blocks = (maps.size() + blockSize - 1) / blockSize;
+std::vector<LinkedMaps> linkMaps(std::span<const fs::path> maps, const ShareWork& share,
+                                 const std::function<std::size_t(std::size_t)>& framesOf) {
+  const std::size_t size = blockSizeOf(maps.size()), blocks = (maps.size() + size - 1) / size;
   std::vector<std::pair<std::size_t, std::size_t>> pairs;
   for (std::size_t row = 0; row < blocks; ++row)
     for (std::size_t column = row; column < blocks; ++column) pairs.emplace_back(row, column);
@@ -143,9 +155,14 @@ std::vector<LinkedMaps> linkMaps(std::span<const fs::path> maps, const ShareWork
     return linksOfBlocks(maps, pairs[piece].first, pairs[piece].second);
   });
   std::map<std::pair<std::size_t, std::size_t>, std::vector<PlaceLink>> found;
-  for (const std::string& result : results)
-    for (const auto& link : nlohmann::json::parse(result))
+  for (const std::string& text : results) {
+    const auto result = nlohmann::json::parse(text);
+    for (const auto& map : result.at("frames"))
+      if (const std::size_t number = map.at(0); map.at(1) != framesOf(number))
+        fail(ErrorCode::busy, "{} is being written; merge it when that has ended", maps[number].string());
+    for (const auto& link : result.at("links"))
       found[{link.at(0), link.at(1)}].push_back({link.at(2), link.at(3), link.at(4), link.at(5), link.at(6)});
+  }
   std::vector<LinkedMaps> linked;
   for (auto& [ends, links] : found) linked.push_back({ends.first, ends.second, std::move(links)});
   return linked;
@@ -153,7 +170,7 @@ std::vector<LinkedMaps> linkMaps(std::span<const fs::path> maps, const ShareWork
 
 LocalizedMap localizeMap(const fs::path& first, const fs::path& second) {
   const MapSource a(first), b(second);
-  const auto known = std::make_shared<const LocalizerMap>(readLocalizerMap(first, mostFrames));
+  const auto known = std::make_shared<const LocalizerMap>(readLocalizerMap(a.store, mostFrames));
   LocalizerOptions options;
   options.lookahead = lookahead;
   MapLocalization localization(a, b, *known);

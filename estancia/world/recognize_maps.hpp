@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <opencv2/core/affine.hpp>
 #include <optional>
 #include <span>
@@ -23,8 +24,10 @@ struct LinkedMaps {
 };
 
 /// Compares the places of all pairs of maps by their words; those that have links, in order. Work is shared
-/// in pieces of 100 pairs; who only helps gets none.
-std::vector<LinkedMaps> linkMaps(std::span<const std::filesystem::path> maps, const ShareWork& share);
+/// in pieces of up to 100 pairs; who only helps gets none. Throws Error (busy) where a map has another number
+/// of frames than framesOf() says.
+std::vector<LinkedMaps> linkMaps(std::span<const std::filesystem::path> maps, const ShareWork& share,
+                                 const std::function<std::size_t(std::size_t)>& framesOf);
 
 /// A map as it was found in another one, image by image.
 struct LocalizedMap {

@@ -12,6 +12,7 @@
 #include "experiments/src/objects/object_segmentation_findings.hpp"
 #include "experiments/src/objects/object_splits_results.hpp"
 #include "experiments/src/odometry/odometry_errors.hpp"
+#include "experiments/src/places/further_drives.hpp"
 #include "experiments/src/places/localization_errors.hpp"
 #include "experiments/src/places/model_choice_findings.hpp"
 #include "experiments/src/places/revisits.hpp"
@@ -371,6 +372,17 @@ TEST(Golden, Revisits) {
     if (i == 2) measures.pop_back();  // nothing found
   }
   test::expectGolden("revisits", revisitsFindings(results));
+}
+
+TEST(Golden, FurtherDrives) {
+  Numbers numbers;
+  DriveResults results{{"places"}, {"evening", "morning"}, {"continued", "merged"}, {}};
+  auto measures = furtherDrivesColumns().measures;
+  for (int i = 0; i < 4; ++i) {
+    results.cells.push_back(i == 3 ? CellResults() : someOf(numbers, measures));
+    if (i == 1) measures.pop_back();  // no depth
+  }
+  test::expectGolden("further-drives", furtherDrivesFindings(results));
 }
 
 TEST(Golden, RoomsByName) {

@@ -71,6 +71,17 @@ TEST_F(Modes, AreFewAndTheNearestBecomeOne) {
   EXPECT_EQ(looks().size(), 1U) << "within the threshold";
 }
 
+TEST_F(Modes, OfFewFramesAreJoinedWhateverTheDistance) {
+  node_.modes.assign(1, Moments(2, false));
+  node_.modes[0].add(Look{1000, 0}, 10);
+  for (const float look : {0.1F, 0.9F}) {
+    node_.modes.emplace_back(2, false);
+    node_.modes.back().add(Look{look, 0}, look < 0.5F ? 2 : 10);
+  }
+  node_.joinModes(0.1, 3, apart);
+  EXPECT_EQ(node_.modes.size(), 2U);
+}
+
 TEST_F(Modes, OfTwoNodesAreThoseOfOne) {
   drive({0.5F, 0.5F}, 10);
   Modes::drive({0.8F, 0.2F}, 10);

@@ -9,8 +9,11 @@
 #include <numbers>
 
 #include "estancia/core/rigid.hpp"
+#include "estancia/topology/drives.hpp"
 #include "estancia/topology/explain.hpp"
 #include "estancia/topology/session.hpp"
+#include "estancia/topology/sqlite.hpp"
+#include "estancia/topology/store.hpp"
 #include "estancia/world/edit_areas.hpp"
 #include "estancia/world/world_map.hpp"
 #include "estancia/world/world_mapper.hpp"
@@ -149,7 +152,11 @@ TEST_F(MergedDrives, SayWhyTheirPlacesAreOne) {
   EXPECT_EQ(all.decisions.size(), all.frames.size());
   EXPECT_EQ(all.decisions[60].kind, DecisionKind::start);
   const std::vector<std::string> why = explain(all, 60);
+  EXPECT_THAT(why, testing::Contains(testing::HasSubstr("nothing to compare it with")));
   EXPECT_THAT(why.back(), testing::HasSubstr("turned out to be the same place as node 5"));
+  const std::vector<DriveSummary> drives = summarizeDrives(all);
+  ASSERT_TRUE(drives[1].recognized);
+  EXPECT_EQ(drives[1].newPlaces, 0U);
   EXPECT_EQ(all.frames[60].node, 5);
 }
 
@@ -181,7 +188,77 @@ TEST_F(MergedDrives, AreNotOnePlaceWherePosesContradict) {
   EXPECT_EQ(other.frames[120 + 44].node, other.frames[20].node) << "words alone would join them";
 }
 
-/// Thirteen robots: three blocks of pairs of maps, done in any order, by any number of processes.
+TEST_F(MergedDrives, DoNotBecomeOneThroughAThirdMapWithoutPoses) {
+  drive("a", 0, 120);
+  std::vector<std::size_t> seen;
+  for (std::size_t i = 0; i < 48; ++i) seen.push_back(i >= 40 ? 5 : i / 4 == 5 ? 15 : i / 4);
+  drive("b", 0, seen, otherFrame);
+  hasPoses_ = false;
+  drive("c", 0, 48);
+  merge({"a", "c", "b"}, "all");
+  const TopologicalMap all = read("all");
+  ASSERT_EQ(all.drives[2].name, "b 0");
+  EXPECT_EQ(all.frames[168 + 16].node, all.frames[16].node);
+  EXPECT_NE(all.frames[168 + 44].node, all.frames[20].node);
+}
+
+TEST_F(MergedDrives, AreAlignedWithTheMapThatHasPoses) {
+  hasPoses_ = false;
+  drive("without", 0, 120);
+  hasPoses_ = true;
+  drive("a", 0, 60);
+  drive("b", 10, 70, 0, otherFrame);
+  const MergedMaps merged = merge({"without", "a", "b"}, "all");
+  EXPECT_TRUE(merged.parts[0].isAligned && merged.parts[1].isAligned);
+  const TopologicalMap all = read("all");
+  for (std::size_t i = 180; i < 240; ++i)
+    EXPECT_LT(distanceBetween(all.frames[i].pose.value(), poseAt(i - 170)), 0.5) << i;
+}
+
+TEST_F(MergedDrives, MayTakeWhatTheirMapsMayTogether) {
+  hasPoses_ = false;
+  for (const std::string map : {"a", "b"}) {
+    drive(map, map == "a" ? 0 : 7, 2000);
+    MappingSession session = MappingSession::resume(folder_ / map, words(), "test");
+    session.setBudget({.memory = 2, .file = 2});
+    session.finish();
+  }
+  merge({"a", "b"}, "all");
+  drive("c", 0, 60);
+  merge({"all", "c"}, "more");
+  {
+    const MappingSession all = MappingSession::resume(folder_ / "all", words(), "test");
+    EXPECT_EQ(all.budget(), (MapBudget{.memory = 4, .file = 4}));
+  }
+  EXPECT_EQ(MappingSession::resume(folder_ / "more", words(), "test").budget(), MapBudget{});
+  EXPECT_EQ(read("all").nodes.size(), 12U);
+}
+
+TEST_F(MergedDrives, AreRefusedByNameWhereTheyAreDamaged) {
+  drive("a", 0, 60);
+  const auto damaged = [&](const std::string& statement) {
+    fs::remove(folder_ / "b");
+    drive("b", 10, 60);
+    {
+      MapStore store = MapStore::open(folder_ / "b", MapStore::Access::write);
+      store.database().run(statement);
+      store.commit();
+    }
+    const test::Caught caught = test::caught([&] { merge({"a", "b"}, "all"); });
+    EXPECT_TRUE(isAlone("all"));
+    return caught;
+  };
+  const std::string b = (folder_ / "b").string();
+  EXPECT_THAT(damaged("DELETE FROM nodes"), FailsWith(ErrorCode::corruptFile, b));
+  EXPECT_THAT(damaged("UPDATE state SET bytes = x'00' WHERE key = 'mapper'"),
+              FailsWith(ErrorCode::truncatedFile, b));
+  EXPECT_THAT(damaged("DELETE FROM state WHERE key = 'mapper'"), FailsWith(ErrorCode::corruptFile, b));
+  EXPECT_THAT(damaged("INSERT INTO merges(frame, kept, absorbed, distance, threshold) "
+                      "VALUES(1, 2147483647, 3, 0, 1)"),
+              FailsWith(ErrorCode::corruptFile, b));
+}
+
+/// Thirteen robots: blocks of pairs of maps, done in any order, by any number of processes.
 TEST_F(MergedDrives, AreTheSameHoweverTheWorkIsShared) {
   hasPoses_ = false;
   std::vector<std::string> maps;
@@ -203,7 +280,8 @@ TEST_F(MergedDrives, AreTheSameHoweverTheWorkIsShared) {
   EXPECT_FALSE(fs::exists(folder_ / "shared")) << "the other one makes it";
   ShareWork leading;
   leading.run = [&](std::size_t pieces, const std::function<std::string(std::size_t)>&) {
-    EXPECT_EQ(pieces, 3U);
+    EXPECT_EQ(pieces, results.size());
+    EXPECT_GT(pieces, 3U);
     return results;
   };
   mergeMaps(files, folder_ / "shared", ExistingMap::refuse, Progress::none(), leading);

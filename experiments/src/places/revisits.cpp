@@ -19,13 +19,6 @@ namespace {
 constexpr int revisitsVersion = 1;  // of what follows: cells of another one are computed anew
 const std::vector<std::string> kKnowledge{"with poses", "words alone"};
 
-/// Whether two frames were taken within so many meters and degrees of each other.
-bool isNear(const Frame& a, const Frame& b, double meters, double degrees) {
-  const auto f = a.pose->forward(), g = b.pose->forward();
-  const double cosine = std::clamp(f[0] * g[0] + f[1] * g[1] + f[2] * g[2], -1.0, 1.0);
-  return distanceBetween(*a.pose, *b.pose) <= meters && std::acos(cosine) * 180 / std::numbers::pi <= degrees;
-}
-
 void appendTo(DescriptorSequence& drive, const DescriptorSequence& more, bool isReversed) {
   for (std::size_t k = 0; k < more.frames.size(); ++k) {
     const std::size_t i = isReversed ? more.frames.size() - 1 - k : k;
@@ -76,6 +69,12 @@ RevisitsOptions::Drive readRoute(ConfigFile& config, const toml::table& table) {
 }
 
 }  // namespace
+
+bool isNear(const Frame& a, const Frame& b, double meters, double degrees) {
+  const auto f = a.pose->forward(), g = b.pose->forward();
+  const double cosine = std::clamp(f[0] * g[0] + f[1] * g[1] + f[2] * g[2], -1.0, 1.0);
+  return distanceBetween(*a.pose, *b.pose) <= meters && std::acos(cosine) * 180 / std::numbers::pi <= degrees;
+}
 
 Revisits revisitsIn(const std::vector<Frame>& frames, const TopologicalMap& map) {
   if (map.frames.size() != frames.size())

@@ -24,6 +24,9 @@ class ConfigFile;
 
 namespace estancia::experiments {
 
+/// Whether two frames, which have poses, were taken within so many meters and degrees of each other.
+bool isNear(const Frame& a, const Frame& b, double meters, double degrees);
+
 /// What a map says of a drive's returns.
 struct Revisits {
   /// Frames within 0.7 m and 30° of one from before the robot was 1.4 m or 60° away; those of them whose node

@@ -19,6 +19,7 @@
 #include "experiments/src/objects/object_segmentation.hpp"
 #include "experiments/src/objects/object_splits.hpp"
 #include "experiments/src/odometry/odometry_errors.hpp"
+#include "experiments/src/places/further_drives.hpp"
 #include "experiments/src/places/localization_errors.hpp"
 #include "experiments/src/places/model_choice.hpp"
 #include "experiments/src/places/place_tasks.hpp"
@@ -100,6 +101,8 @@ constexpr Kind kKinds[] = {
      featureStudyColumns, true, prepare<readFeatureStudy, compareFeatures>},
     {"few-examples", "rooms by a few images of each, by their names alone, and by both", fewExamplesColumns,
      true, prepare<readFewExamples, learnFromFew>},
+    {"further-drives", "drives that follow another one: recognized in its map, continued and merged",
+     furtherDrivesColumns, true, prepare<readFurtherDrives, compareFurtherDrives>},
     {"home-objects",
      "things of a furnished home in its map, each as one instance, and instances that are none",
      homeObjectColumns, false, prepare<readHomeSegmentation, findHomeObjects>},
