@@ -48,11 +48,13 @@ TEST(FurtherDrives, CountWhatIsKnownRightAndWrong) {
   EXPECT_EQ(found.known, 4U) << "all but the first";
   EXPECT_EQ(found.right, 1U + 0U + 0U + 0U) << "1.5 m from 1 m";
   EXPECT_EQ(found.firstRight, 1U);
-  EXPECT_EQ(found.wrong, 1U) << "the kitchen is not in the hall; 2.5 m is, and 4.5 m is in the kitchen";
+  EXPECT_EQ(found.grown, 1U) << "the kitchen is not in the hall; 2.5 m is, and 4.5 m is in the kitchen";
+  EXPECT_EQ(found.wrong, 0U) << "it was in the hall";
   EXPECT_EQ(found.joined, 1U);
   EXPECT_NEAR(found.poseError.value(), 0.3, 1e-9);
   const FurtherDrive elsewhere = furtherDriveIn(truth, map, true);
   EXPECT_EQ(elsewhere.wrong, 4U);
+  EXPECT_EQ(furtherDriveIn(truth, mapOf({0, 0, 1, 2, 3, 4, 0, 0, 3, 0}), false).wrong, 1U) << "the last";
   EXPECT_EQ(elsewhere.near, 0U);
   EXPECT_FALSE(elsewhere.poseError);
 }

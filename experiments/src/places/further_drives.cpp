@@ -89,7 +89,8 @@ CellResults resultsOf(const FurtherDrive& found) {
   const auto count = [](std::size_t number) { return static_cast<double>(number); };
   CellResults results{{"frames", "", count(found.frames)}, {"near", "", count(found.near)},
                       {"known", "", count(found.known)},   {"right", "", count(found.right)},
-                      {"wrong", "", count(found.wrong)},   {"joined", "", count(found.joined)}};
+                      {"wrong", "", count(found.wrong)},   {"grown", "", count(found.grown)},
+                      {"joined", "", count(found.joined)}};
   if (found.firstRight) results.push_back({"first_right", "", count(*found.firstRight)});
   if (found.poseError) results.push_back({"pose_error", "", *found.poseError});
   return results;
@@ -160,6 +161,7 @@ FurtherDrive furtherDriveIn(const std::vector<Frame>& truth, const TopologicalMa
   FurtherDrive found;
   double error = 0;
   std::size_t posed = 0;
+  bool cameSo = false;  // into this place
   for (std::size_t i = begin; i < truth.size(); ++i) {
     const Frame& frame = truth[i];
     ++found.frames;
@@ -180,9 +182,11 @@ FurtherDrive furtherDriveIn(const std::vector<Frame>& truth, const TopologicalMa
     if (!isElsewhere && std::ranges::any_of(place->second, isThere)) {
       ++found.right;
       if (!found.firstRight) found.firstRight = i - begin;
-    } else if (isElsewhere || std::ranges::none_of(place->second, isSameRoom)) {
-      ++found.wrong;
     }
+    const bool isOutside = isElsewhere || (std::ranges::none_of(place->second, isThere) &&
+                                           std::ranges::none_of(place->second, isSameRoom));
+    if (i == begin || map.frames[i].node != map.frames[i - 1].node) cameSo = isOutside;
+    if (isOutside) ++(cameSo ? found.wrong : found.grown);
   }
   if (posed > 0 && !isElsewhere) found.poseError = error / static_cast<double>(posed);
   for (const Merge& merge : map.merges) found.joined += merge.frame + 1 == truth.size() ? 1 : 0;
@@ -204,7 +208,8 @@ FurtherDrivesOptions readFurtherDrives(ConfigFile& config) {
 GridColumns furtherDrivesColumns() {
   return {{"model", "drive", "variant"},
           "",
-          {"frames", "near", "known", "right", "wrong", "first_right", "joined", "pose_error", "v_measure"}};
+          {"frames", "near", "known", "right", "wrong", "grown", "first_right", "joined", "pose_error",
+           "v_measure"}};
 }
 
 Findings compareFurtherDrives(const FurtherDrivesOptions& options, Grid& grid, const ExperimentRun& run,
@@ -235,6 +240,7 @@ Findings furtherDrivesFindings(const DriveResults& results) {
                                                    {"known", {"known", 0}},
                                                    {"right", {"right", 0, largest}},
                                                    {"wrong", {"wrong", 0, smallest}},
+                                                   {"grown", {"grown", 0}},
                                                    {"first_right", {"first right", 0, smallest}},
                                                    {"joined", {"places joined", 0}},
                                                    {"pose_error", {"pose error [m]", 4, smallest}},
@@ -250,8 +256,9 @@ Findings furtherDrivesFindings(const DriveResults& results) {
         ResultTable{
             results.titleOf(model, drive),
             "Of the images of the second drive, near: within 0.7 m and 30° of one of the first; known: "
-            "in a place of the first; right: that holds an image within a meter; wrong: that holds none "
-            "within a meter or of the same room. Pose error: mean, of the images whose pose is known in "
+            "in a place of the first; right: that holds an image within a meter. Where a place holds none "
+            "within a meter or of the same room, wrong: the robot was taken to be there; grown: it was "
+            "there, and drove on, and the place grew. Pose error: mean, of the images whose pose is known in "
             "the map; the second drive's poses are in a frame of their own.",
             "way",
             {},
