@@ -128,11 +128,6 @@ void addJsonOption(CLI::App& command, bool& json) {
   command.add_flag("--json", json, "Print JSON for machines on stdout");
 }
 
-void silence() {
-  for (std::FILE* stream : {stdout, stderr})
-    if (std::freopen("/dev/null", "w", stream) == nullptr) std::fclose(stream);
-}
-
 void print(const nlohmann::ordered_json& json) {
   // Labels and file names may hold bytes that are no UTF-8: show them as such instead of failing.
   std::puts(json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());

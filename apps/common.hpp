@@ -71,9 +71,6 @@ void addJsonOption(CLI::App& command, bool& json);
 /// One line of JSON on stdout.
 void print(const nlohmann::ordered_json& json);
 
-/// Of several processes only the first one prints.
-void silence();
-
 /// The name of work whose results are printed while it goes on: none where they go to the terminal, as they
 /// show how far it is, and a bar of progress would stand among them.
 std::string nameBesideResults(const std::string& work);

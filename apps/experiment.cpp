@@ -13,8 +13,8 @@
 #include "experiments/src/findings/findings_page.hpp"
 #include "experiments/src/findings/result_table.hpp"
 #include "experiments/src/runner/experiment.hpp"
-#include "experiments/src/runner/work_queue.hpp"
 #include "labeling.hpp"
+#include "processes.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -55,21 +55,17 @@ void run(const ExperimentArguments& arguments) {
   fs::path folder = arguments.output;
   if (folder.empty())
     folder = configs.size() == 1 ? configs[0].stem() : fs::absolute(configs[0]).parent_path().filename();
-  std::unique_ptr<WorkQueue> distribution;
-  if (auto ranks = joinMpiProcesses()) distribution = std::make_unique<WorkQueue>(std::move(ranks));
-  const bool speaks = distribution == nullptr || distribution->isFirst();
-  if (!speaks) silence();
-  const auto progress = speaks ? makeStderrProgress() : std::make_unique<Progress>();
+  const Processes processes = joinProcesses();
   LabelCache cache;
   Findings findings;
   const auto program = [&] {
     findings = runExperiment(configs,
                              {folder, arguments.models, arguments.labeling.options,
-                              arguments.labeling.noCache ? nullptr : &cache, distribution.get()},
-                             *progress);
+                              arguments.labeling.noCache ? nullptr : &cache, processes.queue.get()},
+                             *processes.progress);
   };
-  distribution != nullptr ? distribution->together(program) : program();
-  if (!speaks) return;
+  processes.queue != nullptr ? processes.queue->together(program) : program();
+  if (!processes.speaks()) return;
   for (const std::string& note : findings.notes) spdlog::warn("{}", note);
   writeFindingsPage(folder / "report.html", findings);
   for (const Findings& part : findings.apart) writeFindingsFiles(folder / part.file, part);

@@ -12,7 +12,7 @@
 #include "estancia/report/text.hpp"
 #include "estancia/world/merge_maps.hpp"
 #include "estancia/world/rooms_by_name.hpp"
-#include "experiments/src/runner/work_queue.hpp"
+#include "processes.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -56,15 +56,12 @@ void run(const MergeArguments& arguments) {
   const std::vector<std::filesystem::path> maps(arguments.maps.begin(), arguments.maps.end());
   const ExistingMap existing = arguments.overwrite ? ExistingMap::replace : ExistingMap::refuse;
   MergedMaps merged;
-  if (auto ranks = experiments::joinMpiProcesses()) {
-    experiments::WorkQueue queue(std::move(ranks));
-    if (!queue.isFirst()) silence();
-    const auto progress = queue.isFirst() ? makeStderrProgress() : std::make_unique<Progress>();
-    merged = mergeTogether(queue, maps, arguments.output, existing, *progress);
-    if (!queue.isFirst()) return;
-  } else {
-    merged = mergeMaps(maps, arguments.output, existing, *makeStderrProgress());
-  }
+  const Processes processes = joinProcesses();
+  if (processes.queue)
+    merged = mergeTogether(*processes.queue, maps, arguments.output, existing, *processes.progress);
+  else
+    merged = mergeMaps(maps, arguments.output, existing, *processes.progress);
+  if (!processes.speaks()) return;
   renewRoomsByNames(arguments.output);
   for (const std::string& conflict : merged.conflicts) spdlog::warn("{}", conflict);
   if (arguments.json) {

@@ -4,12 +4,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <set>
 
 namespace estancia {
 namespace {
 
-DriveSummary summarize(const TopologicalMap& map, std::size_t number, std::set<int>& known) {
+/// `known`: the places of the drives before; `joinedAfter`: after which frame a place became a part of
+/// another.
+DriveSummary summarize(const TopologicalMap& map, std::size_t number,
+                       const std::map<int, std::size_t>& joinedAfter, std::set<int>& known) {
   const std::size_t begin = map.drives[number].firstFrame;
   const std::size_t end =
       number + 1 < map.drives.size() ? map.drives[number + 1].firstFrame : map.frames.size();
@@ -32,9 +36,8 @@ DriveSummary summarize(const TopologicalMap& map, std::size_t number, std::set<i
     // As it was decided then, or when maps were merged: a place that was recognized later in the drive may
     // have taken this one in.
     const int then = i < map.decisions.size() ? map.decisions[i].node : frame.node;
-    const bool wasKnown = then == frame.node || std::ranges::any_of(map.merges, [&](const Merge& merge) {
-                            return merge.absorbed == then && merge.frame + 1 >= end;
-                          });
+    const auto joined = then == frame.node ? joinedAfter.end() : joinedAfter.find(then);
+    const bool wasKnown = then == frame.node || (joined != joinedAfter.end() && joined->second + 1 >= end);
     if (!summary.recognized && number > 0 && known.contains(frame.node) && wasKnown)
       summary.recognized = {numberOf(i) - numberOf(begin), frame.node};
   }
@@ -55,7 +58,9 @@ std::string describeDrive(const TopologicalMap& map, std::size_t drive) {
 std::vector<DriveSummary> summarizeDrives(const TopologicalMap& map) {
   std::vector<DriveSummary> drives;
   std::set<int> known;
-  for (std::size_t i = 0; i < map.drives.size(); ++i) drives.push_back(summarize(map, i, known));
+  std::map<int, std::size_t> joinedAfter;
+  for (const Merge& merge : map.merges) joinedAfter[merge.absorbed] = merge.frame;
+  for (std::size_t i = 0; i < map.drives.size(); ++i) drives.push_back(summarize(map, i, joinedAfter, known));
   return drives;
 }
 

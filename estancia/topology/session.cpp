@@ -137,8 +137,7 @@ int MappingSession::Impl::add(const Frame& frame, DescriptorView descriptor, con
   const auto guess = guide ? guide->add(descriptor, given) : std::nullopt;
   if (guess && given && drive.isAligned && ++guided >= enoughGuided) endGuidance();
   mapped.node = mapper.add(descriptor, mapped.pose, guess ? std::optional(guess->node) : std::nullopt);
-  const std::optional<Pose> own = drive.alignment || !drive.isAligned ? given : std::nullopt;
-  const bool isTaken = take(mapped, descriptor, own);
+  const bool isTaken = take(mapped, descriptor, given);
   if (alignment && given && guess && guess->pose && alignment->add(*given, *guess->pose)) align();
   // Images of all warm-up frames, whose nodes may still change, then of a node's 1st, 2nd, 4th, 8th … frame.
   const Mapper::Impl& state = mapper.impl();
@@ -162,8 +161,7 @@ void MappingSession::Impl::replay(const Frame& frame, DescriptorView descriptor,
   const std::optional<Pose> given = frame.pose && frame.pose->isPlausible() ? frame.pose : std::nullopt;
   mapped.pose = inMap(given);
   mapper.impl().replay(descriptor, known);
-  const bool isInMap = drive.isAligned && !drive.alignment;
-  if (take(mapped, descriptor, isInMap ? std::nullopt : given) && !jpeg.empty()) {
+  if (take(mapped, descriptor, given) && !jpeg.empty()) {
     store.putImage(mapped.number, jpeg);
     if (keeper) keeper->count(jpeg.size());
   }
@@ -172,11 +170,12 @@ void MappingSession::Impl::replay(const Frame& frame, DescriptorView descriptor,
 
 bool MappingSession::Impl::take(const MappedFrame& frame, DescriptorView descriptor,
                                 const std::optional<Pose>& given) {
+  const std::optional<Pose> own = drive.alignment || !drive.isAligned ? given : std::nullopt;
   const bool isTaken = !keeper || mapper.impl().isWarmingUp() || keeper->takes(mapper.impl().lastDecision());
   if (isTaken)
-    keep(frame, descriptor, given);
+    keep(frame, descriptor, own);
   else
-    keeper->wait({frame, {descriptor.begin(), descriptor.end()}, given});
+    keeper->wait({frame, {descriptor.begin(), descriptor.end()}, own});
   return isTaken;
 }
 

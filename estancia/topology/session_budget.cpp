@@ -11,44 +11,12 @@
 namespace estancia {
 namespace {
 
-constexpr const char* budgetKey = "budget";
-constexpr std::uint64_t megabyte = 1'000'000;
 /// Frames that a drive is guided by: with these a frame takes 1 to 2 ms.
 constexpr std::uint64_t mostGuide = 4096;
 /// Of the file they take their labels and what else is known of them; of the memory twice their labels.
 constexpr std::uint64_t guideShare = 4;  // of the budgets: a quarter
 
-ByteReader readerOfSample(const std::string& state) {
-  return {state, "what the map says of the frames that it keeps is damaged", "map the sequence again"};
-}
-
 }  // namespace
-
-MapBudget budgetOf(const MapStore& store) {
-  MapBudget kept;
-  const auto bytes = store.findState(budgetKey);
-  if (!bytes) return kept;
-  ByteReader in(*bytes, "what the map says of its budget is damaged", "map the sequence again");
-  for (std::optional<std::uint64_t>* bound : {&kept.memory, &kept.file})
-    if (const auto value = in.number<std::uint64_t>(); value > 0) *bound = value;
-  return kept;
-}
-
-OptionGroup declare(MapBudget& budget) {
-  OptionGroup group("budget", "How much memory and how large a file a map may take.");
-  constexpr double most = 1e9;
-  group.add("memory", &budget.memory, "Most memory for places, their views and what guides a drive.")
-      .range(1, most)
-      .unit("MB")
-      .automatic("as much as they take")
-      .why("Places that hold few images become parts of their neighbors, where they do not all fit.");
-  group.add("file-budget", &budget.file, "Most bytes of the map file.")
-      .range(1, most)
-      .unit("MB")
-      .automatic("as much as it takes")
-      .why("The images that say least beside the others of their places are left out.");
-  return group;
-}
 
 void MappingSession::Impl::setBudget(const MapBudget& wanted) {
   validate(wanted);
@@ -57,46 +25,13 @@ void MappingSession::Impl::setBudget(const MapBudget& wanted) {
   budget = wanted;
   if (!budget.file)
     keeper.reset();
-  else if (!keeper || budget.file != before) {
-    keeper.emplace(store, *budget.file * megabyte);
-    if (const auto sample = store.findState(frameSampleKey)) {
-      ByteReader in = readerOfSample(*sample);
-      keeper->restore(in);
-    }
-  }
-  ByteWriter out;
-  out.number<std::uint64_t>(budget.memory.value_or(0));
-  out.number<std::uint64_t>(budget.file.value_or(0));
-  store.putState(budgetKey, out.bytes());
+  else if (!keeper || budget.file != before)
+    keeper.emplace(keeperOf(store, *budget.file));
+  putBudget(store, budget);
 }
 
 void MappingSession::Impl::takeBudgetOf(const MapStore& other) {
   if (const MapBudget kept = budgetOf(other); kept != budget) setBudget(kept);
-}
-
-void fitFile(MapStore& store, const std::optional<std::uint64_t>& megabytes) {
-  const std::optional<std::uint64_t> most = megabytes ? megabytes : budgetOf(store).file;
-  if (!most) return;
-  FrameKeeper keeper(store, *most * megabyte);
-  if (const auto sample = store.findState(frameSampleKey)) {
-    ByteReader in = readerOfSample(*sample);
-    keeper.restore(in);
-  }
-  if (keeper.isFull()) {
-    std::vector<std::size_t> needed = framesThatStay(store);
-    restoreMapper(store).impl().addNeededFrames(needed);
-    if (const auto known = store.findState(guideMapKey); known && !known->empty())
-      DriveGuide::addNeededFrames(*known, store, needed);
-    std::ranges::sort(needed);
-    keeper.fit(needed);
-    store.putState(frameSampleKey, keeper.state());
-    store.commit();
-  }
-  // What was written before it was thinned has made the file larger than what it holds.
-  sqlite::Database& file = store.database();
-  const auto bytes =
-      static_cast<std::uint64_t>(file.number("PRAGMA page_count") * file.number("PRAGMA page_size"));
-  if (bytes > *most * megabyte) store.compact();
 }
 
 std::size_t MappingSession::Impl::mostGuideFrames() const {
@@ -120,20 +55,6 @@ std::vector<std::size_t> MappingSession::Impl::neededFrames() {
 void MappingSession::Impl::settleWaiting(const std::vector<std::size_t>& needed) {
   for (const FrameKeeper::Waiting& waiting : keeper->takeNeeded(needed))
     keep(waiting.frame, waiting.descriptor, waiting.given);
-}
-
-CompactedMap compactMap(const std::filesystem::path& map, const std::optional<std::uint64_t>& fileBudget) {
-  CompactedMap done;
-  {
-    MapStore store = MapStore::open(map, MapStore::Access::write);
-    done.bytesBefore = std::filesystem::file_size(map);
-    done.framesBefore = store.frameNumbers().size();
-    if (fileBudget) fitFile(store, fileBudget);
-    store.compact();
-    done.framesAfter = store.frameNumbers().size();
-  }
-  done.bytesAfter = std::filesystem::file_size(map);
-  return done;
 }
 
 }  // namespace estancia

@@ -86,8 +86,13 @@ struct MappingSession::Impl {
 /// own budget counts, if it has one. Throws Error (tooLarge).
 void fitFile(MapStore& store, const std::optional<std::uint64_t>& megabytes = {});
 
+constexpr std::uint64_t megabyte = 1'000'000;
+
 /// Of a map file.
 MapBudget budgetOf(const MapStore& store);
+void putBudget(MapStore& store, const MapBudget& budget);
+/// Keeps the file within so many megabytes, with what it has kept so far. The store must outlive it.
+FrameKeeper keeperOf(MapStore& store, std::uint64_t megabytes);
 
 /// The mapper that a map file was made with, as it was at the last commit.
 Mapper restoreMapper(const MapStore& store);

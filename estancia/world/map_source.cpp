@@ -7,7 +7,6 @@
 #include "estancia/core/rigid.hpp"
 #include "estancia/topology/drive_store.hpp"
 #include "estancia/topology/session_impl.hpp"
-#include "estancia/topology/store_read.hpp"
 
 namespace estancia {
 namespace {
@@ -55,16 +54,16 @@ std::size_t MapSource::end(std::size_t drive) const {
   return drive + 1 < map.drives.size() ? map.drives[drive + 1].firstFrame : map.frames.size();
 }
 
-Mapper MapSource::mapper() const {
+bool MapSource::hasPoses() const {
+  return std::ranges::any_of(map.frames, [](const MappedFrame& frame) { return frame.pose.has_value(); });
+}
+
+Mapper mapperOf(const MapStore& store, const std::filesystem::path& file) {
   try {
     return restoreMapper(store);
   } catch (const Error& e) {
-    fail(e.code(), "{}: {}", path.string(), e.what());
+    fail(e.code(), "{}: {}", file.string(), e.what());
   }
-}
-
-bool MapSource::hasPoses() const {
-  return std::ranges::any_of(map.frames, [](const MappedFrame& frame) { return frame.pose.has_value(); });
 }
 
 void requireMergeable(const MapSource& first, const MapSource& other) {

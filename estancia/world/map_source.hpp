@@ -30,8 +30,6 @@ struct MapSource {
   /// T_map_drive of a drive that is aligned.
   cv::Affine3d alignment(std::size_t drive) const;
   std::size_t end(std::size_t drive) const;
-  /// As the map was made with it. Throws Error that names the file.
-  Mapper mapper() const;
   /// Whether a frame has a pose in the map.
   bool hasPoses() const;
 
@@ -41,6 +39,9 @@ struct MapSource {
   std::optional<WorldStore> layers;
   std::vector<bool> isObserved;
 };
+
+/// The mapper that a map was made with. Throws Error that names the file.
+Mapper mapperOf(const MapStore& store, const std::filesystem::path& file);
 
 /// Throws Error: mismatch where the vocabularies, models or distances differ, invalidInput where the maps
 /// have a drive in common.

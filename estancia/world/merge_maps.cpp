@@ -63,7 +63,6 @@ class NewMap {
   NewMap& operator=(const NewMap&) = delete;
 
   WorldMapper& world() { return *world_; }
-  const Drive& drive() const { return session_->impl_->drive; }
   std::size_t places() const { return session_->mapper().nodes(); }
 
   /// Maps a drive anew, as if it came after those before.
@@ -101,7 +100,7 @@ class NewMap {
     for (const std::size_t number : plan.order) {
       const MapSource& source = *sources[number];
       const int firstNode = plan.firstNode[number];
-      const Mapper own = source.mapper();
+      const Mapper own = mapperOf(source.store, source.path);
       merge.take(own.impl(),
                  {firstNode, [&](std::size_t frame) { return offset + source.map.indexOf(frame); },
                   [&plan](int id) { return plan.kept(id); }});
@@ -285,11 +284,11 @@ MergedMaps mergeMaps(std::span<const fs::path> maps, const fs::path& wanted, Exi
     linkMaps(maps, share, {});
     return {};
   }
-  if (existing == ExistingMap::refuse && fs::exists(wanted))
-    fail(ErrorCode::fileExists, "{} exists; give another name, or --overwrite", wanted.string());
   fs::path output = wanted;
   std::optional<MapStore> old;
   if (fs::exists(wanted)) {
+    if (existing == ExistingMap::refuse)
+      fail(ErrorCode::fileExists, "{} exists; give another name, or --overwrite", wanted.string());
     output = fs::canonical(wanted);  // what a link leads to
     old.emplace(MapStore::open(output, MapStore::Access::write));
   }

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
-#include <numeric>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -13,7 +12,7 @@
 #include "estancia/core/fail.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/core/rigid.hpp"
-#include "estancia/topology/session_impl.hpp"
+#include "estancia/topology/mapper_impl.hpp"
 
 namespace estancia {
 namespace {

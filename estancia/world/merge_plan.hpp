@@ -1,5 +1,5 @@
-// Merge plan: in which order maps become one, where their poses go, and which of their places are one.
-// Private. SPDX-License-Identifier: Apache-2.0
+// Merge plan: the order in which maps become one, where their poses go, which places are one. Private.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -42,8 +42,9 @@ struct Compared {
 std::vector<Compared> comparedMaps(std::span<const fs::path> maps) {
   std::vector<Compared> compared;
   for (const fs::path& path : maps) {
-    const MapSource source(path);
-    Compared& map = compared.emplace_back(Compared{source.mapper(), source.store.frameCount()});
+    MapStore store = MapStore::open(path, MapStore::Access::read);
+    store.beginReading();
+    Compared& map = compared.emplace_back(Compared{mapperOf(store, path), store.frameCount()});
     map.mapper.impl().endModes();
     map.mapper.impl().views.clear();  // only means are compared
   }
@@ -114,7 +115,7 @@ class MapLocalization {
 
   LocalizedMap result() const {
     LocalizedMap found;
-    Mapper a = a_.mapper(), b = b_.mapper();
+    Mapper a = mapperOf(a_.store, a_.path), b = mapperOf(b_.store, b_.path);
     for (Mapper* mapper : {&a, &b}) mapper->impl().endModes();
     const PlaceLinker linker(a.impl(), b.impl());
     for (const auto& [place, seen] : places_) {

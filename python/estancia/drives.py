@@ -97,10 +97,11 @@ class MergedMaps:
 def merge_maps(
     maps: SequenceOf[Path], output: Path, *, existing: str = "refuse", progress: Progress = False
 ) -> MergedMaps:
-    """Makes the map ``output`` of all drives of the maps, as if one robot had driven them one after the other.
+    """Makes the map ``output`` of all drives of the maps. Places of two maps that are recognized as one become one; the
+    rest is kept apart.
 
-    ``existing``: "refuse" or "replace". Raises InvalidInputError for maps of different labels or models, or that have
-    a drive in common; ExistingFileError, MissingFileError and FileError.
+    ``existing``: "refuse" or "replace". Raises InvalidInputError for maps of different labels, models or distances, or
+    that have a drive in common; ExistingFileError, MissingFileError and FileError.
     """
     files = [os.fspath(map) for map in maps]
     return cast(

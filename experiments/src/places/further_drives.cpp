@@ -19,7 +19,6 @@
 #include "estancia/world/world_map.hpp"
 #include "estancia/world/world_mapper.hpp"
 #include "experiments/src/places/revisits.hpp"
-#include "experiments/src/runner/config_lists.hpp"
 #include "experiments/src/runner/scratch_file.hpp"
 
 namespace estancia::experiments {
@@ -195,13 +194,8 @@ FurtherDrive furtherDriveIn(const std::vector<Frame>& truth, const TopologicalMa
 
 FurtherDrivesOptions readFurtherDrives(ConfigFile& config) {
   FurtherDrivesOptions options;
-  const toml::array* drives = nullptr;
-  config.read(
-      {{"type", true, "the kind of experiment", [](auto&) {}},
-       {"models", false, "the models to compare",
-        each(config, options.models, [&config](const toml::node& n) { return config.text(n); })},
-       {"drive", true, "[[drive]] names images with poses", [&](auto& n) { drives = &config.list(n); }}});
-  for (const toml::node& node : *drives) options.pairs.push_back(readPair(config, config.subtable(node)));
+  readDrives(config, options.models, "images with poses",
+             [&](const toml::table& table) { options.pairs.push_back(readPair(config, table)); });
   return options;
 }
 

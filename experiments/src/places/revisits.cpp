@@ -11,7 +11,6 @@
 #include "estancia/core/config.hpp"
 #include "estancia/core/error.hpp"
 #include "experiments/src/places/mapped_drive.hpp"
-#include "experiments/src/runner/config_lists.hpp"
 
 namespace estancia::experiments {
 namespace {
@@ -111,13 +110,8 @@ Revisits revisitsIn(const std::vector<Frame>& frames, const TopologicalMap& map)
 
 RevisitsOptions readRevisits(ConfigFile& config) {
   RevisitsOptions options;
-  const toml::array* drives = nullptr;
-  config.read(
-      {{"type", true, "the kind of experiment", [](auto&) {}},
-       {"models", false, "the models to compare",
-        each(config, options.models, [&config](const toml::node& n) { return config.text(n); })},
-       {"drive", true, "[[drive]] names images with poses", [&](auto& n) { drives = &config.list(n); }}});
-  for (const toml::node& node : *drives) options.drives.push_back(readRoute(config, config.subtable(node)));
+  readDrives(config, options.models, "images with poses",
+             [&](const toml::table& table) { options.drives.push_back(readRoute(config, table)); });
   return options;
 }
 

@@ -67,6 +67,16 @@ NamedDrive readNamedDrive(ConfigFile& config, const toml::table& table,
   return drive;
 }
 
+void readDrives(ConfigFile& config, std::vector<std::string>& models, const std::string& what,
+                const std::function<void(const toml::table&)>& read) {
+  const toml::array* drives = nullptr;
+  config.read({{"type", true, "the kind of experiment", [](auto&) {}},
+               {"models", false, "the models to compare",
+                each(config, models, [&config](const toml::node& n) { return config.text(n); })},
+               {"drive", true, "[[drive]] names " + what, [&](auto& n) { drives = &config.list(n); }}});
+  for (const toml::node& node : *drives) read(config.subtable(node));
+}
+
 std::vector<NamedDrive> presentDrives(const std::vector<NamedDrive>& drives,
                                       std::vector<std::string>& notes) {
   std::vector<NamedDrive> present;

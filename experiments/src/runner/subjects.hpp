@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -41,6 +42,11 @@ struct NamedDrive {
 /// Reads `name`, `optional` and the keys of sourceKeys() from a table, with `more` keys beside them.
 NamedDrive readNamedDrive(ConfigFile& config, const toml::table& table,
                           const std::vector<ConfigFile::Key>& more = {});
+
+/// Reads the configuration of an experiment that is told models and drives alone: `read` takes each table
+/// [[drive]], which names `what`.
+void readDrives(ConfigFile& config, std::vector<std::string>& models, const std::string& what,
+                const std::function<void(const toml::table&)>& read);
 
 /// The drives that are there; the others are told in `notes`. Throws Error when none is left
 /// (insufficientData), or two have the same name (invalidInput).
