@@ -1,9 +1,9 @@
 // Mapping alone, labels given: time a frame and memory, at many nodes and over many frames.
 //   bench_mapper            Google Benchmark: one frame at 100 … 10,000 nodes, per distance
 //   bench_mapper drive FRAMES PLACES STAY [FILE [FILE_BUDGET [MEMORY]]]
-//                           a drive of synthetic frames through PLACES places, about STAY frames at each
-//                           before it goes to another, with or without a map file: time, nodes and resident
-//                           memory as it goes; budgets in megabytes, 0: none
+//                           a drive through PLACES made-up places, about STAY frames at each before it
+//                           goes to another: time, nodes, resident memory; budgets in megabytes, 0: none
+//   bench_mapper posed ...  the same with poses, as `estancia live` maps them
 //   bench_mapper robots MAPS PLACES FOLDER      maps to merge: see robots()
 // SPDX-License-Identifier: Apache-2.0
 #include <benchmark/benchmark.h>
@@ -26,6 +26,7 @@
 #include "estancia/stats/distance.hpp"
 #include "estancia/topology/node_bank.hpp"
 #include "estancia/topology/session.hpp"
+#include "estancia/world/world_mapper.hpp"
 
 namespace {
 
@@ -132,17 +133,27 @@ double megabytesOf(const std::filesystem::path& file) {
   return bytes / 1e6;
 }
 
+/// Somewhere in its place: they lie 4 m apart, in rows.
+Pose poseIn(std::size_t place, std::mt19937& random) {
+  std::uniform_real_distribution<double> within(-1, 1);
+  constexpr std::size_t row = 45;
+  return Pose::planar(4.0 * static_cast<double>(place % row) + within(random),
+                      4.0 * static_cast<double>(place / row) + within(random), 3 * within(random));
+}
+
 void drive(std::size_t frames, std::size_t places, std::size_t stay, const char* file,
-           const MapBudget& budget) {
+           const MapBudget& budget, bool posed) {
   using Clock = std::chrono::steady_clock;
   const World world(places);
   std::vector<std::string> names;
   for (std::size_t i = 0; i < labels; ++i) names.push_back(fmt::format("label {}", i));
   std::optional<MappingSession> session;
   std::optional<Mapper> mapper;
+  std::optional<WorldMapper> layers;
   if (file != nullptr) {
     session = MappingSession::create(file, Vocabulary(names), "synthetic", {});
     session->setBudget(budget);
+    if (posed) layers.emplace(*session);
   } else {
     mapper.emplace(labels, MapperOptions{});
   }
@@ -155,8 +166,11 @@ void drive(std::size_t frames, std::size_t places, std::size_t stay, const char*
     const auto image = world.image(place, random);
     Frame frame;
     frame.name = fmt::format("frame {}", i);
+    if (posed) frame.pose = poseIn(place, random);
     const auto start = Clock::now();
-    if (session) {
+    if (layers) {
+      layers->add(frame, image, {}, {}, {}, {}, [](int, const auto&) {});
+    } else if (session) {
       session->add(frame, image);
     } else {
       mapper->add(image);
@@ -168,6 +182,7 @@ void drive(std::size_t frames, std::size_t places, std::size_t stay, const char*
                   file == nullptr ? 0 : megabytesOf(file));
   }
   if (session) session->finish();
+  if (layers) layers->finish();
 }
 
 /// Of one building. What places look like varies in a few ways only, as scenes do.
@@ -235,7 +250,8 @@ void robots(std::size_t maps, std::size_t places, const std::filesystem::path& f
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc >= 5 && std::string(argv[1]) == "drive") {
+  const std::string kind = argc > 1 ? argv[1] : "";
+  if (argc >= 5 && (kind == "drive" || kind == "posed")) {
     const auto number = [&](int i) { return std::max<std::size_t>(1, std::strtoull(argv[i], nullptr, 10)); };
     MapBudget budget;
     const auto bound = [&](int i, std::optional<std::uint64_t>& megabytes) {
@@ -243,10 +259,10 @@ int main(int argc, char** argv) {
     };
     bound(6, budget.file);
     bound(7, budget.memory);
-    drive(number(2), number(3), number(4), argc > 5 ? argv[5] : nullptr, budget);
+    drive(number(2), number(3), number(4), argc > 5 ? argv[5] : nullptr, budget, kind == "posed");
     return 0;
   }
-  if (argc == 5 && std::string(argv[1]) == "robots") {
+  if (argc == 5 && kind == "robots") {
     robots(std::strtoull(argv[2], nullptr, 10), std::strtoull(argv[3], nullptr, 10), argv[4]);
     return 0;
   }

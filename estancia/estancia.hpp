@@ -102,6 +102,7 @@
 #include "estancia/areas/area_plan.hpp"
 #include "estancia/areas/floor_cells.hpp"
 #include "estancia/areas/floor_survey.hpp"
+#include "estancia/areas/frame_poses.hpp"
 #include "estancia/areas/occupancy_grid.hpp"
 #include "estancia/areas/room_segmentation.hpp"
 #include "estancia/areas/word_map.hpp"

@@ -200,6 +200,7 @@ struct DrivePoses;
 class FloorCells;
 struct FloorHeat;
 struct FloorSurvey;
+class FramePoses;
 class OccupancyGrid;
 struct PlannedFrames;
 struct RoomSegmentationOptions;

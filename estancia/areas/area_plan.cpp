@@ -46,8 +46,8 @@ std::vector<int> roomsOfFrames(const DrivePoses& frames, const Floor& floor, con
     begin = result.size();
   };
   int last = 0;
-  for (const std::optional<Pose>& pose : frames.poses) {
-    for (; start != frames.starts.end() && *start == result.size(); ++start) {
+  for (const auto& [frame, pose] : frames.poses.entries()) {
+    for (; start != frames.starts.end() && *start <= frame; ++start) {
       endDrive();
       last = 0;
     }
@@ -236,12 +236,14 @@ PlannedFrames planOfRooms(cv::Mat rooms, const cv::Mat& walls, const Floor& floo
   const int count = closeGaps(rooms);
   const std::vector<int> roomOf = roomsOfFrames(frames, floor, cells, rooms);
   const std::vector<int> number = areaNumbers(roomOf, count);
-  PlannedFrames planned{{std::vector<Area>(static_cast<std::size_t>(count)), floor, cells, {}, walls}, {}};
+  PlannedFrames planned{
+      {std::vector<Area>(static_cast<std::size_t>(count)), floor, cells, {}, walls}, {}, {}};
   AreaPlan& plan = planned.plan;
   plan.areaOf = cv::Mat(rooms.size(), CV_32S);
   std::transform(rooms.begin<int>(), rooms.end<int>(), plan.areaOf.begin<int>(),
                  [&](int room) { return number[static_cast<std::size_t>(room)]; });
   for (std::size_t i = 0; i < plan.areas.size(); ++i) plan.areas[i].id = static_cast<int>(i);
+  for (const auto& entry : frames.poses.entries()) planned.frames.push_back(entry.frame);
   for (const int room : roomOf) {
     planned.areaOfFrame.push_back(number[static_cast<std::size_t>(room)]);
     if (planned.areaOfFrame.back() < 0) continue;

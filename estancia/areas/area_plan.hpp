@@ -10,6 +10,7 @@
 
 #include "estancia/areas/floor_cells.hpp"
 #include "estancia/areas/floor_survey.hpp"
+#include "estancia/areas/frame_poses.hpp"
 #include "estancia/areas/room_segmentation.hpp"
 #include "estancia/core/planar_pose.hpp"
 #include "estancia/core/vocabulary.hpp"
@@ -63,15 +64,16 @@ struct AreaEdit {
 
 /// Where the cameras of one or more drives stood.
 struct DrivePoses {
-  /// One a frame.
-  std::span<const std::optional<Pose>> poses;
+  const FramePoses& poses;
   /// The first frames of the drives, in order.
   std::span<const std::size_t> starts = {};
 };
 
-/// A plan, and the area of each frame.
+/// A plan, and the area of each frame that is not left out.
 struct PlannedFrames {
   AreaPlan plan;
+  /// Their numbers, in order.
+  std::vector<std::size_t> frames;
   /// Frames without a pose are with the last one of their drive that has it; -1 where the drive has none.
   std::vector<int> areaOfFrame;
 };

@@ -74,10 +74,10 @@ Areas findAreas(const Sequence& sequence, const DescriptorSequence& labeled, con
                 Progress& progress) {
   validate(options);
   FloorSurvey seen = survey(sequence, labeled, options, progress);
-  std::vector<std::optional<Pose>> frames;
+  FramePoses frames;
   Moments mean(labeled.vocabulary.size(), false);
   for (std::size_t i = 0; i < labeled.frames.size(); ++i) {
-    frames.push_back(labeled.frames[i].pose);
+    frames.add(labeled.frames[i].pose);
     mean.add(labeled.descriptors.row(i));
   }
   PlannedFrames planned =

@@ -24,9 +24,8 @@ namespace estancia {
 namespace {
 
 /// The words above the floor, of all views that the map holds.
-WordMap wordsOfViews(MapStore& map, const WorldStore& layers, const AreaPlan& plan,
-                     std::span<const std::optional<Pose>> poses, const WordMapOptions& options,
-                     Progress& progress) {
+WordMap wordsOfViews(MapStore& map, const WorldStore& layers, const AreaPlan& plan, const FramePoses& poses,
+                     const WordMapOptions& options, Progress& progress) {
   WordMap words(plan.floor, map.identity().vocabulary.size(), options);
   progress.begin("looking at what was seen", poses.size());
   std::size_t done = 0;
@@ -34,7 +33,7 @@ WordMap wordsOfViews(MapStore& map, const WorldStore& layers, const AreaPlan& pl
     if (interrupted()) throw Interrupted("stopped; the map is as it was");
     progress.advance(frame - done);
     done = frame;
-    if (frame >= poses.size() || !poses[frame]) return true;
+    if (!poses[frame]) return true;
     try {
       words.add(map.descriptor(frame), depthOf(seen), seen.camera, *poses[frame]);
     } catch (const Error& e) {
@@ -53,9 +52,11 @@ bool correctAreas(const std::filesystem::path& path, const AreaEdit& edit, Progr
   WorldStore layers(store, MapStore::Access::write);
   WorldMap world{store.load()};
   layers.read(world);
-  std::vector<std::optional<Pose>> poses(store.frameCount());
-  for (const MappedFrame& frame : world.places.frames)
-    if (frame.pose && frame.pose->isPlausible()) poses[frame.number] = frame.pose;
+  FramePoses poses;
+  for (const MappedFrame& frame : world.places.frames) {
+    poses.skipTo(frame.number);
+    poses.add(frame.pose && frame.pose->isPlausible() ? frame.pose : std::nullopt);
+  }
   const Vocabulary& vocabulary = world.places.vocabulary;
   Moments moments(vocabulary.size(), false);
   store.forEachDescriptor(0, [&](std::size_t, DescriptorView descriptor) {

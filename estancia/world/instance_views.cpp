@@ -11,15 +11,14 @@ double viewQuality(const Observation::Segment& segment) {
 }
 
 std::vector<std::vector<InstanceView>> bestViews(
-    const WorldStore& observations, std::span<const ObjectInstance> instances,
-    std::span<const std::optional<Pose>> poses, std::size_t most,
-    const std::function<bool(std::size_t instance, const Observation::Segment&)>& wanted) {
+    const WorldStore& observations, std::span<const ObjectInstance> instances, const FramePoses& poses,
+    std::size_t most, const std::function<bool(std::size_t instance, const Observation::Segment&)>& wanted) {
   std::map<SegmentPlace, std::size_t> instanceOf;
   for (std::size_t i = 0; i < instances.size(); ++i)
     for (const SegmentPlace& place : instances[i].segments) instanceOf[place] = i;
   std::vector<std::vector<InstanceView>> views(instances.size());
   observations.forEachObservation([&](std::size_t frame, const Observation& seen) {
-    if (frame >= poses.size() || !poses[frame]) return true;
+    if (!poses[frame]) return true;
     for (std::size_t s = 1; s <= seen.info.size(); ++s) {
       const auto instance = instanceOf.find({frame, s});
       const Observation::Segment& segment = seen.info[s - 1];

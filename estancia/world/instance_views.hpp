@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "estancia/core/pose.hpp"
+#include "estancia/areas/frame_poses.hpp"
 #include "estancia/objects/object_instance.hpp"
 #include "estancia/world/observation.hpp"
 #include "estancia/world/world_store.hpp"
@@ -28,8 +28,7 @@ struct InstanceView {
 /// The views of each instance, best first, at most `most`. Only those of frames whose pose is known (`poses`:
 /// of all frames), and that are `wanted`.
 std::vector<std::vector<InstanceView>> bestViews(
-    const WorldStore& observations, std::span<const ObjectInstance> instances,
-    std::span<const std::optional<Pose>> poses, std::size_t most,
-    const std::function<bool(std::size_t instance, const Observation::Segment&)>& wanted);
+    const WorldStore& observations, std::span<const ObjectInstance> instances, const FramePoses& poses,
+    std::size_t most, const std::function<bool(std::size_t instance, const Observation::Segment&)>& wanted);
 
 }  // namespace estancia

@@ -45,8 +45,7 @@ void KnownLayer::recognize(std::shared_ptr<const KnownObjects> objects) {
 }
 
 std::vector<std::optional<KnownPose>> KnownLayer::find(std::span<const ObjectInstance> instances,
-                                                       std::span<const std::optional<Pose>> poses,
-                                                       const Floor& floor) {
+                                                       const FramePoses& poses, const Floor& floor) {
   std::multimap<SegmentPlace, SegmentRecognition> kept = store_.recognitions();
   try {
     if (objects_ != nullptr) search(instances, poses, floor, kept);
@@ -55,7 +54,7 @@ std::vector<std::optional<KnownPose>> KnownLayer::find(std::span<const ObjectIns
   std::vector<std::optional<KnownPose>> known(instances.size());
   for (std::size_t i = 0; i < instances.size(); ++i)
     for (const SegmentPlace& place : instances[i].segments) {
-      if (place.first >= poses.size() || !poses[place.first]) continue;
+      if (!poses[place.first]) continue;
       const auto [begin, end] = kept.equal_range(place);
       for (auto found = begin; found != end; ++found) {
         const SegmentRecognition& recognition = found->second;
@@ -68,7 +67,7 @@ std::vector<std::optional<KnownPose>> KnownLayer::find(std::span<const ObjectIns
 }
 
 /// Looks for each known object in the best views of each instance that can be it.
-void KnownLayer::search(std::span<const ObjectInstance> instances, std::span<const std::optional<Pose>> poses,
+void KnownLayer::search(std::span<const ObjectInstance> instances, const FramePoses& poses,
                         const Floor& floor, std::multimap<SegmentPlace, SegmentRecognition>& kept) {
   const auto mayBe = [](const ObjectInstance& instance, const KnownObjects::Model& model) {
     const double ratio = diagonalOf(instance) / model.extent;
@@ -106,8 +105,7 @@ void KnownLayer::search(std::span<const ObjectInstance> instances, std::span<con
 }
 
 /// Of one instance: more would take much memory.
-std::vector<KnownWitness> KnownLayer::load(const std::vector<InstanceView>& views,
-                                           std::span<const std::optional<Pose>> poses,
+std::vector<KnownWitness> KnownLayer::load(const std::vector<InstanceView>& views, const FramePoses& poses,
                                            const cv::Vec3d& center) const {
   std::vector<KnownWitness> witnesses;
   for (const InstanceView& view : views) {
@@ -122,7 +120,7 @@ std::vector<KnownWitness> KnownLayer::load(const std::vector<InstanceView>& view
 /// In a view, and verified by all views from the same side.
 SegmentRecognition KnownLayer::recognized(const KnownObjects::Model& model, const KnownWitness& view,
                                           const std::vector<KnownWitness>& views,
-                                          std::span<const std::optional<Pose>> poses) const {
+                                          const FramePoses& poses) const {
   SegmentRecognition best{model.name};
   const cv::Affine3d here = rigidOf(*poses[view.place.first]);
   std::vector<KnownObjects::Found> found = objects_->find(model, view.depth, view.segment, view.camera);

@@ -41,17 +41,16 @@ class KnownLayer {
   /// The known object that each instance is. `poses`: of all frames. Ctrl-C ends the search, and what was not
   /// looked for may be later.
   std::vector<std::optional<KnownPose>> find(std::span<const ObjectInstance> instances,
-                                             std::span<const std::optional<Pose>> poses, const Floor& floor);
+                                             const FramePoses& poses, const Floor& floor);
   void put(std::span<const std::optional<KnownPose>> found) { store_.putPoses(found); }
 
  private:
-  void search(std::span<const ObjectInstance> instances, std::span<const std::optional<Pose>> poses,
-              const Floor& floor, std::multimap<SegmentPlace, SegmentRecognition>& kept);
+  void search(std::span<const ObjectInstance> instances, const FramePoses& poses, const Floor& floor,
+              std::multimap<SegmentPlace, SegmentRecognition>& kept);
   SegmentRecognition recognized(const KnownObjects::Model& model, const KnownWitness& view,
-                                const std::vector<KnownWitness>& views,
-                                std::span<const std::optional<Pose>> poses) const;
-  std::vector<KnownWitness> load(const std::vector<InstanceView>& views,
-                                 std::span<const std::optional<Pose>> poses, const cv::Vec3d& center) const;
+                                const std::vector<KnownWitness>& views, const FramePoses& poses) const;
+  std::vector<KnownWitness> load(const std::vector<InstanceView>& views, const FramePoses& poses,
+                                 const cv::Vec3d& center) const;
 
   KnownStore store_;
   const WorldStore& observations_;

@@ -36,7 +36,7 @@ void ShapeLayer::classify(const ObjectModel& model, const std::string& digest) {
 }
 
 std::vector<std::vector<LabelProbability>> ShapeLayer::find(std::span<const ObjectInstance> instances,
-                                                            std::span<const std::optional<Pose>> poses) {
+                                                            const FramePoses& poses) {
   std::vector<std::vector<LabelProbability>> found(instances.size());
   const std::vector<std::string> names = store_.classes();
   if (names.empty()) return found;

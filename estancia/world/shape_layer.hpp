@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "estancia/core/label_probability.hpp"
-#include "estancia/core/pose.hpp"
 #include "estancia/objects/object_instance.hpp"
 #include "estancia/objects/object_model.hpp"
 #include "estancia/world/instance_views.hpp"
@@ -33,7 +32,7 @@ class ShapeLayer {
   /// that an earlier run described. `poses`: of all frames. Ctrl-C ends the work, and the rest may be
   /// described later.
   std::vector<std::vector<LabelProbability>> find(std::span<const ObjectInstance> instances,
-                                                  std::span<const std::optional<Pose>> poses);
+                                                  const FramePoses& poses);
 
  private:
   using Shapes = std::map<SegmentPlace, std::vector<float>>;

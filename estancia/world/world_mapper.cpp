@@ -34,7 +34,7 @@ WorldMapper::WorldMapper(MappingSession& session, const std::optional<WorldOptio
     store.forEachDescriptor(next, [&](std::size_t frame, DescriptorView descriptor) {
       if (frame >= end) return false;
       const Frame known = store.frame(frame);
-      impl_->poses.resize(frame);  // those in between were left out
+      impl_->poses.skipTo(frame);  // those in between were left out
       if (drive != drives.end() && drive->firstFrame == frame) impl_->beginDrive((drive++)->isAligned);
       const std::optional<Pose> given = DriveStore(store).givenPose(frame);
       impl_->addFrame(known, given ? given : known.pose, known.pose, descriptor);
@@ -89,6 +89,7 @@ std::optional<Pose> WorldMapper::observe(const Frame& frame, DescriptorView desc
 
 void WorldMapper::observe(const Frame& frame, DescriptorView descriptor, std::optional<Observation> seen) {
   Impl& impl = *impl_;
+  impl.forgetLeftOut();
   impl.takeAlignment();
   impl.addFrame(frame, frame.pose, impl.session.inMap(frame.pose), descriptor);
   const std::optional<Pose>& from = impl.isAligned ? impl.poses.back() : impl.own;
@@ -122,6 +123,7 @@ void WorldMapper::Impl::locate(const Frame& frame, DescriptorView descriptor, co
         ErrorCode::mismatch,
         "{} has the poses of its own odometry: go on without --poses, with depth and its camera, or map anew",
         session.store.database().path().string());
+  forgetLeftOut();
   takeAlignment();
   if (tracking)
     addFrame(frame, std::nullopt, track(frame, descriptor, image, depth), descriptor);
@@ -164,7 +166,7 @@ void WorldMapper::classify(const ObjectModel& model, const std::string& digest) 
 
 void WorldMapper::finish() {
   MapStore& map = impl_->session.store;
-  impl_->poses.resize(std::min(impl_->poses.size(), map.frameCount()));  // Ctrl-C may keep one from the map
+  impl_->poses.truncate(map.frameCount());  // Ctrl-C may keep one from the map
   const std::size_t frames = impl_->poses.size();
   impl_->takeAlignment();
   if (impl_->isTracked && frames > 0) {

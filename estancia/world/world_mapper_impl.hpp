@@ -72,10 +72,11 @@ struct WorldMapper::Impl {
   ShapeLayer shapes;
   WorldLayers layers;
   std::vector<AreaEdit> edits;
-  std::vector<std::optional<Pose>> poses;  // of all frames
-  Moments mean;                            // of their descriptors
-  PoseJumps jumps;                         // of given poses
-  bool isBelieved = true;                  // the latest of them
+  FramePoses poses;              // of the frames that the file keeps, and the newest ones
+  std::size_t mostPoses = 4096;  // before those that it has left out are looked for
+  Moments mean;                  // of the descriptors of all frames
+  PoseJumps jumps;               // of given poses
+  bool isBelieved = true;        // the latest of them
   DepthFaults faults;
   std::optional<Pose> own;       // of the newest frame, as it was given
   std::optional<Pose> lastView;  // of this drive
@@ -101,13 +102,14 @@ struct WorldMapper::Impl {
   void addFrame(const Frame& frame, const std::optional<Pose>& given, const std::optional<Pose>& pose,
                 DescriptorView descriptor) {
     own = given && given->isPlausible() ? given : std::nullopt;
-    poses.push_back(pose && pose->isPlausible() ? pose : std::nullopt);
+    poses.add(pose && pose->isPlausible() ? pose : std::nullopt);
     mean.add(descriptor);
     isBelieved = isTracked || !own || jumps.add(poses.size() - 1, frame, *own);
   }
 
   void beginDrive(bool aligned);
   void takeAlignment();
+  void forgetLeftOut();
   /// Depth decides about the drive's poses, from the first view on.
   void noteUnaligned(const Pose& from) {
     noteOwnView(from);
@@ -149,8 +151,8 @@ struct WorldMapper::Impl {
 
   Floor floorOfPoses() const {
     std::vector<Pose> known;
-    for (const auto& pose : poses)
-      if (pose) known.push_back(*pose);
+    for (const FramePoses::Entry& entry : poses.entries())
+      if (entry.pose) known.push_back(*entry.pose);
     return Floor(known);
   }
   bool isSameFloor(const Floor& other) const {
@@ -182,7 +184,7 @@ struct WorldMapper::Impl {
     if (objects) objects->restart(*floor);
     bool folded = false;
     store.forEachObservation([&](std::size_t frame, const Observation& seen) {
-      const std::optional<Pose> pose = frame < poses.size() ? poseOf(frame) : std::nullopt;
+      const std::optional<Pose> pose = poseOf(frame);
       folded = pose && fold(frame, seen, descriptorOf(frame), *pose);
       return true;
     });

@@ -21,7 +21,7 @@ void WorldMapper::Impl::startTracking(const CameraIntrinsics& camera) {
   MapStore& map = session.store;
   if (!inSpace()) return;
   if (!isTracked && !poses.empty()) {
-    if (std::ranges::any_of(poses, &std::optional<Pose>::has_value))
+    if (std::ranges::any_of(poses.entries(), [](const auto& entry) { return entry.pose.has_value(); }))
       fail(ErrorCode::mismatch,
            "{} has poses from elsewhere, and these frames have none; give them by --poses, or map anew",
            map.database().path().string());
@@ -44,7 +44,7 @@ std::optional<Pose> WorldMapper::Impl::track(const Frame& frame, DescriptorView 
 
 void WorldMapper::Impl::takeCorrections() {
   const auto corrections = tracking->takeCorrections();
-  for (const auto& [frame, pose] : corrections) poses[frame] = pose;
+  for (const auto& [frame, pose] : corrections) poses.set(frame, pose);
   session.correct(corrections);
 }
 
@@ -89,7 +89,7 @@ bool WorldMapper::Impl::addTracked(Observation& seen, DescriptorView descriptor,
   if (anew) {
     tracking->level();
     takeCorrections();
-    poses[frame] = tracking->pose(frame);
+    poses.set(frame, tracking->pose(frame));
   }
   seen.seenFrom = poses[frame];
   if (seen.seenFrom) cells.add(frame, *seen.seenFrom);
@@ -126,6 +126,15 @@ void WorldMapper::Impl::beginDrive(bool aligned) {
   session.verify = nullptr;
 }
 
+/// Before a frame comes: poses of frames that a file with a budget has left out. Looked for again when there
+/// are twice as many, so that a frame's share of the work does not grow.
+void WorldMapper::Impl::forgetLeftOut() {
+  if (!session.keeper || poses.entries().size() < mostPoses) return;
+  session.write();  // then none waits
+  poses.keepOnly(session.store.frameNumbers());
+  mostPoses = std::max(mostPoses, 2 * poses.entries().size());
+}
+
 /// The drive's poses have become known in the map: what it has seen so far is added to the layers.
 void WorldMapper::Impl::takeAlignment() {
   if (isAligned || !session.drive.isAligned) return;
@@ -133,9 +142,9 @@ void WorldMapper::Impl::takeAlignment() {
   session.verify = nullptr;
   lastView.reset();
   for (std::size_t frame = session.drive.firstFrame; frame < poses.size(); ++frame)
-    poses[frame] = session.store.pose(frame);
+    poses.set(frame, session.store.pose(frame));
   for (const std::size_t frame : store.observedFrames())
-    if (frame >= session.drive.firstFrame && frame < poses.size() && poses[frame]) {
+    if (frame >= session.drive.firstFrame && poses[frame]) {
       lastView = poses[frame];
       cells.add(frame, *lastView);
       ++views;

@@ -207,18 +207,27 @@ void WorldStore::putAreas(const PlannedFrames& planned, const PlannedFrames* bef
               area.center.x, area.center.y, area.frames, outline)
         .execute();
   }
-  const std::vector<int> none, &areas = planned.areaOfFrame, &known = before ? before->areaOfFrame : none;
-  Statement(database, "DELETE FROM frame_areas WHERE frame >= ?1", before ? areas.size() : 0).execute();
+  putFrameAreas(planned, before);
+}
+
+void WorldStore::putFrameAreas(const PlannedFrames& planned, const PlannedFrames* before) {
+  Database& database = store_.database();
+  const std::vector<std::size_t>& frames = planned.frames;
+  const std::vector<int>& areas = planned.areaOfFrame;
+  const std::size_t end = before && !frames.empty() ? frames.back() + 1 : 0;
+  Statement(database, "DELETE FROM frame_areas WHERE frame >= ?1", end).execute();
   Statement row(database, "INSERT OR REPLACE INTO frame_areas VALUES(?1, ?2)");
   Statement nowhere(database, "DELETE FROM frame_areas WHERE frame = ?1");
-  for (std::size_t i = 0; i < areas.size(); ++i) {
-    if (i < known.size() && known[i] == areas[i]) continue;
+  for (std::size_t i = 0, k = 0; i < areas.size(); ++i) {
+    while (before && k < before->frames.size() && before->frames[k] < frames[i]) ++k;
+    const bool isKnown = before && k < before->frames.size() && before->frames[k] == frames[i];
+    if (isKnown && before->areaOfFrame[k] == areas[i]) continue;
     if (areas[i] < 0) {
-      nowhere.bindAll(i);
+      nowhere.bindAll(frames[i]);
       nowhere.execute();
       continue;
     }
-    row.bindAll(i, areas[i]);
+    row.bindAll(frames[i], areas[i]);
     row.execute();
   }
 }

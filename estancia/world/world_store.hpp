@@ -97,6 +97,7 @@ class WorldStore {
   void read(WorldMap& world) const;
 
  private:
+  void putFrameAreas(const PlannedFrames& planned, const PlannedFrames* before);
   void readZones(WorldMap& world) const;
   void readAreas(WorldMap& world) const;
   void readObjects(WorldMap& world) const;

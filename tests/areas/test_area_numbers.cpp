@@ -12,6 +12,7 @@ namespace {
 PlannedFrames planOf(const std::vector<cv::Rect>& areas, cv::Point origin = {}) {
   PlannedFrames planned{
       AreaPlan{{}, Floor(cv::Vec3d(0, 0, 1)), FloorCells(0.1, cv::Rect(origin, cv::Size(100, 100))), {}, {}},
+      {},
       {}};
   planned.plan.areaOf = cv::Mat(100, 100, CV_32S, cv::Scalar(-1));
   for (const cv::Rect& cells : areas) {

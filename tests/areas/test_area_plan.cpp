@@ -25,7 +25,8 @@ AreaPlan twoArms() {
 
 std::optional<AreaPlan> corrected(const AreaPlan& plan, AreaEdit::Kind kind, const cv::Point2d& from,
                                   const cv::Point2d& to) {
-  const std::vector<std::optional<Pose>> frames{Pose::planar(0.5, 0.5, 0)};
+  FramePoses frames;
+  frames.add(Pose::planar(0.5, 0.5, 0));
   auto planned = correctPlan(plan, {kind, from, to}, {frames}, WordMap(plan.floor, 1, {}),
                              Vocabulary(std::vector<std::string>{"wall"}), {0.1F});
   if (!planned) return std::nullopt;
@@ -75,6 +76,52 @@ TEST(CorrectPlan, RefusesWhatChangesNothing) {
   EXPECT_FALSE(corrected(plan, AreaEdit::Kind::merge, {0.5, 1}, {0.5, 2}));
   EXPECT_FALSE(corrected(plan, AreaEdit::Kind::merge, {0.5, 1}, {5.5, 1}));
   EXPECT_EQ(corrected(plan, AreaEdit::Kind::merge, {0.5, 1}, {7, 1})->areas.size(), 1U);
+}
+
+TEST(CorrectPlan, KnowsTheAreasOfFramesThatAreLeft) {
+  const AreaPlan plan = twoArms();
+  FramePoses frames;
+  frames.add(Pose::planar(0.5, 0.5, 0));
+  frames.skipTo(10);
+  frames.add(Pose::planar(7, 1, 0));
+  frames.skipTo(20);
+  frames.add(std::nullopt);  // of a drive whose first frame was left out
+  frames.skipTo(30);
+  frames.add(Pose::planar(0.5, 5, 0));
+  frames.add(std::nullopt);
+  const std::vector<std::size_t> starts{0, 19};
+  const auto planned =
+      correctPlan(plan, {AreaEdit::Kind::split, {0, 3}, {1, 3}}, {frames, starts}, WordMap(plan.floor, 1, {}),
+                  Vocabulary(std::vector<std::string>{"wall"}), {0.1F});
+  ASSERT_TRUE(planned);
+  EXPECT_THAT(planned->frames, ElementsAre(0, 10, 20, 30, 31));
+  // The cut arm has most frames; of the others the first comes first.
+  EXPECT_THAT(planned->areaOfFrame, ElementsAre(1, 2, 0, 0, 0));
+  EXPECT_EQ(planned->plan.areas[0].frames, 3U);
+}
+
+TEST(FramePoses, AreFoundByNumber) {
+  FramePoses poses;
+  for (int i = 0; i < 6; ++i) poses.add(Pose::planar(i, 0, 0));
+  poses.set(2, std::nullopt);
+  const std::vector<std::size_t> kept{0, 2, 4, 5, 9};
+  poses.keepOnly(kept);
+  poses.add(Pose::planar(6, 0, 0));
+  EXPECT_EQ(poses.size(), 7U);
+  EXPECT_EQ(poses.entries().size(), 5U);
+  poses.set(1, Pose{});  // left out
+  EXPECT_FALSE(poses[1]);
+  EXPECT_FALSE(poses[2]);
+  EXPECT_EQ(poses[4]->x, 4);
+  EXPECT_EQ(poses[6]->x, 6);
+  EXPECT_FALSE(poses[7]);
+  EXPECT_FALSE(poses[99]);
+  poses.truncate(5);
+  EXPECT_EQ(poses.size(), 5U);
+  EXPECT_EQ(poses.back()->x, 4);
+  EXPECT_FALSE(poses[6]);
+  poses.truncate(9);
+  EXPECT_EQ(poses.size(), 5U);
 }
 
 }  // namespace

@@ -148,7 +148,11 @@ inline void writeWorld(const WorldMap& world, const std::filesystem::path& path)
   for (const Node& node : map.nodes) store.putNode(node, "");
   for (const Transition& transition : map.transitions) store.putTransition(transition);
   WorldStore layers(store, MapStore::Access::write);
-  if (world.plan) layers.putAreas({*world.plan, world.areaOfFrame});
+  if (world.plan) {
+    PlannedFrames planned{*world.plan, {}, world.areaOfFrame};
+    for (const MappedFrame& frame : map.frames) planned.frames.push_back(frame.number);
+    layers.putAreas(planned);
+  }
   for (const AreaEdit& edit : world.edits) layers.addEdit(edit);
   const std::vector<unsigned char> image{0xFF, 0xD8, 0xFF, 0xD9};
   layers.putView({.frame = 1, .segment = 0, .quality = 1}, image);
