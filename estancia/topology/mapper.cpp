@@ -412,18 +412,23 @@ void Mapper::Impl::merge(std::size_t kept, std::size_t gone, const Merge& why) {
 }
 
 void Mapper::Impl::redirectTransitions(int absorbed, int kept) {
-  std::map<std::pair<int, int>, Transition> redirected;
-  for (const auto& [ends, transition] : transitions) {
-    const int from = ends.first == absorbed ? kept : ends.first;
-    const int to = ends.second == absorbed ? kept : ends.second;
+  std::vector<Transition> moved;
+  std::erase_if(transitions, [&](const auto& entry) {
+    const bool isMoved = entry.first.first == absorbed || entry.first.second == absorbed;
+    if (isMoved) moved.push_back(entry.second);
+    if (isMoved) changes.changedTransitions.insert(entry.first);
+    return isMoved;
+  });
+  for (const Transition& transition : moved) {
+    const int from = transition.from == absorbed ? kept : transition.from;
+    const int to = transition.to == absorbed ? kept : transition.to;
     if (from == to) continue;
     Transition& target =
-        redirected.try_emplace({from, to}, Transition{from, to, 0, transition.firstFrame}).first->second;
+        transitions.try_emplace({from, to}, Transition{from, to, 0, transition.firstFrame}).first->second;
     target.count += transition.count;
     target.firstFrame = std::min(target.firstFrame, transition.firstFrame);
+    changes.changedTransitions.insert({from, to});
   }
-  transitions = std::move(redirected);
-  changes.redirected = true;
 }
 
 Mapper::Mapper(const DescriptorLayout& layout, const MapperOptions& options)

@@ -78,8 +78,7 @@ struct MapChanges {
   bool restarted = false;
   std::vector<std::variant<Decision, Merge>> events;
   std::set<int> changedNodes;
-  /// A merge has redirected transitions: replace all of them.
-  bool redirected = false;
+  /// From and to. Those that Mapper::transitions() does not have are no longer: a merge has redirected them.
   std::set<std::pair<int, int>> changedTransitions;
 };
 

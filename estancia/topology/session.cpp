@@ -330,12 +330,11 @@ void MappingSession::Impl::write() {
     const std::size_t slot = state.bank.slotOf(id);
     store.putNode(toNode(state.bank[slot]), state.nodeState(slot));
   }
-  if (changes.redirected || changes.restarted) {
-    store.clearTransitions();
-    for (const auto& entry : state.transitions) store.putTransition(entry.second);
-  } else {
-    for (const auto& ends : changes.changedTransitions) store.putTransition(state.transitions.at(ends));
-  }
+  for (const auto& [from, to] : changes.changedTransitions)
+    if (const auto known = state.transitions.find({from, to}); known != state.transitions.end())
+      store.putTransition(known->second);
+    else
+      store.removeTransition(from, to);
   store.putState(stateKey, state.state());
   if (state.views.isOn()) store.putState(viewsKey, state.views.state());
   if (guide) {

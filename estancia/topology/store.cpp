@@ -318,6 +318,10 @@ void MapStore::putTransition(const Transition& transition) {
                transition.count, transition.firstFrame);
 }
 
+void MapStore::removeTransition(int from, int to) {
+  impl_->write("DELETE FROM transitions WHERE source = ?1 AND target = ?2", from, to);
+}
+
 void MapStore::putDecision(const Decision& decision) {
   impl_->requireFrame(decision.frame);
   impl_->write("INSERT OR REPLACE INTO decisions VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9)", decision.frame,
@@ -338,10 +342,6 @@ void MapStore::clearMap() {
   impl_->write("DELETE FROM decisions");
   impl_->write("DELETE FROM merges");
   impl_->write("UPDATE frames SET node = -1");
-  clearTransitions();
-}
-
-void MapStore::clearTransitions() {
   impl_->write("DELETE FROM transitions");
 }
 

@@ -68,6 +68,7 @@ class MapStore {
   /// Inserts or replaces; `state` is the mapper's own memory of the node.
   void putNode(const Node& node, const std::string& state);
   void putTransition(const Transition& transition);
+  void removeTransition(int from, int to);
   /// Sets the frame's node, too.
   void putDecision(const Decision& decision);
   /// Moves all frames of merge.absorbed to merge.kept and removes the absorbed node.
@@ -75,8 +76,6 @@ class MapStore {
   /// Forgets all nodes, transitions, decisions and merges (not frames): a new mapping of the same frames
   /// follows.
   void clearMap();
-  /// Forgets all transitions: their new list follows (after a merge).
-  void clearTransitions();
   /// A room classifier's predictions, row i of frame i; earlier ones are replaced. Throws Error (mismatch)
   /// when there are more rows than frames, a room has no name, or a value is not a probability.
   void putPredictions(const RoomPredictions& predictions);

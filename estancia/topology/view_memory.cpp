@@ -52,7 +52,9 @@ double ViewMemory::distance(std::span<const float> a, std::span<const float> b) 
 
 ViewMemory::Relation ViewMemory::relation(const std::optional<Pose>& a, const std::optional<Pose>& b) const {
   if (!a || !b) return Relation::unknown;
-  const double far = std::max(distanceBetween(*a, *b) / nearDistance_, angleBetween(*a, *b) / nearAngle_);
+  double far = distanceBetween(*a, *b) / nearDistance_;
+  if (far > apartRatio) return Relation::apart;  // whatever the angle, which takes longer
+  far = std::max(far, angleBetween(*a, *b) / nearAngle_);
   return far <= 1 ? Relation::near : far <= apartRatio ? Relation::between : Relation::apart;
 }
 
