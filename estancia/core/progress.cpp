@@ -55,6 +55,7 @@ class StderrProgress final : public Progress {
     left_ = TimeLeft(total, done);
     start_ = lastShown_ = Clock::now();
     active_ = true;
+    isShownWhole_ = false;
     if (terminal_) show();
   }
 
@@ -67,7 +68,7 @@ class StderrProgress final : public Progress {
 
   void end() override {
     if (!active_) return;
-    show();
+    if (!isShownWhole_) show();
     active_ = false;
     if (!terminal_) return;
     const std::lock_guard lock(lineMutex);
@@ -98,6 +99,7 @@ class StderrProgress final : public Progress {
       std::fprintf(stderr, "%s%s\n", what_.c_str(), line.c_str());
     std::fflush(stderr);
     isLineShown = terminal_;
+    isShownWhole_ = left_.isComplete() && !terminal_;
   }
 
   /// Name, bar and numbers on one line: a wrapped line could not be drawn over again.
@@ -117,6 +119,7 @@ class StderrProgress final : public Progress {
 
   bool terminal_ = isatty(STDERR_FILENO) == 1;
   bool active_ = false;
+  bool isShownWhole_ = false;  // a line of a file, which stays
   std::string what_;
   TimeLeft left_;
   Clock::time_point start_, lastShown_;

@@ -32,7 +32,7 @@ Json changeJson(const ObjectChange& change, const WorldMap& world) {
   Json json{
       {"kind", toString(change.kind)},    {"name", thing != nullptr ? Json(thing->displayName()) : Json()},
       {"whole", change.isWhole},          {"object_before", number(change.before)},
-      {"object_now", number(change.now)}, {"area_m2", change.area}};
+      {"object_now", number(change.now)}, {"area_m2", std::round(change.area * 1e4) / 1e4}};
   if (change.kind != ObjectChange::Kind::appeared) {
     json["from"] = pointJson(change.from);
     json["from_area"] = areaJson(change.from, world);

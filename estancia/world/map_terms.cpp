@@ -95,6 +95,12 @@ void MapTerms::keep(WorldOptions options) {
          store_.database().path().string(), fmt::join(others, "; "));
 }
 
+void MapTerms::keepCameraOf(const MapTerms& other) {
+  camera_ = other.camera_;
+  depthScale_ = other.depthScale_;
+  write();
+}
+
 void MapTerms::forgetCamera() {
   camera_.clear();
   depthScale_.clear();

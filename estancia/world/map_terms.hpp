@@ -25,6 +25,8 @@ class MapTerms {
   /// The camera of the last drive's depth images, and their units per meter as given; 0 where nobody gave
   /// any. Keeps them, or compares: throws Error (mismatch) that says what differs.
   void keep(const CameraIntrinsics& camera, double depthScale);
+  /// Keeps that of another map.
+  void keepCameraOf(const MapTerms& other);
   /// Another drive may have another camera.
   void forgetCamera();
 

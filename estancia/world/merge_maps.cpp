@@ -16,6 +16,7 @@
 #include "estancia/core/rigid.hpp"
 #include "estancia/topology/mapper_merge.hpp"
 #include "estancia/topology/session_impl.hpp"
+#include "estancia/topology/store_files.hpp"
 #include "estancia/world/edit_objects.hpp"
 #include "estancia/world/map_source.hpp"
 #include "estancia/world/merge_plan.hpp"
@@ -137,11 +138,19 @@ class NewMap {
     session_->impl_->write();
   }
 
+  /// Its last drive is that of the source: it goes on with the same camera.
+  void takeCameraOf(const MapSource& source) {
+    MapStore& store = session_->impl_->store;
+    MapTerms(store).keepCameraOf(MapTerms(source.store));
+    store.commit();
+  }
+
   /// To its place, or in the place of the map `old`, which nobody else writes; then with that one's mode.
   void move(const fs::path& place, std::optional<MapStore>& old) {
     world_.reset();
     session_.reset();
-    if (old) fs::permissions(path_, fs::status(place).permissions());
+    if (!old) return storage::renameToNew(path_, place);  // which another program may have made meanwhile
+    fs::permissions(path_, fs::status(place).permissions());
     old.reset();  // what SQLite keeps beside the file goes with it
     fs::rename(path_, place);
   }
@@ -313,6 +322,7 @@ MergedMaps mergeMaps(std::span<const fs::path> maps, const fs::path& wanted, Exi
   for (const std::size_t number : plan.order)
     if (number != plan.order.front() && plan.toMerged[number])
       Corrections(*sources[number], *plan.toMerged[number]).giveTo(merged, maps[number], done.conflicts);
+  merged.takeCameraOf(*sources[plan.order.back()]);
   progress.end();
   sources.clear();
   merged.move(output, old);
@@ -336,6 +346,7 @@ void undoDrive(const fs::path& file, std::size_t drive, Progress& progress) {
   progress.begin("mapping the other drives", framesOf(parts), 0);
   for (const Part& part : parts) without.map(part, progress);
   without.finish();
+  if (drive + 1 < drives) without.takeCameraOf(*sources.front());
   progress.end();
   sources.clear();
   without.move(map, writer);

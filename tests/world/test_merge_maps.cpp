@@ -369,6 +369,7 @@ TEST(UndoneDrives, LeaveAreasAndPeoplesNames) {
     WorldMapper world(session);
     session.beginDrive({.name = "round", .posesAreInMap = true});
     world.beginDrive();
+    world.keepCamera(*flat.intrinsics(), 0);
     for (std::size_t i = 0; i < flat.size(); ++i) {
       Frame frame = flat.frame(i);
       frame.name += std::to_string(round);
@@ -389,6 +390,12 @@ TEST(UndoneDrives, LeaveAreasAndPeoplesNames) {
   ASSERT_EQ(rest.areas.size(), 3U);
   EXPECT_TRUE(
       std::ranges::any_of(rest.areas, [](const auto& area) { return area.givenName == "Ada's room"; }));
+  MappingSession session = MappingSession::resume(file, labeled.vocabulary, labeled.model);
+  WorldMapper world(session);
+  CameraIntrinsics other = *flat.intrinsics();
+  other.fx *= 2;
+  world.keepCamera(*flat.intrinsics(), 0);
+  EXPECT_THAT([&] { world.keepCamera(other, 0); }, FailsWith(ErrorCode::mismatch, "camera"));
 }
 
 }  // namespace
