@@ -26,6 +26,7 @@ void printText(const WorldMap& world, const Changes& changes) {
   fmt::print("since {}: {}, {}\n", describeDrive(world.places, changes.since),
              counted(changes.objects.size(), "changed thing"),
              counted(changes.places.size(), "changed place"));
+  if (world.objects.empty()) fmt::print("  the map has no objects: of things nothing can be told\n");
   for (const ObjectChange& change : changes.objects) {
     fmt::print("  {:<5}  {}", toString(change.kind), nameOf(change, world));
     if (change.kind != ObjectChange::Kind::appeared) fmt::print("  from {}", where(world, change.from));

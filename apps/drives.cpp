@@ -39,13 +39,14 @@ void printText(const std::string& file, const std::vector<DriveSummary>& drives)
   fmt::print("{}: {}\n", printable(file), counted(drives.size(), "drive"));
   for (std::size_t i = 0; i < drives.size(); ++i) {
     const DriveSummary& d = drives[i];
-    fmt::print("{:>4}  {:<24} {:>7} frames from {}  {} ({} new)", i, d.drive.name, d.frames,
-               d.drive.firstFrame, counted(d.places, "place"), d.newPlaces);
+    fmt::print("{:>4}  {:<24} {:>7} frames from {}  {} ({} new)", i, d.drive.name, d.frames, d.first,
+               counted(d.places, "place"), d.newPlaces);
     if (d.kept < d.frames) fmt::print("  {} kept", counted(d.kept, "frame"));
     if (d.begins) fmt::print("  {} to {}", timeOf(*d.begins), timeOf(*d.ends));
     fmt::print("\n      {}", posesOf(d));
     if (d.recognized)
-      fmt::print("; recognized after {} in place {}", counted(d.recognized->after + 1, "frame"),
+      fmt::print("; recognized {} in place {}",
+                 d.recognized->after > 0 ? "after " + counted(d.recognized->after, "frame") : "at once",
                  d.recognized->node);
     else if (i > 0)
       fmt::print("; no place of an earlier drive was recognized");
@@ -62,7 +63,7 @@ void printJson(const std::string& file, const std::vector<DriveSummary>& drives)
   Json list = Json::array();
   for (const DriveSummary& d : drives) {
     Json entry{{"name", d.drive.name},
-               {"first_frame", d.drive.firstFrame},
+               {"first_frame", d.first},
                {"frames", d.frames},
                {"kept_frames", d.kept},
                {"begins", d.begins ? Json(*d.begins) : Json()},

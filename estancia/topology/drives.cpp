@@ -22,6 +22,7 @@ DriveSummary summarize(const TopologicalMap& map, std::size_t number,
   const auto numberOf = [&map](std::size_t i) {
     return i < map.frames.size() ? map.frames[i].number : map.frames.back().number + 1;
   };
+  summary.first = numberOf(begin);
   summary.frames = numberOf(end) - numberOf(begin);
   summary.kept = end - begin;
   std::set<int> seen;

@@ -13,6 +13,8 @@ namespace estancia {
 
 struct DriveSummary {
   Drive drive;
+  /// The number of its first frame.
+  std::size_t first = 0;
   /// How many were mapped, and how many of them the file keeps (MapBudget).
   std::size_t frames = 0, kept = 0;
   /// First and last time stamp [s], where the frames have any.

@@ -2,6 +2,7 @@
 #include "estancia/topology/explain.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <charconv>
@@ -9,6 +10,7 @@
 
 #include "estancia/core/fail.hpp"
 #include "estancia/io/files.hpp"
+#include "estancia/topology/drives.hpp"
 #include "estancia/topology/places.hpp"
 
 namespace estancia {
@@ -19,9 +21,25 @@ using Sentences = std::vector<std::string>;
 [[noreturn]] void failNoFrame(const TopologicalMap& map, const std::string& asked) {
   if (map.frames.empty())
     throw Error(ErrorCode::insufficientData, "the map has no frames yet; map some images first");
-  fail(ErrorCode::unknownName, "there is no frame \"{}\"; the map has frames 0 to {}, named \"{}\" to \"{}\"",
-       io::printable(asked), map.frames.size() - 1, io::printable(map.frames.front().name),
-       io::printable(map.frames.back().name));
+  fail(ErrorCode::unknownName,
+       "there is no frame \"{}\"; the map has frames {} to {}{}, named \"{}\" to \"{}\"",
+       io::printable(asked), map.frames.front().number, map.frames.back().number,
+       map.isThinned() ? " (its size is bounded: some are left out)" : "",
+       io::printable(map.frames.front().name), io::printable(map.frames.back().name));
+}
+
+/// Drives often name their images alike.
+[[noreturn]] void failSeveral(const TopologicalMap& map, const std::vector<std::size_t>& frames) {
+  constexpr std::size_t most = 5;
+  std::vector<std::string> numbers;
+  for (const std::size_t frame : frames)
+    if (numbers.size() < most)
+      numbers.push_back(map.drives.empty() ? std::to_string(map.frames[frame].number)
+                                           : fmt::format("{} ({})", map.frames[frame].number,
+                                                         describeDrive(map, map.driveOf(frame))));
+  fail(ErrorCode::unknownName, "{} frames are called \"{}\": {}{}; give the number of one", frames.size(),
+       io::printable(map.frames[frames.front()].name), fmt::join(numbers, ", "),
+       frames.size() > most ? ", …" : "");
 }
 
 template <class... Values>
@@ -89,7 +107,7 @@ void explainMerges(const TopologicalMap& map, const Decision& d, Sentences& sent
       add(sentences,
           "After frame {} node {}, which held few frames, became a part of its neighbor, node {}: there was "
           "no memory for another place (--memory).",
-          merge.frame, merge.absorbed, merge.kept);
+          map.frames.at(merge.frame).number, merge.absorbed, merge.kept);
       node = merge.kept;
       continue;
     }
@@ -97,13 +115,14 @@ void explainMerges(const TopologicalMap& map, const Decision& d, Sentences& sent
       add(sentences,
           "After frame {} node {} turned out to be the same place as node {} (distance {:.4g}, below "
           "{:.4g}): the frame belongs to node {} since.",
-          merge.frame, merge.absorbed, merge.kept, merge.distance, merge.threshold, merge.kept);
+          map.frames.at(merge.frame).number, merge.absorbed, merge.kept, merge.distance, merge.threshold,
+          merge.kept);
       node = merge.kept;
     } else {
       add(sentences,
           "After frame {} its node {} took in node {}, which turned out to be the same place (distance "
           "{:.4g}, below {:.4g}).",
-          merge.frame, merge.kept, merge.absorbed, merge.distance, merge.threshold);
+          map.frames.at(merge.frame).number, merge.kept, merge.absorbed, merge.distance, merge.threshold);
     }
   }
 }
@@ -123,14 +142,16 @@ void explainRooms(const TopologicalMap& map, std::size_t frame, Sentences& sente
 std::size_t getFrame(const TopologicalMap& map, const std::string& nameOrNumber) {
   // A sequence writes bytes that are not UTF-8 as \xFF; the shell gives them as they are.
   const std::string written = io::printable(nameOrNumber);
-  const auto named = std::find_if(map.frames.begin(), map.frames.end(), [&](const MappedFrame& frame) {
-    return frame.name == nameOrNumber || frame.name == written;
-  });
-  if (named != map.frames.end()) return static_cast<std::size_t>(named - map.frames.begin());
+  std::vector<std::size_t> named;
+  for (std::size_t i = 0; i < map.frames.size(); ++i)
+    if (map.frames[i].name == nameOrNumber || map.frames[i].name == written) named.push_back(i);
+  if (named.size() == 1) return named.front();
+  if (named.size() > 1) failSeveral(map, named);
   std::size_t number = 0;
   const char* end = nameOrNumber.data() + nameOrNumber.size();
   const auto [rest, problem] = std::from_chars(nameOrNumber.data(), end, number);
-  if (problem == std::errc() && rest == end && number < map.frames.size()) return number;
+  if (problem == std::errc() && rest == end)
+    if (const auto frame = map.findFrame(number)) return *frame;
   failNoFrame(map, nameOrNumber);
 }
 
@@ -176,9 +197,10 @@ std::vector<std::string> explain(const TopologicalMap& map, std::size_t frame) {
   if (frame >= map.frames.size()) failNoFrame(map, std::to_string(frame));
   const auto found = std::ranges::find(map.decisions, frame, &Decision::frame);
   if (found == map.decisions.end())
-    fail(ErrorCode::insufficientData, "frame {} has no decision yet; continue the mapping", frame);
-  Sentences sentences =
-      explain(*found, fmt::format("Frame {} ({})", frame, io::printable(map.frames[frame].name)));
+    fail(ErrorCode::insufficientData, "frame {} has no decision yet; continue the mapping",
+         map.frames[frame].number);
+  Sentences sentences = explain(
+      *found, fmt::format("Frame {} ({})", map.frames[frame].number, io::printable(map.frames[frame].name)));
   explainMerges(map, *found, sentences);
   explainRooms(map, frame, sentences);
   return sentences;

@@ -72,9 +72,11 @@ Json toJson(const std::string& image, const Localization& answer, const Topologi
   Json json{{"image", image},
             {"node", answer.node},
             {"nearest_image", map.frames.at(answer.nearestImage).name},
+            {"nearest_frame", map.frames.at(answer.nearestImage).number},
             {"distance", answer.distance},
             {"belief_node", answer.beliefNode},
             {"belief_image", map.frames.at(answer.beliefImage).name},
+            {"belief_frame", map.frames.at(answer.beliefImage).number},
             {"confidence", answer.confidence},
             {"unmapped", answer.unmapped ? Json(*answer.unmapped) : Json()},
             {"unvisited", answer.unvisited ? Json(*answer.unvisited) : Json()}};
@@ -89,7 +91,7 @@ Json explanationJson(const TopologicalMap& map, std::size_t frame) {
   const std::vector<std::string> sentences = explain(map, frame);
   const Decision& decision = *std::ranges::find(map.decisions, frame, &Decision::frame);
   return {{"frame", map.frames[frame].name},
-          {"number", frame},
+          {"number", map.frames[frame].number},
           {"decision", toString(decision.kind)},
           {"node", decision.node},
           {"node_now", map.frames[frame].node},

@@ -30,8 +30,9 @@ nlohmann::ordered_json toJson(const Route& route);
 /// {"from", "to", "nodes", "cost", "unit", "words", "label" or "room", "probability"}.
 nlohmann::ordered_json toJson(const std::string& words, const WordRoute& found, const TopologicalMap& map);
 
-/// {"image", "node", "nearest_image", "distance", "belief_node", "belief_image", "confidence",
-/// "unmapped"}; unmapped is null where the map has no poses.
+/// {"image", "node", "nearest_image", "nearest_frame", "distance", "belief_node", "belief_image",
+/// "belief_frame", "confidence", "unmapped"}: images by their names, frames by their numbers in the map;
+/// unmapped is null where the map has no poses.
 nlohmann::ordered_json toJson(const std::string& image, const Localization& answer,
                               const TopologicalMap& map);
 

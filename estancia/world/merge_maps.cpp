@@ -2,9 +2,12 @@
 #include "estancia/world/merge_maps.hpp"
 
 #include <fmt/format.h>
+#include <signal.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <charconv>
 #include <memory>
 #include <optional>
 #include <set>
@@ -33,13 +36,50 @@ struct Part {
   std::size_t number, drive, first, end, offset;
 };
 
+/// Those that one of the maps has; absent where none says.
+std::optional<WorldLayers> layersOf(const std::vector<Part>& parts) {
+  std::optional<WorldLayers> all;
+  for (const Part& part : parts) {
+    const std::string kept = part.source->layers->layers();
+    if (kept.empty()) continue;
+    const WorldLayers own = layersFrom(kept);
+    if (!all) all = own;
+    all = {all->zones || own.zones, all->areas || own.areas, all->objects || own.objects};
+  }
+  return all;
+}
+
+void removeDraft(const fs::path& draft) {
+  std::error_code ignored;
+  fs::remove(draft, ignored);
+  storage::removeCompanions(draft);
+}
+
+/// Where a map is made until it is whole: beside its place. Removes what processes have left that were killed
+/// while they made the same map.
+fs::path draftOf(const fs::path& place) {
+  std::error_code ignored;
+  const std::string start = fmt::format(".{}.", place.filename().string()), end = ".new";
+  for (const auto& entry : fs::directory_iterator(storage::folderOf(place), ignored)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with(start) || !name.ends_with(end) || name.size() <= start.size() + end.size())
+      continue;
+    const char* number = name.data() + start.size();
+    int process = 0;
+    const auto [rest, problem] = std::from_chars(number, name.data() + name.size() - end.size(), process);
+    if (problem != std::errc() || rest != name.data() + name.size() - end.size() || process <= 0) continue;
+    if (kill(process, 0) != 0 && errno == ESRCH) removeDraft(entry.path());
+  }
+  return place.parent_path() / (start + std::to_string(getpid()) + end);
+}
+
 }  // namespace
 
 /// The map that is made, in a file beside its place until it is whole.
 class NewMap {
  public:
   NewMap(const fs::path& place, const MapSource& first, const std::vector<Part>& parts)
-      : path_(place.parent_path() / fmt::format(".{}.{}.new", place.filename().string(), getpid())),
+      : path_(draftOf(place)),
         session_(MappingSession::create(path_, first.map.vocabulary, first.map.model,
                                         settingsFromJson(first.store.identity().settings),
                                         ExistingMap::replace)) {
@@ -47,18 +87,21 @@ class NewMap {
     WorldStore layers(store, MapStore::Access::write);
     for (const Part& part : parts)
       layers.copyViews(*part.source->layers, part.source->numbers(part.first, part.end), part.offset);
-    if (const auto labels = first.layers->regionLabels(); !labels.empty()) layers.putRegionLabels(labels);
+    for (const Part& part : parts)
+      if (const auto labels = part.source->layers->regionLabels(); !labels.empty()) {
+        layers.putRegionLabels(labels);
+        break;
+      }
     for (const AreaEdit& edit : first.layers->edits()) layers.addEdit(edit);
     for (const ObjectEdit& edit : first.layers->objectEdits()) layers.addObjectEdit(edit);
     WorldOptions options = MapTerms(first.store).options().value_or(WorldOptions{});
-    if (const std::string kept = first.layers->layers(); !kept.empty()) options.layers = layersFrom(kept);
+    options.layers = layersOf(parts);
     world_.emplace(*session_, options);
   }
   ~NewMap() {
     world_.reset();
     session_.reset();
-    std::error_code ignored;
-    fs::remove(path_, ignored);
+    removeDraft(path_);
   }
   NewMap(const NewMap&) = delete;
   NewMap& operator=(const NewMap&) = delete;
@@ -256,6 +299,17 @@ class Corrections {
     }
     for (ObjectEdit edit : source_.layers->objectEdits()) {
       edit.center = toMerged_ * edit.center;
+      if (edit.kind == ObjectEdit::Kind::name) {
+        const WorldMap now = merged.world().read();
+        const int object = objectOf(edit, now.objects);
+        const WorldObject* known = object < 0 ? nullptr : &now.objects[static_cast<std::size_t>(object)];
+        if (known != nullptr && !known->givenName.empty() && known->givenName != edit.name) {
+          conflicts.push_back(
+              fmt::format("{} calls an object \"{}\" that is called \"{}\" already: that is kept",
+                          file.string(), printable(edit.name), known->givenName));
+          continue;
+        }
+      }
       merged.world().edit(edit);
     }
   }

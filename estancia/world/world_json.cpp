@@ -79,8 +79,12 @@ void addRegions(const char* use, const std::vector<MapRegion>& regions, const Wo
   }
 }
 
-Json momentJson(const MappedFrame& frame) {
-  return {{"frame", frame.name}, {"time", frame.timestamp ? Json(*frame.timestamp) : Json(nullptr)}};
+Json momentJson(const TopologicalMap& map, std::size_t i) {
+  const MappedFrame& frame = map.frames.at(i);
+  return {{"frame", frame.name},
+          {"number", frame.number},
+          {"drive", map.driveOf(i)},
+          {"time", frame.timestamp ? Json(*frame.timestamp) : Json(nullptr)}};
 }
 
 Json answerJson(const ObjectAnswer& answer, const WorldMap& world) {
@@ -130,8 +134,8 @@ Json toJson(const WorldObject& object, const WorldMap& world) {
           {"on", below == nullptr ? Json(nullptr) : Json{{"id", below->id}, {"name", below->displayName()}}},
           {"area", areaReference(world, object.area)},
           {"views", object.views},
-          {"first_seen", momentJson(world.places.frames.at(object.firstFrame))},
-          {"last_seen", momentJson(world.places.frames.at(object.lastFrame))},
+          {"first_seen", momentJson(world.places, object.firstFrame)},
+          {"last_seen", momentJson(world.places, object.lastFrame)},
           {"image", world.places.frames.at(object.bestFrame).name}};
 }
 

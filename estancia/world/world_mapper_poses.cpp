@@ -141,8 +141,8 @@ void WorldMapper::Impl::takeAlignment() {
   isAligned = true;
   session.verify = nullptr;
   lastView.reset();
-  for (std::size_t frame = session.drive.firstFrame; frame < poses.size(); ++frame)
-    poses.set(frame, session.store.pose(frame));
+  for (const std::size_t frame : session.store.frameNumbers())  // a bounded file lacks some
+    if (frame >= session.drive.firstFrame) poses.set(frame, session.store.pose(frame));
   for (const std::size_t frame : store.observedFrames())
     if (frame >= session.drive.firstFrame && poses[frame]) {
       lastView = poses[frame];

@@ -266,6 +266,27 @@ void expectJoinedPlacesInOneRoom(const TopologicalMap& map, std::size_t fewest) 
   EXPECT_GE(joined, fewest);
 }
 
+/// An object that both maps have, at one place, gets one name in each.
+void nameOneThing(const std::string& one, const std::string& other,
+                  const std::pair<std::string, std::string>& names) {
+  const auto things = [](const std::string& map) -> json {
+    return json::parse(run({"objects", "list", map, "--json"}).out)["objects"];
+  };
+  const auto apart = [](const json& a, const json& b) {
+    return cv::norm(cv::Vec3d(a[0], a[1], a[2]) - cv::Vec3d(b[0], b[1], b[2]));
+  };
+  const json others = things(other);
+  for (const json& first : things(one))
+    for (const json& second : others)
+      if (apart(first["position"], second["position"]) < 0.02 &&
+          apart(first["size"], second["size"]) < 0.02) {
+        EXPECT_EQ(run({"objects", "name", one, to_string(first["id"]), names.first}).exitCode, 0);
+        EXPECT_EQ(run({"objects", "name", other, to_string(second["id"]), names.second}).exitCode, 0);
+        return;
+      }
+  ADD_FAILURE() << "both have no thing at one place";
+}
+
 TEST(Home, IsOneMapOfTheDayAndTheEvening) {
   const auto data = findData("home_a");
   const auto model = findFetched("models/inception-v3/inception-v3.onnx");
@@ -275,7 +296,12 @@ TEST(Home, IsOneMapOfTheDayAndTheEvening) {
   ASSERT_EQ(run({"map", *data / "day", "-o", map}).exitCode, 0);
   const std::string evening = scratch / "evening.estancia", merged = scratch / "merged.estancia";
   ASSERT_EQ(run({"map", *data / "evening", "-o", evening}).exitCode, 0);
-  ASSERT_EQ(run({"merge", map, evening, "-o", merged}).exitCode, 0);
+  nameOneThing(map, evening, {"lunch table", "supper table"});
+  const auto both = run({"merge", map, evening, "-o", merged});
+  ASSERT_EQ(both.exitCode, 0);
+  EXPECT_THAT(both.err,
+              testing::HasSubstr("calls an object \"supper table\" that is called \"lunch table\" already"));
+  EXPECT_EQ(run({"objects", "list", merged}).out.find("supper table"), std::string::npos);
   expectOneHome(merged);
   expectJoinedPlacesInOneRoom(readMap(merged), 5);
   const auto mapped = run({"map", *data / "evening", "-o", map, "--continue"});

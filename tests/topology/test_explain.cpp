@@ -101,6 +101,18 @@ TEST(Explain, FindsFramesByNameThenByNumber) {
   EXPECT_THAT([&] { explain(map, 7); }, FailsWith(ErrorCode::unknownName, "\"7\"")) << "a number, not a name";
 }
 
+TEST(Explain, AsksForANumberWhereDrivesNameTheirImagesAlike) {
+  TopologicalMap map = test::sampleMap();
+  map.drives = {{0, "monday"}, {4, "tuesday"}};
+  for (std::size_t i = 0; i < map.frames.size(); ++i) map.frames[i].number = 10 * i;
+  map.frames[5].name = map.frames[1].name;
+  EXPECT_THAT([&] { getFrame(map, "b.jpg"); },
+              FailsWith(ErrorCode::unknownName, "10 (drive 0 (monday)), 50 (drive 1 (tuesday))"));
+  EXPECT_EQ(getFrame(map, "50"), 5U);
+  EXPECT_THAT([&] { getFrame(map, "5"); }, FailsWith(ErrorCode::unknownName, "0 to 60"));
+  EXPECT_THAT(explain(map, 5).front(), testing::HasSubstr("Frame 50 (b.jpg)"));
+}
+
 TEST(Explain, SaysWhichFramesThereAre) {
   TopologicalMap map = test::sampleMap();
   for (const char* wrong : {"7", "x.jpg", "-1", "3x", "", "99999999999999999999999"})

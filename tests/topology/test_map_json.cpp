@@ -67,9 +67,11 @@ TEST(MapJson, TellsWhereAnImageWasTaken) {
   EXPECT_EQ(toJson("now.jpg", answer, test::sampleMap()), (Json{{"image", "now.jpg"},
                                                                 {"node", 3},
                                                                 {"nearest_image", "e.jpg"},
+                                                                {"nearest_frame", 4},
                                                                 {"distance", 0.0},
                                                                 {"belief_node", 1},
                                                                 {"belief_image", "g.jpg"},
+                                                                {"belief_frame", 6},
                                                                 {"confidence", 0.5},
                                                                 {"unmapped", 0.25},
                                                                 {"unvisited", nullptr}}));

@@ -121,7 +121,7 @@ TEST(WorldJson, TellsWhereThingsAre) {
   EXPECT_EQ(mug["on"]["name"], "dining table");
   EXPECT_EQ(mug["support"], "object");
   EXPECT_EQ(mug["area"], Json({{"id", 0}, {"name", "kitchen"}}));
-  EXPECT_EQ(mug["first_seen"], Json({{"frame", "frame_0.png"}, {"time", 0.0}}));
+  EXPECT_EQ(mug["first_seen"], Json({{"frame", "frame_0.png"}, {"number", 0}, {"drive", 0}, {"time", 0.0}}));
   EXPECT_EQ(mug["last_seen"]["time"], 0.5);
   EXPECT_EQ(mug["image"], "frame_1.png");
   EXPECT_EQ(json["places"][0]["node"], 3);

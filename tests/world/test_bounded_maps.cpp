@@ -7,6 +7,7 @@
 #include <map>
 #include <string>
 
+#include "estancia/core/rigid.hpp"
 #include "estancia/topology/drives.hpp"
 #include "estancia/topology/map_budget.hpp"
 #include "estancia/topology/session.hpp"
@@ -95,6 +96,38 @@ TEST_F(BoundedMap, HasTheAreasAndCorrectionsOfAWholeOne) {
   EXPECT_NE(after.at("bedroom"), after.at("kitchen"));
   EXPECT_GE(bedroom, 0);
   EXPECT_EQ(corrected.findArea(*after.at("kitchen").begin())->displayName(), "galley");
+}
+
+/// Frames that wait, and may be left out, when the drive's poses become known.
+TEST_F(BoundedMap, AlignsADriveInAFrameOfItsOwn) {
+  MapBudget budget;
+  budget.file = 2;
+  map(manyRounds, budget);
+  ASSERT_TRUE(readMap(file_).isThinned());
+  const cv::Affine3d own(cv::Vec3d(0, 0, 1.2), cv::Vec3d(3, -2, 0));
+  {
+    MappingSession session = MappingSession::resume(file_, labeled_.vocabulary, labeled_.model);
+    session.beginDrive({"turned", "turned"});
+    WorldMapper world(session);
+    for (std::size_t round = 0; round < 8; ++round)
+      for (std::size_t i = 0; i < drive_.size(); ++i) {
+        Frame frame = drive_.frame(i);
+        frame.name = "turned " + std::to_string(round) + " " + frame.name;
+        frame.pose = poseOf(own.inv() * rigidOf(*frame.pose));
+        frame.pose = world.observe(frame, labeled_.descriptors.row(i), {}, {}, {});
+        session.add(frame, labeled_.descriptors.row(i));
+      }
+    session.finish();
+    world.finish();
+  }
+  const TopologicalMap map = readMap(file_);
+  ASSERT_EQ(map.drives.size(), 2U);
+  ASSERT_TRUE(map.drives[1].isAligned);
+  for (std::size_t i = map.drives[1].firstFrame; i < map.frames.size(); ++i) {
+    const std::size_t seen = (map.frames[i].number - manyRounds * drive_.size()) % drive_.size();
+    ASSERT_TRUE(map.frames[i].pose) << i;
+    EXPECT_LT(distanceBetween(*map.frames[i].pose, *drive_.frame(seen).pose), 0.5) << i;
+  }
 }
 
 TEST_F(BoundedMap, AreasKeepTheirNumbersInFurtherDrives) {

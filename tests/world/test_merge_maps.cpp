@@ -4,8 +4,12 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <numbers>
 
 #include "estancia/core/rigid.hpp"
@@ -355,6 +359,68 @@ TEST_F(MergedDrives, AreRefusedWhereTheyDoNotFit) {
   EXPECT_FALSE(fs::exists(folder_ / "all"));
   EXPECT_TRUE(isAlone("all"));
   EXPECT_EQ(read("a").frames.size(), 60U);
+}
+
+TEST_F(MergedDrives, ThatWereKilledLeaveNothingForLong) {
+  drive("a", 0, 60);
+  drive("b", 10, 60);
+  const pid_t dead = fork();
+  if (dead == 0) _exit(0);
+  waitpid(dead, nullptr, 0);
+  const auto draft = [&](const std::string& name) { return folder_ / ("." + name + ".new"); };
+  const std::string left = "all." + std::to_string(dead), alive = "all." + std::to_string(getppid());
+  for (const std::string& name : {left, alive, std::string("other.") + std::to_string(dead)})
+    std::ofstream(draft(name)) << "x";
+  std::ofstream(draft(left).string() + "-wal") << "x";
+  merge({"a", "b"}, "all");
+  EXPECT_FALSE(fs::exists(draft(left)));
+  EXPECT_FALSE(fs::exists(draft(left).string() + "-wal"));
+  EXPECT_TRUE(fs::exists(draft(alive)));
+  EXPECT_TRUE(fs::exists(draft("other." + std::to_string(dead))));
+}
+
+/// A flat with depth, in maps of their own.
+class MergedFlats : public testing::Test {
+ protected:
+  void map(const std::string& name, std::size_t end, const std::string& layers = "places,areas,objects") {
+    MappingSession session =
+        MappingSession::create(folder_ / name, labeled_.vocabulary, labeled_.model, MapperOptions{});
+    WorldOptions options;
+    options.layers = layersFrom(layers);
+    WorldMapper world(session, options);
+    session.beginDrive({.name = name, .posesAreInMap = true});
+    world.beginDrive();
+    for (std::size_t i = 0; i < end; ++i) {
+      Frame frame = flat_.frame(i);
+      frame.name = name + frame.name;
+      world.observe(frame, labeled_.descriptors.row(i), flat_.image(i), flat_.depth(i), *flat_.intrinsics());
+      session.add(frame, labeled_.descriptors.row(i));
+    }
+    session.finish();
+    world.finish();
+  }
+  MergedMaps merge(const std::string& a, const std::string& b, const std::string& output) const {
+    const std::vector<fs::path> maps{folder_ / a, folder_ / b};
+    return mergeMaps(maps, folder_ / output);
+  }
+
+  const ScratchFolder folder_;
+  const test::FlatDrive flat_;
+  const DescriptorSequence labeled_ = flat_.labeled();
+};
+
+TEST_F(MergedFlats, HaveTheLayersOfAll) {
+  map("plain", flat_.size(), "places");
+  map("whole", flat_.size() - 1);
+  nameArea(folder_ / "whole", "0", "Ada's room");
+  const WorldMap whole = readWorld(folder_ / "whole");
+  ASSERT_EQ(whole.areas.size(), 3U);
+  merge("plain", "whole", "all");
+  const WorldMap all = readWorld(folder_ / "all");
+  EXPECT_EQ(all.areas.size(), 3U);
+  EXPECT_EQ(all.objects.size(), whole.objects.size());
+  EXPECT_TRUE(
+      std::ranges::any_of(all.areas, [](const auto& area) { return area.givenName == "Ada's room"; }));
 }
 
 /// A flat with depth, whose second drive is in the map's frame.
