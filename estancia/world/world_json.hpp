@@ -20,9 +20,9 @@ nlohmann::ordered_json toJson(const WorldArea& area);
 
 /// {"id", "name", "probability", "given_name", "known", "shape", "position": [x, y, z], "size": [x, y, z],
 /// "yaw", "support": "floor", "object", "surface" or "wall", "on": {"id", "name"}, "area": {"id", "name"},
-/// "views", "first_seen", "last_seen": {"frame", "number", "drive", "time"}, "image"}: meters, radians, seconds; what is not
-/// known is null; image is the frame that shows it best. "known" is the known object that it was recognized
-/// as:
+/// "views", "first_seen", "last_seen": {"frame", "number", "drive", "time"}, "image"}: meters, radians,
+/// seconds; what is not known is null; image is the frame that shows it best. "known" is the known object
+/// that it was recognized as:
 /// {"name", "confidence", "position": [x, y, z], "orientation": [x, y, z, w], "frame"}, where its cloud's
 /// axes are in the map. "shape" is what a trained object model says of its shape: {"class", "probability",
 /// "classes": {NAME: p}}.

@@ -15,9 +15,9 @@ py::object driveOf(const DriveSummary& d) {
   const auto recognized = [&](auto member) {
     return d.recognized ? py::cast((*d.recognized).*member) : py::object(py::none());
   };
-  return make("Drive", d.drive.name, d.first, d.frames, d.begins, d.ends, d.places, d.newPlaces,
-              d.posed, d.drive.isAligned, toPython(d.drive.alignment),
-              recognized(&DriveSummary::Recognized::after), recognized(&DriveSummary::Recognized::node));
+  return make("Drive", d.drive.name, d.first, d.frames, d.begins, d.ends, d.places, d.newPlaces, d.posed,
+              d.drive.isAligned, toPython(d.drive.alignment), recognized(&DriveSummary::Recognized::after),
+              recognized(&DriveSummary::Recognized::node));
 }
 
 py::object changeOf(const ObjectChange& c) {
