@@ -6,7 +6,7 @@
 namespace estancia {
 
 std::size_t FramePoses::indexOf(std::size_t frame) const {
-  if (frame < entries_.size() && entries_[frame].frame == frame) return frame;  // no gaps before it
+  if (isAt(frame, frame)) return frame;  // no gaps before it
   return static_cast<std::size_t>(std::ranges::lower_bound(entries_, frame, {}, &Entry::frame) -
                                   entries_.begin());
 }
@@ -19,7 +19,7 @@ void FramePoses::truncate(std::size_t size) {
 
 void FramePoses::set(std::size_t frame, const std::optional<Pose>& pose) {
   const std::size_t at = indexOf(frame);
-  if (at < entries_.size() && entries_[at].frame == frame) entries_[at].pose = pose;
+  if (isAt(at, frame)) entries_[at].pose = pose;
 }
 
 void FramePoses::keepOnly(std::span<const std::size_t> frames) {
@@ -34,7 +34,7 @@ void FramePoses::keepOnly(std::span<const std::size_t> frames) {
 const std::optional<Pose>& FramePoses::operator[](std::size_t frame) const {
   static const std::optional<Pose> unknown;
   const std::size_t at = indexOf(frame);
-  return at < entries_.size() && entries_[at].frame == frame ? entries_[at].pose : unknown;
+  return isAt(at, frame) ? entries_[at].pose : unknown;
 }
 
 }  // namespace estancia

@@ -45,6 +45,9 @@ class FramePoses {
  private:
   /// Where the frame is, or would be.
   std::size_t indexOf(std::size_t frame) const;
+  bool isAt(std::size_t index, std::size_t frame) const {
+    return index < entries_.size() && entries_[index].frame == frame;
+  }
 
   std::vector<Entry> entries_;
   std::size_t next_ = 0;

@@ -38,8 +38,8 @@ class KnownLayer {
   /// From now on these are looked for; earlier ones stay found.
   void recognize(std::shared_ptr<const KnownObjects> objects);
 
-  /// The known object that each instance is. `poses`: of all frames. Ctrl-C ends the search, and what was not
-  /// looked for may be later.
+  /// The known object that each instance is. `poses`: of the frames that the map keeps. Ctrl-C ends the
+  /// search, and what was not looked for may be later.
   std::vector<std::optional<KnownPose>> find(std::span<const ObjectInstance> instances,
                                              const FramePoses& poses, const Floor& floor);
   void put(std::span<const std::optional<KnownPose>> found) { store_.putPoses(found); }

@@ -29,8 +29,8 @@ class ShapeLayer {
 
   /// The classes of each instance, by the shapes of its best views, pooled (LogOpinionPool); best first, and
   /// empty where no view has an answer: flat segments are none of the classes. Without a model: by the views
-  /// that an earlier run described. `poses`: of all frames. Ctrl-C ends the work, and the rest may be
-  /// described later.
+  /// that an earlier run described. `poses`: of the frames that the map keeps. Ctrl-C ends the work, and the
+  /// rest may be described later.
   std::vector<std::vector<LabelProbability>> find(std::span<const ObjectInstance> instances,
                                                   const FramePoses& poses);
 
