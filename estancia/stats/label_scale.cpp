@@ -15,33 +15,60 @@ constexpr double priorKeyframes = 20;   // that a prior counts as; without one, 
 constexpr double weightPrior = 1;       // keyframes that the labels' weights shrink by
 constexpr double quietShare = 0.01;  // labels with less variance than this share of the typical one fade out
 
-}  // namespace
+/// Of the labels, as a prior and so many keyframes tell.
+struct Spread {
+  std::vector<float> center, variance;
+  double keyframes = 0;
+};
 
-/// Weight σ/(σ² + λ): about 1/σ for labels that vary. λ suppresses those that hardly vary, among them all
-/// that never fire, and is larger while a run is short.
-Standardization standardizationBy(const Moments& moments, const LabelPrior& prior) {
+Spread spreadOf(const Moments& moments, const LabelPrior& prior) {
   const double n = moments.weight();
   const bool known = !prior.center.empty();
   const double own = n / (n + priorKeyframes);
-  std::vector<float> center(moments.mean().begin(), moments.mean().end());
-  std::vector<float> variance(moments.variance().begin(), moments.variance().end());
-  for (std::size_t i = 0; i < center.size(); ++i) {
-    center[i] = static_cast<float>(std::lerp(known ? prior.center[i] : 0.0, double{center[i]}, own));
-    if (known)
-      variance[i] = static_cast<float>(std::lerp(double{prior.variance[i]}, double{variance[i]}, own));
+  Spread spread{{moments.mean().begin(), moments.mean().end()},
+                {moments.variance().begin(), moments.variance().end()},
+                n};
+  for (std::size_t i = 0; i < spread.center.size(); ++i) {
+    float &center = spread.center[i], &variance = spread.variance[i];
+    center = static_cast<float>(std::lerp(known ? prior.center[i] : 0.0, double{center}, own));
+    if (known) variance = static_cast<float>(std::lerp(double{prior.variance[i]}, double{variance}, own));
   }
+  return spread;
+}
+
+/// Weight σ/(σ² + λ): about 1/σ for labels that vary. λ suppresses those that hardly vary, among them all
+/// that never fire, and is larger while a run is short.
+Standardization standardizationBy(Spread spread) {
   double sum = 0, squares = 0;
-  for (const float v : variance) {
+  for (const float v : spread.variance) {
     sum += v;
     squares += static_cast<double>(v) * v;
   }
   const double typical = sum > 0 ? squares / sum : 0;  // the variance of the labels that make up the variance
-  const double lambda = typical * (quietShare + weightPrior / (n + weightPrior));
-  Standardization result{std::move(center), std::vector<float>(variance.size(), 1.0F)};
+  const double lambda = typical * (quietShare + weightPrior / (spread.keyframes + weightPrior));
+  Standardization result{std::move(spread.center), std::vector<float>(spread.variance.size(), 1.0F)};
   if (lambda > 0)
-    for (std::size_t i = 0; i < variance.size(); ++i)
-      result.weight[i] = static_cast<float>(std::sqrt(variance[i]) / (variance[i] + lambda));
+    for (std::size_t i = 0; i < spread.variance.size(); ++i)
+      result.weight[i] = static_cast<float>(std::sqrt(spread.variance[i]) / (spread.variance[i] + lambda));
   return result;
+}
+
+}  // namespace
+
+Standardization standardizationBy(const Moments& moments, const LabelPrior& prior) {
+  return standardizationBy(spreadOf(moments, prior));
+}
+
+Standardization commonStandardization(const Moments& a, const Moments& b, const LabelPrior& prior) {
+  Spread both = spreadOf(a, prior);
+  const Spread other = spreadOf(b, prior);
+  both.keyframes += other.keyframes;
+  for (std::size_t i = 0; i < both.center.size(); ++i) {
+    const float half = (both.center[i] - other.center[i]) / 2;
+    both.center[i] -= half;
+    both.variance[i] = (both.variance[i] + other.variance[i]) / 2 + half * half;
+  }
+  return standardizationBy(std::move(both));
 }
 
 LabelScale::LabelScale(Distance distance, std::size_t labels, LabelPrior prior)

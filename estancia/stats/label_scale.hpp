@@ -22,6 +22,10 @@ struct Standardization {
 /// From the moments (with variance) of embedded descriptors, and what is known of the labels.
 Standardization standardizationBy(const Moments& moments, const LabelPrior& prior = {});
 
+/// The same for comparing the images of two runs, as if both had as many: by the scale of a long run all
+/// images of another building look alike, since they differ from its own in one direction.
+Standardization commonStandardization(const Moments& a, const Moments& b, const LabelPrior& prior = {});
+
 /// Estimates each label's center and weight online.
 ///
 /// Only keyframes count: frames that differ from the last keyframe by more than the camera's noise. So a

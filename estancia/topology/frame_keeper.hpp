@@ -43,6 +43,8 @@ class FrameKeeper {
   /// Since the last endWriting().
   bool isLeftOut(std::size_t frame) const { return leftOut_.contains(frame); }
   void merge(int absorbed) { sample_.merge(absorbed); }
+  /// Nodes with this id or a higher one are new.
+  void forgetFrom(int node) { sample_.forgetFrom(node); }
   /// Frames that were only in the file because they were needed, and are no longer, are left out.
   void endWriting(const std::vector<std::size_t>& needed);
   /// Whether fit() would leave something out.

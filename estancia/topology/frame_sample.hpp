@@ -41,6 +41,8 @@ class FrameSample {
   /// What the needed ones and one of each other place have.
   static std::uint64_t leastBytes(const std::vector<Entry>& entries);
   void merge(int absorbed);
+  /// Nodes with this id or a higher one are new.
+  void forgetFrom(int node) { bounds_.erase(bounds_.lower_bound(node), bounds_.end()); }
 
   std::string state() const;
   void restore(ByteReader& in);

@@ -149,7 +149,8 @@ void Mapper::Impl::add(DescriptorView probabilities, const std::optional<Pose>& 
   const FrameDescriptor descriptor = embeddedFrame(probabilities);
   const std::size_t frame = scale.frames();
   const bool warmingUp = isWarmingUp();
-  scale.add(descriptor.probabilities, descriptor.embedded);
+  const bool isKeyframe = scale.add(descriptor.probabilities, descriptor.embedded);
+  if (lost && isKeyframe) lost->add(descriptor.embedded);
   if (warmingUp) warmup.push_back({descriptor.probabilities, pose});
   if (frame == 0 && distance.standardized) setStandardization();
   place(frame, descriptor, pose, guess);
@@ -180,6 +181,7 @@ void Mapper::Impl::beginDrive() {
   isFirstDrive = false;
   warmup = {};
   views.beginDrive(scale.frames());
+  getLost();
 }
 
 /// The thesis' places are their means alone.
@@ -250,6 +252,7 @@ void Mapper::Impl::place(std::size_t frame, const FrameDescriptor& descriptor,
   Decision decision = undecided(frame);
   PlaceView seen{frame, -1, frame, pose, descriptor.embedded, bank.compared(descriptor.embedded)};
   if (bank.size() > 0) decide(seen, guess, decision);  // else line 2: DecisionKind::start
+  if (lost) stayLost(seen, decision);
   const bool isNew = decision.kind == DecisionKind::start || decision.kind == DecisionKind::createNode;
   const int next = decision.kind == DecisionKind::join ? decision.current : decision.other;
   absorbLostNode(next, decision);
@@ -310,6 +313,7 @@ bool Mapper::Impl::isRecognized(const PlaceView& seen, Decision& decision) {
   if (!views.isOn()) return false;
   const auto found = views.recognize(seen, decision.current, thresholds);
   if (!found) return false;
+  if (found->byPose && lost && !lost->isOwn(found->node)) lost.reset();
   const bool stays = found->node == decision.current;
   if (!stays && !found->byPose && options.nearerThanCurrent && found->distance >= decision.toCurrent)
     return false;
@@ -391,6 +395,8 @@ void Mapper::Impl::mergeDuplicateNodes(std::size_t frame) {
   if (!duplicate || duplicate->distance >= thresholds.merge) return;
   if (views.areApart(bank[duplicate->slot].id, node.id)) return;
 
+  if (!mayBeOne(node.id, bank[duplicate->slot].id)) return;
+
   const std::size_t kept = bank[duplicate->slot].id < node.id ? duplicate->slot : *current;
   const std::size_t gone = kept == *current ? duplicate->slot : *current;
   merge(kept, gone, {frame, bank[kept].id, bank[gone].id, duplicate->distance, thresholds.merge});
@@ -403,6 +409,7 @@ void Mapper::Impl::merge(std::size_t kept, std::size_t gone, const Merge& why) {
   bank.remove(gone);
   if (current) current = bank.slotOf(here == why.absorbed ? why.kept : here);
   if (!isFirstDrive) absorbedBy[why.absorbed] = why.kept;
+  if (lost && lost->isOwn(why.absorbed) && !lost->isOwn(why.kept)) lost.reset();  // it has left its room
   if (lostNode == why.absorbed || lostNode == why.kept) lostNode.reset();
   redirectTransitions(why.absorbed, why.kept);
   views.merge(why.absorbed, why.kept);

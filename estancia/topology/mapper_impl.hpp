@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "estancia/topology/lost_drive.hpp"
 #include "estancia/topology/mapper.hpp"
 #include "estancia/topology/node_bank.hpp"
 #include "estancia/topology/thresholds.hpp"
@@ -53,6 +54,18 @@ struct Mapper::Impl {
   void decide(const PlaceView& seen, const std::optional<int>& guess, Decision& decision);
   bool isLocalized(const PlaceView& seen, const std::optional<int>& guess, Decision& decision) const;
   bool isRecognized(const PlaceView& seen, Decision& decision);
+  /// A drive begins that may be in another building: with standardized distances that takes evidence.
+  void getLost();
+  void stayLost(const PlaceView& seen, Decision& decision);
+  /// Whether two nodes whose means have come close can be one place. What has been told apart by its own
+  /// scale looks alike by that of all drives.
+  bool mayBeOne(int a, int b) const;
+  /// What resembles the image most of what earlier drives have seen, embedded.
+  std::optional<std::span<const float>> nearestKnown(const PlaceView& seen) const;
+  /// The places of a drive that is still lost are those of `alone` now, which mapped it as if it were the
+  /// first: its frame i is frame `number(i)` here. The changes before must have been taken.
+  void takeAlone(const Impl& alone, const std::function<std::size_t(std::size_t)>& number,
+                 const std::function<std::optional<Pose>(std::size_t)>& pose);
   void join(std::size_t slot, const FrameDescriptor& descriptor);
   std::size_t createNode();
   void leave();
@@ -102,12 +115,18 @@ struct Mapper::Impl {
   std::optional<std::size_t> current;
   /// The first drive alone warms up: later frames are not mapped again, and neither are those before them.
   bool isFirstDrive = true;
+  /// Of a drive but the first, until it is recognized.
+  std::optional<LostDrive> lost;
   /// The node that this drive made before it was recognized anywhere, as long as the robot has been nowhere
   /// else.
   std::optional<int> lostNode;
   /// The nodes that took others in since this drive began, by the id of those: who guesses may not know.
   std::map<int, int> absorbedBy;
   int nextId = 0;
+  /// The first id of the nodes that this drive makes.
+  int firstOfDrive = 0;
+  /// Parts of the map were mapped with scales of their own.
+  bool hadOtherScales = false;
   std::size_t mostNodes = std::numeric_limits<std::size_t>::max();
   /// Frames since the robot entered the current node.
   std::size_t stay = 0;

@@ -73,6 +73,7 @@ std::optional<PlaceLink> PlaceLinker::between(int a, int b) const {
 
 MapperMerge::MapperMerge(Mapper::Impl& merged) : merged_(merged) {
   merged_.estimateScales(false);
+  merged_.hadOtherScales = true;
 }
 
 void MapperMerge::take(const Mapper::Impl& map, const Renumbering& now) {

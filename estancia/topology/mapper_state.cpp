@@ -83,6 +83,16 @@ std::map<int, int> readAbsorbed(ByteReader& in) {
   return absorbedBy;
 }
 
+/// Of a drive but the first.
+void readDrive(ByteReader& in, std::size_t frames, Mapper::Impl& mapper) {
+  if (const auto lost = in.number<std::int32_t>(); lost >= 0) mapper.lostNode = lost;
+  mapper.absorbedBy = readAbsorbed(in);
+  if (in.remaining() == 0) return;  // of an older program
+  mapper.hadOtherScales = in.number<std::uint8_t>() != 0;
+  mapper.firstOfDrive = in.number<std::int32_t>();
+  if (in.remaining() > 0) mapper.lost = LostDrive::from(in, mapper.labels, frames, mapper.nextId);
+}
+
 }  // namespace
 
 std::string settingsToJson(const MapperOptions& options) {
@@ -151,6 +161,9 @@ std::string Mapper::Impl::state() const {
     out.number<std::int32_t>(gone);
     out.number<std::int32_t>(kept);
   }
+  out.number<std::uint8_t>(hadOtherScales ? 1 : 0);
+  out.number<std::int32_t>(firstOfDrive);
+  if (lost) out.raw(lost->toBytes());
   return out.bytes();
 }
 
@@ -197,10 +210,7 @@ Mapper Mapper::Impl::restore(const DescriptorLayout& layout, const MapperOptions
   Moments moments = readMoments(in, labels, true);
   in.raw(in.count(transitionBytes) * transitionBytes);  // see state()
   impl->isFirstDrive = in.remaining() == 0;
-  if (!impl->isFirstDrive) {
-    if (const auto lost = in.number<std::int32_t>(); lost >= 0) impl->lostNode = lost;
-    impl->absorbedBy = readAbsorbed(in);
-  }
+  if (!impl->isFirstDrive) readDrive(in, frames, *impl);
   requireEnd(in);
 
   impl->bank.setStandardization(std::move(standardization));

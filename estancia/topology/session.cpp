@@ -138,7 +138,8 @@ int MappingSession::Impl::add(const Frame& frame, DescriptorView descriptor, con
   if (guess && given && drive.isAligned && ++guided >= enoughGuided) endGuidance();
   mapped.node = mapper.add(descriptor, mapped.pose, guess ? std::optional(guess->node) : std::nullopt);
   const bool isTaken = take(mapped, descriptor, given);
-  if (alignment && given && guess && guess->pose && alignment->add(*given, *guess->pose)) align();
+  const bool isNewPair = alignment && given && guess && guess->pose && alignment->add(*given, *guess->pose);
+  if (isNewPair && !mapper.impl().lost) align();
   // Images of all warm-up frames, whose nodes may still change, then of a node's 1st, 2nd, 4th, 8th … frame.
   const Mapper::Impl& state = mapper.impl();
   const bool isShown =
@@ -197,7 +198,9 @@ void MappingSession::Impl::beginDrive(const DriveStart& start, bool isLost) {
   guided = 0;
   alignment.reset();
   if (frame > 0) {
+    mapAlone();
     mapper.beginDrive();
+    if (!isLost) mapper.impl().lost.reset();
     write();
     drive.alignment = start.alignment;
     drive.isAligned = start.posesAreInMap || start.alignment || !DriveStore(store).hasPoses();
@@ -233,6 +236,31 @@ void MappingSession::Impl::restoreDrive() {
 void MappingSession::Impl::endGuidance() {
   guide.reset();
   for (const char* key : {guideKey, guideMapKey}) store.putState(key, "");
+}
+
+void MappingSession::Impl::mapAlone() {
+  Mapper::Impl& map = mapper.impl();
+  if (!map.lost || map.lost->firstFrame() >= mapper.frames()) return;
+  const int firstNode = map.lost->firstNode();
+  const std::size_t firstFrame = map.lost->firstFrame();
+  write();
+  auto own = std::make_unique<Mapper::Impl>(store.identity().vocabulary.layout(), map.options, map.prior);
+  own->mostNodes = map.mostNodes;
+  Mapper alone(std::move(own));
+  std::vector<std::size_t> numbers;
+  store.forEachDescriptor(firstFrame, [&](std::size_t frame, DescriptorView words) {
+    numbers.push_back(frame);
+    const auto given = DriveStore(store).givenPose(frame);
+    alone.add(words, given ? given : store.pose(frame));
+    return true;
+  });
+  if (numbers.empty()) return;
+  alone.finish();
+  store.clearMap(firstNode, firstFrame);
+  if (keeper) keeper->forgetFrom(firstNode);
+  map.takeAlone(
+      alone.impl(), [&numbers](std::size_t frame) { return numbers[frame]; },
+      [this](std::size_t frame) { return store.pose(frame); });
 }
 
 std::optional<Pose> MappingSession::Impl::inMap(const std::optional<Pose>& given) const {
@@ -290,6 +318,7 @@ void MappingSession::Impl::correct(const std::vector<Correction>& corrections) {
 
 void MappingSession::finish() {
   impl_->mapper.finish();
+  impl_->mapAlone();
   impl_->write();
   impl_->finished = true;
 }

@@ -61,6 +61,9 @@ struct MappingSession::Impl {
 
   /// `isLost`: where it begins is to be found out.
   void beginDrive(const DriveStart& start, bool isLost = true);
+  /// Maps a drive that was recognized nowhere again, as if it were the first: by its own scale it has places
+  /// that look alike by that of the map. Keeps them apart.
+  void mapAlone();
   /// Goes on with the last drive of the file.
   void restoreDrive();
   /// A pose that add() was given, in the map.

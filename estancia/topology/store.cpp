@@ -337,12 +337,12 @@ void MapStore::addMerge(const Merge& merge) {
   impl_->write("DELETE FROM nodes WHERE id = ?1", merge.absorbed);
 }
 
-void MapStore::clearMap() {
-  impl_->write("DELETE FROM nodes");
-  impl_->write("DELETE FROM decisions");
-  impl_->write("DELETE FROM merges");
-  impl_->write("UPDATE frames SET node = -1");
-  impl_->write("DELETE FROM transitions");
+void MapStore::clearMap(int firstNode, std::size_t firstFrame) {
+  impl_->write("DELETE FROM nodes WHERE id >= ?1", firstNode);
+  impl_->write("DELETE FROM merges WHERE absorbed >= ?1", firstNode);
+  impl_->write("DELETE FROM transitions WHERE source >= ?1 OR target >= ?1", firstNode);
+  impl_->write("DELETE FROM decisions WHERE frame >= ?1", firstFrame);
+  impl_->write("UPDATE frames SET node = -1 WHERE id >= ?1", firstFrame);
 }
 
 void MapStore::putPredictions(const RoomPredictions& predictions) {

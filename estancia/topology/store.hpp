@@ -73,9 +73,9 @@ class MapStore {
   void putDecision(const Decision& decision);
   /// Moves all frames of merge.absorbed to merge.kept and removes the absorbed node.
   void addMerge(const Merge& merge);
-  /// Forgets all nodes, transitions, decisions and merges (not frames): a new mapping of the same frames
-  /// follows.
-  void clearMap();
+  /// Forgets the nodes from an id on, their transitions and merges, and what was decided of the frames from a
+  /// number on (not these frames): a new mapping of these follows.
+  void clearMap(int firstNode = 0, std::size_t firstFrame = 0);
   /// A room classifier's predictions, row i of frame i; earlier ones are replaced. Throws Error (mismatch)
   /// when there are more rows than frames, a room has no name, or a value is not a probability.
   void putPredictions(const RoomPredictions& predictions);

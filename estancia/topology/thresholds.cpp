@@ -52,19 +52,20 @@ std::size_t ThresholdEstimator::strideAfter(std::size_t keyframes) {
   return stride;
 }
 
-void ThresholdEstimator::add(std::span<const float> probabilities, std::span<const float> embedded) {
+bool ThresholdEstimator::add(std::span<const float> probabilities, std::span<const float> embedded) {
   const std::size_t frame = labels_.memory().frames;
   const std::size_t keyframe = labels_.memory().keyframes;
-  if (!labels_.add(probabilities, embedded)) return;
+  if (!labels_.add(probabilities, embedded)) return false;
   const std::size_t stride = strideAfter(keyframe + 1);
   const auto isSpare = [stride](const auto& entry) { return entry.first / blockLength % stride != 0; };
   if (stride != strideAfter(keyframe)) {
     std::erase_if(sample_, isSpare);
     std::erase_if(sampled_, isSpare);
   }
-  if (isSpare(std::pair(keyframe, frame))) return;
+  if (isSpare(std::pair(keyframe, frame))) return true;
   sample_.emplace(keyframe, std::vector<float>(embedded.begin(), embedded.end()));
   sampled_.emplace(keyframe, frame);
+  return true;
 }
 
 Thresholds ThresholdEstimator::initial() const {

@@ -36,8 +36,8 @@ class ThresholdEstimator {
  public:
   ThresholdEstimator(Distance distance, std::size_t labels, ThresholdOptions options, LabelPrior prior);
 
-  /// The next frame: its probabilities, and the same embedded.
-  void add(std::span<const float> probabilities, std::span<const float> embedded);
+  /// The next frame: its probabilities, and the same embedded. Returns whether it is a keyframe.
+  bool add(std::span<const float> probabilities, std::span<const float> embedded);
   std::size_t frames() const { return labels_.memory().frames; }
   std::size_t keyframes() const { return labels_.memory().keyframes; }
 

@@ -184,6 +184,22 @@ double ViewMemory::nearestOf(int node, std::span<const float> compared) const {
   return nearest;
 }
 
+std::optional<std::span<const float>> ViewMemory::nearestOfEarlierDrives(
+    std::span<const float> compared) const {
+  std::vector<float> upper(views_.size(), 2);
+  if (bounded_) bounds_.upperBounds(compared, upper);
+  const PlaceView* nearest = nullptr;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < views_.size(); ++i) {
+    if (views_[i].frame >= driveBegan_ || (bounded_ && 1 - upper[i] >= least)) continue;
+    const double away = distance(views_[i].compared, compared);
+    if (away >= least) continue;
+    least = away;
+    nearest = &views_[i];
+  }
+  return nearest != nullptr ? std::optional(std::span<const float>(nearest->embedded)) : std::nullopt;
+}
+
 bool ViewMemory::isElsewhere(int node, const std::optional<Pose>& pose) const {
   bool any = false;
   for (const PlaceView& view : views_) {
@@ -213,6 +229,12 @@ void ViewMemory::merge(int absorbed, int kept) {
   }
   for (Resemblance& earlier : sequence_)
     if (earlier.known.node == absorbed) earlier.known.node = kept;
+}
+
+void ViewMemory::forgetFrom(int node) {
+  for (std::size_t i = views_.size(); i-- > 0;)
+    if (views_[i].node >= node) remove(i);
+  sequence_.clear();
 }
 
 void ViewMemory::beginDrive(std::size_t frame) {

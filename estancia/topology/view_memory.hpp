@@ -64,11 +64,15 @@ class ViewMemory {
 
   /// The distance to the nearest view of the node; infinite where it has none.
   double nearestOf(int node, std::span<const float> compared) const;
+  /// The view that resembles the image most of those that were there when the drive began, embedded.
+  std::optional<std::span<const float>> nearestOfEarlierDrives(std::span<const float> compared) const;
   /// Whether poses say that no view of the node was taken near `pose`.
   bool isElsewhere(int node, const std::optional<Pose>& pose) const;
   /// Whether poses say that no views of the two nodes were taken near each other.
   bool areApart(int a, int b) const;
   void merge(int absorbed, int kept);
+  /// All views of nodes with this id or a higher one; the sequence has ended.
+  void forgetFrom(int node);
   /// The robot may be anywhere: all views so far are earlier ones, and the sequence has ended.
   void beginDrive(std::size_t frame);
   /// New scales.

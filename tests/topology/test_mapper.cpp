@@ -392,6 +392,8 @@ TEST(Mapper, DamagedStateIsRefusedWithASentence) {
   test::SyntheticPlaces places(3, 16);
   Mapper mapper(16, {});
   mapped(mapper, places.drive({0, 1, 2}, 8), false);
+  mapper.beginDrive();  // which is lost
+  mapped(mapper, places.drive({1}, 3), false);
   const std::string state = mapper.impl().state();
   std::vector<std::pair<int, std::string>> nodes;
   for (std::size_t slot = 0; slot < mapper.impl().bank.size(); ++slot)

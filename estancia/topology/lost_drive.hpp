@@ -1,0 +1,54 @@
+// Lost drive: whether the robot is in what the map knows, or in another building. Private.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <span>
+#include <string>
+
+#include "estancia/core/bytes.hpp"
+#include "estancia/stats/label_prior.hpp"
+#include "estancia/stats/label_scale.hpp"
+#include "estancia/stats/moments.hpp"
+
+namespace estancia {
+
+/// A drive that begins anywhere, until it is recognized. By the scale of the map all images of another
+/// building look alike, since they differ from the map's in one direction, and so do its places. So an image
+/// shows a place of the map only where it resembles that one, too, with labels scaled as if map and drive had
+/// as many images (commonStandardization()), and the drive is in the map when most of its last keyframes do.
+class LostDrive {
+ public:
+  /// `map`: of the keyframes of the drives before, with that τ_join. Places from the id `firstNode` on are
+  /// the drive's own.
+  LostDrive(Moments map, double tauJoin, std::size_t firstFrame, int firstNode);
+
+  std::size_t firstFrame() const { return firstFrame_; }
+  int firstNode() const { return firstNode_; }
+  bool isOwn(int node) const { return node >= firstNode_; }
+
+  /// A keyframe of the drive, embedded.
+  void add(std::span<const float> embedded);
+  Standardization scale(const LabelPrior& prior) const { return commonStandardization(map_, drive_, prior); }
+  /// Whether the last image was a keyframe, and is to be counted.
+  bool isDue() const { return isDue_; }
+  /// How far it is from the view of the map that it resembles most, by that scale.
+  void count(double away);
+  bool isRecognized() const;
+
+  std::string toBytes() const;
+  /// Of a map with so many frames and ids of nodes. Throws Error (corruptFile).
+  static LostDrive from(ByteReader& in, std::size_t labels, std::size_t frames, int nodes);
+
+ private:
+  Moments map_, drive_;
+  double tauJoin_;
+  std::size_t firstFrame_;
+  int firstNode_;
+  std::deque<bool> last_;
+  bool isDue_ = false;
+};
+
+}  // namespace estancia
