@@ -49,7 +49,7 @@ void printText(const std::string& file, const std::vector<DriveSummary>& drives)
                  d.recognized->after > 0 ? "after " + counted(d.recognized->after, "frame") : "at once",
                  d.recognized->node);
     else if (i > 0)
-      fmt::print("; no place of an earlier drive was recognized (another building: see `estancia merge`)");
+      fmt::print("; no place of an earlier drive was recognized: mapped by itself");
     fmt::print("\n");
   }
 }
