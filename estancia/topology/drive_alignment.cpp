@@ -16,7 +16,9 @@ constexpr std::size_t mostPairs = 256, fewestAgreeing = 5;
 constexpr double newShare = 0.25;  // of what is near: a step that shows something else
 
 constexpr std::size_t enoughAgreeing = 8;
-constexpr double enoughExtent = 1.5;  // [m]
+/// [m]: further than a room is long. What looks alike in another room agrees as well over a shorter way, and
+/// the direction is wrong by 10°.
+constexpr double enoughExtent = 4;
 
 }  // namespace
 

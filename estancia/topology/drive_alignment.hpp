@@ -28,7 +28,7 @@ class DriveAlignment {
     /// How far apart the agreeing frames were taken, at most [m].
     double extent = 0;
 
-    /// Whether words alone are enough to believe it: eight frames agree, taken 1.5 m apart.
+    /// Whether words alone are enough to believe it: eight frames agree, taken 4 m apart.
     bool isCertain() const;
   };
   /// The transform that most pairs agree with, and least squares over these; nothing where fewer than half of

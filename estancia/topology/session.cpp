@@ -196,7 +196,7 @@ void MappingSession::Impl::beginDrive(const DriveStart& start, bool isLost) {
   drive = {frame, printable(start.name), start.fingerprint};
   guide.reset();
   guided = 0;
-  alignment.reset();
+  endAlignment();
   if (frame > 0) {
     mapAlone();
     mapper.beginDrive();
@@ -228,14 +228,21 @@ void MappingSession::Impl::restoreDrive() {
   } else {
     guide.emplace(store, mapper.impl().bank.standardization(), mostGuideFrames());
   }
-  if (drive.isAligned) return;
+  const auto pairs = store.findState(alignmentKey);
+  if (drive.isAligned && (!pairs || pairs->empty())) return;
   alignment.emplace(mapper.options().nearDistance, mapper.options().nearAngle);
-  if (const auto pairs = store.findState(alignmentKey)) nextAlignment = alignment->restore(*pairs);
+  if (pairs && !pairs->empty()) nextAlignment = alignment->restore(*pairs);
 }
 
 void MappingSession::Impl::endGuidance() {
   guide.reset();
+  if (alignment) endAlignment();
   for (const char* key : {guideKey, guideMapKey}) store.putState(key, "");
+}
+
+void MappingSession::Impl::endAlignment() {
+  alignment.reset();
+  store.putState(alignmentKey, "");
 }
 
 void MappingSession::Impl::mapAlone() {
@@ -268,7 +275,8 @@ std::optional<Pose> MappingSession::Impl::inMap(const std::optional<Pose>& given
   return drive.alignment ? poseOf(rigidOf(*drive.alignment) * rigidOf(*given)) : *given;
 }
 
-/// Tries to bring the drive's poses into the map; again when a quarter more is known of them.
+/// Tries to bring the drive's poses into the map; again when a quarter more is known of them, until depth has
+/// confirmed it.
 void MappingSession::Impl::align() {
   if (alignment->pairs() < nextAlignment) return;
   nextAlignment = alignment->pairs() + alignment->pairs() / 4 + 1;
@@ -280,10 +288,11 @@ void MappingSession::Impl::align() {
   else if (estimate->isCertain())
     found = estimate->transform;
   if (!found) return;
+  ++alignments;
   drive.isAligned = true;
   drive.alignment = poseOf(*found);
   DriveStore(store).put(drive);
-  alignment.reset();
+  if (verify) endAlignment();
   std::vector<Correction> corrections;
   for (std::size_t frame = drive.firstFrame; frame < mapper.frames(); ++frame)
     corrections.push_back({frame, inMap(DriveStore(store).givenPose(frame))});

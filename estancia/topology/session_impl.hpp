@@ -36,9 +36,10 @@ struct MappingSession::Impl {
   /// Of drives but the first.
   std::optional<DriveGuide> guide = {};
   std::size_t guided = 0;  ///< frames of the drive that it was certain of
-  /// Of a drive whose poses are not known in the map yet.
+  /// Of a drive whose poses are not known in the map yet, or by words alone.
   std::optional<DriveAlignment> alignment = {};
   std::size_t nextAlignment = 0;  ///< pairs
+  std::size_t alignments = 0;     ///< how often that was found in this session
   /// Looks at depth: the transform that is right where one is near `guess` (T_map_drive), else nothing. Where
   /// it is not set, words decide.
   std::function<std::optional<cv::Affine3d>(const cv::Affine3d& guess)> verify = {};
@@ -69,6 +70,8 @@ struct MappingSession::Impl {
   /// A pose that add() was given, in the map.
   std::optional<Pose> inMap(const std::optional<Pose>& given) const;
   void align();
+  /// Where the drive is in the map is looked for no longer.
+  void endAlignment();
   void endGuidance();
 
   /// Without writing.

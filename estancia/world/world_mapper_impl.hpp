@@ -83,6 +83,7 @@ struct WorldMapper::Impl {
   ViewCells cells;
   ViewCells ownCells;     // of a drive whose poses are not known in the map
   bool isAligned = true;  // the drive, as far as the layers know
+  std::size_t alignmentsTaken = 0;
   std::optional<Floor> floor;
   bool isTracked = false;                // the poses are those of the odometry
   std::optional<SelfTracking> tracking;  // only where frames are to be tracked
@@ -210,7 +211,10 @@ struct WorldMapper::Impl {
   /// known in the map. Returns whether it is in them.
   bool addView(const Observation& seen, DescriptorView descriptor) {
     put(seen, descriptor);
-    if (isAligned) return add(seen, descriptor, *seen.seenFrom);
+    if (isAligned) {
+      if (session.alignment) session.endAlignment();  // what was seen in space stays where it is
+      return add(seen, descriptor, *seen.seenFrom);
+    }
     noteUnaligned(*seen.seenFrom);
     return false;
   }

@@ -119,6 +119,7 @@ void WorldMapper::Impl::foldFinally() {
 
 void WorldMapper::Impl::beginDrive(bool aligned) {
   isAligned = aligned;
+  alignmentsTaken = session.alignments;
   jumps = {};
   lastView.reset();
   ownCells = {};
@@ -135,9 +136,10 @@ void WorldMapper::Impl::forgetLeftOut() {
   mostPoses = std::max(mostPoses, 2 * poses.entries().size());
 }
 
-/// The drive's poses have become known in the map: what it has seen so far is added to the layers.
+/// The drive's poses have become known in the map, or better: what it has seen so far is added to the layers.
 void WorldMapper::Impl::takeAlignment() {
-  if (isAligned || !session.drive.isAligned) return;
+  if (alignmentsTaken == session.alignments) return;
+  alignmentsTaken = session.alignments;
   isAligned = true;
   session.verify = nullptr;
   lastView.reset();
