@@ -86,7 +86,10 @@ void explainMove(const Decision& d, Sentences& sentences) {
     otherwise +=
         fmt::format("; with a tau_revisit of {:.4g} or less it would have made a new node", d.toOther);
   } else if (d.other < 0) {
-    add(sentences, "There was no other node yet: it made a new one, {}.", d.node);
+    add(sentences,
+        "It was compared with no other node (there was none yet, or the drive may have been in another "
+        "building): it made a new one, {}.",
+        d.node);
   } else if (similar) {
     add(sentences, "{} but not nearer than the current one: it made a new node, {}.", other, d.node);
   } else {

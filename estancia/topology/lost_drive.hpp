@@ -35,8 +35,16 @@ class LostDrive {
   /// Whether the last image was a keyframe, and is to be counted.
   bool isDue() const { return isDue_; }
   /// How far it is from the view of the map that it resembles most, by that scale.
-  void count(double away);
+  void count(std::size_t frame, double away);
   bool isRecognized() const;
+  /// Recognized at last, after it was somewhere else for longer: what it has seen there is a part of its own.
+  bool cameFromElsewhere() const { return isRecognized() && unlike_ > alike_; }
+  /// The frame from which on most resemble the map.
+  std::size_t cameBack() const;
+
+  /// It was mapped alone when the map had so many frames.
+  void noteMapped(std::size_t frames) { mapped_ = frames; }
+  bool isMapped(std::size_t frames) const { return mapped_ == frames; }
 
   std::string toBytes() const;
   /// Of a map with so many frames and ids of nodes. Throws Error (corruptFile).
@@ -47,7 +55,12 @@ class LostDrive {
   double tauJoin_;
   std::size_t firstFrame_;
   int firstNode_;
-  std::deque<bool> last_;
+  struct Keyframe {
+    std::size_t frame;
+    bool isAlike;
+  };
+  std::deque<Keyframe> last_;
+  std::size_t alike_ = 0, unlike_ = 0, mapped_ = 0;
   bool isDue_ = false;
 };
 

@@ -148,6 +148,7 @@ void Mapper::Impl::add(DescriptorView probabilities, const std::optional<Pose>& 
   requireProbabilities(probabilities, labels, "the labeler");
   const FrameDescriptor descriptor = embeddedFrame(probabilities);
   const std::size_t frame = scale.frames();
+  if (std::exchange(isBack, false)) lost.reset();
   const bool warmingUp = isWarmingUp();
   const bool isKeyframe = scale.add(descriptor.probabilities, descriptor.embedded);
   if (lost && isKeyframe) lost->add(descriptor.embedded);
@@ -409,7 +410,7 @@ void Mapper::Impl::merge(std::size_t kept, std::size_t gone, const Merge& why) {
   bank.remove(gone);
   if (current) current = bank.slotOf(here == why.absorbed ? why.kept : here);
   if (!isFirstDrive) absorbedBy[why.absorbed] = why.kept;
-  if (lost && lost->isOwn(why.absorbed) && !lost->isOwn(why.kept)) lost.reset();  // it has left its room
+  if (lost && lost->isOwn(why.absorbed) && !lost->isOwn(why.kept)) lost.reset();  // no room for it
   if (lostNode == why.absorbed || lostNode == why.kept) lostNode.reset();
   redirectTransitions(why.absorbed, why.kept);
   views.merge(why.absorbed, why.kept);

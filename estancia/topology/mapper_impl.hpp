@@ -62,6 +62,8 @@ struct Mapper::Impl {
   bool mayBeOne(int a, int b) const;
   /// What resembles the image most of what earlier drives have seen, embedded.
   std::optional<std::span<const float>> nearestKnown(const PlaceView& seen) const;
+  /// Whether takeAlone() keeps to the memory.
+  bool hasRoomFor(const Impl& alone) const;
   /// The places of a drive that is still lost are those of `alone` now, which mapped it as if it were the
   /// first: its frame i is frame `number(i)` here. The changes before must have been taken.
   void takeAlone(const Impl& alone, const std::function<std::size_t(std::size_t)>& number,
@@ -79,6 +81,8 @@ struct Mapper::Impl {
   bool isFull() const;
   /// Modes go first, where there are some. Then the place with fewest images becomes a part of a neighbor.
   void makeRoom(std::size_t frame);
+  /// Whether both are of the drive that is lost, or neither is: those of two buildings are no neighbors.
+  bool areOfOneSide(std::size_t slot, std::size_t other) const;
   /// That the robot has driven to or from, by words the nearest one; of places without any, of all.
   std::size_t neighborOf(std::size_t slot) const;
   /// Of the newest frame, unless the changes were taken since.
@@ -117,6 +121,8 @@ struct Mapper::Impl {
   bool isFirstDrive = true;
   /// Of a drive but the first, until it is recognized.
   std::optional<LostDrive> lost;
+  /// It is now, after it was elsewhere: what it has seen there is to be mapped alone before the next frame.
+  bool isBack = false;
   /// The node that this drive made before it was recognized anywhere, as long as the robot has been nowhere
   /// else.
   std::optional<int> lostNode;

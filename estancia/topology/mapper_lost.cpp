@@ -25,25 +25,32 @@ bool Mapper::Impl::mayBeOne(int a, int b) const {
 
 std::optional<std::span<const float>> Mapper::Impl::nearestKnown(const PlaceView& seen) const {
   if (views.isOn()) return views.nearestOfEarlierDrives(seen.compared);
-  const auto known = bank.nearest(seen.compared, current.value_or(bank.size()));
-  return known ? std::optional(bank[known->slot].moments().mean()) : std::nullopt;
+  std::optional<std::span<const float>> nearest;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t slot = 0; slot < bank.size(); ++slot) {
+    if (lost->isOwn(bank[slot].id)) continue;
+    const double away = bank.distance(slot, seen.compared);
+    if (away >= least) continue;
+    least = away;
+    nearest = bank[slot].moments().mean();
+  }
+  return nearest;
 }
 
 /// As long as the robot may be in another building, a place of the map that an image resembles is none.
 void Mapper::Impl::stayLost(const PlaceView& seen, Decision& decision) {
   if (const auto known = lost->isDue() ? nearestKnown(seen) : std::nullopt) {
     const Standardization common = lost->scale(prior);
-    lost->count(compare(distance.comparison, comparedVector(distance, common, *known),
-                        comparedVector(distance, common, seen.embedded)));
+    lost->count(decision.frame, compare(distance.comparison, comparedVector(distance, common, *known),
+                                        comparedVector(distance, common, seen.embedded)));
   }
-  if (decision.other < 0 || lost->isOwn(decision.other)) return;
-  if (lost->isRecognized()) {
-    if (decision.kind == DecisionKind::localize || decision.kind == DecisionKind::revisit) lost.reset();
-    return;
-  }
-  decision.kind = !current                               ? DecisionKind::start
-                  : decision.toCurrent < thresholds.join ? DecisionKind::join
-                                                         : DecisionKind::createNode;
+  if (decision.kind != DecisionKind::localize && decision.kind != DecisionKind::revisit) return;
+  if (lost->isOwn(decision.other)) return;
+  if (lost->isRecognized() && !lost->cameFromElsewhere()) return lost.reset();
+  isBack = lost->cameFromElsewhere();
+  const bool stays =
+      current && decision.toCurrent < thresholds.join && !views.isElsewhere(decision.current, seen.pose);
+  decision.kind = stays ? DecisionKind::join : current ? DecisionKind::createNode : DecisionKind::start;
   decision.other = -1;
   decision.toOther = std::numeric_limits<double>::quiet_NaN();
 }
@@ -78,9 +85,17 @@ void Mapper::Impl::takeAlone(const Impl& alone, const std::function<std::size_t(
   MapperMerge merge(*this);
   merge.take(alone, {firstNode, number, [](int id) { return id; }});
   merge.finish(alone.currentNode() + firstNode, pose);
-  stay = alone.stay;
-  recent = alone.recent;
-  while (bank.size() > mostNodes) makeRoom(scale.frames() - 1);
+  stay = 0;
+  recent.clear();
+  firstOfDrive = nextId;
+  lost->noteMapped(scale.frames());
+}
+
+bool Mapper::Impl::hasRoomFor(const Impl& alone) const {
+  std::size_t others = 0;
+  for (std::size_t slot = 0; slot < bank.size(); ++slot)
+    if (!lost->isOwn(bank[slot].id)) ++others;
+  return others + alone.bank.size() <= mostNodes;
 }
 
 }  // namespace estancia

@@ -57,9 +57,19 @@ std::size_t Mapper::Impl::neighborOf(std::size_t slot) const {
     least = away;
     nearest = other;
   }
-  if (nearest == slot)
-    if (const auto found = bank.nearest(compared, slot)) nearest = found->slot;
+  if (nearest != slot) return nearest;
+  for (std::size_t other = 0; other < bank.size(); ++other) {
+    if (other == slot || !areOfOneSide(other, slot)) continue;
+    const double away = bank.distance(other, compared);
+    if (away >= least) continue;
+    least = away;
+    nearest = other;
+  }
   return nearest;
+}
+
+bool Mapper::Impl::areOfOneSide(std::size_t slot, std::size_t other) const {
+  return !lost || lost->isOwn(bank[slot].id) == lost->isOwn(bank[other].id);
 }
 
 bool Mapper::Impl::isFull() const {
@@ -69,11 +79,13 @@ bool Mapper::Impl::isFull() const {
 void Mapper::Impl::makeRoom(std::size_t frame) {
   forgetModes();
   if (!isFull()) return;
-  std::size_t spared = bank.size();
+  std::size_t spared = bank.size(), own = 0;
   std::uint64_t all = 0;
+  for (std::size_t slot = 0; slot < bank.size() && lost; ++slot) own += lost->isOwn(bank[slot].id) ? 1 : 0;
   for (std::size_t slot = 0; slot < bank.size(); ++slot) {
     all += bank[slot].frames;
     if (slot == current || bank[slot].id == lostNode) continue;
+    if (lost && (lost->isOwn(bank[slot].id) ? own : bank.size() - own) < 2) continue;  // no neighbor
     if (spared == bank.size() ||
         std::pair(bank[slot].frames, bank[slot].id) < std::pair(bank[spared].frames, bank[spared].id))
       spared = slot;

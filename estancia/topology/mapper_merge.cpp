@@ -115,6 +115,7 @@ void MapperMerge::finish(int node, const std::function<std::optional<Pose>(std::
   const auto last = slots_.find(node);
   if (last == slots_.end()) fail(ErrorCode::corruptFile, "a map lacks its last place, {}", node);
   merged_.current = last->second;
+  merged_.firstOfDrive = merged_.nextId;
   merged_.endModes();
   merged_.views.movePoses(pose);
 }

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "estancia/core/bytes.hpp"
@@ -197,7 +198,8 @@ Mapper Mapper::Impl::restore(const DescriptorLayout& layout, const MapperOptions
   for (double& threshold : thresholds)
     if (threshold = in.number<double>(); !std::isfinite(threshold) || threshold < 0)
       in.fail("a threshold is none", ErrorCode::corruptFile);
-  if (impl->nextId < 0) in.fail("a node's number is negative", ErrorCode::corruptFile);
+  if (impl->nextId < 0 || impl->nextId > std::numeric_limits<int>::max() / 2)
+    in.fail("a node's number is none", ErrorCode::corruptFile);
   impl->thresholds = thresholdsFrom(thresholds[0], options.thresholds);
   impl->thresholds.revisit = thresholds[1];
   impl->thresholds.merge = thresholds[2];

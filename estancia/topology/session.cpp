@@ -18,6 +18,7 @@
 #include "estancia/topology/drive_store.hpp"
 #include "estancia/topology/mapper_impl.hpp"
 #include "estancia/topology/session_impl.hpp"
+#include "estancia/topology/sqlite.hpp"
 
 namespace estancia {
 namespace {
@@ -36,6 +37,15 @@ Node toNode(const NodeMemory& memory) {
   node.mean.assign(memory.probabilities.mean().begin(), memory.probabilities.mean().end());
   for (const float variance : memory.probabilities.variance()) node.sigma.push_back(std::sqrt(variance));
   return node;
+}
+
+/// Before a drive's places are forgotten: those before it have none of them.
+void requireApart(MapStore& store, int firstNode, std::size_t firstFrame) {
+  sqlite::Statement shared(store.database(),
+                           "SELECT EXISTS(SELECT 1 FROM frames WHERE id < ?1 AND node >= ?2)", firstFrame,
+                           firstNode);
+  if (shared.next() && shared.integer(0) != 0)
+    store.database().failDamaged("what is known of its last drive is not true");
 }
 
 }  // namespace
@@ -135,7 +145,8 @@ int MappingSession::Impl::add(const Frame& frame, DescriptorView descriptor, con
   const std::optional<Pose> given = frame.pose && frame.pose->isPlausible() ? frame.pose : std::nullopt;
   mapped.pose = inMap(given);
   const auto guess = guide ? guide->add(descriptor, given) : std::nullopt;
-  if (guess && given && drive.isAligned && ++guided >= enoughGuided) endGuidance();
+  const bool isGuided = guess && given && drive.isAligned && !mapper.impl().lost;
+  if (isGuided && ++guided >= enoughGuided) endGuidance();
   mapped.node = mapper.add(descriptor, mapped.pose, guess ? std::optional(guess->node) : std::nullopt);
   const bool isTaken = take(mapped, descriptor, given);
   const bool isNewPair = alignment && given && guess && guess->pose && alignment->add(*given, *guess->pose);
@@ -149,7 +160,12 @@ int MappingSession::Impl::add(const Frame& frame, DescriptorView descriptor, con
     store.putImage(index, jpeg);
     if (keeper) keeper->count(jpeg.size());
   }
-  return mapped.node;
+  if (state.isBack) {
+    comeBack(state.lost->cameBack());
+    if (alignment) alignment.emplace(state.options.nearDistance, state.options.nearAngle);
+    nextAlignment = 0;
+  }
+  return mapper.currentNode();
 }
 
 void MappingSession::Impl::replay(const Frame& frame, DescriptorView descriptor,
@@ -245,29 +261,49 @@ void MappingSession::Impl::endAlignment() {
   store.putState(alignmentKey, "");
 }
 
-void MappingSession::Impl::mapAlone() {
+void MappingSession::Impl::mapAlone(std::size_t end) {
   Mapper::Impl& map = mapper.impl();
-  if (!map.lost || map.lost->firstFrame() >= mapper.frames()) return;
+  if (!map.lost || map.lost->firstFrame() >= mapper.frames() || map.lost->isMapped(mapper.frames())) return;
   const int firstNode = map.lost->firstNode();
   const std::size_t firstFrame = map.lost->firstFrame();
   write();
+  requireApart(store, firstNode, firstFrame);
   auto own = std::make_unique<Mapper::Impl>(store.identity().vocabulary.layout(), map.options, map.prior);
-  own->mostNodes = map.mostNodes;
+  if (budget.memory) own->setMemory(*budget.memory * megabyte);
   Mapper alone(std::move(own));
   std::vector<std::size_t> numbers;
-  store.forEachDescriptor(firstFrame, [&](std::size_t frame, DescriptorView words) {
-    numbers.push_back(frame);
-    const auto given = DriveStore(store).givenPose(frame);
-    alone.add(words, given ? given : store.pose(frame));
-    return true;
-  });
-  if (numbers.empty()) return;
-  alone.finish();
+  try {
+    store.forEachDescriptor(firstFrame, [&](std::size_t frame, DescriptorView words) {
+      if (frame >= end) return false;
+      numbers.push_back(frame);
+      const auto given = DriveStore(store).givenPose(frame);
+      alone.add(words, given ? given : store.pose(frame));
+      return true;
+    });
+    alone.finish();
+  } catch (const Error& e) {
+    if (e.code() != ErrorCode::tooLarge) throw;
+    return;  // more places than fit into the memory: it keeps those that it has
+  }
+  if (numbers.empty() || !map.hasRoomFor(alone.impl())) return;
   store.clearMap(firstNode, firstFrame);
   if (keeper) keeper->forgetFrom(firstNode);
   map.takeAlone(
       alone.impl(), [&numbers](std::size_t frame) { return numbers[frame]; },
       [this](std::size_t frame) { return store.pose(frame); });
+}
+
+/// The drive is recognized after it was elsewhere: what it has seen before `frame` is mapped alone, and what
+/// it has seen since in the map.
+void MappingSession::Impl::comeBack(std::size_t frame) {
+  Mapper::Impl& map = mapper.impl();
+  mapAlone(frame);
+  map.isBack = false;
+  if (!std::exchange(map.lost, std::nullopt)->isMapped(mapper.frames())) return;
+  store.forEachDescriptor(frame, [&](std::size_t number, DescriptorView words) {
+    map.place(number, map.embeddedFrame(words), store.pose(number));
+    return true;
+  });
 }
 
 std::optional<Pose> MappingSession::Impl::inMap(const std::optional<Pose>& given) const {

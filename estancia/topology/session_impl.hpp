@@ -6,6 +6,7 @@
 #include <exception>
 
 #include <functional>
+#include <limits>
 #include <opencv2/core/affine.hpp>
 #include <optional>
 
@@ -64,7 +65,8 @@ struct MappingSession::Impl {
   void beginDrive(const DriveStart& start, bool isLost = true);
   /// Maps a drive that was recognized nowhere again, as if it were the first: by its own scale it has places
   /// that look alike by that of the map. Keeps them apart.
-  void mapAlone();
+  void mapAlone(std::size_t end = std::numeric_limits<std::size_t>::max());
+  void comeBack(std::size_t frame);
   /// Goes on with the last drive of the file.
   void restoreDrive();
   /// A pose that add() was given, in the map.

@@ -65,7 +65,10 @@ TEST(Explain, AnImageThatMadeANode) {
       explain(map, 4)[3],
       "With a tau_join above 0.7 it would have stayed in node 2; with a tau_revisit above 0.6 it would have "
       "moved to node 1.");
-  EXPECT_THAT(explain(map, 2)[2], "There was no other node yet: it made a new one, 1.");
+  EXPECT_THAT(explain(map, 2)[2],
+              "It was compared with no other node (there was none yet, or the drive may have been in another "
+              "building): "
+              "it made a new one, 1.");
 }
 
 TEST(Explain, AnImageThatMadeANodeThoughAnotherWasNear) {

@@ -14,6 +14,7 @@
 #include "estancia/topology/drives.hpp"
 #include "estancia/topology/mapper_impl.hpp"
 #include "estancia/topology/session.hpp"
+#include "estancia/topology/sqlite.hpp"
 #include "estancia/topology/store.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
@@ -198,6 +199,79 @@ TEST_F(AnotherBuilding, FitsIntoABudget) {
   EXPECT_LE(static_cast<double>(MapStore::open(path_, MapStore::Access::read).bytes()), 1.1e6);
 }
 
+TEST_F(AnotherBuilding, IsLeftWithoutATraceInTheNext) {
+  Building home(1), office(2);
+  const auto first = office.drive(3), then = home.drive(3);
+  MappingSession map = begin(home.drive(4));
+  map.beginDrive({"from the office to the home"});
+  for (const auto& image : first) add(map, image);
+  for (const auto& image : then) add(map, image);
+  map.finish();
+  const TopologicalMap found = readMap(path_);
+  std::map<int, std::set<std::size_t>> roomsOf;
+  std::set<int> known;
+  std::size_t back = 0;
+  const std::size_t begin = found.drives[1].firstFrame;
+  for (std::size_t i = 0; i < begin; ++i) known.insert(found.frames[i].node);
+  for (std::size_t i = begin; i < found.frames.size(); ++i) {
+    const bool isHome = i >= begin + first.size();
+    roomsOf[found.frames[i].node].insert((isHome ? 100 : 0) + (i - begin) / 6 % roomCount);
+    if (isHome && known.contains(found.frames[i].node)) ++back;
+    EXPECT_FALSE(!isHome && known.contains(found.frames[i].node)) << i;
+  }
+  for (const auto& [node, rooms] : roomsOf) EXPECT_EQ(rooms.size(), 1U) << node;
+  EXPECT_GE(back, then.size() / 2);
+  for (const Merge& merge : found.merges)
+    EXPECT_FALSE(known.contains(merge.kept) && merge.frame > begin) << merge.absorbed;
+}
+
+TEST_F(AnotherBuilding, KeepsWhatItHasWhereMemoryIsShort) {
+  MappingSession map = begin(home_);
+  for (std::uint64_t megabytes = 1;; ++megabytes) {
+    try {
+      map.setBudget({megabytes, std::nullopt});
+      break;
+    } catch (const Error&) {
+      ASSERT_LT(megabytes, 100U);
+    }
+  }
+  drive(map, "office", Building(2).drive(4));
+  drive(map, "shop", Building(5).drive(4));
+  drive(map, "home again", Building(1).drive(2));
+  const TopologicalMap found = readMap(path_);
+  std::uint64_t frames = 0;
+  for (const Node& node : found.nodes) frames += node.frames;
+  EXPECT_EQ(frames, found.frames.size());
+}
+
+TEST_F(AnotherBuilding, IsMappedAloneOnce) {
+  MappingSession map = begin(home_);
+  drive(map, "office", office_);
+  const auto before = map.map();
+  map.finish();
+  MappingSession(std::move(map)).finish();
+  MappingSession again = MappingSession::resume(path_, wordsOfBuildings(), "test");
+  again.finish();
+  EXPECT_EQ(again.map().merges.size(), before.merges.size());
+  EXPECT_EQ(again.map().nodes.size(), before.nodes.size());
+  EXPECT_EQ(again.mapper().impl().nextId, again.map().nodes.back().id + 1);
+}
+
+TEST_F(AnotherBuilding, OfAForgedFileIsRefused) {
+  {
+    MappingSession map = begin(home_);
+    map.beginDrive({"office"});
+    add(map, office_[0]);
+    map.map();  // is written
+    map.finish();
+  }
+  sqlite::Database(path_, sqlite::Database::Mode::write)
+      .run("UPDATE frames SET node = (SELECT max(node) FROM frames) WHERE id = 3");
+  MappingSession map = MappingSession::resume(path_, wordsOfBuildings(), "test");
+  add(map, office_[1]);
+  EXPECT_THAT([&] { map.finish(); }, FailsWith(ErrorCode::corruptFile));
+}
+
 TEST_F(AnotherBuilding, IsNoMatterWhereDistancesAreNotStandardized) {
   MapperOptions options;
   options.distance = "hellinger";
@@ -215,31 +289,34 @@ TEST(LostDrive, IsRecognizedByMostOfItsImages) {
   EXPECT_FALSE(drive.isDue()) << "no image yet";
   drive.add(std::vector<float>{1, 0, -1});
   EXPECT_TRUE(drive.isDue());
-  drive.count(0.69);
+  drive.count(10, 0.69);
   EXPECT_FALSE(drive.isDue());
   EXPECT_TRUE(drive.isRecognized());
-  drive.count(0.7);
+  drive.count(11, 0.7);
   EXPECT_FALSE(drive.isRecognized()) << "half of them are not most";
-  drive.count(0.1);
+  drive.count(12, 0.1);
 
   ByteWriter out;
   out.raw(drive.toBytes());
   const std::string bytes = out.bytes();
   ByteReader in(bytes, "damaged", "map again");
-  LostDrive restored = LostDrive::from(in, 3, 10, 4);
+  LostDrive restored = LostDrive::from(in, 3, 13, 4);
   EXPECT_EQ(restored.toBytes(), bytes);
   EXPECT_TRUE(restored.isRecognized());
-  for (int i = 0; i < 200; ++i) restored.count(1);
+  for (int i = 0; i < 200; ++i) restored.count(13 + i, 1);
   EXPECT_FALSE(restored.isRecognized());
-  for (int i = 0; i < 51; ++i) restored.count(0);
+  for (int i = 0; i < 51; ++i) restored.count(300 + i, 0);
   EXPECT_TRUE(restored.isRecognized()) << "it has come home: the last hundred count";
+  EXPECT_TRUE(restored.cameFromElsewhere());
+  EXPECT_EQ(restored.cameBack(), 300U);
+  EXPECT_FALSE(drive.cameFromElsewhere());
   for (std::size_t size = 0; size < bytes.size(); ++size) {
     ByteReader cut(std::string_view(bytes).substr(0, size), "damaged", "map again");
-    EXPECT_THROW(LostDrive::from(cut, 3, 10, 4), Error) << size;
+    EXPECT_THROW(LostDrive::from(cut, 3, 13, 4), Error) << size;
   }
   ByteReader early(bytes, "damaged", "map again"), few(bytes, "damaged", "map again");
-  EXPECT_THAT([&] { LostDrive::from(early, 3, 9, 4); }, FailsWith(ErrorCode::corruptFile));
-  EXPECT_THAT([&] { LostDrive::from(few, 3, 10, 3); }, FailsWith(ErrorCode::corruptFile));
+  EXPECT_THAT([&] { LostDrive::from(early, 3, 12, 4); }, FailsWith(ErrorCode::corruptFile));
+  EXPECT_THAT([&] { LostDrive::from(few, 3, 13, 3); }, FailsWith(ErrorCode::corruptFile));
 }
 
 TEST(CommonStandardization, IsThatOfBothAsIfTheyHadAsManyImages) {
