@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/topology/frame_keeper.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -19,6 +21,8 @@ constexpr double fullAt = 0.96, smallerTo = 0.88, smallEnough = 0.92;
 /// What is written before the size is looked at, of the budget, and what may wait in memory [bytes].
 constexpr double writtenBetween = 0.02;
 constexpr std::size_t mostWaiting = 16'000'000;
+/// A row of what a frame's words say of rooms, without that [bytes].
+constexpr int evidenceBytes = 12;
 /// Frames that are left out between two commits: what is changed is in the file twice until then.
 constexpr std::size_t slice = 1000;
 /// The least that a frame says beside the mean of its place.
@@ -73,11 +77,20 @@ void FrameKeeper::endWriting(const std::vector<std::size_t>& needed) {
 
 std::vector<FrameSample::Entry> FrameKeeper::entries(const std::vector<std::size_t>& needed) const {
   std::vector<FrameSample::Entry> entries;
+  const std::string ofRooms =
+      sqlite::hasTable(store_->database(), "room_evidence")
+          ? fmt::format(
+                "(SELECT ifnull(sum(length(log_odds) + {}), 0) FROM room_evidence e WHERE e.frame = f.id)",
+                evidenceBytes)
+          : "0";
   sqlite::Statement rows(
       store_->database(),
-      "SELECT f.id, f.node, d.to_current, d.tau_join, length(p.probabilities), ifnull(length(i.jpeg), 0) "
-      "FROM frames f JOIN descriptors p ON p.frame = f.id LEFT JOIN decisions d ON d.frame = f.id "
-      "LEFT JOIN images i ON i.frame = f.id ORDER BY f.id");
+      fmt::format(
+          "SELECT f.id, f.node, d.to_current, d.tau_join, length(p.probabilities), ifnull(length(i.jpeg), 0) "
+          "+ {} "
+          "FROM frames f JOIN descriptors p ON p.frame = f.id LEFT JOIN decisions d ON d.frame = f.id "
+          "LEFT JOIN images i ON i.frame = f.id ORDER BY f.id",
+          ofRooms));
   while (rows.next()) {
     FrameSample::Entry entry;
     entry.frame = static_cast<std::size_t>(rows.integer(0));

@@ -58,6 +58,7 @@ void Mapper::Impl::stayLost(const PlaceView& seen, Decision& decision) {
 void Mapper::Impl::takeAlone(const Impl& alone, const std::function<std::size_t(std::size_t)>& number,
                              const std::function<std::optional<Pose>(std::size_t)>& pose) {
   const int firstNode = lost->firstNode();
+  const bool wasNowhereElse = lostNode && alone.bank.size() == 1;
   for (std::size_t slot = bank.size(); slot-- > 0;)
     if (lost->isOwn(bank[slot].id)) bank.remove(slot);
   views.forgetFrom(firstNode);
@@ -85,6 +86,7 @@ void Mapper::Impl::takeAlone(const Impl& alone, const std::function<std::size_t(
   MapperMerge merge(*this);
   merge.take(alone, {firstNode, number, [](int id) { return id; }});
   merge.finish(alone.currentNode() + firstNode, pose);
+  if (wasNowhereElse) lostNode = currentNode();  // as if nothing had happened, where the drive goes on
   stay = 0;
   recent.clear();
   firstOfDrive = nextId;
