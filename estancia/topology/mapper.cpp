@@ -410,7 +410,6 @@ void Mapper::Impl::merge(std::size_t kept, std::size_t gone, const Merge& why) {
   bank.remove(gone);
   if (current) current = bank.slotOf(here == why.absorbed ? why.kept : here);
   if (!isFirstDrive) absorbedBy[why.absorbed] = why.kept;
-  if (lost && lost->isOwn(why.absorbed) && !lost->isOwn(why.kept)) lost.reset();  // no room for it
   if (lostNode == why.absorbed || lostNode == why.kept) lostNode.reset();
   redirectTransitions(why.absorbed, why.kept);
   views.merge(why.absorbed, why.kept);

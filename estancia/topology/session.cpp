@@ -160,11 +160,7 @@ int MappingSession::Impl::add(const Frame& frame, DescriptorView descriptor, con
     store.putImage(index, jpeg);
     if (keeper) keeper->count(jpeg.size());
   }
-  if (state.isBack) {
-    comeBack(state.lost->cameBack());
-    if (alignment) alignment.emplace(state.options.nearDistance, state.options.nearAngle);
-    nextAlignment = 0;
-  }
+  if (state.isBack) comeBack(state.lost->cameBack());
   return mapper.currentNode();
 }
 
@@ -299,6 +295,8 @@ void MappingSession::Impl::comeBack(std::size_t frame) {
   Mapper::Impl& map = mapper.impl();
   mapAlone(frame);
   map.isBack = false;
+  if (alignment) alignment.emplace(map.options.nearDistance, map.options.nearAngle);  // pairs of elsewhere
+  nextAlignment = 0;
   if (!std::exchange(map.lost, std::nullopt)->isMapped(mapper.frames())) return;
   store.forEachDescriptor(frame, [&](std::size_t number, DescriptorView words) {
     map.place(number, map.embeddedFrame(words), store.pose(number));

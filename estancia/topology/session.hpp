@@ -37,8 +37,9 @@ struct DriveStart {
 };
 
 /// Maps frames into a file, which is written once a second. After a crash the file holds everything up to the
-/// last second, and resuming gives the very map that an unbroken run would have made. The file appears with
-/// the first second of frames. One session writes a map at a time; others may read its last second.
+/// last second, and resuming gives the very map that an unbroken run would have made (but where finish() came
+/// before a drive was recognized, see there). The file appears with the first second of frames. One session
+/// writes a map at a time; others may read its last second.
 class MappingSession {
  public:
   /// A small JPEG of the frame being added; called only for frames whose image is kept.
@@ -91,7 +92,9 @@ class MappingSession {
   };
   /// Takes them in place of the poses of add(). Throws Error (unknownName) for frames that the map lacks.
   void correct(const std::vector<Correction>& corrections);
-  /// Writes everything, a last remapping of the warm-up included. More frames may follow.
+  /// Writes everything, a last remapping of the warm-up included. A drive that was recognized nowhere is
+  /// mapped again by its own scale, as if it were the first; where it goes on and is recognized later, it
+  /// keeps these places. More frames may follow.
   void finish();
 
   std::size_t frames() const;

@@ -67,8 +67,7 @@ TEST(Explain, AnImageThatMadeANode) {
       "moved to node 1.");
   EXPECT_THAT(explain(map, 2)[2],
               "It was compared with no other node (there was none yet, or the drive may have been in another "
-              "building): "
-              "it made a new one, 1.");
+              "building): it made a new one, 1.");
 }
 
 TEST(Explain, AnImageThatMadeANodeThoughAnotherWasNear) {
