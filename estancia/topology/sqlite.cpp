@@ -88,9 +88,10 @@ void Database::fail(int code) const {
   const char* cause = systemError != 0 ? std::strerror(systemError) : sqlite3_errstr(code);
   if (primary == SQLITE_FULL || (primary == SQLITE_IOERR && isOutOfSpace(systemError)))
     refuse(path, ErrorCode::fileUnwritable,
-           inMemory_ ? "the disk is full, and nothing of the map was written; free some space and map again"
-                     : "the disk is full; the map is kept as of its last commit. Free some space, then go on "
-                       "with it by `estancia map --continue` or `estancia live`");
+           inMemory_
+               ? "the disk is full, and nothing of the map was written; free some space and map again"
+               : "the disk is full; free some space and run the command again. What was committed before "
+                 "is kept: `estancia map` goes on with it by --continue, `estancia live` by itself");
   switch (primary) {
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
