@@ -29,12 +29,17 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using std::chrono::duration_cast;
 
-/// Layers are derived in a thread that only takes what others leave, for a fifth of the time at most; copying
+/// Layers are derived in a thread that only takes what others leave, a fifth of a processor at most; copying
 /// what they are derived of, and writing them, takes 2 % of the loop's time. And not more often.
 constexpr int timesOfDerivation = 5, timesOfRefresh = 50;
 constexpr auto shortestPeriod = std::chrono::seconds(1);
 /// A map that cannot be written is opened again after so long, and twice as long each time that fails.
 constexpr auto firstRetry = std::chrono::seconds(1), longestRetry = std::chrono::seconds(30);
+
+struct DerivedLayers {
+  std::shared_ptr<const WorldMapper::Derived> layers;
+  std::chrono::nanoseconds took{};  // of a processor
+};
 
 /// Whether the map may be written again some time.
 bool mayPass(ErrorCode code) {
@@ -153,9 +158,9 @@ class MappingLiveMap final : public LiveMap {
   std::optional<CameraIntrinsics> camera_;
   std::size_t frames_ = 0;  // since the map was told to have changed
   bool isStale_ = false;    // layers
-  Clock::time_point tellAt_ = Clock::now() + shortestPeriod, refreshAt_ = tellAt_, derivedSince_, retryAt_;
+  Clock::time_point tellAt_ = Clock::now() + shortestPeriod, refreshAt_ = tellAt_, retryAt_;
   Clock::duration copying_{};
-  std::future<std::shared_ptr<const WorldMapper::Derived>> derived_;
+  std::future<DerivedLayers> derived_;
   Clock::duration retry_ = firstRetry;
   /// So many frames were mapped before this drive; nothing where the file's last drive goes on.
   std::optional<std::size_t> driveBegins_;
@@ -286,10 +291,11 @@ bool MappingLiveMap::refresh() {
     if (derived_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) isChanged = putDerived();
   } else if (isStale_ && mapper_ && now >= refreshAt_) {
     isStale_ = false;
-    derivedSince_ = now;
     derived_ = std::async(std::launch::async, [derive = mapper_->derivation()] {
       takeWhatIsLeft();
-      return derive();
+      DerivedLayers layers{derive()};
+      layers.took = processorTime();
+      return layers;
     });
     copying_ = Clock::now() - now;
   }
@@ -303,13 +309,12 @@ bool MappingLiveMap::refresh() {
 
 bool MappingLiveMap::putDerived() {
   const auto begin = Clock::now();
-  const auto derived = std::exchange(derived_, {}).get();
-  const auto deriving = begin - derivedSince_;
+  const DerivedLayers derived = std::exchange(derived_, {}).get();
   bool isPut = false;
-  write([&] { isPut = mapper_->refresh(*derived); });
+  write([&] { isPut = mapper_->refresh(*derived.layers); });
   const auto inLoop = copying_ + (Clock::now() - begin);
-  refreshAt_ = Clock::now() + std::max<Clock::duration>(
-                                  {shortestPeriod, timesOfDerivation * deriving, timesOfRefresh * inLoop});
+  refreshAt_ = Clock::now() + std::max<Clock::duration>({shortestPeriod, timesOfDerivation * derived.took,
+                                                         timesOfRefresh * inLoop});
   if (!isPut) {
     isStale_ = true;
     refreshAt_ = Clock::now();

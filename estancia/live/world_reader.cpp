@@ -49,14 +49,14 @@ void WorldReader::run() {
     if (ending_) return;
     const std::uint64_t number = requested_;
     lock.unlock();
-    const auto begin = Clock::now();
+    const auto begin = processorTime();
     try {
       WorldMap world = readWorld(path_, options_.mostFrames);
       if (options_.namesRooms) rooms.name(path_, world);
       take_(std::make_shared<const WorldMap>(std::move(world)));
     } catch (const std::exception&) {  // not on disk yet: its first second is not over
     }
-    next = Clock::now() + timesOfReading * (Clock::now() - begin);
+    next = Clock::now() + timesOfReading * (processorTime() - begin);
     lock.lock();
     done_ = number;
     changed_.notify_all();
