@@ -73,6 +73,10 @@ class Mpirun : public testing::Test {
     const bool missing = !isThere("mpirun");
     if (missing && std::getenv("CI") != nullptr) FAIL() << "mpirun is not here; script/bootstrap installs it";
     ESTANCIA_NEEDS(!missing, "mpirun is not here");
+    // Open MPI frees little at its end, in components that it has closed by then, so that no suppression
+    // names them.
+    if (const char* sanitizer = std::getenv("ASAN_OPTIONS"))
+      setenv("ASAN_OPTIONS", (std::string(sanitizer) + ":detect_leaks=0").c_str(), 1);
     writeFile(scratch_ / "model.pcd", pcd(0, 0, false));
     std::string rows = "scene,object,model,pose\n";
     for (int s = 0; s < 3; ++s) {
