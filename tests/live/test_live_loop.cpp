@@ -421,7 +421,9 @@ TEST(LiveLoop, WaitsForRoomOnAFullDiskAndMapsOn) {
   RecordedLabeler labeler = labelerOf(drive);
   FedLoop fed(file, labeler, drive);
   for (std::size_t i = 0; i < 30; ++i) fed.source().feed(drive, i);
-  ASSERT_TRUE(fed.waitUntil([&](const LiveStatus& now) { return now.frames == 30 && fs::exists(file); }));
+  ASSERT_TRUE(fed.waitUntil([&](const LiveStatus& now) {  // what is not written yet is lost on a full disk
+    return now.frames == 30 && fs::exists(file) && readWorld(file).places.frames.size() > 20;
+  }));
   std::size_t next = 30;
   const auto feedUntil = [&](const std::function<bool(const LiveStatus&)>& isSo) {
     for (int i = 0; i < 600 && !isSo(fed.loop().status()); ++i) {
