@@ -12,8 +12,7 @@ constexpr float kDark = 20;          // lightness below which chroma is noise
 
 cv::Mat toLab(const cv::Mat& image) {
   cv::Mat lab;
-  // OpenCV makes its tables at the first conversion, without a lock: of two threads both would, and one
-  // leaks.
+  // OpenCV makes its tables at the first conversion, without a lock: two threads would both, and leak one's.
   static const bool tablesAreMade [[maybe_unused]] = [] {
     cv::Mat pixel;
     cv::cvtColor(cv::Mat3b(1, 1, cv::Vec3b()), pixel, cv::COLOR_BGR2Lab);

@@ -38,7 +38,7 @@ constexpr auto firstRetry = std::chrono::seconds(1), longestRetry = std::chrono:
 
 struct DerivedLayers {
   std::shared_ptr<const WorldMapper::Derived> layers;
-  std::chrono::nanoseconds took{};  // of a processor
+  std::chrono::nanoseconds took;  // of a processor
 };
 
 /// Whether the map may be written again some time.
@@ -293,9 +293,7 @@ bool MappingLiveMap::refresh() {
     isStale_ = false;
     derived_ = std::async(std::launch::async, [derive = mapper_->derivation()] {
       takeWhatIsLeft();
-      DerivedLayers layers{derive()};
-      layers.took = processorTime();
-      return layers;
+      return DerivedLayers{derive(), processorTime()};  // in this order
     });
     copying_ = Clock::now() - now;
   }

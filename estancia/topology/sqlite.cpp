@@ -90,8 +90,8 @@ void Database::fail(int code) const {
     refuse(path, ErrorCode::fileUnwritable,
            inMemory_
                ? "the disk is full, and nothing of the map was written; free some space and map again"
-               : "the disk is full; free some space and run the command again. What was committed before "
-                 "is kept: `estancia map` goes on with it by --continue, `estancia live` by itself");
+               : "the disk is full; free some space and run the command again. Maps are as of their last "
+                 "commit: `estancia map` goes on by --continue, `estancia live` by itself");
   switch (primary) {
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
