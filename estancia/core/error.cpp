@@ -2,7 +2,7 @@
 #include "estancia/core/error.hpp"
 
 #include <array>
-#include <utility>
+#include "estancia/core/printable.hpp"
 
 namespace estancia {
 namespace {
@@ -15,7 +15,21 @@ constexpr std::array<std::string_view, 23> kNames{
     "busy",           "network",        "server-failure", "labeler-failure",  "missing-dependency",
     "no-answer",      "interrupted",    "invalid-state"};
 
+/// Of a sentence that is too long what is wrong, at its beginning, and what to do, at its end.
+std::string withoutMiddle(const std::string& sentence) {
+  constexpr std::size_t longest = 2000, begin = 1400, end = 500;
+  if (sentence.size() <= longest) return sentence;
+  const auto continues = [&](std::size_t at) { return (sentence[at] & 0xC0) == 0x80; };
+  std::size_t head = begin, tail = sentence.size() - end;
+  while (continues(head)) --head;
+  while (tail < sentence.size() && continues(tail)) ++tail;
+  return sentence.substr(0, head) + " … " + sentence.substr(tail);
+}
+
 }  // namespace
+
+Error::Error(ErrorCode code, std::string_view sentence)
+    : std::runtime_error(withoutMiddle(printable(sentence))), code_(code) {}
 
 std::string_view nameOf(ErrorCode code) {
   return kNames.at(static_cast<std::size_t>(code));

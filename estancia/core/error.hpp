@@ -64,10 +64,12 @@ std::string_view nameOf(ErrorCode code);
 /// The code of a stable name; nothing for other texts.
 std::optional<ErrorCode> findErrorCode(std::string_view name);
 
-/// Base of everything Estancia throws. The message is one line: what is wrong, where, and what to do.
+/// Base of everything Estancia throws. The message is one line: what is wrong, where, and what to do. It
+/// often quotes files and names of others, so it is printable() (core), and of more than 2,000 bytes the
+/// middle is left out.
 class Error : public std::runtime_error {
  public:
-  Error(ErrorCode code, const std::string& sentence) : std::runtime_error(sentence), code_(code) {}
+  Error(ErrorCode code, std::string_view sentence);
   ErrorCode code() const { return code_; }
 
  private:

@@ -3,12 +3,7 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <utility>
-#include <vector>
-
 #include "estancia/core/utf8.hpp"
-#include "estancia/core/vocabulary.hpp"
 
 namespace estancia {
 namespace {
@@ -33,18 +28,6 @@ std::string printable(std::string_view text) {
       for (const char byte : taken) result += fmt::format("\\x{:02X}", static_cast<unsigned char>(byte));
   }
   return result;
-}
-
-std::string printableLabel(std::string label) {
-  std::replace(label.begin(), label.end(), '\t', ' ');
-  return printable(label);
-}
-
-Vocabulary printableLabels(const Vocabulary& vocabulary) {
-  std::vector<std::string> labels;
-  for (const std::string& label : vocabulary.labels()) labels.push_back(printableLabel(label));
-  if (labels == vocabulary.labels()) return vocabulary;
-  return Vocabulary(std::move(labels), vocabulary.layout().parts);
 }
 
 }  // namespace estancia

@@ -10,7 +10,7 @@
 
 #include "estancia/core/digest.hpp"
 #include "estancia/core/fail.hpp"
-#include "estancia/core/printable.hpp"
+#include "estancia/core/printable_labels.hpp"
 
 namespace estancia {
 

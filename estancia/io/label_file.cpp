@@ -15,6 +15,7 @@
 #include "estancia/core/bytes.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/output_file.hpp"
+#include "estancia/core/printable_labels.hpp"
 #include "estancia/io/files.hpp"
 
 namespace estancia::io {

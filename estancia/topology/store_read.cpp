@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "estancia/core/printable.hpp"
+#include "estancia/core/printable_labels.hpp"
 
 namespace estancia {
 namespace {
