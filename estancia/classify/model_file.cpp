@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <fstream>
+#include <system_error>
 
 #include "estancia/core/digest.hpp"
 #include "estancia/core/fail.hpp"
@@ -65,7 +66,8 @@ std::pair<FeatureEmbedding, std::shared_ptr<const Classifier>> ModelFileReader::
 
 bool isModelFile(const fs::path& file, const ModelFileKind& kind) {
   std::string start(kind.magic.size(), ' ');
-  if (fs::is_regular_file(file))
+  std::error_code none;
+  if (fs::is_regular_file(file, none))
     std::ifstream(file, std::ios::binary).read(start.data(), static_cast<std::streamsize>(start.size()));
   return start == kind.magic;
 }

@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/core/output_file.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
+#include <charconv>
+#include <csignal>
 #include <cstring>
 #include <fstream>
+#include <string>
 #include <system_error>
 
 #include "estancia/core/fail.hpp"
@@ -31,6 +36,41 @@ const char* nameOf(fs::file_type type) {
   }
 }
 
+/// What the names of part files of a target begin with: ".map.estancia.robot-1.".
+std::string partStart(const fs::path& target) {
+  constexpr std::size_t longest = 160;  // of 255, so that host, process and what SQLite adds fit, too
+  std::array<char, 65> host{};
+  gethostname(host.data(), host.size() - 1);
+  return fmt::format(".{}.{}.", target.filename().string().substr(0, longest), host.data());
+}
+
+constexpr std::string_view partEnd = ".part";
+
+/// Removes part files of processes that are no more.
+void removeAbandoned(const fs::path& folder, const std::string& start) {
+  std::error_code ignored;
+  for (fs::directory_iterator at(folder, ignored), end; at != end; at.increment(ignored)) {
+    const std::string name = at->path().filename().string();
+    if (!name.starts_with(start) || !name.ends_with(partEnd)) continue;
+    pid_t process = 0;
+    const char* last = name.data() + name.size() - partEnd.size();
+    const auto [stop, wrong] = std::from_chars(name.data() + start.size(), last, process);
+    if (wrong != std::errc() || stop != last || process <= 0) continue;
+    if (kill(process, 0) == -1 && errno == ESRCH) fs::remove(at->path(), ignored);
+  }
+}
+
+/// Waits until the disk has the file. What cannot be synced at all, as folders of some file systems, is as
+/// good.
+std::error_code flushed(const fs::path& path) {
+  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) return {};
+  const int problem = fsync(file) == 0 ? 0 : errno;
+  close(file);
+  const bool isOfTheDisk = problem == EIO || problem == ENOSPC || problem == EDQUOT;
+  return {isOfTheDisk ? problem : 0, std::generic_category()};
+}
+
 }  // namespace
 
 fs::path outputTarget(const fs::path& path) {
@@ -40,6 +80,9 @@ fs::path outputTarget(const fs::path& path) {
   if (type != fs::file_type::regular && type != fs::file_type::not_found && type != fs::file_type::none)
     fail(ErrorCode::fileUnwritable, "{} is a {}; give the name of a file to write", path.string(),
          nameOf(type));
+  if (problem == std::errc::filename_too_long)
+    fail(ErrorCode::fileUnwritable, "{} is too long a name ({}); give a shorter one", path.string(),
+         problem.message());
   fs::path target = path;
   for (int links = 0; fs::is_symlink(target, problem); ++links) {
     if (links == maxLinks)
@@ -53,18 +96,26 @@ fs::path outputTarget(const fs::path& path) {
   return target;
 }
 
+fs::path partFile(const fs::path& target) {
+  const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
+  const std::string start = partStart(target);
+  removeAbandoned(folder, start);
+  return folder / fmt::format("{}{}{}", start, getpid(), partEnd);
+}
+
+void flushToDisk(const fs::path& path) {
+  if (const std::error_code problem = flushed(path))
+    fail(ErrorCode::fileUnwritable, "{} cannot be written ({}); check the disk and its free space",
+         path.string(), problem.message());
+}
+
 void writeWhole(const fs::path& path, std::string_view bytes) {
-  const fs::path target = outputTarget(path);
-  auto beside = target;
-  beside.replace_filename(fmt::format(".{}.{}.part", target.filename().string(), getpid()));
+  const fs::path target = outputTarget(path), beside = partFile(target);
   std::ofstream file(beside, std::ios::binary | std::ios::trunc);
   file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   file.close();
-  std::error_code problem;
-  if (file)
-    fs::rename(beside, target, problem);
-  else
-    problem = std::error_code(errno, std::generic_category());
+  std::error_code problem = file ? flushed(beside) : std::error_code(errno, std::generic_category());
+  if (!problem) fs::rename(beside, target, problem);
   if (!problem) return;
   std::error_code ignored;
   fs::remove(beside, ignored);

@@ -8,10 +8,20 @@
 namespace estancia {
 
 /// The file that writing to `path` makes or replaces: links are followed. Throws Error (fileUnwritable) when
-/// it is a folder, a device or a pipe, which a file would replace, and when links form a circle.
+/// it is a folder, a device or a pipe, which a file would replace, when links form a circle, and when the
+/// name is too long.
 std::filesystem::path outputTarget(const std::filesystem::path& path);
 
-/// Writes `bytes` to a file beside outputTarget(path), then renames it, replacing an old one. Throws Error
+/// Where to write what will be renamed to `target`: a file beside it, named after it, this machine and this
+/// process. Those that killed processes of this machine have left for the same target are removed.
+std::filesystem::path partFile(const std::filesystem::path& target);
+
+/// Returns when what was written to the file, or made in the folder, would survive a power cut. Throws Error
+/// (fileUnwritable) when the disk reports a failure.
+void flushToDisk(const std::filesystem::path& path);
+
+/// Writes `bytes` to a file beside outputTarget(path), then renames it, replacing an old one: at any moment,
+/// a power cut included, there is the old file or the new one. Throws Error
 /// (fileUnwritable) when that fails (no such folder, read-only, disk full); then `path` is as it was and no
 /// other file is left.
 void writeWhole(const std::filesystem::path& path, std::string_view bytes);

@@ -3,6 +3,7 @@
 #include <array>
 #include <fstream>
 #include <string_view>
+#include <system_error>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
@@ -17,7 +18,9 @@ bool isMapFile(const fs::path& path) {
   constexpr std::string_view magic("SQLite format 3", 16);
   constexpr std::size_t idAt = 68;  // in SQLite's header, big-endian
   std::array<char, idAt + 4> header{};
-  if (fs::is_regular_file(path)) std::ifstream(path, std::ios::binary).read(header.data(), header.size());
+  std::error_code none;
+  if (fs::is_regular_file(path, none))
+    std::ifstream(path, std::ios::binary).read(header.data(), header.size());
   std::int64_t id = 0;
   for (std::size_t i = idAt; i < header.size(); ++i) id = id << 8 | static_cast<unsigned char>(header[i]);
   return std::string_view(header.data(), magic.size()) == magic && id == mapApplicationId;

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <system_error>
 #include <utility>
 
 #include "estancia/core/error.hpp"
@@ -12,7 +13,8 @@
 namespace estancia {
 
 MapRun::MapRun(std::filesystem::path path, Existing existing) : path_(std::move(path)), existing_(existing) {
-  const bool exists = std::filesystem::exists(path_);
+  std::error_code none;  // what is wrong with the name, create() tells
+  const bool exists = std::filesystem::exists(path_, none);
   if (exists && existing == Existing::refuse)
     throw Error(
         ErrorCode::fileExists,

@@ -5,12 +5,14 @@
 
 #include <bit>
 #include <cmath>
+#include <system_error>
 #include <utility>
 #include <variant>
 
 #include "estancia/core/bytes.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
+#include "estancia/core/printable_labels.hpp"
 #include "estancia/core/rigid.hpp"
 #include "estancia/io/image_writer.hpp"
 #include "estancia/io/sequence.hpp"
@@ -106,7 +108,8 @@ MappingSession::MappingSession(const std::filesystem::path& path, Labeler& label
     fail(ErrorCode::invalidInput,
          "{} discovers its words, but a map needs to know them; record() its labels first",
          labeler.identity());
-  *this = std::filesystem::exists(path)
+  std::error_code none;  // what is wrong with the name, create() tells
+  *this = std::filesystem::exists(path, none)
               ? resume(path, labeler.vocabulary(), labeler.identity())
               : create(path, labeler.vocabulary(), labeler.identity(), options.value_or(MapperOptions{}));
   if (options && *options != mapper().options())

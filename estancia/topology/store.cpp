@@ -19,6 +19,7 @@
 #include <utility>
 
 #include "estancia/core/fail.hpp"
+#include "estancia/core/output_file.hpp"
 #include "estancia/topology/drive_store.hpp"
 #include "estancia/topology/sqlite.hpp"
 #include "estancia/topology/store_files.hpp"
@@ -173,7 +174,7 @@ struct MapStore::Impl {
 
   /// The first commit: from memory to a file beside, then to its name.
   void moveToDisk() {
-    const fs::path part = folderOf(path) / fmt::format(".{}.{}.part", path.filename().string(), getpid());
+    const fs::path part = partFile(path);
     std::error_code ignored;
     fs::remove(part, ignored);
     try {
@@ -200,8 +201,9 @@ struct MapStore::Impl {
   void startWriting() {
     database.waitForLocks(lockPatience);
     database.run("PRAGMA journal_mode = WAL");
-    // In WAL mode NORMAL loses nothing when the process dies; a power cut may cost the last commits.
-    database.run("PRAGMA synchronous = NORMAL");
+    // A commit is on the disk when it returns, so that a power cut costs the last second, too, and no more:
+    // with NORMAL it would cost all that is not in the file yet. There is one commit a second.
+    database.run("PRAGMA synchronous = FULL");
     // What one large commit has left beside the file is given back.
     database.run(fmt::format("PRAGMA journal_size_limit = {}", mostBeside));
     database.run("BEGIN IMMEDIATE");
@@ -225,8 +227,8 @@ MapStore& MapStore::operator=(MapStore&&) noexcept = default;
 MapStore::~MapStore() = default;
 
 MapStore MapStore::create(const fs::path& name, const Identity& identity, ExistingMap existing) {
-  const bool replacing = existing == ExistingMap::replace && fs::exists(name);
-  const fs::path path = replacing ? fs::canonical(name) : name;  // what a link leads to, as SQLite does
+  const fs::path path = outputTarget(name);  // what a link leads to, as SQLite does
+  const bool replacing = existing == ExistingMap::replace && fs::exists(path);
   if (replacing) {
     requireReplaceable(path);
   } else {

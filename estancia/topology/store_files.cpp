@@ -53,13 +53,6 @@ void requireWritable(const fs::path& folder) {
            fmt::format("cannot write in this folder ({}); choose another one", std::strerror(problem)));
 }
 
-void flushToDisk(const fs::path& path) {
-  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (file < 0) return;
-  fsync(file);
-  close(file);
-}
-
 void renameToNew(const fs::path& from, const fs::path& to) {
   if (renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return;
   if (errno == EEXIST) failExists(to);

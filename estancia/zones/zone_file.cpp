@@ -12,11 +12,13 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/core/printable.hpp"
+#include "estancia/core/printable_labels.hpp"
 #include "estancia/io/files.hpp"
 
 namespace estancia {
@@ -337,7 +339,8 @@ Zones readZones(const fs::path& file) {
 bool isZoneFile(const fs::path& file) {
   constexpr std::size_t enough = 256;
   std::string start(enough, ' ');
-  if (!fs::is_regular_file(file)) return false;
+  std::error_code none;
+  if (!fs::is_regular_file(file, none)) return false;
   std::ifstream(file, std::ios::binary).read(start.data(), static_cast<std::streamsize>(start.size()));
   std::erase_if(start, [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; });
   return start.starts_with(fmt::format(R"({{"format":"{}")", format));

@@ -87,5 +87,31 @@ TEST(WriteWhole, KeepsTheOldFileWhenTheDiskIsFull) {
   EXPECT_EQ(filesIn(folder.path()), 1U);
 }
 
+TEST(WriteWhole, RefusesANameThatIsTooLong) {
+  const test::ScratchFolder folder;
+  const std::string longest(255, 'a');
+  writeWhole(folder / longest, "x");
+  EXPECT_EQ(test::readFile(folder / longest), "x");
+  EXPECT_THAT([&] { writeWhole(folder / (longest + "a"), "x"); },
+              FailsWith(ErrorCode::fileUnwritable, longest + "a"));
+  EXPECT_EQ(filesIn(folder.path()), 1U);
+}
+
+TEST(WriteWhole, RemovesWhatAKilledProcessHasLeft) {
+  const test::ScratchFolder folder;
+  const fs::path path = folder / "a.json";
+  const pid_t child = fork();
+  if (child == 0) {
+    test::writeFile(partFile(path), "half");
+    raise(SIGKILL);
+  }
+  waitpid(child, nullptr, 0);
+  test::writeFile(partFile(folder / "b.json"), "of a process that lives");
+  EXPECT_EQ(filesIn(folder.path()), 2U);
+  writeWhole(path, "whole");
+  EXPECT_EQ(filesIn(folder.path()), 2U);
+  EXPECT_TRUE(fs::exists(partFile(folder / "b.json")));
+}
+
 }  // namespace
 }  // namespace estancia

@@ -341,9 +341,17 @@ TEST(MapStoreRefuses, AnExistingPath) {
   const test::ScratchFolder folder;
   const fs::path path = smallMap(folder);
   EXPECT_THAT([&] { MapStore::create(path, identity()); }, FailsWith(ErrorCode::fileExists, path.string()));
-  fs::create_symlink("nowhere", folder / "link.estancia");
+  fs::create_symlink(path.filename(), folder / "link.estancia");
   EXPECT_THAT([&] { MapStore::create(folder / "link.estancia", identity()); },
-              FailsWith(ErrorCode::fileExists, "link.estancia"));
+              FailsWith(ErrorCode::fileExists, path.string()));
+}
+
+TEST(MapStore, IsMadeWhereALinkLeads) {
+  const test::ScratchFolder folder;
+  fs::create_symlink("elsewhere.estancia", folder / "link.estancia");
+  MapStore::create(folder / "link.estancia", identity()).commit();
+  EXPECT_TRUE(fs::is_symlink(folder / "link.estancia"));
+  EXPECT_TRUE(fs::is_regular_file(folder / "elsewhere.estancia"));
 }
 
 TEST(MapStoreRefuses, APathThatSomebodyElseTookMeanwhile) {
