@@ -215,10 +215,10 @@ void addAskCommand(CLI::App& app) {
       ->required();
   command->add_option("-n,--max-places", arguments->maxPlaces, "Largest number of places to list")
       ->capture_default_str()
-      ->check(positive());
+      ->check(wholeNumber(1));
   command->add_option("--max-objects", arguments->maxObjects, "Largest number of objects to list")
       ->capture_default_str()
-      ->check(positive());
+      ->check(wholeNumber(1));
   command->add_option("--images", arguments->images,
                       "Folder to write the images of these objects into: object-NUMBER.jpg");
   addOverwriteOption(*command, arguments->overwrite);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "common.hpp"
+#include "estancia/core/printable.hpp"
 #include "estancia/label/label_cache.hpp"
 
 namespace estancia::apps {
@@ -26,7 +27,7 @@ void show(bool json) {
   for (const auto& use : usage)
     fmt::print("{:>9.1f} MB {:>9} frames  {}\n", static_cast<double>(use.bytes) / 1e6, use.images, use.model);
   fmt::print("{:.1f} of at most {:.0f} MB in {}\n", static_cast<double>(total) / 1e6,
-             static_cast<double>(cache.limit()) / 1e6, cache.folder().string());
+             static_cast<double>(cache.limit()) / 1e6, printable(cache.folder().string()));
 }
 
 }  // namespace

@@ -57,7 +57,7 @@ void addChangesCommand(CLI::App& app) {
       ->add_option(
           "--since", arguments->since,
           "Number of the first drive that counts as now, of `estancia drives`; the last one by default")
-      ->check(CLI::Range(0, 1'000'000))
+      ->check(wholeNumber(0))
       ->type_name("DRIVE");
   addJsonOption(*command, arguments->json);
   addExamples(*command,

@@ -17,6 +17,7 @@
 #include "estancia/classify/scores.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
+#include "estancia/core/printable.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/core/similar_names.hpp"
 #include "estancia/describe/table_features.hpp"
@@ -155,8 +156,8 @@ void train(const ClassifyArguments& a) {
            {"choice", classifier.choice()}});
     return;
   }
-  fmt::print("{}: {} of {} by {}\n", a.output, counted(images.size(), "room"), counted(learned, "image"),
-             nameOf(classifier));
+  fmt::print("{}: {} of {} by {}\n", printable(a.output), counted(images.size(), "room"),
+             counted(learned, "image"), nameOf(classifier));
   for (const auto& [room, count] : images) fmt::print("  {:<24} {:>6}\n", room, counted(count, "image"));
   if (learned < features.frames.size())
     fmt::print("{} without a room were left out\n", counted(features.frames.size() - learned, "image"));
@@ -297,7 +298,7 @@ void show(const ClassifyArguments& a) {
            {"choice", classifier.choice()}});
     return;
   }
-  fmt::print("{}: {}\nrooms: {}\n", a.roomClassifier, nameOf(classifier),
+  fmt::print("{}: {}\nrooms: {}\n", printable(a.roomClassifier), nameOf(classifier),
              fmt::join(classifier.rooms(), ", "));
   for (const PartEmbedding& learned : classifier.embedding().parts())
     fmt::print("part {}: {} ({})\n", learned.part.name, counted(learned.part.size(), "number"),
@@ -385,7 +386,7 @@ void addTrain(CLI::App& classify) {
   command
       ->add_option("--max-labels", a->maxLabels,
                    "Learn only from this many labels (or other numbers), the best by --by\nDefault: all")
-      ->check(positive());
+      ->check(wholeNumber(1));
   command
       ->add_option(
           "--by", a->criterion,

@@ -5,13 +5,16 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 
 #include "estancia/classify/room_classifier.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
+#include "estancia/io/files.hpp"
 #include "estancia/io/image_writer.hpp"
 #include "estancia/topology/map.hpp"
 #include "estancia/zones/zone_file.hpp"
@@ -77,14 +80,16 @@ void requireReplaceable(const std::filesystem::path& output, bool overwrite,
                         bool (*isOurs)(const std::filesystem::path&), std::string_view what) {
   namespace fs = std::filesystem;
   const fs::path folder = output.parent_path();
-  if (!folder.empty() && !fs::is_directory(folder))
+  std::error_code problem;
+  if (!folder.empty() && !fs::is_directory(folder, problem))
     throw Error(ErrorCode::fileNotFound,
                 fmt::format("{}: there is no such folder; make it first", folder.string()));
-  if (!fs::exists(output)) return;
+  const fs::path target = outputTarget(output);
+  if (!fs::exists(target)) return;
   if (!overwrite)
     throw Error(ErrorCode::fileExists,
                 fmt::format("{} exists; replace it with --overwrite", output.string()));
-  if (!fs::is_regular_file(output) || (isOurs != nullptr && !isOurs(output)))
+  if (!fs::is_regular_file(target) || (isOurs != nullptr && !isOurs(output)))
     throw Error(ErrorCode::fileExists,
                 fmt::format("{}: no {}, so it is not replaced; give another name or remove it first",
                             output.string(), what));
@@ -99,14 +104,14 @@ void requireImage(const std::string& image, bool overwrite, const std::vector<st
                 fmt::format("{}: images are written as PNG only; call it NAME.png", image));
 }
 
-CLI::Validator positive() {
+CLI::Validator wholeNumber(int least, int most) {
   return CLI::Validator(
-      [](const std::string& text) {
-        double value = 0;
-        const bool above = CLI::detail::lexical_cast(text, value) && value > 0;
-        return above ? std::string() : text + " is not a number above 0";
+      [least, most](const std::string& text) {
+        const std::optional<double> value = io::toNumber(text);
+        const bool fits = value && *value >= least && *value <= most && *value == std::floor(*value);
+        return fits ? "" : fmt::format("\"{}\" is no whole number from {} to {}", text, least, most);
       },
-      "POSITIVE");
+      fmt::format("{}-{}", least, most));
 }
 
 CLI::Option* addOutputOption(CLI::App& command, std::string& output, const std::string& help) {

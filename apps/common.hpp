@@ -53,8 +53,8 @@ void requireImage(const std::string& image, bool overwrite, const std::vector<st
 /// What the pages that we write begin with.
 constexpr std::string_view pageStart = "<!DOCTYPE html>\n";
 
-/// Accepts numbers above 0.
-CLI::Validator positive();
+/// Accepts whole numbers.
+CLI::Validator wholeNumber(int least, int most = 1'000'000'000);
 
 /// Adds `-o`, `--output`.
 CLI::Option* addOutputOption(CLI::App& command, std::string& output, const std::string& help);

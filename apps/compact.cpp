@@ -44,7 +44,7 @@ void addCompactCommand(CLI::App& app) {
                    "Most megabytes of the file: of the places with most images, those that say least beside "
                    "the others are left out; places, objects, areas, names and corrections stay")
       ->type_name("MB")
-      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1'000'000'000}));
+      ->check(wholeNumber(1));
   addJsonOption(*command, arguments->json);
   addExamples(*command,
               "  estancia compact home.estancia\n"

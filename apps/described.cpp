@@ -15,6 +15,7 @@
 #include "estancia/topology/store.hpp"
 #include "estancia/words/installed_words.hpp"
 #include "estancia/words/room_words.hpp"
+#include "skipped.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -97,7 +98,8 @@ RoomPredictions FeatureSource::rooms(const RoomClassifier& classifier, const Des
 }
 
 void FeatureSource::warn(const std::vector<std::string>& problems) const {
-  for (const std::string& problem : problems) spdlog::warn("left out: {}", problem);
+  Skipped skipped("left out");
+  for (const std::string& problem : problems) skipped.add(problem);
   if (cache_ && !cache_->problem().empty()) spdlog::warn("{}", cache_->problem());
 }
 

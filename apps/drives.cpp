@@ -94,7 +94,7 @@ void addDrivesCommand(CLI::App& app) {
   command
       ->add_option("--undo", arguments->undo,
                    "Take this drive out of the map: all others are mapped anew; people's corrections stay")
-      ->check(CLI::Range(0, 1'000'000))
+      ->check(wholeNumber(0))
       ->type_name("DRIVE");
   addJsonOption(*command, arguments->json);
   addExamples(*command,

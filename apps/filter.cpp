@@ -14,6 +14,7 @@
 #include "estancia/cloud/normals.hpp"
 #include "estancia/cloud/resolution.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/core/printable.hpp"
 #include "estancia/io/cloud_file.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/image_writer.hpp"
@@ -84,7 +85,7 @@ void tell(const FilterArguments& arguments, const FilteredCloud& filtered, const
     print(json);
     return;
   }
-  fmt::print("{}: {} of {} points", arguments.output, written, measured.all);
+  fmt::print("{}: {} of {} points", printable(arguments.output), written, measured.all);
   if (measured.finite < measured.all)
     fmt::print("; {} that are not finite are {}", measured.all - measured.finite,
                holes > 0 ? "kept as holes" : "left out");

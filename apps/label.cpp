@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/printable.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/report/text.hpp"
 #include "labeling.hpp"
@@ -54,7 +55,7 @@ void run(const LabelArguments& arguments) {
            {"model", recording.model},
            {"remembered", labeling.remembered()}});
   else
-    fmt::print("{}: {}, {} ({} from the cache)\n", arguments.output,
+    fmt::print("{}: {}, {} ({} from the cache)\n", printable(arguments.output),
                counted(recording.frames.size(), "frame"), counted(recording.vocabulary.size(), "word"),
                counted(labeling.remembered(), "frame"));
 }

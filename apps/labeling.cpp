@@ -8,6 +8,7 @@
 #include "estancia/core/progress.hpp"
 #include "estancia/label/record.hpp"
 #include "estancia/label/recorded_labeler.hpp"
+#include "skipped.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -18,9 +19,10 @@ class Recorder {
   Recorder(const Sequence& sequence, LabelStreamOptions options) : sequence_(sequence), options_(options) {}
 
   DescriptorSequence run(Labeler& labeler) {
+    Skipped skipped;
     progress_->begin("labeling", sequence_.size());
-    DescriptorSequence recording = record(sequence_, labeler, options_, [this](const LabeledFrame& frame) {
-      if (!frame.labeled()) spdlog::warn("skipped: {}", frame.problem);
+    DescriptorSequence recording = record(sequence_, labeler, options_, [&](const LabeledFrame& frame) {
+      if (!frame.labeled()) skipped.add(frame.problem);
       if (frame.remembered) ++remembered;
       progress_->advance();
       if (interrupted())
@@ -112,7 +114,8 @@ std::size_t Labeling::forEach(std::size_t first, const std::string& what,
   LabelStreamOptions options = stream_;
   first = options.first = std::max(first, stream_.first);
   LabelStream stream(*sequence_, *labeler_, options);
-  std::size_t used = 0, skipped = 0;
+  std::size_t used = 0;
+  Skipped skipped;
   if (!what.empty()) progress->begin(what, sequence_->size(), first);
   while (const auto frame = stream.next()) {
     if (frame->labeled()) {
@@ -120,8 +123,7 @@ std::size_t Labeling::forEach(std::size_t first, const std::string& what,
       ++used;
       if (frame->remembered) ++remembered_;
     } else {
-      ++skipped;
-      spdlog::warn("skipped: {}", frame->problem);
+      skipped.add(frame->problem);
     }
     progress->advance();
     if (interrupted())
@@ -132,8 +134,7 @@ std::size_t Labeling::forEach(std::size_t first, const std::string& what,
   if (used == 0 && first < sequence_->size())
     throw Error(ErrorCode::fileUnreadable, fmt::format("{}: none of the {} frames can be read",
                                                        sequence_->name(), sequence_->size() - first));
-  if (skipped > 0) spdlog::warn("{} unreadable frames were skipped", skipped);
-  return skipped;
+  return skipped.count();
 }
 
 LexicalDescriptor Labeling::words(std::size_t frame) {

@@ -1,17 +1,22 @@
 // The `estancia` command.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/sinks/ansicolor_sink.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <opencv2/core/utils/logger.hpp>
+#include <string>
 #include <string_view>
 #include <system_error>
+#include <vector>
 
 #include "command_tree.hpp"
 #include "common.hpp"
@@ -30,12 +35,16 @@ void quietLibraries() {
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
 }
 
-/// A line of the log does not go on in a bar of progress.
+/// A line of the log does not go on in a bar of progress, and what it quotes of others does not reach the
+/// terminal as it is.
 class SinkBesideProgress final : public spdlog::sinks::ansicolor_stderr_sink_mt {
  public:
   void log(const spdlog::details::log_msg& message) override {
     estancia::clearProgressLine();
-    spdlog::sinks::ansicolor_stderr_sink_mt::log(message);
+    const std::string text = estancia::printable({message.payload.data(), message.payload.size()});
+    spdlog::details::log_msg shown = message;
+    shown.payload = text;
+    spdlog::sinks::ansicolor_stderr_sink_mt::log(shown);
   }
 };
 
@@ -58,10 +67,11 @@ void refuseEmptyArguments(CLI::App& app) {
 
 /// One line on stderr with the error's code in brackets, and with --json an object on stdout, too.
 int complain(estancia::ErrorCode code, const std::string& sentence, bool json) {
-  const std::string name(nameOf(code)), line = estancia::printable(sentence);
-  if (json) estancia::apps::print({{"error", {{"code", name}, {"message", line}}}});
+  const estancia::Error line(code, sentence);
+  const std::string name(nameOf(code));
+  if (json) estancia::apps::print({{"error", {{"code", name}, {"message", line.what()}}}});
   std::fflush(stdout);
-  std::fprintf(stderr, "error: %s [%s]\n", line.c_str(), name.c_str());
+  std::fprintf(stderr, "error: %s [%s]\n", line.what(), name.c_str());
   if (code == estancia::ErrorCode::interrupted) return 130;  // as a shell reports SIGINT
   return code == estancia::ErrorCode::noAnswer ? estancia::apps::noAnswer : estancia::apps::failure;
 }
@@ -69,6 +79,10 @@ int complain(estancia::ErrorCode code, const std::string& sentence, bool json) {
 int complainOfOutput() {
   return complain(estancia::ErrorCode::fileUnwritable,
                   "the output could not be written completely; check where it goes", false);
+}
+
+bool isOption(const std::string& word) {
+  return word.size() > 1 && word.front() == '-' && std::isdigit(static_cast<unsigned char>(word[1])) == 0;
 }
 
 /// What is wrong with the command line, and where to read more.
@@ -79,8 +93,15 @@ std::string explainWrongWords(const CLI::App& app, const CLI::ParseError& error)
     deepest = deepest->get_subcommands().front();
     name += " " + deepest->get_name();
   }
-  if (deepest->get_require_subcommand_min() > 0 && !deepest->remaining().empty())
-    problem = fmt::format("{} does not know \"{}\"", name, deepest->remaining().front());
+  const std::vector<std::string> surplus = deepest->remaining();
+  if (deepest->get_require_subcommand_min() > 0 && !surplus.empty())
+    problem = fmt::format("{} does not know \"{}\"", name, surplus.front());
+  else if (const auto option = std::ranges::find_if(surplus, isOption); option != surplus.end())
+    problem = fmt::format("{} has no option {}", name, *option);
+  else if (!surplus.empty())
+    problem = fmt::format("{} has no place for \"{}\"", name, fmt::join(surplus, " "));
+  else if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ConversionError))
+    problem = fmt::format("{} is not a number that it takes", problem.substr(problem.find(": ") + 2));
   return fmt::format("{}; see {} --help", problem, name);
 }
 
@@ -154,6 +175,11 @@ int main(int argc, char** argv) {
     return complain(e.code(), e.what(), json);
   } catch (const std::bad_alloc&) {
     return complain(ErrorCode::tooLarge, "out of memory; use fewer or smaller images, or a smaller model",
+                    json);
+  } catch (const std::filesystem::filesystem_error& e) {
+    return complain(ErrorCode::fileUnreadable,
+                    fmt::format("{}: cannot be used ({}); check its name and its folder", e.path1().string(),
+                                e.code().message()),
                     json);
   } catch (const std::system_error& e) {
     if (std::ferror(stdout) != 0) return complainOfOutput();  // fmt tells so by an exception

@@ -8,6 +8,7 @@
 #include "convert/model_folder.hpp"
 #include "convert/quantize_model.hpp"
 #include "estancia/core/label_words.hpp"
+#include "estancia/core/printable.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/label/catalog.hpp"
 #include "estancia/label/model.hpp"
@@ -15,6 +16,7 @@
 #include "estancia/words/installed_words.hpp"
 #include "estancia/words/label_senses.hpp"
 #include "labeling.hpp"
+#include "skipped.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -139,7 +141,7 @@ void convertNetwork(const std::string& network, const std::string& output, bool 
            {"operator_set", summary.operatorSet},
            {"nodes", summary.nodes}});
   else
-    fmt::print("{}: {} → {}, {} nodes of operator set {}\n", output, textOf(summary.inputs),
+    fmt::print("{}: {} → {}, {} nodes of operator set {}\n", printable(output), textOf(summary.inputs),
                textOf(summary.outputs), summary.nodes, summary.operatorSet);
 }
 
@@ -148,7 +150,8 @@ void quantize(const std::string& model, const Sequence& images, const convert::Q
   const auto progress = makeStderrProgress();
   const convert::QuantizedModel made =
       convert::quantizeModel(getModelFolder(model), images, options, *progress);
-  for (const std::string& problem : made.problems) spdlog::warn("skipped: {}", problem);
+  Skipped skipped;
+  for (const std::string& problem : made.problems) skipped.add(problem);
   if (json)
     print({{"file", made.file.string()},
            {"sha256", made.sha256},
@@ -156,8 +159,9 @@ void quantize(const std::string& model, const Sequence& images, const convert::Q
            {"images", made.images},
            {"skipped", made.problems.size()}});
   else
-    fmt::print("{}: {} of 8 bits, measured on {}; use it with --precision int8\n", made.file.string(),
-               report::counted(made.values, "value"), report::counted(made.images, "image"));
+    fmt::print("{}: {} of 8 bits, measured on {}; use it with --precision int8\n",
+               printable(made.file.string()), report::counted(made.values, "value"),
+               report::counted(made.images, "image"));
 }
 
 void addQuantizeCommand(CLI::App& models) {
@@ -180,7 +184,7 @@ void addQuantizeCommand(CLI::App& models) {
   command->add_option("--ranges", arguments->options.ranges, "A file for the table of measured ranges, too");
   command
       ->add_option("--threads", arguments->options.threads, "Threads of the network; 0 = one per free core")
-      ->check(CLI::Range(0, 1024));
+      ->check(wholeNumber(0, 1024));
   addOverwriteOption(*command, arguments->options.overwrite);
   addJsonOption(*command, arguments->json);
   addExamples(*command,

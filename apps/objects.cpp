@@ -10,6 +10,7 @@
 
 #include "common.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/core/printable.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/io/object_samples.hpp"
 #include "estancia/io/object_views.hpp"
@@ -19,6 +20,7 @@
 #include "estancia/objects/object_crops.hpp"
 #include "estancia/report/text.hpp"
 #include "labeling.hpp"
+#include "skipped.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -55,7 +57,8 @@ void collect(const CollectArguments& a) {
   const auto progress = makeStderrProgress();
   std::vector<std::string> problems;
   const Collected c = collectObjects(*sequence, a.output, a.options, *progress, &problems);
-  for (const std::string& problem : problems) spdlog::warn("skipped: {}", problem);
+  Skipped skipped;
+  for (const std::string& problem : problems) skipped.add(problem);
   warnOf(c);
   if (a.json)
     print({{"samples", a.output},
@@ -73,8 +76,9 @@ void collect(const CollectArguments& a) {
     fmt::print("No object was found in the {} of {}\n", counted(c.frames - c.unread, "frame"),
                sequence->name());
   else
-    fmt::print("{}: {} of {} in {}; {} flat, {} cut by the border{}\n", a.output, counted(c.samples, "view"),
-               counted(c.instances, "object"), counted(c.frames - c.unread, "frame"), c.flat, c.atBorder,
+    fmt::print("{}: {} of {} in {}; {} flat, {} cut by the border{}\n", printable(a.output),
+               counted(c.samples, "view"), counted(c.instances, "object"),
+               counted(c.frames - c.unread, "frame"), c.flat, c.atBorder,
                c.full > 0 ? fmt::format("; {} more of objects that had {}", c.full, a.options.maxViews) : "");
   if (c.samples == 0) throw NoAnswer{};
 }
@@ -120,13 +124,11 @@ void label(const LabelViewsArguments& a) {
   LabelStreamOptions stream = a.model.stream;
   stream.cache = cache.get();
   const auto progress = makeStderrProgress();
-  std::size_t remembered = 0, skipped = 0;
+  std::size_t remembered = 0;
+  Skipped skipped;
   const DescriptorSequence labels =
       labelAll(*crops, *labeler, "labeling", stream, *progress, [&](const LabeledFrame& frame) {
-        if (!frame.labeled()) {
-          ++skipped;
-          spdlog::warn("skipped: {}", frame.problem);
-        }
+        if (!frame.labeled()) skipped.add(frame.problem);
         remembered += frame.remembered ? 1 : 0;
       });
   if (cache && !cache->problem().empty()) spdlog::warn("{}", cache->problem());
@@ -134,12 +136,12 @@ void label(const LabelViewsArguments& a) {
   if (a.json)
     print({{"labels", output},
            {"views", labels.frames.size()},
-           {"skipped", skipped},
+           {"skipped", skipped.count()},
            {"words", labels.vocabulary.size()},
            {"model", labels.model},
            {"remembered", remembered}});
   else
-    fmt::print("{}: {}, {} ({} from the cache)\n", output, counted(labels.frames.size(), "view"),
+    fmt::print("{}: {}, {} ({} from the cache)\n", printable(output), counted(labels.frames.size(), "view"),
                counted(labels.vocabulary.size(), "word"), counted(remembered, "view"));
 }
 

@@ -15,6 +15,7 @@
 #include "estancia/report/text.hpp"
 #include "labeling.hpp"
 #include "objects.hpp"
+#include "skipped.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -104,6 +105,7 @@ void run(const ObjectsPredictArguments& a) {
 
   PredictionPrinter printer(model.targets(), a.json);
   cv::Mat drawn;
+  Skipped skipped;
   const std::size_t frames = predictSequence(
       *sequence, predictor, a.options,
       [&](const PredictedFrame& frame) {
@@ -111,7 +113,7 @@ void run(const ObjectsPredictArguments& a) {
         if (!a.image.empty())
           drawn = report::drawObjects(frame.frame.image, frame.objects, model.targets().names());
       },
-      [](const std::string& problem) { spdlog::warn("skipped: {}", problem); });
+      [&](const std::string& problem) { skipped.add(problem); });
   if (!drawn.empty()) writePng(drawn, a.image);
   printer.printSummary();
   if (interrupted()) throw Interrupted(fmt::format("stopped after {}", counted(frames, "frame")));

@@ -8,12 +8,14 @@
 
 #include "common.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/core/printable.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/objects/class_probabilities.hpp"
 #include "estancia/objects/training_sources.hpp"
 #include "estancia/report/text.hpp"
 #include "estancia/words/installed_words.hpp"
 #include "objects.hpp"
+#include "skipped.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -97,10 +99,11 @@ void printText(const ObjectsTrainArguments& a, const TrainingSet& set, const Obj
   };
   const std::size_t views = std::accumulate(set.samples.begin(), set.samples.end(), std::size_t{0});
   const auto& classes = model.targets().classes;
-  fmt::print("{}: {} classes of {}, labeled by {}\n", a.output, classes.size(), counted(views, "view"),
-             a.truth ? "their true categories"
-                     : fmt::format("{} ({})", model.labeler().substr(0, model.labeler().find(' ')),
-                                   pseudoLabelsOf(a)));
+  fmt::print(
+      "{}: {} classes of {}, labeled by {}\n", printable(a.output), classes.size(), counted(views, "view"),
+      a.truth
+          ? "their true categories"
+          : fmt::format("{} ({})", model.labeler().substr(0, model.labeler().find(' ')), pseudoLabelsOf(a)));
   fmt::print("  {:<24} {:>6} {:>7} {:>6} {:>10}\n", "class", "views", "objects", "prior", "held out");
   for (std::size_t c = 0; c < classes.size(); ++c)
     fmt::print("  {:<24} {:>6} {:>7} {:>6} {:>10}\n", classes[c].name, set.samples[c], set.instances[c],
@@ -129,7 +132,8 @@ void run(const ObjectsTrainArguments& a) {
   const auto progress = makeStderrProgress();
   std::vector<std::string> problems;
   const TrainingSet set = gatherTraining(sources.labeled, targets, a.options, *progress, &problems);
-  for (const std::string& problem : problems) spdlog::warn("left out: {}", problem);
+  Skipped skipped("left out");
+  for (const std::string& problem : problems) skipped.add(problem);
   const ObjectModel model = trainObjectModel(set.training, a.options.classifier, *progress);
   writeObjectModel(model, a.output);
   if (a.json)

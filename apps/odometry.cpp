@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/printable.hpp"
 #include "estancia/io/trajectory.hpp"
 #include "estancia/odometry/rgbd.hpp"
 #include "estancia/stats/trajectory_error.hpp"
@@ -99,7 +100,7 @@ void tell(const OdometryArguments& arguments, const Sequence& sequence, const Rg
     return;
   }
   fmt::print("{}: {} of {} frames placed, {} of them bridged, {} keyframes, {} loops; {:.1f} frames/s\n",
-             arguments.output, sequence.size() - trajectory.lost.size(), sequence.size(),
+             printable(arguments.output), sequence.size() - trajectory.lost.size(), sequence.size(),
              trajectory.bridged.size(), trajectory.keyframes.size(), trajectory.loops.size(), rate);
   if (!comparison) return;
   const auto& [absolute, relative, path, online] = *comparison;

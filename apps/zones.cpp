@@ -12,6 +12,7 @@
 #include "estancia/classify/zero_shot_rooms.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/label_words.hpp"
+#include "estancia/core/printable.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/report/measures.hpp"
 #include "estancia/report/text.hpp"
@@ -182,7 +183,7 @@ void printJson(const std::string& file, const Zones& zones, const NamingOptions&
 
 void printTable(const std::string& file, const Zones& zones, const std::vector<Measure>& measures,
                 const std::optional<StreamAgreement>& exact) {
-  fmt::print("{}: {} of {} ({}, {} linkage, cut at {:.3g}: {})\n\n", file,
+  fmt::print("{}: {} of {} ({}, {} linkage, cut at {:.3g}: {})\n\n", printable(file),
              counted(zones.zones.size(), "zone"), counted(zones.frames.size(), "image"), zones.distance,
              zones.linkage, zones.cut, zones.cutReason);
   fmt::print("zone  images   share  words\n");

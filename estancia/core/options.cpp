@@ -45,6 +45,13 @@ std::string withDashes(std::string_view name) {
 
 }  // namespace
 
+Option::Option(std::string name, Value value, std::string help)
+    : name_(std::move(name)), value_(std::move(value)), help_(std::move(help)) {
+  if (std::holds_alternative<std::uint32_t*>(value_) || std::holds_alternative<std::uint64_t*>(value_) ||
+      std::holds_alternative<std::optional<std::uint64_t>*>(value_))
+    min_ = 0;
+}
+
 Option& Option::range(double min, double max) {
   min_ = min;
   max_ = max;

@@ -33,8 +33,7 @@ class Option {
       std::variant<bool*, int*, std::uint32_t*, std::uint64_t*, float*, double*, std::string*,
                    std::optional<int>*, std::optional<double>*, std::optional<std::uint64_t>*, Text>;
 
-  Option(std::string name, Value value, std::string help)
-      : name_(std::move(name)), value_(std::move(value)), help_(std::move(help)) {}
+  Option(std::string name, Value value, std::string help);
 
   /// Smallest and largest value that is accepted.
   Option& range(double min, double max = std::numeric_limits<double>::infinity());

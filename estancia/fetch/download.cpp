@@ -31,6 +31,7 @@ struct TransferResult {
     broken,    ///< it may be gone on with
     misfit,    ///< the server has no such rest: begin anew
     refused,   ///< no use in asking again
+    tooLong,   ///< the same, and what has come is of no use either
   };
   End end = End::complete;
   std::string reason;    ///< why it is not complete, for people
@@ -124,8 +125,10 @@ class Transfer final : private CurlRequest {
 
   bool onBody(std::string_view bytes) override {
     if (!begun_ && !begin()) return false;
-    if (part_.size() + bytes.size() > maxBytes_)
+    if (part_.size() + bytes.size() > maxBytes_) {
+      isTooLong_ = true;
       return refuse(fmt::format("sent more than the {} bytes allowed", maxBytes_));
+    }
     const std::uint64_t before = part_.size() / 1000;
     part_.append(bytes);
     progress_.advance(part_.size() / 1000 - before);
@@ -133,6 +136,7 @@ class Transfer final : private CurlRequest {
   }
 
   TransferResult ended(CURLcode code) const {
+    if (isTooLong_) return {End::tooLong, refusal_};
     if (!refusal_.empty()) return {End::refused, refusal_};
     const std::string why = curl_easy_strerror(code);
     switch (code) {
@@ -180,6 +184,7 @@ class Transfer final : private CurlRequest {
   std::string url_;
   bool resume_;
   std::uint64_t maxBytes_;
+  bool isTooLong_ = false;
   const RemoteFile& file_;
   PartialFile& part_;
   Progress& progress_;
@@ -233,6 +238,9 @@ class Download {
         case TransferResult::End::broken:
           fruitless = part_.size() > before ? 0 : fruitless + 1;
           break;
+        case TransferResult::End::tooLong:
+          discard();
+          return reason;
         case TransferResult::End::refused:
           return reason;
       }

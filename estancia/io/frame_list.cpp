@@ -51,7 +51,10 @@ class Row {
     if (known < values.size() || std::abs(norm - 1) > 0.01)
       fail(ErrorCode::malformedFile,
            "{}: incomplete pose or no unit quaternion; give x, y, z [m], qx, qy, qz, qw", where_);
-    return Pose{values[0], values[1], values[2], values[3], values[4], values[5], values[6]};
+    const Pose pose{values[0], values[1], values[2], values[3], values[4], values[5], values[6]};
+    if (!pose.isPlausible())
+      fail(ErrorCode::malformedFile, "{}: a position beyond 10 000 km; give x, y, z in meters", where_);
+    return pose;
   }
 
  private:

@@ -1,5 +1,7 @@
 // A plain folder of images, in the natural order of their names.
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "estancia/core/digest.hpp"
@@ -48,15 +50,38 @@ cv::Mat ImageFiles::depth(std::size_t i) const {
   return readDepth(file, depthScale_);
 }
 
+namespace {
+
+/// Images as phones, cameras and the web have them, which this program does not decode.
+const std::vector<std::string>& otherImageSuffixes() {
+  static const std::vector<std::string> suffixes = {".heic", ".heif", ".avif", ".gif", ".jxl",
+                                                    ".dng",  ".cr2",  ".nef",  ".arw"};
+  return suffixes;
+}
+
+constexpr const char* readFormats = "jpg, png, bmp, tif, webp, pgm, ppm";
+
+/// "12 files of other formats are left out, IMG_1.heic first": "" where there are none.
+std::string otherImages(const fs::path& folder) {
+  const auto others = filesIn(folder, otherImageSuffixes());
+  if (others.empty()) return "";
+  return fmt::format("{} {} of other formats, {} first; convert them to one of these: {}", others.size(),
+                     others.size() == 1 ? "image is" : "images are", printable(others.front().filename()),
+                     readFormats);
+}
+
+}  // namespace
+
 bool isImageFolder(const fs::path& path) {
   return fs::is_directory(path) && !filesIn(path, imageSuffixes()).empty();
 }
 
 Opened openImageFolder(const fs::path& path, const SequenceOptions&) {
   const auto files = filesIn(path, imageSuffixes());
+  const std::string others = otherImages(path);
   if (files.empty())
-    fail(ErrorCode::insufficientData, "{}: no images in this folder (jpg, png, bmp, tif, webp, pgm, ppm)",
-         printable(path));
+    fail(ErrorCode::insufficientData, "{}: no images in this folder ({}){}", printable(path), readFormats,
+         others.empty() ? "" : "; " + others);
   const bool timed = std::ranges::all_of(files, [](const fs::path& f) { return timestampOf(f).has_value(); });
   auto sequence = std::make_unique<ImageFiles>(nameOf(path));
   for (const auto& file : files) {
@@ -65,6 +90,7 @@ Opened openImageFolder(const fs::path& path, const SequenceOptions&) {
     if (timed) frame.timestamp = timestampOf(file);
     sequence->add(std::move(frame), file);
   }
+  if (!others.empty()) sequence->warn("left out: " + others);
   return sequence;
 }
 
@@ -82,8 +108,7 @@ std::unique_ptr<Sequence> openImages(const std::vector<std::filesystem::path>& f
   for (const auto& file : files) {
     const std::string name = io::printable(file);
     if (!std::filesystem::exists(file)) fail(ErrorCode::fileNotFound, "{}: no such file", name);
-    if (!isImageFile(file))
-      fail(ErrorCode::unsupportedFile, "{}: not an image (jpg, png, bmp, tif, webp, pgm, ppm)", name);
+    if (!isImageFile(file)) fail(ErrorCode::unsupportedFile, "{}: not an image ({})", name, io::readFormats);
     Frame frame;
     frame.name = name;
     sequence->add(std::move(frame), file);

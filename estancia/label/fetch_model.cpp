@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cctype>
 #include <system_error>
 
@@ -43,7 +44,7 @@ class Fetcher {
     prepare();
     for (const CatalogFile& file : entry_.files)
       if (file.byHand.empty()) {
-        get(file, options_.download.maxBytes);
+        get(file, longest(), options_.download.maxBytes);
         digests_ += fmt::format("\"{}\" = \"{}\"\n", file.name, verified(file));
       }
     if (!entry_.labels.empty()) writeLabels();
@@ -53,6 +54,13 @@ class Fetcher {
   std::vector<std::string> notes() const { return notes_; }
 
  private:
+  /// A file whose size is not known may be as long as all of the model is said to be, and as much again: a
+  /// server that never ends fills no disk.
+  std::uint64_t longest() const {
+    const auto told = static_cast<std::uint64_t>(entry_.megabytes * 2e6) + 1'000'000;
+    return entry_.megabytes > 0 ? std::min(options_.download.maxBytes, told) : options_.download.maxBytes;
+  }
+
   /// Everything that can be known to be wrong before hours of downloading.
   void prepare() {
     std::error_code problem;
@@ -78,13 +86,12 @@ class Fetcher {
     return false;
   }
 
-  void get(const CatalogFile& file, std::uint64_t maxBytes) {
+  /// `downloaded`, `extracted`: the most bytes of what comes, and of the file that is taken out of it.
+  void get(const CatalogFile& file, std::uint64_t downloaded, std::uint64_t extracted) {
     const fs::path target = folder_ / file.name;
     DownloadOptions options = options_.download;
-    if (file.member.empty()) {
-      options.maxBytes = maxBytes;
-      return download(file.remote, target, options, progress_);
-    }
+    options.maxBytes = downloaded;
+    if (file.member.empty()) return download(file.remote, target, options, progress_);
     if (fs::is_regular_file(target)) return;  // extracted before, or put there by hand
     std::string reasons;
     for (const std::string& url : file.remote.urls) {
@@ -93,7 +100,7 @@ class Fetcher {
       const fs::path archive = folder_ / archiveName(url);
       try {
         download(one, archive, options, progress_);
-        if (extractMember(archive, file.member, target, maxBytes)) return;
+        if (extractMember(archive, file.member, target, extracted)) return;
         reasons += fmt::format("{} holds no {}; ", url, file.member);
       } catch (const Interrupted&) {
         throw;
@@ -121,7 +128,7 @@ class Fetcher {
   std::vector<std::string> linesOf(const std::string& set) {
     CatalogFile file = catalog_.labelSets().at(set).file;
     file.name = set + ".list";
-    get(file, maxListBytes);
+    get(file, file.member.empty() ? maxListBytes : options_.download.maxBytes, maxListBytes);
     verified(file);
     auto lines = io::readLines(folder_ / file.name);
     while (!lines.empty() && lines.back().empty()) lines.pop_back();

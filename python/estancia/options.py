@@ -227,7 +227,7 @@ class MapperOptions(TypedDict, total=False):
     """Return only to a node nearer than the current one. True or false; default: true."""
     views: int
     """Images kept in all of the places, to recognize these from another side and by poses. 0: places are recognized by
-    their means alone. A whole number in images; default: 2048."""
+    their means alone. A whole number of at least 0 images; default: 2048."""
     near_distance: float
     """Frames this far apart can show the same place. Views change over a shorter way in narrow rooms than in halls and
     streets. A number above 0 m; default: 0.7."""
@@ -239,7 +239,7 @@ class MapperOptions(TypedDict, total=False):
     whole number from 0 to 1000 frames; default: 0."""
     warmup_frames: int
     """These first keyframes are remapped each time the thresholds are estimated again. A longer warm-up costs memory,
-    and nodes may change for longer. A whole number in keyframes; default: 600."""
+    and nodes may change for longer. A whole number of at least 0 keyframes; default: 600."""
     thresholds: MapperThresholdsOptions
     """How the thresholds are estimated from the run itself."""
 
@@ -352,8 +352,8 @@ class LocalizerFilterOptions(TypedDict, total=False):
 class LocalizerOptions(TypedDict, total=False):
     """How frames are found in a map."""
     lookahead: int
-    """Answer this many frames late (fixed-lag smoothing). Later frames tell more; 0 answers at once. A whole number in
-    frames; default: 0."""
+    """Answer this many frames late (fixed-lag smoothing). Later frames tell more; 0 answers at once. A whole number of
+    at least 0 frames; default: 0."""
     max_images: int
     """Compare with at most this many stored frames, evenly thinned. Fewer take less memory and time. A whole number of
     at least 1; default: 50000."""
@@ -382,7 +382,7 @@ class RouteOptions(TypedDict, total=False):
 class ExportOptions(TypedDict, total=False):
     """How a map is written for other programs."""
     max_words: int
-    """Largest number of labels for each place. A whole number; default: 10."""
+    """Largest number of labels for each place. A whole number of at least 0; default: 10."""
     frame: Text
     """nav2: the coordinate frame of the poses, as the robot's TF tree names it. A text; default: map."""
     bidirectional: bool
@@ -447,7 +447,7 @@ class ClassifierOptions(TypedDict, total=False):
     folds: int
     """Folds of the cross-validation that finds parameters. A whole number from 2 to 1000000; default: 5."""
     seed: int
-    """Seed of the folds and of random forests. A whole number; default: 1."""
+    """Seed of the folds and of random forests. A whole number of at least 0; default: 1."""
     threads: int
     """Threads; 0: one a usable core. Results do not depend on it. A whole number of at least 0; default: 0."""
     c: float
@@ -489,12 +489,12 @@ class FilterGngOptions(TypedDict, total=False):
     error_decay: float
     """Share of its error that every neuron keeps at an insertion. A number above 0 and up to 1; default: 0.995."""
     max_age: int
-    """Age above which edges are removed. A whole number; default: 250."""
+    """Age above which edges are removed. A whole number of at least 0; default: 250."""
     color_weight: float
     """Weight of colors beside positions; 0: positions only. With 1 the noise of the colors counts as much as the
     spacing of the points. A number from 0 to 1000000; default: 0."""
     seed: int
-    """Seed of the signals. A whole number; default: 1."""
+    """Seed of the signals. A whole number of at least 0; default: 1."""
     quantization_error: float
     """Stop below this quantization error; 0: never. A number of at least 0 unit of the cloud; default: 0."""
     seconds: float
@@ -529,12 +529,12 @@ class GngOptions(TypedDict, total=False):
     error_decay: float
     """Share of its error that every neuron keeps at an insertion. A number above 0 and up to 1; default: 0.995."""
     max_age: int
-    """Age above which edges are removed. A whole number; default: 250."""
+    """Age above which edges are removed. A whole number of at least 0; default: 250."""
     color_weight: float
     """Weight of colors beside positions; 0: positions only. With 1 the noise of the colors counts as much as the
     spacing of the points. A number from 0 to 1000000; default: 0."""
     seed: int
-    """Seed of the signals. A whole number; default: 1."""
+    """Seed of the signals. A whole number of at least 0; default: 1."""
     quantization_error: float
     """Stop below this quantization error; 0: never. A number of at least 0 unit of the cloud; default: 0."""
     seconds: float
@@ -547,7 +547,7 @@ class NormalOptions(TypedDict, total=False):
     """Radius of the points that a plane is fitted to; 0: neighbors decides. Larger radii average noise away and round
     edges off. A number of at least 0 m; default: 0."""
     neighbors: int
-    """Nearest points that a plane is fitted to; 0: radius decides. A whole number; default: 0."""
+    """Nearest points that a plane is fitted to; 0: radius decides. A whole number of at least 0; default: 0."""
     threads: int
     """Threads; 0: one a usable core. A whole number of at least 0; default: 0."""
 
@@ -564,9 +564,9 @@ class ClusterOptions(TypedDict, total=False):
     segmented. A number above 0 m; default: 0.0022."""
     min_points: int
     """Points of the smallest cluster: pixels at a focal length of 525, or points of an unorganized cloud. Lower it for
-    small or distant objects. A whole number; default: 400."""
+    small or distant objects. A whole number of at least 0; default: 400."""
     seed: int
-    """Seed of the search for planes. A whole number; default: 1."""
+    """Seed of the search for planes. A whole number of at least 0; default: 1."""
     threads: int
     """Threads; 0: one a usable core. The result does not depend on it. A whole number of at least 0; default: 0."""
 
@@ -585,12 +585,12 @@ class RecognitionSceneFilterGngOptions(TypedDict, total=False):
     error_decay: float
     """Share of its error that every neuron keeps at an insertion. A number above 0 and up to 1; default: 0.995."""
     max_age: int
-    """Age above which edges are removed. A whole number; default: 250."""
+    """Age above which edges are removed. A whole number of at least 0; default: 250."""
     color_weight: float
     """Weight of colors beside positions; 0: positions only. With 1 the noise of the colors counts as much as the
     spacing of the points. A number from 0 to 1000000; default: 0."""
     seed: int
-    """Seed of the signals. A whole number; default: 1."""
+    """Seed of the signals. A whole number of at least 0; default: 1."""
     quantization_error: float
     """Stop below this quantization error; 0: never. A number of at least 0 unit of the cloud; default: 0."""
     seconds: float
@@ -627,7 +627,7 @@ class RecognitionOptions(TypedDict, total=False):
     grouping: Literal["geometric-consistency", "hough", "local-frames"]
     """How matches become poses. One of geometric-consistency, hough, local-frames; default: local-frames."""
     min_matches: int
-    """Matches that must agree on a pose. A whole number; default: 3."""
+    """Matches that must agree on a pose. A whole number of at least 0; default: 3."""
     max_hypotheses: int
     """Poses that are refined and verified: those with most matches. A whole number of at least 1; default: 300."""
     verification: Literal["global", "inliers", "evidence"]
@@ -642,7 +642,8 @@ class RecognitionOptions(TypedDict, total=False):
     normal_radius: float
     """Radius of the points that a normal is fitted to. A number of at least 0 m; default: 0."""
     normal_neighbors: int
-    """Nearest points that a normal of a filtered surface is fitted to; 0: by radius. A whole number; default: 0."""
+    """Nearest points that a normal of a filtered surface is fitted to; 0: by radius. A whole number of at least 0;
+    default: 0."""
     keypoint_spacing: float
     """Distance of uniform keypoints, or support of a detector. A number of at least 0 m; default: 0."""
     scene_keypoint_spacing: float
@@ -706,7 +707,7 @@ class TrainingShapeOptions(TypedDict, total=False):
     """Also describe the metric size. If objects of different classes have the same shape, but other sizes. True or
     false; default: false."""
     seed: int
-    """Seed of ESF. A whole number; default: 1."""
+    """Seed of ESF. A whole number of at least 0; default: 1."""
     threads: int
     """Threads; 0: one a usable core. The numbers do not depend on it. A whole number of at least 0; default: 0."""
 

@@ -275,6 +275,7 @@ TEST_F(Download, RefusesFilesOfAnotherSize) {
   EXPECT_THAT(get(unknown(server.url("/chunked"))), FailsWith(ErrorCode::network, "9 bytes"));
   EXPECT_THAT(get(unknown(server.url("/a"))), FailsWith(ErrorCode::network, "300000", "9"));
   EXPECT_FALSE(fs::exists(target_));
+  EXPECT_THAT(left(), testing::IsEmpty()) << "what an endless server has sent";
 }
 
 TEST_F(Download, SurvivesWhatIsNotHttp) {

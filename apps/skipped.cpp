@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "skipped.hpp"
+
+#include <spdlog/spdlog.h>
+
+namespace estancia::apps {
+
+void Skipped::add(std::string_view problem) {
+  if (++count_ <= mostTold) spdlog::warn("{}: {}", verb_, problem);
+}
+
+Skipped::~Skipped() {
+  if (count_ > mostTold) spdlog::warn("{}: {} more, {} in all", verb_, count_ - mostTold, count_);
+}
+
+}  // namespace estancia::apps
