@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/areas/floor_cells.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
@@ -11,8 +12,12 @@ namespace {
 
 constexpr double mostCells = 24e6;  // 240 × 240 m at 5 cm; each takes 50 bytes on the way to areas
 
+/// Positions that no grid reaches are all as far away, so that differences of cells are numbers, too.
 int cellOf(double position, double cell) {
-  return static_cast<int>(std::floor(position / cell));
+  constexpr double far = 1e9;
+  const double number = std::floor(position / cell);
+  if (!(number > -far)) return static_cast<int>(-far);
+  return static_cast<int>(std::min(number, far));
 }
 
 }  // namespace

@@ -57,7 +57,7 @@ void multiply4(const float* rows, const float* panel, std::size_t labels, float*
 PackedRows::PackedRows(const DescriptorMatrix& rows) : size_(rows.size()), labels_(rows.labels()) {
   values_.resize(std::max<std::size_t>(panels() * width * labels_ / line, 1));
   for (std::size_t i = 0; i < size_; ++i) {
-    float* column = values_.front().numbers + i / width * width * labels_ + i % width;
+    float* column = reinterpret_cast<float*>(values_.data()) + i / width * width * labels_ + i % width;
     for (const float value : rows.row(i)) {
       *column = value;
       column += width;
@@ -78,7 +78,7 @@ void rowProducts(const DescriptorMatrix& rows, const PackedRows& others, int thr
                const std::size_t padded = (count + tall - 1) / tall * tall;
                std::vector<float> strip(padded * labels);
                std::vector<PackedRows::Line> lines(padded * stride / line);
-               float* const products = lines.empty() ? nullptr : lines.front().numbers;
+               float* const products = reinterpret_cast<float*>(lines.data());
                std::memcpy(strip.data(), rows.values().data() + begin * labels,
                            count * labels * sizeof(float));
                for (std::size_t p = 0; p < others.panels(); ++p)

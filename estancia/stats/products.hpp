@@ -21,7 +21,9 @@ class PackedRows {
   std::size_t labels() const { return labels_; }
   /// Panel p holds rows 32 p … 32 p + 31, label by label; rows beyond the last are 0.
   std::size_t panels() const { return (size_ + width - 1) / width; }
-  const float* panel(std::size_t p) const { return values_.front().numbers + p * width * labels_; }
+  const float* panel(std::size_t p) const {
+    return reinterpret_cast<const float*>(values_.data()) + p * width * labels_;
+  }
 
   static constexpr std::size_t width = 32;
   struct alignas(64) Line {

@@ -4,7 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdint>
+#include <cstring>
 #include <random>
+#include <vector>
 
 #include "convert/tflite_builder.hpp"
 #include "convert/tflite_reader.hpp"
@@ -74,6 +77,19 @@ TEST(TfliteReader, RefusesAFileThatIsCutAnywhere) {
     SCOPED_TRACE(size);
     test::caught([&] { convert(file.substr(0, size)); });
   }
+}
+
+TEST(TfliteReader, ReadsZeroPointsAtAnyAddress) {
+  test::TfliteBuilder network;
+  const int in = network.tensor({1, 8, 8, 3}, ElementType::UINT8, 0.5F, 3);
+  const int out = network.tensor({1, 8, 8, 3}, ElementType::UINT8, 0.5F, 3);
+  network.plain(19, {in}, out);
+  const std::string file = network.file(in, out);
+  std::vector<std::uint64_t> aligned(file.size() / 8 + 2);
+  auto* shifted = reinterpret_cast<std::uint8_t*>(aligned.data()) + 4;
+  std::memcpy(shifted, file.data(), file.size());
+  const tflite::Graph graph = tflite::readGraph({shifted, file.size()}, "net.tflite");
+  EXPECT_THAT(graph.tensors.front().zeroPoint, testing::ElementsAre(3)) << "a sanitizer watches";
 }
 
 TEST(TfliteReader, SurvivesAnyByteThatChanges) {
