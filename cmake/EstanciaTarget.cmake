@@ -24,7 +24,7 @@ function(estancia_defaults target)
   if(ESTANCIA_WARNINGS_AS_ERRORS)
     target_compile_options(${target} PRIVATE -Werror)
   endif()
-  if("LIGHT" IN_LIST ARGN)
+  if("LIGHT" IN_LIST ARGN OR ESTANCIA_BUILD_FUZZERS)
     target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
   else()
     target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O3>)
@@ -33,8 +33,11 @@ function(estancia_defaults target)
     # Function multiversioning resolves before the sanitizers start, so it is off here (core/simd.hpp).
     target_compile_definitions(${target} PRIVATE ESTANCIA_NO_MULTIVERSION)
     # Instrumented code makes GCC see uninitialized variables in <regex> and the like that are not.
-    target_compile_options(${target} PRIVATE -fsanitize=address,undefined -fno-sanitize-recover=undefined
+    target_compile_options(${target} PRIVATE -fsanitize=${ESTANCIA_SANITIZE} -fno-sanitize-recover=undefined
                                              -fno-omit-frame-pointer -g1 -Wno-maybe-uninitialized)
-    target_link_options(${target} PUBLIC -fsanitize=address,undefined)
+    target_link_options(${target} PUBLIC -fsanitize=${ESTANCIA_SANITIZE})
+  endif()
+  if(ESTANCIA_BUILD_FUZZERS)
+    target_compile_options(${target} PRIVATE -fsanitize=fuzzer-no-link)
   endif()
 endfunction()

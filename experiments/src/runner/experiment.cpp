@@ -207,10 +207,7 @@ struct Group {
   }
 };
 
-}  // namespace
-
-Findings runExperiment(const std::vector<std::filesystem::path>& configs, const ExperimentRun& run,
-                       Progress& progress) {
+std::vector<Group> readGroups(const std::vector<std::filesystem::path>& configs) {
   std::vector<std::pair<std::string, const Kind*>> kinds;
   for (const Kind& kind : kKinds) kinds.emplace_back(kind.type, &kind);
   std::vector<Group> groups;
@@ -227,6 +224,18 @@ Findings runExperiment(const std::vector<std::filesystem::path>& configs, const 
   }
   if (groups.empty()) throw Error(ErrorCode::insufficientData, "no experiment is named");
   for (const Group& group : groups) requireDifferent(group.configs, group.experiments);
+  return groups;
+}
+
+}  // namespace
+
+void checkExperiments(const std::vector<std::filesystem::path>& configs) {
+  readGroups(configs);
+}
+
+Findings runExperiment(const std::vector<std::filesystem::path>& configs, const ExperimentRun& run,
+                       Progress& progress) {
+  const std::vector<Group> groups = readGroups(configs);
   if (groups.size() == 1) return groups[0].run(run, progress);
 
   for (const Group& group : groups) Grid(run.folder / group.kind->type, {}).makeFolder();

@@ -30,6 +30,9 @@ struct ExperimentRun {
   WorkQueue* distribution = nullptr;
 };
 
+/// Throws Error `file:line: …` about a wrong file, as runExperiment() does before any is run.
+void checkExperiments(const std::vector<std::filesystem::path>& configs);
+
 /// Runs the experiments of the files, each of the type that it names: results.csv holds the cells of all, the
 /// findings what was found of each. Of several types, each has its own folder FOLDER/TYPE. Finished cells are
 /// kept in the folder and not computed again unless something they depend on has changed. Throws Error

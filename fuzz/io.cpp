@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/core/error.hpp"
+#include "estancia/io/camera_file.hpp"
+#include "estancia/io/cloud_file.hpp"
+#include "estancia/io/csv.hpp"
+#include "estancia/io/depth_file.hpp"
+#include "estancia/io/descriptor_sequence.hpp"
+#include "estancia/io/feature_table.hpp"
+#include "estancia/io/frame_list.hpp"
+#include "estancia/io/home_plan.hpp"
+#include "estancia/io/home_truth.hpp"
+#include "estancia/io/image_decoding.hpp"
+#include "estancia/io/image_file.hpp"
+#include "estancia/io/label_scores.hpp"
+#include "estancia/io/object_samples.hpp"
+#include "estancia/io/trajectory.hpp"
+#include "fuzz/fuzz_target.hpp"
+
+namespace estancia::fuzz {
+
+using namespace io;
+
+// Clouds
+
+FUZZ_TARGET(io, pcd) {
+  readCloud(inputFile("input.pcd", bytes));
+}
+
+FUZZ_TARGET(io, ply) {
+  readCloud(inputFile("input.ply", bytes));
+}
+
+// Images
+
+FUZZ_TARGET(io, image_header) {
+  inspectImage(bytes, "input.png");
+}
+
+/// Larger ones are decoded, too, but one would wait for OpenCV alone.
+FUZZ_TARGET(io, image) {
+  const ImageHeader header = inspectImage(bytes, "input.png");
+  if (header.width * header.height > 1 << 16) return;
+  const std::filesystem::path file = inputFile("input.png", bytes);
+  readImage(file);
+  readReducedImage(file, 16);
+}
+
+FUZZ_TARGET(io, panorama) {
+  readPanorama(inputFile("input.js", bytes));
+}
+
+FUZZ_TARGET(io, depth) {
+  const ImageHeader header = inspectImage(bytes, "input.png");
+  if (header.width * header.height > 1 << 16) return;
+  readDepth(inputFile("input.png", bytes), 1000);
+}
+
+// Labels and features
+
+FUZZ_TARGET(io, npy) {
+  const auto files = parts(bytes, 3);
+  const DescriptorFileOptions options{inputFile("labels.txt", files[0]), inputFile("frames.csv", files[1])};
+  readDescriptors(inputFile("input.npy", files[2]), options);
+}
+
+FUZZ_TARGET(io, label_file) {
+  readDescriptors(inputFile("input.labels", bytes));
+}
+
+FUZZ_TARGET(io, label_csv) {
+  readDescriptors(inputFile("input.csv", bytes));
+}
+
+FUZZ_TARGET(io, label_json_lines) {
+  readDescriptors(inputFile("input.jsonl", bytes));
+}
+
+FUZZ_TARGET(io, label_answer) {
+  const auto texts = parts(bytes, 2);
+  requireJsonPointer(std::string(texts[0]), "input");
+  readAnswer(texts[1], {.at = std::string(texts[0])}, "input");
+}
+
+FUZZ_TARGET(io, csv) {
+  readCsv(inputFile("input.csv", bytes));
+}
+
+FUZZ_TARGET(io, feature_table) {
+  readFeatureTable(inputFile("input.csv", bytes));
+}
+
+// What lies beside images
+
+FUZZ_TARGET(io, frame_list) {
+  readFrameList(inputFile("input.csv", bytes));
+}
+
+FUZZ_TARGET(io, trajectory) {
+  readTrajectory(inputFile("poses.txt", bytes));
+}
+
+FUZZ_TARGET(io, intrinsics) {
+  readIntrinsics(inputFile("intrinsics.txt", bytes));
+}
+
+FUZZ_TARGET(io, home_plan) {
+  readHomePlan(inputFile("home.json", bytes));
+}
+
+FUZZ_TARGET(io, home_truth) {
+  const auto files = parts(bytes, 2);
+  const std::vector<HomeInstance> instances = readHomeInstances(inputFile("instances.csv", files[0]));
+  readVisibleInstances(inputFile("visible.csv", files[1]), instances);
+}
+
+FUZZ_TARGET(io, object_samples) {
+  inputFile("samples.csv", bytes);
+  readObjectSamples(folder());
+}
+
+}  // namespace estancia::fuzz

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/world/world_map.hpp"
+
+#include <fstream>
+#include <iterator>
+
+#include "estancia/core/error.hpp"
+#include "estancia/topology/store.hpp"
+#include "estancia/world/edit_objects.hpp"
+#include "estancia/world/leveling.hpp"
+#include "estancia/world/world_store.hpp"
+#include "fuzz/fuzz_target.hpp"
+#include "fuzz/map_patches.hpp"
+#include "support/sample_world.hpp"
+
+namespace estancia::fuzz {
+
+static std::string worldFile() {
+  const std::filesystem::path file = fuzz::folder() / "whole.estancia";
+  test::writeWorld(test::sampleWorld(), file);
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+FUZZ_TARGET(world, map) {
+  static const std::string whole = worldFile();
+  const std::filesystem::path file = patchedMap(whole, bytes);
+  const WorldMap world = readWorld(file);
+  readObjectImage(file, 1);
+  MapStore store = MapStore::open(file, MapStore::Access::read);
+  const WorldStore layers(store, MapStore::Access::read);
+  layers.forEachObservation([](std::size_t, const Observation&) { return true; });
+  layers.views();
+  layers.edits();
+  layers.objectEdits();
+}
+
+FUZZ_TARGET(world, leveling) {
+  Leveling().fromBytes(0, std::string(bytes));
+}
+
+}  // namespace estancia::fuzz
