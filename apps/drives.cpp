@@ -12,7 +12,6 @@
 #include "estancia/report/text.hpp"
 #include "estancia/topology/drives.hpp"
 #include "estancia/world/merge_maps.hpp"
-#include "estancia/world/rooms_by_name.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -101,10 +100,7 @@ void addDrivesCommand(CLI::App& app) {
               "  estancia drives home.estancia\n"
               "  estancia drives home.estancia --undo 3");
   command->callback([arguments] {
-    if (arguments->undo) {
-      undoDrive(arguments->map, *arguments->undo, *makeStderrProgress());
-      renewRoomsByNames(arguments->map);
-    }
+    if (arguments->undo) undoDrive(arguments->map, *arguments->undo, *makeStderrProgress());
     const std::vector<DriveSummary> drives = summarizeDrives(readMap(arguments->map));
     if (arguments->json)
       printJson(arguments->map, drives);

@@ -11,7 +11,6 @@
 #include "estancia/core/progress.hpp"
 #include "estancia/report/text.hpp"
 #include "estancia/world/merge_maps.hpp"
-#include "estancia/world/rooms_by_name.hpp"
 #include "processes.hpp"
 
 namespace estancia::apps {
@@ -62,7 +61,6 @@ void run(const MergeArguments& arguments) {
   else
     merged = mergeMaps(maps, arguments.output, existing, *processes.progress);
   if (!processes.speaks()) return;
-  renewRoomsByNames(arguments.output);
   for (const std::string& conflict : merged.conflicts) spdlog::warn("{}", conflict);
   if (arguments.json) {
     Json parts = Json::array();

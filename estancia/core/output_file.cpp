@@ -46,16 +46,21 @@ std::string partStart(const fs::path& target) {
 
 constexpr std::string_view partEnd = ".part";
 
+/// Also of what lies beside a part file: ".part-wal".
+bool isPartEnd(std::string_view text) {
+  return text.starts_with(partEnd) && (text.size() == partEnd.size() || text[partEnd.size()] == '-');
+}
+
 /// Removes part files of processes that are no more.
 void removeAbandoned(const fs::path& folder, const std::string& start) {
   std::error_code ignored;
   for (fs::directory_iterator at(folder, ignored), end; at != end; at.increment(ignored)) {
     const std::string name = at->path().filename().string();
-    if (!name.starts_with(start) || !name.ends_with(partEnd)) continue;
+    if (!name.starts_with(start)) continue;
     pid_t process = 0;
-    const char* last = name.data() + name.size() - partEnd.size();
+    const char* last = name.data() + name.size();
     const auto [stop, wrong] = std::from_chars(name.data() + start.size(), last, process);
-    if (wrong != std::errc() || stop != last || process <= 0) continue;
+    if (wrong != std::errc() || process <= 0 || !isPartEnd({stop, last})) continue;
     if (kill(process, 0) == -1 && errno == ESRCH) fs::remove(at->path(), ignored);
   }
 }
@@ -98,6 +103,8 @@ fs::path outputTarget(const fs::path& path) {
 
 fs::path partFile(const fs::path& target) {
   const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
+  const std::string name = target.filename().string(), own = fmt::format(".{}{}", getpid(), partEnd);
+  if (name.starts_with('.') && name.ends_with(own)) return folder / (name + "-first");
   const std::string start = partStart(target);
   removeAbandoned(folder, start);
   return folder / fmt::format("{}{}{}", start, getpid(), partEnd);

@@ -13,7 +13,8 @@ namespace estancia {
 std::filesystem::path outputTarget(const std::filesystem::path& path);
 
 /// Where to write what will be renamed to `target`: a file beside it, named after it, this machine and this
-/// process. Those that killed processes of this machine have left for the same target are removed.
+/// process. Those that killed processes of this machine have left for the same target are removed, with what
+/// SQLite keeps beside them. Of a file that is one itself, another one.
 std::filesystem::path partFile(const std::filesystem::path& target);
 
 /// Returns when what was written to the file, or made in the folder, would survive a power cut. Throws Error

@@ -2,18 +2,15 @@
 #include "estancia/world/merge_maps.hpp"
 
 #include <fmt/format.h>
-#include <signal.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <charconv>
 #include <memory>
 #include <optional>
 #include <set>
 #include <utility>
 
 #include "estancia/core/fail.hpp"
+#include "estancia/core/output_file.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/core/rigid.hpp"
@@ -23,6 +20,7 @@
 #include "estancia/world/edit_objects.hpp"
 #include "estancia/world/map_source.hpp"
 #include "estancia/world/merge_plan.hpp"
+#include "estancia/world/rooms_by_name.hpp"
 #include "estancia/world/world_mapper_impl.hpp"
 
 namespace estancia {
@@ -55,31 +53,13 @@ void removeDraft(const fs::path& draft) {
   storage::removeCompanions(draft);
 }
 
-/// Where a map is made until it is whole: beside its place. Removes what processes have left that were killed
-/// while they made the same map.
-fs::path draftOf(const fs::path& place) {
-  std::error_code ignored;
-  const std::string start = fmt::format(".{}.", place.filename().string()), end = ".new";
-  for (const auto& entry : fs::directory_iterator(storage::folderOf(place), ignored)) {
-    const std::string name = entry.path().filename().string();
-    if (!name.starts_with(start) || !name.ends_with(end) || name.size() <= start.size() + end.size())
-      continue;
-    const char* number = name.data() + start.size();
-    int process = 0;
-    const auto [rest, problem] = std::from_chars(number, name.data() + name.size() - end.size(), process);
-    if (problem != std::errc() || rest != name.data() + name.size() - end.size() || process <= 0) continue;
-    if (kill(process, 0) != 0 && errno == ESRCH) removeDraft(entry.path());
-  }
-  return place.parent_path() / (start + std::to_string(getpid()) + end);
-}
-
 }  // namespace
 
 /// The map that is made, in a file beside its place until it is whole.
 class NewMap {
  public:
   NewMap(const fs::path& place, const MapSource& first, const std::vector<Part>& parts)
-      : path_(draftOf(place)),
+      : path_(partFile(place)),
         session_(MappingSession::create(path_, first.map.vocabulary, first.map.model,
                                         settingsFromJson(first.store.identity().settings),
                                         ExistingMap::replace)) {
@@ -192,6 +172,7 @@ class NewMap {
   void move(const fs::path& place, std::optional<MapStore>& old) {
     world_.reset();
     session_.reset();
+    renewRoomsByNames(path_);                             // before anybody sees it
     if (!old) return storage::renameToNew(path_, place);  // which another program may have made meanwhile
     fs::permissions(path_, fs::status(place).permissions());
     old.reset();  // what SQLite keeps beside the file goes with it
