@@ -64,5 +64,9 @@ function(estancia_use_dds owner opener)
   endif()
   estancia_add_module(estancia_dds ${owner} ${opener} fastrtps fmt::fmt)
   file(GLOB parts CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${opener}_*_module.cpp)
-  target_sources(estancia_dds PRIVATE ${parts} ${PROJECT_SOURCE_DIR}/${opener}_names.cpp)
+  # It links nothing of Estancia, as whoever opens it may have that linked in; so it holds what it throws.
+  target_sources(estancia_dds PRIVATE ${parts} ${PROJECT_SOURCE_DIR}/${opener}_names.cpp
+                                      ${PROJECT_SOURCE_DIR}/estancia/core/error.cpp
+                                      ${PROJECT_SOURCE_DIR}/estancia/core/printable.cpp
+                                      ${PROJECT_SOURCE_DIR}/estancia/core/utf8.cpp)
 endfunction()

@@ -91,6 +91,8 @@ bool isImageFolder(const std::filesystem::path& path);
 bool mayBeClasses(const std::filesystem::path& path);
 /// The folders of images in train/, test/ …, as "train/kitchen".
 std::vector<std::string> nestedClasses(const std::filesystem::path& path);
+/// "2 images are of other formats, a.heic first; …", "" where there are none.
+std::string otherImages(const std::filesystem::path& folder);
 Opened openImageFolder(const std::filesystem::path& path, const SequenceOptions& options);
 
 /// The frames of options.split and options.only, in order; all frames when both are empty. Throws Error on an

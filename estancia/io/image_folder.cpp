@@ -61,7 +61,8 @@ const std::vector<std::string>& otherImageSuffixes() {
 
 constexpr const char* readFormats = "jpg, png, bmp, tif, webp, pgm, ppm";
 
-/// "12 files of other formats are left out, IMG_1.heic first": "" where there are none.
+}  // namespace
+
 std::string otherImages(const fs::path& folder) {
   const auto others = filesIn(folder, otherImageSuffixes());
   if (others.empty()) return "";
@@ -69,8 +70,6 @@ std::string otherImages(const fs::path& folder) {
                      others.size() == 1 ? "image is" : "images are", printable(others.front().filename()),
                      readFormats);
 }
-
-}  // namespace
 
 bool isImageFolder(const fs::path& path) {
   return fs::is_directory(path) && !filesIn(path, imageSuffixes()).empty();

@@ -270,11 +270,13 @@ std::unique_ptr<Sequence> openSequence(const fs::path& path, const SequenceOptio
   requireExistingPath(path);
   io::Opened sequence = io::opened(path, [&] {
     const auto* format = io::findFormat(kFormats, path, options.type);
-    if (format == nullptr)
+    if (format == nullptr) {
+      const std::string others = io::otherImages(path);
       fail(ErrorCode::unsupportedFile,
            "{}: no known data set, and no images in this folder (jpg, png, bmp, tif, webp, "
-           "pgm, ppm){}",
-           io::printable(path), foldersWithImages(path));
+           "pgm, ppm){}{}",
+           io::printable(path), foldersWithImages(path), others.empty() ? "" : "; " + others);
+    }
     if (format->open != io::openRosBag) requireNoTopics(path, format->type, options);
     io::Opened listed = format->open(path, options);
     attachSideFiles(*listed, path, options);

@@ -74,6 +74,8 @@ class NewMap {
       }
     for (const AreaEdit& edit : first.layers->edits()) layers.addEdit(edit);
     for (const ObjectEdit& edit : first.layers->objectEdits()) layers.addObjectEdit(edit);
+    namesRooms_ =
+        std::ranges::any_of(parts, [](const Part& part) { return part.source->map.predictions.has_value(); });
     WorldOptions options = MapTerms(first.store).options().value_or(WorldOptions{});
     options.layers = layersOf(parts);
     world_.emplace(*session_, options);
@@ -172,7 +174,7 @@ class NewMap {
   void move(const fs::path& place, std::optional<MapStore>& old) {
     world_.reset();
     session_.reset();
-    renewRoomsByNames(path_);                             // before anybody sees it
+    if (namesRooms_) renewRoomsByNames(path_);            // before anybody sees it
     if (!old) return storage::renameToNew(path_, place);  // which another program may have made meanwhile
     fs::permissions(path_, fs::status(place).permissions());
     old.reset();  // what SQLite keeps beside the file goes with it
@@ -205,6 +207,7 @@ class NewMap {
     }
   }
 
+  bool namesRooms_ = false;  ///< as one of the maps does
   fs::path path_;
   std::optional<MappingSession> session_;
   std::optional<WorldMapper> world_;

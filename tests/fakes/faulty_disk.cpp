@@ -68,14 +68,16 @@ void keepSynced(int file) {
   const std::string path = pathOf(file), copy = syncedCopyOf(path);
   if (copy.empty()) return;
   const int from = next<int(const char*, int, ...)>("open")(path.c_str(), O_RDONLY | O_CLOEXEC);
-  const int target =
-      next<int(const char*, int, ...)>("open")(copy.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+  const int target = next<int(const char*, int, ...)>("open")((copy + ".new").c_str(),
+                                                              O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
   std::array<char, 65536> bytes{};
   for (ssize_t count = 0; from >= 0 && target >= 0 && (count = read(from, bytes.data(), bytes.size())) > 0;)
     next<ssize_t(int, const void*, std::size_t)>("write")(target, bytes.data(),
                                                           static_cast<std::size_t>(count));
   close(from);
   close(target);
+  next<int(const char*, const char*)>("rename")((copy + ".new").c_str(),
+                                                copy.c_str());  // whole, or as it was
 }
 
 int opened(const char* name, const char* path, int flags, mode_t mode) {
