@@ -146,7 +146,7 @@ TEST_F(Command, OverwritesMapsOnly) {
   EXPECT_EQ(readFile(letter), "dear reader");
   const std::string folder = scratch_ / "folder";
   fs::create_directory(folder);
-  expectError(map(images_, folder, {"--overwrite"}), ErrorCode::unsupportedFile, folder);
+  expectError(map(images_, folder, {"--overwrite"}), ErrorCode::fileUnwritable, folder);
   EXPECT_TRUE(fs::is_directory(folder));
 }
 
