@@ -181,7 +181,8 @@ WorldAnswers answersOrNothing(const AskArguments& arguments, const WorldMap& wor
 }
 
 void run(AskArguments arguments) {
-  const WorldMap world = readWorld(arguments.map);
+  const WorldMap world = arguments.zones.empty() ? readWorld(arguments.map, mostFramesOfAnswers)
+                                                 : readWorld(arguments.map);  // zones have all its frames
   arguments.words = inEnglish(arguments.words, arguments.dictionary, world);
   const PlacesInZones zones(arguments.zones, world.places);
   const WorldAnswers answers = answersOrNothing(arguments, world);

@@ -24,7 +24,11 @@ struct ExportArguments {
 };
 
 std::string textOf(const std::string& file, const std::string& format, const ExportOptions& options) {
-  if (!isZoneFile(file)) return exportWorld(readWorld(file), format, options);
+  if (!isZoneFile(file)) {
+    WorldMap world = readWorld(file, mostFramesOfAnswers);
+    if (world.places.isThinned()) world.places.visits = readVisits(file);
+    return exportWorld(world, format, options);
+  }
   if (format != zoneFormat)
     throw Error(ErrorCode::unsupportedFile,
                 fmt::format("{} holds zones, which are written as {}", file, zoneFormat));

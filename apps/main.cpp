@@ -1,9 +1,11 @@
 // The `estancia` command.
 // SPDX-License-Identifier: Apache-2.0
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <spdlog/sinks/ansicolor_sink.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
@@ -28,6 +30,14 @@
 #include "live.hpp"
 
 namespace {
+
+/// Where stdin, stdout or stderr are closed, the next file that is opened would take its place, and what is
+/// printed would be written into it. Uses of what stands there now fail as they would have.
+void occupyStandardFiles() {
+  for (const int file : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    if (fcntl(file, F_GETFD) < 0) [[maybe_unused]]
+      const int nowhere = open("/dev/null", file == STDIN_FILENO ? O_WRONLY : O_RDONLY);
+}
 
 /// OpenCV tells of failures through exceptions and return values, which we turn into sentences; keep it
 /// silent.
@@ -109,6 +119,7 @@ std::string explainWrongWords(const CLI::App& app, const CLI::ParseError& error)
 
 int main(int argc, char** argv) {
   using namespace estancia::apps;
+  occupyStandardFiles();
   quietLibraries();
   logToStderr();
   estancia::catchInterrupts();

@@ -8,7 +8,7 @@ namespace estancia::fuzz {
 /// The content: behind a right digest.
 FUZZ_TARGET(classify, room_classifier) {
   const std::filesystem::path file = folder() / "input.rooms";
-  writeModelFile(file, {"ESTROOMS", 2, "room classifier", "estancia classify train"}, bytes);
+  writeModelFile(file, roomClassifierKind, bytes);
   readRoomClassifier(file);
 }
 

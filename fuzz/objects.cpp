@@ -9,7 +9,7 @@ namespace estancia::fuzz {
 /// The content: behind a right digest.
 FUZZ_TARGET(objects, object_model) {
   const std::filesystem::path file = folder() / "input.objects";
-  writeModelFile(file, {"ESTOBJCT", 1, "object model", "estancia objects train"}, bytes);
+  writeModelFile(file, objectModelKind, bytes);
   readObjectModel(file);
 }
 

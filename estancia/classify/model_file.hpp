@@ -27,6 +27,9 @@ struct ModelFileKind {
   std::string_view command;
 };
 
+constexpr ModelFileKind roomClassifierKind{"ESTROOMS", 2, "room classifier", "estancia classify train"},
+    objectModelKind{"ESTOBJCT", 1, "object model", "estancia objects train"};
+
 /// Writes atomically. Throws Error as writeWhole().
 void writeModelFile(const std::filesystem::path& file, const ModelFileKind& kind, std::string_view content);
 

@@ -21,8 +21,6 @@ namespace estancia {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr ModelFileKind kind{"ESTROOMS", 2, "room classifier", "estancia classify train"};
-
 /// The frames whose room is known.
 Features withRooms(const Features& features) {
   std::vector<std::size_t> rows;
@@ -137,7 +135,7 @@ RoomClassifier trainRoomClassifier(const Features& features, const ClassifierOpt
 }
 
 RoomClassifier readRoomClassifier(const fs::path& file) {
-  ModelFileReader model(file, kind);
+  ModelFileReader model(file, roomClassifierKind);
   ByteReader& in = model.content();
   const std::size_t count = in.count(sizeof(std::uint32_t));
   std::vector<std::string> rooms;
@@ -156,11 +154,11 @@ void writeRoomClassifier(const RoomClassifier& classifier, const fs::path& file)
   content.number(static_cast<std::uint64_t>(classifier.trainingImages()));
   classifier.embedding().write(content);
   classifier.classifier().write(content);
-  writeModelFile(file, kind, content.bytes());
+  writeModelFile(file, roomClassifierKind, content.bytes());
 }
 
 bool isRoomClassifier(const fs::path& file) {
-  return isModelFile(file, kind);
+  return isModelFile(file, roomClassifierKind);
 }
 
 }  // namespace estancia

@@ -7,6 +7,8 @@
 #include <set>
 #include <tuple>
 
+#include "estancia/core/ascii.hpp"
+
 namespace estancia {
 namespace {
 
@@ -28,11 +30,10 @@ Words splitWords(std::string_view text) {
   bool inside = false;
   unsigned char before = 0;
   for (const char character : text) {
-    auto c = static_cast<unsigned char>(character);
-    if (c >= 'A' && c <= 'Z') c = static_cast<unsigned char>(c + ('a' - 'A'));
+    auto c = static_cast<unsigned char>(lowerCase(character));
     if (before == 0xC3 && c >= 0x80 && c <= 0x9E && c != 0x97) c = static_cast<unsigned char>(c + 0x20);
     before = c;
-    const bool belongs = c >= 0x80 || (c >= 'a' && c <= 'z') || isDigit(static_cast<char>(c));
+    const bool belongs = c >= 0x80 || isLetterOrDigit(static_cast<char>(c));
     if (belongs && !inside) words.emplace_back();
     if (belongs) words.back() += static_cast<char>(c);
     inside = belongs || (inside && c == '\'');  // "jack-o'-lantern", "cat's"

@@ -8,6 +8,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "estancia/core/ascii.hpp"
 #include "estancia/core/fail.hpp"
 
 namespace estancia {
@@ -76,7 +77,7 @@ Option& Option::choices(Choices choices) {
 }
 
 Option& Option::why(std::string why) {
-  if (!why.empty()) why[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(why[0])));
+  if (!why.empty()) why[0] = upperCase(why[0]);
   why_ = sentence(std::move(why));
   return *this;
 }

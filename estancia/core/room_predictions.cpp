@@ -42,10 +42,6 @@ std::vector<float> withoutPrior(const RoomPredictions& predictions, std::size_t 
   return even;
 }
 
-bool isPredicted(const RoomPredictions& predictions, std::size_t image) {
-  return std::ranges::any_of(predictions.probabilities.row(image), [](float p) { return p > 0; });
-}
-
 /// Whether the best room is told without a label that adds `logOdds`, a number for each room.
 bool isToldWithout(const RoomPredictions& predictions, const std::vector<RoomProbability>& rooms,
                    const std::vector<double>& logOdds, GroupedBy by) {
@@ -61,6 +57,10 @@ bool isToldWithout(const RoomPredictions& predictions, const std::vector<RoomPro
 }
 
 }  // namespace
+
+bool isPredicted(const RoomPredictions& predictions, std::size_t image) {
+  return std::ranges::any_of(predictions.probabilities.row(image), [](float p) { return p > 0; });
+}
 
 std::vector<RoomProbability> rankedRooms(const RoomPredictions& predictions, std::size_t image) {
   if (image >= predictions.probabilities.size()) return {};

@@ -42,6 +42,9 @@ struct RoomPredictions {
   double sureProbability() const { return areByName ? 1.0 / 3 : 0.5; }
 };
 
+/// Whether the image has a prediction.
+bool isPredicted(const RoomPredictions& predictions, std::size_t image);
+
 struct RoomProbability {
   std::string room;
   double probability = 0;

@@ -6,16 +6,14 @@
 
 #include <map>
 
+#include "estancia/core/ascii.hpp"
 #include "estancia/core/printable.hpp"
 
 namespace estancia {
 namespace {
 
 std::string normalized(std::string_view name) {
-  std::string text(trimmed(name));
-  for (char& c : text)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return text;
+  return lowerCase(std::string(trimmed(name)));
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <utility>
@@ -20,7 +22,9 @@ std::optional<std::pair<std::string, double>> numberedName(const std::string& na
   while (begin > 0 && std::isdigit(static_cast<unsigned char>(stem[begin - 1])) != 0) --begin;
   if (begin == stem.size() || stem.size() - begin > maxDigits || (begin > 0 && stem[begin - 1] == '.'))
     return std::nullopt;
-  return std::pair{stem.substr(0, begin), std::stod(stem.substr(begin))};
+  std::uint64_t number = 0;
+  std::from_chars(stem.data() + begin, stem.data() + stem.size(), number);
+  return std::pair{stem.substr(0, begin), static_cast<double>(number)};
 }
 
 std::vector<double> timesOf(const std::vector<Frame>& frames) {

@@ -153,8 +153,8 @@ DescriptorSequence readLongCsv(const fs::path& file, const DescriptorFileOptions
 DescriptorSequence readCsv(const fs::path& file, const DescriptorFileOptions& options) {
   std::ifstream stream(file);
   if (!fs::is_regular_file(file) || !stream)
-    fail(fs::exists(file) ? ErrorCode::fileUnreadable : ErrorCode::fileNotFound, "{}: no readable file",
-         io::printable(file));
+    fail(fs::exists(file) ? ErrorCode::fileUnreadable : ErrorCode::fileNotFound,
+         "{}: no readable file; check its name and its permissions", io::printable(file));
   std::string start(256, '\0');
   stream.read(start.data(), static_cast<std::streamsize>(start.size()));
   start.resize(static_cast<std::size_t>(stream.gcount()));

@@ -7,6 +7,7 @@
 #include <charconv>
 #include <fstream>
 
+#include "estancia/core/ascii.hpp"
 #include "estancia/core/fail.hpp"
 
 namespace estancia::io {
@@ -58,12 +59,6 @@ std::vector<fs::path> foldersIn(const fs::path& folder) {
       fail(ErrorCode::tooLarge, "{}: more than {} folders", printable(folder), maxFolders);
     return true;
   });
-}
-
-std::string lowerCase(std::string text) {
-  for (char& c : text)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return text;
 }
 
 bool hasSuffix(const fs::path& file, const std::vector<std::string>& suffixes) {

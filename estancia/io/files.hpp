@@ -29,9 +29,6 @@ bool hasSuffix(const std::filesystem::path& file, const std::vector<std::string>
 /// Extensions of images, lower case, with the dot.
 const std::vector<std::string>& imageSuffixes();
 
-/// A-Z only: file names are bytes, not text in the user's locale.
-std::string lowerCase(std::string text);
-
 /// Natural order of names: runs of digits compare as numbers, so "img9" comes before "img10".
 bool naturalLess(std::string_view a, std::string_view b);
 

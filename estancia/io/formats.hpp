@@ -91,6 +91,8 @@ bool isImageFolder(const std::filesystem::path& path);
 bool mayBeClasses(const std::filesystem::path& path);
 /// The folders of images in train/, test/ …, as "train/kitchen".
 std::vector<std::string> nestedClasses(const std::filesystem::path& path);
+/// Of images, for messages: imageSuffixes().
+constexpr const char* readFormats = "jpg, png, bmp, tif, webp, pgm, ppm";
 /// "2 images are of other formats, a.heic first; …", "" where there are none.
 std::string otherImages(const std::filesystem::path& folder);
 Opened openImageFolder(const std::filesystem::path& path, const SequenceOptions& options);

@@ -59,8 +59,6 @@ const std::vector<std::string>& otherImageSuffixes() {
   return suffixes;
 }
 
-constexpr const char* readFormats = "jpg, png, bmp, tif, webp, pgm, ppm";
-
 }  // namespace
 
 std::string otherImages(const fs::path& folder) {

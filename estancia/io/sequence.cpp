@@ -272,10 +272,9 @@ std::unique_ptr<Sequence> openSequence(const fs::path& path, const SequenceOptio
     const auto* format = io::findFormat(kFormats, path, options.type);
     if (format == nullptr) {
       const std::string others = io::otherImages(path);
-      fail(ErrorCode::unsupportedFile,
-           "{}: no known data set, and no images in this folder (jpg, png, bmp, tif, webp, "
-           "pgm, ppm){}{}",
-           io::printable(path), foldersWithImages(path), others.empty() ? "" : "; " + others);
+      fail(ErrorCode::unsupportedFile, "{}: no known data set, and no images in this folder ({}){}{}",
+           io::printable(path), io::readFormats, foldersWithImages(path),
+           others.empty() ? "" : "; " + others);
     }
     if (format->open != io::openRosBag) requireNoTopics(path, format->type, options);
     io::Opened listed = format->open(path, options);

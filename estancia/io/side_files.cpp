@@ -8,6 +8,7 @@
 #include <string>
 #include <unordered_map>
 
+#include "estancia/core/ascii.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/io/csv.hpp"
 #include "estancia/io/files.hpp"

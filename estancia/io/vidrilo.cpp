@@ -21,6 +21,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "estancia/core/ascii.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/frame_failure.hpp"
 #include "estancia/io/files.hpp"

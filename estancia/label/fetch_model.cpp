@@ -6,6 +6,7 @@
 #include <cctype>
 #include <system_error>
 
+#include "estancia/core/ascii.hpp"
 #include "estancia/core/digest.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/options.hpp"
@@ -24,7 +25,7 @@ constexpr std::uint64_t maxListBytes = 1U << 24U;
 std::string archiveName(const std::string& url) {
   std::string name = fmt::format("archive-{}-", sha256(url).substr(0, 6));
   for (const char c : url.substr(url.rfind('/') + 1, 60))
-    name += std::isalnum(static_cast<unsigned char>(c)) || c == '.' || c == '_' ? c : '-';
+    name += isLetterOrDigit(c) || c == '.' || c == '_' ? c : '-';
   return name;
 }
 

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include "estancia/core/ascii.hpp"
 #include "estancia/core/base64.hpp"
 #include "estancia/core/config.hpp"
 #include "estancia/core/fail.hpp"
@@ -102,7 +103,7 @@ class Reader {
   void readHeaders(const toml::node& node) {
     for (const auto& [name, value] : config_.subtable(node)) {
       const std::string key(name.str());
-      const auto isToken = [](unsigned char c) { return std::isalnum(c) || c == '-' || c == '_'; };
+      const auto isToken = [](char c) { return isLetterOrDigit(c) || c == '-' || c == '_'; };
       if (key.empty() || !std::ranges::all_of(key, isToken))
         config_.fail(value, "a header's name is made of letters, digits, - and _");
       settings_.endpoint.headers.emplace_back(key, withEnvironment(value, config_.text(value)));

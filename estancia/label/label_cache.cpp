@@ -19,6 +19,7 @@
 #include "estancia/core/digest.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/home.hpp"
+#include "estancia/io/files.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
@@ -309,9 +310,8 @@ fs::path LabelCache::defaultFolder() {
 std::uint64_t LabelCache::defaultLimit() {
   const std::string text = environment("ESTANCIA_CACHE_MB");
   if (text.empty()) return std::uint64_t{2} << 30;
-  char* end = nullptr;
-  const double megabytes = std::strtod(text.c_str(), &end);
-  if (*end != '\0' || !(megabytes >= 0 && megabytes < 1e9))
+  const double megabytes = io::toNumber(text).value_or(-1);
+  if (!(megabytes >= 0 && megabytes < 1e9))
     fail(ErrorCode::invalidOption,
          "ESTANCIA_CACHE_MB is \"{}\"; give the megabytes that cached labels may take", text);
   return static_cast<std::uint64_t>(megabytes * 1e6);

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <spawn.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -13,6 +14,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstring>
+#include <fstream>
 #include <thread>
 #include <utility>
 
@@ -76,6 +78,17 @@ std::string howItEnded(int status) {
   return fmt::format("signal {} ({})", WTERMSIG(status), strsignal(WTERMSIG(status)));
 }
 
+/// What a program that goes wrong may take: no more memory than the machine has, and no disk for core dumps.
+/// Where memory ends all the same, the kernel ends it rather than us, who write a map.
+void limit(pid_t pid) {
+  const auto memory =
+      static_cast<rlim_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<rlim_t>(sysconf(_SC_PAGESIZE));
+  const rlimit none{0, 0}, all{memory, memory};
+  prlimit(pid, RLIMIT_CORE, &none, nullptr);
+  prlimit(pid, RLIMIT_DATA, &all, nullptr);
+  std::ofstream(fmt::format("/proc/{}/oom_score_adj", pid)) << 1000;
+}
+
 /// Without reaping it, so that its number, and its group's, stay its own.
 bool hasEnded(pid_t pid) {
   siginfo_t info{};
@@ -116,6 +129,7 @@ LineProcess::LineProcess(const Settings& settings) : maxLine_(settings.maxLine) 
     fail(ErrorCode::missingDependency, "{} cannot be started: {}; correct `command` in model.toml",
          io::printable(words[0]), std::strerror(problem));
   group_.include(pid_);
+  limit(pid_);
   input_ = ours(in.write);
   output_ = ours(out.read);
   complaints_ = ours(err.read);

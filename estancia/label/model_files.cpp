@@ -8,6 +8,7 @@
 #include <initializer_list>
 #include <map>
 
+#include "estancia/core/ascii.hpp"
 #include "estancia/core/digest.hpp"
 #include "estancia/core/fail.hpp"
 
@@ -30,11 +31,11 @@ bool isNetworkType(std::string_view type) {
 bool isSafeName(std::string_view name) {
   return !name.empty() && name.size() <= 100 && name[0] != '.' &&
          std::all_of(name.begin(), name.end(),
-                     [](unsigned char c) { return std::isalnum(c) || c == '.' || c == '_' || c == '-'; });
+                     [](char c) { return isLetterOrDigit(c) || c == '.' || c == '_' || c == '-'; });
 }
 
 std::string hexDigits(std::string text, std::size_t digits) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
+  text = lowerCase(std::move(text));
   const bool hex = text.size() == digits && text.find_first_not_of("0123456789abcdef") == std::string::npos;
   return hex ? text : "";
 }

@@ -23,6 +23,7 @@
 #include <utility>
 #include <vector>
 
+#include "estancia/core/ascii.hpp"
 #include "estancia/core/config.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/png.hpp"
@@ -57,11 +58,8 @@ constexpr const char* kLock = "estancia.lock";
 
 /// As mkdtemp() makes them of our pattern.
 bool isOurs(const std::string& name) {
-  const auto isAlphanumeric = [](char c) {
-    return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
-  };
   return name.starts_with(kPrefix) && name.size() == kPrefix.size() + kUnique.size() &&
-         std::all_of(name.begin() + kPrefix.size(), name.end(), isAlphanumeric);
+         std::all_of(name.begin() + kPrefix.size(), name.end(), isLetterOrDigit);
 }
 
 /// Whether the open file is this user's and of this type (S_IFDIR, S_IFREG).

@@ -17,6 +17,7 @@
 #include <string_view>
 #include <thread>
 
+#include "estancia/core/ascii.hpp"
 #include "estancia/live/http_server.hpp"
 
 namespace estancia {
@@ -166,10 +167,7 @@ class ConnectionThreads final : public httplib::TaskQueue {
 ServerRequest requestOf(const httplib::Request& from) {
   ServerRequest request{from.method == "HEAD" ? "GET" : from.method, from.path, from.params};
   for (const auto& [name, value] : from.headers) {
-    std::string lower = name;
-    std::ranges::transform(lower, lower.begin(),
-                           [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
-    request.headers.emplace(std::move(lower), value);
+    request.headers.emplace(lowerCase(name), value);
   }
   request.body = from.body;
   return request;

@@ -61,8 +61,8 @@ struct LiveLoop::Impl {
   }
 
   WorldReader::Options readingOf(const LiveMap& what) const {
-    if (localize) return {};                        // the localizer numbers all frames
-    return {mostFramesOfRooms, what.namesRooms()};  // those that have predictions
+    if (localize) return {};                          // the localizer numbers all frames
+    return {mostFramesOfAnswers, what.namesRooms()};  // those that have predictions
   }
 
   std::unique_ptr<LiveMap> makeMap(const LiveOptions& options) {

@@ -12,17 +12,12 @@
 #include <string_view>
 #include <vector>
 
+#include "estancia/core/ascii.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
 
 namespace estancia {
 namespace {
-
-std::string lowerCase(std::string text) {
-  std::ranges::transform(text, text.begin(),
-                         [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
-  return text;
-}
 
 /// Takes as long for every text of that length, so that nobody learns how much of it was right.
 bool isSameSecret(std::string_view given, std::string_view secret) {

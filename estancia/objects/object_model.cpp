@@ -17,8 +17,6 @@ namespace estancia {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr ModelFileKind kind{"ESTOBJCT", 1, "object model", "estancia objects train"};
-
 void requireTwoClasses(const ObjectTraining& training) {
   std::vector<std::string> learned;
   for (std::size_t c = 0; c < training.targets.classes.size(); ++c)
@@ -150,11 +148,11 @@ void writeObjectModel(const ObjectModel& model, const fs::path& file) {
   content.numbers(learned.heldOutAccuracy);
   learned.embedding.write(content);
   learned.classifier->write(content);
-  writeModelFile(file, kind, content.bytes());
+  writeModelFile(file, objectModelKind, content.bytes());
 }
 
 ObjectModel readObjectModel(const fs::path& file) {
-  ModelFileReader model(file, kind);
+  ModelFileReader model(file, objectModelKind);
   ByteReader& in = model.content();
   ObjectModel::Learned learned;
   const std::size_t classes = in.count(sizeof(std::uint32_t));
@@ -184,7 +182,7 @@ ObjectModel readObjectModel(const fs::path& file) {
 }
 
 bool isObjectModel(const fs::path& file) {
-  return isModelFile(file, kind);
+  return isModelFile(file, objectModelKind);
 }
 
 }  // namespace estancia

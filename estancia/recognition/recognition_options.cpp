@@ -4,9 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdio>
+#include <string_view>
+#include <vector>
 
 #include "estancia/core/fail.hpp"
+#include "estancia/io/files.hpp"
 #include "estancia/recognition/descriptors.hpp"
 #include "estancia/recognition/grouping.hpp"
 #include "estancia/recognition/keypoints.hpp"
@@ -90,20 +92,19 @@ constexpr Preset kPresets[] = {
 
 /// "1,2,3", or "" when it is not set.
 Option::Text textOf(std::optional<cv::Point3d>& point) {
-  return {
-      [&point] { return point ? fmt::format("{},{},{}", point->x, point->y, point->z) : ""; },
-      [&point](const std::string& text) {
-        cv::Point3d parsed;
-        int end = 0;
-        if (text.empty()) {
-          point.reset();
-        } else if (std::sscanf(text.c_str(), "%lf,%lf,%lf%n", &parsed.x, &parsed.y, &parsed.z, &end) == 3 &&
-                   static_cast<std::size_t>(end) == text.size()) {
-          point = parsed;
-        } else {
-          fail(ErrorCode::invalidOption, "viewpoint is \"{}\"; give three numbers: X,Y,Z", text);
-        }
-      }};
+  return {[&point] { return point ? fmt::format("{},{},{}", point->x, point->y, point->z) : ""; },
+          [&point](const std::string& text) {
+            std::vector<double> numbers;
+            for (std::string_view rest = text; !rest.empty() && numbers.size() < 4;) {
+              const std::size_t comma = std::min(rest.find(','), rest.size());
+              if (const auto number = io::toNumber(rest.substr(0, comma))) numbers.push_back(*number);
+              rest.remove_prefix(std::min(comma + 1, rest.size()));
+            }
+            if (!text.empty() && (numbers.size() != 3 || std::ranges::count(text, ',') != 2))
+              fail(ErrorCode::invalidOption, "viewpoint is \"{}\"; give three numbers: X,Y,Z", text);
+            point =
+                text.empty() ? std::nullopt : std::optional(cv::Point3d(numbers[0], numbers[1], numbers[2]));
+          }};
 }
 
 Choices groupings() {

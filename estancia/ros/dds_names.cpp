@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "estancia/core/ascii.hpp"
 #include "estancia/core/fail.hpp"
 
 namespace estancia::ros {
@@ -16,7 +17,7 @@ constexpr std::size_t kLongestDdsName = 255;
 
 /// A letter or underscore, then letters, digits and underscores; in no locale.
 bool isDdsWord(std::string_view text) {
-  const auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; };
+  const auto letter = [](char c) { return isLetter(c) || c == '_'; };
   if (text.empty() || !letter(text.front())) return false;
   for (const char c : text)
     if (!letter(c) && (c < '0' || c > '9')) return false;

@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <locale>
 #include <map>
 #include <optional>
 #include <sstream>
 #include <utility>
 
+#include "estancia/core/ascii.hpp"
 #include "estancia/core/bytes.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/stats/builtin_priors.hpp"
@@ -26,7 +28,7 @@ constexpr double knownShare = 0.9;  // of the labels: lists differ in their back
 std::string keyOf(const std::string& label) {
   std::string key = label.substr(0, label.find(','));
   if (key.size() > 3 && key[0] == '/' && key[2] == '/') key.erase(0, 3);
-  for (char& c : key) c = c == '_' ? ' ' : static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  for (char& c : key) c = c == '_' ? ' ' : lowerCase(c);
   return key;
 }
 
@@ -158,7 +160,9 @@ NamedLabelPrior parseLabelPrior(const std::string& text, const std::string& name
       if (!std::getline(in, line)) refuse(fmt::format("no line \"{}\"", key));
     } while (line.starts_with('#'));
     if (!line.starts_with(key + " ")) refuse(fmt::format("\"{}\" expected", key));
-    return std::istringstream(line.substr(key.size() + 1));
+    std::istringstream rest(line.substr(key.size() + 1));
+    rest.imbue(std::locale::classic());
+    return rest;
   };
   int version = 0;
   next("estancia-label-prior") >> version;
@@ -176,6 +180,7 @@ NamedLabelPrior parseLabelPrior(const std::string& text, const std::string& name
   while (std::getline(in, line)) {
     ++number;
     std::istringstream fields(line);
+    fields.imbue(std::locale::classic());
     float center = 0, deviation = 0;
     if (!(fields >> center >> deviation) || deviation < 0 || fields.get() != '\t')
       refuse("mean, deviation and label expected");

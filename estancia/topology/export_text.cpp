@@ -56,14 +56,9 @@ std::vector<std::string> bestWords(const TopologicalMap& map, const Node& node, 
 
 std::vector<nlohmann::ordered_json> frameRanges(const TopologicalMap& map) {
   std::vector<nlohmann::ordered_json> ranges(map.nodes.size(), nlohmann::ordered_json::array());
-  for (std::size_t first = 0; first < map.frames.size();) {
-    const int node = map.frames[first].node;
-    std::size_t end = first + 1;
-    while (end < map.frames.size() && map.frames[end].node == node) ++end;
-    if (const std::size_t i = indexOf(map, node); i < ranges.size())
-      ranges[i].push_back({map.frames[first].number, map.frames[end - 1].number});
-    first = end;
-  }
+  for (const Visit& visit : visitsOf(map))
+    if (const std::size_t i = indexOf(map, visit.node); i < ranges.size())
+      ranges[i].push_back({visit.firstFrame, visit.lastFrame});
   return ranges;
 }
 

@@ -41,6 +41,18 @@ bool TopologicalMap::beginsDrive(std::size_t frame) const {
   return std::ranges::binary_search(drives, frame, {}, &Drive::firstFrame);
 }
 
+void addFrame(std::vector<Visit>& visits, int node, std::size_t frame) {
+  if (visits.empty() || visits.back().node != node) visits.push_back({node, frame, frame});
+  visits.back().lastFrame = frame;
+}
+
+std::vector<Visit> visitsOf(const TopologicalMap& map) {
+  if (map.visits) return *map.visits;
+  std::vector<Visit> visits;
+  for (const MappedFrame& frame : map.frames) addFrame(visits, frame.node, frame.number);
+  return visits;
+}
+
 const Node& TopologicalMap::getNode(int id) const {
   if (const Node* node = findNode(id)) return *node;
   constexpr std::size_t shown = 40;

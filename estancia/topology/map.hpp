@@ -102,6 +102,12 @@ struct MappedFrame : Frame {
   std::size_t number = 0;
 };
 
+/// Frames that follow each other at one place, by their numbers in the map file.
+struct Visit {
+  int node = 0;
+  std::size_t firstFrame = 0, lastFrame = 0;
+};
+
 /// The whole map without its images and descriptors. Plain data; nodes are ordered by id.
 struct TopologicalMap {
   Vocabulary vocabulary;
@@ -117,12 +123,14 @@ struct TopologicalMap {
   std::vector<MappedFrame> frames = {};
   /// In order of frames, the first of frame 0; none in a map without frames.
   std::vector<Drive> drives = {};
-  /// One a frame.
+  /// One a frame; none where only some frames were read.
   std::vector<Decision> decisions = {};
   std::vector<Merge> merges = {};
   /// A room classifier's predictions, a row a frame; rows may be missing at the end (frames that were mapped
   /// later). Absent when no classifier was run.
   std::optional<RoomPredictions> predictions = std::nullopt;
+  /// Of all frames of the file. Absent where they follow from `frames`, as these were read in full.
+  std::optional<std::vector<Visit>> visits = std::nullopt;
 
   /// Whether there are frames between these that were mapped, but are not kept in the file or were not read.
   bool isThinned() const;
@@ -140,6 +148,15 @@ struct TopologicalMap {
   /// Throws Error (unknownName) that lists the nodes.
   const Node& getNode(int id) const;
 };
+
+/// Adds a frame to the last visit, or, at another place, as the first of a new one.
+void addFrame(std::vector<Visit>& visits, int node, std::size_t frame);
+
+/// Of all frames of the map's file.
+std::vector<Visit> visitsOf(const TopologicalMap& map);
+
+/// The visits of a map file. Throws Error as readMap() does.
+std::vector<Visit> readVisits(const std::filesystem::path& path);
 
 /// "start", "join", "revisit", "create-node", "localize".
 std::string toString(DecisionKind kind);

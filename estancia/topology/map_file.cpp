@@ -30,6 +30,10 @@ TopologicalMap readMap(const fs::path& path) {
   return MapStore::open(path, MapStore::Access::read).load();
 }
 
+std::vector<Visit> readVisits(const fs::path& path) {
+  return MapStore::open(path, MapStore::Access::read).visits();
+}
+
 DescriptorSequence readMapDescriptors(const fs::path& path) {
   MapStore store = MapStore::open(path, MapStore::Access::read);
   store.beginReading();

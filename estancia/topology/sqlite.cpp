@@ -173,6 +173,10 @@ bool Statement::next() {
 void Statement::execute() {
   while (next()) {
   }
+  reset();
+}
+
+void Statement::reset() {
   sqlite3_reset(statement_.get());
 }
 

@@ -62,9 +62,10 @@ class Statement {
     bindAll(values...);
   }
 
-  /// Texts and bytes must live until the statement has run. NaN becomes NULL.
+  /// Begins anew. Texts and bytes must live until the statement has run. NaN becomes NULL.
   template <class... Values>
   void bindAll(const Values&... values) {
+    reset();
     int position = 0;
     (bind(++position, values), ...);
   }
@@ -86,6 +87,7 @@ class Statement {
   struct Finalize {
     void operator()(sqlite3_stmt* statement) const;
   };
+  void reset();
   static sqlite3_stmt* prepare(const Database& database, std::string_view sql);
   void bind(int position, std::int64_t value);
   void bind(int position, int value) { bind(position, static_cast<std::int64_t>(value)); }

@@ -179,6 +179,9 @@ struct MapStore::Impl {
     fs::remove(part, ignored);
     try {
       database.run("VACUUM INTO " + quoted(part.string()));
+      if (::access(part.c_str(), R_OK | W_OK) != 0)
+        refuse(path, ErrorCode::fileUnwritable,
+               "files that are made here may not be read by who makes them; change the umask");
       flushToDisk(part);
       stat(part.c_str(), &written);
       if (replacing && fs::exists(path))
@@ -368,7 +371,7 @@ void MapStore::putPredictions(const RoomPredictions& predictions) {
   for (std::size_t i = 0; i < rows; ++i) {
     const DescriptorView row = predictions.probabilities.row(i);
     requireProbabilities(row, rooms, fmt::format("the rooms of frame {}", numbers[i]));
-    impl_->write("INSERT INTO predictions VALUES(?1, ?2)", numbers[i], row);
+    if (isPredicted(predictions, i)) impl_->write("INSERT INTO predictions VALUES(?1, ?2)", numbers[i], row);
   }
   for (const RoomEvidence& told : predictions.evidence) {
     if (told.image >= rows || told.label >= impl_->identity.vocabulary.size() || told.logOdds.size() != rooms)
@@ -457,18 +460,43 @@ std::size_t MapStore::frameCount() const {
 }
 
 std::vector<std::size_t> MapStore::frameNumbers() const {
-  Statement rows(impl_->database, "SELECT id FROM frames ORDER BY id");
-  std::vector<std::size_t> numbers;
-  while (rows.next()) numbers.push_back(static_cast<std::size_t>(rows.integer(0)));
-  return numbers;
+  return numbersOf(impl_->database);
 }
 
-TopologicalMap MapStore::load(std::size_t mostFrames) const {
+std::vector<std::size_t> MapStore::namedFrames() const {
+  constexpr std::int64_t ofPlace = 3;
+  const Database& database = impl_->database;
+  std::vector<std::size_t> frames;
+  const auto add = [&frames](std::int64_t number) {
+    if (number >= 0) frames.push_back(static_cast<std::size_t>(number));
+  };
+  for (const Drive& drive : readDrives(impl_->database)) frames.push_back(drive.firstFrame);
+  Statement nodes(database,
+                  "SELECT id, (SELECT max(frames.id) FROM frames WHERE node = nodes.id) FROM nodes");
+  Statement next(database, "SELECT id FROM frames WHERE node = ?1 AND id >= ?2 ORDER BY id LIMIT 1");
+  const auto nextOf = [&next](std::int64_t node, std::int64_t from) {
+    next.bindAll(node, from);
+    return next.next() ? next.integer(0) : -1;
+  };
+  while (nodes.next()) {
+    const std::int64_t node = nodes.integer(0), first = nextOf(node, 0), last = nodes.integer(1);
+    for (std::int64_t i = 0; i + 1 < ofPlace && first >= 0; ++i)
+      add(nextOf(node, first + (last - first) / (ofPlace - 1) * i));
+    add(last);
+  }
+  return frames;
+}
+
+std::vector<Visit> MapStore::visits() const {
+  return readVisits(impl_->database);
+}
+
+TopologicalMap MapStore::load(std::size_t mostFrames, const std::vector<std::size_t>& also) const {
   Database& database = impl_->database;
-  if (database.inTransaction()) return readContent(database, impl_->identity, mostFrames);
+  if (database.inTransaction()) return readContent(database, impl_->identity, mostFrames, also);
   database.run("BEGIN");  // one moment of the map for all its tables, whatever is written meanwhile
   try {
-    TopologicalMap map = readContent(database, impl_->identity, mostFrames);
+    TopologicalMap map = readContent(database, impl_->identity, mostFrames, also);
     database.run("COMMIT");
     return map;
   } catch (...) {

@@ -102,8 +102,14 @@ class MapStore {
   std::size_t frameCount() const;
   /// Of the frames that are kept, in order.
   std::vector<std::size_t> frameNumbers() const;
-  /// `mostFrames`: of a longer drive each n-th frame is read, so that there are no more.
-  TopologicalMap load(std::size_t mostFrames = allFrames) const;
+  /// Frames that a map of which not all are read should have: the first ones of drives, and three of each
+  /// place.
+  std::vector<std::size_t> namedFrames() const;
+  /// Of all frames that are kept.
+  std::vector<Visit> visits() const;
+  /// `mostFrames`: of a longer drive each n-th frame is read, so that there are no more, and those in `also`;
+  /// no decisions then.
+  TopologicalMap load(std::size_t mostFrames = allFrames, const std::vector<std::size_t>& also = {}) const;
   /// Their first frames are numbers. They touch nodes of any number.
   std::vector<Transition> transitions() const;
   std::optional<std::string> findState(const std::string& key) const;

@@ -2,6 +2,7 @@
 #include "estancia/topology/store_read.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <bit>
@@ -69,18 +70,31 @@ void readNodes(Database& database, TopologicalMap& map) {
   }
 }
 
-void readFrames(Database& database, TopologicalMap& map, std::size_t most) {
+/// The numbers of each n-th frame, so that there are no more than `most`, and of those in `also`; nothing
+/// where all are read.
+std::optional<std::vector<std::size_t>> numbersToRead(Database& database, std::size_t most,
+                                                      const std::vector<std::size_t>& also) {
   Rows count(database, "SELECT count(*) FROM frames");
   const std::size_t all = count.next() ? count.count(0, 0, "the number of frames") : 0;
   const std::size_t mapped = frameCountOf(database), leftOut = leftOutOf(database);
   if (all + leftOut != mapped)
     database.failDamaged(
         fmt::format("it has {} of {} frames, and {} were left out of it", all, mapped, leftOut));
-  const std::size_t stride = most < all ? (all - 1) / std::max<std::size_t>(1, most) + 1 : 1;
-  Rows rows(database,
-            "SELECT id, name, timestamp, x, y, z, qx, qy, qz, qw, room, node FROM frames ORDER BY id");
-  for (std::size_t row = 0; rows.next(); ++row) {
-    if (row % stride != 0) continue;
+  if (most >= all) return std::nullopt;
+  const std::size_t stride = (all - 1) / std::max<std::size_t>(1, most) + 1;
+  const std::vector<std::size_t> kept = leftOut == 0 ? std::vector<std::size_t>() : numbersOf(database);
+  std::vector<std::size_t> numbers = also;
+  for (std::size_t row = 0; row < all; row += stride) numbers.push_back(kept.empty() ? row : kept.at(row));
+  std::ranges::sort(numbers);
+  const auto repeated = std::ranges::unique(numbers);
+  numbers.erase(repeated.begin(), repeated.end());
+  return numbers;
+}
+
+void readFrames(Database& database, TopologicalMap& map, const FrameRows& which) {
+  Rows rows = which.select<Rows>(database, "id, name, timestamp, x, y, z, qx, qy, qz, qw, room, node",
+                                 "frames", "id");
+  while (rows.next()) {
     MappedFrame frame;
     frame.number = rows.count(0, 0, "a frame's number");
     frame.name = printable(rows.text(1));
@@ -174,9 +188,10 @@ void readRoomsByName(Database& database, RoomPredictions& predictions) {
   database.failDamaged("what it says of rooms by name is wrong");
 }
 
-void readRoomEvidence(Database& database, const TopologicalMap& map, RoomPredictions& predictions) {
+void readRoomEvidence(Database& database, const TopologicalMap& map, const FrameRows& which,
+                      RoomPredictions& predictions) {
   if (!sqlite::hasTable(database, "room_evidence")) return;
-  Rows rows(database, "SELECT frame, label, log_odds FROM room_evidence ORDER BY frame, label");
+  Rows rows = which.select<Rows>(database, "frame, label, log_odds", "room_evidence", "frame");
   const std::size_t rooms = predictions.rooms.size(), frames = frameCountOf(database);
   while (rows.next()) {
     const auto frame = map.findFrame(rows.frame(0, frames, "the frame of room evidence"));
@@ -197,7 +212,7 @@ void readRoomEvidence(Database& database, const TopologicalMap& map, RoomPredict
   }
 }
 
-void readPredictions(Database& database, TopologicalMap& map) {
+void readPredictions(Database& database, TopologicalMap& map, const FrameRows& which) {
   if (!sqlite::hasTable(database, "predicted_rooms")) return;
   std::vector<std::string> rooms;
   Rows names(database, "SELECT id, name FROM predicted_rooms ORDER BY id");
@@ -211,22 +226,22 @@ void readPredictions(Database& database, TopologicalMap& map) {
   RoomPredictions predictions{printable(readMeta(database, "classifier")), std::move(rooms),
                               DescriptorMatrix(labels)};
   readRoomsByName(database, predictions);
-  Rows rows(database, "SELECT frame, probabilities FROM predictions ORDER BY frame");
+  // By names there are few of any map, by a classifier one a frame.
+  const FrameRows few = predictions.areByName ? FrameRows() : which;
+  Rows rows = few.select<Rows>(database, "frame, probabilities", "predictions", "frame");
+  const std::vector<float> none(labels, 0);
   std::vector<float> row;
   while (rows.next()) {
-    const std::size_t next = predictions.probabilities.size();
     const std::size_t number = rows.count(0, 0, "the frame of a room prediction");
     const std::string name = fmt::format("the room prediction of frame {}", number);
-    if (number < count && (next == map.frames.size() || number < map.frames[next].number))
-      continue;  // of a frame that was not read
     if (number >= count) database.failDamaged(name + " is of no frame");
-    if (number > map.frames[next].number)
-      database.failDamaged(
-          fmt::format("the room prediction of frame {} is missing", map.frames[next].number));
+    const auto frame = map.findFrame(number);
+    if (!frame) continue;  // it was not read
+    while (predictions.probabilities.size() < *frame) predictions.probabilities.append(none);
     readValues(database, rows.bytes(1), labels, name, row);
     predictions.probabilities.append(row);
   }
-  readRoomEvidence(database, map, predictions);
+  readRoomEvidence(database, map, few, predictions);
   map.predictions = std::move(predictions);
 }
 
@@ -344,17 +359,48 @@ MapStore::Identity readIdentity(Database& database) {
   return identity;
 }
 
-TopologicalMap readContent(Database& database, const MapStore::Identity& identity, std::size_t mostFrames) {
+TopologicalMap readContent(Database& database, const MapStore::Identity& identity, std::size_t mostFrames,
+                           const std::vector<std::size_t>& also) {
   TopologicalMap map{
       .vocabulary = identity.vocabulary, .model = identity.model, .distance = distanceOf(identity.settings)};
+  const std::optional<std::vector<std::size_t>> numbers = numbersToRead(database, mostFrames, also);
+  const FrameRows which = numbers ? FrameRows(*numbers) : FrameRows();
   readNodes(database, map);
-  readFrames(database, map, mostFrames);
+  readFrames(database, map, which);
   addDrives(database, map);
   addTransitions(database, map);
-  readDecisions(database, map);
+  if (!numbers) readDecisions(database, map);
   readMerges(database, map);
-  readPredictions(database, map);
+  readPredictions(database, map, which);
   return map;
+}
+
+FrameRows::FrameRows(std::span<const std::size_t> numbers)
+    : numbers_(fmt::format("[{}]", fmt::join(numbers, ","))) {}
+
+FrameRows::FrameRows(Database& database, const TopologicalMap& map) {
+  if (map.frames.size() + leftOutOf(database) >= frameCountOf(database)) return;
+  std::vector<std::size_t> numbers;
+  for (const MappedFrame& frame : map.frames) numbers.push_back(frame.number);
+  *this = FrameRows(numbers);
+}
+
+std::vector<std::size_t> numbersOf(const Database& database) {
+  Statement rows(database, "SELECT id FROM frames ORDER BY id");
+  std::vector<std::size_t> numbers;
+  while (rows.next()) numbers.push_back(static_cast<std::size_t>(rows.integer(0)));
+  return numbers;
+}
+
+std::vector<Visit> readVisits(Database& database) {
+  Rows rows(database, "SELECT id, node FROM frames ORDER BY node, id");  // by the index, which is small
+  std::vector<std::pair<std::size_t, int>> frames;
+  while (rows.next())
+    frames.emplace_back(rows.count(0, 0, "a frame's number"), rows.node(1, -1, "a frame's node"));
+  std::ranges::sort(frames);
+  std::vector<Visit> visits;
+  for (const auto& [frame, node] : frames) addFrame(visits, node, frame);
+  return visits;
 }
 
 }  // namespace estancia

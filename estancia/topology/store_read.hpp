@@ -2,6 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <fmt/format.h>
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "estancia/topology/sqlite.hpp"
@@ -15,10 +21,43 @@ MapStore::Identity readIdentity(sqlite::Database& database);
 /// The parts of a vocabulary as JSON, [[labels, weight], …].
 std::string partsToJson(const Vocabulary& vocabulary);
 
+/// Which frames of a map are read: all of them, or some by their numbers.
+class FrameRows {
+ public:
+  FrameRows() = default;
+  /// `numbers` ascend.
+  explicit FrameRows(std::span<const std::size_t> numbers);
+  /// Those that `map`, which was read from the database, has.
+  FrameRows(sqlite::Database& database, const TopologicalMap& map);
+
+  /// The rows of these frames in the order of their numbers, which are in the column `frame`; this must live
+  /// as long. `Row`: a sqlite::Statement.
+  template <class Row = sqlite::Statement>
+  Row select(const sqlite::Database& database, std::string_view columns, std::string_view table,
+             std::string_view frame) const {
+    if (!numbers_) return Row(database, fmt::format("SELECT {} FROM {} ORDER BY {}", columns, table, frame));
+    const std::string sql = fmt::format(
+        "SELECT {} FROM (SELECT value AS number_read FROM json_each(?1)) CROSS JOIN {} "
+        "ON {} = number_read",
+        columns, table, frame);
+    return Row(database, sql, std::string_view(*numbers_));
+  }
+
+ private:
+  /// As a JSON array.
+  std::optional<std::string> numbers_;
+};
+
 /// Everything but descriptors, images and states. Every number and length is checked before it is used.
-/// `mostFrames`: see MapStore::load().
+/// `mostFrames`, `also`: see MapStore::load().
 TopologicalMap readContent(sqlite::Database& database, const MapStore::Identity& identity,
-                           std::size_t mostFrames);
+                           std::size_t mostFrames, const std::vector<std::size_t>& also);
+
+/// The runs of frames at one place, in order.
+std::vector<Visit> readVisits(sqlite::Database& database);
+
+/// Of the frames that are kept, in order.
+std::vector<std::size_t> numbersOf(const sqlite::Database& database);
 
 /// The number that the next frame will have: of all that were mapped, kept or left out.
 std::size_t frameCountOf(sqlite::Database& database);

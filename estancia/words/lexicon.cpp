@@ -6,6 +6,8 @@
 #include <unordered_map>
 #include <utility>
 
+#include "estancia/core/ascii.hpp"
+
 namespace estancia {
 namespace {
 
@@ -80,7 +82,7 @@ std::string lexicalForm(std::string_view word) {
   unsigned char before = 0;
   for (char& c : form) {
     const auto byte = static_cast<unsigned char>(c);
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+    c = lowerCase(c);
     if (before == 0xC3 && byte >= 0x80 && byte <= 0x9E && byte != 0x97)
       c = static_cast<char>(byte + 0x20);  // capitals of Latin-1: "Ä" → "ä"
     if (c == '-' || c == '_') c = ' ';

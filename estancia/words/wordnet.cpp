@@ -10,6 +10,7 @@
 #include <string_view>
 #include <unordered_map>
 
+#include "estancia/core/ascii.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/home.hpp"
 
@@ -95,13 +96,6 @@ std::string withSpaces(std::string_view word) {
   return text;
 }
 
-std::string lowerCase(std::string_view word) {
-  std::string text(word);
-  for (char& c : text)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return text;
-}
-
 /// "lemma%1:06:00::" of cntlist.rev (senseidx(5WN)): the key of one meaning of a word; satellites of
 /// adjectives (type 5) name their head, which is dropped here: their counts are not used apart.
 std::string senseKey(std::string_view word, int type, unsigned category, unsigned lexicalId) {
@@ -151,7 +145,8 @@ WordNetSynset readSynset(std::string_view line, Fields fields, PartOfSpeech pos,
     const std::uint32_t lexicalId = fields.number(16);
     if (const std::size_t marker = word.find('('); marker != std::string_view::npos && marker > 0)
       word = word.substr(0, marker);  // "(a)", "(p)", "(ip)": where an adjective may stand
-    const auto count = counts.find(senseKey(lowerCase(word), senseType(type.front()), category, lexicalId));
+    const auto count =
+        counts.find(senseKey(lowerCase(std::string(word)), senseType(type.front()), category, lexicalId));
     synset.words.push_back(withSpaces(word));
     synset.tagCounts.push_back(count == counts.end() ? 0 : count->second);
   }

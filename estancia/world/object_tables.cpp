@@ -231,6 +231,20 @@ std::vector<ObjectEdit> WorldStore::objectEdits() const {
   return edits;
 }
 
+std::vector<std::size_t> WorldStore::objectFrames() const {
+  std::vector<std::size_t> frames;
+  const Database& database = store_.database();
+  if (!exists_) return frames;
+  std::string sql =
+      "SELECT first_frame FROM objects UNION SELECT last_frame FROM objects UNION SELECT best_frame FROM "
+      "objects";
+  if (sqlite::hasTable(database, "object_poses")) sql += " UNION SELECT frame FROM object_poses";
+  Statement rows(database, sql);
+  while (rows.next())
+    if (rows.integer(0) >= 0) frames.push_back(static_cast<std::size_t>(rows.integer(0)));
+  return frames;
+}
+
 void WorldStore::readObjects(WorldMap& world) const {
   const Database& database = store_.database();
   const auto frames = static_cast<std::int64_t>(store_.frameCount());

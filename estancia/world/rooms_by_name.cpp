@@ -67,7 +67,7 @@ void nameRoomsByNames(const std::filesystem::path& map, const std::vector<std::s
 }
 
 bool renewRoomsByNames(const std::filesystem::path& map) {
-  const TopologicalMap kept = MapStore::open(map, MapStore::Access::read).load(mostFramesOfRooms);
+  const TopologicalMap kept = MapStore::open(map, MapStore::Access::read).load(mostFramesOfAnswers);
   if (!isNamedByNames(kept)) return false;
   try {
     nameRoomsByNames(map, roomsListedIn(kept));

@@ -1,4 +1,5 @@
-// Rooms by name: a finished map names its rooms without any example. SPDX-License-Identifier: Apache-2.0
+// Rooms by name: a finished map names its rooms without any example.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -7,13 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "estancia/world/world_map.hpp"
+
 namespace estancia {
-
-struct WorldMap;
-
-/// A longer drive is judged by so many of its frames, evenly spread: more do not make the rooms surer, but a
-/// day at ten frames a second has 4 GB of words. The other frames have no prediction of their own then.
-constexpr std::size_t mostFramesOfRooms = 20'000;
 
 /// Throws Error unless rooms can be told by these names, before the long work begins: missingDependency
 /// without WordNet, unknownName, insufficientData.
@@ -23,7 +20,7 @@ void requireRoomNames(const std::vector<std::string>& rooms);
 /// `mostFrames` at most, and stores them in place of earlier predictions. Without `rooms`, commonRooms() are
 /// tried. Throws Error as readMap() and requireRoomNames() do.
 void nameRoomsByNames(const std::filesystem::path& map, const std::vector<std::string>& rooms = {},
-                      std::size_t mostFrames = mostFramesOfRooms);
+                      std::size_t mostFrames = mostFramesOfAnswers);
 
 /// The same for a map that was made or continued, where nobody asks for it: a trained classifier's
 /// predictions stay, and rooms that were listed once are listed again. Returns whether the map has

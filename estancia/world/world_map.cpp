@@ -45,8 +45,14 @@ Floor floorOf(const WorldMap& world) {
 WorldMap readWorld(const std::filesystem::path& path, std::size_t mostFrames) {
   MapStore store = MapStore::open(path, MapStore::Access::read);
   store.beginReading();
-  WorldMap world{store.load(mostFrames)};
-  WorldStore(store, MapStore::Access::read).read(world);
+  const WorldStore layers(store, MapStore::Access::read);
+  std::vector<std::size_t> named;
+  if (mostFrames < store.frameCount()) {
+    named = store.namedFrames();
+    for (const std::size_t frame : layers.objectFrames()) named.push_back(frame);
+  }
+  WorldMap world{store.load(mostFrames, named)};
+  layers.read(world);
   KnownStore(store).read(world);
   store.endReading();
   return world;

@@ -97,10 +97,11 @@ Observation decodedObservation(const Database& database, const std::string& byte
 }
 
 /// A number below `end` of each frame of the map.
-void readNumbers(Database& database, const char* sql, const TopologicalMap& map, std::size_t end,
-                 std::vector<int>& numbers) {
+void readNumbers(Database& database, const char* column, const char* table, const TopologicalMap& map,
+                 std::size_t end, std::vector<int>& numbers) {
   const auto frames = static_cast<std::int64_t>(frameCountOf(database));
-  Statement rows(database, sql);
+  const FrameRows which(database, map);
+  Statement rows = which.select(database, fmt::format("frame, {}", column), table, "frame");
   while (rows.next()) {
     const std::int64_t frame = rows.integer(0), number = rows.integer(1);
     if (frame < 0 || frame >= frames || number < 0 || number >= static_cast<std::int64_t>(end))
@@ -328,8 +329,7 @@ void WorldStore::readZones(WorldMap& world) const {
     world.zones.push_back({static_cast<int>(world.zones.size()), printable(rows.text(1)),
                            static_cast<std::size_t>(rows.integer(2))});
   }
-  readNumbers(database, "SELECT frame, zone FROM frame_zones", world.places, world.zones.size(),
-              world.zoneOfFrame);
+  readNumbers(database, "zone", "frame_zones", world.places, world.zones.size(), world.zoneOfFrame);
 }
 
 void WorldStore::readAreas(WorldMap& world) const {
@@ -351,8 +351,7 @@ void WorldStore::readAreas(WorldMap& world) const {
   double most = -1;
   cv::minMaxLoc(world.plan->areaOf, nullptr, &most);
   if (most >= static_cast<double>(world.areas.size())) database.failDamaged("its plan has unknown areas");
-  readNumbers(database, "SELECT frame, area FROM frame_areas", world.places, world.areas.size(),
-              world.areaOfFrame);
+  readNumbers(database, "area", "frame_areas", world.places, world.areas.size(), world.areaOfFrame);
   for (const AreaEdit& edit : world.edits)
     if (edit.kind == AreaEdit::Kind::name)
       if (const int area = areaAt(*world.plan, edit.from, 1); area >= 0)

@@ -93,6 +93,8 @@ class WorldStore {
       const std::function<void(const SegmentPlace& segment, const LexicalDescriptor& words)>& visit) const;
   /// The best view's JPEG; empty where there is none.
   std::vector<unsigned char> objectImage(int object) const;
+  /// Those that objects name: first, last and best, and where a known object was recognized.
+  std::vector<std::size_t> objectFrames() const;
   /// Adds all layers to `world`, whose places have been read. Throws Error (corruptFile).
   void read(WorldMap& world) const;
 

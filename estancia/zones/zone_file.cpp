@@ -5,9 +5,9 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
 #include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -36,7 +36,9 @@ constexpr int maxDepth = 8;
 
 /// The number with the fewest digits that reads back as this float32: 0.2, not 0.20000000298023224.
 double shortest(float value) {
-  const double decimal = std::strtod(fmt::format("{}", value).c_str(), nullptr);
+  const std::string digits = fmt::format("{}", value);
+  double decimal = 0;
+  std::from_chars(digits.data(), digits.data() + digits.size(), decimal);
   return static_cast<float>(decimal) == value ? decimal : static_cast<double>(value);
 }
 

@@ -76,6 +76,15 @@ TEST_F(ProcessLabeler, LabelsImages) {
   EXPECT_EQ(labeler->identity().substr(0, 5), "mine ");
 }
 
+TEST_F(ProcessLabeler, TakesNoMoreThanTheMachineHasAndIsEndedFirst) {
+  const test::Caught caught = refusal(
+      "read -r image; sleep 0.2; echo oom $(cat /proc/self/oom_score_adj) core $(ulimit -c) data $(ulimit "
+      "-d) >&2; "
+      "exit 3\n");
+  const long kibibytes = sysconf(_SC_PHYS_PAGES) * (sysconf(_SC_PAGESIZE) / 1024);
+  EXPECT_THAT(caught.message, testing::HasSubstr("oom 1000 core 0 data " + std::to_string(kibibytes)));
+}
+
 TEST_F(ProcessLabeler, HandsOverTheWholeImageAndTakesItAway) {
   cv::Mat image(30, 40, CV_8UC3);
   cv::RNG(1).fill(image, cv::RNG::UNIFORM, 0, 256);

@@ -232,6 +232,18 @@ TEST(PredictedRooms, ReplaceEarlierOnes) {
   EXPECT_EQ(map.frames[0].room, "kitchen") << "the truth stays what it was";
 }
 
+TEST(PredictedRooms, MayBeOfSomeFramesOnly) {
+  const test::ScratchFolder folder;
+  const fs::path path = storedMap(folder, false);
+  RoomPredictions made{"some", {"a", "b"}, DescriptorMatrix(2)};
+  for (const float first : {0.25F, 0.0F, 0.5F, 0.0F})
+    made.probabilities.append(std::vector<float>{first, 2 * first});
+  writeRoomPredictions(made, path);
+  const TopologicalMap map = readMap(path);
+  ASSERT_EQ(map.predictions->probabilities.size(), 3U) << "up to the last that was predicted";
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(isPredicted(*map.predictions, i), i != 1) << i;
+}
+
 TEST(PredictedRooms, ThatFitNoMapAreRefused) {
   const test::ScratchFolder folder;
   const fs::path path = storedMap(folder, false);
@@ -258,7 +270,6 @@ TEST(PredictedRooms, InADamagedFileAreNotBelieved) {
       {"UPDATE predictions SET probabilities = x'00' WHERE frame = 1", "frame 1"},
       {"UPDATE predictions SET probabilities = x'0000c07f0000000000000000' WHERE frame = 2", "nan"},
       {"UPDATE predictions SET probabilities = x'0000004100000000000000c1' WHERE frame = 2", "8"},
-      {"DELETE FROM predictions WHERE frame = 1", "frame 1"},
       {"INSERT INTO predictions VALUES(6, zeroblob(12)); INSERT INTO predictions VALUES(7, zeroblob(12))",
        "frame 7"},
       {"UPDATE predicted_rooms SET id = 9 WHERE id = 1", "predicted room"},

@@ -3,10 +3,18 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
 #include <numeric>
 
 #include "estancia/topology/map.hpp"
+#include "estancia/topology/store.hpp"
+#include "estancia/world/ask_world.hpp"
+#include "estancia/world/export_world.hpp"
 #include "estancia/world/rooms_by_name.hpp"
+#include "estancia/world/route_world.hpp"
+#include "estancia/world/world_json.hpp"
 #include "estancia/world/world_map.hpp"
 #include "support/flat_drive.hpp"
 #include "support/map_drive.hpp"
@@ -26,48 +34,110 @@ fs::path mapOf(const FlatDrive& drive, const ScratchFolder& folder) {
   return file;
 }
 
+/// The sample world driven in small steps: `steps` frames from each of its frames to the next.
+WorldMap slowWorld(std::size_t steps) {
+  WorldMap world = test::sampleWorld();
+  std::vector<MappedFrame> frames;
+  std::vector<Decision> decisions;
+  for (std::size_t i = 0; i < world.places.frames.size(); ++i)
+    for (std::size_t step = 0; step < steps; ++step) {
+      const MappedFrame &from = world.places.frames[i],
+                        &to = world.places.frames[std::min(i + 1, world.places.frames.size() - 1)];
+      const double share = static_cast<double>(step) / static_cast<double>(steps);
+      MappedFrame frame = test::sampleFrame(i * steps + step, from.node, 0, 0, 0);
+      frame.pose = from.pose;
+      frame.pose->x += share * (to.pose->x - from.pose->x);
+      frame.pose->y += share * (to.pose->y - from.pose->y);
+      frames.push_back(frame);
+      decisions.push_back(world.places.decisions[i]);
+      decisions.back().frame = frame.number;
+    }
+  world.places.frames = frames;
+  world.places.decisions = decisions;
+  for (Node& node : world.places.nodes) node.frames *= steps;
+  for (Transition& transition : world.places.transitions)
+    transition.firstFrame = std::min(transition.firstFrame * steps, frames.size() - 1);
+  for (WorldObject& object : world.objects)
+    for (std::size_t WorldObject::*frame :
+         {&WorldObject::firstFrame, &WorldObject::lastFrame, &WorldObject::bestFrame})
+      object.*frame = object.*frame * steps + 1;
+  world.areaOfFrame.clear();
+  for (const MappedFrame& frame : frames) world.areaOfFrame.push_back(frame.node);
+  return world;
+}
+
 TEST(LongDrives, AreReadByEachNthFrame) {
   const ScratchFolder folder;
   const FlatDrive drive;
   const fs::path file = mapOf(drive, folder);
   const WorldMap whole = readWorld(file);
   EXPECT_FALSE(whole.places.isThinned());
-  for (const std::size_t most : {64U, 63U, 20U, 7U, 1U, 0U}) {
+  const MapStore store = MapStore::open(file, MapStore::Access::read);
+  for (const std::size_t most : {63U, 20U, 7U, 1U, 0U}) {
+    const TopologicalMap some = store.load(most);
+    const std::size_t stride = some.frames.size() > 1 ? some.frames[1].number : drive.size();
+    EXPECT_LE(some.frames.size(), std::max<std::size_t>(1, most));
+    EXPECT_GE(2 * some.frames.size(), most) << "as many as half of them at least";
+    for (std::size_t i = 0; i < some.frames.size(); ++i) EXPECT_EQ(some.frames[i].number, i * stride);
+    for (std::size_t i = 0; i < some.transitions.size(); ++i)
+      EXPECT_EQ(some.transitions[i].firstFrame, whole.places.transitions[i].firstFrame / stride);
+    EXPECT_EQ(some.nodes.size(), whole.places.nodes.size());
+  }
+  EXPECT_EQ(store.load(64).frames.size(), drive.size());
+}
+
+TEST(LongDrives, KeepTheFramesThatTheirLayersName) {
+  const ScratchFolder folder;
+  const fs::path file = folder / "slow.estancia";
+  test::writeWorld(slowWorld(50), file);
+  const WorldMap whole = readWorld(file);
+  ASSERT_EQ(whole.places.frames.size(), 400U);
+  for (const std::size_t most : {200U, 40U, 3U}) {
     const WorldMap some = readWorld(file, most);
-    const std::size_t stride =
-        some.places.frames.size() > 1 ? some.places.frames[1].number : whole.places.frames.size();
-    EXPECT_LE(some.places.frames.size(), std::max<std::size_t>(1, most));
-    EXPECT_GE(2 * some.places.frames.size(), most) << "as many as half of them at least";
-    ASSERT_EQ(some.areaOfFrame.size(), some.places.frames.size());
-    ASSERT_EQ(some.zoneOfFrame.size(), some.places.frames.size());
+    EXPECT_TRUE(some.places.isThinned());
+    EXPECT_LE(some.places.frames.size(), most + 3 * whole.places.nodes.size() + 12);
+    const auto numberOf = [&](std::size_t frame) { return some.places.frames.at(frame).number; };
+    std::map<int, int> framesOf;
     for (std::size_t i = 0; i < some.places.frames.size(); ++i) {
-      EXPECT_EQ(some.places.frames[i].name, whole.places.frames[i * stride].name);
-      EXPECT_EQ(some.places.frames[i].node, whole.places.frames[i * stride].node);
-      EXPECT_EQ(some.areaOfFrame[i], whole.areaOfFrame[i * stride]);
-      EXPECT_EQ(some.zoneOfFrame[i], whole.zoneOfFrame[i * stride]);
-      EXPECT_EQ(some.places.decisions.at(i).node, whole.places.decisions[i * stride].node);
+      const MappedFrame& same = whole.places.frames[numberOf(i)];
+      EXPECT_EQ(some.places.frames[i].name, same.name);
+      EXPECT_EQ(some.places.frames[i].node, same.node);
+      EXPECT_EQ(some.areaOfFrame.at(i), whole.areaOfFrame[numberOf(i)]);
+      ++framesOf[same.node];
     }
-    ASSERT_EQ(some.places.transitions.size(), whole.places.transitions.size());
-    for (std::size_t i = 0; i < whole.places.transitions.size(); ++i)
-      EXPECT_EQ(some.places.transitions[i].firstFrame, whole.places.transitions[i].firstFrame / stride);
-    EXPECT_EQ(some.places.nodes.size(), whole.places.nodes.size());
-    EXPECT_EQ(some.areas.size(), whole.areas.size());
+    for (const Node& node : whole.places.nodes) EXPECT_GE(framesOf[node.id], 3);
+    EXPECT_TRUE(some.places.decisions.empty());
+    ASSERT_EQ(some.objects.size(), whole.objects.size());
+    for (std::size_t i = 0; i < whole.objects.size(); ++i) {
+      EXPECT_EQ(numberOf(some.objects[i].firstFrame), whole.objects[i].firstFrame);
+      EXPECT_EQ(numberOf(some.objects[i].lastFrame), whole.objects[i].lastFrame);
+      EXPECT_EQ(numberOf(some.objects[i].bestFrame), whole.objects[i].bestFrame);
+      EXPECT_EQ(some.objects[i].views, whole.objects[i].views);
+    }
   }
 }
 
-TEST(LongDrives, KeepTheFramesOfObjects) {
+TEST(LongDrives, AnswerAsIfAllFramesWereRead) {
   const ScratchFolder folder;
-  const fs::path file = folder / "sample.estancia";
-  test::writeWorld(test::sampleWorld(), file);
-  const WorldMap whole = readWorld(file), some = readWorld(file, whole.places.frames.size() / 2);
-  ASSERT_EQ(some.places.frames.at(1).number, 2U);
-  ASSERT_EQ(some.objects.size(), whole.objects.size());
-  for (std::size_t i = 0; i < whole.objects.size(); ++i) {
-    EXPECT_EQ(some.objects[i].firstFrame, whole.objects[i].firstFrame / 2);
-    EXPECT_EQ(some.objects[i].lastFrame, whole.objects[i].lastFrame / 2);
-    EXPECT_EQ(some.objects[i].bestFrame, whole.objects[i].bestFrame / 2);
-    EXPECT_EQ(some.objects[i].views, whole.objects[i].views);
+  const fs::path file = folder / "slow.estancia";
+  test::writeWorld(slowWorld(50), file);
+  const WorldMap whole = readWorld(file);
+  WorldMap some = readWorld(file, 40);
+  some.places.visits = readVisits(file);
+  const auto answer = [](const WorldMap& world, const std::string& words) {
+    return toJson(words, askWorld(world, words, 5, 5), world).dump();
+  };
+  for (const char* words : {"umbrella", "coffee mug", "kitchen", "folding chair"})
+    EXPECT_EQ(answer(some, words), answer(whole, words));
+  for (const char* to : {"umbrella", "corridor", "coffee mug"}) {
+    const WorldRoute known = routeInWorld(whole, 0, to, {}, {}), found = routeInWorld(some, 0, to, {}, {});
+    EXPECT_EQ(found.route.nodes, known.route.nodes) << to;
+    EXPECT_NEAR(found.route.cost, known.route.cost, 0.3) << to;
   }
+  EXPECT_EQ(nlohmann::json::parse(exportWorld(some, "json"))["places"][0]["frame_ranges"],
+            nlohmann::json::parse("[[0, 149]]"));
+  EXPECT_EQ(nlohmann::json::parse(exportWorld(some, "rooms"))["rooms"][3]["places"][0]["frame_ranges"],
+            nlohmann::json::parse("[[200, 349]]"));
 }
 
 TEST(GrowingRooms, AreNamedAsTheFinishedMapNamesThem) {
@@ -102,7 +172,7 @@ TEST(LongDrives, NameTheirRoomsBySomeFrames) {
   const WorldMap some = readWorld(file);
   ASSERT_TRUE(some.places.predictions);
   const DescriptorMatrix& rooms = some.places.predictions->probabilities;
-  ASSERT_EQ(rooms.size(), some.places.frames.size());
+  ASSERT_EQ(rooms.size(), some.places.frames.size() - 3) << "up to the last that was predicted";
   for (std::size_t i = 0; i < rooms.size(); ++i)
     EXPECT_NEAR(std::reduce(rooms.row(i).begin(), rooms.row(i).end()), i % 4 == 0 ? 1 : 0, 1e-5) << i;
   for (const RoomEvidence& told : some.places.predictions->evidence) EXPECT_EQ(told.image % 4, 0U);

@@ -7,6 +7,7 @@
 #include <array>
 #include <set>
 
+#include "estancia/core/ascii.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/object_view_formats.hpp"
@@ -18,9 +19,8 @@ namespace {
 
 /// Names of folders and files.
 bool isPlain(const std::string& name) {
-  return !name.empty() && std::ranges::all_of(name, [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_';
-  });
+  return !name.empty() &&
+         std::ranges::all_of(name, [](char c) { return isLetterOrDigit(c) || c == '-' || c == '_'; });
 }
 
 }  // namespace

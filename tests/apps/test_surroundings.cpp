@@ -1,0 +1,216 @@
+// The command in other people's surroundings: languages, users, file systems, closed streams, names in no
+// encoding. SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <nlohmann/json.hpp>
+
+#include "estancia/core/utf8.hpp"
+#include "estancia/topology/map.hpp"
+#include "io/images.hpp"
+#include "support/errors.hpp"
+#include "support/model_support.hpp"
+#include "support/sample_home.hpp"
+
+namespace estancia::test {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+namespace fs = std::filesystem;
+
+std::string replaced(std::string text, const std::string& what, const std::string& by) {
+  for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + by.size()))
+    text.replace(at, what.size(), by);
+  return text;
+}
+
+class Surroundings : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string lines = "image,mug,desk,tree\n";
+    for (int i = 0; i < 40; ++i)
+      lines += fmt::format("i{}.png,{},0.05\n", i, i / 10 % 2 == 0 ? "0.9,0.05" : "0.05,0.9");
+    writeFile(labels_, lines);
+  }
+
+  /// Runs `estancia arguments…` by a line of the shell, in which "$@" is the command.
+  CommandResult runBy(const std::string& line, const std::vector<std::string>& arguments) const {
+    std::vector<std::string> words{"-c", line, "sh", ESTANCIA_COMMAND};
+    words.insert(words.end(), arguments.begin(), arguments.end());
+    return runProgram("/bin/sh", words);
+  }
+  /// The same by root as by anybody else: what the mode of a file forbids is forbidden.
+  CommandResult runUnprivileged(const std::string& line, const std::vector<std::string>& arguments) const {
+    return runBy(
+        geteuid() == 0 ? "exec setpriv --bounding-set=-all /bin/sh -c '" + line + "' sh \"$@\"" : line,
+        arguments);
+  }
+  fs::path mapped(const std::string& name) const {
+    const CommandResult result = run({"map", labels_, "-o", folder_ / name});
+    EXPECT_EQ(result.exitCode, 0) << result.err;
+    return folder_ / name;
+  }
+
+  ScratchFolder folder_;
+  const fs::path labels_ = folder_ / "labels.csv";
+};
+
+/// Everything that reads or writes decimals, once.
+std::string resultsIn(const fs::path& folder, const std::vector<std::string>& environment) {
+  const fs::path home = folder / "home", model = folder / "model", map = folder / "a.estancia";
+  fs::create_directories(folder);
+  writeSampleHome(home);
+  writeSmallModel(model);
+  std::string all;
+  const auto command = [&](const std::vector<std::string>& arguments, bool tells = true) {
+    std::vector<std::string> words = environment;
+    words.emplace_back(ESTANCIA_COMMAND);
+    words.insert(words.end(), arguments.begin(), arguments.end());
+    const CommandResult result = runProgram("/usr/bin/env", words);
+    all += fmt::format("{}: {}\n{}\n", arguments[0], result.exitCode, tells ? result.out : "");
+  };
+  command({"check", home});
+  command({"label", home, "--model", model, "-o", folder / "labels.csv"}, false);
+  command({"map", home, "--model", model, "-o", map}, false);
+  for (const char* format : {"json", "graphml", "nav2", "spark-dsg"})
+    command({"export", map, "--format", format});
+  command({"ask", map, "word 1", "--json"});
+  command({"ask", map, "Word 1"});
+  command({"route", map, "--from", "0", "--to", "word 1", "--json"});
+  command({"zones", "find", map, "-o", folder / "a.zones"}, false);
+  command({"export", folder / "a.zones", "--format", "rooms"});
+  command({"report", map, "-o", folder / "a.html"}, false);
+  command({"evaluate", map, home, "--json"});
+  command({"options", "map"});
+  for (const char* file : {"labels.csv", "a.zones", "a.html"}) all += readFile(folder / file);
+  return replaced(std::move(all), folder.string(), "");
+}
+
+TEST_F(Surroundings, NoLanguageChangesNumbersOrNames) {
+  const std::string known = resultsIn(folder_ / "C", {});
+  ASSERT_THAT(known, HasSubstr("0.5"));
+  for (const std::string language : {"de_DE", "tr_TR"}) {
+    const fs::path locales = folder_ / "locales";
+    fs::create_directories(locales);
+    ASSERT_EQ(runProgram("/usr/bin/localedef",
+                         {"-i", language, "-f", "UTF-8", "--no-archive", locales / (language + ".UTF-8")})
+                  .exitCode,
+              0)
+        << "install the package locales";
+    const std::vector<std::string> environment{"LD_PRELOAD=" ESTANCIA_FOREIGN_LOCALE,
+                                               "LOCPATH=" + locales.string(),
+                                               "LC_ALL=" + language + ".UTF-8"};
+    EXPECT_EQ(resultsIn(folder_ / language, environment), known) << language;
+  }
+}
+
+TEST_F(Surroundings, WhatMayNotBeReadOrWrittenIsToldSo) {
+  const fs::path file = mapped("a.estancia"), closed = folder_ / "closed";
+  fs::create_directory(closed);
+  fs::copy_file(file, closed / "a.estancia");
+  const std::string ask = "exec \"$@\"";
+  fs::permissions(closed, fs::perms::owner_read | fs::perms::owner_exec);
+  EXPECT_EQ(runUnprivileged(ask, {"ask", closed / "a.estancia", "mug"}).exitCode, 0)
+      << "a map is read in a folder that nobody may write";
+  EXPECT_THAT(runUnprivileged(ask, {"map", labels_, "-o", closed / "b.estancia"}),
+              FailsWith(ErrorCode::fileUnwritable, "closed"));
+  fs::permissions(closed, fs::perms::owner_all);
+  fs::permissions(closed / "a.estancia", fs::perms::none);
+  fs::permissions(labels_, fs::perms::none);
+  EXPECT_THAT(runUnprivileged(ask, {"ask", closed / "a.estancia", "mug"}),
+              FailsWith(ErrorCode::fileUnreadable, "ermission"));
+  EXPECT_THAT(runUnprivileged(ask, {"map", labels_, "-o", folder_ / "b.estancia"}),
+              FailsWith(ErrorCode::fileUnreadable, "ermission"));
+}
+
+TEST_F(Surroundings, AMaskThatForbidsAllLeavesNothingBehind) {
+  const CommandResult result =
+      runUnprivileged("umask 777; exec \"$@\"", {"map", labels_, "-o", folder_ / "a.estancia"});
+  if (result.exitCode != 0) {
+    EXPECT_THAT(result, FailsWith(ErrorCode::fileUnwritable, "a.estancia"));
+    EXPECT_FALSE(fs::exists(folder_ / "a.estancia"));
+  } else {
+    fs::permissions(folder_ / "a.estancia", fs::perms::owner_read);
+    EXPECT_EQ(readMap(folder_ / "a.estancia").frames.size(), 40U);
+  }
+}
+
+TEST_F(Surroundings, NoHomeIsNeeded) {
+  writeSmallModel(folder_ / "model");
+  writeSampleHome(folder_ / "home");
+  // Where there is none at all it is that of the list of users, where a cache would be left behind.
+  EXPECT_EQ(runBy("exec env -u HOME -u ESTANCIA_CACHE \"$@\"", {"map", labels_, "-o", folder_ / "a.estancia"})
+                .exitCode,
+            0);
+  for (const std::string home : {"/nowhere", "", "not/absolute"}) {
+    const fs::path file = folder_ / ("b" + std::to_string(home.size()) + ".estancia");
+    const CommandResult result =
+        runUnprivileged("exec env -u ESTANCIA_CACHE -u XDG_CACHE_HOME HOME=" + home + " \"$@\"",
+                        {"map", folder_ / "home", "--model", folder_ / "model", "-o", file});
+    EXPECT_EQ(result.exitCode, 0) << home << result.err;
+    EXPECT_EQ(readMap(file).frames.size(), 8U);
+  }
+}
+
+TEST_F(Surroundings, ReadsMapsOfReadOnlyFileSystems) {
+  const fs::path file = mapped("a.estancia"), disk = folder_ / "disk";
+  fs::create_directory(disk);
+  const std::string mount = fmt::format(
+      "exec unshare -m /bin/sh -c 'mount -t tmpfs none {0} && cp {1} {0}/a.estancia && "
+      "mount -o remount,ro {0} && exec \"$@\"' sh \"$@\"",
+      disk.string(), file.string());
+  if (runBy("exec unshare -m /bin/sh -c 'mount -t tmpfs none " + disk.string() + "'", {}).exitCode != 0)
+    GTEST_SKIP() << "only root mounts file systems";
+  EXPECT_EQ(runBy(mount, {"ask", disk / "a.estancia", "mug"}).exitCode, 0);
+  EXPECT_THAT(runBy(mount, {"map", labels_, "-o", disk / "b.estancia"}),
+              FailsWith(ErrorCode::fileUnwritable, "disk"));
+  EXPECT_NE(runBy(mount, {"map", labels_, "-o", disk / "a.estancia", "--continue"}).exitCode, 0);
+}
+
+TEST_F(Surroundings, ClosedStreamsTakeNoFile) {
+  const fs::path known = mapped("known.estancia");
+  const std::string answer = run({"ask", known, "mug"}).out;
+  ASSERT_THAT(answer, HasSubstr("mug"));
+  int number = 0;
+  for (const std::string closed : {"<&-", ">&-", "2>&-", "<&- >&- 2>&-"}) {
+    const fs::path file = folder_ / fmt::format("{}.estancia", number++);
+    runBy("exec \"$@\" " + closed, {"map", labels_, "-o", file});
+    EXPECT_EQ(readMap(file).frames.size(), 40U) << closed;
+    EXPECT_EQ(run({"ask", file, "mug"}).out, answer) << closed;
+    const fs::path exported = folder_ / fmt::format("{}.json", number);
+    runBy("exec \"$@\" " + closed, {"export", file, "--format", "json", "-o", exported});
+    EXPECT_EQ(readFile(exported), run({"export", file, "--format", "json"}).out) << closed;
+  }
+  EXPECT_NE(runBy("exec \"$@\" >&-", {"ask", known, "mug"}).exitCode, 0) << "nobody has got the answer";
+}
+
+TEST_F(Surroundings, NamesInNoEncodingAreShownByTheirBytes) {
+  const fs::path images = folder_ / "images";
+  fs::create_directory(images);
+  const std::vector<std::string> names{"1\xff\xfe.png", "2\n.png",  "3\x1b[2J.png",
+                                       "4\u202E.png",   "5 \".png", "6<b>&'.png"};
+  for (const std::string& name : names) {
+    cv::imwrite(images / "plain.png", cv::Mat(8, 8, CV_8UC3, cv::Scalar(90, 90, 90)));
+    fs::rename(images / "plain.png", images / name);
+  }
+  writeSmallModel(folder_ / "model");
+  const fs::path file = folder_ / "a\xff.estancia";
+  ASSERT_EQ(run({"map", images, "--model", folder_ / "model", "-o", file}).exitCode, 0);
+  EXPECT_EQ(readMap(file).frames.size(), names.size());
+  for (const std::string& text :
+       {run({"export", file, "--format", "json"}).out, run({"explain", file, "0", "--json"}).out,
+        run({"explain", file, "1", "--json"}).out, run({"ask", file, "word 1", "--json"}).out}) {
+    EXPECT_TRUE(nlohmann::json::accept(text)) << text;
+    EXPECT_THAT(text, Not(HasSubstr("\x1b")));
+  }
+  ASSERT_EQ(run({"report", file, "-o", folder_ / "a.html"}).exitCode, 0);
+  const std::string page = readFile(folder_ / "a.html");
+  for (std::string_view rest = page; !rest.empty();) ASSERT_TRUE(takeCodePoint(rest)) << rest.substr(0, 80);
+  for (const char* raw : {"\x1b", "\u202E", "<b>&'"}) EXPECT_THAT(page, Not(HasSubstr(raw)));
+}
+
+}  // namespace
+}  // namespace estancia::test
