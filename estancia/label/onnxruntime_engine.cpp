@@ -16,6 +16,7 @@
 #include <algorithm>
 #include <chrono>
 #include <limits>
+#include <new>
 #include <regex>
 #include <span>
 #include <string_view>
@@ -93,6 +94,7 @@ class Session {
       for (std::size_t i = 0; i < session_.GetOutputCount(); ++i)
         outputs_.emplace_back(session_.GetOutputNameAllocated(i, allocator).get());
     } catch (const Ort::Exception& e) {
+      if (std::string_view(e.what()).find("bad_alloc") != std::string_view::npos) throw std::bad_alloc();
       fail(ErrorCode::unsupportedFile, "cannot open the network {}: {}", source, reasonOf(e));
     }
   }

@@ -228,6 +228,10 @@ Choices worldFormats() {
   return choices;
 }
 
+bool listsFrames(const std::string& format) {
+  return format == "json" || format == "rooms";
+}
+
 std::string exportWorld(const WorldMap& world, const std::string& format, const ExportOptions& options) {
   requireChoice("export format", format, worldFormats());
   if (const auto* found = std::ranges::find(formats, format, &WorldFormat::name); found != std::end(formats))

@@ -17,6 +17,9 @@ namespace estancia {
 ///  * spark-dsg: the JSON of Spark-DSG (see sparkDsgJson()).
 Choices worldFormats();
 
+/// Whether the format tells which frames each place has: "frame_ranges".
+bool listsFrames(const std::string& format);
+
 /// As exportMap(), with what the map has of areas and objects: in nav2 the places' metadata have "area",
 /// "area_id" and "objects" (names), and areas (Polygon) and objects (MultiPoint, since the loader of Nav2
 /// takes each Point for a node) are features of their own, which that loader skips; in graphml areas and

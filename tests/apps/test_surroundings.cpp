@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "estancia/core/utf8.hpp"
@@ -185,6 +186,49 @@ TEST_F(Surroundings, ClosedStreamsTakeNoFile) {
     EXPECT_EQ(readFile(exported), run({"export", file, "--format", "json"}).out) << closed;
   }
   EXPECT_NE(runBy("exec \"$@\" >&-", {"ask", known, "mug"}).exitCode, 0) << "nobody has got the answer";
+}
+
+TEST_F(Surroundings, TenProcessesShareACacheAndOneMakesTheMap) {
+  writeSmallModel(folder_ / "model");
+  writeSampleHome(folder_ / "home");
+  const std::string shared = fmt::format(
+      "cd {} && export ESTANCIA_CACHE={}/cache; for i in 1 2 3 4 5 6 7 8 9 10; do (\"$@\" -o {{}} >out$i "
+      "2>&1; "
+      "echo $? >code$i) & done; wait; cat code*",
+      folder_.path().string(), folder_.path().string());
+  const auto codes = [&](const std::string& output, const std::vector<std::string>& arguments) {
+    std::string text = runBy(replaced(shared, "{}", output), arguments).out;
+    std::erase(text, '\n');
+    std::ranges::sort(text);
+    return text;
+  };
+  EXPECT_EQ(codes("$i.labels", {"label", folder_ / "home", "--model", folder_ / "model"}), "0000000000");
+  for (int i = 2; i <= 10; ++i)
+    EXPECT_EQ(readFile(folder_ / fmt::format("{}.labels", i)), readFile(folder_ / "1.labels"));
+  EXPECT_EQ(codes("a.estancia", {"map", folder_ / "home", "--model", folder_ / "model"}), "0222222222");
+  EXPECT_EQ(readMap(folder_ / "a.estancia").frames.size(), 8U);
+}
+
+TEST_F(Surroundings, LittleMemoryAndFewFilesAreToldSo) {
+  writeSmallModel(folder_ / "model");
+  writeSampleHome(folder_ / "home");
+  int ended = 0, number = 0;
+  for (const std::string limit :
+       {"-v 150000", "-v 250000", "-v 350000", "-v 450000", "-v 600000", "-n 5", "-n 8", "-n 11"}) {
+    const fs::path file = folder_ / fmt::format("{}.estancia", number++);
+    const CommandResult result =
+        runBy("ulimit " + limit + "; exec \"$@\"",
+              {"map", folder_ / "home", "--model", folder_ / "model", "--no-cache", "-o", file});
+    if (result.exitCode == 127) continue;  // the system's loader has not got its libraries
+    ++ended;
+    if (result.exitCode == 0) {
+      EXPECT_EQ(readMap(file).frames.size(), 8U) << limit;
+    } else {
+      EXPECT_EQ(result.exitCode, 2) << limit << result.err;
+      EXPECT_THAT(result.err, HasSubstr("error: ")) << limit;
+    }
+  }
+  EXPECT_GE(ended, 5);
 }
 
 TEST_F(Surroundings, NamesInNoEncodingAreShownByTheirBytes) {

@@ -134,6 +134,9 @@ TEST(LongDrives, AnswerAsIfAllFramesWereRead) {
     EXPECT_EQ(found.route.nodes, known.route.nodes) << to;
     EXPECT_NEAR(found.route.cost, known.route.cost, 0.3) << to;
   }
+  for (const auto& [format, explanation] : worldFormats())
+    EXPECT_EQ(exportWorld(some, format).find("frame_ranges") != std::string::npos, listsFrames(format))
+        << format;
   EXPECT_EQ(nlohmann::json::parse(exportWorld(some, "json"))["places"][0]["frame_ranges"],
             nlohmann::json::parse("[[0, 149]]"));
   EXPECT_EQ(nlohmann::json::parse(exportWorld(some, "rooms"))["rooms"][3]["places"][0]["frame_ranges"],
