@@ -33,7 +33,12 @@ void inParallel(std::size_t count, std::size_t threads, const std::function<void
     }
   };
   std::vector<std::thread> others;
-  for (std::size_t i = 1; i < std::min(threads, count); ++i) others.emplace_back(labor);
+  try {
+    others.reserve(std::min(threads, count));
+    for (std::size_t i = 1; i < std::min(threads, count); ++i) others.emplace_back(labor);
+  } catch (const std::exception&) {
+    // The system gives no more; those that are there do the work.
+  }
   labor();
   for (std::thread& other : others) other.join();
   if (failure) std::rethrow_exception(failure);

@@ -108,7 +108,12 @@ class LabelStream::Reader {
       keys_.push_back(part->cacheKey());
     }
     const std::size_t threads = std::min(options.readers, room_);
-    for (std::size_t t = 0; t < threads; ++t) threads_.emplace_back([this] { run(); });
+    threads_.reserve(threads);
+    try {
+      for (std::size_t t = 0; t < threads; ++t) threads_.emplace_back([this] { run(); });
+    } catch (const std::exception&) {
+      if (threads_.empty()) throw;  // else those that are there do the work
+    }
   }
 
   ~Reader() {
