@@ -34,9 +34,10 @@ namespace {
 /// Where stdin, stdout or stderr are closed, the next file that is opened would take its place, and what is
 /// printed would be written into it. Uses of what stands there now fail as they would have.
 void occupyStandardFiles() {
-  for (const int file : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
-    if (fcntl(file, F_GETFD) < 0) [[maybe_unused]]
-      const int nowhere = open("/dev/null", file == STDIN_FILENO ? O_WRONLY : O_RDONLY);
+  for (const int file : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    const bool isClosed = fcntl(file, F_GETFD) < 0;
+    if (isClosed && open("/dev/null", file == STDIN_FILENO ? O_WRONLY : O_RDONLY) < 0) return;
+  }
 }
 
 /// OpenCV tells of failures through exceptions and return values, which we turn into sentences; keep it

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# Warnings, optimization, hardening and sanitizers of one of our own targets. `LIGHT`: code without hot loops, which compiles a
-# third faster with little optimization.
+# Warnings, optimization, hardening and sanitizers of one of our own targets. `LIGHT`: code without hot loops, which
+# compiles a third faster with little optimization.
 function(estancia_defaults target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wnon-virtual-dtor -Woverloaded-virtual -fopenmp-simd)
   set(unity $<BOOL:$<TARGET_PROPERTY:${target},UNITY_BUILD>>)

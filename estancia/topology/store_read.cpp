@@ -281,7 +281,8 @@ std::size_t leftOutOf(Database& database) {
 
 std::size_t frameCountOf(Database& database) {
   const std::int64_t count = database.number("SELECT ifnull(max(id) + 1, 0) FROM frames");
-  if (count < 0) database.failDamaged("its frames have negative numbers");
+  if (count < 0 || database.number("SELECT ifnull(min(id), 0) FROM frames") < 0)
+    database.failDamaged("its frames have negative numbers");
   return static_cast<std::size_t>(count);
 }
 

@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "estancia/topology/map.hpp"
+#include "estancia/topology/sqlite.hpp"
 #include "estancia/topology/store.hpp"
 #include "estancia/world/ask_world.hpp"
 #include "estancia/world/export_world.hpp"
@@ -16,6 +17,7 @@
 #include "estancia/world/route_world.hpp"
 #include "estancia/world/world_json.hpp"
 #include "estancia/world/world_map.hpp"
+#include "support/errors.hpp"
 #include "support/flat_drive.hpp"
 #include "support/map_drive.hpp"
 #include "support/sample_world.hpp"
@@ -115,6 +117,14 @@ TEST(LongDrives, KeepTheFramesThatTheirLayersName) {
       EXPECT_EQ(some.objects[i].views, whole.objects[i].views);
     }
   }
+}
+
+TEST(LongDrives, WithNegativeNumbersAreDamaged) {
+  const ScratchFolder folder;
+  const fs::path file = folder / "slow.estancia";
+  test::writeWorld(slowWorld(50), file);
+  sqlite::Database(file, sqlite::Database::Mode::write).run("UPDATE frames SET id = -id - 1 WHERE id < 399");
+  EXPECT_THAT([&] { readWorld(file, 3); }, test::FailsWith(ErrorCode::corruptFile, "negative"));
 }
 
 TEST(LongDrives, AnswerAsIfAllFramesWereRead) {
