@@ -86,8 +86,7 @@ std::optional<std::vector<std::size_t>> numbersToRead(Database& database, std::s
   std::vector<std::size_t> numbers = also;
   for (std::size_t row = 0; row < all; row += stride) numbers.push_back(kept.empty() ? row : kept.at(row));
   std::ranges::sort(numbers);
-  const auto repeated = std::ranges::unique(numbers);
-  numbers.erase(repeated.begin(), repeated.end());
+  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
   return numbers;
 }
 
