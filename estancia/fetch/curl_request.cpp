@@ -8,9 +8,13 @@
 namespace estancia {
 namespace {
 
-CURL* startCurl() {
+bool isCurlStarted() {
   static const CURLcode once = curl_global_init(CURL_GLOBAL_DEFAULT);
-  return once == CURLE_OK ? curl_easy_init() : nullptr;
+  return once == CURLE_OK;
+}
+
+[[noreturn]] void failToStart() {
+  throw Error(ErrorCode::missingDependency, "libcurl cannot be started; is there memory left?");
 }
 
 /// Protocols are names from libcurl 7.85 on, and numbers before.
@@ -34,8 +38,22 @@ bool CurlRequest::guarded(Call call) noexcept {
   }
 }
 
-CurlRequest::CurlRequest() : curl_(startCurl(), &curl_easy_cleanup), headers_(nullptr, &curl_slist_free_all) {
-  if (!curl_) throw Error(ErrorCode::missingDependency, "libcurl cannot be started; is there memory left?");
+CurlConnections::CurlConnections()
+    : share_(isCurlStarted() ? curl_share_init() : nullptr, &curl_share_cleanup) {
+  if (!share_) failToStart();
+  for (const curl_lock_data what : {CURL_LOCK_DATA_CONNECT, CURL_LOCK_DATA_DNS, CURL_LOCK_DATA_SSL_SESSION})
+    curl_share_setopt(share_.get(), CURLSHOPT_SHARE, what);
+}
+
+CurlConnections::~CurlConnections() {
+  const NoSigpipe quiet;  // it may say goodbye
+  share_.reset();
+}
+
+CurlRequest::CurlRequest()
+    : curl_(isCurlStarted() ? curl_easy_init() : nullptr, &curl_easy_cleanup),
+      headers_(nullptr, &curl_slist_free_all) {
+  if (!curl_) failToStart();
   set(CURLOPT_USERAGENT, "estancia");
   set(protocols, httpOrHttps);
   set(CURLOPT_NOSIGNAL, 1L);

@@ -11,8 +11,25 @@
 
 namespace estancia {
 
+/// Connections that stay open for the next request. Of one thread at a time.
+class CurlConnections {
+ public:
+  /// Throws Error when libcurl has no memory for them.
+  CurlConnections();
+  ~CurlConnections();
+  CurlConnections(const CurlConnections&) = delete;
+  CurlConnections& operator=(const CurlConnections&) = delete;
+
+  CURLSH* share() const { return share_.get(); }
+
+ private:
+  std::unique_ptr<CURLSH, decltype(&curl_share_cleanup)> share_;
+};
+
 /// Base of the classes that speak HTTP: http and https only, no signals, exceptions kept out of C, Ctrl-C
-/// within about a second. They set further options and say what becomes of the answer.
+/// within about a second. They set further options and say what becomes of the answer. Each object performs
+/// one request: until curl's pull request 11103 (May 2023) a handle's second answer, if its first header is
+/// folded, goes into freed memory.
 class CurlRequest {
  public:
   CurlRequest(const CurlRequest&) = delete;
@@ -32,6 +49,8 @@ class CurlRequest {
   void addHeader(const std::string& line);
   /// Follows redirections, from https to https only.
   void followRedirections(bool fromHttps);
+  /// Uses them, and leaves its connection there. They must outlive this.
+  void useConnections(const CurlConnections& connections) { set(CURLOPT_SHARE, connections.share()); }
   void setUrl(const std::string& url) { set(CURLOPT_URL, url.c_str()); }
 
   /// Sends the request and receives the answer. Throws what the functions below throw.

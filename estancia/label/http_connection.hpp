@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <filesystem>
@@ -50,8 +49,9 @@ struct HttpReply {
 
 /// Requests to one endpoint, one after the other, over one connection that is kept open between them. Uses no
 /// proxy, follows no redirect, and checks certificate and host name of https. Not thread-safe.
-class HttpConnection final : private CurlRequest {
+class HttpConnection {
  public:
+  /// Throws Error when the endpoint is no URL.
   explicit HttpConnection(HttpEndpoint endpoint);
 
   /// Never throws for what the service does. Throws Interrupted within about a second of the user's wish to
@@ -59,27 +59,8 @@ class HttpConnection final : private CurlRequest {
   HttpReply post(const std::string& body);
 
  private:
-  /// What is known of the answer under way.
-  struct Answer {
-    std::string body;
-    std::size_t headerBytes = 0;
-    bool connected = false;  // TLS included
-    bool tooLong = false;
-    curl_off_t sent = 0, received = 0;               // bytes at the last look
-    std::chrono::steady_clock::time_point lastByte;  // once connected
-  };
-
-  bool onConnected() override;
-  bool onHeader(std::string_view line) override;
-  bool onBody(std::string_view bytes) override;
-  bool onProgress(curl_off_t received, curl_off_t sent) override;
-  void explain(CURLcode code, HttpReply& reply) const;
-  std::chrono::milliseconds connectTimeout() const {
-    return std::min(endpoint_.connectTimeout, endpoint_.timeout);
-  }
-
   const HttpEndpoint endpoint_;
-  Answer answer_;
+  const CurlConnections connections_;
 };
 
 }  // namespace estancia

@@ -13,6 +13,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
@@ -448,6 +449,39 @@ TEST_F(HttpLabeler, NoticesWhatIsNoHttp) {
   const RawServer server([](int c) { return say(c, "H"); });
   EXPECT_THAT([&] { openPort(server.port, "attempts = 2")->label(gray()); },
               FailsWith(ErrorCode::network, "HTTP", "2 attempts"));
+}
+
+/// A whole request; false when there is none.
+bool hearRequest(int connection) {
+  std::string request;
+  std::array<char, 65536> block{};
+  for (std::size_t size = std::string::npos; request.size() < size;) {
+    const auto count = ::recv(connection, block.data(), block.size(), 0);
+    if (count <= 0) return false;
+    request.append(block.data(), static_cast<std::size_t>(count));
+    const std::size_t head = request.find("\r\n\r\n"), length = request.find("Content-Length: ");
+    if (head != std::string::npos) size = head + 4 + std::stoul(request.substr(length + 16));
+  }
+  return true;
+}
+
+/// Before curl's pull request 11103 a handle that is used again writes the line into freed memory, as the
+/// address sanitizer sees.
+TEST_F(HttpLabeler, KeepsItsConnectionAndRefusesAnAnswerThatBeginsWithAFoldedLine) {
+  std::atomic<int> connections{0};
+  std::atomic<bool> folds{false};
+  int last = -1;
+  const RawServer server([&](int c) {
+    if (std::exchange(last, c) != c) ++connections;
+    const std::string json = R"({"labels": {"mug": 0.75}})";
+    return hearRequest(c) && say(c, std::string("HTTP/1.1 200 OK\r\n") + (folds ? " folded\r\n" : "") +
+                                        "Content-Length: " + std::to_string(json.size()) + "\r\n\r\n" + json);
+  });
+  const auto labeler = openPort(server.port, "attempts = 1");
+  for (int i = 0; i < 5; ++i) EXPECT_THAT(labeler->label(gray()), ElementsAre(0.75F));
+  EXPECT_EQ(connections, 1);
+  folds = true;
+  EXPECT_THAT([&] { labeler->label(gray()); }, FailsWith(ErrorCode::network, "no HTTP"));
 }
 
 TEST_F(HttpLabeler, RefusesEndlessHeaders) {
