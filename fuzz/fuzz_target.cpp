@@ -75,6 +75,14 @@ fs::path inputFile(const std::string& name, std::string_view bytes) {
   return path;
 }
 
+std::string withBytesReplaced(std::string bytes, std::string_view how) {
+  if (how.size() < 2 || bytes.empty()) return bytes;
+  const auto number = [&](std::size_t i) { return std::size_t{static_cast<unsigned char>(how[i])}; };
+  const std::size_t at = (number(0) + 256 * number(1)) % bytes.size();
+  const std::string_view with = how.substr(2, bytes.size() - at);
+  return bytes.replace(at, with.size(), with);
+}
+
 std::vector<std::string_view> parts(std::string_view bytes, std::size_t count) {
   constexpr std::string_view mark = "\n%%\n";
   std::vector<std::string_view> found;

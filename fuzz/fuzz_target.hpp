@@ -39,6 +39,9 @@ const std::filesystem::path& folder();
 /// Writes the bytes as a file of the folder, replacing the one of the last run.
 std::filesystem::path inputFile(const std::string& name, std::string_view bytes);
 
+/// `bytes` with some inside of it replaced, as `how` says: where (two bytes, wraps around) and what.
+std::string withBytesReplaced(std::string bytes, std::string_view how);
+
 /// The parts of an input that stands for several files or values: what lies between lines "%%". Always as
 /// many as asked for; those that are missing are empty.
 std::vector<std::string_view> parts(std::string_view bytes, std::size_t count);

@@ -12,6 +12,7 @@
 #include "estancia/io/image_decoding.hpp"
 #include "estancia/io/image_file.hpp"
 #include "estancia/io/label_scores.hpp"
+#include "estancia/io/message_image.hpp"
 #include "estancia/io/object_samples.hpp"
 #include "estancia/io/trajectory.hpp"
 #include "fuzz/fuzz_target.hpp"
@@ -53,6 +54,30 @@ FUZZ_TARGET(io, depth) {
   const ImageHeader header = inspectImage(bytes, "input.png");
   if (header.width * header.height > 1 << 16) return;
   readDepth(inputFile("input.png", bytes), 1000);
+}
+
+/// Of a message that is small: others cost time without saying more.
+static void decodeMessage(const ros::SerializedMessage& message, unsigned kind) {
+  const auto isSmall = [](const auto& read) { return std::uint64_t{read.width} * read.height <= 1 << 16; };
+  if (kind == 0) {
+    const ros::ImageMessage image = ros::readImageMessage(message);
+    if (isSmall(image)) contentOf(image) == ImageContent::depth ? depthOf(image, 1000) : imageOf(image);
+  } else if (kind == 1) {
+    const ros::PointCloudMessage cloud = ros::readPointCloud(message);
+    if (isSmall(cloud)) depthOf(cloud);
+  } else {
+    const ros::CompressedImageMessage image = ros::readCompressedImage(message);
+    contentOf(image) == ImageContent::depth ? depthOf(image, 1000) : imageOf(image);
+  }
+}
+
+/// The first byte chooses encoding and kind: images, clouds, compressed images.
+FUZZ_TARGET(io, message) {
+  if (bytes.empty()) return;
+  const auto choice = static_cast<unsigned char>(bytes.front());
+  decodeMessage({std::as_bytes(std::span(bytes.substr(1))),
+                 (choice & 1) != 0 ? ros::Encoding::cdr : ros::Encoding::ros1},
+                (choice >> 1) % 3U);
 }
 
 // Labels and features

@@ -1,4 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <opencv2/core/mat.hpp>
+
 #include "estancia/core/home.hpp"
 #include "estancia/label/catalog.hpp"
 #include "estancia/label/http_settings.hpp"
@@ -6,6 +10,7 @@
 #include "estancia/label/model.hpp"
 #include "estancia/label/model_files.hpp"
 #include "estancia/label/recorded_labeler.hpp"
+#include "fuzz/answering_server.hpp"
 #include "fuzz/fuzz_target.hpp"
 
 namespace estancia::fuzz {
@@ -23,6 +28,21 @@ FUZZ_TARGET(label, http_model) {
   inputFile("model.toml", bytes);
   const ModelSpec spec = readModelSpec(folder());
   if (spec.type == "http") readHttpSettings(spec);
+}
+
+/// What a labeling service answers. It has a vocabulary: new words would stay.
+FUZZ_TARGET(label, http_answer) {
+  static AnsweringServer server;
+  static const std::unique_ptr<Labeler> labeler = [] {
+    inputFile("labels.txt", "mug\nsofa\n");
+    inputFile("model.toml", fmt::format("name = 'x'\ntype = 'http'\nlabels = 'labels.txt'\nattempts = 1\n"
+                                        "url = '{}/label'\n",
+                                        server.url()));
+    return loadModel(readModelSpec(folder()));
+  }();
+  static const Prepared image = labeler->prepare(cv::Mat(8, 8, CV_8UC3, cv::Scalar(1, 2, 3)), "1.png");
+  server.answerWith(bytes);
+  labeler->infer(image);
 }
 
 FUZZ_TARGET(label, onnx) {

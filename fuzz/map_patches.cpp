@@ -36,6 +36,14 @@ std::vector<std::string> column(sqlite3* database, const std::string& sql) {
   return texts;
 }
 
+std::string blob(sqlite3* database, const std::string& sql) {
+  const Statement row = prepare(database, sql);
+  if (!row || sqlite3_step(row.get()) != SQLITE_ROW) return {};
+  const auto* bytes = static_cast<const char*>(sqlite3_column_blob(row.get(), 0));
+  const auto count = static_cast<std::size_t>(sqlite3_column_bytes(row.get(), 0));
+  return count == 0 ? "" : std::string(bytes, count);
+}
+
 /// The column, by its number, of a row, by its number; both wrap around.
 void patch(sqlite3* database, const std::vector<std::string>& tables, std::string_view how) {
   if (how.size() < 4 || tables.empty()) return;
@@ -43,16 +51,21 @@ void patch(sqlite3* database, const std::vector<std::string>& tables, std::strin
   const std::string& table = tables[number(0) % tables.size()];
   const auto columns = column(database, fmt::format("SELECT name FROM pragma_table_info('{}')", table));
   const std::string& name = columns[number(1) % columns.size()];
-  const std::string_view value = how.substr(4);
+  std::string_view value = how.substr(4);
   // Keys are columns that each table has, also those without row ids.
   const std::string row = fmt::format(
       "\"{0}\" = (SELECT \"{0}\" FROM {1} LIMIT 1 OFFSET {2} % max(1, (SELECT count(*) FROM {1})))",
       columns.front(), table, number(2));
-  const int type = number(3) % 6;
+  const int type = number(3) % 7;
   if (type == 5) {
     sqlite3_exec(database, fmt::format("DELETE FROM {} WHERE {}", table, row).c_str(), nullptr, nullptr,
                  nullptr);
     return;
+  }
+  std::string replaced;
+  if (type == 6) {
+    const std::string sql = fmt::format("SELECT \"{}\" FROM {} WHERE {}", name, table, row);
+    value = replaced = withBytesReplaced(blob(database, sql), value);
   }
   const Statement update =
       prepare(database, fmt::format("UPDATE OR IGNORE {} SET \"{}\" = ?1 WHERE {}", table, name, row));
@@ -65,7 +78,7 @@ void patch(sqlite3* database, const std::vector<std::string>& tables, std::strin
   if (type == 0) sqlite3_bind_int64(update.get(), 1, integer);
   if (type == 1) sqlite3_bind_double(update.get(), 1, real);
   if (type == 2) sqlite3_bind_text(update.get(), 1, value.data(), size, SQLITE_STATIC);
-  if (type == 3) sqlite3_bind_blob(update.get(), 1, value.data(), size, SQLITE_STATIC);
+  if (type == 3 || type == 6) sqlite3_bind_blob(update.get(), 1, value.data(), size, SQLITE_STATIC);
   sqlite3_step(update.get());
 }
 

@@ -5,6 +5,7 @@
 #include "estancia/odometry/packed_image.hpp"
 #include "estancia/odometry/tracker.hpp"
 #include "fuzz/fuzz_target.hpp"
+#include "support/room.hpp"
 
 namespace estancia::fuzz {
 
@@ -36,6 +37,31 @@ FUZZ_TARGET(odometry, tracker) {
   CameraIntrinsics camera;
   camera.fx = camera.fy = 50, camera.cx = 31.5, camera.cy = 23.5, camera.width = 64, camera.height = 48;
   RgbdTracker::restore(camera, {}, {}, state);
+}
+
+/// The rows of a tracker that went through a room, bytes of which are replaced: parts, each of them a row's
+/// number and withBytesReplaced(). It goes on with the next frame.
+FUZZ_TARGET(odometry, tracker_state) {
+  static const RgbdOptions options{.maxWidth = 80, .keyframeOverlap = 0.9, .threads = 1};
+  static const test::Drive drive(test::turnAround(40, -34));
+  static const RgbdTracker::State whole = [] {
+    RgbdTracker tracker(*drive.intrinsics(), options);
+    for (std::size_t i = 0; i + 1 < drive.size(); ++i) tracker.add(drive.image(i), drive.depth(i));
+    return tracker.save();
+  }();
+  static const cv::Mat image = drive.image(drive.size() - 1), depth = drive.depth(drive.size() - 1);
+  RgbdTracker::State state = whole;
+  std::vector<std::string*> rows{&state.head};
+  for (RgbdTracker::Row& row : state.keyframes) rows.push_back(&row.bytes);
+  for (RgbdTracker::Row& row : state.frames) rows.push_back(&row.bytes);
+  for (const std::string_view how : parts(bytes, 4)) {
+    if (how.empty()) continue;
+    std::string& row = *rows[static_cast<unsigned char>(how.front()) % rows.size()];
+    row = withBytesReplaced(row, how.substr(1));
+  }
+  RgbdTracker tracker = RgbdTracker::restore(*drive.intrinsics(), options, {}, state);
+  tracker.add(image, depth);
+  tracker.trajectory();
 }
 
 }  // namespace estancia::fuzz

@@ -11,15 +11,21 @@
 #include "estancia/world/world_store.hpp"
 #include "fuzz/fuzz_target.hpp"
 #include "fuzz/map_patches.hpp"
+#include "support/flat_drive.hpp"
+#include "support/map_drive.hpp"
 #include "support/sample_world.hpp"
 
 namespace estancia::fuzz {
 
+static std::string bytesOf(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
 static std::string worldFile() {
   const std::filesystem::path file = fuzz::folder() / "whole.estancia";
   test::writeWorld(test::sampleWorld(), file);
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
+  return bytesOf(file);
 }
 
 FUZZ_TARGET(world, map) {
@@ -33,6 +39,21 @@ FUZZ_TARGET(world, map) {
   layers.views();
   layers.edits();
   layers.objectEdits();
+}
+
+/// Going on with a map of rooms reads what readWorld() does not.
+FUZZ_TARGET(world, mapper) {
+  static const test::FlatDrive drive;
+  static const DescriptorSequence labeled = drive.labeled();
+  constexpr std::size_t frames = 17;  // a room, and the first look into the next
+  static const std::string whole = [] {
+    const std::filesystem::path file = fuzz::folder() / "drive.estancia";
+    test::mapUpTo(drive, labeled, frames, file);
+    return bytesOf(file);
+  }();
+  const std::filesystem::path file = patchedMap(whole, bytes);
+  test::mapUpTo(drive, labeled, frames + 1, file);
+  readWorld(file);
 }
 
 FUZZ_TARGET(world, leveling) {
