@@ -42,7 +42,7 @@ FUZZ_TARGET(odometry, tracker) {
 /// The rows of a tracker that went through a room, bytes of which are replaced: parts, each of them a row's
 /// number and withBytesReplaced(). It goes on with the next frame.
 FUZZ_TARGET(odometry, tracker_state) {
-  static const RgbdOptions options{.maxWidth = 80, .keyframeOverlap = 0.9, .threads = 1};
+  static const RgbdOptions options{.maxWidth = 48, .keyframeOverlap = 0.9, .threads = 1};
   static const test::Drive drive(test::turnAround(40, -34));
   static const RgbdTracker::State whole = [] {
     RgbdTracker tracker(*drive.intrinsics(), options);

@@ -91,7 +91,8 @@ cv::Mat storedPixels(const ros::ImageMessage& message, const PixelFormat& format
   const std::uint64_t rows = format.rowsOfThree == 3 ? height : height * 3 / 2;
   const std::uint64_t rowBytes = width * static_cast<std::uint64_t>(CV_ELEM_SIZE(format.type));
   const std::uint64_t step = message.step == 0 ? rowBytes : message.step;
-  if (step < rowBytes || (rows - 1) * step + rowBytes > message.data.size())
+  const std::uint64_t numberBytes = CV_ELEM_SIZE1(format.type);
+  if (step < rowBytes || step % numberBytes != 0 || (rows - 1) * step + rowBytes > message.data.size())
     fail(ErrorCode::malformedFile,
          "an image of {} × {} pixels in {} has {} bytes in rows of {}; it needs rows of {}, {} in all", width,
          height, message.encoding, message.data.size(), step, rowBytes, rows * rowBytes);

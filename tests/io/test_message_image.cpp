@@ -119,6 +119,9 @@ TEST(MessageImage, AMessageThatIsTooSmallOrHugeIsRefused) {
   ros::ImageMessage step = messageOf(scene, "bgr8");
   step.step = 0xffffffff;
   EXPECT_EQ(test::caught([&] { imageOf(step); }).code, ErrorCode::malformedFile);
+  ros::ImageMessage halves = messageOf(cv::Mat(4, 4, CV_16U, cv::Scalar(7)), "16UC1", 2, 2);
+  halves.step = 5;  // the second row would begin inside of a number
+  EXPECT_EQ(test::caught([&] { depthOf(halves, 1000); }).code, ErrorCode::malformedFile);
   EXPECT_EQ(test::caught([&] { depthOf(messageOf(scene, "bgr8"), 0); }).code, ErrorCode::unsupportedFile);
 }
 
