@@ -19,6 +19,7 @@
 #include "labeling.hpp"
 #include "map_faults.hpp"
 #include "map_names.hpp"
+#include "skipped.hpp"
 #include "tracked.hpp"
 
 namespace estancia::apps {
@@ -191,7 +192,7 @@ WorldOptions worldOptions(const MapArguments& arguments, MapRun& map) {
 }
 
 SequenceLayers layersOf(const WorldOptions& options, Labeling& labeling, const ObjectNamers& namers,
-                        MapRun& map) {
+                        MapRun& map, Skipped& withoutDepth) {
   const auto started = [&namers](WorldMapper& mapper, bool camera) {
     namers.giveTo(mapper);
     if (camera && !mapper.tracks() && (mapper.layers().areas || mapper.layers().objects))
@@ -200,7 +201,7 @@ SequenceLayers layersOf(const WorldOptions& options, Labeling& labeling, const O
   SequenceLayers layers(labeling.sequence(), labeling.labeler(), map,
                         {.change = [options](WorldOptions& kept) { kept = options; },
                          .started = started,
-                         .problem = [](const std::string& why) { spdlog::warn("{}", why); }});
+                         .withoutDepth = [&withoutDepth](const std::string& why) { withoutDepth.add(why); }});
   sayWhatIsMissing(labeling.sequence(), options);
   return layers;
 }
@@ -208,7 +209,8 @@ SequenceLayers layersOf(const WorldOptions& options, Labeling& labeling, const O
 /// Adds the labeled frames from `first` on.
 Added addFrames(const MapArguments& arguments, Labeling& labeling, std::size_t first, bool images,
                 const ObjectNamers& namers, MapRun& map) {
-  SequenceLayers layers = layersOf(worldOptions(arguments, map), labeling, namers, map);
+  Skipped withoutDepth("no depth");
+  SequenceLayers layers = layersOf(worldOptions(arguments, map), labeling, namers, map, withoutDepth);
   const auto finish = [&layers] {
     layers.finish();
     return odometryOf(layers.mapper());

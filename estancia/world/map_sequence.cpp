@@ -66,8 +66,9 @@ MappedSequence mapSequence(const Sequence& sequence, Labeler& labeler, const std
                                             options.posesAreInMap));
   std::vector<std::string> problems;
   SequenceLayers layers(sequence, labeler, *run,
-                        {.change = options.changeWorld,
-                         .problem = [&problems](const std::string& why) { problems.push_back(why); }});
+                        {.change = options.changeWorld, .withoutDepth = [&problems](const std::string& why) {
+                           problems.push_back("no depth: " + why);
+                         }});
   std::size_t used = 0;
   try {
     used = addFrames(sequence, labeler, layers, stream, problems, progress);

@@ -66,8 +66,8 @@ cv::Mat SequenceLayers::depthOf(std::size_t i) const {
   try {
     return sequence_.depth(i);
   } catch (...) {
-    const std::string why = std::string("no depth: ") + frameFailure(sequence_.frame(i).name).what();
-    if (hooks_.problem) hooks_.problem(why);
+    const Error why = frameFailure(sequence_.frame(i).name);
+    if (hooks_.withoutDepth) hooks_.withoutDepth(why.what());
     return {};
   }
 }

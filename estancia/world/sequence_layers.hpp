@@ -22,8 +22,8 @@ class SequenceLayers {
     std::function<void(WorldOptions&)> change = {};
     /// Before the first frame; `camera`: it is to be tracked.
     std::function<void(WorldMapper&, bool camera)> started = {};
-    /// A sentence about a frame whose depth cannot be read.
-    std::function<void(const std::string&)> problem = {};
+    /// Why a frame's depth cannot be read.
+    std::function<void(const std::string& why)> withoutDepth = {};
   };
   /// A resumed map's layers are opened now, which says at once what does not fit. Throws Error as
   /// WorldMapper.

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
@@ -61,6 +62,18 @@ TEST_F(FaultyDrive, SaysThatDepthShowsNothing) {
   const auto right = map({"--overwrite", "--depth-scale", "30000", "--json"});
   EXPECT_THAT(right.err, testing::Not(HasSubstr("depth images")));
   EXPECT_FALSE(json::parse(right.out).contains("faults"));
+}
+
+/// A folder of a hundred thousand must not fill the terminal.
+TEST_F(FaultyDrive, NamesTheFirstBrokenImagesAndCountsTheOthers) {
+  show(60, 2000);
+  for (int i = 1; i < 60; ++i)
+    writeFile(drive_ / fmt::format("{}/{:03}.png", i < 30 ? "rgb" : "depth", i), "broken");
+  const auto mapped = map();
+  EXPECT_EQ(mapped.exitCode, 0) << mapped.err;
+  EXPECT_THAT(mapped.err, HasSubstr("skipped: 9 more, 29 in all"));
+  EXPECT_THAT(mapped.err, HasSubstr("no depth: 10 more, 30 in all"));
+  EXPECT_LT(std::ranges::count(mapped.err, '\n'), 60) << mapped.err;
 }
 
 TEST_F(FaultyDrive, SaysWherePosesJump) {
