@@ -15,7 +15,7 @@ namespace estancia::fuzz {
 namespace {
 
 bool isWhole(const std::string& request) {
-  constexpr std::string_view end = "\r\n\r\n", length = "Content-Length: ";
+  constexpr std::string_view end = "\r\n\r\n", length = "\nContent-Length: ";
   const std::size_t head = request.find(end), body = request.find(length);
   if (head == std::string::npos) return false;
   const std::size_t size = body < head ? std::stoul(request.substr(body + length.size())) : 0;

@@ -133,12 +133,26 @@ Size inspectTiff(const Bytes& b) {
   return size;
 }
 
+/// As libwebp's WebPGetFeatures() reads the first 32 bytes, after which OpenCV recognizes WebP (RFC 9649 and
+/// 6386).
 Size inspectWebp(const Bytes& b) {
-  b.need(std::max<std::uint64_t>(8 + b.little(4, 4), 16));
+  constexpr std::uint64_t recognized = 32, beforeChunk = 12, header = 10;  // bytes
+  const std::uint64_t riff = b.little(4, 4);
+  b.need(std::max(8 + riff, recognized));
   const std::string_view kind = b.data.substr(12, 4);
-  if (kind == "VP8 ") return {"WebP", b.little(26, 2) & 0x3FFF, b.little(28, 2) & 0x3FFF};
-  if (kind == "VP8L") return {"WebP", (b.little(21, 4) & 0x3FFF) + 1, (b.little(21, 4) >> 14 & 0x3FFF) + 1};
-  if (kind == "VP8X") return {"WebP", b.little(24, 3) + 1, b.little(27, 3) + 1};
+  const std::uint64_t size = b.little(16, 4);
+  if (riff < beforeChunk) throw Damaged();
+  if (kind == "VP8X" && size == header) return {"WebP", b.little(24, 3) + 1, b.little(27, 3) + 1};
+  if (size > riff - beforeChunk) throw Damaged();
+  const std::uint64_t bits = b.little(20, 4);
+  if (kind == "VP8 ") {
+    const bool isShownKeyFrame = (bits & 1) == 0 && (bits >> 1 & 7) <= 3 && (bits >> 4 & 1) == 1;
+    if (!isShownKeyFrame || (bits & 0xFFFFFF) >> 5 >= size || b.data.substr(23, 3) != "\x9D\x01\x2A")
+      throw Damaged();
+    return {"WebP", b.little(26, 2) & 0x3FFF, b.little(28, 2) & 0x3FFF};
+  }
+  if (kind == "VP8L" && (bits & 0xFF) == 0x2F && b.little(24, 1) >> 5 == 0)
+    return {"WebP", (b.little(21, 4) & 0x3FFF) + 1, (b.little(21, 4) >> 14 & 0x3FFF) + 1};
   throw Damaged();
 }
 
@@ -230,6 +244,8 @@ Size inspectRadiance(const Bytes& b) {
 
 using Inspect = Size (*)(const Bytes&);
 
+/// Those that OpenCV recognizes, and by the same bytes: what its decoders of images refuse it gives to those
+/// of medical images and of maps (GDCM, GDAL), which may end the program.
 Inspect findFormat(const Bytes& b) {
   using namespace std::string_view_literals;
   if (b.startsWith("\xFF\xD8\xFF")) return inspectJpeg;
@@ -243,7 +259,7 @@ Inspect findFormat(const Bytes& b) {
   if (b.startsWith("\x76\x2F\x31\x01")) return inspectExr;
   if (b.startsWith("#?RADIANCE") || b.startsWith("#?RGBE")) return inspectRadiance;
   if (b.data.size() > 2 && b.data[0] == 'P' && b.data[1] >= '1' && b.data[1] <= '6' &&
-      "\n\r\t #"sv.find(b.data[2]) != std::string_view::npos)
+      "\n\r\t "sv.find(b.data[2]) != std::string_view::npos)
     return inspectPnm;
   if (b.startsWith("Pf\n") || b.startsWith("PF\n")) return inspectPfm;
   return nullptr;

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
 #include <opencv2/imgproc.hpp>
 #include <random>
 
@@ -212,6 +213,20 @@ TEST_F(ImageFile, NoticesACutWithinTheHeader) {
   using namespace std::string_literals;
   EXPECT_THAT(refusal("short.webp", "RIFF\0\0\0\0"s), FailsWith(ErrorCode::truncatedFile, "short.webp"));
   EXPECT_THAT(refusal("song.wav", "RIFF\x24\0\0\0WAVE"s), FailsWith(ErrorCode::unsupportedFile, "song.wav"));
+}
+
+/// What OpenCV does not recognize as what it says it is would be given to decoders of medical images, maps ….
+TEST_F(ImageFile, NothingElseIsTriedOnWhatIsNoSoundWebPOrPnm) {
+  std::string medical = encoded(".webp", texture(400, 300));
+  ASSERT_GT(medical.size(), 200U);
+  medical.replace(128, 5, "DICMN");  // at which GDCM ended the program
+  for (const auto& [at, byte] : std::map<std::size_t, char>{{20, 1}, {24, -1}}) {
+    std::string damaged = medical;
+    damaged[at] = byte;  // another signature; another version
+    EXPECT_THAT(refusal("damaged.webp", damaged), FailsWith(ErrorCode::malformedFile, "damaged.webp")) << at;
+  }
+  EXPECT_THAT(refusal("comment.pgm", "P5#\n1 1\n255\nx"),
+              FailsWith(ErrorCode::unsupportedFile, "comment.pgm"));
 }
 
 TEST_F(ImageFile, NoticesADamagedPng) {
