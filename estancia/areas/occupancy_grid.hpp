@@ -21,6 +21,11 @@ class OccupancyGrid {
  public:
   /// `cell`: the width of a cell [m].
   OccupancyGrid(const Floor& floor, double cell) : floor_(floor), cells_(cell) {}
+  /// With cells of its own: a plan may be made of it while views are added to the other.
+  OccupancyGrid(const OccupancyGrid& other)
+      : floor_(other.floor_), cells_(other.cells_), free_(other.free_.clone()), hits_(other.hits_.clone()) {}
+  OccupancyGrid(OccupancyGrid&&) = default;
+  OccupancyGrid& operator=(OccupancyGrid&&) = default;
 
   /// Adds a view: `depth` along the optical axis [m], CV_32F, 0 (or not finite) where unknown; the camera of
   /// that depth image, and where it stood. Throws Error (tooLarge) where the views span too many cells.

@@ -52,6 +52,18 @@ TEST(OccupancyGrid, FreesTheFloorOfARoomAndNoMore) {
   EXPECT_EQ(space.at<unsigned char>(inside), 255);
 }
 
+/// The plan of a live map is made of a copy by another thread, while views are added.
+TEST(OccupancyGrid, LeavesItsCopiesAsTheyWere) {
+  OccupancyGrid grid = turnedInBox(0);
+  const OccupancyGrid copy = grid;
+  const cv::Mat walls = copy.walls(), space = copy.freeSpace();
+  const Pose pose = lookingAt(0, 0, 1, 0, 0);
+  for (int i = 0; i < 5; ++i) grid.add(boxDepth(pose, {-1, -1, 2, 2}), smallCamera(), pose);
+  ASSERT_GT(cv::norm(grid.walls(), walls, cv::NORM_INF), 0);
+  EXPECT_EQ(cv::norm(copy.walls(), walls, cv::NORM_INF), 0);
+  EXPECT_EQ(cv::norm(copy.freeSpace(), space, cv::NORM_INF), 0);
+}
+
 TEST(OccupancyGrid, NeedsNoLevelCameraAndBearsNoise) {
   EXPECT_NEAR(freeArea(turnedInBox(-0.35)), 12, 0.8);        // 20° down
   EXPECT_NEAR(freeArea(turnedInBox(0.2)), 12, 0.8);          // up
