@@ -110,9 +110,9 @@ class Drive:
         return path
 
 
-def frames_of(path):
+def frames_of(path, mode="ro"):
     try:
-        with closing(sqlite3.connect(f"file:{path}?mode=ro", uri=True, timeout=1)) as database:
+        with closing(sqlite3.connect(f"file:{path}?mode={mode}", uri=True, timeout=1)) as database:
             return database.execute("SELECT ifnull(max(id) + 1, 0) FROM frames").fetchone()[0]
     except sqlite3.Error:
         return 0
