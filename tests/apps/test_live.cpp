@@ -96,15 +96,20 @@ TEST_F(LiveCommand, MapsARecordingAndTellsOfEachFrame) {
 
 TEST_F(LiveCommand, GoesOnAfterItWasKilled) {
   EXPECT_TRUE(WIFSIGNALED(signaled(SIGKILL)));
-  const std::size_t kept = readMap(map_).frames.size();
-  EXPECT_GT(kept, 0U);
-  EXPECT_LT(kept, static_cast<std::size_t>(frames));
+  const TopologicalMap kept = readMap(map_);
+  ASSERT_FALSE(kept.frames.empty());
+  EXPECT_LT(kept.frames.size(), static_cast<std::size_t>(frames));
   const CommandResult later = test::run(command("0"));
   ASSERT_EQ(later.exitCode, 0) << later.err;
-  const TopologicalMap map = readMap(map_);
-  ASSERT_EQ(map.frames.size(), static_cast<std::size_t>(frames)) << "none is missing, none is there twice";
-  for (int i = 0; i < frames; ++i)
-    EXPECT_EQ(map.frames[static_cast<std::size_t>(i)].name, std::to_string(1000 + i) + ".png");
+  // None of the rest is missing, none is there twice. Before, a busy machine left some out: it played in
+  // time.
+  std::vector<std::string> expected;
+  for (const MappedFrame& frame : kept.frames) expected.push_back(frame.name);
+  for (int i = std::stoi(expected.back()) + 1; i < 1000 + frames; ++i)
+    expected.push_back(std::to_string(i) + ".png");
+  std::vector<std::string> found;
+  for (const MappedFrame& frame : readMap(map_).frames) found.push_back(frame.name);
+  EXPECT_EQ(found, expected);
 }
 
 TEST_F(LiveCommand, EndsWholeWhenItIsInterrupted) {
