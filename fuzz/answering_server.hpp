@@ -24,9 +24,8 @@ class AnsweringServer {
 
  private:
   void serve();
-  void answer(int connection);
 
-  int listener_;
+  int listener_ = -1;
   std::string url_;
   std::mutex mutex_;
   std::string bytes_;

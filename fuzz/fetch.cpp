@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "estancia/core/ascii.hpp"
 #include "estancia/fetch/archive.hpp"
 #include "estancia/fetch/download.hpp"
 #include "fuzz/answering_server.hpp"
@@ -15,8 +16,8 @@ FUZZ_TARGET(fetch, http_answer) {
   static AnsweringServer server;
   const auto texts = parts(bytes, 3);
   // Nobody waits half a minute to be asked again, or asks another machine.
-  for (const char* header : {"etry-", "ocation"})
-    if (texts[0].find(header) != std::string_view::npos) return;
+  for (const char* header : {"retry-after", "location"})
+    if (lowerCase(std::string(texts[0])).find(header) != std::string::npos) return;
   const std::filesystem::path file = folder() / "fetched";
   for (const char* ending : {"", ".part", ".part.from"}) std::filesystem::remove(file.string() + ending);
   if (!texts[1].empty()) inputFile("fetched.part", texts[1]);

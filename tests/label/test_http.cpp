@@ -9,11 +9,9 @@
 #include <openssl/x509v3.h>
 #include <nlohmann/json.hpp>
 
-#include <arpa/inet.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <array>
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
@@ -27,6 +25,7 @@
 #include "estancia/core/progress.hpp"
 #include "estancia/label/model.hpp"
 #include "support/errors.hpp"
+#include "support/loopback.hpp"
 #include "support/model_support.hpp"
 
 namespace estancia {
@@ -128,15 +127,9 @@ class Service {
 class RawServer {
  public:
   explicit RawServer(std::function<bool(int)> behave) : behave_(std::move(behave)) {
-    socket_ = ::socket(AF_INET, SOCK_STREAM, 0);
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socklen_t size = sizeof(address);
-    if (::bind(socket_, reinterpret_cast<sockaddr*>(&address), size) != 0 || ::listen(socket_, 8) != 0)
-      throw std::runtime_error("cannot listen on loopback");
-    getsockname(socket_, reinterpret_cast<sockaddr*>(&address), &size);
-    port = ntohs(address.sin_port);
+    const test::Listener listener = test::listenOnLoopback();
+    socket_ = listener.socket;
+    port = listener.port;
     thread_ = std::thread([this] { run(); });
   }
   ~RawServer() {
@@ -451,20 +444,6 @@ TEST_F(HttpLabeler, NoticesWhatIsNoHttp) {
               FailsWith(ErrorCode::network, "HTTP", "2 attempts"));
 }
 
-/// A whole request; false when there is none.
-bool hearRequest(int connection) {
-  std::string request;
-  std::array<char, 65536> block{};
-  for (std::size_t size = std::string::npos; request.size() < size;) {
-    const auto count = ::recv(connection, block.data(), block.size(), 0);
-    if (count <= 0) return false;
-    request.append(block.data(), static_cast<std::size_t>(count));
-    const std::size_t head = request.find("\r\n\r\n"), length = request.find("Content-Length: ");
-    if (head != std::string::npos) size = head + 4 + std::stoul(request.substr(length + 16));
-  }
-  return true;
-}
-
 /// Before curl's pull request 11103 a handle that is used again writes the line into freed memory, as the
 /// address sanitizer sees.
 TEST_F(HttpLabeler, KeepsItsConnectionAndRefusesAnAnswerThatBeginsWithAFoldedLine) {
@@ -474,8 +453,9 @@ TEST_F(HttpLabeler, KeepsItsConnectionAndRefusesAnAnswerThatBeginsWithAFoldedLin
   const RawServer server([&](int c) {
     if (std::exchange(last, c) != c) ++connections;
     const std::string json = R"({"labels": {"mug": 0.75}})";
-    return hearRequest(c) && say(c, std::string("HTTP/1.1 200 OK\r\n") + (folds ? " folded\r\n" : "") +
-                                        "Content-Length: " + std::to_string(json.size()) + "\r\n\r\n" + json);
+    return !test::hearRequest(c).empty() &&
+           say(c, std::string("HTTP/1.1 200 OK\r\n") + (folds ? " folded\r\n" : "") +
+                      "Content-Length: " + std::to_string(json.size()) + "\r\n\r\n" + json);
   });
   const auto labeler = openPort(server.port, "attempts = 1");
   for (int i = 0; i < 5; ++i) EXPECT_THAT(labeler->label(gray()), ElementsAre(0.75F));

@@ -1,18 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "support/loopback_server.hpp"
 
-#include <arpa/inet.h>
 #include <fmt/format.h>
-#include <netinet/in.h>
 #include <poll.h>
-#include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
-#include <cstdlib>
 #include <sstream>
-#include <stdexcept>
 
 namespace estancia::test {
 namespace {
@@ -62,21 +57,8 @@ std::string rangeAnswer(const HttpRequest& request, const std::string& body, con
   return httpAnswer("206 Partial Content", body.substr(from), headers);
 }
 
-void withoutProxy() {
-  setenv("no_proxy", "*", 1);
-}
-
-LoopbackServer::LoopbackServer(Handler handler) : handler_(std::move(handler)) {
-  listener_ = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t size = sizeof address;
-  auto* generic = reinterpret_cast<sockaddr*>(&address);
-  if (bind(listener_, generic, size) != 0 || listen(listener_, 16) != 0 ||
-      getsockname(listener_, generic, &size) != 0)
-    throw std::runtime_error("no port on the loopback interface");
-  port_ = ntohs(address.sin_port);
+LoopbackServer::LoopbackServer(Handler handler)
+    : handler_(std::move(handler)), listener_(listenOnLoopback()) {
   accepting_ = std::thread([this] { accept(); });
 }
 
@@ -84,11 +66,11 @@ LoopbackServer::~LoopbackServer() {
   ending_ = true;
   accepting_.join();
   for (std::thread& connection : connections_) connection.join();
-  close(listener_);
+  close(listener_.socket);
 }
 
 std::string LoopbackServer::url(const std::string& path) const {
-  return fmt::format("http://127.0.0.1:{}{}", port_, path);
+  return fmt::format("http://127.0.0.1:{}{}", listener_.port, path);
 }
 
 std::vector<HttpRequest> LoopbackServer::requests() const {
@@ -98,22 +80,15 @@ std::vector<HttpRequest> LoopbackServer::requests() const {
 
 void LoopbackServer::accept() {
   while (!ending_) {
-    pollfd ready{listener_, POLLIN, 0};
+    pollfd ready{listener_.socket, POLLIN, 0};
     if (poll(&ready, 1, 20) != 1) continue;
-    const int connection = accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC);
+    const int connection = accept4(listener_.socket, nullptr, nullptr, SOCK_CLOEXEC);
     if (connection >= 0) connections_.emplace_back([this, connection] { serve(connection); });
   }
 }
 
 void LoopbackServer::serve(int connection) {
-  std::string text;
-  char block[4096];
-  while (text.find("\r\n\r\n") == std::string::npos) {
-    const auto count = recv(connection, block, sizeof block, 0);
-    if (count <= 0) break;
-    text.append(block, static_cast<std::size_t>(count));
-  }
-  const HttpRequest request = parse(text);
+  const HttpRequest request = parse(hearRequest(connection));
   {
     const std::lock_guard lock(mutex_);
     requests_.push_back(request);

@@ -10,6 +10,8 @@
 #include <thread>
 #include <vector>
 
+#include "support/loopback.hpp"
+
 namespace estancia::test {
 
 struct HttpRequest {
@@ -34,9 +36,6 @@ std::string cutAnswer(const std::string& body, std::size_t count,
 /// another `etag`.
 std::string rangeAnswer(const HttpRequest& request, const std::string& body, const std::string& etag = "");
 
-/// Lets this process and those it starts connect directly, whatever proxy the machine is set to.
-void withoutProxy();
-
 class LoopbackServer {
  public:
   using Handler = std::function<HttpAnswer(const HttpRequest&)>;
@@ -55,7 +54,7 @@ class LoopbackServer {
   void serve(int connection);
 
   Handler handler_;
-  int listener_ = -1, port_ = 0;
+  Listener listener_;
   std::atomic<bool> ending_ = false;
   mutable std::mutex mutex_;
   std::vector<HttpRequest> requests_;
