@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <fstream>
 #include <optional>
 
 #include "estancia/core/error.hpp"
@@ -39,6 +40,51 @@ std::string tomlText(const toml::node& node, const Option& option) {
   return refuse();
 }
 
+/// Behind the string that begins at `begin`; behind its line where it does not end.
+std::size_t endOfString(std::string_view text, std::size_t begin) {
+  const char quote = text[begin];
+  const std::string triple(3, quote);
+  const bool isLong = text.substr(begin, 3) == triple;
+  for (std::size_t at = begin + (isLong ? 3 : 1); at < text.size(); ++at) {
+    if (quote == '"' && text[at] == '\\') {
+      ++at;
+    } else if (isLong && text.substr(at, 3) == triple) {
+      at += 3;
+      for (int more = 0; more < 2 && text.substr(at, 1) == triple.substr(2); ++more) ++at;  // of the content
+      return at;
+    } else if (!isLong && (text[at] == quote || text[at] == '\n')) {
+      return text[at] == quote ? at + 1 : at;
+    }
+  }
+  return text.size();
+}
+
+/// The line of the first key `a.b.c…` of too many parts, if any. toml++ before 3.5 makes a table of each part
+/// without a limit, and deletes these one inside of the other: some ten thousand of them exhaust the stack.
+std::optional<std::size_t> lineOfDeepKey(std::string_view text) {
+  constexpr int mostParts = 16;
+  std::size_t line = 1;
+  int parts = 1;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t begin = at++;
+    if (text[begin] == '"' || text[begin] == '\'') at = endOfString(text, begin);
+    if (text[begin] == '#') at = std::min(text.find_first_of("\n\r\v\f", begin), text.size());
+    if (text[begin] == '.' && ++parts > mostParts) return line;
+    if (std::string_view("\n=,{[").find(text[begin]) != std::string_view::npos) parts = 1;
+    line += static_cast<std::size_t>(std::ranges::count(text.substr(begin, at - begin), '\n'));
+  }
+  return std::nullopt;
+}
+
+std::string contentOf(const fs::path& path) {
+  std::string text(fs::file_size(path), '\0');
+  std::ifstream file(path, std::ios::binary);
+  if (!file.read(text.data(), static_cast<std::streamsize>(text.size())))
+    throw Error(ErrorCode::fileUnreadable,
+                fmt::format("{} cannot be read; check its permissions", path.string()));
+  return text;
+}
+
 }  // namespace
 
 ConfigFile::ConfigFile(fs::path path) : path_(std::move(path)) {
@@ -47,16 +93,23 @@ ConfigFile::ConfigFile(fs::path path) : path_(std::move(path)) {
   if (!fs::is_regular_file(path_))
     throw Error(ErrorCode::unsupportedFile,
                 fmt::format("{} is no regular file; give a TOML file", path_.string()));
-  parse([this] { return toml::parse_file(path_.string()); });
+  constexpr std::uintmax_t mostBytes = 16 << 20;
+  if (const std::uintmax_t bytes = fs::file_size(path_); bytes > mostBytes)
+    throw Error(ErrorCode::tooLarge,
+                fmt::format("{}: {} bytes; at most {} are read", path_.string(), bytes, mostBytes));
+  parse(contentOf(path_));
 }
 
 ConfigFile::ConfigFile(fs::path name, std::string_view text) : path_(std::move(name)) {
-  parse([&] { return toml::parse(text); });
+  parse(text);
 }
 
-void ConfigFile::parse(const std::function<toml::table()>& source) {
+void ConfigFile::parse(std::string_view text) {
+  if (const auto line = lineOfDeepKey(text))
+    throw Error(ErrorCode::malformedFile,
+                fmt::format("{}:{}: a key has too many parts", path_.string(), *line));
   try {
-    table_ = source();
+    table_ = toml::parse(text);
   } catch (const toml::parse_error& e) {
     throw Error(ErrorCode::malformedFile, fmt::format("{}:{}: {}", path_.string(), e.source().begin.line,
                                                       std::string(e.description())));

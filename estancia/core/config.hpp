@@ -27,7 +27,7 @@ class ConfigFile {
     std::function<void(const toml::node&)> use;
   };
 
-  /// Throws Error (fileNotFound, malformedFile).
+  /// Throws Error (fileNotFound, fileUnreadable, tooLarge, malformedFile).
   explicit ConfigFile(std::filesystem::path path);
 
   /// Reads a text in memory; `name` stands for the file in messages.
@@ -80,7 +80,7 @@ class ConfigFile {
   const std::string& key() const { return key_; }
 
  private:
-  void parse(const std::function<toml::table()>& source);
+  void parse(std::string_view text);
 
   std::filesystem::path path_;
   toml::table table_;

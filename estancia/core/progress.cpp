@@ -22,11 +22,22 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 volatile std::sig_atomic_t stopRequested = 0;
+/// Whether interrupted() has told it to somebody.
+volatile std::sig_atomic_t stopHeard = 0;
+constexpr unsigned secondsToHear = 5;
+
+void endUnheard(int) {
+  if (stopHeard != 0) return;
+  const int asked = stopRequested;
+  std::signal(asked, SIG_DFL);
+  std::raise(asked);
+}
 
 void requestStop(int signal) {
-  stopRequested = 1;
+  stopRequested = signal;
   // A closed terminal sends it twice (the shell, then the kernel): the second one must not kill.
   if (signal != SIGHUP) std::signal(signal, SIG_DFL);
+  alarm(secondsToHear);
 }
 
 std::string clockText(double seconds) {
@@ -148,11 +159,14 @@ void catchInterrupts() {
     sigaction(signal, nullptr, &before);
     if (before.sa_handler != SIG_IGN) std::signal(signal, requestStop);  // nohup, `trap '' INT`
   }
+  std::signal(SIGALRM, endUnheard);
   std::signal(SIGXFSZ, SIG_IGN);  // writing beyond `ulimit -f` then fails as on a full disk
 }
 
 bool interrupted() {
-  return stopRequested != 0;
+  if (stopRequested == 0) return false;
+  stopHeard = 1;
+  return true;
 }
 
 void requestInterrupt() {

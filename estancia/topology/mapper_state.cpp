@@ -50,10 +50,12 @@ Moments readMoments(ByteReader& in, std::size_t labels, bool spread) {
   return Moments::fromBytes(in.raw(Moments::byteCount(labels, spread)), labels, spread);
 }
 
-NodeMemory readNode(const NodeBank& bank, int id, const std::string& bytes, std::size_t labels, bool spread) {
+NodeMemory readNode(const NodeBank& bank, int id, const std::string& bytes, std::size_t labels, bool spread,
+                    std::size_t frames) {
   ByteReader in = readerOf(bytes);
   NodeMemory node = bank.makeNode(id);
   node.frames = in.number<std::uint64_t>();
+  if (node.frames > frames) in.fail("a node has more frames than the map", ErrorCode::corruptFile);
   node.nextMergeCheck = in.number<std::uint64_t>();
   node.probabilities = readMoments(in, labels, true);
   if (node.embedded) node.embedded = readMoments(in, labels, spread);
@@ -217,7 +219,7 @@ Mapper Mapper::Impl::restore(const DescriptorLayout& layout, const MapperOptions
 
   impl->bank.setStandardization(std::move(standardization));
   for (const auto& [id, bytes] : saved.nodes)
-    impl->bank.add(readNode(impl->bank, id, bytes, labels, impl->distance.sigmaWeighted));
+    impl->bank.add(readNode(impl->bank, id, bytes, labels, impl->distance.sigmaWeighted, frames));
   for (const Transition& transition : saved.transitions) {
     for (const int node : {transition.from, transition.to}) impl->bank.slotOf(node);
     impl->transitions[{transition.from, transition.to}] = transition;

@@ -53,6 +53,10 @@ void requireApart(MapStore& store, int firstNode, std::size_t firstFrame) {
 }  // namespace
 
 Mapper restoreMapper(const MapStore& store) {
+  return restoreMapper(store, store.path());
+}
+
+Mapper restoreMapper(const MapStore& store, const std::filesystem::path& file) try {
   const auto state = store.findState(stateKey);
   if (!state)
     throw Error(ErrorCode::corruptFile, "the map has no saved mapper state; map the sequence again");
@@ -64,6 +68,10 @@ Mapper restoreMapper(const MapStore& store) {
        *state, store.nodeStates(), store.findState(viewsKey).value_or(""), store.transitions(),
        [&store](std::size_t frame) { return store.descriptor(frame); },
        [&store](std::size_t frame) { return store.pose(frame); }});
+} catch (const Error& e) {
+  const std::string path = store.path().string(), message = e.what();
+  const bool isNamed = message.starts_with(path);  // by the store; what is read from memory knows no file
+  throw Error(e.code(), file.string() + (isNamed ? message.substr(path.size()) : ": " + message));
 }
 
 MappingSession::MappingSession(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}

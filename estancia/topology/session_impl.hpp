@@ -104,5 +104,7 @@ FrameKeeper keeperOf(MapStore& store, std::uint64_t megabytes);
 
 /// The mapper that a map file was made with, as it was at the last commit.
 Mapper restoreMapper(const MapStore& store);
+/// `file` is its name in messages, of which the store may be a copy.
+Mapper restoreMapper(const MapStore& store, const std::filesystem::path& file);
 
 }  // namespace estancia

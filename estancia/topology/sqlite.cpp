@@ -4,8 +4,10 @@
 #include <fmt/format.h>
 #include <sqlite3.h>
 
+#include <array>
 #include <cerrno>
 #include <cstring>
+#include <fstream>
 #include <limits>
 
 #include "estancia/core/error.hpp"
@@ -25,6 +27,33 @@ bool isOutOfSpace(int systemError) {
   throw Error(code, fmt::format("{}: {}", path, what));
 }
 
+/// SQLite rolls back by the journal that it finds beside the map, and then deletes the file that the journal
+/// names as super-journal, whichever that is (SQLite's file format, 3). Estancia attaches no other database,
+/// so its journals name none. It would also wait for whoever writes into a pipe.
+void requireOwnJournals(const std::filesystem::path& path) {
+  namespace fs = std::filesystem;
+  std::error_code problem;
+  const fs::path map = fs::canonical(path, problem);  // links are followed by SQLite, too
+  if (problem) return;                                // it will say so
+  for (const char* suffix : {"-journal", "-wal", "-shm"}) {
+    const std::string beside = map.string() + suffix;
+    const fs::file_status status = fs::symlink_status(beside, problem);
+    if (fs::exists(status) && !fs::is_regular_file(status))
+      refuse(beside, ErrorCode::unsupportedFile,
+             "no regular file, but of this name is what a killed process leaves; remove it");
+  }
+  constexpr std::array<unsigned char, 8> superMagic{0xd9, 0xd5, 0x05, 0xf9, 0x20, 0xa1, 0x63, 0xd7};
+  const std::string journal = map.string() + "-journal";
+  std::ifstream file(journal, std::ios::binary);
+  std::array<char, superMagic.size()> last{};
+  file.seekg(-static_cast<std::streamoff>(last.size()), std::ios::end);
+  if (file.read(last.data(), last.size()) && std::memcmp(last.data(), superMagic.data(), last.size()) == 0)
+    refuse(journal, ErrorCode::corruptFile,
+           "names another file that is to be deleted, which Estancia never writes; do not use the map, or "
+           "remove "
+           "this file where you trust the rest");
+}
+
 }  // namespace
 
 void Database::Close::operator()(sqlite3* handle) const {
@@ -36,6 +65,7 @@ Database::Database(const std::filesystem::path& path, Mode mode)
   // Readers open for writing, too, where they may: only then can they recover and tidy up after a killed
   // writer.
   // (SQLITE_OPEN_MEMORY is not wanted: VACUUM INTO would inherit it.)
+  if (mode != Mode::memory) requireOwnJournals(path);
   const int flags = SQLITE_OPEN_READWRITE | (mode == Mode::memory ? SQLITE_OPEN_CREATE : 0);
   sqlite3* handle = nullptr;
   const std::string name = mode == Mode::memory ? std::string(":memory:") : path.string();
@@ -50,7 +80,7 @@ Database::Database(const std::filesystem::path& path, Mode mode)
   sqlite3_db_config(handle, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, nullptr);
   sqlite3_db_config(handle, SQLITE_DBCONFIG_ENABLE_VIEW, 0, nullptr);
   sqlite3_limit(handle, SQLITE_LIMIT_LENGTH, maxValue);
-  run("PRAGMA cell_size_check = ON");
+  run("PRAGMA cell_size_check = ON; PRAGMA ignore_check_constraints = ON");
   if (mode == Mode::read) run("PRAGMA query_only = ON");
 }
 
@@ -205,6 +235,19 @@ std::span<const std::byte> Statement::bytes(int column) const {
   const auto* data = static_cast<const std::byte*>(sqlite3_column_blob(statement_.get(), column));
   const auto size = static_cast<std::size_t>(sqlite3_column_bytes(statement_.get(), column));
   return data == nullptr ? std::span<const std::byte>() : std::span(data, size);
+}
+
+void requirePlainSchema(Database& database) {
+  // Views and triggers are off, as are constraints.
+  Statement found(
+      database,
+      "SELECT name FROM sqlite_master WHERE type = 'table' AND sql LIKE '%VIRTUAL%' UNION ALL "
+      "SELECT t.name FROM sqlite_master t, pragma_table_xinfo(t.name) c WHERE t.type = 'table' AND "
+      "t.sql NOT LIKE '%VIRTUAL%' AND (c.hidden > 1 OR c.dflt_value LIKE '%(%') UNION ALL "
+      "SELECT i.name FROM sqlite_master i, pragma_index_xinfo(i.name) c WHERE i.type = 'index' AND "
+      "(c.cid = -2 OR i.sql LIKE '%WHERE%')");
+  if (found.next())
+    database.failDamaged(fmt::format("it would run what stands in its schema, in {}", found.text(0)));
 }
 
 bool hasTable(const Database& database, std::string_view name) {

@@ -101,6 +101,10 @@ class Statement {
   std::unique_ptr<sqlite3_stmt, Finalize> statement_;
 };
 
+/// Throws Error (corruptFile) where the database would calculate: generated columns, indexes and defaults
+/// that are expressions, virtual tables.
+void requirePlainSchema(Database& database);
+
 /// Whether the file has a table of this name.
 bool hasTable(const Database& database, std::string_view name);
 

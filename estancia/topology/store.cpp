@@ -92,6 +92,7 @@ void requireOurFormat(Database& database) {
         path, ErrorCode::unsupportedFile,
         fmt::format("map format {}, but this Estancia reads map formats {} to {}; {}", version, oldestVersion,
                     formatVersion, version < oldestVersion ? "map the sequence again" : "update Estancia"));
+  sqlite::requirePlainSchema(database);
   // SQLite notices missing pages, but fills up a last page that was cut. (Beside a -wal file the size may
   // change.)
   std::error_code problem;
@@ -286,6 +287,8 @@ const MapStore::Identity& MapStore::identity() const {
 void MapStore::addFrame(const MappedFrame& frame, DescriptorView descriptor) {
   impl_->requireWriting();
   requireProbabilities(descriptor, impl_->identity.vocabulary.size(), frame.name);
+  if (frame.number >= mostFramesOfMap)
+    refuse(impl_->path, ErrorCode::tooLarge, "the map has no number for another frame; begin a new map");
   const Pose pose = frame.pose.value_or(unknownPose);
   impl_->write("INSERT INTO descriptors VALUES(?1, ?2)", frame.number, descriptor);
   impl_->write("INSERT INTO frames VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12)", frame.number,
@@ -387,7 +390,7 @@ void MapStore::leaveOut(const std::vector<std::size_t>& frames) {
   std::vector<std::string> tables;
   {
     Statement names(impl_->database,
-                    "SELECT m.name FROM sqlite_master m, pragma_table_info(m.name) c "
+                    "SELECT printf('\"%w\"', m.name) FROM sqlite_master m, pragma_table_info(m.name) c "
                     "WHERE m.type = 'table' AND c.name = 'frame' AND c.pk = 1");
     while (names.next()) tables.push_back(names.text(0));
   }
@@ -433,6 +436,10 @@ void MapStore::compact() {
   impl_->database.run("COMMIT");
   impl_->database.run("VACUUM");
   impl_->database.run("BEGIN IMMEDIATE");
+}
+
+const fs::path& MapStore::path() const {
+  return impl_->path;
 }
 
 sqlite::Database& MapStore::database() {

@@ -92,6 +92,7 @@ class MapStore {
   sqlite::Database& database();
 
   // ---- reading
+  const std::filesystem::path& path() const;
   /// From here to endReading() everything is read as it is at one moment, whatever another process writes
   /// meanwhile. For Access::read.
   void beginReading();

@@ -36,8 +36,9 @@ class Rows : public Statement {
     if (value < lowest || value > highest) database_.failDamaged(fmt::format("{} is {}", what, value));
     return value;
   }
-  std::size_t count(int column, std::int64_t lowest, const char* what) const {
-    return static_cast<std::size_t>(number(column, lowest, std::numeric_limits<std::int64_t>::max(), what));
+  std::size_t count(int column, std::int64_t lowest, const char* what,
+                    std::size_t highest = mostFramesOfMap) const {
+    return static_cast<std::size_t>(number(column, lowest, static_cast<std::int64_t>(highest), what));
   }
   int node(int column, int lowest, const char* what) const {
     return static_cast<int>(number(column, lowest, std::numeric_limits<int>::max(), what));
@@ -58,11 +59,12 @@ std::string readMeta(Database& database, std::string_view key) {
 }
 
 void readNodes(Database& database, TopologicalMap& map) {
+  const std::size_t frames = frameCountOf(database);
   Rows rows(database, "SELECT id, frames, mean, sigma FROM nodes ORDER BY id");
   while (rows.next()) {
     Node node;
     node.id = rows.node(0, 0, "a node's number");
-    node.frames = rows.count(1, 1, "a node's image count");
+    node.frames = rows.count(1, 1, "a node's image count", frames);
     const std::string name = fmt::format("node {}", node.id);
     readValues(database, rows.bytes(2), map.vocabulary.size(), name + "'s mean", node.mean);
     readValues(database, rows.bytes(3), map.vocabulary.size(), name + "'s deviation", node.sigma);
@@ -282,6 +284,8 @@ std::size_t frameCountOf(Database& database) {
   const std::int64_t count = database.number("SELECT ifnull(max(id) + 1, 0) FROM frames");
   if (count < 0 || database.number("SELECT ifnull(min(id), 0) FROM frames") < 0)
     database.failDamaged("its frames have negative numbers");
+  if (static_cast<std::size_t>(count) > mostFramesOfMap)
+    database.failDamaged(fmt::format("a frame has the number {}", count - 1));
   return static_cast<std::size_t>(count);
 }
 
@@ -292,13 +296,14 @@ std::optional<Pose> readPose(const Statement& row, int column) {
 }
 
 std::vector<Transition> readTransitions(Database& database) {
+  const std::size_t frames = frameCountOf(database);
   Rows rows(database,
             "SELECT source, target, count, first_frame FROM transitions ORDER BY first_frame, source");
   std::vector<Transition> transitions;
   while (rows.next())
     transitions.push_back({rows.node(0, 0, "a transition's start"), rows.node(1, 0, "a transition's end"),
-                           rows.count(2, 0, "a transition's count"),
-                           rows.count(3, 0, "a transition's first frame")});
+                           rows.count(2, 0, "a transition's count", frames),
+                           rows.frame(3, frames, "a transition's first frame")});
   return transitions;
 }
 

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <string>
@@ -14,6 +15,9 @@
 #include "estancia/topology/store.hpp"
 
 namespace estancia {
+
+/// A thousand years of 30 images a second. Counts of a map stay below, so that sums of them do not overflow.
+constexpr std::size_t mostFramesOfMap = std::size_t{1} << 40;
 
 /// Throws Error when the labels do not match their digest.
 MapStore::Identity readIdentity(sqlite::Database& database);

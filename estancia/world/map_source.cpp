@@ -6,7 +6,6 @@
 #include "estancia/core/fail.hpp"
 #include "estancia/core/rigid.hpp"
 #include "estancia/topology/drive_store.hpp"
-#include "estancia/topology/session_impl.hpp"
 
 namespace estancia {
 namespace {
@@ -56,14 +55,6 @@ std::size_t MapSource::end(std::size_t drive) const {
 
 bool MapSource::hasPoses() const {
   return std::ranges::any_of(map.frames, [](const MappedFrame& frame) { return frame.pose.has_value(); });
-}
-
-Mapper mapperOf(const MapStore& store, const std::filesystem::path& file) {
-  try {
-    return restoreMapper(store);
-  } catch (const Error& e) {
-    fail(e.code(), "{}: {}", file.string(), e.what());
-  }
 }
 
 void requireMergeable(const MapSource& first, const MapSource& other) {

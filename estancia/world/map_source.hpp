@@ -40,9 +40,6 @@ struct MapSource {
   std::vector<bool> isObserved;
 };
 
-/// The mapper that a map was made with. Throws Error that names the file.
-Mapper mapperOf(const MapStore& store, const std::filesystem::path& file);
-
 /// Throws Error: mismatch where the vocabularies, models or distances differ, invalidInput where the maps
 /// have a drive in common.
 void requireMergeable(const MapSource& first, const MapSource& other);

@@ -126,7 +126,7 @@ class NewMap {
     for (const std::size_t number : plan.order) {
       const MapSource& source = *sources[number];
       const int firstNode = plan.firstNode[number];
-      const Mapper own = mapperOf(source.store, source.path);
+      const Mapper own = restoreMapper(source.store, source.path);
       merge.take(own.impl(),
                  {firstNode, [&](std::size_t frame) { return offset + source.map.indexOf(frame); },
                   [&plan](int id) { return plan.kept(id); }});

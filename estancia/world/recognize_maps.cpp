@@ -44,7 +44,7 @@ std::vector<Compared> comparedMaps(std::span<const fs::path> maps) {
   for (const fs::path& path : maps) {
     MapStore store = MapStore::open(path, MapStore::Access::read);
     store.beginReading();
-    Compared& map = compared.emplace_back(Compared{mapperOf(store, path), store.frameCount()});
+    Compared& map = compared.emplace_back(Compared{restoreMapper(store, path), store.frameCount()});
     map.mapper.impl().endModes();
     map.mapper.impl().views.clear();  // only means are compared
   }
@@ -115,7 +115,7 @@ class MapLocalization {
 
   LocalizedMap result() const {
     LocalizedMap found;
-    Mapper a = mapperOf(a_.store, a_.path), b = mapperOf(b_.store, b_.path);
+    Mapper a = restoreMapper(a_.store, a_.path), b = restoreMapper(b_.store, b_.path);
     for (Mapper* mapper : {&a, &b}) mapper->impl().endModes();
     const PlaceLinker linker(a.impl(), b.impl());
     for (const auto& [place, seen] : places_) {

@@ -46,6 +46,32 @@ TEST(Config, NamesFileAndLineOfWhatIsNoToml) {
   EXPECT_THAT([&] { ConfigFile(folder.path()); }, FailsWith(ErrorCode::unsupportedFile));
 }
 
+void expectTooManyParts(const std::string& text, const std::string& line) {
+  EXPECT_THAT([&] { ConfigFile("a.toml", text); },
+              FailsWith(ErrorCode::malformedFile, "a.toml" + line, "too many parts"));
+}
+
+TEST(Config, KeysOfManyPartsAreRefused) {
+  std::string deep = "a";
+  for (int i = 0; i < 100000; ++i) deep += i % 3 == 0 ? " . 'b.c'" : R"(."\".".d)";
+  for (const auto& [text, line] : std::vector<std::pair<std::string, std::string>>{
+           {deep + " = 1", ":1"},
+           {"[" + deep + "]", ":1"},
+           {"[[" + deep + "]]", ":1"},
+           {"a = {b = 1, " + deep + " = 1}", ":1"},
+           {"a = '''it's ''''\n" + deep + " = 1", ":2"},
+           {"a = \"\"\"\n\\\"\"\"\" # \"\n" + deep + " = 1", ":3"}})
+    expectTooManyParts(text, line);
+  const std::string dots(40, '.');
+  for (const std::string& text :
+       {std::string("a.b.c.d.e.f.g.h = 1"), "a = '" + dots + "'", "a = \"\"\"\n" + dots + "\n\"\"\"",
+        "# " + dots,
+        std::string(
+            "a = [.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8]")
+            .replace(5, 1, "0.")})
+    EXPECT_NO_THROW(ConfigFile("a.toml", text)) << text;
+}
+
 TEST(Config, ValuesHaveTypesAndRanges) {
   const auto refused = [](const std::string& value,
                           const std::function<void(ConfigFile&, const toml::node&)>& use) {

@@ -47,6 +47,18 @@ TEST(Interrupts, TheSecondSigtermKills) {
   EXPECT_EQ(WTERMSIG(status), SIGTERM);
 }
 
+TEST(Interrupts, TheFirstOneKillsWhereNobodyAsks) {
+  const auto waitFor = [](bool ask, int seconds) {
+    catchInterrupts();
+    std::raise(SIGTERM);
+    if (ask && !interrupted()) _exit(1);
+    for (unsigned left = static_cast<unsigned>(seconds); left > 0;) left = sleep(left);  // SIGALRM wakes it
+    _exit(2);
+  };
+  EXPECT_EXIT(waitFor(false, 60), testing::KilledBySignal(SIGTERM), "");
+  EXPECT_EXIT(waitFor(true, 7), testing::ExitedWithCode(2), "");
+}
+
 TEST(StderrProgress, ShowsWorkThatHasAName) {
   testing::internal::CaptureStderr();
   {

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sqlite3.h>
+#include <sys/stat.h>
 
 #include <cmath>
 
@@ -82,7 +83,7 @@ TEST(MapStore, GivesBackAllThatWasWritten) {
     store.addFrame(frameNamed(1, "b.jpg", 4), descriptorOf(1));
     store.putNode({0, 1, {0.5F, 0.25F, 0}, {0.1F, 0, 0}}, std::string("\0state", 6));
     store.putNode({4, 1, {0, 0.25F, 0.75F}, {0, 0.2F, 0}}, "");
-    store.putTransition({0, 4, 3, 1});
+    store.putTransition({0, 4, 2, 1});
     store.putDecision({0, DecisionKind::start, 0, -1, std::nan(""), -1, std::nan(""), 0.3, 0.2});
     store.putDecision({1, DecisionKind::createNode, 4, 0, 0.75, 7, 0.5, 0.3, 0.2});
     store.putImage(1, {0xff, 0xd8, 0x00, 0x01});
@@ -111,7 +112,7 @@ TEST(MapStore, GivesBackAllThatWasWritten) {
   EXPECT_EQ(map.nodes[1].sigma, (std::vector<float>{0, 0.2F, 0}));
   ASSERT_EQ(map.transitions.size(), 1U);
   EXPECT_EQ(map.transitions[0].to, 4);
-  EXPECT_EQ(map.transitions[0].count, 3U);
+  EXPECT_EQ(map.transitions[0].count, 2U);
   EXPECT_EQ(map.transitions[0].firstFrame, 1U);
   ASSERT_EQ(map.decisions.size(), 2U);
   EXPECT_TRUE(std::isnan(map.decisions[0].toCurrent));
@@ -478,9 +479,12 @@ TEST(MapStoreRefuses, ContentsThatAreNotToBeBelieved) {
       {"UPDATE frames SET node = 99999999999", "99999999999"},
       {"UPDATE frames SET node = -1 WHERE id = 1", "-1"},
       {"DELETE FROM frames WHERE id = 1", "2 of 3 frames"},
-      {"UPDATE frames SET id = 9223372036854775807 WHERE id = 2", "frames"},
+      {"UPDATE frames SET id = 9223372036854775807 WHERE id = 2", "frame"},
       {"UPDATE frames SET id = id - 9", "frames"},
       {"INSERT INTO transitions VALUES(0, 7, 1, 1)", "node 7"},
+      {"INSERT INTO transitions VALUES(0, 0, 9223372036854775807, 1)", "count is 9223372036854775807"},
+      {"INSERT INTO transitions VALUES(0, 0, 1, 3)", "first frame is 3"},
+      {"UPDATE nodes SET frames = 4", "image count is 4"},
       {"UPDATE decisions SET kind = 5", "decision is 5"},
       {"UPDATE decisions SET frame = 77 WHERE frame = 2", "77"},
       {"UPDATE labels SET label = 'cap' WHERE id = 0", "labels"},
@@ -495,6 +499,74 @@ TEST(MapStoreRefuses, ContentsThatAreNotToBeBelieved) {
     tamper(path, sql);
     EXPECT_THAT(refusal(path), FailsWith(ErrorCode::corruptFile, path.string(), expected)) << sql;
   }
+}
+
+/// What makes SQLite delete `victim` once it has rolled back by it (file format, 3).
+std::string journalNaming(const fs::path& victim, const fs::path& map) {
+  constexpr std::size_t sector = 512, page = 4096;
+  const auto number = [](std::size_t value) {
+    std::string bytes;
+    for (int shift = 24; shift >= 0; shift -= 8) bytes += static_cast<char>(value >> shift);
+    return bytes;
+  };
+  const std::string magic = "\xd9\xd5\x05\xf9\x20\xa1\x63\xd7", name = victim.string();
+  std::string journal =
+      magic + number(0) + number(1) + number(fs::file_size(map) / page) + number(sector) + number(page);
+  journal.resize(sector, '\0');
+  std::size_t sum = 0;
+  for (const char c : name) sum += static_cast<unsigned char>(c);
+  return journal + number(0x40000000 / page + 1) + name + number(name.size()) + number(sum) + magic;
+}
+
+TEST(MapStoreRefuses, AJournalThatNamesAnotherFile) {
+  const test::ScratchFolder folder;
+  const fs::path path = smallMap(folder), link = folder / "link.estancia", victim = folder / "precious";
+  const fs::path journal = path.string() + "-journal";
+  fs::create_symlink(path, link);
+  test::writeFile(victim, "precious");
+  test::writeFile(journal, journalNaming(victim, path));
+  for (const fs::path& name : {path, link}) {
+    EXPECT_THAT(refusal(name), FailsWith(ErrorCode::corruptFile, journal.string(), "names another file"));
+    EXPECT_TRUE(fs::exists(victim));
+  }
+  sqlite3* database = nullptr;  // that it is such a journal
+  ASSERT_EQ(sqlite3_open(path.c_str(), &database), SQLITE_OK);
+  sqlite3_exec(database, "SELECT * FROM frames", nullptr, nullptr, nullptr);
+  sqlite3_close(database);
+  EXPECT_FALSE(fs::exists(victim));
+  EXPECT_EQ(MapStore::open(path, Access::read).frameCount(), 3U);
+}
+
+TEST(MapStoreRefuses, PipesAndFoldersBesideIt) {
+  for (const char* suffix : {"-journal", "-wal", "-shm"}) {
+    const test::ScratchFolder folder;
+    const fs::path path = smallMap(folder), beside = path.string() + suffix;
+    ASSERT_EQ(mkfifo(beside.c_str(), 0600), 0);
+    EXPECT_THAT(refusal(path), FailsWith(ErrorCode::unsupportedFile, beside.string(), "no regular file"));
+  }
+}
+
+TEST(MapStoreRefuses, SchemasThatCalculate) {
+  for (const std::string& sql : {std::string("CREATE TABLE other(a, b AS (zeroblob(9)))"),
+                                 std::string("CREATE TABLE other(a, b TEXT DEFAULT (hex(zeroblob(9))))"),
+                                 std::string("CREATE INDEX other ON frames(hex(name))"),
+                                 std::string("CREATE INDEX other ON frames(node) WHERE hex(name) = '00'"),
+                                 std::string("CREATE VIRTUAL TABLE other USING fts5(a)")}) {
+    const test::ScratchFolder folder;
+    const fs::path path = smallMap(folder);
+    tamper(path, sql);
+    EXPECT_THAT(refusal(path), FailsWith(ErrorCode::corruptFile, "schema", "other")) << sql;
+  }
+}
+
+TEST(MapStore, RunsNoConstraintsOfTheFile) {
+  const test::ScratchFolder folder;
+  const fs::path path = smallMap(folder);
+  tamper(path,
+         "CREATE TABLE other(key TEXT PRIMARY KEY, bytes BLOB NOT NULL, CHECK(length(bytes) < 0)); "
+         "DROP TABLE state; ALTER TABLE other RENAME TO state");
+  MapStore store = MapStore::open(path, Access::write);
+  EXPECT_NO_THROW(store.putState("key", "bytes"));
 }
 
 TEST(MapStore, TakesBackWhatRoundingLeftBeyondProbabilities) {

@@ -18,10 +18,11 @@
 namespace estancia::experiments {
 namespace {
 
-/// Names in order of first appearance.
+/// Names in order of first appearance, as they can be shown.
 class Names {
  public:
-  std::size_t add(const std::string& name) {
+  std::size_t add(const std::string& text) {
+    const std::string name = io::printable(text);
     const auto [at, isNew] = numbers_.emplace(name, names_.size());
     if (isNew) names_.push_back(name);
     return at->second;
@@ -119,10 +120,10 @@ class ScoreReader {
                                             io::printable(text)));
     const auto [known, isNew] = scores_.emplace(std::pair(method, test), Score{*value, line});
     if (!isNew)
-      throw Error(ErrorCode::malformedFile,
-                  where(line) + fmt::format("the score of {} in {} is repeated from line {}",
-                                            io::printable(methods_.list()[method]),
-                                            io::printable(tests_.list()[test]), known->second.line));
+      throw Error(
+          ErrorCode::malformedFile,
+          where(line) + fmt::format("the score of {} in {} is repeated from line {}", methods_.list()[method],
+                                    tests_.list()[test], known->second.line));
   }
 
   /// Called before the table is allocated, which may be much larger than the file.
@@ -134,8 +135,7 @@ class ScoreReader {
     for (std::size_t m = 0; m < methods && listed.size() < maxListed; ++m)
       for (std::size_t t = 0; t < tests && listed.size() < maxListed; ++t)
         if (!scores_.contains({m, t}))
-          listed.push_back(
-              fmt::format("{} in {}", io::printable(methods_.list()[m]), io::printable(tests_.list()[t])));
+          listed.push_back(fmt::format("{} in {}", methods_.list()[m], tests_.list()[t]));
     const double missing =
         static_cast<double>(methods) * static_cast<double>(tests) - static_cast<double>(scores_.size());
     const double more = missing - static_cast<double>(listed.size());
