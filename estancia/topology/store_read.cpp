@@ -303,7 +303,7 @@ std::vector<Transition> readTransitions(Database& database) {
   while (rows.next())
     transitions.push_back({rows.node(0, 0, "a transition's start"), rows.node(1, 0, "a transition's end"),
                            rows.count(2, 0, "a transition's count", frames),
-                           rows.frame(3, frames, "a transition's first frame")});
+                           rows.count(3, 0, "a transition's first frame")});
   return transitions;
 }
 

@@ -483,7 +483,6 @@ TEST(MapStoreRefuses, ContentsThatAreNotToBeBelieved) {
       {"UPDATE frames SET id = id - 9", "frames"},
       {"INSERT INTO transitions VALUES(0, 7, 1, 1)", "node 7"},
       {"INSERT INTO transitions VALUES(0, 0, 9223372036854775807, 1)", "count is 9223372036854775807"},
-      {"INSERT INTO transitions VALUES(0, 0, 1, 3)", "first frame is 3"},
       {"UPDATE nodes SET frames = 4", "image count is 4"},
       {"UPDATE decisions SET kind = 5", "decision is 5"},
       {"UPDATE decisions SET frame = 77 WHERE frame = 2", "77"},
