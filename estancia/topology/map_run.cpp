@@ -7,16 +7,16 @@
 #include <utility>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/output_file.hpp"
 #include "estancia/io/sequence.hpp"
 #include "estancia/topology/store.hpp"
-#include "estancia/topology/store_files.hpp"
 
 namespace estancia {
 
 MapRun::MapRun(std::filesystem::path path, Existing existing) : path_(std::move(path)), existing_(existing) {
   std::error_code none;  // what is wrong with the name, create() tells
   const bool exists = std::filesystem::exists(path_, none);
-  if (exists && existing != Existing::resume) storage::requireReplaceable(path_);
+  if (existing != Existing::resume) outputTarget(path_);  // a folder, a pipe …
   if (exists && existing == Existing::refuse)
     throw Error(
         ErrorCode::fileExists,

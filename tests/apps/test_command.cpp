@@ -146,7 +146,8 @@ TEST_F(Command, OverwritesMapsOnly) {
   EXPECT_EQ(readFile(letter), "dear reader");
   const std::string folder = scratch_ / "folder";
   fs::create_directory(folder);
-  expectError(map(images_, folder, {"--overwrite"}), ErrorCode::fileUnwritable, folder);
+  for (const std::vector<std::string>& how : {std::vector<std::string>{"--overwrite"}, {}})
+    expectError(map(images_, folder, how), ErrorCode::fileUnwritable, folder);
   EXPECT_TRUE(fs::is_directory(folder));
 }
 
