@@ -24,7 +24,7 @@ using Clock = std::chrono::steady_clock;
 volatile std::sig_atomic_t stopRequested = 0;
 /// Whether interrupted() has told it to somebody.
 volatile std::sig_atomic_t stopHeard = 0;
-constexpr unsigned secondsToHear = 5;
+constexpr unsigned secondsToHear = 5;  // more than the label of one image takes
 
 void endUnheard(int) {
   if (stopHeard != 0) return;

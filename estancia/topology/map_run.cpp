@@ -14,9 +14,9 @@
 namespace estancia {
 
 MapRun::MapRun(std::filesystem::path path, Existing existing) : path_(std::move(path)), existing_(existing) {
-  std::error_code none;  // what is wrong with the name, create() tells
+  if (existing != Existing::resume) outputTarget(path_);  // tells what can be no output
+  std::error_code none;                                   // and what can be no map, open() tells
   const bool exists = std::filesystem::exists(path_, none);
-  if (existing != Existing::resume) outputTarget(path_);  // a folder, a pipe …
   if (exists && existing == Existing::refuse)
     throw Error(
         ErrorCode::fileExists,

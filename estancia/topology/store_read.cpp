@@ -285,7 +285,7 @@ std::size_t frameCountOf(Database& database) {
   if (count < 0 || database.number("SELECT ifnull(min(id), 0) FROM frames") < 0)
     database.failDamaged("its frames have negative numbers");
   if (static_cast<std::size_t>(count) > mostFramesOfMap)
-    database.failDamaged(fmt::format("a frame has the number {}", count - 1));
+    database.failDamaged(fmt::format("its frames are numbered up to {}", count - 1));
   return static_cast<std::size_t>(count);
 }
 

@@ -35,6 +35,13 @@ TEST_F(ScoreTable, ReadsARowATest) {
   EXPECT_THAT(scores.values, ElementsAre(ElementsAre(0.5, 0.1), ElementsAre(-2, 3)));
 }
 
+TEST_F(ScoreTable, NamesHaveNoControlCharacters) {
+  const MethodScores scores = read("test,a\x1b[31m,b\nt\xe2\x80\xae,1,2\n");
+  EXPECT_THAT(scores.methods, ElementsAre("a\\x1B[31m", "b"));
+  EXPECT_THAT(scores.tests.front(), testing::Not(testing::HasSubstr("\xe2\x80\xae")));
+  EXPECT_THAT(refusal("test,a\x1b,b\nt,,1\n"), FailsWith(ErrorCode::insufficientData, "a\\x1B"));
+}
+
 TEST_F(ScoreTable, ReadsTheResultsOfAnExperimentInAnyOrder) {
   const std::string text =
       "classifier,descriptor,train,test,seconds,balanced_accuracy,accuracy\n"

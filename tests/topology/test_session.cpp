@@ -11,6 +11,7 @@
 #include "estancia/label/labeler.hpp"
 #include "estancia/topology/ask.hpp"
 #include "estancia/topology/localizer.hpp"
+#include "estancia/topology/sqlite.hpp"
 #include "estancia/topology/store.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
@@ -66,6 +67,22 @@ TEST_F(LiveMapping, TellsThePlaceOfEachImage) {
   EXPECT_EQ(map.add(lawn), 1);
   EXPECT_EQ(map.add(sea), 0);
   EXPECT_EQ(map.frames(), 4U);
+}
+
+TEST_F(LiveMapping, GoesOnWithNoDamagedState) {
+  const auto resumeAfter = [&](const char* sql) {
+    std::filesystem::remove(path_);
+    {
+      MappingSession map(path_, labeler_, byHand());
+      for (const cv::Mat& image : {sea, lawn, sea}) map.add(image);
+    }
+    sqlite::Database(path_, sqlite::Database::Mode::write).run(sql);
+    return test::caught([&] { MappingSession(path_, labeler_); });
+  };
+  EXPECT_THAT(resumeAfter("UPDATE nodes SET state = CAST(x'FFFFFFFFFFFFFF7F' || substr(state, 9) AS BLOB)"),
+              FailsWith(ErrorCode::corruptFile, path_.string() + ": ", "more frames than the map"));
+  EXPECT_THAT(resumeAfter("DELETE FROM state"),
+              FailsWith(ErrorCode::corruptFile, path_.string() + ": ", "no saved mapper state"));
 }
 
 TEST_F(LiveMapping, IsOnDiskWhenItEnds) {

@@ -479,7 +479,7 @@ TEST(MapStoreRefuses, ContentsThatAreNotToBeBelieved) {
       {"UPDATE frames SET node = 99999999999", "99999999999"},
       {"UPDATE frames SET node = -1 WHERE id = 1", "-1"},
       {"DELETE FROM frames WHERE id = 1", "2 of 3 frames"},
-      {"UPDATE frames SET id = 9223372036854775807 WHERE id = 2", "frame"},
+      {"UPDATE frames SET id = 9223372036854775807 WHERE id = 2", "frames"},
       {"UPDATE frames SET id = id - 9", "frames"},
       {"INSERT INTO transitions VALUES(0, 7, 1, 1)", "node 7"},
       {"INSERT INTO transitions VALUES(0, 0, 9223372036854775807, 1)", "count is 9223372036854775807"},
