@@ -19,10 +19,6 @@ namespace {
 /// Values larger than this in a file are taken for damage; bounds what SQLite allocates for a hostile file.
 constexpr int maxValue = 256 << 20;
 
-bool isOutOfSpace(int systemError) {
-  return systemError == ENOSPC || systemError == EDQUOT || systemError == EFBIG;
-}
-
 [[noreturn]] void refuse(const std::string& path, ErrorCode code, const std::string& what) {
   throw Error(code, fmt::format("{}: {}", path, what));
 }
@@ -111,17 +107,24 @@ void Database::waitForLocks(int milliseconds) {
   sqlite3_busy_timeout(handle(), milliseconds);
 }
 
+std::string_view whyNoSpace(int systemError) {
+  if (systemError == EFBIG) return "the file would be larger than the shell allows; raise `ulimit -f`";
+  if (systemError == ENOSPC || systemError == EDQUOT) return "the disk is full; free some space";
+  return {};
+}
+
 void Database::fail(int code) const {
   const std::string path = path_.string();
   const int primary = code & 0xff;
   const int systemError = sqlite3_system_errno(handle());
   const char* cause = systemError != 0 ? std::strerror(systemError) : sqlite3_errstr(code);
-  if (primary == SQLITE_FULL || (primary == SQLITE_IOERR && isOutOfSpace(systemError)))
+  const std::string_view noSpace = whyNoSpace(primary == SQLITE_FULL ? ENOSPC : systemError);
+  if (primary == SQLITE_FULL || (primary == SQLITE_IOERR && !noSpace.empty()))
     refuse(path, ErrorCode::fileUnwritable,
-           inMemory_
-               ? "the disk is full, and nothing of the map was written; free some space and map again"
-               : "the disk is full; free some space and run the command again. Maps are as of their last "
-                 "commit: `estancia map` goes on by --continue, `estancia live` by itself");
+           fmt::format("{}. {}", noSpace,
+                       inMemory_ ? "Nothing of the map was written; map again then"
+                                 : "Run the command again then. Maps are as of their last commit: `estancia "
+                                   "map` goes on by --continue, `estancia live` by itself"));
   switch (primary) {
     case SQLITE_BUSY:
     case SQLITE_LOCKED:

@@ -15,6 +15,9 @@ struct sqlite3_stmt;
 
 namespace estancia::sqlite {
 
+/// Why no more can be written and what to do, if that is what `systemError` (an errno) says; or "".
+std::string_view whyNoSpace(int systemError);
+
 /// A connection to one database file (or to memory). Every failure becomes an Error that says what the user
 /// can do: busy, full, read-only, damaged …
 class Database {

@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <string_view>
 
 #include "estancia/topology/map.hpp"
 #include "estancia/topology/sqlite.hpp"
@@ -46,8 +47,8 @@ void requireWritable(const fs::path& folder) {
     if (write(file, room.data(), room.size()) != static_cast<ssize_t>(room.size())) problem = errno;
     close(file);
   }
-  if (problem == ENOSPC || problem == EDQUOT || problem == EFBIG)
-    refuse(folder, ErrorCode::fileUnwritable, "the disk is full; free some space first");
+  if (const std::string_view noSpace = sqlite::whyNoSpace(problem); !noSpace.empty())
+    refuse(folder, ErrorCode::fileUnwritable, std::string(noSpace));
   if (problem != 0)
     refuse(folder, ErrorCode::fileUnwritable,
            fmt::format("cannot write in this folder ({}); choose another one", std::strerror(problem)));
@@ -91,6 +92,8 @@ void renameOver(const fs::path& from, const fs::path& to) {
 void requireMapFile(const fs::path& path) {
   std::error_code problem;
   const fs::file_status status = fs::status(path, problem);
+  if (status.type() == fs::file_type::none)
+    refuse(path, ErrorCode::fileUnreadable, fmt::format("cannot be read ({})", problem.message()));
   if (!fs::exists(status))
     refuse(path, ErrorCode::fileNotFound, "there is no such map; make one by `estancia map`");
   if (!fs::is_regular_file(status))

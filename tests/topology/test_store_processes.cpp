@@ -277,7 +277,7 @@ TEST(MapStoreProcesses, KeepsTheLastCommitWhenTheDiskIsFull) {
   const test::ScratchFolder folder;
   const fs::path path = wideMap(folder, 10);
   const test::Caught caught = caughtInAnotherProcess([&] {
-    // No file of this process may grow beyond this: for SQLite the same as a full disk.
+    // No file of this process may grow beyond this.
     std::signal(SIGXFSZ, SIG_IGN);
     const rlimit limit{2000000, 2000000};
     setrlimit(RLIMIT_FSIZE, &limit);
@@ -296,7 +296,7 @@ TEST(MapStoreProcesses, KeepsTheLastCommitWhenTheDiskIsFull) {
       throw;
     }
   });
-  EXPECT_THAT(caught, FailsWith(ErrorCode::fileUnwritable, path.string(), "--continue"));
+  EXPECT_THAT(caught, FailsWith(ErrorCode::fileUnwritable, path.string(), "ulimit -f", "--continue"));
   EXPECT_EQ(MapStore::open(path, Access::write).load().frames.size(), 20U);
   EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), {}), 1);
 }
