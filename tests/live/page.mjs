@@ -6,7 +6,7 @@ import {createRequire} from 'node:module';
 const [modules, url, width, kind, folder] = process.argv.slice(2);
 const puppeteer = createRequire(`${modules}/package.json`)('puppeteer-core');
 // Half a second where nothing else runs; beside other work its files may take half a minute to read.
-const browser = await puppeteer.launch({executablePath: '/usr/bin/chromium', timeout: 180000, args: ['--headless=new', '--no-sandbox', '--disable-dev-shm-usage']});
+const browser = await puppeteer.launch({executablePath: '/usr/bin/chromium', timeout: 180000, protocolTimeout: 600000, args: ['--headless=new', '--no-sandbox', '--disable-dev-shm-usage']});
 const problems = [];
 
 function expect(isTrue, what) {
@@ -14,7 +14,7 @@ function expect(isTrue, what) {
 }
 
 const page = await browser.newPage();
-page.setDefaultTimeout(60000);
+page.setDefaultTimeout(300000);  // the thread sanitizer makes a robot twenty times slower
 let isWatched = kind !== 'drive';  // the browser itself tells of a map that is not there yet
 page.on('console', message => expect(!isWatched || message.type() !== 'error', `console: ${message.text()} ${message.location().url}`));
 page.on('pageerror', error => problems.push(`error: ${error.message}`));
