@@ -108,7 +108,9 @@ void Database::waitForLocks(int milliseconds) {
 }
 
 std::string_view whyNoSpace(int systemError) {
-  if (systemError == EFBIG) return "the file would be larger than the shell allows; raise `ulimit -f`";
+  if (systemError == EFBIG)
+    return "the file would be larger than `ulimit -f` or its file system allows; raise the limit, or choose "
+           "another disk";
   if (systemError == ENOSPC || systemError == EDQUOT) return "the disk is full; free some space";
   return {};
 }

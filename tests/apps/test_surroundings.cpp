@@ -171,6 +171,20 @@ TEST_F(Surroundings, ReadsMapsOfReadOnlyFileSystems) {
   EXPECT_NE(runBy(mount, {"map", labels_, "-o", disk / "a.estancia", "--continue"}).exitCode, 0);
 }
 
+TEST_F(Surroundings, FullDisksAreToldBeforeAndWhileAMapIsWritten) {
+  const fs::path disk = folder_ / "disk";
+  fs::create_directory(disk);
+  for (const std::string size : {"32k", "80k"}) {  // of which 64 KiB are tried out first
+    const std::string mount =
+        fmt::format("exec unshare -m /bin/sh -c 'mount -t tmpfs -o size={} none {} && exec \"$@\"' sh \"$@\"",
+                    size, disk.string());
+    if (runBy(mount, {"--version"}).exitCode != 0) GTEST_SKIP() << "only root mounts file systems";
+    EXPECT_THAT(runBy(mount, {"map", labels_, "-o", disk / "a.estancia"}),
+                FailsWith(ErrorCode::fileUnwritable, "the disk is full"))
+        << size;
+  }
+}
+
 TEST_F(Surroundings, ClosedStreamsTakeNoFile) {
   const fs::path known = mapped("known.estancia");
   const std::string answer = run({"ask", known, "mug"}).out;

@@ -5,7 +5,7 @@
 import {createRequire} from 'node:module';
 const [modules, url, width, kind, folder] = process.argv.slice(2);
 const puppeteer = createRequire(`${modules}/package.json`)('puppeteer-core');
-// Half a second where nothing else runs; beside other work its files may take half a minute to read.
+// A start takes half a second where nothing else runs; beside other work its files may take half a minute to read.
 const browser = await puppeteer.launch({executablePath: '/usr/bin/chromium', timeout: 180000, protocolTimeout: 600000, args: ['--headless=new', '--no-sandbox', '--disable-dev-shm-usage']});
 const problems = [];
 

@@ -1,6 +1,7 @@
-// For the thread sanitizer, which is not built into OpenCV and TBB and so cannot see how their threads wait
-// for each other: OpenCV works on one thread. (OPENCV_FOR_THREADS_NUM is not heard where OpenCV is built with
-// TBB.) SPDX-License-Identifier: Apache-2.0
+// OpenCV on one thread, for the thread sanitizer: it sees neither how TBB's threads wait for each other nor
+// what they share. (OpenCV with TBB ignores OPENCV_FOR_THREADS_NUM.)
+//
+// SPDX-License-Identifier: Apache-2.0
 #include <opencv2/core/utility.hpp>
 
 namespace {

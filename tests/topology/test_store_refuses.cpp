@@ -5,7 +5,6 @@
 #include <sqlite3.h>
 #include <sys/stat.h>
 
-#include "estancia/topology/sqlite.hpp"
 #include "estancia/topology/store.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
