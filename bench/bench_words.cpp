@@ -1,4 +1,5 @@
-// Words: reading the word graph, walks from one to eight words, searches of one to four words, rooms' words.
+// Words: reading the word graph, walks from one to eight words, searches of one to four words, rooms' words;
+// words that are misspelled, and ten thousand bytes of words or of none.
 //   bench_words LABELS [options of Google Benchmark]
 //                           LABELS is a label file, as that of a model with ImageNet's labels
 // SPDX-License-Identifier: Apache-2.0
@@ -13,6 +14,7 @@
 #include "estancia/words/installed_words.hpp"
 #include "estancia/words/label_search.hpp"
 #include "estancia/words/room_words.hpp"
+#include "estancia/words/spelling.hpp"
 
 namespace {
 
@@ -40,6 +42,29 @@ void search(benchmark::State& state, const LabelSearch& labels) {
   for (auto _ : state) benchmark::DoNotOptimize(labels.search(words));
 }
 
+void correct(benchmark::State& state, const WordGraph& graph) {
+  for (auto _ : state)
+    for (const char* word : {"refridgerator", "xyzzyxyzzy", "umbrela", "cmputer"})
+      benchmark::DoNotOptimize(correctSpelling(graph.lexicon, {}, word));
+}
+
+/// As many bytes as a search reads, of which `words` is the beginning.
+std::string longText(const std::string& words) {
+  std::string text;
+  while (text.size() < 10000) text += words;
+  return text;
+}
+
+void takeTerms(benchmark::State& state, const WordGraph& graph) {
+  const std::string text = longText("living room of a dog ");
+  for (auto _ : state) benchmark::DoNotOptimize(graph.lexicon.terms(text));
+}
+
+void searchGarbage(benchmark::State& state, const LabelSearch& labels) {
+  const std::string text = longText("qzxwa qzxwb qzxwc qzxwd qzxwe qzxwf qzxwg qzxwh ");
+  for (auto _ : state) benchmark::DoNotOptimize(labels.search(text));
+}
+
 void prepareSearch(benchmark::State& state, const WordGraph& graph, const Vocabulary& vocabulary) {
   for (auto _ : state) benchmark::DoNotOptimize(LabelSearch(vocabulary, &graph));
 }
@@ -61,6 +86,9 @@ int main(int argc, char** argv) try {
   benchmark::RegisterBenchmark("walk", walk, *graph)->DenseRange(1, 4)->Arg(8)->Unit(unit);
   benchmark::RegisterBenchmark("prepare", prepareSearch, *graph, vocabulary)->Unit(unit);
   benchmark::RegisterBenchmark("search", search, labels)->DenseRange(0, 3)->Unit(unit);
+  benchmark::RegisterBenchmark("search: garbage", searchGarbage, labels)->Unit(unit);
+  benchmark::RegisterBenchmark("spelling: four words", correct, *graph)->Unit(unit);
+  benchmark::RegisterBenchmark("terms of 10 kB", takeTerms, *graph)->Unit(unit);
   benchmark::RegisterBenchmark("rooms", weighRooms, *graph, vocabulary)->Unit(unit);
   argv[1] = argv[0];
   benchmark::Initialize(&--argc, ++argv);

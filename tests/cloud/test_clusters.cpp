@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <opencv2/core.hpp>
@@ -285,12 +284,10 @@ TEST(Clusters, LostRowsAndColumnsCutNothing) {
   }
 }
 
-TEST(Clusters, NoiseAloneIsNoWork) {
+TEST(Clusters, NoiseAloneHasNoClusters) {
   cv::Mat depth(240, 320, CV_32F);
   cv::RNG(3).fill(depth, cv::RNG::UNIFORM, 0.5, 10.);
-  const auto start = std::chrono::steady_clock::now();
   EXPECT_THAT(findClusters(depth, {320, 240, 2100, 2100, 160, 120}).clusters, IsEmpty());
-  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(10));
 }
 
 TEST(Clusters, SameForAnyThreadsAndSeedsFindTheSame) {

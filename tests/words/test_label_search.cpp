@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <chrono>
 
 #include "estancia/core/label_words.hpp"
 #include "support/support.hpp"
@@ -151,9 +150,7 @@ TEST(LabelSearch, KnowsNothingOfWordsThatMeanNothing) {
         std::string("ящик для инструментов"), std::string("椅子"), std::string("\x01\x02\x1b[31m"),
         std::string("\xff\xfe\x80"), std::string(1, '\0'), std::string(",,,"), std::string("'''"),
         std::string("%s%n"), std::string("../../etc")}) {
-    const auto start = std::chrono::steady_clock::now();
     const LabelMatches matches = search().search(words);
-    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(2)) << words.substr(0, 40);
     EXPECT_THAT(matches.labels, IsEmpty()) << words.substr(0, 40);
     EXPECT_EQ(matches.corrected, "") << words.substr(0, 40);
     EXPECT_THAT(search().probabilities(words), Each(0.0)) << words.substr(0, 40);
