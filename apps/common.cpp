@@ -95,6 +95,15 @@ void requireReplaceable(const std::filesystem::path& output, bool overwrite,
                             output.string(), what));
 }
 
+bool isTextFile(const std::filesystem::path& file) {
+  constexpr std::size_t enough = 4096;
+  std::string start(enough, '\0');
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(start.data(), static_cast<std::streamsize>(start.size()));
+  start.resize(static_cast<std::size_t>(stream.gcount()));
+  return start.find('\0') == std::string::npos;
+}
+
 void requireImage(const std::string& image, bool overwrite, const std::vector<std::string>& inputs) {
   if (image.empty()) return;
   requireNoData(image, inputs, pngStart);

@@ -47,6 +47,9 @@ void requireNoData(const std::filesystem::path& output, const std::vector<std::s
 void requireReplaceable(const std::filesystem::path& output, bool overwrite,
                         bool (*isOurs)(const std::filesystem::path&), std::string_view what);
 
+/// Whether the file has no byte 0 near its begin, as images, maps and other binary files have.
+bool isTextFile(const std::filesystem::path& file);
+
 /// Both for an image (PNG) that a command draws, unless it is "".
 void requireImage(const std::string& image, bool overwrite, const std::vector<std::string>& inputs);
 

@@ -44,7 +44,7 @@ void run(const ExportArguments& arguments, const CLI::App& command) {
     throw Error(ErrorCode::invalidOption, "--json describes the file that is written; give it by -o");
   if (!arguments.output.empty()) {
     requireNoData(arguments.output, {arguments.map});
-    requireReplaceable(arguments.output, arguments.overwrite, nullptr, "export");
+    requireReplaceable(arguments.output, arguments.overwrite, isTextFile, "text file");
   }
   const std::string text = textOf(arguments.map, arguments.format, arguments.options);
   if (arguments.output.empty()) {

@@ -12,6 +12,7 @@
 
 #include "estancia/core/fail.hpp"
 #include "estancia/io/files.hpp"
+#include "estancia/io/json_problem.hpp"
 
 namespace estancia::io {
 namespace {
@@ -83,7 +84,7 @@ Json parsePlan(const std::string& text, const std::string& source) {
   try {
     return Json::parse(text, shallow);
   } catch (const Json::exception& e) {
-    fail(ErrorCode::malformedFile, "{}: not JSON: {}", source, printable(e.what()));
+    fail(ErrorCode::malformedFile, "{}: {}", source, jsonProblem(e));
   }
 }
 

@@ -51,6 +51,13 @@ struct RecordHead {
   std::string key;
 };
 
+std::string notCached(const fs::path& folder, const std::string& why) {
+  return fmt::format(
+      "{}: labels are not being cached ({}); make room there, or name another folder in "
+      "ESTANCIA_CACHE",
+      folder.string(), why);
+}
+
 std::uint32_t checksumOf(const std::string& key, std::string_view value) {
   ByteWriter checked;
   checked.number(static_cast<std::uint32_t>(value.size()));
@@ -347,10 +354,10 @@ void LabelCache::put(const std::string& model, const std::string& image, std::st
       makeRoom(file);
       untilCheck_ = std::max<std::uint64_t>(limit_ / 20, 1);
     }
+  } catch (const fs::filesystem_error& e) {
+    problem_ = notCached(folder_, e.code().message());
   } catch (const std::exception& e) {
-    problem_ = fmt::format(
-        "{}: labels are not being cached ({}); free some space, or name another folder in ESTANCIA_CACHE",
-        folder_.string(), e.what());
+    problem_ = notCached(folder_, e.what());
   }
 }
 

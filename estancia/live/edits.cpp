@@ -27,16 +27,11 @@ class EditFields {
       fail(ErrorCode::invalidInput, "\"{}\" must be a whole number from 0", key);
     return value.get<int>();
   }
-  std::string name() {
-    constexpr std::size_t longest = 120;
+  std::string name(const char* what) {
     const nlohmann::json& value = get("name");
     if (!value.is_string()) fail(ErrorCode::invalidInput, "\"name\" must be text");
     auto text = value.get<std::string>();
-    if (text.size() > longest)
-      fail(ErrorCode::invalidInput, "the name has {} bytes, at most {} are kept", text.size(), longest);
-    if (printable(text) != text)
-      fail(ErrorCode::invalidInput, "the name \"{}\" has control characters; leave them out",
-           printable(text));
+    requireGivenName(text, what);
     return text;
   }
   cv::Point2d point(const char* key) {
@@ -68,7 +63,7 @@ class EditFields {
 MapEdit editOf(const std::string& type, EditFields& fields) {
   if (type == "name_area") {
     const int area = fields.number("area");
-    return NameArea{area, fields.name()};
+    return NameArea{area, fields.name("an area")};
   }
   if (type == "merge_areas") {
     const int area = fields.number("area");
@@ -80,7 +75,7 @@ MapEdit editOf(const std::string& type, EditFields& fields) {
   }
   if (type == "name_object") {
     const int object = fields.number("object");
-    return NameObject{object, fields.name()};
+    return NameObject{object, fields.name("an object")};
   }
   if (type == "delete_object") return DeleteObject{fields.number("object")};
   fail(ErrorCode::invalidInput,

@@ -186,6 +186,20 @@ void put(ServerResponse from, httplib::Response& to) {
                                   });
 }
 
+/// Whether one header alone says where the body ends, and says it in digits (RFC 9112, 6.3).
+bool isFramedOnce(const httplib::Request& request) {
+  const std::size_t lengths = request.get_header_value_count("Content-Length");
+  const std::string length = request.get_header_value("Content-Length");
+  return lengths == 0 || (lengths == 1 && !request.has_header("Transfer-Encoding") && !length.empty() &&
+                          length.find_first_not_of("0123456789") == std::string::npos);
+}
+
+ServerResponse ambiguousLength() {
+  return {
+      400, "application/json",
+      R"({"error":{"code":"invalid-input","message":"one Content-Length, in digits, must say the length"}})"};
+}
+
 class BoundedServer final : public httplib::Server {
  public:
   BoundedServer(HttpHandler& handler, const HttpLimits& limits) : handler_(handler), limits_(limits) {
@@ -198,7 +212,7 @@ class BoundedServer final : public httplib::Server {
     });
     set_pre_routing_handler([this](const httplib::Request& from, httplib::Response& to) {
       const ServerRequest request = requestOf(from);
-      auto refused = handler_.refusal(request);
+      auto refused = isFramedOnce(from) ? handler_.refusal(request) : ambiguousLength();
       const bool hasBody = from.has_header("Content-Length") || from.has_header("Transfer-Encoding");
       if (!refused && from.method == "POST") return HandlerResponse::Unhandled;
       serving.mustClose = hasBody;  // nobody reads it

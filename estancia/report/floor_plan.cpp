@@ -70,11 +70,14 @@ void drawHome(Markup& svg, const io::HomePlan& home, const Fit& fit, double name
 
 FloorPlan readFloorPlan(const std::filesystem::path& path, const std::array<double, 4>& extent) {
   FloorPlan plan{{}, extent[0], extent[1], extent[2], extent[3]};
-  const bool finite = std::all_of(extent.begin(), extent.end(), [](double v) { return std::isfinite(v); });
-  if (!finite || !(plan.xMax > plan.xMin) || !(plan.yMax > plan.yMin))
+  constexpr double farthest = 1e7, least = 0.01;  // [m] as poses are; less than that is no building
+  const bool isNear = std::ranges::all_of(
+      extent, [](double v) { return v >= -farthest && v <= farthest; });  // no NaN, either
+  if (!isNear || plan.xMax - plan.xMin < least || plan.yMax - plan.yMin < least)
     throw Error(
         ErrorCode::invalidOption,
-        "the floor plan's extent must be xMin, yMin, xMax, yMax in meters, with xMin < xMax and yMin < yMax");
+        "the floor plan's extent must be xMin, yMin, xMax, yMax in meters, within 10 000 km, with xMin < "
+        "xMax and yMin < yMax");
   constexpr std::size_t limit = 8'000'000;
   std::ifstream file(path, std::ios::binary);
   if (!file) fail(ErrorCode::fileUnreadable, "cannot read the floor plan {}; check the path", path.string());

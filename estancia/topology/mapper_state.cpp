@@ -8,6 +8,7 @@
 #include "estancia/core/bytes.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
+#include "estancia/io/json_problem.hpp"
 #include "estancia/topology/mapper_impl.hpp"
 
 namespace estancia {
@@ -140,7 +141,7 @@ MapperOptions settingsFromJson(const std::string& text) {
     return options;
   } catch (const nlohmann::json::exception& e) {
     fail(ErrorCode::corruptFile, "the settings of the map cannot be read ({}); map the sequence again",
-         printable(e.what()));
+         io::jsonProblem(e));
   }
 }
 

@@ -117,8 +117,11 @@ std::string_view whyNoSpace(int systemError) {
 
 void Database::fail(int code) const {
   const std::string path = path_.string();
-  const int primary = code & 0xff;
-  const int systemError = sqlite3_system_errno(handle());
+  // SQLite keeps the system's error of statements, but not of their commit.
+  const int lastError = errno, primary = code & 0xff;
+  const bool isWrite = code == SQLITE_IOERR_WRITE || code == SQLITE_IOERR_FSYNC ||
+                       code == SQLITE_IOERR_TRUNCATE || code == SQLITE_IOERR_DIR_FSYNC;
+  const int kept = sqlite3_system_errno(handle()), systemError = kept == 0 && isWrite ? lastError : kept;
   const char* cause = systemError != 0 ? std::strerror(systemError) : sqlite3_errstr(code);
   const std::string_view noSpace = whyNoSpace(primary == SQLITE_FULL ? ENOSPC : systemError);
   if (primary == SQLITE_FULL || (primary == SQLITE_IOERR && !noSpace.empty()))
@@ -149,8 +152,9 @@ void Database::fail(int code) const {
       refuse(path, ErrorCode::tooLarge, "not enough memory for the map");
     case SQLITE_IOERR:
       if (code == SQLITE_IOERR_SHORT_READ) failDamaged("it ends too early");
-      refuse(path, ErrorCode::fileUnreadable,
-             fmt::format("reading or writing failed ({}); check the disk", cause));
+      refuse(
+          path, isWrite ? ErrorCode::fileUnwritable : ErrorCode::fileUnreadable,
+          fmt::format("{} failed ({}); check the disk", isWrite ? "writing" : "reading or writing", cause));
   }
   failDamaged(sqlite3_errmsg(handle()));
 }

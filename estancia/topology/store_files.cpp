@@ -43,8 +43,13 @@ void requireWritable(const fs::path& folder) {
   if (file >= 0) {
     unlink(probe.c_str());
     const std::array<char, 65536> room{};
-    errno = ENOSPC;  // what a short write means
-    if (write(file, room.data(), room.size()) != static_cast<ssize_t>(room.size())) problem = errno;
+    for (std::size_t done = 0;
+         done < room.size() && problem == 0;) {  // after a short write the next one fails
+      const ssize_t written = write(file, room.data(), room.size() - done);
+      if (written < 0) problem = errno;
+      if (written == 0) problem = ENOSPC;
+      if (written > 0) done += static_cast<std::size_t>(written);
+    }
     close(file);
   }
   if (const std::string_view noSpace = sqlite::whyNoSpace(problem); !noSpace.empty())

@@ -152,6 +152,8 @@ void readDecisions(Database& database, TopologicalMap& map) {
     decision.toOther = rows.real(6);
     decision.tauJoin = rows.real(7);
     decision.tauRevisit = rows.real(8);
+    if (decision.kind == DecisionKind::join && decision.current < 0)
+      database.failDamaged(fmt::format("frame {} joined node {}", decision.frame, decision.current));
     map.decisions.push_back(decision);
   }
 }

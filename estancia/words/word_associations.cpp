@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <mutex>
 #include <set>
 #include <span>
 #include <utility>
@@ -66,7 +67,7 @@ std::vector<WordAssociation::Meant> meantOf(const std::vector<Likely>& likely) {
 /// Of `together` labels.
 struct Batch {
   std::vector<Pair> pairs;
-  /// For each word, the largest exp(lift) of these labels.
+  /// For each word, the largest exp(lift) of these labels; empty where none has a sense.
   std::vector<float> best;
 };
 
@@ -94,19 +95,23 @@ class Associating {
 
   std::vector<WordAssociation> run(int threads, Progress& progress) {
     progress.begin("words", batches_.size());
-    std::vector<Batch> done(batches_.size());
+    std::vector<std::vector<Pair>> pairs(batches_.size());
+    std::vector<std::vector<float>> best(parts_);  // a number for each word and batch would be gigabytes
+    std::mutex mutex;
     inParallel(batches_.size(), threads, progress, "stopped while relating words to labels",
-               [&](std::size_t i) { done[i] = associate(batches_[i]); });
+               [&](std::size_t i) {
+                 Batch batch = associate(batches_[i]);
+                 pairs[i] = std::move(batch.pairs);
+                 const std::lock_guard lock(mutex);
+                 std::vector<float>& ofPart = best[batches_[i].part];
+                 ofPart.resize(std::max(ofPart.size(), batch.best.size()), 0);
+                 std::ranges::transform(batch.best, ofPart, ofPart.begin(), std::ranges::max);
+               });
     progress.end();
     // What is meant depends on the best label of the same model, which is known now.
-    std::vector<std::vector<float>> best(parts_, std::vector<float>(words_.size(), 0));
-    for (std::size_t i = 0; i < done.size(); ++i) {
-      std::vector<float>& ofPart = best[batches_[i].part];
-      for (std::size_t w = 0; w < words_.size(); ++w) ofPart[w] = std::max(ofPart[w], done[i].best[w]);
-    }
     std::vector<std::vector<Likely>> likely(words_.size());
-    for (std::size_t i = 0; i < done.size(); ++i)
-      for (const Pair& pair : done[i].pairs) {
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+      for (const Pair& pair : pairs[i]) {
         const double bestLift = usedLift(std::log(static_cast<double>(best[batches_[i].part][pair.word])));
         const double probability = labelRelevance({pair.lift, bestLift, pair.kind, pair.purpose});
         if (probability >= LabelSearch::defaultMinProbability)
@@ -131,12 +136,12 @@ class Associating {
 
   Batch associate(const Labels& labels) const {
     Batch batch;
-    batch.best.assign(words_.size(), 0);
     std::vector<std::vector<Sense>> starts;
     for (std::size_t label = labels.from; label < labels.to; ++label) starts.push_back(labels_[label].senses);
     if (std::all_of(starts.begin(), starts.end(), [](const auto& senses) { return senses.empty(); }))
       return batch;
     const std::vector<float> visits = graph_.walkTogether(starts);
+    batch.best.assign(words_.size(), 0);
     std::array<std::vector<float>, together> kinds, purposes;
     for (std::size_t lane = 0; lane < starts.size(); ++lane)
       if (!starts[lane].empty()) {

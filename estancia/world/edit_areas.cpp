@@ -96,7 +96,13 @@ bool areJoined(const WorldMap& world, int one, int other) {
 }  // namespace
 
 void requireGivenName(const std::string& name, const char* what) {
+  constexpr std::size_t longest = 120;
   if (name.empty()) return;  // takes the name away
+  if (name.size() > longest)
+    fail(ErrorCode::invalidInput, "the name has {} bytes, at most {} are kept", name.size(), longest);
+  if (printable(name) != name)
+    fail(ErrorCode::invalidInput, "the name \"{}\" has control characters or is no UTF-8; leave them out",
+         printable(name));
   const auto isIn = [](const char* set) { return [set](char c) { return std::strchr(set, c) != nullptr; }; };
   if (std::ranges::all_of(name, isIn(" \t\r\n")))
     fail(ErrorCode::invalidInput, "a name of blanks is none; give a word, or \"\" to take the name away");

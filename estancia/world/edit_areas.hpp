@@ -26,8 +26,9 @@ AreaEdit splitOf(const WorldMap& world, const cv::Point2d& from, const cv::Point
 /// Throws the Error (invalidInput) of a split that does not cut an area in two.
 [[noreturn]] void failUncut(const AreaEdit& split);
 
-/// Throws Error (invalidInput) for a name of blanks, and for one that would be taken for a number; `what` it
-/// is for: "an area". "" is none, and takes a name away.
+/// Throws Error (invalidInput) for a name of more than 120 bytes, with control characters or of no UTF-8
+/// (what printable() shows otherwise), of blanks, and for one that would be taken for a number; `what` it is
+/// for: "an area". "" is none, and takes a name away.
 void requireGivenName(const std::string& name, const char* what);
 
 /// Gives the area a name; "" takes it away. All three write the map file, whole or not at all, and throw

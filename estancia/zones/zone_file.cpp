@@ -20,6 +20,7 @@
 #include "estancia/core/printable.hpp"
 #include "estancia/core/printable_labels.hpp"
 #include "estancia/io/files.hpp"
+#include "estancia/io/json_problem.hpp"
 
 namespace estancia {
 namespace {
@@ -330,7 +331,7 @@ Zones readZones(const fs::path& file) {
     found = indexIn(json.at("version"), std::numeric_limits<std::uint64_t>::max(), "the version");
     if (found == version) return zonesIn(json);
   } catch (const Json::exception& e) {
-    refuseDamaged(e.what());
+    refuseDamaged(io::jsonProblem(e));
   } catch (const Error& e) {
     refuseDamaged(e.what());
   }

@@ -158,6 +158,11 @@ TEST_F(AreasCommand, OfAMapAreNamedSplitAndMerged) {
   EXPECT_THAT(run({"name", map, "cellar", "x"}), FailsWith(ErrorCode::unknownName, "Ana"));
   EXPECT_EQ(run({"name", map, "0", ""}).exitCode, 0) << "takes the name away";
   EXPECT_EQ(readWorld(map).areas[0].givenName, "");
+  EXPECT_THAT(run({"name", map, "0", std::string(121, 'x')}),
+              FailsWith(ErrorCode::invalidInput, "at most 120"));
+  for (const char* hidden : {"a\u202eb", "a\nb", "\xff"})
+    EXPECT_THAT(run({"name", map, "0", hidden}), FailsWith(ErrorCode::invalidInput, "control characters"));
+  EXPECT_EQ(readWorld(map).areas[0].givenName, "");
   EXPECT_THAT(run({"name", map, "", "x"}), FailsWith(ErrorCode::invalidOption, "AREA"));
 }
 

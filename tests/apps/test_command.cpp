@@ -302,6 +302,10 @@ TEST_F(Command, ExplainsExportsAndReports) {
   EXPECT_EQ(json::parse(run({"export", map_, "--format", "json"}).out)["places"].size(), 4U);
   EXPECT_THAT(run({"export", map_, "--format", "graphml"}).out, HasSubstr("<graphml"));
   expectError(run({"export", map_, "--format", "nav2"}), ErrorCode::insufficientData);
+  const std::string photo = images_ / "frame10.jpg", before = readFile(photo);
+  expectError(run({"export", map_, "--format", "json", "-o", photo, "--overwrite"}), ErrorCode::fileExists,
+              "no text file");
+  EXPECT_EQ(readFile(photo), before);
   const std::vector<std::string> page{"report", map_, "-o", scratch_ / "page.html", "--label", "word 1"};
   const auto report = run(page);
   EXPECT_EQ(report.exitCode, 0) << report.err;

@@ -245,6 +245,20 @@ TEST_F(Surroundings, LittleMemoryAndFewFilesAreToldSo) {
   EXPECT_GE(ended, 4);
 }
 
+TEST_F(Surroundings, PagesOfManyLabelsTakeLittleMemory) {
+  std::string head = "image", row = "a.png";
+  for (int label = 0; label < 25'000; ++label) {
+    head += fmt::format(",w{}", label);
+    row += ",0";
+  }
+  writeFile(folder_ / "many.csv", head + '\n' + row + '\n');
+  const fs::path map = folder_ / "many.estancia";
+  ASSERT_EQ(run({"map", folder_ / "many.csv", "-o", map}).exitCode, 0);
+  const CommandResult result =
+      runBy("ulimit -v 1300000; exec \"$@\"", {"report", map, "-o", folder_ / "many.html"});
+  EXPECT_EQ(result.exitCode, 0) << result.err;
+}
+
 TEST_F(Surroundings, NamesInNoEncodingAreShownByTheirBytes) {
   const fs::path images = folder_ / "images";
   fs::create_directory(images);

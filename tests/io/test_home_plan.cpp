@@ -33,6 +33,11 @@ class HomePlans : public ::testing::Test {
   test::ScratchFolder folder_;
 };
 
+TEST_F(HomePlans, AreRefusedWhereTheyAreNoJson) {
+  EXPECT_THAT(reading(R"({"rooms": [NaN]})"),
+              FailsWith(ErrorCode::malformedFile, "home.json: no JSON at line 1, column 12"));
+}
+
 TEST_F(HomePlans, HaveRoomsDoorsAndWindows) {
   const HomePlan plan = readTwoRooms(
       R"(, "name": "flat", "light": "day",

@@ -92,6 +92,13 @@ TEST_F(OnASocket, RefusesHugeBodiesAndHeads) {
     client.finish();
     EXPECT_NE(client.read().status, 200);
   }
+  for (const char* length : {"0x2", "1e0", "2\r\nContent-Length: 3", "2\r\nTransfer-Encoding: chunked"}) {
+    WebClient client(port());
+    client.send(post + "Content-Length: " + length + "\r\n\r\n{}");
+    const WebAnswer answer = client.read();
+    EXPECT_EQ(answer.status, 400) << length;
+    EXPECT_THAT(answer.body, testing::HasSubstr("one Content-Length")) << length;
+  }
   {  // chunks say no length beforehand
     WebClient client(port());
     client.send(post + "Transfer-Encoding: chunked\r\n\r\n");

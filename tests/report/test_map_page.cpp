@@ -201,7 +201,8 @@ TEST(MapPage, FloorPlanIsCheckedAndEmbedded) {
   EXPECT_THAT(read("none.jpg", 1), FailsWith(ErrorCode::fileUnreadable, "none.jpg"));
   EXPECT_THAT(read("plan.svg", 1), FailsWith(ErrorCode::unsupportedFile, "plan.svg"));
   EXPECT_THAT(read("plan.jpg", 0), FailsWith(ErrorCode::invalidOption));
-  EXPECT_THAT(read("plan.jpg", NAN), FailsWith(ErrorCode::invalidOption));
+  for (const double xMax : {static_cast<double>(NAN), 1e-300, 1e308})
+    EXPECT_THAT(read("plan.jpg", xMax), FailsWith(ErrorCode::invalidOption, "10 000 km")) << xMax;
 
   const TopologicalMap map = sampleMap(), unposed = sampleMap({.poses = false});
   MapPage page{map};

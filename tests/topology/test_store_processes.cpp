@@ -301,6 +301,23 @@ TEST(MapStoreProcesses, KeepsTheLastCommitWhenTheDiskIsFull) {
   EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), {}), 1);
 }
 
+TEST(MapStoreProcesses, TellOfALimitThatACommitMeets) {
+  const test::ScratchFolder folder;
+  const fs::path path = wideMap(folder, 1);
+  const test::Caught caught = caughtInAnotherProcess([&] {
+    std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{300000, 300000};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    MapStore store = MapStore::open(path, Access::write);
+    for (std::size_t i = 1; i < 100; ++i) {  // each commit is few pages of the write-ahead log
+      addFrame(store, i);
+      store.commit();
+    }
+  });
+  EXPECT_THAT(caught, FailsWith(ErrorCode::fileUnwritable, path.string(), "ulimit -f", "--continue"));
+  EXPECT_GT(MapStore::open(path, Access::read).load().frames.size(), 1U);
+}
+
 TEST(MapStoreProcesses, LeavesNothingWhenTheDiskIsFullAtTheFirstCommit) {
   const test::ScratchFolder folder;
   const test::Caught caught = caughtInAnotherProcess([&] {
@@ -319,7 +336,7 @@ TEST(MapStoreProcesses, LeavesNothingWhenTheDiskIsFullAtTheFirstCommit) {
                 setrlimit(RLIMIT_FSIZE, &limit);
                 MapStore::create(folder / "map.estancia", wideIdentity());
               }),
-              FailsWith(ErrorCode::fileUnwritable, folder.path().string()));
+              FailsWith(ErrorCode::fileUnwritable, folder.path().string(), "ulimit -f"));
   EXPECT_TRUE(fs::is_empty(folder.path()));
 }
 

@@ -154,6 +154,7 @@ TEST(MapStoreRefuses, ContentsThatAreNotToBeBelieved) {
       {"INSERT INTO transitions VALUES(0, 0, 9223372036854775807, 1)", "count is 9223372036854775807"},
       {"UPDATE nodes SET frames = 4", "image count is 4"},
       {"UPDATE decisions SET kind = 5", "decision is 5"},
+      {"UPDATE decisions SET kind = 1, current = -1", "joined node -1"},
       {"UPDATE decisions SET frame = 77 WHERE frame = 2", "77"},
       {"UPDATE labels SET label = 'cap' WHERE id = 0", "labels"},
       {"DELETE FROM labels", "labels"},

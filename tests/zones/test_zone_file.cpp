@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/zones/zone_file.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -216,7 +217,9 @@ TEST_F(ZoneFile, IsRefusedWhenItIsDamaged) {
         << at << " = " << value;
   for (const char* key : {"version", "vocabulary", "model", "settings", "zones", "rooms", "frames"})
     EXPECT_THAT(refusal([&](ordered_json& json) { json.erase(key); }),
-                FailsWith(ErrorCode::corruptFile, "changed.zones", key));
+                FailsWith(ErrorCode::corruptFile, "changed.zones", fmt::format("\"{}\" is missing", key)));
+  EXPECT_THAT(refusal([](ordered_json& json) { json["zones"][0] = 5; }),
+              FailsWith(ErrorCode::corruptFile, "changed.zones", "another type"));
 }
 
 TEST_F(ZoneFile, IsRefusedWhenNumbersAreNone) {

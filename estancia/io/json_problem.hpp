@@ -1,0 +1,15 @@
+// JSON problem: what is wrong with JSON, in words of our own.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <exception>
+#include <string>
+
+namespace estancia::io {
+
+/// What an exception of nlohmann::json means, without its numbers and C++ names: "no JSON at line 1, column
+/// 41",
+/// "\"id\" is missing", "a value is of another type".
+std::string jsonProblem(const std::exception& problem);
+
+}  // namespace estancia::io
