@@ -302,7 +302,7 @@ TEST_F(Command, ExplainsExportsAndReports) {
   EXPECT_EQ(json::parse(run({"export", map_, "--format", "json"}).out)["places"].size(), 4U);
   EXPECT_THAT(run({"export", map_, "--format", "graphml"}).out, HasSubstr("<graphml"));
   expectError(run({"export", map_, "--format", "nav2"}), ErrorCode::insufficientData);
-  const std::string photo = images_ / "frame10.jpg", before = readFile(photo);
+  const std::string photo = images_ + "/frame10.jpg", before = readFile(photo);
   expectError(run({"export", map_, "--format", "json", "-o", photo, "--overwrite"}), ErrorCode::fileExists,
               "no text file");
   EXPECT_EQ(readFile(photo), before);
