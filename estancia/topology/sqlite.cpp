@@ -116,11 +116,11 @@ std::string_view whyNoSpace(int systemError) {
 }
 
 void Database::fail(int code) const {
-  const std::string path = path_.string();
-  // SQLite keeps the system's error of statements, but not of their commit.
   const int lastError = errno, primary = code & 0xff;
+  const std::string path = path_.string();
   const bool isWrite = code == SQLITE_IOERR_WRITE || code == SQLITE_IOERR_FSYNC ||
                        code == SQLITE_IOERR_TRUNCATE || code == SQLITE_IOERR_DIR_FSYNC;
+  // SQLite keeps the system's error of statements, but not of their commit.
   const int kept = sqlite3_system_errno(handle()), systemError = kept == 0 && isWrite ? lastError : kept;
   const char* cause = systemError != 0 ? std::strerror(systemError) : sqlite3_errstr(code);
   const std::string_view noSpace = whyNoSpace(primary == SQLITE_FULL ? ENOSPC : systemError);
