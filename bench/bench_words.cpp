@@ -48,7 +48,7 @@ void correct(benchmark::State& state, const WordGraph& graph) {
       benchmark::DoNotOptimize(correctSpelling(graph.lexicon, {}, word));
 }
 
-/// As many bytes as a search reads, of which `words` is the beginning.
+/// `words` again and again.
 std::string longText(const std::string& words) {
   std::string text;
   while (text.size() < 10000) text += words;

@@ -76,8 +76,8 @@ FloorPlan readFloorPlan(const std::filesystem::path& path, const std::array<doub
   if (!isNear || plan.xMax - plan.xMin < least || plan.yMax - plan.yMin < least)
     throw Error(
         ErrorCode::invalidOption,
-        "the floor plan's extent must be xMin, yMin, xMax, yMax in meters, within 10 000 km, with xMin < "
-        "xMax and yMin < yMax");
+        "the floor plan's extent must be xMin, yMin, xMax, yMax in meters, within 10 000 km, at least "
+        "0.01 m wide and high");
   constexpr std::size_t limit = 8'000'000;
   std::ifstream file(path, std::ios::binary);
   if (!file) fail(ErrorCode::fileUnreadable, "cannot read the floor plan {}; check the path", path.string());

@@ -43,12 +43,13 @@ void requireWritable(const fs::path& folder) {
   if (file >= 0) {
     unlink(probe.c_str());
     const std::array<char, 65536> room{};
-    for (std::size_t done = 0;
-         done < room.size() && problem == 0;) {  // after a short write the next one fails
-      const ssize_t written = write(file, room.data(), room.size() - done);
-      if (written < 0) problem = errno;
-      if (written == 0) problem = ENOSPC;
-      if (written > 0) done += static_cast<std::size_t>(written);
+    std::size_t left = room.size();
+    while (left > 0 && problem == 0) {  // a short write does not say why; the next one does
+      const ssize_t written = write(file, room.data(), left);
+      if (written < 0)
+        problem = errno;
+      else
+        left -= static_cast<std::size_t>(written);
     }
     close(file);
   }

@@ -273,14 +273,18 @@ TEST(MapStoreProcesses, NoticesThatItsFileHasGone) {
   EXPECT_THAT([&] { writer.commit(); }, FailsWith(ErrorCode::fileNotFound, path.string()));
 }
 
+/// No file of this process may grow beyond this.
+void limitFiles(rlim_t bytes) {
+  std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit limit{bytes, bytes};
+  setrlimit(RLIMIT_FSIZE, &limit);
+}
+
 TEST(MapStoreProcesses, KeepsTheLastCommitWhenTheDiskIsFull) {
   const test::ScratchFolder folder;
   const fs::path path = wideMap(folder, 10);
   const test::Caught caught = caughtInAnotherProcess([&] {
-    // No file of this process may grow beyond this.
-    std::signal(SIGXFSZ, SIG_IGN);
-    const rlimit limit{2000000, 2000000};
-    setrlimit(RLIMIT_FSIZE, &limit);
+    limitFiles(2000000);
     MapStore store = MapStore::open(path, Access::write);
     for (std::size_t i = 10; i < 20; ++i) addFrame(store, i);
     store.commit();
@@ -305,9 +309,7 @@ TEST(MapStoreProcesses, TellOfALimitThatACommitMeets) {
   const test::ScratchFolder folder;
   const fs::path path = wideMap(folder, 1);
   const test::Caught caught = caughtInAnotherProcess([&] {
-    std::signal(SIGXFSZ, SIG_IGN);
-    const rlimit limit{300000, 300000};
-    setrlimit(RLIMIT_FSIZE, &limit);
+    limitFiles(300000);
     MapStore store = MapStore::open(path, Access::write);
     for (std::size_t i = 1; i < 100; ++i) {  // each commit is few pages of the write-ahead log
       addFrame(store, i);
@@ -321,9 +323,7 @@ TEST(MapStoreProcesses, TellOfALimitThatACommitMeets) {
 TEST(MapStoreProcesses, LeavesNothingWhenTheDiskIsFullAtTheFirstCommit) {
   const test::ScratchFolder folder;
   const test::Caught caught = caughtInAnotherProcess([&] {
-    std::signal(SIGXFSZ, SIG_IGN);
-    const rlimit limit{100000, 100000};
-    setrlimit(RLIMIT_FSIZE, &limit);
+    limitFiles(100000);
     MapStore store = MapStore::create(folder / "map.estancia", wideIdentity());
     for (std::size_t i = 0; i < 100; ++i) addFrame(store, i);
     store.commit();
@@ -331,9 +331,7 @@ TEST(MapStoreProcesses, LeavesNothingWhenTheDiskIsFullAtTheFirstCommit) {
   EXPECT_THAT(caught, FailsWith(ErrorCode::fileUnwritable, (folder / "map.estancia").string()));
   EXPECT_TRUE(fs::is_empty(folder.path()));
   EXPECT_THAT(caughtInAnotherProcess([&] {
-                std::signal(SIGXFSZ, SIG_IGN);
-                const rlimit limit{1000, 1000};
-                setrlimit(RLIMIT_FSIZE, &limit);
+                limitFiles(1000);
                 MapStore::create(folder / "map.estancia", wideIdentity());
               }),
               FailsWith(ErrorCode::fileUnwritable, folder.path().string(), "ulimit -f"));
