@@ -89,19 +89,12 @@ void requireReplaceable(const std::filesystem::path& output, bool overwrite,
   if (!overwrite)
     throw Error(ErrorCode::fileExists,
                 fmt::format("{} exists; replace it with --overwrite", output.string()));
-  if (!fs::is_regular_file(target) || (isOurs != nullptr && !isOurs(output)))
+  const bool isFile = fs::is_regular_file(target);
+  if (isFile && fs::file_size(target) == 0) return;
+  if (!isFile || (isOurs != nullptr && !isOurs(output)))
     throw Error(ErrorCode::fileExists,
                 fmt::format("{}: no {}, so it is not replaced; give another name or remove it first",
                             output.string(), what));
-}
-
-bool isTextFile(const std::filesystem::path& file) {
-  constexpr std::size_t enough = 4096;
-  std::string start(enough, '\0');
-  std::ifstream stream(file, std::ios::binary);
-  stream.read(start.data(), static_cast<std::streamsize>(start.size()));
-  start.resize(static_cast<std::size_t>(stream.gcount()));
-  return start.find('\0') == std::string::npos;
 }
 
 void requireImage(const std::string& image, bool overwrite, const std::vector<std::string>& inputs) {

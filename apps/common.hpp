@@ -42,13 +42,10 @@ void requireNoData(const std::filesystem::path& output, const std::vector<std::s
                    std::string_view start = {});
 
 /// For outputs that only `--overwrite` replaces, and only where the file there `isOurs` (nullptr: any file),
-/// of the kind that is written. Throws Error, before the long work begins, when it is in the way or has no
-/// folder.
+/// of the kind that is written, or is empty. Throws Error, before the long work begins, when it is in the way
+/// or has no folder.
 void requireReplaceable(const std::filesystem::path& output, bool overwrite,
                         bool (*isOurs)(const std::filesystem::path&), std::string_view what);
-
-/// Whether the file has no byte 0 near its begin, as images, maps and other binary files have.
-bool isTextFile(const std::filesystem::path& file);
 
 /// Both for an image (PNG) that a command draws, unless it is "".
 void requireImage(const std::string& image, bool overwrite, const std::vector<std::string>& inputs);

@@ -6,6 +6,7 @@
 #include "common.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
+#include "estancia/io/text_file.hpp"
 #include "estancia/world/export_world.hpp"
 #include "estancia/zones/zone_file.hpp"
 #include "estancia/zones/zones_json.hpp"
@@ -44,7 +45,7 @@ void run(const ExportArguments& arguments, const CLI::App& command) {
     throw Error(ErrorCode::invalidOption, "--json describes the file that is written; give it by -o");
   if (!arguments.output.empty()) {
     requireNoData(arguments.output, {arguments.map});
-    requireReplaceable(arguments.output, arguments.overwrite, isTextFile, "text file");
+    requireReplaceable(arguments.output, arguments.overwrite, io::isTextFile, "text file");
   }
   const std::string text = textOf(arguments.map, arguments.format, arguments.options);
   if (arguments.output.empty()) {

@@ -1,5 +1,6 @@
 // Taking depth images apart, stage by stage, beside PCL's planes and Euclidean clusters in the same run.
 //   bench_clusters FOCAL DEPTH…    images in millimeters whose camera looks along their middle
+//   bench_clusters FOCAL noise     an image of 320 x 240 that is noise alone: nothing of it may take for ever
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -117,6 +118,13 @@ struct Pcl {
 };
 #endif
 
+cv::Mat readOrMake(const std::string& depth) {
+  if (depth != "noise") return io::readDepth(depth, 1000);
+  cv::Mat noise(240, 320, CV_32F);
+  cv::RNG(3).fill(noise, cv::RNG::UNIFORM, 0.5, 10.);
+  return noise;
+}
+
 void run(double focal, const std::vector<std::string>& files) {
   std::vector<Row> rows = {{"1/z, smoothed"},
                            {"planes"},
@@ -136,7 +144,7 @@ void run(double focal, const std::vector<std::string>& files) {
                            {"PCL: Euclidean clusters of 2 cm"}};
   std::size_t ours = 0, planes = 0, theirs = 0, theirPlanes = 0;
   for (const std::string& file : files) {
-    const cv::Mat depth = io::readDepth(file, 1000);
+    const cv::Mat depth = readOrMake(file);
     const CameraIntrinsics camera{depth.cols,           depth.rows, focal, focal, (depth.cols - 1) / 2.,
                                   (depth.rows - 1) / 2.};
     ClusterOptions options;
@@ -200,7 +208,7 @@ void run(double focal, const std::vector<std::string>& files) {
 
 int main(int argc, char** argv) {
   if (argc < 3) {
-    fmt::print(stderr, "usage: bench_clusters FOCAL DEPTH…\n");
+    fmt::print(stderr, "usage: bench_clusters FOCAL DEPTH…|noise\n");
     return 2;
   }
   try {

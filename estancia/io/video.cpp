@@ -3,18 +3,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
-#include <fstream>
 #include <memory>
 #include <mutex>
-#include <string_view>
 
 #include "estancia/core/digest.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 #include "estancia/io/image_decoding.hpp"
+#include "estancia/io/text_file.hpp"
 #include "estancia/io/video_decoder.hpp"
 
 namespace estancia::io {
@@ -124,17 +121,6 @@ std::string Video::fingerprint(std::size_t i) const {
   return fmt::format("{} frame {}", digest_, i);
 }
 
-/// Starts with lines of text.
-bool isText(const fs::path& file) {
-  std::array<char, 512> head{};
-  std::ifstream stream(file, std::ios::binary);
-  stream.read(head.data(), head.size());
-  const std::string_view text(head.data(), static_cast<std::size_t>(stream.gcount()));
-  return !text.empty() && std::ranges::none_of(text, [](char c) {
-    return static_cast<unsigned char>(c) < ' ' && c != '\n' && c != '\r' && c != '\t' && c != '\f';
-  });
-}
-
 }  // namespace
 
 bool isVideo(const fs::path& path) {
@@ -144,7 +130,7 @@ bool isVideo(const fs::path& path) {
 Opened openVideo(const fs::path& path, const SequenceOptions&) {
   if (hasSuffix(path, imageSuffixes()))
     fail(ErrorCode::unsupportedFile, "{}: a single image; open its folder", printable(path));
-  if (isText(path))  // FFmpeg would render it as a terminal screen
+  if (isTextFile(path))  // FFmpeg would render it as a terminal screen
     fail(ErrorCode::unsupportedFile, "{}: a text file, not a video", printable(path));
   return std::make_unique<Video>(path);
 }

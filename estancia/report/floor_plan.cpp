@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "estancia/core/fail.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/report/floor_plan_figure.hpp"
 
 namespace estancia {
@@ -70,9 +71,9 @@ void drawHome(Markup& svg, const io::HomePlan& home, const Fit& fit, double name
 
 FloorPlan readFloorPlan(const std::filesystem::path& path, const std::array<double, 4>& extent) {
   FloorPlan plan{{}, extent[0], extent[1], extent[2], extent[3]};
-  constexpr double farthest = 1e7, least = 0.01;  // [m] as poses are; less than that is no building
-  const bool isNear = std::ranges::all_of(
-      extent, [](double v) { return v >= -farthest && v <= farthest; });  // no NaN, either
+  constexpr double least = 0.01;  // [m] less than that is no building
+  const bool isNear = Pose::planar(plan.xMin, plan.yMin, 0).isPlausible() &&
+                      Pose::planar(plan.xMax, plan.yMax, 0).isPlausible();
   if (!isNear || plan.xMax - plan.xMin < least || plan.yMax - plan.yMin < least)
     throw Error(
         ErrorCode::invalidOption,

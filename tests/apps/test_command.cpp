@@ -306,6 +306,9 @@ TEST_F(Command, ExplainsExportsAndReports) {
   expectError(run({"export", map_, "--format", "json", "-o", photo, "--overwrite"}), ErrorCode::fileExists,
               "no text file");
   EXPECT_EQ(readFile(photo), before);
+  writeFile(scratch_ / "empty.json", "");
+  EXPECT_EQ(run({"export", map_, "--format", "json", "-o", scratch_ / "empty.json", "--overwrite"}).exitCode,
+            0);
   const std::vector<std::string> page{"report", map_, "-o", scratch_ / "page.html", "--label", "word 1"};
   const auto report = run(page);
   EXPECT_EQ(report.exitCode, 0) << report.err;

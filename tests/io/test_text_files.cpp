@@ -6,6 +6,7 @@
 
 #include "estancia/io/csv.hpp"
 #include "estancia/io/files.hpp"
+#include "estancia/io/text_file.hpp"
 #include "io/images.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
@@ -15,6 +16,18 @@ namespace {
 
 using test::FailsWith;
 using ::testing::ElementsAre;
+
+TEST(TextFile, HasNoControlCharactersButLineEndsTabsAndFormFeeds) {
+  const test::ScratchFolder folder;
+  const auto isText = [&](const std::string& content) {
+    test::writeFile(folder / "file", content);
+    return isTextFile(folder / "file");
+  };
+  EXPECT_TRUE(isText("a,\tb\r\n\fcafé\n"));
+  for (const char c : {'\0', '\1', '\x1b'}) EXPECT_FALSE(isText(std::string("GIF89a") + c));
+  EXPECT_FALSE(isText(""));
+  EXPECT_FALSE(isTextFile(folder.path()));
+}
 
 TEST(NaturalOrder, ComparesRunsOfDigitsAsNumbers) {
   std::vector<std::string> names = {"img10", "img9", "img010b", "img1",
