@@ -401,12 +401,21 @@ std::vector<std::size_t> numbersOf(const Database& database) {
 
 std::vector<Visit> readVisits(Database& database) {
   Rows rows(database, "SELECT id, node FROM frames ORDER BY node, id");  // by the index, which is small
-  std::vector<std::pair<std::size_t, int>> frames;
-  while (rows.next())
-    frames.emplace_back(rows.count(0, 0, "a frame's number"), rows.node(1, -1, "a frame's node"));
-  std::ranges::sort(frames);
+  std::vector<Visit> runs;  // of frames whose numbers have no gap, the runs of a node in a row
+  while (rows.next()) {
+    const std::size_t frame = rows.count(0, 0, "a frame's number");
+    const int node = rows.node(1, -1, "a frame's node");
+    if (!runs.empty() && runs.back().node == node && runs.back().lastFrame + 1 == frame)
+      runs.back().lastFrame = frame;
+    else
+      runs.push_back({node, frame, frame});
+  }
+  std::ranges::sort(runs, {}, &Visit::firstFrame);
   std::vector<Visit> visits;
-  for (const auto& [frame, node] : frames) addFrame(visits, node, frame);
+  for (const Visit& run : runs) {
+    addFrame(visits, run.node, run.firstFrame);
+    visits.back().lastFrame = run.lastFrame;
+  }
   return visits;
 }
 
