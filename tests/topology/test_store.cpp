@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "support/errors.hpp"
@@ -231,6 +232,31 @@ TEST(MapStore, ForgetsTheMapButNotTheFrames) {
   ASSERT_EQ(map.frames.size(), 3U);
   EXPECT_EQ(map.frames[0].node, -1) << "no node until it is mapped again";
   EXPECT_EQ(store.descriptor(2), descriptorOf(2));
+}
+
+TEST(MapStore, VisitsAreRunsOfFramesAtAPlaceWhateverNumbersAreLeftOut) {
+  const test::ScratchFolder folder;
+  const fs::path file = folder / "map.estancia";
+  {
+    MapStore store = MapStore::create(file, identity());
+    const std::vector<std::pair<std::size_t, int>> nodes = {{0, 0}, {1, 0}, {2, 4}, {3, 4},  {5, 4},
+                                                            {6, 0}, {7, 4}, {9, 4}, {10, 0}, {11, 4}};
+    for (const auto& [number, node] : nodes)
+      store.addFrame(frameNamed(number, "f", node), descriptorOf(number));
+    store.putNode({0, 4, {1, 0, 0}, {0, 0, 0}}, "");
+    store.putNode({4, 4, {0, 1, 0}, {0, 0, 0}}, "");
+    store.commit();
+  }
+  const auto listed = [](const std::vector<Visit>& visits) {
+    std::vector<std::array<int, 3>> rows;
+    for (const Visit& visit : visits)
+      rows.push_back({visit.node, static_cast<int>(visit.firstFrame), static_cast<int>(visit.lastFrame)});
+    return rows;
+  };
+  EXPECT_THAT(listed(readVisits(file)),
+              testing::ElementsAre(std::array{0, 0, 1}, std::array{4, 2, 5}, std::array{0, 6, 6},
+                                   std::array{4, 7, 9}, std::array{0, 10, 10}, std::array{4, 11, 11}));
+  EXPECT_EQ(listed(readVisits(file)), listed(visitsOf(MapStore::open(file, Access::read).load())));
 }
 
 TEST(MapStore, FramesMayBeLeftOut) {
