@@ -89,9 +89,9 @@ void requireReplaceable(const std::filesystem::path& output, bool overwrite,
   if (!overwrite)
     throw Error(ErrorCode::fileExists,
                 fmt::format("{} exists; replace it with --overwrite", output.string()));
-  const bool isFile = fs::is_regular_file(target);
-  if (isFile && fs::file_size(target) == 0) return;
-  if (!isFile || (isOurs != nullptr && !isOurs(output)))
+  const bool isReplaceable =
+      fs::is_regular_file(target) && (isOurs == nullptr || fs::file_size(target) == 0 || isOurs(output));
+  if (!isReplaceable)
     throw Error(ErrorCode::fileExists,
                 fmt::format("{}: no {}, so it is not replaced; give another name or remove it first",
                             output.string(), what));
