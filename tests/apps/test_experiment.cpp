@@ -1,19 +1,17 @@
 // `estancia experiment` as a user runs it.
 // SPDX-License-Identifier: Apache-2.0
-#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <thread>
 
 #include "support/errors.hpp"
 #include "support/model_support.hpp"
+#include "support/signaled_command.hpp"
 #include "support/support.hpp"
 
 namespace estancia::test {
@@ -110,26 +108,9 @@ TEST_F(ExperimentCommand, WhatIsWrongIsOneLineAndExitCodeTwo) {
 
 TEST_F(ExperimentCommand, AnInterruptedRunGoesOn) {
   writeConfig(70, 1000);  // far longer than anybody waits
-  const pid_t child = fork();
-  if (child == 0) {
-    const int nowhere = open("/dev/null", O_RDWR);
-    for (const int stream : {0, 1, 2}) dup2(nowhere, stream);
-    const auto all = arguments();
-    std::vector<char*> argv{const_cast<char*>(ESTANCIA_COMMAND)};
-    for (const std::string& argument : all) argv.push_back(const_cast<char*>(argument.c_str()));
-    argv.push_back(nullptr);
-    setenv("ESTANCIA_CACHE", (scratch_ / "cache").c_str(), 1);
-    execv(ESTANCIA_COMMAND, argv.data());
-    _exit(127);
-  }
-  int status = 0;
-  const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(120);
-  while (!fs::exists(out_ / "cells") && std::chrono::steady_clock::now() < patience &&
-         waitpid(child, &status, WNOHANG) == 0)
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  std::this_thread::sleep_for(std::chrono::milliseconds(300));
-  kill(child, SIGINT);
-  waitpid(child, &status, 0);
+  const int status = signalCommand(
+      arguments(), scratch_ / "cache", [&] { return fs::exists(out_ / "cells"); },
+      std::chrono::milliseconds(300), SIGINT);
   ASSERT_TRUE(WIFEXITED(status));
   EXPECT_EQ(WEXITSTATUS(status), 130);
   EXPECT_EQ(cellsOnDisk(), 0U) << "no half cell";

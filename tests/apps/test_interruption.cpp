@@ -1,18 +1,16 @@
 // What becomes of a map when its process is stopped, kindly or not.
 // SPDX-License-Identifier: Apache-2.0
-#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <csignal>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
-#include <thread>
 
 #include "support/model_support.hpp"
+#include "support/signaled_command.hpp"
 #include "support/support.hpp"
 
 namespace estancia::test {
@@ -24,27 +22,10 @@ namespace fs = std::filesystem;
 /// Starts `estancia map` of many panorama views, waits until the map file has been there for a while, sends
 /// `signal`. Returns the wait status.
 int mapUntilSignaled(const std::vector<std::string>& arguments, const fs::path& file, int signal) {
-  const pid_t child = fork();
-  if (child == 0) {
-    const int nowhere = open("/dev/null", O_RDWR);
-    for (const int stream : {0, 1, 2}) dup2(nowhere, stream);
-    std::vector<char*> argv{const_cast<char*>(ESTANCIA_COMMAND)};
-    for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
-    argv.push_back(nullptr);
-    // Labels of earlier runs would have it done before the signal comes.
-    setenv("ESTANCIA_CACHE", (file.parent_path() / "cache").c_str(), 1);
-    execv(ESTANCIA_COMMAND, argv.data());
-    _exit(127);
-  }
-  int status = 0;
-  const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(120);
-  while (!fs::exists(file) && std::chrono::steady_clock::now() < patience &&
-         waitpid(child, &status, WNOHANG) == 0)
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  std::this_thread::sleep_for(std::chrono::milliseconds(500));
-  kill(child, signal);
-  waitpid(child, &status, 0);
-  return status;
+  // Labels of earlier runs would have it done before the signal comes.
+  return signalCommand(
+      arguments, file.parent_path() / "cache", [&] { return fs::exists(file); },
+      std::chrono::milliseconds(500), signal);
 }
 
 class Interruption : public testing::Test {

@@ -1,19 +1,17 @@
 // `estancia experiment` of the type scenes, as a user runs it.
 // SPDX-License-Identifier: Apache-2.0
-#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <map>
-#include <thread>
 
 #include "experiments/color_drive.hpp"
 #include "support/errors.hpp"
+#include "support/signaled_command.hpp"
 #include "support/support.hpp"
 
 namespace estancia::test {
@@ -93,23 +91,9 @@ TEST_F(ScenesCommand, ItsScoresCanBeComparedAnew) {
 
 TEST_F(ScenesCommand, AKilledRunGoesOnAndEndsInTheSameTable) {
   writeConfig(12);
-  const pid_t child = fork();
-  if (child == 0) {
-    const int nowhere = open("/dev/null", O_RDWR);
-    for (const int stream : {0, 1, 2}) dup2(nowhere, stream);
-    const auto all = arguments("killed");
-    std::vector<char*> argv{const_cast<char*>(ESTANCIA_COMMAND)};
-    for (const std::string& argument : all) argv.push_back(const_cast<char*>(argument.c_str()));
-    argv.push_back(nullptr);
-    setenv("ESTANCIA_CACHE", (scratch_ / "cache").c_str(), 1);
-    execv(ESTANCIA_COMMAND, argv.data());
-    _exit(127);
-  }
-  int status = 0;
-  while (cells("killed").size() < 3 && waitpid(child, &status, WNOHANG) == 0)
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
-  kill(child, SIGKILL);
-  waitpid(child, &status, 0);
+  const int status = signalCommand(
+      arguments("killed"), scratch_ / "cache", [&] { return cells("killed").size() >= 3; },
+      std::chrono::milliseconds(0), SIGKILL);
   ASSERT_TRUE(WIFSIGNALED(status)) << "it had finished before it could be killed";
   const auto kept = cells("killed");
   ASSERT_GE(kept.size(), 3U);
