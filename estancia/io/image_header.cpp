@@ -181,24 +181,29 @@ Size inspectPnm(const Bytes& b) {
   return size;
 }
 
-/// "Pf" or "PF", width, height and scale in text, then floats.
+/// "Pf" or "PF", width, height and scale in text, one blank behind each, then floats. Where OpenCV reads
+/// another size than this, two blanks being a size of 0, it leaves a file in the temporary folder.
 Size inspectPfm(const Bytes& b) {
-  std::uint64_t at = 2;
+  std::uint64_t at = 3;
   const auto next = [&] {
-    at = std::min<std::uint64_t>(b.data.find_first_not_of(" \t\r\n", at), b.data.size());
-    const auto end = std::min<std::uint64_t>(b.data.find_first_of(" \t\r\n", at), b.data.size());
-    const auto number = toNumber(b.data.substr(at, end - at));
-    at = end;
-    if (at == b.data.size()) throw CutOff();
+    const auto end = b.data.find_first_of(" \t\r\n", at);
+    if (end == std::string_view::npos) throw CutOff();
+    const auto word = b.data.substr(at, end - at);
+    const auto number = toNumber(word);
     if (!number) throw Damaged();
-    return *number;
+    at = end + 1;
+    return std::pair(word, *number);
   };
-  const double width = next(), height = next();
+  const auto side = [&] {
+    const auto [word, number] = next();
+    if (word.size() > 9 || word.find_first_not_of("0123456789") != std::string_view::npos) throw Damaged();
+    return static_cast<std::uint64_t>(number);
+  };
+  Size size{"PFM", side(), 0};
+  size.height = side();
   next();
-  if (!(width >= 1 && width < 1e9) || !(height >= 1 && height < 1e9)) throw Damaged();
-  Size size{"PFM", static_cast<std::uint64_t>(width), static_cast<std::uint64_t>(height)};
   if (size.width * size.height <= kMaxPixels)
-    b.need(at + 1 + size.width * size.height * (b.data[1] == 'F' ? 12 : 4));
+    b.need(at + size.width * size.height * (b.data[1] == 'F' ? 12 : 4));
   return size;
 }
 

@@ -89,6 +89,21 @@ TEST_F(DepthFiles, RefuseColorsDamageAndSigns) {
   }
 }
 
+TEST_F(DepthFiles, LeaveNothingInTheTemporaryFolder) {
+  setenv("OPENCV_TEMP_PATH", folder_.path().c_str(), 1);
+  const auto isRefused = [this](const std::string& header) {
+    write("depth.pfm", header + std::string(64, '\1'));
+    return test::caught([&] { io::readDepth(folder_ / "depth.pfm", 0); }).code.has_value();
+  };
+  EXPECT_FALSE(isRefused("Pf\n4 2\n-1\n"));
+  EXPECT_FALSE(isRefused("Pf\n4\t2\r-1 "));
+  for (const std::string& sides : {std::string("4 \n2"), std::string("4  2"), std::string("\n4 2"),
+                                   std::string("4 0"), std::string("1e0 2"), std::string(3000, '0') + "4 2"})
+    EXPECT_TRUE(isRefused("Pf\n" + sides + "\n-1\n")) << sides;
+  unsetenv("OPENCV_TEMP_PATH");
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_.path()), fs::directory_iterator()), 1);
+}
+
 TEST_F(DepthFiles, OfOtherSequencesAreAbsent) {
   writeImage("a.png");
   const auto sequence = open();
