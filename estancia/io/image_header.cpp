@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <set>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/io/files.hpp"
@@ -110,10 +111,12 @@ Size inspectTiff(const Bytes& b) {
     unsigned width = 0;
   };
   Array offsets, lengths;
+  std::set<std::uint64_t> tags;
   Size size{"TIFF"};
   for (std::uint64_t e = 0; e < entries; ++e) {
     const auto at = directory + (bigTiff ? 8 : 2) + e * entrySize;
     const auto tag = number(at, 2), type = number(at + 2, 2), count = number(at + 4, word);
+    if (!tags.insert(tag).second) continue;  // libtiff takes the first of several
     const unsigned width = type == 3 ? 2 : type == 4 ? 4 : type == 16 ? 8 : 0;
     if (width == 0) continue;
     if (count > b.data.size()) throw CutOff();
@@ -181,27 +184,26 @@ Size inspectPnm(const Bytes& b) {
   return size;
 }
 
-/// "Pf" or "PF", width, height and scale in text, one blank behind each, then floats. Where OpenCV reads
-/// another size than this, two blanks being a size of 0, it leaves a file in the temporary folder.
+/// "Pf" or "PF", width, height and scale in text, one blank behind each, then floats. OpenCV reads two blanks
+/// as a number 0, and leaves a file in the temporary folder where a side is not positive.
 Size inspectPfm(const Bytes& b) {
   std::uint64_t at = 3;
-  const auto next = [&] {
+  const auto word = [&] {
     const auto end = b.data.find_first_of(" \t\r\n", at);
     if (end == std::string_view::npos) throw CutOff();
-    const auto word = b.data.substr(at, end - at);
-    const auto number = toNumber(word);
-    if (!number) throw Damaged();
+    const auto text = b.data.substr(at, end - at);
     at = end + 1;
-    return std::pair(word, *number);
+    return text;
   };
   const auto side = [&] {
-    const auto [word, number] = next();
-    if (word.size() > 9 || word.find_first_not_of("0123456789") != std::string_view::npos) throw Damaged();
-    return static_cast<std::uint64_t>(number);
+    const auto digits = word();
+    if (digits.size() > 9 || digits.find_first_not_of("0123456789") != std::string_view::npos)
+      throw Damaged();
+    return static_cast<std::uint64_t>(toNumber(digits).value_or(0));
   };
   Size size{"PFM", side(), 0};
   size.height = side();
-  next();
+  if (!toNumber(word())) throw Damaged();  // the scale
   if (size.width * size.height <= kMaxPixels)
     b.need(at + size.width * size.height * (b.data[1] == 'F' ? 12 : 4));
   return size;
@@ -216,17 +218,18 @@ Size inspectExr(const Bytes& b) {
     at = end + 1;
     return text;
   };
+  Size size{"OpenEXR", 0, 0};
   for (std::uint64_t at = 8;;) {
     const auto name = word(at);
-    if (name.empty()) throw Damaged();
+    if (name.empty()) return size;
     word(at);
     const auto length = b.little(at, 4);
     at += 4;
     if (name == "dataWindow") {
       const auto width = b.littleSigned32(at + 8) - b.littleSigned32(at) + 1;
       const auto height = b.littleSigned32(at + 12) - b.littleSigned32(at + 4) + 1;
-      if (width <= 0 || height <= 0) throw Damaged();
-      return {"OpenEXR", static_cast<std::uint64_t>(width), static_cast<std::uint64_t>(height)};
+      if (width <= 0 || height <= 0 || size.width > 0) throw Damaged();  // OpenEXR takes the last of several
+      size = {"OpenEXR", static_cast<std::uint64_t>(width), static_cast<std::uint64_t>(height)};
     }
     at += length;
     b.need(at);

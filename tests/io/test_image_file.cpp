@@ -272,6 +272,25 @@ TEST_F(ImageFile, RefusesHugeDeclaredSizesBeforeAllocating) {
   EXPECT_THAT(refusal("huge.tif", tiff), FailsWith(ErrorCode::tooLarge, "2147483647 ×"));
 }
 
+TEST_F(ImageFile, BelievesOfTwoSizesTheOneThatTheDecoderWould) {
+  using namespace std::string_literals;
+  std::string tiff = encoded(".tif", texture(4, 4));
+  const auto entry = [&](char tag) {  // one SHORT
+    const auto at = tiff.find(tag + "\x01\x03\x00\x01\x00\x00\x00"s);
+    EXPECT_NE(at, std::string::npos);
+    return at;
+  };
+  const auto height = entry('\x01'), compression = entry('\x03');
+  tiff.replace(compression, 12, tiff.substr(height, 12));
+  tiff.replace(height, 12, "\x01\x01\x04\x00\x01\x00\x00\x00\xFF\xFF\xFF\x7F"s);
+  EXPECT_THAT(refusal("two.tif", tiff), FailsWith(ErrorCode::tooLarge, "× 2147483647"));
+
+  std::string exr = encoded(".exr", cv::Mat(4, 8, CV_32FC3, cv::Scalar(1, 2, 3)));
+  const std::string window = exr.substr(exr.find("dataWindow"), sizeof "dataWindow" + sizeof "box2i" + 20);
+  exr.insert(exr.find(window), window);
+  EXPECT_THAT(refusal("two.exr", exr), FailsWith(ErrorCode::malformedFile, "two.exr"));
+}
+
 TEST_F(ImageFile, RefusesSizesOfNothing) {
   using namespace std::string_literals;
   std::string png = encoded(".png", texture(4, 4));
