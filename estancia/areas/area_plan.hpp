@@ -25,7 +25,7 @@ struct Area {
   int id = 0;
   /// The words that distinguish what is in it: "refrigerator, stove, microwave".
   std::string name = {};
-  /// Of its free space [m²].
+  /// Free floor space [m²].
   double size = 0;
   /// The point of it that is farthest from its border, on the floor [m].
   cv::Point2d center = {};
@@ -86,7 +86,7 @@ PlannedFrames planAreas(const FloorSurvey& survey, const DrivePoses& frames, con
                         const std::vector<float>& mean, const RoomSegmentationOptions& options = {},
                         std::span<const AreaEdit> edits = {}, const NamingOptions& naming = {});
 
-/// The same plan with one more merge or split. `words`: what planAreas() took them from. Nothing where it
+/// Applies one more merge or split to a plan. `words`: what planAreas() took them from. Nothing where it
 /// would change nothing: one of its ends is in no area, both are in one, or the line leaves a way around it.
 std::optional<PlannedFrames> correctPlan(const AreaPlan& plan, const AreaEdit& edit, const DrivePoses& frames,
                                          const WordMap& words, const Vocabulary& vocabulary,

@@ -26,20 +26,20 @@ class FramePoses {
   /// In order.
   const std::vector<Entry>& entries() const { return entries_; }
 
-  /// Of the next frame.
+  /// Appends the pose of the next frame.
   void add(const std::optional<Pose>& pose) { entries_.push_back({next_++, pose}); }
   /// The next frame has this number; those before it that were not added are left out. `frame` >= size().
   void skipTo(std::size_t frame) { next_ = frame; }
   /// Takes back the frames from `size` on.
   void truncate(std::size_t size);
-  /// Of a frame that is not left out; else nothing is done.
+  /// Replaces the pose of a frame; ignored if that frame is left out.
   void set(std::size_t frame, const std::optional<Pose>& pose);
   /// Leaves out all frames but these, which are sorted.
   void keepOnly(std::span<const std::size_t> frames);
 
   /// Nothing where the frame has none, is left out, or has not come yet.
   const std::optional<Pose>& operator[](std::size_t frame) const;
-  /// Of the last frame that was added.
+  /// Pose of the last added frame.
   const std::optional<Pose>& back() const { return entries_.back().pose; }
 
  private:

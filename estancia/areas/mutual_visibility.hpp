@@ -15,7 +15,7 @@ class VisiblePairs {
       : regions_(regions), seen_(regions * regions), points_(regions) {}
 
   void addPoint(std::size_t region) { points_[region] += 1; }
-  /// Of points in these regions, in this order and the other.
+  /// Counts one pair of points, one in each region, in both orders.
   void addPair(std::size_t a, std::size_t b) {
     seen_[a * regions_ + b] += 1;
     seen_[b * regions_ + a] += 1;
@@ -26,7 +26,7 @@ class VisiblePairs {
     if (a == b && points_[a] == 1) return 1;
     return pairs > 0 ? seen_[a * regions_ + b] / pairs : 0;
   }
-  /// As if all points of `b` lay in `a`.
+  /// Moves all points of `b` to `a`.
   void merge(std::size_t a, std::size_t b);
 
  private:

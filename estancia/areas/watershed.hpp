@@ -14,7 +14,7 @@ struct Watershed {
   cv::Mat basins;
   /// The number of cells of each basin.
   std::vector<int> sizes;
-  /// Of each pair of basins that touch, the lower first: the distance to the border at the widest point
+  /// For each pair of adjacent basins (lower number first): the distance to the border at the widest point
   /// between them [m].
   std::map<std::pair<int, int>, double> saddles;
 };

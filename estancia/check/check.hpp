@@ -36,7 +36,7 @@ struct CheckItem {
 
 struct CheckReport {
   std::vector<CheckItem> items;
-  /// Of the sequence.
+  /// Number of frames of the sequence.
   std::size_t frames = 0;
   std::size_t count(Severity severity) const;
 };

@@ -28,7 +28,7 @@ enum class LabelSums : std::uint8_t {
 /// square root.
 struct PartEmbedding {
   DescriptorPart part;
-  /// Of probabilities.
+  /// How probabilities are summed over the labels.
   LabelSums sums = LabelSums::whole;
   /// One a column; scale is 0 where all training values are equal.
   std::vector<float> mean, scale;

@@ -80,8 +80,8 @@ class Forest final : public Classifier {
   std::string chosen;
 };
 
-/// As many samples of each class as the smallest class has (Chen, Liaw & Breiman, "Using random forest to
-/// learn imbalanced data", 2004; weights do not help trees with pure leaves), but at least a minimum, for
+/// Draws as many samples of each class as the smallest class has (Chen, Liaw & Breiman, "Using random forest
+/// to learn imbalanced data", 2004; weights do not help trees with pure leaves), but at least a minimum, for
 /// which a tiny class is repeated.
 std::vector<std::size_t> balancedDraw(const Samples& samples, std::uint64_t seed) {
   std::vector<std::vector<std::size_t>> ofClass(static_cast<std::size_t>(samples.classCount));

@@ -138,7 +138,7 @@ void measure(const DescriptorMatrix& x, DescriptorView query, std::vector<Neighb
 
 class Knn final : public Classifier {
  public:
-  /// Of the cosine, rows of length 1.
+  /// For the cosine distance, rows must have length 1.
   Knn(DescriptorMatrix rows, std::vector<int> of, std::vector<double> weightsOfClasses, std::size_t k,
       bool unit, std::string how)
       : x(std::move(rows)),

@@ -30,7 +30,7 @@ inline constexpr std::size_t valueBins = 8;
 std::vector<std::size_t> selectColumns(const Features& training, const std::string& criterion,
                                        std::size_t count);
 
-/// The same frames with only these columns, in the order of each part; empty parts are dropped. Room
+/// Keeps only these columns of each frame, in the order of each part; empty parts are dropped. Room
 /// classifiers that were trained on them find the columns in whole descriptors.
 Features withColumns(const Features& features, std::vector<std::size_t> columns);
 

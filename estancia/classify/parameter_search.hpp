@@ -21,9 +21,9 @@ struct Search {
 
   DescriptorMatrix x{0};
   std::vector<int> classes;
-  /// Of each sample, for each repetition.
+  /// Fold of each sample, one vector a repetition.
   std::vector<std::vector<int>> folds;
-  /// Of the classes; all 1 unless balanced.
+  /// Class weights; all 1 unless balanced.
   std::vector<double> weights;
 
   std::size_t size() const { return classes.size(); }

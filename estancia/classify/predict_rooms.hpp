@@ -25,7 +25,7 @@ std::string nameOf(const RoomClassifier& classifier);
 /// Throws Error (invalidInput, unknownName) unless images can be described by them on this machine.
 void requireDescribable(const RoomClassifier& classifier);
 
-/// The same for the frames of `sequence`, which needs depth if a descriptor does.
+/// Checks the frames of `sequence`, which needs depth if a descriptor does.
 void requireDescribable(const RoomClassifier& classifier, const Sequence& sequence);
 
 /// Throws Error (mismatch) unless these parts are all that the classifier needs.

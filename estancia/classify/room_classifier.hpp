@@ -28,7 +28,7 @@ class RoomClassifier {
 
   /// Sorted.
   const std::vector<std::string>& rooms() const;
-  /// Of all rooms together.
+  /// Number of training images over all rooms.
   std::size_t trainingImages() const;
   const FeatureEmbedding& embedding() const;
   const Classifier& classifier() const;

@@ -30,7 +30,7 @@ struct KernelMachines {
 
 struct TrainedMachines {
   KernelMachines machines;
-  /// Those with samples, ascending; the machines number these.
+  /// Classes that have samples, ascending; the machines refer to their positions.
   std::vector<int> classes;
   /// Support vectors, as samples, class by class.
   std::vector<std::size_t> vectors;

@@ -22,7 +22,7 @@ constexpr double temperature = 0.7;
 /// Evidence that deviates less is no evidence and is not blown up: half of the least deviation of a real run
 /// (NYU's training half, the home's drives: 0.10 to 0.22); equal labels have 0.01.
 constexpr double leastDeviation = 0.05;
-/// The same for one room's, in deviations of all.
+/// Lower bound of one room's deviation, as a share of the deviation over all rooms.
 constexpr double leastRoomDeviation = 0.3;
 /// Fewer images do not tell what is usual for a room.
 constexpr std::size_t minStandardized = 20;
@@ -58,7 +58,7 @@ struct LabelShares {
   std::vector<std::vector<double>> weights;
 };
 
-/// Of the labels [from, from + size) alone.
+/// Adds the labels [from, from + size).
 void addPart(const DescriptorMatrix& images, const std::vector<std::vector<float>>& weights, std::size_t from,
              std::size_t size, Evidence& sum, LabelShares& shares) {
   std::vector<double> usual(size, 0);

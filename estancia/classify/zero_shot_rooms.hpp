@@ -15,7 +15,7 @@ namespace estancia {
 /// What the labels of a vocabulary tell of rooms, for runs of images: WordNet is asked once.
 class RoomsByNames {
  public:
-  /// As predictRoomsByNames(), which see.
+  /// Same parameters as predictRoomsByNames().
   RoomsByNames(const WordGraph& graph, const Vocabulary& vocabulary,
                const std::vector<std::string>& rooms = {});
   /// Throws Error (mismatch) when `images` has other labels.

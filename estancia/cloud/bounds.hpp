@@ -26,7 +26,7 @@ struct Bounds {
   }
 };
 
-/// Of the finite points.
+/// Bounding box of the finite points.
 inline Bounds<float> boundsOf(std::span<const cv::Point3f> points) {
   Bounds<float> box;
   for (const cv::Point3f& p : points)

@@ -72,11 +72,10 @@ struct Clusters {
 Clusters findClusters(const cv::Mat& depth, const CameraIntrinsics& camera,
                       const ClusterOptions& options = {}, const cv::Mat& image = {});
 
-/// The same of a cloud, with its colors: on its grid when it is organized and a pinhole camera explains the
-/// grid, else from the points alone, which is slower and coarser (objects behind an occluder stay separate).
-/// Points that are not finite belong to no cluster, nor do points beyond 10⁹ m in a cloud without a grid.
-/// Throws Error (invalidInput, invalidOption) on a cloud that breaks its invariant and on options out of
-/// range.
+/// Clusters a cloud with its colors: on its grid when it is organized and a pinhole camera explains the grid,
+/// else from the points alone, which is slower and coarser (objects behind an occluder stay separate). Points
+/// that are not finite belong to no cluster, nor do points beyond 10⁹ m in a cloud without a grid. Throws
+/// Error (invalidInput, invalidOption) on a cloud that breaks its invariant and on options out of range.
 Clusters findClusters(const PointCloud& cloud, const ClusterOptions& options = {});
 
 /// These points of the cloud with their colors and normals, not organized. Throws Error (invalidInput) on an

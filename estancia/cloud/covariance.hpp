@@ -17,8 +17,8 @@ struct LocalCovariance {
   cv::Matx33d covariance;  ///< of the points [m²], divided by their number
 };
 
-/// Of the points at most √squared [m] away. Sums are relative to the place, so that they are as exact far
-/// from the origin as near it.
+/// Covariance of the points at most √squared [m] away. Sums are relative to the place, so that they are as
+/// exact far from the origin as near it.
 LocalCovariance localCovariance(const Neighbors& points, const cv::Point3f& place, float squared);
 
 /// Eigenvalues of a covariance, smallest first, and the eigenvector of the smallest.

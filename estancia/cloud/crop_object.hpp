@@ -12,7 +12,7 @@ namespace estancia {
 
 struct CropOptions {
   enum class Background {
-    /// As in the image: best for networks that were trained on photographs.
+    /// Background unchanged: best for networks that were trained on photographs.
     kept,
     gray,
     /// The mean color of the object.

@@ -45,7 +45,7 @@ struct FilteredCloud {
 FilteredCloud filterWithDetails(const PointCloud& cloud, const FilterOptions& options,
                                 Progress& progress = Progress::none());
 
-/// The same without the details.
+/// Returns only the filtered cloud.
 PointCloud filterCloud(const PointCloud& cloud, const FilterOptions& options,
                        Progress& progress = Progress::none());
 

@@ -32,7 +32,7 @@ struct GngOptions {
   /// 0: neurons follow positions only. Else signals have six dimensions, the position and CIELAB times a
   /// length: the spacing of the points by the noise of their colors, times this weight.
   double colorWeight = 0;
-  /// Of the signals.
+  /// Seed of the random signals.
   std::uint64_t seed = 1;
   /// Stop below it [unit of the cloud]; 0: never.
   double quantizationError = 0;
@@ -51,7 +51,7 @@ enum class GngStop {
   seconds,
   /// The cloud has no more distinct points than neurons were requested: the points are the neurons.
   points,
-  /// As many neurons were removed as inserted for a long time: there are fewer than requested.
+  /// For a long time as many neurons were removed as inserted: there are fewer than requested.
   stalled,
 };
 

@@ -15,7 +15,7 @@ namespace estancia {
 struct MlsOptions {
   /// Edge of the voxels whose means, weighted by their numbers of points, replace the points.
   double leaf = 0;
-  /// Of the ball that a normal is fitted to.
+  /// Radius of the ball that a normal is fitted to [m].
   double radius = 0;
   /// Radius of the cylinder around the normal over which heights are averaged.
   double width = 0;
@@ -38,7 +38,8 @@ OptionGroup declare(MlsOptions& options);
 /// (moving least squares with planes: Alexa et al., Computing and rendering point set surfaces, 2003), twice,
 /// and gives it the normal there. Seeds with hardly a point around are dropped. Normals of `cloud`, if any,
 /// orient the surface, and keep the two sides of a thin object apart. Colors are those of the nearest voxels.
-/// The same for any number of threads. Throws Error (invalidOption) on lengths that are not positive.
+/// Results do not depend on the number of threads. Throws Error (invalidOption) on lengths that are not
+/// positive.
 PointCloud projectMls(const std::vector<cv::Point3f>& seeds, const PointCloud& cloud,
                       const MlsOptions& options);
 

@@ -27,8 +27,7 @@ struct alignas(32) Neuron {
   Point4 at() const { return {x, y, z, 0}; }
 };
 
-/// Of neurons at the same distance the one with the lower number comes first. Distances are infinite while
-/// there is no such neuron.
+/// Ties are broken by the lower number. Distances are infinite while there is no such neuron.
 class NearestTwo {
  public:
   void look(float squaredDistance, std::uint32_t i) {

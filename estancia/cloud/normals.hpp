@@ -17,7 +17,7 @@ struct NeuralGas;
 
 /// Exactly one of radius and neighbors must be given.
 struct NormalOptions {
-  /// Of the points that the plane is fitted to [m]; 0: `neighbors` decides.
+  /// Radius of the neighborhood that a plane is fitted to [m]; 0: `neighbors` decides.
   double radius = 0;
   /// Number of nearest points, together with those at the distance of the last; 0: `radius` decides.
   std::size_t neighbors = 0;
@@ -35,7 +35,7 @@ void validate(const NormalOptions& options);
 /// fewer than three points around it, or these lie on a line. Throws Error (invalidOption).
 std::vector<cv::Point3f> estimateNormals(const PointCloud& cloud, const NormalOptions& options);
 
-/// The same at other places than the points, and with a search tree that is shared.
+/// Normals at given positions, with a shared search tree.
 std::vector<cv::Point3f> estimateNormals(std::span<const cv::Point3f> places, const Neighbors& points,
                                          const NormalOptions& options);
 

@@ -233,7 +233,7 @@ struct Patches {
   }
 };
 
-/// Of the pixels that `candidates` marks; marks the pixels of patches in `on`.
+/// Searches the pixels that `candidates` marks; marks the pixels of patches in `on`.
 Patches patchesOn(const HalfImage& half, const Coefficients& plane, const cv::Mat& candidates, int edge,
                   cv::Mat& on) {
   const auto a = static_cast<float>(plane[0]), b = static_cast<float>(plane[1]),

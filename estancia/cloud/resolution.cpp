@@ -96,7 +96,8 @@ std::optional<double> noiseAt(const Neighbors& points, const cv::Point3f& place,
   return gaussian * std::sqrt(freedom) * quantileOf(residuals);
 }
 
-/// Of patches of one size all over the cloud. Edges and corners only add: a quantile below the median.
+/// Noise from patches of one size all over the cloud. Edges and corners only add: a quantile below the
+/// median.
 std::optional<double> noiseOf(const Neighbors& points, double radius, int threads) {
   constexpr std::size_t patches = 200;
   constexpr double quantile = 0.4;

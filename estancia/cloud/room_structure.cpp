@@ -97,7 +97,7 @@ bool isWallBehind(const Plane& wall, const PlaneView& wallView, const Plane& fro
          view.left < wallView.right + kBeside;
 }
 
-/// Of each pair of planes: the pixels at edges between them, convex ones less three times the others.
+/// For each pair of planes: number of pixels at convex edges between them, less three times the others.
 cv::Mat_<int> convexEdges(const InverseDepth& grid, const PlaneRemoval& removal) {
   constexpr float continuous = 0.1F;
   constexpr int concave = -3;

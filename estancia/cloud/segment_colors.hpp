@@ -6,8 +6,8 @@
 
 namespace estancia {
 
-/// Of each pixel: lightness, weighted, and chroma over lightness, which shading does not change (in CIE Lab,
-/// L + 16, a and b all grow with the cube root of the light). Empty without an image.
+/// Color of each pixel: lightness, weighted, and chroma over lightness, which shading does not change (in CIE
+/// Lab, L + 16, a and b all grow with the cube root of the light). Empty without an image.
 using SegmentColors = cv::Mat_<cv::Vec3f>;
 
 /// The least change of color over 4 pixels at an edge of color.

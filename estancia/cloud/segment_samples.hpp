@@ -27,7 +27,7 @@ struct SegmentSamples {
   std::vector<float> x, y, z;        ///< the border by coordinate, for SIMD
 };
 
-/// Of the segments above a minimum size, in their order; of more than kMaxSegmentSamples the largest.
+/// Samples the segments above a minimum size, in their order; at most the kMaxSegmentSamples largest.
 std::vector<SegmentSamples> sampleSegments(const InverseDepth& grid, const Mask& mask,
                                            const Segmentation& segments);
 

@@ -108,7 +108,7 @@ class Splitter {
         if (whole(v, u) != 0) result(v, u) = of[static_cast<std::size_t>(nearest(v, u))];
     return result;
   }
-  /// Of the color across a pixel; 0 at the rim of the segment.
+  /// Change of color across a pixel; 0 at the rim of the segment.
   double change(std::uint32_t segment, int u, int v, int dx, int dy) const {
     if (segments_.labels[grid_.at(u - dx, v - dy)] != segment ||
         segments_.labels[grid_.at(u + dx, v + dy)] != segment)

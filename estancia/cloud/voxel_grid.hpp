@@ -17,7 +17,7 @@ namespace estancia {
 /// points in each voxel. Throws Error (invalidOption) when the leaf is not above 0.
 PointCloud voxelGrid(const PointCloud& cloud, double leaf, std::vector<std::uint32_t>* counts = nullptr);
 
-/// Of each voxel the point nearest to the mean of all points in it; ascending indices. The grid starts at the
+/// For each voxel: index of the point nearest to the mean of its points; ascending. The grid starts at the
 /// low corner of the bounding box.
 std::vector<std::uint32_t> onePerVoxel(const std::vector<cv::Point3f>& points, double leaf);
 

@@ -15,7 +15,7 @@ struct CameraIntrinsics {
   double slopeX(double u) const { return (u - cx) / fx; }
   double slopeY(double v) const { return (v - cy) / fy; }
 
-  /// The same camera with images of another size (color and depth often differ in it).
+  /// This camera with images of another size (color and depth often differ in it).
   CameraIntrinsics scaledTo(int newWidth, int newHeight) const {
     const double sx = static_cast<double>(newWidth) / width, sy = static_cast<double>(newHeight) / height;
     return {newWidth, newHeight, fx * sx, fy * sy, (cx + 0.5) * sx - 0.5, (cy + 0.5) * sy - 0.5};

@@ -15,7 +15,7 @@ constexpr std::array<std::string_view, 23> kNames{
     "busy",           "network",        "server-failure", "labeler-failure",  "missing-dependency",
     "no-answer",      "interrupted",    "invalid-state"};
 
-/// Of a sentence that is too long what is wrong, at its beginning, and what to do, at its end.
+/// Shortens a long sentence: keeps its beginning (what is wrong) and its end (what to do).
 std::string withoutMiddle(const std::string& sentence) {
   constexpr std::size_t longest = 2000, begin = 1400, end = 500;
   if (sentence.size() <= longest) return sentence;

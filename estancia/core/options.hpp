@@ -37,7 +37,7 @@ class Option {
 
   /// Smallest and largest value that is accepted.
   Option& range(double min, double max = std::numeric_limits<double>::infinity());
-  /// As range(), without `min` itself.
+  /// Like range(), but excludes `min`.
   Option& above(double min, double max = std::numeric_limits<double>::infinity());
   Option& unit(std::string unit);
   /// The names that a text may be.
@@ -95,7 +95,7 @@ class OptionGroup {
   Option& add(std::string name, Enum& member, std::vector<std::pair<Choice, Enum>> values, std::string help);
   /// A struct inside of the struct.
   void add(OptionGroup group) { groups_.push_back(std::move(group)); }
-  /// The same group by another name: "scene-filter".
+  /// Renames the group, such as "scene-filter".
   OptionGroup named(std::string name) &&;
 
   const std::string& name() const { return name_; }

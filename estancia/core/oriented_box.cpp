@@ -25,8 +25,8 @@ std::vector<cv::Point2d> footprint(const OrientedBox& box, const cv::Point3d& or
   return corners;
 }
 
-/// Of the part that two convex polygons share (Sutherland and Hodgman 1974). OpenCV's intersectConvexConvex()
-/// loses it where edges lie on one line.
+/// Area of the intersection of two convex polygons (Sutherland and Hodgman 1974). OpenCV's
+/// intersectConvexConvex() loses it where edges lie on one line.
 double commonArea(std::vector<cv::Point2d> polygon, const std::vector<cv::Point2d>& clip) {
   for (std::size_t e = 0; e < clip.size(); ++e) {
     const cv::Point2d from = clip[e], along = clip[(e + 1) % clip.size()] - from;

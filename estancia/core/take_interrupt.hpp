@@ -4,10 +4,10 @@
 
 namespace estancia {
 
-/// As interrupted(), and forgets it. The next signal kills all the same.
+/// Like interrupted(), and resets it. The next signal kills all the same.
 bool takeInterrupt();
 
-/// As if a signal had asked to stop: for programs with handlers of their own, which may call it.
+/// Requests an interrupt as a signal does; safe in signal handlers of other programs.
 void requestInterrupt();
 
 }  // namespace estancia

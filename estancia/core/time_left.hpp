@@ -30,7 +30,7 @@ class TimeLeft {
 
  private:
   std::size_t total_, begun_, done_;
-  /// Of the first step that finished anything.
+  /// Time of the first step that finished anything.
   std::optional<double> firstTime_;
   std::size_t firstDone_ = 0;
 };

@@ -46,7 +46,7 @@ struct View {
   cv::Mat image = {};
   /// Meters, CV_32F, 0 for holes; empty unless needsDepth().
   cv::Mat depth = {};
-  /// Of the depth image.
+  /// Camera of the depth image.
   std::optional<CameraIntrinsics> camera = {};
   /// Name of the frame in its sequence.
   std::string frame = {};
@@ -63,8 +63,8 @@ class Descriptor {
   virtual bool needsImage() const { return true; }
   virtual bool needsDepth() const { return false; }
 
-  /// As many numbers as parts() have. Throws Error (invalidInput, insufficientData) when this view cannot be
-  /// described (no depth, too few points …).
+  /// Returns as many numbers as parts() have. Throws Error (invalidInput, insufficientData) when this view
+  /// cannot be described (no depth, too few points …).
   virtual std::vector<float> describe(const View& view) const = 0;
 };
 

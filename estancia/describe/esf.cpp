@@ -95,7 +95,7 @@ std::size_t binOf(float share) {
   return std::min(static_cast<std::size_t>(share * (kBins - 1) + 0.5F), static_cast<std::size_t>(kBins - 1));
 }
 
-/// Of the angle between two directions, 0 to 90 degrees, whose cosine is given.
+/// Histogram bin of an angle, 0 to 90 degrees, given by its cosine.
 std::size_t binOfAngle(float cosine) {
   return binOf(std::acos(std::min(std::abs(cosine), 1.0F)) * static_cast<float>(2 / std::numbers::pi));
 }

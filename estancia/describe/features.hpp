@@ -51,7 +51,7 @@ Features featuresOf(const Descriptor& descriptor, const View& view);
 /// The labels of a descriptor sequence (a label file, a map) as features; one part a model.
 Features featuresOf(const DescriptorSequence& recording);
 
-/// The same frames with the named parts, in that order. Throws Error (unknownName).
+/// Keeps only the named parts, in that order. Throws Error (unknownName).
 Features withParts(const Features& features, const std::vector<std::string>& names);
 
 /// These rows, in that order. Throws Error (invalidInput) on a row that does not exist.

@@ -7,7 +7,7 @@
 
 namespace estancia::describe {
 
-/// Of the image [pixels].
+/// Side of the resized image [pixels].
 constexpr int kGistSide = 256;
 constexpr int kGistBlocks = 4, kGistScales = 4, kGistOrientations = 8;
 

@@ -20,7 +20,7 @@ struct NamedDescriptor {
 /// Throws Error (unknownName, invalidOption) when a name is unknown, missing or given twice.
 std::vector<NamedDescriptor> loadDescriptors(const std::string& names, const LabelerOptions& options = {});
 
-/// The same as one combined descriptor, for single views; describeSequence() is for sequences.
+/// Loads one combined descriptor for single views; describeSequence() is for sequences.
 std::unique_ptr<Descriptor> loadDescriptor(const std::string& names, const LabelerOptions& options = {});
 
 }  // namespace estancia

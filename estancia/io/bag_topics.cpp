@@ -222,7 +222,7 @@ void TopicChoice::chooseDepth() {
   if (chosen_.depth) chosen_.depthCamera = cameraOf(chosen_.depth->topic);
 }
 
-/// Of the same namespace, else the only one of the bag.
+/// Camera topic of the same namespace, else the only one of the bag.
 std::optional<ChosenTopic> TopicChoice::cameraOf(std::size_t images) const {
   std::vector<std::size_t> all;
   for (std::size_t i = 0; i < bag_.topics().size(); ++i)

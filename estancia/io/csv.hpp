@@ -25,7 +25,7 @@ std::vector<CsvRow> readCsv(const std::filesystem::path& file);
 /// The same, row by row: the cells of a large file need many times its size.
 void forEachCsvRow(const std::filesystem::path& file, const std::function<void(CsvRow&)>& use);
 
-/// The same of lines from elsewhere; `source` names them in messages.
+/// Parses lines that are already in memory; `source` names them in messages.
 void forEachCsvRow(const std::vector<std::string>& lines, std::string_view source,
                    const std::function<void(CsvRow&)>& use);
 

@@ -17,7 +17,7 @@ namespace estancia::io {
 /// become 0: no depth. Throws Error when the file cannot be read or holds colors.
 cv::Mat readDepth(const std::filesystem::path& file, double unitsPerMeter);
 
-/// The same of the image's values: one channel. `name` stands in errors. Throws Error (unsupportedFile).
+/// Converts a decoded depth image of one channel. `name` stands in errors. Throws Error (unsupportedFile).
 cv::Mat metersOf(const cv::Mat& raw, double unitsPerMeter, const std::string& name);
 
 /// Extensions of the depth images in folders, lower case; no JPEG, which would blur depth.

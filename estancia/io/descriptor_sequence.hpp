@@ -61,7 +61,7 @@ std::vector<std::filesystem::path> descriptorFilesOf(const std::filesystem::path
 /// Throws Error unless writeDescriptors() writes files with this extension.
 void requireDescriptorFile(const std::filesystem::path& file);
 
-/// The same frames over another vocabulary: labels that it lacks are dropped, its other labels are 0.
+/// Converts the frames to another vocabulary: labels that it lacks are dropped, its other labels are 0.
 DescriptorSequence toVocabulary(const DescriptorSequence& sequence, const Vocabulary& vocabulary);
 
 }  // namespace estancia

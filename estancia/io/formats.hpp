@@ -37,7 +37,7 @@ class ListedSequence : public Listed<Sequence, Frame> {
 /// A frame's depth image: "" where it has none.
 struct DepthFile {
   std::filesystem::path file;
-  /// Of the nearest depth image, even where that is not this frame's.
+  /// Time of the nearest depth image, even where that is not this frame's.
   std::optional<double> timestamp;
 };
 
@@ -91,7 +91,7 @@ bool isImageFolder(const std::filesystem::path& path);
 bool mayBeClasses(const std::filesystem::path& path);
 /// The folders of images in train/, test/ …, as "train/kitchen".
 std::vector<std::string> nestedClasses(const std::filesystem::path& path);
-/// Of images, for messages: imageSuffixes().
+/// Readable image formats, for messages: imageSuffixes().
 constexpr const char* readFormats = "jpg, png, bmp, tif, webp, pgm, ppm";
 /// "2 images are of other formats, a.heic first; …", "" where there are none.
 std::string otherImages(const std::filesystem::path& folder);

@@ -25,7 +25,7 @@ constexpr int kFirstInstance = 10;
 
 /// A thing in the home: a box that stands upright.
 struct HomeInstance {
-  /// The same in all drives of a home, and the value of its pixels in instance masks.
+  /// Instance number: equal in all drives of a home; value of its pixels in instance masks.
   int id = 0;
   std::string category, model, modelName;
   /// The room that it stands in; "" where unknown.
@@ -42,7 +42,7 @@ struct HomeInstance {
 struct VisibleInstance {
   int id = 0;
   int pixels = 0;
-  /// Those of the pixels that have a depth.
+  /// Number of its pixels that have a depth.
   int pixelsWithDepth = 0;
 };
 /// By the file name of the image.

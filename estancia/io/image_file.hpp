@@ -13,8 +13,8 @@ namespace estancia {
 /// than 2^26 pixels.
 cv::Mat readImage(const std::filesystem::path& file);
 
-/// As readImage(), but a JPEG file at 1/2, 1/4 or 1/8 of its size, which is quicker to decode: at the
-/// smallest whose shorter side is still `side` pixels. Other files, and smaller ones, as they are.
+/// Like readImage(), but decodes a JPEG file at 1/2, 1/4 or 1/8 of its size, which is quicker to decode: at
+/// the smallest whose shorter side is still `side` pixels. Other files, and smaller ones, as they are.
 cv::Mat readReducedImage(const std::filesystem::path& file, int side);
 
 }  // namespace estancia

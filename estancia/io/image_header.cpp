@@ -136,8 +136,8 @@ Size inspectTiff(const Bytes& b) {
   return size;
 }
 
-/// As libwebp's WebPGetFeatures() reads the first 32 bytes, after which OpenCV recognizes WebP (RFC 9649 and
-/// 6386).
+/// Follows libwebp's WebPGetFeatures() on the first 32 bytes, after which OpenCV recognizes WebP (RFC 9649
+/// and 6386).
 Size inspectWebp(const Bytes& b) {
   constexpr std::uint64_t recognized = 32, beforeChunk = 12, header = 10;  // bytes
   const std::uint64_t riff = b.little(4, 4);
@@ -252,8 +252,8 @@ Size inspectRadiance(const Bytes& b) {
 
 using Inspect = Size (*)(const Bytes&);
 
-/// Those that OpenCV recognizes, and by the same bytes: what its decoders of images refuse it gives to those
-/// of medical images and of maps (GDCM, GDAL), which may end the program.
+/// Accepts what OpenCV recognizes, by the same bytes: what its decoders of images refuse it gives to those of
+/// medical images and of maps (GDCM, GDAL), which may end the program.
 Inspect findFormat(const Bytes& b) {
   using namespace std::string_view_literals;
   if (b.startsWith("\xFF\xD8\xFF")) return inspectJpeg;

@@ -10,7 +10,7 @@
 namespace estancia::io {
 namespace {
 
-/// Of the text, what stands between the two; "" where they are not there.
+/// Text between two markers; "" if one is missing.
 std::string_view between(std::string_view text, std::string_view before, std::string_view after) {
   const std::size_t from = text.find(before);
   if (from == std::string_view::npos) return {};

@@ -16,7 +16,7 @@ enum class ImageContent {
   gray,
   /// 16UC1, 32FC1, mono16, compressedDepth: 16 bits may also be the gray of an infrared camera.
   depth,
-  /// Of an encoding that is not read.
+  /// An encoding that is not supported.
   unknown
 };
 ImageContent contentOf(const ros::ImageMessage& message);

@@ -67,7 +67,7 @@ void requireCalibration(const ros::CameraInfo& info, double fx, double fy) {
          "the camera info has a focal length of {} × {}: the camera is not calibrated", fx, fy);
 }
 
-/// As many coefficients as OpenCV takes.
+/// Truncated to the number of coefficients that OpenCV takes.
 cv::Mat coefficients(const ros::CameraInfo& info, bool isFisheye) {
   const std::size_t given = info.distortion.size();
   const std::size_t wanted = isFisheye     ? 4
@@ -120,7 +120,7 @@ cv::Mat Undistortion::mapped(const cv::Mat& image, int interpolation) const {
     cv::remap(image, result, mapX_, mapY_, interpolation, cv::BORDER_CONSTANT);
     return result;
   }
-  // The same view in another size: the maps are scaled with it.
+  // Images of another size: the maps are scaled.
   const double sx = static_cast<double>(image.cols) / camera_.width,
                sy = static_cast<double>(image.rows) / camera_.height;
   cv::Mat x, y;

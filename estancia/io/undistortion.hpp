@@ -19,7 +19,7 @@ class Undistortion {
   /// unsupportedFile for a distortion model that is not read.
   Undistortion(const ros::CameraInfo& info, bool isRectified);
 
-  /// Of the images that come out, in the size of the calibration. Without distortion that of the camera
+  /// Camera of the output images, in the size of the calibration. Without distortion it equals the camera
   /// matrix. With it a camera that sees, along both axes, no more than the original one does, and at most
   /// 100°: a pinhole image of a wider view is mostly stretched border.
   const CameraIntrinsics& camera() const { return camera_; }

@@ -19,7 +19,7 @@ class VideoDecoder {
   /// Opens a camera: a number or /dev/videoN of Video4Linux, http:// or rtsp://. False when that fails or
   /// takes longer than `patience`; for one of the network, reading ends after that time, too.
   virtual bool openCamera(const std::string& camera, std::chrono::milliseconds patience) = 0;
-  /// Of a frame [pixels].
+  /// Size of a frame [pixels].
   virtual double pixels() const = 0;
   /// Frames a second that the container declares; 0 or less, or not finite, where it declares none.
   virtual double rate() const = 0;

@@ -45,7 +45,7 @@ class Ensemble final : public Labeler {
   std::vector<Labeler*> members() override;
   LexicalDescriptor combine(std::span<const LexicalDescriptor> answers) const override;
   Prepared prepare(const cv::Mat& bgr, const std::string& frame) const override;
-  /// Of members that are detectors; none where equal labels are merged (Fusion::probabilities).
+  /// Labels of members that are detectors; empty where equal labels are merged (Fusion::probabilities).
   std::vector<std::size_t> regionLabels() const override;
   std::vector<LexicalDescriptor> labelRegions(const cv::Mat& bgr,
                                               std::span<const cv::Rect2d> regions) override;
@@ -54,7 +54,7 @@ class Ensemble final : public Labeler {
  private:
   std::vector<EnsembleMember> members_;
   Fusion fusion_;
-  /// Of each member's labels in the joined vocabulary.
+  /// Position of each member's labels in the joined vocabulary.
   std::vector<std::vector<std::size_t>> places_;
   Vocabulary vocabulary_;
   std::string identity_;

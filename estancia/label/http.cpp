@@ -35,9 +35,9 @@ using std::chrono::milliseconds;
 /// What a service made of one image.
 struct Outcome {
   std::vector<LabelProbability> words = {};
-  /// Of this image.
+  /// Why this image failed.
   std::string problem = {};
-  /// Of the service: the work cannot go on.
+  /// Failure of the service: the work cannot go on.
   std::optional<Error> failure = {};
   bool answered = false;
 };

@@ -26,9 +26,9 @@ struct HttpEndpoint {
   /// PEM of whom to trust; "" = whom the system trusts.
   std::filesystem::path certificates;
   std::chrono::milliseconds connectTimeout{10'000};
-  /// Of silence, to about a second.
+  /// Limit of silence, to about a second.
   std::chrono::milliseconds readTimeout{30'000};
-  /// Of the whole request, however its bytes trickle.
+  /// Limit of the whole request, however slowly its bytes arrive.
   std::chrono::milliseconds timeout{60'000};
   /// [bytes].
   std::size_t maxAnswer = std::size_t{4} << 20U;

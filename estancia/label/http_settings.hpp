@@ -16,19 +16,19 @@
 namespace estancia {
 
 struct HttpSettings {
-  /// As written, without the secrets: for messages.
+  /// URL as written, without the secrets: for messages.
   std::string url;
   HttpEndpoint endpoint;
   /// Values from the environment, never to be shown.
   std::vector<std::string> secrets;
 
-  /// Of a form to put the image in; "" sends it as the whole body.
+  /// Form field for the image; "" sends the image as the whole body.
   std::string field;
   /// JSON in which ${image} stands for the image in base64; "" = no JSON.
   std::string bodyTemplate;
   /// Or "png".
   std::string format = "jpg";
-  /// Of JPEG.
+  /// JPEG quality.
   int quality = 95;
 
   /// In all.
@@ -41,7 +41,7 @@ struct HttpSettings {
   double rate = 0;
   /// Requests in flight.
   std::size_t parallel = 4;
-  /// Of the waits' jitter.
+  /// Seed of the jitter of waiting times.
   std::uint64_t seed = 1;
   AnswerSettings answer;
   std::string identity;

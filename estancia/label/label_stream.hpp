@@ -39,7 +39,7 @@ struct LabeledFrame {
   std::size_t index = 0;
   /// Empty when the frame has no words.
   LexicalDescriptor descriptor;
-  /// As Sequence::image() gave it; empty when it was not needed (also when the network saw it reduced) or
+  /// Image from Sequence::image(); empty when it was not needed (also when the network saw it reduced) or
   /// cannot be read.
   cv::Mat image;
   /// Why the frame has no words, one sentence; "" when all is well.

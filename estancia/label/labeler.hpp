@@ -22,7 +22,7 @@ struct Prepared {
   cv::Mat input;
   /// The frame's name in its sequence; "" outside of sequences.
   std::string frame;
-  /// Of a labeler that is made of several.
+  /// Prepared inputs of the members of an ensemble.
   std::vector<Prepared> members;
 };
 

@@ -47,7 +47,7 @@ class LineProcess {
     std::vector<std::string> command;
     /// Its working folder.
     std::filesystem::path folder;
-    /// Of an answer [bytes].
+    /// Limit of one answer [bytes].
     std::size_t maxLine = std::size_t{16} << 20U;
   };
 

@@ -34,8 +34,8 @@ struct LabelerOptions {
   int threads = 0;
   /// Open a network at its first frame only, as its labels may all be in the cache.
   bool onDemand = false;
-  /// Of networks. In 8 bits they need ONNX Runtime and give other numbers: another identity(), `NAME
-  /// int8-DIGEST`.
+  /// Arithmetic of networks. In 8 bits they need ONNX Runtime and give other numbers: another identity(),
+  /// `NAME int8-DIGEST`.
   Precision precision = Precision::float32;
   /// Networks see JPEG files at 1/2, 1/4 or 1/8 of their size, but no smaller than their input: quicker to
   /// decode, with slightly other numbers and another identity(), `NAME reduced-DIGEST`.
@@ -57,7 +57,7 @@ std::vector<std::string> labelerTypes();
 
 /// The engines at hand that run networks, best first.
 std::vector<std::string> engines();
-/// Those of them that can open this network, best first; none of what is no network.
+/// Engines that can open this network, best first; empty for models that are no networks.
 std::vector<std::string> enginesFor(const ModelSpec& spec);
 
 /// A folder of the model home: its spec, or why that cannot be read.

@@ -23,7 +23,7 @@ struct Preprocessing {
   enum class Resize { area, linear, cubic };
   enum class Color { rgb, bgr };
 
-  /// Of the input [pixels].
+  /// Size of the input [pixels].
   int width = 224, height = 224;
   Region region = Region::square;
   /// In (0, 1]; "resize to 256, cut 224" is 224 / 256 = 0.875.
@@ -50,7 +50,7 @@ struct ModelSpec {
   std::string type = "network";
   /// The network: .onnx, .caffemodel or .pb.
   std::filesystem::path file;
-  /// The same network in 8 bits: .onnx; "" = there is none.
+  /// Network in 8 bits (.onnx); "" if there is none.
   std::filesystem::path int8;
   /// Its .prototxt (Caffe, required) or .pbtxt (TensorFlow).
   std::filesystem::path config;

@@ -35,7 +35,7 @@ Vocabulary vocabularyOf(const ModelSpec& spec) {
 NetworkLabeler::NetworkLabeler(const ModelSpec& spec, std::string engine)
     : spec_(spec),
       vocabulary_(vocabularyOf(spec)),
-      // The same name: it is one model, whose labels other parts know by it.
+      // The name does not depend on the engine: other parts know the model's labels by it.
       identity_(fmt::format("{} {}{}{}", spec.name, isInt8(spec) ? "int8-" : "",
                             spec.reducedImages ? "reduced-" : "", modelDigest(spec))),
       engine_(std::move(engine)),

@@ -40,8 +40,8 @@ class NetworkLabeler : public Labeler {
   /// softmax probabilities over the words.
   LexicalDescriptor toWords(std::span<const float> output) const;
 
-  /// The same of the default boxes that look at each region. Throws Error (invalidInput) where it is not
-  /// known where they look, and (mismatch) when they are not those that model.toml names.
+  /// Words of the default boxes that look at each region. Throws Error (invalidInput) where it is not known
+  /// where they look, and (mismatch) when they are not those that model.toml names.
   std::vector<LexicalDescriptor> toWordsOfRegions(std::span<const float> output,
                                                   std::span<const cv::Rect2d> regions) const;
 

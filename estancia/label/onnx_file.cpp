@@ -31,9 +31,9 @@ struct Malformed {};
 
 struct Field {
   std::uint32_t number = 0;
-  /// Of a varint field.
+  /// Value of a varint field.
   std::optional<std::uint64_t> value = {};
-  /// Of a length-delimited field: a text, bytes, or a message.
+  /// Content of a length-delimited field: a text, bytes, or a message.
   std::optional<string_view> bytes = {};
   /// The whole field with its tag.
   string_view whole = {};

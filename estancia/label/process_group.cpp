@@ -26,7 +26,7 @@ namespace {
 /// (setsid), or not have been started.
 constexpr const char* kGuard = "read -r child; read -r end; kill -KILL ${child:+$child -$child} 0";
 
-/// The same file above stdin, stdout and stderr, which are not always open.
+/// Duplicates a file descriptor above stdin, stdout and stderr, which are not always open.
 int above(int file) {
   const int moved = fcntl(file, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
   ::close(file);

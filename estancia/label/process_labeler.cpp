@@ -56,7 +56,7 @@ class PrivateFolder {
 constexpr std::string_view kPrefix = "estancia-", kUnique = "XXXXXX";
 constexpr const char* kLock = "estancia.lock";
 
-/// As mkdtemp() makes them of our pattern.
+/// Whether mkdtemp() made this name from our pattern.
 bool isOurs(const std::string& name) {
   return name.starts_with(kPrefix) && name.size() == kPrefix.size() + kUnique.size() &&
          std::all_of(name.begin() + kPrefix.size(), name.end(), isLetterOrDigit);

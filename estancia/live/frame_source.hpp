@@ -60,7 +60,7 @@ class FrameSource {
   virtual bool hasDepth() const { return false; }
   /// Whether frames have poses; else they are tracked where there is depth.
   virtual bool hasPoses() const { return false; }
-  /// Of images and depth, in any size. Absent where unknown.
+  /// Camera of images and depth, in any size. Absent where unknown.
   virtual std::optional<CameraIntrinsics> intrinsics() const { return std::nullopt; }
 };
 

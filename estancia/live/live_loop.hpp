@@ -23,7 +23,7 @@ struct LiveOptions {
   /// Change the defaults for a new map; a map that is there keeps what it was made with.
   std::function<void(MapperOptions&)> changeMapper;
   std::function<void(WorldOptions&)> changeWorld;
-  /// Of the map's budget; what it leaves alone stays as the map has it.
+  /// Changes the budget that the map keeps; unchanged members stay as they are.
   std::function<void(MapBudget&)> changeBudget;
   LocalizerOptions localizer;
   /// DriveStart::posesAreInMap.

@@ -113,7 +113,7 @@ class StreamSlot {
 /// A request of the API, whose parameters must be known and fit.
 struct LiveSite::Question {
   const ServerRequest& request;
-  /// Of the path: "{node}".
+  /// Number in the path: "{node}".
   int number = 0;
 
   void requireKnown(std::initializer_list<std::string_view> known) const {

@@ -63,7 +63,7 @@ struct LiveStatus {
   /// From the frame's arrival to its place: of the newest, the median, and what 95 % stay below, of the last
   /// 1,000.
   double latency = 0, medianLatency = 0, p95Latency = 0;
-  /// Of the network's forward pass: the median.
+  /// Median time of the network's forward pass.
   double forward = 0;
   /// Frames a second, over the last ten.
   double rate = 0;

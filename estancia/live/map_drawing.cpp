@@ -60,7 +60,7 @@ Json drawnPath(const WorldMap& world, const Floor& floor) {
   return drawnLines(lines);
 }
 
-/// Of nodes without poses, from the transitions alone.
+/// Positions of nodes without poses, from the transitions alone.
 std::vector<std::optional<Point>> positionsByLinks(const TopologicalMap& map) {
   constexpr std::size_t most = 300;  // all pairs are moved apart: seconds beyond that
   std::vector<std::optional<Point>> positions(map.nodes.size());

@@ -16,7 +16,7 @@ struct ToolAnswer {
   std::string text;
 };
 
-/// As tools/list gives them.
+/// Answer to tools/list.
 nlohmann::ordered_json mcpTools();
 
 /// Nothing where there is no tool of that name. Throws Error: invalidInput where the arguments do not fit

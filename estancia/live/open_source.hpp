@@ -11,7 +11,7 @@
 namespace estancia {
 
 struct FrameSourceOptions {
-  /// Of recordings.
+  /// How recordings are read.
   SequenceOptions sequence;
   ReplayOptions replay;
 };

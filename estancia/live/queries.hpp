@@ -86,7 +86,7 @@ class LiveQueries {
   mutable std::shared_ptr<Known> known_;
 };
 
-/// As text. Bytes of names that are no UTF-8 become U+FFFD.
+/// Serializes JSON. Bytes that are no UTF-8 become U+FFFD.
 std::string textOf(const nlohmann::ordered_json& json);
 
 }  // namespace estancia

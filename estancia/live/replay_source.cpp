@@ -62,7 +62,7 @@ bool ReplaySource::goOnAfter(const TopologicalMap& map) {
   return next.has_value();
 }
 
-/// As it was recorded [s].
+/// Pause before a frame as it was recorded [s].
 double ReplaySource::pauseBefore(std::size_t frame) const {
   return pauseBetween(sequence_->frame(frame - 1), sequence_->frame(frame)).value_or(period_);
 }

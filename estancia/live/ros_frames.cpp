@@ -211,7 +211,7 @@ LiveFrame RosFrames::decoded(const Message& image, const std::optional<Message>&
   return live;
 }
 
-/// As the camera of the images sees it.
+/// Depth as the camera of the images sees it.
 cv::Mat RosFrames::decodedDepth(const Message& depth, const Message& image) {
   std::unique_lock lock(mutex_);
   const std::optional<io::Undistortion> camera = camera_, own = depthCamera_;

@@ -24,7 +24,7 @@ struct RosFrameOptions {
   /// Whether frames wait for depth, and for a pose: at most `patience`, then they go without.
   bool depth = false, poses = false;
   std::chrono::milliseconds patience{150};
-  /// Of depth images of 16 bits, per meter; 0: millimeters.
+  /// Units per meter of 16-bit depth images; 0: millimeters.
   double depthScale = 0;
   /// Largest time between an image and a pose that is not interpolated [s].
   double maxPoseGap = 0.05;
@@ -41,7 +41,7 @@ class RosFrames {
   /// `type`: "sensor_msgs/Image" or "sensor_msgs/CompressedImage".
   void addImage(std::span<const std::byte> message, const std::string& type);
   void addDepth(std::span<const std::byte> message, const std::string& type);
-  /// Of the images, and of the depth.
+  /// Sets the camera of the images, and of the depth.
   void addCamera(std::span<const std::byte> message);
   void addDepthCamera(std::span<const std::byte> message);
   /// tf2_msgs/TFMessage of tf or tf_static.
@@ -49,7 +49,7 @@ class RosFrames {
   /// Any other type of poses, of the robot's body: used where no transforms say where the camera is.
   void addPose(std::span<const std::byte> message, const std::string& type);
 
-  /// As FrameSource::newest().
+  /// See FrameSource::newest().
   std::optional<LiveFrame> newest(std::chrono::milliseconds patience);
   std::optional<CameraIntrinsics> intrinsics() const;
   std::string trouble() const;

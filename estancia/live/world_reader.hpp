@@ -19,7 +19,7 @@ class WorldReader {
  public:
   using Take = std::function<void(std::shared_ptr<const WorldMap>)>;
   struct Options {
-    /// Of a map that grows: its memory does not.
+    /// Limit of frames that are read, so that memory stays bounded while the map grows.
     std::size_t mostFrames = std::numeric_limits<std::size_t>::max();
     /// See GrowingRooms.
     bool namesRooms = false;

@@ -27,9 +27,9 @@ struct ClassProbabilities {
 std::vector<std::string> unknownLabels(const TargetClasses& targets, const Vocabulary& vocabulary,
                                        WordGraphSource source = nullptr);
 
-/// The same classes; one that has no label in the vocabulary gets those that are kinds of what its own labels
-/// name ("sofa": studio couch; findLabelKinds()), unless another class has them, by name or as fewer kinds.
-/// `source`: installedWordGraph. `told`, if there, gets a sentence for each such class. Throws Error
+/// Completes the classes: one that has no label in the vocabulary gets those that are kinds of what its own
+/// labels name ("sofa": studio couch; findLabelKinds()), unless another class has them, by name or as fewer
+/// kinds. `source`: installedWordGraph. `told`, if there, gets a sentence for each such class. Throws Error
 /// (unknownName) when classes remain without a label, with near spellings and related labels, which are not
 /// taken: half of them would be wrong.
 TargetClasses withLabelKinds(const TargetClasses& targets, const Vocabulary& vocabulary,

@@ -18,7 +18,7 @@ struct ClusteredFrame {
   cv::Mat image;
   /// CV_32F [m]; may have another size than the image.
   cv::Mat depth;
-  /// Of the depth image.
+  /// Camera of the depth image.
   CameraIntrinsics camera;
   /// Their points and boxes are pixels of the depth image.
   Clusters clusters;
@@ -35,8 +35,8 @@ struct ImageAndDepth {
   cv::Mat image, depth;
 };
 
-/// Of frame i, read in parallel. Throws Error when one cannot be read, or (mismatch) when they do not show
-/// the same view.
+/// Reads image and depth of frame i in parallel. Throws Error when one cannot be read, or (mismatch) when
+/// they do not show the same view.
 ImageAndDepth readImageAndDepth(const Sequence& sequence, std::size_t i);
 
 /// The points of cluster i in the optical frame of the camera, colored by the image; not organized.

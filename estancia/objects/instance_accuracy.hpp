@@ -35,7 +35,7 @@ std::vector<BoxMatch> matchBoxes(std::span<const OrientedBox> found, std::span<c
 struct TrueThing {
   int id = 0;
   OrientedBox box = {};
-  /// As ThingClasses.
+  /// Class, as in ThingClasses.
   std::string thingClass = {};
   /// Whether it was shown well enough to be missed.
   bool counts = true;
@@ -77,8 +77,8 @@ struct InstanceScore {
   std::size_t things = 0, found = 0;
   /// Instances, and those of them that are a thing, whether it counts or not.
   std::size_t instances = 0, right = 0;
-  /// Of the found things, those that the vocabulary can name, and those whose instance has such a name; none
-  /// where no instance has a label at all.
+  /// Found objects that the vocabulary can name, and those whose instance has such a name; none where no
+  /// instance has a label at all.
   std::size_t nameable = 0, named = 0;
   /// Median distance of the boxes' middles of the found things [m].
   std::optional<double> error = {};

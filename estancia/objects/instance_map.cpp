@@ -17,10 +17,10 @@
 namespace estancia {
 namespace {
 
-/// Of the frames that see a voxel, which must have it in the thing.
+/// Min share of the frames seeing a voxel that must assign it to the object.
 constexpr double keptShare = 0.3;
 constexpr std::size_t fewVoxels = 8;
-/// Of a frame that sees a wall there.
+/// Vote of a frame that sees a wall there.
 constexpr double wallVote = 0.5;
 /// ObjectInstance::support below which it is a part of things, or none.
 constexpr double leastSupport = 0.25;

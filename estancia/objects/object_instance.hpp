@@ -21,7 +21,7 @@ struct ObjectInstance {
   std::vector<SegmentPlace> segments;
   /// How many frames show it.
   std::size_t views = 0;
-  /// Of the frames that see its place, the share that show it as one thing: lower end of the 95 % interval.
+  /// Share of the frames seeing its place that show it as one object: lower end of the 95 % interval.
   double support = 0;
   /// What it stands on: the floor, another instance (by its number), or a surface that is no instance; or it
   /// hangs at a wall.

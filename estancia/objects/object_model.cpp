@@ -30,7 +30,7 @@ void requireTwoClasses(const ObjectTraining& training) {
           : fmt::format("all samples are of class \"{}\"; give samples of two or more", learned.front()));
 }
 
-/// Of each class; see ObjectModel::heldOutAccuracy().
+/// Held-out accuracy of each class; see ObjectModel::heldOutAccuracy().
 std::vector<float> accuracies(const Samples& samples, const DescriptorMatrix& heldOut) {
   std::vector<float> predicted(heldOut.labels(), 0), correct(heldOut.labels(), 0),
       accuracy(heldOut.labels(), -1);

@@ -68,7 +68,7 @@ class ObjectModel {
   /// instance of a few samples). The only instance of a class is held out in parts. Pseudo-labels are taken
   /// for the truth; where confident learning removed samples, the estimate is optimistic.
   const std::vector<float>& heldOutAccuracy() const;
-  /// As RoomClassifier::choice().
+  /// See RoomClassifier::choice().
   std::string choice() const;
 
   /// N × classes; a row adds up to 1; 0 for classes without training samples. Throws Error (mismatch) on

@@ -34,7 +34,7 @@ OptionGroup declare(PredictOptions& options);
 struct FusedAnswer {
   enum class Source { none, image, shape, both };
   Source source = Source::none;
-  /// Of the target classes; −1: none of them.
+  /// Index of the target class; −1: none of them.
   int classIndex = -1;
   double probability = 0;
   /// The reason, as one sentence.
@@ -49,13 +49,13 @@ struct PredictedObject {
   std::size_t views = 0;
   /// In the image.
   cv::Rect box = {};
-  /// Of this view by image and by shape; empty without an answer.
+  /// Probabilities for this view by image and by shape; empty without an answer.
   std::vector<float> image = {}, shape = {};
   /// Share of the target classes in the labeler's whole answer.
   float coverage = 0;
   /// Why the image or the shape of this view has no answer; "" otherwise.
   std::string problem = {};
-  /// Of all views so far, fused by LogOpinionPool.
+  /// Probabilities over all views so far, fused by LogOpinionPool.
   FusedAnswer answer = {};
 };
 
@@ -78,8 +78,7 @@ class ObjectPredictor {
   std::vector<PredictedObject> predict(const cv::Mat& image, const cv::Mat& depth,
                                        const CameraIntrinsics& camera, const std::optional<Pose>& pose = {});
 
-  /// The same of a frame that is segmented already (clustered_frame.hpp): one object a cluster, in their
-  /// order.
+  /// Predicts a segmented frame (clustered_frame.hpp): one object a cluster, in their order.
   std::vector<PredictedObject> predict(const ClusteredFrame& frame, const std::optional<Pose>& pose = {},
                                        PredictSeconds* seconds = nullptr);
 

@@ -20,11 +20,12 @@ constexpr double enoughSurface = 0.1, enoughThing = 0.25;
 /// Lower than this above the floor it stands there [voxels]; legs are thin, and seen late.
 constexpr int nearFloor = 5;
 constexpr std::size_t fewContacts = 3;
-/// Of what was seen at the height where most was, on the floor: tables may hide the rest of it.
+/// Min floor height count, as a share of the largest count of all heights: tables may hide the rest of the
+/// floor.
 constexpr double floorShare = 0.5;
-/// Of its voxels in the box of a thing, for a part of it.
+/// Min share of a part's voxels that lie in the box of an object.
 constexpr double partShare = 0.8;
-/// Of the frames that see a voxel, to which it is loose.
+/// Min share of the frames seeing a voxel in which it is loose.
 constexpr double looseShare = 0.5;
 
 template <class Use>
@@ -40,7 +41,7 @@ OrientedBox boxOf(const Thing& thing) {
   return fitBox(points, trimmedOfBoxes, 1);
 }
 
-/// Of the thing's voxels, those in the box or below it, within a voxel: legs are found later than tops.
+/// Share of an object's voxels in the box or below it, within a voxel: legs are found later than tops.
 double shareInside(const Thing& thing, const OrientedBox& box) {
   const double c = std::cos(box.yaw), s = std::sin(box.yaw);
   const auto inside = std::ranges::count_if(thing.voxels, [&](const auto& voxel) {

@@ -64,7 +64,7 @@ class RecordedLabels {
 struct DescribedViews {
   Features shapes;
   std::vector<int> instances = {};
-  /// Of the target classes; −1 unknown.
+  /// Index of the true target class; −1 unknown.
   std::vector<int> trueClasses = {};
   /// The labels of each source, and the vocabulary they are in.
   std::vector<std::pair<Vocabulary, DescriptorMatrix>> labels = {};

@@ -25,9 +25,8 @@ enum class PseudoLabeling {
   top,
   /// One class an instance, from the fused probabilities of all its samples.
   voted,
-  /// As top, without samples that held-out shape classifiers contradict (confident learning; Northcutt,
-  /// Jiang,
-  /// Chuang, JAIR 70, 2021).
+  /// Like top, without samples that held-out shape classifiers contradict (confident learning; Northcutt,
+  /// Jiang, Chuang, JAIR 70, 2021).
   confident
 };
 
@@ -56,10 +55,10 @@ OptionGroup declare(TrainingOptions& options);
 /// Training data. Invariant: one class and one instance a row of `shapes`.
 struct ObjectTraining {
   TargetClasses targets;
-  /// Of `shapes`.
+  /// Options of `shapes`.
   ShapeOptions shape;
   Features shapes;
-  /// Of the targets; −1 is left out.
+  /// Index of the target class; −1 is left out.
   std::vector<int> classes;
   /// Samples of one instance are never split in cross-validation.
   std::vector<int> instances;
@@ -72,7 +71,7 @@ struct ObjectTraining {
 /// Training data with statistics for people.
 struct TrainingSet {
   ObjectTraining training;
-  /// Of each class.
+  /// Number for each class.
   std::vector<std::size_t> samples = {}, instances = {};
   /// Views that were left out: flat ones, and those cut by the image border.
   std::size_t flat = 0, atBorder = 0;

@@ -17,14 +17,14 @@ namespace {
 using SeenMask = InstanceMap::Mask;
 using Voxels = InstanceMap::Voxels;
 
-/// Of a mask that another frame must see, to see it.
+/// Min share of a mask that is visible in another frame for the frame to count as seeing it.
 constexpr double visibleShare = 0.3;
 constexpr std::uint32_t visibleVoxels = 4;
-/// Of what a frame sees of a mask that must be in one of its masks, to hold it.
+/// Min share of a mask's visible part that lies in one mask of a frame for that mask to contain it.
 constexpr double heldShare = 0.8;
-/// Of the frames that see a mask, from which on they split it.
+/// Share of the frames seeing a mask above which the mask is split.
 constexpr double splitShare = 0.3;
-/// Of the views of a mask's place that must be masks, for a thing to be there.
+/// Min share of the views of a mask's place that are masks for an object to be there.
 constexpr double objectShare = 0.5;
 
 /// A set of frames.
@@ -126,7 +126,7 @@ struct Pair {
   std::size_t seen;
 };
 
-/// Of all pairs that any mask holds together.
+/// Pairs of masks that any mask contains.
 std::vector<Pair> agreedPairs(const std::vector<Group>& groups, const std::vector<std::size_t>& frameOf,
                               double consensus) {
   std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> heldBy;

@@ -27,14 +27,14 @@ struct AlignmentTarget {
 struct Alignment {
   bool solved = false;
   cv::Affine3d transform;  ///< T_map_source
-  // Of the target that shows the most of the source:
+  // For the target that shows the largest part of the source:
   double overlap = 0;      ///< share of the source's points that lie on the target's surface
   double rmse = 0;         ///< of the differences in depth of the common points [m], as if 4 m away at most
   double correlation = 0;  ///< of their gray values; 1 without texture
   /// Share of the source's points that agree with any target in depth and in gray value.
   double agreement = 0;
-  /// Of the residuals, of a motion (rotation, translation) that is multiplied from the left to
-  /// T_target_source of the first target.
+  /// Information matrix of the residuals, for a motion (rotation, translation) that is multiplied from the
+  /// left to T_target_source of the first target.
   cv::Matx66d information = cv::Matx66d::zeros();
   /// Standard deviation of the position in its least certain direction [m].
   double spread = 0;

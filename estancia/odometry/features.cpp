@@ -64,7 +64,7 @@ std::vector<Match> mutualMatches(const Features& source, const Features& target)
   return matches;
 }
 
-/// Those whose distances to at least `least` others are the same in both views, as they are after any rigid
+/// Matches whose distances to at least `least` others are equal in both views, as they are after any rigid
 /// motion (Howard 2008); what chance matched is mostly gone before a motion is sought.
 std::vector<Match> consistent(std::vector<Match> matches, const Features& source, const Features& target,
                               std::size_t least) {

@@ -19,8 +19,8 @@ struct FrameView {
   Features features;
 };
 
-/// Of `bgr` (8 bits) and `depth` [m, CV_32F], of the same view in any sizes; `camera` is scaled to both. What
-/// is wrong with them stands in FrameView::problem; `name` is the frame's, for exceptions of other libraries.
+/// Makes a view of `bgr` (8 bits) and `depth` [m, CV_32F], in any sizes; `camera` is scaled to both. What is
+/// wrong with them stands in FrameView::problem; `name` is the frame's, for exceptions of other libraries.
 FrameView viewOf(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrinsics& camera,
                  const RgbdOptions& options, const std::string& name);
 

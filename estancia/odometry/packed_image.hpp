@@ -21,7 +21,7 @@ struct PackedImage {
 PackedImage packed(const RgbdImage& image, double maxDepth);
 RgbdImage unpacked(const PackedImage& image);
 
-/// As two PNG files, which lose nothing.
+/// Writes two PNG files, without loss.
 void write(const PackedImage& image, ByteWriter& bytes);
 /// Throws Error (malformedFile).
 PackedImage readPackedImage(ByteReader& bytes);

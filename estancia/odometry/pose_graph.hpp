@@ -13,7 +13,7 @@ namespace estancia::odometry {
 struct PoseGraphEdge {
   std::size_t source = 0, target = 0;
   cv::Affine3d transform;
-  /// Of a motion (rotation, translation) that is multiplied from the left to the transform.
+  /// Covariance of a motion (rotation, translation) that is multiplied from the left to the transform.
   cv::Matx66d covariance = cv::Matx66d::eye();
 };
 

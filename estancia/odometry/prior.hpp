@@ -30,8 +30,8 @@ class PriorTrack {
     std::uint32_t run = 0;
   };
 
-  /// Of frame number `frame`, which is later than those before. Poses that are none (NaN) are not known.
-  /// `paused`: much time has passed since the frame before, so that any motion is possible.
+  /// Adds the pose of frame number `frame`, which is later than the previous ones. Poses that are none (NaN)
+  /// are not known. `paused`: much time has passed since the frame before, so that any motion is possible.
   void add(std::size_t frame, const std::optional<Pose>& pose, bool paused, const RgbdOptions& options);
   /// Nothing where it is not known.
   const std::optional<Entry>& at(std::size_t frame) const;
@@ -39,8 +39,8 @@ class PriorTrack {
 
   /// T_from_to; nothing where one of the two is not known.
   std::optional<cv::Affine3d> transform(std::size_t from, std::size_t to) const;
-  /// The same for from < to, and its exactness: the errors of the frames between add up
-  /// (RgbdOptions::odomShift and odomTurn).
+  /// Motion for from < to, and its accuracy: the errors of the frames between add up (RgbdOptions::odomShift
+  /// and odomTurn).
   std::optional<Motion> motion(std::size_t from, std::size_t to, const RgbdOptions& options) const;
 
  private:

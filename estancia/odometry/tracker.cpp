@@ -60,7 +60,7 @@ cv::Affine3d RgbdTracker::Impl::trackedPose(std::size_t frame) const {
   return keyframes.pose(placed[frame]->keyframe) * rigidOf(placed[frame]->inKeyframe);
 }
 
-/// The same as it was told; nothing for frames that are not in the map.
+/// Last published pose; nothing for frames that are not in the map.
 std::optional<cv::Affine3d> RgbdTracker::Impl::toldPose(std::size_t frame) const {
   if (!placed[frame]) return std::nullopt;
   const auto& keyframe = map.at(placed[frame]->keyframe);

@@ -13,7 +13,7 @@ namespace estancia {
 struct VerifiedInstance {
   /// Indices of its model's candidates, and of the instance among them.
   std::size_t candidates = 0, instance = 0;
-  /// Of what no better instance explains.
+  /// Evidence from points that no better instance explains.
   double evidence = 0;
 };
 

@@ -21,7 +21,7 @@ struct PoseCandidates {
   /// Instances that are accepted if no other explains their surface, best first; with verification by
   /// evidence. Else those that the verification accepts.
   std::vector<PoseHypothesis> instances;
-  /// Of the model in the scene.
+  /// False alarms of the model in the scene.
   FalseAlarmModel falseAlarms;
 };
 

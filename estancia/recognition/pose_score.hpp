@@ -66,7 +66,7 @@ struct PointSupport {
   std::uint32_t scenePoint;  ///< index of the point of the surface that supports it
   float weight;              ///< its part of PoseScore::support, not normalized
 };
-/// Those of a pose, as scorePose() counts them.
+/// Support of each point for a pose, as scorePose() counts it.
 std::vector<PointSupport> supportOf(const OrientedPoints& model, const DenseScene& scene,
                                     const cv::Affine3d& pose, const PoseTolerances& limits);
 

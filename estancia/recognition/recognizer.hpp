@@ -43,7 +43,7 @@ struct StageReport {
 
 /// A filtered model with normals, keypoints and descriptors at the scales of the scenes (prepared.hpp).
 class PreparedModel;
-/// The same of a scene, with its noise and resolution (prepared.hpp).
+/// A scene prepared for recognition, with its noise and resolution (prepared.hpp).
 class PreparedScene;
 /// The poses of one model in one scene that are worth verifying (pose_candidates.hpp).
 struct PoseCandidates;
@@ -70,7 +70,7 @@ class Recognizer {
   /// be described, or without extent.
   std::shared_ptr<const PreparedScene> prepareScene(const std::string& name, const PointCloud& cloud,
                                                     Progress& progress = Progress::none()) const;
-  /// The same of a cloud that was filtered before: `filtered` is described, `cloud` gives noise and view.
+  /// Prepares a cloud that was filtered before: `filtered` is described, `cloud` gives noise and view.
   std::shared_ptr<const PreparedScene> prepareScene(const std::string& name, const PointCloud& cloud,
                                                     const PointCloud& filtered) const;
 

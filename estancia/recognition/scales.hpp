@@ -11,7 +11,7 @@ namespace estancia {
 struct RecognitionScales {
   double normalRadius = 0, keypointSpacing = 0, descriptorRadius = 0, consistency = 0, tolerance = 0;
   double color = 0;  ///< that of the options
-  // Of mean surfaces. They are rounded, so that similar scenes share prepared models:
+  // Measured on mean surfaces and rounded, so that similar scenes share prepared models:
   double unit = 0;     ///< spacing of the scene's points, limited by the model's size
   double noise = 0;    ///< standard deviation
   double spacing = 0;  ///< of the scene's points

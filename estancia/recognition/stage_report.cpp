@@ -24,8 +24,8 @@ std::string inliersOfBest(const std::vector<PoseHypothesis>& poses) {
                      counts.facing, counts.confidence());
 }
 
-/// Of the best pose, accepted or not: "; best pose 0.19 of 0.25 needed, where wrong poses reach 0.12: 41 %
-/// supported, 12 % seen through".
+/// Describes the best pose, accepted or not: "; best pose 0.19 of 0.25 needed, where wrong poses reach 0.12:
+/// 41 % supported, 12 % seen through".
 std::string comparison(const std::vector<PoseHypothesis>& poses, const FalseAlarmModel& falseAlarms,
                        double rate) {
   if (poses.empty()) return "";

@@ -30,7 +30,7 @@ class Surface {
   double resolution() const { return resolution_; }  ///< median distance of a point to the nearest other [m]
   double extent() const { return extent_; }          ///< diagonal of the box around the points [m]
 
-  /// The same points with other normals, one a point.
+  /// Replaces the normals, one a point.
   Surface withNormals(std::vector<cv::Point3f> normals) const;
 
   /// requireRadius() for this surface.

@@ -33,8 +33,8 @@ constexpr std::size_t distinctClasses = 105;
 /// How the i-th of many classes is drawn: hues first (Okabe & Ito's seven), then shapes, then lightness.
 ClassStyle classStyle(std::size_t i);
 
-/// The same for symbols too small to hold a name: hue and shape change together, so that the first five
-/// differ in shape alone, and the first 35 in hue or shape.
+/// Style of symbols too small to hold a name: hue and shape change together, so that the first five differ in
+/// shape alone, and the first 35 in hue or shape.
 ClassStyle symbolStyle(std::size_t i);
 
 /// What has no class of its own: a gray disc.

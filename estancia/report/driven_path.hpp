@@ -24,7 +24,7 @@ constexpr double figureMargin = 14;  ///< [CSS pixels]
 /// Opens the <svg> of a figure: of class `kind` and the style's name, read out as `label`.
 Markup openFigure(const char* kind, const FigureStyle& style, const std::string& label);
 
-/// As high as the drawing needs at this scale, within reason: a flat map leaves no empty card.
+/// Height that the drawing needs at this scale, within reason: a flat map leaves no empty card.
 double neededHeight(const Fit& fit, const std::vector<Point>& extent, const FigureStyle& style,
                     double borders);
 

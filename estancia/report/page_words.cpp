@@ -21,7 +21,7 @@
 namespace estancia::report {
 namespace {
 
-/// Of each place and object: what its card or the list shows.
+/// Number of words that a card or the list shows for each place and object.
 constexpr std::size_t bestWordsShown = 10;
 /// Two digits number as many.
 constexpr std::size_t mostPackedLabels = 1296;

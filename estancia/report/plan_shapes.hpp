@@ -23,7 +23,7 @@ struct PlanShapes {
 /// Traces the cells of a plan, to half a cell; a plan of more than 1500 cells a side more coarsely.
 PlanShapes shapesOf(const AreaPlan& plan);
 
-/// As a path of a figure, for fill-rule evenodd.
+/// Path of a figure, for fill-rule evenodd.
 std::string pathOf(const Outlines& outlines, const Fit& fit);
 
 }  // namespace estancia::report

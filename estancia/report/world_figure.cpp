@@ -20,7 +20,7 @@ struct AreaName {
   Box box;
 };
 
-/// As many of the words between commas as fit into so many code points.
+/// Leading words between commas that fit into so many code points.
 std::string wordsWithin(const std::string& name, std::size_t most) {
   const std::string text = shorten(name, most);
   const std::size_t comma = text.rfind(',');
@@ -87,7 +87,7 @@ class WorldDrawing {
     return most - least;
   }
 
-  /// As much of the name as lies within the area; its number where not even a short word does.
+  /// Part of the name that fits into the area; its number where not even a short word does.
   std::string nameOf(const WorldArea& area, double width) const {
     constexpr std::size_t least = 6;
     for (std::size_t most = style_.words ? 28 : 16; most >= least; --most)

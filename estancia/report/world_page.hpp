@@ -17,7 +17,7 @@ struct WorldPage {
   /// The image of an object, as WorldStore::objectImage() gives it; empty where there is none.
   std::function<std::vector<unsigned char>(int object)> image = {};
   std::optional<int> from = {};  ///< the node where ways to objects start; that of the first frame
-  /// Of the objects' images together, before they grow by a third in the page.
+  /// Limit of all object images together, before base64 makes them a third larger.
   std::size_t bytes = 1'200'000;
 };
 

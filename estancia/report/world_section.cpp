@@ -22,7 +22,7 @@ double inCentimeters(double meters) {
   return std::round(meters * 100) / 100;
 }
 
-/// As few points as show it to 5 cm.
+/// Simplified to within 5 cm.
 nlohmann::json pathJson(const std::vector<cv::Point2d>& way) {
   std::vector<cv::Point2f> points, corners;
   for (const cv::Point2d& point : way)

@@ -89,10 +89,10 @@ class PartsBag : public Bag {
   void mergeMessages();
 
   std::vector<std::unique_ptr<BagPart>> parts_;
-  /// Of each part: its first block in ours, and its topics in ours.
+  /// First block of each part, and its topics, in the numbering of the whole bag.
   std::vector<std::uint32_t> firstBlock_;
   std::vector<std::vector<std::uint32_t>> topicOf_;
-  /// Of each message.
+  /// Block of each message.
   std::vector<std::uint32_t> blocks_;
   std::vector<std::uint64_t> offsets_;
 };

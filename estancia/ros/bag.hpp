@@ -22,7 +22,7 @@ struct BagTopic {
   std::string type;
   /// Absent where its messages are neither ROS 1's nor CDR (JSON, Protobuf …): see encodingName.
   std::optional<Encoding> encoding;
-  /// As the file calls it: "ros1", "cdr", "json" …
+  /// Encoding by the name in the file: "ros1", "cdr", "json" …
   std::string encodingName;
   std::size_t messages = 0;
 };

@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kSqliteMagic{"SQLite format 3\0", 16};
 constexpr std::array<std::string_view, 3> kBagExtensions{".db3", ".mcap", ".bag"};
-// Of missing files, so many are named.
+// Max number of missing files that are named.
 constexpr std::size_t kMostNamed = 5;
 // Larger ones list no files [bytes].
 constexpr std::uintmax_t kMostMetadata = std::uintmax_t{64} << 20U;

@@ -65,7 +65,7 @@ class McapPart : public BagPart {
   BagBlocks blocks_;
   std::unordered_map<std::uint16_t, std::string> schemas_;
   std::unordered_map<std::uint16_t, std::uint32_t> topicOfChannel_;
-  /// Of the scan.
+  /// Counters of the scan.
   std::uint64_t unknown_ = 0, damagedChunks_ = 0;
   std::string firstDamage_;
 };

@@ -28,7 +28,7 @@ struct BagPlace {
 class BagPart {
  public:
   virtual ~BagPart() = default;
-  /// Of its file, for messages.
+  /// Name of its file, for messages.
   const std::string& name() const { return name_; }
 
   /// In any order; their counts are not set.
@@ -39,7 +39,7 @@ class BagPart {
 
   /// How many blocks places name.
   virtual std::uint32_t blocks() const = 0;
-  /// As it is in the file, perhaps compressed. Throws Error. Thread-safe.
+  /// Reads the payload as stored, perhaps compressed. Throws Error. Thread-safe.
   virtual Payload read(std::uint32_t block, std::uint64_t offset, std::uint32_t topic) const = 0;
 
  protected:

@@ -89,7 +89,7 @@ class Ros1Part : public BagPart {
 
   BagBlocks blocks_;
   std::unordered_map<std::uint32_t, std::uint32_t> topicOfConnection_;
-  /// Of the scan.
+  /// Counters of the scan.
   std::uint64_t unknown_ = 0, damagedChunks_ = 0;
   std::string firstDamage_;
 };

@@ -27,7 +27,7 @@ struct DdsOffer {
   std::size_t writers = 0;
   /// What all of these offer.
   DdsQuality quality;
-  /// Of the writers of another type, one; "" where there are none.
+  /// Type of one writer of another type; "" where there are none.
   std::string otherType;
   /// What of a writer of the type no reader of ours fits to; "" where there is nothing.
   std::string obstacle;
@@ -46,7 +46,7 @@ class DdsGraph final : public eprosima::fastdds::dds::DomainParticipantListener 
  private:
   using Guid = eprosima::fastrtps::rtps::GUID_t;
   struct Endpoint {
-    /// As ROS writes them; the type is "" where it is none of ROS.
+    /// Topic and type by their ROS names; the type is "" where it is none of ROS.
     std::string topic, type;
     bool isWriter = false;
     DdsQuality quality;

@@ -210,7 +210,7 @@ class Subscription final : public DdsSubscription, private dds::DataReaderListen
   DdsCounts counts_;
   SequenceNumbers numbers_;
 
-  // Of the thread.
+  // Used by the thread only.
   dds::DataReader* reader_ = nullptr;
   std::optional<DdsQuality> quality_;
   DdsSample sample_;

@@ -30,7 +30,7 @@ class RawType final : public dds::TopicDataType {
  public:
   explicit RawType(const std::string& name) {
     setName(name.c_str());
-    // Of a message without a field. Buffers grow with the messages.
+    // Size of a message without fields. Buffers grow with the messages.
     m_typeSize = 8;
     auto_fill_type_information(false);
     auto_fill_type_object(false);

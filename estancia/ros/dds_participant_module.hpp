@@ -28,7 +28,7 @@ struct DdsSample {
   std::span<const std::byte> out;
   /// What was read.
   std::vector<std::byte> in;
-  /// That of a message which was not read as it is too large; else 0 [bytes].
+  /// Size of a message that was refused as too large; else 0 [bytes].
   std::size_t refused = 0;
 };
 

@@ -80,7 +80,7 @@ DecompressedFile decompressFile(const FileBytes& compressed) {
     at += count;
     ZSTD_inBuffer from{in.data(), count, 0};
     ZSTD_outBuffer to{out.data(), out.size(), out.size()};
-    // As long as bytes are left, or as the output was full.
+    // While bytes are left, or the output was full.
     while (ZSTD_isError(left) == 0 && (from.pos < from.size || to.pos == to.size)) {
       to.pos = 0;
       const std::size_t before = from.pos;

@@ -28,7 +28,7 @@ class FileBytes {
   FileBytes& operator=(FileBytes&& other) noexcept;
   ~FileBytes();
 
-  /// As it was when the file was opened [bytes].
+  /// Size when the file was opened [bytes].
   std::uint64_t size() const { return size_; }
   /// For messages; printable.
   const std::string& name() const { return name_; }

@@ -11,7 +11,7 @@ namespace {
 
 // Names and encodings; a schema's text, which follows, is not needed [bytes].
 constexpr std::uint64_t kMostNames = 65536;
-// Of a chunk's index: ten bytes for each of at most 65,536 channels [bytes].
+// Max size of a chunk's index: ten bytes for each of at most 65,536 channels [bytes].
 constexpr std::uint64_t kMostChunkIndex = std::uint64_t{1} << 20U;
 
 /// What `parse` makes of at most the first `most` bytes of a record; nothing where they are too few.

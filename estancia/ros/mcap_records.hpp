@@ -55,7 +55,7 @@ struct McapMessage {
 };
 struct McapChunkIndex {
   std::uint64_t chunk = 0, bytes = 0;
-  /// Of the message indexes that follow the chunk [bytes].
+  /// Size of the message indexes that follow the chunk [bytes].
   std::uint64_t indexBytes = 0;
 };
 

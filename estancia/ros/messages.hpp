@@ -54,7 +54,7 @@ struct CameraInfo {
   /// "plumb_bob", "rational_polynomial", "equidistant", "fisheye" or ""
   std::string distortionModel;
   std::vector<double> distortion;
-  /// Of the raw image, and of the rectified one; row-major 3×3 and 3×4 [pixels].
+  /// Camera matrix of the raw image, and of the rectified one; row-major 3×3 and 3×4 [pixels].
   std::array<double, 9> matrix{};
   std::array<double, 12> projection{};
 };

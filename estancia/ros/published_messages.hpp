@@ -49,7 +49,7 @@ struct Marker {
   std::int64_t lifetime = 0;
   /// Goes along with its frame.
   bool frameLocked = false;
-  /// Of lines and lists [m].
+  /// Points of lines and lists [m].
   std::vector<std::array<double, 3>> points;
   /// None, or one a point.
   std::vector<Color> colors;

@@ -36,7 +36,7 @@ struct Ros1Record {
 
   /// The value of a field of the header.
   std::optional<std::string_view> field(std::string_view name) const;
-  /// The same of a number; nothing where it has another size.
+  /// Reads a number; nothing where it has another size.
   template <class Value>
   std::optional<Value> number(std::string_view name) const {
     const auto bytes = field(name);

@@ -30,7 +30,7 @@ struct Agreement {
 /// O(n log n).
 Agreement measureAgreement(std::span<const int> truth, std::span<const int> clusters);
 
-/// The same for the items whose class is known, by names.
+/// Agreement over the items whose class is known, by names.
 struct NamedAgreement {
   /// How many those are.
   std::size_t items = 0;

@@ -28,8 +28,9 @@ struct LabelPrior {
   static LabelPrior fromBytes(const std::string& bytes, std::size_t labels);
 };
 
-/// Of labels that no network is known of: the mean distances and dimensions of the known ones. Fewer labels
-/// than these have less dimensions, a third of their number, as COCO's have, and more different distances.
+/// Prior for the labels of an unknown network: the mean distances and dimensions of the known ones. Fewer
+/// labels than these have less dimensions, a third of their number, as COCO's have, and more different
+/// distances.
 LabelPrior unknownLabelsPrior(std::size_t labels);
 
 /// What is known of these labels, whatever network gives them: labels are told by their first synonym, and

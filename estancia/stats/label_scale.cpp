@@ -15,7 +15,7 @@ constexpr double priorKeyframes = 20;   // that a prior counts as; without one, 
 constexpr double weightPrior = 1;       // keyframes that the labels' weights shrink by
 constexpr double quietShare = 0.01;  // labels with less variance than this share of the typical one fade out
 
-/// Of the labels, as a prior and so many keyframes tell.
+/// Spread of the labels, from a prior and the keyframes.
 struct Spread {
   std::vector<float> center, variance;
   double keyframes = 0;

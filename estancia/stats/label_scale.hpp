@@ -22,8 +22,8 @@ struct Standardization {
 /// From the moments (with variance) of embedded descriptors, and what is known of the labels.
 Standardization standardizationBy(const Moments& moments, const LabelPrior& prior = {});
 
-/// The same for comparing the images of two runs, as if both had as many: by the scale of a long run all
-/// images of another building look alike, since they differ from its own in one direction.
+/// Standardization for comparing the images of two runs, each with equal weight: by the scale of a long run
+/// all images of another building look alike, since they differ from its own in one direction.
 Standardization commonStandardization(const Moments& a, const Moments& b, const LabelPrior& prior = {});
 
 /// Estimates each label's center and weight online.
@@ -53,7 +53,7 @@ class LabelScale {
     std::size_t lastView = 0, repeats = 0;
   };
   const Memory& memory() const { return memory_; }
-  /// Of the keyframes' embedded descriptors.
+  /// Moments of the keyframes' embedded descriptors.
   const Moments& moments() const { return moments_; }
   /// `lastView` are the probabilities of that frame; empty without one.
   void restore(Memory memory, Moments moments, std::vector<float> lastView);

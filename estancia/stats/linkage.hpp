@@ -74,8 +74,8 @@ class Dendrogram {
   /// (fcluster's criterion "distance"). Throws Error (invalidInput) on NaN.
   std::vector<int> cutAt(double distance) const;
 
-  /// The same for exactly `clusters` clusters. Throws Error (invalidInput) unless 1 ≤ clusters ≤ leaves (0
-  /// without leaves).
+  /// Cuts the tree into exactly `clusters` clusters. Throws Error (invalidInput) unless 1 ≤ clusters ≤ leaves
+  /// (0 without leaves).
   std::vector<int> cutInto(std::size_t clusters) const;
 
  private:
@@ -87,9 +87,9 @@ class Dendrogram {
 
 /// The distance of two clusters.
 enum class Linkage {
-  /// That of their nearest items.
+  /// Distance of their nearest items.
   single,
-  /// That of their farthest items.
+  /// Distance of their farthest items.
   complete,
   /// The mean over all pairs of items (UPGMA; thesis Algorithm 5.1).
   average,
@@ -125,7 +125,7 @@ std::uint64_t clusteringMemory(std::size_t items, std::size_t labels);
 
 /// Throws Error (tooLarge) when that is more than this process may still allocate.
 void requireClusteringMemory(std::size_t items, std::size_t labels);
-/// The same with `available` bytes.
+/// Checks against `available` bytes.
 void requireClusteringMemory(std::size_t items, std::size_t labels, std::uint64_t available);
 
 }  // namespace estancia

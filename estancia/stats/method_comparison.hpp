@@ -50,14 +50,14 @@ struct MethodComparison {
   std::size_t control = 0;
   /// One a method, the best mean rank first.
   std::vector<Row> rows;
-  /// Of postHocTests().
+  /// Result of postHocTests().
   std::vector<PairTest> pairs;
   /// First and last row of each maximal range of two or more rows that do not differ significantly: with
   /// Holm's test the one around the control; all rows unless `differ`.
   std::vector<std::pair<std::size_t, std::size_t>> groups;
   /// Nemenyi's.
   std::optional<double> criticalDifference;
-  /// Of two methods, where it is the better test (Demšar 3.1.3).
+  /// Test of two methods, where it is the better test (Demšar 3.1.3).
   std::optional<WilcoxonTest> wilcoxon;
 };
 

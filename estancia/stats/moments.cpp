@@ -22,7 +22,7 @@ void moveMean(float* mean, float* carry, const float* x, float share, std::size_
   }
 }
 
-/// The same with the variance moved along: v += share · ((x − mean before)(x − mean after) − v).
+/// Updates the variance, too: v += share · ((x − mean before)(x − mean after) − v).
 ESTANCIA_MULTIVERSION
 void moveMeanAndVariance(float* mean, float* carry, float* variance, const float* x, float share,
                          std::size_t n) {

@@ -21,11 +21,10 @@ class Moments {
   /// (invalidState) when more weight is removed than there is.
   void add(std::span<const float> x, double weight = 1);
 
-  /// As if all vectors of `other` had been added here (Chan et al. 1979).
+  /// Adds all vectors of `other` (Chan et al. 1979).
   void merge(const Moments& other);
 
-  /// As if the vectors of `other`, which were added here, had not been; of means alone. What is left of no
-  /// weight is 0.
+  /// Removes the vectors of `other`, which were added before; for means only. What is left of no weight is 0.
   void remove(const Moments& other);
 
   double weight() const { return weight_; }

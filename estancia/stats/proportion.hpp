@@ -12,8 +12,8 @@ namespace estancia {
 /// trials, or with more hits than trials.
 std::pair<double, double> wilsonInterval(std::size_t hits, std::size_t trials);
 
-/// The same for a `share` of an effective number of `trials`, which need not be whole. The interval contains
-/// the share. Throws Error (invalidInput) unless the share is in [0, 1] and the trials are above 0.
+/// Wilson interval for a `share` of an effective number of `trials`, which need not be whole. The interval
+/// contains the share. Throws Error (invalidInput) unless the share is in [0, 1] and the trials are above 0.
 std::pair<double, double> wilsonInterval(double share, double trials);
 
 }  // namespace estancia

@@ -52,14 +52,14 @@ struct FriedmanTest {
   double chiSquared = 0;
   /// k − 1
   std::size_t degrees = 0;
-  /// Of χ²_F, by the χ² distribution.
+  /// p-value of χ²_F, by the χ² distribution.
   double p = 1;
   /// F_F; infinite when all tests rank the methods alike.
   double f = 0;
   /// k − 1 and (k − 1)(N − 1)
   std::size_t fDegrees = 0, fOtherDegrees = 0;
-  /// Of F_F, by the F distribution, but at least k!^(1 − N), the probability that N tests rank alike by
-  /// chance, the smallest p-value possible: for a few tests that agree the distribution would give 0.
+  /// p-value of F_F, by the F distribution, but at least k!^(1 − N), the probability that N tests rank alike
+  /// by chance, the smallest p-value possible: for a few tests that agree the distribution would give 0.
   double fP = 1;
   /// Why there is nothing to test (one method, one test, all values equal), "" otherwise; both p are 1 then.
   std::string undefined;
@@ -86,7 +86,7 @@ struct WilcoxonTest {
   /// Whether p is that of the exact distribution: up to 50 differences, no two of the same size, none of 0.
   /// Else it is that of the normal distribution, whose variance is corrected for ties.
   bool exact = false;
-  /// Of the normal approximation: (better − mean) / √variance; 0 where exact.
+  /// z of the normal approximation: (better − mean) / √variance; 0 where exact.
   double z = 0;
   /// Two-sided; 1 when they nowhere differ.
   double p = 1;

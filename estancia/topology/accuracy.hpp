@@ -50,7 +50,7 @@ struct LocalizationSummary {
   };
   /// The places that were believed, those of most frames first.
   std::vector<Place> places;
-  /// Of all frames; absent without any.
+  /// Median confidence over all frames; absent without any.
   std::optional<double> medianConfidence;
   /// Share of frames whose view is more probably not in the map than in it; absent where the map has no
   /// poses.

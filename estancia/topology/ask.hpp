@@ -20,7 +20,7 @@ struct PlaceAnswer {
   double lift = 0;
   /// Rank of the node's best match among all its labels, or its rooms, from 1.
   std::size_t rank = 0;
-  /// That label.
+  /// Index of that label.
   std::size_t label = 0;
   /// Or that room; "" where labels were matched.
   std::string room = {};

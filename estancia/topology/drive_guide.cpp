@@ -13,8 +13,8 @@
 namespace estancia {
 namespace {
 
-/// Of a place, by the Bayes filter; where the map has no poses, it cannot tell that a place is unknown, and
-/// is sure too soon.
+/// Min probability of a place by the Bayes filter; where the map has no poses, it cannot detect an unknown
+/// place, and is sure too soon.
 constexpr double certain = 0.7, certainWithoutPoses = 0.9;
 constexpr double mostUnvisited = 0.3, mostUnmapped = 0.5;
 

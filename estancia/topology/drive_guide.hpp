@@ -33,7 +33,7 @@ class DriveGuide {
   struct Guess {
     /// The id of a node as of when the drive began.
     int node = 0;
-    /// Of the view of the map that shows what the robot sees, if there is one.
+    /// Pose of the map's view that shows what the robot sees, if there is one.
     std::optional<Pose> pose;
   };
   /// Takes the next frame of the drive: where the robot is, if that is nearly certain. `own`: its pose in any
@@ -42,7 +42,7 @@ class DriveGuide {
 
   /// The frames that it needs to go on later.
   void addNeededFrames(std::vector<std::size_t>& frames) const;
-  /// The same of one that is at rest in the map, by its known().
+  /// Frames needed by a stored drive guide, given its known().
   static void addNeededFrames(const std::string& known, const MapStore& store,
                               std::vector<std::size_t>& frames);
   /// What it knows of the map, and of the drive so far.

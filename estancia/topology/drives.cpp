@@ -34,8 +34,8 @@ DriveSummary summarize(const TopologicalMap& map, std::size_t number,
       summary.begins = std::min(summary.begins.value_or(*frame.timestamp), *frame.timestamp);
       summary.ends = std::max(summary.ends.value_or(*frame.timestamp), *frame.timestamp);
     }
-    // As it was decided then, or when maps were merged: a place that was recognized later in the drive may
-    // have taken this one in.
+    // The node decided at that time, or when maps were merged: a place that was recognized later in the drive
+    // may have taken this one in.
     const int then = i < map.decisions.size() ? map.decisions[i].node : frame.node;
     const auto joined = then == frame.node ? joinedAfter.end() : joinedAfter.find(then);
     const bool wasKnown = then == frame.node || (joined != joinedAfter.end() && joined->second + 1 >= end);

@@ -15,8 +15,8 @@
 namespace estancia {
 namespace {
 
-/// Of the budget: what the file is made smaller at; to what, as far as sizes are known before; and what is
-/// small enough.
+/// Shares of the budget: where the file starts to be made smaller; the target, as far as sizes are known; and
+/// what is small enough.
 constexpr double fullAt = 0.96, smallerTo = 0.88, smallEnough = 0.92;
 /// What is written before the size is looked at, of the budget, and what may wait in memory [bytes].
 constexpr double writtenBetween = 0.02;

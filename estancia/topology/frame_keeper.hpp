@@ -28,7 +28,7 @@ class FrameKeeper {
   struct Waiting {
     MappedFrame frame;
     LexicalDescriptor descriptor;
-    /// As it was given, where that is to be kept.
+    /// Pose as it was given, where that is to be kept.
     std::optional<Pose> given;
   };
   bool takes(const Decision& decision) const;
@@ -38,7 +38,7 @@ class FrameKeeper {
   /// So much waits, or was written since the budget was looked at, that all shall be written now.
   bool isDue() const;
 
-  /// Of those that wait, the needed ones, which are put into the file now; the others are left out.
+  /// Takes the needed frames out of the waiting ones, to be written now; the others are left out.
   std::vector<Waiting> takeNeeded(const std::vector<std::size_t>& needed);
   /// Since the last endWriting().
   bool isLeftOut(std::size_t frame) const { return leftOut_.contains(frame); }

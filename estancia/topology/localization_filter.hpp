@@ -18,9 +18,9 @@ struct Belief {
   /// One an image of the map: that of all images this one is nearest, whether the view is near or far. Their
   /// sums over nodes or zones say where the robot is.
   std::vector<double> nearest;
-  /// That no image of the map was taken near; absent where that cannot be told.
+  /// Probability that no image of the map was taken nearby; absent where it cannot be computed.
   std::optional<double> unmapped = std::nullopt;
-  /// The same of images that look anywhere.
+  /// Same probability for images in any direction.
   std::optional<double> unvisited = std::nullopt;
 };
 

@@ -131,7 +131,7 @@ struct Localizer::Impl {
   Distance distance;
   /// What counts when images are compared; with distances other than cosines, all.
   std::optional<ViewMetric> metric;
-  /// Of the frames of the map: the mean vector around each one. Its distance is the mean of those around it.
+  /// Mean vector around each frame of the map; its distance is the mean of its neighbors' distances.
   std::vector<float> views;
   std::unique_ptr<const LocalizationFilter> filter;
   /// The filter's state after all frames so far.

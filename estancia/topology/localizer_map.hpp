@@ -23,7 +23,7 @@ struct LocalizerMap {
 /// Reads one from a map file, with at most `maxImages` frames, evenly thinned. Throws Error as readMap()
 /// does.
 LocalizerMap readLocalizerMap(const std::filesystem::path& path, std::size_t maxImages);
-/// The same of an open one.
+/// Reads from an open store.
 LocalizerMap readLocalizerMap(const MapStore& store, std::size_t maxImages);
 
 }  // namespace estancia

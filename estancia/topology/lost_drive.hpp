@@ -47,7 +47,7 @@ class LostDrive {
   bool isMapped(std::size_t frames) const { return mapped_ == frames; }
 
   std::string toBytes() const;
-  /// Of a map with so many frames and ids of nodes. Throws Error (corruptFile).
+  /// Reads the state for a map with so many frames and node ids. Throws Error (corruptFile).
   static LostDrive from(ByteReader& in, std::size_t labels, std::size_t frames, int nodes);
 
  private:

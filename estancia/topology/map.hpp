@@ -42,7 +42,7 @@ struct Transition {
 /// One run of a robot. Its frames follow each other; between two drives the robot may have been carried.
 struct Drive {
   std::size_t firstFrame = 0;
-  /// Of its sequence; "" where nobody gave one.
+  /// Name of its sequence; "" if none was given.
   std::string name = {};
   /// Sequence::fingerprint() of the sequence's first frame.
   std::string fingerprint = {};
@@ -129,7 +129,7 @@ struct TopologicalMap {
   /// A room classifier's predictions, a row a frame; rows may be missing at the end (frames that were mapped
   /// later). Absent when no classifier was run.
   std::optional<RoomPredictions> predictions = std::nullopt;
-  /// Of all frames of the file. Absent where they follow from `frames`, as these were read in full.
+  /// Visits of all frames of the file. Absent where `frames` holds all frames, from which they follow.
   std::optional<std::vector<Visit>> visits = std::nullopt;
 
   /// Whether there are frames between these that were mapped, but are not kept in the file or were not read.
@@ -152,7 +152,7 @@ struct TopologicalMap {
 /// Adds a frame to the last visit, or, at another place, as the first of a new one.
 void addFrame(std::vector<Visit>& visits, int node, std::size_t frame);
 
-/// Of all frames of the map's file.
+/// Visits of all frames of the map's file.
 std::vector<Visit> visitsOf(const TopologicalMap& map);
 
 /// The visits of a map file. Throws Error as readMap() does.

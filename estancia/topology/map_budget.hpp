@@ -12,9 +12,9 @@ namespace estancia {
 
 /// In megabytes (10⁶ bytes); without a value, as much as it takes. A map keeps its budget.
 struct MapBudget {
-  /// Of the places, their views and what guides a drive, in memory; not of the model that labels.
+  /// Limit for the places, their views and the drive guide, in memory; without the labeling model.
   std::optional<std::uint64_t> memory;
-  /// Of the map file.
+  /// Limit for the map file.
   std::optional<std::uint64_t> file;
 
   bool operator==(const MapBudget&) const = default;

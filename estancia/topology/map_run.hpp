@@ -19,7 +19,7 @@ class MapRun {
   /// Throws Error (fileExists), before the long work begins, when a map is there and to be refused.
   MapRun(std::filesystem::path path, Existing existing);
 
-  /// Of the map's budget, before begin(): a map that is resumed keeps what `change` leaves alone.
+  /// Changes the map's budget, before begin(): a resumed map keeps what `change` leaves alone.
   void changeBudget(std::function<void(MapBudget&)> change) { changeBudget_ = std::move(change); }
 
   /// The labels of the map that is resumed; nothing for a new one.

@@ -272,8 +272,9 @@ void Mapper::Impl::place(std::size_t frame, const FrameDescriptor& descriptor,
   mergeDuplicateNodes(frame);
 }
 
-/// As its text says and unlike its print, a nearer node updates Min_dist (line 14), and an image that joins
-/// the current node (line 8) is done. Before that, single views are compared, which the thesis does not do.
+/// Following the thesis' text and unlike the printed algorithm, a nearer node updates Min_dist (line 14), and
+/// an image that joins the current node (line 8) is done. Before that, single views are compared, which the
+/// thesis does not do.
 void Mapper::Impl::decide(const PlaceView& seen, const std::optional<int>& guess, Decision& decision) {
   if (current) decision.toCurrent = bank.distance(*current, seen.compared);  // Eq. 4.5, or another distance
   const bool isRecognizedByViews = isRecognized(seen, decision);             // remembers what was seen

@@ -43,7 +43,7 @@ struct Mapper::Impl {
   bool hasModes() const;
   void endModes();
   void forgetModes();
-  /// As it will be when the drive is over: what it has seen in another light is known.
+  /// The bank as it will be after the drive, with this drive's appearance modes added.
   NodeBank bankAtRest() const;
   void estimateScales(bool warmingUp);
   void remapWarmup();
@@ -83,9 +83,9 @@ struct Mapper::Impl {
   void makeRoom(std::size_t frame);
   /// Whether both are of the drive that is lost, or neither is: those of two buildings are no neighbors.
   bool areOfOneSide(std::size_t slot, std::size_t other) const;
-  /// That the robot has driven to or from, by words the nearest one; of places without any, of all.
+  /// Slot of the most similar adjacent place; if there is none, of any place.
   std::size_t neighborOf(std::size_t slot) const;
-  /// Of the newest frame, unless the changes were taken since.
+  /// Decision of the newest frame, unless the changes were taken since.
   const Decision& lastDecision() const;
   /// The frames whose descriptors restore() asks for.
   void addNeededFrames(std::vector<std::size_t>& frames) const;
@@ -99,7 +99,7 @@ struct Mapper::Impl {
     std::vector<std::pair<int, std::string>> nodes;
     std::string views;
     std::vector<Transition> transitions;
-    /// Of frame i, as stored.
+    /// Descriptor of frame i, as stored.
     std::function<LexicalDescriptor(std::size_t)> descriptor;
     std::function<std::optional<Pose>(std::size_t)> pose;
   };
@@ -119,7 +119,7 @@ struct Mapper::Impl {
   std::optional<std::size_t> current;
   /// The first drive alone warms up: later frames are not mapped again, and neither are those before them.
   bool isFirstDrive = true;
-  /// Of a drive but the first, until it is recognized.
+  /// State of a further drive until it is recognized.
   std::optional<LostDrive> lost;
   /// It is now, after it was elsewhere: what it has seen there is to be mapped alone before the next frame.
   bool isBack = false;

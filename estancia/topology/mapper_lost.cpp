@@ -37,7 +37,7 @@ std::optional<std::span<const float>> Mapper::Impl::nearestKnown(const PlaceView
   return nearest;
 }
 
-/// As long as the robot may be in another building, a place of the map that an image resembles is none.
+/// While the drive is lost, matches to places of the map are ignored.
 void Mapper::Impl::stayLost(const PlaceView& seen, Decision& decision) {
   if (const auto known = lost->isDue() ? nearestKnown(seen) : std::nullopt) {
     const Standardization common = lost->scale(prior);

@@ -9,15 +9,15 @@
 namespace estancia {
 namespace {
 
-/// Of a place: moments of its probabilities and of its embedded descriptors, its row and what finds it. Of a
-/// view: two vectors and what finds it. Measured by bench_mapper [bytes a label].
+/// Memory of a place: moments of its probabilities and of its embedded descriptors, its row and its index. Of
+/// a view: two vectors and what finds it. Measured by bench_mapper [bytes a label].
 constexpr std::uint64_t nodeBytes = 25, viewBytes = 9;
-/// Of a mode: its mean, its row and what finds it [bytes a label].
+/// Memory of a mode: its mean, its row and its index [bytes a label].
 constexpr std::uint64_t modeBytes = 13;
 /// Keyframes that thresholds are estimated from, one vector each.
 constexpr std::uint64_t sampleBytes = 768 * sizeof(float);
 constexpr std::uint64_t fewestNodes = 16;
-/// Of all a quarter is for what guides a drive; of the rest without the sample another quarter for views.
+/// A quarter of all is for the drive guide; another quarter of the rest without the sample is for views.
 constexpr std::uint64_t viewsShare = 4;
 /// A place with a quarter of the mean number of images is a place that the robot uses.
 constexpr std::uint64_t usedShare = 4;

@@ -15,7 +15,7 @@ constexpr double ratioTest = 0.8;
 struct Match {
   std::size_t slot = 0;
   double distance = std::numeric_limits<double>::infinity();
-  /// As it is compared: the look of the place that was searched that is nearest.
+  /// Nearest of the compared means of the searched place.
   std::vector<float> look = {};
 };
 

@@ -15,7 +15,7 @@ namespace estancia {
 /// Two places of different maps, by their ids, that look like one.
 struct PlaceLink {
   int a = 0, b = 0;
-  /// Of their means, with the scales of both maps.
+  /// Distance of their means, with the scales of both maps.
   double distance = 0;
   /// What it was below.
   double threshold = 0;
@@ -45,8 +45,8 @@ class MapperMerge {
   /// Estimates the scales of all frames first.
   explicit MapperMerge(Mapper::Impl& merged);
 
-  /// Of a map: what is added to the ids of its places, where its frames are now, and which place one became a
-  /// part of, by their new ids: that one is taken over already, or is the same.
+  /// Renumbering of a map: what is added to the ids of its places, where its frames are now, and which place
+  /// one became a part of, by their new ids: that one is taken over already, or is the same.
   struct Renumbering {
     int firstNode = 0;
     std::function<std::size_t(std::size_t)> frame;

@@ -22,7 +22,7 @@ void requireEnd(const ByteReader& in) {
   if (in.remaining() > 0) in.fail("it is too long", ErrorCode::corruptFile);
 }
 
-/// Of a transition in the states that older programs wrote [bytes].
+/// Size of a transition in states written by older versions [bytes].
 constexpr std::size_t transitionBytes = 2 * sizeof(std::int32_t) + 2 * sizeof(std::uint64_t);
 
 void write(ByteWriter& out, const ThresholdEstimator::Memory& memory) {
@@ -87,7 +87,7 @@ std::map<int, int> readAbsorbed(ByteReader& in) {
   return absorbedBy;
 }
 
-/// Of a drive but the first.
+/// Reads the state of a further drive.
 void readDrive(ByteReader& in, std::size_t frames, Mapper::Impl& mapper) {
   if (const auto lost = in.number<std::int32_t>(); lost >= 0) mapper.lostNode = lost;
   mapper.absorbedBy = readAbsorbed(in);

@@ -23,7 +23,7 @@ struct Gaussian {
 
 NearEvidence::NearEvidence(const std::vector<float>& near, const std::vector<float>& far) {
   Gaussian ofNear(near), ofFar(far);
-  // Of few or equal pairs the spread would be 0, and one frame would decide everything.
+  // The spread of few or equal pairs would be 0, and one frame would decide everything.
   const double smallest = 0.05 * std::max(std::abs(ofFar.mean), 1e-6);
   for (Gaussian* gaussian : {&ofNear, &ofFar}) gaussian->sigma = std::max(gaussian->sigma, smallest);
   first_ = std::min(std::ranges::min(near), std::ranges::min(far));

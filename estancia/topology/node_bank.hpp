@@ -55,7 +55,7 @@ class NodeBank {
 
   /// To what the node looks like in one of its modes.
   double distance(std::size_t slot, std::span<const float> compared) const;
-  /// Of its frames, as it is compared.
+  /// Mean of its frames, as used for comparison.
   std::vector<float> mean(std::size_t slot) const { return compared(nodes_[slot].moments().mean()); }
 
   struct Nearest {

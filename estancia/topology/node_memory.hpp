@@ -21,25 +21,25 @@ struct NodeMemory {
   std::uint64_t frames = 0;
   /// Look for a duplicate when the node holds this many frames.
   std::uint64_t nextMergeCheck = 0;
-  /// Of the frames' probabilities (Eq. 4.2).
+  /// Moments of the frames' probabilities (Eq. 4.2).
   Moments probabilities;
-  /// Of their embedded descriptors; absent when these are the probabilities themselves.
+  /// Moments of their embedded descriptors; absent when these are the probabilities themselves.
   std::optional<Moments> embedded;
   /// What it looked like in earlier drives, where one mean will not do.
   std::vector<Moments> modes = {};
-  /// Of the frames of this drive, if that is a further one.
+  /// Moments of the frames of this drive, if that is a further one.
   std::optional<Moments> own = {};
 
   static constexpr std::size_t mostModes = 3;
 
-  /// Of what distances are measured by.
+  /// Moments that distances are computed from.
   const Moments& moments() const { return embedded ? *embedded : probabilities; }
   /// What it is compared as: its mean, and its modes.
   std::vector<const Moments*> looks() const;
 
-  /// As if it had taken all frames of `other`.
+  /// Adds all frames of `other`.
   void merge(const NodeMemory& other);
-  /// The same where those are of other drives.
+  /// Adds the frames of other drives.
   void mergeOfOtherDrives(const NodeMemory& other);
   using Distance = std::function<double(const Moments&, const Moments&)>;
   /// What it looked like in this drive is one of its modes; see joinModes().

@@ -34,7 +34,7 @@ struct OriginalScore {
 /// What cannot be known without rooms or poses is absent.
 struct MapQuality {
   std::size_t nodes = 0;
-  /// As driven, each direction counts.
+  /// Number of driven transitions; each direction counts.
   std::size_t transitions = 0;
   /// Pairs of nodes with a transition in either direction.
   std::size_t links = 0;
@@ -45,8 +45,8 @@ struct MapQuality {
   /// Nodes as clusters of the frames whose room is known (V-measure, ARI, purity).
   std::optional<Agreement> rooms;
 
-  /// The same for the rooms that the frames see instead of those that the camera stood in. Absent when these
-  /// were not given.
+  /// Agreement with the rooms that the frames see instead of the rooms that the camera stood in. Absent when
+  /// these were not given.
   std::size_t framesWithRoomSeen = 0;
   std::optional<Agreement> roomsSeen;
 

@@ -36,7 +36,7 @@ class QuantizedUpperBounds {
     float errorNorm;       ///< ‖value − scale · bytes‖
     std::int32_t sum = 0;  ///< of the bytes
   };
-  /// Of the query's bytes with those of each row.
+  /// Dot products of the query's bytes with each row.
   void dotsWith(const std::vector<std::int8_t>& query, std::span<std::int32_t> dots) const;
   Row quantize(std::span<const float> vector, std::int8_t* bytes) const;
 

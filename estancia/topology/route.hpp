@@ -15,7 +15,7 @@ namespace estancia {
 struct RouteOptions {
   bool bidirectional = true;
   double tolerance = 0.1;
-  /// Of areas to avoid and to prefer, in routeInWorld().
+  /// Cost factors of areas to avoid and to prefer, in routeInWorld().
   double avoidFactor = 5, preferFactor = 0.5;
   /// [degrees]
   double viewAngle = 20;
@@ -36,7 +36,7 @@ struct Route {
 /// not exist.
 std::optional<Route> findRoute(const TopologicalMap& map, int from, int to, const RouteOptions& options = {});
 
-/// As findRoute(), but throws Error (noAnswer) when there is no way.
+/// Like findRoute(), but throws Error (noAnswer) when there is no way.
 Route getRoute(const TopologicalMap& map, int from, int to, const RouteOptions& options = {});
 
 struct WordRoute {

@@ -34,10 +34,10 @@ struct MappingSession::Impl {
   bool finished = true;
   /// The last one.
   Drive drive = {};
-  /// Of drives but the first.
+  /// Drive guide of further drives.
   std::optional<DriveGuide> guide = {};
   std::size_t guided = 0;  ///< frames of the drive that it was certain of
-  /// Of a drive whose poses are not known in the map yet, or by words alone.
+  /// Alignment of a drive that has not been registered to the map by depth.
   std::optional<DriveAlignment> alignment = {};
   std::size_t nextAlignment = 0;  ///< pairs
   std::size_t alignments = 0;     ///< how often that was found in this session
@@ -51,9 +51,9 @@ struct MappingSession::Impl {
 
   /// Once, before frames follow.
   void setBudget(const MapBudget& wanted);
-  /// That of a map, its own one or another.
+  /// Applies the budget stored in `other`.
   void takeBudgetOf(const MapStore& other);
-  /// That a drive is guided by: of what the budget allows a part.
+  /// Max number of frames of the drive guide; a share of the budget.
   std::size_t mostGuideFrames() const;
   /// What the map must keep to go on, in order.
   std::vector<std::size_t> neededFrames();
@@ -96,7 +96,7 @@ void fitFile(MapStore& store, const std::optional<std::uint64_t>& megabytes = {}
 
 constexpr std::uint64_t megabyte = 1'000'000;
 
-/// Of a map file.
+/// Budget stored in a map file.
 MapBudget budgetOf(const MapStore& store);
 void putBudget(MapStore& store, const MapBudget& budget);
 /// Keeps the file within so many megabytes, with what it has kept so far. The store must outlive it.

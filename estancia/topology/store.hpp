@@ -97,16 +97,16 @@ class MapStore {
   /// meanwhile. For Access::read.
   void beginReading();
   void endReading();
-  /// Of the file that are in use.
+  /// Bytes in use in the file, without free pages.
   std::uint64_t bytes() const;
   /// The number that the next frame will have. Fewer may be kept.
   std::size_t frameCount() const;
-  /// Of the frames that are kept, in order.
+  /// Numbers of the kept frames, in order.
   std::vector<std::size_t> frameNumbers() const;
   /// Frames that a map of which not all are read should have: the first ones of drives, and three of each
   /// place.
   std::vector<std::size_t> namedFrames() const;
-  /// Of all frames that are kept.
+  /// Visits of all kept frames.
   std::vector<Visit> visits() const;
   /// `mostFrames`: of a longer drive each n-th frame is read, so that there are no more, and those in `also`;
   /// no decisions then.

@@ -31,7 +31,7 @@ class FrameRows {
   FrameRows() = default;
   /// `numbers` ascend.
   explicit FrameRows(std::span<const std::size_t> numbers);
-  /// Those that `map`, which was read from the database, has.
+  /// Rows of the frames of `map`, which was read from the database.
   FrameRows(sqlite::Database& database, const TopologicalMap& map);
 
   /// The rows of these frames in the order of their numbers, which are in the column `frame`; this must live
@@ -48,7 +48,7 @@ class FrameRows {
   }
 
  private:
-  /// As a JSON array.
+  /// Frame numbers as a JSON array.
   std::optional<std::string> numbers_;
 };
 
@@ -60,7 +60,7 @@ TopologicalMap readContent(sqlite::Database& database, const MapStore::Identity&
 /// The runs of frames at one place, in order.
 std::vector<Visit> readVisits(sqlite::Database& database);
 
-/// Of the frames that are kept, in order.
+/// Numbers of the kept frames, in order.
 std::vector<std::size_t> numbersOf(const sqlite::Database& database);
 
 /// The number that the next frame will have: of all that were mapped, kept or left out.
@@ -77,7 +77,7 @@ std::optional<Pose> readPose(const sqlite::Statement& row, int column);
 /// In order of first frames, which are numbers.
 std::vector<Transition> readTransitions(sqlite::Database& database);
 
-/// Those that the map names, in order of frames.
+/// Drives of the map, in order of frames.
 std::vector<Drive> readDrives(sqlite::Database& database);
 
 /// The number in a column. Throws Error when it is none; `what` names it.

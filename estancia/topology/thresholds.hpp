@@ -54,7 +54,7 @@ class ThresholdEstimator {
     std::map<std::size_t, std::size_t> sampled;  ///< keyframe number → frame number
   };
   Memory memory() const;
-  /// Of the keyframes' embedded descriptors.
+  /// Moments of the keyframes' embedded descriptors.
   const Moments& moments() const { return labels_.moments(); }
   /// `probabilities(i)` gives frame i's stored descriptor.
   void restore(Memory memory, Moments moments,

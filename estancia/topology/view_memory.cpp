@@ -140,7 +140,7 @@ double ViewMemory::likeness(const PlaceView& a, const PlaceView& b, const Thresh
   return worst;
 }
 
-/// Of the two views most like each other the one nearer to a third goes, and the other one stands for it;
+/// Removes, from the two most similar views, the one nearer to a third, and the other one stands for it;
 /// where each node has one view, the one not seen for longest goes.
 void ViewMemory::forgetOne(int node, const Thresholds& thresholds) {
   std::vector<std::size_t> among;

@@ -29,7 +29,7 @@ struct Images {
 
   std::span<const float> row(std::size_t i) const { return values.subspan(i * labels, labels); }
   double distance(std::size_t a, std::size_t b) const { return 1 - dot(row(a), row(b)); }
-  /// Of images half a drive apart.
+  /// Mean distance of images half a drive apart.
   double unrelated() const {
     double sum = 0;
     for (std::size_t i = 0; i < count; ++i) sum += distance(i, (i + count / 2) % count);

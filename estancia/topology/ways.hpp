@@ -36,7 +36,7 @@ class Ways {
   bool metric_ = false;
 };
 
-/// Of `goals`, the most probable first, the one that costs least among those whose probability is within
+/// From `goals`, the most probable first, the one of min cost among those whose probability is within
 /// `tolerance` of the best that can be reached (RouteOptions::tolerance). nullptr when none with a
 /// probability above 0 can be. `costOf(goal)` is infinite where it cannot.
 template <class Goal, class Cost>

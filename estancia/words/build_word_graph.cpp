@@ -142,7 +142,7 @@ class Meanings {
   }
 
   const Lexicon& lexicon_;
-  /// Of each synset; 0 between calls.
+  /// Share of each synset; 0 between calls.
   std::vector<float> shares_;
   std::unordered_map<std::string, std::vector<Sense>> known_;
 };

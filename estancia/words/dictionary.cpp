@@ -15,7 +15,7 @@ namespace {
 constexpr std::uintmax_t maxDictionaryBytes = 64u << 20;
 constexpr std::string_view byteOrderMark = "\xEF\xBB\xBF";  // as Windows programs begin UTF-8
 
-/// As splitText() has it, joined again: "La Cuisine" → "la cuisine".
+/// Words of splitText(), joined: "La Cuisine" → "la cuisine".
 std::string normalForm(std::string_view text) {
   std::string form;
   for (const std::string& word : splitText(text)) form += (form.empty() ? "" : " ") + word;

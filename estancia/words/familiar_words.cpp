@@ -10,7 +10,7 @@
 namespace estancia {
 namespace {
 
-/// Of a label of a small vocabulary, which is less than chance.
+/// Max probability of noise in a small vocabulary; below chance.
 constexpr float maxNoise = 0.01F;
 
 struct ScoredWord {

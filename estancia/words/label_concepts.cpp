@@ -74,7 +74,7 @@ class ConceptFinder {
     return known->second;
   }
 
-  /// Of its name, as a noun: a "piece" is of cloth, too, but rarely.
+  /// Whether the synset is the usual meaning of its name as a noun: "piece" rarely means cloth.
   bool isUsualMeaning(std::uint32_t synset) const {
     std::uint32_t sum = 0;
     for (const Sense& sense : graph_.lexicon.senses(graph_.name(synset)))

@@ -37,8 +37,8 @@ using LabelConcepts = std::vector<LabelConcept>;
 /// that was met three times is on that level itself.
 LabelConcepts findLabelConcepts(const WordGraph& graph, const Vocabulary& vocabulary);
 
-/// Those of the installed WordNet, kept for the vocabulary that was asked for last; empty without WordNet and
-/// for raw words. Safe to call from several threads.
+/// Concepts by the installed WordNet, cached for the last vocabulary; empty without WordNet and for raw
+/// words. Safe to call from several threads.
 std::shared_ptr<const LabelConcepts> installedConcepts(const Vocabulary& vocabulary,
                                                        const NamingOptions& options);
 

@@ -12,8 +12,8 @@ namespace {
 // and how far that is below the best label's. The version of word_associations_file.cpp goes up with all that
 // is here.
 constexpr double bias = -2.36, kindWeight = 3.1, purposeWeight = 4, liftWeight = 0.72, gapWeight = 0.61;
-/// Of what certainly is of the kind that is asked for, however little else joins the two: a rocking chair is
-/// a chair, a chair a seat, a seat furniture.
+/// Min relevance of a hyponym, however weak its other relations: a rocking chair is a chair, a chair a seat,
+/// a seat furniture.
 constexpr double kindFloor = 0.8;
 constexpr double maxLift = 15, maxGap = 10;
 /// A hypernym one step further away counts a little less.

@@ -15,9 +15,9 @@ namespace estancia {
 
 /// What relates a label to words.
 struct LabelEvidence {
-  /// Of a walk from the words (WordGraph::lift()), through usedLift().
+  /// Lift of a walk from the words (WordGraph::lift()), through usedLift().
   double lift = 0;
-  /// That of the label of the same model that the words are most related to.
+  /// Lift of the most related label of the same model.
   double bestLift = 0;
   /// kindShare() of a single word; of a room's name also usualShare of that of a furnishing. In [0, 1].
   double kind = 0;

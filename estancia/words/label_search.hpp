@@ -19,7 +19,7 @@ namespace estancia {
 /// One label that a query means.
 struct LabelMatch {
   std::size_t label = 0;
-  /// That a person would take the label for an answer, in [0, 1].
+  /// Relevance: probability that a user accepts the label, in [0, 1].
   double probability = 0;
   /// Why, for people: "its description names coffee"; "" where the label has that name.
   std::string reason;
@@ -63,19 +63,19 @@ class LabelSearch {
   static constexpr std::size_t everyLabel = std::numeric_limits<std::size_t>::max();
   /// Where accepted and missed labels balance on the even queries of experiments/words/queries.csv.
   static constexpr double defaultMinProbability = 0.3;
-  /// Of the best label's probability: who is sure of a cup does not look for a book. The best of 0.3 to 0.6
-  /// on the same queries (F1 0.58; 0.57 without).
+  /// Labels below this share of the best label's probability are dropped. The best of 0.3 to 0.6 on the same
+  /// queries (F1 0.58; 0.57 without).
   static constexpr double nearTheBest = 0.5;
-  /// Of `defaultMinProbability`, where several words carry meaning: few labels have to do with all of them,
-  /// so the mean of their lifts is low, and the best labels by it are mostly right all the same. The best of
-  /// 0.2 to 1 on the same queries (F1 0.616; 0.610 without).
+  /// Share of `defaultMinProbability` where several words carry meaning: few labels are related to all of
+  /// them, so the mean of their lifts is low, and the best labels by it are mostly right all the same. The
+  /// best of 0.2 to 1 on the same queries (F1 0.616; 0.610 without).
   static constexpr double shareOfSeveral = 0.4;
 
  private:
   struct Term {
     std::string word;
     std::vector<Sense> senses;
-    /// Of a walk from the senses.
+    /// Visit counts of a walk from the senses.
     std::vector<float> visits;
   };
   struct Query {
@@ -100,7 +100,7 @@ class LabelSearch {
   const Vocabulary& vocabulary_;
   const WordGraph* graph_;
   std::vector<LabelSense> senses_;
-  /// Of each label's first sense.
+  /// Hypernyms of each label's first sense.
   std::vector<std::vector<std::pair<std::uint32_t, int>>> hypernyms_;
   /// All of these hypernyms.
   std::vector<std::uint32_t> allHypernyms_;

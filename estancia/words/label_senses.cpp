@@ -11,12 +11,12 @@
 namespace estancia {
 namespace {
 
-/// Of a list in ImageNet's order, so many labels must be named by their synset.
+/// Min share of labels that must be named by their synset in a list in ImageNet's order.
 constexpr double minNamed = 0.95;
 /// A second meaning this near to the first leaves doubt.
 constexpr float doubtfulShare = 0.6F;
 constexpr std::size_t maxSenses = 3;
-/// Of a compound that WordNet does not know, its last word's share: "sports ball" is a ball.
+/// Weight of the last word of a compound that WordNet lacks: "sports ball" is a ball.
 constexpr float headShare = 0.7F;
 /// From so many labels on, the other ones tell which meaning one has.
 constexpr std::size_t minContext = 10;

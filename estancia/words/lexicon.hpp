@@ -71,7 +71,7 @@ class Lexicon {
 /// ASCII.
 std::vector<std::string> splitText(std::string_view text);
 
-/// As the lexicon has words: lower case, spaces for hyphens and underscores.
+/// Normal form of the lexicon: lower case, spaces for hyphens and underscores.
 std::string lexicalForm(std::string_view word);
 
 /// Whether the word only serves grammar: "the", "of", "something".

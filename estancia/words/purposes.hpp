@@ -20,7 +20,7 @@ WordPurposes findPurposes(const WordNet& wordNet, const WordGraph& graph);
 std::vector<float> purposeShares(const WordGraph& graph, std::span<const std::vector<Sense>> terms,
                                  std::span<const std::uint32_t> things);
 
-/// Of one term that has this much in common with the purposes of a synset: the sum of the smaller one of both
+/// Purpose score of a term from its overlap with the purposes of a synset: the sum of the smaller one of both
 /// shares of each meaning.
 float purposeShare(float common);
 

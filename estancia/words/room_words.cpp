@@ -21,7 +21,7 @@ namespace {
 
 /// Most artifacts have nothing to do with a room. Chosen on the training half of NYU Depth V2.
 constexpr double leastDeviations = 2;
-/// Of all furnishings of a common room together, beside its name.
+/// Weight of all furnishings of a common room together, relative to its name.
 constexpr double furnishingShare = 0.5;
 
 /// What the words of a name may mean, one after the other.

@@ -52,7 +52,7 @@ struct Likely {
   bool isKind = false;
 };
 
-/// As LabelSearch::likely() has them, most probable first.
+/// Labels of LabelSearch::likely(), most probable first.
 std::vector<WordAssociation::Meant> meantOf(const std::vector<Likely>& likely) {
   double best = 0;
   for (const Likely& one : likely) best = std::max(best, one.probability);
@@ -64,7 +64,7 @@ std::vector<WordAssociation::Meant> meantOf(const std::vector<Likely>& likely) {
   return meant;
 }
 
-/// Of `together` labels.
+/// A batch of `together` labels.
 struct Batch {
   std::vector<Pair> pairs;
   /// For each word, the largest exp(lift) of these labels; empty where none has a sense.

@@ -43,13 +43,13 @@ std::vector<WordAssociation> associateWords(const WordGraph& graph, const Vocabu
                                             int threads = 0, Progress& progress = Progress::none());
 
 struct AssociationLimits {
-  /// Of the best label of a word that is not frequent: it must be worth its room.
+  /// Min probability of the best label of a rare word, so that it is worth its space.
   int minRarePercent = 50;
-  /// Of a word; of one that is not frequent, the same divided by four.
+  /// Max labels of a word; a quarter of it for rare words.
   std::size_t maxLabels = 20;
 };
 
-/// The same for some labels alone: `isListed` says which of a word's.
+/// Selects associations of the labels for which `isListed` holds.
 std::vector<WordAssociation> selectAssociations(
     const std::vector<WordAssociation>& associations,
     const std::function<bool(const std::string& word, std::uint32_t label)>& isListed,

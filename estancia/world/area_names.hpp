@@ -17,8 +17,8 @@ namespace estancia {
 /// in their order: "bedroom 1", "bedroom 2". One keeps its number when a person names another; people's names
 /// are left to the areas that they gave them to.
 void nameAreasByRooms(WorldMap& world);
-/// The same by predictions of some of its frames: `areaOfRow[i]` is the area that row i was taken in, -1 for
-/// none. Names by other predictions are forgotten.
+/// Names areas by predictions of some of their frames: `areaOfRow[i]` is the area that row i was taken in, -1
+/// for none. Names by other predictions are forgotten.
 void nameAreasByRooms(WorldMap& world, const RoomPredictions& predictions, std::span<const int> areaOfRow);
 
 /// The areas that have a name, by the first of these that any has: the name that people gave, the room name,
@@ -28,7 +28,7 @@ std::vector<int> areasNamed(const WorldMap& world, const std::string& text);
 /// The areas whose name, given or of a room, holds the words as whole words: "music" in "music room".
 std::vector<int> areasNamedPartly(const WorldMap& world, const std::string& text);
 
-/// As areasNamed(); where there are none, those with these telling words.
+/// Like areasNamed(); where there are none, those with these telling words.
 std::vector<int> areasCalled(const WorldMap& world, const std::string& text);
 
 }  // namespace estancia

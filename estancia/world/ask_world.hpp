@@ -27,7 +27,7 @@ struct ObjectAnswer {
   double lift = 0;
   /// Rank of the best matched label among its words, from 1; 0 where none of them is matched.
   std::size_t rank = 0;
-  /// That label; "" where there is none.
+  /// Best matched label; "" where there is none.
   std::string label = {};
   /// Whether it probably is what was asked for: named or recognized so, of that class by its shape, or no
   /// other word fits it better.
@@ -57,11 +57,11 @@ struct WorldMeaning : Meaning {
 WorldMeaning findMeaning(const WorldMap& world, const std::string& words, WordGraphSource source = nullptr);
 
 struct WorldAnswers : WorldMeaning {
-  /// Those named so first, then those recognized so, then the most probable. Only those that are likely
+  /// Named objects first, then known objects, then the most probable. Only objects that are likely
   /// (isLikely()), or have a matched label among their five best words, at least as probable as in the mean
   /// of all objects.
   std::vector<ObjectAnswer> objects = {};
-  /// As ask() answers; empty where only names were matched.
+  /// Places found by ask(); empty where only names were matched.
   std::vector<PlaceAnswer> places = {};
 };
 

@@ -44,7 +44,7 @@ class PoseJumps {
 /// Counts the depth images without a value that can be used.
 class DepthFaults {
  public:
-  /// Of the next frame: CV_32F [m].
+  /// Checks the next frame's depth: CV_32F [m].
   void add(const Frame& frame, const cv::Mat& depth);
   const DriveFaults& faults() const { return faults_; }
   void add(const PoseJump& jump);

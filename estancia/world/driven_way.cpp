@@ -22,7 +22,8 @@ constexpr double stationWidth = 0.15;
 constexpr double crossing = 0.4;
 /// Another floor is farther up [m].
 constexpr double sameHeight = 0.5;
-/// Of equally long ways the one through fewer places: going over to another one costs so much more [m].
+/// Cost of changing to another place [m], so that of equally long ways the one through fewer places is
+/// chosen.
 constexpr double changeOfPlace = 0.3;
 
 using StationCell = std::array<long, 2>;

@@ -29,7 +29,7 @@ struct DrivenWay {
   std::vector<cv::Point2d> points;
   /// [m]
   double length = 0;
-  /// Of that length, in order; one without length where it does not move.
+  /// Pieces of that length, in order; one without length where it does not move.
   std::vector<WayPiece> pieces = {};
 };
 
@@ -78,7 +78,7 @@ class DrivenWays {
   std::vector<double> heights_;
   std::vector<std::vector<std::size_t>> framesOf_;  // of each place, those with a position
   std::vector<Station> stations_;
-  /// Of each frame; meaningless for those without a position.
+  /// Station of each frame; undefined for frames without a position.
   std::vector<std::size_t> stationOf_;
   std::optional<std::size_t> startFrame_;
   std::vector<double> costs_;

@@ -22,7 +22,7 @@ struct ObjectEdit {
     remove
   };
   Kind kind = Kind::name;
-  /// Of its box [m]: WorldObject::center and size.
+  /// Its box [m]: WorldObject::center and size.
   cv::Point3d center = {}, size = {};
   std::string name = {};
 };

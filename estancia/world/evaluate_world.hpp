@@ -19,7 +19,7 @@ struct WorldAccuracy {
   std::size_t areas = 0;
   /// Areas as clusters of the frames: against the rooms stood in and the rooms seen.
   std::optional<Agreement> areasAndRooms = {}, areasAndRoomsSeen = {};
-  /// Of frames with an estimated and a true pose.
+  /// Trajectory error over frames with an estimated and a true pose.
   std::optional<AbsoluteTrajectoryError> trajectory = {};
   std::optional<InstanceAccuracy> objects = {};
   /// Sentences on what speaks against the drive being the one that was mapped; images of other drives may

@@ -215,7 +215,7 @@ struct WorldFormat {
   const char *name, *explanation;
   std::string (*write)(const WorldMap&, const ExportOptions&);
 };
-/// Those that exportMap() does not have.
+/// Formats that exportMap() lacks.
 constexpr WorldFormat formats[] = {
     {"rooms", "areas, their places and objects, as simple JSON", toAreasJson},
     {"spark-dsg", "3-D scene graph for Spark-DSG (Hydra) and its viewers; needs poses", toSparkDsg}};

@@ -20,11 +20,11 @@ Choices worldFormats();
 /// Whether the format tells which frames each place has: "frame_ranges".
 bool listsFrames(const std::string& format);
 
-/// As exportMap(), with what the map has of areas and objects: in nav2 the places' metadata have "area",
-/// "area_id" and "objects" (names), and areas (Polygon) and objects (MultiPoint, since the loader of Nav2
-/// takes each Point for a node) are features of their own, which that loader skips; in graphml areas and
-/// objects are nodes ("kind"), held by edges ("relation": "in", "at", "on"). Without areas and objects the
-/// same bytes as exportMap(). Throws Error as exportMap(); unsupportedFile for rooms of a map without areas.
+/// Like exportMap(), with areas and objects: in nav2 the places' metadata have "area", "area_id" and
+/// "objects" (names), and areas (Polygon) and objects (MultiPoint, since the loader of Nav2 takes each Point
+/// for a node) are features of their own, which that loader skips; in graphml areas and objects are nodes
+/// ("kind"), held by edges ("relation": "in", "at", "on"). Without areas and objects the same bytes as
+/// exportMap(). Throws Error as exportMap(); unsupportedFile for rooms of a map without areas.
 std::string exportWorld(const WorldMap& world, const std::string& format, const ExportOptions& options = {});
 
 }  // namespace estancia

@@ -18,14 +18,14 @@ constexpr std::size_t mostTries = 3;
 constexpr std::size_t mostWitnesses = 7;
 /// segmentFit() that most of them must reach.
 constexpr double leastFit = 0.6;
-/// Of the model's points, which the best views of all sides must show where they are: a front alone is like
+/// Min share of the model's points that the best views from all sides must confirm: one planar side is like
 /// any board.
 constexpr double leastSeen = 0.5;
 /// Poses of a view that are verified.
 constexpr std::size_t mostPoses = 4;
 /// A model that is seen from farther round shows another side, which its cloud may not have [cosine].
 constexpr double sameSide = 0.5;
-/// Of the diagonals of an instance and a model: boxes lie in different axes, and a side may be unseen.
+/// Range of the ratio of an instance's diagonal to a model's: box axes differ, and a side may be unseen.
 constexpr double smallest = 0.55, largest = 1.35;
 
 double diagonalOf(const ObjectInstance& instance) {
@@ -104,7 +104,7 @@ void KnownLayer::search(std::span<const ObjectInstance> instances, const FramePo
   }
 }
 
-/// Of one instance: more would take much memory.
+/// Loads the witnesses of one instance only, to bound memory.
 std::vector<KnownWitness> KnownLayer::load(const std::vector<InstanceView>& views, const FramePoses& poses,
                                            const cv::Vec3d& center) const {
   std::vector<KnownWitness> witnesses;

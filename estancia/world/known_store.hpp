@@ -19,7 +19,7 @@ namespace estancia {
 
 /// A known object that was looked for in a segment.
 struct SegmentRecognition {
-  /// Of the known object.
+  /// Name of the known object.
   std::string name;
   /// T_camera_model where it was found.
   std::optional<Pose> pose = {};
@@ -41,7 +41,7 @@ class KnownStore {
 
   // ---- reading; nothing in maps that never had known objects. Throws Error (corruptFile).
   std::multimap<SegmentPlace, SegmentRecognition> recognitions() const;
-  /// Those of `world.objects`.
+  /// Reads the known poses of `world.objects`.
   void read(WorldMap& world) const;
 
  private:

@@ -18,7 +18,7 @@ namespace estancia {
 /// The planes that the views of a drive have seen.
 class Leveling {
  public:
-  /// Of a frame, in its camera's frame. Planes of an earlier call are replaced.
+  /// Adds the planes of a frame, in its camera's frame. Planes of an earlier call are replaced.
   void add(std::size_t frame, std::span<const Plane> planes);
   void drop(std::size_t frame) { views_.erase(frame); }
   void clear() { views_.clear(); }

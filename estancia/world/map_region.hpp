@@ -21,7 +21,7 @@ struct RegionPreferences {
 
 /// Either areas of the floor, or places.
 struct MapRegion {
-  /// As it was asked for.
+  /// Name in the question.
   std::string name;
   std::vector<int> areas = {};
   /// In the order of map.nodes; empty where it is areas.

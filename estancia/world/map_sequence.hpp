@@ -26,7 +26,7 @@ struct MapSequenceOptions {
   /// Change the defaults for a new map; a map that is resumed keeps what it was made with.
   std::function<void(MapperOptions&)> changeMapper = {};
   std::function<void(WorldOptions&)> changeWorld = {};
-  /// Of the map's budget; what it leaves alone stays as the map has it.
+  /// Changes the budget that the map keeps; unchanged members stay as they are.
   std::function<void(MapBudget&)> changeBudget = {};
   LabelStreamOptions stream = {};
   /// DriveStart::posesAreInMap.
@@ -35,7 +35,7 @@ struct MapSequenceOptions {
 
 /// What mapSequence() did.
 struct MappedSequence {
-  /// Of the map, and those of them that are new.
+  /// Frames in the map; frames added by this call.
   std::size_t frames = 0, newFrames = 0;
   /// Sentences about frames that were left out: they, or their depth, cannot be read.
   std::vector<std::string> problems;

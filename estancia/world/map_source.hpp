@@ -16,7 +16,7 @@
 
 namespace estancia {
 
-/// As of one moment. Frames are named by their places in map.frames.
+/// Snapshot of a map. Frames are identified by their position in map.frames.
 struct MapSource {
   /// Throws Error as readMap() does, insufficientData where the map has no frames, corruptFile where it has
   /// no places.

@@ -15,7 +15,7 @@ namespace estancia {
 /// Other terms would make other layers of the same frames: they would depend on where a run had stopped.
 class MapTerms {
  public:
-  /// Of a map; none of those of older programs. The store must outlive it. Throws Error (corruptFile).
+  /// Terms of a map; empty for maps of older versions. The store must outlive it. Throws Error (corruptFile).
   explicit MapTerms(MapStore& store);
 
   /// The options that the map was made with, but layers (WorldStore::layers()) and threads.

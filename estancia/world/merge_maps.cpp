@@ -34,7 +34,7 @@ struct Part {
   std::size_t number, drive, first, end, offset;
 };
 
-/// Those that one of the maps has; absent where none says.
+/// Layers of any of the maps; absent where no map stores them.
 std::optional<WorldLayers> layersOf(const std::vector<Part>& parts) {
   std::optional<WorldLayers> all;
   for (const Part& part : parts) {
@@ -215,7 +215,7 @@ class NewMap {
 
 namespace {
 
-/// Of the maps in this order, but one drive.
+/// Parts of the maps in this order, without one drive.
 std::vector<Part> partsOf(const std::vector<std::unique_ptr<MapSource>>& sources,
                           const std::vector<std::size_t>& order, std::optional<std::size_t> but = {}) {
   std::vector<Part> parts;
@@ -237,7 +237,7 @@ std::size_t framesOf(const std::vector<Part>& parts) {
   return parts.back().offset + parts.back().end - parts.back().first;
 }
 
-/// Of the maps but the first, in the order that they were given in.
+/// Parts of all maps but the first, in the given order.
 std::vector<MergedMaps::Part> partsOfMerged(const std::vector<std::unique_ptr<MapSource>>& sources,
                                             const MergePlan& plan) {
   std::vector<MergedMaps::Part> parts(sources.size());

@@ -43,7 +43,7 @@ const LinkedMaps* find(const std::vector<LinkedMaps>& linked, std::size_t a, std
   return found == linked.end() || endsOf(*found) != ends ? nullptr : &*found;
 }
 
-/// As they were given, but that a map without a link to those before waits for one that it has a link to.
+/// Given order, except that a map without a link to previous ones waits for one that it is linked to.
 std::vector<std::size_t> orderOf(std::size_t maps, const std::vector<LinkedMaps>& linked) {
   std::vector<std::set<std::size_t>> neighbors(maps);
   for (const LinkedMaps& pair : linked) {

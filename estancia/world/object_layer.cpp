@@ -39,7 +39,7 @@ bool tried(const char* what, const Work& work) {
   return false;
 }
 
-/// The same part of the view in an image of another size.
+/// Scales a box to an image of another size.
 cv::Rect inImage(const cv::Rect& box, const cv::Size& from, const cv::Size& to) {
   const double x = static_cast<double>(to.width) / from.width,
                y = static_cast<double>(to.height) / from.height;

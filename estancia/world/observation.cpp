@@ -20,7 +20,7 @@ namespace {
 
 constexpr int mostColumns = 320;  // a fifth of a degree: small things have some pixels
 constexpr int largestSide = 4096;
-/// Of a plane, to the tolerance within which its points were found: a wall is not quite flat.
+/// Max distance to a plane, in tolerances of its points: a wall is not quite flat.
 constexpr double planeMargin = 2;
 constexpr double uprightCosine = 0.3;  // between a wall's normal and up: 17°
 

@@ -26,7 +26,7 @@ struct Observation {
   /// Every n-th pixel of the depth image along the optical axis: CV_16U [mm], 0 where unknown; at most 320
   /// pixels wide.
   cv::Mat depth;
-  /// Of `depth`.
+  /// Camera of `depth`.
   CameraIntrinsics camera;
   /// What each pixel of `depth` shows, as objects/segment_image.hpp says; empty where nobody asked.
   cv::Mat segments;
@@ -37,7 +37,7 @@ struct Observation {
     /// Mean, red, green, blue.
     std::array<std::uint8_t, 3> color = {};
   };
-  /// Of segment 1, 2 …
+  /// Info of segment 1, 2 …
   std::vector<Segment> info;
   /// The camera's pose as it was known when the frame came: which later views are kept depends on it. Absent
   /// in maps of older programs.

@@ -136,7 +136,7 @@ class MapLocalization {
   const MapSource &a_, &b_;
   const LocalizerMap& known_;
   DriveAlignment alignment_;
-  /// Of each place of b: its images, and how many were taken in which place of a.
+  /// For each place of b: number of images, and how many were taken in each place of a.
   std::map<int, std::pair<std::size_t, std::map<int, std::size_t>>> places_;
 };
 

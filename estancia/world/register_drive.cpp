@@ -57,7 +57,7 @@ class Registration {
   }
 
  private:
-  /// Of the drive, where the map has seen something, evenly over the drive.
+  /// Views of the drive where the map has observations, evenly spread.
   std::vector<ObservationPose> viewsNear(const cv::Affine3d& guess) const {
     std::vector<ObservationPose> near;
     for (const ObservationPose& view : drive_)

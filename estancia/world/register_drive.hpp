@@ -28,7 +28,7 @@ std::optional<cv::Affine3d> registerDrive(std::span<const ObservationPose> drive
                                           const std::function<Observation(std::size_t frame)>& observation,
                                           const cv::Affine3d& guess);
 
-/// The same with the observations that the map file holds of its last drive, and of those before it.
+/// Registers the last drive of a map file by the observations in the file.
 std::optional<cv::Affine3d> registerDrive(MapStore& map, const WorldStore& seen, const Drive& drive,
                                           const cv::Affine3d& guess);
 

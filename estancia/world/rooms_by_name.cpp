@@ -31,7 +31,7 @@ std::vector<std::string> roomsListedIn(const TopologicalMap& map) {
   return map.predictions && map.predictions->areListed ? map.predictions->rooms : std::vector<std::string>();
 }
 
-/// Those of each `stride`-th frame as those of all `frames`; the others have none.
+/// Expands predictions of each `stride`-th frame to all `frames`; the others have none.
 RoomPredictions spread(RoomPredictions predictions, std::size_t stride, std::size_t frames) {
   if (stride == 1) return predictions;
   DescriptorMatrix all(predictions.rooms.size());
@@ -78,7 +78,7 @@ bool renewRoomsByNames(const std::filesystem::path& map) {
   return true;
 }
 
-/// Of the last vocabulary; nothing where WordNet lacks the rooms.
+/// Cache for the last vocabulary; empty where WordNet lacks the rooms.
 struct GrowingRooms::Known {
   std::string vocabulary;  // its digest
   std::vector<std::string> listed;

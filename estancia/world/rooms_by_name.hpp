@@ -22,13 +22,12 @@ void requireRoomNames(const std::vector<std::string>& rooms);
 void nameRoomsByNames(const std::filesystem::path& map, const std::vector<std::string>& rooms = {},
                       std::size_t mostFrames = mostFramesOfAnswers);
 
-/// The same for a map that was made or continued, where nobody asks for it: a trained classifier's
-/// predictions stay, and rooms that were listed once are listed again. Returns whether the map has
-/// predictions by names now; it has none without WordNet, where WordNet lacks the common rooms, and without
-/// frames.
+/// Updates the rooms after a map was made or continued: a trained classifier's predictions stay, and rooms
+/// that were listed once are listed again. Returns whether the map has predictions by names now; it has none
+/// without WordNet, where WordNet lacks the common rooms, and without frames.
 bool renewRoomsByNames(const std::filesystem::path& map);
 
-/// The same for a map that still grows, again and again.
+/// Updates the rooms of a growing map repeatedly.
 class GrowingRooms {
  public:
   GrowingRooms();

@@ -23,9 +23,9 @@ struct CrossedRegion {
     /// There is no way around, or it is longer by more than RouteOptions::avoidFactor.
     detour
   };
-  /// As it was asked for.
+  /// Name in the question.
   std::string name;
-  /// Of the way in it [m]; 0 where it is not known along which positions it leads.
+  /// Path length inside this region [m]; 0 if unknown.
   double length = 0;
   Why why = Why::detour;
 };
@@ -73,7 +73,7 @@ WorldRoute routeInWorld(const WorldMap& world, int from, const std::string& to,
 std::vector<std::optional<WorldRoute>> routesToObjects(const WorldMap& world, int from,
                                                        const RouteOptions& options = {});
 
-/// The same for each area.
+/// Routes to each area.
 std::vector<std::optional<WorldRoute>> routesToEachArea(const WorldMap& world, int from,
                                                         const RouteOptions& options = {});
 

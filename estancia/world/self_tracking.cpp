@@ -63,7 +63,7 @@ std::string bytesOf(const cv::Vec3d& direction) {
 cv::Vec3d upFrom(ByteReader& bytes) {
   cv::Vec3d up;
   for (int i = 0; i < 3; ++i) up[i] = bytes.number<double>();
-  // Of unit length; and the first camera, which looks along x, is tilted by 45° or so at most.
+  // `up` has unit length; the first camera, which looks along x, is tilted by about 45° at most.
   if (!(std::abs(cv::norm(up) - 1) < 1e-3) || std::abs(up[0]) > 0.999) bytes.fail("there is no up");
   return up;
 }

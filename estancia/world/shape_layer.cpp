@@ -62,7 +62,7 @@ std::vector<std::vector<LabelProbability>> ShapeLayer::find(std::span<const Obje
   return found;
 }
 
-/// Those that are not known yet, a frame at a time.
+/// Describes views without a shape, one frame at a time.
 void ShapeLayer::describe(std::span<const std::vector<InstanceView>> views, Shapes& shapes) {
   std::map<std::size_t, std::vector<std::size_t>> wanted;
   for (const std::vector<InstanceView>& best : views)

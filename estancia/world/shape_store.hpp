@@ -24,7 +24,7 @@ class ShapeStore {
 
   // ---- reading; nothing in maps that never had a model. Throws Error (corruptFile).
   std::vector<std::string> classes() const;
-  /// As put.
+  /// Probabilities as stored by put().
   std::map<SegmentPlace, std::vector<float>> probabilities() const;
 
  private:

@@ -29,7 +29,7 @@ class ViewPoses {
   /// `viewAngle` [degrees]: RouteOptions::viewAngle. The world must outlive it.
   ViewPoses(const WorldMap& world, double viewAngle);
 
-  /// Of the frames that `mayUse` the one nearest to the object that had all of it in view: its middle within
+  /// The frame nearest to the object, among those that `mayUse`, with all of it in view: its middle within
   /// the view angle, itself far enough away to fit into it, and no wall between. Else the frame that shows it
   /// best; else the nearest that had its middle in view. Nothing where there is none, or without poses.
   std::optional<ViewPose> find(const WorldObject& object,

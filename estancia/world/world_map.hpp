@@ -70,7 +70,7 @@ struct KnownPose {
   double confidence = 0;
   /// T_map_model: of the axes of the cloud that was given.
   Pose pose;
-  /// That shows it so.
+  /// Frame that shows this pose.
   std::size_t frame = 0;
 };
 
@@ -89,7 +89,7 @@ struct WorldObject {
   std::vector<LabelProbability> shapeClasses = {};
   /// Middle of its box in the map [m]; the box is upright.
   cv::Point3d center = {};
-  /// Of the box before it is turned [m].
+  /// Size of the box before it is turned [m].
   cv::Point3d size = {};
   /// Turn of the box about the floor's up, counter-clockwise [rad].
   double yaw = 0;

@@ -26,7 +26,7 @@ WorldMapper::WorldMapper(MappingSession& session, const std::optional<WorldOptio
                          Labeler* labeler, const std::optional<CameraIntrinsics>& track)
     : impl_(std::make_unique<Impl>(*session.impl_, options, labeler)) {
   MapStore& store = impl_->session.store;
-  // As the frames came, so that the layers are those of an unbroken run.
+  // In the order of the frames, so that the layers equal those of an unbroken run.
   const std::vector<Drive> drives = DriveStore(store).drives();
   auto drive = drives.begin();
   std::size_t next = 0;

@@ -61,7 +61,7 @@ std::optional<CameraIntrinsics> cameraToTrack(const Sequence& drive, const World
 struct MapLevel {
   /// By floor, tables, ceiling and walls; else by the cameras, which were taken for upright.
   bool byPlanes = false;
-  /// Of the first camera [degrees].
+  /// Tilt of the first camera [degrees].
   double tilt = 0;
 };
 
@@ -132,7 +132,7 @@ class WorldMapper {
   /// mismatch, also when the map has tracked its camera so far and is not to track this one).
   std::optional<Pose> observe(const Frame& frame, DescriptorView descriptor, const cv::Mat& image,
                               const cv::Mat& depth, const CameraIntrinsics& camera);
-  /// The same of a frame of another map, with what that has kept of it.
+  /// Adds a frame of another map, with its stored observation.
   void observe(const Frame& frame, DescriptorView descriptor, std::optional<Observation> seen);
   /// The map with its layers, as it would be read from its file.
   WorldMap read();
@@ -154,8 +154,8 @@ class WorldMapper {
   /// Looks for these in finish(), also in what was mapped before: their names and poses are added to the
   /// objects that they are. Where the map has no objects, none is found.
   void recognize(std::shared_ptr<const KnownObjects> objects);
-  /// The same with a trained model of shapes: its classes are added to the objects, not to flat ones. What
-  /// another model said is forgotten. `digest`: of the model's file.
+  /// Classifies objects with a trained model of shapes: its classes are added to the objects, not to flat
+  /// ones. What another model said is forgotten. `digest`: of the model's file.
   void classify(const ObjectModel& model, const std::string& digest);
   /// Derives the layers and writes them, after the session's finish(). More frames may follow.
   void finish();

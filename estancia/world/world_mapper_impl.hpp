@@ -218,7 +218,7 @@ struct WorldMapper::Impl {
     noteUnaligned(*seen.seenFrom);
     return false;
   }
-  /// As it would be read from the file.
+  /// Returns the map as it would be read from the file.
   WorldMap read() {
     session.write();
     WorldMap world{session.store.load()};

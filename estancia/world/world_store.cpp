@@ -111,7 +111,7 @@ void readNumbers(Database& database, const char* column, const char* table, cons
   }
 }
 
-/// Of `floor`, or of what it was before; nothing where the map has no plan.
+/// Reads the plan from `floor`, or from its earlier version; nothing where the map has no plan.
 std::optional<AreaPlan> readPlan(const Database& database, const char* table = "floor") {
   Statement row(
       database,

@@ -77,7 +77,7 @@ class WorldStore {
   void forEachObservation(const std::function<bool(std::size_t frame, const Observation&)>& visit) const;
   /// The frames that have one, in order.
   std::vector<std::size_t> observedFrames() const;
-  /// That of a frame that has one. Throws Error (corruptFile).
+  /// Observation of a frame that has one. Throws Error (corruptFile).
   Observation observation(std::size_t frame) const;
   std::vector<AreaEdit> edits() const;
   /// None in maps of older programs.
@@ -93,7 +93,7 @@ class WorldStore {
       const std::function<void(const SegmentPlace& segment, const LexicalDescriptor& words)>& visit) const;
   /// The best view's JPEG; empty where there is none.
   std::vector<unsigned char> objectImage(int object) const;
-  /// Those that objects name: first, last and best, and where a known object was recognized.
+  /// Frames that objects refer to: first, last and best, and where a known object was recognized.
   std::vector<std::size_t> objectFrames() const;
   /// Adds all layers to `world`, whose places have been read. Throws Error (corruptFile).
   void read(WorldMap& world) const;

@@ -37,7 +37,7 @@ void weighBySize(NearestItems& neighbors, std::span<const std::size_t> sizes);
 struct SuggestedCut {
   /// τ_d: merge up to here.
   double distance = 0;
-  /// Of the zones there, below 1.
+  /// Modularity of the zones there, below 1.
   double modularity = 0;
   /// One sentence.
   std::string reason = {};

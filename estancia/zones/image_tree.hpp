@@ -25,7 +25,7 @@ CondensedDistances compareImages(const DescriptorSequence& sequence, const ZoneO
                                  Progress& progress = Progress::none());
 
 struct ZoneCut {
-  /// Of the leaves.
+  /// Group of each leaf.
   std::vector<int> groups;
   /// τ_d.
   double distance = 0;

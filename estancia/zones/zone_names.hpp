@@ -13,7 +13,7 @@ inline std::string describedName(const Zone& zone) {
   return zone.predicted.empty() ? zone.name : zone.predicted.front().room + ": " + zone.name;
 }
 
-/// The same in short: "kitchen", else the first of its words.
+/// Short name: "kitchen", else the first of its words.
 inline std::string shortName(const Zone& zone) {
   return zone.predicted.empty() ? zone.name.substr(0, zone.name.find(',')) : zone.predicted.front().room;
 }

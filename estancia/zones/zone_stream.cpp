@@ -43,7 +43,7 @@ struct ZoneStream::Impl {
 
   struct Group {
     std::vector<std::size_t> images;
-    /// Of their embedded descriptors, and of the descriptors themselves.
+    /// Moments of the embedded descriptors, and of the descriptors themselves.
     Moments embedded, probabilities;
     /// The mean as it is compared.
     std::vector<float> compared;
@@ -140,7 +140,7 @@ bool ZoneStream::Impl::scaleIsOlderThan(double growth) const {
          static_cast<double>(images()) > growth * static_cast<double>(imagesOfScale_);
 }
 
-/// As the linkage will judge it: Ward's merges cost the more the more images they move.
+/// Merge cost by the linkage: Ward's merges cost more the more images they move.
 double ZoneStream::Impl::mergeCost(std::size_t i, std::size_t j) const {
   if (linkage_ != Linkage::ward) return distance(i, j);
   const auto a = static_cast<double>(groups_[i].images.size()),

@@ -32,7 +32,7 @@ struct StreamedZone {
   /// Its most distinctive labels.
   std::string name;
   std::uint64_t images = 0;
-  /// Of each label's probability.
+  /// Mean and standard deviation of each label's probability.
   std::vector<float> mean, sigma;
 };
 
@@ -67,7 +67,7 @@ class ZoneStream {
   double cut() const;
   const std::string& cutReason() const;
   std::size_t zoneCount() const;
-  /// Of every image so far.
+  /// Zone of every image so far.
   std::vector<int> zoneOf() const;
   /// By falling size.
   std::vector<StreamedZone> zones() const;
@@ -85,7 +85,7 @@ struct StreamAgreement {
   std::size_t images = 0;
   /// Number of zones that findZones() makes of them.
   std::size_t zones = 0;
-  /// Of the two, with findZones() as the truth.
+  /// Agreement of the two, with findZones() as the truth.
   Agreement agreement;
 };
 

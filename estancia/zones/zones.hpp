@@ -103,7 +103,7 @@ struct Zones {
   std::vector<Zone> zones = {};
   /// By name; empty where no room is known.
   std::vector<RoomWords> rooms = {};
-  /// Of the frames; absent where they were not clustered all at once.
+  /// Dendrogram of the frames; absent where they were not clustered all at once.
   std::optional<Dendrogram> dendrogram = {};
   /// What predicted the zones' rooms, "" for nothing.
   std::string classifier = {};
