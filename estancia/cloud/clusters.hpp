@@ -79,13 +79,6 @@ Clusters findClusters(const cv::Mat& depth, const CameraIntrinsics& camera,
 /// range.
 Clusters findClusters(const PointCloud& cloud, const ClusterOptions& options = {});
 
-/// These points of the cloud with their colors and normals, not organized. Throws Error (invalidInput) on an
-/// index beyond the cloud.
-PointCloud pointsOf(const PointCloud& cloud, const std::vector<std::uint32_t>& points);
-
-/// The finite points of the cloud with their colors and normals, not organized.
-PointCloud finitePoints(const PointCloud& cloud);
-
 /// Whether one plane fits the cloud within the noise of a depth camera at its viewpoint (95 % of the points
 /// within 4 mm at 1 m). Small distant objects look flat, too. False for fewer than 50 points.
 bool isFlat(const PointCloud& cloud);
