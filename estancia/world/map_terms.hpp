@@ -8,7 +8,7 @@
 
 #include "estancia/core/camera.hpp"
 #include "estancia/topology/store.hpp"
-#include "estancia/world/world_mapper.hpp"
+#include "estancia/world/world_options.hpp"
 
 namespace estancia {
 

@@ -18,6 +18,12 @@
 
 namespace estancia {
 
+std::optional<CameraIntrinsics> cameraToTrack(const Sequence& drive, const WorldOptions& options) {
+  const WorldLayers layers = options.layers.value_or(WorldLayers{});
+  if (!drive.hasDepth() || !(layers.areas || layers.objects) || hasPoses(drive)) return std::nullopt;
+  return drive.intrinsics();
+}
+
 std::optional<WorldOptions> WorldMapper::optionsOf(MappingSession& session) {
   return MapTerms(session.impl_->store).options();
 }

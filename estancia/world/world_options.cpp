@@ -1,11 +1,10 @@
-// The options of WorldMapper.
 // SPDX-License-Identifier: Apache-2.0
+#include "estancia/world/world_options.hpp"
+
 #include <sstream>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
-#include "estancia/io/sequence.hpp"
-#include "estancia/world/world_mapper.hpp"
 
 namespace estancia {
 
@@ -58,12 +57,6 @@ OptionGroup declare(WorldOptions& options) {
   group.add(declare(options.objects));
   group.add(declare(options.odometry));
   return group;
-}
-
-std::optional<CameraIntrinsics> cameraToTrack(const Sequence& drive, const WorldOptions& options) {
-  const WorldLayers layers = options.layers.value_or(WorldLayers{});
-  if (!drive.hasDepth() || !(layers.areas || layers.objects) || hasPoses(drive)) return std::nullopt;
-  return drive.intrinsics();
 }
 
 }  // namespace estancia
