@@ -12,6 +12,7 @@
 #include "estancia/describe/table_features.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/topology/map.hpp"
+#include "estancia/topology/session.hpp"
 #include "estancia/topology/store.hpp"
 #include "estancia/words/installed_words.hpp"
 #include "estancia/words/room_words.hpp"

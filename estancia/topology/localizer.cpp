@@ -15,23 +15,11 @@
 #include "estancia/topology/localizer_map.hpp"
 #include "estancia/topology/make_filter.hpp"
 #include "estancia/topology/mapper_impl.hpp"
-#include "estancia/topology/session_impl.hpp"
+#include "estancia/topology/restore_mapper.hpp"
 #include "estancia/topology/view_metric.hpp"
 
 namespace estancia {
 namespace {
-
-/// With at most `maxImages` frames, evenly thinned.
-LocalizerMap localizerMap(const MapStore& store, const NodeBank& bank, std::size_t maxImages) {
-  TopologicalMap map = store.load();
-  const std::size_t frames = map.frames.size();
-  const std::size_t stride = std::max<std::size_t>(1, (frames + maxImages - 1) / maxImages);
-  DescriptorMatrix images(map.vocabulary.size());
-  images.reserve((frames + stride - 1) / stride);
-  for (std::size_t frame = 0; frame < frames; frame += stride)
-    images.append(store.descriptor(map.frames[frame].number));
-  return {std::move(map), bank, std::move(images), stride};
-}
 
 /// Sums of belief by group: the largest, and its share of all.
 template <class GroupOf>
@@ -98,8 +86,19 @@ OptionGroup declare(LocalizerOptions& options) {
   return group;
 }
 
+LocalizerMap readLocalizerMap(const MapStore& store, const NodeBank& bank, std::size_t maxImages) {
+  TopologicalMap map = store.load();
+  const std::size_t frames = map.frames.size();
+  const std::size_t stride = std::max<std::size_t>(1, (frames + maxImages - 1) / maxImages);
+  DescriptorMatrix images(map.vocabulary.size());
+  images.reserve((frames + stride - 1) / stride);
+  for (std::size_t frame = 0; frame < frames; frame += stride)
+    images.append(store.descriptor(map.frames[frame].number));
+  return {std::move(map), bank, std::move(images), stride};
+}
+
 LocalizerMap readLocalizerMap(const MapStore& store, std::size_t maxImages) {
-  return localizerMap(store, restoreMapper(store).impl().bankAtRest(), maxImages);
+  return readLocalizerMap(store, restoreMapper(store).impl().bankAtRest(), maxImages);
 }
 
 LocalizerMap readLocalizerMap(const std::filesystem::path& path, std::size_t maxImages) {
@@ -283,11 +282,6 @@ Localizer::Localizer(std::shared_ptr<const LocalizerMap> map, const LocalizerOpt
     : impl_(std::make_unique<Impl>(std::move(map), options)) {}
 Localizer::Localizer(const std::filesystem::path& map, const LocalizerOptions& options)
     : Localizer(std::make_shared<const LocalizerMap>(readLocalizerMap(map, validated(options).maxImages)),
-                options) {}
-Localizer::Localizer(MappingSession& session, const LocalizerOptions& options)
-    : Localizer(std::make_shared<const LocalizerMap>(localizerMap(session.impl_->written(),
-                                                                  session.impl_->mapper.impl().bankAtRest(),
-                                                                  validated(options).maxImages)),
                 options) {}
 Localizer::Localizer(Localizer&&) noexcept = default;
 Localizer& Localizer::operator=(Localizer&&) noexcept = default;

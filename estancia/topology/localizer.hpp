@@ -68,7 +68,7 @@ class Localizer {
  public:
   /// Reads a map file. Throws Error as readMap() does, and insufficientData for an empty map.
   explicit Localizer(const std::filesystem::path& map, const LocalizerOptions& options = {});
-  /// Localizes in the map that is being made, as of now.
+  /// Localizes in the map that is being made, as of now; defined by the session's room.
   explicit Localizer(MappingSession& session, const LocalizerOptions& options = {});
   /// Several localizers may share a map.
   Localizer(std::shared_ptr<const LocalizerMap> map, const LocalizerOptions& options);

@@ -25,5 +25,7 @@ struct LocalizerMap {
 LocalizerMap readLocalizerMap(const std::filesystem::path& path, std::size_t maxImages);
 /// The same of an open one.
 LocalizerMap readLocalizerMap(const MapStore& store, std::size_t maxImages);
+/// The same with the nodes of a mapper that is at hand.
+LocalizerMap readLocalizerMap(const MapStore& store, const NodeBank& bank, std::size_t maxImages);
 
 }  // namespace estancia

@@ -177,8 +177,4 @@ TopologicalMap readMap(const std::filesystem::path& path);
 /// The frames of a map file with their descriptors, as of one moment. Throws Error as readMap() does.
 DescriptorSequence readMapDescriptors(const std::filesystem::path& path);
 
-/// Stores a room classifier's predictions in a map file, row i for frame i; earlier ones are replaced. Throws
-/// Error as readMap() does, and when they do not fit the map (mismatch) or another process writes it (busy).
-void writeRoomPredictions(const RoomPredictions& predictions, const std::filesystem::path& path);
-
 }  // namespace estancia

@@ -93,4 +93,11 @@ CompactedMap compactMap(const std::filesystem::path& map, const std::optional<st
   return done;
 }
 
+void writeRoomPredictions(const RoomPredictions& predictions, const std::filesystem::path& path) {
+  MapStore store = MapStore::open(path, MapStore::Access::write);
+  store.putPredictions(predictions);
+  store.commit();
+  fitFile(store);
+}
+
 }  // namespace estancia

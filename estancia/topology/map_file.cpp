@@ -7,7 +7,7 @@
 
 #include "estancia/core/fail.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
-#include "estancia/topology/session_impl.hpp"
+#include "estancia/topology/map.hpp"
 #include "estancia/topology/store.hpp"
 
 namespace estancia {
@@ -50,13 +50,6 @@ DescriptorSequence readMapDescriptors(const fs::path& path) {
     fail(ErrorCode::corruptFile, "{}: it has {} frames but {} descriptors; map the sequence again",
          path.string(), sequence.frames.size(), sequence.descriptors.size());
   return sequence;
-}
-
-void writeRoomPredictions(const RoomPredictions& predictions, const fs::path& path) {
-  MapStore store = MapStore::open(path, MapStore::Access::write);
-  store.putPredictions(predictions);
-  store.commit();
-  fitFile(store);
 }
 
 }  // namespace estancia

@@ -26,9 +26,6 @@ namespace estancia {
 namespace {
 
 constexpr auto writeInterval = std::chrono::seconds(1);
-constexpr const char* stateKey = "mapper";
-constexpr const char* viewsKey = "views";
-constexpr const char* priorKey = "label-prior";
 constexpr const char *guideKey = "guide", *guidedKey = "guided", *alignmentKey = "alignment";
 /// A drive whose poses are known in the map is lost no longer when it was recognized so often: poses and
 /// views tell places from then on, as in a first drive, at a tenth of the cost.
@@ -52,28 +49,6 @@ void requireApart(MapStore& store, int firstNode, std::size_t firstFrame) {
 
 }  // namespace
 
-Mapper restoreMapper(const MapStore& store) {
-  return restoreMapper(store, store.path());
-}
-
-Mapper restoreMapper(const MapStore& store, const std::filesystem::path& file) try {
-  const auto state = store.findState(stateKey);
-  if (!state)
-    throw Error(ErrorCode::corruptFile, "the map has no saved mapper state; map the sequence again");
-  const Vocabulary& vocabulary = store.identity().vocabulary;
-  const auto prior = store.findState(priorKey);  // none: of an older program's map
-  return Mapper::Impl::restore(
-      vocabulary.layout(), settingsFromJson(store.identity().settings),
-      {prior ? LabelPrior::fromBytes(*prior, vocabulary.size()) : unknownLabelsPrior(vocabulary.size()),
-       *state, store.nodeStates(), store.findState(viewsKey).value_or(""), store.transitions(),
-       [&store](std::size_t frame) { return store.descriptor(frame); },
-       [&store](std::size_t frame) { return store.pose(frame); }});
-} catch (const Error& e) {
-  const std::string path = store.path().string(), message = e.what();
-  const bool isNamed = message.starts_with(path);  // by the store; what is read from memory knows no file
-  throw Error(e.code(), file.string() + (isNamed ? message.substr(path.size()) : ": " + message));
-}
-
 MappingSession::MappingSession(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 MappingSession::MappingSession(MappingSession&&) noexcept = default;
 MappingSession& MappingSession::operator=(MappingSession&&) noexcept = default;
@@ -91,7 +66,7 @@ MappingSession MappingSession::create(const std::filesystem::path& path, const V
                                       ExistingMap existing) {
   Mapper mapper(vocabulary, options);  // first: invalid options leave no file
   MapStore store = MapStore::create(path, {vocabulary, model, settingsToJson(options)}, existing);
-  store.putState(priorKey, mapper.impl().prior.toBytes());
+  store.putState(mapperPriorKey, mapper.impl().prior.toBytes());
   return MappingSession(std::make_unique<Impl>(Impl{std::move(store), std::move(mapper)}));
 }
 
@@ -418,8 +393,8 @@ void MappingSession::Impl::write() {
       store.putTransition(known->second);
     else
       store.removeTransition(from, to);
-  store.putState(stateKey, state.state());
-  if (state.views.isOn()) store.putState(viewsKey, state.views.state());
+  store.putState(mapperStateKey, state.state());
+  if (state.views.isOn()) store.putState(mapperViewsKey, state.views.state());
   if (guide) {
     store.putState(guideKey, guide->state());
     ByteWriter count;

@@ -120,4 +120,8 @@ std::optional<std::size_t> firstUnmapped(const TopologicalMap& map, const Sequen
 /// How a drive of a sequence begins.
 DriveStart driveStartOf(const Sequence& sequence);
 
+/// Stores a room classifier's predictions in a map file, row i for frame i; earlier ones are replaced. Throws
+/// Error as readMap() does, and when they do not fit the map (mismatch) or another process writes it (busy).
+void writeRoomPredictions(const RoomPredictions& predictions, const std::filesystem::path& path);
+
 }  // namespace estancia

@@ -14,6 +14,7 @@
 #include "estancia/topology/drive_guide.hpp"
 #include "estancia/topology/frame_keeper.hpp"
 #include "estancia/topology/map_budget.hpp"
+#include "estancia/topology/restore_mapper.hpp"
 #include "estancia/topology/session.hpp"
 #include "estancia/topology/store.hpp"
 
@@ -101,10 +102,5 @@ MapBudget budgetOf(const MapStore& store);
 void putBudget(MapStore& store, const MapBudget& budget);
 /// Keeps the file within so many megabytes, with what it has kept so far. The store must outlive it.
 FrameKeeper keeperOf(MapStore& store, std::uint64_t megabytes);
-
-/// The mapper that a map file was made with, as it was at the last commit.
-Mapper restoreMapper(const MapStore& store);
-/// `file` is its name in messages, of which the store may be a copy.
-Mapper restoreMapper(const MapStore& store, const std::filesystem::path& file);
 
 }  // namespace estancia

@@ -7,6 +7,7 @@
 
 #include "estancia/classify/zero_shot_rooms.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/topology/session.hpp"
 #include "estancia/topology/store.hpp"
 #include "estancia/words/installed_words.hpp"
 #include "estancia/words/room_words.hpp"

@@ -9,6 +9,7 @@
 #include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/topology/map.hpp"
 #include "estancia/topology/places.hpp"
+#include "estancia/topology/session.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 

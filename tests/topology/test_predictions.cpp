@@ -12,6 +12,7 @@
 #include "estancia/topology/places.hpp"
 #include "estancia/topology/quality.hpp"
 #include "estancia/topology/route.hpp"
+#include "estancia/topology/session.hpp"
 #include "estancia/topology/sqlite.hpp"
 #include "estancia/topology/store.hpp"
 #include "support/errors.hpp"

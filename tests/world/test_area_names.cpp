@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "estancia/topology/session.hpp"
 #include "estancia/topology/sqlite.hpp"
 #include "estancia/words/installed_words.hpp"
 #include "estancia/world/ask_world.hpp"

@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "estancia/topology/map.hpp"
+#include "estancia/topology/session.hpp"
 #include "estancia/topology/sqlite.hpp"
 #include "estancia/topology/store.hpp"
 #include "estancia/world/ask_world.hpp"
