@@ -23,6 +23,7 @@
 #include "estancia/describe/table_features.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
+#include "estancia/io/open_sequence.hpp"
 #include "estancia/report/text.hpp"
 #include "estancia/stats/proportion.hpp"
 #include "estancia/topology/places.hpp"

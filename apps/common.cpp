@@ -16,6 +16,7 @@
 #include "estancia/core/output_file.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/image_writer.hpp"
+#include "estancia/io/open_sequence.hpp"
 #include "estancia/topology/map.hpp"
 #include "estancia/zones/zone_file.hpp"
 

@@ -19,6 +19,7 @@
 #include "common.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/printable.hpp"
+#include "estancia/io/open_sequence.hpp"
 #include "estancia/live/live_loop.hpp"
 #include "estancia/live/open_source.hpp"
 #include "estancia/live/ros_publisher.hpp"

@@ -17,7 +17,7 @@
 #include <numeric>
 
 #include "estancia/core/error.hpp"
-#include "estancia/io/sequence.hpp"
+#include "estancia/io/open_sequence.hpp"
 #include "estancia/label/label_stream.hpp"
 #include "estancia/label/model.hpp"
 

@@ -20,6 +20,7 @@
 #include <thread>
 #include <vector>
 
+#include "estancia/io/open_sequence.hpp"
 #include "estancia/label/labeler.hpp"
 #include "estancia/label/model.hpp"
 #include "estancia/live/live_loop.hpp"

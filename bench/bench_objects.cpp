@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "estancia/core/error.hpp"
+#include "estancia/io/open_sequence.hpp"
 #include "estancia/label/model.hpp"
 #include "estancia/objects/clustered_frame.hpp"
 #include "estancia/objects/predict.hpp"

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "estancia/io/image_writer.hpp"
-#include "estancia/io/sequence.hpp"
+#include "estancia/io/open_sequence.hpp"
 #include "estancia/label/label_stream.hpp"
 #include "estancia/label/model.hpp"
 #include "estancia/topology/session.hpp"

@@ -20,7 +20,7 @@
 #include <string>
 #include <vector>
 
-#include "estancia/io/sequence.hpp"
+#include "estancia/io/open_sequence.hpp"
 #include "estancia/topology/session.hpp"
 #include "estancia/world/world_mapper.hpp"
 

@@ -43,6 +43,7 @@
 #include "estancia/io/home_plan.hpp"
 #include "estancia/io/image_file.hpp"
 #include "estancia/io/object_views.hpp"
+#include "estancia/io/open_sequence.hpp"
 #include "estancia/io/sequence.hpp"
 #include "estancia/io/trajectory.hpp"
 

@@ -4,10 +4,9 @@
 
 #include <filesystem>
 #include <opencv2/core/mat.hpp>
+#include <optional>
 #include <string>
 #include <vector>
-
-#include "estancia/io/formats.hpp"
 
 namespace estancia::io {
 
@@ -22,6 +21,13 @@ cv::Mat metersOf(const cv::Mat& raw, double unitsPerMeter, const std::string& na
 
 /// Extensions of the depth images in folders, lower case; no JPEG, which would blur depth.
 const std::vector<std::string>& depthSuffixes();
+
+/// A frame's depth image: "" where it has none.
+struct DepthFile {
+  std::filesystem::path file;
+  /// Of the nearest depth image, even where that is not this frame's.
+  std::optional<double> timestamp;
+};
 
 /// A depth image and its time stamp.
 struct TimedFile {

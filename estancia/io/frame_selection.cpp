@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/io/formats.hpp"
+#include "estancia/io/listed_sequence.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

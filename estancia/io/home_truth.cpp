@@ -16,6 +16,7 @@
 #include "estancia/io/csv.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/image_decoding.hpp"
+#include "estancia/io/open_sequence.hpp"
 
 namespace estancia::io {
 namespace fs = std::filesystem;

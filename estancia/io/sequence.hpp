@@ -12,9 +12,7 @@
 #include <vector>
 
 #include "estancia/core/camera.hpp"
-#include "estancia/core/choice.hpp"
 #include "estancia/core/frame.hpp"
-#include "estancia/core/options.hpp"
 
 namespace estancia {
 
@@ -81,7 +79,7 @@ class Sequence {
   std::optional<PoseSource> poseSource_;
 };
 
-/// How to open a sequence. The defaults detect the format.
+/// How openSequence() opens a sequence. The defaults detect the format.
 struct SequenceOptions {
   /// One of sequenceTypes(), or "auto".
   std::string type = "auto";
@@ -126,27 +124,8 @@ struct SequenceOptions {
   /// How often the tour visits all places; later rounds look between the headings of the earlier ones.
   int rounds = 1;
 };
-OptionGroup declare(SequenceOptions& options);
-/// Throws Error on an option out of its range; depthScale is 0 or at least 1e-6.
-void validate(const SequenceOptions& options);
 
 /// Whether any of its frames has a pose.
 bool hasPoses(const Sequence& sequence);
-
-/// Opens a folder, a video file, a descriptor file, a folder of panoramas …
-/// Throws Error when the path does not exist, the format is not recognized, a side file is malformed, or the
-/// split or a room is unknown (naming the known ones).
-std::unique_ptr<Sequence> openSequence(const std::filesystem::path& path,
-                                       const SequenceOptions& options = {});
-
-/// Single image files in the given order; frames are named by their paths. Throws Error for missing files and
-/// other file types.
-std::unique_ptr<Sequence> openImages(const std::vector<std::filesystem::path>& files);
-
-/// True for existing files with the extension of an image.
-bool isImageFile(const std::filesystem::path& file);
-
-/// The values of SequenceOptions::type besides "auto".
-Choices sequenceTypes();
 
 }  // namespace estancia

@@ -12,7 +12,7 @@
 #include "estancia/core/fail.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/io/files.hpp"
-#include "estancia/io/formats.hpp"
+#include "estancia/io/listed_sequence.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;

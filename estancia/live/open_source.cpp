@@ -4,6 +4,7 @@
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
+#include "estancia/io/open_sequence.hpp"
 #include "estancia/live/camera_source.hpp"
 #include "estancia/live/ros_source.hpp"
 

@@ -13,7 +13,7 @@
 #include "estancia/core/printable.hpp"
 #include "estancia/core/rigid.hpp"
 #include "estancia/io/home_truth.hpp"
-#include "estancia/io/sequence.hpp"
+#include "estancia/io/open_sequence.hpp"
 #include "estancia/topology/store.hpp"
 #include "estancia/world/world_map.hpp"
 #include "estancia/world/world_store.hpp"

@@ -5,7 +5,7 @@
 #include "estancia/check/check.hpp"
 #include "estancia/core/rigid.hpp"
 #include "estancia/io/image_file.hpp"
-#include "estancia/io/sequence.hpp"
+#include "estancia/io/open_sequence.hpp"
 #include "estancia/io/trajectory.hpp"
 #include "options.hpp"
 #include "values.hpp"

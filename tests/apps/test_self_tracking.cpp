@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "estancia/io/sequence.hpp"
+#include "estancia/io/open_sequence.hpp"
 #include "estancia/stats/trajectory_error.hpp"
 #include "estancia/world/world_map.hpp"
 #include "support/errors.hpp"

@@ -12,6 +12,7 @@
 
 #include "convert/quantization_plan.hpp"
 #include "estancia/core/digest.hpp"
+#include "estancia/io/open_sequence.hpp"
 #include "estancia/label/model.hpp"
 #include "support/errors.hpp"
 #include "support/model_support.hpp"

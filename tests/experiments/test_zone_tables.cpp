@@ -15,6 +15,7 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/io/csv.hpp"
+#include "estancia/io/open_sequence.hpp"
 #include "estancia/label/model.hpp"
 #include "estancia/label/record.hpp"
 #include "estancia/zones/measure.hpp"

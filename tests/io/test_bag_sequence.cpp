@@ -13,7 +13,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/rigid.hpp"
 #include "estancia/io/bag_summary.hpp"
-#include "estancia/io/sequence.hpp"
+#include "estancia/io/open_sequence.hpp"
 #include "support/support.hpp"
 
 namespace estancia {

@@ -7,7 +7,7 @@
 
 #include "estancia/io/csv.hpp"
 #include "estancia/io/files.hpp"
-#include "estancia/io/sequence.hpp"
+#include "estancia/io/open_sequence.hpp"
 #include "io/images.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"

@@ -8,7 +8,7 @@
 
 #include "estancia/io/camera_file.hpp"
 #include "estancia/io/depth_file.hpp"
-#include "estancia/io/sequence.hpp"
+#include "estancia/io/open_sequence.hpp"
 #include "io/images.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"

@@ -7,7 +7,7 @@
 #include <opencv2/core.hpp>
 
 #include "estancia/io/home_truth.hpp"
-#include "estancia/io/sequence.hpp"
+#include "estancia/io/open_sequence.hpp"
 #include "io/images.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"

@@ -6,7 +6,7 @@
 
 #include <atomic>
 
-#include "estancia/io/sequence.hpp"
+#include "estancia/io/open_sequence.hpp"
 #include "io/images.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"

@@ -9,7 +9,7 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/io/label_file.hpp"
-#include "estancia/io/sequence.hpp"
+#include "estancia/io/open_sequence.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 

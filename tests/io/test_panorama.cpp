@@ -9,7 +9,7 @@
 #include <opencv2/imgproc.hpp>
 #include <set>
 
-#include "estancia/io/sequence.hpp"
+#include "estancia/io/open_sequence.hpp"
 #include "io/images.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "estancia/io/sequence.hpp"
+#include "estancia/io/open_sequence.hpp"
 #include "io/images.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"

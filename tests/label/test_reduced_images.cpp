@@ -7,7 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "estancia/io/image_file.hpp"
-#include "estancia/io/sequence.hpp"
+#include "estancia/io/open_sequence.hpp"
 #include "estancia/label/ensemble.hpp"
 #include "estancia/label/label_stream.hpp"
 #include "estancia/label/model.hpp"

@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "estancia/io/home_truth.hpp"
-#include "estancia/io/sequence.hpp"
+#include "estancia/io/open_sequence.hpp"
 #include "estancia/label/recorded_labeler.hpp"
 #include "estancia/live/live_loop.hpp"
 #include "estancia/live/replay_source.hpp"

@@ -15,6 +15,7 @@
 #include "estancia/core/fail.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/io/home_truth.hpp"
+#include "estancia/io/open_sequence.hpp"
 #include "estancia/label/model.hpp"
 #include "estancia/topology/localizer.hpp"
 #include "estancia/topology/quality.hpp"

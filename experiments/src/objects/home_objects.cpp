@@ -11,7 +11,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/planar_pose.hpp"
 #include "estancia/io/home_truth.hpp"
-#include "estancia/io/sequence.hpp"
+#include "estancia/io/open_sequence.hpp"
 #include "estancia/objects/instance_accuracy.hpp"
 #include "estancia/objects/instance_map.hpp"
 #include "estancia/world/observation.hpp"

@@ -13,7 +13,7 @@
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/io/home_truth.hpp"
-#include "estancia/io/sequence.hpp"
+#include "estancia/io/open_sequence.hpp"
 #include "experiments/src/findings/pivot.hpp"
 #include "experiments/src/runner/config_lists.hpp"
 #include "experiments/src/runner/subjects.hpp"

@@ -13,6 +13,7 @@
 #include "estancia/core/config.hpp"
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/io/open_sequence.hpp"
 #include "estancia/label/model.hpp"
 #include "estancia/stats/compared_vectors.hpp"
 #include "estancia/stats/distance.hpp"

@@ -16,7 +16,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/rigid.hpp"
 #include "estancia/io/home_truth.hpp"
-#include "estancia/io/sequence.hpp"
+#include "estancia/io/open_sequence.hpp"
 #include "experiments/src/recognition/color_cases.hpp"
 
 namespace estancia::experiments {

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "estancia/core/digest.hpp"
+#include "estancia/io/open_sequence.hpp"
 #include "estancia/label/model.hpp"
 #include "estancia/label/record.hpp"
 

@@ -10,6 +10,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/plus_names.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
+#include "estancia/io/open_sequence.hpp"
 #include "estancia/label/model.hpp"
 #include "experiments/src/runner/config_lists.hpp"
 

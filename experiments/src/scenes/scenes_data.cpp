@@ -18,6 +18,7 @@
 #include "estancia/io/csv.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/io/feature_table.hpp"
+#include "estancia/io/open_sequence.hpp"
 #include "estancia/label/model.hpp"
 #include "experiments/src/places/room_table.hpp"
 #include "experiments/src/zones/room_classes.hpp"

@@ -18,6 +18,7 @@
 #include "estancia/core/config.hpp"
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/io/open_sequence.hpp"
 #include "estancia/label/model.hpp"
 #include "estancia/label/record.hpp"
 #include "estancia/stats/clustering_agreement.hpp"
