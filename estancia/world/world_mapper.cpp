@@ -8,12 +8,12 @@
 #include <vector>
 
 #include "estancia/core/fail.hpp"
-#include "estancia/io/sequence.hpp"
-#include "estancia/topology/drive_store.hpp"
-#include "estancia/topology/sqlite.hpp"
-#include "estancia/world/edit_areas.hpp"
-#include "estancia/world/edit_objects.hpp"
+#include "estancia/map_file/drive_store.hpp"
+#include "estancia/map_file/sqlite.hpp"
+#include "estancia/sequences/sequence.hpp"
 #include "estancia/world/world_mapper_impl.hpp"
+#include "estancia/world_file/edit_areas.hpp"
+#include "estancia/world_file/edit_objects.hpp"
 #include "estancia/zones/zones.hpp"
 
 namespace estancia {

@@ -10,15 +10,15 @@
 #include <vector>
 
 #include "estancia/areas/areas.hpp"
-#include "estancia/cloud/clusters.hpp"
 #include "estancia/core/camera.hpp"
 #include "estancia/core/options.hpp"
+#include "estancia/layers/work_time.hpp"
 #include "estancia/objects/instance_map.hpp"
 #include "estancia/odometry/rgbd.hpp"
-#include "estancia/topology/session.hpp"
-#include "estancia/world/observation.hpp"
-#include "estancia/world/work_time.hpp"
-#include "estancia/world/world_options.hpp"
+#include "estancia/segmentation/clusters.hpp"
+#include "estancia/session/session.hpp"
+#include "estancia/world_file/observation.hpp"
+#include "estancia/world_file/world_options.hpp"
 
 namespace estancia {
 

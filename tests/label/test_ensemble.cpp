@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "estancia/core/error.hpp"
-#include "estancia/label/ensemble.hpp"
 #include "estancia/label/label_stream.hpp"
+#include "estancia/labelers/ensemble.hpp"
 #include "support/errors.hpp"
 #include "support/model_support.hpp"
 #include "support/support.hpp"

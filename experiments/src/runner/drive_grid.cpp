@@ -6,9 +6,9 @@
 #include <algorithm>
 
 #include "estancia/core/digest.hpp"
-#include "estancia/io/open_sequence.hpp"
-#include "estancia/label/model.hpp"
 #include "estancia/label/record.hpp"
+#include "estancia/labelers/model.hpp"
+#include "estancia/readers/open_sequence.hpp"
 
 namespace estancia::experiments {
 
