@@ -14,7 +14,7 @@ using Json = nlohmann::json;
 
 constexpr std::size_t kMaxLabelBytes = 1000;
 constexpr std::size_t kMaxLabels = 100'000;
-constexpr int kMaxDepth = 64;
+constexpr int kMaxNesting = 64;
 
 std::string excerpt(std::string_view text) {
   constexpr std::size_t maxShown = 80;
@@ -23,8 +23,8 @@ std::string excerpt(std::string_view text) {
 
 Json parse(std::string_view text, const std::string& source) {
   const auto shallow = [&](int depth, Json::parse_event_t, Json&) {
-    if (depth > kMaxDepth)
-      fail(ErrorCode::malformedFile, "{}: JSON with more than {} levels", source, kMaxDepth);
+    if (depth > kMaxNesting)
+      fail(ErrorCode::malformedFile, "{}: JSON with more than {} levels", source, kMaxNesting);
     return true;
   };
   try {

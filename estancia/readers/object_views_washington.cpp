@@ -25,7 +25,7 @@ namespace {
 
 /// From the data set's depthToCloud.m.
 constexpr CameraIntrinsics kWashingtonCamera = {640, 480, 570.3, 570.3, 320, 240};
-constexpr double kMillimeters = 1000;
+constexpr double kWashingtonScale = 1000;
 constexpr const char* kCrop = "_crop.png";
 constexpr const char* kBeside[] = {"_depthcrop.png", "_maskcrop.png", "_loc.txt"};
 
@@ -82,7 +82,7 @@ class Washington final : public ListedObjectViews {
   PointCloud cloud(std::size_t i) const override {
     const ObjectImage seen = image(i);
     const std::string& stem = stems_.at(i);
-    const cv::Mat depth = readDepth(stem + kBeside[0], kMillimeters);
+    const cv::Mat depth = readDepth(stem + kBeside[0], kWashingtonScale);
     const fs::path file = stem + kBeside[2];
     const cv::Point origin = readOrigin(file);
     if (origin.x + depth.cols > camera_.width || origin.y + depth.rows > camera_.height)

@@ -17,7 +17,7 @@ const WorldObject* thingOf(const ObjectChange& change, const WorldMap& world) {
   return object ? world.findObject(*object) : nullptr;
 }
 
-Json pointJson(const cv::Point3d& p) {
+Json roundedJson(const cv::Point3d& p) {
   const auto inMillimeters = [](double meters) { return std::round(meters * 1e3) / 1e3; };
   return {inMillimeters(p.x), inMillimeters(p.y), inMillimeters(p.z)};
 }
@@ -34,12 +34,12 @@ Json changeJson(const ObjectChange& change, const WorldMap& world) {
       {"whole", change.isWhole},          {"object_before", number(change.before)},
       {"object_now", number(change.now)}, {"area_m2", std::round(change.area * 1e4) / 1e4}};
   if (change.kind != ObjectChange::Kind::appeared) {
-    json["from"] = pointJson(change.from);
+    json["from"] = roundedJson(change.from);
     json["from_area"] = areaJson(change.from, world);
     json["last_seen"] = world.places.frames.at(change.lastBefore).name;
   }
   if (change.kind != ObjectChange::Kind::gone) {
-    json["to"] = pointJson(change.to);
+    json["to"] = roundedJson(change.to);
     json["to_area"] = areaJson(change.to, world);
     json["first_seen"] = world.places.frames.at(change.firstNow).name;
   }
