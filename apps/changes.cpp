@@ -4,9 +4,9 @@
 
 #include "common.hpp"
 #include "estancia/core/label_words.hpp"
-#include "estancia/report/text.hpp"
-#include "estancia/topology/drives.hpp"
-#include "estancia/world/changes.hpp"
+#include "estancia/figures/text.hpp"
+#include "estancia/query/drives.hpp"
+#include "estancia/world_query/changes.hpp"
 
 namespace estancia::apps {
 namespace {

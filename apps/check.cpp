@@ -7,10 +7,10 @@
 #include "common.hpp"
 #include "estancia/check/check.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/io/bag_summary.hpp"
-#include "estancia/io/descriptor_sequence.hpp"
-#include "estancia/report/text.hpp"
+#include "estancia/figures/text.hpp"
+#include "estancia/readers/bag_summary.hpp"
 #include "estancia/ros/bag.hpp"
+#include "estancia/sequences/descriptor_sequence.hpp"
 
 namespace estancia::apps {
 namespace {

@@ -14,9 +14,10 @@
 #include "estancia/classify/room_classifier.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
-#include "estancia/io/files.hpp"
-#include "estancia/io/image_writer.hpp"
-#include "estancia/topology/map.hpp"
+#include "estancia/files/files.hpp"
+#include "estancia/files/image_writer.hpp"
+#include "estancia/map_file/map.hpp"
+#include "estancia/readers/open_sequence.hpp"
 #include "estancia/zones/zone_file.hpp"
 
 namespace estancia::apps {

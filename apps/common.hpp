@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "declared_options.hpp"
-#include "estancia/io/sequence.hpp"
 #include "estancia/report/measures.hpp"
+#include "estancia/sequences/sequence.hpp"
 
 namespace estancia::apps {
 

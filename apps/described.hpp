@@ -11,7 +11,7 @@
 #include "common.hpp"
 #include "estancia/classify/predict_rooms.hpp"
 #include "estancia/describe/features.hpp"
-#include "estancia/io/feature_table.hpp"
+#include "estancia/sequences/feature_table.hpp"
 #include "labeling.hpp"
 
 namespace estancia::apps {

@@ -9,9 +9,9 @@
 #include "common.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/core/progress.hpp"
-#include "estancia/report/text.hpp"
-#include "estancia/topology/drives.hpp"
-#include "estancia/world/merge_maps.hpp"
+#include "estancia/figures/text.hpp"
+#include "estancia/joining/merge_maps.hpp"
+#include "estancia/query/drives.hpp"
 
 namespace estancia::apps {
 namespace {

@@ -7,11 +7,11 @@
 #include <filesystem>
 
 #include "estancia/core/error.hpp"
-#include "estancia/io/home_truth.hpp"
+#include "estancia/query/accuracy.hpp"
+#include "estancia/query/quality.hpp"
+#include "estancia/readers/home_truth.hpp"
 #include "estancia/report/measures.hpp"
-#include "estancia/topology/accuracy.hpp"
-#include "estancia/topology/quality.hpp"
-#include "estancia/world/evaluate_world.hpp"
+#include "estancia/world_query/evaluate_world.hpp"
 #include "estancia/zones/measure.hpp"
 #include "estancia/zones/zone_file.hpp"
 #include "localization.hpp"

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include "common.hpp"
-#include "estancia/topology/explain.hpp"
-#include "estancia/topology/map_json.hpp"
+#include "estancia/query/explain.hpp"
+#include "estancia/query/map_json.hpp"
 
 namespace estancia::apps {
 void addExplainCommand(CLI::App& app) {

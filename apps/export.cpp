@@ -6,8 +6,8 @@
 #include "common.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
-#include "estancia/io/text_file.hpp"
-#include "estancia/world/export_world.hpp"
+#include "estancia/files/text_file.hpp"
+#include "estancia/world_query/export_world.hpp"
 #include "estancia/zones/zone_file.hpp"
 #include "estancia/zones/zones_json.hpp"
 

@@ -15,10 +15,10 @@
 #include "estancia/cloud/resolution.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/printable.hpp"
-#include "estancia/io/cloud_file.hpp"
-#include "estancia/io/files.hpp"
-#include "estancia/io/image_writer.hpp"
-#include "estancia/report/cloud_image.hpp"
+#include "estancia/figures/cloud_image.hpp"
+#include "estancia/files/cloud_file.hpp"
+#include "estancia/files/files.hpp"
+#include "estancia/files/image_writer.hpp"
 
 namespace estancia::apps {
 namespace {

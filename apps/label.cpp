@@ -5,8 +5,8 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/printable.hpp"
-#include "estancia/io/descriptor_sequence.hpp"
-#include "estancia/report/text.hpp"
+#include "estancia/figures/text.hpp"
+#include "estancia/sequences/descriptor_sequence.hpp"
 #include "labeling.hpp"
 
 namespace estancia::apps {

@@ -7,7 +7,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/label/record.hpp"
-#include "estancia/label/recorded_labeler.hpp"
+#include "estancia/labelers/recorded_labeler.hpp"
 #include "skipped.hpp"
 
 namespace estancia::apps {

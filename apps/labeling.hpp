@@ -10,7 +10,7 @@
 #include "common.hpp"
 #include "estancia/core/vocabulary.hpp"
 #include "estancia/label/label_stream.hpp"
-#include "estancia/label/model.hpp"
+#include "estancia/labelers/model.hpp"
 
 namespace estancia::apps {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common.hpp"
-#include "estancia/topology/localizer.hpp"
+#include "estancia/localization/localizer.hpp"
 #include "labeling.hpp"
 
 namespace estancia::apps {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include "estancia/topology/map_json.hpp"
+#include "estancia/query/map_json.hpp"
 #include "localization.hpp"
 
 namespace estancia::apps {

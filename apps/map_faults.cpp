@@ -7,7 +7,7 @@
 #include <string>
 
 #include "estancia/core/printable.hpp"
-#include "estancia/report/text.hpp"
+#include "estancia/figures/text.hpp"
 
 namespace estancia::apps {
 

@@ -8,8 +8,8 @@
 #include "common.hpp"
 #include "estancia/core/digest.hpp"
 #include "estancia/core/printable.hpp"
-#include "estancia/report/text.hpp"
-#include "estancia/world/world_map.hpp"
+#include "estancia/figures/text.hpp"
+#include "estancia/world_file/world_map.hpp"
 
 namespace estancia::apps {
 namespace {

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "estancia/layers/known_objects.hpp"
 #include "estancia/objects/object_model.hpp"
-#include "estancia/world/known_objects.hpp"
 #include "estancia/world/world_mapper.hpp"
 
 namespace estancia::apps {

@@ -1,6 +1,6 @@
 // estancia mcp: a map for agents, by the Model Context Protocol on standard input and output.
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/live/mcp.hpp"
+#include "estancia/site/mcp.hpp"
 
 #include <unistd.h>
 

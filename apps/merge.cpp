@@ -9,8 +9,8 @@
 #include "estancia/core/digest.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/core/progress.hpp"
-#include "estancia/report/text.hpp"
-#include "estancia/world/merge_maps.hpp"
+#include "estancia/figures/text.hpp"
+#include "estancia/joining/merge_maps.hpp"
 #include "processes.hpp"
 
 namespace estancia::apps {

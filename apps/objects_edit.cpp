@@ -8,9 +8,9 @@
 #include "command_tree.hpp"
 #include "common.hpp"
 #include "estancia/core/printable.hpp"
-#include "estancia/report/text.hpp"
-#include "estancia/world/edit_objects.hpp"
-#include "estancia/world/world_json.hpp"
+#include "estancia/figures/text.hpp"
+#include "estancia/world_file/edit_objects.hpp"
+#include "estancia/world_query/world_json.hpp"
 #include "objects.hpp"
 
 namespace estancia::apps {

@@ -9,8 +9,8 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/printable.hpp"
-#include "estancia/io/trajectory.hpp"
 #include "estancia/odometry/rgbd.hpp"
+#include "estancia/sequences/trajectory.hpp"
 #include "estancia/stats/trajectory_error.hpp"
 #include "labeling.hpp"
 #include "tracked.hpp"

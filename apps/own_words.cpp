@@ -3,7 +3,7 @@
 
 #include "estancia/words/dictionary.hpp"
 #include "estancia/words/label_choice.hpp"
-#include "estancia/world/ask_world.hpp"
+#include "estancia/world_query/ask_world.hpp"
 
 namespace estancia::apps {
 

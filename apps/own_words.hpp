@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "estancia/topology/ask.hpp"
-#include "estancia/world/world_map.hpp"
+#include "estancia/query/ask.hpp"
+#include "estancia/world_file/world_map.hpp"
 
 namespace estancia::apps {
 

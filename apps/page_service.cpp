@@ -10,7 +10,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/live/map_file_view.hpp"
-#include "estancia/live/mcp.hpp"
+#include "estancia/site/mcp.hpp"
 
 namespace estancia::apps {
 

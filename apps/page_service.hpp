@@ -11,7 +11,7 @@
 
 #include "declared_options.hpp"
 #include "estancia/live/live_view.hpp"
-#include "estancia/live/page_server.hpp"
+#include "estancia/site/page_server.hpp"
 
 namespace estancia::apps {
 

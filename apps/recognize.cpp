@@ -7,11 +7,11 @@
 #include <cmath>
 
 #include "common.hpp"
-#include "estancia/io/cloud_file.hpp"
-#include "estancia/io/image_writer.hpp"
+#include "estancia/figures/cloud_image.hpp"
+#include "estancia/files/cloud_file.hpp"
+#include "estancia/files/image_writer.hpp"
 #include "estancia/recognition/object_search.hpp"
 #include "estancia/recognition/prepared.hpp"
-#include "estancia/report/cloud_image.hpp"
 
 namespace estancia::apps {
 namespace {

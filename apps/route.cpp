@@ -13,11 +13,11 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/label_words.hpp"
 #include "estancia/core/printable.hpp"
-#include "estancia/report/text.hpp"
-#include "estancia/topology/places.hpp"
+#include "estancia/figures/text.hpp"
+#include "estancia/map_file/places.hpp"
 #include "estancia/words/installed_words.hpp"
-#include "estancia/world/route_world.hpp"
-#include "estancia/world/world_json.hpp"
+#include "estancia/world_query/route_world.hpp"
+#include "estancia/world_query/world_json.hpp"
 #include "own_words.hpp"
 
 namespace estancia::apps {

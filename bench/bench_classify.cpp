@@ -20,8 +20,8 @@
 
 #include "estancia/classify/classifier.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/io/npy.hpp"
-#include "estancia/stats/distance.hpp"
+#include "estancia/distances/distance.hpp"
+#include "estancia/files/npy.hpp"
 
 namespace {
 

@@ -26,7 +26,7 @@
 #include "estancia/cloud/resolution.hpp"
 #include "estancia/cloud/voxel_grid.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/io/cloud_file.hpp"
+#include "estancia/files/cloud_file.hpp"
 
 namespace {
 

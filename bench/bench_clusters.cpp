@@ -23,12 +23,12 @@
 #include <pcl/segmentation/organized_multi_plane_segmentation.h>
 #endif
 
-#include "estancia/cloud/clusters.hpp"
-#include "estancia/cloud/inverse_depth.hpp"
-#include "estancia/cloud/room_structure.hpp"
-#include "estancia/cloud/segmentation_stages.hpp"
-#include "estancia/cloud/segments.hpp"
-#include "estancia/io/depth_file.hpp"
+#include "estancia/files/depth_file.hpp"
+#include "estancia/segmentation/clusters.hpp"
+#include "estancia/segmentation/inverse_depth.hpp"
+#include "estancia/segmentation/room_structure.hpp"
+#include "estancia/segmentation/segmentation_stages.hpp"
+#include "estancia/segmentation/segments.hpp"
 
 namespace {
 

@@ -28,7 +28,7 @@
 #include "estancia/describe/esf.hpp"
 #include "estancia/describe/gist.hpp"
 #include "estancia/describe/phog.hpp"
-#include "estancia/io/sequence.hpp"
+#include "estancia/readers/open_sequence.hpp"
 
 namespace {
 

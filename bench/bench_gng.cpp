@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "estancia/cloud/growing_neural_gas.hpp"
-#include "estancia/io/pcd.hpp"
+#include "estancia/files/pcd.hpp"
 #include "tests/cloud/textbook_neural_gas.hpp"
 
 namespace {

@@ -17,9 +17,9 @@
 #include <numeric>
 
 #include "estancia/core/error.hpp"
-#include "estancia/io/sequence.hpp"
 #include "estancia/label/label_stream.hpp"
-#include "estancia/label/model.hpp"
+#include "estancia/labelers/model.hpp"
+#include "estancia/readers/open_sequence.hpp"
 
 namespace {
 

@@ -27,7 +27,7 @@
 #include "estancia/core/cores.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/memory.hpp"
-#include "estancia/io/npy.hpp"
+#include "estancia/files/npy.hpp"
 #include "estancia/stats/clustering_agreement.hpp"
 #include "estancia/stats/compared_vectors.hpp"
 #include "estancia/stats/linkage.hpp"

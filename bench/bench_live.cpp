@@ -20,10 +20,11 @@
 #include <thread>
 #include <vector>
 
-#include "estancia/label/labeler.hpp"
-#include "estancia/label/model.hpp"
+#include "estancia/labelers/labeler.hpp"
+#include "estancia/labelers/model.hpp"
 #include "estancia/live/live_loop.hpp"
-#include "estancia/live/replay_source.hpp"
+#include "estancia/readers/open_sequence.hpp"
+#include "estancia/sources/replay_source.hpp"
 
 namespace {
 

@@ -23,9 +23,9 @@
 #include <string>
 #include <vector>
 
-#include "estancia/stats/distance.hpp"
-#include "estancia/topology/node_bank.hpp"
-#include "estancia/topology/session.hpp"
+#include "estancia/distances/distance.hpp"
+#include "estancia/mapper/node_bank.hpp"
+#include "estancia/session/session.hpp"
 #include "estancia/world/world_mapper.hpp"
 
 namespace {

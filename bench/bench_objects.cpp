@@ -18,11 +18,12 @@
 #include <vector>
 
 #include "estancia/core/error.hpp"
-#include "estancia/label/model.hpp"
+#include "estancia/labelers/model.hpp"
 #include "estancia/objects/clustered_frame.hpp"
 #include "estancia/objects/predict.hpp"
 #include "estancia/objects/shape.hpp"
 #include "estancia/objects/training.hpp"
+#include "estancia/readers/open_sequence.hpp"
 
 namespace {
 

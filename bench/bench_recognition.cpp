@@ -32,7 +32,7 @@
 #include "estancia/cloud/neighbors.hpp"
 #include "estancia/cloud/normals.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/io/pcd.hpp"
+#include "estancia/files/pcd.hpp"
 #include "estancia/recognition/keypoints.hpp"
 #include "estancia/recognition/prepared.hpp"
 #include "estancia/recognition/recognizer.hpp"

@@ -12,11 +12,11 @@
 #include <filesystem>
 #include <vector>
 
-#include "estancia/io/image_writer.hpp"
-#include "estancia/io/sequence.hpp"
+#include "estancia/files/image_writer.hpp"
 #include "estancia/label/label_stream.hpp"
-#include "estancia/label/model.hpp"
-#include "estancia/topology/session.hpp"
+#include "estancia/labelers/model.hpp"
+#include "estancia/readers/open_sequence.hpp"
+#include "estancia/session/session.hpp"
 
 namespace {
 

@@ -20,8 +20,8 @@
 #include <string>
 #include <vector>
 
-#include "estancia/io/sequence.hpp"
-#include "estancia/topology/session.hpp"
+#include "estancia/readers/open_sequence.hpp"
+#include "estancia/session/session.hpp"
 #include "estancia/world/world_mapper.hpp"
 
 namespace {

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "estancia/io/descriptor_sequence.hpp"
+#include "estancia/sequences/descriptor_sequence.hpp"
 #include "estancia/stats/clustering_agreement.hpp"
 #include "estancia/zones/zone_stream.hpp"
 

@@ -14,12 +14,12 @@
 #include <string>
 #include <vector>
 
-#include "estancia/io/descriptor_sequence.hpp"
+#include "estancia/localization/localizer.hpp"
+#include "estancia/localization/localizer_map.hpp"
+#include "estancia/query/accuracy.hpp"
+#include "estancia/sequences/descriptor_sequence.hpp"
+#include "estancia/session/session.hpp"
 #include "estancia/stats/clustering_agreement.hpp"
-#include "estancia/topology/accuracy.hpp"
-#include "estancia/topology/localizer.hpp"
-#include "estancia/topology/localizer_map.hpp"
-#include "estancia/topology/session.hpp"
 
 namespace {
 

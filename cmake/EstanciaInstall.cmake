@@ -14,7 +14,9 @@ file(RELATIVE_PATH bin_to_lib ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_
 # The build tree is laid out alike. (A path of its own would be padded, and looked up in the folder it is run in.)
 set_target_properties(estancia_command PROPERTIES INSTALL_RPATH $ORIGIN/${bin_to_lib} BUILD_WITH_INSTALL_RPATH ON)
 
-install(TARGETS estancia ${ESTANCIA_LIBRARIES} EXPORT estanciaTargets FILE_SET HEADERS)
+include(EstanciaFormer)
+list(TRANSFORM ESTANCIA_FORMER_ROOMS PREPEND estancia_ OUTPUT_VARIABLE former)
+install(TARGETS estancia ${ESTANCIA_LIBRARIES} ${former} EXPORT estanciaTargets FILE_SET HEADERS)
 install(TARGETS estancia_command)
 # estancia-fetch: script/bootstrap --networks, and the models' descriptions that it needs.
 set(shared ${CMAKE_INSTALL_DATADIR}/estancia)

@@ -12,8 +12,8 @@
 #include "convert/activation_ranges.hpp"
 #include "estancia/core/options.hpp"
 #include "estancia/core/progress.hpp"
-#include "estancia/io/sequence.hpp"
-#include "estancia/label/model_spec.hpp"
+#include "estancia/labelers/model_spec.hpp"
+#include "estancia/sequences/sequence.hpp"
 
 namespace estancia::convert {
 

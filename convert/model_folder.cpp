@@ -12,7 +12,7 @@
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
-#include "estancia/label/model_files.hpp"
+#include "estancia/labelers/model_files.hpp"
 
 namespace estancia::convert {
 namespace fs = std::filesystem;

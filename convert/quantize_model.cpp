@@ -11,9 +11,9 @@
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
-#include "estancia/io/files.hpp"
-#include "estancia/label/model.hpp"
-#include "estancia/label/model_files.hpp"
+#include "estancia/files/files.hpp"
+#include "estancia/labelers/model.hpp"
+#include "estancia/labelers/model_files.hpp"
 
 namespace estancia::convert {
 namespace fs = std::filesystem;

@@ -9,7 +9,7 @@
 
 #include "convert/calibration.hpp"
 #include "estancia/core/progress.hpp"
-#include "estancia/io/sequence.hpp"
+#include "estancia/sequences/sequence.hpp"
 
 namespace estancia::convert {
 

@@ -17,8 +17,9 @@
 #include "estancia/core/room_predictions.hpp"
 #include "estancia/core/vocabulary.hpp"
 
+#include "estancia/distances/distance.hpp"
+
 #include "estancia/stats/clustering_agreement.hpp"
-#include "estancia/stats/distance.hpp"
 #include "estancia/stats/linkage.hpp"
 #include "estancia/stats/method_comparison.hpp"
 #include "estancia/stats/rank_tests.hpp"
@@ -38,26 +39,29 @@
 #include "estancia/words/word_graph.hpp"
 #include "estancia/words/wordnet.hpp"
 
-#include "estancia/io/cloud_file.hpp"
-#include "estancia/io/descriptor_sequence.hpp"
-#include "estancia/io/home_plan.hpp"
-#include "estancia/io/image_file.hpp"
-#include "estancia/io/object_views.hpp"
-#include "estancia/io/sequence.hpp"
-#include "estancia/io/trajectory.hpp"
+#include "estancia/files/cloud_file.hpp"
+#include "estancia/files/home_plan.hpp"
+#include "estancia/files/image_file.hpp"
+
+#include "estancia/sequences/descriptor_sequence.hpp"
+#include "estancia/sequences/sequence.hpp"
+#include "estancia/sequences/trajectory.hpp"
+
+#include "estancia/readers/object_views.hpp"
+#include "estancia/readers/open_sequence.hpp"
+
+#include "estancia/labelers/labeler.hpp"
+#include "estancia/labelers/model.hpp"
+#include "estancia/labelers/model_spec.hpp"
 
 #include "estancia/label/label_cache.hpp"
 #include "estancia/label/label_stream.hpp"
-#include "estancia/label/labeler.hpp"
-#include "estancia/label/model.hpp"
-#include "estancia/label/model_spec.hpp"
 #include "estancia/label/record.hpp"
 
 #include "estancia/describe/descriptor.hpp"
 #include "estancia/describe/features.hpp"
 #include "estancia/describe/load_descriptor.hpp"
 
-#include "estancia/cloud/clusters.hpp"
 #include "estancia/cloud/crop_object.hpp"
 #include "estancia/cloud/filter.hpp"
 #include "estancia/cloud/growing_neural_gas.hpp"
@@ -65,22 +69,28 @@
 #include "estancia/cloud/normals.hpp"
 #include "estancia/cloud/resolution.hpp"
 
+#include "estancia/segmentation/clusters.hpp"
+
 #include "estancia/odometry/rgbd.hpp"
 #include "estancia/odometry/tracker.hpp"
 
 #include "estancia/check/check.hpp"
 
-#include "estancia/topology/ask.hpp"
-#include "estancia/topology/drives.hpp"
-#include "estancia/topology/explain.hpp"
-#include "estancia/topology/export.hpp"
-#include "estancia/topology/localizer.hpp"
-#include "estancia/topology/map.hpp"
-#include "estancia/topology/map_budget.hpp"
-#include "estancia/topology/mapper.hpp"
-#include "estancia/topology/quality.hpp"
-#include "estancia/topology/route.hpp"
-#include "estancia/topology/session.hpp"
+#include "estancia/map_file/map.hpp"
+
+#include "estancia/mapper/mapper.hpp"
+
+#include "estancia/localization/localizer.hpp"
+
+#include "estancia/session/map_budget.hpp"
+#include "estancia/session/session.hpp"
+
+#include "estancia/query/ask.hpp"
+#include "estancia/query/drives.hpp"
+#include "estancia/query/explain.hpp"
+#include "estancia/query/export.hpp"
+#include "estancia/query/quality.hpp"
+#include "estancia/query/route.hpp"
 
 #include "estancia/zones/zone_file.hpp"
 #include "estancia/zones/zone_stream.hpp"
@@ -107,24 +117,29 @@
 #include "estancia/areas/room_segmentation.hpp"
 #include "estancia/areas/word_map.hpp"
 
-#include "estancia/world/changes.hpp"
-#include "estancia/world/map_sequence.hpp"
-#include "estancia/world/merge_maps.hpp"
-#include "estancia/world/world_map.hpp"
+#include "estancia/world_file/world_map.hpp"
 
-#include "estancia/report/cloud_image.hpp"
-#include "estancia/report/floor_plan.hpp"
+#include "estancia/world/map_sequence.hpp"
+
+#include "estancia/world_query/changes.hpp"
+
+#include "estancia/joining/merge_maps.hpp"
+
+#include "estancia/figures/cloud_image.hpp"
+#include "estancia/figures/floor_plan.hpp"
+
 #include "estancia/report/map_page.hpp"
 #include "estancia/report/measures.hpp"
 #include "estancia/report/page_images.hpp"
 #include "estancia/report/world_page.hpp"
 #include "estancia/report/zones_page.hpp"
 
-#include "estancia/live/frame_source.hpp"
+#include "estancia/sources/frame_source.hpp"
+#include "estancia/sources/open_source.hpp"
+#include "estancia/sources/replay_source.hpp"
+
 #include "estancia/live/live_loop.hpp"
 #include "estancia/live/live_view.hpp"
-#include "estancia/live/open_source.hpp"
-#include "estancia/live/replay_source.hpp"
 
 #include "estancia/fwd.hpp"
 #include "estancia/version.hpp"

@@ -27,12 +27,14 @@ struct RoomPredictions;
 struct RoomProbability;
 class Vocabulary;
 
+// distances
+struct Distance;
+
 // stats
 struct Agreement;
 struct ComparisonOptions;
 class CondensedDistances;
 class Dendrogram;
-struct Distance;
 struct FriedmanTest;
 struct MethodComparison;
 struct MethodScores;
@@ -58,35 +60,41 @@ struct WordNet;
 struct WordNetEntry;
 struct WordNetSynset;
 
-// io
+// files
 struct CloudFileOptions;
+
+// sequences
 struct DescriptorFileOptions;
 struct DescriptorSequence;
-struct ObjectImage;
-struct ObjectView;
-class ObjectViews;
-struct ObjectViewsOptions;
 struct PoseSource;
 class Sequence;
 struct SequenceOptions;
 struct Trajectory;
 struct TrajectoryPoint;
 
-// label
+// readers
+struct ObjectImage;
+struct ObjectView;
+class ObjectViews;
+struct ObjectViewsOptions;
+
+// labelers
 class BatchError;
 class FrameError;
 struct InstalledModel;
-class LabelCache;
 struct LabelResult;
-class LabelStream;
-struct LabelStreamOptions;
-struct LabeledFrame;
 class Labeler;
 struct LabelerOptions;
 struct ModelCheck;
 struct ModelSpec;
 struct Prepared;
 struct Preprocessing;
+
+// label
+class LabelCache;
+class LabelStream;
+struct LabelStreamOptions;
+struct LabeledFrame;
 
 // describe
 struct DescribeOptions;
@@ -97,15 +105,17 @@ struct NamedDescriptor;
 struct View;
 
 // cloud
-struct Cluster;
-struct ClusterOptions;
-struct Clusters;
 struct CropOptions;
 struct FilterOptions;
 struct FilteredCloud;
 struct GngOptions;
 struct NeuralGas;
 struct NormalOptions;
+
+// segmentation
+struct Cluster;
+struct ClusterOptions;
+struct Clusters;
 struct Plane;
 
 // odometry
@@ -120,35 +130,43 @@ struct CheckItem;
 struct CheckOptions;
 struct CheckReport;
 
-// topology
-struct Answers;
+// map_file
 struct Decision;
 struct Drive;
-struct DriveStart;
-struct DriveSummary;
-struct ExportOptions;
+struct MappedFrame;
+struct Merge;
+struct Node;
+struct TopologicalMap;
+struct Transition;
+
+// mapper
+struct MapChanges;
+class Mapper;
+struct MapperOptions;
+struct ThresholdOptions;
+struct Thresholds;
+
+// localization
 struct Localization;
 class Localizer;
 struct LocalizerOptions;
+struct PlaceFilterOptions;
+
+// session
+struct DriveStart;
 struct MapBudget;
-struct MapChanges;
-struct MapQuality;
-struct MappedFrame;
-class Mapper;
-struct MapperOptions;
 class MappingSession;
+
+// query
+struct Answers;
+struct DriveSummary;
+struct ExportOptions;
+struct MapQuality;
 struct Meaning;
-struct Merge;
-struct Node;
 struct OriginalScore;
 struct PlaceAnswer;
-struct PlaceFilterOptions;
 struct Route;
 struct RouteOptions;
-struct ThresholdOptions;
-struct Thresholds;
-struct TopologicalMap;
-struct Transition;
 struct WordRoute;
 
 // zones
@@ -207,35 +225,47 @@ struct RoomSegmentationOptions;
 class WordMap;
 struct WordMapOptions;
 
-// world
-struct Changes;
+// world_file
 struct KnownPose;
-struct MapSequenceOptions;
-struct MappedSequence;
-struct MergedMaps;
-struct ObjectChange;
-struct PlaceChange;
 struct WorldArea;
 struct WorldMap;
 struct WorldObject;
 struct WorldOptions;
 struct WorldZone;
 
-// report
+// world
+struct MapSequenceOptions;
+struct MappedSequence;
+
+// world_query
+struct Changes;
+struct ObjectChange;
+struct PlaceChange;
+
+// joining
+struct MergedMaps;
+
+// figures
 struct CloudLayer;
 struct CloudView;
 struct FloorPlan;
+
+// report
 struct MapPage;
 struct Measure;
 struct PageImages;
 struct WorldPage;
 struct ZonesPage;
 
-// live
-struct DeleteObject;
+// sources
 class FrameSource;
 struct FrameSourceOptions;
 struct LiveFrame;
+struct ReplayOptions;
+class ReplaySource;
+
+// live
+struct DeleteObject;
 class LiveLoop;
 struct LiveOptions;
 struct LiveStatus;
@@ -244,8 +274,6 @@ struct MergeAreas;
 struct NameArea;
 struct NameObject;
 struct PlaceBelief;
-struct ReplayOptions;
-class ReplaySource;
 struct SplitArea;
 
 }  // namespace estancia

@@ -1,8 +1,8 @@
 // An image becomes words: the ten most probable labels of an image.
 //   01_label_an_image IMAGE [MODEL]
 // SPDX-License-Identifier: Apache-2.0
-#include <estancia/io/image_file.hpp>
-#include <estancia/label/model.hpp>
+#include <estancia/files/image_file.hpp>
+#include <estancia/labelers/model.hpp>
 
 #include <algorithm>
 #include <cstdio>

@@ -1,6 +1,6 @@
 // The mapper takes descriptors from anywhere. Here a robot drives twice through three made-up rooms.
 // SPDX-License-Identifier: Apache-2.0
-#include <estancia/topology/mapper.hpp>
+#include <estancia/mapper/mapper.hpp>
 
 #include <cstdio>
 #include <exception>

@@ -1,11 +1,11 @@
 // Two networks in conjunction, and nothing labeled twice: images → a label file that every command takes.
 //   04_several_models IMAGES OUTPUT.labels [MODEL+MODEL…]
 // SPDX-License-Identifier: Apache-2.0
-#include <estancia/io/descriptor_sequence.hpp>
-#include <estancia/io/sequence.hpp>
 #include <estancia/label/label_cache.hpp>
-#include <estancia/label/model.hpp>
 #include <estancia/label/record.hpp>
+#include <estancia/labelers/model.hpp>
+#include <estancia/sequences/descriptor_sequence.hpp>
+#include <estancia/sequences/sequence.hpp>
 
 #include <cstdio>
 #include <exception>

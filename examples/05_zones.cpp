@@ -1,10 +1,10 @@
 // The areas of a run, named by their words: images → zones → where "microwave" is likelier than elsewhere.
 //   05_zones IMAGES OUTPUT.zones [WORD]
 // SPDX-License-Identifier: Apache-2.0
-#include <estancia/io/sequence.hpp>
 #include <estancia/label/label_cache.hpp>
-#include <estancia/label/model.hpp>
 #include <estancia/label/record.hpp>
+#include <estancia/labelers/model.hpp>
+#include <estancia/sequences/sequence.hpp>
 #include <estancia/words/installed_words.hpp>
 #include <estancia/words/label_choice.hpp>
 #include <estancia/zones/zone_file.hpp>

@@ -4,9 +4,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <estancia/classify/predict_rooms.hpp>
 #include <estancia/describe/load_descriptor.hpp>
-#include <estancia/io/descriptor_sequence.hpp>
-#include <estancia/topology/ask.hpp>
-#include <estancia/topology/map.hpp>
+#include <estancia/map_file/map.hpp>
+#include <estancia/query/ask.hpp>
+#include <estancia/sequences/descriptor_sequence.hpp>
 
 #include <cstdio>
 #include <exception>

@@ -5,11 +5,11 @@
 
 #include "estancia/core/home.hpp"
 #include "estancia/label/catalog.hpp"
-#include "estancia/label/http_settings.hpp"
 #include "estancia/label/label_cache.hpp"
-#include "estancia/label/model.hpp"
-#include "estancia/label/model_files.hpp"
-#include "estancia/label/recorded_labeler.hpp"
+#include "estancia/labelers/http_settings.hpp"
+#include "estancia/labelers/model.hpp"
+#include "estancia/labelers/model_files.hpp"
+#include "estancia/labelers/recorded_labeler.hpp"
 #include "fuzz/answering_server.hpp"
 #include "fuzz/fuzz_target.hpp"
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/live/edits.hpp"
-#include "estancia/live/live_site.hpp"
-#include "estancia/live/mcp.hpp"
+#include "estancia/site/live_site.hpp"
+#include "estancia/site/mcp.hpp"
 #include "fuzz/fuzz_target.hpp"
-#include "live/fake_view.hpp"
+#include "site/fake_view.hpp"
 
 namespace estancia::fuzz {
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/topology/map.hpp"
+#include "estancia/map_file/map.hpp"
 
 #include <fstream>
 #include <iterator>
 
-#include "estancia/topology/accuracy.hpp"
-#include "estancia/topology/session.hpp"
+#include "estancia/query/accuracy.hpp"
+#include "estancia/session/session.hpp"
 #include "fuzz/fuzz_target.hpp"
 #include "fuzz/map_patches.hpp"
 #include "support/sample_world.hpp"

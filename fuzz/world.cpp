@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/world/world_map.hpp"
+#include "estancia/world_file/world_map.hpp"
 
 #include <fstream>
 #include <iterator>
 
 #include "estancia/core/error.hpp"
-#include "estancia/topology/store.hpp"
-#include "estancia/world/edit_objects.hpp"
+#include "estancia/map_file/store.hpp"
 #include "estancia/world/leveling.hpp"
-#include "estancia/world/world_store.hpp"
+#include "estancia/world_file/edit_objects.hpp"
+#include "estancia/world_file/world_store.hpp"
 #include "fuzz/fuzz_target.hpp"
 #include "fuzz/map_patches.hpp"
 #include "support/flat_drive.hpp"

@@ -7,8 +7,8 @@
 #include "estancia/areas/word_map.hpp"
 #include "estancia/core/options.hpp"
 #include "estancia/core/progress.hpp"
-#include "estancia/io/descriptor_sequence.hpp"
-#include "estancia/io/sequence.hpp"
+#include "estancia/sequences/descriptor_sequence.hpp"
+#include "estancia/sequences/sequence.hpp"
 #include "estancia/zones/zones.hpp"
 
 namespace estancia {

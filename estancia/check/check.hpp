@@ -8,7 +8,7 @@
 
 #include "estancia/core/options.hpp"
 #include "estancia/core/progress.hpp"
-#include "estancia/io/sequence.hpp"
+#include "estancia/sequences/sequence.hpp"
 
 namespace estancia {
 

@@ -15,7 +15,7 @@
 #include <utility>
 
 #include "estancia/core/fail.hpp"
-#include "estancia/stats/distance.hpp"
+#include "estancia/distances/distance.hpp"
 
 namespace estancia {
 namespace {

@@ -23,9 +23,9 @@ enum class LabelSums : std::uint8_t {
 };
 
 /// The learned embedding of one part. A number v of the descriptor becomes (e(v) − mean) · scale, with e
-/// after the part's kind: probabilities of labels → centered log-ratio (stats/distance.hpp), of a selection
-/// centered over its labels and the rest to 1; log-odds where they are independent; histogram and energies →
-/// square root.
+/// after the part's kind: probabilities of labels → centered log-ratio (distances/distance.hpp), of a
+/// selection centered over its labels and the rest to 1; log-odds where they are independent; histogram and
+/// energies → square root.
 struct PartEmbedding {
   DescriptorPart part;
   /// How probabilities are summed over the labels.

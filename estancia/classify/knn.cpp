@@ -12,7 +12,7 @@
 #include "estancia/core/fail.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/core/simd.hpp"
-#include "estancia/stats/distance.hpp"
+#include "estancia/distances/distance.hpp"
 #include "estancia/stats/products.hpp"
 
 namespace estancia {

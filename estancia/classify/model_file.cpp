@@ -9,7 +9,7 @@
 #include "estancia/core/digest.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/output_file.hpp"
-#include "estancia/io/files.hpp"
+#include "estancia/files/files.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;

@@ -11,7 +11,7 @@
 #include "estancia/classify/embedding.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/describe/table_features.hpp"
-#include "estancia/io/csv.hpp"
+#include "estancia/files/csv.hpp"
 
 namespace estancia {
 namespace {

@@ -11,8 +11,8 @@
 #include "estancia/classify/room_classifier.hpp"
 #include "estancia/core/room_predictions.hpp"
 #include "estancia/describe/features.hpp"
-#include "estancia/io/descriptor_sequence.hpp"
-#include "estancia/io/sequence.hpp"
+#include "estancia/sequences/descriptor_sequence.hpp"
+#include "estancia/sequences/sequence.hpp"
 
 namespace estancia {
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "estancia/cloud/clusters.hpp"
 #include "estancia/cloud/voxel_grid.hpp"
 #include "estancia/core/error.hpp"
 

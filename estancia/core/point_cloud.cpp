@@ -64,4 +64,29 @@ PointCloud backProject(const cv::Mat& depth, const CameraIntrinsics& camera) {
   return cloud;
 }
 
+PointCloud pointsOf(const PointCloud& cloud, const std::vector<std::uint32_t>& points) {
+  validate(cloud);
+  PointCloud part;
+  part.width = points.size();
+  part.height = 1;
+  part.viewpoint = cloud.viewpoint;
+  for (const std::uint32_t i : points) {
+    if (i >= cloud.points.size())
+      fail(ErrorCode::invalidInput,
+           "the cloud has {} points, but point {} was requested; give indices of this cloud",
+           cloud.points.size(), i);
+    part.points.push_back(cloud.points[i]);
+    if (!cloud.colors.empty()) part.colors.push_back(cloud.colors[i]);
+    if (!cloud.normals.empty()) part.normals.push_back(cloud.normals[i]);
+  }
+  return part;
+}
+
+PointCloud finitePoints(const PointCloud& cloud) {
+  std::vector<std::uint32_t> finite;
+  for (std::size_t i = 0; i < cloud.points.size(); ++i)
+    if (isFinite(cloud.points[i])) finite.push_back(static_cast<std::uint32_t>(i));
+  return pointsOf(cloud, finite);
+}
+
 }  // namespace estancia

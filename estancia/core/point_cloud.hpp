@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <vector>
@@ -53,5 +54,12 @@ void requireDepth(const cv::Mat& depth, const CameraIntrinsics& camera);
 /// The organized cloud of a depth image (CV_32F, meters), in the optical frame of `camera`, whose images may
 /// have another size. Pixels without a positive, finite depth become holes. Throws Error as requireDepth().
 PointCloud backProject(const cv::Mat& depth, const CameraIntrinsics& camera);
+
+/// These points of the cloud with their colors and normals, not organized. Throws Error (invalidInput) on an
+/// index beyond the cloud.
+PointCloud pointsOf(const PointCloud& cloud, const std::vector<std::uint32_t>& points);
+
+/// The finite points of the cloud with their colors and normals, not organized.
+PointCloud finitePoints(const PointCloud& cloud);
 
 }  // namespace estancia

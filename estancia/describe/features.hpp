@@ -11,10 +11,10 @@
 #include "estancia/core/frame.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/describe/descriptor.hpp"
-#include "estancia/io/descriptor_sequence.hpp"
-#include "estancia/io/sequence.hpp"
 #include "estancia/label/label_cache.hpp"
-#include "estancia/label/model.hpp"
+#include "estancia/labelers/model.hpp"
+#include "estancia/sequences/descriptor_sequence.hpp"
+#include "estancia/sequences/sequence.hpp"
 
 namespace estancia {
 

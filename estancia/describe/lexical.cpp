@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "estancia/core/plus_names.hpp"
-#include "estancia/label/ensemble.hpp"
+#include "estancia/labelers/ensemble.hpp"
 
 namespace estancia {
 namespace {

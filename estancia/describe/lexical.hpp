@@ -9,7 +9,7 @@
 
 #include "estancia/core/vocabulary.hpp"
 #include "estancia/describe/descriptor.hpp"
-#include "estancia/label/labeler.hpp"
+#include "estancia/labelers/labeler.hpp"
 
 namespace estancia {
 

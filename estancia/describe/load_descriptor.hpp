@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "estancia/describe/descriptor.hpp"
-#include "estancia/label/model.hpp"
+#include "estancia/labelers/model.hpp"
 
 namespace estancia {
 

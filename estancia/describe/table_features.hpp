@@ -3,7 +3,7 @@
 #pragma once
 
 #include "estancia/describe/features.hpp"
-#include "estancia/io/feature_table.hpp"
+#include "estancia/sequences/feature_table.hpp"
 
 namespace estancia {
 

@@ -11,8 +11,8 @@
 
 #include "estancia/core/config.hpp"
 #include "estancia/core/fail.hpp"
-#include "estancia/io/files.hpp"
-#include "estancia/label/model_files.hpp"
+#include "estancia/files/files.hpp"
+#include "estancia/labelers/model_files.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;

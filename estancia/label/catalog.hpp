@@ -10,7 +10,7 @@
 
 #include "estancia/core/progress.hpp"
 #include "estancia/fetch/download.hpp"
-#include "estancia/label/model.hpp"
+#include "estancia/labelers/model.hpp"
 
 namespace estancia {
 

@@ -12,7 +12,7 @@
 #include "estancia/core/options.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/fetch/archive.hpp"
-#include "estancia/io/files.hpp"
+#include "estancia/files/files.hpp"
 #include "estancia/label/catalog.hpp"
 
 namespace estancia {

@@ -19,7 +19,7 @@
 #include "estancia/core/digest.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/home.hpp"
-#include "estancia/io/files.hpp"
+#include "estancia/files/files.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;

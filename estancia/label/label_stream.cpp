@@ -20,7 +20,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/frame_failure.hpp"
 #include "estancia/core/options.hpp"
-#include "estancia/label/labeler.hpp"
+#include "estancia/labelers/labeler.hpp"
 
 namespace estancia {
 namespace {

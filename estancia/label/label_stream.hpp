@@ -9,9 +9,9 @@
 #include <string>
 
 #include "estancia/core/descriptor.hpp"
-#include "estancia/io/sequence.hpp"
 #include "estancia/label/label_cache.hpp"
-#include "estancia/label/labeler.hpp"
+#include "estancia/labelers/labeler.hpp"
+#include "estancia/sequences/sequence.hpp"
 
 namespace estancia {
 

@@ -7,8 +7,8 @@
 #include <string>
 
 #include "estancia/core/progress.hpp"
-#include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/label/label_stream.hpp"
+#include "estancia/sequences/descriptor_sequence.hpp"
 
 namespace estancia {
 

@@ -10,8 +10,8 @@
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
-#include "estancia/world/edit_areas.hpp"
-#include "estancia/world/edit_objects.hpp"
+#include "estancia/world_file/edit_areas.hpp"
+#include "estancia/world_file/edit_objects.hpp"
 
 namespace estancia {
 namespace {

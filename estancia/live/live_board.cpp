@@ -4,7 +4,7 @@
 #include <exception>
 #include <utility>
 
-#include "estancia/io/image_writer.hpp"
+#include "estancia/files/image_writer.hpp"
 
 namespace estancia {
 namespace {

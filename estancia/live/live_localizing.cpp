@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "estancia/core/fail.hpp"
-#include "estancia/label/labeler.hpp"
+#include "estancia/labelers/labeler.hpp"
 #include "estancia/live/edits.hpp"
 #include "estancia/live/file_stamp.hpp"
 #include "estancia/live/live_map.hpp"

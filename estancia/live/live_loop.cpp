@@ -16,14 +16,14 @@
 #include "estancia/core/label_words.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/core/take_interrupt.hpp"
-#include "estancia/label/labeler.hpp"
+#include "estancia/labelers/labeler.hpp"
 #include "estancia/live/edits.hpp"
 #include "estancia/live/live_board.hpp"
 #include "estancia/live/live_map.hpp"
 #include "estancia/live/live_times.hpp"
 #include "estancia/live/world_reader.hpp"
-#include "estancia/world/changes.hpp"
 #include "estancia/world/rooms_by_name.hpp"
+#include "estancia/world_query/changes.hpp"
 
 namespace estancia {
 namespace {

@@ -6,9 +6,9 @@
 #include <functional>
 #include <memory>
 
-#include "estancia/live/frame_source.hpp"
 #include "estancia/live/live_view.hpp"
-#include "estancia/topology/localizer.hpp"
+#include "estancia/localization/localizer.hpp"
+#include "estancia/sources/frame_source.hpp"
 
 namespace estancia {
 

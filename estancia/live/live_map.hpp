@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "estancia/core/descriptor.hpp"
+#include "estancia/layers/work_time.hpp"
 #include "estancia/live/live_loop.hpp"
-#include "estancia/world/work_time.hpp"
 
 namespace estancia {
 

@@ -12,16 +12,16 @@
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/planar_pose.hpp"
-#include "estancia/io/image_writer.hpp"
-#include "estancia/label/labeler.hpp"
+#include "estancia/files/image_writer.hpp"
+#include "estancia/labelers/labeler.hpp"
 #include "estancia/live/background_thread.hpp"
 #include "estancia/live/live_map.hpp"
-#include "estancia/topology/explain.hpp"
-#include "estancia/topology/mapper_impl.hpp"
-#include "estancia/world/edit_areas.hpp"
-#include "estancia/world/edit_objects.hpp"
+#include "estancia/mapper/mapper_impl.hpp"
+#include "estancia/query/explain.hpp"
 #include "estancia/world/rooms_by_name.hpp"
 #include "estancia/world/world_mapper.hpp"
+#include "estancia/world_file/edit_areas.hpp"
+#include "estancia/world_file/edit_objects.hpp"
 
 namespace estancia {
 namespace {

@@ -15,7 +15,7 @@
 
 #include "estancia/core/label_probability.hpp"
 #include "estancia/core/pose.hpp"
-#include "estancia/world/world_map.hpp"
+#include "estancia/world_file/world_map.hpp"
 
 namespace estancia {
 

@@ -7,7 +7,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/live/edits.hpp"
 #include "estancia/live/file_stamp.hpp"
-#include "estancia/world/changes.hpp"
+#include "estancia/world_query/changes.hpp"
 
 namespace estancia {
 

@@ -11,7 +11,7 @@
 #include <mutex>
 #include <thread>
 
-#include "estancia/world/world_map.hpp"
+#include "estancia/world_file/world_map.hpp"
 
 namespace estancia {
 

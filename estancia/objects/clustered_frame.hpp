@@ -5,11 +5,11 @@
 #include <cstddef>
 #include <opencv2/core/mat.hpp>
 
-#include "estancia/cloud/clusters.hpp"
 #include "estancia/cloud/crop_object.hpp"
 #include "estancia/core/camera.hpp"
 #include "estancia/core/point_cloud.hpp"
-#include "estancia/io/sequence.hpp"
+#include "estancia/segmentation/clusters.hpp"
+#include "estancia/sequences/sequence.hpp"
 
 namespace estancia {
 

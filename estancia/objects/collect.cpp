@@ -16,12 +16,12 @@
 #include "estancia/core/fail.hpp"
 #include "estancia/core/frame_failure.hpp"
 #include "estancia/core/parallel.hpp"
-#include "estancia/io/cloud_file.hpp"
-#include "estancia/io/files.hpp"
-#include "estancia/io/image_writer.hpp"
-#include "estancia/io/object_samples.hpp"
+#include "estancia/files/cloud_file.hpp"
+#include "estancia/files/files.hpp"
+#include "estancia/files/image_writer.hpp"
 #include "estancia/objects/clustered_frame.hpp"
 #include "estancia/objects/tracks.hpp"
+#include "estancia/readers/object_samples.hpp"
 
 namespace estancia {
 namespace {

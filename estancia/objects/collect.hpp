@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "estancia/cloud/clusters.hpp"
 #include "estancia/core/options.hpp"
 #include "estancia/core/progress.hpp"
-#include "estancia/io/sequence.hpp"
+#include "estancia/segmentation/clusters.hpp"
+#include "estancia/sequences/sequence.hpp"
 
 namespace estancia {
 

@@ -14,9 +14,9 @@
 
 #include "estancia/core/oriented_box.hpp"
 #include "estancia/core/vocabulary.hpp"
-#include "estancia/io/home_truth.hpp"
 #include "estancia/objects/object_instance.hpp"
 #include "estancia/objects/thing_classes.hpp"
+#include "estancia/readers/home_truth.hpp"
 
 namespace estancia {
 

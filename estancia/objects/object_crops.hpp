@@ -5,8 +5,8 @@
 #include <memory>
 
 #include "estancia/cloud/crop_object.hpp"
-#include "estancia/io/object_views.hpp"
-#include "estancia/io/sequence.hpp"
+#include "estancia/readers/object_views.hpp"
+#include "estancia/sequences/sequence.hpp"
 
 namespace estancia {
 

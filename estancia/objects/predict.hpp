@@ -9,14 +9,14 @@
 #include <string>
 #include <vector>
 
-#include "estancia/cloud/clusters.hpp"
 #include "estancia/cloud/crop_object.hpp"
 #include "estancia/core/camera.hpp"
 #include "estancia/core/options.hpp"
 #include "estancia/core/pose.hpp"
-#include "estancia/label/labeler.hpp"
+#include "estancia/labelers/labeler.hpp"
 #include "estancia/objects/collect.hpp"
 #include "estancia/objects/object_model.hpp"
+#include "estancia/segmentation/clusters.hpp"
 
 namespace estancia {
 

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "estancia/core/options.hpp"
-#include "estancia/io/sequence.hpp"
 #include "estancia/objects/clustered_frame.hpp"
 #include "estancia/objects/predict.hpp"
+#include "estancia/sequences/sequence.hpp"
 
 namespace estancia {
 

@@ -8,8 +8,8 @@
 #include "estancia/core/point_cloud.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/describe/features.hpp"
-#include "estancia/io/object_views.hpp"
 #include "estancia/objects/object_model.hpp"
+#include "estancia/readers/object_views.hpp"
 
 namespace estancia {
 

@@ -8,7 +8,7 @@
 
 #include "estancia/core/config.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/io/files.hpp"
+#include "estancia/files/files.hpp"
 #include "estancia/objects/object_model.hpp"
 
 namespace estancia {

@@ -7,10 +7,10 @@
 #include <optional>
 #include <vector>
 
-#include "estancia/cloud/clusters.hpp"
 #include "estancia/core/camera.hpp"
 #include "estancia/core/pose.hpp"
 #include "estancia/objects/collect.hpp"
+#include "estancia/segmentation/clusters.hpp"
 
 namespace estancia {
 

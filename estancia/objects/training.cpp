@@ -13,7 +13,7 @@
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/label_words.hpp"
-#include "estancia/label/recorded_labeler.hpp"
+#include "estancia/labelers/recorded_labeler.hpp"
 #include "estancia/objects/pseudo_labels.hpp"
 #include "estancia/objects/shape.hpp"
 

@@ -13,9 +13,9 @@
 #include "estancia/core/options.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/describe/features.hpp"
-#include "estancia/io/descriptor_sequence.hpp"
-#include "estancia/io/object_views.hpp"
 #include "estancia/objects/object_model.hpp"
+#include "estancia/readers/object_views.hpp"
+#include "estancia/sequences/descriptor_sequence.hpp"
 
 namespace estancia {
 

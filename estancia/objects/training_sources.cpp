@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "estancia/core/error.hpp"
-#include "estancia/io/object_samples.hpp"
+#include "estancia/readers/object_samples.hpp"
 
 namespace estancia {
 namespace {

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "estancia/io/object_views.hpp"
 #include "estancia/objects/training.hpp"
+#include "estancia/readers/object_views.hpp"
 
 namespace estancia {
 

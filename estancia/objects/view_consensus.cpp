@@ -9,7 +9,7 @@
 #include <unordered_map>
 #include <utility>
 
-#include "estancia/cloud/segments.hpp"
+#include "estancia/segmentation/segments.hpp"
 
 namespace estancia {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "estancia/core/descriptor.hpp"
 #include "estancia/core/vocabulary.hpp"
-#include "estancia/stats/distance.hpp"
+#include "estancia/distances/distance.hpp"
 #include "estancia/stats/moments.hpp"
 
 namespace estancia::odometry {

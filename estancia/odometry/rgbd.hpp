@@ -15,7 +15,7 @@
 #include "estancia/core/pose.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/core/vocabulary.hpp"
-#include "estancia/io/sequence.hpp"
+#include "estancia/sequences/sequence.hpp"
 
 namespace estancia {
 

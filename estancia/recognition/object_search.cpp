@@ -9,7 +9,7 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/frame_failure.hpp"
-#include "estancia/io/cloud_file.hpp"
+#include "estancia/files/cloud_file.hpp"
 #include "estancia/recognition/pose_candidates.hpp"
 #include "estancia/recognition/prepared.hpp"
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "estancia/core/fail.hpp"
-#include "estancia/io/files.hpp"
+#include "estancia/files/files.hpp"
 #include "estancia/recognition/descriptors.hpp"
 #include "estancia/recognition/grouping.hpp"
 #include "estancia/recognition/keypoints.hpp"

@@ -7,7 +7,7 @@
 #include <map>
 #include <numeric>
 
-#include "estancia/report/symbols.hpp"
+#include "estancia/figures/symbols.hpp"
 
 namespace estancia::report {
 

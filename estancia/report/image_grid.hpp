@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "estancia/report/html.hpp"
+#include "estancia/figures/html.hpp"
 #include "estancia/report/page_images.hpp"
 
 namespace estancia::report {

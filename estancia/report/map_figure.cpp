@@ -7,9 +7,9 @@
 #include <cmath>
 #include <set>
 
-#include "estancia/report/floor_plan_figure.hpp"
-#include "estancia/report/label_places.hpp"
-#include "estancia/report/symbols.hpp"
+#include "estancia/figures/floor_plan_figure.hpp"
+#include "estancia/figures/label_places.hpp"
+#include "estancia/figures/symbols.hpp"
 
 namespace estancia::report {
 namespace {

@@ -5,14 +5,14 @@
 #include <cstddef>
 #include <vector>
 
-#include "estancia/report/color.hpp"
-#include "estancia/report/driven_path.hpp"
-#include "estancia/report/html.hpp"
-#include "estancia/report/layout.hpp"
+#include "estancia/figures/color.hpp"
+#include "estancia/figures/driven_path.hpp"
+#include "estancia/figures/html.hpp"
+#include "estancia/figures/layout.hpp"
+#include "estancia/figures/summary.hpp"
+#include "estancia/map_file/map.hpp"
 #include "estancia/report/map_page.hpp"
 #include "estancia/report/node_zones.hpp"
-#include "estancia/report/summary.hpp"
-#include "estancia/topology/map.hpp"
 
 namespace estancia::report {
 

@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "estancia/report/floor_plan.hpp"
+#include "estancia/figures/floor_plan.hpp"
+#include "estancia/map_file/map.hpp"
 #include "estancia/report/measures.hpp"
 #include "estancia/report/page_images.hpp"
 #include "estancia/report/world_page.hpp"
-#include "estancia/topology/map.hpp"
 #include "estancia/words/label_concepts.hpp"
 #include "estancia/words/word_associations.hpp"
 #include "estancia/zones/zones.hpp"

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/report/measures.hpp"
 
-#include "estancia/topology/accuracy.hpp"
-#include "estancia/topology/quality.hpp"
-#include "estancia/world/evaluate_world.hpp"
+#include "estancia/query/accuracy.hpp"
+#include "estancia/query/quality.hpp"
+#include "estancia/world_query/evaluate_world.hpp"
 #include "estancia/zones/measure.hpp"
 
 #include <fmt/format.h>

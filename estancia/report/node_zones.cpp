@@ -5,7 +5,7 @@
 
 #include <set>
 
-#include "estancia/report/symbols.hpp"
+#include "estancia/figures/symbols.hpp"
 #include "estancia/stats/moments.hpp"
 
 namespace estancia::report {

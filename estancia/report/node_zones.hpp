@@ -6,10 +6,10 @@
 #include <optional>
 #include <vector>
 
-#include "estancia/report/html.hpp"
-#include "estancia/report/summary.hpp"
+#include "estancia/figures/html.hpp"
+#include "estancia/figures/summary.hpp"
+#include "estancia/map_file/map.hpp"
 #include "estancia/report/zone_summary.hpp"
-#include "estancia/topology/map.hpp"
 #include "estancia/zones/overlay.hpp"
 
 namespace estancia::report {

@@ -9,7 +9,7 @@
 #include <unordered_map>
 
 #include "estancia/core/frame.hpp"
-#include "estancia/topology/store.hpp"
+#include "estancia/map_file/store.hpp"
 
 namespace estancia {
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "estancia/report/html.hpp"
+#include "estancia/figures/html.hpp"
 #include "estancia/report/measures.hpp"
 
 namespace estancia::report {

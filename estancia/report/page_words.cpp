@@ -16,7 +16,7 @@
 #include "estancia/core/label_words.hpp"
 #include "estancia/words/word_associations.hpp"
 #include "estancia/words/word_filter.hpp"
-#include "estancia/world/world_map.hpp"
+#include "estancia/world_file/world_map.hpp"
 
 namespace estancia::report {
 namespace {

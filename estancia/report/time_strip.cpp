@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <map>
 
-#include "estancia/report/svg.hpp"
+#include "estancia/figures/svg.hpp"
 
 namespace estancia::report {
 namespace {

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <limits>
 
-#include "estancia/report/color.hpp"
-#include "estancia/report/thumbnails.hpp"
+#include "estancia/figures/color.hpp"
+#include "estancia/figures/thumbnails.hpp"
 
 namespace estancia::report {
 namespace {

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "estancia/report/driven_path.hpp"
-#include "estancia/report/html.hpp"
-#include "estancia/report/plan_shapes.hpp"
+#include "estancia/figures/driven_path.hpp"
+#include "estancia/figures/html.hpp"
+#include "estancia/figures/plan_shapes.hpp"
 #include "estancia/report/world_view.hpp"
 
 namespace estancia::report {

@@ -5,9 +5,9 @@
 
 #include <algorithm>
 
-#include "estancia/report/color.hpp"
-#include "estancia/report/symbols.hpp"
-#include "estancia/world/world_json.hpp"
+#include "estancia/figures/color.hpp"
+#include "estancia/figures/symbols.hpp"
+#include "estancia/world_query/world_json.hpp"
 
 namespace estancia::report {
 namespace {

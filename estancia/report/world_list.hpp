@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "estancia/report/html.hpp"
+#include "estancia/figures/html.hpp"
 #include "estancia/report/world_view.hpp"
 
 namespace estancia::report {

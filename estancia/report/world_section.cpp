@@ -10,9 +10,9 @@
 #include <string_view>
 #include <unordered_map>
 
-#include "estancia/report/color.hpp"
-#include "estancia/report/plan_shapes.hpp"
-#include "estancia/report/symbols.hpp"
+#include "estancia/figures/color.hpp"
+#include "estancia/figures/plan_shapes.hpp"
+#include "estancia/figures/symbols.hpp"
 #include "estancia/report/world_figure.hpp"
 
 namespace estancia::report {

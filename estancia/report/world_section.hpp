@@ -4,7 +4,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "estancia/report/html.hpp"
+#include "estancia/figures/html.hpp"
 #include "estancia/report/world_view.hpp"
 
 namespace estancia::report {

@@ -8,7 +8,7 @@
 #include <numeric>
 
 #include "estancia/core/error.hpp"
-#include "estancia/world/world_json.hpp"
+#include "estancia/world_query/world_json.hpp"
 
 namespace estancia::report {
 namespace {

@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "estancia/core/planar_pose.hpp"
-#include "estancia/report/color.hpp"
-#include "estancia/report/html.hpp"
-#include "estancia/report/svg.hpp"
+#include "estancia/figures/color.hpp"
+#include "estancia/figures/html.hpp"
+#include "estancia/figures/svg.hpp"
 #include "estancia/report/world_page.hpp"
-#include "estancia/world/route_world.hpp"
+#include "estancia/world_query/route_world.hpp"
 
 namespace estancia::report {
 

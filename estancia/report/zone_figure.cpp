@@ -9,8 +9,8 @@
 #include <set>
 #include <tuple>
 
-#include "estancia/report/floor_plan_figure.hpp"
-#include "estancia/report/label_places.hpp"
+#include "estancia/figures/floor_plan_figure.hpp"
+#include "estancia/figures/label_places.hpp"
 
 namespace estancia::report {
 namespace {

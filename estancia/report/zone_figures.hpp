@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "estancia/report/driven_path.hpp"
-#include "estancia/report/floor_plan.hpp"
-#include "estancia/report/html.hpp"
-#include "estancia/report/visits.hpp"
+#include "estancia/figures/driven_path.hpp"
+#include "estancia/figures/floor_plan.hpp"
+#include "estancia/figures/html.hpp"
+#include "estancia/figures/visits.hpp"
 #include "estancia/report/zone_summary.hpp"
 #include "estancia/stats/linkage.hpp"
 

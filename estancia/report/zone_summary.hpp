@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "estancia/report/color.hpp"
-#include "estancia/report/html.hpp"
-#include "estancia/report/visits.hpp"
+#include "estancia/figures/color.hpp"
+#include "estancia/figures/html.hpp"
+#include "estancia/figures/visits.hpp"
 #include "estancia/zones/zones.hpp"
 
 namespace estancia::report {

@@ -9,15 +9,15 @@
 #include <optional>
 
 #include "estancia/core/output_file.hpp"
-#include "estancia/report/driven_path.hpp"
-#include "estancia/report/floor_plan_figure.hpp"
-#include "estancia/report/html.hpp"
+#include "estancia/figures/driven_path.hpp"
+#include "estancia/figures/floor_plan_figure.hpp"
+#include "estancia/figures/html.hpp"
+#include "estancia/figures/label_bars.hpp"
+#include "estancia/figures/plane.hpp"
+#include "estancia/figures/symbols.hpp"
 #include "estancia/report/image_grid.hpp"
-#include "estancia/report/label_bars.hpp"
 #include "estancia/report/page_assets.hpp"
 #include "estancia/report/page_parts.hpp"
-#include "estancia/report/plane.hpp"
-#include "estancia/report/symbols.hpp"
 #include "estancia/report/zone_figures.hpp"
 #include "estancia/report/zone_summary.hpp"
 

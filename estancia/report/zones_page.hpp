@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "estancia/report/floor_plan.hpp"
+#include "estancia/figures/floor_plan.hpp"
 #include "estancia/report/measures.hpp"
 #include "estancia/report/page_images.hpp"
 #include "estancia/words/label_concepts.hpp"

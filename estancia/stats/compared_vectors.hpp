@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "estancia/core/descriptor.hpp"
-#include "estancia/stats/distance.hpp"
+#include "estancia/distances/distance.hpp"
 #include "estancia/stats/label_scale.hpp"
 
 namespace estancia {

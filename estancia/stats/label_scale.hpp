@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "estancia/stats/distance.hpp"
+#include "estancia/distances/distance.hpp"
 #include "estancia/stats/label_prior.hpp"
 #include "estancia/stats/moments.hpp"
 

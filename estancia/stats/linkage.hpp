@@ -12,7 +12,7 @@
 #include "estancia/core/choice.hpp"
 #include "estancia/core/descriptor.hpp"
 #include "estancia/core/progress.hpp"
-#include "estancia/stats/distance.hpp"
+#include "estancia/distances/distance.hpp"
 
 namespace estancia {
 

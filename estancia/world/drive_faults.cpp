@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "estancia/world/observation.hpp"
+#include "estancia/world_file/observation.hpp"
 
 namespace estancia {
 namespace {

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "estancia/cloud/clusters.hpp"
 #include "estancia/core/pose.hpp"
+#include "estancia/segmentation/clusters.hpp"
 
 namespace estancia {
 

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "estancia/core/fail.hpp"
-#include "estancia/io/sequence.hpp"
-#include "estancia/label/labeler.hpp"
+#include "estancia/labelers/labeler.hpp"
+#include "estancia/sequences/sequence.hpp"
 #include "estancia/world/rooms_by_name.hpp"
 #include "estancia/world/sequence_layers.hpp"
 

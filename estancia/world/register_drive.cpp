@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "estancia/core/rigid.hpp"
+#include "estancia/map_file/drive_store.hpp"
 #include "estancia/odometry/alignment.hpp"
-#include "estancia/topology/drive_alignment.hpp"
-#include "estancia/topology/drive_store.hpp"
+#include "estancia/session/drive_alignment.hpp"
 
 namespace estancia {
 namespace {

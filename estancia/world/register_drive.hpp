@@ -8,9 +8,9 @@
 #include <optional>
 #include <span>
 
-#include "estancia/topology/store.hpp"
-#include "estancia/world/observation.hpp"
-#include "estancia/world/world_store.hpp"
+#include "estancia/map_file/store.hpp"
+#include "estancia/world_file/observation.hpp"
+#include "estancia/world_file/world_store.hpp"
 
 namespace estancia {
 

@@ -7,10 +7,11 @@
 
 #include "estancia/classify/zero_shot_rooms.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/topology/store.hpp"
+#include "estancia/map_file/store.hpp"
+#include "estancia/session/session.hpp"
 #include "estancia/words/installed_words.hpp"
 #include "estancia/words/room_words.hpp"
-#include "estancia/world/area_names.hpp"
+#include "estancia/world_file/area_names.hpp"
 
 namespace estancia {
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "estancia/world/world_map.hpp"
+#include "estancia/world_file/world_map.hpp"
 
 namespace estancia {
 

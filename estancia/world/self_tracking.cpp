@@ -13,7 +13,7 @@
 #include "estancia/core/planar_pose.hpp"
 #include "estancia/core/pose_bytes.hpp"
 #include "estancia/core/rigid.hpp"
-#include "estancia/topology/sqlite.hpp"
+#include "estancia/map_file/sqlite.hpp"
 
 namespace estancia {
 namespace {

@@ -13,9 +13,9 @@
 
 #include "estancia/core/camera.hpp"
 #include "estancia/core/frame.hpp"
+#include "estancia/map_file/store.hpp"
 #include "estancia/odometry/tracker.hpp"
-#include "estancia/topology/session.hpp"
-#include "estancia/topology/store.hpp"
+#include "estancia/session/session.hpp"
 #include "estancia/world/leveling.hpp"
 #include "estancia/world/world_mapper.hpp"
 

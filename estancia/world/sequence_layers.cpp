@@ -4,9 +4,9 @@
 #include <utility>
 
 #include "estancia/core/frame_failure.hpp"
-#include "estancia/io/image_writer.hpp"
-#include "estancia/io/sequence.hpp"
-#include "estancia/label/labeler.hpp"
+#include "estancia/files/image_writer.hpp"
+#include "estancia/labelers/labeler.hpp"
+#include "estancia/sequences/sequence.hpp"
 
 namespace estancia {
 

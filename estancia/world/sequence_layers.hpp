@@ -9,7 +9,7 @@
 #include <string>
 
 #include "estancia/label/label_stream.hpp"
-#include "estancia/topology/map_run.hpp"
+#include "estancia/session/map_run.hpp"
 #include "estancia/world/world_mapper.hpp"
 
 namespace estancia {

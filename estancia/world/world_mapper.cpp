@@ -8,15 +8,21 @@
 #include <vector>
 
 #include "estancia/core/fail.hpp"
-#include "estancia/io/sequence.hpp"
-#include "estancia/topology/drive_store.hpp"
-#include "estancia/topology/sqlite.hpp"
-#include "estancia/world/edit_areas.hpp"
-#include "estancia/world/edit_objects.hpp"
+#include "estancia/map_file/drive_store.hpp"
+#include "estancia/map_file/sqlite.hpp"
+#include "estancia/sequences/sequence.hpp"
 #include "estancia/world/world_mapper_impl.hpp"
+#include "estancia/world_file/edit_areas.hpp"
+#include "estancia/world_file/edit_objects.hpp"
 #include "estancia/zones/zones.hpp"
 
 namespace estancia {
+
+std::optional<CameraIntrinsics> cameraToTrack(const Sequence& drive, const WorldOptions& options) {
+  const WorldLayers layers = options.layers.value_or(WorldLayers{});
+  if (!drive.hasDepth() || !(layers.areas || layers.objects) || hasPoses(drive)) return std::nullopt;
+  return drive.intrinsics();
+}
 
 std::optional<WorldOptions> WorldMapper::optionsOf(MappingSession& session) {
   return MapTerms(session.impl_->store).options();

@@ -10,14 +10,15 @@
 #include <vector>
 
 #include "estancia/areas/areas.hpp"
-#include "estancia/cloud/clusters.hpp"
 #include "estancia/core/camera.hpp"
 #include "estancia/core/options.hpp"
+#include "estancia/layers/work_time.hpp"
 #include "estancia/objects/instance_map.hpp"
 #include "estancia/odometry/rgbd.hpp"
-#include "estancia/topology/session.hpp"
-#include "estancia/world/observation.hpp"
-#include "estancia/world/work_time.hpp"
+#include "estancia/segmentation/clusters.hpp"
+#include "estancia/session/session.hpp"
+#include "estancia/world_file/observation.hpp"
+#include "estancia/world_file/world_options.hpp"
 
 namespace estancia {
 
@@ -27,28 +28,6 @@ class Labeler;
 class Sequence;
 struct ObjectEdit;
 struct WorldMap;
-
-/// What a map holds above its places, as far as the drive allows.
-struct WorldLayers {
-  bool zones = true, areas = true, objects = true;
-  bool operator==(const WorldLayers&) const = default;
-};
-/// "places,zones,areas,objects", and back; places are always there. Throws Error (unknownName).
-std::string toString(const WorldLayers& layers);
-WorldLayers layersFrom(const std::string& names);
-
-struct WorldOptions {
-  /// Absent: those of the map that is continued, else all.
-  std::optional<WorldLayers> layers;
-  double viewShift = 0.05;
-  double viewTurn = 3;
-  std::size_t crops = 1;
-  AreaOptions areas;
-  ClusterOptions segments;
-  InstanceMapOptions objects;
-  RgbdOptions odometry;
-};
-OptionGroup declare(WorldOptions& options);
 
 /// The most frames that zones are found of with the map; more take `estancia zones find MAP --stream`.
 constexpr std::size_t mostFramesOfZones = 5000;

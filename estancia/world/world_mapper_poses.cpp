@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "estancia/core/fail.hpp"
-#include "estancia/topology/sqlite.hpp"
+#include "estancia/map_file/sqlite.hpp"
 #include "estancia/world/world_mapper_impl.hpp"
 
 namespace estancia {

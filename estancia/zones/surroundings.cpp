@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "estancia/core/parallel.hpp"
+#include "estancia/distances/distance.hpp"
 #include "estancia/stats/compared_vectors.hpp"
-#include "estancia/stats/distance.hpp"
 
 namespace estancia {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstddef>
 
 #include "estancia/core/progress.hpp"
-#include "estancia/io/descriptor_sequence.hpp"
+#include "estancia/sequences/descriptor_sequence.hpp"
 #include "estancia/zones/zones.hpp"
 
 namespace estancia {

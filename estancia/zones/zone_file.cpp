@@ -19,8 +19,8 @@
 #include "estancia/core/output_file.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/core/printable_labels.hpp"
-#include "estancia/io/files.hpp"
-#include "estancia/io/json_problem.hpp"
+#include "estancia/files/files.hpp"
+#include "estancia/files/json_problem.hpp"
 
 namespace estancia {
 namespace {

@@ -14,7 +14,7 @@
 #include "estancia/core/progress.hpp"
 #include "estancia/core/room_predictions.hpp"
 #include "estancia/core/vocabulary.hpp"
-#include "estancia/io/descriptor_sequence.hpp"
+#include "estancia/sequences/descriptor_sequence.hpp"
 #include "estancia/stats/linkage.hpp"
 #include "estancia/words/naming_options.hpp"
 

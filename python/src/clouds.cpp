@@ -2,15 +2,15 @@
 // Point clouds: files, filters, neural gas, normals, noise, segmentation and rendering.
 #include "arrays.hpp"
 #include "call.hpp"
-#include "estancia/cloud/clusters.hpp"
 #include "estancia/cloud/filter.hpp"
 #include "estancia/cloud/growing_neural_gas.hpp"
 #include "estancia/cloud/noise.hpp"
 #include "estancia/cloud/normals.hpp"
 #include "estancia/cloud/resolution.hpp"
 #include "estancia/core/fail.hpp"
-#include "estancia/io/cloud_file.hpp"
-#include "estancia/report/cloud_image.hpp"
+#include "estancia/figures/cloud_image.hpp"
+#include "estancia/files/cloud_file.hpp"
+#include "estancia/segmentation/clusters.hpp"
 #include "options.hpp"
 #include "values.hpp"
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Drives: those of a map, what changed between them, maps merged, a drive undone.
-#include "estancia/topology/drives.hpp"
+#include "estancia/query/drives.hpp"
 
 #include "call.hpp"
-#include "estancia/world/changes.hpp"
-#include "estancia/world/merge_maps.hpp"
-#include "estancia/world/world_map.hpp"
+#include "estancia/joining/merge_maps.hpp"
+#include "estancia/world_file/world_map.hpp"
+#include "estancia/world_query/changes.hpp"
 #include "values.hpp"
 
 namespace estancia::python {

@@ -3,12 +3,12 @@
 // come.
 #include "arrays.hpp"
 #include "call.hpp"
-#include "estancia/label/labeler.hpp"
+#include "estancia/labelers/labeler.hpp"
 #include "estancia/live/live_loop.hpp"
-#include "estancia/live/open_source.hpp"
-#include "estancia/topology/mapper.hpp"
-#include "estancia/world/world_map.hpp"
+#include "estancia/mapper/mapper.hpp"
+#include "estancia/sources/open_source.hpp"
 #include "estancia/world/world_mapper.hpp"
+#include "estancia/world_file/world_map.hpp"
 #include "options.hpp"
 #include "values.hpp"
 

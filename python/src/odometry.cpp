@@ -2,9 +2,9 @@
 // RGB-D odometry: the camera's poses, of a recording or frame by frame.
 #include "arrays.hpp"
 #include "call.hpp"
-#include "estancia/io/sequence.hpp"
 #include "estancia/odometry/rgbd.hpp"
 #include "estancia/odometry/tracker.hpp"
+#include "estancia/sequences/sequence.hpp"
 #include "options.hpp"
 #include "values.hpp"
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "estancia/io/descriptor_sequence.hpp"
+#include "estancia/sequences/descriptor_sequence.hpp"
 
 namespace estancia::python {
 

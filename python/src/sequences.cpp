@@ -4,9 +4,9 @@
 #include "call.hpp"
 #include "estancia/check/check.hpp"
 #include "estancia/core/rigid.hpp"
-#include "estancia/io/image_file.hpp"
-#include "estancia/io/sequence.hpp"
-#include "estancia/io/trajectory.hpp"
+#include "estancia/files/image_file.hpp"
+#include "estancia/readers/open_sequence.hpp"
+#include "estancia/sequences/trajectory.hpp"
 #include "options.hpp"
 #include "values.hpp"
 

@@ -2,8 +2,8 @@
 // Statistics: rank tests of methods, agreement of clusters with classes, distances and dendrograms.
 #include "arrays.hpp"
 #include "call.hpp"
+#include "estancia/distances/distance.hpp"
 #include "estancia/stats/clustering_agreement.hpp"
-#include "estancia/stats/distance.hpp"
 #include "estancia/stats/linkage.hpp"
 #include "estancia/stats/method_comparison.hpp"
 #include "estancia/stats/rank_tests.hpp"

@@ -4,8 +4,8 @@
 
 #include "arrays.hpp"
 #include "call.hpp"
+#include "estancia/map_file/map.hpp"
 #include "estancia/report/zones_page.hpp"
-#include "estancia/topology/map.hpp"
 #include "estancia/words/label_concepts.hpp"
 #include "estancia/zones/measure.hpp"
 #include "estancia/zones/zone_file.hpp"

@@ -8,8 +8,8 @@
 #include <numbers>
 #include <opencv2/imgcodecs.hpp>
 
-#include "estancia/io/descriptor_sequence.hpp"
-#include "estancia/world/world_map.hpp"
+#include "estancia/sequences/descriptor_sequence.hpp"
+#include "estancia/world_file/world_map.hpp"
 #include "support/errors.hpp"
 #include "support/floor_scene.hpp"
 #include "support/model_support.hpp"

@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "check/recorded_room.hpp"
-#include "io/images.hpp"
 #include "support/errors.hpp"
+#include "support/images.hpp"
 #include "support/support.hpp"
 
 namespace estancia::test {

@@ -9,8 +9,8 @@
 #include <opencv2/imgproc.hpp>
 #include <sstream>
 
-#include "estancia/io/descriptor_sequence.hpp"
-#include "estancia/topology/store.hpp"
+#include "estancia/map_file/store.hpp"
+#include "estancia/sequences/descriptor_sequence.hpp"
 #include "estancia/zones/zone_file.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"

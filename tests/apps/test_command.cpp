@@ -11,9 +11,9 @@
 #include <opencv2/imgproc.hpp>
 #include <sstream>
 
-#include "estancia/topology/store.hpp"
-#include "io/images.hpp"
+#include "estancia/map_file/store.hpp"
 #include "support/errors.hpp"
+#include "support/images.hpp"
 #include "support/model_support.hpp"
 #include "support/support.hpp"
 

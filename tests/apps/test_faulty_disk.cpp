@@ -14,7 +14,7 @@
 #include <optional>
 #include <thread>
 
-#include "estancia/topology/map.hpp"
+#include "estancia/map_file/map.hpp"
 #include "support/color_model.hpp"
 #include "support/errors.hpp"
 

@@ -11,7 +11,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "estancia/io/cloud_file.hpp"
+#include "estancia/files/cloud_file.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 

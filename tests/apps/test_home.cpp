@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "estancia/io/descriptor_sequence.hpp"
-#include "estancia/topology/session.hpp"
+#include "estancia/sequences/descriptor_sequence.hpp"
+#include "estancia/session/session.hpp"
 #include "experiments/src/places/revisits.hpp"
 #include "support/support.hpp"
 

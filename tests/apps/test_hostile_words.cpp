@@ -6,8 +6,8 @@
 
 #include <algorithm>
 
-#include "io/images.hpp"
 #include "support/errors.hpp"
+#include "support/images.hpp"
 #include "support/model_support.hpp"
 
 namespace estancia::test {

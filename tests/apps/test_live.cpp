@@ -17,7 +17,7 @@
 #include <sstream>
 #include <thread>
 
-#include "estancia/world/world_map.hpp"
+#include "estancia/world_file/world_map.hpp"
 #include "support/color_model.hpp"
 #include "support/shape_drive.hpp"
 #include "support/support.hpp"

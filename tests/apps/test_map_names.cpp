@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "estancia/io/cloud_file.hpp"
+#include "estancia/files/cloud_file.hpp"
 #include "support/errors.hpp"
 #include "support/model_support.hpp"
 #include "support/shape_drive.hpp"

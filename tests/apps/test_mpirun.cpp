@@ -18,7 +18,7 @@
 #include <sstream>
 #include <thread>
 
-#include "estancia/topology/session.hpp"
+#include "estancia/session/session.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 #include "support/synthetic.hpp"

@@ -6,7 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "estancia/io/cloud_file.hpp"
+#include "estancia/files/cloud_file.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 

@@ -11,9 +11,9 @@
 #include <set>
 #include <sstream>
 
-#include "estancia/io/home_truth.hpp"
+#include "estancia/readers/home_truth.hpp"
 #include "estancia/stats/clustering_agreement.hpp"
-#include "estancia/world/world_map.hpp"
+#include "estancia/world_file/world_map.hpp"
 #include "support/support.hpp"
 
 namespace estancia::test {

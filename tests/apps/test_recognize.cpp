@@ -14,7 +14,7 @@
 #include <sstream>
 
 #include "estancia/core/rigid.hpp"
-#include "estancia/io/cloud_file.hpp"
+#include "estancia/files/cloud_file.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 

@@ -6,9 +6,10 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "estancia/io/descriptor_sequence.hpp"
-#include "estancia/topology/map.hpp"
-#include "estancia/topology/places.hpp"
+#include "estancia/map_file/map.hpp"
+#include "estancia/map_file/places.hpp"
+#include "estancia/sequences/descriptor_sequence.hpp"
+#include "estancia/session/session.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 

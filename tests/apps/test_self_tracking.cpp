@@ -8,9 +8,9 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "estancia/io/sequence.hpp"
+#include "estancia/readers/open_sequence.hpp"
 #include "estancia/stats/trajectory_error.hpp"
-#include "estancia/world/world_map.hpp"
+#include "estancia/world_file/world_map.hpp"
 #include "support/errors.hpp"
 #include "support/model_support.hpp"
 #include "support/support.hpp"

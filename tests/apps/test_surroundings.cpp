@@ -9,9 +9,9 @@
 #include <nlohmann/json.hpp>
 
 #include "estancia/core/utf8.hpp"
-#include "estancia/topology/map.hpp"
-#include "io/images.hpp"
+#include "estancia/map_file/map.hpp"
 #include "support/errors.hpp"
+#include "support/images.hpp"
 #include "support/model_support.hpp"
 #include "support/sample_home.hpp"
 

@@ -6,7 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "estancia/world/export_world.hpp"
+#include "estancia/world_query/export_world.hpp"
 #include "support/errors.hpp"
 #include "support/sample_home.hpp"
 #include "support/sample_world.hpp"

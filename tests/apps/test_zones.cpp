@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "estancia/io/descriptor_sequence.hpp"
+#include "estancia/sequences/descriptor_sequence.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 #include "support/synthetic.hpp"

@@ -15,8 +15,8 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/rigid.hpp"
-#include "estancia/io/sequence.hpp"
-#include "estancia/io/trajectory.hpp"
+#include "estancia/sequences/sequence.hpp"
+#include "estancia/sequences/trajectory.hpp"
 
 namespace estancia::test {
 

@@ -13,6 +13,7 @@
 #include "check/recorded_room.hpp"
 #include "estancia/check/check.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/readers/open_sequence.hpp"
 #include "support/errors.hpp"
 #include "support/numbers.hpp"
 #include "support/support.hpp"

@@ -9,7 +9,7 @@
 #include <limits>
 
 #include "estancia/cloud/resolution.hpp"
-#include "estancia/io/pcd.hpp"
+#include "estancia/files/pcd.hpp"
 #include "support/clouds.hpp"
 #include "support/errors.hpp"
 #include "support/numbers.hpp"

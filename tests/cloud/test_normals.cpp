@@ -12,7 +12,7 @@
 
 #include "estancia/cloud/covariance.hpp"
 #include "estancia/cloud/neighbors.hpp"
-#include "estancia/io/cloud_file.hpp"
+#include "estancia/files/cloud_file.hpp"
 #include "support/errors.hpp"
 #include "support/numbers.hpp"
 #include "support/support.hpp"

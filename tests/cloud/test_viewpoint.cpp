@@ -9,7 +9,7 @@
 #include <opencv2/core/affine.hpp>
 
 #include "estancia/cloud/noise.hpp"
-#include "estancia/io/cloud_file.hpp"
+#include "estancia/files/cloud_file.hpp"
 #include "support/support.hpp"
 
 namespace estancia {

@@ -11,7 +11,7 @@
 
 #include "estancia/cloud/neighbors.hpp"
 #include "estancia/cloud/noise.hpp"
-#include "estancia/io/cloud_file.hpp"
+#include "estancia/files/cloud_file.hpp"
 #include "support/clouds.hpp"
 #include "support/errors.hpp"
 #include "support/numbers.hpp"

@@ -9,7 +9,7 @@
 
 #include "convert/tfjs_builder.hpp"
 #include "estancia/core/digest.hpp"
-#include "estancia/label/model.hpp"
+#include "estancia/labelers/model.hpp"
 #include "support/errors.hpp"
 #include "support/model_support.hpp"
 

@@ -12,7 +12,8 @@
 
 #include "convert/quantization_plan.hpp"
 #include "estancia/core/digest.hpp"
-#include "estancia/label/model.hpp"
+#include "estancia/labelers/model.hpp"
+#include "estancia/readers/open_sequence.hpp"
 #include "support/errors.hpp"
 #include "support/model_support.hpp"
 

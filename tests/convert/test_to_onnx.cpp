@@ -7,7 +7,7 @@
 #include <onnx/onnx_pb.h>
 
 #include "estancia/core/digest.hpp"
-#include "estancia/label/model_spec.hpp"
+#include "estancia/labelers/model_spec.hpp"
 #include "support/errors.hpp"
 #include "support/model_support.hpp"
 

@@ -7,8 +7,8 @@
 #include <opencv2/core.hpp>
 
 #include "estancia/core/image_codecs.hpp"
-#include "io/images.hpp"
 #include "support/errors.hpp"
+#include "support/images.hpp"
 #include "support/support.hpp"
 
 namespace estancia {

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "estancia/core/error.hpp"
-#include "estancia/io/sequence.hpp"
+#include "estancia/sequences/sequence.hpp"
 
 namespace estancia::test {
 

@@ -21,6 +21,7 @@
 #include "estancia/describe/esf.hpp"
 #include "estancia/describe/features.hpp"
 #include "estancia/describe/voxel_lines.hpp"
+#include "estancia/readers/open_sequence.hpp"
 #include "support/errors.hpp"
 
 #ifdef ESTANCIA_HAS_PCL

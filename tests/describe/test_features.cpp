@@ -9,8 +9,8 @@
 #include "estancia/describe/features.hpp"
 #include "estancia/describe/load_descriptor.hpp"
 #include "estancia/describe/phog.hpp"
-#include "estancia/label/model.hpp"
 #include "estancia/label/record.hpp"
+#include "estancia/labelers/model.hpp"
 #include "support/errors.hpp"
 #include "support/model_support.hpp"
 

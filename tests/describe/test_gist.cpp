@@ -11,7 +11,7 @@
 
 #include "describe/made_up_sequence.hpp"
 #include "estancia/describe/gist.hpp"
-#include "estancia/io/sequence.hpp"
+#include "estancia/sequences/sequence.hpp"
 #include "support/errors.hpp"
 #include "support/model_support.hpp"
 

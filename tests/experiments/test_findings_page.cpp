@@ -10,7 +10,7 @@
 #include <regex>
 
 #include "estancia/core/error.hpp"
-#include "estancia/io/image_writer.hpp"
+#include "estancia/files/image_writer.hpp"
 #include "experiments/src/findings/line_chart.hpp"
 #include "support/errors.hpp"
 #include "support/html_checks.hpp"

@@ -6,7 +6,7 @@
 #include <map>
 #include <string>
 
-#include "estancia/io/csv.hpp"
+#include "estancia/files/csv.hpp"
 #include "experiments/src/runner/experiment.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"

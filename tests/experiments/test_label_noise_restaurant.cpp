@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <map>
 
-#include "estancia/io/object_views.hpp"
 #include "estancia/objects/object_model.hpp"
 #include "estancia/objects/pseudo_labels.hpp"
 #include "estancia/objects/shape.hpp"
+#include "estancia/readers/object_views.hpp"
 #include "experiments/src/objects/label_noise.hpp"
 #include "objects/made_up.hpp"
 #include "support/support.hpp"

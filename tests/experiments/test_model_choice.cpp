@@ -10,7 +10,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "estancia/core/error.hpp"
-#include "estancia/io/csv.hpp"
+#include "estancia/files/csv.hpp"
 #include "experiments/color_drive.hpp"
 #include "experiments/counting.hpp"
 #include "experiments/golden_findings.hpp"

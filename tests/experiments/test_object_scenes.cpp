@@ -6,8 +6,8 @@
 #include <algorithm>
 
 #include "experiments/src/objects/object_scenes.hpp"
-#include "io/images.hpp"
 #include "support/errors.hpp"
+#include "support/images.hpp"
 #include "support/support.hpp"
 
 namespace estancia::experiments {

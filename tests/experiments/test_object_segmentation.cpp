@@ -12,7 +12,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "estancia/core/error.hpp"
-#include "estancia/io/csv.hpp"
+#include "estancia/files/csv.hpp"
 #include "experiments/counting.hpp"
 #include "experiments/src/objects/made_up_scenes.hpp"
 #include "experiments/src/objects/object_segmentation_findings.hpp"

@@ -14,9 +14,9 @@
 #include <opencv2/imgcodecs.hpp>
 #include <set>
 
-#include "estancia/io/cloud_file.hpp"
-#include "estancia/io/csv.hpp"
-#include "estancia/io/object_samples.hpp"
+#include "estancia/files/cloud_file.hpp"
+#include "estancia/files/csv.hpp"
+#include "estancia/readers/object_samples.hpp"
 #include "experiments/counting.hpp"
 #include "experiments/src/runner/experiment.hpp"
 #include "support/errors.hpp"

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "estancia/report/svg.hpp"
-#include "estancia/report/text.hpp"
+#include "estancia/figures/svg.hpp"
+#include "estancia/figures/text.hpp"
 #include "experiments/src/findings/findings_page.hpp"
 #include "support/html_checks.hpp"
 

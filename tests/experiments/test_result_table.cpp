@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "estancia/io/csv.hpp"
+#include "estancia/files/csv.hpp"
 #include "support/support.hpp"
 
 namespace estancia::experiments {

@@ -17,7 +17,7 @@
 #include "estancia/classify/room_classifier.hpp"
 #include "estancia/core/config.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/io/csv.hpp"
+#include "estancia/files/csv.hpp"
 #include "experiments/color_drive.hpp"
 #include "experiments/counting.hpp"
 #include "experiments/golden_findings.hpp"

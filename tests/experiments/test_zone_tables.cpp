@@ -14,9 +14,10 @@
 #include <utility>
 
 #include "estancia/core/error.hpp"
-#include "estancia/io/csv.hpp"
-#include "estancia/label/model.hpp"
+#include "estancia/files/csv.hpp"
 #include "estancia/label/record.hpp"
+#include "estancia/labelers/model.hpp"
+#include "estancia/readers/open_sequence.hpp"
 #include "estancia/zones/measure.hpp"
 #include "experiments/color_drive.hpp"
 #include "experiments/counting.hpp"

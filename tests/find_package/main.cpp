@@ -6,8 +6,8 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/vocabulary.hpp"
-#include "estancia/io/image_file.hpp"
-#include "estancia/io/sequence.hpp"
+#include "estancia/files/image_file.hpp"
+#include "estancia/sequences/sequence.hpp"
 
 int main() {
   const estancia::Vocabulary vocabulary({"cup", "mug"});

@@ -6,11 +6,11 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "estancia/io/image_file.hpp"
-#include "estancia/io/sequence.hpp"
-#include "estancia/label/ensemble.hpp"
+#include "estancia/files/image_file.hpp"
 #include "estancia/label/label_stream.hpp"
-#include "estancia/label/model.hpp"
+#include "estancia/labelers/ensemble.hpp"
+#include "estancia/labelers/model.hpp"
+#include "estancia/readers/open_sequence.hpp"
 #include "support/model_support.hpp"
 #include "support/support.hpp"
 

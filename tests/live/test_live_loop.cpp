@@ -11,10 +11,10 @@
 #include <functional>
 #include <thread>
 
-#include "estancia/label/recorded_labeler.hpp"
+#include "estancia/labelers/recorded_labeler.hpp"
 #include "estancia/live/map_file_view.hpp"
-#include "estancia/live/replay_source.hpp"
-#include "estancia/world/edit_areas.hpp"
+#include "estancia/sources/replay_source.hpp"
+#include "estancia/world_file/edit_areas.hpp"
 #include "support/errors.hpp"
 #include "support/fed_source.hpp"
 #include "support/flat_drive.hpp"

@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 
-#include "estancia/io/object_views.hpp"
 #include "estancia/label/record.hpp"
 #include "estancia/objects/clustered_frame.hpp"
 #include "estancia/objects/collect.hpp"
@@ -14,6 +13,7 @@
 #include "estancia/objects/predict.hpp"
 #include "estancia/objects/predict_sequence.hpp"
 #include "estancia/objects/training.hpp"
+#include "estancia/readers/object_views.hpp"
 #include "support/errors.hpp"
 #include "support/table_scene.hpp"
 

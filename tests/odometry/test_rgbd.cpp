@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "estancia/core/error.hpp"
+#include "estancia/readers/open_sequence.hpp"
 #include "support/errors.hpp"
 #include "support/numbers.hpp"
 #include "support/room.hpp"

@@ -10,7 +10,7 @@
 
 #include "estancia/cloud/noise.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/io/cloud_file.hpp"
+#include "estancia/files/cloud_file.hpp"
 #include "estancia/recognition/prepared.hpp"
 #include "estancia/recognition/recognizer.hpp"
 #include "experiments/src/recognition/pose_error.hpp"

@@ -12,7 +12,7 @@
 #include "estancia/cloud/noise.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/rigid.hpp"
-#include "estancia/io/cloud_file.hpp"
+#include "estancia/files/cloud_file.hpp"
 #include "estancia/recognition/object_search.hpp"
 #include "estancia/recognition/prepared.hpp"
 #include "experiments/src/recognition/pose_error.hpp"

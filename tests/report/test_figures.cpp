@@ -5,10 +5,10 @@
 #include <limits>
 
 #include "estancia/core/error.hpp"
-#include "estancia/report/decision_chart.hpp"
+#include "estancia/figures/decision_chart.hpp"
+#include "estancia/figures/word_cloud.hpp"
 #include "estancia/report/map_figure.hpp"
-#include "estancia/report/word_cloud.hpp"
-#include "sample_map.hpp"
+#include "support/report_map.hpp"
 
 namespace estancia::report {
 namespace {

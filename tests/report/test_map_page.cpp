@@ -9,10 +9,10 @@
 #include <regex>
 
 #include "estancia/core/error.hpp"
-#include "sample_map.hpp"
 #include "sample_zones.hpp"
 #include "support/errors.hpp"
 #include "support/html_checks.hpp"
+#include "support/report_map.hpp"
 #include "support/support.hpp"
 
 namespace estancia {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/report/measures.hpp"
 
-#include "estancia/topology/accuracy.hpp"
-#include "estancia/topology/quality.hpp"
+#include "estancia/query/accuracy.hpp"
+#include "estancia/query/quality.hpp"
 #include "estancia/zones/measure.hpp"
 
 #include <gtest/gtest.h>

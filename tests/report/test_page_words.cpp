@@ -8,8 +8,8 @@
 
 #include "estancia/report/map_page.hpp"
 #include "estancia/report/page_words.hpp"
-#include "sample_map.hpp"
 #include "support/html_checks.hpp"
+#include "support/report_map.hpp"
 #include "support/sample_world.hpp"
 
 namespace estancia {

@@ -9,11 +9,11 @@
 #include <string>
 
 #include "estancia/core/error.hpp"
+#include "estancia/figures/plan_shapes.hpp"
+#include "estancia/figures/thumbnails.hpp"
 #include "estancia/report/map_page.hpp"
-#include "estancia/report/plan_shapes.hpp"
-#include "estancia/report/thumbnails.hpp"
 #include "estancia/report/world_view.hpp"
-#include "estancia/world/route_world.hpp"
+#include "estancia/world_query/route_world.hpp"
 #include "support/errors.hpp"
 #include "support/html_checks.hpp"
 #include "support/sample_world.hpp"

@@ -8,7 +8,7 @@
 #include <regex>
 #include <set>
 
-#include "estancia/report/plane.hpp"
+#include "estancia/figures/plane.hpp"
 #include "estancia/report/zone_figures.hpp"
 #include "sample_zones.hpp"
 #include "support/html_checks.hpp"

@@ -8,7 +8,7 @@
 #include <regex>
 
 #include "estancia/core/error.hpp"
-#include "estancia/topology/store.hpp"
+#include "estancia/map_file/store.hpp"
 #include "sample_zones.hpp"
 #include "support/errors.hpp"
 #include "support/html_checks.hpp"

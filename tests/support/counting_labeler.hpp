@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "estancia/label/labeler.hpp"
+#include "estancia/labelers/labeler.hpp"
 
 namespace estancia::test {
 

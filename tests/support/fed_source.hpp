@@ -7,8 +7,8 @@
 #include <mutex>
 #include <utility>
 
-#include "estancia/io/sequence.hpp"
-#include "estancia/live/frame_source.hpp"
+#include "estancia/sequences/sequence.hpp"
+#include "estancia/sources/frame_source.hpp"
 
 namespace estancia::test {
 

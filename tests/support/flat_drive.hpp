@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "estancia/core/error.hpp"
-#include "estancia/io/descriptor_sequence.hpp"
-#include "estancia/io/sequence.hpp"
+#include "estancia/sequences/descriptor_sequence.hpp"
+#include "estancia/sequences/sequence.hpp"
 #include "support/floor_scene.hpp"
 
 namespace estancia::test {

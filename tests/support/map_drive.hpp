@@ -4,8 +4,8 @@
 
 #include <filesystem>
 
-#include "estancia/io/descriptor_sequence.hpp"
-#include "estancia/io/sequence.hpp"
+#include "estancia/sequences/descriptor_sequence.hpp"
+#include "estancia/sequences/sequence.hpp"
 #include "estancia/world/world_mapper.hpp"
 
 namespace estancia::test {

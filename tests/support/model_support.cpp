@@ -11,7 +11,7 @@
 
 #include "convert/to_onnx.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/label/onnxruntime_library.hpp"
+#include "estancia/labelers/onnxruntime_library.hpp"
 
 namespace estancia::test {
 namespace fs = std::filesystem;

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "estancia/label/model_spec.hpp"
+#include "estancia/labelers/model_spec.hpp"
 #include "support/support.hpp"
 
 namespace onnx {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "estancia/core/descriptor.hpp"
-#include "estancia/io/sequence.hpp"
 #include "estancia/odometry/rgbd.hpp"
+#include "estancia/sequences/sequence.hpp"
 
 namespace estancia::test {
 

@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "estancia/topology/store.hpp"
-#include "estancia/world/world_map.hpp"
-#include "estancia/world/world_store.hpp"
+#include "estancia/map_file/store.hpp"
+#include "estancia/world_file/world_map.hpp"
+#include "estancia/world_file/world_store.hpp"
 
 namespace estancia::test {
 

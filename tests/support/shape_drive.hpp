@@ -14,9 +14,9 @@
 #include "estancia/core/rigid.hpp"
 #include "estancia/objects/shape.hpp"
 #include "estancia/objects/training.hpp"
-#include "estancia/world/observation.hpp"
-#include "estancia/world/world_map.hpp"
 #include "estancia/world/world_mapper.hpp"
+#include "estancia/world_file/observation.hpp"
+#include "estancia/world_file/world_map.hpp"
 #include "support/flat_drive.hpp"
 
 namespace estancia::test {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "estancia/core/camera.hpp"
-#include "estancia/io/sequence.hpp"
+#include "estancia/sequences/sequence.hpp"
 
 namespace estancia::test {
 

@@ -1,6 +1,6 @@
 // What people say about areas: names, merges, splits.
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/world/edit_areas.hpp"
+#include "estancia/world_file/edit_areas.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include <cstdlib>
 
 #include "estancia/core/error.hpp"
-#include "estancia/topology/session.hpp"
+#include "estancia/session/session.hpp"
 #include "estancia/world/world_mapper.hpp"
 #include "support/errors.hpp"
 #include "support/flat_drive.hpp"

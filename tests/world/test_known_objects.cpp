@@ -1,6 +1,6 @@
 // Known objects are recognized in a drive: names and poses, and nothing where there is none.
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/world/known_objects.hpp"
+#include "estancia/layers/known_objects.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,11 +8,11 @@
 #include <numbers>
 
 #include "estancia/core/rigid.hpp"
-#include "estancia/io/cloud_file.hpp"
-#include "estancia/topology/sqlite.hpp"
-#include "estancia/world/ask_world.hpp"
-#include "estancia/world/world_json.hpp"
+#include "estancia/files/cloud_file.hpp"
+#include "estancia/map_file/sqlite.hpp"
 #include "estancia/world/world_mapper.hpp"
+#include "estancia/world_query/ask_world.hpp"
+#include "estancia/world_query/world_json.hpp"
 #include "support/errors.hpp"
 #include "support/shape_drive.hpp"
 #include "support/support.hpp"

@@ -6,9 +6,9 @@
 #include <gtest/gtest.h>
 
 #include "estancia/core/take_interrupt.hpp"
-#include "estancia/label/recorded_labeler.hpp"
-#include "estancia/topology/mapper.hpp"
-#include "estancia/world/world_map.hpp"
+#include "estancia/labelers/recorded_labeler.hpp"
+#include "estancia/mapper/mapper.hpp"
+#include "estancia/world_file/world_map.hpp"
 #include "support/errors.hpp"
 #include "support/flat_drive.hpp"
 #include "support/map_drive.hpp"

@@ -7,12 +7,12 @@
 #include <set>
 
 #include "estancia/core/rigid.hpp"
-#include "estancia/label/labeler.hpp"
+#include "estancia/labelers/labeler.hpp"
+#include "estancia/map_file/sqlite.hpp"
 #include "estancia/odometry/tracker.hpp"
 #include "estancia/stats/trajectory_error.hpp"
-#include "estancia/topology/sqlite.hpp"
-#include "estancia/world/world_map.hpp"
 #include "estancia/world/world_mapper.hpp"
+#include "estancia/world_file/world_map.hpp"
 #include "support/errors.hpp"
 #include "support/room.hpp"
 #include "support/support.hpp"

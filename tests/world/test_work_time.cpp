@@ -1,12 +1,12 @@
 // What is put off when the next frame is near, and what is not.
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/world/work_time.hpp"
+#include "estancia/layers/work_time.hpp"
 
 #include <gtest/gtest.h>
 
 #include <thread>
 
-#include "estancia/topology/sqlite.hpp"
+#include "estancia/map_file/sqlite.hpp"
 #include "estancia/world/world_mapper.hpp"
 #include "support/counting_labeler.hpp"
 #include "support/flat_drive.hpp"

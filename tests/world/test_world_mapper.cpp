@@ -12,11 +12,11 @@
 #include <utility>
 
 #include "estancia/core/rigid.hpp"
-#include "estancia/label/labeler.hpp"
-#include "estancia/topology/sqlite.hpp"
-#include "estancia/world/edit_areas.hpp"
-#include "estancia/world/observation.hpp"
-#include "estancia/world/world_map.hpp"
+#include "estancia/labelers/labeler.hpp"
+#include "estancia/map_file/sqlite.hpp"
+#include "estancia/world_file/edit_areas.hpp"
+#include "estancia/world_file/observation.hpp"
+#include "estancia/world_file/world_map.hpp"
 #include "support/errors.hpp"
 #include "support/flat_drive.hpp"
 #include "support/map_drive.hpp"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "estancia/io/descriptor_sequence.hpp"
+#include "estancia/sequences/descriptor_sequence.hpp"
 #include "support/synthetic.hpp"
 
 namespace estancia::test {

@@ -10,7 +10,7 @@
 
 #include "estancia/core/choice.hpp"
 #include "estancia/describe/descriptor.hpp"
-#include "estancia/label/labeler.hpp"
+#include "estancia/labelers/labeler.hpp"
 #include "experiments/src/features/local_features.hpp"
 #include "experiments/src/features/visual_vocabulary.hpp"
 

@@ -7,7 +7,7 @@
 #include <numeric>
 #include <utility>
 
-#include "estancia/report/text.hpp"
+#include "estancia/figures/text.hpp"
 #include "estancia/stats/proportion.hpp"
 
 namespace estancia::experiments {

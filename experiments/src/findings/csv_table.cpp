@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "estancia/core/error.hpp"
-#include "estancia/io/files.hpp"
+#include "estancia/files/files.hpp"
 
 namespace estancia::experiments {
 

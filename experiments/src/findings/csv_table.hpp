@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "estancia/io/csv.hpp"
+#include "estancia/files/csv.hpp"
 
 namespace estancia::experiments {
 

@@ -7,10 +7,10 @@
 #include <numeric>
 
 #include "estancia/core/output_file.hpp"
-#include "estancia/report/html.hpp"
+#include "estancia/figures/html.hpp"
+#include "estancia/figures/word_cloud.hpp"
 #include "estancia/report/page_assets.hpp"
 #include "estancia/report/page_parts.hpp"
-#include "estancia/report/word_cloud.hpp"
 #include "experiments/src/findings/heat_table.hpp"
 #include "experiments/src/findings/line_chart.hpp"
 #include "experiments/src/findings/rank_diagram.hpp"

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estancia/report/color.hpp"
-#include "estancia/report/text.hpp"
+#include "estancia/figures/color.hpp"
+#include "estancia/figures/text.hpp"
 
 namespace estancia::experiments {
 

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "estancia/report/html.hpp"
+#include "estancia/figures/html.hpp"
 #include "experiments/src/findings/findings.hpp"
 
 namespace estancia::experiments {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estancia/report/svg.hpp"
+#include "estancia/figures/svg.hpp"
 
 namespace estancia::experiments {
 

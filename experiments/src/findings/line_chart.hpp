@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <string>
 
-#include "estancia/report/html.hpp"
+#include "estancia/figures/html.hpp"
 #include "experiments/src/findings/findings.hpp"
 
 namespace estancia::experiments {

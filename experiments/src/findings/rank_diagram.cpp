@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "estancia/report/svg.hpp"
+#include "estancia/figures/svg.hpp"
 
 namespace estancia::experiments {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "estancia/report/html.hpp"
+#include "estancia/figures/html.hpp"
 #include "experiments/src/findings/findings.hpp"
 
 namespace estancia::experiments {

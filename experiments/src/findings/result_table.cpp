@@ -10,8 +10,8 @@
 #include <string_view>
 #include <vector>
 
-#include "estancia/io/csv.hpp"
-#include "estancia/io/files.hpp"
+#include "estancia/files/csv.hpp"
+#include "estancia/files/files.hpp"
 
 namespace estancia::experiments {
 namespace {

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "estancia/core/error.hpp"
-#include "estancia/io/csv.hpp"
-#include "estancia/io/files.hpp"
+#include "estancia/files/csv.hpp"
+#include "estancia/files/files.hpp"
 
 namespace estancia::experiments {
 namespace {

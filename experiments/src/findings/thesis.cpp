@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <sstream>
 
-#include "estancia/io/csv.hpp"
+#include "estancia/files/csv.hpp"
 
 namespace estancia::experiments {
 std::string ThesisTable::Row::name() const {

@@ -8,12 +8,12 @@
 #include <opencv2/core.hpp>
 #include <set>
 
-#include "estancia/cloud/clusters.hpp"
 #include "estancia/core/config.hpp"
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/io/home_truth.hpp"
-#include "estancia/io/sequence.hpp"
+#include "estancia/readers/home_truth.hpp"
+#include "estancia/readers/open_sequence.hpp"
+#include "estancia/segmentation/clusters.hpp"
 #include "experiments/src/findings/pivot.hpp"
 #include "experiments/src/runner/config_lists.hpp"
 #include "experiments/src/runner/subjects.hpp"

@@ -8,10 +8,10 @@
 #include <utility>
 
 #include "estancia/core/digest.hpp"
-#include "estancia/io/home_truth.hpp"
-#include "estancia/topology/session.hpp"
-#include "estancia/world/evaluate_world.hpp"
+#include "estancia/readers/home_truth.hpp"
+#include "estancia/session/session.hpp"
 #include "estancia/world/world_mapper.hpp"
+#include "estancia/world_query/evaluate_world.hpp"
 #include "experiments/src/runner/config_lists.hpp"
 #include "experiments/src/runner/scratch_file.hpp"
 

@@ -9,8 +9,8 @@
 
 #include "estancia/core/ascii.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/io/files.hpp"
-#include "estancia/io/object_view_formats.hpp"
+#include "estancia/files/files.hpp"
+#include "estancia/readers/object_view_formats.hpp"
 #include "experiments/src/findings/csv_table.hpp"
 
 namespace estancia::experiments {

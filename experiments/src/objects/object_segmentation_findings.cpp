@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
-#include "estancia/io/image_writer.hpp"
+#include "estancia/files/image_writer.hpp"
 #include "estancia/stats/proportion.hpp"
 #include "experiments/src/findings/pivot.hpp"
 

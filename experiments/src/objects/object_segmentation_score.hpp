@@ -7,9 +7,9 @@
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
-#include "estancia/cloud/clusters.hpp"
 #include "estancia/core/camera.hpp"
 #include "estancia/core/point_cloud.hpp"
+#include "estancia/segmentation/clusters.hpp"
 
 namespace estancia::experiments {
 

@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "estancia/core/progress.hpp"
-#include "estancia/io/object_views.hpp"
 #include "estancia/objects/pseudo_labels.hpp"
 #include "estancia/objects/shape.hpp"
 #include "estancia/objects/training.hpp"
+#include "estancia/readers/object_views.hpp"
 #include "experiments/src/findings/findings.hpp"
 #include "experiments/src/objects/label_noise.hpp"
 #include "experiments/src/runner/experiment.hpp"

@@ -11,12 +11,12 @@
 
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/label/label_stream.hpp"
-#include "estancia/label/model.hpp"
 #include "estancia/label/record.hpp"
-#include "estancia/label/recorded_labeler.hpp"
+#include "estancia/labelers/model.hpp"
+#include "estancia/labelers/recorded_labeler.hpp"
 #include "estancia/objects/object_crops.hpp"
+#include "estancia/sequences/descriptor_sequence.hpp"
 #include "estancia/words/installed_words.hpp"
 #include "experiments/src/objects/instance_splits.hpp"
 

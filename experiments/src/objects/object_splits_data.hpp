@@ -11,8 +11,8 @@
 #include "estancia/core/progress.hpp"
 #include "estancia/core/vocabulary.hpp"
 #include "estancia/describe/features.hpp"
-#include "estancia/io/object_views.hpp"
 #include "estancia/objects/class_probabilities.hpp"
+#include "estancia/readers/object_views.hpp"
 #include "experiments/src/objects/object_splits.hpp"
 
 namespace estancia::experiments {

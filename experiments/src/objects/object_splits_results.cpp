@@ -11,7 +11,7 @@
 #include <set>
 
 #include "estancia/core/label_words.hpp"
-#include "estancia/io/image_writer.hpp"
+#include "estancia/files/image_writer.hpp"
 #include "estancia/objects/object_crops.hpp"
 #include "experiments/src/findings/pivot.hpp"
 #include "experiments/src/findings/thesis.hpp"

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "estancia/io/sequence.hpp"
+#include "estancia/sequences/sequence.hpp"
 
 namespace estancia::experiments {
 

@@ -11,7 +11,7 @@
 
 #include "estancia/core/config.hpp"
 #include "estancia/core/digest.hpp"
-#include "estancia/topology/localizer.hpp"
+#include "estancia/localization/localizer.hpp"
 #include "experiments/src/places/mapped_drive.hpp"
 #include "experiments/src/runner/config_lists.hpp"
 

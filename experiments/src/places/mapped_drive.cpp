@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "estancia/topology/localizer.hpp"
-#include "estancia/topology/session.hpp"
+#include "estancia/localization/localizer.hpp"
+#include "estancia/session/session.hpp"
 
 namespace estancia::experiments {
 

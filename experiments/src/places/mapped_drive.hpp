@@ -7,10 +7,10 @@
 #include <memory>
 #include <vector>
 
-#include "estancia/io/descriptor_sequence.hpp"
-#include "estancia/topology/accuracy.hpp"
-#include "estancia/topology/localizer_map.hpp"
-#include "estancia/topology/mapper.hpp"
+#include "estancia/localization/localizer_map.hpp"
+#include "estancia/mapper/mapper.hpp"
+#include "estancia/query/accuracy.hpp"
+#include "estancia/sequences/descriptor_sequence.hpp"
 #include "experiments/src/runner/scratch_file.hpp"
 
 namespace estancia::experiments {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "estancia/core/progress.hpp"
-#include "estancia/io/sequence.hpp"
+#include "estancia/sequences/sequence.hpp"
 #include "experiments/src/findings/findings.hpp"
 #include "experiments/src/runner/experiment.hpp"
 #include "experiments/src/runner/grid.hpp"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "estancia/core/descriptor.hpp"
-#include "estancia/stats/distance.hpp"
+#include "estancia/distances/distance.hpp"
 #include "experiments/src/places/spatial_variance.hpp"
 
 namespace estancia::experiments {

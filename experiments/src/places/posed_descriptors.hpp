@@ -9,9 +9,9 @@
 #include "estancia/core/descriptor.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/core/vocabulary.hpp"
-#include "estancia/io/sequence.hpp"
 #include "estancia/label/label_cache.hpp"
-#include "estancia/label/labeler.hpp"
+#include "estancia/labelers/labeler.hpp"
+#include "estancia/sequences/sequence.hpp"
 #include "experiments/src/places/spatial_variance.hpp"
 
 namespace estancia::experiments {

@@ -5,8 +5,8 @@
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
-#include "estancia/io/descriptor_sequence.hpp"
-#include "estancia/io/sequence.hpp"
+#include "estancia/sequences/descriptor_sequence.hpp"
+#include "estancia/sequences/sequence.hpp"
 
 namespace estancia::experiments {
 

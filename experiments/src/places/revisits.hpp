@@ -9,7 +9,7 @@
 
 #include "estancia/core/frame.hpp"
 #include "estancia/core/progress.hpp"
-#include "estancia/topology/map.hpp"
+#include "estancia/map_file/map.hpp"
 #include "experiments/src/findings/findings.hpp"
 #include "experiments/src/runner/drive_grid.hpp"
 #include "experiments/src/runner/experiment.hpp"

@@ -11,7 +11,7 @@
 #include "estancia/areas/areas.hpp"
 #include "estancia/core/config.hpp"
 #include "estancia/core/digest.hpp"
-#include "estancia/io/home_truth.hpp"
+#include "estancia/readers/home_truth.hpp"
 #include "estancia/stats/clustering_agreement.hpp"
 #include "estancia/zones/zones.hpp"
 #include "experiments/src/places/mapped_drive.hpp"

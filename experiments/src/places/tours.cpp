@@ -11,8 +11,8 @@
 
 #include "estancia/core/config.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/mapper/mapper.hpp"
 #include "estancia/stats/clustering_agreement.hpp"
-#include "estancia/topology/mapper.hpp"
 #include "experiments/src/runner/config_lists.hpp"
 
 namespace estancia::experiments {

@@ -17,7 +17,7 @@
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/label_words.hpp"
-#include "estancia/io/home_truth.hpp"
+#include "estancia/readers/home_truth.hpp"
 #include "experiments/src/runner/config_lists.hpp"
 
 namespace estancia::experiments {

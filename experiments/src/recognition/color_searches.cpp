@@ -8,7 +8,6 @@
 #include <memory>
 #include <opencv2/core.hpp>
 
-#include "estancia/cloud/clusters.hpp"
 #include "estancia/cloud/color_lab.hpp"
 #include "estancia/cloud/filter.hpp"
 #include "estancia/cloud/neighbors.hpp"
@@ -17,6 +16,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/recognition/prepared.hpp"
 #include "estancia/recognition/recognizer.hpp"
+#include "estancia/segmentation/clusters.hpp"
 #include "experiments/src/recognition/pose_error.hpp"
 
 namespace estancia::experiments {

@@ -9,14 +9,14 @@
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
-#include "estancia/cloud/clusters.hpp"
 #include "estancia/cloud/neighbors.hpp"
 #include "estancia/cloud/normals.hpp"
 #include "estancia/cloud/resolution.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/rigid.hpp"
-#include "estancia/io/home_truth.hpp"
-#include "estancia/io/sequence.hpp"
+#include "estancia/readers/home_truth.hpp"
+#include "estancia/readers/open_sequence.hpp"
+#include "estancia/segmentation/clusters.hpp"
 #include "experiments/src/recognition/color_cases.hpp"
 
 namespace estancia::experiments {

@@ -14,7 +14,7 @@
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
-#include "estancia/io/files.hpp"
+#include "estancia/files/files.hpp"
 
 namespace estancia::experiments {
 namespace fs = std::filesystem;

@@ -8,7 +8,7 @@
 #include <map>
 
 #include "estancia/core/error.hpp"
-#include "estancia/io/files.hpp"
+#include "estancia/files/files.hpp"
 #include "experiments/src/findings/csv_table.hpp"
 
 namespace estancia::experiments {

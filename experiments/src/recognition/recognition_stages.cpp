@@ -11,7 +11,7 @@
 #include "estancia/cloud/noise.hpp"
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/io/cloud_file.hpp"
+#include "estancia/files/cloud_file.hpp"
 #include "estancia/recognition/pose_candidates.hpp"
 #include "estancia/recognition/prepared.hpp"
 #include "estancia/recognition/recognizer.hpp"

@@ -6,8 +6,9 @@
 #include <algorithm>
 
 #include "estancia/core/digest.hpp"
-#include "estancia/label/model.hpp"
 #include "estancia/label/record.hpp"
+#include "estancia/labelers/model.hpp"
+#include "estancia/readers/open_sequence.hpp"
 
 namespace estancia::experiments {
 

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "estancia/core/progress.hpp"
-#include "estancia/io/descriptor_sequence.hpp"
-#include "estancia/label/labeler.hpp"
+#include "estancia/labelers/labeler.hpp"
+#include "estancia/sequences/descriptor_sequence.hpp"
 #include "experiments/src/findings/findings.hpp"
 #include "experiments/src/findings/pivot.hpp"
 #include "experiments/src/runner/experiment.hpp"

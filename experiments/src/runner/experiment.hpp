@@ -10,7 +10,7 @@
 #include "estancia/core/choice.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/label/label_cache.hpp"
-#include "estancia/label/model.hpp"
+#include "estancia/labelers/model.hpp"
 #include "experiments/src/findings/findings.hpp"
 
 namespace estancia::experiments {

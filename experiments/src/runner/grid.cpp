@@ -21,8 +21,8 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/core/parallel.hpp"
-#include "estancia/io/csv.hpp"
-#include "estancia/io/files.hpp"
+#include "estancia/files/csv.hpp"
+#include "estancia/files/files.hpp"
 #include "experiments/src/runner/work_queue.hpp"
 
 namespace estancia::experiments {

@@ -9,8 +9,9 @@
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/plus_names.hpp"
-#include "estancia/io/descriptor_sequence.hpp"
-#include "estancia/label/model.hpp"
+#include "estancia/labelers/model.hpp"
+#include "estancia/readers/open_sequence.hpp"
+#include "estancia/sequences/descriptor_sequence.hpp"
 #include "experiments/src/runner/config_lists.hpp"
 
 namespace estancia::experiments {

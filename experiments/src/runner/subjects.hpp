@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "estancia/core/config.hpp"
-#include "estancia/io/sequence.hpp"
+#include "estancia/readers/open_sequence.hpp"
 #include "experiments/src/runner/experiment.hpp"
 
 namespace estancia::experiments {

@@ -10,7 +10,7 @@
 #include <numeric>
 #include <optional>
 
-#include "estancia/io/csv.hpp"
+#include "estancia/files/csv.hpp"
 #include "experiments/src/findings/pivot.hpp"
 #include "experiments/src/scenes/scenes_rankings.hpp"
 #include "experiments/src/scenes/scenes_statistics.hpp"

@@ -9,7 +9,7 @@
 #include <numeric>
 #include <random>
 
-#include "estancia/io/csv.hpp"
+#include "estancia/files/csv.hpp"
 
 namespace estancia::experiments {
 namespace {

@@ -8,7 +8,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/label_words.hpp"
 #include "estancia/stats/proportion.hpp"
-#include "estancia/world/area_names.hpp"
+#include "estancia/world_file/area_names.hpp"
 #include "experiments/src/scenes/scene_answers.hpp"
 #include "experiments/src/zones/room_classes.hpp"
 

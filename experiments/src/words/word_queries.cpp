@@ -11,7 +11,7 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/label_words.hpp"
-#include "estancia/io/files.hpp"
+#include "estancia/files/files.hpp"
 #include "experiments/src/findings/csv_table.hpp"
 
 namespace estancia::experiments {

@@ -10,7 +10,7 @@
 
 #include "estancia/core/config.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/label/model.hpp"
+#include "estancia/labelers/model.hpp"
 #include "experiments/src/runner/config_lists.hpp"
 #include "experiments/src/runner/subjects.hpp"
 #include "experiments/src/words/average_precision.hpp"

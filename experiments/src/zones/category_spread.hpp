@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "estancia/core/progress.hpp"
-#include "estancia/io/descriptor_sequence.hpp"
+#include "estancia/sequences/descriptor_sequence.hpp"
 #include "estancia/zones/zones.hpp"
 
 namespace estancia::experiments {

@@ -1,9 +1,9 @@
 // Makes a topological map of descriptors, asks it for a word, and sees that no library came along that other
-// rooms need:
+// rooms need; by the former names of a component and of a header, too:
 //   component MAP
 // SPDX-License-Identifier: Apache-2.0
 #include <estancia/core/vocabulary.hpp>
-#include <estancia/topology/ask.hpp>
+#include <estancia/query/ask.hpp>
 #include <estancia/topology/session.hpp>
 
 #include <cstdio>

@@ -1,0 +1,40 @@
+// What every metric drawing has: its size, the driven path as a line, a scale.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "estancia/figures/html.hpp"
+#include "estancia/figures/layout.hpp"
+
+namespace estancia::report {
+
+struct FigureStyle {
+  double width = 780, height = 580;  ///< CSS pixels; the height is the most there may be
+  double fontSize = 12;
+  bool words = true;  ///< words beside names, where there is room for both
+  std::string name;   ///< class of the <svg>
+};
+
+constexpr double figureMargin = 14;  ///< [CSS pixels]
+
+/// Opens the <svg> of a figure: of class `kind` and the style's name, read out as `label`.
+Markup openFigure(const char* kind, const FigureStyle& style, const std::string& label);
+
+/// Height that the drawing needs at this scale, within reason: a flat map leaves no empty card.
+double neededHeight(const Fit& fit, const std::vector<Point>& extent, const FigureStyle& style,
+                    double borders);
+
+/// A dotted line, thinned to steps one can see; it breaks where no point is known, and where a drive begins:
+/// at these points.
+void drawPath(Markup& svg, const std::vector<std::optional<Point>>& points, const Fit& fit,
+              std::span<const std::size_t> starts = {});
+
+/// A bar of 1, 2 or 5 · 10ⁿ meters, at most a fifth of the width, at the foot of the figure; `scale` is in
+/// pixels a meter, and nothing is drawn where it is 0. Returns what is covered.
+Box drawScale(Markup& svg, double scale, const FigureStyle& style);
+
+}  // namespace estancia::report

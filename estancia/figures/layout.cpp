@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/figures/layout.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+// Boost.Graph hides an iterator pair in an optional, which GCC 12 takes for uninitialized memory.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpragmas"
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#include <boost/graph/adjacency_list.hpp>
+#include <boost/graph/circle_layout.hpp>
+#include <boost/graph/connected_components.hpp>
+#include <boost/graph/kamada_kawai_spring_layout.hpp>
+#include <boost/graph/topology.hpp>
+#pragma GCC diagnostic pop
+
+namespace estancia::report {
+namespace {
+
+/// Ends Kamada–Kawai when it has converged or, in large graphs or should it circle, after so many moves (each
+/// costs time in proportion to the number of vertices).
+class Convergence {
+ public:
+  explicit Convergence(std::size_t moves) : left_(moves) {}
+
+  template <typename Graph, typename Vertex>
+  bool operator()(double delta, Vertex vertex, const Graph& graph, bool global) {
+    if (left_ == 0) return true;
+    --left_;
+    return tolerance_(delta, vertex, graph, global);
+  }
+
+ private:
+  std::size_t left_;
+  boost::layout_tolerance<double> tolerance_{1e-3};
+};
+
+/// Positions of nodes without a pose: the mean of their neighbors', spreading out from those that have one.
+void fillGaps(const std::vector<Link>& links, std::vector<std::optional<Point>>& nodes) {
+  std::vector<std::vector<std::size_t>> neighbors(nodes.size());
+  for (const Link& link : links) {
+    neighbors[link.a].push_back(link.b);
+    neighbors[link.b].push_back(link.a);
+  }
+  const auto meanOf = [&nodes](const auto& members) -> std::optional<Point> {
+    Point sum;
+    double count = 0;
+    for (const std::size_t member : members)
+      if (nodes[member]) {
+        sum = {sum.x + nodes[member]->x, sum.y + nodes[member]->y};
+        ++count;
+      }
+    if (count == 0) return std::nullopt;
+    return Point{sum.x / count, sum.y / count};
+  };
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+      if (!nodes[i] && (nodes[i] = meanOf(neighbors[i]))) changed = true;
+  }
+  std::vector<std::size_t> all(nodes.size());
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
+  const Point center = meanOf(all).value_or(Point{});
+  for (auto& node : nodes)
+    if (!node) node = center;
+}
+
+}  // namespace
+
+std::vector<Point> layoutGraph(std::size_t vertices, const std::vector<Link>& edges) {
+  using Weight = boost::property<boost::edge_weight_t, double>;
+  using Graph =
+      boost::adjacency_list<boost::vecS, boost::vecS, boost::undirectedS, boost::no_property, Weight>;
+  std::vector<Point> points(vertices);
+  if (vertices < 2) return points;
+
+  Graph graph(vertices);
+  for (const Link& edge : edges) boost::add_edge(edge.a, edge.b, Weight(1), graph);
+  // Kamada–Kawai needs a connected graph: tie the parts together, at some distance.
+  std::vector<std::size_t> part(vertices);
+  const auto parts = static_cast<std::size_t>(boost::connected_components(graph, part.data()));
+  std::vector<std::size_t> firstOf(parts, vertices);
+  for (std::size_t v = 0; v < vertices; ++v) firstOf[part[v]] = std::min(firstOf[part[v]], v);
+  for (std::size_t p = 1; p < parts; ++p) boost::add_edge(firstOf[p - 1], firstOf[p], Weight(2), graph);
+
+  using Plane2 = boost::square_topology<>;
+  std::vector<Plane2::point_type> places(vertices);
+  const auto position =
+      boost::make_iterator_property_map(places.begin(), boost::get(boost::vertex_index, graph));
+  const auto count = static_cast<double>(vertices);
+  boost::circle_graph_layout(graph, position, count / (2 * std::numbers::pi));  // in driven order
+  boost::kamada_kawai_spring_layout(graph, position, boost::get(boost::edge_weight, graph), Plane2(count),
+                                    boost::edge_length(1.0), Convergence(20'000'000 / vertices));
+  for (std::size_t v = 0; v < vertices; ++v)
+    if (std::isfinite(places[v][0]) && std::isfinite(places[v][1])) points[v] = {places[v][0], places[v][1]};
+  return points;
+}
+
+Point Fit::operator()(const Point& p) const {
+  const double x = p.x - from.x, y = p.y - from.y;
+  return turned ? Point{to.x + scale * y, to.y + scale * x} : Point{to.x + scale * x, to.y - scale * y};
+}
+
+Fit fitInto(const std::vector<Point>& points, const Box& box, bool mayTurn) {
+  Fit fit;
+  fit.to = {box.x + box.width / 2, box.y + box.height / 2};
+  if (points.empty()) return fit;
+  const auto [left, right] =
+      std::minmax_element(points.begin(), points.end(), [](auto& a, auto& b) { return a.x < b.x; });
+  const auto [low, high] =
+      std::minmax_element(points.begin(), points.end(), [](auto& a, auto& b) { return a.y < b.y; });
+  fit.from = {(left->x + right->x) / 2, (low->y + high->y) / 2};
+  constexpr double tiny = 1e-9;
+  const double width = std::max(right->x - left->x, tiny), height = std::max(high->y - low->y, tiny);
+  const auto scale = [&box](double w, double h) { return std::min(box.width / w, box.height / h); };
+  fit.turned = mayTurn && scale(height, width) > scale(width, height);
+  fit.scale = fit.turned ? scale(height, width) : scale(width, height);
+  if (std::max(width, height) <= tiny) fit.scale = 0;  // one place only
+  return fit;
+}
+
+void separate(std::vector<Point>& centers, const std::vector<double>& radii, double gap, const Box& box) {
+  constexpr int rounds = 200;
+  for (int round = 0; round < rounds; ++round) {
+    bool moved = false;
+    for (std::size_t i = 0; i < centers.size(); ++i)
+      for (std::size_t j = i + 1; j < centers.size(); ++j) {
+        Point& a = centers[i];
+        Point& b = centers[j];
+        const double wanted = radii[i] + radii[j] + gap;
+        double dx = b.x - a.x, dy = b.y - a.y;
+        if (dx * dx + dy * dy >= wanted * wanted) continue;  // most pairs: no root for them
+        double distance = std::hypot(dx, dy);
+        if (distance < 1e-6) {  // the golden angle: no two pairs part in the same direction
+          const double angle = 2.399963 * static_cast<double>(i + j + 1);
+          dx = std::cos(angle);
+          dy = std::sin(angle);
+          distance = 1;
+          b = {b.x + 1e-3 * dx, b.y + 1e-3 * dy};
+        }
+        const double push = 0.505 * std::max(wanted - std::hypot(b.x - a.x, b.y - a.y), 0.0) / distance;
+        a = {a.x - push * dx, a.y - push * dy};
+        b = {b.x + push * dx, b.y + push * dy};
+        moved = true;
+      }
+    for (std::size_t i = 0; i < centers.size(); ++i) {
+      const double r = radii[i];
+      centers[i].x = std::clamp(centers[i].x, box.x + r, std::max(box.x + r, box.x + box.width - r));
+      centers[i].y = std::clamp(centers[i].y, box.y + r, std::max(box.y + r, box.y + box.height - r));
+    }
+    if (!moved) break;
+  }
+}
+
+MapLayout layoutMap(const MapSummary& summary, bool fromAbove) {
+  std::vector<std::optional<Pose>> poses;
+  for (const MappedFrame& frame : summary.map->frames) poses.push_back(frame.pose);
+  const DrivenPath path = projectPath(poses, fromAbove);
+
+  MapLayout layout;
+  layout.metric = !path.empty;
+  if (!layout.metric) {
+    layout.nodes = layoutGraph(summary.nodes.size(), summary.links);
+    return layout;
+  }
+  layout.frames = path.points;
+  for (const Drive& drive : summary.map->drives) layout.driveStarts.push_back(drive.firstFrame);
+
+  std::vector<std::optional<Point>> nodes(summary.nodes.size());
+  for (std::size_t n = 0; n < nodes.size(); ++n) {
+    Point sum;
+    double count = 0;
+    for (const std::size_t frame : summary.nodes[n].frames)
+      if (const auto& place = layout.frames[frame]) {
+        sum = {sum.x + place->x, sum.y + place->y};
+        ++count;
+      }
+    if (count > 0) nodes[n] = Point{sum.x / count, sum.y / count};
+  }
+  fillGaps(summary.links, nodes);
+  for (const auto& node : nodes) layout.nodes.push_back(*node);
+  return layout;
+}
+
+}  // namespace estancia::report

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/figures/summary.hpp"
+
+#include <algorithm>
+#include <set>
+#include <unordered_map>
+
+#include "estancia/figures/text.hpp"
+#include "estancia/map_file/places.hpp"
+#include "estancia/words/familiar_words.hpp"
+
+namespace estancia::report {
+namespace {
+
+using Positions = std::unordered_map<int, std::size_t>;
+
+void gatherFrames(const TopologicalMap& map, const Positions& positions, MapSummary& summary) {
+  std::vector<std::map<std::string, std::size_t>> votes(summary.nodes.size());
+  for (std::size_t i = 0; i < map.frames.size(); ++i) {
+    const auto found = positions.find(map.frames[i].node);
+    if (found == positions.end()) continue;
+    NodeSummary& node = summary.nodes[found->second];
+    node.frames.push_back(i);
+    addFrame(node.visits, i);
+    if (!map.frames[i].room.empty()) ++votes[found->second][map.frames[i].room];
+  }
+  std::set<std::string> rooms;
+  for (const MappedFrame& frame : map.frames)
+    if (!frame.room.empty()) rooms.insert(frame.room);
+  summary.roomsDriven = rooms.size();
+  for (std::size_t n = 0; n < votes.size(); ++n) {
+    const auto best = std::max_element(votes[n].begin(), votes[n].end(),
+                                       [](const auto& a, const auto& b) { return a.second < b.second; });
+    if (best != votes[n].end()) summary.nodes[n].room = best->first;
+  }
+}
+
+void gatherLinks(const TopologicalMap& map, const Positions& positions, MapSummary& summary) {
+  std::map<std::pair<std::size_t, std::size_t>, Link> links;
+  for (const Transition& transition : map.transitions) {
+    const auto from = positions.find(transition.from), to = positions.find(transition.to);
+    if (from == positions.end() || to == positions.end() || from == to) continue;
+    const auto [a, b] = std::minmax(from->second, to->second);
+    Link& link = links.try_emplace({a, b}, Link{a, b, 0, 0}).first->second;
+    (from->second == a ? link.there : link.back) += transition.count;
+  }
+  for (const auto& [ends, link] : links) summary.links.push_back(link);
+}
+
+/// Over all images.
+std::vector<float> meanOfRun(const TopologicalMap& map) {
+  std::vector<double> sums(map.vocabulary.size(), 0);
+  double frames = 0;
+  for (const Node& node : map.nodes) {
+    frames += static_cast<double>(node.frames);
+    for (std::size_t label = 0; label < std::min(sums.size(), node.mean.size()); ++label)
+      sums[label] += static_cast<double>(node.frames) * static_cast<double>(node.mean[label]);
+  }
+  std::vector<float> mean(sums.size(), 0);
+  if (frames > 0)
+    std::ranges::transform(sums, mean.begin(),
+                           [frames](double sum) { return static_cast<float>(sum / frames); });
+  return mean;
+}
+
+}  // namespace
+
+ClassStyle MapSummary::styleOf(const NodeSummary& node) const {
+  const auto found = roomStyles.find(node.room);
+  return found == roomStyles.end() ? plainStyle() : found->second;
+}
+
+MapSummary summarize(const TopologicalMap& map, const LabelConcepts* concepts) {
+  static const LabelConcepts none;
+  MapSummary summary;
+  summary.map = &map;
+  summary.concepts = concepts == nullptr ? &none : concepts;
+  const std::vector<float> run = meanOfRun(map);
+  Positions positions;
+  const std::vector<Place> places = placesOf(map);
+  for (const Node& node : map.nodes) {
+    positions[node.id] = summary.nodes.size();
+    NodeSummary& entry = summary.nodes.emplace_back();
+    entry.node = &node;
+    const Place& place = places[summary.nodes.size() - 1];
+    if (const RoomProbability* predicted = place.predictedRoom()) {
+      entry.predicted = describeRooms(place.predicted);
+      entry.predictedRoom = predicted->room;
+    }
+    entry.title = familiarTitle(map.vocabulary, *summary.concepts, node.mean, run);
+    if (!map.frames.empty())
+      entry.share = static_cast<double>(node.frames) / static_cast<double>(map.frames.size());
+  }
+  gatherFrames(map, positions, summary);
+  gatherLinks(map, positions, summary);
+
+  std::vector<const NodeSummary*> order;
+  for (const NodeSummary& node : summary.nodes)
+    if (!node.room.empty()) order.push_back(&node);
+  std::stable_sort(order.begin(), order.end(), [](const NodeSummary* a, const NodeSummary* b) {
+    return a->frames.front() < b->frames.front();
+  });
+  for (const NodeSummary* node : order)
+    if (summary.roomStyles.try_emplace(node->room, classStyle(summary.rooms.size())).second)
+      summary.rooms.push_back(node->room);
+  return summary;
+}
+
+}  // namespace estancia::report

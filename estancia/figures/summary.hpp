@@ -1,0 +1,51 @@
+// Node summary: what a page shows of each node, gathered in one pass over the frames.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "estancia/figures/color.hpp"
+#include "estancia/figures/visits.hpp"
+#include "estancia/map_file/map.hpp"
+#include "estancia/words/label_concepts.hpp"
+
+namespace estancia::report {
+
+struct NodeSummary {
+  const Node* node = nullptr;       ///< of the summarized map
+  std::string room;                 ///< the room most of its frames are in, "" when unknown
+  std::string predictedRoom;        ///< what a classifier takes it for, "" when none was asked
+  std::string predicted;            ///< the same with other candidates: "kitchen 83 %, office 10 %"
+  std::string title;                ///< familiarTitle() against the run
+  double share = 0;                 ///< of all frames, 0 … 1
+  std::vector<std::size_t> frames;  ///< ascending
+  std::vector<Visit> visits;        ///< ascending, uninterrupted stays
+};
+
+/// Two nodes joined by at least one transition, whatever the direction.
+struct Link {
+  std::size_t a = 0, b = 0;  ///< positions in MapSummary::nodes, a < b
+  std::uint64_t there = 0;   ///< transitions a → b
+  std::uint64_t back = 0;    ///< transitions b → a
+};
+
+struct MapSummary {
+  const TopologicalMap* map = nullptr;
+  const LabelConcepts* concepts = nullptr;  ///< never nullptr after summarize()
+  std::vector<NodeSummary> nodes;           ///< in order of id
+  std::vector<Link> links;                  ///< ordered; transitions to nowhere or to oneself are left out
+  std::map<std::string, ClassStyle> roomStyles;  ///< empty when no room is known
+  std::vector<std::string> rooms;                ///< of the nodes, in order of first appearance
+  std::size_t roomsDriven = 0;                   ///< different rooms among the frames
+
+  ClassStyle styleOf(const NodeSummary& node) const;
+};
+
+/// Both must outlive the summary; without concepts each label stands for itself.
+MapSummary summarize(const TopologicalMap& map, const LabelConcepts* concepts = nullptr);
+
+}  // namespace estancia::report

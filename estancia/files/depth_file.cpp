@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/files/depth_file.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <opencv2/core.hpp>
+
+#include "estancia/core/fail.hpp"
+#include "estancia/files/files.hpp"
+#include "estancia/files/image_decoding.hpp"
+#include "estancia/files/pcd.hpp"
+
+namespace estancia::io {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr double kMaxDepth = 1e6;  // [m]
+
+/// Default units per meter: millimeters, 255 for 10 m (common copies of NYU Depth V2), meters.
+double defaultUnits(int depth) {
+  return depth == CV_8U ? 25.5 : depth == CV_16U ? 1000 : 1;
+}
+
+/// The only channel of an image. Gray images are often saved with three.
+cv::Mat onlyChannel(const cv::Mat& image, const fs::path& file) {
+  if (image.channels() == 1) return image;
+  cv::Mat first, other;
+  cv::extractChannel(image, first, 0);
+  for (int c = 1; c < std::min(image.channels(), 3); ++c) {
+    cv::extractChannel(image, other, c);
+    if (cv::norm(first, other, cv::NORM_INF) != 0)
+      fail(ErrorCode::unsupportedFile,
+           "{}: a color image, not depth; export depth with one channel, 16 bits in millimeters",
+           printable(file));
+  }
+  return first;
+}
+
+cv::Mat depthOfCloud(const fs::path& file, double unitsPerMeter) {
+  const PointCloud cloud = readPcd(file);
+  if (!cloud.organized())
+    fail(ErrorCode::unsupportedFile, "{}: an unorganized cloud has no depth image; save it organized",
+         printable(file));
+  cv::Mat meters = depthOf(cloud);
+  if (unitsPerMeter > 0) meters.convertTo(meters, CV_32F, 1 / unitsPerMeter);
+  return meters;
+}
+
+}  // namespace
+
+cv::Mat metersOf(const cv::Mat& raw, double unitsPerMeter, const std::string& name) {
+  const int kind = raw.depth();
+  if (raw.channels() != 1 || (kind != CV_8U && kind != CV_16U && kind != CV_32F && kind != CV_64F))
+    fail(ErrorCode::unsupportedFile, "{}: depth must be unsigned 8 or 16 bits, or float; convert it", name);
+  cv::Mat meters;
+  raw.convertTo(meters, CV_32F);
+  const double units = unitsPerMeter > 0 ? unitsPerMeter : defaultUnits(kind);
+  const float invalid = kind == CV_16U ? 65535.F : std::numeric_limits<float>::infinity();
+  meters.forEach<float>([=](float& d, const int*) {
+    const double scaled = d / units;
+    d = d > 0 && d < invalid && scaled < kMaxDepth ? static_cast<float>(scaled) : 0;
+  });
+  return meters;
+}
+
+cv::Mat readDepth(const fs::path& file, double unitsPerMeter) {
+  if (hasSuffix(file, {".pcd"})) return depthOfCloud(file, unitsPerMeter);
+  return metersOf(onlyChannel(decodeImage(file), file), unitsPerMeter, printable(file));
+}
+
+const std::vector<std::string>& depthSuffixes() {
+  static const std::vector<std::string> suffixes = {".png", ".tif", ".tiff", ".exr", ".pfm", ".pgm"};
+  return suffixes;
+}
+
+DepthFile nearestDepth(const std::vector<TimedFile>& files, double time) {
+  constexpr double maxGap = 0.02;  // [s]
+  if (files.empty()) return {};
+  auto nearest = std::ranges::lower_bound(files, time, {}, &TimedFile::timestamp);
+  if (nearest == files.end() ||
+      (nearest != files.begin() && time - std::prev(nearest)->timestamp < nearest->timestamp - time))
+    --nearest;
+  const bool own = std::abs(nearest->timestamp - time) <= maxGap;
+  return {own ? nearest->file : fs::path(), nearest->timestamp};
+}
+
+}  // namespace estancia::io

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/labelers/recorded_labeler.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <utility>
+
+#include "estancia/core/config.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/labelers/black_box.hpp"
+#include "estancia/labelers/model_files.hpp"
+
+namespace estancia {
+namespace {
+
+constexpr std::size_t kSeveral = static_cast<std::size_t>(-1);
+
+void note(std::unordered_map<std::string, std::size_t>& records, const std::string& key, std::size_t i) {
+  const auto [entry, isNew] = records.emplace(key, i);
+  if (!isNew) entry->second = kSeveral;
+}
+
+}  // namespace
+
+RecordedLabeler::RecordedLabeler(DescriptorSequence recording) : recording_(std::move(recording)) {
+  for (std::size_t i = 0; i < recording_.frames.size(); ++i) {
+    const std::filesystem::path name = recording_.frames[i].name;
+    note(byName_, name.string(), i);
+    note(byLastPart_, name.filename().string(), i);
+    note(byStem_, name.stem().string(), i);
+  }
+}
+
+std::size_t RecordedLabeler::find(const std::string& frame) const {
+  const std::filesystem::path name = frame;
+  const std::pair<const std::unordered_map<std::string, std::size_t>*, std::string> ways[] = {
+      {&byName_, frame}, {&byLastPart_, name.filename().string()}, {&byStem_, name.stem().string()}};
+  for (const auto& [records, key] : ways) {
+    const auto found = records->find(key);
+    if (found == records->end()) continue;
+    if (found->second == kSeveral)
+      throw FrameError(fmt::format("{}: several records could be meant by \"{}\"; record whole names",
+                                   recording_.model, frame));
+    return found->second;
+  }
+  throw FrameError(fmt::format("{}: no record of \"{}\" among its {} (first: \"{}\")", recording_.model,
+                               frame, recording_.frames.size(), recording_.frames.front().name));
+}
+
+Prepared RecordedLabeler::prepare(const cv::Mat&, const std::string& frame) const {
+  find(frame);  // says at once when there is none
+  return {{}, frame, {}};
+}
+
+LexicalDescriptor RecordedLabeler::infer(const Prepared& prepared) {
+  const DescriptorView row = recording_.descriptors.row(find(prepared.frame));
+  return {row.begin(), row.end()};
+}
+
+std::unique_ptr<Labeler> openRecorded(const ModelSpec& spec) {
+  ConfigFile config(spec.folder / "model.toml");
+  std::filesystem::path file, frames;
+  DescriptorFileOptions options;
+  readBlackBox(config, {{"file", true, "the recording", [&](auto& n) { file = config.inside(n); }},
+                        {"frames", false, "the names of an NPY file's rows",
+                         [&](auto& n) { frames = config.inside(n); }}});
+  if (!spec.labels.empty()) options.labels = modelFile(spec, spec.labels);
+  if (!frames.empty()) options.frames = modelFile(spec, frames);
+  DescriptorSequence recording = readDescriptors(modelFile(spec, file), options);
+  recording.model = blackBoxIdentity(spec, config, {file, frames});
+  return std::make_unique<RecordedLabeler>(std::move(recording));
+}
+
+}  // namespace estancia

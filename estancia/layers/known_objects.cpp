@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/layers/known_objects.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <opencv2/imgproc.hpp>
+#include <set>
+
+#include "estancia/cloud/resolution.hpp"
+#include "estancia/core/digest.hpp"
+#include "estancia/core/fail.hpp"
+#include "estancia/core/point_cloud.hpp"
+#include "estancia/files/cloud_file.hpp"
+#include "estancia/recognition/prepared.hpp"
+#include "estancia/world_file/observation.hpp"
+
+namespace estancia {
+namespace {
+
+constexpr double smallestThing = 0.02, largestThing = 10;  // [m]
+/// So many cells of the size of a point measure a model.
+constexpr double cellsAcross = 128;
+
+/// One point of each cell of this width.
+std::vector<cv::Point3f> knownPointsBy(const PointCloud& cloud, double cell) {
+  std::set<std::array<std::int32_t, 3>> taken;
+  std::vector<cv::Point3f> points;
+  const auto number = [cell](float x) {
+    return static_cast<std::int32_t>(std::floor(static_cast<double>(x) / cell));
+  };
+  for (const cv::Point3f& p : cloud.points)
+    if (isFinite(p) && taken.insert({number(p.x), number(p.y), number(p.z)}).second) points.push_back(p);
+  return points;
+}
+
+/// Deviations that are no contradiction [m]: what the surfaces of a model are wide, and three times the
+/// error of a Kinect's depth.
+double agreementAt(double depth, double extent) {
+  return std::clamp(extent / 40, 0.005, 0.015) + 0.0036 * depth * depth;
+}
+
+}  // namespace
+
+KnownObjects::KnownObjects(const std::vector<ModelFile>& files) {
+  for (const ModelFile& file : files) {
+    if (std::ranges::find(models_, file.name, &Model::name) != models_.end())
+      fail(ErrorCode::invalidOption, "two objects are called {}; name them NAME=FILE", file.name);
+    const PointCloud cloud = readCloud(file.cloud);
+    Model model{file.name, sha256OfFile(file.cloud)};
+    const std::string said = file.cloud.string();
+    model.prepared = recognizer_.prepareModel(said, cloud);
+    model.extent = model.prepared->extent();
+    if (!(model.extent >= smallestThing && model.extent <= largestThing))
+      fail(ErrorCode::invalidInput, "{} measures {:.4g} m; known objects measure {} to {} m: scale it{}",
+           said, model.extent, smallestThing, largestThing,
+           model.extent > largestThing ? ", millimeters by 0.001" : "");
+    recognizer_.find(*model.prepared, *recognizer_.prepareScene(said, cloud));
+    model.spacing = std::max(model.extent / cellsAcross, resolutionOf(cloud));
+    model.points = knownPointsBy(cloud, model.spacing);
+    models_.push_back(std::move(model));
+  }
+}
+
+std::vector<KnownObjects::Found> KnownObjects::find(const Model& model, const cv::Mat& depth,
+                                                    const cv::Mat& segment,
+                                                    const CameraIntrinsics& camera) const {
+  const PointCloud cloud = segmentCloud(depth, segment, camera);
+  std::vector<Found> found;
+  try {
+    for (const Detection& detection :
+         recognizer_.find(*model.prepared, *recognizer_.prepareScene("a segment", cloud)))
+      found.push_back({detection.pose, segmentFit(model, detection.pose, depth, segment, camera)});
+  } catch (const Error& e) {
+    if (e.code() != ErrorCode::mismatch && e.code() != ErrorCode::invalidInput &&
+        e.code() != ErrorCode::insufficientData)
+      throw;  // those: the segment is too small, or has no extent
+  }
+  std::ranges::stable_sort(found, std::ranges::greater{}, &Found::fit);
+  return found;
+}
+
+double segmentFit(const KnownObjects::Model& model, const cv::Affine3d& pose, const cv::Mat& depth,
+                  const cv::Mat& segment, const CameraIntrinsics& camera, std::vector<std::uint8_t>* seen) {
+  constexpr float none = std::numeric_limits<float>::infinity();
+  constexpr double nearest = 0.05;  // [m]
+  constexpr double widest = 20;     // pixels from the middle of a point to its edge
+  cv::Mat drawn(depth.size(), CV_32F, cv::Scalar(static_cast<double>(none)));
+  const cv::Rect image({}, depth.size());
+  for (const cv::Point3f& point : model.points) {
+    const cv::Point3d p = pose * cv::Point3d(point);
+    if (p.z < nearest) continue;
+    const double u = camera.fx * p.x / p.z + camera.cx, v = camera.fy * p.y / p.z + camera.cy,
+                 half = std::min(widest, 0.6 * model.spacing * camera.fx / p.z);
+    if (!(u > -widest && v > -widest && u < depth.cols + widest && v < depth.rows + widest)) continue;
+    const cv::Point from(static_cast<int>(std::lround(u - half)), static_cast<int>(std::lround(v - half))),
+        to(static_cast<int>(std::lround(u + half)) + 1, static_cast<int>(std::lround(v + half)) + 1);
+    const cv::Rect square = cv::Rect(from, to) & image;
+    for (int y = square.y; y < square.br().y; ++y)
+      for (int x = square.x; x < square.br().x; ++x) {
+        float& z = drawn.at<float>(y, x);
+        z = std::min(z, static_cast<float>(p.z));
+      }
+  }
+  if (seen != nullptr)
+    for (std::size_t i = 0; i < model.points.size(); ++i) {
+      const cv::Point3d p = pose * cv::Point3d(model.points[i]);
+      if (p.z < nearest) continue;
+      const cv::Point at(static_cast<int>(std::lround(camera.fx * p.x / p.z + camera.cx)),
+                         static_cast<int>(std::lround(camera.fy * p.y / p.z + camera.cy)));
+      if (!image.contains(at) || segment.at<std::uint8_t>(at) == 0) continue;
+      if (std::abs(static_cast<double>(depth.at<float>(at)) - p.z) < agreementAt(p.z, model.extent))
+        (*seen)[i] = 1;
+    }
+  cv::Mat around;  // edges are known within a pixel
+  cv::dilate(segment, around, cv::Mat());
+  double same = 0, before = 0, pixels = 0;
+  for (int v = 0; v < depth.rows; ++v)
+    for (int u = 0; u < depth.cols; ++u) {
+      const bool inside = segment.at<std::uint8_t>(v, u) != 0;
+      pixels += inside;
+      const double z = depth.at<float>(v, u), expected = drawn.at<float>(v, u);
+      if (!std::isfinite(expected) || !(z > 0)) continue;
+      const double off = (z - expected) / agreementAt(z, model.extent);
+      if (std::abs(off) < 1)
+        same += inside ? 1 - off * off : 0;
+      else
+        before += z > expected && (inside || around.at<std::uint8_t>(v, u) == 0);
+    }
+  return pixels > 0 ? same / (pixels + before) : 0;
+}
+
+}  // namespace estancia

@@ -1,0 +1,123 @@
+// What a mapper holds in memory: how much of it fits, and which place is spared.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <limits>
+
+#include "estancia/core/fail.hpp"
+#include "estancia/mapper/mapper_impl.hpp"
+
+namespace estancia {
+namespace {
+
+/// Memory of a place: moments of its probabilities and of its embedded descriptors, its row and its index. Of
+/// a view: two vectors and what finds it. Measured by bench_mapper [bytes a label].
+constexpr std::uint64_t nodeBytes = 25, viewBytes = 9;
+/// Memory of a mode: its mean, its row and its index [bytes a label].
+constexpr std::uint64_t modeBytes = 13;
+/// Keyframes that thresholds are estimated from, one vector each.
+constexpr std::uint64_t sampleBytes = 768 * sizeof(float);
+constexpr std::uint64_t fewestNodes = 16;
+/// A quarter of all is for the drive guide; another quarter of the rest without the sample is for views.
+constexpr std::uint64_t viewsShare = 4;
+/// A place with a quarter of the mean number of images is a place that the robot uses.
+constexpr std::uint64_t usedShare = 4;
+
+}  // namespace
+
+void Mapper::Impl::setMemory(const std::optional<std::uint64_t>& most) {
+  if (!most) {
+    mostNodes = std::numeric_limits<std::size_t>::max();
+    if (views.isOn()) views.bound(options.views, thresholds);
+    return;
+  }
+  const std::uint64_t bytes = *most;
+  const std::uint64_t fixed = sampleBytes * labels, node = nodeBytes * labels, view = viewBytes * labels;
+  const std::uint64_t least = (fixed + fewestNodes * node * viewsShare / (viewsShare - 1)) * 4 / 3;
+  if (bytes < least)
+    fail(ErrorCode::tooLarge, "--memory {} MB is too small for {} labels; give at least {}",
+         bytes / 1'000'000, labels, least / 1'000'000 + 1);
+  const std::uint64_t free = bytes / 4 * 3 - fixed;
+  mostNodes = free / node;
+  if (!views.isOn()) return;
+  const std::uint64_t mostViews = std::clamp<std::uint64_t>(free / viewsShare / view, 1, options.views);
+  views.bound(mostViews, thresholds);
+  mostNodes = (free - mostViews * view) / node;
+}
+
+std::size_t Mapper::Impl::neighborOf(std::size_t slot) const {
+  const auto compared = bank.mean(slot);
+  std::size_t nearest = slot;
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& entry : transitions) {
+    const auto& [from, to] = entry.first;
+    if (from != bank[slot].id && to != bank[slot].id) continue;
+    const std::size_t other = bank.slotOf(from == bank[slot].id ? to : from);
+    const double away = bank.distance(other, compared);
+    if (other == slot || away >= least) continue;
+    least = away;
+    nearest = other;
+  }
+  if (nearest != slot) return nearest;
+  for (std::size_t other = 0; other < bank.size(); ++other) {
+    if (other == slot || !areOfOneSide(other, slot)) continue;
+    const double away = bank.distance(other, compared);
+    if (away >= least) continue;
+    least = away;
+    nearest = other;
+  }
+  return nearest;
+}
+
+bool Mapper::Impl::areOfOneSide(std::size_t slot, std::size_t other) const {
+  return !lost || lost->isOwn(bank[slot].id) == lost->isOwn(bank[other].id);
+}
+
+bool Mapper::Impl::isFull() const {
+  return bank.size() + (bank.rows() - bank.size()) * modeBytes / nodeBytes >= mostNodes;
+}
+
+void Mapper::Impl::makeRoom(std::size_t frame) {
+  forgetModes();
+  if (!isFull()) return;
+  std::size_t spared = bank.size(), own = 0;
+  std::uint64_t all = 0;
+  for (std::size_t slot = 0; slot < bank.size() && lost; ++slot) own += lost->isOwn(bank[slot].id) ? 1 : 0;
+  for (std::size_t slot = 0; slot < bank.size(); ++slot) {
+    all += bank[slot].frames;
+    if (slot == current || bank[slot].id == lostNode) continue;
+    if (lost && (lost->isOwn(bank[slot].id) ? own : bank.size() - own) < 2) continue;  // no neighbor
+    if (spared == bank.size() ||
+        std::pair(bank[slot].frames, bank[slot].id) < std::pair(bank[spared].frames, bank[spared].id))
+      spared = slot;
+  }
+  if (spared == bank.size() || bank[spared].frames * usedShare * bank.size() > all)
+    fail(ErrorCode::tooLarge,
+         "the {} places of the map fill the memory that they may take, and the robot uses all of them; go on "
+         "with more (estancia map --continue --memory …)",
+         bank.size());
+  const std::size_t kept = neighborOf(spared);
+  // Beyond any threshold: it is not the same place, but no place is left for it.
+  merge(kept, spared,
+        {frame, bank[kept].id, bank[spared].id, bank.distance(kept, bank.mean(spared)),
+         std::numeric_limits<double>::infinity()});
+}
+
+const Decision& Mapper::Impl::lastDecision() const {
+  const auto last =
+      std::ranges::find_if(changes.events.rbegin(), changes.events.rend(),
+                           [](const auto& event) { return std::holds_alternative<Decision>(event); });
+  return std::get<Decision>(*last);
+}
+
+void Mapper::Impl::addNeededFrames(std::vector<std::size_t>& frames) const {
+  views.addNeededFrames(frames);
+  const ThresholdEstimator::Memory memory = scale.memory();
+  for (const auto& entry : memory.sampled) frames.push_back(entry.second);
+  if (memory.frames == 0) return;
+  frames.push_back(memory.lastView);
+  const std::size_t last = std::max<std::size_t>(1, std::min(options.transitionImages, stay));
+  const std::size_t first = isWarmingUp() ? 0 : memory.frames - std::min(last, memory.frames);
+  for (std::size_t frame = first; frame < memory.frames; ++frame) frames.push_back(frame);
+}
+
+}  // namespace estancia

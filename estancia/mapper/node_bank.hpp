@@ -1,0 +1,93 @@
+// Node bank: the nodes of a growing map, laid out for fast exact nearest-neighbor search.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "estancia/distances/distance.hpp"
+#include "estancia/mapper/node_memory.hpp"
+#include "estancia/mapper/quantized_bounds.hpp"
+#include "estancia/stats/label_scale.hpp"
+
+namespace estancia {
+
+/// Owns the nodes. Distances are exact whatever the shortcut (a test compares with a plain scan).
+class NodeBank {
+ public:
+  NodeBank(Distance distance, std::size_t labels);
+
+  NodeMemory makeNode(int id) const;
+  /// Returns its slot. Slots are positions 0 … size()−1 and change when a node is removed.
+  std::size_t add(NodeMemory node);
+  void remove(std::size_t slot);
+  std::size_t size() const { return nodes_.size(); }
+  const NodeMemory& operator[](std::size_t slot) const { return nodes_[slot]; }
+  /// Throws Error when there is no such node.
+  std::size_t slotOf(int id) const;
+
+  /// Changes a node through `change(NodeMemory&)` and brings the search up to date.
+  template <class Change>
+  void update(std::size_t slot, Change change) {
+    change(nodes_[slot]);
+    refresh(slot);
+  }
+
+  /// A drive is over; see NodeMemory::endDrive(). The ids of the nodes that have changed.
+  std::vector<int> endDrive(double threshold, std::uint64_t fewest);
+  /// Where a node has taken in another; see NodeMemory::joinModes().
+  void joinModes(std::size_t slot, double threshold, std::uint64_t fewest);
+  /// Nodes are compared as their means alone. The ids of those that have changed.
+  std::vector<int> forgetModes();
+  /// What it compares with: one mean a node, and others of those with modes.
+  std::size_t rows() const { return slotOfRow_.size(); }
+
+  /// New scales; O(nodes · labels).
+  void setStandardization(Standardization standardization);
+  const Standardization& standardization() const { return standardization_; }
+
+  /// An embedded descriptor as distance() and nearest() compare it.
+  std::vector<float> compared(std::span<const float> embedded) const;
+
+  /// To what the node looks like in one of its modes.
+  double distance(std::size_t slot, std::span<const float> compared) const;
+  /// Mean of its frames, as used for comparison.
+  std::vector<float> mean(std::size_t slot) const { return compared(nodes_[slot].moments().mean()); }
+
+  struct Nearest {
+    std::size_t slot;
+    double distance;
+  };
+  /// The nearest node except the one in slot `except`, among those with at least `minFrames` frames; the
+  /// lower slot wins a tie.
+  std::optional<Nearest> nearest(std::span<const float> compared, std::size_t except,
+                                 std::uint64_t minFrames = 1) const;
+
+ private:
+  std::span<const float> row(std::size_t row) const { return {rows_.data() + row * labels_, labels_}; }
+  std::span<const float> weights(std::size_t slot) const;
+  double rowDistance(std::size_t row, std::span<const float> compared) const;
+  void refresh(std::size_t slot);
+  void setRowCount(std::size_t slot, std::size_t count);
+  void setWeights(std::size_t slot);
+  NodeMemory::Distance distanceOfModes() const;
+
+  Distance distance_;
+  std::size_t labels_;
+  bool byDotProduct_;  ///< the distance grows as the dot product falls: bounds_ can rule nodes out
+  Standardization standardization_;
+  std::vector<NodeMemory> nodes_;
+  std::unordered_map<int, std::size_t> slots_;    ///< by id
+  std::vector<std::vector<std::size_t>> rowsOf_;  ///< of each node, one a look
+  std::vector<std::size_t> slotOfRow_;
+  std::vector<float> rows_;           ///< the compared vectors, rows()×labels
+  std::vector<float> weights_;        ///< of σ-weighted distances, size()×labels
+  std::vector<double> squaredNorms_;  ///< of rows
+  QuantizedUpperBounds bounds_;
+};
+
+}  // namespace estancia

@@ -1,0 +1,76 @@
+// Map quality: agreement with rooms, links and positions, and the measure of the original program.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "estancia/map_file/map.hpp"
+#include "estancia/stats/clustering_agreement.hpp"
+
+namespace estancia {
+
+/// The measure of the thesis' original program: 20·(A+B+C+D+E), each term in [0, 1], larger is better. Only
+/// its values are known, not its formula. A and B are recovered from them: A is his on all six one-node maps,
+/// B on all 6,725 rows of his threshold sweeps. C, D and E fit his numbers in kind, not digit for digit. X is
+/// the diagonal of the box around all posed frames: the extent of the map.
+struct OriginalScore {
+  /// A: mean over the nodes of 1 − (mean frames of the node's other rooms) / (frames of its main room).
+  std::optional<double> roomPurity;
+  /// B: (n(n−1) − 2e) / (n(n−2)) for n nodes and e links: 0 when all are linked, (n−1)/n for a tree.
+  double sparseness = 0;
+  /// C: 1 − (mean distance of linked nodes) / X; 1 without links.
+  std::optional<double> linkCloseness;
+  /// D: 1 − 2·(mean distance of frames to their node's center) / X.
+  std::optional<double> compactness;
+  /// E: (mean distance of all pairs of nodes) / X; 0 for one node.
+  std::optional<double> spread;
+  /// Present when all five are; in [0, 100].
+  std::optional<double> total;
+};
+
+/// What cannot be known without rooms or poses is absent.
+struct MapQuality {
+  std::size_t nodes = 0;
+  /// Number of driven transitions; each direction counts.
+  std::size_t transitions = 0;
+  /// Pairs of nodes with a transition in either direction.
+  std::size_t links = 0;
+  std::size_t frames = 0;
+
+  std::size_t framesWithRoom = 0;
+
+  /// Nodes as clusters of the frames whose room is known (V-measure, ARI, purity).
+  std::optional<Agreement> rooms;
+
+  /// Agreement with the rooms that the frames see instead of the rooms that the camera stood in. Absent when
+  /// these were not given.
+  std::size_t framesWithRoomSeen = 0;
+  std::optional<Agreement> roomsSeen;
+
+  OriginalScore original;
+
+  /// Share of the frames with a true and a predicted room where these agree, by the frame's own prediction
+  /// and by that of its node. Absent when no classifier was run.
+  std::optional<double> predictedRoom, predictedNodeRoom;
+
+  /// Mean distance of posed frames to the center of their node [m].
+  std::optional<double> spatialSpread;
+
+  /// Links against the driven path. A node stands for the room most of its frames are in. Two rooms are truly
+  /// linked when somewhere two consecutive frames lie one in each.
+  std::size_t trueLinks = 0;
+  /// Share of the map's links inside one room or between truly linked rooms.
+  std::optional<double> edgePrecision;
+  /// Share of the truly linked rooms with a link of the map between them.
+  std::optional<double> edgeRecall;
+};
+
+/// `roomsSeen` holds the room that each frame sees, "" where unknown; empty where none is known. Throws
+/// Error: the map has no nodes (insufficientData), not one room seen a frame (mismatch). O(frames · log nodes
+/// + nodes²).
+MapQuality evaluate(const TopologicalMap& map, std::span<const std::string> roomsSeen = {});
+
+}  // namespace estancia

@@ -1,0 +1,34 @@
+// Segment graph: which segments of a depth image lie beside each other, and how.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <opencv2/core/matx.hpp>
+#include <vector>
+
+#include "estancia/segmentation/inverse_depth.hpp"
+#include "estancia/segmentation/segment_colors.hpp"
+#include "estancia/segmentation/segments.hpp"
+
+namespace estancia {
+
+/// Share of 1/z by which adjacent pixels of two surfaces differ at least where one ends before the other.
+constexpr float kDepthStep = 0.02F;
+
+/// Two segments side by side in the image, a < b; segment 0 is all pixels with depth that have none.
+struct SegmentEdge {
+  std::uint32_t a = 0, b = 0;
+  std::size_t contacts = 0;                ///< pairs of adjacent pixels of about one depth
+  std::size_t aInFront = 0, bInFront = 0;  ///< pairs at a depth edge
+  double height = 0;                       ///< of the contacts, their mean along `up` [m]
+  double contrast = 0;                     ///< change of color over 4 pixels across the contacts, their mean
+  /// The distance of a quarter of the pixels to the other segment, across at most three pixels without a
+  /// segment [m]; infinite for segment 0.
+  float gap = 0;
+};
+
+/// Ascending by a, b. Without colors there is no contrast.
+std::vector<SegmentEdge> segmentGraph(const InverseDepth& grid, const Segmentation& segments,
+                                      const cv::Vec3d& up, const SegmentColors& colors = {});
+
+}  // namespace estancia

@@ -1,0 +1,45 @@
+// Segment samples: a bounded number of points of each segment of a depth image.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <opencv2/core/types.hpp>
+#include <utility>
+#include <vector>
+
+#include "estancia/cloud/bounds.hpp"
+#include "estancia/segmentation/inverse_depth.hpp"
+#include "estancia/segmentation/segments.hpp"
+
+namespace estancia {
+
+// Images may have thousands of segments, and segments are compared in pairs: these limits bound the work. A
+// kitchen has about 50 segments and 100 near pairs.
+constexpr std::size_t kMaxSegmentSamples = 512;
+constexpr std::size_t kMaxPairs = 4096;
+
+struct SegmentSamples {
+  std::uint32_t segment;
+  std::vector<cv::Point3f> surface;  ///< spread over the segment, at most 1500
+  std::vector<cv::Point3f> border;   ///< along its border in the image, at most 256
+  Bounds<float> box;                 ///< of the border
+  std::vector<float> x, y, z;        ///< the border by coordinate, for SIMD
+};
+
+/// Samples the segments above a minimum size, in their order; at most the kMaxSegmentSamples largest.
+std::vector<SegmentSamples> sampleSegments(const InverseDepth& grid, const Mask& mask,
+                                           const Segmentation& segments);
+
+/// Pairs of indices of samples whose bounding boxes come within `maxDistance` [m] of each other, but that are
+/// not adjacent in the image; of more than kMaxPairs those whose boxes are nearest.
+std::vector<std::pair<std::uint32_t, std::uint32_t>> nearPairs(const std::vector<SegmentSamples>& samples,
+                                                               const Segmentation& segments,
+                                                               double maxDistance);
+
+/// Merges the pairs of segments that find(i) returns for each i below `count`; calls it on several threads.
+using FindPairs = std::function<std::vector<std::pair<std::uint32_t, std::uint32_t>>(std::size_t)>;
+void mergePairs(std::size_t count, const FindPairs& find, const Mask& mask, int threads,
+                Segmentation& segments);
+
+}  // namespace estancia

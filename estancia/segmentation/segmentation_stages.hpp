@@ -1,0 +1,100 @@
+// Segmentation stages: the steps of findClusters() that remove planes and merge segments.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <opencv2/core/matx.hpp>
+#include <vector>
+
+#include "estancia/segmentation/clusters.hpp"
+#include "estancia/segmentation/inverse_depth.hpp"
+#include "estancia/segmentation/segment_colors.hpp"
+#include "estancia/segmentation/segments.hpp"
+
+namespace estancia {
+
+/// Every second pixel of every second row of an InverseDepth, with its normal.
+struct HalfImage {
+  int width, height;
+  double pixelArea;               ///< of a surface at 1 m that faces the camera [m²]
+  std::vector<float> x, y;        ///< slopes of the columns and rows
+  std::vector<float> w;           ///< 1/z, 0: none
+  std::vector<float> nx, ny, nz;  ///< unit vectors away from the camera; 0 where there is no normal
+  std::vector<float> near;        ///< tolerance of w beside a plane a x + b y + c, divided by |(a, b, c)|
+  std::size_t row(int v) const { return static_cast<std::size_t>(v) * static_cast<std::size_t>(width); }
+};
+
+struct PlaneRemoval {
+  std::vector<Plane> planes;     ///< in the order they were found
+  std::vector<std::uint8_t> of;  ///< a pixel's plane, numbered from 1 on; 0: none
+  Mask rest;                     ///< the pixels with depth that lie on none
+  HalfImage half;
+};
+
+/// Plane removal: sequential RANSAC (Fischler and Bolles, CACM 1981) for the large planes of a depth image
+/// (tables, walls, floors), in which one pixel with its normal is a hypothesis and areas are votes. The
+/// pixels of a plane must be connected and have its normal, in patches of at least half of minPlaneArea; the
+/// largest patch must have all of it. Pixels behind a plane stay.
+PlaneRemoval removePlanes(const InverseDepth& grid, const ClusterOptions& options);
+
+/// Takes the pixels of planes that are not structural from the planes: returns their connected patches as
+/// segments, and gives pixels of small ones to `removal.rest`.
+Segmentation takePatches(const InverseDepth& grid, PlaneRemoval& removal);
+
+/// Drops the pixels of level surfaces that the camera sees so flat that they have no normals: the few rows of
+/// a worktop near eye height. They would join what stands on it with what is below.
+void dropGrazedLevels(const InverseDepth& grid, const cv::Vec3d& up, PlaneRemoval& removal);
+
+/// Adds `patches` to the segments of `removal.rest`, and drops what is left of walls, floor and ceiling: flat
+/// segments that are nowhere in front of another (the wall seen between things), and strips along walls
+/// (skirting, frames and reveals of doors). Returns the pixels of what remains.
+Mask dropStructure(const InverseDepth& grid, const PlaneRemoval& removal, const cv::Vec3d& up,
+                   const Segmentation& patches, Segmentation& segments);
+
+/// Joins crumbs that lie close together (leaves), and small segments whose lower ends are free, as nothing
+/// floats, to the nearest larger segment, but to no body (too large for a hand) below them.
+void joinLoose(const InverseDepth& grid, const Mask& mask, const HalfImage& half, const cv::Vec3d& up,
+               Segmentation& segments);
+
+/// Furniture assembly: joins to each body, a segment too large for a hand, what touches it and what carries
+/// its level top. What stands on a body is a thing of its own: it begins where they touch, inside of the
+/// border of a level surface, or above all of a body that is wider. So is a small segment of another color
+/// than the body beside it. A crown joins its stem: a segment that is too wide to balance on what is below
+/// it, or has no smooth surface (leaves).
+void assembleFurniture(const InverseDepth& grid, const Mask& mask, const HalfImage& half,
+                       const SegmentColors& colors, const cv::Vec3d& up, Segmentation& segments);
+
+/// Drops fragments: segments that stand before nothing, nor on anything, small ragged ones of which that
+/// holds for half of the border, and the ends of walls beside doors. Who owns a border (Nakayama et al.,
+/// Perception 1989) tells things from what shows between them.
+void dropFragments(const InverseDepth& grid, const PlaneRemoval& removal, const cv::Vec3d& up,
+                   const Mask& mask, Segmentation& segments);
+
+/// Drops segments of less than 8 pixels' mean width, in which nearly all pixels mix them with what is behind.
+/// Gaps narrower than that belong to the segment: leaves of a plant are narrow, the plant is not.
+void dropNarrow(const InverseDepth& grid, const Mask& mask, Segmentation& segments);
+
+/// Segment merging: merges segments that touch, for all that the camera can tell, without a concave corner
+/// between them (a hole or the rim of the nearer one separates them in the image), and segments of one
+/// surface that an occluder separates. Segments touch where the gap is no wider than pixels of mixed depth,
+/// they are no farther apart than that and noise, and nothing behind is seen through the gap.
+void mergeSegments(const InverseDepth& grid, const Mask& mask, int threads, Segmentation& segments);
+
+/// Container merging: merges the segments inside of the round wall of a container (bowl, mug, pot) that
+/// stands on one of `planes` with the wall.
+void mergeContainerInteriors(const InverseDepth& grid, const Mask& mask, const std::vector<Plane>& planes,
+                             int threads, Segmentation& segments);
+
+/// Color splitting: splits a segment where two compact colors meet side by side and the surface goes on: two
+/// things of one height that touch. Labels, patterns and bands stay, as do the faces of a thing.
+void splitByColor(const InverseDepth& grid, const HalfImage& half, const SegmentColors& colors,
+                  const cv::Vec3d& up, Segmentation& segments);
+
+/// findClusters() from the points alone, thinned to one a voxel of 5 mm or two spacings. Concave creases
+/// separate objects where the visible side of the surface is known: the cloud has normals or a viewpoint, or
+/// the origin, the default position of a sensor, lies outside of it. Otherwise each connected component is an
+/// object.
+Clusters findUnorganizedClusters(const PointCloud& cloud, const ClusterOptions& options);
+
+}  // namespace estancia

@@ -1,0 +1,72 @@
+// Frame keeper: keeps a map file within its budget while it is written. Private.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "estancia/map_file/store.hpp"
+#include "estancia/session/frame_sample.hpp"
+
+namespace estancia {
+
+/// A frame that the sample of its place does not take waits until the next writing: where the mapper needs
+/// it then to go on later, it is in the file as long as that lasts; else it is left out. When the file has
+/// grown to its budget, the samples are made smaller. Needed frames are given as sorted numbers.
+class FrameKeeper {
+ public:
+  /// A row, its decision, its pose, and what points at them [bytes].
+  static constexpr std::uint64_t rowBytes = 250;
+
+  /// `bytes`: of the file. `store` must outlive it, and is open for writing.
+  FrameKeeper(MapStore& store, std::uint64_t bytes) : store_(&store), budget_(bytes) {}
+
+  struct Waiting {
+    MappedFrame frame;
+    LexicalDescriptor descriptor;
+    /// Pose as it was given, where that is to be kept.
+    std::optional<Pose> given;
+  };
+  bool takes(const Decision& decision) const;
+  void wait(Waiting frame);
+  /// A frame has been put into the file.
+  void count(std::uint64_t bytes) { written_ += bytes; }
+  /// So much waits, or was written since the budget was looked at, that all shall be written now.
+  bool isDue() const;
+
+  /// Takes the needed frames out of the waiting ones, to be written now; the others are left out.
+  std::vector<Waiting> takeNeeded(const std::vector<std::size_t>& needed);
+  /// Since the last endWriting().
+  bool isLeftOut(std::size_t frame) const { return leftOut_.contains(frame); }
+  void merge(int absorbed) { sample_.merge(absorbed); }
+  /// Nodes with this id or a higher one are new.
+  void forgetFrom(int node) { sample_.forgetFrom(node); }
+  /// Frames that were only in the file because they were needed, and are no longer, are left out.
+  void endWriting(const std::vector<std::size_t>& needed);
+  /// Whether fit() would leave something out.
+  bool isFull() const;
+  /// After a commit. Throws Error (tooLarge) where what must stay is larger than the budget.
+  void fit(const std::vector<std::size_t>& needed);
+
+  std::string state() const { return sample_.state(); }
+  void restore(ByteReader& in) { sample_.restore(in); }
+
+ private:
+  std::vector<FrameSample::Entry> entries(const std::vector<std::size_t>& needed) const;
+
+  MapStore* store_;
+  std::uint64_t budget_, written_ = 0;
+  FrameSample sample_;
+  std::vector<Waiting> waiting_;
+  std::set<std::size_t> leftOut_, borrowed_;
+};
+
+/// Frames that a map needs whatever its budget: the first ones of drives, the newest one, and those of what
+/// was observed in space. In order.
+std::vector<std::size_t> framesThatStay(MapStore& store);
+
+}  // namespace estancia

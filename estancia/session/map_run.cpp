@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/session/map_run.hpp"
+
+#include <fmt/format.h>
+
+#include <system_error>
+#include <utility>
+
+#include "estancia/core/error.hpp"
+#include "estancia/core/output_file.hpp"
+#include "estancia/map_file/store.hpp"
+#include "estancia/sequences/sequence.hpp"
+
+namespace estancia {
+
+MapRun::MapRun(std::filesystem::path path, Existing existing) : path_(std::move(path)), existing_(existing) {
+  if (existing != Existing::resume) outputTarget(path_);  // tells what can be no output
+  std::error_code none;                                   // and what can be no map, open() tells
+  const bool exists = std::filesystem::exists(path_, none);
+  if (exists && existing == Existing::refuse)
+    throw Error(
+        ErrorCode::fileExists,
+        fmt::format("{} exists; continue it with --continue, replace it with --overwrite", path_.string()));
+  if (!exists) existing_ = Existing::refuse;
+}
+
+std::optional<Vocabulary> MapRun::vocabulary() const {
+  if (existing_ != Existing::resume) return std::nullopt;
+  return MapStore::open(path_, MapStore::Access::read).identity().vocabulary;
+}
+
+std::size_t MapRun::begin(const Sequence& sequence, const Vocabulary& vocabulary, const std::string& model,
+                          const std::function<void(MapperOptions&)>& change, bool posesAreInMap) {
+  if (existing_ != Existing::resume) {
+    MapperOptions options;
+    change(options);
+    const auto existing = existing_ == Existing::replace ? ExistingMap::replace : ExistingMap::refuse;
+    start_ = driveStartOf(sequence);
+    beginsDrive_ = true;
+    create_ = [path = path_, vocabulary, model, options, existing] {
+      return MappingSession::create(path, vocabulary, model, options, existing);
+    };
+    return 0;
+  }
+  session_ = MappingSession::resume(path_, vocabulary, model);
+  framesBefore_ = session_->frames();
+  session_->changeBudget(changeBudget_);
+  const MapperOptions& kept = session_->mapper().options();
+  MapperOptions wanted = kept;
+  change(wanted);
+  if (wanted != kept)
+    throw Error(ErrorCode::mismatch,
+                fmt::format("{} was made with other parameters of the mapper, which it keeps; "
+                            "leave them out, or map anew",
+                            path_.string()));
+  if (const auto next = firstUnmapped(readMap(path_), sequence)) return *next;
+  start_ = driveStartOf(sequence);
+  start_.posesAreInMap = posesAreInMap || !hasPoses(sequence);
+  beginsDrive_ = true;
+  return 0;
+}
+
+MappingSession& MapRun::start() {
+  if (!session_) {
+    session_ = create_();
+    session_->changeBudget(changeBudget_);
+  }
+  return *session_;
+}
+
+/// With the first frame, so that a sequence of which none can be read is no drive.
+bool MapRun::beginDrive() {
+  if (!std::exchange(beginsDrive_, false)) return false;
+  start().beginDrive(start_);
+  return true;
+}
+
+void MapRun::add(const Frame& frame, DescriptorView descriptor, const MappingSession::Image& image) {
+  beginDrive();
+  start().add(frame, descriptor, image);
+}
+
+void MapRun::finish() {
+  if (session_) session_->finish();
+}
+
+}  // namespace estancia

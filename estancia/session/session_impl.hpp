@@ -1,0 +1,106 @@
+// Mapping session implementation: a map file, its mapper, and what labels images. Private.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <exception>
+
+#include <functional>
+#include <limits>
+#include <opencv2/core/affine.hpp>
+#include <optional>
+
+#include "estancia/map_file/store.hpp"
+#include "estancia/mapper/restore_mapper.hpp"
+#include "estancia/session/drive_alignment.hpp"
+#include "estancia/session/drive_guide.hpp"
+#include "estancia/session/frame_keeper.hpp"
+#include "estancia/session/map_budget.hpp"
+#include "estancia/session/session.hpp"
+
+namespace estancia {
+
+/// The state that FrameKeeper::state() is kept as.
+constexpr const char* frameSampleKey = "frame-sample";
+/// The state that DriveGuide::known() is kept as; empty where it guides no longer.
+constexpr const char* guideMapKey = "guide-map";
+
+struct MappingSession::Impl {
+  MapStore store;
+  Mapper mapper;
+  Labeler* labeler = nullptr;
+  std::chrono::steady_clock::time_point lastWritten = std::chrono::steady_clock::now();
+  /// In flight when the session began.
+  int exceptions = std::uncaught_exceptions();
+  bool finished = true;
+  /// The last one.
+  Drive drive = {};
+  /// Drive guide of further drives.
+  std::optional<DriveGuide> guide = {};
+  std::size_t guided = 0;  ///< frames of the drive that it was certain of
+  /// Alignment of a drive that has not been registered to the map by depth.
+  std::optional<DriveAlignment> alignment = {};
+  std::size_t nextAlignment = 0;  ///< pairs
+  std::size_t alignments = 0;     ///< how often that was found in this session
+  /// Looks at depth: the transform that is right where one is near `guess` (T_map_drive), else nothing. Where
+  /// it is not set, words decide.
+  std::function<std::optional<cv::Affine3d>(const cv::Affine3d& guess)> verify = {};
+
+  MapBudget budget = {};
+  /// Where the file has a budget.
+  std::optional<FrameKeeper> keeper = {};
+
+  /// Once, before frames follow.
+  void setBudget(const MapBudget& wanted);
+  /// Applies the budget stored in `other`.
+  void takeBudgetOf(const MapStore& other);
+  /// Max number of frames of the drive guide; a share of the budget.
+  std::size_t mostGuideFrames() const;
+  /// What the map must keep to go on, in order.
+  std::vector<std::size_t> neededFrames();
+  /// Puts waiting frames that are needed into the file, and leaves the others out.
+  void settleWaiting(const std::vector<std::size_t>& needed);
+  void keep(const MappedFrame& frame, DescriptorView descriptor, const std::optional<Pose>& given);
+
+  /// `isLost`: where it begins is to be found out.
+  void beginDrive(const DriveStart& start, bool isLost = true);
+  /// Maps a drive that was recognized nowhere again, as if it were the first: by its own scale it has places
+  /// that look alike by that of the map. Keeps them apart.
+  void mapAlone(std::size_t end = std::numeric_limits<std::size_t>::max());
+  void comeBack(std::size_t frame);
+  /// Goes on with the last drive of the file.
+  void restoreDrive();
+  /// A pose that add() was given, in the map.
+  std::optional<Pose> inMap(const std::optional<Pose>& given) const;
+  void align();
+  /// Where the drive is in the map is looked for no longer.
+  void endAlignment();
+  void endGuidance();
+
+  /// Without writing.
+  int add(const Frame& frame, DescriptorView descriptor, const Image& image);
+  /// A frame that another map file has: its place and why are known. `jpeg`: may be empty.
+  void replay(const Frame& frame, DescriptorView descriptor, const std::vector<unsigned char>& jpeg,
+              Decision known);
+  /// Whether the file keeps it at once.
+  bool take(const MappedFrame& frame, DescriptorView descriptor, const std::optional<Pose>& given);
+  void correct(const std::vector<Correction>& corrections);
+  void writeWhenDue();
+  /// What has changed since the last time.
+  void write();
+  const MapStore& written();
+};
+
+/// Leaves out frames of a map at rest until it has at most so many megabytes; commits. Without a number its
+/// own budget counts, if it has one. Throws Error (tooLarge).
+void fitFile(MapStore& store, const std::optional<std::uint64_t>& megabytes = {});
+
+constexpr std::uint64_t megabyte = 1'000'000;
+
+/// Budget stored in a map file.
+MapBudget budgetOf(const MapStore& store);
+void putBudget(MapStore& store, const MapBudget& budget);
+/// Keeps the file within so many megabytes, with what it has kept so far. The store must outlive it.
+FrameKeeper keeperOf(MapStore& store, std::uint64_t megabytes);
+
+}  // namespace estancia

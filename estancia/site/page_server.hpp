@@ -1,0 +1,40 @@
+// Page server: the page and the API of a live view at an address.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "estancia/core/options.hpp"
+#include "estancia/site/http_server.hpp"
+#include "estancia/site/live_site.hpp"
+
+namespace estancia {
+
+struct ServerOptions {
+  bool page = true;
+  /// 8765 when absent, else any that is free.
+  std::optional<int> port;
+  std::string listen;
+};
+/// Says what each option is and its range.
+OptionGroup declare(ServerOptions& options);
+
+/// Serves until it is destroyed.
+class PageServer {
+ public:
+  /// Whatever ServerOptions::page says. The view must outlive it. Throws Error as makeHttpServer() does.
+  PageServer(LiveView& view, const ServerOptions& options);
+
+  /// What people open; with the token where one is needed.
+  const std::string& url() const { return url_; }
+  int port() const { return server_->port(); }
+
+ private:
+  LiveSite site_;
+  std::unique_ptr<HttpServer> server_;
+  std::string url_;
+};
+
+}  // namespace estancia

@@ -1,0 +1,53 @@
+// Known store: the tables of recognized objects in a map file. Private; see readWorld().
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "estancia/map_file/store.hpp"
+#include "estancia/objects/object_instance.hpp"
+#include "estancia/world_file/observation.hpp"
+#include "estancia/world_file/world_map.hpp"
+
+namespace estancia {
+
+/// A known object that was looked for in a segment.
+struct SegmentRecognition {
+  /// Name of the known object.
+  std::string name;
+  /// T_camera_model where it was found.
+  std::optional<Pose> pose = {};
+  double confidence = 0;
+};
+
+/// What is written belongs to the store's transaction.
+class KnownStore {
+ public:
+  explicit KnownStore(MapStore& store) : store_(store) {}
+
+  // ---- writing
+  /// Makes the tables where they are missing. Forgets what was found by a cloud of that name that had another
+  /// digest.
+  void begin(const std::string& name, const std::string& digest);
+  void put(const SegmentPlace& place, const SegmentRecognition& recognition);
+  /// Replaces the objects' poses, entry i of object i.
+  void putPoses(std::span<const std::optional<KnownPose>> poses);
+
+  // ---- reading; nothing in maps that never had known objects. Throws Error (corruptFile).
+  std::multimap<SegmentPlace, SegmentRecognition> recognitions() const;
+  /// Reads the known poses of `world.objects`.
+  void read(WorldMap& world) const;
+
+ private:
+  bool exists() const;
+
+  MapStore& store_;
+};
+
+}  // namespace estancia

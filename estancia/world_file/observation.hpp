@@ -1,0 +1,70 @@
+// Observation: what a frame with depth shows of the space around it, small enough to be kept in a map.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "estancia/core/camera.hpp"
+#include "estancia/core/point_cloud.hpp"
+#include "estancia/core/pose.hpp"
+#include "estancia/segmentation/clusters.hpp"
+
+namespace estancia {
+
+/// What lies farther away is not kept [m].
+constexpr float farthestDepth = 65.5F;
+
+/// The evidence of one frame, in its camera's frame: the layers of a map are made of it again whenever the
+/// poses are corrected, or a map is continued.
+struct Observation {
+  /// Every n-th pixel of the depth image along the optical axis: CV_16U [mm], 0 where unknown; at most 320
+  /// pixels wide.
+  cv::Mat depth;
+  /// Camera of `depth`.
+  CameraIntrinsics camera;
+  /// What each pixel of `depth` shows, as objects/segment_image.hpp says; empty where nobody asked.
+  cv::Mat segments;
+  struct Segment {
+    /// Its pixels in `depth`.
+    cv::Rect box;
+    bool flat = false, atBorder = false;
+    /// Mean, red, green, blue.
+    std::array<std::uint8_t, 3> color = {};
+  };
+  /// Info of segment 1, 2 …
+  std::vector<Segment> info;
+  /// The camera's pose as it was known when the frame came: which later views are kept depends on it. Absent
+  /// in maps of older programs.
+  std::optional<Pose> seenFrom;
+};
+
+/// `depth`: CV_32F [m], 0 or not finite where unknown; `camera` may have images of another size. Throws Error
+/// (invalidInput) for other images and cameras.
+Observation observe(const cv::Mat& depth, const CameraIntrinsics& camera);
+
+/// Finds the segments of an observation, the mostSegments largest, and returns the planes that it sees, in
+/// the camera's frame. `image`: BGR, the same view in any size; may be empty. Throws Error as findClusters().
+std::vector<Plane> findSegments(Observation& observation, const cv::Mat& image,
+                                const ClusterOptions& options);
+
+/// The planes alone. Throws Error as findClusters().
+std::vector<Plane> planesOf(const Observation& observation, const ClusterOptions& options);
+
+/// Its depth [m], CV_32F.
+cv::Mat depthOf(const Observation& observation);
+
+/// The points of a segment in the camera's frame [m]. `depth`: CV_32F of `camera`; `segment`: CV_8U of the
+/// same size, not 0 on it.
+PointCloud segmentCloud(const cv::Mat& depth, const cv::Mat& segment, const CameraIntrinsics& camera);
+
+/// For map files; fromBytes() throws Error (corruptFile) unless toBytes() wrote them.
+std::string toBytes(const Observation& observation);
+Observation observationFromBytes(std::string_view bytes);
+
+}  // namespace estancia

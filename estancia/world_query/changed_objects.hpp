@@ -1,0 +1,17 @@
+// Changed objects: what depth says is gone or new since a frame. Private; see findChanges().
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "estancia/world_file/world_store.hpp"
+#include "estancia/world_query/changes.hpp"
+
+namespace estancia {
+
+/// What is gone since `firstNow` and what is new; pairs of these, most alike first, are what was moved.
+std::vector<ObjectChange> changedObjects(const WorldMap& world, const WorldStore& store,
+                                         std::size_t firstNow);
+
+}  // namespace estancia

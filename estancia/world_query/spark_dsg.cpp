@@ -1,0 +1,221 @@
+// The format was read off MIT-SPARK/Spark-DSG: src/serialization/graph_json_serialization.cpp and
+// json_conversions.cpp, src/node_attributes.cpp and edge_attributes.cpp (which fields there are, since which
+// version), include/spark_dsg/node_symbol.h and scene_graph_types.h (ids, layers), and
+// python/tests/resources/apartment_igx_dsg.json. Encoding 1.0.3 is the oldest that has the present colors and
+// boxes; readers from 1.1 on give its layers their names. Fields that a reader does not know are skipped.
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/world_query/spark_dsg.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <set>
+
+#include "estancia/core/fail.hpp"
+#include "estancia/core/label_words.hpp"
+#include "estancia/core/rigid.hpp"
+#include "estancia/world_query/layer_tree.hpp"
+
+namespace estancia {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+enum Layer { objectLayer = 2, placeLayer = 3, roomLayer = 4, buildingLayer = 5 };
+constexpr std::uint32_t noLabel = std::numeric_limits<std::uint32_t>::max();
+
+/// A node's id: a letter in the highest byte, its number in the others.
+std::uint64_t symbol(char key, std::size_t number) {
+  return static_cast<std::uint64_t>(key) << 56U | number;
+}
+
+Json vectorJson(const cv::Vec3d& vector) {
+  return {vector[0], vector[1], vector[2]};
+}
+
+Json quaternionJson(const cv::Matx33d& rotation) {
+  const Pose pose = poseOf(cv::Affine3d(rotation, cv::Vec3d()));
+  return {{"w", pose.qw}, {"x", pose.qx}, {"y", pose.qy}, {"z", pose.qz}};
+}
+
+Json boxJson(const char* type, const cv::Vec3d& size, const cv::Vec3d& center, const cv::Matx33d& rotation) {
+  return {{"type", type},
+          {"dimensions", vectorJson(size)},
+          {"world_P_center", vectorJson(center)},
+          {"world_R_center", quaternionJson(rotation)}};
+}
+
+/// What every semantic node has.
+Json attributesOf(const char* type, const std::string& name, const cv::Vec3d& position, std::uint64_t time) {
+  return {{"type", type},
+          {"position", vectorJson(position)},
+          {"last_update_time_ns", time},
+          {"is_active", false},
+          {"is_predicted", false},
+          {"name", name},
+          {"color", {{"r", 0}, {"g", 0}, {"b", 0}, {"a", 255}}},
+          {"bounding_box", boxJson("INVALID", {}, position, cv::Matx33d::eye())},
+          {"semantic_label", noLabel},
+          {"semantic_feature", {{"rows", 0}, {"cols", 0}, {"data", Json::array()}}}};
+}
+
+std::uint64_t nanoseconds(const MappedFrame& frame) {
+  const double time = frame.timestamp.value_or(0) * 1e9;
+  return time > 0 && time < 9e18 ? static_cast<std::uint64_t>(time) : 0;
+}
+
+class SceneGraph {
+ public:
+  explicit SceneGraph(const WorldMap& world) : world_(world), tree_(world) {
+    requirePositions();
+    if (world.plan) axes_ = axesOf(world.plan->floor);
+    addObjects();
+    addPlaces();
+    if (!world.areas.empty()) addRooms();
+  }
+
+  Json json() && {
+    return {{"SPARK_DSG_header",
+             {{"project_name", "main"}, {"version", {{"major", 1}, {"minor", 0}, {"patch", 3}}}}},
+            {"directed", false},
+            {"multigraph", false},
+            {"layer_ids", {objectLayer, placeLayer, roomLayer, buildingLayer}},
+            {"metadata",
+             {{"estancia", {{"version", 1}, {"vocabulary", world_.places.vocabulary.digest()}}},
+              {"labels", labels_}}},
+            {"nodes", std::move(nodes_)},
+            {"edges", std::move(edges_)}};
+  }
+
+ private:
+  void requirePositions() const;
+  void addObjects();
+  void addPlaces();
+  void addRooms();
+
+  void addNode(std::uint64_t id, Layer layer, Json attributes) {
+    nodes_.push_back({{"id", id}, {"layer", static_cast<int>(layer)}, {"attributes", std::move(attributes)}});
+  }
+  /// `weight` < 0: none.
+  void addEdge(std::uint64_t source, std::uint64_t target, double weight = -1) {
+    edges_.push_back(
+        {{"source", source},
+         {"target", target},
+         {"info",
+          {{"type", "EdgeAttributes"}, {"weighted", weight >= 0}, {"weight", weight >= 0 ? weight : 1.0}}}});
+  }
+
+  const WorldMap& world_;
+  LayerTree tree_;
+  cv::Matx33d axes_ = cv::Matx33d::eye();
+  Json nodes_ = Json::array(), edges_ = Json::array(), labels_ = Json::object();
+};
+
+void SceneGraph::requirePositions() const {
+  const auto lost = std::ranges::count_if(tree_.places, [](const Place& place) { return !place.position; });
+  if (lost > 0)
+    fail(ErrorCode::insufficientData,
+         "{} of the map's {} places have no position, which Spark-DSG needs; map the drive with its poses",
+         lost, tree_.places.size());
+}
+
+void SceneGraph::addObjects() {
+  const Vocabulary& vocabulary = world_.places.vocabulary;
+  const bool upright = std::abs(axes_(2, 2) - 1) < 1e-6;
+  for (const WorldObject& object : world_.objects) {
+    const cv::Vec3d center(object.center.x, object.center.y, object.center.z);
+    Json attributes = attributesOf("ObjectNodeAttributes", object.displayName(), center,
+                                   nanoseconds(world_.places.frames.at(object.lastFrame)));
+    const cv::Matx33d turn(std::cos(object.yaw), -std::sin(object.yaw), 0,  //
+                           std::sin(object.yaw), std::cos(object.yaw), 0, 0, 0, 1);
+    attributes["color"] = {
+        {"r", object.color[0]}, {"g", object.color[1]}, {"b", object.color[2]}, {"a", 255}};
+    if (std::min({object.size.x, object.size.y, object.size.z}) > 0)
+      attributes["bounding_box"] = boxJson(
+          upright ? "RAABB" : "OBB", {object.size.x, object.size.y, object.size.z}, center, axes_ * turn);
+    if (!object.words.empty()) {
+      const auto& labels = vocabulary.labels();
+      const auto best = std::ranges::find(labels, object.words.front().label);
+      if (best != labels.end()) {
+        attributes["semantic_label"] = best - labels.begin();
+        labels_[std::to_string(best - labels.begin())] = shortLabel(*best);
+      }
+    }
+    attributes["mesh_connections"] = Json::array();
+    attributes["registered"] = false;
+    attributes["world_R_object"] = quaternionJson(axes_ * turn);
+    const auto number = static_cast<std::size_t>(object.id);
+    addNode(symbol('O', number), objectLayer, std::move(attributes));
+    if (object.onObject >= 0)
+      addEdge(symbol('O', static_cast<std::size_t>(object.onObject)), symbol('O', number));
+    if (const std::size_t node = tree_.nodeOfObject[number]; node < tree_.places.size())
+      addEdge(symbol('p', static_cast<std::size_t>(world_.places.nodes[node].id)), symbol('O', number));
+    else
+      addEdge(symbol('R', static_cast<std::size_t>(object.area)), symbol('O', number));
+  }
+}
+
+void SceneGraph::addPlaces() {
+  const TopologicalMap& map = world_.places;
+  const auto idOf = [&map](std::size_t i) { return symbol('p', static_cast<std::size_t>(map.nodes[i].id)); };
+  std::vector<std::uint64_t> times(map.nodes.size());
+  for (const MappedFrame& frame : map.frames)
+    if (const std::size_t i = indexOf(map, frame.node); i < times.size())
+      times[i] = std::max(times[i], nanoseconds(frame));
+  for (std::size_t i = 0; i < map.nodes.size(); ++i) {
+    const Position& at = *tree_.places[i].position;
+    std::string name = tree_.places[i].displayRoom();
+    const std::vector<std::size_t> best = bestLabels(map.nodes[i], 1);
+    if (name.empty() && !best.empty()) name = shortLabel(map.vocabulary[best.front()]);
+    Json attributes = attributesOf("PlaceNodeAttributes", name, {at[0], at[1], at[2]}, times[i]);
+    attributes["distance"] = 0;
+    attributes["num_basis_points"] = 0;
+    for (const char* none : {"voxblox_mesh_connections", "pcl_mesh_connections", "mesh_vertex_labels",
+                             "deformation_connections"})
+      attributes[none] = Json::array();
+    attributes["real_place"] = true;
+    attributes["active_frontier"] = false;
+    attributes["frontier_scale"] = {0, 0, 0};
+    attributes["orientation"] = quaternionJson(cv::Matx33d::eye());
+    attributes["need_cleanup"] = false;
+    attributes["num_frontier_voxels"] = 0;
+    addNode(idOf(i), placeLayer, std::move(attributes));
+    if (tree_.areaOfNode[i] >= 0)
+      addEdge(symbol('R', static_cast<std::size_t>(tree_.areaOfNode[i])), idOf(i));
+  }
+  for (const auto& [a, b] : linksOf(map))
+    addEdge(idOf(a), idOf(b), distanceBetween(*tree_.places[a].position, *tree_.places[b].position));
+}
+
+void SceneGraph::addRooms() {
+  // Rooms have their middle on the floor; the height of the places is as good as any.
+  double height = 0;
+  for (const Place& place : tree_.places)
+    height += (axes_.t() * cv::Vec3d(place.position->data()))[2] / static_cast<double>(tree_.places.size());
+  cv::Vec3d middle;
+  for (const WorldArea& area : world_.areas) {
+    const cv::Vec3d at = axes_ * cv::Vec3d(area.center.x, area.center.y, height);
+    middle += at / static_cast<double>(world_.areas.size());
+    Json attributes = attributesOf("RoomNodeAttributes", area.displayName(), at, 0);
+    attributes["semantic_class_probabilities"] = Json::object();
+    addNode(symbol('R', static_cast<std::size_t>(area.id)), roomLayer, std::move(attributes));
+    addEdge(symbol('B', 0), symbol('R', static_cast<std::size_t>(area.id)));
+  }
+  addNode(symbol('B', 0), buildingLayer, attributesOf("SemanticNodeAttributes", "building", middle, 0));
+  std::set<std::pair<int, int>> neighbors;
+  for (const auto& [a, b] : linksOf(world_.places)) {
+    const auto [low, high] = std::minmax(tree_.areaOfNode[a], tree_.areaOfNode[b]);
+    if (low >= 0 && low != high) neighbors.emplace(low, high);
+  }
+  for (const auto& [a, b] : neighbors)
+    addEdge(symbol('R', static_cast<std::size_t>(a)), symbol('R', static_cast<std::size_t>(b)));
+}
+
+}  // namespace
+
+Json sparkDsgJson(const WorldMap& world) {
+  return SceneGraph(world).json();
+}
+
+}  // namespace estancia

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/distances/distance.hpp"
+#include "support/errors.hpp"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numeric>
+#include <random>
+
+namespace estancia {
+namespace {
+
+using test::FailsWith;
+
+using Values = std::vector<float>;
+
+// scipy 1.10: p = [.5, .2, .2, .1], q = [.1, .3, .3, .3]
+const Values p{0.5F, 0.2F, 0.2F, 0.1F}, q{0.1F, 0.3F, 0.3F, 0.3F};
+
+Values embedded(Embedding embedding, const Values& v) {
+  Values out(v.size());
+  embed(embedding, v, out);
+  return out;
+}
+
+TEST(Distance, AgreesWithSciPy) {
+  EXPECT_NEAR(compare(Comparison::l1, p, q), 0.8, 1e-6);                      // distance.cityblock(p, q)
+  EXPECT_NEAR(compare(Comparison::euclidean, p, q), 0.46904158, 1e-6);        // distance.euclidean(p, q)
+  EXPECT_NEAR(compare(Comparison::cosine, p, q), 0.35179628, 1e-6);           // distance.cosine(p, q)
+  EXPECT_NEAR(compare(Comparison::chebyshev, p, q), 0.4, 1e-6);               // distance.chebyshev(p, q)
+  EXPECT_NEAR(compare(Comparison::jensenShannon, p, q), 0.33016050, 1e-6);    // distance.jensenshannon(p, q)
+  EXPECT_NEAR(compare(Comparison::kullbackLeibler, p, q), 0.94459064, 1e-5);  // entropy(p, q) + entropy(q, p)
+  EXPECT_NEAR(compare(Comparison::cosine, embedded(Embedding::centered, p), embedded(Embedding::centered, q)),
+              1.96225045,
+              1e-6);  // distance.correlation(p, q)
+  EXPECT_NEAR(
+      compare(Comparison::chebyshev, embedded(Embedding::cumulative, p), embedded(Embedding::cumulative, q)),
+      0.4, 1e-6);  // max |cumsum(p) - cumsum(q)|
+}
+
+TEST(Distance, FollowsTheFormulasInDoublePrecision) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> uniform;
+  Values a(1001), b(1001), w(1001);
+  for (auto* v : {&a, &b, &w})
+    for (float& x : *v) x = uniform(random);
+  double most = 0, mostWeighted = 0, jeffreys = 0, jensenShannon = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const double x = a[i], y = b[i], mean = (x + y) / 2;
+    most = std::max(most, std::fabs(x - y));
+    mostWeighted = std::max(mostWeighted, w[i] * std::fabs(x - y));
+    jeffreys += (x - y) * std::log((x + clrFloor) / (y + clrFloor));
+    jensenShannon += (x > 0 ? x * std::log(x / mean) : 0) + (y > 0 ? y * std::log(y / mean) : 0);
+  }
+  double sumW = 0, squares = 0, plainSquares = 0, absolute = 0, chi = 0, ab = 0, aa = 0, bb = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const double d = static_cast<double>(a[i]) - b[i];
+    sumW += w[i];
+    squares += w[i] * d * d;
+    plainSquares += d * d;
+    absolute += std::fabs(d);
+    chi += d * d / (static_cast<double>(a[i]) + b[i]);
+    ab += static_cast<double>(a[i]) * b[i];
+    aa += static_cast<double>(a[i]) * a[i];
+    bb += static_cast<double>(b[i]) * b[i];
+  }
+  const double n = 1001;
+  EXPECT_NEAR(compare(Comparison::meanSquare, a, b, w), squares / sumW, 1e-6);  // Eq. 4.5
+  EXPECT_NEAR(compare(Comparison::rootMeanSquare, a, b, w), std::sqrt(squares / sumW), 1e-6);
+  EXPECT_NEAR(compare(Comparison::euclidean, a, b, w), std::sqrt(n * squares / sumW), 1e-4);
+  EXPECT_NEAR(compare(Comparison::euclidean, a, b), std::sqrt(plainSquares), 1e-4);
+  EXPECT_NEAR(compare(Comparison::l1, a, b), absolute, 1e-3);
+  EXPECT_NEAR(compare(Comparison::chiSquared, a, b), chi / 2, 1e-3);
+  EXPECT_NEAR(compare(Comparison::cosine, a, b), 1 - ab / std::sqrt(aa * bb), 1e-6);
+  EXPECT_NEAR(compare(Comparison::chebyshev, a, b), most, 1e-6);  // Eq. 5.1
+  EXPECT_NEAR(compare(Comparison::chebyshev, a, b, w), mostWeighted * n / sumW, 1e-5);
+  EXPECT_NEAR(compare(Comparison::kullbackLeibler, a, b), jeffreys, 1e-6 * jeffreys);
+  EXPECT_NEAR(compare(Comparison::jensenShannon, a, b), std::sqrt(jensenShannon / 2), 1e-5);
+  EXPECT_NEAR(compare(Comparison::bhattacharyya, a, b), -std::log(ab / std::sqrt(aa * bb)), 1e-6);
+}
+
+TEST(Distance, EqualWeightsChangeNothing) {
+  const Values same(4, 0.25F);
+  for (const auto comparison :
+       {Comparison::meanSquare, Comparison::rootMeanSquare, Comparison::l1, Comparison::euclidean,
+        Comparison::chiSquared, Comparison::bhattacharyya, Comparison::cosine, Comparison::chebyshev,
+        Comparison::kullbackLeibler, Comparison::jensenShannon})
+    EXPECT_NEAR(compare(comparison, p, q, same), compare(comparison, p, q), 1e-6);
+}
+
+TEST(Distance, IgnoresLabelsOfWeightZero) {
+  const Values weights{0, 1, 1, 1};
+  EXPECT_NEAR(compare(Comparison::meanSquare, p, q, weights), (0.01 + 0.01 + 0.04) / 3, 1e-7);
+}
+
+TEST(Distance, EveryNamedOneIsZeroOnlyForTheSameAndSymmetric) {
+  for (const Distance& distance : baseDistances()) {
+    const Values a = embedded(distance.embedding, p), b = embedded(distance.embedding, q);
+    EXPECT_NEAR(compare(distance.comparison, a, a), 0, 1e-6) << distance.name;
+    EXPECT_GT(compare(distance.comparison, a, b), 1e-4) << distance.name;
+    EXPECT_DOUBLE_EQ(compare(distance.comparison, a, b), compare(distance.comparison, b, a)) << distance.name;
+  }
+}
+
+TEST(Distance, HellingerIsEuclideanOnSquareRoots) {
+  double sum = 0;
+  for (std::size_t i = 0; i < p.size(); ++i) sum += std::pow(std::sqrt(p[i]) - std::sqrt(q[i]), 2);
+  EXPECT_NEAR(
+      compare(Comparison::euclidean, embedded(Embedding::squareRoot, p), embedded(Embedding::squareRoot, q)),
+      std::sqrt(sum), 1e-6);
+}
+
+TEST(Distance, LogRatiosAreCenteredAndKnowNoScale) {
+  const Values a = embedded(Embedding::centeredLogRatio, p);
+  EXPECT_NEAR(std::accumulate(a.begin(), a.end(), 0.0), 0, 1e-5);
+  Values half = p;
+  for (float& v : half) v /= 2;
+  const Values b = embedded(Embedding::centeredLogRatio, half);
+  for (std::size_t i = 0; i < a.size(); ++i) EXPECT_NEAR(a[i], b[i], 1e-3);
+}
+
+TEST(Distance, AbsentLabelsStayFinite) {
+  const Values sparse{1, 0, 0, 0};
+  for (const float v : embedded(Embedding::centeredLogRatio, sparse)) EXPECT_TRUE(std::isfinite(v));
+}
+
+TEST(Distance, DivergencesOfDistributionsThatShareNothingAreFinite) {
+  const Values a{1, 0, 0}, b{0, 1, 0}, none{0, 0, 0};
+  EXPECT_NEAR(compare(Comparison::jensenShannon, a, b), std::sqrt(std::log(2.0)), 1e-6);  // the largest
+  EXPECT_NEAR(compare(Comparison::kullbackLeibler, a, b), 2 * std::log(1 / 1e-7), 1e-4);
+  EXPECT_NEAR(compare(Comparison::jensenShannon, a, none), std::sqrt(std::log(2.0) / 2), 1e-6);
+  EXPECT_DOUBLE_EQ(compare(Comparison::jensenShannon, none, none), 0);
+  EXPECT_DOUBLE_EQ(compare(Comparison::kullbackLeibler, none, none), 0);
+}
+
+TEST(Distance, DivergencesKeepTheDigitsOfSmallDifferences) {
+  Values a(100, 0.01F), b = a;
+  b[7] += 2e-5F;
+  const double d = static_cast<double>(b[7]) - a[7];
+  EXPECT_NEAR(compare(Comparison::jensenShannon, a, b) / std::sqrt(d * d / 8 / 0.01), 1, 0.01);
+  EXPECT_NEAR(compare(Comparison::kullbackLeibler, a, b) / (d * d / 0.01), 1, 0.01);
+}
+
+TEST(Distance, CentersAndSumsUpInEachPart) {
+  const std::vector<LabelPart> parts{{2, 1}, {3, 2}};
+  const Values both{0.75F, 0.25F, 0.5F, 0.25F, 0.25F};
+  Values out(5);
+  embed(Embedding::cumulative, both, out, parts);
+  EXPECT_EQ(out, (Values{0.75F, 1, 0.5F, 0.75F, 1}));
+  embed(Embedding::centered, both, out, parts);
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_FLOAT_EQ(out[i], both[i] - (i < 2 ? 0.5F : 1.0F / 3));
+}
+
+TEST(Distance, ZeroVectorIsLikeNothingButItself) {
+  const Values zero(4, 0.0F);
+  EXPECT_DOUBLE_EQ(compare(Comparison::cosine, zero, zero), 0);
+  EXPECT_DOUBLE_EQ(compare(Comparison::cosine, zero, p), 1);
+}
+
+TEST(Distance, NamesHaveSigmaForms) {
+  EXPECT_TRUE(getDistance("hellinger-sigma").sigmaWeighted);
+  EXPECT_EQ(getDistance("hellinger-sigma").name, "hellinger-sigma");
+  EXPECT_FALSE(getDistance("hellinger").sigmaWeighted);
+}
+
+TEST(Distance, UnknownNameListsTheKnownOnes) {
+  for (const char* name : {"manhattan", "weighted-sigma", "-sigma", ""})
+    EXPECT_THAT([&] { getDistance(name); },
+                FailsWith(ErrorCode::unknownName, fmt::format("\"{}\"", name), "standardized-clr"));
+  for (const Choice& known : distances()) EXPECT_EQ(getDistance(known.name).name, known.name);
+}
+
+TEST(Distance, RefusesDifferentLengths) {
+  const Values three(3, 0.1F);
+  EXPECT_THAT([&] { compare(Comparison::l1, p, three); }, FailsWith(ErrorCode::mismatch));
+  EXPECT_THAT([&] { compare(Comparison::l1, p, q, three); }, FailsWith(ErrorCode::mismatch));
+}
+
+}  // namespace
+}  // namespace estancia

@@ -1,0 +1,471 @@
+// Maps made anew of the drives of others: merged, and without a drive.
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/core/output_file.hpp"
+#include "estancia/joining/merge_maps.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <numbers>
+
+#include "estancia/core/rigid.hpp"
+#include "estancia/map_file/sqlite.hpp"
+#include "estancia/map_file/store.hpp"
+#include "estancia/query/drives.hpp"
+#include "estancia/query/explain.hpp"
+#include "estancia/session/session.hpp"
+#include "estancia/world/world_mapper.hpp"
+#include "estancia/world_file/edit_areas.hpp"
+#include "estancia/world_file/world_map.hpp"
+#include "support/errors.hpp"
+#include "support/flat_drive.hpp"
+#include "support/support.hpp"
+#include "support/synthetic.hpp"
+
+namespace estancia {
+namespace {
+
+namespace fs = std::filesystem;
+using test::FailsWith;
+using test::ScratchFolder;
+
+const cv::Affine3d otherFrame(cv::Vec3d(0, 0, 2.1), cv::Vec3d(7, -3, 0));
+
+Vocabulary words(int count = 60) {
+  std::vector<std::string> names;
+  for (int i = 0; i < count; ++i) names.push_back("word " + std::to_string(i));
+  return Vocabulary(names);
+}
+
+/// Circles through twelve places, and through twelve others.
+class MergedDrives : public testing::Test {
+ protected:
+  static Pose poseAt(std::size_t step) {
+    const double angle = 2 * std::numbers::pi * static_cast<double>(step) / 48;
+    return Pose::planar(4 * std::cos(angle), 4 * std::sin(angle), angle + std::numbers::pi / 2);
+  }
+
+  void drive(const std::string& map, std::size_t begin, std::size_t end, std::size_t firstPlace = 0,
+             const cv::Affine3d& frame = cv::Affine3d::Identity()) {
+    std::vector<std::size_t> seen;
+    for (std::size_t i = begin; i < end; ++i) seen.push_back(firstPlace + i / 4 % 12);
+    drive(map, begin, seen, frame);
+  }
+  /// What is seen at each step.
+  void drive(const std::string& map, std::size_t begin, const std::vector<std::size_t>& seen,
+             const cv::Affine3d& frame) {
+    const fs::path file = folder_ / map;
+    MappingSession session = fs::exists(file) ? MappingSession::resume(file, words(), "test")
+                                              : MappingSession::create(file, words(), "test", {});
+    session.beginDrive({map + " " + std::to_string(begin)});
+    for (std::size_t i = begin; i < begin + seen.size(); ++i) {
+      Frame known;
+      known.name = map + std::to_string(i);
+      if (hasPoses_) known.pose = poseOf(frame.inv() * rigidOf(poseAt(i)));
+      session.add(known, places_.image(seen[i - begin]), [] { return std::vector<unsigned char>{1, 2}; });
+    }
+    session.finish();
+  }
+  TopologicalMap read(const std::string& map) const { return readMap(folder_ / map); }
+  MergedMaps merge(const std::vector<std::string>& maps, const std::string& output) const {
+    std::vector<fs::path> files;
+    for (const std::string& map : maps) files.push_back(folder_ / map);
+    return mergeMaps(files, folder_ / output);
+  }
+  bool isAlone(const std::string& map) const {
+    for (const auto& entry : fs::directory_iterator(folder_.path()))
+      if (entry.path().filename().string().find("." + map + ".") == 0) return false;
+    return true;
+  }
+
+  ScratchFolder folder_;
+  bool hasPoses_ = true;
+  test::SyntheticPlaces places_{24, 60, 0.6};
+};
+
+void expectSame(const TopologicalMap& a, const TopologicalMap& b) {
+  ASSERT_EQ(a.frames.size(), b.frames.size());
+  for (std::size_t i = 0; i < a.frames.size(); ++i) {
+    EXPECT_EQ(a.frames[i].node, b.frames[i].node) << i;
+    EXPECT_EQ(a.frames[i].name, b.frames[i].name) << i;
+    EXPECT_EQ(a.frames[i].pose.has_value(), b.frames[i].pose.has_value()) << i;
+  }
+  ASSERT_EQ(a.nodes.size(), b.nodes.size());
+  for (std::size_t i = 0; i < a.nodes.size(); ++i) EXPECT_EQ(a.nodes[i].mean, b.nodes[i].mean) << i;
+  EXPECT_EQ(a.transitions.size(), b.transitions.size());
+}
+
+TEST_F(MergedDrives, AreOneMap) {
+  drive("a", 0, 120);
+  drive("b", 10, 90, 0, otherFrame);
+  drive("c", 0, 60, 12, otherFrame);
+  const MergedMaps merged = merge({"a", "b", "c"}, "all");
+  EXPECT_EQ(merged.drives, 3U);
+  EXPECT_EQ(merged.frames, 260U);
+  ASSERT_EQ(merged.parts.size(), 2U);
+  EXPECT_TRUE(merged.parts[0].isRecognized && merged.parts[0].isAligned);
+  EXPECT_FALSE(merged.parts[1].isRecognized || merged.parts[1].isAligned) << "another house";
+  EXPECT_TRUE(isAlone("all"));
+  const TopologicalMap all = read("all");
+  ASSERT_EQ(all.drives.size(), 3U);
+  EXPECT_EQ(all.drives[1].name, "b 10");
+  for (std::size_t i = 120; i < 200; ++i)
+    EXPECT_LT(distanceBetween(all.frames[i].pose.value(), poseAt(i - 110)), 0.5) << i;
+  for (std::size_t i = 200; i < 260; ++i) EXPECT_FALSE(all.frames[i].pose);
+  EXPECT_EQ(merged.places, all.nodes.size());
+}
+
+std::vector<std::string> namesOf(const std::vector<Drive>& drives) {
+  std::vector<std::string> names;
+  for (const Drive& drive : drives) names.push_back(drive.name);
+  return names;
+}
+
+TEST_F(MergedDrives, WaitForAMapThatTheyShareAPlaceWith) {
+  hasPoses_ = false;
+  drive("a", 0, 60);
+  drive("c", 0, 60, 12);
+  drive("b", 0, 48, 6);  // half of a's places and half of c's
+  const MergedMaps merged = merge({"a", "c", "b"}, "all");
+  EXPECT_TRUE(merged.parts[0].isRecognized && merged.parts[1].isRecognized);
+  EXPECT_FALSE(merged.parts[0].hasPoses);
+  const TopologicalMap all = read("all");
+  EXPECT_THAT(namesOf(all.drives), testing::ElementsAre("a 0", "b 0", "c 0"));
+  EXPECT_EQ(merged.places, 24U);
+  for (std::size_t i = 0; i < 24; ++i) {  // b's first six places, and its others
+    EXPECT_EQ(all.frames[60 + i].node, all.frames[24 + i].node) << i;
+    EXPECT_EQ(all.frames[84 + i].node, all.frames[108 + i].node) << i;
+  }
+  std::uint64_t held = 0, driven = 0;
+  for (const Node& node : all.nodes) held += node.frames;
+  for (const Transition& transition : all.transitions) driven += transition.count;
+  EXPECT_EQ(held, all.frames.size());
+  EXPECT_EQ(driven, 14U + 11U + 14U);
+}
+
+TEST_F(MergedDrives, SayWhyTheirPlacesAreOne) {
+  hasPoses_ = false;
+  drive("a", 0, 60);
+  drive("b", 20, 60);
+  merge({"a", "b"}, "all");
+  const TopologicalMap all = read("all");
+  EXPECT_EQ(all.decisions.size(), all.frames.size());
+  EXPECT_EQ(all.decisions[60].kind, DecisionKind::start);
+  const std::vector<std::string> why = explain(all, 60);
+  EXPECT_THAT(why, testing::Contains(testing::HasSubstr("nothing to compare it with")));
+  EXPECT_THAT(why.back(), testing::HasSubstr("turned out to be the same place as node 5"));
+  const std::vector<DriveSummary> drives = summarizeDrives(all);
+  ASSERT_TRUE(drives[1].recognized);
+  EXPECT_EQ(drives[1].newPlaces, 0U);
+  EXPECT_EQ(all.frames[60].node, 5);
+}
+
+TEST_F(MergedDrives, GoOnAsOneMap) {
+  drive("a", 0, 120);
+  drive("b", 10, 90, 0, otherFrame);
+  const MergedMaps merged = merge({"a", "b"}, "all");
+  drive("all", 20, 80, 0, otherFrame);
+  const TopologicalMap all = read("all");
+  EXPECT_EQ(all.nodes.size(), merged.places) << "all is recognized";
+  for (std::size_t i = 200; i < 260; ++i)
+    EXPECT_LT(distanceBetween(all.frames[i].pose.value(), poseAt(i - 180)), 0.5) << i;
+}
+
+TEST_F(MergedDrives, AreNotOnePlaceWherePosesContradict) {
+  drive("a", 0, 120);
+  std::vector<std::size_t> seen;  // the sixth place on the other side of the circle
+  for (std::size_t i = 0; i < 48; ++i) seen.push_back(i >= 40 ? 5 : i / 4 == 5 ? 15 : i / 4);
+  drive("b", 0, seen, otherFrame);
+  merge({"a", "b"}, "all");
+  const TopologicalMap all = read("all");
+  ASSERT_TRUE(all.drives[1].alignment);
+  EXPECT_EQ(all.frames[120 + 16].node, all.frames[16].node);
+  EXPECT_NE(all.frames[120 + 44].node, all.frames[20].node);
+  hasPoses_ = false;
+  drive("c", 0, seen, otherFrame);
+  merge({"a", "c"}, "without poses");
+  const TopologicalMap other = read("without poses");
+  EXPECT_EQ(other.frames[120 + 44].node, other.frames[20].node) << "words alone would join them";
+}
+
+TEST_F(MergedDrives, DoNotBecomeOneThroughAThirdMapWithoutPoses) {
+  drive("a", 0, 120);
+  std::vector<std::size_t> seen;
+  for (std::size_t i = 0; i < 48; ++i) seen.push_back(i >= 40 ? 5 : i / 4 == 5 ? 15 : i / 4);
+  drive("b", 0, seen, otherFrame);
+  hasPoses_ = false;
+  drive("c", 0, 48);
+  merge({"a", "c", "b"}, "all");
+  const TopologicalMap all = read("all");
+  ASSERT_EQ(all.drives[2].name, "b 0");
+  EXPECT_EQ(all.frames[168 + 16].node, all.frames[16].node);
+  EXPECT_NE(all.frames[168 + 44].node, all.frames[20].node);
+}
+
+TEST_F(MergedDrives, AreAlignedWithTheMapThatHasPoses) {
+  hasPoses_ = false;
+  drive("without", 0, 120);
+  hasPoses_ = true;
+  drive("a", 0, 60);
+  drive("b", 10, 70, 0, otherFrame);
+  const MergedMaps merged = merge({"without", "a", "b"}, "all");
+  EXPECT_TRUE(merged.parts[0].isAligned && merged.parts[1].isAligned);
+  const TopologicalMap all = read("all");
+  for (std::size_t i = 180; i < 240; ++i)
+    EXPECT_LT(distanceBetween(all.frames[i].pose.value(), poseAt(i - 170)), 0.5) << i;
+}
+
+TEST_F(MergedDrives, MayTakeWhatTheirMapsMayTogether) {
+  hasPoses_ = false;
+  for (const std::string map : {"a", "b"}) {
+    drive(map, map == "a" ? 0 : 7, 2000);
+    MappingSession session = MappingSession::resume(folder_ / map, words(), "test");
+    session.setBudget({.memory = 2, .file = 2});
+    session.finish();
+  }
+  merge({"a", "b"}, "all");
+  drive("c", 0, 60);
+  merge({"all", "c"}, "more");
+  {
+    const MappingSession all = MappingSession::resume(folder_ / "all", words(), "test");
+    EXPECT_EQ(all.budget(), (MapBudget{.memory = 4, .file = 4}));
+  }
+  EXPECT_EQ(MappingSession::resume(folder_ / "more", words(), "test").budget(), MapBudget{});
+  EXPECT_EQ(read("all").nodes.size(), 12U);
+}
+
+TEST_F(MergedDrives, AreRefusedByNameWhereTheyAreDamaged) {
+  drive("a", 0, 60);
+  const auto damaged = [&](const std::string& statement) {
+    fs::remove(folder_ / "b");
+    drive("b", 10, 60);
+    {
+      MapStore store = MapStore::open(folder_ / "b", MapStore::Access::write);
+      store.database().run(statement);
+      store.commit();
+    }
+    const test::Caught caught = test::caught([&] { merge({"a", "b"}, "all"); });
+    EXPECT_TRUE(isAlone("all"));
+    return caught;
+  };
+  const std::string b = (folder_ / "b").string();
+  EXPECT_THAT(damaged("DELETE FROM nodes"), FailsWith(ErrorCode::corruptFile, b));
+  EXPECT_THAT(damaged("UPDATE state SET bytes = x'00' WHERE key = 'mapper'"),
+              FailsWith(ErrorCode::truncatedFile, b));
+  EXPECT_THAT(damaged("DELETE FROM state WHERE key = 'mapper'"), FailsWith(ErrorCode::corruptFile, b));
+  EXPECT_THAT(damaged("INSERT INTO merges(frame, kept, absorbed, distance, threshold) "
+                      "VALUES(1, 2147483647, 3, 0, 1)"),
+              FailsWith(ErrorCode::corruptFile, b));
+}
+
+/// Thirteen robots: blocks of pairs of maps, done in any order, by any number of processes.
+TEST_F(MergedDrives, AreTheSameHoweverTheWorkIsShared) {
+  hasPoses_ = false;
+  std::vector<std::string> maps;
+  std::vector<fs::path> files;
+  for (std::size_t robot = 0; robot < 13; ++robot) {
+    maps.push_back("robot " + std::to_string(robot));
+    files.push_back(folder_ / maps.back());
+    drive(maps.back(), 0, 40, robot % 3 * 6);
+  }
+  merge(maps, "all");
+  ShareWork helping{.leads = false};
+  std::vector<std::string> results;
+  helping.run = [&](std::size_t pieces, const std::function<std::string(std::size_t)>& work) {
+    results.resize(pieces);
+    for (std::size_t piece = pieces; piece-- > 0;) results[piece] = work(piece);
+    return std::vector<std::string>();
+  };
+  EXPECT_EQ(mergeMaps(files, folder_ / "shared", ExistingMap::refuse, Progress::none(), helping).drives, 0U);
+  EXPECT_FALSE(fs::exists(folder_ / "shared")) << "the other one makes it";
+  ShareWork leading;
+  leading.run = [&](std::size_t pieces, const std::function<std::string(std::size_t)>&) {
+    EXPECT_EQ(pieces, results.size());
+    EXPECT_GT(pieces, 3U);
+    return results;
+  };
+  mergeMaps(files, folder_ / "shared", ExistingMap::refuse, Progress::none(), leading);
+  expectSame(read("shared"), read("all"));
+  EXPECT_EQ(read("all").nodes.size(), 22U) << "places 0 to 21";
+}
+
+TEST_F(MergedDrives, CanBeUndone) {
+  drive("one", 0, 120);
+  const TopologicalMap before = read("one");
+  drive("one", 10, 90, 0, otherFrame);
+  ASSERT_EQ(read("one").drives.size(), 2U);
+  undoDrive(folder_ / "one", 1);
+  expectSame(read("one"), before);
+  EXPECT_TRUE(isAlone("one"));
+  drive("one", 20, 80);
+  undoDrive(folder_ / "one", 0);
+  const TopologicalMap rest = read("one");
+  EXPECT_EQ(rest.frames.size(), 60U);
+  EXPECT_EQ(rest.frames.front().name, "one20");
+  drive("one", 30, 90);
+  EXPECT_EQ(read("one").drives.size(), 2U) << "and it goes on";
+}
+
+TEST_F(MergedDrives, KeepThePosesThatTheyWereGivenAndWhereTheyAre) {
+  drive("a", 0, 120);
+  drive("b", 10, 90, 0, otherFrame);
+  drive("b", 20, 80);  // in a third frame, aligned in b
+  ASSERT_TRUE(read("b").drives[1].alignment);
+  merge({"a", "b"}, "all");
+  const auto expectAt = [](const TopologicalMap& map, std::size_t first, std::size_t step) {
+    for (std::size_t i = first; i < first + 40; ++i)
+      EXPECT_LT(distanceBetween(map.frames[i].pose.value(), poseAt(i - first + step)), 0.6) << i;
+  };
+  const TopologicalMap all = read("all");
+  ASSERT_EQ(all.drives.size(), 3U);
+  expectAt(all, 120, 10);
+  expectAt(all, 200, 20);
+  EXPECT_TRUE(all.drives[2].alignment) << "own poses, with which the drive can be gone on";
+  undoDrive(folder_ / "all", 1);
+  const TopologicalMap rest = read("all");
+  ASSERT_TRUE(rest.drives[1].alignment);
+  EXPECT_EQ(rest.drives[1].alignment->x, all.drives[2].alignment->x);
+  expectAt(rest, 120, 20);
+}
+
+TEST_F(MergedDrives, AreRefusedWhereTheyDoNotFit) {
+  drive("a", 0, 60);
+  drive("b", 10, 60);
+  EXPECT_THAT([&] { merge({"a"}, "all"); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { merge({"a", "a"}, "all"); }, FailsWith(ErrorCode::invalidInput, "itself", "a 0"));
+  EXPECT_THAT([&] { merge({"a", "missing"}, "all"); }, FailsWith(ErrorCode::fileNotFound, "missing"));
+  EXPECT_THAT([&] { merge({"a", "b"}, "b"); }, FailsWith(ErrorCode::fileExists, "b"));
+  {
+    Frame named;
+    named.name = "x";
+    MappingSession other = MappingSession::create(folder_ / "other", words(12), "test", {});
+    other.add(named, std::vector<float>(12, 0.1F));
+    MappingSession model = MappingSession::create(folder_ / "model", words(), "another", {});
+    model.add(named, places_.image(0));
+    MapperOptions hellinger;
+    hellinger.distance = "hellinger";
+    MappingSession distance = MappingSession::create(folder_ / "distance", words(), "test", hellinger);
+    distance.add(named, places_.image(0));
+  }
+  EXPECT_THAT([&] { merge({"a", "other"}, "all"); }, FailsWith(ErrorCode::mismatch, "other"));
+  EXPECT_THAT([&] { merge({"a", "model"}, "all"); }, FailsWith(ErrorCode::mismatch, "another"));
+  EXPECT_THAT([&] { merge({"a", "distance"}, "all"); }, FailsWith(ErrorCode::mismatch, "hellinger"));
+  EXPECT_THAT([&] { undoDrive(folder_ / "a", 1); }, FailsWith(ErrorCode::unknownName, "drive 1"));
+  EXPECT_THAT([&] { undoDrive(folder_ / "a", 0); }, FailsWith(ErrorCode::insufficientData));
+  EXPECT_FALSE(fs::exists(folder_ / "all"));
+  EXPECT_TRUE(isAlone("all"));
+  EXPECT_EQ(read("a").frames.size(), 60U);
+}
+
+TEST_F(MergedDrives, ThatWereKilledLeaveNothingForLong) {
+  drive("a", 0, 60);
+  drive("b", 10, 60);
+  const pid_t dead = fork();
+  if (dead == 0) _exit(0);
+  waitpid(dead, nullptr, 0);
+  const auto draft = [&](const std::string& name, pid_t process) {
+    std::string path = partFile(folder_ / name).string();
+    const std::string own = "." + std::to_string(getpid()) + ".part";
+    return path.replace(path.size() - own.size(), own.size(), "." + std::to_string(process) + ".part");
+  };
+  const std::string left = draft("all", dead), alive = draft("all", getppid()), other = draft("other", dead);
+  for (const std::string& name : {left, left + "-wal", alive, other}) std::ofstream(name) << "x";
+  merge({"a", "b"}, "all");
+  EXPECT_FALSE(fs::exists(left));
+  EXPECT_FALSE(fs::exists(left + "-wal"));
+  EXPECT_TRUE(fs::exists(alive));
+  EXPECT_TRUE(fs::exists(other));
+}
+
+/// A flat with depth, in maps of their own.
+class MergedFlats : public testing::Test {
+ protected:
+  void map(const std::string& name, std::size_t end, const std::string& layers = "places,areas,objects") {
+    MappingSession session =
+        MappingSession::create(folder_ / name, labeled_.vocabulary, labeled_.model, MapperOptions{});
+    WorldOptions options;
+    options.layers = layersFrom(layers);
+    WorldMapper world(session, options);
+    session.beginDrive({.name = name, .posesAreInMap = true});
+    world.beginDrive();
+    for (std::size_t i = 0; i < end; ++i) {
+      Frame frame = flat_.frame(i);
+      frame.name = name + frame.name;
+      world.observe(frame, labeled_.descriptors.row(i), flat_.image(i), flat_.depth(i), *flat_.intrinsics());
+      session.add(frame, labeled_.descriptors.row(i));
+    }
+    session.finish();
+    world.finish();
+  }
+  MergedMaps merge(const std::string& a, const std::string& b, const std::string& output) const {
+    const std::vector<fs::path> maps{folder_ / a, folder_ / b};
+    return mergeMaps(maps, folder_ / output);
+  }
+
+  const ScratchFolder folder_;
+  const test::FlatDrive flat_;
+  const DescriptorSequence labeled_ = flat_.labeled();
+};
+
+TEST_F(MergedFlats, HaveTheLayersOfAll) {
+  map("plain", flat_.size(), "places");
+  map("whole", flat_.size() - 1);
+  nameArea(folder_ / "whole", "0", "Ada's room");
+  const WorldMap whole = readWorld(folder_ / "whole");
+  ASSERT_EQ(whole.areas.size(), 3U);
+  merge("plain", "whole", "all");
+  const WorldMap all = readWorld(folder_ / "all");
+  EXPECT_EQ(all.areas.size(), 3U);
+  EXPECT_EQ(all.objects.size(), whole.objects.size());
+  EXPECT_TRUE(
+      std::ranges::any_of(all.areas, [](const auto& area) { return area.givenName == "Ada's room"; }));
+}
+
+/// A flat with depth, whose second drive is in the map's frame.
+TEST(UndoneDrives, LeaveAreasAndPeoplesNames) {
+  const ScratchFolder folder;
+  const fs::path file = folder / "flat";
+  const test::FlatDrive flat;
+  const DescriptorSequence labeled = flat.labeled();
+  const auto drive = [&](int round) {
+    MappingSession session = round > 0 ? MappingSession::resume(file, labeled.vocabulary, labeled.model)
+                                       : MappingSession::create(file, labeled.vocabulary, labeled.model, {});
+    WorldMapper world(session);
+    session.beginDrive({.name = "round", .posesAreInMap = true});
+    world.beginDrive();
+    world.keepCamera(*flat.intrinsics(), 0);
+    for (std::size_t i = 0; i < flat.size(); ++i) {
+      Frame frame = flat.frame(i);
+      frame.name += std::to_string(round);
+      world.observe(frame, labeled.descriptors.row(i), flat.image(i), flat.depth(i), *flat.intrinsics());
+      session.add(frame, labeled.descriptors.row(i));
+    }
+    session.finish();
+    world.finish();
+  };
+  drive(0);
+  nameArea(file, "0", "Ada's room");
+  drive(1);
+  const WorldMap both = readWorld(file);
+  ASSERT_EQ(both.areas.size(), 3U);
+  undoDrive(file, 0);
+  const WorldMap rest = readWorld(file);
+  EXPECT_EQ(rest.places.frames.size(), flat.size());
+  ASSERT_EQ(rest.areas.size(), 3U);
+  EXPECT_TRUE(
+      std::ranges::any_of(rest.areas, [](const auto& area) { return area.givenName == "Ada's room"; }));
+  MappingSession session = MappingSession::resume(file, labeled.vocabulary, labeled.model);
+  WorldMapper world(session);
+  CameraIntrinsics other = *flat.intrinsics();
+  other.fx *= 2;
+  world.keepCamera(*flat.intrinsics(), 0);
+  EXPECT_THAT([&] { world.keepCamera(other, 0); }, FailsWith(ErrorCode::mismatch, "camera"));
+}
+
+}  // namespace
+}  // namespace estancia

@@ -1,0 +1,528 @@
+// What the engines make of good and of bad networks.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <onnx/onnx_pb.h>
+
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "estancia/core/digest.hpp"
+#include "estancia/labelers/engines.hpp"
+#include "estancia/labelers/model.hpp"
+#include "support/errors.hpp"
+#include "support/model_support.hpp"
+
+namespace estancia {
+namespace {
+
+using test::FailsWith;
+using test::modelToml;
+using test::writeFile;
+using testing::HasSubstr;
+
+std::string versionOf(const std::string& engine) {
+  return engine == "opencv" ? opencvVersion() : onnxruntimeVersion();
+}
+
+/// Every test runs with each engine.
+class Engine : public testing::TestWithParam<std::string> {
+ protected:
+  void SetUp() override {
+    ESTANCIA_NEEDS(GetParam() != "onnxruntime" || test::findOnnxruntime(),
+                   "ONNX Runtime is missing; run script/bootstrap and build again");
+  }
+
+  /// Writes a model folder and opens it.
+  std::unique_ptr<Labeler> open(const std::string& network, const std::string& toml, std::size_t labels = 4,
+                                const std::string& file = "small.onnx") {
+    writeFile(scratch_ / file, network);
+    writeFile(scratch_ / "labels.txt", test::labelLines(labels));
+    writeFile(scratch_ / "model.toml", toml);
+    return loadModel(scratch_.path().string(), {GetParam(), 1});
+  }
+  test::Caught refusal(const std::string& network, const std::string& toml, std::size_t labels = 4,
+                       const std::string& file = "small.onnx") {
+    return test::caught([&] { open(network, toml, labels, file); });
+  }
+  static void setWeights(onnx::GraphProto& graph, float value) {
+    for (auto& weight : *graph.mutable_initializer(0)->mutable_float_data()) weight = value;
+  }
+  /// Lets the network end before its softmax.
+  static void endWithLogits(onnx::GraphProto& graph) {
+    graph.mutable_node()->RemoveLast();
+    graph.mutable_output(0)->set_name("row");
+  }
+
+  test::ScratchFolder scratch_;
+};
+
+/// What OpenCV alone can read.
+class OpencvEngine : public Engine {};
+
+INSTANTIATE_TEST_SUITE_P(All, Engine, testing::Values("onnxruntime", "opencv"),
+                         [](const auto& param) { return param.param; });
+INSTANTIATE_TEST_SUITE_P(Alone, OpencvEngine, testing::Values("opencv"),
+                         [](const auto& param) { return param.param; });
+
+TEST_P(Engine, LabelsAnImage) {
+  const auto labeler = open(test::smallOnnx(8, 4), modelToml("small.onnx", 8));
+  // scores are 0.01 · weights · mean color, with the weights 0 1 2 | 3 4 0 | 1 2 3 | 4 0 1
+  const auto words = labeler->label(cv::Mat(30, 40, CV_8UC3, cv::Scalar(10, 20, 30)));
+  const std::vector<double> scores{0.8, 1.1, 1.4, 0.7};
+  double sum = 0;
+  for (const double s : scores) sum += std::exp(s);
+  ASSERT_EQ(words.size(), 4U);
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(words[i], std::exp(scores[i]) / sum, 1e-5);
+  EXPECT_EQ(labeler->vocabulary()[2], "word 2");
+}
+
+TEST_P(Engine, TurnsLogitsIntoTheSameProbabilities) {
+  const cv::Mat image(30, 40, CV_8UC3, cv::Scalar(10, 20, 30));
+  const auto direct = open(test::smallOnnx(8, 4), modelToml("small.onnx", 8))->label(image);
+  const auto ours =
+      open(test::smallOnnx(8, 4, endWithLogits), modelToml("small.onnx", 8, "softmax = true"))->label(image);
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(ours[i], direct[i], 1e-6);
+}
+
+/// A model of a layer inside of the small network, of which labels.txt knows nothing.
+std::string layerToml(const std::string& output, const std::string& more) {
+  return "name = \"layer\"\nfile = \"small.onnx\"\ninput = 8\ncolor = \"BGR\"\noutput = \"" + output +
+         "\"\n" + more + "\n";
+}
+
+TEST_P(OpencvEngine, LeavesFeaturesToOnnxRuntime) {
+  EXPECT_THAT(refusal(test::smallOnnx(8, 4), layerToml("mean", "features = 3")),
+              FailsWith(ErrorCode::unsupportedFile, "`features`", "onnxruntime"));
+}
+
+TEST_P(Engine, IdentityChangesWithTheNetworkAndItsPreprocessing) {
+  const auto first = open(test::smallOnnx(8, 4), modelToml("small.onnx", 8))->identity();
+  EXPECT_EQ(first.substr(0, 6), "small ");
+  EXPECT_EQ(open(test::smallOnnx(8, 4), modelToml("small.onnx", 8, "license = \"MIT\""))->identity(), first);
+  EXPECT_NE(open(test::smallOnnx(8, 4), modelToml("small.onnx", 8, "crop = 0.5"))->identity(), first);
+  EXPECT_NE(
+      open(test::smallOnnx(8, 4, [](auto& g) { setWeights(g, 1); }), modelToml("small.onnx", 8))->identity(),
+      first);
+}
+
+TEST_P(Engine, SaysWhenLabelsAndOutputsAreNotAsMany) {
+  EXPECT_THAT(refusal(test::smallOnnx(8, 4), modelToml("small.onnx", 8), 5),
+              FailsWith(ErrorCode::mismatch, "4", "5"));
+  EXPECT_THAT(refusal(test::smallOnnx(8, 4), modelToml("small.onnx", 8), 3),
+              FailsWith(ErrorCode::mismatch, "4", "3"));
+}
+
+TEST_P(Engine, SaysWhenOutputsAreNotFinite) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  for (const std::string more : {"", "softmax = true"})
+    EXPECT_THAT(refusal(test::smallOnnx(8, 4,
+                                        [&](auto& g) {
+                                          endWithLogits(g);
+                                          setWeights(g, nan);
+                                        }),
+                        modelToml("small.onnx", 8, more)),
+                FailsWith(ErrorCode::labelerFailure, "nan"));
+}
+
+TEST_P(Engine, SuggestsSoftmaxWhenOutputsAreNoProbabilities) {
+  for (const float weight : {-1.0F, 1.0F})
+    EXPECT_THAT(refusal(test::smallOnnx(8, 4,
+                                        [&](auto& g) {
+                                          endWithLogits(g);
+                                          setWeights(g, weight);
+                                        }),
+                        modelToml("small.onnx", 8)),
+                FailsWith(ErrorCode::labelerFailure, "softmax"));
+}
+
+TEST_P(Engine, NamesTheOperatorThatItCannotRun) {
+  const auto unknown = [](onnx::GraphProto& g) { g.mutable_node(0)->set_op_type("FancyPool"); };
+  EXPECT_THAT(refusal(test::smallOnnx(8, 4, unknown), modelToml("small.onnx", 8)),
+              FailsWith(ErrorCode::unsupportedFile, "FancyPool"));
+}
+
+TEST_P(Engine, SaysWhenTheInputHasAnotherSize) {
+  EXPECT_THAT(refusal(test::smallOnnx(8, 4), modelToml("small.onnx", 9)),
+              FailsWith(ErrorCode::mismatch, "1×3×8×8", "1×3×9×9", "`input`"));
+}
+
+TEST_P(Engine, RunsANetworkForAnySize) {
+  const auto any = [](bool named) {
+    return [named](onnx::GraphProto& g) {
+      for (auto* value : {g.mutable_input(0), g.mutable_output(0)})
+        for (auto& size : *value->mutable_type()->mutable_tensor_type()->mutable_shape()->mutable_dim())
+          if (&size != &value->type().tensor_type().shape().dim(1)) {
+            size.clear_dim_value();
+            if (named)
+              size.set_dim_param("n" + std::to_string(&size - &value->type().tensor_type().shape().dim(0)));
+          }
+    };
+  };
+  const cv::Mat image(30, 40, CV_8UC3, cv::Scalar(10, 20, 30));
+  const auto fixed = open(test::smallOnnx(9, 4), modelToml("small.onnx", 9))->label(image);
+  for (const bool named : {true, false})
+    EXPECT_EQ(open(test::smallOnnx(8, 4, any(named)), modelToml("small.onnx", 9))->label(image), fixed);
+}
+
+TEST_P(Engine, SaysWhenANetworkForAnySizeCannotHaveThisOne) {
+  const auto anySizeButNot = [](onnx::GraphProto& g) {  // a filter of 8×8 gives one pixel for 8×8 only
+    auto* shape = g.mutable_input(0)->mutable_type()->mutable_tensor_type()->mutable_shape();
+    shape->mutable_dim(2)->set_dim_param("height");
+    shape->mutable_dim(3)->set_dim_param("width");
+    auto* pool = g.mutable_node(0);
+    pool->set_op_type("AveragePool");
+    auto* kernel = pool->add_attribute();
+    kernel->set_name("kernel_shape");
+    kernel->set_type(onnx::AttributeProto::INTS);
+    kernel->add_ints(8);
+    kernel->add_ints(8);
+  };
+  EXPECT_NO_THROW(open(test::smallOnnx(8, 4, anySizeButNot), modelToml("small.onnx", 8)));
+  EXPECT_THAT(refusal(test::smallOnnx(8, 4, anySizeButNot), modelToml("small.onnx", 4)).message,
+              HasSubstr("small"));
+  EXPECT_THAT(refusal(test::smallOnnx(8, 4, anySizeButNot), modelToml("small.onnx", 9)).message,
+              HasSubstr("4"));
+}
+
+void putElsewhere(onnx::TensorProto* weights) {
+  weights->set_name("weights");
+  weights->clear_float_data();
+  weights->set_data_location(onnx::TensorProto::EXTERNAL);
+  auto* location = weights->add_external_data();
+  location->set_key("location");
+  location->set_value("labels.txt");
+}
+
+TEST_P(Engine, RefusesWeightsInOtherFiles) {
+  using Graph = onnx::GraphProto;
+  const auto attribute = [](Graph& g) { return g.mutable_node(0)->add_attribute(); };
+  const std::vector<std::pair<std::string, std::function<void(Graph&)>>> places = {
+      {"initializer", [](Graph& g) { putElsewhere(g.mutable_initializer(0)); }},
+      {"sparse values", [](Graph& g) { putElsewhere(g.add_sparse_initializer()->mutable_values()); }},
+      {"sparse indices", [](Graph& g) { putElsewhere(g.add_sparse_initializer()->mutable_indices()); }},
+      {"t", [&](Graph& g) { putElsewhere(attribute(g)->mutable_t()); }},
+      {"tensors", [&](Graph& g) { putElsewhere(attribute(g)->add_tensors()); }},
+      {"sparse_tensor",
+       [&](Graph& g) { putElsewhere(attribute(g)->mutable_sparse_tensor()->mutable_values()); }},
+      {"sparse_tensors",
+       [&](Graph& g) { putElsewhere(attribute(g)->add_sparse_tensors()->mutable_indices()); }},
+      {"If", [&](Graph& g) { putElsewhere(attribute(g)->mutable_g()->add_initializer()); }},
+      {"graphs", [&](Graph& g) { putElsewhere(attribute(g)->add_graphs()->add_initializer()); }},
+      {"Loop in If", [&](Graph& g) {
+         auto* loop = attribute(g)->mutable_g()->add_node()->add_attribute()->mutable_g();
+         putElsewhere(loop->add_node()->add_attribute()->mutable_t());
+       }}};
+  for (const auto& [place, change] : places)
+    EXPECT_THAT(refusal(test::smallOnnx(8, 4, change), modelToml("small.onnx", 8)),
+                FailsWith(ErrorCode::unsafePath, "small.onnx", "(weights)"))
+        << place;
+}
+
+TEST_P(Engine, RefusesWeightsInOtherFilesOutsideOfTheGraph) {
+  using Model = onnx::ModelProto;
+  const std::vector<std::pair<std::string, std::function<void(Model&)>>> places = {
+      {"function",
+       [](Model& m) { putElsewhere(m.add_functions()->add_node()->add_attribute()->mutable_t()); }},
+      {"default of a function",  // a field that came after ONNX 1.12
+       [](Model& m) {
+         auto* function = m.add_functions();
+         onnx::AttributeProto attribute;
+         putElsewhere(attribute.mutable_g()->add_initializer());
+         function->GetReflection()->MutableUnknownFields(function)->AddLengthDelimited(
+             11, attribute.SerializeAsString());
+       }},
+      {"initialization",
+       [](Model& m) { putElsewhere(m.add_training_info()->mutable_initialization()->add_initializer()); }},
+      {"algorithm",
+       [](Model& m) { putElsewhere(m.add_training_info()->mutable_algorithm()->add_initializer()); }}};
+  for (const auto& [place, change] : places) {
+    Model model;
+    ASSERT_TRUE(model.ParseFromString(test::smallOnnx(8, 4)));
+    change(model);
+    EXPECT_THAT(refusal(model.SerializeAsString(), modelToml("small.onnx", 8)),
+                FailsWith(ErrorCode::unsafePath, "small.onnx", "(weights)"))
+        << place;
+  }
+}
+
+TEST_P(Engine, RefusesGraphsNestedWithoutEnd) {
+  const auto nested = [](onnx::GraphProto& g) {
+    auto* inner = &g;
+    for (int i = 0; i < 1000; ++i) inner = inner->add_node()->add_attribute()->mutable_g();
+  };
+  EXPECT_THAT(refusal(test::smallOnnx(8, 4, nested), modelToml("small.onnx", 8)),
+              FailsWith(ErrorCode::malformedFile, "small.onnx"));
+}
+
+TEST_P(Engine, RefusesANetworkOfSeveralInputs) {
+  const auto second = [](onnx::GraphProto& g) {
+    *g.add_input() = g.input(0);
+    g.mutable_input(1)->set_name("mask");
+    g.mutable_input(1)->mutable_type()->mutable_tensor_type()->mutable_shape()->mutable_dim(1)->set_dim_value(
+        1);
+  };
+  EXPECT_THAT(refusal(test::smallOnnx(8, 4, second), modelToml("small.onnx", 8)),
+              FailsWith(ErrorCode::mismatch, "1×1×8×8"));
+}
+
+TEST_P(Engine, LabelsBatchesLikeImages) {
+  const auto labeler = open(test::smallOnnx(8, 4), modelToml("small.onnx", 8));
+  std::vector<Prepared> batch;
+  for (int i = 0; i < 37; ++i)
+    batch.push_back(labeler->prepare(cv::Mat(30, 40, CV_8UC3, cv::Scalar(i, 2 * i, 255 - i))));
+  for (const int threads : {1, 2}) {
+    const auto several = loadModel(scratch_.path().string(), {GetParam(), threads});
+    EXPECT_GE(several->batchSize(), 1U);
+    const auto results = several->inferBatch(batch);
+    ASSERT_EQ(results.size(), batch.size());
+    for (std::size_t i = 0; i < batch.size(); ++i) {
+      EXPECT_EQ(results[i].problem, "");
+      EXPECT_EQ(results[i].descriptor, labeler->infer(batch[i]));
+    }
+    EXPECT_TRUE(several->inferBatch({}).empty());
+  }
+}
+
+TEST_P(Engine, NamesItselfToCachesOnly) {
+  const auto labeler = open(test::smallOnnx(8, 4), modelToml("small.onnx", 8));
+  EXPECT_EQ(labeler->cacheKey(), labeler->identity() + " " + versionOf(GetParam()));
+  EXPECT_EQ(labeler->identity().find(GetParam()), std::string::npos);
+}
+
+TEST_P(Engine, ListsTheOutputsWhenThereAreSeveral) {
+  const auto twoOutputs = [](onnx::GraphProto& g) {
+    auto* copy = g.add_node();
+    copy->set_op_type("Softmax");
+    copy->set_name("second");
+    copy->add_input("row");
+    copy->add_output("second");
+    *g.add_output() = g.output(0);
+    g.mutable_output(1)->set_name("second");
+  };
+  EXPECT_THAT(refusal(test::smallOnnx(8, 4, twoOutputs), modelToml("small.onnx", 8)),
+              FailsWith(ErrorCode::mismatch, "probabilities", "second", "`output`"));
+}
+
+TEST_P(Engine, SaysWhenAFileIsMissingBrokenOrUnknown) {
+  const std::string good = test::smallOnnx(8, 4);
+  EXPECT_THAT(refusal(good, modelToml("other.onnx", 8)), FailsWith(ErrorCode::fileNotFound, "other.onnx"));
+  EXPECT_THAT(refusal("this is no network", modelToml("small.onnx", 8)),
+              FailsWith(ErrorCode::malformedFile, "small.onnx"));
+  EXPECT_THAT(refusal("", modelToml("small.onnx", 8)), FailsWith(ErrorCode::malformedFile, "small.onnx"));
+  EXPECT_THAT(refusal(good, modelToml("small.h5", 8), 4, "small.h5"),
+              FailsWith(ErrorCode::unsupportedFile, "small.h5", ".onnx"));
+  EXPECT_THAT(refusal(good.substr(0, good.size() / 2), modelToml("small.onnx", 8)),
+              FailsWith(ErrorCode::malformedFile, "small.onnx"));
+  EXPECT_THAT(refusal(good, modelToml("small.tflite", 8), 4, "small.tflite"),
+              FailsWith(ErrorCode::unsupportedFile, "small.tflite", "estancia models add"));
+}
+
+TEST_P(Engine, ComparesDigests) {
+  const std::string good = test::smallOnnx(8, 4);
+  const auto toml = [](const std::string& digest) {
+    return modelToml("small.onnx", 8, "[sha256]\n\"small.onnx\" = \"" + digest + "\"");
+  };
+  EXPECT_NO_THROW(open(good, toml(sha256(good))));
+  EXPECT_THAT(refusal(good, toml(sha256("other"))),
+              FailsWith(ErrorCode::corruptFile, "small.onnx", sha256("other")));
+}
+
+TEST_P(Engine, DoesNotFollowLinksOutOfTheFolder) {
+  const test::ScratchFolder elsewhere;
+  writeFile(elsewhere / "small.onnx", test::smallOnnx(8, 4));
+  writeFile(scratch_ / "labels.txt", test::labelLines(4));
+  writeFile(scratch_ / "model.toml", modelToml("small.onnx", 8));
+  std::filesystem::create_symlink(elsewhere / "small.onnx", scratch_ / "small.onnx");
+  EXPECT_THAT([&] { loadModel(scratch_.path().string()); }, FailsWith(ErrorCode::unsafePath, "small.onnx"));
+}
+
+const char* const prototxt = R"(name: "small"
+input: "data" input_dim: 1 input_dim: 3 input_dim: 8 input_dim: 8
+layer { name: "mean" type: "Pooling" bottom: "data" top: "mean" pooling_param { pool: AVE global_pooling: true } }
+layer { name: "prob" type: "Softmax" bottom: "mean" top: "prob" }
+)";
+const std::string emptyCaffemodel = "\x0a\x05small";  // a NetParameter with nothing but its name
+
+TEST_P(OpencvEngine, OpensCaffe) {
+  writeFile(scratch_ / "deploy.prototxt", prototxt);
+  const auto labeler =
+      open(emptyCaffemodel, modelToml("net.caffemodel", 8, "config = \"deploy.prototxt\"\nscale = 0.1"), 3,
+           "net.caffemodel");
+  const auto words = labeler->label(cv::Mat(8, 8, CV_8UC3, cv::Scalar(10, 20, 30)));
+  const double sum = std::exp(1.0) + std::exp(2.0) + std::exp(3.0);
+  for (std::size_t i = 0; i < 3; ++i)
+    EXPECT_NEAR(words[i], std::exp(1.0 + static_cast<double>(i)) / sum, 1e-5);
+}
+
+TEST_P(OpencvEngine, AsksForTheLayersOfACaffemodel) {
+  EXPECT_THAT(refusal(emptyCaffemodel, modelToml("net.caffemodel", 8), 3, "net.caffemodel"),
+              FailsWith(ErrorCode::invalidInput, "prototxt", "`config`"));
+  const std::string toml = modelToml("net.caffemodel", 8, "config = \"deploy.prototxt\"");
+  std::string unknown = prototxt;
+  unknown.replace(unknown.find("Softmax"), 7, "Wonder");
+  writeFile(scratch_ / "deploy.prototxt", unknown);
+  EXPECT_THAT(refusal(emptyCaffemodel, toml, 3, "net.caffemodel"),
+              FailsWith(ErrorCode::mismatch, "small", "Wonder"));
+  writeFile(scratch_ / "deploy.prototxt", "this is {{{ no network");
+  EXPECT_THAT(refusal(emptyCaffemodel, toml, 3, "net.caffemodel"),
+              FailsWith(ErrorCode::unsupportedFile, "net.caffemodel"));
+}
+
+/// One field of a protobuf message: length-delimited.
+std::string field(int number, const std::string& bytes) {
+  return std::string(1, static_cast<char>(number << 3 | 2)) + static_cast<char>(bytes.size()) + bytes;
+}
+
+/// A node of a TensorFlow GraphDef: name, operator, inputs, and the type float for attribute "T" or "dtype".
+std::string tensorflowNode(const std::string& name, const std::string& op, const std::string& input) {
+  const std::string typeFloat = "\x30\x01";  // AttrValue.type = DT_FLOAT
+  std::string node = field(1, name) + field(2, op);
+  if (!input.empty()) node += field(3, input);
+  return field(1, node + field(5, field(1, input.empty() ? "dtype" : "T") + field(2, typeFloat)));
+}
+
+TEST_P(OpencvEngine, OpensTensorflow) {
+  const auto labeler =
+      open(tensorflowNode("input", "Placeholder", "") + tensorflowNode("prob", "Softmax", "input"),
+           modelToml("net.pb", 1, "scale = 0.1"), 3, "net.pb");
+  const auto words = labeler->label(cv::Mat(8, 8, CV_8UC3, cv::Scalar(10, 20, 30)));
+  const double sum = std::exp(1.0) + std::exp(2.0) + std::exp(3.0);
+  for (std::size_t i = 0; i < 3; ++i)
+    EXPECT_NEAR(words[i], std::exp(1.0 + static_cast<double>(i)) / sum, 1e-5);
+}
+
+TEST_P(OpencvEngine, NamesTheTensorflowOperatorThatItCannotRun) {
+  EXPECT_THAT(refusal(tensorflowNode("input", "Placeholder", "") + tensorflowNode("x", "Wonder", "input"),
+                      modelToml("net.pb", 1), 3, "net.pb"),
+              FailsWith(ErrorCode::mismatch, "small", "Wonder"));
+}
+
+/// What only the choice between engines shows.
+class Engines : public Engine {};
+INSTANTIATE_TEST_SUITE_P(Both, Engines, testing::Values("onnxruntime"),
+                         [](const auto& param) { return param.param; });
+
+TEST_P(Engines, GiveTheFeaturesOfAnInnerLayerAsShares) {
+  const cv::Mat image(30, 40, CV_8UC3, cv::Scalar(10, 20, 30));
+  const auto colors = open(test::smallOnnx(8, 4), layerToml("mean", "features = 3"));
+  EXPECT_EQ(colors->vocabulary()[2], "layer 2");
+  const auto shares = colors->label(image);
+  ASSERT_EQ(shares.size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(shares[i], static_cast<double>(i + 1) / 6, 1e-6);
+  // 0.8, 1.1, 1.4, 0.7 of LabelsAnImage above
+  const auto scores = open(test::smallOnnx(8, 4), layerToml("row", "features = 4"))->label(image);
+  EXPECT_NEAR(scores[2], 0.35, 1e-6);
+  EXPECT_NE(open(test::smallOnnx(8, 4), layerToml("row", "features = 4"))->identity(),
+            open(test::smallOnnx(8, 4), layerToml("scores", "features = 4"))->identity());
+}
+
+TEST_P(Engines, RefuseInnerLayersThatAreNoFeatures) {
+  const std::string network = test::smallOnnx(8, 4);
+  EXPECT_THAT(refusal(network, layerToml("nothing", "features = 3")),
+              FailsWith(ErrorCode::mismatch, "probabilities", "`output`"));
+  EXPECT_THAT(refusal(network, layerToml("mean", "features = 4")), FailsWith(ErrorCode::mismatch, "3", "4"));
+  EXPECT_THAT(refusal(network, layerToml("mean", "")), FailsWith(ErrorCode::malformedFile, "`labels`"));
+  EXPECT_THAT(refusal(network, layerToml("mean", "features = 1")),
+              FailsWith(ErrorCode::malformedFile, "`features`", "2"));
+  for (const std::string more :
+       {"labels = \"labels.txt\"", "softmax = true", "sigmoid = true", "unused = [0]", "reduce = \"max\""})
+    EXPECT_THAT(refusal(network, layerToml("mean", "features = 3\n" + more)),
+                FailsWith(ErrorCode::invalidInput, "`features`"));
+  EXPECT_THAT(
+      refusal(test::smallOnnx(8, 4, [](auto& g) { setWeights(g, -1); }), layerToml("row", "features = 4")),
+      FailsWith(ErrorCode::mismatch, "ReLU"));
+}
+
+TEST_P(Engines, TheBestComesFirstAndATypePinsOne) {
+  EXPECT_EQ(engines(), (std::vector<std::string>{"onnxruntime", "opencv"}));
+  writeFile(scratch_ / "small.onnx", test::smallOnnx(8, 4));
+  writeFile(scratch_ / "labels.txt", test::labelLines(4));
+  const auto openAs = [this](const std::string& type, const std::string& engine) {
+    writeFile(scratch_ / "model.toml", modelToml("small.onnx", 8, "type = \"" + type + "\""));
+    return loadModel(scratch_.path().string(), {engine, 1})->cacheKey();
+  };
+  EXPECT_TRUE(openAs("network", "").ends_with(onnxruntimeVersion()));
+  EXPECT_TRUE(openAs("network", "opencv").ends_with(opencvVersion()));
+  EXPECT_TRUE(openAs("opencv", "").ends_with(opencvVersion()));
+  EXPECT_TRUE(openAs("onnxruntime", "").ends_with(onnxruntimeVersion()));
+  EXPECT_THAT([&] { openAs("opencv", "onnxruntime"); },
+              FailsWith(ErrorCode::invalidOption, "opencv", "--engine"));
+  EXPECT_THAT([&] { openAs("network", "abacus"); },
+              FailsWith(ErrorCode::unknownName, "abacus", "onnxruntime, opencv"));
+}
+
+TEST_P(Engines, AModelIn8BitsKeepsItsNameAndHasAnotherIdentity) {
+  const std::string real = test::smallOnnx(8, 4),
+                    bytes = test::smallOnnx(8, 4, [](auto&graph) { setWeights(graph, 1); });
+  writeFile(scratch_ / "bytes.onnx", bytes);
+  const std::string toml = modelToml("small.onnx", 8, "int8 = \"bytes.onnx\"") +
+                           "[sha256]\n\"small.onnx\" = \"" + sha256(real) + "\"\n\"bytes.onnx\" = \"" +
+                           sha256(bytes) + "\"\n";
+  const std::string alone = open(real, modelToml("small.onnx", 8))->identity();
+  EXPECT_EQ(open(real, toml)->identity(), alone);  // the other file does not count
+  LabelerOptions options;
+  options.precision = Precision::int8;
+  const std::string model = scratch_.path().string();
+  EXPECT_THAT(loadModel(model, options)->identity(), testing::StartsWith("small int8-"));
+  EXPECT_NE(loadModel(model, options)->cacheKey(), loadModel(model)->cacheKey());
+  options.onDemand = true;  // knows it at once
+  EXPECT_EQ(loadModel(model, options)->identity(), checkModel(model, options).identity);
+  EXPECT_EQ(checkModel(model, options).spec.name, "small");
+  writeFile(scratch_ / "bytes.onnx", real);
+  EXPECT_THAT([&] { loadModel(model, options); }, FailsWith(ErrorCode::corruptFile, "bytes.onnx"));
+  EXPECT_NO_THROW(loadModel(model));
+}
+
+TEST_P(Engines, In8BitsNeedTheFileAndOnnxruntime) {
+  LabelerOptions options;
+  options.precision = Precision::int8;
+  open(test::smallOnnx(8, 4), modelToml("small.onnx", 8));
+  EXPECT_THAT([&] { loadModel(scratch_.path().string(), options); },
+              FailsWith(ErrorCode::unsupportedFile, "models quantize", "small"));
+  writeFile(scratch_ / "bytes.onnx", test::smallOnnx(8, 4));
+  writeFile(scratch_ / "model.toml", modelToml("small.onnx", 8, "int8 = \"bytes.onnx\""));
+  options.engine = "opencv";
+  EXPECT_THAT([&] { loadModel(scratch_.path().string(), options); },
+              FailsWith(ErrorCode::invalidOption, "opencv", "--precision"));
+}
+
+TEST_P(Engines, CaffeStaysWithOpencv) {
+  writeFile(scratch_ / "net.caffemodel", emptyCaffemodel);
+  writeFile(scratch_ / "deploy.prototxt", prototxt);
+  writeFile(scratch_ / "labels.txt", test::labelLines(3));
+  writeFile(scratch_ / "model.toml",
+            modelToml("net.caffemodel", 8, "config = \"deploy.prototxt\"\nscale = 0.1"));
+  EXPECT_TRUE(loadModel(scratch_.path().string())->cacheKey().ends_with(opencvVersion()));
+  EXPECT_EQ(enginesFor(readModelSpec(scratch_.path())), std::vector<std::string>{"opencv"});
+  EXPECT_THAT(
+      [&] {
+        loadModel(scratch_.path().string(), {"onnxruntime", 1});
+      },
+      FailsWith(ErrorCode::unsupportedFile, "net.caffemodel", "opencv"));
+}
+
+TEST_P(Engines, RefuseWhatAnotherLabelerPrepared) {
+  const auto small = open(test::smallOnnx(8, 4), modelToml("small.onnx", 8));
+  const auto large = open(test::smallOnnx(9, 4), modelToml("small.onnx", 9));
+  const Prepared image = large->prepare(cv::Mat(30, 40, CV_8UC3, cv::Scalar(10, 20, 30)));
+  EXPECT_THAT([&] { small->infer(image); }, FailsWith(ErrorCode::mismatch, "small"));
+  EXPECT_THAT(
+      [&] {
+        small->inferBatch(std::vector<Prepared>{image, image});
+      },
+      FailsWith(ErrorCode::mismatch, "small"));
+}
+
+TEST_P(Engines, SayWhenTheNetworkChangesBetweenImagesAndBatches) {
+  const auto toml = modelToml("small.onnx", 8);
+  open(test::smallOnnx(8, 4), toml);
+  const auto labeler = loadModel(scratch_.path().string(), {"onnxruntime", 2});
+  writeFile(scratch_ / "small.onnx", test::smallOnnx(8, 4, [](auto& g) { setWeights(g, 1); }));
+  const std::vector<Prepared> batch(3, labeler->prepare(cv::Mat(8, 8, CV_8UC3, cv::Scalar::all(9))));
+  EXPECT_THAT([&] { labeler->inferBatch(batch); }, FailsWith(ErrorCode::corruptFile, "small.onnx"));
+}
+
+}  // namespace
+}  // namespace estancia

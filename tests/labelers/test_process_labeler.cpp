@@ -1,0 +1,405 @@
+// Programs as labelers, the well and the badly behaved. Scripts run in the model's folder.
+// SPDX-License-Identifier: Apache-2.0
+#include <dirent.h>
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "estancia/labelers/model.hpp"
+#include "support/errors.hpp"
+#include "support/model_support.hpp"
+
+namespace estancia {
+namespace {
+namespace fs = std::filesystem;
+
+using test::FailsWith;
+using test::livesOn;
+using test::readFile;
+using test::writeFile;
+using testing::ElementsAre;
+
+/// A loop that answers every image with `labels`.
+std::string answering(const std::string& labels) {
+  return "while read -r image; do printf '{\"image\": \"%s\", \"labels\": " + labels +
+         "}\\n' \"$image\"; done\n";
+}
+
+const cv::Mat& grayImage() {
+  static const cv::Mat image(4, 6, CV_8UC3, cv::Scalar::all(128));
+  return image;
+}
+
+std::size_t openFiles() {
+  std::size_t count = 0;
+  for ([[maybe_unused]] const auto& entry : fs::directory_iterator("/proc/self/fd")) ++count;
+  return count;
+}
+
+class ProcessLabeler : public testing::Test {
+ protected:
+  std::unique_ptr<Labeler> open(const std::string& script, const std::string& more = "") {
+    writeFile(scratch_ / "labeler.sh", script);
+    return openCommand(R"(["sh", "labeler.sh"])", more);
+  }
+  std::unique_ptr<Labeler> openCommand(const std::string& command, const std::string& more = "") {
+    writeFile(scratch_ / "model.toml",
+              "name = \"mine\"\ntype = \"process\"\ncommand = " + command + "\n" + more + "\n");
+    return loadModel(scratch_.path().string());
+  }
+  /// What labeling one image with this script complains about.
+  test::Caught refusal(const std::string& script, const std::string& more = "") {
+    const auto labeler = open(script, more);
+    return test::caught([&] { labeler->label(grayImage()); });
+  }
+  void TearDown() override {
+    EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1) << "a child is left";
+    EXPECT_EQ(errno, ECHILD);
+  }
+  test::ScratchFolder scratch_;
+};
+
+TEST_F(ProcessLabeler, LabelsImages) {
+  writeFile(scratch_ / "labels.txt", "mug\ncup\nspoon\n");
+  const auto labeler =
+      open(answering(R"({"cup": 0.75, "mug": 0.25, "unheard of": 1})"), "labels = \"labels.txt\"");
+  EXPECT_FALSE(labeler->discovers());
+  EXPECT_TRUE(labeler->needsImage());
+  for (int i = 0; i < 3; ++i) EXPECT_THAT(labeler->label(grayImage()), ElementsAre(0.25F, 0.75F, 0));
+  EXPECT_EQ(labeler->identity().substr(0, 5), "mine ");
+}
+
+TEST_F(ProcessLabeler, TakesNoMoreThanTheMachineHasAndIsEndedFirst) {
+  const test::Caught caught = refusal(
+      "read -r image; sleep 0.2; echo oom $(cat /proc/self/oom_score_adj) core $(ulimit -c) data $(ulimit "
+      "-d) >&2; "
+      "exit 3\n");
+  const long kibibytes = sysconf(_SC_PHYS_PAGES) * (sysconf(_SC_PAGESIZE) / 1024);
+  EXPECT_THAT(caught.message, testing::HasSubstr("oom 1000 core 0 data " + std::to_string(kibibytes)));
+}
+
+TEST_F(ProcessLabeler, HandsOverTheWholeImageAndTakesItAway) {
+  cv::Mat image(30, 40, CV_8UC3);
+  cv::RNG(1).fill(image, cv::RNG::UNIFORM, 0, 256);
+  std::string path;
+  {
+    const auto labeler = open(
+        "read -r image; echo \"$image\" >path; cp \"$image\" copy.png\n"
+        "printf '{\"image\": \"%s\", \"labels\": {\"noise\": 1}}\\n' \"$image\"; read -r none\n");
+    labeler->label(image);
+    path = readFile(scratch_ / "path");
+    path.pop_back();
+    EXPECT_EQ(cv::norm(cv::imread(scratch_ / "copy.png"), image, cv::NORM_INF), 0);
+    EXPECT_FALSE(fs::exists(path));
+    struct stat folder {};
+    ASSERT_EQ(stat(fs::path(path).parent_path().c_str(), &folder), 0);
+    EXPECT_EQ(folder.st_mode & 0777U, 0700U) << "nobody else may look";
+  }
+  EXPECT_FALSE(fs::exists(fs::path(path).parent_path()));
+}
+
+TEST_F(ProcessLabeler, DiscoversWordsTheSurestFirst) {
+  const auto labeler = open(
+      "n=0; while read -r image; do n=$((n + 1))\n"
+      "if [ $n = 1 ]; then l='[{\"label\": \"b\", \"confidence\": 0.1}, {\"label\": "
+      "\"c\", \"confidence\": 0.9}, {\"label\": \"a\", \"confidence\": 0.1}]'\n"
+      "else l='{\"d\": 0.5, \"c\": 0.25, \"e\": 0}'; fi\n"
+      "echo \"{\\\"image\\\": \\\"$image\\\", \\\"labels\\\": $l}\"; done\n");
+  EXPECT_TRUE(labeler->discovers());
+  EXPECT_THAT([&] { labeler->vocabulary(); }, FailsWith(ErrorCode::invalidState));
+  EXPECT_THAT(labeler->label(grayImage()), ElementsAre(0.9F, 0.1F, 0.1F));
+  EXPECT_THAT(labeler->vocabulary().labels(), ElementsAre("c", "a", "b"));
+  EXPECT_THAT(labeler->label(grayImage()), ElementsAre(0.25F, 0, 0, 0.5F));
+  EXPECT_THAT(labeler->vocabulary().labels(), ElementsAre("c", "a", "b", "d"));
+  const std::vector<LabelProbability> remembered{{"z", 0.5F}, {"a", 0.25F}};
+  EXPECT_THAT(labeler->adopt(remembered), ElementsAre(0, 0.25F, 0, 0, 0.5F));
+}
+
+TEST_F(ProcessLabeler, KeepsTheBestWords) {
+  const auto labeler = open(answering(R"({"a": 0.1, "b": 0.5, "c": 0.3})"), "best = 2");
+  EXPECT_THAT(labeler->label(grayImage()), ElementsAre(0.5F, 0.3F));
+  EXPECT_THAT(labeler->vocabulary().labels(), ElementsAre("b", "c"));
+}
+
+TEST_F(ProcessLabeler, TellsLabelsOfOneNameApartByTheirOrder) {
+  writeFile(scratch_ / "labels.txt", "crane\nheron\ncrane\n");
+  const auto labeler = open(answering(R"([{"label": "crane", "confidence": 0.1},
+      {"label": "crane", "confidence": 0.6}, {"label": "crane", "confidence": 0.3}])"),
+                            "labels = \"labels.txt\"");
+  // A line of shell, but printf keeps the line ends inside JSON out of it: the answer must be one line.
+  EXPECT_THAT([&] { labeler->label(grayImage()); }, FailsWith(ErrorCode::malformedFile, "model mine: "));
+  const auto sound = open(
+      answering(
+          R"([{"label": "crane", "confidence": 0.1}, {"label": "crane", "confidence": 0.6}, {"label": "crane", "confidence": 0.7}])"),
+      "labels = \"labels.txt\"");
+  EXPECT_THAT(sound->label(grayImage()), ElementsAre(0.1F, 0, 0.7F));
+}
+
+TEST_F(ProcessLabeler, ScalesAndClamps) {
+  EXPECT_THAT(open(answering(R"({"cup": 87, "mug": 5})"), "scale = 0.01")->label(grayImage()),
+              ElementsAre(testing::FloatEq(0.87F), testing::FloatEq(0.05F)));
+  EXPECT_THAT(open(answering(R"({"cup": 1.00005, "mug": -0.00001})"))->label(grayImage()), ElementsAre(1));
+}
+
+TEST_F(ProcessLabeler, GoesOnAfterAnImageThatCannotBeLabeled) {
+  const auto labeler =
+      open("read -r image; echo \"{\\\"image\\\": \\\"$image\\\", \\\"error\\\": \\\"too dark\\\"}\"\n" +
+           answering(R"({"cup": 1})"));
+  const std::vector<Prepared> batch{labeler->prepare(grayImage()), labeler->prepare(grayImage())};
+  const auto results = labeler->inferBatch(batch);
+  EXPECT_EQ(results[0].problem, "model mine: too dark");
+  EXPECT_EQ(results[1].problem, "");
+  EXPECT_THAT(results[1].descriptor, ElementsAre(1));
+}
+
+TEST_F(ProcessLabeler, RefusesNonsense) {
+  const auto refusalOf = [&](const std::string& line) {
+    return refusal("read -r image\ncat <<END\n" + line + "\nEND\nread -r none\n");
+  };
+  const std::string image = R"({"image": "$image", "labels": )";
+  const std::pair<std::string, std::string> cases[] = {
+      {"Loading weights ...", "\"Loading weights ...\""},
+      {image + R"({"cup": NaN}})", "NaN"},
+      {image + R"({"cup": 1e999}})", "JSON"},
+      {image + R"({"cup": 87}})", "87 for \"cup\""},
+      {image + R"({"cup": -0.2}})", "-0.2 for \"cup\""},
+      {image + R"({"cup": 1.001}})", "1.001 for \"cup\""},
+      {image + R"({"cup": "high"}})", "\"cup\""},
+      {image + R"({" ": 1}})", "label"},
+      {image + "\"cup\"}", "labels"},
+      {image + R"([{"label": "cup"}]})", "\"confidence\""},
+      {image + R"([{"label": 3, "confidence": 1}]})", "\"label\""},
+      {image + R"([7]})", "\"label\""},
+      {R"({"image": "$image"})", "/labels"},
+      {image + std::string(2000, '['), "64"},
+      {"", "JSON"}};
+  for (const auto& [line, expected] : cases)
+    EXPECT_THAT(refusalOf(line), FailsWith(ErrorCode::malformedFile, "model mine: ", expected)) << line;
+  EXPECT_THAT(refusalOf(R"({"image": "other.png", "labels": {}})"),
+              FailsWith(ErrorCode::labelerFailure, "model mine: ", "\"other.png\""));
+  EXPECT_THAT(refusalOf(R"({"labels": {"cup": 1}})"),
+              FailsWith(ErrorCode::labelerFailure, "model mine: ", "\"image\""));
+}
+
+TEST_F(ProcessLabeler, RefusesAnswersThatNobodyAskedFor) {
+  const auto labeler = open(
+      "while read -r image; do l=\"{\\\"image\\\": \\\"$image\\\", \\\"labels\\\": {\\\"cup\\\": 1}}\"\n"
+      "printf '%s\\n%s\\n' \"$l\" \"$l\"; done\n");
+  labeler->label(grayImage());
+  EXPECT_THAT([&] { labeler->label(grayImage()); }, FailsWith(ErrorCode::labelerFailure, "model mine: "));
+}
+
+TEST_F(ProcessLabeler, IsStartedAgainOnce) {
+  const auto labeler = open(
+      "read -r image; [ -e died ] || { touch died; exit 3; }\n"
+      "printf '{\"image\": \"%s\", \"labels\": {\"cup\": 1}}\\n' \"$image\"\n");
+  // It ends after every answer: that is a new start an image, but no failure.
+  for (int i = 0; i < 3; ++i) EXPECT_THAT(labeler->label(grayImage()), ElementsAre(1));
+  EXPECT_TRUE(fs::exists(scratch_ / "died"));
+}
+
+TEST_F(ProcessLabeler, SaysHowAndWhyItDied) {
+  EXPECT_THAT(refusal("echo one >&2; echo 'two\tthree' >&2; exit 3\n"),
+              FailsWith(ErrorCode::labelerFailure, "exit status 3", "one | two"));
+  EXPECT_THAT(refusal("kill -SEGV $$\n"), FailsWith(ErrorCode::labelerFailure, "signal 11"));
+  EXPECT_THAT(refusal("exit 0\n"), FailsWith(ErrorCode::labelerFailure, "exit status 0"));
+  EXPECT_THAT(refusal("exec >&-; exec sleep 1000\n"), FailsWith(ErrorCode::labelerFailure, "stdout"));
+}
+
+TEST_F(ProcessLabeler, CannotBeStarted) {
+  const auto refusalOf = [&](const std::string& command) {
+    const auto labeler = openCommand(command);
+    return test::caught([&] { labeler->label(grayImage()); });
+  };
+  EXPECT_THAT(refusalOf(R"(["no-such-program"])"),
+              FailsWith(ErrorCode::missingDependency, "no-such-program", "No such file", "`command`"));
+  writeFile(scratch_ / "not-executable", "");
+  EXPECT_THAT(refusalOf(R"(["./not-executable"])"),
+              FailsWith(ErrorCode::missingDependency, "./not-executable", "Permission denied"));
+}
+
+TEST_F(ProcessLabeler, RunsAProgramOfItsOwnFolder) {
+  writeFile(scratch_ / "program", "#!/bin/sh\n" + answering(R"({"cup": 1})"));
+  fs::permissions(scratch_ / "program", fs::perms::owner_all);
+  EXPECT_THAT(openCommand(R"(["program"])")->label(grayImage()), ElementsAre(1));
+}
+
+TEST_F(ProcessLabeler, NeverAnswers) {
+  EXPECT_THAT(refusal("exec sleep 1000\n", "start_timeout = 0.05"),
+              FailsWith(ErrorCode::labelerFailure, "0.05 s"));
+  EXPECT_THAT(refusal("exec <&-; exec sleep 1000\n", "start_timeout = 0.05"),
+              FailsWith(ErrorCode::labelerFailure))
+      << "a closed stdin must not raise SIGPIPE";
+  EXPECT_THAT(refusal("read -r image; while :; do printf x; sleep 0.01; done\n", "start_timeout = 0.2"),
+              FailsWith(ErrorCode::labelerFailure, "0.2 s"))
+      << "dribbling is no answer";
+}
+
+TEST_F(ProcessLabeler, AHangingOneIsKilledWithItsChildrenAndStartedAgain) {
+  const auto labeler =
+      open("if [ -e first ]; then\n" + answering(R"({"cup": 0.5})") +
+               "fi; touch first; echo $$ >parent; sleep 1000 & echo $! >child\n"
+               "read -r image; printf '{\"image\": \"%s\", \"labels\": {\"cup\": 1}}\\n' \"$image\"; wait\n",
+           "timeout = 0.1");
+  EXPECT_THAT(labeler->label(grayImage()), ElementsAre(1));
+  EXPECT_THAT(labeler->label(grayImage()), ElementsAre(0.5F));
+  EXPECT_FALSE(livesOn(scratch_ / "parent"));
+  EXPECT_FALSE(livesOn(scratch_ / "child"));
+}
+
+TEST_F(ProcessLabeler, IsEndedWithItsChildrenWhenWeEnd) {
+  open("sleep 1000 & echo $! >child; echo $$ >parent; trap '' TERM HUP INT\n" + answering(R"({"cup": 1})") +
+       "exec sleep 1000\n")
+      ->label(grayImage());
+  EXPECT_FALSE(livesOn(scratch_ / "parent"));
+  EXPECT_FALSE(livesOn(scratch_ / "child"));
+}
+
+/// What becomes of it when our process is killed with an image in its hands.
+class KilledOwner : public ProcessLabeler {
+ protected:
+  void SetUp() override {
+    fs::create_directory(temporary_);
+    setenv("TMPDIR", temporary_.c_str(), 1);
+  }
+  void TearDown() override {
+    unsetenv("TMPDIR");
+    ProcessLabeler::TearDown();
+  }
+  void labelAndBeKilled(const std::string& script, const std::string& command) {
+    const pid_t owner = fork();
+    if (owner == 0) {
+      writeFile(scratch_ / "owner", std::to_string(getpid()));
+      writeFile(scratch_ / "labeler.sh",
+                script + "read -r image; kill -KILL $(cat owner); exec sleep 1000\n");
+      openCommand(command)->label(grayImage());
+      _exit(1);
+    }
+    int status = 0;
+    ASSERT_EQ(waitpid(owner, &status, 0), owner);
+    ASSERT_TRUE(WIFSIGNALED(status));
+  }
+  std::vector<std::string> temporaryFolders() const {
+    std::vector<std::string> names;
+    for (const auto& entry : fs::directory_iterator(temporary_)) names.push_back(entry.path().filename());
+    return names;
+  }
+  const fs::path temporary_ = scratch_ / "tmp";
+};
+
+TEST_F(KilledOwner, TakesItsProgramAndTheChildrenOfThatWithIt) {
+  labelAndBeKilled("trap '' TERM HUP INT; echo $$ >parent; sleep 1000 & echo $! >child\n",
+                   R"(["sh", "labeler.sh"])");
+  EXPECT_FALSE(livesOn(scratch_ / "parent"));
+  EXPECT_FALSE(livesOn(scratch_ / "child"));
+}
+
+TEST_F(KilledOwner, TakesAProgramThatHasLeftItsGroupWithIt) {
+  labelAndBeKilled("echo $$ >parent\n", R"(["setsid", "sh", "labeler.sh"])");
+  EXPECT_FALSE(livesOn(scratch_ / "parent"));
+}
+
+TEST_F(KilledOwner, LeavesAFolderThatGoesWithTheNextStart) {
+  labelAndBeKilled("", R"(["sh", "labeler.sh"])");
+  const auto left = temporaryFolders();
+  ASSERT_EQ(left.size(), 1U);
+  ASSERT_TRUE(fs::exists(temporary_ / left[0] / "000000.png"));
+  writeFile(scratch_ / "precious", "text");
+  fs::create_symlink(scratch_ / "precious", temporary_ / left[0] / "link");
+  {
+    const auto first = openCommand(R"(["sh", "labeler.sh"])");
+    const auto kept = temporaryFolders();
+    ASSERT_EQ(kept.size(), 1U);
+    EXPECT_NE(kept[0], left[0]);
+    const auto second = openCommand(R"(["sh", "labeler.sh"])");
+    EXPECT_EQ(temporaryFolders().size(), 2U) << "the first one is in use";
+  }
+  EXPECT_THAT(temporaryFolders(), testing::IsEmpty());
+  EXPECT_EQ(readFile(scratch_ / "precious"), "text");
+}
+
+TEST_F(KilledOwner, LeavesTheFoldersOfOthersAlone) {
+  const auto abandoned = [&](const fs::path& folder) {
+    writeFile(folder / "estancia.lock", "");
+    writeFile(folder / "000000.png", "");
+    return folder;
+  };
+  abandoned(scratch_ / "elsewhere");
+  fs::create_directory_symlink(scratch_ / "elsewhere", temporary_ / "estancia-linked");
+  const fs::path strange = temporary_ / "estancia-odLock";  // its lock is a link
+  writeFile(strange / "000000.png", "");
+  fs::create_symlink(scratch_ / "elsewhere/estancia.lock", strange / "estancia.lock");
+  writeFile(temporary_ / "estancia-noLock" / "000000.png", "");
+  abandoned(temporary_ / "estancia-longer-name");
+  abandoned(temporary_ / "another");
+  const bool root = geteuid() == 0;
+  const fs::path theirs = root ? abandoned(temporary_ / "estancia-theirs") : temporary_ / "another";
+  ASSERT_EQ(chown(theirs.c_str(), root ? 65534 : geteuid(), root ? 65534 : getegid()), 0);
+  open("");
+  EXPECT_EQ(temporaryFolders().size(), root ? 6U : 5U);
+  for (const auto& name : temporaryFolders())
+    EXPECT_TRUE(fs::exists(temporary_ / name / "000000.png")) << name;
+}
+
+TEST_F(ProcessLabeler, SurvivesFloods) {
+  // On a busy machine the flood may be there before the first question.
+  EXPECT_THAT(refusal("tr '\\0' x </dev/zero\n"), FailsWith(ErrorCode::labelerFailure, "model mine: "));
+  const std::string complaints = "head -c 3000000 /dev/zero | tr '\\0' e >&2\n";
+  EXPECT_THAT(open(complaints + answering(R"({"cup": 1})"))->label(grayImage()), ElementsAre(1));
+  EXPECT_LT(refusal(complaints + "exit 1\n").message.size(), 600U);
+}
+
+TEST_F(ProcessLabeler, InheritsAndLeavesNothing) {
+  const int secret = ::open("/dev/null", O_RDONLY);  // as a careless library opens files: inheritable
+  ASSERT_EQ(dup2(secret, 77), 77);
+  const std::size_t before = openFiles();
+  open("ls /proc/$$/fd >fds\n" + answering(R"({"cup": 1})"))->label(grayImage());
+  refusal("exit 1\n");
+  refusal("exec sleep 1000\n", "start_timeout = 0.05");
+  EXPECT_EQ(openFiles(), before);
+  const std::string descriptors = readFile(scratch_ / "fds");
+  EXPECT_NE(descriptors.find("0\n1\n"), std::string::npos);
+  EXPECT_EQ(descriptors.find("77"), std::string::npos);
+  ::close(secret);
+  ::close(77);
+}
+
+TEST_F(ProcessLabeler, IsAnotherModelWithAnotherScript) {
+  const std::string identity = open(answering(R"({"cup": 1})"))->identity();
+  EXPECT_EQ(open(answering(R"({"cup": 1})"))->identity(), identity);
+  EXPECT_EQ(open(answering(R"({"cup": 1})"), "timeout = 5 # seconds")->identity(), identity);
+  EXPECT_NE(open(answering(R"({"cup": 1})"), "best = 1")->identity(), identity);
+  EXPECT_NE(open(answering(R"({"cup": 0.9})"))->identity(), identity);
+}
+
+TEST_F(ProcessLabeler, ChecksItsSettings) {
+  const auto refusalOf = [&](const std::string& line) { return test::caught([&] { open("", line); }); };
+  EXPECT_THAT(refusalOf("comand = 1"),
+              FailsWith(ErrorCode::malformedFile, "model.toml:4: ", "`comand`", "timeout"));
+  EXPECT_THAT(refusalOf("timeout = 0"), FailsWith(ErrorCode::malformedFile, "`timeout`"));
+  EXPECT_THAT(refusalOf("best = 0"), FailsWith(ErrorCode::malformedFile, "`best`"));
+  EXPECT_THAT(refusalOf("labels_at = \"labels\""), FailsWith(ErrorCode::invalidOption, "labels"));
+  EXPECT_THAT([&] { openCommand("[]"); },
+              FailsWith(ErrorCode::malformedFile, "`command`", "[\"python3\", \"my_labeler.py\"]"));
+  EXPECT_THAT([&] { openCommand("\"sh labeler.sh\""); }, FailsWith(ErrorCode::malformedFile, "`command`"));
+}
+
+TEST_F(ProcessLabeler, IsCopiedWithItsProgram) {
+  const test::ScratchFolder home;
+  setenv("ESTANCIA_HOME", home.path().c_str(), 1);
+  open(answering(R"({"cup": 1})"));
+  const auto check = addModel(scratch_.path());
+  EXPECT_EQ(check.best, "cup");
+  EXPECT_THAT(loadModel("mine")->label(grayImage()), ElementsAre(1));
+  unsetenv("ESTANCIA_HOME");
+}
+
+}  // namespace
+}  // namespace estancia

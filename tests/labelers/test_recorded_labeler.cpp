@@ -1,0 +1,92 @@
+// Recordings as labelers.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "estancia/labelers/model.hpp"
+#include "estancia/labelers/recorded_labeler.hpp"
+#include "support/errors.hpp"
+#include "support/model_support.hpp"
+
+namespace estancia {
+namespace {
+
+using test::FailsWith;
+using test::writeFile;
+using testing::ElementsAre;
+
+class Recorded : public testing::Test {
+ protected:
+  std::unique_ptr<Labeler> open(const std::string& more) {
+    writeFile(scratch_ / "model.toml", "name = \"old\"\ntype = \"recorded\"\n" + more + "\n");
+    return loadModel(scratch_.path().string());
+  }
+  test::ScratchFolder scratch_;
+};
+
+TEST_F(Recorded, KnowsFramesByTheirNames) {
+  writeFile(scratch_ / "r.csv",
+            "image,cup\na/1.png,0.1\nb/1.png,0.2\n2.jpg,0.3\nc/3.png,0.4\nd/3.jpg,0.5\nframe 000004,0.6\n");
+  const auto labeler = open("file = \"r.csv\"");
+  EXPECT_FALSE(labeler->needsImage());
+  EXPECT_FALSE(labeler->discovers());
+  const auto label = [&](const std::string& frame) { return labeler->label({}, frame)[0]; };
+  EXPECT_EQ(label("a/1.png"), 0.1F);
+  EXPECT_EQ(label("b/1.png"), 0.2F);
+  EXPECT_EQ(label("elsewhere/2.jpg"), 0.3F) << "by the last part";
+  EXPECT_EQ(label("2.png"), 0.3F) << "by that without its extension";
+  EXPECT_EQ(label("x/3.jpg"), 0.5F) << "the last part before the stem";
+  EXPECT_EQ(label("frame 000004"), 0.6F);
+  EXPECT_THROW(label("5.png"), FrameError);
+  EXPECT_THAT([&] { label("5.png"); }, FailsWith(ErrorCode::labelerFailure, "\"5.png\"", "a/1.png"));
+  EXPECT_THROW(label("c/1.png"), FrameError);
+  EXPECT_THAT([&] { label("c/1.png"); }, FailsWith(ErrorCode::labelerFailure, "\"c/1.png\""));
+  EXPECT_THROW(label(""), FrameError);
+  EXPECT_THROW(labeler->prepare({}, "5.png"), FrameError) << "said before the labeling begins";
+}
+
+TEST_F(Recorded, ReadsWhatItsSettingsName) {
+  writeFile(scratch_ / "deep/r.jsonl", R"({"image": "1", "labels": {"cup": 0.25, "mug": 1}})");
+  writeFile(scratch_ / "words.txt", "spoon\ncup\n");
+  EXPECT_THAT(open("file = \"deep/r.jsonl\"\nlabels = \"words.txt\"")->label({}, "1"), ElementsAre(0, 0.25F));
+  DescriptorSequence recording{Vocabulary({"a", "b"}), "m", {}, DescriptorMatrix(2)};
+  for (const std::string name : {"0", "1"}) {
+    Frame frame;
+    frame.name = name;
+    recording.frames.push_back(frame);
+    recording.descriptors.append(std::vector<float>{0.5F, name == "0" ? 0.25F : 1});
+  }
+  EXPECT_EQ(RecordedLabeler(recording).identity(), "m");
+  writeDescriptors(recording, scratch_ / "n.npy");
+  EXPECT_THAT(open("file = \"n.npy\"")->label({}, "1"), ElementsAre(0.5F, 1));
+  writeFile(scratch_ / "others.csv", "image\nx\ny\n");
+  EXPECT_THAT(open("file = \"n.npy\"\nframes = \"others.csv\"")->label({}, "y"), ElementsAre(0.5F, 1));
+}
+
+TEST_F(Recorded, IsAnotherModelWithOtherNumbers) {
+  writeFile(scratch_ / "r.csv", "image,cup\n1,0.1\n");
+  const std::string identity = open("file = \"r.csv\"")->identity();
+  EXPECT_EQ(identity.substr(0, 4), "old ");
+  writeFile(scratch_ / "r.csv", "image,cup\n1,0.2\n");
+  EXPECT_NE(open("file = \"r.csv\"")->identity(), identity);
+}
+
+TEST_F(Recorded, ChecksItsSettings) {
+  EXPECT_THAT([&] { open("file = \"r.csv\""); }, FailsWith(ErrorCode::fileNotFound, "r.csv"));
+  EXPECT_THAT([&] { open(""); }, FailsWith(ErrorCode::malformedFile, "`file`"));
+  EXPECT_THAT([&] { open("file = \"../r.csv\""); }, FailsWith(ErrorCode::malformedFile, "../r.csv"));
+  EXPECT_THAT([&] { open("fle = \"r.csv\""); },
+              FailsWith(ErrorCode::malformedFile, "model.toml:3: ", "`fle`"));
+  writeFile(scratch_ / "r.csv", "image,cup\n1,7\n");
+  EXPECT_THAT([&] { open("file = \"r.csv\""); },
+              FailsWith(ErrorCode::malformedFile, "r.csv:2: ", "7", "\"cup\""));
+}
+
+TEST_F(Recorded, IsCheckedWithoutAImage) {
+  writeFile(scratch_ / "r.csv", "image,cup,mug\n1,0.1,0.2\n");
+  open("file = \"r.csv\"");
+  EXPECT_EQ(checkModel(scratch_.path().string()).labels, 2U);
+}
+
+}  // namespace
+}  // namespace estancia

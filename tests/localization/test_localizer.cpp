@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/localization/localizer.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <random>
+
+#include "estancia/localization/localizer_map.hpp"
+#include "estancia/localization/place_filter.hpp"
+#include "support/errors.hpp"
+#include "support/synthetic.hpp"
+
+namespace estancia {
+namespace {
+
+using Matrix = std::vector<std::vector<double>>;
+
+PlaceFilter makeFilter(std::size_t images = 9) {
+  std::vector<std::size_t> nodeOf(images);
+  for (std::size_t i = 0; i < images; ++i) nodeOf[i] = i * 3 / images;
+  return PlaceFilter(nodeOf, 4, {{0, 1}, {1, 2}, {2, 1}}, {});  // node 3 has no images
+}
+
+/// T(i, j) by pushing each unit vector through predict().
+Matrix transitionMatrix(const PlaceFilter& filter) {
+  const std::size_t n = filter.states();
+  Matrix t(n, std::vector<double>(n));
+  for (std::size_t i = 0; i < n; ++i) {
+    std::vector<float> in(n, 0.0F), out(n);
+    in[i] = 1;
+    filter.predict(in, {}, out);
+    for (std::size_t j = 0; j < n; ++j) t[i][j] = out[j];
+  }
+  return t;
+}
+
+TEST(PlaceFilter, PredictionKeepsAllProbability) {
+  const PlaceFilter filter = makeFilter();
+  for (const auto& row : transitionMatrix(filter)) {
+    EXPECT_NEAR(std::accumulate(row.begin(), row.end(), 0.0), 1, 1e-5);
+    EXPECT_GT(*std::min_element(row.begin(), row.end()), 0);  // anything may happen
+  }
+}
+
+TEST(PlaceFilter, DrivingOnMovesOn) {
+  const PlaceFilter filter = makeFilter();
+  std::vector<float> in(filter.states(), 0.0F), out(filter.states());
+  in[3] = 1;  // driving on, at image 3
+  filter.predict(in, {}, out);
+  const auto images = filter.belief(out, {}).images;
+  EXPECT_EQ(std::max_element(images.begin(), images.end()) - images.begin(), 4);
+}
+
+TEST(PlaceFilter, BackwardIsPredictTransposed) {
+  const PlaceFilter filter = makeFilter();
+  const Matrix t = transitionMatrix(filter);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> uniform;
+  std::vector<float> in(filter.states()), out(filter.states());
+  for (float& v : in) v = uniform(random);
+  filter.backward(in, {}, out);
+  for (std::size_t i = 0; i < t.size(); ++i) {
+    double expected = 0;
+    for (std::size_t j = 0; j < t.size(); ++j) expected += t[i][j] * in[j];
+    EXPECT_NEAR(out[i], expected, 1e-5);
+  }
+}
+
+TEST(PlaceFilter, LikelihoodIsLargestAtTheNearestAndFlatWithoutDifferences) {
+  const PlaceFilter filter = makeFilter(4);
+  const std::vector<float> distances{0.9F, 0.2F, 0.8F, 0.7F}, same(4, 0.5F);
+  const auto likelihood = filter.likelihood(distances);
+  EXPECT_EQ(likelihood[1], 1.0F);
+  EXPECT_GT(likelihood[3], likelihood[2]);
+  for (const float l : filter.likelihood(same)) EXPECT_EQ(l, 1.0F);
+}
+
+/// A map of one long corridor: image i shows place i; three images a node.
+struct Corridor {
+  explicit Corridor(double variation = 0.6, std::size_t places = 30) : world(places, 80, variation) {
+    std::vector<std::string> names;
+    for (int l = 0; l < 80; ++l) names.push_back("label " + std::to_string(l));
+    map.vocabulary = Vocabulary(names);
+    map.distance = "hellinger";
+    bank = std::make_unique<NodeBank>(getDistance(map.distance), 80);
+    for (std::size_t i = 0; i < places; ++i) {
+      const auto image = world.image(i);
+      images.append(image);
+      MappedFrame frame;
+      frame.name = std::to_string(i);
+      frame.node = static_cast<int>(i / 3);
+      map.frames.push_back(frame);
+      std::vector<float> embedded(80);
+      embed(Embedding::squareRoot, image, embedded);
+      if (i % 3 == 0) {
+        Node node;
+        node.id = frame.node;
+        map.nodes.push_back(node);
+        if (i > 0) map.transitions.push_back({frame.node - 1, frame.node, 1, i});
+        bank->add(bank->makeNode(frame.node));
+      }
+      bank->update(i / 3, [&](NodeMemory& node) {
+        ++node.frames;
+        node.probabilities.add(image);
+        node.embedded->add(embedded);
+      });
+    }
+  }
+  std::shared_ptr<const LocalizerMap> source() const {
+    return std::make_shared<LocalizerMap>(LocalizerMap{map, *bank, images, 1});
+  }
+
+  test::SyntheticPlaces world;
+  TopologicalMap map{.vocabulary = Vocabulary({"x"})};
+  std::unique_ptr<NodeBank> bank;
+  DescriptorMatrix images{80};
+};
+
+std::vector<Localization> localized(const std::shared_ptr<const LocalizerMap>& source,
+                                    const std::vector<std::vector<float>>& drive, std::size_t lookahead) {
+  LocalizerOptions options;
+  options.lookahead = lookahead;
+  Localizer localizer(source, options);
+  std::vector<Localization> answers;
+  for (const auto& image : drive)
+    for (const auto& answer : localizer.add(image)) answers.push_back(answer);
+  for (const auto& answer : localizer.finish()) answers.push_back(answer);
+  return answers;
+}
+
+double share(const std::vector<Localization>& answers, const std::vector<std::size_t>& truth, bool belief) {
+  std::size_t right = 0;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    const auto at = static_cast<std::ptrdiff_t>(belief ? answers[i].beliefImage : answers[i].nearestImage);
+    right += std::abs(at - static_cast<std::ptrdiff_t>(truth[i])) <= 1;
+  }
+  return static_cast<double>(right) / static_cast<double>(truth.size());
+}
+
+std::vector<std::size_t> forwards(std::size_t n = 30) {
+  std::vector<std::size_t> way(n);
+  std::iota(way.begin(), way.end(), 0U);
+  return way;
+}
+
+TEST(Localizer, ClearImagesAreFoundAtOnce) {
+  Corridor corridor(0.3);
+  const auto truth = forwards();
+  const auto answers = localized(corridor.source(), corridor.world.drive(truth, 1), 0);
+  ASSERT_EQ(answers.size(), 30U);
+  EXPECT_EQ(share(answers, truth, false), 1.0);
+  for (std::size_t i = 0; i < truth.size(); ++i) EXPECT_EQ(answers[i].node, static_cast<int>(i / 3));
+  EXPECT_GT(answers.back().confidence, 0.9);
+  EXPECT_FALSE(answers.back().unmapped);
+  EXPECT_FALSE(answers.back().beliefZone);
+}
+
+TEST(Localizer, TellsTheZoneThatItsFramesAreIn) {
+  Corridor corridor(0.3);
+  Localizer localizer(corridor.source(), {});
+  EXPECT_THAT([&] { localizer.setZones({1, 2}); }, test::FailsWith(ErrorCode::mismatch));
+  std::vector<int> zoneOf(30);
+  for (std::size_t i = 0; i < 30; ++i) zoneOf[i] = i < 10 ? 7 : i < 20 ? -1 : 3;
+  localizer.setZones(zoneOf);
+  for (const std::size_t place : forwards()) {
+    const Localization answer = localizer.add(corridor.world.image(place)).front();
+    if (place % 10 > 2) {
+      EXPECT_EQ(answer.beliefZone, zoneOf[place]) << place;
+    }
+    EXPECT_GE(answer.zoneConfidence, answer.confidence - 0.05);  // zones are wider than places here
+    EXPECT_LE(answer.zoneConfidence, 1 + 1e-6);
+  }
+}
+
+TEST(Localizer, TheDriveTellsWhatSingleImagesDoNot) {
+  Corridor corridor(2.2, 60);  // images of a place hardly resemble each other
+  for (const bool back : {false, true}) {
+    auto truth = forwards(60);
+    if (back) std::reverse(truth.begin(), truth.end());
+    const auto drive = corridor.world.drive(truth, 1);
+    const auto filtered = localized(corridor.source(), drive, 0);
+    const auto smoothed = localized(corridor.source(), drive, 10);
+    ASSERT_EQ(smoothed.size(), truth.size());
+    EXPECT_LT(share(filtered, truth, false), 0.6) << "the test must be hard";
+    EXPECT_GT(share(filtered, truth, true), share(filtered, truth, false) + 0.15) << back;
+    EXPECT_GE(share(smoothed, truth, true), share(filtered, truth, true)) << back;
+  }
+}
+
+TEST(Localizer, RecoversWhenTheRobotIsCarriedElsewhere) {
+  Corridor corridor(0.6);
+  std::vector<std::size_t> truth{0, 1, 2, 3, 4, 5, 20, 21, 22, 23, 24, 25};
+  const auto answers = localized(corridor.source(), corridor.world.drive(truth, 1), 0);
+  EXPECT_NEAR(static_cast<double>(answers.back().beliefImage), 25, 1);
+}
+
+TEST(Localizer, SmoothingEqualsForwardBackwardOverTheWholeDrive) {
+  Corridor corridor(1.5, 9);
+  const auto truth = forwards(9);
+  const auto drive = corridor.world.drive(truth, 1);
+  const auto smoothed =
+      localized(corridor.source(), drive, 100);  // lookahead beyond the end: everything at once
+
+  std::vector<std::size_t> nodeOf;
+  for (const auto& frame : corridor.map.frames) nodeOf.push_back(static_cast<std::size_t>(frame.node));
+  const PlaceFilter filter(nodeOf, 3, {{0, 1}, {1, 2}}, {});
+  const Matrix t = transitionMatrix(filter);
+  const std::size_t n = filter.states();
+  std::vector<std::vector<double>> likelihoods, forward;
+  std::vector<float> a(80), b(80);
+  for (const auto& image : drive) {
+    std::vector<float> distances;
+    embed(Embedding::squareRoot, image, a);
+    for (std::size_t i = 0; i < 9; ++i) {
+      embed(Embedding::squareRoot, corridor.images.row(i), b);
+      distances.push_back(static_cast<float>(compare(Comparison::euclidean, b, a)));
+    }
+    const auto l = filter.likelihood(distances);
+    std::vector<double> perState(n);
+    for (std::size_t s = 0; s < n; ++s) perState[s] = l[s % 9];
+    likelihoods.push_back(perState);
+  }
+  std::vector<double> state(n, 1.0 / static_cast<double>(n));
+  for (const auto& l : likelihoods) {
+    std::vector<double> next(n, 0.0);
+    for (std::size_t i = 0; i < n; ++i)
+      for (std::size_t j = 0; j < n; ++j) next[j] += state[i] * t[i][j];
+    for (std::size_t s = 0; s < n; ++s) next[s] *= l[s];
+    forward.push_back(state = next);
+  }
+  std::vector<double> backward(n, 1.0);
+  for (std::size_t f = drive.size(); f-- > 0;) {
+    std::vector<double> nodes(3, 0.0);
+    double total = 0;
+    for (std::size_t s = 0; s < n; ++s) {
+      const double p = forward[f][s] * backward[s];
+      nodes[nodeOf[s % 9]] += p;
+      total += p;
+    }
+    const auto best = std::max_element(nodes.begin(), nodes.end());
+    EXPECT_EQ(smoothed[f].beliefNode, best - nodes.begin()) << f;
+    EXPECT_NEAR(smoothed[f].confidence, *best / total, 1e-3) << f;
+    std::vector<double> before(n, 0.0);
+    for (std::size_t i = 0; i < n; ++i)
+      for (std::size_t j = 0; j < n; ++j) before[i] += t[i][j] * likelihoods[f][j] * backward[j];
+    backward = before;
+  }
+}
+
+TEST(Localizer, AnEmptyMapIsAnError) {
+  const auto empty =
+      std::make_shared<LocalizerMap>(LocalizerMap{{.vocabulary = Vocabulary({"x"}), .distance = "hellinger"},
+                                                  NodeBank(getDistance("hellinger"), 1),
+                                                  DescriptorMatrix(1)});
+  EXPECT_THAT([&] { Localizer(empty, {}); }, test::FailsWith(ErrorCode::insufficientData));
+  LocalizerOptions none;
+  none.maxImages = 0;
+  EXPECT_THAT([&] { Localizer("no.estancia", none); },
+              test::FailsWith(ErrorCode::invalidOption, "max-images"));
+}
+
+}  // namespace
+}  // namespace estancia

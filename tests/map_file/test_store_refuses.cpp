@@ -1,0 +1,261 @@
+// What is no map, or no map to believe: told by name, and left as it is.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sqlite3.h>
+#include <sys/stat.h>
+
+#include "estancia/map_file/store.hpp"
+#include "map_file/small_map.hpp"
+#include "support/errors.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+namespace fs = std::filesystem;
+using Access = MapStore::Access;
+using test::descriptorOf;
+using test::FailsWith;
+using test::filesIn;
+using test::frameNamed;
+using test::identity;
+using test::refusal;
+using test::smallMap;
+using test::tamper;
+
+TEST(MapStoreRefuses, AnExistingPath) {
+  const test::ScratchFolder folder;
+  const fs::path path = smallMap(folder);
+  EXPECT_THAT([&] { MapStore::create(path, identity()); }, FailsWith(ErrorCode::fileExists, path.string()));
+  fs::create_symlink(path.filename(), folder / "link.estancia");
+  EXPECT_THAT([&] { MapStore::create(folder / "link.estancia", identity()); },
+              FailsWith(ErrorCode::fileExists, path.string()));
+}
+
+TEST(MapStoreRefuses, APathThatSomebodyElseTookMeanwhile) {
+  const test::ScratchFolder folder;
+  MapStore store = MapStore::create(folder / "map.estancia", identity());
+  test::writeFile(folder / "map.estancia", "precious");
+  EXPECT_THAT([&] { store.commit(); }, FailsWith(ErrorCode::fileExists, "map.estancia"));
+  EXPECT_EQ(test::readFile(folder / "map.estancia"), "precious");
+  EXPECT_THAT(filesIn(folder.path()), testing::ElementsAre("map.estancia"));
+  EXPECT_THAT([&] { store.putState("a", "b"); }, FailsWith(ErrorCode::invalidState));
+}
+
+TEST(MapStoreRefuses, AMissingFile) {
+  const test::ScratchFolder folder;
+  EXPECT_THAT(refusal(folder / "no.estancia"), FailsWith(ErrorCode::fileNotFound, "no.estancia"));
+  EXPECT_TRUE(filesIn(folder.path()).empty());
+}
+
+TEST(MapStoreRefuses, ALinkThatLeadsToItself) {
+  const test::ScratchFolder folder;
+  fs::create_symlink("map.estancia", folder / "map.estancia");
+  EXPECT_THAT(refusal(folder / "map.estancia"),
+              FailsWith(ErrorCode::fileUnreadable, "map.estancia", "links"));
+}
+
+TEST(MapStoreRefuses, AFolderAndADevice) {
+  const test::ScratchFolder folder;
+  EXPECT_THAT(refusal(folder.path()), FailsWith(ErrorCode::unsupportedFile, folder.path().string()));
+  EXPECT_THAT(refusal("/dev/null"), FailsWith(ErrorCode::unsupportedFile, "/dev/null"));
+}
+
+TEST(MapStoreRefuses, ATextFileAndLeavesItAlone) {
+  const test::ScratchFolder folder;
+  const std::string text(5000, 'x');
+  test::writeFile(folder / "text.estancia", text);
+  for (const Access access : {Access::read, Access::write})
+    EXPECT_THAT(refusal(folder / "text.estancia", access),
+                FailsWith(ErrorCode::unsupportedFile, "text.estancia"));
+  EXPECT_EQ(test::readFile(folder / "text.estancia"), text);
+  test::writeFile(folder / "short.estancia", "hello");
+  EXPECT_THAT(refusal(folder / "short.estancia"), FailsWith(ErrorCode::truncatedFile, "5 bytes"));
+  test::writeFile(folder / "empty.estancia", "");
+  EXPECT_THAT(refusal(folder / "empty.estancia"), FailsWith(ErrorCode::truncatedFile, "0 bytes"));
+}
+
+TEST(MapStoreRefuses, AnotherProgramsDatabase) {
+  const test::ScratchFolder folder;
+  tamper(folder / "other.db", "CREATE TABLE songs(name TEXT)");
+  const std::string before = test::readFile(folder / "other.db");
+  for (const Access access : {Access::read, Access::write})
+    EXPECT_THAT(refusal(folder / "other.db", access), FailsWith(ErrorCode::unsupportedFile, "other.db"));
+  EXPECT_EQ(test::readFile(folder / "other.db"), before);
+}
+
+TEST(MapStoreRefuses, OtherFormatsNamingBothVersions) {
+  const test::ScratchFolder folder;
+  const fs::path path = smallMap(folder);
+  for (const char* version : {"1", "3", "9"}) {
+    tamper(path, std::string("PRAGMA user_version = ") + version);
+    EXPECT_THAT(refusal(path),
+                FailsWith(ErrorCode::unsupportedFile, std::string("format ") + version, "formats 4 to 6"));
+  }
+  tamper(path, "PRAGMA user_version = -1");
+  EXPECT_THAT(refusal(path), FailsWith(ErrorCode::corruptFile, "-1"));
+}
+
+TEST(MapStoreRefuses, ATruncatedFileAtEveryLength) {
+  const test::ScratchFolder folder;
+  const std::string whole = test::readFile(smallMap(folder, 40));
+  ASSERT_GT(whole.size(), 8U * 4096);
+  for (const std::size_t length :
+       {std::size_t{50}, std::size_t{99}, std::size_t{600}, std::size_t{4095}, std::size_t{4096},
+        std::size_t{10000}, whole.size() / 2, whole.size() - 4096, whole.size() - 1}) {
+    const fs::path path = folder / "cut.estancia";
+    test::writeFile(path, whole.substr(0, length));
+    const ErrorCode expected = length < 512 ? ErrorCode::truncatedFile : ErrorCode::corruptFile;
+    EXPECT_THAT(refusal(path), FailsWith(expected, "cut.estancia")) << length;
+    EXPECT_THAT(refusal(path, Access::write), FailsWith(expected, "cut.estancia")) << length;
+  }
+}
+
+TEST(MapStoreRefuses, AnOverwrittenPage) {
+  const test::ScratchFolder folder;
+  const fs::path path = smallMap(folder, 40);
+  const std::string whole = test::readFile(path);
+  // Whatever page is hit, reading ends either well (a free or an index page) or as a damaged file.
+  std::size_t refused = 0;
+  for (std::size_t page = 1; page < whole.size() / 4096; ++page) {
+    std::string damaged = whole;
+    for (std::size_t i = 0; i < 4096; ++i) damaged[page * 4096 + i] = static_cast<char>(i * 31 + page);
+    test::writeFile(path, damaged);
+    const test::Caught caught = test::caught([&] {
+      const MapStore store = MapStore::open(path, Access::read);
+      store.load();
+      store.forEachDescriptor(0, [](std::size_t, DescriptorView) { return true; });
+      store.nodeStates();
+    });
+    if (!caught.code) continue;
+    EXPECT_THAT(caught, FailsWith(ErrorCode::corruptFile, path.string())) << page;
+    ++refused;
+  }
+  EXPECT_GE(refused, 6U);
+}
+
+TEST(MapStoreRefuses, ContentsThatAreNotToBeBelieved) {
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"UPDATE nodes SET mean = x'0000'", "2 bytes"},
+      {"UPDATE nodes SET sigma = zeroblob(12000000)", "12000000 bytes"},
+      {"UPDATE nodes SET mean = x'0000c07f0000c07f0000c07f'", "nan"},
+      {"UPDATE nodes SET mean = x'0000a0c00000a0c00000a0c0'", "-5"},
+      {"UPDATE nodes SET id = -5", "-5"},
+      {"UPDATE nodes SET frames = 0", "image count"},
+      {"UPDATE nodes SET id = 1", "node 0"},
+      {"UPDATE frames SET node = 99999999999", "99999999999"},
+      {"UPDATE frames SET node = -1 WHERE id = 1", "-1"},
+      {"DELETE FROM frames WHERE id = 1", "2 of 3 frames"},
+      {"UPDATE frames SET id = 9223372036854775807 WHERE id = 2", "frames"},
+      {"UPDATE frames SET id = id - 9", "frames"},
+      {"UPDATE frames SET id = 1099511627776 WHERE id = 2", "numbered up to 1099511627776"},
+      {"INSERT INTO transitions VALUES(0, 7, 1, 1)", "node 7"},
+      {"INSERT INTO transitions VALUES(0, 0, 9223372036854775807, 1)", "count is 9223372036854775807"},
+      {"UPDATE nodes SET frames = 4", "image count is 4"},
+      {"UPDATE decisions SET kind = 5", "decision is 5"},
+      {"UPDATE decisions SET kind = 1, current = -1", "joined node -1"},
+      {"UPDATE decisions SET frame = 77 WHERE frame = 2", "77"},
+      {"UPDATE labels SET label = 'cap' WHERE id = 0", "labels"},
+      {"DELETE FROM labels", "labels"},
+      {"UPDATE labels SET id = 8 WHERE id = 1", "labels"},
+      {"DELETE FROM meta WHERE key = 'model'", "model"},
+      {"DROP TABLE merges", "merges"},
+      {"DROP TABLE frames; CREATE VIEW frames AS SELECT 1", ""}};
+  for (const auto& [sql, expected] : cases) {
+    const test::ScratchFolder folder;
+    const fs::path path = smallMap(folder);
+    tamper(path, sql);
+    EXPECT_THAT(refusal(path), FailsWith(ErrorCode::corruptFile, path.string(), expected)) << sql;
+  }
+}
+
+/// What makes SQLite delete `victim` once it has rolled back by it (file format, 3).
+std::string journalNaming(const fs::path& victim, const fs::path& map) {
+  constexpr std::size_t sector = 512, page = 4096;
+  const auto number = [](std::size_t value) {
+    std::string bytes;
+    for (int shift = 24; shift >= 0; shift -= 8) bytes += static_cast<char>(value >> shift);
+    return bytes;
+  };
+  const std::string magic = "\xd9\xd5\x05\xf9\x20\xa1\x63\xd7", name = victim.string();
+  std::string journal =
+      magic + number(0) + number(1) + number(fs::file_size(map) / page) + number(sector) + number(page);
+  journal.resize(sector, '\0');
+  std::size_t sum = 0;
+  for (const char c : name) sum += static_cast<unsigned char>(c);
+  return journal + number(0x40000000 / page + 1) + name + number(name.size()) + number(sum) + magic;
+}
+
+TEST(MapStoreRefuses, AJournalThatNamesAnotherFile) {
+  const test::ScratchFolder folder;
+  const fs::path path = smallMap(folder), link = folder / "link.estancia", victim = folder / "precious";
+  const fs::path journal = path.string() + "-journal";
+  fs::create_symlink(path, link);
+  test::writeFile(victim, "precious");
+  test::writeFile(journal, journalNaming(victim, path));
+  for (const fs::path& name : {path, link}) {
+    EXPECT_THAT(refusal(name), FailsWith(ErrorCode::corruptFile, journal.string(), "names another file"));
+    EXPECT_TRUE(fs::exists(victim));
+  }
+  sqlite3* database = nullptr;  // that it is such a journal
+  ASSERT_EQ(sqlite3_open(path.c_str(), &database), SQLITE_OK);
+  sqlite3_exec(database, "SELECT * FROM frames", nullptr, nullptr, nullptr);
+  sqlite3_close(database);
+  EXPECT_FALSE(fs::exists(victim));
+  EXPECT_EQ(MapStore::open(path, Access::read).frameCount(), 3U);
+}
+
+TEST(MapStoreRefuses, PipesAndFoldersBesideIt) {
+  for (const char* suffix : {"-journal", "-wal", "-shm"}) {
+    const test::ScratchFolder folder;
+    const fs::path path = smallMap(folder), beside = path.string() + suffix;
+    ASSERT_EQ(mkfifo(beside.c_str(), 0600), 0);
+    EXPECT_THAT(refusal(path), FailsWith(ErrorCode::unsupportedFile, beside.string(), "no regular file"));
+  }
+}
+
+TEST(MapStoreRefuses, SchemasThatCalculate) {
+  for (const std::string& sql : {std::string("CREATE TABLE other(a, b AS (zeroblob(9)))"),
+                                 std::string("CREATE TABLE other(a, b TEXT DEFAULT (hex(zeroblob(9))))"),
+                                 std::string("CREATE INDEX other ON frames(hex(name))"),
+                                 std::string("CREATE INDEX other ON frames(node) WHERE hex(name) = '00'"),
+                                 std::string("CREATE VIRTUAL TABLE other USING fts5(a)")}) {
+    const test::ScratchFolder folder;
+    const fs::path path = smallMap(folder);
+    tamper(path, sql);
+    EXPECT_THAT(refusal(path), FailsWith(ErrorCode::corruptFile, "schema", "other")) << sql;
+  }
+}
+
+TEST(MapStore, RunsNoConstraintsOfTheFile) {
+  const test::ScratchFolder folder;
+  const fs::path path = smallMap(folder);
+  tamper(path,
+         "CREATE TABLE other(key TEXT PRIMARY KEY, bytes BLOB NOT NULL, CHECK(length(bytes) < 0)); "
+         "DROP TABLE state; ALTER TABLE other RENAME TO state");
+  MapStore store = MapStore::open(path, Access::write);
+  EXPECT_NO_THROW(store.putState("key", "bytes"));
+}
+
+TEST(MapStoreRefuses, DescriptorsOfAWrongLength) {
+  const test::ScratchFolder folder;
+  const fs::path path = smallMap(folder);
+  tamper(path, "UPDATE descriptors SET probabilities = x'00' WHERE frame = 1");
+  const MapStore store = MapStore::open(path, Access::read);
+  EXPECT_THAT([&] { store.descriptor(1); }, FailsWith(ErrorCode::corruptFile, "frame 1", "1 bytes"));
+  EXPECT_THAT([&] { store.forEachDescriptor(0, [](std::size_t, DescriptorView) { return true; }); },
+              FailsWith(ErrorCode::corruptFile, "1 bytes"));
+}
+
+TEST(MapStoreRefuses, AFrameThatHasNoNumber) {
+  const test::ScratchFolder folder;
+  MapStore store = MapStore::create(folder / "map.estancia", identity());
+  constexpr std::size_t mostFrames = std::size_t{1} << 40;
+  EXPECT_THAT([&] { store.addFrame(frameNamed(mostFrames, "a"), descriptorOf(0)); },
+              FailsWith(ErrorCode::tooLarge, "map.estancia", "new map"));
+  EXPECT_NO_THROW(store.addFrame(frameNamed(mostFrames - 1, "a"), descriptorOf(0)));
+}
+
+}  // namespace
+}  // namespace estancia

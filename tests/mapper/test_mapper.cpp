@@ -1,0 +1,425 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/mapper/mapper_impl.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "support/errors.hpp"
+#include "support/synthetic.hpp"
+
+namespace estancia {
+namespace {
+
+using Images = std::vector<std::vector<float>>;
+using test::FailsWith;
+
+MapperOptions fixed(const std::string& distance, double tauJoin, double tauRevisit) {
+  MapperOptions options;
+  options.distance = distance;
+  options.tauJoin = tauJoin;
+  options.tauRevisit = tauRevisit;
+  options.thresholds.mergeRatio = 0;
+  options.views = 0;  // Algorithm 4.1 as it is
+  return options;
+}
+
+/// Follows the changes as a map file does: the node of each frame, with merges applied.
+class Follower {
+ public:
+  void take(Mapper& mapper) {
+    const MapChanges changes = mapper.takeChanges();
+    if (changes.restarted) *this = {};
+    for (const auto& event : changes.events) {
+      if (const auto* decision = std::get_if<Decision>(&event)) {
+        EXPECT_EQ(decision->frame, nodes.size());
+        nodes.push_back(decision->node);
+        decisions.push_back(*decision);
+      } else {
+        const auto& merge = std::get<Merge>(event);
+        for (int& node : nodes)
+          if (node == merge.absorbed) node = merge.kept;
+        merges.push_back(merge);
+      }
+    }
+  }
+  std::vector<int> nodes;
+  std::vector<Decision> decisions;
+  std::vector<Merge> merges;
+};
+
+Follower mapped(Mapper& mapper, const Images& images, bool finish = true) {
+  Follower follower;
+  for (const auto& image : images) {
+    mapper.add(image);
+    follower.take(mapper);
+  }
+  if (finish) mapper.finish();
+  follower.take(mapper);
+  return follower;
+}
+
+Follower mapped(const MapperOptions& options, const Images& images) {
+  Mapper mapper(images[0].size(), options);
+  return mapped(mapper, images);
+}
+
+/// Algorithm 4.1 as its text says, in double precision, with Eq. 4.2–4.5 computed from scratch for every
+/// image.
+std::vector<int> textbook(const Images& images, double tau1, double tau2, bool root, bool nearerThanCurrent) {
+  std::vector<Images> nodes;
+  std::vector<int> result;
+  std::size_t current = 0;
+  const auto distance = [&](const Images& node, const std::vector<float>& image) {
+    double sum = 0, weights = 0;
+    for (std::size_t l = 0; l < image.size(); ++l) {
+      double mean = 0, variance = 0;
+      for (const auto& v : node) mean += v[l] / static_cast<double>(node.size());
+      for (const auto& v : node) variance += std::pow(v[l] - mean, 2) / static_cast<double>(node.size());
+      const double w = 1 - 2 * std::sqrt(variance);
+      sum += w * std::pow(mean - image[l], 2);
+      weights += w;
+    }
+    return root ? std::sqrt(sum / weights) : sum / weights;
+  };
+  for (const auto& image : images) {
+    if (nodes.empty()) {
+      nodes.push_back({image});
+    } else if (const double toCurrent = distance(nodes[current], image); toCurrent < tau1) {
+      nodes[current].push_back(image);
+    } else {
+      std::size_t similar = nodes.size();
+      double least = INFINITY;
+      for (std::size_t z = 0; z < nodes.size(); ++z)
+        if (const double d = distance(nodes[z], image); z != current && d < least) {
+          least = d;
+          similar = z;
+        }
+      if (similar < nodes.size() && least < tau2 && (!nearerThanCurrent || least < toCurrent)) {
+        nodes[similar].push_back(image);
+        current = similar;
+      } else {
+        nodes.push_back({image});
+        current = nodes.size() - 1;
+      }
+    }
+    result.push_back(static_cast<int>(current));
+  }
+  return result;
+}
+
+TEST(Mapper, IsAlgorithm41) {
+  test::SyntheticPlaces places(6, 40, 0.6);
+  const Images images = places.drive({0, 1, 0, 2, 3, 1, 4, 5, 0, 4, 2}, 9);
+  for (const bool root : {false, true})
+    for (const bool nearer : {false, true})
+      for (const double scale : {0.6, 0.9, 1.3, 2.0}) {
+        const double tau1 = root ? 0.02 * scale : 4e-4 * scale * scale;
+        const double tau2 = root ? 0.018 * scale : 3.2e-4 * scale * scale;
+        MapperOptions options = fixed(root ? "weighted-root" : "weighted", tau1, tau2);
+        options.nearerThanCurrent = nearer;
+        EXPECT_EQ(mapped(options, images).nodes, textbook(images, tau1, tau2, root, nearer))
+            << (root ? "root " : "square ") << nearer << " scale " << scale;
+      }
+}
+
+TEST(Mapper, MovesToTheNearestOfSeveralNearNodes) {
+  // Algorithm 4.1 as printed never updates Min_dist and would take the last node.
+  const Images images{{0.9F, 0.1F, 0.0F}, {0.1F, 0.9F, 0.0F}, {0.0F, 0.1F, 0.9F}, {0.8F, 0.2F, 0.0F}};
+  const auto map = mapped(fixed("l2", 0.05, 2.0), images);
+  EXPECT_EQ(map.nodes.back(), 0);
+  EXPECT_EQ(map.decisions.back().kind, DecisionKind::revisit);
+}
+
+TEST(Mapper, RecordsEveryDecisionWithItsDistances) {
+  const Images images{{0.9F, 0.1F}, {0.88F, 0.12F}, {0.1F, 0.9F}, {0.9F, 0.1F}};
+  const auto map = mapped(fixed("l1", 0.2, 0.1), images);
+  ASSERT_EQ(map.decisions.size(), 4U);
+  EXPECT_EQ(map.decisions[0].kind, DecisionKind::start);
+  EXPECT_TRUE(std::isnan(map.decisions[0].toCurrent));
+  EXPECT_EQ(map.decisions[1].kind, DecisionKind::join);
+  EXPECT_NEAR(map.decisions[1].toCurrent, 0.04, 1e-6);
+  EXPECT_EQ(map.decisions[2].kind, DecisionKind::createNode);
+  EXPECT_EQ(map.decisions[2].current, 0);
+  EXPECT_EQ(map.decisions[2].other, -1);
+  EXPECT_EQ(map.decisions[3].kind, DecisionKind::revisit);
+  EXPECT_EQ(map.decisions[3].other, 0);
+  EXPECT_NEAR(map.decisions[3].toOther, 0.02, 1e-6);
+  EXPECT_DOUBLE_EQ(map.decisions[3].tauRevisit, 0.1);
+}
+
+TEST(Mapper, CountsTransitionsInTheirDirection) {
+  test::SyntheticPlaces places(3, 60, 0.1);
+  Mapper mapper(60, fixed("hellinger", 0.4, 0.4));
+  mapped(mapper, places.drive({0, 1, 2, 1, 2}, 4));
+  const auto& transitions = mapper.transitions();
+  ASSERT_EQ(transitions.size(), 3U);
+  EXPECT_EQ(transitions.at({1, 2}).count, 2U);
+  EXPECT_EQ(transitions.at({1, 2}).firstFrame, 8U);
+  EXPECT_EQ(transitions.at({2, 1}).count, 1U);
+}
+
+TEST(Mapper, NodesHoldMeanAndSigmaOfTheirImages) {
+  test::SyntheticPlaces places(1, 30, 0.2);
+  const Images images = places.drive({0}, 25);
+  Mapper mapper(30, fixed("hellinger", 1.4, 1.4));
+  mapped(mapper, images);
+  const NodeMemory& node = mapper.impl().bank[0];
+  EXPECT_EQ(node.frames, 25U);
+  for (std::size_t l = 0; l < 30; ++l) {
+    double mean = 0, variance = 0;
+    for (const auto& v : images) mean += v[l] / 25;
+    for (const auto& v : images) variance += std::pow(v[l] - mean, 2) / 25;
+    EXPECT_NEAR(node.probabilities.mean()[l], mean, 1e-6);
+    EXPECT_NEAR(node.probabilities.variance()[l], variance, 1e-6);
+  }
+}
+
+TEST(Mapper, BlurredImagesWeighLessAtBothEndsOfAStay) {
+  test::SyntheticPlaces places(2, 30, 0.05);
+  const Images images = places.drive({0, 1}, 8);
+  MapperOptions options = fixed("hellinger", 0.5, 0.4);
+  options.transitionImages = 3;
+  Mapper mapper(30, options);
+  const auto map = mapped(mapper, images);
+  ASSERT_EQ(mapper.impl().bank.size(), 2U);
+  // The first stay is over: 1/3 2/3 1 1 1 1 2/3 1/3. The second goes on: its end is not known yet.
+  const std::vector<double> weights{1 / 3., 2 / 3., 1, 1, 1, 1, 2 / 3., 1 / 3.};
+  for (std::size_t l = 0; l < 30; ++l) {
+    double sum = 0, total = 0;
+    for (std::size_t i = 0; i < 8; ++i) {
+      sum += weights[i] * images[i][l];
+      total += weights[i];
+    }
+    EXPECT_NEAR(mapper.impl().bank[0].probabilities.mean()[l], sum / total, 1e-6);
+  }
+  EXPECT_NEAR(mapper.impl().bank[1].probabilities.weight(), 1 / 3. + 2 / 3. + 6, 1e-9);
+}
+
+TEST(Mapper, FindsItsThresholdsByItself) {
+  for (const std::size_t stay : {6U, 12U, 40U}) {  // frame rates differ, the map must not
+    test::SyntheticPlaces places(8, 200, 0.7);
+    const auto map = mapped(MapperOptions{}, places.drive({0, 1, 2, 3, 4, 5, 6, 7, 2, 5, 0}, stay));
+    ASSERT_EQ(map.nodes.size(), 11 * stay);
+    EXPECT_EQ(std::set<int>(map.nodes.begin(), map.nodes.end()).size(), 8U) << "stay " << stay;
+    EXPECT_EQ(map.nodes[8 * stay], map.nodes[2 * stay]) << "stay " << stay;
+    EXPECT_EQ(map.nodes[10 * stay], map.nodes[0]) << "stay " << stay;
+  }
+}
+
+TEST(Mapper, FindsThresholdsForEveryDistance) {
+  for (const Distance& distance : baseDistances()) {
+    test::SyntheticPlaces places(8, 200, 0.3);
+    MapperOptions options;
+    options.distance = distance.name;
+    const auto map = mapped(options, places.drive({0, 1, 2, 3, 4, 5, 6, 7, 2, 5, 0}, 12));
+    const std::set<int> nodes(map.nodes.begin(), map.nodes.end());
+    EXPECT_GE(nodes.size(), 4U) << distance.name;
+    EXPECT_LE(nodes.size(), 20U) << distance.name;
+  }
+}
+
+TEST(Mapper, FirstMinuteIsMappedByTheScalesOfTheWholeYoungRun) {
+  // One long stay, then seven places. What the run is like shows only after the first stay.
+  test::SyntheticPlaces places(8, 200, 0.7);
+  Images images = places.drive({0}, 60);
+  for (const auto& image : places.drive({1, 2, 3, 4, 5, 6, 7}, 20)) images.push_back(image);
+  const auto map = mapped(MapperOptions{}, images);
+  for (std::size_t frame = 0; frame < 60; ++frame) EXPECT_EQ(map.nodes[frame], map.nodes[0]);
+}
+
+TEST(Mapper, MergesTwinsAndRedirectsTheirTransitions) {
+  test::SyntheticPlaces places(3, 200, 0.5);
+  MapperOptions options =
+      fixed("standardized-clr", 0.6, 1e-9);  // never revisits, so every return makes a twin
+  options.thresholds.mergeRatio = 0.3;
+  Mapper mapper(200, options);
+  const auto map = mapped(mapper, places.drive({0, 1, 2, 0, 1, 2}, 12));
+  EXPECT_GE(map.merges.size(), 2U);
+  const std::set<int> alive(map.nodes.begin(), map.nodes.end());
+  EXPECT_EQ(alive.size(), 3U);
+  EXPECT_EQ(mapper.impl().bank.size(), 3U);
+  std::uint64_t frames = 0;
+  for (std::size_t slot = 0; slot < mapper.impl().bank.size(); ++slot) {
+    frames += mapper.impl().bank[slot].frames;
+    EXPECT_TRUE(alive.contains(mapper.impl().bank[slot].id));
+  }
+  EXPECT_EQ(frames, 72U);
+  for (const auto& [ends, transition] : mapper.transitions()) {
+    EXPECT_TRUE(alive.contains(ends.first) && alive.contains(ends.second));
+    EXPECT_NE(ends.first, ends.second);
+  }
+  for (const Merge& merge : map.merges) {
+    EXPECT_LT(merge.kept, merge.absorbed);
+    EXPECT_LT(merge.distance, merge.threshold);
+  }
+}
+
+TEST(Mapper, ThesisPresetLeavesNodes) {
+  Images images;
+  for (const std::size_t label : {0U, 1U, 2U, 0U})
+    for (int i = 0; i < 40; ++i) {
+      std::vector<float> p(1000, 0.2F / 999);
+      p[label] = 0.8F;
+      images.push_back(p);
+    }
+  const auto map = mapped(MapperOptions::thesis(), images);
+  EXPECT_EQ(std::set<int>(map.nodes.begin(), map.nodes.end()).size(), 3U);
+  EXPECT_EQ(map.nodes.back(), 0);
+}
+
+TEST(Mapper, OneImageIsAMap) {
+  test::SyntheticPlaces places(1, 20);
+  const auto map = mapped(MapperOptions{}, places.drive({0}, 1));
+  EXPECT_EQ(map.nodes, std::vector<int>{0});
+}
+
+TEST(Mapper, IdenticalImagesAreOnePlace) {
+  test::SyntheticPlaces places(1, 20);
+  const std::vector<float> uniform(20, 0.05F), silent(20, 0.0F);  // a service may give no labels at all
+  for (const auto& image : {places.image(0), uniform, silent}) {
+    const auto map = mapped(MapperOptions{}, Images(50, image));
+    EXPECT_EQ(std::set<int>(map.nodes.begin(), map.nodes.end()).size(), 1U);
+  }
+}
+
+TEST(Mapper, AStandingRobotStaysInOnePlace) {
+  for (const double noise : {0.01, 0.05, 0.2}) {
+    test::SyntheticPlaces places(1, 200, noise);
+    const auto map = mapped(MapperOptions{}, places.drive({0}, 700));
+    EXPECT_EQ(std::set<int>(map.nodes.begin(), map.nodes.end()).size(), 1U) << noise;
+  }
+}
+
+TEST(Mapper, ALongStandTeachesNothing) {
+  // The scales of camera noise must not become the scales of the map.
+  const std::vector<std::size_t> drive{0, 1, 2, 3, 4, 5, 6, 7, 2, 5, 0};
+  for (const std::size_t stand : {0U, 30U, 300U, 3000U}) {
+    test::SyntheticPlaces still(1, 200, 0.05), places(8, 200, 0.7);
+    Images images = still.drive({0}, stand);
+    for (const auto& image : places.drive(drive, 12)) images.push_back(image);
+    const auto map = mapped(MapperOptions{}, images);
+    const std::set<int> nodes(map.nodes.begin() + static_cast<std::ptrdiff_t>(stand), map.nodes.end());
+    EXPECT_EQ(nodes.size(), 8U) << stand;
+  }
+}
+
+TEST(Mapper, RefusesWhatIsNoDescriptor) {
+  Mapper mapper(3, {});
+  const std::vector<float> shorter{0.5F, 0.5F}, nan{0.5F, NAN, 0.5F}, large{0.5F, 3.0F, 0.5F};
+  EXPECT_THAT([&] { mapper.add(shorter); }, FailsWith(ErrorCode::mismatch, "2 values", "3 labels"));
+  EXPECT_THAT([&] { mapper.add(nan); }, FailsWith(ErrorCode::labelerFailure, "nan"));
+  EXPECT_THAT([&] { mapper.add(large); }, FailsWith(ErrorCode::labelerFailure, "3", "label 1"));
+  EXPECT_EQ(mapper.frames(), 0U);
+}
+
+TEST(Mapper, RefusesOptionsOutOfRange) {
+  const auto refusal = [](const std::function<void(MapperOptions&)>& change) {
+    MapperOptions options;
+    change(options);
+    return test::caught([&] { Mapper(3, options); });
+  };
+  EXPECT_THAT(refusal([](MapperOptions& o) { o.distance = "manhattan"; }),
+              FailsWith(ErrorCode::unknownName, "manhattan", "hellinger-sigma"));
+  for (const double tau : {0.0, -1.0, static_cast<double>(NAN), static_cast<double>(INFINITY)}) {
+    EXPECT_THAT(refusal([&](MapperOptions& o) { o.tauJoin = tau; }),
+                FailsWith(ErrorCode::invalidOption, "tau-join"));
+    EXPECT_THAT(refusal([&](MapperOptions& o) { o.tauRevisit = tau; }),
+                FailsWith(ErrorCode::invalidOption, "tau-revisit"));
+  }
+  EXPECT_THAT(refusal([](MapperOptions& o) { o.transitionImages = 1'000'000'000; }),
+              FailsWith(ErrorCode::invalidOption, "transition-images", "1000"));
+  EXPECT_THAT(refusal([](MapperOptions& o) { o.thresholds.farQuantile = 1.5; }),
+              FailsWith(ErrorCode::invalidOption, "thresholds.far-quantile", "1.5"));
+}
+
+/// As a map file keeps them.
+std::vector<Transition> transitionsOf(const Mapper& mapper) {
+  std::vector<Transition> transitions;
+  for (const auto& entry : mapper.transitions()) transitions.push_back(entry.second);
+  return transitions;
+}
+
+class MapperRestoredAt : public testing::TestWithParam<std::size_t> {};
+
+TEST_P(MapperRestoredAt, MapsAsIfNothingHadHappened) {
+  test::SyntheticPlaces places(9, 64, 0.7);
+  const Images images = places.drive({0, 1, 2, 3, 4, 5, 6, 7, 8, 1, 3, 5, 0, 2}, 12);
+  MapperOptions options;
+  options.warmupFrames = 70;
+  options.transitionImages = 2;
+  const auto poseOf = [](std::size_t i) {  // it comes back; some poses are not known
+    const double angle = 0.05 * static_cast<double>(i);
+    return i % 7 == 0 ? std::nullopt : std::optional(Pose::planar(std::cos(angle), std::sin(angle), angle));
+  };
+  Mapper unbroken(64, options);
+  Follower expected;
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    unbroken.add(images[i], poseOf(i));
+    expected.take(unbroken);
+  }
+  unbroken.finish();
+  expected.take(unbroken);
+
+  Follower follower;
+  Mapper first(64, options);
+  for (std::size_t i = 0; i < GetParam(); ++i) first.add(images[i], poseOf(i));
+  follower.take(first);
+  std::vector<std::pair<int, std::string>> nodes;
+  for (std::size_t slot = 0; slot < first.impl().bank.size(); ++slot)
+    nodes.emplace_back(first.impl().bank[slot].id, first.impl().nodeState(slot));
+  std::sort(nodes.begin(), nodes.end());
+  Mapper second =
+      Mapper::Impl::restore(64, settingsFromJson(settingsToJson(options)),
+                            {first.impl().prior, first.impl().state(), nodes, first.impl().views.state(),
+                             transitionsOf(first), [&](std::size_t i) { return images[i]; }, poseOf});
+  for (std::size_t i = GetParam(); i < images.size(); ++i) {
+    second.add(images[i], poseOf(i));
+    follower.take(second);
+  }
+  second.finish();
+  follower.take(second);
+  EXPECT_EQ(follower.nodes, expected.nodes);
+  EXPECT_EQ(second.thresholds().join, unbroken.thresholds().join);
+  EXPECT_EQ(second.transitions().size(), unbroken.transitions().size());
+}
+
+INSTANTIATE_TEST_SUITE_P(Frames, MapperRestoredAt, testing::Values(1, 5, 10, 11, 40, 69, 70, 71, 100, 167));
+
+TEST(Mapper, DamagedStateIsRefusedWithASentence) {
+  test::SyntheticPlaces places(3, 16);
+  Mapper mapper(16, {});
+  mapped(mapper, places.drive({0, 1, 2}, 8), false);
+  mapper.beginDrive();  // which is lost
+  mapped(mapper, places.drive({1}, 3), false);
+  const std::string state = mapper.impl().state();
+  std::vector<std::pair<int, std::string>> nodes;
+  for (std::size_t slot = 0; slot < mapper.impl().bank.size(); ++slot)
+    nodes.emplace_back(mapper.impl().bank[slot].id, mapper.impl().nodeState(slot));
+  const std::string views = mapper.impl().views.state();
+  const auto restored = [&](const std::string& own, const std::string& seen) {
+    return Mapper::Impl::restore(16, {},
+                                 {mapper.impl().prior, own, nodes, seen, transitionsOf(mapper),
+                                  [](std::size_t) { return LexicalDescriptor(16, 0.06F); },
+                                  [](std::size_t) { return std::optional<Pose>(); }});
+  };
+  EXPECT_NO_THROW(restored(state, views));
+  for (std::size_t length = 0; length < state.size(); length += 7)
+    EXPECT_THROW(restored(state.substr(0, length), views), Error) << length;
+  EXPECT_THROW(restored(state + "x", views), Error);
+  for (std::size_t length = 0; length < views.size(); length += 7)
+    EXPECT_THROW(restored(state, views.substr(0, length)), Error) << length;
+  EXPECT_THROW(restored(state, views + "x"), Error);
+  std::string otherNode = views;
+  otherNode[16] = 99;  // of the first view
+  EXPECT_THROW(restored(state, otherNode), Error);
+  nodes[0].second.resize(20);
+  EXPECT_THROW(restored(state, views), Error);
+  nodes.clear();
+  EXPECT_THROW(restored(state, views), Error);
+}
+
+}  // namespace
+}  // namespace estancia

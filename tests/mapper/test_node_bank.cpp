@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/mapper/node_bank.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "estancia/core/error.hpp"
+#include "estancia/mapper/quantized_bounds.hpp"
+#include "support/synthetic.hpp"
+
+namespace estancia {
+namespace {
+
+constexpr std::size_t labels = 130;  // no multiple of any vector width
+
+std::vector<std::string> everyDistance() {
+  std::vector<std::string> names;
+  for (const Distance& distance : baseDistances()) {
+    names.push_back(distance.name);
+    if (!distance.sigmaWeighted) names.push_back(distance.name + "-sigma");
+  }
+  return names;
+}
+
+std::vector<float> embedded(const Distance& distance, const std::vector<float>& p) {
+  std::vector<float> out(p.size());
+  embed(distance.embedding, p, out);
+  return out;
+}
+
+NodeMemory nodeOf(const NodeBank& bank, const Distance& distance, int id,
+                  const std::vector<std::vector<float>>& images) {
+  NodeMemory node = bank.makeNode(id);
+  for (const auto& image : images) {
+    ++node.frames;
+    node.probabilities.add(image);
+    if (node.embedded) node.embedded->add(embedded(distance, image));
+  }
+  return node;
+}
+
+class EveryDistance : public testing::TestWithParam<std::string> {
+ protected:
+  const Distance distance_ = getDistance(GetParam());
+  test::SyntheticPlaces places_{60, labels};
+  NodeBank bank_{distance_, labels};
+
+  void SetUp() override {
+    if (distance_.standardized) {
+      Standardization s{std::vector<float>(labels), std::vector<float>(labels)};
+      for (std::size_t i = 0; i < labels; ++i) {
+        s.center[i] = 0.01F * static_cast<float>(i % 7);
+        s.weight[i] = 0.5F + 0.1F * static_cast<float>(i % 11);
+      }
+      bank_.setStandardization(s);
+    }
+    for (std::size_t place = 0; place < 60; ++place)
+      bank_.add(nodeOf(bank_, distance_, static_cast<int>(place), places_.drive({place}, 1 + place % 4)));
+  }
+
+  NodeBank::Nearest slowNearest(const std::vector<float>& query, std::size_t except,
+                                std::uint64_t minFrames) const {
+    NodeBank::Nearest best{bank_.size(), INFINITY};
+    for (std::size_t slot = 0; slot < bank_.size(); ++slot)
+      if (slot != except && bank_[slot].frames >= minFrames && bank_.distance(slot, query) < best.distance)
+        best = {slot, bank_.distance(slot, query)};
+    return best;
+  }
+};
+
+TEST_P(EveryDistance, NearestIsThatOfAPlainScan) {
+  for (std::size_t i = 0; i < 200; ++i) {
+    const auto query = bank_.compared(embedded(distance_, places_.image(i % 60)));
+    const std::size_t except = i % 3 == 0 ? i % 60 : bank_.size();
+    const auto quick = bank_.nearest(query, except, 1 + i % 3);
+    const auto slow = slowNearest(query, except, 1 + i % 3);
+    ASSERT_TRUE(quick);
+    EXPECT_EQ(quick->slot, slow.slot);
+    EXPECT_DOUBLE_EQ(quick->distance, slow.distance);
+  }
+}
+
+TEST_P(EveryDistance, ImagesFindTheirPlace) {
+  std::size_t right = 0;
+  for (std::size_t place = 0; place < 60; ++place)
+    right += bank_.nearest(bank_.compared(embedded(distance_, places_.image(place))), 60)->slot == place;
+  EXPECT_GE(right,
+            distance_.comparison == Comparison::chebyshev ? 40U : 57U);  // that looks at one label only
+}
+
+TEST_P(EveryDistance, RemovedNodesAreNeverFound) {
+  while (bank_.size() > 1) {
+    const std::size_t gone = bank_.size() / 2;
+    const int id = bank_[gone].id;
+    bank_.remove(gone);
+    EXPECT_THROW(bank_.slotOf(id), Error);
+    const auto query = bank_.compared(embedded(distance_, places_.image(static_cast<std::size_t>(id))));
+    const auto quick = bank_.nearest(query, bank_.size());
+    ASSERT_TRUE(quick);
+    EXPECT_EQ(quick->slot, slowNearest(query, bank_.size(), 1).slot);
+  }
+  EXPECT_FALSE(bank_.nearest(bank_.compared(embedded(distance_, places_.image(0))), 0));
+}
+
+TEST_P(EveryDistance, DistanceToANodeOfOneImageIsThatToTheImage) {
+  if (distance_.standardized) return;  // standardized vectors have no distance outside the bank
+  NodeBank bank(distance_, labels);
+  const auto a = places_.image(3), b = places_.image(4);
+  bank.add(nodeOf(bank, distance_, 0, {a}));
+  EXPECT_NEAR(bank.distance(0, bank.compared(embedded(distance_, b))),
+              compare(distance_.comparison, embedded(distance_, a), embedded(distance_, b)), 1e-4);
+}
+
+INSTANTIATE_TEST_SUITE_P(NodeBank, EveryDistance, testing::ValuesIn(everyDistance()), [](const auto& name) {
+  std::string text = name.param;
+  for (char& c : text)
+    if (c == '-') c = '_';
+  return text;
+});
+
+TEST(NodeBank, ThesisWeightsAreOneMinusTwoSigma) {
+  const Distance distance = getDistance("weighted");
+  NodeBank bank(distance, 2);
+  bank.add(nodeOf(bank, distance, 0, {{0.2F, 0.5F}, {0.6F, 0.5F}}));  // σ = (0.2, 0), so w = (0.6, 1)
+  const std::vector<float> image{0.9F, 0.1F};
+  EXPECT_NEAR(bank.distance(0, image), (0.6 * 0.5 * 0.5 + 1 * 0.4 * 0.4) / 1.6, 1e-6);
+}
+
+TEST(QuantizedUpperBounds, BoundsHoldForAnyVectors) {
+  std::mt19937 random(9);
+  std::normal_distribution<float> normal;
+  for (const std::size_t length : {1U, 63U, 64U, 1001U}) {
+    QuantizedUpperBounds sketch(length);
+    std::vector<std::vector<float>> rows;
+    for (std::size_t r = 0; r < 40; ++r) {
+      std::vector<float> row(length, 0.0F);
+      for (float& v : row) v = normal(random) * (r % 5 == 0 ? 1e-6F : 1.0F) + (r % 7 == 0 ? 50.0F : 0.0F);
+      if (r == 3) std::fill(row.begin(), row.end(), 0.0F);
+      if (r == 4) row[0] = 1e4F;  // one value drowns all others
+      sketch.set(r, row);
+      rows.push_back(std::move(row));
+    }
+    std::vector<float> upper(rows.size());
+    for (const auto& query : rows) {
+      sketch.upperBounds(query, upper);
+      for (std::size_t r = 0; r < rows.size(); ++r) {
+        double exact = 0;
+        for (std::size_t i = 0; i < length; ++i) exact += static_cast<double>(rows[r][i]) * query[i];
+        EXPECT_GE(upper[r], exact - 1e-6 * std::fabs(exact)) << "length " << length << " row " << r;
+      }
+    }
+  }
+}
+
+TEST(QuantizedUpperBounds, BoundsOfUnitVectorsAreTight) {
+  std::mt19937 random(9);
+  std::normal_distribution<float> normal;
+  std::vector<float> a(1001), b(1001);
+  for (auto* v : {&a, &b}) {
+    for (float& x : *v) x = normal(random);
+    const float norm = std::sqrt(dot(*v, *v));
+    for (float& x : *v) x /= norm;
+  }
+  QuantizedUpperBounds sketch(1001);
+  sketch.set(0, a);
+  std::vector<float> upper(1);
+  sketch.upperBounds(b, upper);
+  EXPECT_LT(upper[0] - dot(a, b), 0.05);
+}
+
+/// Σ w d_part / Σ w, each part embedded and compared by itself.
+double fused(const std::vector<LabelPart>& parts, const std::vector<float>& a, const std::vector<float>& b) {
+  double sum = 0, weights = 0;
+  for (std::size_t first = 0; const LabelPart& part : parts) {
+    std::vector<float> x(part.size), y(part.size);
+    embed(Embedding::centeredLogRatio, std::span(a).subspan(first, part.size), x);
+    embed(Embedding::centeredLogRatio, std::span(b).subspan(first, part.size), y);
+    sum += part.weight * compare(Comparison::cosine, x, y);
+    weights += part.weight;
+    first += part.size;
+  }
+  return sum / weights;
+}
+
+TEST(NodeBankOfParts, DistanceIsTheWeightedMeanOfThePartsOwn) {
+  const std::vector<LabelPart> parts{{30, 1}, {5, 2}, {12, 0.5F}};
+  const Distance distance = getDistance("clr-cosine", parts);
+  test::SyntheticPlaces places(6, 47);
+  NodeBank bank(distance, 47);
+  std::vector<std::vector<float>> images;
+  for (std::size_t p = 0; p < 6; ++p) {
+    images.push_back(places.image(p));
+    NodeMemory node = bank.makeNode(static_cast<int>(p));
+    std::vector<float> embedded(47);
+    embed(distance.embedding, images.back(), embedded, distance.parts);
+    node.frames = 1;
+    node.probabilities.add(images.back());
+    node.embedded->add(embedded);
+    bank.add(std::move(node));
+  }
+  const std::vector<float> image = places.image(3);
+  std::vector<float> embedded(47);
+  embed(distance.embedding, image, embedded, distance.parts);
+  const auto query = bank.compared(embedded);
+  std::size_t best = 0;
+  for (std::size_t p = 0; p < 6; ++p) {
+    EXPECT_NEAR(bank.distance(p, query), fused(parts, images[p], image), 1e-5);
+    if (fused(parts, images[p], image) < fused(parts, images[best], image)) best = p;
+  }
+  EXPECT_EQ(bank.nearest(query, bank.size())->slot, best);
+}
+
+TEST(NodeBankOfParts, APartThatIsSurerThanBeforeChangesNothing) {
+  // The same ratios inside each part: only how much mass the second model gives has changed.
+  const std::vector<LabelPart> parts{{3, 1}, {2, 1}};
+  const std::vector<float> a{0.5F, 0.3F, 0.2F, 0.6F, 0.3F}, b{0.5F, 0.3F, 0.2F, 0.02F, 0.01F};
+  std::vector<float> x(5), y(5);
+  embed(Embedding::centeredLogRatio, a, x, parts);
+  embed(Embedding::centeredLogRatio, b, y, parts);
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_NEAR(x[i], y[i], 1e-4);
+  embed(Embedding::centeredLogRatio, a, x);
+  embed(Embedding::centeredLogRatio, b, y);
+  EXPECT_GT(std::abs(x[0] - y[0]), 0.5) << "as one part it would";
+}
+
+}  // namespace
+}  // namespace estancia

@@ -1,0 +1,338 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "estancia/files/camera_file.hpp"
+#include "estancia/files/depth_file.hpp"
+#include "estancia/readers/open_sequence.hpp"
+#include "support/errors.hpp"
+#include "support/images.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+namespace fs = std::filesystem;
+using test::encoded;
+using test::FailsWith;
+using test::Mentions;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+const float kNan = std::numeric_limits<float>::quiet_NaN();
+
+/// A depth image with two pixels.
+template <typename T>
+cv::Mat two(int type, T first, T second) {
+  cv::Mat raw(1, 2, type);
+  raw.at<T>(0, 0) = first;
+  raw.at<T>(0, 1) = second;
+  return raw;
+}
+
+class DepthFiles : public ::testing::Test {
+ protected:
+  void write(const std::string& name, const std::string& bytes) { test::writeFile(folder_ / name, bytes); }
+  void writeImage(const std::string& name) { write(name, encoded(".png", test::plain(4, 3, {1, 2, 3}))); }
+  void writeDepth(const std::string& name, std::uint16_t raw, cv::Size size = {2, 1}) {
+    write(name, encoded(".png", cv::Mat(size, CV_16U, cv::Scalar(raw))));
+  }
+  std::vector<float> read(const std::string& name, const cv::Mat& raw, double scale = 0) {
+    write(name, encoded(name.substr(name.find('.')), raw));
+    const cv::Mat meters = io::readDepth(folder_ / name, scale);
+    EXPECT_EQ(meters.type(), CV_32F);
+    return {meters.begin<float>(), meters.end<float>()};
+  }
+  std::unique_ptr<Sequence> open() { return openSequence(folder_.path(), options_); }
+  static float depthOf(const Sequence& sequence, std::size_t i) { return sequence.depth(i).at<float>(0, 0); }
+
+  test::ScratchFolder folder_;
+  SequenceOptions options_;
+};
+
+TEST_F(DepthFiles, AreReadAsMetersWhateverTheirKind) {
+  EXPECT_THAT(read("mm.png", two<std::uint16_t>(CV_16U, 1500, 0)), ElementsAre(1.5F, 0));
+  EXPECT_THAT(read("none.png", two<std::uint16_t>(CV_16U, 65535, 65534)), ElementsAre(0, 65.534F));
+  EXPECT_THAT(read("tum.png", two<std::uint16_t>(CV_16U, 5000, 10000), 5000), ElementsAre(1, 2));
+  EXPECT_THAT(read("coarse.png", two<uchar>(CV_8U, 51, 255)), ElementsAre(2, 10));
+  EXPECT_THAT(read("gray.png", cv::Mat(1, 2, CV_8UC3, cv::Scalar::all(51))), ElementsAre(2, 2));
+  EXPECT_THAT(read("float.tiff", two<float>(CV_32F, 1.25F, kNan)), ElementsAre(1.25F, 0));
+  EXPECT_THAT(read("float.exr", two<float>(CV_32F, 1.25F, -1)), ElementsAre(1.25F, 0));
+  EXPECT_THAT(read("float.pfm", two<float>(CV_32F, 1.25F, INFINITY)), ElementsAre(1.25F, 0));
+  EXPECT_THAT(read("mm.pfm", two<float>(CV_32F, 1250, 1e38F), 1000), ElementsAre(1.25F, 0));
+  EXPECT_THAT(read("mm.pgm", two<std::uint16_t>(CV_16U, 1500, 1)), ElementsAre(1.5F, 0.001F));
+}
+
+TEST_F(DepthFiles, RefuseColorsDamageAndSigns) {
+  cv::Mat colors(1, 2, CV_8UC3, cv::Scalar(255, 0, 0));
+  EXPECT_THAT([&] { read("jet.png", colors); }, FailsWith(ErrorCode::unsupportedFile, "jet.png"));
+  EXPECT_THAT([&] { read("signed.tiff", two<std::int16_t>(CV_16S, 1, -1)); },
+              FailsWith(ErrorCode::unsupportedFile, "signed.tiff"));
+  EXPECT_THAT([&] { io::readDepth(folder_ / "missing.png", 0); },
+              FailsWith(ErrorCode::fileNotFound, "missing.png"));
+  const std::string whole = encoded(".png", test::texture(64, 48, CV_16U));
+  write("cut.png", whole.substr(0, whole.size() / 2));
+  EXPECT_THAT([&] { io::readDepth(folder_ / "cut.png", 0); }, FailsWith(ErrorCode::truncatedFile, "cut.png"));
+  const std::string pfm = encoded(".pfm", two<float>(CV_32F, 1, 2));
+  for (std::size_t size = 0; size < pfm.size(); ++size) {
+    write("cut.pfm", pfm.substr(0, size));
+    EXPECT_TRUE(test::caught([&] { io::readDepth(folder_ / "cut.pfm", 0); }).code) << size;
+  }
+  for (const char* header :
+       {"Pf\n99999 99999\n-1\n", "Pf\n-1 2\n-1\n", "Pf\nnan 2\n-1\n", "Pf\n1e300 2\n-1\n"}) {
+    write("huge.pfm", header + std::string(64, 'x'));
+    EXPECT_TRUE(test::caught([&] { io::readDepth(folder_ / "huge.pfm", 0); }).code) << header;
+  }
+}
+
+TEST_F(DepthFiles, LeaveNothingInTheTemporaryFolder) {
+  setenv("OPENCV_TEMP_PATH", folder_.path().c_str(), 1);
+  const auto isRefused = [this](const std::string& header) {
+    write("depth.pfm", header + std::string(64, '\1'));
+    return test::caught([&] { io::readDepth(folder_ / "depth.pfm", 0); }).code.has_value();
+  };
+  EXPECT_FALSE(isRefused("Pf\n4 2\n-1\n"));
+  EXPECT_FALSE(isRefused("Pf\n4\t2\r-1 "));
+  for (const std::string& sides : {std::string("4 \n2"), std::string("4  2"), std::string("\n4 2"),
+                                   std::string("4 0"), std::string("1e0 2"), std::string(3000, '0') + "4 2"})
+    EXPECT_TRUE(isRefused("Pf\n" + sides + "\n-1\n")) << sides;
+  unsetenv("OPENCV_TEMP_PATH");
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_.path()), fs::directory_iterator()), 1);
+}
+
+TEST_F(DepthFiles, OfOtherSequencesAreAbsent) {
+  writeImage("a.png");
+  const auto sequence = open();
+  EXPECT_FALSE(sequence->hasDepth());
+  EXPECT_FALSE(sequence->intrinsics());
+  EXPECT_THAT([&] { sequence->depth(0); }, FailsWith(ErrorCode::insufficientData, "a.png"));
+}
+
+// ---- rgb/ beside depth/
+
+TEST_F(DepthFiles, InAFolderBesideImagesArePairedByTheirNames) {
+  for (const char* name : {"rgb/9.png", "rgb/10.png", "rgb/11.png"}) writeImage(name);
+  writeDepth("depth/9.png", 900);
+  writeDepth("depth/11.png", 1100, {64, 48});
+  const auto sequence = open();
+  ASSERT_EQ(sequence->size(), 3U);
+  EXPECT_TRUE(sequence->hasDepth());
+  EXPECT_EQ(sequence->frame(1).name, "10.png");
+  EXPECT_EQ(depthOf(*sequence, 0), 0.9F);
+  EXPECT_EQ(depthOf(*sequence, 2), 1.1F);
+  EXPECT_EQ(sequence->depth(2).size(), cv::Size(64, 48)) << "its own size";
+  EXPECT_THAT([&] { sequence->depth(1); }, FailsWith(ErrorCode::insufficientData, "10.png"));
+  EXPECT_THAT(sequence->warnings(), IsEmpty());
+  EXPECT_EQ(sequence->image(0).size(), cv::Size(4, 3));
+  EXPECT_EQ(sequence->fingerprint(0), openSequence(folder_ / "rgb")->fingerprint(0));
+}
+
+TEST_F(DepthFiles, InAFolderBesideTimedImagesArePairedByTime) {
+  for (const char* name : {"color/10.000000.png", "color/10.033333.png", "color/10.066667.png"})
+    writeImage(name);
+  writeDepth("depth/9.991000.png", 1000);
+  writeDepth("depth/10.040000.png", 2000);
+  writeDepth("depth/10.120000.png", 3000);
+  const auto sequence = open();
+  EXPECT_EQ(depthOf(*sequence, 0), 1);
+  EXPECT_EQ(depthOf(*sequence, 1), 2);
+  EXPECT_THAT([&] { sequence->depth(2); }, FailsWith(ErrorCode::insufficientData, "10.066667.png"))
+      << "0.027 s is too far";
+  EXPECT_EQ(sequence->depthTimestamp(0), 9.991);
+  EXPECT_EQ(sequence->depthTimestamp(2), 10.04);
+}
+
+TEST_F(DepthFiles, BesideImagesInTheFolderItselfLeaveItAPlainFolder) {
+  writeImage("a.png");
+  writeImage("rgb/b.png");
+  writeDepth("depth/b.png", 1000);
+  const auto sequence = open();
+  EXPECT_EQ(sequence->frame(0).name, "a.png");
+  EXPECT_FALSE(sequence->hasDepth());
+}
+
+TEST_F(DepthFiles, MayBeInOtherUnits) {
+  writeImage("rgb/a.png");
+  writeDepth("depth/a.png", 1000);
+  options_.depthScale = 5000;
+  EXPECT_EQ(depthOf(*open(), 0), 0.2F);
+  for (const double scale : {-1.0, 1e300, 1e-300, std::nan(""), static_cast<double>(INFINITY)}) {
+    options_.depthScale = scale;
+    EXPECT_THAT([&] { open(); }, FailsWith(ErrorCode::invalidOption, "depth-scale")) << scale;
+  }
+}
+
+TEST_F(DepthFiles, CanBeReadByManyThreads) {
+  for (int i = 0; i < 8; ++i) {
+    writeImage(fmt::format("rgb/{}.png", i));
+    writeDepth(fmt::format("depth/{}.png", i), static_cast<std::uint16_t>(1000 + i));
+  }
+  const auto sequence = open();
+  std::vector<float> seen(8);
+  test::inThreads(
+      8, [&](int t) { seen[static_cast<std::size_t>(t)] = depthOf(*sequence, static_cast<std::size_t>(t)); });
+  for (std::size_t i = 0; i < seen.size(); ++i)
+    EXPECT_NEAR(seen[i], 1 + 0.001 * static_cast<double>(i), 1e-6);
+}
+
+TEST(NyuDepth, OpensAsPairs) {
+  const auto data = test::findData("nyuv2_half");
+  ESTANCIA_NEEDS(data, "the real data set nyuv2_half is missing");
+  const auto sequence = openSequence(*data);
+  ASSERT_EQ(sequence->size(), 1173U);
+  double least = 1e9, most = 0;
+  for (std::size_t i = 0; i < sequence->size(); i += 100) {
+    const cv::Mat depth = sequence->depth(i);
+    EXPECT_EQ(depth.size(), cv::Size(320, 240));
+    double nearest = 0, furthest = 0;
+    cv::minMaxLoc(depth, &nearest, &furthest, nullptr, nullptr, depth > 0);
+    least = std::min(least, nearest);
+    most = std::max(most, furthest);
+  }
+  EXPECT_GT(least, 0.3);
+  EXPECT_LE(most, 10);
+}
+
+// ---- TUM RGB-D and 7-Scenes
+
+TEST_F(DepthFiles, OfTumAreTheNearestInTime) {
+  for (const char* name : {"rgb/1.png", "rgb/2.png", "rgb/3.png"}) writeImage(name);
+  write("rgb.txt", "1.00 rgb/1.png\n1.03 rgb/2.png\n1.50 rgb/3.png\n");
+  write("depth.txt", "# depth maps\n1.045 depth/b.png\n1.012 depth/a.png\n");
+  writeDepth("depth/a.png", 5000);
+  writeDepth("depth/b.png", 10000);
+  const auto sequence = open();
+  EXPECT_EQ(depthOf(*sequence, 0), 1) << "5000 units are a meter";
+  EXPECT_EQ(depthOf(*sequence, 1), 2);
+  EXPECT_THAT([&] { sequence->depth(2); }, FailsWith(ErrorCode::insufficientData, "rgb/3.png"));
+  EXPECT_EQ(sequence->depthTimestamp(2), 1.045);
+  EXPECT_FALSE(sequence->intrinsics()) << "no camera is published for this folder";
+  EXPECT_THAT(sequence->warnings(), IsEmpty());
+}
+
+TEST_F(DepthFiles, OfTumAreLeftAsideWhenTheirListIsDamaged) {
+  writeImage("1.png");
+  write("rgb.txt", "1.00 1.png\n");
+  for (const char* list : {"noon a.png\n", "1.0 ../a.png\n", "1.0 /a.png\n"}) {
+    write("depth.txt", list);
+    const auto sequence = open();
+    EXPECT_FALSE(sequence->hasDepth());
+    EXPECT_THAT(sequence->warnings(), ::testing::Contains(Mentions({"depth.txt"}))) << list;
+  }
+}
+
+TEST_F(DepthFiles, OfTumComeWithThePublishedCamera) {
+  const fs::path data = folder_ / "rgbd_dataset_freiburg3_office";
+  test::writeFile(data / "1.png", encoded(".png", test::plain(4, 3, {1, 2, 3})));
+  test::writeFile(data / "rgb.txt", "1.00 1.png\n");
+  EXPECT_EQ(openSequence(data)->intrinsics()->fx, 535.4);
+}
+
+TEST(SevenScenes, GivesTheDepthOfTheRedKitchen) {
+  const auto data = test::findData("sevenscenes_redkitchen");
+  ESTANCIA_NEEDS(data, "the real data set sevenscenes_redkitchen is missing");
+  const auto sequence = openSequence(*data);
+  ASSERT_TRUE(sequence->hasDepth());
+  EXPECT_EQ(sequence->intrinsics()->width, 640);
+  EXPECT_EQ(sequence->intrinsics()->fx, 585);
+  for (const std::size_t i : {0U, 100U, 199U}) {
+    const cv::Mat depth = sequence->depth(i);
+    EXPECT_EQ(depth.size(), cv::Size(640, 480));
+    double furthest = 0;
+    cv::minMaxLoc(depth, nullptr, &furthest);
+    EXPECT_GT(furthest, 1) << i;
+    EXPECT_LT(furthest, 12) << i;
+    EXPECT_GT(cv::countNonZero(depth), 640 * 480 / 2) << i;
+  }
+}
+
+// ---- intrinsics
+
+class Intrinsics : public DepthFiles {
+ protected:
+  CameraIntrinsics read(const std::string& text) {
+    write("camera", text);
+    return io::readIntrinsics(folder_ / "camera");
+  }
+  test::Caught refusal(const std::string& text) {
+    return test::caught([&] { read(text); });
+  }
+};
+
+void expectCamera(const CameraIntrinsics& camera, int width = 0, int height = 0) {
+  EXPECT_EQ(camera.width, width);
+  EXPECT_EQ(camera.height, height);
+  EXPECT_EQ(camera.fx, 517.3);
+  EXPECT_EQ(camera.fy, 516.5);
+  EXPECT_EQ(camera.cx, 318.6);
+  EXPECT_EQ(camera.cy, 255.25);
+}
+
+TEST_F(Intrinsics, AreReadFromWhatPeopleHave) {
+  expectCamera(read("517.3 516.5 318.6 255.25\n"));
+  expectCamera(read("# fx, fy, cx, cy\n517.3, 516.5, 318.6, 255.25"));
+  expectCamera(read("5.173e+02 0 318.6\r\n0 516.5 255.25\r\n0 0 1\r\n"));
+  expectCamera(read("517.3 0 318.6 0\n0 516.5 255.25 0\n0 0 1 0\n0 0 0 1\n"));
+  expectCamera(read("image_width: 640\nimage_height: 480\ncamera_name: kinect\ncamera_matrix:\n  rows: 3\n"
+                    "  cols: 3\n  data: [517.3, 0, 318.6, 0, 516.5, 255.25, 0, 0, 1]\n"),
+               640, 480);
+  expectCamera(read("%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\ncamera_matrix: !!opencv-matrix\n"
+                    "   rows: 3\n   cols: 3\n   dt: d\n   data: [ 5.173e+02, 0., 318.6, 0.,\n       516.5, "
+                    "255.25, 0., 0., 1. ]\ndistortion_coefficients: [0]\n"),
+               640, 480);
+  expectCamera(
+      read("header:\n  seq: 1\nheight: 480\nwidth: 640\nK: [517.3, 0, 318.6, 0, 516.5, 255.25, 0, 0, 1]\n"),
+      640, 480);
+}
+
+TEST_F(Intrinsics, AreRefusedWhenTheyMakeNoCamera) {
+  for (const char* text : {"", "\n", "517 516 318", "517 516 318 255 0", "-517 516 318 255", "0 516 318 255",
+                           "nan 516 318 255", "517 inf 318 255", "1e300 516 318 255", "517 516 318 cy",
+                           "517 0 0 0 516 0 318 255 1", "517 9 318 0 516 255 0 0 1", "K: 517\n", "K: [517, 0",
+                           "camera_matrix:\n  data: [1, 2]\n", "517 0 318 0 516 255 0 0 2"})
+    EXPECT_THAT(refusal(text), FailsWith(ErrorCode::malformedFile, "camera")) << text;
+  EXPECT_TRUE(refusal(std::string(1 << 17, ' ')).code) << "too long for a calibration";
+  EXPECT_TRUE(refusal(std::string("517\0 516 318 255", 16)).code);
+}
+
+TEST_F(Intrinsics, InTheFolderAreForItsImagesUnlessTheySayTheirSize) {
+  writeImage("a.png");
+  write("intrinsics.txt", "5 5 2 1.5\n");
+  const auto camera = open()->intrinsics();
+  ASSERT_TRUE(camera);
+  EXPECT_EQ(camera->width, 4);
+  EXPECT_EQ(camera->height, 3);
+  const CameraIntrinsics twice = camera->scaledTo(8, 6);
+  EXPECT_EQ(twice.fx, 10);
+  EXPECT_EQ(twice.cx, 4.5) << "pixel centers are whole numbers: 2 lies at 2.5 of 4, which is 5 of 8";
+  write("other", "50 50 2 1.5\n");
+  options_.intrinsics = folder_ / "other";
+  EXPECT_EQ(open()->intrinsics()->fx, 50) << "what the user names wins";
+}
+
+TEST_F(Intrinsics, ThatAreWrongStopOnlyWhoNamesThem) {
+  writeImage("a.png");
+  write("intrinsics.txt", "none\n");
+  const auto sequence = open();
+  EXPECT_FALSE(sequence->intrinsics());
+  EXPECT_THAT(sequence->warnings(), ::testing::Contains(Mentions({"intrinsics.txt"})));
+  options_.intrinsics = folder_ / "intrinsics.txt";
+  EXPECT_THAT([&] { open(); }, FailsWith(ErrorCode::malformedFile, "none"));
+  options_.intrinsics = folder_ / "missing.txt";
+  EXPECT_THAT([&] { open(); }, FailsWith(ErrorCode::fileNotFound, "missing.txt"));
+}
+
+TEST_F(Intrinsics, NeedAImageToKnowTheirSize) {
+  write("a.png", "no image");
+  write("intrinsics.txt", "5 5 2 1.5\n");
+  const auto sequence = open();
+  EXPECT_FALSE(sequence->intrinsics());
+  EXPECT_THAT(sequence->warnings(), ::testing::Contains(Mentions({"intrinsics.txt", "10"})));
+}
+
+}  // namespace
+}  // namespace estancia

@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <opencv2/core.hpp>
+
+#include "estancia/readers/home_truth.hpp"
+#include "estancia/readers/open_sequence.hpp"
+#include "support/errors.hpp"
+#include "support/images.hpp"
+#include "support/support.hpp"
+
+namespace estancia::io {
+namespace {
+
+using test::encoded;
+using test::FailsWith;
+using test::writeFile;
+
+constexpr const char* kInstanceColumns =
+    "id,category,model,model_name,room,x,y,z,size_x,size_y,size_z,yaw_degrees,movable_name\n";
+constexpr const char* kRug = "10,rug,*rug,generated,west,1,2,0.006,2.4,1.7,0.012,90,\n";
+constexpr const char* kMug = "300,mug,k28,\"Mug, \"\"red\"\"\",east,5,2,0.8,0.1,0.1,0.1,-45,mug\n";
+/// Two rooms side by side, the robot's wall between them at x = 4.
+constexpr const char* kTwoRooms =
+    R"({"rooms": [{"name": "west", "polygon": [[0, 0], [4, 0], [4, 4], [0, 4]]},
+                  {"name": "east", "polygon": [[4, 0], [8, 0], [8, 4], [4, 4]]}]})";
+
+/// A camera at x = 2, y = 2 that looks east; what it sees at 2 m is the wall.
+const Pose kLooksEast = Pose::planar(2, 2, 0);
+constexpr CameraIntrinsics kCamera{16, 12, 16, 16, 7.5, 5.5};
+
+class HomeTruthFiles : public ::testing::Test {
+ protected:
+  std::vector<HomeInstance> instances(const std::string& rows) {
+    writeFile(folder_ / "instances.csv", kInstanceColumns + rows);
+    return readHomeInstances(folder_ / "instances.csv");
+  }
+  VisibleByImage visible(const std::string& rows) {
+    writeFile(folder_ / "visible.csv", "image,id,pixels,pixels_with_depth\n" + rows);
+    return readVisibleInstances(folder_ / "visible.csv", instances(std::string(kRug) + kMug));
+  }
+  HomePlan plan() {
+    writeFile(folder_ / "home.json", kTwoRooms);
+    return readHomePlan(folder_ / "home.json");
+  }
+  test::ScratchFolder folder_;
+};
+
+TEST_F(HomeTruthFiles, ListInstancesWithTheirBoxes) {
+  const auto found = instances(std::string(kRug) + kMug);
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(found[0].category, "rug");
+  EXPECT_EQ(found[0].room, "west");
+  EXPECT_EQ(found[0].center, cv::Point3d(1, 2, 0.006));
+  EXPECT_EQ(found[0].size, cv::Point3d(2.4, 1.7, 0.012));
+  EXPECT_DOUBLE_EQ(found[0].yaw, std::numbers::pi / 2);
+  EXPECT_EQ(found[0].movableName, "");
+  EXPECT_EQ(found[1].id, 300);
+  EXPECT_EQ(found[1].modelName, "Mug, \"red\"");
+  EXPECT_EQ(found[1].movableName, "mug");
+}
+
+TEST_F(HomeTruthFiles, RefuseInstancesThatCannotBe) {
+  const auto refuses = [&](const std::string& row, const std::string& fact) {
+    EXPECT_THAT([&] { instances(row); }, FailsWith(ErrorCode::malformedFile, "instances.csv:", fact)) << row;
+  };
+  refuses(std::string(kRug) + kMug + kRug, ":4");
+  refuses("9,rug,a,b,west,1,2,0,1,1,1,0,\n", "\"9\"");
+  refuses("65536,rug,a,b,west,1,2,0,1,1,1,0,\n", "65536");
+  refuses("10.5,rug,a,b,west,1,2,0,1,1,1,0,\n", "10.5");
+  refuses("10,rug,a,b,west,nan,2,0,1,1,1,0,\n", "nan");
+  refuses("10,rug,a,b,west,1,2,inf,1,1,1,0,\n", "inf");
+  refuses("10,rug,a,b,west,1,1e5,0,1,1,1,0,\n", "1e5");
+  refuses("10,rug,a,b,west,1,2,0,-1,1,1,0,\n", "size_x");
+  refuses("10,rug,a,b,west,1,2,0,1,1,1,,\n", "yaw_degrees");
+  refuses("10,rug,a,b\n", ":2");
+  EXPECT_TRUE(instances("").empty()) << "an empty home";
+  writeFile(folder_ / "instances.csv", "id,category\n10,rug\n");
+  EXPECT_THAT([&] { readHomeInstances(folder_ / "instances.csv"); },
+              FailsWith(ErrorCode::malformedFile, "instances.csv:1", "model"));
+  writeFile(folder_ / "instances.csv", "");
+  EXPECT_THAT([&] { readHomeInstances(folder_ / "instances.csv"); },
+              FailsWith(ErrorCode::malformedFile, "instances.csv"));
+}
+
+TEST_F(HomeTruthFiles, SayWhatAFrameSees) {
+  const auto seen = visible("a.jpg,10,500,400\na.jpg,300,20,0\nb.jpg,300,7,7\n");
+  ASSERT_EQ(seen.size(), 2U);
+  ASSERT_EQ(seen.at("a.jpg").size(), 2U);
+  EXPECT_EQ(seen.at("a.jpg")[0].pixels, 500);
+  EXPECT_EQ(seen.at("a.jpg")[0].pixelsWithDepth, 400);
+  EXPECT_EQ(seen.at("b.jpg")[0].id, 300);
+}
+
+TEST_F(HomeTruthFiles, RefuseVisibleInstancesThatCannotBe) {
+  for (const char* row :
+       {"a.jpg,11,5,5\n", "a.jpg,10,5,6\n", "a.jpg,10,-1,-1\n", "a.jpg,10,1e9,5\n", "a.jpg,10,nan,5\n",
+        "a.jpg,10,5.5,5\n", "a.jpg,10,5\n", "a.jpg,10,5,5\na.jpg,10,5,5\n"})
+    EXPECT_THAT([&] { visible(row); }, FailsWith(ErrorCode::malformedFile, "visible.csv:")) << row;
+}
+
+TEST_F(HomeTruthFiles, HaveMasksOf16Bits) {
+  const cv::Mat mask = (cv::Mat_<std::uint16_t>(2, 2) << 0, 3, 10, 300);
+  writeFile(folder_ / "instance/000001.png", encoded(".png", mask));
+  Frame frame;
+  frame.name = "000001.jpg";
+  const cv::Mat read = readInstanceMask(instanceMaskFile(folder_.path(), frame));
+  ASSERT_EQ(read.type(), CV_16UC1);
+  EXPECT_EQ(cv::countNonZero(read != mask), 0);
+  writeFile(folder_ / "8.png", encoded(".png", cv::Mat(2, 2, CV_8U, cv::Scalar(1))));
+  writeFile(folder_ / "color.png", encoded(".png", cv::Mat(2, 2, CV_16UC3, cv::Scalar(1, 2, 3))));
+  writeFile(folder_ / "none.png", "no image");
+  for (const char* name : {"8.png", "color.png", "none.png"})
+    EXPECT_THAT([&] { readInstanceMask(folder_ / name); }, FailsWith(ErrorCode::unsupportedFile, name))
+        << name;
+}
+
+TEST_F(HomeTruthFiles, TellTheRoomThatMostOfTheDepthLiesIn) {
+  const HomePlan home = plan();
+  cv::Mat depth(12, 16, CV_32F, cv::Scalar(1.5));
+  EXPECT_EQ(roomSeen(home, depth, kCamera, kLooksEast), 0U);
+  depth = 2;
+  EXPECT_EQ(roomSeen(home, depth, kCamera, kLooksEast), 0U) << "a wall belongs to the side that is seen";
+  depth.colRange(0, 9) = 3;
+  EXPECT_EQ(roomSeen(home, depth, kCamera, kLooksEast), 1U) << "through a door";
+  depth.colRange(0, 9) = 0;
+  EXPECT_EQ(roomSeen(home, depth, kCamera, kLooksEast), 0U) << "no depth, no vote";
+  EXPECT_EQ(roomSeen(home, depth, kCamera, Pose::planar(2, 2, std::numbers::pi)), 0U);
+  EXPECT_EQ(roomSeen(home, depth, kCamera, Pose::planar(100, 2, 0)), std::nullopt);
+}
+
+TEST_F(HomeTruthFiles, NoDepthShowsNoRoom) {
+  const HomePlan home = plan();
+  cv::Mat depth(12, 16, CV_32F, cv::Scalar(0));
+  EXPECT_EQ(roomSeen(home, depth, kCamera, kLooksEast), std::nullopt);
+  depth = std::nan("");
+  EXPECT_EQ(roomSeen(home, depth, kCamera, kLooksEast), std::nullopt);
+  EXPECT_THAT([&] { roomSeen(home, cv::Mat(), kCamera, kLooksEast); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { roomSeen(home, cv::Mat(2, 2, CV_16U), kCamera, kLooksEast); },
+              FailsWith(ErrorCode::invalidInput));
+}
+
+TEST_F(HomeTruthFiles, TellTheRoomOfMostVisibleThings) {
+  const auto things = instances(std::string(kRug) + kMug + "11,lamp,a,b,east,5,2,0,1,1,1,0,\n" +
+                                "12,cloud,a,b,,5,2,0,1,1,1,0,\n");
+  EXPECT_EQ(roomSeen({{10, 50, 50}, {300, 30, 0}, {11, 30, 0}, {12, 900, 0}}, things), "east");
+  EXPECT_EQ(roomSeen({{10, 50, 50}, {300, 30, 0}}, things), "west");
+  EXPECT_EQ(roomSeen({{12, 900, 0}}, things), "");
+  EXPECT_EQ(roomSeen({}, things), "");
+}
+
+TEST_F(HomeTruthFiles, FramesWithoutDepthSeeTheRoomOfTheirThings) {
+  plan();
+  visible("1.jpg,300,5,0\n2.jpg,300,5,0\n");
+  for (const char* name : {"1", "2", "3"})
+    writeFile(folder_ / (std::string("rgb/") + name + ".jpg"),
+              encoded(".jpg", test::plain(16, 12, {9, 9, 9})));
+  writeFile(folder_ / "depth/1.png", encoded(".png", cv::Mat(12, 16, CV_16U, cv::Scalar(1000))));
+  writeFile(folder_ / "camera-intrinsics.txt", "16 0 7.5\n0 16 5.5\n0 0 1\n");
+  writeFile(folder_ / "poses.txt", "0 2 2 1 -0.5 0.5 -0.5 0.5\n1 2 2 1 -0.5 0.5 -0.5 0.5\n2 2 2 1 0 0 0 1\n");
+  ASSERT_TRUE(hasHomeTruth(folder_.path()));
+  const HomeTruth truth = readHomeTruth(folder_.path());
+  EXPECT_THAT(roomsSeen(truth, *openSequence(folder_.path())), ::testing::ElementsAre("west", "east", ""));
+  const auto seenBy = [&](const std::vector<std::string>& images) {
+    return roomsSeen(folder_.path(), images);
+  };
+  EXPECT_THAT(seenBy({"rgb/2.jpg", "1.jpg"}), ::testing::ElementsAre("east", "west"));
+  EXPECT_TRUE(seenBy({}).empty());
+  EXPECT_THAT([&] { seenBy({"1.jpg", "4.jpg"}); }, FailsWith(ErrorCode::mismatch, "4.jpg"));
+  EXPECT_THAT([&] { seenBy({"1.jpg", "1.jpg"}); }, FailsWith(ErrorCode::mismatch, "1.jpg"));
+  writeFile(folder_ / "depth/1.png", "damaged");
+  EXPECT_THAT(roomsSeen(truth, *openSequence(folder_.path())), ::testing::ElementsAre("east", "east", ""));
+}
+
+TEST_F(HomeTruthFiles, AFolderNeedsOnlyThePlan) {
+  EXPECT_FALSE(hasHomeTruth(folder_.path()));
+  plan();
+  const HomeTruth truth = readHomeTruth(folder_.path());
+  EXPECT_EQ(truth.plan.rooms.size(), 2U);
+  EXPECT_TRUE(truth.instances.empty());
+  EXPECT_TRUE(truth.visible.empty());
+}
+
+TEST(RenderedHome, AQuarterOfTheDaySeesAnotherRoomThanItStandsIn) {
+  const auto data = test::findData("home_a");
+  ESTANCIA_NEEDS(data, "the rendered home is not here");
+  for (const char* drive : {"day", "evening", "slow"}) {
+    const HomeTruth truth = readHomeTruth(*data / drive);
+    EXPECT_EQ(truth.plan.rooms.size(), 6U);
+    EXPECT_EQ(truth.plan.doors.size(), 6U);
+    EXPECT_GT(truth.instances.size(), 150U);
+    const auto sequence = openSequence(*data / drive);
+    int elsewhere = 0;
+    for (std::size_t i = 0; i < sequence->size(); ++i) {
+      const Frame& frame = sequence->frame(i);
+      const auto room = roomAt(truth.plan, frame.pose->x, frame.pose->y);
+      ASSERT_TRUE(room) << drive << " " << frame.name;
+      elsewhere += truth.plan.rooms[*room].name != frame.room ? 1 : 0;
+    }
+    EXPECT_LE(elsewhere, 1) << drive << ": only a camera right under a door stands in two rooms";
+  }
+  const HomeTruth truth = readHomeTruth(*data / "day");
+  const auto sequence = openSequence(*data / "day");
+  const auto seen = roomsSeen(truth, *sequence);
+  int other = 0, things = 0, withThings = 0;
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    other += seen[i] != sequence->frame(i).room ? 1 : 0;
+    const auto visible = truth.visible.find(sequence->frame(i).name);
+    if (visible == truth.visible.end()) continue;
+    ++withThings;
+    things += roomSeen(visible->second, truth.instances) == seen[i] ? 1 : 0;
+  }
+  EXPECT_EQ(std::ranges::count(seen, ""), 0);
+  EXPECT_NEAR(other / 320.0, 0.25, 0.03);
+  EXPECT_GT(things, 0.7 * withThings) << "things mostly stand in the room that is seen";
+  RecordProperty("other", other);
+  RecordProperty("things", things);
+}
+
+}  // namespace
+}  // namespace estancia::io

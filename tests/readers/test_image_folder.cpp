@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <atomic>
+
+#include "estancia/readers/open_sequence.hpp"
+#include "support/errors.hpp"
+#include "support/images.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+namespace fs = std::filesystem;
+using test::encoded;
+using test::FailsWith;
+using test::Mentions;
+using test::plain;
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+class ImageFolder : public ::testing::Test {
+ protected:
+  void add(const std::string& name, int level = 100, cv::Size size = {4, 3}) {
+    test::writeFile(folder_ / name, encoded(".png", plain(size.width, size.height, cv::Scalar::all(level))));
+  }
+  void write(const std::string& name, const std::string& text) { test::writeFile(folder_ / name, text); }
+  std::unique_ptr<Sequence> open() { return openSequence(folder_.path(), options_); }
+  std::vector<std::string> names() {
+    const auto sequence = open();
+    std::vector<std::string> all;
+    for (std::size_t i = 0; i < sequence->size(); ++i) all.push_back(sequence->frame(i).name);
+    return all;
+  }
+  test::Caught refusal() {
+    return test::caught([&] { open(); });
+  }
+
+  test::ScratchFolder folder_;
+  SequenceOptions options_;
+};
+
+TEST_F(ImageFolder, IsReadInNaturalOrderWhateverTheCaseOfSuffixes) {
+  for (const char* name : {"img10.PNG", "img9.png", "img1.JPEG", "img2.Tif"}) add(name);
+  write("notes.txt", "no image");
+  write(".hidden.png", "");
+  fs::create_directories(folder_ / "img3.png");
+  EXPECT_THAT(names(), ElementsAre("img1.JPEG", "img2.Tif", "img9.png", "img10.PNG"));
+  const auto sequence = open();
+  EXPECT_EQ(sequence->name(), folder_.path().filename());
+  EXPECT_FALSE(sequence->frame(0).timestamp || sequence->frame(0).pose);
+  EXPECT_EQ(sequence->frame(0).room, "");
+  EXPECT_THAT(sequence->warnings(), IsEmpty());
+  EXPECT_EQ(openSequence(folder_.path() / "")->name(), folder_.path().filename());
+}
+
+TEST_F(ImageFolder, TakesNamesWithBlanksUmlautsAndLineEnds) {
+  for (const char* name : {"a b.png", "habitación.png", "two\nlines.png", "latin\xE9.png"}) add(name, 7);
+  EXPECT_THAT(names(), ElementsAre("a b.png", "habitación.png", "latin\\xE9.png", "two\\x0Alines.png"));
+  const auto sequence = open();
+  for (std::size_t i = 0; i < sequence->size(); ++i) EXPECT_EQ(sequence->image(i).at<cv::Vec3b>(0, 0)[0], 7);
+}
+
+TEST_F(ImageFolder, MayHoldImagesOfDifferentSizes) {
+  add("1.png", 10, {4, 3});
+  add("2.png", 20, {300, 200});
+  const auto sequence = open();
+  EXPECT_EQ(sequence->image(0).size(), cv::Size(4, 3));
+  EXPECT_EQ(sequence->image(1).size(), cv::Size(300, 200));
+}
+
+TEST_F(ImageFolder, GoesOnBehindATruncatedImage) {
+  const std::string jpeg = encoded(".jpg", test::texture(32, 24));
+  for (int i = 0; i < 100; ++i)
+    write(std::to_string(i) + ".jpg", i == 50 ? jpeg.substr(0, jpeg.size() / 2) : jpeg);
+  const auto sequence = open();
+  ASSERT_EQ(sequence->size(), 100U);
+  for (std::size_t i = 0; i < 100; ++i)
+    EXPECT_EQ(test::caught([&] { sequence->image(i); }).code.has_value(), i == 50) << i;
+  EXPECT_THAT([&] { sequence->image(50); }, FailsWith(ErrorCode::truncatedFile, "50.jpg"));
+}
+
+TEST_F(ImageFolder, SaysWhenThereIsNothingToRead) {
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::unsupportedFile));
+  options_.type = "folder";
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::insufficientData));
+  EXPECT_THAT([&] { openSequence(folder_ / "none"); }, FailsWith(ErrorCode::fileNotFound, "none"));
+  EXPECT_THAT([&] { openSequence(""); }, FailsWith(ErrorCode::fileNotFound));
+  ASSERT_EQ(mkfifo((folder_ / "pipe").c_str(), 0600), 0);
+  EXPECT_THAT([&] { openSequence(folder_ / "pipe"); }, FailsWith(ErrorCode::unsupportedFile, "pipe"));
+}
+
+TEST_F(ImageFolder, DoesNotWaitForAPipeNamedAsAnImage) {
+  add("1.png");
+  ASSERT_EQ(mkfifo((folder_ / "2.png").c_str(), 0600), 0);
+  EXPECT_THAT(names(), ElementsAre("1.png"));
+}
+
+TEST_F(ImageFolder, SaysThatOneImageIsNoDrive) {
+  add("1.png");
+  EXPECT_THAT(open()->warnings(), ElementsAre(Mentions({"one"})));
+}
+
+TEST_F(ImageFolder, SurvivesCyclesOfSymbolicLinks) {
+  add("1.png");
+  add("2.png");
+  fs::create_symlink("loop.png", folder_ / "loop.png");
+  fs::create_symlink("gone", folder_ / "dangling.png");
+  fs::create_symlink(folder_.path(), folder_ / "self");
+  EXPECT_THAT(names(), ElementsAre("1.png", "2.png"));
+  EXPECT_EQ(openSequence(folder_ / "self" / "self")->size(), 2U);
+  EXPECT_THAT([&] { openSequence(folder_ / "loop.png"); }, FailsWith(ErrorCode::fileUnreadable, "loop.png"));
+}
+
+TEST_F(ImageFolder, SaysThatItMayNotBeRead) {
+  fs::create_directories(folder_ / "closed");
+  add("closed/1.png");
+  fs::permissions(folder_.path(), fs::perms(0755));
+  fs::permissions(folder_ / "closed", fs::perms(0));
+  const auto openAsNobody = [&] {
+    if (geteuid() == 0 && seteuid(65534) != 0) _exit(1);  // root may read everything
+    const test::Caught caught = test::caught([&] { openSequence(folder_ / "closed"); });
+    std::fprintf(stderr, "%s %s", std::string(nameOf(caught.code.value())).c_str(), caught.message.c_str());
+    _exit(0);
+  };
+  EXPECT_EXIT(openAsNobody(), ::testing::ExitedWithCode(0), "file-unreadable .*closed: .*Permission denied");
+  fs::permissions(folder_ / "closed", fs::perms(0755));
+}
+
+TEST_F(ImageFolder, RefusesUnknownTypesAndListsTheKnown) {
+  add("1.png");
+  options_.type = "movie";
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::unknownName, "movie", "auto, descriptors, bag, video, tum"));
+  EXPECT_EQ(sequenceTypes().size(), 12U);
+}
+
+TEST_F(ImageFolder, TakesTimeStampsFromNamesThatAreSuch) {
+  add("1305031102.175304.png");
+  add("1305031102.211214.png");
+  EXPECT_EQ(open()->frame(1).timestamp, 1305031102.211214);
+  add("overview.png");
+  EXPECT_FALSE(open()->frame(1).timestamp);
+}
+
+TEST_F(ImageFolder, DoesNotTakeVersionsOrCountersForTimes) {
+  add("1.1.png");
+  add("1.2.png");
+  EXPECT_FALSE(open()->frame(1).timestamp);
+}
+
+TEST_F(ImageFolder, MatchesPosesByTimeAndNeverAcrossAGap) {
+  for (const char* name : {"10.000.png", "11.000.png", "12.000.png", "13.000.png"}) add(name);
+  write("truth/t.txt",
+        "12.04 3 0 0 0 0 0 1\n10.01 1 0 0 0 0 0 1\n11.5 2 0 0 0 0 0 1\n12.96 9 0 0 0 0 0 1\n13.01 nan 0 0 0 "
+        "0 0 1\n");
+  options_.poses = folder_ / "truth" / "t.txt";
+  const auto sequence = open();
+  EXPECT_EQ(sequence->frame(0).pose->x, 1);
+  EXPECT_FALSE(sequence->frame(1).pose);
+  EXPECT_EQ(sequence->frame(2).pose->x, 3);
+  EXPECT_FALSE(sequence->frame(3).pose) << "the nearest pose is NaN: another one would be a guess";
+  EXPECT_THAT(sequence->warnings(), ::testing::Contains(Mentions({"1 of 4", "0.05"})));
+  EXPECT_THAT(sequence->warnings(), ::testing::Contains(Mentions({"1 of 5"})));
+  EXPECT_THAT(sequence->warnings(), ::testing::Contains(Mentions({"2 of 5"})));
+  options_.maxPoseGap = 0.6;
+  EXPECT_EQ(open()->frame(1).pose->x, 2);
+  options_.maxPoseGap = -1;
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::invalidOption, "max-pose-gap", "-1"));
+}
+
+TEST_F(ImageFolder, MatchesPosesByOrderWhereThereAreNoTimes) {
+  add("a.png");
+  add("b.png");
+  write("poses.txt", "1 0 0 0 0 0 0 1\n2 5 0 0 0 0 0 0\n");
+  const auto sequence = open();
+  EXPECT_EQ(sequence->frame(0).pose->x, 0);
+  EXPECT_FALSE(sequence->frame(1).pose) << "a zero quaternion";
+  write("poses.txt", "1 0 0 0  0 1 0 7  0 0 1 0\n1 0 0 0  0 1 0 8  0 0 1 0\n");  // KITTI
+  EXPECT_EQ(open()->frame(1).pose->y, 8);
+}
+
+TEST_F(ImageFolder, MatchesPosesByOrderWhenTwoClocksShareNothing) {
+  add("10.000.png");
+  add("11.000.png");
+  write("poses.txt", "1305031102 1 0 0 0 0 0 1\n1305031103 2 0 0 0 0 0 1\n");
+  const auto sequence = open();
+  EXPECT_EQ(sequence->frame(1).pose->x, 2);
+  EXPECT_THAT(sequence->warnings(), ElementsAre(Mentions({"poses.txt"})));
+}
+
+TEST_F(ImageFolder, RefusesNamedPosesThatFitNothingButOnlyMentionsFoundOnes) {
+  add("a.png");
+  add("b.png");
+  write("poses.txt", "1 0 0 0 0 0 0 1\n");
+  const auto sequence = open();
+  EXPECT_FALSE(sequence->frame(0).pose);
+  EXPECT_THAT(sequence->warnings(), ElementsAre(Mentions({"poses.txt", "1", "2"})));
+  options_.poses = folder_ / "poses.txt";
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::mismatch, "poses.txt", "1", "2"));
+  options_.poses = folder_ / "none.txt";
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::fileNotFound, "none.txt"));
+}
+
+TEST_F(ImageFolder, TakesRoomsWithAndWithoutHeader) {
+  add("a, b.png");
+  add("c.png");
+  write("rooms.csv", "image,room\n\"a, b.png\",kitchen\nsome/folder/c.png,\"the \"\"hall\"\"\"\n");
+  EXPECT_EQ(open()->frame(0).room, "kitchen");
+  EXPECT_EQ(open()->frame(1).room, "the \"hall\"");
+  EXPECT_THAT(open()->warnings(), IsEmpty());
+  write("elsewhere/r.csv", "c.png,office\n");
+  options_.rooms = folder_ / "elsewhere" / "r.csv";
+  EXPECT_EQ(open()->frame(0).room, "");
+  EXPECT_EQ(open()->frame(1).room, "office");
+}
+
+TEST_F(ImageFolder, CountsRoomsOfImagesThatAreNotThere) {
+  add("a.png");
+  add("b.png");
+  write("rooms.csv", "a.png,kitchen\nx.png,hall\ny.png,hall\n");
+  EXPECT_THAT(open()->warnings(), ElementsAre(Mentions({"2 of 3", "x.png"})));
+}
+
+TEST_F(ImageFolder, NamesTheWrongLineOfARoomsFile) {
+  add("a.png");
+  add("b.png");
+  write("r.csv", "a.png,kitchen\nb.png,hall,3\n");
+  options_.rooms = folder_ / "r.csv";
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::malformedFile, "r.csv:2", "3"));
+  write("r.csv", "a.png,kitchen\na.png,hall\n");
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::malformedFile, "r.csv:2", "a.png", "\"hall\"", "\"kitchen\""));
+  write("r.csv", "a.png,kitchen,train\nb.png,hall\n");
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::malformedFile, "r.csv:2", "2"));
+  write("r.csv", "a.png,kitchen,train\na.png,kitchen,test\n");
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::malformedFile, "r.csv:2", "a.png", "\"test\"", "\"train\""));
+}
+
+TEST_F(ImageFolder, IsReadAlikeFromSeveralThreads) {
+  for (int i = 0; i < 40; ++i) add(std::to_string(i) + ".png", i);
+  const auto sequence = open();
+  std::atomic<int> wrong = 0;
+  test::inThreads(4, [&](int) {
+    for (std::size_t i = 0; i < sequence->size(); ++i)
+      if (sequence->image(i).at<cv::Vec3b>(1, 1)[2] != i) ++wrong;
+  });
+  EXPECT_EQ(wrong, 0);
+}
+
+TEST(RealImageFolder, HoldsTheCorridor) {
+  const auto data = test::findData("corridor_vpr");
+  ESTANCIA_NEEDS(data, "the real data set corridor_vpr is missing");
+  for (const char* traversal : {"ref", "query"}) {
+    const auto sequence = openSequence(*data / traversal);
+    ASSERT_EQ(sequence->size(), 111U);
+    EXPECT_EQ(sequence->frame(110).name, "0000110.jpg");
+    EXPECT_THAT(sequence->warnings(), IsEmpty());
+    for (std::size_t i = 0; i < sequence->size(); ++i)
+      EXPECT_EQ(sequence->image(i).size(), cv::Size(160, 120)) << i;
+  }
+}
+
+}  // namespace
+}  // namespace estancia

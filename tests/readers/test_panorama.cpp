@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <numbers>
+#include <opencv2/imgproc.hpp>
+#include <set>
+
+#include "estancia/readers/open_sequence.hpp"
+#include "support/errors.hpp"
+#include "support/images.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+using test::encoded;
+using test::FailsWith;
+using ::testing::IsEmpty;
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+/// A gray world with one red spot in direction (`heading` counter-clockwise from the center, `elevation` up)
+/// [degrees].
+cv::Mat worldWithSpot(double heading, double elevation) {
+  cv::Mat world(512, 1024, CV_32FC3, cv::Scalar::all(1));
+  const double column = std::fmod((0.5 - heading / 360) * world.cols + world.cols, world.cols);
+  const double row = (0.5 - elevation / 180) * world.rows;
+  for (int shift : {-world.cols, 0, world.cols})  // a spot on the seam is on both edges
+    cv::circle(world, cv::Point2d(column - 0.5 + shift, row - 0.5), 6, cv::Scalar(0.01, 0.01, 4), cv::FILLED);
+  return world;
+}
+
+/// Where the spot is [pixels], nothing when it is not to be seen.
+std::optional<cv::Point2d> findSpot(const cv::Mat& view) {
+  cv::Mat channels[3];
+  cv::split(view, channels);
+  const cv::Mat red = channels[2] - channels[0] > 100;
+  const cv::Moments m = cv::moments(red, true);
+  if (m.m00 < 3) return std::nullopt;
+  return cv::Point2d(m.m10 / m.m00 + 0.5, m.m01 / m.m00 + 0.5);
+}
+
+class Panorama : public ::testing::Test {
+ protected:
+  void add(const std::string& name, const cv::Mat& panorama) {
+    test::writeFile(folder_ / name, encoded(name.substr(name.rfind('.')), panorama));
+  }
+  std::unique_ptr<Sequence> open() { return openSequence(folder_.path(), options_); }
+
+  test::ScratchFolder folder_;
+  SequenceOptions options_;
+};
+
+TEST_F(Panorama, ShowsThingsWhereTheyAre) {
+  const double focal = 160 / std::tan(40 * kDegree);
+  for (const double spot : {0.0, 75.0, 180.0, 250.0}) {
+    add("world.exr", worldWithSpot(spot, 12));
+    for (const double turnedLeft : {-30.0, -5.0, 0.0, 20.0, 33.0}) {
+      options_.views = 1;
+      options_.turn = spot + turnedLeft;
+      const auto view = open();
+      const auto seen = findSpot(view->image(0));
+      ASSERT_TRUE(seen) << spot << " " << turnedLeft;
+      // Turning to the left moves things to the right; what is above the horizon is in the upper half.
+      EXPECT_NEAR(seen->x, 160 + focal * std::tan(turnedLeft * kDegree), 1.5) << spot << " " << turnedLeft;
+      EXPECT_NEAR(seen->y, 120 - focal * std::tan(12 * kDegree) / std::cos(turnedLeft * kDegree), 1.5);
+      // The pose says the same: it looks along the heading, in the map's counter-clockwise sense.
+      const auto forward = view->frame(0).pose->forward();
+      EXPECT_NEAR(forward[0], std::cos(options_.turn * kDegree), 1e-9);
+      EXPECT_NEAR(forward[1], std::sin(options_.turn * kDegree), 1e-9);
+    }
+    options_.turn = spot + 60;
+    EXPECT_FALSE(findSpot(open()->image(0))) << "out of sight";
+  }
+}
+
+TEST_F(Panorama, ListsEveryViewOfEveryPlaceInEveryRound) {
+  for (const char* name : {"lab.exr", "hall 10.exr", "hall 9.exr"})
+    add(name, cv::Mat(8, 16, CV_32FC3, cv::Scalar::all(1)));
+  options_.views = 4;
+  options_.turn = -7;
+  options_.rounds = 2;
+  const auto tour = open();
+  ASSERT_EQ(tour->size(), 24U);
+  EXPECT_EQ(tour->frame(0).name, "hall 9/r1_h353");
+  EXPECT_EQ(tour->frame(1).name, "hall 9/r1_h083");
+  EXPECT_EQ(tour->frame(4).room, "hall 10");
+  EXPECT_EQ(tour->frame(8).room, "lab");
+  EXPECT_EQ(tour->frame(12).room, "hall 9");
+  EXPECT_NE(tour->frame(12).name.substr(9), tour->frame(0).name.substr(9))
+      << "the second round looks elsewhere";
+  EXPECT_EQ(tour->frame(23).timestamp, 23.0);
+  const auto step = [&](std::size_t a, std::size_t b) {
+    return distanceBetween(*tour->frame(a).pose, *tour->frame(b).pose);
+  };
+  EXPECT_EQ(step(0, 3), 0);
+  EXPECT_NEAR(step(3, 4), 4, 1e-9);
+  EXPECT_NEAR(step(4, 8), 4, 1e-9);
+  EXPECT_NEAR(step(8, 0), 4, 1e-9);
+  EXPECT_EQ(step(0, 12), 0);
+}
+
+TEST_F(Panorama, NamesAreUniqueWhateverTheViews) {
+  add("a.exr", cv::Mat(8, 16, CV_32FC3, cv::Scalar::all(1)));
+  for (const int views : {1, 7, 12, 100, 359, 360}) {
+    for (const double turn : {0.0, 0.5, 7.3, -0.5, 359.7}) {
+      options_.views = views;
+      options_.turn = turn;
+      const auto tour = open();
+      std::set<std::string> names;
+      for (std::size_t i = 0; i < tour->size(); ++i) names.insert(tour->frame(i).name);
+      EXPECT_EQ(names.size(), static_cast<std::size_t>(views)) << turn;
+      EXPECT_EQ(tour->warnings().size(), views == 1 ? 1U : 0U) << turn;
+    }
+  }
+}
+
+TEST_F(Panorama, ExposesTheLogAverageToMiddleGrayAndChangesItByStops) {
+  const auto grayOf = [&](double radiance, double exposure) {
+    add("a.exr", cv::Mat(64, 128, CV_32FC3, cv::Scalar::all(radiance)));
+    options_.exposure = exposure;
+    return static_cast<int>(open()->image(0).at<cv::Vec3b>(120, 160)[1]);
+  };
+  EXPECT_EQ(grayOf(5, 0), 118);  // 0.18 in sRGB
+  EXPECT_EQ(grayOf(5e-3, 0), 118);
+  EXPECT_EQ(grayOf(5e3, 0), 118);
+  EXPECT_EQ(grayOf(5, -1), 85);  // 0.09
+  EXPECT_EQ(grayOf(5, 1), 162);  // 0.36
+  EXPECT_GT(grayOf(5, 3), grayOf(5, 2)) << "highlights keep their differences";
+  EXPECT_EQ(grayOf(0, 0), 0);
+}
+
+TEST_F(Panorama, RepairsTheRingingAroundLamps) {
+  cv::Mat world(256, 512, CV_32FC3, cv::Scalar::all(1));
+  cv::circle(world, {256, 128}, 5, cv::Scalar(-3, -2, -4), cv::FILLED);
+  cv::circle(world, {256, 128}, 3, cv::Scalar(900, 900, 900), cv::FILLED);
+  world.at<cv::Vec3f>(128, 256) = cv::Vec3f(1e5F, 0, std::numeric_limits<float>::quiet_NaN());
+  add("a.exr", world);
+  const cv::Mat view = open()->image(0);
+  double darkest = 0;
+  cv::minMaxLoc(view.reshape(1), &darkest);
+  EXPECT_GT(darkest, 80) << "no black dots";
+  EXPECT_EQ(view.at<cv::Vec3b>(120, 160), cv::Vec3b(255, 255, 255));
+}
+
+TEST_F(Panorama, ReadsImagesOnlyWhenAskedForAndLeavesTheirExposure) {
+  add("a.png", test::plain(512, 256, {40, 80, 160}));
+  EXPECT_EQ(open()->size(), 1U) << "an ordinary image";
+  options_.type = "panorama";
+  const auto tour = open();
+  ASSERT_EQ(tour->size(), 12U);
+  EXPECT_EQ(tour->image(5).at<cv::Vec3b>(100, 100), cv::Vec3b(40, 80, 160));
+  options_.exposure = -1;
+  EXPECT_LT(open()->image(5).at<cv::Vec3b>(100, 100)[2], 130);
+}
+
+TEST_F(Panorama, ShrinksLargePanoramasBeforeTheyAlias) {
+  cv::Mat stripes(1024, 2048, CV_8UC3);
+  for (int column = 0; column < stripes.cols; ++column)
+    stripes.col(column).setTo(cv::Scalar::all(column % 2 * 255));
+  add("a.png", stripes);
+  options_.type = "panorama";
+  cv::Scalar mean, deviation;
+  cv::meanStdDev(open()->image(0), mean, deviation);
+  EXPECT_LT(deviation[0], 50);
+}
+
+TEST_F(Panorama, FailsFrameByFrameWhereOneIsDamaged) {
+  add("a.exr", cv::Mat(8, 16, CV_32FC3, cv::Scalar::all(1)));
+  const std::string exr = test::readFile(folder_ / "a.exr");
+  test::writeFile(folder_ / "b.exr", exr.substr(0, exr.size() / 2));
+  test::writeFile(folder_ / "c.exr.js", "export default 'data:application/exr;base64,dj8x");
+  test::writeFile(folder_ / "d.exr.js", "export default 'data:application/exr;base64,!!!!'");
+  test::writeFile(folder_ / "e.exr.js", "export default 'data:application/exr;base64,di8xAQ=='");
+  add("f.exr", cv::Mat(8, 8, CV_32FC3, cv::Scalar::all(1)));
+  options_.views = 1;
+  const auto tour = open();
+  ASSERT_EQ(tour->size(), 6U);
+  EXPECT_EQ(tour->image(0).size(), cv::Size(320, 240));
+  EXPECT_TRUE(test::caught([&] { tour->image(1); }).code);
+  EXPECT_THAT([&] { tour->image(2); }, FailsWith(ErrorCode::malformedFile, "c.exr.js"));
+  EXPECT_THAT([&] { tour->image(3); }, FailsWith(ErrorCode::malformedFile, "d.exr.js"));
+  EXPECT_THAT([&] { tour->image(4); }, FailsWith(ErrorCode::truncatedFile, "e.exr.js"));
+  EXPECT_THAT([&] { tour->image(5); }, FailsWith(ErrorCode::unsupportedFile, "f.exr", "8 × 8"));
+}
+
+TEST_F(Panorama, RefusesImpossibleTours) {
+  add("a.exr", cv::Mat(8, 16, CV_32FC3, cv::Scalar::all(1)));
+  const auto errorWith = [&](auto change) {
+    SequenceOptions options;
+    change(options);
+    return test::caught([&] { openSequence(folder_.path(), options); });
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(errorWith([](auto& o) { o.views = 0; }), FailsWith(ErrorCode::invalidOption, "views", "0"));
+  EXPECT_THAT(errorWith([](auto& o) { o.views = 100000; }),
+              FailsWith(ErrorCode::invalidOption, "views", "100000"));
+  EXPECT_THAT(errorWith([](auto& o) { o.fieldOfView = 180; }),
+              FailsWith(ErrorCode::invalidOption, "field-of-view", "180"));
+  EXPECT_THAT(errorWith([](auto& o) { o.rounds = 0; }), FailsWith(ErrorCode::invalidOption, "rounds", "0"));
+  EXPECT_THAT(errorWith([&](auto& o) { o.exposure = nan; }),
+              FailsWith(ErrorCode::invalidOption, "exposure", "nan"));
+  EXPECT_THAT(errorWith([&](auto& o) { o.turn = nan; }), FailsWith(ErrorCode::invalidOption, "turn", "nan"));
+}
+
+TEST(RealPanoramas, AreATourOfEighteenPlaces) {
+  const auto data = test::findFetched("panoramas");
+  ESTANCIA_NEEDS(data, "the panoramas are missing, script/bootstrap fetches them");
+  const auto tour = openSequence(*data);
+  ASSERT_EQ(tour->size(), 216U);
+  EXPECT_THAT(tour->warnings(), IsEmpty());
+  std::set<std::string> names, rooms;
+  std::vector<cv::Mat> views;
+  for (std::size_t i = 0; i < tour->size(); ++i) {
+    names.insert(tour->frame(i).name);
+    rooms.insert(tour->frame(i).room);
+    views.push_back(tour->image(i));
+    const double brightness = cv::mean(views.back())[1];
+    EXPECT_TRUE(brightness > 20 && brightness < 245) << tour->frame(i).name << " " << brightness;
+  }
+  EXPECT_EQ(names.size(), 216U);
+  EXPECT_EQ(rooms.size(), 18U);
+  EXPECT_TRUE(names.contains("lab/r1_h030"));
+
+  std::atomic<int> different = 0;
+  test::inThreads(4, [&](int t) {
+    for (std::size_t i = static_cast<std::size_t>(t); i < tour->size(); i += 4)
+      if (cv::norm(tour->image(i), views[i], cv::NORM_INF) != 0) ++different;
+  });
+  EXPECT_EQ(different, 0);
+}
+
+}  // namespace
+}  // namespace estancia

@@ -1,0 +1,401 @@
+// Objects of made-up scenes in depth images.
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/segmentation/clusters.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "made_up_scene.hpp"
+#include "support/errors.hpp"
+#include "support/numbers.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+using test::board;
+using test::bowl;
+using test::box;
+using test::FailsWith;
+using test::level;
+using test::see;
+using test::Seen;
+using test::Shape;
+using test::View;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+using test::kNaN;
+const View kView;
+const Shape kTable = level(0);
+const Shape kBox = box({0, 0, 0}, {0.16, 0.1, 0.12}, 0.5);
+
+/// Intersection over union of a cluster and a shape.
+double overlap(const Cluster& cluster, const Seen& seen, int shape) {
+  std::size_t both = 0, size = 0;
+  for (const std::uint32_t p : cluster.points) both += seen.shape.ptr<int>()[p] == shape ? 1 : 0;
+  for (std::size_t p = 0; p < seen.shape.total(); ++p) size += seen.shape.ptr<int>()[p] == shape ? 1 : 0;
+  return static_cast<double>(both) / static_cast<double>(size + cluster.points.size() - both);
+}
+
+double bestOverlap(const Clusters& found, const Seen& seen, int shape) {
+  double best = 0;
+  for (const Cluster& cluster : found.clusters) best = std::max(best, overlap(cluster, seen, shape));
+  return best;
+}
+
+bool same(const Clusters& a, const Clusters& b) {
+  const auto samePlane = [](const Plane& p, const Plane& q) {
+    return p.normal == q.normal && p.offset == q.offset && p.area == q.area;
+  };
+  const auto sameCluster = [](const Cluster& c, const Cluster& d) {
+    return c.points == d.points && c.box == d.box && c.center == d.center && c.atBorder == d.atBorder &&
+           c.flat == d.flat;
+  };
+  return std::ranges::equal(a.planes, b.planes, samePlane) &&
+         std::ranges::equal(a.clusters, b.clusters, sameCluster);
+}
+
+TEST(Clusters, BoxOnATable) {
+  const Seen seen = see({level(0, 0.3, 0.3), kBox});
+  const Clusters found = findClusters(seen.depth, kView.camera);
+  ASSERT_THAT(found.planes, SizeIs(1));
+  const Plane& plane = found.planes.front();
+  const cv::Vec3d up = seen.toScene * plane.normal;
+  EXPECT_LT(cv::norm(up - cv::Vec3d(0, 0, 1)), 0.01);  // towards the camera
+  EXPECT_NEAR(plane.offset, -kView.from[2], 0.005);    // it stands so high above
+  double area = 0;
+  for (int v = 0; v < 480; ++v)
+    for (int u = 0; u < 640; ++u) {
+      const cv::Vec3d ray(kView.camera.slopeX(u), kView.camera.slopeY(v), 1);
+      const double z = seen.depth.at<float>(v, u);
+      if (seen.shape.at<int>(v, u) == 0) area += z * z / (525 * 525) / std::abs((seen.toScene * ray)[2]);
+    }
+  EXPECT_NEAR(plane.area, area, 0.08 * area);  // its rim has no normals
+  ASSERT_THAT(found.clusters, SizeIs(1));
+  const Cluster& cluster = found.clusters.front();
+  EXPECT_GT(overlap(cluster, seen, 1), 0.9);
+  EXPECT_TRUE(std::ranges::is_sorted(cluster.points));
+  EXPECT_FALSE(cluster.atBorder);
+  EXPECT_FALSE(cluster.flat);
+  cv::Point3d sum;
+  int left = 640, right = 0, top = 480, bottom = 0;
+  for (const std::uint32_t p : cluster.points) {
+    const int u = static_cast<int>(p) % 640, v = static_cast<int>(p) / 640;
+    const double z = seen.depth.at<float>(v, u);
+    sum += cv::Point3d(kView.camera.slopeX(u) * z, kView.camera.slopeY(v) * z, z);
+    left = std::min(left, u), right = std::max(right, u), top = std::min(top, v),
+    bottom = std::max(bottom, v);
+  }
+  EXPECT_EQ(cluster.box, cv::Rect(cv::Point(left, top), cv::Point(right + 1, bottom + 1)));
+  EXPECT_LT(cv::norm(cv::Point3d(cluster.center) - sum / static_cast<double>(cluster.points.size())), 1e-5);
+}
+
+TEST(Clusters, BoxOnABoxIsTwoThings) {
+  const Seen seen =
+      see({kTable, box({0, 0, 0}, {0.26, 0.2, 0.1}, 0.4), box({0, 0.02, 0.1}, {0.1, 0.1, 0.1}, 0.9)});
+  const Clusters found = findClusters(seen.depth, kView.camera);
+  EXPECT_THAT(found.clusters, SizeIs(2));
+  EXPECT_GT(bestOverlap(found, seen, 1), 0.8);
+  EXPECT_GT(bestOverlap(found, seen, 2), 0.8);
+}
+
+TEST(Clusters, BoxesSideBySideAreTwoThings) {
+  const Seen seen =
+      see({kTable, box({-0.08, 0, 0}, {0.16, 0.1, 0.12}), box({0.05, -0.02, 0}, {0.1, 0.2, 0.06})});
+  const Clusters found = findClusters(seen.depth, kView.camera);
+  EXPECT_THAT(found.clusters, SizeIs(2));
+  EXPECT_GT(bestOverlap(found, seen, 1), 0.8);
+  EXPECT_GT(bestOverlap(found, seen, 2), 0.8);
+}
+
+TEST(Clusters, BoxesOfOneHeightWithAGapAreTwoThings) {
+  // 8 mm are 5 pixels, through which the table is seen.
+  const Seen seen =
+      see({kTable, box({-0.064, 0, 0}, {0.12, 0.1, 0.12}), box({0.064, 0, 0}, {0.12, 0.1, 0.12})});
+  const Clusters found = findClusters(seen.depth, kView.camera);
+  EXPECT_THAT(found.clusters, SizeIs(2));
+  EXPECT_GT(bestOverlap(found, seen, 1), 0.8);
+  EXPECT_GT(bestOverlap(found, seen, 2), 0.8);
+}
+
+/// Each shape in a color of its own, and the table gray.
+cv::Mat colorsOf(const Seen& seen, const std::vector<cv::Vec3b>& colors) {
+  cv::Mat image(seen.depth.size(), CV_8UC3, cv::Scalar(90, 90, 90));
+  for (std::size_t i = 0; i < colors.size(); ++i) {
+    cv::Mat shape = seen.shape == static_cast<int>(i + 1);
+    image.setTo(cv::Scalar(colors[i][0], colors[i][1], colors[i][2]), shape);
+  }
+  return image;
+}
+
+TEST(Clusters, ColorTellsTouchingBoxesOfOneHeightApart) {
+  const Seen seen =
+      see({kTable, box({-0.06, 0, 0}, {0.12, 0.1, 0.12}), box({0.06, 0, 0}, {0.12, 0.1, 0.12})});
+  EXPECT_THAT(findClusters(seen.depth, kView.camera).clusters, SizeIs(1)) << "geometry is silent";
+  const cv::Mat image = colorsOf(seen, {{40, 40, 200}, {200, 60, 40}});
+  const Clusters found = findClusters(seen.depth, kView.camera, {}, image);
+  EXPECT_THAT(found.clusters, SizeIs(2));
+  EXPECT_GT(bestOverlap(found, seen, 1), 0.85);
+  EXPECT_GT(bestOverlap(found, seen, 2), 0.85);
+  cv::Mat half;
+  cv::resize(image, half, {}, 0.5, 0.5, cv::INTER_NEAREST);
+  EXPECT_THAT(findClusters(seen.depth, kView.camera, {}, half).clusters, SizeIs(2)) << "of another size";
+  const cv::Mat shadow = colorsOf(seen, {{200, 200, 200}, {130, 130, 130}});
+  EXPECT_THAT(findClusters(seen.depth, kView.camera, {}, shadow).clusters, SizeIs(1))
+      << "light alone is none";
+}
+
+TEST(Clusters, PrintedBoxesStayWhole) {
+  const Seen seen = see({kTable, kBox});
+  cv::Mat label = colorsOf(seen, {{40, 40, 200}}), dots = label.clone();
+  const cv::Rect box = findClusters(seen.depth, kView.camera).clusters.at(0).box;
+  const cv::Point middle = (box.tl() + box.br()) / 2;
+  label(cv::Rect(middle - cv::Point(20, 20), cv::Size(40, 40))).setTo(cv::Scalar(200, 60, 40));
+  for (int v = box.y; v < box.br().y; v += 16)
+    for (int u = box.x; u < box.br().x; u += 16) dots(cv::Rect(u, v, 8, 8)).setTo(cv::Scalar(200, 60, 40));
+  for (const cv::Mat& image : {label, dots})
+    EXPECT_THAT(findClusters(seen.depth, kView.camera, {}, image).clusters, SizeIs(1));
+}
+
+TEST(Clusters, BowlIsOneThingInsideAndOutside) {
+  const Seen seen = see({kTable, bowl({0, 0, 0.1}, 0.1, 0.09)});
+  const Clusters found = findClusters(seen.depth, kView.camera);
+  EXPECT_THAT(found.clusters, SizeIs(1));
+  EXPECT_GT(bestOverlap(found, seen, 1), 0.85);
+}
+
+TEST(Clusters, HalvesBehindAPillarAreOneThing) {
+  const Seen seen = see({kTable, box({0, 0.15, 0}, {0.4, 0.08, 0.15}), box({0, -0.1, 0}, {0.06, 0.06, 0.3})});
+  const Clusters found = findClusters(seen.depth, kView.camera);
+  EXPECT_THAT(found.clusters, SizeIs(2));
+  EXPECT_GT(bestOverlap(found, seen, 1), 0.85);
+  EXPECT_GT(bestOverlap(found, seen, 2), 0.85);
+  // Two boxes that are not in line stay two.
+  const Seen two = see({kTable, box({-0.12, 0.1, 0}, {0.16, 0.08, 0.15}),
+                        box({0.12, 0.18, 0}, {0.16, 0.08, 0.15}), box({0, -0.1, 0}, {0.06, 0.06, 0.3})});
+  EXPECT_THAT(findClusters(two.depth, kView.camera).clusters, SizeIs(3));
+}
+
+TEST(Clusters, WallAndFloorAreNone) {
+  View view;
+  view.from = {0, -2, 1.2};
+  view.to = {0, 0.5, 0.7};
+  const Shape wall = board({0, 1, 0}, {1, 0, 0}, {0, 0, 1}, 50, 50);
+  const Seen seen = see({kTable, wall}, view);
+  const Clusters found = findClusters(seen.depth, view.camera);
+  EXPECT_THAT(found.planes, SizeIs(2));
+  EXPECT_THAT(found.clusters, IsEmpty());
+  const Seen withBox = see({kTable, wall, box({0.3, 0.6, 0}, {0.4, 0.3, 0.5}, 0.3)}, view);
+  const Clusters more = findClusters(withBox.depth, view.camera);
+  EXPECT_THAT(more.planes, SizeIs(2));
+  ASSERT_THAT(more.clusters, SizeIs(1));
+  EXPECT_GT(overlap(more.clusters.front(), withBox, 2), 0.8);
+}
+
+TEST(Clusters, WhatIsBehindAPlaneStays) {
+  View view;
+  view.from = {0, -1.2, 1.5};
+  const Shape floor = level(-0.7), desk = level(0, 0.4, 0.3, -0.4, 0.2);
+  const Seen seen = see({floor, desk, box({0.4, 0.1, -0.7}, {0.3, 0.2, 0.3}, 0.5)}, view);
+  const Clusters found = findClusters(seen.depth, view.camera);
+  EXPECT_THAT(found.planes, SizeIs(2));
+  EXPECT_GT(bestOverlap(found, seen, 2), 0.8);
+}
+
+TEST(Clusters, StripesThatAreNoPlaneDoNotEndTheSearch) {
+  View view;
+  view.from = {0, -1.1, 1.3};
+  std::vector<Shape> shapes = {level(0, 0.3, 0.5, 0.35, 0)};  // a table, and beside it slats that are more
+  for (int i = 0; i < 14; ++i) shapes.push_back(level(0.1, 0.3, 0.03, -0.35, -0.5 + 0.1 * i));
+  const Seen seen = see(shapes, view);
+  ClusterOptions options;
+  options.minPlaneArea = 0.4;
+  const Clusters found = findClusters(seen.depth, view.camera, options);
+  ASSERT_THAT(found.planes, SizeIs(1));
+  EXPECT_NEAR(found.planes.front().offset, -1.3, 0.01);
+  EXPECT_THAT(found.clusters, SizeIs(14));
+}
+
+TEST(Clusters, ThingsAtTheBorder) {
+  for (const double x : {-0.55, 0.55}) {
+    const Seen seen = see({kTable, box({x, 0, 0}, {0.16, 0.1, 0.12}, 0.5)});
+    Clusters found = findClusters(seen.depth, kView.camera);
+    ASSERT_THAT(found.clusters, SizeIs(1));
+    EXPECT_TRUE(found.clusters.front().atBorder);
+    cv::Mat margin = seen.depth.clone();  // as cameras see it that match images in windows
+    margin.colRange(0, 9) = 0;
+    margin.colRange(631, 640) = 0;
+    found = findClusters(margin, kView.camera);
+    ASSERT_THAT(found.clusters, SizeIs(1));
+    EXPECT_TRUE(found.clusters.front().atBorder);
+  }
+  const Seen alone = see({kBox});  // nothing around it
+  const Clusters found = findClusters(alone.depth, kView.camera);
+  ASSERT_THAT(found.clusters, SizeIs(1));
+  EXPECT_FALSE(found.clusters.front().atBorder);
+}
+
+TEST(Clusters, AnImageOfAnObjectIsFlat) {
+  const double s = std::sqrt(0.5);
+  const Seen seen = see({kTable, board({-0.2, 0, 0.08}, {1, 0, 0}, {0, s, s}, 0.08, 0.1), kBox});
+  const Clusters found = findClusters(seen.depth, kView.camera);
+  ASSERT_THAT(found.clusters, SizeIs(2));
+  for (const Cluster& cluster : found.clusters) EXPECT_EQ(cluster.flat, overlap(cluster, seen, 1) > 0.5);
+}
+
+TEST(Clusters, HolesAndNoise) {
+  View view;
+  view.noise = 0.003;
+  Seen seen = see({kTable, kBox}, view);
+  cv::RNG random(3);
+  const float holes[] = {0, kNaN, -1, std::numeric_limits<float>::infinity()};
+  for (int i = 0; i < 20'000; ++i)
+    seen.depth.at<float>(random.uniform(0, 480), random.uniform(0, 640)) = holes[i % 4];
+  const Clusters found = findClusters(seen.depth, view.camera);
+  ASSERT_THAT(found.planes, SizeIs(1));
+  ASSERT_FALSE(found.clusters.empty());
+  EXPECT_GT(overlap(found.clusters.front(), seen, 1), 0.7);
+  for (const Cluster& cluster : found.clusters)
+    for (const std::uint32_t p : cluster.points) ASSERT_GT(seen.depth.ptr<float>()[p], 0);
+}
+
+// A pixel of pure noise is a segment of its own; the work on each must not grow with the focal length.
+TEST(Clusters, LostRowsAndColumnsCutNothing) {
+  const Seen whole = see({kTable, kBox});
+  for (const int step : {480, 40, 9}) {
+    Seen seen{whole.depth.clone(), whole.shape.clone(), whole.toScene};
+    for (int i = step / 2; i < 480; i += step) {
+      seen.depth.row(i).setTo(0);
+      seen.depth.col(i).setTo(0);
+      seen.shape.row(i).setTo(-1);
+      seen.shape.col(i).setTo(-1);
+    }
+    const Clusters found = findClusters(seen.depth, kView.camera);
+    ASSERT_THAT(found.clusters, SizeIs(1)) << step;
+    EXPECT_GT(overlap(found.clusters[0], seen, 1), 0.95) << step;
+    for (const std::uint32_t p : found.clusters[0].points) ASSERT_GT(seen.depth.ptr<float>()[p], 0) << step;
+  }
+}
+
+TEST(Clusters, NoiseAloneHasNoClusters) {
+  cv::Mat depth(240, 320, CV_32F);
+  cv::RNG(3).fill(depth, cv::RNG::UNIFORM, 0.5, 10.);
+  EXPECT_THAT(findClusters(depth, {320, 240, 2100, 2100, 160, 120}).clusters, IsEmpty());
+}
+
+TEST(Clusters, SameForAnyThreadsAndSeedsFindTheSame) {
+  const Seen seen = see({kTable, kBox, bowl({0.25, 0.1, 0.06}, 0.08, 0.09), level(0.3, 0.2, 0.1, -0.3, 0.4)});
+  ClusterOptions options;
+  options.threads = 1;
+  const Clusters one = findClusters(seen.depth, kView.camera, options);
+  ASSERT_GE(one.clusters.size(), 2U);
+  for (const int threads : {2, 3, 8, 0}) {
+    options.threads = threads;
+    EXPECT_TRUE(same(findClusters(seen.depth, kView.camera, options), one)) << threads;
+  }
+  for (const std::uint64_t seed : {2, 3, 4}) {
+    options.seed = seed;
+    const Clusters other = findClusters(seen.depth, kView.camera, options);
+    EXPECT_GT(bestOverlap(other, seen, 1), 0.9) << seed;
+    EXPECT_GT(bestOverlap(other, seen, 2), 0.85) << seed;
+  }
+}
+
+TEST(Clusters, SmallImagesShowTheSame) {
+  View view;
+  view.camera = kView.camera.scaledTo(320, 240);
+  const Seen seen = see({kTable, kBox, bowl({0.25, 0.1, 0.06}, 0.08, 0.09)}, view);
+  const Clusters found = findClusters(seen.depth, kView.camera);  // of images of another size
+  EXPECT_THAT(found.planes, SizeIs(1));
+  EXPECT_THAT(found.clusters, SizeIs(2));
+  EXPECT_GT(bestOverlap(found, seen, 1), 0.85);
+  EXPECT_GT(bestOverlap(found, seen, 2), 0.8);
+}
+
+TEST(Clusters, OnlyAsSmallAsAskedFor) {
+  const Seen seen = see({kTable, kBox});
+  ClusterOptions options;
+  const std::size_t size = findClusters(seen.depth, kView.camera).clusters.at(0).points.size();
+  options.minPoints = size;
+  EXPECT_THAT(findClusters(seen.depth, kView.camera, options).clusters, SizeIs(1));
+  options.minPoints = size + 1;
+  EXPECT_THAT(findClusters(seen.depth, kView.camera, options).clusters, IsEmpty());
+}
+
+TEST(Clusters, OneThingMayFillTheImage) {
+  View view;
+  view.from = {0, -0.8, 0};
+  view.to = {0, 0, 0};
+  const Seen seen = see({bowl({0, 0, 0}, 0.6, 10)}, view);
+  const Clusters found = findClusters(seen.depth, view.camera);
+  EXPECT_THAT(found.planes, IsEmpty());
+  ASSERT_THAT(found.clusters, SizeIs(1));
+  EXPECT_EQ(found.clusters.front().points.size(), seen.depth.total());
+  EXPECT_TRUE(found.clusters.front().atBorder);
+  EXPECT_FALSE(found.clusters.front().flat);
+}
+
+TEST(Clusters, NothingIsNoError) {
+  for (const cv::Size size :
+       {cv::Size(640, 480), cv::Size(1, 1), cv::Size(3, 2), cv::Size(1, 480), cv::Size(640, 1)})
+    for (const float z : {0.F, kNaN, -1.F, 1e30F, 1e-30F, std::numeric_limits<float>::infinity()}) {
+      const Clusters found = findClusters(cv::Mat(size, CV_32F, cv::Scalar(z)), kView.camera);
+      EXPECT_THAT(found.planes, IsEmpty()) << size << z;
+      EXPECT_THAT(found.clusters, IsEmpty()) << size << z;
+    }
+  for (const cv::Size size :
+       {cv::Size(1, 1), cv::Size(3, 2), cv::Size(1, 480), cv::Size(640, 1), cv::Size(17, 9)})
+    for (const float z : {1.F, 0.001F, 1000.F}) {
+      ClusterOptions options;
+      options.minPoints = 1;
+      std::size_t points = 0;  // all of it is there once, on a plane or in a cluster
+      for (const Cluster& c :
+           findClusters(cv::Mat(size, CV_32F, cv::Scalar(z)), kView.camera, options).clusters)
+        points += c.points.size();
+      EXPECT_LE(points, static_cast<std::size_t>(size.area()));
+    }
+  EXPECT_THAT(findClusters(see({kTable}).depth, kView.camera).clusters, IsEmpty());
+}
+
+TEST(Clusters, RefusesWhatIsNoDepthImage) {
+  const cv::Mat depth(48, 64, CV_32F, cv::Scalar(1));
+  EXPECT_THAT([&] { findClusters(cv::Mat(), kView.camera); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { findClusters(cv::Mat(48, 64, CV_16U), kView.camera); },
+              FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { findClusters(depth, {}); }, FailsWith(ErrorCode::invalidInput, "0"));
+  CameraIntrinsics camera = kView.camera;
+  camera.fx = 0;
+  EXPECT_THAT([&] { findClusters(depth, camera); }, FailsWith(ErrorCode::invalidInput, "fx 0"));
+  EXPECT_THAT([&] { findClusters(depth, kView.camera, {}, cv::Mat(48, 64, CV_8U)); },
+              FailsWith(ErrorCode::invalidInput, "BGR"));
+  camera.fx = kNaN;
+  EXPECT_THAT([&] { findClusters(depth, camera); }, FailsWith(ErrorCode::invalidInput, "fx nan"));
+}
+
+TEST(Clusters, RefusesOptionsOutOfRange) {
+  const cv::Mat depth(48, 64, CV_32F, cv::Scalar(1));
+  for (const auto& [option, name] : {std::pair(&ClusterOptions::minPlaneArea, "min-plane-area"),
+                                     std::pair(&ClusterOptions::planeTolerance, "plane-tolerance"),
+                                     std::pair(&ClusterOptions::creaseDepth, "crease-depth")})
+    for (const double value : {0., -1., std::nan(""), HUGE_VAL}) {
+      ClusterOptions options;
+      options.*option = value;
+      EXPECT_THAT([&] { findClusters(depth, kView.camera, options); },
+                  FailsWith(ErrorCode::invalidOption, name));
+      EXPECT_THAT([&] { findClusters(PointCloud(), options); }, FailsWith(ErrorCode::invalidOption, name));
+    }
+  ClusterOptions options;
+  options.threads = -1;
+  EXPECT_THAT([&] { findClusters(depth, kView.camera, options); },
+              FailsWith(ErrorCode::invalidOption, "threads", "-1"));
+}
+
+}  // namespace
+}  // namespace estancia

@@ -1,0 +1,265 @@
+// Clusters of clouds, with a grid and without; what is flat.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <opencv2/core.hpp>
+
+#include "estancia/segmentation/clusters.hpp"
+#include "made_up_scene.hpp"
+#include "support/clouds.hpp"
+#include "support/errors.hpp"
+#include "support/numbers.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+using test::bowl;
+using test::box;
+using test::FailsWith;
+using test::level;
+using test::see;
+using test::Seen;
+using test::View;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+using test::kNaN;
+
+View lookingAtATable() {
+  View view;
+  view.camera = view.camera.scaledTo(320, 240);
+  return view;
+}
+const View kTableView = lookingAtATable();
+
+Seen tableWithTwoThings() {
+  return see({level(0), box({-0.12, 0, 0}, {0.16, 0.1, 0.12}, 0.5), bowl({0.15, 0, 0.06}, 0.06, 1)},
+             kTableView);
+}
+
+PointCloud without(PointCloud cloud, bool grid) {
+  if (!grid) cloud.width = cloud.points.size(), cloud.height = 1;
+  return cloud;
+}
+
+using test::cloudOf;
+
+/// How many of a cluster's points are a shape's, and how many the shape has.
+double looseOverlap(const Cluster& cluster, const Seen& seen, int shape) {
+  std::size_t both = 0;
+  for (const std::uint32_t p : cluster.points) both += seen.shape.ptr<int>()[p] == shape ? 1 : 0;
+  const auto size = static_cast<std::size_t>(cv::countNonZero(seen.shape == shape));
+  return static_cast<double>(both) / static_cast<double>(size + cluster.points.size() - both);
+}
+
+double bestLooseOverlap(const Clusters& found, const Seen& seen, int shape) {
+  double best = 0;
+  for (const Cluster& cluster : found.clusters) best = std::max(best, looseOverlap(cluster, seen, shape));
+  return best;
+}
+
+TEST(CloudClusters, OrganizedAsTheImageItCameFrom) {
+  const Seen seen = tableWithTwoThings();
+  const PointCloud cloud = backProject(seen.depth, kTableView.camera);
+  const Clusters found = findClusters(cloud), image = findClusters(seen.depth, kTableView.camera);
+  ASSERT_THAT(found.planes, SizeIs(1));
+  ASSERT_EQ(found.clusters.size(), image.clusters.size());
+  for (std::size_t i = 0; i < found.clusters.size(); ++i) {
+    EXPECT_EQ(found.clusters[i].points, image.clusters[i].points);
+    EXPECT_EQ(found.clusters[i].box, image.clusters[i].box);
+  }
+}
+
+TEST(CloudClusters, WithoutAGrid) {
+  const Seen seen = tableWithTwoThings();
+  const PointCloud cloud = without(backProject(seen.depth, kTableView.camera), false);
+  ClusterOptions options;
+  options.threads = 1;
+  const Clusters found = findClusters(cloud, options);
+  ASSERT_THAT(found.planes, SizeIs(1));
+  EXPECT_NEAR(found.planes.front().offset, -kTableView.from[2], 0.01);
+  EXPECT_THAT(found.clusters, SizeIs(2));
+  EXPECT_GT(bestLooseOverlap(found, seen, 1), 0.75);
+  EXPECT_GT(bestLooseOverlap(found, seen, 2), 0.75);
+  for (const Cluster& cluster : found.clusters) {
+    EXPECT_TRUE(std::ranges::is_sorted(cluster.points));
+    EXPECT_EQ(cluster.box, cv::Rect());
+    EXPECT_FALSE(cluster.atBorder);
+    EXPECT_FALSE(cluster.flat);
+    for (const std::uint32_t p : cluster.points) ASSERT_TRUE(isFinite(cloud.points[p]));
+  }
+  for (const int threads : {2, 5}) {
+    options.threads = threads;
+    const Clusters again = findClusters(cloud, options);
+    ASSERT_EQ(again.clusters.size(), found.clusters.size());
+    for (std::size_t i = 0; i < found.clusters.size(); ++i)
+      EXPECT_EQ(again.clusters[i].points, found.clusters[i].points) << threads;
+  }
+}
+
+TEST(CloudClusters, ThingsThatTouchWithoutAGrid) {
+  const Seen seen =
+      see({level(0), box({0, 0, 0}, {0.26, 0.2, 0.1}, 0.4), box({0, 0.02, 0.1}, {0.1, 0.1, 0.1}, 0.9)},
+          kTableView);
+  const Clusters found = findClusters(without(backProject(seen.depth, kTableView.camera), false));
+  EXPECT_GT(bestLooseOverlap(found, seen, 1), 0.7);
+  EXPECT_GT(bestLooseOverlap(found, seen, 2), 0.7);
+}
+
+TEST(CloudClusters, AGridThatNoPinholeCameraSawIsNone) {
+  const Seen seen = tableWithTwoThings();
+  PointCloud cloud = backProject(seen.depth, kTableView.camera);
+  for (cv::Point3f& p : cloud.points) p = {p.x, -p.z, p.y};  // turned: as a map has it
+  cloud.viewpoint.emplace();
+  const Clusters found = findClusters(cloud);
+  EXPECT_THAT(found.planes, SizeIs(1));
+  EXPECT_GT(bestLooseOverlap(found, seen, 1), 0.7);
+  for (const Cluster& cluster : found.clusters) EXPECT_EQ(cluster.box, cv::Rect());
+}
+
+TEST(CloudClusters, OneThingAroundTheOriginStaysWhole) {
+  // As model collections have them: where they were seen from is lost, so nothing is known to be concave.
+  const Seen seen =
+      see({box({0, 0, 0}, {0.26, 0.2, 0.1}, 0.4), box({0, 0.02, 0.1}, {0.1, 0.1, 0.1}, 0.9)}, kTableView);
+  PointCloud cloud = backProject(seen.depth, kTableView.camera);
+  std::erase_if(cloud.points, [](const cv::Point3f& p) { return !isFinite(p); });
+  cv::Point3d sum;
+  for (const cv::Point3f& p : cloud.points) sum += cv::Point3d(p);
+  for (cv::Point3f& p : cloud.points) p -= cv::Point3f(sum / static_cast<double>(cloud.points.size()));
+  const Clusters found = findClusters(cloudOf(std::move(cloud.points)));
+  EXPECT_THAT(found.planes, IsEmpty());
+  EXPECT_THAT(found.clusters, SizeIs(1));
+}
+
+TEST(CloudClusters, OneColorDoesNotMatterToWhatIsFound) {
+  const Seen seen = tableWithTwoThings();
+  PointCloud cloud = backProject(seen.depth, kTableView.camera);
+  const Clusters plain = findClusters(cloud);
+  cloud.colors.assign(cloud.points.size(), {1, 2, 3});
+  const Clusters colored = findClusters(cloud);
+  ASSERT_EQ(plain.clusters.size(), colored.clusters.size());
+  for (std::size_t i = 0; i < plain.clusters.size(); ++i)
+    EXPECT_EQ(plain.clusters[i].points, colored.clusters[i].points);
+}
+
+TEST(CloudClusters, NothingIsNoError) {
+  ClusterOptions options;
+  options.minPoints = 1;
+  EXPECT_THAT(findClusters(PointCloud(), options).clusters, IsEmpty());
+  EXPECT_THAT(findClusters(cloudOf({{kNaN, 0, 0}, {0, kNaN, 1}}), options).clusters, IsEmpty());
+  EXPECT_THAT(findClusters(cloudOf(std::vector(6, cv::Point3f(0, 0, 0))), options).clusters, IsEmpty())
+      << "not measured";
+  for (const cv::Point3f& p :
+       {cv::Point3f(0, 0, 0.001F), cv::Point3f(1, 2, 3), cv::Point3f(-1e9F, 1e9F, 1e9F)}) {
+    for (const std::size_t count : {1, 2, 1000}) {
+      const Clusters found = findClusters(cloudOf(std::vector(count, p)), options);
+      EXPECT_THAT(found.planes, IsEmpty());
+      ASSERT_THAT(found.clusters, SizeIs(1)) << p;
+      EXPECT_THAT(found.clusters.front().points, SizeIs(count));
+      EXPECT_FALSE(found.clusters.front().flat);
+    }
+    PointCloud grid = cloudOf(std::vector(6, p));
+    grid.width = 3;
+    grid.height = 2;
+    EXPECT_THAT(findClusters(grid, options).clusters, SizeIs(1)) << p;
+  }
+  const Clusters apart = findClusters(cloudOf({{-1e9F, 0, 0}, {1e9F, 1, 0}, {0, 0, 1e9F}}), options);
+  std::size_t points = 0;
+  for (const Cluster& cluster : apart.clusters) points += cluster.points.size();
+  EXPECT_EQ(points, 3U);
+  EXPECT_THAT(findClusters(cloudOf({{-3e38F, 0, 0}, {3e38F, 1, 0}, {0, 0, 2e9F}}), options).clusters,
+              IsEmpty());
+  options.minPoints = 3;
+  EXPECT_THAT(findClusters(cloudOf({{-1, 0, 0}, {1, 1, 0}}), options).clusters, IsEmpty());
+}
+
+TEST(CloudClusters, PointsNobodyCanHaveSeenAreNone) {
+  // Their squares are more than a float can hold: each would be every other's neighbor.
+  cv::RNG random(3);
+  std::vector<cv::Point3f> points;
+  for (int i = 0; i < 5000; ++i)
+    points.push_back(
+        3e38F * cv::Point3f(random.uniform(-1.F, 1.F), random.uniform(-1.F, 1.F), random.uniform(-1.F, 1.F)));
+  ASSERT_TRUE(std::ranges::all_of(points, isFinite));
+  ClusterOptions options;
+  options.minPoints = 1;
+  EXPECT_THAT(findClusters(cloudOf(std::move(points)), options).clusters, IsEmpty());
+  const PointCloud cloud = without(backProject(tableWithTwoThings().depth, kTableView.camera), false);
+  PointCloud holed = cloud, absurd = cloud;
+  for (std::size_t i = 0; i < cloud.points.size(); i += 50) {
+    holed.points[i].y = kNaN;
+    absurd.points[i].y = i % 100 == 0 ? 3e38F : -2e9F;
+  }
+  const Clusters expected = findClusters(holed), found = findClusters(absurd);
+  ASSERT_THAT(expected.clusters, SizeIs(2));
+  ASSERT_THAT(found.clusters, SizeIs(2));
+  for (std::size_t i = 0; i < 2; ++i) EXPECT_EQ(found.clusters[i].points, expected.clusters[i].points);
+}
+
+TEST(CloudClusters, RefusesAnUnsoundCloud) {
+  PointCloud cloud = cloudOf({{0, 0, 1}, {0, 1, 1}});
+  cloud.colors.resize(1);
+  EXPECT_THAT([&] { findClusters(cloud); }, FailsWith(ErrorCode::invalidInput, "1 colors"));
+  cloud.colors.clear();
+  cloud.width = 3;
+  EXPECT_THAT([&] { findClusters(cloud); }, FailsWith(ErrorCode::invalidInput, "3 × 1"));
+}
+
+TEST(PointsOf, TakesColorsAndNormalsAlong) {
+  PointCloud cloud = cloudOf({{1, 0, 0}, {2, 0, 0}, {3, 0, 0}, {4, 0, 0}});
+  cloud.width = cloud.height = 2;
+  cloud.colors = {{1, 0, 0}, {2, 0, 0}, {3, 0, 0}, {4, 0, 0}};
+  cloud.normals = {{0, 0, 1}, {0, 1, 0}, {1, 0, 0}, {kNaN, kNaN, kNaN}};
+  cloud.viewpoint = Pose{1, 2, 3};
+  const PointCloud part = pointsOf(cloud, {0, 2});
+  EXPECT_EQ(part.width, 2U);
+  EXPECT_FALSE(part.organized());
+  EXPECT_EQ(part.points, (std::vector<cv::Point3f>{{1, 0, 0}, {3, 0, 0}}));
+  EXPECT_EQ(part.colors, (std::vector<cv::Vec3b>{{1, 0, 0}, {3, 0, 0}}));
+  EXPECT_EQ(part.normals, (std::vector<cv::Point3f>{{0, 0, 1}, {1, 0, 0}}));
+  EXPECT_EQ(part.viewpoint->y, 2);
+  EXPECT_THAT(pointsOf(cloud, {}).points, IsEmpty());
+  const std::vector<std::uint32_t> beyond{1, 4};
+  EXPECT_THAT([&] { pointsOf(cloud, beyond); }, FailsWith(ErrorCode::invalidInput, "point 4"));
+}
+
+TEST(IsFlat, OnePlaneWithinNoise) {
+  cv::RNG random(5);
+  const auto sheet = [&](double away, double noise, double bend) {
+    std::vector<cv::Point3f> points;
+    for (int i = 0; i < 4000; ++i) {
+      const double x = random.uniform(-0.1, 0.1), y = random.uniform(-0.1, 0.1);
+      points.emplace_back(x, y, away + 0.3 * x + bend * std::abs(y) + random.gaussian(noise));
+    }
+    return cloudOf(std::move(points));
+  };
+  EXPECT_TRUE(isFlat(sheet(1, 0.0014, 0)));
+  EXPECT_TRUE(isFlat(sheet(2, 0.0014 * 4, 0)));  // noise grows with the square of the distance
+  EXPECT_FALSE(isFlat(sheet(1, 0.0014 * 4, 0)));
+  EXPECT_FALSE(isFlat(sheet(1, 0.0014, 0.5)));  // two faces
+  PointCloud holed = sheet(1, 0.0014, 0);
+  for (std::size_t i = 0; i < holed.points.size(); i += 3) holed.points[i].z = kNaN;
+  EXPECT_TRUE(isFlat(holed));
+  PointCloud far = sheet(1, 0.0014 * 4, 0);
+  far.viewpoint = Pose{0, 0, -1};
+  EXPECT_TRUE(isFlat(far));
+}
+
+TEST(IsFlat, NotOfTooFewPointsNorOfALine) {
+  std::vector<cv::Point3f> points;
+  for (int i = 0; i < 7; ++i)
+    for (int j = 0; j < 7; ++j) points.emplace_back(0.01F * i, 0.01F * j, 1);
+  EXPECT_FALSE(isFlat(cloudOf(points)));
+  points.emplace_back(0, 0.005F, 1);
+  EXPECT_TRUE(isFlat(cloudOf(points)));
+  EXPECT_FALSE(isFlat(PointCloud()));
+  EXPECT_FALSE(isFlat(cloudOf(std::vector(100, cv::Point3f(1, 1, 1)))));
+}
+
+}  // namespace
+}  // namespace estancia

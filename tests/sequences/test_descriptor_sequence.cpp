@@ -1,0 +1,249 @@
+// Descriptor files: read in the formats of other tools, written for other tools.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cstring>
+#include <limits>
+#include <random>
+#include <tuple>
+
+#include "estancia/core/error.hpp"
+#include "estancia/sequences/descriptor_sequence.hpp"
+#include "support/errors.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+namespace fs = std::filesystem;
+
+using test::FailsWith;
+using test::readFile;
+using test::writeFile;
+using testing::ElementsAre;
+
+std::vector<std::string> namesOf(const DescriptorSequence& sequence) {
+  std::vector<std::string> names;
+  for (const Frame& frame : sequence.frames) names.push_back(frame.name);
+  return names;
+}
+
+/// A .npy file of version 1 with any header and any bytes behind it.
+std::string npy(const std::string& header, const std::string& data) {
+  std::string bytes = std::string("\x93NUMPY\x01\x00", 8) + static_cast<char>(header.size() & 0xFFU) +
+                      static_cast<char>(header.size() >> 8U);
+  return bytes + header + data;
+}
+
+std::string headerOf(const std::string& type, const std::string& shape,
+                     const std::string& fortran = "False") {
+  return "{'descr': " + type + ", 'fortran_order': " + fortran + ", 'shape': " + shape + ", }\n";
+}
+
+template <class Number>
+std::string bytesOf(const std::vector<Number>& values) {
+  return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(Number)};
+}
+
+class DescriptorFiles : public testing::Test {
+ protected:
+  DescriptorSequence read(const std::string& name, const std::string& bytes,
+                          const DescriptorFileOptions& options = {}) {
+    writeFile(scratch_ / name, bytes);
+    return readDescriptors(scratch_ / name, options);
+  }
+  test::Caught refusal(const std::string& name, const std::string& bytes,
+                       const DescriptorFileOptions& options = {}) {
+    return test::caught([&] { read(name, bytes, options); });
+  }
+  fs::path file(const std::string& name, const std::string& bytes) {
+    writeFile(scratch_ / name, bytes);
+    return scratch_ / name;
+  }
+  test::ScratchFolder scratch_;
+};
+
+TEST_F(DescriptorFiles, WideCsv) {
+  const auto sequence = read("a.csv",
+                             "\xEF\xBB\xBFimage, cup ,\"mug, beaker\",crane,crane\r\n1.png,0.5,0.25,0,1\n"
+                             "\"2,b.png\",1e-5,1.00005,-0.00001,.5\n");
+  EXPECT_THAT(sequence.vocabulary.labels(), ElementsAre("cup", "mug, beaker", "crane", "crane"));
+  EXPECT_THAT(namesOf(sequence), ElementsAre("1.png", "2,b.png"));
+  EXPECT_THAT(sequence.descriptors.row(0), ElementsAre(0.5F, 0.25F, 0, 1));
+  EXPECT_THAT(sequence.descriptors.row(1), ElementsAre(1e-5F, 1, 0, 0.5F)) << "rounding is clamped";
+  EXPECT_THAT(sequence.model, testing::StartsWith("recorded "));
+}
+
+TEST_F(DescriptorFiles, LongCsv) {
+  const std::string text = "image,label,probability\n1.png,cup,0.5\n2.png,mug,0.25\n1.png,spoon,0.75\n";
+  const auto sequence = read("a.csv", text);
+  EXPECT_THAT(sequence.vocabulary.labels(), ElementsAre("spoon", "cup", "mug"));
+  EXPECT_THAT(namesOf(sequence), ElementsAre("1.png", "2.png"));
+  EXPECT_THAT(sequence.descriptors.row(0), ElementsAre(0.75F, 0.5F, 0));
+  const auto given = read("a.csv", text, {file("words.txt", "mug\nfork\ncup\n"), {}});
+  EXPECT_THAT(given.descriptors.row(0), ElementsAre(0, 0, 0.5F));
+  EXPECT_THAT(given.descriptors.row(1), ElementsAre(0.25F, 0, 0));
+  EXPECT_NE(given.model, sequence.model) << "other words";
+}
+
+TEST_F(DescriptorFiles, JsonLines) {
+  const auto sequence = read("a.jsonl", R"({"image": "1.png", "labels": {"cup": 0.25, "mug": 0.75}}
+
+{"image": "2.png", "error": "too dark"}
+{"image": "3.png", "labels": [{"label": "spoon", "confidence": 1}], "time": 3})");
+  EXPECT_THAT(namesOf(sequence), ElementsAre("1.png", "3.png"));
+  EXPECT_THAT(sequence.vocabulary.labels(), ElementsAre("mug", "cup", "spoon"));
+  EXPECT_THAT(sequence.descriptors.row(0), ElementsAre(0.75F, 0.25F, 0));
+  EXPECT_THAT(sequence.descriptors.row(1), ElementsAre(0, 0, 1));
+}
+
+TEST_F(DescriptorFiles, Npy) {
+  file("a.labels.txt", "cup\nmug\n");
+  const auto floats = read("a.npy", npy(headerOf("'<f4'", "(2, 2)"), bytesOf<float>({0, 0.25F, 0.5F, 1})));
+  EXPECT_THAT(namesOf(floats), ElementsAre("frame 000000", "frame 000001"));
+  EXPECT_THAT(floats.descriptors.row(1), ElementsAre(0.5F, 1));
+  const auto doubles = read("a.npy", npy(headerOf("'<f8'", "(1, 2)"), bytesOf<double>({0.1, 1.00001})),
+                            {{}, file("names.txt", "room/1.png\n")});
+  EXPECT_THAT(doubles.descriptors.row(0), ElementsAre(0.1F, 1));
+  EXPECT_THAT(namesOf(doubles), ElementsAre("room/1.png"));
+  const auto listed = read("a.npy", npy(headerOf("'<f4'", "(1, 2)"), bytesOf<float>({0, 1})),
+                           {{}, file("list.csv", "index,room,image,timestamp\n0,\"a, b\",x.png,1.5\n")});
+  EXPECT_EQ(listed.frames[0].name, "x.png");
+  EXPECT_EQ(listed.frames[0].room, "a, b");
+  EXPECT_EQ(listed.frames[0].timestamp, 1.5);
+  EXPECT_FALSE(listed.frames[0].pose);
+}
+
+TEST_F(DescriptorFiles, SurviveTheRoundTrip) {
+  std::mt19937 random(1);
+  DescriptorSequence sequence{
+      Vocabulary({"cup, mug", "\"quoted\"", "crane", "crane", "größe"}), "m", {}, DescriptorMatrix(5)};
+  for (int i = 0; i < 500; ++i) {
+    LexicalDescriptor row;
+    for (int k = 0; k < 5; ++k)  // any float in [0, 1], tiny ones too
+      row.push_back(
+          std::bit_cast<float>(std::uniform_int_distribution<std::uint32_t>(0, 0x3F800000)(random)));
+    sequence.descriptors.append(row);
+    Frame frame;
+    frame.name = "room, \"1\"/" + std::to_string(i) + ".png";
+    if (i % 2 == 0) frame.timestamp = 1e9 + 0.1 * i;
+    if (i % 3 == 0) frame.pose = Pose::planar(0.1 * i, -2, 0.3);
+    if (i % 5 == 0) frame.room = "kitchen, small";
+    sequence.frames.push_back(frame);
+  }
+  writeDescriptors(sequence, scratch_ / "r.csv");
+  writeDescriptors(sequence, scratch_ / "r.npy");
+  for (const std::string name : {"r.csv", "r.npy"}) {
+    const auto back = readDescriptors(scratch_ / name);
+    EXPECT_EQ(back.vocabulary, sequence.vocabulary);
+    EXPECT_EQ(namesOf(back), namesOf(sequence));
+    EXPECT_EQ(back.descriptors.values(), sequence.descriptors.values()) << name;
+  }
+  const auto frames = readDescriptors(scratch_ / "r.npy").frames;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    EXPECT_EQ(frames[i].timestamp, sequence.frames[i].timestamp);
+    EXPECT_EQ(frames[i].room, sequence.frames[i].room);
+    ASSERT_EQ(frames[i].pose.has_value(), sequence.frames[i].pose.has_value());
+    if (frames[i].pose) {
+      EXPECT_EQ(frames[i].pose->x, sequence.frames[i].pose->x);
+      EXPECT_EQ(frames[i].pose->qw, sequence.frames[i].pose->qw);
+    }
+  }
+  const std::string bytes = readFile(scratch_ / "r.npy");
+  EXPECT_EQ((bytes.size() - 500 * 5 * 4) % 64, 0U) << "NumPy aligns the numbers";
+}
+
+TEST_F(DescriptorFiles, RefuseBadCsv) {
+  const std::tuple<std::string, ErrorCode, std::string> cases[] = {
+      {"", ErrorCode::malformedFile, "a.csv:1"},
+      {"1.png,0.5\n", ErrorCode::malformedFile, "a.csv:1"},
+      {"image,cup\n", ErrorCode::insufficientData, "a."},
+      {"image,cup,\n1,0,0\n", ErrorCode::malformedFile, "a.csv:1: column 3"},
+      {"image,cup\n1.png,nan\n", ErrorCode::malformedFile, "a.csv:2: nan for \"cup\""},
+      {"image,cup\n1.png,inf\n", ErrorCode::malformedFile, "a.csv:2: inf for \"cup\""},
+      {"image,cup\n1.png,87\n", ErrorCode::malformedFile, "a.csv:2: 87 for \"cup\""},
+      {"image,cup\n1.png,high\n", ErrorCode::malformedFile, "a.csv:2: \"cup\" is \"high\""},
+      {"image,cup\n1.png,\n", ErrorCode::malformedFile, "a.csv:2: \"cup\" is \"\""},
+      {"image,cup,mug\n1.png,0,1\n2.png,0\n", ErrorCode::malformedFile, "a.csv:3: 2"},
+      {"image,cup\n1.png,0\n1.png,1\n", ErrorCode::malformedFile, "a.csv:3: 1.png"},
+      {"image,cup\n,0\n", ErrorCode::malformedFile, "a.csv:2"},
+      {"image,cup\n\"1.png,0\n", ErrorCode::malformedFile, "a.csv:2"},
+      {"image,label,probability\n", ErrorCode::insufficientData, "a."},
+      {"image,label,probability\n1.png,cup\n", ErrorCode::malformedFile, "a.csv:2: 2"},
+      {"image,label,probability\n1.png,cup,NaN\n", ErrorCode::malformedFile, "a.csv:2: nan for \"cup\""},
+      {"image,label,probability\n1.png, ,1\n", ErrorCode::malformedFile, "a.csv:2"}};
+  for (const auto& [text, code, fact] : cases)
+    EXPECT_THAT(refusal("a.csv", text), FailsWith(code, fact)) << text;
+  EXPECT_THAT(refusal("a.csv", "image,cup\n1.png,0\n", {file("words.txt", "mug\n"), {}}),
+              FailsWith(ErrorCode::mismatch));
+  EXPECT_THAT(refusal("a.txt", "image,cup\n"),
+              FailsWith(ErrorCode::unsupportedFile, "a.txt", ".labels", ".csv"));
+  EXPECT_THAT([&] { readDescriptors(scratch_ / "none.csv"); },
+              FailsWith(ErrorCode::fileNotFound, "none.csv"));
+}
+
+TEST_F(DescriptorFiles, RefuseBadJsonLines) {
+  const std::tuple<std::string, ErrorCode, std::string> cases[] = {
+      {"", ErrorCode::insufficientData, "a."},
+      {"{\"image\": \"1\", \"labels\": {}}\n{\"image\"", ErrorCode::malformedFile, "a.jsonl:2"},
+      {"{\"labels\": {\"cup\": 1}}", ErrorCode::malformedFile, "a.jsonl:1"},
+      {"{\"image\": \"1\", \"labels\": {\"cup\": 2}}", ErrorCode::malformedFile, "a.jsonl:1: 2 for \"cup\""},
+      {"{\"image\": \"1\", \"labels\": {}}", ErrorCode::insufficientData, "a.jsonl"},
+      {"{\"image\": \"1\", \"labels\": {}}\n{\"image\": \"1\", \"labels\": {}}", ErrorCode::malformedFile,
+       "a.jsonl:2: 1"}};
+  for (const auto& [text, code, fact] : cases)
+    EXPECT_THAT(refusal("a.jsonl", text), FailsWith(code, fact)) << text;
+}
+
+/// Few bytes must not make much memory.
+TEST_F(DescriptorFiles, RefuseAHugeProductOfImagesAndWords) {
+  std::string text = "image,label,probability\n";
+  for (int i = 0; i < 30'000; ++i) text += std::to_string(i) + "," + std::to_string(i) + ",1\n";
+  EXPECT_THAT(refusal("a.csv", text), FailsWith(ErrorCode::tooLarge, "30000", "500000000"));
+}
+
+TEST_F(DescriptorFiles, RefuseBadNpy) {
+  file("a.labels.txt", "cup\nmug\n");
+  const std::string two = bytesOf<float>({0, 1});
+  const std::tuple<std::string, ErrorCode, std::string> cases[] = {
+      {"", ErrorCode::unsupportedFile, "a.npy"},
+      {"PK\x03\x04 an archive", ErrorCode::unsupportedFile, "a.npy"},
+      {std::string("\x93NUMPY\x09\x00\x10\x00", 10) + std::string(40, ' '), ErrorCode::unsupportedFile, "9"},
+      {npy(headerOf("'<f4'", "(1, 2)"), two).substr(0, 30), ErrorCode::truncatedFile, "a.npy"},
+      {npy(headerOf("'<f4'", "(1, 2)"), two.substr(1)), ErrorCode::truncatedFile, "(1, 2)"},
+      {npy(headerOf("'<f4'", "(1, 2)"), two + "x"), ErrorCode::truncatedFile, "a.npy"},
+      {npy(headerOf("'<f4'", "(2, 2)"), two), ErrorCode::truncatedFile, "(2, 2)"},
+      {npy(headerOf("'<f4'", "(9223372036854775808, 2)"), two), ErrorCode::truncatedFile, "a.npy"},
+      {npy(headerOf("'<f4'", "(2, 9223372036854775809)"), two), ErrorCode::truncatedFile, "a.npy"},
+      {npy(headerOf("'<f4'", "(99999999999999999999, 2)"), two), ErrorCode::unsupportedFile,
+       "(images, labels)"},
+      {npy(headerOf("'<f4'", "(2,)"), two), ErrorCode::unsupportedFile, "(images, labels)"},
+      {npy(headerOf("'<f4'", "(1, 1, 2)"), two), ErrorCode::unsupportedFile, "(images, labels)"},
+      {npy(headerOf("'<f4'", "(0, 2)"), ""), ErrorCode::unsupportedFile, "(images, labels)"},
+      {npy(headerOf("'<f4'", "(-1, 2)"), two), ErrorCode::unsupportedFile, "(images, labels)"},
+      {npy(headerOf("'<f4'", "(1, 2)", "True"), two), ErrorCode::unsupportedFile, "numpy.ascontiguousarray"},
+      {npy(headerOf("'>f4'", "(1, 2)"), two), ErrorCode::unsupportedFile, "'>f4'"},
+      {npy(headerOf("'|O'", "(1, 2)"), two), ErrorCode::unsupportedFile, "'|O'"},
+      {npy(headerOf("[('a', '<f4')]", "(1, 2)"), two), ErrorCode::unsupportedFile, "float32"},
+      {npy("{}\n", two), ErrorCode::unsupportedFile, "float32"},
+      {npy(headerOf("'<f4'", "(2, 1)"), two), ErrorCode::mismatch, "1"},
+      {npy(headerOf("'<f4'", "(1, 2)"), bytesOf<float>({0, std::numeric_limits<float>::quiet_NaN()})),
+       ErrorCode::malformedFile, "row 0: nan for \"mug\""},
+      {npy(headerOf("'<f4'", "(1, 2)"), bytesOf<float>({0, 2})), ErrorCode::malformedFile,
+       "row 0: 2 for \"mug\""}};
+  for (const auto& [bytes, code, fact] : cases) EXPECT_THAT(refusal("a.npy", bytes), FailsWith(code, fact));
+  const std::string sound = npy(headerOf("'<f4'", "(1, 2)"), two);
+  EXPECT_THAT(refusal("a.npy", sound, {{}, file("n.csv", "1.png\n2.png\n")}),
+              FailsWith(ErrorCode::mismatch, "1", "n.csv", "2"));
+  EXPECT_THAT(refusal("a.npy", sound, {{}, file("n.csv", "image,x\n1.png,7\n")}),
+              FailsWith(ErrorCode::malformedFile, "n.csv:2"));
+  EXPECT_THAT(refusal("a.npy", sound, {{}, file("n.csv", "image,timestamp\n1.png,soon\n")}),
+              FailsWith(ErrorCode::malformedFile, "n.csv:2", "timestamp", "\"soon\""));
+  EXPECT_THAT(refusal("b.npy", sound), FailsWith(ErrorCode::insufficientData, "b.npy", "2", "b.labels.txt"));
+  EXPECT_THAT([&] { writeDescriptors(read("a.npy", sound), scratch_ / "r.bin"); },
+              FailsWith(ErrorCode::unsupportedFile, "r.bin"));
+}
+
+}  // namespace
+}  // namespace estancia

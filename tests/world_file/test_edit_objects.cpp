@@ -1,0 +1,138 @@
+// What people say about objects: names and deletions outlive another derivation.
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/world_file/edit_objects.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "estancia/map_file/sqlite.hpp"
+#include "estancia/map_file/store.hpp"
+#include "estancia/world_file/world_store.hpp"
+#include "support/errors.hpp"
+#include "support/sample_world.hpp"
+#include "support/shape_drive.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+namespace fs = std::filesystem;
+using test::FailsWith;
+using test::ScratchFolder;
+using test::ShapeDrive;
+
+WorldMap mapDesk(const fs::path& file, std::size_t end) {
+  return test::mapShapes(ShapeDrive(test::desk), end, file, [](WorldMapper&) {});
+}
+
+TEST(EditObjects, ANameOutlivesAnotherDerivation) {
+  const ScratchFolder folder;
+  const fs::path file = folder / "map.estancia";
+  ASSERT_EQ(mapDesk(file, 8).objects.size(), 1U);
+  const std::string name = "Ana's \"desk\"";
+  nameObject(file, "0", name);
+  EXPECT_EQ(readWorld(file).objects.at(0).displayName(), name);
+  const WorldMap later = mapDesk(file, 12);
+  ASSERT_EQ(later.objects.size(), 1U);
+  EXPECT_EQ(later.objects[0].givenName, name);
+  nameObject(file, name, "");
+  EXPECT_EQ(readWorld(file).objects.at(0).givenName, "");
+  EXPECT_EQ(mapDesk(file, 12).objects.at(0).givenName, "");
+}
+
+TEST(EditObjects, WhatIsDeletedStaysAway) {
+  const ScratchFolder folder;
+  const fs::path file = folder / "map.estancia";
+  ASSERT_EQ(mapDesk(file, 8).objects.size(), 1U);
+  deleteObject(file, "0");
+  EXPECT_TRUE(readWorld(file).objects.empty());
+  const auto segments = [&] {
+    return sqlite::Database(file, sqlite::Database::Mode::read)
+        .number("SELECT count(*) FROM object_segments");
+  };
+  EXPECT_EQ(segments(), 0);
+  EXPECT_TRUE(mapDesk(file, 12).objects.empty());
+  EXPECT_EQ(segments(), 0);
+  EXPECT_THAT([&] { deleteObject(file, "0"); }, FailsWith(ErrorCode::insufficientData));
+}
+
+TEST(EditObjects, AreDoneWhileAMapGrows) {
+  const ScratchFolder folder;
+  const fs::path file = folder / "map.estancia";
+  mapDesk(file, 8);
+  const WorldObject desk = readWorld(file).objects.at(0);
+  test::mapShapes(ShapeDrive(test::desk), 12, file, [&](WorldMapper& world) {
+    world.edit(namingOf(desk, "bureau"));
+    EXPECT_EQ(readWorld(file).objects.at(0).givenName, "bureau") << "at once";
+  });
+  EXPECT_EQ(readWorld(file).objects.at(0).givenName, "bureau");
+  test::mapShapes(ShapeDrive(test::desk), 12, file, [&](WorldMapper& world) {
+    const auto derived = world.derivation()();
+    world.edit(removalOf(desk));
+    EXPECT_TRUE(readWorld(file).objects.empty());
+    EXPECT_TRUE(world.refresh(*derived)) << "deletions are done to whatever is derived";
+    EXPECT_TRUE(readWorld(file).objects.empty());
+  });
+  EXPECT_TRUE(readWorld(file).objects.empty());
+}
+
+TEST(EditObjects, AreOfTheNearestObjectOfThatSize) {
+  std::vector<WorldObject> objects = test::sampleObjects();
+  for (const WorldObject& object : objects) {
+    EXPECT_EQ(objectOf(removalOf(object), objects), object.id);
+    ObjectEdit moved = removalOf(object);
+    moved.center.x += 0.1;
+    moved.size *= 1.3;
+    EXPECT_EQ(objectOf(moved, objects), object.id) << "poses were corrected, and more was seen of it";
+    moved.center.y += 100;
+    EXPECT_EQ(objectOf(moved, objects), -1);
+  }
+  ObjectEdit tabletop = removalOf(objects[1]);  // a mug on a table is no part of the table
+  tabletop.center = objects[0].center;
+  EXPECT_NE(objectOf(tabletop, objects), 0);
+}
+
+TEST(EditObjects, NumberWhatIsLeft) {
+  std::vector<WorldObject> objects = test::sampleObjects();
+  objects[1].support = Support::object;
+  objects[1].onObject = 0;
+  const std::vector<ObjectEdit> edits{removalOf(objects[0]), namingOf(objects[2], "Bo's"),
+                                      removalOf(objects[4])};
+  EXPECT_EQ(applyEdits(edits, objects), (std::vector<int>{-1, 0, 1, 2, -1, 3}));
+  ASSERT_EQ(objects.size(), 4U);
+  for (int i = 0; i < 4; ++i) EXPECT_EQ(objects[static_cast<std::size_t>(i)].id, i);
+  EXPECT_EQ(objects[0].onObject, -1);
+  EXPECT_EQ(objects[0].support, Support::surface);
+  EXPECT_EQ(objects[1].displayName(), "Bo's");
+}
+
+TEST(EditObjects, SayWhichObjectIsMeant) {
+  const WorldMap world = test::sampleWorld();
+  EXPECT_EQ(getObject(world, "3").id, 3);
+  EXPECT_THAT([&] { getObject(world, "77"); }, FailsWith(ErrorCode::unknownName, "77"));
+  EXPECT_THAT([&] { getObject(world, "-1"); }, FailsWith(ErrorCode::unknownName, "-1"));
+  EXPECT_THAT([&] { getObject(world, "no such thing"); }, FailsWith(ErrorCode::unknownName));
+  EXPECT_THAT([&] { namingOf(world.objects[0], " 7 "); }, FailsWith(ErrorCode::invalidInput, " 7 "));
+  EXPECT_THAT([&] { namingOf(world.objects[0], "  "); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([] { nameObject("/nowhere.estancia", "0", "cup"); }, FailsWith(ErrorCode::fileNotFound));
+}
+
+TEST(EditObjects, ADamagedEditIsToldOf) {
+  const ScratchFolder folder;
+  const fs::path file = folder / "map.estancia";
+  mapDesk(file, 8);
+  nameObject(file, "0", "bureau");
+  for (const char* damage :
+       {"UPDATE object_edits SET kind = 'paint'", "UPDATE object_edits SET size_x = 1e999"}) {
+    sqlite::Database(file, sqlite::Database::Mode::write).run(damage);
+    EXPECT_THAT(
+        [&] {
+          MapStore store = MapStore::open(file, MapStore::Access::read);
+          WorldStore(store, MapStore::Access::read).objectEdits();
+        },
+        FailsWith(ErrorCode::corruptFile));
+  }
+}
+
+}  // namespace
+}  // namespace estancia
