@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 # One library a room of estancia/, so that whoever finds places by words does not link what recognizes objects:
-#   estancia_room(NAME [ROOMS room…] [LINKS library…])
+#   estancia_room(NAME [ROOMS room…] [INTERFACES room…] [LINKS library…])
 # compiles estancia/NAME/*.cpp into estancia::NAME, which others find by find_package(estancia COMPONENTS NAME). ROOMS
-# are those whose functions it calls, on lower floors (CONTRIBUTING.md). LINKS are what it uses inside; an installed
+# are those whose functions it calls, INTERFACES those of which it needs classes to derive from, and links nothing
+# (docs/architecture.md). LINKS are what it uses inside; an installed
 # static library needs them, too, so cmake/estanciaConfig.cmake.in finds their packages again: what is nothing but
 # headers in .cpp files is a $<BUILD_INTERFACE:…>.
 
@@ -22,7 +23,7 @@ endif()
 file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/symbols.map CONTENT "${node} { *; };\n")
 
 function(estancia_room room)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "ROOMS;LINKS")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "ROOMS;INTERFACES;LINKS")
   set(folder ${PROJECT_SOURCE_DIR}/estancia/${room})
   set(target estancia_${room})
   file(GLOB sources CONFIGURE_DEPENDS ${folder}/*.cpp)
