@@ -4,8 +4,8 @@
 #include <estancia/label/label_cache.hpp>
 #include <estancia/label/record.hpp>
 #include <estancia/labelers/model.hpp>
+#include <estancia/readers/open_sequence.hpp>
 #include <estancia/sequences/descriptor_sequence.hpp>
-#include <estancia/sequences/sequence.hpp>
 
 #include <cstdio>
 #include <exception>

@@ -4,7 +4,7 @@
 #include <estancia/label/label_cache.hpp>
 #include <estancia/label/record.hpp>
 #include <estancia/labelers/model.hpp>
-#include <estancia/sequences/sequence.hpp>
+#include <estancia/readers/open_sequence.hpp>
 #include <estancia/words/installed_words.hpp>
 #include <estancia/words/label_choice.hpp>
 #include <estancia/zones/zone_file.hpp>

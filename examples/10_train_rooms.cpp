@@ -6,7 +6,9 @@
 #include <estancia/describe/load_descriptor.hpp>
 #include <estancia/map_file/map.hpp>
 #include <estancia/query/ask.hpp>
+#include <estancia/readers/open_sequence.hpp>
 #include <estancia/sequences/descriptor_sequence.hpp>
+#include <estancia/session/session.hpp>
 
 #include <cstdio>
 #include <exception>

@@ -23,7 +23,7 @@ struct NodeSummary {
   std::string title;                ///< familiarTitle() against the run
   double share = 0;                 ///< of all frames, 0 … 1
   std::vector<std::size_t> frames;  ///< ascending
-  std::vector<Visit> visits;        ///< ascending, uninterrupted stays
+  std::vector<VisitSpan> visits;    ///< ascending, uninterrupted stays
 };
 
 /// Two nodes joined by at least one transition, whatever the direction.

@@ -9,19 +9,19 @@
 
 namespace estancia::report {
 
-void addFrame(std::vector<Visit>& visits, std::size_t frame) {
+void addFrame(std::vector<VisitSpan>& visits, std::size_t frame) {
   if (visits.empty() || visits.back().last + 1 < frame)
     visits.push_back({frame, frame});
   else
     visits.back().last = frame;
 }
 
-Markup visitStrip(const std::vector<Visit>& visits, std::size_t frames) {
+Markup visitStrip(const std::vector<VisitSpan>& visits, std::size_t frames) {
   constexpr double width = 300;
   const auto whole = static_cast<double>(std::max<std::size_t>(frames, 1));
   Path path;
   double drawn = -1;
-  for (const Visit& visit : visits) {
+  for (const VisitSpan& visit : visits) {
     const double from = std::max(width * static_cast<double>(visit.first) / whole, drawn);
     const double to = std::max(width * static_cast<double>(visit.last + 1) / whole, from + 1);
     if (to <= drawn + 0.5) continue;  // less than can be seen
@@ -38,7 +38,7 @@ Markup visitStrip(const std::vector<Visit>& visits, std::size_t frames) {
   return strip.close();
 }
 
-std::string describeVisits(const std::vector<Visit>& visits) {
+std::string describeVisits(const std::vector<VisitSpan>& visits) {
   if (visits.empty()) return "never seen";
   if (visits.front().first == visits.back().last)
     return fmt::format("seen once, at frame {}", visits.front().first);

@@ -9,17 +9,17 @@
 
 namespace estancia::report {
 
-struct Visit {
+struct VisitSpan {
   std::size_t first = 0, last = 0;  ///< frame numbers, both included
 };
 
 /// Adds a frame later than all before: to the stay that it continues, else as a new one.
-void addFrame(std::vector<Visit>& visits, std::size_t frame);
+void addFrame(std::vector<VisitSpan>& visits, std::size_t frame);
 
 /// The visits as a strip over a run of `frames`.
-Markup visitStrip(const std::vector<Visit>& visits, std::size_t frames);
+Markup visitStrip(const std::vector<VisitSpan>& visits, std::size_t frames);
 
 /// "3 visits, frames 4 to 80"
-std::string describeVisits(const std::vector<Visit>& visits);
+std::string describeVisits(const std::vector<VisitSpan>& visits);
 
 }  // namespace estancia::report

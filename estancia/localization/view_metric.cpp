@@ -54,18 +54,18 @@ std::vector<std::size_t> evenly(std::size_t count, std::size_t own, const At& at
 
 /// Neighbors along the drive: the way is the sum of the distances of images that follow each other.
 std::vector<Neighbors> alongTheWay(const Images& images, double unrelated) {
-  std::vector<double> ways(images.count);
+  std::vector<double> driven(images.count);
   for (std::size_t i = 1; i < images.count; ++i)
-    ways[i] = ways[i - 1] + std::max(0.0, images.distance(i - 1, i));
+    driven[i] = driven[i - 1] + std::max(0.0, images.distance(i - 1, i));
   const double sigma = std::max(wayOfOneView * unrelated, 1e-9);
   std::vector<Neighbors> all(images.count);
   for (std::size_t i = 0; i < images.count; ++i) {
-    const auto first = std::lower_bound(ways.begin(), ways.end(), ways[i] - farthest * sigma);
-    const auto last = std::upper_bound(first, ways.end(), ways[i] + farthest * sigma);
-    const auto from = static_cast<std::size_t>(first - ways.begin());
+    const auto first = std::lower_bound(driven.begin(), driven.end(), driven[i] - farthest * sigma);
+    const auto last = std::upper_bound(first, driven.end(), driven[i] + farthest * sigma);
+    const auto from = static_cast<std::size_t>(first - driven.begin());
     for (const std::size_t j :
          evenly(static_cast<std::size_t>(last - first), i - from, [from](std::size_t k) { return from + k; }))
-      all[i].push_back({static_cast<std::uint32_t>(j), weightAt((ways[j] - ways[i]) / sigma)});
+      all[i].push_back({static_cast<std::uint32_t>(j), weightAt((driven[j] - driven[i]) / sigma)});
   }
   return all;
 }

@@ -36,7 +36,7 @@ Markup zoneFigure(const ZonesSummary& summary, const DrivenPath& path, FigureSty
                   const FloorPlan* plan = nullptr);
 
 /// A stay in a zone.
-struct Stay : Visit {
+struct Stay : VisitSpan {
   int zone = 0;
 };
 

@@ -16,10 +16,10 @@ namespace estancia::report {
 struct ZoneSummary {
   const Zone* zone = nullptr;  ///< of the summarized zones
   ClassStyle style;
-  double share = 0;           ///< of all images, 0 … 1
-  std::string name;           ///< its most distinctive labels, short enough for a page
-  std::string word;           ///< the first of them
-  std::vector<Visit> visits;  ///< ascending, uninterrupted stays
+  double share = 0;               ///< of all images, 0 … 1
+  std::string name;               ///< its most distinctive labels, short enough for a page
+  std::string word;               ///< the first of them
+  std::vector<VisitSpan> visits;  ///< ascending, uninterrupted stays
 };
 
 struct ZonesSummary {

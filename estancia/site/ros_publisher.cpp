@@ -17,7 +17,7 @@ using MarkerColor = ros::Marker::Color;
 
 constexpr MarkerColor placeColor{0.2F, 0.5F, 0.9F, 1}, linkColor{0.5F, 0.5F, 0.5F, 0.8F},
     textColor{1, 1, 1, 1};
-constexpr double placeSize = 0.2, linkWidth = 0.03, areaText = 0.4, objectText = 0.15;  // [m]
+constexpr double placeSize = 0.2, linkWidth = 0.03, areaText = 0.4, objectTextHeight = 0.15;  // [m]
 
 ros::Marker markerAt(const char* space, int id, ros::Marker::Type type, const Point& at, double size,
                      const MarkerColor& color) {
@@ -86,8 +86,8 @@ void addObjects(const WorldMap& world, std::vector<ros::Marker>& markers) {
     box.scale = {object.size.x, object.size.y, object.size.z};
     box.orientation = {0, 0, std::sin(object.yaw / 2), std::cos(object.yaw / 2)};
     markers.push_back(box);
-    markers.push_back(textAt("object names", object.id, at, object.size.z / 2 + objectText, objectText,
-                             object.displayName()));
+    markers.push_back(textAt("object names", object.id, at, object.size.z / 2 + objectTextHeight,
+                             objectTextHeight, object.displayName()));
   }
 }
 

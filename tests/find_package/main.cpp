@@ -7,7 +7,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/vocabulary.hpp"
 #include "estancia/files/image_file.hpp"
-#include "estancia/sequences/sequence.hpp"
+#include "estancia/readers/open_sequence.hpp"
 
 int main() {
   const estancia::Vocabulary vocabulary({"cup", "mug"});

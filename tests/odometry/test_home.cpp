@@ -4,6 +4,7 @@
 
 #include <opencv2/core.hpp>
 
+#include "estancia/readers/open_sequence.hpp"
 #include "support/room.hpp"
 #include "support/support.hpp"
 
