@@ -64,7 +64,7 @@ TEST(Bytes, EveryTruncationIsRefused) {
           in.numbers<double>();
           in.text();
         },
-        FailsWith(ErrorCode::truncatedFile, "a.model"))
+        FailsWith(ErrorCode::truncatedFile))
         << size;
 }
 
@@ -72,16 +72,8 @@ TEST(Bytes, CountsBeyondTheEndAllocateNothing) {
   ByteWriter out;
   out.number(std::numeric_limits<std::uint64_t>::max());
   out.number<std::uint64_t>(0);
-  EXPECT_THAT([&] { readerOf(out.bytes()).numbers<double>(); },
-              FailsWith(ErrorCode::truncatedFile, "a.model"));
-  EXPECT_THAT([&] { readerOf(out.bytes()).count(1); }, FailsWith(ErrorCode::truncatedFile, "a.model"));
-}
-
-TEST(Bytes, FailuresNameTheFileAndTheRemedy) {
-  EXPECT_THAT([] { readerOf("").fail("one weight is negative"); },
-              FailsWith(ErrorCode::malformedFile, "a.model: one weight is negative; train it again"));
-  EXPECT_THAT([] { readerOf("").fail("damaged", ErrorCode::corruptFile); },
-              FailsWith(ErrorCode::corruptFile, "a.model"));
+  EXPECT_THAT([&] { readerOf(out.bytes()).numbers<double>(); }, FailsWith(ErrorCode::truncatedFile));
+  EXPECT_THAT([&] { readerOf(out.bytes()).count(1); }, FailsWith(ErrorCode::truncatedFile));
 }
 
 }  // namespace

@@ -26,27 +26,6 @@ TEST(Cores, AtLeastOneAndAtMostTheUsableOnesAreFree) {
   EXPECT_LE(freeCores(), usableCores());
 }
 
-TEST(Cores, TheAffinityMaskLimits) {
-  std::thread([] {  // the mask is a thread's own
-    cpu_set_t one;
-    CPU_ZERO(&one);
-    for (int cpu = 0; cpu < CPU_SETSIZE && CPU_COUNT(&one) == 0; ++cpu) {
-      CPU_SET(cpu, &one);
-      if (sched_setaffinity(0, sizeof one, &one) != 0) CPU_CLR(cpu, &one);
-    }
-    EXPECT_EQ(usableCores(), 1);
-    EXPECT_EQ(freeCores(), 1);
-  })
-      .join();
-}
-
-TEST(Cores, AMachineThatDoesNotTellHasAllOfThem) {
-  const test::ScratchFolder root;
-  EXPECT_EQ(usableCores(root.path()), allowed());
-  test::writeFile(root / "proc/self/cgroup", "nonsense\n0:\n::\n");
-  EXPECT_EQ(usableCores(root.path()), allowed());
-}
-
 TEST(Cores, TheQuotaOfAnyGroupAroundLimits) {
   const test::ScratchFolder root;
   test::writeFile(root / "proc/self/cgroup", "0::/service/robot\n");

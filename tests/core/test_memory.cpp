@@ -12,23 +12,12 @@ namespace {
 
 constexpr std::uint64_t unlimited = std::numeric_limits<std::uint64_t>::max();
 
-TEST(Memory, ThisMachineHasSome) {
-  EXPECT_GT(availableMemory(), 1U << 20);
-  EXPECT_LT(availableMemory(), unlimited);
-}
-
-TEST(Memory, AMachineThatDoesNotTellSetsNoLimit) {
+TEST(Memory, AMachineWithoutNumbersSetsNoLimit) {
   const test::ScratchFolder root;
   EXPECT_EQ(availableMemory(root.path()), unlimited);
   test::writeFile(root / "proc/meminfo", "MemTotal: 100 kB\nMemAvailable: lots\n");
   test::writeFile(root / "proc/self/cgroup", "nonsense\n0:\n::\n");
   EXPECT_EQ(availableMemory(root.path()), unlimited);
-}
-
-TEST(Memory, TheSystemSaysWhatIsAvailable) {
-  const test::ScratchFolder root;
-  test::writeFile(root / "proc/meminfo", "MemTotal:  9000 kB\nMemFree:   10 kB\nMemAvailable:   8000 kB\n");
-  EXPECT_EQ(availableMemory(root.path()), 8000U * 1024);
 }
 
 TEST(Memory, AnyGroupAroundLimits) {

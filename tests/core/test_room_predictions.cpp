@@ -30,13 +30,6 @@ TEST(RoomPredictions, ArePooledByTheMeanOfTheirLogarithms) {
   EXPECT_NEAR(pooled[1][0].probability, 1 / 1.001, 1e-9) << "a 0 is no proof";
 }
 
-TEST(RoomPredictions, DoNotChangeWhenImagesRepeat) {
-  const auto once = poolRooms(predictions({{0.7F, 0.3F}, {0.2F, 0.8F}}), std::vector<std::size_t>{0, 0}, 1);
-  const auto often = poolRooms(predictions({{0.7F, 0.3F}, {0.2F, 0.8F}, {0.7F, 0.3F}, {0.2F, 0.8F}}),
-                               std::vector<std::size_t>{0, 0, 0, 0}, 1);
-  EXPECT_NEAR(once[0][0].probability, often[0][0].probability, 1e-12);
-}
-
 TEST(RoomPredictions, LeaveOutImagesOfWhichNothingWasSaid) {
   const auto pooled = poolRooms(predictions({{0.9F, 0.1F}, {0, 0}, {0, 0}, {0.5F, 0.5F}}),
                                 std::vector<std::size_t>{0, 0, 1, 7, 0}, 2);
@@ -83,13 +76,6 @@ TEST(RoomPredictions, AreNotSureByOneLabel) {
   EXPECT_THAT(sure(GroupedBy::labels), ElementsAre(false, true, false)) << "the shop is better without it";
   for (RoomEvidence& told : made.evidence) told.logOdds.assign(5, 2.5F);
   EXPECT_THAT(sure(), ElementsAre(true, true, false)) << "what tells for all rooms tells nothing";
-}
-
-TEST(RoomPredictions, AreDescribedShortly) {
-  EXPECT_EQ(describeRooms({{"kitchen", 0.83}, {"office", 0.166}, {"hall", 0.004}}),
-            "kitchen 83 %, office 17 %");
-  EXPECT_EQ(describeRooms({{"kitchen", 0.83}, {"office", 0.17}}, 1), "kitchen 83 %");
-  EXPECT_EQ(describeRooms({}), "");
 }
 
 TEST(SameWords, DoNotMindCaseHyphensAndPlurals) {

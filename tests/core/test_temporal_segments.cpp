@@ -51,15 +51,6 @@ TEST(TemporalSegments, EndWhereNumbersLeaveMoreOutThanUsual) {
       << "they fall";
 }
 
-TEST(TemporalSegments, OfEveryThirdImageAreThoseOfAll) {
-  std::vector<std::string> names, places;
-  for (int i = 0; i < 60; i += 3) {
-    names.push_back(std::to_string(i) + ".png");
-    places.emplace_back(i < 30 ? "kitchen" : "hall");
-  }
-  EXPECT_THAT(lengths(names, places), ElementsAre(10, 10));
-}
-
 TEST(TemporalSegments, FractionsAreNoNumbersOfFrames) {
   EXPECT_THAT(lengths({"1305031102.175304.png", "1305031102.211214.png", "1305031102.943223.png",
                        "1305031103.011215.png"},
@@ -83,7 +74,7 @@ TEST(TemporalSegments, EndWhereTimePasses) {
 }
 
 TEST(TemporalSegments, NeedAPlaceOfEachFrame) {
-  EXPECT_THAT([] { temporalSegments({}, {"a"}); }, test::FailsWith(ErrorCode::mismatch, "1", "0"));
+  EXPECT_THAT([] { temporalSegments({}, {"a"}); }, test::FailsWith(ErrorCode::mismatch));
 }
 
 }  // namespace

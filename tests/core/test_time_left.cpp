@@ -34,24 +34,5 @@ TEST(TimeLeft, CountsOnlyWhatWasDoneInThisRun) {
   EXPECT_DOUBLE_EQ(left.seconds(4).value(), 30);
 }
 
-TEST(TimeLeft, OfCompleteWorkHasTheWholeRate) {
-  TimeLeft left(4);
-  left.advance(0, 0.5);
-  left.advance(1, 2);
-  left.advance(3, 4);
-  EXPECT_TRUE(left.isComplete());
-  EXPECT_DOUBLE_EQ(left.rate(4).value(), 1);
-  EXPECT_EQ(left.seconds(4), 0);
-}
-
-TEST(TimeLeft, IsUnknownWithoutATotal) {
-  TimeLeft left;
-  left.advance(1, 1);
-  left.advance(4, 3);
-  EXPECT_DOUBLE_EQ(left.rate(3).value(), 2);
-  EXPECT_FALSE(left.seconds(3));
-  EXPECT_FALSE(left.isComplete());
-}
-
 }  // namespace
 }  // namespace estancia

@@ -8,41 +8,31 @@ namespace estancia {
 namespace {
 
 using test::FailsWith;
+using testing::ElementsAre;
 
-TEST(Vocabulary, ReadsOneLabelALineAndDropsCarriageReturns) {
+TEST(Vocabulary, ReadsOneLabelALine) {
   const test::ScratchFolder folder;
-  test::writeFile(folder / "labels.txt", "tench, Tinca tinca\r\ngoldfish  \r\n\r\n");
-  const auto vocabulary = readVocabulary(folder / "labels.txt");
-  ASSERT_EQ(vocabulary.size(), 2U);
-  EXPECT_EQ(vocabulary[0], "tench, Tinca tinca");
-  EXPECT_EQ(vocabulary[1], "goldfish");
+  const auto labelsOf = [&](const std::string& text) {
+    test::writeFile(folder / "labels.txt", text);
+    return readVocabulary(folder / "labels.txt").labels();
+  };
+  EXPECT_THAT(labelsOf("tench, Tinca tinca\r\ngoldfish  \r\n\r\n"),
+              ElementsAre("tench, Tinca tinca", "goldfish"));
+  EXPECT_THAT(labelsOf("\xEF\xBB\xBF"
+                       "crane\nheron\ncrane\n"),
+              ElementsAre("crane", "heron", "crane"));
+  EXPECT_THAT(labelsOf("n01440764\ttench\nred\x1B[2J\ncaf\xE9\n"),
+              ElementsAre("n01440764 tench", "red\\x1B[2J", "caf\\xE9"))
+      << "no control characters";
 }
 
-TEST(Vocabulary, KeepsLabelsThatStandTwiceAndDropsAByteOrderMark) {
-  const test::ScratchFolder folder;
-  test::writeFile(folder / "labels.txt",
-                  "\xEF\xBB\xBF"
-                  "crane\nheron\ncrane\n");
-  EXPECT_EQ(readVocabulary(folder / "labels.txt").labels(),
-            (std::vector<std::string>{"crane", "heron", "crane"}));
-}
-
-TEST(Vocabulary, LabelsOfAFileHoldNoControlCharacters) {
-  const test::ScratchFolder folder;
-  test::writeFile(folder / "labels.txt", "n01440764\ttench\nred\x1B[2J\ncaf\xE9\n");
-  EXPECT_EQ(readVocabulary(folder / "labels.txt").labels(),
-            (std::vector<std::string>{"n01440764 tench", "red\\x1B[2J", "caf\\xE9"}));
-}
-
-TEST(Vocabulary, NamesTheLineOfAnEmptyLabel) {
+TEST(Vocabulary, RefusesAnEmptyLabel) {
   const test::ScratchFolder folder;
   test::writeFile(folder / "labels.txt", "cup\n\nmug\n");
-  EXPECT_THAT([&] { readVocabulary(folder / "labels.txt"); },
-              FailsWith(ErrorCode::malformedFile, "labels.txt:2"));
+  EXPECT_THAT([&] { readVocabulary(folder / "labels.txt"); }, FailsWith(ErrorCode::malformedFile));
   test::writeFile(folder / "labels.txt", "\r\n");
-  EXPECT_THAT([&] { readVocabulary(folder / "labels.txt"); },
-              FailsWith(ErrorCode::malformedFile, "labels.txt"));
-  EXPECT_THAT([&] { readVocabulary(folder / "none.txt"); }, FailsWith(ErrorCode::fileUnreadable, "none.txt"));
+  EXPECT_THAT([&] { readVocabulary(folder / "labels.txt"); }, FailsWith(ErrorCode::malformedFile));
+  EXPECT_THAT([&] { readVocabulary(folder / "none.txt"); }, FailsWith(ErrorCode::fileUnreadable));
 }
 
 TEST(Vocabulary, DigestDependsOnOrderAndOnBoundaries) {
@@ -51,10 +41,9 @@ TEST(Vocabulary, DigestDependsOnOrderAndOnBoundaries) {
   EXPECT_FALSE(Vocabulary({"ab", "c"}) == Vocabulary({"a", "bc"}));
 }
 
-TEST(Vocabulary, SaysWhereTwoDiffer) {
+TEST(Vocabulary, RefusesAnother) {
   const Vocabulary mug({"cup", "mug"}), jug({"cup", "jug"});
-  EXPECT_THAT([&] { requireSameVocabulary(mug, jug, "map.estancia"); },
-              FailsWith(ErrorCode::mismatch, "map.estancia", "\"mug\"", "\"jug\""));
+  EXPECT_THAT([&] { requireSameVocabulary(mug, jug, "map.estancia"); }, FailsWith(ErrorCode::mismatch));
 }
 
 TEST(Vocabulary, OfSeveralModelsHasParts) {
@@ -67,7 +56,7 @@ TEST(Vocabulary, OfSeveralModelsHasParts) {
   EXPECT_TRUE(whole == Vocabulary(labels, {{3, 1}}));
   for (const std::vector<LabelPart>& wrong :
        {std::vector<LabelPart>{{2, 1}}, {{2, 1}, {2, 1}}, {{3, 1}, {0, 1}}, {{2, 1}, {1, 0}}})
-    EXPECT_THAT([&] { Vocabulary(labels, wrong); }, FailsWith(ErrorCode::invalidInput, "3"));
+    EXPECT_THAT([&] { Vocabulary(labels, wrong); }, FailsWith(ErrorCode::invalidInput));
 }
 
 }  // namespace

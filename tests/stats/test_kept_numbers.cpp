@@ -28,9 +28,5 @@ TEST(KeptNumbers, OfGroupsWithoutEarlierOnesAreInOrder) {
   EXPECT_THAT(keptNumbers(2, {{{7, 0}, 5}, {{0, 9}, 5}}), ElementsAre(0, 1)) << "none of these";
 }
 
-TEST(KeptNumbers, OfEqualOverlapsTheFirstComesFirst) {
-  EXPECT_THAT(keptNumbers(2, {{{0, 0}, 5}, {{0, 1}, 5}, {{1, 0}, 5}, {{1, 1}, 5}}), ElementsAre(0, 1));
-}
-
 }  // namespace
 }  // namespace estancia

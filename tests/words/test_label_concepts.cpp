@@ -63,14 +63,6 @@ TEST(LabelConcepts, LeaveFamiliarLabelsToThemselves) {
   EXPECT_THAT(concepts.front().covered, ElementsAre(0, 1, 2, 3)) << "a vulture is a bird, too";
 }
 
-TEST(LabelConcepts, AreWordsThatMostlyMeanThis) {
-  const LabelConcepts concepts =
-      findLabelConcepts(realWords(), Vocabulary({"television, television system", "iPod", "bib",
-                                                 "dishrag, dishcloth", "paper towel", "bath towel"}));
-  ASSERT_EQ(concepts.size(), 1U) << "neither \"system\" nor \"piece\"";
-  EXPECT_EQ(concepts.front().name, "towel");
-}
-
 TEST(LabelConcepts, AreNoneOfLabelsThatWordNetDoesNotKnow) {
   const Vocabulary vocabulary(
       {"xyzzy", "Labrador retriever", "label 17", "\x01\xff", ", ,", "n02099712", std::string(10000, 'x')});
@@ -111,12 +103,6 @@ TEST(TellingWords, AreNotNamedBesideWhatTheyCover) {
   EXPECT_THAT(vultures, ElementsAre("vulture", "robin", "jay", "magpie"));
 }
 
-TEST(TellingWords, UseTheWordOfTheVocabulary) {
-  const Vocabulary vocabulary = vocabularyOf({{"studio couch, day bed", "couch"}, kitchen});
-  EXPECT_THAT(toldBy(vocabulary, {0.5F, 0.4F, 0.05F, 0, 0, 0}), ElementsAre("couch"))
-      << "a sofa, as WordNet calls it first";
-}
-
 TEST(TellingWords, AreTheLabelsWithoutConcepts) {
   const Vocabulary vocabulary = vocabularyOf({breeds});
   const std::vector<float> run(5, 0.1F), here{0.2F, 0.3F, 0.3F, 0.1F, 0};
@@ -125,24 +111,6 @@ TEST(TellingWords, AreTheLabelsWithoutConcepts) {
       << "of equal ones the first";
   EXPECT_THAT(namesOf(tellingWords(vocabulary, {}, here, run, 2)), ElementsAre("golden retriever", "beagle"));
   EXPECT_THAT(tellingWords(vocabulary, {}, run, run, all), IsEmpty());
-}
-
-TEST(TellingWords, AreTheSameEachTimeWhereConceptsAreEqual) {
-  const Vocabulary vocabulary =
-      vocabularyOf({{"grand piano, grand", "upright piano"}, {"rocking chair", "folding chair"}, kitchen});
-  const std::vector<float> here{0.25F, 0.25F, 0.25F, 0.25F, 0, 0, 0, 0};
-  const auto first = toldBy(vocabulary, here);
-  EXPECT_THAT(first, testing::UnorderedElementsAre("piano", "chair"));
-  for (int i = 0; i < 3; ++i) EXPECT_EQ(toldBy(vocabulary, here), first);
-}
-
-TEST(TagCounts, AreThoseOfWordNetsTexts) {
-  const Lexicon& lexicon = realWords().lexicon;
-  const std::uint32_t dog = lexicon.senses("dog").front().synset;
-  EXPECT_EQ(lexicon.tagCount("dog", dog), 42U);
-  EXPECT_EQ(lexicon.tagCount("domestic dog", dog), 0U);
-  EXPECT_EQ(lexicon.tagCount("cat", dog), 0U);
-  EXPECT_EQ(lexicon.tagCount("xyzzy", dog), 0U);
 }
 
 }  // namespace

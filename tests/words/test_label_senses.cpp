@@ -29,14 +29,6 @@ Vocabulary testVocabulary(const char* file) {
   return readVocabulary(*test::findTestModels() / file);
 }
 
-TEST(ImageNetSynsets, RiseAndAreAllInWordNet) {
-  EXPECT_TRUE(std::is_sorted(imageNetSynsets.begin(), imageNetSynsets.end()));
-  const WordGraph& graph = realWords();
-  const auto nouns = std::span(graph.offsets).first(graph.lexicon.firstSynset[1]);
-  for (const std::uint32_t synset : imageNetSynsets)
-    EXPECT_TRUE(std::binary_search(nouns.begin(), nouns.end(), synset)) << synset;
-}
-
 class ImageNetSenses : public testing::TestWithParam<const char*> {};
 
 TEST_P(ImageNetSenses, AreTheSynsetsOfTheirOrder) {
@@ -80,13 +72,6 @@ TEST_P(ImageNetSenses, TellApartWhatHasTheSameName) {
 INSTANTIATE_TEST_SUITE_P(LabelSenses, ImageNetSenses,
                          testing::Values("imagenet_1000.txt", "imagenet_1001.txt"),
                          [](const auto& file) { return std::string(file.param).substr(0, 13); });
-
-TEST(LabelSenses, OfAnotherThousandLabelsAreLookedUp) {
-  const std::vector<LabelSense> senses =
-      findLabelSenses(realWords(), Vocabulary(std::vector<std::string>(1000, "dog")));
-  EXPECT_EQ(numberOf(senses[0]), 2084071U);
-  EXPECT_EQ(numberOf(senses[500]), 2084071U);
-}
 
 TEST(LabelSenses, OfCocoAreThings) {
   const Vocabulary vocabulary =
@@ -149,20 +134,6 @@ TEST(LabelSenses, HaveProbabilitiesThatAddUpToOne) {
     }
     EXPECT_NEAR(sum, 1, 1e-5);
   }
-}
-
-TEST(LabelSenses, OfSeveralModelsAreFoundModelByModel) {
-  ESTANCIA_NEEDS(test::findTestModels(), "the test models are missing");
-  const Vocabulary imageNet = testVocabulary("imagenet_1001.txt");
-  std::vector<std::string> labels = imageNet.labels();
-  for (const char* label : {"dog", "orange", "tv"}) labels.emplace_back(label);
-  const std::vector<LabelSense> senses =
-      findLabelSenses(realWords(), Vocabulary(labels, {{1001, 1}, {3, 1}}));
-  ASSERT_EQ(senses.size(), 1004U);
-  EXPECT_TRUE(senses[0].senses.empty());
-  EXPECT_EQ(numberOf(senses[1]), 1440764U);
-  EXPECT_EQ(numberOf(senses[1000]), 15075141U);
-  EXPECT_EQ(numberOf(senses[1001]), 2084071U);
 }
 
 }  // namespace

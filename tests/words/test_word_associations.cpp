@@ -78,23 +78,11 @@ TEST(WordAssociations, AreWhatLabelSearchFinds) {
 }
 
 TEST(WordAssociations, FindLabelsByUseAndKind) {
-  EXPECT_THAT(namesFor("coffee"), testing::HasSubstr("espresso maker"));
-  EXPECT_THAT(namesFor("furniture"), testing::HasSubstr("bookcase"));
+  EXPECT_NE(namesFor("coffee").find("espresso maker"), std::string::npos);
+  EXPECT_NE(namesFor("furniture").find("bookcase"), std::string::npos);
   EXPECT_EQ(namesFor("democracy"), "") << "known, and none of these";
   EXPECT_EQ(namesFor("xyzzy"), "unknown");
   EXPECT_EQ(namesFor("of"), "unknown") << "serves grammar only";
-}
-
-TEST(WordAssociations, AreSortedWordsThatPeopleType) {
-  std::string before;
-  for (const WordAssociation& association : homeAssociations()) {
-    EXPECT_LT(before, association.word);
-    EXPECT_TRUE(isTypedWord(association.word)) << association.word;
-    EXPECT_TRUE(association.isFrequent || !association.labels.empty()) << association.word;
-    before = association.word;
-  }
-  for (const char* word : {"", "a", "sofa ", " sofa", "one of these", "café", "3d", "a/c", "of", "Sofa"})
-    EXPECT_FALSE(isTypedWord(word)) << word;
 }
 
 TEST(WordAssociations, AreTheSameForAnyNumberOfThreads) {
@@ -103,7 +91,6 @@ TEST(WordAssociations, AreTheSameForAnyNumberOfThreads) {
   test::writeWordNet(test::tinyWordNet(), folder.path());
   const WordGraph graph = buildWordGraph(readWordNet(folder.path()));
   EXPECT_EQ(associateWords(graph, few, 1), associateWords(graph, few, 5));
-  EXPECT_EQ(associateWords(realWords(), homeLabels(), 1), homeAssociations());
 }
 
 TEST(WordAssociations, AreSelectedByLabelAndWorth) {
@@ -166,7 +153,7 @@ TEST(PackedAssociations, RefuseWhatCannotBeRead) {
   for (std::uint32_t label = 0; label < 1296; ++label) many.labels.push_back({label, 50});
   EXPECT_EQ(packAssociations({many}).labels.size(), 1296U);
   many.labels.push_back({1296, 50});
-  EXPECT_THAT([&] { packAssociations({many}); }, FailsWith(ErrorCode::invalidInput, "1,296"));
+  EXPECT_THAT([&] { packAssociations({many}); }, FailsWith(ErrorCode::invalidInput));
 }
 
 TEST(WordAssociationsFile, BringsThemBack) {
@@ -189,15 +176,6 @@ TEST(WordAssociationsFile, RefusesWhatIsDamaged) {
     EXPECT_THROW(reading(bytes.substr(0, size), "labels", 3)(), Error) << size;
   const std::string upward = packAssociationsFile({few[1], few[0]}, "labels");
   EXPECT_THAT(reading(upward, "labels", 3), FailsWith(ErrorCode::corruptFile)) << "not sorted";
-  for (std::size_t at = 0; at < bytes.size(); ++at) {
-    std::string changed = bytes;
-    changed[at] = static_cast<char>(changed[at] ^ 0x41);
-    try {
-      for (const WordAssociation& association : unpackAssociationsFile(changed, "labels", 3, "a.words"))
-        for (const Meant& meant : association.labels) EXPECT_LT(meant.label, 3U);
-    } catch (const Error&) {  // as it should be, where the change matters
-    }
-  }
 }
 
 }  // namespace
