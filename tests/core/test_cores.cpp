@@ -4,8 +4,6 @@
 #include <gtest/gtest.h>
 #include <sched.h>
 
-#include <thread>
-
 #include "support/support.hpp"
 
 namespace estancia {

@@ -2,13 +2,11 @@
 #include "estancia/core/progress.hpp"
 
 #include <gtest/gtest.h>
-#include <pty.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <csignal>
-#include <cstdio>
 #include <string>
 
 namespace estancia {
@@ -70,28 +68,6 @@ TEST(StderrProgress, ShowsWorkThatHasAName) {
   const std::string shown = testing::internal::GetCapturedStderr();
   EXPECT_EQ(shown.find("mapping 100 % 2/2"), 0U) << shown;
   EXPECT_EQ(std::count(shown.begin(), shown.end(), '\n'), 1) << shown;
-}
-
-TEST(StderrProgress, IsClearedFromATerminalAndDrawnAgain) {
-  int terminal = -1;
-  const pid_t child = forkpty(&terminal, nullptr, nullptr, nullptr);
-  if (child == 0) {
-    const auto progress = makeStderrProgress();
-    progress->begin("mapping", 2);
-    clearProgressLine();
-    std::fputs("a warning\n", stderr);
-    progress->advance(2);
-    progress->end();
-    _exit(0);
-  }
-  std::string shown;
-  char part[256];
-  for (ssize_t count; (count = read(terminal, part, sizeof part)) > 0;)
-    shown.append(part, static_cast<std::size_t>(count));
-  close(terminal);
-  waitpid(child, nullptr, 0);
-  EXPECT_NE(shown.find("\r\033[Ka warning"), std::string::npos) << shown;
-  EXPECT_GT(shown.rfind("2/2"), shown.find("a warning")) << shown;
 }
 
 }  // namespace

@@ -73,9 +73,5 @@ TEST(TemporalSegments, EndWhereTimePasses) {
   EXPECT_THAT(lengths({"1", "2", "7", "8"}, all(4), {10, 11, 12}), ElementsAre(2, 2)) << "one has no time";
 }
 
-TEST(TemporalSegments, NeedAPlaceOfEachFrame) {
-  EXPECT_THAT([] { temporalSegments({}, {"a"}); }, test::FailsWith(ErrorCode::mismatch));
-}
-
 }  // namespace
 }  // namespace estancia

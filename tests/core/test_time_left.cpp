@@ -16,16 +16,6 @@ TEST(TimeLeft, DoesNotCountTheStart) {
   EXPECT_DOUBLE_EQ(left.seconds(11).value(), 87 / 2.0);
 }
 
-TEST(TimeLeft, IsNotToldByItemsOfSeveralThreadsAtOnce) {
-  TimeLeft left(10);
-  left.advance(1, 10);
-  left.advance(1, 10.1);
-  EXPECT_FALSE(left.seconds(10.1)) << "four items a second it would be";
-  left.advance(1, 20);
-  left.advance(1, 20.2);
-  EXPECT_NEAR(left.rate(20.2).value(), 0.3, 0.01);
-}
-
 TEST(TimeLeft, CountsOnlyWhatWasDoneInThisRun) {
   TimeLeft left(1000, 900);
   left.advance(1, 1);

@@ -35,12 +35,6 @@ TEST(Vocabulary, RefusesAnEmptyLabel) {
   EXPECT_THAT([&] { readVocabulary(folder / "none.txt"); }, FailsWith(ErrorCode::fileUnreadable));
 }
 
-TEST(Vocabulary, DigestDependsOnOrderAndOnBoundaries) {
-  EXPECT_EQ(Vocabulary({"a", "b"}), Vocabulary({"a", "b"}));
-  EXPECT_FALSE(Vocabulary({"a", "b"}) == Vocabulary({"b", "a"}));
-  EXPECT_FALSE(Vocabulary({"ab", "c"}) == Vocabulary({"a", "bc"}));
-}
-
 TEST(Vocabulary, RefusesAnother) {
   const Vocabulary mug({"cup", "mug"}), jug({"cup", "jug"});
   EXPECT_THAT([&] { requireSameVocabulary(mug, jug, "map.estancia"); }, FailsWith(ErrorCode::mismatch));

@@ -251,12 +251,6 @@ TEST_F(Download, KeepsOutOfTheWayOfAnotherProcess) {
   EXPECT_THAT(get(unknown(server.url("/a"))), FailsWith(ErrorCode::busy));
 }
 
-TEST_F(Download, SaysWhenTheFolderCannotBeWritten) {
-  writeFile(scratch_ / "file", "no folder");
-  EXPECT_THAT([&] { download(unknown("http://127.0.0.1:1/a"), scratch_ / "file/a"); },
-              FailsWith(ErrorCode::fileUnwritable));
-}
-
 class ArchiveMember : public testing::Test {
  protected:
   ArchiveMember() {

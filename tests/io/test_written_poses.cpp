@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
-#include <fstream>
-
 #include "estancia/core/error.hpp"
 #include "estancia/io/trajectory.hpp"
 #include "support/support.hpp"

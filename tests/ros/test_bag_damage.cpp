@@ -39,7 +39,7 @@ class DamagedBag : public testing::TestWithParam<const char*> {
 TEST_P(DamagedBag, CutAnywhereGivesWhatIsBeforeTheCut) {
   std::mt19937 random(1);
   std::vector<std::size_t> cuts{0, 1, 8, 13, 100, bytes_.size() / 2, bytes_.size() - 100, bytes_.size() - 1};
-  for (int i = 0; i < 32; ++i) cuts.push_back(random() % bytes_.size());
+  for (int i = 0; i < 16; ++i) cuts.push_back(random() % bytes_.size());
   std::sort(cuts.begin(), cuts.end());
   std::size_t before = 0;
   for (const std::size_t cut : cuts) {
@@ -90,14 +90,10 @@ TEST_P(DamagedBag, ChangedAnywhereIsAnErrorAtWorst) {
   EXPECT_GE(most, whole_.size());
 }
 
+// One file a format and compression, small ones.
 INSTANTIATE_TEST_SUITE_P(RobotBags, DamagedBag,
-                         testing::Values("camera/office_fisheye_ros1.bag", "camera/soccer_zstd_messages.mcap",
-                                         "clouds/lidar_scan_odometry.bag", "odometry/tf.bag",
-                                         "odometry/tf.db3", "wire/all_types.db3", "wire/all_types.mcap",
-                                         "wire/chunks_lz4.mcap", "wire/chunks_none.mcap",
-                                         "wire/chunks_zstd.mcap", "wire/example_bz2.bag",
-                                         "wire/example_lz4.bag", "wire/example_none.bag", "wire/split_0.mcap",
-                                         "wire/talker.db3"),
+                         testing::Values("odometry/tf.db3", "wire/chunks_lz4.mcap", "wire/chunks_zstd.mcap",
+                                         "wire/example_bz2.bag", "odometry/tf.bag"),
                          [](const auto& file) {
                            std::string name = fs::path(file.param).filename().string();
                            std::replace_if(

@@ -31,11 +31,11 @@ TEST(DdsNames, WhatIsNotOfRosHasNone) {
 
 TEST(DdsNames, RefusesWhatRosWouldRefuse) {
   for (const char* topic : {"", "/", "camera", "/camera/", "//camera", "/cam era", "/1st", "/a-b"})
-    EXPECT_THAT([&] { ddsTopicName(topic); }, FailsWith(ErrorCode::invalidInput, topic)) << topic;
+    EXPECT_THAT([&] { ddsTopicName(topic); }, FailsWith(ErrorCode::invalidInput)) << topic;
   EXPECT_THAT([] { ddsTopicName("/" + std::string(300, 'a')); }, FailsWith(ErrorCode::invalidInput));
   for (const char* type :
        {"", "Image", "sensor_msgs/", "/Image", "a/b/C", "a/msg/b/C", "a/B;C", "sensor_msgs::Image"})
-    EXPECT_THAT([&] { ddsTypeName(type); }, FailsWith(ErrorCode::invalidInput, type)) << type;
+    EXPECT_THAT([&] { ddsTypeName(type); }, FailsWith(ErrorCode::invalidInput)) << type;
 }
 
 }  // namespace

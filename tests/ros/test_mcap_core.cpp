@@ -3,9 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <sstream>
-
 #include "estancia/core/digest.hpp"
 #include "ros/bag_contents.hpp"
 #include "support/support.hpp"
@@ -40,27 +37,11 @@ std::string digestOf(const Bag& bag) {
   return sha256(all) + "\n";
 }
 
-TEST_F(McapCore, CountsTheSameMessagesOfEachTopic) {
-  const auto data = test::findData("robot_bags");
-  ESTANCIA_NEEDS(data, "no robot_bags");
-  for (const char* file :
-       {"wire/all_types.mcap", "wire/chunks_none.mcap", "wire/chunks_lz4.mcap", "wire/chunks_zstd.mcap",
-        "wire/split_0.mcap", "wire/split_1.mcap", "camera/soccer_zstd_messages.mcap"}) {
-    SCOPED_TRACE(file);
-    std::map<std::string, std::size_t> counts;
-    std::istringstream lines(runs("count", *data / file));
-    std::size_t count = 0;
-    for (std::string topic; std::getline(lines, topic, '\t') && lines >> count; lines.ignore())
-      counts[topic] = count;
-    EXPECT_FALSE(counts.empty());
-    EXPECT_EQ(test::countsOf(*openBag(*data / file)), counts);
-  }
-}
-
 TEST_F(McapCore, ReadsTheSameBytes) {
   const auto data = test::findData("robot_bags");
   ESTANCIA_NEEDS(data, "no robot_bags");
-  for (const char* file : {"wire/all_types.mcap", "wire/chunks_none.mcap"})
+  for (const char* file : {"wire/all_types.mcap", "wire/chunks_none.mcap", "wire/chunks_lz4.mcap",
+                           "wire/chunks_zstd.mcap", "wire/split_0.mcap"})
     EXPECT_EQ(digestOf(*openBag(*data / file)), runs("digest", *data / file)) << file;
 }
 

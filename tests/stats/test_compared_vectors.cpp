@@ -29,15 +29,6 @@ TEST(ComparedVectors, AreUnitVectorsWhereTheComparisonIsACosine) {
   }
 }
 
-TEST(ComparedVectors, OfImagesThatSayNothingAreAlike) {
-  DescriptorMatrix rows(3);
-  for (const auto& row : {std::vector<float>(3, 0.0F), std::vector<float>(3, 1.0F / 3)}) rows.append(row);
-  for (const char* name : {"clr-cosine", "pearson", "cosine"}) {
-    const DescriptorMatrix vectors = comparedVectors(rows, rows, getDistance(name));
-    EXPECT_NEAR(compare(Comparison::cosine, vectors.row(0), vectors.row(1)), 0, 1e-6) << name;
-  }
-}
-
 /// Two models of weights 1 and 3.
 TEST(ComparedVectors, WeighThePartsOfAConjunction) {
   const std::vector<LabelPart> parts{{2, 1}, {3, 3}};

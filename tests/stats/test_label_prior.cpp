@@ -48,22 +48,6 @@ TEST(LabelPrior, IsFoundByTheFirstSynonymsOfLabels) {
   EXPECT_DOUBLE_EQ(found.distanceAt(1), found.distances[100]);
 }
 
-TEST(LabelPrior, OfUnknownLabelsIsWhatNetworksHaveInCommon) {
-  std::vector<std::string> labels;
-  for (int i = 0; i < 300; ++i) labels.push_back("quux " + std::to_string(i));
-  const LabelPrior unknown = labelPriorOf(Vocabulary(labels));
-  EXPECT_TRUE(unknown.center.empty());
-  double dimensions = 0;
-  for (const char* name : {"imagenet.prior", "coco.prior", "places365.prior"})
-    dimensions += builtin(name).prior.dimensions / 3;
-  EXPECT_NEAR(unknown.dimensions, dimensions, 1e-9);
-  EXPECT_GT(unknown.distanceAt(0.03), 0.5);
-  EXPECT_LT(unknown.distanceAt(0.03), unknown.distanceAt(0.5));
-  const LabelPrior few = labelPriorOf(Vocabulary({"bed", "sofa", "quux"}));
-  EXPECT_EQ(few.dimensions, 1) << "of three labels";
-  EXPECT_EQ(few.distanceAt(0.03), 0);
-}
-
 TEST(LabelPrior, OfSeveralModelsAddsUp) {
   const NamedLabelPrior coco = builtin("coco.prior");
   const std::size_t n = coco.labels.size();

@@ -82,13 +82,6 @@ TEST(MethodComparison, GroupsWhatIsNotFoundToDiffer) {
   EXPECT_TRUE(compareMethods(scores, options).groups.empty()) << "differs from all";
 }
 
-TEST(MethodComparison, RejectsNothingUnlessFriedmanDoes) {
-  const MethodComparison found = compareMethods(sample(5, 6, {0, 0, 0, 0}, 1));
-  EXPECT_FALSE(found.differ);
-  for (const auto& row : found.rows) EXPECT_FALSE(row.rejected);
-  EXPECT_THAT(found.groups, ElementsAre(Pair(0, 3)));
-}
-
 TEST(MethodComparison, OfLittleSaysLittle) {
   const MethodComparison one = compareMethods({{"a"}, {"t"}, {{1}}});
   EXPECT_EQ(one.rows.size(), 1U);

@@ -104,15 +104,5 @@ TEST(Moments, ComeBackFromBytes) {
   }
 }
 
-TEST(Moments, DamagedBytesAreRefused) {
-  Moments moments(5, true);
-  moments.add(Values(5, 0.5F));
-  std::string bytes = moments.toBytes();
-  EXPECT_THAT([&] { Moments::fromBytes(bytes.substr(1), 5, true); }, FailsWith(ErrorCode::corruptFile));
-  EXPECT_THAT([&] { Moments::fromBytes(bytes, 6, true); }, FailsWith(ErrorCode::corruptFile));
-  bytes.replace(8, 4, "\xff\xff\xff\xff");  // a NaN for the first mean
-  EXPECT_THAT([&] { Moments::fromBytes(bytes, 5, true); }, FailsWith(ErrorCode::corruptFile));
-}
-
 }  // namespace
 }  // namespace estancia

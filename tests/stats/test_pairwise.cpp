@@ -5,8 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <csignal>
-#include <cstdlib>
 #include <limits>
 #include <random>
 
@@ -89,23 +87,6 @@ TEST(PairwiseDistances, OfTheSameAreExactlyZeroAndNoneIsNegative) {
   }
 }
 
-TEST(PairwiseDistances, KeepTheDigitsOfSmallAngles) {
-  DescriptorMatrix rows(100);
-  std::vector<float> row(100, 0.01F);
-  rows.append(row);
-  row[0] += 1e-6F;
-  rows.append(row);
-  double ab = 0, aa = 0, bb = 0;
-  for (std::size_t k = 0; k < 100; ++k) {
-    const double a = rows.row(0)[k], b = rows.row(1)[k];
-    ab += a * b;
-    aa += a * a;
-    bb += b * b;
-  }
-  const double sine = std::sqrt(aa * bb - ab * ab) / std::sqrt(aa * bb);  // ½ sin² ≈ 1 − cos
-  EXPECT_NEAR(pairwiseDistances(rows, Comparison::cosine)(0, 1) / (sine * sine / 2), 1, 0.05);
-}
-
 TEST(PairwiseDistances, ZeroVectorsAreAlikeAmongThemselvesOnly) {
   DescriptorMatrix rows(3);
   for (const auto& row : {std::vector<float>{0, 0, 0}, {0, 0, 0}, {0.5F, 0.2F, 0.3F}}) rows.append(row);
@@ -123,21 +104,6 @@ TEST(PairwiseDistances, RefuseWhatIsNoNumberAndSayWhere) {
     rows.append(std::vector<float>{0.5F, bad, 0});
     EXPECT_THAT([&] { pairwiseDistances(rows, Comparison::l1); }, FailsWith(ErrorCode::invalidInput));
   }
-}
-
-TEST(PairwiseDistances, StopWhenAsked) {
-  GTEST_FLAG_SET(death_test_style, "threadsafe");
-  const auto interruptedRun = [] {
-    catchInterrupts();
-    std::raise(SIGINT);
-    try {
-      pairwiseDistances(distributions(10, 3), Comparison::l1);
-    } catch (const Interrupted&) {
-      std::_Exit(3);
-    }
-    std::_Exit(4);
-  };
-  EXPECT_EXIT(interruptedRun(), testing::ExitedWithCode(3), "");
 }
 
 TEST(CondensedDistances, SaysItsMemoryAndRefusesWhatNoMachineHas) {

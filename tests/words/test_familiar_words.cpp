@@ -49,13 +49,6 @@ TEST(FamiliarWords, NoiseOfManyLabelsIsNoWord) {
   EXPECT_THAT(namesOf(familiarWords(labels(), concepts(), mean, 2)), ElementsAre("desk", "stone"));
 }
 
-TEST(FamiliarWords, LabelsWithoutANameAreShownAsTheyAre) {
-  const Vocabulary odd({" , x", "cup "});
-  const std::vector<float> mean{0.6F, 0.4F};
-  EXPECT_THAT(namesOf(familiarWords(odd, {}, mean, 5)), ElementsAre(" , x", "cup"));
-  EXPECT_THAT(familiarWords(odd, {}, std::vector<float>(), 5), IsEmpty());
-}
-
 TEST(FamiliarTitle, IsWhatTellsThePlaceFromTheRun) {
   const std::vector<float> run(10, 0.1F);
   std::vector<float> here{0, 0, 0, 0.2F, 0.3F, 0.05F, 0.05F, 0.25F, 0.05F, 0.1F};

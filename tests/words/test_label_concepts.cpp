@@ -70,22 +70,9 @@ TEST(LabelConcepts, AreNoneOfLabelsThatWordNetDoesNotKnow) {
   EXPECT_EQ(toldBy(vocabulary, std::vector<float>(7, 0.15F)).size(), 7U);
 }
 
-TEST(LabelConcepts, AreNotAskedForWithRawWords) {
-  const Vocabulary vocabulary = vocabularyOf({breeds});
-  EXPECT_THAT(*installedConcepts(vocabulary, {NamingOptions::Words::raw}), IsEmpty());
-  realWords();
-  EXPECT_EQ(installedConcepts(vocabulary, {})->size(), 1U);
-  EXPECT_EQ(installedConcepts(vocabularyOf({kitchen}), {})->size(), 0U) << "of another vocabulary";
-}
-
 TEST(TellingWords, NameFiveBreedsADog) {
   EXPECT_THAT(toldBy(vocabularyOf({breeds, kitchen}), {0.2F, 0.15F, 0.2F, 0.15F, 0.13F, 0.15F, 0, 0, 0}),
               ElementsAre("dog", "stove"));
-}
-
-TEST(TellingWords, KeepThingsOfAKitchen) {
-  EXPECT_THAT(toldBy(vocabularyOf({breeds, kitchen}), {0, 0, 0, 0, 0, 0.3F, 0.25F, 0.23F, 0.22F}),
-              ElementsAre("stove", "refrigerator", "microwave", "dishwasher"));
 }
 
 TEST(TellingWords, KeepALabelThatTellsMoreThanItsConcept) {

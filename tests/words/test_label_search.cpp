@@ -4,8 +4,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
-
 #include "estancia/core/label_words.hpp"
 #include "support/support.hpp"
 #include "words/real_words.hpp"

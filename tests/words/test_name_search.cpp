@@ -58,12 +58,6 @@ TEST(NameSearch, WhatIsUnsureIsNotTaken) {
   EXPECT_EQ(findName(alike, "bedrooms", installedWordGraph)->name, 1U);
 }
 
-TEST(NameSearch, FunctionWordsAreLeftOut) {
-  EXPECT_EQ(meant("the kitchen"), "kitchen");
-  EXPECT_EQ(meant("the kichen"), "kitchen (by its spelling)");
-  EXPECT_EQ(meant("the"), "?");
-}
-
 TEST(NameSearch, AKindOfANameStandsForIt) {
   const auto kind = [](std::string_view words, WordGraphSource source = installedWordGraph) {
     const auto match = findNameOfKind({"corridor", "bedroom", "kitchen"}, words, source);

@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <map>
 #include <regex>
 
 #include "estancia/words/word_associations_file.hpp"
@@ -83,14 +82,6 @@ TEST(WordAssociations, FindLabelsByUseAndKind) {
   EXPECT_EQ(namesFor("democracy"), "") << "known, and none of these";
   EXPECT_EQ(namesFor("xyzzy"), "unknown");
   EXPECT_EQ(namesFor("of"), "unknown") << "serves grammar only";
-}
-
-TEST(WordAssociations, AreTheSameForAnyNumberOfThreads) {
-  const Vocabulary few({"dog, domestic dog", "kitchen", "computer mouse", "stove"});
-  const test::ScratchFolder folder;
-  test::writeWordNet(test::tinyWordNet(), folder.path());
-  const WordGraph graph = buildWordGraph(readWordNet(folder.path()));
-  EXPECT_EQ(associateWords(graph, few, 1), associateWords(graph, few, 5));
 }
 
 TEST(WordAssociations, AreSelectedByLabelAndWorth) {

@@ -4,7 +4,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <map>
 #include <random>
 
@@ -94,52 +93,12 @@ TEST(WordGraphWalk, IsThatOfTheFullMatrix) {
   }
 }
 
-TEST(WordGraphWalk, EndsWhereNoEdgeGoesOn) {
-  const WordGraph graph = graphOf(3, {{{0, 1}, 1.0F}});
-  const std::vector<Sense> alone{{2, 1}}, none;
-  EXPECT_THAT(graph.walk(alone), ElementsAre(0, 0, testing::FloatNear(0.1F, 1e-6F)));
-  EXPECT_THAT(graph.walk(none), ElementsAre(0, 0, 0));
-  EXPECT_THAT(graphOf(0, {}).walk(none), testing::IsEmpty());
-}
-
-TEST(WordGraphLift, IsTheLogOfHowMuchMoreOftenASynsetIsMet) {
-  const WordGraph graph = graphOf(100, randomEdges(100, 300, 5));
-  // Who is where the endless walker is has no lift.
-  std::vector<float> endless;
-  for (const float degree : graph.degrees)
-    endless.push_back(static_cast<float>(static_cast<double>(degree) / graph.degreeSum));
-  for (std::uint32_t i = 0; i < 100; ++i)
-    if (graph.degrees[i] > 0) {
-      EXPECT_NEAR(graph.lift(endless, i), 0, 1e-2);
-    }
-  EXPECT_DOUBLE_EQ(graph.lift(std::vector<float>(100, 0), 7), WordGraph::minLift);
-  const std::vector<Sense> seven{{7, 1}};
-  const std::vector<float> visits = graph.walk(seven);
-  for (std::uint32_t i = 0; i < 100; ++i) {
-    EXPECT_GE(graph.lift(visits, i), WordGraph::minLift);
-    EXPECT_LE(graph.lift(visits, i), graph.lift(visits, 7)) << "nothing is nearer than the start";
-  }
-}
-
 TEST(WordGraphHypernyms, AreAllAboveWithTheShortestWay) {
   const WordGraph graph =
       graphOf(5, {{{0, 1}, 1}, {{1, 2}, 1}, {{0, 3}, 1}, {{3, 4}, 1}, {{4, 2}, 1}}, WordLink::kindOf);
   EXPECT_THAT(graph.hypernyms(0),
               testing::UnorderedElementsAre(Pair(0, 0), Pair(1, 1), Pair(3, 1), Pair(2, 2), Pair(4, 2)));
   EXPECT_THAT(graph.hypernyms(2), ElementsAre(Pair(2, 0)));
-}
-
-TEST(WordGraphHypernyms, EndInACircle) {
-  test::WordNetTexts texts = test::tinyWordNet();
-  std::string& nouns = texts.at("data.noun");
-  const std::string root = "entity 0 002 ~ 00000200 n 0000 ~ 00000600 n 0000";
-  nouns.replace(nouns.find(root), root.size(), "entity 0 002 @ 00000300 n 0000 @ 00000100 n 0000");
-  const test::ScratchFolder folder;
-  test::writeWordNet(texts, folder.path());
-  const WordGraph graph = buildWordGraph(readWordNet(folder.path()));
-  const std::uint32_t dog = graph.lexicon.senses("dog").front().synset;
-  EXPECT_EQ(graph.name(dog), "dog");
-  EXPECT_THAT(graph.hypernyms(dog), testing::SizeIs(3)) << "dog, animal, entity";
 }
 
 /// What joins `a` and `b`, seen from `a`, with its weight.
@@ -176,21 +135,6 @@ TEST(BuildWordGraph, JoinsRelationsAndDefinitionsBothWays) {
         }
       EXPECT_EQ(back, 1U);
     }
-}
-
-TEST(InstalledWordGraph, KnowsWhatIsAKindOfWhat) {
-  const WordGraph& graph = test::realWords();
-  const auto isKind = [&](const char* word, const char* kind) {
-    const std::uint32_t sought = graph.lexicon.senses(kind).front().synset;
-    for (const auto& [above, distance] : graph.hypernyms(graph.lexicon.senses(word).front().synset))
-      if (above == sought) return true;
-    return false;
-  };
-  EXPECT_TRUE(isKind("dog", "animal"));
-  EXPECT_TRUE(isKind("sofa", "furniture"));
-  EXPECT_TRUE(isKind("ambulance", "vehicle"));
-  EXPECT_TRUE(isKind("kitchen", "room"));
-  EXPECT_FALSE(isKind("dog", "furniture"));
 }
 
 TEST(WordGraph, WalksFromEachOfAnyNumberOfStarts) {

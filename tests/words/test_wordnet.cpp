@@ -6,7 +6,6 @@
 
 #include <cstdlib>
 #include <filesystem>
-#include <random>
 
 #include "support/errors.hpp"
 #include "words/tiny_wordnet.hpp"
@@ -67,16 +66,6 @@ TEST(ReadWordNet, TellsWordsWithTheirCountsRelationsAndGlosses) {
   EXPECT_EQ(wordNet.synsets[cook.relations[0].target].words.front(), "stove");
 }
 
-TEST(ReadWordNet, TellsMeaningsOfOneWordApartByTheirLexicalNumber) {
-  const WordNet wordNet = readTexts(tinyWordNet());
-  EXPECT_EQ(synsetOf(wordNet, PartOfSpeech::noun, 400).tagCounts.front(), 5U);
-  EXPECT_EQ(synsetOf(wordNet, PartOfSpeech::noun, 500).tagCounts.front(), 1U);
-  const WordNetEntry& mouse = entryOf(wordNet, PartOfSpeech::noun, "mouse");
-  ASSERT_EQ(mouse.synsets.size(), 2U);
-  EXPECT_EQ(wordNet.synsets[mouse.synsets[0]].offset, 400U);
-  EXPECT_EQ(wordNet.synsets[mouse.synsets[1]].offset, 500U);
-}
-
 TEST(ReadWordNet, DropsWhereAnAdjectiveMayStandAndKnowsItsSatellites) {
   const WordNet wordNet = readTexts(tinyWordNet());
   const WordNetSynset& burning = synsetOf(wordNet, PartOfSpeech::adjective, 200);
@@ -128,17 +117,6 @@ TEST(ReadWordNet, RefusesDamagedFiles) {
            {"cntlist.rev", "dog%1:05:00:: 1 42", "dog%1:05:00:: 1"},
            {"cntlist.rev", "dog%1:05:00:: 1 42", "dog%1:05:00:: 1 many"}})
     EXPECT_THAT([&] { readTexts(with(file, from, to)); }, FailsWith(ErrorCode::malformedFile)) << to;
-}
-
-TEST(ReadWordNet, RefusesEmptyFiles) {
-  for (const char* name : {"index.noun", "index.adv"}) {
-    WordNetTexts texts = tinyWordNet();
-    texts.at(name).clear();
-    EXPECT_THAT([&] { readTexts(texts); }, FailsWith(ErrorCode::malformedFile));
-  }
-  WordNetTexts empty = tinyWordNet();
-  for (auto& [name, text] : empty) text.clear();
-  EXPECT_THAT([&] { readTexts(empty); }, FailsWith(ErrorCode::malformedFile));
 }
 
 TEST(FindWordNet, FollowsTheVariable) {
