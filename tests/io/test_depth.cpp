@@ -75,15 +75,10 @@ TEST_F(DepthFiles, RefuseColorsDamageAndSigns) {
   const std::string whole = encoded(".png", test::texture(64, 48, CV_16U));
   write("cut.png", whole.substr(0, whole.size() / 2));
   EXPECT_THAT([&] { io::readDepth(folder_ / "cut.png", 0); }, FailsWith(ErrorCode::truncatedFile));
-  const std::string pfm = encoded(".pfm", two<float>(CV_32F, 1, 2));
-  for (std::size_t size = 0; size < pfm.size(); ++size) {
-    write("cut.pfm", pfm.substr(0, size));
-    EXPECT_TRUE(test::caught([&] { io::readDepth(folder_ / "cut.pfm", 0); }).code) << size;
-  }
   for (const char* header :
-       {"Pf\n99999 99999\n-1\n", "Pf\n-1 2\n-1\n", "Pf\nnan 2\n-1\n", "Pf\n1e300 2\n-1\n"}) {
-    write("huge.pfm", header + std::string(64, 'x'));
-    EXPECT_TRUE(test::caught([&] { io::readDepth(folder_ / "huge.pfm", 0); }).code) << header;
+       {"", "Pf\n2 1\n-1\n", "Pf\n99999 99999\n-1\n", "Pf\n-1 2\n-1\n", "Pf\nnan 2\n-1\n"}) {
+    write("a.pfm", header);
+    EXPECT_TRUE(test::caught([&] { io::readDepth(folder_ / "a.pfm", 0); }).code) << header;
   }
 }
 
@@ -144,24 +139,6 @@ TEST_F(DepthFiles, MayBeInOtherUnits) {
     options_.depthScale = scale;
     EXPECT_THAT([&] { open(); }, FailsWith(ErrorCode::invalidOption)) << scale;
   }
-}
-
-TEST(NyuDepth, OpensAsPairs) {
-  const auto data = test::findData("nyuv2_half");
-  ESTANCIA_NEEDS(data, "the real data set nyuv2_half is missing");
-  const auto sequence = openSequence(*data);
-  ASSERT_EQ(sequence->size(), 1173U);
-  double least = 1e9, most = 0;
-  for (std::size_t i = 0; i < sequence->size(); i += 100) {
-    const cv::Mat depth = sequence->depth(i);
-    EXPECT_EQ(depth.size(), cv::Size(320, 240));
-    double nearest = 0, furthest = 0;
-    cv::minMaxLoc(depth, &nearest, &furthest, nullptr, nullptr, depth > 0);
-    least = std::min(least, nearest);
-    most = std::max(most, furthest);
-  }
-  EXPECT_GT(least, 0.3);
-  EXPECT_LE(most, 10);
 }
 
 // ---- TUM RGB-D and 7-Scenes

@@ -156,15 +156,6 @@ TEST_F(ImageFolder, MatchesPosesByOrderWhereThereAreNoTimes) {
   EXPECT_EQ(open()->frame(1).pose->y, 8);
 }
 
-TEST_F(ImageFolder, MatchesPosesByOrderWhenTwoClocksShareNothing) {
-  add("10.000.png");
-  add("11.000.png");
-  write("poses.txt", "1305031102 1 0 0 0 0 0 1\n1305031103 2 0 0 0 0 0 1\n");
-  const auto sequence = open();
-  EXPECT_EQ(sequence->frame(1).pose->x, 2);
-  EXPECT_THAT(sequence->warnings(), ElementsAre(Mentions({"poses.txt"})));
-}
-
 TEST_F(ImageFolder, RefusesNamedPosesThatFitNothingButOnlyMentionsFoundOnes) {
   add("a.png");
   add("b.png");

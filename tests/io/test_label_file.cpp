@@ -61,15 +61,6 @@ TEST(LabelFile, TextsOfOthersAreReadWithoutControlCharacters) {
   EXPECT_EQ(after.frames[0].room, "kitchen\\x1B");
 }
 
-TEST(LabelFile, StandsForItsSequence) {
-  const test::ScratchFolder scratch;
-  writeDescriptors(sample(), scratch / "words.labels");
-  const auto sequence = openSequence(scratch / "words.labels");
-  ASSERT_EQ(sequence->size(), 2U);
-  EXPECT_EQ(sequence->frame(0).room, "kitchen");
-  EXPECT_THAT([&] { sequence->image(0); }, FailsWith(ErrorCode::invalidState));
-}
-
 TEST(LabelFile, CutAnywhereIsRefused) {
   const test::ScratchFolder scratch;
   io::writeLabelFile(sample(), scratch / "whole.labels");

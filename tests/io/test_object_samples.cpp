@@ -87,18 +87,16 @@ TEST(ObjectSamples, NamesStayInTheFolder) {
 
 TEST(ObjectSamples, RefusesWhatIsNoSample) {
   EXPECT_FALSE(problemWith("a,1,,,,0,0,1,1,0,0\n").code);
-  EXPECT_THAT(problemWith("a,1,,,,0,0,1,1,0,0\nb,1,,,,0,0,1,1,0,0\na,2,,,,0,0,1,1,0,0\n"),
-              FailsWith(ErrorCode::malformedFile));
-  EXPECT_THAT(problemWith("a,1,,,,0,0,1,1,0\n"), FailsWith(ErrorCode::malformedFile));
-  EXPECT_THAT(problemWith("a,,,,,0,0,1,1,0,0\n"), FailsWith(ErrorCode::malformedFile));
+  for (const std::string& rows :
+       {std::string("a,1,,,,0,0,1,1,0,0\nb,1,,,,0,0,1,1,0,0\na,2,,,,0,0,1,1,0,0\n"),
+        std::string("a,1,,,,0,0,1,1,0\n"), std::string("a,,,,,0,0,1,1,0,0\n"),
+        std::string("a,1,,,,0,0,0,1,0,0\n"), std::string("a,1,,,,0,0,1,1,yes,0\n"),
+        std::string("a,1,,,,0,0,1,1,0,2\n"), std::string("a\0,1,,,,0,0,1,1,0,0\n", 20),
+        std::string("\"a,1,,,,0,0,1,1,0,0\n")})
+    EXPECT_THAT(problemWith(rows), FailsWith(ErrorCode::malformedFile)) << rows;
   for (const char* number : {"", "-1", "1.5", "nan", "65536", "99999999999999999999", "1 "})
     EXPECT_THAT(problemWith(std::string("a,1,,,,\"") + number + "\",0,1,1,0,0\n"),
                 FailsWith(ErrorCode::malformedFile));
-  EXPECT_THAT(problemWith("a,1,,,,0,0,0,1,0,0\n"), FailsWith(ErrorCode::malformedFile));
-  EXPECT_THAT(problemWith("a,1,,,,0,0,1,1,yes,0\n"), FailsWith(ErrorCode::malformedFile));
-  EXPECT_THAT(problemWith("a,1,,,,0,0,1,1,0,2\n"), FailsWith(ErrorCode::malformedFile));
-  EXPECT_THAT(problemWith(std::string("a\0,1,,,,0,0,1,1,0,0\n", 20)), FailsWith(ErrorCode::malformedFile));
-  EXPECT_THAT(problemWith("\"a,1,,,,0,0,1,1,0,0\n"), FailsWith(ErrorCode::malformedFile));
 }
 
 TEST(ObjectSamples, RefusesOtherListsAndVersions) {

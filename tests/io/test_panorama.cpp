@@ -163,18 +163,16 @@ TEST_F(Panorama, FailsFrameByFrameWhereOneIsDamaged) {
 
 TEST_F(Panorama, RefusesImpossibleTours) {
   add("a.exr", cv::Mat(8, 16, CV_32FC3, cv::Scalar::all(1)));
-  const auto errorWith = [&](auto change) {
-    SequenceOptions options;
-    change(options);
-    return test::caught([&] { openSequence(folder_.path(), options); });
-  };
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THAT(errorWith([](auto& o) { o.views = 0; }), FailsWith(ErrorCode::invalidOption));
-  EXPECT_THAT(errorWith([](auto& o) { o.views = 100000; }), FailsWith(ErrorCode::invalidOption));
-  EXPECT_THAT(errorWith([](auto& o) { o.fieldOfView = 180; }), FailsWith(ErrorCode::invalidOption));
-  EXPECT_THAT(errorWith([](auto& o) { o.rounds = 0; }), FailsWith(ErrorCode::invalidOption));
-  EXPECT_THAT(errorWith([&](auto& o) { o.exposure = nan; }), FailsWith(ErrorCode::invalidOption));
-  EXPECT_THAT(errorWith([&](auto& o) { o.turn = nan; }), FailsWith(ErrorCode::invalidOption));
+  std::vector<SequenceOptions> wrong(6);
+  wrong[0].views = 0;
+  wrong[1].views = 100000;
+  wrong[2].fieldOfView = 180;
+  wrong[3].rounds = 0;
+  wrong[4].exposure = nan;
+  wrong[5].turn = nan;
+  for (const SequenceOptions& options : wrong)
+    EXPECT_THAT([&] { openSequence(folder_.path(), options); }, FailsWith(ErrorCode::invalidOption));
 }
 
 TEST(RealPanoramas, AreATourOfEighteenPlaces) {
@@ -183,23 +181,20 @@ TEST(RealPanoramas, AreATourOfEighteenPlaces) {
   const auto tour = openSequence(*data);
   ASSERT_EQ(tour->size(), 216U);
   EXPECT_THAT(tour->warnings(), IsEmpty());
-  std::set<std::string> names, rooms;
+  std::set<std::string> rooms;
+  for (std::size_t i = 0; i < tour->size(); ++i) rooms.insert(tour->frame(i).room);
+  EXPECT_EQ(rooms.size(), 18U);
+  EXPECT_EQ(tour->frame(13).name.substr(tour->frame(13).name.rfind('/')), "/r1_h030");
   std::vector<cv::Mat> views;
-  for (std::size_t i = 0; i < tour->size(); ++i) {
-    names.insert(tour->frame(i).name);
-    rooms.insert(tour->frame(i).room);
+  for (const std::size_t i : {0U, 100U, 215U}) {
     views.push_back(tour->image(i));
     const double brightness = cv::mean(views.back())[1];
     EXPECT_TRUE(brightness > 20 && brightness < 245) << tour->frame(i).name << " " << brightness;
   }
-  EXPECT_EQ(names.size(), 216U);
-  EXPECT_EQ(rooms.size(), 18U);
-  EXPECT_TRUE(names.contains("lab/r1_h030"));
-
   std::atomic<int> different = 0;
-  test::inThreads(4, [&](int t) {
-    for (std::size_t i = static_cast<std::size_t>(t); i < tour->size(); i += 4)
-      if (cv::norm(tour->image(i), views[i], cv::NORM_INF) != 0) ++different;
+  test::inThreads(3, [&](int t) {
+    const std::size_t i = std::array{0U, 100U, 215U}[static_cast<std::size_t>(t)];
+    if (cv::norm(tour->image(i), views[static_cast<std::size_t>(t)], cv::NORM_INF) != 0) ++different;
   });
   EXPECT_EQ(different, 0);
 }
