@@ -73,17 +73,6 @@ TEST_F(Classes, OtherFoldersAreTakenForClassesOnlyWhenAskedFor) {
   EXPECT_THAT(told(*open()), ElementsAre("0.png=")) << "images of its own make it a plain folder";
 }
 
-TEST_F(Classes, TellWhatIsLeftOut) {
-  add("train/hall/1.png");
-  add("readme.png");
-  add("extra/1.png");
-  std::filesystem::create_directories(folder_ / "train/empty");
-  const auto sequence = open("classes");
-  EXPECT_THAT(told(*sequence), ElementsAre("train/hall/1.png=hall"));
-  EXPECT_THAT(sequence->warnings(),
-              ::testing::IsSupersetOf({Mentions({"1 image"}), Mentions({"2 folders", "extra/"})}));
-}
-
 TEST_F(Classes, WithoutImagesAreRefused) {
   EXPECT_THAT([&] { open("classes"); }, FailsWith(ErrorCode::insufficientData));
   test::writeFile(folder_ / "file", "x");

@@ -79,19 +79,6 @@ TEST_P(Video, MayBeReadFromSeveralThreads) {
   EXPECT_EQ(wrong, 0);
 }
 
-TEST_P(Video, TakesPosesAndRooms) {
-  std::string poses;
-  for (int i = 0; i < kFrames; ++i) poses += fmt::format("{} {} 0 0 0 0 0 1\n", i / 20.0 + 0.01, i);
-  test::writeFile(folder_ / "p.txt", poses);
-  test::writeFile(folder_ / "r.csv", "image,room\nframe 000003,kitchen\n");
-  SequenceOptions options;
-  options.poses = folder_ / "p.txt";
-  options.rooms = folder_ / "r.csv";
-  const auto video = openSequence(file_, options);
-  EXPECT_EQ(video->frame(3).pose->x, 3);
-  EXPECT_EQ(video->frame(3).room, "kitchen");
-}
-
 INSTANTIATE_TEST_SUITE_P(Codings, Video, ::testing::Values(Coding{".avi", "MJPG"}, Coding{".mp4", "mp4v"}),
                          [](const auto& coding) { return coding.param.fourcc; });
 

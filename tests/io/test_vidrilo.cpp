@@ -92,18 +92,6 @@ TEST_F(Vidrilo, FindsTheCameraInTheClouds) {
   EXPECT_NEAR(camera->cy, 5.5, 1e-3);
 }
 
-TEST_F(Vidrilo, OtherLayoutsDoAsWell) {
-  images("sequence2visual{}.png", {1, 2});
-  clouds("sequence2depth{}.pcd", {1, 2});
-  EXPECT_TRUE(open()->hasDepth()) << "side by side";
-  const test::ScratchFolder other;
-  test::writeFile(other / "color/0001.jpg", test::encoded(".jpg", test::plain(16, 12, {1, 2, 3})));
-  test::writeFile(other / "pcd/1.pcd", cloudAt(3));
-  EXPECT_FLOAT_EQ(openSequence(other.path())->depth(0).at<float>(0, 0), 3);
-  test::writeFile(other / "color/0002.jpg", test::encoded(".jpg", test::plain(16, 12, {1, 2, 3})));
-  EXPECT_THAT(openSequence(other.path())->warnings(), ::testing::Contains(Mentions({"1 of 2"})));
-}
-
 TEST_F(Vidrilo, ReadsAnnotationsInSeveralForms) {
   asPublished();
   EXPECT_THAT(rooms(), ElementsAre("", "", ""));
@@ -119,15 +107,6 @@ TEST_F(Vidrilo, ReadsAnnotationsInSeveralForms) {
   EXPECT_THAT(rooms(), ElementsAre("Corridor", "Toilet", "")) << "by a header";
   annotate("image,room\nsequence1visual1.png,Warehouse\n", "rooms.csv");
   EXPECT_THAT(rooms(), ElementsAre("Warehouse", "Toilet", "")) << "rooms.csv has the last word";
-}
-
-TEST_F(Vidrilo, LeavesAsideAnnotationsThatDoNotFit) {
-  asPublished();
-  for (const char* text : {"Corridor\nToilet\n", "1 Corridor\n2\n", "1 0.25 3\n2 0.5 3\n",
-                           "1 1.pcd\n2 2.pcd\n", "room,objects\n", "\n", "frame,x,room\n1,2\n"}) {
-    annotate(text);
-    EXPECT_THAT(open()->warnings(), ElementsAre(Mentions({"annotations.txt"}))) << text;
-  }
 }
 
 TEST_F(Vidrilo, SaysWhatIsMissingOrDouble) {
@@ -146,9 +125,6 @@ TEST_F(Vidrilo, ADamagedCloudSpoilsItsOwnFrameOnly) {
   EXPECT_TRUE(sequence->intrinsics());
   EXPECT_THAT([&] { sequence->depth(0); }, FailsWith(ErrorCode::truncatedFile));
   EXPECT_FALSE(sequence->depth(1).empty());
-  test::writeFile(folder_ / "Depth/sequence1depth1.pcd",
-                  "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 1\nHEIGHT 1\nDATA ascii\n1 2 3\n");
-  EXPECT_THAT([&] { sequence->depth(0); }, FailsWith(ErrorCode::unsupportedFile));
 }
 
 }  // namespace

@@ -123,15 +123,6 @@ TEST_F(Washington, ImagesThatDoNotFitAreRefused) {
   const auto views = open();
   write(stem + "_maskcrop.png", encoded(".png", cv::Mat(9, 20, CV_8U, cv::Scalar(1))));
   EXPECT_THAT([&] { views->image(0); }, FailsWith(ErrorCode::mismatch));
-  write(stem + "_maskcrop.png", encoded(".png", cv::Mat::zeros(10, 20, CV_8U)));
-  EXPECT_THAT([&] { views->cloud(0); }, FailsWith(ErrorCode::malformedFile));
-  view(stem);
-  write(stem + "_depthcrop.png", encoded(".png", cv::Mat(8, 8, CV_16U, cv::Scalar(900))));
-  EXPECT_THAT([&] { views->cloud(0); }, FailsWith(ErrorCode::mismatch));
-  view(stem);
-  const std::string png = test::readFile(folder_ / (stem + "_depthcrop.png"));
-  write(stem + "_depthcrop.png", png.substr(0, png.size() - 20));
-  EXPECT_THAT([&] { views->cloud(0); }, FailsWith(ErrorCode::truncatedFile));
   view(stem);
   write(stem + "_depthcrop.png", encoded(".png", cv::Mat::zeros(10, 20, CV_16U)));
   EXPECT_THAT([&] { views->cloud(0); }, FailsWith(ErrorCode::insufficientData));

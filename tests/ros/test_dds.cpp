@@ -187,19 +187,6 @@ TEST(Dds, TopicsAreListedWithTheirTypesAndQuality) {
   EXPECT_FALSE(topics[1].reliable);
 }
 
-TEST(Dds, WhatIsPublishedArrives) {
-  const int domain = test::domainOfTest();
-  const auto writing = makeDdsNode({domain}), reading = makeDdsNode({domain});
-  Arrivals arrivals;
-  const auto subscription = reading->subscribe("/place", "std_msgs/String", std::ref(arrivals));
-  const auto publication = writing->publish("/place", "std_msgs/String");
-  ASSERT_TRUE(eventually([&] { return publication->readers() == 1; }));
-  publication->publish(messageWith(7, 12));
-  EXPECT_TRUE(eventually([&] { return arrivals.count == 1; }));
-  EXPECT_EQ(arrivals.bytes, 12U);
-  EXPECT_EQ(arrivals.last(), 0x07070707U);
-}
-
 TEST(Dds, TheLastMapIsKeptForLatecomers) {
   const int domain = test::domainOfTest();
   const auto writing = makeDdsNode({domain});

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "estancia/stats/studentized_range.hpp"
@@ -94,51 +95,49 @@ TEST(PostHoc, ComparesInThePromisedOrder) {
 
 TEST(PostHoc, RefusesWhatMakesNoSense) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THAT([&] { postHocTests(PostHoc::holm, ScoreRow{1, 2}, 0); }, FailsWith(ErrorCode::invalidInput));
-  EXPECT_THAT([&] { postHocTests(PostHoc::holm, ScoreRow{1, 2}, 5, 2); }, FailsWith(ErrorCode::invalidInput));
-  EXPECT_THAT([&] { postHocTests(PostHoc::holm, ScoreRow{1, 2.1}, 5); }, FailsWith(ErrorCode::invalidInput));
-  EXPECT_THAT(
-      [&] {
+  const std::vector<std::function<void()>> calls{
+      [] {
+        postHocTests(PostHoc::holm, ScoreRow{1, 2}, 0);
+      },
+      [] {
+        postHocTests(PostHoc::holm, ScoreRow{1, 2}, 5, 2);
+      },
+      [] {
+        postHocTests(PostHoc::holm, ScoreRow{1, 2.1}, 5);
+      },
+      [=] {
         postHocTests(PostHoc::nemenyi, ScoreRow{1, nan}, 5);
       },
-      FailsWith(ErrorCode::invalidInput));
-  EXPECT_THAT([&] { postHocTests(PostHoc::shaffer, ScoreRow(501, 251.0), 5); },
+      [] {
+        holmAdjusted(ScoreRow{0.5, 1.5});
+      },
+      [=] { holmAdjusted(ScoreRow{nan}); },
+      [] {
+        shafferAdjusted(ScoreRow{0.5, 0.5}, 3);
+      },
+      [] { shafferAdjusted(ScoreRow{}, std::numeric_limits<std::size_t>::max()); },
+      [] { criticalDifference(0.05, 4, 0); },
+      [] { criticalDifference(0.05, 1, 5); },
+      [] { criticalDifference(0, 4, 5); },
+      [] { criticalDifference(1, 4, 5); },
+      [] { studentizedRangeTail(1, 1); },
+      [=] { studentizedRangeTail(nan, 3); },
+      [=] { studentizedRangeQuantile(nan, 3); }};
+  for (std::size_t i = 0; i < calls.size(); ++i)
+    EXPECT_THAT(calls[i], FailsWith(ErrorCode::invalidInput)) << i;
+  EXPECT_THAT([] { postHocTests(PostHoc::shaffer, ScoreRow(501, 251.0), 5); },
               FailsWith(ErrorCode::tooLarge));
-  EXPECT_THAT([&] { holmAdjusted(ScoreRow{0.5, 1.5}); }, FailsWith(ErrorCode::invalidInput));
-  EXPECT_THAT([&] { holmAdjusted(ScoreRow{nan}); }, FailsWith(ErrorCode::invalidInput));
-  EXPECT_THAT([&] { shafferAdjusted(ScoreRow{0.5, 0.5}, 3); }, FailsWith(ErrorCode::invalidInput));
-  EXPECT_THAT([&] { shafferAdjusted(ScoreRow{}, std::numeric_limits<std::size_t>::max()); },
-              FailsWith(ErrorCode::invalidInput));
-  EXPECT_THAT([&] { criticalDifference(0.05, 4, 0); }, FailsWith(ErrorCode::invalidInput));
-  EXPECT_THAT([&] { criticalDifference(0.05, 1, 5); }, FailsWith(ErrorCode::invalidInput));
-  EXPECT_THAT([&] { criticalDifference(0, 4, 5); }, FailsWith(ErrorCode::invalidInput));
-  EXPECT_THAT([&] { criticalDifference(1, 4, 5); }, FailsWith(ErrorCode::invalidInput));
   EXPECT_THAT([] { getPostHoc("tukey"); }, FailsWith(ErrorCode::unknownName));
 }
 
-TEST(StudentizedRange, FallsWithTheRangeAndGrowsWithTheGroups) {
-  for (const std::size_t groups : {2U, 3U, 12U, 1000U, 1000000000U}) {
-    double before = 1;
+TEST(StudentizedRange, HasItsQuantilesAndLimits) {
+  for (const std::size_t groups : {2U, 12U, 1000000000U}) {
     EXPECT_EQ(studentizedRangeTail(0, groups), 1);
     EXPECT_EQ(studentizedRangeTail(-1, groups), 1);
-    for (double q = 0.25; q < 40; q += 0.25) {
-      const double tail = studentizedRangeTail(q, groups);
-      EXPECT_LE(tail, before) << q << " " << groups;
-      EXPECT_LE(tail, studentizedRangeTail(q, groups + 1) * (1 + 1e-9) + 1e-12) << q << " " << groups;
-      before = tail;
-    }
-    for (const double alpha : {0.999, 0.5, 0.05, 1e-6, 1e-30})
+    for (const double alpha : {0.999, 0.05, 1e-30})
       EXPECT_NEAR(studentizedRangeTail(studentizedRangeQuantile(alpha, groups), groups) / alpha, 1, 1e-8);
   }
   EXPECT_EQ(studentizedRangeTail(std::numeric_limits<double>::infinity(), 3), 0);
-}
-
-TEST(StudentizedRange, RefusesWhatMakesNoSense) {
-  EXPECT_THAT([&] { studentizedRangeTail(1, 1); }, FailsWith(ErrorCode::invalidInput));
-  EXPECT_THAT([&] { studentizedRangeTail(std::numeric_limits<double>::quiet_NaN(), 3); },
-              FailsWith(ErrorCode::invalidInput));
-  EXPECT_THAT([&] { studentizedRangeQuantile(std::numeric_limits<double>::quiet_NaN(), 3); },
-              FailsWith(ErrorCode::invalidInput));
 }
 
 }  // namespace

@@ -116,13 +116,11 @@ TEST(LabelSearch, FindsMisspelledWordsAndTellsWhatItLookedFor) {
 }
 
 TEST(LabelSearch, OrdersByProbability) {
-  for (const char* words : {"vehicle", "coffee", "kitchen", "something soft"}) {
-    double last = 1;
-    for (const LabelMatch& match : search().search(words).labels) {
-      EXPECT_LE(match.probability, last);
-      EXPECT_GE(match.probability, LabelSearch::defaultMinProbability);
-      last = match.probability;
-    }
+  double last = 1;
+  for (const LabelMatch& match : search().search("vehicle").labels) {
+    EXPECT_LE(match.probability, last);
+    EXPECT_GE(match.probability, LabelSearch::defaultMinProbability);
+    last = match.probability;
   }
   EXPECT_EQ(search().search("vehicle", 2).labels.size(), 2U);
   EXPECT_THAT(search().search("vehicle", 0).labels, IsEmpty());

@@ -76,14 +76,6 @@ TEST(WordAssociations, AreWhatLabelSearchFinds) {
   }
 }
 
-TEST(WordAssociations, FindLabelsByUseAndKind) {
-  EXPECT_NE(namesFor("coffee").find("espresso maker"), std::string::npos);
-  EXPECT_NE(namesFor("furniture").find("bookcase"), std::string::npos);
-  EXPECT_EQ(namesFor("democracy"), "") << "known, and none of these";
-  EXPECT_EQ(namesFor("xyzzy"), "unknown");
-  EXPECT_EQ(namesFor("of"), "unknown") << "serves grammar only";
-}
-
 TEST(WordAssociations, AreSelectedByLabelAndWorth) {
   const std::vector<WordAssociation> all{{"bed", true, {{0, 90}, {1, 80}, {2, 40}}},
                                          {"cot", false, {{0, 49}, {1, 45}}},
