@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "estancia/core/base64.hpp"
 #include "estancia/core/bytes.hpp"
 
 #include <gmock/gmock.h>
@@ -74,6 +75,20 @@ TEST(Bytes, CountsBeyondTheEndAllocateNothing) {
   out.number<std::uint64_t>(0);
   EXPECT_THAT([&] { readerOf(out.bytes()).numbers<double>(); }, FailsWith(ErrorCode::truncatedFile));
   EXPECT_THAT([&] { readerOf(out.bytes()).count(1); }, FailsWith(ErrorCode::truncatedFile));
+}
+
+TEST(Base64, IsThatOfTheStandard) {
+  EXPECT_EQ(toBase64(""), "");
+  EXPECT_EQ(toBase64("f"), "Zg==");
+  EXPECT_EQ(toBase64("foob"), "Zm9vYg==");
+  EXPECT_EQ(toBase64("foobar"), "Zm9vYmFy");
+  EXPECT_EQ(fromBase64("Zm9vYmFy"), "foobar");
+  EXPECT_EQ(fromBase64("Zm9vYg=="), std::string("foob\0\0", 6)) << "padding becomes zeros";
+}
+
+TEST(Base64, RefusesOtherText) {
+  EXPECT_FALSE(fromBase64("Zm9v!mFy"));
+  EXPECT_FALSE(fromBase64("Zm9vY"));
 }
 
 }  // namespace

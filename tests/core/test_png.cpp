@@ -1,14 +1,19 @@
 // PNG files of our own, checked by OpenCV's codec.
 // SPDX-License-Identifier: Apache-2.0
+#include "estancia/core/module_function.hpp"
 #include "estancia/core/png.hpp"
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
 
+#include "estancia/core/image_codecs.hpp"
+#include "io/images.hpp"
 #include "support/errors.hpp"
+#include "support/support.hpp"
 
 namespace estancia {
 namespace {
@@ -70,6 +75,28 @@ TEST(Png, RefusesOtherImages) {
   for (const cv::Mat& image : {cv::Mat(), cv::Mat(4, 4, CV_32F, cv::Scalar(1)),
                                cv::Mat(4, 4, CV_8UC2, cv::Scalar(1)), cv::Mat(4, 4, CV_16S, cv::Scalar(1))})
     EXPECT_THAT([&] { toPng(image); }, FailsWith(ErrorCode::invalidInput));
+}
+
+TEST(ModuleFunction, IsFoundOrItsModuleIsMissing) {
+  EXPECT_THAT([] { getModuleFunction("libnowhere.so", "../lib", "f", "stars cannot be counted"); },
+              FailsWith(ErrorCode::missingDependency));
+  EXPECT_THAT([] { getModuleFunction("libm.so.6", "../lib", "nonesuch", "nothing works"); },
+              FailsWith(ErrorCode::missingDependency));
+  EXPECT_NE(getModuleFunction("libm.so.6", "../lib", "cos", "nothing works"), nullptr);
+  EXPECT_THAT([] { getModuleFunction("libnowhere.so", "../lib", "f", "nothing works", "stars-dev"); },
+              FailsWith(ErrorCode::missingDependency));
+}
+
+TEST(ImageCodecs, MayBeOpenedBySeveralThreadsAtOnce) {
+  const cv::Mat gray(8, 8, CV_8UC3, cv::Scalar::all(90));
+  std::array<double, 4> worst{};
+  test::inThreads(4, [&](int t) {
+    const auto jpeg = imageCodecs().encodeJpeg(gray, 95);
+    worst[static_cast<std::size_t>(t)] =
+        cv::norm(imageCodecs().decode(jpeg, DecodedAs::color), gray, cv::NORM_INF);
+  });
+  for (const double difference : worst) EXPECT_LE(difference, 1);
+  EXPECT_TRUE(imageCodecs().decode(std::array<unsigned char, 3>{1, 2, 3}, DecodedAs::stored).empty());
 }
 
 }  // namespace

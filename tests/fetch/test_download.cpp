@@ -81,19 +81,6 @@ TEST_F(Download, LeavesAFileAloneThatIsThereAndRight) {
   EXPECT_EQ(readFile(target_), other_) << "what the user has put there is not taken away";
 }
 
-TEST_F(Download, GoesOnWhereTheConnectionBroke) {
-  LoopbackServer server([&](const HttpRequest& request) -> test::HttpAnswer {
-    if (request.headers.contains("range")) return {rangeAnswer(request, body_, "\"v1\"")};
-    return {cutAnswer(body_, 100'000, {"ETag: \"v1\""})};
-  });
-  EXPECT_EQ(get(unknown(server.url("/net.onnx"))).code, std::nullopt);
-  EXPECT_EQ(readFile(target_), body_);
-  const auto requests = server.requests();
-  ASSERT_EQ(requests.size(), 2U);
-  EXPECT_EQ(header(requests[1], "range"), "bytes=100000-");
-  EXPECT_EQ(header(requests[1], "if-range"), "\"v1\"");
-}
-
 TEST_F(Download, GoesOnInALaterRun) {
   bool well = false;
   LoopbackServer server([&](const HttpRequest& request) -> test::HttpAnswer {

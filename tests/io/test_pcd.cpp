@@ -170,11 +170,6 @@ TEST_F(Pcd, TellsOfNoMorePointsThanItHas) {
   EXPECT_THAT(refusal(header("ascii", huge) + "1 2 3\n"), FailsWith(ErrorCode::truncatedFile));
   EXPECT_THAT(refusal(header("binary", huge) + "1 2 3\n"), FailsWith(ErrorCode::truncatedFile));
   EXPECT_THAT(refusal(header("binary_compressed", huge) + packed("123")), FailsWith(ErrorCode::corruptFile));
-  EXPECT_THAT(refusal(header("ascii", "WIDTH 99999999999999999999\nHEIGHT 1\n")),
-              FailsWith(ErrorCode::malformedFile));
-  const std::string bomb = bytesOf(std::uint32_t{4}) + bytesOf(std::uint32_t{240000000}) + "\xE1\xFF\x01\x01";
-  EXPECT_THAT(refusal(header("binary_compressed", "WIDTH 20000000\nHEIGHT 1\n") + bomb),
-              FailsWith(ErrorCode::corruptFile));
 }
 
 TEST_F(Pcd, RefusesHeadersThatContradictThemselves) {

@@ -143,29 +143,11 @@ TEST_F(Ply, RefusesToWriteWhatIsNoCloud) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "a.ply"));
 }
 
-TEST_F(Ply, RefusesWhatIsCutShort) {
-  std::string data;
-  for (const float value : {1.F, 2.F, 3.F, 4.F, 5.F, 6.F}) data += bytesOf(value);
-  const std::string faces = "\x02" + bytesOf(std::int32_t{0}) + bytesOf(std::int32_t{1});
-  const std::string file = header("binary_little_endian", kPoints + kFaces) + data + faces;
-  EXPECT_FALSE(refusal(file).code);
-  for (std::size_t size = 0; size < file.size(); ++size)
-    EXPECT_TRUE(refusal(file.substr(0, size)).code) << size;
-}
-
 TEST_F(Ply, RefusesHugeCountsWithoutTakingTheMemory) {
   for (const char* format : {"ascii", "binary_little_endian", "binary_big_endian"})
-    for (const char* count : {"4294967296", "18446744073709551615", "6148914691236517206"})
-      EXPECT_THAT(refusal(header(format, "element vertex " + std::string(count) + kPoints.substr(16)) +
-                          "1 2 3\n4 5 6\n"),
-                  FailsWith(ErrorCode::truncatedFile))
-          << format;
-  const std::string list = "element face 1\nproperty list uint double vertex_indices\n";
-  EXPECT_THAT(
-      refusal(header("binary_little_endian", list + kPoints) + bytesOf(0xFFFFFFFFU) + std::string(64, ' ')),
-      FailsWith(ErrorCode::truncatedFile));
-  EXPECT_THAT(refusal(header("ascii", list + kPoints) + "4294967295 1 2\n1 2 3\n4 5 6\n"),
-              FailsWith(ErrorCode::malformedFile));
+    EXPECT_THAT(refusal(header(format, "element vertex 4294967296" + kPoints.substr(16)) + "1 2 3\n4 5 6\n"),
+                FailsWith(ErrorCode::truncatedFile))
+        << format;
 }
 
 TEST_F(Ply, RefusesWhatIsNoCloud) {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,6 +8,7 @@
 #include <limits>
 #include <random>
 
+#include "estancia/core/error.hpp"
 #include "estancia/io/csv.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
@@ -149,6 +151,40 @@ TEST(PoseOfMatrix, GivesNothingForNanAndForNoPlaceOnTheEarth) {
   EXPECT_FALSE(io::poseOfMatrix(matrix));
   matrix[7] = 1e8;  // farther than any place on the Earth
   EXPECT_FALSE(io::poseOfMatrix(matrix));
+}
+
+std::vector<Frame> frames(bool stamped) {
+  std::vector<Frame> result(4);
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    result[i].name = "frame " + std::to_string(i);
+    if (stamped) result[i].timestamp = 10 + static_cast<double>(i);
+    if (i != 0) result[i].pose = Pose{.x = static_cast<double>(i), .y = 0.1};
+  }
+  return result;
+}
+
+TEST(WrittenPoses, GoByTimeWhereFramesHaveStamps) {
+  const test::ScratchFolder folder;
+  writePoses(frames(true), folder / "t.txt");
+  const auto read = readTrajectory(folder / "t.txt");
+  ASSERT_EQ(read.points.size(), 3U);
+  EXPECT_EQ(read.points[0].timestamp, 11);
+  EXPECT_EQ(read.points[0].pose->x, 1);
+}
+
+TEST(WrittenPoses, GoByOrderOtherwiseEvenWhenTheFirstIsLost) {
+  const test::ScratchFolder folder;
+  writePoses(frames(false), folder / "t.txt");
+  const auto read = readTrajectory(folder / "t.txt");
+  ASSERT_EQ(read.points.size(), 4U);
+  EXPECT_FALSE(read.points[0].pose);
+  ASSERT_TRUE(read.points[3].pose);
+  EXPECT_EQ(read.points[3].pose->x, 3);
+}
+
+TEST(WrittenPoses, NoPoseAtAllIsRefused) {
+  const test::ScratchFolder folder;
+  EXPECT_THROW(writePoses(std::vector<Frame>(2), folder / "t.txt"), Error);
 }
 
 }  // namespace

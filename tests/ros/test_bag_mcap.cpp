@@ -16,9 +16,7 @@ namespace {
 
 using test::contentsOf;
 using test::FailsWith;
-using test::littleEndian;
 using test::mcapBag;
-using test::mcapRecord;
 using testing::IsEmpty;
 
 std::vector<test::WrittenMessage> mcapDrive(std::size_t imageBytes = 300) {
@@ -97,31 +95,6 @@ TEST_F(McapBag, ASummaryThatLiesIsNotFollowed) {
     std::size_t unreadable = 0;
     EXPECT_EQ(contentsOf(*bag, &unreadable).size() + unreadable, whole.size());
   }
-}
-
-std::string mcapOfOneChunk(const std::string& compression, std::uint64_t size, std::uint64_t stored,
-                           const std::string& data) {
-  const std::string name = littleEndian(static_cast<std::uint32_t>(compression.size())) + compression;
-  return std::string("\x89MCAP0\r\n", 8) + mcapRecord(1, std::string(8, '\0')) +
-         mcapRecord(6, std::string(16, '\0') + littleEndian(size) + littleEndian<std::uint32_t>(0) + name +
-                           littleEndian(stored) + data) +
-         mcapRecord(15, std::string(4, '\0'));
-}
-
-TEST_F(McapBag, ChunksThatCannotBeAreRefused) {
-  const auto warnings = [&](const std::string& compression, std::uint64_t size, std::uint64_t stored,
-                            const std::string& data) {
-    const auto bag = open(mcapOfOneChunk(compression, size, stored, data));
-    EXPECT_THAT(bag->messages(), IsEmpty());
-    return bag->warnings().size();
-  };
-  const std::string zstd = test::compressed(std::string(100, 'x'), "zstd");
-  EXPECT_GT(warnings("zstd", 1ULL << 40U, zstd.size(), zstd), 0U);
-  EXPECT_GT(warnings("zstd", 1U << 30U, zstd.size(), zstd), 0U);
-  EXPECT_GT(warnings("zstd", 99, zstd.size(), zstd), 0U);
-  EXPECT_GT(warnings("zstd", 100, zstd.size() + 1, zstd), 0U);
-  EXPECT_GT(warnings("lzma", 100, zstd.size(), zstd), 0U);
-  EXPECT_GT(warnings("", ~0ULL, ~0ULL, ""), 0U);
 }
 
 // What a recorder has written when its robot is switched off.

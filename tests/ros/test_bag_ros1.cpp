@@ -14,7 +14,6 @@ namespace {
 
 using test::contentsOf;
 using test::FailsWith;
-using test::littleEndian;
 using test::ros1Bag;
 using test::ros1Field;
 using test::ros1Record;
@@ -121,30 +120,6 @@ TEST_F(Ros1Bag, ADamagedChunkCostsItsMessagesOnly) {
       EXPECT_EQ(bag->warnings().empty(), index);
     }
   }
-}
-
-std::string bagOfOneChunk(const std::string& compression, std::uint32_t size, const std::string& data) {
-  return "#ROSBAG V2.0\n" + ros1Record(ros1Field("op", "\x03"), "") +
-         ros1Record(ros1Field("op", "\x05") + ros1Field("compression", compression) +
-                        ros1Field("size", littleEndian(size)),
-                    data);
-}
-
-TEST_F(Ros1Bag, ChunksThatCannotBeAreRefused) {
-  const auto warnings = [&](const std::string& compression, std::uint32_t size, const std::string& data) {
-    const auto bag = open(bagOfOneChunk(compression, size, data));
-    EXPECT_THAT(bag->messages(), IsEmpty());
-    return bag->warnings().size();
-  };
-  const std::string lz4 = test::compressed(std::string(100, 'x'), "lz4");
-  const std::size_t unindexed = 1;
-  EXPECT_GT(warnings("lz4", 0xFFFF'FFFF, lz4), unindexed);  // more than 1 GiB
-  EXPECT_GT(warnings("lz4", 900'000'000, lz4), unindexed);  // more than lz4 can
-  EXPECT_GT(warnings("lz4", 99, lz4), unindexed);
-  EXPECT_GT(warnings("lz4", 101, lz4), unindexed);
-  EXPECT_GT(warnings("bz2", 100, lz4), unindexed);
-  EXPECT_GT(warnings("rot13", 100, "abc"), unindexed);
-  EXPECT_GT(warnings("none", 100, "abc"), unindexed);
 }
 
 TEST_F(Ros1Bag, WhatIsNoneIsRefused) {

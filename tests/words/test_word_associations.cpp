@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/words/word_associations.hpp"
+#include "estancia/words/word_filter.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,12 +17,12 @@
 namespace estancia {
 namespace {
 
+using Meant = WordAssociation::Meant;
 using test::FailsWith;
 using test::realWords;
 using testing::ElementsAre;
 using testing::IsEmpty;
 using testing::IsSupersetOf;
-using Meant = WordAssociation::Meant;
 
 /// Of two models: each has its own best label for a word.
 const Vocabulary& homeLabels() {
@@ -159,6 +160,12 @@ TEST(WordAssociationsFile, RefusesWhatIsDamaged) {
     EXPECT_THROW(reading(bytes.substr(0, size), "labels", 3)(), Error) << size;
   const std::string upward = packAssociationsFile({few[1], few[0]}, "labels");
   EXPECT_THAT(reading(upward, "labels", 3), FailsWith(ErrorCode::corruptFile)) << "not sorted";
+}
+
+TEST(WordFilter, HasTheBitsOfAnIndependentOne) {
+  EXPECT_EQ(packWordFilter({"bedsit", "hoover", "kitchen", "nappy", "zumba"}), "pUM10R1VVw==")
+      << "computed by a script of the same description in another language";
+  EXPECT_EQ(packWordFilter({}), "");
 }
 
 }  // namespace

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/words/word_graph.hpp"
+#include "estancia/words/word_graph_file.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <map>
 #include <random>
 
 #include "estancia/core/error.hpp"
+#include "support/errors.hpp"
 #include "support/support.hpp"
 #include "words/real_words.hpp"
 #include "words/tiny_wordnet.hpp"
@@ -15,9 +18,10 @@
 namespace estancia {
 namespace {
 
+using Edges = std::map<std::pair<std::uint32_t, std::uint32_t>, float>;
+using test::FailsWith;
 using testing::ElementsAre;
 using testing::Pair;
-using Edges = std::map<std::pair<std::uint32_t, std::uint32_t>, float>;
 
 /// `edges` of pairs, each once, become edges of both directions.
 WordGraph graphOf(std::uint32_t size, const Edges& edges, WordLink link = WordLink::related) {
@@ -147,6 +151,45 @@ TEST(WordGraph, WalksFromEachOfAnyNumberOfStarts) {
     for (std::size_t i = 0; i < count; ++i)
       EXPECT_THAT(walks[i], testing::Pointwise(testing::FloatNear(1e-6F), graph.walk(starts[i])))
           << i << " of " << count;
+  }
+}
+
+WordGraph tinyGraph() {
+  const test::ScratchFolder folder;
+  test::writeWordNet(test::tinyWordNet(), folder.path());
+  return buildWordGraph(readWordNet(folder.path()));
+}
+
+TEST(WordGraphFile, BringsTheGraphBack) {
+  const WordGraph graph = tinyGraph();
+  const std::string bytes = packWordGraph(graph, "a WordNet");
+  const WordGraph back = unpackWordGraph(bytes, "a WordNet", "words.graph");
+  EXPECT_EQ(back.lexicon.senseSynsets, graph.lexicon.senseSynsets);
+  EXPECT_EQ(back.nameText, graph.nameText);
+  EXPECT_EQ(back.edgeTargets, graph.edgeTargets);
+  EXPECT_FALSE(back.purposes.synsets.empty());
+  EXPECT_EQ(back.degrees, graph.degrees);
+  EXPECT_EQ(packWordGraph(back, "a WordNet"), bytes);
+}
+
+TEST(WordGraphFile, IsRefusedWhenItIsOfAnotherWordNetOrVersion) {
+  std::string bytes = packWordGraph(tinyGraph(), "a WordNet");
+  EXPECT_THAT([&] { unpackWordGraph(bytes, "another", "words.graph"); },
+              FailsWith(ErrorCode::unsupportedFile));
+  EXPECT_THAT([&] { unpackWordGraph("ESTWORDX" + bytes.substr(8), "a WordNet", "words.graph"); },
+              FailsWith(ErrorCode::malformedFile));
+  ++bytes[8];
+  EXPECT_THAT([&] { unpackWordGraph(bytes, "a WordNet", "words.graph"); },
+              FailsWith(ErrorCode::unsupportedFile));
+  EXPECT_THAT([&] { unpackWordGraph("", "a WordNet", "words.graph"); }, FailsWith(ErrorCode::truncatedFile));
+}
+
+TEST(WordGraphFile, IsRefusedWhenAWeightIsNone) {
+  WordGraph graph = tinyGraph();
+  for (const float weight : {0.0F, 1e30F, std::nanf("")}) {
+    graph.edgeWeights.back() = weight;
+    EXPECT_THAT([&] { unpackWordGraph(packWordGraph(graph, ""), "", "words.graph"); },
+                FailsWith(ErrorCode::corruptFile));
   }
 }
 

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <vector>
 
 #include "estancia/stats/studentized_range.hpp"
 #include "stats/scipy_random.hpp"
@@ -16,9 +17,47 @@
 namespace estancia {
 namespace {
 
-using test::FailsWith;
-
 using ScoreRow = std::vector<double>;
+using ScoreTable = std::vector<std::vector<double>>;
+using test::FailsWith;
+using testing::ElementsAre;
+
+ScoreTable randomTable(std::uint64_t seed, std::size_t tests, std::size_t methods, double steps) {
+  test::Random random(seed);
+  ScoreTable table(tests, std::vector<double>(methods));
+  for (auto& test : table)
+    for (double& value : test) value = std::floor(random.uniform() * steps) / steps;
+  return table;
+}
+
+TEST(Friedman, PerfectAgreementIsNoBetterThanItsChance) {
+  const FriedmanTest found = friedmanTest(ScoreTable(6, {3, 2, 1}));
+  EXPECT_DOUBLE_EQ(found.chiSquared, 12);
+  EXPECT_TRUE(std::isinf(found.f));
+  EXPECT_NEAR(found.fP, std::pow(6, -5), 1e-15) << "five tests rank as the first did";
+  EXPECT_NEAR(friedmanTest(ScoreTable(3, {1, 2})).fP, 0.25, 1e-15) << "three tosses of a coin";
+  EXPECT_NEAR(found.p, std::exp(-6), 1e-12) << "χ² of 2 degrees";
+}
+
+TEST(Friedman, SaysWhenThereIsNothingToTest) {
+  for (const ScoreTable& table :
+       {ScoreTable{{1}, {2}}, ScoreTable{{1, 2, 3}}, ScoreTable{{5, 5, 5}, {7, 7, 7}}}) {
+    const FriedmanTest found = friedmanTest(table);
+    EXPECT_NE(found.undefined, "");
+    EXPECT_EQ(found.p, 1);
+    EXPECT_EQ(found.fP, 1);
+  }
+}
+
+TEST(Friedman, RefusesWhatIsNoTable) {
+  EXPECT_THAT([&] { friedmanTest({}); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { friedmanTest({{1, 2}, {1}}); }, FailsWith(ErrorCode::mismatch));
+  EXPECT_THAT(
+      [&] {
+        friedmanTest({{1, std::numeric_limits<double>::quiet_NaN()}});
+      },
+      FailsWith(ErrorCode::invalidInput));
+}
 
 double relative(double found, double expected) {
   return std::abs(found - expected) / expected;
@@ -36,28 +75,6 @@ TEST(PostHoc, ReproducesTheThesisTable) {
     EXPECT_EQ(found[i].first, 0U);
     EXPECT_EQ(found[i].second, i + 1);
     EXPECT_LT(relative(found[i].adjusted, printed[i]), 1.5e-5) << "rank " << ranks[i + 1];
-  }
-}
-
-TEST(PostHoc, ReproducesThePaperOfDemsar) {
-  // JMLR 7 (2006), 3.2.2: four variants of C4.5 on 14 data sets, by their printed mean ranks; C4.5 is the
-  // first.
-  const ScoreRow ranks{3.143, 2.000, 2.893, 1.964};
-  const auto found = postHocTests(PostHoc::holm, ranks, 14);
-  EXPECT_NEAR(-found[2].z, 2.416, 0.001);
-  EXPECT_NEAR(-found[0].z, 2.342, 0.001);
-  EXPECT_NEAR(-found[1].z, 0.512, 0.001);
-  EXPECT_NEAR(found[2].p, 0.016, 0.0005);
-  EXPECT_NEAR(found[0].p, 0.019, 0.0005);
-  EXPECT_NEAR(found[1].p, 0.607, 0.002);
-  EXPECT_NEAR(criticalDifference(0.05, 4, 14), 1.25, 0.005);
-  // Its ScoreTable 5a: q_0.05 and q_0.10 of Nemenyi's test for 2 … 10 methods.
-  const ScoreRow five{1.960, 2.343, 2.569, 2.728, 2.850, 2.949, 3.031, 3.102, 3.164};
-  const ScoreRow ten{1.645, 2.052, 2.291, 2.459, 2.589, 2.693, 2.780, 2.855, 2.920};
-  for (std::size_t k = 2; k <= 10; ++k) {
-    const double error = std::sqrt(static_cast<double>(k * (k + 1)) / 6);
-    EXPECT_NEAR(criticalDifference(0.05, k, 1) / error, five[k - 2], 0.0015);
-    EXPECT_NEAR(criticalDifference(0.10, k, 1) / error, ten[k - 2], 0.0015);
   }
 }
 
@@ -138,6 +155,59 @@ TEST(StudentizedRange, HasItsQuantilesAndLimits) {
       EXPECT_NEAR(studentizedRangeTail(studentizedRangeQuantile(alpha, groups), groups) / alpha, 1, 1e-8);
   }
   EXPECT_EQ(studentizedRangeTail(std::numeric_limits<double>::infinity(), 3), 0);
+}
+
+TEST(Ranks, EqualSciPy) {
+  // scipy 1.10.1, rankdata(values)
+  EXPECT_THAT(ranks(ScoreRow{3, 1, 4, 1, 5, 9, 2, 6, 5, 3, 5}, Better::smaller),
+              ElementsAre(4.5, 1.5, 6, 1.5, 8, 11, 3, 10, 8, 4.5, 8));
+  EXPECT_THAT(ranks(ScoreRow{0.5, 0.5, 0.5}, Better::smaller), ElementsAre(2, 2, 2));
+  EXPECT_THAT(ranks(ScoreRow{-2, 0, -2, 1e300}, Better::smaller), ElementsAre(1.5, 3, 1.5, 4));
+  EXPECT_TRUE(ranks(ScoreRow{}, Better::smaller).empty());
+}
+
+TEST(Ranks, RefuseWhatIsNoNumber) {
+  EXPECT_THAT(
+      [&] {
+        ranks(ScoreRow{1, std::numeric_limits<double>::quiet_NaN()}, Better::smaller);
+      },
+      FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT(
+      [&] {
+        ranks(ScoreRow{1, std::numeric_limits<double>::infinity()}, Better::smaller);
+      },
+      FailsWith(ErrorCode::invalidInput));
+}
+
+TEST(Standings, CountWinsTiesAndLossesOfEveryPair) {
+  const auto found = standings({{1, 2, 3}, {1, 1, 3}, {4, 2, 2}}, Better::smaller);
+  ASSERT_EQ(found.size(), 3U);
+  EXPECT_DOUBLE_EQ(found[0].meanRank, (1 + 1.5 + 3) / 3);
+  EXPECT_DOUBLE_EQ(found[1].meanRank, (2 + 1.5 + 1.5) / 3);
+  EXPECT_DOUBLE_EQ(found[2].meanRank, (3 + 3 + 1.5) / 3);
+  const auto counts = [](const MethodStanding& s) { return std::vector{s.wins, s.ties, s.losses}; };
+  EXPECT_THAT(counts(found[0]), ElementsAre(3, 1, 2));
+  EXPECT_THAT(counts(found[1]), ElementsAre(3, 2, 1));
+  EXPECT_THAT(counts(found[2]), ElementsAre(1, 1, 4));
+}
+
+TEST(Standings, RefuseTestsThatDoNotFit) {
+  EXPECT_THAT([&] { standings({}, Better::smaller); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { standings({{1, 2}, {1}}, Better::smaller); }, FailsWith(ErrorCode::mismatch));
+}
+
+TEST(Wilcoxon, LeavesOutEqualTestsAndThenApproximates) {
+  const WilcoxonTest found = wilcoxonTest(ScoreRow{1, 2, 3, 4, 5}, ScoreRow{1, 0, 0, 0, 0});
+  EXPECT_EQ(found.different, 4U);
+  EXPECT_FALSE(found.exact);
+  EXPECT_DOUBLE_EQ(found.better, 10);
+  EXPECT_EQ(wilcoxonTest(ScoreRow{2, 2}, ScoreRow{2, 2}).p, 1) << "nowhere different";
+}
+
+TEST(Wilcoxon, RefusesWhatCannotBeCompared) {
+  EXPECT_THAT([&] { wilcoxonTest(ScoreRow{1, 2}, ScoreRow{1}); }, FailsWith(ErrorCode::mismatch));
+  EXPECT_THAT([&] { wilcoxonTest(ScoreRow{}, ScoreRow{}); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([] { wilcoxonTest(ScoreRow{1, NAN}, ScoreRow{1, 2}); }, FailsWith(ErrorCode::invalidInput));
 }
 
 }  // namespace
