@@ -126,13 +126,6 @@ double distanceOf(const Distance& distance) {
   return compare(distance.comparison, vectors.row(0), vectors.row(1));
 }
 
-TEST(ComparedVectors, AreUnitVectorsWhereTheComparisonIsACosine) {
-  for (const char* name : {"clr-cosine", "standardized-clr", "pearson", "cosine"}) {
-    const DescriptorMatrix vectors = comparedVectors(both(), both(), getDistance(name));
-    for (std::size_t i = 0; i < 2; ++i) EXPECT_NEAR(dot(vectors.row(i), vectors.row(i)), 1, 1e-6) << name;
-  }
-}
-
 /// Two models of weights 1 and 3.
 TEST(ComparedVectors, WeighThePartsOfAConjunction) {
   const std::vector<LabelPart> parts{{2, 1}, {3, 3}};

@@ -14,10 +14,6 @@
 
 namespace estancia {
 
-void PrintTo(const Choice& linkage, std::ostream* out) {
-  *out << linkage.name;
-}
-
 namespace {
 
 using test::FailsWith;
@@ -38,35 +34,33 @@ CondensedDistances euclidean(std::size_t n, unsigned seed) {
   return pairwiseDistances(points(n, 3, seed), Comparison::euclidean);
 }
 
-class EveryLinkage : public testing::TestWithParam<Choice> {
- protected:
-  const Linkage linkage_ = getLinkage(GetParam().name);
-};
-
-TEST_P(EveryLinkage, KnowsFewItems) {
-  for (const std::size_t n : {0U, 1U}) {
-    const Dendrogram dendrogram = link(CondensedDistances(n), linkage_);
-    EXPECT_TRUE(dendrogram.merges().empty());
-    EXPECT_EQ(dendrogram.cutAt(1), std::vector<int>(n, 0));
-    EXPECT_EQ(dendrogram.cutInto(n), std::vector<int>(n, 0));
-  }
-  CondensedDistances two(2);
-  two.values()[0] = 0.25;
-  const Dendrogram dendrogram = link(std::move(two), linkage_);
-  EXPECT_EQ(dendrogram.cutAt(0.2), (std::vector<int>{0, 1}));
-  EXPECT_EQ(dendrogram.cutAt(0.25), (std::vector<int>{0, 0})) << "merging stops above the distance";
-}
-
-TEST_P(EveryLinkage, RefusesWhatIsNoDistance) {
-  for (const double bad : {std::nan(""), -0.5, 1e300, std::numeric_limits<double>::infinity()}) {
-    CondensedDistances distances = euclidean(6, 1);
-    distances.after(2)[1] = bad;
-    EXPECT_THAT([&] { link(std::move(distances), linkage_); }, FailsWith(ErrorCode::invalidInput));
+TEST(Linkage, KnowsFewItems) {
+  for (const Choice& named : linkages()) {
+    SCOPED_TRACE(named.name);
+    for (const std::size_t n : {0U, 1U}) {
+      const Dendrogram dendrogram = link(CondensedDistances(n), getLinkage(named.name));
+      EXPECT_TRUE(dendrogram.merges().empty());
+      EXPECT_EQ(dendrogram.cutAt(1), std::vector<int>(n, 0));
+      EXPECT_EQ(dendrogram.cutInto(n), std::vector<int>(n, 0));
+    }
+    CondensedDistances two(2);
+    two.values()[0] = 0.25;
+    const Dendrogram dendrogram = link(std::move(two), getLinkage(named.name));
+    EXPECT_EQ(dendrogram.cutAt(0.2), (std::vector<int>{0, 1}));
+    EXPECT_EQ(dendrogram.cutAt(0.25), (std::vector<int>{0, 0})) << "merging stops above the distance";
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Linkage, EveryLinkage, testing::ValuesIn(linkages()),
-                         [](const auto& named) { return named.param.name; });
+TEST(Linkage, RefusesWhatIsNoDistance) {
+  for (const Choice& named : linkages())
+    for (const double bad : {std::nan(""), -0.5, 1e300, std::numeric_limits<double>::infinity()}) {
+      CondensedDistances distances = euclidean(6, 1);
+      distances.after(2)[1] = bad;
+      EXPECT_THAT([&] { link(std::move(distances), getLinkage(named.name)); },
+                  FailsWith(ErrorCode::invalidInput))
+          << named.name;
+    }
+}
 
 /// Leaves that stand for several items merge as those items would.
 TEST(Linkage, WeighsLeavesByTheirSizes) {
@@ -220,17 +214,6 @@ TEST(PairwiseDistances, OfTheSameAreExactlyZeroAndNoneIsNegative) {
     }
     for (const double d : distances.values()) EXPECT_GE(d, 0) << static_cast<int>(comparison);
   }
-}
-
-TEST(PairwiseDistances, ZeroVectorsAreAlikeAmongThemselvesOnly) {
-  DescriptorMatrix rows(3);
-  for (const auto& row : {std::vector<float>{0, 0, 0}, {0, 0, 0}, {0.5F, 0.2F, 0.3F}}) rows.append(row);
-  const CondensedDistances distances = pairwiseDistances(rows, Comparison::cosine);
-  EXPECT_EQ(distances(0, 1), 0);
-  EXPECT_EQ(distances(0, 2), 1);
-  for (const Comparison comparison : everyComparison)
-    for (const double d : valuesOf(pairwiseDistances(rows, comparison)))
-      EXPECT_TRUE(std::isfinite(d) && d >= 0);
 }
 
 TEST(PairwiseDistances, RefuseWhatIsNoNumberAndSayWhere) {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "estancia/stats/method_comparison.hpp"
 #include "estancia/stats/rank_tests.hpp"
 
 #include <gmock/gmock.h>
@@ -6,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <vector>
 
@@ -21,6 +21,7 @@ using ScoreRow = std::vector<double>;
 using ScoreTable = std::vector<std::vector<double>>;
 using test::FailsWith;
 using testing::ElementsAre;
+using testing::Pair;
 
 ScoreTable randomTable(std::uint64_t seed, std::size_t tests, std::size_t methods, double steps) {
   test::Random random(seed);
@@ -112,36 +113,23 @@ TEST(PostHoc, ComparesInThePromisedOrder) {
 
 TEST(PostHoc, RefusesWhatMakesNoSense) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  const std::vector<std::function<void()>> calls{
-      [] {
-        postHocTests(PostHoc::holm, ScoreRow{1, 2}, 0);
-      },
-      [] {
-        postHocTests(PostHoc::holm, ScoreRow{1, 2}, 5, 2);
-      },
-      [] {
-        postHocTests(PostHoc::holm, ScoreRow{1, 2.1}, 5);
-      },
-      [=] {
-        postHocTests(PostHoc::nemenyi, ScoreRow{1, nan}, 5);
-      },
-      [] {
-        holmAdjusted(ScoreRow{0.5, 1.5});
-      },
-      [=] { holmAdjusted(ScoreRow{nan}); },
-      [] {
-        shafferAdjusted(ScoreRow{0.5, 0.5}, 3);
-      },
-      [] { shafferAdjusted(ScoreRow{}, std::numeric_limits<std::size_t>::max()); },
-      [] { criticalDifference(0.05, 4, 0); },
-      [] { criticalDifference(0.05, 1, 5); },
-      [] { criticalDifference(0, 4, 5); },
-      [] { criticalDifference(1, 4, 5); },
-      [] { studentizedRangeTail(1, 1); },
-      [=] { studentizedRangeTail(nan, 3); },
-      [=] { studentizedRangeQuantile(nan, 3); }};
-  for (std::size_t i = 0; i < calls.size(); ++i)
-    EXPECT_THAT(calls[i], FailsWith(ErrorCode::invalidInput)) << i;
+  const auto holm = [](const ScoreRow& ranks, std::size_t tests, std::size_t control) {
+    return [=] { postHocTests(PostHoc::holm, ranks, tests, control); };
+  };
+  for (const auto& call :
+       {holm({1, 2}, 0, 0), holm({1, 2}, 5, 2), holm({1, 2.1}, 5, 0), holm({1, nan}, 5, 0)})
+    EXPECT_THAT(call, FailsWith(ErrorCode::invalidInput));
+  for (const double p : {1.5, nan})
+    EXPECT_THAT([&] { holmAdjusted(ScoreRow{p}); }, FailsWith(ErrorCode::invalidInput));
+  for (const std::size_t methods : {std::size_t{3}, std::numeric_limits<std::size_t>::max()})
+    EXPECT_THAT([&] { shafferAdjusted(ScoreRow{0.5, 0.5}, methods); }, FailsWith(ErrorCode::invalidInput));
+  for (const double alpha : {0.0, 1.0})
+    EXPECT_THAT([&] { criticalDifference(alpha, 4, 5); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([] { criticalDifference(0.05, 4, 0); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([] { criticalDifference(0.05, 1, 5); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([] { studentizedRangeTail(1, 1); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { studentizedRangeTail(nan, 3); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { studentizedRangeQuantile(nan, 3); }, FailsWith(ErrorCode::invalidInput));
   EXPECT_THAT([] { postHocTests(PostHoc::shaffer, ScoreRow(501, 251.0), 5); },
               FailsWith(ErrorCode::tooLarge));
   EXPECT_THAT([] { getPostHoc("tukey"); }, FailsWith(ErrorCode::unknownName));
@@ -208,6 +196,105 @@ TEST(Wilcoxon, RefusesWhatCannotBeCompared) {
   EXPECT_THAT([&] { wilcoxonTest(ScoreRow{1, 2}, ScoreRow{1}); }, FailsWith(ErrorCode::mismatch));
   EXPECT_THAT([&] { wilcoxonTest(ScoreRow{}, ScoreRow{}); }, FailsWith(ErrorCode::invalidInput));
   EXPECT_THAT([] { wilcoxonTest(ScoreRow{1, NAN}, ScoreRow{1, 2}); }, FailsWith(ErrorCode::invalidInput));
+}
+
+/// `steps[m]` apart on average, so that method 0 is the best where they fall.
+MethodScores sample(std::uint64_t seed, std::size_t tests, const std::vector<double>& means, double noise) {
+  test::Random random(seed);
+  MethodScores scores;
+  for (std::size_t m = 0; m < means.size(); ++m) scores.methods.push_back(std::string(1, 'a' + char(m)));
+  for (std::size_t t = 0; t < tests; ++t) {
+    scores.tests.push_back("test " + std::to_string(t));
+    scores.values.emplace_back();
+    for (const double mean : means) scores.values.back().push_back(mean + noise * random.uniform());
+  }
+  return scores;
+}
+
+TEST(MethodComparison, RanksTestsAndCountsAgainstTheBest) {
+  // c is best, then a, then b, in every test; d equals a everywhere.
+  MethodScores scores{{"a", "b", "c", "d"}, {}, {}};
+  for (int t = 0; t < 20; ++t) {
+    scores.tests.push_back(std::to_string(t));
+    scores.values.push_back({0.8, 0.5, t == 0 ? 0.8 : 0.9, 0.8});
+  }
+  const MethodComparison found = compareMethods(scores);
+  EXPECT_EQ(found.control, 2U);
+  EXPECT_TRUE(found.differ);
+  std::vector<std::size_t> order;
+  for (const auto& row : found.rows) order.push_back(row.method);
+  EXPECT_THAT(order, ElementsAre(2, 0, 3, 1)) << "a before d: equal ranks stay in order";
+  EXPECT_FALSE(found.rows[0].p);
+  EXPECT_FALSE(found.rows[0].rejected);
+  EXPECT_EQ(found.rows[1].control, (WinRecord{19, 1, 0}));
+  EXPECT_EQ(found.rows[3].control, (WinRecord{20, 0, 0}));
+  EXPECT_TRUE(found.rows[3].rejected);
+  EXPECT_DOUBLE_EQ(found.rows[3].meanRank, 4);
+  EXPECT_EQ(found.pairs.size(), 3U);
+  EXPECT_FALSE(found.criticalDifference);
+  EXPECT_FALSE(found.wilcoxon);
+
+  ComparisonOptions smaller;
+  smaller.better = Better::smaller;
+  const MethodComparison turned = compareMethods(scores, smaller);
+  EXPECT_EQ(turned.control, 1U) << "the smallest is the best now";
+  EXPECT_DOUBLE_EQ(turned.rows[0].meanRank, 1);
+}
+
+TEST(MethodComparison, GroupsWhatIsNotFoundToDiffer) {
+  const MethodScores scores = sample(3, 30, {4, 3.9, 2, 1.95, 0}, 1.5);
+  ComparisonOptions options;
+  for (const PostHoc postHoc : {PostHoc::shaffer, PostHoc::nemenyi}) {
+    options.postHoc = postHoc;
+    const MethodComparison found = compareMethods(scores, options);
+    EXPECT_EQ(found.pairs.size(), 10U);
+    EXPECT_EQ(found.criticalDifference.has_value(), postHoc == PostHoc::nemenyi);
+    EXPECT_THAT(found.groups, ElementsAre(Pair(0, 1), Pair(2, 3)));
+    EXPECT_FALSE(found.rows[1].rejected);
+    EXPECT_TRUE(found.rows[2].rejected);
+  }
+  options.postHoc = PostHoc::holm;
+  EXPECT_THAT(compareMethods(scores, options).groups, ElementsAre(Pair(0, 1)));
+  options.control = "d";
+  const MethodComparison against = compareMethods(scores, options);
+  EXPECT_EQ(against.control, 3U);
+  EXPECT_THAT(against.groups, ElementsAre(Pair(2, 3)));
+  EXPECT_EQ(against.rows[4].control, (WinRecord{30, 0, 0})) << "d against e";
+  options.control = "e";
+  EXPECT_TRUE(compareMethods(scores, options).groups.empty()) << "differs from all";
+}
+
+TEST(MethodComparison, OfLittleSaysLittle) {
+  const MethodComparison one = compareMethods({{"a"}, {"t"}, {{1}}});
+  EXPECT_EQ(one.rows.size(), 1U);
+  EXPECT_TRUE(one.groups.empty() && one.pairs.empty() && !one.differ);
+  ComparisonOptions options;
+  for (const Choice& named : postHocs()) {
+    options.postHoc = getPostHoc(named.name);
+    const MethodComparison equal = compareMethods({{"a", "b"}, {"t", "u"}, {{1, 1}, {2, 2}}}, options);
+    EXPECT_FALSE(equal.differ);
+    EXPECT_THAT(equal.groups, ElementsAre(Pair(0, 1)));
+    EXPECT_EQ(equal.rows[1].control, (WinRecord{0, 2, 0}));
+    EXPECT_EQ(equal.wilcoxon->p, 1);
+  }
+}
+
+TEST(MethodComparison, RefusesScoresThatDoNotFit) {
+  const MethodScores sound{{"a", "b"}, {"t", "u"}, {{1, 2}, {3, 4}}};
+  const auto refused = [](const MethodScores& scores, const ComparisonOptions& options = {}) {
+    return [scores, options] { compareMethods(scores, options); };
+  };
+  for (const MethodScores& bad : {MethodScores{}, MethodScores{{"a", "b"}, {"t", "u"}, {{1, 2}, {NAN, 4}}},
+                                  MethodScores{{"a", "b"}, {"t", "u"}, {{1, 2}, {INFINITY, 4}}},
+                                  MethodScores{{"a", "a"}, {"t", "u"}, sound.values},
+                                  MethodScores{{"a", "b"}, {"t", "t"}, sound.values}})
+    EXPECT_THAT(refused(bad), FailsWith(ErrorCode::invalidInput));
+  for (const MethodScores& bad :
+       {MethodScores{{"a", "b"}, {"t", "u"}, {{1, 2}, {3}}}, MethodScores{{"a", "b"}, {"t", "u"}, {{1, 2}}}})
+    EXPECT_THAT(refused(bad), FailsWith(ErrorCode::mismatch));
+  EXPECT_THAT(refused(sound, {.control = "c"}), FailsWith(ErrorCode::unknownName));
+  for (const double alpha : {0.0, 1.0, static_cast<double>(NAN)})
+    EXPECT_THAT(refused(sound, {.alpha = alpha, .control = {}}), FailsWith(ErrorCode::invalidOption));
 }
 
 }  // namespace
