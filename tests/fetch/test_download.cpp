@@ -96,6 +96,25 @@ TEST_F(Download, GoesOnInALaterRun) {
   EXPECT_EQ(header(server.requests().back(), "range"), "bytes=200000-");
 }
 
+TEST_F(Download, DoesNotGoOnWithBytesThatNobodyVouchesFor) {
+  writeFile(target_.string() + ".part", other_.substr(0, 50'000));
+  LoopbackServer server(
+      [&](const HttpRequest& request) -> test::HttpAnswer { return {rangeAnswer(request, body_)}; });
+  EXPECT_EQ(get(unknown(server.url("/a"))).code, std::nullopt);
+  EXPECT_EQ(readFile(target_), body_);
+  EXPECT_EQ(header(server.requests().at(0), "range"), "");
+}
+
+TEST_F(Download, BeginsAnewWhenTheServerKnowsNoRanges) {
+  int asked = 0;
+  LoopbackServer server([&](auto&) -> test::HttpAnswer {
+    if (asked++ == 0) return {cutAnswer(body_, 150'000, {"ETag: \"v1\""})};
+    return {httpAnswer("200 OK", body_)};
+  });
+  EXPECT_EQ(get(unknown(server.url("/a"))).code, std::nullopt);
+  EXPECT_EQ(readFile(target_), body_);
+}
+
 TEST_F(Download, DoesNotGlueTwoVersionsTogether) {
   int asked = 0;
   LoopbackServer server([&](const HttpRequest& request) -> test::HttpAnswer {

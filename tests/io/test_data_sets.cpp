@@ -192,6 +192,16 @@ TEST_F(Splits, OnlyTheRoomsThatAreNamedAreLeft) {
   EXPECT_THAT(namesOf(*open("train", {"kitchen", "hall"})), ElementsAre("0.png"));
 }
 
+TEST_F(Splits, KeepWhatIsKnownOfTheWhole) {
+  std::string poses;
+  for (int i = 0; i < 6; ++i) poses += fmt::format("{} {} 0 0 0 0 0 1\n", 100 + i, i);
+  test::writeFile(folder_ / "poses.txt", poses);
+  test::writeFile(folder_ / "intrinsics.txt", "5 5 1 1\n");
+  const auto test = open("test");
+  EXPECT_EQ(test->frame(1).pose->x, 3) << "poses go by the order of all frames, not of the part";
+  EXPECT_EQ(test->intrinsics()->fx, 5);
+}
+
 TEST_F(Splits, RoomsAreUnderstoodInOtherWords) {
   const auto sure = open("", {"Kitchens", "HALL"});
   EXPECT_THAT(namesOf(*sure), ElementsAre("0.png", "1.png", "3.png"));

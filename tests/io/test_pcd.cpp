@@ -154,6 +154,13 @@ TEST_F(Pcd, PassesOverOtherFieldsAndTakesOtherNumbers) {
   }
 }
 
+TEST_F(Pcd, AColorMayBeAFloatOfTheSameBits) {
+  const std::string fields = "FIELDS x y z rgb\nSIZE 4 4 4 4\nTYPE F F F F\nWIDTH 1\nHEIGHT 1\nDATA ";
+  EXPECT_EQ(read(fields + "ascii\n1 2 3 4210752\n").colors.at(0), cv::Vec3b(0x80, 0x80, 0x80));
+  EXPECT_EQ(read(fields + "binary\n" + floats({1, 2, 3}) + bytesOf(0x00010203U)).colors.at(0),
+            cv::Vec3b(3, 2, 1));
+}
+
 TEST_F(Pcd, RefusesWhatIsCutShort) {
   const std::string files[] = {writtenByPcl(), header("binary") + floats({1, 2, 3, 4, 5, 6}),
                                header("ascii") + "1 2 3\n4 5 6"};

@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/ros/published_messages.hpp"
-#include "estancia/ros/wire_reader.hpp"
+#include "estancia/ros/transform_tree.hpp"
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
 #include <initializer_list>
 #include <limits>
 
+#include "estancia/core/rigid.hpp"
 #include "estancia/ros/cdr_writer.hpp"
+#include "estancia/ros/dds_names.hpp"
 #include "estancia/ros/messages.hpp"
+#include "estancia/ros/wire_reader.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 
@@ -161,6 +165,99 @@ TEST(CdrWriter, TimesBeforeTheEpochAndBeyondItsEndAreTheNearest) {
   EXPECT_EQ(time(-1'000'000'000), Time(-1, 0U));
   EXPECT_EQ(time(std::numeric_limits<std::int64_t>::max()), Time(0x7FFFFFFF, 999'999'999U));
   EXPECT_EQ(time(std::numeric_limits<std::int64_t>::min()), Time(-0x7FFFFFFF - 1, 0U));
+}
+
+TEST(DdsNames, AreThoseOfRos2) {
+  EXPECT_EQ(ddsTopicName("/camera/image_raw"), "rt/camera/image_raw");
+  EXPECT_EQ(rosTopicName("rt/camera/image_raw"), "/camera/image_raw");
+  EXPECT_EQ(ddsTypeName("sensor_msgs/Image"), "sensor_msgs::msg::dds_::Image_");
+  EXPECT_EQ(ddsTypeName("sensor_msgs/msg/Image"), "sensor_msgs::msg::dds_::Image_");
+  EXPECT_EQ(ddsTypeName("tf2_msgs/action/Look_Feedback"), "tf2_msgs::action::dds_::Look_Feedback_");
+  EXPECT_EQ(rosTypeName("sensor_msgs::msg::dds_::Image_"), "sensor_msgs/Image");
+  EXPECT_EQ(rosTypeName("tf2_msgs::action::dds_::Look_Feedback_"), "tf2_msgs/action/Look_Feedback");
+}
+
+TEST(DdsNames, WhatIsNotOfRosHasNone) {
+  for (const char* topic : {"", "rt", "rt/", "rq/service", "HelloTopic", "rt/a b", "rt//a", "rt/a/", "rt/1a",
+                            "rt/a\x1b[31m", "rt\0/a"})
+    EXPECT_EQ(rosTopicName(topic), "") << topic;
+  for (const char* type :
+       {"", "HelloWorld", "a::msg::B_", "a::msg::dds_::B", "a::msg::dds_::_", "::msg::dds_::B_",
+        "a::idl::dds_::B_", "a::msg::dds_::B\n_", "a::msg::dds_::B_::C_"})
+    EXPECT_EQ(rosTypeName(type), "") << type;
+}
+
+TEST(DdsNames, RefusesWhatRosWouldRefuse) {
+  for (const char* topic : {"", "/", "camera", "/camera/", "//camera", "/cam era", "/1st", "/a-b"})
+    EXPECT_THAT([&] { ddsTopicName(topic); }, FailsWith(ErrorCode::invalidInput)) << topic;
+  EXPECT_THAT([] { ddsTopicName("/" + std::string(300, 'a')); }, FailsWith(ErrorCode::invalidInput));
+  for (const char* type :
+       {"", "Image", "sensor_msgs/", "/Image", "a/b/C", "a/msg/b/C", "a/B;C", "sensor_msgs::Image"})
+    EXPECT_THAT([&] { ddsTypeName(type); }, FailsWith(ErrorCode::invalidInput)) << type;
+}
+
+constexpr std::int64_t ms = 1'000'000;
+
+StampedPose transformAt(std::int64_t time, const char* parent, const char* child, double x, double yaw = 0) {
+  return {{time, parent}, child, {x, 0, 0, 0, 0, std::sin(yaw / 2), std::cos(yaw / 2)}};
+}
+
+TransformTree robot() {
+  TransformTree tree(500 * ms, 50 * ms);
+  tree.add(transformAt(0, "base", "camera", 0.5), true);
+  tree.add(transformAt(0, "odom", "base", 0), false);
+  tree.add(transformAt(100 * ms, "odom", "base", 1, M_PI / 2), false);
+  tree.add(transformAt(0, "map", "odom", 10), true);
+  return tree;
+}
+
+TEST(TransformTree, ChainsAreInterpolatedInTime) {
+  const TransformTree tree = robot();
+  EXPECT_EQ(tree.rootOf("camera"), "map");
+  EXPECT_TRUE(tree.isMoving("camera"));
+  EXPECT_FALSE(tree.isMoving("odom"));
+  const auto camera = tree.find("map", "camera", 50 * ms);
+  ASSERT_TRUE(camera);
+  EXPECT_NEAR(angleOf(*camera), M_PI / 4, 1e-12);
+  EXPECT_NEAR(camera->translation()[0], 10 + 0.5 + 0.5 * std::cos(M_PI / 4), 1e-12);
+  EXPECT_NEAR(camera->translation()[1], 0.5 * std::sin(M_PI / 4), 1e-12);
+}
+
+TEST(TransformTree, TheInverseIsFoundToo) {
+  const TransformTree tree = robot();
+  const auto there = tree.find("map", "camera", 50 * ms), back = tree.find("camera", "map", 50 * ms);
+  ASSERT_TRUE(there && back);
+  EXPECT_LT(cv::norm((*there * *back).matrix - cv::Affine3d::Identity().matrix), 1e-12);
+}
+
+TEST(TransformTree, ATransformHoldsForAShortTimeOnly) {
+  const TransformTree tree = robot();
+  EXPECT_TRUE(tree.find("odom", "base", 140 * ms));
+  EXPECT_FALSE(tree.find("odom", "base", 160 * ms));
+  EXPECT_TRUE(tree.find("odom", "base", -40 * ms));
+  EXPECT_FALSE(tree.find("odom", "base", -60 * ms));
+}
+
+TEST(TransformTree, LongGapsAreNotInterpolated) {
+  TransformTree tree(500 * ms, 50 * ms);
+  tree.add(transformAt(0, "odom", "base", 0), false);
+  tree.add(transformAt(600 * ms, "odom", "base", 6), false);
+  EXPECT_FALSE(tree.find("odom", "base", 300 * ms));
+  EXPECT_NEAR(tree.find("odom", "base", 570 * ms)->translation()[0], 6, 1e-12);
+}
+
+TEST(TransformTree, BadTransformsAreNotTaken) {
+  TransformTree tree(500 * ms, 50 * ms);
+  EXPECT_FALSE(tree.add({{0, "a"}, "b", {0, 0, 0, 0, 0, 0, 0}}, false));
+  EXPECT_FALSE(tree.add({{0, "a"}, "a", {}}, false));
+  EXPECT_FALSE(tree.add({{0, "a"}, "b", {std::numeric_limits<double>::quiet_NaN()}}, false));
+  EXPECT_TRUE(tree.empty());
+}
+
+TEST(TransformTree, InterpolationTakesTheShorterArc) {
+  const Pose quarter{0, 0, 0, 0, 0, std::sqrt(0.5), std::sqrt(0.5)};
+  const Pose same{0, 0, 0, 0, 0, -std::sqrt(0.5), -std::sqrt(0.5)};
+  EXPECT_NEAR(angleOf(rigidOf(interpolated(quarter, same, 0.5)).inv() * rigidOf(quarter)), 0, 1e-9);
 }
 
 }  // namespace

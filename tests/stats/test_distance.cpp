@@ -75,6 +75,22 @@ TEST(Distance, EveryNamedOneIsZeroOnlyForTheSameAndSymmetric) {
   }
 }
 
+TEST(Distance, HellingerIsEuclideanOnSquareRoots) {
+  double sum = 0;
+  for (std::size_t i = 0; i < p.size(); ++i) sum += std::pow(std::sqrt(p[i]) - std::sqrt(q[i]), 2);
+  EXPECT_NEAR(
+      compare(Comparison::euclidean, embedded(Embedding::squareRoot, p), embedded(Embedding::squareRoot, q)),
+      std::sqrt(sum), 1e-6);
+}
+
+TEST(Distance, LogRatiosAreCenteredAndFinite) {
+  const Values a = embedded(Embedding::centeredLogRatio, p);
+  double logs = 0;
+  for (const float v : p) logs += std::log(v) / 4;
+  for (std::size_t i = 0; i < a.size(); ++i) EXPECT_NEAR(a[i], std::log(p[i]) - logs, 1e-3);
+  for (const float v : embedded(Embedding::centeredLogRatio, {1, 0, 0, 0})) EXPECT_TRUE(std::isfinite(v));
+}
+
 TEST(Distance, DivergencesOfDistributionsThatShareNothingAreFinite) {
   const Values a{1, 0, 0}, b{0, 1, 0}, none{0, 0, 0};
   EXPECT_NEAR(compare(Comparison::jensenShannon, a, b), std::sqrt(std::log(2.0)), 1e-6);  // the largest

@@ -175,6 +175,13 @@ TEST(TellingWords, KeepALabelThatTellsMoreThanItsConcept) {
       << "one breed does not compete";
 }
 
+TEST(TellingWords, AreNotNamedBesideWhatTheyCover) {
+  const Vocabulary vocabulary = vocabularyOf({birds, kitchen});
+  EXPECT_THAT(toldBy(vocabulary, {0.27F, 0.27F, 0.27F, 0.15F, 0, 0, 0, 0}), ElementsAre("bird"));
+  const auto vultures = toldBy(vocabulary, {0.17F, 0.17F, 0.17F, 0.45F, 0, 0, 0, 0});
+  EXPECT_THAT(vultures, ElementsAre("vulture", "robin", "jay", "magpie"));
+}
+
 TEST(TellingWords, AreTheLabelsWithoutConcepts) {
   const Vocabulary vocabulary = vocabularyOf({breeds});
   const std::vector<float> run(5, 0.1F), here{0.2F, 0.3F, 0.3F, 0.1F, 0};
