@@ -52,13 +52,6 @@ TEST(RoomPredictions, ArePooledWithoutHowOftenRoomsOccur) {
   EXPECT_THAT(pooled[1], IsEmpty());
 }
 
-TEST(RoomPredictions, ByNameAloneAreSureFromAThird) {
-  RoomPredictions made = predictions({});
-  EXPECT_EQ(made.sureProbability(), 0.5);
-  made.areByName = true;
-  EXPECT_NEAR(made.sureProbability(), 1.0 / 3, 1e-12);
-}
-
 TEST(RoomPredictions, AreNotSureByOneLabel) {
   RoomPredictions made{"test", {"kitchen", "office", "hall", "attic", "shop"}, DescriptorMatrix(5)};
   made.areByName = true;

@@ -264,21 +264,6 @@ TEST(MethodComparison, GroupsWhatIsNotFoundToDiffer) {
   EXPECT_TRUE(compareMethods(scores, options).groups.empty()) << "differs from all";
 }
 
-TEST(MethodComparison, OfLittleSaysLittle) {
-  const MethodComparison one = compareMethods({{"a"}, {"t"}, {{1}}});
-  EXPECT_EQ(one.rows.size(), 1U);
-  EXPECT_TRUE(one.groups.empty() && one.pairs.empty() && !one.differ);
-  ComparisonOptions options;
-  for (const Choice& named : postHocs()) {
-    options.postHoc = getPostHoc(named.name);
-    const MethodComparison equal = compareMethods({{"a", "b"}, {"t", "u"}, {{1, 1}, {2, 2}}}, options);
-    EXPECT_FALSE(equal.differ);
-    EXPECT_THAT(equal.groups, ElementsAre(Pair(0, 1)));
-    EXPECT_EQ(equal.rows[1].control, (WinRecord{0, 2, 0}));
-    EXPECT_EQ(equal.wilcoxon->p, 1);
-  }
-}
-
 TEST(MethodComparison, RefusesScoresThatDoNotFit) {
   const MethodScores sound{{"a", "b"}, {"t", "u"}, {{1, 2}, {3, 4}}};
   const auto refused = [](const MethodScores& scores, const ComparisonOptions& options = {}) {

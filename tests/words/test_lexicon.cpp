@@ -20,15 +20,6 @@ const Lexicon& lexicon() {
   return realWords().lexicon;
 }
 
-/// The synset that a word most probably means, as "dog" or "cook/verb".
-std::string meaningOf(std::string_view word) {
-  const std::vector<Sense> senses = lexicon().senses(word);
-  if (senses.empty()) return "";
-  const char* endings[] = {"", "/verb", "/adjective", "/adverb"};
-  const std::uint32_t synset = senses.front().synset;
-  return std::string(realWords().name(synset)) + endings[static_cast<std::size_t>(realWords().pos(synset))];
-}
-
 bool meansOneOf(std::string_view word, std::string_view other, PartOfSpeech pos) {
   const std::vector<Sense> all = lexicon().senses(word), others = lexicon().senses(other);
   return std::any_of(others.begin(), others.end(), [&](const Sense& sense) {
@@ -61,12 +52,6 @@ TEST(LexiconSenses, AreThoseOfTheVerbThatIsInflected) {
                                    {"carries", "carry"},
                                    {"baking", "bake"}})
     EXPECT_TRUE(meansOneOf(form, verb, PartOfSpeech::verb)) << form;
-}
-
-TEST(LexiconSenses, AreThoseOfTheOwner) {
-  EXPECT_EQ(meaningOf("dog's"), "dog");
-  EXPECT_EQ(meaningOf("women's"), "woman");
-  EXPECT_EQ(meaningOf("potter's wheel"), "potter's wheel") << "an entry of its own";
 }
 
 TEST(LexiconSenses, AreNoneForUnknownWords) {
