@@ -23,14 +23,6 @@ using test::FailsWith;
 using testing::ElementsAre;
 using testing::Pair;
 
-ScoreTable randomTable(std::uint64_t seed, std::size_t tests, std::size_t methods, double steps) {
-  test::Random random(seed);
-  ScoreTable table(tests, std::vector<double>(methods));
-  for (auto& test : table)
-    for (double& value : test) value = std::floor(random.uniform() * steps) / steps;
-  return table;
-}
-
 TEST(Friedman, PerfectAgreementIsNoBetterThanItsChance) {
   const FriedmanTest found = friedmanTest(ScoreTable(6, {3, 2, 1}));
   EXPECT_DOUBLE_EQ(found.chiSquared, 12);
