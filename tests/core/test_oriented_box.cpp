@@ -16,25 +16,6 @@ namespace {
 
 using test::FailsWith;
 
-TEST(OrientedBox, SharesNothingHalfOrAll) {
-  const OrientedBox box{{5, -3, 1}, {2, 1, 0.5}, 0.3};
-  EXPECT_NEAR(intersectionOverUnion(box, box), 1, 1e-5);
-  OrientedBox raised = box;
-  raised.center.z += 0.25;
-  EXPECT_NEAR(intersectionOverUnion(box, raised), 1. / 3, 1e-5);
-  raised.center.z += 0.3;
-  EXPECT_EQ(intersectionOverUnion(box, raised), 0);
-  OrientedBox turned = box;
-  turned.yaw += std::numbers::pi;
-  EXPECT_NEAR(intersectionOverUnion(box, turned), 1, 1e-4);
-}
-
-TEST(OrientedBox, TurnedSquaresShareAnOctagon) {
-  const OrientedBox square{{}, {2, 2, 1}, 0}, turned{{}, {2, 2, 1}, std::numbers::pi / 4};
-  const double octagon = 8 * (std::sqrt(2.) - 1);
-  EXPECT_NEAR(intersectionOverUnion(square, turned), octagon / (8 - octagon), 1e-5);
-}
-
 TEST(OrientedBox, SharesItsRestWhereItIsMovedAlongItsOwnSide) {
   for (int degrees = 0; degrees < 180; degrees += 5) {
     const double yaw = degrees * std::numbers::pi / 180;

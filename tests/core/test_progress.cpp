@@ -1,15 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "estancia/core/cores.hpp"
 #include "estancia/core/progress.hpp"
 
 #include <gtest/gtest.h>
-#include <pty.h>
+#include <sched.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <csignal>
-#include <cstdio>
+#include <limits>
 #include <string>
+
+#include "estancia/core/memory.hpp"
+#include "estancia/core/time_left.hpp"
+#include "support/support.hpp"
 
 namespace estancia {
 namespace {
@@ -48,15 +53,13 @@ TEST(Interrupts, TheSecondSigtermKills) {
 }
 
 TEST(Interrupts, TheFirstOneKillsWhereNobodyAsks) {
-  const auto waitFor = [](bool ask, int seconds) {
+  const auto neverAsks = [] {
     catchInterrupts();
     std::raise(SIGTERM);
-    if (ask && !interrupted()) _exit(1);
-    for (unsigned left = static_cast<unsigned>(seconds); left > 0;) left = sleep(left);  // SIGALRM wakes it
+    for (unsigned left = 60; left > 0;) left = sleep(left);  // SIGALRM wakes it
     _exit(2);
   };
-  EXPECT_EXIT(waitFor(false, 60), testing::KilledBySignal(SIGTERM), "");
-  EXPECT_EXIT(waitFor(true, 7), testing::ExitedWithCode(2), "");
+  EXPECT_EXIT(neverAsks(), testing::KilledBySignal(SIGTERM), "");
 }
 
 TEST(StderrProgress, ShowsWorkThatHasAName) {
@@ -74,36 +77,99 @@ TEST(StderrProgress, ShowsWorkThatHasAName) {
   EXPECT_EQ(std::count(shown.begin(), shown.end(), '\n'), 1) << shown;
 }
 
-TEST(StderrProgress, IsClearedOnlyWhereALineStands) {
-  testing::internal::CaptureStderr();
-  const auto progress = makeStderrProgress();
-  progress->begin("mapping", 2);
-  clearProgressLine();  // stderr is no terminal: nothing stands there
-  progress->end();
-  clearProgressLine();
-  EXPECT_EQ(testing::internal::GetCapturedStderr(), "mapping   0 % 0/2\n");
+TEST(TimeLeft, DoesNotCountTheStart) {
+  TimeLeft left(100);
+  EXPECT_FALSE(left.seconds(4));
+  left.advance(1, 5);  // five seconds for opening the network
+  EXPECT_FALSE(left.seconds(5)) << "of one item nothing can be told";
+  for (int i = 1; i <= 12; ++i) left.advance(1, 5 + 0.5 * i);
+  EXPECT_DOUBLE_EQ(left.rate(11).value(), 2);
+  EXPECT_DOUBLE_EQ(left.seconds(11).value(), 87 / 2.0);
 }
 
-TEST(StderrProgress, IsClearedFromATerminalAndDrawnAgain) {
-  int terminal = -1;
-  const pid_t child = forkpty(&terminal, nullptr, nullptr, nullptr);
-  if (child == 0) {
-    const auto progress = makeStderrProgress();
-    progress->begin("mapping", 2);
-    clearProgressLine();
-    std::fputs("a warning\n", stderr);
-    progress->advance(2);
-    progress->end();
-    _exit(0);
-  }
-  std::string shown;
-  char part[256];
-  for (ssize_t count; (count = read(terminal, part, sizeof part)) > 0;)
-    shown.append(part, static_cast<std::size_t>(count));
-  close(terminal);
-  waitpid(child, nullptr, 0);
-  EXPECT_NE(shown.find("\r\033[Ka warning"), std::string::npos) << shown;
-  EXPECT_GT(shown.rfind("2/2"), shown.find("a warning")) << shown;
+TEST(TimeLeft, CountsOnlyWhatWasDoneInThisRun) {
+  TimeLeft left(1000, 900);
+  left.advance(1, 1);
+  left.advance(9, 4);
+  EXPECT_EQ(left.done(), 910U);
+  EXPECT_DOUBLE_EQ(left.seconds(4).value(), 30);
+}
+
+/// The cores that the test may really use.
+int allowed() {
+  cpu_set_t mask;
+  CPU_ZERO(&mask);
+  sched_getaffinity(0, sizeof mask, &mask);
+  return CPU_COUNT(&mask);
+}
+
+TEST(Cores, AtLeastOneAndAtMostTheUsableOnesAreFree) {
+  EXPECT_GE(usableCores(), 1);
+  EXPECT_LE(usableCores(), allowed());
+  EXPECT_GE(freeCores(), 1);
+  EXPECT_LE(freeCores(), usableCores());
+}
+
+TEST(Cores, TheQuotaOfAnyGroupAroundLimits) {
+  const test::ScratchFolder root;
+  test::writeFile(root / "proc/self/cgroup", "0::/service/robot\n");
+  test::writeFile(root / "sys/fs/cgroup/service/robot/cpu.max", "max 100000\n");
+  EXPECT_EQ(usableCores(root.path()), allowed());
+  test::writeFile(root / "sys/fs/cgroup/service/cpu.max", "150000 100000\n");
+  EXPECT_EQ(usableCores(root.path()), 1);
+  test::writeFile(root / "sys/fs/cgroup/service/cpu.max", "5000 100000\n");
+  EXPECT_EQ(usableCores(root.path()), 1) << "never none";
+}
+
+TEST(Cores, QuotasOfTheFirstKindLimitToo) {
+  const test::ScratchFolder root;
+  test::writeFile(root / "proc/self/cgroup", "7:memory:/\n4:cpu,cpuacct:/robot\n");
+  test::writeFile(root / "sys/fs/cgroup/cpu/robot/cpu.cfs_quota_us", "-1\n");
+  test::writeFile(root / "sys/fs/cgroup/cpu/robot/cpu.cfs_period_us", "100000\n");
+  EXPECT_EQ(usableCores(root.path()), allowed());
+  test::writeFile(root / "sys/fs/cgroup/cpu/robot/cpu.cfs_quota_us", "100000\n");
+  EXPECT_EQ(usableCores(root.path()), 1);
+}
+
+TEST(Cores, OnlyTheCoresInQuestionCountAsBusy) {
+  const std::string stat =
+      "cpu  111 222 333 444 0 0 0 0 0 0\n"
+      "cpu0 1 2 4 1000 2000 8 16 32 0 0\n"
+      "cpu1 100 0 0 5000 0 0 0 0 0 0\n"
+      "cpu12 7 0 0 5000 0 0 0 0 0 0\n"
+      "intr 5 6\n";
+  EXPECT_EQ(busyTicks(stat, {0}), 1 + 2 + 4 + 8 + 16 + 32);
+  EXPECT_EQ(busyTicks(stat, {1, 12}), 107);
+  EXPECT_EQ(busyTicks(stat, {0, 2}), -1) << "cpu2 is missing";
+  EXPECT_EQ(busyTicks("", {0}), -1);
+}
+
+constexpr std::uint64_t unlimited = std::numeric_limits<std::uint64_t>::max();
+
+TEST(Memory, AnyGroupAroundLimits) {
+  const test::ScratchFolder root;
+  test::writeFile(root / "proc/meminfo", "MemAvailable:   8000 kB\n");
+  test::writeFile(root / "proc/self/cgroup", "0::/service/robot\n");
+  test::writeFile(root / "sys/fs/cgroup/service/robot/memory.max", "max\n");
+  test::writeFile(root / "sys/fs/cgroup/service/robot/memory.current", "5000\n");
+  EXPECT_EQ(availableMemory(root.path()), 8000U * 1024);
+  test::writeFile(root / "sys/fs/cgroup/service/memory.max", "7000\n");
+  EXPECT_EQ(availableMemory(root.path()), 8000U * 1024) << "a limit without its usage says nothing";
+  test::writeFile(root / "sys/fs/cgroup/service/memory.current", "6000\n");
+  EXPECT_EQ(availableMemory(root.path()), 1000U);
+  test::writeFile(root / "sys/fs/cgroup/service/memory.stat", "anon 2000\ninactive_file 4000\n");
+  EXPECT_EQ(availableMemory(root.path()), 5000U) << "pages of files are given back";
+  test::writeFile(root / "sys/fs/cgroup/service/memory.max", "100\n");
+  EXPECT_EQ(availableMemory(root.path()), 0U) << "never below nothing";
+}
+
+TEST(Memory, GroupsOfTheFirstKindLimitToo) {
+  const test::ScratchFolder root;
+  test::writeFile(root / "proc/self/cgroup", "5:cpu:/other\n4:hugetlb,memory:/robot\n");
+  test::writeFile(root / "sys/fs/cgroup/memory/robot/memory.limit_in_bytes", "9000\n");
+  test::writeFile(root / "sys/fs/cgroup/memory/robot/memory.usage_in_bytes", "4000\n");
+  test::writeFile(root / "sys/fs/cgroup/memory/robot/memory.stat", "cache 3000\ntotal_inactive_file 1000\n");
+  EXPECT_EQ(availableMemory(root.path()), 6000U);
 }
 
 }  // namespace

@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/core/room_predictions.hpp"
+#include "estancia/core/temporal_segments.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "estancia/core/label_words.hpp"
+#include "estancia/core/log_opinion_pool.hpp"
+#include "support/errors.hpp"
 
 namespace estancia {
 namespace {
 
+using testing::DoubleNear;
 using testing::ElementsAre;
 using testing::IsEmpty;
 
@@ -30,13 +34,6 @@ TEST(RoomPredictions, ArePooledByTheMeanOfTheirLogarithms) {
   EXPECT_NEAR(pooled[1][0].probability, 1 / 1.001, 1e-9) << "a 0 is no proof";
 }
 
-TEST(RoomPredictions, DoNotChangeWhenImagesRepeat) {
-  const auto once = poolRooms(predictions({{0.7F, 0.3F}, {0.2F, 0.8F}}), std::vector<std::size_t>{0, 0}, 1);
-  const auto often = poolRooms(predictions({{0.7F, 0.3F}, {0.2F, 0.8F}, {0.7F, 0.3F}, {0.2F, 0.8F}}),
-                               std::vector<std::size_t>{0, 0, 0, 0}, 1);
-  EXPECT_NEAR(once[0][0].probability, often[0][0].probability, 1e-12);
-}
-
 TEST(RoomPredictions, LeaveOutImagesOfWhichNothingWasSaid) {
   const auto pooled = poolRooms(predictions({{0.9F, 0.1F}, {0, 0}, {0, 0}, {0.5F, 0.5F}}),
                                 std::vector<std::size_t>{0, 0, 1, 7, 0}, 2);
@@ -53,13 +50,6 @@ TEST(RoomPredictions, ArePooledWithoutHowOftenRoomsOccur) {
   const auto pooled = poolRooms(made, std::vector<std::size_t>{0, 1}, 2);
   EXPECT_NEAR(pooled[0][0].probability, 0.5, 1e-6) << "all that was said is that most images are of kitchens";
   EXPECT_THAT(pooled[1], IsEmpty());
-}
-
-TEST(RoomPredictions, ByNameAloneAreSureFromAThird) {
-  RoomPredictions made = predictions({});
-  EXPECT_EQ(made.sureProbability(), 0.5);
-  made.areByName = true;
-  EXPECT_NEAR(made.sureProbability(), 1.0 / 3, 1e-12);
 }
 
 TEST(RoomPredictions, AreNotSureByOneLabel) {
@@ -85,19 +75,95 @@ TEST(RoomPredictions, AreNotSureByOneLabel) {
   EXPECT_THAT(sure(), ElementsAre(true, true, false)) << "what tells for all rooms tells nothing";
 }
 
-TEST(RoomPredictions, AreDescribedShortly) {
-  EXPECT_EQ(describeRooms({{"kitchen", 0.83}, {"office", 0.166}, {"hall", 0.004}}),
-            "kitchen 83 %, office 17 %");
-  EXPECT_EQ(describeRooms({{"kitchen", 0.83}, {"office", 0.17}}, 1), "kitchen 83 %");
-  EXPECT_EQ(describeRooms({}), "");
-}
-
 TEST(SameWords, DoNotMindCaseHyphensAndPlurals) {
   EXPECT_TRUE(sameWords("dining_room", "Dining rooms"));
   EXPECT_TRUE(sameWords("Kitchen", "kitchens"));
   EXPECT_FALSE(sameWords("kitchen", "kitchen table"));
   EXPECT_FALSE(sameWords("", ""));
   EXPECT_FALSE(sameWords("room 1", "room 2"));
+}
+
+std::vector<double> pooled(const std::vector<std::vector<float>>& opinions) {
+  LogOpinionPool pool(opinions.front().size());
+  for (const auto& opinion : opinions) pool.add(opinion);
+  return pool.pooled();
+}
+
+TEST(LogOpinionPool, IsTheScaledGeometricMean) {
+  // sqrt(0.5 · 0.02) = 0.1, sqrt(0.5 · 0.98) = 0.7
+  EXPECT_THAT(pooled({{0.5F, 0.5F}, {0.02F, 0.98F}}),
+              ElementsAre(DoubleNear(0.125, 1e-6), DoubleNear(0.875, 1e-6)));
+}
+
+TEST(LogOpinionPool, AZeroIsNoProofAndNoOpinionIsNone) {
+  EXPECT_GT(pooled({{0, 1}, {0.999F, 0.001F}, {0.999F, 0.001F}})[0], 0.5);
+  LogOpinionPool pool(2);
+  pool.add(std::vector<float>{0, 0});
+  EXPECT_EQ(pool.size(), 0U);
+  EXPECT_THAT(pool.pooled(), IsEmpty());
+  EXPECT_THAT([&] { pool.add(std::vector<float>{1}); }, FailsWith(ErrorCode::mismatch));
+}
+
+/// The sizes of the segments of frames of these names.
+std::vector<std::size_t> lengths(const std::vector<std::string>& names,
+                                 const std::vector<std::string>& places,
+                                 const std::vector<double>& times = {}) {
+  std::vector<Frame> frames;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    Frame& frame = frames.emplace_back();
+    frame.name = names[i];
+    if (i < times.size()) frame.timestamp = times[i];
+  }
+  std::vector<std::size_t> sizes;
+  std::size_t next = 0;
+  for (const TemporalSegment& segment : temporalSegments(frames, places)) {
+    EXPECT_EQ(segment.first, next);
+    next += segment.size;
+    sizes.push_back(segment.size);
+  }
+  EXPECT_EQ(next, names.size());
+  return sizes;
+}
+
+std::vector<std::string> all(std::size_t frames) {
+  return std::vector<std::string>(frames, "a");
+}
+
+TEST(TemporalSegments, EndWhereThePlaceChanges) {
+  EXPECT_THAT(lengths({"one.png", "two.png", "three.png", "four.png"}, {"a", "a", "b", "a"}),
+              ElementsAre(2, 1, 1));
+  EXPECT_THAT(lengths({}, {}), ElementsAre());
+}
+
+TEST(TemporalSegments, EndWhereNumbersLeaveMoreOutThanUsual) {
+  EXPECT_THAT(lengths({"0001.png", "0002.png", "0003.png", "0005.png", "0006.png"}, all(5)),
+              ElementsAre(3, 2));
+  EXPECT_THAT(lengths({"frame000001.jpg", "frame000002.jpg", "frame000003.jpg", "frame000009.jpg"}, all(4)),
+              ElementsAre(3, 1));
+  EXPECT_THAT(lengths({"7.png", "8.png", "9.png", "1.png", "2.png"}, all(5)), ElementsAre(3, 2))
+      << "they fall";
+}
+
+TEST(TemporalSegments, FractionsAreNoNumbersOfFrames) {
+  EXPECT_THAT(lengths({"1305031102.175304.png", "1305031102.211214.png", "1305031102.943223.png",
+                       "1305031103.011215.png"},
+                      all(4)),
+              ElementsAre(4));
+  EXPECT_THAT(lengths({"5.275304.png", "5.311214.png", "5.943223.png"}, all(3)), ElementsAre(3))
+      << "though the text before the digits is the same";
+  EXPECT_THAT(lengths({"t1_x-1.25_a0.7185.jpg", "t2_x-1.26_a0.0012.jpg", "t3_x-1.27_a2.5.jpg"}, all(3)),
+              ElementsAre(3));
+  EXPECT_THAT(lengths({"1.png", "2.png", "other.png", "90.png"}, all(4)), ElementsAre(4))
+      << "not all are numbers";
+  const std::string long1(40, '1'), long2(40, '9');
+  EXPECT_THAT(lengths({long1, long2}, all(2)), ElementsAre(2)) << "too long for a number";
+}
+
+TEST(TemporalSegments, EndWhereTimePasses) {
+  // Two rounds of a robot; the clock jitters, and names say nothing.
+  EXPECT_THAT(lengths({"9", "3", "7", "1", "2"}, all(5), {0, 0.2, 0.55, 60, 60.2}), ElementsAre(3, 2));
+  EXPECT_THAT(lengths({"1", "2", "3", "4"}, all(4), {10, 11, 1, 2}), ElementsAre(2, 2)) << "it falls";
+  EXPECT_THAT(lengths({"1", "2", "7", "8"}, all(4), {10, 11, 12}), ElementsAre(2, 2)) << "one has no time";
 }
 
 }  // namespace

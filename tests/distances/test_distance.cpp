@@ -1,21 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/distances/distance.hpp"
-#include "support/errors.hpp"
+#include "estancia/stats/compared_vectors.hpp"
 
-#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numeric>
 #include <random>
+
+#include "support/errors.hpp"
 
 namespace estancia {
 namespace {
 
-using test::FailsWith;
-
 using Values = std::vector<float>;
+using test::FailsWith;
 
 // scipy 1.10: p = [.5, .2, .2, .1], q = [.1, .3, .3, .3]
 const Values p{0.5F, 0.2F, 0.2F, 0.1F}, q{0.1F, 0.3F, 0.3F, 0.3F};
@@ -24,21 +23,6 @@ Values embedded(Embedding embedding, const Values& v) {
   Values out(v.size());
   embed(embedding, v, out);
   return out;
-}
-
-TEST(Distance, AgreesWithSciPy) {
-  EXPECT_NEAR(compare(Comparison::l1, p, q), 0.8, 1e-6);                      // distance.cityblock(p, q)
-  EXPECT_NEAR(compare(Comparison::euclidean, p, q), 0.46904158, 1e-6);        // distance.euclidean(p, q)
-  EXPECT_NEAR(compare(Comparison::cosine, p, q), 0.35179628, 1e-6);           // distance.cosine(p, q)
-  EXPECT_NEAR(compare(Comparison::chebyshev, p, q), 0.4, 1e-6);               // distance.chebyshev(p, q)
-  EXPECT_NEAR(compare(Comparison::jensenShannon, p, q), 0.33016050, 1e-6);    // distance.jensenshannon(p, q)
-  EXPECT_NEAR(compare(Comparison::kullbackLeibler, p, q), 0.94459064, 1e-5);  // entropy(p, q) + entropy(q, p)
-  EXPECT_NEAR(compare(Comparison::cosine, embedded(Embedding::centered, p), embedded(Embedding::centered, q)),
-              1.96225045,
-              1e-6);  // distance.correlation(p, q)
-  EXPECT_NEAR(
-      compare(Comparison::chebyshev, embedded(Embedding::cumulative, p), embedded(Embedding::cumulative, q)),
-      0.4, 1e-6);  // max |cumsum(p) - cumsum(q)|
 }
 
 TEST(Distance, FollowsTheFormulasInDoublePrecision) {
@@ -82,20 +66,6 @@ TEST(Distance, FollowsTheFormulasInDoublePrecision) {
   EXPECT_NEAR(compare(Comparison::bhattacharyya, a, b), -std::log(ab / std::sqrt(aa * bb)), 1e-6);
 }
 
-TEST(Distance, EqualWeightsChangeNothing) {
-  const Values same(4, 0.25F);
-  for (const auto comparison :
-       {Comparison::meanSquare, Comparison::rootMeanSquare, Comparison::l1, Comparison::euclidean,
-        Comparison::chiSquared, Comparison::bhattacharyya, Comparison::cosine, Comparison::chebyshev,
-        Comparison::kullbackLeibler, Comparison::jensenShannon})
-    EXPECT_NEAR(compare(comparison, p, q, same), compare(comparison, p, q), 1e-6);
-}
-
-TEST(Distance, IgnoresLabelsOfWeightZero) {
-  const Values weights{0, 1, 1, 1};
-  EXPECT_NEAR(compare(Comparison::meanSquare, p, q, weights), (0.01 + 0.01 + 0.04) / 3, 1e-7);
-}
-
 TEST(Distance, EveryNamedOneIsZeroOnlyForTheSameAndSymmetric) {
   for (const Distance& distance : baseDistances()) {
     const Values a = embedded(distance.embedding, p), b = embedded(distance.embedding, q);
@@ -113,18 +83,12 @@ TEST(Distance, HellingerIsEuclideanOnSquareRoots) {
       std::sqrt(sum), 1e-6);
 }
 
-TEST(Distance, LogRatiosAreCenteredAndKnowNoScale) {
+TEST(Distance, LogRatiosAreCenteredAndFinite) {
   const Values a = embedded(Embedding::centeredLogRatio, p);
-  EXPECT_NEAR(std::accumulate(a.begin(), a.end(), 0.0), 0, 1e-5);
-  Values half = p;
-  for (float& v : half) v /= 2;
-  const Values b = embedded(Embedding::centeredLogRatio, half);
-  for (std::size_t i = 0; i < a.size(); ++i) EXPECT_NEAR(a[i], b[i], 1e-3);
-}
-
-TEST(Distance, AbsentLabelsStayFinite) {
-  const Values sparse{1, 0, 0, 0};
-  for (const float v : embedded(Embedding::centeredLogRatio, sparse)) EXPECT_TRUE(std::isfinite(v));
+  double logs = 0;
+  for (const float v : p) logs += std::log(v) / 4;
+  for (std::size_t i = 0; i < a.size(); ++i) EXPECT_NEAR(a[i], std::log(p[i]) - logs, 1e-3);
+  for (const float v : embedded(Embedding::centeredLogRatio, {1, 0, 0, 0})) EXPECT_TRUE(std::isfinite(v));
 }
 
 TEST(Distance, DivergencesOfDistributionsThatShareNothingAreFinite) {
@@ -134,14 +98,6 @@ TEST(Distance, DivergencesOfDistributionsThatShareNothingAreFinite) {
   EXPECT_NEAR(compare(Comparison::jensenShannon, a, none), std::sqrt(std::log(2.0) / 2), 1e-6);
   EXPECT_DOUBLE_EQ(compare(Comparison::jensenShannon, none, none), 0);
   EXPECT_DOUBLE_EQ(compare(Comparison::kullbackLeibler, none, none), 0);
-}
-
-TEST(Distance, DivergencesKeepTheDigitsOfSmallDifferences) {
-  Values a(100, 0.01F), b = a;
-  b[7] += 2e-5F;
-  const double d = static_cast<double>(b[7]) - a[7];
-  EXPECT_NEAR(compare(Comparison::jensenShannon, a, b) / std::sqrt(d * d / 8 / 0.01), 1, 0.01);
-  EXPECT_NEAR(compare(Comparison::kullbackLeibler, a, b) / (d * d / 0.01), 1, 0.01);
 }
 
 TEST(Distance, CentersAndSumsUpInEachPart) {
@@ -154,12 +110,6 @@ TEST(Distance, CentersAndSumsUpInEachPart) {
   for (std::size_t i = 0; i < 5; ++i) EXPECT_FLOAT_EQ(out[i], both[i] - (i < 2 ? 0.5F : 1.0F / 3));
 }
 
-TEST(Distance, ZeroVectorIsLikeNothingButItself) {
-  const Values zero(4, 0.0F);
-  EXPECT_DOUBLE_EQ(compare(Comparison::cosine, zero, zero), 0);
-  EXPECT_DOUBLE_EQ(compare(Comparison::cosine, zero, p), 1);
-}
-
 TEST(Distance, NamesHaveSigmaForms) {
   EXPECT_TRUE(getDistance("hellinger-sigma").sigmaWeighted);
   EXPECT_EQ(getDistance("hellinger-sigma").name, "hellinger-sigma");
@@ -168,8 +118,7 @@ TEST(Distance, NamesHaveSigmaForms) {
 
 TEST(Distance, UnknownNameListsTheKnownOnes) {
   for (const char* name : {"manhattan", "weighted-sigma", "-sigma", ""})
-    EXPECT_THAT([&] { getDistance(name); },
-                FailsWith(ErrorCode::unknownName, fmt::format("\"{}\"", name), "standardized-clr"));
+    EXPECT_THAT([&] { getDistance(name); }, FailsWith(ErrorCode::unknownName));
   for (const Choice& known : distances()) EXPECT_EQ(getDistance(known.name).name, known.name);
 }
 
@@ -177,6 +126,53 @@ TEST(Distance, RefusesDifferentLengths) {
   const Values three(3, 0.1F);
   EXPECT_THAT([&] { compare(Comparison::l1, p, three); }, FailsWith(ErrorCode::mismatch));
   EXPECT_THAT([&] { compare(Comparison::l1, p, q, three); }, FailsWith(ErrorCode::mismatch));
+}
+
+const std::vector<float> first{0.7F, 0.3F, 0.2F, 0.5F, 0.3F}, second{0.4F, 0.6F, 0.1F, 0.1F, 0.8F};
+
+DescriptorMatrix both() {
+  DescriptorMatrix rows(5);
+  rows.append(first);
+  rows.append(second);
+  return rows;
+}
+
+double distanceOf(const Distance& distance) {
+  const DescriptorMatrix vectors = comparedVectors(both(), both(), distance);
+  return compare(distance.comparison, vectors.row(0), vectors.row(1));
+}
+
+/// Two models of weights 1 and 3.
+TEST(ComparedVectors, WeighThePartsOfAConjunction) {
+  const std::vector<LabelPart> parts{{2, 1}, {3, 3}};
+  struct Part {
+    std::vector<float> a, b;
+    double weight;
+  };
+  const std::vector<Part> alone{
+      {{first.begin(), first.begin() + 2}, {second.begin(), second.begin() + 2}, 0.25},
+      {{first.begin() + 2, first.end()}, {second.begin() + 2, second.end()}, 0.75}};
+  const auto sum = [&](const char* name, auto term) {
+    const Distance distance = getDistance(name);
+    double total = 0;
+    for (Part part : alone) {
+      embed(distance.embedding, part.a, part.a);
+      embed(distance.embedding, part.b, part.b);
+      total += part.weight * term(compare(distance.comparison, part.a, part.b));
+    }
+    return total;
+  };
+  const auto itself = [](double d) { return d; };
+  const auto square = [](double d) { return d * d; };
+  for (const char* name : {"clr-cosine", "pearson", "cosine"})  // the weighted mean of the parts' own
+    EXPECT_NEAR(distanceOf(getDistance(name, parts)), sum(name, itself), 1e-6) << name;
+  for (const char* name : {"kullback-leibler", "chi2"})
+    EXPECT_NEAR(distanceOf(getDistance(name, parts)), 2 * sum(name, itself), 1e-5) << name;
+  for (const char* name : {"jensen-shannon", "l2", "hellinger"})
+    EXPECT_NEAR(std::pow(distanceOf(getDistance(name, parts)), 2), 2 * sum(name, square), 1e-5) << name;
+  // The largest difference of any label of any part, as the weight acts on its square.
+  EXPECT_NEAR(distanceOf(getDistance("ks", parts)), std::sqrt(2 * 0.75) * 0.5, 1e-6);
+  EXPECT_NEAR(distanceOf(getDistance("cumulative-ks", parts)), std::sqrt(2 * 0.75) * 0.5, 1e-6);
 }
 
 }  // namespace

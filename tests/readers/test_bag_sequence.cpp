@@ -13,14 +13,12 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/rigid.hpp"
 #include "estancia/readers/bag_summary.hpp"
-#include "estancia/readers/open_sequence.hpp"
+#include "estancia/sequences/sequence.hpp"
+#include "support/errors.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
 namespace {
-
-using test::errorOf;
-using testing::HasSubstr;
 
 constexpr std::size_t driveFrames = 6;
 
@@ -114,13 +112,7 @@ TEST_F(BagDrive, PosesAreInterpolatedBetweenTransforms) {
   const cv::Affine3d body = rigidOf(*bag->frame(1).pose) * mount_.inv();
   EXPECT_LT(cv::norm(body.translation() - middle), 1e-9);
   EXPECT_FALSE(bag->frame(4).pose);  // 0.2 s after the last one
-  EXPECT_THAT(bag->warnings(), testing::Contains(HasSubstr("no pose near their time stamp")));
-}
-
-TEST_F(BagDrive, CompressedImagesAreThoseOfTheFiles) {
-  const auto bag = openSequence(write({"compressed", "depth"}));
-  EXPECT_EQ(farthest(bag->image(3), folder_->image(3)), 0);
-  EXPECT_FALSE(bag->poseSource());
+  EXPECT_FALSE(bag->warnings().empty());
 }
 
 TEST_F(BagDrive, OneCameraThatIsRecordedTwiceIsOne) {
@@ -143,68 +135,35 @@ TEST_F(BagDrive, TopicsAreChosenByName) {
   options.depthTopic = "none";
   options.odomTopic = "none";
   const auto bag = openSequence(path, options);
+  EXPECT_EQ(farthest(bag->image(3), folder_->image(3)), 0);
   EXPECT_FALSE(bag->hasDepth());
   EXPECT_FALSE(bag->poseSource());
-  options.imageTopic = "/front/image";
-  EXPECT_THAT(errorOf([&] { openSequence(path, options); }),
-              HasSubstr("it can be /camera/color/image_raw, "));
-  options.imageTopic = "/odom";
-  EXPECT_THAT(errorOf([&] { openSequence(path, options); }), HasSubstr("it is of type nav_msgs/Odometry"));
+  for (const char* topic : {"/front/image", "/odom"}) {
+    options.imageTopic = topic;
+    EXPECT_THAT([&] { openSequence(path, options); }, test::FailsWith(ErrorCode::unknownName)) << topic;
+  }
 }
 
 TEST_F(BagDrive, WithoutATransformTheCameraLooksAhead) {
   const auto bag = openSequence(write({"image", "odom"}));
-  EXPECT_THAT(bag->warnings(), testing::Contains(HasSubstr("look straight ahead")));
+  EXPECT_FALSE(bag->warnings().empty());
   ASSERT_TRUE(bag->frame(2).pose);
   const std::array<double, 3> forward = bag->frame(2).pose->forward();
   const cv::Vec3d bodyX = bodyAt(2).rotation() * cv::Vec3d(1, 0, 0);
   for (int i = 0; i < 3; ++i) EXPECT_NEAR(forward[static_cast<std::size_t>(i)], bodyX[i], 1e-9);
 }
 
-TEST_F(BagDrive, ATruncatedBagGivesWhatIsWhole) {
-  const auto path = write({"image", "depth", "odom", "tf_static"});
-  const std::string whole = test::readFile(path);
-  test::writeFile(scratch_ / "cut.mcap", whole.substr(0, whole.size() * 3 / 4));
-  const auto bag = openSequence(scratch_ / "cut.mcap");
-  EXPECT_LT(bag->size(), driveFrames);
-  EXPECT_GT(bag->size(), 0U);
-  EXPECT_THAT(bag->warnings(), testing::Not(testing::IsEmpty()));
-  EXPECT_EQ(farthest(bag->image(0), folder_->image(0)), 0);
-}
-
 TEST(BagRecordings, SeveralCamerasAskForAChoice) {
   const auto data = test::findData("robot_bags");
   ESTANCIA_NEEDS(data, "no robot_bags");
   const auto office = *data / "camera/office_fisheye_ros1.bag";
-  EXPECT_THAT(errorOf([&] { openSequence(office); }),
-              HasSubstr("--image: /camera/fisheye1/image_raw, /camera/fisheye2"));
+  EXPECT_THAT([&] { openSequence(office); }, test::FailsWith(ErrorCode::insufficientData));
   SequenceOptions options;
   options.imageTopic = "/camera/fisheye2/image_raw";
   const auto sequence = openSequence(office, options);
   ASSERT_EQ(sequence->size(), 3U);
   EXPECT_EQ(sequence->image(2).size(), cv::Size(848, 800));
   EXPECT_TRUE(sequence->frame(1).pose);
-}
-
-TEST(BagRecordings, MessagesThatAreCompressedOneByOneAreRead) {
-  const auto data = test::findData("robot_bags");
-  ESTANCIA_NEEDS(data, "no robot_bags");
-  const auto sequence = openSequence(*data / "camera/soccer_zstd_messages.mcap");
-  ASSERT_EQ(sequence->size(), 2U);
-  const cv::Mat image = sequence->image(1);
-  EXPECT_EQ(image.size(), cv::Size(640, 480));
-  cv::Scalar mean, deviation;
-  cv::meanStdDev(image, mean, deviation);
-  EXPECT_GT(deviation[0], 20) << "an image shows something";
-  EXPECT_NE(sequence->fingerprint(0), sequence->fingerprint(1));
-}
-
-TEST(BagRecordings, WithoutImagesTheSentenceSaysSo) {
-  const auto data = test::findData("robot_bags");
-  ESTANCIA_NEEDS(data, "no robot_bags");
-  EXPECT_THAT(errorOf([&] { openSequence(*data / "odometry/tf.bag"); }),
-              HasSubstr("no topic of sensor_msgs/Image"));
-  EXPECT_EQ(summarizeBag(*data / "odometry/tf.bag").topics.size(), 2U);
 }
 
 }  // namespace

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstring>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -91,12 +90,6 @@ TEST(MessageImage, YuvIsReadInBothOrders) {
   EXPECT_GT(one[2], one[0] + 50);
 }
 
-TEST(MessageImage, Nv21IsOneAndAHalfImagesHigh) {
-  const cv::Mat stored(6, 4, CV_8U, cv::Scalar(128));
-  EXPECT_EQ(imageOf(messageOf(stored, "nv21", 4, 4)).size(), cv::Size(4, 4));
-  EXPECT_EQ(test::caught([&] { imageOf(messageOf(stored, "nv21", 4, 6)); }).code, ErrorCode::malformedFile);
-}
-
 TEST(MessageImage, BigEndianDepthIsSwapped) {
   cv::Mat stored(1, 2, CV_16U);
   stored.at<std::uint16_t>(0, 0) = 0xE803;  // 1000 with its bytes swapped
@@ -110,19 +103,19 @@ TEST(MessageImage, BigEndianDepthIsSwapped) {
 
 TEST(MessageImage, AMessageThatIsTooSmallOrHugeIsRefused) {
   const cv::Mat scene = colorScene();
-  EXPECT_EQ(test::caught([&] { imageOf(messageOf(scene, "bgr8", 64, 49)); }).code, ErrorCode::malformedFile);
-  EXPECT_EQ(test::caught([&] { imageOf(messageOf(scene, "bgr8", 65, 48)); }).code, ErrorCode::malformedFile);
-  EXPECT_EQ(test::caught([&] { imageOf(messageOf(scene, "bgr8", 0, 48)); }).code, ErrorCode::malformedFile);
-  EXPECT_EQ(test::caught([&] { imageOf(messageOf(scene, "bgr8", 0xffffffff, 0xffffffff)); }).code,
-            ErrorCode::tooLarge);
-  EXPECT_EQ(test::caught([&] { imageOf(messageOf(scene, "xyz")); }).code, ErrorCode::unsupportedFile);
+  EXPECT_THAT([&] { imageOf(messageOf(scene, "bgr8", 64, 49)); }, test::FailsWith(ErrorCode::malformedFile));
+  EXPECT_THAT([&] { imageOf(messageOf(scene, "bgr8", 65, 48)); }, test::FailsWith(ErrorCode::malformedFile));
+  EXPECT_THAT([&] { imageOf(messageOf(scene, "bgr8", 0, 48)); }, test::FailsWith(ErrorCode::malformedFile));
+  EXPECT_THAT([&] { imageOf(messageOf(scene, "bgr8", 0xffffffff, 0xffffffff)); },
+              test::FailsWith(ErrorCode::tooLarge));
+  EXPECT_THAT([&] { imageOf(messageOf(scene, "xyz")); }, test::FailsWith(ErrorCode::unsupportedFile));
   ros::ImageMessage step = messageOf(scene, "bgr8");
   step.step = 0xffffffff;
-  EXPECT_EQ(test::caught([&] { imageOf(step); }).code, ErrorCode::malformedFile);
+  EXPECT_THAT([&] { imageOf(step); }, test::FailsWith(ErrorCode::malformedFile));
   ros::ImageMessage halves = messageOf(cv::Mat(4, 4, CV_16U, cv::Scalar(7)), "16UC1", 2, 2);
   halves.step = 5;  // the second row would begin inside of a number
-  EXPECT_EQ(test::caught([&] { depthOf(halves, 1000); }).code, ErrorCode::malformedFile);
-  EXPECT_EQ(test::caught([&] { depthOf(messageOf(scene, "bgr8"), 0); }).code, ErrorCode::unsupportedFile);
+  EXPECT_THAT([&] { depthOf(halves, 1000); }, test::FailsWith(ErrorCode::malformedFile));
+  EXPECT_THAT([&] { depthOf(messageOf(scene, "bgr8"), 0); }, test::FailsWith(ErrorCode::unsupportedFile));
 }
 
 /// As compressed_depth_image_transport writes it: 12 bytes, then the image.
@@ -205,7 +198,7 @@ TEST(CompressedDepth, RvlIsReadAndItsDamageToo) {
     EXPECT_THROW(depthOf(part, 0), Error) << cut;
   }
   bytes[12] = bytes[13] = bytes[14] = bytes[15] = '\xff';
-  EXPECT_EQ(test::caught([&] { depthOf(message, 0); }).code, ErrorCode::tooLarge);
+  EXPECT_THAT([&] { depthOf(message, 0); }, test::FailsWith(ErrorCode::tooLarge));
 }
 
 TEST(MessageCloud, AnOrganizedCloudIsDepth) {
@@ -225,30 +218,10 @@ TEST(MessageCloud, AnOrganizedCloudIsDepth) {
   EXPECT_EQ(depth.at<float>(0), 1.5F);
   EXPECT_EQ(depth.at<float>(1), 0);
   message.width = 2;
-  EXPECT_EQ(test::caught([&] { depthOf(message); }).code, ErrorCode::malformedFile);
+  EXPECT_THAT([&] { depthOf(message); }, test::FailsWith(ErrorCode::malformedFile));
   message.width = 1;
   message.fields[2].offset = 0xfffffff0;
-  EXPECT_EQ(test::caught([&] { depthOf(message); }).code, ErrorCode::malformedFile);
-}
-
-TEST(MessageCloud, PointsOfALidarAreRead) {
-  const auto data = test::findData("robot_bags");
-  ESTANCIA_NEEDS(data, "no robot_bags");
-  const auto bag = ros::openBag(*data / "clouds/lidar_scan_odometry.bag");
-  std::size_t clouds = 0;
-  for (std::size_t m = 0; m < bag->messages().size(); ++m) {
-    const ros::BagTopic& topic = bag->topics()[bag->messages()[m].topic];
-    if (topic.type != "sensor_msgs/PointCloud2") continue;
-    const ros::Payload payload = bag->read(m);
-    const PointCloud cloud = cloudOf(ros::readPointCloud({payload.bytes, *topic.encoding}));
-    if (clouds == 0) {
-      EXPECT_EQ(cloud.points.size(), 35707U);
-    }
-    EXPECT_GT(cloud.points.size(), 35000U);
-    EXPECT_NO_THROW(validate(cloud));
-    ++clouds;
-  }
-  EXPECT_EQ(clouds, 5U);
+  EXPECT_THAT([&] { depthOf(message); }, test::FailsWith(ErrorCode::malformedFile));
 }
 
 ros::CameraInfo cameraInfo(const std::string& model, std::vector<double> distortion) {
@@ -259,12 +232,6 @@ ros::CameraInfo cameraInfo(const std::string& model, std::vector<double> distort
   info.distortion = std::move(distortion);
   info.matrix = {300, 0, 319.5, 0, 300, 239.5, 0, 0, 1};
   return info;
-}
-
-TEST(Undistortion, WithoutDistortionNothingChanges) {
-  const Undistortion none(cameraInfo("plumb_bob", {0, 0, 0, 0, 0}), false);
-  EXPECT_FALSE(none.isNeeded());
-  EXPECT_EQ(none.camera().fx, 300);
 }
 
 /// The pixel of a fisheye camera (r = f θ) that sees the direction (x, y, 1).
@@ -291,24 +258,14 @@ TEST(Undistortion, AFisheyeSeesStraightLinesAfterIt) {
   EXPECT_EQ(fisheye.image(image(cv::Rect(0, 0, 320, 240)).clone()).size(), cv::Size(320, 240));
 }
 
-TEST(Undistortion, DepthKeepsItsValues) {
-  const Undistortion barrel(cameraInfo("plumb_bob", {-0.2, 0.05, 0, 0, 0}), false);
-  cv::Mat depth(480, 640, CV_32F, cv::Scalar(2));
-  depth(cv::Rect(0, 0, 320, 480)) = 1;
-  const cv::Mat straight = barrel.depth(depth);
-  cv::Mat other = (straight != 0) & (straight != 1) & (straight != 2);
-  EXPECT_EQ(cv::countNonZero(other), 0);
-}
-
 TEST(Undistortion, BadCalibrationsAreRefused) {
-  EXPECT_EQ(test::caught([] { Undistortion(ros::CameraInfo{}, false); }).code, ErrorCode::invalidInput);
-  EXPECT_EQ(test::caught([] { Undistortion(cameraInfo("magic", {1}), false); }).code,
-            ErrorCode::unsupportedFile);
-  EXPECT_EQ(test::caught([] { Undistortion(cameraInfo("plumb_bob", {std::nan("")}), false); }).code,
-            ErrorCode::invalidInput);
-  EXPECT_EQ(
-      test::caught([] { Undistortion(cameraInfo("plumb_bob", std::vector<double>(99, 0.1)), false); }).code,
-      ErrorCode::invalidInput);
+  EXPECT_THAT([] { Undistortion(ros::CameraInfo{}, false); }, test::FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([] { Undistortion(cameraInfo("magic", {1}), false); },
+              test::FailsWith(ErrorCode::unsupportedFile));
+  EXPECT_THAT([] { Undistortion(cameraInfo("plumb_bob", {std::nan("")}), false); },
+              test::FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([] { Undistortion(cameraInfo("plumb_bob", std::vector<double>(99, 0.1)), false); },
+              test::FailsWith(ErrorCode::invalidInput));
 }
 
 TEST(DepthRegistration, AWallIsSeenFromTheOtherCamera) {

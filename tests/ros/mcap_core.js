@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Another reader and writer of MCAP (npm's @mcap/core), which Estancia's is compared with.
-//   node mcap_core.js MODULES count FILE       a line each: topic, a tab, messages; by its statistics, if any
 //   node mcap_core.js MODULES digest FILE      SHA-256 of all times and bytes in order of time (no compression)
 //   node mcap_core.js MODULES write FOLDER     one recording in several ways
 const [, , modules, verb, path] = process.argv;
 const fs = require("fs");
 const crypto = require("crypto");
-const { McapIndexedReader, McapStreamReader, McapWriter } = require(`${modules}/@mcap/core`);
+const { McapStreamReader, McapWriter } = require(`${modules}/@mcap/core`);
 
 function messagesOf(bytes) {
   const reader = new McapStreamReader();
@@ -14,25 +13,6 @@ function messagesOf(bytes) {
   const messages = [];
   for (let record; (record = reader.nextRecord()); ) if (record.type === "Message") messages.push(record);
   return messages;
-}
-
-async function count() {
-  const bytes = fs.readFileSync(path);
-  const readable = {
-    size: async () => BigInt(bytes.length),
-    read: async (at, size) => new Uint8Array(bytes.subarray(Number(at), Number(at + size))),
-  };
-  const reader = await McapIndexedReader.Initialize({ readable });
-  const counts = new Map();
-  const add = (channel, messages) =>
-    counts.set(channel.topic, (counts.get(channel.topic) ?? 0) + messages);
-  if (reader.statistics) {
-    for (const [id, channel] of reader.channelsById)
-      add(channel, Number(reader.statistics.channelMessageCounts.get(id) ?? 0n));
-  } else {
-    for (const message of messagesOf(bytes)) add(reader.channelsById.get(message.channelId), 1);
-  }
-  for (const [topic, messages] of counts) console.log(`${topic}\t${messages}`);
 }
 
 function digest() {
@@ -92,7 +72,7 @@ async function write() {
   });
 }
 
-Promise.resolve({ count, digest, write }[verb]()).catch((error) => {
+Promise.resolve({ digest, write }[verb]()).catch((error) => {
   console.error(error);
   process.exit(1);
 });

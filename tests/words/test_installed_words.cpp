@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "estancia/words/dictionary.hpp"
 #include "estancia/words/installed_words.hpp"
 
 #include <gmock/gmock.h>
@@ -10,6 +11,7 @@
 #include <optional>
 #include <thread>
 
+#include "support/errors.hpp"
 #include "support/support.hpp"
 #include "words/tiny_wordnet.hpp"
 
@@ -17,6 +19,8 @@ namespace estancia {
 namespace {
 
 namespace fs = std::filesystem;
+using test::FailsWith;
+using test::writeFile;
 using testing::HasSubstr;
 
 /// A tiny WordNet as the installed one, and an empty folder for the cache.
@@ -66,13 +70,6 @@ TEST_F(InstalledWordsTest, AreKeptInTheCache) {
   EXPECT_EQ(fs::last_write_time(graphs.front()), written) << "it was read";
 }
 
-TEST_F(InstalledWordsTest, GoWhereCachesGo) {
-  unsetenv("ESTANCIA_CACHE");
-  setenv("XDG_CACHE_HOME", cache_.path().c_str(), 1);
-  ASSERT_TRUE(loadInstalledWords().graph);
-  EXPECT_EQ(graphsIn(cache_ / "estancia").size(), 1U);
-}
-
 TEST_F(InstalledWordsTest, ReplaceADamagedCache) {
   loadInstalledWords();
   const fs::path cached = graphsIn(cache_ / "own").at(0);
@@ -91,14 +88,6 @@ TEST_F(InstalledWordsTest, ReplaceADamagedCache) {
   }
 }
 
-TEST_F(InstalledWordsTest, DoNotMindAFolderInPlaceOfTheCache) {
-  loadInstalledWords();
-  const fs::path cached = graphsIn(cache_ / "own").at(0);
-  fs::remove(cached);
-  fs::create_directory(cached);
-  EXPECT_TRUE(loadInstalledWords().graph);
-}
-
 TEST_F(InstalledWordsTest, DoNotMindACacheThatCannotBeWritten) {
   test::writeFile(cache_ / "file", "");
   setenv("ESTANCIA_CACHE", (cache_ / "file" / "folder").c_str(), 1);
@@ -115,24 +104,18 @@ TEST_F(InstalledWordsTest, AreMadeAnewForAnotherWordNet) {
   EXPECT_TRUE(loadInstalledWords().graph->lexicon.knows("feet"));
 }
 
-TEST_F(InstalledWordsTest, AreNoneWithoutWordNetAndTheHintTellsWhatToDo) {
-  const test::ScratchFolder empty;
-  setenv("ESTANCIA_WORDNET", empty.path().c_str(), 1);
-  const InstalledWords words = loadInstalledWords();
-  EXPECT_FALSE(words.graph);
-  EXPECT_THAT(words.hint, HasSubstr(empty.path().string()));
-  EXPECT_THAT(words.hint, HasSubstr("ESTANCIA_WORDNET"));
-  EXPECT_TRUE(graphsIn(cache_ / "own").empty());
-}
-
-TEST_F(InstalledWordsTest, AreNoneOfADamagedWordNetAndTheHintNamesTheLine) {
+TEST_F(InstalledWordsTest, AreNoneWithoutASoundWordNetAndTheHintTellsWhatToDo) {
   test::WordNetTexts texts = test::tinyWordNet();
   texts.at("index.verb") += "broken\n";
   test::writeWordNet(texts, wordNet_.path());
-  const InstalledWords words = loadInstalledWords();
-  EXPECT_FALSE(words.graph);
-  EXPECT_THAT(words.hint, HasSubstr("index.verb, line 5"));
+  EXPECT_FALSE(loadInstalledWords().graph);
+  EXPECT_THAT(loadInstalledWords().hint, HasSubstr("index.verb, line 5"));
+  const test::ScratchFolder empty;
+  setenv("ESTANCIA_WORDNET", empty.path().c_str(), 1);
+  EXPECT_FALSE(loadInstalledWords().graph);
+  EXPECT_THAT(loadInstalledWords().hint, HasSubstr(empty.path().string()));
   EXPECT_TRUE(graphsIn(cache_ / "own").empty());
+  EXPECT_TRUE(installedAssociations(Vocabulary({"dog"})).empty());
 }
 
 TEST(InstalledWordGraph, IsReadOnceForAllThreads) {
@@ -164,9 +147,46 @@ TEST_F(InstalledWordsTest, AssociationsAreKeptForEachListOfLabels) {
   EXPECT_EQ(installedAssociations(animals), first) << "made anew";
 }
 
-TEST_F(InstalledWordsTest, ThereAreNoAssociationsWithoutWordNet) {
-  setenv("ESTANCIA_WORDNET", (cache_ / "none").c_str(), 1);
-  EXPECT_TRUE(installedAssociations(Vocabulary({"dog"})).empty());
+class Dictionaries : public testing::Test {
+ protected:
+  Dictionary of(const std::string& text) {
+    writeFile(file_, text);
+    return Dictionary(file_);
+  }
+
+  test::ScratchFolder scratch_;
+  const std::filesystem::path file_ = scratch_ / "german.txt";
+};
+
+TEST_F(Dictionaries, TranslateWholeTextsThenWords) {
+  const Dictionary german =
+      of("# German\nK\xC3\xBC"
+         "che\tkitchen\r\n\nstuhl,chair\nrotes Sofa\tred couch\nrot\tred\nstuhl\tstool\n");
+  EXPECT_EQ(german.translate("K\xC3\xBC"
+                             "che"),
+            "kitchen");
+  EXPECT_EQ(german.translate("K\xC3\x9C"
+                             "CHE"),
+            "kitchen")
+      << "capitals of Latin-1";
+  EXPECT_EQ(german.translate("  Stuhl "), "chair") << "the first of two lines";
+  EXPECT_EQ(german.translate("rotes sofa"), "red couch");
+  EXPECT_EQ(german.translate("rot Stuhl blau"), "red chair blau");
+  EXPECT_EQ(german.translate(""), "");
+}
+
+TEST_F(Dictionaries, MayBeginWithAByteOrderMark) {
+  EXPECT_EQ(of("\xEF\xBB\xBFstuhl\tchair\n").translate("Stuhl"), "chair");
+}
+
+TEST_F(Dictionaries, RefuseOtherFiles) {
+  for (const std::string& text :
+       {std::string("stuhl\tchair\nsofa\n"), std::string("stuhl\t\n"), std::string("\tchair\n"),
+        std::string("K\xFC\tkitchen\n"), std::string("\xFF\xFEs\0t\0", 6)})
+    EXPECT_THAT([&] { of(text); }, FailsWith(ErrorCode::malformedFile)) << text;
+  EXPECT_THAT([&] { of("# nothing yet\n\n"); }, FailsWith(ErrorCode::insufficientData));
+  EXPECT_THAT([&] { Dictionary(scratch_ / "none.txt"); }, FailsWith(ErrorCode::fileUnreadable));
+  EXPECT_THAT([&] { Dictionary{scratch_.path()}; }, FailsWith(ErrorCode::fileUnreadable));
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/words/label_senses.hpp"
+#include "estancia/words/familiar_words.hpp"
+#include "estancia/words/label_concepts.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,6 +9,7 @@
 
 #include "estancia/core/label_words.hpp"
 #include "estancia/words/imagenet_synsets.hpp"
+#include "estancia/words/label_senses.hpp"
 #include "support/support.hpp"
 #include "words/real_words.hpp"
 
@@ -15,6 +17,9 @@ namespace estancia {
 namespace {
 
 using test::realWords;
+using testing::ElementsAre;
+using testing::FloatEq;
+using testing::IsEmpty;
 
 /// The byte offset of the most probable meaning, as ImageNet numbers it; 0: none.
 std::uint32_t numberOf(const LabelSense& label) {
@@ -27,14 +32,6 @@ std::string nameOf(const LabelSense& label) {
 
 Vocabulary testVocabulary(const char* file) {
   return readVocabulary(*test::findTestModels() / file);
-}
-
-TEST(ImageNetSynsets, RiseAndAreAllInWordNet) {
-  EXPECT_TRUE(std::is_sorted(imageNetSynsets.begin(), imageNetSynsets.end()));
-  const WordGraph& graph = realWords();
-  const auto nouns = std::span(graph.offsets).first(graph.lexicon.firstSynset[1]);
-  for (const std::uint32_t synset : imageNetSynsets)
-    EXPECT_TRUE(std::binary_search(nouns.begin(), nouns.end(), synset)) << synset;
 }
 
 class ImageNetSenses : public testing::TestWithParam<const char*> {};
@@ -61,32 +58,9 @@ TEST_P(ImageNetSenses, AreTheSynsetsOfTheirOrder) {
   }
 }
 
-TEST_P(ImageNetSenses, TellApartWhatHasTheSameName) {
-  ESTANCIA_NEEDS(test::findTestModels(), "the test models are missing");
-  const Vocabulary vocabulary = testVocabulary(GetParam());
-  const std::vector<LabelSense> senses = findLabelSenses(realWords(), vocabulary);
-  std::vector<std::uint32_t> cranes, maillots, cardigans;
-  for (std::size_t i = 0; i < vocabulary.size(); ++i) {
-    const std::string name = shortLabel(vocabulary[i]);
-    if (name == "crane") cranes.push_back(numberOf(senses[i]));
-    if (name == "maillot") maillots.push_back(numberOf(senses[i]));
-    if (name.starts_with("Cardigan") || name == "cardigan") cardigans.push_back(numberOf(senses[i]));
-  }
-  EXPECT_THAT(cranes, testing::ElementsAre(2012849, 3126707)) << "the bird and the machine";
-  EXPECT_THAT(maillots, testing::ElementsAre(3710637, 3710721));
-  EXPECT_THAT(cardigans, testing::ElementsAre(2113186, 2963159)) << "the dog and the garment";
-}
-
 INSTANTIATE_TEST_SUITE_P(LabelSenses, ImageNetSenses,
                          testing::Values("imagenet_1000.txt", "imagenet_1001.txt"),
                          [](const auto& file) { return std::string(file.param).substr(0, 13); });
-
-TEST(LabelSenses, OfAnotherThousandLabelsAreLookedUp) {
-  const std::vector<LabelSense> senses =
-      findLabelSenses(realWords(), Vocabulary(std::vector<std::string>(1000, "dog")));
-  EXPECT_EQ(numberOf(senses[0]), 2084071U);
-  EXPECT_EQ(numberOf(senses[500]), 2084071U);
-}
 
 TEST(LabelSenses, OfCocoAreThings) {
   const Vocabulary vocabulary =
@@ -99,17 +73,14 @@ TEST(LabelSenses, OfCocoAreThings) {
   };
   for (const LabelSense& label : senses) EXPECT_FALSE(label.senses.empty());
   EXPECT_EQ(nameOf(of("tv")), "television receiver") << "not the medium";
-  EXPECT_EQ(realWords().category(of("hot dog").senses.front().synset), WordCategory::food);
-  EXPECT_EQ(realWords().category(of("orange").senses.front().synset), WordCategory::food);
   EXPECT_EQ(nameOf(of("couch")), "sofa");
-  EXPECT_EQ(nameOf(of("toilet")), "toilet");
   EXPECT_EQ(nameOf(of("sports ball")), "ball");
   EXPECT_TRUE(of("sports ball").isDoubtful) << "WordNet has only its words";
-  EXPECT_EQ(nameOf(of("cell phone")), "telephone");
-  EXPECT_EQ(nameOf(of("toaster")), "toaster");
-  EXPECT_EQ(realWords().category(of("wine glass").senses.front().synset), WordCategory::artifact);
-  EXPECT_EQ(realWords().category(of("microwave").senses.front().synset), WordCategory::artifact);
   EXPECT_FALSE(of("refrigerator").isDoubtful);
+  for (const char* food : {"hot dog", "orange"})
+    EXPECT_EQ(realWords().category(of(food).senses.front().synset), WordCategory::food) << food;
+  for (const char* thing : {"wine glass", "microwave"})
+    EXPECT_EQ(realWords().category(of(thing).senses.front().synset), WordCategory::artifact) << thing;
 }
 
 TEST(LabelSenses, OfPlacesAreThePlaceNotItsQualifier) {
@@ -137,32 +108,132 @@ TEST(LabelSenses, OfPlacesAreThePlaceNotItsQualifier) {
   EXPECT_LE(unknown, 1U);
 }
 
-TEST(LabelSenses, HaveProbabilitiesThatAddUpToOne) {
-  const Vocabulary vocabulary({"bank", "sports ball", "cup, mug", "xyzzy", "/", "a/b/c", "'", "\xff", "ящик",
-                               std::string(10000, 'x'), "of the"});
-  for (const LabelSense& label : findLabelSenses(realWords(), vocabulary)) {
-    if (label.senses.empty()) continue;
-    float sum = 0;
-    for (const Sense& sense : label.senses) {
-      EXPECT_GT(sense.probability, 0);
-      sum += sense.probability;
-    }
-    EXPECT_NEAR(sum, 1, 1e-5);
-  }
+constexpr std::size_t all = 100;
+
+const std::vector<std::string> breeds{"Labrador retriever", "golden retriever", "beagle",
+                                      "Pekinese, Pekingese, Peke", "German shepherd, German police dog"};
+const std::vector<std::string> kitchen{"stove", "refrigerator, icebox", "microwave, microwave oven",
+                                       "dishwasher"};
+const std::vector<std::string> birds{"robin, American robin, Turdus migratorius", "jay", "magpie", "vulture"};
+
+Vocabulary vocabularyOf(std::initializer_list<std::vector<std::string>> lists) {
+  std::vector<std::string> labels;
+  for (const auto& list : lists) labels.insert(labels.end(), list.begin(), list.end());
+  return Vocabulary(labels);
 }
 
-TEST(LabelSenses, OfSeveralModelsAreFoundModelByModel) {
-  ESTANCIA_NEEDS(test::findTestModels(), "the test models are missing");
-  const Vocabulary imageNet = testVocabulary("imagenet_1001.txt");
-  std::vector<std::string> labels = imageNet.labels();
-  for (const char* label : {"dog", "orange", "tv"}) labels.emplace_back(label);
-  const std::vector<LabelSense> senses =
-      findLabelSenses(realWords(), Vocabulary(labels, {{1001, 1}, {3, 1}}));
-  ASSERT_EQ(senses.size(), 1004U);
-  EXPECT_TRUE(senses[0].senses.empty());
-  EXPECT_EQ(numberOf(senses[1]), 1440764U);
-  EXPECT_EQ(numberOf(senses[1000]), 15075141U);
-  EXPECT_EQ(numberOf(senses[1001]), 2084071U);
+std::vector<std::string> namesOf(const std::vector<TellingWord>& words) {
+  std::vector<std::string> names;
+  for (const TellingWord& word : words) names.push_back(word.name);
+  return names;
+}
+
+/// Of a part of a run in which all labels are equally likely.
+std::vector<std::string> toldBy(const Vocabulary& vocabulary, const std::vector<float>& here,
+                                std::size_t count = all) {
+  const std::vector<float> run(vocabulary.size(), 1.0F / static_cast<float>(vocabulary.size()));
+  return namesOf(tellingWords(vocabulary, findLabelConcepts(realWords(), vocabulary), here, run, count));
+}
+
+TEST(LabelConcepts, AreOnTheLevelOnWhichPeopleNameThings) {
+  const Vocabulary vocabulary = vocabularyOf({breeds, kitchen, birds, {"desk", "bookcase", "wardrobe"}});
+  std::vector<std::string> names;
+  for (const LabelConcept& named : findLabelConcepts(realWords(), vocabulary)) {
+    names.push_back(named.name);
+    EXPECT_GT(named.specificity, 0);
+    EXPECT_LE(named.specificity, 1);
+    EXPECT_TRUE(std::ranges::includes(named.covered, named.labels)) << named.name;
+  }
+  EXPECT_THAT(names, testing::UnorderedElementsAre("dog", "bird"))
+      << "no retriever, animal, appliance, furniture or artifact";
+}
+
+TEST(LabelConcepts, LeaveFamiliarLabelsToThemselves) {
+  const LabelConcepts concepts = findLabelConcepts(realWords(), vocabularyOf({birds}));
+  ASSERT_EQ(concepts.size(), 1U);
+  EXPECT_THAT(concepts.front().labels, ElementsAre(0, 1, 2));
+  EXPECT_THAT(concepts.front().covered, ElementsAre(0, 1, 2, 3)) << "a vulture is a bird, too";
+}
+
+TEST(LabelConcepts, AreNoneOfLabelsThatWordNetDoesNotKnow) {
+  const Vocabulary vocabulary(
+      {"xyzzy", "Labrador retriever", "label 17", "\x01\xff", ", ,", "n02099712", std::string(10000, 'x')});
+  EXPECT_THAT(findLabelConcepts(realWords(), vocabulary), IsEmpty());
+  EXPECT_EQ(toldBy(vocabulary, std::vector<float>(7, 0.15F)).size(), 7U);
+}
+
+TEST(TellingWords, NameFiveBreedsADog) {
+  EXPECT_THAT(toldBy(vocabularyOf({breeds, kitchen}), {0.2F, 0.15F, 0.2F, 0.15F, 0.13F, 0.15F, 0, 0, 0}),
+              ElementsAre("dog", "stove"));
+}
+
+TEST(TellingWords, KeepALabelThatTellsMoreThanItsConcept) {
+  EXPECT_THAT(toldBy(vocabularyOf({breeds, kitchen}), {0.7F, 0.12F, 0.0F, 0, 0, 0, 0, 0, 0}),
+              ElementsAre("Labrador retriever", "golden retriever"));
+  EXPECT_THAT(toldBy(vocabularyOf({breeds, kitchen}), {0.3F, 0, 0, 0, 0, 0.2F, 0, 0, 0}),
+              ElementsAre("Labrador retriever", "stove"))
+      << "one breed does not compete";
+}
+
+TEST(TellingWords, AreNotNamedBesideWhatTheyCover) {
+  const Vocabulary vocabulary = vocabularyOf({birds, kitchen});
+  EXPECT_THAT(toldBy(vocabulary, {0.27F, 0.27F, 0.27F, 0.15F, 0, 0, 0, 0}), ElementsAre("bird"));
+  const auto vultures = toldBy(vocabulary, {0.17F, 0.17F, 0.17F, 0.45F, 0, 0, 0, 0});
+  EXPECT_THAT(vultures, ElementsAre("vulture", "robin", "jay", "magpie"));
+}
+
+TEST(TellingWords, AreTheLabelsWithoutConcepts) {
+  const Vocabulary vocabulary = vocabularyOf({breeds});
+  const std::vector<float> run(5, 0.1F), here{0.2F, 0.3F, 0.3F, 0.1F, 0};
+  EXPECT_THAT(namesOf(tellingWords(vocabulary, {}, here, run, all)),
+              ElementsAre("golden retriever", "beagle", "Labrador retriever"))
+      << "of equal ones the first";
+  EXPECT_THAT(namesOf(tellingWords(vocabulary, {}, here, run, 2)), ElementsAre("golden retriever", "beagle"));
+  EXPECT_THAT(tellingWords(vocabulary, {}, run, run, all), IsEmpty());
+}
+
+const Vocabulary& labels() {
+  static const Vocabulary vocabulary({"Labrador retriever", "golden retriever", "beagle",
+                                      "studio couch, day bed", "desk", "stove", "refrigerator, icebox",
+                                      "couch", "refrigerator", "stone"});
+  return vocabulary;
+}
+
+const LabelConcepts& concepts() {
+  static const LabelConcepts found = findLabelConcepts(test::realWords(), labels());
+  return found;
+}
+
+std::vector<std::string> namesOf(const std::vector<FamiliarWord>& words) {
+  std::vector<std::string> names;
+  for (const FamiliarWord& word : words) names.push_back(word.name);
+  return names;
+}
+
+TEST(FamiliarWords, StandForSeveralLabels) {
+  const std::vector<float> mean{0.14F, 0.2F, 0.11F, 0.2F, 0.15F, 0.05F, 0.12F, 0.3F, 0.2F, 0.01F};
+  const std::vector<FamiliarWord> words = familiarWords(labels(), concepts(), mean, 4);
+  EXPECT_THAT(namesOf(words), ElementsAre("couch", "dog", "refrigerator", "desk"));
+  EXPECT_THAT(words[0].probability, FloatEq(0.5F));
+  EXPECT_THAT(words[0].labels, ElementsAre(7, 3)) << "the most probable first";
+  EXPECT_THAT(words[1].probability, FloatEq(0.45F));
+  EXPECT_THAT(words[2].labels, ElementsAre(8, 6)) << "the same name";
+  EXPECT_THAT(namesOf(familiarWords(labels(), {}, mean, 4)),
+              ElementsAre("couch", "golden retriever", "studio couch", "refrigerator"))
+      << "raw";
+}
+
+TEST(FamiliarWords, NoiseOfManyLabelsIsNoWord) {
+  const std::vector<float> mean{0.009F, 0.009F, 0.009F, 0, 0.02F, 0, 0, 0, 0, 0.02F};
+  EXPECT_THAT(namesOf(familiarWords(labels(), concepts(), mean, 2)), ElementsAre("desk", "stone"));
+}
+
+TEST(FamiliarTitle, IsWhatTellsThePlaceFromTheRun) {
+  const std::vector<float> run(10, 0.1F);
+  std::vector<float> here{0, 0, 0, 0.2F, 0.3F, 0.05F, 0.05F, 0.25F, 0.05F, 0.1F};
+  EXPECT_EQ(familiarTitle(labels(), concepts(), here, run), "couch, desk");
+  EXPECT_EQ(familiarTitle(labels(), {}, here, run), "desk") << "raw: the most probable label";
+  EXPECT_EQ(familiarTitle(labels(), concepts(), run, run), "dog") << "nothing tells: the most probable";
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/words/lexicon.hpp"
+#include "estancia/words/spelling.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -19,95 +20,38 @@ const Lexicon& lexicon() {
   return realWords().lexicon;
 }
 
-/// The synset that a word most probably means, as "dog" or "cook/verb".
-std::string meaningOf(std::string_view word) {
-  const std::vector<Sense> senses = lexicon().senses(word);
-  if (senses.empty()) return "";
-  const char* endings[] = {"", "/verb", "/adjective", "/adverb"};
-  const std::uint32_t synset = senses.front().synset;
-  return std::string(realWords().name(synset)) + endings[static_cast<std::size_t>(realWords().pos(synset))];
-}
-
-bool meansNounOf(std::string_view word, std::string_view other) {
+bool meansOneOf(std::string_view word, std::string_view other, PartOfSpeech pos) {
   const std::vector<Sense> all = lexicon().senses(word), others = lexicon().senses(other);
   return std::any_of(others.begin(), others.end(), [&](const Sense& sense) {
-    return realWords().pos(sense.synset) == PartOfSpeech::noun &&
+    return realWords().pos(sense.synset) == pos &&
            std::any_of(all.begin(), all.end(), [&](const Sense& one) { return one.synset == sense.synset; });
   });
 }
 
 TEST(LexiconSenses, AreThoseOfTheSingularToo) {
-  const char* pairs[][2] = {{"chairs", "chair"},
-                            {"buses", "bus"},
-                            {"boxes", "box"},
-                            {"benches", "bench"},
-                            {"dishes", "dish"},
-                            {"batteries", "battery"},
-                            {"mice", "mouse"},
-                            {"knives", "knife"},
-                            {"feet", "foot"},
-                            {"women", "woman"},
-                            {"firemen", "fireman"},
-                            {"children", "child"},
-                            {"coffee mugs", "coffee mug"},
-                            {"cookies", "cookie"}};
-  for (const auto& [many, one] : pairs) EXPECT_TRUE(meansNounOf(many, one)) << many;
-  EXPECT_FALSE(meansNounOf("cookies", "cook"));
+  for (const auto& [many, one] : {std::pair{"chairs", "chair"},
+                                  {"buses", "bus"},
+                                  {"benches", "bench"},
+                                  {"batteries", "battery"},
+                                  {"mice", "mouse"},
+                                  {"knives", "knife"},
+                                  {"firemen", "fireman"},
+                                  {"coffee mugs", "coffee mug"},
+                                  {"cookies", "cookie"}})
+    EXPECT_TRUE(meansOneOf(many, one, PartOfSpeech::noun)) << many;
+  EXPECT_FALSE(meansOneOf("cookies", "cook", PartOfSpeech::noun));
 }
 
 TEST(LexiconSenses, AreThoseOfTheVerbThatIsInflected) {
   for (const auto& [form, verb] : {std::pair{"washing", "wash"},
                                    {"washes", "wash"},
                                    {"cooked", "cook"},
-                                   {"cooking", "cook"},
                                    {"stopped", "stop"},
                                    {"sitting", "sit"},
                                    {"slept", "sleep"},
                                    {"carries", "carry"},
-                                   {"baking", "bake"}}) {
-    const std::vector<Sense> all = lexicon().senses(form);
-    const std::vector<Sense> ofVerb = lexicon().senses(verb);
-    const auto first = std::find_if(ofVerb.begin(), ofVerb.end(), [](const Sense& sense) {
-      return realWords().pos(sense.synset) == PartOfSpeech::verb;
-    });
-    ASSERT_NE(first, ofVerb.end()) << verb;
-    EXPECT_TRUE(std::any_of(all.begin(), all.end(), [&](const Sense& sense) {
-      return sense.synset == first->synset;
-    })) << form;
-  }
-}
-
-TEST(LexiconSenses, AreThoseOfTheOwner) {
-  EXPECT_EQ(meaningOf("dog's"), "dog");
-  EXPECT_EQ(meaningOf("women's"), "woman");
-  EXPECT_EQ(meaningOf("potter's wheel"), "potter's wheel") << "an entry of its own";
-}
-
-TEST(LexiconSenses, DoNotDependOnCaseHyphensAndUnderscores) {
-  for (const char* form : {"Living Room", "living_room", "LIVING-ROOM"})
-    EXPECT_EQ(meaningOf(form), "living room") << form;
-  EXPECT_EQ(meaningOf("T-shirt"), "jersey");
-}
-
-TEST(LexiconSenses, PutCommonMeaningsFirst) {
-  EXPECT_EQ(meaningOf("dog"), "dog");
-  EXPECT_EQ(meaningOf("kitchen"), "kitchen");
-  EXPECT_EQ(meaningOf("read"), "read/verb");
-}
-
-TEST(LexiconSenses, HaveProbabilitiesThatAddUpToOne) {
-  for (std::size_t i = 0; i < lexicon().size(); i += 97) {
-    const std::vector<Sense> senses = lexicon().senses(lexicon().word(i));
-    ASSERT_FALSE(senses.empty()) << lexicon().word(i);
-    float sum = 0, last = 1;
-    for (const Sense& sense : senses) {
-      ASSERT_GT(sense.probability, 0);
-      ASSERT_LE(sense.probability, last);
-      last = sense.probability;
-      sum += sense.probability;
-    }
-    ASSERT_NEAR(sum, 1, 1e-5) << lexicon().word(i);
-  }
+                                   {"baking", "bake"}})
+    EXPECT_TRUE(meansOneOf(form, verb, PartOfSpeech::verb)) << form;
 }
 
 TEST(LexiconSenses, AreNoneForUnknownWords) {
@@ -115,14 +59,6 @@ TEST(LexiconSenses, AreNoneForUnknownWords) {
     EXPECT_THAT(lexicon().senses(word), IsEmpty()) << word;
   EXPECT_THAT(lexicon().senses(std::string(10000, 'a')), IsEmpty());
   EXPECT_THAT(Lexicon().senses("dog"), IsEmpty());
-}
-
-TEST(Lexicon, IsSorted) {
-  for (std::size_t i = 1; i < lexicon().size(); ++i) ASSERT_LT(lexicon().word(i - 1), lexicon().word(i));
-  EXPECT_EQ(lexicon().find("dog").has_value(), true);
-  EXPECT_EQ(lexicon().word(*lexicon().find("zymurgy")), "zymurgy");
-  EXPECT_EQ(lexicon().find("dogs"), std::nullopt) << "forms are no entries";
-  EXPECT_EQ(Lexicon().find("dog"), std::nullopt);
 }
 
 TEST(LexiconTerms, KeepWordsTogetherThatWordNetHasTogether) {
@@ -141,10 +77,6 @@ TEST(LexiconTerms, DropWordsThatOnlyServeGrammar) {
   EXPECT_THAT(lexicon().terms("the of"), IsEmpty());
 }
 
-TEST(LexiconTerms, KeepUnknownWordsAndDigits) {
-  EXPECT_THAT(lexicon().terms("xyzzy chair 4711"), ElementsAre("xyzzy", "chair", "4711"));
-}
-
 TEST(LexiconTerms, AreTakenFromAnyBytes) {
   EXPECT_THAT(lexicon().terms(""), IsEmpty());
   EXPECT_THAT(lexicon().terms(" \t\n.,;!?-_'\x01\x7f"), IsEmpty());
@@ -157,18 +89,46 @@ TEST(LexiconTerms, AreTakenFromAnyBytes) {
   EXPECT_THAT(lexicon().terms(std::string("chair\0table", 11)), ElementsAre("chair", "table"));
 }
 
-TEST(LexiconTerms, OfALongTextAreAllFound) {
-  std::string text;
-  while (text.size() < 10000) text += "living room of a dog ";
-  EXPECT_GT(lexicon().terms(text).size(), 900U);
-  EXPECT_THAT(lexicon().terms(std::string(10000, 'x')), testing::SizeIs(1U));
+std::string corrected(std::string_view word, const std::vector<std::string>& preferred = {}) {
+  return correctSpelling(test::realWords().lexicon, preferred, word);
 }
 
-TEST(FunctionWords, AreSorted) {
-  EXPECT_TRUE(std::is_sorted(functionWords().begin(), functionWords().end()));
-  EXPECT_TRUE(isFunctionWord("the"));
-  EXPECT_FALSE(isFunctionWord("chair"));
-  EXPECT_FALSE(isFunctionWord(""));
+TEST(CorrectSpelling, FindsTheWordOfASlip) {
+  for (const auto& [slip, word] : {std::pair{"refridgerator", "refrigerator"},
+                                   {"kichen", "kitchen"},
+                                   {"bycicle", "bicycle"},
+                                   {"coffe", "coffee"},
+                                   {"tabel", "table"},
+                                   {"chiar", "chair"},
+                                   {"calandar", "calendar"},
+                                   {"somthing", "something"}})
+    EXPECT_EQ(corrected(slip), word);
+}
+
+TEST(CorrectSpelling, DividesWhatIsTwoWords) {
+  EXPECT_EQ(corrected("livingroom"), "living room");
+  EXPECT_EQ(corrected("coffeemug"), "coffee mug");
+}
+
+TEST(CorrectSpelling, PrefersWordsOfTheVocabulary) {
+  EXPECT_EQ(corrected("sofs"), "soft");
+  EXPECT_EQ(corrected("sofs", {"chair", "sofa"}), "sofa");
+}
+
+TEST(CorrectSpelling, GivesUpWhereNothingIsNear) {
+  for (const char* garbage : {"", "a", "qq", "xyzzy", "qwrtpsdf", "zzzzzzzzzz", "aaaaaaaaaaaaaaaaaaaaaaaaaa"})
+    EXPECT_EQ(corrected(garbage), "") << garbage;
+  EXPECT_EQ(corrected(std::string(40, 'x')), "");
+  EXPECT_EQ(corrected(std::string(41, 'x')), "");
+  EXPECT_EQ(corrected(std::string(10000, 'c')), "");
+}
+
+TEST(CorrectSpelling, LeavesWhatIsNoPlainWord) {
+  for (const char* other : {"chair1", "cha ir", "Chiar", "chi-ar", "ящик",
+                            "ch\xff"
+                            "ar",
+                            "caf\xc3\xa9", "it's"})
+    EXPECT_EQ(corrected(other), "") << other;
 }
 
 }  // namespace

@@ -1,0 +1,357 @@
+// Bags of ROS 1 as recorders leave them, and as nobody should write them.
+// SPDX-License-Identifier: Apache-2.0
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sqlite3.h>
+
+#include <algorithm>
+#include <cstring>
+#include <random>
+#include <thread>
+
+#include "ros/bag_contents.hpp"
+#include "ros/bag_writer.hpp"
+#include "support/errors.hpp"
+
+namespace estancia::ros {
+namespace {
+
+namespace fs = std::filesystem;
+using test::contentsOf;
+using test::FailsWith;
+using test::mcapBag;
+using test::ros1Bag;
+using test::ros1Field;
+using test::ros1Record;
+using testing::IsEmpty;
+
+std::vector<test::WrittenMessage> ros1Drive() {
+  std::vector<test::WrittenMessage> messages;
+  for (int i = 0; i < 40; ++i) {
+    const std::int64_t time = 1'500'000'000'000'000'000 + i * 1'000'000;
+    messages.push_back({"/image", "sensor_msgs/Image", time, std::string(300 + i, static_cast<char>(i))});
+    if (i % 4 == 0) messages.push_back({"/tf", "tf/tfMessage", time, "transform " + std::to_string(i)});
+  }
+  return messages;
+}
+
+class Ros1Bag : public testing::Test {
+ protected:
+  std::unique_ptr<Bag> open(const std::string& bytes) const {
+    test::writeFile(folder_ / "drive.bag", bytes);
+    return openBag(folder_ / "drive.bag");
+  }
+  std::unique_ptr<Bag> openWritten(const std::string& compression, bool index,
+                                   bool messageIndex = true) const {
+    return open(ros1Bag(
+        ros1Drive(),
+        {.compression = compression, .chunkBytes = 2000, .messageIndex = messageIndex, .index = index}));
+  }
+  test::ScratchFolder folder_;
+};
+
+TEST_F(Ros1Bag, IsReadByItsIndex) {
+  const auto bag = openWritten("none", true);
+  EXPECT_THAT(bag->warnings(), IsEmpty());
+  ASSERT_EQ(bag->topics().size(), 2U);
+  EXPECT_EQ(bag->topics()[0].type, "sensor_msgs/Image");
+  EXPECT_EQ(bag->topics()[0].encoding, Encoding::ros1);
+  EXPECT_EQ(bag->topics()[0].encodingName, "ros1");
+  EXPECT_EQ(bag->messages().size(), 50U);
+  EXPECT_EQ(test::bytesOf(*bag, 0), std::string(300, '\0'));
+  EXPECT_EQ(test::bytesOf(*bag, 1), "transform 0");  // of the same time, as it was recorded
+  EXPECT_THAT([&] { bag->read(50); }, FailsWith(ErrorCode::invalidInput));
+}
+
+TEST_F(Ros1Bag, WithoutAnIndexIsReadThrough) {
+  const auto whole = contentsOf(*openWritten("none", true));
+  for (const char* compression : {"none", "lz4", "bz2"}) {
+    SCOPED_TRACE(compression);
+    const auto unindexed = openWritten(compression, false);
+    EXPECT_EQ(unindexed->warnings().size(), 1U);
+    EXPECT_EQ(contentsOf(*unindexed), whole);
+    // The index at the end tells of others that are missing.
+    EXPECT_EQ(contentsOf(*openWritten(compression, true, false)), whole);
+  }
+}
+
+// A recorder that is killed has not yet written the size of its last chunk.
+TEST_F(Ros1Bag, TheChunkThatWasBeingWrittenIsRead) {
+  const auto messages = ros1Drive();
+  const auto whole = contentsOf(*openWritten("none", true));
+  for (const char* compression : {"none", "lz4", "bz2"}) {
+    SCOPED_TRACE(compression);
+    std::string bytes =
+        ros1Bag(messages, {.compression = compression, .messageIndex = false, .index = false});
+    // The size, and the length of the data.
+    bytes.replace(bytes.find("size=") + 5, 8, std::string(8, '\0'));
+    EXPECT_EQ(contentsOf(*open(bytes)), whole);
+    // And cut off in it: the blocks of bzip2 are longer than this.
+    const auto cut = contentsOf(*open(bytes.substr(0, bytes.size() - 20)));
+    if (std::string(compression) == "none") {
+      EXPECT_EQ(cut.size(), whole.size() - 1);
+    }
+    EXPECT_TRUE(std::includes(whole.begin(), whole.end(), cut.begin(), cut.end()));
+  }
+}
+
+TEST_F(Ros1Bag, AnIndexThatLiesIsNotFollowed) {
+  const auto whole = contentsOf(*openWritten("none", true));
+  const std::string bytes = ros1Bag(ros1Drive(), {.chunkBytes = 2000});
+  // Numbers in the index, each made larger: positions, connections, counts.
+  for (const char* field : {"index_pos=", "chunk_count=", "conn_count=", "chunk_pos=", "ver=", "count="}) {
+    SCOPED_TRACE(field);
+    std::string lying = bytes;
+    const std::size_t at = lying.find(field) + std::string(field).size();
+    lying[at] = static_cast<char>(lying[at] + 1);
+    const auto bag = open(lying);
+    EXPECT_FALSE(bag->warnings().empty());
+    EXPECT_EQ(contentsOf(*bag), whole);
+  }
+}
+
+TEST_F(Ros1Bag, ADamagedChunkCostsItsMessagesOnly) {
+  for (const char* compression : {"lz4", "bz2"}) {
+    SCOPED_TRACE(compression);
+    for (const bool index : {true, false}) {
+      std::string bytes =
+          ros1Bag(ros1Drive(), {.compression = compression, .chunkBytes = 2000, .index = index});
+      bytes[bytes.find("size=", bytes.find("size=") + 5) + 80] ^= 0x55;
+      const auto bag = open(bytes);
+      std::size_t unreadable = 0;
+      const auto found = contentsOf(*bag, &unreadable);
+      EXPECT_GT(found.size(), 30U);
+      EXPECT_LT(found.size(), 50U);
+      EXPECT_EQ(unreadable, index ? 50U - found.size() : 0U);
+      EXPECT_EQ(bag->warnings().empty(), index);
+    }
+  }
+}
+
+TEST_F(Ros1Bag, WhatIsNoneIsRefused) {
+  const std::string header = "#ROSBAG V2.0\n";
+  EXPECT_THAT([&] { open(header); }, FailsWith(ErrorCode::malformedFile));
+  EXPECT_THAT([&] { open(header + std::string(100, '\xFF')); }, FailsWith(ErrorCode::malformedFile));
+  EXPECT_THAT([&] { open("#ROSBAG V1.2\n"); }, FailsWith(ErrorCode::unsupportedFile));
+  EXPECT_THAT(
+      [&] {
+        open(header +
+             ros1Record(ros1Field("op", "\x03") + ros1Field("encryptor", "rosbag/AesCbcEncryptor"), ""));
+      },
+      FailsWith(ErrorCode::unsupportedFile));
+}
+
+std::vector<test::WrittenMessage> mcapDrive(std::size_t imageBytes = 300) {
+  const std::string cdr("\0\1\0\0", 4);
+  std::vector<test::WrittenMessage> messages;
+  for (int i = 0; i < 40; ++i) {
+    const std::int64_t time = 1'500'000'000'000'000'000 + i * 1'000'000;
+    messages.push_back(
+        {"/image", "sensor_msgs/msg/Image", time, cdr + std::string(imageBytes + i, static_cast<char>(i))});
+    if (i % 4 == 0) messages.push_back({"/tf", "tf2_msgs/msg/TFMessage", time, cdr + "transform"});
+  }
+  return messages;
+}
+
+class McapBag : public testing::Test {
+ protected:
+  std::unique_ptr<Bag> open(const std::string& bytes) const {
+    test::writeFile(folder_ / "drive.mcap", bytes);
+    return openBag(folder_ / "drive.mcap");
+  }
+  test::ScratchFolder folder_;
+};
+
+TEST_F(McapBag, IsTheSameHoweverItIsWritten) {
+  const auto whole = contentsOf(*open(mcapBag(mcapDrive())));
+  EXPECT_EQ(whole.size(), 50U);
+  for (const char* compression : {"none", "lz4", "zstd"})
+    for (const std::size_t chunk : {0, 1, 2000, 1'000'000})
+      for (const bool messageIndex : {true, false})
+        for (const bool index : {true, false})
+          for (const bool checksums : {true, false}) {
+            const auto bag = open(mcapBag(mcapDrive(), {compression, chunk, messageIndex, index, checksums}));
+            EXPECT_THAT(bag->warnings(), IsEmpty());
+            ASSERT_EQ(contentsOf(*bag), whole) << compression << chunk << messageIndex << index << checksums;
+          }
+}
+
+TEST_F(McapBag, MessagesOfOtherEncodingsAreNamed) {
+  for (const auto& [name, encoding] : std::map<std::string, std::optional<Encoding>>{
+           {"cdr", Encoding::cdr}, {"ros1", Encoding::ros1}, {"json", std::nullopt}}) {
+    const auto bag = open(mcapBag(mcapDrive(), {.encoding = name}));
+    EXPECT_EQ(bag->topics()[0].encodingName, name);
+    EXPECT_EQ(bag->topics()[0].encoding, encoding);
+  }
+}
+
+TEST_F(McapBag, AWrongChecksumCostsTheMessagesOfItsChunk) {
+  // The first chunk begins behind the magic and a header of 16 bytes; its checksum behind three numbers.
+  constexpr std::size_t kChecksum = 8 + 9 + 16 + 9 + 24;
+  for (const char* compression : {"none", "lz4", "zstd"}) {
+    SCOPED_TRACE(compression);
+    std::string bytes = mcapBag(mcapDrive(), {.compression = compression, .chunkBytes = 2000});
+    bytes[kChecksum] ^= 1;
+    const auto bag = open(bytes);
+    std::size_t unreadable = 0;
+    const auto found = contentsOf(*bag, &unreadable);
+    EXPECT_GT(found.size(), 30U);
+    EXPECT_EQ(found.size() + unreadable, 50U);
+    EXPECT_THAT([&] { bag->read(0); }, FailsWith(ErrorCode::corruptFile));
+  }
+}
+
+TEST_F(McapBag, ASummaryThatLiesIsNotFollowed) {
+  const auto messages = mcapDrive();
+  const std::string bytes = mcapBag(messages, {.chunkBytes = 2000, .checksums = false});
+  const auto whole = contentsOf(*open(bytes));
+  const std::size_t summary = bytes.size() - 8 - 20;
+  std::uint64_t begin = 0;
+  std::memcpy(&begin, bytes.data() + summary, sizeof begin);
+  // Whatever byte of it is another, messages are all there, or reading says that they are not.
+  for (std::size_t at = begin; at < bytes.size(); ++at) {
+    SCOPED_TRACE(at);
+    std::string lying = bytes;
+    lying[at] = static_cast<char>(lying[at] ^ 0x11);
+    const auto bag = open(lying);
+    std::size_t unreadable = 0;
+    EXPECT_EQ(contentsOf(*bag, &unreadable).size() + unreadable, whole.size());
+  }
+}
+
+// What a recorder has written when its robot is switched off.
+TEST_F(McapBag, AChunkThatIsCutOffGivesItsBeginning) {
+  std::vector<test::WrittenMessage> messages;
+  std::mt19937 random(3);
+  for (std::int64_t i = 0; i < 100; ++i) {
+    std::string bytes(10000, '\0');
+    for (char& byte : bytes) byte = static_cast<char>(random());
+    messages.push_back({"/n", "std_msgs/msg/String", i, bytes});
+  }
+  for (const char* compression : {"none", "lz4", "zstd"}) {
+    SCOPED_TRACE(compression);
+    const std::string bytes =
+        mcapBag(messages, {.compression = compression, .chunkBytes = 2'000'000, .encoding = "json"});
+    const auto bag = open(bytes.substr(0, 800'000));
+    EXPECT_EQ(bag->warnings().size(), 1U);
+    // The compressed blocks have up to 128 KiB.
+    EXPECT_GT(bag->messages().size(), 60U);
+    EXPECT_LT(bag->messages().size(), 80U);
+    for (std::size_t i = 0; i < bag->messages().size(); ++i)
+      EXPECT_EQ(test::bytesOf(*bag, i), messages[i].bytes);
+  }
+}
+
+TEST_F(McapBag, IsReadByManyThreadsAtOnce) {
+  const auto bag = open(mcapBag(mcapDrive(3000), {.compression = "zstd", .chunkBytes = 10000}));
+  const auto one = contentsOf(*bag);
+  std::vector<test::BagContents> many(4);
+  {
+    std::vector<std::jthread> threads;
+    for (test::BagContents& contents : many)
+      threads.emplace_back([&bag, &contents] { contents = contentsOf(*bag); });
+  }
+  EXPECT_THAT(many, testing::Each(one));
+}
+
+std::vector<test::WrittenMessage> sqliteDrive() {
+  const std::string cdr("\0\1\0\0", 4);
+  std::vector<test::WrittenMessage> messages;
+  for (int i = 0; i < 40; ++i)
+    messages.push_back(
+        {i % 4 == 0 ? "/tf" : "/image", i % 4 == 0 ? "tf2_msgs/msg/TFMessage" : "sensor_msgs/msg/Image",
+         1'500'000'000'000'000'000 + i, cdr + std::string(50 + i * 200, static_cast<char>('a' + i % 26))});
+  return messages;
+}
+
+void change(const fs::path& path, const std::string& sql) {
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open(path.c_str(), &database), SQLITE_OK);
+  EXPECT_EQ(sqlite3_exec(database, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK)
+      << sqlite3_errmsg(database);
+  sqlite3_close(database);
+}
+
+class SqliteBag : public testing::Test {
+ protected:
+  void SetUp() override { test::writeSqliteBag(path_, sqliteDrive()); }
+  test::ScratchFolder folder_;
+  /// A name that would mean something in a URI.
+  fs::path path_ = folder_ / "drive 100%?mode=rw#1.db3";
+};
+
+TEST_F(SqliteBag, IsReadAndLeftAsItIs) {
+  const std::string before = test::readFile(path_);
+  {
+    const auto bag = openBag(path_);
+    EXPECT_TRUE(isBag(path_));
+    EXPECT_THAT(bag->warnings(), IsEmpty());
+    EXPECT_EQ(contentsOf(*bag).size(), 40U);
+    EXPECT_EQ(bag->topics()[1].type, "tf2_msgs/TFMessage");
+    EXPECT_EQ(bag->topics()[1].encoding, Encoding::cdr);
+    EXPECT_EQ(test::bytesOf(*bag, 39), sqliteDrive()[39].bytes);
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder_.path()), {}), 1);
+  }
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_.path()), {}), 1);
+  EXPECT_EQ(test::readFile(path_), before);
+}
+
+TEST_F(SqliteBag, MessagesThatWaitBesideItAreTold) {
+  change(path_, "PRAGMA journal_mode = WAL");
+  test::writeFile(path_.string() + "-wal", std::string(100, 'w'));
+  const auto bag = openBag(path_);
+  EXPECT_EQ(bag->warnings().size(), 1U);
+  EXPECT_EQ(contentsOf(*bag).size(), 40U);
+}
+
+TEST_F(SqliteBag, MessagesOfNoTopicAreTold) {
+  change(path_, "DELETE FROM topics WHERE name = '/tf'");
+  const auto bag = openBag(path_);
+  EXPECT_EQ(bag->warnings().size(), 1U);
+  EXPECT_EQ(contentsOf(*bag).size(), 30U);
+}
+
+TEST_F(SqliteBag, ADamagedPageCostsItsMessagesOnly) {
+  std::string bytes = test::readFile(path_);
+  // Each page that begins as a leaf of a table; pages of this file have 4096 bytes.
+  std::size_t leaves = 0, survived = 0;
+  for (std::size_t page = 1; page < bytes.size() / 4096; ++page) {
+    if (bytes[page * 4096] != 13) continue;
+    std::string damaged = bytes;
+    std::fill_n(damaged.begin() + static_cast<std::ptrdiff_t>(page * 4096), 4096, '\xEE');
+    test::writeFile(path_, damaged);
+    std::unique_ptr<Bag> bag;
+    test::caught([&] { bag = openBag(path_); });
+    if (!bag) continue;  // the page of the topics
+    ++leaves;
+    std::size_t unreadable = 0;
+    const std::size_t found = contentsOf(*bag, &unreadable).size();
+    SCOPED_TRACE(page);
+    EXPECT_LT(found, 40U);
+    EXPECT_FALSE(bag->warnings().empty());
+    if (found > 0) ++survived;
+  }
+  EXPECT_GT(leaves, 5U);
+  EXPECT_EQ(survived, leaves);
+}
+
+TEST_F(SqliteBag, WhatIsNoneIsRefused) {
+  for (const char* sql :
+       {"ALTER TABLE messages RENAME TO hidden;"
+        "CREATE VIEW messages AS WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n)"
+        " SELECT i AS id, 1 AS topic_id, i AS timestamp, 'x' AS data FROM n",
+        "ALTER TABLE topics ADD COLUMN computed TEXT AS (hex(zeroblob(1000000)))", "DROP TABLE topics"}) {
+    fs::remove(path_);
+    test::writeSqliteBag(path_, sqliteDrive());
+    change(path_, sql);
+    EXPECT_THAT([&] { openBag(path_); }, FailsWith(ErrorCode::unsupportedFile)) << sql;
+  }
+  test::writeFile(path_, std::string("SQLite format 3\0", 16) + std::string(5000, '\x77'));
+  EXPECT_THAT([&] { openBag(path_); }, FailsWith(ErrorCode::malformedFile));
+  test::writeFile(path_, std::string("SQLite format 3\0", 16));
+  EXPECT_THAT([&] { openBag(path_); }, FailsWith(ErrorCode::malformedFile));
+}
+
+}  // namespace
+}  // namespace estancia::ros
