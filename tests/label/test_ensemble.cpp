@@ -105,7 +105,7 @@ TEST(Ensemble, TellsOfRegionsWhatItsDetectorsTell) {
               ElementsAre(ElementsAre(0.5F, 0.25F), ElementsAre(0.0F, 0.25F)));
   Ensemble merged = with(Fusion::probabilities);
   EXPECT_TRUE(merged.regionLabels().empty());
-  EXPECT_THAT([&] { merged.labelRegions(image, regions); }, FailsWith(ErrorCode::invalidInput, "detector"));
+  EXPECT_THAT([&] { merged.labelRegions(image, regions); }, FailsWith(ErrorCode::invalidInput));
 }
 
 TEST(Ensemble, MergesEqualLabelsByWeight) {
@@ -151,16 +151,14 @@ TEST(Ensemble, RefusesWhatCannotWorkTogether) {
   const auto refusal = [](std::vector<EnsembleMember> members) {
     return test::caught([&] { Ensemble("e", std::move(members), Fusion::distances); });
   };
-  EXPECT_THAT(refusal({}), FailsWith(ErrorCode::invalidInput, "ensemble e"));
-  EXPECT_THAT(refusal(list(member({"a"}, {1}, 0))), FailsWith(ErrorCode::invalidOption, "ensemble e"));
-  EXPECT_THAT(refusal(list(member({"a"}, {1}, 1, NAN))), FailsWith(ErrorCode::invalidOption, "ensemble e"));
+  EXPECT_THAT(refusal({}), FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT(refusal(list(member({"a"}, {1}, 0))), FailsWith(ErrorCode::invalidOption));
+  EXPECT_THAT(refusal(list(member({"a"}, {1}, 1, NAN))), FailsWith(ErrorCode::invalidOption));
   auto inner = std::make_unique<Ensemble>("inner", list(member({"a"}, {1})), Fusion::distances);
-  EXPECT_THAT(refusal(list(EnsembleMember{std::move(inner)})),
-              FailsWith(ErrorCode::invalidInput, "ensemble e"));
+  EXPECT_THAT(refusal(list(EnsembleMember{std::move(inner)})), FailsWith(ErrorCode::invalidInput));
   auto open = std::make_unique<Constant>(std::vector<std::string>{"a"}, LexicalDescriptor{1});
   open->discovering = true;
-  EXPECT_THAT(refusal(list(EnsembleMember{std::move(open)})),
-              FailsWith(ErrorCode::invalidInput, "ensemble e"));
+  EXPECT_THAT(refusal(list(EnsembleMember{std::move(open)})), FailsWith(ErrorCode::invalidInput));
 }
 
 /// Three frames, three images.
@@ -262,26 +260,22 @@ TEST_F(EnsembleFile, IsOpenedByName) {
 TEST_F(EnsembleFile, IsNotNeededForEqualPartners) {
   const auto pair = loadModel("small+small");
   EXPECT_EQ(pair->vocabulary().size(), 8U);
-  EXPECT_THAT([] { loadModel("small++small"); }, FailsWith(ErrorCode::unknownName, "\"small++small\""));
-  EXPECT_THAT([] { loadModel("small+smal"); }, FailsWith(ErrorCode::unknownName, "\"smal\"", "small"));
+  EXPECT_THAT([] { loadModel("small++small"); }, FailsWith(ErrorCode::unknownName));
+  EXPECT_THAT([] { loadModel("small+smal"); }, FailsWith(ErrorCode::unknownName));
 }
 
-TEST_F(EnsembleFile, NamesTheLineThatIsWrong) {
-  EXPECT_THAT(refusal("members = [\"pair\"]"), FailsWith(ErrorCode::malformedFile, "model.toml:3", "pair"));
-  EXPECT_THAT(refusal("members = [{model = \"small\", weight = -1}]"),
-              FailsWith(ErrorCode::malformedFile, "model.toml:3", "`weight`"));
-  EXPECT_THAT(refusal("members = [{weight = 1}]"), FailsWith(ErrorCode::malformedFile, "`model`"));
-  EXPECT_THAT(refusal("members = [\"small\"]\nfusion = \"cold\""),
-              FailsWith(ErrorCode::malformedFile, "model.toml:4", "\"probabilities\""));
-  EXPECT_THAT(refusal("members = [\"small\"]\nfile = \"x\""), FailsWith(ErrorCode::malformedFile, "`file`"));
-  EXPECT_THAT(refusal(""), FailsWith(ErrorCode::malformedFile, "`members`"));
+TEST_F(EnsembleFile, IsRefusedWithAnyMistake) {
+  for (const std::string toml :
+       {"members = [\"pair\"]", "members = [{model = \"small\", weight = -1}]", "members = [{weight = 1}]",
+        "members = [\"small\"]\nfusion = \"cold\"", "members = [\"small\"]\nfile = \"x\"", ""})
+    EXPECT_THAT(refusal(toml), FailsWith(ErrorCode::malformedFile)) << toml;
 }
 
 TEST_F(EnsembleFile, ThatNameEachOtherAreRefusedAtOnce) {
   write("members = [\"other\"]");
   test::writeFile(scratch_ / "models/other/model.toml",
                   "name = \"other\"\ntype = \"ensemble\"\nmembers = [\"pair\"]\n");
-  EXPECT_THAT([] { loadModel("pair"); }, FailsWith(ErrorCode::malformedFile, "other"));
+  EXPECT_THAT([] { loadModel("pair"); }, FailsWith(ErrorCode::malformedFile));
 }
 
 TEST(Ensemble, NoTemperatureMakesWordsVanish) {

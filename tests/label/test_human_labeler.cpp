@@ -57,22 +57,14 @@ TEST_F(Human, LeavesALittleToTheOtherWords) {
 }
 
 TEST_F(Human, RefusesWhatIsUnclear) {
-  const std::pair<std::string, std::string> cases[] = {{"1.png\n", "h.csv:1: 1"},
-                                                       {"1.png,cup\n2.png,cup,mug\n", "h.csv:2: 3"},
-                                                       {"1.png,cup,high\n", "h.csv:1: \"high\""},
-                                                       {"1.png,cup,nan\n", "h.csv:1: nan for \"cup\""},
-                                                       {"1.png,cup,95\n", "h.csv:1: 95 for \"cup\""},
-                                                       {"1.png,cup,0.5\n1.png,cup,0.7\n", "h.csv:2: \"cup\""},
-                                                       {"1.png,\n", "h.csv:1: "},
-                                                       {"1.png,cup;;mug\n", "h.csv:1: "},
-                                                       {",cup\n", "h.csv:1: "}};
-  for (const auto& [csv, expected] : cases)
-    EXPECT_THAT(refusal(csv), FailsWith(ErrorCode::malformedFile, expected)) << csv;
+  for (const std::string csv :
+       {"1.png\n", "1.png,cup\n2.png,cup,mug\n", "1.png,cup,high\n", "1.png,cup,nan\n", "1.png,cup,95\n",
+        "1.png,cup,0.5\n1.png,cup,0.7\n", "1.png,\n", "1.png,cup;;mug\n", ",cup\n"})
+    EXPECT_THAT(refusal(csv), FailsWith(ErrorCode::malformedFile)) << csv;
   for (const std::string csv : {"", "image,label\n"})
-    EXPECT_THAT(refusal(csv), FailsWith(ErrorCode::insufficientData, "h.csv")) << csv;
-  EXPECT_THAT([&] { read("1,cpu\n", 1, Vocabulary({"cup"})); },
-              FailsWith(ErrorCode::unknownName, "h.csv:1: ", "\"cpu\""));
-  EXPECT_THAT([&] { read("1,cup\n", 1.5); }, FailsWith(ErrorCode::invalidOption, "certainty"));
+    EXPECT_THAT(refusal(csv), FailsWith(ErrorCode::insufficientData)) << csv;
+  EXPECT_THAT([&] { read("1,cpu\n", 1, Vocabulary({"cup"})); }, FailsWith(ErrorCode::unknownName));
+  EXPECT_THAT([&] { read("1,cup\n", 1.5); }, FailsWith(ErrorCode::invalidOption));
 }
 
 TEST_F(Human, IsAModel) {
@@ -86,9 +78,8 @@ TEST_F(Human, IsAModel) {
   EXPECT_THAT(open("certainty = 1")->label({}, "2.png"), ElementsAre(0, 1));
   EXPECT_THROW(open("")->label({}, "3.png"), FrameError);
   EXPECT_NE(open("certainty = 0.5")->identity(), open("")->identity());
-  EXPECT_THAT([&] { open("certanty = 1"); },
-              FailsWith(ErrorCode::malformedFile, "model.toml:4: ", "`certanty`"));
-  EXPECT_THAT([&] { open("certainty = 2"); }, FailsWith(ErrorCode::malformedFile, "`certainty`"));
+  EXPECT_THAT([&] { open("certanty = 1"); }, FailsWith(ErrorCode::malformedFile));
+  EXPECT_THAT([&] { open("certainty = 2"); }, FailsWith(ErrorCode::malformedFile));
 }
 
 }  // namespace

@@ -41,16 +41,16 @@ TEST_P(OnDemand, AnswersAsTheNetworkItself) {
 
 TEST_P(OnDemand, TellsAtTheFirstFrameWhatIsWrongWithTheNetwork) {
   test::writeFile(scratch_ / "small.onnx", "no network");
-  EXPECT_THAT([&] { open(false); }, FailsWith(ErrorCode::malformedFile, "small.onnx"));
+  EXPECT_THAT([&] { open(false); }, FailsWith(ErrorCode::malformedFile));
   const auto later = open(true);
-  EXPECT_THAT([&] { later->label(image_); }, FailsWith(ErrorCode::malformedFile, "small.onnx"));
+  EXPECT_THAT([&] { later->label(image_); }, FailsWith(ErrorCode::malformedFile));
 }
 
 TEST_P(OnDemand, NoticesThatItsFilesHaveChanged) {
   const auto later = open(true);
   test::writeSmallModel(scratch_.path(), "crop = 0.5");
   test::writeFile(scratch_ / "labels.txt", "a\nb\nc\nd\n");
-  EXPECT_THAT([&] { later->label(image_); }, FailsWith(ErrorCode::corruptFile, "small"));
+  EXPECT_THAT([&] { later->label(image_); }, FailsWith(ErrorCode::corruptFile));
 }
 
 INSTANTIATE_TEST_SUITE_P(Engines, OnDemand, testing::ValuesIn(engines()));

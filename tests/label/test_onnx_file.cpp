@@ -31,7 +31,7 @@ TEST_F(OnnxFile, OfTheRightSizeIsLeftAsItIs) {
   const std::string good = test::smallOnnx(8, 4);
   EXPECT_EQ(read(good, 8), good);
   EXPECT_EQ(read(good, 0), good) << "0 asks for no size";
-  EXPECT_THAT([&] { read(good, 9); }, test::FailsWith(ErrorCode::mismatch, "1×3×8×8", "1×3×9×9"));
+  EXPECT_THAT([&] { read(good, 9); }, test::FailsWith(ErrorCode::mismatch));
 }
 
 TEST_F(OnnxFile, OfAnySizeIsFixedAsProtobufWouldDoIt) {

@@ -54,12 +54,6 @@ TEST(Preprocess, OrdersColorsMeansAndScalesAsTheNetworkDoes) {
   EXPECT_EQ(at(blob, 2, 0, 0), 5) << "(10 − 0) · 0.5";
 }
 
-TEST(Preprocess, MapsBytesToMinusOneToOne) {
-  Preprocessing how = test::mobilenetInput(2);
-  EXPECT_FLOAT_EQ(at(preprocess(cv::Mat(2, 2, CV_8UC3, cv::Scalar::all(0)), how), 0, 0, 0), -1);
-  EXPECT_FLOAT_EQ(at(preprocess(cv::Mat(2, 2, CV_8UC3, cv::Scalar::all(255)), how), 0, 0, 0), 1);
-}
-
 TEST(Preprocess, CutsTheExactSquareOutOfTheMiddle) {
   // 87.5 % of 160 is 140: the square [50, 190) × [10, 150) of 240 × 160, here copied pixel by pixel
   const cv::Mat inside = withRectangle({240, 160}, {50, 10, 140, 140});
@@ -125,9 +119,8 @@ TEST(Preprocess, TakesAnySize) {
 
 TEST(Preprocess, RefusesWhatIsNoImage) {
   EXPECT_THAT([] { preprocess(cv::Mat(), plain(4)); }, FailsWith(ErrorCode::invalidInput));
-  EXPECT_THAT([] { preprocess(cv::Mat(4, 4, CV_32FC3), plain(4)); },
-              FailsWith(ErrorCode::invalidInput, "CV_32F"));
-  EXPECT_THAT([] { preprocess(cv::Mat(4, 4, CV_8UC2), plain(4)); }, FailsWith(ErrorCode::invalidInput, "2"));
+  EXPECT_THAT([] { preprocess(cv::Mat(4, 4, CV_32FC3), plain(4)); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([] { preprocess(cv::Mat(4, 4, CV_8UC2), plain(4)); }, FailsWith(ErrorCode::invalidInput));
 }
 
 }  // namespace

@@ -44,9 +44,9 @@ class ReducedImages : public testing::Test {
   test::ScratchFolder scratch_;
 };
 
-std::vector<LabeledFrame> all(const Sequence& sequence, Labeler& labeler, LabelCache* cache = nullptr) {
+std::vector<LabeledFrame> all(const Sequence& sequence, Labeler& labeler) {
   std::vector<LabeledFrame> frames;
-  LabelStream stream(sequence, labeler, {.cache = cache});
+  LabelStream stream(sequence, labeler);
   while (auto frame = stream.next()) frames.push_back(std::move(*frame));
   return frames;
 }
@@ -72,21 +72,10 @@ TEST_F(ReducedImages, MakeAnotherIdentity) {
   EXPECT_EQ(whole->imageSide(), 0);
   EXPECT_THAT(small->identity(), StartsWith("small reduced-"));
   EXPECT_NE(small->identity(), whole->identity());
+  EXPECT_NE(small->cacheKey(), whole->cacheKey());
   LabelerOptions later = reduced();
   later.onDemand = true;
   EXPECT_EQ(loadModel(model(), later)->identity(), small->identity());
-}
-
-TEST_F(ReducedImages, HaveTheirOwnPlaceInTheCache) {
-  LabelCache cache(scratch_ / "cache", 1 << 20);
-  const auto sequence = openSequence(photos());
-  const auto whole = loadModel(model()), small = loadModel(model(), reduced());
-  const auto a = all(*sequence, *whole, &cache), b = all(*sequence, *small, &cache);
-  const auto again = all(*sequence, *small, &cache);
-  EXPECT_NE(b[0].descriptor, a[0].descriptor);
-  EXPECT_FALSE(b[0].remembered);
-  EXPECT_TRUE(again[0].remembered);
-  EXPECT_EQ(again[0].descriptor, b[0].descriptor);
 }
 
 TEST_F(ReducedImages, EachMemberOfAnEnsembleSeesItsOwn) {
@@ -102,15 +91,6 @@ TEST_F(ReducedImages, EachMemberOfAnEnsembleSeesItsOwn) {
     EXPECT_EQ(together[i].descriptor, both.combine(answers));
     EXPECT_FALSE(together[i].image.empty());  // the first one wants it whole
   }
-}
-
-TEST_F(ReducedImages, ThatCannotBeReadAreOneFramesFailure) {
-  test::writeFile(photos() / "1.jpg", "no image");
-  const auto sequence = openSequence(photos());
-  const auto labeler = loadModel(model(), reduced());
-  const auto frames = all(*sequence, *labeler);
-  EXPECT_THAT(frames[1].problem, testing::HasSubstr("1.jpg"));
-  EXPECT_TRUE(frames[2].labeled());
 }
 
 }  // namespace

@@ -44,13 +44,9 @@ TEST(Scores, OfFeaturesAreSharesOfTheirSum) {
   spec.features = 3;
   EXPECT_THAT(toProbabilities(Values{1, 3, 0}, spec, 3), ElementsAre(0.25F, 0.75F, 0));
   EXPECT_THAT(toProbabilities(Values{0, 0, 0}, spec, 3), ElementsAre(0, 0, 0));
-  EXPECT_THAT([&] { toProbabilities(Values{1, -1, 0}, spec, 3); }, FailsWith(ErrorCode::mismatch, "-1"));
+  EXPECT_THAT([&] { toProbabilities(Values{1, -1, 0}, spec, 3); }, FailsWith(ErrorCode::mismatch));
   const float nan = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_THAT(
-      [&] {
-        toProbabilities(Values{1, nan, 0}, spec, 3);
-      },
-      FailsWith(ErrorCode::labelerFailure, "nan"));
+  EXPECT_THAT([&] { toProbabilities(Values{1, nan, 0}, spec, 3); }, FailsWith(ErrorCode::labelerFailure));
 }
 
 TEST(Scores, OfASigmoidNeverOverflow) {
@@ -69,27 +65,20 @@ TEST(Scores, OfASoftmaxAreTakenWithUnusedOutputsInEachRow) {
 
 TEST(Scores, AreRefusedWhenOneRowIsExpectedOrARowIsNotWhole) {
   ModelSpec spec = detector();
-  EXPECT_THAT([&] { toProbabilities(Values(7), spec, 2); },
-              FailsWith(ErrorCode::mismatch, "detector", "7", "2"));
-  EXPECT_THAT([&] { toProbabilities(Values{}, spec, 2); }, FailsWith(ErrorCode::mismatch, "0", "2"));
+  EXPECT_THAT([&] { toProbabilities(Values(7), spec, 2); }, FailsWith(ErrorCode::mismatch));
+  EXPECT_THAT([&] { toProbabilities(Values{}, spec, 2); }, FailsWith(ErrorCode::mismatch));
   spec.reduce = ModelSpec::Reduce::none;
-  EXPECT_THAT([&] { toProbabilities(Values(8), spec, 2); },
-              FailsWith(ErrorCode::mismatch, "8", "`reduce = \"max\"`"));
+  EXPECT_THAT([&] { toProbabilities(Values(8), spec, 2); }, FailsWith(ErrorCode::mismatch));
   EXPECT_EQ(toProbabilities(Values(4), spec, 2).size(), 2U);
-}
-
-TEST(Scores, AreRefusedWhenAnUnusedOutputDoesNotExist) {
-  ModelSpec spec = detector();
   spec.unused = {0, 4};
-  EXPECT_THAT([&] { toProbabilities(Values(8), spec, 2); }, FailsWith(ErrorCode::mismatch, "4"));
+  EXPECT_THAT([&] { toProbabilities(Values(8), spec, 2); }, FailsWith(ErrorCode::mismatch));
 }
 
 TEST(Scores, AreRefusedWhenAnyRowIsNotANumber) {
   for (std::size_t row = 0; row < 3; ++row) {
     Values output(12);
     output[row * 4 + 1] = std::numeric_limits<float>::quiet_NaN();
-    EXPECT_THAT([&] { toProbabilities(output, detector(), 2); }, FailsWith(ErrorCode::labelerFailure, "nan"))
-        << row;
+    EXPECT_THAT([&] { toProbabilities(output, detector(), 2); }, FailsWith(ErrorCode::labelerFailure)) << row;
   }
 }
 
