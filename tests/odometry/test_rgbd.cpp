@@ -135,15 +135,6 @@ TEST(Rgbd, ACameraCarriedAwayIsFoundByItsWordsWhereItWasBefore) {
   EXPECT_LT(errorOf(found, drive), 0.04);
 }
 
-TEST(Rgbd, ATimeGapIsSaidAndBridged) {
-  Drive drive(turnAround(60, -52));
-  drive.stamp({0, 0.1, 0.2, 0.3, 7.3, 7.4, 7.5, 7.6});
-  const auto trajectory = trackRgbd(drive);
-  EXPECT_THAT(lostFrames(trajectory), IsEmpty());
-  ASSERT_EQ(trajectory.notes.size(), 1U);
-  EXPECT_THAT(numbersIn(trajectory.notes[0]), ElementsAre(7, 4));  // seconds, before frame 4
-}
-
 TEST(Rgbd, DepthMayBeSmallerThanTheImage) {
   Drive drive(turnAround(60, -52));
   drive.shrink = 2;
