@@ -4,8 +4,6 @@
 #include <gtest/gtest.h>
 #include <onnx/onnx_pb.h>
 
-#include <cstdlib>
-
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/label/catalog.hpp"
@@ -22,7 +20,6 @@ using test::httpAnswer;
 using test::HttpAnswer;
 using test::HttpRequest;
 using test::LoopbackServer;
-using test::readFile;
 using test::writeFile;
 using testing::ElementsAre;
 
@@ -198,13 +195,6 @@ TEST_F(FetchModel, KeepsTheOldModelUnlessToldToReplaceIt) {
   EXPECT_EQ(installedModels().size(), 1U);
 }
 
-TEST_F(FetchModel, UsesWhatTheUserHasFetchedByHand) {
-  writeFile(downloadFolder("small") / "small.onnx", files_["/small.onnx"]);
-  files_.erase("/small.onnx");
-  fetch(entry());
-  EXPECT_EQ(installedModels().size(), 1U);
-}
-
 TEST_F(FetchModel, FetchesAnewWhatDoesNotWorkWhenAsked) {
   const std::string good = files_["/small.onnx"];
   files_["/small.onnx"] = "<html>log in to this network</html>";
@@ -234,28 +224,6 @@ TEST_F(FetchModel, AsksForWhatOnlyTheUserCanMakeBeforeItDownloads) {
   options_.refetch = true;
   EXPECT_FALSE(refusal(byHand).code);
   EXPECT_FALSE(readModelSpec(modelHome() / "small").sha256.contains("words.npy")) << "free to change";
-}
-
-TEST_F(FetchModel, TakesFilesOutOfArchivesAndTriesTheNextWhenTheyAreNotInOne) {
-  writeFile(scratch_ / "in/deep/net.onnx", files_["/small.onnx"]);
-  writeFile(scratch_ / "other/readme", "no network here");
-  for (const std::string folder : {"in", "other"}) {
-    const std::string tar = "tar -C '" + (scratch_ / folder).string() + "' -czf '" +
-                            scratch_.path().string() + "/" + folder + ".tar.gz' .";
-    ASSERT_EQ(std::system(tar.c_str()), 0);
-    files_["/" + folder + ".tar.gz"] = readFile(scratch_ / (folder + ".tar.gz"));
-  }
-  files_["/page.tar.gz"] = "<html>log in to this network</html>";
-  std::string text = entry("member = \"net.onnx\"\n");
-  const std::string old = "[\"" + server_.url("/small.onnx") + "\"]";
-  const auto urls = [&](const std::vector<std::string>& paths) {
-    std::string list;
-    for (const auto& path : paths) list += "\"" + server_.url(path) + "\",";
-    return std::string(text).replace(text.find(old), old.size(), "[" + list + "]");
-  };
-  EXPECT_THAT(refusal(urls({"/other.tar.gz", "/none.tar.gz"})), FailsWith(ErrorCode::network));
-  EXPECT_FALSE(refusal(urls({"/page.tar.gz", "/other.tar.gz", "/in.tar.gz"})).code);
-  EXPECT_EQ(installedModels().size(), 1U);
 }
 
 TEST_F(FetchModel, KnowsTheUsersOwnCatalog) {

@@ -21,10 +21,6 @@ using test::FailsWith;
 using test::modelToml;
 using test::writeFile;
 
-std::string versionOf(const std::string& engine) {
-  return engine == "opencv" ? opencvVersion() : onnxruntimeVersion();
-}
-
 /// Every test runs with each engine.
 class Engine : public testing::TestWithParam<std::string> {
  protected:
@@ -101,24 +97,6 @@ TEST_P(Engine, IdentityChangesWithTheNetworkAndItsPreprocessing) {
       first);
 }
 
-TEST_P(Engine, RunsANetworkForAnySize) {
-  const auto any = [](bool named) {
-    return [named](onnx::GraphProto& g) {
-      for (auto* value : {g.mutable_input(0), g.mutable_output(0)})
-        for (auto& size : *value->mutable_type()->mutable_tensor_type()->mutable_shape()->mutable_dim())
-          if (&size != &value->type().tensor_type().shape().dim(1)) {
-            size.clear_dim_value();
-            if (named)
-              size.set_dim_param("n" + std::to_string(&size - &value->type().tensor_type().shape().dim(0)));
-          }
-    };
-  };
-  const cv::Mat image(30, 40, CV_8UC3, cv::Scalar(10, 20, 30));
-  const auto fixed = open(test::smallOnnx(9, 4), modelToml("small.onnx", 9))->label(image);
-  for (const bool named : {true, false})
-    EXPECT_EQ(open(test::smallOnnx(8, 4, any(named)), modelToml("small.onnx", 9))->label(image), fixed);
-}
-
 void putElsewhere(onnx::TensorProto* weights) {
   weights->set_name("weights");
   weights->clear_float_data();
@@ -129,26 +107,19 @@ void putElsewhere(onnx::TensorProto* weights) {
 }
 
 TEST_P(Engine, RefusesWeightsInOtherFiles) {
-  using Graph = onnx::GraphProto;
-  const auto attribute = [](Graph& g) { return g.mutable_node(0)->add_attribute(); };
-  const std::vector<std::pair<std::string, std::function<void(Graph&)>>> places = {
-      {"initializer", [](Graph& g) { putElsewhere(g.mutable_initializer(0)); }},
-      {"sparse values", [](Graph& g) { putElsewhere(g.add_sparse_initializer()->mutable_values()); }},
-      {"tensors", [&](Graph& g) { putElsewhere(attribute(g)->add_tensors()); }},
-      {"graphs", [&](Graph& g) { putElsewhere(attribute(g)->add_graphs()->add_initializer()); }},
-      {"Loop in If", [&](Graph& g) {
-         auto* loop = attribute(g)->mutable_g()->add_node()->add_attribute()->mutable_g();
-         putElsewhere(loop->add_node()->add_attribute()->mutable_t());
-       }}};
-  for (const auto& [place, change] : places)
-    EXPECT_THAT(refusal(test::smallOnnx(8, 4, change), modelToml("small.onnx", 8)),
-                FailsWith(ErrorCode::unsafePath))
-        << place;
-}
-
-TEST_P(Engine, RefusesWeightsInOtherFilesOutsideOfTheGraph) {
   using Model = onnx::ModelProto;
-  const std::vector<std::pair<std::string, std::function<void(Model&)>>> places = {
+  const auto attribute = [](Model& m) { return m.mutable_graph()->mutable_node(0)->add_attribute(); };
+  const std::pair<std::string, std::function<void(Model&)>> places[] = {
+      {"initializer", [](Model& m) { putElsewhere(m.mutable_graph()->mutable_initializer(0)); }},
+      {"sparse values",
+       [](Model& m) { putElsewhere(m.mutable_graph()->add_sparse_initializer()->mutable_values()); }},
+      {"tensors", [&](Model& m) { putElsewhere(attribute(m)->add_tensors()); }},
+      {"graphs", [&](Model& m) { putElsewhere(attribute(m)->add_graphs()->add_initializer()); }},
+      {"Loop in If",
+       [&](Model& m) {
+         auto* loop = attribute(m)->mutable_g()->add_node()->add_attribute()->mutable_g();
+         putElsewhere(loop->add_node()->add_attribute()->mutable_t());
+       }},
       {"function",
        [](Model& m) { putElsewhere(m.add_functions()->add_node()->add_attribute()->mutable_t()); }},
       {"algorithm",
@@ -179,12 +150,6 @@ TEST_P(Engine, LabelsBatchesLikeImages) {
     }
     EXPECT_TRUE(several->inferBatch({}).empty());
   }
-}
-
-TEST_P(Engine, NamesItselfToCachesOnly) {
-  const auto labeler = open(test::smallOnnx(8, 4), modelToml("small.onnx", 8));
-  EXPECT_EQ(labeler->cacheKey(), labeler->identity() + " " + versionOf(GetParam()));
-  EXPECT_EQ(labeler->identity().find(GetParam()), std::string::npos);
 }
 
 TEST_P(Engine, RefusesNetworksThatItCannotRun) {
@@ -236,6 +201,22 @@ TEST_P(Engine, RefusesNetworksThatItCannotRun) {
     EXPECT_THAT(refusal(good, toml, labels), FailsWith(ErrorCode::mismatch)) << labels;
   for (const std::string file : {"small.h5", "small.tflite"})
     EXPECT_THAT(refusal(good, modelToml(file, 8), 4, file), FailsWith(ErrorCode::unsupportedFile)) << file;
+}
+
+TEST_P(Engine, AnswersTheSameWhenItIsOpenedOnDemand) {
+  const auto now = open(test::smallOnnx(8, 4), modelToml("small.onnx", 8));
+  const std::string folder = scratch_.path().string();
+  const auto later = loadModel(folder, {GetParam(), 1, true});
+  EXPECT_EQ(later->identity(), now->identity());
+  EXPECT_EQ(later->cacheKey(), now->cacheKey()) << "they share a cache";
+  EXPECT_EQ(later->vocabulary(), now->vocabulary());
+  EXPECT_EQ(later->batchSize(), now->batchSize());
+  const cv::Mat image(20, 20, CV_8UC3, cv::Scalar(10, 90, 200));
+  const std::vector<Prepared> two{later->prepare(image), later->prepare(cv::Mat(image / 2))};
+  EXPECT_EQ(later->inferBatch(two).at(1).descriptor, now->label(cv::Mat(image / 2)));
+  writeFile(scratch_ / "small.onnx", "no network");
+  const auto bad = loadModel(folder, {GetParam(), 1, true});
+  EXPECT_THAT([&] { bad->label(image); }, FailsWith(ErrorCode::malformedFile)) << "said at the first image";
 }
 
 TEST_P(Engine, ComparesDigests) {
@@ -375,33 +356,18 @@ TEST_P(Engines, AModelIn8BitsKeepsItsNameAndHasAnotherIdentity) {
   const std::string model = scratch_.path().string();
   EXPECT_THAT(loadModel(model, options)->identity(), testing::StartsWith("small int8-"));
   EXPECT_NE(loadModel(model, options)->cacheKey(), loadModel(model)->cacheKey());
+  LabelerOptions elsewhere = options;
+  elsewhere.engine = "opencv";
+  EXPECT_THAT([&] { loadModel(model, elsewhere); }, FailsWith(ErrorCode::invalidOption));
   options.onDemand = true;  // knows it at once
   EXPECT_EQ(loadModel(model, options)->identity(), checkModel(model, options).identity);
   EXPECT_EQ(checkModel(model, options).spec.name, "small");
   writeFile(scratch_ / "bytes.onnx", real);
   EXPECT_THAT([&] { loadModel(model, options); }, FailsWith(ErrorCode::corruptFile));
   EXPECT_NO_THROW(loadModel(model));
-}
-
-TEST_P(Engines, In8BitsNeedTheFileAndOnnxruntime) {
-  LabelerOptions options;
-  options.precision = Precision::int8;
-  open(test::smallOnnx(8, 4), modelToml("small.onnx", 8));
-  EXPECT_THAT([&] { loadModel(scratch_.path().string(), options); }, FailsWith(ErrorCode::unsupportedFile));
-  writeFile(scratch_ / "bytes.onnx", test::smallOnnx(8, 4));
-  writeFile(scratch_ / "model.toml", modelToml("small.onnx", 8, "int8 = \"bytes.onnx\""));
-  options.engine = "opencv";
-  EXPECT_THAT([&] { loadModel(scratch_.path().string(), options); }, FailsWith(ErrorCode::invalidOption));
-}
-
-TEST_P(Engines, CaffeStaysWithOpencv) {
-  writeFile(scratch_ / "net.caffemodel", emptyCaffemodel);
-  writeFile(scratch_ / "deploy.prototxt", prototxt);
-  writeFile(scratch_ / "labels.txt", test::labelLines(3));
-  writeFile(scratch_ / "model.toml",
-            modelToml("net.caffemodel", 8, "config = \"deploy.prototxt\"\nscale = 0.1"));
-  EXPECT_TRUE(loadModel(scratch_.path().string())->cacheKey().ends_with(opencvVersion()));
-  EXPECT_EQ(enginesFor(readModelSpec(scratch_.path())), std::vector<std::string>{"opencv"});
+  options.onDemand = false;
+  writeFile(scratch_ / "model.toml", modelToml("small.onnx", 8));
+  EXPECT_THAT([&] { loadModel(model, options); }, FailsWith(ErrorCode::unsupportedFile));
 }
 
 TEST_P(Engines, RefuseWhatAnotherLabelerPrepared) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <ostream>
 
+#include "estancia/label/engines.hpp"
 #include "estancia/label/model.hpp"
 #include "support/model_support.hpp"
 
@@ -80,6 +81,28 @@ TEST_P(EnginesAgree, OnPhotographs) {
   const test::ScratchFolder scratch;
   expectAgreement(test::testModel(*models, network.file, network.labels, inputOf(network), scratch),
                   test::photographs(*photos, 2));
+}
+
+TEST(TfliteNetwork, LabelsLikeItsOnnxTwin) {
+  const auto models = test::findTestModels();
+  ESTANCIA_NEEDS(models, "the test networks are missing (ESTANCIA_TEST_MODELS)");
+  const auto photos = test::findData("nyuv2_half");
+  ESTANCIA_NEEDS(photos, "the data set nyuv2_half is missing (ESTANCIA_DATA)");
+  const auto images = test::photographs(*photos, 6);
+  for (const auto& [name, side] : {std::pair<std::string, int>{"mobilenet_v1_0.25_128_quant", 128},
+                                   {"tf2_mobilenet_v2_1.0_224_ptq", 224}}) {
+    const test::ScratchFolder scratch;
+    const auto open = [&, network = name, input = test::mobilenetInput(side)](const std::string& type) {
+      return openWithOpencv(test::testModel(*models, network + type, "imagenet_1001.txt", input, scratch));
+    };
+    const auto ours = open(".tflite"), twin = open(".onnx");
+    ASSERT_EQ(ours->vocabulary().size(), 1001U);
+    for (const cv::Mat& image : images) {
+      const auto a = ours->label(image), b = twin->label(image);
+      EXPECT_EQ(test::best(a, 1), test::best(b, 1)) << name;
+      for (std::size_t i = 0; i < a.size(); ++i) ASSERT_NEAR(a[i], b[i], 2e-4) << name;
+    }
+  }
 }
 
 TEST(DefaultNetwork, GivesTheSameWordsWithEitherEngine) {

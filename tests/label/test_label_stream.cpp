@@ -113,16 +113,6 @@ TEST(LabelStream, ChecksItsOptions) {
               FailsWith(ErrorCode::invalidOption));
 }
 
-TEST(LabelStream, StopsAtAnUnreadableFrameWhenStrict) {
-  const StreamFrames frames(4, {2});
-  PixelLabeler labeler;
-  LabelStream stream(frames, labeler, {.strict = true});
-  EXPECT_TRUE(stream.next());
-  EXPECT_TRUE(stream.next()) << "the frames before it count";
-  EXPECT_THAT([&] { stream.next(); }, FailsWith(ErrorCode::fileUnreadable));
-  EXPECT_FALSE(stream.next());
-}
-
 std::vector<std::string> problemsOf(const Sequence& frames, Labeler& labeler) {
   LabelStream stream(frames, labeler);
   std::vector<std::string> problems;
@@ -171,22 +161,6 @@ TEST(LabelStream, PassesOnWhatIsNoMatterOfOneFrame) {
   EXPECT_THROW(LabelStream(others, labeler).next(), std::bad_alloc);
   others.failing[0] = [] { throw Interrupted("the user asks to stop"); };
   EXPECT_THROW(LabelStream(others, labeler).next(), Interrupted);
-}
-
-TEST(LabelStream, GivesAllFramesBeforeTheOneThatFailsWhicheverThreadIsQuicker) {
-  for (int round = 0; round < 10; ++round) {
-    StreamFrames frames(12);
-    frames.outOfMemoryAt = 7;
-    PixelLabeler labeler;
-    LabelStream stream(frames, labeler, {.ahead = 12, .readers = 4});
-    for (std::size_t i = 0; i < 7; ++i) {
-      const auto frame = stream.next();
-      ASSERT_TRUE(frame);
-      EXPECT_EQ(frame->index, i);
-    }
-    EXPECT_THROW(stream.next(), std::bad_alloc);
-    EXPECT_FALSE(stream.next());
-  }
 }
 
 /// Refuses one frame, likes batches of four.
@@ -240,18 +214,6 @@ TEST(LabelStream, KeepsWhatWasPaidForWhenTheWorkMustEnd) {
   while (const auto frame = again.next()) labeled += frame->labeled() ? 1 : 0;
   EXPECT_EQ(labeled, 7U);
   EXPECT_EQ(labeler.asked, 2) << "the refused one and the last one";
-}
-
-TEST(LabelStream, PassesOnWhatInferenceThrows) {
-  const StreamFrames frames(100);
-  PixelLabeler labeler;
-  labeler.beforeInfer = [](int value) {
-    if (value == 1) throw Error(ErrorCode::labelerFailure, "the network gives nan");
-  };
-  LabelStream stream(frames, labeler);
-  EXPECT_TRUE(stream.next());
-  EXPECT_THAT([&] { stream.next(); }, FailsWith(ErrorCode::labelerFailure));
-  EXPECT_FALSE(stream.next());
 }
 
 TEST(LabelStream, DecodesTheNextFramesDuringInferenceButNotAll) {

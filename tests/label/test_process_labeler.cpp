@@ -119,15 +119,6 @@ TEST_F(ProcessLabeler, DiscoversWordsTheSurestFirst) {
   EXPECT_THAT(labeler->adopt(remembered), ElementsAre(0, 0.25F, 0, 0, 0.5F));
 }
 
-TEST_F(ProcessLabeler, TellsLabelsOfOneNameApartByTheirOrder) {
-  writeFile(scratch_ / "labels.txt", "crane\nheron\ncrane\n");
-  const auto sound = open(
-      answering(
-          R"([{"label": "crane", "confidence": 0.1}, {"label": "crane", "confidence": 0.6}, {"label": "crane", "confidence": 0.7}])"),
-      "labels = \"labels.txt\"");
-  EXPECT_THAT(sound->label(grayImage()), ElementsAre(0.1F, 0, 0.7F));
-}
-
 TEST_F(ProcessLabeler, ScalesAndClamps) {
   EXPECT_THAT(open(answering(R"({"cup": 87, "mug": 5})"), "scale = 0.01")->label(grayImage()),
               ElementsAre(testing::FloatEq(0.87F), testing::FloatEq(0.05F)));
@@ -306,14 +297,6 @@ TEST_F(ProcessLabeler, InheritsAndLeavesNothing) {
   EXPECT_EQ(descriptors.find("77"), std::string::npos);
   ::close(secret);
   ::close(77);
-}
-
-TEST_F(ProcessLabeler, IsAnotherModelWithAnotherScript) {
-  const std::string identity = open(answering(R"({"cup": 1})"))->identity();
-  EXPECT_EQ(open(answering(R"({"cup": 1})"))->identity(), identity);
-  EXPECT_EQ(open(answering(R"({"cup": 1})"), "timeout = 5 # seconds")->identity(), identity);
-  EXPECT_NE(open(answering(R"({"cup": 1})"), "best = 1")->identity(), identity);
-  EXPECT_NE(open(answering(R"({"cup": 0.9})"))->identity(), identity);
 }
 
 TEST_F(ProcessLabeler, ChecksItsSettings) {

@@ -8,7 +8,6 @@
 
 #include "estancia/io/image_file.hpp"
 #include "estancia/io/sequence.hpp"
-#include "estancia/label/ensemble.hpp"
 #include "estancia/label/label_stream.hpp"
 #include "estancia/label/model.hpp"
 #include "support/model_support.hpp"
@@ -76,21 +75,6 @@ TEST_F(ReducedImages, MakeAnotherIdentity) {
   LabelerOptions later = reduced();
   later.onDemand = true;
   EXPECT_EQ(loadModel(model(), later)->identity(), small->identity());
-}
-
-TEST_F(ReducedImages, EachMemberOfAnEnsembleSeesItsOwn) {
-  std::vector<EnsembleMember> members;
-  members.push_back({loadModel(model()), std::nullopt, 1});
-  members.push_back({loadModel(model(), reduced()), std::nullopt, 1});
-  const auto sequence = openSequence(photos());
-  Ensemble both("both", std::move(members), Fusion::distances);
-  const auto whole = loadModel(model()), small = loadModel(model(), reduced());
-  const auto together = all(*sequence, both), a = all(*sequence, *whole), b = all(*sequence, *small);
-  for (std::size_t i = 0; i < together.size(); ++i) {
-    const std::vector<LexicalDescriptor> answers{a[i].descriptor, b[i].descriptor};
-    EXPECT_EQ(together[i].descriptor, both.combine(answers));
-    EXPECT_FALSE(together[i].image.empty());  // the first one wants it whole
-  }
 }
 
 }  // namespace
