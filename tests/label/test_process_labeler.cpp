@@ -77,7 +77,9 @@ TEST_F(ProcessLabeler, LabelsImages) {
 }
 
 TEST_F(ProcessLabeler, TakesNoMoreThanTheMachineHasAndIsEndedFirst) {
-  refusal("echo $(cat /proc/self/oom_score_adj) $(ulimit -c) $(ulimit -d) >limits; exit 3\n");
+  refusal(
+      "read -r image; sleep 0.2\n"
+      "echo $(cat /proc/self/oom_score_adj) $(ulimit -c) $(ulimit -d) >limits; exit 3\n");
   const long kibibytes = sysconf(_SC_PHYS_PAGES) * (sysconf(_SC_PAGESIZE) / 1024);
   EXPECT_EQ(readFile(scratch_ / "limits"), "1000 0 " + std::to_string(kibibytes) + "\n");
 }
