@@ -94,21 +94,6 @@ class RecordedRoom : public Sequence {
   std::vector<Frame> frames_;
 };
 
-/// Frames whose images do not matter.
-class FramesOnly : public Sequence {
- public:
-  explicit FramesOnly(std::vector<Frame> frames) : frames_(std::move(frames)) {}
-  std::string name() const override { return "frames"; }
-  std::size_t size() const override { return frames_.size(); }
-  const Frame& frame(std::size_t i) const override { return frames_[i]; }
-  cv::Mat image(std::size_t i) const override {
-    return {4, 4, CV_8UC3, cv::Scalar(10 + static_cast<double>(i % 200), 100, 100)};
-  }
-
- private:
-  std::vector<Frame> frames_;
-};
-
 /// Another sequence with something changed.
 class Altered : public Sequence {
  public:

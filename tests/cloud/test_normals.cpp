@@ -75,21 +75,15 @@ TEST(Normals, OfASphereInAnyUnit) {
   for (const double scale : {1.0, 1000.0}) {
     std::mt19937 random(3);
     std::vector<cv::Point3f> points;
-    while (points.size() < 20000) {
+    while (points.size() < 8000) {
       const auto draw = [&] { return static_cast<double>(random()) / 2147483648.0 - 1; };
       const cv::Point3d p(draw(), draw(), draw());
       if (p.dot(p) < 1 && p.dot(p) > 0.01) points.emplace_back(p * (scale / cv::norm(p)));
     }
-    const auto normals = normalsOf(points, within(0.1 * scale));
+    const auto normals = normalsOf(points, within(0.15 * scale));
     for (std::size_t i = 0; i < points.size(); ++i) EXPECT_LT(normals[i].dot(points[i]) / scale, -0.99);
-    EXPECT_EQ(normals, normalsOf(points, within(0.1 * scale, 4)));
+    EXPECT_EQ(normals, normalsOf(points, within(0.15 * scale, 4)));
   }
-}
-
-TEST(Normals, OfACloudAreThoseOfItsPoints) {
-  PointCloud cloud;
-  cloud.points = grid(20, {0, 0, 1}, {0.1F, 0, 0}, {0.02F, 0.1F, 0.03F});
-  EXPECT_EQ(estimateNormals(cloud, within(0.3)), normalsOf(cloud.points, within(0.3)));
 }
 
 TEST(Normals, AtOtherPlacesThanThePoints) {
@@ -114,7 +108,7 @@ TEST(Normals, NoneWhereNoPlaneIs) {
   EXPECT_THAT(normalsOf(same, nearest), Each(Truly(isNone)));
   for (const NormalOptions& wrong :
        {NormalOptions{}, NormalOptions{1, 5}, NormalOptions{-1}, within(HUGE_VAL)})
-    EXPECT_THAT([&] { normalsOf(same, wrong); }, FailsWith(ErrorCode::invalidOption, "normals."));
+    EXPECT_THAT([&] { normalsOf(same, wrong); }, FailsWith(ErrorCode::invalidOption));
 }
 
 TEST(Normals, OfOneSurfaceAreOnOneSide) {
@@ -140,34 +134,7 @@ TEST(Normals, OfOneSurfaceAreOnOneSide) {
   }
   normals.pop_back();
   EXPECT_THAT([&] { orientConsistently(points, Neighbors(points), normals); },
-              test::FailsWith(ErrorCode::invalidInput, "5999"));
-}
-
-TEST(LocalCovariance, AsSummedUpOneByOne) {
-  const std::vector<cv::Point3f> points =
-      grid(30, {5, -3, 2}, {0.02F, 0.01F, 0.003F}, {-0.004F, 0.02F, 0.01F});
-  const Neighbors tree(points);
-  const cv::Point3f place(5.1F, -2.6F, 2.1F);
-  const float squared = 0.04F;
-  cv::Vec3d sum;
-  cv::Matx33d products;
-  std::size_t count = 0;
-  for (const cv::Point3f& p : points) {
-    const cv::Point3f d = p - place;
-    if (d.x * d.x + d.y * d.y + d.z * d.z > squared) continue;
-    const cv::Vec3d v(d.x, d.y, d.z);
-    sum += v;
-    products += v * v.t();
-    ++count;
-  }
-  const LocalCovariance local = localCovariance(tree, place, squared);
-  ASSERT_EQ(local.count, count);
-  const cv::Vec3d mean = sum / static_cast<double>(count);
-  EXPECT_LT(cv::norm(local.offset - mean), 1e-8);
-  const cv::Matx33d covariance = products * (1.0 / static_cast<double>(count)) - mean * mean.t();
-  EXPECT_LT(cv::norm(local.covariance - covariance), 1e-8);
-  EXPECT_EQ(localCovariance(tree, {kNaN, 0, 0}, 1).count, 0U);
-  EXPECT_EQ(localCovariance(tree, {500, 0, 0}, 1).count, 0U);
+              test::FailsWith(ErrorCode::invalidInput));
 }
 
 TEST(PrincipalAxes, AsAnIterativeSolverHasThem) {

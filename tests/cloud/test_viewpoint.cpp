@@ -9,8 +9,6 @@
 #include <opencv2/core/affine.hpp>
 
 #include "estancia/cloud/noise.hpp"
-#include "estancia/files/cloud_file.hpp"
-#include "support/support.hpp"
 
 namespace estancia {
 namespace {
@@ -92,11 +90,6 @@ TEST(Viewpoint, NoneOfWhatIsNoProjection) {
   EXPECT_FALSE(viewpointOfGrid(wall));
 }
 
-TEST(Viewpoint, IsTheSameForAnyNumberOfThreads) {
-  const PointCloud cloud = moved(roomWithBall(), kMotion);
-  EXPECT_EQ(*findViewpoint(cloud.points, 1), *findViewpoint(cloud.points, 3));
-}
-
 TEST(Viewpoint, NoneForPointsFromAllSides) {
   PointCloud ball;
   for (int i = 0; i < 20000; ++i) {
@@ -107,35 +100,6 @@ TEST(Viewpoint, NoneForPointsFromAllSides) {
   EXPECT_FALSE(findViewpoint(std::vector<cv::Point3f>(10, {1, 2, 3})));
   EXPECT_FALSE(findViewpoint(std::vector<cv::Point3f>(2000, {1, 2, 3})));
   EXPECT_FALSE(findViewpoint({}));
-}
-
-TEST(Viewpoint, UnevennessOfWhatNobodySees) {
-  const PointCloud cloud = roomWithBall();
-  EXPECT_TRUE(std::isinf(unevenness({}, {})));
-  EXPECT_TRUE(std::isinf(unevenness(cloud.points, {0, 0, 2}))) << "points lie behind";
-}
-
-TEST(Viewpoint, OneSideIsSeenFromItsDirection) {
-  PointCloud half;  // of a ball, towards (1, 0, 0)
-  for (int i = 0; i < 20000; ++i) {
-    const double z = 1 - (2 * i + 1) / 20000.0, turn = 2.399963 * i, r = std::sqrt(1 - z * z);
-    const cv::Vec3d p(r * std::cos(turn), r * std::sin(turn), z);
-    if (p[0] > 0.1) half.points.emplace_back(cv::Vec3f(p));
-  }
-  const auto direction = directionOfView(half.points, 0.025);
-  ASSERT_TRUE(direction);
-  EXPECT_GT(direction->x, 0.9) << "not from inside";
-  EXPECT_FALSE(directionOfView({}, 0.025));
-  EXPECT_FALSE(directionOfView(half.points, 0));
-}
-
-TEST(Viewpoint, OfARealSceneInAnotherFrame) {
-  const auto data = test::findData("shot_kinect");
-  ESTANCIA_NEEDS(data, "shot_kinect is not unpacked");
-  const PointCloud scene = moved(readCloud(*data / "scenes" / "scene005.pcd"), kMotion);
-  const auto found = findViewpoint(scene.points, 2);
-  ASSERT_TRUE(found);
-  EXPECT_LT(cv::norm(*found - cv::Point3d(kMotion.translation())), 0.2) << "of a table at 1 m";
 }
 
 }  // namespace

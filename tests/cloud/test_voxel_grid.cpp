@@ -62,7 +62,7 @@ TEST(VoxelGrid, EdgeOfZeroIsOneVoxel) {
 TEST(VoxelGrid, RefusesLeavesThatAreNone) {
   const PointCloud cloud = cloudOf({{0, 0, 0}});
   for (const double leaf : {0.0, -1.0, std::nan(""), HUGE_VAL})
-    EXPECT_THAT([&] { voxelGrid(cloud, leaf); }, FailsWith(ErrorCode::invalidOption, "leaf")) << leaf;
+    EXPECT_THAT([&] { voxelGrid(cloud, leaf); }, FailsWith(ErrorCode::invalidOption)) << leaf;
   EXPECT_THAT([&] { findLeaf(cloud, 0); }, FailsWith(ErrorCode::invalidOption));
   EXPECT_THAT([&] { findLeaf({}, 3); }, FailsWith(ErrorCode::invalidInput));
   EXPECT_THAT([&] { findLeaf(cloudOf({{kNaN, 0, 0}}), 3); }, FailsWith(ErrorCode::invalidInput));
@@ -93,10 +93,9 @@ TEST(VoxelGrid, FindsTheLeafForANumberOfPoints) {
 
 #ifdef ESTANCIA_HAS_PCL
 TEST(VoxelGrid, LeavesThePointsThatPclDoes) {
-  const auto data = test::findData("shot_kinect"), other = test::findData("pcl_correspondence");
-  ESTANCIA_NEEDS(data && other, "shot_kinect and pcl_correspondence are not unpacked");
-  for (const auto& file : {*data / "scenes/scene001.pcd", *data / "meshes/mario000_0.ply",
-                           *other / "milk_cartoon_all_small_clorox.pcd"}) {
+  const auto data = test::findData("shot_kinect");
+  ESTANCIA_NEEDS(data, "shot_kinect is not unpacked");
+  for (const auto& file : {*data / "scenes/scene001.pcd", *data / "meshes/mario000_0.ply"}) {
     const PointCloud cloud = readCloud(file);
     pcl::PointCloud<pcl::PointXYZ>::Ptr theirs(new pcl::PointCloud<pcl::PointXYZ>);
     for (const cv::Point3f& p : cloud.points) theirs->push_back({p.x, p.y, p.z});

@@ -8,9 +8,7 @@
 #include <memory>
 #include <numeric>
 #include <random>
-#include <set>
 #include <thread>
-#include <tuple>
 
 #ifdef ESTANCIA_HAS_PCL
 #include <pcl/features/esf.h>
@@ -20,8 +18,6 @@
 #include "describe/made_up_sequence.hpp"
 #include "estancia/describe/esf.hpp"
 #include "estancia/describe/features.hpp"
-#include "estancia/describe/voxel_lines.hpp"
-#include "estancia/readers/open_sequence.hpp"
 #include "support/errors.hpp"
 
 #ifdef ESTANCIA_HAS_PCL
@@ -38,7 +34,6 @@ extern "C" void srand(unsigned) noexcept {
 namespace estancia {
 namespace {
 
-using describe::VoxelGrid;
 using test::FailsWith;
 
 const CameraIntrinsics kCamera{320, 240, 290, 290, 159.5, 119.5};
@@ -72,57 +67,6 @@ double overlap(const std::vector<float>& a, const std::vector<float>& b) {
   return sum;
 }
 
-TEST(VoxelLines, AreThoseOfBresenham) {
-  std::mt19937 random(5);
-  std::uniform_int_distribution<int> voxel(0, 63);
-  std::vector<cv::Point3f> points;
-  using Voxel = std::array<int, 3>;
-  std::vector<Voxel> at;
-  std::set<Voxel> marked;
-  for (int i = 0; i < 3000; ++i) {
-    const Voxel v = i < 2 ? Voxel{63 * i, 63 * i, 63 * i}  // the corners
-                          : Voxel{voxel(random), voxel(random), voxel(random)};
-    at.push_back(v);
-    points.emplace_back(v[0] - 31.5F, v[1] - 31.5F, v[2] - 31.5F);  // the voxels' centers
-    for (int x = -1; x <= 1; ++x)
-      for (int y = -1; y <= 1; ++y)
-        for (int z = -1; z <= 1; ++z) marked.insert({v[0] + x, v[1] + y, v[2] + z});
-  }
-  const VoxelGrid grid(points);
-  std::vector<VoxelGrid::Line> lines;
-  for (std::size_t i = 0; i + 1 < points.size(); ++i)
-    lines.push_back({grid.voxelOf(i), grid.voxelOf(i + (i % 10 == 9 ? 0 : 1)), 0, 0});
-  grid.trace(lines);
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    Voxel v = at[i];
-    const Voxel to = at[i + (i % 10 == 9 ? 0 : 1)];
-    Voxel length{}, error{};
-    for (std::size_t k = 0; k < 3; ++k) length[k] = std::abs(to[k] - v[k]);
-    const auto most =
-        static_cast<std::size_t>(std::max_element(length.begin(), length.end()) - length.begin());
-    for (std::size_t k = 0; k < 3; ++k) error[k] = 2 * length[k] - length[most];
-    int voxels = 0, inside = 0;
-    do {
-      ++voxels;
-      inside += static_cast<int>(marked.contains(v));
-      for (std::size_t k = 0; k < 3; ++k) {
-        if (k == most || error[k] > 0) v[k] += to[k] < at[i][k] ? -1 : 1;
-        if (k != most && error[k] > 0) error[k] -= 2 * length[most];
-        error[k] += 2 * length[k];
-      }
-    } while (v[most] != to[most] && length[most] > 0);
-    EXPECT_EQ(lines[i].voxels, voxels) << i;
-    EXPECT_EQ(lines[i].marked, inside) << i;
-  }
-}
-
-TEST(Esf, IsADistribution) {
-  const auto v = esf(sheetAndBall(5000, 1));
-  ASSERT_EQ(v.size(), 640U);
-  for (const float x : v) EXPECT_GE(x, 0);
-  EXPECT_NEAR(std::accumulate(v.begin(), v.end(), 0.0), 1, 1e-4);
-}
-
 TEST(Esf, TheSameSeedGivesTheSameBytesInAnyThread) {
   const PointCloud cloud = sheetAndBall(30000, 2);  // thinned, too
   const auto once = esf(cloud, {.seed = 7});
@@ -139,6 +83,8 @@ TEST(Esf, TheSameSeedGivesTheSameBytesInAnyThread) {
 TEST(Esf, UnitAndPlaceDoNotCount) {
   const PointCloud meters = sheetAndBall(8000, 3);
   const auto v = esf(meters);
+  ASSERT_EQ(v.size(), 640U);
+  EXPECT_NEAR(std::accumulate(v.begin(), v.end(), 0.0), 1, 1e-4);
   // Powers of two change no bit of the points; thousands round some over a limit.
   EXPECT_EQ(esf(moved(meters, 1024)), v);
   EXPECT_GT(overlap(esf(moved(meters, 1000)), v), 0.999);
@@ -146,49 +92,28 @@ TEST(Esf, UnitAndPlaceDoNotCount) {
   EXPECT_GT(overlap(esf(moved(meters, 1, {5, -3, 9})), v), 0.995);
 }
 
-TEST(Esf, TellsShapesApart) {
-  PointCloud sheet = sheetAndBall(8000, 4), ball;
-  for (std::size_t i = 1; i < sheet.points.size(); i += 2) ball.points.push_back(sheet.points[i]);
-  const auto other = esf(sheetAndBall(8000, 5));
-  EXPECT_GT(overlap(esf(sheet), other), 0.9);
-  EXPECT_LT(overlap(esf(ball), other), 0.75);
-}
-
-TEST(Esf, LeavesOutPointsThatAreNone) {
-  PointCloud cloud = sheetAndBall(3000, 6);
-  const auto v = esf(cloud);
-  cloud.points.insert(cloud.points.begin(), {kNan, 0, 0});
-  cloud.points.insert(cloud.points.begin() + 50, {0, std::numeric_limits<float>::infinity(), 0});
-  cloud.points.emplace_back(0.0F, 0.0F, kNan);
-  EXPECT_EQ(esf(cloud), v);
-}
-
-TEST(Esf, TakesPlanesAndThreePoints) {
-  PointCloud plane = sheetAndBall(2000, 7);
-  for (cv::Point3f& p : plane.points) p.z = 0;
-  EXPECT_NEAR(overlap(esf(plane), esf(plane)), 1, 1e-4);
-  const auto three = esf({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {}, {}, 3, 1});
-  EXPECT_NEAR(std::accumulate(three.begin(), three.end(), 0.0), 1, 1e-4);
-}
-
 TEST(Esf, RefusesWhatHasNoShape) {
-  const auto few = ErrorCode::insufficientData;
-  EXPECT_THAT([] { esf({}); }, FailsWith(few, "0"));
-  EXPECT_THAT([] { esf({{{0, 0, 0}, {1, 0, 0}}, {}, {}, 2, 1}); }, FailsWith(few, "2"));
-  EXPECT_THAT([] { esf({{{0, 0, 0}, {1, 0, 0}, {kNan, 1, 1}}, {}, {}, 3, 1}); }, FailsWith(few, "2"));
-  EXPECT_THAT([] { esf({std::vector<cv::Point3f>(500, {1, 2, 3}), {}, {}, 500, 1}); }, FailsWith(few));
-  PointCloud line;
-  for (int i = 0; i < 500; ++i) line.points.emplace_back(static_cast<float>(i), 0.0F, 1.0F);
-  EXPECT_THAT([&] { esf(line); }, FailsWith(few, "collinear"));
-  for (cv::Point3f& p : line.points) p = {3 * p.x, -7 * p.x, 11 * p.x};
-  EXPECT_THAT([&] { esf(line); }, FailsWith(few, "collinear"));
+  PointCloud line, slanted;
+  for (int i = 0; i < 500; ++i) {
+    line.points.emplace_back(static_cast<float>(i), 0.0F, 1.0F);
+    slanted.points.push_back(cv::Point3f(3, -7, 11) * static_cast<float>(i));
+  }
   PointCloud pair{std::vector<cv::Point3f>(5000, {0, 0, 0}), {}, {}, 5002, 1};
   pair.points.push_back({1, 0, 0});
   pair.points.push_back({0, 1, 0});
-  EXPECT_THAT([&] { esf(pair); }, FailsWith(few));
+  const PointCloud clouds[] = {{},
+                               {{{0, 0, 0}, {1, 0, 0}}, {}, {}, 2, 1},
+                               {{{0, 0, 0}, {1, 0, 0}, {kNan, 1, 1}}, {}, {}, 3, 1},
+                               {std::vector<cv::Point3f>(500, {1, 2, 3}), {}, {}, 500, 1},
+                               line,
+                               slanted,
+                               pair};
+  for (const PointCloud& cloud : clouds)
+    EXPECT_THAT([&] { esf(cloud); }, FailsWith(ErrorCode::insufficientData)) << cloud.points.size();
   const PointCloud cloud = sheetAndBall(100, 8);
-  EXPECT_THAT([&] { esf(cloud, {.samples = 0}); }, FailsWith(ErrorCode::invalidOption, "esf.samples", "0"));
-  EXPECT_THAT([&] { esf(cloud, {.points = 2}); }, FailsWith(ErrorCode::invalidOption, "esf.points", "2"));
+  EXPECT_THAT([&] { esf(cloud, {.samples = 0}); }, FailsWith(ErrorCode::invalidOption));
+  EXPECT_THAT([&] { esf(cloud, {.points = 2}); }, FailsWith(ErrorCode::invalidOption));
+  EXPECT_EQ(esf({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {}, {}, 3, 1}).size(), 640U) << "three are enough";
 }
 
 cv::Mat roomDepth(std::uint64_t seed) {
@@ -213,34 +138,12 @@ TEST(Esf, DescribesAView) {
   EXPECT_GT(overlap(Esf().describe(view), v), 0.9);
 
   view.depth = cv::Mat::zeros(240, 320, CV_32F);
-  EXPECT_THAT([&] { Esf().describe(view); }, FailsWith(ErrorCode::insufficientData, "0"));
+  EXPECT_THAT([&] { Esf().describe(view); }, FailsWith(ErrorCode::insufficientData));
   view.depth = roomDepth(1);
   view.camera.reset();
-  EXPECT_THAT([&] { Esf().describe(view); }, FailsWith(ErrorCode::invalidInput, "intrinsics"));
+  EXPECT_THAT([&] { Esf().describe(view); }, FailsWith(ErrorCode::invalidInput));
   view.depth.release();
-  EXPECT_THAT([&] { Esf().describe(view); }, FailsWith(ErrorCode::invalidInput, "depth"));
-}
-
-TEST(Esf, OfASequenceLeavesOutFramesWithoutDepth) {
-  test::MadeUpSequence sequence;
-  const cv::Mat image = test::busyImage({320, 240}, 1);
-  for (std::uint64_t i = 0; i < 4; ++i) sequence.add(image, i == 1 ? cv::Mat() : roomDepth(i));
-  sequence.add(image, cv::Mat::zeros(240, 320, CV_32F));
-  EXPECT_THAT([&] { describeSequence(sequence, "esf", {}); },
-              FailsWith(ErrorCode::invalidInput, "esf", "intrinsics"));
-  sequence.setCamera({640, 480, 580, 580, 319.5, 239.5});  // of images twice the size
-  std::vector<std::string> problems;
-  const Features features = describeSequence(sequence, "gist+esf", {}, Progress::none(), &problems);
-  EXPECT_EQ(features.frames.size(), 3U);
-  EXPECT_EQ(features.values.labels(), 512U + 640U);
-  ASSERT_EQ(problems.size(), 2U);
-  EXPECT_EQ(problems[0].substr(0, 8), "0001.png");
-  EXPECT_EQ(problems[1].substr(0, 8), "0004.png");
-
-  test::MadeUpSequence flat;
-  flat.add(image);
-  EXPECT_THAT([&] { describeSequence(flat, "phog+esf", {}); },
-              FailsWith(ErrorCode::invalidInput, "esf", "depth"));
+  EXPECT_THAT([&] { Esf().describe(view); }, FailsWith(ErrorCode::invalidInput));
 }
 
 TEST(BackProjection, PutsPixelsWhereTheCameraSawThem) {
@@ -258,7 +161,7 @@ TEST(BackProjection, PutsPixelsWhereTheCameraSawThem) {
   for (int i = 0; i < 5; ++i) EXPECT_TRUE(std::isnan(cloud.points[static_cast<std::size_t>(i)].z));
   EXPECT_THAT([&] { backProject({}, kCamera); }, FailsWith(ErrorCode::invalidInput));
   EXPECT_THAT([&] { backProject(cv::Mat(2, 2, CV_16U), kCamera); }, FailsWith(ErrorCode::invalidInput));
-  EXPECT_THAT([&] { backProject(depth, {}); }, FailsWith(ErrorCode::invalidInput, "intrinsics"));
+  EXPECT_THAT([&] { backProject(depth, {}); }, FailsWith(ErrorCode::invalidInput));
 }
 
 #ifdef ESTANCIA_HAS_PCL
@@ -286,7 +189,7 @@ struct Moments {
 };
 
 /// Welch's test in every bin. A |t| of 8 with 80 degrees of freedom happens once in 10^11 by chance, so that
-/// the 640 bins of four clouds never fail without a reason; the mean of t² is 1 by chance, and above 2 when
+/// the 640 bins never fail without a reason; the mean of t² is 1 by chance, and above 2 when
 /// bins differ by as little as half a standard deviation of one run.
 void expectSameDistribution(const PointCloud& cloud) {
   constexpr unsigned runs = 48;
@@ -317,18 +220,6 @@ TEST(EsfAsPcl, OfAMadeUpCloud) {
   expectSameDistribution(sheetAndBall(6000, 9));
 }
 
-TEST(EsfAsPcl, OfRooms) {
-  const auto nyuv2 = test::findData("nyuv2_half");
-  ESTANCIA_NEEDS(nyuv2, "nyuv2_half is not there");
-  const auto sequence = openSequence(*nyuv2);
-  for (const std::size_t frame : {10U, 400U, 800U}) {
-    const PointCloud all = backProject(sequence->depth(frame), kCamera);
-    PointCloud cloud;
-    for (std::size_t i = 0; i < all.points.size(); i += 7)
-      if (!std::isnan(all.points[i].z)) cloud.points.push_back(all.points[i]);
-    expectSameDistribution(cloud);
-  }
-}
 #endif
 
 }  // namespace

@@ -12,7 +12,6 @@
 #include "describe/made_up_sequence.hpp"
 #include "estancia/describe/phog.hpp"
 #include "support/errors.hpp"
-#include "support/model_support.hpp"
 
 namespace estancia {
 namespace {
@@ -83,22 +82,6 @@ std::vector<double> slowPhog(const cv::Mat& bgr, int bins, int levels, int range
   return all;
 }
 
-/// Dark on the left of a line through the middle whose normal stands at `degrees`.
-cv::Mat edgeAt(double degrees) {
-  cv::Mat image(120, 120, CV_8UC3);
-  for (int y = 0; y < 120; ++y)
-    for (int x = 0; x < 120; ++x) {
-      const double side =
-          (x - 59.5) * std::cos(degrees * pi / 180) + (y - 59.5) * std::sin(degrees * pi / 180);
-      image.at<cv::Vec3b>(y, x) = cv::Vec3b::all(cv::saturate_cast<uchar>(128 + 60 * std::tanh(side)));
-    }
-  return image;
-}
-
-std::ptrdiff_t strongestBin(const std::vector<float>& v, int bins) {
-  return std::max_element(v.begin(), v.begin() + bins) - v.begin();
-}
-
 TEST(Phog, IsThatOfThePaper) {
   for (const cv::Size size : {cv::Size(64, 48), {101, 77}, {33, 90}})
     for (const int range : {180, 360}) {
@@ -114,27 +97,6 @@ TEST(Phog, IsThatOfThePaper) {
     }
 }
 
-TEST(Phog, IsThatOfThePaperOnPhotographs) {
-  const auto nyuv2 = test::findData("nyuv2_half");
-  ESTANCIA_NEEDS(nyuv2, "nyuv2_half is not there");
-  for (const cv::Mat& photograph : test::photographs(*nyuv2, 3)) {
-    const std::vector<float> ours = phog(photograph);
-    const std::vector<double> slow = slowPhog(photograph, 30, 2, 360);
-    double difference = 0;
-    for (std::size_t i = 0; i < 630; ++i) difference += std::abs(ours[i] - slow[i]);
-    EXPECT_LT(difference, 2e-3);
-  }
-}
-
-TEST(Phog, ATurnedEdgeMovesThroughTheBins) {
-  for (int bin = 0; bin < 30; ++bin) EXPECT_EQ(strongestBin(phog(edgeAt(12 * bin + 6)), 30), bin);
-  for (int bin = 0; bin < 30; ++bin) {
-    const PhogOptions half{.range = 180};
-    EXPECT_EQ(strongestBin(phog(edgeAt(6 * bin + 3), half), 30), bin);
-    EXPECT_EQ(strongestBin(phog(edgeAt(6 * bin + 183), half), 30), bin);
-  }
-}
-
 TEST(Phog, EveryLevelHasTheSameEnergyAndCellsAddUp) {
   const auto v = phog(busyImage({123, 91}, 4), {.levels = 3});
   ASSERT_EQ(v.size(), 30U * 85);
@@ -145,21 +107,13 @@ TEST(Phog, EveryLevelHasTheSameEnergyAndCellsAddUp) {
     EXPECT_NEAR(v[30 + bin], v[150 + bin] + v[180 + bin] + v[270 + bin] + v[300 + bin], 1e-6);
 }
 
-TEST(Phog, CellsAreRowByRow) {
-  cv::Mat image(96, 96, CV_8UC3, cv::Scalar::all(90));
-  cv::circle(image, {84, 36}, 6, cv::Scalar::all(200), cv::FILLED);  // fourth column, second row
-  const auto v = phog(image);
-  EXPECT_NEAR(sumOfRange(v, 30 * (1 + 1), 30 * (1 + 2)), 1 / 3.0, 1e-5);
-  EXPECT_NEAR(sumOfRange(v, 30 * (5 + 7), 30 * (5 + 8)), 1 / 3.0, 1e-5);
-}
-
 TEST(Phog, IsZeroWithoutEdges) {
   EXPECT_EQ(phog(cv::Mat(240, 320, CV_8UC3, cv::Scalar::all(99))), std::vector<float>(630, 0.0F));
   EXPECT_EQ(phog(cv::Mat(1, 1, CV_8UC3, cv::Scalar::all(99))), std::vector<float>(630, 0.0F));
 }
 
 TEST(Phog, TakesImagesOfAnySizeGrayOrColor) {
-  for (const cv::Size size : {cv::Size(1, 500), {500, 1}, {1, 9000}, {2, 2}, {3, 3}, {5, 2}, {4000, 3000}}) {
+  for (const cv::Size size : {cv::Size(1, 500), {500, 1}, {1, 9000}, {2, 2}, {3, 3}, {5, 2}, {1200, 900}}) {
     const auto v = phog(busyImage(size, 5));
     ASSERT_EQ(v.size(), 630U);
     for (const float x : v) ASSERT_TRUE(std::isfinite(x) && x >= 0) << size;
@@ -183,15 +137,13 @@ TEST(Phog, DoesNotDependOnThreadsOfOpenCV) {
 }
 
 TEST(Phog, RefusesWhatItCannotDo) {
-  EXPECT_THAT([] { phog({}); }, FailsWith(ErrorCode::invalidInput, "phog"));
-  EXPECT_THAT([] { phog(cv::Mat(9, 9, CV_16UC3)); }, FailsWith(ErrorCode::invalidInput, "phog"));
+  EXPECT_THAT([] { phog({}); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([] { phog(cv::Mat(9, 9, CV_16UC3)); }, FailsWith(ErrorCode::invalidInput));
   const cv::Mat image = busyImage({20, 20}, 1);
-  EXPECT_THAT([&] { phog(image, {.bins = 0}); }, FailsWith(ErrorCode::invalidOption, "phog.bins", "0"));
-  EXPECT_THAT([&] { phog(image, {.levels = 9}); }, FailsWith(ErrorCode::invalidOption, "phog.levels", "9"));
-  EXPECT_THAT([&] { phog(image, {.range = 90}); }, FailsWith(ErrorCode::invalidOption, "phog.range", "90"));
-  EXPECT_THAT([&] { phog(image, {.maxSide = 1}); },
-              FailsWith(ErrorCode::invalidOption, "phog.max-side", "1"));
-  EXPECT_THAT([&] { Phog({.levels = -1}); }, FailsWith(ErrorCode::invalidOption, "phog.levels", "-1"));
+  for (const PhogOptions& wrong : {PhogOptions{.bins = 0}, PhogOptions{.levels = 9}, PhogOptions{.range = 90},
+                                   PhogOptions{.maxSide = 1}})
+    EXPECT_THAT([&] { phog(image, wrong); }, FailsWith(ErrorCode::invalidOption));
+  EXPECT_THAT([&] { Phog({.levels = -1}); }, FailsWith(ErrorCode::invalidOption));
 }
 
 TEST(Phog, NamesItsNumbers) {

@@ -4,8 +4,6 @@
 #include <gtest/gtest.h>
 #include <onnx/onnx_pb.h>
 
-#include <cstdlib>
-
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/label/catalog.hpp"
@@ -22,25 +20,13 @@ using test::httpAnswer;
 using test::HttpAnswer;
 using test::HttpRequest;
 using test::LoopbackServer;
-using test::readFile;
 using test::writeFile;
-using testing::AllOf;
 using testing::ElementsAre;
-using testing::HasSubstr;
 
 Catalog builtin() {
   Catalog catalog;
   catalog.add("catalog.toml", builtinCatalog);
   return catalog;
-}
-
-TEST(BuiltinCatalog, HasTheSevenNetworksOfTheThesis) {
-  const Catalog catalog = builtin();
-  for (const char* name :
-       {"imagenet-alexnet", "imagenet-caffenet", "imagenet-googlenet", "imagenet-vgg-cnn-s",
-        "places205-alexnet", "places205-googlenet", "hybrid-alexnet"})
-    EXPECT_NE(catalog.get(name).about.find("thesis"), std::string::npos) << name;
-  EXPECT_EQ(catalog.labelSets().at("hybrid-1183").count, 1183U);
 }
 
 TEST(BuiltinCatalog, SaysHowToUseEveryModel) {
@@ -62,32 +48,7 @@ TEST(BuiltinCatalog, SaysHowToUseEveryModel) {
   }
 }
 
-/// So that whoever adds an entry knows which files nobody vouches for.
-TEST(BuiltinCatalog, ListsWhatHasNoChecksum) {
-  std::vector<std::string> without;
-  const Catalog catalog = builtin();
-  const auto look = [&](const std::string& owner, const CatalogFile& file) {
-    if (file.byHand.empty() && file.remote.sha256.empty() && file.remote.sha1.empty())
-      without.push_back(owner + "/" + file.name);
-  };
-  for (const auto& [name, model] : catalog.models())
-    for (const auto& file : model.files) look(name, file);
-  for (const auto& [name, set] : catalog.labelSets()) look(name, set.file);
-  EXPECT_THAT(without,
-              testing::UnorderedElementsAre(
-                  "imagenet-alexnet/deploy.prototxt", "imagenet-caffenet/deploy.prototxt",
-                  "imagenet-googlenet/deploy.prototxt", "imagenet-vgg-cnn-s/VGG_CNN_S.caffemodel",
-                  "imagenet-vgg-cnn-s/deploy.prototxt", "places205-alexnet/places205.caffemodel",
-                  "places205-alexnet/deploy.prototxt", "places205-googlenet/places205.caffemodel",
-                  "places205-googlenet/deploy.prototxt", "hybrid-alexnet/hybrid.caffemodel",
-                  "hybrid-alexnet/deploy.prototxt", "places365-alexnet/alexnet_places365.caffemodel",
-                  "places365-alexnet/deploy.prototxt", "places365-googlenet/googlenet_places365.caffemodel",
-                  "places365-googlenet/deploy.prototxt", "places365-vgg16/vgg16_places365.caffemodel",
-                  "places365-vgg16/deploy.prototxt", "hybrid1365-vgg16/vgg16_hybrid1365.caffemodel",
-                  "hybrid1365-vgg16/deploy.prototxt", "places-205/", "hybrid-1183/", "hybrid-1365/"));
-}
-
-TEST(CatalogFiles, AreCheckedLineByLine) {
+TEST(CatalogFiles, AreRefusedWithAnyMistake) {
   const std::string good =
       "[labels.l]\ncount = 2\nurls = [\"https://h/l\"]\n"
       "[models.m]\nabout = \"a\"\nlicense = \"MIT\"\nsource = \"s\"\nlabels = \"l\"\n"
@@ -103,35 +64,27 @@ TEST(CatalogFiles, AreCheckedLineByLine) {
     EXPECT_NE(at, std::string::npos) << before;
     return refusal(text.replace(at, before.size(), after));
   };
-  EXPECT_THAT(with("count = 2", "count = 0"), FailsWith(ErrorCode::malformedFile, "own.toml:2: ", "`count`"));
-  EXPECT_THAT(with("https://h/l", "ftp://h/l"),
-              FailsWith(ErrorCode::malformedFile, "own.toml:3: ", "`urls`", "https://"));
-  EXPECT_THAT(with("https://h/n", "https:///n"), FailsWith(ErrorCode::malformedFile, "own.toml:11: "));
-  EXPECT_THAT(with("https://h/n", "https://h/n o"), FailsWith(ErrorCode::malformedFile, "own.toml:11: "));
-  EXPECT_THAT(with("https://h/n", "file:///etc/passwd"),
-              FailsWith(ErrorCode::malformedFile, "own.toml:11: "));
-  EXPECT_THAT(with("\"n.onnx\"", "\"../n.onnx\""),
-              FailsWith(ErrorCode::malformedFile, "own.toml:10: ", "../n.onnx"));
-  EXPECT_THAT(with("\"n.onnx\"", "\"model.toml\""), FailsWith(ErrorCode::malformedFile, "model.toml"));
-  EXPECT_THAT(with("name = \"n.onnx\"", "name = \"o.onnx\""),
-              FailsWith(ErrorCode::malformedFile, "\"n.onnx\"", "`files`"));
-  EXPECT_THAT(with("urls = [\"https://h/n\"]", "sha1 = \"12\""),
-              FailsWith(ErrorCode::malformedFile, "`sha1`", "40"));
-  EXPECT_THAT(with("urls = [\"https://h/n\"]", "sha256 = \"12\""),
-              FailsWith(ErrorCode::malformedFile, "`sha256`", "64"));
-  EXPECT_THAT(with("urls = [\"https://h/n\"]", "size = 5"),
-              FailsWith(ErrorCode::malformedFile, "`urls`", "`by_hand`"));
-  EXPECT_THAT(with("license = \"MIT\"\n", ""), FailsWith(ErrorCode::malformedFile, "`license`"));
-  EXPECT_THAT(with("labels = \"l\"", "labels = \"k\""),
-              FailsWith(ErrorCode::malformedFile, "m", "[labels.k]"));
-  EXPECT_THAT(with("labels = \"l\"\n", ""), FailsWith(ErrorCode::malformedFile, "labels.txt"));
-  EXPECT_THAT(with("[models.m.model]\n", "x = 1\n[models.m.model]\n"),
-              FailsWith(ErrorCode::malformedFile, "`x`"));
-  EXPECT_THAT(with("[models.m]\n", "[models.\"../m\"]\n"), FailsWith(ErrorCode::malformedFile, "../m"));
-  EXPECT_THAT(with("count = 2\n", "count = 2\nwords = \"l\"\n"),
-              FailsWith(ErrorCode::malformedFile, "own.toml", "[labels.l]"));
-  EXPECT_THAT(refusal("models = 3"), FailsWith(ErrorCode::malformedFile, "own.toml:1: "));
-  EXPECT_THAT(refusal("[models"), FailsWith(ErrorCode::malformedFile, "own.toml:1: "));
+  const std::pair<std::string, std::string> mistakes[] = {{"count = 2", "count = 0"},
+                                                          {"https://h/l", "ftp://h/l"},
+                                                          {"https://h/n", "https:///n"},
+                                                          {"https://h/n", "https://h/n o"},
+                                                          {"https://h/n", "file:///etc/passwd"},
+                                                          {"\"n.onnx\"", "\"../n.onnx\""},
+                                                          {"\"n.onnx\"", "\"model.toml\""},
+                                                          {"name = \"n.onnx\"", "name = \"o.onnx\""},
+                                                          {"urls = [\"https://h/n\"]", "sha1 = \"12\""},
+                                                          {"urls = [\"https://h/n\"]", "sha256 = \"12\""},
+                                                          {"urls = [\"https://h/n\"]", "size = 5"},
+                                                          {"license = \"MIT\"\n", ""},
+                                                          {"labels = \"l\"", "labels = \"k\""},
+                                                          {"labels = \"l\"\n", ""},
+                                                          {"[models.m.model]\n", "x = 1\n[models.m.model]\n"},
+                                                          {"[models.m]\n", "[models.\"../m\"]\n"},
+                                                          {"count = 2\n", "count = 2\nwords = \"l\"\n"}};
+  for (const auto& [before, after] : mistakes)
+    EXPECT_THAT(with(before, after), FailsWith(ErrorCode::malformedFile)) << before << " → " << after;
+  EXPECT_THAT(refusal("models = 3"), FailsWith(ErrorCode::malformedFile));
+  EXPECT_THAT(refusal("[models"), FailsWith(ErrorCode::malformedFile));
 }
 
 class LabelLists : public testing::Test {
@@ -159,16 +112,12 @@ TEST_F(LabelLists, AreReadAsPublished) {
 }
 
 TEST_F(LabelLists, AreRefusedWhenTheyAreNotAsPublished) {
-  EXPECT_THAT([] { labelsOf(set(2, false), {"one"}, {}); }, FailsWith(ErrorCode::malformedFile, "1", "2"));
-  EXPECT_THAT(
-      [] {
-        labelsOf(set(2, true), {"a 0", "b 2"}, {});
-      },
-      FailsWith(ErrorCode::malformedFile, "list:2: "));
-  EXPECT_THAT([] { labelsOf(set(1, true), {"<html>"}, {}); },
-              FailsWith(ErrorCode::malformedFile, "list:1: "));
-  EXPECT_THAT([] { labelsOf(set(1, true, "w"), {"n01443537 0"}, {}); },
-              FailsWith(ErrorCode::malformedFile, "list:1: ", "n01443537"));
+  const std::pair<LabelSet, std::vector<std::string>> cases[] = {{set(2, false), {"one"}},
+                                                                 {set(2, true), {"a 0", "b 2"}},
+                                                                 {set(1, true), {"<html>"}},
+                                                                 {set(1, true, "w"), {"n01443537 0"}}};
+  for (const auto& list : cases)
+    EXPECT_THAT([&] { labelsOf(list.first, list.second, {}); }, FailsWith(ErrorCode::malformedFile));
 }
 
 /// A server with the small model, a catalog that lists it, and a home of the test's own.
@@ -220,39 +169,28 @@ TEST_F(FetchModel, InstallsAModelThatWorks) {
   EXPECT_EQ(spec.license, "MIT");
   EXPECT_EQ(spec.source, "here");
   EXPECT_FALSE(fs::exists(downloadFolder("small")));
-  EXPECT_THAT(model.notes, ElementsAre(AllOf(HasSubstr("four.list"), HasSubstr(sha256(files_["/labels"])))));
+  EXPECT_EQ(model.notes.size(), 1U) << "nobody vouches for the labels";
 }
 
 TEST_F(FetchModel, TellsOfFilesThatNobodyVouchesFor) {
-  const auto model = fetch(entry());
-  EXPECT_THAT(model.notes,
-              ElementsAre(AllOf(HasSubstr("small.onnx"), HasSubstr(sha256(files_["/small.onnx"]))),
-                          HasSubstr("four.list")));
+  EXPECT_EQ(fetch(entry()).notes.size(), 2U) << "one for the network, one for its labels";
   writeFile(modelHome() / "small/small.onnx",
             test::smallOnnx(8, 4, [](onnx::GraphProto& graph) { graph.set_name("another"); }));
-  EXPECT_THAT([] { loadModel("small"); }, FailsWith(ErrorCode::corruptFile, "small.onnx"))
+  EXPECT_THAT([] { loadModel("small"); }, FailsWith(ErrorCode::corruptFile))
       << "what came is what it must stay";
 }
 
 TEST_F(FetchModel, DoesNotInstallWhatHasTheWrongDigest) {
-  EXPECT_THAT(refusal(entry("sha256 = \"" + std::string(64, '0') + "\"\n")),
-              FailsWith(ErrorCode::network, "small.onnx", std::string(64, '0')));
+  EXPECT_THAT(refusal(entry("sha256 = \"" + std::string(64, '0') + "\"\n")), FailsWith(ErrorCode::network));
   EXPECT_TRUE(installedModels().empty());
 }
 
 TEST_F(FetchModel, KeepsTheOldModelUnlessToldToReplaceIt) {
   fetch(entry());
   const auto asked = server_.requests().size();
-  EXPECT_THAT(refusal(entry()), FailsWith(ErrorCode::fileExists, "--overwrite"));
+  EXPECT_THAT(refusal(entry()), FailsWith(ErrorCode::fileExists));
   EXPECT_EQ(server_.requests().size(), asked) << "nothing is fetched in vain";
   options_.replace = true;
-  fetch(entry());
-  EXPECT_EQ(installedModels().size(), 1U);
-}
-
-TEST_F(FetchModel, UsesWhatTheUserHasFetchedByHand) {
-  writeFile(downloadFolder("small") / "small.onnx", files_["/small.onnx"]);
-  files_.erase("/small.onnx");
   fetch(entry());
   EXPECT_EQ(installedModels().size(), 1U);
 }
@@ -260,28 +198,27 @@ TEST_F(FetchModel, UsesWhatTheUserHasFetchedByHand) {
 TEST_F(FetchModel, FetchesAnewWhatDoesNotWorkWhenAsked) {
   const std::string good = files_["/small.onnx"];
   files_["/small.onnx"] = "<html>log in to this network</html>";
-  EXPECT_THAT(refusal(entry()), FailsWith(ErrorCode::malformedFile, "small.onnx", "--restart"));
+  EXPECT_THAT(refusal(entry()), FailsWith(ErrorCode::malformedFile));
   EXPECT_TRUE(installedModels().empty());
   files_["/small.onnx"] = good;
-  EXPECT_THAT(refusal(entry()), FailsWith(ErrorCode::malformedFile, "--restart"))
-      << "it is still the file of before";
+  EXPECT_THAT(refusal(entry()), FailsWith(ErrorCode::malformedFile)) << "it is still the file of before";
   options_.refetch = true;
   EXPECT_FALSE(refusal(entry()).code);
 }
 
 TEST_F(FetchModel, RefusesALabelListThatIsNotWhatItWas) {
   files_["/labels"] = "<html>\n";
-  EXPECT_THAT(refusal(entry()), FailsWith(ErrorCode::malformedFile, "four", "1", "4"));
+  EXPECT_THAT(refusal(entry()), FailsWith(ErrorCode::malformedFile));
   files_["/labels"].resize(20'000'000, 'x');
   options_.refetch = true;
-  EXPECT_THAT(refusal(entry()), FailsWith(ErrorCode::network, "16777216"));
+  EXPECT_THAT(refusal(entry()), FailsWith(ErrorCode::network));
 }
 
 TEST_F(FetchModel, AsksForWhatOnlyTheUserCanMakeBeforeItDownloads) {
   const std::string byHand =
       entry("[[models.small.files]]\nname = \"words.npy\"\nby_hand = \"make it so\"\n");
   const fs::path place = downloadFolder("small") / "words.npy";
-  EXPECT_THAT(refusal(byHand), FailsWith(ErrorCode::fileNotFound, "make it so", place.string()));
+  EXPECT_THAT(refusal(byHand), FailsWith(ErrorCode::fileNotFound));
   EXPECT_TRUE(server_.requests().empty());
   writeFile(place, "anything");
   options_.refetch = true;
@@ -289,44 +226,13 @@ TEST_F(FetchModel, AsksForWhatOnlyTheUserCanMakeBeforeItDownloads) {
   EXPECT_FALSE(readModelSpec(modelHome() / "small").sha256.contains("words.npy")) << "free to change";
 }
 
-TEST_F(FetchModel, TakesFilesOutOfArchivesAndTriesTheNextWhenTheyAreNotInOne) {
-  writeFile(scratch_ / "in/deep/net.onnx", files_["/small.onnx"]);
-  writeFile(scratch_ / "other/readme", "no network here");
-  for (const std::string folder : {"in", "other"}) {
-    const std::string tar = "tar -C '" + (scratch_ / folder).string() + "' -czf '" +
-                            scratch_.path().string() + "/" + folder + ".tar.gz' .";
-    ASSERT_EQ(std::system(tar.c_str()), 0);
-    files_["/" + folder + ".tar.gz"] = readFile(scratch_ / (folder + ".tar.gz"));
-  }
-  files_["/page.tar.gz"] = "<html>log in to this network</html>";
-  std::string text = entry("member = \"net.onnx\"\n");
-  const std::string old = "[\"" + server_.url("/small.onnx") + "\"]";
-  const auto urls = [&](const std::vector<std::string>& paths) {
-    std::string list;
-    for (const auto& path : paths) list += "\"" + server_.url(path) + "\",";
-    return std::string(text).replace(text.find(old), old.size(), "[" + list + "]");
-  };
-  EXPECT_THAT(refusal(urls({"/other.tar.gz", "/none.tar.gz"})),
-              FailsWith(ErrorCode::network, "net.onnx", "404"));
-  EXPECT_FALSE(refusal(urls({"/page.tar.gz", "/other.tar.gz", "/in.tar.gz"})).code);
-  EXPECT_EQ(installedModels().size(), 1U);
-}
-
-TEST_F(FetchModel, FindsAMistakeInTheSettingsBeforeItDownloads) {
-  std::string text = entry();
-  text.replace(text.find("\"BGR\""), 5, "\"blue\"");
-  EXPECT_THAT(refusal(text), FailsWith(ErrorCode::malformedFile, "`color`"));
-  EXPECT_TRUE(server_.requests().empty());
-}
-
 TEST_F(FetchModel, KnowsTheUsersOwnCatalog) {
   EXPECT_FALSE(Catalog::load().models().contains("small"));
-  EXPECT_THAT([] { Catalog::load().get("small"); },
-              FailsWith(ErrorCode::unknownName, "\"small\"", "clip-vit-b32, "));
+  EXPECT_THAT([] { Catalog::load().get("small"); }, FailsWith(ErrorCode::unknownName));
   writeFile(scratch_ / "home/catalog.toml", entry());
   EXPECT_EQ(Catalog::load().get("small").about, "a test");
   writeFile(scratch_ / "home/catalog.toml", "[models.small]\n");
-  EXPECT_THAT([] { Catalog::load(); }, FailsWith(ErrorCode::malformedFile, "home/catalog.toml"));
+  EXPECT_THAT([] { Catalog::load(); }, FailsWith(ErrorCode::malformedFile));
 }
 
 }  // namespace

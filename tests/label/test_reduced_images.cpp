@@ -11,6 +11,7 @@
 #include "estancia/labelers/ensemble.hpp"
 #include "estancia/labelers/model.hpp"
 #include "estancia/readers/open_sequence.hpp"
+#include "estancia/sequences/sequence.hpp"
 #include "support/model_support.hpp"
 #include "support/support.hpp"
 
@@ -44,9 +45,9 @@ class ReducedImages : public testing::Test {
   test::ScratchFolder scratch_;
 };
 
-std::vector<LabeledFrame> all(const Sequence& sequence, Labeler& labeler, LabelCache* cache = nullptr) {
+std::vector<LabeledFrame> all(const Sequence& sequence, Labeler& labeler) {
   std::vector<LabeledFrame> frames;
-  LabelStream stream(sequence, labeler, {.cache = cache});
+  LabelStream stream(sequence, labeler);
   while (auto frame = stream.next()) frames.push_back(std::move(*frame));
   return frames;
 }
@@ -72,45 +73,10 @@ TEST_F(ReducedImages, MakeAnotherIdentity) {
   EXPECT_EQ(whole->imageSide(), 0);
   EXPECT_THAT(small->identity(), StartsWith("small reduced-"));
   EXPECT_NE(small->identity(), whole->identity());
+  EXPECT_NE(small->cacheKey(), whole->cacheKey());
   LabelerOptions later = reduced();
   later.onDemand = true;
   EXPECT_EQ(loadModel(model(), later)->identity(), small->identity());
-}
-
-TEST_F(ReducedImages, HaveTheirOwnPlaceInTheCache) {
-  LabelCache cache(scratch_ / "cache", 1 << 20);
-  const auto sequence = openSequence(photos());
-  const auto whole = loadModel(model()), small = loadModel(model(), reduced());
-  const auto a = all(*sequence, *whole, &cache), b = all(*sequence, *small, &cache);
-  const auto again = all(*sequence, *small, &cache);
-  EXPECT_NE(b[0].descriptor, a[0].descriptor);
-  EXPECT_FALSE(b[0].remembered);
-  EXPECT_TRUE(again[0].remembered);
-  EXPECT_EQ(again[0].descriptor, b[0].descriptor);
-}
-
-TEST_F(ReducedImages, EachMemberOfAnEnsembleSeesItsOwn) {
-  std::vector<EnsembleMember> members;
-  members.push_back({loadModel(model()), std::nullopt, 1});
-  members.push_back({loadModel(model(), reduced()), std::nullopt, 1});
-  const auto sequence = openSequence(photos());
-  Ensemble both("both", std::move(members), Fusion::distances);
-  const auto whole = loadModel(model()), small = loadModel(model(), reduced());
-  const auto together = all(*sequence, both), a = all(*sequence, *whole), b = all(*sequence, *small);
-  for (std::size_t i = 0; i < together.size(); ++i) {
-    const std::vector<LexicalDescriptor> answers{a[i].descriptor, b[i].descriptor};
-    EXPECT_EQ(together[i].descriptor, both.combine(answers));
-    EXPECT_FALSE(together[i].image.empty());  // the first one wants it whole
-  }
-}
-
-TEST_F(ReducedImages, ThatCannotBeReadAreOneFramesFailure) {
-  test::writeFile(photos() / "1.jpg", "no image");
-  const auto sequence = openSequence(photos());
-  const auto labeler = loadModel(model(), reduced());
-  const auto frames = all(*sequence, *labeler);
-  EXPECT_THAT(frames[1].problem, testing::HasSubstr("1.jpg"));
-  EXPECT_TRUE(frames[2].labeled());
 }
 
 }  // namespace

@@ -20,11 +20,6 @@ namespace {
 using test::FailsWith;
 using test::modelToml;
 using test::writeFile;
-using testing::HasSubstr;
-
-std::string versionOf(const std::string& engine) {
-  return engine == "opencv" ? opencvVersion() : onnxruntimeVersion();
-}
 
 /// Every test runs with each engine.
 class Engine : public testing::TestWithParam<std::string> {
@@ -92,11 +87,6 @@ std::string layerToml(const std::string& output, const std::string& more) {
          "\"\n" + more + "\n";
 }
 
-TEST_P(OpencvEngine, LeavesFeaturesToOnnxRuntime) {
-  EXPECT_THAT(refusal(test::smallOnnx(8, 4), layerToml("mean", "features = 3")),
-              FailsWith(ErrorCode::unsupportedFile, "`features`", "onnxruntime"));
-}
-
 TEST_P(Engine, IdentityChangesWithTheNetworkAndItsPreprocessing) {
   const auto first = open(test::smallOnnx(8, 4), modelToml("small.onnx", 8))->identity();
   EXPECT_EQ(first.substr(0, 6), "small ");
@@ -105,85 +95,6 @@ TEST_P(Engine, IdentityChangesWithTheNetworkAndItsPreprocessing) {
   EXPECT_NE(
       open(test::smallOnnx(8, 4, [](auto& g) { setWeights(g, 1); }), modelToml("small.onnx", 8))->identity(),
       first);
-}
-
-TEST_P(Engine, SaysWhenLabelsAndOutputsAreNotAsMany) {
-  EXPECT_THAT(refusal(test::smallOnnx(8, 4), modelToml("small.onnx", 8), 5),
-              FailsWith(ErrorCode::mismatch, "4", "5"));
-  EXPECT_THAT(refusal(test::smallOnnx(8, 4), modelToml("small.onnx", 8), 3),
-              FailsWith(ErrorCode::mismatch, "4", "3"));
-}
-
-TEST_P(Engine, SaysWhenOutputsAreNotFinite) {
-  const float nan = std::numeric_limits<float>::quiet_NaN();
-  for (const std::string more : {"", "softmax = true"})
-    EXPECT_THAT(refusal(test::smallOnnx(8, 4,
-                                        [&](auto& g) {
-                                          endWithLogits(g);
-                                          setWeights(g, nan);
-                                        }),
-                        modelToml("small.onnx", 8, more)),
-                FailsWith(ErrorCode::labelerFailure, "nan"));
-}
-
-TEST_P(Engine, SuggestsSoftmaxWhenOutputsAreNoProbabilities) {
-  for (const float weight : {-1.0F, 1.0F})
-    EXPECT_THAT(refusal(test::smallOnnx(8, 4,
-                                        [&](auto& g) {
-                                          endWithLogits(g);
-                                          setWeights(g, weight);
-                                        }),
-                        modelToml("small.onnx", 8)),
-                FailsWith(ErrorCode::labelerFailure, "softmax"));
-}
-
-TEST_P(Engine, NamesTheOperatorThatItCannotRun) {
-  const auto unknown = [](onnx::GraphProto& g) { g.mutable_node(0)->set_op_type("FancyPool"); };
-  EXPECT_THAT(refusal(test::smallOnnx(8, 4, unknown), modelToml("small.onnx", 8)),
-              FailsWith(ErrorCode::unsupportedFile, "FancyPool"));
-}
-
-TEST_P(Engine, SaysWhenTheInputHasAnotherSize) {
-  EXPECT_THAT(refusal(test::smallOnnx(8, 4), modelToml("small.onnx", 9)),
-              FailsWith(ErrorCode::mismatch, "1×3×8×8", "1×3×9×9", "`input`"));
-}
-
-TEST_P(Engine, RunsANetworkForAnySize) {
-  const auto any = [](bool named) {
-    return [named](onnx::GraphProto& g) {
-      for (auto* value : {g.mutable_input(0), g.mutable_output(0)})
-        for (auto& size : *value->mutable_type()->mutable_tensor_type()->mutable_shape()->mutable_dim())
-          if (&size != &value->type().tensor_type().shape().dim(1)) {
-            size.clear_dim_value();
-            if (named)
-              size.set_dim_param("n" + std::to_string(&size - &value->type().tensor_type().shape().dim(0)));
-          }
-    };
-  };
-  const cv::Mat image(30, 40, CV_8UC3, cv::Scalar(10, 20, 30));
-  const auto fixed = open(test::smallOnnx(9, 4), modelToml("small.onnx", 9))->label(image);
-  for (const bool named : {true, false})
-    EXPECT_EQ(open(test::smallOnnx(8, 4, any(named)), modelToml("small.onnx", 9))->label(image), fixed);
-}
-
-TEST_P(Engine, SaysWhenANetworkForAnySizeCannotHaveThisOne) {
-  const auto anySizeButNot = [](onnx::GraphProto& g) {  // a filter of 8×8 gives one pixel for 8×8 only
-    auto* shape = g.mutable_input(0)->mutable_type()->mutable_tensor_type()->mutable_shape();
-    shape->mutable_dim(2)->set_dim_param("height");
-    shape->mutable_dim(3)->set_dim_param("width");
-    auto* pool = g.mutable_node(0);
-    pool->set_op_type("AveragePool");
-    auto* kernel = pool->add_attribute();
-    kernel->set_name("kernel_shape");
-    kernel->set_type(onnx::AttributeProto::INTS);
-    kernel->add_ints(8);
-    kernel->add_ints(8);
-  };
-  EXPECT_NO_THROW(open(test::smallOnnx(8, 4, anySizeButNot), modelToml("small.onnx", 8)));
-  EXPECT_THAT(refusal(test::smallOnnx(8, 4, anySizeButNot), modelToml("small.onnx", 4)).message,
-              HasSubstr("small"));
-  EXPECT_THAT(refusal(test::smallOnnx(8, 4, anySizeButNot), modelToml("small.onnx", 9)).message,
-              HasSubstr("4"));
 }
 
 void putElsewhere(onnx::TensorProto* weights) {
@@ -196,45 +107,21 @@ void putElsewhere(onnx::TensorProto* weights) {
 }
 
 TEST_P(Engine, RefusesWeightsInOtherFiles) {
-  using Graph = onnx::GraphProto;
-  const auto attribute = [](Graph& g) { return g.mutable_node(0)->add_attribute(); };
-  const std::vector<std::pair<std::string, std::function<void(Graph&)>>> places = {
-      {"initializer", [](Graph& g) { putElsewhere(g.mutable_initializer(0)); }},
-      {"sparse values", [](Graph& g) { putElsewhere(g.add_sparse_initializer()->mutable_values()); }},
-      {"sparse indices", [](Graph& g) { putElsewhere(g.add_sparse_initializer()->mutable_indices()); }},
-      {"t", [&](Graph& g) { putElsewhere(attribute(g)->mutable_t()); }},
-      {"tensors", [&](Graph& g) { putElsewhere(attribute(g)->add_tensors()); }},
-      {"sparse_tensor",
-       [&](Graph& g) { putElsewhere(attribute(g)->mutable_sparse_tensor()->mutable_values()); }},
-      {"sparse_tensors",
-       [&](Graph& g) { putElsewhere(attribute(g)->add_sparse_tensors()->mutable_indices()); }},
-      {"If", [&](Graph& g) { putElsewhere(attribute(g)->mutable_g()->add_initializer()); }},
-      {"graphs", [&](Graph& g) { putElsewhere(attribute(g)->add_graphs()->add_initializer()); }},
-      {"Loop in If", [&](Graph& g) {
-         auto* loop = attribute(g)->mutable_g()->add_node()->add_attribute()->mutable_g();
-         putElsewhere(loop->add_node()->add_attribute()->mutable_t());
-       }}};
-  for (const auto& [place, change] : places)
-    EXPECT_THAT(refusal(test::smallOnnx(8, 4, change), modelToml("small.onnx", 8)),
-                FailsWith(ErrorCode::unsafePath, "small.onnx", "(weights)"))
-        << place;
-}
-
-TEST_P(Engine, RefusesWeightsInOtherFilesOutsideOfTheGraph) {
   using Model = onnx::ModelProto;
-  const std::vector<std::pair<std::string, std::function<void(Model&)>>> places = {
+  const auto attribute = [](Model& m) { return m.mutable_graph()->mutable_node(0)->add_attribute(); };
+  const std::pair<std::string, std::function<void(Model&)>> places[] = {
+      {"initializer", [](Model& m) { putElsewhere(m.mutable_graph()->mutable_initializer(0)); }},
+      {"sparse values",
+       [](Model& m) { putElsewhere(m.mutable_graph()->add_sparse_initializer()->mutable_values()); }},
+      {"tensors", [&](Model& m) { putElsewhere(attribute(m)->add_tensors()); }},
+      {"graphs", [&](Model& m) { putElsewhere(attribute(m)->add_graphs()->add_initializer()); }},
+      {"Loop in If",
+       [&](Model& m) {
+         auto* loop = attribute(m)->mutable_g()->add_node()->add_attribute()->mutable_g();
+         putElsewhere(loop->add_node()->add_attribute()->mutable_t());
+       }},
       {"function",
        [](Model& m) { putElsewhere(m.add_functions()->add_node()->add_attribute()->mutable_t()); }},
-      {"default of a function",  // a field that came after ONNX 1.12
-       [](Model& m) {
-         auto* function = m.add_functions();
-         onnx::AttributeProto attribute;
-         putElsewhere(attribute.mutable_g()->add_initializer());
-         function->GetReflection()->MutableUnknownFields(function)->AddLengthDelimited(
-             11, attribute.SerializeAsString());
-       }},
-      {"initialization",
-       [](Model& m) { putElsewhere(m.add_training_info()->mutable_initialization()->add_initializer()); }},
       {"algorithm",
        [](Model& m) { putElsewhere(m.add_training_info()->mutable_algorithm()->add_initializer()); }}};
   for (const auto& [place, change] : places) {
@@ -242,29 +129,9 @@ TEST_P(Engine, RefusesWeightsInOtherFilesOutsideOfTheGraph) {
     ASSERT_TRUE(model.ParseFromString(test::smallOnnx(8, 4)));
     change(model);
     EXPECT_THAT(refusal(model.SerializeAsString(), modelToml("small.onnx", 8)),
-                FailsWith(ErrorCode::unsafePath, "small.onnx", "(weights)"))
+                FailsWith(ErrorCode::unsafePath))
         << place;
   }
-}
-
-TEST_P(Engine, RefusesGraphsNestedWithoutEnd) {
-  const auto nested = [](onnx::GraphProto& g) {
-    auto* inner = &g;
-    for (int i = 0; i < 1000; ++i) inner = inner->add_node()->add_attribute()->mutable_g();
-  };
-  EXPECT_THAT(refusal(test::smallOnnx(8, 4, nested), modelToml("small.onnx", 8)),
-              FailsWith(ErrorCode::malformedFile, "small.onnx"));
-}
-
-TEST_P(Engine, RefusesANetworkOfSeveralInputs) {
-  const auto second = [](onnx::GraphProto& g) {
-    *g.add_input() = g.input(0);
-    g.mutable_input(1)->set_name("mask");
-    g.mutable_input(1)->mutable_type()->mutable_tensor_type()->mutable_shape()->mutable_dim(1)->set_dim_value(
-        1);
-  };
-  EXPECT_THAT(refusal(test::smallOnnx(8, 4, second), modelToml("small.onnx", 8)),
-              FailsWith(ErrorCode::mismatch, "1×1×8×8"));
 }
 
 TEST_P(Engine, LabelsBatchesLikeImages) {
@@ -285,14 +152,26 @@ TEST_P(Engine, LabelsBatchesLikeImages) {
   }
 }
 
-TEST_P(Engine, NamesItselfToCachesOnly) {
-  const auto labeler = open(test::smallOnnx(8, 4), modelToml("small.onnx", 8));
-  EXPECT_EQ(labeler->cacheKey(), labeler->identity() + " " + versionOf(GetParam()));
-  EXPECT_EQ(labeler->identity().find(GetParam()), std::string::npos);
-}
-
-TEST_P(Engine, ListsTheOutputsWhenThereAreSeveral) {
-  const auto twoOutputs = [](onnx::GraphProto& g) {
+TEST_P(Engine, RefusesNetworksThatItCannotRun) {
+  using Graph = onnx::GraphProto;
+  const auto logits = [](float weight) {
+    return [weight](Graph& g) {
+      endWithLogits(g);
+      setWeights(g, weight);
+    };
+  };
+  const auto unknown = [](Graph& g) { g.mutable_node(0)->set_op_type("FancyPool"); };
+  const auto nested = [](Graph& g) {
+    auto* inner = &g;
+    for (int i = 0; i < 1000; ++i) inner = inner->add_node()->add_attribute()->mutable_g();
+  };
+  const auto twoInputs = [](Graph& g) {
+    *g.add_input() = g.input(0);
+    g.mutable_input(1)->set_name("mask");
+    g.mutable_input(1)->mutable_type()->mutable_tensor_type()->mutable_shape()->mutable_dim(1)->set_dim_value(
+        1);
+  };
+  const auto twoOutputs = [](Graph& g) {
     auto* copy = g.add_node();
     copy->set_op_type("Softmax");
     copy->set_name("second");
@@ -301,22 +180,43 @@ TEST_P(Engine, ListsTheOutputsWhenThereAreSeveral) {
     *g.add_output() = g.output(0);
     g.mutable_output(1)->set_name("second");
   };
-  EXPECT_THAT(refusal(test::smallOnnx(8, 4, twoOutputs), modelToml("small.onnx", 8)),
-              FailsWith(ErrorCode::mismatch, "probabilities", "second", "`output`"));
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const std::string good = test::smallOnnx(8, 4), toml = modelToml("small.onnx", 8);
+  const std::tuple<const char*, std::string, std::string, ErrorCode> cases[] = {
+      {"nan", test::smallOnnx(8, 4, logits(nan)), toml, ErrorCode::labelerFailure},
+      {"below 0", test::smallOnnx(8, 4, logits(-1)), toml, ErrorCode::labelerFailure},
+      {"above 1", test::smallOnnx(8, 4, logits(1)), toml, ErrorCode::labelerFailure},
+      {"operator", test::smallOnnx(8, 4, unknown), toml, ErrorCode::unsupportedFile},
+      {"size", good, modelToml("small.onnx", 9), ErrorCode::mismatch},
+      {"nested without end", test::smallOnnx(8, 4, nested), toml, ErrorCode::malformedFile},
+      {"two inputs", test::smallOnnx(8, 4, twoInputs), toml, ErrorCode::mismatch},
+      {"two outputs", test::smallOnnx(8, 4, twoOutputs), toml, ErrorCode::mismatch},
+      {"missing", good, modelToml("other.onnx", 8), ErrorCode::fileNotFound},
+      {"no network", "this is no network", toml, ErrorCode::malformedFile},
+      {"empty", "", toml, ErrorCode::malformedFile},
+      {"half", good.substr(0, good.size() / 2), toml, ErrorCode::malformedFile}};
+  for (const auto& [what, network, settings, code] : cases)
+    EXPECT_THAT(refusal(network, settings), FailsWith(code)) << what;
+  for (const std::size_t labels : {3, 5})
+    EXPECT_THAT(refusal(good, toml, labels), FailsWith(ErrorCode::mismatch)) << labels;
+  for (const std::string file : {"small.h5", "small.tflite"})
+    EXPECT_THAT(refusal(good, modelToml(file, 8), 4, file), FailsWith(ErrorCode::unsupportedFile)) << file;
 }
 
-TEST_P(Engine, SaysWhenAFileIsMissingBrokenOrUnknown) {
-  const std::string good = test::smallOnnx(8, 4);
-  EXPECT_THAT(refusal(good, modelToml("other.onnx", 8)), FailsWith(ErrorCode::fileNotFound, "other.onnx"));
-  EXPECT_THAT(refusal("this is no network", modelToml("small.onnx", 8)),
-              FailsWith(ErrorCode::malformedFile, "small.onnx"));
-  EXPECT_THAT(refusal("", modelToml("small.onnx", 8)), FailsWith(ErrorCode::malformedFile, "small.onnx"));
-  EXPECT_THAT(refusal(good, modelToml("small.h5", 8), 4, "small.h5"),
-              FailsWith(ErrorCode::unsupportedFile, "small.h5", ".onnx"));
-  EXPECT_THAT(refusal(good.substr(0, good.size() / 2), modelToml("small.onnx", 8)),
-              FailsWith(ErrorCode::malformedFile, "small.onnx"));
-  EXPECT_THAT(refusal(good, modelToml("small.tflite", 8), 4, "small.tflite"),
-              FailsWith(ErrorCode::unsupportedFile, "small.tflite", "estancia models add"));
+TEST_P(Engine, AnswersTheSameWhenItIsOpenedOnDemand) {
+  const auto now = open(test::smallOnnx(8, 4), modelToml("small.onnx", 8));
+  const std::string folder = scratch_.path().string();
+  const auto later = loadModel(folder, {GetParam(), 1, true});
+  EXPECT_EQ(later->identity(), now->identity());
+  EXPECT_EQ(later->cacheKey(), now->cacheKey()) << "they share a cache";
+  EXPECT_EQ(later->vocabulary(), now->vocabulary());
+  EXPECT_EQ(later->batchSize(), now->batchSize());
+  const cv::Mat image(20, 20, CV_8UC3, cv::Scalar(10, 90, 200));
+  const std::vector<Prepared> two{later->prepare(image), later->prepare(cv::Mat(image / 2))};
+  EXPECT_EQ(later->inferBatch(two).at(1).descriptor, now->label(cv::Mat(image / 2)));
+  writeFile(scratch_ / "small.onnx", "no network");
+  const auto bad = loadModel(folder, {GetParam(), 1, true});
+  EXPECT_THAT([&] { bad->label(image); }, FailsWith(ErrorCode::malformedFile)) << "said at the first image";
 }
 
 TEST_P(Engine, ComparesDigests) {
@@ -325,8 +225,7 @@ TEST_P(Engine, ComparesDigests) {
     return modelToml("small.onnx", 8, "[sha256]\n\"small.onnx\" = \"" + digest + "\"");
   };
   EXPECT_NO_THROW(open(good, toml(sha256(good))));
-  EXPECT_THAT(refusal(good, toml(sha256("other"))),
-              FailsWith(ErrorCode::corruptFile, "small.onnx", sha256("other")));
+  EXPECT_THAT(refusal(good, toml(sha256("other"))), FailsWith(ErrorCode::corruptFile));
 }
 
 TEST_P(Engine, DoesNotFollowLinksOutOfTheFolder) {
@@ -335,7 +234,7 @@ TEST_P(Engine, DoesNotFollowLinksOutOfTheFolder) {
   writeFile(scratch_ / "labels.txt", test::labelLines(4));
   writeFile(scratch_ / "model.toml", modelToml("small.onnx", 8));
   std::filesystem::create_symlink(elsewhere / "small.onnx", scratch_ / "small.onnx");
-  EXPECT_THAT([&] { loadModel(scratch_.path().string()); }, FailsWith(ErrorCode::unsafePath, "small.onnx"));
+  EXPECT_THAT([&] { loadModel(scratch_.path().string()); }, FailsWith(ErrorCode::unsafePath));
 }
 
 const char* const prototxt = R"(name: "small"
@@ -356,18 +255,18 @@ TEST_P(OpencvEngine, OpensCaffe) {
     EXPECT_NEAR(words[i], std::exp(1.0 + static_cast<double>(i)) / sum, 1e-5);
 }
 
-TEST_P(OpencvEngine, AsksForTheLayersOfACaffemodel) {
+TEST_P(OpencvEngine, RefusesWhatItCannotRun) {
   EXPECT_THAT(refusal(emptyCaffemodel, modelToml("net.caffemodel", 8), 3, "net.caffemodel"),
-              FailsWith(ErrorCode::invalidInput, "prototxt", "`config`"));
+              FailsWith(ErrorCode::invalidInput));
   const std::string toml = modelToml("net.caffemodel", 8, "config = \"deploy.prototxt\"");
   std::string unknown = prototxt;
   unknown.replace(unknown.find("Softmax"), 7, "Wonder");
   writeFile(scratch_ / "deploy.prototxt", unknown);
-  EXPECT_THAT(refusal(emptyCaffemodel, toml, 3, "net.caffemodel"),
-              FailsWith(ErrorCode::mismatch, "small", "Wonder"));
+  EXPECT_THAT(refusal(emptyCaffemodel, toml, 3, "net.caffemodel"), FailsWith(ErrorCode::mismatch));
   writeFile(scratch_ / "deploy.prototxt", "this is {{{ no network");
-  EXPECT_THAT(refusal(emptyCaffemodel, toml, 3, "net.caffemodel"),
-              FailsWith(ErrorCode::unsupportedFile, "net.caffemodel"));
+  EXPECT_THAT(refusal(emptyCaffemodel, toml, 3, "net.caffemodel"), FailsWith(ErrorCode::unsupportedFile));
+  EXPECT_THAT(refusal(test::smallOnnx(8, 4), layerToml("mean", "features = 3")),
+              FailsWith(ErrorCode::unsupportedFile));
 }
 
 /// One field of a protobuf message: length-delimited.
@@ -393,12 +292,6 @@ TEST_P(OpencvEngine, OpensTensorflow) {
     EXPECT_NEAR(words[i], std::exp(1.0 + static_cast<double>(i)) / sum, 1e-5);
 }
 
-TEST_P(OpencvEngine, NamesTheTensorflowOperatorThatItCannotRun) {
-  EXPECT_THAT(refusal(tensorflowNode("input", "Placeholder", "") + tensorflowNode("x", "Wonder", "input"),
-                      modelToml("net.pb", 1), 3, "net.pb"),
-              FailsWith(ErrorCode::mismatch, "small", "Wonder"));
-}
-
 /// What only the choice between engines shows.
 class Engines : public Engine {};
 INSTANTIATE_TEST_SUITE_P(Both, Engines, testing::Values("onnxruntime"),
@@ -420,19 +313,17 @@ TEST_P(Engines, GiveTheFeaturesOfAnInnerLayerAsShares) {
 
 TEST_P(Engines, RefuseInnerLayersThatAreNoFeatures) {
   const std::string network = test::smallOnnx(8, 4);
-  EXPECT_THAT(refusal(network, layerToml("nothing", "features = 3")),
-              FailsWith(ErrorCode::mismatch, "probabilities", "`output`"));
-  EXPECT_THAT(refusal(network, layerToml("mean", "features = 4")), FailsWith(ErrorCode::mismatch, "3", "4"));
-  EXPECT_THAT(refusal(network, layerToml("mean", "")), FailsWith(ErrorCode::malformedFile, "`labels`"));
-  EXPECT_THAT(refusal(network, layerToml("mean", "features = 1")),
-              FailsWith(ErrorCode::malformedFile, "`features`", "2"));
+  EXPECT_THAT(refusal(network, layerToml("nothing", "features = 3")), FailsWith(ErrorCode::mismatch));
+  EXPECT_THAT(refusal(network, layerToml("mean", "features = 4")), FailsWith(ErrorCode::mismatch));
+  EXPECT_THAT(refusal(network, layerToml("mean", "")), FailsWith(ErrorCode::malformedFile));
+  EXPECT_THAT(refusal(network, layerToml("mean", "features = 1")), FailsWith(ErrorCode::malformedFile));
   for (const std::string more :
        {"labels = \"labels.txt\"", "softmax = true", "sigmoid = true", "unused = [0]", "reduce = \"max\""})
     EXPECT_THAT(refusal(network, layerToml("mean", "features = 3\n" + more)),
-                FailsWith(ErrorCode::invalidInput, "`features`"));
+                FailsWith(ErrorCode::invalidInput));
   EXPECT_THAT(
       refusal(test::smallOnnx(8, 4, [](auto& g) { setWeights(g, -1); }), layerToml("row", "features = 4")),
-      FailsWith(ErrorCode::mismatch, "ReLU"));
+      FailsWith(ErrorCode::mismatch));
 }
 
 TEST_P(Engines, TheBestComesFirstAndATypePinsOne) {
@@ -447,10 +338,8 @@ TEST_P(Engines, TheBestComesFirstAndATypePinsOne) {
   EXPECT_TRUE(openAs("network", "opencv").ends_with(opencvVersion()));
   EXPECT_TRUE(openAs("opencv", "").ends_with(opencvVersion()));
   EXPECT_TRUE(openAs("onnxruntime", "").ends_with(onnxruntimeVersion()));
-  EXPECT_THAT([&] { openAs("opencv", "onnxruntime"); },
-              FailsWith(ErrorCode::invalidOption, "opencv", "--engine"));
-  EXPECT_THAT([&] { openAs("network", "abacus"); },
-              FailsWith(ErrorCode::unknownName, "abacus", "onnxruntime, opencv"));
+  EXPECT_THAT([&] { openAs("opencv", "onnxruntime"); }, FailsWith(ErrorCode::invalidOption));
+  EXPECT_THAT([&] { openAs("network", "abacus"); }, FailsWith(ErrorCode::unknownName));
 }
 
 TEST_P(Engines, AModelIn8BitsKeepsItsNameAndHasAnotherIdentity) {
@@ -467,52 +356,30 @@ TEST_P(Engines, AModelIn8BitsKeepsItsNameAndHasAnotherIdentity) {
   const std::string model = scratch_.path().string();
   EXPECT_THAT(loadModel(model, options)->identity(), testing::StartsWith("small int8-"));
   EXPECT_NE(loadModel(model, options)->cacheKey(), loadModel(model)->cacheKey());
+  LabelerOptions elsewhere = options;
+  elsewhere.engine = "opencv";
+  EXPECT_THAT([&] { loadModel(model, elsewhere); }, FailsWith(ErrorCode::invalidOption));
   options.onDemand = true;  // knows it at once
   EXPECT_EQ(loadModel(model, options)->identity(), checkModel(model, options).identity);
   EXPECT_EQ(checkModel(model, options).spec.name, "small");
   writeFile(scratch_ / "bytes.onnx", real);
-  EXPECT_THAT([&] { loadModel(model, options); }, FailsWith(ErrorCode::corruptFile, "bytes.onnx"));
+  EXPECT_THAT([&] { loadModel(model, options); }, FailsWith(ErrorCode::corruptFile));
   EXPECT_NO_THROW(loadModel(model));
-}
-
-TEST_P(Engines, In8BitsNeedTheFileAndOnnxruntime) {
-  LabelerOptions options;
-  options.precision = Precision::int8;
-  open(test::smallOnnx(8, 4), modelToml("small.onnx", 8));
-  EXPECT_THAT([&] { loadModel(scratch_.path().string(), options); },
-              FailsWith(ErrorCode::unsupportedFile, "models quantize", "small"));
-  writeFile(scratch_ / "bytes.onnx", test::smallOnnx(8, 4));
-  writeFile(scratch_ / "model.toml", modelToml("small.onnx", 8, "int8 = \"bytes.onnx\""));
-  options.engine = "opencv";
-  EXPECT_THAT([&] { loadModel(scratch_.path().string(), options); },
-              FailsWith(ErrorCode::invalidOption, "opencv", "--precision"));
-}
-
-TEST_P(Engines, CaffeStaysWithOpencv) {
-  writeFile(scratch_ / "net.caffemodel", emptyCaffemodel);
-  writeFile(scratch_ / "deploy.prototxt", prototxt);
-  writeFile(scratch_ / "labels.txt", test::labelLines(3));
-  writeFile(scratch_ / "model.toml",
-            modelToml("net.caffemodel", 8, "config = \"deploy.prototxt\"\nscale = 0.1"));
-  EXPECT_TRUE(loadModel(scratch_.path().string())->cacheKey().ends_with(opencvVersion()));
-  EXPECT_EQ(enginesFor(readModelSpec(scratch_.path())), std::vector<std::string>{"opencv"});
-  EXPECT_THAT(
-      [&] {
-        loadModel(scratch_.path().string(), {"onnxruntime", 1});
-      },
-      FailsWith(ErrorCode::unsupportedFile, "net.caffemodel", "opencv"));
+  options.onDemand = false;
+  writeFile(scratch_ / "model.toml", modelToml("small.onnx", 8));
+  EXPECT_THAT([&] { loadModel(model, options); }, FailsWith(ErrorCode::unsupportedFile));
 }
 
 TEST_P(Engines, RefuseWhatAnotherLabelerPrepared) {
   const auto small = open(test::smallOnnx(8, 4), modelToml("small.onnx", 8));
   const auto large = open(test::smallOnnx(9, 4), modelToml("small.onnx", 9));
   const Prepared image = large->prepare(cv::Mat(30, 40, CV_8UC3, cv::Scalar(10, 20, 30)));
-  EXPECT_THAT([&] { small->infer(image); }, FailsWith(ErrorCode::mismatch, "small"));
+  EXPECT_THAT([&] { small->infer(image); }, FailsWith(ErrorCode::mismatch));
   EXPECT_THAT(
       [&] {
         small->inferBatch(std::vector<Prepared>{image, image});
       },
-      FailsWith(ErrorCode::mismatch, "small"));
+      FailsWith(ErrorCode::mismatch));
 }
 
 TEST_P(Engines, SayWhenTheNetworkChangesBetweenImagesAndBatches) {
@@ -521,7 +388,7 @@ TEST_P(Engines, SayWhenTheNetworkChangesBetweenImagesAndBatches) {
   const auto labeler = loadModel(scratch_.path().string(), {"onnxruntime", 2});
   writeFile(scratch_ / "small.onnx", test::smallOnnx(8, 4, [](auto& g) { setWeights(g, 1); }));
   const std::vector<Prepared> batch(3, labeler->prepare(cv::Mat(8, 8, CV_8UC3, cv::Scalar::all(9))));
-  EXPECT_THAT([&] { labeler->inferBatch(batch); }, FailsWith(ErrorCode::corruptFile, "small.onnx"));
+  EXPECT_THAT([&] { labeler->inferBatch(batch); }, FailsWith(ErrorCode::corruptFile));
 }
 
 }  // namespace

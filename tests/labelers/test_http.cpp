@@ -34,7 +34,6 @@ namespace {
 using test::FailsWith;
 using test::writeFile;
 using testing::ElementsAre;
-using testing::HasSubstr;
 using Clock = std::chrono::steady_clock;
 
 cv::Mat gray(int value = 128) {
@@ -201,18 +200,6 @@ TEST_F(HttpLabeler, PostsAJpegAndReadsTheLabels) {
   EXPECT_THAT(labeler->vocabulary().labels(), ElementsAre("cup", "mug"));
 }
 
-TEST_F(HttpLabeler, PostsAForm) {
-  service_.handle = [](const auto& request, auto& response) {
-    ASSERT_TRUE(request.has_file("image"));
-    const auto file = request.get_file_value("image");
-    EXPECT_EQ(file.content_type, "image/png");
-    const std::vector<unsigned char> bytes(file.content.begin(), file.content.end());
-    EXPECT_EQ(cv::norm(cv::imdecode(bytes, cv::IMREAD_COLOR), gray(), cv::NORM_INF), 0);
-    answer(response, R"([{"label": "cup", "confidence": 1}])");
-  };
-  EXPECT_THAT(open("field = \"image\"\nformat = \"png\"")->label(gray()), ElementsAre(1));
-}
-
 /// The service of the thesis, in the form it has now.
 TEST_F(HttpLabeler, SpeaksWithClarifai) {
   setenv("ESTANCIA_TEST_KEY", "s3cr3t", 1);
@@ -252,13 +239,12 @@ TEST_F(HttpLabeler, NeverShowsASecret) {
   EXPECT_EQ(identity.find("s3cr3t"), std::string::npos);
   setenv("ESTANCIA_TEST_KEY", "other", 1);
   EXPECT_EQ(open(headers)->identity(), identity) << "another key is the same model";
-  EXPECT_EQ(open(headers + "\nrate = 7 # a second\ntimeout = 5")->identity(), identity) << "nothing is lost";
   EXPECT_NE(open(headers + "\nbest = 5")->identity(), identity);
   setenv("ESTANCIA_TEST_KEY", "a\r\nX-Injected: b", 1);
-  EXPECT_THAT(refusal(headers), FailsWith(ErrorCode::malformedFile, "`headers`"));
+  EXPECT_THAT(refusal(headers), FailsWith(ErrorCode::malformedFile));
   EXPECT_EQ(refusal(headers).message.find("Injected"), std::string::npos);
   unsetenv("ESTANCIA_TEST_KEY");
-  EXPECT_THAT(refusal(headers), FailsWith(ErrorCode::malformedFile, "ESTANCIA_TEST_KEY"));
+  EXPECT_THAT(refusal(headers), FailsWith(ErrorCode::malformedFile));
 }
 
 TEST_F(HttpLabeler, WorksOnSeveralAtATimeButDiscoversInTheFramesOrder) {
@@ -286,13 +272,6 @@ TEST_F(HttpLabeler, WorksOnSeveralAtATimeButDiscoversInTheFramesOrder) {
   EXPECT_THAT(results[2].descriptor, ElementsAre(0, 0.25F, 0, 0.5F));
 }
 
-TEST_F(HttpLabeler, DropsWordsOutsideOfAGivenVocabulary) {
-  writeFile(scratch_ / "labels.txt", "mug\nspoon\n");
-  const auto labeler = open("labels = \"labels.txt\"");
-  EXPECT_FALSE(labeler->discovers());
-  EXPECT_THAT(labeler->label(gray()), ElementsAre(0.25F, 0));
-}
-
 TEST_F(HttpLabeler, TriesAgainWhatMayPass) {
   for (const int status : {500, 503, 429, 408}) {
     service_.requests = 0;
@@ -305,12 +284,9 @@ TEST_F(HttpLabeler, TriesAgainWhatMayPass) {
     EXPECT_THAT(open()->label(gray()), ElementsAre(1)) << status;
     EXPECT_EQ(service_.requests, 3);
   }
-}
-
-TEST_F(HttpLabeler, GivesUpInTheEnd) {
-  answerAlways("out of\norder", 500);
-  EXPECT_THAT(refusal("attempts = 3"), FailsWith(ErrorCode::serverFailure, "model web: http://127.0.0.1:",
-                                                 "HTTP 500: out of\\x0Aorder", "3", "0007.png"));
+  service_.requests = 0;
+  answerAlways("out of order", 500);
+  EXPECT_THAT(refusal("attempts = 3"), FailsWith(ErrorCode::serverFailure));
   EXPECT_EQ(service_.requests, 3);
 }
 
@@ -331,8 +307,7 @@ TEST_F(HttpLabeler, DoesNotWaitForever) {
       response.set_header("Retry-After", wait);
       answer(response, "slow down", 429);
     };
-    EXPECT_THAT(refusal("max_wait = 2"),
-                FailsWith(ErrorCode::serverFailure, "HTTP 429: slow down", "`max_wait` (2 s)"));
+    EXPECT_THAT(refusal("max_wait = 2"), FailsWith(ErrorCode::serverFailure));
   }
   EXPECT_EQ(service_.requests, 2);
 }
@@ -347,39 +322,22 @@ TEST_F(HttpLabeler, AnImageThatIsRefusedIsOneFrameLess) {
     };
     const auto labeler = open();
     const auto results = labelAll(*labeler, {20, 200});
-    EXPECT_THAT(results[0].problem, HasSubstr("HTTP " + std::to_string(status) + ": too dark"));
+    EXPECT_NE(results[0].problem, "") << status;
     EXPECT_EQ(results[1].problem, "");
     EXPECT_THAT(results[1].descriptor, ElementsAre(1));
     EXPECT_THROW(labeler->label(gray(20)), FrameError);
   }
 }
 
-TEST_F(HttpLabeler, EndsWithAdviceWhereTryingIsVain) {
-  const std::pair<int, std::string> cases[] = {
-      {401, "check the key"}, {403, "check the key"}, {404, "check `url`"}, {402, "HTTP 402: no"}};
-  for (const auto& [status, advice] : cases) {
+TEST_F(HttpLabeler, EndsWhereTryingIsVain) {
+  for (const int status : {401, 402, 403, 404}) {
     answerAlways("no", status);
-    EXPECT_THAT(refusal(), FailsWith(ErrorCode::serverFailure, advice)) << status;
+    EXPECT_THAT(refusal(), FailsWith(ErrorCode::serverFailure)) << status;
   }
   EXPECT_EQ(service_.requests, 4) << "each was tried once";
   service_.handle = [](const auto&, auto& response) { response.set_redirect("http://elsewhere/label", 307); };
-  EXPECT_THAT(refusal(), FailsWith(ErrorCode::serverFailure, "http://elsewhere/label", "`url`"));
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::serverFailure));
   EXPECT_EQ(service_.requests, 5);
-}
-
-TEST_F(HttpLabeler, OneFailureEndsTheBatch) {
-  service_.handle = [](const auto& request, auto& response) {
-    if (valueOf(request) == 100)
-      answer(response, "no", 403);
-    else
-      answer(response, "busy", 503);  // would be tried for hours
-  };
-  const auto labeler = open("attempts = 100\nbackoff = 60");
-  EXPECT_THAT(
-      [&] {
-        labelAll(*labeler, {0, 50, 100, 150});
-      },
-      FailsWith(ErrorCode::serverFailure, "HTTP 403"));
 }
 
 TEST_F(HttpLabeler, KeepsWhatWasAnsweredBesideAFailure) {
@@ -389,7 +347,7 @@ TEST_F(HttpLabeler, KeepsWhatWasAnsweredBesideAFailure) {
     else
       answer(response, R"({"labels": {"cup": 1}})");
   };
-  const auto labeler = open("parallel = 1");
+  const auto labeler = open("parallel = 1\nattempts = 100\nbackoff = 60");
   std::vector<Prepared> batch;
   for (const int value : {0, 50, 100, 150}) batch.push_back(labeler->prepare(gray(value)));
   try {
@@ -406,42 +364,33 @@ TEST_F(HttpLabeler, KeepsWhatWasAnsweredBesideAFailure) {
 }
 
 TEST_F(HttpLabeler, RefusesNonsense) {
-  const std::pair<std::string, std::string> cases[] = {
-      {"<html>Hello</html>", "\"<html>Hello</html>\""}, {"", "JSON"},
-      {R"({"labels": {"cup": 87}})", "87 for \"cup\""}, {R"({"labels": {"cup": -1}})", "-1 for \"cup\""},
-      {R"({"labels": {"cup": NaN}})", "NaN"},           {R"({"concepts": {}})", "/labels"}};
-  for (const auto& [json, expected] : cases) {
+  for (const std::string json :
+       {"<html>Hello</html>", "", R"({"labels": {"cup": 87}})", R"({"labels": {"cup": -1}})",
+        R"({"labels": {"cup": NaN}})", R"({"concepts": {}})"}) {
     answerAlways(json);
-    EXPECT_THAT(refusal(), FailsWith(ErrorCode::malformedFile, expected));
+    EXPECT_THAT(refusal(), FailsWith(ErrorCode::malformedFile)) << json;
   }
   answerAlways("{\"labels\": \"" + std::string(5'000'000, 'x') + "\"}");
-  EXPECT_THAT(refusal(), FailsWith(ErrorCode::network, "4194304 bytes"));
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::network));
   answerAlways(R"({"labels": {}})");
   EXPECT_THROW(open()->label(gray()), FrameError) << "no word is known at all";
 }
 
 TEST_F(HttpLabeler, OutlastsASlowLoris) {
-  const std::string settings = "timeout = 0.2\nread_timeout = 60\nattempts = 2";
-  for (const std::string start : {"HTTP/1.1 200 ", "HTTP/1.1 200 OK\r\nX-More: ",
-                                  "HTTP/1.1 200 OK\r\nContent-Length: 99999999999\r\n\r\n"}) {
+  const std::string settings = "timeout = 0.2\nread_timeout = 60\nattempts = 1";
+  for (const std::string start :
+       {"HTTP/1.1 200 ", "HTTP/1.1 200 OK\r\nContent-Length: 99999999999\r\n\r\n"}) {
     bool begun = false;
     const RawServer dribbling([&](int c) {
       const bool sent = say(c, std::exchange(begun, true) ? "x" : start);
       begun = begun && sent;
       return sent;
     });
-    EXPECT_THAT([&] { openPort(dribbling.port, settings)->label(gray()); },
-                FailsWith(ErrorCode::network, "0.2 s", "2 attempts"));
+    EXPECT_THAT([&] { openPort(dribbling.port, settings)->label(gray()); }, FailsWith(ErrorCode::network));
   }
   const RawServer handshake([](int c) { return say(c, std::string("\x16\x03\x03\x3f\xff", 5)); });
   const std::string tls = "https://127.0.0.1:" + std::to_string(handshake.port) + "/";
-  EXPECT_THAT([&] { openAt(tls, settings)->label(gray()); }, FailsWith(ErrorCode::network, "2 attempts"));
-}
-
-TEST_F(HttpLabeler, NoticesWhatIsNoHttp) {
-  const RawServer server([](int c) { return say(c, "H"); });
-  EXPECT_THAT([&] { openPort(server.port, "attempts = 2")->label(gray()); },
-              FailsWith(ErrorCode::network, "HTTP", "2 attempts"));
+  EXPECT_THAT([&] { openAt(tls, settings)->label(gray()); }, FailsWith(ErrorCode::network));
 }
 
 /// Before curl's pull request 11103 a handle that is used again writes the line into freed memory, as the
@@ -461,68 +410,57 @@ TEST_F(HttpLabeler, KeepsItsConnectionAndRefusesAnAnswerThatBeginsWithAFoldedLin
   for (int i = 0; i < 5; ++i) EXPECT_THAT(labeler->label(gray()), ElementsAre(0.75F));
   EXPECT_EQ(connections, 1);
   folds = true;
-  EXPECT_THAT([&] { labeler->label(gray()); }, FailsWith(ErrorCode::network, "no HTTP"));
+  EXPECT_THAT([&] { labeler->label(gray()); }, FailsWith(ErrorCode::network));
 }
 
 TEST_F(HttpLabeler, RefusesEndlessHeaders) {
   std::string lines = "HTTP/1.1 200 OK\r\n";
   for (int i = 0; i < 10'000; ++i) lines += "X-More: " + std::string(100, 'x') + "\r\n";
-  const RawServer server([&](int c) { return say(c, lines); });
-  EXPECT_THAT([&] { openPort(server.port)->label(gray()); }, FailsWith(ErrorCode::network, "4194304 bytes"));
-}
-
-TEST_F(HttpLabeler, RefusesAnEndlessStatusLine) {
-  for (const std::size_t length : {400'000, 3'000'000}) {
-    const std::string line = "HTTP/1.1 200 " + std::string(length, 'x') + "\r\n\r\n{}";
-    const RawServer server([&](int c) { return say(c, line) && false; });
-    EXPECT_THAT([&] { openPort(server.port)->label(gray()); }, FailsWith(ErrorCode::network, "bytes"))
-        << length;
+  const std::string status = "HTTP/1.1 200 " + std::string(3'000'000, 'x') + "\r\n\r\n{}";
+  for (const std::string& endless : {lines, status}) {
+    const RawServer server([&](int c) { return say(c, endless) && endless == lines; });
+    EXPECT_THAT([&] { openPort(server.port)->label(gray()); }, FailsWith(ErrorCode::network));
   }
 }
 
-/// In a process of its own, for which the user's wish to stop holds from then on.
 TEST_F(HttpLabeler, StopsWhenTheUserWantsTo) {
-  const auto exitsStopped = [](Labeler& labeler) {
-    const Prepared batch[] = {labeler.prepare(gray()), labeler.prepare(gray())};
-    const auto label = [&] {
-      catchInterrupts();
-      std::thread user([] {
-        std::this_thread::sleep_for(std::chrono::milliseconds(300));
-        kill(getpid(), SIGINT);
-      });
-      try {
-        labeler.inferBatch(batch);
-      } catch (const Interrupted&) {
-        user.join();
-        std::_Exit(7);
-      }
-      std::_Exit(1);
-    };
-    EXPECT_EXIT(label(), testing::ExitedWithCode(7), "");
-  };
   const RawServer silent([](int) { return true; });
-  exitsStopped(*openPort(silent.port, "attempts = 1"));
-  answerAlways("busy", 503);
-  exitsStopped(*open("attempts = 2\nbackoff = 30"));
+  const auto labeler = openPort(silent.port, "attempts = 1");
+  const Prepared batch[] = {labeler->prepare(gray()), labeler->prepare(gray())};
+  const auto label = [&] {
+    catchInterrupts();
+    std::thread user([] {
+      std::this_thread::sleep_for(std::chrono::milliseconds(300));
+      kill(getpid(), SIGINT);
+    });
+    try {
+      labeler->inferBatch(batch);
+    } catch (const Interrupted&) {
+      user.join();
+      std::_Exit(7);
+    }
+    std::_Exit(1);
+  };
+  EXPECT_EXIT(label(), testing::ExitedWithCode(7), "");
 }
 
-TEST_F(HttpLabeler, GivesUpOnSilenceAndBrokenConnections) {
+TEST_F(HttpLabeler, GivesUpOnSilenceNoHttpAndBrokenConnections) {
   const RawServer silent([](int) { return true; });
   EXPECT_THAT([&] { openPort(silent.port, "read_timeout = 0.05\nattempts = 2")->label(gray()); },
-              FailsWith(ErrorCode::network, "0.05 s", "2 attempts"));
+              FailsWith(ErrorCode::network));
+  const RawServer foreign([](int c) { return say(c, "H"); });
+  EXPECT_THAT([&] { openPort(foreign.port, "attempts = 2")->label(gray()); }, FailsWith(ErrorCode::network));
   const RawServer closing([](int c) {
     say(c, "HTTP/1.1 200 OK\r\nContent-Length: 100\r\n\r\n{\"labels\"");
     return false;
   });
-  EXPECT_THAT([&] { openPort(closing.port, "attempts = 2")->label(gray()); },
-              FailsWith(ErrorCode::network, "2 attempts"));
+  EXPECT_THAT([&] { openPort(closing.port, "attempts = 2")->label(gray()); }, FailsWith(ErrorCode::network));
   int port = 0;
   {
     const RawServer gone([](int) { return false; });
     port = gone.port;
   }
-  EXPECT_THAT([&] { openPort(port, "attempts = 2")->label(gray()); },
-              FailsWith(ErrorCode::network, "2 attempts"));
+  EXPECT_THAT([&] { openPort(port, "attempts = 2")->label(gray()); }, FailsWith(ErrorCode::network));
 }
 
 TEST_F(HttpLabeler, KeepsToItsRate) {
@@ -542,34 +480,30 @@ TEST_F(HttpLabeler, ChecksCertificates) {
   const auto openTls = [&](const Service& service, const std::string& more) {
     return openAt("https://127.0.0.1:" + std::to_string(service.port) + "/label", more);
   };
+  const auto refusalOf = [&](const Service& service, const std::string& more) {
+    return test::caught([&] { openTls(service, more)->label(gray()); });
+  };
   EXPECT_THAT(openTls(honest, "ca = \"own.pem\"")->label(gray()), ElementsAre(0.75F, 0.25F));
-  EXPECT_THAT([&] { openTls(honest, "")->label(gray()); },
-              FailsWith(ErrorCode::network, "self-signed certificate", "`ca`"));
-  EXPECT_THAT([&] { openTls(impostor, "ca = \"own.pem\"")->label(gray()); },
-              FailsWith(ErrorCode::network, "`ca`"));
-  EXPECT_THAT([&] { openTls(impostor, "ca = \"foreign.pem\"")->label(gray()); },
-              FailsWith(ErrorCode::network, "`ca`"));
-  EXPECT_THAT([&] { openTls(honest, "ca = \"broken.pem\"")->label(gray()); },
-              FailsWith(ErrorCode::network, "`ca`"));
-  EXPECT_THAT([&] { openTls(honest, "ca = \"none.pem\"")->label(gray()); },
-              FailsWith(ErrorCode::fileNotFound, "none.pem"));
+  EXPECT_THAT(refusalOf(honest, ""), FailsWith(ErrorCode::network)) << "signs itself";
+  EXPECT_THAT(refusalOf(impostor, "ca = \"own.pem\""), FailsWith(ErrorCode::network));
+  EXPECT_THAT(refusalOf(impostor, "ca = \"foreign.pem\""), FailsWith(ErrorCode::network));
+  EXPECT_THAT(refusalOf(honest, "ca = \"broken.pem\""), FailsWith(ErrorCode::network));
+  EXPECT_THAT(refusalOf(honest, "ca = \"none.pem\""), FailsWith(ErrorCode::fileNotFound));
   EXPECT_EQ(impostor.requests, 0);
 }
 
 TEST_F(HttpLabeler, ChecksItsSettings) {
-  const auto refusalOf = [&](const std::string& line) { return test::caught([&] { open(line); }); };
-  EXPECT_THAT(refusalOf("methd = 1"),
-              FailsWith(ErrorCode::malformedFile, "model.toml:4: ", "`methd`", "parallel"));
-  EXPECT_THAT(refusalOf("field = \"a\"\nbody = \"${image}\""),
-              FailsWith(ErrorCode::malformedFile, "`field`", "`body`"));
-  EXPECT_THAT(refusalOf("body = \"{}\""), FailsWith(ErrorCode::malformedFile, "`body`", "${image}"));
-  EXPECT_THAT(refusalOf("headers = { \"A: b\" = \"c\" }"),
-              FailsWith(ErrorCode::malformedFile, "model.toml:4: "));
-  EXPECT_THAT(refusalOf("parallel = 0"), FailsWith(ErrorCode::malformedFile, "`parallel`"));
-  EXPECT_THAT(refusalOf("labels_at = \"outputs\""), FailsWith(ErrorCode::invalidOption, "outputs"));
+  const std::pair<std::string, ErrorCode> lines[] = {
+      {"methd = 1", ErrorCode::malformedFile},
+      {"field = \"a\"\nbody = \"${image}\"", ErrorCode::malformedFile},
+      {"body = \"{}\"", ErrorCode::malformedFile},
+      {"headers = { \"A: b\" = \"c\" }", ErrorCode::malformedFile},
+      {"parallel = 0", ErrorCode::malformedFile},
+      {"labels_at = \"outputs\"", ErrorCode::invalidOption}};
+  for (const auto& line : lines) EXPECT_THAT([&] { open(line.first); }, FailsWith(line.second)) << line.first;
   for (const std::string url :
        {"", "127.0.0.1/label", "ftp://a/b", "http://", "http://user:key@host/", "http://a b/"})
-    EXPECT_THAT([&] { openAt(url); }, FailsWith(ErrorCode::malformedFile, "`url`")) << url;
+    EXPECT_THAT([&] { openAt(url); }, FailsWith(ErrorCode::malformedFile)) << url;
 }
 
 }  // namespace

@@ -1,17 +1,25 @@
+// What goes into a network and what comes out of it: images → input, outputs → probabilities.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <limits>
 #include <opencv2/imgproc.hpp>
 
+#include "estancia/labelers/area_resize.hpp"
 #include "estancia/labelers/network_labeler.hpp"
+#include "estancia/labelers/scores.hpp"
 #include "support/errors.hpp"
 #include "support/model_support.hpp"
 
 namespace estancia {
 namespace {
 
+using Values = std::vector<float>;
 using test::FailsWith;
+using testing::ElementsAre;
+using testing::FloatNear;
 
 /// Input of `side` pixels, everything else as plain as can be: colors as they are, values as they are.
 Preprocessing plain(int side, double crop = 1) {
@@ -54,12 +62,6 @@ TEST(Preprocess, OrdersColorsMeansAndScalesAsTheNetworkDoes) {
   EXPECT_EQ(at(blob, 2, 0, 0), 5) << "(10 − 0) · 0.5";
 }
 
-TEST(Preprocess, MapsBytesToMinusOneToOne) {
-  Preprocessing how = test::mobilenetInput(2);
-  EXPECT_FLOAT_EQ(at(preprocess(cv::Mat(2, 2, CV_8UC3, cv::Scalar::all(0)), how), 0, 0, 0), -1);
-  EXPECT_FLOAT_EQ(at(preprocess(cv::Mat(2, 2, CV_8UC3, cv::Scalar::all(255)), how), 0, 0, 0), 1);
-}
-
 TEST(Preprocess, CutsTheExactSquareOutOfTheMiddle) {
   // 87.5 % of 160 is 140: the square [50, 190) × [10, 150) of 240 × 160, here copied pixel by pixel
   const cv::Mat inside = withRectangle({240, 160}, {50, 10, 140, 140});
@@ -70,18 +72,6 @@ TEST(Preprocess, CutsTheExactSquareOutOfTheMiddle) {
   const cv::Mat blob = preprocess(corner, plain(140, 0.875));
   EXPECT_EQ(at(blob, 1, 0, 0), 2);
   EXPECT_EQ(at(blob, 1, 139, 139), 5);
-}
-
-TEST(Preprocess, KeepsACenteredSquareCenteredAndSquare) {
-  for (const cv::Size size : {cv::Size(320, 240), cv::Size(240, 320), cv::Size(641, 481)}) {
-    const cv::Mat image = withRectangle(size, {size.width / 2 - 40, size.height / 2 - 40, 80, 80});
-    const cv::Mat blob = preprocess(image, plain(96, 0.875));
-    const cv::Mat plane(96, 96, CV_32F, const_cast<float*>(blob.ptr<float>(0, 0)));
-    const auto moments = cv::moments(plane);
-    EXPECT_NEAR(moments.m10 / moments.m00, 47.5, 0.5) << size;
-    EXPECT_NEAR(moments.m01 / moments.m00, 47.5, 0.5) << size;
-    EXPECT_NEAR(moments.mu20 / moments.mu02, 1, 0.02) << size;
-  }
 }
 
 TEST(Preprocess, StretchesTheWholeImageWhenAsked) {
@@ -125,9 +115,118 @@ TEST(Preprocess, TakesAnySize) {
 
 TEST(Preprocess, RefusesWhatIsNoImage) {
   EXPECT_THAT([] { preprocess(cv::Mat(), plain(4)); }, FailsWith(ErrorCode::invalidInput));
-  EXPECT_THAT([] { preprocess(cv::Mat(4, 4, CV_32FC3), plain(4)); },
-              FailsWith(ErrorCode::invalidInput, "CV_32F"));
-  EXPECT_THAT([] { preprocess(cv::Mat(4, 4, CV_8UC2), plain(4)); }, FailsWith(ErrorCode::invalidInput, "2"));
+  EXPECT_THAT([] { preprocess(cv::Mat(4, 4, CV_32FC3), plain(4)); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([] { preprocess(cv::Mat(4, 4, CV_8UC2), plain(4)); }, FailsWith(ErrorCode::invalidInput));
+}
+
+ModelSpec detector() {
+  ModelSpec spec;
+  spec.name = "detector";
+  spec.reduce = ModelSpec::Reduce::max;
+  spec.sigmoid = true;
+  spec.unused = {0, 2};
+  return spec;
+}
+
+float sigmoid(float x) {
+  return 1 / (1 + std::exp(-x));
+}
+
+TEST(Scores, OfADetectorAreThoseOfTheSurestPlace) {
+  const Values output{9, 1,  9, -3,  //
+                      9, -2, 9, 2,   //
+                      9, 0,  9, -90};
+  EXPECT_THAT(toProbabilities(output, detector(), 2),
+              ElementsAre(FloatNear(sigmoid(1), 1e-6F), FloatNear(sigmoid(2), 1e-6F)));
+}
+
+TEST(Scores, OfFeaturesAreSharesOfTheirSum) {
+  ModelSpec spec;
+  spec.features = 3;
+  EXPECT_THAT(toProbabilities(Values{1, 3, 0}, spec, 3), ElementsAre(0.25F, 0.75F, 0));
+  EXPECT_THAT(toProbabilities(Values{0, 0, 0}, spec, 3), ElementsAre(0, 0, 0));
+  EXPECT_THAT([&] { toProbabilities(Values{1, -1, 0}, spec, 3); }, FailsWith(ErrorCode::mismatch));
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_THAT([&] { toProbabilities(Values{1, nan, 0}, spec, 3); }, FailsWith(ErrorCode::labelerFailure));
+}
+
+TEST(Scores, OfASigmoidNeverOverflow) {
+  EXPECT_THAT(toProbabilities(Values{0, 1000, 0, -1000}, detector(), 2), ElementsAre(1, 0));
+}
+
+TEST(Scores, OfASoftmaxAreTakenWithUnusedOutputsInEachRow) {
+  ModelSpec spec = detector();
+  spec.sigmoid = false;
+  spec.softmax = true;
+  spec.unused = {0};
+  const float strong = std::exp(2.0F) / (1 + std::exp(2.0F)), half = 0.5F;
+  EXPECT_THAT(toProbabilities(Values{0, 2, 5, 5}, spec, 1), ElementsAre(FloatNear(strong, 1e-6F)));
+  EXPECT_THAT(toProbabilities(Values{5, 5}, spec, 1), ElementsAre(FloatNear(half, 1e-6F)));
+}
+
+TEST(Scores, AreRefusedWhenOneRowIsExpectedOrARowIsNotWhole) {
+  ModelSpec spec = detector();
+  EXPECT_THAT([&] { toProbabilities(Values(7), spec, 2); }, FailsWith(ErrorCode::mismatch));
+  EXPECT_THAT([&] { toProbabilities(Values{}, spec, 2); }, FailsWith(ErrorCode::mismatch));
+  spec.reduce = ModelSpec::Reduce::none;
+  EXPECT_THAT([&] { toProbabilities(Values(8), spec, 2); }, FailsWith(ErrorCode::mismatch));
+  EXPECT_EQ(toProbabilities(Values(4), spec, 2).size(), 2U);
+  spec.unused = {0, 4};
+  EXPECT_THAT([&] { toProbabilities(Values(8), spec, 2); }, FailsWith(ErrorCode::mismatch));
+}
+
+TEST(Scores, AreRefusedWhenAnyRowIsNotANumber) {
+  for (std::size_t row = 0; row < 3; ++row) {
+    Values output(12);
+    output[row * 4 + 1] = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_THAT([&] { toProbabilities(output, detector(), 2); }, FailsWith(ErrorCode::labelerFailure)) << row;
+  }
+}
+
+cv::Mat noise(int width, int height) {
+  cv::Mat image(height, width, CV_8UC3);
+  cv::RNG(static_cast<std::uint64_t>(width * height)).fill(image, cv::RNG::UNIFORM, 0, 256);
+  return image;
+}
+
+/// The largest difference to OpenCV's, and that hardly any value has it.
+void expectAsOpencv(const cv::Mat& image, cv::Size size) {
+  cv::Mat expected, difference;
+  cv::resize(image, expected, size, 0, 0, cv::INTER_AREA);
+  const cv::Mat resized = resizeByArea(image, size);
+  ASSERT_EQ(resized.size(), size);
+  cv::absdiff(resized, expected, difference);
+  EXPECT_LE(cv::norm(difference, cv::NORM_INF), 1) << image.size() << " → " << size;
+  EXPECT_LE(cv::norm(difference, cv::NORM_L1), 1 + 1e-3 * static_cast<double>(expected.total() * 3))
+      << image.size() << " → " << size;
+}
+
+TEST(AreaResize, IsWhatOpencvComputes) {
+  expectAsOpencv(noise(210, 210), {128, 128});
+  expectAsOpencv(noise(420, 420), {299, 299});
+  expectAsOpencv(noise(640, 480), {224, 224});
+  expectAsOpencv(noise(1000, 31), {7, 30});
+  expectAsOpencv(noise(33, 57), {32, 5});
+  expectAsOpencv(noise(40, 30), {3, 29});
+  expectAsOpencv(noise(3, 2), {2, 1});
+  for (int from = 11; from < 60; ++from) expectAsOpencv(noise(from, 71 - from), {11, 11});
+}
+
+TEST(AreaResize, TakesPartsOfImages) {
+  expectAsOpencv(noise(100, 90)(cv::Rect(13, 7, 61, 53)), {40, 40});
+}
+
+TEST(AreaResize, KeepsWhatIsNotShrunkAndWhatIsPlain) {
+  const cv::Mat image = noise(17, 13);
+  EXPECT_EQ(cv::norm(resizeByArea(image, image.size()), image, cv::NORM_INF), 0);
+  const cv::Mat white(50, 70, CV_8UC3, cv::Scalar::all(255));
+  EXPECT_EQ(cv::norm(resizeByArea(white, {33, 29}), cv::Mat(29, 33, CV_8UC3, cv::Scalar::all(255))), 0);
+}
+
+TEST(AreaResize, RefusesOtherTypesAndEnlarging) {
+  EXPECT_THROW(resizeByArea(cv::Mat(9, 9, CV_8U), {4, 4}), cv::Exception);
+  EXPECT_THROW(resizeByArea(noise(9, 9), {10, 4}), cv::Exception);
+  EXPECT_THROW(resizeByArea(noise(9, 9), {0, 4}), cv::Exception);
 }
 
 }  // namespace

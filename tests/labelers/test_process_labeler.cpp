@@ -77,12 +77,11 @@ TEST_F(ProcessLabeler, LabelsImages) {
 }
 
 TEST_F(ProcessLabeler, TakesNoMoreThanTheMachineHasAndIsEndedFirst) {
-  const test::Caught caught = refusal(
-      "read -r image; sleep 0.2; echo oom $(cat /proc/self/oom_score_adj) core $(ulimit -c) data $(ulimit "
-      "-d) >&2; "
-      "exit 3\n");
+  refusal(
+      "read -r image; sleep 0.2\n"
+      "echo $(cat /proc/self/oom_score_adj) $(ulimit -c) $(ulimit -d) >limits; exit 3\n");
   const long kibibytes = sysconf(_SC_PHYS_PAGES) * (sysconf(_SC_PAGESIZE) / 1024);
-  EXPECT_THAT(caught.message, testing::HasSubstr("oom 1000 core 0 data " + std::to_string(kibibytes)));
+  EXPECT_EQ(readFile(scratch_ / "limits"), "1000 0 " + std::to_string(kibibytes) + "\n");
 }
 
 TEST_F(ProcessLabeler, HandsOverTheWholeImageAndTakesItAway) {
@@ -122,26 +121,6 @@ TEST_F(ProcessLabeler, DiscoversWordsTheSurestFirst) {
   EXPECT_THAT(labeler->adopt(remembered), ElementsAre(0, 0.25F, 0, 0, 0.5F));
 }
 
-TEST_F(ProcessLabeler, KeepsTheBestWords) {
-  const auto labeler = open(answering(R"({"a": 0.1, "b": 0.5, "c": 0.3})"), "best = 2");
-  EXPECT_THAT(labeler->label(grayImage()), ElementsAre(0.5F, 0.3F));
-  EXPECT_THAT(labeler->vocabulary().labels(), ElementsAre("b", "c"));
-}
-
-TEST_F(ProcessLabeler, TellsLabelsOfOneNameApartByTheirOrder) {
-  writeFile(scratch_ / "labels.txt", "crane\nheron\ncrane\n");
-  const auto labeler = open(answering(R"([{"label": "crane", "confidence": 0.1},
-      {"label": "crane", "confidence": 0.6}, {"label": "crane", "confidence": 0.3}])"),
-                            "labels = \"labels.txt\"");
-  // A line of shell, but printf keeps the line ends inside JSON out of it: the answer must be one line.
-  EXPECT_THAT([&] { labeler->label(grayImage()); }, FailsWith(ErrorCode::malformedFile, "model mine: "));
-  const auto sound = open(
-      answering(
-          R"([{"label": "crane", "confidence": 0.1}, {"label": "crane", "confidence": 0.6}, {"label": "crane", "confidence": 0.7}])"),
-      "labels = \"labels.txt\"");
-  EXPECT_THAT(sound->label(grayImage()), ElementsAre(0.1F, 0, 0.7F));
-}
-
 TEST_F(ProcessLabeler, ScalesAndClamps) {
   EXPECT_THAT(open(answering(R"({"cup": 87, "mug": 5})"), "scale = 0.01")->label(grayImage()),
               ElementsAre(testing::FloatEq(0.87F), testing::FloatEq(0.05F)));
@@ -164,81 +143,37 @@ TEST_F(ProcessLabeler, RefusesNonsense) {
     return refusal("read -r image\ncat <<END\n" + line + "\nEND\nread -r none\n");
   };
   const std::string image = R"({"image": "$image", "labels": )";
-  const std::pair<std::string, std::string> cases[] = {
-      {"Loading weights ...", "\"Loading weights ...\""},
-      {image + R"({"cup": NaN}})", "NaN"},
-      {image + R"({"cup": 1e999}})", "JSON"},
-      {image + R"({"cup": 87}})", "87 for \"cup\""},
-      {image + R"({"cup": -0.2}})", "-0.2 for \"cup\""},
-      {image + R"({"cup": 1.001}})", "1.001 for \"cup\""},
-      {image + R"({"cup": "high"}})", "\"cup\""},
-      {image + R"({" ": 1}})", "label"},
-      {image + "\"cup\"}", "labels"},
-      {image + R"([{"label": "cup"}]})", "\"confidence\""},
-      {image + R"([{"label": 3, "confidence": 1}]})", "\"label\""},
-      {image + R"([7]})", "\"label\""},
-      {R"({"image": "$image"})", "/labels"},
-      {image + std::string(2000, '['), "64"},
-      {"", "JSON"}};
-  for (const auto& [line, expected] : cases)
-    EXPECT_THAT(refusalOf(line), FailsWith(ErrorCode::malformedFile, "model mine: ", expected)) << line;
-  EXPECT_THAT(refusalOf(R"({"image": "other.png", "labels": {}})"),
-              FailsWith(ErrorCode::labelerFailure, "model mine: ", "\"other.png\""));
-  EXPECT_THAT(refusalOf(R"({"labels": {"cup": 1}})"),
-              FailsWith(ErrorCode::labelerFailure, "model mine: ", "\"image\""));
+  for (const std::string& line :
+       {std::string("Loading weights ..."), image + R"({"cup": NaN}})", image + R"({"cup": 1e999}})",
+        image + R"({"cup": 87}})", image + R"({"cup": -0.2}})", image + R"({"cup": 1.001}})",
+        image + R"({"cup": "high"}})", image + R"({" ": 1}})", image + "\"cup\"}",
+        image + R"([{"label": "cup"}]})", image + R"([{"label": 3, "confidence": 1}]})", image + R"([7]})",
+        std::string(R"({"image": "$image"})"), image + std::string(2000, '['), std::string()})
+    EXPECT_THAT(refusalOf(line), FailsWith(ErrorCode::malformedFile)) << line;
+  for (const std::string line : {R"({"image": "other.png", "labels": {}})", R"({"labels": {"cup": 1}})"})
+    EXPECT_THAT(refusalOf(line), FailsWith(ErrorCode::labelerFailure)) << line;
 }
 
-TEST_F(ProcessLabeler, RefusesAnswersThatNobodyAskedFor) {
-  const auto labeler = open(
-      "while read -r image; do l=\"{\\\"image\\\": \\\"$image\\\", \\\"labels\\\": {\\\"cup\\\": 1}}\"\n"
-      "printf '%s\\n%s\\n' \"$l\" \"$l\"; done\n");
-  labeler->label(grayImage());
-  EXPECT_THAT([&] { labeler->label(grayImage()); }, FailsWith(ErrorCode::labelerFailure, "model mine: "));
-}
-
-TEST_F(ProcessLabeler, IsStartedAgainOnce) {
-  const auto labeler = open(
-      "read -r image; [ -e died ] || { touch died; exit 3; }\n"
-      "printf '{\"image\": \"%s\", \"labels\": {\"cup\": 1}}\\n' \"$image\"\n");
-  // It ends after every answer: that is a new start an image, but no failure.
-  for (int i = 0; i < 3; ++i) EXPECT_THAT(labeler->label(grayImage()), ElementsAre(1));
-  EXPECT_TRUE(fs::exists(scratch_ / "died"));
-}
-
-TEST_F(ProcessLabeler, SaysHowAndWhyItDied) {
-  EXPECT_THAT(refusal("echo one >&2; echo 'two\tthree' >&2; exit 3\n"),
-              FailsWith(ErrorCode::labelerFailure, "exit status 3", "one | two"));
-  EXPECT_THAT(refusal("kill -SEGV $$\n"), FailsWith(ErrorCode::labelerFailure, "signal 11"));
-  EXPECT_THAT(refusal("exit 0\n"), FailsWith(ErrorCode::labelerFailure, "exit status 0"));
-  EXPECT_THAT(refusal("exec >&-; exec sleep 1000\n"), FailsWith(ErrorCode::labelerFailure, "stdout"));
+TEST_F(ProcessLabeler, FailsWhenItsProgramDies) {
+  for (const std::string script :
+       {"echo one >&2; exit 3\n", "kill -SEGV $$\n", "exit 0\n", "exec >&-; exec sleep 1000\n"})
+    EXPECT_THAT(refusal(script), FailsWith(ErrorCode::labelerFailure)) << script;
 }
 
 TEST_F(ProcessLabeler, CannotBeStarted) {
-  const auto refusalOf = [&](const std::string& command) {
-    const auto labeler = openCommand(command);
-    return test::caught([&] { labeler->label(grayImage()); });
-  };
-  EXPECT_THAT(refusalOf(R"(["no-such-program"])"),
-              FailsWith(ErrorCode::missingDependency, "no-such-program", "No such file", "`command`"));
   writeFile(scratch_ / "not-executable", "");
-  EXPECT_THAT(refusalOf(R"(["./not-executable"])"),
-              FailsWith(ErrorCode::missingDependency, "./not-executable", "Permission denied"));
-}
-
-TEST_F(ProcessLabeler, RunsAProgramOfItsOwnFolder) {
-  writeFile(scratch_ / "program", "#!/bin/sh\n" + answering(R"({"cup": 1})"));
-  fs::permissions(scratch_ / "program", fs::perms::owner_all);
-  EXPECT_THAT(openCommand(R"(["program"])")->label(grayImage()), ElementsAre(1));
+  for (const std::string command : {R"(["no-such-program"])", R"(["./not-executable"])"})
+    EXPECT_THAT([&] { openCommand(command)->label(grayImage()); }, FailsWith(ErrorCode::missingDependency))
+        << command;
 }
 
 TEST_F(ProcessLabeler, NeverAnswers) {
-  EXPECT_THAT(refusal("exec sleep 1000\n", "start_timeout = 0.05"),
-              FailsWith(ErrorCode::labelerFailure, "0.05 s"));
+  EXPECT_THAT(refusal("exec sleep 1000\n", "start_timeout = 0.05"), FailsWith(ErrorCode::labelerFailure));
   EXPECT_THAT(refusal("exec <&-; exec sleep 1000\n", "start_timeout = 0.05"),
               FailsWith(ErrorCode::labelerFailure))
       << "a closed stdin must not raise SIGPIPE";
   EXPECT_THAT(refusal("read -r image; while :; do printf x; sleep 0.01; done\n", "start_timeout = 0.2"),
-              FailsWith(ErrorCode::labelerFailure, "0.2 s"))
+              FailsWith(ErrorCode::labelerFailure))
       << "dribbling is no answer";
 }
 
@@ -301,11 +236,6 @@ TEST_F(KilledOwner, TakesItsProgramAndTheChildrenOfThatWithIt) {
   EXPECT_FALSE(livesOn(scratch_ / "child"));
 }
 
-TEST_F(KilledOwner, TakesAProgramThatHasLeftItsGroupWithIt) {
-  labelAndBeKilled("echo $$ >parent\n", R"(["setsid", "sh", "labeler.sh"])");
-  EXPECT_FALSE(livesOn(scratch_ / "parent"));
-}
-
 TEST_F(KilledOwner, LeavesAFolderThatGoesWithTheNextStart) {
   labelAndBeKilled("", R"(["sh", "labeler.sh"])");
   const auto left = temporaryFolders();
@@ -350,7 +280,7 @@ TEST_F(KilledOwner, LeavesTheFoldersOfOthersAlone) {
 
 TEST_F(ProcessLabeler, SurvivesFloods) {
   // On a busy machine the flood may be there before the first question.
-  EXPECT_THAT(refusal("tr '\\0' x </dev/zero\n"), FailsWith(ErrorCode::labelerFailure, "model mine: "));
+  EXPECT_THAT(refusal("tr '\\0' x </dev/zero\n"), FailsWith(ErrorCode::labelerFailure));
   const std::string complaints = "head -c 3000000 /dev/zero | tr '\\0' e >&2\n";
   EXPECT_THAT(open(complaints + answering(R"({"cup": 1})"))->label(grayImage()), ElementsAre(1));
   EXPECT_LT(refusal(complaints + "exit 1\n").message.size(), 600U);
@@ -371,34 +301,12 @@ TEST_F(ProcessLabeler, InheritsAndLeavesNothing) {
   ::close(77);
 }
 
-TEST_F(ProcessLabeler, IsAnotherModelWithAnotherScript) {
-  const std::string identity = open(answering(R"({"cup": 1})"))->identity();
-  EXPECT_EQ(open(answering(R"({"cup": 1})"))->identity(), identity);
-  EXPECT_EQ(open(answering(R"({"cup": 1})"), "timeout = 5 # seconds")->identity(), identity);
-  EXPECT_NE(open(answering(R"({"cup": 1})"), "best = 1")->identity(), identity);
-  EXPECT_NE(open(answering(R"({"cup": 0.9})"))->identity(), identity);
-}
-
 TEST_F(ProcessLabeler, ChecksItsSettings) {
-  const auto refusalOf = [&](const std::string& line) { return test::caught([&] { open("", line); }); };
-  EXPECT_THAT(refusalOf("comand = 1"),
-              FailsWith(ErrorCode::malformedFile, "model.toml:4: ", "`comand`", "timeout"));
-  EXPECT_THAT(refusalOf("timeout = 0"), FailsWith(ErrorCode::malformedFile, "`timeout`"));
-  EXPECT_THAT(refusalOf("best = 0"), FailsWith(ErrorCode::malformedFile, "`best`"));
-  EXPECT_THAT(refusalOf("labels_at = \"labels\""), FailsWith(ErrorCode::invalidOption, "labels"));
-  EXPECT_THAT([&] { openCommand("[]"); },
-              FailsWith(ErrorCode::malformedFile, "`command`", "[\"python3\", \"my_labeler.py\"]"));
-  EXPECT_THAT([&] { openCommand("\"sh labeler.sh\""); }, FailsWith(ErrorCode::malformedFile, "`command`"));
-}
-
-TEST_F(ProcessLabeler, IsCopiedWithItsProgram) {
-  const test::ScratchFolder home;
-  setenv("ESTANCIA_HOME", home.path().c_str(), 1);
-  open(answering(R"({"cup": 1})"));
-  const auto check = addModel(scratch_.path());
-  EXPECT_EQ(check.best, "cup");
-  EXPECT_THAT(loadModel("mine")->label(grayImage()), ElementsAre(1));
-  unsetenv("ESTANCIA_HOME");
+  for (const std::string line : {"comand = 1", "timeout = 0", "best = 0"})
+    EXPECT_THAT([&] { open("", line); }, FailsWith(ErrorCode::malformedFile)) << line;
+  EXPECT_THAT([&] { open("", "labels_at = \"labels\""); }, FailsWith(ErrorCode::invalidOption));
+  for (const std::string command : {"[]", "\"sh labeler.sh\""})
+    EXPECT_THAT([&] { openCommand(command); }, FailsWith(ErrorCode::malformedFile)) << command;
 }
 
 }  // namespace

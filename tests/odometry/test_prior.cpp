@@ -52,24 +52,6 @@ TEST(MotionPrior, ErrorsOfStepsAddUpAndATurnSwingsWhatFollows) {
   EXPECT_FALSE(prior.motion(0, 5, options)) << "the prior is shorter than the drive";
 }
 
-TEST(MotionPrior, IsNotBelievedAcrossAJump) {
-  const RgbdOptions options;  // at most 0.7 m a frame
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  odometry::PriorTrack prior;
-  prior.add(0, Pose{.z = 0}, false, options);
-  prior.add(1, Pose{.z = nan}, false, options);
-  prior.add(2, Pose{.z = 1.2}, false, options);  // in two steps
-  prior.add(3, Pose{.z = 9}, false, options);    // set anew
-  prior.add(4, Pose{.z = 9.1}, false, options);
-  prior.add(5, Pose{.z = 20}, true, options);  // much later
-  EXPECT_FALSE(prior.at(1));
-  EXPECT_TRUE(prior.transform(0, 2));
-  EXPECT_FALSE(prior.transform(2, 3));
-  EXPECT_FALSE(prior.motion(0, 4, options));
-  EXPECT_TRUE(prior.transform(3, 4));
-  EXPECT_TRUE(prior.transform(4, 5));
-}
-
 TEST(MotionPrior, BridgesWhatIsNotSeen) {
   Drive drive(turnAround(40, -12));
   for (std::size_t i = 8; i < 20; ++i) drive.noDepthValues.insert(i);  // it turns by 117° blindly
@@ -90,25 +72,13 @@ TEST(MotionPrior, AWrongOneHardlyHarms) {
   EXPECT_LT(errorOf(trajectory, drive), 0.05);
 }
 
-TEST(MotionPrior, MayKnowOnlySomeFrames) {
-  const Drive drive(turnAround(40, -30));
-  MotionPrior prior = wheels(drive, 1);
-  for (const std::size_t i : {0, 3, 4, 9}) prior[i].reset();
-  const auto trajectory = trackRgbd(drive, {}, {}, Progress::none(), prior);
-  EXPECT_THAT(trajectory.lost, IsEmpty());
-  EXPECT_THAT(trajectory.bridged, IsEmpty());
-  EXPECT_LT(errorOf(trajectory, drive), 0.02);
-}
-
 TEST(MotionPrior, HasAnEntryAFrame) {
   const Drive drive(turnAround(60, -57));
   EXPECT_THAT(caught([&] { trackRgbd(drive, {}, {}, Progress::none(), MotionPrior(2)); }),
-              FailsWith(ErrorCode::mismatch, "2", "3"));
-  EXPECT_THAT(caught([&] { trackRgbd(drive, {.odomTurn = -1}); }),
-              FailsWith(ErrorCode::invalidOption, "odom-turn"));
+              FailsWith(ErrorCode::mismatch));
+  EXPECT_THAT(caught([&] { trackRgbd(drive, {.odomTurn = -1}); }), FailsWith(ErrorCode::invalidOption));
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THAT(caught([&] { trackRgbd(drive, {.odomShift = nan}); }),
-              FailsWith(ErrorCode::invalidOption, "odom-shift"));
+  EXPECT_THAT(caught([&] { trackRgbd(drive, {.odomShift = nan}); }), FailsWith(ErrorCode::invalidOption));
 }
 
 }  // namespace

@@ -11,7 +11,6 @@
 #include "recognition/made_up_surface.hpp"
 #include "recognition/pcl_reference.hpp"
 #include "support/errors.hpp"
-#include "support/numbers.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
@@ -78,73 +77,12 @@ TEST(Descriptors, LeaveOutKeypointsWithoutNeighbors) {
 
 TEST(Descriptors, RefuseWhatCannotBe) {
   const auto keypoints = everyNth(sheet(), 100);
-  EXPECT_THAT([&] { describe(sheet(), keypoints, "sift", 0.03); },
-              FailsWith(ErrorCode::unknownName, "sift", "shot, shot-color, fpfh, spin-image"));
-  EXPECT_THAT([&] { describe(sheet(), keypoints, "shot", 0); },
-              FailsWith(ErrorCode::invalidOption, "sheet", "descriptor radius"));
-  EXPECT_THAT([&] { describe(sheet(), keypoints, "shot", 35); },
-              FailsWith(ErrorCode::mismatch, "sheet", "35"));
-  EXPECT_THAT([&] { describe(sheet(), keypoints, "fpfh", 0.0001); },
-              FailsWith(ErrorCode::mismatch, "sheet", "0.0001"));
+  EXPECT_THAT([&] { describe(sheet(), keypoints, "sift", 0.03); }, FailsWith(ErrorCode::unknownName));
+  EXPECT_THAT([&] { describe(sheet(), keypoints, "shot", 0); }, FailsWith(ErrorCode::invalidOption));
+  EXPECT_THAT([&] { describe(sheet(), keypoints, "shot", 35); }, FailsWith(ErrorCode::mismatch));
+  EXPECT_THAT([&] { describe(sheet(), keypoints, "fpfh", 0.0001); }, FailsWith(ErrorCode::mismatch));
   const Surface gray("gray", wavySheet(90, 0.3));
-  EXPECT_THAT([&] { describe(gray, keypoints, "shot-color", 0.03); },
-              FailsWith(ErrorCode::invalidInput, "gray", "no colors"));
-}
-
-TEST(Descriptors, ColorShotTellsTexturesApartThatHaveOneShape) {
-  PointCloud plain = wavySheet(90, 0.3), stripes = painted(plain);
-  plain.colors.assign(plain.points.size(), {40, 40, 200});
-  const Surface a("plain", plain), b("stripes", stripes);
-  const auto keypoints = everyNth(a, 97);
-  const auto difference = [&](const std::string& method) {
-    const SurfaceFeatures x = describe(a, keypoints, method, 0.03), y = describe(b, keypoints, method, 0.03);
-    double sum = 0;
-    for (std::size_t i = 0; i < x.descriptors.values().size(); ++i)
-      sum += std::pow(static_cast<double>(x.descriptors.values()[i] - y.descriptors.values()[i]), 2);
-    return sum / static_cast<double>(x.size());
-  };
-  EXPECT_EQ(difference("shot"), 0);
-  EXPECT_GT(difference("shot-color"), 0.1);
-}
-
-TEST(Surface, AdvisesARadiusThatItAcceptsHoweverFewItsPoints) {
-  for (const int across : {2, 3, 4, 5, 10, 40}) {
-    std::vector<cv::Point3f> points;
-    for (int i = 0; i < across * across; ++i)
-      points.emplace_back(static_cast<float>(i % across), static_cast<float>(i / across), 1.F);
-    const Neighbors neighbors(points);
-    const auto refusal = [&](double radius) {
-      return test::caught([&] { requireRadius("grid", points, neighbors, radius, "radius"); });
-    };
-    for (const double radius : {0.01, 1000.}) {
-      const test::Caught error = refusal(radius);
-      if (across < 5) {
-        EXPECT_THAT(error, FailsWith(ErrorCode::insufficientData, std::to_string(across * across))) << across;
-        continue;
-      }
-      EXPECT_THAT(error, FailsWith(ErrorCode::mismatch));
-      const double advised = test::numbersIn(error.message).back();
-      EXPECT_FALSE(refusal(advised).code) << across << ": " << error.message;
-    }
-  }
-}
-
-TEST(Descriptors, ExtremeSurfacesGiveNoNonsense) {
-  PointCloud plane, twins;
-  for (int i = 0; i < 400; ++i) {
-    plane.points.emplace_back(0.01F * static_cast<float>(i % 20), 0.01F * static_cast<float>(i / 20), 1.F);
-    plane.normals.emplace_back(0.F, 0.F, -1.F);
-    twins.points.push_back(plane.points[static_cast<std::size_t>(i) / 2]);
-    twins.normals.push_back(plane.normals.back());
-  }
-  for (const PointCloud& cloud : {plane, twins}) {
-    const Surface surface("extreme", painted(cloud));
-    for (const auto& [method, explanation] : descriptorMethods()) {
-      const SurfaceFeatures features = describe(surface, everyNth(surface, 7), method, 0.05);
-      EXPECT_GT(features.size(), 0U) << method;
-      for (const float v : features.descriptors.values()) ASSERT_TRUE(std::isfinite(v)) << method;
-    }
-  }
+  EXPECT_THAT([&] { describe(gray, keypoints, "shot-color", 0.03); }, FailsWith(ErrorCode::invalidInput));
 }
 
 #ifdef ESTANCIA_HAS_PCL
@@ -203,6 +141,72 @@ TEST(Descriptors, SpinImageIsPclsWithinRounding) {
   const Deviation d = deviation(ours, test::pclSpinImage(sheet(), keypoints, 0.03), 153);
   EXPECT_LT(d.mean, 1e-4);
   EXPECT_LT(d.most, 0.01);
+}
+
+#endif
+
+const Surface& wideSheet() {
+  static const Surface surface("sheet", test::wavySheet(100, 0.3));
+  return surface;
+}
+
+TEST(Keypoints, UniformGivesOnePointACell) {
+  const auto keypoints = findKeypoints(wideSheet(), "uniform", 0.02);
+  cv::Point3f low = wideSheet().points()[0];
+  for (const cv::Point3f& p : wideSheet().points())
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+  const auto cellOf = [&](std::uint32_t i) {
+    const cv::Point3f p = wideSheet().points()[i] - low;
+    return std::array{static_cast<int>(p.x / 0.02), static_cast<int>(p.y / 0.02),
+                      static_cast<int>(p.z / 0.02)};
+  };
+  std::map<std::array<int, 3>, int> cells, chosen;
+  for (std::uint32_t i = 0; i < wideSheet().size(); ++i) ++cells[cellOf(i)];
+  for (const std::uint32_t i : keypoints) ++chosen[cellOf(i)];
+  EXPECT_EQ(chosen.size(), cells.size());
+  EXPECT_EQ(keypoints.size(), cells.size());
+  EXPECT_TRUE(std::is_sorted(keypoints.begin(), keypoints.end()));
+}
+
+TEST(Keypoints, DoNotDependOnThreadsOrUnits) {
+  PointCloud millimeters = test::wavySheet(100, 0.3);
+  for (cv::Point3f& p : millimeters.points) p *= 1024;  // a power of two: no rounding
+  const Surface large("large", millimeters);
+  for (const auto& [method, explanation] : keypointMethods()) {
+    const auto one = findKeypoints(wideSheet(), method, 0.02, 1);
+    EXPECT_GT(one.size(), 3U) << method;
+    EXPECT_EQ(one, findKeypoints(wideSheet(), method, 0.02, 3)) << method;
+    EXPECT_EQ(one, findKeypoints(large, method, 0.02 * 1024)) << method;
+  }
+}
+
+TEST(Keypoints, RefuseWhatCannotBe) {
+  EXPECT_THAT([] { findKeypoints(wideSheet(), "sift", 0.01); }, FailsWith(ErrorCode::unknownName));
+  for (const double spacing : {0.0, -1.0, std::nan(""), 1e-12})
+    EXPECT_THAT([&] { findKeypoints(wideSheet(), "uniform", spacing); }, FailsWith(ErrorCode::invalidOption))
+        << spacing;
+}
+
+TEST(Surface, NeedsPointsWithNormals) {
+  PointCloud cloud = test::wavySheet(10, 0.3);
+  cloud.normals.clear();
+  EXPECT_THAT([&] { Surface("bare", cloud); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([] { Surface("empty", PointCloud()); }, FailsWith(ErrorCode::invalidInput));
+}
+
+#ifdef ESTANCIA_HAS_PCL
+
+TEST(Keypoints, IssAndHarrisArePcls) {
+  for (const std::string method : {"iss", "harris3d"}) {
+    const auto ours = findKeypoints(wideSheet(), method, 0.02);
+    auto pcls = method == "iss" ? test::pclIss(wideSheet(), 0.02) : test::pclHarris(wideSheet(), 0.02);
+    std::sort(pcls.begin(), pcls.end());
+    std::vector<std::uint32_t> both;
+    std::set_intersection(ours.begin(), ours.end(), pcls.begin(), pcls.end(), std::back_inserter(both));
+    EXPECT_GT(pcls.size(), 10U) << method;
+    EXPECT_GE(both.size(), std::max(ours.size(), pcls.size()) * 95 / 100)
+        << method << ": " << ours.size() << " and PCL's " << pcls.size();
+  }
 }
 
 #endif

@@ -9,7 +9,6 @@
 #include <map>
 #include <set>
 
-#include "estancia/cloud/noise.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/rigid.hpp"
 #include "estancia/files/cloud_file.hpp"
@@ -18,7 +17,6 @@
 #include "experiments/src/recognition/pose_error.hpp"
 #include "recognition/made_up_surface.hpp"
 #include "support/errors.hpp"
-#include "support/numbers.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
@@ -87,20 +85,6 @@ TEST(Recognizer, FindsTheModelWithEachStage) {
   EXPECT_TRUE(with([](auto& o) { o.matchEach = "scene"; }));
 }
 
-TEST(Recognizer, MillimetersGiveTheSame) {
-  const Scenery meters, millimeters(1024);  // a power of two: no rounding
-  const auto options = RecognitionOptions::preset("classical");
-  const auto a = findIn(options, meters.model, meters.scene),
-             b = findIn(options, millimeters.model, millimeters.scene);
-  ASSERT_EQ(a.size(), b.size());
-  EXPECT_TRUE(isFound(b, millimeters, 1024));
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    EXPECT_EQ(a[i].inliers, b[i].inliers);
-    EXPECT_LT(cv::norm(a[i].pose.rotation() - b[i].pose.rotation()), 1e-6);
-    EXPECT_LT(cv::norm(1024 * a[i].pose.translation() - b[i].pose.translation()), 1e-2);
-  }
-}
-
 TEST(Recognizer, ThreadsDoNotMatter) {
   const Scenery scenery;
   RecognitionOptions options = RecognitionOptions::preset("classical");
@@ -128,6 +112,20 @@ TEST(Recognizer, DoesNotFindWhatIsNotThere) {
     EXPECT_TRUE(findIn(RecognitionOptions::preset(preset), ball, scenery.scene).empty()) << preset;
 }
 
+TEST(Recognizer, ColorsTellThingsOfOneShapeApart) {
+  Scenery red;
+  red.scene.colors.assign(red.scene.points.size(), {128, 128, 128});
+  std::fill_n(red.scene.colors.begin(), red.model.points.size(), cv::Vec3b(30, 30, 200));
+  red.model.colors.assign(red.model.points.size(), {30, 30, 200});
+  PointCloud blue = red.model;
+  blue.colors.assign(blue.points.size(), {200, 60, 30});
+  RecognitionOptions options;
+  EXPECT_TRUE(isFound(findIn(options, blue, red.scene), red)) << "shape alone";
+  options.colorTolerance = 20;
+  EXPECT_TRUE(isFound(findIn(options, red.model, red.scene), red));
+  EXPECT_TRUE(findIn(options, blue, red.scene).empty());
+}
+
 TEST(Recognizer, HolesAreLeftOut) {
   Scenery scenery;
   for (std::size_t i = 0; i < scenery.scene.points.size(); i += 7)
@@ -139,118 +137,22 @@ TEST(Recognizer, HolesAreLeftOut) {
   EXPECT_LT(cv::norm(found[0].pose.translation() - scenery.truth.translation()), 0.02);
 }
 
-TEST(Recognizer, TellsWhatEachStageKept) {
-  const Scenery scenery;
-  const Recognizer recognizer(RecognitionOptions::preset("classical"));
-  const auto scene = recognizer.prepareScene("scene", scenery.scene);
-  std::vector<StageReport> stages;
-  recognizer.find(*recognizer.prepareModel("model", scenery.model), *scene, &stages);
-  std::vector<std::string> names;
-  for (const StageReport& s : scene->stages()) names.push_back(s.stage);
-  EXPECT_THAT(names, testing::ElementsAre("filter", "noise", "normals", "view", "keypoints", "descriptors"));
-  names.clear();
-  for (const StageReport& s : stages) names.push_back(s.stage);
-  EXPECT_THAT(names, testing::IsSupersetOf({"matching", "grouping", "refinement", "verification"}));
-}
-
-TEST(Recognizer, AModelIsDescribedOnceForTheLengthsOfAScene) {
-  const Scenery scenery;
-  const Recognizer recognizer(RecognitionOptions::preset("classical"));
-  const auto model = recognizer.prepareModel("model", scenery.model);
-  const RecognitionScales some{.normalRadius = 0.02,
-                               .keypointSpacing = 0.02,
-                               .descriptorRadius = 0.04,
-                               .consistency = 0.01,
-                               .tolerance = 0.005};
-  const auto described = model->describedFor(some);
-  EXPECT_EQ(described, model->describedFor(some));
-  RecognitionScales others = some;
-  others.descriptorRadius = 0.05;
-  EXPECT_NE(described, model->describedFor(others));
-}
-
-TEST(Recognizer, ScenesDifferInNoiseButFixedLengthsDescribeAModelOnce) {
-  const Scenery scenery;
-  const Recognizer recognizer(RecognitionOptions::preset("tight"));
-  const auto model = recognizer.prepareModel("model", scenery.model);
-  const auto clean = recognizer.prepareScene("clean", scenery.scene);
-  const auto noisy = recognizer.prepareScene("noisy", withGaussianNoise(scenery.scene, 0.002, 1));
-  EXPECT_NE(clean->scales(), noisy->scales());
-  EXPECT_EQ(model->describedFor(clean->scales()), model->describedFor(noisy->scales()));
-}
-
-TEST(Recognizer, ScenesCanHaveFewerKeypointsThanModels) {
-  const Scenery scenery;
-  RecognitionOptions options = RecognitionOptions::preset("thesis");
-  const auto keypoints = [&](double spacing) {
-    options.sceneKeypointSpacing = spacing;
-    const Recognizer recognizer(options);
-    const auto scene = recognizer.prepareScene("scene", scenery.scene);
-    return scene->describedFor(scene->scales())->features.size();
+TEST(Recognizer, CloudsAndLengthsInDifferentUnitsAreNoticed) {
+  const Scenery meters, centimeters(100), millimeters(1000);
+  const auto refusal = [](const RecognitionOptions& options, const Scenery& model, const Scenery& scene) {
+    return test::caught([&] { findIn(options, model.model, scene.scene); });
   };
-  EXPECT_EQ(keypoints(0), keypoints(options.keypointSpacing));
-  EXPECT_LT(2 * keypoints(2 * options.keypointSpacing), keypoints(0));
-  options.keypoints = "iss";  // whose length is the radius of what it looks at, the same for both
-  EXPECT_EQ(keypoints(2 * options.keypointSpacing), keypoints(0));
-}
-
-TEST(Recognizer, CloudsInDifferentUnitsAreNoticed) {
-  const Scenery meters, millimeters(1000);
   const auto options = RecognitionOptions::preset("default");
-  EXPECT_THAT([&] { findIn(options, millimeters.model, meters.scene); },
+  EXPECT_THAT(refusal(options, millimeters, meters),
               FailsWith(ErrorCode::mismatch, "model", "scene", "0.001"));
-  EXPECT_THAT([&] { findIn(options, meters.model, millimeters.scene); },
-              FailsWith(ErrorCode::mismatch, "model", "scene"));
-}
-
-TEST(Recognizer, LengthsInOtherUnitsAreNoticed) {
-  const Scenery millimeters(1000);
-  EXPECT_THAT([&] { findIn(RecognitionOptions::preset("tight"), millimeters.model, millimeters.scene); },
+  EXPECT_THAT(refusal(options, meters, millimeters), FailsWith(ErrorCode::mismatch));
+  EXPECT_THAT(refusal(RecognitionOptions::preset("classical"), meters, centimeters),
               FailsWith(ErrorCode::mismatch));
-  RecognitionOptions options = RecognitionOptions::preset("default");
-  options.descriptorRadius = 35;
-  const Scenery meters;
-  EXPECT_THAT([&] { findIn(options, meters.model, meters.scene); },
-              FailsWith(ErrorCode::mismatch, "descriptor radius", "35"));
-  options = RecognitionOptions::preset("default");
-  options.normalRadius = 15;
-  EXPECT_THAT([&] { findIn(options, meters.model, meters.scene); },
-              FailsWith(ErrorCode::mismatch, "normal radius", "15"));
-}
-
-TEST(Recognizer, CentimetersAreNoticedFromThePointsOfTheScene) {
-  const Scenery meters, centimeters(100);
-  for (const std::string preset : {"default", "classical"})
-    EXPECT_THAT([&] { findIn(RecognitionOptions::preset(preset), meters.model, centimeters.scene); },
-                FailsWith(ErrorCode::mismatch, "model", "scene"))
-        << preset;
-}
-
-TEST(Recognizer, LengthsThatAreAdvisedAreAccepted) {
-  for (const float scale : {0.01F, 100.F, 1000.F}) {
-    const Scenery scenery(scale);
-    RecognitionOptions options = RecognitionOptions::preset("tight");
-    const std::map<std::string, double*> scales{{"normal radius", &options.normalRadius},
-                                                {"keypoint spacing", &options.keypointSpacing},
-                                                {"descriptor radius", &options.descriptorRadius},
-                                                {"consistency", &options.consistency},
-                                                {"tolerance", &options.tolerance}};
-    std::set<std::string> advised;
-    for (;;) {
-      std::vector<Detection> found;
-      const test::Caught error = test::caught([&] { found = findIn(options, scenery.model, scenery.scene); });
-      if (!error.code) {
-        EXPECT_TRUE(isFound(found, scenery, scale)) << scale;
-        break;
-      }
-      const auto named = std::find_if(scales.begin(), scales.end(), [&](const auto& known) {
-        return error.message.find(" " + known.first + " ") != std::string::npos;
-      });
-      ASSERT_TRUE(error.code == ErrorCode::mismatch && named != scales.end()) << error;
-      ASSERT_TRUE(advised.insert(named->first).second) << "advised twice: " << error;
-      *named->second = test::numbersIn(error.message).back();
-    }
-    EXPECT_FALSE(advised.empty()) << scale;
+  for (double RecognitionOptions::*length :
+       {&RecognitionOptions::descriptorRadius, &RecognitionOptions::normalRadius}) {
+    RecognitionOptions inMillimeters = options;
+    inMillimeters.*length = 25;
+    EXPECT_THAT(refusal(inMillimeters, meters, meters), FailsWith(ErrorCode::mismatch));
   }
 }
 
@@ -263,18 +165,25 @@ TEST(Recognizer, UselessCloudsAreErrorsOrGiveNothing) {
   same.points.assign(1000, cv::Point3f(1, 2, 3));
   for (const PointCloud& cloud : {PointCloud(), one, holes, same}) {
     const ErrorCode code = cloud.points.size() < 1000 ? ErrorCode::insufficientData : ErrorCode::invalidInput;
-    EXPECT_THAT([&] { recognizer.prepareScene("useless", cloud); }, FailsWith(code, "useless"));
+    EXPECT_THAT([&] { recognizer.prepareScene("useless", cloud); }, FailsWith(code));
     const test::Caught asModel = test::caught([&] {
       recognizer.find(*recognizer.prepareModel("useless", cloud),
                       *recognizer.prepareScene("scene", scenery.scene));
     });
     EXPECT_TRUE(asModel.code && asModel.message.find("useless") != std::string::npos) << asModel;
   }
+  PointCloud projected = scenery.scene, few;
+  for (cv::Point3f& p : projected.points) p += cv::Point3f(5e5F, 4.5e6F, 100);
+  EXPECT_THAT([&] { recognizer.prepareScene("too coarse", projected); }, FailsWith(ErrorCode::invalidInput));
+  for (int i = 0; i < 20; ++i) few.points.emplace_back(0.1F * static_cast<float>(i), 0.F, 1.F);
+  EXPECT_THAT([&] { recognizer.prepareScene("line", few); }, FailsWith(ErrorCode::insufficientData));
   PointCloud plane;
   for (int i = 0; i < 25600; ++i)
     plane.points.emplace_back(0.0025F * static_cast<float>(i % 160), 0.0025F * static_cast<float>(i / 160),
                               1.F);
   EXPECT_TRUE(findIn(RecognitionOptions::preset("default"), scenery.model, plane).empty());
+  EXPECT_THAT([&] { findIn({}, plane, scenery.scene); }, FailsWith(ErrorCode::invalidInput))
+      << "it has no pose";
   PointCloud twice = scenery.scene;
   twice.points.insert(twice.points.end(), scenery.scene.points.begin(), scenery.scene.points.end());
   EXPECT_TRUE(isFound(findIn(RecognitionOptions::preset("default"), scenery.model, twice), scenery));
@@ -287,35 +196,9 @@ TEST(Recognizer, PointsAtTheSensorWereNotMeasured) {
   EXPECT_TRUE(isFound(findIn(RecognitionOptions::preset("default"), scenery.model, zeros), scenery));
 }
 
-TEST(Recognizer, CoordinatesThatAreTooCoarseAreAnError) {
-  const Scenery scenery;
-  PointCloud projected = scenery.scene;
-  for (cv::Point3f& p : projected.points) p += cv::Point3f(5e5F, 4.5e6F, 100);
-  EXPECT_THAT([&] { Recognizer().prepareScene("street.ply", projected); },
-              FailsWith(ErrorCode::invalidInput, "street.ply", "subtract an offset"));
-}
-
-TEST(Recognizer, TooFewPointsAreNoSurface) {
-  const Scenery scenery;
-  PointCloud few;
-  for (int i = 0; i < 20; ++i) few.points.emplace_back(0.1F * static_cast<float>(i), 0.F, 1.F);
-  EXPECT_THAT([&] { Recognizer().prepareScene("line.ply", few); },
-              FailsWith(ErrorCode::insufficientData, "line.ply", "its 20 points"));
-}
-
 TEST(Recognizer, AModelLargerThanTheSceneIsNotFound) {
   const Scenery scenery;
   EXPECT_TRUE(findIn(RecognitionOptions::preset("default"), test::wavySheet(200, 1), scenery.model).empty());
-}
-
-TEST(Recognizer, APlaneHasNoPose) {
-  const Scenery scenery;
-  PointCloud plane;
-  for (int i = 0; i < 10000; ++i) {
-    const int row = i / 100;
-    plane.points.emplace_back(0.003F * static_cast<float>(i % 100), 0.003F * static_cast<float>(row), 1.F);
-  }
-  EXPECT_THAT([&] { findIn({}, plane, scenery.scene); }, FailsWith(ErrorCode::invalidInput, "model"));
 }
 
 TEST(Recognizer, AViewpointElsewhereChangesNothing) {
@@ -332,8 +215,7 @@ TEST(Recognizer, AViewpointElsewhereChangesNothing) {
   says.viewpoint = poseOf(elsewhere);
   EXPECT_TRUE(isFound(findIn(options, scenery.model, says), moved));
   options.viewpoint = cv::Point3d(std::numeric_limits<double>::quiet_NaN(), 0, 0);
-  EXPECT_THAT([&] { findIn(options, scenery.model, scenery.scene); },
-              FailsWith(ErrorCode::invalidOption, "nan"));
+  EXPECT_THAT([&] { findIn(options, scenery.model, scenery.scene); }, FailsWith(ErrorCode::invalidOption));
 }
 
 TEST(Recognizer, RefusesOptionsThatMakeNoSense) {
@@ -342,32 +224,24 @@ TEST(Recognizer, RefusesOptionsThatMakeNoSense) {
     change(options);
     return test::caught([&] { const Recognizer recognizer(options); });
   };
-  const auto unknown = [](const char* name, const char* known) {
-    return FailsWith(ErrorCode::unknownName, name, known);
-  };
-  const auto option = [](const char* name, const char* value) {
-    return FailsWith(ErrorCode::invalidOption, name, value);
-  };
-  EXPECT_THAT(refused([](auto& o) { o.keypoints = "sift"; }), unknown("sift", "uniform, harris3d, iss"));
-  EXPECT_THAT(refused([](auto& o) { o.descriptor = "sift"; }),
-              unknown("sift", "shot, shot-color, fpfh, spin-image"));
-  EXPECT_THAT(refused([](auto& o) { o.grouping = "ransac"; }),
-              unknown("ransac", "geometric-consistency, hough, local-frames"));
-  EXPECT_THAT(refused([](auto& o) { o.verification = "none"; }),
-              unknown("none", "global, inliers, evidence"));
-  EXPECT_THAT(refused([](auto& o) { o.matchEach = "both"; }), unknown("both", "scene, model"));
-  EXPECT_THAT(refused([](auto& o) { o.surface = "rough"; }), unknown("rough", "filtered, mean"));
-  EXPECT_THAT(refused([](auto& o) { o.sceneFilter.method = "sieve"; }), unknown("scene-filter", "voxel"));
-  EXPECT_THAT(refused([](auto& o) { o.normalRadius = -1; }), option("normal-radius", "-1"));
-  EXPECT_THAT(refused([](auto& o) { o.normalRadius = 0.01, o.normalNeighbors = 10; }),
-              option("normal-radius", "normal-neighbors"));
-  EXPECT_THAT(refused([](auto& o) { o.matchDistance = -1; }), option("match-distance", "-1"));
-  EXPECT_THAT(refused([](auto& o) { o.sceneKeypointSpacing = -1; }), option("scene-keypoint-spacing", "-1"));
-  EXPECT_THAT(refused([](auto& o) { o.neighbors = 0; }), option("neighbors", "0"));
-  EXPECT_THAT(refused([](auto& o) { o.maxHypotheses = 0; }), option("max-hypotheses", "0"));
-  EXPECT_THAT(refused([](auto& o) { o.accept = 2; }), option("accept", "2"));
+  using Change = void (*)(RecognitionOptions&);
+  const Change names[] = {
+      [](auto& o) { o.keypoints = "sift"; },          [](auto& o) { o.descriptor = "sift"; },
+      [](auto& o) { o.grouping = "ransac"; },         [](auto& o) { o.verification = "none"; },
+      [](auto& o) { o.matchEach = "both"; },          [](auto& o) { o.surface = "rough"; },
+      [](auto& o) { o.sceneFilter.method = "sieve"; }};
+  for (std::size_t i = 0; i < std::size(names); ++i)
+    EXPECT_THAT(refused(names[i]), FailsWith(ErrorCode::unknownName)) << i;
+  const Change values[] = {
+      [](auto& o) { o.normalRadius = -1; },   [](auto& o) { o.normalRadius = 0.01, o.normalNeighbors = 10; },
+      [](auto& o) { o.matchDistance = -1; },  [](auto& o) { o.sceneKeypointSpacing = -1; },
+      [](auto& o) { o.neighbors = 0; },       [](auto& o) { o.maxHypotheses = 0; },
+      [](auto& o) { o.accept = 2; },          [](auto& o) { o.colorTolerance = -1; },
+      [](auto& o) { o.colorTolerance = 301; }};
+  for (std::size_t i = 0; i < std::size(values); ++i)
+    EXPECT_THAT(refused(values[i]), FailsWith(ErrorCode::invalidOption)) << i;
   EXPECT_THAT([] { RecognitionOptions::preset("best"); },
-              unknown("best", "default, classical, thesis, tight, wide"));
+              FailsWith(ErrorCode::unknownName, "best", "default, classical, thesis, tight, wide"));
 }
 
 /// All options with their paths, as text.
@@ -388,49 +262,6 @@ TEST(RecognitionOptions, AreByDefaultTheDefaultPreset) {
   EXPECT_EQ(textsOf({}).at("model-filter.gng.signals-per-insertion"), "2000");
 }
 
-TEST(RecognitionOptions, PresetsOfTheThesisDifferByTheirLengths) {
-  const auto changed = [](const std::string& preset) {
-    const auto classical = textsOf(RecognitionOptions::preset("classical"));
-    std::map<std::string, std::string> others;
-    for (const auto& [name, text] : textsOf(RecognitionOptions::preset(preset)))
-      if (classical.at(name) != text) others[name] = text;
-    return others;
-  };
-  using Texts = std::map<std::string, std::string>;
-  EXPECT_EQ(changed("default"), (Texts{{"surface", "mean"},
-                                       {"grouping", "local-frames"},
-                                       {"verification", "evidence"},
-                                       {"neighbors", "30"},
-                                       {"max-hypotheses", "300"},
-                                       {"scene-filter.gng.signals-per-insertion", "25"}}));
-  EXPECT_EQ(changed("thesis"), (Texts{{"match-each", "scene"},
-                                      {"neighbors", "1"},
-                                      {"match-distance", "0.5"},
-                                      {"min-matches", "5"},
-                                      {"verification", "global"},
-                                      {"normal-neighbors", "15"},
-                                      {"keypoint-spacing", "0.01"},
-                                      {"scene-keypoint-spacing", "0.03"},
-                                      {"descriptor-radius", "0.05"},
-                                      {"consistency", "0.015"},
-                                      {"tolerance", "0.01"}}));
-  EXPECT_EQ(changed("tight"), (Texts{{"match-each", "scene"},
-                                     {"neighbors", "1"},
-                                     {"min-matches", "4"},
-                                     {"accept", "0.65"},
-                                     {"normal-radius", "0.015"},
-                                     {"keypoint-spacing", "0.01"},
-                                     {"descriptor-radius", "0.035"},
-                                     {"consistency", "0.01"},
-                                     {"tolerance", "0.006"}}));
-  EXPECT_EQ(changed("wide"), (Texts{{"accept", "0.76"},
-                                    {"normal-radius", "0.035"},
-                                    {"keypoint-spacing", "0.01"},
-                                    {"descriptor-radius", "0.06"},
-                                    {"consistency", "0.02"},
-                                    {"tolerance", "0.008"}}));
-}
-
 TEST(RecognitionOptions, AViewpointIsThreeNumbers) {
   RecognitionOptions options;
   OptionGroup group = declare(options);
@@ -440,7 +271,7 @@ TEST(RecognitionOptions, AViewpointIsThreeNumbers) {
   group.set("viewpoint", "");
   EXPECT_FALSE(options.viewpoint);
   for (const char* text : {"1,2", "1,2,3,4", "1 2 3", "x,y,z"})
-    EXPECT_THAT([&] { group.set("viewpoint", text); }, FailsWith(ErrorCode::invalidOption, text));
+    EXPECT_THAT([&] { group.set("viewpoint", text); }, FailsWith(ErrorCode::invalidOption));
 }
 
 TEST(Recognizer, DetectsAllModelsThatItKnows) {
@@ -479,8 +310,8 @@ TEST(ObjectSearch, ABadModelCostsOnlyItself) {
               1e-12);
   EXPECT_EQ(json["failed"][0]["model"], "missing");
   EXPECT_TRUE(stagesJson(result)["models"].contains("model"));
-  EXPECT_THAT([&] { search({missing}); }, FailsWith(ErrorCode::fileNotFound, "missing.ply"));
-  EXPECT_THAT([&] { search({missing, "b=" + missing}); }, FailsWith(ErrorCode::invalidInput, "2"));
+  EXPECT_THAT([&] { search({missing}); }, FailsWith(ErrorCode::fileNotFound));
+  EXPECT_THAT([&] { search({missing, "b=" + missing}); }, FailsWith(ErrorCode::invalidInput));
 }
 
 TEST(ObjectSearch, ModelsAreNamedByFileOrByWord) {
@@ -488,7 +319,7 @@ TEST(ObjectSearch, ModelsAreNamedByFileOrByWord) {
   EXPECT_EQ(files[0].name, "mug");
   EXPECT_EQ(files[1].name, "box");
   EXPECT_EQ(files[1].cloud, "b/front.ply");
-  EXPECT_THAT([] { modelFilesOf({"a/mug.pcd", "b/mug.ply"}); }, FailsWith(ErrorCode::invalidOption, "mug"));
+  EXPECT_THAT([] { modelFilesOf({"a/mug.pcd", "b/mug.ply"}); }, FailsWith(ErrorCode::invalidOption));
 }
 
 }  // namespace

@@ -106,25 +106,6 @@ TEST(Clusters, BoxOnABoxIsTwoThings) {
   EXPECT_GT(bestOverlap(found, seen, 2), 0.8);
 }
 
-TEST(Clusters, BoxesSideBySideAreTwoThings) {
-  const Seen seen =
-      see({kTable, box({-0.08, 0, 0}, {0.16, 0.1, 0.12}), box({0.05, -0.02, 0}, {0.1, 0.2, 0.06})});
-  const Clusters found = findClusters(seen.depth, kView.camera);
-  EXPECT_THAT(found.clusters, SizeIs(2));
-  EXPECT_GT(bestOverlap(found, seen, 1), 0.8);
-  EXPECT_GT(bestOverlap(found, seen, 2), 0.8);
-}
-
-TEST(Clusters, BoxesOfOneHeightWithAGapAreTwoThings) {
-  // 8 mm are 5 pixels, through which the table is seen.
-  const Seen seen =
-      see({kTable, box({-0.064, 0, 0}, {0.12, 0.1, 0.12}), box({0.064, 0, 0}, {0.12, 0.1, 0.12})});
-  const Clusters found = findClusters(seen.depth, kView.camera);
-  EXPECT_THAT(found.clusters, SizeIs(2));
-  EXPECT_GT(bestOverlap(found, seen, 1), 0.8);
-  EXPECT_GT(bestOverlap(found, seen, 2), 0.8);
-}
-
 /// Each shape in a color of its own, and the table gray.
 cv::Mat colorsOf(const Seen& seen, const std::vector<cv::Vec3b>& colors) {
   cv::Mat image(seen.depth.size(), CV_8UC3, cv::Scalar(90, 90, 90));
@@ -152,18 +133,6 @@ TEST(Clusters, ColorTellsTouchingBoxesOfOneHeightApart) {
       << "light alone is none";
 }
 
-TEST(Clusters, PrintedBoxesStayWhole) {
-  const Seen seen = see({kTable, kBox});
-  cv::Mat label = colorsOf(seen, {{40, 40, 200}}), dots = label.clone();
-  const cv::Rect box = findClusters(seen.depth, kView.camera).clusters.at(0).box;
-  const cv::Point middle = (box.tl() + box.br()) / 2;
-  label(cv::Rect(middle - cv::Point(20, 20), cv::Size(40, 40))).setTo(cv::Scalar(200, 60, 40));
-  for (int v = box.y; v < box.br().y; v += 16)
-    for (int u = box.x; u < box.br().x; u += 16) dots(cv::Rect(u, v, 8, 8)).setTo(cv::Scalar(200, 60, 40));
-  for (const cv::Mat& image : {label, dots})
-    EXPECT_THAT(findClusters(seen.depth, kView.camera, {}, image).clusters, SizeIs(1));
-}
-
 TEST(Clusters, BowlIsOneThingInsideAndOutside) {
   const Seen seen = see({kTable, bowl({0, 0, 0.1}, 0.1, 0.09)});
   const Clusters found = findClusters(seen.depth, kView.camera);
@@ -177,10 +146,6 @@ TEST(Clusters, HalvesBehindAPillarAreOneThing) {
   EXPECT_THAT(found.clusters, SizeIs(2));
   EXPECT_GT(bestOverlap(found, seen, 1), 0.85);
   EXPECT_GT(bestOverlap(found, seen, 2), 0.85);
-  // Two boxes that are not in line stay two.
-  const Seen two = see({kTable, box({-0.12, 0.1, 0}, {0.16, 0.08, 0.15}),
-                        box({0.12, 0.18, 0}, {0.16, 0.08, 0.15}), box({0, -0.1, 0}, {0.06, 0.06, 0.3})});
-  EXPECT_THAT(findClusters(two.depth, kView.camera).clusters, SizeIs(3));
 }
 
 TEST(Clusters, WallAndFloorAreNone) {
@@ -197,30 +162,6 @@ TEST(Clusters, WallAndFloorAreNone) {
   EXPECT_THAT(more.planes, SizeIs(2));
   ASSERT_THAT(more.clusters, SizeIs(1));
   EXPECT_GT(overlap(more.clusters.front(), withBox, 2), 0.8);
-}
-
-TEST(Clusters, WhatIsBehindAPlaneStays) {
-  View view;
-  view.from = {0, -1.2, 1.5};
-  const Shape floor = level(-0.7), desk = level(0, 0.4, 0.3, -0.4, 0.2);
-  const Seen seen = see({floor, desk, box({0.4, 0.1, -0.7}, {0.3, 0.2, 0.3}, 0.5)}, view);
-  const Clusters found = findClusters(seen.depth, view.camera);
-  EXPECT_THAT(found.planes, SizeIs(2));
-  EXPECT_GT(bestOverlap(found, seen, 2), 0.8);
-}
-
-TEST(Clusters, StripesThatAreNoPlaneDoNotEndTheSearch) {
-  View view;
-  view.from = {0, -1.1, 1.3};
-  std::vector<Shape> shapes = {level(0, 0.3, 0.5, 0.35, 0)};  // a table, and beside it slats that are more
-  for (int i = 0; i < 14; ++i) shapes.push_back(level(0.1, 0.3, 0.03, -0.35, -0.5 + 0.1 * i));
-  const Seen seen = see(shapes, view);
-  ClusterOptions options;
-  options.minPlaneArea = 0.4;
-  const Clusters found = findClusters(seen.depth, view.camera, options);
-  ASSERT_THAT(found.planes, SizeIs(1));
-  EXPECT_NEAR(found.planes.front().offset, -1.3, 0.01);
-  EXPECT_THAT(found.clusters, SizeIs(14));
 }
 
 TEST(Clusters, ThingsAtTheBorder) {
@@ -242,34 +183,9 @@ TEST(Clusters, ThingsAtTheBorder) {
   EXPECT_FALSE(found.clusters.front().atBorder);
 }
 
-TEST(Clusters, AnImageOfAnObjectIsFlat) {
-  const double s = std::sqrt(0.5);
-  const Seen seen = see({kTable, board({-0.2, 0, 0.08}, {1, 0, 0}, {0, s, s}, 0.08, 0.1), kBox});
-  const Clusters found = findClusters(seen.depth, kView.camera);
-  ASSERT_THAT(found.clusters, SizeIs(2));
-  for (const Cluster& cluster : found.clusters) EXPECT_EQ(cluster.flat, overlap(cluster, seen, 1) > 0.5);
-}
-
-TEST(Clusters, HolesAndNoise) {
-  View view;
-  view.noise = 0.003;
-  Seen seen = see({kTable, kBox}, view);
-  cv::RNG random(3);
-  const float holes[] = {0, kNaN, -1, std::numeric_limits<float>::infinity()};
-  for (int i = 0; i < 20'000; ++i)
-    seen.depth.at<float>(random.uniform(0, 480), random.uniform(0, 640)) = holes[i % 4];
-  const Clusters found = findClusters(seen.depth, view.camera);
-  ASSERT_THAT(found.planes, SizeIs(1));
-  ASSERT_FALSE(found.clusters.empty());
-  EXPECT_GT(overlap(found.clusters.front(), seen, 1), 0.7);
-  for (const Cluster& cluster : found.clusters)
-    for (const std::uint32_t p : cluster.points) ASSERT_GT(seen.depth.ptr<float>()[p], 0);
-}
-
-// A pixel of pure noise is a segment of its own; the work on each must not grow with the focal length.
 TEST(Clusters, LostRowsAndColumnsCutNothing) {
   const Seen whole = see({kTable, kBox});
-  for (const int step : {480, 40, 9}) {
+  for (const int step : {480, 9}) {
     Seen seen{whole.depth.clone(), whole.shape.clone(), whole.toScene};
     for (int i = step / 2; i < 480; i += step) {
       seen.depth.row(i).setTo(0);
@@ -284,39 +200,40 @@ TEST(Clusters, LostRowsAndColumnsCutNothing) {
   }
 }
 
-TEST(Clusters, NoiseAloneHasNoClusters) {
-  cv::Mat depth(240, 320, CV_32F);
-  cv::RNG(3).fill(depth, cv::RNG::UNIFORM, 0.5, 10.);
-  EXPECT_THAT(findClusters(depth, {320, 240, 2100, 2100, 160, 120}).clusters, IsEmpty());
-}
-
 TEST(Clusters, SameForAnyThreadsAndSeedsFindTheSame) {
   const Seen seen = see({kTable, kBox, bowl({0.25, 0.1, 0.06}, 0.08, 0.09), level(0.3, 0.2, 0.1, -0.3, 0.4)});
   ClusterOptions options;
   options.threads = 1;
   const Clusters one = findClusters(seen.depth, kView.camera, options);
   ASSERT_GE(one.clusters.size(), 2U);
-  for (const int threads : {2, 3, 8, 0}) {
+  for (const int threads : {3, 0}) {
     options.threads = threads;
     EXPECT_TRUE(same(findClusters(seen.depth, kView.camera, options), one)) << threads;
   }
-  for (const std::uint64_t seed : {2, 3, 4}) {
-    options.seed = seed;
-    const Clusters other = findClusters(seen.depth, kView.camera, options);
-    EXPECT_GT(bestOverlap(other, seen, 1), 0.9) << seed;
-    EXPECT_GT(bestOverlap(other, seen, 2), 0.85) << seed;
-  }
+  options.seed = 2;
+  const Clusters other = findClusters(seen.depth, kView.camera, options);
+  EXPECT_GT(bestOverlap(other, seen, 1), 0.9);
+  EXPECT_GT(bestOverlap(other, seen, 2), 0.85);
 }
 
-TEST(Clusters, SmallImagesShowTheSame) {
-  View view;
-  view.camera = kView.camera.scaledTo(320, 240);
-  const Seen seen = see({kTable, kBox, bowl({0.25, 0.1, 0.06}, 0.08, 0.09)}, view);
-  const Clusters found = findClusters(seen.depth, kView.camera);  // of images of another size
-  EXPECT_THAT(found.planes, SizeIs(1));
-  EXPECT_THAT(found.clusters, SizeIs(2));
-  EXPECT_GT(bestOverlap(found, seen, 1), 0.85);
-  EXPECT_GT(bestOverlap(found, seen, 2), 0.8);
+/// Tiles of 12 pixels, each at another depth than those around it: some 1,800 segments.
+TEST(Clusters, CrowdedImagesAreTheSameOnAnyThreads) {
+  cv::Mat depth(480, 640, CV_32F);
+  for (int v = 0; v < depth.rows; ++v)
+    for (int u = 0; u < depth.cols; ++u) {
+      const int column = u / 12, row = v / 12;
+      depth.at<float>(v, u) = 0.6F * (1 + 0.02F * static_cast<float>((5 * column + 3 * row) % 13));
+    }
+  ClusterOptions options;
+  options.minPoints = 1;
+  options.threads = 1;
+  const Clusters one = findClusters(depth, kView.camera, options);
+  std::size_t points = 0;
+  for (const Cluster& cluster : one.clusters) points += cluster.points.size();
+  EXPECT_TRUE(one.planes.empty());
+  EXPECT_GT(points, depth.total() / 2);  // tiles that are behind all around them are no things
+  options.threads = 3;
+  EXPECT_TRUE(same(findClusters(depth, kView.camera, options), one));
 }
 
 TEST(Clusters, OnlyAsSmallAsAskedFor) {
@@ -329,72 +246,42 @@ TEST(Clusters, OnlyAsSmallAsAskedFor) {
   EXPECT_THAT(findClusters(seen.depth, kView.camera, options).clusters, IsEmpty());
 }
 
-TEST(Clusters, OneThingMayFillTheImage) {
-  View view;
-  view.from = {0, -0.8, 0};
-  view.to = {0, 0, 0};
-  const Seen seen = see({bowl({0, 0, 0}, 0.6, 10)}, view);
-  const Clusters found = findClusters(seen.depth, view.camera);
-  EXPECT_THAT(found.planes, IsEmpty());
-  ASSERT_THAT(found.clusters, SizeIs(1));
-  EXPECT_EQ(found.clusters.front().points.size(), seen.depth.total());
-  EXPECT_TRUE(found.clusters.front().atBorder);
-  EXPECT_FALSE(found.clusters.front().flat);
-}
-
 TEST(Clusters, NothingIsNoError) {
-  for (const cv::Size size :
-       {cv::Size(640, 480), cv::Size(1, 1), cv::Size(3, 2), cv::Size(1, 480), cv::Size(640, 1)})
+  for (const cv::Size size : {cv::Size(64, 48), cv::Size(1, 1), cv::Size(3, 2), cv::Size(1, 48)})
     for (const float z : {0.F, kNaN, -1.F, 1e30F, 1e-30F, std::numeric_limits<float>::infinity()}) {
       const Clusters found = findClusters(cv::Mat(size, CV_32F, cv::Scalar(z)), kView.camera);
       EXPECT_THAT(found.planes, IsEmpty()) << size << z;
       EXPECT_THAT(found.clusters, IsEmpty()) << size << z;
     }
-  for (const cv::Size size :
-       {cv::Size(1, 1), cv::Size(3, 2), cv::Size(1, 480), cv::Size(640, 1), cv::Size(17, 9)})
-    for (const float z : {1.F, 0.001F, 1000.F}) {
-      ClusterOptions options;
-      options.minPoints = 1;
-      std::size_t points = 0;  // all of it is there once, on a plane or in a cluster
-      for (const Cluster& c :
-           findClusters(cv::Mat(size, CV_32F, cv::Scalar(z)), kView.camera, options).clusters)
-        points += c.points.size();
-      EXPECT_LE(points, static_cast<std::size_t>(size.area()));
-    }
   EXPECT_THAT(findClusters(see({kTable}).depth, kView.camera).clusters, IsEmpty());
 }
 
-TEST(Clusters, RefusesWhatIsNoDepthImage) {
+TEST(Clusters, RefusesWhatIsNoDepthImageAndOptionsOutOfRange) {
   const cv::Mat depth(48, 64, CV_32F, cv::Scalar(1));
-  EXPECT_THAT([&] { findClusters(cv::Mat(), kView.camera); }, FailsWith(ErrorCode::invalidInput));
-  EXPECT_THAT([&] { findClusters(cv::Mat(48, 64, CV_16U), kView.camera); },
-              FailsWith(ErrorCode::invalidInput));
-  EXPECT_THAT([&] { findClusters(depth, {}); }, FailsWith(ErrorCode::invalidInput, "0"));
-  CameraIntrinsics camera = kView.camera;
-  camera.fx = 0;
-  EXPECT_THAT([&] { findClusters(depth, camera); }, FailsWith(ErrorCode::invalidInput, "fx 0"));
-  EXPECT_THAT([&] { findClusters(depth, kView.camera, {}, cv::Mat(48, 64, CV_8U)); },
-              FailsWith(ErrorCode::invalidInput, "BGR"));
-  camera.fx = kNaN;
-  EXPECT_THAT([&] { findClusters(depth, camera); }, FailsWith(ErrorCode::invalidInput, "fx nan"));
-}
-
-TEST(Clusters, RefusesOptionsOutOfRange) {
-  const cv::Mat depth(48, 64, CV_32F, cv::Scalar(1));
-  for (const auto& [option, name] : {std::pair(&ClusterOptions::minPlaneArea, "min-plane-area"),
-                                     std::pair(&ClusterOptions::planeTolerance, "plane-tolerance"),
-                                     std::pair(&ClusterOptions::creaseDepth, "crease-depth")})
+  const auto refusal = [](const cv::Mat& image, const CameraIntrinsics& camera,
+                          const ClusterOptions& options = {}, const cv::Mat& bgr = {}) {
+    return test::caught([&] { findClusters(image, camera, options, bgr); });
+  };
+  EXPECT_THAT(refusal({}, kView.camera), FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT(refusal(cv::Mat(48, 64, CV_16U), kView.camera), FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT(refusal(depth, kView.camera, {}, cv::Mat(48, 64, CV_8U)), FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT(refusal(depth, {}), FailsWith(ErrorCode::invalidInput));
+  for (const double focal : {0., std::nan("")}) {
+    CameraIntrinsics camera = kView.camera;
+    camera.fx = focal;
+    EXPECT_THAT(refusal(depth, camera), FailsWith(ErrorCode::invalidInput)) << focal;
+  }
+  for (const auto option :
+       {&ClusterOptions::minPlaneArea, &ClusterOptions::planeTolerance, &ClusterOptions::creaseDepth})
     for (const double value : {0., -1., std::nan(""), HUGE_VAL}) {
       ClusterOptions options;
       options.*option = value;
-      EXPECT_THAT([&] { findClusters(depth, kView.camera, options); },
-                  FailsWith(ErrorCode::invalidOption, name));
-      EXPECT_THAT([&] { findClusters(PointCloud(), options); }, FailsWith(ErrorCode::invalidOption, name));
+      EXPECT_THAT(refusal(depth, kView.camera, options), FailsWith(ErrorCode::invalidOption));
+      EXPECT_THAT([&] { findClusters(PointCloud(), options); }, FailsWith(ErrorCode::invalidOption));
     }
   ClusterOptions options;
   options.threads = -1;
-  EXPECT_THAT([&] { findClusters(depth, kView.camera, options); },
-              FailsWith(ErrorCode::invalidOption, "threads", "-1"));
+  EXPECT_THAT(refusal(depth, kView.camera, options), FailsWith(ErrorCode::invalidOption));
 }
 
 }  // namespace

@@ -93,22 +93,11 @@ TEST(CloudClusters, WithoutAGrid) {
     EXPECT_FALSE(cluster.flat);
     for (const std::uint32_t p : cluster.points) ASSERT_TRUE(isFinite(cloud.points[p]));
   }
-  for (const int threads : {2, 5}) {
-    options.threads = threads;
-    const Clusters again = findClusters(cloud, options);
-    ASSERT_EQ(again.clusters.size(), found.clusters.size());
-    for (std::size_t i = 0; i < found.clusters.size(); ++i)
-      EXPECT_EQ(again.clusters[i].points, found.clusters[i].points) << threads;
-  }
-}
-
-TEST(CloudClusters, ThingsThatTouchWithoutAGrid) {
-  const Seen seen =
-      see({level(0), box({0, 0, 0}, {0.26, 0.2, 0.1}, 0.4), box({0, 0.02, 0.1}, {0.1, 0.1, 0.1}, 0.9)},
-          kTableView);
-  const Clusters found = findClusters(without(backProject(seen.depth, kTableView.camera), false));
-  EXPECT_GT(bestLooseOverlap(found, seen, 1), 0.7);
-  EXPECT_GT(bestLooseOverlap(found, seen, 2), 0.7);
+  options.threads = 3;
+  const Clusters again = findClusters(cloud, options);
+  ASSERT_EQ(again.clusters.size(), found.clusters.size());
+  for (std::size_t i = 0; i < found.clusters.size(); ++i)
+    EXPECT_EQ(again.clusters[i].points, found.clusters[i].points);
 }
 
 TEST(CloudClusters, AGridThatNoPinholeCameraSawIsNone) {
@@ -122,31 +111,6 @@ TEST(CloudClusters, AGridThatNoPinholeCameraSawIsNone) {
   for (const Cluster& cluster : found.clusters) EXPECT_EQ(cluster.box, cv::Rect());
 }
 
-TEST(CloudClusters, OneThingAroundTheOriginStaysWhole) {
-  // As model collections have them: where they were seen from is lost, so nothing is known to be concave.
-  const Seen seen =
-      see({box({0, 0, 0}, {0.26, 0.2, 0.1}, 0.4), box({0, 0.02, 0.1}, {0.1, 0.1, 0.1}, 0.9)}, kTableView);
-  PointCloud cloud = backProject(seen.depth, kTableView.camera);
-  std::erase_if(cloud.points, [](const cv::Point3f& p) { return !isFinite(p); });
-  cv::Point3d sum;
-  for (const cv::Point3f& p : cloud.points) sum += cv::Point3d(p);
-  for (cv::Point3f& p : cloud.points) p -= cv::Point3f(sum / static_cast<double>(cloud.points.size()));
-  const Clusters found = findClusters(cloudOf(std::move(cloud.points)));
-  EXPECT_THAT(found.planes, IsEmpty());
-  EXPECT_THAT(found.clusters, SizeIs(1));
-}
-
-TEST(CloudClusters, OneColorDoesNotMatterToWhatIsFound) {
-  const Seen seen = tableWithTwoThings();
-  PointCloud cloud = backProject(seen.depth, kTableView.camera);
-  const Clusters plain = findClusters(cloud);
-  cloud.colors.assign(cloud.points.size(), {1, 2, 3});
-  const Clusters colored = findClusters(cloud);
-  ASSERT_EQ(plain.clusters.size(), colored.clusters.size());
-  for (std::size_t i = 0; i < plain.clusters.size(); ++i)
-    EXPECT_EQ(plain.clusters[i].points, colored.clusters[i].points);
-}
-
 TEST(CloudClusters, NothingIsNoError) {
   ClusterOptions options;
   options.minPoints = 1;
@@ -154,60 +118,26 @@ TEST(CloudClusters, NothingIsNoError) {
   EXPECT_THAT(findClusters(cloudOf({{kNaN, 0, 0}, {0, kNaN, 1}}), options).clusters, IsEmpty());
   EXPECT_THAT(findClusters(cloudOf(std::vector(6, cv::Point3f(0, 0, 0))), options).clusters, IsEmpty())
       << "not measured";
-  for (const cv::Point3f& p :
-       {cv::Point3f(0, 0, 0.001F), cv::Point3f(1, 2, 3), cv::Point3f(-1e9F, 1e9F, 1e9F)}) {
-    for (const std::size_t count : {1, 2, 1000}) {
-      const Clusters found = findClusters(cloudOf(std::vector(count, p)), options);
-      EXPECT_THAT(found.planes, IsEmpty());
-      ASSERT_THAT(found.clusters, SizeIs(1)) << p;
-      EXPECT_THAT(found.clusters.front().points, SizeIs(count));
-      EXPECT_FALSE(found.clusters.front().flat);
-    }
-    PointCloud grid = cloudOf(std::vector(6, p));
-    grid.width = 3;
-    grid.height = 2;
-    EXPECT_THAT(findClusters(grid, options).clusters, SizeIs(1)) << p;
+  for (const std::size_t count : {1, 2, 1000}) {
+    const Clusters found = findClusters(cloudOf(std::vector(count, cv::Point3f(1, 2, 3))), options);
+    EXPECT_THAT(found.planes, IsEmpty());
+    ASSERT_THAT(found.clusters, SizeIs(1)) << count;
+    EXPECT_THAT(found.clusters.front().points, SizeIs(count));
+    EXPECT_FALSE(found.clusters.front().flat);
   }
-  const Clusters apart = findClusters(cloudOf({{-1e9F, 0, 0}, {1e9F, 1, 0}, {0, 0, 1e9F}}), options);
-  std::size_t points = 0;
-  for (const Cluster& cluster : apart.clusters) points += cluster.points.size();
-  EXPECT_EQ(points, 3U);
   EXPECT_THAT(findClusters(cloudOf({{-3e38F, 0, 0}, {3e38F, 1, 0}, {0, 0, 2e9F}}), options).clusters,
               IsEmpty());
   options.minPoints = 3;
   EXPECT_THAT(findClusters(cloudOf({{-1, 0, 0}, {1, 1, 0}}), options).clusters, IsEmpty());
 }
 
-TEST(CloudClusters, PointsNobodyCanHaveSeenAreNone) {
-  // Their squares are more than a float can hold: each would be every other's neighbor.
-  cv::RNG random(3);
-  std::vector<cv::Point3f> points;
-  for (int i = 0; i < 5000; ++i)
-    points.push_back(
-        3e38F * cv::Point3f(random.uniform(-1.F, 1.F), random.uniform(-1.F, 1.F), random.uniform(-1.F, 1.F)));
-  ASSERT_TRUE(std::ranges::all_of(points, isFinite));
-  ClusterOptions options;
-  options.minPoints = 1;
-  EXPECT_THAT(findClusters(cloudOf(std::move(points)), options).clusters, IsEmpty());
-  const PointCloud cloud = without(backProject(tableWithTwoThings().depth, kTableView.camera), false);
-  PointCloud holed = cloud, absurd = cloud;
-  for (std::size_t i = 0; i < cloud.points.size(); i += 50) {
-    holed.points[i].y = kNaN;
-    absurd.points[i].y = i % 100 == 0 ? 3e38F : -2e9F;
-  }
-  const Clusters expected = findClusters(holed), found = findClusters(absurd);
-  ASSERT_THAT(expected.clusters, SizeIs(2));
-  ASSERT_THAT(found.clusters, SizeIs(2));
-  for (std::size_t i = 0; i < 2; ++i) EXPECT_EQ(found.clusters[i].points, expected.clusters[i].points);
-}
-
 TEST(CloudClusters, RefusesAnUnsoundCloud) {
   PointCloud cloud = cloudOf({{0, 0, 1}, {0, 1, 1}});
   cloud.colors.resize(1);
-  EXPECT_THAT([&] { findClusters(cloud); }, FailsWith(ErrorCode::invalidInput, "1 colors"));
+  EXPECT_THAT([&] { findClusters(cloud); }, FailsWith(ErrorCode::invalidInput));
   cloud.colors.clear();
   cloud.width = 3;
-  EXPECT_THAT([&] { findClusters(cloud); }, FailsWith(ErrorCode::invalidInput, "3 × 1"));
+  EXPECT_THAT([&] { findClusters(cloud); }, FailsWith(ErrorCode::invalidInput));
 }
 
 TEST(PointsOf, TakesColorsAndNormalsAlong) {
@@ -225,7 +155,7 @@ TEST(PointsOf, TakesColorsAndNormalsAlong) {
   EXPECT_EQ(part.viewpoint->y, 2);
   EXPECT_THAT(pointsOf(cloud, {}).points, IsEmpty());
   const std::vector<std::uint32_t> beyond{1, 4};
-  EXPECT_THAT([&] { pointsOf(cloud, beyond); }, FailsWith(ErrorCode::invalidInput, "point 4"));
+  EXPECT_THAT([&] { pointsOf(cloud, beyond); }, FailsWith(ErrorCode::invalidInput));
 }
 
 TEST(IsFlat, OnePlaneWithinNoise) {
@@ -248,17 +178,6 @@ TEST(IsFlat, OnePlaneWithinNoise) {
   PointCloud far = sheet(1, 0.0014 * 4, 0);
   far.viewpoint = Pose{0, 0, -1};
   EXPECT_TRUE(isFlat(far));
-}
-
-TEST(IsFlat, NotOfTooFewPointsNorOfALine) {
-  std::vector<cv::Point3f> points;
-  for (int i = 0; i < 7; ++i)
-    for (int j = 0; j < 7; ++j) points.emplace_back(0.01F * i, 0.01F * j, 1);
-  EXPECT_FALSE(isFlat(cloudOf(points)));
-  points.emplace_back(0, 0.005F, 1);
-  EXPECT_TRUE(isFlat(cloudOf(points)));
-  EXPECT_FALSE(isFlat(PointCloud()));
-  EXPECT_FALSE(isFlat(cloudOf(std::vector(100, cv::Point3f(1, 1, 1)))));
 }
 
 }  // namespace

@@ -43,12 +43,6 @@ TEST(NearestItems, AreTheNearestOfEqualOnesTheFirst) {
                                        2, 1));  // 3
 }
 
-TEST(NearestItems, AreAllOthersWhereThereAreFew) {
-  EXPECT_THAT(findNeighbors(distancesOf({0, 5, 1}), 9).nearest, ElementsAre(2, 1, 2, 0, 0, 1));
-  EXPECT_TRUE(findNeighbors(distancesOf({4}), 5).nearest.empty());
-  EXPECT_TRUE(findNeighbors(distancesOf({}), 5).nearest.empty());
-}
-
 TEST(NearestItems, AreWantedByTheRootOfTheNumberOfItems) {
   EXPECT_EQ(neighborsForCut(1), 3U);
   EXPECT_EQ(neighborsForCut(216), 5U);
@@ -83,7 +77,7 @@ double slowModularity(const NearestItems& neighbors, const std::vector<int>& par
 TEST(SuggestedCut, HasTheLargestModularityOfAllCuts) {
   std::mt19937 random(2);
   std::normal_distribution<double> normal;
-  for (int trial = 0; trial < 10; ++trial) {
+  for (int trial = 0; trial < 4; ++trial) {
     std::vector<double> points;
     std::vector<std::size_t> sizes;
     for (int i = 0; i < 60; ++i) {
@@ -111,17 +105,9 @@ TEST(NearestItems, OfGroupsWeighAsTheirImages) {
   EXPECT_THAT(neighbors.within, ElementsAre(2, 0, 15, 0));
   EXPECT_THAT(neighbors.weights, ElementsAre(2, 2, 0, 2, 1, 0, 0, 0, 0, 3, 0, 0));
   const std::vector<std::size_t> two{1, 2};
-  EXPECT_THAT([&] { weighBySize(neighbors, two); }, FailsWith(ErrorCode::mismatch, "12", "2"));
-}
-
-TEST(SuggestedCut, PartsGroups) {
-  std::vector<double> points;
-  for (int group = 0; group < 3; ++group)
-    for (int i = 0; i < 10; ++i) points.push_back(100.0 * group + i * 0.1);
-  const SuggestedCut cut = suggestionFor(points);
-  const std::vector<int> groups = link(distancesOf(points), Linkage::average).cutAt(cut.distance);
-  EXPECT_EQ(std::set<int>(groups.begin(), groups.end()).size(), 3U);
-  EXPECT_NEAR(cut.modularity, 2.0 / 3, 1e-9) << "1 − 3 · (1/3)²";
+  EXPECT_THAT([&] { weighBySize(neighbors, two); }, FailsWith(ErrorCode::mismatch));
+  const Dendrogram ofThree = link(distancesOf({1, 2, 3}), Linkage::average);
+  EXPECT_THAT([&] { suggestCut(ofThree, neighbors); }, FailsWith(ErrorCode::mismatch));
 }
 
 TEST(SuggestedCut, LeavesTogetherWhatIsAlikeOrTooFew) {
@@ -132,12 +118,6 @@ TEST(SuggestedCut, LeavesTogetherWhatIsAlikeOrTooFew) {
     EXPECT_EQ(std::set<int>(groups.begin(), groups.end()).size(), 1U);
     EXPECT_EQ(cut.modularity, 0);
   }
-}
-
-TEST(SuggestedCut, NeedsNeighborsOfTheSameItems) {
-  const Dendrogram ofThree = link(distancesOf({1, 2, 3}), Linkage::average);
-  const NearestItems ofTwo = findNeighbors(distancesOf({1, 2}), 1);
-  EXPECT_THAT([&] { suggestCut(ofThree, ofTwo); }, FailsWith(ErrorCode::mismatch, "2", "3"));
 }
 
 }  // namespace

