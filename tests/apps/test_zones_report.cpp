@@ -9,8 +9,6 @@
 namespace estancia::test {
 namespace {
 
-using testing::HasSubstr;
-
 class ZonesReport : public testing::Test {
  protected:
   void SetUp() override {
@@ -56,16 +54,11 @@ class ZonesReport : public testing::Test {
   const std::string page_ = scratch_ / "page.html";
 };
 
-TEST_F(ZonesReport, ShowsZonesByThemselves) {
-  const std::string html = report(zones_, {"--title", "Three rooms"});
+TEST_F(ZonesReport, ShowsZonesByThemselvesAndOverAMap) {
+  const std::string html = report(zones_, {"--title", "Three rooms", "--map", map_});
   for (const char* shown : {"<h1>Three rooms</h1>", "<dt>zones</dt><dd>3</dd>", "kettle"})
-    EXPECT_THAT(html, HasSubstr(shown));
-  EXPECT_THAT(report(zones_, {"--map", map_}), HasSubstr("kettle")) << "a map without images";
-}
-
-TEST_F(ZonesReport, ShowsZonesOverAMap) {
-  EXPECT_THAT(report(map_, {"--zones", zones_}), HasSubstr("In zone 0, "));
-  EXPECT_THAT(report(map_), testing::Not(HasSubstr("In zone")));
+    EXPECT_NE(html.find(shown), std::string::npos) << shown;
+  EXPECT_NE(report(map_, {"--zones", zones_}).find("In zone 0, "), std::string::npos);
 }
 
 TEST_F(ZonesReport, FamiliarWordsStandForSeveralLabelsUnlessTheyAreToBeRaw) {
@@ -75,33 +68,28 @@ TEST_F(ZonesReport, FamiliarWordsStandForSeveralLabelsUnlessTheyAreToBeRaw) {
   writeFile(scratch_ / "dogs.csv", words);
   const std::string map = scratch_ / "dogs.estancia", zones = scratch_ / "dogs.zones";
   ASSERT_EQ(run({"map", scratch_ / "dogs.csv", "-o", map}).exitCode, 0);
-  const std::vector<std::string> find{"zones",   "find", map,           "-o",    zones,
-                                      "--count", "2",    "--overwrite", "--json"};
-  const auto said = run(find);
-  EXPECT_THAT(said.out, HasSubstr("\"word\":\"dog\"")) << said.err;
+  ASSERT_EQ(run({"zones", "find", map, "-o", zones, "--count", "2"}).exitCode, 0);
+  const auto showsDog = [this](const std::string& file, const std::vector<std::string>& more = {}) {
+    return report(file, more).find(">dog</span>") != std::string::npos;
+  };
   for (const std::string& file : {map, zones}) {
-    EXPECT_THAT(report(file), HasSubstr(">dog</span>"));
-    EXPECT_THAT(report(file, {"--words", "raw"}), testing::Not(HasSubstr(">dog</span>")));
-    EXPECT_THAT(report(file, {"--words", "raw"}), HasSubstr(">golden retriever</span>"));
+    EXPECT_TRUE(showsDog(file));
+    EXPECT_FALSE(showsDog(file, {"--words", "raw"}));
   }
-  EXPECT_THAT(report(map), HasSubstr("<h3>dog</h3>"));
-  EXPECT_THAT(refused(map, {"--words", "some"}), FailsWith(ErrorCode::unknownName, "some"));
-  std::vector<std::string> raw = find;
-  raw.insert(raw.end(), {"--words", "raw"});
-  EXPECT_THAT(run(raw).out, testing::Not(HasSubstr("\"dog\"")));
+  EXPECT_THAT(refused(map, {"--words", "some"}), FailsWith(ErrorCode::unknownName));
   const WithoutWordNet plain;
-  EXPECT_THAT(report(map), testing::Not(HasSubstr(">dog</span>")));
+  EXPECT_FALSE(showsDog(map));
 }
 
 TEST_F(ZonesReport, RefusesWhatDoesNotGoTogether) {
   EXPECT_THAT(refused(map_, {"--zones", scratch_ / "others.zones"}), FailsWith(ErrorCode::mismatch));
-  EXPECT_THAT(refused(map_, {"--zones", map_}), FailsWith(ErrorCode::unsupportedFile, map_));
-  EXPECT_THAT(refused(map_, {"--map", map_}), FailsWith(ErrorCode::invalidOption, "--map", map_));
-  EXPECT_THAT(refused(zones_, {"--label", "bed"}), FailsWith(ErrorCode::invalidOption, "--label"));
-  EXPECT_THAT(refused(zones_, {"--zones", zones_}), FailsWith(ErrorCode::invalidOption, "--zones"));
-  EXPECT_THAT(refused(zones_, {"--map", zones_}), FailsWith(ErrorCode::unsupportedFile, zones_));
+  EXPECT_THAT(refused(map_, {"--zones", map_}), FailsWith(ErrorCode::unsupportedFile));
+  EXPECT_THAT(refused(map_, {"--map", map_}), FailsWith(ErrorCode::invalidOption));
+  EXPECT_THAT(refused(zones_, {"--label", "bed"}), FailsWith(ErrorCode::invalidOption));
+  EXPECT_THAT(refused(zones_, {"--zones", zones_}), FailsWith(ErrorCode::invalidOption));
+  EXPECT_THAT(refused(zones_, {"--map", zones_}), FailsWith(ErrorCode::unsupportedFile));
   writeFile(scratch_ / "cut.zones", readFile(zones_).substr(0, 900));
-  EXPECT_THAT(refused(scratch_ / "cut.zones", {}), FailsWith(ErrorCode::corruptFile, "cut.zones"));
+  EXPECT_THAT(refused(scratch_ / "cut.zones", {}), FailsWith(ErrorCode::corruptFile));
 }
 
 }  // namespace
