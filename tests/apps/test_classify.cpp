@@ -125,7 +125,7 @@ TEST_F(ClassifyCommand, LearnsRoomsAndFindsThemAgain) {
   for (const json& line :
        lines(run({"classify", "predict", model_, unknown_, "--min-probability", "1", "--json"})))
     EXPECT_EQ(line["room"].is_null(), line["probability"] < 1);
-  EXPECT_EQ(train({"--max-labels", "4", "--by", "chi2", "--set", "classifier.type=forest"})["columns"], 4);
+  EXPECT_EQ(train({"--max-labels", "4", "--by", "chi2"})["columns"], 4);
   EXPECT_GE(json::parse(run({"classify", "test", model_, others_, "--json"}).out)["accuracy"], 0.8)
       << "they are found again among all";
 }

@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -84,22 +83,6 @@ TEST_F(Filter, ADepthImageBecomesACloud) {
       filter({at("depth.png"), "-o", at("a.pcd"), "--filter", "none", "--intrinsics", at("mine.txt")});
   EXPECT_EQ(told["points_out"], 4800);
   EXPECT_TRUE(readCloud(at("a.pcd")).organized());
-}
-
-TEST_F(Filter, PointsThatAreNotFiniteAreHolesOrLeftOut) {
-  PointCloud cloud = readCloud(plane_);
-  for (std::size_t i = 0; i < 1000; ++i) cloud.points[7 * i].y = NAN;
-  cloud.width = cloud.height = 100;
-  writeCloud(cloud, at("holes.pcd"));
-  const json kept = filter({at("holes.pcd"), "-o", at("a.pcd"), "--filter", "none"});
-  EXPECT_EQ(kept["points_in"], 10000);
-  EXPECT_EQ(kept["points_out"], 9000);
-  EXPECT_EQ(kept["holes"], 1000);
-  EXPECT_EQ(readCloud(at("a.pcd")).points.size(), 10000U);
-  const json left = filter({at("holes.pcd"), "-o", at("a.ply"), "--filter", "none"});
-  EXPECT_EQ(left["points_out"], 9000);
-  EXPECT_EQ(left["holes"], 0);
-  EXPECT_EQ(readCloud(at("a.ply")).points.size(), 9000U);
 }
 
 TEST_F(Filter, ReplacesCloudsAloneAndOnlyWithOverwrite) {

@@ -73,26 +73,12 @@ TEST_F(Labeling, ASplitOrSomeRoomsAreLabeledAlone) {
               FailsWith(ErrorCode::unknownName));
 }
 
-TEST_F(Labeling, ACacheThatIsCutOffIsRepaired) {
-  label(images_, scratch_ / "a.labels");
-  for (const auto& entry : fs::directory_iterator(scratch_ / "cache"))
-    fs::resize_file(entry.path(), fs::file_size(entry.path()) * 2 / 3);
-  const int remembered = label(images_, scratch_ / "b.labels")["remembered"];
-  EXPECT_GT(remembered, 8);
-  EXPECT_LT(remembered, 24);
-  EXPECT_EQ(readFile(scratch_ / "a.labels"), readFile(scratch_ / "b.labels"));
-  EXPECT_EQ(label(images_, scratch_ / "c.labels")["remembered"], 24);
-}
-
 TEST_F(Labeling, ALabelFileStandsForItsImagesInEveryCommand) {
   const std::string words = scratch_ / "words.labels", fromWords = scratch_ / "w.estancia",
                     fromImages = scratch_ / "i.estancia";
   label(images_, words);
   ASSERT_EQ(run({"map", words, "-o", fromWords, "--distance", "l2"}).exitCode, 0);
   ASSERT_EQ(run({"map", images_, "-o", fromImages, "--model", model_, "--distance", "l2"}).exitCode, 0);
-  writeSmallModel(scratch_ / "other", "crop = 0.5");
-  EXPECT_THAT(run({"localize", fromImages, images_, "--model", model_ + "+" + (scratch_ / "other").string()}),
-              FailsWith(ErrorCode::mismatch));
   EXPECT_EQ(run({"export", fromWords, "--format", "json"}).out,
             run({"export", fromImages, "--format", "json"}).out);
   const auto byWords = run({"localize", fromImages, words});
@@ -121,6 +107,15 @@ TEST_F(Labeling, CsvAndNpyGoOutAndComeBack) {
               FailsWith(ErrorCode::unsupportedFile));
   EXPECT_THAT(run({"label", images_, "-o", scratch_ / "words.labels", "--model", model_}),
               FailsWith(ErrorCode::fileExists));
+}
+
+TEST_F(Labeling, SeveralModelsMakeOneMap) {
+  writeSmallModel(scratch_ / "other", "crop = 0.5");
+  const std::string both = model_ + "+" + (scratch_ / "other").string(), map = scratch_ / "both.estancia";
+  const auto mapped = run({"map", images_, "-o", map, "--model", both, "--distance", "clr-cosine"});
+  ASSERT_EQ(mapped.exitCode, 0) << mapped.err;
+  EXPECT_EQ(run({"localize", map, images_, "--model", both}).exitCode, 0);
+  EXPECT_THAT(run({"localize", map, images_, "--model", model_}), FailsWith(ErrorCode::mismatch));
 }
 
 TEST_F(Labeling, ABlackBoxThatFindsItsWordsMapsAndLocalizes) {

@@ -120,9 +120,10 @@ TEST_F(LiveCommand, EndsWholeWhenItIsInterrupted) {
 
 TEST_F(LiveCommand, StandardOutputIsTheAgentsAlone) {
   std::vector<std::string> words = command("0");
-  words.insert(
-      words.begin(),
-      {"-c", R"(echo '{"jsonrpc": "2.0", "id": 1, "method": "tools/list"}' | "$0" "$@")", ESTANCIA_COMMAND});
+  words.insert(words.begin(),
+               {"-c", R"(map=$1; shift; { echo '{"jsonrpc": "2.0", "id": 1, "method": "tools/list"}';
+                                   while [ ! -e "$map" ]; do sleep 0.05; done; } | "$0" "$@")",
+                ESTANCIA_COMMAND, map_});
   words.push_back("--mcp");
   const CommandResult asked = runProgram("/bin/sh", words);
   EXPECT_EQ(asked.exitCode, 0) << asked.err << "an agent that goes ends the run";

@@ -147,31 +147,6 @@ TEST_F(Objects, PredictsByImageAndInTheDarkByShape) {
   EXPECT_THAT(lines(some.out), SizeIs(1)) << some.err;
 }
 
-TEST_F(Objects, TrueCategoriesAreLearnedWithoutAStudy) {
-  ASSERT_EQ(collect().exitCode, 0);
-  const std::string list = scratch_ / "things/samples.csv";
-  const CommandResult unknown = objects({"train", scratch_ / "things", "--truth", "-o", model()});
-  EXPECT_THAT(unknown, FailsWith(ErrorCode::insufficientData));
-  std::istringstream in(readFile(list));
-  std::ostringstream named;
-  for (std::string line; std::getline(in, line); named << '\n') {
-    const auto instance = line.find(',') + 1, category = line.find(',', instance) + 1;
-    named << line.substr(0, category);
-    if (line.starts_with("object-"))
-      named << (line.substr(instance, category - instance) < "object-0003" ? "first" : "second");
-    named << line.substr(category);
-  }
-  writeFile(list, named.str());
-  const CommandResult trained = objects({"train", scratch_ / "things", "--truth", "-o", model(),
-                                         "--all-views", "--classifier", "svm-linear", "--json"});
-  ASSERT_EQ(trained.exitCode, 0) << trained.err;
-  const json learned = json::parse(trained.out);
-  EXPECT_EQ(learned["pseudo_labels"], "true");
-  EXPECT_EQ(learned["classes"][0]["class"], "first");
-  EXPECT_EQ(learned["classes"][0]["prior"], nullptr);
-  EXPECT_EQ(learned["classes"][1]["instances"], 3);
-}
-
 TEST_F(Objects, ReplacesOnlyWithOverwrite) {
   writeFile(scratch_ / "things/notes.txt", "mine");
   EXPECT_THAT(collect(), FailsWith(ErrorCode::fileExists));

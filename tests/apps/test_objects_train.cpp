@@ -74,6 +74,12 @@ TEST_F(ObjectsTrain, LearnsWhatARecordingSaysOfClouds) {
   EXPECT_EQ(learned["classes"][0]["views"], 4);
   EXPECT_EQ(learned["classes"][1]["instances"], 4);
   EXPECT_EQ(learned["pseudo_label_accuracy"], 1);
+  const CommandResult taught = train({clouds(), "--truth", "-o", model(), "--overwrite", "--json"});
+  ASSERT_EQ(taught.exitCode, 0) << taught.err;
+  const auto known = nlohmann::json::parse(taught.out);
+  EXPECT_EQ(known["pseudo_labels"], "true");
+  EXPECT_EQ(known["classes"][0]["prior"], nullptr);
+  EXPECT_EQ(known["classes"][1]["instances"], 4);
 }
 
 TEST_F(ObjectsTrain, RefusesWhatHasNoMeaning) {

@@ -52,7 +52,7 @@ class UnposedDrive : public testing::Test {
 };
 
 TEST_F(UnposedDrive, IsTrackedInThePassThatMapsItAndGoesOnAsIfItHadNotStopped) {
-  for (const int end : {1, 13, 40}) {
+  for (const int end : {1, 13, 60}) {
     showFramesUpTo(end);
     const auto part = end == 1 ? map("broken.estancia") : map("broken.estancia", {"--continue"});
     ASSERT_EQ(part.exitCode, 0) << part.err;
@@ -60,7 +60,7 @@ TEST_F(UnposedDrive, IsTrackedInThePassThatMapsItAndGoesOnAsIfItHadNotStopped) {
   const auto mapped = map("whole.estancia");
   ASSERT_EQ(mapped.exitCode, 0) << mapped.err;
   const json odometry = json::parse(mapped.out)["odometry"];
-  EXPECT_EQ(odometry["placed"], 40);
+  EXPECT_EQ(odometry["placed"], 60);
   EXPECT_GT(odometry["keyframes"], 2);
   EXPECT_FALSE(odometry.contains("lost"));
   for (const char* format : {"json", "rooms", "spark-dsg"})

@@ -6,9 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
-#include "estancia/core/utf8.hpp"
 #include "estancia/topology/map.hpp"
 #include "io/images.hpp"
 #include "support/errors.hpp"
@@ -140,20 +138,6 @@ TEST_F(Surroundings, NoHomeIsNeeded) {
   }
 }
 
-TEST_F(Surroundings, ReadsMapsOfReadOnlyFileSystems) {
-  const fs::path file = mapped("a.estancia"), disk = folder_ / "disk";
-  fs::create_directory(disk);
-  const std::string mount = fmt::format(
-      "exec unshare -m /bin/sh -c 'mount -t tmpfs none {0} && cp {1} {0}/a.estancia && "
-      "mount -o remount,ro {0} && exec \"$@\"' sh \"$@\"",
-      disk.string(), file.string());
-  if (runBy("exec unshare -m /bin/sh -c 'mount -t tmpfs none " + disk.string() + "'", {}).exitCode != 0)
-    GTEST_SKIP() << "only root mounts file systems";
-  EXPECT_EQ(runBy(mount, {"ask", disk / "a.estancia", "mug"}).exitCode, 0);
-  EXPECT_THAT(runBy(mount, {"map", labels_, "-o", disk / "b.estancia"}),
-              FailsWith(ErrorCode::fileUnwritable));
-}
-
 TEST_F(Surroundings, FullDisksAreToldBeforeAndWhileAMapIsWritten) {
   const fs::path disk = folder_ / "disk";
   fs::create_directory(disk);
@@ -204,31 +188,6 @@ TEST_F(Surroundings, TenProcessesShareACacheAndOneMakesTheMap) {
     EXPECT_EQ(readFile(folder_ / fmt::format("{}.labels", i)), readFile(folder_ / "1.labels"));
   EXPECT_EQ(codes("a.estancia", {"map", folder_ / "home", "--model", folder_ / "model"}), "0222222222");
   EXPECT_EQ(readMap(folder_ / "a.estancia").frames.size(), 8U);
-}
-
-TEST_F(Surroundings, NamesInNoEncodingAreShownByTheirBytes) {
-  const fs::path images = folder_ / "images";
-  fs::create_directory(images);
-  const std::vector<std::string> names{"1\xff\xfe.png", "2\n.png",  "3\x1b[2J.png",
-                                       "4\u202E.png",   "5 \".png", "6<b>&'.png"};
-  for (const std::string& name : names) {
-    cv::imwrite(images / "plain.png", cv::Mat(8, 8, CV_8UC3, cv::Scalar(90, 90, 90)));
-    fs::rename(images / "plain.png", images / name);
-  }
-  writeSmallModel(folder_ / "model");
-  const fs::path file = folder_ / "a\xff.estancia";
-  ASSERT_EQ(run({"map", images, "--model", folder_ / "model", "-o", file}).exitCode, 0);
-  EXPECT_EQ(readMap(file).frames.size(), names.size());
-  for (const std::string& text :
-       {run({"export", file, "--format", "json"}).out, run({"explain", file, "0", "--json"}).out,
-        run({"explain", file, "1", "--json"}).out, run({"ask", file, "word 1", "--json"}).out}) {
-    EXPECT_TRUE(nlohmann::json::accept(text)) << text;
-    EXPECT_EQ(text.find('\x1b'), std::string::npos);
-  }
-  ASSERT_EQ(run({"report", file, "-o", folder_ / "a.html"}).exitCode, 0);
-  const std::string page = readFile(folder_ / "a.html");
-  for (std::string_view rest = page; !rest.empty();) ASSERT_TRUE(takeCodePoint(rest)) << rest.substr(0, 80);
-  for (const char* raw : {"\x1b", "\u202E", "<b>&'"}) EXPECT_EQ(page.find(raw), std::string::npos) << raw;
 }
 
 }  // namespace

@@ -180,16 +180,5 @@ TEST_F(ZonesCommand, RefusesWrongSettings) {
   }
 }
 
-TEST_F(ZonesCommand, TakesHardlyAnythingAndRefusesWhatIsNothing) {
-  const auto ofText = [this](const std::string& text) {
-    writeFile(scratch_ / "words.csv", text);
-    return run({"zones", "find", scratch_ / "words.csv", "-o", file_, "--overwrite", "--json"});
-  };
-  EXPECT_EQ(json::parse(ofText("image,a,b\none,0.1,0.9\n").out)["zones"].size(), 1U);
-  EXPECT_EQ(json::parse(ofText("image,a\none,0.1\ntwo,0.4\n").out)["zones"].size(), 1U);
-  EXPECT_EQ(json::parse(ofText("image,a,b\none,0,0\ntwo,0,0\n").out)["zones"][0]["name"], "no words");
-  EXPECT_THAT(ofText("image,a,b\none,nan,0.9\n"), FailsWith(ErrorCode::malformedFile));
-}
-
 }  // namespace
 }  // namespace estancia::test

@@ -61,26 +61,6 @@ TEST_F(ZonesReport, ShowsZonesByThemselvesAndOverAMap) {
   EXPECT_NE(report(map_, {"--zones", zones_}).find("In zone 0, "), std::string::npos);
 }
 
-TEST_F(ZonesReport, FamiliarWordsStandForSeveralLabelsUnlessTheyAreToBeRaw) {
-  std::string words = "image,golden retriever,beagle,Labrador retriever,desk\n";
-  for (int i = 0; i < 20; ++i)
-    words += "frame" + std::to_string(i) + (i < 10 ? ",0.3,0.25,0.2,0.1\n" : ",0.01,0.01,0.01,0.9\n");
-  writeFile(scratch_ / "dogs.csv", words);
-  const std::string map = scratch_ / "dogs.estancia", zones = scratch_ / "dogs.zones";
-  ASSERT_EQ(run({"map", scratch_ / "dogs.csv", "-o", map}).exitCode, 0);
-  ASSERT_EQ(run({"zones", "find", map, "-o", zones, "--count", "2"}).exitCode, 0);
-  const auto showsDog = [this](const std::string& file, const std::vector<std::string>& more = {}) {
-    return report(file, more).find(">dog</span>") != std::string::npos;
-  };
-  for (const std::string& file : {map, zones}) {
-    EXPECT_TRUE(showsDog(file));
-    EXPECT_FALSE(showsDog(file, {"--words", "raw"}));
-  }
-  EXPECT_THAT(refused(map, {"--words", "some"}), FailsWith(ErrorCode::unknownName));
-  const WithoutWordNet plain;
-  EXPECT_FALSE(showsDog(map));
-}
-
 TEST_F(ZonesReport, RefusesWhatDoesNotGoTogether) {
   EXPECT_THAT(refused(map_, {"--zones", scratch_ / "others.zones"}), FailsWith(ErrorCode::mismatch));
   EXPECT_THAT(refused(map_, {"--zones", map_}), FailsWith(ErrorCode::unsupportedFile));

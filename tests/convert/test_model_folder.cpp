@@ -70,23 +70,6 @@ TEST_F(ModelFolder, IsConvertedAndInstalled) {
     EXPECT_NEAR(p, 1 / (1 + std::exp(-27.0F)), 1e-6);
 }
 
-TEST_F(ModelFolder, KeepsItsDigestsAndGetsThatOfTheNewNetwork) {
-  writeDetector();
-  std::string digests;
-  for (const char* file : {"model.json", "shard1", "shard2", "labels.txt"})
-    digests += "\"" + std::string(file) + "\" = \"" + sha256OfFile(folder_ / file) + "\"\n";
-  writeDetector("[sha256]\n" + digests);
-  const ConvertedModel model(folder_);
-  const ModelSpec spec = readModelSpec(model.folder());
-  EXPECT_EQ(spec.file, "model.onnx");
-  const std::map<std::string, std::string> expected{
-      {"labels.txt", sha256OfFile(folder_ / "labels.txt")},
-      {"model.onnx", sha256OfFile(model.folder() / "model.onnx")}};
-  EXPECT_EQ(spec.sha256, expected);
-  writeFile(folder_ / "shard2", readFile(folder_ / "shard2") + "x");
-  EXPECT_THAT([&] { ConvertedModel(folder_).folder(); }, FailsWith(ErrorCode::corruptFile));
-}
-
 TEST_F(ModelFolder, SaysWhatIsMissingAndLeavesNothingBehind) {
   writeDetector();
   fs::remove(folder_ / "shard1");

@@ -230,30 +230,6 @@ TEST_F(TfjsReader, ReadsWhatIsFusedIntoAConvolution) {
   EXPECT_THAT(refusal("e"), FailsWith(ErrorCode::malformedFile));
 }
 
-TEST_F(TfjsReader, PoolsWithoutCountingThePadding) {
-  const Values in = image();
-  auto attributes = TfjsBuilder::windowAttributes(2, true);
-  attributes["ksize"]["list"]["i"] = {"1", "3", "3", "1"};
-  network_.node("MaxPool", "largest", {"image"}, attributes);
-  network_.node("AvgPool", "mean", {"image"}, attributes);
-  Values largest, mean;  // 6 rows by 2: padding behind; 7 columns by 2: on both sides
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 4; ++column)
-      for (int c = 0; c < channels; ++c) {
-        float sum = 0, most = -9, count = 0;
-        for (int y = 2 * row; y < std::min(2 * row + 3, height); ++y)
-          for (int x = std::max(2 * column - 1, 0); x < std::min(2 * column + 2, width); ++x) {
-            sum += pixel(in, y, x, c);
-            most = std::max(most, pixel(in, y, x, c));
-            ++count;
-          }
-        largest.push_back(most);
-        mean.push_back(sum / count);
-      }
-  expectNear(answer("largest"), largest);
-  expectNear(answer("mean"), mean);
-}
-
 TEST_F(TfjsReader, EndsAsAClassifier) {
   // mean of all pixels, flattened in two ways, a matrix, softmax
   const Values in = image(), weights = randomValues(6, 3);
