@@ -82,7 +82,7 @@ def test_a_classifier_has_the_manners_of_scikit_learn(labels: estancia.Labels) -
     assert model_selection.cross_val_score(classifier, x, y, cv=4).min() == 1
     with pytest.raises(estancia.Error):
         estancia.Classifier().predict(x)
-    with pytest.raises(estancia.InvalidInputError, match="svm-rbf"):
+    with pytest.raises(estancia.InvalidInputError):
         estancia.Classifier(type="perceptron").fit(x, y)  # type: ignore[arg-type]
 
 
