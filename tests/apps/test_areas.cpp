@@ -33,6 +33,7 @@ class AreasCommand : public testing::Test {
     writeDescriptors(recording, words_);
   }
 
+  const WithoutWordNet names_;  // which would be read by each command
   ScratchFolder scratch_;
   const std::string words_ = scratch_ / "home.labels", file_ = scratch_ / "home.zones";
 };

@@ -62,6 +62,7 @@ class Command : public testing::Test {
     sqlite3_close(database);
   }
 
+  const WithoutWordNet names_;  // which would be read by each command
   ScratchFolder scratch_;
   const std::string model_ = scratch_ / "model";
   const std::string images_ = scratch_ / "images";

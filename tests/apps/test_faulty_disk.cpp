@@ -78,6 +78,7 @@ class FaultyDisk : public testing::Test {
     return names;
   }
 
+  const WithoutWordNet names_;  // which would be read by each command
   ScratchFolder scratch_;
   const fs::path disk_ = scratch_ / "disk", synced_ = scratch_ / "synced", labels_ = scratch_ / "labels.csv";
 };

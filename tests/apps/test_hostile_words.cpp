@@ -26,6 +26,7 @@ class HostileWords : public testing::Test {
   }
   CommandResult map(const std::string& output) const { return run({"map", labels_, "-o", output}); }
 
+  const WithoutWordNet names_;  // which would be read by each command
   ScratchFolder folder_;
   const fs::path labels_ = folder_ / "labels.csv";
 };

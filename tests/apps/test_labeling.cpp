@@ -43,6 +43,7 @@ class Labeling : public testing::Test {
     return json::parse(result.out, nullptr, false);
   }
 
+  const WithoutWordNet names_;  // which would be read by each command
   ScratchFolder scratch_;
   const std::string model_ = scratch_ / "model";
   const std::string images_ = scratch_ / "images";

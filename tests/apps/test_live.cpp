@@ -63,6 +63,7 @@ class LiveCommand : public testing::Test {
   }
 
   static constexpr int frames = 200;  // 40 s at half the pace
+  const WithoutWordNet names_;        // which would be read by each command
   ScratchFolder scratch_;
   const std::string map_ = scratch_ / "live.estancia";
 };

@@ -45,6 +45,7 @@ class FaultyDrive : public testing::Test {
     return run(more);
   }
 
+  const WithoutWordNet names_;  // which would be read by each command
   ScratchFolder scratch_;
   const fs::path drive_ = scratch_ / "drive";
 };

@@ -36,6 +36,7 @@ class Options : public testing::Test {
     return json::parse(result.out, nullptr, false);
   }
 
+  const WithoutWordNet names_;  // which would be read by each command
   ScratchFolder scratch_;
   const std::string words_ = scratch_ / "words.csv", config_ = scratch_ / "run.toml";
 };

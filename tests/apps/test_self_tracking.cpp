@@ -46,6 +46,7 @@ class UnposedDrive : public testing::Test {
     return run(more);
   }
 
+  const WithoutWordNet names_;  // which would be read by each command
   ScratchFolder scratch_;
   const fs::path drive_ = scratch_ / "drive";
   std::optional<fs::path> data_;

@@ -51,6 +51,7 @@ class Surroundings : public testing::Test {
     return folder_ / name;
   }
 
+  const WithoutWordNet names_;  // which would be read by each command
   ScratchFolder folder_;
   const fs::path labels_ = folder_ / "labels.csv";
 };

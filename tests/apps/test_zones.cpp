@@ -51,6 +51,7 @@ class ZonesCommand : public testing::Test {
     EXPECT_EQ(result.out, "");
   }
 
+  const WithoutWordNet names_;  // which would be read by each command
   ScratchFolder scratch_;
   const std::string words_ = scratch_ / "home.labels", file_ = scratch_ / "home.zones",
                     map_ = scratch_ / "home.estancia";

@@ -49,6 +49,7 @@ class ZonesReport : public testing::Test {
     return result;
   }
 
+  const WithoutWordNet names_;  // which would be read by each command
   ScratchFolder scratch_;
   const std::string map_ = scratch_ / "run.estancia", zones_ = scratch_ / "run.zones";
   const std::string page_ = scratch_ / "page.html";
