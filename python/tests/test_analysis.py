@@ -82,7 +82,7 @@ def test_a_classifier_has_the_manners_of_scikit_learn(labels: estancia.Labels) -
     assert model_selection.cross_val_score(classifier, x, y, cv=4).min() == 1
     with pytest.raises(estancia.Error):
         estancia.Classifier().predict(x)
-    with pytest.raises(estancia.InvalidInputError, match="svm-rbf"):
+    with pytest.raises(estancia.InvalidInputError):
         estancia.Classifier(type="perceptron").fit(x, y)  # type: ignore[arg-type]
 
 
@@ -119,7 +119,7 @@ def test_words_are_understood() -> None:
 def test_rooms_are_told_by_their_names(panoramas: pathlib.Path) -> None:
     if estancia.wordnet_hint():
         pytest.skip(estancia.wordnet_hint())
-    labels = estancia.load_model().label_sequence(estancia.open_sequence(panoramas, views=4))
+    labels = estancia.load_model().label_sequence(estancia.open_sequence(panoramas, views=1))
     ranked = estancia.rooms_by_name(labels, ["bedroom", "forest", "workshop"])
     assert len(ranked) == len(labels)
     assert sum(r.probability for r in ranked[0]) == pytest.approx(1, abs=1e-4)

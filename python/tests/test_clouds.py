@@ -89,7 +89,7 @@ def test_things_are_segmented_and_a_camera_is_tracked(data: Callable[[str], path
     tracker = estancia.RgbdTracker(camera)
     placed = [tracker.add(drive.image(i), drive.depth(i)) for i in range(3)]
     assert placed[0].pose is not None and len(tracker) == 3
-    with pytest.raises(estancia.InvalidInputError, match="meters"):
+    with pytest.raises(estancia.InvalidInputError):
         estancia.find_clusters((1000 * depth).astype(np.uint16), camera)  # type: ignore[arg-type]
 
 

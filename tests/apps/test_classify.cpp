@@ -20,7 +20,6 @@ namespace estancia::test {
 namespace {
 
 using nlohmann::json;
-using testing::HasSubstr;
 namespace fs = std::filesystem;
 
 const std::vector<std::string> rooms{"kitchen", "bath", "bedroom"};
@@ -89,10 +88,9 @@ class ClassifyCommand : public testing::Test {
     return all;
   }
 
-  template <class... Facts>
-  static void refuses(const std::vector<std::string>& arguments, ErrorCode code, Facts&&... facts) {
+  static void refuses(const std::vector<std::string>& arguments, ErrorCode code) {
     const auto result = run(arguments);
-    EXPECT_THAT(result, FailsWith(code, std::forward<Facts>(facts)...));
+    EXPECT_THAT(result, FailsWith(code));
     EXPECT_EQ(result.out, "");
   }
 
@@ -102,23 +100,16 @@ class ClassifyCommand : public testing::Test {
                     map_ = scratch_ / "home.estancia", zones_ = scratch_ / "home.zones";
 };
 
-TEST_F(ClassifyCommand, HelpHasExamples) {
-  for (const char* name : {"train", "test", "predict", "show", "name"}) {
-    const auto result = run({"classify", name, "--help"});
-    EXPECT_EQ(result.exitCode, 0) << name;
-    EXPECT_NE(result.out.find(std::string("  estancia classify ") + name), std::string::npos) << name;
-  }
-  const auto help = run({"classify", "train", "--help"}).out;
-  for (const char* choice : {"svm-rbf", "phog", "mutual-information"})
-    EXPECT_NE(help.find(choice), std::string::npos) << choice;
-}
-
 TEST_F(ClassifyCommand, LearnsRoomsAndFindsThemAgain) {
   const json trained = train();
   EXPECT_EQ(trained["images"], 54);
   EXPECT_EQ(trained["rooms"], (json{{"kitchen", 18}, {"bath", 18}, {"bedroom", 18}}));
   EXPECT_EQ(trained["type"], "svm-rbf");
   EXPECT_EQ(trained["descriptor"], "test");
+  const json known = json::parse(run({"classify", "show", model_, "--json"}).out);
+  EXPECT_EQ(known["rooms"], (json{"bath", "bedroom", "kitchen"}));
+  EXPECT_EQ(known["parts"][0]["name"], "test");
+  EXPECT_EQ(known["parts"][0]["columns"], 12);
 
   const auto said = lines(run({"classify", "predict", model_, unknown_, "--json"}));
   ASSERT_EQ(said.size(), 54U);
@@ -131,10 +122,12 @@ TEST_F(ClassifyCommand, LearnsRoomsAndFindsThemAgain) {
     EXPECT_NEAR(sum, 1, 1e-3);
   }
   EXPECT_GE(right, 50U);
-
-  const auto shown = run({"classify", "predict", model_, unknown_});
-  EXPECT_EQ(std::ranges::count(shown.out, '\n'), 54);
-  EXPECT_EQ(shown.out.find("frame 0 "), 0U);
+  for (const json& line :
+       lines(run({"classify", "predict", model_, unknown_, "--min-probability", "1", "--json"})))
+    EXPECT_EQ(line["room"].is_null(), line["probability"] < 1);
+  EXPECT_EQ(train({"--max-labels", "4", "--by", "chi2"})["columns"], 4);
+  EXPECT_GE(json::parse(run({"classify", "test", model_, others_, "--json"}).out)["accuracy"], 0.8)
+      << "they are found again among all";
 }
 
 TEST_F(ClassifyCommand, IsTestedOnOtherImages) {
@@ -148,59 +141,16 @@ TEST_F(ClassifyCommand, IsTestedOnOtherImages) {
   std::size_t right = 0;
   for (std::size_t r = 0; r < 3; ++r) right += scores["confusion"][r][r].get<std::size_t>();
   EXPECT_EQ(scores["right"], right);
-  EXPECT_THAT(run({"classify", "test", model_, others_}).out, HasSubstr("svm-rbf on test"));
-  const json part = json::parse(run({"classify", "test", model_, others_, "--only", "bath", "--json"}).out);
-  EXPECT_EQ(part["images"], 18);
-  const auto meant = run({"classify", "test", model_, others_, "--only", "bathrom", "--json"});
-  EXPECT_NE(meant.exitCode, 0) << "bathroom is another name than bath";
+  EXPECT_NE(run({"classify", "test", model_, others_, "--only", "bathrom"}).exitCode, 0)
+      << "bathroom is another name than bath";
   const auto misspelled = run({"classify", "test", model_, others_, "--only", "kichen", "--json"});
-  EXPECT_THAT(misspelled.err, HasSubstr("no room is called \"kichen\": kitchen is taken, by its spelling"));
-  EXPECT_EQ(json::parse(misspelled.out)["images"], 18);
+  EXPECT_EQ(json::parse(misspelled.out)["images"], 18) << misspelled.err;
   {
     const WithoutWordNet plain;
-    refuses({"classify", "test", model_, others_, "--only", "kichen"}, ErrorCode::unknownName,
-            "\"kichen\" (is it kitchen?)");
+    refuses({"classify", "test", model_, others_, "--only", "kichen"}, ErrorCode::unknownName);
     EXPECT_EQ(run({"classify", "test", model_, others_, "--only", "Kitchens"}).exitCode, 0);
   }
   refuses({"classify", "test", model_, unknown_}, ErrorCode::insufficientData);
-  ASSERT_EQ(run({"classify", "test", model_, others_, "-o", scratch_ / "test.html"}).exitCode, 0);
-  EXPECT_THAT(readFile(scratch_ / "test.html"), HasSubstr("svm-rbf on test"));
-}
-
-TEST_F(ClassifyCommand, LearnsFromTheBestLabelsOnly) {
-  EXPECT_EQ(train({"--max-labels", "4", "--by", "chi2"})["columns"], 4);
-  EXPECT_GE(json::parse(run({"classify", "test", model_, others_, "--json"}).out)["accuracy"], 0.8)
-      << "they are found again among all";
-  const auto refusesMore = [&](std::vector<std::string> more, ErrorCode code, const std::string& fact) {
-    more.insert(more.begin(), {"classify", "train", words_, "-o", model_, "--overwrite"});
-    refuses(more, code, fact);
-  };
-  refusesMore({"--max-labels", "13"}, ErrorCode::invalidInput, "12");
-  refusesMore({"--max-labels", "4", "--by", "luck"}, ErrorCode::unknownName, "luck");
-  refusesMore({"--by", "chi2"}, ErrorCode::invalidOption, "--max-labels");
-}
-
-TEST_F(ClassifyCommand, ParametersComeFromFileAndCommand) {
-  EXPECT_EQ(train({"--classifier", "forest", "--set", "classifier.trees=20"})["type"], "forest");
-  const std::string small = readFile(model_);
-  train({"--classifier", "forest", "--set", "classifier.trees=60"});
-  EXPECT_GT(readFile(model_).size(), 2 * small.size()) << "more trees";
-  const std::string config = scratch_ / "p.toml";
-  writeFile(config, "[classifier]\ntype = \"knn\"\nneighbors = 7\nmetric = \"cosine\"\n");
-  const auto choice = [&](std::vector<std::string> more) {
-    more.insert(more.end(), {"--config", config});
-    return train(more)["choice"].get<std::string>();
-  };
-  EXPECT_EQ(choice({}).find("7 neighbors"), 0U) << choice({});
-  EXPECT_EQ(choice({"--set", "classifier.neighbors=3"}).find("3 neighbors"), 0U);
-  const auto refusesMore = [&](std::vector<std::string> more, ErrorCode code, const std::string& fact) {
-    more.insert(more.begin(), {"classify", "train", words_, "-o", model_, "--overwrite"});
-    refuses(more, code, fact);
-  };
-  refusesMore({"--set", "classifier.tree=3"}, ErrorCode::unknownName, "tree");
-  refusesMore({"--set", "forest.trees=3"}, ErrorCode::unknownName, "forest");
-  refusesMore({"--set", "classifier.trees=0"}, ErrorCode::invalidOption, "trees");
-  refusesMore({"--folds", "1"}, ErrorCode::invalidOption, "folds");
 }
 
 TEST_F(ClassifyCommand, LearnsFromTheNumbersOfOthers) {
@@ -210,60 +160,16 @@ TEST_F(ClassifyCommand, LearnsFromTheNumbersOfOthers) {
     table += "f" + std::to_string(i) + (hall ? ",hall," : ",lab,") +
              std::to_string((hall ? 1 : 5) + i % 3 * 0.1) + ",-" + std::to_string(i % 4) + "\n";
   }
-  writeFile(scratch_ / "table.csv", table);
-  const auto trained =
-      run({"classify", "train", scratch_ / "table.csv", "-o", model_, "--classifier", "knn"});
-  ASSERT_EQ(trained.exitCode, 0) << trained.err;
-  EXPECT_THAT(trained.out, HasSubstr("2 rooms of 24 images by knn on g"));
-  EXPECT_EQ(json::parse(run({"classify", "test", model_, scratch_ / "table.csv", "--json"}).out)["accuracy"],
-            1);
-  refuses({"classify", "test", model_, scratch_ / "table.csv", "--split", "test"}, ErrorCode::invalidOption,
-          "--split");
-  const auto ignoring = run({"classify", "train", scratch_ / "table.csv", "-o", model_, "--overwrite",
-                             "--classifier", "knn", "--set", "feature-table.ignored=g1"});
-  EXPECT_EQ(ignoring.exitCode, 0) << ignoring.err;
+  const std::string file = scratch_ / "table.csv";
+  writeFile(file, table);
+  std::vector<std::string> training{"classify", "train", file, "-o", model_, "--classifier", "knn"};
+  ASSERT_EQ(run(training).exitCode, 0);
+  EXPECT_EQ(json::parse(run({"classify", "test", model_, file, "--json"}).out)["accuracy"], 1);
+  training.insert(training.end(), {"--overwrite", "--set", "feature-table.ignored=g1"});
+  ASSERT_EQ(run(training).exitCode, 0);
   EXPECT_EQ(json::parse(run({"classify", "show", model_, "--json"}).out)["parts"][0]["name"], "g0");
-  refuses({"classify", "test", model_, scratch_ / "table.csv", "--only", "garage"}, ErrorCode::unknownName,
-          "garage", "hall");
-}
-
-TEST_F(ClassifyCommand, SaysWhichNumbersOfOthersItNeeds) {
-  const auto table = [&](const char* name, const char* head, const char* more) {
-    std::string text = head;
-    for (int i = 0; i < 24; ++i)
-      text += (i / 4 % 2 == 0 ? "hall,1," : "lab,5,") + std::to_string(i % 3) + more + "\n";
-    writeFile(scratch_ / name, text);
-    return std::string(scratch_ / name);
-  };
-  const std::string three = table("three.csv", "room,g0,g1,g2\n", ",1"),
-                    two = table("two.csv", "room,g0,g1\n", "");
-  ASSERT_EQ(run({"classify", "train", three, "-o", model_, "--classifier", "knn"}).exitCode, 0);
-  refuses({"classify", "test", model_, two}, ErrorCode::mismatch);
-  writeLines(scratch_ / "lines", 8);
-  EXPECT_EQ(run({"classify", "predict", model_, scratch_ / "lines"}).exitCode, 2);
-  refuses({"map", unknown_, "-o", map_, "--room-classifier", model_}, ErrorCode::mismatch, " g ");
+  refuses({"map", unknown_, "-o", map_, "--room-classifier", model_}, ErrorCode::mismatch);
   EXPECT_FALSE(fs::exists(map_)) << "known before the mapping begins";
-}
-
-TEST_F(ClassifyCommand, LearnsTheSameFromTheSame) {
-  train();
-  const std::string first = readFile(model_);
-  train({"--threads", "1"});
-  EXPECT_EQ(readFile(model_), first);
-}
-
-TEST_F(ClassifyCommand, GivesNoRoomBelowTheSmallestProbability) {
-  train();
-  const std::string csv = scratch_ / "predicted.csv";
-  std::vector<std::string> predict{"classify", "predict", model_, unknown_, "--min-probability", "1"};
-  predict.emplace_back("--json");
-  for (const json& line : lines(run(predict))) EXPECT_EQ(line["room"].is_null(), line["probability"] < 1);
-  predict.pop_back();
-  ASSERT_EQ(run({"classify", "predict", model_, unknown_, "--min-probability", "1", "-o", csv}).exitCode, 0);
-  EXPECT_EQ(readFile(csv).find("image,predicted_room,probability,second,second_probability\nframe 0,,0."),
-            0U);
-  predict.back() = "2";
-  refuses(predict, ErrorCode::invalidOption, "--min-probability");
 }
 
 TEST_F(ClassifyCommand, LearnsFromImages) {
@@ -271,15 +177,13 @@ TEST_F(ClassifyCommand, LearnsFromImages) {
   const std::string image = scratch_ / "lines/line0.png", model = scratch_ / "lines.classifier";
   const auto trained = run({"classify", "train", scratch_ / "lines", "-o", model, "--descriptor", "phog"});
   ASSERT_EQ(trained.exitCode, 0) << trained.err;
-  EXPECT_THAT(trained.out, HasSubstr("2 rooms of 40 images by svm-rbf on phog"));
   const auto said = lines(run({"classify", "predict", model, image, scratch_ / "lines/line4.png", "--json"}));
   ASSERT_EQ(said.size(), 2U);
   EXPECT_EQ(said[0]["image"], image);
   EXPECT_EQ(said[0]["room"], "lying");
   EXPECT_EQ(said[1]["room"], "standing");
-  refuses({"classify", "predict", model, words_}, ErrorCode::mismatch, "phog");
-  refuses({"classify", "predict", model, image, scratch_ / "missing.png"}, ErrorCode::fileNotFound,
-          "missing.png");
+  refuses({"classify", "predict", model, words_}, ErrorCode::mismatch);
+  refuses({"classify", "predict", model, image, scratch_ / "missing.png"}, ErrorCode::fileNotFound);
   refuses({"classify", "predict", model, image, words_}, ErrorCode::unsupportedFile);
 }
 
@@ -299,11 +203,8 @@ TEST_F(ClassifyCommand, NamesThePlacesOfAMap) {
   const auto route = run({"route", map_, "--from", "0", "--to", "bath", "--json"});
   ASSERT_EQ(route.exitCode, 0) << route.err;
   EXPECT_EQ(json::parse(route.out)["room"], "bath");
-  EXPECT_THAT(run({"export", map_, "--format", "graphml"}).out,
-              HasSubstr("<data key=\"predicted_room\">bath<"));
-  EXPECT_THAT(run({"explain", map_, "0"}).out, HasSubstr("kitchen"));
-  ASSERT_EQ(run({"report", map_, "-o", scratch_ / "home.html"}).exitCode, 0);
-  EXPECT_THAT(readFile(scratch_ / "home.html"), HasSubstr("kitchen"));
+  EXPECT_NE(run({"export", map_, "--format", "graphml"}).out.find("<data key=\"predicted_room\">bath<"),
+            std::string::npos);
 }
 
 TEST_F(ClassifyCommand, NamesAnExistingMapAndIsJudgedByTheTruth) {
@@ -321,8 +222,6 @@ TEST_F(ClassifyCommand, NamesAnExistingMapAndIsJudgedByTheTruth) {
   EXPECT_GE(measures["predicted_room"], 0.9);
   EXPECT_GE(measures["predicted_node_room"], 0.8) << "the map mixes a few images";
 
-  const auto said = lines(run({"classify", "predict", model_, map_, "--json"}));
-  EXPECT_EQ(said.size(), 54U);
   const auto goesOn = run({"map", others_, "-o", map_, "--continue", "--room-classifier", model_});
   EXPECT_EQ(goesOn.exitCode, 0) << goesOn.err;
 }
@@ -360,147 +259,96 @@ TEST_F(ClassifyCommand, AFewExamplesUseTheNamesOfTheRooms) {
   }
   const auto named = run({"classify", "name", model_, map_});
   ASSERT_EQ(named.exitCode, 0);
-  EXPECT_THAT(named.err, HasSubstr("6 images of 3 rooms are few examples"));
   EXPECT_EQ(accuracy(), 1);
 }
 
 TEST_F(ClassifyCommand, NamesZones) {
   train();
-  const auto found =
-      run({"zones", "find", unknown_, "-o", zones_, "--count", "3", "--room-classifier", model_, "--json"});
+  const auto find = [this](const std::string& words) {
+    return run({"zones", "find", words, "-o", zones_, "--count", "3", "--room-classifier", model_, "--json",
+                "--overwrite"});
+  };
+  const auto found = find(unknown_);
   ASSERT_EQ(found.exitCode, 0) << found.err;
   const json zone = json::parse(found.out)["zones"][0];
-  EXPECT_EQ(zone["room"], nullptr);
   EXPECT_GT(zone["predicted_rooms"][0]["p"], 0.5);
   EXPECT_EQ(zone["predicted_rooms"][0]["room"].get<std::string>(),
             readZones(zones_).zones[0].predicted[0].room);
   const json exported = json::parse(run({"export", zones_, "--format", "rooms"}).out);
   EXPECT_EQ(exported.size(), 3U);
   EXPECT_TRUE(exported["bath"].contains("predicted"));
-  ASSERT_EQ(run({"report", zones_, "-o", scratch_ / "zones.html"}).exitCode, 0);
-  EXPECT_THAT(readFile(scratch_ / "zones.html"),
-              HasSubstr(zone["predicted_rooms"][0]["room"].get<std::string>()));
-}
-
-TEST_F(ClassifyCommand, ZonesAreJudgedByTheTruthToo) {
-  train();
-  ASSERT_EQ(
-      run({"zones", "find", others_, "-o", zones_, "--count", "3", "--room-classifier", model_}).exitCode, 0);
+  ASSERT_EQ(find(others_).exitCode, 0);
   EXPECT_GE(json::parse(run({"evaluate", zones_, "--json"}).out)["predicted_zone_room"], 0.8);
 }
 
-TEST_F(ClassifyCommand, WarnsOfAnnotationsInATable) {
-  std::string table = "room,Chair,g0,g1\n";
-  for (int i = 0; i < 24; ++i)
-    table += (i / 4 % 2 == 0 ? "hall,1,1," : "lab,0,5,") + std::to_string(i % 3) + "\n";
-  writeFile(scratch_ / "table.csv", table);
-  const auto all = run({"classify", "train", scratch_ / "table.csv", "-o", model_, "--classifier", "knn"});
-  EXPECT_EQ(all.exitCode, 0) << all.err;
-  EXPECT_THAT(all.err, HasSubstr("--descriptor g"));
-  EXPECT_THAT(all.out, HasSubstr("knn on Chair+g\n"));
-  const auto some = run({"classify", "train", scratch_ / "table.csv", "-o", model_, "--classifier", "knn",
-                         "--overwrite", "--descriptor", "g"});
-  EXPECT_THAT(some.out, HasSubstr("knn on g\n"));
-  EXPECT_EQ(some.err.find("Chair"), std::string::npos);
-}
-
-TEST_F(ClassifyCommand, SaysWhatItNeverLearned) {
-  const std::string two = scratch_ / "two.classifier";
-  ASSERT_EQ(run({"classify", "train", words_, "-o", two, "--only", "kitchen,bath"}).exitCode, 0);
-  EXPECT_THAT(run({"classify", "test", two, others_}).out, HasSubstr("18 images of room \"bedroom\""));
-  EXPECT_EQ(json::parse(run({"classify", "test", two, others_, "--json"}).out)["never_learned"],
-            (json{{"bedroom", 18}}));
-}
-
-TEST_F(ClassifyCommand, ShowsWhatAModelKnows) {
+TEST_F(ClassifyCommand, ReplacesOnlyWithOverwriteAndNeverItsInputs) {
   train();
-  const json known = json::parse(run({"classify", "show", model_, "--json"}).out);
-  EXPECT_EQ(known["rooms"], (json{"bath", "bedroom", "kitchen"}));
-  EXPECT_EQ(known["parts"][0]["name"], "test");
-  EXPECT_EQ(known["parts"][0]["columns"], 12);
-  EXPECT_THAT(run({"classify", "show", model_}).out, HasSubstr("bath, bedroom, kitchen"));
-}
-
-TEST_F(ClassifyCommand, ReplacesOnlyWithOverwrite) {
-  train();
-  refuses({"classify", "train", words_, "-o", model_}, ErrorCode::fileExists, "--overwrite");
-  const std::string words = readFile(words_);
-  refuses({"classify", "train", words_, "-o", words_, "--overwrite"}, ErrorCode::fileExists, words_);
-  EXPECT_EQ(readFile(words_), words);
-  refuses({"classify", "train", words_, "-o", scratch_ / "none/rooms.classifier"}, ErrorCode::fileNotFound,
-          "none");
+  refuses({"classify", "train", words_, "-o", model_}, ErrorCode::fileExists);
+  const std::string words = readFile(words_), others = readFile(others_);
+  refuses({"classify", "train", words_, "-o", words_, "--overwrite"}, ErrorCode::fileExists);
+  refuses({"classify", "train", words_, "-o", scratch_ / "none/rooms.classifier"}, ErrorCode::fileNotFound);
 
   const std::string csv = scratch_ / "predicted.csv", page = scratch_ / "test.html";
   const std::vector<std::string> predict{"classify", "predict", model_, others_, "-o", csv},
       test{"classify", "test", model_, others_, "-o", page};
   for (auto arguments : {predict, test}) {
     EXPECT_EQ(run(arguments).exitCode, 0);
-    refuses(arguments, ErrorCode::fileExists, arguments.back(), "--overwrite");
+    refuses(arguments, ErrorCode::fileExists);
     arguments.emplace_back("--overwrite");
     EXPECT_EQ(run(arguments).exitCode, 0);
   }
-  refuses({"classify", "test", model_, others_, "-o", csv, "--overwrite"}, ErrorCode::fileExists, csv);
-  EXPECT_EQ(readFile(csv).find("image,"), 0U);
-}
+  EXPECT_EQ(readFile(csv).find("image,predicted_room,probability,second,second_probability\nframe 0,"), 0U);
+  refuses({"classify", "test", model_, others_, "-o", csv, "--overwrite"}, ErrorCode::fileExists);
+  refuses({"classify", "test", model_, words_, "-o", others_, "--overwrite"}, ErrorCode::fileExists);
+  EXPECT_EQ(readFile(words_), words);
+  EXPECT_EQ(readFile(others_), others);
 
-TEST_F(ClassifyCommand, NeverReplacesItsInputs) {
   writeLines(scratch_ / "lines", 16);
-  const std::string image = scratch_ / "lines/line0.png", classifier = scratch_ / "lines.classifier";
-  ASSERT_EQ(run({"classify", "train", scratch_ / "lines", "-o", classifier, "--descriptor", "phog"}).exitCode,
-            0);
-  train();
-  const std::string pixels = readFile(image), words = readFile(others_);
-  const auto refusesAll = [](std::vector<std::string> arguments) {
-    for (int i = 0; i < 2; ++i, arguments.emplace_back("--overwrite"))
-      EXPECT_THAT(run(arguments), FailsWith(ErrorCode::fileExists));
-  };
-  refusesAll({"classify", "predict", classifier, image, "-o", image});
-  refusesAll({"classify", "predict", classifier, scratch_ / "lines", "-o", image});
+  const std::string image = scratch_ / "lines/line0.png", lines = scratch_ / "lines.classifier";
+  ASSERT_EQ(run({"classify", "train", scratch_ / "lines", "-o", lines, "--descriptor", "phog"}).exitCode, 0);
+  const std::string pixels = readFile(image);
+  refuses({"classify", "predict", lines, scratch_ / "lines", "-o", image, "--overwrite"},
+          ErrorCode::fileExists);
   EXPECT_EQ(readFile(image), pixels);
-  refusesAll({"classify", "test", model_, others_, "-o", others_});
-  refusesAll({"classify", "test", model_, words_, "-o", others_});
-  EXPECT_EQ(readFile(others_), words);
 }
 
-TEST_F(ClassifyCommand, TrainRefusesWhatItCannotLearnFrom) {
-  const auto refusesMore = [&](const std::string& source, std::vector<std::string> more, ErrorCode code,
-                               const std::string& fact) {
-    more.insert(more.begin(), {"classify", "train", source, "-o", scratch_ / "other.classifier"});
-    refuses(more, code, fact);
-  };
-  refusesMore(unknown_, {}, ErrorCode::insufficientData, "");
-  refusesMore(words_, {"--only", "bath"}, ErrorCode::insufficientData, "");
-  refusesMore(words_, {"--only", "garage"}, ErrorCode::unknownName, "garage");
-  refusesMore(words_, {"--classifier", "bogus"}, ErrorCode::unknownName, "bogus");
-  refusesMore(words_, {"--descriptor", "bogus"}, ErrorCode::unknownName, "bogus");
-  writeLines(scratch_ / "lines", 8);
-  refusesMore(scratch_ / "lines", {"--descriptor", "bogus"}, ErrorCode::unknownName, "bogus");
-  refusesMore(scratch_ / "missing", {}, ErrorCode::fileNotFound, "missing");
-  writeFile(scratch_ / "none.csv", "image,room\n");
-  refusesMore(unknown_, {"--rooms", scratch_ / "none.csv"}, ErrorCode::insufficientData, "");
-  EXPECT_FALSE(fs::exists(scratch_ / "other.classifier"));
-}
-
-TEST_F(ClassifyCommand, ClassifiersThatCannotBeUsedAreOneLine) {
+TEST_F(ClassifyCommand, RefusesWhatItCannotUse) {
   train();
   writeLines(scratch_ / "lines", 8);
-  writeFile(scratch_ / "broken.png", "no image");
   writeFile(scratch_ / "words.csv", "image,stove,tub\none,0.1,0.9\n");
-  refuses({"classify", "predict", model_, scratch_ / "words.csv"}, ErrorCode::mismatch);
-  refuses({"classify", "predict", model_, scratch_ / "lines"}, ErrorCode::unknownName);
-  refuses({"classify", "predict", words_, words_}, ErrorCode::unsupportedFile);
-  writeFile(scratch_ / "cut.classifier", readFile(model_).substr(0, 400));
-  refuses({"classify", "show", scratch_ / "cut.classifier"}, ErrorCode::corruptFile, "cut.classifier");
-  refuses({"map", unknown_, "-o", map_, "--room-classifier", scratch_ / "cut.classifier"},
-          ErrorCode::corruptFile);
+  writeFile(scratch_ / "none.csv", "image,room\n");
+  const std::string cut = scratch_ / "cut.classifier", other = scratch_ / "other.classifier",
+                    images = scratch_ / "lines";
+  writeFile(cut, readFile(model_).substr(0, 400));
+  const std::vector<std::pair<std::vector<std::string>, ErrorCode>> refused{
+      {{"predict", model_, scratch_ / "words.csv"}, ErrorCode::mismatch},
+      {{"predict", model_, images}, ErrorCode::unknownName},
+      {{"predict", words_, words_}, ErrorCode::unsupportedFile},
+      {{"predict", model_, unknown_, "--min-probability", "2"}, ErrorCode::invalidOption},
+      {{"show", cut}, ErrorCode::corruptFile},
+      {{"name", model_, scratch_ / "missing.estancia"}, ErrorCode::fileNotFound},
+      {{"learn"}, ErrorCode::invalidOption},
+      {{"train", unknown_, "-o", other}, ErrorCode::insufficientData},
+      {{"train", unknown_, "-o", other, "--rooms", scratch_ / "none.csv"}, ErrorCode::insufficientData},
+      {{"train", words_, "-o", other, "--only", "bath"}, ErrorCode::insufficientData},
+      {{"train", words_, "-o", other, "--only", "garage"}, ErrorCode::unknownName},
+      {{"train", words_, "-o", other, "--classifier", "bogus"}, ErrorCode::unknownName},
+      {{"train", words_, "-o", other, "--descriptor", "bogus"}, ErrorCode::unknownName},
+      {{"train", images, "-o", other, "--descriptor", "bogus"}, ErrorCode::unknownName},
+      {{"train", words_, "-o", other, "--max-labels", "13"}, ErrorCode::invalidInput},
+      {{"train", words_, "-o", other, "--max-labels", "4", "--by", "luck"}, ErrorCode::unknownName},
+      {{"train", words_, "-o", other, "--by", "chi2"}, ErrorCode::invalidOption},
+      {{"train", words_, "-o", other, "--folds", "1"}, ErrorCode::invalidOption},
+      {{"train", scratch_ / "missing", "-o", other}, ErrorCode::fileNotFound}};
+  for (auto [arguments, code] : refused) {
+    SCOPED_TRACE(testing::PrintToString(arguments));
+    arguments.insert(arguments.begin(), "classify");
+    refuses(arguments, code);
+  }
+  EXPECT_FALSE(fs::exists(other));
+  refuses({"map", unknown_, "-o", map_, "--room-classifier", cut}, ErrorCode::corruptFile);
   EXPECT_FALSE(fs::exists(map_)) << "known before the mapping begins";
   refuses({"zones", "find", unknown_, "-o", zones_, "--room-classifier", words_}, ErrorCode::unsupportedFile);
-  refuses({"classify", "name", model_, scratch_ / "missing.estancia"}, ErrorCode::fileNotFound,
-          "missing.estancia");
-  refuses({"classify", "learn"}, ErrorCode::invalidOption, "learn");
-  const std::string lines = scratch_ / "lines.classifier";
-  ASSERT_EQ(run({"classify", "train", scratch_ / "lines", "-o", lines, "--descriptor", "phog"}).exitCode, 0);
-  EXPECT_EQ(run({"classify", "predict", lines, scratch_ / "broken.png"}).exitCode, 2);
 }
 
 }  // namespace

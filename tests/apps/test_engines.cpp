@@ -36,10 +36,8 @@ TEST_F(EngineCommand, TakesEitherEngineAndAnyThreads) {
     EXPECT_EQ(checked.exitCode, 0) << checked.err;
     EXPECT_EQ(checked.err, "");
   }
-  EXPECT_THAT(run({"models", "check", model_, "--engine", "abacus"}),
-              FailsWith(ErrorCode::unknownName, "abacus"));
-  EXPECT_THAT(run({"models", "check", model_, "--threads", "-1"}),
-              FailsWith(ErrorCode::invalidOption, "--threads"));
+  EXPECT_THAT(run({"models", "check", model_, "--engine", "abacus"}), FailsWith(ErrorCode::unknownName));
+  EXPECT_THAT(run({"models", "check", model_, "--threads", "-1"}), FailsWith(ErrorCode::invalidOption));
 }
 
 TEST_F(EngineCommand, OpencvStepsInWhereOnnxruntimeCannotBeUsed) {
@@ -51,10 +49,10 @@ TEST_F(EngineCommand, OpencvStepsInWhereOnnxruntimeCannotBeUsed) {
     EXPECT_EQ(run({"models", "list"}).out.find("onnxruntime, opencv"), std::string::npos) << library;
     EXPECT_EQ(run({"models", "check", model_}).exitCode, 0) << library;
     const auto wanted = run({"models", "check", model_, "--engine", "onnxruntime"});
-    EXPECT_THAT(wanted, FailsWith(ErrorCode::missingDependency, library));
+    EXPECT_THAT(wanted, FailsWith(ErrorCode::missingDependency));
   }
   EXPECT_THAT(run({"models", "check", model_, "--engine", "onnxruntime"}),
-              FailsWith(ErrorCode::missingDependency, "1.10.0"));
+              FailsWith(ErrorCode::missingDependency));
 }
 
 TEST_F(EngineCommand, ConvertsNetworks) {
@@ -66,8 +64,7 @@ TEST_F(EngineCommand, ConvertsNetworks) {
   EXPECT_EQ(summary["outputs"]["probabilities"], (std::vector<int>{1, 4}));
   EXPECT_EQ(summary["operator_set"], 10);
   EXPECT_EQ(readFile(output), smallOnnx(8, 4));
-  EXPECT_THAT(run({"models", "convert", output, "-o", output}),
-              FailsWith(ErrorCode::fileExists, "--overwrite"));
+  EXPECT_THAT(run({"models", "convert", output, "-o", output}), FailsWith(ErrorCode::fileExists));
   EXPECT_EQ(run({"models", "convert", output, "-o", output, "--overwrite"}).exitCode, 0);
 }
 

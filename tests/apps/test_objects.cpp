@@ -19,7 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-using ::testing::HasSubstr;
 using ::testing::SizeIs;
 
 const cv::Vec3b red{0, 0, 255}, blue{255, 0, 0};
@@ -82,7 +81,7 @@ std::vector<json> lines(const std::string& text) {
   return all;
 }
 
-TEST_F(Objects, CollectsAndLabelsSamples) {
+TEST_F(Objects, CollectsLabelsAndLearnsShapes) {
   const CommandResult collected = collect({"--json"});
   ASSERT_EQ(collected.exitCode, 0) << collected.err;
   const json counts = json::parse(collected.out);
@@ -95,20 +94,15 @@ TEST_F(Objects, CollectsAndLabelsSamples) {
   ASSERT_EQ(labeled.exitCode, 0) << labeled.err;
   EXPECT_EQ(json::parse(labeled.out)["views"], 24);
   EXPECT_EQ(json::parse(labeled.out)["words"], 4) << "all answers are kept";
-  EXPECT_TRUE(fs::exists(scratch_ / "things/words.labels"));
   const auto remembered = [&](std::vector<std::string> more) {
     more.insert(more.end(), {"--json", "--overwrite"});
     const CommandResult again = label(more);
     EXPECT_EQ(again.exitCode, 0) << again.err;
     return json::parse(again.out)["remembered"];
   };
-  EXPECT_EQ(remembered({}), 24) << "images that were labeled before";
   EXPECT_EQ(remembered({"--margin", "0.3", "--background", "gray"}), 0) << "other images";
-}
+  EXPECT_EQ(remembered({}), 24) << "images that were labeled before";
 
-TEST_F(Objects, LearnsShapesFromLabels) {
-  ASSERT_EQ(collect().exitCode, 0);
-  ASSERT_EQ(label().exitCode, 0);
   const CommandResult trained = train({"--json"});
   ASSERT_EQ(trained.exitCode, 0) << trained.err;
   const json learned = json::parse(trained.out);
@@ -148,135 +142,66 @@ TEST_F(Objects, PredictsByImageAndInTheDarkByShape) {
     EXPECT_EQ(classes, (std::set<std::string>{"ball", "box"}));
   }
   EXPECT_EQ(cv::imread(scratch_ / "other.png").size(), cv::Size(320, 240));
-}
-
-TEST_F(Objects, PrintsWhatItDid) {
-  EXPECT_THAT(collect().out, HasSubstr("24 views of 6 objects in 4 frames"));
-  ASSERT_EQ(label().exitCode, 0);
-  EXPECT_THAT(train().out, HasSubstr("2 classes of 24 views"));
-  const CommandResult predicted =
-      objects({"predict", scratch_ / "table", "--object-model", model(), "--shape-only", "--first", "1",
-               "--every", "2", "--max-frames", "1"});
-  ASSERT_EQ(predicted.exitCode, 0) << predicted.err;
-  EXPECT_THAT(predicted.out, HasSubstr("0001.png: 6 objects"));
-  EXPECT_EQ(predicted.out.find("0003.png"), std::string::npos);
-}
-
-TEST_F(Objects, ParametersComeFromFileAndCommand) {
-  writeFile(scratch_ / "p.toml", "[collect]\nmax_frames = 2\n[clusters]\nmin_points = 100000000\n");
-  const std::string config = scratch_ / "p.toml";
-  EXPECT_EQ(collect({"--config", config}).exitCode, 1) << "no object is that large";
-  const auto counted = [&](std::vector<std::string> more) {
-    more.insert(more.end(), {"--json", "--overwrite"});
-    const CommandResult result = collect(more);
-    EXPECT_EQ(result.exitCode, 0) << result.err;
-    return json::parse(result.out, nullptr, false);
-  };
-  EXPECT_EQ(counted({"--config", config, "--min-pixels", "400"})["frames"], 2);
-  EXPECT_EQ(counted({"--config", config, "--min-pixels", "400", "--set", "collect.max-frames=3"})["frames"],
-            3);
-  EXPECT_EQ(
-      counted({"--set", "collect.tracks.max-distance=0", "--set", "collect.tracks.min-overlap=1"})["views"],
-      24);
-  EXPECT_EQ(counted({"--max-views", "1"})["views"], 6);
-  EXPECT_THAT(collect({"--set", "collect.views=1"}), FailsWith(ErrorCode::unknownName, "views"));
-  EXPECT_THAT(collect({"--every", "0"}), FailsWith(ErrorCode::invalidOption, "every"));
-}
-
-TEST_F(Objects, TrueCategoriesAreLearnedWithoutAStudy) {
-  ASSERT_EQ(collect().exitCode, 0);
-  const std::string list = scratch_ / "things/samples.csv";
-  const CommandResult unknown = objects({"train", scratch_ / "things", "--truth", "-o", model()});
-  EXPECT_THAT(unknown, FailsWith(ErrorCode::insufficientData, "things"));
-  std::istringstream in(readFile(list));
-  std::ostringstream named;
-  for (std::string line; std::getline(in, line); named << '\n') {
-    const auto instance = line.find(',') + 1, category = line.find(',', instance) + 1;
-    named << line.substr(0, category);
-    if (line.starts_with("object-"))
-      named << (line.substr(instance, category - instance) < "object-0003" ? "first" : "second");
-    named << line.substr(category);
-  }
-  writeFile(list, named.str());
-  const CommandResult trained = objects({"train", scratch_ / "things", "--truth", "-o", model(),
-                                         "--all-views", "--classifier", "svm-linear", "--json"});
-  ASSERT_EQ(trained.exitCode, 0) << trained.err;
-  const json learned = json::parse(trained.out);
-  EXPECT_EQ(learned["pseudo_labels"], "true");
-  EXPECT_EQ(learned["classes"][0]["class"], "first");
-  EXPECT_EQ(learned["classes"][0]["prior"], nullptr);
-  EXPECT_EQ(learned["classes"][1]["instances"], 3);
+  const CommandResult some = objects({"predict", scratch_ / "table", "--object-model", model(), "--json",
+                                      "--shape-only", "--first", "1", "--every", "2", "--max-frames", "1"});
+  EXPECT_THAT(lines(some.out), SizeIs(1)) << some.err;
 }
 
 TEST_F(Objects, ReplacesOnlyWithOverwrite) {
   writeFile(scratch_ / "things/notes.txt", "mine");
-  EXPECT_THAT(collect(), FailsWith(ErrorCode::fileExists, "things", "--overwrite"));
-  EXPECT_THAT(collect({"--overwrite"}), FailsWith(ErrorCode::fileExists, "things"));
+  EXPECT_THAT(collect(), FailsWith(ErrorCode::fileExists));
+  EXPECT_THAT(collect({"--overwrite"}), FailsWith(ErrorCode::fileExists));
   EXPECT_EQ(readFile(scratch_ / "things/notes.txt"), "mine");
   fs::remove_all(scratch_ / "things");
   ASSERT_EQ(collect().exitCode, 0);
-  EXPECT_EQ(collect().exitCode, 2);
   EXPECT_EQ(collect({"--overwrite", "--max-frames", "1"}).exitCode, 0);
   ASSERT_EQ(label().exitCode, 0);
-  EXPECT_THAT(label(), FailsWith(ErrorCode::fileExists, "words.labels", "--overwrite"));
-  EXPECT_THAT(collect({"--overwrite", "--first", "17"}), FailsWith(ErrorCode::invalidOption, "17"));
+  EXPECT_THAT(label(), FailsWith(ErrorCode::fileExists));
+  EXPECT_THAT(collect({"--overwrite", "--first", "17"}), FailsWith(ErrorCode::invalidOption));
   EXPECT_TRUE(fs::exists(scratch_ / "things/words.labels")) << "nothing is lost by a wrong option";
 
   writeFile(model(), "mine");
-  EXPECT_THAT(train(), FailsWith(ErrorCode::fileExists, "table.objects", "--overwrite"));
-  EXPECT_THAT(train({"--overwrite"}), FailsWith(ErrorCode::fileExists, "table.objects"));
+  EXPECT_THAT(train({"--overwrite"}), FailsWith(ErrorCode::fileExists));
   EXPECT_EQ(readFile(model()), "mine");
 }
 
-TEST_F(Objects, CollectNeedsDepthAndACamera) {
-  TableSequence(things(), {0}).writeTo(scratch_ / "flat");
-  fs::remove_all(scratch_ / "flat/depth");
-  EXPECT_THAT(objects({"collect", scratch_ / "flat/rgb", "-o", scratch_ / "none"}),
-              FailsWith(ErrorCode::invalidInput, "rgb"));
-  fs::remove(scratch_ / "table/intrinsics.txt");
-  EXPECT_THAT(collect(), FailsWith(ErrorCode::invalidInput, "table"));
-  EXPECT_FALSE(fs::exists(scratch_ / "things"));
-  writeFile(scratch_ / "camera.txt", "262.5 262.5 159.5 119.5\n");
-  EXPECT_EQ(collect({"--intrinsics", scratch_ / "camera.txt"}).exitCode, 0);
-}
-
-TEST_F(Objects, LabelNeedsSamples) {
+TEST_F(Objects, RefusesWhatItCannotUse) {
+  const std::string samples = scratch_ / "things", table = scratch_ / "table", none = scratch_ / "none";
   ASSERT_EQ(collect().exitCode, 0);
-  EXPECT_THAT(label({"--margin", "0.7"}), FailsWith(ErrorCode::invalidOption, "0.5"))
-      << "nothing was kept beyond";
-  EXPECT_THAT(objects({"label", scratch_ / "table", "--model", scratch_ / "colors"}),
-              FailsWith(ErrorCode::unsupportedFile, "table"));
+  EXPECT_THAT(train(), FailsWith(ErrorCode::fileNotFound)) << "no labels";
+  ASSERT_EQ(label().exitCode, 0);
+  writeFile(model(), "no model");
+  writeFile(scratch_ / "others.toml", "[classes.kettle]\n[classes.teapot]\n");
+  writeFile(scratch_ / "one.toml", "[classes.ball]\nlabels = [\"word 0\"]\n");
+  const auto by = [&](const std::string& study, std::vector<std::string> more = {}) {
+    more.insert(more.begin(), {"train", samples, "-o", none, "--study", scratch_ / study});
+    return more;
+  };
+  const std::vector<std::pair<std::vector<std::string>, ErrorCode>> refused{
+      {{"collect", scratch_ / "table/rgb", "-o", none}, ErrorCode::invalidInput},
+      {{"collect", table, "-o", none, "--set", "collect.views=1"}, ErrorCode::unknownName},
+      {{"collect", table, "-o", none, "--every", "0"}, ErrorCode::invalidOption},
+      {{"label", samples, "--model", scratch_ / "colors", "--margin", "0.7"}, ErrorCode::invalidOption},
+      {{"label", table, "--model", scratch_ / "colors"}, ErrorCode::unsupportedFile},
+      {{"train", samples, "-o", none}, ErrorCode::invalidOption},
+      {by("study.toml", {"--pseudo-labels", "guessed"}), ErrorCode::unknownName},
+      {by("study.toml", {"--recorded-labels", "a.labels", "--recorded-labels", "b.labels"}),
+       ErrorCode::invalidOption},
+      {by("others.toml"), ErrorCode::unknownName},
+      {by("one.toml"), ErrorCode::insufficientData},
+      {{"predict", table, "--object-model", model()}, ErrorCode::unsupportedFile},
+      {{"predict", table, "--object-model", model(), "--shape-only", "--margin", "0.2"},
+       ErrorCode::invalidOption},
+      {{"predict", table}, ErrorCode::invalidOption}};
+  for (const auto& [arguments, code] : refused)
+    EXPECT_THAT(objects(arguments), FailsWith(code)) << testing::PrintToString(arguments);
+  fs::remove(scratch_ / "table/intrinsics.txt");
+  EXPECT_THAT(objects({"collect", table, "-o", none}), FailsWith(ErrorCode::invalidInput)) << "no camera";
+  EXPECT_FALSE(fs::exists(none));
+  writeFile(scratch_ / "camera.txt", "262.5 262.5 159.5 119.5\n");
+  EXPECT_EQ(collect({"--intrinsics", scratch_ / "camera.txt", "--overwrite"}).exitCode, 0);
   fs::resize_file(scratch_ / "things/samples.csv", 10);
   EXPECT_EQ(label().exitCode, 2);
-  EXPECT_THAT(label().err, HasSubstr("samples.csv")) << "it is not opened as a folder of clouds";
-}
-
-TEST_F(Objects, TrainNeedsLabelsAndClasses) {
-  ASSERT_EQ(collect().exitCode, 0);
-  EXPECT_THAT(train(), FailsWith(ErrorCode::fileNotFound, "things", "estancia objects label"));
-  ASSERT_EQ(label().exitCode, 0);
-  EXPECT_THAT(objects({"train", scratch_ / "things", "-o", model()}),
-              FailsWith(ErrorCode::invalidOption, "--study"));
-  EXPECT_THAT(train({"--pseudo-labels", "guessed"}), FailsWith(ErrorCode::unknownName, "guessed", "voted"));
-  EXPECT_THAT(train({"--recorded-labels", "a.labels", "--recorded-labels", "b.labels"}),
-              FailsWith(ErrorCode::invalidOption, "--recorded-labels"));
-  writeFile(scratch_ / "study.toml", "[classes.kettle]\n[classes.teapot]\n");
-  EXPECT_THAT(train(), FailsWith(ErrorCode::unknownName, "kettle", "teapot"));
-  writeFile(scratch_ / "study.toml", "[classes.ball]\nlabels = [\"word 0\"]\n");
-  EXPECT_THAT(train(), FailsWith(ErrorCode::insufficientData, "ball")) << "one class is not enough";
-}
-
-TEST_F(Objects, PredictNeedsAModelThatItCanUse) {
-  writeFile(model(), "no model");
-  const auto predict = [&](std::vector<std::string> more) {
-    more.insert(more.begin(), {"predict", scratch_ / "table", "--object-model", model()});
-    return objects(more);
-  };
-  EXPECT_THAT(predict({}), FailsWith(ErrorCode::unsupportedFile, "table.objects"));
-  EXPECT_THAT(predict({"--shape-only", "--margin", "0.2"}),
-              FailsWith(ErrorCode::invalidOption, "--margin", "--shape-only"));
-  EXPECT_THAT(objects({"predict", scratch_ / "table"}),
-              FailsWith(ErrorCode::invalidOption, "--object-model"));
 }
 
 TEST_F(Objects, AnEmptyTableHasNoAnswer) {
@@ -284,12 +209,6 @@ TEST_F(Objects, AnEmptyTableHasNoAnswer) {
   const CommandResult result = objects({"collect", scratch_ / "empty", "-o", scratch_ / "none", "--json"});
   EXPECT_EQ(result.exitCode, 1) << result.err;
   EXPECT_EQ(json::parse(result.out)["views"], 0);
-}
-
-TEST_F(Objects, HelpHasExamples) {
-  for (const char* command : {"collect", "label", "train", "predict"})
-    EXPECT_NE(objects({command, "--help"}).out.find(std::string("  estancia objects ") + command),
-              std::string::npos);
 }
 
 }  // namespace

@@ -36,6 +36,7 @@ class Options : public testing::Test {
     return json::parse(result.out, nullptr, false);
   }
 
+  const WithoutWordNet names_;  // which would be read by each command
   ScratchFolder scratch_;
   const std::string words_ = scratch_ / "words.csv", config_ = scratch_ / "run.toml";
 };
@@ -74,40 +75,44 @@ TEST_F(Options, ReachEveryStructOfTheCommand) {
   EXPECT_EQ(run({"localize", map, words_, "--set", "localizer.filter.temper=0.5"}).exitCode, 0);
 }
 
-TEST_F(Options, NameWhatIsWrong) {
-  EXPECT_THAT(zones({"--set", "zone.cut=1"}), FailsWith(ErrorCode::unknownName, "\"zone\"", "zones"));
-  EXPECT_THAT(zones({"--set", "mapper.tau-join=1"}), FailsWith(ErrorCode::unknownName, "mapper"));
-  EXPECT_THAT(zones({"--set", "zones.cute=1"}), FailsWith(ErrorCode::unknownName, "cute", "linkage"));
-  EXPECT_THAT(zones({"--set", "zones.cut"}), FailsWith(ErrorCode::invalidOption, "zones.cut"));
-  EXPECT_THAT(zones({"--set", "zones.cut=-1"}), FailsWith(ErrorCode::invalidOption, "zones.cut", "-1"));
-  EXPECT_THAT(zones({"--set", "zones.linkage=best"}), FailsWith(ErrorCode::unknownName, "best", "ward"));
-  EXPECT_THAT(zones({"--threads", "-1"}), FailsWith(ErrorCode::invalidOption, "--threads"));
-  EXPECT_THAT(zones({"--preset", "mine"}), FailsWith(ErrorCode::unknownName, "mine", "thesis"));
-  EXPECT_THAT(zones({"--config", config_}), FailsWith(ErrorCode::fileNotFound, config_));
-  writeFile(config_, "[zones]\ncut = \"soon\"\n");
-  EXPECT_THAT(zones({"--config", config_}), FailsWith(ErrorCode::malformedFile, config_ + ":2", "cut"));
-  writeFile(config_, "[recognition]\nacept = 0.5\n");  // of another command, and no parameter of it
-  EXPECT_THAT(zones({"--config", config_}), FailsWith(ErrorCode::malformedFile, config_ + ":2", "acept"));
+TEST_F(Options, ThatAreWrongAreRefused) {
+  const std::string broken = scratch_ / "broken.toml", unknown = scratch_ / "unknown.toml",
+                    group = scratch_ / "group.toml";
+  writeFile(broken, "[zones]\ncut = \"soon\"\n");
+  writeFile(unknown, "[recognition]\nacept = 0.5\n");  // of another command, and no parameter of it
+  writeFile(group, "[zone]\ncut = 1\n");
+  const std::vector<std::pair<std::vector<std::string>, ErrorCode>> refused{
+      {{"--set", "zone.cut=1"}, ErrorCode::unknownName},
+      {{"--set", "mapper.tau-join=1"}, ErrorCode::unknownName},
+      {{"--set", "zones.cute=1"}, ErrorCode::unknownName},
+      {{"--set", "zones.cut"}, ErrorCode::invalidOption},
+      {{"--set", "zones.cut=-1"}, ErrorCode::invalidOption},
+      {{"--set", "zones.linkage=best"}, ErrorCode::unknownName},
+      {{"--threads", "-1"}, ErrorCode::invalidOption},
+      {{"--preset", "mine"}, ErrorCode::unknownName},
+      {{"--config", config_}, ErrorCode::fileNotFound},
+      {{"--config", ""}, ErrorCode::invalidOption},
+      {{"--config", scratch_.path()}, ErrorCode::unsupportedFile},
+      {{"--config", broken}, ErrorCode::malformedFile},
+      {{"--config", unknown}, ErrorCode::malformedFile},
+      {{"--config", group}, ErrorCode::malformedFile}};
+  for (const auto& [more, code] : refused)
+    EXPECT_THAT(zones(more), FailsWith(code)) << testing::PrintToString(more);
   writeFile(config_, "[mapper]\ntau-join = 1\n[zones]\ncut = 0.6\n");
   EXPECT_EQ(found({"--config", config_})["cut"], 0.6);
-  writeFile(config_, "[zone]\ncut = 1\n");
-  EXPECT_THAT(zones({"--config", config_}), FailsWith(ErrorCode::malformedFile, config_ + ":1", "zone"));
 }
 
 TEST_F(Options, WithoutEffectAreRefused) {
   const std::string map = scratch_ / "home.estancia";
   ASSERT_EQ(run({"map", words_, "-o", map}).exitCode, 0);
   EXPECT_THAT(run({"export", map, "--format", "json", "--frame", "map"}),
-              FailsWith(ErrorCode::invalidOption, "--frame", "nav2"));
+              FailsWith(ErrorCode::invalidOption));
   EXPECT_THAT(run({"report", map, "-o", scratch_ / "home.html", "--extent", "0", "0", "1", "1"}),
-              FailsWith(ErrorCode::invalidOption, "--extent", "--floor-plan"));
-  EXPECT_THAT(run({"map", "", "-o", map}), FailsWith(ErrorCode::invalidOption, "SEQ", "empty"));
-  EXPECT_THAT(run({"ask", map, ""}), FailsWith(ErrorCode::invalidOption, "empty"));
-  EXPECT_THAT(zones({"--config", ""}), FailsWith(ErrorCode::invalidOption, "--config", "empty"));
-  EXPECT_THAT(zones({"--config", scratch_.path()}), FailsWith(ErrorCode::unsupportedFile, "TOML"));
-  EXPECT_THAT(run({"check", map}), FailsWith(ErrorCode::unsupportedFile, "is a map"));
-  EXPECT_THAT(run({"map", map, "-o", scratch_ / "other.estancia"}),
-              FailsWith(ErrorCode::unsupportedFile, "is a map"));
+              FailsWith(ErrorCode::invalidOption));
+  EXPECT_THAT(run({"map", "", "-o", map}), FailsWith(ErrorCode::invalidOption));
+  EXPECT_THAT(run({"ask", map, ""}), FailsWith(ErrorCode::invalidOption));
+  EXPECT_THAT(run({"check", map}), FailsWith(ErrorCode::unsupportedFile));
+  EXPECT_THAT(run({"map", map, "-o", scratch_ / "other.estancia"}), FailsWith(ErrorCode::unsupportedFile));
 }
 
 TEST_F(Options, AreListedWithTheirCommands) {
@@ -119,14 +124,12 @@ TEST_F(Options, AreListedWithTheirCommands) {
   EXPECT_EQ(groups["mapper"]["options"]["thresholds"]["revisit-ratio"]["default"], "0.4");
   for (const auto& [name, group] : groups.items()) EXPECT_FALSE(group["commands"].empty()) << name;
   EXPECT_EQ(json::parse(run({"options", "zones", "--json"}).out).size(), 1U);
-  EXPECT_THAT(run({"options", "zone"}), FailsWith(ErrorCode::unknownName, "zones"));
+  EXPECT_THAT(run({"options", "zone"}), FailsWith(ErrorCode::unknownName));
   EXPECT_EQ(groups["zones"]["options"]["linkage"]["flags"], json({"--linkage"}));
   const auto one = run({"options", "mapper.tau-join"});
   EXPECT_THAT(one.out, testing::StartsWith("mapper.tau-join = "));
   EXPECT_EQ(std::ranges::count(one.out, '\n'), 2);
-  EXPECT_THAT(run({"options", "mapper.tau"}), FailsWith(ErrorCode::unknownName, "tau"));
-  EXPECT_THAT(runProgram("bash", {"-c", ESTANCIA_COMMAND " options > /dev/full"}),
-              FailsWith(ErrorCode::fileUnwritable));
+  EXPECT_THAT(run({"options", "mapper.tau"}), FailsWith(ErrorCode::unknownName));
 }
 
 }  // namespace

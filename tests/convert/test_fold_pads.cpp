@@ -90,20 +90,5 @@ TEST(FoldPads, LeavesWhatIsNoMarginOfZeros) {
   EXPECT_FALSE(isFolded(computed));
 }
 
-TEST(FoldPads, LeavesWhatOthersRead) {
-  onnx::GraphProto shown = padded();
-  shown.add_output()->set_name("wide");
-  EXPECT_FALSE(isFolded(shown));
-  onnx::GraphProto pooled = padded();
-  addNode(pooled, "MaxPool", {"wide"}, "c");
-  EXPECT_FALSE(isFolded(pooled));
-  onnx::GraphProto automatic = padded();
-  onnx::AttributeProto& same = *automatic.mutable_node(1)->add_attribute();
-  same.set_name("auto_pad");
-  same.set_type(onnx::AttributeProto::STRING);
-  same.set_s("SAME_UPPER");
-  EXPECT_FALSE(isFolded(automatic));
-}
-
 }  // namespace
 }  // namespace estancia::convert

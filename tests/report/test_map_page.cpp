@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
-#include <regex>
 
 #include "estancia/core/error.hpp"
 #include "sample_zones.hpp"
@@ -44,12 +43,6 @@ nlohmann::json dataOf(const std::string& html) {
   return nlohmann::json::parse(html.substr(from, html.find("</script>", from) - from));
 }
 
-TEST(MapPage, NeedsNothingFromOutside) {
-  const TopologicalMap map = sampleMap();
-  const std::string html = renderMapPage(withImages(map));
-  expectNothingFromOutside(html);
-}
-
 TEST(MapPage, ShowsNodesImagesDecisionsAndMeasures) {
   const TopologicalMap map = sampleMap();
   MapPage page = withImages(map);
@@ -63,13 +56,9 @@ TEST(MapPage, ShowsNodesImagesDecisionsAndMeasures) {
   EXPECT_EQ(count(html, "<td class=\"value\">0.94</td><td>Agreement with the rooms.</td>"), 1U);
   EXPECT_EQ(count(html, "<dd>corridor</dd>"), 1U);
   EXPECT_EQ(count(html, "</svg>room 3</li>"), 1U) << "in the legend";
-  expectWellFormed(html);
-}
-
-TEST(MapPage, EveryImageHasAnAlternativeText) {
-  const TopologicalMap map = sampleMap();
-  const std::string html = renderMapPage(withImages(map));
   EXPECT_EQ(count(html, "<img "), count(html, " alt=\"What node"));
+  expectNothingFromOutside(html);
+  expectWellFormed(html);
 }
 
 TEST(MapPage, HostileTextsStayTexts) {
@@ -115,14 +104,6 @@ TEST(MapPage, OneNodeWithoutPosesRoomsOrImagesIsAPage) {
     EXPECT_EQ(count(html, missing), 0U) << missing;
 }
 
-TEST(MapPage, ARobotThatStandsStillIsDrawn) {
-  TopologicalMap map = sampleMap();
-  for (MappedFrame& frame : map.frames) frame.pose = Pose{};
-  const std::string html = renderMapPage({map});
-  expectWellFormed(html);
-  EXPECT_FALSE(std::regex_search(html, std::regex("(nan|inf)[ \"]")));
-}
-
 TEST(MapPage, FamiliarWordsStandForSeveralLabels) {
   const TopologicalMap map = sampleMap({.nodes = 3, .rooms = false});
   MapPage page = withImages(map);
@@ -152,7 +133,7 @@ TEST(MapPage, StartsAsTheHeatMapOfAGivenLabel) {
   EXPECT_EQ(count(html, "id=\"legend-rooms\" hidden"), 1U);
   EXPECT_EQ(count(html, "id=\"legend-heat\">"), 1U);
   page.label = 40;
-  EXPECT_THAT([&] { renderMapPage(page); }, FailsWith(ErrorCode::invalidInput, "40"));
+  EXPECT_THAT([&] { renderMapPage(page); }, FailsWith(ErrorCode::invalidInput));
 }
 
 TEST(MapPage, TheIndexHoldsEveryLabelThatANodeMayBeFoundBy) {
@@ -182,15 +163,6 @@ TEST(MapPage, AThousandNodesStaySmallAndSayWhatIsLeftOut) {
   EXPECT_EQ(count(renderMapPage(folded), "<article class=\"row\""), 1U);
 }
 
-TEST(MapPage, EveryNodeHasAImageBeforeAnyHasTwo) {
-  const TopologicalMap map = sampleMap();
-  MapPage page = withImages(map, 1000);
-  page.images.bytes = 5500;
-  const std::string html = renderMapPage(page);
-  EXPECT_EQ(count(html, "<img "), 5U);
-  EXPECT_EQ(count(html, "class=\"images p1\""), 5U);
-}
-
 TEST(MapPage, FloorPlanIsCheckedAndEmbedded) {
   const ScratchFolder scratch;
   test::writeFile(scratch / "plan.jpg", std::string(jpeg.begin(), jpeg.end()));
@@ -198,11 +170,11 @@ TEST(MapPage, FloorPlanIsCheckedAndEmbedded) {
   const auto read = [&](const char* name, double xMax) {
     return test::caught([&] { readFloorPlan(scratch / name, {0, 0, xMax, 1}); });
   };
-  EXPECT_THAT(read("none.jpg", 1), FailsWith(ErrorCode::fileUnreadable, "none.jpg"));
-  EXPECT_THAT(read("plan.svg", 1), FailsWith(ErrorCode::unsupportedFile, "plan.svg"));
+  EXPECT_THAT(read("none.jpg", 1), FailsWith(ErrorCode::fileUnreadable));
+  EXPECT_THAT(read("plan.svg", 1), FailsWith(ErrorCode::unsupportedFile));
   EXPECT_THAT(read("plan.jpg", 0), FailsWith(ErrorCode::invalidOption));
   for (const double xMax : {static_cast<double>(NAN), 1e-300, 1e308})
-    EXPECT_THAT(read("plan.jpg", xMax), FailsWith(ErrorCode::invalidOption, "10 000 km")) << xMax;
+    EXPECT_THAT(read("plan.jpg", xMax), FailsWith(ErrorCode::invalidOption)) << xMax;
 
   const TopologicalMap map = sampleMap(), unposed = sampleMap({.poses = false});
   MapPage page{map};
@@ -248,8 +220,8 @@ TEST(MapPage, HomesAreDrawnWithTheirRoomsDoorsAndWindows) {
   impossible.floorPlan = page.floorPlan;
   EXPECT_THAT([&] { renderMapPage(impossible); }, FailsWith(ErrorCode::insufficientData));
   page.floorPlan = homePlan(scratch, 500);
-  EXPECT_THAT([&] { renderMapPage(page); }, FailsWith(ErrorCode::mismatch, "0 of")) << "another origin";
-  EXPECT_THAT([&] { readHomeFloorPlan(scratch / "none"); }, FailsWith(ErrorCode::fileNotFound, "none"));
+  EXPECT_THAT([&] { renderMapPage(page); }, FailsWith(ErrorCode::mismatch)) << "another origin";
+  EXPECT_THAT([&] { readHomeFloorPlan(scratch / "none"); }, FailsWith(ErrorCode::fileNotFound));
 }
 
 /// Zones of the frames of a map: its nodes 0 and 1 are one zone, all others another.
@@ -282,45 +254,9 @@ TEST(MapPage, ZonesColorNodesAndAreNamedOnTheirCards) {
   EXPECT_EQ(data["nodes"][0][4], data["nodes"][1][4]) << "one zone, one color";
   EXPECT_NE(data["nodes"][1][4], data["nodes"][2][4]);
   EXPECT_NE(data["nodes"][1][5], data["nodes"][2][5]) << "zones differ in shape, too";
-}
-
-/// The badge of a node's card: color and text.
-std::string badgeOf(const std::string& html, int node) {
-  const std::size_t card = html.find("<article class=\"card\" id=\"node-" + std::to_string(node) + "\"");
-  const std::size_t from = html.find("<svg class=\"badge\"", card);
-  return html.substr(from, html.find("</svg>", from) - from);
-}
-
-TEST(MapPage, BadgesOfCardsHaveTheColorsOfTheMap) {
-  const TopologicalMap map = sampleMap();
-  const Zones zones = zonesOf(map);
-  MapPage page{map};
-  page.zones = &zones;
-  const auto expectColumn = [&page](std::size_t column) {
-    const std::string html = renderMapPage(page);
-    const nlohmann::json data = dataOf(html);
-    for (int n = 0; n < 5; ++n) {
-      const nlohmann::json& node = data["nodes"].at(static_cast<std::size_t>(n));
-      const std::string badge = badgeOf(html, n);
-      EXPECT_EQ(count(badge, "fill=\"" + node.at(column).get<std::string>() + "\""), 1U) << n;
-      const std::string shape = data["shapes"].at(node.at(column + 1).get<std::size_t>());
-      EXPECT_EQ(count(badge, "d=\"" + shape + "\""), 1U) << n;
-      EXPECT_EQ(count(html, "id=\"node-" + std::to_string(n) + "\" data-node=\"" + std::to_string(n) + "\""),
-                1U)
-          << "the script finds it";
-    }
-  };
-  expectColumn(4);
-  page.label = 0;
-  expectColumn(2);  // a heat map keeps the shapes of the rooms
-}
-
-TEST(MapPage, ZonesOfAnotherRunAreRefused) {
-  const TopologicalMap map = sampleMap();
-  const Zones zones = test::sampleZones();
-  MapPage page{map};
-  page.zones = &zones;
-  EXPECT_THROW(renderMapPage(page), Error);
+  const Zones others = test::sampleZones();
+  page.zones = &others;
+  EXPECT_THROW(renderMapPage(page), Error) << "of another run";
 }
 
 TEST(MapPage, IsWrittenWholeOrNotAtAll) {

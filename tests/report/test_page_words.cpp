@@ -18,7 +18,6 @@ namespace {
 using test::count;
 using test::expectNothingFromOutside;
 using test::expectWellFormed;
-using testing::HasSubstr;
 
 TopologicalMap mapOf(std::vector<std::string> labels, std::size_t used) {
   TopologicalMap map = test::sampleMap({.labels = labels.size()});
@@ -47,7 +46,6 @@ TEST(PageWords, HoldTheWordsOfLabelsThatTheMapShows) {
   const nlohmann::json data = report::pageWords(page);
   EXPECT_EQ(data["labels"], nlohmann::json({3, 4}));
   EXPECT_EQ(data["text"], "0bed002I010Z0truth") << "known words stay, so that none is taken for misspelled";
-  EXPECT_THAT(data["grammar"].get<std::string>(), HasSubstr("something"));
   const std::vector<WordAssociation> named{{"mm", true, {{12, 95}}}, {"nn", true, {{12, 95}}}};
   page.words = &named;
   EXPECT_EQ(report::pageWords(page)["labels"], nlohmann::json({12})) << "a label that the word names";
@@ -84,25 +82,6 @@ TEST(PageWords, LeaveRareWordsOutWhereTheyAreTooMany) {
   EXPECT_LT(likely, all);
   EXPECT_LT(frequent, likely);
   EXPECT_EQ(bytes(1), frequent) << "frequent words stay";
-}
-
-TEST(PageWords, OfObjectsCountToo) {
-  const WorldMap world = test::sampleWorld();
-  const WorldPage above{world};
-  std::vector<WordAssociation> words{{"zeal", true, {}}};
-  for (std::uint32_t label = 0; label < world.places.vocabulary.size(); ++label)
-    words.front().labels.push_back({label, 50});
-  MapPage page{world.places};
-  page.words = &words;
-  page.world = &above;
-  const nlohmann::json labels = report::pageWords(page)["labels"];
-  for (const WorldObject& object : world.objects) {
-    if (object.words.empty()) continue;
-    const auto& names = world.places.vocabulary.labels();
-    const auto at = std::find(names.begin(), names.end(), object.words.front().label);
-    if (at == names.end()) continue;
-    EXPECT_THAT(labels, testing::Contains(at - names.begin())) << *at;
-  }
 }
 
 TEST(PageWords, HostileLabelsCannotBreakOut) {

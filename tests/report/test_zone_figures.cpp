@@ -5,7 +5,6 @@
 #include <cmath>
 #include <map>
 #include <numeric>
-#include <regex>
 #include <set>
 
 #include "estancia/figures/plane.hpp"
@@ -34,13 +33,6 @@ TEST(ZoneSymbols, ImagesOfOnePlaceStandApartAndByZone) {
     (symbols[i].zone == 0 ? inner : outer) += std::hypot(symbols[i].at.x - 100, symbols[i].at.y - 100);
   }
   EXPECT_LT(inner, outer);
-}
-
-TEST(ZoneSymbols, ImagesWithoutAPlaceAreLeftOutAndLonelyOnesStayWhereTheyAre) {
-  const auto symbols = placeSymbols({Point{1, 2}, std::nullopt, Point{30, 40}}, {0, 0, 1}, 5, 10);
-  ASSERT_EQ(symbols.size(), 2U);
-  EXPECT_DOUBLE_EQ(symbols[0].at.x, 1);
-  EXPECT_DOUBLE_EQ(symbols[1].at.y, 40);
 }
 
 TEST(ZoneSymbols, LongRunsAreDrawnSparselyWithoutLosingAZone) {
@@ -79,38 +71,6 @@ TEST(ZoneFigure, EverySymbolIsInsideTheFigure) {
   }
 }
 
-TEST(ZoneFigure, NamesStayInsideInTheWidestFonts) {
-  constexpr double widest = 1.4;  // DejaVu Sans Bold, in Helvetica's widths
-  const FigureStyle style{358, 440, 11, false, "narrow"};
-  std::size_t named = 0;
-  for (const std::string marker : {"", "on a", "theatre"}) {
-    const Zones zones = sampleZones({.zones = 17, .imagesPerZone = 3, .marker = marker});
-    std::vector<std::optional<Pose>> poses;
-    for (const Frame& frame : zones.frames) poses.push_back(frame.pose);
-    const std::string svg = zoneFigure(summarize(zones), projectPath(poses), style).str();
-    const std::regex name(
-        R"re(<text class="room" x="([^"]*)" y="[^"]*" text-anchor="(\w+)"[^>]*>([^<]*)</text>)re");
-    for (std::sregex_iterator at(svg.begin(), svg.end(), name); at != std::sregex_iterator(); ++at, ++named) {
-      const std::string anchor = (*at)[2], text = (*at)[3];
-      const double width = widest * style.fontSize * textWidth(text);
-      const double left = std::stod((*at)[1]) - (anchor == "end"      ? width
-                                                 : anchor == "middle" ? width / 2
-                                                                      : 0);
-      EXPECT_GE(left, 0) << text;
-      EXPECT_LE(left + width, style.width) << text;
-    }
-  }
-  EXPECT_GT(named, 3 * 14U);
-}
-
-TEST(TimeStrip, ShortRunsAreShownImageByImage) {
-  const auto stays = staysOf({0, 0, 1, 1, 1, 0}, 100);
-  ASSERT_EQ(stays.size(), 3U);
-  EXPECT_EQ(stays[1].zone, 1);
-  EXPECT_EQ(stays[1].first, 2U);
-  EXPECT_EQ(stays[1].last, 4U);
-}
-
 TEST(TimeStrip, LongRunsShowWhatIsMostFrequent) {
   std::vector<int> zoneOf(10'000, 0);
   for (std::size_t i = 5000; i < 10'000; ++i) zoneOf[i] = i % 3 == 0 ? 2 : 1;
@@ -120,18 +80,6 @@ TEST(TimeStrip, LongRunsShowWhatIsMostFrequent) {
   EXPECT_EQ(stays[1].first, 5000U);
   EXPECT_EQ(stays.back().last, 9999U);
   EXPECT_TRUE(staysOf({}, 5).empty());
-}
-
-TEST(DendrogramTop, SmallTreesAreWhole) {
-  const Dendrogram tree(4, {{0, 1, 0.1, 2}, {2, 3, 0.2, 2}, {4, 5, 0.9, 4}});
-  const DendrogramTop top = topOf(tree, {1, 1, 0, 0}, 60);
-  ASSERT_EQ(top.branches.size(), 7U);
-  EXPECT_EQ(top.twigs.size(), 4U);
-  EXPECT_FALSE(top.branches.back().zone.has_value());
-  EXPECT_EQ(top.branches.back().items, 4U);
-  EXPECT_EQ(top.branches[top.twigs.front()].zone, 0) << "the largest zone comes first";
-  EXPECT_EQ(top.branches[*top.branches.back().left].zone, 0);
-  EXPECT_EQ(top.branches[*top.branches.back().right].zone, 1);
 }
 
 TEST(DendrogramTop, LargeTreesShowTheirLastMerges) {
@@ -149,15 +97,6 @@ TEST(DendrogramTop, LargeTreesShowTheirLastMerges) {
   EXPECT_EQ(all.size(), 21U) << "every twig once";
 }
 
-TEST(DendrogramTop, TwigsOfSeveralZonesSayHowMany) {
-  const Zones zones = sampleZones({.zones = 6, .imagesPerZone = 6});
-  const DendrogramTop top = topOf(*zones.dendrogram, zones.zoneOf, 2);
-  ASSERT_EQ(top.twigs.size(), 3U);
-  std::size_t together = 0;
-  for (const std::size_t twig : top.twigs) together += top.branches[twig].zones;
-  EXPECT_EQ(together, 6U);
-}
-
 TEST(DendrogramFigure, NamesEveryZoneAndShowsTheCut) {
   const Zones zones = sampleZones({.zones = 6, .imagesPerZone = 60});
   const std::string svg = dendrogramFigure(summarize(zones), {}).str();
@@ -165,17 +104,6 @@ TEST(DendrogramFigure, NamesEveryZoneAndShowsTheCut) {
     EXPECT_EQ(count(svg, "data-zone=\"" + std::to_string(zone) + "\""), 1U) << zone;
   EXPECT_NE(svg.find("cut 0.5"), std::string::npos);
   EXPECT_NE(svg.find("the top 60 of 362 merges"), std::string::npos);
-}
-
-TEST(DendrogramFigure, HeightsOfZeroAreDrawn) {
-  Zones zones = sampleZones({.zones = 2, .imagesPerZone = 2});
-  std::vector<Dendrogram::Merge> merges = zones.dendrogram->merges();
-  for (auto& merge : merges) merge.height = 0;
-  zones.dendrogram = Dendrogram(zones.frames.size(), merges);
-  zones.cut = 0;
-  const std::string svg = dendrogramFigure(summarize(zones), {}).str();
-  EXPECT_EQ(svg.find("nan"), std::string::npos);
-  EXPECT_EQ(svg.find("inf"), std::string::npos);
 }
 
 TEST(RoomTable, CountsEveryImageWhoseRoomIsKnown) {

