@@ -41,15 +41,10 @@ TEST(AreaNumbers, AreThoseOfWhereTheyLie) {
   EXPECT_EQ(now.plan.areaOf.at<int>(99, 99), -1);
 }
 
-TEST(AreaNumbers, StayWhenTheMapGrowsToAllSides) {
-  const AreaPlan before = planOf({kitchen, hall}).plan;
-  const cv::Rect garden(-10, 0, 9, 9);
-  PlannedFrames now = planOf({garden, hall, kitchen}, {-10, -5});
-  keepNumbers(now, before);
-  EXPECT_THAT(now.areaOfFrame, testing::ElementsAre(2, 1, 0, -1));
-}
-
-TEST(AreaNumbers, TheLargerPartOfASplitAreaKeepsItsNumber) {
+TEST(AreaNumbers, StayWhereTheMapGrowsAndInTheLargerPartOfASplitArea) {
+  PlannedFrames grown = planOf({{-10, 0, 9, 9}, hall, kitchen}, {-10, -5});
+  keepNumbers(grown, planOf({kitchen, hall}).plan);
+  EXPECT_THAT(grown.areaOfFrame, testing::ElementsAre(2, 1, 0, -1));
   const AreaPlan before = planOf({hall, bedroom}).plan;
   PlannedFrames now = planOf({{20, 0, 10, 10}, bedroom, {30, 0, 30, 10}});
   keepNumbers(now, before);

@@ -100,29 +100,5 @@ TEST(CorrectPlan, KnowsTheAreasOfFramesThatAreLeft) {
   EXPECT_EQ(planned->plan.areas[0].frames, 3U);
 }
 
-TEST(FramePoses, AreFoundByNumber) {
-  FramePoses poses;
-  for (int i = 0; i < 6; ++i) poses.add(Pose::planar(i, 0, 0));
-  poses.set(2, std::nullopt);
-  const std::vector<std::size_t> kept{0, 2, 4, 5, 9};
-  poses.keepOnly(kept);
-  poses.add(Pose::planar(6, 0, 0));
-  EXPECT_EQ(poses.size(), 7U);
-  EXPECT_EQ(poses.entries().size(), 5U);
-  poses.set(1, Pose{});  // left out
-  EXPECT_FALSE(poses[1]);
-  EXPECT_FALSE(poses[2]);
-  EXPECT_EQ(poses[4]->x, 4);
-  EXPECT_EQ(poses[6]->x, 6);
-  EXPECT_FALSE(poses[7]);
-  EXPECT_FALSE(poses[99]);
-  poses.truncate(5);
-  EXPECT_EQ(poses.size(), 5U);
-  EXPECT_EQ(poses.back()->x, 4);
-  EXPECT_FALSE(poses[6]);
-  poses.truncate(9);
-  EXPECT_EQ(poses.size(), 5U);
-}
-
 }  // namespace
 }  // namespace estancia

@@ -19,8 +19,6 @@ using test::flatDepth;
 using test::FlatDrive;
 using test::lookingAt;
 using test::smallCamera;
-using testing::Each;
-using testing::HasSubstr;
 
 const Area& areaOf(const Areas& areas, const std::string& room) {
   for (const Zone& zone : areas.zones.zones)
@@ -31,8 +29,8 @@ const Area& areaOf(const Areas& areas, const std::string& room) {
 void expectTheFlat(const Areas& areas) {
   ASSERT_EQ(areas.zones.zones.size(), 3U);
   for (const Zone& zone : areas.zones.zones) EXPECT_EQ(zone.roomShare, 1) << zone.room;
-  EXPECT_THAT(areaOf(areas, "bedroom").name, HasSubstr("bed"));
-  EXPECT_THAT(areaOf(areas, "kitchen").name, HasSubstr("stove"));
+  EXPECT_NE(areaOf(areas, "bedroom").name.find("bed"), std::string::npos);
+  EXPECT_NE(areaOf(areas, "kitchen").name.find("stove"), std::string::npos);
   EXPECT_NEAR(areaOf(areas, "bedroom").size, 16, 1.5);
 }
 
@@ -49,13 +47,16 @@ TEST(Areas, AreTheRoomsOfAFlatWithTheirWords) {
   for (std::size_t i = 0; i < areas.areas.size(); ++i) EXPECT_EQ(areas.areas[i].id, static_cast<int>(i));
 }
 
-TEST(Areas, BearATiltedCameraAndDepthThatIsMissingInHalfOfTheFrames) {
+TEST(Areas, BearATiltedCameraAndMissingDepthAndPoses) {
   const FlatDrive tilted(-0.35);
   expectTheFlat(findAreas(tilted, tilted.labeled()));
   FlatDrive half;
   half.dark = [](std::size_t i) { return i % 4 == 0; };
   half.zero = [](std::size_t i) { return i % 4 == 2; };
   expectTheFlat(findAreas(half, half.labeled()));
+  FlatDrive unposed;
+  for (const std::size_t i : {0U, 1U, 20U, 63U}) unposed.frames_[i].pose.reset();
+  expectTheFlat(findAreas(unposed, unposed.labeled()));
 }
 
 TEST(Areas, AreTheSameInMapsWithAnotherAxisUp) {
@@ -70,13 +71,6 @@ TEST(Areas, AreTheSameInMapsWithAnotherAxisUp) {
   EXPECT_EQ(areas.zones.zoneOf, expected.zones.zoneOf);
 }
 
-TEST(Areas, KeepFramesWithoutAPoseWithTheFrameBefore) {
-  FlatDrive drive;
-  for (const std::size_t i : {0U, 1U, 20U, 63U}) drive.frames_[i].pose.reset();
-  const Areas areas = findAreas(drive, drive.labeled());
-  expectTheFlat(areas);
-}
-
 TEST(Areas, HaveTheirCentersHoweverFarApart) {
   FlatDrive drive;
   DescriptorSequence apart = drive.labeled();
@@ -87,23 +81,15 @@ TEST(Areas, HaveTheirCentersHoweverFarApart) {
   EXPECT_NEAR(areaOf(areas, "kitchen").center.x, 4006.5, 1.5);
 }
 
-TEST(Areas, OfOneRoomAreOne) {
-  FlatDrive drive;
-  drive.frames_.resize(16);
-  const Areas areas = findAreas(drive, drive.labeled());
-  EXPECT_EQ(areas.zones.zones.size(), 1U);
-  EXPECT_THAT(areas.zones.zoneOf, Each(0));
-}
-
 TEST(Areas, SayWhatIsMissing) {
   FlatDrive drive;
   DescriptorSequence unposed = drive.labeled();
   for (Frame& frame : unposed.frames) frame.pose.reset();
-  EXPECT_THAT([&] { findAreas(drive, unposed); }, FailsWith(ErrorCode::insufficientData, "flat"));
+  EXPECT_THAT([&] { findAreas(drive, unposed); }, FailsWith(ErrorCode::insufficientData));
   drive.zero = [](std::size_t) { return true; };
-  EXPECT_THAT([&] { findAreas(drive, drive.labeled()); }, FailsWith(ErrorCode::insufficientData, "flat"));
+  EXPECT_THAT([&] { findAreas(drive, drive.labeled()); }, FailsWith(ErrorCode::insufficientData));
   drive.dark = drive.zero;
-  EXPECT_THAT([&] { findAreas(drive, drive.labeled()); }, FailsWith(ErrorCode::insufficientData, "no depth"));
+  EXPECT_THAT([&] { findAreas(drive, drive.labeled()); }, FailsWith(ErrorCode::insufficientData));
   AreaOptions options;
   options.cell = -1;
   EXPECT_THAT([&] { findAreas(drive, drive.labeled(), options); }, FailsWith(ErrorCode::invalidOption));

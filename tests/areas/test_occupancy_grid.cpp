@@ -70,15 +70,6 @@ TEST(OccupancyGrid, NeedsNoLevelCameraAndBearsNoise) {
   EXPECT_NEAR(freeArea(turnedInBox(-0.1, 0.003)), 12, 1.0);  // 2.5 times a Kinect's noise
 }
 
-TEST(OccupancyGrid, KnowsNothingFromDepthThatIsNotThere) {
-  const Pose pose = lookingAt(0, 0, 1, 0, 0);
-  OccupancyGrid grid(Floor(std::vector{pose}), 0.05);
-  grid.add(cv::Mat(48, 64, CV_32F, cv::Scalar(0)), smallCamera(), pose);
-  grid.add(cv::Mat(48, 64, CV_32F, cv::Scalar(std::nan(""))), smallCamera(), pose);
-  EXPECT_TRUE(grid.cells().empty());
-  EXPECT_TRUE(grid.freeSpace().empty());
-}
-
 TEST(OccupancyGrid, RefusesPosesThatSpanTooMuch) {
   const Pose here = lookingAt(0, 0, 1, 0, 0), far = lookingAt(5e6, 0, 1, 0, 0);
   OccupancyGrid grid(Floor(std::vector{here, far}), 0.05);
@@ -90,14 +81,6 @@ TEST(OccupancyGrid, RefusesPosesThatSpanTooMuch) {
       },
       FailsWith(ErrorCode::tooLarge));
   EXPECT_EQ(freeArea(grid), before);
-}
-
-TEST(Floor, IsFoundUnderATiltedCameraThatHardlyTurns) {
-  std::vector<Pose> poses;
-  for (int i = 0; i < 5; ++i) poses.push_back(lookingAt(i, 0, 1, 0.3 * i, -0.35));
-  const Floor floor(poses);
-  EXPECT_NEAR(floor.height({0, 0, 2}), 2, 0.01);
-  EXPECT_NEAR(cv::norm(floor.position({3, 4, 0}) - cv::Point2d(3, 4)), 0, 0.05);
 }
 
 TEST(Floor, OfMapsWithAnotherAxisUpIsTheSameFloor) {

@@ -78,22 +78,6 @@ TEST(WordMap, MeansOfCellsArePooledByWhatWasSeen) {
   EXPECT_THAT(map.mean(all * 0), testing::Each(0.0F));
 }
 
-TEST(WordMap, KeepsTheBestWordsOfACellOnly) {
-  const std::size_t labels = 100;
-  const Pose pose = lookingAt(1, 1, 1, 0, 0);
-  WordMap map(Floor(std::vector{pose}), labels, {.cell = 0.2, .words = 3});
-  for (std::size_t other = 10; other < labels; ++other) {
-    LexicalDescriptor words(labels, 0.0F);
-    words[5] = 0.5F;
-    words[other] = 0.3F;
-    map.add(words, boxDepth(pose, room), smallCamera(), pose);
-  }
-  const cv::Mat all(map.cells().rows(), map.cells().columns(), CV_8U, cv::Scalar(255));
-  const std::vector<float> mean = map.mean(all);
-  EXPECT_NEAR(mean[5], 0.5, 1e-3);
-  EXPECT_LE(std::count_if(mean.begin(), mean.end(), [](float p) { return p > 0; }), 6);
-}
-
 TEST(WordMap, RefusesWhatDoesNotFit) {
   const Pose pose = lookingAt(1, 1, 1, 0, 0);
   WordMap map(Floor(std::vector{pose}), 4);

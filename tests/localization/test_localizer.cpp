@@ -38,24 +38,7 @@ Matrix transitionMatrix(const PlaceFilter& filter) {
   return t;
 }
 
-TEST(PlaceFilter, PredictionKeepsAllProbability) {
-  const PlaceFilter filter = makeFilter();
-  for (const auto& row : transitionMatrix(filter)) {
-    EXPECT_NEAR(std::accumulate(row.begin(), row.end(), 0.0), 1, 1e-5);
-    EXPECT_GT(*std::min_element(row.begin(), row.end()), 0);  // anything may happen
-  }
-}
-
-TEST(PlaceFilter, DrivingOnMovesOn) {
-  const PlaceFilter filter = makeFilter();
-  std::vector<float> in(filter.states(), 0.0F), out(filter.states());
-  in[3] = 1;  // driving on, at image 3
-  filter.predict(in, {}, out);
-  const auto images = filter.belief(out, {}).images;
-  EXPECT_EQ(std::max_element(images.begin(), images.end()) - images.begin(), 4);
-}
-
-TEST(PlaceFilter, BackwardIsPredictTransposed) {
+TEST(PlaceFilter, PredictionKeepsAllProbabilityAndBackwardIsItsTranspose) {
   const PlaceFilter filter = makeFilter();
   const Matrix t = transitionMatrix(filter);
   std::mt19937 random(3);
@@ -64,10 +47,13 @@ TEST(PlaceFilter, BackwardIsPredictTransposed) {
   for (float& v : in) v = uniform(random);
   filter.backward(in, {}, out);
   for (std::size_t i = 0; i < t.size(); ++i) {
+    EXPECT_NEAR(std::accumulate(t[i].begin(), t[i].end(), 0.0), 1, 1e-5);
+    EXPECT_GT(*std::min_element(t[i].begin(), t[i].end()), 0);  // anything may happen
     double expected = 0;
     for (std::size_t j = 0; j < t.size(); ++j) expected += t[i][j] * in[j];
     EXPECT_NEAR(out[i], expected, 1e-5);
   }
+  EXPECT_GT(t[3][4], t[3][2]) << "driving on moves on";
 }
 
 TEST(PlaceFilter, LikelihoodIsLargestAtTheNearestAndFlatWithoutDifferences) {
@@ -259,8 +245,7 @@ TEST(Localizer, AnEmptyMapIsAnError) {
   EXPECT_THAT([&] { Localizer(empty, {}); }, test::FailsWith(ErrorCode::insufficientData));
   LocalizerOptions none;
   none.maxImages = 0;
-  EXPECT_THAT([&] { Localizer("no.estancia", none); },
-              test::FailsWith(ErrorCode::invalidOption, "max-images"));
+  EXPECT_THAT([&] { Localizer("no.estancia", none); }, test::FailsWith(ErrorCode::invalidOption));
 }
 
 }  // namespace

@@ -74,11 +74,7 @@ TEST(MotionBetween, IsTheSameForATiltedCamera) {
   EXPECT_NEAR(motion.forward, 2, 1e-6);
   EXPECT_NEAR(motion.left, 0, 1e-6);
   EXPECT_NEAR(motion.turn, -0.3, 1e-6);
-}
-
-TEST(MotionBetween, ANodIsNoTurn) {
-  const cv::Affine3d nod(cv::Vec3d(0.3, 0, 0), cv::Vec3d(0, 0, 0));
-  EXPECT_NEAR(motionBetween(Pose(), poseOf(nod)).turn, 0, 1e-9);
+  EXPECT_NEAR(motionBetween(Pose(), poseOf(tilt)).turn, 0, 1e-9) << "a nod is no turn";
 }
 
 TEST(PlanarMotion, OfTwoStepsIsThatOfBoth) {
@@ -129,24 +125,8 @@ TEST(PoseGrid, MovesAStateWhereTheMotionLeads) {
   }
 }
 
-TEST(PoseGrid, MovingBackwardIsMovingTransposed) {
-  const PoseGrid grid(corridor(5), 0.3, 0.9);
-  PlanarMotion motion;
-  motion.forward = 0.35, motion.turn = -1;
-  const auto a = randomState(grid.states(), 1), b = randomState(grid.states(), 2);
-  std::vector<float> moved(grid.states(), 0.0F), back(grid.states(), 0.0F);
-  grid.move(a, motion, moved);
-  grid.moveBackward(b, motion, back);
-  EXPECT_NEAR(dot(moved, b), dot(a, back), 1e-3 * dot(moved, b));
-}
-
-TEST(PoseGrid, BlurIsSymmetricAndAsWideAsAskedFor) {
+TEST(PoseGrid, BlurIsAsWideAsAskedFor) {
   const PoseGrid grid(corridor(40), 0.2, 3);
-  auto a = randomState(grid.states(), 3), b = randomState(grid.states(), 4);
-  const auto a0 = a, b0 = b;
-  grid.blur(a, 0.3, 0.5);
-  grid.blur(b, 0.3, 0.5);
-  EXPECT_NEAR(dot(a, b0), dot(a0, b), 1e-3 * dot(a, b0));
   std::vector<float> one(grid.states(), 0.0F);
   const std::size_t middle = stateAt(grid, {5, 0, 0});
   one[middle] = 1;
@@ -155,14 +135,6 @@ TEST(PoseGrid, BlurIsSymmetricAndAsWideAsAskedFor) {
   for (std::size_t s = 0; s < grid.states(); ++s)
     variance += one[s] * std::pow(grid.poseOf(s).x - grid.poseOf(middle).x, 2);
   EXPECT_NEAR(std::sqrt(variance), 0.3, 0.01);
-}
-
-TEST(PoseGrid, APoseFarAwayCostsNoOther) {
-  std::vector<PlanarPose> poses = corridor();
-  poses.push_back({-9e6, 9e6, 1});
-  const PoseGrid grid(poses, 0.2, 1.4);
-  EXPECT_EQ(grid.cell(), 0.2);
-  EXPECT_NEAR(grid.poseOf(stateAt(grid, poses.back())).y, 9e6, 0.2);
 }
 
 TEST(PoseGrid, OfALongDriveHasWiderCellsAndEachImageItsStates) {
@@ -188,31 +160,14 @@ TEST(NearEvidence, FallsWithTheDistanceAndIsTheRatioOfGaussians) {
     EXPECT_NEAR(evidence.ratio(d) / expected, 1, 0.2) << d;
   }
   for (double d = -1; d < 3; d += 0.01) EXPECT_GE(evidence.ratio(d), evidence.ratio(d + 0.01)) << d;
-}
-
-TEST(NearEvidence, OfEqualPairsStaysFinite) {
-  const NearEvidence evidence({0, 0, 0}, {0, 0, 0});
-  EXPECT_TRUE(std::isfinite(evidence.ratio(0)));
-  EXPECT_TRUE(std::isfinite(evidence.ratio(5)));
+  const NearEvidence equal({0, 0, 0}, {0, 0, 0});
+  EXPECT_TRUE(std::isfinite(equal.ratio(0)) && std::isfinite(equal.ratio(5)));
 }
 
 TEST(PoseFilter, EachStateHasANearestImageWhateverItsHeading) {
   for (int h = 0; h < 48; ++h) {
     const PoseFilter filter = makeFilter({{1.3, -0.7, h * pi / 24}});
     EXPECT_NEAR(filter.belief(filter.start(), std::vector<float>{1}).nearest[0], 1, 1e-3) << h;
-  }
-}
-
-TEST(PoseFilter, AFrameThatIsLikeNoImageLeavesABelief) {
-  // Distances of a map without noise are all alike: any other one is beyond all doubt "far".
-  const PoseFilter filter({PlanarPose{0, 0, 0}, PlanarPose{0.5, 0, 0}},
-                          NearEvidence({0, 0, 1e-4F}, {0.999F, 1.0F, 1.001F}), {});
-  std::vector<float> state = filter.start();
-  for (int step = 0; step < 10; ++step) {
-    const std::vector<float> likelihood = filter.likelihood(std::vector<float>{5, 5});
-    filter.observe(likelihood, state);
-    const Belief belief = filter.belief(state, likelihood);
-    EXPECT_NEAR(std::accumulate(belief.nearest.begin(), belief.nearest.end(), 0.0), 1, 1e-3);
   }
 }
 

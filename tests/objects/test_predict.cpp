@@ -126,23 +126,22 @@ TEST_F(Predicting, InTheDarkTheShapeIsBelieved) {
   EXPECT_EQ(objects[0].answer.classIndex, 0);
 }
 
-TEST_F(Predicting, WhoAsksNoLabelerGoesByTheShape) {
-  ObjectPredictor predictor(model(), nullptr);
-  const auto objects = predict(predictor, {{ballAt(0, 0, 0.055, blue)}, {60}});
-  ASSERT_THAT(objects, SizeIs(1));
-  EXPECT_THAT(objects[0].image, IsEmpty());
-  EXPECT_EQ(objects[0].answer.source, FusedAnswer::Source::shape);
-  EXPECT_EQ(objects[0].answer.classIndex, 0);
-}
-
-TEST_F(Predicting, AColorThatLiesLosesToALabelerThatKnowsNothing) {
-  Colors labeler;
+TEST_F(Predicting, WithoutAnAnswerOfALabelerTheShapeIsBelieved) {
+  Colors labeler, broken;
+  broken.broken = true;
+  const cv::Vec3b gray{200, 200, 200};  // all of the labeler's answer is about other words
+  for (Labeler* each :
+       {static_cast<Labeler*>(nullptr), static_cast<Labeler*>(&labeler), static_cast<Labeler*>(&broken)}) {
+    ObjectPredictor predictor(model(), each);
+    const auto objects = predict(predictor, {{ballAt(0, 0, 0.055, gray)}, {60}});
+    ASSERT_THAT(objects, SizeIs(1));
+    EXPECT_THAT(objects[0].image, IsEmpty());
+    EXPECT_EQ(objects[0].problem, each == &broken ? "the image is broken" : "");
+    EXPECT_EQ(objects[0].answer.source, FusedAnswer::Source::shape);
+    EXPECT_EQ(objects[0].answer.classIndex, 0);
+  }
   ObjectPredictor predictor(model(), &labeler);
-  const auto objects = predict(predictor, {{ballAt(0, 0, 0.055, {200, 200, 200})}, {60}});
-  ASSERT_THAT(objects, SizeIs(1));
-  EXPECT_THAT(objects[0].image, IsEmpty()) << "all of its answer is about other words";
-  EXPECT_EQ(objects[0].answer.source, FusedAnswer::Source::shape);
-  EXPECT_EQ(objects[0].answer.classIndex, 0);
+  EXPECT_THAT(predict(predictor, {std::vector<Solid>{}, {0}}), IsEmpty()) << "nothing is there";
 }
 
 TEST_F(Predicting, ViewsOfAThingArePooled) {
@@ -162,20 +161,10 @@ TEST_F(Predicting, ViewsOfAThingArePooled) {
   }
 }
 
-TEST_F(Predicting, ABrokenImageLeavesTheShape) {
-  Colors labeler;
-  labeler.broken = true;
-  ObjectPredictor predictor(model(), &labeler);
-  const auto objects = predict(predictor, {{ballAt(0, 0, 0.055, red)}, {60}});
-  ASSERT_THAT(objects, SizeIs(1));
-  EXPECT_EQ(objects[0].problem, "the image is broken");
-  EXPECT_EQ(objects[0].answer.classIndex, 0);
-}
-
 TEST_F(Predicting, BatchesAndThreadsDoNotMatter) {
   const TableSequence sequence(things(), {60});
   std::vector<PredictedObject> expected;
-  for (const auto& [batch, threads] : {std::pair(1, 1), std::pair(4, 3), std::pair(100, 2)}) {
+  for (const auto& [batch, threads] : {std::pair(1, 1), std::pair(4, 3)}) {
     Colors labeler(static_cast<std::size_t>(batch));
     ObjectPredictor predictor(model(), &labeler, {.threads = threads});
     const auto objects = predict(predictor, sequence);
@@ -188,12 +177,6 @@ TEST_F(Predicting, BatchesAndThreadsDoNotMatter) {
       EXPECT_EQ(objects[i].answer.why, expected[i].answer.why);
     }
   }
-}
-
-TEST_F(Predicting, NothingIsThere) {
-  Colors labeler;
-  ObjectPredictor predictor(model(), &labeler);
-  EXPECT_THAT(predict(predictor, {std::vector<Solid>{}, {0}}), IsEmpty());
 }
 
 TEST_F(Predicting, AnotherLabelerIsNotCorrected) {
@@ -213,7 +196,7 @@ TEST_F(Predicting, LabelersWithoutTheWordsAreRefused) {
     const Vocabulary& vocabulary() const override { return words_; }
     Vocabulary words_{{"robin", "wren"}};
   } birds;
-  EXPECT_THAT([&] { ObjectPredictor(model(), &birds); }, FailsWith(ErrorCode::unknownName, "ball", "box"));
+  EXPECT_THAT([&] { ObjectPredictor(model(), &birds); }, FailsWith(ErrorCode::unknownName));
   class Discovering : public Colors {
     bool discovers() const override { return true; }
   } discovering;
@@ -242,9 +225,9 @@ TEST_F(Predicting, ASequenceIsSampled) {
   options.maxFrames = 1;
   EXPECT_EQ(framesOf(options), std::vector{name(1)});
   options.first = 5;
-  EXPECT_THAT([&] { framesOf(options); }, FailsWith(ErrorCode::invalidOption, "5"));
+  EXPECT_THAT([&] { framesOf(options); }, FailsWith(ErrorCode::invalidOption));
   options.every = 0;
-  EXPECT_THAT([&] { framesOf(options); }, FailsWith(ErrorCode::invalidOption, "every"));
+  EXPECT_THAT([&] { framesOf(options); }, FailsWith(ErrorCode::invalidOption));
 }
 
 TEST_F(Predicting, AFrameAsJson) {

@@ -82,14 +82,11 @@ TEST(Shape, SizeIsInMetersWhereverTheThingLies) {
   EXPECT_NEAR(numbers[1], 0.2F / root3, 0.01);
   EXPECT_NEAR(numbers[2], 0.1F / root3, 0.01);
   EXPECT_NEAR(numbers[3], 0.4F, 0.01);
-}
-
-TEST(Shape, HolesDoNotCount) {
   PointCloud ball = ellipsoid({0.1F, 0.2F, 0.3F});
   const std::vector<float> whole = describeShape(ball, quickShape(true));
   ball.points.insert(ball.points.begin() + 7, cv::Point3f(NAN, 0, 0));
   ball.width = ball.points.size();
-  EXPECT_EQ(describeShape(ball, quickShape(true)), whole);
+  EXPECT_EQ(describeShape(ball, quickShape(true)), whole) << "holes do not count";
 }
 
 TEST(Shape, WhatIsNoShapeIsRefused) {
@@ -100,13 +97,13 @@ TEST(Shape, WhatIsNoShapeIsRefused) {
   PointCloud nothing;
   nothing.points.assign(60, {NAN, NAN, NAN});
   for (const bool size : {false, true}) {
-    EXPECT_THAT([&] { describeShape(line, quickShape(size)); },
-                FailsWith(ErrorCode::insufficientData, "collinear"));
-    EXPECT_THAT([&] { describeShape(nothing, quickShape(size)); },
-                FailsWith(ErrorCode::insufficientData, "0"));
-    EXPECT_THAT([&] { describeShape({}, quickShape(size)); }, FailsWith(ErrorCode::insufficientData, "0"));
+    EXPECT_THAT([&] { describeShape(line, quickShape(size)); }, FailsWith(ErrorCode::insufficientData));
+    EXPECT_THAT([&] { describeShape(nothing, quickShape(size)); }, FailsWith(ErrorCode::insufficientData));
+    EXPECT_THAT([&] { describeShape({}, quickShape(size)); }, FailsWith(ErrorCode::insufficientData));
   }
-  EXPECT_THAT([] { noShapes({.samples = 0}); }, FailsWith(ErrorCode::invalidOption, "esf.samples", "0"));
+  EXPECT_THAT([] { noShapes({.samples = 0}); }, FailsWith(ErrorCode::invalidOption));
+  const Views unreadable({{}, {}});
+  EXPECT_THAT([&] { describeShapes(unreadable, quickShape()); }, FailsWith(ErrorCode::insufficientData));
 }
 
 TEST(Shapes, OfAllViewsWhateverTheThreads) {
@@ -127,15 +124,6 @@ TEST(Shapes, OfAllViewsWhateverTheThreads) {
   const std::vector<float> second(one.values.row(1).begin(), one.values.row(1).end());
   EXPECT_EQ(second, describeShape(ellipsoid({1, 2, 1}), quickShape(true)));
   EXPECT_EQ(one.parts, noShapes(quickShape(true)).parts);
-}
-
-TEST(Shapes, NoneIsAnError) {
-  EXPECT_THAT(
-      [&] {
-        describeShapes(Views({{}, {}}), quickShape());
-      },
-      FailsWith(ErrorCode::insufficientData, "made up", "2", "view 0"));
-  EXPECT_THAT([&] { describeShapes(Views({}), quickShape()); }, FailsWith(ErrorCode::insufficientData));
 }
 
 }  // namespace

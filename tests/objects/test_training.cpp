@@ -96,11 +96,7 @@ TEST_F(Training, ThingsThatAreSomethingElseGetNoName) {
   const auto words = said({{"a", {.3F, 0, .7F}}, {"b", {.1F, 0, .9F}}, {"c", {0, .1F, .9F}}});
   const auto gathered = gather({{&views, words}}, {.pseudoLabels = PseudoLabeling::top, .minCoverage = 0.15});
   EXPECT_THAT(gathered.training.classes, ElementsAre(0, 0, -1)) << "of thing 1 the mean is 0.2";
-  EXPECT_THAT(
-      [&] {
-        gather({{&views, words}}, {.minCoverage = 2});
-      },
-      FailsWith(ErrorCode::invalidOption, "training.min-coverage", "2"));
+  EXPECT_THAT([&] { gather({{&views, words}}, {.minCoverage = 2}); }, FailsWith(ErrorCode::invalidOption));
 }
 
 TEST_F(Training, FlatOnesAndThoseAtTheBorderAreLeftOut) {
@@ -132,50 +128,25 @@ TEST_F(Training, TrueCategoriesAreNames) {
   EXPECT_THAT(gathered.training.classes, ElementsAre(0, 1));
   EXPECT_EQ(gathered.unlabeled, 1U);
   EXPECT_EQ(gathered.training.labeler, "");
+  const auto checked =
+      gather({{&views, said({{"a", {1, 0, 0}}, {"b", {1, 0, 0}}})}}, {.correctPrior = false});
+  EXPECT_EQ(checked.comparable, 2U);
+  EXPECT_EQ(checked.correct, 1U);
   EXPECT_THAT(categoriesOf(std::vector<LabeledViews>{{&views, {}}}), ElementsAre("bottle", "cup", "table"));
 }
 
-TEST_F(Training, NamesAreCheckedWhereTheTruthIsKnown) {
-  const MadeUpViews views({view("a", "1", "cup"), view("b", "2", "bottle"), view("c", "3")});
-  const auto gathered = gather({{&views, said({{"a", {1, 0, 0}}, {"b", {1, 0, 0}}, {"c", {0, 1, 0}}})}},
-                               {.correctPrior = false});
-  EXPECT_EQ(gathered.comparable, 2U);
-  EXPECT_EQ(gathered.correct, 1U);
-}
-
-TEST_F(Training, InstancesOfDifferentFoldersAreDifferent) {
-  const MadeUpViews monday({view("a", "1")}), tuesday({view("a", "1")});
-  const auto words = said({{"a", {1, 0, 0}}});
-  EXPECT_THAT(gather({{&monday, words}, {&tuesday, words}}).training.instances, ElementsAre(0, 1));
-}
-
-TEST_F(Training, OnlyAPartOfTheData) {
-  std::vector<ObjectView> list{view("a", "1", "cup"), view("b", "2", "cup")};
-  list[1].split = "train";
-  const MadeUpViews views(list);
-  const auto gathered = gather({{&views, {}}}, {.split = "train"});
-  ASSERT_THAT(gathered.training.shapes.frames, SizeIs(1));
-  EXPECT_EQ(gathered.training.shapes.frames[0].name, "b");
-}
-
-TEST_F(Training, ASplitThatNoViewHasIsRefused) {
+TEST_F(Training, OnlyAPartOfTheDataOfSeveralFolders) {
   std::vector<ObjectView> list{view("a", "1", "cup"), view("b", "2", "cup"), view("c", "2", "cup")};
   const MadeUpViews without(list);
-  EXPECT_THAT(
-      [&] {
-        gather({{&without, {}}}, {.split = "tset"});
-      },
-      FailsWith(ErrorCode::unknownName, "\"tset\""));
   list[1].split = "train";
   list[2].split = "test";
   const MadeUpViews with(list);
-  EXPECT_THAT(
-      [&] {
-        gather({{&with, {}}}, {.split = "tset"});
-      },
-      FailsWith(ErrorCode::unknownName, "\"tset\"", "test, train"));
-  EXPECT_THAT(gather({{&without, {}}, {&with, {}}}, {.split = "test"}).training.classes, SizeIs(1))
-      << "one of the sources has it";
+  EXPECT_THAT(gather({{&without, {}}, {&with, {}}}, {.split = "test"}).training.classes, SizeIs(1));
+  const std::vector<LabeledViews> sources{{&without, {}}, {&with, {}}};
+  EXPECT_THAT([&] { gather(sources, {.split = "tset"}); }, FailsWith(ErrorCode::unknownName));
+  const MadeUpViews monday({view("a", "1")}), tuesday({view("a", "1")});
+  const auto words = said({{"a", {1, 0, 0}}});
+  EXPECT_THAT(gather({{&monday, words}, {&tuesday, words}}).training.instances, ElementsAre(0, 1));
 }
 
 TEST_F(Training, WordsAreFoundAsThoseOfFramesAre) {
@@ -184,51 +155,26 @@ TEST_F(Training, WordsAreFoundAsThoseOfFramesAre) {
   EXPECT_THAT(gather({{&views, words}}).training.classes, ElementsAre(0, 1, 1));
 }
 
-TEST_F(Training, ViewsThatWereSkippedGetNoWordsOfOthers) {
-  const MadeUpViews views({view("mugs/1.pcd", "1"), view("bottles/1.pcd", "2"), view("bottles/2.pcd", "2")});
-  const auto words = said({{"mugs/1.pcd", {1, 0, 0}}, {"bottles/2.pcd", {0, 1, 0}}});
-  const auto gathered = gather({{&views, words}});
-  EXPECT_THAT(gathered.training.classes, ElementsAre(0, 1));
-  EXPECT_EQ(gathered.unlabeled, 1U);
-}
-
 TEST_F(Training, RefusesWhatCannotBeLearnedFrom) {
-  const MadeUpViews views({view("a", "1")});
-  const auto words = said({{"a", {1, 0, 0}}});
-  EXPECT_THAT(
-      [&] {
-        gather({{&views, said({{"x", {1, 0, 0}}})}});
-      },
-      FailsWith(ErrorCode::insufficientData, "1", "\"a\"", "\"x\""));
-  EXPECT_THAT([&] { gather({{&views, said({})}}); }, FailsWith(ErrorCode::insufficientData, "1"));
-  EXPECT_THAT([&] { gather({{&views, words}, {&views, {}}}); }, FailsWith(ErrorCode::mismatch, views.name()));
-  EXPECT_THAT(
-      [&] {
-        gather({{&views, words}, {&views, said({{"a", {1, 0, 0}}}, "labeler 2")}});
-      },
-      FailsWith(ErrorCode::mismatch, "labeler 1", "labeler 2"));
-  const TargetClasses birds{{{"robin", {"robin"}, {"robin"}}, {"wren", {"wren"}, {"wren"}}}};
-  EXPECT_THAT(
-      [&] {
-        gather({{&views, words}}, {}, birds);
-      },
-      FailsWith(ErrorCode::unknownName, "robin", "wren"));
-}
-
-TEST_F(Training, WhereNothingIsNamedTheLabelersWordsAreTold) {
   const MadeUpViews views({view("a", "1"), view("b", "2")});
-  const auto words = said({{"a", {0, 0, 1}}, {"b", {0, 0.2F, 0.8F}}});
-  EXPECT_THAT(
-      [&] {
-        gather({{&views, words}}, {.minCoverage = 0.5});
-      },
-      FailsWith(ErrorCode::insufficientData, "2", "10.0 %", "0.5", "\"wall\"", "\"bottle\""));
-  EXPECT_THAT(
-      [&] {
-        gather({{&views, said({{"a", {0, 0, 1}}})}});
-      },
-      FailsWith(ErrorCode::insufficientData, "1", "\"wall\""));
-  EXPECT_EQ(gather({{&views, words}}).rejected, 1U) << "one of two is enough";
+  const auto words = said({{"a", {1, 0, 0}}, {"b", {0, 1, 0}}});
+  const auto other = said({{"a", {1, 0, 0}}}, "labeler 2"),
+             unlike = said({{"a", {0, 0, 1}}, {"b", {0, 0.2F, 0.8F}}});
+  using Sources = std::vector<LabeledViews>;
+  const std::pair<Sources, ErrorCode> cases[] = {
+      {{{&views, said({{"x", {1, 0, 0}}})}}, ErrorCode::insufficientData},
+      {{{&views, said({})}}, ErrorCode::insufficientData},
+      {{{&views, said({{"a", {0, 0, 1}}})}}, ErrorCode::insufficientData},
+      {{{&views, words}, {&views, {}}}, ErrorCode::mismatch},
+      {{{&views, words}, {&views, other}}, ErrorCode::mismatch}};
+  for (const auto& each : cases) EXPECT_THAT([&] { gather(each.first); }, FailsWith(each.second));
+  const Sources known{{&views, words}}, nearlyUnknown{{&views, unlike}};
+  const TargetClasses birds{{{"robin", {"robin"}, {"robin"}}, {"wren", {"wren"}, {"wren"}}}};
+  EXPECT_THAT([&] { gather(known, {}, birds); }, FailsWith(ErrorCode::unknownName));
+  EXPECT_THAT([&] { gather(nearlyUnknown, {.minCoverage = 0.5}); },
+              FailsWith(ErrorCode::insufficientData, "\"wall\""))
+      << "it names the labeler's own words";
+  EXPECT_EQ(gather(nearlyUnknown).rejected, 1U) << "one of two is enough";
 }
 
 TEST(ObjectOptions, AreDeclaredWithTheirParts) {
@@ -244,8 +190,7 @@ TEST(ObjectOptions, AreDeclaredWithTheirParts) {
   EXPECT_EQ(training.classifier.type, "forest");
   validate(training);
   training.classifier.folds = 1;
-  EXPECT_THAT([&] { validate(training); },
-              FailsWith(ErrorCode::invalidOption, "training.classifier.folds", "1"));
+  EXPECT_THAT([&] { validate(training); }, FailsWith(ErrorCode::invalidOption));
   validate(CollectOptions{});
   validate(PredictOptions{});
 }

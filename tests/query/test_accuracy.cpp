@@ -51,6 +51,8 @@ TEST(LocalizationAccuracy, ATableOfAdmissibleImagesGoesBeforePoses) {
   const auto accuracy = measured({at(1, 0), at(2, 0)}, {nearest(1, 4), nearest(3, 4)}, {{4}, {3, 4}});
   EXPECT_DOUBLE_EQ(accuracy.nearestImage.recall.value(), 0.5);
   EXPECT_DOUBLE_EQ(accuracy.belief.recall.value(), 1);
+  EXPECT_FALSE(measured({Frame(), Frame()}, {nearest(0, 0), nearest(1, 1)}).nearestImage.recall)
+      << "neither poses nor a table";
 }
 
 TEST(LocalizationAccuracy, AZoneIsInTheRoomOfMostOfItsFrames) {
@@ -88,10 +90,6 @@ TEST(LocalizationSummary, NeedsNoTruth) {
   for (std::size_t i = 0; i < 5; ++i) answers[i].unmapped = i < 2 ? 0.9 : 0.1;
   EXPECT_EQ(summarizeLocalization(answers).unmapped, 0.4);
   EXPECT_FALSE(summarizeLocalization({}).medianConfidence);
-}
-
-TEST(LocalizationAccuracy, RecallIsUnknownWithoutPosesOrTable) {
-  EXPECT_FALSE(measured({Frame(), Frame()}, {nearest(0, 0), nearest(1, 1)}).nearestImage.recall);
 }
 
 }  // namespace

@@ -14,14 +14,11 @@
 #include "estancia/mapper/mapper.hpp"
 #include "estancia/session/drive_alignment.hpp"
 #include "estancia/session/session.hpp"
-#include "support/errors.hpp"
 #include "support/support.hpp"
 #include "support/synthetic.hpp"
 
 namespace estancia {
 namespace {
-
-using test::FailsWith;
 
 const cv::Affine3d elsewhere = rigidOf(Pose::planar(7, -3, 2.1));
 
@@ -156,25 +153,11 @@ TEST_F(Drives, GoOnAfterACrashAsIfNothingHadHappened) {
     return std::pair(nodes, found.drives[1].alignment.value());
   };
   const auto [nodes, alignment] = driveOn(1000);
-  for (const std::size_t crash : {121U, 124U, 130U, 150U}) {
+  for (const std::size_t crash : {121U, 137U}) {
     const auto [resumed, aligned] = driveOn(crash);
     EXPECT_EQ(resumed, nodes) << crash;
     EXPECT_EQ(aligned.x, alignment.x) << crash;
   }
-}
-
-TEST(MapperDrives, BeginInNoPlace) {
-  Rounds rounds(2);
-  Mapper mapper(words());
-  mapper.beginDrive();  // nothing to end
-  for (std::size_t i = 0; i < 96; ++i) mapper.add(rounds.imageAt(i));
-  mapper.beginDrive();
-  const std::size_t transitions = mapper.transitions().size();
-  const std::size_t nodes = mapper.nodes();
-  EXPECT_EQ(mapper.currentNode(), -1);
-  mapper.add(rounds.imageOf(Rounds::places));
-  EXPECT_EQ(mapper.nodes(), nodes + 1) << "unknown";
-  EXPECT_EQ(mapper.transitions().size(), transitions);
 }
 
 TEST(MapperDrives, BelieveAGuessUnlessWordsContradict) {
@@ -225,10 +208,12 @@ TEST(DriveAlignment, IsWhatMostViewsAgreeWith) {
   EXPECT_LT(angleOf(error), 0.03);
   EXPECT_GE(found->agreeing, 39U);
 
-  DriveAlignment restored(0.7, 30);
-  EXPECT_EQ(restored.restore(alignment.state(71)), 71U);
-  EXPECT_EQ(restored.estimate()->transform.matrix, found->transform.matrix);
-  EXPECT_THAT([&] { restored.restore("too short"); }, FailsWith(ErrorCode::truncatedFile));
+  DriveAlignment nowhere(0.7, 30);
+  for (int i = 0; i < 60; ++i) {
+    nowhere.add(Pose::planar(0.3 * i, 0, 0.1 * i),
+                Pose::planar(anywhere(random), anywhere(random), anywhere(random)));
+    EXPECT_FALSE(nowhere.estimate()) << i;
+  }
 }
 
 /// A room may look like another one; the ways between rooms differ.
@@ -274,17 +259,6 @@ TEST_F(Drives, AreAlignedAgainAsMoreIsRecognized) {
     }
   }
   EXPECT_NE(turns[0], turns[1]);
-}
-
-TEST(DriveAlignment, IsUnknownWhereViewsDisagree) {
-  std::mt19937 random(5);
-  std::uniform_real_distribution<double> anywhere(-8, 8);
-  DriveAlignment alignment(0.7, 30);
-  for (int i = 0; i < 60; ++i) {
-    alignment.add(Pose::planar(0.3 * i, 0, 0.1 * i),
-                  Pose::planar(anywhere(random), anywhere(random), anywhere(random)));
-    EXPECT_FALSE(alignment.estimate()) << i;
-  }
 }
 
 }  // namespace

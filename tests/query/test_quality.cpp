@@ -74,16 +74,12 @@ TEST(Quality, LeavesOutWhatNeedsRoomsOrPoses) {
 TEST(Quality, PunishesFalseAndMissingLinks) {
   TopologicalMap map = test::sampleMap();
   map.transitions = {{0, 1, 1, 2}, {0, 3, 1, 4}};  // kitchen–office was never driven, hall–office is missing
-  const MapQuality quality = evaluate(map);
+  MapQuality quality = evaluate(map);
   EXPECT_DOUBLE_EQ(*quality.edgePrecision, 0.5);
   EXPECT_DOUBLE_EQ(*quality.edgeRecall, 0.5);
-}
-
-TEST(Quality, TakesLinksInsideARoomAsRight) {
-  TopologicalMap map = test::sampleMap();
   for (MappedFrame& frame : map.frames) frame.room = "hall";
-  const MapQuality quality = evaluate(map);
-  EXPECT_DOUBLE_EQ(*quality.edgePrecision, 1);
+  quality = evaluate(map);
+  EXPECT_DOUBLE_EQ(*quality.edgePrecision, 1) << "links inside a room are right";
   EXPECT_EQ(quality.trueLinks, 0U);
   EXPECT_FALSE(quality.edgeRecall) << "there is nothing to be found";
 }
@@ -99,7 +95,7 @@ TEST(Quality, FallsWhenRoomsShareANode) {
   EXPECT_DOUBLE_EQ(quality.rooms->purity, 6.0 / 7);
 }
 
-TEST(Quality, IsDefinedForOneNode) {
+TEST(Quality, IsDefinedForOneNodeButNotForNone) {
   TopologicalMap map = emptyMap();
   map.nodes = {test::nodeWith(0, 2, {1})};
   map.frames = {test::frameAt("a", 0, 3, 3, "hall"), test::frameAt("b", 0, 3, 3, "hall")};
@@ -110,9 +106,6 @@ TEST(Quality, IsDefinedForOneNode) {
   EXPECT_DOUBLE_EQ(*quality.original.spread, 0);
   EXPECT_DOUBLE_EQ(*quality.original.total, 60);
   EXPECT_FALSE(quality.edgePrecision);
-}
-
-TEST(Quality, RefusesAnEmptyMap) {
   EXPECT_THROW(evaluate(emptyMap()), Error);
 }
 
@@ -167,7 +160,7 @@ TEST(Quality, AgreesWithTheAuthorsNumbers) {
 }
 
 TEST(Quality, OfTheRoomsSeenIsToldBesideThatOfTheRoomsStoodIn) {
-  const TopologicalMap map = test::sampleMap();
+  TopologicalMap map = test::sampleMap();
   EXPECT_FALSE(evaluate(map).roomsSeen);
   // b.jpg is taken in the kitchen and looks into the hall; what d.jpg shows is unknown.
   const std::vector<std::string> seen{"kitchen", "hall", "hall", "", "office", "office", "hall"};
@@ -178,15 +171,9 @@ TEST(Quality, OfTheRoomsSeenIsToldBesideThatOfTheRoomsStoodIn) {
   EXPECT_LT(quality.roomsSeen->vMeasure, 1);
   EXPECT_DOUBLE_EQ(quality.rooms->vMeasure, 1) << "the rooms stood in are judged as before";
   EXPECT_FALSE(evaluate(map, std::vector<std::string>(7)).roomsSeen);
-  EXPECT_THAT([&] { evaluate(map, std::vector<std::string>(3)); },
-              test::FailsWith(ErrorCode::mismatch, "3", "7"));
-}
-
-TEST(Quality, FramesInNoNodeSeeNothing) {
-  TopologicalMap map = test::sampleMap();
+  EXPECT_THAT([&] { evaluate(map, std::vector<std::string>(3)); }, test::FailsWith(ErrorCode::mismatch));
   map.frames[1].node = 77;
-  const MapQuality quality = evaluate(map, std::vector<std::string>(7, "hall"));
-  EXPECT_EQ(quality.framesWithRoomSeen, 6U);
+  EXPECT_EQ(evaluate(map, std::vector<std::string>(7, "hall")).framesWithRoomSeen, 6U) << "one is in no node";
 }
 
 }  // namespace

@@ -35,27 +35,19 @@ TEST(Links, AreTransitionsInEitherDirectionOnce) {
   EXPECT_THAT(linksOf(map), ElementsAre(testing::Pair(0U, 1U), testing::Pair(1U, 2U)));
 }
 
-TEST(Route, IsMeasuredInMetersWhenAllNodesHaveAPosition) {
-  const Route route = getRoute(test::sampleMap(), 0, 3);
+TEST(Route, IsMeasuredInMetersWhereAllNodesHaveAPositionElseInTransitions) {
+  TopologicalMap map = test::sampleMap();
+  Route route = getRoute(map, 0, 3);
   EXPECT_THAT(route.nodes, ElementsAre(0, 1, 3));
   EXPECT_TRUE(route.metric);
   EXPECT_NEAR(route.cost, 2 * std::hypot(4, 0.5), 1e-9);
-}
-
-TEST(Route, IsMeasuredInTransitionsOtherwise) {
-  TopologicalMap map = test::sampleMap();
+  EXPECT_THAT(getRoute(map, 3, 3).nodes, ElementsAre(3));
   map.frames[0].pose.reset();
   map.frames[1].pose.reset();
-  const Route route = getRoute(map, 0, 3);
+  route = getRoute(map, 0, 3);
   EXPECT_THAT(route.nodes, ElementsAre(0, 1, 3));
   EXPECT_FALSE(route.metric);
   EXPECT_DOUBLE_EQ(route.cost, 2);
-}
-
-TEST(Route, ToItselfIsOneNode) {
-  const Route route = getRoute(test::sampleMap(), 3, 3);
-  EXPECT_THAT(route.nodes, ElementsAre(3));
-  EXPECT_DOUBLE_EQ(route.cost, 0);
 }
 
 TEST(Route, DrivesBackwardsUnlessForbidden) {
@@ -63,19 +55,7 @@ TEST(Route, DrivesBackwardsUnlessForbidden) {
   oneWay.bidirectional = false;
   EXPECT_THAT(getRoute(test::sampleMap(), 3, 0).nodes, ElementsAre(3, 1, 0));
   EXPECT_FALSE(findRoute(test::sampleMap(), 3, 0, oneWay));
-  EXPECT_THAT([&] { getRoute(test::sampleMap(), 3, 0, oneWay); },
-              FailsWith(ErrorCode::noAnswer, "node 3", "node 0"));
-}
-
-TEST(Route, NamesTheNodesThereAre) {
-  EXPECT_THAT([] { getRoute(test::sampleMap(), 0, 2); }, FailsWith(ErrorCode::unknownName, "2", "0 1 3"));
-  EXPECT_THAT([] { getRoute(test::sampleMap(), 7, 0); }, FailsWith(ErrorCode::unknownName, "7", "0 1 3"));
-}
-
-TEST(Route, SaysThatPartsOfTheMapAreNotConnected) {
-  TopologicalMap map = test::sampleMap();
-  map.transitions.resize(1);
-  EXPECT_THAT([&] { getRoute(map, 0, 3); }, FailsWith(ErrorCode::noAnswer, "node 0", "node 3"));
+  EXPECT_THAT([&] { getRoute(test::sampleMap(), 3, 0, oneWay); }, FailsWith(ErrorCode::noAnswer));
 }
 
 TEST(Route, IsTheCheapestOnRandomMaps) {
@@ -132,26 +112,25 @@ TEST(RouteToWords, TakesTheNearestOfPlacesThatAreEquallyGood) {
   EXPECT_EQ(routeToWords(map, 0, "desk", strict).goal.node, 3);
 }
 
-TEST(RouteToWords, StaysWhenTheWordIsHere) {
-  EXPECT_THAT(routeToWords(test::sampleMap(), 3, "desk").route.nodes, ElementsAre(3));
-}
-
 TEST(RouteToWords, SettlesForTheBestReachablePlace) {
   TopologicalMap map = test::sampleMap();
   map.transitions.resize(1);  // the office is cut off
   EXPECT_EQ(routeToWords(map, 0, "desk").goal.node, 1);
   map.nodes[1].mean[2] = 0;
-  EXPECT_THAT([&] { routeToWords(map, 0, "desk"); }, FailsWith(ErrorCode::noAnswer, "\"desk\"", "node 0"));
+  EXPECT_THAT([&] { routeToWords(map, 0, "desk"); }, FailsWith(ErrorCode::noAnswer));
 }
 
-TEST(RouteToWords, RefusesNonsense) {
-  EXPECT_THAT([] { routeToWords(test::sampleMap(), 0, "desc"); },
-              FailsWith(ErrorCode::noAnswer, "\"desc\"", "\"desk\""));
-  EXPECT_THAT([] { routeToWords(test::sampleMap(), 9, "desk"); }, FailsWith(ErrorCode::unknownName, "9"));
+TEST(Route, RefusesNonsense) {
+  TopologicalMap map = test::sampleMap();
+  EXPECT_THAT([&] { getRoute(map, 0, 2); }, FailsWith(ErrorCode::unknownName));
+  EXPECT_THAT([&] { getRoute(map, 7, 0); }, FailsWith(ErrorCode::unknownName));
+  EXPECT_THAT([&] { routeToWords(map, 0, "desc"); }, FailsWith(ErrorCode::noAnswer));
+  EXPECT_THAT([&] { routeToWords(map, 9, "desk"); }, FailsWith(ErrorCode::unknownName));
   RouteOptions odd;
   odd.tolerance = 2;
-  EXPECT_THAT([&] { routeToWords(test::sampleMap(), 0, "desk", odd); },
-              FailsWith(ErrorCode::invalidOption, "tolerance", "2"));
+  EXPECT_THAT([&] { routeToWords(map, 0, "desk", odd); }, FailsWith(ErrorCode::invalidOption));
+  map.transitions.resize(1);
+  EXPECT_THAT([&] { getRoute(map, 0, 3); }, FailsWith(ErrorCode::noAnswer));
 }
 
 }  // namespace

@@ -11,19 +11,14 @@
 #include <set>
 #include <stdexcept>
 
-#include "estancia/map_file/sqlite.hpp"
 #include "estancia/map_file/store.hpp"
-#include "estancia/mapper/mapper_impl.hpp"
 #include "estancia/query/drives.hpp"
 #include "estancia/session/session.hpp"
-#include "support/errors.hpp"
 #include "support/support.hpp"
 #include "support/synthetic.hpp"
 
 namespace estancia {
 namespace {
-
-using test::FailsWith;
 
 constexpr std::size_t wordCount = 60, roomCount = 8;
 
@@ -152,35 +147,23 @@ TEST_F(AnotherBuilding, IsKnownAgainAndSoIsTheFirst) {
 TEST_F(AnotherBuilding, GoesOnAfterACrashAsIfNothingHadHappened) {
   begin(office_);
   const std::vector<int> alone = placesOf(0);
-  for (const std::size_t crash : {1UL, 7UL, 50UL}) {
-    for (const bool isFinished : {true, false}) {
-      try {
-        MappingSession map = begin(home_);
-        map.beginDrive({"office"});
-        for (std::size_t i = 0; i < crash; ++i) add(map, office_[i]);
-        if (isFinished)
-          map.finish();
-        else
-          map.map();  // is written
-        throw std::runtime_error("killed");
-      } catch (const std::runtime_error&) {
-      }
-      MappingSession map = MappingSession::resume(path_, wordsOfBuildings(), "test");
-      for (std::size_t i = crash; i < office_.size(); ++i) add(map, office_[i]);
-      map.finish();
-      EXPECT_EQ(placesOf(1), alone) << crash << " " << isFinished;
+  for (const std::size_t crash : {7UL, 50UL}) {
+    try {
+      MappingSession map = begin(home_);
+      map.beginDrive({"office"});
+      for (std::size_t i = 0; i < crash; ++i) add(map, office_[i]);
+      if (crash == 7)
+        map.finish();
+      else
+        map.map();  // is written
+      throw std::runtime_error("killed");
+    } catch (const std::runtime_error&) {
     }
+    MappingSession map = MappingSession::resume(path_, wordsOfBuildings(), "test");
+    for (std::size_t i = crash; i < office_.size(); ++i) add(map, office_[i]);
+    map.finish();
+    EXPECT_EQ(placesOf(1), alone) << crash;
   }
-}
-
-TEST_F(AnotherBuilding, IsFinishedBeforeTheNextDrive) {
-  begin(office_);
-  const std::vector<int> alone = placesOf(0);
-  MappingSession map = begin(home_);
-  map.beginDrive({"office"});
-  for (const auto& image : office_) add(map, image);
-  drive(map, "home again", Building(1).drive(1));
-  EXPECT_EQ(placesOf(1), alone);
 }
 
 TEST_F(AnotherBuilding, FitsIntoABudget) {
@@ -253,67 +236,6 @@ TEST_F(AnotherBuilding, IsMappedAloneOnce) {
   again.finish();
   EXPECT_EQ(again.map().merges.size(), before.merges.size());
   EXPECT_EQ(again.map().nodes.size(), before.nodes.size());
-  EXPECT_EQ(again.mapper().impl().nextId, again.map().nodes.back().id + 1);
-}
-
-TEST_F(AnotherBuilding, OfAForgedFileIsRefused) {
-  {
-    MappingSession map = begin(home_);
-    map.beginDrive({"office"});
-    add(map, office_[0]);
-    map.map();  // is written
-    map.finish();
-  }
-  sqlite::Database(path_, sqlite::Database::Mode::write)
-      .run("UPDATE frames SET node = (SELECT max(node) FROM frames) WHERE id = 3");
-  MappingSession map = MappingSession::resume(path_, wordsOfBuildings(), "test");
-  add(map, office_[1]);
-  EXPECT_THAT([&] { map.finish(); }, FailsWith(ErrorCode::corruptFile));
-}
-
-TEST_F(AnotherBuilding, IsNoMatterWhereDistancesAreNotStandardized) {
-  MapperOptions options;
-  options.distance = "hellinger";
-  Mapper mapper(wordsOfBuildings(), options);
-  for (const auto& image : home_) mapper.add(image);
-  mapper.beginDrive();
-  EXPECT_FALSE(mapper.impl().lost);
-}
-
-TEST(LostDrive, IsRecognizedByMostOfItsImages) {
-  LostDrive drive(Moments(3, true), 0.7, 10, 4);
-  EXPECT_FALSE(drive.isRecognized());
-  EXPECT_TRUE(drive.isOwn(4));
-  EXPECT_FALSE(drive.isOwn(3));
-  EXPECT_FALSE(drive.isDue()) << "no image yet";
-  drive.add(std::vector<float>{1, 0, -1});
-  EXPECT_TRUE(drive.isDue());
-  drive.count(10, 0.69);
-  EXPECT_FALSE(drive.isDue());
-  EXPECT_TRUE(drive.isRecognized());
-  drive.count(11, 0.7);
-  EXPECT_FALSE(drive.isRecognized()) << "half of them are not most";
-  drive.count(12, 0.1);
-
-  const std::string bytes = drive.toBytes();
-  ByteReader in(bytes, "damaged", "map again");
-  LostDrive restored = LostDrive::from(in, 3, 13, 4);
-  EXPECT_EQ(restored.toBytes(), bytes);
-  EXPECT_TRUE(restored.isRecognized());
-  for (int i = 0; i < 200; ++i) restored.count(13 + i, 1);
-  EXPECT_FALSE(restored.isRecognized());
-  for (int i = 0; i < 51; ++i) restored.count(300 + i, 0);
-  EXPECT_TRUE(restored.isRecognized()) << "it has come home: the last hundred count";
-  EXPECT_TRUE(restored.cameFromElsewhere());
-  EXPECT_EQ(restored.cameBack(), 300U);
-  EXPECT_FALSE(drive.cameFromElsewhere());
-  for (std::size_t size = 0; size < bytes.size(); ++size) {
-    ByteReader cut(std::string_view(bytes).substr(0, size), "damaged", "map again");
-    EXPECT_THROW(LostDrive::from(cut, 3, 13, 4), Error) << size;
-  }
-  ByteReader early(bytes, "damaged", "map again"), few(bytes, "damaged", "map again");
-  EXPECT_THAT([&] { LostDrive::from(early, 3, 12, 4); }, FailsWith(ErrorCode::corruptFile));
-  EXPECT_THAT([&] { LostDrive::from(few, 3, 13, 3); }, FailsWith(ErrorCode::corruptFile));
 }
 
 TEST(CommonStandardization, IsThatOfBothAsIfTheyHadAsManyImages) {

@@ -80,9 +80,8 @@ TEST_F(LiveMapping, GoesOnWithNoDamagedState) {
     return test::caught([&] { MappingSession(path_, labeler_); });
   };
   EXPECT_THAT(resumeAfter("UPDATE nodes SET state = CAST(x'FFFFFFFFFFFFFF7F' || substr(state, 9) AS BLOB)"),
-              FailsWith(ErrorCode::corruptFile, path_.string() + ": ", "more frames than the map"));
-  EXPECT_THAT(resumeAfter("DELETE FROM state"),
-              FailsWith(ErrorCode::corruptFile, path_.string() + ": ", "no saved mapper state"));
+              FailsWith(ErrorCode::corruptFile));
+  EXPECT_THAT(resumeAfter("DELETE FROM state"), FailsWith(ErrorCode::corruptFile));
 }
 
 TEST_F(LiveMapping, IsOnDiskWhenItEnds) {
@@ -169,12 +168,9 @@ TEST_F(LiveMapping, GoesOnWithAMapOfThatName) {
   EXPECT_EQ(map.transitions.size(), expected.transitions.size());
 }
 
-TEST_F(LiveMapping, LeavesNothingWithoutImages) {
+TEST_F(LiveMapping, LeavesNothingWithoutImagesNorWhenAnErrorEndsIt) {
   { const MappingSession map(path_, labeler_); }
   EXPECT_FALSE(std::filesystem::exists(path_));
-}
-
-TEST_F(LiveMapping, DropsWhatIsNotYetWrittenWhenAnErrorEndsIt) {
   EXPECT_ANY_THROW({
     MappingSession map(path_, labeler_);
     map.add(sea);
@@ -185,17 +181,15 @@ TEST_F(LiveMapping, DropsWhatIsNotYetWrittenWhenAnErrorEndsIt) {
 
 TEST_F(LiveMapping, RefusesAnotherModelOtherSettingsAndUnknownWords) {
   MappingSession(path_, labeler_, byHand()).add(sea);
-  EXPECT_THAT([&] { MappingSession(path_, labeler_, MapperOptions{}); },
-              FailsWith(ErrorCode::mismatch, path_.string()));
+  EXPECT_THAT([&] { MappingSession(path_, labeler_, MapperOptions{}); }, FailsWith(ErrorCode::mismatch));
   ColorLabeler other;
   other.identity_ = "other colors";
-  EXPECT_THAT([&] { MappingSession(path_, other); },
-              FailsWith(ErrorCode::mismatch, path_.string(), "colors", "other colors"));
+  EXPECT_THAT([&] { MappingSession(path_, other); }, FailsWith(ErrorCode::mismatch));
   other = ColorLabeler();
   other.vocabulary_ = Vocabulary({"a", "b", "c"});
-  EXPECT_THAT([&] { MappingSession(path_, other); }, FailsWith(ErrorCode::mismatch, path_.string()));
+  EXPECT_THAT([&] { MappingSession(path_, other); }, FailsWith(ErrorCode::mismatch));
   other.discovers_ = true;
-  EXPECT_THAT([&] { MappingSession(path_, other); }, FailsWith(ErrorCode::invalidInput, "colors"));
+  EXPECT_THAT([&] { MappingSession(path_, other); }, FailsWith(ErrorCode::invalidInput));
   auto ofDescriptors = MappingSession::resume(path_, labeler_.vocabulary(), "colors");
   EXPECT_THAT([&] { ofDescriptors.add(sea); }, FailsWith(ErrorCode::invalidState));
 }
@@ -203,7 +197,7 @@ TEST_F(LiveMapping, RefusesAnotherModelOtherSettingsAndUnknownWords) {
 TEST_F(LiveMapping, ReplacesAMapOnlyWhenAsked) {
   MappingSession(path_, labeler_, byHand()).add(sea);
   EXPECT_THAT([&] { MappingSession::create(path_, labeler_.vocabulary(), "colors", {}); },
-              FailsWith(ErrorCode::fileExists, path_.string()));
+              FailsWith(ErrorCode::fileExists));
   auto map = MappingSession::create(path_, labeler_.vocabulary(), "colors", byHand(), ExistingMap::replace);
   Frame frame;
   frame.name = "first";

@@ -51,19 +51,5 @@ TEST(PoseJumps, AreNoneWhereThereWasTimeToGo) {
   EXPECT_EQ(believed(photos, 0.1), std::string(20, '+')) << "it is always as fast";
 }
 
-TEST(PoseJumps, SayFromWhereToWhere) {
-  PoseJumps found;
-  for (int i = 0; i < 5; ++i)
-    EXPECT_TRUE(found.add(static_cast<std::size_t>(i), frameAt(std::to_string(i), 0.1 * i),
-                          Pose::planar(0.1 * i, 0, 0)));
-  EXPECT_FALSE(found.found());
-  EXPECT_FALSE(found.add(5, frameAt("far", 0.5), Pose::planar(0.4, 70, 0)));
-  ASSERT_TRUE(found.found());
-  EXPECT_EQ(found.found()->from, "4");
-  EXPECT_EQ(found.found()->to, "far");
-  EXPECT_NEAR(found.found()->distance, 70, 1e-9);
-  EXPECT_NEAR(found.found()->seconds.value(), 0.1, 1e-9);
-}
-
 }  // namespace
 }  // namespace estancia

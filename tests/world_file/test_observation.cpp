@@ -2,19 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/world_file/observation.hpp"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cstdint>
 #include <opencv2/core.hpp>
 
 #include "estancia/objects/segment_image.hpp"
-#include "support/errors.hpp"
 
 namespace estancia {
 namespace {
-
-using test::FailsWith;
 
 enum RoomPart : std::uint8_t { floorPart, wallPart, cupboardPart, canePart };
 
@@ -75,15 +71,6 @@ TEST(Observation, TellsSegmentsWallsAndLoosePixelsApart) {
   const Observation read = observationFromBytes(toBytes(seen));
   EXPECT_EQ(cv::norm(read.segments, seen.segments, cv::NORM_INF), 0);
   ASSERT_EQ(read.info.size(), seen.info.size());
-}
-
-TEST(Observation, OfASegmentThatIsNotThereIsDamaged) {
-  const SeenRoom room = roomWithACupboard();
-  Observation seen = observe(room.depth, room.camera);
-  findSegments(seen, {}, {});
-  seen.segments.at<std::uint8_t>(0, 0) = static_cast<std::uint8_t>(seen.info.size() + 1);
-  EXPECT_THAT([&] { observationFromBytes(toBytes(seen)); },
-              FailsWith(ErrorCode::corruptFile, "segments are damaged"));
 }
 
 }  // namespace

@@ -106,11 +106,10 @@ TEST(Changes, NeedTwoDrives) {
   const ScratchFolder folder;
   const std::filesystem::path file = folder / "room.estancia";
   drive(BoxesDrive({table}), file);
-  EXPECT_THAT([&] { findChanges(file); },
-              FailsWith(ErrorCode::insufficientData, file.string(), "--continue"));
+  EXPECT_THAT([&] { findChanges(file); }, FailsWith(ErrorCode::insufficientData));
   drive(BoxesDrive({table}), file);
-  EXPECT_THAT([&] { findChanges(file, 0); }, FailsWith(ErrorCode::unknownName, "--since"));
-  EXPECT_THAT([&] { findChanges(file, 2); }, FailsWith(ErrorCode::unknownName, "--since"));
+  EXPECT_THAT([&] { findChanges(file, 0); }, FailsWith(ErrorCode::unknownName));
+  EXPECT_THAT([&] { findChanges(file, 2); }, FailsWith(ErrorCode::unknownName));
   EXPECT_EQ(findChanges(file, 1).since, 1U);
 }
 
