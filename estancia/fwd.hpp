@@ -188,7 +188,6 @@ struct PredictSeconds;
 struct PredictedObject;
 struct ShapeOptions;
 struct TargetClasses;
-struct TrackOptions;
 struct TrainingOptions;
 struct TrainingSet;
 
@@ -205,7 +204,6 @@ class OccupancyGrid;
 struct PlannedFrames;
 struct RoomSegmentationOptions;
 class WordMap;
-struct WordMapOptions;
 
 // world
 struct Changes;

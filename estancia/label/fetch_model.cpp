@@ -165,7 +165,6 @@ OptionGroup declare(FetchOptions& options) {
   OptionGroup group("fetch", "How a model is fetched.");
   group.add("replace", &options.replace, "Replace an installed model of the same name.");
   group.add("refetch", &options.refetch, "Fetch again what an earlier run has left.");
-  group.add(declare(options.download));
   return group;
 }
 

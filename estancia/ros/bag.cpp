@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/ros/bag.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <limits>
 #include <map>

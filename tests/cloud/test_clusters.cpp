@@ -215,9 +215,7 @@ TEST(Clusters, StripesThatAreNoPlaneDoNotEndTheSearch) {
   std::vector<Shape> shapes = {level(0, 0.3, 0.5, 0.35, 0)};  // a table, and beside it slats that are more
   for (int i = 0; i < 14; ++i) shapes.push_back(level(0.1, 0.3, 0.03, -0.35, -0.5 + 0.1 * i));
   const Seen seen = see(shapes, view);
-  ClusterOptions options;
-  options.minPlaneArea = 0.4;
-  const Clusters found = findClusters(seen.depth, view.camera, options);
+  const Clusters found = findClusters(seen.depth, view.camera);
   ASSERT_THAT(found.planes, SizeIs(1));
   EXPECT_NEAR(found.planes.front().offset, -1.3, 0.01);
   EXPECT_THAT(found.clusters, SizeIs(14));
@@ -381,16 +379,6 @@ TEST(Clusters, RefusesWhatIsNoDepthImage) {
 
 TEST(Clusters, RefusesOptionsOutOfRange) {
   const cv::Mat depth(48, 64, CV_32F, cv::Scalar(1));
-  for (const auto& [option, name] : {std::pair(&ClusterOptions::minPlaneArea, "min-plane-area"),
-                                     std::pair(&ClusterOptions::planeTolerance, "plane-tolerance"),
-                                     std::pair(&ClusterOptions::creaseDepth, "crease-depth")})
-    for (const double value : {0., -1., std::nan(""), HUGE_VAL}) {
-      ClusterOptions options;
-      options.*option = value;
-      EXPECT_THAT([&] { findClusters(depth, kView.camera, options); },
-                  FailsWith(ErrorCode::invalidOption, name));
-      EXPECT_THAT([&] { findClusters(PointCloud(), options); }, FailsWith(ErrorCode::invalidOption, name));
-    }
   ClusterOptions options;
   options.threads = -1;
   EXPECT_THAT([&] { findClusters(depth, kView.camera, options); },

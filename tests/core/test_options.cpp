@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "estancia/core/config.hpp"
+#include "estancia/core/removed_options.hpp"
 #include "support/errors.hpp"
 
 namespace estancia {
@@ -127,6 +128,32 @@ TEST(Options, OfTomlAreRefusedWithFileAndLine) {
   EXPECT_THAT(read("\ncuont = 2\n"), FailsWith(ErrorCode::malformedFile, "robot.toml:2", "cuont"));
   EXPECT_THAT(read("[inner]\nball_radius = 0\n"), FailsWith(ErrorCode::malformedFile, "robot.toml:2"));
   EXPECT_THAT(read("method = \"slow\"\n"), FailsWith(ErrorCode::malformedFile, "robot.toml:1", "exact"));
+}
+
+struct Odometry {
+  double maxDepth = 8;
+};
+
+OptionGroup declare(Odometry& options) {
+  OptionGroup group("odometry", "With options that have gone.");
+  group.add("max-depth", &options.maxDepth, "Depth beyond is not used.");
+  return group;
+}
+
+TEST(RemovedOptions, AreNamedWithWhatHoldsInstead) {
+  Odometry options;
+  OptionGroup group = declare(options);
+  EXPECT_THAT([&] { group.set("max_gap", "2"); },
+              FailsWith(ErrorCode::unknownName, "odometry.max-gap has gone", "always 1"));
+  OptionGroup world("world", "");
+  world.add(declare(options));
+  EXPECT_THAT([&] { world.set("odometry.max-gap", "2"); },
+              FailsWith(ErrorCode::unknownName, "world.odometry.max-gap has gone"));
+  EXPECT_THAT([&] { world.set("odometry.max-gaps", "2"); }, FailsWith(ErrorCode::unknownName, "unknown"));
+  ConfigFile config("p.toml", "[odometry]\nmax_gap = 2\n");
+  EXPECT_THAT([&] { config.read(config.subtable(*config.table().get("odometry")), group); },
+              FailsWith(ErrorCode::malformedFile, "p.toml:2", "has gone"));
+  EXPECT_EQ(findRemovedOption("odometry.max-depth"), nullptr);
 }
 
 TEST(Options, SayWhatTheyAccept) {

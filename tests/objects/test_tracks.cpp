@@ -60,7 +60,7 @@ TEST(Tracks, NoTwoClustersAreOneThing) {
 TEST(Tracks, AThingMayHideForAWhile) {
   const Clusters seen = of({ball({0, 0, 1}, 0.05)});
   for (const std::size_t hidden : {5U, 6U}) {
-    Tracks tracks({.maxUnseen = 5});
+    Tracks tracks;
     tracks.follow(seen, camera, {});
     for (std::size_t i = 0; i < hidden; ++i) tracks.follow(of({}), camera, {});
     EXPECT_THAT(tracks.follow(seen, camera, {}), ElementsAre(hidden == 5 ? 0 : 1));
@@ -68,12 +68,10 @@ TEST(Tracks, AThingMayHideForAWhile) {
 }
 
 TEST(Tracks, TellWhichThingsMayBeFoundAgain) {
-  TrackOptions options;
-  options.maxUnseen = 2;
-  Tracks tracks(options);
+  Tracks tracks;
   const Cluster left = ball({-0.3, 0, 1}, 0.05), right = ball({0.3, 0, 1}, 0.05);
   tracks.follow(of({left, right}), camera, {});
-  for (int frame = 0; frame < 2; ++frame) tracks.follow(of({right}), camera, {});
+  for (int frame = 0; frame < 5; ++frame) tracks.follow(of({right}), camera, {});
   EXPECT_THAT(tracks.tracked(), ElementsAre(0, 1));
   tracks.follow(of({right}), camera, {});
   EXPECT_THAT(tracks.tracked(), ElementsAre(1));
@@ -135,10 +133,6 @@ TEST(Tracks, CloudsWithoutPixelsGoByDistance) {
 }
 
 TEST(Tracks, RefuseWhatTheyCannotWorkWith) {
-  EXPECT_THAT([] { Tracks({.maxDistance = -1}); },
-              FailsWith(ErrorCode::invalidOption, "tracks.max-distance", "-1"));
-  EXPECT_THAT([] { Tracks({.minOverlap = 1.5}); },
-              FailsWith(ErrorCode::invalidOption, "tracks.min-overlap", "1.5"));
   EXPECT_THAT([] { Tracks().follow({}, {}, {}); }, FailsWith(ErrorCode::invalidInput));
 }
 

@@ -240,7 +240,7 @@ TEST(RgbdTracker, RefusesADamagedState) {
     return caught([&] { RgbdTracker::restore(camera, options, {}, state); });
   };
   EXPECT_FALSE(refusal(good).code);
-  EXPECT_THAT(refusal(good, {.minOverlap = 0.3}), FailsWith(ErrorCode::mismatch, "other options"));
+  EXPECT_THAT(refusal(good, {.maxDepth = 5}), FailsWith(ErrorCode::mismatch, "other options"));
   EXPECT_FALSE(refusal(good, {.threads = 1}).code);
   auto state = good;
   state.frames.pop_back();

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "estancia/cloud/noise.hpp"
@@ -384,8 +385,8 @@ std::map<std::string, std::string> textsOf(RecognitionOptions options) {
 
 TEST(RecognitionOptions, AreByDefaultTheDefaultPreset) {
   EXPECT_EQ(textsOf({}), textsOf(RecognitionOptions::preset("default")));
-  EXPECT_EQ(textsOf({}).at("scene-filter.gng.signals-per-insertion"), "25");
-  EXPECT_EQ(textsOf({}).at("model-filter.gng.signals-per-insertion"), "2000");
+  EXPECT_EQ(RecognitionOptions().sceneFilter.gng.signalsPerInsertion, 25U);
+  EXPECT_EQ(RecognitionOptions().modelFilter.gng.signalsPerInsertion, 2000U);
 }
 
 TEST(RecognitionOptions, PresetsOfTheThesisDifferByTheirLengths) {
@@ -397,27 +398,15 @@ TEST(RecognitionOptions, PresetsOfTheThesisDifferByTheirLengths) {
     return others;
   };
   using Texts = std::map<std::string, std::string>;
-  EXPECT_EQ(changed("default"), (Texts{{"surface", "mean"},
-                                       {"grouping", "local-frames"},
-                                       {"verification", "evidence"},
-                                       {"neighbors", "30"},
-                                       {"max-hypotheses", "300"},
-                                       {"scene-filter.gng.signals-per-insertion", "25"}}));
-  EXPECT_EQ(changed("thesis"), (Texts{{"match-each", "scene"},
-                                      {"neighbors", "1"},
-                                      {"match-distance", "0.5"},
-                                      {"min-matches", "5"},
-                                      {"verification", "global"},
+  EXPECT_EQ(changed("default"),
+            (Texts{{"surface", "mean"}, {"grouping", "local-frames"}, {"verification", "evidence"}}));
+  EXPECT_EQ(changed("thesis"), (Texts{{"verification", "global"},
                                       {"normal-neighbors", "15"},
                                       {"keypoint-spacing", "0.01"},
-                                      {"scene-keypoint-spacing", "0.03"},
                                       {"descriptor-radius", "0.05"},
                                       {"consistency", "0.015"},
                                       {"tolerance", "0.01"}}));
-  EXPECT_EQ(changed("tight"), (Texts{{"match-each", "scene"},
-                                     {"neighbors", "1"},
-                                     {"min-matches", "4"},
-                                     {"accept", "0.65"},
+  EXPECT_EQ(changed("tight"), (Texts{{"accept", "0.65"},
                                      {"normal-radius", "0.015"},
                                      {"keypoint-spacing", "0.01"},
                                      {"descriptor-radius", "0.035"},

@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "estancia/topology/sqlite.hpp"
 #include "estancia/words/installed_words.hpp"
 #include "estancia/world/ask_world.hpp"

@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "estancia/topology/places.hpp"
 #include "estancia/words/installed_words.hpp"
 #include "estancia/world/world_json.hpp"

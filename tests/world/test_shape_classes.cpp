@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "estancia/topology/sqlite.hpp"
 #include "estancia/world/ask_world.hpp"
 #include "estancia/world/export_world.hpp"
