@@ -19,7 +19,7 @@ namespace estancia {
 /// noise of depth cameras does.
 struct ClusterOptions {
   /// Area of the smallest plane that is removed [m²], of which half may lie beyond the image's edge.
-  static constexpr double minPlaneArea = 0.25;
+  double minPlaneArea = 0.25;
   /// Distance within which points belong to a plane [m].
   static constexpr double planeTolerance = 0.01;
   /// Depth of the concave creases that separate objects [m].

@@ -175,9 +175,8 @@ TEST_F(Objects, ParametersComeFromFileAndCommand) {
   EXPECT_EQ(counted({"--config", config, "--min-pixels", "400"})["frames"], 2);
   EXPECT_EQ(counted({"--config", config, "--min-pixels", "400", "--set", "collect.max-frames=3"})["frames"],
             3);
-  EXPECT_EQ(
-      counted({"--set", "collect.tracks.max-distance=0", "--set", "collect.tracks.min-overlap=1"})["views"],
-      24);
+  EXPECT_THAT(collect({"--set", "collect.tracks.max-distance=0"}),
+              FailsWith(ErrorCode::unknownName, "collect.tracks.max-distance has gone"));
   EXPECT_EQ(counted({"--max-views", "1"})["views"], 6);
   EXPECT_THAT(collect({"--set", "collect.views=1"}), FailsWith(ErrorCode::unknownName, "views"));
   EXPECT_THAT(collect({"--every", "0"}), FailsWith(ErrorCode::invalidOption, "every"));

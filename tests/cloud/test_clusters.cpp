@@ -215,7 +215,9 @@ TEST(Clusters, StripesThatAreNoPlaneDoNotEndTheSearch) {
   std::vector<Shape> shapes = {level(0, 0.3, 0.5, 0.35, 0)};  // a table, and beside it slats that are more
   for (int i = 0; i < 14; ++i) shapes.push_back(level(0.1, 0.3, 0.03, -0.35, -0.5 + 0.1 * i));
   const Seen seen = see(shapes, view);
-  const Clusters found = findClusters(seen.depth, view.camera);
+  ClusterOptions options;
+  options.minPlaneArea = 0.4;
+  const Clusters found = findClusters(seen.depth, view.camera, options);
   ASSERT_THAT(found.planes, SizeIs(1));
   EXPECT_NEAR(found.planes.front().offset, -1.3, 0.01);
   EXPECT_THAT(found.clusters, SizeIs(14));
