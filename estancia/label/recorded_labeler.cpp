@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "estancia/core/config.hpp"
-#include "estancia/core/error.hpp"
 #include "estancia/label/black_box.hpp"
 #include "estancia/label/model_files.hpp"
 

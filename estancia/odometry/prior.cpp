@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/odometry/prior.hpp"
 
-#include <cmath>
 #include <numbers>
 
 #include "estancia/core/rigid.hpp"

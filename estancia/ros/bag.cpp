@@ -6,13 +6,10 @@
 #include <algorithm>
 #include <limits>
 #include <map>
-#include <numeric>
-#include <optional>
 #include <tuple>
 #include <utility>
 
 #include "estancia/core/fail.hpp"
-#include "estancia/core/printable.hpp"
 #include "estancia/ros/bag_files.hpp"
 #include "estancia/ros/bag_part.hpp"
 #include "estancia/ros/compression.hpp"

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
-#include "estancia/core/fail.hpp"
 #include "estancia/topology/mapper_impl.hpp"
 #include "estancia/topology/session.hpp"
 #include "estancia/topology/session_impl.hpp"
