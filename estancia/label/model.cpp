@@ -230,6 +230,8 @@ OptionGroup declare(LabelerOptions& options) {
   group.add("threads", &options.threads, "Threads of the network; 0 = one per free core.")
       .range(0, 1024)
       .why("Leaves cores to other work.");
+  group.add("on-demand", &options.onDemand, "Open the network at its first frame only.")
+      .why("A run whose labels are all cached opens none.");
   group
       .add("precision", options.precision,
            {{{"float32", "real numbers"}, Precision::float32},

@@ -1,6 +1,8 @@
 // The options of WorldMapper.
 // SPDX-License-Identifier: Apache-2.0
 #include <sstream>
+#include <utility>
+#include <vector>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
@@ -56,7 +58,9 @@ OptionGroup declare(WorldOptions& options) {
   group.add(declare(options.areas));
   group.add(declare(options.segments));
   group.add(declare(options.objects));
-  group.add(declare(options.odometry));
+  OptionGroup odometry = declare(options.odometry);
+  std::erase_if(odometry.options(), [](const Option& o) { return o.name().starts_with("odom-"); });
+  group.add(std::move(odometry));
   return group;
 }
 

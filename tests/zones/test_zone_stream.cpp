@@ -181,7 +181,6 @@ TEST(ZoneStream, RefusesOptionsThatDoNotGoTogether) {
   tooMany.count = 11;
   EXPECT_THAT(refusal(tooMany, {.groups = 10}), FailsWith(ErrorCode::invalidOption, "count", "11", "10"));
   EXPECT_THAT(refusal({}, {.groups = 1}), FailsWith(ErrorCode::invalidOption, "stream.groups"));
-  EXPECT_THAT(refusal({}, {.relinkEvery = 0}), FailsWith(ErrorCode::invalidOption, "stream.relink-every"));
 }
 
 TEST(ZoneStream, EndsInZonesAsOfTheWholeRun) {
