@@ -107,8 +107,8 @@ std::string settingsToJson(const MapperOptions& options) {
                       {"far_quantile", options.thresholds.farQuantile},
                       {"revisit_ratio", options.thresholds.revisitRatio},
                       {"merge_ratio", options.thresholds.mergeRatio},
-                      {"view_ratio", options.thresholds.viewRatio},
-                      {"sequence_ratio", options.thresholds.sequenceRatio},
+                      {"view_ratio", 0.3},  // always, as the next
+                      {"sequence_ratio", 0.5},
                       {"views", options.views},
                       {"near_distance", options.nearDistance},
                       {"near_angle", options.nearAngle}};
