@@ -29,7 +29,7 @@ struct ThresholdOptions {
   double revisitRatio = 0.4;
   /// τ_merge / τ_join, between the means of two nodes; 0: never merge.
   double mergeRatio = 0.3;
-  // τ_view, between two images that show one view, is 0.3 τ_join; τ_sequence, between those of a sequence, half.
+  // τ_view, between two images of one view, is 0.3 τ_join; τ_sequence, between images of a sequence, half.
 
   bool operator==(const ThresholdOptions&) const = default;
 };
