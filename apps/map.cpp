@@ -187,6 +187,7 @@ WorldOptions worldOptions(const MapArguments& arguments, MapRun& map) {
   if (const auto kept = WorldMapper::optionsOf(map.start())) {
     options = *kept;
     arguments.declared.applyTo(declare(options));
+    for (const std::string& gone : WorldMapper::goneOptionsOf(map.start())) spdlog::warn("{}", gone);
   }
   return options;
 }

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 # One library a room of estancia/, so that whoever finds places by words does not link what recognizes objects:
-#   estancia_room(NAME [ROOMS room…] [INTERFACES room…] [LINKS library…])
+#   estancia_room(NAME [LIGHT] [ROOMS room…] [INTERFACES room…] [LINKS library…])
 # compiles estancia/NAME/*.cpp into estancia::NAME, which others find by find_package(estancia COMPONENTS NAME). ROOMS
 # are those whose functions it calls, INTERFACES those of which it needs classes to derive from, and links nothing
 # (docs/architecture.md). LINKS are what it uses inside; an installed
 # static library needs them, too, so cmake/estanciaConfig.cmake.in finds their packages again: what is nothing but
-# headers in .cpp files is a $<BUILD_INTERFACE:…>.
+# headers in .cpp files is a $<BUILD_INTERFACE:…>. LIGHT: see estancia_defaults().
 
 # The public headers are what the umbrella header includes, and itself; script/lint checks that they need no others.
 set(umbrella ${PROJECT_SOURCE_DIR}/estancia/estancia.hpp)
@@ -23,14 +23,17 @@ endif()
 file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/symbols.map CONTENT "${node} { *; };\n")
 
 function(estancia_room room)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "ROOMS;INTERFACES;LINKS")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "LIGHT" "" "ROOMS;INTERFACES;LINKS")
   set(folder ${PROJECT_SOURCE_DIR}/estancia/${room})
   set(target estancia_${room})
   file(GLOB sources CONFIGURE_DEPENDS ${folder}/*.cpp)
   list(FILTER sources EXCLUDE REGEX "_module\\.cpp$") # cmake/EstanciaModules.cmake
   add_library(${target} ${sources})
   add_library(estancia::${room} ALIAS ${target})
-  estancia_defaults(${target})
+  if(arg_LIGHT)
+    set(light LIGHT)
+  endif()
+  estancia_defaults(${target} ${light})
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${room}
                                              VERSION ${PROJECT_VERSION}
                                              SOVERSION ${PROJECT_VERSION_MAJOR}

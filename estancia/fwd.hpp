@@ -206,7 +206,6 @@ struct PredictSeconds;
 struct PredictedObject;
 struct ShapeOptions;
 struct TargetClasses;
-struct TrackOptions;
 struct TrainingOptions;
 struct TrainingSet;
 
@@ -223,7 +222,6 @@ class OccupancyGrid;
 struct PlannedFrames;
 struct RoomSegmentationOptions;
 class WordMap;
-struct WordMapOptions;
 
 // world_file
 struct KnownPose;

@@ -15,7 +15,7 @@ HEADER = '''# SPDX-License-Identifier: Apache-2.0
 """Options: the keyword arguments of the package's functions. Each is declared once, in the library, which checks it.
 
 Made by python/generate_options.py. A group inside is a dict:
-``scene_filter={"method": "gng", "gng": {"neurons": 3000}}``.
+``scene_filter={"method": "gng", "points": 5000}``.
 """
 
 from __future__ import annotations

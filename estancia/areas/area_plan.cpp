@@ -263,7 +263,7 @@ PlannedFrames planAreas(const FloorSurvey& survey, const DrivePoses& frames, con
   cv::Mat rooms = segmentRooms(survey.grid.freeSpace(), walls, cells.cell(), options);
   for (const AreaEdit& edit : edits) correct(rooms, edit, cells);
   if (cv::countNonZero(rooms) == 0)
-    fail(ErrorCode::insufficientData, "no room of {} m² was seen; give a smaller min-area", options.minArea);
+    fail(ErrorCode::insufficientData, "no room of {} m² was seen", options.minArea);
   return planOfRooms(rooms, walls, survey.grid.floor(), cells, frames, survey.words, vocabulary, mean,
                      naming);
 }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/areas/areas.hpp"
 
-#include <optional>
+#include <fmt/format.h>
+
 #include <unordered_map>
 #include <utility>
 
@@ -27,7 +28,7 @@ FloorSurvey survey(const Sequence& sequence, const DescriptorSequence& labeled, 
          sequence.name());
   const std::vector<Pose> poses = posesOf(labeled);
   const Floor floor(poses);
-  FloorSurvey result(floor, options.cell, labeled.vocabulary.size(), options.words);
+  FloorSurvey result(floor, options.cell, labeled.vocabulary.size());
   std::unordered_map<std::string, std::size_t> places;
   for (std::size_t i = 0; i < sequence.size(); ++i) places.emplace(sequence.frame(i).name, i);
   std::string why = poses.empty() ? "none has a pose" : "none with a pose has depth";
@@ -65,7 +66,6 @@ OptionGroup declare(AreaOptions& options) {
       .unit("m")
       .why("Narrower than the thinnest wall, wider than the noise of the poses.");
   group.add(declare(options.segmentation));
-  group.add(declare(options.words));
   group.add(declare(options.naming));
   return group;
 }

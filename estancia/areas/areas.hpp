@@ -16,7 +16,6 @@ namespace estancia {
 struct AreaOptions {
   double cell = 0.05;
   RoomSegmentationOptions segmentation;
-  WordMapOptions words;
   NamingOptions naming;
 };
 OptionGroup declare(AreaOptions& options);

@@ -19,8 +19,8 @@ struct FloorSurvey {
 
   /// `cell`: the width of a cell of the grid [m]; `labels`: the number of labels of a descriptor. Throws
   /// Error (invalidOption).
-  FloorSurvey(const Floor& floor, double cell, std::size_t labels, const WordMapOptions& wordOptions)
-      : grid(floor, cell), words(floor, labels, wordOptions) {}
+  FloorSurvey(const Floor& floor, double cell, std::size_t labels)
+      : grid(floor, cell), words(floor, labels) {}
 
   /// Adds a view: depth along the optical axis [m] (CV_32F, 0 where unknown), the camera of the depth image,
   /// and where it stood. Throws Error as OccupancyGrid::add() and WordMap::add().

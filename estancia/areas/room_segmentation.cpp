@@ -106,9 +106,6 @@ OptionGroup declare(RoomSegmentationOptions& options) {
            "Two sides of a passage are one room where more than this share of their points see each other.")
       .range(0, 1)
       .why("Smaller values merge rooms with wide openings.");
-  group.add("min-area", &options.minArea, "Smaller pieces belong to the neighbor with the widest opening.")
-      .range(0, 1e6)
-      .unit("m²");
   return group;
 }
 

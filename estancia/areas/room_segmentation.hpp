@@ -10,7 +10,8 @@ namespace estancia {
 
 struct RoomSegmentationOptions {
   double mutualVisibility = 0.75;
-  double minArea = 0.5;
+  /// Smaller pieces belong to the neighbor with the widest opening [m²].
+  static constexpr double minArea = 0.5;
 };
 OptionGroup declare(RoomSegmentationOptions& options);
 

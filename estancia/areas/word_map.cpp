@@ -11,10 +11,15 @@
 namespace estancia {
 namespace {
 
+/// Smaller cells cost memory; words are no more exact than the views that cross [m].
+constexpr double cellWidth = 0.2;
+/// Rare words are forgotten where cells keep few.
+constexpr std::size_t wordsOfCell = 64;
+
 /// A cell's place on the floor, counted in cells from its origin, whatever the grid has grown to.
-std::uint64_t keyOf(const cv::Point2d& at, double cell) {
-  const auto place = [cell](double x) {
-    return static_cast<std::uint32_t>(std::llround(std::floor(x / cell)));
+std::uint64_t keyOf(const cv::Point2d& at) {
+  const auto place = [](double x) {
+    return static_cast<std::uint32_t>(std::llround(std::floor(x / cellWidth)));
   };
   return std::uint64_t{place(at.x)} << 32 | place(at.y);
 }
@@ -36,22 +41,8 @@ float lowerBound(const Evidence& evidence, double weight, double squaredWeight) 
 
 }  // namespace
 
-OptionGroup declare(WordMapOptions& options) {
-  OptionGroup group("word-map", "Where words are on the floor.");
-  group.add("cell", &options.cell, "Width of a cell.")
-      .range(0.02, 10)
-      .unit("m")
-      .why("Smaller cells cost memory; words are no more exact than the views that cross.");
-  group.add("words", &options.words, "Words that a cell keeps.")
-      .range(1, 100000)
-      .why("Rare words are forgotten where cells keep few.");
-  return group;
-}
-
-WordMap::WordMap(const Floor& floor, std::size_t labels, const WordMapOptions& options)
-    : floor_(floor), labels_(labels), options_(options), cells_(options.cell) {
-  declare(options_).validate();
-}
+WordMap::WordMap(const Floor& floor, std::size_t labels)
+    : floor_(floor), labels_(labels), cells_(cellWidth) {}
 
 void WordMap::add(DescriptorView descriptor, const cv::Mat& depth, const CameraIntrinsics& camera,
                   const Pose& pose) {
@@ -69,7 +60,7 @@ void WordMap::add(DescriptorView descriptor, const cv::Mat& depth, const CameraI
       const cv::Vec3d point = rigid * cv::Vec3d(scaled.slopeX(u) * z, scaled.slopeY(v) * z, z);
       const cv::Point2d at = floor_.position(point);
       cells_.cover(at.x, at.y, 0);
-      shares[keyOf(at, options_.cell)] += 1;
+      shares[keyOf(at)] += 1;
     }
   for (auto& [key, share] : shares) share /= static_cast<double>(pixels);
   pool(descriptor, shares);
@@ -84,12 +75,12 @@ void WordMap::add(DescriptorView descriptor, double fieldOfView, const Pose& pos
   double total = 0;
   const int rays = 32;
   for (int ray = 0; ray < rays; ++ray)
-    for (double range = options_.cell; range < reach; range += options_.cell) {
+    for (double range = cellWidth; range < reach; range += cellWidth) {
       const double angle = here.heading + fieldOfView * ((ray + 0.5) / rays - 0.5);
       const cv::Point2d at(here.x + range * std::cos(angle), here.y + range * std::sin(angle));
       cells_.cover(at.x, at.y, 0);
       const double weight = std::exp(-range / (reach / 2));
-      shares[keyOf(at, options_.cell)] += weight;
+      shares[keyOf(at)] += weight;
       total += weight;
     }
   for (auto& [key, share] : shares) share /= total;
@@ -118,12 +109,12 @@ void WordMap::pool(DescriptorView descriptor, const Shares& shares) {
     }
     merged.insert(merged.end(), word, cell.words.end());
     cell.words = std::move(merged);
-    if (cell.words.size() > 2 * options_.words) keepBest(cell);
+    if (cell.words.size() > 2 * wordsOfCell) keepBest(cell);
   }
 }
 
 void WordMap::keepBest(Cell& cell) const {
-  const auto kept = cell.words.begin() + static_cast<std::ptrdiff_t>(options_.words);
+  const auto kept = cell.words.begin() + static_cast<std::ptrdiff_t>(wordsOfCell);
   std::nth_element(cell.words.begin(), kept, cell.words.end(), [](const Word& a, const Word& b) {
     return a.sum != b.sum ? a.sum > b.sum : a.label < b.label;
   });
@@ -137,7 +128,7 @@ cv::Point WordMap::cellOf(std::uint64_t key) const {
   const auto place = [](std::uint64_t bits) {
     return static_cast<std::int32_t>(static_cast<std::uint32_t>(bits));
   };
-  return cells_.at((place(key >> 32) + 0.5) * options_.cell, (place(key) + 0.5) * options_.cell);
+  return cells_.at((place(key >> 32) + 0.5) * cellWidth, (place(key) + 0.5) * cellWidth);
 }
 
 FloorHeat WordMap::heat(std::span<const std::size_t> labels) const {

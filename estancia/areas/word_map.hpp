@@ -12,16 +12,9 @@
 #include "estancia/areas/floor_cells.hpp"
 #include "estancia/core/camera.hpp"
 #include "estancia/core/descriptor.hpp"
-#include "estancia/core/options.hpp"
 #include "estancia/core/planar_pose.hpp"
 
 namespace estancia {
-
-struct WordMapOptions {
-  double cell = 0.2;
-  std::size_t words = 64;
-};
-OptionGroup declare(WordMapOptions& options);
 
 /// A value for each cell of the floor.
 struct FloorHeat {
@@ -38,8 +31,8 @@ struct FloorHeat {
 /// probable than by chance (1/L) are left out. O(cells in view · words) an image.
 class WordMap {
  public:
-  /// `labels`: the number of labels of a descriptor. Throws Error (invalidOption).
-  WordMap(const Floor& floor, std::size_t labels, const WordMapOptions& options = {});
+  /// `labels`: the number of labels of a descriptor.
+  WordMap(const Floor& floor, std::size_t labels);
 
   /// Adds an image with depth (along the optical axis [m], CV_32F, 0 where unknown), the camera of the depth
   /// image, and where it stood. Throws Error: mismatch unless there is one probability a label; tooLarge
@@ -77,7 +70,6 @@ class WordMap {
 
   Floor floor_;
   std::size_t labels_;
-  WordMapOptions options_;
   FloorCells cells_;
   std::unordered_map<std::uint64_t, Cell> seen_;  // by the cell's place on the floor
 };

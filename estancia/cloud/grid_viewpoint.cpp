@@ -5,7 +5,6 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 
 #include "estancia/cloud/viewpoint.hpp"
 

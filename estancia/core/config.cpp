@@ -6,12 +6,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <fstream>
 #include <optional>
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/home.hpp"
+#include "estancia/core/removed_options.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
@@ -154,7 +154,15 @@ std::vector<ConfigFile::Key> ConfigFile::keysOf(OptionGroup& options) {
 }
 
 void ConfigFile::read(const toml::table& table, OptionGroup& options) {
-  read(table, keysOf(options));
+  const std::vector<Key> keys = keysOf(options);
+  for (const auto& [name, value] : table) {
+    std::string known(name.str());
+    std::ranges::replace(known, '-', '_');
+    if (std::ranges::find(keys, known, &Key::name) != keys.end()) continue;
+    const std::string path = fmt::format("{}.{}", options.name(), name.str());
+    if (const RemovedOption* removed = findRemovedOption(path)) fail(value, describeRemoved(*removed, path));
+  }
+  read(table, keys);
 }
 
 void ConfigFile::fail(const toml::node& at, const std::string& what) const {

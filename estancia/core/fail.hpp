@@ -2,17 +2,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <fmt/format.h>
-
-#include <utility>
+#include <fmt/core.h>
 
 #include "estancia/core/error.hpp"
 
 namespace estancia {
 
+[[noreturn]] void failFormatted(ErrorCode code, fmt::string_view format, fmt::format_args args);
+
 template <class... Args>
 [[noreturn]] void fail(ErrorCode code, fmt::format_string<Args...> format, Args&&... args) {
-  throw Error(code, fmt::format(format, std::forward<Args>(args)...));
+  failFormatted(code, format, fmt::make_format_args(args...));
 }
 
 }  // namespace estancia

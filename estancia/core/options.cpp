@@ -4,12 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 
 #include "estancia/core/ascii.hpp"
 #include "estancia/core/fail.hpp"
+#include "estancia/core/removed_options.hpp"
 
 namespace estancia {
 namespace {
@@ -208,7 +208,10 @@ Option* OptionGroup::find(std::string_view path) {
 }
 
 void OptionGroup::set(std::string_view path, const std::string& text) {
-  if (Option* option = find(path)) return option->set(text, fmt::format("{}.{}", name_, withDashes(path)));
+  const std::string full = fmt::format("{}.{}", name_, withDashes(path));
+  if (Option* option = find(path)) return option->set(text, full);
+  if (const RemovedOption* removed = findRemovedOption(full))
+    throw Error(ErrorCode::unknownName, describeRemoved(*removed, full));
   Choices known;
   for (const Option& option : options_) known.push_back({option.name(), option.help()});
   for (const OptionGroup& group : groups_) known.push_back({group.name() + ".…", group.help()});

@@ -5,9 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <memory>
 #include <mutex>
-#include <numeric>
 #include <set>
 #include <unordered_map>
 #include <utility>

@@ -7,10 +7,8 @@
 #include <algorithm>
 #include <charconv>
 #include <chrono>
-#include <memory>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <thread>
 
 #include "estancia/core/digest.hpp"

@@ -3,9 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <array>
-#include <cstdint>
-
 #include "estancia/core/base64.hpp"
 #include "estancia/core/digest.hpp"
 #include "estancia/core/fail.hpp"

@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 #include <unordered_set>
-#include <utility>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/files/files.hpp"

@@ -7,7 +7,6 @@
 #include <charconv>
 #include <cstdint>
 #include <cstring>
-#include <optional>
 #include <string_view>
 
 #include "estancia/core/fail.hpp"

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <system_error>
 
 #include "estancia/core/ascii.hpp"
@@ -165,7 +164,6 @@ OptionGroup declare(FetchOptions& options) {
   OptionGroup group("fetch", "How a model is fetched.");
   group.add("replace", &options.replace, "Replace an installed model of the same name.");
   group.add("refetch", &options.refetch, "Fetch again what an earlier run has left.");
-  group.add(declare(options.download));
   return group;
 }
 

@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <boost/crc.hpp>
 #include <cerrno>
-#include <cstdlib>
 #include <cstring>
 #include <unordered_map>
 #include <utility>

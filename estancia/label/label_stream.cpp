@@ -402,13 +402,6 @@ OptionGroup declare(LabelStreamOptions& options) {
   group.add("first", &options.first, "The first frame to label.").range(0).unit("frames");
   group.add("strict", &options.strict, "Stop at an unreadable frame instead of skipping it.")
       .why("A data set of which nothing may be missing.");
-  group.add("ahead", &options.ahead, "Frames decoded ahead of the network.")
-      .range(1, 1'000'000)
-      .unit("frames")
-      .why("Large images need memory: each frame holds its own.");
-  group.add("readers", &options.readers, "Threads that decode images.")
-      .range(1, 1024)
-      .why("A fast network waits for the decoding of large images.");
   return group;
 }
 

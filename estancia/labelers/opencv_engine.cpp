@@ -8,7 +8,6 @@
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/dnn.hpp>
 #include <regex>
-#include <utility>
 #include <vector>
 
 #include "estancia/core/cores.hpp"

@@ -21,7 +21,6 @@
 #include <string_view>
 #include <system_error>
 #include <utility>
-#include <vector>
 
 #include "estancia/core/ascii.hpp"
 #include "estancia/core/config.hpp"

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "estancia/core/config.hpp"
-#include "estancia/core/error.hpp"
 #include "estancia/labelers/black_box.hpp"
 #include "estancia/labelers/model_files.hpp"
 

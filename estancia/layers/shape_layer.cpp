@@ -2,7 +2,6 @@
 #include "estancia/layers/shape_layer.hpp"
 
 #include <algorithm>
-#include <utility>
 
 #include "estancia/core/cores.hpp"
 #include "estancia/core/error.hpp"

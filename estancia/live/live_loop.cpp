@@ -9,6 +9,7 @@
 #include <exception>
 #include <future>
 #include <mutex>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "estancia/core/fail.hpp"

@@ -2,6 +2,7 @@
 #include "estancia/live/map_file_view.hpp"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "estancia/core/error.hpp"

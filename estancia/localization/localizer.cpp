@@ -48,20 +48,6 @@ const LocalizerOptions& validated(const LocalizerOptions& options) {
 
 OptionGroup declare(PlaceFilterOptions& options) {
   OptionGroup group("filter", "Motion model and evidence of the Bayes filter.");
-  group
-      .add("turn-around", &options.turnAround,
-           "Probability per frame to change between driving on, driving back and standing.")
-      .range(0, 1)
-      .why("Of use where the map has no poses.");
-  group.add("along-edges", &options.alongEdges, "Probability per frame to be somewhere in a linked node.")
-      .range(0, 1)
-      .why("Of use where the map has no poses.");
-  group.add("anywhere", &options.anywhere, "Probability per frame to be anywhere.")
-      .range(0, 1)
-      .why("A robot that is carried around needs more.");
-  group.add("temper", &options.temper, "Weight of one frame's evidence.")
-      .above(0)
-      .why("Frames that follow each other closely err together and deserve less.");
   group.add("near-distance", &options.nearDistance, "Frames this far apart can show the same view.")
       .unit("m")
       .above(0)

@@ -21,10 +21,13 @@ struct LocalizerMap;
 
 /// Motion model and evidence of the Bayes filter.
 struct PlaceFilterOptions {
-  double turnAround = 0.005;
-  double alongEdges = 0.01;
-  double anywhere = 0.002;
-  double temper = 0.4;
+  /// Probability a frame to change between driving on, driving back and standing, and to be somewhere in a
+  /// linked node; where the map has no poses.
+  static constexpr double turnAround = 0.005, alongEdges = 0.01;
+  /// Probability a frame to be anywhere.
+  static constexpr double anywhere = 0.002;
+  /// Weight of one frame's evidence: frames that follow each other closely err together.
+  static constexpr double temper = 0.4;
   double nearDistance = 0.7;
   double nearAngle = 30;
 };

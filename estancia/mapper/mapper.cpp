@@ -30,9 +30,9 @@ Thresholds initialThresholds(const MapperOptions& options, const ThresholdEstima
 }
 
 /// Line 20 of Algorithm 4.1, with the original program's further condition. A drive begins far from any node.
-bool isRevisit(const Decision& decision, const MapperOptions& options) {
+bool isRevisit(const Decision& decision) {
   return decision.other >= 0 && decision.toOther < decision.tauRevisit &&
-         (!options.nearerThanCurrent || decision.current < 0 || decision.toOther < decision.toCurrent);
+         (decision.current < 0 || decision.toOther < decision.toCurrent);
 }
 
 }  // namespace
@@ -48,16 +48,6 @@ OptionGroup declare(ThresholdOptions& options) {
   group.add("merge-ratio", &options.mergeRatio, "tau-merge / tau-join, between the means of two nodes.")
       .range(0)
       .why("0 never merges nodes.");
-  group
-      .add("view-ratio", &options.viewRatio,
-           "tau-view / tau-join: nearer than this, two images show one view.")
-      .range(0, 1)
-      .why("A larger ratio recognizes more places again, and more that only look alike.");
-  group
-      .add("sequence-ratio", &options.sequenceRatio,
-           "tau-sequence / tau-join, for images that resemble one place from two sides.")
-      .range(0, 1)
-      .why("A larger ratio recognizes more places again, and more that only look alike.");
   return group;
 }
 
@@ -74,8 +64,6 @@ OptionGroup declare(MapperOptions& options) {
       .above(0)
       .automatic("revisit-ratio times tau-join")
       .why("A smaller distance recognizes fewer places again.");
-  group.add("nearer-than-current", &options.nearerThanCurrent,
-            "Return only to a node nearer than the current one.");
   group
       .add("views", &options.views,
            "Images kept in all of the places, to recognize these from another side and by poses.")
@@ -287,7 +275,7 @@ void Mapper::Impl::decide(const PlaceView& seen, const std::optional<int>& guess
     decision.other = bank[similar->slot].id;
     decision.toOther = similar->distance;
   }
-  decision.kind = isRevisit(decision, options) && !views.isElsewhere(decision.other, seen.pose)
+  decision.kind = isRevisit(decision) && !views.isElsewhere(decision.other, seen.pose)
                       ? DecisionKind::revisit  // line 20
                   : current ? DecisionKind::createNode
                             : DecisionKind::start;
@@ -317,8 +305,7 @@ bool Mapper::Impl::isRecognized(const PlaceView& seen, Decision& decision) {
   if (!found) return false;
   if (found->byPose && lost && !lost->isOwn(found->node)) lost.reset();
   const bool stays = found->node == decision.current;
-  if (!stays && !found->byPose && options.nearerThanCurrent && found->distance >= decision.toCurrent)
-    return false;
+  if (!stays && !found->byPose && found->distance >= decision.toCurrent) return false;
   decision.kind = stays ? DecisionKind::join : DecisionKind::revisit;
   if (stays && decision.toCurrent < thresholds.join) return true;
   decision.other = found->node;

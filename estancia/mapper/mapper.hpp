@@ -29,10 +29,7 @@ struct ThresholdOptions {
   double revisitRatio = 0.4;
   /// τ_merge / τ_join, between the means of two nodes; 0: never merge.
   double mergeRatio = 0.3;
-  /// τ_view / τ_join, between two images: below it they show one view.
-  double viewRatio = 0.3;
-  /// τ_sequence / τ_join, between two images of a sequence.
-  double sequenceRatio = 0.5;
+  // τ_view, between two images of one view, is 0.3 τ_join; τ_sequence, between images of a sequence, half.
 
   bool operator==(const ThresholdOptions&) const = default;
 };
@@ -49,8 +46,6 @@ struct MapperOptions {
   std::optional<double> tauJoin;
   /// τ2; follows from τ_join unless given.
   std::optional<double> tauRevisit;
-  /// Move only to a node nearer than the current one (the original program does).
-  bool nearerThanCurrent = true;
   /// Images kept in all of the places, to recognize these from another side and by poses; 0: a place is its
   /// mean alone, as in the thesis.
   std::size_t views = 2048;

@@ -101,14 +101,14 @@ void readDrive(ByteReader& in, std::size_t frames, Mapper::Impl& mapper) {
 
 std::string settingsToJson(const MapperOptions& options) {
   nlohmann::json json{{"distance", options.distance},
-                      {"nearer_than_current", options.nearerThanCurrent},
+                      {"nearer_than_current", true},  // always; older programs look for it
                       {"transition_images", options.transitionImages},
                       {"warmup_frames", options.warmupFrames},
                       {"far_quantile", options.thresholds.farQuantile},
                       {"revisit_ratio", options.thresholds.revisitRatio},
                       {"merge_ratio", options.thresholds.mergeRatio},
-                      {"view_ratio", options.thresholds.viewRatio},
-                      {"sequence_ratio", options.thresholds.sequenceRatio},
+                      {"view_ratio", 0.3},  // always, as the next
+                      {"sequence_ratio", 0.5},
                       {"views", options.views},
                       {"near_distance", options.nearDistance},
                       {"near_angle", options.nearAngle}};
@@ -122,7 +122,6 @@ MapperOptions settingsFromJson(const std::string& text) {
     const auto json = nlohmann::json::parse(text);
     MapperOptions options;
     options.distance = printable(json.at("distance").get<std::string>());
-    json.at("nearer_than_current").get_to(options.nearerThanCurrent);
     json.at("transition_images").get_to(options.transitionImages);
     json.at("warmup_frames").get_to(options.warmupFrames);
     json.at("far_quantile").get_to(options.thresholds.farQuantile);
@@ -131,8 +130,6 @@ MapperOptions settingsFromJson(const std::string& text) {
     options.views = 0;  // of a map made before views were kept
     if (json.contains("views")) {
       json["views"].get_to(options.views);
-      json.at("view_ratio").get_to(options.thresholds.viewRatio);
-      json.at("sequence_ratio").get_to(options.thresholds.sequenceRatio);
       json.at("near_distance").get_to(options.nearDistance);
       json.at("near_angle").get_to(options.nearAngle);
     }

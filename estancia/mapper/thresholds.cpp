@@ -34,8 +34,8 @@ double quantile(const std::vector<double>& values, double q) {
 }  // namespace
 
 Thresholds thresholdsFrom(double tauJoin, const ThresholdOptions& options) {
-  return {tauJoin, options.revisitRatio * tauJoin, options.mergeRatio * tauJoin, options.viewRatio * tauJoin,
-          options.sequenceRatio * tauJoin};
+  return {tauJoin, options.revisitRatio * tauJoin, options.mergeRatio * tauJoin, 0.3 * tauJoin,
+          0.5 * tauJoin};
 }
 
 ThresholdEstimator::ThresholdEstimator(Distance distance, std::size_t labels, ThresholdOptions options,

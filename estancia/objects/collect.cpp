@@ -150,8 +150,7 @@ cv::Rect surroundings(const cv::Rect& box) {
 /// The samples of one sequence, as they come.
 class Collector {
  public:
-  Collector(const fs::path& folder, const CollectOptions& options)
-      : folder_(folder), options_(options), tracks_(options.tracks) {}
+  Collector(const fs::path& folder, const CollectOptions& options) : folder_(folder), options_(options) {}
 
   void add(const ClusteredFrame& frame, const Frame& about) {
     const auto& clusters = frame.clusters.clusters;
@@ -237,7 +236,6 @@ OptionGroup declare(CollectOptions& options) {
       .range(1);
   group.add("replace", &options.replace, "Replace the samples in an existing folder.");
   group.add("strict", &options.strict, "Fail at a frame that cannot be read instead of skipping it.");
-  group.add(declare(options.tracks));
   return group;
 }
 

@@ -14,17 +14,8 @@
 
 namespace estancia {
 
-/// Data association of objects from frame to frame.
-struct TrackOptions {
-  double maxDistance = 0.05;
-  double minOverlap = 0.3;
-  std::size_t maxUnseen = 5;
-};
-OptionGroup declare(TrackOptions& options);
-
 struct CollectOptions {
   ClusterOptions clusters = {};
-  TrackOptions tracks = {};
   std::size_t first = 0;
   std::size_t every = 1;
   std::size_t maxFrames = 0;

@@ -2,7 +2,6 @@
 #include "estancia/objects/instance_accuracy.hpp"
 
 #include <algorithm>
-#include <filesystem>
 #include <opencv2/core.hpp>
 #include <unordered_map>
 

@@ -95,7 +95,6 @@ OptionGroup declare(PredictOptions& options) {
   OptionGroup group("prediction", "Classification of the objects of a sequence.");
   group.add("threads", &options.threads, "Threads; 0: one a usable core. Answers do not depend on it.")
       .range(0);
-  group.add(declare(options.tracks));
   return group;
 }
 
@@ -103,7 +102,7 @@ struct ObjectPredictor::State {
   ObjectModel model;
   Labeler* labeler;
   PredictOptions options;
-  Tracks tracks;
+  Tracks tracks = {};
   std::optional<VocabularyMapping> mapping = {};  // if there is a labeler
   bool correctsPrior = false;
   std::map<std::size_t, FusedViews> objects = {};
@@ -216,8 +215,7 @@ struct ObjectPredictor::State {
 };
 
 ObjectPredictor::ObjectPredictor(const ObjectModel& model, Labeler* labeler, const PredictOptions& options)
-    : state_(new State{
-          .model = model, .labeler = labeler, .options = options, .tracks = Tracks(options.tracks)}) {
+    : state_(new State{.model = model, .labeler = labeler, .options = options}) {
   validate(options);
   if (labeler == nullptr) return;
   if (labeler->discovers())

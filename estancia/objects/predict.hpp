@@ -24,7 +24,6 @@ struct ClusteredFrame;
 
 struct PredictOptions {
   ClusterOptions clusters = {};
-  TrackOptions tracks = {};
   CropOptions crops = {};
   int threads = 0;
 };

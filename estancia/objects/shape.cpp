@@ -60,7 +60,6 @@ OptionGroup declare(ShapeOptions& options) {
       .why("fewer are faster and noisier");
   group.add("size", &options.size, "Also describe the metric size.")
       .why("if objects of different classes have the same shape, but other sizes");
-  group.add("seed", &options.seed, "Seed of ESF.");
   group.add("threads", &options.threads, "Threads; 0: one a usable core. The numbers do not depend on it.")
       .range(0);
   return group;

@@ -62,38 +62,23 @@ struct Match {
 }  // namespace
 
 struct Tracks::State {
-  TrackOptions options;
   std::vector<Track> tracks;
   std::size_t next = 0;
 
-  /// Similarity above 0; 0 for different objects.
+  /// Similarity above 0; 0 for different objects: those farther apart than 5 cm, or half their size if that
+  /// is more, and those whose boxes overlap less than by 0.3.
   double similarity(const Sighting& expected, const Sighting& seen) const {
     const double smaller = std::min(expected.size(), seen.size());
     const double distance = cv::norm(expected.center - seen.center);
-    if (!(distance <= std::max(options.maxDistance, smaller / 2))) return 0;
+    if (!(distance <= std::max(0.05, smaller / 2))) return 0;
     if (expected.around.empty() || seen.around.empty()) return 1 / (1 + distance);
     if (expected.center[2] <= 0) return 0;  // behind the camera
     const double overlap = intersectionOverUnion(seenAs(expected), seenAs(seen));
-    return overlap >= options.minOverlap ? overlap : 0;
+    return overlap >= 0.3 ? overlap : 0;
   }
 };
 
-OptionGroup declare(TrackOptions& options) {
-  OptionGroup group("tracks", "Tracking of objects from frame to frame.");
-  group
-      .add("max-distance", &options.maxDistance,
-           "An object is found again within this distance, or half its size if that is more.")
-      .range(0)
-      .unit("m");
-  group.add("min-overlap", &options.minOverlap, "Smallest intersection over union of its boxes.").range(0, 1);
-  group.add("max-unseen", &options.maxUnseen, "Frames that an object may stay unseen.").range(0);
-  return group;
-}
-
-Tracks::Tracks(const TrackOptions& options) : state_(std::make_unique<State>()) {
-  validate(options);
-  state_->options = options;
-}
+Tracks::Tracks() : state_(std::make_unique<State>()) {}
 
 Tracks::~Tracks() = default;
 
@@ -134,7 +119,7 @@ std::vector<std::size_t> Tracks::follow(const Clusters& clusters, const CameraIn
     track = {track.number, seen[c], known, 0};
     numbers.push_back(track.number);
   }
-  std::erase_if(tracks, [&](const Track& track) { return track.unseen > state_->options.maxUnseen; });
+  std::erase_if(tracks, [&](const Track& track) { return track.unseen > 5; });
   return numbers;
 }
 

@@ -17,15 +17,15 @@ namespace estancia {
 /// Clusters → numbers of instances, frame by frame.
 class Tracks {
  public:
-  /// Throws Error on invalid options.
-  explicit Tracks(const TrackOptions& options = {});
+  Tracks();
   ~Tracks();
 
   /// The instance of each cluster of the next frame: tracked ones keep their number, new ones get the next,
-  /// from 0. Each instance gets at most one cluster, that with the largest overlap. `camera` is that of the
-  /// boxes. If an instance was seen with a pose (T_map_camera) and this frame has one, its box is expected
-  /// where the camera's motion moves it, else where it was; clusters without boxes are associated by
-  /// distance. Throws Error (invalidInput) on a camera without focal length.
+  /// from 0. One that was not seen for more than 5 frames is forgotten. Each instance gets at most one
+  /// cluster, that with the largest overlap. `camera` is that of the boxes. If an instance was seen with a
+  /// pose (T_map_camera) and this frame has one, its box is expected where the camera's motion moves it, else
+  /// where it was; clusters without boxes are associated by distance. Throws Error (invalidInput) on a camera
+  /// without focal length.
   std::vector<std::size_t> follow(const Clusters& clusters, const CameraIntrinsics& camera,
                                   const std::optional<Pose>& pose);
 

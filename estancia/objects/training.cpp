@@ -276,7 +276,10 @@ OptionGroup declare(TrainingOptions& options) {
   group.add("split", &options.split, "Use only the views of this part of the data set.")
       .automatic("all views");
   group.add(declare(options.shape));
-  group.add(declare(options.classifier));
+  OptionGroup classifier = declare(options.classifier);
+  constexpr std::string_view details[] = {"folds", "gamma", "metric", "neighbors", "trees"};
+  std::erase_if(classifier.options(), [&](const Option& o) { return std::ranges::count(details, o.name()); });
+  group.add(std::move(classifier));
   return group;
 }
 

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <bit>
 #include <map>
-#include <numeric>
-#include <set>
 #include <unordered_map>
 #include <utility>
 

@@ -8,8 +8,7 @@ cv::Affine3d times(const cv::Affine3d& motion, double count) {
 }
 
 std::optional<cv::Affine3d> bridged(std::size_t frame, const std::optional<TrackedFrame>& before,
-                                    const std::optional<TrackedFrame>& after, const PriorTrack& prior,
-                                    const RgbdOptions& options) {
+                                    const std::optional<TrackedFrame>& after, const PriorTrack& prior) {
   const auto there = before ? prior.transform(before->frame, frame) : std::nullopt;
   const auto back = after ? prior.transform(frame, after->frame) : std::nullopt;
   if (!before || !after) {
@@ -24,7 +23,7 @@ std::optional<cv::Affine3d> bridged(std::size_t frame, const std::optional<Track
     const cv::Affine3d off = (*there * *back).inv() * whole;
     return before->pose * *there * times(off, part);
   }
-  if (isTooFar(whole, options)) {
+  if (isTooFar(whole)) {
     if (there) return before->pose * *there;
     if (back) return after->pose * back->inv();
     return std::nullopt;

@@ -14,9 +14,10 @@ constexpr std::size_t kWindow = 64;  // keyframes that are optimized at once, in
 
 }  // namespace
 
-bool isGood(const Alignment& a, double minOverlap, const RgbdOptions& options) {
-  return a.solved && a.overlap >= minOverlap && a.rmse <= options.maxRmse &&
-         a.correlation >= options.minCorrelation && a.spread <= kMaxSpread;
+bool isGood(const Alignment& a, double minOverlap) {
+  // 3 cm of difference in depth; and gray values correlate, since bare walls have the same shape everywhere.
+  return a.solved && a.overlap >= minOverlap && a.rmse <= 0.03 && a.correlation >= 0.5 &&
+         a.spread <= kMaxSpread;
 }
 
 bool KeyframeGraph::isSeen(const Edge& edge) {

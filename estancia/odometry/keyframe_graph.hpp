@@ -15,7 +15,7 @@
 namespace estancia::odometry {
 
 /// Whether an alignment is to be believed.
-bool isGood(const Alignment& alignment, double minOverlap, const RgbdOptions& options);
+bool isGood(const Alignment& alignment, double minOverlap = 0.35);
 
 /// Keyframes are its nodes. Edges belong to the later of their keyframes, which is their source; they are
 /// added in the order of these.

@@ -9,10 +9,13 @@
 
 namespace estancia::odometry {
 
+/// Between the ends of a loop.
+constexpr std::size_t kMinLoopKeyframes = 4;
+
 /// Which of the earlier keyframes are compared with a new one.
 enum class LoopCandidates {
   overlapping,  ///< those that overlap it most where both are now
-  alike         ///< those with the most similar words, at least RgbdOptions::minLoopKeyframes before it
+  alike         ///< those with the most similar words, at least kMinLoopKeyframes before it
 };
 
 /// Aligns keyframe k with at most RgbdOptions::loopCandidates earlier ones that it is not connected with, on

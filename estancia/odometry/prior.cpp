@@ -1,28 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/odometry/prior.hpp"
 
-#include <cmath>
 #include <numbers>
 
 #include "estancia/core/rigid.hpp"
 
 namespace estancia::odometry {
 
-bool isTooFar(const cv::Affine3d& motion, const RgbdOptions& options, std::size_t frames) {
+bool isTooFar(const cv::Affine3d& motion, std::size_t frames) {
   const auto steps = static_cast<double>(frames);
-  return cv::norm(motion.translation()) > steps * options.maxMotion ||
-         angleOf(motion) > steps * options.maxTurn * std::numbers::pi / 180;
+  return cv::norm(motion.translation()) > steps * 0.7 ||  // [m]
+         angleOf(motion) > steps * 50 * std::numbers::pi / 180;
 }
 
-void PriorTrack::add(std::size_t frame, const std::optional<Pose>& pose, bool paused,
-                     const RgbdOptions& options) {
+void PriorTrack::add(std::size_t frame, const std::optional<Pose>& pose, bool paused) {
   if (!pose || !pose->isPlausible()) return;
   Entry entry{*pose, 0};
   if (!entries_.empty()) {
     const Entry& before = *entries_.back();
     const cv::Affine3d step = rigidOf(before.pose).inv() * rigidOf(*pose);
     entry.run = before.run;
-    if (!paused && isTooFar(step, options, frame + 1 - entries_.size())) ++entry.run;
+    if (!paused && isTooFar(step, frame + 1 - entries_.size())) ++entry.run;
   }
   restore(frame, entry);
 }

@@ -18,7 +18,7 @@ struct Motion {
 };
 
 /// Whether a camera hardly moves so far in so many frames.
-bool isTooFar(const cv::Affine3d& motion, const RgbdOptions& options, std::size_t frames = 1);
+bool isTooFar(const cv::Affine3d& motion, std::size_t frames = 1);
 
 /// The prior's poses, frame by frame. Where they jump farther than a camera moves, as when they were set
 /// anew, nothing is known of the motion from before to after.
@@ -32,7 +32,7 @@ class PriorTrack {
 
   /// Adds the pose of frame number `frame`, which is later than the previous ones. Poses that are none (NaN)
   /// are not known. `paused`: much time has passed since the frame before, so that any motion is possible.
-  void add(std::size_t frame, const std::optional<Pose>& pose, bool paused, const RgbdOptions& options);
+  void add(std::size_t frame, const std::optional<Pose>& pose, bool paused);
   /// Nothing where it is not known.
   const std::optional<Entry>& at(std::size_t frame) const;
   void restore(std::size_t frame, const Entry& entry);

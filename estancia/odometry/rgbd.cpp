@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <future>
 
 #include "estancia/core/fail.hpp"
@@ -81,24 +82,6 @@ OptionGroup declare(RgbdOptions& o) {
       .why("Larger images take longer, and gain little with the noise of depth cameras.");
   group.add("max-depth", &o.maxDepth, "Depth beyond is not used").above(0, 1000).unit("m");
   group
-      .add("keyframe-overlap", &o.keyframeOverlap,
-           "Share of a frame's points in the keyframe, below which it becomes the next one")
-      .above(0, 1);
-  group.add("min-overlap", &o.minOverlap, "Overlap below which a frame is lost").above(0, 1);
-  group.add("max-rmse", &o.maxRmse, "Difference in depth (root mean square) above which a frame is lost")
-      .above(0)
-      .unit("m");
-  group.add("min-correlation", &o.minCorrelation, "Correlation of gray values below which a frame is lost")
-      .range(-1, 1)
-      .why("Bare walls have the same shape everywhere.");
-  group.add("max-motion", &o.maxMotion, "Largest translation between two frames; beyond, tracking is lost")
-      .above(0)
-      .unit("m");
-  group.add("max-turn", &o.maxTurn, "Largest rotation between two frames; beyond, tracking is lost")
-      .above(0)
-      .unit("degrees");
-  group.add("max-gap", &o.maxGap, "Interval above which motion is not extrapolated").above(0).unit("s");
-  group
       .add("odom-shift", &o.odomShift,
            "Uncertainty of the prior's motion: standard deviation of a step's length, of that length")
       .above(0, 1000)
@@ -106,20 +89,6 @@ OptionGroup declare(RgbdOptions& o) {
   group.add("odom-turn", &o.odomTurn, "Uncertainty of the prior's turn: standard deviation of a step")
       .above(0, 180)
       .unit("degrees");
-  group
-      .add("min-correction", &o.minCorrection,
-           "Distance by which a correction must move what a keyframe shows, until earlier poses are changed "
-           "while the camera drives")
-      .range(0)
-      .unit("m")
-      .why("A change of poses lets maps be fused anew.");
-  group
-      .add("loop-candidates", &o.loopCandidates,
-           "Keyframes, those that overlap most and the most similar by words, verified for a loop closure; 0 "
-           "closes none")
-      .range(0);
-  group.add("min-loop-keyframes", &o.minLoopKeyframes, "Keyframes between the ends of a loop").range(1);
-  group.add("min-loop-overlap", &o.minLoopOverlap, "Smallest overlap of a loop closure").above(0, 1);
   group.add("min-loop-features", &o.minLoopFeatures, "Features that must agree for a loop closure")
       .range(6)
       .why("Raise it where rooms look alike.");
@@ -131,11 +100,14 @@ OptionGroup declare(RgbdOptions& o) {
 void validate(const RgbdOptions& options) {
   RgbdOptions copy = options;
   declare(copy).validate();
-  if (options.minOverlap > options.keyframeOverlap)
-    fail(ErrorCode::invalidOption,
-         "odometry.min-overlap is {} and odometry.keyframe-overlap is {}; give a smaller "
-         "min-overlap",
-         options.minOverlap, options.keyframeOverlap);
+  const auto require = [](bool fits, const char* name, const auto& value) {
+    if (!fits) fail(ErrorCode::invalidOption, "the odometry's {} is {}, which is out of range", name, value);
+  };
+  require(options.keyframeOverlap >= 0.35 && options.keyframeOverlap <= 1, "keyframe-overlap",
+          options.keyframeOverlap);
+  require(options.minCorrection >= 0 && std::isfinite(options.minCorrection), "min-correction",
+          options.minCorrection);
+  require(options.loopCandidates >= 0, "loop-candidates", options.loopCandidates);
 }
 
 RgbdTrajectory trackRgbd(const Sequence& sequence, const RgbdOptions& options, const FrameWords& words,

@@ -23,19 +23,16 @@ struct RgbdOptions {
   std::string term = "auto";
   int maxWidth = 160;
   double maxDepth = 8;
+  /// Share of a frame's points in the keyframe, 0.35 to 1, below which it becomes the next one.
   double keyframeOverlap = 0.7;
-  double minOverlap = 0.35;
-  double maxRmse = 0.03;
-  double minCorrelation = 0.5;
-  double maxMotion = 0.7;
-  double maxTurn = 50;
-  double maxGap = 1;
   double odomShift = 3;
   double odomTurn = 2;
+  /// A correction must move what a keyframe shows by this distance [m], until earlier poses are changed while
+  /// the camera drives: a change of poses lets maps be fused anew.
   double minCorrection = 0.02;
+  /// Keyframes, those that overlap most and the most similar by words, verified for a loop closure; 0 closes
+  /// none.
   int loopCandidates = 8;
-  int minLoopKeyframes = 4;
-  double minLoopOverlap = 0.4;
   int minLoopFeatures = 25;
   int threads = 0;
 };

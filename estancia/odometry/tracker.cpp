@@ -38,6 +38,11 @@ cv::Matx66d unknownMotion() {
   return covariance;
 }
 
+/// After which motion is not extrapolated.
+bool isPause(double before, double now) {
+  return std::abs(now - before) > 1;  // [s]
+}
+
 }  // namespace
 
 RgbdTracker::Impl::Impl(const CameraIntrinsics& c, const RgbdOptions& chosen,
@@ -103,7 +108,7 @@ void RgbdTracker::Impl::place(Current& now, const Found& found) {
 bool RgbdTracker::Impl::promoteLast() {
   if (keyframes[current].frame == lastFrame) return false;
   const auto found = refined(*last, lastPose, 0);
-  if (!found || !isGood(found->alignment, options.minOverlap, options)) return false;
+  if (!found || !isGood(found->alignment)) return false;
   Current before{lastFrame, *last, {}, LexicalDescriptor()};  // its words may be gone
   const auto& [keyframe, alignment] = *found;
   const std::size_t added = addKeyframe(before, alignment.transform);
@@ -133,7 +138,7 @@ void RgbdTracker::Impl::startAnew(Current& now) {
 
 void RgbdTracker::Impl::sayGap(const FrameFacts& facts, std::size_t frame) {
   const auto now = finite(facts.timestamp);
-  if (!lastTime || !now || std::abs(*now - *lastTime) <= options.maxGap) return;
+  if (!lastTime || !now || !isPause(*lastTime, *now)) return;
   velocity = cv::Affine3d::Identity();
   const std::string name = facts.name.empty() ? fmt::format("frame {}", frame) : facts.name;
   notes[frame] = *now < *lastTime
@@ -172,8 +177,8 @@ void RgbdTracker::Impl::begin(const FrameFacts& facts) {
   changedFrames.insert(frame);
   if (!facts.prior) return;
   const auto now = finite(facts.timestamp);
-  const bool paused = now && priorTime && std::abs(*now - *priorTime) > options.maxGap;
-  prior.add(frame, facts.prior, paused, options);
+  const bool paused = now && priorTime && isPause(*priorTime, *now);
+  prior.add(frame, facts.prior, paused);
   if (prior.at(frame)) priorTime = now;
 }
 
@@ -227,7 +232,7 @@ RgbdTracker::Placement RgbdTracker::Impl::at(std::size_t frame) const {
   for (std::size_t i = frame + 1; i < placed.size() && i - frame <= reach && !after; ++i)
     if (const auto pose = toldPose(i)) after = {i, *pose};
   if (before && after && !hasPrior && after->frame - before->frame > kLongestBridge + 1) after.reset();
-  const auto pose = odometry::bridged(frame, before, after, prior, options);
+  const auto pose = odometry::bridged(frame, before, after, prior);
   return {pose ? std::optional(poseOf(*pose)) : std::nullopt, problemOf(frame)};
 }
 
@@ -305,7 +310,7 @@ RgbdTrajectory RgbdTracker::trajectory() const {
   for (std::size_t k = 0; k < impl.keyframes.size(); ++k) result.keyframes.push_back(impl.keyframes[k].frame);
   for (const auto& edge : impl.graph.edges())
     if (edge.kind == EdgeKind::loop && impl.graph.isSeen(edge) &&
-        edge.source - edge.target >= static_cast<std::size_t>(impl.options.minLoopKeyframes))
+        edge.source - edge.target >= odometry::kMinLoopKeyframes)
       result.loops.emplace_back(impl.keyframes[edge.source].frame, impl.keyframes[edge.target].frame);
   for (const auto& [frame, note] : impl.notes) result.notes.push_back(note);
   result.online = impl.online;

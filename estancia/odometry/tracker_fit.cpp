@@ -82,7 +82,7 @@ std::optional<RgbdTracker::Impl::Found> RgbdTracker::Impl::fit(const FrameView& 
   std::vector<cv::Affine3d> tried;
   const auto rank = [&](const std::vector<cv::Affine3d>& guesses) {
     for (const cv::Affine3d& guess : guesses) {
-      if (isTooFar(lastPose.inv() * guess, options) || std::ranges::any_of(tried, isNear(guess))) continue;
+      if (isTooFar(lastPose.inv() * guess) || std::ranges::any_of(tried, isNear(guess))) continue;
       tried.push_back(guess);
       if (const auto found = refined(view, guess, view.pyramid.size() - 1))
         ranked.emplace_back(found->alignment.agreement, found->alignment.transform);
@@ -94,8 +94,7 @@ std::optional<RgbdTracker::Impl::Found> RgbdTracker::Impl::fit(const FrameView& 
   if (ranked.empty() || ranked.front().first < options.keyframeOverlap) rank(guessesByFeatures(view));
   for (const auto& [agreement, guess] : ranked) {
     const auto found = refined(view, guess, 0);
-    if (found && isGood(found->alignment, options.minOverlap, options) &&
-        !isTooFar(lastPose.inv() * found->alignment.transform, options))
+    if (found && isGood(found->alignment) && !isTooFar(lastPose.inv() * found->alignment.transform))
       return found;
   }
   return std::nullopt;
@@ -113,7 +112,7 @@ std::optional<RgbdTracker::Impl::Found> RgbdTracker::Impl::relocalize(Current& n
             guessFromFeatures(now.view.features, keyframes[k].features, options.minLoopFeatures)) {
       const AlignmentTarget target{&keyframes.pyramid(k), keyframes.pose(k)};
       const Alignment a = align(now.view.pyramid, {&target, 1}, keyframes.pose(k) * *guess, how);
-      if (isGood(a, options.minOverlap, options)) return Found{k, a};
+      if (isGood(a)) return Found{k, a};
     }
   return std::nullopt;
 }

@@ -6,6 +6,7 @@
 
 #include "estancia/core/bytes.hpp"
 #include "estancia/core/fail.hpp"
+#include "estancia/core/removed_options.hpp"
 #include "estancia/odometry/tracker_impl.hpp"
 
 namespace estancia {
@@ -46,13 +47,29 @@ void requireEnd(const ByteReader& bytes) {
   if (bytes.remaining() > 0) bytes.fail("a row holds more than it should");
 }
 
-/// Options and camera as text: a state goes on with the same ones only.
-std::string settingsOf(RgbdOptions options, const CameraIntrinsics& c) {
-  options.threads = 0;  // which change no result
-  std::string text = fmt::format("{} {} {} {} {} {}", c.width, c.height, c.fx, c.fy, c.cx, c.cy);
-  const OptionGroup group = declare(options);
-  for (const Option& option : group.options()) text += fmt::format("; {} {}", option.name(), option.text());
-  return text;
+/// Options and camera as text, without the options that change no result: a state goes on with the same ones
+/// only. Those that have gone stand in it as in files of older programs.
+std::string settingsOf(const RgbdOptions& o, const CameraIntrinsics& c) {
+  return fmt::format(
+      "{} {} {} {} {} {}; term {}; max-width {}; max-depth {}; keyframe-overlap {}; min-overlap 0.35; "
+      "max-rmse 0.03; min-correlation 0.5; max-motion 0.7; max-turn 50; max-gap 1; odom-shift {}; odom-turn "
+      "{}; min-correction {}; loop-candidates {}; min-loop-keyframes 4; min-loop-overlap 0.4; "
+      "min-loop-features {}; threads 0",
+      c.width, c.height, c.fx, c.fy, c.cx, c.cy, o.term, o.maxWidth, o.maxDepth, o.keyframeOverlap,
+      o.odomShift, o.odomTurn, o.minCorrection, o.loopCandidates, o.minLoopFeatures);
+}
+
+/// Without the options that have gone, which an older program may have had other values of.
+std::string comparable(const std::string& settings) {
+  std::string kept;
+  for (std::size_t begin = 0; begin < settings.size();) {
+    const std::size_t end = std::min(settings.find("; ", begin), settings.size());
+    const std::string each = settings.substr(begin, end - begin);
+    const RemovedOption* removed = findRemovedOption("odometry." + each.substr(0, each.find(' ')));
+    if (removed == nullptr) kept += each + "; ";
+    begin = end + 2;
+  }
+  return kept;
 }
 
 /// What a row of a frame holds.
@@ -173,7 +190,7 @@ RgbdTracker RgbdTracker::restore(const CameraIntrinsics& camera, const RgbdOptio
   ByteReader head = readerOf(state.head);
   if (const auto version = head.number<std::uint32_t>(); version != kStateVersion)
     head.fail(fmt::format("its version is {}, and {} is known", version, kStateVersion));
-  if (head.text() != settingsOf(options, camera))
+  if (comparable(head.text()) != comparable(settingsOf(options, camera)))
     fail(ErrorCode::mismatch, "{} was made with other options or another camera; give the same, or {}", kName,
          kRemedy);
   const auto frames = head.number<std::uint64_t>(), keyframes = head.number<std::uint64_t>();

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "estancia/core/label_words.hpp"
 #include "estancia/core/printable.hpp"

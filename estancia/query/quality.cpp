@@ -2,7 +2,6 @@
 #include "estancia/query/quality.hpp"
 
 #include <algorithm>
-#include <map>
 #include <set>
 #include <string>
 #include <utility>

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/printable.hpp"

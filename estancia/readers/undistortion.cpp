@@ -2,7 +2,6 @@
 #include "estancia/readers/undistortion.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <opencv2/calib3d.hpp>

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/frame_failure.hpp"

@@ -121,18 +121,7 @@ void declareStages(RecognitionOptions& o, OptionGroup& group) {
                  "the scene's noise added to models"}});
   group.add("keypoints", &o.keypoints, "Keypoint detector").choices(keypointMethods());
   group.add("descriptor", &o.descriptor, "Descriptor of a keypoint").choices(descriptorMethods());
-  group.add("match-each", &o.matchEach, "Whose keypoints are each matched with their nearest")
-      .choices({{"scene", "each keypoint of the scene"}, {"model", "each keypoint of the model"}});
-  group.add("neighbors", &o.neighbors, "Matches of each keypoint").range(1);
-  group
-      .add("match-distance", &o.matchDistance,
-           "Largest distance of matching descriptors, as a share of the norm of the scene's; 0: any")
-      .range(0);
   group.add("grouping", &o.grouping, "How matches become poses").choices(groupings());
-  group.add("min-matches", &o.minMatches, "Matches that must agree on a pose");
-  group
-      .add("max-hypotheses", &o.maxHypotheses, "Poses that are refined and verified: those with most matches")
-      .range(1);
   group.add("verification", &o.verification, "Which poses are accepted")
       .choices({{"global", "the set of poses that explains the scene best"},
                 {"inliers", "poses with enough inliers"},
@@ -154,8 +143,13 @@ void declareStages(RecognitionOptions& o, OptionGroup& group) {
 
 OptionGroup declare(RecognitionOptions& o) {
   OptionGroup group("recognition", "Recognition of known objects in a point cloud.");
-  group.add(declare(o.modelFilter).named("model-filter"));
-  group.add(declare(o.sceneFilter).named("scene-filter"));
+  for (auto [name, filter] :
+       {std::pair("model-filter", &o.modelFilter), std::pair("scene-filter", &o.sceneFilter)}) {
+    OptionGroup inner = declare(*filter).named(name);
+    std::erase_if(inner.options(), [](const Option& option) { return option.name() == "leaf"; });
+    inner.groups().clear();  // the details of neural gases
+    group.add(std::move(inner));
+  }
   declareStages(o, group);
   const auto length = [&group](const char* name, double& member, const char* help) {
     group.add(name, &member, help).range(0).unit("m").automatic("follows the scene");
@@ -164,10 +158,6 @@ OptionGroup declare(RecognitionOptions& o) {
   group.add("normal-neighbors", &o.normalNeighbors,
             "Nearest points that a normal of a filtered surface is fitted to; 0: by radius");
   length("keypoint-spacing", o.keypointSpacing, "Distance of uniform keypoints, or support of a detector");
-  group.add("scene-keypoint-spacing", &o.sceneKeypointSpacing, "Distance of uniform keypoints of a scene")
-      .range(0)
-      .unit("m")
-      .automatic("as in models");
   length("descriptor-radius", o.descriptorRadius, "Support radius of a descriptor");
   length("consistency", o.consistency, "Tolerance within which matches agree, and bin size of Hough voting");
   length("tolerance", o.tolerance, "Distance between a model point and the scene point that supports it");
@@ -190,6 +180,17 @@ OptionGroup declare(RecognitionOptions& o) {
 void validate(const RecognitionOptions& options) {
   RecognitionOptions copy = options;
   declare(copy).validate();
+  validate(options.modelFilter);
+  validate(options.sceneFilter);
+  if (options.matchEach != "scene" && options.matchEach != "model")
+    fail(ErrorCode::unknownName, "the matches of a recognition are for each scene or model, not \"{}\"",
+         options.matchEach);
+  if (!(options.matchDistance >= 0) || !(options.sceneKeypointSpacing >= 0) || options.neighbors == 0 ||
+      options.maxHypotheses == 0)
+    fail(ErrorCode::invalidOption,
+         "match-distance is {}, scene-keypoint-spacing {}, neighbors {} and max-hypotheses {} in a "
+         "recognition; give no negative lengths, and numbers above 0",
+         options.matchDistance, options.sceneKeypointSpacing, options.neighbors, options.maxHypotheses);
   if (options.normalRadius > 0 && options.normalNeighbors > 0)
     fail(ErrorCode::invalidOption,
          "recognition.normal-radius is {} m and recognition.normal-neighbors is {}; give one",

@@ -5,9 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
-#include "estancia/core/error.hpp"
 #include "estancia/world_query/world_json.hpp"
 
 namespace estancia::report {

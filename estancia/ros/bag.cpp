@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/ros/bag.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <limits>
 #include <map>
-#include <numeric>
-#include <optional>
 #include <tuple>
 #include <utility>
 
 #include "estancia/core/fail.hpp"
-#include "estancia/core/printable.hpp"
 #include "estancia/ros/bag_files.hpp"
 #include "estancia/ros/bag_part.hpp"
 #include "estancia/ros/compression.hpp"

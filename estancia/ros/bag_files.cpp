@@ -7,7 +7,6 @@
 #include <array>
 #include <fstream>
 #include <set>
-#include <sstream>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"

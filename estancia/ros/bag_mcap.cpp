@@ -1,5 +1,6 @@
 // MCAP of ROS 2 (and 1): https://mcap.dev/spec
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
 #include <zlib.h>
 
 #include <algorithm>

@@ -1,5 +1,7 @@
 // ROS 1's bag format 2.0: http://wiki.ros.org/Bags/Format/2.0
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <optional>
 #include <unordered_map>

@@ -1,5 +1,7 @@
 // The module with Fast DDS; dds.cpp opens it.
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <atomic>

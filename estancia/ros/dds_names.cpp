@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/ros/dds_names.hpp"
 
+#include <fmt/format.h>
+
 #include <cstddef>
 #include <string_view>
 #include <vector>

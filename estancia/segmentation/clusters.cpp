@@ -164,24 +164,10 @@ std::optional<CameraIntrinsics> cameraOf(const PointCloud& cloud) {
 OptionGroup declare(ClusterOptions& o) {
   OptionGroup group("clusters", "Segmentation of a depth image or cloud into objects.");
   group
-      .add("min-plane-area", &o.minPlaneArea,
-           "Area of the smallest plane that is removed, of which half may lie beyond the image's edge")
-      .above(0)
-      .unit("m²")
-      .why("Lower it when tables and shelves smaller than this remain as clusters.");
-  group.add("plane-tolerance", &o.planeTolerance, "Distance within which points belong to a plane, at 1 m")
-      .above(0)
-      .unit("m");
-  group.add("crease-depth", &o.creaseDepth, "Depth of the concave creases that separate objects, at 1 m")
-      .above(0)
-      .unit("m")
-      .why("Raise it for a noisier camera, when objects are over-segmented.");
-  group
       .add("min-points", &o.minPoints,
            "Points of the smallest cluster: pixels at a focal length of 525, or points of an unorganized "
            "cloud")
       .why("Lower it for small or distant objects.");
-  group.add("seed", &o.seed, "Seed of the search for planes");
   group.add("threads", &o.threads, "Threads; 0: one a usable core. The result does not depend on it")
       .range(0);
   return group;

@@ -18,10 +18,14 @@ namespace estancia {
 /// Lengths that depend on noise hold at 1 m from the camera and grow with the square of the distance, as the
 /// noise of depth cameras does.
 struct ClusterOptions {
+  /// Area of the smallest plane that is removed [m²], of which half may lie beyond the image's edge.
   double minPlaneArea = 0.25;
-  double planeTolerance = 0.01;
-  double creaseDepth = 0.0022;
+  /// Distance within which points belong to a plane [m].
+  static constexpr double planeTolerance = 0.01;
+  /// Depth of the concave creases that separate objects [m].
+  static constexpr double creaseDepth = 0.0022;
   std::size_t minPoints = 400;
+  /// Of the search for planes.
   std::uint64_t seed = 1;
   int threads = 0;
 };

@@ -18,7 +18,7 @@ namespace estancia {
 namespace {
 
 constexpr double kSplit = 4;             // width of a gap of mixed pixels: two at either edge [pixels]
-constexpr float kFarther = 0.05F;        // [m]: the other point of a contact is no farther
+constexpr float kFartherApart = 0.05F;   // [m]: the other point of a contact is no farther
 constexpr std::size_t kMinContacts = 3;  // points of the border that must be near
 constexpr double kConcave = -0.2;        // how concave a contact may be
 constexpr float kAroundContact = 0.03F;  // [m]
@@ -173,7 +173,7 @@ bool areOneObject(const InverseDepth& grid, const Segmentation& segments, const 
   for (const cv::Point3f& p : b.border) {
     const std::int32_t bits = nearestOf(a.x.data(), a.y.data(), a.z.data(), a.x.size(), p.x, p.y, p.z);
     const auto smallest = std::bit_cast<float>(bits);
-    const double contact = contactAt(grid, kSplit * grid.scale + 1, p.z + kFarther);
+    const double contact = contactAt(grid, kSplit * grid.scale + 1, p.z + kFartherApart);
     const auto close = static_cast<float>(contact * contact);
     if (!(smallest < std::max(close, nearest))) continue;
     const auto count = static_cast<std::int32_t>(a.x.size());

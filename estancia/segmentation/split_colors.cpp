@@ -20,7 +20,7 @@ constexpr double kLeastShare = 0.12;  // of either side in both
 constexpr double kCommon = 0.55;      // share of a side's border that lies at the other, at most
 constexpr double kSilent = 0.7;       // share of the border at which the surface goes on
 constexpr double kSameFace = 0.95;    // cosine between normals to either side: 18°
-constexpr double kUpright = 0.5;      // sine of the rise from one side's center to the other's
+constexpr double kUprightPart = 0.5;  // sine of the rise from one side's center to the other's
 
 class Splitter {
  public:
@@ -198,7 +198,7 @@ class Splitter {
     if (cv::norm(colors[0] - colors[1]) < kCompact * spread) return false;
     const cv::Vec3d between = sums[1] / counts[1] - sums[0] / counts[0];
     return common > 0 && common < kCommon * std::min(borders[0], borders[1]) && told > 0.5 * common &&
-           silent > kSilent * told && std::abs(between.dot(up_)) < kUpright * cv::norm(between);
+           silent > kSilent * told && std::abs(between.dot(up_)) < kUprightPart * cv::norm(between);
   }
   /// Whether the surface goes on across a border: 1, 0, or -1 where that is unknown.
   int faces(int u, int v, int dx, int dy) const {

@@ -10,7 +10,6 @@
 #include <unordered_map>
 #include <utility>
 
-#include "estancia/core/digest.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/files/csv.hpp"

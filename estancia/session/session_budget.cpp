@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
-#include "estancia/core/fail.hpp"
 #include "estancia/map_file/sqlite.hpp"
 #include "estancia/mapper/mapper_impl.hpp"
 #include "estancia/session/session.hpp"

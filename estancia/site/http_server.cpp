@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/site/http_server.hpp"
 
+#include <fmt/format.h>
+
 #include "estancia/core/fail.hpp"
 #include "estancia/core/module_function.hpp"
 #include "estancia/core/printable.hpp"

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/label_words.hpp"
@@ -135,6 +136,10 @@ std::shared_ptr<LiveQueries::Known> LiveQueries::get() const {
   return known;
 }
 
+Json LiveQueries::where() const {
+  return where(view_.status());
+}
+
 Json LiveQueries::where(const LiveStatus& status) const {
   const auto known = find();
   Json place, area, room, pose, belief = Json::array();
@@ -173,6 +178,10 @@ Json LiveQueries::where(const LiveStatus& status) const {
           {"unmapped", status.unmapped ? Json(shortNumber(*status.unmapped)) : Json(nullptr)},
           {"belief", std::move(belief)},
           {"sentence", std::move(sentence)}};
+}
+
+Json LiveQueries::status() const {
+  return status(view_.status());
 }
 
 Json LiveQueries::status(const LiveStatus& status) const {

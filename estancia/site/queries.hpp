@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <memory>
 #include <mutex>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -35,12 +35,12 @@ class LiveQueries {
   explicit LiveQueries(const LiveView& view) : view_(view) {}
 
   /// All of LiveStatus; "where" is where().
-  Json status() const { return status(view_.status()); }
+  Json status() const;
   Json status(const LiveStatus& status) const;
   /// {"state", "frame", "time", "place": {"node", "name", "probability"}, "area": {"id", "name",
   /// "probability"}, "room", "pose": {"x", "y", "yaw"}, "unmapped", "belief": [{"node", "probability"}],
   /// "sentence"}.
-  Json where() const { return where(view_.status()); }
+  Json where() const;
   Json where(const LiveStatus& status) const;
   /// What `estancia ask --json` says, at most `count` places and as many objects; with "near_spellings" and
   /// nothing else where nothing matches.

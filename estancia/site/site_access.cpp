@@ -10,7 +10,6 @@
 #include <array>
 #include <cstddef>
 #include <string_view>
-#include <vector>
 
 #include "estancia/core/ascii.hpp"
 #include "estancia/core/fail.hpp"

@@ -2,7 +2,6 @@
 #include "estancia/sources/replay_source.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <thread>
 #include <utility>
 #include <vector>

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/stats/label_prior.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <locale>
 #include <map>

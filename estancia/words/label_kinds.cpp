@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/words/label_kinds.hpp"
 
-#include <algorithm>
 #include <optional>
 #include <string>
 

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <mutex>
 #include <set>
-#include <span>
 #include <utility>
 
 #include "estancia/core/fail.hpp"

@@ -28,6 +28,10 @@ std::optional<WorldOptions> WorldMapper::optionsOf(MappingSession& session) {
   return MapTerms(session.impl_->store).options();
 }
 
+std::vector<std::string> WorldMapper::goneOptionsOf(MappingSession& session) {
+  return MapTerms(session.impl_->store).gone();
+}
+
 WorldMapper::WorldMapper(MappingSession& session, const std::optional<WorldOptions>& options,
                          Labeler* labeler, const std::optional<CameraIntrinsics>& track)
     : impl_(std::make_unique<Impl>(*session.impl_, options, labeler)) {
@@ -62,7 +66,9 @@ WorldMapper::WorldMapper(MappingSession& session, const std::optional<WorldOptio
   if (track) impl_->startTracking(*track);
 }
 WorldMapper::WorldMapper(WorldMapper&&) noexcept = default;
-WorldMapper::~WorldMapper() = default;
+WorldMapper::~WorldMapper() {
+  if (impl_) impl_->session.verify = nullptr;  // the session may outlive what its callback looks at
+}
 
 void WorldMapper::beginDrive() {
   impl_->terms.forgetCamera();

@@ -84,6 +84,8 @@ class WorldMapper {
  public:
   /// The options that the session's map was made with; nothing of a new map, and of one of older programs.
   static std::optional<WorldOptions> optionsOf(MappingSession& session);
+  /// A sentence for each option that the session's map was made with and that has another, fixed value now.
+  static std::vector<std::string> goneOptionsOf(MappingSession& session);
 
   /// Goes on with the layers of the session's map, if it has any. `options`: absent are those of the map, and
   /// of a new one the defaults; it keeps them, but the number of threads. `labeler` names objects by images

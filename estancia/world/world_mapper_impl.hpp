@@ -181,7 +181,7 @@ struct WorldMapper::Impl {
   bool rebuild(const std::function<std::optional<Pose>(std::size_t)>& poseOf) {
     tooFar = 0;
     ++folds;
-    survey.emplace(*floor, options.areas.cell, labels(), options.areas.words);
+    survey.emplace(*floor, options.areas.cell, labels());
     if (objects) objects->restart(*floor);
     bool folded = false;
     store.forEachObservation([&](std::size_t frame, const Observation& seen) {

@@ -1,7 +1,6 @@
 // Where the views of a map were taken: cameras that are tracked, and drives that are aligned.
 // SPDX-License-Identifier: Apache-2.0
 #include <bit>
-#include <utility>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/map_file/sqlite.hpp"

@@ -25,8 +25,8 @@ namespace {
 
 /// The words above the floor, of all views that the map holds.
 WordMap wordsOfViews(MapStore& map, const WorldStore& layers, const AreaPlan& plan, const FramePoses& poses,
-                     const WordMapOptions& options, Progress& progress) {
-  WordMap words(plan.floor, map.identity().vocabulary.size(), options);
+                     Progress& progress) {
+  WordMap words(plan.floor, map.identity().vocabulary.size());
   progress.begin("looking at what was seen", poses.size());
   std::size_t done = 0;
   layers.forEachObservation([&](std::size_t frame, const Observation& seen) {
@@ -65,7 +65,7 @@ bool correctAreas(const std::filesystem::path& path, const AreaEdit& edit, Progr
   });
   const std::span<const float> mean = moments.mean();
   const AreaOptions options = MapTerms(store).options().value_or(WorldOptions{}).areas;
-  const WordMap words = wordsOfViews(store, layers, *world.plan, poses, options.words, progress);
+  const WordMap words = wordsOfViews(store, layers, *world.plan, poses, progress);
   std::vector<std::size_t> starts;
   for (const Drive& drive : world.places.drives)
     starts.push_back(world.places.frames[drive.firstFrame].number);

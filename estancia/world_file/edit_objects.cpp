@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"

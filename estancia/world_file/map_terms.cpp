@@ -3,11 +3,10 @@
 
 #include <fmt/ranges.h>
 
-#include <vector>
-
 #include "estancia/core/bytes.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
+#include "estancia/core/removed_options.hpp"
 #include "estancia/map_file/sqlite.hpp"
 
 namespace estancia {
@@ -22,10 +21,22 @@ void collectTerms(OptionGroup& group, const std::string& path, std::map<std::str
   for (OptionGroup& inner : group.groups()) collectTerms(inner, path + inner.name() + ".", terms);
 }
 
+/// Options that have gone stay among the terms with what always holds, so that older programs find them.
+std::map<std::string, std::string> removedTerms() {
+  const std::map<std::string_view, std::string> above{
+      {"odometry", ""}, {"clusters", ""}, {"room-segmentation", "areas."}, {"word-map", "areas."}};
+  std::map<std::string, std::string> terms;
+  for (const RemovedOption& option : removedOptions())
+    if (const auto group = above.find(option.path.substr(0, option.path.find('.'))); group != above.end())
+      terms[group->second + std::string(option.path)] = option.value;
+  return terms;
+}
+
 std::map<std::string, std::string> termsOf(WorldOptions options) {
   std::map<std::string, std::string> terms;
   OptionGroup group = declare(options);
   collectTerms(group, "", terms);
+  terms.merge(removedTerms());
   return terms;
 }
 
@@ -79,6 +90,16 @@ std::optional<WorldOptions> MapTerms::options() const {
   return options;
 }
 
+std::vector<std::string> MapTerms::gone() const {
+  std::vector<std::string> sentences;
+  for (const auto& [path, value] : removedTerms())
+    if (const auto kept = options_.find(path); kept != options_.end() && kept->second != value)
+      sentences.push_back(fmt::format("{}, and was {} when the map was made",
+                                      describeRemoved(*findRemovedOption(path), "world." + path),
+                                      printable(kept->second)));
+  return sentences;
+}
+
 void MapTerms::keep(WorldOptions options) {
   const std::map<std::string, std::string> wanted = termsOf(std::move(options));
   if (options_.empty()) {
@@ -87,7 +108,8 @@ void MapTerms::keep(WorldOptions options) {
   }
   std::vector<std::string> others;
   for (const auto& [path, value] : wanted)
-    if (const auto kept = options_.find(path); kept != options_.end() && kept->second != value)
+    if (const auto kept = options_.find(path);
+        kept != options_.end() && kept->second != value && findRemovedOption(path) == nullptr)
       others.push_back(fmt::format("world.{} is {} in the map, and {} is given", path,
                                    printable(kept->second), printable(value)));
   if (!others.empty())

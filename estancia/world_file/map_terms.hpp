@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "estancia/core/camera.hpp"
 #include "estancia/map_file/store.hpp"
@@ -20,6 +21,8 @@ class MapTerms {
 
   /// The options that the map was made with, but layers (WorldStore::layers()) and threads.
   std::optional<WorldOptions> options() const;
+  /// A sentence for each option that the map was made with and that has gone with another value since.
+  std::vector<std::string> gone() const;
   /// Keeps them, or compares: throws Error (mismatch) that says which differ.
   void keep(WorldOptions options);
   /// The camera of the last drive's depth images, and their units per meter as given; 0 where nobody gave

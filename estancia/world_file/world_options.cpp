@@ -2,6 +2,8 @@
 #include "estancia/world_file/world_options.hpp"
 
 #include <sstream>
+#include <utility>
+#include <vector>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
@@ -55,7 +57,9 @@ OptionGroup declare(WorldOptions& options) {
   group.add(declare(options.areas));
   group.add(declare(options.segments));
   group.add(declare(options.objects));
-  group.add(declare(options.odometry));
+  OptionGroup odometry = declare(options.odometry);
+  std::erase_if(odometry.options(), [](const Option& o) { return o.name().starts_with("odom-"); });
+  group.add(std::move(odometry));
   return group;
 }
 

@@ -7,7 +7,6 @@
 #include <map>
 #include <opencv2/core.hpp>
 #include <set>
-#include <utility>
 #include <vector>
 
 #include "estancia/core/printable.hpp"

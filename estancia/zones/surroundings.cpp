@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/zones/surroundings.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <vector>
 

@@ -29,12 +29,6 @@ OptionGroup declare(ZoneStreamOptions& options) {
   group.add("groups", &options.groups, "At most this many groups of similar images stand for the run.")
       .range(2, maxGroups)
       .why("More are nearer to the exact zones, and slower by their square.");
-  group
-      .add("relink-every", &options.relinkEvery,
-           "The groups are linked and cut again after this many images.")
-      .range(1)
-      .unit("images")
-      .why("In between, an image is in the zone of its group. 20 are less than a second of driving.");
   return group;
 }
 

@@ -20,6 +20,8 @@ namespace estancia {
 
 struct ZoneStreamOptions {
   std::size_t groups = 512;
+  /// The groups are linked and cut again after this many images, which are less than a second of driving. In
+  /// between, an image is in the zone of its group.
   std::size_t relinkEvery = 20;
 };
 /// Says what each option is and its range.

@@ -2,7 +2,7 @@
 """Options: the keyword arguments of the package's functions. Each is declared once, in the library, which checks it.
 
 Made by python/generate_options.py. A group inside is a dict:
-``scene_filter={"method": "gng", "gng": {"neurons": 3000}}``.
+``scene_filter={"method": "gng", "points": 5000}``.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ __all__ = [
     "MapperOptions",
     "MapBudget",
     "WorldAreasRoomSegmentationOptions",
-    "WorldAreasWordMapOptions",
     "WorldAreasNamingOptions",
     "WorldAreasOptions",
     "WorldInstanceMapOptions",
+    "WorldOdometryOptions",
     "WorldOptions",
     "LocalizerFilterOptions",
     "LocalizerOptions",
@@ -38,12 +38,11 @@ __all__ = [
     "GngOptions",
     "NormalOptions",
     "ClusterOptions",
-    "RecognitionSceneFilterGngOptions",
-    "RecognitionSceneFilterOptions",
+    "RecognitionModelFilterOptions",
     "RecognitionOptions",
-    "CollectTracksOptions",
     "CollectOptions",
     "TrainingShapeOptions",
+    "TrainingClassifierOptions",
     "TrainingOptions",
     "PredictOptions",
     "RgbdOptions",
@@ -143,12 +142,6 @@ class LabelStreamOptions(TypedDict, total=False):
     strict: bool
     """Stop at an unreadable frame instead of skipping it. A data set of which nothing may be missing. True or false;
     default: false."""
-    ahead: int
-    """Frames decoded ahead of the network. Large images need memory: each frame holds its own. A whole number from 1 to
-    1000000 frames; default: 16."""
-    readers: int
-    """Threads that decode images. A fast network waits for the decoding of large images. A whole number from 1 to 1024;
-    default: 2."""
 
 
 class LabelFileOptions(TypedDict, total=False):
@@ -170,12 +163,6 @@ class MapperThresholdsOptions(TypedDict, total=False):
     merge_ratio: float
     """tau-merge / tau-join, between the means of two nodes. 0 never merges nodes. A number of at least 0; default: 0.3.
     tau-merge / tau-join, between the means of two nodes. 0 never merges nodes. A number of at least 0; default: 0.3."""
-    view_ratio: float
-    """tau-view / tau-join: nearer than this, two images show one view. A larger ratio recognizes more places again, and
-    more that only look alike. A number from 0 to 1; default: 0.3."""
-    sequence_ratio: float
-    """tau-sequence / tau-join, for images that resemble one place from two sides. A larger ratio recognizes more places
-    again, and more that only look alike. A number from 0 to 1; default: 0.5."""
 
 
 class MapperOptions(TypedDict, total=False):
@@ -223,8 +210,6 @@ class MapperOptions(TypedDict, total=False):
     tau_revisit: float
     """A frame within this distance of another node returns to that node. A smaller distance recognizes fewer places
     again. Auto, or a number above 0; default: revisit-ratio times tau-join."""
-    nearer_than_current: bool
-    """Return only to a node nearer than the current one. True or false; default: true."""
     views: int
     """Images kept in all of the places, to recognize these from another side and by poses. 0: places are recognized by
     their means alone. A whole number of at least 0 images; default: 2048."""
@@ -260,18 +245,6 @@ class WorldAreasRoomSegmentationOptions(TypedDict, total=False):
     mutual_visibility: float
     """Two sides of a passage are one room where more than this share of their points see each other. Smaller values
     merge rooms with wide openings. A number from 0 to 1; default: 0.75."""
-    min_area: float
-    """Smaller pieces belong to the neighbor with the widest opening. A number from 0 to 1000000 m²; default: 0.5."""
-
-
-class WorldAreasWordMapOptions(TypedDict, total=False):
-    """Where words are on the floor."""
-    cell: float
-    """Width of a cell. Smaller cells cost memory; words are no more exact than the views that cross. A number from 0.02
-    to 10 m; default: 0.2."""
-    words: int
-    """Words that a cell keeps. Rare words are forgotten where cells keep few. A whole number from 1 to 100000; default:
-    64."""
 
 
 class WorldAreasNamingOptions(TypedDict, total=False):
@@ -287,8 +260,6 @@ class WorldAreasOptions(TypedDict, total=False):
     from 0.01 to 1 m; default: 0.05."""
     room_segmentation: WorldAreasRoomSegmentationOptions
     """How free space is split into rooms."""
-    word_map: WorldAreasWordMapOptions
-    """Where words are on the floor."""
     naming: WorldAreasNamingOptions
     """Which words name zones and areas."""
 
@@ -303,6 +274,22 @@ class WorldInstanceMapOptions(TypedDict, total=False):
     to 1; default: 0.6."""
     min_views: int
     """Frames that must show a thing. A whole number of at least 1; default: 4."""
+
+
+class WorldOdometryOptions(TypedDict, total=False):
+    """RGB-D odometry."""
+    term: Literal["auto", "depth", "color", "hybrid"]
+    """What alignment minimizes. One of auto, depth, color, hybrid; default: auto."""
+    max_width: int
+    """Images are halved until they are at most this wide. Larger images take longer, and gain little with the noise of
+    depth cameras. A whole number from 48 to 4096 pixels; default: 160."""
+    max_depth: float
+    """Depth beyond is not used. A number above 0 and up to 1000 m; default: 8."""
+    min_loop_features: int
+    """Features that must agree for a loop closure. Raise it where rooms look alike. A whole number of at least 6;
+    default: 25."""
+    threads: int
+    """Threads; 0: one a free core. The result does not depend on it. A whole number from 0 to 1024; default: 0."""
 
 
 class WorldOptions(TypedDict, total=False):
@@ -323,24 +310,12 @@ class WorldOptions(TypedDict, total=False):
     """Segmentation of a depth image or cloud into objects."""
     instance_map: WorldInstanceMapOptions
     """How segments become things that last."""
-    odometry: RgbdOptions
+    odometry: WorldOdometryOptions
     """RGB-D odometry."""
 
 
 class LocalizerFilterOptions(TypedDict, total=False):
     """Motion model and evidence of the Bayes filter."""
-    turn_around: float
-    """Probability per frame to change between driving on, driving back and standing. Of use where the map has no poses.
-    A number from 0 to 1; default: 0.005."""
-    along_edges: float
-    """Probability per frame to be somewhere in a linked node. Of use where the map has no poses. A number from 0 to 1;
-    default: 0.01."""
-    anywhere: float
-    """Probability per frame to be anywhere. A robot that is carried around needs more. A number from 0 to 1; default:
-    0.002."""
-    temper: float
-    """Weight of one frame's evidence. Frames that follow each other closely err together and deserve less. A number
-    above 0; default: 0.4."""
     near_distance: float
     """Frames this far apart can show the same view. Views change over a shorter way in narrow rooms than in halls and
     streets. A number above 0 m; default: 0.7."""
@@ -432,9 +407,6 @@ class ZoneStreamOptions(TypedDict, total=False):
     groups: int
     """At most this many groups of similar images stand for the run. More are nearer to the exact zones, and slower by
     their square. A whole number from 2 to 20000; default: 512."""
-    relink_every: int
-    """The groups are linked and cut again after this many images. In between, an image is in the zone of its group. 20
-    are less than a second of driving. A whole number of at least 1 images; default: 20."""
 
 
 class ClassifierOptions(TypedDict, total=False):
@@ -554,59 +526,19 @@ class NormalOptions(TypedDict, total=False):
 
 class ClusterOptions(TypedDict, total=False):
     """Segmentation of a depth image or cloud into objects."""
-    min_plane_area: float
-    """Area of the smallest plane that is removed, of which half may lie beyond the image's edge. Lower it when tables
-    and shelves smaller than this remain as clusters. A number above 0 m²; default: 0.25."""
-    plane_tolerance: float
-    """Distance within which points belong to a plane, at 1 m. A number above 0 m; default: 0.01."""
-    crease_depth: float
-    """Depth of the concave creases that separate objects, at 1 m. Raise it for a noisier camera, when objects are over-
-    segmented. A number above 0 m; default: 0.0022."""
     min_points: int
     """Points of the smallest cluster: pixels at a focal length of 525, or points of an unorganized cloud. Lower it for
     small or distant objects. A whole number of at least 0; default: 400."""
-    seed: int
-    """Seed of the search for planes. A whole number of at least 0; default: 1."""
     threads: int
     """Threads; 0: one a usable core. The result does not depend on it. A whole number of at least 0; default: 0."""
 
 
-class RecognitionSceneFilterGngOptions(TypedDict, total=False):
-    """Growing Neural Gas."""
-    signals_per_insertion: int
-    """Signals between two insertions (λ). More fit the surface better and take proportionally longer. A whole number of
-    at least 1; default: 25."""
-    winner_rate: float
-    """Share of the way to a signal that the winner moves. A number above 0 and up to 1; default: 0.1."""
-    neighbor_rate: float
-    """Share of the way that neighbors of the winner move. A number from 0 to 1; default: 0.001."""
-    insertion_decay: float
-    """Share of their error that both parents of a new neuron keep. A number from 0 to 1; default: 0.5."""
-    error_decay: float
-    """Share of its error that every neuron keeps at an insertion. A number above 0 and up to 1; default: 0.995."""
-    max_age: int
-    """Age above which edges are removed. A whole number of at least 0; default: 250."""
-    color_weight: float
-    """Weight of colors beside positions; 0: positions only. With 1 the noise of the colors counts as much as the
-    spacing of the points. A number from 0 to 1000000; default: 0."""
-    seed: int
-    """Seed of the signals. A whole number of at least 0; default: 1."""
-    quantization_error: float
-    """Stop below this quantization error; 0: never. A number of at least 0 unit of the cloud; default: 0."""
-    seconds: float
-    """Stop after this time; 0: never. The result is then not reproducible. A number of at least 0 s; default: 0."""
-
-
-class RecognitionSceneFilterOptions(TypedDict, total=False):
+class RecognitionModelFilterOptions(TypedDict, total=False):
     """Point cloud filter."""
     method: Literal["none", "voxel", "gng"]
     """Filter. One of none, voxel, gng; default: none."""
     points: int
     """Points of the result. A whole number of at least 1; default: 20000."""
-    leaf: float
-    """Edge of a voxel. A number of at least 0 m; default: 0."""
-    gng: RecognitionSceneFilterGngOptions
-    """Growing Neural Gas."""
 
 
 class RecognitionOptions(TypedDict, total=False):
@@ -617,19 +549,8 @@ class RecognitionOptions(TypedDict, total=False):
     """Keypoint detector. One of uniform, harris3d, iss; default: uniform."""
     descriptor: Literal["shot", "shot-color", "fpfh", "spin-image"]
     """Descriptor of a keypoint. One of shot, shot-color, fpfh, spin-image; default: shot."""
-    match_each: Literal["scene", "model"]
-    """Whose keypoints are each matched with their nearest. One of scene, model; default: model."""
-    neighbors: int
-    """Matches of each keypoint. A whole number of at least 1; default: 30."""
-    match_distance: float
-    """Largest distance of matching descriptors, as a share of the norm of the scene's; 0: any. A number of at least 0;
-    default: 0."""
     grouping: Literal["geometric-consistency", "hough", "local-frames"]
     """How matches become poses. One of geometric-consistency, hough, local-frames; default: local-frames."""
-    min_matches: int
-    """Matches that must agree on a pose. A whole number of at least 0; default: 3."""
-    max_hypotheses: int
-    """Poses that are refined and verified: those with most matches. A whole number of at least 1; default: 300."""
     verification: Literal["global", "inliers", "evidence"]
     """Which poses are accepted. One of global, inliers, evidence; default: evidence."""
     accept: float
@@ -646,8 +567,6 @@ class RecognitionOptions(TypedDict, total=False):
     default: 0."""
     keypoint_spacing: float
     """Distance of uniform keypoints, or support of a detector. A number of at least 0 m; default: 0."""
-    scene_keypoint_spacing: float
-    """Distance of uniform keypoints of a scene. A number of at least 0 m; default: 0."""
     descriptor_radius: float
     """Support radius of a descriptor. A number of at least 0 m; default: 0."""
     consistency: float
@@ -663,21 +582,10 @@ class RecognitionOptions(TypedDict, total=False):
     """Position of the scene's sensor: X,Y,Z. A text; default: that of the cloud, else the origin."""
     threads: int
     """Threads; 0: one a usable core. Results do not depend on it. A whole number of at least 0; default: 0."""
-    model_filter: FilterOptions
+    model_filter: RecognitionModelFilterOptions
     """Point cloud filter."""
-    scene_filter: RecognitionSceneFilterOptions
+    scene_filter: RecognitionModelFilterOptions
     """Point cloud filter."""
-
-
-class CollectTracksOptions(TypedDict, total=False):
-    """Tracking of objects from frame to frame."""
-    max_distance: float
-    """An object is found again within this distance, or half its size if that is more. A number of at least 0 m;
-    default: 0.05."""
-    min_overlap: float
-    """Smallest intersection over union of its boxes. A number from 0 to 1; default: 0.3."""
-    max_unseen: int
-    """Frames that an object may stay unseen. A whole number of at least 0; default: 5."""
 
 
 class CollectOptions(TypedDict, total=False):
@@ -694,8 +602,6 @@ class CollectOptions(TypedDict, total=False):
     """Replace the samples in an existing folder. True or false; default: false."""
     strict: bool
     """Fail at a frame that cannot be read instead of skipping it. True or false; default: false."""
-    tracks: CollectTracksOptions
-    """Tracking of objects from frame to frame."""
 
 
 class TrainingShapeOptions(TypedDict, total=False):
@@ -706,10 +612,24 @@ class TrainingShapeOptions(TypedDict, total=False):
     size: bool
     """Also describe the metric size. If objects of different classes have the same shape, but other sizes. True or
     false; default: false."""
-    seed: int
-    """Seed of ESF. A whole number of at least 0; default: 1."""
     threads: int
     """Threads; 0: one a usable core. The numbers do not depend on it. A whole number of at least 0; default: 0."""
+
+
+class TrainingClassifierOptions(TypedDict, total=False):
+    """Training of a classifier."""
+    type: Literal["svm-linear", "svm-rbf", "linear", "forest", "knn"]
+    """Type of classifier. One of svm-linear, svm-rbf, linear, forest, knn; default: svm-rbf."""
+    balanced: bool
+    """Give each class the same weight, whatever its number of samples. Where accuracy on rare classes matters as much
+    as on frequent ones. True or false; default: false."""
+    seed: int
+    """Seed of the folds and of random forests. A whole number of at least 0; default: 1."""
+    threads: int
+    """Threads; 0: one a usable core. Results do not depend on it. A whole number of at least 0; default: 0."""
+    c: float
+    """svm-linear, svm-rbf, linear: cost of an error. Larger values fit the training data more closely. Auto, or a
+    number above 0; default: found by cross-validation."""
 
 
 class TrainingOptions(TypedDict, total=False):
@@ -729,7 +649,7 @@ class TrainingOptions(TypedDict, total=False):
     """Use only the views of this part of the data set. A text; default: all views."""
     shape: TrainingShapeOptions
     """Shape descriptor of objects."""
-    classifier: ClassifierOptions
+    classifier: TrainingClassifierOptions
     """Training of a classifier."""
 
 
@@ -737,8 +657,6 @@ class PredictOptions(TypedDict, total=False):
     """Classification of the objects of a sequence."""
     threads: int
     """Threads; 0: one a usable core. Answers do not depend on it. A whole number of at least 0; default: 0."""
-    tracks: CollectTracksOptions
-    """Tracking of objects from frame to frame."""
 
 
 class RgbdOptions(TypedDict, total=False):
@@ -750,38 +668,12 @@ class RgbdOptions(TypedDict, total=False):
     depth cameras. A whole number from 48 to 4096 pixels; default: 160."""
     max_depth: float
     """Depth beyond is not used. A number above 0 and up to 1000 m; default: 8."""
-    keyframe_overlap: float
-    """Share of a frame's points in the keyframe, below which it becomes the next one. A number above 0 and up to 1;
-    default: 0.7."""
-    min_overlap: float
-    """Overlap below which a frame is lost. A number above 0 and up to 1; default: 0.35."""
-    max_rmse: float
-    """Difference in depth (root mean square) above which a frame is lost. A number above 0 m; default: 0.03."""
-    min_correlation: float
-    """Correlation of gray values below which a frame is lost. Bare walls have the same shape everywhere. A number from
-    -1 to 1; default: 0.5."""
-    max_motion: float
-    """Largest translation between two frames; beyond, tracking is lost. A number above 0 m; default: 0.7."""
-    max_turn: float
-    """Largest rotation between two frames; beyond, tracking is lost. A number above 0 degrees; default: 50."""
-    max_gap: float
-    """Interval above which motion is not extrapolated. A number above 0 s; default: 1."""
     odom_shift: float
     """Uncertainty of the prior's motion: standard deviation of a step's length, of that length. A number above 0 and up
     to 1000 %; default: 3."""
     odom_turn: float
     """Uncertainty of the prior's turn: standard deviation of a step. A number above 0 and up to 180 degrees; default:
     2."""
-    min_correction: float
-    """Distance by which a correction must move what a keyframe shows, until earlier poses are changed while the camera
-    drives. A change of poses lets maps be fused anew. A number of at least 0 m; default: 0.02."""
-    loop_candidates: int
-    """Keyframes, those that overlap most and the most similar by words, verified for a loop closure; 0 closes none. A
-    whole number of at least 0; default: 8."""
-    min_loop_keyframes: int
-    """Keyframes between the ends of a loop. A whole number of at least 1; default: 4."""
-    min_loop_overlap: float
-    """Smallest overlap of a loop closure. A number above 0 and up to 1; default: 0.4."""
     min_loop_features: int
     """Features that must agree for a loop closure. Raise it where rooms look alike. A whole number of at least 6;
     default: 25."""

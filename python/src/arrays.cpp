@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "arrays.hpp"
 
+#include <fmt/format.h>
+
 #include <string>
 
 #include "estancia/core/error.hpp"

@@ -6,6 +6,7 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/fail.hpp"
+#include "estancia/core/removed_options.hpp"
 
 namespace estancia::python {
 namespace {
@@ -39,6 +40,10 @@ void set(OptionGroup& group, const py::dict& given, const std::string& path) {
     if (py::isinstance<py::dict>(value)) {
       const auto inside = std::find_if(group.groups().begin(), group.groups().end(),
                                        [&](const OptionGroup& each) { return keyOf(each) == name; });
+      const std::string known = group.name() + "." + name;
+      if (const RemovedOption* removed = findRemovedOption(known);
+          removed != nullptr && inside == group.groups().end())
+        fail(ErrorCode::unknownName, "{}", describeRemoved(*removed, known));
       if (inside == group.groups().end())
         fail(ErrorCode::unknownName, "there is no group of options {}", full);
       set(*inside, py::reinterpret_borrow<py::dict>(value), full + ".");

@@ -72,7 +72,7 @@ TEST_F(Options, ReachEveryStructOfTheCommand) {
                              "--json"})
                             .out)["frames"],
             8);
-  EXPECT_EQ(run({"localize", map, words_, "--set", "localizer.filter.temper=0.5"}).exitCode, 0);
+  EXPECT_EQ(run({"localize", map, words_, "--set", "localizer.filter.near-angle=40"}).exitCode, 0);
 }
 
 TEST_F(Options, ThatAreWrongAreRefused) {

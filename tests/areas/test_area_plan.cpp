@@ -27,7 +27,7 @@ std::optional<AreaPlan> corrected(const AreaPlan& plan, AreaEdit::Kind kind, con
                                   const cv::Point2d& to) {
   FramePoses frames;
   frames.add(Pose::planar(0.5, 0.5, 0));
-  auto planned = correctPlan(plan, {kind, from, to}, {frames}, WordMap(plan.floor, 1, {}),
+  auto planned = correctPlan(plan, {kind, from, to}, {frames}, WordMap(plan.floor, 1),
                              Vocabulary(std::vector<std::string>{"wall"}), {0.1F});
   if (!planned) return std::nullopt;
   return planned->plan;
@@ -91,7 +91,7 @@ TEST(CorrectPlan, KnowsTheAreasOfFramesThatAreLeft) {
   frames.add(std::nullopt);
   const std::vector<std::size_t> starts{0, 19};
   const auto planned =
-      correctPlan(plan, {AreaEdit::Kind::split, {0, 3}, {1, 3}}, {frames, starts}, WordMap(plan.floor, 1, {}),
+      correctPlan(plan, {AreaEdit::Kind::split, {0, 3}, {1, 3}}, {frames, starts}, WordMap(plan.floor, 1),
                   Vocabulary(std::vector<std::string>{"wall"}), {0.1F});
   ASSERT_TRUE(planned);
   EXPECT_THAT(planned->frames, ElementsAre(0, 10, 20, 30, 31));

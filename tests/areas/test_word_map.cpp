@@ -27,7 +27,7 @@ bool seesCorner(double x, double y, double heading) {
   return std::abs(wrapped(std::atan2(4 - y, 5 - x) - heading)) < 0.5;
 }
 
-WordMap mapOfRoom(bool withDepth, const WordMapOptions& options = {}, std::size_t labels = 4) {
+WordMap mapOfRoom(bool withDepth, std::size_t labels = 4) {
   std::vector<Pose> poses;
   std::vector<bool> seen;
   for (const auto& [x, y] :
@@ -37,7 +37,7 @@ WordMap mapOfRoom(bool withDepth, const WordMapOptions& options = {}, std::size_
       poses.push_back(lookingAt(x, y, 1, heading, -0.1));
       seen.push_back(seesCorner(x, y, heading));
     }
-  WordMap map(Floor(poses), labels, options);
+  WordMap map(Floor(poses), labels);
   for (std::size_t i = 0; i < poses.size(); ++i) {
     LexicalDescriptor words(labels, 0.0F);
     words[0] = seen[i] ? 0.2F : 0.9F;
@@ -83,8 +83,6 @@ TEST(WordMap, RefusesWhatDoesNotFit) {
   WordMap map(Floor(std::vector{pose}), 4);
   EXPECT_THAT([&] { map.add(LexicalDescriptor(3, 0.1F), 1.0, pose); }, FailsWith(ErrorCode::mismatch));
   EXPECT_THAT([&] { map.heat(std::array<std::size_t, 1>{4}); }, FailsWith(ErrorCode::invalidInput));
-  const WordMapOptions none{0, 64};
-  EXPECT_THAT([&] { WordMap(Floor(std::vector<Pose>{pose}), 4, none); }, FailsWith(ErrorCode::invalidOption));
   EXPECT_TRUE(map.heat(mug).values.empty());
 }
 

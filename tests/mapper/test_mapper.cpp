@@ -66,9 +66,9 @@ Follower mapped(const MapperOptions& options, const Images& images) {
   return mapped(mapper, images);
 }
 
-/// Algorithm 4.1 as its text says, in double precision, with Eq. 4.2–4.5 computed from scratch for every
-/// image.
-std::vector<int> textbook(const Images& images, double tau1, double tau2, bool root, bool nearerThanCurrent) {
+/// Algorithm 4.1, and the original program's condition that a node must be nearer than the current one, in
+/// double precision, with Eq. 4.2–4.5 computed from scratch for every image.
+std::vector<int> textbook(const Images& images, double tau1, double tau2, bool root) {
   std::vector<Images> nodes;
   std::vector<int> result;
   std::size_t current = 0;
@@ -97,7 +97,7 @@ std::vector<int> textbook(const Images& images, double tau1, double tau2, bool r
           least = d;
           similar = z;
         }
-      if (similar < nodes.size() && least < tau2 && (!nearerThanCurrent || least < toCurrent)) {
+      if (similar < nodes.size() && least < tau2 && least < toCurrent) {
         nodes[similar].push_back(image);
         current = similar;
       } else {
@@ -114,15 +114,13 @@ TEST(Mapper, IsAlgorithm41) {
   test::SyntheticPlaces places(6, 40, 0.6);
   const Images images = places.drive({0, 1, 0, 2, 3, 1, 4, 5, 0, 4, 2}, 9);
   for (const bool root : {false, true})
-    for (const bool nearer : {false, true})
-      for (const double scale : {0.6, 0.9, 1.3, 2.0}) {
-        const double tau1 = root ? 0.02 * scale : 4e-4 * scale * scale;
-        const double tau2 = root ? 0.018 * scale : 3.2e-4 * scale * scale;
-        MapperOptions options = fixed(root ? "weighted-root" : "weighted", tau1, tau2);
-        options.nearerThanCurrent = nearer;
-        EXPECT_EQ(mapped(options, images).nodes, textbook(images, tau1, tau2, root, nearer))
-            << (root ? "root " : "square ") << nearer << " scale " << scale;
-      }
+    for (const double scale : {0.6, 0.9, 1.3, 2.0}) {
+      const double tau1 = root ? 0.02 * scale : 4e-4 * scale * scale;
+      const double tau2 = root ? 0.018 * scale : 3.2e-4 * scale * scale;
+      const MapperOptions options = fixed(root ? "weighted-root" : "weighted", tau1, tau2);
+      EXPECT_EQ(mapped(options, images).nodes, textbook(images, tau1, tau2, root))
+          << (root ? "root " : "square ") << "scale " << scale;
+    }
 }
 
 TEST(Mapper, MovesToTheNearestOfSeveralNearNodes) {

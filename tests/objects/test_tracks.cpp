@@ -51,12 +51,10 @@ TEST(Tracks, NoTwoClustersAreOneThing) {
 }
 
 TEST(Tracks, TellWhichThingsMayBeFoundAgain) {
-  TrackOptions options;
-  options.maxUnseen = 2;
-  Tracks tracks(options);
+  Tracks tracks;
   const Cluster left = ball({-0.3, 0, 1}, 0.05), right = ball({0.3, 0, 1}, 0.05);
   tracks.follow(of({left, right}), camera, {});
-  for (int frame = 0; frame < 2; ++frame) tracks.follow(of({right}), camera, {});
+  for (int frame = 0; frame < 5; ++frame) tracks.follow(of({right}), camera, {});
   EXPECT_THAT(tracks.tracked(), ElementsAre(0, 1));
   tracks.follow(of({right}), camera, {});
   EXPECT_THAT(tracks.tracked(), ElementsAre(1));

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "estancia/core/error.hpp"
@@ -258,8 +259,8 @@ std::map<std::string, std::string> textsOf(RecognitionOptions options) {
 
 TEST(RecognitionOptions, AreByDefaultTheDefaultPreset) {
   EXPECT_EQ(textsOf({}), textsOf(RecognitionOptions::preset("default")));
-  EXPECT_EQ(textsOf({}).at("scene-filter.gng.signals-per-insertion"), "25");
-  EXPECT_EQ(textsOf({}).at("model-filter.gng.signals-per-insertion"), "2000");
+  EXPECT_EQ(RecognitionOptions().sceneFilter.gng.signalsPerInsertion, 25U);
+  EXPECT_EQ(RecognitionOptions().modelFilter.gng.signalsPerInsertion, 2000U);
 }
 
 TEST(RecognitionOptions, AViewpointIsThreeNumbers) {

@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "estancia/live/edits.hpp"
 #include "fake_view.hpp"
 #include "support/errors.hpp"

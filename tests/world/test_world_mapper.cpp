@@ -8,12 +8,14 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <set>
 #include <utility>
 
 #include "estancia/core/rigid.hpp"
 #include "estancia/labelers/labeler.hpp"
 #include "estancia/map_file/sqlite.hpp"
+#include "estancia/map_file/store.hpp"
 #include "estancia/world_file/edit_areas.hpp"
 #include "estancia/world_file/observation.hpp"
 #include "estancia/world_file/world_map.hpp"
@@ -309,6 +311,54 @@ TEST(WorldMapper, GoesOnWithTheSameOptionsAndCamera) {
   zoomed.fx *= 2;
   EXPECT_THAT([&] { world.keepCamera(zoomed, 1000); }, FailsWith(ErrorCode::mismatch));
   EXPECT_THAT([&] { world.keepCamera(*drive.intrinsics(), 5000); }, FailsWith(ErrorCode::mismatch));
+}
+
+TEST(WorldMapper, OpensMapsThatWereMadeWithOptionsThatHaveGone) {
+  const ScratchFolder folder;
+  const FlatDrive drive;
+  const fs::path file = folder / "flat.estancia";
+  mapUpTo(drive, 2, file);
+  const DescriptorSequence labeled = drive.labeled();
+  {
+    MapStore store = MapStore::open(file, MapStore::Access::write);
+    std::string terms = store.findState("world terms").value();
+    const std::size_t at = terms.find("0.0022", terms.find("clusters.crease-depth"));
+    ASSERT_NE(at, std::string::npos) << "older programs find what they know";
+    store.putState("world terms", terms.replace(at, 6, "0.0044"));
+    store.commit();
+  }
+  mapUpTo(drive, 4, file);
+  EXPECT_EQ(readMap(file).frames.size(), 4U);
+  MappingSession session = MappingSession::resume(file, labeled.vocabulary, labeled.model);
+  EXPECT_THAT(WorldMapper::goneOptionsOf(session),
+              testing::ElementsAre(testing::ContainsRegex("world.clusters.crease-depth.*0.0022.*0.0044")));
+}
+
+/// Depth of the drive's first frames was to confirm where it is; nobody can look at it any more.
+TEST(WorldMapper, MayGoBeforeItsSession) {
+  const ScratchFolder folder;
+  const FlatDrive drive;
+  const fs::path file = folder / "flat.estancia";
+  const DescriptorSequence labeled = drive.labeledInWords();
+  test::mapUpTo(drive, labeled, drive.size(), file);
+  MappingSession session = MappingSession::resume(file, labeled.vocabulary, labeled.model);
+  session.beginDrive({"turned", "turned"});
+  std::optional<WorldMapper> world(std::in_place, session);
+  world->beginDrive();
+  const cv::Affine3d own(cv::Vec3d(0, 0, 1.2), cv::Vec3d(3, -2, 0));
+  for (int round = 0; round < 8; ++round)
+    for (std::size_t i = 0; i < drive.size(); ++i) {
+      Frame frame = drive.frame(i);
+      frame.name = "turned " + std::to_string(round) + " " + frame.name;
+      frame.pose = poseOf(own.inv() * rigidOf(*frame.pose));
+      if (world)
+        world->observe(frame, labeled.descriptors.row(i), drive.image(i), drive.depth(i),
+                       *drive.intrinsics());
+      session.add(frame, labeled.descriptors.row(i));
+      world.reset();
+    }
+  session.finish();
+  EXPECT_TRUE(readMap(file).drives.back().isAligned) << "by words";
 }
 
 TEST(WorldStore, RefusesDamagedLayers) {
