@@ -21,6 +21,8 @@
 #include "estancia/core/progress.hpp"
 #include "estancia/core/similar_names.hpp"
 #include "estancia/describe/table_features.hpp"
+#include "estancia/findings/confusion_findings.hpp"
+#include "estancia/findings/findings_page.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 #include "estancia/report/text.hpp"
@@ -30,8 +32,6 @@
 #include "estancia/words/room_words.hpp"
 #include "estancia/world/rooms_by_name.hpp"
 #include "estancia/world/world_map.hpp"
-#include "experiments/src/findings/confusion_findings.hpp"
-#include "experiments/src/findings/findings_page.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -197,17 +197,16 @@ void test(const ClassifyArguments& a) {
   const RoomClassifier classifier = readRoomClassifier(a.roomClassifier);
   const Features features = featuresFor(a, classifier);
   const Confusion confusion = testRooms(classifier, features, a.describing.options.threads);
-  const std::size_t total = confusion.total(), right = experiments::rightOf(confusion);
+  const std::size_t total = confusion.total(), right = rightOf(confusion);
   const auto [low, high] = wilsonInterval(right, total);
   auto unknown = framesPerRoom(features);
   for (const std::string& room : classifier.rooms()) unknown.erase(room);
   if (!a.output.empty()) {
-    experiments::writeFindingsPage(
-        a.output,
-        experiments::findingsOf(confusion, fs::path(a.roomClassifier).stem().string(),
-                                {{"classifier", nameOf(classifier)},
-                                 {"chosen", classifier.choice()},
-                                 {"tested on", io::printable(fs::path(a.source.path).filename().string())}}));
+    writeFindingsPage(
+        a.output, findingsOf(confusion, fs::path(a.roomClassifier).stem().string(),
+                             {{"classifier", nameOf(classifier)},
+                              {"chosen", classifier.choice()},
+                              {"tested on", io::printable(fs::path(a.source.path).filename().string())}}));
     spdlog::info("wrote {}", a.output);
   }
   if (a.json) {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/findings/comparison_findings.hpp"
+#include "estancia/findings/comparison_findings.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <limits>
 
-namespace estancia::experiments {
+namespace estancia {
 namespace {
 
 const std::string& nameOf(const MethodComparison& comparison, std::size_t method) {
@@ -186,4 +186,4 @@ Findings comparisonFindings(const MethodComparison& comparison) {
   return findings;
 }
 
-}  // namespace estancia::experiments
+}  // namespace estancia

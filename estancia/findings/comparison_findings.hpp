@@ -4,10 +4,10 @@
 
 #include <string>
 
+#include "estancia/findings/findings.hpp"
 #include "estancia/stats/method_comparison.hpp"
-#include "experiments/src/findings/findings.hpp"
 
-namespace estancia::experiments {
+namespace estancia {
 
 /// "p = 0.012", "p = 3.4e-05", "p < 1e-300": never 0.
 std::string pText(double p);
@@ -23,4 +23,4 @@ RankDiagram comparisonDiagram(const MethodComparison& comparison);
 /// pairs their p-values (up to 40 methods), and notes on what not to trust.
 Findings comparisonFindings(const MethodComparison& comparison);
 
-}  // namespace estancia::experiments
+}  // namespace estancia

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/findings/confusion_findings.hpp"
+#include "estancia/findings/confusion_findings.hpp"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@
 #include "estancia/report/text.hpp"
 #include "estancia/stats/proportion.hpp"
 
-namespace estancia::experiments {
+namespace estancia {
 
 std::size_t rightOf(const Confusion& confusion) {
   std::size_t right = 0;
@@ -48,4 +48,4 @@ Findings findingsOf(const Confusion& confusion, const std::string& title,
   return findings;
 }
 
-}  // namespace estancia::experiments
+}  // namespace estancia

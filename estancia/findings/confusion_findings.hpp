@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "estancia/classify/scores.hpp"
-#include "experiments/src/findings/findings.hpp"
+#include "estancia/findings/findings.hpp"
 
-namespace estancia::experiments {
+namespace estancia {
 
 /// Accuracy, balanced accuracy, the rooms' own shares, and what was taken for what. `facts` say under what
 /// circumstances. Throws Error when nothing was tested.
@@ -19,4 +19,4 @@ Findings findingsOf(const Confusion& confusion, const std::string& title,
 /// How many are right.
 std::size_t rightOf(const Confusion& confusion);
 
-}  // namespace estancia::experiments
+}  // namespace estancia

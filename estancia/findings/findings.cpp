@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/findings/findings.hpp"
+#include "estancia/findings/findings.hpp"
 
 #include <fmt/format.h>
 
-namespace estancia::experiments {
+namespace estancia {
 
 std::string cellText(const ResultTable::Column& column, const std::optional<double>& value) {
   if (!value) return "–";
@@ -31,4 +31,4 @@ std::string bestText(const ResultTable& table, std::size_t c) {
   return best ? cellText(column, best) : "";
 }
 
-}  // namespace estancia::experiments
+}  // namespace estancia

@@ -10,7 +10,7 @@
 #include <variant>
 #include <vector>
 
-namespace estancia::experiments {
+namespace estancia {
 
 /// Numbers in rows and columns, one item that was compared a row.
 struct ResultTable {
@@ -157,4 +157,4 @@ struct Findings {
   std::string file = {};
 };
 
-}  // namespace estancia::experiments
+}  // namespace estancia

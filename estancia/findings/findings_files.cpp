@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/findings/findings_files.hpp"
+#include "estancia/findings/findings_files.hpp"
 
 #include <fmt/format.h>
 
@@ -7,11 +7,11 @@
 #include <variant>
 
 #include "estancia/core/output_file.hpp"
-#include "experiments/src/findings/findings_page.hpp"
-#include "experiments/src/findings/rank_diagram.hpp"
-#include "experiments/src/findings/result_table.hpp"
+#include "estancia/findings/findings_page.hpp"
+#include "estancia/findings/rank_diagram.hpp"
+#include "estancia/findings/result_table.hpp"
 
-namespace estancia::experiments {
+namespace estancia {
 namespace {
 
 template <class Section>
@@ -45,4 +45,4 @@ void writeFindingsFiles(const std::filesystem::path& stem, const Findings& findi
   writeFindingsPage(named(".html"), findings);
 }
 
-}  // namespace estancia::experiments
+}  // namespace estancia

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/findings/findings_page.hpp"
+#include "estancia/findings/findings_page.hpp"
 
 #include <fmt/format.h>
 
@@ -7,15 +7,15 @@
 #include <numeric>
 
 #include "estancia/core/output_file.hpp"
+#include "estancia/findings/heat_table.hpp"
+#include "estancia/findings/line_chart.hpp"
+#include "estancia/findings/rank_diagram.hpp"
 #include "estancia/report/html.hpp"
 #include "estancia/report/page_assets.hpp"
 #include "estancia/report/page_parts.hpp"
 #include "estancia/report/word_cloud.hpp"
-#include "experiments/src/findings/heat_table.hpp"
-#include "experiments/src/findings/line_chart.hpp"
-#include "experiments/src/findings/rank_diagram.hpp"
 
-namespace estancia::experiments {
+namespace estancia {
 namespace {
 
 using namespace report;
@@ -154,4 +154,4 @@ void writeFindingsPage(const std::filesystem::path& path, const Findings& findin
   writeWhole(path, renderFindingsPage(findings));
 }
 
-}  // namespace estancia::experiments
+}  // namespace estancia

@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <string>
 
-#include "experiments/src/findings/findings.hpp"
+#include "estancia/findings/findings.hpp"
 
-namespace estancia::experiments {
+namespace estancia {
 
 /// The whole page. Texts may hold anything; they are escaped. The same findings give the same bytes.
 std::string renderFindingsPage(const Findings& findings);
@@ -15,4 +15,4 @@ std::string renderFindingsPage(const Findings& findings);
 /// Renders and writes the page beside `path`, then renames it. Throws Error when it cannot be written.
 void writeFindingsPage(const std::filesystem::path& path, const Findings& findings);
 
-}  // namespace estancia::experiments
+}  // namespace estancia

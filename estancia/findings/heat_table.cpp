@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/findings/heat_table.hpp"
+#include "estancia/findings/heat_table.hpp"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,7 @@
 #include "estancia/report/color.hpp"
 #include "estancia/report/text.hpp"
 
-namespace estancia::experiments {
+namespace estancia {
 
 using namespace report;
 namespace {
@@ -70,4 +70,4 @@ Markup matrixTable(const HeatTable& matrix) {
   return out.close();
 }
 
-}  // namespace estancia::experiments
+}  // namespace estancia

@@ -4,10 +4,10 @@
 
 #include <string>
 
+#include "estancia/findings/findings.hpp"
 #include "estancia/report/html.hpp"
-#include "experiments/src/findings/findings.hpp"
 
-namespace estancia::experiments {
+namespace estancia {
 
 /// A table in the colors of viridis, from the smallest value to the largest, with a scale below. Values are
 /// printed where there are at most 20 names, and are told on hovering in any case.
@@ -19,4 +19,4 @@ std::string heatStyle(double t);
 /// The colors, between texts for the two ends.
 report::Markup heatScale(const std::string& least, const std::string& most);
 
-}  // namespace estancia::experiments
+}  // namespace estancia

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/findings/line_chart.hpp"
+#include "estancia/findings/line_chart.hpp"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 
 #include "estancia/report/svg.hpp"
 
-namespace estancia::experiments {
+namespace estancia {
 
 using namespace report;
 namespace {
@@ -153,4 +153,4 @@ Markup lineChart(const LineChart& chart) {
   return figure.close();
 }
 
-}  // namespace estancia::experiments
+}  // namespace estancia

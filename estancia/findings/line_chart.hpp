@@ -5,10 +5,10 @@
 #include <cstddef>
 #include <string>
 
+#include "estancia/findings/findings.hpp"
 #include "estancia/report/html.hpp"
-#include "experiments/src/findings/findings.hpp"
 
-namespace estancia::experiments {
+namespace estancia {
 
 /// The classes that color and dash the i-th of many curves: seven colors, then other dashes; 28 in all.
 std::string curveClass(std::size_t i);
@@ -16,4 +16,4 @@ std::string curveClass(std::size_t i);
 /// A figure with legend, axes and caption. A curve breaks where its value is not finite.
 report::Markup lineChart(const LineChart& chart);
 
-}  // namespace estancia::experiments
+}  // namespace estancia

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/findings/rank_diagram.hpp"
+#include "estancia/findings/rank_diagram.hpp"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@
 
 #include "estancia/report/svg.hpp"
 
-namespace estancia::experiments {
+namespace estancia {
 
 using namespace report;
 namespace {
@@ -228,4 +228,4 @@ std::string shortenMiddleToWidth(std::string_view text, double width) {
   }
 }
 
-}  // namespace estancia::experiments
+}  // namespace estancia

@@ -5,10 +5,10 @@
 #include <string>
 #include <string_view>
 
+#include "estancia/findings/findings.hpp"
 #include "estancia/report/html.hpp"
-#include "experiments/src/findings/findings.hpp"
 
-namespace estancia::experiments {
+namespace estancia {
 
 /// A figure of a page. The best rank is at the left; the better half of the methods is named at the left, the
 /// other at the right. Long names lose their middle.
@@ -22,4 +22,4 @@ std::string renderRankDiagram(const RankDiagram& diagram);
 /// apart; at least "…" stays.
 std::string shortenMiddleToWidth(std::string_view text, double width);
 
-}  // namespace estancia::experiments
+}  // namespace estancia

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/findings/result_table.hpp"
+#include "estancia/findings/result_table.hpp"
 
 #include <fmt/format.h>
 
@@ -13,7 +13,7 @@
 #include "estancia/io/csv.hpp"
 #include "estancia/io/files.hpp"
 
-namespace estancia::experiments {
+namespace estancia {
 namespace {
 
 /// Code points: the columns in a terminal, except for wide scripts.
@@ -169,4 +169,4 @@ std::string latexTable(const ResultTable& table) {
   return text + layout.head(table) + "\\hline\n" + layout.body(table) + "\\hline\n\\end{tabular}\n";
 }
 
-}  // namespace estancia::experiments
+}  // namespace estancia

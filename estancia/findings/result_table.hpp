@@ -4,9 +4,9 @@
 
 #include <string>
 
-#include "experiments/src/findings/findings.hpp"
+#include "estancia/findings/findings.hpp"
 
-namespace estancia::experiments {
+namespace estancia {
 
 // Each writes one line for the header and one per row, all ending with a newline. Names are escaped. Cells
 // show cellText(); the best cells of a column are bold in Markdown and LaTeX.
@@ -26,4 +26,4 @@ std::string latexTable(const ResultTable& table);
 /// Text escaped for a paragraph of Markdown.
 std::string escapeMarkdown(const std::string& text);
 
-}  // namespace estancia::experiments
+}  // namespace estancia

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/findings/score_table.hpp"
+#include "estancia/findings/score_table.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -15,7 +15,7 @@
 #include "estancia/io/csv.hpp"
 #include "estancia/io/files.hpp"
 
-namespace estancia::experiments {
+namespace estancia {
 namespace {
 
 /// Names in order of first appearance, as they can be shown.
@@ -162,4 +162,4 @@ MethodScores readScores(const std::filesystem::path& file, const std::string& sc
   return ScoreReader(file, score).dense();
 }
 
-}  // namespace estancia::experiments
+}  // namespace estancia

@@ -7,7 +7,7 @@
 
 #include "estancia/stats/method_comparison.hpp"
 
-namespace estancia::experiments {
+namespace estancia {
 
 /// Reads a CSV of either layout, which the header decides:
 ///  * wide: one row per test, its name first, then one column per method;
@@ -19,4 +19,4 @@ namespace estancia::experiments {
 /// "n/a" count as missing), naming method and test.
 MethodScores readScores(const std::filesystem::path& file, const std::string& score = "accuracy");
 
-}  // namespace estancia::experiments
+}  // namespace estancia

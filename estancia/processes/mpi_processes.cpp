@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/runner/mpi_processes.hpp"
+#include "estancia/processes/mpi_processes.hpp"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,7 @@
 #include "estancia/core/home.hpp"
 #include "estancia/core/module_function.hpp"
 
-namespace estancia::experiments {
+namespace estancia {
 namespace {
 
 /// Open MPI tells those it has started how many they are.
@@ -50,4 +50,4 @@ std::unique_ptr<MpiProcesses> joinMpiProcesses() {
 
 #endif
 
-}  // namespace estancia::experiments
+}  // namespace estancia

@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-namespace estancia::experiments {
+namespace estancia {
 
 /// A process among its like, numbered from 0. They only exchange short texts; any thread may.
 class MpiProcesses {
@@ -34,4 +34,4 @@ class MpiProcesses {
 /// Throws Error that says what to install when this Estancia cannot join them. To be asked once.
 std::unique_ptr<MpiProcesses> joinMpiProcesses();
 
-}  // namespace estancia::experiments
+}  // namespace estancia

@@ -6,9 +6,9 @@
 #include <mutex>
 #include <thread>
 
-#include "experiments/src/runner/mpi_processes.hpp"
+#include "estancia/processes/mpi_processes.hpp"
 
-namespace estancia::experiments {
+namespace estancia {
 namespace {
 
 class MpiRanks final : public MpiProcesses {
@@ -80,13 +80,13 @@ class MpiRanks final : public MpiProcesses {
 };
 
 }  // namespace
-}  // namespace estancia::experiments
+}  // namespace estancia
 
 /// Null where MPI does not start, or cannot be used by several threads.
-extern "C" __attribute__((visibility("default"))) estancia::experiments::MpiProcesses* estanciaJoinRanks() {
+extern "C" __attribute__((visibility("default"))) estancia::MpiProcesses* estanciaJoinRanks() {
   int level = MPI_THREAD_SINGLE;
   if (MPI_Init_thread(nullptr, nullptr, MPI_THREAD_SERIALIZED, &level) != MPI_SUCCESS ||
       level < MPI_THREAD_SERIALIZED)
     return nullptr;
-  return new estancia::experiments::MpiRanks;
+  return new estancia::MpiRanks;
 }

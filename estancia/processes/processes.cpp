@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "processes.hpp"
+#include "estancia/processes/processes.hpp"
 
 #include <cstdio>
 
-namespace estancia::apps {
+namespace estancia {
 
 Processes joinProcesses() {
   Processes processes;
-  if (auto ranks = experiments::joinMpiProcesses())
-    processes.queue = std::make_unique<experiments::WorkQueue>(std::move(ranks));
+  if (auto ranks = joinMpiProcesses()) processes.queue = std::make_unique<WorkQueue>(std::move(ranks));
   if (!processes.speaks())
     for (std::FILE* stream : {stdout, stderr})
       if (std::freopen("/dev/null", "w", stream) == nullptr) std::fclose(stream);
@@ -16,4 +15,4 @@ Processes joinProcesses() {
   return processes;
 }
 
-}  // namespace estancia::apps
+}  // namespace estancia

@@ -5,13 +5,13 @@
 #include <memory>
 
 #include "estancia/core/progress.hpp"
-#include "experiments/src/runner/work_queue.hpp"
+#include "estancia/processes/work_queue.hpp"
 
-namespace estancia::apps {
+namespace estancia {
 
 struct Processes {
   /// Null where this one is alone.
-  std::unique_ptr<experiments::WorkQueue> queue;
+  std::unique_ptr<WorkQueue> queue;
   std::unique_ptr<Progress> progress;
 
   bool speaks() const { return queue == nullptr || queue->isFirst(); }
@@ -20,4 +20,4 @@ struct Processes {
 /// To be asked once. Throws Error as joinMpiProcesses() does.
 Processes joinProcesses();
 
-}  // namespace estancia::apps
+}  // namespace estancia

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/runner/work_queue.hpp"
+#include "estancia/processes/work_queue.hpp"
 
 #include <fmt/format.h>
 
@@ -13,7 +13,7 @@
 #include "estancia/core/parallel.hpp"
 #include "estancia/core/progress.hpp"
 
-namespace estancia::experiments {
+namespace estancia {
 namespace {
 
 using namespace std::chrono_literals;
@@ -270,4 +270,4 @@ void WorkQueue::together(const std::function<void()>& program) {
   if (failure) std::rethrow_exception(failure);
 }
 
-}  // namespace estancia::experiments
+}  // namespace estancia

@@ -14,9 +14,9 @@
 #include <thread>
 #include <vector>
 
-#include "experiments/src/runner/mpi_processes.hpp"
+#include "estancia/processes/mpi_processes.hpp"
 
-namespace estancia::experiments {
+namespace estancia {
 
 /// All processes run the same program, in which together() and each() are called by all in the same order.
 /// Rank 0 gives out the pieces, by a thread of its own that hardly costs, and works like the others.
@@ -94,4 +94,4 @@ class WorkQueue {
   std::function<void()> onDone_;
 };
 
-}  // namespace estancia::experiments
+}  // namespace estancia

@@ -6,26 +6,30 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 
-#include "common.hpp"
+#include "estancia/apps/command_line.hpp"
+#include "estancia/apps/declared_options.hpp"
 #include "estancia/core/progress.hpp"
-#include "experiments/src/findings/findings_files.hpp"
-#include "experiments/src/findings/findings_page.hpp"
-#include "experiments/src/findings/result_table.hpp"
-#include "experiments/src/runner/experiment.hpp"
-#include "labeling.hpp"
-#include "processes.hpp"
+#include "estancia/findings/findings_files.hpp"
+#include "estancia/findings/findings_page.hpp"
+#include "estancia/findings/result_table.hpp"
+#include "estancia/label/label_cache.hpp"
+#include "estancia/label/model.hpp"
+#include "estancia/processes/processes.hpp"
+#include "runner/experiment.hpp"
 
-namespace estancia::apps {
+namespace estancia::experiments {
 namespace {
 
-using namespace experiments;
+using namespace apps;
 
 struct ExperimentArguments {
-  explicit ExperimentArguments(CLI::App& command) : declared(command) {}
+  explicit ExperimentArguments(CLI::App& command) : declared(command, OtherGroups::skip) {}
   std::vector<std::string> configs, models;
   std::string output;
-  ModelArguments labeling;
+  LabelerOptions labeler;
+  bool noCache = false;
   bool json = false;
   DeclaredOptions declared;
 };
@@ -60,8 +64,8 @@ void run(const ExperimentArguments& arguments) {
   Findings findings;
   const auto program = [&] {
     findings = runExperiment(configs,
-                             {folder, arguments.models, arguments.labeling.options,
-                              arguments.labeling.noCache ? nullptr : &cache, processes.queue.get()},
+                             {folder, arguments.models, arguments.labeler,
+                              arguments.noCache ? nullptr : &cache, processes.queue.get()},
                              *processes.progress);
   };
   processes.queue != nullptr ? processes.queue->together(program) : program();
@@ -80,16 +84,11 @@ void run(const ExperimentArguments& arguments) {
   spdlog::info("wrote {} and the results in its folder", (folder / "report.html").string());
 }
 
-}  // namespace
-
-void addExperimentCommand(CLI::App& app) {
-  CLI::App* group = app.add_subcommand("experiment", "Run experiments: compare models on your sequences");
-  group->require_subcommand(1);
-  addExamples(*group, "  estancia experiment run experiments/model-choice.toml");
-  CLI::App* command = group->add_subcommand("run", "Run an experiment; several files are run as one");
+void addRunCommand(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("run", "Run an experiment; several files are run as one");
   auto a = std::make_shared<ExperimentArguments>(*command);
   std::string kinds = "The experiment (TOML), of one of the types";
-  for (const auto& [type, explanation] : experiments::experimentTypes())
+  for (const auto& [type, explanation] : experimentTypes())
     kinds += fmt::format("\n  {}: {}", type, explanation);
   command->add_option("CONFIG", a->configs, kinds)->required();
   command
@@ -102,17 +101,28 @@ void addExperimentCommand(CLI::App& app) {
   command->add_option("--models", a->models, "Only these models, by name or folder, with commas between them")
       ->type_name("NAME")
       ->delimiter(',');
-  a->labeling.addLabelerTo(a->declared);
-  command->add_flag("--no-cache", a->labeling.noCache,
-                    "Label every image again; leave the label cache alone");
+  a->declared.add(declare(a->labeler), {"engine", "precision", "reduced-images"});
+  command->add_flag("--no-cache", a->noCache, "Label every image again; leave the label cache alone");
   addJsonOption(*command, a->json);
-  addExamples(
-      *command,
-      "  estancia experiment run experiments/model-choice.toml\n"
-      "  estancia experiment run experiments/model-choice.toml -o choice --models inception-v3,places365\n"
-      "  estancia experiment run experiments/objects/*.toml -o objects\n"
-      "  mpirun -n 8 estancia experiment run experiments/recognition/thesis.toml -o thesis");
+  addExamples(*command,
+              "  estancia experiment run lab/experiments/model-choice.toml\n"
+              "  estancia experiment run lab/experiments/model-choice.toml -o choice --models "
+              "inception-v3,places365\n"
+              "  estancia experiment run lab/experiments/objects/*.toml -o objects\n"
+              "  mpirun -n 8 estancia experiment run lab/experiments/recognition/thesis.toml -o thesis");
   command->callback([a] { run(*a); });
 }
 
-}  // namespace estancia::apps
+}  // namespace
+}  // namespace estancia::experiments
+
+int main(int argc, char** argv) {
+  using namespace estancia;
+  apps::prepareProgram();
+  CLI::App app("Run experiments: compare models on your sequences", "estancia experiment");
+  app.require_subcommand(1);
+  app.get_formatter()->column_width(34);
+  apps::addExamples(app, "  estancia experiment run lab/experiments/model-choice.toml");
+  experiments::addRunCommand(app);
+  return apps::runProgram(app, argc, argv);
+}

@@ -1,6 +1,6 @@
 // Eq. 5.2 and its tables: by hand, by definition, and with the thesis' own numbers.
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/zones/category_spread.hpp"
+#include "zones/category_spread.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -5,8 +5,10 @@
 #include <set>
 
 #include "estancia/cloud/neighbors.hpp"
-#include "experiments/src/recognition/color_cases.hpp"
-#include "experiments/src/runner/experiment.hpp"
+#include "estancia/recognition/recognizer.hpp"
+#include "recognition/color_cases.hpp"
+#include "recognition/pose_error.hpp"
+#include "runner/experiment.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 
@@ -94,6 +96,23 @@ TEST_F(ColorRecognition, SaysWhatIsWrong) {
               FailsWith(ErrorCode::malformedFile, "shot-color"));
   EXPECT_THAT([&] { run("[[condition]]\nname = \"a\"\n[[drive]]\nname = \"b\"\npath = \"nowhere\"\n"); },
               FailsWith(ErrorCode::fileNotFound, "nowhere"));
+}
+
+TEST(Recognizer, TellsPlainCansApartByTheirColor) {
+  const ColorCases cases = lookAlikeCases(2, 3);
+  RecognitionOptions options;
+  options.colorTolerance = 20;
+  const Recognizer recognizer(options);
+  for (const ColorCases::Search& search : cases.searches) {
+    const ColorCases::Model& model = cases.models[search.model];
+    if (model.group != "plain cans") continue;
+    const auto scene = recognizer.prepareScene("scene", cases.scenes[search.scene].cloud);
+    const auto found = recognizer.find(*recognizer.prepareModel(model.name, model.cloud), *scene);
+    ASSERT_EQ(found.size(), search.truth.size()) << model.name;
+    if (found.empty()) continue;
+    EXPECT_TRUE(
+        isCorrect(poseError(found[0].pose, search.truth[0], centerOf(model.cloud), model.symmetries)));
+  }
 }
 
 }  // namespace

@@ -166,7 +166,7 @@ TEST_F(ExperimentCommand, RunsSeveralTypesEachInAFolderOfItsOwn) {
 
 TEST(Experiments, OfTheRepositoryAreReadable) {
   const ScratchFolder scratch;
-  for (const auto& entry : fs::recursive_directory_iterator(fs::path(ESTANCIA_SOURCE_DIR) / "experiments")) {
+  for (const auto& entry : fs::recursive_directory_iterator(fs::path(ESTANCIA_LAB_DIR) / "experiments")) {
     if (entry.path().extension() != ".toml" || entry.path().parent_path().filename() == "studies") continue;
     if (!holds(readFile(entry.path()), "\ntype = ")) continue;  // what several experiments share
     const auto result =
@@ -187,7 +187,7 @@ TEST(ZonesExperiment, FindsTheRoomsAndPlacesByItself) {
   const ScratchFolder scratch;
   std::vector<std::string> arguments{"experiment", "run"};
   for (const std::string name : {"nyu.toml", "tour.toml"}) {
-    std::string text = readFile(fs::path(ESTANCIA_SOURCE_DIR) / "experiments/zones" / name);
+    std::string text = readFile(fs::path(ESTANCIA_LAB_DIR) / "experiments/zones" / name);
     const auto first = text.find("\n[[data]]") + 1, second = text.find("\n[[data]]", first);
     text = text.substr(0, second);  // labeling once will do
     text.insert(first, "distances = [\"standardized-clr\", \"ks\"]\nlinkages = [\"ward\", \"average\"]\n");

@@ -1,6 +1,6 @@
 // Image features as labelers, and the study that compares them with words, on made-up drives.
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/features/feature_study.hpp"
+#include "features/feature_study.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,9 +10,9 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "color_drive.hpp"
 #include "estancia/describe/gist.hpp"
-#include "experiments/color_drive.hpp"
-#include "experiments/src/runner/experiment.hpp"
+#include "runner/experiment.hpp"
 #include "support/errors.hpp"
 
 namespace estancia::experiments {

@@ -1,6 +1,6 @@
 // Rooms by a few images of each, by their names, and by both, on labels that a person gave.
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/words/few_examples.hpp"
+#include "words/few_examples.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/recognition/filtered_clouds.hpp"
+#include "recognition/filtered_clouds.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

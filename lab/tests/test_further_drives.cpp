@@ -1,11 +1,11 @@
 // Drives that follow another one: maps that say right and wrong things of them.
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/places/further_drives.hpp"
+#include "places/further_drives.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "experiments/color_drive.hpp"
+#include "color_drive.hpp"
 #include "support/errors.hpp"
 
 namespace estancia::experiments {

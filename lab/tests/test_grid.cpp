@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/runner/grid.hpp"
+#include "runner/grid.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

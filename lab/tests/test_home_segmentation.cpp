@@ -7,7 +7,7 @@
 #include <string>
 
 #include "estancia/io/csv.hpp"
-#include "experiments/src/runner/experiment.hpp"
+#include "runner/experiment.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 

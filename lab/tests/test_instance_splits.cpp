@@ -6,7 +6,7 @@
 #include <set>
 
 #include "estancia/core/error.hpp"
-#include "experiments/src/objects/instance_splits.hpp"
+#include "objects/instance_splits.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 

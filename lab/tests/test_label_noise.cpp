@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/objects/label_noise.hpp"
+#include "objects/label_noise.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,13 +1,13 @@
 // A drive through four colors, found in the map of another one.
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/places/localization_errors.hpp"
+#include "places/localization_errors.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "experiments/color_drive.hpp"
-#include "experiments/src/runner/experiment.hpp"
+#include "color_drive.hpp"
+#include "runner/experiment.hpp"
 #include "support/errors.hpp"
 
 namespace estancia::experiments {

@@ -1,6 +1,6 @@
 // The whole experiment on made-up images: a model that sees colors must beat one that sees nothing.
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/places/model_choice.hpp"
+#include "places/model_choice.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,13 +9,13 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "color_drive.hpp"
+#include "counting.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/io/csv.hpp"
-#include "experiments/color_drive.hpp"
-#include "experiments/counting.hpp"
-#include "experiments/golden_findings.hpp"
-#include "experiments/src/runner/experiment.hpp"
+#include "runner/experiment.hpp"
 #include "support/errors.hpp"
+#include "support/golden_findings.hpp"
 
 namespace estancia::experiments {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/recognition/model_pairs.hpp"
+#include "recognition/model_pairs.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,6 +1,5 @@
 // `mpirun estancia experiment` as a user runs it.
 // SPDX-License-Identifier: Apache-2.0
-#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -10,7 +9,6 @@
 #include <fmt/format.h>
 #include <chrono>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -18,10 +16,9 @@
 #include <sstream>
 #include <thread>
 
-#include "estancia/topology/session.hpp"
 #include "support/errors.hpp"
+#include "support/mpirun.hpp"
 #include "support/support.hpp"
-#include "support/synthetic.hpp"
 
 namespace estancia::test {
 namespace {
@@ -60,23 +57,11 @@ std::string pcd(double dx, double dy, bool wall) {
       count, count, rows);
 }
 
-bool isThere(const std::string& program) {
-  std::stringstream folders(std::getenv("PATH") != nullptr ? std::getenv("PATH") : "");
-  for (std::string folder; std::getline(folders, folder, ':');)
-    if (access((fs::path(folder) / program).c_str(), X_OK) == 0) return true;
-  return false;
-}
-
-class Mpirun : public testing::Test {
+class Mpirun : public MpirunTest {
  protected:
   void SetUp() override {
-    const bool missing = !isThere("mpirun");
-    if (missing && std::getenv("CI") != nullptr) FAIL() << "mpirun is not here; script/bootstrap installs it";
-    ESTANCIA_NEEDS(!missing, "mpirun is not here");
-    // Open MPI frees little at its end, in components that it has closed by then, so that no suppression
-    // names them.
-    if (const char* sanitizer = std::getenv("ASAN_OPTIONS"))
-      setenv("ASAN_OPTIONS", (std::string(sanitizer) + ":detect_leaks=0").c_str(), 1);
+    MpirunTest::SetUp();
+    if (IsSkipped() || HasFatalFailure()) return;
     writeFile(scratch_ / "model.pcd", pcd(0, 0, false));
     std::string rows = "scene,object,model,pose\n";
     for (int s = 0; s < 3; ++s) {
@@ -97,38 +82,11 @@ class Mpirun : public testing::Test {
                   noises + "\nseeds = " + seeds + "\n");
   }
 
-  /// Starts mpirun with its streams in files; threads of a rank are one, as the cores are few.
+  using MpirunTest::start;
+  /// Threads of a rank are one, as the cores are few.
   pid_t start(int ranks, const fs::path& out) const {
-    return start(ranks, {"experiment", "run", config_, "-o", out, "--threads", "1"});
+    return MpirunTest::start(ranks, {"experiment", "run", config_, "-o", out, "--threads", "1"});
   }
-  pid_t start(int ranks, const std::vector<std::string>& arguments) const {
-    const pid_t child = fork();
-    if (child != 0) return child;
-    const std::string log = (scratch_ / "err").string(), said = (scratch_ / "out.txt").string(),
-                      count = std::to_string(ranks);
-    dup2(open("/dev/null", O_RDONLY), 0);
-    dup2(open(said.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), 1);
-    dup2(open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), 2);
-    setenv("ESTANCIA_CACHE", (scratch_ / "cache").c_str(), 1);
-    setenv("ASAN_OPTIONS", "detect_leaks=0", 0);  // those of Open MPI
-    std::vector<std::string> words{
-        "mpirun", "--allow-run-as-root", "--oversubscribe", "--bind-to", "none", "-n",
-        count,    ESTANCIA_COMMAND};
-    words.insert(words.end(), arguments.begin(), arguments.end());
-    std::vector<char*> pointers;
-    for (std::string& word : words) pointers.push_back(word.data());
-    pointers.push_back(nullptr);
-    execvp("mpirun", pointers.data());
-    _exit(127);
-  }
-
-  CommandResult finish(pid_t child) const {
-    int status = 0;
-    waitpid(child, &status, 0);
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), readFile(scratch_ / "out.txt"),
-            readFile(scratch_ / "err")};
-  }
-
   static std::size_t filesIn(const fs::path& folder) {
     std::error_code none;
     std::size_t count = 0;
@@ -154,7 +112,6 @@ class Mpirun : public testing::Test {
     return text;
   }
 
-  ScratchFolder scratch_;
   const std::string config_ = scratch_ / "r.toml";
 };
 
@@ -241,59 +198,6 @@ TEST_F(Mpirun, AKilledRankCostsOnlyWhatRan) {
   for (const auto& [cell, time] : before) EXPECT_EQ(fs::last_write_time(cell), time) << "computed again";
   EXPECT_NE(readFile(out / "results.csv").find("\nnone,voxel,1200,0.001,uniform,shot,45,"),
             std::string::npos);
-}
-
-/// Of a robot that has driven through twenty places from this one on.
-void driveFrom(std::size_t first, const fs::path& map) {
-  SyntheticPlaces places(40, 60, 0.5);
-  std::vector<std::string> names;
-  for (int i = 0; i < 60; ++i) names.push_back("word " + std::to_string(i));
-  MappingSession session = MappingSession::create(map, Vocabulary(names), "test", {});
-  for (std::size_t i = 0; i < 80; ++i) {
-    Frame frame;
-    frame.name = fmt::format("{} {}", first, i);
-    session.add(frame, places.image(first + i / 4));
-  }
-}
-
-TEST_F(Mpirun, MergesAsASingleProcessDoes) {
-  std::vector<std::string> merge{"merge"};
-  for (std::size_t robot = 0; robot < 21; ++robot) {  // six blocks of pairs
-    merge.push_back(scratch_ / fmt::format("{}.estancia", robot));
-    driveFrom(robot, merge.back());
-  }
-  auto alone = merge, together = merge;
-  for (const std::string& word : {std::string("-o"), (scratch_ / "alone").string()}) alone.push_back(word);
-  for (const std::string& word : {std::string("-o"), (scratch_ / "together").string()})
-    together.push_back(word);
-  ASSERT_EQ(run(alone).exitCode, 0);
-  const auto merged = finish(start(3, together));
-  ASSERT_EQ(merged.exitCode, 0) << merged.err;
-  EXPECT_THAT(merged.out, testing::HasSubstr("21 drives, 1,680 frames"));
-  const TopologicalMap a = readMap(scratch_ / "alone"), b = readMap(scratch_ / "together");
-  ASSERT_EQ(a.nodes.size(), b.nodes.size());
-  EXPECT_NEAR(static_cast<double>(a.nodes.size()), 40, 4);
-  for (std::size_t i = 0; i < a.nodes.size(); ++i) EXPECT_EQ(a.nodes[i].mean, b.nodes[i].mean) << i;
-  ASSERT_EQ(a.frames.size(), b.frames.size());
-  for (std::size_t i = 0; i < a.frames.size(); ++i) EXPECT_EQ(a.frames[i].node, b.frames[i].node) << i;
-  const auto again = finish(start(3, together));
-  EXPECT_EQ(again.exitCode, 2) << "it is there already";
-  EXPECT_THAT(again.err, testing::HasSubstr("[file-exists]"));
-}
-
-TEST(MpirunModule, IsLoadedByNobodyElse) {
-  std::string maps;
-  {
-    const ScratchFolder scratch;
-    const std::string command =
-        fmt::format("LD_DEBUG=files '{}' experiment run '{}' -o '{}' 2>'{}' >/dev/null", ESTANCIA_COMMAND,
-                    (scratch / "none.toml").string(), (scratch / "out").string(), (scratch / "log").string());
-    EXPECT_NE(std::system(command.c_str()), 0);
-    maps = readFile(scratch / "log");
-  }
-  EXPECT_NE(maps.find("libfmt"), std::string::npos) << "the loader logs";
-  EXPECT_EQ(maps.find("libmpi"), std::string::npos);
-  EXPECT_EQ(maps.find("estancia_mpi"), std::string::npos);
 }
 
 }  // namespace

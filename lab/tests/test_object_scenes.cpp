@@ -5,8 +5,8 @@
 
 #include <algorithm>
 
-#include "experiments/src/objects/object_scenes.hpp"
 #include "io/images.hpp"
+#include "objects/object_scenes.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 

@@ -1,6 +1,6 @@
 // Segmentation scored on made-up scenes: a wall, and before it a board and a ball.
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/objects/object_segmentation.hpp"
+#include "objects/object_segmentation.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,15 +11,15 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "counting.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/io/csv.hpp"
-#include "experiments/counting.hpp"
-#include "experiments/src/objects/made_up_scenes.hpp"
-#include "experiments/src/objects/object_segmentation_findings.hpp"
-#include "experiments/src/objects/object_segmentation_score.hpp"
-#include "experiments/src/objects/optimal_assignment.hpp"
-#include "experiments/src/objects/segmentation_measures.hpp"
-#include "experiments/src/runner/experiment.hpp"
+#include "objects/made_up_scenes.hpp"
+#include "objects/object_segmentation_findings.hpp"
+#include "objects/object_segmentation_score.hpp"
+#include "objects/optimal_assignment.hpp"
+#include "objects/segmentation_measures.hpp"
+#include "runner/experiment.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 

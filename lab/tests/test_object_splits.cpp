@@ -1,6 +1,6 @@
 // Splits of made-up things: balls, boxes and rods, three of each, six views of each.
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/objects/object_splits.hpp"
+#include "objects/object_splits.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -14,11 +14,11 @@
 #include <opencv2/imgcodecs.hpp>
 #include <set>
 
+#include "counting.hpp"
 #include "estancia/io/cloud_file.hpp"
 #include "estancia/io/csv.hpp"
 #include "estancia/io/object_samples.hpp"
-#include "experiments/counting.hpp"
-#include "experiments/src/runner/experiment.hpp"
+#include "runner/experiment.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 

@@ -1,6 +1,6 @@
 // Odometry beside the truth, on a rendered table that a camera is moved around.
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/odometry/odometry_errors.hpp"
+#include "odometry/odometry_errors.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,8 +8,8 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 
-#include "experiments/color_drive.hpp"
-#include "experiments/src/runner/experiment.hpp"
+#include "color_drive.hpp"
+#include "runner/experiment.hpp"
 #include "support/errors.hpp"
 #include "support/table_scene.hpp"
 

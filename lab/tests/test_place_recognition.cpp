@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/places/place_recognition.hpp"
+#include "places/place_recognition.hpp"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
 #include "estancia/stats/compared_vectors.hpp"
-#include "experiments/src/places/posed_descriptors.hpp"
+#include "places/posed_descriptors.hpp"
 #include "support/synthetic.hpp"
 
 namespace estancia::experiments {

@@ -1,6 +1,6 @@
 // Places and rooms on made-up images: a model that sees colors must beat one that sees nothing.
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/places/place_tasks.hpp"
+#include "places/place_tasks.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,9 +9,9 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "color_drive.hpp"
 #include "estancia/core/error.hpp"
-#include "experiments/color_drive.hpp"
-#include "experiments/src/runner/experiment.hpp"
+#include "runner/experiment.hpp"
 #include "support/errors.hpp"
 
 namespace estancia::experiments {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/recognition/pose_error.hpp"
+#include "recognition/pose_error.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/recognition/recognition.hpp"
+#include "recognition/recognition.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,10 +12,10 @@
 
 #include "estancia/core/config.hpp"
 #include "estancia/core/error.hpp"
-#include "experiments/golden_findings.hpp"
-#include "experiments/src/findings/thesis.hpp"
-#include "experiments/src/recognition/recognition_findings.hpp"
+#include "findings/thesis.hpp"
+#include "recognition/recognition_findings.hpp"
 #include "support/errors.hpp"
+#include "support/golden_findings.hpp"
 #include "support/support.hpp"
 
 namespace estancia::experiments {

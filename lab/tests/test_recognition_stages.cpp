@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/recognition/recognition_stages.hpp"
+#include "recognition/recognition_stages.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

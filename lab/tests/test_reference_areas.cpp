@@ -1,6 +1,6 @@
 // Reference room segmentation on two made-up rooms and a door.
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/places/reference_areas.hpp"
+#include "places/reference_areas.hpp"
 
 #include <gtest/gtest.h>
 

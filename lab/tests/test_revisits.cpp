@@ -1,6 +1,6 @@
 // Returns to places: a drive there and back, and maps that say right and wrong things of it.
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/places/revisits.hpp"
+#include "places/revisits.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -8,7 +8,7 @@
 
 #include <filesystem>
 
-#include "experiments/color_drive.hpp"
+#include "color_drive.hpp"
 #include "support/errors.hpp"
 
 namespace estancia::experiments {

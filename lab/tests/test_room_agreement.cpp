@@ -1,6 +1,6 @@
 // Rooms stood in and rooms seen on made-up images: colors that a camera sees through a door.
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/places/room_agreement.hpp"
+#include "places/room_agreement.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -8,8 +8,8 @@
 
 #include <filesystem>
 
-#include "experiments/color_drive.hpp"
-#include "experiments/src/runner/experiment.hpp"
+#include "color_drive.hpp"
+#include "runner/experiment.hpp"
 #include "support/errors.hpp"
 
 namespace estancia::experiments {

@@ -1,6 +1,6 @@
 // Rooms named image by image, in blocks and in areas: counts by hand.
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/words/room_answers.hpp"
+#include "words/room_answers.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/places/room_table.hpp"
+#include "places/room_table.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "estancia/core/error.hpp"
-#include "experiments/src/zones/room_classes.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
+#include "zones/room_classes.hpp"
 
 namespace estancia::experiments {
 namespace {

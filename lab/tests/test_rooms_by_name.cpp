@@ -1,6 +1,6 @@
 // Rooms by their names alone: a made-up home with the real WordNet, and the figures that the project
 // promises. SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/words/rooms_by_name.hpp"
+#include "words/rooms_by_name.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -10,7 +10,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "experiments/src/runner/experiment.hpp"
+#include "runner/experiment.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 
@@ -106,7 +106,7 @@ class RoomsOfTheProject : public testing::Test {
   /// Without the [[data]] that are called so. Returns results.csv.
   std::string results(const std::string& config, const std::vector<std::string>& without,
                       const std::string& models) {
-    std::string text = readFile(fs::path(ESTANCIA_SOURCE_DIR) / "experiments/words" / config);
+    std::string text = readFile(fs::path(ESTANCIA_LAB_DIR) / "experiments/words" / config);
     for (const std::string& name : without) {
       const auto named = text.find("name = \"" + name + "\""), begin = text.rfind("[[data]]", named);
       text.erase(begin, text.find("\n[[data]]", named) - begin);

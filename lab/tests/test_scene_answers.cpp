@@ -1,6 +1,6 @@
 // What answers are worth: shares with intervals, confusions, corrected choices.
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/scenes/scene_answers.hpp"
+#include "scenes/scene_answers.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,8 +12,8 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/stats/proportion.hpp"
-#include "experiments/src/scenes/scenes_statistics.hpp"
-#include "experiments/src/scenes/scenes_subsets.hpp"
+#include "scenes/scenes_statistics.hpp"
+#include "scenes/scenes_subsets.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 

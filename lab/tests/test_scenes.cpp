@@ -1,6 +1,6 @@
 // Scene classification on made-up images whose rooms are known: four colors, four rooms.
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/scenes/scenes.hpp"
+#include "scenes/scenes.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -14,16 +14,16 @@
 #include <random>
 #include <utility>
 
+#include "color_drive.hpp"
+#include "counting.hpp"
 #include "estancia/classify/room_classifier.hpp"
 #include "estancia/core/config.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/io/csv.hpp"
-#include "experiments/color_drive.hpp"
-#include "experiments/counting.hpp"
-#include "experiments/golden_findings.hpp"
-#include "experiments/src/runner/experiment.hpp"
-#include "experiments/src/scenes/scenes_data.hpp"
+#include "runner/experiment.hpp"
+#include "scenes/scenes_data.hpp"
 #include "support/errors.hpp"
+#include "support/golden_findings.hpp"
 
 namespace estancia::experiments {
 namespace {

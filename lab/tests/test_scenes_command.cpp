@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <map>
 
-#include "experiments/color_drive.hpp"
+#include "color_drive.hpp"
 #include "support/errors.hpp"
 #include "support/signaled_command.hpp"
 #include "support/support.hpp"

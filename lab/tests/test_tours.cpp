@@ -1,6 +1,6 @@
 // Tours: their order, and made-up places that are mapped.
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/places/tours.hpp"
+#include "places/tours.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <map>
 #include <set>
 
-#include "experiments/color_drive.hpp"
+#include "color_drive.hpp"
 #include "support/errors.hpp"
 
 namespace estancia::experiments {

@@ -1,6 +1,6 @@
 // Visual words of made-up features beside slow references, and local features of made-up images.
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/features/visual_vocabulary.hpp"
+#include "features/visual_vocabulary.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 #include <opencv2/imgproc.hpp>
 #include <set>
 
-#include "experiments/src/features/local_features.hpp"
+#include "features/local_features.hpp"
 #include "support/errors.hpp"
 
 namespace estancia::experiments {

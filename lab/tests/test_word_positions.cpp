@@ -1,6 +1,6 @@
 // Words on the floor: a camera turns in a room with a red, a green and a blue wall, and things stand at them.
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/places/word_positions.hpp"
+#include "places/word_positions.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -11,7 +11,7 @@
 #include <numbers>
 #include <opencv2/imgcodecs.hpp>
 
-#include "experiments/color_drive.hpp"
+#include "color_drive.hpp"
 #include "support/errors.hpp"
 #include "support/floor_scene.hpp"
 

@@ -1,6 +1,6 @@
 // Labels found by words: rankings, files of queries, and the queries of the project with the real WordNet.
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/words/words_experiment.hpp"
+#include "words/words_experiment.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -11,11 +11,11 @@
 #include <optional>
 
 #include "estancia/core/progress.hpp"
-#include "experiments/src/words/average_precision.hpp"
-#include "experiments/src/words/label_finders.hpp"
-#include "experiments/src/words/word_queries.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
+#include "words/average_precision.hpp"
+#include "words/label_finders.hpp"
+#include "words/word_queries.hpp"
 
 namespace estancia::experiments {
 namespace {
@@ -232,7 +232,7 @@ TEST(WordsOfTheProject, FindLabels) {
   ASSERT_TRUE(folder) << "install wordnet-base";
   const Vocabulary vocabulary = readVocabulary(*models / "imagenet_1001.txt");
   const auto queries =
-      readWordQueries(fs::path(ESTANCIA_SOURCE_DIR) / "experiments/words/queries.csv", vocabulary);
+      readWordQueries(fs::path(ESTANCIA_LAB_DIR) / "experiments/words/queries.csv", vocabulary);
   ASSERT_EQ(queries.size(), 289U);
   const WordNet wordNet = readWordNet(*folder);
   const LabelFinders finders(vocabulary, wordNet);

@@ -1,6 +1,6 @@
 // Zones on made-up images whose rooms are known: four colors, four rooms.
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/zones/zone_tables.hpp"
+#include "zones/zone_tables.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,17 +13,17 @@
 #include <sstream>
 #include <utility>
 
+#include "color_drive.hpp"
+#include "counting.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/io/csv.hpp"
 #include "estancia/label/model.hpp"
 #include "estancia/label/record.hpp"
 #include "estancia/zones/measure.hpp"
-#include "experiments/color_drive.hpp"
-#include "experiments/counting.hpp"
-#include "experiments/golden_findings.hpp"
-#include "experiments/src/runner/experiment.hpp"
-#include "experiments/src/zones/zone_tables_findings.hpp"
+#include "runner/experiment.hpp"
 #include "support/errors.hpp"
+#include "support/golden_findings.hpp"
+#include "zones/zone_tables_findings.hpp"
 
 namespace estancia::experiments {
 namespace {

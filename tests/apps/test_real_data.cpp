@@ -190,7 +190,7 @@ TEST(Home, HasRoomsThatAreFoundBySpaceAndNamedByWords) {
   EXPECT_FALSE(readObjectImage(map, washer->id).empty());
   const json truth =
       evaluated({map, "--truth", *data / "day", "--classes",
-                 std::filesystem::path(ESTANCIA_SOURCE_DIR) / "experiments/home/classes/things.toml"});
+                 std::filesystem::path(ESTANCIA_SOURCE_DIR) / "lab/experiments/home/classes/things.toml"});
   EXPECT_GE(truth["area_v_measure"], 0.9);
   EXPECT_NEAR(truth["trajectory_rmse"], 0, 1e-6) << "true poses were given";
   EXPECT_GE(truth["things"], 60);

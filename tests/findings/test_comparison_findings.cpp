@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/findings/comparison_findings.hpp"
+#include "estancia/findings/comparison_findings.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "experiments/golden_findings.hpp"
+#include "support/golden_findings.hpp"
 
-namespace estancia::experiments {
+namespace estancia {
 namespace {
 
 using testing::ElementsAre;
@@ -93,4 +93,4 @@ TEST(ComparisonFindings, WarnOfWhatIsNotToBeTrusted) {
 }
 
 }  // namespace
-}  // namespace estancia::experiments
+}  // namespace estancia

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/findings/findings_files.hpp"
+#include "estancia/findings/findings_files.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,13 +7,13 @@
 #include <filesystem>
 
 #include "estancia/core/error.hpp"
-#include "experiments/src/findings/findings_page.hpp"
-#include "experiments/src/findings/rank_diagram.hpp"
-#include "experiments/src/findings/result_table.hpp"
+#include "estancia/findings/findings_page.hpp"
+#include "estancia/findings/rank_diagram.hpp"
+#include "estancia/findings/result_table.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 
-namespace estancia::experiments {
+namespace estancia {
 namespace {
 
 using test::FailsWith;
@@ -52,4 +52,4 @@ TEST(FindingsFiles, OfWhatIsNotThereAreNotWritten) {
 }
 
 }  // namespace
-}  // namespace estancia::experiments
+}  // namespace estancia

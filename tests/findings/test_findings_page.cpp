@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/findings/findings_page.hpp"
+#include "estancia/findings/findings_page.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,13 +10,13 @@
 #include <regex>
 
 #include "estancia/core/error.hpp"
+#include "estancia/findings/line_chart.hpp"
 #include "estancia/io/image_writer.hpp"
-#include "experiments/src/findings/line_chart.hpp"
 #include "support/errors.hpp"
 #include "support/html_checks.hpp"
 #include "support/support.hpp"
 
-namespace estancia::experiments {
+namespace estancia {
 namespace {
 
 using test::count;
@@ -248,4 +248,4 @@ TEST(LineChartFigure, PointsOutAMarkThatIsOneOfItsPositions) {
 }
 
 }  // namespace
-}  // namespace estancia::experiments
+}  // namespace estancia

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/findings/rank_diagram.hpp"
+#include "estancia/findings/rank_diagram.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,12 +9,12 @@
 #include <string>
 #include <vector>
 
+#include "estancia/findings/findings_page.hpp"
 #include "estancia/report/svg.hpp"
 #include "estancia/report/text.hpp"
-#include "experiments/src/findings/findings_page.hpp"
 #include "support/html_checks.hpp"
 
-namespace estancia::experiments {
+namespace estancia {
 namespace {
 
 using report::Box;
@@ -195,4 +195,4 @@ TEST(ShortenMiddle, KeepsCodePointsWhole) {
 }
 
 }  // namespace
-}  // namespace estancia::experiments
+}  // namespace estancia

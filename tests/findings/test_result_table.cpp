@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/findings/result_table.hpp"
+#include "estancia/findings/result_table.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include "estancia/io/csv.hpp"
 #include "support/support.hpp"
 
-namespace estancia::experiments {
+namespace estancia {
 namespace {
 
 using testing::ElementsAre;
@@ -85,4 +85,4 @@ TEST(ResultTableText, OfNothingIsAHead) {
 }
 
 }  // namespace
-}  // namespace estancia::experiments
+}  // namespace estancia

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/findings/score_table.hpp"
+#include "estancia/findings/score_table.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include "support/errors.hpp"
 #include "support/support.hpp"
 
-namespace estancia::experiments {
+namespace estancia {
 namespace {
 
 using test::FailsWith;
@@ -96,4 +96,4 @@ TEST_F(ScoreTable, RefusesWhatIsNoTableOfScores) {
 }
 
 }  // namespace
-}  // namespace estancia::experiments
+}  // namespace estancia

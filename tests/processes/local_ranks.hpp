@@ -2,17 +2,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <condition_variable>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <mutex>
+#include <thread>
 #include <vector>
 
-#include "experiments/src/runner/mpi_processes.hpp"
+#include "estancia/processes/work_queue.hpp"
+#include "support/errors.hpp"
 
 namespace estancia::test {
-
-using experiments::MpiProcesses;
 
 class LocalRanks final : public MpiProcesses {
  public:
@@ -62,5 +65,24 @@ class LocalRanks final : public MpiProcesses {
   std::shared_ptr<Post> post_;
   int rank_;
 };
+
+/// Runs program(distribution, rank) in so many processes that are threads; what they throw.
+inline std::vector<Caught> inProcesses(int count, const std::function<void(WorkQueue&, int)>& program) {
+  auto ranks = LocalRanks::several(count);
+  std::vector<Caught> errors(static_cast<std::size_t>(count));
+  std::vector<std::thread> processes;
+  for (int r = 0; r < count; ++r)
+    processes.emplace_back([&, r] {
+      const auto i = static_cast<std::size_t>(r);
+      WorkQueue distribution(std::move(ranks[i]));
+      errors[i] = caught([&] { distribution.together([&] { program(distribution, r); }); });
+    });
+  for (std::thread& process : processes) process.join();
+  return errors;
+}
+
+inline void expectNone(const std::vector<Caught>& errors) {
+  for (const Caught& error : errors) EXPECT_FALSE(error.code) << error;
+}
 
 }  // namespace estancia::test

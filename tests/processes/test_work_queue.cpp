@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/runner/work_queue.hpp"
+#include "estancia/processes/work_queue.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,38 +9,15 @@
 #include <thread>
 
 #include "estancia/core/error.hpp"
-#include "experiments/src/runner/grid.hpp"
-#include "local_ranks.hpp"
+#include "processes/local_ranks.hpp"
 #include "support/errors.hpp"
-#include "support/support.hpp"
 
-namespace estancia::experiments {
+namespace estancia {
 namespace {
 
+using test::expectNone;
 using test::FailsWith;
-using test::LocalRanks;
-using test::readFile;
-using test::ScratchFolder;
-namespace fs = std::filesystem;
-
-/// Runs program(distribution, rank) in so many processes that are threads; what they throw.
-std::vector<test::Caught> inProcesses(int count, const std::function<void(WorkQueue&, int)>& program) {
-  auto ranks = LocalRanks::several(count);
-  std::vector<test::Caught> errors(static_cast<std::size_t>(count));
-  std::vector<std::thread> processes;
-  for (int r = 0; r < count; ++r)
-    processes.emplace_back([&, r] {
-      const auto i = static_cast<std::size_t>(r);
-      WorkQueue distribution(std::move(ranks[i]));
-      errors[i] = test::caught([&] { distribution.together([&] { program(distribution, r); }); });
-    });
-  for (std::thread& process : processes) process.join();
-  return errors;
-}
-
-void expectNone(const std::vector<test::Caught>& errors) {
-  for (const test::Caught& error : errors) EXPECT_FALSE(error.code) << error;
-}
+using test::inProcesses;
 
 void rest() {
   std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -159,39 +136,5 @@ TEST(WorkQueue, ProcessesThatSeeOtherWorkAreRefused) {
   EXPECT_THAT(errors[0], FailsWith(ErrorCode::mismatch, "process 1"));
 }
 
-TEST(DistributedGrid, GivesTheTableOfASingleProcess) {
-  const ScratchFolder scratch;
-  std::vector<Cell> cells;
-  for (int i = 0; i < 40; ++i) cells.push_back({{std::to_string(i)}, "a"});
-  std::atomic<int> computed = 0;
-  const auto run = [&](const fs::path& folder, WorkQueue* distribution) {
-    Grid grid(folder, {{"cell"}, "", {"value"}}, 2, distribution);
-    Progress silent;
-    const auto results = grid.run(
-        cells,
-        [&](std::size_t i) {
-          ++computed;
-          return CellResults{{"value", "", 1.0 / (1.0 + static_cast<double>(i))}};
-        },
-        silent, "testing");
-    EXPECT_EQ(results.size(), 40U);
-    EXPECT_EQ(results[39].at(0).value, 1.0 / 40) << "all know what others found";
-    grid.writeCsv();
-  };
-  run(scratch / "alone", nullptr);
-  computed = 0;
-  const auto together = [&](WorkQueue& distribution, int) { run(scratch / "together", &distribution); };
-  expectNone(inProcesses(3, together));
-  EXPECT_EQ(computed, 40);
-  EXPECT_EQ(readFile(scratch / "alone/results.csv"), readFile(scratch / "together/results.csv"));
-  int kept = 0;
-  for (const auto& cell : fs::directory_iterator(scratch / "together/cells"))
-    if (kept++ % 4 == 0) fs::remove(cell);
-  computed = 0;
-  expectNone(inProcesses(3, together));
-  EXPECT_EQ(computed, 10) << "only what is missing";
-  EXPECT_EQ(readFile(scratch / "alone/results.csv"), readFile(scratch / "together/results.csv"));
-}
-
 }  // namespace
-}  // namespace estancia::experiments
+}  // namespace estancia

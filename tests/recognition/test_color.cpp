@@ -9,18 +9,11 @@
 #include "estancia/recognition/pose_score.hpp"
 #include "estancia/recognition/prepared.hpp"
 #include "estancia/recognition/recognizer.hpp"
-#include "experiments/src/recognition/color_cases.hpp"
-#include "experiments/src/recognition/pose_error.hpp"
 #include "recognition/made_up_surface.hpp"
 #include "support/errors.hpp"
 
 namespace estancia {
 namespace {
-
-using experiments::centerOf;
-using experiments::ColorCases;
-using experiments::isCorrect;
-using experiments::poseError;
 
 /// A square of 0.2 m in z = 1 that is smoothly painted, without any shape.
 PointCloud poster(double shift = 0) {
@@ -106,23 +99,6 @@ TEST(ColorTerm, SupportNeedsTheColor) {
 TEST(ColorDifference, CountsLightnessHalf) {
   EXPECT_EQ(colorDifference({50, 3, 4}, {50, 0, 0}), 5);
   EXPECT_EQ(colorDifference({50, 0, 0}, {30, 0, 0}), 10);
-}
-
-TEST(Recognizer, TellsPlainCansApartByTheirColor) {
-  const ColorCases cases = experiments::lookAlikeCases(2, 3);
-  RecognitionOptions options;
-  options.colorTolerance = 20;
-  const Recognizer recognizer(options);
-  for (const ColorCases::Search& search : cases.searches) {
-    const ColorCases::Model& model = cases.models[search.model];
-    if (model.group != "plain cans") continue;
-    const auto scene = recognizer.prepareScene("scene", cases.scenes[search.scene].cloud);
-    const auto found = recognizer.find(*recognizer.prepareModel(model.name, model.cloud), *scene);
-    ASSERT_EQ(found.size(), search.truth.size()) << model.name;
-    if (found.empty()) continue;
-    EXPECT_TRUE(
-        isCorrect(poseError(found[0].pose, search.truth[0], centerOf(model.cloud), model.symmetries)));
-  }
 }
 
 TEST(Recognizer, MeanSurfacesKeepColors) {

@@ -13,7 +13,7 @@
 #include "estancia/io/cloud_file.hpp"
 #include "estancia/recognition/prepared.hpp"
 #include "estancia/recognition/recognizer.hpp"
-#include "experiments/src/recognition/pose_error.hpp"
+#include "recognition/pose_error.hpp"
 #include "support/errors.hpp"
 #include "support/numbers.hpp"
 #include "support/support.hpp"
@@ -21,8 +21,8 @@
 namespace estancia {
 namespace {
 
-using experiments::isCorrect;
-using experiments::poseError;
+using test::isCorrect;
+using test::poseError;
 
 const RecognitionOptions standard;
 

@@ -15,8 +15,8 @@
 #include "estancia/io/cloud_file.hpp"
 #include "estancia/recognition/object_search.hpp"
 #include "estancia/recognition/prepared.hpp"
-#include "experiments/src/recognition/pose_error.hpp"
 #include "recognition/made_up_surface.hpp"
+#include "recognition/pose_error.hpp"
 #include "support/errors.hpp"
 #include "support/numbers.hpp"
 #include "support/support.hpp"
@@ -24,10 +24,10 @@
 namespace estancia {
 namespace {
 
-using experiments::centerOf;
-using experiments::PoseError;
-using experiments::poseError;
+using test::centerOf;
 using test::FailsWith;
+using test::PoseError;
+using test::poseError;
 
 /// A wavy object in front of a wall.
 struct Scenery {

@@ -3,14 +3,14 @@
 
 #include <gtest/gtest.h>
 
-#include "experiments/src/recognition/pose_error.hpp"
 #include "recognition/made_up_surface.hpp"
+#include "recognition/pose_error.hpp"
 
 namespace estancia {
 namespace {
 
-using experiments::PoseError;
-using experiments::poseError;
+using test::PoseError;
+using test::poseError;
 
 /// A wavy object in front of a wall, and its model.
 struct Stage {

@@ -3,9 +3,9 @@
 
 #include <utility>
 
-#include "experiments/src/features/feature_study.hpp"
-#include "experiments/src/findings/pivot.hpp"
-#include "experiments/src/runner/drive_grid.hpp"
+#include "features/feature_study.hpp"
+#include "findings/pivot.hpp"
+#include "runner/drive_grid.hpp"
 
 namespace estancia::experiments {
 namespace {

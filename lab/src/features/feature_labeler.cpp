@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/features/feature_labeler.hpp"
+#include "features/feature_labeler.hpp"
 
 #include <fmt/format.h>
 

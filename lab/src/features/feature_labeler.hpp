@@ -11,8 +11,8 @@
 #include "estancia/core/choice.hpp"
 #include "estancia/describe/descriptor.hpp"
 #include "estancia/label/labeler.hpp"
-#include "experiments/src/features/local_features.hpp"
-#include "experiments/src/features/visual_vocabulary.hpp"
+#include "features/local_features.hpp"
+#include "features/visual_vocabulary.hpp"
 
 namespace estancia::experiments {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/features/feature_study.hpp"
+#include "features/feature_study.hpp"
 
 #include <fmt/format.h>
 
@@ -18,9 +18,9 @@
 #include "estancia/label/model.hpp"
 #include "estancia/topology/localizer.hpp"
 #include "estancia/topology/quality.hpp"
-#include "experiments/src/places/mapped_drive.hpp"
-#include "experiments/src/runner/config_lists.hpp"
-#include "experiments/src/runner/drive_grid.hpp"
+#include "places/mapped_drive.hpp"
+#include "runner/config_lists.hpp"
+#include "runner/drive_grid.hpp"
 
 namespace estancia::experiments {
 namespace {

@@ -8,12 +8,12 @@
 #include <vector>
 
 #include "estancia/core/progress.hpp"
-#include "experiments/src/features/feature_labeler.hpp"
-#include "experiments/src/findings/findings.hpp"
-#include "experiments/src/places/localization_errors.hpp"
-#include "experiments/src/runner/experiment.hpp"
-#include "experiments/src/runner/grid.hpp"
-#include "experiments/src/runner/subjects.hpp"
+#include "estancia/findings/findings.hpp"
+#include "features/feature_labeler.hpp"
+#include "places/localization_errors.hpp"
+#include "runner/experiment.hpp"
+#include "runner/grid.hpp"
+#include "runner/subjects.hpp"
 
 namespace estancia {
 

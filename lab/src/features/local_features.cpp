@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/features/local_features.hpp"
+#include "features/local_features.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/features/visual_vocabulary.hpp"
+#include "features/visual_vocabulary.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,7 @@
 
 #include "estancia/core/descriptor.hpp"
 #include "estancia/core/fail.hpp"
-#include "experiments/src/places/kmeans.hpp"
+#include "places/kmeans.hpp"
 
 namespace estancia::experiments {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/findings/csv_table.hpp"
+#include "findings/csv_table.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

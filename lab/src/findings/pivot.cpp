@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/findings/pivot.hpp"
+#include "findings/pivot.hpp"
 
 namespace estancia::experiments {
 

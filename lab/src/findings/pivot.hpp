@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "experiments/src/findings/findings.hpp"
+#include "estancia/findings/findings.hpp"
 
 namespace estancia::experiments {
 

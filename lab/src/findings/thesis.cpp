@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/findings/thesis.hpp"
+#include "findings/thesis.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

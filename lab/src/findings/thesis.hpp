@@ -1,4 +1,4 @@
-// Thesis tables: numbers that the thesis prints, to be shown beside ours (experiments/thesis/*.csv).
+// Thesis tables: numbers that the thesis prints, to be shown beside ours (lab/experiments/thesis/*.csv).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "experiments/src/findings/findings.hpp"
+#include "estancia/findings/findings.hpp"
 
 namespace estancia::experiments {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/objects/home_objects.hpp"
+#include "objects/home_objects.hpp"
 
 #include <fmt/format.h>
 
@@ -15,8 +15,8 @@
 #include "estancia/objects/instance_accuracy.hpp"
 #include "estancia/objects/instance_map.hpp"
 #include "estancia/world/observation.hpp"
-#include "experiments/src/findings/pivot.hpp"
-#include "experiments/src/runner/subjects.hpp"
+#include "findings/pivot.hpp"
+#include "runner/subjects.hpp"
 
 namespace estancia::experiments {
 namespace {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "experiments/src/objects/home_segmentation.hpp"
+#include "objects/home_segmentation.hpp"
 
 namespace estancia::experiments {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/objects/home_segmentation.hpp"
+#include "objects/home_segmentation.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -14,9 +14,9 @@
 #include "estancia/core/error.hpp"
 #include "estancia/io/home_truth.hpp"
 #include "estancia/io/sequence.hpp"
-#include "experiments/src/findings/pivot.hpp"
-#include "experiments/src/runner/config_lists.hpp"
-#include "experiments/src/runner/subjects.hpp"
+#include "findings/pivot.hpp"
+#include "runner/config_lists.hpp"
+#include "runner/subjects.hpp"
 
 namespace estancia::experiments {
 namespace {

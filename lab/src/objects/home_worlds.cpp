@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/objects/home_worlds.hpp"
+#include "objects/home_worlds.hpp"
 
 #include <fmt/format.h>
 
@@ -12,8 +12,8 @@
 #include "estancia/topology/session.hpp"
 #include "estancia/world/evaluate_world.hpp"
 #include "estancia/world/world_mapper.hpp"
-#include "experiments/src/runner/config_lists.hpp"
-#include "experiments/src/runner/scratch_file.hpp"
+#include "runner/config_lists.hpp"
+#include "runner/scratch_file.hpp"
 
 namespace estancia::experiments {
 namespace fs = std::filesystem;

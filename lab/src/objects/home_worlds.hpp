@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "experiments/src/runner/drive_grid.hpp"
+#include "runner/drive_grid.hpp"
 
 namespace estancia::experiments {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/objects/instance_splits.hpp"
+#include "objects/instance_splits.hpp"
 
 #include <fmt/format.h>
 

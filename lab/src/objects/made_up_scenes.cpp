@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/objects/made_up_scenes.hpp"
+#include "objects/made_up_scenes.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/objects/object_scenes.hpp"
+#include "objects/object_scenes.hpp"
 
 #include <fmt/format.h>
 
@@ -11,7 +11,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/object_view_formats.hpp"
-#include "experiments/src/findings/csv_table.hpp"
+#include "findings/csv_table.hpp"
 
 namespace estancia::experiments {
 namespace fs = std::filesystem;

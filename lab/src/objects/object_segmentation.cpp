@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/objects/object_segmentation.hpp"
+#include "objects/object_segmentation.hpp"
 
 #include <fmt/format.h>
 
@@ -11,12 +11,12 @@
 #include "estancia/core/error.hpp"
 #include "estancia/io/depth_file.hpp"
 #include "estancia/io/image_file.hpp"
-#include "experiments/src/objects/made_up_scenes.hpp"
-#include "experiments/src/objects/object_scenes.hpp"
-#include "experiments/src/objects/object_segmentation_findings.hpp"
-#include "experiments/src/runner/config_lists.hpp"
-#include "experiments/src/runner/subjects.hpp"
-#include "experiments/src/runner/work_queue.hpp"
+#include "estancia/processes/work_queue.hpp"
+#include "objects/made_up_scenes.hpp"
+#include "objects/object_scenes.hpp"
+#include "objects/object_segmentation_findings.hpp"
+#include "runner/config_lists.hpp"
+#include "runner/subjects.hpp"
 
 namespace estancia::experiments {
 namespace {

@@ -10,9 +10,9 @@
 
 #include "estancia/core/camera.hpp"
 #include "estancia/core/progress.hpp"
-#include "experiments/src/findings/findings.hpp"
-#include "experiments/src/runner/experiment.hpp"
-#include "experiments/src/runner/grid.hpp"
+#include "estancia/findings/findings.hpp"
+#include "runner/experiment.hpp"
+#include "runner/grid.hpp"
 
 namespace estancia {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/objects/object_segmentation_findings.hpp"
+#include "objects/object_segmentation_findings.hpp"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 
 #include "estancia/io/image_writer.hpp"
 #include "estancia/stats/proportion.hpp"
-#include "experiments/src/findings/pivot.hpp"
+#include "findings/pivot.hpp"
 
 namespace estancia::experiments {
 namespace {

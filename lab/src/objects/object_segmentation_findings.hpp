@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "experiments/src/findings/findings.hpp"
-#include "experiments/src/objects/object_segmentation_score.hpp"
-#include "experiments/src/objects/segmentation_measures.hpp"
+#include "estancia/findings/findings.hpp"
+#include "objects/object_segmentation_score.hpp"
+#include "objects/segmentation_measures.hpp"
 
 namespace estancia::experiments {
 

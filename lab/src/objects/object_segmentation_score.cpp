@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/objects/object_segmentation_score.hpp"
+#include "objects/object_segmentation_score.hpp"
 
 #include <fmt/format.h>
 

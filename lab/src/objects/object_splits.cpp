@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/objects/object_splits.hpp"
+#include "objects/object_splits.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -10,9 +10,9 @@
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/objects/learning.hpp"
-#include "experiments/src/findings/thesis.hpp"
-#include "experiments/src/objects/object_splits_data.hpp"
-#include "experiments/src/objects/object_splits_results.hpp"
+#include "findings/thesis.hpp"
+#include "objects/object_splits_data.hpp"
+#include "objects/object_splits_results.hpp"
 
 namespace estancia::experiments {
 namespace {

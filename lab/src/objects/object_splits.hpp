@@ -11,14 +11,14 @@
 #include <vector>
 
 #include "estancia/core/progress.hpp"
+#include "estancia/findings/findings.hpp"
 #include "estancia/io/object_views.hpp"
 #include "estancia/objects/pseudo_labels.hpp"
 #include "estancia/objects/shape.hpp"
 #include "estancia/objects/training.hpp"
-#include "experiments/src/findings/findings.hpp"
-#include "experiments/src/objects/label_noise.hpp"
-#include "experiments/src/runner/experiment.hpp"
-#include "experiments/src/runner/grid.hpp"
+#include "objects/label_noise.hpp"
+#include "runner/experiment.hpp"
+#include "runner/grid.hpp"
 
 namespace estancia {
 

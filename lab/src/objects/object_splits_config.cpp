@@ -3,8 +3,8 @@
 
 #include "estancia/classify/classifier.hpp"
 #include "estancia/core/config.hpp"
-#include "experiments/src/objects/object_splits.hpp"
-#include "experiments/src/runner/config_lists.hpp"
+#include "objects/object_splits.hpp"
+#include "runner/config_lists.hpp"
 
 namespace estancia::experiments {
 namespace {

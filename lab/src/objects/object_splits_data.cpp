@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/objects/object_splits_data.hpp"
+#include "objects/object_splits_data.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -18,7 +18,7 @@
 #include "estancia/label/recorded_labeler.hpp"
 #include "estancia/objects/object_crops.hpp"
 #include "estancia/words/installed_words.hpp"
-#include "experiments/src/objects/instance_splits.hpp"
+#include "objects/instance_splits.hpp"
 
 namespace estancia::experiments {
 namespace {

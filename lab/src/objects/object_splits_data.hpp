@@ -13,7 +13,7 @@
 #include "estancia/describe/features.hpp"
 #include "estancia/io/object_views.hpp"
 #include "estancia/objects/class_probabilities.hpp"
-#include "experiments/src/objects/object_splits.hpp"
+#include "objects/object_splits.hpp"
 
 namespace estancia::experiments {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/objects/object_splits_results.hpp"
+#include "objects/object_splits_results.hpp"
 
 #include <fmt/format.h>
 
@@ -13,8 +13,8 @@
 #include "estancia/core/label_words.hpp"
 #include "estancia/io/image_writer.hpp"
 #include "estancia/objects/object_crops.hpp"
-#include "experiments/src/findings/pivot.hpp"
-#include "experiments/src/findings/thesis.hpp"
+#include "findings/pivot.hpp"
+#include "findings/thesis.hpp"
 
 namespace estancia::experiments {
 namespace {

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "experiments/src/findings/findings.hpp"
-#include "experiments/src/objects/object_splits_data.hpp"
-#include "experiments/src/scenes/scene_answers.hpp"
+#include "estancia/findings/findings.hpp"
+#include "objects/object_splits_data.hpp"
+#include "scenes/scene_answers.hpp"
 
 namespace estancia::experiments {
 

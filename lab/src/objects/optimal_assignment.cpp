@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/objects/optimal_assignment.hpp"
+#include "objects/optimal_assignment.hpp"
 
 #include <algorithm>
 #include <limits>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/objects/segmentation_measures.hpp"
+#include "objects/segmentation_measures.hpp"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "estancia/core/error.hpp"
-#include "experiments/src/objects/optimal_assignment.hpp"
+#include "objects/optimal_assignment.hpp"
 
 namespace estancia::experiments {
 namespace {

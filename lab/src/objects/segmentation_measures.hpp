@@ -8,7 +8,7 @@
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
-#include "experiments/src/objects/object_segmentation_score.hpp"
+#include "objects/object_segmentation_score.hpp"
 
 namespace estancia::experiments {
 

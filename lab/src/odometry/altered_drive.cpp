@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/odometry/altered_drive.hpp"
+#include "odometry/altered_drive.hpp"
 
 #include <algorithm>
 #include <numbers>

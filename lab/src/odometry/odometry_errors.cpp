@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/odometry/odometry_errors.hpp"
+#include "odometry/odometry_errors.hpp"
 
 #include <fmt/format.h>
 
@@ -13,7 +13,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/odometry/rgbd.hpp"
 #include "estancia/stats/trajectory_error.hpp"
-#include "experiments/src/runner/config_lists.hpp"
+#include "runner/config_lists.hpp"
 
 namespace estancia::experiments {
 namespace {

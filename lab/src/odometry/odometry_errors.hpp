@@ -7,12 +7,12 @@
 #include <vector>
 
 #include "estancia/core/progress.hpp"
-#include "experiments/src/findings/findings.hpp"
-#include "experiments/src/odometry/altered_drive.hpp"
-#include "experiments/src/runner/drive_grid.hpp"
-#include "experiments/src/runner/experiment.hpp"
-#include "experiments/src/runner/grid.hpp"
-#include "experiments/src/runner/subjects.hpp"
+#include "estancia/findings/findings.hpp"
+#include "odometry/altered_drive.hpp"
+#include "runner/drive_grid.hpp"
+#include "runner/experiment.hpp"
+#include "runner/grid.hpp"
+#include "runner/subjects.hpp"
 
 namespace estancia {
 

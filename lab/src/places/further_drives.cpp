@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/places/further_drives.hpp"
+#include "places/further_drives.hpp"
 
 #include <fmt/format.h>
 
@@ -18,8 +18,8 @@
 #include "estancia/world/merge_maps.hpp"
 #include "estancia/world/world_map.hpp"
 #include "estancia/world/world_mapper.hpp"
-#include "experiments/src/places/revisits.hpp"
-#include "experiments/src/runner/scratch_file.hpp"
+#include "places/revisits.hpp"
+#include "runner/scratch_file.hpp"
 
 namespace estancia::experiments {
 namespace {

@@ -9,12 +9,12 @@
 
 #include "estancia/core/frame.hpp"
 #include "estancia/core/progress.hpp"
+#include "estancia/findings/findings.hpp"
 #include "estancia/topology/map.hpp"
-#include "experiments/src/findings/findings.hpp"
-#include "experiments/src/runner/drive_grid.hpp"
-#include "experiments/src/runner/experiment.hpp"
-#include "experiments/src/runner/grid.hpp"
-#include "experiments/src/runner/subjects.hpp"
+#include "runner/drive_grid.hpp"
+#include "runner/experiment.hpp"
+#include "runner/grid.hpp"
+#include "runner/subjects.hpp"
 
 namespace estancia {
 

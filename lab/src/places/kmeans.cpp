@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/places/kmeans.hpp"
+#include "places/kmeans.hpp"
 
 #include <fmt/format.h>
 

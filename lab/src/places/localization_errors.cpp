@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/places/localization_errors.hpp"
+#include "places/localization_errors.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -12,8 +12,8 @@
 #include "estancia/core/config.hpp"
 #include "estancia/core/digest.hpp"
 #include "estancia/topology/localizer.hpp"
-#include "experiments/src/places/mapped_drive.hpp"
-#include "experiments/src/runner/config_lists.hpp"
+#include "places/mapped_drive.hpp"
+#include "runner/config_lists.hpp"
 
 namespace estancia::experiments {
 namespace {

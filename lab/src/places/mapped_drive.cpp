@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/places/mapped_drive.hpp"
+#include "places/mapped_drive.hpp"
 
 #include <numeric>
 #include <utility>

@@ -11,7 +11,7 @@
 #include "estancia/topology/accuracy.hpp"
 #include "estancia/topology/localizer_map.hpp"
 #include "estancia/topology/mapper.hpp"
-#include "experiments/src/runner/scratch_file.hpp"
+#include "runner/scratch_file.hpp"
 
 namespace estancia::experiments {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/places/model_choice.hpp"
+#include "places/model_choice.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -16,11 +16,11 @@
 #include "estancia/label/model.hpp"
 #include "estancia/stats/compared_vectors.hpp"
 #include "estancia/stats/distance.hpp"
-#include "experiments/src/places/kmeans.hpp"
-#include "experiments/src/places/model_choice_findings.hpp"
-#include "experiments/src/places/posed_descriptors.hpp"
-#include "experiments/src/runner/config_lists.hpp"
-#include "experiments/src/runner/subjects.hpp"
+#include "places/kmeans.hpp"
+#include "places/model_choice_findings.hpp"
+#include "places/posed_descriptors.hpp"
+#include "runner/config_lists.hpp"
+#include "runner/subjects.hpp"
 
 namespace estancia::experiments {
 namespace fs = std::filesystem;

@@ -11,11 +11,11 @@
 #include <vector>
 
 #include "estancia/core/progress.hpp"
+#include "estancia/findings/findings.hpp"
 #include "estancia/io/sequence.hpp"
-#include "experiments/src/findings/findings.hpp"
-#include "experiments/src/runner/experiment.hpp"
-#include "experiments/src/runner/grid.hpp"
-#include "experiments/src/runner/subjects.hpp"
+#include "runner/experiment.hpp"
+#include "runner/grid.hpp"
+#include "runner/subjects.hpp"
 
 namespace estancia {
 

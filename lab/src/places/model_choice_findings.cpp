@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/places/model_choice_findings.hpp"
+#include "places/model_choice_findings.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
 #include "estancia/stats/rank_tests.hpp"
-#include "experiments/src/findings/pivot.hpp"
+#include "findings/pivot.hpp"
 
 namespace estancia::experiments {
 namespace {

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "experiments/src/findings/findings.hpp"
-#include "experiments/src/places/place_recognition.hpp"
-#include "experiments/src/places/spatial_variance.hpp"
-#include "experiments/src/runner/grid.hpp"
+#include "estancia/findings/findings.hpp"
+#include "places/place_recognition.hpp"
+#include "places/spatial_variance.hpp"
+#include "runner/grid.hpp"
 
 namespace estancia::experiments {
 

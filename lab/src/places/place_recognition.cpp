@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/places/place_recognition.hpp"
+#include "places/place_recognition.hpp"
 
 #include <cmath>
 #include <limits>

@@ -8,7 +8,7 @@
 
 #include "estancia/core/descriptor.hpp"
 #include "estancia/stats/distance.hpp"
-#include "experiments/src/places/spatial_variance.hpp"
+#include "places/spatial_variance.hpp"
 
 namespace estancia::experiments {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/places/place_tasks.hpp"
+#include "places/place_tasks.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -21,10 +21,10 @@
 #include "estancia/topology/localizer_map.hpp"
 #include "estancia/topology/mapper.hpp"
 #include "estancia/topology/quality.hpp"
-#include "experiments/src/findings/pivot.hpp"
-#include "experiments/src/places/mapped_drive.hpp"
-#include "experiments/src/places/room_table.hpp"
-#include "experiments/src/runner/config_lists.hpp"
+#include "findings/pivot.hpp"
+#include "places/mapped_drive.hpp"
+#include "places/room_table.hpp"
+#include "runner/config_lists.hpp"
 
 namespace estancia::experiments {
 namespace fs = std::filesystem;

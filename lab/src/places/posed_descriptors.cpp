@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/places/posed_descriptors.hpp"
+#include "places/posed_descriptors.hpp"
 
 #include <fmt/format.h>
 

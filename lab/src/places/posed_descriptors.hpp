@@ -12,7 +12,7 @@
 #include "estancia/io/sequence.hpp"
 #include "estancia/label/label_cache.hpp"
 #include "estancia/label/labeler.hpp"
-#include "experiments/src/places/spatial_variance.hpp"
+#include "places/spatial_variance.hpp"
 
 namespace estancia::experiments {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/places/reference_areas.hpp"
+#include "places/reference_areas.hpp"
 
 #include <fmt/format.h>
 

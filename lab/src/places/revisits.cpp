@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/places/revisits.hpp"
+#include "places/revisits.hpp"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@
 
 #include "estancia/core/config.hpp"
 #include "estancia/core/error.hpp"
-#include "experiments/src/places/mapped_drive.hpp"
+#include "places/mapped_drive.hpp"
 
 namespace estancia::experiments {
 namespace {

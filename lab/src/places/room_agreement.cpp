@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/places/room_agreement.hpp"
+#include "places/room_agreement.hpp"
 
 #include <fmt/format.h>
 
@@ -14,9 +14,9 @@
 #include "estancia/io/home_truth.hpp"
 #include "estancia/stats/clustering_agreement.hpp"
 #include "estancia/zones/zones.hpp"
-#include "experiments/src/places/mapped_drive.hpp"
-#include "experiments/src/places/reference_areas.hpp"
-#include "experiments/src/runner/config_lists.hpp"
+#include "places/mapped_drive.hpp"
+#include "places/reference_areas.hpp"
+#include "runner/config_lists.hpp"
 
 namespace estancia::experiments {
 namespace fs = std::filesystem;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/places/room_table.hpp"
+#include "places/room_table.hpp"
 
 #include <map>
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "estancia/core/frame.hpp"
-#include "experiments/src/findings/csv_table.hpp"
+#include "findings/csv_table.hpp"
 
 namespace estancia::experiments {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/places/spatial_variance.hpp"
+#include "places/spatial_variance.hpp"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/places/tours.hpp"
+#include "places/tours.hpp"
 
 #include <fmt/format.h>
 
@@ -13,7 +13,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/stats/clustering_agreement.hpp"
 #include "estancia/topology/mapper.hpp"
-#include "experiments/src/runner/config_lists.hpp"
+#include "runner/config_lists.hpp"
 
 namespace estancia::experiments {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/places/word_positions.hpp"
+#include "places/word_positions.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -18,7 +18,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/label_words.hpp"
 #include "estancia/io/home_truth.hpp"
-#include "experiments/src/runner/config_lists.hpp"
+#include "runner/config_lists.hpp"
 
 namespace estancia::experiments {
 namespace fs = std::filesystem;

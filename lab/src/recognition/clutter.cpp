@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/recognition/clutter.hpp"
+#include "recognition/clutter.hpp"
 
 #include <fmt/format.h>
 

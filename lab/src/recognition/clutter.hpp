@@ -11,7 +11,7 @@
 
 #include "estancia/core/options.hpp"
 #include "estancia/core/point_cloud.hpp"
-#include "experiments/src/recognition/model_pairs.hpp"
+#include "recognition/model_pairs.hpp"
 
 namespace estancia::experiments {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/recognition/color_recognition.hpp"
+#include "recognition/color_recognition.hpp"
 
 #include <fmt/format.h>
 
@@ -12,9 +12,9 @@
 #include "estancia/core/config.hpp"
 #include "estancia/core/digest.hpp"
 #include "estancia/recognition/descriptors.hpp"
-#include "experiments/src/recognition/color_searches.hpp"
-#include "experiments/src/runner/config_lists.hpp"
-#include "experiments/src/runner/subjects.hpp"
+#include "recognition/color_searches.hpp"
+#include "runner/config_lists.hpp"
+#include "runner/subjects.hpp"
 
 namespace estancia::experiments {
 namespace {

@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "estancia/core/progress.hpp"
-#include "experiments/src/findings/findings.hpp"
-#include "experiments/src/recognition/color_cases.hpp"
-#include "experiments/src/runner/experiment.hpp"
-#include "experiments/src/runner/grid.hpp"
+#include "estancia/findings/findings.hpp"
+#include "recognition/color_cases.hpp"
+#include "runner/experiment.hpp"
+#include "runner/grid.hpp"
 
 namespace estancia {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/recognition/color_searches.hpp"
+#include "recognition/color_searches.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -17,7 +17,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/recognition/prepared.hpp"
 #include "estancia/recognition/recognizer.hpp"
-#include "experiments/src/recognition/pose_error.hpp"
+#include "recognition/pose_error.hpp"
 
 namespace estancia::experiments {
 namespace {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "experiments/src/recognition/color_recognition.hpp"
+#include "recognition/color_recognition.hpp"
 
 namespace estancia::experiments {
 

@@ -17,7 +17,7 @@
 #include "estancia/core/rigid.hpp"
 #include "estancia/io/home_truth.hpp"
 #include "estancia/io/sequence.hpp"
-#include "experiments/src/recognition/color_cases.hpp"
+#include "recognition/color_cases.hpp"
 
 namespace estancia::experiments {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/recognition/filtered_clouds.hpp"
+#include "recognition/filtered_clouds.hpp"
 
 #include <fmt/format.h>
 

@@ -9,8 +9,8 @@
 #include <optional>
 #include <random>
 
-#include "experiments/src/recognition/color_cases.hpp"
-#include "experiments/src/recognition/pose_error.hpp"
+#include "recognition/color_cases.hpp"
+#include "recognition/pose_error.hpp"
 
 namespace estancia::experiments {
 namespace {

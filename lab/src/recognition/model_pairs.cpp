@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/recognition/model_pairs.hpp"
+#include "recognition/model_pairs.hpp"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,7 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/io/files.hpp"
-#include "experiments/src/findings/csv_table.hpp"
+#include "findings/csv_table.hpp"
 
 namespace estancia::experiments {
 namespace fs = std::filesystem;

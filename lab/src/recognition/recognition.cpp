@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/recognition/recognition.hpp"
+#include "recognition/recognition.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -13,9 +13,9 @@
 
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
-#include "experiments/src/recognition/recognition_findings.hpp"
-#include "experiments/src/recognition/recognition_stages.hpp"
-#include "experiments/src/runner/subjects.hpp"
+#include "recognition/recognition_findings.hpp"
+#include "recognition/recognition_stages.hpp"
+#include "runner/subjects.hpp"
 
 namespace estancia::experiments {
 namespace {

@@ -14,11 +14,11 @@
 
 #include "estancia/core/options.hpp"
 #include "estancia/core/progress.hpp"
-#include "experiments/src/findings/findings.hpp"
-#include "experiments/src/recognition/clutter.hpp"
-#include "experiments/src/recognition/model_pairs.hpp"
-#include "experiments/src/runner/experiment.hpp"
-#include "experiments/src/runner/grid.hpp"
+#include "estancia/findings/findings.hpp"
+#include "recognition/clutter.hpp"
+#include "recognition/model_pairs.hpp"
+#include "runner/experiment.hpp"
+#include "runner/grid.hpp"
 
 namespace estancia {
 

@@ -4,8 +4,8 @@
 
 #include <string>
 
-#include "experiments/src/findings/findings.hpp"
-#include "experiments/src/recognition/recognition_results.hpp"
+#include "estancia/findings/findings.hpp"
+#include "recognition/recognition_results.hpp"
 
 namespace estancia::experiments {
 

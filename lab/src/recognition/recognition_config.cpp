@@ -8,8 +8,8 @@
 #include "estancia/recognition/descriptors.hpp"
 #include "estancia/recognition/keypoints.hpp"
 #include "estancia/recognition/recognizer.hpp"
-#include "experiments/src/recognition/recognition.hpp"
-#include "experiments/src/runner/config_lists.hpp"
+#include "recognition/recognition.hpp"
+#include "runner/config_lists.hpp"
 
 namespace estancia::experiments {
 namespace {

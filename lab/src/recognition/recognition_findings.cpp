@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/recognition/recognition_findings.hpp"
+#include "recognition/recognition_findings.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "experiments/src/recognition/recognition_by_noise.hpp"
-#include "experiments/src/recognition/recognition_tables.hpp"
+#include "recognition/recognition_by_noise.hpp"
+#include "recognition/recognition_tables.hpp"
 
 namespace estancia::experiments {
 namespace {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/recognition/recognition_results.hpp"
+#include "recognition/recognition_results.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "experiments/src/findings/pivot.hpp"
+#include "findings/pivot.hpp"
 
 namespace estancia::experiments {
 

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "experiments/src/runner/grid.hpp"
+#include "runner/grid.hpp"
 
 namespace estancia::experiments {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/recognition/recognition_stages.hpp"
+#include "recognition/recognition_stages.hpp"
 
 #include <fmt/format.h>
 
@@ -15,7 +15,7 @@
 #include "estancia/recognition/pose_candidates.hpp"
 #include "estancia/recognition/prepared.hpp"
 #include "estancia/recognition/recognizer.hpp"
-#include "experiments/src/recognition/pose_error.hpp"
+#include "recognition/pose_error.hpp"
 
 namespace estancia::experiments {
 namespace {

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "estancia/core/point_cloud.hpp"
-#include "experiments/src/recognition/filtered_clouds.hpp"
-#include "experiments/src/recognition/recognition.hpp"
+#include "recognition/filtered_clouds.hpp"
+#include "recognition/recognition.hpp"
 
 namespace estancia::experiments {
 

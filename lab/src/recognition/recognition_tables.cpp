@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/recognition/recognition_tables.hpp"
+#include "recognition/recognition_tables.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 
-#include "experiments/src/findings/pivot.hpp"
-#include "experiments/src/findings/thesis.hpp"
+#include "findings/pivot.hpp"
+#include "findings/thesis.hpp"
 
 namespace estancia::experiments {
 namespace {

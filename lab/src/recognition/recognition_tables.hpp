@@ -2,8 +2,8 @@
 // for. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "experiments/src/findings/findings.hpp"
-#include "experiments/src/recognition/recognition_results.hpp"
+#include "estancia/findings/findings.hpp"
+#include "recognition/recognition_results.hpp"
 
 namespace estancia::experiments {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/runner/drive_grid.hpp"
+#include "runner/drive_grid.hpp"
 
 #include <fmt/format.h>
 

@@ -11,13 +11,13 @@
 #include <vector>
 
 #include "estancia/core/progress.hpp"
+#include "estancia/findings/findings.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/label/labeler.hpp"
-#include "experiments/src/findings/findings.hpp"
-#include "experiments/src/findings/pivot.hpp"
-#include "experiments/src/runner/experiment.hpp"
-#include "experiments/src/runner/grid.hpp"
-#include "experiments/src/runner/subjects.hpp"
+#include "findings/pivot.hpp"
+#include "runner/experiment.hpp"
+#include "runner/grid.hpp"
+#include "runner/subjects.hpp"
 
 namespace estancia::experiments {
 

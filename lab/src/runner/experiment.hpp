@@ -9,9 +9,9 @@
 
 #include "estancia/core/choice.hpp"
 #include "estancia/core/progress.hpp"
+#include "estancia/findings/findings.hpp"
 #include "estancia/label/label_cache.hpp"
 #include "estancia/label/model.hpp"
-#include "experiments/src/findings/findings.hpp"
 
 namespace estancia::experiments {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/runner/grid.hpp"
+#include "runner/grid.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -23,7 +23,7 @@
 #include "estancia/core/parallel.hpp"
 #include "estancia/io/csv.hpp"
 #include "estancia/io/files.hpp"
-#include "experiments/src/runner/work_queue.hpp"
+#include "estancia/processes/work_queue.hpp"
 
 namespace estancia::experiments {
 namespace fs = std::filesystem;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/runner/subjects.hpp"
+#include "runner/subjects.hpp"
 
 #include <fmt/format.h>
 
@@ -11,7 +11,7 @@
 #include "estancia/core/plus_names.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/label/model.hpp"
-#include "experiments/src/runner/config_lists.hpp"
+#include "runner/config_lists.hpp"
 
 namespace estancia::experiments {
 namespace fs = std::filesystem;

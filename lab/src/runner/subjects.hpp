@@ -10,7 +10,7 @@
 
 #include "estancia/core/config.hpp"
 #include "estancia/io/sequence.hpp"
-#include "experiments/src/runner/experiment.hpp"
+#include "runner/experiment.hpp"
 
 namespace estancia::experiments {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/scenes/scene_answers.hpp"
+#include "scenes/scene_answers.hpp"
 
 #include <algorithm>
 #include <boost/math/distributions/normal.hpp>

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "experiments/src/runner/grid.hpp"
+#include "runner/grid.hpp"
 
 namespace estancia::experiments {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/scenes/scenes.hpp"
+#include "scenes/scenes.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -15,10 +15,10 @@
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
-#include "experiments/src/scenes/scene_answers.hpp"
-#include "experiments/src/scenes/scenes_data.hpp"
-#include "experiments/src/scenes/scenes_findings.hpp"
-#include "experiments/src/scenes/scenes_statistics.hpp"
+#include "scenes/scene_answers.hpp"
+#include "scenes/scenes_data.hpp"
+#include "scenes/scenes_findings.hpp"
+#include "scenes/scenes_statistics.hpp"
 
 namespace estancia::experiments {
 namespace {

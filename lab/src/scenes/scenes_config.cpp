@@ -6,8 +6,8 @@
 #include "estancia/classify/classifier.hpp"
 #include "estancia/classify/label_selection.hpp"
 #include "estancia/core/config.hpp"
-#include "experiments/src/runner/config_lists.hpp"
-#include "experiments/src/scenes/scenes.hpp"
+#include "runner/config_lists.hpp"
+#include "scenes/scenes.hpp"
 
 namespace estancia::experiments {
 namespace {

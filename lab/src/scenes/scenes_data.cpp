@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/scenes/scenes_data.hpp"
+#include "scenes/scenes_data.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -19,8 +19,8 @@
 #include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/io/feature_table.hpp"
 #include "estancia/label/model.hpp"
-#include "experiments/src/places/room_table.hpp"
-#include "experiments/src/zones/room_classes.hpp"
+#include "places/room_table.hpp"
+#include "zones/room_classes.hpp"
 
 namespace estancia::experiments {
 namespace fs = std::filesystem;

@@ -9,8 +9,8 @@
 
 #include "estancia/core/progress.hpp"
 #include "estancia/describe/features.hpp"
-#include "experiments/src/runner/experiment.hpp"
-#include "experiments/src/scenes/scenes.hpp"
+#include "runner/experiment.hpp"
+#include "scenes/scenes.hpp"
 
 namespace estancia::experiments {
 

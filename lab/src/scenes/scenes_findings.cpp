@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/scenes/scenes_findings.hpp"
+#include "scenes/scenes_findings.hpp"
 
 #include <fmt/format.h>
 
@@ -11,10 +11,10 @@
 #include <optional>
 
 #include "estancia/io/csv.hpp"
-#include "experiments/src/findings/pivot.hpp"
-#include "experiments/src/scenes/scenes_rankings.hpp"
-#include "experiments/src/scenes/scenes_statistics.hpp"
-#include "experiments/src/scenes/scenes_subsets.hpp"
+#include "findings/pivot.hpp"
+#include "scenes/scenes_rankings.hpp"
+#include "scenes/scenes_statistics.hpp"
+#include "scenes/scenes_subsets.hpp"
 
 namespace estancia::experiments {
 namespace {

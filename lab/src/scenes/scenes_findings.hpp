@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "experiments/src/findings/findings.hpp"
-#include "experiments/src/scenes/scene_answers.hpp"
+#include "estancia/findings/findings.hpp"
+#include "scenes/scene_answers.hpp"
 
 namespace estancia::experiments {
 

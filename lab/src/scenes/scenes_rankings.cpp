@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/scenes/scenes_rankings.hpp"
+#include "scenes/scenes_rankings.hpp"
 
 #include <fmt/format.h>
 
@@ -7,10 +7,10 @@
 #include <utility>
 #include <variant>
 
+#include "estancia/findings/comparison_findings.hpp"
 #include "estancia/stats/method_comparison.hpp"
-#include "experiments/src/findings/comparison_findings.hpp"
-#include "experiments/src/findings/thesis.hpp"
-#include "experiments/src/scenes/scenes_statistics.hpp"
+#include "findings/thesis.hpp"
+#include "scenes/scenes_statistics.hpp"
 
 namespace estancia::experiments {
 namespace {

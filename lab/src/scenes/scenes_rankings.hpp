@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "experiments/src/findings/findings.hpp"
-#include "experiments/src/scenes/scenes_findings.hpp"
+#include "estancia/findings/findings.hpp"
+#include "scenes/scenes_findings.hpp"
 
 namespace estancia::experiments {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/scenes/scenes_statistics.hpp"
+#include "scenes/scenes_statistics.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "estancia/stats/method_comparison.hpp"
-#include "experiments/src/scenes/scenes_findings.hpp"
+#include "scenes/scenes_findings.hpp"
 
 namespace estancia::experiments {
 

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/scenes/scenes_subsets.hpp"
+#include "scenes/scenes_subsets.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <vector>
 
+#include "estancia/findings/comparison_findings.hpp"
 #include "estancia/stats/rank_tests.hpp"
-#include "experiments/src/findings/comparison_findings.hpp"
-#include "experiments/src/findings/pivot.hpp"
-#include "experiments/src/scenes/scenes_statistics.hpp"
+#include "findings/pivot.hpp"
+#include "scenes/scenes_statistics.hpp"
 
 namespace estancia::experiments {
 namespace {

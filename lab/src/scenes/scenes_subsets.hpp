@@ -4,8 +4,8 @@
 
 #include <string>
 
-#include "experiments/src/findings/findings.hpp"
-#include "experiments/src/scenes/scenes_findings.hpp"
+#include "estancia/findings/findings.hpp"
+#include "scenes/scenes_findings.hpp"
 
 namespace estancia::experiments {
 

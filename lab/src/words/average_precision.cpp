@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/words/average_precision.hpp"
+#include "words/average_precision.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
 #include "estancia/core/error.hpp"
-#include "experiments/src/findings/pivot.hpp"
+#include "findings/pivot.hpp"
 
 namespace estancia::experiments {
 

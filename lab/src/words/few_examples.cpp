@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/words/few_examples.hpp"
+#include "words/few_examples.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -14,8 +14,8 @@
 #include "estancia/core/config.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/words/installed_words.hpp"
-#include "experiments/src/findings/pivot.hpp"
-#include "experiments/src/runner/config_lists.hpp"
+#include "findings/pivot.hpp"
+#include "runner/config_lists.hpp"
 
 namespace estancia::experiments {
 namespace {

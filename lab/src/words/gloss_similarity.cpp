@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/words/gloss_similarity.hpp"
+#include "words/gloss_similarity.hpp"
 
 #include <array>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/words/label_finders.hpp"
+#include "words/label_finders.hpp"
 
 #include <array>
 #include <cmath>

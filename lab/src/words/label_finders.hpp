@@ -13,7 +13,7 @@
 #include "estancia/words/label_senses.hpp"
 #include "estancia/words/word_graph.hpp"
 #include "estancia/words/wordnet.hpp"
-#include "experiments/src/words/gloss_similarity.hpp"
+#include "words/gloss_similarity.hpp"
 
 namespace estancia::experiments {
 

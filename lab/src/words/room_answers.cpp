@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/words/room_answers.hpp"
+#include "words/room_answers.hpp"
 
 #include <algorithm>
 #include <map>
@@ -9,8 +9,8 @@
 #include "estancia/core/label_words.hpp"
 #include "estancia/stats/proportion.hpp"
 #include "estancia/world/area_names.hpp"
-#include "experiments/src/scenes/scene_answers.hpp"
-#include "experiments/src/zones/room_classes.hpp"
+#include "scenes/scene_answers.hpp"
+#include "zones/room_classes.hpp"
 
 namespace estancia::experiments {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "estancia/core/frame.hpp"
 #include "estancia/core/room_predictions.hpp"
-#include "experiments/src/runner/grid.hpp"
+#include "runner/grid.hpp"
 
 namespace estancia::experiments {
 

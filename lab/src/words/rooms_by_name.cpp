@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/words/rooms_by_name.hpp"
+#include "words/rooms_by_name.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -14,8 +14,8 @@
 #include "estancia/core/error.hpp"
 #include "estancia/words/installed_words.hpp"
 #include "estancia/words/room_words.hpp"
-#include "experiments/src/runner/config_lists.hpp"
-#include "experiments/src/words/room_answers.hpp"
+#include "runner/config_lists.hpp"
+#include "words/room_answers.hpp"
 
 namespace estancia::experiments {
 namespace {

@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "estancia/core/progress.hpp"
-#include "experiments/src/findings/findings.hpp"
-#include "experiments/src/runner/drive_grid.hpp"
-#include "experiments/src/runner/experiment.hpp"
-#include "experiments/src/runner/grid.hpp"
-#include "experiments/src/runner/subjects.hpp"
+#include "estancia/findings/findings.hpp"
+#include "runner/drive_grid.hpp"
+#include "runner/experiment.hpp"
+#include "runner/grid.hpp"
+#include "runner/subjects.hpp"
 
 namespace estancia {
 

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "experiments/src/findings/pivot.hpp"
-#include "experiments/src/words/rooms_by_name.hpp"
+#include "findings/pivot.hpp"
+#include "words/rooms_by_name.hpp"
 
 namespace estancia::experiments {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/words/word_queries.hpp"
+#include "words/word_queries.hpp"
 
 #include <fmt/format.h>
 
@@ -12,7 +12,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/label_words.hpp"
 #include "estancia/io/files.hpp"
-#include "experiments/src/findings/csv_table.hpp"
+#include "findings/csv_table.hpp"
 
 namespace estancia::experiments {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/words/words_experiment.hpp"
+#include "words/words_experiment.hpp"
 
 #include <fmt/format.h>
 
@@ -11,11 +11,11 @@
 #include "estancia/core/config.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/label/model.hpp"
-#include "experiments/src/runner/config_lists.hpp"
-#include "experiments/src/runner/subjects.hpp"
-#include "experiments/src/words/average_precision.hpp"
-#include "experiments/src/words/label_finders.hpp"
-#include "experiments/src/words/word_queries.hpp"
+#include "runner/config_lists.hpp"
+#include "runner/subjects.hpp"
+#include "words/average_precision.hpp"
+#include "words/label_finders.hpp"
+#include "words/word_queries.hpp"
 
 namespace estancia::experiments {
 namespace {

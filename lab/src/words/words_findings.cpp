@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "experiments/src/findings/pivot.hpp"
-#include "experiments/src/words/label_finders.hpp"
-#include "experiments/src/words/words_experiment.hpp"
+#include "findings/pivot.hpp"
+#include "words/label_finders.hpp"
+#include "words/words_experiment.hpp"
 
 namespace estancia::experiments {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/zones/category_spread.hpp"
+#include "zones/category_spread.hpp"
 
 #include <fmt/format.h>
 

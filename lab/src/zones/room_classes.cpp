@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/zones/room_classes.hpp"
+#include "zones/room_classes.hpp"
 
 #include <algorithm>
 #include <map>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/zones/zone_tables.hpp"
+#include "zones/zone_tables.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -26,11 +26,11 @@
 #include "estancia/zones/cut.hpp"
 #include "estancia/zones/image_tree.hpp"
 #include "estancia/zones/zones.hpp"
-#include "experiments/src/places/room_table.hpp"
-#include "experiments/src/runner/config_lists.hpp"
-#include "experiments/src/zones/category_spread.hpp"
-#include "experiments/src/zones/room_classes.hpp"
-#include "experiments/src/zones/zone_tables_findings.hpp"
+#include "places/room_table.hpp"
+#include "runner/config_lists.hpp"
+#include "zones/category_spread.hpp"
+#include "zones/room_classes.hpp"
+#include "zones/zone_tables_findings.hpp"
 
 namespace estancia::experiments {
 namespace fs = std::filesystem;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/src/zones/zone_tables_findings.hpp"
+#include "zones/zone_tables_findings.hpp"
 
 #include <fmt/format.h>
 
@@ -7,9 +7,9 @@
 #include <string_view>
 
 #include "estancia/zones/zones.hpp"
-#include "experiments/src/findings/pivot.hpp"
-#include "experiments/src/findings/thesis.hpp"
-#include "experiments/src/zones/zone_tables.hpp"
+#include "findings/pivot.hpp"
+#include "findings/thesis.hpp"
+#include "zones/zone_tables.hpp"
 
 namespace estancia::experiments {
 namespace {

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "experiments/src/findings/findings.hpp"
-#include "experiments/src/runner/grid.hpp"
+#include "estancia/findings/findings.hpp"
+#include "runner/grid.hpp"
 
 namespace estancia::experiments {
 

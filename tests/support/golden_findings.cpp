@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "experiments/golden_findings.hpp"
+#include "support/golden_findings.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -9,13 +9,11 @@
 #include <filesystem>
 
 #include "estancia/core/home.hpp"
-#include "experiments/src/findings/result_table.hpp"
+#include "estancia/findings/result_table.hpp"
 #include "support/support.hpp"
 
 namespace estancia::test {
 namespace {
-
-using namespace experiments;
 
 std::string headOf(const char* kind, const std::string& title, const std::string& caption) {
   return fmt::format("\n== {}: {}\n{}{}", kind, title, caption, caption.empty() ? "" : "\n");
@@ -97,9 +95,7 @@ std::size_t notesNaming(const Findings& findings, const std::string& fact) {
       findings.notes, [&](const auto& note) { return note.find(fact) != std::string::npos; }));
 }
 
-void expectGolden(const std::string& name, const Findings& findings) {
-  const std::filesystem::path file =
-      std::filesystem::path(ESTANCIA_SOURCE_DIR) / "tests/experiments/goldens" / (name + ".txt");
+void expectGolden(const std::filesystem::path& file, const Findings& findings) {
   const std::string text = textOf(findings);
   if (!environment("ESTANCIA_WRITE_GOLDENS").empty()) writeFile(file, text);
   EXPECT_EQ(text, readFile(file)) << file;
