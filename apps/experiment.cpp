@@ -32,13 +32,13 @@ void becomeLaboratory(char** arguments) {
 
 void addExperimentCommand(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
-      "experiment",
-      "Run experiments: compare models on your sequences; needs the package estancia-lab\n"
-      "The program estancia-lab is looked for beside this one, in ../libexec/estancia from there, and on "
-      "PATH.\nWhere it is installed, this help is its own; lab/README.md in the source tells how to build "
-      "it.");
+      "experiment", "Run experiments: compare models on your sequences (package estancia-lab)");
   command->prefix_command();
-  addExamples(*command, "  estancia experiment run lab/experiments/model-choice.toml");
+  addExamples(
+      *command,
+      "  # by the program estancia-lab, beside this one, in ../libexec/estancia from there, or on PATH\n"
+      "  estancia experiment run lab/experiments/model-choice.toml\n"
+      "  estancia experiment run --help   # all its options, where it is installed");
   command->callback([] {
     throw Error(ErrorCode::missingDependency,
                 "experiments are run by the program estancia-lab, which is not here; install the package "

@@ -8,6 +8,7 @@
 #include <csignal>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <regex>
 
 #include "support/errors.hpp"
 #include "support/model_support.hpp"
@@ -162,6 +163,17 @@ TEST_F(ExperimentCommand, RunsSeveralTypesEachInAFolderOfItsOwn) {
   fs::remove_all(out_);
   EXPECT_THAT(both(), FailsWith(ErrorCode::malformedFile, "second.toml:2", "linkage"));
   EXPECT_FALSE(fs::exists(out_)) << "nothing is run before all are read";
+}
+
+TEST(Experiments, ReadmeNamesEveryOption) {
+  const std::string readme = readFile(fs::path(ESTANCIA_LAB_DIR) / "README.md");
+  const auto help = run({"experiment", "run", "--help"});
+  ASSERT_EQ(help.exitCode, 0) << help.err;
+  const std::regex option("\n  (?:-[a-z],)?(--[a-z-]+)");
+  std::size_t options = 0;
+  for (std::sregex_iterator it(help.out.begin(), help.out.end(), option), end; it != end; ++it, ++options)
+    EXPECT_TRUE((*it)[1] == "--help" || holds(readme, "`" + (*it)[1].str())) << (*it)[1];
+  EXPECT_GE(options, 10U);
 }
 
 TEST(Experiments, OfTheRepositoryAreReadable) {
