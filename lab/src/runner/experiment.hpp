@@ -13,9 +13,11 @@
 #include "estancia/label/label_cache.hpp"
 #include "estancia/label/model.hpp"
 
-namespace estancia::experiments {
-
+namespace estancia {
 class WorkQueue;
+}
+
+namespace estancia::experiments {
 
 struct ExperimentRun {
   /// Where cells and results.csv go; made when it is not there.

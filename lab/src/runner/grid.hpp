@@ -12,9 +12,11 @@
 
 #include "estancia/core/progress.hpp"
 
-namespace estancia::experiments {
-
+namespace estancia {
 class WorkQueue;
+}
+
+namespace estancia::experiments {
 
 /// One number that a cell found: `measure`, or `measure` at one of the points that the cell was read at.
 struct CellResult {
