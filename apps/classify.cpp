@@ -23,16 +23,13 @@
 #include "estancia/describe/table_features.hpp"
 #include "estancia/figures/text.hpp"
 #include "estancia/files/files.hpp"
-#include "estancia/map_file/places.hpp"
-#include "estancia/map_file/store.hpp"
-#include "estancia/readers/formats.hpp"
-#include "estancia/readers/open_sequence.hpp"
+#include "estancia/findings/confusion_findings.hpp"
+#include "estancia/findings/findings_page.hpp"
+#include "estancia/sequences/listed_sequence.hpp"
 #include "estancia/stats/proportion.hpp"
 #include "estancia/words/room_words.hpp"
 #include "estancia/world/rooms_by_name.hpp"
 #include "estancia/world_file/world_map.hpp"
-#include "experiments/src/findings/confusion_findings.hpp"
-#include "experiments/src/findings/findings_page.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -198,17 +195,16 @@ void test(const ClassifyArguments& a) {
   const RoomClassifier classifier = readRoomClassifier(a.roomClassifier);
   const Features features = featuresFor(a, classifier);
   const Confusion confusion = testRooms(classifier, features, a.describing.options.threads);
-  const std::size_t total = confusion.total(), right = experiments::rightOf(confusion);
+  const std::size_t total = confusion.total(), right = rightOf(confusion);
   const auto [low, high] = wilsonInterval(right, total);
   auto unknown = framesPerRoom(features);
   for (const std::string& room : classifier.rooms()) unknown.erase(room);
   if (!a.output.empty()) {
-    experiments::writeFindingsPage(
-        a.output,
-        experiments::findingsOf(confusion, fs::path(a.roomClassifier).stem().string(),
-                                {{"classifier", nameOf(classifier)},
-                                 {"chosen", classifier.choice()},
-                                 {"tested on", io::printable(fs::path(a.source.path).filename().string())}}));
+    writeFindingsPage(
+        a.output, findingsOf(confusion, fs::path(a.roomClassifier).stem().string(),
+                             {{"classifier", nameOf(classifier)},
+                              {"chosen", classifier.choice()},
+                              {"tested on", io::printable(fs::path(a.source.path).filename().string())}}));
     spdlog::info("wrote {}", a.output);
   }
   if (a.json) {

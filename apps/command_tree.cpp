@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "command_line.hpp"
 #include "declared_options.hpp"
 #include "estancia/version.hpp"
 
@@ -113,10 +114,6 @@ void addOptionRows(std::string& text, const PublishedGroup& published, const Opt
 }
 
 }  // namespace
-
-bool takesValue(const CLI::Option& option) {
-  return option.get_items_expected_max() > 0 && option.get_type_size_max() > 0;
-}
 
 std::vector<std::pair<std::string, const CLI::App*>> commandsOf(const CLI::App& app) {
   std::vector<std::pair<std::string, const CLI::App*>> commands{{app.get_name(), &app}};

@@ -12,12 +12,6 @@ namespace estancia::apps {
 /// The command, then its subcommands, depth first: "estancia classify train" and the command.
 std::vector<std::pair<std::string, const CLI::App*>> commandsOf(const CLI::App& app);
 
-/// Whether an option is followed by a value; flags are not.
-bool takesValue(const CLI::Option& option);
-
-/// Type name of an option whose value may be "", which means something there.
-inline constexpr const char* textOrNothing = "TEXT|\"\"";
-
 /// A script that completes commands, options and files in bash.
 std::string bashCompletion(const CLI::App& app);
 /// The same for zsh, with the descriptions.

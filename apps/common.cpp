@@ -132,15 +132,6 @@ void addPosesInMapOption(CLI::App& command, bool& posesInMap) {
       "there by the places that are recognized");
 }
 
-void addJsonOption(CLI::App& command, bool& json) {
-  command.add_flag("--json", json, "Print JSON for machines on stdout");
-}
-
-void print(const nlohmann::ordered_json& json) {
-  // Labels and file names may hold bytes that are no UTF-8: show them as such instead of failing.
-  std::puts(json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
-}
-
 std::string nameBesideResults(const std::string& work) {
   return isatty(STDOUT_FILENO) == 1 ? "" : work;
 }
@@ -165,10 +156,6 @@ std::size_t print(const std::vector<Measure>& measures) {
     ++known;
   }
   return known;
-}
-
-void addExamples(CLI::App& command, const std::string& examples) {
-  command.footer("Examples:\n" + examples);
 }
 
 }  // namespace estancia::apps

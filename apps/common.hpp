@@ -10,17 +10,12 @@
 #include <string_view>
 #include <vector>
 
+#include "command_line.hpp"
 #include "declared_options.hpp"
 #include "estancia/report/measures.hpp"
 #include "estancia/sequences/sequence.hpp"
 
 namespace estancia::apps {
-
-/// Exit codes: all went well; the question has no answer (nothing found, no way); something is wrong.
-enum ExitCode { success = 0, noAnswer = 1, failure = 2 };
-
-/// Thrown by a subcommand to end with `noAnswer` after it has said why on stdout.
-struct NoAnswer {};
 
 /// SEQ and the options that say how to read it.
 struct SequenceArguments {
@@ -65,12 +60,6 @@ CLI::Option* addOverwriteOption(CLI::App& command, bool& overwrite);
 /// Adds `--poses-in-map`.
 void addPosesInMapOption(CLI::App& command, bool& posesInMap);
 
-/// Adds `--json`.
-void addJsonOption(CLI::App& command, bool& json);
-
-/// One line of JSON on stdout.
-void print(const nlohmann::ordered_json& json);
-
 /// The name of work whose results are printed while it goes on: none where they go to the terminal, as they
 /// show how far it is, and a bar of progress would stand among them.
 std::string nameBesideResults(const std::string& work);
@@ -80,9 +69,6 @@ nlohmann::ordered_json toJson(const std::vector<Measure>& measures);
 
 /// A table of those that are known on stdout. Returns how many that are.
 std::size_t print(const std::vector<Measure>& measures);
-
-/// Ends the help of a command with examples, one a line.
-void addExamples(CLI::App& command, const std::string& examples);
 
 // One file a subcommand.
 void addCheckCommand(CLI::App& app);

@@ -7,15 +7,14 @@
 
 #include "common.hpp"
 #include "estancia/core/error.hpp"
-#include "experiments/src/findings/comparison_findings.hpp"
-#include "experiments/src/findings/findings_files.hpp"
-#include "experiments/src/findings/result_table.hpp"
-#include "experiments/src/findings/score_table.hpp"
+#include "estancia/findings/comparison_findings.hpp"
+#include "estancia/findings/findings_files.hpp"
+#include "estancia/findings/result_table.hpp"
+#include "estancia/findings/score_table.hpp"
 
 namespace estancia::apps {
 namespace {
 
-using namespace experiments;
 namespace fs = std::filesystem;
 
 struct CompareArguments {
@@ -64,14 +63,14 @@ Json jsonOf(const MethodComparison& comparison) {
   return json;
 }
 
-void writeAll(const fs::path& folder, const experiments::Findings& findings) {
+void writeAll(const fs::path& folder, const Findings& findings) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error)
     throw Error(ErrorCode::fileUnwritable,
                 fmt::format("cannot make the folder {}: {}; choose another with -o", folder.string(),
                             error.message()));
-  experiments::writeFindingsFiles(folder / "comparison", findings);
+  writeFindingsFiles(folder / "comparison", findings);
   spdlog::info("wrote comparison.md, .csv, .tex, .html and .svg into {}", folder.string());
 }
 
@@ -80,7 +79,7 @@ void run(const CompareArguments& arguments) {
       fs::exists(fs::path(arguments.output) / "comparison.md"))
     throw Error(ErrorCode::fileExists,
                 fmt::format("{} holds a comparison; replace it with --overwrite", arguments.output));
-  MethodScores scores = experiments::readScores(arguments.scores, arguments.column);
+  MethodScores scores = readScores(arguments.scores, arguments.column);
   const auto requireTwo = [&](const std::vector<std::string>& names, const char* what) {
     if (names.size() < 2)
       throw Error(ErrorCode::insufficientData,
@@ -90,7 +89,7 @@ void run(const CompareArguments& arguments) {
   requireTwo(scores.methods, "method");
   requireTwo(scores.tests, "test");
   const MethodComparison comparison = compareMethods(std::move(scores), arguments.options);
-  const experiments::Findings findings = experiments::comparisonFindings(comparison);
+  const Findings findings = comparisonFindings(comparison);
   if (!arguments.output.empty()) writeAll(arguments.output, findings);
   if (arguments.json) {
     print(jsonOf(comparison));
@@ -98,7 +97,7 @@ void run(const CompareArguments& arguments) {
   }
   fmt::print("{}\n\n", findings.summary);
   for (const auto& [fact, value] : findings.facts) fmt::print("{}: {}\n", fact, value);
-  fmt::print("\n{}", experiments::textTable(experiments::comparisonTable(comparison)));
+  fmt::print("\n{}", textTable(comparisonTable(comparison)));
   for (const std::string& note : findings.notes) spdlog::warn("{}", note);
 }
 

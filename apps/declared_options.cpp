@@ -88,7 +88,7 @@ const std::vector<PublishedGroup>& publishedGroups() {
   return registry();
 }
 
-DeclaredOptions::DeclaredOptions(CLI::App& command) : command_(command) {
+DeclaredOptions::DeclaredOptions(CLI::App& command, OtherGroups others) : command_(command), others_(others) {
   const auto parameters = "Parameters";
   command
       .add_option("--config", config_,
@@ -226,7 +226,7 @@ void DeclaredOptions::applyConfig(const Targets& targets) const {
                         config.read(config.subtable(node), others);
                     }});
   }
-  config.read(keys);
+  config.read(keys, others_ == OtherGroups::skip ? ConfigFile::Others::skip : ConfigFile::Others::refuse);
 }
 
 }  // namespace estancia::apps

@@ -18,12 +18,15 @@
 
 namespace estancia::apps {
 
+/// What becomes of groups in --config that no command of the program has declared.
+enum class OtherGroups { refuse, skip };
+
 /// The options structs of one command. What a user gives is applied, and everything validated, once the
 /// command line has been read, in this order: --preset, --config, --set, flags.
 class DeclaredOptions {
  public:
   /// Adds --config and --set to `command`. Keep it alive as long as the command.
-  explicit DeclaredOptions(CLI::App& command);
+  explicit DeclaredOptions(CLI::App& command, OtherGroups others = OtherGroups::refuse);
   DeclaredOptions(const DeclaredOptions&) = delete;
   DeclaredOptions& operator=(const DeclaredOptions&) = delete;
 
@@ -60,6 +63,7 @@ class DeclaredOptions {
   void applySetting(const std::string& setting, const Targets& targets) const;
 
   CLI::App& command_;
+  OtherGroups others_;
   std::vector<std::unique_ptr<OptionGroup>> groups_;
   std::string config_, preset_, threads_;
   Choices presets_;

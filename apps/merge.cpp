@@ -11,7 +11,7 @@
 #include "estancia/core/progress.hpp"
 #include "estancia/figures/text.hpp"
 #include "estancia/joining/merge_maps.hpp"
-#include "processes.hpp"
+#include "estancia/processes/processes.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -33,7 +33,7 @@ std::string listOf(const std::vector<std::filesystem::path>& maps) {
 }
 
 /// In all processes that mpirun started; what the first one has.
-MergedMaps mergeTogether(experiments::WorkQueue& queue, const std::vector<std::filesystem::path>& maps,
+MergedMaps mergeTogether(WorkQueue& queue, const std::vector<std::filesystem::path>& maps,
                          const std::string& output, ExistingMap existing, Progress& progress) {
   ShareWork share{.leads = queue.isFirst()};
   share.run = [&](std::size_t pieces, const std::function<std::string(std::size_t)>& work) {

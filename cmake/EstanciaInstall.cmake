@@ -36,6 +36,15 @@ install(CODE "
 install(DIRECTORY ${pages}/man1 DESTINATION ${CMAKE_INSTALL_MANDIR})
 install(FILES ${pages}/estancia DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
 install(FILES ${pages}/_estancia DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/site-functions)
+# The laboratory (lab/) and nobody else: all headers and what the command's programs share, without any promise that they
+# stay as they are. cmake --install build --component internal; find_package(estancia COMPONENTS internal)
+set(internal COMPONENT internal EXCLUDE_FROM_ALL)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/estancia DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} ${internal}
+        FILES_MATCHING PATTERN "*.hpp")
+install(FILES apps/command_line.hpp apps/declared_options.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/estancia/apps ${internal})
+set_target_properties(estancia_command_line PROPERTIES EXPORT_NAME command_line)
+install(TARGETS estancia_command_line EXPORT estanciaInternalTargets ARCHIVE ${internal})
+install(EXPORT estanciaInternalTargets NAMESPACE estancia:: DESTINATION ${package_folder} ${internal})
 install(EXPORT estanciaTargets NAMESPACE estancia:: DESTINATION ${package_folder})
 get_property(ESTANCIA_NEEDS GLOBAL PROPERTY ESTANCIA_NEEDS)
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/estanciaConfig.cmake.in

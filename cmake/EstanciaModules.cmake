@@ -23,7 +23,7 @@ function(estancia_add_module target owner opener)
     ${opener}.cpp
     PROPERTIES COMPILE_DEFINITIONS "${name}_MODULE=\"$<TARGET_FILE_NAME:${target}>\";${name}_FROM_BIN=\"${from_bin}\"")
   install(TARGETS ${target} LIBRARY DESTINATION ${ESTANCIA_MODULE_DIR})
-  if(NOT owner STREQUAL estancia_experiments) # what lies in a wheel of Python
+  if(NOT target STREQUAL estancia_mpi) # what lies in a wheel of Python
     set_property(GLOBAL APPEND PROPERTY ESTANCIA_MODULES ${target})
   endif()
 endfunction()

@@ -9,7 +9,7 @@
 namespace estancia {
 namespace {
 
-// Weights of edges, chosen on the even queries of experiments/words/queries.csv and the training half of
+// Weights of edges, chosen on the even queries of lab/experiments/words/queries.csv and the training half of
 // NYU's rooms; half or twice any of them moves the results by less than the queries' spread.
 constexpr float definitionWeight = 0.6F, compoundWeight = 0.6F, nameWeight = 0.3F;
 constexpr float memberWeight = 0.3F, similarWeight = 0.5F, otherWeight = 0.3F;

@@ -61,7 +61,7 @@ class LabelSearch {
   std::vector<double> likely(std::string_view words) const;
 
   static constexpr std::size_t everyLabel = std::numeric_limits<std::size_t>::max();
-  /// Where accepted and missed labels balance on the even queries of experiments/words/queries.csv.
+  /// Where accepted and missed labels balance on the even queries of lab/experiments/words/queries.csv.
   static constexpr double defaultMinProbability = 0.3;
   /// Labels below this share of the best label's probability are dropped. The best of 0.3 to 0.6 on the same
   /// queries (F1 0.58; 0.57 without).

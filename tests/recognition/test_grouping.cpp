@@ -10,19 +10,18 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/rigid.hpp"
 #include "estancia/recognition/keypoints.hpp"
-#include "estancia/recognition/matching.hpp"
-#include "experiments/src/recognition/pose_error.hpp"
 #include "recognition/made_up_surface.hpp"
 #include "recognition/pcl_reference.hpp"
+#include "recognition/pose_error.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
 namespace {
 
-using experiments::centerOf;
-using experiments::PoseError;
-using experiments::poseError;
+using test::centerOf;
+using test::PoseError;
+using test::poseError;
 
 /// A model whose points stand at two places of a scene, among matches that are wrong.
 struct Puzzle {

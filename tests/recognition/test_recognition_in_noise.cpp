@@ -13,14 +13,16 @@
 #include "estancia/files/cloud_file.hpp"
 #include "estancia/recognition/prepared.hpp"
 #include "estancia/recognition/recognizer.hpp"
-#include "experiments/src/recognition/pose_error.hpp"
+#include "recognition/pose_error.hpp"
+#include "support/errors.hpp"
+#include "support/numbers.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
 namespace {
 
-using experiments::isCorrect;
-using experiments::poseError;
+using test::isCorrect;
+using test::poseError;
 
 const RecognitionOptions standard;
 

@@ -15,18 +15,18 @@
 #include "estancia/files/cloud_file.hpp"
 #include "estancia/recognition/object_search.hpp"
 #include "estancia/recognition/prepared.hpp"
-#include "experiments/src/recognition/pose_error.hpp"
 #include "recognition/made_up_surface.hpp"
+#include "recognition/pose_error.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
 namespace {
 
-using experiments::centerOf;
-using experiments::PoseError;
-using experiments::poseError;
+using test::centerOf;
 using test::FailsWith;
+using test::PoseError;
+using test::poseError;
 
 /// A wavy object in front of a wall.
 struct Scenery {

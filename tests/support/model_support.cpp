@@ -9,7 +9,6 @@
 #include <numeric>
 #include <opencv2/imgcodecs.hpp>
 
-#include "convert/to_onnx.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/labelers/onnxruntime_library.hpp"
 
@@ -84,24 +83,6 @@ void writeSmallModel(const fs::path& folder, const std::string& more) {
   writeFile(folder / "small.onnx", smallOnnx(8, 4));
   writeFile(folder / "labels.txt", labelLines(4));
   writeFile(folder / "model.toml", modelToml("small.onnx", 8, more));
-}
-
-ModelSpec testModel(const fs::path& models, const std::string& file, const std::string& labels,
-                    const Preprocessing& preprocessing, const ScratchFolder& scratch) {
-  const bool isOnnx = !convert::needsConversion(file);
-  const std::string network = isOnnx ? file : file + ".onnx";
-  if (isOnnx)
-    fs::copy_file(models / file, scratch / file);
-  else
-    convert::writeOnnx({.file = models / file}, scratch / network);
-  fs::copy_file(models / labels, scratch / labels, fs::copy_options::overwrite_existing);
-  ModelSpec spec;
-  spec.folder = scratch.path();
-  spec.name = file;
-  spec.file = network;
-  spec.labels = labels;
-  spec.preprocessing = preprocessing;
-  return spec;
 }
 
 Preprocessing mobilenetInput(int side) {

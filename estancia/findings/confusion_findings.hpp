@@ -1,0 +1,22 @@
+// Confusion findings: the test of a room classifier as a page.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "estancia/classify/scores.hpp"
+#include "estancia/findings/findings.hpp"
+
+namespace estancia {
+
+/// Accuracy, balanced accuracy, the rooms' own shares, and what was taken for what. `facts` say under what
+/// circumstances. Throws Error when nothing was tested.
+Findings findingsOf(const Confusion& confusion, const std::string& title,
+                    std::vector<std::pair<std::string, std::string>> facts);
+
+/// How many are right.
+std::size_t rightOf(const Confusion& confusion);
+
+}  // namespace estancia

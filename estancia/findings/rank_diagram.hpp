@@ -1,0 +1,25 @@
+// Critical difference diagram: mean ranks, bars join methods that do not differ (Demšar, JMLR 7 (2006)).
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "estancia/figures/html.hpp"
+#include "estancia/findings/findings.hpp"
+
+namespace estancia {
+
+/// A figure of a page. The best rank is at the left; the better half of the methods is named at the left, the
+/// other at the right. Long names lose their middle.
+report::Markup rankDiagram(const RankDiagram& diagram);
+
+/// The same as an image of its own, an SVG file that suits light and dark screens and needs nothing else;
+/// programs that know no media queries draw it dark on white.
+std::string renderRankDiagram(const RankDiagram& diagram);
+
+/// As report::shortenToWidth(), but what is left out stands in the middle, as the ends of names tell them
+/// apart; at least "…" stays.
+std::string shortenMiddleToWidth(std::string_view text, double width);
+
+}  // namespace estancia

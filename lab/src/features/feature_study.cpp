@@ -1,0 +1,353 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "features/feature_study.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <set>
+#include <utility>
+
+#include "estancia/classify/room_classifier.hpp"
+#include "estancia/core/config.hpp"
+#include "estancia/core/digest.hpp"
+#include "estancia/core/fail.hpp"
+#include "estancia/core/parallel.hpp"
+#include "estancia/labelers/model.hpp"
+#include "estancia/localization/localizer.hpp"
+#include "estancia/query/quality.hpp"
+#include "estancia/readers/home_truth.hpp"
+#include "places/mapped_drive.hpp"
+#include "runner/config_lists.hpp"
+#include "runner/drive_grid.hpp"
+
+namespace estancia::experiments {
+namespace {
+
+constexpr int featureStudyVersion = 1;           // of what follows: cells of another one are computed anew
+constexpr std::size_t smoothing = 20;            // frames of lookahead
+constexpr const char* byClassifier = "svm-rbf";  // stands where drives have their distance
+
+using DrivePair = LocalizationErrorsOptions::Drive;
+
+/// A descriptor that is compared.
+struct Source {
+  std::string name;
+  std::unique_ptr<Labeler> labeler;
+  /// How classifiers compare its values; absent: as words.
+  std::optional<PartKind> kind;
+};
+
+std::vector<cv::Mat> localFeaturesOf(const SequenceSource& source, LocalFeature feature,
+                                     const ExperimentRun& run, Progress& progress) {
+  const auto images = openImages(source);
+  std::vector<cv::Mat> features(images->size());
+  progress.begin(fmt::format("learning visual words from {}", images->name()), images->size());
+  inParallel(images->size(), run.labeler.threads, progress, "stopped while learning visual words",
+             [&](std::size_t i) { features[i] = localFeatures(feature, images->image(i)); });
+  progress.end();
+  return features;
+}
+
+std::vector<Source> openSources(const FeatureStudyOptions& options, const ExperimentRun& run,
+                                Progress& progress, std::vector<std::string>& notes) {
+  std::vector<Source> sources;
+  for (const Candidate& model : modelsToCompare(options.models, run, notes))
+    sources.push_back({model.name, loadModel(model.model, run.labeler), {}});
+  for (const auto& layer : options.layers) {
+    ModelSpec spec = readModelSpec(getModelFolder(layer.model));
+    spec.name = layer.name;
+    spec.labels.clear();
+    spec.softmax = false;
+    spec.output = layer.output;
+    spec.features = layer.features;
+    sources.push_back({layer.name, loadModel(spec, run.labeler), {}});
+  }
+  VocabularyImages images;
+  const bool hasImages = options.vocabulary && (!options.vocabulary->optional ||
+                                                std::filesystem::exists(options.vocabulary->images.path));
+  if (hasImages)
+    images = {digestOf(options.vocabulary->images), [&options, &run, &progress](LocalFeature feature) {
+                return localFeaturesOf(options.vocabulary->images, feature, run, progress);
+              }};
+  std::vector<std::string> features = options.features;
+  if (features.empty()) features = namesIn(featureTypes());
+  for (const std::string& type : features) {
+    if (needsVocabulary(type) && !options.vocabulary)
+      fail(ErrorCode::invalidInput, "{} needs images to learn visual words from; name some by [vocabulary]",
+           type);
+    if (needsVocabulary(type) && !hasImages)
+      notes.push_back(
+          fmt::format("{} is not there, so {} was left out", options.vocabulary->images.path.string(), type));
+    else
+      sources.push_back({type, makeFeatureLabeler(type, images, options.sizes), kindOfFeature(type)});
+  }
+  std::set<std::string> names;
+  for (const Source& source : sources)
+    if (!names.insert(source.name).second)
+      fail(ErrorCode::invalidInput, "two descriptors are called {}; rename one", source.name);
+  return sources;
+}
+
+/// The room that each mapped frame sees, by the frame's name; read once a drive, as it takes all depth
+/// images.
+class RoomsSeen {
+ public:
+  std::vector<std::string> of(const DrivePair& drive, const std::vector<Frame>& frames) {
+    if (!io::hasHomeTruth(drive.mapped.images.path)) return {};
+    auto& rooms = byDrive_[drive.mapped.name];
+    if (rooms.empty()) {
+      const auto images = openImages(drive.mapped.images);
+      const auto seen = io::roomsSeen(io::readHomeTruth(drive.mapped.images.path), *images);
+      for (std::size_t i = 0; i < images->size(); ++i) rooms[images->frame(i).name] = seen[i];
+    }
+    std::vector<std::string> seen;
+    for (const Frame& frame : frames) seen.push_back(rooms[frame.name]);
+    return seen;
+  }
+
+ private:
+  std::map<std::string, std::map<std::string, std::string>> byDrive_;
+};
+
+void add(CellResults& results, const char* measure, const std::optional<double>& value) {
+  if (value) results.push_back({measure, "", *value});
+}
+
+void addMap(CellResults& results, const MapQuality& quality) {
+  results.push_back({"frames", "", static_cast<double>(quality.frames)});
+  results.push_back({"nodes", "", static_cast<double>(quality.nodes)});
+  if (quality.rooms) {
+    results.push_back({"v_measure", "", quality.rooms->vMeasure});
+    results.push_back({"ari", "", quality.rooms->adjustedRandIndex});
+    results.push_back({"purity", "", quality.rooms->purity});
+  }
+  if (quality.roomsSeen) results.push_back({"seen_v_measure", "", quality.roomsSeen->vMeasure});
+  add(results, "edge_precision", quality.edgePrecision);
+  add(results, "edge_recall", quality.edgeRecall);
+  add(results, "original", quality.original.total);
+}
+
+/// By positions or a list of true answers where there are any, else by rooms.
+std::optional<double> rightOf(const Accuracy& accuracy) {
+  return accuracy.recall ? accuracy.recall : accuracy.room;
+}
+
+CellResults mapAndFind(const DrivePair& drive, const std::string& distance, LabeledDrives& labeled,
+                       RoomsSeen& roomsSeen) {
+  const DescriptorSequence& recording = labeled.of(drive.mapped.images).recording;
+  const DescriptorSequence& queries = labeled.of(drive.again).recording;
+  MapperOptions options;
+  options.distance = distance;
+  const ScratchMap file(withoutPoses(recording), labeled.run().folder / ".map.estancia", options);
+  const auto map =
+      std::make_shared<const LocalizerMap>(readLocalizerMap(file.path(), LocalizerOptions{}.maxImages));
+  TopologicalMap judged = map->map;
+  for (std::size_t i = 0; i < judged.frames.size(); ++i) judged.frames[i].pose = recording.frames[i].pose;
+  CellResults results;
+  addMap(results, evaluate(judged, roomsSeen.of(drive, recording.frames)));
+  const AdmissibleImages truth = drive.truth.empty() ? AdmissibleImages{} : readAdmissibleImages(drive.truth);
+  const auto unposed = withoutPoses(queries);
+  const auto accuracyOf = [&](std::size_t lookahead) {
+    return measureAnswers(judged, queries.frames, locate(unposed, map, lookahead), truth);
+  };
+  const LocalizationAccuracy causal = accuracyOf(0);
+  add(results, "one_image", rightOf(causal.nearestImage));
+  add(results, "filtered", rightOf(causal.belief));
+  add(results, "smoothed", rightOf(accuracyOf(smoothing).belief));
+  return results;
+}
+
+Features featuresFor(const Source& source, const DescriptorSequence& recording) {
+  Features features = featuresOf(recording);
+  if (source.kind)
+    for (DescriptorPart& part : features.parts) part.kind = *source.kind;
+  return features;
+}
+
+CellResults classifyRooms(const FeatureStudyOptions::Rooms& rooms, const Source& source,
+                          LabeledDrives& labeled) {
+  const Features learned = featuresFor(source, labeled.of(rooms.learned.images).recording);
+  const Features asked = featuresFor(source, labeled.of(rooms.asked).recording);
+  ClassifierOptions options;
+  options.type = byClassifier;
+  const RoomClassifier classifier = trainRoomClassifier(learned, options);
+  const DescriptorMatrix probabilities = classifier.predict(asked);
+  std::size_t right = 0;
+  for (std::size_t i = 0; i < asked.frames.size(); ++i) {
+    const DescriptorView row = probabilities.row(i);
+    const auto best = static_cast<std::size_t>(std::ranges::max_element(row) - row.begin());
+    right += classifier.rooms()[best] == asked.frames[i].room ? 1 : 0;
+  }
+  const auto all = static_cast<double>(asked.frames.size());
+  return {{"frames", "", all}, {"accuracy", "", static_cast<double>(right) / all}};
+}
+
+/// What is there of the drives and rooms.
+struct Tasks {
+  std::vector<DrivePair> drives;
+  std::vector<FeatureStudyOptions::Rooms> rooms;
+  std::vector<std::string> digests;  // of all of them
+
+  Tasks(const FeatureStudyOptions& options, std::vector<std::string>& notes) {
+    std::vector<NamedDrive> named;
+    for (const auto& drive : options.drives) named.push_back(drive.mapped);
+    for (const auto& set : options.rooms) named.push_back(set.learned);
+    for (const NamedDrive& present : presentDrives(named, notes)) {
+      const auto isIt = [&](const NamedDrive& drive) { return drive.name == present.name; };
+      for (const auto& drive : options.drives)
+        if (isIt(drive.mapped)) {
+          drives.push_back(drive);
+          digests.push_back(digestOf(drive.mapped.images) + digestOf(drive.again) +
+                            (drive.truth.empty() ? "" : sha256OfFile(drive.truth)) +
+                            digestOfHome(drive.mapped.images.path));
+        }
+      for (const auto& set : options.rooms)
+        if (isIt(set.learned)) {
+          rooms.push_back(set);
+          digests.push_back(digestOf(set.learned.images) + digestOf(set.asked));
+        }
+    }
+    if (drives.empty())
+      throw Error(ErrorCode::insufficientData, "none of the drives is there; name one of yours by [[drive]]");
+  }
+
+ private:
+  /// What the rooms seen depend on, beside the images.
+  static std::string digestOfHome(const std::filesystem::path& folder) {
+    return io::hasHomeTruth(folder) ? sha256OfFile(folder / "home.json") : "";
+  }
+};
+
+/// The cells of one descriptor, task by task.
+std::vector<std::vector<CellResults>> study(const Source& source, const Tasks& tasks,
+                                            const std::vector<std::string>& distances, RoomsSeen& roomsSeen,
+                                            Grid& grid, const ExperimentRun& run, Progress& progress) {
+  std::vector<Cell> cells;
+  const auto addCell = [&](const std::string& task, const std::string& by, const std::string& inputs) {
+    cells.push_back({{source.name, task, by},
+                     sha256(fmt::format("{} {} {} {}", featureStudyVersion, source.labeler->cacheKey(),
+                                        source.kind ? static_cast<int>(*source.kind) : -1, inputs))});
+  };
+  std::size_t next = 0;
+  for (const DrivePair& drive : tasks.drives) {
+    for (const std::string& distance : distances) addCell(drive.mapped.name, distance, tasks.digests[next]);
+    ++next;
+  }
+  for (const auto& rooms : tasks.rooms) addCell(rooms.learned.name, byClassifier, tasks.digests[next++]);
+  LabeledDrives labeled(*source.labeler, run, progress);
+  const std::size_t ofDrives = tasks.drives.size() * distances.size();
+  const auto found = grid.run(
+      cells,
+      [&](std::size_t c) {
+        if (c >= ofDrives) return classifyRooms(tasks.rooms[c - ofDrives], source, labeled);
+        return mapAndFind(tasks.drives[c / distances.size()], distances[c % distances.size()], labeled,
+                          roomsSeen);
+      },
+      progress, source.name);
+  std::vector<std::vector<CellResults>> byTask;
+  for (std::size_t c = 0; c < found.size(); ++c) {
+    if (c >= ofDrives || c % distances.size() == 0) byTask.emplace_back();
+    byTask.back().push_back(found[c]);
+  }
+  return byTask;
+}
+
+FeatureStudyOptions::Layer readLayer(ConfigFile& config, const toml::table& table) {
+  FeatureStudyOptions::Layer layer;
+  config.read(
+      table,
+      {{"name", true, "what to call it", [&](auto& n) { layer.name = config.text(n); }},
+       {"model", true, "whose layer", [&](auto& n) { layer.model = config.text(n); }},
+       {"output", true, "the value's name in the network", [&](auto& n) { layer.output = config.text(n); }},
+       {"features", true, "how many numbers it has",
+        [&](auto& n) { layer.features = static_cast<std::size_t>(config.integer(n, 2, 1'000'000)); }}});
+  return layer;
+}
+
+FeatureStudyOptions::Rooms readRooms(ConfigFile& config, const toml::table& table) {
+  FeatureStudyOptions::Rooms rooms;
+  const toml::table* asked = nullptr;
+  std::vector<std::string> only;
+  rooms.learned = readNamedDrive(
+      config, table,
+      {{"only", false, "only these rooms", each(config, only, [&config](auto& n) { return config.text(n); })},
+       {"test", true, "the images to ask about", [&](auto& n) { asked = &config.subtable(n); }}});
+  rooms.learned.images.options.only = only;
+  rooms.asked = rooms.learned.images;  // the same but for its labels
+  config.read(*asked, sourceKeys(config, rooms.asked, false));
+  return rooms;
+}
+
+NamedDrive readVocabulary(ConfigFile& config, const toml::table& table, VocabularySizes& sizes) {
+  const auto count = [&config](std::size_t& to) {
+    return [&config, &to](auto& n) { to = static_cast<std::size_t>(config.integer(n, 1, 1'000'000)); };
+  };
+  return readNamedDrive(config, table,
+                        {{"words", false, "words of bags of words", count(sizes.words)},
+                         {"vlad_words", false, "words of VLAD", count(sizes.vladWords)},
+                         {"seed", false, "of k-means", [&](auto& n) {
+                            sizes.seed = static_cast<std::uint64_t>(config.integer(n, 0, 1'000'000'000));
+                          }}});
+}
+
+}  // namespace
+
+FeatureStudyOptions readFeatureStudy(ConfigFile& config) {
+  FeatureStudyOptions options;
+  const auto text = [&config](const toml::node& node) { return config.text(node); };
+  const toml::array *layers = nullptr, *drives = nullptr, *rooms = nullptr;
+  const toml::table* vocabulary = nullptr;
+  config.read(
+      {{"type", true, "the kind of experiment", [](auto&) {}},
+       {"models", false, "networks whose words are compared", each(config, options.models, text)},
+       {"features", false, "descriptors without words",
+        each(config, options.features, oneOf(config, featureTypes()))},
+       {"distances", false, "how they are compared",
+        each(config, options.distances, oneOf(config, distances()))},
+       {"layer", false, "inner layers of networks", [&](auto& n) { layers = &config.list(n); }},
+       {"vocabulary", false, "images to learn visual words from",
+        [&](auto& n) { vocabulary = &config.subtable(n); }},
+       {"drive", true, "[[drive]] names a drive to map, [drive.again] the one to find",
+        [&](auto& n) { drives = &config.list(n); }},
+       {"rooms", false, "rooms to learn, [rooms.test] to ask", [&](auto& n) { rooms = &config.list(n); }}});
+  if (layers != nullptr)
+    for (const toml::node& node : *layers) options.layers.push_back(readLayer(config, config.subtable(node)));
+  if (vocabulary != nullptr) options.vocabulary = readVocabulary(config, *vocabulary, options.sizes);
+  for (const toml::node& node : *drives)
+    options.drives.push_back(readDrivePair(config, config.subtable(node)));
+  if (rooms != nullptr)
+    for (const toml::node& node : *rooms) options.rooms.push_back(readRooms(config, config.subtable(node)));
+  return options;
+}
+
+GridColumns featureStudyColumns() {
+  GridColumns columns{{"descriptor", "task", "distance"}, "", {"frames"}};
+  for (const auto& measure : featureMeasures()) columns.measures.push_back(measure.first);
+  columns.measures.emplace_back("accuracy");
+  return columns;
+}
+
+Findings compareFeatures(const FeatureStudyOptions& options, Grid& grid, const ExperimentRun& run,
+                         Progress& progress) {
+  std::vector<std::string> notes;
+  const Tasks tasks(options, notes);
+  const auto sources = openSources(options, run, progress, notes);
+  FeatureResults results{namesIn(sources), options.distances, {}, {}};
+  if (results.distances.empty()) results.distances = {MapperOptions{}.distance};
+  for (const DrivePair& drive : tasks.drives) results.tasks.push_back({drive.mapped.name, true});
+  for (const auto& rooms : tasks.rooms) results.tasks.push_back({rooms.learned.name, false});
+  RoomsSeen roomsSeen;
+  std::vector<std::pair<std::string, std::string>> identities;
+  for (const Source& source : sources) {
+    identities.emplace_back("Descriptor", source.labeler->identity());
+    results.cells.push_back(study(source, tasks, results.distances, roomsSeen, grid, run, progress));
+  }
+  Findings findings = featureFindings(results);
+  findings.facts = std::move(identities);
+  findings.notes = std::move(notes);
+  return findings;
+}
+
+}  // namespace estancia::experiments

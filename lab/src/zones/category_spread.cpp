@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "zones/category_spread.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "estancia/core/error.hpp"
+#include "estancia/stats/linkage.hpp"
+#include "estancia/zones/image_tree.hpp"
+
+namespace estancia::experiments {
+namespace {
+
+/// The share of a class' images in each zone.
+using Distribution = std::map<int, double>;
+
+double l2(const Distribution& a, const Distribution& b) {
+  Distribution difference = a;
+  for (const auto& [zone, share] : b) difference[zone] -= share;
+  double sum = 0;
+  for (const auto& [zone, share] : difference) sum += share * share;
+  return std::sqrt(sum);
+}
+
+Distribution distributionOf(const std::vector<int>& zones) {
+  Distribution shares;
+  for (const int zone : zones) shares[zone] += 1 / static_cast<double>(zones.size());
+  return shares;
+}
+
+}  // namespace
+
+CategorySpread measureCategories(std::span<const int> zoneOf, std::span<const ImageClass> classes) {
+  if (zoneOf.size() != classes.size())
+    throw Error(ErrorCode::mismatch,
+                fmt::format("{} zone numbers do not belong to {} classes; give one of each an image",
+                            zoneOf.size(), classes.size()));
+  std::map<std::string, std::string> categoryOf;
+  std::map<std::string, std::map<std::string, std::vector<int>>> zonesOf;  // by category and class
+  for (std::size_t i = 0; i < classes.size(); ++i) {
+    const auto& [category, name] = classes[i];
+    if (name.empty()) continue;
+    const std::string& known = categoryOf.emplace(name, category).first->second;
+    if (known != category)
+      throw Error(ErrorCode::mismatch,
+                  fmt::format("the class \"{}\" has the categories \"{}\" and \"{}\"; give it one", name,
+                              known, category));
+    zonesOf[category][name].push_back(zoneOf[i]);
+  }
+  CategorySpread spread;
+  for (const auto& [category, members] : zonesOf) {
+    std::vector<std::pair<std::string, Distribution>> distributions;
+    for (const auto& [name, zones] : members) distributions.emplace_back(name, distributionOf(zones));
+    for (std::size_t i = 0; i < distributions.size(); ++i)
+      for (std::size_t j = i + 1; j < distributions.size(); ++j)
+        spread.pairs.push_back({category, distributions[i].first, distributions[j].first,
+                                l2(distributions[i].second, distributions[j].second) / std::numbers::sqrt2});
+  }
+  spread.m = meanDistance(spread.pairs);
+  return spread;
+}
+
+std::optional<double> meanDistance(std::span<const ClassPair> pairs) {
+  if (pairs.empty()) return std::nullopt;
+  double sum = 0;
+  for (const ClassPair& pair : pairs) sum += pair.distance;
+  return sum / static_cast<double>(pairs.size());
+}
+
+ClassDistances classDistances(const DescriptorSequence& sequence, std::span<const std::string> classes,
+                              const ZoneOptions& options, Progress& progress) {
+  if (classes.size() != sequence.frames.size())
+    throw Error(ErrorCode::mismatch, fmt::format("{} classes do not belong to {} frames; give one a frame",
+                                                 classes.size(), sequence.frames.size()));
+  std::map<std::string, std::size_t> numbers;
+  for (const std::string& name : classes)
+    if (!name.empty()) numbers.emplace(name, 0);
+  if (numbers.empty())
+    throw Error(ErrorCode::insufficientData, "no frame has a class; give a class to some frames");
+  ClassDistances result;
+  for (auto& [name, number] : numbers) {
+    number = result.classes.size();
+    result.classes.push_back(name);
+  }
+  const CondensedDistances distances = compareImages(sequence, options, progress);
+  const std::size_t count = numbers.size();
+  std::vector<double> sums(count * count), pairs(count * count);
+  for (std::size_t i = 0; i < classes.size(); ++i)
+    for (std::size_t j = i + 1; j < classes.size(); ++j) {
+      if (classes[i].empty() || classes[j].empty()) continue;
+      const auto [a, b] = std::minmax(numbers[classes[i]], numbers[classes[j]]);
+      sums[a * count + b] += distances(i, j);
+      ++pairs[a * count + b];
+    }
+  result.mean.resize(count * count);
+  for (std::size_t a = 0; a < count; ++a)
+    for (std::size_t b = a; b < count; ++b)
+      result.mean[a * count + b] = result.mean[b * count + a] = sums[a * count + b] / pairs[a * count + b];
+  return result;
+}
+
+}  // namespace estancia::experiments

@@ -1,0 +1,77 @@
+// Zone findings: tables and charts of zones against rooms.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "estancia/findings/findings.hpp"
+#include "runner/grid.hpp"
+
+namespace estancia::experiments {
+
+/// The zones that one cut of a dendrogram makes, against the rooms.
+struct ZoneReading {
+  /// As configured: "0.5", "auto".
+  std::string cut;
+  std::size_t zones = 0;
+  double vMeasure = 0, adjustedRandIndex = 0, purity = 0;
+  /// Eq. 5.2; absent where no category has two classes.
+  std::optional<double> m;
+  /// What M is the mean of, by pair or by category.
+  std::vector<std::pair<std::string, double>> within;
+};
+
+/// One dendrogram: a model, on some data, by a distance and a linkage.
+struct ZoneCell {
+  std::vector<ZoneReading> readings;
+  /// With 1, 2, … zones.
+  std::vector<double> vMeasures;
+
+  const ZoneReading* find(const std::string& cut) const;
+  /// Of vMeasures.
+  double bestV() const;
+
+  /// Those that results.csv shows.
+  static std::vector<std::string> measures();
+  CellResults toResults() const;
+  static ZoneCell fromResults(const CellResults& results);
+};
+
+/// The mean distance of an image of one class and an image of another (Fig. 5.4).
+struct ClassMatrix {
+  std::string distance;
+  /// Row-major; NaN where unknown.
+  std::vector<double> mean;
+};
+
+struct ZoneTablesResults {
+  struct Data {
+    std::string name;
+    std::size_t images = 0;
+    /// Their names.
+    std::vector<std::string> rooms;
+    /// Of all rooms.
+    std::size_t classes = 0;
+    /// Rows of the matrices: classes, or the rooms where they are many.
+    std::vector<std::string> matrixNames;
+    /// Mean over the models.
+    std::vector<ClassMatrix> matrices;
+  };
+  std::vector<Data> data;
+  std::vector<std::string> models, distances, linkages, cuts;
+  /// cells[((data · models + m) · distances + d) · linkages + l]; absent where the two do not fit
+  std::vector<std::optional<ZoneCell>> cells;
+  /// The thesis' Tables 5.2 and 5.3 beside.
+  bool thesisTables = false;
+
+  const ZoneCell* find(std::size_t data, std::size_t model, const std::string& distance,
+                       const std::string& linkage) const;
+};
+
+Findings findingsOf(const ZoneTablesResults& results);
+
+}  // namespace estancia::experiments
