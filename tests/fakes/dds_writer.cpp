@@ -3,9 +3,8 @@
 //   dds_writer domain topic type bytes hertz count quality
 // Waits for a reader, then writes `count` messages (0: until SIGTERM) of `bytes` bytes, `hertz` a second
 // (0: as fast as it can). A message is a header of CDR, its number, and zeros. `quality` is reliable,
-// best-effort, transient-local or exclusive;
-// with /udp behind it, without shared memory, of which a killed process leaves something behind.
-// SPDX-License-Identifier: Apache-2.0
+// best-effort or transient-local; with /udp behind it, without shared memory, of which a killed process
+// leaves something behind. SPDX-License-Identifier: Apache-2.0
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 #include <signal.h>
@@ -83,7 +82,6 @@ fast::DataWriterQos writerQos(const std::string& quality) {
   qos.reliability().kind = reliable ? fast::RELIABLE_RELIABILITY_QOS : fast::BEST_EFFORT_RELIABILITY_QOS;
   qos.durability().kind =
       quality == "transient-local" ? fast::TRANSIENT_LOCAL_DURABILITY_QOS : fast::VOLATILE_DURABILITY_QOS;
-  if (quality == "exclusive") qos.ownership().kind = fast::EXCLUSIVE_OWNERSHIP_QOS;
   qos.history().kind = fast::KEEP_LAST_HISTORY_QOS;
   qos.history().depth = reliable ? 10 : 5;
   qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
