@@ -51,13 +51,5 @@ TEST(AreaNumbers, StayWhereTheMapGrowsAndInTheLargerPartOfASplitArea) {
   EXPECT_THAT(now.areaOfFrame, testing::ElementsAre(2, 1, 0, -1));
 }
 
-TEST(AreaNumbers, OfAnotherGridSayNothing) {
-  AreaPlan before = planOf({kitchen, hall}).plan;
-  before.cells = FloorCells(0.05, {0, 0, 100, 100});
-  PlannedFrames now = planOf({hall, kitchen});
-  keepNumbers(now, before);
-  EXPECT_THAT(now.areaOfFrame, testing::ElementsAre(0, 1, -1));
-}
-
 }  // namespace
 }  // namespace estancia

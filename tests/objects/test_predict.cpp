@@ -230,23 +230,5 @@ TEST_F(Predicting, ASequenceIsSampled) {
   EXPECT_THAT([&] { framesOf(options); }, FailsWith(ErrorCode::invalidOption));
 }
 
-TEST_F(Predicting, AFrameAsJson) {
-  const TableSequence sequence({ballAt(0, 0, 0.055, blue)}, {60});
-  ObjectPredictor predictor(model(), nullptr);
-  nlohmann::ordered_json json;
-  predictSequence(sequence, predictor, {},
-                  [&](const PredictedFrame& frame) { json = toJson(frame, model().targets().names()); });
-  EXPECT_EQ(json["frame"], sequence.frame(0).name);
-  ASSERT_THAT(json["objects"], SizeIs(1));
-  const auto& object = json["objects"][0];
-  EXPECT_EQ(object["views"], 1);
-  EXPECT_EQ(object["image"], nullptr) << "without a labeler";
-  EXPECT_EQ(object["shape"]["class"], "ball");
-  EXPECT_EQ(object["shape"]["probability"], object["shape"]["classes"]["ball"]);
-  EXPECT_EQ(object["answer"]["class"], "ball");
-  EXPECT_EQ(object["answer"]["source"], "shape");
-  EXPECT_TRUE(json["seconds"].contains("clusters"));
-}
-
 }  // namespace
 }  // namespace estancia::test

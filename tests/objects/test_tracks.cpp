@@ -97,16 +97,6 @@ TEST(Tracks, AFrameWithoutAPoseGoesByThePixels) {
   EXPECT_THAT(tracks.follow(of({mug}), camera, Pose{}), ElementsAre(0));
 }
 
-TEST(Tracks, CloudsWithoutPixelsGoByDistance) {
-  Tracks tracks;
-  Cluster near = ball({0, 0, 1}, 0.05), far = ball({0, 0, 1.2}, 0.05);
-  near.box = far.box = {};
-  tracks.follow(of({near, far}), camera, {});
-  near.center.x += 0.04F;
-  far.center.x += 0.06F;
-  EXPECT_THAT(tracks.follow(of({far, near}), camera, {}), ElementsAre(2, 0));
-}
-
 TEST(Tracks, RefuseWhatTheyCannotWorkWith) {
   EXPECT_THAT([] { Tracks({.maxDistance = -1}); }, FailsWith(ErrorCode::invalidOption));
   EXPECT_THAT([] { Tracks({.minOverlap = 1.5}); }, FailsWith(ErrorCode::invalidOption));

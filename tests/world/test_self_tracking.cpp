@@ -211,18 +211,6 @@ TEST(SelfTracking, LevelsTheMapOfATiltedCamera) {
   }
 }
 
-TEST(SelfTracking, TakesTheCameraForUprightWhereNoPlaneTells) {
-  const ScratchFolder folder;
-  const Drive drive(turnAround(30, -24), 1);
-  WorldOptions options = manyCorrections();
-  options.segments.minPlaneArea = 1000;
-  TrackedMap map(drive, folder / "room.estancia", options);
-  map.addUpTo(drive.size());
-  map.finish();
-  ASSERT_TRUE(map.world().level());
-  EXPECT_FALSE(map.world().level()->byPlanes);
-}
-
 TEST(SelfTracking, GoesOnToTheLastBitWhereverItWasStopped) {
   const ScratchFolder folder;
   Drive drive(tilted(turnAround(30, 8)), 1);
@@ -328,20 +316,6 @@ TEST(SelfTracking, RefusesAMapThatWasMadeInAnotherWay) {
   map.addUpTo(3);
   map.finish();
   EXPECT_FALSE(map.world().odometry()) << "its first frames were not tracked";
-}
-
-TEST(SelfTracking, RefusesDamagedRows) {
-  const ScratchFolder folder;
-  const Drive drive(turnAround(30, -24));
-  const fs::path whole = folder / "whole.estancia";
-  mapAll(drive, whole);
-  for (const std::string damage : {"UPDATE tracker SET bytes = x'0011'", "DELETE FROM tracker",
-                                   "DELETE FROM tracker WHERE kind = 'keyframe'"}) {
-    const fs::path file = folder / "damaged.estancia";
-    fs::copy_file(whole, file, fs::copy_options::overwrite_existing);
-    sqlite::Database(file, sqlite::Database::Mode::write).run(damage);
-    EXPECT_THAT([&] { TrackedMap(drive, file); }, FailsWith(ErrorCode::corruptFile)) << damage;
-  }
 }
 
 TEST(SelfTracking, IsForDrivesWithDepthAndACameraButNoPoses) {

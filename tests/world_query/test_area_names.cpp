@@ -97,19 +97,6 @@ TEST_F(AreaNames, ByNameAloneNeedLessAndMayBeSaidToOccur) {
   EXPECT_NEAR(readWorld(map_).areas[0].roomProbability, 0.26, 0.01);
 }
 
-TEST_F(AreaNames, RefuseDamagedShares) {
-  WorldMap world = worldOf({"", "", "", ""}, {0.9F, 0.9F, 0.9F, 0.9F});
-  RoomPredictions predictions = *world.places.predictions;
-  predictions.areByName = true;
-  predictions.prior = {0.5, 0.5};
-  writeRoomPredictions(predictions, map_);
-  for (const char* wrong : {"", "{}", "{\"prior\": [1], \"listed\": true}"}) {
-    sqlite::Database(map_, sqlite::Database::Mode::write)
-        .run(std::string("UPDATE meta SET value = '") + wrong + "' WHERE key = 'rooms_by_name'");
-    EXPECT_THAT([&] { readWorld(map_); }, FailsWith(ErrorCode::corruptFile)) << wrong;
-  }
-}
-
 TEST_F(AreaNames, TellAreasOfOneRoomApart) {
   const WorldMap world = worldOf({"", "", "", ""}, {0.9F, 0.1F, 0.8F, 0.2F});
   EXPECT_THAT(areasNamed(world, "kitchen"), ElementsAre(0, 2));
