@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "recognition/made_up_surface.hpp"
-#include "recognition/pose_error.hpp"
+#include "recognition/pose_check.hpp"
 
 namespace estancia {
 namespace {
