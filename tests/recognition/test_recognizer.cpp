@@ -16,7 +16,7 @@
 #include "estancia/recognition/object_search.hpp"
 #include "estancia/recognition/prepared.hpp"
 #include "recognition/made_up_surface.hpp"
-#include "recognition/pose_error.hpp"
+#include "recognition/pose_check.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 

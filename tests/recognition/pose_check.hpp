@@ -1,4 +1,4 @@
-// Pose error: translation and rotation between a found and the true pose.
+// Pose check: translation and rotation between a found and the true pose.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
