@@ -50,7 +50,8 @@ std::size_t endOfString(std::string_view text, std::size_t begin) {
       ++at;
     } else if (isLong && text.substr(at, 3) == triple) {
       at += 3;
-      for (int more = 0; more < 2 && text.substr(at, 1) == triple.substr(2); ++more) ++at;  // of the content
+      // followed by up to two quotes of the content
+      for (int more = 0; more < 2 && text.substr(at, 1) == triple.substr(2); ++more) ++at;
       return at;
     } else if (!isLong && (text[at] == quote || text[at] == '\n')) {
       return text[at] == quote ? at + 1 : at;
@@ -119,7 +120,7 @@ void ConfigFile::parse(std::string_view text) {
 void ConfigFile::read(const toml::table& table, const std::vector<Key>& keys, Others others) {
   for (const auto& [name, value] : table) {
     std::string known(name.str());
-    std::replace(known.begin(), known.end(), '-', '_');  // as options are spelled on the command line
+    std::replace(known.begin(), known.end(), '-', '_');  // the command line's spelling
     const auto found = std::find_if(keys.begin(), keys.end(), [&](const Key& k) { return k.name == known; });
     if (found == keys.end() && others == Others::skip) continue;
     if (found == keys.end()) {

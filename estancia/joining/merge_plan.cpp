@@ -19,7 +19,7 @@ namespace {
 
 using Sources = std::span<const std::unique_ptr<MapSource>>;
 
-constexpr std::size_t mostPositions = 16;  // of a place, that are compared
+constexpr std::size_t mostPositions = 16;  // positions of a place that are compared
 constexpr double elsewhere = 2;            // near distances: further apart, images show two places
 
 /// A place of a map.
@@ -253,7 +253,7 @@ class Planner {
   bool arePosed(std::size_t a, std::size_t b) const { return hasPoses_[a] && hasPoses_[b]; }
   int newId(const Place& place) const { return plan_.firstNode[place.map] + place.node; }
 
-  /// Whether poses say that no images of the two were taken near each other.
+  /// Whether poses prove that no images of the two were taken near each other.
   bool areApart(const Place& one, const Place& other) {
     const auto &a = positionsOf(one), &b = positionsOf(other);
     if (a.empty() || b.empty()) return false;

@@ -23,9 +23,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t mostInBlock = 10;   // maps that are compared with as many others at once
-constexpr std::size_t mostFrames = 4096;  // of a map, in which or of which drives are localized
+constexpr std::size_t mostFrames = 4096;  // frames of a map in which, or of drives that, are localized
 constexpr std::size_t lookahead = 20;     // frames
-constexpr std::size_t fewestVotes = 3;    // images that say which place it is
+constexpr std::size_t fewestVotes = 3;    // images that agree on a place
 constexpr std::size_t fewestSeen = 5;     // depth images without which depth cannot confirm
 
 /// Few maps in small blocks, so that all cores have some.

@@ -23,7 +23,7 @@ class SpecReader {
 
   ModelSpec read() {
     const bool network = isNetworkType(file_.table()["type"].value_or(std::string("network")));
-    // What else a black box may say is read by its own type.
+    // Further keys of a black box are read by its own type.
     if (!network)
       file_.read(commonKeys(false), ConfigFile::Others::skip);
     else

@@ -24,7 +24,7 @@ class LiveBoard {
   /// And its LiveStatus::mapRevision.
   std::pair<std::shared_ptr<const WorldMap>, std::uint64_t> worldAndRevision() const;
 
-  /// Changes the status, and says so to those who wait.
+  /// Changes the status and notifies waiting threads.
   void change(const std::function<void(LiveStatus&)>& change);
   void setImage(const cv::Mat& bgr);
   void setWorld(std::shared_ptr<const WorldMap> world);

@@ -38,7 +38,7 @@ constexpr auto firstRetry = std::chrono::seconds(1), longestRetry = std::chrono:
 
 struct DerivedLayers {
   std::shared_ptr<const WorldMapper::Derived> layers;
-  std::chrono::nanoseconds took;  // of a processor
+  std::chrono::nanoseconds took;  // processor time
 };
 
 /// Whether the map may be written again some time.
@@ -156,7 +156,7 @@ class MappingLiveMap final : public LiveMap {
   std::optional<MappingSession> session_;
   std::optional<WorldMapper> mapper_;
   std::optional<CameraIntrinsics> camera_;
-  std::size_t frames_ = 0;  // since the map was told to have changed
+  std::size_t frames_ = 0;  // since the last notification of a change
   bool isStale_ = false;    // layers
   Clock::time_point tellAt_ = Clock::now() + shortestPeriod, refreshAt_ = tellAt_, retryAt_;
   Clock::duration copying_{};

@@ -12,7 +12,7 @@
 
 namespace estancia {
 
-/// There is no camera, so nobody knows where the robot is: LiveStatus has no places.
+/// There is no camera, so the robot's position is unknown: LiveStatus has no places.
 class MapFileView final : public LiveView {
  public:
   /// Throws Error as readWorld() does.
@@ -35,8 +35,8 @@ class MapFileView final : public LiveView {
   std::filesystem::path path_;
   /// One reads the file, or writes it.
   mutable std::mutex file_;
-  mutable std::string stamp_;  // of the file that was read; under file_
-  mutable std::mutex mutex_;   // of what follows
+  mutable std::string stamp_;  // stamp of the file that was read; under file_
+  mutable std::mutex mutex_;   // guards the members below
   mutable std::condition_variable changed_;
   mutable std::shared_ptr<const WorldMap> world_;
   mutable std::uint64_t revision_ = 1;

@@ -24,13 +24,13 @@ class WorldReader {
     /// See GrowingRooms.
     bool namesRooms = false;
   };
-  /// `take` hears of each map that was read, in the thread.
+  /// `take` is called with each map that was read, in the thread.
   WorldReader(std::filesystem::path path, const Options& options, Take take);
   ~WorldReader();
   WorldReader(const WorldReader&) = delete;
   WorldReader& operator=(const WorldReader&) = delete;
 
-  /// The file has changed. Reading takes a tenth of the time at most, unless somebody waits. Returns the
+  /// The file has changed. Reading takes a tenth of the time at most, unless a caller waits. Returns the
   /// number of this request.
   std::uint64_t request();
   /// Until the file has been read as of that request or later; at once where there is no file yet.

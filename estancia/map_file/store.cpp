@@ -360,7 +360,7 @@ void MapStore::putPredictions(const RoomPredictions& predictions) {
                        predictions.probabilities.labels(), numbers.size(), rooms));
   if (std::ranges::any_of(predictions.rooms, &std::string::empty))
     refuse(impl_->path, ErrorCode::invalidInput, "a predicted room has no name");
-  impl_->statements.clear();  // those of the older tables
+  impl_->statements.clear();  // statements for the older tables
   impl_->allOrNothing([&] { impl_->database.run(schemaOfRooms); });
   impl_->write("INSERT OR REPLACE INTO meta VALUES('classifier', ?1)", predictions.classifier);
   if (predictions.areByName)

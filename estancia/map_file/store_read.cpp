@@ -401,7 +401,7 @@ std::vector<std::size_t> numbersOf(const Database& database) {
 
 std::vector<Visit> readVisits(Database& database) {
   Rows rows(database, "SELECT id, node FROM frames ORDER BY node, id");  // by the index, which is small
-  std::vector<Visit> runs;  // of frames whose numbers have no gap, the runs of a node in a row
+  std::vector<Visit> runs;  // runs of frames without gaps in their numbers; those of one node are contiguous
   while (rows.next()) {
     const std::size_t frame = rows.count(0, 0, "a frame's number");
     const int node = rows.node(1, -1, "a frame's node");

@@ -40,7 +40,7 @@ bool LostDrive::isRecognized() const {
 
 std::size_t LostDrive::cameBack() const {
   std::size_t frame = firstFrame_;
-  int ahead = 0, most = 0;  // of those that resemble it
+  int ahead = 0, most = 0;  // balance of keyframes that resemble it
   for (auto keyframe = last_.rbegin(); keyframe != last_.rend(); ++keyframe) {
     ahead += keyframe->isAlike ? 1 : -1;
     if (ahead <= most) continue;

@@ -57,8 +57,8 @@ struct Mapper::Impl {
   /// A drive begins that may be in another building: with standardized distances that takes evidence.
   void getLost();
   void stayLost(const PlaceView& seen, Decision& decision);
-  /// Whether two nodes whose means have come close can be one place. What has been told apart by its own
-  /// scale looks alike by that of all drives.
+  /// Whether two nodes whose means have come close can be one place. Nodes that a drive's own scale has
+  /// separated look alike by the scale of all drives.
   bool mayBeOne(int a, int b) const;
   /// What resembles the image most of what earlier drives have seen, embedded.
   std::optional<std::span<const float>> nearestKnown(const PlaceView& seen) const;

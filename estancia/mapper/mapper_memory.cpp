@@ -9,8 +9,8 @@
 namespace estancia {
 namespace {
 
-/// Memory of a place: moments of its probabilities and of its embedded descriptors, its row and its index. Of
-/// a view: two vectors and what finds it. Measured by bench_mapper [bytes a label].
+/// Memory of a place: moments of its probabilities and of its embedded descriptors, its row and its index.
+/// Memory of a view: two vectors and its index entry. Measured by bench_mapper [bytes a label].
 constexpr std::uint64_t nodeBytes = 25, viewBytes = 9;
 /// Memory of a mode: its mean, its row and its index [bytes a label].
 constexpr std::uint64_t modeBytes = 13;

@@ -82,11 +82,11 @@ class NodeBank {
   Standardization standardization_;
   std::vector<NodeMemory> nodes_;
   std::unordered_map<int, std::size_t> slots_;    ///< by id
-  std::vector<std::vector<std::size_t>> rowsOf_;  ///< of each node, one a look
+  std::vector<std::vector<std::size_t>> rowsOf_;  ///< rows of each node, one a look
   std::vector<std::size_t> slotOfRow_;
   std::vector<float> rows_;           ///< the compared vectors, rows()×labels
-  std::vector<float> weights_;        ///< of σ-weighted distances, size()×labels
-  std::vector<double> squaredNorms_;  ///< of rows
+  std::vector<float> weights_;        ///< weights of σ-weighted distances, size()×labels
+  std::vector<double> squaredNorms_;  ///< squared norms of the rows
   QuantizedUpperBounds bounds_;
 };
 

@@ -13,7 +13,7 @@ namespace estancia {
 namespace {
 
 constexpr std::size_t mostPairs = 256, fewestAgreeing = 5;
-constexpr double newShare = 0.25;  // of what is near: a step that shows something else
+constexpr double newShare = 0.25;  // share of nearby area that is new: a step that shows something else
 
 constexpr std::size_t enoughAgreeing = 8;
 /// [m]: further than a room is long. What looks alike in another room agrees as well over a shorter way, and

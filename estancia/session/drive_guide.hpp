@@ -19,9 +19,9 @@ namespace estancia {
 bool isCertain(const Localization& found);
 bool showsView(const Localization& found);
 
-/// Localizes in the frames before the drive, as the map was when the drive began, evenly thinned. What it
-/// says depends on these, and on the frames of the drive since; both are kept in the map file, so that a
-/// resumed drive is guided as an unbroken one.
+/// Localizes in the frames before the drive, as the map was when the drive began, evenly thinned. Its result
+/// depends on these and on the frames of the drive since; both are kept in the map file, so that a resumed
+/// drive is guided as an unbroken one.
 class DriveGuide {
  public:
   /// Guides a drive that begins now, with labels scaled as in nodes now, by at most so many frames. The map

@@ -21,14 +21,14 @@ constexpr double fullAt = 0.96, smallerTo = 0.88, smallEnough = 0.92;
 /// What is written before the size is looked at, of the budget, and what may wait in memory [bytes].
 constexpr double writtenBetween = 0.02;
 constexpr std::size_t mostWaiting = 16'000'000;
-/// A row of what a frame's words say of rooms, without that [bytes].
+/// Bytes of a row of room evidence of a frame's words, without the evidence itself.
 constexpr int evidenceBytes = 12;
 /// Frames that are left out between two commits: what is changed is in the file twice until then.
 constexpr std::size_t slice = 1000;
-/// The least that a frame says beside the mean of its place.
+/// Minimum information of a frame beside the mean of its place.
 constexpr double leastInformation = 0.05;
 
-/// The further an image is from the mean of its place, the less of it does the mean tell.
+/// The further an image is from the mean of its place, the less of it is explained by the mean.
 double informationOf(double toCurrent, double tauJoin) {
   const double share = toCurrent / tauJoin;
   return std::isfinite(share) ? std::clamp(share, leastInformation, 1.0) : 1.0;

@@ -13,7 +13,7 @@ namespace {
 /// Frames that a drive is guided by: with these a frame takes 1 to 2 ms.
 constexpr std::uint64_t mostGuide = 4096;
 /// Guide frames occupy the file with their labels and metadata, and the memory with twice their labels.
-constexpr std::uint64_t guideShare = 4;  // of the budgets: a quarter
+constexpr std::uint64_t guideShare = 4;  // share of the budgets: a quarter
 
 }  // namespace
 

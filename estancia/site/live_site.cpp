@@ -78,7 +78,8 @@ ServerResponse imageResponse(const std::vector<unsigned char>& jpeg) {
   return {200, "image/jpeg", {reinterpret_cast<const char*>(jpeg.data()), jpeg.size()}};
 }
 
-/// For every answer. Scripts and styles come from this server alone, and nobody shows it in a frame.
+/// Adds security headers to every answer: scripts and styles come from this server only, and other pages
+/// cannot show it in a frame.
 void addSafety(ServerResponse& response) {
   for (const auto& [name, value] : std::initializer_list<std::pair<const char*, const char*>>{
            {"Content-Security-Policy",

@@ -18,7 +18,8 @@ namespace {
 
 // How often a word was tagged with its meaning in WordNet's texts.
 constexpr std::uint32_t familiarConcept = 5, familiarLabel = 3;
-// Kinds of a concept: "furniture" (199) and "container" (749) say little, "dog" (190) and "bird" (872) much.
+// Kinds of a concept: "furniture" (199) and "container" (749) are unspecific, "dog" (190) and "bird" (872)
+// specific.
 constexpr std::size_t maxKinds = 100, maxKindsOfLife = 1000;
 constexpr float minShareOfSense = 0.5F;
 
@@ -135,7 +136,7 @@ bool goesBefore(const Candidate& a, const Candidate& b) {
   return one.size() != other.size() ? one.size() < other.size() : one < other;
 }
 
-/// What the concept tells, or nothing where a label of it tells more.
+/// The concept's evidence, or nothing if one of its labels has more.
 std::optional<Candidate> candidateOf(const LabelConcept& named, DescriptorView here, DescriptorView run) {
   double p = 0, everywhere = 0, best = 0;
   std::size_t telling = 0;

@@ -142,7 +142,7 @@ LabelSearch::Query LabelSearch::parse(std::string_view asked) const {
   std::string whole;
   for (const std::string& word : words) whole += (whole.empty() ? "" : " ") + word;
   if (lexicon.knows(whole)) corrected = whole, changed = false;
-  // "In" is an inch and "it" a technology, but nobody asks for them so.
+  // "In" is an inch and "it" a technology, but queries do not mean these.
   std::vector<std::string> terms = lexicon.knows(corrected) && !isFunctionWord(corrected)
                                        ? std::vector{corrected}
                                        : lexicon.terms(corrected);
@@ -243,7 +243,7 @@ std::string LabelSearch::servedVerb(const Query& query, std::size_t label,
 
 std::string LabelSearch::reasonFor(const Query& query, std::size_t label, const TermPurposes& ofTerms) const {
   if (senses_[label].senses.empty()) return "";
-  // The term that tells most.
+  // The term with the largest weight.
   const Term* term = &query.terms.front();
   for (const Term& other : query.terms)
     if (liftOf(other, label) > liftOf(*term, label)) term = &other;

@@ -11,7 +11,7 @@
 namespace estancia {
 namespace {
 
-// How much a part of speech counts: labels are nouns; what they are for is told by verbs.
+// How much a part of speech counts: labels are nouns; verbs describe their purposes.
 constexpr std::array<float, partsOfSpeech> posWeights = {1.0F, 0.7F, 0.5F, 0.1F};
 /// Added to each meaning's count, so that one that no text has keeps a share.
 constexpr float unseenCount = 0.3F;

@@ -32,7 +32,7 @@ std::vector<std::string> clausesOf(std::string_view definition) {
   return clauses;
 }
 
-/// Collects what one definition says that a thing is for.
+/// Collects the purpose of a thing from one definition.
 class Purpose {
  public:
   explicit Purpose(const WordGraph& graph) : graph_(graph) {}

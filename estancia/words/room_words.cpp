@@ -68,7 +68,7 @@ const std::vector<CommonRoom>& commonRoomTable() {
   return rooms;
 }
 
-/// What each label tells about a name, a value ≥ 0 a label; `walks` from the name's words.
+/// Evidence of each label for a name, a value ≥ 0 a label; `walks` from the name's words.
 std::vector<double> labelWeights(const WordGraph& graph, const std::vector<LabelSense>& senses,
                                  std::span<const std::vector<float>> walks) {
   const auto liftOf = [&](std::uint32_t synset) {
@@ -107,7 +107,7 @@ std::vector<double> labelWeights(const WordGraph& graph, const std::vector<Label
 std::map<std::string, std::vector<double>> labelWeightsOf(const WordGraph& graph,
                                                           const Vocabulary& vocabulary,
                                                           const std::set<std::string>& names) {
-  std::vector<std::vector<Sense>> starts;  // of all names' words
+  std::vector<std::vector<Sense>> starts;  // senses of all names' words
   std::map<std::string, std::pair<std::size_t, std::size_t>> words;
   for (const std::string& name : names) {
     std::vector<std::vector<Sense>> own = sensesOfName(graph, name);

@@ -23,7 +23,7 @@ constexpr std::size_t mostWordsOfOne = 2, longestTypedWord = 24;
 
 /// A word that may be asked for.
 struct TypedWord {
-  std::size_t entry = 0;  ///< of the lexicon
+  std::size_t entry = 0;  ///< entry of the lexicon
   std::vector<Sense> senses;
 };
 

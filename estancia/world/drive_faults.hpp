@@ -37,7 +37,7 @@ class PoseJumps {
 
   std::optional<Seen> believed_, elsewhere_;  // the latest of each
   std::size_t framesElsewhere_ = 0, steps_ = 0;
-  double path_ = 0;  // of all steps that are no jumps [m]
+  double path_ = 0;  // length of all steps that are no jumps [m]
   std::optional<PoseJump> found_;
 };
 

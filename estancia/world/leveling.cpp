@@ -17,7 +17,7 @@ constexpr double degree = std::numbers::pi / 180;
 const double cosOfTilt = std::cos(45 * degree);
 /// What is seen of a wide plane, or of many, weighs no more: its far end is uncertain. [m²]
 constexpr double mostArea = 4;
-/// By which planes must tell one direction from others. [m²]
+/// Minimum area of planes that distinguishes one direction from the others. [m²]
 constexpr double leastEvidence = 0.5;
 
 }  // namespace

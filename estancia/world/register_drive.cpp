@@ -17,9 +17,10 @@ namespace {
 
 constexpr std::size_t mostViews = 24, targetsOfView = 3;
 constexpr int levels = 4, width = 160;
-constexpr double maxDepth = 8;                                       // [m]
-constexpr double nearDistance = 1, nearAngle = 45;                   // [m], [degrees]: views that may overlap
-constexpr double sameDistance = 0.15, sameAngle = 5;                 // of transforms that agree
+constexpr double maxDepth = 8;                      // [m]
+constexpr double nearDistance = 1, nearAngle = 45;  // [m], [degrees]: views that may overlap
+// [m], [°]: difference up to which two transforms agree
+constexpr double sameDistance = 0.15, sameAngle = 5;
 constexpr double minOverlap = 0.5, maxRmse = 0.05, maxSpread = 0.1;  // [m]
 
 /// How far apart two views are, in units of what is near.

@@ -12,7 +12,7 @@
 
 namespace estancia {
 
-/// Throws Error unless rooms can be told by these names, before the long work begins: missingDependency
+/// Throws Error unless rooms can be predicted by these names, before the long work begins: missingDependency
 /// without WordNet, unknownName, insufficientData.
 void requireRoomNames(const std::vector<std::string>& rooms);
 

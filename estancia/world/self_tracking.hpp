@@ -41,12 +41,12 @@ class SelfTracking {
   /// may be empty. The words are those of `descriptor`.
   std::optional<Pose> add(const Frame& frame, DescriptorView descriptor, const cv::Mat& image,
                           const cv::Mat& depth);
-  /// Earlier frames that are elsewhere than the map says; told once.
+  /// Earlier frames whose poses differ from the map's; each is returned once.
   std::vector<MappingSession::Correction> takeCorrections();
 
   /// Its poses are not leveled.
   const RgbdTracker& tracker() const { return *tracker_; }
-  /// The frame's pose in the map, as it was told last.
+  /// The frame's pose in the map, as it was last reported.
   const std::optional<Pose>& pose(std::size_t frame) const { return told_[frame]; }
 
   /// What a frame saw; of the latest, or an earlier one.
@@ -77,8 +77,8 @@ class SelfTracking {
   /// Writes what has changed; to be called when all of a frame is in the map.
   void save();
 
-  /// The frames where they were by all that was seen. takeCorrections() tells; after it frames may follow as
-  /// if nobody had asked.
+  /// Optimizes all poses over all that was seen; takeCorrections() returns the changes. More frames may
+  /// follow as if there had been no such call.
   RgbdTrajectory settle();
 
  private:

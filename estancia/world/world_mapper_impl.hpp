@@ -72,16 +72,16 @@ struct WorldMapper::Impl {
   ShapeLayer shapes;
   WorldLayers layers;
   std::vector<AreaEdit> edits;
-  FramePoses poses;              // of the frames that the file keeps, and the newest ones
+  FramePoses poses;              // poses of the frames that the file keeps, and the newest ones
   std::size_t mostPoses = 4096;  // before those that it has left out are looked for
-  Moments mean;                  // of the descriptors of all frames
-  PoseJumps jumps;               // of given poses
+  Moments mean;                  // mean of the descriptors of all frames
+  PoseJumps jumps;               // jumps of given poses
   bool isBelieved = true;        // the latest of them
   DepthFaults faults;
-  std::optional<Pose> own;       // of the newest frame, as it was given
-  std::optional<Pose> lastView;  // of this drive
+  std::optional<Pose> own;       // given pose of the newest frame
+  std::optional<Pose> lastView;  // camera pose of this drive's last view
   ViewCells cells;
-  ViewCells ownCells;     // of a drive whose poses are not known in the map
+  ViewCells ownCells;     // view cells of a drive whose poses are not known in the map
   bool isAligned = true;  // the drive, as far as the layers know
   std::size_t alignmentsTaken = 0;
   std::optional<Floor> floor;
@@ -256,7 +256,7 @@ struct WorldMapper::Impl {
   void loadFold();
   void foldFinally();
 
-  LexicalDescriptor pending;  // of the frame that the session does not have yet
+  LexicalDescriptor pending;  // descriptor of the frame that the session does not have yet
   LexicalDescriptor descriptorOf(std::size_t frame) const {
     return frame < session.store.frameCount() ? session.store.descriptor(frame) : pending;
   }
