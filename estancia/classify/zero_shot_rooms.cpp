@@ -14,8 +14,8 @@ namespace {
 
 // Chosen on the training half of NYU Depth V2, five rooms (docs/measured/words.md).
 constexpr double meanShare = 0.5;
-/// A room of which a model's labels tell less than this share of what they tell of the best one: hardly a
-/// label has to do with it, and what little there is must not count in full.
+/// Minimum support of a room by a model's labels, as a share of the best room's. Below it hardly any label is
+/// related to the room, and the little evidence must not count in full.
 constexpr double leastSupport = 0.1;
 /// Standard deviations of evidence to log odds: the maximum of the training half's likelihood.
 constexpr double temperature = 0.7;
@@ -24,7 +24,7 @@ constexpr double temperature = 0.7;
 constexpr double leastDeviation = 0.05;
 /// Lower bound of one room's deviation, as a share of the deviation over all rooms.
 constexpr double leastRoomDeviation = 0.3;
-/// Fewer images do not tell what is usual for a room.
+/// Fewer images do not show what is usual for a room.
 constexpr std::size_t minStandardized = 20;
 constexpr int priorSteps = 20;
 /// How many labels of an image are kept as evidence: with more of them the same places are sure.
@@ -93,7 +93,7 @@ void addPart(const DescriptorMatrix& images, const std::vector<std::vector<float
   for (std::size_t k = 0; k < sum.values.size(); ++k) sum.values[k] += part.values[k];
 }
 
-/// The labels of an image that tell most for some room, best first, in log odds.
+/// The labels of an image with most evidence for some room, best first, in log odds.
 void addTelling(DescriptorView image, std::size_t number, const LabelShares& shares, double factor,
                 std::vector<RoomEvidence>& evidence) {
   std::vector<std::pair<double, std::size_t>> telling;

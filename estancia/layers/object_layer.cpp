@@ -58,7 +58,8 @@ std::vector<LabelProbability> bestWords(const std::vector<double>& pooled, const
   std::vector<LabelProbability> words;
   for (const std::size_t i : order) {
     if (words.size() == most || pooled[i] * static_cast<double>(pooled.size()) <= 1) break;
-    if (std::ranges::find(words, vocabulary[i], &LabelProbability::label) == words.end())  // of two members
+    // a word of two members
+    if (std::ranges::find(words, vocabulary[i], &LabelProbability::label) == words.end())
       words.push_back({vocabulary[i], static_cast<float>(pooled[i])});
   }
   return words;
@@ -126,7 +127,7 @@ void ObjectLayer::label(std::size_t frame, const Observation& seen, const cv::Ma
   }
 }
 
-/// A detector looks at the whole image once, and tells of each segment among what is around it.
+/// A detector looks at the whole image once, and reports each segment in its surroundings.
 void ObjectLayer::labelRegions(std::size_t frame, const Observation& seen, const cv::Mat& image) {
   if (regionLabels_.empty()) return;
   const double width = seen.depth.cols, height = seen.depth.rows;

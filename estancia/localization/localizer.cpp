@@ -161,7 +161,7 @@ std::vector<float> Localizer::Impl::comparedImages() const {
 
 /// Sets metric and views, and applies the metric to the images.
 void Localizer::Impl::learnViews(std::vector<float>& images) {
-  constexpr double reach = 1.0 / 3;  // of what is near, as a standard deviation
+  constexpr double reach = 1.0 / 3;  // standard deviation, as a share of the nearby distance
   std::vector<std::optional<Pose>> poses;
   for (std::size_t i = 0; i < source->images.size(); ++i)
     poses.push_back(map().frames.at(i * source->stride).pose);

@@ -15,9 +15,9 @@
 
 namespace estancia {
 
-/// States are poses around the mapped drive. An image tells of the poses near its own; poses near no image
-/// are neither confirmed nor refuted by anything, so the robot is followed by its motion where nothing was
-/// mapped.
+/// States are poses around the mapped drive. An image is evidence for the poses near its own; poses near no
+/// image are neither confirmed nor refuted by anything, so the robot is followed by its motion where nothing
+/// was mapped.
 class PoseFilter : public LocalizationFilter {
  public:
   /// `images`: where those that localization compares with were taken, as far as known.

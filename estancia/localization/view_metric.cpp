@@ -17,7 +17,7 @@ using MutableRows = Eigen::Map<RowMajor>;
 using ConstRows = Eigen::Map<const RowMajor>;
 
 constexpr double farthest = 3;             // standard deviations; weights beyond, below .011, are 0
-constexpr std::size_t mostNeighbors = 32;  // of one image: of more, evenly taken ones
+constexpr std::size_t mostNeighbors = 32;  // neighbors of one image: if there are more, evenly taken ones
 constexpr double wayOfOneView = 0.25;      // standard deviation, in distances of unrelated images
 constexpr double alike = 0.75;             // × that distance: images that differ more show different things
 constexpr std::size_t mostResiduals = 500;
@@ -78,7 +78,7 @@ double deviations(const Pose& a, const Pose& b, const Neighborhoods::Reach& reac
   return std::hypot(distanceBetween(a, b) / reach.distance, angle / reach.angle);
 }
 
-/// The images of which poses say that they were taken near each one; of itself at least.
+/// For each image, the images that were taken near it according to the poses; at least itself.
 std::vector<std::vector<std::size_t>> nearInSpace(std::span<const std::optional<Pose>> poses,
                                                   const Neighborhoods::Reach& reach) {
   std::vector<std::size_t> byX;

@@ -47,7 +47,7 @@ struct TrueThing {
 constexpr std::size_t leastFramesOfThing = 5, leastPixelsOfThing = 150;
 
 /// The things of a home. They count where at least leastFramesOfThing of the `images` (by file name; all
-/// where none are given) show `leastPixels` of their pixels; all of them where the truth does not tell what
+/// where none are given) show `leastPixels` of their pixels; all of them if the truth does not contain what
 /// images show. `vocabulary`: that of the map; nullptr where it names nothing.
 std::vector<TrueThing> trueThings(const io::HomeTruth& truth, const ThingClasses& classes,
                                   const Vocabulary* vocabulary, const std::set<std::string>& images = {},
@@ -57,7 +57,7 @@ std::vector<TrueThing> trueThings(const io::HomeTruth& truth, const ThingClasses
 using PixelsOfThings = std::map<int, double>;
 
 /// Adds what each segment of a frame shows. `segments`: a segment image; `mask`: the truth, CV_16U, of that
-/// size or of an image of which every n-th pixel was taken; of any other size it tells nothing.
+/// size or of an image of which every n-th pixel was taken; a mask of any other size is ignored.
 void addPixels(std::size_t frame, const cv::Mat& segments, const cv::Mat& mask,
                std::map<SegmentPlace, PixelsOfThings>& pixels);
 

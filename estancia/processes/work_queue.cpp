@@ -25,7 +25,7 @@ std::string text(const json& message) {
   return message.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
-/// What was thrown, as far as it can be told to another process.
+/// The exception, as far as it can be sent to another process.
 json wordsOf(const std::exception_ptr& failure) {
   constexpr std::size_t longest = MpiProcesses::mostBytes / 8;  // JSON may write six bytes for one
   try {
@@ -128,7 +128,7 @@ void WorkQueue::answer() {
   }
 }
 
-/// Of several pieces the first one's counts.
+/// If several pieces fail, the failure of the first one counts.
 void WorkQueue::fail(Failure failure) {
   if (!failure_ || (failure.piece && failure_->piece && *failure.piece < *failure_->piece))
     failure_ = std::move(failure);

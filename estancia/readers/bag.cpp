@@ -223,7 +223,7 @@ cv::Mat BagSequence::depth(std::size_t i) const {
     fail(ErrorCode::insufficientData, "{}: {} has no depth image near its time stamp", path_,
          entries_[i].name);
   try {
-    if (topic(*topics_.depth).type == "sensor_msgs/PointCloud2") {  // of a camera without distortion
+    if (topic(*topics_.depth).type == "sensor_msgs/PointCloud2") {  // a camera without distortion
       const ros::Payload payload = bag_->read(message);
       return depthOf(ros::readPointCloud({payload.bytes, *topic(*topics_.depth).encoding}));
     }

@@ -26,7 +26,7 @@ Value valueAt(std::string_view bytes, std::size_t at) {
 }
 
 /// RVL: words of 32 bits, little-endian, of eight nibbles each, the highest first. A number is nibbles of
-/// three bits, the lowest first, whose top bit says that more follow.
+/// three bits, the lowest first, whose top bit is set if more follow.
 class RvlNibbles {
  public:
   explicit RvlNibbles(std::string_view bytes) : bytes_(bytes) {}

@@ -92,7 +92,7 @@ cv::Mat storedPixels(const ros::ImageMessage& message, const PixelFormat& format
     fail(ErrorCode::malformedFile,
          "an image of {} × {} pixels in {} has {} bytes in rows of {}; it needs rows of {}, {} in all", width,
          height, message.encoding, message.data.size(), step, rowBytes, rows * rowBytes);
-  // OpenCV takes no pointer to what must not be written; nobody writes to it.
+  // OpenCV takes no pointer to constant data; the data are not written to.
   auto* const data = const_cast<std::byte*>(message.data.data());
   cv::Mat pixels(static_cast<int>(rows), static_cast<int>(width), format.type, data, step);
   if (message.bigEndian == (std::endian::native == std::endian::big) || pixels.elemSize1() == 1)

@@ -93,7 +93,7 @@ bool McapPart::addDefinition(ByteSource& source, const McapRecord& record) {
   return true;
 }
 
-// ---- by the summary at the end: each of these is false where it is damaged, or does not tell all
+// ---- by the summary at the end: each of these is false where it is damaged or incomplete
 
 bool McapPart::readSummary(ByteSource& source) {
   restart();

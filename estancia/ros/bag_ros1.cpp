@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::uint64_t kRos1IndexEntry = 12, kRos1ChunkInfoEntry = 8;
 
-/// What the index says of a chunk.
+/// Index entry of a chunk.
 struct Ros1ChunkInfo {
   std::uint64_t at = 0;
   std::uint32_t connections = 0;

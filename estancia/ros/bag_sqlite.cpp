@@ -98,7 +98,7 @@ void SqlitePart::open() {
   sqlite3_db_config(opened, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
   run("PRAGMA cell_size_check = ON");
   if (sqlite3_exec(opened, "SELECT 1 FROM sqlite_master", nullptr, nullptr, nullptr) == SQLITE_CORRUPT) {
-    // SQLite does not open a file that is shorter than its header tells, unless one is about to mend it.
+    // SQLite does not open a file that is shorter than its header declares, unless one is about to mend it.
     sqlite3_db_config(opened, SQLITE_DBCONFIG_DEFENSIVE, 0, nullptr);
     run("PRAGMA writable_schema = ON");
     warnings.push_back(fmt::format("{}: it is cut off or damaged; what can be read of it is used", name_));

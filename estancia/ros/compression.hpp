@@ -29,7 +29,7 @@ struct CompressedBytes {
   bool whole = true;
 };
 
-/// The messages of its Errors tell of the compressed bytes only: corruptFile, tooLarge (more than
+/// The messages of its Errors describe the compressed bytes only: corruptFile, tooLarge (more than
 /// kMostBlockBytes, or more than so few bytes can hold), unsupportedFile.
 Payload decompress(const CompressedBytes& compressed);
 

@@ -58,7 +58,8 @@ dds::DataReaderQos readerQos(const DdsQuality& quality, std::int32_t depth) {
   return qos;
 }
 
-/// Counts what a writer numbered and nobody received; and knows what comes again as a reader is made anew.
+/// Counts messages that a writer numbered and that were not received; recognizes those that come again after
+/// a reader was made anew.
 class SequenceNumbers {
  public:
   /// Whether the message is new.

@@ -100,7 +100,7 @@ dds::DomainParticipantQos participantQos() {
 
 DdsParticipant::DdsParticipant(int domain) {
   dds::DomainParticipantFactory* factory = dds::DomainParticipantFactory::get_instance();
-  // Discovery alone is told to the participant; the rest, to readers and writers.
+  // The participant reports discovery only; everything else is reported to readers and writers.
   participant_ = factory->create_participant(static_cast<std::uint32_t>(domain), participantQos(), &graph_,
                                              dds::StatusMask::none());
   if (participant_ != nullptr) {

@@ -15,7 +15,7 @@ WireReader readerOf(const SerializedMessage& message) {
 
 std::string frameOf(WireReader& reader) {
   std::string frame = reader.text();
-  if (frame.starts_with('/')) frame.erase(0, 1);  // as tf of ROS 1 wrote it
+  if (frame.starts_with('/')) frame.erase(0, 1);  // the form of ROS 1's tf
   return frame;
 }
 

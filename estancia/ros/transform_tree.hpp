@@ -57,8 +57,8 @@ class TransformTree {
 /// holds: between two the motion is known from both sides.
 constexpr double interpolatedPerHeld = 10;
 
-/// A body's axes (x forward, y left, z up; REP-103) ← those of a camera that looks ahead on it: what is taken
-/// for granted where no transform says how a camera is mounted.
+/// A body's axes (x forward, y left, z up; REP-103) ← the axes of a camera that looks ahead on it: the
+/// default mounting if no transform gives it.
 inline const cv::Affine3d bodyFromCameraAhead(cv::Matx33d(0, 0, 1, -1, 0, 0, 0, -1, 0), cv::Vec3d(0, 0, 0));
 
 /// The pose between two at a share of the way from 0 to 1: positions linearly, rotations along the shortest

@@ -16,7 +16,7 @@ namespace {
 constexpr double kDistinct = 12;      // between two colors, in units of Lab
 constexpr double kCompact = 3;        // distance of two colors, to the spread of each
 constexpr double kLeastPart = 100;    // [square pixels]
-constexpr double kLeastShare = 0.12;  // of either side in both
+constexpr double kLeastShare = 0.12;  // share of either side in both
 constexpr double kCommon = 0.55;      // share of a side's border that lies at the other, at most
 constexpr double kSilent = 0.7;       // share of the border at which the surface goes on
 constexpr double kSameFace = 0.95;    // cosine between normals to either side: 18°

@@ -18,7 +18,7 @@ namespace estancia {
 namespace {
 
 /// A thing that is seen from more sides grows, but it stays a mug.
-constexpr double mostGrowth = 4;                        // of its volume
+constexpr double mostGrowth = 4;                        // growth of its volume
 constexpr double shortestReach = 0.2, thinnest = 0.02;  // [m]
 
 double volumeOf(const cv::Point3d& size) {

@@ -20,7 +20,7 @@ namespace estancia {
 
 /// An area as the map knows it.
 struct WorldArea : Area {
-  /// What people call it; "" where nobody gave it a name.
+  /// Name given by a person; "" if none.
   std::string givenName = {};
   /// What a room classifier takes it for, and how probable that is; "" where none was run.
   std::string predictedRoom = {};
@@ -35,7 +35,7 @@ struct WorldArea : Area {
   const std::string& displayName() const {
     return !givenName.empty() ? givenName : !roomName.empty() ? roomName : name;
   }
-  /// The same, and the telling words after it: "kitchen: microwave, dishwasher, bottle".
+  /// The name followed by the distinguishing words: "kitchen: microwave, dishwasher, bottle".
   std::string describedName() const {
     return displayName() == name || name.empty() ? displayName() : displayName() + ": " + name;
   }
@@ -78,7 +78,7 @@ struct KnownPose {
 struct WorldObject {
   /// Its position in WorldMap::objects.
   int id = 0;
-  /// What people call it; "" where nobody gave it a name.
+  /// Name given by a person; "" if none.
   std::string givenName = {};
   /// The known object that it is, if it is one.
   std::optional<KnownPose> known = {};
