@@ -10,9 +10,9 @@ namespace estancia::apps {
 
 class Skipped {
  public:
-  /// What is said before each problem.
+  /// Printed before each problem.
   explicit Skipped(std::string verb = "skipped") : verb_(std::move(verb)) {}
-  /// Tells how many more there were.
+  /// Reports how many more there were.
   ~Skipped();
   Skipped(const Skipped&) = delete;
   Skipped& operator=(const Skipped&) = delete;

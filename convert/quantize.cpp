@@ -21,7 +21,7 @@
 namespace estancia::convert {
 namespace {
 
-static_assert(std::endian::native == std::endian::little);  // as raw data of ONNX is
+static_assert(std::endian::native == std::endian::little);  // the byte order of ONNX's raw data
 
 constexpr int operatorSet = 13;  // the first in which weights may have a scale a filter
 constexpr int irVersion = 7;     // the first that knows it
@@ -285,7 +285,7 @@ class Quantizer {
   const std::string& source_;
   onnx::ModelProto result_;
   onnx::GraphProto& graph_;
-  std::map<std::string, Scale> scales_;  ///< of representatives
+  std::map<std::string, Scale> scales_;  ///< scales of representatives
 };
 
 double squaredError(const std::vector<float>& weights, float scale) {

@@ -19,7 +19,7 @@
 namespace estancia::experiments {
 namespace {
 
-constexpr int homeObjectsVersion = 3;  // of what follows: drives of another one are mapped anew
+constexpr int homeObjectsVersion = 3;  // version of the code below: drives of another one are mapped anew
 const std::string kCounted = "all but fixture";
 
 struct HomeMap {

@@ -20,7 +20,8 @@
 namespace estancia::experiments {
 namespace {
 
-constexpr int homeSegmentationVersion = 2;  // of what follows: drives of another one are segmented anew
+// version of the code below: drives of another one are segmented anew
+constexpr int homeSegmentationVersion = 2;
 const std::string kAll = "all", kStructure = "structure";  // rows beside those of classes
 constexpr double kMostly = 0.6;  // share of a thing in no cluster, from which on it was taken for structure
 

@@ -24,7 +24,7 @@ namespace estancia::experiments {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int wordPositionsVersion = 1;  // of what follows: cells of another one are computed anew
+constexpr int wordPositionsVersion = 1;  // version of the code below: cells of another one are computed anew
 
 /// What a word map is made of.
 enum class Evidence { wordsAndDepth, words, truthAndDepth };
@@ -70,7 +70,7 @@ Things thingsOf(const fs::path& folder, const Floor& floor, std::size_t leastPix
   return things;
 }
 
-/// Those that are to be found, most pixels first.
+/// Categories that are to be found, most pixels first.
 std::vector<std::string> categoriesOf(const Things& things, const WordPositionsOptions& options) {
   std::vector<std::string> categories;
   for (const auto& [category, words] : options.words)
@@ -98,7 +98,7 @@ WordMap mapOf(const LabeledDrive& drive, const DescriptorSequence& words, const 
   return map;
 }
 
-/// As if a model named just the categories that each image shows.
+/// Answers of a model that names exactly the categories that each image shows.
 DescriptorSequence trueWords(const DescriptorSequence& recording, const Things& things) {
   std::vector<std::string> names;
   for (const auto& [category, pixels] : things.pixels) names.push_back(category);

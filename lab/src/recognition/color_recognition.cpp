@@ -19,7 +19,8 @@
 namespace estancia::experiments {
 namespace {
 
-constexpr int colorRecognitionVersion = 1;  // of what follows: cells of another one are computed anew
+// version of the code below: cells of another one are computed anew
+constexpr int colorRecognitionVersion = 1;
 
 using Condition = ColorRecognitionOptions::Condition;
 

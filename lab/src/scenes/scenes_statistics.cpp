@@ -48,11 +48,11 @@ MethodScores pooled(const SceneBlocks& blocks, std::size_t methods, MethodOf met
 
 /// What a choice among cells needs to know of a pair.
 struct AskedPair {
-  std::vector<std::size_t> places;              // of each run among those that are drawn
-  std::vector<double> answers;                  // of each run
+  std::vector<std::size_t> places;              // place of each run among those that are drawn
+  std::vector<double> answers;                  // answers of each run
   std::vector<std::vector<std::size_t>> right;  // [cell][run]
 
-  /// Share of right answers of each cell when runs weigh what `weight` says; none where all weigh nothing.
+  /// Share of right answers of each cell with the runs weighted by `weight`; none if all weights are 0.
   template <class Weight>
   std::vector<double> shares(Weight weight) const {
     double all = 0;

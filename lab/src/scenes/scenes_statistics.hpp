@@ -13,8 +13,8 @@
 
 namespace estancia::experiments {
 
-/// Fewer pairs of training and test than this tell nothing by ranks: even if one method wins them all, a
-/// two-sided signed-rank test of 5 cannot fall below 5 % (2 / 2⁵).
+/// Fewer pairs of training and test than this allow no conclusion by ranks: even if one method wins them all,
+/// a two-sided signed-rank test of 5 cannot fall below 5 % (2 / 2⁵).
 inline constexpr std::size_t fewestPairs = 6;
 
 /// What Friedman's test takes for its tests.
@@ -26,7 +26,7 @@ struct SceneBlocks {
   /// right[block][cell]: right answers of all seeds; cell = descriptor · classifiers + classifier. Shares are
   /// divided last: a sum of shares differs in its last bit from an equal one, which ranks would count.
   std::vector<std::vector<std::size_t>> right;
-  /// That each cell gave in each block, right or wrong.
+  /// Answers of each cell in each block, right or wrong.
   std::vector<std::size_t> answers;
 };
 

@@ -45,7 +45,7 @@ std::vector<bool> imagesNamedRight(const RoomPredictions& predictions, const std
   return right;
 }
 
-/// Of the images whose room is known.
+/// Share of the images whose room is known.
 Share shareOfImages(const std::vector<Frame>& frames, const std::vector<bool>& right) {
   std::vector<Frame> known;
   std::vector<std::string> rooms;

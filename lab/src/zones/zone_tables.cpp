@@ -37,11 +37,12 @@ namespace estancia::experiments {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int zoneTablesVersion = 1;     // of what follows: cells of another one are computed anew
-constexpr std::size_t mostClasses = 30;  // of a matrix that shows classes; of more it shows the rooms
-constexpr std::size_t mostPairs = 40;    // of classes that are told one by one; of more their categories
+constexpr int zoneTablesVersion = 1;  // version of the code below: cells of another one are computed anew
+// classes of a matrix that shows classes; for more it shows the rooms
+constexpr std::size_t mostClasses = 30;
+constexpr std::size_t mostPairs = 40;  // classes that are reported one by one; for more their categories
 
-/// Some data as one model says it.
+/// Data as labeled by one model.
 struct Labeled {
   DescriptorSequence descriptors;
   std::vector<int> rooms;           // a number for the room of each frame
