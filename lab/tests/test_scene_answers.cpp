@@ -73,7 +73,7 @@ TEST(SceneShare, ImagesOfARunAreOneWitness) {
   const Share independent = shareRight(testOf(10, 1), {1, 1, 1, 1, 1, 1, 1, 1, 0, 0});
   EXPECT_NEAR(together.low, independent.low, 1e-12);
   EXPECT_NEAR(together.high, independent.high, 1e-12);
-  for (std::size_t i = 0; i < right.size(); ++i) right[i] = i % 10 < 8 ? 1 : 0;  // the same in every run
+  for (std::size_t i = 0; i < right.size(); ++i) right[i] = i % 10 < 8 ? 1 : 0;  // equal in every run
   const Share spread = shareRight(testOf(10, 10), right);
   EXPECT_GT(spread.low, together.low + 0.1);
   EXPECT_LT(spread.high, together.high - 0.05);
@@ -213,7 +213,7 @@ TEST(SceneBlocks, AreRunsOfOneTestAndPairsOfMany) {
   for (std::size_t r = 0; r < 10; ++r) EXPECT_EQ(runs.right[r][1], counts[r]);
   EXPECT_THAT(runs.answers, Each(2));
 
-  // Beside another test, a pair of a sequence with itself says nothing of runs.
+  // Beside another test, a pair of a sequence with itself carries no information about runs.
   results.pairs.push_back(results.pairs[0]);
   results.pairs[1].same = true;
   results.pairs[1].train = "test";

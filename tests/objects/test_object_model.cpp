@@ -88,7 +88,7 @@ TEST(ObjectModel, LearnsFromVeryLittle) {
   for (std::size_t i = 0; i < 2; ++i) EXPECT_NEAR(p.row(i)[0] + p.row(i)[1], 1, 1e-5);
 }
 
-/// Too few views to part: nothing is known of how well the shapes do, and that is said.
+/// Too few views to part: the shapes' accuracy is unknown, which is reported.
 TEST(ObjectModel, WhatCannotBeHeldOutIsUnknown) {
   const MadeUpThings things = madeUpThings(3, 1, 2, 1);
   EXPECT_THAT(learned(trainingOf(things, 3)).heldOutAccuracy(), Each(-1));

@@ -81,13 +81,13 @@ TEST(Names, ConfidentLeavesOutWhatShapesSpeakAgainst) {
   EXPECT_LT(rightLost, 10U);
 }
 
-/// A word that cannot be held out is not doubted, and one word alone has nothing to be told from.
+/// A word that cannot be held out is not doubted, and one word alone has no other to be compared with.
 TEST(Names, ConfidentDoubtsNothingThatItCannotJudge) {
   MadeUpThings things = madeUpThings(3, 3, 8, 1);
   for (std::size_t i = 0; i < things.classes.size(); ++i)
     if (things.classes[i] == 2) things.instances[i] = 100;
   std::vector<int> few = things.classes;
-  int seen = 0;  // word 2: one thing of two samples; nothing is said of the others
+  int seen = 0;  // word 2: one thing of two samples; the others are not restricted
   for (int& word : few)
     if (word == 2 && ++seen > 2) word = -1;
   ClassProbabilities said{DescriptorMatrix(3), std::vector<float>(few.size(), 1)};

@@ -260,7 +260,7 @@ TEST_F(Budget, CompactingCountsWhatImagesTellOfRooms) {
   writeRoomPredictions(predictions, path_);
   const std::uint64_t before = fs::file_size(path_);
   EXPECT_GT(before, 4'000'000U);
-  const CompactedMap done = compactMap(path_, 3);  // half of a frame is what it tells of rooms
+  const CompactedMap done = compactMap(path_, 3);  // half of a frame is its room evidence
   EXPECT_LE(done.bytesAfter, 3'000'000U);
   EXPECT_GE(done.bytesAfter, 2'100'000U) << "and no more is left out than must be";
 }
