@@ -21,7 +21,7 @@ class Skipped {
   std::size_t count() const { return count_; }
 
   /// A folder of a hundred thousand broken images does not fill the terminal.
-  static constexpr std::size_t mostTold = 20;
+  static constexpr std::size_t maxReported = 20;
 
  private:
   std::string verb_;

@@ -306,8 +306,8 @@ float weightStep(const std::vector<float>& weights) {
     if (weight != 0) step = std::min(step, std::abs(weight));
     largest = std::max(largest, std::abs(weight));
   }
-  constexpr float mostSteps = 255, tolerance = 1e-3F;
-  if (largest == 0 || largest / step > mostSteps + 0.5F) return 0;
+  constexpr float maxSteps = 255, tolerance = 1e-3F;
+  if (largest == 0 || largest / step > maxSteps + 0.5F) return 0;
   const bool all = std::all_of(weights.begin(), weights.end(), [step](float weight) {
     const float steps = weight / step;
     return std::abs(steps - std::nearbyint(steps)) < tolerance;

@@ -63,14 +63,14 @@ std::size_t endOfString(std::string_view text, std::size_t begin) {
 /// The line of the first key `a.b.c…` of too many parts, if any. toml++ before 3.5 makes a table of each part
 /// without a limit, and deletes these one inside of the other: some ten thousand of them exhaust the stack.
 std::optional<std::size_t> lineOfDeepKey(std::string_view text) {
-  constexpr int mostParts = 16;
+  constexpr int maxParts = 16;
   std::size_t line = 1;
   int parts = 1;
   for (std::size_t at = 0; at < text.size();) {
     const std::size_t begin = at++;
     if (text[begin] == '"' || text[begin] == '\'') at = endOfString(text, begin);
     if (text[begin] == '#') at = std::min(text.find_first_of("\n\r\v\f", begin), text.size());
-    if (text[begin] == '.' && ++parts > mostParts) return line;
+    if (text[begin] == '.' && ++parts > maxParts) return line;
     if (std::string_view("\n=,{[").find(text[begin]) != std::string_view::npos) parts = 1;
     line += static_cast<std::size_t>(std::ranges::count(text.substr(begin, at - begin), '\n'));
   }
@@ -94,10 +94,10 @@ ConfigFile::ConfigFile(fs::path path) : path_(std::move(path)) {
   if (!fs::is_regular_file(path_))
     throw Error(ErrorCode::unsupportedFile,
                 fmt::format("{} is no regular file; give a TOML file", path_.string()));
-  constexpr std::uintmax_t mostBytes = 16 << 20;
-  if (const std::uintmax_t bytes = fs::file_size(path_); bytes > mostBytes)
+  constexpr std::uintmax_t maxBytes = 16 << 20;
+  if (const std::uintmax_t bytes = fs::file_size(path_); bytes > maxBytes)
     throw Error(ErrorCode::tooLarge,
-                fmt::format("{}: {} bytes; at most {} are read", path_.string(), bytes, mostBytes));
+                fmt::format("{}: {} bytes; at most {} are read", path_.string(), bytes, maxBytes));
   parse(contentOf(path_));
 }
 

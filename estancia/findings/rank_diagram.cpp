@@ -18,7 +18,7 @@ namespace {
 constexpr double fontSize = 14, smallSize = 12;  // see tables.css and the style below
 constexpr double widest = 340;                   // widest name [pixels]
 constexpr double wider = 1.22;                   // than Helvetica are the widest of usual fonts
-constexpr double leastAxis = 420, leastWidth = 1000;
+constexpr double minAxis = 420, minWidth = 1000;
 constexpr double rowHeight = 24, barStep = 9, edge = 12, inset = 12, gap = 6;
 
 double drawnWidth(const std::string& text, double size) {
@@ -72,7 +72,7 @@ struct Geometry {
                                 drawnWidth(rankText(diagram.methods[m].meanRank), smallSize));
     }
     left = edge + names1 + gap;
-    right = left + std::max(leastAxis, leastWidth - left - names2 - gap - edge);
+    right = left + std::max(minAxis, minWidth - left - names2 - gap - edge);
     width = right + gap + names2 + edge;
     axis = diagram.criticalDifference ? 76 : 36;
     bars = axis + 16;

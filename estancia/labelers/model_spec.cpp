@@ -148,11 +148,11 @@ class SpecReader {
   }
 
   void readAnchors(const toml::node& node) {
-    constexpr std::size_t mostGrids = 16;
+    constexpr std::size_t maxGrids = 16;
     for (const auto& grid : file_.list(node))
       spec_.anchors.push_back(static_cast<int>(file_.integer(grid, 1, 256)));
-    if (spec_.anchors.empty() || spec_.anchors.size() > mostGrids)
-      file_.fail(node, fmt::format("`anchors` must name 1 to {} grids", mostGrids));
+    if (spec_.anchors.empty() || spec_.anchors.size() > maxGrids)
+      file_.fail(node, fmt::format("`anchors` must name 1 to {} grids", maxGrids));
   }
 
   void readUnused(const toml::node& node) {

@@ -62,8 +62,8 @@ struct LiveLoop::Impl {
   }
 
   WorldReader::Options readingOf(const LiveMap& what) const {
-    if (localize) return {};                          // the localizer numbers all frames
-    return {mostFramesOfAnswers, what.namesRooms()};  // limited to the rooms with predictions
+    if (localize) return {};                         // the localizer numbers all frames
+    return {maxFramesOfAnswers, what.namesRooms()};  // limited to the rooms with predictions
   }
 
   std::unique_ptr<LiveMap> makeMap(const LiveOptions& options) {

@@ -20,7 +20,7 @@ class WorldReader {
   using Take = std::function<void(std::shared_ptr<const WorldMap>)>;
   struct Options {
     /// Limit of frames that are read, so that memory stays bounded while the map grows.
-    std::size_t mostFrames = std::numeric_limits<std::size_t>::max();
+    std::size_t maxFrames = std::numeric_limits<std::size_t>::max();
     /// See GrowingRooms.
     bool namesRooms = false;
   };

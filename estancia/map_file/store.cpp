@@ -34,7 +34,7 @@ constexpr std::int64_t formatVersion = 6;
 /// Has the same tables for places, but for drives; writing it makes it the newest.
 constexpr std::int64_t oldestVersion = 4;
 
-constexpr int mostBeside = 16'000'000;  // the -wal file after a checkpoint [bytes]
+constexpr int maxBeside = 16'000'000;  // the -wal file after a checkpoint [bytes]
 
 constexpr double noNumber = std::numeric_limits<double>::quiet_NaN();  // stored as NULL
 constexpr Pose unknownPose{noNumber, noNumber, noNumber, noNumber, noNumber, noNumber, noNumber};
@@ -206,7 +206,7 @@ struct MapStore::Impl {
     // with NORMAL it would cost all that is not in the file yet. There is one commit a second.
     database.run("PRAGMA synchronous = FULL");
     // What one large commit has left beside the file is given back.
-    database.run(fmt::format("PRAGMA journal_size_limit = {}", mostBeside));
+    database.run(fmt::format("PRAGMA journal_size_limit = {}", maxBeside));
     database.run("BEGIN IMMEDIATE");
     if (!onDisk) return;
     database.run(schemaOfDrives);
@@ -284,7 +284,7 @@ const MapStore::Identity& MapStore::identity() const {
 void MapStore::addFrame(const MappedFrame& frame, DescriptorView descriptor) {
   impl_->requireWriting();
   requireProbabilities(descriptor, impl_->identity.vocabulary.size(), frame.name);
-  if (frame.number >= mostFramesOfMap)
+  if (frame.number >= maxFramesOfMap)
     refuse(impl_->path, ErrorCode::tooLarge, "the map has no number for another frame; begin a new map");
   const Pose pose = frame.pose.value_or(unknownPose);
   impl_->write("INSERT INTO descriptors VALUES(?1, ?2)", frame.number, descriptor);
@@ -495,12 +495,12 @@ std::vector<Visit> MapStore::visits() const {
   return readVisits(impl_->database);
 }
 
-TopologicalMap MapStore::load(std::size_t mostFrames, const std::vector<std::size_t>& also) const {
+TopologicalMap MapStore::load(std::size_t maxFrames, const std::vector<std::size_t>& also) const {
   Database& database = impl_->database;
-  if (database.inTransaction()) return readContent(database, impl_->identity, mostFrames, also);
+  if (database.inTransaction()) return readContent(database, impl_->identity, maxFrames, also);
   database.run("BEGIN");  // one moment of the map for all its tables, whatever is written meanwhile
   try {
-    TopologicalMap map = readContent(database, impl_->identity, mostFrames, also);
+    TopologicalMap map = readContent(database, impl_->identity, maxFrames, also);
     database.run("COMMIT");
     return map;
   } catch (...) {

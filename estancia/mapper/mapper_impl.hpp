@@ -133,7 +133,7 @@ struct Mapper::Impl {
   int firstOfDrive = 0;
   /// Parts of the map were mapped with scales of their own.
   bool hadOtherScales = false;
-  std::size_t mostNodes = std::numeric_limits<std::size_t>::max();
+  std::size_t maxNodes = std::numeric_limits<std::size_t>::max();
   /// Frames since the robot entered the current node.
   std::size_t stay = 0;
   /// The last transitionImages frames of this stay.

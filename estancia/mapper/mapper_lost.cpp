@@ -98,7 +98,7 @@ bool Mapper::Impl::hasRoomFor(const Impl& alone) const {
   std::size_t others = 0;
   for (std::size_t slot = 0; slot < bank.size(); ++slot)
     if (!lost->isOwn(bank[slot].id)) ++others;
-  return others + alone.bank.size() <= mostNodes;
+  return others + alone.bank.size() <= maxNodes;
 }
 
 }  // namespace estancia

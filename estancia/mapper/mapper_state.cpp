@@ -63,7 +63,7 @@ NodeMemory readNode(const NodeBank& bank, int id, const std::string& bytes, std:
   if (in.remaining() > 0) {  // none: of a first drive, or of an older program
     const bool hasOwn = in.number<std::uint8_t>() != 0;
     std::size_t count = in.count(Moments::byteCount(labels, false));
-    if (count > 2 * NodeMemory::mostModes) in.fail("a node has too many modes", ErrorCode::corruptFile);
+    if (count > 2 * NodeMemory::maxModes) in.fail("a node has too many modes", ErrorCode::corruptFile);
     for (; count > 0; --count) node.modes.push_back(readMoments(in, labels, false));
     if (hasOwn) node.own = readMoments(in, labels, false);
   }

@@ -30,7 +30,7 @@ struct NodeMemory {
   /// Moments of the frames of this drive, if that is a further one.
   std::optional<Moments> own = {};
 
-  static constexpr std::size_t mostModes = 3;
+  static constexpr std::size_t maxModes = 3;
 
   /// Moments that distances are computed from.
   const Moments& moments() const { return embedded ? *embedded : probabilities; }

@@ -13,7 +13,7 @@ namespace estancia {
 class MpiProcesses {
  public:
   /// Maximum size of a text.
-  static constexpr std::size_t mostBytes = 4000;
+  static constexpr std::size_t maxBytes = 4000;
 
   struct Message {
     int from;

@@ -30,7 +30,7 @@ struct HeatMap {
 HeatMap heatMapOf(const TopologicalMap& map, std::size_t label);
 
 /// The label that distinguishes places best: the largest standard deviation over the nodes.
-std::size_t mostTellingLabel(const TopologicalMap& map);
+std::size_t distinctiveLabel(const TopologicalMap& map);
 
 /// Color scale with numbers at 0, the middle and the largest value.
 Markup heatLegend(const HeatMap& heat);

@@ -228,7 +228,7 @@ Markup searchForm(const std::string& example, const Markup& choosers) {
 void addExplorer(Markup& body, const MapPage& page, const MapSummary& summary, const NodeZones* zones,
                  bool hasForm) {
   const Painting painting = paintingOf(page, summary);
-  const HeatMap heat = heatMapOf(page.map, page.label.value_or(mostTellingLabel(page.map)));
+  const HeatMap heat = heatMapOf(page.map, page.label.value_or(distinctiveLabel(page.map)));
   const FloorPlan* plan = page.floorPlan ? &*page.floorPlan : nullptr;
   const MapLayout layout = layoutMap(summary, plan != nullptr);
   if (plan != nullptr) requireFitting(*plan, layout.frames);

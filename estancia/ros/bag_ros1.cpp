@@ -43,7 +43,7 @@ class Ros1Part : public BagPart {
   std::uint32_t blocks() const override { return blocks_.count(); }
 
   Payload read(std::uint32_t block, std::uint64_t offset, std::uint32_t topic) const override {
-    const Payload head = blocks_.read(block, offset, kMostRos1MessageHeader);
+    const Payload head = blocks_.read(block, offset, kMaxRos1MessageHeader);
     MemorySource source(head.bytes);
     Ros1Record record;
     if (readRos1Record(source, 0, record) == RecordState::none || topicOf(record) != topic)

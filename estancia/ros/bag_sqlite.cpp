@@ -93,7 +93,7 @@ void SqlitePart::open() {
   database_ = bytes_.open();
   sqlite3* opened = database_.get();
   sqlite3_extended_result_codes(opened, 0);
-  sqlite3_limit(opened, SQLITE_LIMIT_LENGTH, static_cast<int>(kMostBlockBytes));
+  sqlite3_limit(opened, SQLITE_LIMIT_LENGTH, static_cast<int>(kMaxBlockBytes));
   sqlite3_db_config(opened, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
   sqlite3_db_config(opened, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
   run("PRAGMA cell_size_check = ON");

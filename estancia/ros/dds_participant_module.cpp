@@ -47,7 +47,7 @@ class RawType final : public dds::TopicDataType {
 
   bool deserialize(rtps::SerializedPayload_t* payload, void* data) override {
     DdsSample& sample = *static_cast<DdsSample*>(data);
-    sample.refused = payload->length > mostDdsBytes ? payload->length : 0;
+    sample.refused = payload->length > maxDdsBytes ? payload->length : 0;
     sample.in.resize(sample.refused > 0 ? 0 : payload->length);
     if (!sample.in.empty()) std::memcpy(sample.in.data(), payload->data, sample.in.size());
     return true;

@@ -26,7 +26,7 @@ class DriveGuide {
  public:
   /// Guides a drive that begins now, with labels scaled as in nodes now, by at most so many frames. The map
   /// must have frames.
-  DriveGuide(const MapStore& store, const Standardization& scale, std::size_t mostFrames);
+  DriveGuide(const MapStore& store, const Standardization& scale, std::size_t maxFrames);
   /// Goes on with the states() of an earlier one. Throws Error (corruptFile).
   DriveGuide(const MapStore& store, const std::string& known, const std::string& state);
 
@@ -51,7 +51,7 @@ class DriveGuide {
 
  private:
   struct Known;
-  static Known knownOf(const MapStore& store, const Standardization& scale, std::size_t mostFrames);
+  static Known knownOf(const MapStore& store, const Standardization& scale, std::size_t maxFrames);
   static Known knownFrom(const std::string& bytes, const MapStore& store);
   DriveGuide(const MapStore& store, Known known);
 

@@ -204,7 +204,7 @@ void MappingSession::Impl::beginDrive(const DriveStart& start, bool isLost) {
     drive.isAligned = start.posesAreInMap || start.alignment || !DriveStore(store).hasPoses();
   }
   if (frame > 0 && isLost) {
-    guide.emplace(store, mapper.impl().bank.standardization(), mostGuideFrames());
+    guide.emplace(store, mapper.impl().bank.standardization(), maxGuideFrames());
     store.putState(guideMapKey, guide->known());
     if (!drive.isAligned) alignment.emplace(mapper.options().nearDistance, mapper.options().nearAngle);
     nextAlignment = 0;
@@ -224,7 +224,7 @@ void MappingSession::Impl::restoreDrive() {
       guided = ByteReader(*count, "what guided the map's last drive is damaged", "map the sequence again")
                    .number<std::uint64_t>();
   } else {
-    guide.emplace(store, mapper.impl().bank.standardization(), mostGuideFrames());
+    guide.emplace(store, mapper.impl().bank.standardization(), maxGuideFrames());
   }
   const auto pairs = store.findState(alignmentKey);
   if (drive.isAligned && (!pairs || pairs->empty())) return;

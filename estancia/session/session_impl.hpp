@@ -55,7 +55,7 @@ struct MappingSession::Impl {
   /// Applies the budget stored in `other`.
   void takeBudgetOf(const MapStore& other);
   /// Max number of frames of the drive guide; a share of the budget.
-  std::size_t mostGuideFrames() const;
+  std::size_t maxGuideFrames() const;
   /// What the map must keep to go on, in order.
   std::vector<std::size_t> neededFrames();
   /// Puts waiting frames that are needed into the file, and leaves the others out.

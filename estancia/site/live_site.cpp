@@ -94,11 +94,11 @@ void addSafety(ServerResponse& response) {
     response.headers.emplace_back(name, value);
 }
 
-/// A stream's place among LiveSite::mostStreams.
+/// A stream's place among LiveSite::maxStreams.
 class StreamSlot {
  public:
   explicit StreamSlot(std::shared_ptr<std::atomic<int>> count) : count_(std::move(count)) {
-    isFree_ = count_->fetch_add(1) < LiveSite::mostStreams;
+    isFree_ = count_->fetch_add(1) < LiveSite::maxStreams;
   }
   ~StreamSlot() { count_->fetch_sub(1); }
   StreamSlot(const StreamSlot&) = delete;

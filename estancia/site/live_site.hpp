@@ -33,7 +33,7 @@ class LiveSite final : public HttpHandler {
   static std::vector<std::string> operations();
 
   /// Each keeps a connection: streams of events at once, of HttpLimits::connections.
-  static constexpr int mostStreams = 48;
+  static constexpr int maxStreams = 48;
 
  private:
   struct Operation;

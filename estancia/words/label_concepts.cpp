@@ -71,7 +71,7 @@ class ConceptFinder {
     const auto [known, isNew] = isConcept_.try_emplace(synset, false);
     if (isNew)
       known->second = count(synset) >= familiarConcept && isUsualMeaning(synset) &&
-                      graph_.category(synset) != WordCategory::tops && kinds(synset) <= mostKinds(synset);
+                      graph_.category(synset) != WordCategory::tops && kinds(synset) <= kindLimit(synset);
     return known->second;
   }
 
@@ -84,7 +84,7 @@ class ConceptFinder {
     return 2 * count(synset) >= sum;
   }
 
-  std::size_t mostKinds(std::uint32_t synset) const {
+  std::size_t kindLimit(std::uint32_t synset) const {
     const WordCategory category = graph_.category(synset);
     return category == WordCategory::animal || category == WordCategory::plant ? maxKindsOfLife : maxKinds;
   }

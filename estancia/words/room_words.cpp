@@ -20,7 +20,7 @@ namespace estancia {
 namespace {
 
 /// Most artifacts have nothing to do with a room. Chosen on the training half of NYU Depth V2.
-constexpr double leastDeviations = 2;
+constexpr double minDeviations = 2;
 /// Weight of all furnishings of a common room together, relative to its name.
 constexpr double furnishingShare = 0.5;
 
@@ -90,7 +90,7 @@ std::vector<double> labelWeights(const WordGraph& graph, const std::vector<Label
     double excess = 0;
     for (const Sense& sense : label.senses)
       excess += static_cast<double>(sense.probability) *
-                std::max(0.0, (liftOf(sense.synset) - mean) / deviation - leastDeviations);
+                std::max(0.0, (liftOf(sense.synset) - mean) / deviation - minDeviations);
     weights.push_back(excess * excess);
   }
   return weights;

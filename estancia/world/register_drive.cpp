@@ -15,7 +15,7 @@
 namespace estancia {
 namespace {
 
-constexpr std::size_t mostViews = 24, targetsOfView = 3;
+constexpr std::size_t maxViews = 24, targetsOfView = 3;
 constexpr int levels = 4, width = 160;
 constexpr double maxDepth = 8;                      // [m]
 constexpr double nearDistance = 1, nearAngle = 45;  // [m], [degrees]: views that may overlap
@@ -64,7 +64,7 @@ class Registration {
     for (const ObservationPose& view : drive_)
       if (!targetsOf(guess * view.pose, map_).empty()) near.push_back(view);
     std::vector<ObservationPose> chosen;
-    const std::size_t count = std::min(near.size(), mostViews);
+    const std::size_t count = std::min(near.size(), maxViews);
     for (std::size_t i = 0; i < count; ++i) chosen.push_back(near[i * near.size() / count]);
     return chosen;
   }

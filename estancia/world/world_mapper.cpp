@@ -185,7 +185,7 @@ void WorldMapper::finish() {
     impl_->foldFinally();
     map.commit();  // zones are found in the file
   }
-  if (impl_->layers.zones && frames > 0 && frames <= mostFramesOfZones) {
+  if (impl_->layers.zones && frames > 0 && frames <= maxFramesOfZones) {
     ZoneOptions options;
     options.reach = ZoneOptions::reachOfRun;
     options.naming = impl_->options.areas.naming;

@@ -30,7 +30,7 @@ struct ObjectEdit;
 struct WorldMap;
 
 /// The most frames that zones are found of with the map; more take `estancia zones find MAP --stream`.
-constexpr std::size_t mostFramesOfZones = 5000;
+constexpr std::size_t maxFramesOfZones = 5000;
 
 /// The camera of a drive that a map has to track by itself: it has depth, and no frame has a pose. Nothing
 /// for other drives, and where neither areas nor objects are wanted.

@@ -72,11 +72,11 @@ struct WorldMapper::Impl {
   ShapeLayer shapes;
   WorldLayers layers;
   std::vector<AreaEdit> edits;
-  FramePoses poses;              // poses of the frames that the file keeps, and the newest ones
-  std::size_t mostPoses = 4096;  // before those that it has left out are looked for
-  Moments mean;                  // mean of the descriptors of all frames
-  PoseJumps jumps;               // jumps of given poses
-  bool isBelieved = true;        // the latest of them
+  FramePoses poses;             // poses of the frames that the file keeps, and the newest ones
+  std::size_t maxPoses = 4096;  // before those that it has left out are looked for
+  Moments mean;                 // mean of the descriptors of all frames
+  PoseJumps jumps;              // jumps of given poses
+  bool isBelieved = true;       // the latest of them
   DepthFaults faults;
   std::optional<Pose> own;       // given pose of the newest frame
   std::optional<Pose> lastView;  // camera pose of this drive's last view

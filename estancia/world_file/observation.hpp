@@ -48,7 +48,7 @@ struct Observation {
 /// (invalidInput) for other images and cameras.
 Observation observe(const cv::Mat& depth, const CameraIntrinsics& camera);
 
-/// Finds the segments of an observation, the mostSegments largest, and returns the planes that it sees, in
+/// Finds the segments of an observation, the maxSegments largest, and returns the planes that it sees, in
 /// the camera's frame. `image`: BGR, the same view in any size; may be empty. Throws Error as findClusters().
 std::vector<Plane> findSegments(Observation& observation, const cv::Mat& image,
                                 const ClusterOptions& options);

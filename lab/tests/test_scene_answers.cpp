@@ -220,14 +220,14 @@ TEST(SceneBlocks, AreRunsOfOneTestAndPairsOfMany) {
   results.cells.insert(results.cells.end(), {results.cells[0], results.cells[1]});
   EXPECT_EQ(blocksOf(results).right.size(), 10U);
 
-  while (results.pairs.size() < fewestPairs) {
+  while (results.pairs.size() < minPairs) {
     results.pairs.push_back(results.pairs[0]);
     results.pairs.back().train = "train " + std::to_string(results.pairs.size());
     results.cells.insert(results.cells.end(), {results.cells[0], results.cells[1]});
   }
   const SceneBlocks pairs = blocksOf(results);
   EXPECT_FALSE(pairs.runs);
-  ASSERT_EQ(pairs.right.size(), fewestPairs);
+  ASSERT_EQ(pairs.right.size(), minPairs);
   EXPECT_EQ(pairs.names[1], "test→test");
   EXPECT_DOUBLE_EQ(scoresOfCells(results, pairs).values[2][0], meanAccuracies(results, {0})[0]);
 }

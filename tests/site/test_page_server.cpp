@@ -168,7 +168,7 @@ TEST_F(OnASocket, AStreamGoesOnWhereItWas) {
 
 TEST_F(OnASocket, StreamsAndConnectionsAreBounded) {
   std::vector<std::unique_ptr<WebClient>> pages;
-  for (int i = 0; i < LiveSite::mostStreams; ++i) {
+  for (int i = 0; i < LiveSite::maxStreams; ++i) {
     pages.push_back(std::make_unique<WebClient>(port()));
     pages.back()->send(head("GET /api/events") + "\r\n");
     ASSERT_NE(pages.back()->readUntil("\r\n\r\n").find("200 OK"), std::string::npos) << i;

@@ -51,7 +51,7 @@ std::vector<cv::Point2f> boxOf(const io::HomeInstance& thing, const Floor& floor
   return corners;
 }
 
-Things thingsOf(const fs::path& folder, const Floor& floor, std::size_t leastPixels) {
+Things thingsOf(const fs::path& folder, const Floor& floor, std::size_t minPixels) {
   const io::HomeTruth truth = io::readHomeTruth(folder);
   std::map<int, const io::HomeInstance*> instances;
   for (const io::HomeInstance& thing : truth.instances) instances.emplace(thing.id, &thing);
@@ -61,7 +61,7 @@ Things thingsOf(const fs::path& folder, const Floor& floor, std::size_t leastPix
     for (const io::VisibleInstance& seen : visible) {
       const std::string& category = instances.at(seen.id)->category;
       things.pixels[category] += seen.pixels;
-      if (static_cast<std::size_t>(seen.pixels) < leastPixels) continue;
+      if (static_cast<std::size_t>(seen.pixels) < minPixels) continue;
       things.named[image].insert(category);
       large.insert(seen.id);
     }
@@ -135,7 +135,7 @@ CellResults findThings(const LabeledDrive& drive, const fs::path& folder, Eviden
     throw Error(ErrorCode::insufficientData,
                 fmt::format("{}: a word map is measured with poses, depth and a camera", folder.string()));
   const Floor floor(poses);
-  const Things things = thingsOf(folder, floor, options.leastPixels);
+  const Things things = thingsOf(folder, floor, options.minPixels);
   const bool isTrue = evidence == Evidence::truthAndDepth;
   const DescriptorSequence words = isTrue ? trueWords(drive.recording, things) : drive.recording;
   const WordMap map = mapOf(drive, words, floor, evidence != Evidence::words);
@@ -165,7 +165,7 @@ OptionGroup declare(WordPositionsOptions& options) {
   OptionGroup group("word-map", "Words on the floor, beside the things.");
   group.add("reach", &options.reach, "How far from a thing its word may be").unit("m").range(0, 100);
   group.add("categories", &options.categories, "Those with the most pixels are to be found; 0: all");
-  group.add("least-pixels", &options.leastPixels, "Pixels of an instance that can be named");
+  group.add("least-pixels", &options.minPixels, "Pixels of an instance that can be named");
   return group;
 }
 
@@ -199,7 +199,7 @@ GridColumns wordPositionsColumns() {
 
 Findings compareWordPositions(const WordPositionsOptions& options, Grid& grid, const ExperimentRun& run,
                               Progress& progress) {
-  std::string asked = fmt::format("{} {} {}", options.reach, options.categories, options.leastPixels);
+  std::string asked = fmt::format("{} {} {}", options.reach, options.categories, options.minPixels);
   for (const auto& [category, words] : options.words)
     asked += fmt::format("\n{}: {}", category, fmt::join(words, ", "));
   const auto inputs = [&](const NamedDrive& drive, std::size_t) {

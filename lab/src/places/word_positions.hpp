@@ -34,7 +34,7 @@ struct WordPositionsOptions {
   /// Maximum number of categories, by the pixels that a drive sees of them; 0: all.
   std::size_t categories = 20;
   /// Pixels of an instance in an image that shows it well enough to be named.
-  std::size_t leastPixels = 150;
+  std::size_t minPixels = 150;
 };
 
 /// Throws Error `file:line: …` on unknown, missing or wrong keys.

@@ -47,7 +47,7 @@ struct DriveCasesOptions {
   /// Models come from one of this many frames.
   std::size_t every = 10;
   /// Pixels with depth of the smallest model.
-  std::size_t leastPixels = 1500;
+  std::size_t minPixels = 1500;
   /// Standard deviation of noise that is added to depth [m at 1 m]; it grows with the square of depth.
   double noise = 0;
   std::uint64_t seed = 1;

@@ -23,8 +23,8 @@ class FilteredClouds {
     double seconds = 0;
   };
 
-  /// The folder is made when it is needed. `mostBytes` = 0 keeps nothing.
-  FilteredClouds(std::filesystem::path folder, std::uint64_t mostBytes);
+  /// The folder is made when it is needed. `maxBytes` = 0 keeps nothing.
+  FilteredClouds(std::filesystem::path folder, std::uint64_t maxBytes);
 
   /// The cloud that `source` gives, filtered. `origin` identifies all that the source depends on. Throws what
   /// filterCloud(), `source` and writing throw.
@@ -38,7 +38,7 @@ class FilteredClouds {
   void makeRoom() const;
 
   std::filesystem::path folder_;
-  std::uint64_t mostBytes_;
+  std::uint64_t maxBytes_;
 };
 
 }  // namespace estancia::experiments

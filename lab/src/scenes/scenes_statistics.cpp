@@ -73,7 +73,7 @@ struct AskedPair {
 
 SceneBlocks blocksOf(const ScenesResults& results) {
   SceneBlocks blocks;
-  if (results.pairs.size() >= fewestPairs) {
+  if (results.pairs.size() >= minPairs) {
     for (std::size_t p = 0; p < results.pairs.size(); ++p) {
       blocks.names.push_back(fmt::format("{}→{}", results.pairs[p].train, results.pairs[p].test));
       const SceneTest& test = results.pairs[p].images;

@@ -15,7 +15,7 @@ namespace estancia::experiments {
 
 /// Fewer pairs of training and test than this allow no conclusion by ranks: even if one method wins them all,
 /// a two-sided signed-rank test of 5 cannot fall below 5 % (2 / 2⁵).
-inline constexpr std::size_t fewestPairs = 6;
+inline constexpr std::size_t minPairs = 6;
 
 /// What Friedman's test takes for its tests.
 struct SceneBlocks {
@@ -30,7 +30,7 @@ struct SceneBlocks {
   std::vector<std::size_t> answers;
 };
 
-/// Whole pairs of training and test where there are at least `fewestPairs`. Else the runs of the test images
+/// Whole pairs of training and test where there are at least `minPairs`. Else the runs of the test images
 /// (of pairs whose test was not learned): each shows one place, which no training image shows and which
 /// answers for all its images, so that the runs are independent witnesses of the classifiers as they were
 /// trained. (Where a run is one image, Friedman's test is Cochran's Q.)
