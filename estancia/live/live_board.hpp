@@ -14,6 +14,8 @@
 
 namespace estancia {
 
+/// State of a live view that threads share. Invariant: mutex_ guards status_ and world_, whose revisions grow
+/// with each change; imageMutex_ guards image_ and jpeg_, which is empty or the encoded image_.
 class LiveBoard {
  public:
   LiveStatus status() const;

@@ -48,6 +48,10 @@ std::vector<LabelProbability> bestOf(const Vocabulary& vocabulary, DescriptorVie
 
 }  // namespace
 
+/// run() owns source, labeler and map in one thread: it takes frames and edits until stopped, until the
+/// source ends or the map is lost, then writes everything. Other threads read `board`, set `stopping`, and
+/// append to `requests` under `edits` while `running`; `reader` posts each newly read map on `board`, and is
+/// destroyed before it.
 struct LiveLoop::Impl {
   Impl(std::unique_ptr<FrameSource> frames, Labeler& words, std::filesystem::path file,
        const LiveOptions& options)
@@ -63,7 +67,7 @@ struct LiveLoop::Impl {
 
   WorldReader::Options readingOf(const LiveMap& what) const {
     if (localize) return {};                         // the localizer numbers all frames
-    return {maxFramesOfAnswers, what.namesRooms()};  // limited to the rooms with predictions
+    return {maxFramesOfAnswers, what.namesRooms()};  // the frames that have predictions
   }
 
   std::unique_ptr<LiveMap> makeMap(const LiveOptions& options) {
@@ -93,7 +97,7 @@ struct LiveLoop::Impl {
   const bool localize;
   LiveBoard board;
   std::unique_ptr<LiveMap> map;
-  WorldReader reader;  // after the board
+  WorldReader reader;  // after the board, which it uses
   std::atomic<bool> stopping = false;
   RecentNumbers latencies, forwards;
   RecentRate rate;

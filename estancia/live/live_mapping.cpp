@@ -101,6 +101,9 @@ std::variant<AreaEdit, ObjectEdit> anchoredIn(const WorldMap& world, const MapEd
       edit);
 }
 
+/// A live map that grows. Invariant: mapper_ exists only with session_; a failed step closes both (Step), and
+/// openAgain() goes on from the last commit after a pause. derived_ computes areas and objects in another
+/// thread; refresh() takes its result.
 class MappingLiveMap final : public LiveMap {
  public:
   MappingLiveMap(FrameSource& source, Labeler& labeler, std::filesystem::path path, LiveOptions options)

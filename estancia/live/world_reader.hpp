@@ -15,6 +15,9 @@
 
 namespace estancia {
 
+/// Reads a map file in a thread of its own whenever requests are newer than the last reading. Invariant:
+/// done_ ≤ requested_, both only grow, and mutex_ guards them. The destructor waits for a reading in
+/// progress.
 class WorldReader {
  public:
   using Take = std::function<void(std::shared_ptr<const WorldMap>)>;

@@ -101,6 +101,9 @@ void requireOurFormat(Database& database) {
 
 }  // namespace
 
+/// Invariant: a writer has an open transaction with what is not committed, unless an error has ended it. A
+/// new map is a database in memory until its first commit() writes the file, which may replace an older map;
+/// `statements` belong to the connection and are dropped before it is replaced or closed.
 struct MapStore::Impl {
   Impl(const fs::path& file, Access wanted, Database&& opened, Identity named)
       : path(file), access(wanted), database(std::move(opened)), identity(std::move(named)) {}

@@ -17,6 +17,10 @@
 
 namespace estancia {
 
+/// State of Algorithm 4.1 over all drives. Invariant: `current` is a slot of `bank`, or empty before the
+/// first frame of a drive; transitions, views and lost nodes refer to nodes by id. The first drive warms up
+/// (its frames stay in `warmup` until thresholds are estimated, then they are mapped again); a further drive
+/// is `lost` until it is recognized.
 struct Mapper::Impl {
   Impl(const DescriptorLayout& layout, const MapperOptions& chosen, LabelPrior known);
 
@@ -117,16 +121,16 @@ struct Mapper::Impl {
   std::size_t nextEstimate;
   /// Slot of the current node; nothing before the first frame of a drive.
   std::optional<std::size_t> current;
-  /// The first drive alone warms up: later frames are not mapped again, and neither are those before them.
+  /// Only the first drive warms up: frames of further drives are not mapped again.
   bool isFirstDrive = true;
   /// State of a further drive until it is recognized.
   std::optional<LostDrive> lost;
-  /// It is now, after it was elsewhere: what it has seen there is to be mapped alone before the next frame.
+  /// Set when a lost drive has re-entered the map: the frames before must be mapped alone before the next
+  /// frame is added.
   bool isBack = false;
-  /// The node that this drive made before it was recognized anywhere, as long as the robot has been nowhere
-  /// else.
+  /// The node that a further drive started in, as long as the robot has been in no other one.
   std::optional<int> lostNode;
-  /// The nodes that took others in since this drive began, by the id of those: who guesses may not know.
+  /// Absorbed node → absorbing node since this drive began: a guess may name an absorbed one.
   std::map<int, int> absorbedBy;
   int nextId = 0;
   /// The first id of the nodes that this drive makes.

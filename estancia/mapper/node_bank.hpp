@@ -17,6 +17,10 @@
 namespace estancia {
 
 /// Owns the nodes. Distances are exact whatever the shortcut (a test compares with a plain scan).
+///
+/// Invariant: each row (vector to compare with) belongs to the node slotOfRow_ names, rowsOf_ is the inverse,
+/// and rows_, squaredNorms_ and bounds_ have one entry a row under the current standardization. A node is
+/// added, changed through update() only, and removed; slots change then, ids never.
 class NodeBank {
  public:
   NodeBank(Distance distance, std::size_t labels);

@@ -49,6 +49,10 @@ struct Recognition {
 ///
 /// Earlier views are those that were last seen before the robot saw something else: an image beyond τ_join
 /// or, for poses, twice as far away as near ones are. Views whose poses lie that far away are never the same.
+///
+/// Invariant: views_ and bounds_ share their indexes, counts_ and largest_ count views_, and there are at
+/// most max_ views. beginDrive() makes all views so far earlier ones; a sequence ends there, in forgetFrom(),
+/// and with an image that resembles no earlier view.
 class ViewMemory {
  public:
   ViewMemory(Distance distance, std::size_t labels, const MapperOptions& options);

@@ -24,6 +24,10 @@ namespace estancia {
 /// An RgbdTracker whose state is rows of the map, in the transaction of its frames; so tracking goes on after
 /// a crash to the last bit as if nothing had happened. The tracker takes the first camera for level; the
 /// map's poses are leveled: z is up by the planes that the views have seen.
+///
+/// Invariant: told_[i] is the leveled pose of frame i that the map has or gets from takeCorrections(), and
+/// after save() the rows equal the members. A frame is add(), addPlanes() if it is a view, save(); settle()
+/// replaces the tracker's state by the optimum, which the next add() undoes by reading the rows.
 class SelfTracking {
  public:
   /// Whether the camera of the map's frames was tracked so.
@@ -93,7 +97,7 @@ class SelfTracking {
   CameraIntrinsics camera_;
   RgbdOptions options_;
   std::optional<RgbdTracker> tracker_;
-  bool settled_ = false;  ///< tracker_ is not that of the rows
+  bool settled_ = false;  ///< tracker_ is the optimum, not the state of the rows
   std::vector<std::optional<Pose>> told_;
   std::vector<MappingSession::Correction> corrections_;
   Leveling planes_;
