@@ -55,7 +55,7 @@ DescriptorSequence labeled(Labeling& labeling) {
 }
 
 /// What --word means: all labels of that name, else those that are meant more probably than not, at least the
-/// most probable. Says which. Throws Error where there is none.
+/// most probable. Reports which. Throws Error where there is none.
 std::vector<std::size_t> labelsOf(const Vocabulary& vocabulary, const std::string& word) {
   constexpr double minProbability = 0.5;
   LabelMatches found = chooseLabels(vocabulary, word, installedWordGraph);

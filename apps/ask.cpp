@@ -181,7 +181,7 @@ WorldAnswers answersOrNothing(const AskArguments& arguments, const WorldMap& wor
 }
 
 void run(AskArguments arguments) {
-  const WorldMap world = arguments.zones.empty() ? readWorld(arguments.map, mostFramesOfAnswers)
+  const WorldMap world = arguments.zones.empty() ? readWorld(arguments.map, maxFramesOfAnswers)
                                                  : readWorld(arguments.map);  // zones have all its frames
   arguments.words = inEnglish(arguments.words, arguments.dictionary, world);
   const PlacesInZones zones(arguments.zones, world.places);

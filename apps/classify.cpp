@@ -49,7 +49,7 @@ struct ClassifyArguments {
   FeatureTableOptions tables;
   std::string descriptor, roomClassifier, output, map;
   std::vector<std::string> images;
-  /// Of `name` without a room classifier; none: commonRooms().
+  /// Rooms to predict by name without a room classifier; none: commonRooms().
   std::vector<std::string> rooms;
   /// 0: all.
   std::size_t maxLabels = 0;
@@ -85,7 +85,7 @@ void warnOfAnnotations(const Features& features) {
       others.empty() ? "" : fmt::format(" Leave them out by --descriptor {}", fmt::join(others, "+")));
 }
 
-/// Those of other sources are told when they are opened.
+/// Descriptors of other sources are compared when they are opened.
 void warnOfSimilarRooms(const Features& features) {
   std::set<std::string> rooms;
   for (const auto& [room, count] : framesPerRoom(features)) rooms.insert(room);

@@ -39,7 +39,7 @@ void occupyStandardFiles() {
   }
 }
 
-/// OpenCV tells of failures through exceptions and return values, which we turn into sentences; keep it
+/// OpenCV reports failures through exceptions and return values, which we turn into sentences; keep it
 /// silent.
 void quietLibraries() {
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
@@ -81,7 +81,7 @@ int complain(ErrorCode code, const std::string& sentence, bool json) {
   if (json) print({{"error", {{"code", name}, {"message", line.what()}}}});
   std::fflush(stdout);
   std::fprintf(stderr, "error: %s [%s]\n", line.what(), name.c_str());
-  if (code == ErrorCode::interrupted) return 130;  // as a shell reports SIGINT
+  if (code == ErrorCode::interrupted) return 130;  // the exit code that shells report for SIGINT
   return code == ErrorCode::noAnswer ? noAnswer : failure;
 }
 
@@ -168,7 +168,7 @@ int runProgram(CLI::App& app, int argc, char** argv) {
                                 e.code().message()),
                     json);
   } catch (const std::system_error& e) {
-    if (std::ferror(stdout) != 0) return complainOfOutput();  // fmt tells so by an exception
+    if (std::ferror(stdout) != 0) return complainOfOutput();  // fmt reports this by an exception
     return complain(ErrorCode::invalidState, e.what(), json);
   } catch (const std::exception& e) {
     return complain(ErrorCode::invalidState, e.what(), json);

@@ -11,7 +11,7 @@ namespace estancia::apps {
 /// Exit codes: all went well; the question has no answer (nothing found, no way); something is wrong.
 enum ExitCode { success = 0, noAnswer = 1, failure = 2 };
 
-/// Thrown by a subcommand to end with `noAnswer` after it has said why on stdout.
+/// Thrown by a subcommand to end with `noAnswer` after it has printed the reason on stdout.
 struct NoAnswer {};
 
 /// Type name of an option whose value may be "", which means something there.

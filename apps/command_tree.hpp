@@ -14,7 +14,7 @@ std::vector<std::pair<std::string, const CLI::App*>> commandsOf(const CLI::App& 
 
 /// A script that completes commands, options and files in bash.
 std::string bashCompletion(const CLI::App& app);
-/// The same for zsh, with the descriptions.
+/// Completion script for zsh, with the descriptions.
 std::string zshCompletion(const CLI::App& app);
 /// The man page (roff) of one command; `name` as of commandsOf().
 std::string manPage(const std::string& name, const CLI::App& command);

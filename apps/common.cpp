@@ -55,7 +55,7 @@ void requireNoData(const std::filesystem::path& output, const std::vector<std::s
                    std::string_view start) {
   namespace fs = std::filesystem;
   const fs::path target = outputTarget(output);
-  std::error_code none;  // an input that is not there will be told of by whoever reads it
+  std::error_code none;  // a missing input is reported by its reader
   for (const std::string& input : inputs)
     if (fs::equivalent(target, input, none))
       throw Error(

@@ -17,7 +17,7 @@
 
 namespace estancia::apps {
 
-/// SEQ and the options that say how to read it.
+/// SEQ and the options that define how to read it.
 struct SequenceArguments {
   std::string path;
   SequenceOptions options;
@@ -27,7 +27,8 @@ struct SequenceArguments {
   static void addDepthTo(DeclaredOptions& declared);
   /// Opens the sequence and logs its warnings.
   std::unique_ptr<Sequence> open() const;
-  /// The same, but logs nothing: for commands that open it again, or tell of warnings in their own way.
+  /// Opens the sequence without logging: for commands that open it again, or report warnings in their own
+  /// way.
   std::unique_ptr<Sequence> openQuietly() const;
 };
 

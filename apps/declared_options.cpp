@@ -57,7 +57,7 @@ std::string headingOf(const OptionGroup& group) {
   return fmt::format("{} ({})", heading, group.name());
 }
 
-/// What the help says of an option: sentence, what it accepts or its choices, default.
+/// Help text of an option: sentence, accepted values or choices, default.
 std::string helpOf(const Option& option) {
   std::string help = option.help();
   if (option.isNumber()) help += fmt::format("\nAccepts {}", option.accepted());

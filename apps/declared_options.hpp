@@ -76,9 +76,9 @@ class DeclaredOptions {
 struct PublishedGroup {
   OptionGroup group;
   std::vector<std::string> commands;
-  std::map<std::string, std::set<std::string>> flags;  // of an option, by its path below the group
+  std::map<std::string, std::set<std::string>> flags;  // flags of an option, by its path below the group
 
-  /// Those of one option, of all commands; may be empty.
+  /// Flags of one option over all commands; may be empty.
   std::set<std::string> flagsOf(const std::string& path) const {
     const auto found = flags.find(path);
     return found == flags.end() ? std::set<std::string>() : found->second;

@@ -36,7 +36,7 @@ bool isMap(const std::string& path) {
   return isMapFile(path) || path.ends_with(".estancia");
 }
 
-/// Of the labels that a map or a label file holds.
+/// Parts of the labels that a map or a label file holds.
 std::vector<DescriptorPart> partsOfFile(const std::string& path) {
   if (isMap(path)) {
     const MapStore::Identity labels = MapStore::open(path, MapStore::Access::read).identity();

@@ -28,8 +28,8 @@ class FeatureSource {
                     const FeatureTableOptions& tables = {});
   Features features(const Sequence& sequence, const std::string& descriptor);
 
-  /// What `classifier` predicts for the frames whose labels are known; `sequence` (nullptr: not at hand)
-  /// shows what the labels do not tell.
+  /// What `classifier` predicts for the frames whose labels are known; `sequence` (nullptr: not at hand) is
+  /// used for what the labels do not contain.
   RoomPredictions rooms(const RoomClassifier& classifier, const DescriptorSequence& labels,
                         const Sequence* sequence);
 
@@ -58,8 +58,8 @@ void addRoomClassifierOption(CLI::App& command, std::string& classifier);
 /// --rooms-by-name; to be called after that of the classifier, which it excludes.
 void addRoomsByNameOption(CLI::App& command, std::vector<std::string>& rooms);
 
-/// The file of `--room-classifier`, absent for "". Throws Error, before the long work begins, when it could
-/// not tell the rooms of `source`.
+/// The file of `--room-classifier`, absent for "". Throws Error, before the long work begins, if it could not
+/// predict the rooms of `source`.
 std::optional<RoomClassifier> openRoomClassifier(const std::string& file, const SequenceArguments& source);
 
 }  // namespace estancia::apps

@@ -19,7 +19,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 using report::counted;
 
-/// As a date in this time zone, if it is seconds since 1970; else as it is.
+/// Date in this time zone if `seconds` are since 1970; else the number itself.
 std::string timeOf(double seconds) {
   constexpr double year2000 = 946684800, year2100 = 4102444800;
   if (!(seconds >= year2000 && seconds <= year2100)) return fmt::format("{:.1f} s", seconds);

@@ -34,7 +34,7 @@ struct EvaluateArguments {
 struct Evaluation {
   std::vector<Measure> measures;
   std::vector<LocalizationSummary::Place> places = {};
-  /// Nothing tells where the images are in truth.
+  /// The true positions of the images are unknown.
   bool lacksTruth = false;
 };
 

@@ -26,7 +26,7 @@ struct ExportArguments {
 
 std::string textOf(const std::string& file, const std::string& format, const ExportOptions& options) {
   if (!isZoneFile(file)) {
-    WorldMap world = readWorld(file, mostFramesOfAnswers);
+    WorldMap world = readWorld(file, maxFramesOfAnswers);
     if (world.places.isThinned() && listsFrames(format)) world.places.visits = readVisits(file);
     return exportWorld(world, format, options);
   }

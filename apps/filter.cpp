@@ -36,9 +36,9 @@ struct FilterArguments {
 
 struct Measured {
   std::size_t all = 0, finite = 0;
-  /// Of the cloud that was filtered [m].
+  /// Resolution and noise of the filtered cloud [m].
   double resolution = 0, noise = 0;
-  /// Of the filter alone.
+  /// Duration of the filter alone.
   double seconds = 0;
 };
 

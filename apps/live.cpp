@@ -219,7 +219,7 @@ void listTopics(const LiveArguments& arguments) {
   print(Json{{"topics", std::move(json)}});
 }
 
-/// What is no map will be told by whoever reads it.
+/// A file that is no map is reported by its reader.
 bool isCalledMap(const std::string& source) {
   return std::filesystem::path(source).extension() == ".estancia";
 }

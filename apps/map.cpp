@@ -38,7 +38,7 @@ struct MapArguments {
   DeclaredOptions declared;
   std::string output, roomClassifier, objectModel;
   std::vector<std::string> objects;
-  /// Listed, to be told by their names.
+  /// Rooms to predict by name.
   std::vector<std::string> rooms;
   bool goOn = false, overwrite = false, posesInMap = false, json = false;
 };
@@ -92,7 +92,7 @@ struct Odometry {
   DriveFaults faults;
 };
 
-/// Says which way is up in the map.
+/// Adds the map's upward direction to the summary.
 void addLevel(const MapLevel& level, Summary& summary) {
   if (!level.byPlanes)
     spdlog::warn(
@@ -164,7 +164,7 @@ void sayWhatIsMissing(const Sequence& sequence, const WorldOptions& options) {
   if (sequence.hasDepth()) spdlog::info("no areas and objects without {}", what);
 }
 
-/// Says what was wrong with the drive. Returns how the camera was tracked.
+/// Reports faults of the drive. Returns how the camera was tracked.
 Odometry odometryOf(const WorldMapper* mapper) {
   if (mapper == nullptr) return {};
   warnOfFaults(mapper->faults());
@@ -180,7 +180,7 @@ struct Added {
   Odometry odometry;
 };
 
-/// Those that are given; of all others a map that is continued keeps its own.
+/// The given options; for all others a continued map keeps its own.
 WorldOptions worldOptions(const MapArguments& arguments, MapRun& map) {
   WorldOptions options = arguments.world;
   if (!map.session()) return options;

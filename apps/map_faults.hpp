@@ -1,4 +1,4 @@
-// Map faults: what `estancia map` says of depth and poses that are wrong.
+// Map faults: reports of `estancia map` about depth and poses that are wrong.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

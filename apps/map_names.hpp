@@ -1,4 +1,4 @@
-// Map names: what `estancia map` says of objects that known clouds and object models have named.
+// Map names: output of `estancia map` about objects that known clouds and object models have named.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -41,7 +41,7 @@ TargetClasses targetsOf(const ObjectsTrainArguments& a, const TrainingSources& s
   return targetClassesOf(sources);
 }
 
-/// A person's words for classes that the labelers have no label for; says which labels stand for them.
+/// A person's words for classes that the labelers have no label for; reports which labels stand for them.
 TargetClasses understood(TargetClasses targets, const TrainingSources& sources) {
   std::vector<std::string> told;
   for (const LabeledViews& labeled : sources.labeled)

@@ -50,7 +50,7 @@ MotionPrior readPrior(const SequenceArguments& sequence, const std::string& file
 struct Comparison {
   AbsoluteTrajectoryError absolute;
   RelativePoseError relative;
-  double path = 0;    ///< of the true poses that were estimated [m]
+  double path = 0;    ///< length of the true poses that were estimated [m]
   double online = 0;  ///< RMSE of the poses as they were when each frame had just been seen [m]
 };
 

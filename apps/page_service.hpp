@@ -23,7 +23,7 @@ struct PageArguments {
 };
 
 /// Serves the page and, where --mcp is given, agents on standard input and output, until it is destroyed.
-/// Says on stderr where the page is.
+/// Prints the page's address on stderr.
 class PageService {
  public:
   /// The view must outlive it. `agentGone` is called once, by another thread, when the agent has closed

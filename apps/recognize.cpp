@@ -41,7 +41,7 @@ void printStages(const std::string& name, const std::vector<StageReport>& stages
   for (const StageReport& s : stages) fmt::print("  {:<14} {}  ({:.2f} s)\n", s.stage, s.detail, s.seconds);
 }
 
-/// Colors that tell instances apart, by Wong, Nature Methods 8 (2011), BGR.
+/// Colors that distinguish instances, by Wong, Nature Methods 8 (2011), BGR.
 const std::array<cv::Vec3b, 6> instanceColors{
     {{0, 159, 230}, {115, 158, 0}, {178, 114, 0}, {0, 94, 213}, {167, 121, 204}, {233, 180, 86}}};
 
@@ -56,7 +56,7 @@ void drawInstances(const std::string& image, const PointCloud& scene, const Sear
   writePng(drawClouds(layers), image);
 }
 
-/// `unsaid`: nobody said where the sensor was.
+/// `unsaid`: the sensor's position was not given.
 void printText(const RecognizeArguments& a, const SearchResult& result, bool unsaid,
                const std::string& sensor) {
   if (a.explain) {
@@ -76,7 +76,7 @@ void printText(const RecognizeArguments& a, const SearchResult& result, bool uns
         "{} in {}{}{}\n",
         result.models.size() == 1 ? result.models.front().name + " was not found" : "No object was found",
         a.scene, a.explain ? "" : "; --explain shows what each stage kept",
-        unsaid && result.scene->hasView()  // else the warning said it
+        unsaid && result.scene->hasView()  // else the warning has reported it
             ? fmt::format("; if the sensor was not {}, give its position by --viewpoint", sensor)
             : "");
 }

@@ -115,7 +115,7 @@ void printRoute(const WorldRoute& found, const WorldMap& world) {
 }
 
 void run(RouteArguments& arguments) {
-  const WorldMap world = readWorld(arguments.map, mostFramesOfAnswers);
+  const WorldMap world = readWorld(arguments.map, maxFramesOfAnswers);
   arguments.to = inEnglish(arguments.to, arguments.dictionary, world);
   for (auto* regions : {&arguments.preferences.avoid, &arguments.preferences.prefer})
     for (std::string& region : *regions) region = inEnglish(region, arguments.dictionary, world);

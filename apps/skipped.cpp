@@ -6,11 +6,11 @@
 namespace estancia::apps {
 
 void Skipped::add(std::string_view problem) {
-  if (++count_ <= mostTold) spdlog::warn("{}: {}", verb_, problem);
+  if (++count_ <= maxReported) spdlog::warn("{}: {}", verb_, problem);
 }
 
 Skipped::~Skipped() {
-  if (count_ > mostTold) spdlog::warn("{}: {} more, {} in all", verb_, count_ - mostTold, count_);
+  if (count_ > maxReported) spdlog::warn("{}: {} more, {} in all", verb_, count_ - maxReported, count_);
 }
 
 }  // namespace estancia::apps

@@ -10,9 +10,9 @@ namespace estancia::apps {
 
 class Skipped {
  public:
-  /// What is said before each problem.
+  /// Printed before each problem.
   explicit Skipped(std::string verb = "skipped") : verb_(std::move(verb)) {}
-  /// Tells how many more there were.
+  /// Reports how many more there were.
   ~Skipped();
   Skipped(const Skipped&) = delete;
   Skipped& operator=(const Skipped&) = delete;
@@ -21,7 +21,7 @@ class Skipped {
   std::size_t count() const { return count_; }
 
   /// A folder of a hundred thousand broken images does not fill the terminal.
-  static constexpr std::size_t mostTold = 20;
+  static constexpr std::size_t maxReported = 20;
 
  private:
   std::string verb_;

@@ -1,4 +1,4 @@
-// Tracked camera: what a command says of poses by RGB-D odometry.
+// Tracked camera: a command's output about poses by RGB-D odometry.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

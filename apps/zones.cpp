@@ -43,7 +43,7 @@ struct ZonesArguments {
   ZoneStreamOptions streaming;
   DeclaredOptions declared;
   std::string output, roomClassifier;
-  /// Listed, to be told by their names.
+  /// Rooms to predict by name.
   std::vector<std::string> rooms;
   bool stream = false, overwrite = false, json = false;
 };
@@ -139,7 +139,7 @@ Zones clustered(const DescriptorSequence& recording, const ZoneOptions& options)
   }
 }
 
-/// Names the zones by what `classifier` says of their images.
+/// Names the zones by the answers of `classifier` for their images.
 void name(Zones& zones, const DescriptorSequence& recording, const RoomClassifier& classifier,
           const ZonesArguments& arguments) {
   const std::string& path = arguments.sequence.path;

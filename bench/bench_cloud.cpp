@@ -36,7 +36,7 @@ constexpr std::size_t kStep = 7;  // every such point asks
 constexpr double kRadii[] = {0.005, 0.015, 0.035, 0.06};
 constexpr int kCounts[] = {1, 10, 30};
 
-/// Of the processor in this thread: that does not see what else the machine does. The best of three.
+/// Processor time of this thread, which other load of the machine does not affect. The best of three.
 double seconds(const std::function<void()>& work) {
   double best = HUGE_VAL;
   for (int round = 0; round < 3; ++round) {

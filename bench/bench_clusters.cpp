@@ -36,7 +36,7 @@ using namespace estancia;
 
 constexpr int kRounds = 3;
 
-double processorTime() {  // of this thread: that does not see what else the machine does
+double processorTime() {  // time of this thread; other load of the machine does not affect it
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);

@@ -79,7 +79,7 @@ std::vector<Scene> scenesOf(const fs::path& path) {
   return scenes;
 }
 
-/// Of the processor in this thread: that does not see what else the machine does.
+/// Processor time of this thread, which other load of the machine does not affect.
 double milliseconds() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
@@ -90,7 +90,7 @@ struct Milliseconds {
   double median, best;
 };
 
-/// Of one object, over all of them three times.
+/// Time of one object: the mean over all, three times each.
 template <class Object>
 Milliseconds timeOf(const std::vector<Object>& objects, const std::function<void(const Object&)>& work) {
   std::vector<double> times;

@@ -22,7 +22,7 @@ namespace {
 
 using namespace estancia;
 
-/// Of the processor: it does not see what else the machine does.
+/// Processor time, which other load of the machine does not affect.
 double seconds() {
   return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
 }

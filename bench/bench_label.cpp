@@ -1,5 +1,5 @@
 // How fast images become words: engine beside engine, 8 bits beside real numbers, the whole labeling beside
-// the network alone, and whether two models or engines say the same.
+// the network alone, and whether two models or engines agree.
 //   bench_label engines SEQ MODEL…      ONNX Runtime beside OpenCV at 1 and 2 threads
 //   bench_label precisions SEQ MODEL…   8 bits beside real numbers at 1 and 2 threads
 //   bench_label reduced SEQ MODEL…      the labels of reduced images beside those of whole ones

@@ -185,7 +185,7 @@ void drive(std::size_t frames, std::size_t places, std::size_t stay, const char*
   if (layers) layers->finish();
 }
 
-/// Of one building. What places look like varies in a few ways only, as scenes do.
+/// Places of one building. Their appearance varies in a few ways only, like that of real scenes.
 class Building {
  public:
   Building() {

@@ -41,13 +41,13 @@ namespace {
 
 using namespace estancia;
 
-// Of both programs [m]: the clouds' points lie about 1 and 2 mm apart.
+// Parameters of both programs [m]: the clouds' points lie about 1 and 2 mm apart.
 constexpr double kNormalRadius = 0.015, kSpacing = 0.010, kDescriptorRadius = 0.030, kConsistency = 0.010;
 constexpr double kTolerance = 0.005;
 constexpr std::size_t kMinimum = 30;  // matches that must agree
 constexpr std::size_t kRefined =
     5;                       // poses with most matches that PCL's ICP, which is slow, refines; ours: all
-constexpr int kRounds = 30;  // of ICP
+constexpr int kRounds = 30;  // rounds of ICP
 
 struct Task {
   std::string model, scene, descriptor = "shot";
@@ -56,7 +56,7 @@ struct Task {
 
 struct Outcome {
   double seconds = 0;       ///< reading the files left out
-  double descriptors = 0;   ///< of these, describing both clouds
+  double descriptors = 0;   ///< time of describing both clouds
   std::size_t inliers = 0;  ///< model points with a scene point within kTolerance, of the best pose
   std::size_t poses = 0;
 };

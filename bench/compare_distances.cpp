@@ -42,7 +42,7 @@ struct Mapped {
   const TopologicalMap& map() const { return localizing->map; }
 };
 
-/// The same frames mapped anew.
+/// Maps the run's frames anew.
 Mapped mapAgain(const Run& run, const MapperOptions& options, const fs::path& file) {
   fs::remove(file);
   auto session = MappingSession::create(file, run.vocabulary, run.model, options);

@@ -8,7 +8,7 @@
 
 namespace estancia::convert {
 
-/// What 8 bits must be able to say of one value; low ≤ 0 ≤ high, so that 0 is one of the 256 steps.
+/// Range of one value that 8 bits must represent; low ≤ 0 ≤ high, so that 0 is one of the 256 steps.
 struct ActivationRange {
   float low = 0, high = 0;
   bool operator==(const ActivationRange&) const = default;

@@ -44,20 +44,20 @@ class ValueHistogram {
 
   double width_ = 1.0 / (1 << 20);
   std::vector<std::uint64_t> counts_ = std::vector<std::uint64_t>(bins);
-  std::uint64_t zeros_ = 0;  ///< which every range says exactly
+  std::uint64_t zeros_ = 0;  ///< which every range represents exactly
 };
 
 struct MeasuredRanges {
   ActivationRanges ranges;
   std::size_t images = 0;
-  /// Of each image that could not be used, one sentence.
+  /// One sentence an image that could not be used.
   std::vector<std::string> problems;
 };
 
 /// Runs the float network of `spec`, whose serialized form is `onnx`, on images of the sequence and measures
-/// the values that quantizedOnnx() needs. `threads` = 0: one per free core. The same on any number of
-/// threads. Throws Error when no image can be used, when the network cannot be quantized or opened, without
-/// ONNX Runtime, and Interrupted.
+/// the values that quantizedOnnx() needs. `threads` = 0: one per free core. The result does not depend on the
+/// number of threads. Throws Error when no image can be used, when the network cannot be quantized or opened,
+/// without ONNX Runtime, and Interrupted.
 MeasuredRanges measureRanges(const ModelSpec& spec, const std::string& onnx, const Sequence& images,
                              const CalibrationOptions& options = {}, int threads = 0,
                              Progress& progress = Progress::none());

@@ -56,7 +56,7 @@ class Folder {
     return !readers.empty();
   }
 
-  /// Of zeros around the rows and columns of images; empty where it does something else.
+  /// Widths of zeros around the rows and columns of images; empty if it pads differently.
   Pads widthsOf(const onnx::NodeProto& pad) const {
     const auto* mode = attributeOf(pad, "mode");
     if ((mode != nullptr && mode->s() != "constant") || pad.input_size() < 2) return {};

@@ -18,7 +18,7 @@ namespace estancia::convert {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int maxSide = 4096;  // of an image [pixels]
+constexpr int maxSide = 4096;  // side of an image [pixels]
 
 /// model.toml, as far as a conversion needs it.
 class ModelToml {

@@ -11,10 +11,10 @@ namespace {
 const std::set<std::string> kImageKinds{
     "Add",     "AveragePool",       "Clip",    "Concat",  "Flatten",   "Mul",      "MaxPool", "Relu",
     "Reshape", "GlobalAveragePool", "Sigmoid", "Squeeze", "Transpose", "Unsqueeze"};
-/// Those that write numbers which they read.
+/// Operators whose outputs are numbers that they read.
 const std::set<std::string> kKeepingKinds{"Concat",  "Flatten",   "MaxPool",  "Reshape",
                                           "Squeeze", "Transpose", "Unsqueeze"};
-/// Those whose other inputs are shapes, axes or limits.
+/// Operators whose other inputs are shapes, axes or limits.
 const std::set<std::string> kOneImageKinds{"Clip",    "Flatten", "MaxPool",   "Relu",
                                            "Reshape", "Squeeze", "Transpose", "Unsqueeze"};
 
@@ -72,7 +72,7 @@ bool QuantizationPlan::isQuantizable(const onnx::NodeProto& node) const {
 }
 
 std::vector<int> QuantizationPlan::layersUpTo() const {
-  std::map<std::string, int> layers;  // of values
+  std::map<std::string, int> layers;  // layers of values
   std::vector<int> upTo;
   for (const auto& node : graph_.node()) {
     int most = 0;

@@ -36,7 +36,7 @@ class QuantizationPlan {
   const onnx::TensorProto* findConstant(const std::string& value) const;
 
  private:
-  /// Of each node: the most layers with weights one after the other, from the image to it, itself included.
+  /// For each node the maximum number of layers with weights on a path from the image to it, itself included.
   std::vector<int> layersUpTo() const;
   void chooseNodes();
   void chooseValues();

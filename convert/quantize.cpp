@@ -21,7 +21,7 @@
 namespace estancia::convert {
 namespace {
 
-static_assert(std::endian::native == std::endian::little);  // as raw data of ONNX is
+static_assert(std::endian::native == std::endian::little);  // the byte order of ONNX's raw data
 
 constexpr int operatorSet = 13;  // the first in which weights may have a scale a filter
 constexpr int irVersion = 7;     // the first that knows it
@@ -285,7 +285,7 @@ class Quantizer {
   const std::string& source_;
   onnx::ModelProto result_;
   onnx::GraphProto& graph_;
-  std::map<std::string, Scale> scales_;  ///< of representatives
+  std::map<std::string, Scale> scales_;  ///< scales of representatives
 };
 
 double squaredError(const std::vector<float>& weights, float scale) {
@@ -306,8 +306,8 @@ float weightStep(const std::vector<float>& weights) {
     if (weight != 0) step = std::min(step, std::abs(weight));
     largest = std::max(largest, std::abs(weight));
   }
-  constexpr float mostSteps = 255, tolerance = 1e-3F;
-  if (largest == 0 || largest / step > mostSteps + 0.5F) return 0;
+  constexpr float maxSteps = 255, tolerance = 1e-3F;
+  if (largest == 0 || largest / step > maxSteps + 0.5F) return 0;
   const bool all = std::all_of(weights.begin(), weights.end(), [step](float weight) {
     const float steps = weight / step;
     return std::abs(steps - std::nearbyint(steps)) < tolerance;

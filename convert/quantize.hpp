@@ -18,11 +18,11 @@ std::vector<std::string> valuesToQuantize(const std::string& onnx, const std::st
 /// ONNX Runtime replaces by integer kernels (Jacob et al. 2018, "Quantization and Training of Neural Networks
 /// for Efficient Integer-Arithmetic-Only Inference"): uint8 activations of one scale and zero point a value,
 /// int8 weights of a scale a filter, int32 biases. Operator set 13 at least. The last layers with weights
-/// stay float (QuantizationPlan). The same input gives the same bytes on every machine. Throws Error as
-/// above, and (mismatch) when `ranges` lacks a value.
+/// stay float (QuantizationPlan). Equal input gives equal bytes on every machine. Throws Error as above, and
+/// (mismatch) when `ranges` lacks a value.
 std::string quantizedOnnx(const std::string& onnx, const ActivationRanges& ranges, const std::string& source);
 
-/// Of the scales for one filter's weights that bring them into -127 … 127: the one whose rounding has the
+/// Scale of one filter's weights: among those that bring them into -127 … 127 the one whose rounding has the
 /// least squared error. `step`: see weightStep(); 0 = none. ≥ the smallest normal number.
 float weightScale(const std::vector<float>& weights, float step);
 

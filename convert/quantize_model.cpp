@@ -45,7 +45,7 @@ void requireQuantizable(const ModelSpec& spec, const QuantizeOptions& options) {
   if (!options.ranges.empty() && fs::exists(options.ranges) && !options.overwrite)
     throw Error(ErrorCode::fileExists,
                 fmt::format("{} exists; replace it with --overwrite", options.ranges.string()));
-  modelDigest(spec);  // it is what model.toml says
+  modelDigest(spec);  // fails if the files do not match model.toml
 }
 
 /// Throws Error unless ONNX Runtime opens the network and labels an image with it.

@@ -20,7 +20,7 @@ struct QuantizedModel {
   /// Values of 8 bits inside of it.
   std::size_t values = 0;
   std::size_t images = 0;
-  /// Of each image that could not be used, one sentence.
+  /// One sentence an image that could not be used.
   std::vector<std::string> problems;
 };
 

@@ -141,7 +141,7 @@ Nodes::Nodes(const Json& list) {
     if (stored.contains("input"))
       for (const auto& input : stored.at("input")) {
         auto name = input.get<std::string>();
-        if (name.starts_with('^')) continue;  // says when to run, not what to read
+        if (name.starts_with('^')) continue;  // a control edge: orders execution, carries no data
         if (name.ends_with(":0")) name.resize(name.size() - 2);
         node.inputs.push_back(std::move(name));
       }

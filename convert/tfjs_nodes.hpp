@@ -31,7 +31,7 @@ struct Node {
   /// Lists are empty when they are left out.
   std::vector<std::int64_t> integers(const char* attribute) const;
   std::vector<std::string> texts(const char* attribute) const;
-  /// Of a placeholder: what it takes, -1 for any size; empty when it does not say.
+  /// Shape that a placeholder accepts, -1 for any size; empty if not declared.
   std::vector<std::int64_t> shape() const;
 
   /// Rows and columns of a list such as strides: [1, rows, columns, 1], each from 1 to 1024.

@@ -30,7 +30,7 @@ using Integers = std::vector<std::int64_t>;
 using Reals = std::vector<float>;
 using Shape = std::vector<int>;
 
-constexpr std::int64_t largestSide = 4096;  ///< of an image [pixels], as in model.toml
+constexpr std::int64_t largestSide = 4096;  ///< side of an image [pixels], as in model.toml
 
 /// What a node gives: an image (or other tensor) that the network computes, a stored weight, or integers
 /// that follow from shapes alone.
@@ -76,7 +76,7 @@ class Reader {
     return network_.graph.tensors[static_cast<std::size_t>(tensor)].shape;
   }
 
-  /// The shape of the image. A placeholder may say what it takes; -1 is any size.
+  /// The shape of the image. A placeholder may declare the one it accepts; -1 is any size.
   Shape image() const {
     const Integers takes = node_->shape();
     const bool own = section_.width == 0 && takes.size() == 4 && takes[1] > 0 && takes[2] > 0 &&
@@ -307,7 +307,7 @@ class Reader {
     return add(std::move(op), std::move(out));
   }
 
-  /// Of all pixels of an image: an average pool as large as the image.
+  /// Mean of all pixels of an image: an average pool as large as the image.
   Value convertMean() {
     node_->requireInputs(2);
     const Shape in = imageShape(0);
@@ -495,7 +495,7 @@ class Reader {
   const Section& section_;
   Weights weights_;
   Nodes nodes_;
-  std::map<const Node*, Value> values_;  ///< of the nodes done so far
+  std::map<const Node*, Value> values_;  ///< values of the nodes done so far
   const Node* node_ = nullptr;           ///< being converted
   std::size_t constants_ = 0;            ///< elements in network_.weights
   Network network_;

@@ -15,7 +15,7 @@ namespace estancia::tfjs {
 struct Section {
   std::string input;          ///< name of a node; "" = the only placeholder
   std::string output;         ///< name of a node; "" = the only node that no other reads
-  int width = 0, height = 0;  ///< of the image [pixels]; 0 = as the placeholder says
+  int width = 0, height = 0;  ///< size of the image [pixels]; 0 = as the placeholder declares
 };
 
 struct Network {

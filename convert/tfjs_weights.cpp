@@ -22,7 +22,7 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr std::size_t maxRank = 8;
-constexpr std::size_t largest = std::size_t{1} << 31;  // of all weights [bytes]
+constexpr std::size_t largest = std::size_t{1} << 31;  // limit of all weights [bytes]
 
 fs::path shardPath(const Json& path) {
   fs::path relative = path.get<std::string>();
@@ -118,7 +118,7 @@ Weights::Entry Weights::readEntry(const Json& weight, const std::string& name) {
 }
 
 Weights::Weights(const Json& manifest, const fs::path& folder) {
-  std::map<fs::path, std::size_t> sizes;  // of all shards; each is read once
+  std::map<fs::path, std::size_t> sizes;  // sizes of all shards; each is read once
   for (const auto& group : manifest) {
     std::size_t needed = 0;
     const std::size_t start = bytes_.size();

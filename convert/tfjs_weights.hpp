@@ -39,9 +39,9 @@ class Weights {
   struct Entry {
     std::vector<int> shape;
     std::size_t elements = 1;
-    std::string type;  ///< of the values, as the file calls it
+    std::string type;  ///< type of the values, as the file calls it
     Stored stored = Stored::float32;
-    double scale = 1, least = 0;  ///< of quantized values: real = stored · scale + least
+    double scale = 1, least = 0;  ///< scale and offset of quantized values: real = stored · scale + least
     std::size_t start = 0;        ///< in bytes_
   };
 
@@ -51,7 +51,7 @@ class Weights {
   double value(const Entry& entry, std::size_t i) const;
 
   std::map<std::string, Entry> entries_;
-  std::vector<std::uint8_t> bytes_;  ///< of all shards
+  std::vector<std::uint8_t> bytes_;  ///< bytes of all shards
 };
 
 }  // namespace estancia::tfjs

@@ -18,10 +18,10 @@ struct Tensor {
   std::vector<int> shape;  ///< every dimension ≥ 1, at most 2²⁸ elements in all
   ElementType type = ElementType::other;
   std::vector<float> scale;  ///< real = scale · (stored − zeroPoint); one a tensor, or one an index of `axis`
-  std::vector<std::int64_t> zeroPoint;  ///< as many as scales
+  std::vector<std::int64_t> zeroPoint;  ///< one a scale
   int axis = 0;
   bool constant = false;
-  std::span<const std::uint8_t> bytes;  ///< of a constant; exactly as many as its shape and type need
+  std::span<const std::uint8_t> bytes;  ///< data of a constant; exactly as many as its shape and type need
 
   std::size_t elements() const;
   /// The real numbers that an 8-bit tensor can hold; without bounds for every other type.
@@ -59,9 +59,9 @@ struct Operator {
   bool samePadding = false;  ///< SAME, else VALID
   int strideX = 1, strideY = 1;
   int dilationX = 1, dilationY = 1;
-  int filterX = 1, filterY = 1;  ///< of a pool
-  int axis = 0;                  ///< of a concatenation, ≥ 0
-  bool keepDimensions = false;   ///< of a mean
+  int filterX = 1, filterY = 1;  ///< size of a pool
+  int axis = 0;                  ///< axis of a concatenation, ≥ 0
+  bool keepDimensions = false;   ///< option of a mean
 };
 
 struct Graph {

@@ -421,7 +421,7 @@ class Writer {
   const std::string& source_;
   onnx::GraphProto* out_ = nullptr;
   const Operator* op_ = nullptr;
-  std::vector<std::string> names_;  ///< of each computed tensor, in the ONNX graph
+  std::vector<std::string> names_;  ///< name of each computed tensor in the ONNX graph
 };
 
 }  // namespace

@@ -12,8 +12,8 @@ namespace estancia::tflite {
 /// 1×C×H×W.
 ///
 /// Files often leave an activation to the range that an 8-bit output can hold: one that cannot be negative is
-/// a ReLU, and a ReLU6 when it ends at 6. Both are written out. That numbers saturate at the ends of other
-/// ranges is not imitated: it changes probabilities by up to 0.03 and slows a network down by up to a fifth.
+/// a ReLU, and a ReLU6 when it ends at 6. Both are written out. Saturation at the ends of other ranges is not
+/// imitated: it changes probabilities by up to 0.03 and slows a network down by up to a fifth.
 ///
 /// Throws Error when shapes disagree. `source` names the file in messages.
 std::string toOnnx(const Graph& graph, const std::string& source);

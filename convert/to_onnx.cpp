@@ -116,7 +116,7 @@ std::string readAsOnnx(const NetworkSource& source) {
 }
 
 OnnxSummary writeOnnx(const NetworkSource& source, const fs::path& target, bool overwrite) {
-  const google::protobuf::LogSilencer quiet;  // protobuf complains to stderr; our Error says more
+  const google::protobuf::LogSilencer quiet;  // protobuf prints to stderr; our Error is more specific
   if (fs::exists(target) && !overwrite)
     throw Error(ErrorCode::fileExists,
                 fmt::format("{} exists; replace it with --overwrite", target.string()));

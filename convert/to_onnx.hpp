@@ -20,7 +20,7 @@ struct NetworkSource {
   std::string inputNode = {};
   /// TensorFlow.js: the node of the scores; "" = the only node that no other reads.
   std::string outputNode = {};
-  /// TensorFlow.js: size of the image [pixels]; 0 = what the placeholder says.
+  /// TensorFlow.js: size of the image [pixels]; 0 = as the placeholder declares.
   int width = 0, height = 0;
 };
 
@@ -51,7 +51,7 @@ OnnxSummary writeOnnx(const NetworkSource& source, const std::filesystem::path& 
 void writeQuantized(const std::filesystem::path& network, const std::filesystem::path& ranges,
                     const std::filesystem::path& target);
 
-/// The same of a serialized network, which is called `source` in messages.
+/// Writes a serialized network, which is called `source` in messages.
 void writeQuantized(const std::string& onnx, const std::string& source, const ActivationRanges& ranges,
                     const std::filesystem::path& target);
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 int main() try {
-  // What your labeler says in each room, over the words: sofa, oven, bath, lamp.
+  // Your labeler's answer in each room, over the words: sofa, oven, bath, lamp.
   const std::vector<estancia::LexicalDescriptor> rooms{
       {0.80F, 0.05F, 0.01F, 0.14F}, {0.04F, 0.85F, 0.01F, 0.10F}, {0.02F, 0.03F, 0.90F, 0.05F}};
 

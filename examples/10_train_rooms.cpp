@@ -1,5 +1,5 @@
 // Which room is this? Learned from images whose rooms are known (rooms.csv beside them, or a folder a
-// room), then told of every place of a map, which can be asked for a room from then on.
+// room), then predicted for every place of a map, which can be asked for a room from then on.
 //   10_train_rooms IMAGES MAP [ROOM]
 // SPDX-License-Identifier: Apache-2.0
 #include <estancia/classify/predict_rooms.hpp>

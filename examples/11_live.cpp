@@ -1,4 +1,4 @@
-// A camera, or a recording that is played: says for each frame where the robot is, while the map grows.
+// A camera, or a recording that is played: prints for each frame where the robot is, while the map grows.
 //   11_live SOURCE MAP.estancia
 // SPDX-License-Identifier: Apache-2.0
 #include <estancia/estancia.hpp>

@@ -15,7 +15,7 @@ FUZZ_TARGET(fetch, archive) {
 FUZZ_TARGET(fetch, http_answer) {
   static AnsweringServer server;
   const auto texts = parts(bytes, 3);
-  // Nobody waits half a minute to be asked again, or asks another machine.
+  // The target does not wait half a minute for a retry, and contacts no other machine.
   for (const char* header : {"retry-after", "location"})
     if (lowerCase(std::string(texts[0])).find(header) != std::string::npos) return;
   const std::filesystem::path file = folder() / "fetched";

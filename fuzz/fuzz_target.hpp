@@ -16,7 +16,7 @@ struct Target {
   void (*read)(std::string_view bytes);
 };
 
-/// Of this program, sorted by name.
+/// The targets of this program, sorted by name.
 std::vector<Target> targets();
 
 /// Reads `bytes`. Error is the one exception that a target may end with. Throws std::logic_error when one
@@ -39,7 +39,7 @@ const std::filesystem::path& folder();
 /// Writes the bytes as a file of the folder, replacing the one of the last run.
 std::filesystem::path inputFile(const std::string& name, std::string_view bytes);
 
-/// `bytes` with some inside of it replaced, as `how` says: where (two bytes, wraps around) and what.
+/// `bytes` with some inside of it replaced, as `how` encodes: where (two bytes, wraps around) and what.
 std::string withBytesReplaced(std::string bytes, std::string_view how);
 
 /// The parts of an input that stands for several files or values: what lies between lines "%%". Always as

@@ -56,7 +56,7 @@ FUZZ_TARGET(io, depth) {
   readDepth(inputFile("input.png", bytes), 1000);
 }
 
-/// Of a message that is small: others cost time without saying more.
+/// Decodes small messages only: others cost time without covering more.
 static void decodeMessage(const ros::SerializedMessage& message, unsigned kind) {
   const auto isSmall = [](const auto& read) { return std::uint64_t{read.width} * read.height <= 1 << 16; };
   if (kind == 0) {

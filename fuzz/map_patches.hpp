@@ -8,9 +8,9 @@
 
 namespace estancia::fuzz {
 
-/// Replaces values of the tables of the map whose file is `whole`, as `bytes` says, and writes it as a file
-/// of folder(): parts(), each of which is four bytes, for table, column, row and type (integer, real, text,
-/// blob, null, the row is removed, or bytes inside of the value are replaced), and the value; for bytes
+/// Replaces values of the tables of the map whose file is `whole`, as `bytes` encodes, and writes it as a
+/// file of folder(): parts(), each of which is four bytes, for table, column, row and type (integer, real,
+/// text, blob, null, the row is removed, or bytes inside of the value are replaced), and the value; for bytes
 /// inside of it, where (two bytes, wraps around) and what.
 std::filesystem::path patchedMap(const std::string& whole, std::string_view bytes);
 

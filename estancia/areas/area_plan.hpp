@@ -20,7 +20,7 @@ namespace estancia {
 
 /// A part of the floor that walls and doors enclose.
 struct Area {
-  /// Its position in AreaPlan::areas. Those that the robot was in come first, by falling number of frames;
+  /// Its position in AreaPlan::areas. Areas that the robot was in come first, by falling number of frames;
   /// but areas that were known before keep their numbers (keepNumbers()).
   int id = 0;
   /// The words that distinguish what is in it: "refrigerator, stove, microwave".

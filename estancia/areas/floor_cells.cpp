@@ -9,7 +9,7 @@
 namespace estancia {
 namespace {
 
-constexpr double mostCells = 24e6;  // 240 × 240 m at 5 cm; each takes 50 bytes on the way to areas
+constexpr double maxCells = 24e6;  // 240 × 240 m at 5 cm; each takes 50 bytes on the way to areas
 
 /// Positions that no grid reaches are all as far away, so that differences of cells are numbers, too.
 int cellOf(double position, double cell) {
@@ -37,7 +37,7 @@ cv::Vec4i FloorCells::cover(double x, double y, double radius) {
   const cv::Point from(cellOf(x - radius, cell_), cellOf(y - radius, cell_));
   const cv::Point to(cellOf(x + radius, cell_) + 1, cellOf(y + radius, cell_) + 1);
   const cv::Rect wanted = extent_.empty() ? cv::Rect(from, to) : extent_ | cv::Rect(from, to);
-  if (static_cast<double>(wanted.width) * wanted.height > mostCells)
+  if (static_cast<double>(wanted.width) * wanted.height > maxCells)
     fail(
         ErrorCode::tooLarge,
         "the views span {:.0f} × {:.0f} m, more than a grid of cells of {} m holds; check the poses, or give "

@@ -38,7 +38,7 @@ class FloorCells {
   cv::Rect extent_;  // in cells from the floor's origin
 };
 
-/// `image` with a border of so many empty cells, as FloorCells::cover() says.
+/// `image` with a border of so many empty cells; see FloorCells::cover().
 cv::Mat grown(const cv::Mat& image, const cv::Vec4i& border);
 
 }  // namespace estancia

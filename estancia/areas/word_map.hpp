@@ -27,8 +27,8 @@ struct FloorHeat {
 /// into the cells of the floor above which its pixels lie, weighted by their share of the image. What several
 /// images from different sides have in common stands where they cross.
 ///
-/// Bounded: a cell keeps the words that it was told most of; the others count as not seen. Words no more
-/// probable than by chance (1/L) are left out. O(cells in view · words) an image.
+/// Bounded: a cell keeps its most frequent words; the others count as not seen. Words no more probable than
+/// by chance (1/L) are left out. O(cells in view · words) an image.
 class WordMap {
  public:
   /// `labels`: the number of labels of a descriptor.

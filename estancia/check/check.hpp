@@ -1,4 +1,4 @@
-// Sequence check: finds faults of a recording that would spoil a map, and says how to repair them.
+// Sequence check: finds faults of a recording that would spoil a map, and advises how to repair them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -50,7 +50,7 @@ OptionGroup declare(CheckOptions& options);
 /// Checks images, depth, camera, time stamps and poses, as far as the sequence has them. With depth, camera
 /// and poses it reprojects pairs of depth images to find the convention, scale and delay of the poses: the
 /// one under which the images agree best, if it is clearly better than the others (three standard errors over
-/// the pairs). The same report for the same data. Throws Error (invalidOption); Interrupted.
+/// the pairs). Deterministic. Throws Error (invalidOption); Interrupted.
 CheckReport checkSequence(const Sequence& sequence, const CheckOptions& options = {},
                           Progress& progress = Progress::none());
 

@@ -60,7 +60,7 @@ std::vector<std::size_t> evenly(std::size_t size, std::size_t count);
 /// What the images of a sequence have shown.
 struct DepthFacts {
   std::optional<double> median;  ///< [m], absent without depth
-  cv::Size image, depth;         ///< of the first readable ones
+  cv::Size image, depth;         ///< sizes of the first readable ones
 };
 
 DepthFacts checkImages(const Sequence& sequence, const CheckOptions& options, Progress& progress,

@@ -24,9 +24,9 @@
 namespace estancia::check {
 namespace {
 
-constexpr int kWidth = 160;          // of the small depth image [pixels]
+constexpr int kWidth = 160;          // width of the small depth image [pixels]
 constexpr int kStride = 4;           // from point to point in it [pixels]
-constexpr double kTolerance = 0.04;  // of the depth: noise, and pixels that do not coincide
+constexpr double kTolerance = 0.04;  // share of the depth: noise, and pixels that do not coincide
 
 /// A depth image reduced to some thousand points.
 class DepthView {
@@ -279,7 +279,7 @@ void searchShift(const Geometry& geometry, Candidate& best) {
 void searchScale(const Geometry& geometry, Candidate& best) {
   Hypothesis scaled = best.hypothesis, top = scaled;
   double highest = meanOf(best.scores);
-  constexpr int steps = 45;  // of 2 %
+  constexpr int steps = 45;  // steps of 2 %
   for (int step = -steps; step <= steps; ++step) {
     scaled.scale = best.hypothesis.scale * std::pow(1.02, step);
     const double mean = meanOf(geometry.under(scaled));

@@ -166,7 +166,7 @@ Steps stepsOf(const std::vector<Pose>& poses) {
     steps.lengths.push_back(distanceBetween(poses[i - 1], poses[i]));
     steps.meanLength += steps.lengths.back() / static_cast<double>(poses.size() - 1);
   }
-  constexpr std::size_t maxPoses = 300;  // of which all pairs are compared
+  constexpr std::size_t maxPoses = 300;  // poses that are compared in pairs
   const auto some = evenly(poses.size(), maxPoses);
   double sum = 0;
   for (const std::size_t i : some)

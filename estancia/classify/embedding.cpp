@@ -20,13 +20,14 @@
 namespace estancia {
 namespace {
 
-constexpr float rounding = 1e-3F;  // of probabilities and their sums, in float32 or a file's few digits
+// tolerance of probabilities and their sums, in float32 or a file's few digits
+constexpr float rounding = 1e-3F;
 
 /// Parameters of one kind of part, measured on NYU's rooms.
 struct Treatment {
   /// Whether each column is scaled to variance 1. Labels are not: those that hardly vary are mostly noise.
   bool standardized;
-  double weight;  ///< of the part's squared distances among all
+  double weight;  ///< weight of the part's squared distances among all
 };
 
 Treatment treatmentOf(PartKind kind) {
@@ -184,7 +185,7 @@ FeatureEmbedding FeatureEmbedding::learn(const Features& features) {
     throw Error(ErrorCode::insufficientData, "there are no described images to learn from; give some");
   FeatureEmbedding embedding;
   const auto n = static_cast<double>(features.values.size());
-  double weights = 0;  // of the parts that vary
+  double weights = 0;  // sum over the parts that vary
   std::vector<double> variances;
   std::size_t first = 0;
   for (const DescriptorPart& part : features.parts) {

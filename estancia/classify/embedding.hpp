@@ -35,9 +35,9 @@ struct PartEmbedding {
 };
 
 /// Puts parts side by side, balanced: whatever its number of columns, a part contributes 1 to the squared
-/// distances if it has labels and 0.2 otherwise, as it tells less of rooms. Labels are centered; the columns
-/// of other parts also have variance 1. The mean squared norm is 1 on the training data; constant parts
-/// contribute nothing. Measured on NYU's rooms.
+/// distances if it has labels and 0.2 otherwise, as it carries less information about rooms. Labels are
+/// centered; the columns of other parts also have variance 1. The mean squared norm is 1 on the training
+/// data; constant parts contribute nothing. Measured on NYU's rooms.
 class FeatureEmbedding {
  public:
   /// Learns from training data. Throws Error (invalidInput) with frame and column when a value is not finite,

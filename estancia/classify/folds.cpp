@@ -58,7 +58,7 @@ std::vector<int> segmentGroups(const std::vector<Frame>& frames, int minSegments
 
 std::vector<int> instanceGroups(const std::vector<int>& classes, const std::vector<int>& instances,
                                 int pieces) {
-  std::map<int, std::vector<std::size_t>> members;  // of each instance
+  std::map<int, std::vector<std::size_t>> members;  // samples of each instance
   for (std::size_t i = 0; i < instances.size(); ++i) members[instances[i]].push_back(i);
   std::map<int, int> mainClass, instancesOf;
   for (const auto& [instance, samples] : members) {
@@ -81,7 +81,7 @@ std::vector<int> instanceGroups(const std::vector<int>& classes, const std::vect
 
 std::vector<int> groupedFolds(const std::vector<int>& classes, const std::vector<int>& groups, int folds,
                               std::uint64_t seed) {
-  std::map<int, std::map<int, double>> counts;  // of the classes in each group
+  std::map<int, std::map<int, double>> counts;  // counts of the classes in each group
   std::map<int, double> totals;
   for (std::size_t i = 0; i < classes.size(); ++i) {
     ++counts[groups[i]][classes[i]];

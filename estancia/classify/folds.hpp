@@ -15,8 +15,8 @@ namespace estancia {
 std::vector<int> segmentGroups(const std::vector<Frame>& frames, int minSegments);
 
 /// One group an object instance of several samples. A class with only one instance has it cut into up to
-/// `pieces` of a few neighboring samples, so that the class can be learned and held out. As many numbers as
-/// `classes` and `instances`.
+/// `pieces` of a few neighboring samples, so that the class can be learned and held out. `classes`,
+/// `instances` and the result have the same length.
 std::vector<int> instanceGroups(const std::vector<int>& classes, const std::vector<int>& instances,
                                 int pieces);
 

@@ -98,7 +98,7 @@ class LinearSamples {
     std::vector<const std::vector<double>*> known;
     for (const auto& row : from)
       if (!row.empty()) known.push_back(&row);
-    if (known.size() == 2) known.pop_back();  // of two classes only the first has weights
+    if (known.size() == 2) known.pop_back();  // with two classes only the first has weights
     for (std::size_t w = 0; !known.empty() && w < n; ++w)
       for (const auto* row : known) start.push_back((*row)[w]);
     how.init_sol = start.empty() ? nullptr : start.data();

@@ -15,7 +15,7 @@ namespace estancia {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::size_t digits = 64;  // of a SHA-256
+constexpr std::size_t digits = 64;  // hex digits of a SHA-256
 constexpr std::size_t maxBytes = std::size_t{64} << 30;
 
 }  // namespace

@@ -131,7 +131,7 @@ Features featuresFor(const RoomClassifier& classifier, const DescriptorSequence&
     differs = differs || (found != known.parts.end() && !same);
     (same ? taken : missing).push_back(learned.part.name);
   }
-  if (missing.empty() || (sequence == nullptr && differs)) return known;  // predict() says what differs
+  if (missing.empty() || (sequence == nullptr && differs)) return known;  // predict() reports the difference
   if (sequence == nullptr)
     fail(ErrorCode::mismatch,
          "the room classifier needs {}, which is not among these labels; give the images, too",

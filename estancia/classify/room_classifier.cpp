@@ -62,7 +62,7 @@ std::string lackingOf(const std::vector<std::string>& columns, const std::vector
   return lacking.empty() ? "none" : fmt::format("{}{}", fmt::join(lacking, ", "), more ? " …" : "");
 }
 
-/// For tables: the columns that differ tell more than two digests.
+/// For tables: names the columns that differ, which helps more than two digests.
 void requireSameColumns(const DescriptorPart& learned, const std::vector<DescriptorPart>& parts) {
   const auto found = std::ranges::find(parts, learned.name, &DescriptorPart::name);
   if (found == parts.end() || !isOfTable(learned) || !isOfTable(*found) || found->columns == learned.columns)

@@ -20,7 +20,7 @@
 namespace estancia {
 namespace {
 
-constexpr double maxProbability = 1 - 1e-7;  // of a pair of classes, as in libsvm
+constexpr double maxProbability = 1 - 1e-7;  // limit of the probability of a pair of classes, as in libsvm
 
 /// k(v, x) = exp(−gamma |v − x|²) from products, in place.
 void toKernel(std::span<float> products, std::span<const float> norms, float norm, double gamma) {

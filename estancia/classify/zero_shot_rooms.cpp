@@ -14,17 +14,17 @@ namespace {
 
 // Chosen on the training half of NYU Depth V2, five rooms (docs/measured/words.md).
 constexpr double meanShare = 0.5;
-/// A room of which a model's labels tell less than this share of what they tell of the best one: hardly a
-/// label has to do with it, and what little there is must not count in full.
-constexpr double leastSupport = 0.1;
+/// Minimum support of a room by a model's labels, as a share of the best room's. Below it hardly any label is
+/// related to the room, and the little evidence must not count in full.
+constexpr double minSupport = 0.1;
 /// Standard deviations of evidence to log odds: the maximum of the training half's likelihood.
 constexpr double temperature = 0.7;
 /// Evidence that deviates less is no evidence and is not blown up: half of the least deviation of a real run
 /// (NYU's training half, the home's drives: 0.10 to 0.22); equal labels have 0.01.
-constexpr double leastDeviation = 0.05;
+constexpr double minDeviation = 0.05;
 /// Lower bound of one room's deviation, as a share of the deviation over all rooms.
-constexpr double leastRoomDeviation = 0.3;
-/// Fewer images do not tell what is usual for a room.
+constexpr double minRoomDeviation = 0.3;
+/// Fewer images do not show what is usual for a room.
 constexpr std::size_t minStandardized = 20;
 constexpr int priorSteps = 20;
 /// How many labels of an image are kept as evidence: with more of them the same places are sure.
@@ -73,27 +73,27 @@ void addPart(const DescriptorMatrix& images, const std::vector<std::vector<float
       squares += static_cast<double>(row[l]) * static_cast<double>(row[l]);
     norms.push_back(std::sqrt(squares));
   }
-  const double leastNorm = leastSupport * *std::max_element(norms.begin(), norms.end());
+  const double minNorm = minSupport * *std::max_element(norms.begin(), norms.end());
   Evidence part{sum.rooms, std::vector<double>(sum.values.size(), 0)};
   for (std::size_t r = 0; r < weights.size(); ++r)
     for (std::size_t l = 0; l < size; ++l) {
-      const double weight = static_cast<double>(weights[r][from + l]) / std::max({norms[r], leastNorm, 1e-9});
+      const double weight = static_cast<double>(weights[r][from + l]) / std::max({norms[r], minNorm, 1e-9});
       if (weight <= 0) continue;
       for (std::size_t i = 0; i < images.size(); ++i)
         part.at(i, r) +=
             weight * (std::sqrt(static_cast<double>(images.row(i)[from + l])) - meanShare * usual[l]);
     }
-  const double factor = part.scale(leastDeviation);
+  const double factor = part.scale(minDeviation);
   for (std::size_t l = 0; l < size; ++l) {
     shares.usual.push_back(meanShare * usual[l]);
     for (std::size_t r = 0; r < weights.size(); ++r)
       shares.weights[r].push_back(factor * static_cast<double>(weights[r][from + l]) /
-                                  std::max({norms[r], leastNorm, 1e-9}));
+                                  std::max({norms[r], minNorm, 1e-9}));
   }
   for (std::size_t k = 0; k < sum.values.size(); ++k) sum.values[k] += part.values[k];
 }
 
-/// The labels of an image that tell most for some room, best first, in log odds.
+/// The labels of an image with most evidence for some room, best first, in log odds.
 void addTelling(DescriptorView image, std::size_t number, const LabelShares& shares, double factor,
                 std::vector<RoomEvidence>& evidence) {
   std::vector<std::pair<double, std::size_t>> telling;
@@ -125,7 +125,7 @@ void standardize(Evidence& evidence) {
     }
     const double mean = sum / n, deviation = std::sqrt(std::max(0.0, squares / n - mean * mean));
     for (std::size_t i = 0; i < evidence.images(); ++i)
-      evidence.at(i, r) = (evidence.at(i, r) - mean) / std::max(deviation, leastRoomDeviation);
+      evidence.at(i, r) = (evidence.at(i, r) - mean) / std::max(deviation, minRoomDeviation);
   }
 }
 
@@ -159,7 +159,7 @@ std::vector<double> adjustToRun(Evidence& evidence) {
 /// From so many images a room on, a trained classifier needs no names.
 constexpr double enoughImages = 40;
 /// A probability below this is not believed: few examples make few distinctions.
-constexpr double leastProbability = 1e-3;
+constexpr double minRoomProbability = 1e-3;
 
 }  // namespace
 
@@ -222,8 +222,8 @@ RoomPredictions withNames(RoomPredictions trained, const RoomPredictions& byName
     std::vector<double> products(rooms, 0);
     if (std::accumulate(learned.begin(), learned.end(), 0.0F) > 0)
       for (std::size_t r = 0; r < rooms; ++r) {
-        products[r] = std::max(leastProbability, static_cast<double>(learned[r])) *
-                      std::pow(std::max(leastProbability, static_cast<double>(named[r])), share);
+        products[r] = std::max(minRoomProbability, static_cast<double>(learned[r])) *
+                      std::pow(std::max(minRoomProbability, static_cast<double>(named[r])), share);
         sum += products[r];
       }
     for (std::size_t r = 0; r < rooms; ++r) row[r] = sum > 0 ? static_cast<float>(products[r] / sum) : 0;

@@ -12,7 +12,7 @@
 
 namespace estancia {
 
-/// What the labels of a vocabulary tell of rooms, for runs of images: WordNet is asked once.
+/// Evidence of a vocabulary's labels for rooms, for runs of images: WordNet is asked once.
 class RoomsByNames {
  public:
   /// Same parameters as predictRoomsByNames().
@@ -30,13 +30,13 @@ class RoomsByNames {
 
 /// Rooms of the images of one run, by the labels of one model or several.
 ///
-/// An image tells for a room what its labels tell (roomLabelWeights()), by the square roots of their
-/// probabilities less half of the run's mean (Hellinger). Models count the same. `rooms` that somebody has
-/// listed are taken to occur: in runs of 20 images or more each room's evidence is standardized over the run.
-/// Without a list, commonRooms() are tried. How often each room occurs is estimated by expectation
+/// An image's evidence for a room is that of its labels (roomLabelWeights()), weighted by the square roots of
+/// their probabilities less half of the run's mean (Hellinger). Models count the same. `rooms` that the user
+/// has listed are taken to occur: in runs of 20 images or more each room's evidence is standardized over the
+/// run. Without a list, commonRooms() are tried. How often each room occurs is estimated by expectation
 /// maximization (Saerens, Latinne & Decaestecker 2002: Adjusting the outputs of a classifier to new a priori
-/// probabilities), and is the result's `prior`. Without a list the result has the evidence of the eight most
-/// telling labels of each image, by which areSureRooms() judges. Rows of zeros have no prediction.
+/// probabilities), and is the result's `prior`. Without a list the result has the evidence of the eight
+/// labels with most evidence of each image, by which areSureRooms() judges. Rows of zeros have no prediction.
 ///
 /// Throws Error: mismatch when `images` has other labels; unknownName as roomLabelWeights(); insufficientData
 /// for fewer than two rooms.

@@ -51,7 +51,7 @@ std::vector<cv::Vec3f> labOf(const std::vector<cv::Vec3b>& colors) {
 
 double estimateColorNoise(const Neighbors& points, const std::vector<cv::Vec3f>& lab) {
   constexpr std::size_t samples = 2000;
-  constexpr double rounding = 100.0 / 255 / (2 * std::numbers::sqrt3);  // of one of 255 levels of L*
+  constexpr double rounding = 100.0 / 255 / (2 * std::numbers::sqrt3);  // rounding to one of 255 levels of L*
   constexpr double chi3 = 1.5382;                                       // median of the norm of three normals
   std::vector<double> differences;
   std::vector<Neighbor> buffer;

@@ -107,7 +107,7 @@ PrincipalAxes principalAxes(const cv::Matx33d& c) {
       axes.normal = across;
     }
   }
-  constexpr double line = 1e-6;  // of the largest variance: below, it is rounding of single precision
+  constexpr double line = 1e-6;  // share of the largest variance: below, it is rounding of single precision
   const bool plane = axes.variances[1] > line * largest && longest > 0;
   axes.normal = plane ? axes.normal / std::sqrt(longest) : cv::Vec3d(none, none, none);
   return axes;

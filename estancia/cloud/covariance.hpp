@@ -14,7 +14,7 @@ namespace estancia {
 struct LocalCovariance {
   std::size_t count = 0;
   cv::Vec3d offset;        ///< from the place to the mean of the points [m]
-  cv::Matx33d covariance;  ///< of the points [m²], divided by their number
+  cv::Matx33d covariance;  ///< covariance of the points [m²], divided by their number
 };
 
 /// Covariance of the points at most √squared [m] away. Sums are relative to the place, so that they are as

@@ -35,10 +35,9 @@ cv::Mat cropObject(const cv::Mat& bgr, const cv::Rect& box, const cv::Mat& mask 
                    const CropOptions& options = {});
 
 /// Renders a cloud into a square of `size` pixels (1 to 4096), as large in it as cropObject() would show it:
-/// points are discs on gray, the nearest in front, shaded by depth where they have no colors. Of 120
-/// directions around and above (z is up) it takes the one that shows the largest part. Throws Error
-/// (invalidInput, invalidOption) when no point is finite, on a cloud that breaks its invariant, and on
-/// options out of range.
+/// points are discs on gray, the nearest in front, shaded by depth where they have no colors. The direction
+/// is the one of 120 around and above (z is up) that shows the largest part. Throws Error (invalidInput,
+/// invalidOption) when no point is finite, on a cloud that breaks its invariant, and on options out of range.
 cv::Mat renderObject(const PointCloud& cloud, int size = 299, const CropOptions& options = {});
 
 }  // namespace estancia

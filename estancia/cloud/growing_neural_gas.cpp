@@ -216,7 +216,8 @@ class Network {
   NeuronGraph graph_;
   NeuronGrid grid_;
   NeuronErrors errors_;
-  std::vector<std::uint32_t> lastWinners_;  ///< of every point: mostly its next one, for prefetching
+  /// last winner of every point: mostly its next one, for prefetching
+  std::vector<std::uint32_t> lastWinners_;
 };
 
 /// Step 10: the stop criteria.

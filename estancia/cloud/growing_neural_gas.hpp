@@ -73,7 +73,7 @@ struct NeuralGas {
 
 /// Algorithm 2.1 of the thesis with Fritzke's rules (B. Fritzke: A growing neural gas network learns
 /// topologies. NIPS 7, 1995): signals are drawn from the finite points of `cloud`; f is the neighbor of q
-/// with the largest error. The same options and cloud give the same graph on any machine, unless `seconds`
+/// with the largest error. The graph depends on options and cloud only, on any machine, unless `seconds`
 /// ended it. A cloud that has no more distinct points than `neurons` is its own best network: its points are
 /// returned, each joined with its nearest. docs/measured/gng.md describes the implementation and its cost.
 /// Throws Error (invalidInput, tooLarge, invalidOption) when no point is finite, there are 2³² points or

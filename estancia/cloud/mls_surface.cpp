@@ -169,7 +169,7 @@ class Support {
 /// A projected seed.
 struct Element {
   cv::Point3f place, normal;
-  float weight = -1;  ///< of the averaged points; negative: too few
+  float weight = -1;  ///< weight of the averaged points; negative: too few
 };
 
 Element meanAt(const cv::Point3f& seed, const Support& support, const MlsOptions& o,
@@ -202,7 +202,7 @@ Element meanAt(const cv::Point3f& seed, const Support& support, const MlsOptions
     p += normal * (heights / sum);
     weight = sum;
   }
-  constexpr double maxMotion = 1.2;  // of a seed, in depths
+  constexpr double maxMotion = 1.2;  // motion of a seed, in depths
   const cv::Vec3f moved = p - cv::Vec3f(seed.x, seed.y, seed.z);
   if (cv::norm(moved) >= maxMotion * o.depth) return element;
   const cv::Vec3f look = cv::Vec3f(o.viewpoint.x, o.viewpoint.y, o.viewpoint.z) - p;

@@ -16,7 +16,7 @@ namespace estancia {
 
 struct Neighbor {
   std::uint32_t index;  ///< in the cloud
-  float squared;        ///< of its distance [m²]
+  float squared;        ///< squared distance [m²]
 };
 
 /// A k-d tree (Bentley 1975) over the finite points of a cloud, whose leaves are blocks of points that are

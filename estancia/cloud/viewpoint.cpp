@@ -14,7 +14,7 @@ namespace estancia {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr std::size_t kDrawn = 8000;  // points that tell where the sensor stood
+constexpr std::size_t kDrawn = 8000;  // points by which the sensor's position is found
 
 /// Directions that are spread evenly over the sphere (Fibonacci's lattice).
 std::vector<cv::Vec3d> directions(std::size_t count) {
@@ -82,7 +82,7 @@ double variationOf(Cells& cells) {
 /// The best of several starts, each moved in steps that shrink, while that lowers the value.
 cv::Point3d descend(const std::vector<cv::Point3d>& starts, const cv::Point3d& center,
                     const std::function<double(const cv::Point3d&)>& value) {
-  constexpr double firstStep = 0.25, lastStep = 0.01;  // of the distance to the center
+  constexpr double firstStep = 0.25, lastStep = 0.01;  // steps, as shares of the distance to the center
   const auto ways = directions(14);
   cv::Point3d best;
   double least = infinity;
@@ -201,7 +201,7 @@ double unevenness(std::span<const cv::Point3f> points, const cv::Point3d& viewpo
 }
 
 std::optional<cv::Point3d> findViewpoint(std::span<const cv::Point3f> points, int threads) {
-  constexpr std::size_t minPoints = 5000, starts = 4;  // fewer fill too few cells to tell
+  constexpr std::size_t minPoints = 5000, starts = 4;  // fewer fill too few cells for a decision
   if (points.size() < minPoints) return {};
   const std::vector<cv::Point3f> drawn = drawnFrom(points, kDrawn);
   const cv::Vec3d center = meanOf(drawn);

@@ -73,7 +73,7 @@ class VoxelTable {
   const std::vector<cv::Point3f>& points_;
   cv::Point3f origin_;
   std::vector<std::uint32_t> slots_;
-  std::vector<Key> keys_;  ///< of the voxels
+  std::vector<Key> keys_;  ///< keys of the voxels
 };
 
 /// Sums over a voxel.

@@ -23,7 +23,7 @@ std::vector<std::uint32_t> onePerVoxel(const std::vector<cv::Point3f>& points, d
 
 struct Leaf {
   double size = 0;         ///< edge of a voxel [m]
-  std::size_t points = 0;  ///< of the result
+  std::size_t points = 0;  ///< points of the result
 };
 
 /// The leaf whose result has as nearly `points` points as possible; a larger leaf mostly leaves fewer. Throws

@@ -1,4 +1,5 @@
-// ASCII: letters and digits as files and protocols mean them, whatever the user's language (LC_CTYPE) says.
+// ASCII: letters and digits as files and protocols define them, independent of the user's language
+// (LC_CTYPE).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

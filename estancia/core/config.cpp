@@ -50,7 +50,8 @@ std::size_t endOfString(std::string_view text, std::size_t begin) {
       ++at;
     } else if (isLong && text.substr(at, 3) == triple) {
       at += 3;
-      for (int more = 0; more < 2 && text.substr(at, 1) == triple.substr(2); ++more) ++at;  // of the content
+      // followed by up to two quotes of the content
+      for (int more = 0; more < 2 && text.substr(at, 1) == triple.substr(2); ++more) ++at;
       return at;
     } else if (!isLong && (text[at] == quote || text[at] == '\n')) {
       return text[at] == quote ? at + 1 : at;
@@ -62,14 +63,14 @@ std::size_t endOfString(std::string_view text, std::size_t begin) {
 /// The line of the first key `a.b.c…` of too many parts, if any. toml++ before 3.5 makes a table of each part
 /// without a limit, and deletes these one inside of the other: some ten thousand of them exhaust the stack.
 std::optional<std::size_t> lineOfDeepKey(std::string_view text) {
-  constexpr int mostParts = 16;
+  constexpr int maxParts = 16;
   std::size_t line = 1;
   int parts = 1;
   for (std::size_t at = 0; at < text.size();) {
     const std::size_t begin = at++;
     if (text[begin] == '"' || text[begin] == '\'') at = endOfString(text, begin);
     if (text[begin] == '#') at = std::min(text.find_first_of("\n\r\v\f", begin), text.size());
-    if (text[begin] == '.' && ++parts > mostParts) return line;
+    if (text[begin] == '.' && ++parts > maxParts) return line;
     if (std::string_view("\n=,{[").find(text[begin]) != std::string_view::npos) parts = 1;
     line += static_cast<std::size_t>(std::ranges::count(text.substr(begin, at - begin), '\n'));
   }
@@ -93,10 +94,10 @@ ConfigFile::ConfigFile(fs::path path) : path_(std::move(path)) {
   if (!fs::is_regular_file(path_))
     throw Error(ErrorCode::unsupportedFile,
                 fmt::format("{} is no regular file; give a TOML file", path_.string()));
-  constexpr std::uintmax_t mostBytes = 16 << 20;
-  if (const std::uintmax_t bytes = fs::file_size(path_); bytes > mostBytes)
+  constexpr std::uintmax_t maxBytes = 16 << 20;
+  if (const std::uintmax_t bytes = fs::file_size(path_); bytes > maxBytes)
     throw Error(ErrorCode::tooLarge,
-                fmt::format("{}: {} bytes; at most {} are read", path_.string(), bytes, mostBytes));
+                fmt::format("{}: {} bytes; at most {} are read", path_.string(), bytes, maxBytes));
   parse(contentOf(path_));
 }
 
@@ -119,7 +120,7 @@ void ConfigFile::parse(std::string_view text) {
 void ConfigFile::read(const toml::table& table, const std::vector<Key>& keys, Others others) {
   for (const auto& [name, value] : table) {
     std::string known(name.str());
-    std::replace(known.begin(), known.end(), '-', '_');  // as options are spelled on the command line
+    std::replace(known.begin(), known.end(), '-', '_');  // the command line's spelling
     const auto found = std::find_if(keys.begin(), keys.end(), [&](const Key& k) { return k.name == known; });
     if (found == keys.end() && others == Others::skip) continue;
     if (found == keys.end()) {

@@ -24,7 +24,7 @@ std::string textOf(const fs::path& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-/// The CPUs of this process' affinity mask; empty when the system does not tell.
+/// The CPUs of this process' affinity mask; empty if unknown.
 std::set<int> allowedCpus() {
   std::set<int> cpus;
   cpu_set_t mask;

@@ -12,8 +12,8 @@ namespace estancia {
 /// At least 1. `root` is where /proc and /sys are, for tests.
 int usableCores(const std::filesystem::path& root = "/");
 
-/// usableCores() minus those that other processes keep busy, measured over 50 ms. At least 1; all of them
-/// when the machine does not tell. One thread more than free cores slows a network down.
+/// usableCores() minus those that other processes keep busy, measured over 50 ms. At least 1; all of them if
+/// the load is unknown. One thread more than free cores slows a network down.
 int freeCores();
 
 /// CPU time of all processes on the cores `cpus`, from the text of /proc/stat [clock ticks]; -1 when a core

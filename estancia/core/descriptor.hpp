@@ -35,7 +35,7 @@ class DescriptorMatrix {
 };
 
 /// Throws Error (mismatch, labelerFailure) unless `descriptor` has `labels` values that are all finite and in
-/// [0, 1] (up to rounding). `source` says in the message where it came from.
+/// [0, 1] (up to rounding). `source` names its origin in the message.
 void requireProbabilities(DescriptorView descriptor, std::size_t labels, const std::string& source);
 
 }  // namespace estancia

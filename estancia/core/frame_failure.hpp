@@ -9,7 +9,7 @@
 namespace estancia {
 
 /// Call this in `catch (...)` around the work on one frame (or view, or cloud). Returns the exception in
-/// flight as an Error: an Error as it is, any other std::exception with the frame's name before what it says.
+/// flight as an Error: an Error as it is, any other std::exception with the frame's name before its message.
 /// A strict run throws the result; any other run reports it and goes on without the frame. Throws again what
 /// no frame is to blame for: Interrupted, Error (missingDependency), exceptions that are no std::exception,
 /// and std::bad_alloc (also where OpenCV reports it). Readers check sizes before they allocate, so memory

@@ -18,7 +18,7 @@ struct Destroy {
 };
 using JpegDecoder = std::unique_ptr<std::remove_pointer_t<tjhandle>, Destroy>;
 
-/// Whether a JPEG file may tell an orientation: whether there is an Exif segment before the pixels.
+/// Whether a JPEG file may contain an orientation: whether there is an Exif segment before the pixels.
 bool hasExif(std::span<const unsigned char> bytes) {
   for (std::size_t at = 2; at + 10 <= bytes.size() && bytes[at] == 0xFF;) {
     const unsigned char marker = bytes[at + 1];
@@ -51,7 +51,7 @@ cv::Mat decodeJpeg(std::span<const unsigned char> bytes, int divisor) {
   cv::Mat image(TJSCALED(height, scale), TJSCALED(width, scale), CV_8UC3);
   const int failed = tjDecompress2(decoder.get(), bytes.data(), length, image.data, image.cols,
                                    static_cast<int>(image.step), image.rows, TJPF_BGR, TJFLAG_ACCURATEDCT);
-  return failed != 0 ? cv::Mat() : image;  // tjGetErrorCode() does not tell how much is missing
+  return failed != 0 ? cv::Mat() : image;  // tjGetErrorCode() does not report how much is missing
 }
 
 class Codecs final : public ImageCodecs {

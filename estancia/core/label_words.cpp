@@ -142,7 +142,7 @@ bool sameWords(std::string_view a, std::string_view b) {
 std::vector<std::string> findNearSpellings(const Vocabulary& vocabulary, std::string_view words,
                                            std::size_t count) {
   const std::string asked = joined(splitWords(words));
-  constexpr std::size_t maxLength = 100;  // of a word that may be misspelled
+  constexpr std::size_t maxLength = 100;  // maximum length of a word that may be misspelled
   if (asked.empty() || asked.size() > maxLength) return {};
   const std::size_t maxDistance = std::max<std::size_t>(1, asked.size() / 3);
   // Whole synonyms before words of them, then by the alphabet.

@@ -28,7 +28,7 @@ class LogOpinionPool {
   std::vector<double> pooled() const;
 
  private:
-  std::vector<double> sums_;  // of logarithms
+  std::vector<double> sums_;  // sums of logarithms
   std::size_t size_ = 0;
 };
 

@@ -165,8 +165,7 @@ void Option::validate(std::string_view path) const {
 std::string Option::accepted() const {
   if (!choices_.empty()) {
     Choices named = choices_;
-    std::erase_if(named,
-                  [](const Choice& choice) { return choice.name.empty(); });  // "": as automatic() says
+    std::erase_if(named, [](const Choice& choice) { return choice.name.empty(); });  // "": see automatic()
     return "one of " + namesOf(named);
   }
   if (isFlag()) return "true or false";

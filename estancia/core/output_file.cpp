@@ -38,7 +38,8 @@ const char* nameOf(fs::file_type type) {
 
 /// What the names of part files of a target begin with: ".map.estancia.robot-1.".
 std::string partStart(const fs::path& target) {
-  constexpr std::size_t longest = 160;  // of 255, so that host, process and what SQLite adds fit, too
+  // leaves room for host, process and SQLite's suffixes in the 255 allowed
+  constexpr std::size_t longest = 160;
   std::array<char, 65> host{};
   gethostname(host.data(), host.size() - 1);
   return fmt::format(".{}.{}.", target.filename().string().substr(0, longest), host.data());
@@ -79,7 +80,7 @@ std::error_code flushed(const fs::path& path) {
 }  // namespace
 
 fs::path outputTarget(const fs::path& path) {
-  constexpr int maxLinks = 40;  // as the kernel follows
+  constexpr int maxLinks = 40;  // the kernel's limit
   std::error_code problem;
   const auto type = fs::status(path, problem).type();  // asks the kernel: links of /proc lead nowhere else
   if (type != fs::file_type::regular && type != fs::file_type::not_found && type != fs::file_type::none)

@@ -13,8 +13,8 @@ namespace estancia {
 std::filesystem::path outputTarget(const std::filesystem::path& path);
 
 /// Where to write what will be renamed to `target`: a file beside it, named after it, this machine and this
-/// process. Those that killed processes of this machine have left for the same target are removed, with what
-/// SQLite keeps beside them. Of a file that is one itself, another one.
+/// process. Files that killed processes of this machine left for the same target are removed, with SQLite's
+/// companions. If `target` is itself such a file, the result is another name.
 std::filesystem::path partFile(const std::filesystem::path& target);
 
 /// Returns when what was written to the file, or made in the folder, would survive a power cut. Throws Error

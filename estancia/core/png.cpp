@@ -14,8 +14,8 @@
 namespace estancia {
 namespace {
 
-constexpr int kFastest = 1;                          // of zlib's levels
-constexpr png_alloc_size_t kMostChunkBytes = 65536;  // beside the pixels; toPng() writes none
+constexpr int kFastest = 1;                         // zlib's compression level
+constexpr png_alloc_size_t kMaxChunkBytes = 65536;  // beside the pixels; toPng() writes none
 
 // libpng reports an error by a jump over its frames. So a function that it can jump back to has no object of
 // its own to destroy; its callers have them.
@@ -94,8 +94,8 @@ class PngReader {
   bool readHeader(const cv::Size& most) {
     if (info_ == nullptr || setjmp(png_jmpbuf(png_)) != 0) return false;
     png_set_user_limits(png_, static_cast<png_uint_32>(most.width), static_cast<png_uint_32>(most.height));
-    // libpng only warns of a longer chunk, and then clears as much memory as the chunk says that it has.
-    png_set_chunk_malloc_max(png_, kMostChunkBytes);
+    // libpng only warns of a longer chunk, and then clears as much memory as the chunk's header declares.
+    png_set_chunk_malloc_max(png_, kMaxChunkBytes);
     png_set_benign_errors(png_, 0);
     png_set_chunk_cache_max(png_, 1);  // none: texts are skipped, and not inflated
     png_read_info(png_, info_);

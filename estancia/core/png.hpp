@@ -14,7 +14,7 @@ namespace estancia {
 std::vector<unsigned char> toPng(const cv::Mat& image);
 
 /// The pixels (CV_8U or CV_16U) of a gray PNG file; empty unless it is one, whole, and of at most `most`
-/// pixels in width and height. Its header tells the size: nothing larger is decoded, nor is a file
+/// pixels in width and height. The size is read from its header: nothing larger is decoded, nor is a file
 /// with more than 64 kB in a chunk beside the pixels (texts, a color profile).
 cv::Mat fromPng(std::span<const unsigned char> png, const cv::Size& most);
 

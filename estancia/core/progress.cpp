@@ -22,7 +22,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 volatile std::sig_atomic_t stopRequested = 0;
-/// Whether interrupted() has told it to somebody.
+/// Set once interrupted() has reported the interrupt.
 volatile std::sig_atomic_t stopHeard = 0;
 constexpr unsigned secondsToHear = 5;  // more than the label of one image takes
 

@@ -13,7 +13,7 @@ struct RemovedOption {
   std::string_view path;
   /// What always holds, as Option::text() wrote it; "" for groups and what has no single value.
   std::string_view value;
-  /// The end of a sentence; "" where the value says it all.
+  /// The end of a sentence; "" where the value needs no advice.
   std::string_view instead;
 };
 

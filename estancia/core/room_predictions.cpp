@@ -42,7 +42,7 @@ std::vector<float> withoutPrior(const RoomPredictions& predictions, std::size_t 
   return even;
 }
 
-/// Whether the best room is told without a label that adds `logOdds`, a number for each room.
+/// Whether the best room remains certain without a label that adds `logOdds`, a number for each room.
 bool isToldWithout(const RoomPredictions& predictions, const std::vector<RoomProbability>& rooms,
                    const std::vector<double>& logOdds, GroupedBy by) {
   std::vector<double> rest;

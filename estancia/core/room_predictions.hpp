@@ -11,7 +11,7 @@
 
 namespace estancia {
 
-/// What one label tells of an image.
+/// Evidence of one label of an image.
 struct RoomEvidence {
   std::size_t image = 0, label = 0;
   /// R numbers: what the label adds to the logarithm of each room's odds.
@@ -31,9 +31,9 @@ struct RoomPredictions {
   std::vector<double> prior = {};
   /// Whether they follow from the rooms' names alone, without an example: sure ones are less probable then.
   bool areByName = false;
-  /// Whether somebody said that all these rooms occur.
+  /// Whether the user listed these rooms: all of them occur.
   bool areListed = false;
-  /// What the most telling labels of each image tell, in order of the images; empty where that is not known.
+  /// Evidence of the labels with the largest weights of each image, in order of the images; empty if unknown.
   std::vector<RoomEvidence> evidence = {};
 
   /// A place is taken for a room that is more probable than this: than all others together, or, by name

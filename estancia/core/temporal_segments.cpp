@@ -16,7 +16,7 @@ namespace {
 
 /// "frame" and 123 of "frame000123.jpg"; nothing where the name ends otherwise, or in a fraction.
 std::optional<std::pair<std::string, double>> numberedName(const std::string& name) {
-  constexpr std::size_t maxDigits = 15;  // that a double distinguishes
+  constexpr std::size_t maxDigits = 15;  // digits that a double distinguishes
   const std::string stem = std::filesystem::path(name).stem().string();
   std::size_t begin = stem.size();
   while (begin > 0 && std::isdigit(static_cast<unsigned char>(stem[begin - 1])) != 0) --begin;

@@ -20,9 +20,9 @@ class TimeLeft {
   std::size_t done() const { return done_; }
   bool isComplete() const { return total_ > 0 && done_ >= total_; }
 
-  /// Items a second: of complete work with its start. Absent as long as nothing can be told: at most as much
-  /// time has passed since the first item as before it, so that items of other threads, which are finished
-  /// at about the same time, look like faster work.
+  /// Items a second: averaged over complete work including its start. Absent as long as no estimate is
+  /// possible: at most as much time has passed since the first item as before it, so that items of other
+  /// threads, which are finished at about the same time, look like faster work.
   std::optional<double> rate(double now) const;
 
   /// Absent also where the total is not known.

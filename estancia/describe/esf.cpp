@@ -21,7 +21,7 @@ namespace {
 using describe::VoxelGrid;
 
 constexpr int kBins = 64;
-constexpr float kRadius = VoxelGrid::kSide / 2;  // of the sphere that the cloud is scaled to [voxels]
+constexpr float kRadius = VoxelGrid::kSide / 2;  // radius of the sphere that the cloud is scaled to [voxels]
 constexpr float kMinArea = 0.001F;               // smaller squared areas are degenerate [voxels⁴]
 // PCL's limits, in voxels: a line with so few marked is outside, a triangle with at most so many, too …
 constexpr int kOutside = 7, kTriangleOutside = 21;
@@ -113,7 +113,7 @@ Where whereOf(std::span<const VoxelGrid::Line, 3> sides) {
 /// Three points that are not collinear.
 struct Triangle {
   std::array<float, 3> lengths;  ///< from the first point to the second, first to third, second to third
-  std::array<float, 3> cosines;  ///< of the angles opposite of these sides
+  std::array<float, 3> cosines;  ///< cosines of the angles opposite of these sides
   float area;                    ///< its square root [voxels]
 };
 

@@ -20,9 +20,9 @@ OptionGroup declare(EsfOptions& options);
 
 /// 640 numbers ≥ 0 that add up to 1, ten histograms of 64: of triples of points the angles, the areas and the
 /// distances, each for lines inside of the surface, outside, and both; and for the last the share inside.
-/// Points that are not finite are left out; invariant to position, orientation and scale. The same cloud,
-/// options and seed give the same bytes. Throws Error (insufficientData) on fewer than three points or
-/// collinear ones, and on invalid options.
+/// Points that are not finite are left out; invariant to position, orientation and scale. The result depends
+/// on cloud, options and seed only, to the byte. Throws Error (insufficientData) on fewer than three points
+/// or collinear ones, and on invalid options.
 ///
 /// Wohlkinger, Vincze: Ensemble of shape functions for 3D object classification, ROBIO 2011, with the
 /// parameters, limits and weights of PCL 1.13's ESFEstimation: equal to it in distribution.

@@ -20,7 +20,7 @@ namespace {
 constexpr int kBorder = 5;      // mirrored around the image [pixels]
 constexpr double kCutOff = 4;   // half of it passes [cycles an image]
 constexpr float kNoise = 0.2F;  // contrast below this is left small
-constexpr int kWaves = 18;      // of higher ones less than 1e-6 passes
+constexpr int kWaves = 18;      // less than 1e-6 of higher ones passes
 
 /// c = a b for a (n × m) and b (m × columns); all row-major.
 ESTANCIA_MULTIVERSION void multiply(const float* a, const float* b, float* c, int n, int m, int columns) {

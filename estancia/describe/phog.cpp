@@ -108,7 +108,7 @@ std::vector<float> phog(const cv::Mat& image, const PhogOptions& options) {
   validate(options);
   const cv::Mat gray = grayOf(image, options.maxSide);
   const cv::Mat edges = edgesOf(gray);
-  const Gradient gradient(gray);  // of what was not smoothed, as in the paper
+  const Gradient gradient(gray);  // gradient of the image before smoothing, as in the paper
 
   // Votes in the smallest cells. A larger cell holds four smaller ones, whatever the size of the image.
   const int bins = options.bins, side = 1 << options.levels;

@@ -31,7 +31,7 @@ class VoxelGrid {
   void trace(std::span<Line> lines) const;
 
  private:
-  std::vector<std::int32_t> voxels_;  // of the points: (x · 64 + y) · 64 + z
+  std::vector<std::int32_t> voxels_;  // voxels of the points: (x · 64 + y) · 64 + z
   std::vector<std::uint32_t> bits_;   // in that order
 };
 

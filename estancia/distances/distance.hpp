@@ -80,7 +80,7 @@ Distance getDistance(std::string_view name, const std::vector<LabelPart>& parts 
 inline constexpr float clrFloor = 1e-7F;
 
 /// Writes the embedded descriptor; `out` has p.size() values and may be p itself. Each part is centered or
-/// summed up by itself: the confidence of one model says nothing about the labels of another.
+/// summed up by itself: the confidence of one model carries no information about the labels of another.
 void embed(Embedding embedding, std::span<const float> p, std::span<float> out,
            std::span<const LabelPart> parts = {});
 

@@ -46,7 +46,7 @@ CurlConnections::CurlConnections()
 }
 
 CurlConnections::~CurlConnections() {
-  const NoSigpipe quiet;  // it may say goodbye
+  const NoSigpipe quiet;  // closing a TLS connection writes to the socket
   share_.reset();
 }
 
@@ -89,7 +89,7 @@ CurlRequest::CurlRequest()
 }
 
 CurlRequest::~CurlRequest() {
-  const NoSigpipe quiet;  // it may say goodbye
+  const NoSigpipe quiet;  // closing a TLS connection writes to the socket
   curl_.reset();
 }
 

@@ -11,7 +11,7 @@
 
 namespace estancia {
 
-/// Connections that stay open for the next request. Of one thread at a time.
+/// Connections that stay open for the next request. Not thread-safe.
 class CurlConnections {
  public:
   /// Throws Error when libcurl has no memory for them.
@@ -27,9 +27,9 @@ class CurlConnections {
 };
 
 /// Base of the classes that speak HTTP: http and https only, no signals, exceptions kept out of C, Ctrl-C
-/// within about a second. They set further options and say what becomes of the answer. Each object performs
-/// one request: until curl's pull request 11103 (May 2023) a handle's second answer, if its first header is
-/// folded, goes into freed memory.
+/// within about a second. They set further options and define what is done with the answer. Each object
+/// performs one request: until curl's pull request 11103 (May 2023) a handle's second answer, if its first
+/// header is folded, goes into freed memory.
 class CurlRequest {
  public:
   CurlRequest(const CurlRequest&) = delete;

@@ -25,11 +25,11 @@ namespace {
 /// How a request ended.
 struct TransferResult {
   enum class End {
-    complete,  ///< the server says that this was all
+    complete,  ///< the server has sent the whole file
     broken,    ///< it may be gone on with
     misfit,    ///< the server has no such rest: begin anew
     refused,   ///< no use in asking again
-    tooLong,   ///< the same, and what has come is of no use either
+    tooLong,   ///< a retry is of no use, nor are the bytes received
   };
   End end = End::complete;
   std::string reason;    ///< why it is not complete, for people
@@ -187,11 +187,11 @@ class Transfer final : private CurlRequest {
   PartialFile& part_;
   Progress& progress_;
   bool begun_ = false;
-  std::uint64_t total_ = 0;  // bytes of the whole file; 0 = the server does not say
+  std::uint64_t total_ = 0;  // bytes of the whole file; 0 = not sent by the server
   std::string refusal_;      // why the answer is not wanted
 };
 
-constexpr int maxTries = 30;          // of one address, however small its pieces
+constexpr int maxTries = 30;          // tries of one address, however small its pieces
 constexpr int maxFruitlessTries = 3;  // in a row that brought no byte
 
 std::string hostOf(const std::string& url) {
@@ -249,7 +249,8 @@ class Download {
  private:
   TransferResult next(const std::string& url) {
     if (file_.size > 0 && part_.size() == file_.size) return {TransferResult::End::complete, "", true};
-    // Bytes of another address, or of a server that names no version, are trusted only if a digest will tell.
+    // Bytes of another address, or of a server that names no version, are trusted only if a digest will
+    // verify them.
     const bool digest = !file_.sha256.empty() || !file_.sha1.empty();
     const bool same = part_.source() == url && !part_.version().empty();
     return Transfer(url, digest || same, file_, part_, progress_, options_).run();

@@ -17,7 +17,7 @@ class OptionGroup;
 struct RemoteFile {
   /// http or https; the same file at several places, tried in order.
   std::vector<std::string> urls;
-  /// Hex digits, lower case; "" = not known. Those known must agree.
+  /// Hex digits, lower case; "" = not known. All that are known must agree.
   std::string sha256, sha1;
   /// [bytes]; 0 = not known.
   std::uint64_t size = 0;
@@ -36,12 +36,12 @@ struct DownloadOptions {
 
 OptionGroup declare(DownloadOptions& options);
 
-/// Fetches `file` to `target`, whose folder is made; does nothing when `target` is there already and is what
-/// `file` says. Bytes that an earlier run left in TARGET.part are gone on with when they surely belong to the
-/// same file: the server says so (If-Range), or the digest will tell. Follows redirects, but never from
-/// https to http; a proxy is taken from the environment as curl does.
-/// Throws Error naming each address's failure and what to do by hand; Interrupted on Ctrl-C. TARGET.part then
-/// holds what has arrived, unless it was wrong.
+/// Fetches `file` to `target`, whose folder is made; does nothing when `target` is there already and matches
+/// `file`. Bytes that an earlier run left in TARGET.part are gone on with when they surely belong to the same
+/// file: the server confirms it (If-Range), or the digest will verify it. Follows redirects, but never from
+/// https to http; a proxy is taken from the environment as curl does. Throws Error naming each address's
+/// failure and what to do by hand; Interrupted on Ctrl-C. TARGET.part then holds what has arrived, unless it
+/// was wrong.
 void download(const RemoteFile& file, const std::filesystem::path& target,
               const DownloadOptions& options = {}, Progress& progress = Progress::none());
 

@@ -9,7 +9,7 @@
 
 namespace estancia {
 
-/// TARGET.part, and beside it TARGET.part.from, which tells where the bytes came from. Both stay when the
+/// TARGET.part, and beside it TARGET.part.from, which records where the bytes came from. Both stay when the
 /// work is broken off. Invariant: locked against other processes while the object lives.
 class PartialFile {
  public:

@@ -1,4 +1,4 @@
-// Color palettes: colors that people with color-blindness can tell apart.
+// Color palettes: colors that people with color-blindness can distinguish.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -12,7 +12,7 @@
 namespace estancia::report {
 namespace {
 
-constexpr std::size_t columns = 1000;  // of the plot; the browser stretches them to its width
+constexpr std::size_t columns = 1000;  // columns of the plot; the browser stretches them to its width
 constexpr double plotHeight = 240;
 
 struct Scale {

@@ -14,7 +14,7 @@ namespace estancia::report {
 /// Where a label stands beside its point, and the side its text is written from.
 struct LabelPlace {
   Box box;
-  double x = 0;        ///< of the text's anchor
+  double x = 0;        ///< position of the text's anchor
   std::string anchor;  ///< "start", "middle", "end"
 };
 

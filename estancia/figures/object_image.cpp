@@ -12,7 +12,7 @@
 namespace estancia::report {
 namespace {
 
-/// Colors that people tell apart, by Wong, Nature Methods 8 (2011), BGR.
+/// Colors that people distinguish, by Wong, Nature Methods 8 (2011), BGR.
 cv::Scalar colorOf(FusedAnswer::Source source) {
   switch (source) {
     case FusedAnswer::Source::both:

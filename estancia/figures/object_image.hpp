@@ -12,8 +12,8 @@
 namespace estancia::report {
 
 /// The image (BGR) with a box around each object, its number, and what it is believed to be: green where
-/// image and shape say the same, blue by the shape, orange by the image, gray where neither is believed.
-/// Throws Error on an image that is none, and on a word without a name.
+/// image and shape agree, blue by the shape, orange by the image, gray where neither is believed. Throws
+/// Error on an image that is none, and on a word without a name.
 cv::Mat drawObjects(const cv::Mat& image, std::span<const PredictedObject> objects,
                     const std::vector<std::string>& words);
 

@@ -8,14 +8,13 @@ namespace estancia::report {
 namespace {
 
 /// Pixels a side that a mask is traced in, at most.
-constexpr int mostPixels = 1500;
+constexpr int maxPixels = 1500;
 
 /// Traces the part of `mask` (CV_8U) in `box`.
 Outlines trace(const cv::Mat& mask, const cv::Rect& box, const FloorCells& cells) {
   const int longest = std::max(box.width, box.height);
   // Contours run through the middles of pixels: with three pixels a cell they keep near to its border.
-  const double scale =
-      longest * 3 <= mostPixels ? 3 : std::min(1.0, static_cast<double>(mostPixels) / longest);
+  const double scale = longest * 3 <= maxPixels ? 3 : std::min(1.0, static_cast<double>(maxPixels) / longest);
   cv::Mat pixels;
   cv::resize(mask, pixels, {}, scale, scale, scale < 1 ? cv::INTER_AREA : cv::INTER_NEAREST);
   pixels = pixels >= 64;

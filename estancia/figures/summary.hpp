@@ -16,12 +16,12 @@
 namespace estancia::report {
 
 struct NodeSummary {
-  const Node* node = nullptr;       ///< of the summarized map
+  const Node* node = nullptr;       ///< node of the summarized map
   std::string room;                 ///< the room most of its frames are in, "" when unknown
   std::string predictedRoom;        ///< what a classifier takes it for, "" when none was asked
-  std::string predicted;            ///< the same with other candidates: "kitchen 83 %, office 10 %"
+  std::string predicted;            ///< `predicted` with other candidates: "kitchen 83 %, office 10 %"
   std::string title;                ///< familiarTitle() against the run
-  double share = 0;                 ///< of all frames, 0 … 1
+  double share = 0;                 ///< share of all frames, 0 … 1
   std::vector<std::size_t> frames;  ///< ascending
   std::vector<VisitSpan> visits;    ///< ascending, uninterrupted stays
 };
@@ -39,7 +39,7 @@ struct MapSummary {
   std::vector<NodeSummary> nodes;           ///< in order of id
   std::vector<Link> links;                  ///< ordered; transitions to nowhere or to oneself are left out
   std::map<std::string, ClassStyle> roomStyles;  ///< empty when no room is known
-  std::vector<std::string> rooms;                ///< of the nodes, in order of first appearance
+  std::vector<std::string> rooms;                ///< rooms of the nodes, in order of first appearance
   std::size_t roomsDriven = 0;                   ///< different rooms among the frames
 
   ClassStyle styleOf(const NodeSummary& node) const;

@@ -11,7 +11,8 @@ namespace estancia::report {
 namespace {
 
 constexpr double largestSize = 40, smallestSize = 9;
-constexpr double lineHeight = 1.16, baseline = 0.9;  // of the font's size; fits ascenders and descenders
+// shares of the font's size; fit ascenders and descenders
+constexpr double lineHeight = 1.16, baseline = 0.9;
 
 /// The free place nearest to the middle along an Archimedean spiral, flattened to the box's shape.
 std::optional<Box> findPlace(double width, double height, const Box& frame,

@@ -14,7 +14,7 @@ namespace estancia::report {
 
 struct PlacedWord {
   std::string text;
-  double size = 0;  ///< of the font
+  double size = 0;  ///< size of the font
   Box box;          ///< estimated extent, which the drawn word is made to keep
 };
 

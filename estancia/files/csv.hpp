@@ -22,7 +22,7 @@ struct CsvRow {
 /// unclosed quote.
 std::vector<CsvRow> readCsv(const std::filesystem::path& file);
 
-/// The same, row by row: the cells of a large file need many times its size.
+/// Reads row by row: the cells of a large file need many times its size.
 void forEachCsvRow(const std::filesystem::path& file, const std::function<void(CsvRow&)>& use);
 
 /// Parses lines that are already in memory; `source` names them in messages.

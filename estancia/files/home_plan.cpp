@@ -22,7 +22,7 @@ constexpr std::size_t kMaxPlanBytes = std::size_t{1} << 24;
 constexpr std::size_t kMaxParts = 1000;
 constexpr int kMaxPlanDepth = 16;
 constexpr double kMaxCoordinate = 1e4;  // [m]
-constexpr double kMinArea = 0.01;       // [m²]; nobody stands in less
+constexpr double kMinArea = 0.01;       // [m²]; smaller rooms cannot be entered
 
 /// An element of the file and its name in messages: "home.json: rooms[2].polygon".
 struct PlanElement {

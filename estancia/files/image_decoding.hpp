@@ -21,8 +21,8 @@ struct ImageHeader {
 
 /// Recognizes the format by content, never by name, and reads the declared size, before a decoder allocates
 /// memory. Throws Error, naming `file`, when the bytes are no image, declare no pixels or more than 2^26 (67
-/// million), or end before the image does: decoders fill the rest of a truncated JPEG or TIFF with gray and
-/// say nothing. Damage inside complete data is left to the decoders (PNG has checksums, JPEG has none).
+/// million), or end before the image does: decoders fill the rest of a truncated JPEG or TIFF with gray
+/// without an error. Damage inside complete data is left to the decoders (PNG has checksums, JPEG has none).
 ImageHeader inspectImage(std::string_view bytes, const std::string& file);
 
 /// Reads an equirectangular panorama: OpenEXR and Radiance as linear float BGR (CV_32FC3), other formats as
@@ -43,7 +43,7 @@ cv::Mat decodeImage(const std::filesystem::path& file);
 /// Error (malformedFile).
 cv::Mat decodeImage(std::string_view bytes, DecodedAs as, const std::filesystem::path& file);
 
-/// Any image type of OpenCV as BGR, 8 bits, 3 channels, scaled as readImage() says.
+/// Any image type of OpenCV as BGR, 8 bits, 3 channels, scaled as by readImage().
 cv::Mat toBgr8(cv::Mat image);
 
 }  // namespace estancia::io

@@ -263,7 +263,7 @@ Inspect findFormat(const Bytes& b) {
       b.startsWith("MM\0+"sv))
     return inspectTiff;
   if (b.startsWith("RIFF") && "WEBP"sv.starts_with(b.data.substr(std::min<std::size_t>(b.data.size(), 8), 4)))
-    return inspectWebp;  // also one that is cut off before it says so
+    return inspectWebp;  // also one that is cut off before its size
   if (b.startsWith("\x76\x2F\x31\x01")) return inspectExr;
   if (b.startsWith("#?RADIANCE") || b.startsWith("#?RGBE")) return inspectRadiance;
   if (b.data.size() > 2 && b.data[0] == 'P' && b.data[1] >= '1' && b.data[1] <= '6' &&

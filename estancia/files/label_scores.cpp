@@ -80,7 +80,7 @@ LabelProbability wordOf(const Json& element, const WordFormat& format, const std
 }  // namespace
 
 float toProbability(double value, const std::string& label, const std::string& source) {
-  constexpr double slack = 1e-4;                 // as requireProbabilities() allows
+  constexpr double slack = 1e-4;                 // tolerance of requireProbabilities()
   if (!(value >= -slack && value <= 1 + slack))  // NaN, too
     fail(ErrorCode::malformedFile,
          "{}: {} for \"{}\" is not a probability; give 0 to 1 (percentages: divide by 100)", source, value,

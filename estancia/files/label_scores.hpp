@@ -84,7 +84,7 @@ class WordBook {
  private:
   bool given_ = false;
   std::map<std::string, std::vector<std::uint32_t>, std::less<>> places_;
-  std::vector<std::string> labels_;               // of an open vocabulary
+  std::vector<std::string> labels_;               // labels of an open vocabulary
   mutable std::optional<Vocabulary> vocabulary_;  // made on request
 };
 

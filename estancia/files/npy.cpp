@@ -129,7 +129,7 @@ const std::vector<double>& NpyFile::next() {
 std::string npyBytes(const DescriptorMatrix& matrix) {
   std::string header = fmt::format("{{'descr': '<f4', 'fortran_order': False, 'shape': ({}, {}), }}",
                                    matrix.size(), matrix.labels());
-  constexpr std::size_t alignment = 64;  // of the numbers, as NumPy has it
+  constexpr std::size_t alignment = 64;  // alignment of the numbers, as NumPy has it
   header.append(alignment - (10 + header.size() + 1) % alignment, ' ');
   header += '\n';
   std::string bytes(kMagic);

@@ -67,7 +67,7 @@ struct Field {
   std::string name;
   io::Scalar scalar;
   std::size_t count = 1;
-  std::size_t offset = 0;  ///< of its first byte in a point
+  std::size_t offset = 0;  ///< offset of its first byte in a point
 
   std::size_t bytes() const { return scalar.size * count; }
 };
@@ -77,7 +77,7 @@ struct PcdHeader {
   std::size_t width = 0, height = 0;
   std::optional<Pose> viewpoint;
   std::string data;       ///< ascii, binary or binary_compressed
-  std::size_t begin = 0;  ///< of the data in the file
+  std::size_t begin = 0;  ///< start of the data in the file
 
   std::size_t points() const { return width * height; }
   std::size_t stride() const { return fields.back().offset + fields.back().bytes(); }

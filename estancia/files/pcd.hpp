@@ -9,12 +9,12 @@
 
 namespace estancia {
 
-/// Reads a PCD file of version 0.7 (ascii, binary or binary_compressed) as the PCL documentation describes
-/// it ("The PCD file format"). Of its fields x, y, z become points (any type of number; NaN is kept), rgb or
-/// rgba colors (4 bytes, 0xAARRGGBB) and normal_x, normal_y, normal_z normals; others are ignored. An
-/// organized cloud (height above 1) keeps its shape. VIEWPOINT is the pose of the sensor in the frame of the
-/// points, which stay in it, as in PCL's normal estimation. Throws Error when the file cannot be read, is
-/// truncated, or contradicts itself.
+/// Reads a PCD file of version 0.7 (ascii, binary or binary_compressed) as the PCL documentation describes it
+/// ("The PCD file format"). Fields x, y, z become points (any type of number; NaN is kept), rgb or rgba
+/// colors (4 bytes, 0xAARRGGBB) and normal_x, normal_y, normal_z normals; others are ignored. An organized
+/// cloud (height above 1) keeps its shape. VIEWPOINT is the pose of the sensor in the frame of the points,
+/// which stay in it, as in PCL's normal estimation. Throws Error when the file cannot be read, is truncated,
+/// or contradicts itself.
 PointCloud readPcd(const std::filesystem::path& file);
 
 /// Writes x, y, z, and rgb and normals where the cloud has them, with the names and types of PCL; binary, or

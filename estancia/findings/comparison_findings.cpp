@@ -23,10 +23,10 @@ std::string postHocName(PostHoc postHoc) {
 
 /// "a, b and 3 more".
 std::string someOf(const std::vector<std::string>& names) {
-  constexpr std::size_t mostNames = 4;
+  constexpr std::size_t maxNames = 4;
   std::string text;
-  for (std::size_t i = 0; i < std::min(mostNames, names.size()); ++i) text += (i > 0 ? ", " : "") + names[i];
-  return names.size() > mostNames ? fmt::format("{} and {} more", text, names.size() - mostNames) : text;
+  for (std::size_t i = 0; i < std::min(maxNames, names.size()); ++i) text += (i > 0 ? ", " : "") + names[i];
+  return names.size() > maxNames ? fmt::format("{} and {} more", text, names.size() - maxNames) : text;
 }
 
 std::string wilcoxonText(const WilcoxonTest& test) {

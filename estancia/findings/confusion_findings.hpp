@@ -11,7 +11,7 @@
 
 namespace estancia {
 
-/// Accuracy, balanced accuracy, the rooms' own shares, and what was taken for what. `facts` say under what
+/// Accuracy, balanced accuracy, the rooms' own shares, and what was taken for what. `facts` describe the
 /// circumstances. Throws Error when nothing was tested.
 Findings findingsOf(const Confusion& confusion, const std::string& title,
                     std::vector<std::pair<std::string, std::string>> facts);

@@ -9,7 +9,7 @@
 
 namespace estancia {
 
-/// The whole page. Texts may hold anything; they are escaped. The same findings give the same bytes.
+/// The whole page. Texts may hold anything; they are escaped. Equal findings give equal bytes.
 std::string renderFindingsPage(const Findings& findings);
 
 /// Renders and writes the page beside `path`, then renames it. Throws Error when it cannot be written.

@@ -14,7 +14,7 @@ namespace estancia {
 using namespace report;
 namespace {
 
-constexpr std::size_t mostPrinted = 20;  // names; with more of them the cells are too small for numbers
+constexpr std::size_t maxPrinted = 20;  // names; with more of them the cells are too small for numbers
 
 }  // namespace
 
@@ -60,7 +60,7 @@ Markup matrixTable(const HeatTable& matrix) {
       out.element("td",
                   {{"style", heatStyle(most > least ? (value - least) / (most - least) : 0.5)},
                    {"title", fmt::format("{} · {}: {}", matrix.names[r], matrix.names[c], told(value))}},
-                  n <= mostPrinted ? told(value) : "");
+                  n <= maxPrinted ? told(value) : "");
     }
     out.close();
   }

@@ -10,7 +10,7 @@
 namespace estancia {
 
 /// A table in the colors of viridis, from the smallest value to the largest, with a scale below. Values are
-/// printed where there are at most 20 names, and are told on hovering in any case.
+/// printed where there are at most 20 names, and shown on hovering in any case.
 report::Markup matrixTable(const HeatTable& matrix);
 
 /// The style of a cell in such a table: its color, and ink that reads well on it in any mode. `t` in [0, 1].

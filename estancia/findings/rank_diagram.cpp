@@ -15,10 +15,10 @@ namespace estancia {
 using namespace report;
 namespace {
 
-constexpr double fontSize = 14, smallSize = 12;  // as in tables.css and the style below
-constexpr double widest = 340;                   // of a name
+constexpr double fontSize = 14, smallSize = 12;  // see tables.css and the style below
+constexpr double widest = 340;                   // widest name [pixels]
 constexpr double wider = 1.22;                   // than Helvetica are the widest of usual fonts
-constexpr double leastAxis = 420, leastWidth = 1000;
+constexpr double minAxis = 420, minWidth = 1000;
 constexpr double rowHeight = 24, barStep = 9, edge = 12, inset = 12, gap = 6;
 
 double drawnWidth(const std::string& text, double size) {
@@ -30,7 +30,7 @@ std::string rankText(double rank) {
 }
 
 /// The names; where one of them is too wide, all without what they have in common at their ends, up to a
-/// separator, as only the rest tells them apart.
+/// separator, as only the rest distinguishes them.
 std::vector<std::string> drawnNames(const RankDiagram& diagram) {
   constexpr std::string_view separators = "+/-_ ";
   std::vector<std::string> names;
@@ -55,7 +55,7 @@ std::vector<std::string> drawnNames(const RankDiagram& diagram) {
 
 /// Where everything lies. Methods are given best first; the first half has its names at the left.
 struct Geometry {
-  std::vector<std::string> names;  // as drawn
+  std::vector<std::string> names;  // names as drawn
   std::size_t count = 0, atLeft = 0;
   double left = 0, right = 0, width = 0;  // ends of the stems, and of the image
   double axis = 0, bars = 0, rows = 0, height = 0;
@@ -72,7 +72,7 @@ struct Geometry {
                                 drawnWidth(rankText(diagram.methods[m].meanRank), smallSize));
     }
     left = edge + names1 + gap;
-    right = left + std::max(leastAxis, leastWidth - left - names2 - gap - edge);
+    right = left + std::max(minAxis, minWidth - left - names2 - gap - edge);
     width = right + gap + names2 + edge;
     axis = diagram.criticalDifference ? 76 : 36;
     bars = axis + 16;
@@ -95,7 +95,7 @@ struct Geometry {
  private:
   /// The lowest level where a bar meets no other.
   std::vector<std::size_t> levelsOf(const RankDiagram& diagram) const {
-    std::vector<double> ends;  // of the last bar of each level
+    std::vector<double> ends;  // ends of the last bar of each level
     std::vector<std::size_t> found;
     for (const auto& [first, last] : diagram.groups) {
       const double from = x(diagram.methods.at(first).meanRank), to = x(diagram.methods.at(last).meanRank);
@@ -216,7 +216,7 @@ std::string renderRankDiagram(const RankDiagram& diagram) {
 std::string shortenMiddleToWidth(std::string_view text, double width) {
   const std::string clean = cleanText(text);
   if (textWidth(clean) <= width) return clean;
-  std::vector<std::size_t> starts;  // of the code points, and the end
+  std::vector<std::size_t> starts;  // starts of the code points, and the end
   for (std::size_t i = 0; i < clean.size(); ++i)
     if ((static_cast<unsigned char>(clean[i]) & 0xC0) != 0x80) starts.push_back(i);
   starts.push_back(clean.size());

@@ -14,12 +14,12 @@ namespace estancia {
 /// other at the right. Long names lose their middle.
 report::Markup rankDiagram(const RankDiagram& diagram);
 
-/// The same as an image of its own, an SVG file that suits light and dark screens and needs nothing else;
-/// programs that know no media queries draw it dark on white.
+/// Renders the diagram as an SVG file for light and dark screens that needs no other files; programs that
+/// know no media queries draw it dark on white.
 std::string renderRankDiagram(const RankDiagram& diagram);
 
-/// As report::shortenToWidth(), but what is left out stands in the middle, as the ends of names tell them
-/// apart; at least "…" stays.
+/// Like report::shortenToWidth(), but leaves out the middle, as the ends of names distinguish them; at least
+/// "…" stays.
 std::string shortenMiddleToWidth(std::string_view text, double width);
 
 }  // namespace estancia

@@ -170,7 +170,8 @@ class NewMap {
     store.commit();
   }
 
-  /// To its place, or in the place of the map `old`, which nobody else writes; then with that one's mode.
+  /// To its place, or in the place of the map `old`, which no other process writes; then with the mode of
+  /// `old`.
   void move(const fs::path& place, std::optional<MapStore>& old) {
     world_.reset();
     session_.reset();
@@ -207,7 +208,7 @@ class NewMap {
     }
   }
 
-  bool namesRooms_ = false;  ///< as one of the maps does
+  bool namesRooms_ = false;  ///< one of the maps does
   fs::path path_;
   std::optional<MappingSession> session_;
   std::optional<WorldMapper> world_;
@@ -368,8 +369,9 @@ MergedMaps mergeMaps(std::span<const fs::path> maps, const fs::path& wanted, Exi
 }
 
 void undoDrive(const fs::path& file, std::size_t drive, Progress& progress) {
-  std::optional<MapStore> writer(MapStore::open(file, MapStore::Access::write));  // nobody else writes it now
-  const fs::path map = fs::canonical(file);                                       // what a link leads to
+  // no other process writes it now
+  std::optional<MapStore> writer(MapStore::open(file, MapStore::Access::write));
+  const fs::path map = fs::canonical(file);  // what a link leads to
   std::vector<std::unique_ptr<MapSource>> sources;
   sources.push_back(std::make_unique<MapSource>(map));
   const std::size_t drives = sources.front()->map.drives.size();

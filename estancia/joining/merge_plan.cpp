@@ -19,8 +19,8 @@ namespace {
 
 using Sources = std::span<const std::unique_ptr<MapSource>>;
 
-constexpr std::size_t mostPositions = 16;  // of a place, that are compared
-constexpr double elsewhere = 2;            // near distances: further apart, images show two places
+constexpr std::size_t maxPositions = 16;  // positions of a place that are compared
+constexpr double elsewhere = 2;           // near distances: further apart, images show two places
 
 /// A place of a map.
 struct Place {
@@ -253,7 +253,7 @@ class Planner {
   bool arePosed(std::size_t a, std::size_t b) const { return hasPoses_[a] && hasPoses_[b]; }
   int newId(const Place& place) const { return plan_.firstNode[place.map] + place.node; }
 
-  /// Whether poses say that no images of the two were taken near each other.
+  /// Whether poses prove that no images of the two were taken near each other.
   bool areApart(const Place& one, const Place& other) {
     const auto &a = positionsOf(one), &b = positionsOf(other);
     if (a.empty() || b.empty()) return false;
@@ -279,7 +279,7 @@ class Planner {
     for (auto own = positions_.lower_bound({map, 0}); own != positions_.end() && own->first.map == map;
          ++own) {
       std::vector<cv::Point3d>& all = own->second;
-      const std::size_t count = std::min(all.size(), mostPositions);
+      const std::size_t count = std::min(all.size(), maxPositions);
       for (std::size_t i = 0; i < count; ++i) all[i] = all[i * all.size() / count];
       all.resize(count);
     }

@@ -22,15 +22,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t mostInBlock = 10;   // maps that are compared with as many others at once
-constexpr std::size_t mostFrames = 4096;  // of a map, in which or of which drives are localized
-constexpr std::size_t lookahead = 20;     // frames
-constexpr std::size_t fewestVotes = 3;    // images that say which place it is
-constexpr std::size_t fewestSeen = 5;     // depth images without which depth cannot confirm
+constexpr std::size_t maxInBlock = 10;   // maps that are compared with as many others at once
+constexpr std::size_t maxFrames = 4096;  // frames of a map in which, or of drives that, are localized
+constexpr std::size_t lookahead = 20;    // frames
+constexpr std::size_t minVotes = 3;      // images that agree on a place
+constexpr std::size_t minSeen = 5;       // depth images without which depth cannot confirm
 
 /// Few maps in small blocks, so that all cores have some.
 std::size_t blockSizeOf(std::size_t maps) {
-  return std::clamp<std::size_t>(maps / 6, 1, mostInBlock);
+  return std::clamp<std::size_t>(maps / 6, 1, maxInBlock);
 }
 
 /// What a map is compared by.
@@ -89,7 +89,7 @@ std::optional<cv::Affine3d> confirmed(const DriveAlignment::Estimate& estimate, 
   const std::size_t framesOfA = a.map.frames.size();
   collect(a, 0, seenByA);
   collect(b, framesOfA, seenByB);
-  if (std::min(seenByA.size(), seenByB.size()) < fewestSeen)
+  if (std::min(seenByA.size(), seenByB.size()) < minSeen)
     return estimate.isCertain() ? std::optional(estimate.transform) : std::nullopt;
   const auto observation = [&](std::size_t frame) {
     return frame < framesOfA ? *a.observation(frame) : *b.observation(frame - framesOfA);
@@ -121,7 +121,7 @@ class MapLocalization {
     for (const auto& [place, seen] : places_) {
       const auto& [images, votes] = seen;
       const auto most = std::ranges::max_element(votes, {}, [](const auto& vote) { return vote.second; });
-      if (most == votes.end() || most->second < fewestVotes || 2 * most->second <= images) continue;
+      if (most == votes.end() || most->second < minVotes || 2 * most->second <= images) continue;
       if (const auto link = linker.between(most->first, place)) found.links.push_back(*link);
     }
     if (const auto estimate = alignment_.estimate()) found.alignment = confirmed(*estimate, a_, b_);
@@ -171,11 +171,11 @@ std::vector<LinkedMaps> linkMaps(std::span<const fs::path> maps, const ShareWork
 
 LocalizedMap localizeMap(const fs::path& first, const fs::path& second) {
   const MapSource a(first), b(second);
-  const auto known = std::make_shared<const LocalizerMap>(readLocalizerMap(a.store, mostFrames));
+  const auto known = std::make_shared<const LocalizerMap>(readLocalizerMap(a.store, maxFrames));
   LocalizerOptions options;
   options.lookahead = lookahead;
   MapLocalization localization(a, b, *known);
-  const std::size_t stride = (b.map.frames.size() + mostFrames - 1) / mostFrames;
+  const std::size_t stride = (b.map.frames.size() + maxFrames - 1) / maxFrames;
   for (std::size_t drive = 0; drive < b.map.drives.size(); ++drive) {
     Localizer localizer(known, options);
     std::size_t answered = b.map.drives[drive].firstFrame;

@@ -25,7 +25,7 @@ struct LinkedMaps {
 
 /// Compares the places of all pairs of maps by their words; those that have links, in order. Work is shared
 /// in pieces of up to 100 pairs; who only helps gets none. Throws Error (busy) where a map has another number
-/// of frames than framesOf() says.
+/// of frames than framesOf() returned.
 std::vector<LinkedMaps> linkMaps(std::span<const std::filesystem::path> maps, const ShareWork& share,
                                  const std::function<std::size_t(std::size_t)>& framesOf);
 

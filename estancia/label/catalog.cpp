@@ -87,7 +87,7 @@ class CatalogReader {
     return all;
   }
 
-  /// The keys that say where a file comes from.
+  /// The keys that describe where a file comes from.
   std::vector<ConfigFile::Key> fileKeys(CatalogFile& file) {
     return {
         {"urls", false, "where it is", [&](auto& n) { file.remote.urls = urls(n); }},

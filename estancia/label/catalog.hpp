@@ -18,7 +18,7 @@ namespace estancia {
 struct CatalogFile {
   /// In the model's folder.
   std::string name;
-  /// What is downloaded; no addresses when `byHand` says how to make it instead.
+  /// What is downloaded; no addresses if `byHand` describes how to make it instead.
   RemoteFile remote;
   /// When that is an archive: the file in it.
   std::string member;
@@ -60,7 +60,7 @@ class Catalog {
   /// in both, the user's. Throws Error `…/catalog.toml:LINE: …` on a mistake.
   static Catalog load();
 
-  /// Adds what a catalog's text says; `name` stands for the file in messages. Throws Error as above.
+  /// Adds the entries of a catalog's text; `name` stands for the file in messages. Throws Error as above.
   void add(const std::filesystem::path& name, const std::string& text);
 
   /// By name.
@@ -77,7 +77,7 @@ class Catalog {
 };
 
 /// The labels of a set in order, from the lines as they are published; `words` are the lines of the set that
-/// set.words names. Throws Error `FILE:LINE: …` on lines that are not as `set` says.
+/// set.words names. Throws Error `FILE:LINE: …` on lines that do not have the format of `set`.
 std::vector<std::string> labelsOf(const LabelSet& set, const std::vector<std::string>& lines,
                                   const std::vector<std::string>& words);
 

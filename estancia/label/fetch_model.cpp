@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::uint64_t maxListBytes = 1U << 24U;
 
-/// A file name of our own for what is at `url`, which also tells people what it is.
+/// A file name for the content of `url` that is also meaningful to people.
 std::string archiveName(const std::string& url) {
   std::string name = fmt::format("archive-{}-", sha256(url).substr(0, 6));
   for (const char c : url.substr(url.rfind('/') + 1, 60))
@@ -54,8 +54,8 @@ class Fetcher {
   std::vector<std::string> notes() const { return notes_; }
 
  private:
-  /// A file whose size is not known may be as long as all of the model is said to be, and as much again: a
-  /// server that never ends fills no disk.
+  /// A file whose size is not known may be as long as twice the declared size of the whole model: a server
+  /// that never ends fills no disk.
   std::uint64_t longest() const {
     const auto told = static_cast<std::uint64_t>(entry_.megabytes * 2e6) + 1'000'000;
     return entry_.megabytes > 0 ? std::min(options_.download.maxBytes, told) : options_.download.maxBytes;

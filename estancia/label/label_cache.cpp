@@ -335,7 +335,7 @@ LabelCache::File& LabelCache::fileOf(const std::string& model) {
 
 std::optional<std::string> LabelCache::find(const std::string& model, const std::string& image) {
   const std::string key =
-      sha256Bytes(image);  // fingerprints are digests already, but nobody promises their form
+      sha256Bytes(image);  // fingerprints are digests already, but their form is not guaranteed
   const std::lock_guard lock(mutex_);
   return fileOf(model).find(key);
 }

@@ -72,7 +72,7 @@ std::vector<Labeler*> partsOf(Labeler& labeler) {
   return parts.empty() ? std::vector<Labeler*>{&labeler} : parts;
 }
 
-/// What one part says or needs.
+/// What one part contains or needs.
 struct Part {
   std::optional<std::string> remembered;  ///< from the cache
   Prepared input;                         ///< otherwise
@@ -174,7 +174,7 @@ class LabelStream::Reader {
       {
         const std::lock_guard lock(mutex_);
         if (waiting) ready_.emplace(i, std::move(*waiting));
-        // The first frame that fails is the one to tell of, whichever thread comes first.
+        // The first frame that fails is reported, whichever thread comes first.
         if (failure && (!failed_ || i < failedAt_)) {
           failure_ = failure;
           failedAt_ = i;
@@ -213,7 +213,7 @@ class LabelStream::Reader {
   /// that takes it so.
   std::vector<cv::Mat> look(Waiting& waiting) const {
     const std::size_t i = waiting.frame.index;
-    // Where no file tells, the pixels do (identify()).
+    // Images without a file's fingerprint are identified by their pixels (identify()).
     bool whole = options_.cache != nullptr && waiting.fingerprint.empty() && looksAtImage(waiting);
     std::vector<cv::Mat> reduced(parts_.size());
     for (std::size_t p = 0; p < parts_.size(); ++p) {
@@ -234,8 +234,8 @@ class LabelStream::Reader {
     return false;
   }
 
-  /// What was decoded: known by its pixels where its file does not tell, and by nothing when the file has
-  /// just been changed, since nobody knows which one was read.
+  /// Sets the fingerprint of a decoded image: that of its pixels if its file gives none, and none if the file
+  /// has just been changed, since it is unknown which version was read.
   void identify(Waiting& waiting) const {
     if (waiting.fingerprint.empty()) {
       waiting.fingerprint = fingerprintOf(waiting.frame.image);

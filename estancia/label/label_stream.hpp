@@ -45,7 +45,7 @@ struct LabeledFrame {
   /// Why the frame has no words, one sentence; "" when all is well.
   std::string problem;
 
-  /// Its words were in the cache: nobody looked at the image.
+  /// Its words were in the cache: the image was not labeled.
   bool remembered = false;
 
   bool labeled() const { return problem.empty(); }

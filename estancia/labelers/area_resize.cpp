@@ -23,7 +23,7 @@ struct Axis {
 
 Axis axisOf(int from, int to) {
   const double scale = static_cast<double>(from) / to;
-  constexpr double nothing = 1e-3;  // of a pixel: rounding
+  constexpr double nothing = 1e-3;  // rounding tolerance [pixels]
   Axis axis;
   axis.taps = static_cast<std::size_t>(scale) + 2;  // its ends may lie within pixels
   axis.shares.resize(axis.taps * static_cast<std::size_t>(to));

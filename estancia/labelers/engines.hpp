@@ -26,7 +26,7 @@ std::unique_ptr<Labeler> openWithOpencv(const ModelSpec& spec, int threads = 0);
 /// that openWithOpencv() refuses.
 std::unique_ptr<Labeler> openWithOnnxruntime(const ModelSpec& spec, int threads = 0);
 
-/// Their names and versions, by which a cache tells answers apart.
+/// Their names and versions, by which a cache distinguishes answers.
 std::string opencvVersion();
 std::string onnxruntimeVersion();
 

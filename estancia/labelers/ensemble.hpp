@@ -16,7 +16,7 @@ namespace estancia {
 struct EnsembleMember {
   std::unique_ptr<Labeler> labeler;
   /// > 0; how much it counts beside the others. Absent: √(its labels) where distances are fused, since more
-  /// words tell more; 1 where probabilities are.
+  /// words carry more information; 1 where probabilities are.
   std::optional<float> weight = std::nullopt;
   /// > 0; p becomes p^(1/T) of the same sum: above 1 less sure of itself, below 1 more.
   float temperature = 1;

@@ -47,7 +47,7 @@ class Request final : private CurlRequest {
     set(CURLOPT_TIMEOUT_MS, static_cast<long>(endpoint_.timeout.count()));
     if (!endpoint_.certificates.empty()) {
       set(CURLOPT_CAINFO, endpoint_.certificates.c_str());
-      set(CURLOPT_CAPATH, static_cast<const char*>(nullptr));  // nobody else
+      set(CURLOPT_CAPATH, static_cast<const char*>(nullptr));  // no other certificates
     }
     for (const auto& [name, value] : endpoint_.headers) {
       const bool empty = value.find_first_not_of(' ') == std::string::npos;

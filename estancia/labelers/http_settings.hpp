@@ -1,4 +1,4 @@
-// HTTP labeler settings: what model.toml says about a web service.
+// HTTP labeler settings: the part of model.toml about a web service.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -104,7 +104,8 @@ DescriptorSequence readHumanLabels(const fs::path& file, const std::optional<Voc
   std::unordered_map<std::string, std::size_t> places;
   for (std::size_t i = 0; i < vocabulary.size(); ++i) places.emplace(vocabulary[i], i);
 
-  constexpr std::size_t maxNumbers = 500'000'000;  // as of recordings: two short lists make a large product
+  // the limit of recordings: two short lists make a large product
+  constexpr std::size_t maxNumbers = 500'000'000;
   if (vocabulary.size() > maxNumbers / all.size())
     fail(ErrorCode::tooLarge, "{}: {} images × {} labels are more than the {} numbers that are read", name,
          all.size(), vocabulary.size(), maxNumbers);

@@ -90,7 +90,7 @@ class Labeler {
   /// The batch size at which inferBatch() is fastest.
   virtual std::size_t batchSize() const { return 1; }
 
-  /// The labels, by their numbers in vocabulary(), of which labelRegions() tells; none unless it is a
+  /// The labels, by their numbers in vocabulary(), that labelRegions() can return; none unless it is a
   /// detector, or has one among its members.
   virtual std::vector<std::size_t> regionLabels() const { return {}; }
   /// How probably each region of a BGR image shows these labels, seen among what is around it: a descriptor a

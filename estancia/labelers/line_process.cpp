@@ -212,7 +212,8 @@ void LineProcess::write(std::string_view& rest) {
   const NoSigpipe quiet;
   const ssize_t count = ::write(input_, rest.data(), rest.size());
   if (count > 0) rest.remove_prefix(static_cast<std::size_t>(count));
-  if (count < 0 && errno != EAGAIN && errno != EINTR) rest = {};  // it reads no more; what it says will tell
+  // it reads no more; its output will show why
+  if (count < 0 && errno != EAGAIN && errno != EINTR) rest = {};
 }
 
 /// Closes its input, gives it `patience` to end, then kills what is left of its group.

@@ -61,7 +61,7 @@ class LineProcess {
     answered,
     /// No line in time; it has been killed.
     hung,
-    /// It is gone or has closed its output; nobody is left.
+    /// It is gone or has closed its output.
     ended,
   };
 
@@ -85,8 +85,8 @@ class LineProcess {
   pid_t pid_ = -1;
   int input_ = -1, output_ = -1, complaints_ = -1;  // our ends of its stdin, stdout and stderr
   std::size_t maxLine_;
-  std::string pending_;       // of its output
-  std::size_t searched_ = 0;  // of pending_, without finding a line's end
+  std::string pending_;       // output that was read but not returned yet
+  std::size_t searched_ = 0;  // bytes of pending_ that contain no line end
   std::string complaintsTail_, end_;
 };
 

@@ -24,8 +24,8 @@ std::string hexDigits(std::string text, std::size_t digits);
 /// All files of the network, relative to the model's folder: itself, its config, text embeddings.
 std::vector<std::filesystem::path> networkFiles(const ModelSpec& spec);
 
-/// Throws Error (unsupportedFile) unless the network is of a format that an engine opens. Of TensorFlow Lite
-/// and TensorFlow.js it says which command converts them.
+/// Throws Error (unsupportedFile) unless the network is of a format that an engine opens. For TensorFlow Lite
+/// and TensorFlow.js the message names the command that converts them.
 void requireKnownFormat(const ModelSpec& spec);
 
 /// The model as one that computes so: with `int8` the file of 8 bits is its network, and the float file no
@@ -39,9 +39,9 @@ bool isInt8(const ModelSpec& spec);
 /// Where the files of the spec are. Throws Error when one is missing or leaves the folder through a link.
 std::filesystem::path modelFile(const ModelSpec& spec, const std::filesystem::path& relative);
 
-/// SHA-256 over the model's files, its preprocessing, and the `settings` of other types that change what they
-/// say: two models that label alike have the same. Throws Error when a file is missing or is not what
-/// spec.sha256 says.
+/// SHA-256 over the model's files, its preprocessing, and the `settings` of other types that change their
+/// answers: two models that label alike have the same. Throws Error when a file is missing or does not match
+/// spec.sha256.
 std::string modelDigest(const ModelSpec& spec, const std::string& settings = "");
 
 /// Whether the network's file is ONNX, which every engine opens; Caffe and TensorFlow files are OpenCV's

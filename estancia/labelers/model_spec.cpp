@@ -23,7 +23,7 @@ class SpecReader {
 
   ModelSpec read() {
     const bool network = isNetworkType(file_.table()["type"].value_or(std::string("network")));
-    // What else a black box may say is read by its own type.
+    // Further keys of a black box are read by its own type.
     if (!network)
       file_.read(commonKeys(false), ConfigFile::Others::skip);
     else
@@ -148,11 +148,11 @@ class SpecReader {
   }
 
   void readAnchors(const toml::node& node) {
-    constexpr std::size_t mostGrids = 16;
+    constexpr std::size_t maxGrids = 16;
     for (const auto& grid : file_.list(node))
       spec_.anchors.push_back(static_cast<int>(file_.integer(grid, 1, 256)));
-    if (spec_.anchors.empty() || spec_.anchors.size() > mostGrids)
-      file_.fail(node, fmt::format("`anchors` must name 1 to {} grids", mostGrids));
+    if (spec_.anchors.empty() || spec_.anchors.size() > maxGrids)
+      file_.fail(node, fmt::format("`anchors` must name 1 to {} grids", maxGrids));
   }
 
   void readUnused(const toml::node& node) {

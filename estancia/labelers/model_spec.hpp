@@ -1,4 +1,4 @@
-// Model specification: what the model.toml of a model folder says.
+// Model specification: the content of a model folder's model.toml.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -100,7 +100,7 @@ enum class Precision {
 };
 
 /// Reads FOLDER/model.toml. Throws Error `…/model.toml:LINE: …` on unknown, missing or wrong keys, and when a
-/// path leaves the folder. Of a type that is no network only the common keys are read: name, type, labels,
+/// path leaves the folder. For a type that is no network only the common keys are read: name, type, labels,
 /// license, source, sha256.
 ModelSpec readModelSpec(const std::filesystem::path& folder);
 

@@ -52,7 +52,7 @@ class NetworkLabeler : public Labeler {
   Vocabulary vocabulary_;
   std::string identity_, engine_;
   std::optional<TextEmbeddings> texts_;
-  std::vector<cv::Rect2d> boxes_;  ///< of the output's rows; empty where they are not known
+  std::vector<cv::Rect2d> boxes_;  ///< boxes of the output's rows; empty if unknown
 };
 
 /// The image as float32 blob 1×3×height×width. Takes 1 (gray), 3 (BGR) or 4 (BGRA; alpha is dropped) channels

@@ -130,7 +130,7 @@ std::string withChanged(string_view message, std::uint32_t number,
 // ---- ONNX
 
 constexpr std::size_t maxBytes = std::size_t{1} << 31;  // more than protobuf can hold
-constexpr int maxDepth = 100;                           // of messages inside of messages, as in protobuf
+constexpr int maxDepth = 100;                           // nesting depth of messages, as in protobuf
 
 /// The messages of onnx.proto that may hold tensors, and the fields that lead from one to the next.
 enum class Message { model, training, function, graph, node, attribute, sparse, tensor };
@@ -264,7 +264,7 @@ std::string withFixedInputs(std::string bytes, const ModelSpec& spec, const fs::
 }
 
 /// The model with the value `name` among its outputs: engines give no value inside of a network otherwise.
-/// Where there is none, NetworkLabeler::chooseOutput() tells what outputs there are.
+/// Where there is none, NetworkLabeler::chooseOutput() lists the outputs.
 std::string withOutput(std::string bytes, string_view name) {
   bool isOutput = false, isInside = false;
   forEachField(bytes, model::graph, [&](string_view graph) {

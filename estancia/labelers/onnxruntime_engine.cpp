@@ -33,14 +33,14 @@ namespace {
 Ort::Env& environment() {
   static Ort::Env& env = [&]() -> Ort::Env& {
     Ort::InitApi(onnxruntime::library().api);
-    // Complaints to stderr say nothing that its exceptions do not.
+    // Messages on stderr add nothing to its exceptions.
     const auto silent = [](void*, OrtLoggingLevel, const char*, const char*, const char*, const char*) {};
     return *new Ort::Env(ORT_LOGGING_LEVEL_FATAL, "estancia", silent, nullptr);
   }();
   return env;
 }
 
-/// What an exception of ONNX Runtime says, in one line; the operator that it does not know by its name.
+/// Message of an ONNX Runtime exception in one line; an unknown operator is given by name.
 std::string reasonOf(const Ort::Exception& e) {
   const std::string text = e.what();
   std::smatch match;

@@ -14,7 +14,7 @@ struct Library {
   const OrtApi* api = nullptr;
   /// "1.28.2".
   std::string version;
-  /// Why there is none, one sentence that says what to do; "" when there is.
+  /// Why there is none, one sentence with advice; "" when there is.
   std::string problem;
 };
 

@@ -19,8 +19,8 @@ namespace estancia {
 namespace fs = std::filesystem;
 namespace {
 
-/// OpenCV and its protobuf print to stderr before they throw; our Error says more. We do not link protobuf:
-/// its LogSilencer is looked for where OpenCV has loaded it.
+/// OpenCV and its protobuf print to stderr before they throw; our Error is more specific. We do not link
+/// protobuf: its LogSilencer is looked for where OpenCV has loaded it.
 class QuietOpencv {
  public:
   QuietOpencv() : before_(cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT)) {
@@ -41,7 +41,7 @@ class QuietOpencv {
   cv::utils::logging::LogLevel before_;
 };
 
-/// What an exception of OpenCV's importers says, in one line; the operator that they do not know by its name.
+/// Message of an OpenCV importer's exception in one line; an unknown operator is given by name.
 std::string reasonOf(const cv::Exception& e) {
   const std::string text = e.what();
   std::smatch match;
@@ -122,7 +122,7 @@ std::string opencvVersion() {
 }
 
 std::unique_ptr<Labeler> openWithOpencv(const ModelSpec& spec, int threads) {
-  // It asks for the shape of every output, which nobody tells of a value inside of a network.
+  // The engine needs the shape of every output, which is not declared for a value inside of a network.
   if (spec.features > 0)
     fail(ErrorCode::unsupportedFile, "model {}: OpenCV gives no `features`; take the engine onnxruntime",
          spec.name);

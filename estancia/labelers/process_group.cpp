@@ -21,9 +21,9 @@
 namespace estancia {
 namespace {
 
-/// Reads the child's number, then waits for the end of the file. The guard is in the group itself, so that
-/// nobody else can have been given the group's number meanwhile. The child may lead a group of its own by now
-/// (setsid), or not have been started.
+/// Reads the child's number, then waits for the end of the file. The guard is in the group itself, so that no
+/// other process can have been given the group's number meanwhile. The child may lead a group of its own by
+/// now (setsid), or not have been started.
 constexpr const char* kGuard = "read -r child; read -r end; kill -KILL ${child:+$child -$child} 0";
 
 /// Duplicates a file descriptor above stdin, stdout and stderr, which are not always open.

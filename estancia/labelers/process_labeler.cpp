@@ -67,7 +67,8 @@ bool isOwn(int file, mode_t type) {
   return fstat(file, &status) == 0 && status.st_uid == geteuid() && (status.st_mode & S_IFMT) == type;
 }
 
-/// Removes the folder if it has a lock that nobody holds. Follows no symbolic link, enters no folder in it.
+/// Removes the folder if it has a lock that no process holds. Follows no symbolic link, enters no folder in
+/// it.
 void removeIfAbandoned(const fs::path& folder) {
   const int opened = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
   if (opened < 0) return;

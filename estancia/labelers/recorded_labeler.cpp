@@ -48,7 +48,7 @@ std::size_t RecordedLabeler::find(const std::string& frame) const {
 }
 
 Prepared RecordedLabeler::prepare(const cv::Mat&, const std::string& frame) const {
-  find(frame);  // says at once when there is none
+  find(frame);  // fails at once if there is none
   return {{}, frame, {}};
 }
 

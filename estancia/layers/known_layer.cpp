@@ -13,16 +13,16 @@ namespace estancia {
 namespace {
 
 /// The best views of an instance, in which a known object is looked for.
-constexpr std::size_t mostTries = 3;
+constexpr std::size_t maxTries = 3;
 /// Views that a pose is verified by.
-constexpr std::size_t mostWitnesses = 7;
+constexpr std::size_t maxWitnesses = 7;
 /// segmentFit() that most of them must reach.
-constexpr double leastFit = 0.6;
+constexpr double minFit = 0.6;
 /// Min share of the model's points that the best views from all sides must confirm: one planar side is like
 /// any board.
-constexpr double leastSeen = 0.5;
+constexpr double minSeen = 0.5;
 /// Poses of a view that are verified.
-constexpr std::size_t mostPoses = 4;
+constexpr std::size_t maxPoses = 4;
 /// A model that is seen from farther round shows another side, which its cloud may not have [cosine].
 constexpr double sameSide = 0.5;
 /// Range of the ratio of an instance's diagonal to a model's: box axes differ, and a side may be unseen.
@@ -74,7 +74,7 @@ void KnownLayer::search(std::span<const ObjectInstance> instances, const FramePo
     return ratio >= smallest && ratio <= largest;
   };
   const std::vector<std::vector<InstanceView>> views =
-      bestViews(observations_, instances, poses, mostWitnesses, [&](std::size_t i, const auto&) {
+      bestViews(observations_, instances, poses, maxWitnesses, [&](std::size_t i, const auto&) {
         return std::ranges::any_of(objects_->models(),
                                    [&](const auto& model) { return mayBe(instances[i], model); });
       });
@@ -86,9 +86,9 @@ void KnownLayer::search(std::span<const ObjectInstance> instances, const FramePo
       for (const SegmentPlace& place : instances[i].segments) {
         const auto [begin, end] = kept.equal_range(place);
         for (auto found = begin; found != end; ++found)
-          if (found->second.name == model.name) tries += found->second.pose ? mostTries : 1;
+          if (found->second.name == model.name) tries += found->second.pose ? maxTries : 1;
       }
-      for (std::size_t v = 0; v < views[i].size() && tries < mostTries; ++v) {
+      for (std::size_t v = 0; v < views[i].size() && tries < maxTries; ++v) {
         if (interrupted()) throw Interrupted("stopped while objects were recognized");
         const SegmentPlace& place = views[i][v].place;
         const auto [begin, end] = kept.equal_range(place);
@@ -98,7 +98,7 @@ void KnownLayer::search(std::span<const ObjectInstance> instances, const FramePo
         const SegmentRecognition recognition = recognized(model, witnesses[v], witnesses, poses);
         store_.put(place, recognition);
         kept.emplace(place, recognition);
-        tries += recognition.pose ? mostTries : 1;
+        tries += recognition.pose ? maxTries : 1;
       }
     }
   }
@@ -124,7 +124,7 @@ SegmentRecognition KnownLayer::recognized(const KnownObjects::Model& model, cons
   SegmentRecognition best{model.name};
   const cv::Affine3d here = rigidOf(*poses[view.place.first]);
   std::vector<KnownObjects::Found> found = objects_->find(model, view.depth, view.segment, view.camera);
-  found.resize(std::min(found.size(), mostPoses));
+  found.resize(std::min(found.size(), maxPoses));
   for (const KnownObjects::Found& candidate : found) {
     std::vector<double> fits;
     std::vector<std::uint8_t> seen(model.points.size());
@@ -135,7 +135,7 @@ SegmentRecognition KnownLayer::recognized(const KnownObjects::Model& model, cons
     }
     const double fit = middleOf(std::move(fits));
     const double share = static_cast<double>(std::ranges::count(seen, 1)) / static_cast<double>(seen.size());
-    if (fit < leastFit || share < leastSeen || fit <= best.confidence) continue;
+    if (fit < minFit || share < minSeen || fit <= best.confidence) continue;
     best.pose = poseOf(candidate.pose);
     best.confidence = fit;
   }

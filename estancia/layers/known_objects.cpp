@@ -76,7 +76,7 @@ std::vector<KnownObjects::Found> KnownObjects::find(const Model& model, const cv
   } catch (const Error& e) {
     if (e.code() != ErrorCode::mismatch && e.code() != ErrorCode::invalidInput &&
         e.code() != ErrorCode::insufficientData)
-      throw;  // those: the segment is too small, or has no extent
+      throw;  // these two: the segment is too small, or has no extent
   }
   std::ranges::stable_sort(found, std::ranges::greater{}, &Found::fit);
   return found;

@@ -30,8 +30,8 @@ class KnownObjects {
     std::shared_ptr<const PreparedModel> prepared = {};
   };
 
-  /// Reads and prepares them; looks for each in its own cloud, too, so that what can never be found is said
-  /// here. Throws Error, naming the file: those of readCloud(); invalidInput on sizes that no thing has
+  /// Reads and prepares them; looks for each in its own cloud, too, so that what can never be found is
+  /// reported here. Throws Error, naming the file: as readCloud(); invalidInput on sizes that no thing has
   /// (other units) and on planes, insufficientData on few points, invalidOption on two equal names.
   explicit KnownObjects(const std::vector<ModelFile>& files);
 

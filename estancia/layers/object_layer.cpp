@@ -22,7 +22,7 @@ namespace {
 
 /// A view labels what the frames before it did not, up to the labels of so many frames: one frame must not
 /// take long.
-constexpr std::size_t mostSaved = 3;
+constexpr std::size_t maxSaved = 3;
 
 /// Whether an image could be labeled. Where it could not, the next one may be.
 template <class Work>
@@ -58,7 +58,8 @@ std::vector<LabelProbability> bestWords(const std::vector<double>& pooled, const
   std::vector<LabelProbability> words;
   for (const std::size_t i : order) {
     if (words.size() == most || pooled[i] * static_cast<double>(pooled.size()) <= 1) break;
-    if (std::ranges::find(words, vocabulary[i], &LabelProbability::label) == words.end())  // of two members
+    // a word of two members
+    if (std::ranges::find(words, vocabulary[i], &LabelProbability::label) == words.end())
       words.push_back({vocabulary[i], static_cast<float>(pooled[i])});
   }
   return words;
@@ -106,8 +107,8 @@ void ObjectLayer::label(std::size_t frame, const Observation& seen, const cv::Ma
   std::iota(order.begin(), order.end(), 0);
   const auto value = [&](std::size_t i) { return seen.info[i].atBorder ? worth[i] / 4 : worth[i]; };
   std::ranges::stable_sort(order, std::ranges::greater{}, value);
-  const std::size_t most = mostSaved * crops_,
-                    owed = std::min(std::min(frames_, mostSaved) * crops_ + std::exchange(putOff_, 0), most);
+  const std::size_t most = maxSaved * crops_,
+                    owed = std::min(std::min(frames_, maxSaved) * crops_ + std::exchange(putOff_, 0), most);
   order.resize(std::min(order.size(), owed));
   for (std::size_t done = 0; done < order.size(); ++done) {
     if (!labeling_.isDue(deadline)) {
@@ -126,7 +127,7 @@ void ObjectLayer::label(std::size_t frame, const Observation& seen, const cv::Ma
   }
 }
 
-/// A detector looks at the whole image once, and tells of each segment among what is around it.
+/// A detector looks at the whole image once, and reports each segment in its surroundings.
 void ObjectLayer::labelRegions(std::size_t frame, const Observation& seen, const cv::Mat& image) {
   if (regionLabels_.empty()) return;
   const double width = seen.depth.cols, height = seen.depth.rows;

@@ -58,7 +58,7 @@ class ObjectLayer {
   /// An image that is labeled too late keeps two frames waiting: of ten frames a second, one of 25.
   static constexpr std::chrono::seconds longestUnlabeled{5};
 
-  /// What a segment tells of the thing.
+  /// Evidence of a segment for the thing.
   struct Look {
     std::array<std::uint8_t, 3> color{};
     bool flat = false;
@@ -73,10 +73,10 @@ class ObjectLayer {
   std::vector<std::size_t> regionLabels_;
   std::optional<Floor> floor_;
   std::optional<InstanceMap> instances_;
-  std::optional<std::size_t> lastFrame_;  // that was added
+  std::optional<std::size_t> lastFrame_;  // the last frame that was added
   std::size_t frames_ = 1;                // from the one before to it
   std::size_t putOff_ = 0;                // images that there was no time to label
-  WorkTime labeling_{longestUnlabeled};   // of an image
+  WorkTime labeling_{longestUnlabeled};   // time of labeling an image
   std::map<SegmentPlace, LabeledSegment> labeled_;
   std::map<SegmentPlace, Look> looks_;
 };

@@ -15,7 +15,7 @@ namespace estancia {
 namespace {
 
 /// The best views of an instance, whose shapes are described.
-constexpr std::size_t mostShapes = 5;
+constexpr std::size_t maxShapes = 5;
 
 std::vector<LabelProbability> classesOfPool(const LogOpinionPool& pool,
                                             const std::vector<std::string>& names) {
@@ -42,7 +42,7 @@ std::vector<std::vector<LabelProbability>> ShapeLayer::find(std::span<const Obje
   Shapes shapes = store_.probabilities();
   std::vector<std::vector<InstanceView>> views(instances.size());
   if (model_)
-    views = bestViews(observations_, instances, poses, mostShapes,
+    views = bestViews(observations_, instances, poses, maxShapes,
                       [](std::size_t, const Observation::Segment& segment) { return !segment.flat; });
   else
     for (std::size_t i = 0; i < instances.size(); ++i)

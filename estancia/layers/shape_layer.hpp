@@ -18,13 +18,13 @@
 namespace estancia {
 
 /// Private to WorldMapper. Shapes are described when the instances of a drive are known, in their five best
-/// views: no frame waits for it, and a model can be given after the drive. What it says is kept by segment.
+/// views: no frame waits for it, and a model can be given after the drive. Its answers are kept by segment.
 class ShapeLayer {
  public:
   /// Both must outlive it.
   ShapeLayer(MapStore& map, const WorldStore& observations) : store_(map), observations_(observations) {}
 
-  /// From now on its classes are told; what an earlier model said is forgotten. `digest`: of its file.
+  /// Reports the classes of `model` from now on and drops those of an earlier model. `digest`: of its file.
   void classify(const ObjectModel& model, const std::string& digest);
 
   /// The classes of each instance, by the shapes of its best views, pooled (LogOpinionPool); best first, and

@@ -40,7 +40,7 @@ class EditFields {
       fail(ErrorCode::invalidInput, "\"{}\" must be a point of the floor, [x, y] in meters", key);
     return {value[0].get<double>(), value[1].get<double>()};
   }
-  /// Throws where there are fields that nobody asked for.
+  /// Throws if there are unexpected fields.
   void end() const {
     for (const auto& field : json_.items())
       if (field.key() != "type" && std::ranges::find(asked_, field.key()) == asked_.end())

@@ -20,8 +20,8 @@ MapEdit parseEdit(const std::string& json);
 /// Throws Error (mismatch) where a correction is of another revision of the map than it is at `now`.
 void requireRevision(const std::optional<std::uint64_t>& mapRevision, std::uint64_t now);
 
-/// Does it to a map file that nobody else writes. Throws Error as the functions of edit_areas.hpp and
-/// edit_objects.hpp do.
+/// Applies the edit to a map file that no other process writes. Throws Error as the functions of
+/// edit_areas.hpp and edit_objects.hpp do.
 void editMapFile(const std::filesystem::path& path, const MapEdit& edit);
 
 }  // namespace estancia

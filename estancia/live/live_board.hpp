@@ -14,6 +14,8 @@
 
 namespace estancia {
 
+/// State of a live view that threads share. Invariant: mutex_ guards status_ and world_, whose revisions grow
+/// with each change; imageMutex_ guards image_ and jpeg_, which is empty or the encoded image_.
 class LiveBoard {
  public:
   LiveStatus status() const;
@@ -24,7 +26,7 @@ class LiveBoard {
   /// And its LiveStatus::mapRevision.
   std::pair<std::shared_ptr<const WorldMap>, std::uint64_t> worldAndRevision() const;
 
-  /// Changes the status, and says so to those who wait.
+  /// Changes the status and notifies waiting threads.
   void change(const std::function<void(LiveStatus&)>& change);
   void setImage(const cv::Mat& bgr);
   void setWorld(std::shared_ptr<const WorldMap> world);

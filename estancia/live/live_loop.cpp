@@ -48,6 +48,10 @@ std::vector<LabelProbability> bestOf(const Vocabulary& vocabulary, DescriptorVie
 
 }  // namespace
 
+/// run() owns source, labeler and map in one thread: it takes frames and edits until stopped, until the
+/// source ends or the map is lost, then writes everything. Other threads read `board`, set `stopping`, and
+/// append to `requests` under `edits` while `running`; `reader` posts each newly read map on `board`, and is
+/// destroyed before it.
 struct LiveLoop::Impl {
   Impl(std::unique_ptr<FrameSource> frames, Labeler& words, std::filesystem::path file,
        const LiveOptions& options)
@@ -62,8 +66,8 @@ struct LiveLoop::Impl {
   }
 
   WorldReader::Options readingOf(const LiveMap& what) const {
-    if (localize) return {};                          // the localizer numbers all frames
-    return {mostFramesOfAnswers, what.namesRooms()};  // those that have predictions
+    if (localize) return {};                         // the localizer numbers all frames
+    return {maxFramesOfAnswers, what.namesRooms()};  // the frames that have predictions
   }
 
   std::unique_ptr<LiveMap> makeMap(const LiveOptions& options) {
@@ -93,7 +97,7 @@ struct LiveLoop::Impl {
   const bool localize;
   LiveBoard board;
   std::unique_ptr<LiveMap> map;
-  WorldReader reader;  // after the board
+  WorldReader reader;  // after the board, which it uses
   std::atomic<bool> stopping = false;
   RecentNumbers latencies, forwards;
   RecentRate rate;
@@ -107,7 +111,7 @@ struct LiveLoop::Impl {
   };
   std::mutex edits, editing;
   bool running = false;          // takes requests
-  std::deque<Request> requests;  // of other threads
+  std::deque<Request> requests;  // requests of other threads
 };
 
 void LiveLoop::Impl::run(const std::function<void(const LiveStatus&)>& each) {
@@ -127,7 +131,7 @@ void LiveLoop::Impl::run(const std::function<void(const LiveStatus&)>& each) {
         idle();
       refresh();
     }
-  } catch (const Interrupted&) {  // of a labeler that was asked to stop
+  } catch (const Interrupted&) {  // thrown by a labeler that was asked to stop
   } catch (...) {
     failure = std::current_exception();
   }
@@ -161,8 +165,8 @@ void LiveLoop::Impl::take(const LiveFrame& live, const std::function<void(const 
 }
 
 /// What a frame shows must not keep the next one waiting for more than a third of the forward pass that both
-/// need. Of a camera that is faster than the network, some frame waits whatever is done; and no frame waits
-/// longer than the next one takes to come.
+/// need. With a camera that is faster than the network, some frame always waits; and no frame waits longer
+/// than the next one takes to come.
 Deadline LiveLoop::Impl::deadlineFor(const LiveFrame& live) const {
   const auto next = period.value();
   const std::chrono::duration<double, std::milli> pass(forwards.quantile(0.5));
@@ -288,7 +292,7 @@ void LiveLoop::Impl::finish() {
     map.reset();
     running = false;
   }
-  doEdits();  // that came meanwhile
+  doEdits();  // edits that came meanwhile
   if (std::filesystem::exists(path)) reader.wait(reader.request());
   board.change([](LiveStatus& status) { status.state = "ended"; });
   if (failure) std::rethrow_exception(failure);

@@ -30,9 +30,9 @@ struct LiveOptions {
   bool posesAreInMap = false;
 };
 
-/// Takes the newest frame, says where it is, then maps what it shows; whatever came meanwhile is dropped and
-/// counted. What goes wrong with a frame costs that frame and is told in LiveStatus::troubles. After a crash
-/// the map file holds everything up to the last second, and the next loop goes on with it.
+/// Takes the newest frame, reports where it is, then maps what it shows; whatever came meanwhile is dropped
+/// and counted. A frame that fails is dropped and reported in LiveStatus::troubles. After a crash the map
+/// file holds everything up to the last second, and the next loop goes on with it.
 class LiveLoop : public LiveView {
  public:
   /// Goes on with the map file, or makes it. `labeler` must outlive the loop. Throws Error as MappingSession,
@@ -42,9 +42,9 @@ class LiveLoop : public LiveView {
            const LiveOptions& options = {});
   ~LiveLoop() override;
 
-  /// Until the source ends, stop() is called, or the user interrupts; then writes everything. Once. `each`
-  /// hears of every frame when its place is known, in this thread: it must be quick. Throws Error when the
-  /// map can no longer be written.
+  /// Until the source ends, stop() is called, or the user interrupts; then writes everything. Once. `each` is
+  /// called in this thread for every frame as soon as its place is known: it must be quick. Throws Error when
+  /// the map can no longer be written.
   void run(const std::function<void(const LiveStatus&)>& each = {});
   /// From any thread.
   void stop();

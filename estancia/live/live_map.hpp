@@ -15,7 +15,7 @@
 
 namespace estancia {
 
-/// What LiveStatus tells of a frame.
+/// Place of a frame, as in LiveStatus.
 struct LivePlace {
   std::optional<Pose> pose = {};
   std::vector<PlaceBelief> places = {};
@@ -28,18 +28,20 @@ struct LivePlace {
 class LiveMap {
  public:
   virtual ~LiveMap() = default;
-  /// Takes the next frame and its words, and says where it is as soon as that is known. `world`: the map as
-  /// it was last read, or null. `deadline`: see WorldMapper::add(). Throws Error: the frame is lost, but the
-  /// next ones may be taken.
+  /// Takes the next frame and its words, and reports where it is as soon as that is known. `world`: the map
+  /// as it was last read, or null. `deadline`: see WorldMapper::add(). Throws Error: the frame is lost, but
+  /// the next ones may be taken.
   virtual void take(const LiveFrame& live, DescriptorView words, const std::shared_ptr<const WorldMap>& world,
                     const std::function<void(const LivePlace&)>& placed, const Deadline& deadline) = 0;
   /// Between frames: does what is due. Returns whether the map file has changed.
   virtual bool refresh() = 0;
   /// `world`: what the numbers in the edit are of. Throws Error.
   virtual void edit(const MapEdit& edit, const WorldMap& world) = 0;
-  /// Whether areas are to be called by the rooms that their words tell, while the map grows and in finish().
+  /// Whether areas are to be called by the rooms that their words indicate, while the map grows and in
+  /// finish().
   virtual bool namesRooms() const = 0;
-  /// Whether the file is gone, or is no map any more: nothing more can be taken, and finish() says why.
+  /// Whether the file is gone, or is no map any more: nothing more can be taken, and finish() throws the
+  /// reason.
   virtual bool isLost() const { return false; }
   /// Sentences about what is wrong now.
   virtual std::vector<std::string> troubles() const = 0;

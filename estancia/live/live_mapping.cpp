@@ -38,7 +38,7 @@ constexpr auto firstRetry = std::chrono::seconds(1), longestRetry = std::chrono:
 
 struct DerivedLayers {
   std::shared_ptr<const WorldMapper::Derived> layers;
-  std::chrono::nanoseconds took;  // of a processor
+  std::chrono::nanoseconds took;  // processor time
 };
 
 /// Whether the map may be written again some time.
@@ -101,6 +101,9 @@ std::variant<AreaEdit, ObjectEdit> anchoredIn(const WorldMap& world, const MapEd
       edit);
 }
 
+/// A live map that grows. Invariant: mapper_ exists only with session_; a failed step closes both (Step), and
+/// openAgain() goes on from the last commit after a pause. derived_ computes areas and objects in another
+/// thread; refresh() takes its result.
 class MappingLiveMap final : public LiveMap {
  public:
   MappingLiveMap(FrameSource& source, Labeler& labeler, std::filesystem::path path, LiveOptions options)
@@ -156,7 +159,7 @@ class MappingLiveMap final : public LiveMap {
   std::optional<MappingSession> session_;
   std::optional<WorldMapper> mapper_;
   std::optional<CameraIntrinsics> camera_;
-  std::size_t frames_ = 0;  // since the map was told to have changed
+  std::size_t frames_ = 0;  // since the last notification of a change
   bool isStale_ = false;    // layers
   Clock::time_point tellAt_ = Clock::now() + shortestPeriod, refreshAt_ = tellAt_, retryAt_;
   Clock::duration copying_{};

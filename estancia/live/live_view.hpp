@@ -25,7 +25,7 @@ struct PlaceBelief {
   double probability = 0;
 };
 
-/// The newest frame and what it says.
+/// The newest frame and the results for it.
 struct LiveStatus {
   /// Counts frames and everything else that changes this; 0 before the first frame.
   std::uint64_t revision = 0;
@@ -107,8 +107,8 @@ class LiveView {
   virtual std::vector<unsigned char> objectImage(int object) const = 0;
   /// The image of a place's middle frame, a JPEG; empty where there is none.
   virtual std::vector<unsigned char> placeImage(int node) const = 0;
-  /// What drives from `since` on (the last one by default) saw otherwise than those before, as toJson() says
-  /// of it, as of the last second. Throws Error as findChanges() does.
+  /// What drives from `since` on (the last one by default) saw otherwise than those before, in the form of
+  /// toJson(), at most a second old. Throws Error as findChanges() does.
   virtual nlohmann::ordered_json changes(const std::optional<std::size_t>& since) const = 0;
   /// Changes the map, and returns when world() has the change. `mapRevision`: of the world() that the numbers
   /// are of. Throws Error as the functions of edit_areas.hpp and edit_objects.hpp do; mismatch where the map

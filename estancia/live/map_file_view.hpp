@@ -12,7 +12,9 @@
 
 namespace estancia {
 
-/// There is no camera, so nobody knows where the robot is: LiveStatus has no places.
+/// Shows a map file without a camera, so the robot's position is unknown: LiveStatus has no places.
+/// Invariant: world_ is the file's content as of stamp_; each question reads the file again if it has
+/// changed.
 class MapFileView final : public LiveView {
  public:
   /// Throws Error as readWorld() does.
@@ -33,10 +35,10 @@ class MapFileView final : public LiveView {
   void readIfChanged() const;
 
   std::filesystem::path path_;
-  /// One reads the file, or writes it.
+  /// Locked while the file is read or written.
   mutable std::mutex file_;
-  mutable std::string stamp_;  // of the file that was read; under file_
-  mutable std::mutex mutex_;   // of what follows
+  mutable std::string stamp_;  // stamp of the file that was read; under file_
+  mutable std::mutex mutex_;   // guards the members below
   mutable std::condition_variable changed_;
   mutable std::shared_ptr<const WorldMap> world_;
   mutable std::uint64_t revision_ = 1;

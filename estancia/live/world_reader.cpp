@@ -51,7 +51,7 @@ void WorldReader::run() {
     lock.unlock();
     const auto begin = processorTime();
     try {
-      WorldMap world = readWorld(path_, options_.mostFrames);
+      WorldMap world = readWorld(path_, options_.maxFrames);
       if (options_.namesRooms) rooms.name(path_, world);
       take_(std::make_shared<const WorldMap>(std::move(world)));
     } catch (const std::exception&) {  // not on disk yet: its first second is not over

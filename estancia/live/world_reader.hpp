@@ -15,22 +15,25 @@
 
 namespace estancia {
 
+/// Reads a map file in a thread of its own whenever requests are newer than the last reading. Invariant:
+/// done_ ≤ requested_, both only grow, and mutex_ guards them. The destructor waits for a reading in
+/// progress.
 class WorldReader {
  public:
   using Take = std::function<void(std::shared_ptr<const WorldMap>)>;
   struct Options {
     /// Limit of frames that are read, so that memory stays bounded while the map grows.
-    std::size_t mostFrames = std::numeric_limits<std::size_t>::max();
+    std::size_t maxFrames = std::numeric_limits<std::size_t>::max();
     /// See GrowingRooms.
     bool namesRooms = false;
   };
-  /// `take` hears of each map that was read, in the thread.
+  /// `take` is called with each map that was read, in the thread.
   WorldReader(std::filesystem::path path, const Options& options, Take take);
   ~WorldReader();
   WorldReader(const WorldReader&) = delete;
   WorldReader& operator=(const WorldReader&) = delete;
 
-  /// The file has changed. Reading takes a tenth of the time at most, unless somebody waits. Returns the
+  /// The file has changed. Reading takes a tenth of the time at most, unless a caller waits. Returns the
   /// number of this request.
   std::uint64_t request();
   /// Until the file has been read as of that request or later; at once where there is no file yet.

@@ -16,7 +16,7 @@ struct Belief {
   /// One an image of the map: that the view is this one.
   std::vector<double> images;
   /// One an image of the map: that of all images this one is nearest, whether the view is near or far. Their
-  /// sums over nodes or zones say where the robot is.
+  /// sums over nodes or zones are the answers.
   std::vector<double> nearest;
   /// Probability that no image of the map was taken nearby; absent where it cannot be computed.
   std::optional<double> unmapped = std::nullopt;
@@ -33,9 +33,9 @@ class LocalizationFilter {
 
   virtual std::size_t states() const = 0;
 
-  /// How far a robot that does not tell its motion may have driven since the last frame.
+  /// Possible motion since the last frame of a robot that does not report its motion.
   virtual PlanarMotion unknownMotion() const = 0;
-  /// Whether the robot has moved enough for another view: frames in between tell nothing new.
+  /// Whether the robot has moved enough for another view: frames in between add no information.
   virtual bool isStep(const PlanarMotion& motion) const = 0;
 
   /// out(j) = Σ_i in(i) T(i, j): where the robot will be after `motion`.
@@ -46,7 +46,7 @@ class LocalizationFilter {
 
   /// Evidence of one frame for each image from its distances to all images, tempered.
   virtual std::vector<float> likelihood(std::span<const float> distances) const = 0;
-  /// Multiplies a state vector by what the images' likelihood tells of each state, and scales the sum to 1.
+  /// Multiplies a state vector by the likelihood of the images in each state, and scales the sum to 1.
   virtual void observe(std::span<const float> likelihood, std::span<float> state) const = 0;
 
   /// `likelihood` of the frame that the state belongs to.

@@ -93,6 +93,9 @@ LocalizerMap readLocalizerMap(const std::filesystem::path& path, std::size_t max
   return readLocalizerMap(store, maxImages);
 }
 
+/// Invariant: `views` has a row a frame of the map and never changes; `state` is the belief after the newest
+/// frame; `waiting` holds the frames without a final answer, at most `lookahead`, oldest first. add() updates
+/// `state` by motion and image and settles answers older than the lookahead; finish() settles the rest.
 struct Localizer::Impl {
   Impl(std::shared_ptr<const LocalizerMap> source, const LocalizerOptions& chosen);
 
@@ -126,7 +129,7 @@ struct Localizer::Impl {
   PlanarMotion moved;
   bool started = false;
   std::deque<Waiting> waiting;
-  /// One a frame of the map, or none.
+  /// Zone of each frame; empty if not set.
   std::vector<int> zoneOf;
 };
 
@@ -161,7 +164,7 @@ std::vector<float> Localizer::Impl::comparedImages() const {
 
 /// Sets metric and views, and applies the metric to the images.
 void Localizer::Impl::learnViews(std::vector<float>& images) {
-  constexpr double reach = 1.0 / 3;  // of what is near, as a standard deviation
+  constexpr double reach = 1.0 / 3;  // standard deviation, as a share of the nearby distance
   std::vector<std::optional<Pose>> poses;
   for (std::size_t i = 0; i < source->images.size(); ++i)
     poses.push_back(map().frames.at(i * source->stride).pose);

@@ -31,7 +31,7 @@ struct PlaceFilterOptions {
   double nearDistance = 0.7;
   double nearAngle = 30;
 };
-/// Says what each option is and its range.
+/// Declares the options and their ranges.
 OptionGroup declare(PlaceFilterOptions& options);
 
 struct LocalizerOptions {
@@ -81,8 +81,8 @@ class Localizer {
 
   const TopologicalMap& map() const;
 
-  /// The zone (or area, or any other group) of each frame of the map, which answers then tell, too; -1: none.
-  /// Throws Error (mismatch) unless there is one a frame.
+  /// The zone (or area, or any other group) of each frame of the map, which answers then contain, too; -1:
+  /// none. Throws Error (mismatch) unless there is one a frame.
   void setZones(std::vector<int> zoneOf);
 
   /// Takes the next frame; gives the answers that are final now, in order of frames: its own one without

@@ -25,7 +25,7 @@ struct LocalizerMap {
 LocalizerMap readLocalizerMap(const std::filesystem::path& path, std::size_t maxImages);
 /// Reads from an open store.
 LocalizerMap readLocalizerMap(const MapStore& store, std::size_t maxImages);
-/// The same with the nodes of a mapper that is at hand.
+/// Reads the map with the nodes of a given mapper.
 LocalizerMap readLocalizerMap(const MapStore& store, const NodeBank& bank, std::size_t maxImages);
 
 }  // namespace estancia

@@ -15,9 +15,11 @@
 
 namespace estancia {
 
-/// States are poses around the mapped drive. An image tells of the poses near its own; poses near no image
-/// are neither confirmed nor refuted by anything, so the robot is followed by its motion where nothing was
-/// mapped.
+/// States are poses around the mapped drive. An image is evidence for the poses near its own; poses near no
+/// image are neither confirmed nor refuted by anything, so the robot is followed by its motion where nothing
+/// was mapped.
+///
+/// Immutable: the constructor computes the images near each state once; belief vectors are the caller's.
 class PoseFilter : public LocalizationFilter {
  public:
   /// `images`: where those that localization compares with were taken, as far as known.

@@ -16,11 +16,11 @@ using RowMajor = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::Row
 using MutableRows = Eigen::Map<RowMajor>;
 using ConstRows = Eigen::Map<const RowMajor>;
 
-constexpr double farthest = 3;             // standard deviations; weights beyond, below .011, are 0
-constexpr std::size_t mostNeighbors = 32;  // of one image: of more, evenly taken ones
-constexpr double wayOfOneView = 0.25;      // standard deviation, in distances of unrelated images
-constexpr double alike = 0.75;             // × that distance: images that differ more show different things
-constexpr std::size_t mostResiduals = 500;
+constexpr double farthest = 3;            // standard deviations; weights beyond, below .011, are 0
+constexpr std::size_t maxNeighbors = 32;  // neighbors of one image: if there are more, evenly taken ones
+constexpr double wayOfOneView = 0.25;     // standard deviation, in distances of unrelated images
+constexpr double alike = 0.75;            // × that distance: images that differ more show different things
+constexpr std::size_t maxResiduals = 500;
 constexpr double least = 0.02;  // × σ²: directions of less variance would change lengths by less than 1 %
 
 struct Images {
@@ -46,7 +46,7 @@ float weightAt(double deviations) {
 /// Every so many of them, counted from the image itself.
 template <class At>
 std::vector<std::size_t> evenly(std::size_t count, std::size_t own, const At& at) {
-  const std::size_t stride = (count + mostNeighbors - 1) / mostNeighbors;
+  const std::size_t stride = (count + maxNeighbors - 1) / maxNeighbors;
   std::vector<std::size_t> taken;
   for (std::size_t k = own % stride; k < count; k += stride) taken.push_back(at(k));
   return taken;
@@ -78,7 +78,7 @@ double deviations(const Pose& a, const Pose& b, const Neighborhoods::Reach& reac
   return std::hypot(distanceBetween(a, b) / reach.distance, angle / reach.angle);
 }
 
-/// The images of which poses say that they were taken near each one; of itself at least.
+/// For each image, the images that were taken near it according to the poses; at least itself.
 std::vector<std::vector<std::size_t>> nearInSpace(std::span<const std::optional<Pose>> poses,
                                                   const Neighborhoods::Reach& reach) {
   std::vector<std::size_t> byX;
@@ -159,7 +159,7 @@ ViewMetric::ViewMetric(std::span<const float> images, const Neighborhoods& aroun
   std::vector<std::size_t> chosen;
   for (std::size_t i = 0; i < around.size(); ++i)
     if (around.of(i).size() > 1) chosen.push_back(i);
-  const std::size_t stride = (chosen.size() + mostResiduals - 1) / mostResiduals;
+  const std::size_t stride = (chosen.size() + maxResiduals - 1) / maxResiduals;
   std::vector<float> residuals;
   for (std::size_t k = 0; k < chosen.size(); k += stride) {
     const std::vector<float> mean = around.mean(images, chosen[k]);

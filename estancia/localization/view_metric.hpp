@@ -44,9 +44,10 @@ class Neighborhoods {
 };
 
 /// Within-class covariance normalization (Hatch, Kajarekar and Stolcke 2006): what differs between images
-/// taken near each other says little about where they were taken. With Σ, the covariance of images about the
-/// means of their neighborhoods, x becomes (I + Σ/σ²)^(−½) x, scaled to length 1. σ² is the variance of Σ's
-/// directions that make up its variance, Σ v²/Σ v: what is not known of an image counts as much as what is.
+/// taken near each other carries little information about where they were taken. With Σ, the covariance of
+/// images about the means of their neighborhoods, x becomes (I + Σ/σ²)^(−½) x, scaled to length 1. σ² is the
+/// variance of Σ's directions that make up its variance, Σ v²/Σ v: what is not known of an image counts as
+/// much as what is.
 class ViewMetric {
  public:
   /// From `images`, N×L unit vectors, about 500 of them, evenly taken. Changes nothing where no image has

@@ -30,7 +30,7 @@ void requireOwnJournals(const std::filesystem::path& path) {
   namespace fs = std::filesystem;
   std::error_code problem;
   const fs::path map = fs::canonical(path, problem);  // links are followed by SQLite, too
-  if (problem) return;                                // it will say so
+  if (problem) return;                                // it will report the problem
   for (const char* suffix : {"-journal", "-wal", "-shm"}) {
     const std::string beside = map.string() + suffix;
     const fs::file_status status = fs::symlink_status(beside, problem);

@@ -15,11 +15,11 @@ struct sqlite3_stmt;
 
 namespace estancia::sqlite {
 
-/// Why no more can be written and what to do, if that is what `systemError` (an errno) says; or "".
+/// Why no more can be written and what to do, if `systemError` (an errno) is such a failure; else "".
 std::string_view whyNoSpace(int systemError);
 
-/// A connection to one database file (or to memory). Every failure becomes an Error that says what the user
-/// can do: busy, full, read-only, damaged …
+/// A connection to one database file (or to memory). Every failure becomes an Error that advises the user:
+/// busy, full, read-only, damaged …
 class Database {
  public:
   enum class Mode { memory, read, write };
@@ -44,7 +44,7 @@ class Database {
 
   /// Throws the Error for SQLite's result code.
   [[noreturn]] void fail(int code) const;
-  /// Throws Error (corruptFile); `detail` says what is inconsistent.
+  /// Throws Error (corruptFile); `detail` describes the inconsistency.
   [[noreturn]] void failDamaged(const std::string& detail) const;
 
  private:

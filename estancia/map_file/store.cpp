@@ -34,7 +34,7 @@ constexpr std::int64_t formatVersion = 6;
 /// Has the same tables for places, but for drives; writing it makes it the newest.
 constexpr std::int64_t oldestVersion = 4;
 
-constexpr int mostBeside = 16'000'000;  // the -wal file after a checkpoint [bytes]
+constexpr int maxBeside = 16'000'000;  // the -wal file after a checkpoint [bytes]
 
 constexpr double noNumber = std::numeric_limits<double>::quiet_NaN();  // stored as NULL
 constexpr Pose unknownPose{noNumber, noNumber, noNumber, noNumber, noNumber, noNumber, noNumber};
@@ -101,6 +101,9 @@ void requireOurFormat(Database& database) {
 
 }  // namespace
 
+/// Invariant: a writer has an open transaction with what is not committed, unless an error has ended it. A
+/// new map is a database in memory until its first commit() writes the file, which may replace an older map;
+/// `statements` belong to the connection and are dropped before it is replaced or closed.
 struct MapStore::Impl {
   Impl(const fs::path& file, Access wanted, Database&& opened, Identity named)
       : path(file), access(wanted), database(std::move(opened)), identity(std::move(named)) {}
@@ -206,7 +209,7 @@ struct MapStore::Impl {
     // with NORMAL it would cost all that is not in the file yet. There is one commit a second.
     database.run("PRAGMA synchronous = FULL");
     // What one large commit has left beside the file is given back.
-    database.run(fmt::format("PRAGMA journal_size_limit = {}", mostBeside));
+    database.run(fmt::format("PRAGMA journal_size_limit = {}", maxBeside));
     database.run("BEGIN IMMEDIATE");
     if (!onDisk) return;
     database.run(schemaOfDrives);
@@ -284,7 +287,7 @@ const MapStore::Identity& MapStore::identity() const {
 void MapStore::addFrame(const MappedFrame& frame, DescriptorView descriptor) {
   impl_->requireWriting();
   requireProbabilities(descriptor, impl_->identity.vocabulary.size(), frame.name);
-  if (frame.number >= mostFramesOfMap)
+  if (frame.number >= maxFramesOfMap)
     refuse(impl_->path, ErrorCode::tooLarge, "the map has no number for another frame; begin a new map");
   const Pose pose = frame.pose.value_or(unknownPose);
   impl_->write("INSERT INTO descriptors VALUES(?1, ?2)", frame.number, descriptor);
@@ -360,7 +363,7 @@ void MapStore::putPredictions(const RoomPredictions& predictions) {
                        predictions.probabilities.labels(), numbers.size(), rooms));
   if (std::ranges::any_of(predictions.rooms, &std::string::empty))
     refuse(impl_->path, ErrorCode::invalidInput, "a predicted room has no name");
-  impl_->statements.clear();  // those of the older tables
+  impl_->statements.clear();  // statements for the older tables
   impl_->allOrNothing([&] { impl_->database.run(schemaOfRooms); });
   impl_->write("INSERT OR REPLACE INTO meta VALUES('classifier', ?1)", predictions.classifier);
   if (predictions.areByName)
@@ -495,12 +498,12 @@ std::vector<Visit> MapStore::visits() const {
   return readVisits(impl_->database);
 }
 
-TopologicalMap MapStore::load(std::size_t mostFrames, const std::vector<std::size_t>& also) const {
+TopologicalMap MapStore::load(std::size_t maxFrames, const std::vector<std::size_t>& also) const {
   Database& database = impl_->database;
-  if (database.inTransaction()) return readContent(database, impl_->identity, mostFrames, also);
+  if (database.inTransaction()) return readContent(database, impl_->identity, maxFrames, also);
   database.run("BEGIN");  // one moment of the map for all its tables, whatever is written meanwhile
   try {
-    TopologicalMap map = readContent(database, impl_->identity, mostFrames, also);
+    TopologicalMap map = readContent(database, impl_->identity, maxFrames, also);
     database.run("COMMIT");
     return map;
   } catch (...) {

@@ -108,9 +108,9 @@ class MapStore {
   std::vector<std::size_t> namedFrames() const;
   /// Visits of all kept frames.
   std::vector<Visit> visits() const;
-  /// `mostFrames`: of a longer drive each n-th frame is read, so that there are no more, and those in `also`;
+  /// `maxFrames`: of a longer drive each n-th frame is read, so that there are no more, and those in `also`;
   /// no decisions then.
-  TopologicalMap load(std::size_t mostFrames = allFrames, const std::vector<std::size_t>& also = {}) const;
+  TopologicalMap load(std::size_t maxFrames = allFrames, const std::vector<std::size_t>& also = {}) const;
   /// Their first frames are numbers. They touch nodes of any number.
   std::vector<Transition> transitions() const;
   std::optional<std::string> findState(const std::string& key) const;

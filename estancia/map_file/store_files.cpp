@@ -44,7 +44,7 @@ void requireWritable(const fs::path& folder) {
     unlink(probe.c_str());
     const std::array<char, 65536> room{};
     std::size_t left = room.size();
-    while (left > 0 && problem == 0) {  // a short write does not say why; the next one does
+    while (left > 0 && problem == 0) {  // a short write does not report why; the next one does
       const ssize_t written = write(file, room.data(), left);
       if (written < 0)
         problem = errno;
@@ -90,7 +90,7 @@ void renameOver(const fs::path& from, const fs::path& to) {
   // Takes the old map's -wal in and away, then keeps writers out until its file has gone.
   if (!old.tryRun("PRAGMA journal_mode = DELETE") || !old.tryRun("BEGIN EXCLUSIVE")) {
     if (const int code = sqlite3_errcode(old.handle()); code == SQLITE_BUSY) old.fail(code);
-    removeCompanions(to);  // the old map is damaged: nobody can be at work on it
+    removeCompanions(to);  // the old map is damaged: no process can use it
   }
   fs::rename(from, to);
 }

@@ -19,8 +19,8 @@ constexpr int lockPatience = 1000;
 /// "." for a file that is named alone.
 std::filesystem::path folderOf(const std::filesystem::path& path);
 
-/// Throws unless a file of some size can be made in the folder: tried out, because permission bits say
-/// nothing about full or read-only disks (nor to root).
+/// Throws unless a file of some size can be made in the folder: tried out, because permission bits do not
+/// reflect full or read-only disks (nor to root).
 void requireWritable(const std::filesystem::path& folder);
 /// Throws unless the file is empty or begins as a map file, intact or not: nothing else is ever replaced.
 void requireReplaceable(const std::filesystem::path& path);

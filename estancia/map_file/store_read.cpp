@@ -37,7 +37,7 @@ class Rows : public Statement {
     return value;
   }
   std::size_t count(int column, std::int64_t lowest, const char* what,
-                    std::size_t highest = mostFramesOfMap) const {
+                    std::size_t highest = maxFramesOfMap) const {
     return static_cast<std::size_t>(number(column, lowest, static_cast<std::int64_t>(highest), what));
   }
   int node(int column, int lowest, const char* what) const {
@@ -286,7 +286,7 @@ std::size_t frameCountOf(Database& database) {
   const std::int64_t count = database.number("SELECT ifnull(max(id) + 1, 0) FROM frames");
   if (count < 0 || database.number("SELECT ifnull(min(id), 0) FROM frames") < 0)
     database.failDamaged("its frames have negative numbers");
-  if (static_cast<std::size_t>(count) > mostFramesOfMap)
+  if (static_cast<std::size_t>(count) > maxFramesOfMap)
     database.failDamaged(fmt::format("its frames are numbered up to {}", count - 1));
   return static_cast<std::size_t>(count);
 }
@@ -366,11 +366,11 @@ MapStore::Identity readIdentity(Database& database) {
   return identity;
 }
 
-TopologicalMap readContent(Database& database, const MapStore::Identity& identity, std::size_t mostFrames,
+TopologicalMap readContent(Database& database, const MapStore::Identity& identity, std::size_t maxFrames,
                            const std::vector<std::size_t>& also) {
   TopologicalMap map{
       .vocabulary = identity.vocabulary, .model = identity.model, .distance = distanceOf(identity.settings)};
-  const std::optional<std::vector<std::size_t>> numbers = numbersToRead(database, mostFrames, also);
+  const std::optional<std::vector<std::size_t>> numbers = numbersToRead(database, maxFrames, also);
   const FrameRows which = numbers ? FrameRows(*numbers) : FrameRows();
   readNodes(database, map);
   readFrames(database, map, which);
@@ -401,7 +401,7 @@ std::vector<std::size_t> numbersOf(const Database& database) {
 
 std::vector<Visit> readVisits(Database& database) {
   Rows rows(database, "SELECT id, node FROM frames ORDER BY node, id");  // by the index, which is small
-  std::vector<Visit> runs;  // of frames whose numbers have no gap, the runs of a node in a row
+  std::vector<Visit> runs;  // runs of frames without gaps in their numbers; those of one node are contiguous
   while (rows.next()) {
     const std::size_t frame = rows.count(0, 0, "a frame's number");
     const int node = rows.node(1, -1, "a frame's node");

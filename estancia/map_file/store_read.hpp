@@ -17,7 +17,7 @@
 namespace estancia {
 
 /// A thousand years of 30 images a second. Counts of a map stay below, so that sums of them do not overflow.
-constexpr std::size_t mostFramesOfMap = std::size_t{1} << 40;
+constexpr std::size_t maxFramesOfMap = std::size_t{1} << 40;
 
 /// Throws Error when the labels do not match their digest.
 MapStore::Identity readIdentity(sqlite::Database& database);
@@ -53,9 +53,9 @@ class FrameRows {
 };
 
 /// Everything but descriptors, images and states. Every number and length is checked before it is used.
-/// `mostFrames`, `also`: see MapStore::load().
+/// `maxFrames`, `also`: see MapStore::load().
 TopologicalMap readContent(sqlite::Database& database, const MapStore::Identity& identity,
-                           std::size_t mostFrames, const std::vector<std::size_t>& also);
+                           std::size_t maxFrames, const std::vector<std::size_t>& also);
 
 /// The runs of frames at one place, in order.
 std::vector<Visit> readVisits(sqlite::Database& database);

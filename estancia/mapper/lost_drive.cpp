@@ -11,7 +11,7 @@ namespace estancia {
 namespace {
 
 /// Keyframes: as many as a robot takes in a room. A kitchen resembles another building's.
-constexpr std::size_t mostCounted = 100;
+constexpr std::size_t maxCounted = 100;
 
 }  // namespace
 
@@ -31,7 +31,7 @@ void LostDrive::count(std::size_t frame, double away) {
   isDue_ = false;
   last_.push_back({frame, away < tauJoin_});
   ++(last_.back().isAlike ? alike_ : unlike_);
-  if (last_.size() > mostCounted) last_.pop_front();
+  if (last_.size() > maxCounted) last_.pop_front();
 }
 
 bool LostDrive::isRecognized() const {
@@ -40,7 +40,7 @@ bool LostDrive::isRecognized() const {
 
 std::size_t LostDrive::cameBack() const {
   std::size_t frame = firstFrame_;
-  int ahead = 0, most = 0;  // of those that resemble it
+  int ahead = 0, most = 0;  // balance of keyframes that resemble it
   for (auto keyframe = last_.rbegin(); keyframe != last_.rend(); ++keyframe) {
     ahead += keyframe->isAlike ? 1 : -1;
     if (ahead <= most) continue;
@@ -76,7 +76,7 @@ LostDrive LostDrive::from(ByteReader& in, std::size_t labels, std::size_t frames
   for (std::size_t count = in.count(sizeof(std::uint64_t) + 1); count > 0; --count) {
     const auto frame = in.number<std::uint64_t>();
     last.push_back({frame, in.number<std::uint8_t>() != 0});
-    areTrue = areTrue && frame >= firstFrame && frame < frames && last.size() <= mostCounted;
+    areTrue = areTrue && frame >= firstFrame && frame < frames && last.size() <= maxCounted;
   }
   if (!areTrue) in.fail("a number of the lost drive is none", ErrorCode::corruptFile);
   const auto moments = [&] {

@@ -19,6 +19,10 @@ namespace estancia {
 /// building look alike, since they differ from the map's in one direction, and so do its places. So an image
 /// shows a place of the map only where it resembles that one, too, with labels scaled as if map and drive had
 /// as many images (commonStandardization()), and the drive is in the map when most of its last keyframes do.
+///
+/// Made when a further drive begins, destroyed when the drive is recognized. Each keyframe is passed to
+/// add(), then to count(). Invariant: last_ holds the newest counted keyframes (at most maxCounted) in order;
+/// alike_ and unlike_ count all of them.
 class LostDrive {
  public:
   /// `map`: of the keyframes of the drives before, with that τ_join. Places from the id `firstNode` on are
@@ -37,7 +41,8 @@ class LostDrive {
   /// How far it is from the view of the map that it resembles most, by that scale.
   void count(std::size_t frame, double away);
   bool isRecognized() const;
-  /// Recognized at last, after it was somewhere else for longer: what it has seen there is a part of its own.
+  /// Recognized after spending most of the drive outside the map: the frames there become a part of their
+  /// own.
   bool cameFromElsewhere() const { return isRecognized() && unlike_ > alike_; }
   /// The frame from which on most resemble the map.
   std::size_t cameBack() const;

@@ -11,7 +11,7 @@
 namespace estancia {
 namespace {
 
-constexpr std::size_t maxFramesPerKeyframe = 10;   // of a warm-up, on average: bounds its memory
+constexpr std::size_t maxFramesPerKeyframe = 10;   // average over a warm-up: bounds its memory
 constexpr std::size_t firstEstimate = 10;          // keyframes before anything can be estimated
 constexpr std::uint64_t minFramesToMerge = 3;      // the mean of fewer frames is still accidental
 constexpr std::size_t maxTransitionImages = 1000;  // they are kept in memory
@@ -281,7 +281,7 @@ void Mapper::Impl::decide(const PlaceView& seen, const std::optional<int>& guess
                             : DecisionKind::start;
 }
 
-/// Whether the frames of the drive say where the robot is, and words do not contradict.
+/// Whether the frames of the drive localize the robot and its words do not contradict.
 bool Mapper::Impl::isLocalized(const PlaceView& seen, const std::optional<int>& guess,
                                Decision& decision) const {
   if (!guess) return false;
@@ -314,7 +314,7 @@ bool Mapper::Impl::isRecognized(const PlaceView& seen, Decision& decision) {
   return true;
 }
 
-/// A frame that lies in the lost robot's node and is recognized in another one says that both are one place.
+/// A frame that lies in the lost robot's node and is recognized in another one shows that both are one place.
 void Mapper::Impl::absorbLostNode(int next, const Decision& decision) {
   if (!lostNode || decision.current != *lostNode || next == *lostNode || next < 0) return;
   if (decision.kind != DecisionKind::localize && decision.kind != DecisionKind::revisit) return;

@@ -73,7 +73,7 @@ struct MapChanges {
   bool restarted = false;
   std::vector<std::variant<Decision, Merge>> events;
   std::set<int> changedNodes;
-  /// From and to. Those that Mapper::transitions() does not have are no longer: a merge has redirected them.
+  /// From and to. Pairs that Mapper::transitions() does not have are no longer: a merge has redirected them.
   std::set<std::pair<int, int>> changedTransitions;
 };
 
@@ -88,25 +88,25 @@ class Mapper {
   /// `layout`: the labels and the models that they belong to (Vocabulary::layout()); a number will do for one
   /// model. Throws Error (invalidOption, unknownName) for options that are out of range.
   explicit Mapper(const DescriptorLayout& layout, const MapperOptions& options = {});
-  /// The same, with what is known of images elsewhere by the labels: places are told apart before the run
-  /// shows many.
+  /// Starts with a prior of the labels from images elsewhere: places are distinguished before the run shows
+  /// many.
   explicit Mapper(const Vocabulary& vocabulary, const MapperOptions& options = {});
   Mapper(Mapper&&) noexcept;
   Mapper& operator=(Mapper&&) noexcept;
   ~Mapper();
 
   /// Maps the next frame and returns its place (node id). `pose`: where it was taken, if that is known; poses
-  /// tell places that look alike apart, and show that the robot is back. `guess`: the node that
-  /// it is in by all frames so far (see Localizer); the frame belongs there unless words contradict. Throws
-  /// Error when it is not a descriptor; the mapper is then unchanged.
+  /// distinguish places that look alike, and show that the robot is back. `guess`: the node that it is in by
+  /// all frames so far (see Localizer); the frame belongs there unless words contradict. Throws Error when it
+  /// is not a descriptor; the mapper is then unchanged.
   int add(DescriptorView descriptor, const std::optional<Pose>& pose = {},
           const std::optional<int>& guess = {});
   /// The next frame is another drive's: the robot may be anywhere. A run that is still warming up is remapped
   /// a last time. What is not recognized becomes a part of the map of its own, until the robot comes to a
   /// known place.
   void beginDrive();
-  /// Frames were elsewhere than add() was told: `pose` says where each one was, as it is known now. Places
-  /// are recognized by it from now on; what was decided stays.
+  /// Corrects the poses that add() was given: `pose` returns the one of each frame, as it is known now.
+  /// Places are recognized by it from now on; what was decided stays.
   void movePoses(const std::function<std::optional<Pose>(std::size_t frame)>& pose);
   /// The run is over (for now): a run that is still warming up is remapped a last time.
   void finish();

@@ -17,6 +17,10 @@
 
 namespace estancia {
 
+/// State of Algorithm 4.1 over all drives. Invariant: `current` is a slot of `bank`, or empty before the
+/// first frame of a drive; transitions, views and lost nodes refer to nodes by id. The first drive warms up
+/// (its frames stay in `warmup` until thresholds are estimated, then they are mapped again); a further drive
+/// is `lost` until it is recognized.
 struct Mapper::Impl {
   Impl(const DescriptorLayout& layout, const MapperOptions& chosen, LabelPrior known);
 
@@ -57,8 +61,8 @@ struct Mapper::Impl {
   /// A drive begins that may be in another building: with standardized distances that takes evidence.
   void getLost();
   void stayLost(const PlaceView& seen, Decision& decision);
-  /// Whether two nodes whose means have come close can be one place. What has been told apart by its own
-  /// scale looks alike by that of all drives.
+  /// Whether two nodes whose means have come close can be one place. Nodes that a drive's own scale has
+  /// separated look alike by the scale of all drives.
   bool mayBeOne(int a, int b) const;
   /// What resembles the image most of what earlier drives have seen, embedded.
   std::optional<std::span<const float>> nearestKnown(const PlaceView& seen) const;
@@ -117,23 +121,23 @@ struct Mapper::Impl {
   std::size_t nextEstimate;
   /// Slot of the current node; nothing before the first frame of a drive.
   std::optional<std::size_t> current;
-  /// The first drive alone warms up: later frames are not mapped again, and neither are those before them.
+  /// Only the first drive warms up: frames of further drives are not mapped again.
   bool isFirstDrive = true;
   /// State of a further drive until it is recognized.
   std::optional<LostDrive> lost;
-  /// It is now, after it was elsewhere: what it has seen there is to be mapped alone before the next frame.
+  /// Set when a lost drive has re-entered the map: the frames before must be mapped alone before the next
+  /// frame is added.
   bool isBack = false;
-  /// The node that this drive made before it was recognized anywhere, as long as the robot has been nowhere
-  /// else.
+  /// The node that a further drive started in, as long as the robot has been in no other one.
   std::optional<int> lostNode;
-  /// The nodes that took others in since this drive began, by the id of those: who guesses may not know.
+  /// Absorbed node → absorbing node since this drive began: a guess may name an absorbed one.
   std::map<int, int> absorbedBy;
   int nextId = 0;
   /// The first id of the nodes that this drive makes.
   int firstOfDrive = 0;
   /// Parts of the map were mapped with scales of their own.
   bool hadOtherScales = false;
-  std::size_t mostNodes = std::numeric_limits<std::size_t>::max();
+  std::size_t maxNodes = std::numeric_limits<std::size_t>::max();
   /// Frames since the robot entered the current node.
   std::size_t stay = 0;
   /// The last transitionImages frames of this stay.

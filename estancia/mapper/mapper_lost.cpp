@@ -86,7 +86,8 @@ void Mapper::Impl::takeAlone(const Impl& alone, const std::function<std::size_t(
   MapperMerge merge(*this);
   merge.take(alone, {firstNode, number, [](int id) { return id; }});
   merge.finish(alone.currentNode() + firstNode, pose);
-  if (wasNowhereElse) lostNode = currentNode();  // as if nothing had happened, where the drive goes on
+  // if the drive was nowhere else, it goes on as if it had never been lost
+  if (wasNowhereElse) lostNode = currentNode();
   stay = 0;
   recent.clear();
   firstOfDrive = nextId;
@@ -97,7 +98,7 @@ bool Mapper::Impl::hasRoomFor(const Impl& alone) const {
   std::size_t others = 0;
   for (std::size_t slot = 0; slot < bank.size(); ++slot)
     if (!lost->isOwn(bank[slot].id)) ++others;
-  return others + alone.bank.size() <= mostNodes;
+  return others + alone.bank.size() <= maxNodes;
 }
 
 }  // namespace estancia

@@ -9,14 +9,14 @@
 namespace estancia {
 namespace {
 
-/// Memory of a place: moments of its probabilities and of its embedded descriptors, its row and its index. Of
-/// a view: two vectors and what finds it. Measured by bench_mapper [bytes a label].
+/// Memory of a place: moments of its probabilities and of its embedded descriptors, its row and its index.
+/// Memory of a view: two vectors and its index entry. Measured by bench_mapper [bytes a label].
 constexpr std::uint64_t nodeBytes = 25, viewBytes = 9;
 /// Memory of a mode: its mean, its row and its index [bytes a label].
 constexpr std::uint64_t modeBytes = 13;
 /// Keyframes that thresholds are estimated from, one vector each.
 constexpr std::uint64_t sampleBytes = 768 * sizeof(float);
-constexpr std::uint64_t fewestNodes = 16;
+constexpr std::uint64_t minNodes = 16;
 /// A quarter of all is for the drive guide; another quarter of the rest without the sample is for views.
 constexpr std::uint64_t viewsShare = 4;
 /// A place with a quarter of the mean number of images is a place that the robot uses.
@@ -26,22 +26,22 @@ constexpr std::uint64_t usedShare = 4;
 
 void Mapper::Impl::setMemory(const std::optional<std::uint64_t>& most) {
   if (!most) {
-    mostNodes = std::numeric_limits<std::size_t>::max();
+    maxNodes = std::numeric_limits<std::size_t>::max();
     if (views.isOn()) views.bound(options.views, thresholds);
     return;
   }
   const std::uint64_t bytes = *most;
   const std::uint64_t fixed = sampleBytes * labels, node = nodeBytes * labels, view = viewBytes * labels;
-  const std::uint64_t least = (fixed + fewestNodes * node * viewsShare / (viewsShare - 1)) * 4 / 3;
+  const std::uint64_t least = (fixed + minNodes * node * viewsShare / (viewsShare - 1)) * 4 / 3;
   if (bytes < least)
     fail(ErrorCode::tooLarge, "--memory {} MB is too small for {} labels; give at least {}",
          bytes / 1'000'000, labels, least / 1'000'000 + 1);
   const std::uint64_t free = bytes / 4 * 3 - fixed;
-  mostNodes = free / node;
+  maxNodes = free / node;
   if (!views.isOn()) return;
-  const std::uint64_t mostViews = std::clamp<std::uint64_t>(free / viewsShare / view, 1, options.views);
-  views.bound(mostViews, thresholds);
-  mostNodes = (free - mostViews * view) / node;
+  const std::uint64_t maxViews = std::clamp<std::uint64_t>(free / viewsShare / view, 1, options.views);
+  views.bound(maxViews, thresholds);
+  maxNodes = (free - maxViews * view) / node;
 }
 
 std::size_t Mapper::Impl::neighborOf(std::size_t slot) const {
@@ -73,7 +73,7 @@ bool Mapper::Impl::areOfOneSide(std::size_t slot, std::size_t other) const {
 }
 
 bool Mapper::Impl::isFull() const {
-  return bank.size() + (bank.rows() - bank.size()) * modeBytes / nodeBytes >= mostNodes;
+  return bank.size() + (bank.rows() - bank.size()) * modeBytes / nodeBytes >= maxNodes;
 }
 
 void Mapper::Impl::makeRoom(std::size_t frame) {

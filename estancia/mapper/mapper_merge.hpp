@@ -19,7 +19,7 @@ struct PlaceLink {
   double distance = 0;
   /// What it was below.
   double threshold = 0;
-  /// Words alone are enough to tell; else they may only look alike.
+  /// Words alone suffice for the decision; else the places may only look alike.
   bool isSure = false;
 };
 

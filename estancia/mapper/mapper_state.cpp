@@ -63,7 +63,7 @@ NodeMemory readNode(const NodeBank& bank, int id, const std::string& bytes, std:
   if (in.remaining() > 0) {  // none: of a first drive, or of an older program
     const bool hasOwn = in.number<std::uint8_t>() != 0;
     std::size_t count = in.count(Moments::byteCount(labels, false));
-    if (count > 2 * NodeMemory::mostModes) in.fail("a node has too many modes", ErrorCode::corruptFile);
+    if (count > 2 * NodeMemory::maxModes) in.fail("a node has too many modes", ErrorCode::corruptFile);
     for (; count > 0; --count) node.modes.push_back(readMoments(in, labels, false));
     if (hasOwn) node.own = readMoments(in, labels, false);
   }
@@ -91,7 +91,7 @@ std::map<int, int> readAbsorbed(ByteReader& in) {
 void readDrive(ByteReader& in, std::size_t frames, Mapper::Impl& mapper) {
   if (const auto lost = in.number<std::int32_t>(); lost >= 0) mapper.lostNode = lost;
   mapper.absorbedBy = readAbsorbed(in);
-  if (in.remaining() == 0) return;  // of an older program
+  if (in.remaining() == 0) return;  // file of an older program
   mapper.hadOtherScales = in.number<std::uint8_t>() != 0;
   mapper.firstOfDrive = in.number<std::int32_t>();
   if (in.remaining() > 0) mapper.lost = LostDrive::from(in, mapper.labels, frames, mapper.nextId);
@@ -127,7 +127,7 @@ MapperOptions settingsFromJson(const std::string& text) {
     json.at("far_quantile").get_to(options.thresholds.farQuantile);
     json.at("revisit_ratio").get_to(options.thresholds.revisitRatio);
     json.at("merge_ratio").get_to(options.thresholds.mergeRatio);
-    options.views = 0;  // of a map made before views were kept
+    options.views = 0;  // map made before views were kept
     if (json.contains("views")) {
       json["views"].get_to(options.views);
       json.at("near_distance").get_to(options.nearDistance);

@@ -17,6 +17,10 @@
 namespace estancia {
 
 /// Owns the nodes. Distances are exact whatever the shortcut (a test compares with a plain scan).
+///
+/// Invariant: each row (vector to compare with) belongs to the node slotOfRow_ names, rowsOf_ is the inverse,
+/// and rows_, squaredNorms_ and bounds_ have one entry a row under the current standardization. A node is
+/// added, changed through update() only, and removed; slots change then, ids never.
 class NodeBank {
  public:
   NodeBank(Distance distance, std::size_t labels);
@@ -82,11 +86,11 @@ class NodeBank {
   Standardization standardization_;
   std::vector<NodeMemory> nodes_;
   std::unordered_map<int, std::size_t> slots_;    ///< by id
-  std::vector<std::vector<std::size_t>> rowsOf_;  ///< of each node, one a look
+  std::vector<std::vector<std::size_t>> rowsOf_;  ///< rows of each node, one a look
   std::vector<std::size_t> slotOfRow_;
   std::vector<float> rows_;           ///< the compared vectors, rows()×labels
-  std::vector<float> weights_;        ///< of σ-weighted distances, size()×labels
-  std::vector<double> squaredNorms_;  ///< of rows
+  std::vector<float> weights_;        ///< weights of σ-weighted distances, size()×labels
+  std::vector<double> squaredNorms_;  ///< squared norms of the rows
   QuantizedUpperBounds bounds_;
 };
 

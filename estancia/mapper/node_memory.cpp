@@ -80,7 +80,7 @@ void NodeMemory::joinModes(double threshold, std::uint64_t fewest, const Distanc
         kept = i;
         gone = j;
       }
-    if (nearest.first && nearest.second >= threshold && modes.size() <= mostModes) return;
+    if (nearest.first && nearest.second >= threshold && modes.size() <= maxModes) return;
     modes[kept].merge(modes[gone]);
     modes.erase(modes.begin() + static_cast<std::ptrdiff_t>(gone));
   }

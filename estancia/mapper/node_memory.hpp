@@ -16,6 +16,9 @@ namespace estancia {
 /// since its light may be another: when it is over and what it saw differs, that is an appearance mode, and
 /// the mean of the drives before is one. (While it lasts it is none: a frame that was taken for the wrong
 /// place would draw all that follow after it.)
+///
+/// Invariant: `own` exists only during a further drive and is part of `probabilities`; endDrive() turns it
+/// into a mode or drops it.
 struct NodeMemory {
   int id = 0;
   std::uint64_t frames = 0;
@@ -30,11 +33,11 @@ struct NodeMemory {
   /// Moments of the frames of this drive, if that is a further one.
   std::optional<Moments> own = {};
 
-  static constexpr std::size_t mostModes = 3;
+  static constexpr std::size_t maxModes = 3;
 
   /// Moments that distances are computed from.
   const Moments& moments() const { return embedded ? *embedded : probabilities; }
-  /// What it is compared as: its mean, and its modes.
+  /// Means used for comparison: the overall mean and the modes.
   std::vector<const Moments*> looks() const;
 
   /// Adds all frames of `other`.
@@ -42,7 +45,7 @@ struct NodeMemory {
   /// Adds the frames of other drives.
   void mergeOfOtherDrives(const NodeMemory& other);
   using Distance = std::function<double(const Moments&, const Moments&)>;
-  /// What it looked like in this drive is one of its modes; see joinModes().
+  /// Adds this drive's mean as an appearance mode; see joinModes().
   void endDrive(double threshold, std::uint64_t fewest, const Distance& distance);
   /// Modes within `threshold`, those of fewer than `fewest` frames, and the nearest of more than three are
   /// joined.

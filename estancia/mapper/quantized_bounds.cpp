@@ -171,7 +171,7 @@ void QuantizedUpperBounds::upperBounds(std::span<const float> query, std::span<f
   dotsWith(rough, dots);
   // a·b = â·b̂ + â·(b − b̂) + (a − â)·b  ≤  â·b̂ + ‖â‖‖b − b̂‖ + ‖a − â‖‖b‖, and ‖b‖ ≤ ‖b̂‖ + ‖b − b̂‖
   const float queryNorm = q.roughNorm + q.errorNorm;
-  constexpr float rounding = 1e-6F;  // of the float32 arithmetic here and in the exact product
+  constexpr float rounding = 1e-6F;  // float32 rounding here and in the exact product
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     const Row& row = rows_[i];
     const float slack = row.roughNorm * q.errorNorm + row.errorNorm * queryNorm;

@@ -34,7 +34,7 @@ class QuantizedUpperBounds {
     float scale;           ///< value ≈ scale · byte
     float roughNorm;       ///< ‖scale · bytes‖
     float errorNorm;       ///< ‖value − scale · bytes‖
-    std::int32_t sum = 0;  ///< of the bytes
+    std::int32_t sum = 0;  ///< sum of the bytes
   };
   /// Dot products of the query's bytes with each row.
   void dotsWith(const std::vector<std::int8_t>& query, std::span<std::int32_t> dots) const;

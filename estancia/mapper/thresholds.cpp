@@ -12,15 +12,16 @@ namespace {
 
 constexpr std::size_t blockLength = 24;  // consecutive keyframes
 constexpr std::size_t maxBlocks = 32;
-constexpr std::size_t minBlocks = 8;     // of a short run, whose blocks are shorter
+constexpr std::size_t minBlocks = 8;     // blocks of a short run, which are shorter
 constexpr std::size_t maxAnchors = 256;  // keyframes compared pair by pair: 32,640 pairs
 constexpr std::size_t nearLag = 2;       // frames that count as near in time
 constexpr std::size_t minGap = 5;        // frames that count as far in time, at least …
 constexpr double gapShare = 0.05;        // … and this share of the run
-constexpr std::size_t minFarPairs = 10;  // below this a quantile says nothing
+constexpr std::size_t minFarPairs = 10;  // fewer give no useful quantile
 constexpr double maxRevisitShare = 0.8;
 constexpr double fewShare =
-    1.0 / 4;  // of the prior's dimensions: a run that spans less says nothing of other places
+    // share of the prior's dimensions: a run that spans less carries no information about other places
+    1.0 / 4;
 constexpr double minShare = 1e-4;  // τ_join stays above this share of its default, above mere rounding
 
 /// Linear interpolation between order statistics (R's type 7). `values` is sorted.

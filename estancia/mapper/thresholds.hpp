@@ -27,8 +27,8 @@ Thresholds thresholdsFrom(double tauJoin, const ThresholdOptions& options);
 /// came back, some far pairs show the same place; their share is read off the near pairs (twice the share of
 /// far pairs below the near median) and the quantile moves up by it.
 ///
-/// A run of few places cannot tell so: half of the far pairs between two rooms show one of these. There the
-/// prior tells how far apart places are. It is right for descriptors about the mean of all places, and the
+/// A run of few places cannot show this: half of the far pairs between two rooms show one of these. There the
+/// prior gives the distance between places. It is right for descriptors about the mean of all places, and the
 /// run's are about the mean of its own: K places are 1/(K − 1) further apart about their own mean (a regular
 /// simplex). K − 1 is the participation ratio of the blocks' means, over which the views of one place have
 /// been averaged. The run's own quantile counts as soon as that is large, measured by the prior's.
@@ -44,7 +44,7 @@ class ThresholdEstimator {
   /// See LabelScale.
   Standardization standardization() const { return labels_.standardization(); }
 
-  /// Before the run has told anything.
+  /// Thresholds before the first frame.
   Thresholds initial() const;
   /// Absent while the run is too short to have keyframes that are far apart.
   std::optional<Thresholds> estimate(const Standardization& standardization) const;

@@ -49,6 +49,10 @@ struct Recognition {
 ///
 /// Earlier views are those that were last seen before the robot saw something else: an image beyond τ_join
 /// or, for poses, twice as far away as near ones are. Views whose poses lie that far away are never the same.
+///
+/// Invariant: views_ and bounds_ share their indexes, counts_ and largest_ count views_, and there are at
+/// most max_ views. beginDrive() makes all views so far earlier ones; a sequence ends there, in forgetFrom(),
+/// and with an image that resembles no earlier view.
 class ViewMemory {
  public:
   ViewMemory(Distance distance, std::size_t labels, const MapperOptions& options);
@@ -66,9 +70,9 @@ class ViewMemory {
   double nearestOf(int node, std::span<const float> compared) const;
   /// The view that resembles the image most of those that were there when the drive began, embedded.
   std::optional<std::span<const float>> nearestOfEarlierDrives(std::span<const float> compared) const;
-  /// Whether poses say that no view of the node was taken near `pose`.
+  /// Whether poses prove that no view of the node was taken near `pose`.
   bool isElsewhere(int node, const std::optional<Pose>& pose) const;
-  /// Whether poses say that no views of the two nodes were taken near each other.
+  /// Whether poses prove that no views of the two nodes were taken near each other.
   bool areApart(int a, int b) const;
   void merge(int absorbed, int kept);
   /// All views of nodes with this id or a higher one; the sequence has ended.
@@ -111,7 +115,7 @@ class ViewMemory {
   std::size_t labels_, max_;
   double nearDistance_, nearAngle_;
   std::size_t driveBegan_ = 0;
-  bool bounded_;  ///< bounds_ can tell that a view is far
+  bool bounded_;  ///< bounds_ can prove that a view is far
   std::vector<PlaceView> views_;
   QuantizedUpperBounds bounds_;
   /// Views of each node that has some; the nodes with most of them first, of equal ones the lowest id.

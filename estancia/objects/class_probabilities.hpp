@@ -29,9 +29,9 @@ std::vector<std::string> unknownLabels(const TargetClasses& targets, const Vocab
 
 /// Completes the classes: one that has no label in the vocabulary gets those that are kinds of what its own
 /// labels name ("sofa": studio couch; findLabelKinds()), unless another class has them, by name or as fewer
-/// kinds. `source`: installedWordGraph. `told`, if there, gets a sentence for each such class. Throws Error
-/// (unknownName) when classes remain without a label, with near spellings and related labels, which are not
-/// taken: half of them would be wrong.
+/// kinds. `source`: installedWordGraph. `told`, if given, receives a sentence for each such class. Throws
+/// Error (unknownName) when classes remain without a label, with near spellings and related labels, which are
+/// not taken: half of them would be wrong.
 TargetClasses withLabelKinds(const TargetClasses& targets, const Vocabulary& vocabulary,
                              WordGraphSource source, std::vector<std::string>* told = nullptr);
 
@@ -49,7 +49,7 @@ class VocabularyMapping {
 
  private:
   std::size_t classes_;
-  std::vector<std::size_t> classOf_;  // of each label
+  std::vector<std::size_t> classOf_;  // class of each label
 };
 
 /// VocabularyMapping for one use.

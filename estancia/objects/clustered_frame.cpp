@@ -35,7 +35,7 @@ ImageAndDepth readImageAndDepth(const Sequence& sequence, std::size_t i) {
     else
       read.depth = sequence.depth(i);
   });
-  constexpr double maxRatio = 1.05;  // of the aspect ratios of images of the same view
+  constexpr double maxRatio = 1.05;  // ratio of the aspect ratios of images of the same view
   const double image = static_cast<double>(read.image.cols) / read.image.rows;
   const double depth = static_cast<double>(read.depth.cols) / read.depth.rows;
   if (image > maxRatio * depth || depth > maxRatio * image)

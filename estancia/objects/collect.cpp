@@ -113,7 +113,7 @@ NewSamples::NewSamples(const fs::path& folder, bool replace) : NewSamples() {
       if (!isObjectSamples(part))
         fail(ErrorCode::fileExists, "{} exists, where samples are collected first; move it away",
              io::printable(part.string()));
-      fs::remove_all(part);  // of a run that was killed
+      fs::remove_all(part);  // left by a run that was killed
     }
     part_ = part;
     for (const fs::path& inside : partsOf(part_)) fs::create_directories(inside);
@@ -283,7 +283,7 @@ Collected collectObjects(const Sequence& sequence, const fs::path& folder, const
   } catch (...) {
     try {
       keep();
-    } catch (const Error&) {  // as when the disk is full: the first error is reported
+    } catch (const Error&) {  // the disk may be full: the first error is reported
     }
     throw;
   }

@@ -75,12 +75,12 @@ std::vector<BoxMatch> matchBoxes(std::span<const OrientedBox> found, std::span<c
 
 std::vector<TrueThing> trueThings(const io::HomeTruth& truth, const ThingClasses& classes,
                                   const Vocabulary* vocabulary, const std::set<std::string>& images,
-                                  std::size_t leastPixels) {
+                                  std::size_t minPixels) {
   std::unordered_map<int, std::size_t> framesOf;
   for (const auto& [image, shown] : truth.visible) {
     if (!images.empty() && !images.contains(image)) continue;
     for (const io::VisibleInstance& thing : shown)
-      if (thing.pixels >= static_cast<int>(leastPixels)) ++framesOf[thing.id];
+      if (thing.pixels >= static_cast<int>(minPixels)) ++framesOf[thing.id];
   }
   std::vector<TrueThing> things;
   for (const io::HomeInstance& thing : truth.instances)
@@ -88,7 +88,7 @@ std::vector<TrueThing> trueThings(const io::HomeTruth& truth, const ThingClasses
         {thing.id,
          {thing.center, thing.size, thing.yaw},
          classes.of(thing.category),
-         truth.visible.empty() || framesOf[thing.id] >= leastFramesOfThing,
+         truth.visible.empty() || framesOf[thing.id] >= minFramesOfThing,
          vocabulary == nullptr ? std::vector<std::string>{} : classes.labelsOf(thing.category, *vocabulary)});
   return things;
 }

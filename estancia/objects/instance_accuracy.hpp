@@ -44,20 +44,20 @@ struct TrueThing {
 };
 
 /// Frames that show a thing, and its pixels in each of them, from which on it counts.
-constexpr std::size_t leastFramesOfThing = 5, leastPixelsOfThing = 150;
+constexpr std::size_t minFramesOfThing = 5, minPixelsOfThing = 150;
 
-/// The things of a home. They count where at least leastFramesOfThing of the `images` (by file name; all
-/// where none are given) show `leastPixels` of their pixels; all of them where the truth does not tell what
+/// The things of a home. They count where at least minFramesOfThing of the `images` (by file name; all
+/// where none are given) show `minPixels` of their pixels; all of them if the truth does not contain what
 /// images show. `vocabulary`: that of the map; nullptr where it names nothing.
 std::vector<TrueThing> trueThings(const io::HomeTruth& truth, const ThingClasses& classes,
                                   const Vocabulary* vocabulary, const std::set<std::string>& images = {},
-                                  std::size_t leastPixels = leastPixelsOfThing);
+                                  std::size_t minPixels = minPixelsOfThing);
 
 /// Pixels of each thing that a segment shows, by the thing's id; below io::kFirstInstance structure.
 using PixelsOfThings = std::map<int, double>;
 
 /// Adds what each segment of a frame shows. `segments`: a segment image; `mask`: the truth, CV_16U, of that
-/// size or of an image of which every n-th pixel was taken; of any other size it tells nothing.
+/// size or of an image of which every n-th pixel was taken; a mask of any other size is ignored.
 void addPixels(std::size_t frame, const cv::Mat& segments, const cv::Mat& mask,
                std::map<SegmentPlace, PixelsOfThings>& pixels);
 

@@ -22,7 +22,7 @@ constexpr std::size_t fewVoxels = 8;
 /// Vote of a frame that sees a wall there.
 constexpr double wallVote = 0.5;
 /// ObjectInstance::support below which it is a part of things, or none.
-constexpr double leastSupport = 0.25;
+constexpr double minSupport = 0.25;
 /// What hangs has so much wall beside it.
 constexpr double atWall = 0.15;
 /// What begins lower than this above the floor, and on nothing else, stands there on what was not seen [m].
@@ -199,7 +199,7 @@ std::vector<ObjectInstance> InstanceMap::instances() const {
     const Thing& thing = things[t];
     if (thing.gone) continue;
     const double support = supportOf(thing, voxels_, masks_);
-    if (support < leastSupport) continue;
+    if (support < minSupport) continue;
     const Footing footing = standing.footingOf(static_cast<int>(t));
     ObjectInstance instance;
     std::vector<cv::Point3d> points;

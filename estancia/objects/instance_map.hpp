@@ -40,9 +40,9 @@ struct VoxelHash {
 /// Mask clustering by view consensus (Yan et al., "MaskClustering", CVPR 2024): two segments of different
 /// frames show one thing if most of the frames that see both have them in one segment. A segment that other
 /// frames split is under-segmented and left out, as is one whose place is no segment in most frames: a wall.
-/// A frame that sees a wall there has half a vote, since it cannot tell one from the front of a cabinet.
-/// Parts that float, or lie nearly all inside of a larger thing which they touch, belong to that; clusters of
-/// loose pixels belong to the thing that they touch most.
+/// A frame that sees a wall there has half a vote, since it cannot distinguish one from the front of a
+/// cabinet. Parts that float, or lie nearly all inside of a larger thing which they touch, belong to that;
+/// clusters of loose pixels belong to the thing that they touch most.
 ///
 /// Memory: a voxel for each 2.5 cm of surface, and about 30 KB a frame. O(pixels) a frame.
 class InstanceMap {
@@ -56,9 +56,9 @@ class InstanceMap {
   void add(std::size_t frame, const cv::Mat& depth, const cv::Mat& segments, const CameraIntrinsics& camera,
            const Pose& pose);
 
-  /// How much an image of each segment of the frame added last would tell, from segment 1 on: the side of a
-  /// square of its pixels, divided by the square of how often its place has been labeled, and once more. So a
-  /// new small thing comes before another image of a large one.
+  /// Value of an image of each segment of the frame added last, from segment 1 on: the side of a square of
+  /// its pixels, divided by the square of how often its place has been labeled, and once more. So a new small
+  /// thing comes before another image of a large one.
   std::vector<double> worthLabeling() const;
   /// An image of this segment has been labeled.
   void labeled(const SegmentPlace& segment);
@@ -94,7 +94,7 @@ class InstanceMap {
   InstanceMapOptions options_;
   Voxels voxels_;
   std::vector<Mask> masks_;
-  std::vector<double> heights_;  // of the cameras [m]
+  std::vector<double> heights_;  // heights of the cameras [m]
   std::size_t newest_ = 0;       // the first mask of the frame added last
 };
 

@@ -28,7 +28,7 @@ LabeledShapes labeledShapes(const Features& shapes, std::span<const int> classes
          classes.size(), instances.size());
   LabeledShapes labeled{
       .rows = {}, .embedding = {}, .samples = {DescriptorMatrix(0), {}, {}, static_cast<int>(count)}};
-  std::vector<int> kept;  // of the instances
+  std::vector<int> kept;  // kept instances
   for (std::size_t i = 0; i < n; ++i) {
     if (classes[i] == -1) continue;
     if (classes[i] < 0 || static_cast<std::size_t>(classes[i]) >= count)

@@ -39,7 +39,7 @@ class StopWatch {
   Clock::time_point since_ = Clock::now();
 };
 
-/// What all views of an object say together.
+/// The fused answer of all views of an object.
 struct FusedViews {
   explicit FusedViews(std::size_t classes) : image(classes), shape(classes) {}
 
@@ -54,7 +54,7 @@ struct Candidate {
   cv::Mat crop;
   bool flat = false, labeled = false;
   double brightness = 0;
-  std::vector<float> descriptor;  // of its shape
+  std::vector<float> descriptor;  // descriptor of its shape
 };
 
 /// The crops of a frame for the label stream.

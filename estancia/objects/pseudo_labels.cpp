@@ -18,7 +18,7 @@ int mostProbable(DescriptorView p) {
   return best == p.end() || !(*best > 0) ? -1 : static_cast<int>(best - p.begin());
 }
 
-std::vector<int> mostProbableOfEach(const DescriptorMatrix& p) {
+std::vector<int> bestOfEach(const DescriptorMatrix& p) {
   std::vector<int> classes;
   for (std::size_t i = 0; i < p.size(); ++i) classes.push_back(mostProbable(p.row(i)));
   return classes;
@@ -66,7 +66,7 @@ std::vector<int> voted(const ClassProbabilities& answers, std::span<const int> i
 std::vector<int> confident(const ClassProbabilities& answers, std::span<const int> instances,
                            const Features& shapes, const ClassifierOptions& options, Progress& progress) {
   requireAsMany(answers, shapes.values.size(), "a shape");
-  std::vector<int> classes = mostProbableOfEach(answers.probabilities);
+  std::vector<int> classes = bestOfEach(answers.probabilities);
   std::vector<int> known = classes;
   std::ranges::sort(known);
   if (known.empty() || std::max(known.front(), 0) >= known.back()) return classes;  // fewer than two classes
@@ -99,7 +99,7 @@ std::vector<int> assignPseudoLabels(PseudoLabeling labeling, const ClassProbabil
   requireAsMany(answers, instances.size(), "an instance");
   switch (labeling) {
     case PseudoLabeling::top:
-      return mostProbableOfEach(answers.probabilities);
+      return bestOfEach(answers.probabilities);
     case PseudoLabeling::voted:
       return voted(answers, instances);
     case PseudoLabeling::confident:

@@ -12,7 +12,7 @@
 namespace estancia {
 
 /// One class a sample; −1: none, not to be learned from (no probability for any class, or not trusted; voted:
-/// none for the whole instance). `instances` tells which samples show one object; `shapes` (of the same
+/// none for the whole instance). `instances` identifies the samples of one object; `shapes` (of the same
 /// samples) and `options` are for PseudoLabeling::confident alone, which equals top with fewer than two
 /// classes, and keeps samples of classes that cannot be held out. Throws Error (mismatch) when the numbers of
 /// samples differ; Interrupted.

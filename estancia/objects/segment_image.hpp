@@ -6,8 +6,8 @@
 
 namespace estancia {
 
-/// 0: no segment; 1 to mostSegments: the number of its segment.
-constexpr std::uint8_t mostSegments = 253;
+/// 0: no segment; 1 to maxSegments: the number of its segment.
+constexpr std::uint8_t maxSegments = 253;
 /// An upright plane that passes for a wall. In a view that does not show its edges, the front of a cabinet
 /// looks the same.
 constexpr std::uint8_t wallPixel = 254;
@@ -16,7 +16,7 @@ constexpr std::uint8_t loosePixel = 255;
 
 /// Whether the pixel is in a segment.
 constexpr bool inSegment(std::uint8_t pixel) {
-  return pixel > 0 && pixel <= mostSegments;
+  return pixel > 0 && pixel <= maxSegments;
 }
 
 }  // namespace estancia

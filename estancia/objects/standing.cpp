@@ -151,7 +151,7 @@ int Standing::floorLevel(int eyes) const {
 }
 
 void Standing::joinParts(int floor) {
-  std::map<int, OrientedBox> boxes;  // of things as they are now [voxels]
+  std::map<int, OrientedBox> boxes;  // boxes of things as they are now [voxels]
   const auto sizeOf = [this](int t) { return things_[static_cast<std::size_t>(t)].voxels.size(); };
   const auto isInside = [&](int part, int whole) {
     auto box = boxes.find(whole);

@@ -52,7 +52,7 @@ void requirePrintable(const TargetClasses::Class& target) {
 void validate(const TargetClasses& targets) {
   if (targets.classes.empty()) refuse("there are no target classes; give at least one");
   std::set<std::string> names;
-  std::set<std::pair<std::string, std::string>> owners;  // of categories
+  std::set<std::pair<std::string, std::string>> owners;  // owners of categories
   for (const TargetClasses::Class& target : targets.classes) {
     requirePrintable(target);
     if (!names.insert(target.name).second)

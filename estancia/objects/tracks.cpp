@@ -43,7 +43,7 @@ double intersectionOverUnion(const cv::Rect2d& a, const cv::Rect2d& b) {
 struct Track {
   std::size_t number = 0;
   Sighting last;
-  std::optional<Pose> pose;  // of the camera that saw it
+  std::optional<Pose> pose;  // pose of the camera that saw it
   std::size_t unseen = 0;    // frames since then
 };
 

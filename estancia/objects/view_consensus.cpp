@@ -65,7 +65,7 @@ bool isObject(const SeenMask& mask, const Voxels& voxels) {
   return masked >= objectShare * seen;
 }
 
-/// What other frames say of a mask. Returns whether it is of use.
+/// Compares a mask with the other frames. Returns whether it is of use.
 bool observe(std::uint32_t number, const Voxels& voxels, const std::vector<SeenMask>& masks,
              const std::vector<std::size_t>& frameOf, Group& group) {
   const SeenMask& mask = masks[number];

@@ -13,7 +13,7 @@
 namespace estancia::odometry {
 namespace {
 
-constexpr float kFreedom = 5;               // of the t-distribution (Kerl et al. 2013)
+constexpr float kFreedom = 5;               // degrees of freedom of the t-distribution (Kerl et al. 2013)
 constexpr float kMinPlaneSpread = 0.5e-3F;  // [m] at 1 m; depth comes in millimeters
 constexpr float kMinGraySpread = 0.01F;     // images come in 8 bits, compressed
 // A pixel; less may be light on a bare wall, the shade of a lens or noise, none of which moves with the wall.
@@ -140,7 +140,7 @@ class Level {
   cv::Matx33f toFirst_;  ///< rotation of the target in turn into the first
   cv::Vec3f firstShift_;
   std::vector<Observation> planes_, grays_;
-  std::vector<float> sourceGrays_;  ///< of grays_
+  std::vector<float> sourceGrays_;  ///< subset of grays_
   GrayPairs pairs_;
   Exposure exposure_;
 };
@@ -150,7 +150,8 @@ void Level::addPlane(const PyramidLevel& target, const Projection& p, const cv::
   if (!(normal[2] <= 1) || sourceNormal.dot(normal) < kFacing) return;  // no normal at an edge
   const float distance = normal.dot(p.point - target.points.at<cv::Vec3f>(p.row, p.column));
   const float z = p.point[2];
-  planes_.push_back(observation(p.point, normal, distance, std::max(0.25F, z * z)));  // as by triangulation
+  // noise of triangulation
+  planes_.push_back(observation(p.point, normal, distance, std::max(0.25F, z * z)));
 }
 
 void Level::addGray(const PyramidLevel& target, const Projection& p, float gray) {

@@ -28,9 +28,10 @@ struct Alignment {
   bool solved = false;
   cv::Affine3d transform;  ///< T_map_source
   // For the target that shows the largest part of the source:
-  double overlap = 0;      ///< share of the source's points that lie on the target's surface
-  double rmse = 0;         ///< of the differences in depth of the common points [m], as if 4 m away at most
-  double correlation = 0;  ///< of their gray values; 1 without texture
+  double overlap = 0;  ///< share of the source's points that lie on the target's surface
+  /// root mean square difference in depth of the common points [m], scaled to 4 m at most
+  double rmse = 0;
+  double correlation = 0;  ///< correlation of their gray values; 1 without texture
   /// Share of the source's points that agree with any target in depth and in gray value.
   double agreement = 0;
   /// Information matrix of the residuals, for a motion (rotation, translation) that is multiplied from the
@@ -46,7 +47,7 @@ struct AlignmentOptions {
   int maxSteps = 12;       ///< on each level but the finest, which takes half as many
   /// Largest difference in depth of corresponding points while aligning [m]; doubled on each coarser level.
   double maxDifference = 0.10;
-  double sameSurface = 0.05;  ///< the same when the result is evaluated [m]
+  double sameSurface = 0.05;  ///< tolerance when the result is evaluated [m]
 };
 
 /// Coarse to fine from `guess` (T_map_source), by Gauss–Newton steps on point-to-plane distances and gray

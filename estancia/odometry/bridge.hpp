@@ -18,7 +18,7 @@ struct TrackedFrame {
 
 /// T_map_frame of a frame between two that were tracked, of which one may be missing: by the prior, and what
 /// it is off is shared between them; without a prior by a steady motion, if they are no farther apart than
-/// two frames may be (isTooFar()). Nothing where neither can tell.
+/// two frames may be (isTooFar()). Nothing if neither applies.
 std::optional<cv::Affine3d> bridged(std::size_t frame, const std::optional<TrackedFrame>& before,
                                     const std::optional<TrackedFrame>& after, const PriorTrack& prior);
 

@@ -68,7 +68,8 @@ std::vector<Match> mutualMatches(const Features& source, const Features& target)
 /// motion (Howard 2008); what chance matched is mostly gone before a motion is sought.
 std::vector<Match> consistent(std::vector<Match> matches, const Features& source, const Features& target,
                               std::size_t least) {
-  constexpr float kSlack = 0.03F;  // of the depth of each point: some pixels to the side, and its noise
+  // tolerance of the depth of each point: some pixels to the side, and its noise
+  constexpr float kSlack = 0.03F;
   const auto areConsistent = [&](const Match& a, const Match& b) {
     const cv::Point3f &p = source.points[a.source], &q = source.points[b.source],
                       &r = target.points[a.target], &s = target.points[b.target];

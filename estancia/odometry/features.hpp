@@ -14,7 +14,7 @@ namespace estancia::odometry {
 
 /// Corners of an image that have depth.
 struct Features {
-  CameraIntrinsics camera;  ///< of the image
+  CameraIntrinsics camera;  ///< camera of the image
   std::vector<cv::Point2f> pixels;
   std::vector<cv::Point3f> points;  ///< in the camera's frame [m]
   cv::Mat descriptors;              ///< a row each (ORB, Rublee et al. 2011)

@@ -15,7 +15,7 @@ namespace estancia::odometry {
 struct FrameView {
   std::string problem;  ///< why it cannot be aligned; "" when it can
   PackedImage image;
-  Pyramid pyramid;  ///< of `image`
+  Pyramid pyramid;  ///< pyramid of `image`
   Features features;
 };
 

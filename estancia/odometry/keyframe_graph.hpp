@@ -24,7 +24,7 @@ class KeyframeGraph {
   enum class Kind : std::uint8_t {
     tracked,  ///< from one keyframe to the next
     loop,     ///< by aligning keyframes of other times
-    assumed   ///< what no image tells: the prior's motion, and a guess where tracking was lost
+    assumed   ///< not from an image: the prior's motion, or a guess where tracking was lost
   };
   struct Edge : PoseGraphEdge {
     Kind kind = Kind::tracked;
@@ -52,14 +52,14 @@ class KeyframeGraph {
   void optimize(Keyframes& keyframes);
   /// The other keyframes that are known to be near: those that edges connect with k, and with these (at most
   /// `reach` edges away), but for loops that contradict the others. At most `max`, the most closely connected
-  /// first. As if the keyframe `without` did not exist.
+  /// first. Ignores the keyframe `without`.
   std::vector<std::size_t> around(std::size_t k, std::size_t max, std::size_t reach = 2,
                                   std::optional<std::size_t> without = {}) const;
   /// Number of the part of every keyframe: those that alignments connect, directly or not. It is the first
   /// keyframe of the part.
   std::vector<std::size_t> parts(std::size_t keyframes) const;
 
-  /// Edges of keyframe k, and back; what optimize() said of each is not among it.
+  /// Edges of keyframe k, and back; without the results of optimize().
   void write(std::size_t k, ByteWriter& bytes) const;
   /// Throws Error (malformedFile).
   void read(std::size_t k, ByteReader& bytes);

@@ -41,7 +41,7 @@ class Keyframes {
 
   /// Computed from the stored image; the latest few are cached, for the tracking thread alone.
   const Pyramid& pyramid(std::size_t k) const;
-  /// The same, not cached: for any thread.
+  /// Computes the pyramid without the cache: for any thread.
   Pyramid newPyramid(std::size_t k) const { return pyramidOf(keyframes_[k].image); }
 
   /// Returns its number. Throws Error (mismatch) when the number of words changes.

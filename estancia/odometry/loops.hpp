@@ -14,8 +14,8 @@ constexpr std::size_t kMinLoopKeyframes = 4;
 
 /// Which of the earlier keyframes are compared with a new one.
 enum class LoopCandidates {
-  overlapping,  ///< those that overlap it most where both are now
-  alike         ///< those with the most similar words, at least kMinLoopKeyframes before it
+  overlapping,  ///< the keyframes that overlap it most at the current estimate
+  alike         ///< the keyframes with the most similar words, at least kMinLoopKeyframes before it
 };
 
 /// Aligns keyframe k with at most RgbdOptions::loopCandidates earlier ones that it is not connected with, on

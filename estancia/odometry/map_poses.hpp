@@ -1,4 +1,4 @@
-// Map poses: the poses of keyframes as they were told, until a correction is worth telling.
+// Map poses: the poses of keyframes as reported last; small corrections are not reported.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -30,8 +30,8 @@ class MapPoses {
   /// Whether another part than the map has the most frames now.
   bool isOutgrown() const { return outgrown_; }
 
-  /// Tells the poses of new keyframes; and the optimum of all when it moves what an earlier one shows by more
-  /// than `tolerance` [m], or other keyframes belong to the map.
+  /// Reports the poses of new keyframes; and the optimum of all when it moves what an earlier one shows by
+  /// more than `tolerance` [m], or other keyframes belong to the map.
   void update(const Keyframes& keyframes, const KeyframeGraph& graph, double tolerance);
   void removeLast();
 
@@ -44,10 +44,10 @@ class MapPoses {
 
   std::vector<std::optional<cv::Affine3d>> told_;
   std::uint64_t revision_ = 0;
-  std::size_t map_ = 0;  ///< the part that was told of
+  std::size_t map_ = 0;  ///< the part that was reported
   bool outgrown_ = false;
-  std::vector<std::size_t> frames_;      ///< of each keyframe
-  std::vector<std::size_t> part_;        ///< of each keyframe, as of the last update
+  std::vector<std::size_t> frames_;      ///< frame of each keyframe
+  std::vector<std::size_t> part_;        ///< part of each keyframe, as of the last update
   std::vector<std::size_t> partFrames_;  ///< by the part's number
 };
 

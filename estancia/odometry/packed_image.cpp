@@ -9,7 +9,7 @@
 namespace estancia::odometry {
 namespace {
 
-constexpr double kMaxPixels = 1 << 26;  // as of image files
+constexpr double kMaxPixels = 1 << 26;  // the limit of image files
 
 cv::Mat readPngOf(ByteReader& bytes, cv::Size size, int type) {
   const std::vector<unsigned char> png = bytes.numbers<unsigned char>();

@@ -14,7 +14,7 @@ struct PackedImage {
   CameraIntrinsics camera;
   cv::Mat gray;     ///< CV_8U
   cv::Mat depth;    ///< CV_16U, same size; 0 where there is none
-  double step = 0;  ///< of depth [m]
+  double step = 0;  ///< step of depth [m]
 };
 
 /// Depth up to `maxDepth` [m] in 65535 steps: 0.12 mm of 8 m.

@@ -1,4 +1,4 @@
-// Motion prior: what wheel odometry says of the motion between two frames, and how exact it is.
+// Motion prior: the motion between two frames according to wheel odometry, and its uncertainty.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,7 +14,7 @@ namespace estancia::odometry {
 
 struct Motion {
   cv::Affine3d transform;  ///< T_from_to
-  cv::Matx66d covariance;  ///< of a motion (rotation, translation) multiplied from the left
+  cv::Matx66d covariance;  ///< covariance of a motion (rotation, translation) multiplied from the left
 };
 
 /// Whether a camera hardly moves so far in so many frames.
@@ -44,7 +44,7 @@ class PriorTrack {
   std::optional<Motion> motion(std::size_t from, std::size_t to, const RgbdOptions& options) const;
 
  private:
-  std::vector<std::optional<Entry>> entries_;  ///< as long as the last frame that is known
+  std::vector<std::optional<Entry>> entries_;  ///< ends with the last frame that is known
 };
 
 }  // namespace estancia::odometry

@@ -10,7 +10,7 @@ namespace estancia::odometry {
 namespace {
 
 constexpr float kNoDepth = std::numeric_limits<float>::quiet_NaN();
-constexpr float kSameSurface = 0.03F;  // of the depth: pixels that differ by more lie on two surfaces
+constexpr float kSameSurface = 0.03F;  // share of the depth: pixels that differ by more lie on two surfaces
 constexpr int kMinSize = 24;
 
 /// The mean of the nearest surface in every 2 × 2 pixels: averaging across an edge would create points in

@@ -37,7 +37,7 @@ class Recall {
  private:
   Distance distance_;
   std::vector<std::vector<float>> embedded_;
-  std::optional<Moments> moments_;  ///< of those that have words; absent while none has
+  std::optional<Moments> moments_;  ///< moments of the keyframes with words; absent while none has
 };
 
 }  // namespace estancia::odometry

@@ -36,7 +36,7 @@ struct RgbdOptions {
   int minLoopFeatures = 25;
   int threads = 0;
 };
-/// Says what each option is, its unit and its range.
+/// Declares the options, their units and their ranges.
 OptionGroup declare(RgbdOptions& options);
 /// Throws Error (invalidOption, unknownName).
 void validate(const RgbdOptions& options);

@@ -24,7 +24,7 @@ using EdgeKind = odometry::KeyframeGraph::Kind;
 using odometry::LoopCandidates;
 
 constexpr double kUnknownTurn = 0.3, kUnknownShift = 0.5;  // [rad], [m] of a motion that nothing measured
-constexpr std::size_t kLongestBridge = 10;                 // frames; of more nobody knows the motion
+constexpr std::size_t kLongestBridge = 10;                 // frames; the motion over more is unknown
 constexpr double kSettled = 1e-6;                          // [m]; smaller corrections are rounding errors
 
 std::optional<double> finite(const std::optional<double>& timestamp) {
@@ -119,7 +119,7 @@ bool RgbdTracker::Impl::promoteLast() {
   return true;
 }
 
-/// A keyframe where the motion so far would have led; loops tell later where it is.
+/// A keyframe where the motion so far would have led; loops correct it later.
 void RgbdTracker::Impl::startAnew(Current& now) {
   const cv::Affine3d pose = predicted(now.frame);
   std::size_t before = current;

@@ -37,10 +37,10 @@ struct FrameFacts {
 
 /// Tracks a camera one frame after the other. Every new keyframe is compared with earlier ones, by overlap
 /// and by words; where it is aligned with some, the pose graph is optimized, and earlier poses may change:
-/// revision() tells. The camera is tracked among the keyframes that are known to be around it, old ones, too;
-/// so keyframes (about 90 kB each) grow with what was seen, not with the time. The work for a frame is
-/// bounded, but for a look at all keyframes when there is a new one (some microseconds each), and for the
-/// optimization of all their poses when a long loop is closed (a millisecond each). For one thread;
+/// revision() counts this. The camera is tracked among the keyframes that are known to be around it, old
+/// ones, too; so keyframes (about 90 kB each) grow with what was seen, not with the time. The work for a
+/// frame is bounded, but for a look at all keyframes when there is a new one (some microseconds each), and
+/// for the optimization of all their poses when a long loop is closed (a millisecond each). For one thread;
 /// prepare() is for any.
 class RgbdTracker {
  public:
@@ -63,8 +63,8 @@ class RgbdTracker {
   ~RgbdTracker();
 
   using View = std::shared_ptr<const odometry::FrameView>;
-  /// What can be computed of a frame before its turn has come. Never throws for what is wrong with the
-  /// images: add() says it.
+  /// What can be computed of a frame before its turn has come. Never throws because of unusable images: add()
+  /// reports them.
   View prepare(const cv::Mat& image, const cv::Mat& depth, const std::string& name = "") const;
 
   /// The next frame is another drive's: the camera may be anywhere, and is looked for among all keyframes. To
@@ -75,7 +75,7 @@ class RgbdTracker {
   /// Throws Error (mismatch) when the number of words changes.
   Placement add(const cv::Mat& image, const cv::Mat& depth, const FrameFacts& facts = {});
   Placement add(const View& view, const FrameFacts& facts);
-  /// The next frame, which could not be read: `why` is said of it.
+  /// The next frame, which could not be read: `why` is reported for it.
   Placement skip(const std::string& why, const FrameFacts& facts);
 
   /// Frames so far.

@@ -16,7 +16,7 @@ using odometry::isTooFar;
 constexpr std::size_t kTargets = 2;  // keyframes that a frame is aligned with at once
 constexpr std::size_t kNear = 16;    // keyframes among which these are picked, known to be around
 constexpr std::size_t kLatest = 8;   // and of the latest, which hardly drift apart without loops, too
-constexpr int kGuessFeatures = 12;   // that must agree for a guess, which then is put to the test
+constexpr int kGuessFeatures = 12;   // features that must agree on a guess, which is verified then
 
 /// Whether another pose would lead an alignment to the same.
 auto isNear(const cv::Affine3d& pose) {
@@ -33,7 +33,7 @@ cv::Affine3d RgbdTracker::Impl::steady(std::size_t frame) const {
   return lastPose * odometry::times(velocity, static_cast<double>(frame - lastFrame));
 }
 
-/// T_map_frame as the prior says, else as the motion so far goes on.
+/// T_map_frame predicted by the prior, else by continuing the motion so far.
 cv::Affine3d RgbdTracker::Impl::predicted(std::size_t frame) const {
   if (const auto motion = prior.transform(lastFrame, frame)) return lastPose * *motion;
   return steady(frame);

@@ -83,11 +83,11 @@ struct RgbdTracker::Impl {
   odometry::AlignmentOptions how;
   std::size_t threads;
 
-  std::vector<std::optional<Placed>> placed;    ///< of every frame
-  std::map<std::size_t, std::string> problems;  ///< of frames that cannot be aligned
+  std::vector<std::optional<Placed>> placed;    ///< poses of every frame
+  std::map<std::size_t, std::string> problems;  ///< problems of frames that cannot be aligned
   std::map<std::size_t, std::string> notes;     ///< sentences
   odometry::PriorTrack prior;
-  std::optional<double> priorTime;  ///< of its latest pose [s]
+  std::optional<double> priorTime;  ///< time of its latest pose [s]
   odometry::Keyframes keyframes;
   odometry::KeyframeGraph graph;
   odometry::MapPoses map;

@@ -48,7 +48,7 @@ void requireEnd(const ByteReader& bytes) {
 }
 
 /// Options and camera as text, without the options that change no result: a state goes on with the same ones
-/// only. Those that have gone stand in it as in files of older programs.
+/// only. Removed options are written with the values in files of older programs.
 std::string settingsOf(const RgbdOptions& o, const CameraIntrinsics& c) {
   return fmt::format(
       "{} {} {} {} {} {}; term {}; max-width {}; max-depth {}; keyframe-overlap {}; min-overlap 0.35; "

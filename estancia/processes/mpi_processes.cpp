@@ -12,7 +12,7 @@
 namespace estancia {
 namespace {
 
-/// Open MPI tells those it has started how many they are.
+/// Number of processes that Open MPI has started together, from its environment.
 int startedTogether() {
   return std::atoi(environment("OMPI_COMM_WORLD_SIZE").c_str());
 }

@@ -12,8 +12,8 @@ namespace estancia {
 /// A process among its like, numbered from 0. They only exchange short texts; any thread may.
 class MpiProcesses {
  public:
-  /// Of a text.
-  static constexpr std::size_t mostBytes = 4000;
+  /// Maximum size of a text.
+  static constexpr std::size_t maxBytes = 4000;
 
   struct Message {
     int from;
@@ -31,7 +31,7 @@ class MpiProcesses {
 };
 
 /// The others and this one, where mpirun has started several; else null, and nothing of MPI is touched.
-/// Throws Error that says what to install when this Estancia cannot join them. To be asked once.
+/// Throws Error that advises what to install when this Estancia cannot join them. To be asked once.
 std::unique_ptr<MpiProcesses> joinMpiProcesses();
 
 }  // namespace estancia

@@ -21,7 +21,7 @@ class MpiRanks final : public MpiProcesses {
   int size() const override { return size_; }
 
   void send(int to, const std::string& text) override {
-    const std::string sent = text.substr(0, mostBytes);
+    const std::string sent = text.substr(0, maxBytes);
     MPI_Request request = MPI_REQUEST_NULL;
     {
       const std::lock_guard lock(mutex_);

@@ -25,9 +25,9 @@ std::string text(const json& message) {
   return message.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
-/// What was thrown, as far as it can be told to another process.
+/// The exception, as far as it can be sent to another process.
 json wordsOf(const std::exception_ptr& failure) {
-  constexpr std::size_t longest = MpiProcesses::mostBytes / 8;  // JSON may write six bytes for one
+  constexpr std::size_t longest = MpiProcesses::maxBytes / 8;  // JSON may write six bytes for one
   try {
     std::rethrow_exception(failure);
   } catch (const Error& e) {
@@ -128,7 +128,7 @@ void WorkQueue::answer() {
   }
 }
 
-/// Of several pieces the first one's counts.
+/// If several pieces fail, the failure of the first one counts.
 void WorkQueue::fail(Failure failure) {
   if (!failure_ || (failure.piece && failure_->piece && *failure.piece < *failure_->piece))
     failure_ = std::move(failure);
@@ -171,7 +171,7 @@ void WorkQueue::tell(const std::optional<std::size_t>& piece, const std::excepti
 
 /// In as many messages as it takes.
 void WorkQueue::give(std::size_t piece, const std::string& result) {
-  constexpr std::size_t longest = MpiProcesses::mostBytes / 8;  // JSON may write six bytes for one
+  constexpr std::size_t longest = MpiProcesses::maxBytes / 8;  // JSON may write six bytes for one
   for (std::size_t begin = 0; begin < result.size(); begin += longest)
     ranks_->send(0, text({"result", piece, result.substr(begin, longest)}));
 }

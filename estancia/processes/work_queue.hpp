@@ -31,17 +31,18 @@ class WorkQueue {
   int processes() const { return ranks_->size(); }
 
   /// Runs `program` and returns when all have. At rank 0 throws what it threw, or else Error with what it
-  /// threw at another; the others tell rank 0 and return. To be called once.
+  /// threw at another; the others report to rank 0 and return. To be called once.
   void together(const std::function<void()>& program);
 
   /// Calls work(i) for each i of rank 0's `pieces`, once, on `threads` threads of one of the processes;
-  /// returns when all is done everywhere. `list` says what the numbers mean, and must be the same in all.
-  /// `onDone` is called at rank 0 for each piece that another process has done. The failure of a piece ends
-  /// the work when the pieces that run have ended: rank 0 throws that of the first piece, others Interrupted.
+  /// returns when all is done everywhere. `list` describes what the numbers mean, and must be the same in
+  /// all. `onDone` is called at rank 0 for each piece that another process has done. The failure of a piece
+  /// ends the work when the pieces that run have ended: rank 0 throws that of the first piece, others
+  /// Interrupted.
   void each(const std::string& list, const std::vector<std::size_t>& pieces, std::size_t threads,
             const std::function<void(std::size_t)>& work, const std::function<void()>& onDone);
 
-  /// The same for all pieces below `count`, one at a time in each process. At rank 0 gives what work(i)
+  /// Calls work(i) for all pieces below `count`, one at a time in each process. At rank 0 gives what work(i)
   /// returned, by i; at the others nothing.
   std::vector<std::string> results(const std::string& list, std::size_t count,
                                    const std::function<std::string(std::size_t)>& work,

@@ -41,7 +41,7 @@ struct LocalizationAccuracy {
   std::size_t judgedFrames = 0;
 };
 
-/// What the answers say without any truth.
+/// Statistics of the answers that need no ground truth.
 struct LocalizationSummary {
   struct Place {
     int node = 0;
@@ -68,8 +68,8 @@ AdmissibleImages readAdmissibleImages(const std::filesystem::path& path);
 
 /// `zoneOf`: the zones that the localizer was given; empty for none. `frames` and `answers` belong together.
 /// `numbers[i]` is the place of frames[i] in its sequence, which `admissible` counts by. Where that is empty,
-/// an image is admissible that was taken near, as `near` says. Throws Error (mismatch) when `admissible` does
-/// not reach that far.
+/// an image is admissible that was taken near, as defined by `near`. Throws Error (mismatch) when
+/// `admissible` does not reach that far.
 LocalizationAccuracy measureLocalization(const TopologicalMap& map, const std::vector<Frame>& frames,
                                          const std::vector<std::size_t>& numbers,
                                          const std::vector<Localization>& answers,

@@ -17,7 +17,7 @@ struct ExportOptions {
   std::string frame = "map";
   bool bidirectional = true;
 };
-/// Says what each option is.
+/// Declares the options.
 OptionGroup declare(ExportOptions& options);
 
 /// The formats of exportMap():

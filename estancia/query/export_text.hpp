@@ -15,7 +15,7 @@ namespace estancia::exporting {
 /// Indented by one blank; what is no UTF-8 is replaced.
 std::string dump(const nlohmann::ordered_json& json);
 
-/// Six decimals say all, and 0.2F as a double would be 0.20000000298.
+/// Six decimals suffice, and 0.2F as a double would be 0.20000000298.
 double rounded(double probability);
 double rounded(float probability);
 

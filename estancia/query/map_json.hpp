@@ -1,4 +1,4 @@
-// Map JSON: what `--json` of ask, route, localize and explain says. Private.
+// Map JSON: the output of `--json` of ask, route, localize and explain. Private.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

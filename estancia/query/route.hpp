@@ -20,7 +20,7 @@ struct RouteOptions {
   /// [degrees]
   double viewAngle = 20;
 };
-/// Says what each option is and its range.
+/// Declares the options and their ranges.
 OptionGroup declare(RouteOptions& options);
 
 struct Route {

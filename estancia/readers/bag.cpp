@@ -67,7 +67,7 @@ double secondsOf(std::int64_t nanoseconds) {
 
 /// Half the usual time between two; a synchronous pair is never farther apart. TUM's associate.py takes 0.02
 /// s.
-std::int64_t mostBetweenDepthAndImage(const std::vector<StampedMessage>& depths) {
+std::int64_t maxBetweenDepthAndImage(const std::vector<StampedMessage>& depths) {
   constexpr std::int64_t least = 20'000'000, most = 50'000'000;  // [ns]
   std::vector<std::int64_t> gaps;
   for (std::size_t i = 1; i < depths.size(); ++i) gaps.push_back(depths[i].stamp - depths[i - 1].stamp);
@@ -133,7 +133,7 @@ void BagSequence::findDepths() {
     topics_.depth.reset();
     return;
   }
-  const std::int64_t mostAway = mostBetweenDepthAndImage(all);
+  const std::int64_t maxAway = maxBetweenDepthAndImage(all);
   for (std::size_t i = 0; i < images_.size(); ++i) {
     const std::int64_t time = images_[i].stamp;
     auto nearest = std::ranges::lower_bound(all, time, {}, &StampedMessage::stamp);
@@ -141,7 +141,7 @@ void BagSequence::findDepths() {
         (nearest != all.begin() && time - std::prev(nearest)->stamp < nearest->stamp - time))
       --nearest;
     depths_[i] = *nearest;
-    if (std::abs(nearest->stamp - time) > mostAway) depths_[i].message = noMessage;
+    if (std::abs(nearest->stamp - time) > maxAway) depths_[i].message = noMessage;
   }
 }
 
@@ -223,7 +223,7 @@ cv::Mat BagSequence::depth(std::size_t i) const {
     fail(ErrorCode::insufficientData, "{}: {} has no depth image near its time stamp", path_,
          entries_[i].name);
   try {
-    if (topic(*topics_.depth).type == "sensor_msgs/PointCloud2") {  // of a camera without distortion
+    if (topic(*topics_.depth).type == "sensor_msgs/PointCloud2") {  // a camera without distortion
       const ros::Payload payload = bag_->read(message);
       return depthOf(ros::readPointCloud({payload.bytes, *topic(*topics_.depth).encoding}));
     }

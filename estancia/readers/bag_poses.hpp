@@ -14,13 +14,13 @@
 
 namespace estancia::io {
 
-/// The frames camera ← … ← base ← odom ← map, as far as the bag tells them. All poses are in the frame above
-/// all others: "map" where something localizes the robot, else "odom".
+/// The frames camera ← … ← base ← odom ← map, as far as the bag contains them. All poses are in the frame
+/// above all others: "map" where something localizes the robot, else "odom".
 class BagPoses {
  public:
   /// `camera`: the frame of the images. Reads all transforms, and the messages of the topics of poses until
-  /// one says where the camera is. `maxGap`: largest time between an image and a pose that is not
-  /// interpolated [s].
+  /// one gives the camera's pose. `maxGap`: largest time between an image and a pose that is not interpolated
+  /// [s].
   BagPoses(const ros::Bag& bag, const std::vector<ChosenTopic>& topics, const std::string& camera,
            double maxGap);
 
@@ -43,7 +43,7 @@ class BagPoses {
 
   std::string camera_, root_;
   ros::TransformTree transforms_, poses_;
-  /// T_body_camera where no transform says it.
+  /// T_body_camera if no transform gives it.
   std::optional<cv::Affine3d> mount_;
   std::string body_;
   std::optional<ChosenTopic> topic_;

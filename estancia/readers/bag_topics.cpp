@@ -16,7 +16,7 @@ namespace {
 
 constexpr const char* noTopic = "none";
 
-/// A topic of images, and what its first message that can be read says.
+/// A topic of images, and the content of its first readable message.
 struct ImageTopic {
   std::size_t topic = 0;
   ImageContent content = ImageContent::unknown;

@@ -14,7 +14,7 @@ namespace estancia::io {
 namespace {
 
 constexpr const char* what = "a compressed depth image";
-constexpr std::uint64_t mostDepthPixels = std::uint64_t{1} << 26;
+constexpr std::uint64_t maxDepthPixels = std::uint64_t{1} << 26;
 
 template <class Value>
 Value valueAt(std::string_view bytes, std::size_t at) {
@@ -26,7 +26,7 @@ Value valueAt(std::string_view bytes, std::size_t at) {
 }
 
 /// RVL: words of 32 bits, little-endian, of eight nibbles each, the highest first. A number is nibbles of
-/// three bits, the lowest first, whose top bit says that more follow.
+/// three bits, the lowest first, whose top bit is set if more follow.
 class RvlNibbles {
  public:
   explicit RvlNibbles(std::string_view bytes) : bytes_(bytes) {}
@@ -66,7 +66,7 @@ class RvlNibbles {
 cv::Mat decodeRvl(std::string_view bytes) {
   const auto columns = valueAt<std::uint32_t>(bytes, 0), rows = valueAt<std::uint32_t>(bytes, 4);
   const std::uint64_t pixels = std::uint64_t{columns} * rows;
-  if (pixels == 0 || pixels > mostDepthPixels || columns > mostDepthPixels || rows > mostDepthPixels)
+  if (pixels == 0 || pixels > maxDepthPixels || columns > maxDepthPixels || rows > maxDepthPixels)
     fail(ErrorCode::tooLarge, "{} of {} × {} pixels", what, columns, rows);
   cv::Mat image(static_cast<int>(rows), static_cast<int>(columns), CV_16U);
   auto* const values = image.ptr<std::uint16_t>();

@@ -11,7 +11,7 @@
 namespace estancia::io {
 namespace {
 
-constexpr std::uint64_t mostCloudPoints = std::uint64_t{1} << 26;
+constexpr std::uint64_t maxCloudPoints = std::uint64_t{1} << 26;
 constexpr std::array<std::size_t, 9> bytesOfFieldType = {0, 1, 1, 2, 2, 4, 4, 4, 8};
 
 /// Where a number of each point is, and how it is stored.
@@ -72,9 +72,9 @@ cv::Mat depthOf(const ros::PointCloudMessage& message) {
 
 PointCloud cloudOf(const ros::PointCloudMessage& message) {
   const std::uint64_t width = message.width, height = message.height;
-  if (width > mostCloudPoints || height > mostCloudPoints || width * height > mostCloudPoints)
+  if (width > maxCloudPoints || height > maxCloudPoints || width * height > maxCloudPoints)
     fail(ErrorCode::tooLarge, "a cloud of {} × {} points; at most {} are read", width, height,
-         mostCloudPoints);
+         maxCloudPoints);
   const std::uint64_t rowStep = message.rowStep == 0 ? width * message.pointStep : message.rowStep;
   if (width * height > 0 && (rowStep < width * message.pointStep ||
                              (height - 1) * rowStep + width * message.pointStep > message.data.size()))

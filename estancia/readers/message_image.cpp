@@ -16,7 +16,7 @@
 namespace estancia::io {
 namespace {
 
-constexpr std::uint64_t mostPixels = std::uint64_t{1} << 26;
+constexpr std::uint64_t maxPixels = std::uint64_t{1} << 26;
 
 /// How an encoding of sensor_msgs/image_encodings is stored, and what makes BGR or gray of it.
 struct PixelFormat {
@@ -82,8 +82,8 @@ cv::Mat storedPixels(const ros::ImageMessage& message, const PixelFormat& format
   const std::uint64_t width = message.width, height = message.height;
   if (width == 0 || height == 0)
     fail(ErrorCode::malformedFile, "an image of {} × {} pixels has none", width, height);
-  if (width > mostPixels || height > mostPixels || width * height > mostPixels)
-    fail(ErrorCode::tooLarge, "an image of {} × {} pixels; at most {} are read", width, height, mostPixels);
+  if (width > maxPixels || height > maxPixels || width * height > maxPixels)
+    fail(ErrorCode::tooLarge, "an image of {} × {} pixels; at most {} are read", width, height, maxPixels);
   const std::uint64_t rows = format.rowsOfThree == 3 ? height : height * 3 / 2;
   const std::uint64_t rowBytes = width * static_cast<std::uint64_t>(CV_ELEM_SIZE(format.type));
   const std::uint64_t step = message.step == 0 ? rowBytes : message.step;
@@ -92,7 +92,7 @@ cv::Mat storedPixels(const ros::ImageMessage& message, const PixelFormat& format
     fail(ErrorCode::malformedFile,
          "an image of {} × {} pixels in {} has {} bytes in rows of {}; it needs rows of {}, {} in all", width,
          height, message.encoding, message.data.size(), step, rowBytes, rows * rowBytes);
-  // OpenCV takes no pointer to what must not be written; nobody writes to it.
+  // OpenCV takes no pointer to constant data; the data are not written to.
   auto* const data = const_cast<std::byte*>(message.data.data());
   cv::Mat pixels(static_cast<int>(rows), static_cast<int>(width), format.type, data, step);
   if (message.bigEndian == (std::endian::native == std::endian::big) || pixels.elemSize1() == 1)

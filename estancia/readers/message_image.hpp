@@ -22,7 +22,7 @@ enum class ImageContent {
 ImageContent contentOf(const ros::ImageMessage& message);
 /// Depth where the cloud is organized as an image.
 ImageContent contentOf(const ros::PointCloudMessage& message);
-/// By its format, and where that does not tell, by the header of the image file.
+/// Determined by its format, or if that is ambiguous, by the header of the image file.
 ImageContent contentOf(const ros::CompressedImageMessage& message);
 
 /// BGR, 8 bits, 3 channels, a copy. Encodings of sensor_msgs/image_encodings: mono, rgb, bgr, rgba, bgra of 8

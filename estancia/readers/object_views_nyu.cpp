@@ -176,8 +176,8 @@ class NyuObjects final : public ListedObjectViews {
   }
 
   io::Opened frames_;
-  std::vector<fs::path> labels_;  ///< of each frame
-  std::vector<Place> places_;     ///< of each view
+  std::vector<fs::path> labels_;  ///< labels of each frame
+  std::vector<Place> places_;     ///< place of each view
 };
 
 }  // namespace

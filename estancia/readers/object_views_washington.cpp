@@ -132,7 +132,7 @@ class Washington final : public ListedObjectViews {
   }
 
   CameraIntrinsics camera_;
-  std::vector<std::string> stems_;  ///< of each view's files
+  std::vector<std::string> stems_;  ///< stems of each view's files
 };
 
 }  // namespace

@@ -34,7 +34,7 @@ class DescriptorFrames final : public io::ListedSequence {
     }
     entries_ = std::move(labeled.frames);
   }
-  /// Tells drives apart that have the same names; of the first frame alone.
+  /// Distinguishes drives that have the same names; only the first frame has one.
   std::string fingerprint(std::size_t i) const override { return i == 0 ? first_ : ""; }
   cv::Mat image(std::size_t i) const override {
     fail(ErrorCode::invalidState, "{}: {} has labels only, no image; open the sequence of images", name_,

@@ -93,7 +93,7 @@ class PanoramaTour final : public ListedSequence {
   double exposure_, fieldOfView_;
   Camera camera_;
   mutable std::mutex mutex_;
-  mutable std::vector<std::string> digests_;  // of the files, "" until requested
+  mutable std::vector<std::string> digests_;  // digests of the files, "" until requested
   mutable std::vector<ToneMapped> recent_;    // newest last; a tour visits one place after the other
 };
 

@@ -14,8 +14,8 @@
 namespace estancia::io {
 namespace {
 
-constexpr double mostOfView = 50 * std::numbers::pi / 180;  // to either side
-constexpr std::uint32_t mostCameraPixels = 1 << 14;         // wide or high
+constexpr double maxOfView = 50 * std::numbers::pi / 180;  // to either side
+constexpr std::uint32_t maxCameraPixels = 1 << 14;         // wide or high
 
 /// One calibrated camera in OpenCV's terms.
 struct Calibration {
@@ -36,7 +36,7 @@ struct Calibration {
 /// The slope of the nearer of two border pixels; an axis that sees more than the limit, or that no model can
 /// turn back into a ray, has the limit.
 double slopeSeen(double one, double other) {
-  const double limit = std::tan(mostOfView);
+  const double limit = std::tan(maxOfView);
   const double slope = std::min(std::abs(one), std::abs(other));
   return std::isfinite(slope) && slope > 0 ? std::min(slope, limit) : limit;
 }
@@ -55,7 +55,7 @@ CameraIntrinsics pinholeFor(const Calibration& from, int width, int height) {
 
 void requireCalibration(const ros::CameraInfo& info, double fx, double fy) {
   const auto isFinite = [](double n) { return std::isfinite(n) && std::abs(n) < 1e9; };
-  if (info.width == 0 || info.height == 0 || info.width > mostCameraPixels || info.height > mostCameraPixels)
+  if (info.width == 0 || info.height == 0 || info.width > maxCameraPixels || info.height > maxCameraPixels)
     fail(ErrorCode::invalidInput, "the camera info announces images of {} × {} pixels", info.width,
          info.height);
   if (!std::ranges::all_of(info.matrix, isFinite) || !std::ranges::all_of(info.projection, isFinite) ||

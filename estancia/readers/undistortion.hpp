@@ -11,7 +11,7 @@
 
 namespace estancia::io {
 
-/// What a CameraInfo says, and the maps that follow. Copies share them; thread-safe.
+/// The calibration of a CameraInfo, and the maps computed from it. Copies share them; thread-safe.
 class Undistortion {
  public:
   /// `isRectified`: the images have been undistorted already, the projection matrix is theirs. Throws Error:

@@ -37,7 +37,7 @@ class Video final : public ListedSequence {
   const std::unique_ptr<VideoDecoder> decoder_ = makeVideoDecoder();
   mutable std::size_t next_ = 0;  // the frame that the next read gives
   mutable std::once_flag digested_;
-  mutable std::string digest_;  // of the whole file
+  mutable std::string digest_;  // digest of the whole file
 };
 
 Video::Video(const fs::path& file) : ListedSequence(nameOf(file)), file_(file) {

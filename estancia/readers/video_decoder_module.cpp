@@ -23,7 +23,7 @@ class OpencvVideoDecoder final : public VideoDecoder {
   bool openCamera(const std::string& camera, std::chrono::milliseconds patience) override {
     capture_.release();
     if (camera.find("://") != std::string::npos) {
-      setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);  // its lines come with each frame, and tell people nothing
+      setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);  // its log lines come with each frame and are of no use
       const int limit = static_cast<int>(patience.count());
       return capture_.open(camera, backend(),
                            {cv::CAP_PROP_OPEN_TIMEOUT_MSEC, limit, cv::CAP_PROP_READ_TIMEOUT_MSEC, limit});

@@ -67,7 +67,7 @@ void ColorTerm::add(std::size_t i, std::size_t k, const cv::Point3f& p, const cv
   for (int c = 0; c < 3; ++c) {
     const cv::Point3f slope(gradient(c, 0), gradient(c, 1), gradient(c, 2));
     const cv::Point3f lever = (p - middle).cross(slope);
-    const double channel = c == 0 ? scaled / 4 : scaled;  // as in colorDifference()
+    const double channel = c == 0 ? scaled / 4 : scaled;  // weighted as in colorDifference()
     Vector6 row;
     row << lever.x / size, lever.y / size, lever.z / size, slope.x, slope.y, slope.z;
     left.noalias() += channel * row * row.transpose();

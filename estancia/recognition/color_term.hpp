@@ -1,4 +1,4 @@
-// Color term: what the colors of a model and a scene say about a pose.
+// Color term: evidence for a pose from the colors of a model and a scene.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

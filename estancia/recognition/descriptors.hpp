@@ -20,7 +20,7 @@ Choices descriptorMethods();
 /// Described keypoints; all lists have the same length.
 struct SurfaceFeatures {
   std::vector<std::uint32_t> keypoints;      ///< indices of the surface's points
-  std::vector<cv::Point3f> points, normals;  ///< of them
+  std::vector<cv::Point3f> points, normals;  ///< positions and normals of the keypoints
   std::vector<cv::Matx33f> frames;           ///< rows are x, y, z of the local frame (localFrame())
   DescriptorMatrix descriptors{0};
 
@@ -39,7 +39,7 @@ enum class FrameSigns {
 
 /// Describes keypoints by the surface within `radius` [m]. Keypoints with fewer than five points around them
 /// are left out. Throws Error (unknownName, invalidInput when shot-color gets a surface without colors, and
-/// as Surface::requireRadius()). The same for any number of threads.
+/// as Surface::requireRadius()). The result does not depend on the number of threads.
 SurfaceFeatures describe(const Surface& surface, std::span<const std::uint32_t> keypoints,
                          const std::string& method, double radius, int threads = 1,
                          FrameSigns signs = FrameSigns::majority);
@@ -50,8 +50,8 @@ SurfaceFeatures describe(const Surface& surface, std::span<const std::uint32_t> 
 /// Equals PCL's SHOTEstimation within rounding. `colored`: color-SHOT (Tombari, Salti, Di Stefano: A combined
 /// texture-shape descriptor for enhanced 3D feature matching, 2011), 1344 numbers: behind those of shape, 31
 /// bins of the distance in CIELAB from the keypoint's color in each of the 32 volumes. Equals PCL's
-/// SHOTColorEstimation within the steps of its table of CIELAB. It tells textures from each other, but not
-/// two surfaces of one plain color each.
+/// SHOTColorEstimation within the steps of its table of CIELAB. It distinguishes textures, but not two
+/// surfaces of one plain color each.
 void describeShot(const Surface& surface, std::span<const std::uint32_t> keypoints,
                   std::span<const cv::Matx33f> frames, double radius, bool colored, int threads,
                   std::vector<float>& values);

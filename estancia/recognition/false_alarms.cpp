@@ -11,7 +11,7 @@ namespace {
 
 constexpr double usual = 0.13;                       // evidence of wrong poses, at least
 constexpr double unit = 0.15;                        // chance at which the scale is kDecay
-constexpr double kOffset = 0.0135, kDecay = 0.0195;  // of the tail, measured
+constexpr double kOffset = 0.0135, kDecay = 0.0195;  // parameters of the tail, measured
 
 }  // namespace
 

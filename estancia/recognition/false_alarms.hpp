@@ -8,10 +8,10 @@
 namespace estancia {
 
 /// The null model of verification by evidence. Which evidence is chance depends on the scene: curved things
-/// side by side agree with a wrong model more than a table does, noise more than none. The best wrong poses
-/// of the same search tell: the best pose of an absent model exceeds the mean of the eight next ones,
-/// elsewhere in the scene, by an amount whose tail is exponential. Its scale grows with the root of that
-/// mean, as for sums of independent chances. Constants: docs/measured/recognition.md.
+/// side by side agree with a wrong model more than a table does, noise more than none. It is estimated from
+/// the best wrong poses of the same search: the best pose of an absent model exceeds the mean of the eight
+/// next ones, elsewhere in the scene, by an amount whose tail is exponential. Its scale grows with the root
+/// of that mean, as for sums of independent chances. Constants: docs/measured/recognition.md.
 class FalseAlarmModel {
  public:
   /// Best wrong poses that count.

@@ -10,11 +10,11 @@ namespace estancia {
 namespace {
 
 // λ and κ of the paper, chosen on three scenes of shot_kinect (its own 3 and 5 lose objects there).
-constexpr double outlierWeight = 1;  // of a model point without a scene point near it
-constexpr float clutterWeight = 3;   // of an unexplained point of the same smooth part
+constexpr double outlierWeight = 1;  // weight of a model point without a scene point near it
+constexpr float clutterWeight = 3;   // weight of an unexplained point of the same smooth part
 
 struct Weighed {
-  std::uint32_t point;  ///< of the scene
+  std::uint32_t point;  ///< point of the scene
   float weight;
 };
 
@@ -115,7 +115,7 @@ class Cost {
 
 std::vector<int> smoothPartsOf(const Surface& surface, double reach, int threads) {
   constexpr float smooth = 0.98006658F;  // cos 0.2 rad
-  constexpr int minPoints = 20;          // of a part
+  constexpr int minPoints = 20;          // points of a part
   const auto size = static_cast<std::uint32_t>(surface.size());
   std::vector<std::vector<std::uint32_t>> links(size);
   surface.neighbors().eachWithin(

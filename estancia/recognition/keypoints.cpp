@@ -12,7 +12,8 @@ namespace estancia {
 namespace {
 
 std::vector<std::uint32_t> uniform(const Surface& surface, double spacing, int /*threads*/) {
-  constexpr double minSpacing = 1e-6;  // of the resolution; below, voxels exceed the precision of a float
+  // share of the resolution; below, voxels exceed the precision of a float
+  constexpr double minSpacing = 1e-6;
   if (!(spacing > minSpacing * surface.resolution()))
     fail(ErrorCode::invalidOption,
          "{}: the keypoint spacing is {} m on a cloud of {:.4g} m; give about {:.4g} m", surface.name(),

@@ -21,8 +21,9 @@ struct NearRow {
   std::uint32_t other = 0;
   float squared = 0;
 };
-/// For each of `rows` the `count` rows of `others` nearest by Euclidean distance, nearest first; of rows at
-/// the same distance the first. The same for any number of threads. Throws Error when their lengths differ.
+/// For each of `rows` the `count` rows of `others` nearest by Euclidean distance, nearest first; ties are
+/// broken by the lower row. The result does not depend on the number of threads. Throws Error when their
+/// lengths differ.
 std::vector<std::vector<NearRow>> nearestRows(const DescriptorMatrix& rows, const DescriptorMatrix& others,
                                               std::size_t count, int threads = 1);
 

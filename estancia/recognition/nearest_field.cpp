@@ -11,7 +11,7 @@ namespace estancia {
 namespace {
 
 using Triple = std::array<std::int32_t, 3>;
-constexpr std::size_t side = 8, size = side * side * side;  // of a block
+constexpr std::size_t side = 8, size = side * side * side;  // edge of a block
 
 /// A block within the reach of a point.
 using BlockPoint = std::pair<Triple, std::uint32_t>;

@@ -1,4 +1,4 @@
-// Pose hypothesis: a pose of a model in a scene, and what the scene says about it.
+// Pose hypothesis: a pose of a model in a scene, and the scene's evidence for it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,10 +12,10 @@ namespace estancia {
 
 struct PoseHypothesis {
   cv::Affine3d pose;        ///< T_scene_model
-  std::size_t matches = 0;  ///< that agree on it, where matches were grouped
-  PoseScore score;          ///< of the dense search
-  double evidence = 0;      ///< of the dense search: the score as one number
-  InlierCounts counts;      ///< of the classical search
+  std::size_t matches = 0;  ///< matches that agree on it, where matches were grouped
+  PoseScore score;          ///< score of the dense search
+  double evidence = 0;      ///< dense search: the score as one number
+  InlierCounts counts;      ///< counts of the classical search
 };
 
 }  // namespace estancia

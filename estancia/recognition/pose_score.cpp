@@ -118,10 +118,10 @@ void balanceNormals(OrientedPoints& model) {
 cv::Affine3d refineInField(const OrientedPoints& model, const cv::Point3d& center, const DenseScene& scene,
                            const cv::Affine3d& pose, const FieldRefinement& options) {
   using Vector6 = Eigen::Matrix<double, 6, 1>;
-  constexpr float minDot = 0.5F;  // of normals that can be of the same surface
+  constexpr float minDot = 0.5F;  // cosine of normals that can be of the same surface
   constexpr int minPartners = 12;
   constexpr double damping =
-      1e-5;  // of the strongest direction: planes and spheres do not fix all directions
+      1e-5;  // share of the strongest direction: planes and spheres do not fix all directions
   constexpr double maxRotation = 0.3;     // [rad] a round
   constexpr double stillRotation = 2e-4;  // [rad]
   const bool seen = scene.view.known();
@@ -170,7 +170,7 @@ cv::Affine3d refineInField(const OrientedPoints& model, const cv::Point3d& cente
     const cv::Vec3d at(refined * center);
     // p → R (p − center) + center + shift
     refined = cv::Affine3d(by.rotation(), at - by.rotation() * at + shift) * refined;
-    if (round == 0 && color.on()) continue;  // which has had no say yet
+    if (round == 0 && color.on()) continue;  // color is not used before the second round
     if (angle < stillRotation && cv::norm(shift) < stillRotation * size / 5) break;
   }
   return refined;

@@ -18,7 +18,7 @@ namespace estancia {
 /// A scene in which poses are scored.
 struct DenseScene {
   const Surface& surface;
-  const NearestField& field;  ///< of surface.points()
+  const NearestField& field;  ///< field of surface.points()
   const RangeImage& view;
   const std::vector<cv::Matx33f>* gradients = nullptr;  ///< colorGradients(surface), where colors count
 };
@@ -38,10 +38,10 @@ struct PoseTolerances {
 /// Shares of the weights of all points that were tried.
 struct PoseScore {
   double facing = 0;       ///< facing the sensor: could be visible
-  double supported = 0;    ///< of these, on a scene surface with a similar normal
-  double seenThrough = 0;  ///< of these, in free space: in front of what the sensor measured
-  double occluded = 0;     ///< of these, behind something
-  double mismatched = 0;   ///< of these, near a surface that does not fit
+  double supported = 0;    ///< facing points on a scene surface with a similar normal
+  double seenThrough = 0;  ///< facing points in free space: in front of what the sensor measured
+  double occluded = 0;     ///< facing points behind something
+  double mismatched = 0;   ///< facing points near a surface that does not fit
   double behind = 0;       ///< not facing the sensor, in free space: the sensor would see the other side
   double support = 0;      ///< supported, each weighted from 1 (no offset, no angle) to 0 at the tolerances
   std::size_t points = 0;  ///< number of supported points

@@ -84,7 +84,7 @@ PointCloud transformed(PointCloud cloud, const cv::Affine3d& transform) {
 
 /// A sensor's place, unless it is that of the origin within its error.
 std::optional<cv::Point3d> awayFromOrigin(const cv::Point3d& sensor, const PointCloud& cloud) {
-  constexpr double error = 0.05;  // of the distance to the points
+  constexpr double error = 0.05;  // error as a share of the distance to the points
   const bool away = cv::norm(sensor) > error * cv::norm(meanOf(cloud.points) - sensor);
   return away ? std::optional(sensor) : std::nullopt;
 }
@@ -113,7 +113,7 @@ std::optional<cv::Point3d> viewpointElsewhere(const PointCloud& cloud, int threa
 struct Input {
   const std::string& name;
   const PointCloud& raw;                  ///< what a mean surface averages
-  const std::vector<cv::Point3f>& seeds;  ///< of a mean surface; empty: voxels of `raw`
+  const std::vector<cv::Point3f>& seeds;  ///< seeds of a mean surface; empty: voxels of `raw`
   const PointCloud& filtered;             ///< the points of a filtered surface
   double perPoint = 1;                    ///< weight of a point of `raw`
   Orientation orientation = {};

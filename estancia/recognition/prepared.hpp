@@ -38,7 +38,7 @@ class PreparedModel {
   /// Described at the scales of a scene, with the points that poses are tried with.
   struct Described : DescribedSurface {
     DenseModel dense;
-    NearestField field;  ///< of surface, where the model is verified by evidence
+    NearestField field;  ///< field of the surface, if the model is verified by evidence
   };
 
   PreparedModel(std::string name, PointCloud raw, PointCloud filtered, RecognitionOptions options,
@@ -73,13 +73,13 @@ class PreparedScene {
     RecognitionScales scales;
     std::unique_ptr<const Surface> coarse;  ///< points of the surface about a tolerance apart
     std::vector<int> parts;                 ///< smoothPartsOf(coarse), for global verification
-    NearestField field;                     ///< of surface, for local frames and evidence
+    NearestField field;                     ///< field of the surface, for local frames and evidence
     std::vector<cv::Matx33f> gradients;     ///< colorGradients(surface), if colors count
     RangeImage view{{}, 0};
     DenseScene dense() const { return {*surface, field, view, &gradients}; }
   };
 
-  /// `sensor`: where it stood, if the grid of the cloud told it (viewpointOfGrid()).
+  /// `sensor`: its position, if the grid of the cloud determines it (viewpointOfGrid()).
   PreparedScene(std::string name, PointCloud raw, PointCloud filtered, RecognitionOptions options,
                 std::vector<StageReport> stages, const std::optional<cv::Point3d>& sensor = {});
 
@@ -91,7 +91,7 @@ class PreparedScene {
   /// Where the sensor stood in the scene's frame [m], if that was not the origin and follows from the points
   /// alone (viewpointOfGrid(), findViewpoint()).
   const std::optional<cv::Point3d>& estimatedViewpoint() const { return estimatedViewpoint_; }
-  double resolution() const { return resolution_; }  ///< of the raw cloud: resolutionOf() [m]
+  double resolution() const { return resolution_; }  ///< resolution of the raw cloud: resolutionOf() [m]
   double noise() const { return noise_; }            ///< standard deviation across the surface, estimated [m]
   const RecognitionScales& scales() const { return scales_; }      ///< unless a model needs others
   const Surface& surface() const { return *described_->surface; }  ///< at scales()

@@ -50,7 +50,7 @@ struct RecognitionOptions {
   /// Throws Error (unknownName).
   static RecognitionOptions preset(const std::string& name);
 };
-/// Says what each option is, its unit and its range.
+/// Declares the options, their units and their ranges.
 OptionGroup declare(RecognitionOptions& options);
 /// Throws Error (invalidOption, unknownName) on unknown stages, on numbers out of range, and on normals by
 /// both radius and number of neighbors.

@@ -24,7 +24,7 @@
 namespace estancia {
 namespace {
 
-/// The points that were measured. Throws Error unless they are enough, and 32 bits tell neighbors apart.
+/// The points that were measured. Throws Error unless they are enough, and 32 bits distinguish neighbors.
 PointCloud measuredPoints(const std::string& name, const PointCloud& cloud) {
   constexpr std::size_t minPoints = 10;
   PointCloud finite;
@@ -67,14 +67,14 @@ std::shared_ptr<const Prepared> prepared(const std::string& name, const PointClo
                                           more...);
 }
 
-/// Where the grid of a cloud has the sensor, unless that is said.
+/// Position of the sensor: as given, else as determined by the cloud's grid.
 std::optional<cv::Point3d> sensorOf(const PointCloud& cloud, const RecognitionOptions& options) {
   return options.viewpoint || cloud.viewpoint ? std::nullopt : viewpointOfGrid(cloud);
 }
 
 void requireSameUnits(const PreparedModel& model, const PreparedScene& scene) {
-  constexpr double maxRatio = 5, minRatio = 0.001;  // of the model's extent to the scene's
-  constexpr double minPoints = 5;                   // of the scene across the model
+  constexpr double maxRatio = 5, minRatio = 0.001;  // ratio of the model's extent to the scene's
+  constexpr double minPoints = 5;                   // points of the scene across the model
   const double ratio = model.extent() / scene.surface().extent();
   if (ratio > maxRatio || ratio < minRatio || model.extent() < minPoints * scene.resolution())
     fail(ErrorCode::mismatch,
@@ -105,7 +105,7 @@ std::vector<PoseHypothesis> refineClassical(std::vector<PoseHypothesis> poses,
                                             const PreparedModel::Described& model,
                                             const PreparedScene::Described& scene,
                                             const RecognitionOptions& options) {
-  constexpr double minCosine = 0.985;  // of 10°
+  constexpr double minCosine = 0.985;  // cosine of 10°
   constexpr std::size_t maxFine = 20;
   constexpr int rounds = 15;
   const RecognitionScales& scales = scene.scales;

@@ -10,7 +10,7 @@
 namespace estancia {
 namespace {
 
-constexpr double minDot = 0.5;  // of normals that can be of the same surface
+constexpr double minDot = 0.5;  // cosine of normals that can be of the same surface
 constexpr std::size_t minPartners = 10;
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;

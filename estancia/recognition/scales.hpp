@@ -10,11 +10,11 @@ namespace estancia {
 /// The lengths [m] of the stages: those of the options, else those that fit the scene.
 struct RecognitionScales {
   double normalRadius = 0, keypointSpacing = 0, descriptorRadius = 0, consistency = 0, tolerance = 0;
-  double color = 0;  ///< that of the options
+  double color = 0;  ///< color scale of the options
   // Measured on mean surfaces and rounded, so that similar scenes share prepared models:
   double unit = 0;     ///< spacing of the scene's points, limited by the model's size
   double noise = 0;    ///< standard deviation
-  double spacing = 0;  ///< of the scene's points
+  double spacing = 0;  ///< spacing of the scene's points
 
   bool operator==(const RecognitionScales&) const = default;
 };

@@ -25,7 +25,7 @@ class Surface {
   const std::vector<cv::Point3f>& normals() const { return normals_; }  ///< unit vectors
   /// CIELAB; empty when the cloud has no colors.
   const std::vector<cv::Vec3f>& lab() const { return lab_; }
-  const Neighbors& neighbors() const { return neighbors_; }  ///< of points()
+  const Neighbors& neighbors() const { return neighbors_; }  ///< search tree of points()
 
   double resolution() const { return resolution_; }  ///< median distance of a point to the nearest other [m]
   double extent() const { return extent_; }          ///< diagonal of the box around the points [m]

@@ -13,7 +13,7 @@ double InlierCounts::confidence() const {
 
 InlierCounts countInliers(const OrientedPoints& model, const Surface& scene, const RangeImage& view,
                           const cv::Affine3d& pose, double tolerance) {
-  constexpr float minDot = 0.7F;   // of normals of the same surface
+  constexpr float minDot = 0.7F;   // cosine of normals of the same surface
   constexpr float grazing = 0.1F;  // cosine below which a sensor measures nothing of a surface
   InlierCounts counts;
   counts.points = model.points.size();

@@ -14,11 +14,11 @@ namespace estancia {
 
 /// Support for a model in a pose: numbers of visible, inlying, occluded and free-space-violating points.
 struct InlierCounts {
-  std::size_t points = 0;       ///< of the model
-  std::size_t facing = 0;       ///< of these, facing the sensor: could be visible
-  std::size_t inliers = 0;      ///< of these, with a scene point near that has a similar normal
-  std::size_t occluded = 0;     ///< of these, behind something, or where the sensor measured nothing
-  std::size_t seenThrough = 0;  ///< of these, in free space: in front of what the sensor measured
+  std::size_t points = 0;       ///< points of the model
+  std::size_t facing = 0;       ///< points facing the sensor: could be visible
+  std::size_t inliers = 0;      ///< facing points with a scene point near that has a similar normal
+  std::size_t occluded = 0;     ///< facing points behind something, or where the sensor measured nothing
+  std::size_t seenThrough = 0;  ///< facing points in free space: in front of what the sensor measured
 
   /// The inlying share of what should be visible (facing − occluded), times the square root of the inlying
   /// share of what faces the sensor, because a small part of a hidden model may agree by chance. In [0, 1].

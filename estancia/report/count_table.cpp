@@ -35,7 +35,7 @@ RoomCounts countRooms(const Zones& zones, std::size_t columns) {
 }
 
 Markup roomTable(const ZonesSummary& summary, const RoomCounts& counts) {
-  constexpr std::size_t mostRows = 200;
+  constexpr std::size_t maxRows = 200;
   Markup table;
   table.open("div", {{"class", "scroll"}, {"tabindex", "0"}}).open("table", {{"class", "numbers counts"}});
   table.open("thead").open("tr").element("th", {{"scope", "col"}}, "room");
@@ -50,7 +50,7 @@ Markup roomTable(const ZonesSummary& summary, const RoomCounts& counts) {
     table.add(symbol(summary.list[zone].style)).text(std::to_string(zone)).close().close();
   }
   table.close().close().open("tbody");
-  for (std::size_t row = 0; row < std::min(mostRows, counts.rooms.size()); ++row) {
+  for (std::size_t row = 0; row < std::min(maxRows, counts.rooms.size()); ++row) {
     const auto& cells = counts.counts[row];
     const auto images = static_cast<double>(std::accumulate(cells.begin(), cells.end(), std::size_t{0}));
     table.open("tr").element("th", {{"scope", "row"}}, shorten(counts.rooms[row], 40));
@@ -67,9 +67,9 @@ Markup roomTable(const ZonesSummary& summary, const RoomCounts& counts) {
     table.close();
   }
   table.close().close().close();
-  if (counts.rooms.size() > mostRows)
+  if (counts.rooms.size() > maxRows)
     table.element("p", {{"class", "note"}},
-                  fmt::format("{} more are not shown.", counted(counts.rooms.size() - mostRows, "room")));
+                  fmt::format("{} more are not shown.", counted(counts.rooms.size() - maxRows, "room")));
   return table;
 }
 

@@ -33,7 +33,7 @@ std::vector<std::size_t> inOrder(const std::vector<Branch>& branches) {
 
 /// Where everything is: heights across, twigs down.
 struct Plot {
-  double left, right, top, foot;  ///< of the plot
+  double left, right, top, foot;  ///< edges of the plot
   double highest;                 ///< distance at the left edge
 
   double x(double height) const { return right - (right - left) * std::clamp(height / highest, 0.0, 1.0); }
@@ -103,11 +103,11 @@ DendrogramTop topOf(const Dendrogram& dendrogram, const std::vector<int>& zoneOf
     for (const std::size_t part : {merge.left, merge.right})
       twigOf[part] = c >= firstShown ? part : twigOf[c];
   }
-  std::map<std::size_t, std::set<int>> zonesOf;  // of the twigs
+  std::map<std::size_t, std::set<int>> zonesOf;  // zones of the twigs
   for (std::size_t i = 0; i < leaves; ++i) zonesOf[twigOf[i]].insert(zoneOf[i]);
 
   DendrogramTop top;
-  std::map<std::size_t, std::size_t> positions;  // of clusters
+  std::map<std::size_t, std::size_t> positions;  // positions of clusters
   for (const auto& [cluster, zones] : zonesOf) {
     Branch twig;
     twig.items = cluster < leaves ? 1 : dendrogram.merges()[cluster - leaves].size;

@@ -33,7 +33,7 @@ HeatMap heatMapOf(const TopologicalMap& map, std::size_t label) {
   return heat;
 }
 
-std::size_t mostTellingLabel(const TopologicalMap& map) {
+std::size_t distinctiveLabel(const TopologicalMap& map) {
   std::size_t best = 0;
   double bestVariance = -1;
   const auto count = static_cast<double>(std::max<std::size_t>(map.nodes.size(), 1));

@@ -19,7 +19,7 @@ namespace estancia::report {
 struct HeatMap {
   std::size_t label = 0;
   std::vector<float> values;  ///< p̄_N(l), one a node of the map; 0 where it is not a number
-  float largest = 0;          ///< of the values
+  float largest = 0;          ///< the largest of the values
 
   Color colorOf(std::size_t node) const { return viridis(largest > 0 ? values[node] / largest : 0); }
   /// Nodes in falling order of the value, at most `count`, none with 0.
@@ -29,16 +29,16 @@ struct HeatMap {
 /// Throws Error when the vocabulary has no such label.
 HeatMap heatMapOf(const TopologicalMap& map, std::size_t label);
 
-/// The label that tells places apart best: the largest standard deviation over the nodes.
-std::size_t mostTellingLabel(const TopologicalMap& map);
+/// The label that distinguishes places best: the largest standard deviation over the nodes.
+std::size_t distinctiveLabel(const TopologicalMap& map);
 
 /// Color scale with numbers at 0, the middle and the largest value.
 Markup heatLegend(const HeatMap& heat);
 
-/// What the nodes' colors and shapes tell.
+/// The meaning of the nodes' colors and shapes.
 enum class Painting { heat, rooms, zones };
 
-/// What they may tell of one map.
+/// The meanings that one map allows.
 struct MapColors {
   const HeatMap& heat;     ///< colors only; the shapes are those of the rooms
   const NodeZones* zones;  ///< nullptr where none are known

@@ -228,7 +228,7 @@ Markup searchForm(const std::string& example, const Markup& choosers) {
 void addExplorer(Markup& body, const MapPage& page, const MapSummary& summary, const NodeZones* zones,
                  bool hasForm) {
   const Painting painting = paintingOf(page, summary);
-  const HeatMap heat = heatMapOf(page.map, page.label.value_or(mostTellingLabel(page.map)));
+  const HeatMap heat = heatMapOf(page.map, page.label.value_or(distinctiveLabel(page.map)));
   const FloorPlan* plan = page.floorPlan ? &*page.floorPlan : nullptr;
   const MapLayout layout = layoutMap(summary, plan != nullptr);
   if (plan != nullptr) requireFitting(*plan, layout.frames);
@@ -309,7 +309,7 @@ nlohmann::json searchIndex(const MapPage& page, const MapSummary& summary, const
       nodes.back().insert(nodes.back().end(), {zone.fill.hex(), zone.shape});
     }
   }
-  // a label no node holds stays in the list, so that searching for it can say so
+  // labels that no node holds stay in the list, so that a search for them can report this
   for (const std::string& label : page.map.vocabulary.labels()) labels.push_back(shorten(label, 200));
   for (const Color& color : viridisStops()) colors.push_back({color.red, color.green, color.blue});
   for (std::size_t shape = 0; shape < 5; ++shape) shapes.push_back(shapePath(shape, unitRadius));

@@ -23,17 +23,18 @@ namespace estancia {
 struct MapPage {
   const TopologicalMap& map;  ///< must outlive the rendering
   std::string title = "A topological map in words";
-  std::string sequence = {};                ///< where the images came from, "" for not said
+  std::string sequence = {};                ///< where the images came from, "" if unknown
   std::string date = {};                    ///< shown as it is; "" keeps pages reproducible
   std::vector<Measure> measures = {};       ///< shown in this order
   std::optional<std::size_t> label = {};    ///< the map starts as this label's heat map
   std::optional<FloorPlan> floorPlan = {};  ///< needs poses in a z-up map
-  const Zones* zones = nullptr;             ///< of the same run, to lay over the nodes
+  const Zones* zones = nullptr;             ///< zones of the same run, to lay over the nodes
   PageImages images = {};
   /// installedConcepts() of the map's vocabulary: familiar words for several labels; without, each for
   /// itself.
   const LabelConcepts* concepts = nullptr;
-  const WorldPage* world = nullptr;  ///< of the same map: a floor plan with areas and objects comes first
+  /// world of the same map: a floor plan with areas and objects comes first
+  const WorldPage* world = nullptr;
 
   std::size_t cards = 60;  ///< only this many of the largest nodes get images and a word cloud
   /// Values in the search index; smaller probabilities are left out first.
@@ -46,9 +47,9 @@ struct MapPage {
   std::size_t wordBytes = 360'000;
 };
 
-/// The whole page. The same input gives the same bytes.
-/// Throws Error when page.label is not in the vocabulary, the floor plan cannot be used (without poses; most
-/// of the frames lie in none of its rooms), or the zones are of another run.
+/// The whole page. Equal input gives equal bytes. Throws Error when page.label is not in the vocabulary, the
+/// floor plan cannot be used (without poses; most of the frames lie in none of its rooms), or the zones are
+/// of another run.
 std::string renderMapPage(const MapPage& page);
 
 /// Renders and writes the page beside `path`, then renames it. Throws Error, also when it cannot be written.

@@ -32,8 +32,8 @@ std::string capital(std::string text) {
   return text;
 }
 
-/// Adds the five measures of places or zones ("they": what the clusters are) beside rooms, and of how many
-/// images they tell, where there are some.
+/// Adds the five measures of places or zones ("they": what the clusters are) beside rooms, and the number of
+/// images they cover, if there are some.
 void addRooms(std::vector<Measure>& measures, const std::optional<Agreement>& rooms,
               std::size_t framesWithRoom, const std::string& it, const std::string& they,
               const RoomKind& kind = kStoodIn) {

@@ -18,13 +18,14 @@ namespace estancia::report {
 GroupedRun groupedRun(const TopologicalMap& map);
 
 struct NodeZone {
-  std::size_t zone = 0;  ///< of most of the node's frames
-  double share = 0;      ///< of its frames that are in it
+  std::size_t zone = 0;  ///< zone of most of the node's frames
+  double share = 0;      ///< share of its frames that are in it
 };
 
 struct NodeZones {
   ZonesSummary zones;
-  std::vector<std::optional<NodeZone>> nodes;  ///< as MapSummary::nodes; none for a node without frames
+  /// one a node, in the order of MapSummary::nodes; none for a node without frames
+  std::vector<std::optional<NodeZone>> nodes;
 
   ClassStyle styleOf(std::size_t node) const;
 };

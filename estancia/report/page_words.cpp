@@ -24,7 +24,7 @@ namespace {
 /// Number of words that a card or the list shows for each place and object.
 constexpr std::size_t bestWordsShown = 10;
 /// Two digits number as many.
-constexpr std::size_t mostPackedLabels = 1296;
+constexpr std::size_t maxPackedLabels = 1296;
 /// What a word that is not frequent must reach, until all fit.
 constexpr std::array rarePercents{50, 60, 70, 80, 90, 101};
 
@@ -48,7 +48,7 @@ std::vector<char> labelsThatMatter(const MapPage& page) {
     if (largest[label] > 0) order.push_back(label);
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return largest[a] > largest[b]; });
-  if (order.size() > mostPackedLabels) order.resize(mostPackedLabels);
+  if (order.size() > maxPackedLabels) order.resize(maxPackedLabels);
   std::vector<char> matter(names.size(), 0);
   for (const std::size_t label : order) matter[label] = 1;
   return matter;
@@ -58,7 +58,7 @@ std::vector<char> labelsThatMatter(const MapPage& page) {
 std::unordered_map<std::string, std::unordered_set<std::uint32_t>> labelsByWord(
     const Vocabulary& vocabulary) {
   std::unordered_map<std::string, std::unordered_set<std::uint32_t>> labels;
-  if (vocabulary.size() > mostPackedLabels) return labels;
+  if (vocabulary.size() > maxPackedLabels) return labels;
   for (std::uint32_t label = 0; label < vocabulary.size(); ++label) {
     const std::vector<std::string> words = splitText(vocabulary[label]);
     for (std::size_t i = 0; i < words.size(); ++i) {

@@ -11,7 +11,7 @@
 namespace estancia::report {
 namespace {
 
-int mostFrequent(const std::vector<int>& zoneOf, std::size_t begin, std::size_t end) {
+int majorityZone(const std::vector<int>& zoneOf, std::size_t begin, std::size_t end) {
   std::map<int, std::size_t> counts;
   int best = zoneOf[begin];
   for (std::size_t i = begin; i < end; ++i)
@@ -41,7 +41,7 @@ std::vector<Stay> staysOf(const std::vector<int>& zoneOf, std::size_t columns) {
   columns = std::min(columns, zoneOf.size());
   for (std::size_t column = 0; column < columns; ++column) {
     const std::size_t begin = column * zoneOf.size() / columns, end = (column + 1) * zoneOf.size() / columns;
-    const int zone = mostFrequent(zoneOf, begin, end);
+    const int zone = majorityZone(zoneOf, begin, end);
     if (stays.empty() || stays.back().zone != zone)
       stays.push_back({{begin, end - 1}, zone});
     else

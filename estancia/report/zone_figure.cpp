@@ -15,7 +15,7 @@
 namespace estancia::report {
 namespace {
 
-constexpr std::size_t mostSymbols = 1500;  // more cover each other
+constexpr std::size_t maxSymbols = 1500;  // more cover each other
 
 using Cell = std::pair<long, long>;
 
@@ -180,7 +180,7 @@ Markup zoneFigure(const ZonesSummary& summary, const DrivenPath& path, FigureSty
     zoneOf.push_back(std::min(static_cast<std::size_t>(zone), summary.styled));
 
   const double area = style.width * style.height;
-  const std::size_t most = std::min(mostSymbols, static_cast<std::size_t>(area / 120));
+  const std::size_t most = std::min(maxSymbols, static_cast<std::size_t>(area / 120));
   const double radius =
       std::clamp(0.15 * std::sqrt(area / static_cast<double>(std::min(images, most))), 3.0, 6.0);
   const auto symbolsOf = [&](const Fit& fit) {

@@ -54,7 +54,7 @@ struct DendrogramTop {
     std::optional<std::size_t> left, right;  ///< positions in `branches`, before this one; none for twigs
     double height = 0;                       ///< at which its items became one; 0 for a single item
     std::size_t items = 0;
-    std::optional<int> zone;  ///< of all its items; none when they are in several
+    std::optional<int> zone;  ///< zone of all its items; none when they are in several
     std::size_t zones = 0;    ///< in how many the items of a twig are
     int firstZone = 0;        ///< the smallest of their numbers
   };

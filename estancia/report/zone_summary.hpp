@@ -14,9 +14,9 @@
 namespace estancia::report {
 
 struct ZoneSummary {
-  const Zone* zone = nullptr;  ///< of the summarized zones
+  const Zone* zone = nullptr;  ///< zone of the summarized zones
   ClassStyle style;
-  double share = 0;               ///< of all images, 0 … 1
+  double share = 0;               ///< share of all images, 0 … 1
   std::string name;               ///< its most distinctive labels, short enough for a page
   std::string word;               ///< the first of them
   std::vector<VisitSpan> visits;  ///< ascending, uninterrupted stays
@@ -24,7 +24,7 @@ struct ZoneSummary {
 
 struct ZonesSummary {
   const Zones* zones = nullptr;
-  std::vector<ZoneSummary> list;  ///< as Zones::zones: the largest first, position = id
+  std::vector<ZoneSummary> list;  ///< in the order of Zones::zones: the largest first, position = id
   std::size_t styled = 0;         ///< the first so many have a style of their own, all others share one
 
   /// "Zone 3, corridor: 120 images, 12.5 %"

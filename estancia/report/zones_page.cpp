@@ -66,7 +66,7 @@ Markup zoneLegend(const ZonesSummary& summary) {
   return legend;
 }
 
-constexpr std::size_t mostRows = 500;
+constexpr std::size_t maxRows = 500;
 
 /// "kitchen 34, corridor 2, …": the rooms a zone's images are in, "" where none is known.
 std::string roomsOf(const ZonesSummary& summary, const Zone& zone) {
@@ -127,7 +127,7 @@ Cards zoneCards(const ZonesSummary& summary, const ZonesPage& page) {
   const LabelConcepts none, &concepts = page.concepts == nullptr ? none : *page.concepts;
   Cards result;
   result.carded = std::min(page.cards, summary.list.size());
-  result.listed = std::min(mostRows, summary.list.size() - result.carded);
+  result.listed = std::min(maxRows, summary.list.size() - result.carded);
   std::vector<const std::vector<std::size_t>*> withCards;
   for (std::size_t i = 0; i < result.carded; ++i) withCards.push_back(&summary.list[i].zone->images);
   const LoadedImages loaded = loadImages(withCards, page.images);

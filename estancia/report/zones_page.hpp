@@ -31,7 +31,7 @@ struct ZonesPage {
   std::size_t cards = 60;  ///< only this many of the largest zones get images and words
 };
 
-/// The whole page. The same input gives the same bytes. Throws Error when the floor plan cannot be used.
+/// The whole page. Equal input gives equal bytes. Throws Error when the floor plan cannot be used.
 std::string renderZonesPage(const ZonesPage& page);
 
 /// Renders and writes the page beside `path`, then renames it. Throws Error as above, and when it cannot be

@@ -72,7 +72,7 @@ class PartsBag : public Bag {
         std::find(topicOf_[part].begin(), topicOf_[part].end(), topic) - topicOf_[part].begin();
     Payload payload =
         parts_[part]->read(block - firstBlock_[part], offsets_[message], static_cast<std::uint32_t>(local));
-    // No CDR begins so: rosbag2 has compressed it, as its metadata.yaml would tell.
+    // No CDR begins so: rosbag2 has compressed it, as its metadata.yaml would show.
     if (topics_[topic].encoding != Encoding::cdr || !isZstd(payload.bytes)) return payload;
     try {
       return decompress({Compression::zstd, payload.bytes, {}, true});

@@ -45,8 +45,8 @@ class Bag {
  public:
   virtual ~Bag() = default;
 
-  /// In the order of their names; two connections of one topic and type are one. Those without messages are
-  /// there, too.
+  /// In the order of their names; two connections of one topic and type are one. Topics without messages are
+  /// included.
   const std::vector<BagTopic>& topics() const { return topics_; }
   /// In order of time; those of equal times as they were recorded.
   const std::vector<BagMessage>& messages() const { return messages_; }
@@ -66,7 +66,7 @@ class Bag {
 bool isBag(const std::filesystem::path& path);
 
 /// Opens a file, or a folder of rosbag2: split bags are one. What is whole of a truncated file is used, and a
-/// warning says what is missing. Throws Error: fileNotFound, unsupportedFile, malformedFile, tooLarge.
+/// warning reports what is missing. Throws Error: fileNotFound, unsupportedFile, malformedFile, tooLarge.
 std::unique_ptr<Bag> openBag(const std::filesystem::path& path);
 
 }  // namespace estancia::ros

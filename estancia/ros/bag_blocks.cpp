@@ -42,9 +42,9 @@ bool BagBlocks::isKept(const BagBlock& block) const {
 }
 
 Payload BagBlocks::loadUnnamed(const BagBlock& block) const {
-  if (block.stored > kMostBlockBytes || block.size > kMostBlockBytes)
+  if (block.stored > kMaxBlockBytes || block.size > kMaxBlockBytes)
     fail(ErrorCode::tooLarge, "{} bytes, {} uncompressed; this program takes at most {} at once",
-         block.stored, block.size, kMostBlockBytes);
+         block.stored, block.size, kMaxBlockBytes);
   Payload bytes = plainBytes(file_, block.at, block.stored);
   if (block.compression != Compression::none)
     bytes = decompress({block.compression, bytes.bytes,

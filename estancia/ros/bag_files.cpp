@@ -22,9 +22,9 @@ namespace fs = std::filesystem;
 constexpr std::string_view kSqliteMagic{"SQLite format 3\0", 16};
 constexpr std::array<std::string_view, 3> kBagExtensions{".db3", ".mcap", ".bag"};
 // Max number of missing files that are named.
-constexpr std::size_t kMostNamed = 5;
+constexpr std::size_t kMaxNamed = 5;
 // Larger ones list no files [bytes].
-constexpr std::uintmax_t kMostMetadata = std::uintmax_t{64} << 20U;
+constexpr std::uintmax_t kMaxMetadata = std::uintmax_t{64} << 20U;
 
 std::string trimmed(std::string text) {
   constexpr std::string_view kBlanks = " \t\r";
@@ -40,7 +40,7 @@ std::string trimmed(std::string text) {
 std::vector<std::string> listedFiles(const fs::path& metadata) {
   std::vector<std::string> files;
   std::error_code none;
-  if (fs::file_size(metadata, none) > kMostMetadata || none) return files;
+  if (fs::file_size(metadata, none) > kMaxMetadata || none) return files;
   std::ifstream file(metadata);
   bool listing = false;
   for (std::string line; std::getline(file, line);) {
@@ -67,7 +67,7 @@ BagFiles filesOf(const fs::path& folder, const std::vector<std::string>& listed)
   }
   if (missing.empty()) return bag;
   const std::size_t count = missing.size();
-  missing.resize(std::min(count, kMostNamed));
+  missing.resize(std::min(count, kMaxNamed));
   bag.warnings.push_back(
       fmt::format("{}: {} of {} files that its metadata.yaml lists are missing, and their "
                   "messages: {}{}",

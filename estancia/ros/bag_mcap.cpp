@@ -44,9 +44,9 @@ class McapPart : public BagPart {
            "{}: the chunk at byte {} does not have the message that the index tells; copy the file again",
            name_, blocks_[block].at);
     const std::uint64_t bytes = record->bytes() - kMcapMessageHead;
-    if (bytes > kMostBlockBytes)
+    if (bytes > kMaxBlockBytes)
       fail(ErrorCode::tooLarge, "{}: a message of {} bytes; this program takes at most {}", name_, bytes,
-           kMostBlockBytes);
+           kMaxBlockBytes);
     return blocks_.readAll(block, offset + kMcapRecordHead + kMcapMessageHead, bytes);
   }
 
@@ -93,7 +93,7 @@ bool McapPart::addDefinition(ByteSource& source, const McapRecord& record) {
   return true;
 }
 
-// ---- by the summary at the end: each of these is false where it is damaged, or does not tell all
+// ---- by the summary at the end: each of these is false where it is damaged or incomplete
 
 bool McapPart::readSummary(ByteSource& source) {
   restart();

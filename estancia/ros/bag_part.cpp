@@ -8,7 +8,7 @@ namespace estancia::ros {
 namespace {
 
 // Three days at a thousand messages a second; more takes more memory than it is worth.
-constexpr std::size_t kMostMessages = 250'000'000;
+constexpr std::size_t kMaxMessages = 250'000'000;
 
 }  // namespace
 
@@ -30,8 +30,8 @@ std::uint32_t BagPart::topicNumber(std::string_view name, std::string_view type,
 }
 
 void BagPart::addPlace(const BagPlace& place) {
-  if (places.size() >= kMostMessages)
-    fail(ErrorCode::tooLarge, "{}: more than {} messages; split the bag", name_, kMostMessages);
+  if (places.size() >= kMaxMessages)
+    fail(ErrorCode::tooLarge, "{}: more than {} messages; split the bag", name_, kMaxMessages);
   places.push_back(place);
 }
 

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::uint64_t kRos1IndexEntry = 12, kRos1ChunkInfoEntry = 8;
 
-/// What the index says of a chunk.
+/// Index entry of a chunk.
 struct Ros1ChunkInfo {
   std::uint64_t at = 0;
   std::uint32_t connections = 0;
@@ -43,7 +43,7 @@ class Ros1Part : public BagPart {
   std::uint32_t blocks() const override { return blocks_.count(); }
 
   Payload read(std::uint32_t block, std::uint64_t offset, std::uint32_t topic) const override {
-    const Payload head = blocks_.read(block, offset, kMostRos1MessageHeader);
+    const Payload head = blocks_.read(block, offset, kMaxRos1MessageHeader);
     MemorySource source(head.bytes);
     Ros1Record record;
     if (readRos1Record(source, 0, record) == RecordState::none || topicOf(record) != topic)

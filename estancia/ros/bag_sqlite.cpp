@@ -93,12 +93,12 @@ void SqlitePart::open() {
   database_ = bytes_.open();
   sqlite3* opened = database_.get();
   sqlite3_extended_result_codes(opened, 0);
-  sqlite3_limit(opened, SQLITE_LIMIT_LENGTH, static_cast<int>(kMostBlockBytes));
+  sqlite3_limit(opened, SQLITE_LIMIT_LENGTH, static_cast<int>(kMaxBlockBytes));
   sqlite3_db_config(opened, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
   sqlite3_db_config(opened, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
   run("PRAGMA cell_size_check = ON");
   if (sqlite3_exec(opened, "SELECT 1 FROM sqlite_master", nullptr, nullptr, nullptr) == SQLITE_CORRUPT) {
-    // SQLite does not open a file that is shorter than its header tells, unless one is about to mend it.
+    // SQLite does not open a file that is shorter than its header declares, unless one is about to mend it.
     sqlite3_db_config(opened, SQLITE_DBCONFIG_DEFENSIVE, 0, nullptr);
     run("PRAGMA writable_schema = ON");
     warnings.push_back(fmt::format("{}: it is cut off or damaged; what can be read of it is used", name_));

@@ -107,10 +107,10 @@ class OutputBytes {
   void add(std::size_t written) { used_ += written; }
   std::size_t size() const { return used_; }
   void grow() {
-    if (capacity_ >= kMostBlockBytes)
+    if (capacity_ >= kMaxBlockBytes)
       fail(ErrorCode::tooLarge, "more than {} bytes uncompressed; this program takes no more at once",
-           kMostBlockBytes);
-    const std::size_t capacity = std::min<std::size_t>(capacity_ * 2, kMostBlockBytes);
+           kMaxBlockBytes);
+    const std::size_t capacity = std::min<std::size_t>(capacity_ * 2, kMaxBlockBytes);
     auto larger = std::make_shared_for_overwrite<std::byte[]>(capacity);
     std::memcpy(larger.get(), bytes_.get(), used_);
     bytes_ = std::move(larger);
@@ -138,7 +138,7 @@ std::size_t likelySize(const CompressedBytes& compressed) {
     const bool known = named != ZSTD_CONTENTSIZE_UNKNOWN && named != ZSTD_CONTENTSIZE_ERROR;
     if (known && named <= (stored + 16) * largestRatio(compressed.by)) likely = named;
   }
-  return std::clamp<std::uint64_t>(likely, 4096, kMostBlockBytes);
+  return std::clamp<std::uint64_t>(likely, 4096, kMaxBlockBytes);
 }
 
 template <class Decoder>
@@ -182,9 +182,9 @@ bool isZstd(std::span<const std::byte> bytes) {
 
 Payload decompress(const CompressedBytes& compressed) {
   const std::uint64_t stored = compressed.bytes.size();
-  if (compressed.size.value_or(0) > kMostBlockBytes || stored > kMostBlockBytes)
+  if (compressed.size.value_or(0) > kMaxBlockBytes || stored > kMaxBlockBytes)
     fail(ErrorCode::tooLarge, "{} bytes, {} uncompressed; this program takes at most {} at once", stored,
-         compressed.size.value_or(0), kMostBlockBytes);
+         compressed.size.value_or(0), kMaxBlockBytes);
   if (compressed.whole && compressed.size.value_or(0) > (stored + 16) * largestRatio(compressed.by))
     fail(ErrorCode::corruptFile, "{} bytes cannot become {}; copy the file again", stored,
          compressed.size.value_or(0));

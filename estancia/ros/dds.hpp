@@ -25,9 +25,10 @@ struct DdsTopic {
 /// What has become of a subscription.
 struct DdsCounts {
   std::size_t received = 0;
-  /// What the writers have numbered and nobody received, or was too slow to use before newer ones came.
+  /// Messages that the writers have numbered and that were not received, or were replaced by newer ones
+  /// before they were used.
   std::size_t lost = 0;
-  /// Writers that match: none where nobody publishes, or with another type or quality of service.
+  /// Writers that match: none if there is no publisher, or only with another type or quality of service.
   std::size_t writers = 0;
   /// What does not fit, as a sentence: a writer of another type, or of a quality of service that cannot be
   /// read; "" when all is well.

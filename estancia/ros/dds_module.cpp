@@ -35,7 +35,7 @@ constexpr std::int32_t kWriterDepth = 10;
 /// Messages that wait while one is used; older ones make room.
 constexpr std::int32_t kFewLarge = 5, kManySmall = 200;
 /// Writers that a subscription remembers.
-constexpr std::size_t kMostRemembered = 1000;
+constexpr std::size_t kMaxRemembered = 1000;
 
 std::int32_t depthFor(const std::string& type) {
   constexpr std::array<std::string_view, 4> large{"sensor_msgs/Image", "sensor_msgs/CompressedImage",
@@ -58,12 +58,13 @@ dds::DataReaderQos readerQos(const DdsQuality& quality, std::int32_t depth) {
   return qos;
 }
 
-/// Counts what a writer numbered and nobody received; and knows what comes again as a reader is made anew.
+/// Counts messages that a writer numbered and that were not received; recognizes those that come again after
+/// a reader was made anew.
 class SequenceNumbers {
  public:
   /// Whether the message is new.
   bool count(const rtps::SampleIdentity& sample, std::size_t& lost) {
-    if (last_.size() >= kMostRemembered) last_.clear();
+    if (last_.size() >= kMaxRemembered) last_.clear();
     const std::int64_t number = sample.sequence_number().to64long();
     const auto [found, isFirst] = last_.try_emplace(sample.writer_guid(), number);
     if (isFirst) return true;
@@ -186,7 +187,7 @@ class Subscription final : public DdsSubscription, private dds::DataReaderListen
     }
     if (sample_.refused > 0)
       return setTrouble(fmt::format("a message of {} has {} bytes, at most {} are read", topic_,
-                                    sample_.refused, mostDdsBytes));
+                                    sample_.refused, maxDdsBytes));
     try {
       use_(sample_.in);
     } catch (const std::exception& failure) {
@@ -248,9 +249,9 @@ class Publication final : public DdsPublication {
   }
 
   void publish(std::span<const std::byte> cdr) override {
-    if (cdr.size() > mostDdsBytes)
+    if (cdr.size() > maxDdsBytes)
       fail(ErrorCode::tooLarge, "a message of {} has {} bytes, at most {} are published", topic_, cdr.size(),
-           mostDdsBytes);
+           maxDdsBytes);
     if (cdr.size() < 4 || cdr[0] != std::byte{0} || cdr[1] > std::byte{1})
       fail(ErrorCode::invalidInput, "a message of {} does not begin with the header of CDR; write it by CDR",
            topic_);

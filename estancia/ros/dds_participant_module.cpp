@@ -47,7 +47,7 @@ class RawType final : public dds::TopicDataType {
 
   bool deserialize(rtps::SerializedPayload_t* payload, void* data) override {
     DdsSample& sample = *static_cast<DdsSample*>(data);
-    sample.refused = payload->length > mostDdsBytes ? payload->length : 0;
+    sample.refused = payload->length > maxDdsBytes ? payload->length : 0;
     sample.in.resize(sample.refused > 0 ? 0 : payload->length);
     if (!sample.in.empty()) std::memcpy(sample.in.data(), payload->data, sample.in.size());
     return true;
@@ -100,7 +100,7 @@ dds::DomainParticipantQos participantQos() {
 
 DdsParticipant::DdsParticipant(int domain) {
   dds::DomainParticipantFactory* factory = dds::DomainParticipantFactory::get_instance();
-  // Discovery alone is told to the participant; the rest, to readers and writers.
+  // The participant reports discovery only; everything else is reported to readers and writers.
   participant_ = factory->create_participant(static_cast<std::uint32_t>(domain), participantQos(), &graph_,
                                              dds::StatusMask::none());
   if (participant_ != nullptr) {

@@ -20,7 +20,7 @@
 namespace estancia::ros {
 
 /// Larger messages are neither read nor written.
-inline constexpr std::size_t mostDdsBytes = std::size_t{256} << 20;
+inline constexpr std::size_t maxDdsBytes = std::size_t{256} << 20;
 
 /// A sample of every type: the message in CDR with its header, as it is.
 struct DdsSample {

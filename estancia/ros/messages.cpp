@@ -15,7 +15,7 @@ WireReader readerOf(const SerializedMessage& message) {
 
 std::string frameOf(WireReader& reader) {
   std::string frame = reader.text();
-  if (frame.starts_with('/')) frame.erase(0, 1);  // as tf of ROS 1 wrote it
+  if (frame.starts_with('/')) frame.erase(0, 1);  // the form of ROS 1's tf
   return frame;
 }
 
@@ -88,8 +88,8 @@ PointCloudMessage readPointCloud(const SerializedMessage& message) {
   cloud.header = headerOf(reader);
   cloud.height = reader.number<std::uint32_t>();
   cloud.width = reader.number<std::uint32_t>();
-  constexpr std::size_t leastBytesOfField = 13;
-  const std::size_t fields = reader.count(leastBytesOfField);
+  constexpr std::size_t minBytesOfField = 13;
+  const std::size_t fields = reader.count(minBytesOfField);
   for (std::size_t i = 0; i < fields; ++i) {
     PointField field;
     field.name = reader.text();
@@ -119,8 +119,8 @@ std::vector<StampedPose> readPoses(const SerializedMessage& message, const std::
   if (!isPoseType(type)) fail(ErrorCode::unknownName, "{} is no type of poses", type);
   WireReader reader = readerOf(message);
   if (type == "tf2_msgs/TFMessage" || type == "tf/tfMessage") {
-    constexpr std::size_t leastBytesOfTransform = 72;
-    std::vector<StampedPose> transforms(reader.count(leastBytesOfTransform));
+    constexpr std::size_t minBytesOfTransform = 72;
+    std::vector<StampedPose> transforms(reader.count(minBytesOfTransform));
     for (StampedPose& transform : transforms) transform = transformFrom(reader);
     return transforms;
   }

@@ -1,4 +1,5 @@
-// Published messages: what Estancia tells ROS 2, in CDR: text, images, and markers as RViz and Foxglove draw.
+// Published messages: the messages that Estancia publishes to ROS 2, in CDR: text, images, and markers as
+// RViz and Foxglove draw.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -11,7 +11,7 @@ namespace estancia::ros {
 namespace {
 
 /// A chain of frames is short; a longer one goes in circles.
-constexpr std::size_t mostFramesInChain = 100;
+constexpr std::size_t maxFramesInChain = 100;
 
 }  // namespace
 
@@ -53,12 +53,12 @@ std::optional<cv::Affine3d> TransformTree::at(const Link& link, std::int64_t tim
   if (link.isStatic) return rigidOf(link.poses.begin()->second);
   const auto next = link.poses.lower_bound(time);
   const auto last = next == link.poses.begin() ? link.poses.end() : std::prev(next);
-  if (next != link.poses.end() && last != link.poses.end() && next->first - last->first <= mostBetween_)
+  if (next != link.poses.end() && last != link.poses.end() && next->first - last->first <= maxBetween_)
     return rigidOf(interpolated(
         last->second, next->second,
         static_cast<double>(time - last->first) / static_cast<double>(next->first - last->first)));
   const auto isNear = [&](auto sample) {
-    return sample != link.poses.end() && std::abs(sample->first - time) <= mostAway_;
+    return sample != link.poses.end() && std::abs(sample->first - time) <= maxAway_;
   };
   if (isNear(last) && (!isNear(next) || time - last->first < next->first - time))
     return rigidOf(last->second);
@@ -73,7 +73,7 @@ void TransformTree::forgetBefore(std::int64_t time) {
 
 std::vector<std::string> TransformTree::pathUp(const std::string& frame) const {
   std::vector<std::string> path{frame};
-  for (auto link = links_.find(frame); link != links_.end() && path.size() < mostFramesInChain;
+  for (auto link = links_.find(frame); link != links_.end() && path.size() < maxFramesInChain;
        link = links_.find(path.back()))
     path.push_back(link->second.parent);
   return path;

@@ -17,10 +17,9 @@ namespace estancia::ros {
 /// Frames and their parents. A frame has one parent at a time; transforms are rigid.
 class TransformTree {
  public:
-  /// Where a moving transform is not known at a time, it is interpolated between two at most `mostBetween`
-  /// [ns] apart, else taken from one that is at most `mostAway` [ns] from it.
-  TransformTree(std::int64_t mostBetween, std::int64_t mostAway)
-      : mostBetween_(mostBetween), mostAway_(mostAway) {}
+  /// Where a moving transform is not known at a time, it is interpolated between two at most `maxBetween`
+  /// [ns] apart, else taken from one that is at most `maxAway` [ns] from it.
+  TransformTree(std::int64_t maxBetween, std::int64_t maxAway) : maxBetween_(maxBetween), maxAway_(maxAway) {}
 
   /// T_parent_child, in any order of time; static ones hold always. Returns whether it was taken: numbers
   /// that are not finite, a quaternion of no length, and a frame that is its own parent are not.
@@ -50,15 +49,15 @@ class TransformTree {
   std::vector<std::string> pathUp(const std::string& frame) const;
 
   std::map<std::string, Link> links_;
-  std::int64_t mostBetween_, mostAway_;
+  std::int64_t maxBetween_, maxAway_;
 };
 
 /// Moving transforms are interpolated between two that are so many times farther apart than a single one
 /// holds: between two the motion is known from both sides.
 constexpr double interpolatedPerHeld = 10;
 
-/// A body's axes (x forward, y left, z up; REP-103) ← those of a camera that looks ahead on it: what is taken
-/// for granted where no transform says how a camera is mounted.
+/// A body's axes (x forward, y left, z up; REP-103) ← the axes of a camera that looks ahead on it: the
+/// default mounting if no transform gives it.
 inline const cv::Affine3d bodyFromCameraAhead(cv::Matx33d(0, 0, 1, -1, 0, 0, 0, -1, 0), cv::Vec3d(0, 0, 0));
 
 /// The pose between two at a share of the way from 0 to 1: positions linearly, rotations along the shortest

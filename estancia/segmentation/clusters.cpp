@@ -20,7 +20,7 @@ namespace {
 
 /// The part of the image that has depth: cameras often measure none along its edge.
 cv::Rect fieldOfView(const InverseDepth& grid) {
-  constexpr int share = 20;  // of the image: a wider margin without depth is not the camera's
+  constexpr int share = 20;  // share of the image: a wider margin without depth is not the camera's
   const int width = grid.camera.width, height = grid.camera.height;
   const auto sees = [&](int u, int v) { return grid.raw[grid.at(u, v)] > 0; };
   const auto emptyLines = [&](int lines, int length, const auto& seen) {

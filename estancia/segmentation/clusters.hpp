@@ -25,11 +25,11 @@ struct ClusterOptions {
   /// Depth of the concave creases that separate objects [m].
   static constexpr double creaseDepth = 0.0022;
   std::size_t minPoints = 400;
-  /// Of the search for planes.
+  /// Seed of the search for planes.
   std::uint64_t seed = 1;
   int threads = 0;
 };
-/// Says what each option is, its unit and its range.
+/// Declares the options, their units and their ranges.
 OptionGroup declare(ClusterOptions& options);
 
 struct Plane {
@@ -61,8 +61,8 @@ struct Clusters {
   std::vector<Plane> planes;
   /// Largest first; may be empty.
   std::vector<Cluster> clusters;
-  /// Unit length, in the camera's frame: upright as far as the planes tell, else the image's up. Of a depth
-  /// image or organized cloud.
+  /// Unit length, in the camera's frame: upright if the planes determine it, else the image's up. Set for a
+  /// depth image or organized cloud.
   cv::Vec3d up = {0, -1, 0};
 };
 
@@ -70,9 +70,9 @@ struct Clusters {
 /// depth edges and concave creases (Stein et al., CVPR 2014), and merges segments of one object that an
 /// occluder or the rim of a container had separated. Depths outside of 1 mm to 1 km count as missing.
 /// `camera` may have images of another size. `image`, which may be empty, is a BGR image of the same view, of
-/// any size: by it things of one height that touch side by side are told apart where their colors differ.
-/// Throws Error (invalidInput, invalidOption) on another type of image, on a camera without size or focal
-/// length, and on options out of range.
+/// any size: it separates things of one height that touch side by side where their colors differ. Throws
+/// Error (invalidInput, invalidOption) on another type of image, on a camera without size or focal length,
+/// and on options out of range.
 Clusters findClusters(const cv::Mat& depth, const CameraIntrinsics& camera,
                       const ClusterOptions& options = {}, const cv::Mat& image = {});
 

@@ -16,10 +16,10 @@ constexpr double kWallEndWidth = 0.3;               // with the frame of a door 
 constexpr double kAligned = 0.966;                  // cosine of 15°
 constexpr double kMostlyAligned = 0.7;              // share of normals
 
-/// What tells a thing from what is left of structure.
+/// Features that distinguish a thing from remains of structure.
 struct Outline {
   double border = 0;                ///< sides of its pixels at other segments or none
-  double owned = 0;                 ///< of these, before what is farther, or on a level surface
+  double owned = 0;                 ///< sides before what is farther, or on a level surface
   bool atFloor = false;             ///< touches a level surface
   double normals = 0, aligned = 0;  ///< pixels with a normal; those that face as the walls or across
   double depth = 0;                 ///< mean [m]
@@ -99,7 +99,7 @@ class Outlines {
   const InverseDepth& grid_;
   const PlaneRemoval& removal_;
   WallDirections walls_;
-  std::vector<std::uint8_t> isLevel_;  // of each plane, numbered from 1 on
+  std::vector<std::uint8_t> isLevel_;  // one value a plane, numbered from 1 on
   const std::vector<std::uint32_t>& labels_;
   std::vector<Outline> outlines_;
 };

@@ -9,12 +9,13 @@
 namespace estancia {
 namespace {
 
-constexpr std::size_t kShapePoints = 400;             // of a segment
-constexpr std::size_t kEnoughPoints = 5;              // to tell anything
-constexpr float kFacesUp = 0.8F;                      // cosine between a level surface's normal and up: 37°
-constexpr double kBody = 0.5;                         // what one does not carry in a hand is larger [m]
-constexpr double kBand = 0.03, kHeightNoise = 0.005;  // of heights: [m], and its growth with depth [m at 1 m]
-constexpr double kFoot = 0.05;                        // height of the lower part of a low thing [m]
+constexpr std::size_t kShapePoints = 400;  // points of a segment
+constexpr std::size_t kEnoughPoints = 5;   // minimum for a decision
+constexpr float kFacesUp = 0.8F;           // cosine between a level surface's normal and up: 37°
+constexpr double kBody = 0.5;              // what one does not carry in a hand is larger [m]
+// tolerance of heights: [m], and its growth with depth [m at 1 m]
+constexpr double kBand = 0.03, kHeightNoise = 0.005;
+constexpr double kFoot = 0.05;      // height of the lower part of a low thing [m]
 constexpr double kInside = 0.015;   // distance to the border of a surface that carries things [m]
 constexpr double kSmaller = 0.6;    // width of a thing, to what it stands on, and of a stem, to its crown
 constexpr double kStem = 0.8;       // … to a crown of leaves
@@ -27,9 +28,9 @@ constexpr double kBelow = 0.5;      // what carries a table begins so far below 
 /// A sample of a segment, in level coordinates: x and y, then height.
 struct SegmentShape {
   std::vector<cv::Vec3d> points;
-  std::vector<std::uint8_t> level;  ///< of each point: its surface faces up
+  std::vector<std::uint8_t> level;  ///< one value a point: its surface faces up
   std::size_t smooth = 0;           ///< points with a normal
-  double low = 0, high = 0;         ///< of all but 2 % [m]
+  double low = 0, high = 0;         ///< range of all but 2 % of the points [m]
   double wide = 0;                  ///< the diagonal of its extent in x and y [m]
   bool known() const { return points.size() >= kEnoughPoints; }
   bool isLeaves() const { return static_cast<double>(smooth) < kLeaves * static_cast<double>(points.size()); }

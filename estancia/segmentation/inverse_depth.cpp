@@ -16,10 +16,10 @@ namespace {
 constexpr float kMinDepth = 1e-3F, kMaxDepth = 1e3F;  // [m]
 constexpr double kFocalLength = 525;                  // for which lengths in pixels are given
 constexpr double kMinScale = 0.25, kMaxScale = 4;
-constexpr std::array kRadii{4, 6, 8};   // of bends [pixels]
-constexpr float kSameSurface = 0.036F;  // of 1/z, for smoothing
-constexpr float kNearSurface = 0.06F;   // of 1/z, for bends
-constexpr float kMaxBend = 0.03F;       // of a bend [m]: beyond, it is an edge
+constexpr std::array kRadii{4, 6, 8};   // radii of bends [pixels]
+constexpr float kSameSurface = 0.036F;  // share of 1/z, for smoothing
+constexpr float kNearSurface = 0.06F;   // share of 1/z, for bends
+constexpr float kMaxBend = 0.03F;       // depth of a bend [m]: beyond, it is an edge
 
 ESTANCIA_MULTIVERSION
 void invertRow(const float* depth, int width, float* out) {

@@ -18,7 +18,7 @@ namespace estancia {
 /// A depth image with a margin of pixels without depth, so that neighborhoods need no bounds checks. Masks
 /// and labels of it have its size() and the same indices.
 struct InverseDepth {
-  CameraIntrinsics camera;             ///< of this image
+  CameraIntrinsics camera;             ///< camera of this image
   double scale = 1;                    ///< focal length / 525, for which lengths in pixels are given
   int margin = 0;                      ///< on every side
   std::ptrdiff_t stride = 0;           ///< from row to row

@@ -18,8 +18,8 @@ constexpr double kMinWallArea = 600;  // [square pixels]
 struct Circle {
   cv::Point2d center;
   double radius = 0;
-  double share = 0;  ///< of the points that lie on it
-  double arc = 0;    ///< that they cover [°]
+  double share = 0;  ///< share of the points that lie on it
+  double arc = 0;    ///< angle that they cover [°]
 };
 
 double quantile(std::vector<double> values, double share) {
@@ -30,7 +30,7 @@ double quantile(std::vector<double> values, double share) {
 
 /// Trimmed least squares (Kåsa 1976).
 std::optional<Circle> fitCircle(const std::vector<cv::Point2d>& points, double tolerance) {
-  constexpr double trimmed = 0.7, minLimit = 0.75;  // of the points; of the tolerance
+  constexpr double trimmed = 0.7, minLimit = 0.75;  // quantile of the points; share of the tolerance
   Circle circle;
   std::vector<double> off(points.size(), 0);
   double limit = 0;

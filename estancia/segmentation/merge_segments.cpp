@@ -24,7 +24,7 @@ constexpr double kConcave = -0.2;        // how concave a contact may be
 constexpr float kAroundContact = 0.03F;  // [m]
 constexpr double kMaxGap = 0.20;         // behind an occluder [m]
 constexpr float kAroundGap = 0.05F;      // the part of either side that is compared [m]
-constexpr double kSameWay = 20, kOffset = 0.025;  // of two parts of one surface [°], [m]
+constexpr double kSameWay = 20, kOffset = 0.025;  // limits for two parts of one surface [°], [m]
 constexpr double kHidden = 0.9, kInFront = 0.3;   // shares of the gap
 constexpr float kNearer = 0.01F;                  // distance of the occluder to the gap [m]
 
@@ -96,7 +96,7 @@ bool meetConvexly(const SegmentSamples& a, const SegmentSamples& b, std::span<co
       near(near(a.surface, contactB, reach), near(b.surface, contactA, reach), kAroundContact), 3);
   const auto atB = visiblePlane(
       near(near(b.surface, contactA, reach), near(a.surface, contactB, reach), kAroundContact), 3);
-  if (!atA || !atB) return true;  // too small to tell
+  if (!atA || !atB) return true;  // too small to decide
   const cv::Vec3d between = atA->center - atB->center;
   const double length = cv::norm(between);
   return length == 0 || (atA->normal - atB->normal).dot(between) > kConcave * length;
@@ -138,7 +138,7 @@ cv::Point2d pixelOf(const CameraIntrinsics& camera, const cv::Point3f& p) {
   return {camera.fx * p.x / p.z + camera.cx, camera.fy * p.y / p.z + camera.cy};
 }
 
-/// Distance at which two points may touch, for all that the camera can tell [m]: a gap as narrow as its mixed
+/// Distance at which two points may touch, within the camera's accuracy [m]: a gap as narrow as its mixed
 /// pixels, and the noise of depth.
 double contactAt(const InverseDepth& grid, double pixels, double z) {
   return std::hypot(pixels * z / grid.camera.fx, kDifferenceNoise * std::max(z, z * z));

@@ -18,7 +18,7 @@ constexpr float kFaces = 0.94F;        // cosine between normals of samples and 
 constexpr float kFacesLoosely = 0.9F;  // 25°
 constexpr float kGrazing = 0.1F;       // cosine below which the area of a pixel is unreliable
 constexpr float kFarther = 0.5F;       // growth of the tolerance with the square of depth, beyond 1.4 m
-constexpr double kSampleSlack = 0.7;   // of minPlaneArea: the estimate from samples may be too small
+constexpr double kSampleSlack = 0.7;   // share of minPlaneArea: the estimate from samples may be too small
 constexpr double kEdge = 10;           // margin in which cameras often measure no depth [pixels]
 constexpr double kReach = 4;           // pixels of the plane beyond its patches that it takes [pixels]
 
@@ -141,7 +141,7 @@ float areaOn(const Samples& s, float a, float b, float c, float length) {
 
 struct Hypothesis {
   Coefficients plane;
-  double area = 0;  ///< of all candidates on it, estimated from the samples [m²]
+  double area = 0;  ///< area of all candidates on it, estimated from the samples [m²]
 };
 
 /// Fits the plane to the samples on it by least squares in 1/z, where noise is uniform. Returns the number of

@@ -38,7 +38,7 @@ bool isUpright(const Plane& plane, const cv::Vec3d& up) {
 /// What is seen of a plane.
 struct PlaneView {
   double behind = 0;           ///< share of the image's pixels that lie behind it
-  double left = 0, right = 0;  ///< of its pixels, along the level direction in it [m]
+  double left = 0, right = 0;  ///< range of its pixels, along the level direction in it [m]
   int upperEdge = 0;           ///< columns in which its upper edge is seen
   int columns = 0;             ///< columns in which it is seen
 };

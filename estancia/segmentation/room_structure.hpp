@@ -13,7 +13,7 @@ namespace estancia {
 
 /// Up, in the optical frame, as a unit vector: the direction within 60° of the image's up to which planes of
 /// the largest area are parallel or perpendicular (Manhattan world; Coughlan and Yuille, ICCV 1999). The
-/// image's up where no plane tells.
+/// image's up if there is no such plane.
 cv::Vec3d upOf(const std::vector<Plane>& planes);
 
 /// Sets Plane::structural. Level and sloping planes bound the room when nearly nothing is seen behind them:

@@ -20,7 +20,7 @@ struct SegmentEdge {
   std::uint32_t a = 0, b = 0;
   std::size_t contacts = 0;                ///< pairs of adjacent pixels of about one depth
   std::size_t aInFront = 0, bInFront = 0;  ///< pairs at a depth edge
-  double height = 0;                       ///< of the contacts, their mean along `up` [m]
+  double height = 0;                       ///< mean height of the contacts, along `up` [m]
   double contrast = 0;                     ///< change of color over 4 pixels across the contacts, their mean
   /// The distance of a quarter of the pixels to the other segment, across at most three pixels without a
   /// segment [m]; infinite for segment 0.

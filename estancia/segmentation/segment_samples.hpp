@@ -23,7 +23,7 @@ struct SegmentSamples {
   std::uint32_t segment;
   std::vector<cv::Point3f> surface;  ///< spread over the segment, at most 1500
   std::vector<cv::Point3f> border;   ///< along its border in the image, at most 256
-  Bounds<float> box;                 ///< of the border
+  Bounds<float> box;                 ///< box of the border
   std::vector<float> x, y, z;        ///< the border by coordinate, for SIMD
 };
 

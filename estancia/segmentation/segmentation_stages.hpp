@@ -17,7 +17,7 @@ namespace estancia {
 /// Every second pixel of every second row of an InverseDepth, with its normal.
 struct HalfImage {
   int width, height;
-  double pixelArea;               ///< of a surface at 1 m that faces the camera [m²]
+  double pixelArea;               ///< area of a pixel on a surface at 1 m that faces the camera [m²]
   std::vector<float> x, y;        ///< slopes of the columns and rows
   std::vector<float> w;           ///< 1/z, 0: none
   std::vector<float> nx, ny, nz;  ///< unit vectors away from the camera; 0 where there is no normal
@@ -65,9 +65,9 @@ void joinLoose(const InverseDepth& grid, const Mask& mask, const HalfImage& half
 void assembleFurniture(const InverseDepth& grid, const Mask& mask, const HalfImage& half,
                        const SegmentColors& colors, const cv::Vec3d& up, Segmentation& segments);
 
-/// Drops fragments: segments that stand before nothing, nor on anything, small ragged ones of which that
-/// holds for half of the border, and the ends of walls beside doors. Who owns a border (Nakayama et al.,
-/// Perception 1989) tells things from what shows between them.
+/// Drops fragments: segments that stand before nothing, nor on anything, small ragged ones for which this
+/// holds on half of the border, and the ends of walls beside doors. Who owns a border (Nakayama et al.,
+/// Perception 1989) distinguishes things from what shows between them.
 void dropFragments(const InverseDepth& grid, const PlaneRemoval& removal, const cv::Vec3d& up,
                    const Mask& mask, Segmentation& segments);
 
@@ -75,7 +75,7 @@ void dropFragments(const InverseDepth& grid, const PlaneRemoval& removal, const 
 /// Gaps narrower than that belong to the segment: leaves of a plant are narrow, the plant is not.
 void dropNarrow(const InverseDepth& grid, const Mask& mask, Segmentation& segments);
 
-/// Segment merging: merges segments that touch, for all that the camera can tell, without a concave corner
+/// Segment merging: merges segments that touch, within the camera's accuracy, without a concave corner
 /// between them (a hole or the rim of the nearer one separates them in the image), and segments of one
 /// surface that an occluder separates. Segments touch where the gap is no wider than pixels of mixed depth,
 /// they are no farther apart than that and noise, and nothing behind is seen through the gap.

@@ -10,7 +10,7 @@ namespace {
 constexpr double kMinCreaseArea = 25, kMinSeedArea = 60;  // [square pixels]
 constexpr double kOpening = 2.5;                          // distance of seeds from creases [pixels]
 constexpr double kCreased = 0.45;  // share of creases in a border that separates its segments
-constexpr int kRounds = 3;         // of merging neighbors
+constexpr int kRounds = 3;         // rounds of merging neighbors
 
 /// The rows of an image of bytes over the mask's, as OpenCV sees them; shares the memory.
 cv::Mat rowsOf(const InverseDepth& grid, const Mask& mask, std::vector<std::uint8_t>& image) {
@@ -53,7 +53,7 @@ void widen(const InverseDepth& grid, const cv::Mat& mask, double radius, cv::Mat
 }
 
 /// Connected components: labels the connected surfaces of those pixels of the mask that have no label and are
-/// `wanted`, from segments.sizes.size() on, in the order of their first pixels. Those of less than
+/// `wanted`, from segments.sizes.size() on, in the order of their first pixels. Components of less than
 /// `minPixels` stay 0.
 template <class Wanted>
 void labelSurfaces(const InverseDepth& grid, const Mask& mask, const Wanted& wanted, double minPixels,

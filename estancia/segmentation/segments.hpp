@@ -15,7 +15,7 @@ namespace estancia {
 /// Standard deviation of the difference of two depths of a Kinect, √2 σ [m at 1 m].
 constexpr double kDifferenceNoise = 0.002;
 constexpr double kMinSegmentArea = 400;     ///< [square pixels]
-constexpr std::size_t kMinBorderPairs = 5;  ///< of adjacent points, for two segments to be neighbors
+constexpr std::size_t kMinBorderPairs = 5;  ///< pairs of adjacent points, for two segments to be neighbors
 
 /// Segments of a depth image; label 0 is none.
 struct Segmentation {
@@ -28,7 +28,7 @@ struct Segmentation {
 /// The common border of two segments.
 struct SegmentBorder {
   std::uint32_t a, b;                  ///< the segments, a < b
-  std::size_t pairs = 0, creased = 0;  ///< of adjacent pixels; of these at a crease
+  std::size_t pairs = 0, creased = 0;  ///< pairs of adjacent pixels; of these at a crease
 };
 
 /// Borders from pairs of adjacent pixels, each encoded by pairOf().

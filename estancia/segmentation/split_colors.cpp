@@ -15,8 +15,8 @@ namespace {
 
 constexpr double kDistinct = 12;      // between two colors, in units of Lab
 constexpr double kCompact = 3;        // distance of two colors, to the spread of each
-constexpr double kLeastPart = 100;    // [square pixels]
-constexpr double kLeastShare = 0.12;  // of either side in both
+constexpr double kMinPart = 100;      // [square pixels]
+constexpr double kMinShare = 0.12;    // share of either side in both
 constexpr double kCommon = 0.55;      // share of a side's border that lies at the other, at most
 constexpr double kSilent = 0.7;       // share of the border at which the surface goes on
 constexpr double kSameFace = 0.95;    // cosine between normals to either side: 18°
@@ -86,7 +86,7 @@ class Splitter {
     std::vector<int> number(static_cast<std::size_t>(count));
     int parts = 0;
     for (int i = 1; i < count; ++i)
-      if (boxes.at<int>(i, cv::CC_STAT_AREA) >= grid_.area(kLeastPart))
+      if (boxes.at<int>(i, cv::CC_STAT_AREA) >= grid_.area(kMinPart))
         number[static_cast<std::size_t>(i)] = ++parts;
     cv::Mat_<int> result(box.size(), 0);
     if (parts < 2) return result;
@@ -188,7 +188,7 @@ class Splitter {
           silent += same > 0 && differ(box.x + u, box.y + v, dx, dy) ? 1 : 0;
         }
       }
-    const double least = std::max(kLeastShare * (counts[0] + counts[1]), grid_.area(kMinSegmentArea));
+    const double least = std::max(kMinShare * (counts[0] + counts[1]), grid_.area(kMinSegmentArea));
     if (std::min(counts[0], counts[1]) < least) return false;
     double spread = 0;
     for (std::size_t k = 0; k < 2; ++k) {

@@ -13,7 +13,7 @@ namespace {
 constexpr double kForeground = 0.1;                // share of the border of what stands before something
 constexpr double kBefore = 0.15, kBehind = 0.3;    // what lines a wall lies so near to it [m]
 constexpr double kStrip = 0.12, kMinLength = 0.3;  // width and length of skirting, frames and reveals [m]
-constexpr float kBreak = 0.03F;                    // of 1/z, off the plane
+constexpr float kBreak = 0.03F;                    // difference of 1/z from the plane
 
 /// The connected pixels of plane `number` around pixel `first`; clears them in `of`.
 void takePatch(const InverseDepth& grid, const Plane& plane, std::size_t first, std::vector<std::uint8_t>& of,
@@ -38,7 +38,7 @@ void takePatch(const InverseDepth& grid, const Plane& plane, std::size_t first, 
 /// Points of a segment.
 struct Points {
   std::vector<cv::Point3f> all;
-  double area = 0;  ///< as seen [m²]
+  double area = 0;  ///< visible area [m²]
 };
 
 std::vector<Points> segmentPoints(const InverseDepth& grid, const Mask& mask, const Segmentation& segments) {
@@ -80,7 +80,7 @@ bool isStripAlong(const Plane& wall, const Points& points) {
   const cv::Matx33d spread = squares * (1 / n) - sum * sum.t() * (1 / (n * n));
   cv::Vec3d variances;
   cv::eigen(spread, variances);
-  const double length = std::sqrt(12 * std::max(0., variances[0]));  // of an even strip
+  const double length = std::sqrt(12 * std::max(0., variances[0]));  // length of an even strip
   return length > kMinLength && points.area < kStrip * length;
 }
 
@@ -111,7 +111,7 @@ Segmentation takePatches(const InverseDepth& grid, PlaneRemoval& removal) {
 
 Mask dropStructure(const InverseDepth& grid, const PlaneRemoval& removal, const cv::Vec3d& up,
                    const Segmentation& patches, Segmentation& segments) {
-  const std::size_t first = segments.sizes.size();  // of the patches
+  const std::size_t first = segments.sizes.size();  // first of the patches
   std::vector<std::uint8_t> in = removal.rest.in;
   for (std::size_t i = 0; i < in.size(); ++i) {
     if (patches.labels[i] == 0) continue;

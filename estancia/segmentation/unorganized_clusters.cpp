@@ -114,13 +114,13 @@ std::optional<PlaneFit> bestPlane(const Surface& s, const std::vector<std::uint3
            std::abs(plane.normal.dot(cv::Vec3d(n.x, n.y, n.z))) > faces;
   };
   std::optional<PlaneFit> best;
-  std::ptrdiff_t mostVotes = 0;
+  std::ptrdiff_t maxVotes = 0;
   for (int h = 0; h < hypotheses; ++h) {
     const std::uint32_t i = any();
     const cv::Point3f &p = s.cloud.points[i], &n = s.normals[i];
     const PlaneFit plane{{p.x, p.y, p.z}, {n.x, n.y, n.z}};
     const auto votes = std::ranges::count_if(samples, [&](std::uint32_t k) { return isOn(plane, k); });
-    if (votes > mostVotes) std::tie(mostVotes, best) = std::tuple(votes, plane);
+    if (votes > maxVotes) std::tie(maxVotes, best) = std::tuple(votes, plane);
   }
   for (int round = 0; round < 3 && best; ++round) {
     std::vector<cv::Point3f> on;

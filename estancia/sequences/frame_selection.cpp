@@ -18,7 +18,7 @@ namespace {
 
 class Selection final : public Sequence {
  public:
-  /// `told`: warnings beside those of the whole sequence.
+  /// `told`: warnings in addition to the whole sequence's.
   Selection(Opened whole, std::vector<std::size_t> kept, std::string name,
             const std::vector<std::string>& told)
       : whole_(std::move(whole)), kept_(std::move(kept)), name_(std::move(name)) {
@@ -77,7 +77,7 @@ void requireSplit(const std::string& sequence, const std::string& name, const st
     fail(ErrorCode::unknownName, "{}: unknown split \"{}\"; known: {}", sequence, name, listed(known));
 }
 
-/// The rooms that a person means; `told` gets a sentence for each that is named otherwise.
+/// The rooms that a person means; `told` receives a sentence for each that is named otherwise.
 std::set<std::string> roomsMeant(const std::string& sequence, const std::vector<std::string>& words,
                                  const std::set<std::string>& known, std::vector<std::string>& told) {
   const std::vector<std::string> rooms(known.begin(), known.end());

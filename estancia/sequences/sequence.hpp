@@ -56,8 +56,8 @@ class Sequence {
   /// another size. Throws Error when this frame has no depth or it cannot be read. Thread-safe.
   virtual cv::Mat depth(std::size_t i) const;
 
-  /// Units per meter of the depth images' files, as given or as the data set says; 0 where their type says
-  /// it.
+  /// Units per meter of the depth images' files, as given or as defined by the data set; 0 where their type
+  /// defines it.
   virtual double depthScale() const { return 0; }
 
   /// Time stamp of the depth image nearest in time to frame i [s], also where it is too far away to be used.

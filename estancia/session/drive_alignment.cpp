@@ -12,8 +12,8 @@
 namespace estancia {
 namespace {
 
-constexpr std::size_t mostPairs = 256, fewestAgreeing = 5;
-constexpr double newShare = 0.25;  // of what is near: a step that shows something else
+constexpr std::size_t maxPairs = 256, minAgreeing = 5;
+constexpr double newShare = 0.25;  // share of nearby area that is new: a step that shows something else
 
 constexpr std::size_t enoughAgreeing = 8;
 /// [m]: further than a room is long. What looks alike in another room agrees as well over a shorter way, and
@@ -36,7 +36,7 @@ bool DriveAlignment::add(const Pose& own, const Pose& inMap) {
     if (cv::norm(step.translation()) < newShare * nearDistance_ && angleOf(step) < newShare * nearAngle_)
       return false;
   }
-  if (pairs_.size() == mostPairs) pairs_.erase(pairs_.begin());
+  if (pairs_.size() == maxPairs) pairs_.erase(pairs_.begin());
   pairs_.push_back(pair);
   ++taken_;
   return true;
@@ -107,15 +107,15 @@ std::optional<DriveAlignment::Estimate> DriveAlignment::estimate() const {
   for (const Pair& pair : pairs_)
     if (auto found = agreeing(pair.inMap * pair.own.inv()); found.size() > best.size())
       best = std::move(found);
-  if (best.size() < fewestAgreeing) return std::nullopt;
+  if (best.size() < minAgreeing) return std::nullopt;
   cv::Affine3d transform = fit(best);
   for (int round = 0; round < 3; ++round) {
     auto found = agreeing(transform);
-    if (found.size() < fewestAgreeing || found == best) break;
+    if (found.size() < minAgreeing || found == best) break;
     best = std::move(found);
     transform = fit(best);
   }
-  if (best.size() < fewestAgreeing || 2 * best.size() < pairs_.size()) return std::nullopt;
+  if (best.size() < minAgreeing || 2 * best.size() < pairs_.size()) return std::nullopt;
   double extent = 0;
   for (const Pair* a : best)
     for (const Pair* b : best)

@@ -19,7 +19,8 @@ class DriveAlignment {
   /// Views this far apart [m], whose directions differ by this [degrees], can be taken for one.
   DriveAlignment(double nearDistance, double nearAngle);
 
-  /// Frames from where the robot was before tell nothing new. Returns whether it was another.
+  /// Frames from a position that is already in the sum add no information. Returns whether the frame was
+  /// added.
   bool add(const Pose& own, const Pose& inMap);
 
   struct Estimate {

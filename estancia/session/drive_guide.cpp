@@ -16,17 +16,17 @@ namespace {
 /// Min probability of a place by the Bayes filter; where the map has no poses, it cannot detect an unknown
 /// place, and is sure too soon.
 constexpr double certain = 0.7, certainWithoutPoses = 0.9;
-constexpr double mostUnvisited = 0.3, mostUnmapped = 0.5;
+constexpr double maxUnvisited = 0.3, maxUnmapped = 0.5;
 
 }  // namespace
 
 bool isCertain(const Localization& found) {
-  return found.unvisited ? found.confidence >= certain && *found.unvisited <= mostUnvisited
+  return found.unvisited ? found.confidence >= certain && *found.unvisited <= maxUnvisited
                          : found.confidence >= certainWithoutPoses;
 }
 
 bool showsView(const Localization& found) {
-  return found.unmapped && *found.unmapped <= mostUnmapped;
+  return found.unmapped && *found.unmapped <= maxUnmapped;
 }
 
 struct DriveGuide::Known {
@@ -41,8 +41,8 @@ struct DriveGuide::Known {
 };
 
 DriveGuide::Known DriveGuide::knownOf(const MapStore& store, const Standardization& scale,
-                                      std::size_t mostFrames) {
-  const TopologicalMap map = store.load(mostFrames);
+                                      std::size_t maxFrames) {
+  const TopologicalMap map = store.load(maxFrames);
   Known known;
   for (const MappedFrame& frame : map.frames) known.views.push_back({frame.number, frame.node, frame.pose});
   for (const Transition& transition : map.transitions)
@@ -123,8 +123,8 @@ DriveGuide::DriveGuide(const MapStore& store, Known known)
                      LocalizerOptions{});
 }
 
-DriveGuide::DriveGuide(const MapStore& store, const Standardization& scale, std::size_t mostFrames)
-    : DriveGuide(store, knownOf(store, scale, mostFrames)) {}
+DriveGuide::DriveGuide(const MapStore& store, const Standardization& scale, std::size_t maxFrames)
+    : DriveGuide(store, knownOf(store, scale, maxFrames)) {}
 
 DriveGuide::DriveGuide(const MapStore& store, const std::string& known, const std::string& state)
     : DriveGuide(store, knownFrom(known, store)) {

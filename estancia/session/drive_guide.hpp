@@ -19,14 +19,18 @@ namespace estancia {
 bool isCertain(const Localization& found);
 bool showsView(const Localization& found);
 
-/// Localizes in the frames before the drive, as the map was when the drive began, evenly thinned. What it
-/// says depends on these, and on the frames of the drive since; both are kept in the map file, so that a
-/// resumed drive is guided as an unbroken one.
+/// Localizes in the frames before the drive, as the map was when the drive began, evenly thinned. Its result
+/// depends on these and on the frames of the drive since; both are kept in the map file, so that a resumed
+/// drive is guided as an unbroken one.
+///
+/// Invariant: known_ (views, transitions and scale as of the beginning of the drive) never changes;
+/// localizer_ holds the belief after the frames of the drive. Made when a further drive begins or its map is
+/// resumed, destroyed when the drive needs no guidance any more.
 class DriveGuide {
  public:
   /// Guides a drive that begins now, with labels scaled as in nodes now, by at most so many frames. The map
   /// must have frames.
-  DriveGuide(const MapStore& store, const Standardization& scale, std::size_t mostFrames);
+  DriveGuide(const MapStore& store, const Standardization& scale, std::size_t maxFrames);
   /// Goes on with the states() of an earlier one. Throws Error (corruptFile).
   DriveGuide(const MapStore& store, const std::string& known, const std::string& state);
 
@@ -51,7 +55,7 @@ class DriveGuide {
 
  private:
   struct Known;
-  static Known knownOf(const MapStore& store, const Standardization& scale, std::size_t mostFrames);
+  static Known knownOf(const MapStore& store, const Standardization& scale, std::size_t maxFrames);
   static Known knownFrom(const std::string& bytes, const MapStore& store);
   DriveGuide(const MapStore& store, Known known);
 

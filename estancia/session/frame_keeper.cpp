@@ -20,18 +20,18 @@ namespace {
 constexpr double fullAt = 0.96, smallerTo = 0.88, smallEnough = 0.92;
 /// What is written before the size is looked at, of the budget, and what may wait in memory [bytes].
 constexpr double writtenBetween = 0.02;
-constexpr std::size_t mostWaiting = 16'000'000;
-/// A row of what a frame's words say of rooms, without that [bytes].
+constexpr std::size_t maxWaiting = 16'000'000;
+/// Bytes of a row of room evidence of a frame's words, without the evidence itself.
 constexpr int evidenceBytes = 12;
 /// Frames that are left out between two commits: what is changed is in the file twice until then.
 constexpr std::size_t slice = 1000;
-/// The least that a frame says beside the mean of its place.
-constexpr double leastInformation = 0.05;
+/// Minimum information of a frame beside the mean of its place.
+constexpr double minInformation = 0.05;
 
-/// The further an image is from the mean of its place, the less of it does the mean tell.
+/// The further an image is from the mean of its place, the less of it is explained by the mean.
 double informationOf(double toCurrent, double tauJoin) {
   const double share = toCurrent / tauJoin;
-  return std::isfinite(share) ? std::clamp(share, leastInformation, 1.0) : 1.0;
+  return std::isfinite(share) ? std::clamp(share, minInformation, 1.0) : 1.0;
 }
 
 bool isIn(const std::vector<std::size_t>& sorted, std::size_t frame) {
@@ -51,7 +51,7 @@ void FrameKeeper::wait(Waiting frame) {
 
 bool FrameKeeper::isDue() const {
   const std::size_t each = waiting_.empty() ? 0 : waiting_.back().descriptor.size() * sizeof(float);
-  return waiting_.size() * (each + rowBytes) >= mostWaiting ||
+  return waiting_.size() * (each + rowBytes) >= maxWaiting ||
          static_cast<double>(written_) >= writtenBetween * static_cast<double>(budget_);
 }
 
@@ -122,7 +122,7 @@ void FrameKeeper::fit(const std::vector<std::size_t>& needed) {
     const std::uint64_t excess = used - target;
     const auto gone = ofFrames > excess ? sample_.thin(all, ofFrames - excess) : std::nullopt;
     if (!gone || gone->empty()) {
-      const auto least = static_cast<double>(used - ofFrames + FrameSample::leastBytes(all)) / 1e6;
+      const auto least = static_cast<double>(used - ofFrames + FrameSample::minBytes(all)) / 1e6;
       fail(ErrorCode::tooLarge,
            "{}: its places, one image of each, and what must stay take {:.1f} MB; --file-budget {} is too "
            "small, "

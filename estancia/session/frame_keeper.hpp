@@ -17,6 +17,10 @@ namespace estancia {
 /// A frame that the sample of its place does not take waits until the next writing: where the mapper needs
 /// it then to go on later, it is in the file as long as that lasts; else it is left out. When the file has
 /// grown to its budget, the samples are made smaller. Needed frames are given as sorted numbers.
+///
+/// Invariant: waiting_ frames are in memory only, borrowed_ ones are in the file as long as they are needed,
+/// leftOut_ ones were dropped since the last endWriting(). A writing is takeNeeded(), endWriting(), the
+/// commit, fit().
 class FrameKeeper {
  public:
   /// A row, its decision, its pose, and what points at them [bytes].
@@ -35,7 +39,7 @@ class FrameKeeper {
   void wait(Waiting frame);
   /// A frame has been put into the file.
   void count(std::uint64_t bytes) { written_ += bytes; }
-  /// So much waits, or was written since the budget was looked at, that all shall be written now.
+  /// True when waiting or written bytes exceed the threshold at which everything is written.
   bool isDue() const;
 
   /// Takes the needed frames out of the waiting ones, to be written now; the others are left out.

@@ -45,7 +45,7 @@ bool FrameSample::takes(int node, double key) const {
   return bound == bounds_.end() || key < bound->second;
 }
 
-std::uint64_t FrameSample::leastBytes(const std::vector<Entry>& entries) {
+std::uint64_t FrameSample::minBytes(const std::vector<Entry>& entries) {
   return bytesOf(byPlace(entries), 1);
 }
 

@@ -39,7 +39,7 @@ class FrameSample {
   /// take their places; nothing where the needed ones and one of each other place have more.
   std::optional<std::vector<std::size_t>> thin(const std::vector<Entry>& entries, std::uint64_t bytes);
   /// What the needed ones and one of each other place have.
-  static std::uint64_t leastBytes(const std::vector<Entry>& entries);
+  static std::uint64_t minBytes(const std::vector<Entry>& entries);
   void merge(int absorbed);
   /// Nodes with this id or a higher one are new.
   void forgetFrom(int node) { bounds_.erase(bounds_.lower_bound(node), bounds_.end()); }

@@ -28,9 +28,9 @@ struct CompactedMap {
 };
 
 /// Gives the file's unused space back and, where `fileBudget` [MB] is given, leaves out frames until it fits:
-/// of the places with most frames, those that say least beside the others. Places, objects, areas, names and
-/// corrections stay. Throws Error as readMap() does, busy when another process writes the map, and tooLarge
-/// when what must stay does not fit.
+/// from the places with most frames, those that add the least information to the others. Places, objects,
+/// areas, names and corrections stay. Throws Error as readMap() does, busy when another process writes the
+/// map, and tooLarge when what must stay does not fit.
 CompactedMap compactMap(const std::filesystem::path& map, const std::optional<std::uint64_t>& fileBudget);
 
 }  // namespace estancia

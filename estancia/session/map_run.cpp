@@ -14,8 +14,8 @@
 namespace estancia {
 
 MapRun::MapRun(std::filesystem::path path, Existing existing) : path_(std::move(path)), existing_(existing) {
-  if (existing != Existing::resume) outputTarget(path_);  // tells what can be no output
-  std::error_code none;                                   // and what can be no map, open() tells
+  if (existing != Existing::resume) outputTarget(path_);  // reports an invalid output
+  std::error_code none;                                   // open() reports an invalid map
   const bool exists = std::filesystem::exists(path_, none);
   if (exists && existing == Existing::refuse)
     throw Error(

@@ -12,6 +12,9 @@
 
 namespace estancia {
 
+/// One run of mapping a sequence into a file. Life cycle: begin() opens an existing map, start() or the first
+/// add() creates a new one and replaces an old one, finish() writes everything. Invariant: until then an
+/// older file is unchanged.
 class MapRun {
  public:
   enum class Existing { refuse, replace, resume };

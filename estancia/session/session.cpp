@@ -28,7 +28,7 @@ namespace {
 constexpr auto writeInterval = std::chrono::seconds(1);
 constexpr const char *guideKey = "guide", *guidedKey = "guided", *alignmentKey = "alignment";
 /// A drive whose poses are known in the map is lost no longer when it was recognized so often: poses and
-/// views tell places from then on, as in a first drive, at a tenth of the cost.
+/// views identify places from then on, as in a first drive, at a tenth of the cost.
 constexpr std::size_t enoughGuided = 200;
 
 Node toNode(const NodeMemory& memory) {
@@ -57,7 +57,7 @@ MappingSession::~MappingSession() {
   if (!impl_ || impl_->finished || std::uncaught_exceptions() > impl_->exceptions) return;
   try {
     finish();
-  } catch (const std::exception&) {  // the file keeps its last commit; finish() tells why
+  } catch (const std::exception&) {  // the file keeps its last commit; finish() reports the reason
   }
 }
 
@@ -91,7 +91,7 @@ MappingSession::MappingSession(const std::filesystem::path& path, Labeler& label
     fail(ErrorCode::invalidInput,
          "{} discovers its words, but a map needs to know them; record() its labels first",
          labeler.identity());
-  std::error_code none;  // what is wrong with the name, create() tells
+  std::error_code none;  // create() reports an invalid name
   *this = std::filesystem::exists(path, none)
               ? resume(path, labeler.vocabulary(), labeler.identity())
               : create(path, labeler.vocabulary(), labeler.identity(), options.value_or(MapperOptions{}));
@@ -204,7 +204,7 @@ void MappingSession::Impl::beginDrive(const DriveStart& start, bool isLost) {
     drive.isAligned = start.posesAreInMap || start.alignment || !DriveStore(store).hasPoses();
   }
   if (frame > 0 && isLost) {
-    guide.emplace(store, mapper.impl().bank.standardization(), mostGuideFrames());
+    guide.emplace(store, mapper.impl().bank.standardization(), maxGuideFrames());
     store.putState(guideMapKey, guide->known());
     if (!drive.isAligned) alignment.emplace(mapper.options().nearDistance, mapper.options().nearAngle);
     nextAlignment = 0;
@@ -224,7 +224,7 @@ void MappingSession::Impl::restoreDrive() {
       guided = ByteReader(*count, "what guided the map's last drive is damaged", "map the sequence again")
                    .number<std::uint64_t>();
   } else {
-    guide.emplace(store, mapper.impl().bank.standardization(), mostGuideFrames());
+    guide.emplace(store, mapper.impl().bank.standardization(), maxGuideFrames());
   }
   const auto pairs = store.findState(alignmentKey);
   if (drive.isAligned && (!pairs || pairs->empty())) return;
@@ -433,7 +433,7 @@ DriveStart driveStartOf(const Sequence& sequence) {
   if (sequence.size() == 0) return start;
   try {
     start.fingerprint = sequence.fingerprint(0);
-  } catch (const Error&) {  // it cannot be read, and will be told of
+  } catch (const Error&) {  // it cannot be read, which is reported elsewhere
   }
   return start;
 }

@@ -68,9 +68,9 @@ class MappingSession {
   /// Calls finish(), unless an exception is on its way.
   ~MappingSession();
 
-  /// Bounds the memory and the file from now on, whatever is mapped; the map keeps it. The file may leave
-  /// out frames then: those that say least beside the others of their places. Throws Error (tooLarge), also
-  /// later, where what must stay does not fit.
+  /// Bounds the memory and the file from now on, whatever is mapped; the map keeps it. The file may leave out
+  /// frames then: those that add the least information to the others of their places. Throws Error
+  /// (tooLarge), also later, where what must stay does not fit.
   void setBudget(const MapBudget& budget);
   /// What `change` makes of the budget that the map keeps.
   void changeBudget(const std::function<void(MapBudget&)>& change);

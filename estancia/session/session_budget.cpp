@@ -11,9 +11,9 @@ namespace estancia {
 namespace {
 
 /// Frames that a drive is guided by: with these a frame takes 1 to 2 ms.
-constexpr std::uint64_t mostGuide = 4096;
+constexpr std::uint64_t maxGuide = 4096;
 /// Guide frames occupy the file with their labels and metadata, and the memory with twice their labels.
-constexpr std::uint64_t guideShare = 4;  // of the budgets: a quarter
+constexpr std::uint64_t guideShare = 4;  // share of the budgets: a quarter
 
 }  // namespace
 
@@ -33,9 +33,9 @@ void MappingSession::Impl::takeBudgetOf(const MapStore& other) {
   if (const MapBudget kept = budgetOf(other); kept != budget) setBudget(kept);
 }
 
-std::size_t MappingSession::Impl::mostGuideFrames() const {
+std::size_t MappingSession::Impl::maxGuideFrames() const {
   const std::uint64_t words = store.identity().vocabulary.size() * sizeof(float);
-  std::uint64_t most = mostGuide;
+  std::uint64_t most = maxGuide;
   if (budget.file)
     most = std::min(most, *budget.file * megabyte / guideShare / (words + FrameKeeper::rowBytes));
   if (budget.memory) most = std::min(most, *budget.memory * megabyte / guideShare / (2 * words));

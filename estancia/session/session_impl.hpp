@@ -25,6 +25,9 @@ constexpr const char* frameSampleKey = "frame-sample";
 /// The state that DriveGuide::known() is kept as; empty where it guides no longer.
 constexpr const char* guideMapKey = "guide-map";
 
+/// A map file and its mapper. Invariant: after write() the file holds all that resuming needs, as of the last
+/// frame; what has changed since is in memory only, for about a second. `guide` exists while a further drive
+/// is guided, `alignment` until its poses are registered to the map, `keeper` if the file has a budget.
 struct MappingSession::Impl {
   MapStore store;
   Mapper mapper;
@@ -33,21 +36,21 @@ struct MappingSession::Impl {
   /// In flight when the session began.
   int exceptions = std::uncaught_exceptions();
   bool finished = true;
-  /// The last one.
+  /// The last drive of the map.
   Drive drive = {};
   /// Drive guide of further drives.
   std::optional<DriveGuide> guide = {};
-  std::size_t guided = 0;  ///< frames of the drive that it was certain of
+  std::size_t guided = 0;  ///< frames of the drive that the guide was certain of
   /// Alignment of a drive that has not been registered to the map by depth.
   std::optional<DriveAlignment> alignment = {};
-  std::size_t nextAlignment = 0;  ///< pairs
-  std::size_t alignments = 0;     ///< how often that was found in this session
-  /// Looks at depth: the transform that is right where one is near `guess` (T_map_drive), else nothing. Where
-  /// it is not set, words decide.
+  std::size_t nextAlignment = 0;  ///< number of pairs at which align() tries again
+  std::size_t alignments = 0;     ///< alignments found in this session
+  /// Verifies `guess` (T_map_drive) by depth: returns the exact transform near it, or nothing. Set by the
+  /// WorldMapper; if it is not set, words decide.
   std::function<std::optional<cv::Affine3d>(const cv::Affine3d& guess)> verify = {};
 
   MapBudget budget = {};
-  /// Where the file has a budget.
+  /// Exists if the file has a budget.
   std::optional<FrameKeeper> keeper = {};
 
   /// Once, before frames follow.
@@ -55,7 +58,7 @@ struct MappingSession::Impl {
   /// Applies the budget stored in `other`.
   void takeBudgetOf(const MapStore& other);
   /// Max number of frames of the drive guide; a share of the budget.
-  std::size_t mostGuideFrames() const;
+  std::size_t maxGuideFrames() const;
   /// What the map must keep to go on, in order.
   std::vector<std::size_t> neededFrames();
   /// Puts waiting frames that are needed into the file, and leaves the others out.

@@ -186,7 +186,7 @@ void put(ServerResponse from, httplib::Response& to) {
                                   });
 }
 
-/// Whether one header alone says where the body ends, and says it in digits (RFC 9112, 6.3).
+/// Whether a single header gives the length of the body, and in digits only (RFC 9112, 6.3).
 bool isFramedOnce(const httplib::Request& request) {
   const std::size_t lengths = request.get_header_value_count("Content-Length");
   const std::string length = request.get_header_value("Content-Length");
@@ -215,7 +215,7 @@ class BoundedServer final : public httplib::Server {
       auto refused = isFramedOnce(from) ? handler_.refusal(request) : ambiguousLength();
       const bool hasBody = from.has_header("Content-Length") || from.has_header("Transfer-Encoding");
       if (!refused && from.method == "POST") return HandlerResponse::Unhandled;
-      serving.mustClose = hasBody;  // nobody reads it
+      serving.mustClose = hasBody;  // the body is not read
       if (serving.mustClose) to.set_header("Connection", "close");
       put(refused ? std::move(*refused) : handler_.answer(request), to);
       return HandlerResponse::Handled;

@@ -78,7 +78,8 @@ ServerResponse imageResponse(const std::vector<unsigned char>& jpeg) {
   return {200, "image/jpeg", {reinterpret_cast<const char*>(jpeg.data()), jpeg.size()}};
 }
 
-/// For every answer. Scripts and styles come from this server alone, and nobody shows it in a frame.
+/// Adds security headers to every answer: scripts and styles come from this server only, and other pages
+/// cannot show it in a frame.
 void addSafety(ServerResponse& response) {
   for (const auto& [name, value] : std::initializer_list<std::pair<const char*, const char*>>{
            {"Content-Security-Policy",
@@ -93,11 +94,11 @@ void addSafety(ServerResponse& response) {
     response.headers.emplace_back(name, value);
 }
 
-/// A stream's place among LiveSite::mostStreams.
+/// A stream's place among LiveSite::maxStreams.
 class StreamSlot {
  public:
   explicit StreamSlot(std::shared_ptr<std::atomic<int>> count) : count_(std::move(count)) {
-    isFree_ = count_->fetch_add(1) < LiveSite::mostStreams;
+    isFree_ = count_->fetch_add(1) < LiveSite::maxStreams;
   }
   ~StreamSlot() { count_->fetch_sub(1); }
   StreamSlot(const StreamSlot&) = delete;

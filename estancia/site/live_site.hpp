@@ -23,7 +23,7 @@ class LiveSite final : public HttpHandler {
   /// The view must outlive it.
   explicit LiveSite(LiveView& view) : view_(view), queries_(view) {}
 
-  /// Until then nobody is let in.
+  /// Until then every request is refused.
   void open(const SiteAccess& access);
 
   std::optional<ServerResponse> refusal(const ServerRequest& head) override;
@@ -33,7 +33,7 @@ class LiveSite final : public HttpHandler {
   static std::vector<std::string> operations();
 
   /// Each keeps a connection: streams of events at once, of HttpLimits::connections.
-  static constexpr int mostStreams = 48;
+  static constexpr int maxStreams = 48;
 
  private:
   struct Operation;
@@ -47,7 +47,7 @@ class LiveSite final : public HttpHandler {
 
   LiveView& view_;
   LiveQueries queries_;
-  std::mutex mutex_;  // of what follows
+  std::mutex mutex_;  // guards the members below
   std::optional<SiteAccess> access_;
   std::uint64_t eventRevision_ = 0;
   std::shared_ptr<const std::string> event_;

@@ -61,7 +61,7 @@ std::string McpServer::answer(std::string_view line) {
     return "";  // we ask for nothing
   if (message.value("jsonrpc", nlohmann::json()) != "2.0" || method == message.end() || !method->is_string())
     return errorText(asked, {invalidRequest, "a request has \"jsonrpc\": \"2.0\" and a \"method\""});
-  if (!hasId) return "";  // nothing that a notification says changes what we do
+  if (!hasId) return "";  // notifications change nothing here
   static const nlohmann::json none = nlohmann::json::object();
   const auto params = message.find("params");
   try {
@@ -120,7 +120,7 @@ Json McpServer::call(const nlohmann::json& params) const {
 
 namespace {
 
-/// False where nobody reads any more.
+/// False if the reader has closed the pipe.
 bool writeLine(int out, std::string text) {
   const NoSigpipe guard;
   text += '\n';

@@ -31,8 +31,8 @@ class McpServer {
   std::string version_ = "2025-06-18";
 };
 
-/// Answers what comes from the file descriptor `in` to `out` until `in` ends, nobody reads `out`, or
-/// `stopped()`, which is asked a few times a second. Lines of more than 1 MiB are answered by an error.
+/// Answers what comes from the file descriptor `in` to `out` until `in` ends, the reader of `out` closes it,
+/// or `stopped()`, which is asked a few times a second. Lines of more than 1 MiB are answered by an error.
 void serveMcp(McpServer& server, int in, int out, const std::function<bool()>& stopped);
 
 }  // namespace estancia

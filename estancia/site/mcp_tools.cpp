@@ -20,7 +20,7 @@ using Arguments = nlohmann::json;
 
 // ---- arguments
 
-/// Throws where an argument is missing, unknown, or of another type than its schema says.
+/// Throws where an argument is missing, unknown, or of another type than in its schema.
 class ToolArguments {
  public:
   ToolArguments(const Arguments& given, const Json& schema) : given_(given) {

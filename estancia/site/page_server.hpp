@@ -18,13 +18,13 @@ struct ServerOptions {
   std::optional<int> port;
   std::string listen;
 };
-/// Says what each option is and its range.
+/// Declares the options and their ranges.
 OptionGroup declare(ServerOptions& options);
 
 /// Serves until it is destroyed.
 class PageServer {
  public:
-  /// Whatever ServerOptions::page says. The view must outlive it. Throws Error as makeHttpServer() does.
+  /// Does not depend on ServerOptions::page. The view must outlive it. Throws Error as makeHttpServer() does.
   PageServer(LiveView& view, const ServerOptions& options);
 
   /// What people open; with the token where one is needed.

@@ -25,7 +25,7 @@ struct RouteQuestion {
 };
 
 /// Answers of a LiveView. Lengths are meters, angles radians, positions [x, y] along the floor's two axes
-/// (Floor) unless they say otherwise; what is not known is null. All but status() and where() throw Error
+/// (Floor) unless stated otherwise; what is not known is null. All but status() and where() throw Error
 /// (insufficientData) before there is a map. Thread-safe.
 class LiveQueries {
  public:
@@ -42,18 +42,18 @@ class LiveQueries {
   /// "sentence"}.
   Json where() const;
   Json where(const LiveStatus& status) const;
-  /// What `estancia ask --json` says, at most `count` places and as many objects; with "near_spellings" and
-  /// nothing else where nothing matches.
+  /// The output of `estancia ask --json` with at most `count` places and as many objects each; or
+  /// "near_spellings" alone if nothing matches.
   Json ask(const std::string& words, std::size_t count) const;
-  /// What `estancia route --json` says. Throws Error as routeInWorld() does, and insufficientData where it
-  /// is not known where the robot is.
+  /// The output of `estancia route --json`. Throws Error as routeInWorld() does, and insufficientData if the
+  /// robot's position is unknown.
   Json route(const RouteQuestion& question) const;
-  /// {"objects": […]}, as toJson() says of them.
+  /// {"objects": […]}, each in the form of toJson().
   Json objects() const;
-  /// {"areas": […]}, as toJson() says of them, with "objects": [{"id", "name"}] that are in them.
+  /// {"areas": […]}, each in the form of toJson(), with "objects": [{"id", "name"}] that are in them.
   Json areas() const;
-  /// {"since", "objects": […], "places": […]}, as toJson() says of changes, of which those
-  /// of objects have "from_at" and "to_at", [x, y], too. Throws Error as findChanges() does.
+  /// {"since", "objects": […], "places": […]}, in the form of toJson(); changes of objects have "from_at" and
+  /// "to_at", [x, y], too. Throws Error as findChanges() does.
   Json changes(const std::optional<std::size_t>& since) const;
   /// {"node", "name", "room", "area", "position", "frames", "words": [{"label", "probability"}],
   /// "neighbors": [{"node", "name", "distance"}], "objects": [{"id", "name"}] that are seen best from there}.
@@ -64,7 +64,7 @@ class LiveQueries {
   /// "frames", "area"}], "links": [[node, node]], "objects": [{…, "where", "node" that it is seen best from,
   /// "color", "at": [x, y], "box": [[x, y]]}]}. An odd number of outlines surrounds what is inside. Without
   /// poses "metric" is false, and places lie so that their distances follow the number of transitions between
-  /// them. The same text until the map changes.
+  /// them. The text is constant until the map changes.
   std::shared_ptr<const std::string> map() const;
 
  private:
@@ -82,7 +82,7 @@ class LiveQueries {
 
   const LiveView& view_;
   mutable std::mutex computing_;
-  mutable std::mutex mutex_;  // of what follows
+  mutable std::mutex mutex_;  // guards the members below
   mutable std::shared_ptr<Known> known_;
 };
 

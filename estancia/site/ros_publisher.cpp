@@ -131,7 +131,7 @@ void RosPublisher::run() {
         map_->publish(ros::markerArrayMessage(markersOf(*world)));
         published = world;
       }
-    } catch (const Error& e) {  // the next change may be told
+    } catch (const Error& e) {  // a failure of this one does not stop the next change
       spdlog::warn("ROS 2 is not told: {}", e.what());
     }
     std::this_thread::sleep_for(between);

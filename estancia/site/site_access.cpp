@@ -18,7 +18,7 @@
 namespace estancia {
 namespace {
 
-/// Takes as long for every text of that length, so that nobody learns how much of it was right.
+/// Compares in constant time for a given length, so that the time does not reveal how much was right.
 bool isSameSecret(std::string_view given, std::string_view secret) {
   if (given.size() != secret.size()) return false;
   unsigned different = 0;

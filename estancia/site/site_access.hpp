@@ -10,7 +10,7 @@
 namespace estancia {
 
 struct SiteAccess {
-  /// The address or name that the server was told to listen at; "" for this machine alone.
+  /// The address or name that the server listens at; "" for this machine alone.
   std::string listen;
   int port = 0;
   /// What every request must show; "" for none.
@@ -29,7 +29,7 @@ struct AccessRefusal {
 /// Nothing for a request that may go on. Refused are:
 /// - names of the server that are not its own, by which a page of another site would reach it (DNS
 ///   rebinding). A server that listens at all addresses has its own host name, and addresses in digits, which
-///   nobody can rebind;
+/// cannot be rebound;
 /// - pages of other origins (Origin, Sec-Fetch-Site), but for following a link;
 /// - requests without the token: in the query (?token=…), as a cookie, or as "Authorization: Bearer …";
 /// - POST of other than JSON, which no other page can send unasked (CORS).

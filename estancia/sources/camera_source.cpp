@@ -80,7 +80,7 @@ void CameraSource::grab() {
     const std::size_t before = grabbed_;
     try {
       if (decoder_->openCamera(camera_, patience_.answer)) readFrames();
-    } catch (const std::exception&) {  // of OpenCV: as when it cannot be opened
+    } catch (const std::exception&) {  // an exception of OpenCV: treated like a camera that cannot be opened
     }
     std::unique_lock lock(mutex_);
     open_ = false;

@@ -33,7 +33,7 @@ class CameraSource : public FrameSource {
   /// Opens it in the background, and again whenever it has gone. Throws Error: missingDependency;
   /// invalidInput for what is no camera's name.
   explicit CameraSource(std::string camera, const CameraPatience& patience = {});
-  /// May wait for a camera that does not answer, as long as its patience says.
+  /// May wait for a camera that does not answer, up to its patience.
   ~CameraSource() override;
 
   std::string name() const override { return camera_; }

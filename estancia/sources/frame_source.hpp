@@ -18,7 +18,7 @@ namespace estancia {
 struct TopologicalMap;
 
 struct LiveFrame {
-  /// Its name is unique in the source; the pose is absent where nothing tells it.
+  /// Its name is unique in the source; the pose is absent if unknown.
   Frame frame;
   /// BGR, 8 bits, never empty.
   cv::Mat image;
@@ -26,7 +26,7 @@ struct LiveFrame {
   cv::Mat depth;
   /// When it was there to be taken: latency is counted from here.
   std::chrono::steady_clock::time_point arrived;
-  /// Frames of the source before it that nobody took, since the one that was taken last.
+  /// Frames of the source that were dropped between the last frame taken and this one.
   std::size_t dropped = 0;
 };
 

@@ -16,14 +16,14 @@ namespace {
 /// A pause of more is a clock that was set, or a recording that was stopped and taken up again.
 constexpr double longestPause = 5;  // [s]
 
-/// From a frame to the next by their time stamps; nothing where they do not tell.
+/// From a frame to the next by their time stamps; nothing if they are not usable.
 std::optional<double> pauseBetween(const Frame& a, const Frame& b) {
   if (!a.timestamp || !b.timestamp) return std::nullopt;
   const double pause = *b.timestamp - *a.timestamp;
   return pause > 0 && pause <= longestPause ? std::optional(pause) : std::nullopt;
 }
 
-/// The median of what the time stamps of the first frames tell.
+/// The median pause between the time stamps of the first frames.
 double usualPause(const Sequence& sequence, double otherwise) {
   constexpr std::size_t enough = 1000;
   std::vector<double> pauses;

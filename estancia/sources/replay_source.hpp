@@ -44,13 +44,13 @@ class ReplaySource : public FrameSource {
 
   std::unique_ptr<Sequence> sequence_;
   ReplayOptions options_;
-  /// Between frames whose time stamps do not tell [s].
+  /// Pause between frames without usable time stamps [s].
   double period_;
   bool hasPoses_ = false;
   std::atomic<std::size_t> next_ = 0, unreadable_ = 0;
   std::size_t dropped_ = 0;  ///< since the frame that was taken last
   bool started_ = false;
-  Clock::time_point due_;  ///< of next_
+  Clock::time_point due_;  ///< due time of next_
   mutable std::mutex mutex_;
   std::string trouble_;
 };

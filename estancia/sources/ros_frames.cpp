@@ -15,8 +15,8 @@
 namespace estancia {
 namespace {
 
-constexpr std::size_t mostMessagesKept = 6;
-constexpr std::int64_t mostDepthAway = 50'000'000;       // [ns]
+constexpr std::size_t maxMessagesKept = 6;
+constexpr std::int64_t maxDepthAway = 50'000'000;        // [ns]
 constexpr std::int64_t transformsKept = 10'000'000'000;  // [ns]
 
 constexpr const char* bodyRoot = "odometry";
@@ -68,7 +68,7 @@ bool RosFrames::keep(std::deque<Message>& messages, std::span<const std::byte> b
     const std::lock_guard lock(mutex_);
     if (&messages == &images_) message.number = ++received_;
     messages.push_back(std::move(message));
-    if (messages.size() > mostMessagesKept) messages.pop_front();
+    if (messages.size() > maxMessagesKept) messages.pop_front();
   });
 }
 
@@ -128,7 +128,7 @@ void RosFrames::addPose(std::span<const std::byte> message, const std::string& t
 const RosFrames::Message* RosFrames::depthOf(std::int64_t stamp) const {
   const auto away = [stamp](const Message& depth) { return std::abs(depth.stamp - stamp); };
   const auto nearest = std::ranges::min_element(depths_, {}, away);
-  return nearest != depths_.end() && away(*nearest) <= mostDepthAway ? &*nearest : nullptr;
+  return nearest != depths_.end() && away(*nearest) <= maxDepthAway ? &*nearest : nullptr;
 }
 
 /// By transforms where one moves above the camera, else by the body's poses.

@@ -33,7 +33,7 @@ struct RosFrameOptions {
 };
 
 /// Keeps the newest image and what belongs to it; older images are dropped. Thread-safe: messages come in any
-/// thread and in CDR. A message that cannot be read is told in trouble().
+/// thread and in CDR. A message that cannot be read is reported by trouble().
 class RosFrames {
  public:
   explicit RosFrames(const RosFrameOptions& options);
@@ -46,7 +46,7 @@ class RosFrames {
   void addDepthCamera(std::span<const std::byte> message);
   /// tf2_msgs/TFMessage of tf or tf_static.
   void addTransforms(std::span<const std::byte> message, bool areStatic);
-  /// Any other type of poses, of the robot's body: used where no transforms say where the camera is.
+  /// Any other type of poses, of the robot's body: used where no transforms give the camera's pose.
   void addPose(std::span<const std::byte> message, const std::string& type);
 
   /// See FrameSource::newest().

@@ -21,9 +21,9 @@ namespace {
 
 constexpr std::size_t quantiles = 101;
 constexpr double correlation =
-    0.4;  // of two networks' products: .34 to .40 on NYU Depth V2, .6 on one vocabulary
+    0.4;  // two networks' products have .34 to .40 on NYU Depth V2, .6 on one vocabulary
 constexpr double labelsOfDimension = 3;
-constexpr double knownShare = 0.9;  // of the labels: lists differ in their backgrounds and spellings
+constexpr double knownShare = 0.9;  // share of the labels: lists differ in their backgrounds and spellings
 
 /// "/c/coffee_shop, cafe" → "coffee shop": what lists of the same classes have in common.
 std::string keyOf(const std::string& label) {
@@ -40,8 +40,8 @@ const std::vector<NamedLabelPrior>& knownPriors() {
   return known;
 }
 
-/// `known` for the labels [first, first + count) of a vocabulary; nothing where too few are the same. Of
-/// single labels that are unknown the mean is 0, and the variance that of the others.
+/// `known` for the labels [first, first + count) of a vocabulary; nothing where too few are the same. Single
+/// unknown labels get the mean 0 and the variance of the others.
 std::optional<LabelPrior> inOrderOf(const Vocabulary& vocabulary, std::size_t first, std::size_t count,
                                     const NamedLabelPrior& known) {
   std::map<std::string, std::size_t> places;

@@ -1,4 +1,5 @@
-// Label prior: what networks say of images elsewhere, for runs that have not told enough of their own.
+// Label prior: statistics of networks' answers to images elsewhere, for runs that are too short for their
+// own.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -33,7 +34,7 @@ struct LabelPrior {
 /// distances.
 LabelPrior unknownLabelsPrior(std::size_t labels);
 
-/// What is known of these labels, whatever network gives them: labels are told by their first synonym, and
+/// The prior of these labels, whatever network gives them: labels are identified by their first synonym, and
 /// nine of ten must be known. Several models are put together part by part. Else unknownLabelsPrior().
 LabelPrior labelPriorOf(const Vocabulary& vocabulary);
 

@@ -11,8 +11,9 @@ constexpr double novelty = 0.05;     // cosine distance of log-ratios beyond a s
                                      // .015, at most .04, against .15 and more between views of a moving one
 constexpr std::size_t minViews = 3;  // fewer may be noise
 constexpr std::size_t maxRepeats = 10;  // frames of one view that count
-constexpr double priorKeyframes = 20;   // that a prior counts as; without one, centers shrink to 0 by them
-constexpr double weightPrior = 1;       // keyframes that the labels' weights shrink by
+// keyframes that a prior counts as; without one, centers shrink to 0 by them
+constexpr double priorKeyframes = 20;
+constexpr double weightPrior = 1;    // keyframes that the labels' weights shrink by
 constexpr double quietShare = 0.01;  // labels with less variance than this share of the typical one fade out
 
 /// Spread of the labels, from a prior and the keyframes.

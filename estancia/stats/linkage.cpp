@@ -358,7 +358,7 @@ Dendrogram link(CondensedDistances distances, Linkage linkage, const std::vector
 }
 
 std::uint64_t clusteringMemory(std::size_t items, std::size_t labels) {
-  constexpr std::uint64_t copies = 3;      // of the descriptors: as compared, and twice as packed
+  constexpr std::uint64_t copies = 3;      // copies of the descriptors: as compared, and twice as packed
   constexpr std::uint64_t eachItem = 128;  // the chain and the dendrogram
   const auto product =
       static_cast<double>(items) * (static_cast<double>(labels) * copies * sizeof(float) + eachItem) +

@@ -111,12 +111,12 @@ Linkage getLinkage(std::string_view name);
 /// Euclidean, and for σ-weighted distances: single images have no σ.
 Comparison comparisonFor(const Distance& distance, Linkage linkage);
 
-/// Merges the two nearest clusters until one is left. Exact, O(n²) time, in place: the nearest-neighbor
-/// chain (Murtagh 1983; Müllner 2011), for single linkage Prim's spanning tree (Rohlf 1973; Gower and Ross
-/// 1969). The same dendrogram as SciPy's linkage() on the same distances, ties included. `sizes` are the
-/// items of leaves that are clusters themselves, with the distances of their means (empty: one item each);
-/// average and Ward's linkage weight by them. Throws Error (invalidInput) when a distance is negative, above
-/// 1e100 or NaN, or the sizes are not n numbers ≥ 1; Interrupted.
+/// Merges the two nearest clusters until one is left. Exact, O(n²) time, in place: the nearest-neighbor chain
+/// (Murtagh 1983; Müllner 2011), for single linkage Prim's spanning tree (Rohlf 1973; Gower and Ross 1969).
+/// The dendrogram equals that of SciPy's linkage() on these distances, ties included. `sizes` are the items
+/// of leaves that are clusters themselves, with the distances of their means (empty: one item each); average
+/// and Ward's linkage weight by them. Throws Error (invalidInput) when a distance is negative, above 1e100 or
+/// NaN, or the sizes are not n numbers ≥ 1; Interrupted.
 Dendrogram link(CondensedDistances distances, Linkage linkage, const std::vector<std::size_t>& sizes = {},
                 Progress& progress = Progress::none());
 

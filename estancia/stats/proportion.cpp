@@ -19,7 +19,7 @@ std::pair<double, double> wilsonInterval(std::size_t hits, std::size_t trials) {
 std::pair<double, double> wilsonInterval(double share, double trials) {
   if (!(share >= 0 && share <= 1 && trials > 0))
     fail(ErrorCode::invalidInput, "the share is {} of {} trials; give 0 to 1 of more than 0", share, trials);
-  constexpr double z = 1.959963984540054;  // of the normal distribution at 97.5 %
+  constexpr double z = 1.959963984540054;  // quantile of the normal distribution at 97.5 %
   const double scale = 1 + z * z / trials;
   const double middle = (share + z * z / (2 * trials)) / scale;
   const double half = z / scale * std::sqrt(share * (1 - share) / trials + z * z / (4 * trials * trials));

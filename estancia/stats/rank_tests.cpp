@@ -163,7 +163,7 @@ FriedmanTest friedmanTest(const std::vector<std::vector<double>>& tests) {
   if (!result.undefined.empty()) return result;
 
   for (const double r : rank) spread += (r - (k + 1) / 2) * (r - (k + 1) / 2);
-  const double maximum = n * (k - 1);  // of χ²_F: all tests rank alike
+  const double maximum = n * (k - 1);  // maximum of χ²_F: all tests rank alike
   result.chiSquared = std::min(12 * n / (k * (k + 1)) * spread / untied, maximum);
   using namespace boost::math;
   result.p = cdf(complement(chi_squared(k - 1), result.chiSquared));

@@ -82,7 +82,7 @@ class EdgeList {
   /// Edges of both directions, sorted, one a pair: weights added up; the link is the hypernym's where there
   /// is one (a definition mostly names it, too), else that of the heaviest.
   void mergeInto(WordGraph& graph) {
-    std::vector<std::size_t> ends(graph.size() + 1, 0);  // of each synset's edges, once they are placed
+    std::vector<std::size_t> ends(graph.size() + 1, 0);  // ends of each synset's edges, once they are placed
     for (const Edge& edge : edges_) ++ends[edge.from + 1];
     for (std::size_t i = 0; i < graph.size(); ++i) ends[i + 1] += ends[i];
     std::vector<Edge> placed(edges_.size());

@@ -13,7 +13,7 @@ namespace estancia {
 namespace {
 
 constexpr std::uintmax_t maxDictionaryBytes = 64u << 20;
-constexpr std::string_view byteOrderMark = "\xEF\xBB\xBF";  // as Windows programs begin UTF-8
+constexpr std::string_view byteOrderMark = "\xEF\xBB\xBF";  // UTF-8 files of Windows programs begin with it
 
 /// Words of splitText(), joined: "La Cuisine" → "la cuisine".
 std::string normalForm(std::string_view text) {

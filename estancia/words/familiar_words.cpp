@@ -43,7 +43,7 @@ ScoredWord scored(const LabelConcept& named, DescriptorView mean) {
   return found;
 }
 
-/// The words of concepts, those that say most first, and none for a label that has one already.
+/// The words of concepts, the most informative first, and none for a label that has one already.
 std::vector<FamiliarWord> conceptWords(const LabelConcepts& concepts, DescriptorView mean,
                                        std::vector<char>& told) {
   std::vector<ScoredWord> candidates;

@@ -28,7 +28,7 @@ struct FamiliarWord {
 std::vector<FamiliarWord> familiarWords(const Vocabulary& vocabulary, const LabelConcepts& concepts,
                                         DescriptorView mean, std::size_t count);
 
-/// For people, as where the name of a place is missing: "stove, oven", the two words that tell it from
+/// For people, as where the name of a place is missing: "stove, oven", the two words that distinguish it from
 /// the run (tellingWords()), else the most probable one. Without concepts, the most probable label.
 std::string familiarTitle(const Vocabulary& vocabulary, const LabelConcepts& concepts, DescriptorView here,
                           DescriptorView run);

@@ -97,7 +97,7 @@ InstalledWords loadInstalledWords() {
 
 namespace {
 
-/// Once somebody has asked for it.
+/// Set when the data were first requested.
 std::atomic<const InstalledWords*> loaded = nullptr;
 
 const InstalledWords& installed() {

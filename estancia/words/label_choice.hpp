@@ -17,8 +17,8 @@ namespace estancia {
 /// mean none.
 LabelMatches chooseLabels(const Vocabulary& vocabulary, std::string_view words, WordGraphSource source);
 
-/// For people: "studio couch (a kind of sofa)", one a label. Those with a reason beyond the first `shown` are
-/// counted by the last text: "3 more".
+/// Texts for display: "studio couch (a kind of sofa)", one a label. Labels with a reason beyond the first
+/// `shown` are counted by the last text: "3 more".
 std::vector<std::string> describeMatches(const Vocabulary& vocabulary, std::span<const LabelMatch> matches,
                                          std::size_t shown = 5);
 

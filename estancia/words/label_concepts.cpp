@@ -18,7 +18,8 @@ namespace {
 
 // How often a word was tagged with its meaning in WordNet's texts.
 constexpr std::uint32_t familiarConcept = 5, familiarLabel = 3;
-// Kinds of a concept: "furniture" (199) and "container" (749) say little, "dog" (190) and "bird" (872) much.
+// Kinds of a concept: "furniture" (199) and "container" (749) are unspecific, "dog" (190) and "bird" (872)
+// specific.
 constexpr std::size_t maxKinds = 100, maxKindsOfLife = 1000;
 constexpr float minShareOfSense = 0.5F;
 
@@ -70,7 +71,7 @@ class ConceptFinder {
     const auto [known, isNew] = isConcept_.try_emplace(synset, false);
     if (isNew)
       known->second = count(synset) >= familiarConcept && isUsualMeaning(synset) &&
-                      graph_.category(synset) != WordCategory::tops && kinds(synset) <= mostKinds(synset);
+                      graph_.category(synset) != WordCategory::tops && kinds(synset) <= kindLimit(synset);
     return known->second;
   }
 
@@ -83,7 +84,7 @@ class ConceptFinder {
     return 2 * count(synset) >= sum;
   }
 
-  std::size_t mostKinds(std::uint32_t synset) const {
+  std::size_t kindLimit(std::uint32_t synset) const {
     const WordCategory category = graph_.category(synset);
     return category == WordCategory::animal || category == WordCategory::plant ? maxKindsOfLife : maxKinds;
   }
@@ -135,7 +136,7 @@ bool goesBefore(const Candidate& a, const Candidate& b) {
   return one.size() != other.size() ? one.size() < other.size() : one < other;
 }
 
-/// What the concept tells, or nothing where a label of it tells more.
+/// The concept's evidence, or nothing if one of its labels has more.
 std::optional<Candidate> candidateOf(const LabelConcept& named, DescriptorView here, DescriptorView run) {
   double p = 0, everywhere = 0, best = 0;
   std::size_t telling = 0;

@@ -42,7 +42,7 @@ LabelConcepts findLabelConcepts(const WordGraph& graph, const Vocabulary& vocabu
 std::shared_ptr<const LabelConcepts> installedConcepts(const Vocabulary& vocabulary,
                                                        const NamingOptions& options);
 
-/// A word that tells a part of a run from the whole.
+/// A word that distinguishes a part of a run from the whole.
 struct TellingWord {
   std::string name;
   /// Itself, or all that are below it; ascending.
@@ -55,10 +55,10 @@ struct TellingWord {
 /// against the run: p ln(p / everywhere) (Kullback & Leibler 1951); 0 unless it is likelier than there.
 double tellingEvidence(double p, double everywhere);
 
-/// Up to `count` words with evidence, best first by evidence × specificity (1 for a label), of equal ones
-/// that of fewer labels, then of the first label. A concept, of which the probability is the sum of its
-/// labels', is named instead of them where at least two of them tell something, and it tells more than any of
-/// them. No word is named beside one that is below or above it, and none twice.
+/// Up to `count` words with evidence, best first by evidence × specificity (1 for a label), ties by fewer
+/// labels, then by the first label. A concept, of which the probability is the sum of its labels', is named
+/// instead of them where at least two of them have evidence, and it has more than any of them. No word is
+/// named beside one that is below or above it, and none twice.
 std::vector<TellingWord> tellingWords(const Vocabulary& vocabulary, const LabelConcepts& concepts,
                                       DescriptorView here, DescriptorView run, std::size_t count);
 

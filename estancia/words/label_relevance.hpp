@@ -32,7 +32,8 @@ double labelRelevance(const LabelEvidence& evidence);
 /// at least `probability`, in (0, 1), if it has no such purpose either.
 double liftFor(double probability);
 
-/// Lifts beyond some size tell nothing more; of a label that WordNet does not know, minUsedLift.
+/// Lift, limited to the range that carries information; minUsedLift for a label that WordNet does not
+/// contain.
 double usedLift(double lift);
 constexpr double minUsedLift = -5;
 

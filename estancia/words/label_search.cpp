@@ -19,7 +19,7 @@ namespace {
 // Longer queries are cut: each term costs a walk, each unknown word a search of the lexicon.
 constexpr std::size_t maxTerms = 6, maxUnknown = 6, maxWords = 20, maxQueryBytes = 400;
 
-constexpr double leastReason = 0.3, leastPurpose = 0.5;
+constexpr double minReason = 0.3, minPurpose = 0.5;
 
 /// What is read of a query: a long one is cut between words, where there are some.
 std::string_view beginningOf(std::string_view words) {
@@ -142,7 +142,7 @@ LabelSearch::Query LabelSearch::parse(std::string_view asked) const {
   std::string whole;
   for (const std::string& word : words) whole += (whole.empty() ? "" : " ") + word;
   if (lexicon.knows(whole)) corrected = whole, changed = false;
-  // "In" is an inch and "it" a technology, but nobody asks for them so.
+  // "In" is an inch and "it" a technology, but queries do not mean these.
   std::vector<std::string> terms = lexicon.knows(corrected) && !isFunctionWord(corrected)
                                        ? std::vector{corrected}
                                        : lexicon.terms(corrected);
@@ -229,7 +229,7 @@ std::vector<double> LabelSearch::likely(std::string_view words) const {
 /// The word that the label serves best; "" where that is not its purpose.
 std::string LabelSearch::servedVerb(const Query& query, std::size_t label,
                                     const TermPurposes& ofTerms) const {
-  if (inheritedShare(query.purposes, hypernyms_[label]) < leastPurpose) return "";
+  if (inheritedShare(query.purposes, hypernyms_[label]) < minPurpose) return "";
   std::string verb;
   double best = 0;
   for (std::size_t t = 0; t < query.terms.size(); ++t) {
@@ -243,7 +243,7 @@ std::string LabelSearch::servedVerb(const Query& query, std::size_t label,
 
 std::string LabelSearch::reasonFor(const Query& query, std::size_t label, const TermPurposes& ofTerms) const {
   if (senses_[label].senses.empty()) return "";
-  // The term that tells most.
+  // The term with the largest weight.
   const Term* term = &query.terms.front();
   for (const Term& other : query.terms)
     if (liftOf(other, label) > liftOf(*term, label)) term = &other;
@@ -258,7 +258,7 @@ std::string LabelSearch::reasonFor(const Query& query, std::size_t label, const 
       return (distance == 0 ? "the same as " : "a kind of ") +
              (isEntry ? term->word : std::string(graph_->name(above)));
   for (const Term& furnishing : query.furnishings)
-    if (kindShare(furnishing.senses, hypernyms_[label]) > leastReason)
+    if (kindShare(furnishing.senses, hypernyms_[label]) > minReason)
       return "usual in " + withArticle(query.room->name);
   if (const std::string verb = servedVerb(query, label, ofTerms); !verb.empty())
     return "its purpose is " + (verb.ends_with("ing") ? verb : "to " + verb);

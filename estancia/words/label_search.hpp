@@ -55,7 +55,7 @@ class LabelSearch {
   /// The probability of each label; 0 where nothing of `words` is known.
   std::vector<double> probabilities(std::string_view words) const;
 
-  /// The same, 0 for a label that is less probable than `defaultMinProbability` (of several words
+  /// The relevance, but 0 for a label that is less probable than `defaultMinProbability` (of several words
   /// shareOfSeveral of it), or is no kind of what is asked for and much less probable than the best one
   /// (nearTheBest).
   std::vector<double> likely(std::string_view words) const;

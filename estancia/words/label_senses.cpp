@@ -18,7 +18,7 @@ constexpr float doubtfulShare = 0.6F;
 constexpr std::size_t maxSenses = 3;
 /// Weight of the last word of a compound that WordNet lacks: "sports ball" is a ball.
 constexpr float headShare = 0.7F;
-/// From so many labels on, the other ones tell which meaning one has.
+/// Minimum number of labels that determine the meaning of each other one.
 constexpr std::size_t minContext = 10;
 
 /// How well a meaning of a noun suits a label: what a camera sees.

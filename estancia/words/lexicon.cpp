@@ -11,12 +11,12 @@
 namespace estancia {
 namespace {
 
-// How much a part of speech counts: labels are nouns; what they are for is told by verbs.
+// How much a part of speech counts: labels are nouns; verbs describe their purposes.
 constexpr std::array<float, partsOfSpeech> posWeights = {1.0F, 0.7F, 0.5F, 0.1F};
 /// Added to each meaning's count, so that one that no text has keeps a share.
 constexpr float unseenCount = 0.3F;
 /// A meaning that is rarer is not what is meant by a word that stands alone.
-constexpr float leastUsualShare = 0.2F;
+constexpr float minUsualShare = 0.2F;
 constexpr std::size_t maxTogether = 4;  // words of one entry
 
 struct Ending {
@@ -244,7 +244,7 @@ std::vector<std::uint32_t> Lexicon::usualNouns(std::string_view asked) const {
   constexpr auto noun = static_cast<std::size_t>(PartOfSpeech::noun);
   std::vector<std::uint32_t> nouns;
   for (const Sense& sense : senses(asked))
-    if (sense.probability >= leastUsualShare && sense.synset >= firstSynset[noun] &&
+    if (sense.probability >= minUsualShare && sense.synset >= firstSynset[noun] &&
         sense.synset < firstSynset[noun + 1])
       nouns.push_back(sense.synset);
   return nouns;

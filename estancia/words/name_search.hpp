@@ -1,4 +1,4 @@
-// Name search: which of some names, those of a data set's rooms say, a person means by words of her own.
+// Name search: which name of a list (the rooms of a data set, for example) free words refer to.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -29,7 +29,7 @@ struct NameMatch {
 std::optional<NameMatch> findName(const std::vector<std::string>& names, std::string_view words,
                                   WordGraphSource source);
 
-/// The name that the words say a kind of: "hallway" is a kind of corridor, "guestroom" of bedroom. Nothing
+/// The name of which the words are a kind: "hallway" is a kind of corridor, "guestroom" of bedroom. Nothing
 /// where there are several, or without WordNet.
 std::optional<NameMatch> findNameOfKind(const std::vector<std::string>& names, std::string_view words,
                                         WordGraphSource source);

@@ -10,12 +10,12 @@
 namespace estancia {
 namespace {
 
-constexpr int mostHypernyms = 2;
+constexpr int maxHypernyms = 2;
 constexpr double generalDecay = 0.8;
 /// Meanings that are less sure are left out, as in the graph's edges.
-constexpr float leastShare = 0.1F;
+constexpr float minShare = 0.1F;
 /// What is done for a purpose stands within as many words after the verb.
-constexpr std::size_t mostObjects = 5;
+constexpr std::size_t maxObjects = 5;
 
 bool isGerund(std::string_view word) {
   return word.ends_with("ing");
@@ -32,7 +32,7 @@ std::vector<std::string> clausesOf(std::string_view definition) {
   return clauses;
 }
 
-/// Collects what one definition says that a thing is for.
+/// Collects the purpose of a thing from one definition.
 class Purpose {
  public:
   explicit Purpose(const WordGraph& graph) : graph_(graph) {}
@@ -44,7 +44,7 @@ class Purpose {
     for (std::size_t i = 0; i < words.size(); ++i) {
       if (i + 1 < words.size() && leadsToVerb(words[i], words[i + 1], afterGerund) && addVerb(words[i + 1])) {
         afterGerund = isGerund(words[++i]);
-        objectsLeft = mostObjects;
+        objectsLeft = maxObjects;
       } else if (objectsLeft > 0 && !isFunctionWord(words[i])) {
         --objectsLeft;
         for (const Sense& sense : graph_.lexicon.senses(words[i]))
@@ -73,7 +73,7 @@ class Purpose {
 
   void add(const Sense& sense) {
     for (const auto& [above, distance] : graph_.hypernyms(sense.synset)) {
-      if (distance > mostHypernyms) continue;
+      if (distance > maxHypernyms) continue;
       float& share = served_[above];
       share = std::max(share, sense.probability * static_cast<float>(std::pow(generalDecay, distance)));
     }
@@ -92,7 +92,7 @@ WordPurposes findPurposes(const WordNet& wordNet, const WordGraph& graph) {
       Purpose purpose(graph);
       for (const std::string& clause : clausesOf(synset.definition())) purpose.read(clause);
       for (const auto& [served, share] : purpose.served()) {
-        if (share < leastShare) continue;
+        if (share < minShare) continue;
         purposes.synsets.push_back(served);
         purposes.shares.push_back(share);
       }

@@ -20,7 +20,7 @@ namespace estancia {
 namespace {
 
 /// Most artifacts have nothing to do with a room. Chosen on the training half of NYU Depth V2.
-constexpr double leastDeviations = 2;
+constexpr double minDeviations = 2;
 /// Weight of all furnishings of a common room together, relative to its name.
 constexpr double furnishingShare = 0.5;
 
@@ -68,7 +68,7 @@ const std::vector<CommonRoom>& commonRoomTable() {
   return rooms;
 }
 
-/// What each label tells about a name, a value ≥ 0 a label; `walks` from the name's words.
+/// Evidence of each label for a name, a value ≥ 0 a label; `walks` from the name's words.
 std::vector<double> labelWeights(const WordGraph& graph, const std::vector<LabelSense>& senses,
                                  std::span<const std::vector<float>> walks) {
   const auto liftOf = [&](std::uint32_t synset) {
@@ -90,7 +90,7 @@ std::vector<double> labelWeights(const WordGraph& graph, const std::vector<Label
     double excess = 0;
     for (const Sense& sense : label.senses)
       excess += static_cast<double>(sense.probability) *
-                std::max(0.0, (liftOf(sense.synset) - mean) / deviation - leastDeviations);
+                std::max(0.0, (liftOf(sense.synset) - mean) / deviation - minDeviations);
     weights.push_back(excess * excess);
   }
   return weights;
@@ -107,7 +107,7 @@ std::vector<double> labelWeights(const WordGraph& graph, const std::vector<Label
 std::map<std::string, std::vector<double>> labelWeightsOf(const WordGraph& graph,
                                                           const Vocabulary& vocabulary,
                                                           const std::set<std::string>& names) {
-  std::vector<std::vector<Sense>> starts;  // of all names' words
+  std::vector<std::vector<Sense>> starts;  // senses of all names' words
   std::map<std::string, std::pair<std::size_t, std::size_t>> words;
   for (const std::string& name : names) {
     std::vector<std::vector<Sense>> own = sensesOfName(graph, name);

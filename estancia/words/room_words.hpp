@@ -1,4 +1,4 @@
-// Room words: how much each label tells about rooms that are known by their names alone.
+// Room words: the evidence of labels for rooms that are known by their names alone.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,7 +11,7 @@
 
 namespace estancia {
 
-/// Rooms and places that are tried where nobody says which there are: homes, offices, shops, outdoors.
+/// Rooms and places that are tried if none are listed: homes, offices, shops, outdoors.
 const std::vector<std::string>& commonRooms();
 
 /// A room that many buildings have, and what makes it one, where definitions seldom name all of it; outdoors
@@ -25,11 +25,11 @@ struct CommonRoom {
 /// nullptr for other words.
 const CommonRoom* findCommonRoom(std::string_view words);
 
-/// The same, and else the only one of commonRooms() that has a usual meaning in common with the words:
-/// "sitting room" is a living room.
+/// The common room of that name, else the only one of commonRooms() that has a usual meaning in common with
+/// the words: "sitting room" is a living room.
 const CommonRoom* findCommonRoom(const WordGraph& graph, std::string_view words);
 
-/// Rooms as somebody lists them: without blanks around the names, each once (sameWords()). Throws Error
+/// Rooms that the user lists: without blanks around the names, each once (sameWords()). Throws Error
 /// (invalidOption) for a name without a letter, or with control characters.
 std::vector<std::string> listedRooms(const std::vector<std::string>& names);
 

@@ -19,11 +19,11 @@ namespace estancia {
 namespace {
 
 constexpr std::size_t together = WordGraph::together;
-constexpr std::size_t mostWordsOfOne = 2, longestTypedWord = 24;
+constexpr std::size_t maxWordsOfOne = 2, longestTypedWord = 24;
 
 /// A word that may be asked for.
 struct TypedWord {
-  std::size_t entry = 0;  ///< of the lexicon
+  std::size_t entry = 0;  ///< entry of the lexicon
   std::vector<Sense> senses;
 };
 
@@ -267,7 +267,7 @@ bool isTypedWord(std::string_view word) {
   const auto isLetter = [](char c) { return c >= 'a' && c <= 'z'; };
   return word.size() > 1 && word.size() <= longestTypedWord && isLetter(word.front()) &&
          isLetter(word.back()) && !isFunctionWord(word) &&
-         std::count(word.begin(), word.end(), ' ') < static_cast<std::ptrdiff_t>(mostWordsOfOne) &&
+         std::count(word.begin(), word.end(), ' ') < static_cast<std::ptrdiff_t>(maxWordsOfOne) &&
          std::all_of(word.begin(), word.end(), [&](char c) { return isLetter(c) || c == ' ' || c == '\''; });
 }
 

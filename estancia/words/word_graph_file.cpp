@@ -9,7 +9,7 @@ namespace estancia {
 namespace {
 
 constexpr std::string_view magic = "ESTWORDS";
-constexpr float maxWeight = 1e6F;     // of which sums stay finite
+constexpr float maxWeight = 1e6F;     // sums of so large weights stay finite
 constexpr std::uint32_t version = 4;  // goes up with the format, and with how the graph is built
 
 /// Whether these are offsets into a list of `end` items: from 0, never falling, one more than `count`.

@@ -234,7 +234,7 @@ WordNet readWordNet(const fs::path& folder) {
   const TagCounts counts = readTagCounts(folder / "cntlist.rev");
   SynsetIndex index;
   std::array<fs::path, partsOfSpeech> paths;
-  std::vector<std::size_t> lines;  // of the synsets
+  std::vector<std::size_t> lines;  // line numbers of the synsets
   for (std::size_t p = 0; p < partsOfSpeech; ++p) {
     paths[p] = folder / fmt::format("data.{}", fileEndings[p]);
     forEachLine(paths[p], [&](std::string_view line, WordNetLine place) {

@@ -17,7 +17,7 @@ namespace estancia {
 enum class PartOfSpeech : std::uint8_t { noun, verb, adjective, adverb };
 constexpr std::size_t partsOfSpeech = 4;
 
-/// Files of nouns in WordNet (lexnames(5WN)) that this project tells apart.
+/// Files of nouns in WordNet (lexnames(5WN)) that this project distinguishes.
 enum class WordCategory : std::uint8_t {
   tops = 3,
   act = 4,

@@ -9,23 +9,23 @@
 namespace estancia {
 namespace {
 
-constexpr double leastJump = 1;        // [m]
-constexpr double leastUntimed = 10;    // [m]; without time stamps it may be the next room, much later
+constexpr double minJump = 1;          // [m]
+constexpr double minUntimed = 10;      // [m]; without time stamps it may be the next room, much later
 constexpr double timesTheUsual = 20;   // farther than from frame to frame
 constexpr double fastest = 5;          // [m/s]
 constexpr double usualAtFirst = 0.25;  // [m], for as many steps
 constexpr double stepsAtFirst = 5;
 constexpr std::size_t enoughFrames = 3;  // where the camera is believed to be after a jump
-constexpr std::size_t mostNamed = 3;
+constexpr std::size_t maxNamed = 3;
 
 }  // namespace
 
 bool PoseJumps::isJump(const Seen& from, const Seen& to) const {
   const double way = distanceBetween(from.pose, to.pose);
   const double usual = (path_ + usualAtFirst * stepsAtFirst) / (static_cast<double>(steps_) + stepsAtFirst);
-  if (!(way > leastJump) || !(way > timesTheUsual * usual * static_cast<double>(to.number - from.number)))
+  if (!(way > minJump) || !(way > timesTheUsual * usual * static_cast<double>(to.number - from.number)))
     return false;
-  if (!from.time || !to.time) return way > leastUntimed;
+  if (!from.time || !to.time) return way > minUntimed;
   const double seconds = *to.time - *from.time;
   return seconds >= 0 && way > fastest * seconds;  // else another recording begins
 }
@@ -84,7 +84,7 @@ void DepthFaults::add(const Frame& frame, const cv::Mat& depth) {
 
 void DepthFaults::add(const PoseJump& jump) {
   ++faults_.jumps;
-  if (faults_.named.size() < mostNamed) faults_.named.push_back(jump);
+  if (faults_.named.size() < maxNamed) faults_.named.push_back(jump);
 }
 
 }  // namespace estancia

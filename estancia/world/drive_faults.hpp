@@ -16,6 +16,9 @@ namespace estancia {
 /// Finds poses that jump, while they come. A camera has jumped when it moved twenty times as far as it mostly
 /// does from frame to frame, and more than 1 m, faster than 5 m/s; without time stamps, more than 10 m. Where
 /// it comes back, the frames between were elsewhere only by error.
+///
+/// Invariant: believed_ is the newest pose that can be believed, elsewhere_ the newest one after a jump away
+/// from it, framesElsewhere_ the number of frames in a row there.
 class PoseJumps {
  public:
   /// The next frame with a pose. Returns whether the pose can be believed: after a jump that is so once three
@@ -37,7 +40,7 @@ class PoseJumps {
 
   std::optional<Seen> believed_, elsewhere_;  // the latest of each
   std::size_t framesElsewhere_ = 0, steps_ = 0;
-  double path_ = 0;  // of all steps that are no jumps [m]
+  double path_ = 0;  // length of all steps that are no jumps [m]
   std::optional<PoseJump> found_;
 };
 

@@ -16,9 +16,9 @@ constexpr double degree = std::numbers::pi / 180;
 /// A camera is held upright by so much.
 const double cosOfTilt = std::cos(45 * degree);
 /// What is seen of a wide plane, or of many, weighs no more: its far end is uncertain. [m²]
-constexpr double mostArea = 4;
-/// By which planes must tell one direction from others. [m²]
-constexpr double leastEvidence = 0.5;
+constexpr double maxArea = 4;
+/// Minimum area of planes that distinguishes one direction from the others. [m²]
+constexpr double minEvidence = 0.5;
 
 }  // namespace
 
@@ -38,7 +38,7 @@ struct Leveling::MapFace {
 void Leveling::add(std::size_t frame, std::span<const Plane> planes) {
   std::vector<Face>& faces = views_[frame];
   faces.clear();
-  for (const Plane& plane : planes) faces.push_back({plane.normal, std::min(plane.area, mostArea)});
+  for (const Plane& plane : planes) faces.push_back({plane.normal, std::min(plane.area, maxArea)});
 }
 
 std::optional<cv::Vec3d> Leveling::up(std::span<const std::optional<Pose>> poses) const {
@@ -94,7 +94,7 @@ std::optional<cv::Vec3d> Leveling::up(std::span<const std::optional<Pose>> poses
     }
     cv::Mat values, vectors;  // largest first
     cv::eigen(cv::Mat(off), values, vectors);
-    if (values.at<double>(1) - values.at<double>(2) < leastEvidence) return std::nullopt;
+    if (values.at<double>(1) - values.at<double>(2) < minEvidence) return std::nullopt;
     cv::Vec3d next(vectors.at<double>(2, 0), vectors.at<double>(2, 1), vectors.at<double>(2, 2));
     if (next.dot(upright) < 0) next = -next;
     best = next;
@@ -119,7 +119,7 @@ void Leveling::fromBytes(std::size_t frame, const std::string& row) {
     Face face;
     for (int i = 0; i < 3; ++i) face.normal[i] = bytes.number<double>();
     face.weight = bytes.number<double>();
-    if (!(std::abs(cv::norm(face.normal) - 1) < 1e-3) || !(face.weight >= 0 && face.weight <= mostArea))
+    if (!(std::abs(cv::norm(face.normal) - 1) < 1e-3) || !(face.weight >= 0 && face.weight <= maxArea))
       bytes.fail("a plane has no direction or no size");
     faces.push_back(face);
   }

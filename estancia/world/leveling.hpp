@@ -36,7 +36,7 @@ class Leveling {
 
  private:
   struct Face {
-    cv::Vec3d normal;   // of unit length, towards the camera
+    cv::Vec3d normal;   // unit normal, towards the camera
     double weight = 0;  // [m²]
   };
   struct MapFace;

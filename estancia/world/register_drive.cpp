@@ -15,11 +15,12 @@
 namespace estancia {
 namespace {
 
-constexpr std::size_t mostViews = 24, targetsOfView = 3;
+constexpr std::size_t maxViews = 24, targetsOfView = 3;
 constexpr int levels = 4, width = 160;
-constexpr double maxDepth = 8;                                       // [m]
-constexpr double nearDistance = 1, nearAngle = 45;                   // [m], [degrees]: views that may overlap
-constexpr double sameDistance = 0.15, sameAngle = 5;                 // of transforms that agree
+constexpr double maxDepth = 8;                      // [m]
+constexpr double nearDistance = 1, nearAngle = 45;  // [m], [degrees]: views that may overlap
+// [m], [°]: difference up to which two transforms agree
+constexpr double sameDistance = 0.15, sameAngle = 5;
 constexpr double minOverlap = 0.5, maxRmse = 0.05, maxSpread = 0.1;  // [m]
 
 /// How far apart two views are, in units of what is near.
@@ -63,7 +64,7 @@ class Registration {
     for (const ObservationPose& view : drive_)
       if (!targetsOf(guess * view.pose, map_).empty()) near.push_back(view);
     std::vector<ObservationPose> chosen;
-    const std::size_t count = std::min(near.size(), mostViews);
+    const std::size_t count = std::min(near.size(), maxViews);
     for (std::size_t i = 0; i < count; ++i) chosen.push_back(near[i * near.size() / count]);
     return chosen;
   }

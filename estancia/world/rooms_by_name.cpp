@@ -53,12 +53,12 @@ void requireRoomNames(const std::vector<std::string>& rooms) {
 }
 
 void nameRoomsByNames(const std::filesystem::path& map, const std::vector<std::string>& rooms,
-                      std::size_t mostFrames) {
+                      std::size_t maxFrames) {
   const WordGraph& graph = getWordGraph();
   const MapStore store = MapStore::open(map, MapStore::Access::read);
   const std::vector<std::size_t> numbers = store.frameNumbers();
   const std::size_t frames = numbers.size();
-  const std::size_t stride = std::max<std::size_t>(1, (frames + mostFrames - 1) / mostFrames);
+  const std::size_t stride = std::max<std::size_t>(1, (frames + maxFrames - 1) / maxFrames);
   const Vocabulary& vocabulary = store.identity().vocabulary;
   DescriptorMatrix images(vocabulary.size());
   images.reserve((frames + stride - 1) / stride);
@@ -68,7 +68,7 @@ void nameRoomsByNames(const std::filesystem::path& map, const std::vector<std::s
 }
 
 bool renewRoomsByNames(const std::filesystem::path& map) {
-  const TopologicalMap kept = MapStore::open(map, MapStore::Access::read).load(mostFramesOfAnswers);
+  const TopologicalMap kept = MapStore::open(map, MapStore::Access::read).load(maxFramesOfAnswers);
   if (!isNamedByNames(kept)) return false;
   try {
     nameRoomsByNames(map, roomsListedIn(kept));

@@ -12,15 +12,15 @@
 
 namespace estancia {
 
-/// Throws Error unless rooms can be told by these names, before the long work begins: missingDependency
+/// Throws Error unless rooms can be predicted by these names, before the long work begins: missingDependency
 /// without WordNet, unknownName, insufficientData.
 void requireRoomNames(const std::vector<std::string>& rooms);
 
 /// Predicts the rooms of the frames of a map file by their names alone (predictRoomsByNames()), of
-/// `mostFrames` at most, and stores them in place of earlier predictions. Without `rooms`, commonRooms() are
+/// `maxFrames` at most, and stores them in place of earlier predictions. Without `rooms`, commonRooms() are
 /// tried. Throws Error as readMap() and requireRoomNames() do.
 void nameRoomsByNames(const std::filesystem::path& map, const std::vector<std::string>& rooms = {},
-                      std::size_t mostFrames = mostFramesOfAnswers);
+                      std::size_t maxFrames = maxFramesOfAnswers);
 
 /// Updates the rooms after a map was made or continued: a trained classifier's predictions stay, and rooms
 /// that were listed once are listed again. Returns whether the map has predictions by names now; it has none

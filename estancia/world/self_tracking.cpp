@@ -108,7 +108,7 @@ SelfTracking::SelfTracking(MapStore& store, const CameraIntrinsics& camera, cons
   load();
 }
 
-/// All that the rows say. They are of the frames that the map has.
+/// Restores the state from the rows, which belong to the frames of the map.
 void SelfTracking::load() {
   const std::vector<LabelPart> parts = store_.identity().vocabulary.layout().parts;
   settled_ = foldStarted_ = false;

@@ -24,6 +24,10 @@ namespace estancia {
 /// An RgbdTracker whose state is rows of the map, in the transaction of its frames; so tracking goes on after
 /// a crash to the last bit as if nothing had happened. The tracker takes the first camera for level; the
 /// map's poses are leveled: z is up by the planes that the views have seen.
+///
+/// Invariant: told_[i] is the leveled pose of frame i that the map has or gets from takeCorrections(), and
+/// after save() the rows equal the members. A frame is add(), addPlanes() if it is a view, save(); settle()
+/// replaces the tracker's state by the optimum, which the next add() undoes by reading the rows.
 class SelfTracking {
  public:
   /// Whether the camera of the map's frames was tracked so.
@@ -41,12 +45,12 @@ class SelfTracking {
   /// may be empty. The words are those of `descriptor`.
   std::optional<Pose> add(const Frame& frame, DescriptorView descriptor, const cv::Mat& image,
                           const cv::Mat& depth);
-  /// Earlier frames that are elsewhere than the map says; told once.
+  /// Earlier frames whose poses differ from the map's; each is returned once.
   std::vector<MappingSession::Correction> takeCorrections();
 
   /// Its poses are not leveled.
   const RgbdTracker& tracker() const { return *tracker_; }
-  /// The frame's pose in the map, as it was told last.
+  /// The frame's pose in the map, as it was last reported.
   const std::optional<Pose>& pose(std::size_t frame) const { return told_[frame]; }
 
   /// What a frame saw; of the latest, or an earlier one.
@@ -77,8 +81,8 @@ class SelfTracking {
   /// Writes what has changed; to be called when all of a frame is in the map.
   void save();
 
-  /// The frames where they were by all that was seen. takeCorrections() tells; after it frames may follow as
-  /// if nobody had asked.
+  /// Optimizes all poses over all that was seen; takeCorrections() returns the changes. More frames may
+  /// follow as if there had been no such call.
   RgbdTrajectory settle();
 
  private:
@@ -93,7 +97,7 @@ class SelfTracking {
   CameraIntrinsics camera_;
   RgbdOptions options_;
   std::optional<RgbdTracker> tracker_;
-  bool settled_ = false;  ///< tracker_ is not that of the rows
+  bool settled_ = false;  ///< tracker_ is the optimum, not the state of the rows
   std::vector<std::optional<Pose>> told_;
   std::vector<MappingSession::Correction> corrections_;
   Leveling planes_;

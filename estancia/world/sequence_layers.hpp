@@ -25,7 +25,7 @@ class SequenceLayers {
     /// Why a frame's depth cannot be read.
     std::function<void(const std::string& why)> withoutDepth = {};
   };
-  /// A resumed map's layers are opened now, which says at once what does not fit. Throws Error as
+  /// A resumed map's layers are opened now, so that a mismatch is reported at once. Throws Error as
   /// WorldMapper.
   SequenceLayers(const Sequence& sequence, Labeler& labeler, MapRun& run, Hooks hooks);
 

@@ -31,7 +31,7 @@ class ViewCells {
  private:
   static constexpr std::size_t enough = 8;
   static constexpr double width = 0.5;      // [m]
-  static constexpr double direction = 0.5;  // of the components of a direction: about 30°
+  static constexpr double direction = 0.5;  // edge of a cell of a direction's components: about 30°
 
   using Key = std::array<std::int64_t, 6>;
   struct Cell {

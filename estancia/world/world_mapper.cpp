@@ -44,7 +44,7 @@ WorldMapper::WorldMapper(MappingSession& session, const std::optional<WorldOptio
     store.forEachDescriptor(next, [&](std::size_t frame, DescriptorView descriptor) {
       if (frame >= end) return false;
       const Frame known = store.frame(frame);
-      impl_->poses.skipTo(frame);  // those in between were left out
+      impl_->poses.skipTo(frame);  // the frames in between were left out
       if (drive != drives.end() && drive->firstFrame == frame) impl_->beginDrive((drive++)->isAligned);
       const std::optional<Pose> given = DriveStore(store).givenPose(frame);
       impl_->addFrame(known, given ? given : known.pose, known.pose, descriptor);
@@ -185,7 +185,7 @@ void WorldMapper::finish() {
     impl_->foldFinally();
     map.commit();  // zones are found in the file
   }
-  if (impl_->layers.zones && frames > 0 && frames <= mostFramesOfZones) {
+  if (impl_->layers.zones && frames > 0 && frames <= maxFramesOfZones) {
     ZoneOptions options;
     options.reach = ZoneOptions::reachOfRun;
     options.naming = impl_->options.areas.naming;

@@ -30,7 +30,7 @@ struct ObjectEdit;
 struct WorldMap;
 
 /// The most frames that zones are found of with the map; more take `estancia zones find MAP --stream`.
-constexpr std::size_t mostFramesOfZones = 5000;
+constexpr std::size_t maxFramesOfZones = 5000;
 
 /// The camera of a drive that a map has to track by itself: it has depth, and no frame has a pose. Nothing
 /// for other drives, and where neither areas nor objects are wanted.
@@ -117,12 +117,11 @@ class WorldMapper {
   void observe(const Frame& frame, DescriptorView descriptor, std::optional<Observation> seen);
   /// The map with its layers, as it would be read from its file.
   WorldMap read();
-  /// Hears a frame's place (node id) and pose.
+  /// Called with a frame's place (node id) and pose.
   using Placed = std::function<void(int place, const std::optional<Pose>& pose)>;
-  /// Both at once: adds the frame to the session, with `thumbnail`, and says where it is before it takes what
-  /// the frame shows into the layers, which takes longer. For robots that wait for the place. Where a
-  /// `deadline` is given, what would end later is left to the next frames: the view, or some labels of its
-  /// objects.
+  /// Does both: adds the frame to the session, with `thumbnail`, and reports where it is before it updates
+  /// the layers with it, which takes longer. For robots that wait for the place. Where a `deadline` is given,
+  /// what would end later is left to the next frames: the view, or some labels of its objects.
   void add(const Frame& frame, DescriptorView descriptor, const cv::Mat& image, const cv::Mat& depth,
            const CameraIntrinsics& camera, const MappingSession::Image& thumbnail, const Placed& placed,
            const Deadline& deadline = {});
@@ -136,7 +135,7 @@ class WorldMapper {
   /// objects that they are. Where the map has no objects, none is found.
   void recognize(std::shared_ptr<const KnownObjects> objects);
   /// Classifies objects with a trained model of shapes: its classes are added to the objects, not to flat
-  /// ones. What another model said is forgotten. `digest`: of the model's file.
+  /// ones. Results of an earlier model are dropped. `digest`: of the model's file.
   void classify(const ObjectModel& model, const std::string& digest);
   /// Derives the layers and writes them, after the session's finish(). More frames may follow.
   void finish();
@@ -149,8 +148,9 @@ class WorldMapper {
   /// tracked, and leaves zones as they are. Returns whether it did: what was derived before an edit or
   /// another leveling is no longer true.
   bool refresh(const Derived& derived);
-  /// What people say of areas and objects, as of now. It is kept, done, and written with all frames. Throws
-  /// Error (invalidInput) for a split that cuts nothing, and insufficientData where there are no areas yet.
+  /// Applies a person's edits of areas and objects to the map as of now; they are kept, and written with all
+  /// frames. Throws Error (invalidInput) for a split that cuts nothing, and insufficientData where there are
+  /// no areas yet.
   void edit(const AreaEdit& edit);
   void edit(const ObjectEdit& edit);
 

@@ -33,6 +33,10 @@
 
 namespace estancia {
 
+/// Layers of a map while its frames come. For each frame locate() runs before MappingSession::add() and
+/// look() after it; the constructor replays the frames of a resumed map in this order. Invariant: `survey`
+/// and `objects` hold the views folded so far with `floor` and the poses of that time, and rebuild() makes
+/// them anew from the stored observations.
 struct WorldMapper::Impl {
   /// Directions of up that differ by less make the same floor.
   static constexpr double sameUp = 0.1 * std::numbers::pi / 180;
@@ -72,30 +76,30 @@ struct WorldMapper::Impl {
   ShapeLayer shapes;
   WorldLayers layers;
   std::vector<AreaEdit> edits;
-  FramePoses poses;              // of the frames that the file keeps, and the newest ones
-  std::size_t mostPoses = 4096;  // before those that it has left out are looked for
-  Moments mean;                  // of the descriptors of all frames
-  PoseJumps jumps;               // of given poses
-  bool isBelieved = true;        // the latest of them
+  FramePoses poses;             // poses of the frames that the file keeps, and the newest ones
+  std::size_t maxPoses = 4096;  // number of poses at which left-out frames are removed
+  Moments mean;                 // mean of the descriptors of all frames
+  PoseJumps jumps;              // jumps of given poses
+  bool isBelieved = true;       // the newest given pose, by `jumps`
   DepthFaults faults;
-  std::optional<Pose> own;       // of the newest frame, as it was given
-  std::optional<Pose> lastView;  // of this drive
+  std::optional<Pose> own;       // given pose of the newest frame
+  std::optional<Pose> lastView;  // camera pose of this drive's last view
   ViewCells cells;
-  ViewCells ownCells;     // of a drive whose poses are not known in the map
-  bool isAligned = true;  // the drive, as far as the layers know
+  ViewCells ownCells;     // view cells of a drive whose poses are not known in the map
+  bool isAligned = true;  // whether the drive's poses are in the map, as the layers know it
   std::size_t alignmentsTaken = 0;
   std::optional<Floor> floor;
   bool isTracked = false;                // the poses are those of the odometry
-  std::optional<SelfTracking> tracking;  // only where frames are to be tracked
+  std::optional<SelfTracking> tracking;  // exists if frames are to be tracked
   std::optional<RgbdTrajectory> odometry;
   std::optional<MapLevel> level;
-  std::vector<std::size_t> viewFrames;  // where tracked
-  bool foldIsFinal = false;             // where tracked: the layers are those that finish() made
+  std::vector<std::size_t> viewFrames;  // frames of the views, if tracked
+  bool foldIsFinal = false;             // if tracked: the layers are those of finish()
   std::optional<FloorSurvey> survey;
   std::optional<ObjectLayer> objects;
   std::size_t views = 0, tooFar = 0, folds = 0;
-  WorkTime viewing{longestUnseen};       // without the labels of its objects
-  std::optional<PlannedFrames> planned;  // the newest
+  WorkTime viewing{longestUnseen};       // time of a view without labeling its objects
+  std::optional<PlannedFrames> planned;  // the newest plan of areas
 
   std::size_t labels() const { return session.store.identity().vocabulary.size(); }
 
@@ -246,7 +250,7 @@ struct WorldMapper::Impl {
   void replan(PlannedFrames now);
   void putObjects(const std::vector<ObjectInstance>& found);
 
-  // ---- where the camera is tracked
+  // ---- if the camera is tracked
   void startTracking(const CameraIntrinsics& camera);
   std::optional<Pose> track(const Frame& frame, DescriptorView descriptor, const cv::Mat& image,
                             const cv::Mat& depth);
@@ -256,7 +260,7 @@ struct WorldMapper::Impl {
   void loadFold();
   void foldFinally();
 
-  LexicalDescriptor pending;  // of the frame that the session does not have yet
+  LexicalDescriptor pending;  // descriptor of the frame that the session does not have yet
   LexicalDescriptor descriptorOf(std::size_t frame) const {
     return frame < session.store.frameCount() ? session.store.descriptor(frame) : pending;
   }

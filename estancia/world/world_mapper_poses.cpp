@@ -129,10 +129,10 @@ void WorldMapper::Impl::beginDrive(bool aligned) {
 /// Before a frame comes: poses of frames that a file with a budget has left out. Looked for again when there
 /// are twice as many, so that a frame's share of the work does not grow.
 void WorldMapper::Impl::forgetLeftOut() {
-  if (!session.keeper || poses.entries().size() < mostPoses) return;
+  if (!session.keeper || poses.entries().size() < maxPoses) return;
   session.write();  // then none waits
   poses.keepOnly(session.store.frameNumbers());
-  mostPoses = std::max(mostPoses, 2 * poses.entries().size());
+  maxPoses = std::max(maxPoses, 2 * poses.entries().size());
 }
 
 /// The drive's poses have become known in the map, or better: what it has seen so far is added to the layers.

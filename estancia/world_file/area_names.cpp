@@ -20,9 +20,9 @@ bool isNamedByRoom(const WorldArea& area) {
   return area.givenName.empty() && area.isSurelyRoom;
 }
 
-using PooledRooms = std::vector<std::vector<RoomProbability>>;  // of each area, best first
+using PooledRooms = std::vector<std::vector<RoomProbability>>;  // rooms of each area, best first
 
-/// A room that is said to occur has to be somewhere: rooms that no area surely is, one to one to areas that
+/// A room that is known to occur has to be somewhere: rooms that no area surely is, one to one to areas that
 /// surely are none, the most probable pair first; "" for an area that is sure or left over, or where what is
 /// left is no more probable than by chance.
 std::vector<std::string> assignRooms(const PooledRooms& pooled, const RoomPredictions& predictions) {
@@ -104,7 +104,7 @@ void nameAreasByRooms(WorldMap& world, const RoomPredictions& predictions, std::
     if (!area.isSurelyRoom) continue;
     const std::string& room = area.predictedRoom;
     const bool alone = areasOfRoom[room] == 1;
-    const int own = alone && isGiven(room) ? 2 : ++number[room];  // that area is the first one
+    const int own = alone && isGiven(room) ? 2 : ++number[room];  // the first one is that area
     if (!isNamedByRoom(area)) continue;
     area.roomName = alone && own == 1 ? room : fmt::format("{} {}", room, own);
     while (isGiven(area.roomName)) area.roomName = fmt::format("{} {}", room, ++spare[room]);

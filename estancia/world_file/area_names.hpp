@@ -12,10 +12,10 @@ namespace estancia {
 
 /// Sets predictedRoom, roomProbability and roomName of the areas of a map whose places a room classifier has
 /// named: the predictions of the frames that were taken in an area, pooled (poolRooms()). A room is an area's
-/// name where it is sure (RoomPredictions::sureProbability()). Rooms that are said to occur are also assigned
-/// one to one to the areas that are not, the most probable pair first. Several areas of one room are numbered
-/// in their order: "bedroom 1", "bedroom 2". One keeps its number when a person names another; people's names
-/// are left to the areas that they gave them to.
+/// name where it is sure (RoomPredictions::sureProbability()). Rooms that are known to occur are also
+/// assigned one to one to the areas that are not, the most probable pair first. Several areas of one room are
+/// numbered in their order: "bedroom 1", "bedroom 2". One keeps its number when a person names another;
+/// people's names are left to the areas that they gave them to.
 void nameAreasByRooms(WorldMap& world);
 /// Names areas by predictions of some of their frames: `areaOfRow[i]` is the area that row i was taken in, -1
 /// for none. Names by other predictions are forgotten.

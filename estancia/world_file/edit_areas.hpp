@@ -1,4 +1,4 @@
-// Area edits: people name, merge and split the areas of a map; what they said outlives another segmentation.
+// Area edits: people name, merge and split the areas of a map; edits outlive another segmentation.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

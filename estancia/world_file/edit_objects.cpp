@@ -18,7 +18,7 @@ namespace estancia {
 namespace {
 
 /// A thing that is seen from more sides grows, but it stays a mug.
-constexpr double mostGrowth = 4;                        // of its volume
+constexpr double maxGrowth = 4;                         // growth of its volume
 constexpr double shortestReach = 0.2, thinnest = 0.02;  // [m]
 
 double volumeOf(const cv::Point3d& size) {
@@ -43,7 +43,7 @@ int objectOf(const ObjectEdit& edit, std::span<const WorldObject> objects) {
   int found = -1;
   for (const WorldObject& object : objects) {
     const double growth = volumeOf(object.size) / volumeOf(size);
-    if (growth > mostGrowth || growth < 1 / mostGrowth) continue;
+    if (growth > maxGrowth || growth < 1 / maxGrowth) continue;
     if (const double distance = cv::norm(object.center - edit.center); distance <= nearest) {
       nearest = distance;
       found = object.id;

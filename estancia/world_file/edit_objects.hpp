@@ -1,4 +1,4 @@
-// Object edits: people name and delete the objects of a map; what they said outlives another derivation.
+// Object edits: people name and delete the objects of a map; edits outlive another derivation.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

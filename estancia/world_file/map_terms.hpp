@@ -23,10 +23,10 @@ class MapTerms {
   std::optional<WorldOptions> options() const;
   /// A sentence for each option that the map was made with and that has gone with another value since.
   std::vector<std::string> gone() const;
-  /// Keeps them, or compares: throws Error (mismatch) that says which differ.
+  /// Stores them, or compares: throws Error (mismatch) that names the differences.
   void keep(WorldOptions options);
-  /// The camera of the last drive's depth images, and their units per meter as given; 0 where nobody gave
-  /// any. Keeps them, or compares: throws Error (mismatch) that says what differs.
+  /// The camera of the last drive's depth images, and their units per meter as given; 0 if not given. Stores
+  /// them, or compares: throws Error (mismatch) that names the difference.
   void keep(const CameraIntrinsics& camera, double depthScale);
   /// Keeps that of another map.
   void keepCameraOf(const MapTerms& other);

@@ -312,7 +312,7 @@ void WorldStore::readObjectNames(WorldMap& world) const {
         {vocabulary[static_cast<std::size_t>(label)],
          static_cast<float>(finiteReal(database, words, 2, "the probability of a word"))});
   }
-  if (!sqlite::hasTable(database, "object_classes")) return;  // of older programs
+  if (!sqlite::hasTable(database, "object_classes")) return;  // file of an older program
   Statement classes(
       database,
       "SELECT object, class, probability FROM object_classes ORDER BY object, probability DESC, class");

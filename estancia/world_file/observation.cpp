@@ -18,7 +18,7 @@
 namespace estancia {
 namespace {
 
-constexpr int mostColumns = 320;  // a fifth of a degree: small things have some pixels
+constexpr int maxColumns = 320;  // a fifth of a degree: small things have some pixels
 constexpr int largestSide = 4096;
 /// Max distance to a plane, in tolerances of its points: a wall is not quite flat.
 constexpr double planeMargin = 2;
@@ -83,7 +83,7 @@ Observation observe(const cv::Mat& depth, const CameraIntrinsics& camera) {
     fail(ErrorCode::invalidInput, "an observation needs a depth image of float32");
   if (!(camera.width > 0 && camera.height > 0 && camera.fx > 0 && camera.fy > 0))
     fail(ErrorCode::invalidInput, "an observation needs a camera with size and focal length");
-  const int step = (depth.cols + mostColumns - 1) / mostColumns;
+  const int step = (depth.cols + maxColumns - 1) / maxColumns;
   const CameraIntrinsics whole = camera.scaledTo(depth.cols, depth.rows);
   Observation seen;
   seen.depth = cv::Mat((depth.rows + step - 1) / step, (depth.cols + step - 1) / step, CV_16U);
@@ -127,7 +127,7 @@ std::vector<Plane> findSegments(Observation& observation, const cv::Mat& image,
   cv::Mat colors;
   if (!image.empty()) cv::resize(image, colors, observation.depth.size(), 0, 0, cv::INTER_AREA);
   for (const Cluster& cluster : found.clusters) {
-    if (observation.info.size() == mostSegments) break;
+    if (observation.info.size() == maxSegments) break;
     const auto number = static_cast<std::uint8_t>(observation.info.size() + 1);
     cv::Vec3d sum;
     for (const std::uint32_t pixel : cluster.points) {

@@ -28,7 +28,7 @@ struct Observation {
   cv::Mat depth;
   /// Camera of `depth`.
   CameraIntrinsics camera;
-  /// What each pixel of `depth` shows, as objects/segment_image.hpp says; empty where nobody asked.
+  /// What each pixel of `depth` shows, encoded as in objects/segment_image.hpp; empty if not requested.
   cv::Mat segments;
   struct Segment {
     /// Its pixels in `depth`.
@@ -48,7 +48,7 @@ struct Observation {
 /// (invalidInput) for other images and cameras.
 Observation observe(const cv::Mat& depth, const CameraIntrinsics& camera);
 
-/// Finds the segments of an observation, the mostSegments largest, and returns the planes that it sees, in
+/// Finds the segments of an observation, the maxSegments largest, and returns the planes that it sees, in
 /// the camera's frame. `image`: BGR, the same view in any size; may be empty. Throws Error as findClusters().
 std::vector<Plane> findSegments(Observation& observation, const cv::Mat& image,
                                 const ClusterOptions& options);

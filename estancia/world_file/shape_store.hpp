@@ -1,4 +1,4 @@
-// Shape store: what an object model says of the segments of a map. Private; see readWorld().
+// Shape store: answers of an object model for the segments of a map. Private; see readWorld().
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,8 +16,7 @@ class ShapeStore {
  public:
   explicit ShapeStore(MapStore& store) : store_(store) {}
 
-  /// Makes the tables where they are missing. Forgets what a model said that had other classes or another
-  /// digest.
+  /// Makes the tables where they are missing. Drops answers of a model with other classes or another digest.
   void begin(const std::vector<std::string>& classes, const std::string& digest);
   /// One probability a class; empty for a segment that has no answer.
   void put(const SegmentPlace& place, const std::vector<float>& probabilities);

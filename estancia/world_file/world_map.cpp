@@ -42,16 +42,16 @@ Floor floorOf(const WorldMap& world) {
   return Floor(poses);
 }
 
-WorldMap readWorld(const std::filesystem::path& path, std::size_t mostFrames) {
+WorldMap readWorld(const std::filesystem::path& path, std::size_t maxFrames) {
   MapStore store = MapStore::open(path, MapStore::Access::read);
   store.beginReading();
   const WorldStore layers(store, MapStore::Access::read);
   std::vector<std::size_t> named;
-  if (mostFrames < store.frameCount()) {
+  if (maxFrames < store.frameCount()) {
     named = store.namedFrames();
     for (const std::size_t frame : layers.objectFrames()) named.push_back(frame);
   }
-  WorldMap world{store.load(mostFrames, named)};
+  WorldMap world{store.load(maxFrames, named)};
   layers.read(world);
   KnownStore(store).read(world);
   store.endReading();

@@ -20,7 +20,7 @@ namespace estancia {
 
 /// An area as the map knows it.
 struct WorldArea : Area {
-  /// What people call it; "" where nobody gave it a name.
+  /// Name given by a person; "" if none.
   std::string givenName = {};
   /// What a room classifier takes it for, and how probable that is; "" where none was run.
   std::string predictedRoom = {};
@@ -35,7 +35,7 @@ struct WorldArea : Area {
   const std::string& displayName() const {
     return !givenName.empty() ? givenName : !roomName.empty() ? roomName : name;
   }
-  /// The same, and the telling words after it: "kitchen: microwave, dishwasher, bottle".
+  /// The name followed by the distinguishing words: "kitchen: microwave, dishwasher, bottle".
   std::string describedName() const {
     return displayName() == name || name.empty() ? displayName() : displayName() + ": " + name;
   }
@@ -78,7 +78,7 @@ struct KnownPose {
 struct WorldObject {
   /// Its position in WorldMap::objects.
   int id = 0;
-  /// What people call it; "" where nobody gave it a name.
+  /// Name given by a person; "" if none.
   std::string givenName = {};
   /// The known object that it is, if it is one.
   std::optional<KnownPose> known = {};
@@ -148,14 +148,14 @@ Floor floorOf(const WorldMap& world);
 /// So many frames of a longer drive, evenly spread, name its rooms and answer questions: more do not make the
 /// rooms surer, but a day at ten frames a second has 4 GB of words. The other frames have no prediction of
 /// their own.
-constexpr std::size_t mostFramesOfAnswers = 5000;
+constexpr std::size_t maxFramesOfAnswers = 5000;
 
-/// Reads a map file with all its layers as of its last commit. `mostFrames`: of a longer drive each n-th
+/// Reads a map file with all its layers as of its last commit. `maxFrames`: of a longer drive each n-th
 /// frame is read, so that there are no more (TopologicalMap::isThinned()), and those that the layers name:
 /// where objects are seen, transitions and drives begin, and some of each place. Throws Error as readMap()
 /// does.
 WorldMap readWorld(const std::filesystem::path& path,
-                   std::size_t mostFrames = std::numeric_limits<std::size_t>::max());
+                   std::size_t maxFrames = std::numeric_limits<std::size_t>::max());
 
 /// The best image of an object, a small JPEG; empty where there is none. Throws Error as readMap() does.
 std::vector<unsigned char> readObjectImage(const std::filesystem::path& path, int object);

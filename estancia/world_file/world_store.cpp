@@ -57,7 +57,7 @@ CREATE TABLE IF NOT EXISTS object_segments(frame INTEGER NOT NULL, segment INTEG
 )sql";
 
 constexpr std::array<const char*, 3> kinds{"name", "merge", "split"};
-constexpr std::int64_t mostCells = 64'000'000;
+constexpr std::int64_t maxCells = 64'000'000;
 /// Far beyond what `areas.cell` may be: a search as wide as a robot in cells narrower than these has no end.
 constexpr double narrowestCell = 1e-3, widestCell = 1e3;  // [m]
 
@@ -125,8 +125,8 @@ std::optional<AreaPlan> readPlan(const Database& database, const char* table = "
   const auto& [column, line, columns, rows] = extent;
   const cv::Vec3d up(finiteReal(database, row, 5, "the floor"), finiteReal(database, row, 6, "the floor"),
                      finiteReal(database, row, 7, "the floor"));
-  if (cell < narrowestCell || cell > widestCell || columns < 1 || rows < 1 || columns > mostCells ||
-      rows > mostCells || columns * rows > mostCells || std::abs(column) > 100'000'000 ||
+  if (cell < narrowestCell || cell > widestCell || columns < 1 || rows < 1 || columns > maxCells ||
+      rows > maxCells || columns * rows > maxCells || std::abs(column) > 100'000'000 ||
       std::abs(line) > 100'000'000 || !(cv::norm(up) > 0.1))
     database.failDamaged("its floor plan has no size");
   const cv::Rect place(static_cast<int>(column), static_cast<int>(line), static_cast<int>(columns),

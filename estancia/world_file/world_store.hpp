@@ -60,7 +60,7 @@ class WorldStore {
   void putView(const LabeledSegment& view, std::span<const unsigned char> jpeg);
   /// The labeled segments of these frames of another map (sorted numbers), which are frames from `to` on.
   void copyViews(const WorldStore& from, std::span<const std::size_t> frames, std::size_t to);
-  /// The labels that a detector tells of segments, by their numbers (Labeler::regionLabels()).
+  /// The labels that a detector can give to segments, by their numbers (Labeler::regionLabels()).
   void putRegionLabels(const std::vector<std::size_t>& labels);
   /// A probability for each of these labels.
   void putSegmentWords(const SegmentPlace& segment, const LexicalDescriptor& words);

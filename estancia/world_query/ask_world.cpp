@@ -21,7 +21,7 @@
 namespace estancia {
 namespace {
 
-constexpr std::size_t bestWords = 5;  // as PlaceAnswer::inTop5
+constexpr std::size_t bestWords = 5;  // see PlaceAnswer::inTop5
 
 using LabelWeights = std::unordered_map<std::string_view, double>;  // how probably it is meant
 

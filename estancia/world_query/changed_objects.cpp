@@ -18,10 +18,10 @@ namespace estancia {
 namespace {
 
 constexpr double spotWidth = 0.04;       // [m]
-constexpr std::size_t enoughSpots = 10;  // of something that changed: 160 cm² of its surface
-constexpr std::size_t enoughViews = 2;   // of a spot in each epoch
+constexpr std::size_t enoughSpots = 10;  // spots of something that changed: 160 cm² of its surface
+constexpr std::size_t enoughViews = 2;   // views of a spot in each epoch
 constexpr std::int32_t gap = 2;          // spots this far apart are of one thing
-constexpr double wholeShare = 0.5;       // of an object's spots that were looked at
+constexpr double wholeShare = 0.5;       // share of an object's spots that were looked at
 constexpr double sameSize = 1.7;         // ratio of lengths of a thing that was moved
 constexpr double enoughAlike = 0.35;     // cosine of the words of one thing in two places
 
@@ -138,7 +138,7 @@ class Epochs {
 /// Spots that are empty now, side by side.
 struct Patch {
   std::vector<const Spot*> spots;
-  int object = -1;  ///< of most of them
+  int object = -1;  ///< the object of most of them
   bool isWhole = false;
   cv::Point3d middle, size;
 };
@@ -231,7 +231,7 @@ bool haveOneSize(const cv::Point3d& a, const cv::Point3d& b) {
   std::array<double, 3> u{a.x, a.y, a.z}, v{b.x, b.y, b.z};
   std::ranges::sort(u);
   std::ranges::sort(v);
-  constexpr double thin = 0.1;  // [m]: lengths below say nothing
+  constexpr double thin = 0.1;  // [m]: smaller lengths are not meaningful
   for (std::size_t i = 0; i < 3; ++i)
     if (std::max(u[i], v[i]) > sameSize * std::max({std::min(u[i], v[i]), thin})) return false;
   return true;

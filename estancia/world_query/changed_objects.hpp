@@ -1,4 +1,4 @@
-// Changed objects: what depth says is gone or new since a frame. Private; see findChanges().
+// Changed objects: objects that depth shows to be gone or new since a frame. Private; see findChanges().
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

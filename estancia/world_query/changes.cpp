@@ -23,7 +23,7 @@
 namespace estancia {
 namespace {
 
-constexpr double enoughFramesOfPlace = 5;  // of a place in each epoch
+constexpr double enoughFramesOfPlace = 5;  // frames of a place in each epoch
 constexpr std::size_t wordsOfPlace = 5;
 
 /// The images of a place in one epoch.

@@ -19,7 +19,7 @@ struct ObjectChange {
   enum class Kind { moved, gone, appeared };
   Kind kind = Kind::gone;
   /// The object of the map that it is, or was a part of, where it was and where it is; nothing where that is
-  /// none. The same one where a thing was pushed aside or turned.
+  /// none. Both are the same where a thing was pushed aside or turned.
   std::optional<int> before = {}, now = {};
   /// Whether it is most of that object.
   bool isWhole = false;
@@ -57,10 +57,10 @@ std::string toString(ObjectChange::Kind kind);
 
 /// What drives from `since` on (the last one by default) saw otherwise than those before. The surface of a
 /// thing is gone where later depth images look through its place, twice at least, and new where earlier ones
-/// did; pieces side by side are one change, from 160 cm² on. Of what is gone and what is new, pieces of one
-/// object, and such of one size with similar words, are what was moved. What nobody looked at again is no
-/// change. Needs depth and poses; places need neither. Throws Error as readMap() does, insufficientData for a
-/// map of one drive, and unknownName for a drive that it does not have.
+/// did; pieces side by side are one change, from 160 cm² on. A gone and a new piece of one object, or of one
+/// size with similar words, are one moved object. Surfaces that were not looked at again are no changes.
+/// Needs depth and poses; places need neither. Throws Error as readMap() does, insufficientData for a map of
+/// one drive, and unknownName for a drive that it does not have.
 Changes findChanges(const std::filesystem::path& map, std::optional<std::size_t> since = {});
 
 /// For people: "mug", "part of wardrobe", "something". `world`: Changes::world.

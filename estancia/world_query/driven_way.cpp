@@ -100,7 +100,7 @@ void DrivenWays::addStations() {
       cells[stationCellOf(here.at, stationWidth)].push_back(station);
     }
     stationOf_[i] = station;
-    // Maps of older programs do not say where a drive was continued: there is no transition.
+    // Maps of older programs do not record where a drive was continued: there is no transition.
     if (last != nowhere && last != station &&
         (stations_[last].place == here.place ||
          driven.contains({map.nodes[stations_[last].place].id, map.nodes[here.place].id})) &&

@@ -76,7 +76,7 @@ class DrivenWays {
   RegionCosts regions_;
   std::vector<std::optional<cv::Point2d>> positions_;
   std::vector<double> heights_;
-  std::vector<std::vector<std::size_t>> framesOf_;  // of each place, those with a position
+  std::vector<std::vector<std::size_t>> framesOf_;  // frames of each place, those with a position
   std::vector<Station> stations_;
   /// Station of each frame; undefined for frames without a position.
   std::vector<std::size_t> stationOf_;

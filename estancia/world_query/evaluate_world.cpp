@@ -23,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Positions within this of one line leave the turn about it open [m].
-constexpr double leastWidthOfPath = 0.1;
+constexpr double minWidthOfPath = 0.1;
 
 /// Standard deviation of positions along the second of their main axes [m].
 double widthOfPath(std::span<const Pose> poses) {
@@ -108,10 +108,10 @@ InstanceAccuracy judgeObjects(const MapAndDrive& both, const io::HomeTruth& trut
 }
 
 /// A path that is off by more is another one, or has lost its way [m].
-constexpr double mostErrorOfPath = 0.5;
+constexpr double maxErrorOfPath = 0.5;
 
 void doubtTheDrive(WorldAccuracy& accuracy, const fs::path& drive, std::size_t mapped, std::size_t frames) {
-  if (accuracy.trajectory && accuracy.trajectory->rmse > mostErrorOfPath)
+  if (accuracy.trajectory && accuracy.trajectory->rmse > maxErrorOfPath)
     accuracy.doubts.push_back(fmt::format(
         "the path of the map is off that of {} by {:.1f} m (root mean square): is it the drive that "
         "was mapped? Images of another one may have the same names",
@@ -127,7 +127,7 @@ void doubtTheDrive(WorldAccuracy& accuracy, const fs::path& drive, std::size_t m
 
 Pose truthFromMap(std::span<const Pose> estimated, std::span<const Pose> truth) {
   const Pose byPositions = absoluteTrajectoryError(estimated, truth).truthFromEstimate;
-  return std::min(widthOfPath(estimated), widthOfPath(truth)) < leastWidthOfPath
+  return std::min(widthOfPath(estimated), widthOfPath(truth)) < minWidthOfPath
              ? byDirections(estimated, truth)
              : byPositions;
 }

@@ -17,7 +17,7 @@ namespace estancia {
 ///  * spark-dsg: the JSON of Spark-DSG (see sparkDsgJson()).
 Choices worldFormats();
 
-/// Whether the format tells which frames each place has: "frame_ranges".
+/// Whether the format lists which frames each place has: "frame_ranges".
 bool listsFrames(const std::string& format);
 
 /// Like exportMap(), with areas and objects: in nav2 the places' metadata have "area", "area_id" and

@@ -48,7 +48,7 @@ MapRegion regionNamed(const WorldMap& world, const std::string& text, WordGraphS
   const std::vector<Place> places = placesOf(map);
   for (const Place& place : places) region.places.push_back(sameWords(place.displayRoom(), text));
   if (std::ranges::find(region.places, true) != region.places.end()) return region;
-  if (isNumber(text)) getArea(world, text);  // which fails, and says what areas there are
+  if (isNumber(text)) getArea(world, text);  // throws, listing the areas
   const WorldMeaning meaning = findMeaning(world, text, source);
   if (meaning.isWholeName) return {text, meaning.areas};
   if (meaning.Meaning::empty()) failUnknownRegion(world, text, source);

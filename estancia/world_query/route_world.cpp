@@ -246,7 +246,7 @@ std::vector<std::optional<WorldRoute>> routesToEachArea(const WorldMap& world, i
     routes.emplace_back();
     try {
       routes.back() = routeToAreas(world, from, {area.id}, ways, options);
-    } catch (const NoAnswerError&) {  // nobody was there
+    } catch (const NoAnswerError&) {  // no drive was there
     }
   }
   return routes;

@@ -62,7 +62,7 @@ WorldRoute routeInWorld(const WorldMap& world, int from, int to, const RegionPre
 /// The way to the areas of that name, or, where the words mean nothing else, of a name that holds them; else
 /// to the object that the words mean, to a pose that faces it (ViewPoses); else to the place that holds them
 /// (routeToWords()). An object that is hardly likely to be meant (ObjectAnswer::isLikely()) counts only where
-/// no place holds the words more probably. Of equally good goals (RouteOptions::tolerance) the one that is
+/// no place holds the words more probably. Among equally good goals (RouteOptions::tolerance) the one that is
 /// reached at the least cost. Throws Error as above, and noAnswer when nothing matches.
 WorldRoute routeInWorld(const WorldMap& world, int from, const std::string& to,
                         const RegionPreferences& preferences = {}, const RouteOptions& options = {},

@@ -15,7 +15,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Millimeters say all.
+/// Rounds to millimeters, which suffice.
 double inMillimeters(double meters) {
   return std::round(meters * 1e3) / 1e3;
 }

@@ -20,7 +20,7 @@ struct LinkGraph {
     double weight;
   };
   std::vector<std::vector<Link>> links;
-  std::vector<double> strength;  // of each item: the weights at its end
+  std::vector<double> strength;  // one an item: the weights at its end
   double total = 0, within = 0;  // W, and the part of it that links items to themselves
 };
 

@@ -33,8 +33,8 @@ struct ZoneCut {
   std::string reason;
 };
 
-/// At options.cut, into options.count groups, or where suggestCut() says. Throws Error (invalidOption) for
-/// more groups than leaves.
+/// Cuts at options.cut, into options.count groups, or at suggestCut(). Throws Error (invalidOption) for more
+/// groups than leaves.
 ZoneCut cutTree(const Dendrogram& tree, const NearestItems& neighbors, const ZoneOptions& options);
 
 }  // namespace estancia

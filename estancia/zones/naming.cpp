@@ -17,7 +17,7 @@ constexpr std::size_t wordsOfName = 3;
 /// Zones that still have the same name after so many words are alike to people.
 constexpr std::size_t maxWordsOfName = 12;
 
-/// The first `count` different words: those that tell something, then likely ones.
+/// The first `count` different words: words with evidence, then likely ones.
 std::vector<std::string> distinctiveWords(const Vocabulary& vocabulary, DescriptorView zone,
                                           DescriptorView run, const LabelConcepts& concepts,
                                           std::size_t count) {

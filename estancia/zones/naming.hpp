@@ -18,10 +18,10 @@ namespace estancia {
 /// probability 0 are left out; fewer than `count` may be returned.
 std::vector<std::size_t> distinctiveLabels(DescriptorView zone, DescriptorView run, std::size_t count);
 
-/// One name a zone: its three most telling words, "refrigerator, stove, microwave" (tellingWords(); where
-/// fewer tell something, then the most probable labels). A zone whose words an earlier one has already gets
-/// further words until the names differ, or its words are used up. Words that a vocabulary holds twice are
-/// named once. `means` are the zones' mean probabilities.
+/// One name a zone: its three words with most evidence, "refrigerator, stove, microwave" (tellingWords();
+/// where fewer have evidence, then the most probable labels). A zone whose words an earlier one has already
+/// gets further words until the names differ, or its words are used up. Words that a vocabulary holds twice
+/// are named once. `means` are the zones' mean probabilities.
 std::vector<std::string> nameZones(const Vocabulary& vocabulary, const std::vector<std::vector<float>>& means,
                                    DescriptorView run, const LabelConcepts& concepts = {});
 

@@ -38,12 +38,12 @@ struct GroupZones {
   int zone() const { return shares.front().zone; }
 };
 
-/// Whether the other run says the words of the zones' run about as often; true where the vocabularies differ,
-/// which cannot be compared.
+/// Whether the words of the zones' run are about as frequent in the other run; true where the vocabularies
+/// differ, which cannot be compared.
 bool areOfSameRun(const Zones& zones, const GroupedRun& run);
 
-/// One entry a group, by number. Frames are told apart by their names, which two drives may share
-/// ("frame 000000" …); so runs that say the same words must say them about as often, too. Throws Error when
+/// One entry a group, by number. Frames are identified by their names, which two drives may share ("frame
+/// 000000" …); so runs with equal vocabularies must also have about equal word frequencies. Throws Error when
 /// the two are not about the same frames.
 std::vector<GroupZones> overlayZones(const Zones& zones, const GroupedRun& run);
 

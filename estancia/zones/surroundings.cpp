@@ -14,7 +14,7 @@ namespace {
 constexpr double wayOfOnePlace = 0.75;  // in distances of unrelated images: .5 to 1 are as good on all sets
 constexpr double farthest = 3;          // standard deviations; weights beyond, below .011, are 0
 
-/// Whether poses tell images apart.
+/// Whether poses distinguish images.
 bool isSpread(const std::vector<Frame>& frames, double reach) {
   const Pose* first = nullptr;
   for (const Frame& frame : frames) {
@@ -30,7 +30,7 @@ std::vector<double> waysThrough(const DescriptorSequence& sequence, const ZoneOp
   const Distance distance = getDistance(options.distance, sequence.vocabulary.layout().parts);
   const DescriptorMatrix vectors = comparedVectors(sequence.descriptors, distance);
   const std::size_t n = vectors.size();
-  double unrelated = 0;  // of images half a run apart
+  double unrelated = 0;  // mean of images half a run apart
   std::vector<double> ways(n);
   for (std::size_t i = 0; i < n; ++i) {
     unrelated +=

@@ -204,7 +204,7 @@ Frame frameIn(const Json& json) {
   return frame;
 }
 
-/// `images` are the frames that say they are in it.
+/// `images` are the frames that the file assigns to it.
 Zone zoneIn(const Json& json, int id, std::vector<std::size_t> images, const Zones& zones) {
   if (json.at("id") != id) damaged(fmt::format("zone {} has the id {}", id, json["id"].dump()));
   Zone zone;

@@ -18,7 +18,7 @@
 namespace estancia {
 namespace {
 
-constexpr double scaleGrowth = 1.25;  // of the run, after which the labels' scale is found again
+constexpr double scaleGrowth = 1.25;  // growth of the run after which the labels' scale is found again
 constexpr double maxGroups = 20'000;  // a matrix of 3 GiB
 constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
 
@@ -67,15 +67,15 @@ struct ZoneStream::Impl {
   Distance distance_;
   Linkage linkage_;
   Comparison comparison_;
-  Moments embedded_;       ///< of all images, by which a standardized distance scales
-  Moments probabilities_;  ///< of all images
+  Moments embedded_;       ///< moments of all images, by which a standardized distance scales
+  Moments probabilities_;  ///< moments of all images
   Standardization standardization_;
-  std::size_t imagesOfScale_ = 0;  ///< that the standardization is made of
+  std::size_t imagesOfScale_ = 0;  ///< images that the standardization is made of
   std::size_t sinceLinked_ = 0;    ///< images
   std::vector<Group> groups_;
-  std::vector<double> distances_;     ///< of all pairs of groups
+  std::vector<double> distances_;     ///< distances of all pairs of groups
   std::vector<std::size_t> nearest_;  ///< the other group that each is cheapest to merge with
-  std::vector<std::size_t> groupOf_;  ///< of each image
+  std::vector<std::size_t> groupOf_;  ///< group of each image
   double cut_ = 0;
   std::string cutReason_;
   int nextZone_ = 0;

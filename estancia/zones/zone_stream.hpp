@@ -24,7 +24,7 @@ struct ZoneStreamOptions {
   /// between, an image is in the zone of its group.
   std::size_t relinkEvery = 20;
 };
-/// Says what each option is and its range.
+/// Declares the options and their ranges.
 OptionGroup declare(ZoneStreamOptions& options);
 
 /// A zone as a stream knows it.

@@ -22,7 +22,7 @@ namespace {
 /// Groups of frames as lists, the largest first, of equal ones the one seen first.
 std::vector<std::vector<std::size_t>> membersOf(std::span<const int> groups) {
   std::map<int, std::size_t> positions;
-  std::vector<std::vector<std::size_t>> members;  // as they are seen
+  std::vector<std::vector<std::size_t>> members;  // members in the order of arrival
   for (std::size_t frame = 0; frame < groups.size(); ++frame) {
     const auto [entry, isNew] = positions.emplace(groups[frame], members.size());
     if (isNew) members.emplace_back();

@@ -1,4 +1,5 @@
-// Zones JSON: what `estancia zones find --json` says of zones, and the labels of rooms for other programs.
+// Zones JSON: the output of `estancia zones find --json` about zones, and the labels of rooms for other
+// programs.
 // Private.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

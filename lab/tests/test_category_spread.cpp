@@ -112,7 +112,7 @@ TEST(Categories, AreAveragedAsUnderTheThesisTable) {
       {.06, .21, .41, .08, .20, .18, .38, .04, .16, .28, .16, .10, .42, .30, .16, .79, .32},
       {.11, .13, .40, .11, .14, .07, .37, .09, .10, .42, .05, .12, .44, .33, .13, .44, .45}};
   const std::vector<double> printed{.31, .31, .25, .23};
-  const double rounding = 0.005 + 0.005;  // of the rows, and of M
+  const double rounding = 0.005 + 0.005;  // rounding of the rows, and of M
   for (std::size_t model = 0; model < columns.size(); ++model) {
     std::vector<ClassPair> pairs;
     for (const double distance : columns[model]) pairs.push_back({"", "", "", distance});

@@ -48,7 +48,7 @@ class FewExamples : public testing::Test {
                          {scratch_ / "out", {(scratch_ / "person").string()}, {"", 1}, nullptr}, progress_);
   }
 
-  /// Of a row of results.csv by its first cells.
+  /// Value in a row of results.csv, by its first cells.
   double resultOf(const std::string& row) {
     const std::string csv = readFile(scratch_ / "out/results.csv");
     const auto at = csv.find("\nperson,home," + row + ",");

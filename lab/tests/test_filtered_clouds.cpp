@@ -30,8 +30,8 @@ PointCloud sheet(std::size_t side) {
 class FilteredCloudsTest : public testing::Test {
  protected:
   FilteredClouds::Filtered get(const std::string& origin = "a", std::size_t points = 50,
-                               std::uint64_t mostBytes = 1 << 20) {
-    return FilteredClouds(folder, mostBytes).get(origin, filter("voxel", points), [&] {
+                               std::uint64_t maxBytes = 1 << 20) {
+    return FilteredClouds(folder, maxBytes).get(origin, filter("voxel", points), [&] {
       ++read;
       return sheet(20);
     });

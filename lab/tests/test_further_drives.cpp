@@ -1,4 +1,4 @@
-// Drives that follow another one: maps that say right and wrong things of them.
+// Drives that follow another one: maps that are right and wrong about them.
 // SPDX-License-Identifier: Apache-2.0
 #include "places/further_drives.hpp"
 

@@ -28,7 +28,7 @@
 namespace estancia::experiments {
 namespace {
 
-/// The same sequence of numbers in [0, 1) for every test, unlike each other.
+/// Equal numbers in [0, 1) in every run of a test, all different.
 class Numbers {
  public:
   double next() { return static_cast<double>(state_ = (state_ * 421 + 1663) % 7875) / 7875; }

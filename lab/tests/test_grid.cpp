@@ -39,7 +39,7 @@ CellResults found(std::size_t i) {
 
 class GridTest : public testing::Test {
  protected:
-  /// Runs the cells in a new Grid; `computed` tells which were not at hand.
+  /// Runs the cells in a new Grid; `computed` lists the cells that were not at hand.
   std::vector<CellResults> run(const std::vector<Cell>& wanted, int threads = 2) {
     computed.clear();
     Grid grid(folder, columns, threads);

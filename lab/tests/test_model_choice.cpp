@@ -25,7 +25,7 @@ using test::readFile;
 using test::writeFile;
 namespace fs = std::filesystem;
 
-/// What labels was told of.
+/// Two models, "sharp" and "blind", and two visits of a drive.
 class ModelChoice : public testing::Test {
  protected:
   void SetUp() override {

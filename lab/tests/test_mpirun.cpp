@@ -95,7 +95,7 @@ class Mpirun : public MpirunTest {
     return count;
   }
 
-  /// results.csv without the columns that tell seconds.
+  /// results.csv without the columns that hold seconds.
   static std::string timeless(const fs::path& csv) {
     std::stringstream lines(readFile(csv));
     std::vector<bool> kept;

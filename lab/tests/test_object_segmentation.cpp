@@ -104,8 +104,8 @@ TEST(MeasureClusters, OverlapAndBoundaryByHand) {
   EXPECT_DOUBLE_EQ(half.overlap.f, 2. / 3);
   EXPECT_EQ(half.atThreeQuarters, 0);
   // The half's line, around columns 1 … 3 and rows 1 … 5, has 12 pixels, and all but the middle of column 3
-  // are within a pixel of the object's line. That, around columns and rows 1 … 5, has 16: columns 1 … 4 are
-  // near.
+  // are within a pixel of the object's line. The object's line, around columns and rows 1 … 5, has 16:
+  // columns 1 … 4 are near.
   EXPECT_DOUBLE_EQ(half.boundary.precision, 11. / 12);
   EXPECT_DOUBLE_EQ(half.boundary.recall, 11. / 16);
 

@@ -33,7 +33,7 @@ using testing::ElementsAre;
 constexpr int instances = 3, views = 6;
 const std::vector<std::string> kinds{"ball", "box", "rod"};
 
-/// One view of a thing; `size` tells instances apart.
+/// One view of a thing; `size` distinguishes instances.
 PointCloud shapeOf(const std::string& kind, double size, std::uint64_t seed) {
   cv::RNG random(seed);
   PointCloud cloud;
@@ -251,7 +251,7 @@ TEST_F(ObjectSplits, TheTestHasNoSay) {
                            "labels = \"words.csv\"\nsplit = \"official\"\n";
   run(text);
   const auto before = accuracies();
-  // What the labeler says of the test views is all wrong now; its prior must not know.
+  // The labeler's answers for the test views are all wrong now; its prior must not know.
   writeLabels(
       [](const ObjectSample& sample) { return sample.view.split == "test" ? "rod" : sample.view.category; });
   run(text);

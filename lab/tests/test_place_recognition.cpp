@@ -50,7 +50,7 @@ TEST(PlaceRecognition, OfASingleDriveLeavesNeighborsInTimeOut) {
 
 TEST(PlaceRecognition, CountsFramesNotImages) {
   Drive drive({{0, 0}, {1, 5}, {0, 0}});
-  drive.frames = {0, 100, 200};  // those between have no pose
+  drive.frames = {0, 100, 200};  // frames between have no pose
   EXPECT_EQ(recognizePlaces(drive.placed(), drive.placed(), Comparison::euclidean, 1, 150).queries, 2U);
 }
 

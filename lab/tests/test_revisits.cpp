@@ -1,4 +1,4 @@
-// Returns to places: a drive there and back, and maps that say right and wrong things of it.
+// Returns to places: a drive there and back, and maps that are right and wrong about it.
 // SPDX-License-Identifier: Apache-2.0
 #include "places/revisits.hpp"
 

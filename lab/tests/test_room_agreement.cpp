@@ -59,7 +59,7 @@ class RoomAgreement : public testing::Test {
   Progress progress_;
 };
 
-/// Of the first drive in the table of a method.
+/// Value of the first drive in the table of a method.
 double cellOf(const Findings& findings, const std::string& method, const std::string& column) {
   for (const auto& section : findings.sections) {
     const auto& table = std::get<ResultTable>(section);

@@ -25,7 +25,7 @@ std::vector<Frame> framesIn(const std::vector<std::string>& rooms) {
   return frames;
 }
 
-/// Of a living room and a kitchen, by name.
+/// Predictions of a living room and a kitchen, by name.
 RoomPredictions livingRoomOrKitchen(const std::vector<float>& livingRoom, bool areListed) {
   RoomPredictions predictions{"names", {"living room", "kitchen"}, DescriptorMatrix(2)};
   predictions.areByName = true;

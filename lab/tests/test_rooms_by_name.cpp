@@ -121,7 +121,7 @@ class RoomsOfTheProject : public testing::Test {
   test::ScratchFolder scratch_;
 };
 
-/// Of a row by its first cells.
+/// Value in a row by its first cells.
 double valueIn(const std::string& csv, const std::string& row, std::size_t column) {
   const auto begin = csv.find("\n" + row + ",");
   if (begin == std::string::npos) throw std::runtime_error("no row " + row);

@@ -73,7 +73,7 @@ TEST(SceneShare, ImagesOfARunAreOneWitness) {
   const Share independent = shareRight(testOf(10, 1), {1, 1, 1, 1, 1, 1, 1, 1, 0, 0});
   EXPECT_NEAR(together.low, independent.low, 1e-12);
   EXPECT_NEAR(together.high, independent.high, 1e-12);
-  for (std::size_t i = 0; i < right.size(); ++i) right[i] = i % 10 < 8 ? 1 : 0;  // the same in every run
+  for (std::size_t i = 0; i < right.size(); ++i) right[i] = i % 10 < 8 ? 1 : 0;  // equal in every run
   const Share spread = shareRight(testOf(10, 10), right);
   EXPECT_GT(spread.low, together.low + 0.1);
   EXPECT_LT(spread.high, together.high - 0.05);
@@ -213,21 +213,21 @@ TEST(SceneBlocks, AreRunsOfOneTestAndPairsOfMany) {
   for (std::size_t r = 0; r < 10; ++r) EXPECT_EQ(runs.right[r][1], counts[r]);
   EXPECT_THAT(runs.answers, Each(2));
 
-  // Beside another test, a pair of a sequence with itself says nothing of runs.
+  // Beside another test, a pair of a sequence with itself carries no information about runs.
   results.pairs.push_back(results.pairs[0]);
   results.pairs[1].same = true;
   results.pairs[1].train = "test";
   results.cells.insert(results.cells.end(), {results.cells[0], results.cells[1]});
   EXPECT_EQ(blocksOf(results).right.size(), 10U);
 
-  while (results.pairs.size() < fewestPairs) {
+  while (results.pairs.size() < minPairs) {
     results.pairs.push_back(results.pairs[0]);
     results.pairs.back().train = "train " + std::to_string(results.pairs.size());
     results.cells.insert(results.cells.end(), {results.cells[0], results.cells[1]});
   }
   const SceneBlocks pairs = blocksOf(results);
   EXPECT_FALSE(pairs.runs);
-  ASSERT_EQ(pairs.right.size(), fewestPairs);
+  ASSERT_EQ(pairs.right.size(), minPairs);
   EXPECT_EQ(pairs.names[1], "test→test");
   EXPECT_DOUBLE_EQ(scoresOfCells(results, pairs).values[2][0], meanAccuracies(results, {0})[0]);
 }

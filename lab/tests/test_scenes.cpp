@@ -100,7 +100,7 @@ class Scenes : public testing::Test {
     return found;
   }
 
-  /// What compareScenes() learns from, as the study in study.toml says.
+  /// The training features of compareScenes() for the study in study.toml.
   Features learned() const {
     ConfigFile config(scratch_ / "study.toml");
     Progress silent;
@@ -219,7 +219,7 @@ TEST_F(Scenes, NothingIsLearnedFromTheTest) {
 }
 
 TEST_F(Scenes, CrossValidationHoldsOutWholeRuns) {
-  // Each run shows one image again and again, whose look says nothing about its room: who has seen the run
+  // Each run shows one image again and again, whose look is independent of its room: who has seen the run
   // knows the room, who has not can but guess.
   Features features{
       {{"look", PartKind::energies, {"a", "b", "c", "d", "e", "f"}, "look"}}, {}, DescriptorMatrix(6)};

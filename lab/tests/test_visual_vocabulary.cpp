@@ -77,7 +77,7 @@ TEST(VisualVocabulary, WordsAreTheMeansOfTheFeaturesNearestToThem) {
       sum += features.row(i);
       ++count;
     }
-  for (auto& [word, sum] : sums) {  // as k-means has converged
+  for (auto& [word, sum] : sums) {  // k-means has converged
     const cv::Mat mean = sum.first / sum.second;
     EXPECT_LT(std::sqrt(squaredDistance(mean, vocabulary.words.row(static_cast<int>(word)))), 0.03);
   }

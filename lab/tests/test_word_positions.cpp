@@ -69,7 +69,7 @@ class WordPositions : public testing::Test {
   Progress progress_;
 };
 
-/// Of the first table: categories, found, share; a row each kind of evidence.
+/// Row of the first table: categories, found, share; a row each kind of evidence.
 std::vector<double> row(const Findings& findings, std::size_t evidence) {
   std::vector<double> values;
   for (const auto& value : std::get<ResultTable>(findings.sections.at(0)).rows.at(evidence).values)

@@ -27,7 +27,7 @@ BorrowedImage borrowImage(const py::object& array, std::string_view what = "imag
 /// height×width of float32 [m]; float64 is converted. None: empty. Throws Error (invalidInput) on other
 /// arrays.
 BorrowedImage borrowDepth(const py::object& array);
-/// The same pixels as an array that keeps them alive; a copy of pixels that the image does not own.
+/// An array that shares the image's pixels and keeps them alive; a copy if the image does not own them.
 py::array arrayOf(const cv::Mat& image);
 
 /// A row of probabilities, or features, as float32; other numbers are converted. Throws Error (invalidInput)
@@ -46,7 +46,7 @@ py::array viewOf(const Number* numbers, std::vector<py::ssize_t> shape, const py
   return view;
 }
 
-/// The same, where a shared object keeps them alive.
+/// An array whose numbers a shared object keeps alive.
 template <class Number, class Owner>
 py::array viewOf(const Number* numbers, std::vector<py::ssize_t> shape, std::shared_ptr<Owner> owner) {
   const py::capsule keeper(new std::shared_ptr<Owner>(std::move(owner)),

@@ -81,7 +81,7 @@ InterruptWatch::InterruptWatch() {
 InterruptWatch::~InterruptWatch() {
   const std::lock_guard lock(watchMutex);
   if (--watches > 0) return;
-  takeInterrupt();  // KeyboardInterrupt tells of it from here on
+  takeInterrupt();  // KeyboardInterrupt reports it from here on
   if (handles) sigaction(SIGINT, &handlerBefore, nullptr);
 }
 

@@ -1,4 +1,4 @@
-// Long calls: other Python threads run meanwhile, Ctrl-C is heard, and what callbacks raise is raised.
+// Long calls: other Python threads run meanwhile, Ctrl-C interrupts, and exceptions of callbacks are raised.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -31,7 +31,7 @@ py::object callBack(const py::function& function, const py::tuple& arguments);
 
 /// Raises what callBack() kept, if it kept something.
 void raiseKept();
-/// The same and, after Ctrl-C, KeyboardInterrupt.
+/// Raises the kept exception or, after Ctrl-C, KeyboardInterrupt.
 void raiseKeptOrInterrupt();
 
 /// Runs `work` without the interpreter's lock. Its result must be no Python object.
@@ -57,10 +57,9 @@ auto longCall(Work&& work) {
   }
 }
 
-/// Tells a callable `(what, done, total)`, at most twenty times a second, and at the end of each piece of
-/// work.
-/// True: a bar on stderr. None: nobody. To be made and destroyed with the interpreter's lock, and used in
-/// longCall().
+/// Reports progress to a callable `(what, done, total)`, at most twenty times a second, and at the end of
+/// each piece of work. True: a bar on stderr. None: no report. To be made and destroyed with the
+/// interpreter's lock, and used in longCall().
 std::unique_ptr<Progress> makeProgress(const py::object& callback);
 
 /// Makes each Error an exception of estancia.errors.

@@ -35,7 +35,7 @@ py::object mapSequenceOf(const Sequence& sequence, Labeler& labeler, const std::
   MapSequenceOptions options;
   options.existing = existingFrom(existing);
   options.stream.cache = cache;
-  optionsFrom<MapperOptions>(mapper);  // says at once what is wrong
+  optionsFrom<MapperOptions>(mapper);  // fails at once on a wrong option
   optionsFrom<WorldOptions>(world);
   optionsFrom<MapBudget>(budget);
   options.changeBudget = changing(budget);

@@ -27,7 +27,7 @@ py::object collect(const Sequence& sequence, const std::filesystem::path& folder
   return make("Collected", c.frames, c.samples, c.instances, c.flat, c.atBorder, problems);
 }
 
-/// Of the views in a folder, with the labels of their images, or without them by their categories.
+/// Trains on the views in a folder, with the labels of their images, or without them by their categories.
 py::tuple train(const std::vector<std::filesystem::path>& folders,
                 const std::vector<std::shared_ptr<SequenceLabels>>& labels, const py::object& classes,
                 const py::dict& given, const py::object& callback) {

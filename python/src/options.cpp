@@ -17,7 +17,7 @@ std::string keyOf(const OptionGroup& group) {
   return key;
 }
 
-/// As the declarations parse it.
+/// In the form that the declarations parse.
 std::string textOf(const py::handle& value, const std::string& path) {
   if (py::isinstance<py::bool_>(value)) return value.cast<bool>() ? "true" : "false";
   if (py::isinstance<py::str>(value)) return value.cast<std::string>();

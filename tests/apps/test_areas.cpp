@@ -1,4 +1,4 @@
-// `estancia areas find` refuses what it cannot use, and says where words are.
+// `estancia areas find` refuses what it cannot use, and reports where words are.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -33,7 +33,7 @@ class Examples : public testing::Test {
   void SetUp() override {
     fs::create_directories(scratch_ / "home/models");
     writeColorModel(scratch_ / "home/models/inception-v3");  // stands for the default network
-    writeColorModel(scratch_ / "home/models/small");         // the same by its own name
+    writeColorModel(scratch_ / "home/models/small");         // equals the first by its own name
     setenv("ESTANCIA_HOME", (scratch_ / "home").c_str(), 1);
     for (int i = 0; i < 24; ++i) {
       const bool red = i / 6 % 2 == 0;

@@ -37,7 +37,7 @@ class FaultyDisk : public testing::Test {
     writeFile(labels_, lines);
   }
 
-  /// Red and blue ones, ten a second, and the network that tells them apart.
+  /// Red and blue ones, ten a second, and the network that distinguishes them.
   void writeImages(int frames) const {
     fs::create_directory(scratch_ / "images");
     for (int i = 0; i < frames; ++i)
@@ -58,7 +58,7 @@ class FaultyDisk : public testing::Test {
     return runProgram("/usr/bin/env", all);
   }
 
-  /// A process of its own, whose words nobody hears.
+  /// A process of its own, whose output is discarded.
   pid_t start(const std::vector<std::string>& arguments) const {
     std::vector<const char*> words{"estancia"};
     for (const std::string& argument : arguments) words.push_back(argument.c_str());
@@ -139,7 +139,8 @@ TEST_F(FaultyDisk, APowerCutCostsNoMoreThanTheLastCommit) {
   const fs::path map = disk_ / "a.estancia", left = synced_ / "a.estancia";
   const std::vector<std::vector<std::string>> commands{
       {"map", labels_, "-o", map},
-      {"live", scratch_ / "images", "-o", map, "--model", scratch_ / "model", "--no-page"}};  // as recorded
+      // plays at the recorded speed
+      {"live", scratch_ / "images", "-o", map, "--model", scratch_ / "model", "--no-page"}};
   for (const auto& arguments : commands) {
     SCOPED_TRACE(arguments[0]);
     const pid_t child = start(arguments);

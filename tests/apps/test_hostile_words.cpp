@@ -1,4 +1,4 @@
-// What people and scripts type, and names that others gave to files: told as they are, on one line.
+// What people and scripts type, and names that others gave to files: reported unchanged, on one line.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -120,7 +120,7 @@ TEST_F(Labeling, SeveralModelsMakeOneMap) {
 }
 
 TEST_F(Labeling, ABlackBoxThatFindsItsWordsMapsAndLocalizes) {
-  // A program that answers by the image's file alone and never says which words it knows.
+  // A program that answers by the image's file alone and never lists its vocabulary.
   writeFile(scratch_ / "box/box.py",
             "import sys, json\n"
             "for line in sys.stdin:\n"

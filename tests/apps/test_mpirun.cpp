@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Of a robot that has driven through twenty places from this one on.
+/// Map of a robot that has driven through twenty places from this one on.
 void driveFrom(std::size_t first, const fs::path& map) {
   SyntheticPlaces places(40, 60, 0.5);
   std::vector<std::string> names;

@@ -52,7 +52,7 @@ class ObjectsTrain : public testing::Test {
     arguments.insert(arguments.end(), {"--classifier", "svm-linear"});
     return run(arguments);
   }
-  /// Of the clouds and what is said of them.
+  /// Trains on the clouds and their words.
   CommandResult trainWords(const std::vector<std::string>& more = {}) const {
     std::vector<std::string> all{clouds(), "--recorded-labels", words(), "--study", study(), "-o", model()};
     all.insert(all.end(), more.begin(), more.end());

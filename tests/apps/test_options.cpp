@@ -79,7 +79,7 @@ TEST_F(Options, ThatAreWrongAreRefused) {
   const std::string broken = scratch_ / "broken.toml", unknown = scratch_ / "unknown.toml",
                     group = scratch_ / "group.toml";
   writeFile(broken, "[zones]\ncut = \"soon\"\n");
-  writeFile(unknown, "[recognition]\nacept = 0.5\n");  // of another command, and no parameter of it
+  writeFile(unknown, "[recognition]\nacept = 0.5\n");  // option of another command, and no parameter of it
   writeFile(group, "[zone]\ncut = 1\n");
   const std::vector<std::pair<std::vector<std::string>, ErrorCode>> refused{
       {{"--set", "zone.cut=1"}, ErrorCode::unknownName},

@@ -112,7 +112,7 @@ TEST(Home, IsFoundAgainInTheEveningOnAnotherWay) {
   const json places = evaluated({map, "--truth", *data / "day"});
   EXPECT_EQ(places["frames_with_seen_room"], 320);
   EXPECT_GT(places["seen_purity"], places["purity"]) << "words tell what is seen, not where the robot stands";
-  // Of the evening's frames 91 were taken within 0.7 m and 30° of one of the day; the path is another one.
+  // 91 of the evening's frames were taken within 0.7 m and 30° of one of the day; the path is another one.
   const json filtered = evaluated({map, *data / "evening"});
   EXPECT_GE(filtered["recall"], 0.90);
   EXPECT_GE(filtered["belief_recall"], 0.92);
@@ -193,7 +193,7 @@ std::optional<int> thingAt(const std::vector<io::HomeInstance>& things, const js
   return found;
 }
 
-/// Those that are not where they were in the other drive.
+/// Things that are not where they were in the other drive.
 std::vector<io::HomeInstance> changedThings(const std::vector<io::HomeInstance>& here,
                                             const std::vector<io::HomeInstance>& there) {
   std::vector<io::HomeInstance> changed;
@@ -206,7 +206,7 @@ std::vector<io::HomeInstance> changedThings(const std::vector<io::HomeInstance>&
   return changed;
 }
 
-/// Of the day and the evening; what is told of the evening's drive.
+/// Checks the home of the day and the evening; returns the report of the evening's drive.
 json expectOneHome(const std::string& map) {
   const json drives = json::parse(run({"drives", map, "--json"}).out)["drives"];
   EXPECT_EQ(drives.size(), 2U);
@@ -222,7 +222,7 @@ json expectOneHome(const std::string& map) {
   return evening;
 }
 
-/// Of the places that the map has joined, the frames of those that joined and of those that they joined.
+/// Checks, for the places that the map has joined, the frames of both.
 void expectJoinedPlacesInOneRoom(const TopologicalMap& map, std::size_t fewest) {
   std::size_t joined = 0;
   const auto roomsOf = [&map](int node) {
@@ -232,7 +232,7 @@ void expectJoinedPlacesInOneRoom(const TopologicalMap& map, std::size_t fewest) 
     return rooms;
   };
   for (const Merge& merge : map.merges) {
-    if (merge.frame + 1 < map.frames.size()) continue;  // of a map before
+    if (merge.frame + 1 < map.frames.size()) continue;  // merge of a map before
     ++joined;
     const std::set<std::string> kept = roomsOf(merge.kept), other = roomsOf(merge.absorbed);
     EXPECT_TRUE(std::ranges::any_of(other, [&](const auto& room) { return kept.contains(room); }))
@@ -287,7 +287,7 @@ TEST(Home, IsMappedByDayFoundAgainInTheEveningAndOneMapOfBoth) {
   const std::string map = scratch / "home.estancia";
   ASSERT_EQ(run({"map", *data / "day", "-o", map}).exitCode, 0);
   expectRoomsAndThings(map, *data / "day");
-  // Of the evening's frames 91 were taken within 0.7 m and 30° of one of the day; the path is another one.
+  // 91 of the evening's frames were taken within 0.7 m and 30° of one of the day; the path is another one.
   const json filtered = evaluated({map, *data / "evening"});
   EXPECT_GE(filtered["recall"], 0.90);
   EXPECT_GE(filtered["belief_recall"], 0.92);

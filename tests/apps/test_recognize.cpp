@@ -130,7 +130,7 @@ TEST_F(Recognize, ABadModelDoesNotEndTheSearchForTheOthers) {
 }
 
 TEST_F(Recognize, FindsWhereTheSensorStoodOrIsTold) {
-  // As robots have it: z up, the origin elsewhere.
+  // A robot's frame: z up, the origin elsewhere.
   const cv::Affine3d fromCamera(cv::Matx33d(0, 0, 1, -1, 0, 0, 0, -1, 0), cv::Vec3d(1, 2, 3));
   PointCloud scene = readCloud(in("scenes/scene001.pcd"));
   for (cv::Point3f& p : scene.points) p = fromCamera * cv::Point3d(p);

@@ -40,7 +40,7 @@ class Surroundings : public testing::Test {
     words.insert(words.end(), arguments.begin(), arguments.end());
     return runProgram("/bin/sh", words);
   }
-  /// The same by root as by anybody else: what the mode of a file forbids is forbidden.
+  /// Runs as another user if the test runs as root: what the mode of a file forbids is forbidden.
   CommandResult runUnprivileged(const std::string& line, const std::vector<std::string>& arguments) const {
     return runBy(
         geteuid() == 0 ? "exec setpriv --bounding-set=-all /bin/sh -c '" + line + "' sh \"$@\"" : line,
@@ -143,7 +143,7 @@ TEST_F(Surroundings, NoHomeIsNeeded) {
 TEST_F(Surroundings, FullDisksAreToldBeforeAndWhileAMapIsWritten) {
   const fs::path disk = folder_ / "disk";
   fs::create_directory(disk);
-  for (const std::string size : {"32k", "80k"}) {  // of which 64 KiB are tried out first
+  for (const std::string size : {"32k", "80k"}) {  // 64 KiB are tried out first
     const std::string mount =
         fmt::format("exec unshare -m /bin/sh -c 'mount -t tmpfs -o size={} none {} && exec \"$@\"' sh \"$@\"",
                     size, disk.string());

@@ -85,7 +85,7 @@ TEST(CorrectPlan, KnowsTheAreasOfFramesThatAreLeft) {
   frames.skipTo(10);
   frames.add(Pose::planar(7, 1, 0));
   frames.skipTo(20);
-  frames.add(std::nullopt);  // of a drive whose first frame was left out
+  frames.add(std::nullopt);  // pose of a drive whose first frame was left out
   frames.skipTo(30);
   frames.add(Pose::planar(0.5, 5, 0));
   frames.add(std::nullopt);

@@ -43,7 +43,8 @@ class RecordedRoom : public Sequence {
     cv::Mat depth(intrinsics_->height, intrinsics_->width, CV_32F);
     const cv::Affine3d camera = rigidOf(*frames_[i].pose);
     depth.forEach<float>([&](float& d, const int* at) {
-      d = std::round(1000 * static_cast<float>(hit(camera, at[1], at[0]))) / 1000;  // as sensors do
+      // quantized like a sensor's
+      d = std::round(1000 * static_cast<float>(hit(camera, at[1], at[0]))) / 1000;
     });
     return depth;
   }

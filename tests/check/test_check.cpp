@@ -32,7 +32,7 @@ CheckReport checked(const Sequence& sequence, std::size_t frames = 20) {
   return checkSequence(sequence, {.maxFrames = frames});
 }
 
-/// The names of all that is not fine. Each must say how it is known and what to do.
+/// The names of all that is not fine. Each must state its evidence and the remedy.
 std::vector<std::string> faults(const CheckReport& report) {
   std::vector<std::string> names;
   for (const CheckItem& item : report.items) {

@@ -36,7 +36,7 @@ inline Samples clouds(int classes, int perClass, std::size_t columns, double spr
   return samples;
 }
 
-/// The same samples moved and scaled.
+/// The samples moved and scaled.
 inline Samples changed(const Samples& samples, float added, float factor) {
   Samples result = samples;
   result.x = DescriptorMatrix(samples.x.labels());

@@ -168,7 +168,7 @@ TEST(Classifier, BalancingHelpsTheRareClass) {
   }
 }
 
-/// Of two normal clouds the probability of each class is known.
+/// The class probabilities of two normal clouds are known.
 TEST(Classifier, ProbabilitiesAreCalibrated) {
   std::mt19937 random(4);
   std::normal_distribution<double> normal;
@@ -338,7 +338,7 @@ TEST(Folds, RunsEndWhereRoomsChangeAndNumbersJump) {
 }
 
 TEST(Folds, NamesThatEndInFractionsAreOneRun) {
-  // As IDOL2 and TUM name images: the last digits say nothing about what follows what.
+  // Names of images in IDOL2 and TUM: the last digits do not give the order.
   std::vector<std::pair<std::string, std::string>> idol, tum;
   for (int i = 0; i < 12; ++i) {
     idol.emplace_back("t" + std::to_string(10 + i) + ".25_a0." + std::to_string(i * 7919 % 9973) + ".jpg",

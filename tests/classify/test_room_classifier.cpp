@@ -29,7 +29,7 @@ RoomClassifier learned(const Features& features, const std::string& type = "svm-
   return trainRoomClassifier(features, options);
 }
 
-/// The same frames with columns in another order; −1 is a new one, of 0.1.
+/// Frames with columns in another order; −1 is a new one, of 0.1.
 Features reordered(const Features& features, const std::vector<std::vector<int>>& columns) {
   Features result{features.parts, features.frames, DescriptorMatrix(0)};
   std::size_t width = 0;
@@ -228,7 +228,7 @@ DescriptorMatrix embeddedPair(const std::vector<float>& a, const std::vector<flo
   return FeatureEmbedding::learn(features).apply(features);
 }
 
-/// Of two images the centered coordinates are ± half the difference, scaled alike.
+/// The centered coordinates of two images are ± half the difference, scaled alike.
 void expectDirection(const DescriptorMatrix& x, const std::vector<double>& expected) {
   double norm = 0;
   for (const double v : expected) norm += v * v;
@@ -266,7 +266,7 @@ TEST(FeatureEmbedding, AWordAboveOneIsRefused) {
 // ---- selection
 
 TEST(Selection, FindsTheColumnsThatTell) {
-  const Features features = madeUpRooms(3, 40, 1, 12, 6);  // bins 0 … 2 tell of the rooms, 3 … 5 do not
+  const Features features = madeUpRooms(3, 40, 1, 12, 6);  // bins 0 … 2 depend on the rooms, 3 … 5 do not
   for (const char* criterion : {"mutual-information", "chi2"}) {
     const std::vector<double> scores = columnScores(features, criterion);
     for (const std::size_t telling : {12U, 13U, 14U})

@@ -1,4 +1,4 @@
-// The same answers as scikit-learn: sklearn_classify.py wrote them down, and the samples are made anew here.
+// Comparison with scikit-learn: sklearn_classify.py wrote its answers, and the samples are made anew here.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 

@@ -22,7 +22,7 @@ using test::FailsWith;
 using Background = CropOptions::Background;
 const cv::Vec3b kGray(128, 128, 128);
 
-/// 40 × 30 pixels, each of which tells its place.
+/// 40 × 30 pixels, each of which encodes its position.
 cv::Mat places() {
   cv::Mat image(30, 40, CV_8UC3);
   for (int v = 0; v < 30; ++v)

@@ -43,7 +43,7 @@ TEST(Noise, OfADepthCameraGrowsWithDepth) {
     for (std::size_t i = static_cast<std::size_t>(part); i < points.size(); i += 2) {
       const cv::Point3f& p = noisy.points[i];
       along += std::pow(static_cast<double>(p.z - points[i].z), 2) * 2 / 20000;
-      const float slope = part == 0 ? p.y / p.z : p.x / p.z;  // of the direction that has none
+      const float slope = part == 0 ? p.y / p.z : p.x / p.z;  // slope of the direction that has no noise
       across += std::pow(static_cast<double>(slope), 2) * 2 / 20000;
     }
     EXPECT_NEAR(std::sqrt(along), part == 0 ? 0.002 : 0.018, part == 0 ? 1e-4 : 9e-4);

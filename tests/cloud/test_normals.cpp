@@ -58,7 +58,7 @@ std::vector<cv::Point3f> grid(int side, const cv::Point3f& start, const cv::Poin
 }
 
 TEST(Normals, OfAPlaneTowardsTheViewpoint) {
-  for (const float away : {0.F, 1000.F}) {  // as exact far from the origin, but for its coordinates
+  for (const float away : {0.F, 1000.F}) {  // equally exact far from the origin, except for its coordinates
     NormalOptions options = within(0.1);
     options.viewpoint = {away, away, 5};
     const auto normals = normalsOf(grid(40, {away, away, 0}, {0.015625F, 0, 0}, {0, 0.015625F, 0}), options);

@@ -33,7 +33,7 @@ class TextbookNeuralGas {
   std::vector<std::pair<std::array<std::uint32_t, 2>, std::uint32_t>> edges() const;
   /// The two nearest neurons and the squared distance to the first.
   std::pair<std::array<std::uint32_t, 2>, float> nearestTwo(const Point4& p) const;
-  /// The same of a signal's point, by its color, too, if the signals have colors.
+  /// The nearest two neurons of a signal, by its color, too, if the signals have colors.
   std::pair<std::array<std::uint32_t, 2>, float> nearestTwo(std::size_t point) const;
 
  private:

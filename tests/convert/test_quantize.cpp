@@ -105,13 +105,13 @@ struct SmallNetwork {
 
 const ActivationRanges ranges{{"image", {-1, 1}}, {"positive", {0, 4}}, {"both", {0, 4}}, {"mean", {0, 3}}};
 
-/// A number as 8 bits say it.
+/// A number as quantized to 8 bits.
 double stored(double number, ActivationRange range) {
   const double step = (range.high - range.low) / 255, zero = std::nearbyint(-range.low / step);
   return (std::clamp(std::nearbyint(number / step) + zero, 0.0, 255.0) - zero) * step;
 }
 
-/// The same network by real numbers, each value rounded to its 8 bits.
+/// The network in real numbers, each value rounded to its 8 bits.
 std::vector<double> emulated(const SmallNetwork& network, const cv::Mat& image) {
   std::vector<double> mean(filters);
   for (int f = 0; f < filters; ++f) {

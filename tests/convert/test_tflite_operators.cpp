@@ -1,4 +1,4 @@
-// Each operator against a plain implementation of what TensorFlow Lite says it does.
+// Each operator against a plain implementation of its definition in TensorFlow Lite.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <onnx/checker.h>

@@ -37,7 +37,7 @@ class TfjsBuilder {
                  const std::vector<std::int32_t>& values) {
     return constant(name, shape, "int32", values);
   }
-  /// Values in a type of their own, `quantization` says how to read them.
+  /// Values in a type of their own, `quantization` defines how to read them.
   template <class Stored>
   void quantized(const std::string& name, const std::vector<int>& shape, const std::vector<Stored>& values,
                  const Json& quantization) {

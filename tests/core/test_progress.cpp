@@ -66,7 +66,7 @@ TEST(StderrProgress, ShowsWorkThatHasAName) {
   testing::internal::CaptureStderr();
   {
     const auto progress = makeStderrProgress();
-    progress->advance(1);  // begun by nobody
+    progress->advance(1);  // begun by no caller
     progress->begin("mapping", 2);
     progress->advance(2);
     progress->end();

@@ -61,7 +61,8 @@ TEST(RoomPredictions, AreNotSureByOneLabel) {
     return areSureRooms(made, groupOf, poolRooms(made, groupOf, 3), by);
   };
   EXPECT_THAT(sure(), ElementsAre(true, true, false)) << "judged by the probability alone; none in the last";
-  // log(0.8 / 0.05) = 2.77 is what all labels tell; of the first group one label tells it in both images.
+  // log(0.8 / 0.05) = 2.77 is the evidence of all labels; in the first group one label gives it in both
+  // images.
   made.evidence = {{0, 7, {2.5F, 0, 0, 0, 0}},
                    {1, 7, {2.5F, 0, 0, 0, 0}},
                    {2, 7, {2.5F, 0, 0, 0, 0}},
@@ -160,7 +161,7 @@ TEST(TemporalSegments, FractionsAreNoNumbersOfFrames) {
 }
 
 TEST(TemporalSegments, EndWhereTimePasses) {
-  // Two rounds of a robot; the clock jitters, and names say nothing.
+  // Two rounds of a robot; the clock jitters, and names carry no information.
   EXPECT_THAT(lengths({"9", "3", "7", "1", "2"}, all(5), {0, 0.2, 0.55, 60, 60.2}), ElementsAre(3, 2));
   EXPECT_THAT(lengths({"1", "2", "3", "4"}, all(4), {10, 11, 1, 2}), ElementsAre(2, 2)) << "it falls";
   EXPECT_THAT(lengths({"1", "2", "7", "8"}, all(4), {10, 11, 12}), ElementsAre(2, 2)) << "one has no time";

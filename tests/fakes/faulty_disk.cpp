@@ -57,7 +57,7 @@ bool fails(std::string_view operation, std::string_view path, int reason) {
   return true;
 }
 
-/// Where a power cut would find the file of the disk; "" where nobody asks.
+/// Where a power cut would find the file of the disk; "" if not requested.
 std::string syncedCopyOf(const std::string& path) {
   static const std::string_view to = setting("ESTANCIA_DISK_SYNCED");
   return to.empty() || !isOnDisk(path) ? "" : std::string(to) + path.substr(path.rfind('/'));

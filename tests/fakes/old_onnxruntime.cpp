@@ -1,4 +1,4 @@
-// A library that says it is an ONNX Runtime of long ago.
+// A library that claims to be an ONNX Runtime of long ago.
 // SPDX-License-Identifier: Apache-2.0
 namespace {
 

@@ -190,7 +190,7 @@ TEST_F(Download, SaysHowToGoOnWithoutANetwork) {
   {
     const LoopbackServer server([](auto&) { return test::HttpAnswer{}; });
     url = server.url("/net.onnx");
-  }  // nobody listens there any more
+  }  // no server listens there any more
   EXPECT_THAT(get(unknown(url)), FailsWith(ErrorCode::network, url, target_.string()));
   EXPECT_THAT(get(unknown("http://host.invalid/net.onnx")), FailsWith(ErrorCode::network, "host.invalid"));
 }

@@ -66,7 +66,7 @@ TEST(CloudImage, MovesWithPoseAndDrawsEdges) {
   pair.width = 2;
   pair.height = 1;
   const std::array<std::array<std::uint32_t, 2>, 2> edges{
-      {{0, 1}, {0, 7}}};  // of a point that is not: left out
+      {{0, 1}, {0, 7}}};  // color of a point that is not finite: left out
   const std::array layers{layer(wall, red), CloudLayer{&pair, cv::Affine3d::Identity(), blue, edges}};
   const int across = count(drawClouds(layers), blue);
   EXPECT_GT(across, 200);

@@ -73,7 +73,7 @@ TEST_F(CloudFile, APcdKeepsEveryBitAndTheShape) {
   expectSame(readCloud(folder_ / "a.pcd"), cloud);
 }
 
-// As pcl::io::savePCDFileBinary (PCL 1.13) writes a pcl::PointXYZRGB, after its own comment and order of
+// A pcl::PointXYZRGB as written by pcl::io::savePCDFileBinary (PCL 1.13), after its own comment and order of
 // lines.
 TEST_F(CloudFile, APcdHasPclsFields) {
   PointCloud cloud;

@@ -110,7 +110,7 @@ TEST_F(ImageFile, DecodesJpegToTheBitsOfOpencv) {
 TEST_F(ImageFile, TakesTheFirstSizeThatAJpegDeclares) {
   using namespace std::string_literals;
   const std::string jpeg = encoded(".jpg", texture(16, 16));
-  const auto frame = [](char high, char low) {  // of high·256 + low pixels a side, three colors
+  const auto frame = [](char high, char low) {  // frame of high·256 + low pixels a side, three colors
     return "\xFF\xC0\0\x11\x08"s + high + low + high + low + "\3\1\x22\0\2\x11\1\3\x11\1"s;
   };
   const std::string huge = jpeg.substr(0, 2) + frame('\xFD', '\xE8') + jpeg.substr(2);

@@ -26,7 +26,7 @@ using test::FailsWith;
 using testing::ElementsAre;
 using testing::FloatNear;
 
-/// Says the same of every image, and counts how often it is asked.
+/// Gives one answer for every image, and counts the calls.
 class Constant final : public Labeler {
  public:
   Constant(std::vector<std::string> labels, LexicalDescriptor says, std::string name = "constant")
@@ -71,7 +71,7 @@ TEST(Ensemble, PutsVocabulariesSideBySideAsParts) {
   EXPECT_THAT(both.label(image), ElementsAre(0.25F, 0.75F, 0.9F, 0.1F));
 }
 
-/// Tells of regions, too.
+/// Labels regions, too.
 class ConstantDetector final : public Labeler {
  public:
   const Vocabulary& vocabulary() const override { return vocabulary_; }

@@ -287,7 +287,7 @@ TEST_F(ProcessLabeler, SurvivesFloods) {
 }
 
 TEST_F(ProcessLabeler, InheritsAndLeavesNothing) {
-  const int secret = ::open("/dev/null", O_RDONLY);  // as a careless library opens files: inheritable
+  const int secret = ::open("/dev/null", O_RDONLY);  // a careless library opens files like this: inheritable
   ASSERT_EQ(dup2(secret, 77), 77);
   const std::size_t before = openFiles();
   open("ls /proc/$$/fd >fds\n" + answering(R"({"cup": 1})"))->label(grayImage());

@@ -31,7 +31,7 @@ using test::FedSource;
 using test::FlatDrive;
 using test::ScratchFolder;
 
-/// Nothing tells how the robot moves.
+/// A drive without odometry.
 class ImagesAlone : public FlatDrive {
  public:
   ImagesAlone() {

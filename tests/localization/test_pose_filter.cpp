@@ -226,7 +226,7 @@ TEST(PosedLocalizer, FollowsTheMotionWhereNothingWasMapped) {
   for (std::size_t i = 0; i < 20; ++i) answer = localizer.add(hall.view(i), hall.poses[i]).front();
   EXPECT_LT(answer.unmapped.value(), 0.5);
   test::SyntheticPlaces elsewhere(80, 80, 1, 99);
-  for (int i = 1; i <= 8; ++i)  // turns round where it stands and sees what nobody has seen
+  for (int i = 1; i <= 8; ++i)  // turns round where it stands and sees what is not in the map
     answer =
         localizer.add(elsewhere.image(static_cast<std::size_t>(i)), Pose::planar(3.8, 0, i * pi / 8)).front();
   EXPECT_GT(answer.unmapped.value(), 0.8);

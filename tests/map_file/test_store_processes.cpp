@@ -96,7 +96,7 @@ std::string framesInAnotherProcess(const std::function<std::size_t()>& count) {
   return caughtInAnotherProcess([&] { throw std::runtime_error(std::to_string(count())); }).message;
 }
 
-/// Permission bits say nothing to root: become nobody.
+/// Permission bits do not bind root: become an unprivileged user.
 void dropPrivileges() {
   if (geteuid() != 0) return;
   if (setgroups(0, nullptr) != 0 || setegid(65534) != 0 || seteuid(65534) != 0)

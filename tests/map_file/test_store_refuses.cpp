@@ -1,4 +1,4 @@
-// What is no map, or no map to believe: told by name, and left as it is.
+// What is no map, or no map to believe: reported by name, and left unchanged.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -156,7 +156,7 @@ TEST(MapStoreRefuses, AJournalThatNamesAnotherFile) {
     EXPECT_THAT(refusal(name), FailsWith(ErrorCode::corruptFile));
     EXPECT_TRUE(fs::exists(victim));
   }
-  sqlite3* database = nullptr;  // that it is such a journal
+  sqlite3* database = nullptr;  // verifies that it is such a journal
   ASSERT_EQ(sqlite3_open(path.c_str(), &database), SQLITE_OK);
   sqlite3_exec(database, "SELECT * FROM frames", nullptr, nullptr, nullptr);
   sqlite3_close(database);

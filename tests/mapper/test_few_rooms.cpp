@@ -1,4 +1,5 @@
-// Few rooms: places that hold from two rooms on, when the run itself tells little of other places.
+// Few rooms: places that hold from two rooms on, when the run itself carries little information about other
+// places.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 

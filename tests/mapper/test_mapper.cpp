@@ -272,7 +272,7 @@ TEST(Mapper, RefusesWhatIsNoDescriptorAndOptionsOutOfRange) {
   }
 }
 
-/// As a map file keeps them.
+/// Transitions in the order of a map file.
 std::vector<Transition> transitionsOf(const Mapper& mapper) {
   std::vector<Transition> transitions;
   for (const auto& entry : mapper.transitions()) transitions.push_back(entry.second);

@@ -83,7 +83,7 @@ TEST_P(EveryDistance, NearestIsThatOfAPlainScan) {
     right += i < 60 && bank_.nearest(query, bank_.size())->slot == i;
   }
   EXPECT_GE(right,
-            distance_.comparison == Comparison::chebyshev ? 40U : 57U);  // that looks at one label only
+            distance_.comparison == Comparison::chebyshev ? 40U : 57U);  // looks at one label only
 
   while (bank_.size() > 1) {
     const std::size_t gone = bank_.size() / 2;

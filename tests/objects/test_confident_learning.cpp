@@ -15,7 +15,7 @@ using testing::ElementsAre;
 using testing::IsEmpty;
 
 /// Worked by hand. Thresholds .58 and .65; sample 3 is sure of neither word, so of name 0 three count for 0
-/// and one for 1: 5/4 are wrong. Of name 1 two count for 1, one for 0, one for neither: 4/3 are.
+/// and one for 1: 5/4 are wrong. For name 1 two count for 1, one for 0, one for neither: 4/3 are.
 TEST(ConfidentLearning, TakesAsManyAsTheNoiseRateSays) {
   EXPECT_THAT(likelyMislabeled({0, 0, 0, 0, 0, 1, 1, 1, 1}, rows({{0.9F, 0.1F},
                                                                   {0.8F, 0.2F},
@@ -29,7 +29,7 @@ TEST(ConfidentLearning, TakesAsManyAsTheNoiseRateSays) {
               ElementsAre(4, 7));
 }
 
-/// Of name 0 two count for 0 and one for 1, so 5/3 are wrong; but only one sample speaks for 1.
+/// For name 0 two count for 0 and one for 1, so 5/3 are wrong; but only one sample speaks for 1.
 TEST(ConfidentLearning, LeavesSamplesThatAreSurestOfTheirName) {
   EXPECT_THAT(likelyMislabeled({0, 0, 0, 0, 0, 1, 1}, rows({{0.99F, 0.01F},
                                                             {0.99F, 0.01F},
@@ -42,7 +42,7 @@ TEST(ConfidentLearning, LeavesSamplesThatAreSurestOfTheirName) {
 }
 
 TEST(ConfidentLearning, NothingIsSaidAgainstWhatCannotBeJudged) {
-  // Nothing is called by word 2, so nobody knows how sure samples of it would be.
+  // Nothing is called by word 2, so it is unknown how sure samples of it would be.
   EXPECT_THAT(
       likelyMislabeled({0, 0, 1, 1}, rows({{0.9F, 0.1F, 0}, {0.4F, 0.1F, 0.5F}, {0, 1, 0}, {0, 1, 0}})),
       IsEmpty());

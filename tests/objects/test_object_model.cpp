@@ -78,7 +78,17 @@ TEST(ObjectModel, AgreementIsOfOtherInstances) {
   EXPECT_LT(sum / words, 0.65);
 }
 
-/// Too few views to part: nothing is known of how well the shapes do, and that is said.
+/// All that was collected is one thing, or a view of two: no more can be learned, but that much.
+TEST(ObjectModel, LearnsFromVeryLittle) {
+  MadeUpThings one = madeUpThings(2, 1, 8, 1);
+  std::ranges::fill(one.instances, 3);
+  EXPECT_GT(test::shareRight(learned(trainingOf(one, 2)).predict(one.shapes), one.classes), 0.8);
+  const MadeUpThings two = madeUpThings(2, 1, 1, 1);
+  const DescriptorMatrix p = learned(trainingOf(two, 2)).predict(two.shapes);
+  for (std::size_t i = 0; i < 2; ++i) EXPECT_NEAR(p.row(i)[0] + p.row(i)[1], 1, 1e-5);
+}
+
+/// Too few views to part: the shapes' accuracy is unknown, which is reported.
 TEST(ObjectModel, WhatCannotBeHeldOutIsUnknown) {
   const MadeUpThings things = madeUpThings(3, 1, 2, 1);
   EXPECT_THAT(learned(trainingOf(things, 3)).heldOutAccuracy(), Each(-1));

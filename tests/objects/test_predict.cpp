@@ -23,7 +23,7 @@ namespace {
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-/// Says "ball" of red images, "box" of blue ones, "nothing" of those that are neither.
+/// Answers "ball" for red images, "box" for blue ones, "nothing" for all others.
 class Colors : public Labeler {
  public:
   explicit Colors(std::size_t batch = 3) : batch_(batch) {}

@@ -80,5 +80,26 @@ TEST(Names, ConfidentLeavesOutWhatShapesSpeakAgainst) {
   EXPECT_LT(rightLost, 10U);
 }
 
+/// A word that cannot be held out is not doubted, and one word alone has no other to be compared with.
+TEST(Names, ConfidentDoubtsNothingThatItCannotJudge) {
+  MadeUpThings things = madeUpThings(3, 3, 8, 1);
+  for (std::size_t i = 0; i < things.classes.size(); ++i)
+    if (things.classes[i] == 2) things.instances[i] = 100;
+  std::vector<int> few = things.classes;
+  int seen = 0;  // word 2: one thing of two samples; the others are not restricted
+  for (int& word : few)
+    if (word == 2 && ++seen > 2) word = -1;
+  ClassProbabilities said{DescriptorMatrix(3), std::vector<float>(few.size(), 1)};
+  for (const int word : few) {
+    std::vector<float> row(3);
+    if (word >= 0) row[static_cast<std::size_t>(word)] = 1;
+    said.probabilities.append(row);
+  }
+  const std::vector<int> kept = names(PseudoLabeling::confident, said, things.instances, things.shapes);
+  EXPECT_EQ(std::ranges::count(kept, 2), 2);
+  const ClassProbabilities alike = saying(std::vector<int>(things.classes.size(), 1), 3);
+  EXPECT_THAT(names(PseudoLabeling::confident, alike, things.instances, things.shapes), Each(1));
+}
+
 }  // namespace
 }  // namespace estancia

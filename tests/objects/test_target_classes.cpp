@@ -155,7 +155,7 @@ TEST(Prior, IsTheMeanOfWhatIsSaid) {
 }
 
 TEST(Prior, CorrectionUndoesWhatTheLabelerLikes) {
-  // It says "bowl" nearly always, and a little less of mugs.
+  // Its answer is "bowl" nearly always, a little less for mugs.
   const ClassProbabilities said{rows({{0.1F, 0.9F}, {0.3F, 0.7F}, {0, 0}}), {1, 1, 0}};
   const ClassProbabilities even = corrected(said, priorOf(said));
   EXPECT_EQ(test::best(even.probabilities.row(0)), 1);

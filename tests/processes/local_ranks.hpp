@@ -41,7 +41,7 @@ class LocalRanks final : public MpiProcesses {
 
   void send(int to, const std::string& text) override {
     const std::lock_guard lock(post_->mutex);
-    post_->boxes.at(static_cast<std::size_t>(to)).push_back({rank_, text.substr(0, mostBytes)});
+    post_->boxes.at(static_cast<std::size_t>(to)).push_back({rank_, text.substr(0, maxBytes)});
     post_->changed.notify_all();
   }
 

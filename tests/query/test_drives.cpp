@@ -61,7 +61,7 @@ class Drives : public testing::Test {
     frame.pose = pose;
     map.add(frame, image);
   }
-  /// As the robot's own odometry has it.
+  /// The pose in the robot's own odometry.
   Pose ownPoseAt(std::size_t step) const { return poseOf(elsewhere.inv() * rigidOf(rounds_.poseAt(step))); }
 
   test::ScratchFolder folder_;

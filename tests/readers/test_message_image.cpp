@@ -118,7 +118,7 @@ TEST(MessageImage, AMessageThatIsTooSmallOrHugeIsRefused) {
   EXPECT_THAT([&] { depthOf(messageOf(scene, "bgr8"), 0); }, test::FailsWith(ErrorCode::unsupportedFile));
 }
 
-/// As compressed_depth_image_transport writes it: 12 bytes, then the image.
+/// The format of compressed_depth_image_transport: 12 bytes, then the image.
 ros::CompressedImageMessage compressedDepth(std::string& bytes, const std::string& format, float a, float b,
                                             const std::string& body) {
   bytes.assign(4, '\0');

@@ -342,7 +342,7 @@ TEST_F(Washington, NamesAreReadFromTheRight) {
   view("bell_pepper/bell_pepper_12/bell_pepper_12_1_1");
   view("apple/apple_3/apple_3_4_1");
   view("apple/apple_3/apple_3_1");    // no video
-  view("apple/apple_3/apple_1_4_1");  // of another thing
+  view("apple/apple_3/apple_1_4_1");  // image of another thing
   view("apple/pear_1/pear_1_1_1");    // in another category
   view("apple/apple_x/apple_x_1_1");  // no number
   write("README.txt", "words");

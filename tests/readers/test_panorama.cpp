@@ -67,7 +67,7 @@ TEST_F(Panorama, ShowsThingsWhereTheyAre) {
       // Turning to the left moves things to the right; what is above the horizon is in the upper half.
       EXPECT_NEAR(seen->x, 160 + focal * std::tan(turnedLeft * kDegree), 1.5) << spot << " " << turnedLeft;
       EXPECT_NEAR(seen->y, 120 - focal * std::tan(12 * kDegree) / std::cos(turnedLeft * kDegree), 1.5);
-      // The pose says the same: it looks along the heading, in the map's counter-clockwise sense.
+      // The pose agrees: it looks along the heading, in the map's counter-clockwise sense.
       const auto forward = view->frame(0).pose->forward();
       EXPECT_NEAR(forward[0], std::cos(options_.turn * kDegree), 1e-9);
       EXPECT_NEAR(forward[1], std::sin(options_.turn * kDegree), 1e-9);

@@ -14,7 +14,7 @@
 namespace estancia::test {
 
 struct PoseError {
-  /// Of the model's center [m].
+  /// Distance between the model's centers [m].
   double translation = 0;
   /// [degrees], 0 … 180
   double rotation = 0;

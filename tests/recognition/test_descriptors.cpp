@@ -88,7 +88,7 @@ TEST(Descriptors, RefuseWhatCannotBe) {
 #ifdef ESTANCIA_HAS_PCL
 
 struct Deviation {
-  double most = 0, mean = 0;  ///< of distances of rows, by the length of a row
+  double most = 0, mean = 0;  ///< statistics of distances of rows, by the length of a row
 };
 
 Deviation deviation(const std::vector<float>& ours, const std::vector<float>& pcls, std::size_t length) {

@@ -130,7 +130,7 @@ TEST(Grouping, SetsArePcls) {
     for (std::size_t s = 0; s < ours.size(); ++s) {
       std::vector<Match> set;
       for (const std::uint32_t i : ours[s]) set.push_back(puzzle.matches[i]);
-      // PCL tells only what its RANSAC leaves.
+      // PCL returns only what its RANSAC leaves.
       EXPECT_EQ(pairsOf(test::pclRansac(puzzle.model, puzzle.scene, set, 0.02)), pairsOf(pcls[s]));
     }
   }
@@ -168,7 +168,7 @@ std::vector<std::vector<NearRow>> bruteForce(const DescriptorMatrix& rows, const
 }
 
 TEST(Matching, FindsWhatBruteForceFinds) {
-  for (const float scale : {1.F, 100.F}) {  // as SHOT and as FPFH
+  for (const float scale : {1.F, 100.F}) {  // lengths of SHOT and of FPFH
     const DescriptorMatrix rows = randomRows(301, 33, 1, scale), others = randomRows(257, 33, 2, scale);
     const auto ours = nearestRows(rows, others, 5), plain = bruteForce(rows, others, 5);
     ASSERT_EQ(ours.size(), plain.size());

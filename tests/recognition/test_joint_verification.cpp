@@ -153,7 +153,7 @@ TEST(PoseScore, VotesForWhatIsThereAndAgainstWhatIsSeenThrough) {
   EXPECT_NEAR(nearby.mismatched, 1, 0.01);
   EXPECT_NEAR(nearby.vote(), -0.25, 0.01);
   const PoseScore aside = wall.at(cv::Affine3d(cv::Vec3d(), cv::Vec3d(3, 0, 0)));
-  EXPECT_NEAR(aside.vote(), 0, 0.01);  // nobody looked there
+  EXPECT_NEAR(aside.vote(), 0, 0.01);  // not observed there
 }
 
 TEST(RecognitionScales, FollowSpacingNoiseAndModel) {

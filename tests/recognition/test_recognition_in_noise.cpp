@@ -1,5 +1,5 @@
 // The default preset: real scenes as they are and in noise, other units, objects seen from all sides, and
-// clouds that nobody should be asked to look through.
+// clouds that need no inspection by hand.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ using test::poseError;
 
 const RecognitionOptions standard;
 
-/// Of the thesis' data.
+/// A pair of the thesis' data.
 struct Pair {
   PointCloud model, scene;
   cv::Affine3d truth;

@@ -193,7 +193,8 @@ TEST(Recognizer, UselessCloudsAreErrorsOrGiveNothing) {
 TEST(Recognizer, PointsAtTheSensorWereNotMeasured) {
   const Scenery scenery;
   PointCloud zeros = scenery.scene;
-  zeros.points.insert(zeros.points.end(), 2 * zeros.points.size(), cv::Point3f());  // as many drivers write
+  // many drivers write these
+  zeros.points.insert(zeros.points.end(), 2 * zeros.points.size(), cv::Point3f());
   EXPECT_TRUE(isFound(findIn(RecognitionOptions::preset("default"), scenery.model, zeros), scenery));
 }
 

@@ -139,7 +139,7 @@ TEST(LargeBag, MessagesAreReadWithoutTheirChunk) {
 TEST_F(BagData, PartsInAFolderAreOneBag) {
   const auto first = open("wire/split_0.mcap"), second = open("wire/split_1.mcap");
   const test::ScratchFolder folder;
-  // Their names do not tell their order.
+  // Their names do not give their order.
   fs::copy(*data_ / "wire/split_0.mcap", folder / "b.mcap");
   fs::copy(*data_ / "wire/split_1.mcap", folder / "a.mcap");
   const auto both = openBag(folder.path());

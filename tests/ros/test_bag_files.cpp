@@ -50,7 +50,7 @@ class BagFolder : public testing::Test {
 TEST_F(BagFolder, TheMetadataTellsWhatBelongsToIt) {
   writeFile(bag_ / "metadata.yaml", metadata("    - drive_1.mcap\n    - \"drive_0.mcap\"\n"));
   EXPECT_EQ(openBag(bag_)->messages().size(), 20U);
-  // As rosbag2 wrote it first.
+  // The first format of rosbag2.
   writeFile(bag_ / "metadata.yaml", metadata("    - drive/drive_1.mcap\n"));
   EXPECT_EQ(openBag(bag_)->messages().size(), 10U);
   EXPECT_THAT(openBag(bag_)->warnings(), IsEmpty());
@@ -107,7 +107,7 @@ TEST_F(BagFolder, WhatIsNoFileIsRefusedAtOnce) {
   EXPECT_THAT([&] { openBag(scratch_ / "none.mcap"); }, FailsWith(ErrorCode::fileNotFound));
   writeFile(scratch_ / "text.mcap", "words");
   EXPECT_THAT([&] { openBag(scratch_ / "text.mcap"); }, FailsWith(ErrorCode::unsupportedFile));
-  // Nobody writes into it: who waits for that waits forever.
+  // The pipe has no writer: waiting for one would never end.
   ASSERT_EQ(mkfifo((scratch_ / "pipe.mcap").c_str(), 0600), 0);
   EXPECT_THAT([&] { openBag(scratch_ / "pipe.mcap"); }, FailsWith(ErrorCode::unsupportedFile));
   for (const char* file : {"none.mcap", "text.mcap", "pipe.mcap"})

@@ -1,4 +1,4 @@
-// Bags of ROS 1 as recorders leave them, and as nobody should write them.
+// Bags of ROS 1 as recorders leave them, and damaged ones.
 // SPDX-License-Identifier: Apache-2.0
 
 #include <gmock/gmock.h>
@@ -60,7 +60,7 @@ TEST_F(Ros1Bag, IsReadByItsIndex) {
   EXPECT_EQ(bag->topics()[0].encodingName, "ros1");
   EXPECT_EQ(bag->messages().size(), 50U);
   EXPECT_EQ(test::bytesOf(*bag, 0), std::string(300, '\0'));
-  EXPECT_EQ(test::bytesOf(*bag, 1), "transform 0");  // of the same time, as it was recorded
+  EXPECT_EQ(test::bytesOf(*bag, 1), "transform 0");  // equal times: in recorded order
   EXPECT_THAT([&] { bag->read(50); }, FailsWith(ErrorCode::invalidInput));
 }
 
@@ -71,7 +71,7 @@ TEST_F(Ros1Bag, WithoutAnIndexIsReadThrough) {
     const auto unindexed = openWritten(compression, false);
     EXPECT_EQ(unindexed->warnings().size(), 1U);
     EXPECT_EQ(contentsOf(*unindexed), whole);
-    // The index at the end tells of others that are missing.
+    // The index at the end lists others that are missing.
     EXPECT_EQ(contentsOf(*openWritten(compression, true, false)), whole);
   }
 }
@@ -209,7 +209,7 @@ TEST_F(McapBag, ASummaryThatLiesIsNotFollowed) {
   const std::size_t summary = bytes.size() - 8 - 20;
   std::uint64_t begin = 0;
   std::memcpy(&begin, bytes.data() + summary, sizeof begin);
-  // Whatever byte of it is another, messages are all there, or reading says that they are not.
+  // Whatever byte of it is another, messages are all there, or reading reports that they are not.
   for (std::size_t at = begin; at < bytes.size(); ++at) {
     SCOPED_TRACE(at);
     std::string lying = bytes;

@@ -59,7 +59,7 @@ constexpr const char* kType = "sensor_msgs/Image";
 /// 640 × 480 rgb8.
 constexpr std::size_t kImageBytes = 640 * 480 * 3 + 64;
 
-/// A message in CDR that tells one from another.
+/// A message in CDR that is distinguishable from others.
 std::vector<std::byte> messageWith(unsigned char mark, std::size_t bytes = 8) {
   std::vector<std::byte> message(bytes, std::byte{mark});
   message[0] = message[2] = message[3] = std::byte{0};

@@ -64,8 +64,8 @@ inline Shape bowl(const cv::Vec3d& middle, double radius, double rim) {
 struct View {
   CameraIntrinsics camera{640, 480, 525, 525, 319.5, 239.5};
   cv::Vec3d from{0, -0.75, 0.6}, to{0, 0, 0.05};
-  double noise = 0.0014;  ///< of 1/z [1/m]: so many meters at 1 m
-  double roll = 0;        ///< of the camera about its axis, clockwise [rad]
+  double noise = 0.0014;  ///< noise of 1/z [1/m]: so many meters at 1 m
+  double roll = 0;        ///< roll of the camera about its axis, clockwise [rad]
 };
 
 struct Seen {

@@ -170,7 +170,7 @@ TEST(Clusters, ThingsAtTheBorder) {
     Clusters found = findClusters(seen.depth, kView.camera);
     ASSERT_THAT(found.clusters, SizeIs(1));
     EXPECT_TRUE(found.clusters.front().atBorder);
-    cv::Mat margin = seen.depth.clone();  // as cameras see it that match images in windows
+    cv::Mat margin = seen.depth.clone();  // margin of cameras that match images in windows
     margin.colRange(0, 9) = 0;
     margin.colRange(631, 640) = 0;
     found = findClusters(margin, kView.camera);

@@ -248,6 +248,23 @@ TEST_F(Budget, CompactingLeavesOutTheSame) {
   EXPECT_EQ(map.frames(), 4100U);
 }
 
+TEST_F(Budget, CompactingCountsWhatImagesTellOfRooms) {
+  mapped({}, {2000});
+  constexpr std::size_t rooms = 40, told = 8;
+  RoomPredictions predictions{"by name", std::vector<std::string>(rooms, "room"), DescriptorMatrix(rooms)};
+  for (std::size_t i = 0; i < 2000; ++i) {
+    predictions.probabilities.append(std::vector<float>(rooms, 1.0F / rooms));
+    for (std::size_t label = 0; label < told; ++label)
+      predictions.evidence.push_back({i, label, std::vector<float>(rooms, 0.5F)});
+  }
+  writeRoomPredictions(predictions, path_);
+  const std::uint64_t before = fs::file_size(path_);
+  EXPECT_GT(before, 4'000'000U);
+  const CompactedMap done = compactMap(path_, 3);  // half of a frame is its room evidence
+  EXPECT_LE(done.bytesAfter, 3'000'000U);
+  EXPECT_GE(done.bytesAfter, 2'100'000U) << "and no more is left out than must be";
+}
+
 TEST_F(Budget, CompactingAnUnbrokenMapGivesUnusedSpaceBack) {
   mapped({}, {300});
   const CompactedMap done = compactMap(path_, std::nullopt);

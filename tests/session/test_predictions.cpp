@@ -28,7 +28,7 @@ using test::FailsWith;
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-/// Of the sample map's seven frames the last was mapped later. Frame c is taken for an office.
+/// The last of the sample map's seven frames was mapped later. Frame c is taken for an office.
 RoomPredictions predictions() {
   RoomPredictions made{"svm-rbf on test", {"entrance hall", "kitchen", "office"}, DescriptorMatrix(3)};
   const std::vector<float> kitchen{0.125F, 0.75F, 0.125F}, office{0.125F, 0.125F, 0.75F};
@@ -155,7 +155,7 @@ TEST(PredictedRooms, AreKeptInTheMapFileUntilTheyAreReplaced) {
   EXPECT_EQ(kept->rooms, predictions().rooms);
   EXPECT_EQ(kept->probabilities.values(), predictions().probabilities.values());
 
-  RoomPredictions later{"later", {"a", "b"}, DescriptorMatrix(2)};  // of some frames
+  RoomPredictions later{"later", {"a", "b"}, DescriptorMatrix(2)};  // predictions of some frames
   for (const float first : {0.25F, 0.0F, 0.5F, 0.0F})
     later.probabilities.append(std::vector<float>{first, 2 * first});
   writeRoomPredictions(later, path);

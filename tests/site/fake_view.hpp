@@ -17,7 +17,7 @@
 
 namespace estancia::test {
 
-/// The robot stands in the kitchen of sampleWorld(), until the test says otherwise.
+/// The robot stands in the kitchen of sampleWorld(), until the test moves it.
 class FakeView final : public LiveView {
  public:
   FakeView() {

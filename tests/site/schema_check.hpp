@@ -1,4 +1,4 @@
-// JSON Schema: whether a value is what a schema says, for the keywords that our descriptions use.
+// JSON Schema: whether a value matches a schema, for the keywords that our descriptions use.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -32,7 +32,7 @@ class Site : public testing::Test {
   ServerResponse get(const std::string& path, const Query& query = {}) { return ask({"GET", path, query}); }
   int statusOf(const std::string& path, const Query& query = {}) { return get(path, query).status; }
 
-  /// Expects that the answer is what openapi.json says of this path.
+  /// Expects that the answer matches openapi.json for this path.
   void expectDescribed(const ServerResponse& response, const std::string& path,
                        const std::string& method = "get") {
     ASSERT_TRUE(description_["paths"][path].contains(method)) << path;

@@ -57,14 +57,14 @@ class Stretch final : public Sequence {
 };
 
 /// A drive that is played five times as fast as it was recorded. On its way the robot stands still, its
-/// camera goes on, until it is told to go on: a slow browser finds it there, too.
+/// camera goes on, until the test lets it go on: a slow browser finds it there, too.
 class DriveWithARest final : public FrameSource {
  public:
   DriveWithARest(const std::shared_ptr<const Sequence>& drive, std::size_t rest) {
     std::vector<std::size_t> before(rest), after(drive->size() - rest);
     std::iota(before.begin(), before.end(), std::size_t{0});
     std::iota(after.begin(), after.end(), rest);
-    constexpr std::size_t longest = 25 * 120;  // two minutes; then nobody will come
+    constexpr std::size_t longest = 25 * 120;  // two minutes; the browser will not come after that
     legs_ = {play(drive, before, ""), play(drive, std::vector(longest, rest - 1), "still"),
              play(drive, after, "")};
   }
@@ -119,7 +119,7 @@ DescriptorSequence visibleThings(const io::HomeTruth& truth, const Sequence& dri
 
   DescriptorSequence result{Vocabulary(labels), "truth", {}, DescriptorMatrix(labels.size())};
   for (std::size_t i = 0; i < drive.size(); ++i) {
-    LexicalDescriptor words(labels.size(), 1);  // as if a pixel showed each: no word is impossible
+    LexicalDescriptor words(labels.size(), 1);  // at least one pixel a label: no word is impossible
     auto pixels = static_cast<float>(labels.size());
     if (const auto visible = truth.visible.find(drive.frame(i).name); visible != truth.visible.end())
       for (const io::VisibleInstance& seen : visible->second) {
@@ -140,7 +140,7 @@ std::size_t named(const WorldMap& world, const std::string& name) {
 TEST(PageOfADrive, ShowsItGrowAndKeepsANameThatIsGivenMeanwhile) {
   const auto home = test::findData("home_a");
   ESTANCIA_NEEDS(home, "home_a is missing");
-  const std::string name = "Ana's <lounge>";  // as in page.mjs
+  const std::string name = "Ana's <lounge>";  // the name in page.mjs
   const std::shared_ptr<const Sequence> drive = openSequence(*home / "day");
   RecordedLabeler labeler(visibleThings(io::readHomeTruth(*home / "day"), *drive));
   const test::ScratchFolder folder;

@@ -93,7 +93,7 @@ TEST_F(OnASocket, RefusesHugeBodiesAndHeads) {
     const WebAnswer answer = client.read();
     EXPECT_EQ(answer.status, 400) << length;
   }
-  {  // chunks say no length beforehand
+  {  // chunks do not announce the length
     WebClient client(port());
     client.send(post + "Transfer-Encoding: chunked\r\n\r\n");
     const std::string chunk = "4000\r\n" + std::string(0x4000, ' ') + "\r\n";
@@ -168,7 +168,7 @@ TEST_F(OnASocket, AStreamGoesOnWhereItWas) {
 
 TEST_F(OnASocket, StreamsAndConnectionsAreBounded) {
   std::vector<std::unique_ptr<WebClient>> pages;
-  for (int i = 0; i < LiveSite::mostStreams; ++i) {
+  for (int i = 0; i < LiveSite::maxStreams; ++i) {
     pages.push_back(std::make_unique<WebClient>(port()));
     pages.back()->send(head("GET /api/events") + "\r\n");
     ASSERT_NE(pages.back()->readUntil("\r\n\r\n").find("200 OK"), std::string::npos) << i;
@@ -180,7 +180,7 @@ TEST_F(OnASocket, StreamsAndConnectionsAreBounded) {
   EXPECT_EQ(idle.back()->read().status, 503);
   idle.clear();
   pages.clear();
-  for (int i = 0; i < 500; ++i) {  // those who have gone make room
+  for (int i = 0; i < 500; ++i) {  // closed connections make room
     const int status = [&] {
       WebClient client(port());
       client.send(head("GET /api/events") + "\r\n");

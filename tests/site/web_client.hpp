@@ -24,7 +24,7 @@ class WebClient {
 
   /// False when the server has closed.
   bool send(const std::string& bytes);
-  /// Says that nothing more will be sent.
+  /// Announces that nothing more will be sent.
   void finish();
   /// What comes until `end` has come, the server closes, or nothing comes for ten seconds.
   std::string readUntil(const std::string& end);

@@ -58,7 +58,7 @@ double relative(double found, double expected) {
 
 TEST(PostHoc, ReproducesTheThesisTable) {
   // ScoreTable 3.2: 12 descriptor/classifier pairs in 25 tests, against ESF/RFs. All eleven p-values come out
-  // in all five digits that are printed: with 25 tests two decimals say all of a mean rank.
+  // in all five digits that are printed: with 25 tests two decimals determine a mean rank.
   const ScoreRow ranks{2.70, 4.22, 4.32, 6.24, 6.54, 6.56, 6.64, 7.30, 7.46, 7.68, 7.94, 10.40};
   const ScoreRow printed{2.2433e-01, 2.2433e-01, 1.5541e-03, 7.6841e-04, 7.6841e-04, 6.7068e-04,
                          4.5236e-05, 2.4383e-05, 9.3896e-06, 2.7732e-06, 4.7705e-13};

@@ -1,4 +1,4 @@
-// The same answers as SciPy: scipy_linkage.py wrote them down, and the inputs are made anew here.
+// Comparison with SciPy: scipy_linkage.py wrote its answers, and the inputs are made anew here.
 // SPDX-License-Identifier: Apache-2.0
 
 #include <gtest/gtest.h>
@@ -202,7 +202,7 @@ TEST_F(SciPyRankTests, HaveTheSameStudentizedRange) {
 TEST_F(SciPyRankTests, HaveTheSameNumbersOfHypotheses) {
   for (const auto& [methods, hypotheses] : stored_["shaffer"].items()) {
     const std::size_t pairs = hypotheses.size();
-    // So small and so far apart that each adjusted value tells its factor.
+    // So small and so far apart that each adjusted value shows its factor.
     ScoreRow p;
     for (std::size_t i = 0; i < pairs; ++i) p.push_back(1e-300 * std::pow(10, 4 * static_cast<double>(i)));
     const ScoreRow found = shafferAdjusted(p, std::stoul(methods));

@@ -9,7 +9,8 @@ namespace estancia::test {
 
 void writeColorModel(const std::filesystem::path& folder) {
   const std::string network = smallOnnx(8, 4, [](onnx::GraphProto& graph) {
-    const float weights[4][3] = {{-1, 0, 1}, {1, 0, -1}, {0, -1, 0}, {0, -1, 0}};  // of blue, green, red
+    // weights of blue, green, red
+    const float weights[4][3] = {{-1, 0, 1}, {1, 0, -1}, {0, -1, 0}, {0, -1, 0}};
     for (int i = 0; i < 12; ++i) graph.mutable_initializer(0)->set_float_data(i, weights[i / 3][i % 3]);
   });
   writeFile(folder / "small.onnx", network);

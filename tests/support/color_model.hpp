@@ -6,8 +6,8 @@
 
 namespace estancia::test {
 
-/// A model folder whose network says "word 0" of red images and "word 1" of blue ones; "word 2" and "word
-/// 3" are rare.
+/// A model folder whose network answers "word 0" for red images and "word 1" for blue ones; "word 2" and
+/// "word 3" are rare.
 void writeColorModel(const std::filesystem::path& folder);
 
 }  // namespace estancia::test

@@ -25,7 +25,8 @@ std::ostream& operator<<(std::ostream& out, const Caught& caught);
 
 /// Runs `work`. Expects that a message has one line.
 Caught caught(const std::function<void()>& work);
-/// What a command said on stderr: the code stands in brackets at the end of its one line `error: … [code]`.
+/// The failure that a command printed on stderr: the code stands in brackets at the end of its one line
+/// `error: … [code]`.
 Caught caught(const CommandResult& result);
 
 /// Matches a callable that throws Error, a Caught, or the result of a command that failed with exit code 2 (1

@@ -1,4 +1,4 @@
-// A live source that gives what a test feeds it, frame by frame, and ends when the test says so.
+// A live source that gives what a test feeds it, frame by frame, and ends when the test ends it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -54,7 +54,7 @@ class FlatDrive : public Sequence {
     return result;
   }
 
-  /// The same by words that tell its rooms to whoever knows English.
+  /// The drive labeled by English words that indicate its rooms.
   DescriptorSequence labeledInWords() const {
     DescriptorSequence result{Vocabulary({"four-poster", "quilt", "pillow", "stove", "refrigerator",
                                           "dishwasher", "doormat", "wall"}),

@@ -64,7 +64,7 @@ inline cv::Mat boxDepth(const Pose& pose, const cv::Rect2d& room) {
 /// Boxes from corner to corner [m].
 using Boxes = std::vector<std::array<cv::Vec3d, 2>>;
 
-/// Depth [m] in a room of 6 × 6 × 2.5 m around the origin with boxes, which stand where `place` says.
+/// Depth [m] in a room of 6 × 6 × 2.5 m around the origin with boxes, which stand at `place`.
 inline cv::Mat boxesDepth(const Pose& at, const CameraIntrinsics& camera, const Boxes& boxes,
                           const cv::Affine3d& place = cv::Affine3d::Identity()) {
   const cv::Affine3d pose = rigidOf(at), inBoxes = place.inv() * pose;

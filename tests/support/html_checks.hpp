@@ -26,7 +26,7 @@ class Html {
  public:
   explicit Html(const std::string& html);
 
-  /// Those of a selector: "td", ".best", "td.best", "#rooms" or "*".
+  /// Elements of a selector: "td", ".best", "td.best", "#rooms" or "*".
   std::vector<HtmlElement> all(const std::string& selector) const;
   std::size_t count(const std::string& selector) const { return all(selector).size(); }
   std::vector<std::string> texts(const std::string& selector) const;

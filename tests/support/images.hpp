@@ -34,7 +34,7 @@ inline cv::Mat plain(int width, int height, const cv::Scalar& bgr) {
   return {height, width, CV_8UC3, bgr};
 }
 
-/// The same size, type and pixels.
+/// Expects equal size, type and pixels.
 inline void expectSame(const cv::Mat& a, const cv::Mat& b) {
   ASSERT_EQ(a.size(), b.size());
   ASSERT_EQ(a.type(), b.type());

@@ -46,7 +46,7 @@ class MpirunTest : public testing::Test {
     dup2(open(said.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), 1);
     dup2(open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), 2);
     setenv("ESTANCIA_CACHE", (scratch_ / "cache").c_str(), 1);
-    setenv("ASAN_OPTIONS", "detect_leaks=0", 0);  // those of Open MPI
+    setenv("ASAN_OPTIONS", "detect_leaks=0", 0);  // leaks of Open MPI
     std::vector<std::string> words{
         "mpirun", "--allow-run-as-root", "--oversubscribe", "--bind-to", "none", "-n",
         count,    ESTANCIA_COMMAND};

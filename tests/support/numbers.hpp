@@ -1,4 +1,4 @@
-// Numbers of tests: those of a sentence, which say what and not how; the bytes of one; none.
+// Numbers of tests: the numbers in a sentence, whatever its words; the bytes of one; none.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,7 +13,7 @@ namespace estancia::test {
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
-/// As in memory, or with the bytes' order swapped.
+/// Bytes in the machine's order, or swapped.
 template <class T>
 std::string bytesOf(T value, bool swapped = false) {
   std::string bytes(sizeof value, '\0');

@@ -56,7 +56,7 @@ class Drive : public Sequence {
 /// A level camera that turns once around on the spot, in so many frames, and goes on for as many as `again`.
 std::vector<Pose> turnAround(int frames, int again = 0);
 
-/// Words that tell which way the camera looks, as a network would: alike for like views.
+/// Words that depend on the direction of the camera, like a network's: alike for like views.
 FrameWords wordsByHeading(const Sequence& sequence);
 
 /// RMSE of the frames that have a pose [m].

@@ -16,9 +16,9 @@
 
 namespace estancia::test {
 
-/// Starts the command, which is heard by nobody and has no labels but those of `cache`, and sends `signal`
-/// when `isTime` has been true for `later`. Returns the status of waitpid(), also of a command that ends by
-/// itself before. How long to wait is ctest's limit.
+/// Starts the command, whose output is discarded and which has no labels but those of `cache`, and sends
+/// `signal` when `isTime` has been true for `later`. Returns the status of waitpid(), also of a command that
+/// ends by itself before. How long to wait is ctest's limit.
 template <class IsTime>
 int signalCommand(const std::vector<std::string>& arguments, const std::filesystem::path& cache,
                   const IsTime& isTime, std::chrono::milliseconds later, int signal) {

@@ -25,7 +25,7 @@ class ScratchFolder {
   std::filesystem::path path_;
 };
 
-/// As long as it lives, commands find no WordNet: words are matched with names alone.
+/// During its life, commands find no WordNet: words are matched with names alone.
 class WithoutWordNet {
  public:
   WithoutWordNet() { setenv("ESTANCIA_WORDNET", "/nowhere", 1); }
@@ -50,7 +50,7 @@ struct CommandResult {
 };
 /// Runs `estancia arguments…` (quoted for the shell) in a clean environment.
 CommandResult run(const std::vector<std::string>& arguments);
-/// The same of another program.
+/// Runs another program.
 CommandResult runProgram(const std::string& program, const std::vector<std::string>& arguments);
 
 /// A folder of the real data ($ESTANCIA_DATA, else ~/.cache/estancia/data), or nothing when it is not there.

@@ -17,7 +17,7 @@ struct Solid {
   enum class Kind { ball, box };
   Kind kind = Kind::ball;
   cv::Vec3d center;  ///< on the map, whose z = 0 is the table [m]
-  cv::Vec3d half;    ///< of its extents; a ball's radius is the first [m]
+  cv::Vec3d half;    ///< half of its extents; a ball's radius is the first [m]
   cv::Vec3b bgr;
 };
 
@@ -47,7 +47,7 @@ class TableSequence : public Sequence {
   /// Multiplies all images.
   void dim(double factor);
 
-  /// As rgb/, depth/ (millimeters), intrinsics.txt and poses.txt, which openSequence() reads.
+  /// Writes rgb/, depth/ (millimeters), intrinsics.txt and poses.txt, which openSequence() reads.
   void writeTo(const std::filesystem::path& folder) const;
 
  private:

@@ -82,7 +82,7 @@ TEST_F(InstalledWordsTest, ReplaceADamagedCache) {
     const InstalledWords words = loadInstalledWords();
     ASSERT_TRUE(words.graph) << words.hint;
     EXPECT_EQ(words.graph->size(), 15U);
-    if (damage != changed) {  // that may be another sound one
+    if (damage != changed) {  // the damage may give another valid one
       EXPECT_EQ(test::readFile(cached), sound);
     }
   }

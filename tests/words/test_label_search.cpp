@@ -203,7 +203,7 @@ TEST(LabelSearch, KnowsCommonRoomsByOtherWords) {
   EXPECT_THAT(reasonsFor("office"), Contains("usual in an office"));
 }
 
-/// Of two models: each has its own best label for a word.
+/// Labels of two models: each has its own best label for a word.
 const Vocabulary& homeLabels() {
   static const Vocabulary labels(
       {"coffee mug", "espresso maker", "studio couch, day bed", "folding chair", "desk", "minivan",
@@ -272,7 +272,7 @@ TEST(WordAssociations, AreSelectedByLabelAndWorth) {
             (std::vector<WordAssociation>{{"bed", true, {{0, 90}}}, {"idea", true, {}}}));
 }
 
-// As word_search.js reads them.
+// Unpacks like word_search.js.
 std::vector<WordAssociation> unpacked(const PackedAssociations& packed) {
   const auto number = [](const std::string& digits) { return std::stoul(digits, nullptr, 36); };
   std::vector<WordAssociation> all;

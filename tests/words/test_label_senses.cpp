@@ -128,7 +128,7 @@ std::vector<std::string> namesOf(const std::vector<TellingWord>& words) {
   return names;
 }
 
-/// Of a part of a run in which all labels are equally likely.
+/// Distinctive words of a part of a run in which all labels are equally likely.
 std::vector<std::string> toldBy(const Vocabulary& vocabulary, const std::vector<float>& here,
                                 std::size_t count = all) {
   const std::vector<float> run(vocabulary.size(), 1.0F / static_cast<float>(vocabulary.size()));

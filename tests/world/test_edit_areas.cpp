@@ -1,4 +1,4 @@
-// What people say about areas: names, merges, splits.
+// Edits of areas: names, merges, splits.
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/world_file/edit_areas.hpp"
 

@@ -26,7 +26,7 @@ using test::FailsWith;
 using test::ScratchFolder;
 using test::turnAround;
 
-/// The same way, by a camera that looks down by 20° and leans by 8°.
+/// The path of a camera that looks down by 20° and leans by 8°.
 std::vector<Pose> tilted(const std::vector<Pose>& path) {
   const cv::Affine3d tilt = cv::Affine3d(cv::Vec3d(-20 * CV_PI / 180, 0, 0), cv::Vec3d()) *
                             cv::Affine3d(cv::Vec3d(0, 0, 8 * CV_PI / 180), cv::Vec3d());
@@ -61,7 +61,7 @@ class OneWordLabeler : public Labeler {
   }();
 };
 
-/// Much drift, some loops, and every correction is told.
+/// Much drift, some loops, and every correction is reported.
 WorldOptions manyCorrections() {
   WorldOptions options;
   options.odometry.keyframeOverlap = 0.9;

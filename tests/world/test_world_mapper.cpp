@@ -175,7 +175,7 @@ TEST(WorldMapper, NamesObjectsByImagesOfThemAlsoWhereSomeCannotBeLabeled) {
   EXPECT_GT(labeler.asked, 10U);
   EXPECT_FALSE(readObjectImage(folder / "parcel.estancia", 0).empty());
 
-  labeler.asked = 0;  // the same images are labeled when the drive is interrupted
+  labeler.asked = 0;  // the interrupted drive must label the same images
   for (const std::size_t stop : {10U, 33U}) mapUntil(stop, folder / "broken.estancia");
   const WorldMap resumed = mapUntil(drive.size(), folder / "broken.estancia");
   ASSERT_EQ(resumed.objects.size(), 1U);
@@ -308,7 +308,7 @@ TEST(WorldMapper, OpensMapsThatWereMadeWithOptionsThatHaveGone) {
               testing::ElementsAre(testing::ContainsRegex("world.clusters.crease-depth.*0.0022.*0.0044")));
 }
 
-/// Depth of the drive's first frames was to confirm where it is; nobody can look at it any more.
+/// Depth of the drive's first frames was to confirm where it is, but the WorldMapper is destroyed first.
 TEST(WorldMapper, MayGoBeforeItsSession) {
   const ScratchFolder folder;
   const FlatDrive drive;

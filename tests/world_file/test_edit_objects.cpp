@@ -1,4 +1,4 @@
-// What people say about objects: names and deletions outlive another derivation.
+// Edits of objects: names and deletions outlive another derivation.
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/world_file/edit_objects.hpp"
 

@@ -45,7 +45,7 @@ SeenRoom roomWithACupboard() {
   return room;
 }
 
-/// Of the pixels of a part, the share of which the predicate holds.
+/// Share of a part's pixels for which the predicate holds.
 template <class Predicate>
 double shareOf(const Observation& seen, const SeenRoom& room, RoomPart part, const Predicate& predicate) {
   double all = 0, right = 0;

@@ -259,7 +259,7 @@ TEST(SparkDsg, HasTheFieldsThatItsReaderTakes) {
 
 TEST(SparkDsg, LaysATiltedFloorIntoTheMap) {
   WorldMap world = sampleWorld();
-  world.plan->floor = Floor(cv::Vec3d(0, -1, 0));  // as a camera's map
+  world.plan->floor = Floor(cv::Vec3d(0, -1, 0));  // axes of a camera's map
   const json graph = json::parse(exportWorld(world, "spark-dsg"));
   expectSparkDsgLoads(graph);
   EXPECT_EQ(graph["nodes"][0]["attributes"]["bounding_box"]["type"], "OBB");

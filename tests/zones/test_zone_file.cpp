@@ -173,7 +173,7 @@ TEST_F(ZoneFile, IsRefusedWhenNumbersAreNoneOrItIsCutOffOrNestedTooDeeply) {
   EXPECT_THAT([&] { readZones(scratch_ / "deep.zones"); }, FailsWith(ErrorCode::corruptFile));
 }
 
-/// Zones of 12, 8 and 4 images; the first two are taken for a kitchen, of the last nothing was said.
+/// Zones of 12, 8 and 4 images; the first two are taken for a kitchen, the last has no prediction.
 Zones namedZones(bool truth = false) {
   DescriptorSequence recording = test::driveThrough({0, 0, 0, 1, 1, 2}, 4);
   std::vector<int> groups;

@@ -32,7 +32,7 @@ Zones zonesOf(const DescriptorSequence& recording, const ZoneOptions& options = 
   return findZones(recording, options);
 }
 
-/// The same frames in another order.
+/// The frames in another order.
 DescriptorSequence shuffled(const DescriptorSequence& recording, const std::vector<std::size_t>& order) {
   DescriptorSequence result{
       recording.vocabulary, recording.model, {}, DescriptorMatrix(recording.vocabulary.size())};
@@ -313,7 +313,7 @@ Zones fourFrames() {  // "0" and "1" in zone 0, "2" and "3" in zones 1 and 2
                        std::vector<int>{0, 0, 1, 2});
 }
 
-/// Those frames, in the words of fourFrames().
+/// A run of these frames, in the words of fourFrames().
 GroupedRun runOf(std::vector<GroupedFrame> frames) {
   const Zones zones = fourFrames();
   return {std::move(frames), zones.vocabulary, runMean(zones)};

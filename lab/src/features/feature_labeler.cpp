@@ -14,7 +14,8 @@
 namespace estancia::experiments {
 namespace {
 
-constexpr int featuresVersion = 1;  // of the numbers: cached ones of another version are computed anew
+// version of the numbers: cached ones of another version are computed anew
+constexpr int featuresVersion = 1;
 
 using Aggregate = std::vector<float> (*)(const VisualVocabulary&, const cv::Mat&);
 

@@ -19,10 +19,10 @@ namespace estancia::experiments {
 /// Its labels are NAME 0, NAME 1 …
 class FeatureLabeler final : public Labeler {
  public:
-  /// As many values in [0, 1] as the labeler has labels, of a BGR image; safe to call from several threads.
+  /// Returns one value in [0, 1] a label for a BGR image; safe to call from several threads.
   using Describe = std::function<std::vector<float>(const cv::Mat& image)>;
 
-  /// `identity` tells all that the values depend on.
+  /// `identity` identifies everything that the values depend on.
   FeatureLabeler(const std::string& name, std::size_t values, std::string identity, Describe describe);
 
   const Vocabulary& vocabulary() const override { return vocabulary_; }
@@ -39,7 +39,7 @@ class FeatureLabeler final : public Labeler {
 /// The local features of the images that visual vocabularies are learned from; called once, when the first
 /// image is described.
 struct VocabularyImages {
-  /// Of the images.
+  /// Digest of the images.
   std::string digest;
   std::function<std::vector<cv::Mat>(LocalFeature feature)> features;
 };

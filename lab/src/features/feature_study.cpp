@@ -25,7 +25,8 @@
 namespace estancia::experiments {
 namespace {
 
-constexpr int featureStudyVersion = 1;           // of what follows: cells of another one are computed anew
+// version of the code below: cells of another one are computed anew
+constexpr int featureStudyVersion = 1;
 constexpr std::size_t smoothing = 20;            // frames of lookahead
 constexpr const char* byClassifier = "svm-rbf";  // stands where drives have their distance
 
@@ -188,7 +189,7 @@ CellResults classifyRooms(const FeatureStudyOptions::Rooms& rooms, const Source&
 struct Tasks {
   std::vector<DrivePair> drives;
   std::vector<FeatureStudyOptions::Rooms> rooms;
-  std::vector<std::string> digests;  // of all of them
+  std::vector<std::string> digests;  // digests of all of them
 
   Tasks(const FeatureStudyOptions& options, std::vector<std::string>& notes) {
     std::vector<NamedDrive> named;
@@ -275,7 +276,7 @@ FeatureStudyOptions::Rooms readRooms(ConfigFile& config, const toml::table& tabl
       {{"only", false, "only these rooms", each(config, only, [&config](auto& n) { return config.text(n); })},
        {"test", true, "the images to ask about", [&](auto& n) { asked = &config.subtable(n); }}});
   rooms.learned.images.options.only = only;
-  rooms.asked = rooms.learned.images;  // the same but for its labels
+  rooms.asked = rooms.learned.images;  // equal except for the labels
   config.read(*asked, sourceKeys(config, rooms.asked, false));
   return rooms;
 }

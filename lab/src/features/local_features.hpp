@@ -20,8 +20,8 @@ enum class LocalFeature {
 std::size_t dimensionsOf(LocalFeature feature);
 
 /// The 500 strongest keypoints (ORB's default) at most, one a row, CV_32F; no rows where an image has no
-/// corners. `image` is BGR, 8 bits. The same image gives the same rows, whatever the number of threads.
-/// Throws Error (invalidInput) on other images.
+/// corners. `image` is BGR, 8 bits. The result does not depend on the number of threads. Throws Error
+/// (invalidInput) on other images.
 cv::Mat localFeatures(LocalFeature feature, const cv::Mat& image);
 
 }  // namespace estancia::experiments

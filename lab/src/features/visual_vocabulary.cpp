@@ -15,7 +15,8 @@
 namespace estancia::experiments {
 namespace {
 
-constexpr std::size_t iterations = 20;  // of k-means; the words of an image hardly change after a dozen
+// iterations of k-means; the words of an image hardly change after a dozen
+constexpr std::size_t iterations = 20;
 
 std::span<const float> rowOf(const cv::Mat& matrix, std::size_t row) {
   return {matrix.ptr<float>(static_cast<int>(row)), static_cast<std::size_t>(matrix.cols)};
@@ -122,7 +123,7 @@ std::vector<float> vlad(const VisualVocabulary& vocabulary, const cv::Mat& featu
   }
   double squares = 0;
   for (float& value : sums) {
-    squares += std::abs(value);  // of its root
+    squares += std::abs(value);  // the sum of absolute values is the squared norm of the root
     value = std::copysign(std::sqrt(std::abs(value)), value);
   }
   if (squares > 0)

@@ -24,9 +24,9 @@ struct VisualVocabularyOptions {
   std::uint64_t seed = 1;
 };
 
-/// Clusters the local features of images (localFeatures()) by k-means. The same features and options give the
-/// same words, whatever the number of threads. Throws Error (insufficientData) when there are fewer features
-/// than words, (mismatch) when they are not as long as each other.
+/// Clusters the local features of images (localFeatures()) by k-means. The result does not depend on the
+/// number of threads. Throws Error (insufficientData) when there are fewer features than words, (mismatch)
+/// when they are not as long as each other.
 VisualVocabulary learnVisualVocabulary(const std::vector<cv::Mat>& images,
                                        const VisualVocabularyOptions& options = {});
 

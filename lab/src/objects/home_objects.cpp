@@ -19,7 +19,7 @@
 namespace estancia::experiments {
 namespace {
 
-constexpr int homeObjectsVersion = 3;  // of what follows: drives of another one are mapped anew
+constexpr int homeObjectsVersion = 3;  // version of the code below: drives of another one are mapped anew
 const std::string kCounted = "all but fixture";
 
 struct HomeMap {
@@ -68,7 +68,7 @@ CellResults scoreHome(const std::filesystem::path& folder, double noise,
         for (const auto& [id, pixels] : shown->second) one.pixels[id] += pixels;
   }
   const InstanceAccuracy accuracy = judgeInstances(
-      found, trueThings(io::readHomeTruth(folder), options.classes, nullptr, {}, options.leastPixels));
+      found, trueThings(io::readHomeTruth(folder), options.classes, nullptr, {}, options.minPixels));
   std::map<std::string, InstanceScore> scores = accuracy.ofClass;
   scores[kCounted] = accuracy.counted;
   CellResults results;
@@ -144,7 +144,7 @@ Findings findHomeObjects(const HomeSegmentationOptions& options, Grid& grid, con
       cells.push_back({{runs.back().first.filename().string(), fmt::format("{}", noise)},
                        sha256(fmt::format("{} {} {} {} {} {} {} {}", homeObjectsVersion, folder,
                                           sha256OfFile(runs.back().first / "instances.csv"), noise,
-                                          options.every, options.leastPixels, options.seed, classes))});
+                                          options.every, options.minPixels, options.seed, classes))});
     }
   const auto found = grid.run(
       cells, [&](std::size_t i) { return scoreHome(runs[i].first, runs[i].second, options); }, progress,
@@ -161,7 +161,7 @@ Findings findHomeObjects(const HomeSegmentationOptions& options, Grid& grid, con
   }
   findings.facts = {{"Frames", options.every == 1 ? "all" : fmt::format("one of {}", options.every)},
                     {"Things", fmt::format("that {} frames or more show with {} pixels or more",
-                                           leastFramesOfThing, options.leastPixels)},
+                                           minFramesOfThing, options.minPixels)},
                     {"Poses", "true"}};
   return findings;
 }

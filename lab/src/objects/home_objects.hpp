@@ -6,11 +6,11 @@
 
 namespace estancia::experiments {
 
-/// Runs the experiment over drives with true poses. A thing counts where at least `leastFrames` frames show
-/// `leastPixels` of its pixels, and is found where an instance's box has an intersection over union of 0.25
-/// or more with its own. Instances that are things of the class "fixture", or hang at a wall, count neither
-/// way. The options are those of readHomeSegmentation(). Throws Error when a drive has no poses, or as
-/// segmentHomes().
+/// Runs the experiment over drives with true poses. A thing counts where at least `minFramesOfThing` frames
+/// show `minPixels` of its pixels, and is found where an instance's box has an intersection over union of
+/// 0.25 or more with its own. Instances that are things of the class "fixture", or hang at a wall, count
+/// neither way. The options are those of readHomeSegmentation(). Throws Error when a drive has no poses, or
+/// as segmentHomes().
 Findings findHomeObjects(const HomeSegmentationOptions& options, Grid& grid, const ExperimentRun& run,
                          Progress& progress);
 

@@ -20,7 +20,8 @@
 namespace estancia::experiments {
 namespace {
 
-constexpr int homeSegmentationVersion = 2;  // of what follows: drives of another one are segmented anew
+// version of the code below: drives of another one are segmented anew
+constexpr int homeSegmentationVersion = 2;
 const std::string kAll = "all", kStructure = "structure";  // rows beside those of classes
 constexpr double kMostly = 0.6;  // share of a thing in no cluster, from which on it was taken for structure
 
@@ -34,7 +35,7 @@ using Classes = std::map<int, std::string>;
 
 /// A cluster counts for the class of the thing that it has most of, and for "structure" where that is none.
 void scoreHomeFrame(const Clusters& clusters, const cv::Mat& depth, const cv::Mat& mask,
-                    const Classes& classes, std::size_t leastPixels, ClassScores& scores) {
+                    const Classes& classes, std::size_t minPixels, ClassScores& scores) {
   const auto* id = mask.ptr<std::uint16_t>();
   std::map<int, double> sizes, best, clustered;
   for (std::size_t p = 0; p < mask.total(); ++p)
@@ -59,7 +60,7 @@ void scoreHomeFrame(const Clusters& clusters, const cv::Mat& depth, const cv::Ma
     }
   }
   for (const auto& [thing, size] : sizes) {
-    if (thing < io::kFirstInstance || size < static_cast<double>(leastPixels)) continue;
+    if (thing < io::kFirstInstance || size < static_cast<double>(minPixels)) continue;
     for (const std::string& name : {kAll, classes.at(thing)}) {
       ++scores[name].things;
       scores[name].found += best[thing] >= 0.5 ? 1 : 0;
@@ -91,7 +92,7 @@ CellResults segmentDrive(const std::filesystem::path& drive, double noise,
     if (mask.size() != depth.size())
       throw Error(ErrorCode::mismatch, fmt::format("{}: masks and depth differ in size", drive.string()));
     scoreHomeFrame(findClusters(depth, *camera, clustering, sequence.image(i)), depth, mask, classes,
-                   options.leastPixels, scores);
+                   options.minPixels, scores);
   }
   CellResults results;
   for (const auto& [name, score] : scores)
@@ -145,8 +146,7 @@ HomeSegmentationOptions readHomeSegmentation(ConfigFile& config) {
   HomeSegmentationOptions options;
   OptionGroup group("home-segmentation", "Things found in a home.");
   group.add("every", &options.every, "Takes every such frame").range(1);
-  group.add("least-pixels", &options.leastPixels, "Pixels of the smallest thing that is to be found")
-      .range(1);
+  group.add("least-pixels", &options.minPixels, "Pixels of the smallest thing that is to be found").range(1);
   group.add("seed", &options.seed, "Seed of the noise").range(0, 1e9);
   const auto drives = each(config, options.drives, [&](auto& n) { return config.anywhere(n).string(); });
   const auto noise = each(config, options.noise, [&](auto& n) { return config.number(n, 0, 1); });
@@ -177,7 +177,7 @@ Findings segmentHomes(const HomeSegmentationOptions& options, Grid& grid, const 
       cells.push_back({{drive.filename().string(), fmt::format("{}", noise)},
                        sha256(fmt::format("{} {} {} {} {} {} {} {}", homeSegmentationVersion, drive.string(),
                                           sha256OfFile(drive / "instances.csv"), noise, options.every,
-                                          options.leastPixels, options.seed, classes))});
+                                          options.minPixels, options.seed, classes))});
     }
   }
   const auto found = grid.run(
@@ -195,7 +195,7 @@ Findings segmentHomes(const HomeSegmentationOptions& options, Grid& grid, const 
         tableOf(fmt::format("{}, noise {} m at 1 m", drive, cells[i].coordinates[1]), found[i]));
   }
   findings.facts = {{"Frames", options.every == 1 ? "all" : fmt::format("one of {}", options.every)},
-                    {"Things", fmt::format("of {} pixels or more", options.leastPixels)},
+                    {"Things", fmt::format("of {} pixels or more", options.minPixels)},
                     {"Clusters", "of the library's defaults"}};
   std::vector<std::string> unknown;
   for (const auto& [category, name] : options.classes.classOf)

@@ -23,7 +23,7 @@ struct HomeSegmentationOptions {
   /// Takes every such frame.
   std::size_t every = 1;
   /// Pixels with depth of the smallest thing that is to be found.
-  std::size_t leastPixels = 300;
+  std::size_t minPixels = 300;
   std::uint64_t seed = 1;
   ThingClasses classes{.otherClass = "small"};
 };

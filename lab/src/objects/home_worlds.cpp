@@ -18,7 +18,7 @@ namespace estancia::experiments {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int homeWorldsVersion = 1;  // of what follows: cells of another one are computed anew
+constexpr int homeWorldsVersion = 1;  // version of the code below: cells of another one are computed anew
 const std::string kGiven = "given poses", kOwn = "own odometry";
 
 Choices waysToPoses() {

@@ -17,10 +17,10 @@ struct InstanceSplit {
   std::vector<std::size_t> train, test;
 };
 
-/// Of each class the instance that the labeler names worst is tested, the others are learned from
-/// (thesis 6.4.1). `classOf[i]` is the class of instance i, `labeled[i]` the share of its samples that the
-/// labeler names rightly. Classes with one instance are learned from only; instances of class −1 stand on
-/// neither side. Throws Error when no class has two.
+/// For each class the instance that the labeler names worst is tested, the others are learned from (thesis
+/// 6.4.1). `classOf[i]` is the class of instance i, `labeled[i]` the share of its samples that the labeler
+/// names rightly. Classes with one instance are learned from only; instances of class −1 stand on neither
+/// side. Throws Error when no class has two.
 InstanceSplit baselineSplit(std::span<const int> classOf, std::span<const double> labeled);
 
 /// `count` different splits, of each class one instance, drawn at random, tested and the others learned from

@@ -19,7 +19,7 @@ const std::array<std::string, 7> kCategories{"clutter", "side by side", "gaps", 
 /// A box or an upright cylinder that stands on `at`; meters, z up.
 struct Body {
   bool round = false;
-  cv::Vec3d at = {}, size = {};      ///< of a cylinder: diameter twice, height
+  cv::Vec3d at = {}, size = {};      ///< position; size of a cylinder: diameter twice, height
   double angle = 0;                  ///< about the upright [rad]
   cv::Vec3d color = {}, print = {};  ///< BGR, 0 … 255
   int printed = 0;                   ///< 0: plain, 1: a label on its middle, 2: fine dots
@@ -30,7 +30,7 @@ struct Body {
 struct Hit {
   double t = kNever;
   const Body* body = nullptr;
-  cv::Vec3d normal, local;  ///< of the surface; the point in the body, −1 … 1 of its half sizes
+  cv::Vec3d normal, local;  ///< normal of the surface; the point in the body, −1 … 1 of its half sizes
 };
 
 void cast(const Body& body, const cv::Vec3d& from, const cv::Vec3d& ray, Hit& nearest) {

@@ -21,8 +21,9 @@
 namespace estancia::experiments {
 namespace {
 
-constexpr int objectSegmentationVersion = 2;  // of what follows: scenes of another one are segmented anew
-constexpr int largest = 20'000;               // pixels of a side, and of a focal length
+// version of the code below: scenes of another one are segmented anew
+constexpr int objectSegmentationVersion = 2;
+constexpr int largest = 20'000;  // pixels of a side, and of a focal length
 
 ClusterOptions clustering(const ObjectSegmentationOptions& options) {
   ClusterOptions clusters;
@@ -59,7 +60,7 @@ std::vector<ObjectScene> listScenes(const ObjectSegmentationOptions& options,
   return scenes;
 }
 
-/// Of what a scene depends on.
+/// Digest of everything that a scene's results depend on.
 std::string digestOf(const ObjectScene& file, const ObjectSegmentationOptions& options) {
   const CameraIntrinsics& camera = options.camera;
   const std::string files =

@@ -19,7 +19,7 @@ struct SegmentedScene {
   /// Sums over scenes where several are added.
   SegmentationMeasures measures, euclideanMeasures;
   std::size_t scenes = 1;
-  /// Objects whose photograph is told to be flat.
+  /// Photographed objects that are reported as flat.
   std::size_t postersTold = 0;
   /// Objects that are.
   std::size_t takenForFlat = 0;

@@ -118,7 +118,7 @@ std::vector<PixelSet> objectsOf(const cv::Mat& truth) {
 std::vector<PixelSet> euclideanClusters(const cv::Mat& depth, const CameraIntrinsics& camera,
                                         const std::vector<Plane>& planes, const ClusterOptions& options,
                                         double tolerance) {
-  // As dense at any resolution; at 525 pixels of focal length every third.
+  // Equally dense at any resolution; at 525 pixels of focal length every third.
   const double focal = camera.scaledTo(depth.cols, depth.rows).fx, scale = focal / 525;
   const int step = std::max(1, static_cast<int>(std::lround(3 * scale)));
   const PointCloud cloud = backProject(depth, camera);

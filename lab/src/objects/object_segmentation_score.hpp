@@ -16,7 +16,7 @@ namespace estancia::experiments {
 /// The pixels of one object, row by row, ascending.
 using PixelSet = std::vector<std::uint32_t>;
 
-/// Of one image.
+/// Score of one image.
 struct SegmentationScore {
   std::size_t objects = 0;
   /// Objects with a cluster of intersection over union ≥ 0.5.
@@ -36,7 +36,7 @@ SegmentationScore scoreClusters(const cv::Mat& truth, const std::vector<PixelSet
 /// The objects of `truth` where `depth` (CV_32F) is known; 0 elsewhere. Throws Error when their sizes differ.
 cv::Mat whereDepthIs(const cv::Mat& truth, const cv::Mat& depth);
 
-/// Of each object of `truth` its pixels, by number.
+/// Pixels of each object of `truth`, by number.
 std::vector<PixelSet> objectsOf(const cv::Mat& truth);
 
 /// What the thesis does: what is left without the planes, apart where it is more than `tolerance` [m] apart

@@ -17,7 +17,7 @@
 namespace estancia::experiments {
 namespace {
 
-constexpr int objectSplitsVersion = 1;  // of what follows: cells of another one are computed anew
+constexpr int objectSplitsVersion = 1;  // version of the code below: cells of another one are computed anew
 
 template <class T>
 std::vector<T> rowsOf(const std::vector<T>& all, const std::vector<std::size_t>& rows) {
@@ -33,7 +33,7 @@ ClassProbabilities rowsOf(const ClassProbabilities& all, const std::vector<std::
   return some;
 }
 
-/// The truth as a labeler would say it that knows it.
+/// The truth in the form of a perfect labeler's answers.
 ClassProbabilities truthOf(const ObjectTask& task, const std::vector<std::size_t>& rows) {
   ClassProbabilities truth{DescriptorMatrix(task.targets.classes.size()), std::vector<float>(rows.size(), 1)};
   for (const std::size_t row : rows) {
@@ -50,7 +50,8 @@ int bestOf(DescriptorView row) {
   return best == row.end() || *best <= 0 ? -1 : static_cast<int>(best - row.begin());
 }
 
-/// What the labeler says of these samples; its prior is that of what is learned from, the truth has no say.
+/// The labeler's classes of these samples; its prior is taken from the training samples, the truth is not
+/// used.
 std::vector<int> labeled(const ObjectTask& task, const ObjectSplit& split,
                          const std::vector<std::size_t>& samples) {
   ClassProbabilities labels = rowsOf(task.labels->restricted, samples);
@@ -97,7 +98,7 @@ struct Trial {
     const auto names = assignPseudoLabels(
         method.pseudoLabeling, labels, method.pseudoLabeling == PseudoLabeling::confident ? groups : objects,
         shapes, how, silent);
-    // As ObjectModel learns, without its agreement, which takes five times as long.
+    // Learns like ObjectModel, without its agreement, which takes five times as long.
     const LabeledShapes labeled =
         labeledShapes(shapes, names, groups, task->targets.classes.size(), options->folds);
     const DescriptorMatrix found =

@@ -56,7 +56,7 @@ struct ObjectSplitsOptions {
     Split split = Split::instances;
     /// Learned from; else the true ones are.
     bool machineNames = true;
-    /// What a labeler says of the views: a recording.
+    /// A labeler's answers for the views: a recording.
     std::filesystem::path labels;
     /// Or who is asked; neither: no labeler.
     std::string model;

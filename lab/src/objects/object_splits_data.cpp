@@ -67,7 +67,7 @@ class Shared {
     return labeler.get();
   }
 
-  /// Those of the study's classes.
+  /// Views of the study's classes.
   std::shared_ptr<const ObjectViews> viewsOf(const ObjectSplitsOptions::Data& data,
                                              const TargetClasses& study) {
     auto& views = views_[viewsKey(data)];
@@ -98,7 +98,7 @@ class Shared {
     return *shapes;
   }
 
-  /// What the labeler says of the views, by the view's name.
+  /// The labeler's answers for the views, by the view's name.
   const DescriptorSequence& recordedLabels(const ObjectSplitsOptions::Data& data, const ObjectViews& views,
                                            Labeler& labeler) {
     auto& labels = labels_[viewsKey(data) + "\n" + labeler.identity() + data.labels.string()];
@@ -253,7 +253,7 @@ std::vector<ObjectSplit> officialSplits(const ObjectTask& task) {
   return {std::move(split)};
 }
 
-/// The right answers' share of each object's samples; what says nothing is wrong.
+/// Share of right answers among each object's samples; a missing answer is wrong.
 std::vector<double> labeledOf(const ObjectTask& task, const ClassProbabilities& shares) {
   std::vector<double> right(task.objectNames.size()), all(task.objectNames.size());
   for (std::size_t i = 0; i < task.objects.size(); ++i) {

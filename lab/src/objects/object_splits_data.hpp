@@ -23,14 +23,14 @@ struct ObjectSplit {
   std::vector<std::size_t> train, test;
 };
 
-/// All that a labeler says of the samples.
+/// All answers of a labeler for the samples.
 struct ObjectLabels {
   /// Its identity.
   std::string labeler;
   Vocabulary vocabulary;
   /// A row a sample.
   DescriptorMatrix descriptors;
-  /// Of the study's classes, as they are.
+  /// Answers restricted to the study's classes.
   ClassProbabilities restricted;
 };
 
@@ -39,9 +39,9 @@ struct ObjectTask {
   const ObjectSplitsOptions::Data* data;
   TargetClasses targets;
   std::shared_ptr<const ObjectViews> views;
-  /// Of each sample.
+  /// View of each sample.
   std::vector<std::size_t> view;
-  /// Of all samples.
+  /// Shape descriptors of all samples.
   Features shapes;
   /// The true ones.
   std::vector<int> classes;
@@ -49,7 +49,7 @@ struct ObjectTask {
   std::vector<int> objects;
   /// Samples that never part in validation, 0 …
   std::vector<int> groups;
-  /// Of instances.
+  /// Names of the instances.
   std::vector<std::string> objectNames;
   /// The true one.
   std::vector<int> classOfObject;
@@ -57,13 +57,13 @@ struct ObjectTask {
   std::optional<ObjectLabels> labels;
   /// At least one; where the first is the baseline, so it is called.
   std::vector<ObjectSplit> splits;
-  /// Of all that learning depends on, but the split.
+  /// Digest of everything that learning depends on, except the split.
   std::string digest;
 
   bool hasBaseline() const { return splits.front().name == "baseline"; }
 };
 
-/// The tasks of all data that is there, in order; what is left out is told in `notes`. Views and labels that
+/// The tasks of all data that is there, in order; omissions are reported in `notes`. Views and labels that
 /// several have in common are read once. Throws Error as splitObjects() does.
 std::vector<ObjectTask> prepareTasks(const ObjectSplitsOptions& options, const ExperimentRun& run,
                                      Progress& progress, std::vector<std::string>& notes);

@@ -21,7 +21,7 @@ namespace {
 
 using Results = ObjectSplitsResults;
 
-constexpr std::size_t maxClasses = 20;  // of a confusion matrix …
+constexpr std::size_t maxClasses = 20;  // classes of a confusion matrix …
 constexpr std::size_t maxClouds = 24;   // … and objects that have a cloud each
 
 std::string nameOf(PseudoLabeling pseudoLabeling) {
@@ -118,8 +118,7 @@ void addProtocol(const Results& results, Findings& findings) {
     for (ResultTable::Row& row : table.rows) {
       const bool named = row.name == "baseline" || row.name == "best" || row.name == "worst";
       const auto printed = std::ranges::find_if(thesis.rows, [&](const auto& known) {
-        return known.name().starts_with(named ? row.name
-                                              : "mean");  // "best (29)": it says which split it was
+        return known.name().starts_with(named ? row.name : "mean");  // "best (29)": names the split
       });
       row.values.insert(row.values.end(), printed->values.begin(), printed->values.end());
     }
@@ -196,7 +195,7 @@ void addConfusions(const Results& results, Findings& findings) {
   const ObjectTask& task = *results.task;
   const std::size_t classes = task.targets.classes.size();
   const bool one = task.data->split == ObjectSplitsOptions::Split::instances && !task.hasBaseline();
-  if (classes > maxClasses || one) return;  // one of many splits by chance tells little
+  if (classes > maxClasses || one) return;  // one of many splits by chance is no evidence
   const std::string where = fmt::format("{}, {}", task.data->name, task.splits[0].name);
   const auto add = [&](const std::string& who, std::vector<double> counts) {
     findings.sections.emplace_back(matrixOf(task, fmt::format("{}: {}", where, who), std::move(counts)));

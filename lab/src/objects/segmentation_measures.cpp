@@ -15,16 +15,16 @@
 namespace estancia::experiments {
 namespace {
 
-constexpr double kBoundary = 0.003;  // of the image's diagonal
+constexpr double kBoundary = 0.003;  // share of the image's diagonal
 constexpr double kThreeQuarters = 0.75;
 
 /// A set of pixels with its boundary, in the part of the image around it.
 struct Outline {
   std::size_t pixels = 0;
-  cv::Rect box;           ///< of `edge` and `near`
+  cv::Rect box;           ///< box of `edge` and `near`
   cv::Mat edge;           ///< 1 on its boundary
   cv::Mat near;           ///< 1 close to its boundary
-  double edgePixels = 0;  ///< of the boundary
+  double edgePixels = 0;  ///< pixels of the boundary
 };
 
 cv::Mat disc(int radius) {

@@ -18,18 +18,18 @@ struct PrecisionRecall {
   double f = 0;
 };
 
-/// Of one image.
+/// Measures of one image.
 struct SegmentationMeasures {
   /// Shares of the clusters' pixels, and of the objects', that lie in the assigned one of the other.
   PrecisionRecall overlap;
-  /// The same of the pixels of their boundaries, within 0.3 % of the image's diagonal, rounded up.
+  /// Precision and recall of the boundary pixels, within 0.3 % of the image's diagonal, rounded up.
   PrecisionRecall boundary;
   /// Objects whose F with their cluster is above .75.
   double atThreeQuarters = 0;
 };
 
-/// Clusters and objects are assigned one to one for the greatest sum of F. As in the published code, no
-/// cluster has a precision of 1, and no object a recall of 1. `truth` and errors as of scoreClusters().
+/// Clusters and objects are assigned one to one for the greatest sum of F. No cluster has a precision of 1,
+/// and no object a recall of 1, as in the published code. `truth` and errors: see scoreClusters().
 SegmentationMeasures measureClusters(const cv::Mat& truth, const std::vector<PixelSet>& clusters);
 
 }  // namespace estancia::experiments

@@ -18,7 +18,7 @@
 namespace estancia::experiments {
 namespace {
 
-constexpr int odometryErrorsVersion = 4;  // of what follows: cells of another one are computed anew
+constexpr int odometryErrorsVersion = 4;  // version of the code below: cells of another one are computed anew
 
 /// The words of a drive's frames, by their numbers; empty where an image could not be read.
 std::vector<LexicalDescriptor> wordsOf(const Sequence& images, const DescriptorSequence& recording) {

@@ -23,7 +23,7 @@
 namespace estancia::experiments {
 namespace {
 
-constexpr int furtherDrivesVersion = 1;  // of what follows: cells of another one are computed anew
+constexpr int furtherDrivesVersion = 1;  // version of the code below: cells of another one are computed anew
 
 struct Way {
   const char* name;
@@ -36,7 +36,7 @@ constexpr std::array<Way, 6> ways{{{"continued, with poses", false, true, false}
                                    {"merged, words alone", true, false, false},
                                    {"merged, with depth", true, true, true}}};
 
-/// That of the second drive's poses.
+/// Frame of the second drive's poses.
 const cv::Affine3d otherFrame(cv::Vec3d(0, 0, 2.1), cv::Vec3d(7, -3, 0));
 
 /// A labeled drive as one way to map it sees it.
@@ -138,7 +138,7 @@ FurtherDrivesOptions::Pair readPair(ConfigFile& config, const toml::table& table
         [&](auto& n) { pair.skipped = static_cast<std::size_t>(config.integer(n, 0, 1'000'000)); }},
        {"elsewhere", false, "whether that drive was in another building",
         [&](auto& n) { pair.isElsewhere = config.flag(n); }}});
-  pair.then = pair.itself.images;  // the same but for its labels
+  pair.then = pair.itself.images;  // equal except for the labels
   config.read(*then, sourceKeys(config, pair.then, true));
   return pair;
 }

@@ -24,13 +24,13 @@ class ConfigFile;
 
 namespace estancia::experiments {
 
-/// What a map of two drives says of the second one.
+/// Measures of the second drive in a map of two.
 struct FurtherDrive {
-  /// Of the second drive; those within 0.7 m and 30° of one of the first; those in a place of the first.
+  /// Frames of the second drive; within 0.7 m and 30° of one of the first; in a place of the first.
   std::size_t frames = 0, near = 0, known = 0;
-  /// Of the known ones: those in a place that holds an image of the first drive within a meter; of those in
-  /// one without any within a meter or of their room, the ones that were taken for it (the robot came there
-  /// so), and the ones that it has grown by (the robot was in it, and drove on).
+  /// Known frames in a place that holds an image of the first drive within a meter; known frames in a place
+  /// without one within a meter or of their room: recognized as it when the robot came there, and added to it
+  /// while the robot drove on in it.
   std::size_t right = 0, wrong = 0, grown = 0;
   std::optional<std::size_t> firstRight;
   /// Places of the second drive that became one with those of the first when maps were merged.

@@ -14,14 +14,14 @@ struct KMeansOptions {
   /// The most compact of so many clusterings is kept.
   std::size_t restarts = 5;
   std::uint64_t seed = 1;
-  /// Of each clustering at most; 100 is OpenCV's maximum, a few dozen are usual.
+  /// Maximum a clustering; 100 is OpenCV's maximum, a few dozen are usual.
   std::size_t iterations = 100;
 };
 
 /// Splits the rows into k clusters with small squared Euclidean distances to the clusters' means (Lloyd's
 /// algorithm, begun by k-means++; Arthur and Vassilvitskii 2007). Returns the cluster of each row, 0 … k−1,
-/// none of them empty. The same rows and options give the same answer, whatever the number of threads. Throws
-/// Error (invalidInput, invalidOption) unless 1 ≤ k ≤ number of rows and there is a restart.
+/// none of them empty. The result does not depend on the number of threads. Throws Error (invalidInput,
+/// invalidOption) unless 1 ≤ k ≤ number of rows and there is a restart.
 std::vector<int> kMeans(const DescriptorMatrix& rows, std::size_t k, const KMeansOptions& options = {});
 
 }  // namespace estancia::experiments

@@ -18,7 +18,8 @@
 namespace estancia::experiments {
 namespace {
 
-constexpr int localizationErrorsVersion = 2;  // of what follows: cells of another one are computed anew
+// version of the code below: cells of another one are computed anew
+constexpr int localizationErrorsVersion = 2;
 const std::string nearestImage = "nearest image", believedImage = "believed image";
 
 std::string answerAfter(std::size_t lookahead) {
@@ -63,7 +64,7 @@ LocalizationErrorsOptions::Drive readDrivePair(ConfigFile& config, const toml::t
       readNamedDrive(config, table,
                      {{"truth", false, "CSV query,refs", [&](auto& n) { drive.truth = config.anywhere(n); }},
                       {"again", true, "the drive to find", [&](auto& n) { again = &config.subtable(n); }}});
-  drive.again = drive.mapped.images;  // the same but for its labels
+  drive.again = drive.mapped.images;  // equal except for the labels
   config.read(*again, sourceKeys(config, drive.again, false));
   return drive;
 }

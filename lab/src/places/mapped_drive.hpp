@@ -23,7 +23,7 @@ class ScratchMap : public ScratchFile {
              const MapperOptions& options = {});
 };
 
-/// The same images, as taken by a robot that does not know where it is.
+/// Removes the poses, for a robot that does not know where it is.
 DescriptorSequence withoutPoses(DescriptorSequence recording);
 
 /// Localizes the frames of `queries` in order, each answered `lookahead` frames later, with the other options

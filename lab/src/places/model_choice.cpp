@@ -27,7 +27,7 @@ namespace estancia::experiments {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int modelChoiceVersion = 2;  // of compute(): cells of another one are computed anew
+constexpr int modelChoiceVersion = 2;  // version of compute(): cells of another one are computed anew
 
 OptionGroup declare(ModelChoiceOptions::Drive& drive) {
   OptionGroup group("sequence", "Images with poses.");
@@ -56,7 +56,7 @@ ModelChoiceOptions::Drive readDrive(ConfigFile& config, const toml::table& table
   keys.push_back({"again", false, "", [&](auto& n) { again = &config.subtable(n); }});
   config.read(table, keys);
   if (again != nullptr) {
-    drive.again = drive.images;  // the same but for its labels
+    drive.again = drive.images;  // equal except for the labels
     config.read(*again, sourceKeys(config, *drive.again, false));
   }
   return drive;
@@ -142,7 +142,7 @@ std::vector<OpenDrive> openDrives(const ModelChoiceOptions& options, std::vector
   return drives;
 }
 
-/// The sequence as one model says it, and its second visit.
+/// The sequence as labeled by one model, and its second visit.
 struct Labeled {
   PosedDescriptors images;
   std::optional<PosedDescriptors> again;
@@ -180,7 +180,7 @@ ModelChoiceCell compute(const Labeled& labeled, const OpenDrive& drive, const st
   const DescriptorMatrix vectors = comparedVectors(images.descriptors, images.descriptors, distance);
   ModelChoiceCell cell;
   // More clusters than there are different descriptors would be filled with single images, which lie close
-  // together by themselves: a model that always says the same would win.
+  // together by themselves: a model that always gives one answer would win.
   const std::size_t different = countDifferent(vectors);
   for (std::size_t k = 1; k <= std::min(options.clusters, vectors.size()); ++k) {
     if (k > different) {

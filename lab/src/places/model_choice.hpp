@@ -32,7 +32,7 @@ struct ModelChoiceOptions {
     SequenceSource images;
     /// Left out, with a note, when it is not there.
     bool optional = false;
-    /// The same places another time: the queries of place recognition.
+    /// A second visit to these places: the queries of place recognition.
     std::optional<SequenceSource> again;
     /// Images this near show the same place [m]; 0: a quarter of the spread of the positions (the root of
     /// their variance).
@@ -54,7 +54,7 @@ struct ModelChoiceOptions {
   std::vector<std::size_t> shown{7, 15, 30, 50};
   /// K-means begins at random: variances are the mean of so many clusterings.
   std::size_t repeats = 10;
-  /// Of the first one; the others follow.
+  /// Seed of the first repetition; the others follow.
   std::size_t seed = 1;
 };
 

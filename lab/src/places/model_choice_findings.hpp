@@ -28,7 +28,7 @@ struct ModelChoiceResults {
     std::string name;
     /// With a pose.
     std::size_t frames = 0;
-    /// Of a place [m].
+    /// Radius of a place [m].
     double radius = 0;
     /// Another drive asks for the places of this one.
     bool again = false;

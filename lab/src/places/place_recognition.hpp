@@ -24,7 +24,7 @@ struct PlaceRecognition {
   std::size_t queries = 0;
   /// Share of them whose nearest image lies within the radius; 0 without queries.
   double right = 0;
-  /// The same for an image drawn by chance.
+  /// Value for an image drawn by chance.
   double chance = 0;
 };
 

@@ -31,7 +31,7 @@ namespace estancia::experiments {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int placeTasksVersion = 2;  // of what follows: cells of another one are computed anew
+constexpr int placeTasksVersion = 2;  // version of the code below: cells of another one are computed anew
 constexpr auto largest = ResultTable::Best::largest;
 const std::vector<std::pair<std::string, ResultTable::Column>> measures{
     {"nodes", {"nodes", 0}},
@@ -80,7 +80,7 @@ CellResults drive(const Task& task, const Recorder& recorder, const fs::path& sc
 /// Which images of the sequence belong to which room and half.
 struct Halves {
   std::vector<std::size_t> train, test;
-  std::vector<std::string> rooms;  // of every image
+  std::vector<std::string> rooms;  // rooms of every image
 };
 
 Halves readHalves(const PlaceTasksOptions::Rooms& rooms, const std::vector<Frame>& frames) {
@@ -235,7 +235,7 @@ PlaceTasksOptions readPlaceTasks(ConfigFile& config) {
       keys.push_back({"truth", false, "CSV query,refs", [&](auto& n) { drive.truth = config.anywhere(n); }});
       keys.push_back({"again", true, "the drive to find", [&](auto& n) { again = &config.subtable(n); }});
       config.read(config.subtable(node), keys);
-      drive.again = drive.images;  // the same but for its labels
+      drive.again = drive.images;  // equal except for the labels
       config.read(*again, sourceKeys(config, drive.again, false));
     }
   if (rooms != nullptr)

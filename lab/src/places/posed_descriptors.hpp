@@ -23,7 +23,7 @@ struct PosedDescriptors {
   /// Their numbers in the sequence.
   std::vector<std::size_t> frames;
   std::vector<Position> positions;
-  /// That the descriptors are made of.
+  /// Parts of the descriptors.
   std::vector<LabelPart> parts;
   DescriptorMatrix descriptors;
   /// Frames that could not be read, which are left out.

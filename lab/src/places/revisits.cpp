@@ -15,7 +15,7 @@
 namespace estancia::experiments {
 namespace {
 
-constexpr int revisitsVersion = 1;  // of what follows: cells of another one are computed anew
+constexpr int revisitsVersion = 1;  // version of the code below: cells of another one are computed anew
 const std::vector<std::string> kKnowledge{"with poses", "words alone"};
 
 void appendTo(DescriptorSequence& drive, const DescriptorSequence& more, bool isReversed) {
@@ -62,7 +62,7 @@ RevisitsOptions::Drive readRoute(ConfigFile& config, const toml::table& table) {
                        [&](auto& n) { drive.isReversed = config.flag(n); }},
                       {"then", false, "a drive that follows", [&](auto& n) { then = &config.subtable(n); }}});
   if (then == nullptr) return drive;
-  drive.then = drive.itself.images;  // the same but for its labels
+  drive.then = drive.itself.images;  // equal except for the labels
   config.read(*then, sourceKeys(config, *drive.then, true));
   return drive;
 }

@@ -1,4 +1,5 @@
-// Revisit experiment: is a mapped drive back where it was when it says so, and does it say so when it is?
+// Revisit experiment: is a mapped drive back where it was when the map reports a return, and does the map
+// report all returns?
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -27,7 +28,7 @@ namespace estancia::experiments {
 /// Whether two frames, which have poses, were taken within so many meters and degrees of each other.
 bool isNear(const Frame& a, const Frame& b, double meters, double degrees);
 
-/// What a map says of a drive's returns.
+/// Measures of a map's reported returns.
 struct Revisits {
   /// Frames within 0.7 m and 30° of one from before the robot was 1.4 m or 60° away; those of them whose node
   /// holds such a one.
@@ -38,8 +39,8 @@ struct Revisits {
   std::optional<std::size_t> first, firstFound;
 };
 
-/// Of `map`, made of `frames`, which have the true poses. O(frames²). Throws Error: mismatch unless each
-/// frame was mapped; insufficientData for a frame without a pose.
+/// Measures `map`, made of `frames`, which have the true poses. O(frames²). Throws Error: mismatch unless
+/// each frame was mapped; insufficientData for a frame without a pose.
 Revisits revisitsIn(const std::vector<Frame>& frames, const TopologicalMap& map);
 
 struct RevisitsOptions {

@@ -22,7 +22,7 @@ namespace estancia::experiments {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int roomAgreementVersion = 3;  // of what follows: cells of another one are computed anew
+constexpr int roomAgreementVersion = 3;  // version of the code below: cells of another one are computed anew
 
 /// A drive that one model has labeled, the rooms that its frames see, and where a map of it may be written.
 struct ClusteredDrive {

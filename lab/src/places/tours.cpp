@@ -18,7 +18,7 @@
 namespace estancia::experiments {
 namespace {
 
-constexpr int toursVersion = 1;  // of what follows: cells of another one are computed anew
+constexpr int toursVersion = 1;  // version of the code below: cells of another one are computed anew
 const std::vector<std::string> kVisits{"views", "turning", "standing"};
 
 /// Numbers below `end`, the same on every machine.
@@ -34,7 +34,7 @@ class Chance {
   std::mt19937_64 generator_;
 };
 
-/// Of the 144 directions around a place, in order of time.
+/// A part of the 144 directions around a place, in order of time.
 std::vector<std::size_t> directionsOf(Visit visit, Chance& chance) {
   std::vector<std::size_t> directions;
   const std::size_t start = chance.below(144);

@@ -50,7 +50,7 @@ struct ToursOptions {
   std::vector<std::string> models;
   std::vector<Drive> drives;
   std::vector<std::size_t> visits{1, 3, 10, 30};
-  /// Tours of other places in another order, of which the mean is told.
+  /// Tours of other places in another order, of which the mean is reported.
   std::size_t tours = 6;
 };
 

@@ -24,7 +24,7 @@ namespace estancia::experiments {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int wordPositionsVersion = 1;  // of what follows: cells of another one are computed anew
+constexpr int wordPositionsVersion = 1;  // version of the code below: cells of another one are computed anew
 
 /// What a word map is made of.
 enum class Evidence { wordsAndDepth, words, truthAndDepth };
@@ -51,7 +51,7 @@ std::vector<cv::Point2f> boxOf(const io::HomeInstance& thing, const Floor& floor
   return corners;
 }
 
-Things thingsOf(const fs::path& folder, const Floor& floor, std::size_t leastPixels) {
+Things thingsOf(const fs::path& folder, const Floor& floor, std::size_t minPixels) {
   const io::HomeTruth truth = io::readHomeTruth(folder);
   std::map<int, const io::HomeInstance*> instances;
   for (const io::HomeInstance& thing : truth.instances) instances.emplace(thing.id, &thing);
@@ -61,7 +61,7 @@ Things thingsOf(const fs::path& folder, const Floor& floor, std::size_t leastPix
     for (const io::VisibleInstance& seen : visible) {
       const std::string& category = instances.at(seen.id)->category;
       things.pixels[category] += seen.pixels;
-      if (static_cast<std::size_t>(seen.pixels) < leastPixels) continue;
+      if (static_cast<std::size_t>(seen.pixels) < minPixels) continue;
       things.named[image].insert(category);
       large.insert(seen.id);
     }
@@ -70,7 +70,7 @@ Things thingsOf(const fs::path& folder, const Floor& floor, std::size_t leastPix
   return things;
 }
 
-/// Those that are to be found, most pixels first.
+/// Categories that are to be found, most pixels first.
 std::vector<std::string> categoriesOf(const Things& things, const WordPositionsOptions& options) {
   std::vector<std::string> categories;
   for (const auto& [category, words] : options.words)
@@ -98,7 +98,7 @@ WordMap mapOf(const LabeledDrive& drive, const DescriptorSequence& words, const 
   return map;
 }
 
-/// As if a model named just the categories that each image shows.
+/// Answers of a model that names exactly the categories that each image shows.
 DescriptorSequence trueWords(const DescriptorSequence& recording, const Things& things) {
   std::vector<std::string> names;
   for (const auto& [category, pixels] : things.pixels) names.push_back(category);
@@ -135,7 +135,7 @@ CellResults findThings(const LabeledDrive& drive, const fs::path& folder, Eviden
     throw Error(ErrorCode::insufficientData,
                 fmt::format("{}: a word map is measured with poses, depth and a camera", folder.string()));
   const Floor floor(poses);
-  const Things things = thingsOf(folder, floor, options.leastPixels);
+  const Things things = thingsOf(folder, floor, options.minPixels);
   const bool isTrue = evidence == Evidence::truthAndDepth;
   const DescriptorSequence words = isTrue ? trueWords(drive.recording, things) : drive.recording;
   const WordMap map = mapOf(drive, words, floor, evidence != Evidence::words);
@@ -165,7 +165,7 @@ OptionGroup declare(WordPositionsOptions& options) {
   OptionGroup group("word-map", "Words on the floor, beside the things.");
   group.add("reach", &options.reach, "How far from a thing its word may be").unit("m").range(0, 100);
   group.add("categories", &options.categories, "Those with the most pixels are to be found; 0: all");
-  group.add("least-pixels", &options.leastPixels, "Pixels of an instance that can be named");
+  group.add("least-pixels", &options.minPixels, "Pixels of an instance that can be named");
   return group;
 }
 
@@ -199,7 +199,7 @@ GridColumns wordPositionsColumns() {
 
 Findings compareWordPositions(const WordPositionsOptions& options, Grid& grid, const ExperimentRun& run,
                               Progress& progress) {
-  std::string asked = fmt::format("{} {} {}", options.reach, options.categories, options.leastPixels);
+  std::string asked = fmt::format("{} {} {}", options.reach, options.categories, options.minPixels);
   for (const auto& [category, words] : options.words)
     asked += fmt::format("\n{}: {}", category, fmt::join(words, ", "));
   const auto inputs = [&](const NamedDrive& drive, std::size_t) {

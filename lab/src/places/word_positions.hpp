@@ -31,10 +31,10 @@ struct WordPositionsOptions {
   std::vector<std::pair<std::string, std::vector<std::string>>> words;
   /// How far from a thing its word may be [m].
   double reach = 0.75;
-  /// Those of the categories that a drive sees the most pixels of; 0: all.
+  /// Maximum number of categories, by the pixels that a drive sees of them; 0: all.
   std::size_t categories = 20;
-  /// Of an instance in an image that shows it well enough to be named.
-  std::size_t leastPixels = 150;
+  /// Pixels of an instance in an image that shows it well enough to be named.
+  std::size_t minPixels = 150;
 };
 
 /// Throws Error `file:line: …` on unknown, missing or wrong keys.

@@ -22,7 +22,7 @@ namespace {
 constexpr int kWidth = 640, kHeight = 480;
 constexpr double kFocal = 525, kCenterX = 319.5, kCenterY = 239.5;
 
-/// The same numbers on every machine.
+/// Gives equal numbers on every machine.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : bits_(seed) {}
@@ -59,7 +59,7 @@ struct Discs {
 };
 
 Discs discsOf(const PointCloud& cloud) {
-  constexpr double perSpacing = 1.8, perRadius = 4;  // of the points' spacing
+  constexpr double perSpacing = 1.8, perRadius = 4;  // multiples of the points' spacing
   Discs discs;
   for (const cv::Point3f& p : cloud.points)
     if (isFinite(p)) discs.points.push_back(p);

@@ -20,7 +20,7 @@ struct ClutterOptions {
   std::size_t scenes = 0;
   /// Objects of a scene; at most as many as there are different ones.
   std::size_t fewest = 3, most = 5;
-  /// Of an object's center [m].
+  /// Distance of an object's center [m].
   double nearest = 0.8, farthest = 1.1;
   /// Largest angle between the views of the model and of the scene [degrees]: models show one side.
   double tilt = 25;

@@ -47,8 +47,8 @@ struct DriveCasesOptions {
   /// Models come from one of this many frames.
   std::size_t every = 10;
   /// Pixels with depth of the smallest model.
-  std::size_t leastPixels = 1500;
-  /// Of noise that is added to depth [m at 1 m]; it grows with the square of depth.
+  std::size_t minPixels = 1500;
+  /// Standard deviation of noise that is added to depth [m at 1 m]; it grows with the square of depth.
   double noise = 0;
   std::uint64_t seed = 1;
   /// Models, evenly spread over those that are found.
@@ -58,9 +58,8 @@ struct DriveCasesOptions {
 /// Each model is a thing cut out of a frame that shows it whole. It is looked for in a frame that sees at
 /// least 60 % of it from another direction (10° to 45°, that nearest to 20°), and in one that sees nothing of
 /// it. Models whose normals hardly leave a plane ("flat": the second largest share of their scatter is below
-/// 5
-/// %) are told apart from others. Throws Error (invalidInput, insufficientData) on a drive without depth,
-/// camera or poses, and when it gives no case.
+/// 5 %) are distinguished from others. Throws Error (invalidInput, insufficientData) on a drive without
+/// depth, camera or poses, and when it gives no case.
 ColorCases casesOfDrive(const DriveCasesOptions& options);
 
 /// `count` frames of a drive, evenly spread. Throws Error as casesOfDrive() does.

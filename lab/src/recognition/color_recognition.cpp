@@ -19,7 +19,8 @@
 namespace estancia::experiments {
 namespace {
 
-constexpr int colorRecognitionVersion = 1;  // of what follows: cells of another one are computed anew
+// version of the code below: cells of another one are computed anew
+constexpr int colorRecognitionVersion = 1;
 
 using Condition = ColorRecognitionOptions::Condition;
 
@@ -47,7 +48,7 @@ ColorRecognitionOptions::Drive readDrive(ConfigFile& config, const toml::table& 
                       {"path", true, "the folder", [&](auto& n) { cases.path = config.anywhere(n); }},
                       {"instances", false, "", [&](auto& n) { cases.instances = config.flag(n); }},
                       {"every", false, "", [&](auto& n) { cases.every = count(n); }},
-                      {"least_pixels", false, "", [&](auto& n) { cases.leastPixels = count(n); }},
+                      {"least_pixels", false, "", [&](auto& n) { cases.minPixels = count(n); }},
                       {"models", false, "", [&](auto& n) { cases.models = count(n); }},
                       {"noise", false, "", [&](auto& n) { cases.noise = config.number(n, 0, 1); }}});
   return drive;
@@ -70,7 +71,7 @@ Set setOf(const ColorRecognitionOptions::Drive& drive) {
   const DriveCasesOptions& cases = drive.cases;
   return {drive.name,
           fmt::format("{} {} {} {} {} {} {}", digestOf({cases.path, {}}), cases.instances, cases.every,
-                      cases.leastPixels, cases.noise, cases.seed, cases.models),
+                      cases.minPixels, cases.noise, cases.seed, cases.models),
           [cases] { return casesOfDrive(cases); }};
 }
 

@@ -76,7 +76,7 @@ class Searcher {
     } catch (const Interrupted&) {
       throw;
     } catch (const Error&) {
-      failed = true;  // as a plane, whose pose is undefined
+      failed = true;  // for example a plane, whose pose is undefined
     }
     const double seconds = secondsSince(start);
     for (Counts* counts : parts) {
@@ -174,7 +174,7 @@ CellResults searchWith(const ColorCases& cases, const ColorRecognitionOptions::C
 }
 
 CellResults gasErrors(const DriveCasesOptions& drive, double weight, std::size_t neurons) {
-  constexpr std::size_t frames = 5, every = 7;  // of the true points
+  constexpr std::size_t frames = 5, every = 7;  // every n-th of the true points
   DriveCasesOptions withoutNoise = drive;
   withoutNoise.noise = 0;
   const std::vector<PointCloud> noisy = framesOfDrive(drive, frames),

@@ -70,7 +70,7 @@ class Drive {
     const cv::Mat depth = this->depth(i);
     std::vector<Piece> pieces;
     const auto keep = [&](const std::string& name, std::vector<std::uint32_t> pixels) {
-      if (pixels.size() < options_.leastPixels) return;
+      if (pixels.size() < options_.minPixels) return;
       const auto atEdge = [&](std::uint32_t p) {
         const auto column = static_cast<int>(p) % depth.cols, row = static_cast<int>(p) / depth.cols;
         return column < 2 || row < 2 || column >= depth.cols - 2 || row >= depth.rows - 2;
@@ -224,7 +224,7 @@ ColorCases casesOfDrive(const DriveCasesOptions& options) {
   }
   if (cases.searches.empty())
     throw Error(ErrorCode::insufficientData, fmt::format("{} shows no thing of {} pixels from two directions",
-                                                         options.path.string(), options.leastPixels));
+                                                         options.path.string(), options.minPixels));
   return cases;
 }
 

@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* magic = "ESTANCIA FILTERED CLOUD 2\n";
-constexpr std::size_t digestBytes = 64, mostFileBytes = std::size_t{1} << 32;
+constexpr std::size_t digestBytes = 64, maxFileBytes = std::size_t{1} << 32;
 constexpr const char* ending = ".cloud";
 
 std::vector<float> coordinatesOf(const std::vector<cv::Point3f>& points) {
@@ -63,7 +63,7 @@ std::string toBytes(const FilteredClouds::Filtered& filtered, const std::string&
 std::optional<FilteredClouds::Filtered> fromFile(const fs::path& file, const std::string& key) {
   try {
     if (!fs::is_regular_file(file)) return std::nullopt;
-    const std::string bytes = io::readBytes(file, mostFileBytes);
+    const std::string bytes = io::readBytes(file, maxFileBytes);
     const std::string_view all = bytes, start = magic;
     if (!all.starts_with(start) || all.size() < start.size() + digestBytes) return std::nullopt;
     const std::string_view payload = all.substr(start.size() + digestBytes);
@@ -85,8 +85,8 @@ std::optional<FilteredClouds::Filtered> fromFile(const fs::path& file, const std
 
 }  // namespace
 
-FilteredClouds::FilteredClouds(fs::path folder, std::uint64_t mostBytes)
-    : folder_(std::move(folder)), mostBytes_(mostBytes) {}
+FilteredClouds::FilteredClouds(fs::path folder, std::uint64_t maxBytes)
+    : folder_(std::move(folder)), maxBytes_(maxBytes) {}
 
 std::string FilteredClouds::describe(const FilterOptions& filter) {
   if (filter.method == "none") return filter.method;
@@ -111,7 +111,7 @@ FilteredClouds::Filtered FilteredClouds::get(const std::string& origin, const Fi
   const auto start = std::chrono::steady_clock::now();
   Filtered filtered{filterCloud(cloud, filter, silent), 0};
   filtered.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  if (mostBytes_ == 0) return filtered;
+  if (maxBytes_ == 0) return filtered;
   std::error_code problem;
   fs::create_directories(folder_, problem);
   if (problem)
@@ -133,10 +133,10 @@ void FilteredClouds::makeRoom() const {
     files.emplace_back(it->last_write_time(gone), it->path(), size);
     bytes += size;
   }
-  if (bytes <= mostBytes_) return;
+  if (bytes <= maxBytes_) return;
   std::sort(files.begin(), files.end());
   for (const auto& [time, file, size] : files) {
-    if (bytes <= mostBytes_) return;
+    if (bytes <= maxBytes_) return;
     fs::remove(file, gone);
     bytes -= size;
   }

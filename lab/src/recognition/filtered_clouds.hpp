@@ -14,19 +14,19 @@
 namespace estancia::experiments {
 
 /// A folder of clouds, each a file that is there whole or not at all; several threads and processes may share
-/// it. Those that were kept first go when it grows too large. A damaged file counts as absent.
+/// it. The oldest are removed when it grows too large. A damaged file counts as absent.
 class FilteredClouds {
  public:
   struct Filtered {
     PointCloud cloud;
-    /// That filtering took, then.
+    /// Duration of filtering when the cloud was made.
     double seconds = 0;
   };
 
-  /// The folder is made when it is needed. `mostBytes` = 0 keeps nothing.
-  FilteredClouds(std::filesystem::path folder, std::uint64_t mostBytes);
+  /// The folder is made when it is needed. `maxBytes` = 0 keeps nothing.
+  FilteredClouds(std::filesystem::path folder, std::uint64_t maxBytes);
 
-  /// The cloud that `source` gives, filtered. `origin` says all that the source depends on. Throws what
+  /// The cloud that `source` gives, filtered. `origin` identifies all that the source depends on. Throws what
   /// filterCloud(), `source` and writing throw.
   Filtered get(const std::string& origin, const FilterOptions& filter,
                const std::function<PointCloud()>& source) const;
@@ -38,7 +38,7 @@ class FilteredClouds {
   void makeRoom() const;
 
   std::filesystem::path folder_;
-  std::uint64_t mostBytes_;
+  std::uint64_t maxBytes_;
 };
 
 }  // namespace estancia::experiments

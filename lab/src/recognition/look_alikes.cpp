@@ -137,7 +137,7 @@ cv::Vec3b levels(const cv::Vec3d& color) {
 }
 
 ColorCases::Model modelOf(Kind kind, const char* name, std::size_t variant) {
-  constexpr int fold = 72;  // of a plain can, for which every angle is the same
+  constexpr int fold = 72;  // symmetry of a plain can, for which every angle is equivalent
   ColorCases::Model model{fmt::format("{} {}", name, variant), name, {}, {}};
   for (const Placement& place : surfaceOf(kind)) {
     model.cloud.points.emplace_back(cv::Point3f(cv::Vec3f(place.at)));

@@ -11,7 +11,7 @@
 namespace estancia::experiments {
 
 struct PoseError {
-  /// Of the model's center [m].
+  /// Distance between the model's centers [m].
   double translation = 0;
   /// [degrees], 0 … 180
   double rotation = 0;

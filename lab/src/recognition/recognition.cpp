@@ -20,7 +20,7 @@
 namespace estancia::experiments {
 namespace {
 
-constexpr int recognitionVersion = 4;  // of what follows: units of another one are computed anew
+constexpr int recognitionVersion = 4;  // version of the code below: units of another one are computed anew
 
 /// Moves `count` of them, drawn without putting back, to the front; the same on every machine.
 template <class T>

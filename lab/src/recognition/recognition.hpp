@@ -79,7 +79,7 @@ struct RecognitionExperimentOptions {
   bool thesisTables = false;
   /// Scenes that are made of the models of `pairs`, in place of its own.
   ClutterOptions clutter;
-  /// Whether each scene is moved into a frame of its own, as of a map: nobody says where the sensor was.
+  /// Whether each scene is moved into a frame of its own, like a map's: the sensor's position is unknown.
   bool elsewhere = false;
   /// Size of the cache of filtered clouds in the experiment's folder.
   std::size_t keptMegabytes = 4096;
@@ -139,7 +139,8 @@ struct RecognitionTask {
   std::vector<std::size_t> models;
 };
 
-/// What recognizes, and says all that a unit's findings depend on: units of other inputs are found anew.
+/// Performs recognition, and identifies all that a unit's findings depend on: units of other inputs are found
+/// anew.
 class RecognitionWork {
  public:
   virtual ~RecognitionWork() = default;
@@ -148,7 +149,7 @@ class RecognitionWork {
   virtual RecognitionFound recognize(const RecognitionTask& task) = 0;
 };
 
-/// The same with other means of recognition.
+/// Compares other means of recognition.
 Findings compareRecognitionBy(const RecognitionExperimentOptions& options, const ModelPairs& pairs,
                               RecognitionWork& work, Grid& grid, const ExperimentRun& run,
                               Progress& progress);

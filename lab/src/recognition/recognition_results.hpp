@@ -27,7 +27,7 @@ struct RecognitionCell {
   /// Mean a pair, beside it.
   double modelSeconds = 0;
 
-  /// Those of results.csv.
+  /// Columns of results.csv.
   static std::vector<std::string> measures();
   CellResults toResults() const;
 

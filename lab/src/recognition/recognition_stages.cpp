@@ -44,7 +44,7 @@ std::string describe(const RecognitionOptions& o) {
                      o.maxHypotheses, o.accept, o.falseAlarmRate);
 }
 
-/// As the preset would filter: it may need fewer signals of a neural gas.
+/// Filters like the preset: it may need fewer signals of a neural gas.
 FilterOptions filterOf(const std::string& preset, const std::string& method, std::size_t points) {
   FilterOptions filter = RecognitionOptions::preset(preset).sceneFilter;
   filter.method = method;
@@ -177,7 +177,7 @@ cv::Affine3d RecognitionStages::frameOf(const RecognitionUnit& unit) const {
 }
 
 PointCloud RecognitionStages::withNoise(PointCloud cloud, const RecognitionUnit& unit) const {
-  constexpr double across = 0.0014;  // of a Kinect: withDepthNoise()
+  constexpr double across = 0.0014;  // noise of a Kinect: withDepthNoise()
   return options_.depthNoise ? withDepthNoise(std::move(cloud), unit.noise, across, unit.seed)
                              : withGaussianNoise(std::move(cloud), unit.noise, unit.seed);
 }
@@ -204,7 +204,7 @@ void RecognitionStages::look(const RecognitionTask& task, RecognitionFound& foun
   found.describeSeconds = secondsSince(start);
   // Models of one filter are verified together.
   std::vector<std::vector<PoseCandidates>> candidates(options_.modelFilters.size());
-  std::map<std::pair<std::size_t, std::string>, std::size_t> searchOf;  // of filter and model
+  std::map<std::pair<std::size_t, std::string>, std::size_t> searchOf;  // search of filter and model
   for (std::size_t s = 0; s < found.searches.size(); ++s) {
     RecognitionSearch& search = found.searches[s];
     if (interrupted()) throw Interrupted("");

@@ -41,7 +41,7 @@ ResultTable byNoise(const RecognitionResults& r, std::size_t preset, std::option
                });
 }
 
-/// The same without the noises: the mean over them, too.
+/// Results by size: the mean over the noises, too.
 ResultTable bySize(const RecognitionResults& r, std::size_t preset, std::size_t descriptor,
                    const RecognitionScore& score) {
   const std::string title =

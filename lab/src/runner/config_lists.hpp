@@ -33,7 +33,7 @@ inline std::vector<ConfigFile::Key> keysOf(ConfigFile& config, OptionGroup group
   return keys;
 }
 
-/// The same, one of which must be there.
+/// Keys of which one must be there.
 inline std::vector<ConfigFile::Key> requiring(const std::string& name, std::vector<ConfigFile::Key> keys) {
   for (ConfigFile::Key& key : keys)
     if (key.name == name) key.required = true;

@@ -45,7 +45,7 @@ struct Experiment {
   std::function<Findings(Grid& grid, const ExperimentRun& run, Progress& progress)> run;
 };
 
-/// Of the sequences that are there, and of descriptors that are not optional.
+/// Cells of the sequences that are there, and of descriptors that are not optional.
 std::vector<std::vector<std::string>> scenesCells(const ScenesOptions& options) {
   std::vector<std::pair<std::string, std::string>> pairs;
   std::vector<std::string> sequences, classifiers = options.classifiers;

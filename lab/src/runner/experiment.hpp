@@ -22,7 +22,7 @@ namespace estancia::experiments {
 struct ExperimentRun {
   /// Where cells and results.csv go; made when it is not there.
   std::filesystem::path folder;
-  /// Instead of those of the configuration; none: as it says.
+  /// Replace the models of the configuration; none: the configuration's.
   std::vector<std::string> models;
   /// Its threads also compute the cells; the findings do not depend on them.
   LabelerOptions labeler;
@@ -36,10 +36,10 @@ struct ExperimentRun {
 void checkExperiments(const std::vector<std::filesystem::path>& configs);
 
 /// Runs the experiments of the files, each of the type that it names: results.csv holds the cells of all, the
-/// findings what was found of each. Of several types, each has its own folder FOLDER/TYPE. Finished cells are
-/// kept in the folder and not computed again unless something they depend on has changed. Throws Error
-/// `file:line: …` about a wrong file before any is run, Interrupted when the user asks to stop, and what the
-/// kind throws.
+/// findings what was found of each. If there are several types, each has its own folder FOLDER/TYPE. Finished
+/// cells are kept in the folder and not computed again unless something they depend on has changed. Throws
+/// Error `file:line: …` about a wrong file before any is run, Interrupted when the user asks to stop, and
+/// what the kind throws.
 Findings runExperiment(const std::vector<std::filesystem::path>& configs, const ExperimentRun& run,
                        Progress& progress);
 

@@ -30,7 +30,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int cellVersion = 2;
-constexpr std::size_t mostCellBytes = 16 << 20;
+constexpr std::size_t maxCellBytes = 16 << 20;
 
 }  // namespace
 
@@ -60,7 +60,7 @@ std::optional<CellResults> Grid::load(const Cell& cell) const {
   const fs::path file = fileOf(cell);
   if (!fs::is_regular_file(file)) return std::nullopt;
   try {
-    const auto json = nlohmann::json::parse(io::readBytes(file, mostCellBytes));
+    const auto json = nlohmann::json::parse(io::readBytes(file, maxCellBytes));
     if (json.at("estancia_cell") != cellVersion || json.at("inputs") != cell.inputs) return std::nullopt;
     CellResults results;
     for (const auto& entry : json.at("results"))

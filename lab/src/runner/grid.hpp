@@ -33,11 +33,11 @@ std::optional<double> valueOf(const CellResults& results, const std::string& mea
 
 /// The head of results.csv, in snake_case.
 struct GridColumns {
-  /// What tells the cells apart: model, sequence.
+  /// Coordinates that distinguish the cells: model, sequence.
   std::vector<std::string> coordinates;
-  /// What tells the rows of one cell apart; "" when each has but one.
+  /// Coordinate that distinguishes the rows of one cell; "" if each has but one.
   std::string at;
-  /// Those of the results that are shown there.
+  /// Results that are shown there.
   std::vector<std::string> measures;
   /// All of them as they stand there; empty: as they are listed here.
   std::vector<std::string> order = {};

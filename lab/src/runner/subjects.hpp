@@ -27,7 +27,7 @@ std::unique_ptr<Sequence> openImages(const SequenceSource& source);
 /// does.
 std::string digestOf(const SequenceSource& source);
 
-/// The keys that say where images are and how to open them.
+/// The keys that define where images are and how to open them.
 std::vector<ConfigFile::Key> sourceKeys(ConfigFile& config, SequenceSource& source, bool pathRequired);
 
 /// A drive of a configuration.
@@ -43,12 +43,12 @@ struct NamedDrive {
 NamedDrive readNamedDrive(ConfigFile& config, const toml::table& table,
                           const std::vector<ConfigFile::Key>& more = {});
 
-/// Reads the configuration of an experiment that is told models and drives alone: `read` takes each table
+/// Reads the configuration of an experiment that takes models and drives only: `read` takes each table
 /// [[drive]], which names `what`.
 void readDrives(ConfigFile& config, std::vector<std::string>& models, const std::string& what,
                 const std::function<void(const toml::table&)>& read);
 
-/// The drives that are there; the others are told in `notes`. Throws Error when none is left
+/// The drives that are there; the others are reported in `notes`. Throws Error when none is left
 /// (insufficientData), or two have the same name (invalidInput).
 std::vector<NamedDrive> presentDrives(const std::vector<NamedDrive>& drives, std::vector<std::string>& notes);
 
@@ -59,8 +59,8 @@ struct Candidate {
   std::string name;
 };
 
-/// The models of the command line, else those of the configuration, else all that are installed; what is left
-/// out is told in `notes`. Throws Error when one is unknown or two have the same name.
+/// The models of the command line, else those of the configuration, else all that are installed; omissions
+/// are reported in `notes`. Throws Error when one is unknown or two have the same name.
 std::vector<Candidate> modelsToCompare(const std::vector<std::string>& configured, const ExperimentRun& run,
                                        std::vector<std::string>& notes);
 

@@ -32,7 +32,7 @@ double effectiveSize(const SceneTest& test, const std::vector<double>& right, do
                           std::inner_product(excess.begin(), excess.end(), excess.begin(), 0.0) /
                           (images * images);
   const double independent = variance > 0 ? std::min(share * (1 - share) / variance, images) : images;
-  // Few runs tell their variance badly, as Student's t knows.
+  // Few runs give a poor estimate of their variance, hence Student's t.
   using namespace boost::math;
   const double doubt = quantile(normal(), 0.975) / quantile(students_t(runs - 1), 0.975);
   return std::max(independent * doubt * doubt, 1.0);

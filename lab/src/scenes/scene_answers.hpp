@@ -15,9 +15,9 @@ namespace estancia::experiments {
 struct SceneTest {
   /// The true one of each image, 0 …
   std::vector<int> rooms;
-  /// Of each image, 0 …
+  /// Run of each image, 0 …
   std::vector<int> runs;
-  /// Of truths and answers.
+  /// Number of rooms in truths and answers.
   int roomCount = 0;
   int runCount = 0;
 };
@@ -27,11 +27,11 @@ struct Share {
   double value = 0, low = 0, high = 0;
 };
 
-/// The share of right answers: Wilson's interval (J. Am. Stat. Assoc. 22 (1927)), with as many images as
-/// independent ones would tell as much (Kish's effective sample size, from the variance between runs; Korn &
-/// Graubard, Survey Methodology 24 (1998), with their correction for few runs by Student's t). Where all or
-/// none are right, each run counts as one image.
-/// `right[i]` in [0, 1], one an image. Throws Error when there are no images.
+/// The share of right answers: Wilson's interval (J. Am. Stat. Assoc. 22 (1927)), with the number of
+/// independent images that carry as much information (Kish's effective sample size, from the variance between
+/// runs; Korn & Graubard, Survey Methodology 24 (1998), with their correction for few runs by Student's t).
+/// Where all or none are right, each run counts as one image. `right[i]` in [0, 1], one an image. Throws
+/// Error when there are no images.
 Share shareRight(const SceneTest& test, const std::vector<double>& right);
 
 /// What one cell found: an answer an image, for each seed.

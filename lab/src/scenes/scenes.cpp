@@ -23,7 +23,7 @@
 namespace estancia::experiments {
 namespace {
 
-constexpr int scenesVersion = 2;  // of what follows: cells of another one are computed anew
+constexpr int scenesVersion = 2;  // version of the code below: cells of another one are computed anew
 
 /// The images of each pair as numbers.
 void numberTests(const ScenesData& data, ScenesResults& results) {
@@ -51,7 +51,7 @@ void numberTests(const ScenesData& data, ScenesResults& results) {
   }
 }
 
-/// Says which rooms are asked about in vain.
+/// Notes which tested rooms are not learned.
 void noteUnlearned(const ScenesData& data, std::vector<std::string>& notes) {
   for (const ScenesData::Pair& pair : data.pairs) {
     const SceneImages &train = data.images[pair.train], &test = data.images[pair.test];
@@ -75,8 +75,8 @@ struct Trial {
   const SceneDescriptor* descriptor;
   std::string classifier;
   const ScenesOptions* options;
-  std::string rule;       // of a subset of labels; "": all
-  std::size_t count = 0;  // of labels
+  std::string rule;       // rule for a subset of labels; "": all
+  std::size_t count = 0;  // number of labels
 
   std::string inputs() const {
     const auto& [train, test] = data->pairs[pair];
@@ -91,7 +91,7 @@ struct Trial {
     Features train = withParts(data->images[images.train].features, descriptor->parts);
     Features test = withParts(data->images[images.test].features, descriptor->parts);
     if (count > 0) {
-      const auto labels = selectColumns(train, rule, count);  // the test has no say
+      const auto labels = selectColumns(train, rule, count);  // the test is not used
       train = withColumns(train, labels);
       test = withColumns(test, labels);
     }

@@ -34,7 +34,7 @@ struct ScenesOptions {
     /// CSV with a header, one line an image; "": the images know their rooms.
     std::filesystem::path table;
     std::string imageColumn = "image", roomColumn = "room";
-    /// Of the table; "": all images belong together.
+    /// Column of the table; "": all images belong together.
     std::string splitColumn;
     /// Its values.
     std::string train = "train", test = "test";

@@ -51,7 +51,7 @@ ScenesOptions::Data readData(ConfigFile& config, const toml::table& table) {
   if (asked != nullptr) {
     if (!data.splitColumn.empty())
       config.fail(*asked, "`split_column` parts the images already; leave out one of the two");
-    data.asked = data.images;  // the same but for its labels
+    data.asked = data.images;  // equal except for the labels
     config.read(*asked, sourceKeys(config, *data.asked, false));
   }
   return data;

@@ -42,7 +42,8 @@ std::string imagePart(const std::string& part) {
 /// What is compared, and by which names it is asked for.
 struct Wanted {
   std::vector<SceneDescriptor> descriptors;
-  std::vector<std::string> sources;  // of all parts, each once: names of types, models or their folders
+  // sources of all parts, each once: names of types, models or their folders
+  std::vector<std::string> sources;
 };
 
 /// Names of types and models; any names where there are no images to describe.
@@ -178,11 +179,11 @@ void requireLearnable(const SceneImages& images) {
                               images.name, room));
 }
 
-/// Opens all that is there, and says what is learned from what.
+/// Opens all that is there, and reports what is learned from what.
 std::vector<Source> openAll(const ScenesOptions& options, std::vector<std::string>& notes,
                             std::vector<ScenesData::Pair>& pairs) {
   std::vector<Source> sources;
-  std::vector<std::size_t> sequences;  // those that make pairs with each other
+  std::vector<std::size_t> sequences;  // sequences that make pairs with each other
   for (const ScenesOptions::Data& data : options.data) {
     if (data.optional && !fs::exists(data.images.path)) {
       notes.push_back(fmt::format("{} is not there and was left out", data.images.path.string()));
@@ -234,7 +235,7 @@ ScenesData describeScenes(const ScenesOptions& options, const ExperimentRun& run
         throw Error(problem.code(), fmt::format("{}: {}", source.from.path.string(), problem.what()));
       }
 
-  std::optional<Features> features;  // of the last sequence: halves by a column are described once
+  std::optional<Features> features;  // features of the last sequence: halves by a column are described once
   for (std::size_t s = 0; s < sources.size(); ++s) {
     const Source& source = sources[s];
     if (!source.split.empty() && s > 0 && sources[s - 1].data == source.data) {

@@ -25,33 +25,33 @@ struct SceneDescriptor {
 /// Images that belong together: one sequence, or one half of a data set.
 struct SceneImages {
   std::string name;
-  /// Of the images whose room is known and wanted, by all parts.
+  /// Features of the images whose room is known and wanted, by all parts.
   Features features;
   /// One an image: those of one run follow each other in one room.
   std::vector<std::string> runs;
-  /// Of names, rooms and runs.
+  /// Digest of names, rooms and runs.
   std::string framesDigest;
-  /// Of values and identity, by part.
+  /// Digests of values and identity, by part.
   std::map<std::string, std::string> partDigests;
 
-  /// Of all that a classifier in these parts can depend on.
+  /// Digest of all that a classifier in these parts can depend on.
   std::string digest(const std::vector<std::string>& parts) const;
 };
 
 struct ScenesData {
   struct Pair {
-    /// Of `images`.
+    /// Indexes into `images`.
     std::size_t train = 0, test = 0;
   };
   std::vector<SceneDescriptor> descriptors;
   std::vector<SceneImages> images;
   std::vector<Pair> pairs;
-  /// Of the parts.
+  /// Identities of the parts.
   std::vector<std::string> identities;
 };
 
-/// Finds the descriptors, opens the data and describes it. What is left out is told in `notes`. Throws Error
-/// as compareScenes() does, all that can be known beforehand before any image is described.
+/// Finds the descriptors, opens the data and describes it. Omissions are reported in `notes`. Throws Error as
+/// compareScenes() does, all that can be known beforehand before any image is described.
 ScenesData describeScenes(const ScenesOptions& options, const ExperimentRun& run, Progress& progress,
                           std::vector<std::string>& notes);
 

@@ -106,7 +106,8 @@ class Sections {
           [&](auto c) { return percent(c, &SceneAnswers::balancedAccuracy, tells); }}});
   }
 
-  /// Of each true room, the share of its images that were taken for each other one; over all pairs that tell.
+  /// For each true room, the share of its images that were taken for each other one; over all pairs that
+  /// tells() accepts.
   HeatTable confusion(std::size_t number, const std::string& what) const {
     const std::size_t rooms = results_.rooms.size();
     std::vector<double> sums(rooms * rooms);
@@ -156,10 +157,10 @@ class Sections {
   struct Image {
     std::size_t pair, image;
     double wrong;  // cells
-    int takenFor;  // of the wrong answers
+    int takenFor;  // the most frequent wrong answer
   };
 
-  /// Those that any cell was wrong about, the most difficult first.
+  /// Images that any cell was wrong about, the most difficult first.
   std::vector<Image> images() const {
     std::vector<Image> all;
     for (std::size_t p = 0; p < results_.pairs.size(); ++p) {

@@ -14,9 +14,9 @@ namespace estancia::experiments {
 struct ScenesResults {
   struct Pair {
     std::string train, test;
-    /// Of the test.
+    /// Images of the test.
     SceneTest images;
-    /// Of the images, and of the run of each number.
+    /// Names of the images, and of the run of each number.
     std::vector<std::string> names, runs;
     /// Images.
     std::size_t learned = 0;
@@ -36,7 +36,7 @@ struct ScenesResults {
     /// [count][pair].
     std::vector<std::vector<SceneAnswers>> answers;
   };
-  /// Of the study.
+  /// Name of the study.
   std::string name;
   std::vector<std::string> rooms;
   std::vector<Pair> pairs;
@@ -46,7 +46,7 @@ struct ScenesResults {
   std::vector<SceneAnswers> cells;
 
   std::string curveDescriptor, curveClassifier;
-  /// Of labels, rising.
+  /// Numbers of labels, rising.
   std::vector<std::size_t> counts;
   /// All that the curve's descriptor has, whether asked about or not.
   std::size_t labels = 0;
@@ -54,8 +54,8 @@ struct ScenesResults {
   /// The thesis' Table 3.2 beside.
   bool thesisTables = false;
 
-  /// Whether it tells what a classifier is worth elsewhere: the test was not learned. Where there are no such
-  /// pairs, all of them have to do.
+  /// Whether the pair measures a classifier's value elsewhere: the test was not learned. If there are no such
+  /// pairs, all of them are used.
   bool tells(const Pair& pair) const;
 
   const SceneAnswers& cell(std::size_t pair, std::size_t descriptor, std::size_t classifier) const {

@@ -16,7 +16,7 @@ namespace estancia::experiments {
 namespace {
 
 constexpr std::size_t maxDrawn = 40;   // methods of a diagram
-constexpr std::size_t maxListed = 25;  // of a table among others, when not all are drawn
+constexpr std::size_t maxListed = 25;  // rows of a table among others, when not all are drawn
 
 std::string describe(const SceneBlocks& blocks) {
   if (!blocks.runs)

@@ -48,11 +48,11 @@ MethodScores pooled(const SceneBlocks& blocks, std::size_t methods, MethodOf met
 
 /// What a choice among cells needs to know of a pair.
 struct AskedPair {
-  std::vector<std::size_t> places;              // of each run among those that are drawn
-  std::vector<double> answers;                  // of each run
+  std::vector<std::size_t> places;              // place of each run among those that are drawn
+  std::vector<double> answers;                  // answers of each run
   std::vector<std::vector<std::size_t>> right;  // [cell][run]
 
-  /// Share of right answers of each cell when runs weigh what `weight` says; none where all weigh nothing.
+  /// Share of right answers of each cell with the runs weighted by `weight`; none if all weights are 0.
   template <class Weight>
   std::vector<double> shares(Weight weight) const {
     double all = 0;
@@ -73,7 +73,7 @@ struct AskedPair {
 
 SceneBlocks blocksOf(const ScenesResults& results) {
   SceneBlocks blocks;
-  if (results.pairs.size() >= fewestPairs) {
+  if (results.pairs.size() >= minPairs) {
     for (std::size_t p = 0; p < results.pairs.size(); ++p) {
       blocks.names.push_back(fmt::format("{}→{}", results.pairs[p].train, results.pairs[p].test));
       const SceneTest& test = results.pairs[p].images;

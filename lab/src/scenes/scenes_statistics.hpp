@@ -13,9 +13,9 @@
 
 namespace estancia::experiments {
 
-/// Fewer pairs of training and test than this tell nothing by ranks: even if one method wins them all, a
-/// two-sided signed-rank test of 5 cannot fall below 5 % (2 / 2⁵).
-inline constexpr std::size_t fewestPairs = 6;
+/// Fewer pairs of training and test than this allow no conclusion by ranks: even if one method wins them all,
+/// a two-sided signed-rank test of 5 cannot fall below 5 % (2 / 2⁵).
+inline constexpr std::size_t minPairs = 6;
 
 /// What Friedman's test takes for its tests.
 struct SceneBlocks {
@@ -26,11 +26,11 @@ struct SceneBlocks {
   /// right[block][cell]: right answers of all seeds; cell = descriptor · classifiers + classifier. Shares are
   /// divided last: a sum of shares differs in its last bit from an equal one, which ranks would count.
   std::vector<std::vector<std::size_t>> right;
-  /// That each cell gave in each block, right or wrong.
+  /// Answers of each cell in each block, right or wrong.
   std::vector<std::size_t> answers;
 };
 
-/// Whole pairs of training and test where there are at least `fewestPairs`. Else the runs of the test images
+/// Whole pairs of training and test where there are at least `minPairs`. Else the runs of the test images
 /// (of pairs whose test was not learned): each shows one place, which no training image shows and which
 /// answers for all its images, so that the runs are independent witnesses of the classifiers as they were
 /// trained. (Where a run is one image, Friedman's test is Cochran's Q.)

@@ -20,7 +20,7 @@
 namespace estancia::experiments {
 namespace {
 
-constexpr int fewExamplesVersion = 1;  // of what follows: cells of another one are computed anew
+constexpr int fewExamplesVersion = 1;  // version of the code below: cells of another one are computed anew
 
 const std::vector<std::string> waysToTell{"examples", "names", "both"};
 
@@ -34,7 +34,8 @@ std::map<std::string, std::vector<std::size_t>> shuffledRooms(const std::vector<
   std::mt19937_64 random(seed);
   for (const std::string& room : rooms)
     for (std::size_t i = shuffled[room].size(); i > 1; --i)
-      std::swap(shuffled[room][i - 1], shuffled[room][random() % i]);  // the same with any library
+      // deterministic with any standard library
+      std::swap(shuffled[room][i - 1], shuffled[room][random() % i]);
   return shuffled;
 }
 

@@ -1,5 +1,5 @@
 // Few-examples experiment: rooms by a few images of each, by their names alone, and by both.
-// docs/measured/words.md tells the results.
+// docs/measured/words.md reports the results.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,7 +26,7 @@ namespace estancia::experiments {
 struct FewExamplesOptions {
   /// Names, folders, several joined by +; none: all that are installed.
   std::vector<std::string> models;
-  /// As the images' truth has them; names as WordNet does, "_" for a blank.
+  /// Rooms in the spelling of the images' truth; names in WordNet's, "_" for a blank.
   std::vector<std::string> rooms;
   /// Images of each room that a classifier is trained on, ascending.
   std::vector<std::size_t> images{2, 3, 5, 10, 20, 40};

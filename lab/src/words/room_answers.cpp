@@ -45,7 +45,7 @@ std::vector<bool> imagesNamedRight(const RoomPredictions& predictions, const std
   return right;
 }
 
-/// Of the images whose room is known.
+/// Share of the images whose room is known.
 Share shareOfImages(const std::vector<Frame>& frames, const std::vector<bool>& right) {
   std::vector<Frame> known;
   std::vector<std::string> rooms;
@@ -141,12 +141,12 @@ CellResults measureRoomAnswers(const RoomPredictions& predictions, const std::ve
                                const std::vector<GroupAnswer>& groups) {
   const std::vector<bool> right = imagesNamedRight(predictions, frames);
   std::map<std::string, RightAnswers> images, named;
-  std::size_t mostFrequent = 0;
+  std::size_t maxImages = 0;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     if (frames[i].room.empty()) continue;
     images[kAllRooms].add(right[i]);
     images[frames[i].room].add(right[i]);
-    mostFrequent = std::max(mostFrequent, images[frames[i].room].all);
+    maxImages = std::max(maxImages, images[frames[i].room].all);
   }
   if (images.empty())
     throw Error(ErrorCode::insufficientData, "no image has a known room; nothing to compare with");
@@ -168,7 +168,7 @@ CellResults measureRoomAnswers(const RoomPredictions& predictions, const std::ve
   results.push_back({"accuracy_low", kAllRooms, share.low});
   results.push_back({"accuracy_high", kAllRooms, share.high});
   results.push_back(
-      {"chance", kAllRooms, static_cast<double>(mostFrequent) / static_cast<double>(images[kAllRooms].all)});
+      {"chance", kAllRooms, static_cast<double>(maxImages) / static_cast<double>(images[kAllRooms].all)});
   for (const auto& [room, answers] : named) {
     results.push_back({"groups", room, static_cast<double>(answers.all)});
     results.push_back({"pooled_accuracy", room, answers.share()});

@@ -1,4 +1,5 @@
-// Room answers: what the names of rooms alone tell about images whose rooms are known, one by one and pooled.
+// Room answers: predictions from the names of rooms alone for images whose rooms are known, one by one and
+// pooled.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,7 +15,7 @@ namespace estancia::experiments {
 
 /// Images that are named together.
 struct ImageGroups {
-  /// Of each image, 0 …; rooms.size(): none.
+  /// Group of each image, 0 …; rooms.size(): none.
   std::vector<std::size_t> groupOf;
   /// The true room of each group; "": unknown.
   std::vector<std::string> rooms;
@@ -38,10 +39,10 @@ struct GroupAnswer {
   bool isSure = false;
 };
 
-/// As places and zones are named: poolRooms(), sure above RoomPredictions::sureProbability().
+/// Names blocks like places and zones: poolRooms(), sure above RoomPredictions::sureProbability().
 std::vector<GroupAnswer> nameBlocks(const RoomPredictions& predictions, const ImageGroups& groups);
 
-/// As the areas of a map are named: nameAreasByRooms().
+/// Names groups like the areas of a map: nameAreasByRooms().
 std::vector<GroupAnswer> nameAreaGroups(const RoomPredictions& predictions, const ImageGroups& groups);
 
 /// The measures of roomsByNameColumns() at "(all)" and at each true room. Images and groups of unknown rooms

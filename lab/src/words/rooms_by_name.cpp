@@ -20,7 +20,7 @@
 namespace estancia::experiments {
 namespace {
 
-constexpr int roomsByNameVersion = 1;  // of what follows: cells of another one are computed anew
+constexpr int roomsByNameVersion = 1;  // version of the code below: cells of another one are computed anew
 
 const std::string kBlocks = "blocks", kAreas = "areas";
 
@@ -42,7 +42,7 @@ RoomsByNameOptions::Task readRoomTask(ConfigFile& config, const toml::table& tab
 struct AskedImages {
   std::vector<Frame> frames;
   DescriptorMatrix labels;
-  /// Of the drive's labeled frames.
+  /// Numbers of the drive's labeled frames.
   std::vector<std::size_t> numbers;
 };
 

@@ -1,5 +1,5 @@
 // Rooms-by-name experiment: rooms of images and areas by the rooms' names alone, without an example.
-// docs/measured/words.md tells the results.
+// docs/measured/words.md reports the results.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

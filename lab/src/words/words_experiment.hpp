@@ -1,5 +1,5 @@
 // Words experiment: how well the labels that people mean are found by their own words, method by method.
-// docs/measured/words.md tells the results.
+// docs/measured/words.md reports the results.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -36,7 +36,7 @@ struct WordAnswer {
   std::vector<double> averagePrecisions;
   /// Labels that search returns, and those of them that are answers.
   std::size_t returned = 0, correct = 0;
-  /// Of one search, as the command does it.
+  /// Duration of one search, done as by the command.
   double milliseconds = 0;
 };
 
@@ -50,7 +50,8 @@ GridColumns wordsColumns();
 /// seconds. Throws Error when a model or a query is wrong, and (missingDependency) without WordNet.
 Findings compareWords(const WordsOptions& options, Grid& grid, const ExperimentRun& run, Progress& progress);
 
-/// Of one model; the queries in their order: the weights of the methods were chosen on the even ones, from 0.
+/// Findings of one model; the queries in their order: the weights of the methods were chosen on the even
+/// ones, from 0.
 Findings wordsFindings(const std::string& model, const std::vector<WordAnswer>& answers);
 
 }  // namespace estancia::experiments

@@ -21,7 +21,7 @@ Answers halfOfAnswers(const std::vector<WordAnswer>& answers, bool isOdd) {
   return half;
 }
 
-/// Those of each kind, in order of their first query; then all.
+/// Answers of each kind, in order of their first query; then all.
 std::vector<std::pair<std::string, Answers>> byKind(const Answers& answers) {
   std::vector<std::pair<std::string, Answers>> kinds;
   for (const WordAnswer* answer : answers) {

@@ -37,11 +37,12 @@ namespace estancia::experiments {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int zoneTablesVersion = 1;     // of what follows: cells of another one are computed anew
-constexpr std::size_t mostClasses = 30;  // of a matrix that shows classes; of more it shows the rooms
-constexpr std::size_t mostPairs = 40;    // of classes that are told one by one; of more their categories
+constexpr int zoneTablesVersion = 1;  // version of the code below: cells of another one are computed anew
+// classes of a matrix that shows classes; for more it shows the rooms
+constexpr std::size_t maxClasses = 30;
+constexpr std::size_t maxPairs = 40;  // classes that are reported one by one; for more their categories
 
-/// Some data as one model says it.
+/// Data as labeled by one model.
 struct Labeled {
   DescriptorSequence descriptors;
   std::vector<int> rooms;           // a number for the room of each frame
@@ -117,7 +118,7 @@ ZoneReading readingOf(const Labeled& labeled, const std::string& cut, const std:
                       {}};
   const CategorySpread spread = measureCategories(zones, labeled.classes);
   reading.m = spread.m;
-  if (spread.pairs.size() <= mostPairs) {
+  if (spread.pairs.size() <= maxPairs) {
     for (const ClassPair& pair : spread.pairs)
       reading.within.emplace_back(pair.first + " · " + pair.second, pair.distance);
     return reading;
@@ -199,7 +200,7 @@ ZoneCell compute(const Labeled& labeled, const Compared& compared, const std::st
 /// The rows of Fig. 5.4: classes where they are few, else rooms.
 std::vector<std::string> matrixClasses(const Labeled& labeled) {
   std::vector<std::string> names;
-  const bool few = labeled.classNames.size() <= mostClasses && labeled.classNames.size() > 1;
+  const bool few = labeled.classNames.size() <= maxClasses && labeled.classNames.size() > 1;
   for (const ImageClass& image : labeled.classes) names.push_back(few ? image.name : image.category);
   return names;
 }

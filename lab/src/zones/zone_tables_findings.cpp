@@ -15,9 +15,9 @@ namespace estancia::experiments {
 namespace {
 
 using Best = ResultTable::Best;
-constexpr std::string_view withinPrefix = "within ";  // of the measures behind M
+constexpr std::string_view withinPrefix = "within ";  // prefix of the measures after M
 constexpr const char* thesisCut = "0.5";
-constexpr std::size_t maxLines = 28;  // that a chart tells apart
+constexpr std::size_t maxLines = 28;  // lines that a chart can distinguish
 
 using Value = CellValue;
 
@@ -109,7 +109,7 @@ class Tables {
          {{"5.1: best V", 3, Best::largest}, [](auto& model) { return bestVOf(model.theirs); }}});
   }
 
-  /// Of the first model: distances down, linkages across.
+  /// Pairs of the first model: distances down, linkages across.
   void addPairs(Findings& findings) const {
     const auto add = [&](const std::string& title, const std::string& caption, Best best,
                          Value (*value)(const ZoneCell*)) {

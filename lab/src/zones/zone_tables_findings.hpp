@@ -15,7 +15,7 @@ namespace estancia::experiments {
 
 /// The zones that one cut of a dendrogram makes, against the rooms.
 struct ZoneReading {
-  /// As configured: "0.5", "auto".
+  /// The configured value: "0.5", "auto".
   std::string cut;
   std::size_t zones = 0;
   double vMeasure = 0, adjustedRandIndex = 0, purity = 0;
@@ -32,10 +32,10 @@ struct ZoneCell {
   std::vector<double> vMeasures;
 
   const ZoneReading* find(const std::string& cut) const;
-  /// Of vMeasures.
+  /// The maximum of vMeasures.
   double bestV() const;
 
-  /// Those that results.csv shows.
+  /// Measures in results.csv.
   static std::vector<std::string> measures();
   CellResults toResults() const;
   static ZoneCell fromResults(const CellResults& results);
@@ -54,7 +54,7 @@ struct ZoneTablesResults {
     std::size_t images = 0;
     /// Their names.
     std::vector<std::string> rooms;
-    /// Of all rooms.
+    /// Number of classes over all rooms.
     std::size_t classes = 0;
     /// Rows of the matrices: classes, or the rooms where they are many.
     std::vector<std::string> matrixNames;

@@ -15,7 +15,7 @@
 
 namespace {
 
-/// Of networks, pose graphs, classifiers and downloads.
+/// Whether a library belongs to networks, pose graphs, classifiers or downloads.
 bool isOfOtherRooms(const std::string& mapping) {
   for (const char* library :
        {"opencv_dnn", "opencv_ml", "libcholmod", "libsvm", "liblinear", "libcurl", "libarchive"})
