@@ -8,9 +8,10 @@
 #include "estancia/core/descriptor.hpp"
 #include "estancia/core/room_predictions.hpp"
 #include "estancia/core/vocabulary.hpp"
-#include "estancia/words/word_graph.hpp"
 
 namespace estancia {
+
+struct WordGraph;
 
 /// What the labels of a vocabulary tell of rooms, for runs of images: WordNet is asked once.
 class RoomsByNames {

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 
 namespace estancia {
 namespace {
