@@ -13,7 +13,7 @@
 #include <fstream>
 #include <numbers>
 
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/map_file/sqlite.hpp"
 #include "estancia/map_file/store.hpp"
 #include "estancia/query/drives.hpp"
@@ -22,6 +22,7 @@
 #include "estancia/world/world_mapper.hpp"
 #include "estancia/world_file/edit_areas.hpp"
 #include "estancia/world_file/world_map.hpp"
+#include "estancia/world_file/world_options.hpp"
 #include "support/errors.hpp"
 #include "support/flat_drive.hpp"
 #include "support/support.hpp"

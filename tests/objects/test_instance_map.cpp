@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/objects/instance_accuracy.hpp"
 #include "estancia/objects/segment_image.hpp"
 #include "support/errors.hpp"

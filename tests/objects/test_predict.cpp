@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 
-#include "estancia/label/record.hpp"
+#include "estancia/label/label_stream.hpp"
 #include "estancia/objects/clustered_frame.hpp"
 #include "estancia/objects/collect.hpp"
 #include "estancia/objects/object_crops.hpp"

@@ -7,7 +7,7 @@
 #include <limits>
 #include <opencv2/core/affine.hpp>
 
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/objects/tracks.hpp"
 #include "support/errors.hpp"
 

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <random>
 
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/map_file/store.hpp"
 #include "estancia/mapper/mapper.hpp"
 #include "estancia/session/drive_alignment.hpp"

@@ -9,7 +9,7 @@
 #include <opencv2/core/affine.hpp>
 
 #include "estancia/core/point_cloud.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 
 namespace estancia::test {
 

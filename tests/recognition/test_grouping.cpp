@@ -8,7 +8,7 @@
 #include <random>
 
 #include "estancia/core/error.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/recognition/keypoints.hpp"
 #include "recognition/made_up_surface.hpp"
 #include "recognition/pcl_reference.hpp"

@@ -11,7 +11,7 @@
 #include <set>
 
 #include "estancia/core/error.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/files/cloud_file.hpp"
 #include "estancia/recognition/object_search.hpp"
 #include "estancia/recognition/prepared.hpp"

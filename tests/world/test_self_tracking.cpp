@@ -6,13 +6,14 @@
 #include <fstream>
 #include <set>
 
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/labelers/labeler.hpp"
 #include "estancia/map_file/sqlite.hpp"
 #include "estancia/odometry/tracker.hpp"
 #include "estancia/stats/trajectory_error.hpp"
 #include "estancia/world/world_mapper.hpp"
 #include "estancia/world_file/world_map.hpp"
+#include "estancia/world_file/world_options.hpp"
 #include "support/errors.hpp"
 #include "support/room.hpp"
 #include "support/support.hpp"

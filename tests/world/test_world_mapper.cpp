@@ -1,5 +1,6 @@
 // A map that keeps areas beside its places, in one pass, through interruptions and corrections.
 // SPDX-License-Identifier: Apache-2.0
+#include "estancia/areas/areas.hpp"
 #include "estancia/world/world_mapper.hpp"
 
 #include <gmock/gmock.h>
@@ -12,13 +13,14 @@
 #include <set>
 #include <utility>
 
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/labelers/labeler.hpp"
 #include "estancia/map_file/sqlite.hpp"
 #include "estancia/map_file/store.hpp"
 #include "estancia/world_file/edit_areas.hpp"
 #include "estancia/world_file/observation.hpp"
 #include "estancia/world_file/world_map.hpp"
+#include "estancia/world_file/world_options.hpp"
 #include "support/errors.hpp"
 #include "support/flat_drive.hpp"
 #include "support/map_drive.hpp"

@@ -1,5 +1,6 @@
 // What areas are called: by people, else by a room classifier, else by their words.
 // SPDX-License-Identifier: Apache-2.0
+#include "estancia/words/wordnet.hpp"
 #include "estancia/world_file/area_names.hpp"
 
 #include <gmock/gmock.h>
@@ -10,6 +11,7 @@
 #include "estancia/words/installed_words.hpp"
 #include "estancia/world_file/edit_areas.hpp"
 #include "estancia/world_query/ask_world.hpp"
+#include "estancia/world_query/map_region.hpp"
 #include "estancia/world_query/route_world.hpp"
 #include "estancia/world_query/world_json.hpp"
 #include "support/errors.hpp"

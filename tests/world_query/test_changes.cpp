@@ -7,7 +7,7 @@
 
 #include <numbers>
 
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/session/session.hpp"
 #include "estancia/world/world_mapper.hpp"
 #include "support/errors.hpp"
