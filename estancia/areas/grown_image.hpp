@@ -7,7 +7,7 @@
 
 namespace estancia {
 
-/// `image` with a border of so many empty cells, as FloorCells::cover() says.
+/// `image` with a border of so many empty cells, as FloorCells::cover() returns.
 cv::Mat grown(const cv::Mat& image, const cv::Vec4i& border);
 
 }  // namespace estancia

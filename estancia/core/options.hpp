@@ -27,7 +27,7 @@ using Choices = std::vector<Choice>;
 /// "a, b, c".
 std::string namesOf(const Choices& choices);
 
-/// Throws Error (unknownName) unless one of `choices` has this name; `what` says what they are ("filter").
+/// Throws Error (unknownName) unless one of `choices` has this name; `what` names their kind ("filter").
 /// The sentence lists the known names.
 void requireChoice(std::string_view what, std::string_view name, const Choices& choices);
 

@@ -125,8 +125,8 @@ inline PlanarMotion motionBetween(const Pose& from, const Pose& to) {
 }
 
 /// The floor of a drive. A robot's camera may look up or down, but it does not roll: its right axis stays in
-/// the floor's plane, and where the robot turns, two such axes fix it. Of what is left open, up is nearest to
-/// the cameras' mean upward direction.
+/// the floor's plane, and where the robot turns, two such axes fix it. Among the remaining directions, up is
+/// nearest to the cameras' mean upward direction.
 class Floor {
  public:
   explicit Floor(std::span<const Pose> poses) {

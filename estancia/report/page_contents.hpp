@@ -26,7 +26,7 @@ struct Measure {
 
 /// The images a page may show.
 struct PageImages {
-  std::vector<std::size_t> frames;                              ///< that have an image, ascending
+  std::vector<std::size_t> frames;                              ///< frames with an image, ascending
   std::function<std::vector<unsigned char>(std::size_t)> read;  ///< a frame's, as MapStore gives it
   std::size_t each = 4;                                         ///< at most, of one place
   std::size_t bytes = 1'800'000;  ///< all together, before they grow by a third in the page

@@ -39,7 +39,7 @@ struct CompactedMap {
 };
 
 /// Gives the file's unused space back and, where `fileBudget` [MB] is given, leaves out frames until it fits:
-/// of the places with most frames, those that say least beside the others. Places, objects, areas, names and
+/// of the places with most frames, those most similar to others. Places, objects, areas, names and
 /// corrections stay. Throws Error as readMap() does, busy when another process writes the map, and tooLarge
 /// when what must stay does not fit.
 CompactedMap compactMap(const std::filesystem::path& map, const std::optional<std::uint64_t>& fileBudget);

@@ -1,4 +1,4 @@
-// Map edits: people name, merge and split areas, name and delete objects; what they said outlives the next
+// Map edits: people name, merge and split areas, name and delete objects; edits outlive the next
 // drive. SPDX-License-Identifier: Apache-2.0
 #pragma once
 

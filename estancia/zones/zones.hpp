@@ -142,7 +142,8 @@ void writeZones(const Zones& zones, const std::filesystem::path& file);
 /// digits that read back as the same float32; texts that are not UTF-8 are written as {"hex": …}.
 std::string zoneFileText(const Zones& zones);
 
-/// Whether the file begins as a zone file does, intact or not: tells it from a map, whatever its name.
+/// Whether the file begins as a zone file does, intact or not: distinguishes it from a map, whatever its
+/// name.
 bool isZoneFile(const std::filesystem::path& file);
 
 }  // namespace estancia
