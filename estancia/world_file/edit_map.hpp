@@ -1,5 +1,5 @@
-// Map edits: people name, merge and split areas, name and delete objects; edits outlive the next
-// drive. SPDX-License-Identifier: Apache-2.0
+// Map edits: people name, merge and split areas, name and delete objects; edits outlive the next drive.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>
