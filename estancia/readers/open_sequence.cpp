@@ -54,7 +54,7 @@ io::Opened openDescriptors(const fs::path& path, const SequenceOptions&) {
 }
 
 /// In order of detection: a plain folder of images comes last.
-constexpr io::Format<io::Opened, SequenceOptions> kFormats[] = {
+constexpr io::Format<io::Opened, SequenceOptions> formats[] = {
     {"descriptors", "labels instead of images: .labels (of `estancia label`), .csv, .jsonl, .npy",
      isDescriptors, openDescriptors},
     {"bag", "a bag of ROS 1 (.bag) or ROS 2 (.db3, .mcap, or the folder of rosbag2)", io::isRosBag,
@@ -202,7 +202,7 @@ void requireExistingPath(const fs::path& path) {
 
 OptionGroup declare(SequenceOptions& o) {
   OptionGroup group("sequence", "How to open a sequence of images.");
-  group.add("type", &o.type, "Format of the sequence").choices(io::typesWithAuto(kFormats));
+  group.add("type", &o.type, "Format of the sequence").choices(io::typesWithAuto(formats));
   group.add("poses", io::asText(o.poses), "Trajectory (TUM or KITTI)").automatic("poses.txt in the folder");
   group.add("rooms", io::asText(o.rooms), "CSV image,room or image,room,split")
       .automatic("rooms.csv in the folder");
@@ -250,7 +250,7 @@ std::unique_ptr<Sequence> openSequence(const fs::path& path, const SequenceOptio
   validate(options);
   requireExistingPath(path);
   io::Opened sequence = io::opened(path, [&] {
-    const auto* format = io::findFormat(kFormats, path, options.type);
+    const auto* format = io::findFormat(formats, path, options.type);
     if (format == nullptr) {
       const std::string others = io::otherImages(path);
       fail(ErrorCode::unsupportedFile, "{}: no known data set, and no images in this folder ({}){}{}",
@@ -270,7 +270,7 @@ std::unique_ptr<Sequence> openSequence(const fs::path& path, const SequenceOptio
 }
 
 Choices sequenceTypes() {
-  return io::typesOf(kFormats);
+  return io::typesOf(formats);
 }
 
 }  // namespace estancia
