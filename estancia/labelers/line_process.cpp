@@ -78,8 +78,8 @@ std::string howItEnded(int status) {
   return fmt::format("signal {} ({})", WTERMSIG(status), strsignal(WTERMSIG(status)));
 }
 
-/// What a program that goes wrong may take: no more memory than the machine has, and no disk for core dumps.
-/// Where memory ends all the same, the kernel ends it rather than us, who write a map.
+/// Limits a faulty program: no more memory than the machine has, and no core dumps. If memory runs out all
+/// the same, the kernel kills it rather than this process, which may be writing a map.
 void limit(pid_t pid) {
   const auto memory =
       static_cast<rlim_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<rlim_t>(sysconf(_SC_PAGESIZE));

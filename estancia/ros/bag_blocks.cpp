@@ -87,7 +87,7 @@ Payload BagBlocks::kept(std::uint32_t block) const {
     }
     found = kept_.front();
   }
-  // Others who want this block wait; those who want another do not.
+  // Other threads wait for this block only if they need it.
   const std::lock_guard lock(found->loading);
   if (found->failure) throw *found->failure;
   try {

@@ -209,8 +209,8 @@ class Assembly {
     }
     for (SegmentShape& shape : shapes_) measureShape(shape);
   }
-  /// The base below a seat, the stem below a crown, the vase below flowers: joins what ends where a wider
-  /// part with free lower ends begins, below it. Nothing floats, and nothing stands on what is so much
+  /// Joins a wide upper part with free lower ends to a narrower support that ends where it begins: seat and
+  /// base, crown and stem, flowers and vase. Things do not float, nor stand on a support that is so much
   /// narrower.
   void joinSupport(std::uint32_t top) {
     const SegmentShape& shape = shapes_[top];

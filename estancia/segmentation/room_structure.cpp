@@ -183,7 +183,7 @@ void findStructure(const InverseDepth& grid, const cv::Vec3d& up, PlaneRemoval& 
     planes[k].structural = 2 * views[k].upperEdge <= views[k].columns;
     upright.push_back(k);
   }
-  // From behind: what stands before a wall is no wall for what stands before it.
+  // Sort back to front: a plane in front of a wall cannot act as the wall behind another plane.
   std::ranges::stable_sort(upright, {}, [&](std::size_t k) { return planes[k].offset; });
   for (const std::size_t k : upright)
     for (const std::size_t j : upright)

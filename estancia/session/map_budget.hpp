@@ -21,7 +21,7 @@ struct MapBudget {
 };
 OptionGroup declare(MapBudget& budget);
 
-/// What compactMap() did.
+/// Report of compactMap().
 struct CompactedMap {
   std::uintmax_t bytesBefore = 0, bytesAfter = 0;
   std::size_t framesBefore = 0, framesAfter = 0;
