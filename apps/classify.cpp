@@ -71,8 +71,8 @@ void requireOutput(const ClassifyArguments& a, std::vector<std::string> inputs, 
 
 // ---- train
 
-/// Tables often hold, beside descriptors, what people saw in the images: who learns from that learns nothing
-/// about images.
+/// Tables often hold, beside descriptors, people's annotations of the images: a classifier trained on those
+/// learns nothing about images.
 void warnOfAnnotations(const Features& features) {
   const std::vector<std::string> annotations = binaryParts(features);
   if (annotations.empty()) return;

@@ -99,14 +99,14 @@ void tell(const FilterArguments& arguments, const FilteredCloud& filtered, const
 }
 
 /// Flags that only some filters use.
-constexpr std::pair<const char*, const char*> kMethodsOf[] = {{"--points", "gng or voxel"},
-                                                              {"--leaf", "voxel"},
-                                                              {"--quantization-error", "gng"},
-                                                              {"--max-seconds", "gng"},
-                                                              {"--graph", "gng"}};
+constexpr std::pair<const char*, const char*> methodsOf[] = {{"--points", "gng or voxel"},
+                                                             {"--leaf", "voxel"},
+                                                             {"--quantization-error", "gng"},
+                                                             {"--max-seconds", "gng"},
+                                                             {"--graph", "gng"}};
 
 void requireUsed(const CLI::App& command, const std::string& method) {
-  for (const auto& [option, methods] : kMethodsOf)
+  for (const auto& [option, methods] : methodsOf)
     if (command.count(option) > 0 && std::string_view(methods).find(method) == std::string_view::npos)
       throw Error(ErrorCode::invalidOption,
                   fmt::format("{} needs --filter {}; {} does not use it", option, methods, method));

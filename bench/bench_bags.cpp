@@ -25,10 +25,10 @@ namespace fs = std::filesystem;
 
 /// A camera, odometry and transforms. Half of each image is noise, half of it is plain.
 std::vector<test::WrittenMessage> drive() {
-  constexpr std::size_t kImageBytes = 640 * 480 * 3;
+  constexpr std::size_t imageBytes = 640 * 480 * 3;
   std::mt19937 random(7);
-  std::string image(kImageBytes + 60, '\0');
-  for (std::size_t i = 0; i < kImageBytes; ++i)
+  std::string image(imageBytes + 60, '\0');
+  for (std::size_t i = 0; i < imageBytes; ++i)
     image[60 + i] = static_cast<char>(i / 30720 + (i / 1920 % 2 == 0 ? random() % 8 : 0));
   std::vector<test::WrittenMessage> messages;
   for (std::int64_t i = 0; i < 600; ++i) {

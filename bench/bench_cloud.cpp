@@ -32,8 +32,8 @@ namespace {
 
 using namespace estancia;
 
-constexpr std::size_t kStep = 7;  // every such point asks
-constexpr double kRadii[] = {0.005, 0.015, 0.035, 0.06};
+constexpr std::size_t step = 7;  // every such point asks
+constexpr double radii[] = {0.005, 0.015, 0.035, 0.06};
 constexpr int kCounts[] = {1, 10, 30};
 
 /// Processor time of this thread, which other load of the machine does not affect. The best of three.
@@ -83,7 +83,7 @@ void run(const std::string& file) {
   PointCloud cloud = voxelGrid(readCloud(file), 1e-5);  // finite
   const std::vector<cv::Point3f>& points = cloud.points;
   std::vector<cv::Point3f> places;
-  for (std::size_t i = 0; i < points.size(); i += kStep) places.push_back(points[i]);
+  for (std::size_t i = 0; i < points.size(); i += step) places.push_back(points[i]);
   const double million = 1e6 / static_cast<double>(places.size());
   fmt::print("{} points, resolution {:.2g} m, noise {:.2g} m; one thread, best of three\n\n", points.size(),
              resolutionOf(cloud), estimateNoise(cloud));
@@ -119,7 +119,7 @@ void run(const std::string& file) {
   row.nanoflann = 1e3 * seconds([&] { nano.buildIndex(); });
 #endif
   print(row);
-  for (const double radius : kRadii) {
+  for (const double radius : radii) {
     const auto r = static_cast<float>(radius);
     found = 0;
     for (const cv::Point3f& p : places) found += ours.within(p, r, buffer).size();
@@ -160,7 +160,7 @@ void run(const std::string& file) {
 #endif
     print(row);
   }
-  for (const double radius : kRadii) {
+  for (const double radius : radii) {
     NormalOptions options;
     options.radius = radius;
     options.threads = 1;

@@ -34,7 +34,7 @@ namespace {
 
 using namespace estancia;
 
-constexpr int kRounds = 3;
+constexpr int rounds = 3;
 
 double processorTime() {  // time of this thread; other load of the machine does not affect it
   timespec now{};
@@ -49,7 +49,7 @@ double wallTime() {
 /// Milliseconds, the best of some rounds.
 double milliseconds(double (*clock)(), const std::function<void()>& work) {
   double best = HUGE_VAL;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < rounds; ++round) {
     const double begin = clock();
     work();
     best = std::min(best, clock() - begin);
@@ -196,7 +196,7 @@ void run(double focal, const std::vector<std::string>& files) {
 #endif
   }
   fmt::print("{} images, milliseconds each, best of {}; processor time of one thread unless said\n\n",
-             files.size(), kRounds);
+             files.size(), rounds);
   fmt::print("| stage | ms |\n|---|---|\n");
   for (const Row& row : rows)
     if (row.sum > 0) fmt::print("| {} | {:.2f} |\n", row.what, row.sum / static_cast<double>(files.size()));

@@ -35,9 +35,9 @@ namespace {
 using namespace estancia;
 namespace fs = std::filesystem;
 
-constexpr std::size_t kViews = 40;
+constexpr std::size_t views = 40;
 const cv::Size kSize(320, 240);
-const CameraIntrinsics kCamera{320, 240, 290, 290, 159.5, 119.5};
+const CameraIntrinsics camera{320, 240, 290, 290, 159.5, 119.5};
 
 struct Scene {
   cv::Mat image, depth;
@@ -54,7 +54,7 @@ Scene madeUp(int number) {
   const float wall = 3 + 0.05F * static_cast<float>(number);
   for (int y = 0; y < kSize.height; ++y)
     for (int x = 0; x < kSize.width; ++x) {
-      const auto floor = static_cast<float>(y > 120 ? 1.4 / kCamera.slopeY(y) : 1e9);
+      const auto floor = static_cast<float>(y > 120 ? 1.4 / camera.slopeY(y) : 1e9);
       const bool box = x > 100 && x < 180 && y > 90 && y < 190;
       scene.depth.at<float>(y, x) =
           std::min({wall, floor, box ? 1.8F : 1e9F}) + static_cast<float>(random.gaussian(0.005));
@@ -65,13 +65,13 @@ Scene madeUp(int number) {
 std::vector<Scene> scenesOf(const fs::path& path) {
   std::vector<Scene> scenes;
   if (path.empty()) {
-    for (std::size_t i = 0; i < kViews; ++i) scenes.push_back(madeUp(static_cast<int>(i)));
+    for (std::size_t i = 0; i < views; ++i) scenes.push_back(madeUp(static_cast<int>(i)));
     return scenes;
   }
   const auto sequence = openSequence(path);
   if (!sequence->hasDepth()) throw Error(ErrorCode::invalidInput, path.string() + ": there is no depth");
-  const std::size_t step = std::max<std::size_t>(sequence->size() / kViews, 1);
-  for (std::size_t i = 0; i < sequence->size() && scenes.size() < kViews; i += step) {
+  const std::size_t step = std::max<std::size_t>(sequence->size() / views, 1);
+  for (std::size_t i = 0; i < sequence->size() && scenes.size() < views; i += step) {
     Scene& scene = scenes.emplace_back();
     cv::resize(sequence->image(i), scene.image, kSize, 0, 0, cv::INTER_AREA);
     cv::resize(sequence->depth(i), scene.depth, kSize, 0, 0, cv::INTER_NEAREST);
@@ -152,10 +152,10 @@ void run(const fs::path& path) {
     printPeer("scikit-image's gabor, the same frequencies, no prefilter", peers[3], energies);
   }
   print("ESF of a depth image, 20,000 of its points",
-        timeOf<Scene>(scenes, [](const Scene& s) { esf(backProject(s.depth, kCamera)); }));
+        timeOf<Scene>(scenes, [](const Scene& s) { esf(backProject(s.depth, camera)); }));
   std::vector<PointCloud> clouds;
   for (const Scene& scene : scenes) {
-    clouds.push_back(backProject(scene.depth, kCamera));
+    clouds.push_back(backProject(scene.depth, camera));
     std::erase_if(clouds.back().points, [](const cv::Point3f& p) { return !std::isfinite(p.z); });
   }
   const Milliseconds all =

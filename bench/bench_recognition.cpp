@@ -44,10 +44,10 @@ using namespace estancia;
 // Parameters of both programs [m]: the clouds' points lie about 1 and 2 mm apart.
 constexpr double kNormalRadius = 0.015, kSpacing = 0.010, kDescriptorRadius = 0.030, kConsistency = 0.010;
 constexpr double kTolerance = 0.005;
-constexpr std::size_t kMinimum = 30;  // matches that must agree
-constexpr std::size_t kRefined =
-    5;                       // poses with most matches that PCL's ICP, which is slow, refines; ours: all
-constexpr int kRounds = 30;  // rounds of ICP
+constexpr std::size_t minimum = 30;  // matches that must agree
+constexpr std::size_t refined =
+    5;                      // poses with most matches that PCL's ICP, which is slow, refines; ours: all
+constexpr int rounds = 30;  // rounds of ICP
 
 struct Task {
   std::string model, scene, descriptor = "shot";
@@ -93,7 +93,7 @@ Outcome runOurs(const Task& task) {
   options.descriptorRadius = kDescriptorRadius;
   options.consistency = kConsistency;
   options.tolerance = kTolerance;
-  options.minMatches = kMinimum;
+  options.minMatches = minimum;
   options.threads = task.threads;
   Progress silent;
   Outcome outcome;
@@ -210,7 +210,7 @@ Outcome runPcl(const Task& task) {
   lap("matching");
   pcl::GeometricConsistencyGrouping<pcl::PointXYZ, pcl::PointXYZ> grouping;
   grouping.setGCSize(kConsistency);
-  grouping.setGCThreshold(static_cast<int>(kMinimum) - 1);
+  grouping.setGCThreshold(static_cast<int>(minimum) - 1);
   grouping.setInputCloud(modelKeypoints);
   grouping.setSceneCloud(sceneKeypoints);
   grouping.setModelSceneCorrespondences(matches);
@@ -223,11 +223,11 @@ Outcome runPcl(const Task& task) {
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return groups[a].size() > groups[b].size(); });
-  order.resize(std::min(order.size(), kRefined));
+  order.resize(std::min(order.size(), refined));
   for (const std::size_t which : order) {
     const Eigen::Matrix4f& pose = poses[which];
     pcl::IterativeClosestPoint<pcl::PointXYZ, pcl::PointXYZ> icp;
-    icp.setMaximumIterations(kRounds);
+    icp.setMaximumIterations(rounds);
     icp.setMaxCorrespondenceDistance(2 * kTolerance);
     icp.setInputTarget(scene);
     icp.setInputSource(model);

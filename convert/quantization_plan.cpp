@@ -8,15 +8,15 @@ namespace estancia::convert {
 namespace {
 
 /// Kinds of node with integer kernels whose inputs are all images.
-const std::set<std::string> kImageKinds{
-    "Add",     "AveragePool",       "Clip",    "Concat",  "Flatten",   "Mul",      "MaxPool", "Relu",
-    "Reshape", "GlobalAveragePool", "Sigmoid", "Squeeze", "Transpose", "Unsqueeze"};
+const std::set<std::string> imageKinds{"Add",     "AveragePool", "Clip",      "Concat",   "Flatten",
+                                       "Mul",     "MaxPool",     "Relu",      "Reshape",  "GlobalAveragePool",
+                                       "Sigmoid", "Squeeze",     "Transpose", "Unsqueeze"};
 /// Operators whose outputs are numbers that they read.
-const std::set<std::string> kKeepingKinds{"Concat",  "Flatten",   "MaxPool",  "Reshape",
-                                          "Squeeze", "Transpose", "Unsqueeze"};
+const std::set<std::string> keepingKinds{"Concat",  "Flatten",   "MaxPool",  "Reshape",
+                                         "Squeeze", "Transpose", "Unsqueeze"};
 /// Operators whose other inputs are shapes, axes or limits.
-const std::set<std::string> kOneImageKinds{"Clip",    "Flatten", "MaxPool",   "Relu",
-                                           "Reshape", "Squeeze", "Transpose", "Unsqueeze"};
+const std::set<std::string> oneImageKinds{"Clip",    "Flatten", "MaxPool",   "Relu",
+                                          "Reshape", "Squeeze", "Transpose", "Unsqueeze"};
 
 float attributeOf(const onnx::NodeProto& node, const std::string& name, float otherwise) {
   for (const auto& attribute : node.attribute())
@@ -64,8 +64,8 @@ bool QuantizationPlan::isQuantizable(const onnx::NodeProto& node) const {
   if (node.op_type() == "Conv" || (node.op_type() == "Gemm" && isPlainGemm(node)))
     return findConstant(node.input(0)) == nullptr && node.input_size() >= 2 && isFloat(1) &&
            (node.input_size() < 3 || node.input(2).empty() || isFloat(2));
-  if (!kImageKinds.contains(node.op_type())) return false;
-  const int images = kOneImageKinds.contains(node.op_type()) ? 1 : node.input_size();
+  if (!imageKinds.contains(node.op_type())) return false;
+  const int images = oneImageKinds.contains(node.op_type()) ? 1 : node.input_size();
   for (int i = 0; i < images; ++i)
     if (findConstant(node.input(i)) != nullptr) return false;
   return true;
@@ -94,7 +94,7 @@ void QuantizationPlan::chooseNodes() {
     const bool leads = std::any_of(node.output().begin(), node.output().end(),
                                    [&](const std::string& value) { return onTheWay.contains(value); });
     const auto n = static_cast<std::size_t>(i);
-    quantized_[n] = leads && layers[n] > kFloatLayers && isQuantizable(node);
+    quantized_[n] = leads && layers[n] > floatLayers && isQuantizable(node);
     if (leads || hasWeights(node)) onTheWay.insert(node.input().begin(), node.input().end());
   }
 }
@@ -108,7 +108,7 @@ void QuantizationPlan::chooseValues() {
     for (const std::string& value : node.input()) ++readers[value];
     if (!isQuantized(i)) continue;
     wanted.insert(node.output(0));
-    const int images = hasWeights(node) || kOneImageKinds.contains(node.op_type()) ? 1 : node.input_size();
+    const int images = hasWeights(node) || oneImageKinds.contains(node.op_type()) ? 1 : node.input_size();
     for (int k = 0; k < images; ++k) wanted.insert(node.input(k));
   }
   // What a ReLU alone reads is computed together with it.
@@ -138,7 +138,7 @@ void QuantizationPlan::joinScales() {
   };
   for (int i = 0; i < graph_.node_size(); ++i) {
     const auto& node = graph_.node(i);
-    if (!isQuantized(i) || !kKeepingKinds.contains(node.op_type())) continue;
+    if (!isQuantized(i) || !keepingKinds.contains(node.op_type())) continue;
     const int images = node.op_type() == "Concat" ? node.input_size() : 1;
     for (int k = 0; k < images; ++k) join(node.output(0), node.input(k));
   }

@@ -16,12 +16,12 @@ namespace estancia::convert {
 /// labels of the demo's panoramas: their Hellinger distance to those of the float network is .066 with 0,
 /// .061 with 1, .038 with 2, .028 with 3, .026 with 4 and 5, and each one kept costs time
 /// (docs/measured/benchmarks.md).
-inline constexpr int kFloatLayers = 3;
+inline constexpr int floatLayers = 3;
 
 /// What is known of one network. It must outlive the plan.
 class QuantizationPlan {
  public:
-  /// All nodes of a kind that has integer kernels compute in 8 bits between the first kFloatLayers and the
+  /// All nodes of a kind that has integer kernels compute in 8 bits between the first floatLayers and the
   /// last layer with weights. The last (the logits, each head of a detector) and what comes after it stay
   /// float, since that costs next to nothing and errors of logits count most.
   explicit QuantizationPlan(const onnx::GraphProto& graph);

@@ -13,7 +13,7 @@
 
 namespace estancia::check {
 
-constexpr double kSynchronous = 0.02;  ///< largest time between an image and its depth [s]
+constexpr double synchronous = 0.02;  ///< largest time between an image and its depth [s]
 
 class Checklist {
  public:

@@ -24,20 +24,20 @@
 namespace estancia::check {
 namespace {
 
-constexpr int kWidth = 160;          // width of the small depth image [pixels]
-constexpr int kStride = 4;           // from point to point in it [pixels]
-constexpr double kTolerance = 0.04;  // share of the depth: noise, and pixels that do not coincide
+constexpr int smallWidth = 160;     // width of the small depth image [pixels]
+constexpr int stride = 4;           // from point to point in it [pixels]
+constexpr double tolerance = 0.04;  // share of the depth: noise, and pixels that do not coincide
 
 /// A depth image reduced to some thousand points.
 class DepthView {
  public:
   /// `depth` in meters (CV_32F, 0 = none); `camera` of any size.
   DepthView(const cv::Mat& depth, const CameraIntrinsics& camera) {
-    const int width = std::min(kWidth, depth.cols), height = std::max(1, depth.rows * width / depth.cols);
+    const int width = std::min(smallWidth, depth.cols), height = std::max(1, depth.rows * width / depth.cols);
     cv::resize(depth, depth_, {width, height}, 0, 0, cv::INTER_NEAREST);  // depths must not be interpolated
     camera_ = camera.scaledTo(width, height);
-    for (int v = kStride / 2; v < height; v += kStride)
-      for (int u = kStride / 2; u < width; u += kStride)
+    for (int v = stride / 2; v < height; v += stride)
+      for (int u = stride / 2; u < width; u += stride)
         if (const double z = depth_.at<float>(v, u); z > 0)
           points_.emplace_back(camera_.slopeX(u) * z, camera_.slopeY(v) * z, z);
   }
@@ -63,7 +63,7 @@ std::size_t matching(const DepthView& from, const DepthView& to, const cv::Affin
   std::size_t count = 0;
   for (const cv::Vec3d& point : from.points()) {
     const cv::Vec3d moved = toFromFrom * point;
-    if (std::abs(to.depthTowards(moved) - moved[2]) < kTolerance * moved[2]) ++count;
+    if (std::abs(to.depthTowards(moved) - moved[2]) < tolerance * moved[2]) ++count;
   }
   return count;
 }
@@ -77,12 +77,12 @@ double reprojectionMatch(const DepthView& a, const DepthView& b, const cv::Affin
          static_cast<double>(total);
 }
 
-constexpr std::size_t kAnchors = 30;      // first frames of pairs
-constexpr std::size_t kMaxDistance = 64;  // frames between the two of a pair
-constexpr double kMoved = 0.6;            // match of two views without motion; below, the camera moved enough
-constexpr double kStill = 0.8;            // above, it hardly moved
-constexpr std::size_t kMinPairs = 5;
-constexpr int kMaxShift = 40;  // largest delay of the poses [frames]
+constexpr std::size_t anchorCount = 30;  // first frames of pairs
+constexpr std::size_t maxDistance = 64;  // frames between the two of a pair
+constexpr double maxMatchOfMoved = 0.6;  // match of two views without motion; below, the camera moved enough
+constexpr double still = 0.8;            // above, it hardly moved
+constexpr std::size_t minPairs = 5;
+constexpr int maxShift = 40;  // largest delay of the poses [frames]
 
 /// The other camera frames in use: T_map_optical = T_map_given · rotation.
 struct CameraFrame {
@@ -90,7 +90,7 @@ struct CameraFrame {
   const char* fix;
   cv::Matx33d rotation;  ///< R_given_optical
 };
-const std::array<CameraFrame, 3> kFrames = {{
+const std::array<CameraFrame, 3> cameraFrames = {{
     {"", "", cv::Matx33d::eye()},
     {"of the robot's body (x forward, y left, z up)",
      "multiply each pose from the right by the rotation (qx qy qz qw) = (-0.5, 0.5, -0.5, 0.5), body to "
@@ -104,7 +104,7 @@ const std::array<CameraFrame, 3> kFrames = {{
 /// A convention, scale and delay of the poses.
 struct Hypothesis {
   bool inverted = false;  ///< T_camera_map instead of T_map_camera
-  std::size_t frame = 0;  ///< in kFrames
+  std::size_t frame = 0;  ///< in cameraFrames
   bool wFirst = false;    ///< quaternions were written qw qx qy qz
   double scale = 1;       ///< positions times this fit the depth; 0: positions are ignored
   int shift = 0;          ///< frame i has the pose given for frame i + shift
@@ -115,7 +115,7 @@ cv::Affine3d poseOf(Pose p, const Hypothesis& h) {
   cv::Affine3d pose = rigidOf(p);
   pose.translation(h.scale * pose.translation());
   if (h.inverted) pose = pose.inv();
-  return pose * cv::Affine3d(kFrames[h.frame].rotation);
+  return pose * cv::Affine3d(cameraFrames[h.frame].rotation);
 }
 
 /// reprojectionMatch() of each pair; NaN where a pose is missing.
@@ -145,7 +145,7 @@ bool isBetter(const Scores& a, const Scores& b) {
     n += 1;
     if (d != 0) (d > 0 ? wins : losses) += 1;
   }
-  if (n < kMinPairs) return false;
+  if (n < minPairs) return false;
   const double mean = sum / n, variance = std::max(0.0, squares / n - mean * mean) * n / (n - 1);
   return mean > 0.02 && (mean > 3 * std::sqrt(variance / n) || wins - losses > 3 * std::sqrt(wins + losses));
 }
@@ -157,19 +157,20 @@ class Geometry {
   /// Finds pairs of frames between which the camera moved enough to distinguish motions.
   void findPairs(Progress& progress) {
     const std::size_t size = sequence_.size();
-    const auto anchors = evenly(size - 1, kAnchors);
+    const auto anchors = evenly(size - 1, anchorCount);
     progress.begin("comparing depth with poses", anchors.size());
     for (const std::size_t a : anchors) {
       views_.erase(views_.begin(), views_.lower_bound(a));  // earlier views are no longer needed
       if (const DepthView* from = view(a)) {
         std::size_t partner = a;
         double unmoved = 1;
-        for (std::size_t step = 1; step <= kMaxDistance && a + step < size && unmoved > kMoved; step *= 2)
+        for (std::size_t step = 1; step <= maxDistance && a + step < size && unmoved > maxMatchOfMoved;
+             step *= 2)
           if (const DepthView* to = sequence_.frame(a + step).pose ? view(a + step) : nullptr) {
             partner = a + step;
             unmoved = reprojectionMatch(*from, *to, cv::Affine3d::Identity());
           }
-        if (partner != a && unmoved < kStill) pairs_.push_back({a, partner, *from, *view(partner)});
+        if (partner != a && unmoved < still) pairs_.push_back({a, partner, *from, *view(partner)});
       }
       progress.advance();
       if (interrupted()) throw Interrupted("interrupted before the check was complete");
@@ -254,7 +255,7 @@ Candidate searchConvention(const Geometry& geometry) {
   Candidate best{{}, geometry.under({})};
   for (const double scale : scales)
     for (const bool wFirst : {false, true})
-      for (std::size_t frame = 0; frame < kFrames.size(); ++frame)
+      for (std::size_t frame = 0; frame < cameraFrames.size(); ++frame)
         for (const bool inverted : {false, true}) best.challenge(geometry, {inverted, frame, wFirst, scale});
   return best;
 }
@@ -263,7 +264,7 @@ Candidate searchConvention(const Geometry& geometry) {
 void searchShift(const Geometry& geometry, Candidate& best) {
   Hypothesis shifted = best.hypothesis, top = shifted;
   double highest = meanOf(best.scores);
-  for (int shift = -kMaxShift; shift <= kMaxShift; ++shift) {
+  for (int shift = -maxShift; shift <= maxShift; ++shift) {
     shifted.shift = shift;
     const Scores scores = geometry.under(shifted);
     std::size_t judged = 0;
@@ -342,8 +343,8 @@ void report(const Sequence& sequence, const Candidate& best, double given, doubl
              "invert each pose (R' = Rᵀ, t' = −Rᵀ t), so that it takes points of the camera to the map");
   if (h.frame != 0)
     list.add(Severity::problem, "pose-frame",
-             fmt::format("Poses are {}, not of the optical frame", kFrames[h.frame].what), evidence,
-             std::string(kFrames[h.frame].fix) + (h.inverted ? ", once they are inverted" : ""));
+             fmt::format("Poses are {}, not of the optical frame", cameraFrames[h.frame].what), evidence,
+             std::string(cameraFrames[h.frame].fix) + (h.inverted ? ", once they are inverted" : ""));
   if (h.shift != 0) {
     const auto interval = frameInterval(sequence);
     const int by = std::abs(h.shift);
@@ -372,7 +373,7 @@ void checkGeometry(const Sequence& sequence, const DepthFacts& facts, Progress& 
   if (!hasPoses(sequence)) return;
   Geometry geometry(sequence);
   geometry.findPairs(progress);
-  if (geometry.pairs() < kMinPairs) {
+  if (geometry.pairs() < minPairs) {
     list.fine("geometry", "Poses and depth were not compared: too few frames moved and have both",
               fmt::format("{} pairs", geometry.pairs()));
     return;

@@ -16,9 +16,9 @@ namespace {
 
 using odometry::sameShape;
 
-constexpr double kBlack = 8, kWhite = 247;  // mean gray values of useless images
+constexpr double black = 8, white = 247;  // mean gray values of useless images
 
-constexpr std::size_t kDepthPixels = 300000;  // in all frames together
+constexpr std::size_t depthPixels = 300000;  // in all frames together
 
 /// Counts frames and remembers the first.
 struct Tally {
@@ -69,8 +69,8 @@ cv::Size checkImage(const Sequence& sequence, std::size_t i, ImageTally& tally) 
   }
   const cv::Scalar mean = cv::mean(image);
   const double gray = (mean[0] + mean[1] + mean[2]) / 3;
-  if (gray < kBlack) tally.dark.add(name);
-  if (gray > kWhite) tally.bright.add(name);
+  if (gray < black) tally.dark.add(name);
+  if (gray > white) tally.bright.add(name);
   if (i + 1 < sequence.size()) try {
       ++tally.pairs;
       if (isFrozen(sequence, i, image)) tally.frozen.add(name);
@@ -83,7 +83,7 @@ cv::Size checkImage(const Sequence& sequence, std::size_t i, ImageTally& tally) 
 /// Whether the nearest depth has another time than the image, which checkTimes() reports.
 bool isOutOfTime(const Sequence& sequence, std::size_t i) {
   const auto time = sequence.frame(i).timestamp, depthTime = sequence.depthTimestamp(i);
-  return time && depthTime && std::abs(*depthTime - *time) > kSynchronous;
+  return time && depthTime && std::abs(*depthTime - *time) > synchronous;
 }
 
 /// Samples about `pixels` of the frame's pixels.
@@ -222,7 +222,7 @@ DepthFacts checkImages(const Sequence& sequence, const CheckOptions& options, Pr
   DepthTally depths;
   DepthFacts facts;
   const auto indices = evenly(sequence.size(), options.maxFrames);
-  const std::size_t pixels = 100 + kDepthPixels / indices.size();
+  const std::size_t pixels = 100 + depthPixels / indices.size();
   progress.begin("looking at frames", indices.size());
   for (const std::size_t i : indices) {
     const cv::Size image = checkImage(sequence, i, images);

@@ -93,10 +93,10 @@ void checkDepthTimes(const Sequence& sequence, Checklist& list) {
   if (distances.empty()) return;
   const double median = medianOf(distances), delay = medianOf(delays);
   const auto far =
-      static_cast<std::size_t>(std::ranges::count_if(distances, [](double d) { return d > kSynchronous; }));
+      static_cast<std::size_t>(std::ranges::count_if(distances, [](double d) { return d > synchronous; }));
   const std::string evidence =
       fmt::format("median |Δt| {:.1f} ms (depth − color {:+.1f} ms); {} have none within {:.0f} ms",
-                  1e3 * median, 1e3 * delay, share(far, distances.size(), "frames"), 1e3 * kSynchronous);
+                  1e3 * median, 1e3 * delay, share(far, distances.size(), "frames"), 1e3 * synchronous);
   if (20 * far >= distances.size())
     list.add(
         severityOfMissing(far, distances.size()), "depth-time", "Color and depth are not synchronous",

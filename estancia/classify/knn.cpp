@@ -113,8 +113,8 @@ std::vector<float> meanOf(const DescriptorMatrix& x) {
   return mean;
 }
 
-/// Rows minus the mean: far from the origin, products lose the differences of neighbors to rounding. Throws
-/// Error when a product of two rows might not fit into float32.
+/// Centers the rows: dot products lose precision far from the origin. Throws Error when a product of two rows
+/// might not fit into float32.
 DescriptorMatrix centered(const DescriptorMatrix& x, std::span<const float> mean) {
   DescriptorMatrix result(x.labels());
   result.reserve(x.size());

@@ -11,20 +11,20 @@
 namespace estancia {
 namespace {
 
-constexpr std::size_t kLanes = 16;
-constexpr std::size_t kSums = 10;  // 1, x, y, z, xx, xy, xz, yy, yz, zz
+constexpr std::size_t sumLanes = 16;
+constexpr std::size_t sumCount = 10;  // 1, x, y, z, xx, xy, xz, yy, yz, zz
 
 /// Adds the moments of the points within the radius, each lane for itself.
 ESTANCIA_MULTIVERSION void add(const Neighbors::Block* all, const std::uint32_t* blocks, std::size_t count,
                                float px, float py, float pz, float squared, float* sums) {
-  float lanes[kSums][kLanes];
-  for (std::size_t s = 0; s < kSums; ++s)
-    for (std::size_t l = 0; l < kLanes; ++l) lanes[s][l] = sums[s * kLanes + l];
+  float lanes[sumCount][sumLanes];
+  for (std::size_t s = 0; s < sumCount; ++s)
+    for (std::size_t l = 0; l < sumLanes; ++l) lanes[s][l] = sums[s * sumLanes + l];
   for (std::size_t b = 0; b < count; ++b) {
     const Neighbors::Block& block = all[blocks[b]];
-    for (std::size_t first = 0; first < Neighbors::kBlock; first += kLanes)
+    for (std::size_t first = 0; first < Neighbors::blockSize; first += sumLanes)
 #pragma omp simd
-      for (std::size_t l = 0; l < kLanes; ++l) {
+      for (std::size_t l = 0; l < sumLanes; ++l) {
         const float dx = block.x[first + l] - px, dy = block.y[first + l] - py, dz = block.z[first + l] - pz;
         const bool near = dx * dx + dy * dy + dz * dz <= squared;  // NaN is not
         const float x = near ? dx : 0, y = near ? dy : 0, z = near ? dz : 0;
@@ -40,19 +40,19 @@ ESTANCIA_MULTIVERSION void add(const Neighbors::Block* all, const std::uint32_t*
         lanes[9][l] += z * z;
       }
   }
-  for (std::size_t s = 0; s < kSums; ++s)
-    for (std::size_t l = 0; l < kLanes; ++l) sums[s * kLanes + l] = lanes[s][l];
+  for (std::size_t s = 0; s < sumCount; ++s)
+    for (std::size_t l = 0; l < sumLanes; ++l) sums[s * sumLanes + l] = lanes[s][l];
 }
 
 }  // namespace
 
 LocalCovariance localCovariance(const Neighbors& points, const cv::Point3f& place, float squared) {
   LocalCovariance local;
-  std::array<double, kSums> totals{};
-  std::array<float, kSums * kLanes> sums{};
+  std::array<double, sumCount> totals{};
+  std::array<float, sumCount * sumLanes> sums{};
   const auto take = [&] {  // in double: long float sums lose digits
-    for (std::size_t s = 0; s < kSums; ++s)
-      for (std::size_t l = 0; l < kLanes; ++l) totals[s] += sums[s * kLanes + l];
+    for (std::size_t s = 0; s < sumCount; ++s)
+      for (std::size_t l = 0; l < sumLanes; ++l) totals[s] += sums[s * sumLanes + l];
     sums.fill(0);
   };
   std::array<std::uint32_t, 128> blocks;

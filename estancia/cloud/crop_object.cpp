@@ -14,7 +14,7 @@
 namespace estancia {
 namespace {
 
-const cv::Scalar kGray(128, 128, 128);
+const cv::Scalar grayColor(128, 128, 128);
 
 /// Width of the crop in longer sides of the object.
 double widthOf(const CropOptions& options) {
@@ -158,7 +158,7 @@ cv::Mat cropObject(const cv::Mat& bgr, const cv::Rect& box, const cv::Mat& mask,
   validate(options);
   const cv::Rect square = squareAround(box, options);
 
-  cv::Scalar fill = kGray;
+  cv::Scalar fill = grayColor;
   if (options.background == CropOptions::Background::mean) {
     if (cv::countNonZero(mask(box)) == 0)
       throw Error(ErrorCode::invalidInput, "the mask has no pixel in the box of the object");
@@ -186,7 +186,7 @@ cv::Mat renderObject(const PointCloud& cloud, int size, const CropOptions& optio
   const int radius =
       static_cast<int>(std::clamp(std::ceil(overlap * spacing), 2.0, std::max(2.0, size / 8.0)));
 
-  cv::Mat image(size, size, CV_8UC3, kGray);
+  cv::Mat image(size, size, CV_8UC3, grayColor);
   cv::Mat depth(size, size, CV_64F, cv::Scalar(std::numeric_limits<double>::infinity()));
   for (std::size_t i = 0; i < points.size(); ++i) {
     const cv::Vec3d& p = points[i];

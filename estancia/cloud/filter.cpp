@@ -36,7 +36,7 @@ struct Method {
   FilteredCloud (*apply)(const PointCloud&, const FilterOptions&, Progress&);
 };
 
-constexpr Method kMethods[] = {
+constexpr Method methodTable[] = {
     {"none", "the cloud unchanged", keepAll},
     {"voxel", "the mean of the points in each voxel", throughVoxels},
     {"gng", "Growing Neural Gas: neurons fitted to the surface behind the noise", throughNeuralGas},
@@ -60,14 +60,14 @@ OptionGroup declare(FilterOptions& o) {
 
 Choices filterMethods() {
   Choices methods;
-  for (const Method& method : kMethods) methods.push_back({method.name, method.explanation});
+  for (const Method& method : methodTable) methods.push_back({method.name, method.explanation});
   return methods;
 }
 
 FilteredCloud filterWithDetails(const PointCloud& cloud, const FilterOptions& options, Progress& progress) {
   validate(options);
   validate(cloud);
-  const Method& method = *std::ranges::find(kMethods, options.method, &Method::name);
+  const Method& method = *std::ranges::find(methodTable, options.method, &Method::name);
   FilteredCloud filtered = method.apply(cloud, options, progress);
   filtered.cloud.viewpoint = cloud.viewpoint;
   if (filtered.cloud.points.empty() && method.apply != keepAll)

@@ -13,12 +13,13 @@
 namespace estancia {
 namespace {
 
-constexpr std::size_t kMlsLanes = 16;
-constexpr std::size_t kMlsSums = 10;  // 1, x, y, z, xx, xy, xz, yy, yz, zz
+constexpr std::size_t mlsLanes = 16;
+constexpr std::size_t mlsSums = 10;  // 1, x, y, z, xx, xy, xz, yy, yz, zz
 
 /// Weights and normals of the points of a block; a normal of 0, 0, 0 is unknown.
 struct alignas(64) Weights {
-  float weight[Neighbors::kBlock], x[Neighbors::kBlock], y[Neighbors::kBlock], z[Neighbors::kBlock];
+  float weight[Neighbors::blockSize], x[Neighbors::blockSize], y[Neighbors::blockSize],
+      z[Neighbors::blockSize];
 };
 
 struct Ball {
@@ -30,15 +31,15 @@ struct Ball {
 ESTANCIA_MULTIVERSION void addBall(const Neighbors::Block* blocks, const Weights* weights,
                                    const std::uint32_t* numbers, std::size_t count, const Ball& ball,
                                    float* sums) {
-  float lanes[kMlsSums][kMlsLanes] = {};
+  float lanes[mlsSums][mlsLanes] = {};
   const float px = ball.x, py = ball.y, pz = ball.z, inverse = 1 / ball.squared;
   const float fx = ball.facing[0], fy = ball.facing[1], fz = ball.facing[2];
   for (std::size_t b = 0; b < count; ++b) {
     const Neighbors::Block& block = blocks[numbers[b]];
     const Weights& w = weights[numbers[b]];
-    for (std::size_t first = 0; first < Neighbors::kBlock; first += kMlsLanes)
+    for (std::size_t first = 0; first < Neighbors::blockSize; first += mlsLanes)
 #pragma omp simd
-      for (std::size_t l = 0; l < kMlsLanes; ++l) {
+      for (std::size_t l = 0; l < mlsLanes; ++l) {
         const std::size_t i = first + l;
         const float dx = block.x[i] - px, dy = block.y[i] - py, dz = block.z[i] - pz;
         const float left = 1 - (dx * dx + dy * dy + dz * dz) * inverse;
@@ -57,8 +58,8 @@ ESTANCIA_MULTIVERSION void addBall(const Neighbors::Block* blocks, const Weights
         lanes[9][l] += g * z * z;
       }
   }
-  for (std::size_t s = 0; s < kMlsSums; ++s)
-    for (std::size_t l = 0; l < kMlsLanes; ++l) sums[s] += lanes[s][l];
+  for (std::size_t s = 0; s < mlsSums; ++s)
+    for (std::size_t l = 0; l < mlsLanes; ++l) sums[s] += lanes[s][l];
 }
 
 struct Cylinder {
@@ -72,7 +73,7 @@ struct Cylinder {
 ESTANCIA_MULTIVERSION void addCylinder(const Neighbors::Block* blocks, const Weights* weights,
                                        const std::uint32_t* numbers, std::size_t count,
                                        const Cylinder& cylinder, float* sums) {
-  float weight[kMlsLanes] = {}, height[kMlsLanes] = {};
+  float weight[mlsLanes] = {}, height[mlsLanes] = {};
   const float px = cylinder.x, py = cylinder.y, pz = cylinder.z;
   const float ax = cylinder.axis[0], ay = cylinder.axis[1], az = cylinder.axis[2];
   const float fx = cylinder.facing[0], fy = cylinder.facing[1], fz = cylinder.facing[2];
@@ -80,9 +81,9 @@ ESTANCIA_MULTIVERSION void addCylinder(const Neighbors::Block* blocks, const Wei
   for (std::size_t b = 0; b < count; ++b) {
     const Neighbors::Block& block = blocks[numbers[b]];
     const Weights& w = weights[numbers[b]];
-    for (std::size_t first = 0; first < Neighbors::kBlock; first += kMlsLanes)
+    for (std::size_t first = 0; first < Neighbors::blockSize; first += mlsLanes)
 #pragma omp simd
-      for (std::size_t l = 0; l < kMlsLanes; ++l) {
+      for (std::size_t l = 0; l < mlsLanes; ++l) {
         const std::size_t i = first + l;
         const float dx = block.x[i] - px, dy = block.y[i] - py, dz = block.z[i] - pz;
         const float h = dx * ax + dy * ay + dz * az;
@@ -94,7 +95,7 @@ ESTANCIA_MULTIVERSION void addCylinder(const Neighbors::Block* blocks, const Wei
         height[l] += g * (counts ? h : 0);
       }
   }
-  for (std::size_t l = 0; l < kMlsLanes; ++l) sums[0] += weight[l], sums[1] += height[l];
+  for (std::size_t l = 0; l < mlsLanes; ++l) sums[0] += weight[l], sums[1] += height[l];
 }
 
 /// The voxels that are averaged over.
@@ -103,10 +104,10 @@ class Support {
   Support(const PointCloud& voxels, const std::vector<std::uint32_t>& counts, double perPoint, int threads)
       : points_(voxels.points, threads), weights_(points_.blocks().size()) {
     for (std::size_t b = 0; b < weights_.size(); ++b)
-      for (std::size_t i = 0; i < Neighbors::kBlock; ++i) {
+      for (std::size_t i = 0; i < Neighbors::blockSize; ++i) {
         Weights& w = weights_[b];
         w.weight[i] = w.x[i] = w.y[i] = w.z[i] = 0;
-        if (b * Neighbors::kBlock + i >= points_.size()) continue;
+        if (b * Neighbors::blockSize + i >= points_.size()) continue;
         const std::uint32_t index = points_.blocks()[b].index[i];
         w.weight[i] = static_cast<float>(counts[index] * perPoint);
         if (voxels.normals.empty()) continue;
@@ -129,11 +130,11 @@ class Support {
     return near.empty() ? cv::Vec3f() : normals_[near[0].index];
   }
 
-  std::array<float, kMlsSums> ball(const Ball& ball, std::vector<std::uint32_t>& numbers) const {
+  std::array<float, mlsSums> ball(const Ball& ball, std::vector<std::uint32_t>& numbers) const {
     numbers.clear();
     points_.eachBlock({ball.x, ball.y, ball.z}, ball.squared,
                       [&](std::uint32_t number) { numbers.push_back(number); });
-    std::array<float, kMlsSums> sums{};
+    std::array<float, mlsSums> sums{};
     addBall(points_.blocks().data(), weights_.data(), numbers.data(), numbers.size(), ball, sums.data());
     return sums;
   }

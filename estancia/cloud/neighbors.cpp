@@ -18,19 +18,19 @@ struct Neighbors::Item {
 
 namespace {
 
-constexpr std::size_t kBlock = Neighbors::kBlock;
+constexpr std::size_t blockSize = Neighbors::blockSize;
 
 /// Appends the points of a block that are near enough; `found` has room for all of them. Returns their
 /// number.
 ESTANCIA_MULTIVERSION std::size_t scan(const Neighbors::Block& block, float x, float y, float z,
                                        float squared, Neighbor* found) {
-  float distances[kBlock];
-  for (std::size_t i = 0; i < kBlock; ++i) {
+  float distances[blockSize];
+  for (std::size_t i = 0; i < blockSize; ++i) {
     const float dx = block.x[i] - x, dy = block.y[i] - y, dz = block.z[i] - z;
     distances[i] = dx * dx + dy * dy + dz * dz;
   }
   std::size_t count = 0;
-  for (std::size_t i = 0; i < kBlock; ++i) {  // branchless: the outcome is unpredictable
+  for (std::size_t i = 0; i < blockSize; ++i) {  // branchless: the outcome is unpredictable
     found[count] = {block.index[i], distances[i]};
     count += distances[i] <= squared ? 1 : 0;
   }
@@ -39,7 +39,7 @@ ESTANCIA_MULTIVERSION std::size_t scan(const Neighbors::Block& block, float x, f
 
 /// Room for `count` more behind the first `used`.
 Neighbor* room(std::vector<Neighbor>& buffer, std::size_t used, std::size_t count) {
-  if (buffer.size() < used + count) buffer.resize(2 * used + count + 8 * kBlock);
+  if (buffer.size() < used + count) buffer.resize(2 * used + count + 8 * blockSize);
   return buffer.data() + used;
 }
 
@@ -60,7 +60,7 @@ Neighbors::Neighbors(std::span<const cv::Point3f> points, int threads) {
     if (isFinite(points[i]))
       items.push_back({{points[i].x, points[i].y, points[i].z}, static_cast<std::uint32_t>(i)});
   if (items.empty()) return;
-  blocks_.resize((items.size() + kBlock - 1) / kBlock);
+  blocks_.resize((items.size() + blockSize - 1) / blockSize);
   nodes_.resize(2 * blocks_.size() - 1);
   build(items, 0, 0, static_cast<std::size_t>(threads > 0 ? threads : usableCores()));
   order_.reserve(items.size());
@@ -68,7 +68,7 @@ Neighbors::Neighbors(std::span<const cv::Point3f> points, int threads) {
 }
 
 void Neighbors::build(std::span<Item> items, std::size_t node, std::size_t block, std::size_t threads) {
-  const std::size_t blocks = (items.size() + kBlock - 1) / kBlock;
+  const std::size_t blocks = (items.size() + blockSize - 1) / blockSize;
   std::array<float, 3> low = items[0].at, high = items[0].at;
   for (const Item& item : items)
     for (std::size_t a = 0; a < 3; ++a) {
@@ -82,7 +82,7 @@ void Neighbors::build(std::span<Item> items, std::size_t node, std::size_t block
                   static_cast<std::uint32_t>(block + blocks)};
   if (blocks == 1) {
     Block& leaf = blocks_[block];
-    for (std::size_t i = 0; i < kBlock; ++i) {
+    for (std::size_t i = 0; i < blockSize; ++i) {
       const bool exists = i < items.size();
       leaf.x[i] = exists ? items[i].at[0] : std::numeric_limits<float>::quiet_NaN();
       leaf.y[i] = exists ? items[i].at[1] : 0;
@@ -94,7 +94,8 @@ void Neighbors::build(std::span<Item> items, std::size_t node, std::size_t block
   std::size_t widest = 0;
   for (std::size_t a = 1; a < 3; ++a)
     if (high[a] - low[a] > high[widest] - low[widest]) widest = a;
-  const std::size_t leftBlocks = (blocks + 1) / 2, middle = leftBlocks * kBlock;  // full blocks on the left
+  const std::size_t leftBlocks = (blocks + 1) / 2,
+                    middle = leftBlocks * blockSize;  // full blocks on the left
   std::nth_element(items.begin(), items.begin() + static_cast<std::ptrdiff_t>(middle), items.end(),
                    [widest](const Item& a, const Item& b) { return a.at[widest] < b.at[widest]; });
   inParallel(2, std::min<std::size_t>(threads, 2), [&](std::size_t side) {
@@ -111,7 +112,7 @@ std::span<const Neighbor> Neighbors::within(const cv::Point3f& place, float radi
   const float squared = radius * radius;
   std::size_t count = 0;
   eachBlock(place, squared, [&](std::uint32_t block) {
-    count += scan(blocks_[block], place.x, place.y, place.z, squared, room(buffer, count, kBlock));
+    count += scan(blocks_[block], place.x, place.y, place.z, squared, room(buffer, count, blockSize));
   });
   return {buffer.data(), count};
 }
@@ -127,7 +128,7 @@ std::span<const Neighbor> Neighbors::nearest(const cv::Point3f& place, std::size
   std::array<Visit, 64> visits;  // one a level of a tree of fewer than 2³² points
   std::size_t waiting = 0, found = 0;
   float worst = maxDistance * maxDistance;
-  Neighbor* best = room(buffer, count, kBlock) - count;  // the found ones, then those of a block
+  Neighbor* best = room(buffer, count, blockSize) - count;  // the found ones, then those of a block
   visits[waiting++] = {0, squaredTo(nodes_[0], place)};
   while (waiting > 0) {
     const Visit visit = visits[--waiting];

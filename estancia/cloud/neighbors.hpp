@@ -24,12 +24,12 @@ struct Neighbor {
 /// own buffer, which grows as needed and is reused.
 class Neighbors {
  public:
-  static constexpr std::size_t kBlock = 32;
+  static constexpr std::size_t blockSize = 32;
 
-  /// kBlock points by coordinate; x is NaN behind the last point of the last block.
+  /// blockSize points by coordinate; x is NaN behind the last point of the last block.
   struct alignas(64) Block {
-    float x[kBlock], y[kBlock], z[kBlock];
-    std::uint32_t index[kBlock];
+    float x[blockSize], y[blockSize], z[blockSize];
+    std::uint32_t index[blockSize];
   };
 
   /// A box around all points below it. Nodes lie in depth-first order: the first child of an inner node is
@@ -52,8 +52,8 @@ class Neighbors {
 
   /// Where the i-th point of order() is.
   cv::Point3f place(std::size_t i) const {
-    const Block& block = blocks_[i / kBlock];
-    const std::size_t j = i % kBlock;
+    const Block& block = blocks_[i / blockSize];
+    const std::size_t j = i % blockSize;
     return {block.x[j], block.y[j], block.z[j]};
   }
 
@@ -77,8 +77,8 @@ class Neighbors {
     inParallel((blocks_.size() + together - 1) / together, threads, Progress::none(),
                "stopped while points were searched", [&](std::size_t chunk) {
                  std::vector<Neighbor> buffer;
-                 const std::size_t end = std::min(order_.size(), (chunk + 1) * together * kBlock);
-                 for (std::size_t i = chunk * together * kBlock; i < end; ++i)
+                 const std::size_t end = std::min(order_.size(), (chunk + 1) * together * blockSize);
+                 for (std::size_t i = chunk * together * blockSize; i < end; ++i)
                    use(order_[i], within(place(i), radius, buffer));
                });
   }

@@ -52,7 +52,7 @@ void collect(const Neighbors& points, const cv::Point3f& middle, double radius,
   found.clear();
   points.eachBlock(middle, static_cast<float>(radius * radius), [&](std::uint32_t number) {
     const Neighbors::Block& block = points.blocks()[number];
-    for (std::size_t i = 0; i < Neighbors::kBlock; ++i) {
+    for (std::size_t i = 0; i < Neighbors::blockSize; ++i) {
       const cv::Vec3d p(block.x[i] - middle.x, block.y[i] - middle.y, block.z[i] - middle.z);
       if (p.dot(p) <= radius * radius) found.push_back(p);
     }

@@ -14,7 +14,7 @@ namespace estancia {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr std::size_t kDrawn = 8000;  // points by which the sensor's position is found
+constexpr std::size_t drawnPoints = 8000;  // points by which the sensor's position is found
 
 /// Directions that are spread evenly over the sphere (Fibonacci's lattice).
 std::vector<cv::Vec3d> directions(std::size_t count) {
@@ -203,7 +203,7 @@ double unevenness(std::span<const cv::Point3f> points, const cv::Point3d& viewpo
 std::optional<cv::Point3d> findViewpoint(std::span<const cv::Point3f> points, int threads) {
   constexpr std::size_t minPoints = 5000, starts = 4;  // fewer fill too few cells for a decision
   if (points.size() < minPoints) return {};
-  const std::vector<cv::Point3f> drawn = drawnFrom(points, kDrawn);
+  const std::vector<cv::Point3f> drawn = drawnFrom(points, drawnPoints);
   const cv::Vec3d center = meanOf(drawn);
   const double radius = radiusOf(drawn, center);
   if (!(radius > 0)) return {};
@@ -221,7 +221,7 @@ std::optional<cv::Point3d> findViewpoint(std::span<const cv::Point3f> points, in
   std::vector<cv::Point3d> best;
   for (std::size_t i = 0; i < starts; ++i) best.push_back(places[order[i].second]);
   const cv::Point3d found = descend(best, cv::Point3d(center), value);
-  return value(found) <= kEven ? std::optional(found) : std::nullopt;
+  return value(found) <= even ? std::optional(found) : std::nullopt;
 }
 
 std::optional<cv::Point3d> directionOfView(std::span<const cv::Point3f> points, double spacing, int threads) {

@@ -18,7 +18,7 @@ namespace estancia {
 double unevenness(std::span<const cv::Point3f> points, const cv::Point3d& viewpoint);
 
 /// Smaller values of unevenness() belong to the sensor.
-constexpr double kEven = 1.35;
+constexpr double even = 1.35;
 
 /// The position of the sensor of an unorganized cloud, in its frame [m]: the smallest unevenness() of some
 /// thousand places around, if it is small enough. None for clouds of several views, and for those that a

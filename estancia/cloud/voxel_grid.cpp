@@ -16,14 +16,14 @@
 namespace estancia {
 namespace {
 
-constexpr std::uint32_t kNoVoxel = std::numeric_limits<std::uint32_t>::max();
+constexpr std::uint32_t noVoxel = std::numeric_limits<std::uint32_t>::max();
 
 /// Hash table of voxels; reused for another leaf, it allocates no new memory.
 class VoxelTable {
  public:
   explicit VoxelTable(const std::vector<cv::Point3f>& points, cv::Point3f origin = {})
       : points_(points), origin_(std::move(origin)) {
-    if (points.size() >= kNoVoxel / 4)
+    if (points.size() >= noVoxel / 4)
       fail(ErrorCode::tooLarge, "a cloud of {} points is too large for a voxel grid; split it",
            points.size());
     slots_.resize(std::bit_ceil(2 * points.size() + 2));
@@ -35,7 +35,7 @@ class VoxelTable {
     if (!(leaf > 0) || !std::isfinite(leaf))
       fail(ErrorCode::invalidOption, "leaf is {} m; give an edge above 0", leaf);
     const auto perMeter = static_cast<float>(1 / leaf);
-    std::ranges::fill(slots_, kNoVoxel);
+    std::ranges::fill(slots_, noVoxel);
     keys_.clear();
     for (std::size_t i = 0; i < points_.size(); ++i) {
       if (!isFinite(points_[i])) continue;
@@ -61,7 +61,7 @@ class VoxelTable {
     const std::size_t last = slots_.size() - 1;
     for (std::size_t slot = (hash >> 32U ^ hash >> 7U) & last;; slot = (slot + 1) & last) {
       std::uint32_t& voxel = slots_[slot];
-      if (voxel == kNoVoxel) {
+      if (voxel == noVoxel) {
         voxel = static_cast<std::uint32_t>(keys_.size());
         keys_.push_back(key);
         return voxel;
@@ -121,7 +121,7 @@ std::vector<std::uint32_t> onePerVoxel(const std::vector<cv::Point3f>& points, d
     std::uint32_t nearest = 0;
   };
   std::vector<Voxel> voxels;
-  std::vector<std::uint32_t> voxelOf(points.size(), kNoVoxel);
+  std::vector<std::uint32_t> voxelOf(points.size(), noVoxel);
   VoxelTable(points, boundsOf(points).low).number(leaf, [&](std::size_t i, std::uint32_t voxel) {
     if (voxel == voxels.size()) voxels.emplace_back();
     voxels[voxel].sum += cv::Point3d(points[i]);
@@ -129,7 +129,7 @@ std::vector<std::uint32_t> onePerVoxel(const std::vector<cv::Point3f>& points, d
     voxelOf[i] = voxel;
   });
   for (std::uint32_t i = 0; i < points.size(); ++i) {
-    if (voxelOf[i] == kNoVoxel) continue;
+    if (voxelOf[i] == noVoxel) continue;
     Voxel& voxel = voxels[voxelOf[i]];
     const cv::Point3d d = cv::Point3d(points[i]) - voxel.sum / voxel.count;
     if (const double squared = d.dot(d); squared < voxel.squared) voxel.squared = squared, voxel.nearest = i;

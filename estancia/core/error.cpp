@@ -8,7 +8,7 @@ namespace estancia {
 namespace {
 
 // In the order of ErrorCode.
-constexpr std::array<std::string_view, 23> kNames{
+constexpr std::array<std::string_view, 23> codeNames{
     "invalid-option", "unknown-name",   "invalid-input",  "mismatch",         "insufficient-data",
     "too-large",      "file-not-found", "file-exists",    "file-unreadable",  "file-unwritable",
     "malformed-file", "truncated-file", "corrupt-file",   "unsupported-file", "unsafe-path",
@@ -32,12 +32,12 @@ Error::Error(ErrorCode code, std::string_view sentence)
     : std::runtime_error(withoutMiddle(printable(sentence))), code_(code) {}
 
 std::string_view nameOf(ErrorCode code) {
-  return kNames.at(static_cast<std::size_t>(code));
+  return codeNames.at(static_cast<std::size_t>(code));
 }
 
 std::optional<ErrorCode> findErrorCode(std::string_view name) {
-  for (std::size_t i = 0; i < kNames.size(); ++i)
-    if (kNames[i] == name) return static_cast<ErrorCode>(i);
+  for (std::size_t i = 0; i < codeNames.size(); ++i)
+    if (codeNames[i] == name) return static_cast<ErrorCode>(i);
   return {};
 }
 

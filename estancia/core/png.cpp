@@ -14,8 +14,8 @@
 namespace estancia {
 namespace {
 
-constexpr int kFastest = 1;                         // zlib's compression level
-constexpr png_alloc_size_t kMaxChunkBytes = 65536;  // beside the pixels; toPng() writes none
+constexpr int fastest = 1;                         // zlib's compression level
+constexpr png_alloc_size_t maxChunkBytes = 65536;  // beside the pixels; toPng() writes none
 
 // libpng reports an error by a jump over its frames. So a function that it can jump back to has no object of
 // its own to destroy; its callers have them.
@@ -64,7 +64,7 @@ class PngWriter {
     png_set_IHDR(png_, info_, static_cast<png_uint_32>(image.cols), static_cast<png_uint_32>(image.rows),
                  image.depth() == CV_8U ? 8 : 16, color, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
                  PNG_FILTER_TYPE_DEFAULT);
-    png_set_compression_level(png_, kFastest);
+    png_set_compression_level(png_, fastest);
     png_write_info(png_, info_);
     if (image.channels() != 1) png_set_bgr(png_);
     if (image.depth() == CV_16U && std::endian::native == std::endian::little) png_set_swap(png_);
@@ -95,7 +95,7 @@ class PngReader {
     if (info_ == nullptr || setjmp(png_jmpbuf(png_)) != 0) return false;
     png_set_user_limits(png_, static_cast<png_uint_32>(most.width), static_cast<png_uint_32>(most.height));
     // libpng only warns of a longer chunk, and then clears as much memory as the chunk's header declares.
-    png_set_chunk_malloc_max(png_, kMaxChunkBytes);
+    png_set_chunk_malloc_max(png_, maxChunkBytes);
     png_set_benign_errors(png_, 0);
     png_set_chunk_cache_max(png_, 1);  // none: texts are skipped, and not inflated
     png_read_info(png_, info_);

@@ -20,17 +20,18 @@ namespace {
 
 using describe::VoxelGrid;
 
-constexpr int kBins = 64;
-constexpr float kRadius = VoxelGrid::kSide / 2;  // radius of the sphere that the cloud is scaled to [voxels]
-constexpr float kMinArea = 0.001F;               // smaller squared areas are degenerate [voxels⁴]
+constexpr int bins = 64;
+constexpr float sphereRadius =
+    VoxelGrid::gridSide / 2;       // radius of the sphere that the cloud is scaled to [voxels]
+constexpr float minArea = 0.001F;  // smaller squared areas are degenerate [voxels⁴]
 // PCL's limits, in voxels: a line with so few marked is outside, a triangle with at most so many, too …
-constexpr int kOutside = 7, kTriangleOutside = 21;
+constexpr int outsideBin = 7, triangleOutsideBin = 21;
 // … and one with so few that are not marked is inside.
-constexpr int kInside = 1, kTriangleInside = 3;
-constexpr std::array<float, 10> kWeights{0.5F, 0.5F, 0.5F, 0.5F, 0.5F, 1, 0.5F, 2, 2, 1};
+constexpr int insideBin = 1, triangleInsideBin = 3;
+constexpr std::array<float, 10> weights{0.5F, 0.5F, 0.5F, 0.5F, 0.5F, 1, 0.5F, 2, 2, 1};
 
 enum Where : std::size_t { inside, outside, mixed };
-using Histogram = std::array<float, kBins>;
+using Histogram = std::array<float, bins>;
 
 /// Random numbers that are the same everywhere (splitmix64, Steele et al. 2014).
 class Random {
@@ -70,7 +71,7 @@ std::vector<cv::Point3f> thinned(const PointCloud& cloud, std::size_t maxPoints,
   return points;
 }
 
-/// Moves the center of gravity to the origin and the furthest point to the distance kRadius.
+/// Moves the center of gravity to the origin and the furthest point to the distance sphereRadius.
 void scale(std::vector<cv::Point3f>& points) {
   cv::Point3d center;
   for (const cv::Point3f& p : points) center += cv::Point3d(p);
@@ -85,14 +86,14 @@ void scale(std::vector<cv::Point3f>& points) {
   for (cv::Point3f& p : points) {
     const cv::Point3d d = (cv::Point3d(p) - center) * (1 / radius), off = d.cross(furthest * (1 / radius));
     thickness = std::max(thickness, off.dot(off));
-    p = cv::Point3f(d * kRadius);
+    p = cv::Point3f(d * sphereRadius);
   }
   if (thickness < 1e-10)
     throw Error(ErrorCode::insufficientData, "esf: the points are collinear; give a cloud with some extent");
 }
 
 std::size_t binOf(float share) {
-  return std::min(static_cast<std::size_t>(share * (kBins - 1) + 0.5F), static_cast<std::size_t>(kBins - 1));
+  return std::min(static_cast<std::size_t>(share * (bins - 1) + 0.5F), static_cast<std::size_t>(bins - 1));
 }
 
 /// Histogram bin of an angle, 0 to 90 degrees, given by its cosine.
@@ -101,13 +102,13 @@ std::size_t binOfAngle(float cosine) {
 }
 
 Where whereOf(const VoxelGrid::Line& side) {
-  return side.marked >= side.voxels - kInside ? inside : side.marked <= kOutside ? outside : mixed;
+  return side.marked >= side.voxels - insideBin ? inside : side.marked <= outsideBin ? outside : mixed;
 }
 
 Where whereOf(std::span<const VoxelGrid::Line, 3> sides) {
   const int marked = sides[0].marked + sides[1].marked + sides[2].marked,
             voxels = sides[0].voxels + sides[1].voxels + sides[2].voxels;
-  return marked <= kTriangleOutside ? outside : voxels - marked <= kTriangleInside ? inside : mixed;
+  return marked <= triangleOutsideBin ? outside : voxels - marked <= triangleInsideBin ? inside : mixed;
 }
 
 /// Three points that are not collinear.
@@ -135,7 +136,7 @@ std::optional<Triangle> triangleOf(const std::vector<cv::Point3f>& points, const
   const cv::Point3f pq = q - p, pr = r - p, rq = q - r;
   const float a = std::sqrt(pq.dot(pq)), b = std::sqrt(pr.dot(pr)), c = std::sqrt(rq.dot(rq));
   const float s = (a + b + c) * 0.5F, square = s * (s - a) * (s - b) * (s - c);  // Heron
-  if (!(square > kMinArea)) return std::nullopt;
+  if (!(square > minArea)) return std::nullopt;
   return Triangle{{a, b, c},
                   {rq.dot(pr) / (c * b), rq.dot(pq) / (c * a), pq.dot(pr) / (a * b)},
                   std::sqrt(std::sqrt(square))};
@@ -214,7 +215,7 @@ std::vector<float> esf(const PointCloud& cloud, const EsfOptions& options) {
 
   std::vector<float> descriptor;
   for (std::size_t h = 0; h < histograms.size(); ++h)
-    for (const float v : histograms[h]) descriptor.push_back(v * kWeights[h]);
+    for (const float v : histograms[h]) descriptor.push_back(v * weights[h]);
   const float sum = std::accumulate(descriptor.begin(), descriptor.end(), 0.0F);
   for (float& v : descriptor) v /= sum;
   return descriptor;
@@ -232,7 +233,7 @@ std::vector<DescriptorPart> Esf::parts() const {
                                   options_.points, options_.seed)};
   for (const char* what : {"angle inside", "angle outside", "angle mixed", "area inside", "area outside",
                            "area mixed", "distance inside", "distance outside", "distance mixed", "ratio"})
-    for (int bin = 0; bin < kBins; ++bin) part.columns.push_back(fmt::format("esf {} {}", what, bin));
+    for (int bin = 0; bin < bins; ++bin) part.columns.push_back(fmt::format("esf {} {}", what, bin));
   return {std::move(part)};
 }
 

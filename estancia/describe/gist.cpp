@@ -17,10 +17,10 @@
 namespace estancia {
 namespace {
 
-constexpr int kBorder = 5;      // mirrored around the image [pixels]
-constexpr double kCutOff = 4;   // half of it passes [cycles an image]
-constexpr float kNoise = 0.2F;  // contrast below this is left small
-constexpr int kWaves = 18;      // less than 1e-6 of higher ones passes
+constexpr int border = 5;      // mirrored around the image [pixels]
+constexpr double cutOff = 4;   // half of it passes [cycles an image]
+constexpr float noise = 0.2F;  // contrast below this is left small
+constexpr int waves = 18;      // less than 1e-6 of higher ones passes
 
 /// c = a b for a (n × m) and b (m × columns); all row-major.
 ESTANCIA_MULTIVERSION void multiply(const float* a, const float* b, float* c, int n, int m, int columns) {
@@ -54,14 +54,14 @@ cv::Mat product(const cv::Mat& a, const cv::Mat& b) {
 /// so few waves that two thin matrices do it in a fraction of a Fourier transform's time: A (Aᵀ X A) Aᵀ.
 class LowPass {
  public:
-  explicit LowPass(int side) : waves_(side, 2 * kWaves + 1, CV_32F) {
-    const double s = kCutOff / std::sqrt(std::numbers::ln2);
+  explicit LowPass(int side) : waves_(side, 2 * waves + 1, CV_32F) {
+    const double s = cutOff / std::sqrt(std::numbers::ln2);
     for (int x = 0; x < side; ++x)
-      for (int k = 0; k <= kWaves; ++k) {
+      for (int k = 0; k <= waves; ++k) {
         const double norm = std::sqrt((k == 0 ? 1.0 : 2.0) / side) * std::exp(-k * k / (2 * s * s));
         const double phase = 2 * std::numbers::pi * k * x / side;
         waves_.at<float>(x, k) = static_cast<float>(norm * std::cos(phase));
-        if (k > 0) waves_.at<float>(x, kWaves + k) = static_cast<float>(norm * std::sin(phase));
+        if (k > 0) waves_.at<float>(x, waves + k) = static_cast<float>(norm * std::sin(phase));
       }
     transposed_ = waves_.t();
   }
@@ -79,17 +79,17 @@ class LowPass {
 /// `gray` (CV_32F, square, even, 0 to 255) in logarithms, without what varies slower than 4 cycles an image,
 /// divided by 0.2 + the standard deviation around each pixel (Oliva, Torralba: prefilt, cut-off 4).
 cv::Mat withEqualContrast(const cv::Mat& gray) {
-  static const LowPass common(256 + 2 * kBorder);
+  static const LowPass common(256 + 2 * border);
   const bool isCommon = gray.cols == 256;
   cv::Mat image;
   cv::log(gray + 1, image);
-  cv::copyMakeBorder(image, image, kBorder, kBorder, kBorder, kBorder, cv::BORDER_REFLECT);
+  cv::copyMakeBorder(image, image, border, border, border, border, cv::BORDER_REFLECT);
   const auto smooth = [&](const cv::Mat& m) { return isCommon ? common(m) : LowPass(m.cols)(m); };
   const cv::Mat detail = image - smooth(image);
   cv::Mat deviation = cv::abs(smooth(detail.mul(detail)));
   cv::sqrt(deviation, deviation);
-  cv::Mat equal = detail / (deviation + kNoise);
-  return equal({kBorder, kBorder, gray.cols, gray.rows}).clone();
+  cv::Mat equal = detail / (deviation + noise);
+  return equal({border, border, gray.cols, gray.rows}).clone();
 }
 
 using namespace describe;
@@ -104,7 +104,7 @@ cv::Mat square(const cv::Mat& image) {
   cv::Mat gray, sized;
   part.convertTo(gray, CV_32F);
   if (gray.channels() == 3) cv::transform(gray, gray, cv::Matx13f(1, 1, 1));
-  cv::resize(gray, sized, {kGistSide, kGistSide}, 0, 0, side > kGistSide ? cv::INTER_AREA : cv::INTER_LINEAR);
+  cv::resize(gray, sized, {gistSide, gistSide}, 0, 0, side > gistSide ? cv::INTER_AREA : cv::INTER_LINEAR);
   double darkest = 0, brightest = 0;
   cv::minMaxLoc(sized, &darkest, &brightest);
   if (!(brightest > darkest)) return cv::Mat::zeros(sized.size(), CV_32F);
@@ -121,9 +121,9 @@ std::vector<float> gist(const cv::Mat& image) {
 std::vector<DescriptorPart> Gist::parts() const {
   DescriptorPart part{
       "gist", PartKind::energies, {}, "gist 1, 256 pixels, 4 scales, 8 orientations, 4 blocks"};
-  for (int scale = 0; scale < kGistScales; ++scale)
-    for (int orientation = 0; orientation < kGistOrientations; ++orientation)
-      for (int block = 0; block < kGistBlocks * kGistBlocks; ++block)
+  for (int scale = 0; scale < gistScales; ++scale)
+    for (int orientation = 0; orientation < gistOrientations; ++orientation)
+      for (int block = 0; block < gistBlocks * gistBlocks; ++block)
         part.columns.push_back(fmt::format("gist {}.{}.{}", scale, orientation, block));
   return {std::move(part)};
 }

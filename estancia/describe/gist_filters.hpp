@@ -8,10 +8,10 @@
 namespace estancia::describe {
 
 /// Side of the resized image [pixels].
-constexpr int kGistSide = 256;
-constexpr int kGistBlocks = 4, kGistScales = 4, kGistOrientations = 8;
+constexpr int gistSide = 256;
+constexpr int gistBlocks = 4, gistScales = 4, gistOrientations = 8;
 
-/// `image` is CV_32F, kGistSide × kGistSide. A number a scale, orientation and block, in that order.
+/// `image` is CV_32F, gistSide × gistSide. A number a scale, orientation and block, in that order.
 std::vector<float> meanAnswers(const cv::Mat& image);
 
 }  // namespace estancia::describe

@@ -13,7 +13,7 @@ namespace estancia::describe {
 /// 64³ voxels, one bit each: 32 KB, which fit the L1 cache.
 class VoxelGrid {
  public:
-  static constexpr int kSide = 64;
+  static constexpr int gridSide = 64;
 
   /// Marks the voxel of every point, and its 26 neighbors. Coordinates lie within ±32.
   explicit VoxelGrid(std::span<const cv::Point3f> points);

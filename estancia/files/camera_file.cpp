@@ -17,7 +17,7 @@ namespace estancia::io {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::size_t kMaxBytes = 1 << 16;  // a calibration has a few lines
+constexpr std::size_t maxBytes = 1 << 16;  // a calibration has a few lines
 
 /// The numbers of a text; `#` starts a comment. Throws Error at a word that is none.
 std::vector<double> numbersOf(std::string text, const std::string& name) {
@@ -94,7 +94,7 @@ CameraIntrinsics cameraOf(const std::vector<double>& n, const std::string& name)
 }  // namespace
 
 CameraIntrinsics readIntrinsics(const fs::path& file) {
-  const std::string name = printable(file), text = readBytes(file, kMaxBytes);
+  const std::string name = printable(file), text = readBytes(file, maxBytes);
   for (const std::string_view key : {"camera_matrix", "Camera_Matrix", "K", "k"}) {
     const auto at = valueOf(text, key);
     if (at == std::string_view::npos) continue;

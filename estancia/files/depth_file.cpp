@@ -15,7 +15,7 @@ namespace estancia::io {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr double kMaxDepth = 1e6;  // [m]
+constexpr double maxDepth = 1e6;  // [m]
 
 /// Default units per meter: millimeters, 255 for 10 m (common copies of NYU Depth V2), meters.
 double defaultUnits(int depth) {
@@ -59,7 +59,7 @@ cv::Mat metersOf(const cv::Mat& raw, double unitsPerMeter, const std::string& na
   const float invalid = kind == CV_16U ? 65535.F : std::numeric_limits<float>::infinity();
   meters.forEach<float>([=](float& d, const int*) {
     const double scaled = d / units;
-    d = d > 0 && d < invalid && scaled < kMaxDepth ? static_cast<float>(scaled) : 0;
+    d = d > 0 && d < invalid && scaled < maxDepth ? static_cast<float>(scaled) : 0;
   });
   return meters;
 }

@@ -16,7 +16,7 @@ namespace estancia::io {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::array<const char*, 7> kPose = {"x", "y", "z", "qx", "qy", "qz", "qw"};
+constexpr std::array<const char*, 7> poseKeys = {"x", "y", "z", "qx", "qy", "qz", "qw"};
 
 /// A row's cells by the names of their columns.
 class Row {
@@ -42,7 +42,7 @@ class Row {
     std::array<double, 7> values{};
     std::size_t known = 0;
     for (std::size_t i = 0; i < values.size(); ++i)
-      if (const auto value = number(kPose[i])) {
+      if (const auto value = number(poseKeys[i])) {
         values[i] = *value;
         ++known;
       }
@@ -104,7 +104,7 @@ std::string frameListText(const std::vector<Frame>& frames) {
     if (const auto& p = frame.pose)
       text += fmt::format(",{},{},{},{},{},{},{}", p->x, p->y, p->z, p->qx, p->qy, p->qz, p->qw);
     else
-      text.append(kPose.size(), ',');
+      text.append(poseKeys.size(), ',');
     text += ',' + csvCell(frame.room) + '\n';
   }
   return text;

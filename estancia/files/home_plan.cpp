@@ -18,11 +18,11 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr std::size_t kMaxPlanBytes = std::size_t{1} << 24;
-constexpr std::size_t kMaxParts = 1000;
-constexpr int kMaxPlanDepth = 16;
-constexpr double kMaxCoordinate = 1e4;  // [m]
-constexpr double kMinArea = 0.01;       // [m²]; smaller rooms cannot be entered
+constexpr std::size_t maxPlanBytes = std::size_t{1} << 24;
+constexpr std::size_t maxParts = 1000;
+constexpr int maxPlanDepth = 16;
+constexpr double maxCoordinate = 1e4;  // [m]
+constexpr double minArea = 0.01;       // [m²]; smaller rooms cannot be entered
 
 /// An element of the file and its name in messages: "home.json: rooms[2].polygon".
 struct PlanElement {
@@ -47,8 +47,8 @@ struct PlanElement {
 
   std::vector<PlanElement> list() const {
     if (!json.is_array()) refuse("a list");
-    if (json.size() > kMaxParts)
-      fail(ErrorCode::tooLarge, "{}: {} elements; at most {} are read", where, json.size(), kMaxParts);
+    if (json.size() > maxParts)
+      fail(ErrorCode::tooLarge, "{}: {} elements; at most {} are read", where, json.size(), maxParts);
     std::vector<PlanElement> elements;
     for (std::size_t i = 0; i < json.size(); ++i)
       elements.push_back({json[i], fmt::format("{}[{}]", where, i)});
@@ -62,8 +62,8 @@ struct PlanElement {
 
   float meters() const {
     // JSON has no NaN, but 1e999.
-    if (!json.is_number() || !(std::abs(json.get<double>()) <= kMaxCoordinate))
-      refuse(fmt::format("a number of meters within {}", kMaxCoordinate));
+    if (!json.is_number() || !(std::abs(json.get<double>()) <= maxCoordinate))
+      refuse(fmt::format("a number of meters within {}", maxCoordinate));
     return json.get<float>();
   }
 
@@ -76,8 +76,8 @@ struct PlanElement {
 
 Json parsePlan(const std::string& text, const std::string& source) {
   const auto shallow = [&](int depth, Json::parse_event_t, Json&) {
-    if (depth > kMaxPlanDepth)
-      fail(ErrorCode::malformedFile, "{}: JSON with more than {} levels", source, kMaxPlanDepth);
+    if (depth > maxPlanDepth)
+      fail(ErrorCode::malformedFile, "{}: JSON with more than {} levels", source, maxPlanDepth);
     return true;
   };
   try {
@@ -91,7 +91,7 @@ HomeRoom roomOf(const PlanElement& element) {
   HomeRoom room{element.member("name").text(), {}};
   const PlanElement polygon = element.member("polygon");
   for (const PlanElement& corner : polygon.list()) room.polygon.push_back(corner.point());
-  if (room.polygon.size() < 3 || cv::contourArea(room.polygon) < kMinArea)
+  if (room.polygon.size() < 3 || cv::contourArea(room.polygon) < minArea)
     polygon.refuse("three corners or more around an area");
   return room;
 }
@@ -129,7 +129,7 @@ std::vector<HomeOpening> openingsOf(const PlanElement& home, const char* key,
 
 HomePlan readHomePlan(const std::filesystem::path& file) {
   const std::string source = printable(file);
-  const Json json = parsePlan(readBytes(file, kMaxPlanBytes), source);
+  const Json json = parsePlan(readBytes(file, maxPlanBytes), source);
   const PlanElement home{json, source};
   HomePlan plan;
   if (home.findMember("name") != nullptr) plan.name = home.member("name").text();

@@ -18,7 +18,7 @@ namespace estancia::io {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::size_t kMaxImageBytes = std::size_t{1} << 29;
+constexpr std::size_t maxImageBytes = std::size_t{1} << 29;
 
 /// The bytes behind `export default 'data:…;base64,…'`.
 std::string decodeDataUri(const std::string& text, const fs::path& file) {
@@ -70,7 +70,7 @@ cv::Mat decodeImage(std::string_view bytes, DecodedAs as, const fs::path& file) 
 }
 
 cv::Mat readPanorama(const fs::path& file) {
-  std::string bytes = readBytes(file, kMaxImageBytes);
+  std::string bytes = readBytes(file, maxImageBytes);
   if (file.extension() == ".js") bytes = decodeDataUri(bytes, file);
   const ImageHeader header = inspectImage(bytes, printable(file));
   const double ratio = static_cast<double>(header.width) / static_cast<double>(header.height);
@@ -83,7 +83,7 @@ cv::Mat readPanorama(const fs::path& file) {
 }
 
 cv::Mat decodeImage(const fs::path& file) {
-  const std::string bytes = readBytes(file, kMaxImageBytes);
+  const std::string bytes = readBytes(file, maxImageBytes);
   inspectImage(bytes, printable(file));
   return decodeImage(bytes, DecodedAs::stored, file);
 }
@@ -109,7 +109,7 @@ cv::Mat readImage(const std::filesystem::path& file) {
 }
 
 cv::Mat readReducedImage(const std::filesystem::path& file, int side) {
-  const std::string bytes = io::readBytes(file, io::kMaxImageBytes);
+  const std::string bytes = io::readBytes(file, io::maxImageBytes);
   const io::ImageHeader header = io::inspectImage(bytes, io::printable(file));
   if (header.isRadiance())
     fail(ErrorCode::unsupportedFile,

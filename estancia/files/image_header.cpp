@@ -11,7 +11,7 @@
 namespace estancia::io {
 namespace {
 
-constexpr std::uint64_t kMaxPixels = std::uint64_t{1} << 26;
+constexpr std::uint64_t maxPixels = std::uint64_t{1} << 26;
 
 struct CutOff {};   // the data is truncated
 struct Damaged {};  // the header is invalid
@@ -87,7 +87,7 @@ Size inspectBmp(const Bytes& b) {
   if (width <= 0 || height == 0) throw Damaged();
   Size size{"BMP", static_cast<std::uint64_t>(width), static_cast<std::uint64_t>(std::abs(height))};
   const bool plain = compression == 0 || compression == 3;
-  if (plain && size.width * size.height <= kMaxPixels)
+  if (plain && size.width * size.height <= maxPixels)
     b.need(pixels + (size.width * bits + 31) / 32 * 4 * size.height);
   return size;
 }
@@ -177,7 +177,7 @@ Size inspectPnm(const Bytes& b) {
   Size size{"PNM", next(), 0};
   size.height = next();
   const std::uint64_t bytesPerValue = kind == '1' || kind == '4' ? 0 : next() > 255 ? 2 : 1;
-  if (size.width * size.height > kMaxPixels) return size;
+  if (size.width * size.height > maxPixels) return size;
   if (kind == '4') b.need(at + 1 + (size.width + 7) / 8 * size.height);
   if (kind == '5') b.need(at + 1 + size.width * size.height * bytesPerValue);
   if (kind == '6') b.need(at + 1 + size.width * size.height * bytesPerValue * 3);
@@ -204,7 +204,7 @@ Size inspectPfm(const Bytes& b) {
   Size size{"PFM", side(), 0};
   size.height = side();
   if (!toNumber(word())) throw Damaged();  // the scale
-  if (size.width * size.height <= kMaxPixels)
+  if (size.width * size.height <= maxPixels)
     b.need(at + size.width * size.height * (b.data[1] == 'F' ? 12 : 4));
   return size;
 }
@@ -285,9 +285,9 @@ ImageHeader inspectImage(std::string_view bytes, const std::string& file) {
   try {
     ImageHeader header = inspect(b);
     if (header.width == 0 || header.height == 0) throw Damaged();
-    if (header.width > kMaxPixels || header.height > kMaxPixels || header.width * header.height > kMaxPixels)
+    if (header.width > maxPixels || header.height > maxPixels || header.width * header.height > maxPixels)
       fail(ErrorCode::tooLarge, "{}: {} × {} pixels; at most {} are read; reduce its size", file,
-           header.width, header.height, kMaxPixels);
+           header.width, header.height, maxPixels);
     return header;
   } catch (const CutOff&) {
     fail(ErrorCode::truncatedFile, "{}: truncated image; copy it again", file);

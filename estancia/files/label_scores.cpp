@@ -12,9 +12,9 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr std::size_t kMaxLabelBytes = 1000;
-constexpr std::size_t kMaxLabels = 100'000;
-constexpr int kMaxNesting = 64;
+constexpr std::size_t maxLabelBytes = 1000;
+constexpr std::size_t maxLabels = 100'000;
+constexpr int maxNesting = 64;
 
 std::string excerpt(std::string_view text) {
   constexpr std::size_t maxShown = 80;
@@ -23,8 +23,8 @@ std::string excerpt(std::string_view text) {
 
 Json parse(std::string_view text, const std::string& source) {
   const auto shallow = [&](int depth, Json::parse_event_t, Json&) {
-    if (depth > kMaxNesting)
-      fail(ErrorCode::malformedFile, "{}: JSON with more than {} levels", source, kMaxNesting);
+    if (depth > maxNesting)
+      fail(ErrorCode::malformedFile, "{}: JSON with more than {} levels", source, maxNesting);
     return true;
   };
   try {
@@ -93,9 +93,9 @@ std::string toLabel(std::string_view text, const std::string& source) {
   const auto begin = text.find_first_not_of(blanks);
   if (begin == std::string_view::npos) fail(ErrorCode::malformedFile, "{}: empty label", source);
   text = text.substr(begin, text.find_last_not_of(blanks) + 1 - begin);
-  if (text.size() > kMaxLabelBytes)
+  if (text.size() > maxLabelBytes)
     fail(ErrorCode::malformedFile, "{}: label of {} bytes, at most {}: \"{}\"", source, text.size(),
-         kMaxLabelBytes, excerpt(text));
+         maxLabelBytes, excerpt(text));
   return printable(text);
 }
 
@@ -164,8 +164,8 @@ WordBook::Places WordBook::place(std::vector<LabelProbability> words, std::size_
     words = std::move(once);
     for (const LabelProbability& word : words) {
       if (places_.contains(word.label)) continue;
-      if (labels_.size() == kMaxLabels)
-        fail(ErrorCode::tooLarge, "{}: more than {} different labels; give a label file", source, kMaxLabels);
+      if (labels_.size() == maxLabels)
+        fail(ErrorCode::tooLarge, "{}: more than {} different labels; give a label file", source, maxLabels);
       places_[word.label].push_back(static_cast<std::uint32_t>(labels_.size()));
       labels_.push_back(word.label);
     }

@@ -18,8 +18,8 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "values are copied as they are");
 
-constexpr std::string_view kMagic = "\x93NUMPY";
-constexpr std::size_t kMaxHeaderBytes = 65536;
+constexpr std::string_view magic = "\x93NUMPY";
+constexpr std::size_t maxHeaderBytes = 65536;
 
 /// The value of 'KEY': in the header, a Python dictionary as NumPy writes it.
 std::string_view valueOf(std::string_view header, std::string_view key) {
@@ -66,7 +66,7 @@ NpyFile::NpyFile(const fs::path& file) : name_(printable(file)) {
 
   unsigned char start[12] = {};
   stream_.read(reinterpret_cast<char*>(start), 10);
-  if (!stream_ || std::memcmp(start, kMagic.data(), kMagic.size()) != 0)
+  if (!stream_ || std::memcmp(start, magic.data(), magic.size()) != 0)
     refuse("not a .npy file; write it with numpy.save");
   const int version = start[6];
   if (version < 1 || version > 3)
@@ -77,7 +77,7 @@ NpyFile::NpyFile(const fs::path& file) : name_(printable(file)) {
     length |= static_cast<std::size_t>(start[10]) << 16U | static_cast<std::size_t>(start[11]) << 24U;
     begin = 12;
   }
-  if (!stream_ || length > kMaxHeaderBytes || begin + length > size)
+  if (!stream_ || length > maxHeaderBytes || begin + length > size)
     refuse(fmt::format("the header of {} bytes is truncated", length), ErrorCode::truncatedFile);
   std::string header(length, '\0');
   if (!stream_.read(header.data(), static_cast<std::streamsize>(length)))
@@ -132,7 +132,7 @@ std::string npyBytes(const DescriptorMatrix& matrix) {
   constexpr std::size_t alignment = 64;  // alignment of the numbers, as NumPy has it
   header.append(alignment - (10 + header.size() + 1) % alignment, ' ');
   header += '\n';
-  std::string bytes(kMagic);
+  std::string bytes(magic);
   bytes += {'\x01', '\x00', static_cast<char>(header.size() & 0xFFU), static_cast<char>(header.size() >> 8U)};
   bytes += header;
   const auto& values = matrix.values();

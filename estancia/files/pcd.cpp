@@ -26,12 +26,12 @@ namespace estancia {
 namespace {
 
 /// Largest compression factor of LZF (format of Marc Lehmann's LibLZF): three bytes stand for at most 264.
-constexpr std::size_t kMaxLzfGain = 88;
+constexpr std::size_t maxLzfGain = 88;
 
 /// Decompresses `packed` to `size` bytes. Throws Error when it is damaged or of another size.
 std::string unpackLzf(std::string_view packed, std::size_t size) {
   const auto damaged = [] { return Error(ErrorCode::corruptFile, "damaged compressed data"); };
-  if (size / kMaxLzfGain > packed.size()) throw damaged();
+  if (size / maxLzfGain > packed.size()) throw damaged();
   std::string bytes;
   bytes.reserve(size);
   std::size_t i = 0;

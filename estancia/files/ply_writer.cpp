@@ -15,14 +15,14 @@
 namespace estancia {
 namespace {
 
-constexpr std::uint32_t kLeftOut = std::numeric_limits<std::uint32_t>::max();
+constexpr std::uint32_t leftOut = std::numeric_limits<std::uint32_t>::max();
 
 /// The vertex of each point.
 std::vector<std::uint32_t> verticesOf(const PointCloud& cloud) {
   std::vector<std::uint32_t> vertices;
   vertices.reserve(cloud.points.size());
   std::uint32_t next = 0;
-  for (const cv::Point3f& p : cloud.points) vertices.push_back(isFinite(p) ? next++ : kLeftOut);
+  for (const cv::Point3f& p : cloud.points) vertices.push_back(isFinite(p) ? next++ : leftOut);
   return vertices;
 }
 
@@ -76,7 +76,7 @@ void writePly(const PointCloud& cloud, const std::filesystem::path& file, const 
   Body body(ascii);
   std::size_t written = 0;
   for (std::size_t i = 0; i < vertices.size(); ++i) {
-    if (vertices[i] == kLeftOut) continue;
+    if (vertices[i] == leftOut) continue;
     ++written;
     body.numbers(cloud.points[i]);
     if (!cloud.normals.empty()) body.numbers(cloud.normals[i]);
@@ -86,8 +86,8 @@ void writePly(const PointCloud& cloud, const std::filesystem::path& file, const 
   }
   if (written == 0) refuse("an empty cloud is not written");
   for (const auto& [from, to] : edges) {
-    if (from >= vertices.size() || to >= vertices.size() || vertices[from] == kLeftOut ||
-        vertices[to] == kLeftOut)
+    if (from >= vertices.size() || to >= vertices.size() || vertices[from] == leftOut ||
+        vertices[to] == leftOut)
       refuse(fmt::format("the edge from point {} to {} has a missing point", from, to));
     body.number(static_cast<std::int32_t>(vertices[from]));
     body.number(static_cast<std::int32_t>(vertices[to]));

@@ -10,9 +10,9 @@
 namespace estancia::io {
 namespace {
 
-constexpr double kMiddleGray = 0.18;
-constexpr float kMaxRadiance = 65504;  // the largest half-precision number
-constexpr float kShoulder = 0.6F;      // linear light above this is rolled off
+constexpr double middleGray = 0.18;
+constexpr float maxRadiance = 65504;  // the largest half-precision number
+constexpr float shoulder = 0.6F;      // linear light above this is rolled off
 
 /// The exponential of the mean of log luminance over the sphere, rows weighted by the solid angle of their
 /// pixels (Reinhard et al. 2002, Eq. 1). Pixels without light do not count; 0 when there is no light at all.
@@ -57,7 +57,7 @@ bool medianOfNeighbors(const cv::Mat& linear, const cv::Mat& damaged, int row, i
 /// Resampled panoramas ring around lamps and the sun: pixels there are negative, infinite or NaN, and would
 /// show as black dots. Such pixels are filled from their undamaged neighbors, from the rim inwards.
 void repairRinging(cv::Mat& linear, double average) {
-  constexpr int kMaxDepth = 8;  // [pixels]; the sun is about 6 wide
+  constexpr int maxDepth = 8;  // [pixels]; the sun is about 6 wide
   const auto black = static_cast<float>(1e-3 * average);
   cv::Mat damaged(linear.size(), CV_8U);
   for (int row = 0; row < linear.rows; ++row) {
@@ -67,13 +67,13 @@ void repairRinging(cv::Mat& linear, double average) {
       const float dark = std::max(black, 1e-3F * std::max({p[0], p[1], p[2]}));
       int lit = 0;
       for (int c = 0; c < 3; ++c) {
-        if (p[c] > dark && p[c] <= kMaxRadiance) ++lit;
-        p[c] = p[c] > 0 ? std::min(p[c], kMaxRadiance) : 0;  // NaN becomes 0
+        if (p[c] > dark && p[c] <= maxRadiance) ++lit;
+        p[c] = p[c] > 0 ? std::min(p[c], maxRadiance) : 0;  // NaN becomes 0
       }
       damaged.at<uchar>(row, column) = lit >= 2 ? 0 : 1;
     }
   }
-  for (int depth = 0; depth < kMaxDepth && cv::countNonZero(damaged) > 0; ++depth) {
+  for (int depth = 0; depth < maxDepth && cv::countNonZero(damaged) > 0; ++depth) {
     const cv::Mat before = damaged.clone(), source = linear.clone();
     for (int row = 0; row < linear.rows; ++row)
       for (int column = 0; column < linear.cols; ++column)
@@ -93,7 +93,7 @@ float toLinear(float srgb) {
 
 /// Identity up to the shoulder, then an exponential approach to 1 with the same slope where they meet.
 float rollOff(float x) {
-  return x <= kShoulder ? x : 1 - (1 - kShoulder) * std::exp(-(x - kShoulder) / (1 - kShoulder));
+  return x <= shoulder ? x : 1 - (1 - shoulder) * std::exp(-(x - shoulder) / (1 - shoulder));
 }
 
 }  // namespace
@@ -104,7 +104,7 @@ cv::Mat toneMap(cv::Mat panorama, double exposure) {
   if (radiance) {
     const double average = logAverage(panorama);
     repairRinging(panorama, average);
-    if (average > 0) gain *= static_cast<float>(kMiddleGray / average);
+    if (average > 0) gain *= static_cast<float>(middleGray / average);
   } else {
     panorama.convertTo(panorama, CV_32F, 1 / 255.0);
   }

@@ -150,7 +150,7 @@ class NewMap {
     world_->finish();
   }
 
-  /// What the maps may take together, where each is bounded.
+  /// Sum of the maps' budgets, if each has one.
   void takeBudgetsOf(const std::vector<std::unique_ptr<MapSource>>& sources) {
     MapBudget sum{0, 0};
     for (const auto& source : sources) {
@@ -175,7 +175,7 @@ class NewMap {
   void move(const fs::path& place, std::optional<MapStore>& old) {
     world_.reset();
     session_.reset();
-    if (namesRooms_) renewRoomsByNames(path_);            // before anybody sees it
+    if (namesRooms_) renewRoomsByNames(path_);            // before the map is visible to others
     if (!old) return storage::renameToNew(path_, place);  // which another program may have made meanwhile
     fs::permissions(path_, fs::status(place).permissions());
     old.reset();  // what SQLite keeps beside the file goes with it

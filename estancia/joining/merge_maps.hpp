@@ -25,7 +25,7 @@ struct ShareWork {
       run = {};
 };
 
-/// What mergeMaps() did.
+/// Report of mergeMaps().
 struct MergedMaps {
   std::size_t drives = 0, frames = 0, places = 0;
   /// By the maps' order but for the first: whether a place of the maps before was recognized in it, and

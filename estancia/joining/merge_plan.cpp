@@ -107,7 +107,7 @@ class PlaceGroups {
     all.insert(all.end(), others.mapped().begin(), others.mapped().end());
   }
 
-  /// By place.
+  /// Indexed by place.
   const std::map<Place, Place>& groups() const { return groupOf_; }
 
  private:

@@ -22,7 +22,7 @@ struct MergePlan {
   std::vector<std::size_t> order;
   /// From the map to the merged one, where that is known; by number.
   std::vector<std::optional<cv::Affine3d>> toMerged;
-  /// What is added to the ids of a map's places; by number.
+  /// Offset of the ids of each map's places; by number.
   std::vector<int> firstNode;
   /// Places that became parts of others, in order; their frames are to be set.
   std::vector<Merge> merges;

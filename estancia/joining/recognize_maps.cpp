@@ -33,7 +33,7 @@ std::size_t blockSizeOf(std::size_t maps) {
   return std::clamp<std::size_t>(maps / 6, 1, maxInBlock);
 }
 
-/// What a map is compared by.
+/// Data of a map that comparison needs.
 struct Compared {
   Mapper mapper;
   std::size_t frames;

@@ -96,8 +96,7 @@ struct LabelStreamOptions {
 
 OptionGroup declare(LabelStreamOptions& options);
 
-/// A frame with its labels, or why it has none.
-
+/// A frame with its labels, or the reason why it has none.
 struct LabeledFrame {
   /// In the sequence.
   std::size_t index = 0;

@@ -11,7 +11,7 @@
 namespace estancia {
 namespace {
 
-constexpr std::size_t kColors = 3;
+constexpr std::size_t channels = 3;
 
 /// The old pixels along one axis that each new one covers: `taps` of them from its `first` on, and how much
 /// of it each of them is; 0 for those beyond its end.
@@ -67,12 +67,12 @@ void shrinkRow(const float* row, const Axis& axis, float* to) {
     Four sum{};
     for (std::size_t t = 0; t < taps; ++t) {
       Four pixel;
-      std::memcpy(&pixel, row + (first + t) * kColors, sizeof pixel);
+      std::memcpy(&pixel, row + (first + t) * channels, sizeof pixel);
       sum += share[t] * pixel;
     }
     std::memcpy(to, &sum, sizeof sum);
     share += taps;
-    to += kColors;
+    to += channels;
   }
 }
 
@@ -96,9 +96,9 @@ cv::Mat resizeByArea(const cv::Mat& image, cv::Size size) {
             size.height <= image.rows);
   const Axis columns = axisOf(image.cols, size.width), rows = axisOf(image.rows, size.height);
   const ShrinkRow shrinkRow = shrinkRowFor(columns.taps);
-  const std::size_t before = static_cast<std::size_t>(image.cols) * kColors,
-                    after = static_cast<std::size_t>(size.width) * kColors;
-  std::vector<float> row(before + columns.taps * kColors + 1), shrunk(after + 1), sums(after + 1);
+  const std::size_t before = static_cast<std::size_t>(image.cols) * channels,
+                    after = static_cast<std::size_t>(size.width) * channels;
+  std::vector<float> row(before + columns.taps * channels + 1), shrunk(after + 1), sums(after + 1);
   int last = -1;  // the old row in `shrunk`: two new ones may share it
   cv::Mat result(size, CV_8UC3);
   const float* share = rows.shares.data();

@@ -160,7 +160,7 @@ class HttpLabeler final : public Labeler {
     for (int attempt = 1;; ++attempt) {
       if (!waitUntil(nextTurn())) return {};
       HttpReply reply = lane.connection.post(body);
-      // A service may show us our own key; here, before anything of it is cut to fit a message.
+      // Redact secrets (a service may echo the key) before truncating for a message.
       reply.body = withoutSecrets(reply.body, settings_.secrets);
       reply.location = withoutSecrets(reply.location, settings_.secrets);
       if (reply.status / 100 == 2) return read(reply);

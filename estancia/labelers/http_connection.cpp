@@ -16,8 +16,8 @@ using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
 // Less than libcurl allows (100 kB a line, 300 kB in all), where it would speak of a broken connection.
-constexpr std::size_t kMaxHeaders = std::size_t{200} << 10U;  // bytes
-constexpr int kTooLarge = 100;                                // CURLE_TOO_LARGE, known since libcurl 8.6
+constexpr std::size_t maxHeaders = std::size_t{200} << 10U;  // bytes
+constexpr int curlTooLarge = 100;                            // CURLE_TOO_LARGE, known since libcurl 8.6
 
 std::string urlOf(const HttpEndpoint& endpoint) {
   return endpoint.server + endpoint.path;
@@ -87,7 +87,7 @@ class Request final : private CurlRequest {
   bool onHeader(std::string_view line) override {
     lastByte_ = Clock::now();
     headerBytes_ += line.size();
-    tooLong_ = headerBytes_ > kMaxHeaders;
+    tooLong_ = headerBytes_ > maxHeaders;
     return !tooLong_;
   }
 
@@ -104,7 +104,7 @@ class Request final : private CurlRequest {
   }
 
   void explain(CURLcode code, HttpReply& reply) const {
-    if (tooLong_ || code == CURLE_OUT_OF_MEMORY || code == kTooLarge) {  // the latter: a header
+    if (tooLong_ || code == CURLE_OUT_OF_MEMORY || code == curlTooLarge) {  // the latter: a header
       reply.problem = fmt::format("its answer is longer than {} bytes", endpoint_.maxAnswer);
       reply.hopeless = true;
       return;

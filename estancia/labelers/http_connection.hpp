@@ -23,7 +23,7 @@ struct HttpEndpoint {
   std::string path;
   std::string contentType;
   std::vector<std::pair<std::string, std::string>> headers;
-  /// PEM of whom to trust; "" = whom the system trusts.
+  /// PEM file of trusted certificates; "" = those of the system.
   std::filesystem::path certificates;
   std::chrono::milliseconds connectTimeout{10'000};
   /// Limit of silence, to about a second.

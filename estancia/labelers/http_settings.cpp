@@ -23,8 +23,8 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr std::string_view kPlaceholder = "${image}";
-constexpr std::string_view kBoundary = "estancia-f0e1c6b27d9a4835";  // occurs in no image
+constexpr std::string_view placeholder = "${image}";
+constexpr std::string_view boundary = "estancia-f0e1c6b27d9a4835";  // occurs in no image
 
 bool hasControls(std::string_view text) {
   return std::ranges::any_of(text, [](unsigned char c) { return c < 0x20 || c == 0x7F; });
@@ -79,7 +79,7 @@ class Reader {
                                           {"ca", "connect_timeout", "read_timeout", "timeout", "attempts",
                                            "backoff", "max_wait", "rate", "parallel", "seed"});
     endpoint.contentType = !settings_.field.empty()
-                               ? fmt::format("multipart/form-data; boundary={}", kBoundary)
+                               ? fmt::format("multipart/form-data; boundary={}", boundary)
                            : !settings_.bodyTemplate.empty() ? "application/json"
                            : settings_.format == "jpg"       ? "image/jpeg"
                                                              : "image/png";
@@ -119,8 +119,8 @@ class Reader {
 
   void readBody(const toml::node& node) {
     settings_.bodyTemplate = config_.text(node);
-    if (settings_.bodyTemplate.find(kPlaceholder) == std::string::npos)
-      config_.fail(node, fmt::format("`body` must hold {}, where the image in base64 goes", kPlaceholder));
+    if (settings_.bodyTemplate.find(placeholder) == std::string::npos)
+      config_.fail(node, fmt::format("`body` must hold {}, where the image in base64 goes", placeholder));
   }
 
   std::string withEnvironment(const toml::node& node, std::string text) {
@@ -159,15 +159,15 @@ std::string requestBody(const HttpSettings& settings, const cv::Mat& bgr) {
   if (!settings.bodyTemplate.empty()) {
     std::string body = settings.bodyTemplate;
     const std::string text = toBase64(bytes);
-    for (std::size_t at = 0; (at = body.find(kPlaceholder, at)) != std::string::npos; at += text.size())
-      body.replace(at, kPlaceholder.size(), text);
+    for (std::size_t at = 0; (at = body.find(placeholder, at)) != std::string::npos; at += text.size())
+      body.replace(at, placeholder.size(), text);
     return body;
   }
   if (settings.field.empty()) return bytes;
   return fmt::format(
       "--{0}\r\nContent-Disposition: form-data; name=\"{1}\"; filename=\"image.{2}\"\r\nContent-Type: "
       "image/{3}\r\n\r\n{4}\r\n--{0}--\r\n",
-      kBoundary, settings.field, settings.format, settings.format == "jpg" ? "jpeg" : "png", bytes);
+      boundary, settings.field, settings.format, settings.format == "jpg" ? "jpeg" : "png", bytes);
 }
 
 std::string withoutSecrets(std::string text, const std::vector<std::string>& secrets) {

@@ -32,10 +32,10 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
-constexpr std::size_t kTail = 4096;            // bytes kept of stderr
-constexpr milliseconds kGrace{500};            // to end by itself once its stdin is closed
-constexpr milliseconds kBetweenLooks{50};      // whether it lives, while a child of it keeps its stdout open
-constexpr milliseconds kBetweenQuickLooks{2};  // while it is about to end
+constexpr std::size_t tail = 4096;            // bytes kept of stderr
+constexpr milliseconds grace{500};            // to end by itself once its stdin is closed
+constexpr milliseconds betweenLooks{50};      // whether it lives, while a child of it keeps its stdout open
+constexpr milliseconds betweenQuickLooks{2};  // while it is about to end
 
 void closeEnd(int& fd) {
   if (fd >= 0) ::close(std::exchange(fd, -1));
@@ -78,8 +78,8 @@ std::string howItEnded(int status) {
   return fmt::format("signal {} ({})", WTERMSIG(status), strsignal(WTERMSIG(status)));
 }
 
-/// What a program that goes wrong may take: no more memory than the machine has, and no disk for core dumps.
-/// Where memory ends all the same, the kernel ends it rather than us, who write a map.
+/// Limits a faulty program: no more memory than the machine has, and no core dumps. If memory runs out all
+/// the same, the kernel kills it rather than this process, which may be writing a map.
 void limit(pid_t pid) {
   const auto memory =
       static_cast<rlim_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<rlim_t>(sysconf(_SC_PAGESIZE));
@@ -136,7 +136,7 @@ LineProcess::LineProcess(const Settings& settings) : maxLine_(settings.maxLine) 
 }
 
 LineProcess::~LineProcess() {
-  finish(kGrace);
+  finish(grace);
 }
 
 LineProcess::Outcome LineProcess::ask(std::string_view question, milliseconds timeout, std::string& answer) {
@@ -159,7 +159,7 @@ LineProcess::Outcome LineProcess::ask(std::string_view question, milliseconds ti
       const bool closed = output_ < 0;
       if (!closed) readOutput();  // a pipe holds no more than it reads
       if (takeLine(answer)) return Outcome::answered;
-      finish(kGrace);
+      finish(grace);
       if (closed && end_ == "killed") end_ = "it closed its stdout, went on, and was killed";
       return Outcome::ended;
     }
@@ -174,7 +174,7 @@ LineProcess::Outcome LineProcess::ask(std::string_view question, milliseconds ti
     }
     std::array<pollfd, 3> ends{
         {{rest.empty() ? -1 : input_, POLLOUT, 0}, {output_, POLLIN, 0}, {complaints_, POLLIN, 0}}};
-    ::poll(ends.data(), ends.size(), static_cast<int>(std::min(left, kBetweenLooks).count()));
+    ::poll(ends.data(), ends.size(), static_cast<int>(std::min(left, betweenLooks).count()));
     if (ends[0].revents != 0) write(rest);
     if (ends[1].revents != 0) readOutput();
     if (ends[2].revents != 0) readComplaints();
@@ -204,7 +204,7 @@ void LineProcess::readComplaints() {
   std::array<char, 65536> buffer;
   const ssize_t count = ::read(complaints_, buffer.data(), buffer.size());
   if (count > 0) complaintsTail_.append(buffer.data(), static_cast<std::size_t>(count));
-  if (complaintsTail_.size() > kTail) complaintsTail_.erase(0, complaintsTail_.size() - kTail);
+  if (complaintsTail_.size() > tail) complaintsTail_.erase(0, complaintsTail_.size() - tail);
   if (count == 0) closeEnd(complaints_);
 }
 
@@ -225,7 +225,7 @@ void LineProcess::finish(milliseconds patience) {
     if (output_ >= 0) readOutput();  // a full pipe would keep it from ending
     pending_.clear();
     if (complaints_ >= 0) readComplaints();
-    std::this_thread::sleep_for(kBetweenQuickLooks);
+    std::this_thread::sleep_for(betweenQuickLooks);
   }
   const bool byItself = hasEnded(pid_);
   group_.kill();

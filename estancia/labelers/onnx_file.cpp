@@ -139,7 +139,7 @@ struct Child {
   std::uint32_t field;
   Message child;
 };
-constexpr Child kChildren[] = {
+constexpr Child children[] = {
     {Message::model, 7, Message::graph},          // graph
     {Message::model, 20, Message::training},      // training_info
     {Message::model, 25, Message::function},      // functions
@@ -194,7 +194,7 @@ void requireWeightsInside(string_view bytes, Message kind, const fs::path& path,
       fail(ErrorCode::unsafePath, "{} keeps its weights ({}) in another file; save the network as one file",
            path.string(), io::printable(textIn(bytes, tensor::name)));
     if (!field->bytes) continue;
-    for (const Child& child : kChildren)
+    for (const Child& child : children)
       if (child.parent == kind && child.field == field->number)
         requireWeightsInside(*field->bytes, child.child, path, depth + 1);
   }

@@ -79,7 +79,7 @@ class Session {
     options.SetIntraOpNumThreads(threads);
     options.SetInterOpNumThreads(1);
     options.SetGraphOptimizationLevel(ORT_ENABLE_ALL);
-    // Threads that spin while they wait take the cores from whoever decodes the next images.
+    // Threads that spin while they wait would take the cores from the decoding of the next images.
     options.AddConfigEntry("session.intra_op.allow_spinning", "0");
     // 8 bits without VNNI: the exact kernels, not the quick ones whose sums saturate. (With it they are
     // slower.)
@@ -199,8 +199,8 @@ class OnnxruntimeEngine final : public NetworkLabeler {
       threads_ = 1;
       together_ = Session(pathOf(spec), onnx, threads_);
     } else {
-      // So many images that starting the threads, some 30 µs, costs little; few of a slow network, since who
-      // waits for the first must wait for all.
+      // So many images that starting the threads, some 30 µs, costs little; few for a slow network, since the
+      // first result comes with the last.
       batchSize_ = static_cast<std::size_t>(threads_ * std::clamp(8 / took, 1.0, 16.0));
     }
   }

@@ -24,7 +24,7 @@ namespace {
 /// Reads the child's number, then waits for the end of the file. The guard is in the group itself, so that no
 /// other process can have been given the group's number meanwhile. The child may lead a group of its own by
 /// now (setsid), or not have been started.
-constexpr const char* kGuard = "read -r child; read -r end; kill -KILL ${child:+$child -$child} 0";
+constexpr const char* guardScript = "read -r child; read -r end; kill -KILL ${child:+$child -$child} 0";
 
 /// Duplicates a file descriptor above stdin, stdout and stderr, which are not always open.
 int above(int file) {
@@ -35,7 +35,7 @@ int above(int file) {
 
 /// Runs the guard with all signals blocked: what stops or ends the group by name must not end it.
 int spawnGuard(int input, pid_t& guard) {
-  std::string shell = "sh", option = "-c", script = kGuard;
+  std::string shell = "sh", option = "-c", script = guardScript;
   const std::array<char*, 4> arguments{shell.data(), option.data(), script.data(), nullptr};
   const std::array<char*, 1> environment{nullptr};
   posix_spawn_file_actions_t actions;

@@ -52,13 +52,13 @@ class PrivateFolder {
   int lock_ = -1;
 };
 
-constexpr std::string_view kPrefix = "estancia-", kUnique = "XXXXXX";
-constexpr const char* kLock = "estancia.lock";
+constexpr std::string_view prefix = "estancia-", unique = "XXXXXX";
+constexpr const char* lockName = "estancia.lock";
 
 /// Whether mkdtemp() made this name from our pattern.
 bool isOurs(const std::string& name) {
-  return name.starts_with(kPrefix) && name.size() == kPrefix.size() + kUnique.size() &&
-         std::all_of(name.begin() + kPrefix.size(), name.end(), isLetterOrDigit);
+  return name.starts_with(prefix) && name.size() == prefix.size() + unique.size() &&
+         std::all_of(name.begin() + prefix.size(), name.end(), isLetterOrDigit);
 }
 
 /// Whether the open file is this user's and of this type (S_IFDIR, S_IFREG).
@@ -75,16 +75,16 @@ void removeIfAbandoned(const fs::path& folder) {
   const std::unique_ptr<DIR, int (*)(DIR*)> entries(fdopendir(opened), closedir);
   if (!entries) ::close(opened);
   if (!entries || !isOwn(opened, S_IFDIR)) return;
-  const int lock = openat(opened, kLock, O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+  const int lock = openat(opened, lockName, O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
   if (lock < 0) return;
   if (isOwn(lock, S_IFREG) && flock(lock, LOCK_EX | LOCK_NB) == 0) {
     bool empty = true;
     while (const dirent* entry = readdir(entries.get())) {
       const std::string_view name = entry->d_name;
-      if (name != "." && name != ".." && name != kLock)
+      if (name != "." && name != ".." && name != lockName)
         empty = unlinkat(opened, entry->d_name, 0) == 0 && empty;
     }
-    if (empty && unlinkat(opened, kLock, 0) == 0) rmdir(folder.c_str());
+    if (empty && unlinkat(opened, lockName, 0) == 0) rmdir(folder.c_str());
   }
   ::close(lock);
 }
@@ -100,10 +100,10 @@ PrivateFolder::PrivateFolder() {
   const fs::path temporary = fs::temp_directory_path();
   removeAbandonedIn(temporary);
   for (;;) {
-    std::string pattern = (temporary / kPrefix).string().append(kUnique);
+    std::string pattern = (temporary / prefix).string().append(unique);
     const bool made = mkdtemp(pattern.data()) != nullptr;
     if (made)
-      lock_ = ::open((fs::path(pattern) / kLock).c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+      lock_ = ::open((fs::path(pattern) / lockName).c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
     if (lock_ < 0) {
       const int why = errno;
       if (made) rmdir(pattern.c_str());
@@ -113,7 +113,7 @@ PrivateFolder::PrivateFolder() {
     }
     path_ = pattern;
     if (flock(lock_, LOCK_EX) != 0) {  // a file system without locks: never to be taken for abandoned
-      unlink((path_ / kLock).c_str());
+      unlink((path_ / lockName).c_str());
       return;
     }
     struct stat status {};

@@ -13,11 +13,11 @@
 namespace estancia {
 namespace {
 
-constexpr std::size_t kSeveral = static_cast<std::size_t>(-1);
+constexpr std::size_t several = static_cast<std::size_t>(-1);
 
 void note(std::unordered_map<std::string, std::size_t>& records, const std::string& key, std::size_t i) {
   const auto [entry, isNew] = records.emplace(key, i);
-  if (!isNew) entry->second = kSeveral;
+  if (!isNew) entry->second = several;
 }
 
 }  // namespace
@@ -38,7 +38,7 @@ std::size_t RecordedLabeler::find(const std::string& frame) const {
   for (const auto& [records, key] : ways) {
     const auto found = records->find(key);
     if (found == records->end()) continue;
-    if (found->second == kSeveral)
+    if (found->second == several)
       throw FrameError(fmt::format("{}: several records could be meant by \"{}\"; record whole names",
                                    recording_.model, frame));
     return found->second;

@@ -20,8 +20,7 @@
 namespace estancia {
 namespace {
 
-/// A view labels what the frames before it did not, up to the labels of so many frames: one frame must not
-/// take long.
+/// Unused label budget carries over, at most that of so many frames: one frame must not take long.
 constexpr std::size_t maxSaved = 3;
 
 /// Whether an image could be labeled. Where it could not, the next one may be.

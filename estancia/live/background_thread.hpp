@@ -25,8 +25,8 @@ inline void takeWhatIsLeft() {
   sched_setscheduler(0, SCHED_IDLE, &none);
 }
 
-/// What this thread has had of the processors. On a busy machine a thread of low priority takes many times as
-/// long by the clock, which is no reason to do its work less often.
+/// Processor time of this thread. On a busy machine a thread of low priority takes many times as long by the
+/// clock, which is no reason to do its work less often.
 inline std::chrono::nanoseconds processorTime() {
   timespec time{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);

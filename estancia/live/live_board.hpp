@@ -23,7 +23,7 @@ class LiveBoard {
   /// Encoded when it is first asked for.
   std::shared_ptr<const std::vector<unsigned char>> image() const;
   std::shared_ptr<const WorldMap> world() const;
-  /// And its LiveStatus::mapRevision.
+  /// The world and its LiveStatus::mapRevision.
   std::pair<std::shared_ptr<const WorldMap>, std::uint64_t> worldAndRevision() const;
 
   /// Changes the status and notifies waiting threads.

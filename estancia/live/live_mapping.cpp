@@ -83,7 +83,7 @@ std::pair<int, double> areaOf(const WorldMap* world, const std::optional<Pose>& 
   return {area, area < 0 ? 0 : 1};
 }
 
-/// What the map keeps of an edit. Throws Error where it cannot be done.
+/// The form in which the map stores an edit. Throws Error if it cannot be applied.
 std::variant<AreaEdit, ObjectEdit> anchoredIn(const WorldMap& world, const MapEdit& edit) {
   const auto object = [&](int id) -> const WorldObject& { return getObject(world, std::to_string(id)); };
   return std::visit(

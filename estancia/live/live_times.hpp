@@ -20,7 +20,7 @@ class RecentNumbers {
     else
       values_[next_++ % most] = value;
   }
-  /// What the share `p` of them stays below; 0 without any.
+  /// Quantile `p` of the numbers; 0 without any.
   double quantile(double p) const {
     if (values_.empty()) return 0;
     std::vector<double> sorted = values_;

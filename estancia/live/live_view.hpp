@@ -33,7 +33,7 @@ struct LiveStatus {
   std::uint64_t mapRevision = 0;
   /// "mapping", "localizing", "waiting" (no frames now), "ended".
   std::string state = "waiting";
-  /// What is wrong now, as sentences.
+  /// Current problems, as sentences.
   std::vector<std::string> troubles;
   std::string source;
   /// Frames that were mapped or localized, that were dropped because newer ones were there, and that could
@@ -69,7 +69,7 @@ struct LiveStatus {
   double rate = 0;
 };
 
-/// What people correct in a map. Areas and objects by their numbers in LiveView::world().
+/// A person's correction of a map. Areas and objects by their numbers in LiveView::world().
 struct NameArea {
   int area = -1;
   /// "" takes the name away.
@@ -107,7 +107,7 @@ class LiveView {
   virtual std::vector<unsigned char> objectImage(int object) const = 0;
   /// The image of a place's middle frame, a JPEG; empty where there is none.
   virtual std::vector<unsigned char> placeImage(int node) const = 0;
-  /// What drives from `since` on (the last one by default) saw otherwise than those before, in the form of
+  /// Differences between drives from `since` on (the last one by default) and those before, in the form of
   /// toJson(), at most a second old. Throws Error as findChanges() does.
   virtual nlohmann::ordered_json changes(const std::optional<std::size_t>& since) const = 0;
   /// Changes the map, and returns when world() has the change. `mapRevision`: of the world() that the numbers

@@ -11,7 +11,7 @@
 
 namespace estancia {
 
-/// What a filter believes; each sum may have any scale, the same for all.
+/// Belief of a filter; the sums may have any common scale.
 struct Belief {
   /// One an image of the map: that the view is this one.
   std::vector<double> images;

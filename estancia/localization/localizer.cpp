@@ -117,7 +117,7 @@ struct Localizer::Impl {
   std::shared_ptr<const LocalizerMap> source;
   LocalizerOptions options;
   Distance distance;
-  /// What counts when images are compared; with distances other than cosines, all.
+  /// Weights for comparing images; none with distances other than cosines.
   std::optional<ViewMetric> metric;
   /// Mean vector around each frame of the map; its distance is the mean of its neighbors' distances.
   std::vector<float> views;

@@ -141,7 +141,7 @@ bool PoseFilter::isStep(const PlanarMotion& motion) const {
 
 void PoseFilter::predict(std::span<const float> in, const PlanarMotion& motion, std::span<float> out) const {
   const double before = std::accumulate(in.begin(), in.end(), 0.0);
-  // What is less probable than a jump is spread as if it had jumped: most states of a large map, at no cost.
+  // Probabilities below that of a jump are spread like a jump: most states of a large map, at no cost.
   const auto least = static_cast<float>(options_.anywhere * before / static_cast<double>(states()));
   std::vector<float> likely(in.begin(), in.end()), moved(states(), 0.0F);
   for (float& p : likely)
@@ -150,7 +150,7 @@ void PoseFilter::predict(std::span<const float> in, const PlanarMotion& motion, 
   grid_.blur(moved, motion.looseDistance + odometryError * motion.distance(),
              motion.looseTurn + odometryError * std::abs(motion.turn));
   const double after = std::accumulate(moved.begin(), moved.end(), 0.0);
-  // So may what left the grid.
+  // Probability that left the grid is spread likewise.
   const double anywhere = (before - (1 - options_.anywhere) * after) / static_cast<double>(states());
   for (std::size_t s = 0; s < states(); ++s)
     out[s] = static_cast<float>((1 - options_.anywhere) * moved[s] + anywhere);

@@ -56,7 +56,7 @@ class PoseGrid {
   double middleOf(std::int64_t index) const;
 
   double cell_;
-  /// By column and row.
+  /// Indexed by column and row.
   std::unordered_map<std::int64_t, std::int32_t> cellOf_;
   std::vector<std::int32_t> columns_, rows_;
 };

@@ -13,7 +13,7 @@ namespace estancia {
 /// Makes the tables where they are missing.
 extern const char* const schemaOfDrives;
 
-/// What is written belongs to the store's transaction; the store must outlive it.
+/// Writes in the store's transaction; the store must outlive it.
 class DriveStore {
  public:
   explicit DriveStore(MapStore& store) : store_(store) {}

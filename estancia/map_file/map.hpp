@@ -63,7 +63,7 @@ enum class DecisionKind {
   revisit,
   /// Near to no node: makes a new one.
   createNode,
-  /// By all frames of the drive so far it is this place, and words do not contradict.
+  /// Localized in this place by all frames of the drive so far, and words do not contradict.
   localize
 };
 
@@ -83,7 +83,7 @@ struct Decision {
   /// D(other, I), or the distance to its image; NaN when there is none.
   double toOther = 0;
   double tauJoin = 0;
-  /// What toOther had to be below.
+  /// Threshold of toOther.
   double tauRevisit = 0;
 };
 
@@ -164,7 +164,7 @@ std::string toString(DecisionKind kind);
 /// The `count` most probable labels of a node, best first, as label indices.
 std::vector<std::size_t> bestLabels(const Node& node, std::size_t count);
 
-/// What making a map file does with one of that name.
+/// Treatment of an existing file of that name.
 enum class ExistingMap { refuse, replace };
 
 /// Whether the file begins as a map file does, intact or not, whatever its name.

@@ -1,4 +1,4 @@
-// What everybody does with map files, each in one call.
+// Common operations on map files, each in one call.
 // SPDX-License-Identifier: Apache-2.0
 #include <array>
 #include <fstream>

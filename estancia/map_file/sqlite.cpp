@@ -25,7 +25,7 @@ constexpr int maxValue = 256 << 20;
 
 /// SQLite rolls back by the journal that it finds beside the map, and then deletes the file that the journal
 /// names as super-journal, whichever that is (SQLite's file format, 3). Estancia attaches no other database,
-/// so its journals name none. It would also wait for whoever writes into a pipe.
+/// so its journals name none. It would also wait for the writer of a pipe.
 void requireOwnJournals(const std::filesystem::path& path) {
   namespace fs = std::filesystem;
   std::error_code problem;

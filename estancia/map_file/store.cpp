@@ -208,7 +208,7 @@ struct MapStore::Impl {
     // A commit is on the disk when it returns, so that a power cut costs the last second, too, and no more:
     // with NORMAL it would cost all that is not in the file yet. There is one commit a second.
     database.run("PRAGMA synchronous = FULL");
-    // What one large commit has left beside the file is given back.
+    // Frees the space that one large commit has left beside the file.
     database.run(fmt::format("PRAGMA journal_size_limit = {}", maxBeside));
     database.run("BEGIN IMMEDIATE");
     if (!onDisk) return;

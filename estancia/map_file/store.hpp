@@ -32,7 +32,7 @@ class MapStore {
   enum class Access { read, write };
   static constexpr std::size_t allFrames = std::numeric_limits<std::size_t>::max();
 
-  /// What never changes in the life of a map.
+  /// Constants of a map.
   struct Identity {
     Vocabulary vocabulary;
     /// Labeler::identity().

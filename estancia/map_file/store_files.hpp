@@ -27,7 +27,7 @@ void requireReplaceable(const std::filesystem::path& path);
 /// Throws unless it is a file that may be a map.
 void requireMapFile(const std::filesystem::path& path);
 
-/// What SQLite keeps beside a file. Left behind there, it would be played into the next file of that name.
+/// Removes SQLite's companions of a file. Left behind, they would be applied to the next file of that name.
 void removeCompanions(const std::filesystem::path& path);
 /// Renames without ever replacing.
 void renameToNew(const std::filesystem::path& from, const std::filesystem::path& to);

@@ -172,7 +172,7 @@ void readMerges(Database& database, TopologicalMap& map) {
   }
 }
 
-/// What predictions by the rooms' names have beside the others.
+/// Reads what only predictions by the rooms' names have.
 void readRoomsByName(Database& database, RoomPredictions& predictions) {
   Statement query(database, "SELECT value FROM meta WHERE key = 'rooms_by_name'");
   if (!query.next()) return;
@@ -229,7 +229,7 @@ void readPredictions(Database& database, TopologicalMap& map, const FrameRows& w
   RoomPredictions predictions{printable(readMeta(database, "classifier")), std::move(rooms),
                               DescriptorMatrix(labels)};
   readRoomsByName(database, predictions);
-  // By names there are few of any map, by a classifier one a frame.
+  // Predictions by names exist for few frames, those of a classifier for each frame.
   const FrameRows few = predictions.areByName ? FrameRows() : which;
   Rows rows = few.select<Rows>(database, "frame, probabilities", "predictions", "frame");
   const std::vector<float> none(labels, 0);

@@ -47,7 +47,7 @@ class LostDrive {
   /// The frame from which on most resemble the map.
   std::size_t cameBack() const;
 
-  /// It was mapped alone when the map had so many frames.
+  /// Notes that the drive was mapped alone when the map had so many frames.
   void noteMapped(std::size_t frames) { mapped_ = frames; }
   bool isMapped(std::size_t frames) const { return mapped_ == frames; }
 

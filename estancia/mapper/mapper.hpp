@@ -67,7 +67,7 @@ struct MapperOptions {
 };
 OptionGroup declare(MapperOptions& options);
 
-/// What changed in a map since it was asked last.
+/// Changes of a map since they were last taken.
 struct MapChanges {
   /// All earlier decisions are void: the frames have been mapped again.
   bool restarted = false;
@@ -122,7 +122,7 @@ class Mapper {
   const Thresholds& thresholds() const;
   /// -1 before the first frame of a drive.
   int currentNode() const;
-  /// By (from, to).
+  /// Indexed by (from, to).
   const std::map<std::pair<int, int>, Transition>& transitions() const;
   MapChanges takeChanges();
 

@@ -64,7 +64,7 @@ struct Mapper::Impl {
   /// Whether two nodes whose means have come close can be one place. Nodes that a drive's own scale has
   /// separated look alike by the scale of all drives.
   bool mayBeOne(int a, int b) const;
-  /// What resembles the image most of what earlier drives have seen, embedded.
+  /// The view (without views: the mean of a node) of earlier drives most similar to the image, embedded.
   std::optional<std::span<const float>> nearestKnown(const PlaceView& seen) const;
   /// Whether takeAlone() keeps to the memory.
   bool hasRoomFor(const Impl& alone) const;

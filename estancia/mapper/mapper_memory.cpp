@@ -1,4 +1,4 @@
-// What a mapper holds in memory: how much of it fits, and which place is spared.
+// Memory of a mapper: its limit, and the place that is merged when it is full.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <limits>

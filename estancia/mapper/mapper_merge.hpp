@@ -17,7 +17,7 @@ struct PlaceLink {
   int a = 0, b = 0;
   /// Distance of their means, with the scales of both maps.
   double distance = 0;
-  /// What it was below.
+  /// Threshold of the distance.
   double threshold = 0;
   /// Words alone suffice for the decision; else the places may only look alike.
   bool isSure = false;
@@ -31,7 +31,8 @@ class PlaceLinker {
   /// The pairs that are nearest to each other, within τ_join. They are sure where they are within τ_revisit,
   /// and 0.8 times nearer than either is to any other place of the other map (ratio test, Lowe 2004).
   std::vector<PlaceLink> nearest() const;
-  /// By ids. Nothing unless they are within τ_join. Throws Error (corruptFile) where there is no such place.
+  /// Compares two nodes by their ids. Nothing unless they are within τ_join. Throws Error (corruptFile) where
+  /// there is no such place.
   std::optional<PlaceLink> between(int a, int b) const;
 
  private:

@@ -1,4 +1,4 @@
-// What the mapper writes into the map file, so that a run can go on where it stopped.
+// State of the mapper in the map file, so that a run can go on where it stopped.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
@@ -71,7 +71,7 @@ NodeMemory readNode(const NodeBank& bank, int id, const std::string& bytes, std:
   return node;
 }
 
-/// Who took in whom: no chain of these comes back to where it began.
+/// Absorbed node → absorbing node; the chains have no cycle.
 std::map<int, int> readAbsorbed(ByteReader& in) {
   std::map<int, int> absorbedBy;
   for (std::size_t count = in.count(2 * sizeof(std::int32_t)); count > 0; --count) {

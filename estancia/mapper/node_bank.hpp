@@ -47,7 +47,7 @@ class NodeBank {
   void joinModes(std::size_t slot, double threshold, std::uint64_t fewest);
   /// Nodes are compared as their means alone. The ids of those that have changed.
   std::vector<int> forgetModes();
-  /// What it compares with: one mean a node, and others of those with modes.
+  /// Number of vectors to compare with: one mean a node, and one a mode.
   std::size_t rows() const { return slotOfRow_.size(); }
 
   /// New scales; O(nodes · labels).

@@ -28,7 +28,7 @@ struct NodeMemory {
   Moments probabilities;
   /// Moments of their embedded descriptors; absent when these are the probabilities themselves.
   std::optional<Moments> embedded;
-  /// What it looked like in earlier drives, where one mean will not do.
+  /// Means of its appearance in earlier drives, if one mean does not suffice.
   std::vector<Moments> modes = {};
   /// Moments of the frames of this drive, if that is a further one.
   std::optional<Moments> own = {};

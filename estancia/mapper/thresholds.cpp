@@ -90,7 +90,7 @@ std::optional<Thresholds> ThresholdEstimator::estimate(const Standardization& st
   return thresholdsFrom(std::max(tauJoin, minShare * distance_.tauJoin), options_);
 }
 
-/// By the run's own far pairs.
+/// τ from the run's own far pairs.
 std::optional<double> ThresholdEstimator::tauOfRun(const Compared& compared) const {
   const auto distanceOf = [&](const std::vector<float>& a, const std::vector<float>& b) {
     return compare(distance_.comparison, a, b);

@@ -35,7 +35,7 @@ struct PlaceView {
 struct Recognition {
   int node = 0;
   double distance = 0;
-  /// What that had to be below.
+  /// Threshold of the distance.
   double threshold = 0;
   bool byPose = false;
 };
@@ -60,8 +60,8 @@ class ViewMemory {
   bool isOn() const { return max_ > 0; }
   /// Keeps no more from now on.
   void bound(std::size_t most, const Thresholds& thresholds);
-  /// What `seen` shows, of several nodes `current` if it is one of them, else the nearest. Remembers `seen`
-  /// for the sequence.
+  /// The node that `seen` shows; among several `current` if it is one of them, else the nearest. Remembers
+  /// `seen` for the sequence.
   std::optional<Recognition> recognize(const PlaceView& seen, int current, const Thresholds& thresholds);
   /// Keeps a view; forgets one that is most like another where there are too many.
   void keep(PlaceView view, const Thresholds& thresholds);

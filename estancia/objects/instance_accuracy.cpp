@@ -15,7 +15,7 @@ std::optional<double> shareOf(std::size_t part, std::size_t whole) {
   return static_cast<double>(part) / static_cast<double>(whole);
 }
 
-/// The thing that most of an instance's pixels show, below io::kFirstInstance where that is structure, and
+/// The thing that most of an instance's pixels show, below io::firstInstance where that is structure, and
 /// whether another thing has a quarter of them.
 struct MainThing {
   int id = 0;
@@ -28,10 +28,10 @@ MainThing mainThing(const PixelsOfThings& pixels) {
   for (const auto& [id, count] : pixels) {
     all += count;
     if (count > most) {
-      second = main.id >= io::kFirstInstance ? most : 0;
+      second = main.id >= io::firstInstance ? most : 0;
       most = count;
       main.id = id;
-    } else if (id >= io::kFirstInstance) {
+    } else if (id >= io::firstInstance) {
       second = std::max(second, count);
     }
   }
@@ -46,7 +46,7 @@ void countSplits(std::span<const FoundInstance> found, InstanceAccuracy& accurac
   accuracy.merged = 0;
   for (const FoundInstance& instance : found) {
     const MainThing main = mainThing(instance.pixels);
-    if (main.id >= io::kFirstInstance) ++instancesOf[main.id];
+    if (main.id >= io::firstInstance) ++instancesOf[main.id];
     *accuracy.merged += main.merged ? 1 : 0;
   }
   accuracy.split = static_cast<std::size_t>(

@@ -53,7 +53,7 @@ std::vector<TrueThing> trueThings(const io::HomeTruth& truth, const ThingClasses
                                   const Vocabulary* vocabulary, const std::set<std::string>& images = {},
                                   std::size_t minPixels = minPixelsOfThing);
 
-/// Pixels of each thing that a segment shows, by the thing's id; below io::kFirstInstance structure.
+/// Pixels of each thing that a segment shows, by the thing's id; below io::firstInstance structure.
 using PixelsOfThings = std::map<int, double>;
 
 /// Adds what each segment of a frame shows. `segments`: a segment image; `mask`: the truth, CV_16U, of that

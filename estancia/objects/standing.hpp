@@ -21,16 +21,17 @@ struct Thing {
   bool gone = false;
 };
 
-/// What is around the foot and the sides of a thing.
+/// Surfaces around the foot and the sides of a thing.
 struct Footing {
   /// Height of its foot [voxels].
   int bottom = 0;
-  /// Share of the cells around its foot that are a surface at that height: of no thing, of this thing.
+  /// Share of the cells around its foot that are a surface at that height: free surface, and surface of each
+  /// thing.
   double surface = 0;
   std::unordered_map<int, double> things;
   /// Its voxels that touch this thing.
   std::unordered_map<int, std::size_t> contact;
-  /// Share of its voxels that have a surface of no thing beside them.
+  /// Share of its voxels adjacent to an unassigned surface.
   double wall = 0;
 };
 
@@ -46,7 +47,7 @@ class Standing {
   /// what a larger thing that it touches but does not stand on holds nearly whole.
   void joinParts(int floor);
   /// Gives loose voxels above the floor to the thing that their cluster touches most, unless it is larger.
-  /// They stay a surface of no thing to footingOf(). `voxel`: their width [m].
+  /// They remain an unassigned surface for footingOf(). `voxel`: their width [m].
   void joinLoose(int floor, double voxel);
 
  private:

@@ -131,7 +131,7 @@ std::vector<Pair> agreedPairs(const std::vector<Group>& groups, const std::vecto
   for (std::uint32_t g = 0; g < groups.size(); ++g)
     for (const std::uint32_t holder : groups[g].holders) heldBy[holder].push_back(g);
   std::vector<Pair> pairs;
-  // One group after the other: hundreds of views of a thing hold each other in thousands of ways.
+  // One group after the other: the cost is quadratic in the views of one object.
   std::vector<std::uint32_t> others, foundFor(groups.size(), 0);
   for (std::uint32_t a = 0; a < groups.size(); ++a) {
     others.clear();

@@ -13,24 +13,24 @@
 namespace estancia::odometry {
 namespace {
 
-constexpr float kFreedom = 5;               // degrees of freedom of the t-distribution (Kerl et al. 2013)
-constexpr float kMinPlaneSpread = 0.5e-3F;  // [m] at 1 m; depth comes in millimeters
-constexpr float kMinGraySpread = 0.01F;     // images come in 8 bits, compressed
+constexpr float freedom = 5;               // degrees of freedom of the t-distribution (Kerl et al. 2013)
+constexpr float minPlaneSpread = 0.5e-3F;  // [m] at 1 m; depth comes in millimeters
+constexpr float minGraySpread = 0.01F;     // images come in 8 bits, compressed
 // A pixel; less may be light on a bare wall, the shade of a lens or noise, none of which moves with the wall.
-constexpr float kMinGradient = 2 * kMinGraySpread;
-constexpr float kUnregistered = 2;  // [pixels of the finest level] between color and depth
-constexpr float kFacing = 0.7F;     // cosine: surfaces that face other ways are not the same
-constexpr float kNear = 4;  // [m]; beyond, noise grows with the square of depth, and so may differences
-constexpr double kTextured = 4e-4;   // variance of gray values (0 to 1); below, there is no texture
-constexpr double kConverged = 1e-4;  // [m] and [rad]: a smaller step is the last of its level
-constexpr double kMaxTurn = 0.3;     // [rad] of one step
-constexpr std::size_t kMinObservations = 100;
-constexpr double kCorrelated = 25;  // pixels that count as one independent observation
+constexpr float minGradient = 2 * minGraySpread;
+constexpr float unregistered = 2;  // [pixels of the finest level] between color and depth
+constexpr float facing = 0.7F;     // cosine: surfaces that face other ways are not the same
+constexpr float near = 4;  // [m]; beyond, noise grows with the square of depth, and so may differences
+constexpr double textured = 4e-4;   // variance of gray values (0 to 1); below, there is no texture
+constexpr double converged = 1e-4;  // [m] and [rad]: a smaller step is the last of its level
+constexpr double maxTurn = 0.3;     // [rad] of one step
+constexpr std::size_t minObservations = 100;
+constexpr double correlated = 25;  // pixels that count as one independent observation
 // What is known without looking: a motion is within a radian and a meter. It keeps directions that nothing
 // shows as they were guessed.
-const cv::Matx66d kRoom = cv::Matx66d::eye();
-constexpr double kCameraTurn = 1e-3,
-                 kCameraShift = 2e-3;  // [rad], [m]: what no number of pixels makes exacter
+const cv::Matx66d room = cv::Matx66d::eye();
+constexpr double cameraTurn = 1e-3,
+                 cameraShift = 2e-3;  // [rad], [m]: what no number of pixels makes exacter
 
 /// One residual, and how it changes with a motion of the source in the frame of the first target.
 struct Observation {
@@ -63,7 +63,7 @@ struct Exposure {
 Exposure exposureOf(const GrayPairs& pairs) {
   Exposure exposure;
   if (pairs.count == 0) return exposure;
-  if (pairs.varianceA() > kTextured)
+  if (pairs.varianceA() > textured)
     exposure.gain = static_cast<float>(std::clamp(pairs.covariance() / pairs.varianceA(), 0.5, 2.0));
   exposure.bias = static_cast<float>((pairs.b - exposure.gain * pairs.a) / pairs.n());
   return exposure;
@@ -111,7 +111,7 @@ class Level {
         byDepth_(options.term != AlignmentTerm::color),
         byColor_(options.term != AlignmentTerm::depth),
         unregistered_(options.term == AlignmentTerm::automatic
-                          ? kUnregistered / static_cast<float>(std::pow(2.0, level))
+                          ? unregistered / static_cast<float>(std::pow(2.0, level))
                           : 0) {}
 
   /// Moves `transform` by one step; the length of the step [m or rad, the larger], or nothing when the system
@@ -147,7 +147,7 @@ class Level {
 
 void Level::addPlane(const PyramidLevel& target, const Projection& p, const cv::Vec3f& sourceNormal) {
   const cv::Vec3f& normal = target.normals.at<cv::Vec3f>(p.row, p.column);
-  if (!(normal[2] <= 1) || sourceNormal.dot(normal) < kFacing) return;  // no normal at an edge
+  if (!(normal[2] <= 1) || sourceNormal.dot(normal) < facing) return;  // no normal at an edge
   const float distance = normal.dot(p.point - target.points.at<cv::Vec3f>(p.row, p.column));
   const float z = p.point[2];
   // noise of triangulation
@@ -158,12 +158,12 @@ void Level::addGray(const PyramidLevel& target, const Projection& p, float gray)
   const float dx = sampled(target.grayDx, p.u, p.v) / 8, dy = sampled(target.grayDy, p.u, p.v) / 8;  // Sobel
   const float value = sampled(target.gray, p.u, p.v);
   pairs_.add(gray, value);
-  if (dx * dx + dy * dy < kMinGradient * kMinGradient) return;
+  if (dx * dx + dy * dy < minGradient * minGradient) return;
   sourceGrays_.push_back(gray);
   const float z = p.point[2], gu = dx * static_cast<float>(target.camera.fx) / z,
               gv = dy * static_cast<float>(target.camera.fy) / z;
   const cv::Vec3f direction(gu, gv, -(gu * p.point[0] + gv * p.point[1]) / z);
-  const float blur = unregistered_ / (2 * kMinGraySpread);
+  const float blur = unregistered_ / (2 * minGraySpread);
   grays_.push_back(observation(p.point, direction, value, std::sqrt(1 + blur * blur * (dx * dx + dy * dy))));
 }
 
@@ -204,7 +204,7 @@ void addProducts(const Observation* observations, std::size_t count, float sprea
   for (std::size_t n = 0; n < count; ++n) {
     const Observation& o = observations[n];
     const float scale = 1 / (o.spread * spread), e = o.row[6] * scale;
-    const float weight = (kFreedom + 1) / (kFreedom + e * e) * scale * scale;
+    const float weight = (freedom + 1) / (freedom + e * e) * scale * scale;
     for (std::size_t i = 0; i < 6; ++i)
       for (std::size_t j = 0; j < 8; ++j) products[8 * i + j] += weight * o.row[i] * o.row[j];
   }
@@ -213,11 +213,11 @@ void addProducts(const Observation* observations, std::size_t count, float sprea
 /// The system of one kind of observations; in float for a few, in double for their sums.
 void addNormalEquations(std::span<const Observation> observations, float least, cv::Matx66d& matrix,
                         cv::Matx61d& vector) {
-  constexpr std::size_t kBlock = 256;
+  constexpr std::size_t block = 256;
   const float spread = spreadOf(observations, least);
-  for (std::size_t first = 0; first < observations.size(); first += kBlock) {
+  for (std::size_t first = 0; first < observations.size(); first += block) {
     alignas(32) std::array<float, 48> products{};
-    addProducts(&observations[first], std::min(kBlock, observations.size() - first), spread, products.data());
+    addProducts(&observations[first], std::min(block, observations.size() - first), spread, products.data());
     for (int i = 0; i < 6; ++i) {
       const float* row = &products[static_cast<std::size_t>(8 * i)];
       for (int j = 0; j < 6; ++j) matrix(i, j) += static_cast<double>(row[j]);
@@ -230,21 +230,21 @@ std::optional<double> Level::step(cv::Affine3d& transform, cv::Matx66d& informat
   planes_.clear(), grays_.clear(), sourceGrays_.clear();
   pairs_ = {};
   for (const AlignmentTarget& target : targets_) observe(target, transform);
-  if (planes_.size() + grays_.size() < kMinObservations) return std::nullopt;
+  if (planes_.size() + grays_.size() < minObservations) return std::nullopt;
   exposure_ = exposureOf(pairs_);
   for (std::size_t i = 0; i < grays_.size(); ++i)
     grays_[i].residual() -= exposure_.gain * sourceGrays_[i] + exposure_.bias;
   information = cv::Matx66d::zeros();
   cv::Matx61d slope = cv::Matx61d::zeros();
-  addNormalEquations(planes_, kMinPlaneSpread, information, slope);
-  addNormalEquations(grays_, kMinGraySpread, information, slope);
-  const cv::Matx66d damped = information + kCorrelated * kRoom;
+  addNormalEquations(planes_, minPlaneSpread, information, slope);
+  addNormalEquations(grays_, minGraySpread, information, slope);
+  const cv::Matx66d damped = information + correlated * room;
   cv::Matx61d motion;
   if (!cv::solve(damped, -1 * slope, motion, cv::DECOMP_CHOLESKY)) return std::nullopt;
   cv::Vec3d turn(motion.val), shift(motion.val + 3);
   const double angle = cv::norm(turn);
   if (!std::isfinite(angle + cv::norm(shift))) return std::nullopt;
-  if (angle > kMaxTurn) turn *= kMaxTurn / angle, shift *= kMaxTurn / angle;
+  if (angle > maxTurn) turn *= maxTurn / angle, shift *= maxTurn / angle;
   const cv::Affine3d& first = targets_.front().pose;
   transform = first * cv::Affine3d(turn, shift) * first.inv() * transform;
   return std::max(cv::norm(turn), cv::norm(shift));
@@ -260,7 +260,7 @@ struct Shared {
 /// Marks in `agreed` the points that agree in depth and gray value.
 Shared sharedWith(const PyramidLevel& source, const PyramidLevel& target, const cv::Affine3d& motion,
                   double sameSurface, const Exposure& exposure, cv::Mat& agreed) {
-  constexpr float kSameGray = 0.1F;
+  constexpr float sameGray = 0.1F;
   const cv::Matx33f rotation = motion.rotation();
   const cv::Vec3f translation = motion.translation();
   Shared shared;
@@ -271,7 +271,7 @@ Shared sharedWith(const PyramidLevel& source, const PyramidLevel& target, const 
       if (!(point[2] > 0)) continue;
       ++shared.points;
       if (!project(rotation, translation, point, target, p)) continue;
-      const float nearer = std::min(1.0F, kNear * kNear / (p.point[2] * p.point[2]));
+      const float nearer = std::min(1.0F, near * near / (p.point[2] * p.point[2]));
       const auto difference =
           static_cast<double>(nearer * (target.depth.at<float>(p.row, p.column) - p.point[2]));
       if (std::abs(difference) > sameSurface) continue;
@@ -279,7 +279,7 @@ Shared sharedWith(const PyramidLevel& source, const PyramidLevel& target, const 
       shared.squares += difference * difference;
       const float a = source.gray.at<float>(y, x), b = target.gray.at<float>(p.row, p.column);
       shared.grays.add(a, b);
-      if (std::abs(exposure.gain * a + exposure.bias - b) < kSameGray) agreed.at<std::uint8_t>(y, x) = 1;
+      if (std::abs(exposure.gain * a + exposure.bias - b) < sameGray) agreed.at<std::uint8_t>(y, x) = 1;
     }
   return shared;
 }
@@ -302,7 +302,7 @@ void evaluate(Alignment& alignment, const PyramidLevel& source, std::span<const 
   alignment.agreement = share(cv::countNonZero(agreed));
   alignment.rmse = std::sqrt(best.squares / best.grays.n());
   const double a = best.grays.varianceA(), b = best.grays.varianceB();
-  alignment.correlation = std::min(a, b) > kTextured ? best.grays.covariance() / std::sqrt(a * b) : 1;
+  alignment.correlation = std::min(a, b) > textured ? best.grays.covariance() / std::sqrt(a * b) : 1;
 }
 
 /// The square root of the largest eigenvalue of the position's covariance, at the source.
@@ -319,9 +319,8 @@ double spreadOfPosition(const cv::Matx66d& covariance, const cv::Vec3d& at) {
 }  // namespace
 
 cv::Matx66d covarianceOf(const cv::Matx66d& information) {
-  cv::Matx66d covariance = (information * (1 / kCorrelated) + kRoom).inv(cv::DECOMP_CHOLESKY);
-  for (int i = 0; i < 6; ++i)
-    covariance(i, i) += i < 3 ? kCameraTurn * kCameraTurn : kCameraShift * kCameraShift;
+  cv::Matx66d covariance = (information * (1 / correlated) + room).inv(cv::DECOMP_CHOLESKY);
+  for (int i = 0; i < 6; ++i) covariance(i, i) += i < 3 ? cameraTurn * cameraTurn : cameraShift * cameraShift;
   return covariance;
 }
 
@@ -339,7 +338,7 @@ Alignment align(const Pyramid& source, std::span<const AlignmentTarget> targets,
     for (int i = 0; i < steps; ++i) {
       const auto length = level.step(alignment.transform, alignment.information);
       if (!length) return alignment;
-      if (*length < kConverged) break;
+      if (*length < converged) break;
     }
     exposure = level.exposure();
   }

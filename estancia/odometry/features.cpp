@@ -16,7 +16,7 @@
 namespace estancia::odometry {
 namespace {
 
-constexpr int kDescriptorBytes = 32;
+constexpr int descriptorBytes = 32;
 
 cv::Point3f pointAt(const CameraIntrinsics& camera, const cv::Point2f& pixel, float z) {
   return {static_cast<float>(camera.slopeX(pixel.x)) * z, static_cast<float>(camera.slopeY(pixel.y)) * z, z};
@@ -46,20 +46,20 @@ void findNearest(const std::uint64_t* rows, std::size_t count, const std::uint64
 std::vector<std::uint64_t> wordsOf(const cv::Mat& descriptors) {
   std::vector<std::uint64_t> words(4 * static_cast<std::size_t>(descriptors.rows));
   for (int i = 0; i < descriptors.rows; ++i)
-    std::memcpy(&words[static_cast<std::size_t>(4 * i)], descriptors.ptr(i), kDescriptorBytes);
+    std::memcpy(&words[static_cast<std::size_t>(4 * i)], descriptors.ptr(i), descriptorBytes);
   return words;
 }
 
 /// Features that are each other's nearest.
 std::vector<Match> mutualMatches(const Features& source, const Features& target) {
-  constexpr int kMaxBits = 64;  // beyond, ORB matches are mostly chance
+  constexpr int maxBits = 64;  // beyond, ORB matches are mostly chance
   const auto from = wordsOf(source.descriptors), to = wordsOf(target.descriptors);
   std::vector<Nearest> nearest(source.points.size()), nearestOfTarget(target.points.size());
   findNearest(from.data(), nearest.size(), to.data(), nearestOfTarget.size(), nearest.data(),
               nearestOfTarget.data());
   std::vector<Match> matches;
   for (std::size_t i = 0; i < nearest.size(); ++i)
-    if (nearest[i].bits <= kMaxBits && nearestOfTarget[nearest[i].row].row == i)
+    if (nearest[i].bits <= maxBits && nearestOfTarget[nearest[i].row].row == i)
       matches.push_back({i, nearest[i].row});
   return matches;
 }
@@ -69,12 +69,12 @@ std::vector<Match> mutualMatches(const Features& source, const Features& target)
 std::vector<Match> consistent(std::vector<Match> matches, const Features& source, const Features& target,
                               std::size_t least) {
   // tolerance of the depth of each point: some pixels to the side, and its noise
-  constexpr float kSlack = 0.03F;
+  constexpr float slack = 0.03F;
   const auto areConsistent = [&](const Match& a, const Match& b) {
     const cv::Point3f &p = source.points[a.source], &q = source.points[b.source],
                       &r = target.points[a.target], &s = target.points[b.target];
     const double before = cv::norm(p - q), after = cv::norm(r - s);
-    return std::abs(before - after) <= kSlack * (std::max(p.z, r.z) + std::max(q.z, s.z));
+    return std::abs(before - after) <= slack * (std::max(p.z, r.z) + std::max(q.z, s.z));
   };
   for (std::size_t before = 0; before != matches.size() && matches.size() >= least;) {
     before = matches.size();
@@ -121,20 +121,20 @@ void write(const Features& features, ByteWriter& bytes) {
     bytes.number(features.pixels[i].x), bytes.number(features.pixels[i].y);
     bytes.number(features.points[i].z);
     const auto* descriptor = features.descriptors.ptr<char>(static_cast<int>(i));
-    bytes.raw({descriptor, kDescriptorBytes});
+    bytes.raw({descriptor, descriptorBytes});
   }
 }
 
 Features readFeatures(ByteReader& bytes) {
   Features features;
   features.camera = readCamera(bytes);
-  const std::size_t count = bytes.count(3 * sizeof(float) + kDescriptorBytes);
-  features.descriptors.create(static_cast<int>(count), kDescriptorBytes, CV_8U);
+  const std::size_t count = bytes.count(3 * sizeof(float) + descriptorBytes);
+  features.descriptors.create(static_cast<int>(count), descriptorBytes, CV_8U);
   for (std::size_t i = 0; i < count; ++i) {
     const float u = bytes.number<float>(), v = bytes.number<float>(), z = bytes.number<float>();
     features.pixels.emplace_back(u, v);
     features.points.push_back(pointAt(features.camera, {u, v}, z));
-    const std::string_view descriptor = bytes.raw(kDescriptorBytes);
+    const std::string_view descriptor = bytes.raw(descriptorBytes);
     std::ranges::copy(descriptor, features.descriptors.ptr<char>(static_cast<int>(i)));
   }
   return features;

@@ -12,9 +12,9 @@
 namespace estancia::odometry {
 namespace {
 
-constexpr int kLevels = 3;
-constexpr int kFeatures = 500;
-constexpr double kMinDepthShare = 0.02;  // share of the pixels; below, alignment is unreliable
+constexpr int pyramidLevels = 3;
+constexpr int maxFeatures = 500;
+constexpr double minDepthShare = 0.02;  // share of the pixels; below, alignment is unreliable
 
 void requireSameView(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrinsics& camera) {
   if (bgr.empty() || bgr.type() != CV_8UC3)
@@ -35,7 +35,7 @@ void requireSameView(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntri
 }  // namespace
 
 Pyramid pyramidOf(const PackedImage& image) {
-  return pyramidOf(unpacked(image), kLevels);
+  return pyramidOf(unpacked(image), pyramidLevels);
 }
 
 FrameView viewOf(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrinsics& camera,
@@ -47,12 +47,12 @@ FrameView viewOf(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrinsic
     view.image =
         packed(reducedImage(bgr, depth, scaled, options.maxWidth, options.maxDepth), options.maxDepth);
     const int usable = cv::countNonZero(view.image.depth);
-    if (usable < kMinDepthShare * static_cast<double>(view.image.depth.total()))
+    if (usable < minDepthShare * static_cast<double>(view.image.depth.total()))
       fail(ErrorCode::insufficientData,
            "{} of {} pixels have depth up to {} m (see --depth-scale and `estancia check`)", usable,
            view.image.depth.total(), options.maxDepth);
     view.pyramid = pyramidOf(view.image);
-    view.features = featuresOf(bgr, depth, scaled, kFeatures, options.maxDepth);
+    view.features = featuresOf(bgr, depth, scaled, maxFeatures, options.maxDepth);
   } catch (...) {
     view.problem = frameFailure(name).what();
   }

@@ -8,20 +8,20 @@
 namespace estancia::odometry {
 namespace {
 
-constexpr double kMaxSpread = 0.1;   // [m]; an alignment that leaves more open holds on to nothing
-constexpr double kMaxOff = 6;        // standard deviations; a loop that is off by more is an outlier
-constexpr std::size_t kWindow = 64;  // keyframes that are optimized at once, in 50 ms
+constexpr double maxSpread = 0.1;   // [m]; an alignment that leaves more open holds on to nothing
+constexpr double maxOff = 6;        // standard deviations; a loop that is off by more is an outlier
+constexpr std::size_t window = 64;  // keyframes that are optimized at once, in 50 ms
 
 }  // namespace
 
 bool isGood(const Alignment& a, double minOverlap) {
   // 3 cm of difference in depth; and gray values correlate, since bare walls have the same shape everywhere.
   return a.solved && a.overlap >= minOverlap && a.rmse <= 0.03 && a.correlation >= 0.5 &&
-         a.spread <= kMaxSpread;
+         a.spread <= maxSpread;
 }
 
 bool KeyframeGraph::isSeen(const Edge& edge) {
-  return edge.kind == Kind::tracked || (edge.kind == Kind::loop && edge.off <= kMaxOff);
+  return edge.kind == Kind::tracked || (edge.kind == Kind::loop && edge.off <= maxOff);
 }
 
 void KeyframeGraph::add(const PoseGraphEdge& edge, Kind kind) {
@@ -59,10 +59,10 @@ bool KeyframeGraph::isOverdetermined(std::size_t k) const {
 /// The latest keyframe and those around it; all, when one of its edges leads elsewhere.
 std::vector<bool> KeyframeGraph::toMove(std::size_t keyframes) const {
   std::vector<bool> all(keyframes, true), near(keyframes);
-  if (keyframes <= kWindow) return all;
+  if (keyframes <= window) return all;
   const std::size_t latest = keyframes - 1, reference = referenceOf(latest);
   near[latest] = near[reference] = true;
-  for (const std::size_t k : around(reference, kWindow, keyframes, latest)) near[k] = true;
+  for (const std::size_t k : around(reference, window, keyframes, latest)) near[k] = true;
   for (const std::size_t e : ofNode_.at(latest))
     if (!near[edges_[e].target]) return all;
   return near;

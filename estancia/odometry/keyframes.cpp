@@ -6,8 +6,8 @@
 namespace estancia::odometry {
 namespace {
 
-constexpr std::size_t kCached = 8;
-constexpr double kMinPrediction = 0.3;  // overlap; with less a keyframe helps little
+constexpr std::size_t cacheSize = 8;
+constexpr double minPrediction = 0.3;  // overlap; with less a keyframe helps little
 
 }  // namespace
 
@@ -30,7 +30,7 @@ const Pyramid& Keyframes::pyramid(std::size_t k) const {
   if (found != cached_.end()) {
     std::rotate(cached_.begin(), found, found + 1);
   } else {
-    if (cached_.size() >= kCached) cached_.pop_back();
+    if (cached_.size() >= cacheSize) cached_.pop_back();
     cached_.emplace(cached_.begin(), k, std::make_unique<const Pyramid>(newPyramid(k)));
   }
   return *cached_.front().second;
@@ -55,7 +55,7 @@ std::vector<std::size_t> Keyframes::overlapped(const CoarseView& view, const cv:
   std::vector<std::pair<double, std::size_t>> found;
   for (const std::size_t k : candidates) {
     const double overlap = predictedOverlap(view, keyframes_[k].coarse, keyframes_[k].pose.inv() * pose);
-    if (overlap >= kMinPrediction) found.emplace_back(-overlap, k);
+    if (overlap >= minPrediction) found.emplace_back(-overlap, k);
   }
   std::ranges::sort(found);
   std::vector<std::size_t> keyframes;

@@ -9,21 +9,21 @@
 namespace estancia::odometry {
 namespace {
 
-constexpr double kMinLoopOverlap = 0.4;
+constexpr double minLoopOverlap = 0.4;
 
 /// The earlier keyframes that overlap keyframe k most where they are now.
 std::vector<std::size_t> overlapping(std::size_t k, const Keyframes& keyframes, const KeyframeGraph& graph,
                                      const RgbdOptions& options) {
-  constexpr int kGlance = 4;  // so many pixels are left out in a first look, which halves the threshold
+  constexpr int glance = 4;  // so many pixels are left out in a first look, which halves the threshold
   std::vector<std::pair<double, std::size_t>> found;
   for (std::size_t o = 0; o < k; ++o) {
     if (graph.connects(k, o)) continue;
     const cv::Affine3d motion = keyframes.pose(o).inv() * keyframes.pose(k);
     if (cv::norm(motion.translation()) > options.maxDepth) continue;
     const CoarseView &source = keyframes[k].coarse, &target = keyframes[o].coarse;
-    if (predictedOverlap(source, target, motion, kGlance) < kMinLoopOverlap / 2) continue;
+    if (predictedOverlap(source, target, motion, glance) < minLoopOverlap / 2) continue;
     const double overlap = predictedOverlap(source, target, motion);
-    if (overlap >= kMinLoopOverlap) found.emplace_back(-overlap, o);
+    if (overlap >= minLoopOverlap) found.emplace_back(-overlap, o);
   }
   std::ranges::sort(found);
   std::vector<std::size_t> most;
@@ -35,7 +35,7 @@ std::vector<std::size_t> overlapping(std::size_t k, const Keyframes& keyframes, 
 std::vector<std::size_t> alike(std::size_t k, const Keyframes& keyframes, const KeyframeGraph& graph,
                                const RgbdOptions& options) {
   std::vector<std::size_t> found =
-      keyframes.withWordsOf(k, kMinLoopKeyframes, static_cast<std::size_t>(options.loopCandidates));
+      keyframes.withWordsOf(k, minLoopKeyframes, static_cast<std::size_t>(options.loopCandidates));
   std::erase_if(found, [&](std::size_t o) { return graph.connects(k, o); });
   return found;
 }
@@ -54,7 +54,7 @@ std::optional<PoseGraphEdge> verified(std::size_t k, std::size_t other, LoopCand
   AlignmentOptions how;
   how.term = alignmentTerm(options.term);
   const Alignment found = align(source, {&single, 1}, *guess, how);
-  if (!isGood(found, kMinLoopOverlap)) return std::nullopt;
+  if (!isGood(found, minLoopOverlap)) return std::nullopt;
   return PoseGraphEdge{k, other, found.transform, covarianceOf(found.information)};
 }
 

@@ -10,12 +10,12 @@
 namespace estancia::odometry {
 
 /// Between the ends of a loop.
-constexpr std::size_t kMinLoopKeyframes = 4;
+constexpr std::size_t minLoopKeyframes = 4;
 
 /// Which of the earlier keyframes are compared with a new one.
 enum class LoopCandidates {
   overlapping,  ///< the keyframes that overlap it most at the current estimate
-  alike         ///< the keyframes with the most similar words, at least kMinLoopKeyframes before it
+  alike         ///< the keyframes with the most similar words, at least minLoopKeyframes before it
 };
 
 /// Aligns keyframe k with at most RgbdOptions::loopCandidates earlier ones that it is not connected with, on

@@ -9,7 +9,7 @@
 namespace estancia::odometry {
 namespace {
 
-constexpr double kMaxPixels = 1 << 26;  // the limit of image files
+constexpr double maxPixels = 1 << 26;  // the limit of image files
 
 cv::Mat readPngOf(ByteReader& bytes, cv::Size size, int type) {
   const std::vector<unsigned char> png = bytes.numbers<unsigned char>();
@@ -67,7 +67,7 @@ PackedImage readPackedImage(ByteReader& bytes) {
   image.camera = readCamera(bytes);
   image.step = bytes.number<double>();
   const cv::Size size(image.camera.width, image.camera.height);
-  if (static_cast<double>(size.width) * size.height > kMaxPixels || !(image.step > 0))
+  if (static_cast<double>(size.width) * size.height > maxPixels || !(image.step > 0))
     bytes.fail("an image of a keyframe has no size");
   image.gray = readPngOf(bytes, size, CV_8U);
   image.depth = readPngOf(bytes, size, CV_16U);

@@ -44,7 +44,7 @@ std::optional<cv::Affine3d> PriorTrack::transform(std::size_t from, std::size_t 
 std::optional<Motion> PriorTrack::motion(std::size_t from, std::size_t to, const RgbdOptions& options) const {
   const auto whole = transform(from, to);
   if (!whole || from >= to) return std::nullopt;
-  constexpr double kMinShift = 1e-3;  // [m] a step
+  constexpr double minShift = 1e-3;  // [m] a step
   const double turn = options.odomTurn * std::numbers::pi / 180, share = options.odomShift / 100;
   cv::Matx66d covariance = cv::Matx66d::zeros();
   std::size_t last = from;
@@ -58,7 +58,7 @@ std::optional<Motion> PriorTrack::motion(std::size_t from, std::size_t to, const
                               0, -pivot[2], pivot[1], pivot[2], 0, -pivot[0], -pivot[1], pivot[0], 0};
     const cv::Matx<double, 6, 3> turned(entries);
     covariance += steps * turn * turn * turned * turned.t();
-    for (int a = 3; a < 6; ++a) covariance(a, a) += shift * shift + steps * kMinShift * kMinShift;
+    for (int a = 3; a < 6; ++a) covariance(a, a) += shift * shift + steps * minShift * minShift;
     last = i;
   }
   return Motion{*whole, covariance};

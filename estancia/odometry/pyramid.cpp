@@ -9,9 +9,9 @@
 namespace estancia::odometry {
 namespace {
 
-constexpr float kNoDepth = std::numeric_limits<float>::quiet_NaN();
-constexpr float kSameSurface = 0.03F;  // share of the depth: pixels that differ by more lie on two surfaces
-constexpr int kMinSize = 24;
+constexpr float noDepth = std::numeric_limits<float>::quiet_NaN();
+constexpr float sameSurface = 0.03F;  // share of the depth: pixels that differ by more lie on two surfaces
+constexpr int minSize = 24;
 
 /// The mean of the nearest surface in every 2 × 2 pixels: averaging across an edge would create points in
 /// free space.
@@ -27,7 +27,7 @@ cv::Mat halvedDepth(const cv::Mat& depth) {
         if (z > 0) nearest = std::min(nearest, z);
       int count = 0;
       for (const float z : four)
-        if (z > 0 && z <= nearest * (1 + kSameSurface)) sum += z, ++count;
+        if (z > 0 && z <= nearest * (1 + sameSurface)) sum += z, ++count;
       half.at<float>(y, x) = count > 0 ? sum / static_cast<float>(count) : 0;
     }
   }
@@ -59,12 +59,12 @@ cv::Mat pointsOf(const cv::Mat& depth, const CameraIntrinsics& camera) {
 
 /// From the four neighbors; none across the edge of a surface.
 cv::Mat normalsOf(const cv::Mat& points) {
-  cv::Mat normals(points.size(), CV_32FC3, cv::Scalar::all(kNoDepth));
+  cv::Mat normals(points.size(), CV_32FC3, cv::Scalar::all(noDepth));
   for (int y = 1; y + 1 < points.rows; ++y)
     for (int x = 1; x + 1 < points.cols; ++x) {
       const cv::Vec3f across = points.at<cv::Vec3f>(y, x + 1) - points.at<cv::Vec3f>(y, x - 1);
       const cv::Vec3f down = points.at<cv::Vec3f>(y + 1, x) - points.at<cv::Vec3f>(y - 1, x);
-      const float edge = 3 * kSameSurface * points.at<cv::Vec3f>(y, x)[2];
+      const float edge = 3 * sameSurface * points.at<cv::Vec3f>(y, x)[2];
       const cv::Vec3f normal = down.cross(across);
       const auto length = static_cast<float>(cv::norm(normal));
       if (length > 0 && std::abs(across[2]) < edge && std::abs(down[2]) < edge)  // false for NaN
@@ -78,7 +78,7 @@ PyramidLevel levelOf(const RgbdImage& image) {
   level.camera = image.camera;
   cv::GaussianBlur(image.gray, level.gray, {3, 3}, 0);
   level.depth = image.depth.clone();
-  level.depth.setTo(kNoDepth, image.depth <= 0);
+  level.depth.setTo(noDepth, image.depth <= 0);
   level.points = pointsOf(level.depth, level.camera);
   level.normals = normalsOf(level.points);
   cv::Sobel(level.gray, level.grayDx, CV_32F, 1, 0);
@@ -105,7 +105,7 @@ RgbdImage reducedImage(const cv::Mat& bgr, const cv::Mat& depth, const CameraInt
   cv::cvtColor(bgr, gray, cv::COLOR_BGR2GRAY);
   cv::resize(gray, gray, depth.size(), 0, 0, gray.cols > depth.cols ? cv::INTER_AREA : cv::INTER_LINEAR);
   gray.convertTo(image.gray, CV_32F, 1.0 / 255);
-  while (image.depth.cols > width && std::min(image.depth.cols, image.depth.rows) / 2 >= kMinSize)
+  while (image.depth.cols > width && std::min(image.depth.cols, image.depth.rows) / 2 >= minSize)
     image = halved(image);
   return image;
 }
@@ -114,7 +114,7 @@ Pyramid pyramidOf(const RgbdImage& image, int levels) {
   Pyramid pyramid{levelOf(image)};
   RgbdImage next = image;
   while (static_cast<int>(pyramid.size()) < levels &&
-         std::min(next.depth.cols, next.depth.rows) / 2 >= kMinSize) {
+         std::min(next.depth.cols, next.depth.rows) / 2 >= minSize) {
     next = halved(next);
     pyramid.push_back(levelOf(next));
   }

@@ -23,9 +23,9 @@ using odometry::TrackedFrame;
 using EdgeKind = odometry::KeyframeGraph::Kind;
 using odometry::LoopCandidates;
 
-constexpr double kUnknownTurn = 0.3, kUnknownShift = 0.5;  // [rad], [m] of a motion that nothing measured
-constexpr std::size_t kLongestBridge = 10;                 // frames; the motion over more is unknown
-constexpr double kSettled = 1e-6;                          // [m]; smaller corrections are rounding errors
+constexpr double unknownTurn = 0.3, unknownShift = 0.5;  // [rad], [m] of a motion that nothing measured
+constexpr std::size_t longestBridge = 10;                // frames; the motion over more is unknown
+constexpr double settled = 1e-6;                         // [m]; smaller corrections are rounding errors
 
 std::optional<double> finite(const std::optional<double>& timestamp) {
   return timestamp && std::isfinite(*timestamp) ? timestamp : std::nullopt;
@@ -34,7 +34,7 @@ std::optional<double> finite(const std::optional<double>& timestamp) {
 cv::Matx66d unknownMotion() {
   cv::Matx66d covariance = cv::Matx66d::zeros();
   for (int i = 0; i < 6; ++i)
-    covariance(i, i) = i < 3 ? kUnknownTurn * kUnknownTurn : kUnknownShift * kUnknownShift;
+    covariance(i, i) = i < 3 ? unknownTurn * unknownTurn : unknownShift * unknownShift;
   return covariance;
 }
 
@@ -150,12 +150,12 @@ void RgbdTracker::Impl::sayGap(const FrameFacts& facts, std::size_t frame) {
 /// Aligns keyframe k with earlier ones, and moves all to the optimum; once more where that moved it so far
 /// that other keyframes may overlap it now.
 void RgbdTracker::Impl::closeLoops(std::size_t k) {
-  constexpr double kFar = 0.05;  // [m]; an alignment finds what is off by as much again
+  constexpr double far = 0.05;  // [m]; an alignment finds what is off by as much again
   bool isMoved = false, isOptimal = !graph.isOverdetermined(k);
   const auto optimize = [&] {
     const cv::Affine3d before = keyframes.pose(k);
     graph.optimize(keyframes);
-    isMoved = odometry::shiftOfScene(before.inv() * keyframes.pose(k), keyframes[k].coarse) > kFar;
+    isMoved = odometry::shiftOfScene(before.inv() * keyframes.pose(k), keyframes[k].coarse) > far;
     isOptimal = true;
   };
   const auto close = [&](LoopCandidates candidates) {
@@ -225,13 +225,13 @@ RgbdTracker::Placement RgbdTracker::Impl::at(std::size_t frame) const {
   const bool isElsewhere = placed[frame] && map.framesOfPartOf(placed[frame]->keyframe) > 1;
   const bool hasPrior = prior.at(frame).has_value();
   if (isElsewhere && !hasPrior) return {std::nullopt, problemOf(frame)};
-  const std::size_t reach = hasPrior ? placed.size() : kLongestBridge;
+  const std::size_t reach = hasPrior ? placed.size() : longestBridge;
   std::optional<TrackedFrame> before, after;
   for (std::size_t i = frame; i-- > 0 && frame - i <= reach && !before;)
     if (const auto pose = toldPose(i)) before = {i, *pose};
   for (std::size_t i = frame + 1; i < placed.size() && i - frame <= reach && !after; ++i)
     if (const auto pose = toldPose(i)) after = {i, *pose};
-  if (before && after && !hasPrior && after->frame - before->frame > kLongestBridge + 1) after.reset();
+  if (before && after && !hasPrior && after->frame - before->frame > longestBridge + 1) after.reset();
   const auto pose = odometry::bridged(frame, before, after, prior);
   return {pose ? std::optional(poseOf(*pose)) : std::nullopt, problemOf(frame)};
 }
@@ -296,7 +296,7 @@ std::uint64_t RgbdTracker::revision() const {
 }
 
 void RgbdTracker::settle() {
-  if (impl_->keyframes.size() > 0) impl_->map.update(impl_->keyframes, impl_->graph, kSettled);
+  if (impl_->keyframes.size() > 0) impl_->map.update(impl_->keyframes, impl_->graph, settled);
 }
 
 RgbdTrajectory RgbdTracker::trajectory() const {
@@ -310,7 +310,7 @@ RgbdTrajectory RgbdTracker::trajectory() const {
   for (std::size_t k = 0; k < impl.keyframes.size(); ++k) result.keyframes.push_back(impl.keyframes[k].frame);
   for (const auto& edge : impl.graph.edges())
     if (edge.kind == EdgeKind::loop && impl.graph.isSeen(edge) &&
-        edge.source - edge.target >= odometry::kMinLoopKeyframes)
+        edge.source - edge.target >= odometry::minLoopKeyframes)
       result.loops.emplace_back(impl.keyframes[edge.source].frame, impl.keyframes[edge.target].frame);
   for (const auto& [frame, note] : impl.notes) result.notes.push_back(note);
   result.online = impl.online;

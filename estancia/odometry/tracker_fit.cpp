@@ -13,10 +13,10 @@ using odometry::FrameView;
 using odometry::isGood;
 using odometry::isTooFar;
 
-constexpr std::size_t kTargets = 2;  // keyframes that a frame is aligned with at once
-constexpr std::size_t kNear = 16;    // keyframes among which these are picked, known to be around
-constexpr std::size_t kLatest = 8;   // and of the latest, which hardly drift apart without loops, too
-constexpr int kGuessFeatures = 12;   // features that must agree on a guess, which is verified then
+constexpr std::size_t maxTargets = 2;  // keyframes that a frame is aligned with at once
+constexpr std::size_t maxNear = 16;    // keyframes among which these are picked, known to be around
+constexpr std::size_t latest = 8;      // and of the latest, which hardly drift apart without loops, too
+constexpr int guessFeatures = 12;      // features that must agree on a guess, which is verified then
 
 /// Whether another pose would lead an alignment to the same.
 auto isNear(const cv::Affine3d& pose) {
@@ -48,10 +48,10 @@ std::vector<cv::Affine3d> RgbdTracker::Impl::guessesByMotion(std::size_t frame) 
 std::vector<cv::Affine3d> RgbdTracker::Impl::guessesByFeatures(const FrameView& view) const {
   std::vector<cv::Affine3d> found;
   const auto& keyframe = keyframes[current];
-  if (const auto motion = guessFromFeatures(view.features, keyframe.features, kGuessFeatures))
+  if (const auto motion = guessFromFeatures(view.features, keyframe.features, guessFeatures))
     found.push_back(keyframe.pose * *motion);
   if (lastFrame != keyframe.frame)
-    if (const auto motion = guessFromFeatures(view.features, last->features, kGuessFeatures))
+    if (const auto motion = guessFromFeatures(view.features, last->features, guessFeatures))
       found.push_back(lastPose * *motion);
   return found;
 }
@@ -60,11 +60,11 @@ std::vector<cv::Affine3d> RgbdTracker::Impl::guessesByFeatures(const FrameView& 
 std::optional<RgbdTracker::Impl::Found> RgbdTracker::Impl::refined(const FrameView& view,
                                                                    const cv::Affine3d& guess,
                                                                    std::size_t finest) const {
-  std::vector<std::size_t> near = graph.around(current, kNear);
+  std::vector<std::size_t> near = graph.around(current, maxNear);
   near.push_back(current);
-  for (std::size_t k = keyframes.size() - std::min(keyframes.size(), kLatest); k < keyframes.size(); ++k)
+  for (std::size_t k = keyframes.size() - std::min(keyframes.size(), latest); k < keyframes.size(); ++k)
     if (std::ranges::find(near, k) == near.end()) near.push_back(k);
-  const auto around = keyframes.overlapped(coarseOf(view.pyramid), guess, near, kTargets);
+  const auto around = keyframes.overlapped(coarseOf(view.pyramid), guess, near, maxTargets);
   if (around.empty()) return std::nullopt;
   std::vector<AlignmentTarget> targets;
   for (const std::size_t k : around) targets.push_back({&keyframes.pyramid(k), keyframes.pose(k)});

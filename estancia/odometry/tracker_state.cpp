@@ -12,12 +12,12 @@
 namespace estancia {
 namespace {
 
-constexpr std::uint32_t kStateVersion = 1;
-constexpr std::string_view kName = "the state of the odometry";
-constexpr std::string_view kRemedy = "make the map anew";
+constexpr std::uint32_t stateVersion = 1;
+constexpr std::string_view stateName = "the state of the odometry";
+constexpr std::string_view stateRemedy = "make the map anew";
 
 ByteReader readerOf(std::string_view bytes) {
-  return {bytes, std::string(kName), std::string(kRemedy)};
+  return {bytes, std::string(stateName), std::string(stateRemedy)};
 }
 
 void write(const Pose& pose, ByteWriter& bytes) {
@@ -79,7 +79,7 @@ enum Holds : std::uint8_t { placement = 1, priorPose = 2, problem = 4, note = 8 
 
 std::string RgbdTracker::Impl::head() const {
   ByteWriter bytes;
-  bytes.number(kStateVersion);
+  bytes.number(stateVersion);
   bytes.text(settingsOf(options, camera));
   bytes.number(static_cast<std::uint64_t>(placed.size()));
   bytes.number(static_cast<std::uint64_t>(keyframes.size()));
@@ -188,11 +188,11 @@ RgbdTracker RgbdTracker::restore(const CameraIntrinsics& camera, const RgbdOptio
   RgbdTracker tracker(camera, options, parts);
   Impl& impl = *tracker.impl_;
   ByteReader head = readerOf(state.head);
-  if (const auto version = head.number<std::uint32_t>(); version != kStateVersion)
-    head.fail(fmt::format("its version is {}, and {} is known", version, kStateVersion));
+  if (const auto version = head.number<std::uint32_t>(); version != stateVersion)
+    head.fail(fmt::format("its version is {}, and {} is known", version, stateVersion));
   if (comparable(head.text()) != comparable(settingsOf(options, camera)))
-    fail(ErrorCode::mismatch, "{} was made with other options or another camera; give the same, or {}", kName,
-         kRemedy);
+    fail(ErrorCode::mismatch, "{} was made with other options or another camera; give the same, or {}",
+         stateName, stateRemedy);
   const auto frames = head.number<std::uint64_t>(), keyframes = head.number<std::uint64_t>();
   const auto inOrder = [&head](const std::vector<Row>& rows, std::uint64_t count) {
     std::vector<const Row*> sorted;

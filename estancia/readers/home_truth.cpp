@@ -24,9 +24,9 @@ namespace estancia::io {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr double kMaxMeters = 1e4;
-constexpr double kMaxPixelCount = 1 << 26;  // images are not larger
-constexpr std::size_t kMaxRows = 10'000'000;
+constexpr double maxMeters = 1e4;
+constexpr double maxPixelCount = 1 << 26;  // images are not larger
+constexpr std::size_t maxRows = 10'000'000;
 
 /// A CSV file with a header, whose cells are asked for by the name of their column.
 class HomeTable {
@@ -34,8 +34,8 @@ class HomeTable {
   explicit HomeTable(const fs::path& file) : file_(printable(file)), rows_(readCsv(file)) {
     if (rows_.empty())
       fail(ErrorCode::malformedFile, "{}: empty; write a line with the columns' names", file_);
-    if (rows_.size() > kMaxRows)
-      fail(ErrorCode::tooLarge, "{}: {} lines; at most {} are read", file_, rows_.size(), kMaxRows);
+    if (rows_.size() > maxRows)
+      fail(ErrorCode::tooLarge, "{}: {} lines; at most {} are read", file_, rows_.size(), maxRows);
   }
 
   std::size_t size() const { return rows_.size() - 1; }
@@ -81,10 +81,10 @@ class HomeTable {
 };
 
 HomeInstance instanceOf(const HomeTable& table, std::size_t row) {
-  const auto meters = [&](const char* column) { return table.number(row, column, -kMaxMeters, kMaxMeters); };
-  const auto length = [&](const char* column) { return table.number(row, column, 0, kMaxMeters); };
+  const auto meters = [&](const char* column) { return table.number(row, column, -maxMeters, maxMeters); };
+  const auto length = [&](const char* column) { return table.number(row, column, 0, maxMeters); };
   HomeInstance instance;
-  instance.id = table.count(row, "id", kFirstInstance, std::numeric_limits<std::uint16_t>::max());
+  instance.id = table.count(row, "id", firstInstance, std::numeric_limits<std::uint16_t>::max());
   instance.category = table.text(row, "category");
   instance.model = table.text(row, "model");
   instance.modelName = table.text(row, "model_name");
@@ -103,7 +103,7 @@ int sampleStep(const cv::Mat& image) {
 }
 
 /// Where a polygon is right on a wall, a surface that is seen is on the near side of it.
-constexpr double kNearSide = 0.01;  // [m]
+constexpr double nearSide = 0.01;  // [m]
 
 /// The room that a frame sees by its depth; nothing when it lacks depth, camera or pose.
 std::optional<std::size_t> roomSeenByDepth(const HomePlan& plan, const Sequence& sequence, std::size_t i) {
@@ -142,8 +142,8 @@ VisibleByImage readVisibleInstances(const fs::path& file, const std::vector<Home
   for (std::size_t row = 0; row < table.size(); ++row) {
     const std::string image = table.text(row, "image");
     VisibleInstance instance;
-    instance.id = table.count(row, "id", kFirstInstance, std::numeric_limits<std::uint16_t>::max());
-    instance.pixels = table.count(row, "pixels", 0, kMaxPixelCount);
+    instance.id = table.count(row, "id", firstInstance, std::numeric_limits<std::uint16_t>::max());
+    instance.pixels = table.count(row, "pixels", 0, maxPixelCount);
     instance.pixelsWithDepth = table.count(row, "pixels_with_depth", 0, instance.pixels);
     if (!known.contains(instance.id))
       table.refuse(row,
@@ -193,8 +193,8 @@ std::optional<std::size_t> roomSeen(const HomePlan& plan, const cv::Mat& depth,
   std::vector<std::size_t> votes(plan.rooms.size(), 0);
   for (int v = step / 2; v < depth.rows; v += step)
     for (int u = step / 2; u < depth.cols; u += step) {
-      const double z = depth.at<float>(v, u) - kNearSide;
-      if (!(z > 0 && z < kMaxMeters)) continue;
+      const double z = depth.at<float>(v, u) - nearSide;
+      if (!(z > 0 && z < maxMeters)) continue;
       const cv::Vec3d point = toMap * cv::Vec3d(own.slopeX(u) * z, own.slopeY(v) * z, z);
       if (const auto room = roomAt(plan, point[0], point[1])) ++votes[*room];
     }

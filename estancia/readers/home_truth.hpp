@@ -21,7 +21,7 @@ namespace estancia::io {
 enum class Structure : std::uint16_t { outside, floor, wall, ceiling, doorOrWindowFrame, ceilingLamp };
 
 /// The ids of instances are this or above.
-constexpr int kFirstInstance = 10;
+constexpr int firstInstance = 10;
 
 /// A thing in the home: a box that stands upright.
 struct HomeInstance {

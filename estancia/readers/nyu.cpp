@@ -20,7 +20,7 @@ namespace {
 
 /// The color camera, to which depth is registered, for 640 × 480: camera_params.m of the data set's toolbox
 /// (fx_rgb, fy_rgb, cx_rgb, cy_rgb).
-constexpr CameraIntrinsics kNyuCamera = {
+constexpr CameraIntrinsics nyuCamera = {
     640, 480, 518.85790117450188, 519.46961112127485, 325.58244941119034, 253.73616633400465};
 
 /// The digits of `text` without leading zeros.
@@ -80,7 +80,7 @@ bool isNyu(const fs::path& path) {
 
 Opened openNyu(const fs::path& path, const SequenceOptions& options) {
   auto sequence = openRgbdFolders(path, options);
-  sequence->setIntrinsics(kNyuCamera);
+  sequence->setIntrinsics(nyuCamera);
   auto scenes = readScenes(path / "scenes.csv");
   auto& splits = sequence->splits();
   splits.resize(sequence->size());

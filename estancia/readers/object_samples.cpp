@@ -18,9 +18,9 @@ namespace estancia {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::string_view kKind = "# estancia object samples ", kVersion = "1";
-constexpr std::string_view kHeader = "name,instance,category,split,frame,x,y,width,height,flat,at_border";
-constexpr std::size_t kColumns = 11;
+constexpr std::string_view kindLine = "# estancia object samples ", kindVersion = "1";
+constexpr std::string_view headerLine = "name,instance,category,split,frame,x,y,width,height,flat,at_border";
+constexpr std::size_t columns = 11;
 
 fs::path listOf(const fs::path& folder) {
   return folder / "samples.csv";
@@ -52,8 +52,8 @@ bool flagOf(const std::string& cell, const char* column) {
 }
 
 ObjectSample sampleOf(std::vector<std::string>& cells) {
-  if (cells.size() != kColumns)
-    fail(ErrorCode::malformedFile, "{} cells instead of {}", cells.size(), kColumns);
+  if (cells.size() != columns)
+    fail(ErrorCode::malformedFile, "{} cells instead of {}", cells.size(), columns);
   if (const std::string wrong = nameProblem(cells[0]); !wrong.empty())
     fail(ErrorCode::malformedFile, "the name \"{}\" {}", io::printable(cells[0]), wrong);
   if (cells[1].empty()) throw Error(ErrorCode::malformedFile, "the instance is empty");
@@ -95,16 +95,16 @@ std::vector<ObjectSample> readObjectSamples(const fs::path& folder) {
   const auto use = [&](io::CsvRow& row) {
     if (rows == 0) {
       const std::string& kind = row.cells[0];
-      if (row.cells.size() != 1 || !kind.starts_with(kKind))
-        fail(ErrorCode::unsupportedFile, "not a list of object samples, which starts with `{}{}`", kKind,
-             kVersion);
-      if (kind.substr(kKind.size()) != kVersion)
+      if (row.cells.size() != 1 || !kind.starts_with(kindLine))
+        fail(ErrorCode::unsupportedFile, "not a list of object samples, which starts with `{}{}`", kindLine,
+             kindVersion);
+      if (kind.substr(kindLine.size()) != kindVersion)
         fail(ErrorCode::unsupportedFile, "list of version \"{}\"; this program reads version {}",
-             io::printable(kind.substr(kKind.size())), kVersion);
+             io::printable(kind.substr(kindLine.size())), kindVersion);
     } else if (rows == 1) {
       std::string header;
       for (const std::string& cell : row.cells) header += (header.empty() ? "" : ",") + cell;
-      if (header != kHeader) fail(ErrorCode::malformedFile, "the columns must be {}", kHeader);
+      if (header != headerLine) fail(ErrorCode::malformedFile, "the columns must be {}", headerLine);
     } else {
       ObjectSample sample = sampleOf(row.cells);
       const auto [entry, isNew] = lines.emplace(sample.view.name, row.line);
@@ -127,7 +127,7 @@ std::vector<ObjectSample> readObjectSamples(const fs::path& folder) {
 }
 
 void writeObjectSamples(const std::vector<ObjectSample>& samples, const fs::path& folder) {
-  std::string text = fmt::format("{}{}\n{}\n", kKind, kVersion, kHeader);
+  std::string text = fmt::format("{}{}\n{}\n", kindLine, kindVersion, headerLine);
   std::unordered_map<std::string, std::size_t> seen;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     std::vector<std::string> cells = cellsOf(samples[i]);
@@ -148,10 +148,10 @@ void writeObjectSamples(const std::vector<ObjectSample>& samples, const fs::path
 }
 
 bool isObjectSamples(const fs::path& folder) {
-  std::string start(kKind.size(), '\0');
+  std::string start(kindLine.size(), '\0');
   if (!fs::is_regular_file(listOf(folder))) return false;
   std::ifstream stream(listOf(folder), std::ios::binary);
-  return stream.read(start.data(), static_cast<std::streamsize>(start.size())) && start == kKind;
+  return stream.read(start.data(), static_cast<std::streamsize>(start.size())) && start == kindLine;
 }
 
 fs::path imageOf(const fs::path& folder, const std::string& name) {

@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 namespace {
 
 /// In order of detection.
-constexpr io::Format<io::OpenedViews, ObjectViewsOptions> kViewFormats[] = {
+constexpr io::Format<io::OpenedViews, ObjectViewsOptions> viewFormats[] = {
     {"samples", "written by `estancia objects collect`: samples.csv, images/, clouds/", io::isSampleViews,
      io::openSampleViews},
     {"nyu", "NYU Depth V2: rgb/, depth/, label/ with the same names, classes40.txt, scenes.csv",
@@ -99,7 +99,7 @@ PointCloud pointsBehind(const cv::Mat& image, const cv::Mat& depth, const cv::Ma
 
 OptionGroup declare(ObjectViewsOptions& o) {
   OptionGroup group("object-views", "How to open a folder of object views.");
-  group.add("type", &o.type, "Format of the folder").choices(io::typesWithAuto(kViewFormats));
+  group.add("type", &o.type, "Format of the folder").choices(io::typesWithAuto(viewFormats));
   group.add("min-points", &o.minPoints, "Views with fewer points are left out")
       .range(0, 1e9)
       .why("raise it when shapes of few points are described badly");
@@ -113,10 +113,10 @@ std::unique_ptr<ObjectViews> openObjectViews(const fs::path& path, const ObjectV
   if (!fs::is_directory(path, error))
     fail(ErrorCode::fileNotFound, "{}: no such folder of object views", name);
   auto views = io::opened(path, [&] {
-    const auto* format = io::findFormat(kViewFormats, path, options.type);
+    const auto* format = io::findFormat(viewFormats, path, options.type);
     if (format != nullptr) return format->open(path, options);
     std::string layouts;
-    for (const auto& known : kViewFormats) layouts += fmt::format("; {}: {}", known.type, known.explanation);
+    for (const auto& known : viewFormats) layouts += fmt::format("; {}: {}", known.type, known.explanation);
     fail(ErrorCode::unsupportedFile,
          "{}: no object views in this folder; make some with `estancia objects collect`. "
          "Known formats{}",
@@ -131,7 +131,7 @@ std::unique_ptr<ObjectViews> openObjectViews(const fs::path& path, const ObjectV
 }
 
 Choices objectViewTypes() {
-  return io::typesOf(kViewFormats);
+  return io::typesOf(viewFormats);
 }
 
 }  // namespace estancia

@@ -25,12 +25,13 @@ namespace fs = std::filesystem;
 namespace {
 
 /// Room structure and collective classes.
-constexpr const char* kNoObjects[] = {"wall",           "floor",          "ceiling",
-                                      "otherstructure", "otherfurniture", "otherprop"};
+constexpr const char* noObjects[] = {"wall",           "floor",          "ceiling",
+                                     "otherstructure", "otherfurniture", "otherprop"};
 
 // Fractions of the image: 900 pixels of 320 × 240, 600 of them with depth; components within 6 pixels of the
 // border are cut by it, as published images have no labels in a margin of 2 to 5 pixels.
-constexpr double kMinArea = 900.0 / (320 * 240), kMinDepth = 600.0 / (320 * 240), kEdge = 6.0 / 320;
+constexpr double minAreaShare = 900.0 / (320 * 240), minDepthShare = 600.0 / (320 * 240),
+                 borderShare = 6.0 / 320;
 
 /// The class of each label; "" where it is no object.
 std::array<std::string, 256> readClasses(const fs::path& file) {
@@ -46,7 +47,7 @@ std::array<std::string, 256> readClasses(const fs::path& file) {
       fail(ErrorCode::malformedFile, "{}: expected class {}; write `{} NAME`", where, next, next);
     const std::string name = printable(words.back());
     if (!seen.insert(name).second) fail(ErrorCode::malformedFile, "{}: repeated class", where);
-    if (std::ranges::find(kNoObjects, name) == std::end(kNoObjects)) classes[next] = name;
+    if (std::ranges::find(noObjects, name) == std::end(noObjects)) classes[next] = name;
     ++next;
   }
   if (next == 0) fail(ErrorCode::insufficientData, "{}: no classes", printable(file));
@@ -69,7 +70,7 @@ Component fill(const cv::Mat& labels, cv::Mat& mask, const cv::Point& pixel, int
   cv::floodFill(unchanged, mask, pixel, {}, &component.box, {}, {},
                 eight | cv::FLOODFILL_MASK_ONLY | value << byte);
   const cv::Rect& box = component.box;
-  const double edge = kEdge * labels.cols;
+  const double edge = borderShare * labels.cols;
   component.atBorder =
       box.x < edge || box.y < edge || labels.cols - box.br().x < edge || labels.rows - box.br().y < edge;
   return component;
@@ -78,7 +79,7 @@ Component fill(const cv::Mat& labels, cv::Mat& mask, const cv::Point& pixel, int
 std::vector<Component> componentsOf(const cv::Mat& labels, const cv::Mat& depth,
                                     const std::array<std::string, 256>& classes, std::size_t minPoints) {
   const auto area = static_cast<double>(labels.total());
-  const double minDepth = std::max(kMinDepth * area, static_cast<double>(minPoints));
+  const double minDepth = std::max(minDepthShare * area, static_cast<double>(minPoints));
   std::vector<Component> found;
   cv::Mat mask = cv::Mat::zeros(labels.rows + 2, labels.cols + 2, CV_8U);
   for (int v = 0; v < labels.rows; ++v)
@@ -89,7 +90,7 @@ std::vector<Component> componentsOf(const cv::Mat& labels, const cv::Mat& depth,
       cv::Mat part =
           mask({component.box.x + 1, component.box.y + 1, component.box.width, component.box.height});
       const cv::Mat own = part == now;
-      if (cv::countNonZero(own) >= kMinArea * area &&
+      if (cv::countNonZero(own) >= minAreaShare * area &&
           cv::countNonZero(own & (depth(component.box) > 0)) >= minDepth)
         found.push_back(component);
       part.setTo(before, own);

@@ -24,10 +24,10 @@ namespace fs = std::filesystem;
 namespace {
 
 /// From the data set's depthToCloud.m.
-constexpr CameraIntrinsics kWashingtonCamera = {640, 480, 570.3, 570.3, 320, 240};
-constexpr double kWashingtonScale = 1000;
-constexpr const char* kCrop = "_crop.png";
-constexpr const char* kBeside[] = {"_depthcrop.png", "_maskcrop.png", "_loc.txt"};
+constexpr CameraIntrinsics washingtonCamera = {640, 480, 570.3, 570.3, 320, 240};
+constexpr double washingtonScale = 1000;
+constexpr const char* crop = "_crop.png";
+constexpr const char* beside[] = {"_depthcrop.png", "_maskcrop.png", "_loc.txt"};
 
 bool isNumber(std::string_view text) {
   return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
@@ -63,12 +63,11 @@ cv::Point readOrigin(const fs::path& file) {
 class Washington final : public ListedObjectViews {
  public:
   Washington(const fs::path& folder, const ObjectViewsOptions& options)
-      : ListedObjectViews(nameOf(folder), options.minPoints), camera_(kWashingtonCamera) {
+      : ListedObjectViews(nameOf(folder), options.minPoints), camera_(washingtonCamera) {
     if (const fs::path file = findIntrinsics(folder); !file.empty()) {
       camera_ = readIntrinsics(file);
       if (camera_.width == 0)
-        std::tie(camera_.width, camera_.height) =
-            std::pair(kWashingtonCamera.width, kWashingtonCamera.height);
+        std::tie(camera_.width, camera_.height) = std::pair(washingtonCamera.width, washingtonCamera.height);
     }
     std::size_t all = 0;
     LeftOut leftOut;
@@ -82,8 +81,8 @@ class Washington final : public ListedObjectViews {
   PointCloud cloud(std::size_t i) const override {
     const ObjectImage seen = image(i);
     const std::string& stem = stems_.at(i);
-    const cv::Mat depth = readDepth(stem + kBeside[0], kWashingtonScale);
-    const fs::path file = stem + kBeside[2];
+    const cv::Mat depth = readDepth(stem + beside[0], washingtonScale);
+    const fs::path file = stem + beside[2];
     const cv::Point origin = readOrigin(file);
     if (origin.x + depth.cols > camera_.width || origin.y + depth.rows > camera_.height)
       fail(ErrorCode::mismatch, "{}: {} × {} pixels at ({}, {}) exceed the camera's {} × {}", printable(file),
@@ -95,12 +94,12 @@ class Washington final : public ListedObjectViews {
 
   ObjectImage image(std::size_t i) const override {
     const std::string& stem = stems_.at(i);
-    ObjectImage seen{readImage(stem + kCrop), {}, readLabelImage(stem + kBeside[1])};
+    ObjectImage seen{readImage(stem + crop), {}, readLabelImage(stem + beside[1])};
     if (seen.image.size() != seen.mask.size())
-      fail(ErrorCode::mismatch, "{}{}: {} × {} pixels, but the image has {} × {}", printable(stem),
-           kBeside[1], seen.mask.cols, seen.mask.rows, seen.image.cols, seen.image.rows);
+      fail(ErrorCode::mismatch, "{}{}: {} × {} pixels, but the image has {} × {}", printable(stem), beside[1],
+           seen.mask.cols, seen.mask.rows, seen.image.cols, seen.image.rows);
     seen.box = cv::boundingRect(seen.mask);
-    if (seen.box.empty()) fail(ErrorCode::malformedFile, "{}{}: empty mask", printable(stem), kBeside[1]);
+    if (seen.box.empty()) fail(ErrorCode::malformedFile, "{}{}: empty mask", printable(stem), beside[1]);
     return seen;
   }
 
@@ -114,13 +113,13 @@ class Washington final : public ListedObjectViews {
     std::size_t count = 0;
     for (const fs::path& file : files) {
       std::string stem = file.filename().string();
-      if (!stem.ends_with(kCrop)) continue;
-      stem.resize(stem.size() - std::string_view(kCrop).size());
+      if (!stem.ends_with(crop)) continue;
+      stem.resize(stem.size() - std::string_view(crop).size());
       if (!isFrameOf(stem, instance)) continue;
       ++count;
       const auto missing =
-          std::ranges::find_if(kBeside, [&](const char* end) { return !there.contains(stem + end); });
-      if (missing != std::end(kBeside)) {
+          std::ranges::find_if(beside, [&](const char* end) { return !there.contains(stem + end); });
+      if (missing != std::end(beside)) {
         leftOut.add(fmt::format("{}{} is missing", printable(stem), *missing));
         continue;
       }
@@ -142,7 +141,7 @@ bool isWashington(const fs::path& folder) {
     for (const fs::path& instance : foldersIn(category)) {
       const std::string name = instance.filename().string();
       if (!isNumbered(name, category.filename().string())) continue;
-      for (const fs::path& file : filesIn(instance, {kCrop}))
+      for (const fs::path& file : filesIn(instance, {crop}))
         if (file.filename().string().starts_with(name + "_")) return true;
     }
   return false;

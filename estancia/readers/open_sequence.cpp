@@ -125,7 +125,7 @@ void attachSideFiles(io::ListedSequence& sequence, const fs::path& path, const S
          [&](const fs::path& file) { attachIntrinsics(sequence, file); });
 }
 
-/// They would do nothing, without a word.
+/// Rejects topics for a format that has none.
 void requireNoTopics(const fs::path& path, std::string_view format, const SequenceOptions& options) {
   const char* given = !options.imageTopic.empty()   ? "--image"
                       : !options.depthTopic.empty() ? "--depth"

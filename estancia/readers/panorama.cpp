@@ -22,9 +22,9 @@ namespace estancia::io {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kSpacing = 4;   // between neighboring places [m]
-const cv::Size kView(320, 240);  // a 512-pixel panorama holds no more detail than this
+constexpr double halfTurn = std::numbers::pi;
+constexpr double spacing = 4;       // between neighboring places [m]
+const cv::Size viewSize(320, 240);  // a 512-pixel panorama holds no more detail than this
 
 const std::vector<std::string>& panoramaSuffixes() {
   static const std::vector<std::string> suffixes = {".exr", ".hdr", ".exr.js", ".hdr.js"};
@@ -40,21 +40,21 @@ std::string placeName(const fs::path& file) {
 class Camera {
  public:
   explicit Camera(double fieldOfView)
-      : focal_(kView.width / 2.0 / std::tan(fieldOfView / 360 * kPi)),
-        right_(kView, CV_32F),
-        down_(kView, CV_32F) {
-    for (int v = 0; v < kView.height; ++v) {
-      for (int u = 0; u < kView.width; ++u) {
-        const double x = (u + 0.5 - kView.width / 2.0) / focal_;
-        const double y = (v + 0.5 - kView.height / 2.0) / focal_;
-        right_.at<float>(v, u) = static_cast<float>(std::atan(x) / (2 * kPi));
-        down_.at<float>(v, u) = static_cast<float>(0.5 + std::atan(y / std::hypot(x, 1.0)) / kPi);
+      : focal_(viewSize.width / 2.0 / std::tan(fieldOfView / 360 * halfTurn)),
+        right_(viewSize, CV_32F),
+        down_(viewSize, CV_32F) {
+    for (int v = 0; v < viewSize.height; ++v) {
+      for (int u = 0; u < viewSize.width; ++u) {
+        const double x = (u + 0.5 - viewSize.width / 2.0) / focal_;
+        const double y = (v + 0.5 - viewSize.height / 2.0) / focal_;
+        right_.at<float>(v, u) = static_cast<float>(std::atan(x) / (2 * halfTurn));
+        down_.at<float>(v, u) = static_cast<float>(0.5 + std::atan(y / std::hypot(x, 1.0)) / halfTurn);
       }
     }
   }
 
   /// Width of a panorama with the resolution of the views [pixels].
-  int usefulWidth() const { return static_cast<int>(2 * kPi * focal_); }
+  int usefulWidth() const { return static_cast<int>(2 * halfTurn * focal_); }
 
   /// The view along `heading` [degrees in [0, 360), counter-clockwise].
   cv::Mat look(const cv::Mat& panorama, double heading) const {
@@ -109,13 +109,13 @@ PanoramaTour::PanoramaTour(const fs::path& folder, const SequenceOptions& option
          printable(folder));
 
   const std::size_t places = files_.size();
-  const double radius = places > 1 ? kSpacing / 2 / std::sin(kPi / static_cast<double>(places)) : 0;
+  const double radius = places > 1 ? spacing / 2 / std::sin(halfTurn / static_cast<double>(places)) : 0;
   const double step = 360.0 / options.views;
   for (int round = 0; round < options.rounds; ++round) {
     // Later rounds look between the headings of the earlier ones; steps of the golden ratio never repeat.
     const double between = step * std::fmod(round * (std::numbers::phi - 1), 1.0);
     for (std::size_t place = 0; place < places; ++place) {
-      const double direction = 2 * kPi * static_cast<double>(place) / static_cast<double>(places);
+      const double direction = 2 * halfTurn * static_cast<double>(place) / static_cast<double>(places);
       for (int k = 0; k < options.views; ++k) {
         double heading = std::fmod(step * k + between + options.turn, 360.0);
         if (heading < 0) heading += 360;
@@ -123,8 +123,8 @@ PanoramaTour::PanoramaTour(const fs::path& folder, const SequenceOptions& option
         frame.room = placeName(files_[place]);
         frame.name = fmt::format("{}/r{}_h{:03}", frame.room, round + 1, std::lround(heading) % 360);
         frame.timestamp = static_cast<double>(entries_.size());
-        frame.pose =
-            Pose::planar(radius * std::cos(direction), radius * std::sin(direction), heading / 180 * kPi);
+        frame.pose = Pose::planar(radius * std::cos(direction), radius * std::sin(direction),
+                                  heading / 180 * halfTurn);
         entries_.push_back(std::move(frame));
         views_.push_back({place, heading});
       }
@@ -164,8 +164,8 @@ std::string PanoramaTour::fingerprint(std::size_t i) const {
     if (known.empty()) known = sha256OfFile(files_[view.place]);
     digest = known;
   }
-  return fmt::format("{} view {} {} {} {}x{}", digest, view.heading, exposure_, fieldOfView_, kView.width,
-                     kView.height);
+  return fmt::format("{} view {} {} {} {}x{}", digest, view.heading, exposure_, fieldOfView_, viewSize.width,
+                     viewSize.height);
 }
 
 }  // namespace

@@ -13,11 +13,11 @@ namespace estancia::io {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr const char* kImageFolders[] = {"rgb", "color", "colour", "image", "images"};
+constexpr const char* imageFolders[] = {"rgb", "color", "colour", "image", "images"};
 
 /// The folder of the images; "" when there is none.
 fs::path imageFolder(const fs::path& path) {
-  for (const char* name : kImageFolders)
+  for (const char* name : imageFolders)
     if (isImageFolder(path / name)) return path / name;
   return {};
 }

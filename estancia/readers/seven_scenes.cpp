@@ -25,8 +25,8 @@ std::vector<fs::path> colorImages(const fs::path& path) {
   return files;
 }
 
-constexpr CameraIntrinsics kPublished = {640, 480, 585, 585, 320, 240};
-constexpr double kMillimeters = 1000;
+constexpr CameraIntrinsics published = {640, 480, 585, 585, 320, 240};
+constexpr double millimeters = 1000;
 
 /// "frame-000123.color.png" → 123; nothing when there is no such number.
 std::optional<double> numberOf(const fs::path& file) {
@@ -91,8 +91,8 @@ static Opened openSevenScenes(const fs::path& path, const SequenceOptions& optio
   if (fs::exists(path / "poses.csv")) table = posesOfTable(path / "poses.csv");
 
   auto sequence =
-      std::make_unique<ImageFiles>(nameOf(path), options.depthScale > 0 ? options.depthScale : kMillimeters);
-  sequence->setIntrinsics(kPublished);
+      std::make_unique<ImageFiles>(nameOf(path), options.depthScale > 0 ? options.depthScale : millimeters);
+  sequence->setIntrinsics(published);
   if (!table.empty()) sequence->setPoseSource({});
   std::size_t without = 0;
   std::string first;

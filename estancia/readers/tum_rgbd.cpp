@@ -14,7 +14,7 @@ namespace estancia::io {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr double kUnitsPerMeter = 5000;
+constexpr double tumUnitsPerMeter = 5000;
 
 /// The files of a list, relative to its folder, in its order.
 std::vector<TimedFile> readList(const fs::path& list) {
@@ -52,8 +52,8 @@ static bool isTumRgbd(const fs::path& path) {
 
 static Opened openTumRgbd(const fs::path& path, const SequenceOptions& options) {
   const fs::path list = path / "rgb.txt";
-  auto sequence = std::make_unique<ImageFiles>(nameOf(path),
-                                               options.depthScale > 0 ? options.depthScale : kUnitsPerMeter);
+  auto sequence = std::make_unique<ImageFiles>(
+      nameOf(path), options.depthScale > 0 ? options.depthScale : tumUnitsPerMeter);
   const auto images = readList(list);
   if (images.empty()) fail(ErrorCode::insufficientData, "{}: no images", printable(list));
   std::vector<TimedFile> depths;

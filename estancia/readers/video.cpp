@@ -18,8 +18,8 @@ namespace estancia::io {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr double kMaxPixels = 1 << 26;
-constexpr std::size_t kShortHop = 50;  // so many frames are skipped faster by reading than by seeking
+constexpr double maxVideoPixels = 1 << 26;
+constexpr std::size_t shortHop = 50;  // so many frames are skipped faster by reading than by seeking
 
 class Video final : public ListedSequence {
  public:
@@ -43,7 +43,7 @@ class Video final : public ListedSequence {
 Video::Video(const fs::path& file) : ListedSequence(nameOf(file)), file_(file) {
   reopen();
   const double pixels = decoder_->pixels();
-  if (!(pixels <= kMaxPixels))
+  if (!(pixels <= maxVideoPixels))
     fail(ErrorCode::tooLarge, "{}: {:.0f} million pixels per frame; reduce its size", printable(file),
          pixels / 1e6);
   const double rate = decoder_->rate();
@@ -74,7 +74,7 @@ void Video::reopen() const {
 
 /// Seeks if the decoder confirms its position; otherwise reads from the start.
 bool Video::moveTo(std::size_t i) const {
-  if (i < next_ || i - next_ > kShortHop) {
+  if (i < next_ || i - next_ > shortHop) {
     if (decoder_->seek(static_cast<double>(i)))
       next_ = i;
     else

@@ -32,7 +32,7 @@ namespace estancia::io {
 namespace fs = std::filesystem;
 namespace {
 
-const std::vector<std::string> kCloudSuffix = {".pcd"};
+const std::vector<std::string> cloudSuffix = {".pcd"};
 
 bool nameContains(const fs::path& path, const std::vector<std::string>& words) {
   const std::string name = lowerCase(path.filename().string());
@@ -107,7 +107,7 @@ bool isNumber(const std::string& cell) {
 }
 
 bool isFile(const std::string& cell) {
-  return hasSuffix(cell, imageSuffixes()) || hasSuffix(cell, kCloudSuffix);
+  return hasSuffix(cell, imageSuffixes()) || hasSuffix(cell, cloudSuffix);
 }
 
 struct Columns {
@@ -265,24 +265,24 @@ void fitCamera(ImageFiles& sequence, const std::vector<fs::path>& clouds) {
 /// Images and clouds in two folders, or in one with the names of the data set.
 static bool isVidrilo(const fs::path& path) {
   if (!fs::is_directory(path)) return false;
-  const fs::path clouds = folderOf(path, kCloudSuffix, looksLikeDepth);
+  const fs::path clouds = folderOf(path, cloudSuffix, looksLikeDepth);
   if (clouds.empty()) return false;
   const fs::path images = folderOf(path, imageSuffixes(), looksLikeImages);
   if (images.empty()) return false;
   return (images != path && clouds != path) ||
          (nameContains(filesIn(images, imageSuffixes()).front(), {"visual"}) &&
-          nameContains(filesIn(clouds, kCloudSuffix).front(), {"depth"}));
+          nameContains(filesIn(clouds, cloudSuffix).front(), {"depth"}));
 }
 
 static Opened openVidrilo(const fs::path& path, const SequenceOptions& options) {
   const fs::path imageFolder = folderOf(path, imageSuffixes(), looksLikeImages),
-                 cloudFolder = folderOf(path, kCloudSuffix, looksLikeDepth);
+                 cloudFolder = folderOf(path, cloudSuffix, looksLikeDepth);
   if (imageFolder.empty() || cloudFolder.empty())
     fail(ErrorCode::unsupportedFile,
          "{}: no folder, or several, with {}; ViDRILO has one folder per sequence, with one folder of "
          "images (visual) and one of clouds (depth)",
          printable(path), imageFolder.empty() ? "images" : "clouds (.pcd)");
-  const auto images = filesIn(imageFolder, imageSuffixes()), clouds = filesIn(cloudFolder, kCloudSuffix);
+  const auto images = filesIn(imageFolder, imageSuffixes()), clouds = filesIn(cloudFolder, cloudSuffix);
   byNumber(images);
   const auto numbered = byNumber(clouds);
   auto sequence = std::make_unique<ImageFiles>(nameOf(path), options.depthScale);

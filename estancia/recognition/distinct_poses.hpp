@@ -10,7 +10,7 @@
 
 namespace estancia {
 
-constexpr double kAnyRotation = -2;  ///< less than any cosine
+constexpr double anyRotation = -2;  ///< less than any cosine
 
 /// The first `max` of `poses`, best first, each a struct with a T_scene_model called `pose`, without those
 /// that are similar to a better one: at the model's `center` less than `minDistance` [m] away, and rotated by

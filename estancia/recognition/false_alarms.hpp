@@ -15,11 +15,11 @@ namespace estancia {
 class FalseAlarmModel {
  public:
   /// Best wrong poses that count.
-  static constexpr std::size_t kWrong = 8;
+  static constexpr std::size_t wrongPoses = 8;
 
   FalseAlarmModel() : FalseAlarmModel(std::vector<double>{}) {}
-  /// `wrong`: the evidence of poses elsewhere, in any order. Where there are fewer than kWrong, as in a scene
-  /// of nothing but the model, what is usual takes their place.
+  /// `wrong`: the evidence of poses elsewhere, in any order. Where there are fewer than wrongPoses, as in a
+  /// scene of nothing but the model, what is usual takes their place.
   explicit FalseAlarmModel(std::vector<double> wrong);
 
   /// Mean evidence of the best wrong poses.

@@ -28,7 +28,7 @@ std::vector<double> elsewhere(const std::vector<PoseHypothesis>& poses,
 Instances instancesOf(const std::vector<PoseHypothesis>& poses, const cv::Point3d& center, double apart,
                       double rate) {
   Instances found;
-  std::vector<PoseHypothesis> places = distinctPoses(poses, center, apart, kAnyRotation);
+  std::vector<PoseHypothesis> places = distinctPoses(poses, center, apart, anyRotation);
   for (std::size_t count = places.size(); count > 0; --count) {
     const FalseAlarmModel falseAlarms(elsewhere(poses, places, count, center, apart));
     const bool accepted = falseAlarms.rate(places[count - 1].evidence) <= rate;

@@ -98,7 +98,7 @@ std::optional<cv::Point3d> viewpointElsewhere(const PointCloud& cloud, int threa
   PointCloud drawn;
   drawn.points = drawnFrom(cloud.points, count);
   const double atOrigin = unevenness(drawn.points, {});
-  if (atOrigin <= kEven) return {};
+  if (atOrigin <= even) return {};
   const auto found = findViewpoint(cloud.points, threads);
   if (!found || atOrigin < clearly * unevenness(drawn.points, *found)) return {};
   const double spacing = spacingOf(Neighbors(drawn.points, threads));

@@ -82,7 +82,7 @@ struct Preset {
   const char *name, *explanation;
   RecognitionOptions (*make)();
 };
-constexpr Preset kPresets[] = {
+constexpr Preset presetTable[] = {
     {"default", "for any noise", [] { return RecognitionOptions(); }},
     {"classical", "the thesis' stages, lengths that follow the scene", classical},
     {"thesis", "the thesis' stages, fixed lengths", thesis},
@@ -199,13 +199,13 @@ void validate(const RecognitionOptions& options) {
 
 Choices RecognitionOptions::presets() {
   Choices presets;
-  for (const Preset& preset : kPresets) presets.push_back({preset.name, preset.explanation});
+  for (const Preset& preset : presetTable) presets.push_back({preset.name, preset.explanation});
   return presets;
 }
 
 RecognitionOptions RecognitionOptions::preset(const std::string& name) {
   requireChoice("recognition preset", name, presets());
-  return std::ranges::find(kPresets, name, &Preset::name)->make();
+  return std::ranges::find(presetTable, name, &Preset::name)->make();
 }
 
 }  // namespace estancia

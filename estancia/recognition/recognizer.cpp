@@ -195,7 +195,7 @@ Instances verifyAlone(const Pair& p, const std::vector<PoseHypothesis>& poses) {
   const double apart = p.model.extent() / 4;
   if (p.byEvidence()) return instancesOf(poses, p.model.center(), apart, p.options.falseAlarmRate);
   return {distinctPoses(verifyClassical(poses, p.modelSurface, p.sceneSurface, p.options),
-                        meanOf(p.modelSurface.dense.coarse.points), apart, kAnyRotation),
+                        meanOf(p.modelSurface.dense.coarse.points), apart, anyRotation),
           {}};
 }
 

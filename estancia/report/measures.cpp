@@ -24,8 +24,8 @@ double count(std::size_t n) {
 struct RoomKind {
   std::string key, name, rooms, room;
 };
-const RoomKind kStoodIn{"", "", "rooms", "room"};
-const RoomKind kSeen{"seen_", "Seen: ", "the rooms seen", "room seen"};
+const RoomKind stoodIn{"", "", "rooms", "room"};
+const RoomKind seen{"seen_", "Seen: ", "the rooms seen", "room seen"};
 
 std::string capital(std::string text) {
   if (!text.empty() && text[0] >= 'a' && text[0] <= 'z') text[0] = static_cast<char>(text[0] - 'a' + 'A');
@@ -36,7 +36,7 @@ std::string capital(std::string text) {
 /// images they cover, if there are some.
 void addRooms(std::vector<Measure>& measures, const std::optional<Agreement>& rooms,
               std::size_t framesWithRoom, const std::string& it, const std::string& they,
-              const RoomKind& kind = kStoodIn) {
+              const RoomKind& kind = stoodIn) {
   const auto value = [&rooms](double Agreement::*member) -> std::optional<double> {
     if (!rooms) return std::nullopt;
     return (*rooms).*member;
@@ -72,7 +72,7 @@ std::vector<Measure> measuresOf(const MapQuality& q) {
   };
   addRooms(measures, q.rooms, q.framesWithRoom, "place", "places");
   if (q.framesWithRoomSeen > 0)
-    addRooms(measures, q.roomsSeen, q.framesWithRoomSeen, "place", "places", kSeen);
+    addRooms(measures, q.roomsSeen, q.framesWithRoomSeen, "place", "places", seen);
   if (q.predictedRoom) {
     measures.push_back({"predicted_room", "Predicted room, image", q.predictedRoom, 3,
                         "Share of images that the classifier takes for their true room"});
@@ -134,7 +134,7 @@ std::vector<Measure> measuresOf(const ZoneQuality& q) {
       {"zones", "Zones", count(q.zones), 0, "Areas that were found"},
   };
   addRooms(measures, q.rooms, q.framesWithRoom, "zone", "zones");
-  if (q.framesWithRoomSeen > 0) addRooms(measures, q.roomsSeen, q.framesWithRoomSeen, "zone", "zones", kSeen);
+  if (q.framesWithRoomSeen > 0) addRooms(measures, q.roomsSeen, q.framesWithRoomSeen, "zone", "zones", seen);
   if (q.predictedRoom)
     measures.push_back({"predicted_zone_room", "Predicted room, zone", q.predictedRoom, 3,
                         "Share of images whose zone the classifier takes for their true room"});
@@ -180,8 +180,8 @@ std::vector<Measure> measuresOf(const WorldAccuracy& a) {
   std::vector<Measure> measures;
   if (a.areas > 0)
     measures.push_back({"areas", "Areas", count(a.areas), 0, "Parts of the floor between walls and doors"});
-  addAreas(measures, a.areasAndRooms, kStoodIn);
-  addAreas(measures, a.areasAndRoomsSeen, kSeen);
+  addAreas(measures, a.areasAndRooms, stoodIn);
+  addAreas(measures, a.areasAndRoomsSeen, seen);
   if (a.trajectory) {
     measures.push_back({"trajectory_frames", "Frames with a true pose", count(a.trajectory->poses), 0,
                         "Those that have one in the map, too"});

@@ -15,12 +15,12 @@ namespace {
 
 // All blocks that are kept, but for the last used one [bytes]. Bags are read in order: a few chunks are
 // enough.
-constexpr std::uint64_t kKeptBytes = std::uint64_t{64} << 20U;
-constexpr std::size_t kKeptBlocks = 64;
+constexpr std::uint64_t keptBytes = std::uint64_t{64} << 20U;
+constexpr std::size_t keptBlocks = 64;
 // Larger blocks that need neither decompression nor a checksum are read message by message.
-constexpr std::uint64_t kLargestKeptPlain = std::uint64_t{16} << 20U;
+constexpr std::uint64_t largestKeptPlain = std::uint64_t{16} << 20U;
 // A message is copied out of a block that is this many times as large.
-constexpr std::uint64_t kBlocksPerMessage = 8;
+constexpr std::uint64_t blocksPerMessage = 8;
 
 Payload plainBytes(const FileBytes& file, std::uint64_t at, std::uint64_t count) {
   auto bytes = std::make_shared_for_overwrite<std::byte[]>(count);
@@ -38,13 +38,13 @@ std::uint32_t BagBlocks::add(const BagBlock& block) {
 }
 
 bool BagBlocks::isKept(const BagBlock& block) const {
-  return block.compression != Compression::none || block.crc != 0 || block.stored <= kLargestKeptPlain;
+  return block.compression != Compression::none || block.crc != 0 || block.stored <= largestKeptPlain;
 }
 
 Payload BagBlocks::loadUnnamed(const BagBlock& block) const {
-  if (block.stored > kMaxBlockBytes || block.size > kMaxBlockBytes)
+  if (block.stored > maxBlockBytes || block.size > maxBlockBytes)
     fail(ErrorCode::tooLarge, "{} bytes, {} uncompressed; this program takes at most {} at once",
-         block.stored, block.size, kMaxBlockBytes);
+         block.stored, block.size, maxBlockBytes);
   Payload bytes = plainBytes(file_, block.at, block.stored);
   if (block.compression != Compression::none)
     bytes = decompress({block.compression, bytes.bytes,
@@ -80,14 +80,14 @@ Payload BagBlocks::kept(std::uint32_t block) const {
     } else {
       kept_.push_front(std::make_shared<Kept>());
       kept_.front()->block = block;
-      if (kept_.size() > kKeptBlocks) kept_.pop_back();
+      if (kept_.size() > keptBlocks) kept_.pop_back();
       std::uint64_t bytes = 0;
       for (auto k = std::next(kept_.begin()); k != kept_.end();)
-        k = (bytes += blocks_[(*k)->block].size) > kKeptBytes ? kept_.erase(k) : std::next(k);
+        k = (bytes += blocks_[(*k)->block].size) > keptBytes ? kept_.erase(k) : std::next(k);
     }
     found = kept_.front();
   }
-  // Others who want this block wait; those who want another do not.
+  // Other threads wait for this block only if they need it.
   const std::lock_guard lock(found->loading);
   if (found->failure) throw *found->failure;
   try {
@@ -116,7 +116,7 @@ Payload BagBlocks::readAll(std::uint32_t number, std::uint64_t offset, std::uint
   if (message.bytes.size() != count)
     fail(ErrorCode::corruptFile, "{}: a message leaves its chunk, which is at byte {}; copy the file again",
          file_.name(), blocks_[number].at);
-  if (!isKept(blocks_[number]) || count >= blocks_[number].size / kBlocksPerMessage) return message;
+  if (!isKept(blocks_[number]) || count >= blocks_[number].size / blocksPerMessage) return message;
   auto copy = std::make_shared_for_overwrite<std::byte[]>(count);
   std::copy(message.bytes.begin(), message.bytes.end(), copy.get());
   return {copy, {copy.get(), count}};

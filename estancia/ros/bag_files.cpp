@@ -19,18 +19,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kSqliteMagic{"SQLite format 3\0", 16};
-constexpr std::array<std::string_view, 3> kBagExtensions{".db3", ".mcap", ".bag"};
+constexpr std::string_view sqliteMagic{"SQLite format 3\0", 16};
+constexpr std::array<std::string_view, 3> bagExtensions{".db3", ".mcap", ".bag"};
 // Max number of missing files that are named.
-constexpr std::size_t kMaxNamed = 5;
+constexpr std::size_t maxNamed = 5;
 // Larger ones list no files [bytes].
-constexpr std::uintmax_t kMaxMetadata = std::uintmax_t{64} << 20U;
+constexpr std::uintmax_t maxMetadata = std::uintmax_t{64} << 20U;
 
 std::string trimmed(std::string text) {
-  constexpr std::string_view kBlanks = " \t\r";
-  const auto begin = text.find_first_not_of(kBlanks);
+  constexpr std::string_view blanks = " \t\r";
+  const auto begin = text.find_first_not_of(blanks);
   if (begin == std::string::npos) return "";
-  text = text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
+  text = text.substr(begin, text.find_last_not_of(blanks) - begin + 1);
   const bool quoted =
       text.size() > 1 && (text.front() == '"' || text.front() == '\'') && text.back() == text.front();
   return quoted ? text.substr(1, text.size() - 2) : text;
@@ -40,7 +40,7 @@ std::string trimmed(std::string text) {
 std::vector<std::string> listedFiles(const fs::path& metadata) {
   std::vector<std::string> files;
   std::error_code none;
-  if (fs::file_size(metadata, none) > kMaxMetadata || none) return files;
+  if (fs::file_size(metadata, none) > maxMetadata || none) return files;
   std::ifstream file(metadata);
   bool listing = false;
   for (std::string line; std::getline(file, line);) {
@@ -67,7 +67,7 @@ BagFiles filesOf(const fs::path& folder, const std::vector<std::string>& listed)
   }
   if (missing.empty()) return bag;
   const std::size_t count = missing.size();
-  missing.resize(std::min(count, kMaxNamed));
+  missing.resize(std::min(count, maxNamed));
   bag.warnings.push_back(
       fmt::format("{}: {} of {} files that its metadata.yaml lists are missing, and their "
                   "messages: {}{}",
@@ -98,18 +98,17 @@ std::optional<BagFormat> bagFormat(const FileBytes& file) {
   const std::size_t count = std::min<std::uint64_t>(bytes.size(), file.size());
   file.read(0, std::span(bytes).first(count));
   const std::string_view begin(reinterpret_cast<const char*>(bytes.data()), count);
-  if (begin.starts_with(kRos1Magic)) return BagFormat::ros1;
-  if (begin.starts_with(kMcapMagic)) return BagFormat::mcap;
-  if (begin.starts_with(kSqliteMagic)) return BagFormat::sqlite;
+  if (begin.starts_with(ros1Magic)) return BagFormat::ros1;
+  if (begin.starts_with(mcapMagic)) return BagFormat::mcap;
+  if (begin.starts_with(sqliteMagic)) return BagFormat::sqlite;
   if (isZstd(bytes)) return BagFormat::zstd;
   return std::nullopt;
 }
 
 std::string bagExtension(const fs::path& file) {
   const std::string extension = (file.extension() == ".zstd" ? file.stem() : file).extension().string();
-  return std::find(kBagExtensions.begin(), kBagExtensions.end(), extension) == kBagExtensions.end()
-             ? ""
-             : extension;
+  return std::find(bagExtensions.begin(), bagExtensions.end(), extension) == bagExtensions.end() ? ""
+                                                                                                 : extension;
 }
 
 bool isBagFolder(const fs::path& folder) {

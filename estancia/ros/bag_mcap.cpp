@@ -15,8 +15,8 @@
 namespace estancia::ros {
 namespace {
 
-constexpr std::uint64_t kMcapFooterBytes = 20;
-constexpr std::uint64_t kMcapIndexEntry = 16;
+constexpr std::uint64_t mcapFooterBytes = 20;
+constexpr std::uint64_t mcapIndexEntry = 16;
 
 class McapPart : public BagPart {
  public:
@@ -33,7 +33,7 @@ class McapPart : public BagPart {
   std::uint32_t blocks() const override { return blocks_.count(); }
 
   Payload read(std::uint32_t block, std::uint64_t offset, std::uint32_t topic) const override {
-    const Payload head = blocks_.read(block, offset, kMcapRecordHead + kMcapMessageHead);
+    const Payload head = blocks_.read(block, offset, mcapRecordHead + mcapMessageHead);
     MemorySource source(head.bytes);
     const auto record = mcapRecordAt(source, 0);
     const auto message = record ? mcapMessage(source, *record) : std::nullopt;
@@ -43,11 +43,11 @@ class McapPart : public BagPart {
       fail(ErrorCode::corruptFile,
            "{}: the chunk at byte {} does not have the message that the index tells; copy the file again",
            name_, blocks_[block].at);
-    const std::uint64_t bytes = record->bytes() - kMcapMessageHead;
-    if (bytes > kMaxBlockBytes)
+    const std::uint64_t bytes = record->bytes() - mcapMessageHead;
+    if (bytes > maxBlockBytes)
       fail(ErrorCode::tooLarge, "{}: a message of {} bytes; this program takes at most {}", name_, bytes,
-           kMaxBlockBytes);
-    return blocks_.readAll(block, offset + kMcapRecordHead + kMcapMessageHead, bytes);
+           maxBlockBytes);
+    return blocks_.readAll(block, offset + mcapRecordHead + mcapMessageHead, bytes);
   }
 
  private:
@@ -97,16 +97,16 @@ bool McapPart::addDefinition(ByteSource& source, const McapRecord& record) {
 
 bool McapPart::readSummary(ByteSource& source) {
   restart();
-  const std::uint64_t tail = kMcapRecordHead + kMcapFooterBytes + kMcapMagic.size();
-  if (source.size() < kMcapMagic.size() + tail) return false;
+  const std::uint64_t tail = mcapRecordHead + mcapFooterBytes + mcapMagic.size();
+  if (source.size() < mcapMagic.size() + tail) return false;
   const std::uint64_t end = source.size() - tail;
   const auto footer = mcapRecordAt(source, end);
-  if (!footer || footer->op != McapOp::footer || footer->bytes() != kMcapFooterBytes ||
-      source.at(footer->end, kMcapMagic.size()) != kMcapMagic)
+  if (!footer || footer->op != McapOp::footer || footer->bytes() != mcapFooterBytes ||
+      source.at(footer->end, mcapMagic.size()) != mcapMagic)
     return false;
   const std::uint64_t begin = source.numberAt<std::uint64_t>(footer->content).value_or(0);
   const std::uint32_t crc = source.numberAt<std::uint32_t>(footer->content + 16).value_or(0);
-  if (begin < kMcapMagic.size() || begin >= end || !summaryIsSound(begin, footer->content + 16, crc))
+  if (begin < mcapMagic.size() || begin >= end || !summaryIsSound(begin, footer->content + 16, crc))
     return false;
   std::vector<McapChunkIndex> chunks;
   std::optional<std::uint64_t> messages;
@@ -142,7 +142,7 @@ bool McapPart::summaryIsSound(std::uint64_t begin, std::uint64_t end, std::uint3
 bool McapPart::readChunks(ByteSource& source, std::vector<McapChunkIndex> chunks, std::uint64_t dataEnd) {
   // Each byte of the file belongs to one chunk, so that no small file has an index of endless messages.
   std::sort(chunks.begin(), chunks.end(), [](const auto& a, const auto& b) { return a.chunk < b.chunk; });
-  std::uint64_t end = kMcapMagic.size();
+  std::uint64_t end = mcapMagic.size();
   for (const McapChunkIndex& chunk : chunks) {
     if (chunk.chunk < end || chunk.chunk >= dataEnd) return false;
     const auto record = mcapRecordAt(source, chunk.chunk);
@@ -170,11 +170,11 @@ bool McapPart::readChunks(ByteSource& source, std::vector<McapChunkIndex> chunks
 bool McapPart::readMessageIndex(ByteSource& source, const McapRecord& record, std::uint32_t block) {
   const auto channel = source.numberAt<std::uint16_t>(record.content);
   const auto bytes = source.numberAt<std::uint32_t>(record.content + 2);
-  if (!channel || !bytes || record.bytes() != *bytes + 6ULL || *bytes % kMcapIndexEntry != 0) return false;
+  if (!channel || !bytes || record.bytes() != *bytes + 6ULL || *bytes % mcapIndexEntry != 0) return false;
   const auto topic = topicOfChannel_.find(*channel);
   if (topic == topicOfChannel_.end()) return false;
-  for (std::uint64_t at = record.content + 6; at < record.end; at += kMcapIndexEntry) {
-    const auto entry = source.at(at, kMcapIndexEntry);
+  for (std::uint64_t at = record.content + 6; at < record.end; at += mcapIndexEntry) {
+    const auto entry = source.at(at, mcapIndexEntry);
     std::uint64_t time = 0, offset = 0;
     std::memcpy(&time, entry->data(), sizeof time);
     std::memcpy(&offset, entry->data() + 8, sizeof offset);
@@ -190,7 +190,7 @@ void McapPart::scan(ByteSource& source) {
   restart();
   const std::uint32_t wholeFile = blocks_.add({0, source.size(), source.size(), Compression::none, 0, true});
   bool whole = true, ended = false;
-  std::uint64_t at = kMcapMagic.size();
+  std::uint64_t at = mcapMagic.size();
   while (at < source.size() && whole && !ended) {
     const auto record = mcapRecordAt(source, at);
     whole = record && (record->end <= source.size() || record->op == McapOp::chunk);

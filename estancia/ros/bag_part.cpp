@@ -8,14 +8,15 @@ namespace estancia::ros {
 namespace {
 
 // Three days at a thousand messages a second; more takes more memory than it is worth.
-constexpr std::size_t kMaxMessages = 250'000'000;
+constexpr std::size_t maxMessages = 250'000'000;
 
 }  // namespace
 
 std::string typeName(std::string_view type) {
-  constexpr std::string_view kMessage = "/msg/";
+  constexpr std::string_view messageFolder = "/msg/";
   std::string name = printable(type);
-  if (const auto at = name.find(kMessage); at != std::string::npos) name.replace(at, kMessage.size(), "/");
+  if (const auto at = name.find(messageFolder); at != std::string::npos)
+    name.replace(at, messageFolder.size(), "/");
   return name;
 }
 
@@ -30,8 +31,8 @@ std::uint32_t BagPart::topicNumber(std::string_view name, std::string_view type,
 }
 
 void BagPart::addPlace(const BagPlace& place) {
-  if (places.size() >= kMaxMessages)
-    fail(ErrorCode::tooLarge, "{}: more than {} messages; split the bag", name_, kMaxMessages);
+  if (places.size() >= maxMessages)
+    fail(ErrorCode::tooLarge, "{}: more than {} messages; split the bag", name_, maxMessages);
   places.push_back(place);
 }
 

@@ -13,7 +13,7 @@
 namespace estancia::ros {
 namespace {
 
-constexpr std::uint64_t kRos1IndexEntry = 12, kRos1ChunkInfoEntry = 8;
+constexpr std::uint64_t ros1IndexEntry = 12, ros1ChunkInfoEntry = 8;
 
 /// Index entry of a chunk.
 struct Ros1ChunkInfo {
@@ -27,7 +27,7 @@ class Ros1Part : public BagPart {
   explicit Ros1Part(FileBytes file) : BagPart(file.name()), blocks_(std::move(file)) {
     FileSource source(blocks_.file());
     Ros1Record header;
-    if (readRos1Record(source, kRos1Magic.size(), header) != RecordState::whole ||
+    if (readRos1Record(source, ros1Magic.size(), header) != RecordState::whole ||
         header.op != Ros1Op::bagHeader)
       fail(ErrorCode::malformedFile, "{}: the header of the bag is damaged; copy the file again", name_);
     if (!header.field("encryptor").value_or("").empty())
@@ -43,7 +43,7 @@ class Ros1Part : public BagPart {
   std::uint32_t blocks() const override { return blocks_.count(); }
 
   Payload read(std::uint32_t block, std::uint64_t offset, std::uint32_t topic) const override {
-    const Payload head = blocks_.read(block, offset, kMaxRos1MessageHeader);
+    const Payload head = blocks_.read(block, offset, maxRos1MessageHeader);
     MemorySource source(head.bytes);
     Ros1Record record;
     if (readRos1Record(source, 0, record) == RecordState::none || topicOf(record) != topic)
@@ -127,9 +127,9 @@ bool Ros1Part::readChunkInfo(ByteSource& source, const Ros1Record& record,
                              std::vector<Ros1ChunkInfo>& chunks) const {
   const auto position = record.number<std::uint64_t>("chunk_pos");
   const auto count = record.number<std::uint32_t>("count");
-  if (!position || !count || record.dataBytes != *count * kRos1ChunkInfoEntry) return false;
+  if (!position || !count || record.dataBytes != *count * ros1ChunkInfoEntry) return false;
   Ros1ChunkInfo chunk{*position, *count, 0};
-  for (std::uint64_t at = record.data; at < record.end; at += kRos1ChunkInfoEntry)
+  for (std::uint64_t at = record.data; at < record.end; at += ros1ChunkInfoEntry)
     chunk.messages += source.numberAt<std::uint32_t>(at + 4).value_or(0);
   chunks.push_back(chunk);
   return true;
@@ -156,9 +156,9 @@ bool Ros1Part::readIndexData(ByteSource& source, const Ros1Record& record, std::
   const auto count = record.number<std::uint32_t>("count");
   if (!connection || !count || record.number<std::uint32_t>("ver") != 1U) return false;
   const auto topic = topicOfConnection_.find(*connection);
-  if (topic == topicOfConnection_.end() || record.dataBytes != *count * kRos1IndexEntry) return false;
-  for (std::uint64_t at = record.data; at < record.end; at += kRos1IndexEntry) {
-    const auto entry = source.at(at, kRos1IndexEntry);
+  if (topic == topicOfConnection_.end() || record.dataBytes != *count * ros1IndexEntry) return false;
+  for (std::uint64_t at = record.data; at < record.end; at += ros1IndexEntry) {
+    const auto entry = source.at(at, ros1IndexEntry);
     std::uint32_t offset = 0;
     std::memcpy(&offset, entry->data() + 8, sizeof offset);
     if (offset >= blocks_[block].size) return false;

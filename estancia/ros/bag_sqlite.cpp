@@ -15,7 +15,7 @@ namespace estancia::ros {
 namespace {
 
 // So many messages after one that can be read, none can be: the rest is given up.
-constexpr sqlite3_int64 kLongestGap = sqlite3_int64{1} << 24U;
+constexpr sqlite3_int64 longestGap = sqlite3_int64{1} << 24U;
 
 struct FinalizeStatement {
   void operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
@@ -93,7 +93,7 @@ void SqlitePart::open() {
   database_ = bytes_.open();
   sqlite3* opened = database_.get();
   sqlite3_extended_result_codes(opened, 0);
-  sqlite3_limit(opened, SQLITE_LIMIT_LENGTH, static_cast<int>(kMaxBlockBytes));
+  sqlite3_limit(opened, SQLITE_LIMIT_LENGTH, static_cast<int>(maxBlockBytes));
   sqlite3_db_config(opened, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
   sqlite3_db_config(opened, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
   run("PRAGMA cell_size_check = ON");
@@ -137,13 +137,13 @@ void SqlitePart::readMessages() {
   std::uint64_t unknown = 0, gaps = 0;
   int result = SQLITE_OK;
   // A damaged page is jumped over, however many messages it held.
-  for (; result != SQLITE_DONE && skip < kLongestGap; skip = skip == 0 ? 1 : skip * 2) {
+  for (; result != SQLITE_DONE && skip < longestGap; skip = skip == 0 ? 1 : skip * 2) {
     sqlite3_reset(rows.get());
     sqlite3_bind_int64(rows.get(), 1, last + skip);
     while ((result = sqlite3_step(rows.get())) == SQLITE_ROW) {
       const sqlite3_int64 id = sqlite3_column_int64(rows.get(), 0);
       // A page that is its own child would go round forever.
-      if (id <= last || id > std::numeric_limits<sqlite3_int64>::max() - kLongestGap) break;
+      if (id <= last || id > std::numeric_limits<sqlite3_int64>::max() - longestGap) break;
       last = id;
       skip = 0;
       const auto topic = topicOfId_.find(sqlite3_column_int64(rows.get(), 1));

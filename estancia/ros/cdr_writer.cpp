@@ -13,7 +13,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little);
 
-constexpr std::size_t kCdrHeader = 4;
+constexpr std::size_t cdrHeader = 4;
 
 std::vector<std::byte> headerOfCdr() {
   return {std::byte{0}, std::byte{1}, std::byte{0}, std::byte{0}};
@@ -55,7 +55,7 @@ std::vector<std::byte> CdrWriter::take() {
 }
 
 void CdrWriter::align(std::size_t size) {
-  const std::size_t beyond = (bytes_.size() - kCdrHeader) % size;
+  const std::size_t beyond = (bytes_.size() - cdrHeader) % size;
   if (beyond > 0) bytes_.resize(bytes_.size() + size - beyond);
 }
 

@@ -107,10 +107,10 @@ class OutputBytes {
   void add(std::size_t written) { used_ += written; }
   std::size_t size() const { return used_; }
   void grow() {
-    if (capacity_ >= kMaxBlockBytes)
+    if (capacity_ >= maxBlockBytes)
       fail(ErrorCode::tooLarge, "more than {} bytes uncompressed; this program takes no more at once",
-           kMaxBlockBytes);
-    const std::size_t capacity = std::min<std::size_t>(capacity_ * 2, kMaxBlockBytes);
+           maxBlockBytes);
+    const std::size_t capacity = std::min<std::size_t>(capacity_ * 2, maxBlockBytes);
     auto larger = std::make_shared_for_overwrite<std::byte[]>(capacity);
     std::memcpy(larger.get(), bytes_.get(), used_);
     bytes_ = std::move(larger);
@@ -138,7 +138,7 @@ std::size_t likelySize(const CompressedBytes& compressed) {
     const bool known = named != ZSTD_CONTENTSIZE_UNKNOWN && named != ZSTD_CONTENTSIZE_ERROR;
     if (known && named <= (stored + 16) * largestRatio(compressed.by)) likely = named;
   }
-  return std::clamp<std::uint64_t>(likely, 4096, kMaxBlockBytes);
+  return std::clamp<std::uint64_t>(likely, 4096, maxBlockBytes);
 }
 
 template <class Decoder>
@@ -176,15 +176,15 @@ Compression compressionOf(std::string_view name) {
 }
 
 bool isZstd(std::span<const std::byte> bytes) {
-  constexpr std::array<unsigned char, 4> kMagic{0x28, 0xB5, 0x2F, 0xFD};
-  return bytes.size() >= kMagic.size() && std::memcmp(bytes.data(), kMagic.data(), kMagic.size()) == 0;
+  constexpr std::array<unsigned char, 4> magic{0x28, 0xB5, 0x2F, 0xFD};
+  return bytes.size() >= magic.size() && std::memcmp(bytes.data(), magic.data(), magic.size()) == 0;
 }
 
 Payload decompress(const CompressedBytes& compressed) {
   const std::uint64_t stored = compressed.bytes.size();
-  if (compressed.size.value_or(0) > kMaxBlockBytes || stored > kMaxBlockBytes)
+  if (compressed.size.value_or(0) > maxBlockBytes || stored > maxBlockBytes)
     fail(ErrorCode::tooLarge, "{} bytes, {} uncompressed; this program takes at most {} at once", stored,
-         compressed.size.value_or(0), kMaxBlockBytes);
+         compressed.size.value_or(0), maxBlockBytes);
   if (compressed.whole && compressed.size.value_or(0) > (stored + 16) * largestRatio(compressed.by))
     fail(ErrorCode::corruptFile, "{} bytes cannot become {}; copy the file again", stored,
          compressed.size.value_or(0));

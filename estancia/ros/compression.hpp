@@ -18,7 +18,7 @@ enum class Compression { none, lz4, bz2, zstd, unknown };
 Compression compressionOf(std::string_view name);
 
 /// No chunk and no message is larger than this [bytes].
-constexpr std::uint64_t kMaxBlockBytes = std::uint64_t{1} << 30U;
+constexpr std::uint64_t maxBlockBytes = std::uint64_t{1} << 30U;
 
 struct CompressedBytes {
   Compression by = Compression::none;
@@ -30,7 +30,7 @@ struct CompressedBytes {
 };
 
 /// The messages of its Errors describe the compressed bytes only: corruptFile, tooLarge (more than
-/// kMaxBlockBytes, or more than so few bytes can hold), unsupportedFile.
+/// maxBlockBytes, or more than so few bytes can hold), unsupportedFile.
 Payload decompress(const CompressedBytes& compressed);
 
 /// Whether the bytes begin as Zstandard does.

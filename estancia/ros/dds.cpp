@@ -8,14 +8,14 @@ namespace estancia::ros {
 namespace {
 
 /// Beyond it the ports of a domain end (RTPS 2.3, 9.6.1.1).
-constexpr int kLastDomain = 232;
+constexpr int lastDomain = 232;
 
 }  // namespace
 
 std::unique_ptr<DdsNode> makeDdsNode(const DdsOptions& options) {
-  if (options.domain < 0 || options.domain > kLastDomain)
+  if (options.domain < 0 || options.domain > lastDomain)
     fail(ErrorCode::invalidOption, "{} is no domain of ROS 2; choose one from 0 to {} (ROS_DOMAIN_ID)",
-         options.domain, kLastDomain);
+         options.domain, lastDomain);
 #ifdef ESTANCIA_DDS_MODULE  // cmake/EstanciaModules.cmake
   // After an exception the next call tries again.
   static const auto make = reinterpret_cast<DdsNode* (*)(const DdsOptions&)>(

@@ -12,7 +12,7 @@ namespace dds = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastrtps::rtps;
 
 /// Whoever is on the network can announce as many as it likes.
-constexpr std::size_t kMaxEndpoints = 20000;
+constexpr std::size_t maxEndpoints = 20000;
 
 /// What both kinds of announcements have.
 template <class Announced>
@@ -104,7 +104,7 @@ void DdsGraph::on_publisher_discovery(dds::DomainParticipant*, rtps::WriterDisco
 void DdsGraph::put(const Guid& guid, Endpoint endpoint) {
   if (endpoint.topic.empty()) return;
   const std::lock_guard lock(mutex_);
-  if (endpoints_.size() >= kMaxEndpoints && !endpoints_.contains(guid)) return;
+  if (endpoints_.size() >= maxEndpoints && !endpoints_.contains(guid)) return;
   const std::string topic = endpoint.topic;
   endpoints_.insert_or_assign(guid, std::move(endpoint));
   tell(topic);

@@ -31,16 +31,16 @@ namespace rtps = eprosima::fastrtps::rtps;
 using eprosima::fastrtps::types::ReturnCode_t;
 
 /// ROS 2's own default.
-constexpr std::int32_t kWriterDepth = 10;
+constexpr std::int32_t writerDepth = 10;
 /// Messages that wait while one is used; older ones make room.
-constexpr std::int32_t kFewLarge = 5, kManySmall = 200;
+constexpr std::int32_t fewLarge = 5, manySmall = 200;
 /// Writers that a subscription remembers.
-constexpr std::size_t kMaxRemembered = 1000;
+constexpr std::size_t maxRemembered = 1000;
 
 std::int32_t depthFor(const std::string& type) {
   constexpr std::array<std::string_view, 4> large{"sensor_msgs/Image", "sensor_msgs/CompressedImage",
                                                   "sensor_msgs/PointCloud2", "nav_msgs/OccupancyGrid"};
-  return std::find(large.begin(), large.end(), type) != large.end() ? kFewLarge : kManySmall;
+  return std::find(large.begin(), large.end(), type) != large.end() ? fewLarge : manySmall;
 }
 
 dds::DataReaderQos readerQos(const DdsQuality& quality, std::int32_t depth) {
@@ -64,7 +64,7 @@ class SequenceNumbers {
  public:
   /// Whether the message is new.
   bool count(const rtps::SampleIdentity& sample, std::size_t& lost) {
-    if (last_.size() >= kMaxRemembered) last_.clear();
+    if (last_.size() >= maxRemembered) last_.clear();
     const std::int64_t number = sample.sequence_number().to64long();
     const auto [found, isFirst] = last_.try_emplace(sample.writer_guid(), number);
     if (isFirst) return true;
@@ -228,7 +228,7 @@ class Publication final : public DdsPublication {
     dds::DataWriterQos qos;
     qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
     qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
-    qos.history().depth = durability == Durability::transientLocal ? 1 : kWriterDepth;
+    qos.history().depth = durability == Durability::transientLocal ? 1 : writerDepth;
     qos.durability().kind = durability == Durability::transientLocal ? dds::TRANSIENT_LOCAL_DURABILITY_QOS
                                                                      : dds::VOLATILE_DURABILITY_QOS;
     qos.resource_limits().allocated_samples = 1;

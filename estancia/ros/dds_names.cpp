@@ -13,9 +13,9 @@
 namespace estancia::ros {
 namespace {
 
-constexpr std::string_view kTopicPrefix = "rt";
+constexpr std::string_view topicPrefix = "rt";
 /// DDS keeps names of 255 bytes.
-constexpr std::size_t kLongestDdsName = 255;
+constexpr std::size_t longestDdsName = 255;
 
 /// A letter or underscore, then letters, digits and underscores; in no locale.
 bool isDdsWord(std::string_view text) {
@@ -38,7 +38,7 @@ std::vector<std::string_view> partsBetween(std::string_view text, std::string_vi
 
 /// "/camera/image_raw"
 bool isRosTopic(std::string_view topic) {
-  if (topic.size() < 2 || topic.front() != '/' || topic.size() + kTopicPrefix.size() > kLongestDdsName)
+  if (topic.size() < 2 || topic.front() != '/' || topic.size() + topicPrefix.size() > longestDdsName)
     return false;
   for (const std::string_view part : partsBetween(topic.substr(1), "/"))
     if (!isDdsWord(part)) return false;
@@ -57,22 +57,22 @@ std::string ddsTopicName(const std::string& topic) {
          "\"{:.80}\" is no topic; name one like /camera/image_raw: letters, digits and underscores between "
          "slashes",
          topic);
-  return std::string(kTopicPrefix) + topic;
+  return std::string(topicPrefix) + topic;
 }
 
 std::string ddsTypeName(const std::string& type) {
   const auto parts = partsBetween(type, "/");
   const std::string_view folder = parts.size() == 3 ? parts[1] : "msg";
   if (parts.size() < 2 || parts.size() > 3 || !isDdsWord(parts.front()) || !isDdsWord(parts.back()) ||
-      !isRosFolder(folder) || type.size() > kLongestDdsName - 20)
+      !isRosFolder(folder) || type.size() > longestDdsName - 20)
     fail(ErrorCode::invalidInput, "\"{:.80}\" is no type of a message; name one like sensor_msgs/Image",
          type);
   return fmt::format("{}::{}::dds_::{}_", parts.front(), folder, parts.back());
 }
 
 std::string rosTopicName(const std::string& ddsTopic) {
-  if (!ddsTopic.starts_with(kTopicPrefix)) return "";
-  std::string topic = ddsTopic.substr(kTopicPrefix.size());
+  if (!ddsTopic.starts_with(topicPrefix)) return "";
+  std::string topic = ddsTopic.substr(topicPrefix.size());
   return isRosTopic(topic) ? topic : "";
 }
 

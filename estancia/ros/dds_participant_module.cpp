@@ -25,7 +25,7 @@ namespace rtps = eprosima::fastrtps::rtps;
 using eprosima::fastrtps::types::ReturnCode_t;
 
 /// With the system's buffers half of the raw images of writers that repeat nothing are lost.
-constexpr std::uint32_t kSocketBuffer = 8U << 20;
+constexpr std::uint32_t socketBuffer = 8U << 20;
 class RawType final : public dds::TopicDataType {
  public:
   explicit RawType(const std::string& name) {
@@ -75,7 +75,7 @@ bool localhostOnly() {
 void setTransports(dds::DomainParticipantQos& qos) {
   qos.transport().use_builtin_transports = false;
   const auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
-  udp->sendBufferSize = udp->receiveBufferSize = kSocketBuffer;
+  udp->sendBufferSize = udp->receiveBufferSize = socketBuffer;
   if (localhostOnly()) udp->interfaceWhiteList.emplace_back("127.0.0.1");
   qos.transport().user_transports.push_back(udp);
 }

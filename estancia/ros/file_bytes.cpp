@@ -16,7 +16,7 @@ namespace estancia::ros {
 namespace {
 
 // Large enough that headers that lie close together are one read, small beside an image that is jumped over.
-constexpr std::uint64_t kWindowBytes = 16384;
+constexpr std::uint64_t windowBytes = 16384;
 
 }  // namespace
 
@@ -72,7 +72,7 @@ std::optional<std::string_view> FileSource::at(std::uint64_t offset, std::uint64
   if (offset > size_ || count > size_ - offset) return std::nullopt;
   if (offset < windowAt_ || offset - windowAt_ > window_.size() ||
       count > window_.size() - (offset - windowAt_)) {
-    window_.resize(std::min(std::max(count, kWindowBytes), size_ - offset));
+    window_.resize(std::min(std::max(count, windowBytes), size_ - offset));
     windowAt_ = offset;
     file_.read(begin_ + offset, window_);
   }

@@ -10,9 +10,9 @@ namespace estancia::ros {
 namespace {
 
 // Names and encodings; a schema's text, which follows, is not needed [bytes].
-constexpr std::uint64_t kMaxNames = 65536;
+constexpr std::uint64_t maxNames = 65536;
 // Max size of a chunk's index: ten bytes for each of at most 65,536 channels [bytes].
-constexpr std::uint64_t kMaxChunkIndex = std::uint64_t{1} << 20U;
+constexpr std::uint64_t maxChunkIndex = std::uint64_t{1} << 20U;
 
 /// What `parse` makes of at most the first `most` bytes of a record; nothing where they are too few.
 template <class Parse>
@@ -35,11 +35,11 @@ std::int64_t mcapTime(std::uint64_t time) {
 }
 
 std::optional<McapRecord> mcapRecordAt(ByteSource& source, std::uint64_t at) {
-  const auto head = source.at(at, kMcapRecordHead);
+  const auto head = source.at(at, mcapRecordHead);
   if (!head) return std::nullopt;
   std::uint64_t length = 0;
   std::memcpy(&length, head->data() + 1, sizeof length);
-  const std::uint64_t content = at + kMcapRecordHead;
+  const std::uint64_t content = at + mcapRecordHead;
   // What no file can hold must not wrap around.
   if (length > std::numeric_limits<std::uint64_t>::max() - content) return std::nullopt;
   return McapRecord{static_cast<McapOp>(static_cast<unsigned char>(head->front())), content,
@@ -47,7 +47,7 @@ std::optional<McapRecord> mcapRecordAt(ByteSource& source, std::uint64_t at) {
 }
 
 std::optional<McapSchema> mcapSchema(ByteSource& source, const McapRecord& record) {
-  return parsed(source, record, kMaxNames, [](ByteReader& reader) {
+  return parsed(source, record, maxNames, [](ByteReader& reader) {
     McapSchema schema;
     schema.id = reader.number<std::uint16_t>();
     schema.name = reader.text();
@@ -56,7 +56,7 @@ std::optional<McapSchema> mcapSchema(ByteSource& source, const McapRecord& recor
 }
 
 std::optional<McapChannel> mcapChannel(ByteSource& source, const McapRecord& record) {
-  return parsed(source, record, kMaxNames, [](ByteReader& reader) {
+  return parsed(source, record, maxNames, [](ByteReader& reader) {
     McapChannel channel;
     channel.id = reader.number<std::uint16_t>();
     channel.schema = reader.number<std::uint16_t>();
@@ -67,8 +67,8 @@ std::optional<McapChannel> mcapChannel(ByteSource& source, const McapRecord& rec
 }
 
 std::optional<McapMessage> mcapMessage(ByteSource& source, const McapRecord& record) {
-  if (record.bytes() < kMcapMessageHead) return std::nullopt;
-  const auto bytes = source.at(record.content, kMcapMessageHead);
+  if (record.bytes() < mcapMessageHead) return std::nullopt;
+  const auto bytes = source.at(record.content, mcapMessageHead);
   if (!bytes) return std::nullopt;
   McapMessage message;
   std::uint64_t time = 0;
@@ -79,7 +79,7 @@ std::optional<McapMessage> mcapMessage(ByteSource& source, const McapRecord& rec
 }
 
 std::optional<McapChunkIndex> mcapChunkIndex(ByteSource& source, const McapRecord& record) {
-  return parsed(source, record, kMaxChunkIndex, [](ByteReader& reader) {
+  return parsed(source, record, maxChunkIndex, [](ByteReader& reader) {
     McapChunkIndex index;
     reader.raw(16);  // its times
     index.chunk = reader.number<std::uint64_t>();
@@ -91,10 +91,10 @@ std::optional<McapChunkIndex> mcapChunkIndex(ByteSource& source, const McapRecor
 }
 
 std::optional<BagBlock> mcapChunk(ByteSource& source, const McapRecord& record) {
-  constexpr std::uint64_t kMaxHead = 256;
+  constexpr std::uint64_t maxHead = 256;
   const std::uint64_t rest = source.size() - std::min(record.content, source.size());
   const McapRecord head{record.op, record.content, record.content + std::min(record.bytes(), rest)};
-  auto block = parsed(source, head, kMaxHead, [&](ByteReader& reader) {
+  auto block = parsed(source, head, maxHead, [&](ByteReader& reader) {
     const std::size_t all = reader.remaining();
     BagBlock chunk;
     reader.raw(16);  // its times

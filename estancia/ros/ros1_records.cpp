@@ -7,9 +7,9 @@ namespace estancia::ros {
 namespace {
 
 // Connections have their topic and little more in it [bytes].
-constexpr std::uint32_t kMaxHeader = 65536;
+constexpr std::uint32_t maxHeader = 65536;
 // The type in the data of a connection; its message's definition may be longer [bytes].
-constexpr std::uint32_t kMaxTypeField = 4096;
+constexpr std::uint32_t maxTypeField = 4096;
 
 }  // namespace
 
@@ -30,7 +30,7 @@ std::optional<std::string_view> Ros1Record::field(std::string_view name) const {
 RecordState readRos1Record(ByteSource& source, std::uint64_t at, Ros1Record& record) {
   record = {};
   const auto length = source.numberAt<std::uint32_t>(at);
-  if (!length || *length > kMaxHeader) return RecordState::none;
+  if (!length || *length > maxHeader) return RecordState::none;
   // With the length of the data behind it.
   const auto header = source.at(at + 4, std::uint64_t{*length} + 4);
   if (!header) return RecordState::none;
@@ -45,13 +45,13 @@ RecordState readRos1Record(ByteSource& source, std::uint64_t at, Ros1Record& rec
 }
 
 std::string ros1ConnectionType(ByteSource& source, const Ros1Record& connection) {
-  constexpr std::string_view kType = "type=";
+  constexpr std::string_view type = "type=";
   for (std::uint64_t at = connection.data; at + 4 <= connection.end;) {
     const auto length = source.numberAt<std::uint32_t>(at);
     at += 4;
     if (!length || *length > connection.end - at) break;
-    const auto entry = source.at(at, std::min(*length, kMaxTypeField));
-    if (entry && entry->starts_with(kType)) return std::string(entry->substr(kType.size()));
+    const auto entry = source.at(at, std::min(*length, maxTypeField));
+    if (entry && entry->starts_with(type)) return std::string(entry->substr(type.size()));
     at += *length;
   }
   return "";

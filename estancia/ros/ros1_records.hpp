@@ -12,9 +12,9 @@
 
 namespace estancia::ros {
 
-constexpr std::string_view kRos1Magic = "#ROSBAG V2.0\n";
+constexpr std::string_view ros1Magic = "#ROSBAG V2.0\n";
 /// Headers of messages have some fifty bytes [bytes].
-constexpr std::uint64_t kMaxRos1MessageHeader = 4096;
+constexpr std::uint64_t maxRos1MessageHeader = 4096;
 
 enum class Ros1Op : std::uint8_t {
   none = 0,

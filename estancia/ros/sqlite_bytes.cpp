@@ -45,7 +45,7 @@ int sizeOfSqliteFile(sqlite3_file* file, sqlite3_int64* size) {
   return SQLITE_OK;
 }
 
-const sqlite3_io_methods kReadOnlyFile = [] {
+const sqlite3_io_methods readOnlyFile = [] {
   sqlite3_io_methods methods{};
   methods.iVersion = 1;
   methods.xClose = closeSqliteFile;
@@ -68,7 +68,7 @@ int openSqliteFile(sqlite3_vfs* system, const char*, sqlite3_file* file, int fla
   file->pMethods = nullptr;
   if ((flags & SQLITE_OPEN_MAIN_DB) == 0) return SQLITE_CANTOPEN;
   reinterpret_cast<OpenSqliteFile*>(file)->bytes = static_cast<const SqliteBytes*>(system->pAppData);
-  file->pMethods = &kReadOnlyFile;
+  file->pMethods = &readOnlyFile;
   if (given != nullptr) *given = SQLITE_OPEN_READONLY | SQLITE_OPEN_MAIN_DB;
   return SQLITE_OK;
 }
@@ -76,11 +76,11 @@ int openSqliteFile(sqlite3_vfs* system, const char*, sqlite3_file* file, int fla
 /// The sizes of pages are written at byte 16, big-endian; 1 stands for 65,536.
 std::uint64_t wholePages(const FileBytes& file) {
   std::array<std::byte, 2> bytes{};
-  constexpr std::uint64_t kSmallest = 512;
-  if (file.size() >= kSmallest) file.read(16, bytes);
+  constexpr std::uint64_t smallest = 512;
+  if (file.size() >= smallest) file.read(16, bytes);
   const auto written =
       std::to_integer<std::uint64_t>(bytes[0]) << 8U | std::to_integer<std::uint64_t>(bytes[1]);
-  const std::uint64_t page = written == 1 ? 65536 : std::max(written, kSmallest);
+  const std::uint64_t page = written == 1 ? 65536 : std::max(written, smallest);
   if (file.size() < page)
     fail(ErrorCode::malformedFile, "{}: only the beginning of an SQLite file; copy it again", file.name());
   return file.size() / page * page;

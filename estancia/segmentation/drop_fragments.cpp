@@ -9,12 +9,12 @@
 namespace estancia {
 namespace {
 
-constexpr double kOwned = 0.1, kMostlyOwned = 0.5;  // share of its border that a thing stands before
-constexpr double kRagged = 0.75;                    // share of its bounding box that a segment fills
-constexpr double kFewPixels = 1000;                 // [square pixels]
-constexpr double kWallEndWidth = 0.3;               // with the frame of a door [m]
-constexpr double kAligned = 0.966;                  // cosine of 15°
-constexpr double kMostlyAligned = 0.7;              // share of normals
+constexpr double minOwned = 0.1, mostlyOwnedShare = 0.5;  // share of its border that a thing stands before
+constexpr double maxRaggedFill = 0.75;                    // share of its bounding box that a segment fills
+constexpr double fewPixels = 1000;                        // [square pixels]
+constexpr double wallEndWidth = 0.3;                      // with the frame of a door [m]
+constexpr double minAlignment = 0.966;                    // cosine of 15°
+constexpr double mostlyAligned = 0.7;                     // share of normals
 
 /// Features that distinguish a thing from remains of structure.
 struct Outline {
@@ -42,7 +42,7 @@ struct WallDirections {
     }
   }
   bool fit(const cv::Vec3d& normal) const {
-    return std::max(std::abs(normal.dot(across)), std::abs(normal.dot(along))) > kAligned;
+    return std::max(std::abs(normal.dot(across)), std::abs(normal.dot(along))) > minAlignment;
   }
 };
 
@@ -89,9 +89,8 @@ class Outlines {
     if (labels_[j] == labels_[i]) return;
     ++outline.border;
     const float step = grid_.raw[i] - grid_.raw[j];  // no depth: the shadow beside what is near
-    const bool inFront = step >= kDepthStep * grid_.raw[j];
-    const bool onLevel =
-        labels_[j] == 0 && isLevel_[removal_.of[j]] != 0 && -step < kDepthStep * grid_.raw[i];
+    const bool inFront = step >= depthStep * grid_.raw[j];
+    const bool onLevel = labels_[j] == 0 && isLevel_[removal_.of[j]] != 0 && -step < depthStep * grid_.raw[i];
     outline.owned += inFront || onLevel ? 1 : 0;
     outline.atFloor |= onLevel && !inFront;
   }
@@ -111,14 +110,14 @@ bool isWallEnd(const InverseDepth& grid, const Outline& outline, double pixels) 
   const double width = pixels / rows * outline.depth / grid.camera.fx;
   const double height = rows * outline.depth / grid.camera.fy;
   return outline.top <= 1 && (outline.bottom >= grid.camera.height - 2 || outline.atFloor) &&
-         width < kWallEndWidth && height > 2 * width && outline.aligned > kMostlyAligned * outline.normals;
+         width < wallEndWidth && height > 2 * width && outline.aligned > mostlyAligned * outline.normals;
 }
 
 /// What stands before nothing is a relief of what is around it; of a small ragged piece, most of the border
 /// must be its own.
 bool isFragment(const InverseDepth& grid, const Outline& outline, double pixels) {
-  const bool ragged = pixels < grid.area(kFewPixels) && pixels < kRagged * outline.boxArea();
-  return outline.owned < (ragged ? kMostlyOwned : kOwned) * outline.border;
+  const bool ragged = pixels < grid.area(fewPixels) && pixels < maxRaggedFill * outline.boxArea();
+  return outline.owned < (ragged ? mostlyOwnedShare : minOwned) * outline.border;
 }
 
 /// Takes the pixels from segments without size.

@@ -9,21 +9,21 @@
 namespace estancia {
 namespace {
 
-constexpr std::size_t kShapePoints = 400;  // points of a segment
-constexpr std::size_t kEnoughPoints = 5;   // minimum for a decision
-constexpr float kFacesUp = 0.8F;           // cosine between a level surface's normal and up: 37°
-constexpr double kBody = 0.5;              // what one does not carry in a hand is larger [m]
+constexpr std::size_t shapePoints = 400;  // points of a segment
+constexpr std::size_t enoughPoints = 5;   // minimum for a decision
+constexpr float facesUp = 0.8F;           // cosine between a level surface's normal and up: 37°
+constexpr double bodySize = 0.5;          // what one does not carry in a hand is larger [m]
 // tolerance of heights: [m], and its growth with depth [m at 1 m]
-constexpr double kBand = 0.03, kHeightNoise = 0.005;
-constexpr double kFoot = 0.05;      // height of the lower part of a low thing [m]
-constexpr double kInside = 0.015;   // distance to the border of a surface that carries things [m]
-constexpr double kSmaller = 0.6;    // width of a thing, to what it stands on, and of a stem, to its crown
-constexpr double kStem = 0.8;       // … to a crown of leaves
-constexpr double kLeaves = 0.7;     // share of points with a normal, below which a segment is no surface
-constexpr float kNextTo = 0.1F;     // between parts of a piece of furniture [m]
-constexpr float kCrumbGap = 0.05F;  // between leaves [m]
-constexpr double kLoose = 0.3;      // size of a loose part, to what it belongs to
-constexpr double kBelow = 0.5;      // what carries a table begins so far below its top [m]
+constexpr double heightBand = 0.03, heightNoise = 0.005;
+constexpr double footHeight = 0.05;     // height of the lower part of a low thing [m]
+constexpr double minInside = 0.015;     // distance to the border of a surface that carries things [m]
+constexpr double widthRatio = 0.6;      // width of a thing, to what it stands on, and of a stem, to its crown
+constexpr double stemWidthRatio = 0.8;  // … to a crown of leaves
+constexpr double leaves = 0.7;          // share of points with a normal, below which a segment is no surface
+constexpr float nextTo = 0.1F;          // between parts of a piece of furniture [m]
+constexpr float crumbGap = 0.05F;       // between leaves [m]
+constexpr double loose = 0.3;           // size of a loose part, to what it belongs to
+constexpr double maxBelow = 0.5;        // what carries a table begins so far below its top [m]
 
 /// A sample of a segment, in level coordinates: x and y, then height.
 struct SegmentShape {
@@ -32,9 +32,9 @@ struct SegmentShape {
   std::size_t smooth = 0;           ///< points with a normal
   double low = 0, high = 0;         ///< range of all but 2 % of the points [m]
   double wide = 0;                  ///< the diagonal of its extent in x and y [m]
-  bool known() const { return points.size() >= kEnoughPoints; }
-  bool isLeaves() const { return static_cast<double>(smooth) < kLeaves * static_cast<double>(points.size()); }
-  bool isBody() const { return std::max(wide / 1.2, high - low) > kBody; }
+  bool known() const { return points.size() >= enoughPoints; }
+  bool isLeaves() const { return static_cast<double>(smooth) < leaves * static_cast<double>(points.size()); }
+  bool isBody() const { return std::max(wide / 1.2, high - low) > bodySize; }
 };
 
 void measureShape(SegmentShape& shape) {
@@ -60,13 +60,13 @@ std::vector<SegmentShape> shapesOf(const InverseDepth& grid, const HalfImage& ha
     for (int u = 0; u < grid.camera.width; ++u) {
       const std::uint32_t label = segments.labels[grid.at(u, v)];
       if (label == 0 || skip[label]-- != 0) continue;
-      skip[label] = segments.sizes[label] / kShapePoints;
+      skip[label] = segments.sizes[label] / shapePoints;
       const cv::Point3f point = grid.point(u, v);
       const cv::Vec3d p(point.x, point.y, point.z);
       const std::size_t at = half.row(v / 2) + static_cast<std::size_t>(u / 2);
       const double faces = -(half.nx[at] * up[0] + half.ny[at] * up[1] + half.nz[at] * up[2]);
       shapes[label].points.emplace_back(p.dot(x), p.dot(y), p.dot(up));
-      shapes[label].level.push_back(faces > kFacesUp);
+      shapes[label].level.push_back(faces > facesUp);
       shapes[label].smooth += faces != 0 ? 1 : 0;
     }
   for (SegmentShape& shape : shapes) measureShape(shape);
@@ -83,7 +83,7 @@ std::vector<cv::Point2f> levelHull(const SegmentShape& shape, double low, double
   for (std::size_t i = 0; i < shape.points.size(); ++i)
     if (shape.level[i] != 0 && shape.points[i][2] > low && shape.points[i][2] < high)
       level.push_back(foot(shape.points[i]));
-  if (level.size() >= kEnoughPoints) cv::convexHull(level, hull);
+  if (level.size() >= enoughPoints) cv::convexHull(level, hull);
   return hull;
 }
 
@@ -108,11 +108,11 @@ bool isOnTop(const SegmentShape& part, const SegmentShape& body, double band) {
 /// a wider one, or within the border of the other's level surface.
 bool standsOn(const SegmentShape& thing, const SegmentShape& base, double height, double band) {
   if (!thing.known() || !base.known() || thing.low < height - band) return false;
-  const double smaller = base.high - base.low > kBody ? 1 : kSmaller;  // a cabinet is no seat
+  const double smaller = base.high - base.low > bodySize ? 1 : widthRatio;  // a cabinet is no seat
   if (thing.low > base.high - band && thing.wide < smaller * base.wide) return true;
-  const auto hull = levelHull(base, height - kBand - band, height + kBand + band);
-  const double foot = thing.low + std::max(kFoot, 0.3 * (thing.high - thing.low));
-  return !hull.empty() && shareWithin(thing, hull, kInside, foot) > 0.5;
+  const auto hull = levelHull(base, height - heightBand - band, height + heightBand + band);
+  const double foot = thing.low + std::max(footHeight, 0.3 * (thing.high - thing.low));
+  return !hull.empty() && shareWithin(thing, hull, minInside, foot) > 0.5;
 }
 
 /// How the lower ends of a segment's columns end.
@@ -130,7 +130,7 @@ std::vector<LowerEnds> lowerEnds(const InverseDepth& grid, const Segmentation& s
       const std::uint32_t label = segments.labels[i];
       if (label == 0 || segments.labels[below] == label || !(grid.raw[below] > 0)) continue;
       ++ends[label].all;
-      ends[label].open += grid.raw[i] - grid.raw[below] >= kDepthStep * grid.raw[below] ? 1 : 0;
+      ends[label].open += grid.raw[i] - grid.raw[below] >= depthStep * grid.raw[below] ? 1 : 0;
     }
   return ends;
 }
@@ -168,14 +168,14 @@ class Assembly {
 
  private:
   bool touch(const SegmentEdge& e) const {
-    return e.a != 0 && e.contacts >= kMinBorderPairs && (shapes_[e.a].isBody() || shapes_[e.b].isBody());
+    return e.a != 0 && e.contacts >= minBorderPairs && (shapes_[e.a].isBody() || shapes_[e.b].isBody());
   }
   bool areParts(const SegmentEdge& e) const {
     const bool bodies = shapes_[e.a].isBody() && shapes_[e.b].isBody();
-    return things_[e.a] == 0 && things_[e.b] == 0 && (bodies || e.contrast < kColorEdge);
+    return things_[e.a] == 0 && things_[e.b] == 0 && (bodies || e.contrast < colorEdge);
   }
   bool stands(std::uint32_t a, std::uint32_t b, const SegmentEdge& e) const {
-    return standsOn(shapes_[a], shapes_[b], e.height, kBand + kHeightNoise * depths_[a] * depths_[a]);
+    return standsOn(shapes_[a], shapes_[b], e.height, heightBand + heightNoise * depths_[a] * depths_[a]);
   }
   /// Legs and drawers below the top of a table.
   void joinWhatCarries(std::uint32_t top) {
@@ -186,10 +186,10 @@ class Assembly {
     if (hull.empty()) return;
     for (std::uint32_t i = 1; i < shapes_.size(); ++i) {
       const SegmentShape& below = shapes_[i];
-      if (i == top || things_[i] != 0 || !below.known() || below.high > shape.high + kBand ||
-          below.high < shape.high - kBelow)
+      if (i == top || things_[i] != 0 || !below.known() || below.high > shape.high + heightBand ||
+          below.high < shape.high - maxBelow)
         continue;
-      if (shareWithin(below, hull, -kBand) > 0.6) sets_.join(i, top);
+      if (shareWithin(below, hull, -heightBand) > 0.6) sets_.join(i, top);
     }
   }
 
@@ -209,23 +209,23 @@ class Assembly {
     }
     for (SegmentShape& shape : shapes_) measureShape(shape);
   }
-  /// The base below a seat, the stem below a crown, the vase below flowers: joins what ends where a wider
-  /// part with free lower ends begins, below it. Nothing floats, and nothing stands on what is so much
+  /// Joins a wide upper part with free lower ends to a narrower support that ends where it begins: seat and
+  /// base, crown and stem, flowers and vase. Things do not float, nor stand on a support that is so much
   /// narrower.
   void joinSupport(std::uint32_t top) {
     const SegmentShape& shape = shapes_[top];
     if (!shape.known() || things_[top] != 0 || !ends_[top].areFree()) return;
-    const double stem = (shape.isLeaves() ? kStem : kSmaller) * shape.wide;
+    const double stem = (shape.isLeaves() ? stemWidthRatio : widthRatio) * shape.wide;
     std::vector<cv::Point2f> feet, hull;
     for (const cv::Vec3d& p : shape.points) feet.push_back(foot(p));
     cv::convexHull(feet, hull);
     for (std::uint32_t i = 1; i < shapes_.size(); ++i) {
       const SegmentShape& below = shapes_[i];
-      const double band = kNextTo + kHeightNoise * depths_[i] * depths_[i];
+      const double band = nextTo + heightNoise * depths_[i] * depths_[i];
       if (i == top || !below.known() || std::abs(below.high - shape.low) > band || below.wide > stem ||
           (things_[i] != 0 && below.low > shape.low))
         continue;
-      if (shareWithin(below, hull, -kNextTo) > 0.6) sets_.join(i, top);
+      if (shareWithin(below, hull, -nextTo) > 0.6) sets_.join(i, top);
     }
   }
 
@@ -252,15 +252,14 @@ void joinLoose(const InverseDepth& grid, const Mask& mask, const HalfImage& half
   }
   const auto isLoose = [&](std::uint32_t i) { return ends[i].areFree() && 5 * atBounds[i] < around[i]; };
   DisjointSets sets(sizes.size());
-  std::vector<float> nearest(sizes.size(), kNextTo);
+  std::vector<float> nearest(sizes.size(), nextTo);
   std::vector<std::uint32_t> to(sizes.size());
   for (const SegmentEdge& e : edges) {
     if (e.a == 0) continue;
-    if (std::max(sizes[e.a], sizes[e.b]) < grid.area(kMinSegmentArea) && e.gap < kCrumbGap)
-      sets.join(e.a, e.b);
+    if (std::max(sizes[e.a], sizes[e.b]) < grid.area(minSegmentArea) && e.gap < crumbGap) sets.join(e.a, e.b);
     for (const auto& [part, whole] : {std::pair(e.a, e.b), std::pair(e.b, e.a)}) {
-      if (e.gap >= nearest[part] || sizes[part] > kLoose * sizes[whole] || !isLoose(part) ||
-          isOnTop(shapes[part], shapes[whole], kBand))
+      if (e.gap >= nearest[part] || sizes[part] > loose * sizes[whole] || !isLoose(part) ||
+          isOnTop(shapes[part], shapes[whole], heightBand))
         continue;
       nearest[part] = e.gap;
       to[part] = whole;

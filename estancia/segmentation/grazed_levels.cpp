@@ -7,8 +7,8 @@
 namespace estancia {
 namespace {
 
-constexpr double kLevel = 0.17;       // sine of the slope of a level surface: 10°
-constexpr double kForeshortened = 4;  // pixels of a surface at a right angle to the ray: at 14°, normals fail
+constexpr double level = 0.17;       // sine of the slope of a level surface: 10°
+constexpr double foreshortened = 4;  // pixels of a surface at a right angle to the ray: at 14°, normals fail
 
 /// From a pixel to the one above it, as gravity has it.
 std::ptrdiff_t stepUp(const InverseDepth& grid, const cv::Vec3d& up) {
@@ -28,8 +28,8 @@ void dropGrazedLevels(const InverseDepth& grid, const cv::Vec3d& up, PlaneRemova
     const cv::Point3f p = grid.point(i), q = grid.point(above);
     const cv::Vec3d along(q.x - p.x, q.y - p.y, q.z - p.z);
     const double length = cv::norm(along), z = q.z;
-    return length > kForeshortened * z / focal + kDifferenceNoise * z * z &&
-           std::abs(along.dot(up)) < kLevel * length;
+    return length > foreshortened * z / focal + differenceNoise * z * z &&
+           std::abs(along.dot(up)) < level * length;
   };
   std::vector<std::uint8_t> in = removal.rest.in;
   removal.rest.eachPixel([&](std::size_t i) {

@@ -13,19 +13,19 @@
 namespace estancia {
 namespace {
 
-constexpr float kMinDepth = 1e-3F, kMaxDepth = 1e3F;  // [m]
-constexpr double kFocalLength = 525;                  // for which lengths in pixels are given
-constexpr double kMinScale = 0.25, kMaxScale = 4;
-constexpr std::array kRadii{4, 6, 8};   // radii of bends [pixels]
-constexpr float kSameSurface = 0.036F;  // share of 1/z, for smoothing
-constexpr float kNearSurface = 0.06F;   // share of 1/z, for bends
-constexpr float kMaxBend = 0.03F;       // depth of a bend [m]: beyond, it is an edge
+constexpr float minDepth = 1e-3F, maxDepth = 1e3F;  // [m]
+constexpr double focalLength = 525;                 // for which lengths in pixels are given
+constexpr double minScale = 0.25, maxScale = 4;
+constexpr std::array radii{4, 6, 8};   // radii of bends [pixels]
+constexpr float sameSurface = 0.036F;  // share of 1/z, for smoothing
+constexpr float nearSurface = 0.06F;   // share of 1/z, for bends
+constexpr float maxBend = 0.03F;       // depth of a bend [m]: beyond, it is an edge
 
 ESTANCIA_MULTIVERSION
 void invertRow(const float* depth, int width, float* out) {
   for (int u = 0; u < width; ++u) {
     const float z = depth[u];
-    out[u] = z >= kMinDepth && z <= kMaxDepth ? 1 / z : 0;
+    out[u] = z >= minDepth && z <= maxDepth ? 1 / z : 0;
   }
 }
 
@@ -33,7 +33,7 @@ void invertRow(const float* depth, int width, float* out) {
 ESTANCIA_MULTIVERSION
 void addPair(const float* middle, const float* a, const float* b, int width, float* sum, float* count) {
   for (int u = 0; u < width; ++u) {
-    const float c = middle[u], limit = kSameSurface * c;
+    const float c = middle[u], limit = sameSurface * c;
     const float farther = std::max(std::abs(a[u] - c), std::abs(b[u] - c));
     sum[u] += farther < limit ? a[u] + b[u] : 0.F;
     count[u] += farther < limit ? 2.F : 0.F;
@@ -50,10 +50,10 @@ ESTANCIA_MULTIVERSION
 void addBend(const float* middle, const float* a, const float* b, float perPixel, int width, float* sum,
              float* count) {
   for (int u = 0; u < width; ++u) {
-    const float c = middle[u], limit = kNearSurface * c;
+    const float c = middle[u], limit = nearSurface * c;
     const float bend = 0.5F * (a[u] + b[u]) - c;
     const float farther = std::max(std::abs(a[u] - c), std::abs(b[u] - c));
-    const bool surface = (farther < limit) & (std::abs(bend) < kMaxBend * c * c);
+    const bool surface = (farther < limit) & (std::abs(bend) < maxBend * c * c);
     sum[u] += surface ? bend * perPixel : 0.F;
     count[u] += surface ? 1.F : 0.F;
   }
@@ -116,8 +116,8 @@ InverseDepth inverseDepth(const cv::Mat& depth, const CameraIntrinsics& camera, 
   requireDepth(depth, camera);
   InverseDepth grid;
   grid.camera = camera.scaledTo(depth.cols, depth.rows);
-  grid.scale = std::clamp(grid.camera.fx / kFocalLength, kMinScale, kMaxScale);
-  grid.margin = grid.pixels(kRadii.back());
+  grid.scale = std::clamp(grid.camera.fx / focalLength, minScale, maxScale);
+  grid.margin = grid.pixels(radii.back());
   grid.stride = depth.cols + 2 * grid.margin;
   grid.raw.resize(static_cast<std::size_t>(grid.stride) *
                   static_cast<std::size_t>(depth.rows + 2 * grid.margin));
@@ -163,7 +163,7 @@ std::vector<std::uint8_t> concaveCreases(const InverseDepth& grid, const Mask& m
       for (const auto& [dx, dy] : directions) {
         sum.assign(last - first, 0);
         count.assign(last - first, 0);
-        for (const int radius : kRadii) {
+        for (const int radius : radii) {
           const int steps = grid.pixels(dx != 0 && dy != 0 ? radius / std::sqrt(2.) : radius);
           const std::ptrdiff_t away = steps * (dy * grid.stride + dx);
           addBend(middle, middle + away, middle - away, static_cast<float>(meanRadius / radius),

@@ -12,7 +12,7 @@
 namespace estancia {
 namespace {
 
-constexpr double kMinWallArea = 600;  // [square pixels]
+constexpr double minWallArea = 600;  // [square pixels]
 
 /// A circle through most of the points of a plane.
 struct Circle {
@@ -97,7 +97,7 @@ Footprint footprintOf(const SegmentSamples& segment, const Plane& plane, std::si
   return result;
 }
 
-constexpr std::size_t kStep = 5;  // every fifth point of a surface is enough for its footprint
+constexpr std::size_t pointStep = 5;  // every fifth point of a surface is enough for its footprint
 
 /// The supporting plane: the nearest one below the segment.
 const Plane* supportOf(const SegmentSamples& segment, const std::vector<Plane>& planes) {
@@ -105,7 +105,7 @@ const Plane* supportOf(const SegmentSamples& segment, const std::vector<Plane>& 
   const Plane* support = nullptr;
   double lowest = HUGE_VAL;
   for (const Plane& plane : planes) {
-    const double height = quantile(footprintOf(segment, plane, kStep).heights, 0.05);
+    const double height = quantile(footprintOf(segment, plane, pointStep).heights, 0.05);
     if (height > minHeight && height < lowest) std::tie(lowest, support) = std::tuple(height, &plane);
   }
   return support;
@@ -122,7 +122,7 @@ std::optional<Circle> wallOf(const Footprint& segment, double rim) {
   for (const double height : segment.heights) above += height > rim - belowRim ? 1 : 0;
   const std::size_t every = 1 + above / maxUpper;
   for (std::size_t i = 0; i < segment.points.size(); ++i) {
-    if (i % kStep == 0) all.push_back(segment.points[i]);
+    if (i % pointStep == 0) all.push_back(segment.points[i]);
     if (segment.heights[i] > rim - belowRim && above-- % every == 0) upper.push_back(segment.points[i]);
   }
   for (const auto* points : {&all, &upper}) {
@@ -142,9 +142,9 @@ bool isInside(const SegmentSamples& segment, const Plane& plane, const Circle& c
   constexpr double beside = 0.015;  // [m]
   constexpr double inside = 0.85;
   const Ground ground(plane);
-  const std::size_t count = (segment.surface.size() + kStep - 1) / kStep;
+  const std::size_t count = (segment.surface.size() + pointStep - 1) / pointStep;
   std::size_t in = 0, seen = 0;
-  for (std::size_t i = 0; i < segment.surface.size(); i += kStep) {
+  for (std::size_t i = 0; i < segment.surface.size(); i += pointStep) {
     const cv::Vec3d p(segment.surface[i].x, segment.surface[i].y, segment.surface[i].z);
     const double height = ground.height(p);
     in += cv::norm(ground.foot(p) - circle.center) < circle.radius + beside && height < rim + beside &&
@@ -165,7 +165,7 @@ void mergeContainerInteriors(const InverseDepth& grid, const Mask& mask, const s
   const auto find = [&](std::size_t index) {
     std::vector<std::pair<std::uint32_t, std::uint32_t>> result;
     const SegmentSamples& wall = samples[index];
-    if (segments.sizes[wall.segment] < grid.area(kMinWallArea) ||
+    if (segments.sizes[wall.segment] < grid.area(minWallArea) ||
         cv::norm(wall.box.high - wall.box.low) > maxContainer)
       return result;
     const Plane* support = supportOf(wall, planes);

@@ -17,16 +17,16 @@
 namespace estancia {
 namespace {
 
-constexpr double kSplit = 4;             // width of a gap of mixed pixels: two at either edge [pixels]
-constexpr float kFartherApart = 0.05F;   // [m]: the other point of a contact is no farther
-constexpr std::size_t kMinContacts = 3;  // points of the border that must be near
-constexpr double kConcave = -0.2;        // how concave a contact may be
-constexpr float kAroundContact = 0.03F;  // [m]
-constexpr double kMaxGap = 0.20;         // behind an occluder [m]
-constexpr float kAroundGap = 0.05F;      // the part of either side that is compared [m]
-constexpr double kSameWay = 20, kOffset = 0.025;  // limits for two parts of one surface [°], [m]
-constexpr double kHidden = 0.9, kInFront = 0.3;   // shares of the gap
-constexpr float kNearer = 0.01F;                  // distance of the occluder to the gap [m]
+constexpr double split = 4;             // width of a gap of mixed pixels: two at either edge [pixels]
+constexpr float fartherApart = 0.05F;   // [m]: the other point of a contact is no farther
+constexpr std::size_t minContacts = 3;  // points of the border that must be near
+constexpr double concave = -0.2;        // how concave a contact may be
+constexpr float aroundContact = 0.03F;  // [m]
+constexpr double maxGap = 0.20;         // behind an occluder [m]
+constexpr float aroundGap = 0.05F;      // the part of either side that is compared [m]
+constexpr double maxTurn = 20, maxOffset = 0.025;  // limits for two parts of one surface [°], [m]
+constexpr double hidden = 0.9, inFront = 0.3;      // shares of the gap
+constexpr float minNearer = 0.01F;                 // distance of the occluder to the gap [m]
 
 float squared(const cv::Point3f& v) {
   return v.dot(v);
@@ -91,15 +91,15 @@ std::optional<PlaneFit> visiblePlane(std::span<const cv::Point3f> points, std::s
 /// Whether the surfaces meet flat or convexly where they touch (Stein et al., CVPR 2014, equation 4).
 bool meetConvexly(const SegmentSamples& a, const SegmentSamples& b, std::span<const cv::Point3f> contactA,
                   std::span<const cv::Point3f> contactB) {
-  constexpr float reach = 2 * kAroundContact;
+  constexpr float reach = 2 * aroundContact;
   const auto atA = visiblePlane(
-      near(near(a.surface, contactB, reach), near(b.surface, contactA, reach), kAroundContact), 3);
+      near(near(a.surface, contactB, reach), near(b.surface, contactA, reach), aroundContact), 3);
   const auto atB = visiblePlane(
-      near(near(b.surface, contactA, reach), near(a.surface, contactB, reach), kAroundContact), 3);
+      near(near(b.surface, contactA, reach), near(a.surface, contactB, reach), aroundContact), 3);
   if (!atA || !atB) return true;  // too small to decide
   const cv::Vec3d between = atA->center - atB->center;
   const double length = cv::norm(between);
-  return length == 0 || (atA->normal - atB->normal).dot(between) > kConcave * length;
+  return length == 0 || (atA->normal - atB->normal).dot(between) > concave * length;
 }
 
 /// Whether an occluder hides the gap between two points of these segments.
@@ -114,24 +114,24 @@ bool isHidden(const InverseDepth& grid, const Segmentation& segments, const Segm
     const std::size_t at =
         grid.at(std::clamp(u, 0, grid.camera.width - 1), std::clamp(v, 0, grid.camera.height - 1));
     const float w = grid.raw[at];
-    const bool nearer = w > 0 && 1 / w < p.z - kNearer;
+    const bool nearer = w > 0 && 1 / w < p.z - minNearer;
     const bool own = segments.labels[at] == a.segment || segments.labels[at] == b.segment;
     front += nearer ? 1 : 0;
     covered += nearer || own || w == 0 ? 1 : 0;
   }
-  return covered > kHidden * (steps - 1) && front > kInFront * (steps - 1);
+  return covered > hidden * (steps - 1) && front > inFront * (steps - 1);
 }
 
 /// Whether two ends lie on one surface.
 bool areCoplanar(const SegmentSamples& a, const SegmentSamples& b, const cv::Point3f& endA,
                  const cv::Point3f& endB) {
   constexpr std::size_t minPoints = 15;
-  const auto atA = visiblePlane(near(a.surface, {&endA, 1}, kAroundGap), minPoints);
-  const auto atB = visiblePlane(near(b.surface, {&endB, 1}, kAroundGap), minPoints);
+  const auto atA = visiblePlane(near(a.surface, {&endA, 1}, aroundGap), minPoints);
+  const auto atB = visiblePlane(near(b.surface, {&endB, 1}, aroundGap), minPoints);
   if (!atA || !atB) return false;
   const cv::Vec3d between = atB->center - atA->center;
   const double off = std::max(std::abs(between.dot(atA->normal)), std::abs(between.dot(atB->normal)));
-  return off < kOffset && atA->normal.dot(atB->normal) > std::cos(kSameWay * CV_PI / 180);
+  return off < maxOffset && atA->normal.dot(atB->normal) > std::cos(maxTurn * CV_PI / 180);
 }
 
 cv::Point2d pixelOf(const CameraIntrinsics& camera, const cv::Point3f& p) {
@@ -141,7 +141,7 @@ cv::Point2d pixelOf(const CameraIntrinsics& camera, const cv::Point3f& p) {
 /// Distance at which two points may touch, within the camera's accuracy [m]: a gap as narrow as its mixed
 /// pixels, and the noise of depth.
 double contactAt(const InverseDepth& grid, double pixels, double z) {
-  return std::hypot(pixels * z / grid.camera.fx, kDifferenceNoise * std::max(z, z * z));
+  return std::hypot(pixels * z / grid.camera.fx, differenceNoise * std::max(z, z * z));
 }
 
 /// Whether the camera sees past two points of different segments, between them: then they do not touch.
@@ -154,14 +154,14 @@ bool isSeenThrough(const InverseDepth& grid, const cv::Point3f& from, const cv::
     const float w =
         grid.raw[grid.at(static_cast<int>(std::lround(at.x)), static_cast<int>(std::lround(at.y)))];
     const double z = from.z + part * (to.z - from.z);
-    if (w > 0 && 1 / w > z + kDifferenceNoise * std::max(z, z * z)) return true;
+    if (w > 0 && 1 / w > z + differenceNoise * std::max(z, z * z)) return true;
   }
   return false;
 }
 
 bool areInContact(const InverseDepth& grid, const cv::Point3f& a, const cv::Point3f& b) {
   const double z = std::max(a.z, b.z), gap = cv::norm(pixelOf(grid.camera, a) - pixelOf(grid.camera, b));
-  return gap <= kSplit * grid.scale + 1 && cv::norm(a - b) <= contactAt(grid, gap, z) &&
+  return gap <= split * grid.scale + 1 && cv::norm(a - b) <= contactAt(grid, gap, z) &&
          !isSeenThrough(grid, a, b);
 }
 
@@ -173,7 +173,7 @@ bool areOneObject(const InverseDepth& grid, const Segmentation& segments, const 
   for (const cv::Point3f& p : b.border) {
     const std::int32_t bits = nearestOf(a.x.data(), a.y.data(), a.z.data(), a.x.size(), p.x, p.y, p.z);
     const auto smallest = std::bit_cast<float>(bits);
-    const double contact = contactAt(grid, kSplit * grid.scale + 1, p.z + kFartherApart);
+    const double contact = contactAt(grid, split * grid.scale + 1, p.z + fartherApart);
     const auto close = static_cast<float>(contact * contact);
     if (!(smallest < std::max(close, nearest))) continue;
     const auto count = static_cast<std::int32_t>(a.x.size());
@@ -185,8 +185,8 @@ bool areOneObject(const InverseDepth& grid, const Segmentation& segments, const 
     }
     if (smallest < nearest) std::tie(nearest, endA, endB) = std::tuple(smallest, other, p);
   }
-  if (contactB.size() >= kMinContacts) return meetConvexly(a, b, contactA, contactB);
-  return nearest <= kMaxGap * kMaxGap && isHidden(grid, segments, a, b, endB, endA) &&
+  if (contactB.size() >= minContacts) return meetConvexly(a, b, contactA, contactB);
+  return nearest <= maxGap * maxGap && isHidden(grid, segments, a, b, endB, endA) &&
          areCoplanar(a, b, endA, endB);
 }
 
@@ -194,7 +194,7 @@ bool areOneObject(const InverseDepth& grid, const Segmentation& segments, const 
 
 void mergeSegments(const InverseDepth& grid, const Mask& mask, int threads, Segmentation& segments) {
   const std::vector<SegmentSamples> samples = sampleSegments(grid, mask, segments);
-  const auto pairs = nearPairs(samples, segments, kMaxGap);
+  const auto pairs = nearPairs(samples, segments, maxGap);
   const auto find = [&](std::size_t i) -> std::vector<std::pair<std::uint32_t, std::uint32_t>> {
     const SegmentSamples &a = samples[pairs[i].first], &b = samples[pairs[i].second];
     if (!areOneObject(grid, segments, a, b)) return {};

@@ -12,15 +12,15 @@
 namespace estancia {
 namespace {
 
-constexpr std::size_t kSamples = 3000;
-constexpr int kHypotheses = 150, kRefits = 10, kMaxPlanes = 8, kMaxTries = 16;
-constexpr float kFaces = 0.94F;        // cosine between normals of samples and their plane's: 20°
-constexpr float kFacesLoosely = 0.9F;  // 25°
-constexpr float kGrazing = 0.1F;       // cosine below which the area of a pixel is unreliable
-constexpr float kFarther = 0.5F;       // growth of the tolerance with the square of depth, beyond 1.4 m
-constexpr double kSampleSlack = 0.7;   // share of minPlaneArea: the estimate from samples may be too small
-constexpr double kEdge = 10;           // margin in which cameras often measure no depth [pixels]
-constexpr double kReach = 4;           // pixels of the plane beyond its patches that it takes [pixels]
+constexpr std::size_t maxSamples = 3000;
+constexpr int hypotheses = 150, refits = 10, maxPlanes = 8, maxTries = 16;
+constexpr float minCosine = 0.94F;    // cosine between normals of samples and their plane's: 20°
+constexpr float facesLoosely = 0.9F;  // 25°
+constexpr float grazing = 0.1F;       // cosine below which the area of a pixel is unreliable
+constexpr float farther = 0.5F;       // growth of the tolerance with the square of depth, beyond 1.4 m
+constexpr double sampleSlack = 0.7;   // share of minPlaneArea: the estimate from samples may be too small
+constexpr double imageMargin = 10;    // margin in which cameras often measure no depth [pixels]
+constexpr double maxReach = 4;        // pixels of the plane beyond its patches that it takes [pixels]
 
 /// Adds the slope of 1/z between two opposite neighbors where both are on the same surface.
 ESTANCIA_MULTIVERSION
@@ -87,7 +87,7 @@ HalfImage halve(const InverseDepth& grid, double tolerance, int threads) {
         half.ny[at + u] = normals[1][2 * u];
         half.nz[at + u] = normals[2][2 * u];
         half.near[at + u] =
-            w[2 * u] > 0 ? static_cast<float>(tolerance) * std::max(w[2 * u], kFarther / w[2 * u]) : 0;
+            w[2 * u] > 0 ? static_cast<float>(tolerance) * std::max(w[2 * u], farther / w[2 * u]) : 0;
       }
     }
   });
@@ -98,12 +98,12 @@ using Coefficients = cv::Vec3d;  // w = a x + b y + c over the slopes x, y
 
 /// Samples by coordinate, for SIMD.
 struct Samples {
-  std::array<float, kSamples> x, y, w, near, nx, ny, nz, area;
+  std::array<float, maxSamples> x, y, w, near, nx, ny, nz, area;
   double scale = 0;  ///< area of samples → area of all candidates [m²]
 };
 
 void draw(const HalfImage& half, const std::vector<std::uint32_t>& candidates, cv::RNG& random, Samples& s) {
-  for (std::size_t i = 0; i < kSamples; ++i) {
+  for (std::size_t i = 0; i < maxSamples; ++i) {
     const std::uint32_t at = candidates[random.uniform(0, static_cast<int>(candidates.size()))];
     const std::size_t u = at % static_cast<std::size_t>(half.width),
                       v = at / static_cast<std::size_t>(half.width);
@@ -116,9 +116,9 @@ void draw(const HalfImage& half, const std::vector<std::uint32_t>& candidates, c
     s.ny[i] = half.ny[at];
     s.nz[i] = half.nz[at];
     const float cosine = std::abs(x * s.nx[i] + y * s.ny[i] + s.nz[i]) / std::sqrt(1 + x * x + y * y);
-    s.area[i] = 1 / (w * w * std::max(cosine, kGrazing));
+    s.area[i] = 1 / (w * w * std::max(cosine, grazing));
   }
-  s.scale = half.pixelArea * static_cast<double>(candidates.size()) / static_cast<double>(kSamples);
+  s.scale = half.pixelArea * static_cast<double>(candidates.size()) / static_cast<double>(maxSamples);
 }
 
 /// The votes of a hypothesis: the area of the samples on it, summed in 16 columns so that the order is the
@@ -126,12 +126,12 @@ void draw(const HalfImage& half, const std::vector<std::uint32_t>& candidates, c
 ESTANCIA_MULTIVERSION
 float areaOn(const Samples& s, float a, float b, float c, float length) {
   float sums[16] = {};
-  for (std::size_t i = 0; i + 16 <= kSamples; i += 16)
+  for (std::size_t i = 0; i + 16 <= maxSamples; i += 16)
     for (std::size_t k = 0; k < 16; ++k) {
       const std::size_t j = i + k;
       const float off = std::abs(a * s.x[j] + b * s.y[j] + c - s.w[j]);
       const float faces = a * s.nx[j] + b * s.ny[j] + c * s.nz[j];
-      const bool on = (off < length * s.near[j]) & (faces > length * kFaces);
+      const bool on = (off < length * s.near[j]) & (faces > length * minCosine);
       sums[k] += on ? s.area[j] : 0.F;
     }
   float sum = 0;
@@ -153,9 +153,10 @@ int refit(const Samples& s, Coefficients& plane) {
   cv::Matx33d squares = cv::Matx33d::zeros();
   cv::Vec3d products;
   int count = 0;
-  for (std::size_t i = 0; i < kSamples; ++i) {
+  for (std::size_t i = 0; i < maxSamples; ++i) {
     const float off = std::abs(a * s.x[i] + b * s.y[i] + c - s.w[i]);
-    if (!(off < length * s.near[i]) || !(a * s.nx[i] + b * s.ny[i] + c * s.nz[i] > length * kFaces)) continue;
+    if (!(off < length * s.near[i]) || !(a * s.nx[i] + b * s.ny[i] + c * s.nz[i] > length * minCosine))
+      continue;
     const cv::Vec3d row(s.x[i], s.y[i], 1);
     squares += row * row.t();
     products += row * static_cast<double>(s.w[i]);
@@ -169,8 +170,8 @@ int refit(const Samples& s, Coefficients& plane) {
 
 Hypothesis bestHypothesis(const Samples& s, cv::RNG& random) {
   Hypothesis best;
-  for (int h = 0; h < kHypotheses; ++h) {
-    const int i = random.uniform(0, static_cast<int>(kSamples));
+  for (int h = 0; h < hypotheses; ++h) {
+    const int i = random.uniform(0, static_cast<int>(maxSamples));
     const auto k = static_cast<std::size_t>(i);
     const float along = s.nx[k] * s.x[k] + s.ny[k] * s.y[k] + s.nz[k];
     if (!(along > 0)) continue;  // seen from behind: noise
@@ -179,7 +180,7 @@ Hypothesis bestHypothesis(const Samples& s, cv::RNG& random) {
     if (area > best.area) best = {{s.nx[k] * scale, s.ny[k] * scale, s.nz[k] * scale}, area};
   }
   // The normal of one pixel is noisy: refit while the plane gains samples.
-  for (int round = 0, before = 0; round < kRefits && best.area > 0; ++round) {
+  for (int round = 0, before = 0; round < refits && best.area > 0; ++round) {
     const int on = refit(s, best.plane);
     if (on <= before) break;
     before = on;
@@ -195,8 +196,8 @@ void markOn(const float* w, const float* x, const float* near, const float* nx, 
   for (int u = 0; u < width; ++u) {
     const float off = std::abs(a * x[u] + constant - w[u]);
     const float faces = a * nx[u] + b * ny[u] + c * nz[u];
-    out[u] = static_cast<std::uint8_t>(candidates[u] & (off < length * near[u]) &
-                                       (faces > length * kFacesLoosely));
+    out[u] =
+        static_cast<std::uint8_t>(candidates[u] & (off < length * near[u]) & (faces > length * facesLoosely));
   }
 }
 
@@ -206,7 +207,7 @@ void takeNear(const float* w, const float* x, float a, float constant, float tol
   for (int u = 0; u < width; ++u) {
     const float off = std::abs(a * x[u] + constant - w[u]);
     const bool on =
-        off < tolerance * std::max(w[u], kFarther / w[u]);  // true where w is 0, which `rest` does not have
+        off < tolerance * std::max(w[u], farther / w[u]);  // true where w is 0, which `rest` does not have
     const bool taken = (rest[u] & reached[u] & static_cast<std::uint8_t>(on)) != 0;
     of[u] = taken ? number : of[u];
     rest[u] = static_cast<std::uint8_t>(rest[u] & !taken);
@@ -218,7 +219,7 @@ ESTANCIA_MULTIVERSION
 void areaRow(const float* w, const float* x, float y, float length, float pixelArea, int width, float* area) {
   for (int u = 0; u < width; ++u) {
     const float cosine = w[u] / (length * std::sqrt(1 + x[u] * x[u] + y * y));
-    area[u] = pixelArea / std::max(w[u] * w[u] * std::max(cosine, kGrazing), 1e-12F);
+    area[u] = pixelArea / std::max(w[u] * w[u] * std::max(cosine, grazing), 1e-12F);
   }
 }
 
@@ -358,18 +359,18 @@ PlaneRemoval removePlanes(const InverseDepth& grid, const ClusterOptions& option
   cv::Mat candidates(half.height, half.width, CV_8U);
   std::ranges::transform(half.nz, candidates.begin<std::uint8_t>(),
                          [](float nz) { return std::uint8_t{nz != 0}; });
-  const int reach = grid.pixels(kReach / 2), edge = grid.pixels(kEdge / 2);
+  const int reach = grid.pixels(maxReach / 2), edge = grid.pixels(imageMargin / 2);
   const cv::Mat around = cv::getStructuringElement(cv::MORPH_RECT, {2 * reach + 1, 2 * reach + 1});
   cv::RNG random(options.seed);
   cv::Mat on;
   Samples samples;
   std::vector<std::uint32_t> indices;
-  for (int t = 0; t < kMaxTries && planes.size() < kMaxPlanes; ++t) {
+  for (int t = 0; t < maxTries && planes.size() < maxPlanes; ++t) {
     listMarked(candidates, indices);
     if (indices.empty()) break;
     draw(half, indices, random, samples);
     auto [plane, area] = bestHypothesis(samples, random);
-    if (area < kSampleSlack * options.minPlaneArea) break;
+    if (area < sampleSlack * options.minPlaneArea) break;
     Patches patches = patchesOn(half, plane, candidates, edge, on);
     if (patches.whole[patches.largest()] >= options.minPlaneArea) {
       plane = fitToPatch(half, patches, patches.largest(), plane);

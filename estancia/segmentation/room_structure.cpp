@@ -7,16 +7,16 @@
 namespace estancia {
 namespace {
 
-const double kParallel = std::cos(8 * CV_PI / 180), kPerpendicular = std::sin(8 * CV_PI / 180);
-constexpr double kUpright = 0.5;               // cosine of the angle between up and the image's: 60°
-constexpr double kMargin = 0.05;               // beyond which a point lies behind a plane [m]
-constexpr double kDepthNoise = 0.005;          // and its growth with depth [m at 1 m]: 4 σ of a Kinect
-constexpr double kFew = 0.02;                  // share of what is seen
-constexpr double kShallow = 0.2, kDeep = 0.9;  // depth of furniture [m]
-constexpr double kBeside = 0.3;                // gap between a piece of furniture and the wall beside it [m]
-constexpr double kSmallWall = 0.2;             // share of the area of what may stand before it
-constexpr double kWallThickness = 0.25;        // [m]
-constexpr int kMinConvex = 10;                 // pixels of an edge
+const double parallel = std::cos(8 * CV_PI / 180), perpendicular = std::sin(8 * CV_PI / 180);
+constexpr double minUprightCosine = 0.5;     // cosine of the angle between up and the image's: 60°
+constexpr double behindMargin = 0.05;        // beyond which a point lies behind a plane [m]
+constexpr double depthNoise = 0.005;         // and its growth with depth [m at 1 m]: 4 σ of a Kinect
+constexpr double few = 0.02;                 // share of what is seen
+constexpr double shallow = 0.2, deep = 0.9;  // depth of furniture [m]
+constexpr double beside = 0.3;               // gap between a piece of furniture and the wall beside it [m]
+constexpr double smallWall = 0.2;            // share of the area of what may stand before it
+constexpr double wallThickness = 0.25;       // [m]
+constexpr int minConvex = 10;                // pixels of an edge
 
 cv::Vec3d toVec(const cv::Point3f& p) {
   return {p.x, p.y, p.z};
@@ -28,11 +28,11 @@ double distanceTo(const Plane& plane, const cv::Vec3d& p) {
 }
 
 double marginAt(double z) {
-  return kMargin + kDepthNoise * z * z;
+  return behindMargin + depthNoise * z * z;
 }
 
 bool isUpright(const Plane& plane, const cv::Vec3d& up) {
-  return std::abs(plane.normal.dot(up)) < kPerpendicular;
+  return std::abs(plane.normal.dot(up)) < perpendicular;
 }
 
 /// What is seen of a plane.
@@ -82,7 +82,7 @@ void findUpperEdge(const InverseDepth& grid, const PlaneRemoval& removal, std::s
     for (int v = top - 1; v >= 0; --v) {
       if (!(grid.raw[grid.at(u, v)] > 0)) continue;
       const cv::Vec3d p = toVec(grid.point(u, v));
-      if (distanceTo(removal.planes[k], p) >= kMargin - kShallow - marginAt(p[2])) continue;
+      if (distanceTo(removal.planes[k], p) >= behindMargin - shallow - marginAt(p[2])) continue;
       ++view.upperEdge;
       break;
     }
@@ -92,9 +92,9 @@ void findUpperEdge(const InverseDepth& grid, const PlaneRemoval& removal, std::s
 /// Whether plane `wall` lies behind `front` as a wall behind furniture.
 bool isWallBehind(const Plane& wall, const PlaneView& wallView, const Plane& front, const PlaneView& view) {
   const double gap = front.offset - wall.offset;
-  return wall.normal.dot(front.normal) > kParallel && gap > kShallow && gap < kDeep &&
-         wall.area > kSmallWall * front.area && wallView.left < view.right + kBeside &&
-         view.left < wallView.right + kBeside;
+  return wall.normal.dot(front.normal) > parallel && gap > shallow && gap < deep &&
+         wall.area > smallWall * front.area && wallView.left < view.right + beside &&
+         view.left < wallView.right + beside;
 }
 
 /// For each pair of planes: number of pixels at convex edges between them, less three times the others.
@@ -136,7 +136,7 @@ void spreadOverEdges(const InverseDepth& grid, const cv::Vec3d& up, PlaneRemoval
       Plane& plane = planes[static_cast<std::size_t>(k)];
       if (!plane.structural || !isUpright(plane, up)) continue;
       for (int j = 0; j < edges.cols; ++j)
-        if (!planes[static_cast<std::size_t>(j)].structural && edges(k, j) >= kMinConvex)
+        if (!planes[static_cast<std::size_t>(j)].structural && edges(k, j) >= minConvex)
           plane.structural = false;
       changed |= !plane.structural;
     }
@@ -158,10 +158,10 @@ cv::Vec3d upOf(const std::vector<Plane>& planes) {
     constexpr double minNorm = 0.1, more = 1 + 1e-6;
     if (cv::norm(candidate) < minNorm) continue;
     const cv::Vec3d c = cv::normalize(candidate[1] > 0 ? -candidate : candidate);
-    if (c.dot(imageUp) < kUpright) continue;
+    if (c.dot(imageUp) < minUprightCosine) continue;
     double area = 0;
     for (const Plane& p : planes)
-      area += std::abs(p.normal.dot(c)) > kParallel || isUpright(p, c) ? p.area : 0;
+      area += std::abs(p.normal.dot(c)) > parallel || isUpright(p, c) ? p.area : 0;
     if (area > more * most) {
       most = area;
       best = c;
@@ -176,14 +176,14 @@ void findStructure(const InverseDepth& grid, const cv::Vec3d& up, PlaneRemoval& 
   std::vector<std::size_t> upright;
   for (std::size_t k = 0; k < planes.size(); ++k) {
     if (!isUpright(planes[k], up)) {
-      planes[k].structural = views[k].behind < kFew;
+      planes[k].structural = views[k].behind < few;
       continue;
     }
     findUpperEdge(grid, removal, k, views[k]);
     planes[k].structural = 2 * views[k].upperEdge <= views[k].columns;
     upright.push_back(k);
   }
-  // From behind: what stands before a wall is no wall for what stands before it.
+  // Sort back to front: a plane in front of a wall cannot act as the wall behind another plane.
   std::ranges::stable_sort(upright, {}, [&](std::size_t k) { return planes[k].offset; });
   for (const std::size_t k : upright)
     for (const std::size_t j : upright)
@@ -191,7 +191,7 @@ void findStructure(const InverseDepth& grid, const cv::Vec3d& up, PlaneRemoval& 
         planes[k].structural = false;
   spreadOverEdges(grid, up, removal);
   for (std::size_t k = 0; k < planes.size(); ++k)
-    if (isUpright(planes[k], up) && views[k].right - views[k].left < kWallThickness)
+    if (isUpright(planes[k], up) && views[k].right - views[k].left < wallThickness)
       planes[k].structural = true;
 }
 

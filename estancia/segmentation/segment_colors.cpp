@@ -7,8 +7,8 @@
 namespace estancia {
 namespace {
 
-constexpr float kLightness = 0.25F;  // weight of lightness to chroma
-constexpr float kDark = 20;          // lightness below which chroma is noise
+constexpr float lightness = 0.25F;  // weight of lightness to chroma
+constexpr float dark = 20;          // lightness below which chroma is noise
 
 cv::Mat toLab(const cv::Mat& image) {
   cv::Mat lab;
@@ -32,8 +32,8 @@ SegmentColors segmentColors(const cv::Mat& image, const cv::Size& size) {
   const cv::Mat lab = toLab(blurred);
   SegmentColors features(size);
   std::transform(lab.begin<cv::Vec3b>(), lab.end<cv::Vec3b>(), features.begin(), [](const cv::Vec3b& c) {
-    const float l = static_cast<float>(c[0]) / 2.55F, scale = 66 / std::max(l + 16, kDark + 16);
-    return cv::Vec3f(kLightness * l, scale * (static_cast<float>(c[1]) - 128),
+    const float l = static_cast<float>(c[0]) / 2.55F, scale = 66 / std::max(l + 16, dark + 16);
+    return cv::Vec3f(lightness * l, scale * (static_cast<float>(c[1]) - 128),
                      scale * (static_cast<float>(c[2]) - 128));
   });
   return features;

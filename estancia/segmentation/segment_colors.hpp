@@ -11,7 +11,7 @@ namespace estancia {
 using SegmentColors = cv::Mat_<cv::Vec3f>;
 
 /// The least change of color over 4 pixels at an edge of color.
-constexpr double kColorEdge = 7;
+constexpr double colorEdge = 7;
 
 /// `image`: BGR, or empty; of the same view as the depth image of `size`, in any size.
 SegmentColors segmentColors(const cv::Mat& image, const cv::Size& size);

@@ -10,9 +10,9 @@
 namespace estancia {
 namespace {
 
-constexpr double kAcross = 6;      // [pixels]
-constexpr double kColorReach = 2;  // from a contact to either side [pixels]
-constexpr float kFar = std::numeric_limits<float>::infinity();
+constexpr double searchWidth = 6;  // [pixels]
+constexpr double colorReach = 2;   // from a contact to either side [pixels]
+constexpr float far = std::numeric_limits<float>::infinity();
 
 enum class Side : std::uint8_t { contact, aInFront, bInFront, apart };
 
@@ -29,14 +29,14 @@ class Pairs {
  public:
   Pairs(const InverseDepth& grid, const Segmentation& segments, const cv::Vec3d& up,
         const SegmentColors& colors)
-      : grid_(grid), labels_(segments.labels), up_(up), colors_(colors), reach_(grid.pixels(kColorReach)) {}
+      : grid_(grid), labels_(segments.labels), up_(up), colors_(colors), reach_(grid.pixels(colorReach)) {}
 
   /// A pixel and the next one in its row or column.
   void touch(cv::Point at, cv::Point step) {
     std::size_t i = grid_.at(at.x, at.y), j = grid_.at(at.x + step.x, at.y + step.y);
     if (labels_[i] == labels_[j] || !(grid_.raw[i] > 0) || !(grid_.raw[j] > 0)) return;
     const float difference = grid_.raw[i] - grid_.raw[j];
-    const bool same = std::abs(difference) < kDepthStep * std::min(grid_.raw[i], grid_.raw[j]);
+    const bool same = std::abs(difference) < depthStep * std::min(grid_.raw[i], grid_.raw[j]);
     const bool ascending = labels_[i] < labels_[j];
     const Side side = same ? Side::contact : (difference > 0) == ascending ? Side::aInFront : Side::bInFront;
     const float contrast =
@@ -84,7 +84,7 @@ class Pairs {
     const cv::Point3f p = grid_.point(i);
     const bool outside = labels_[i] == 0;
     pairs_.push_back({labels_[i], labels_[j],
-                      outside ? kFar : static_cast<float>(cv::norm(grid_.point(j) - p)),
+                      outside ? far : static_cast<float>(cv::norm(grid_.point(j) - p)),
                       static_cast<float>(up_.dot({p.x, p.y, p.z})), contrast, side});
   }
   static SegmentEdge edgeOf(std::span<const PixelPair> pairs) {
@@ -118,7 +118,7 @@ class Pairs {
 std::vector<SegmentEdge> segmentGraph(const InverseDepth& grid, const Segmentation& segments,
                                       const cv::Vec3d& up, const SegmentColors& colors) {
   Pairs pairs(grid, segments, up, colors);
-  const int across = std::min(grid.pixels(kAcross), grid.margin);
+  const int across = std::min(grid.pixels(searchWidth), grid.margin);
   for (int v = 0; v < grid.camera.height; ++v)
     for (int u = 0; u < grid.camera.width; ++u) {
       const std::size_t i = grid.at(u, v);

@@ -13,7 +13,7 @@
 namespace estancia {
 
 /// Share of 1/z by which adjacent pixels of two surfaces differ at least where one ends before the other.
-constexpr float kDepthStep = 0.02F;
+constexpr float depthStep = 0.02F;
 
 /// Two segments side by side in the image, a < b; segment 0 is all pixels with depth that have none.
 struct SegmentEdge {

@@ -11,8 +11,8 @@
 namespace estancia {
 namespace {
 
-constexpr double kMinSampledArea = 100;                      // [square pixels]
-constexpr std::size_t kMaxSurface = 1500, kMaxBorder = 256;  // points of a segment
+constexpr double minSampledArea = 100;                     // [square pixels]
+constexpr std::size_t maxSurface = 1500, maxBorder = 256;  // points of a segment
 
 void thin(std::vector<cv::Point3f>& points, std::size_t max) {
   if (points.size() <= max) return;
@@ -29,16 +29,16 @@ double distanceOf(const Bounds<float>& a, const Bounds<float>& b) {
                               apart(a.low.z, a.high.z, b.low.z, b.high.z)));
 }
 
-/// Segments that are large enough, at most kMaxSegmentSamples of them; ascending.
+/// Segments that are large enough, at most maxSegmentSamples of them; ascending.
 std::vector<std::uint32_t> largeSegments(const Segmentation& segments, double minPixels) {
   std::vector<std::uint32_t> large;
   for (std::uint32_t i = 1; i < segments.sizes.size(); ++i)
     if (segments.sizes[i] >= minPixels) large.push_back(i);
-  if (large.size() <= kMaxSegmentSamples) return large;
-  std::ranges::nth_element(large, large.begin() + kMaxSegmentSamples, [&](std::uint32_t a, std::uint32_t b) {
+  if (large.size() <= maxSegmentSamples) return large;
+  std::ranges::nth_element(large, large.begin() + maxSegmentSamples, [&](std::uint32_t a, std::uint32_t b) {
     return std::tuple(segments.sizes[b], a) < std::tuple(segments.sizes[a], b);
   });
-  large.resize(kMaxSegmentSamples);
+  large.resize(maxSegmentSamples);
   std::ranges::sort(large);
   return large;
 }
@@ -49,7 +49,7 @@ std::vector<SegmentSamples> sampleSegments(const InverseDepth& grid, const Mask&
                                            const Segmentation& segments) {
   std::vector<SegmentSamples> samples;
   std::vector<std::uint32_t> sampleOf(segments.sizes.size()), skip(segments.sizes.size());
-  for (const std::uint32_t i : largeSegments(segments, grid.area(kMinSampledArea))) {
+  for (const std::uint32_t i : largeSegments(segments, grid.area(minSampledArea))) {
     samples.emplace_back().segment = i;
     sampleOf[i] = static_cast<std::uint32_t>(samples.size());
   }
@@ -59,7 +59,7 @@ std::vector<SegmentSamples> sampleSegments(const InverseDepth& grid, const Mask&
     if (sampleOf[label] == 0) return;
     SegmentSamples& segment = samples[sampleOf[label] - 1];
     if (skip[label]-- == 0) {
-      skip[label] = segments.sizes[label] / kMaxSurface;
+      skip[label] = segments.sizes[label] / maxSurface;
       segment.surface.push_back(grid.point(i));
     }
     if (segments.labels[i - 1] != label || segments.labels[i + 1] != label ||
@@ -67,7 +67,7 @@ std::vector<SegmentSamples> sampleSegments(const InverseDepth& grid, const Mask&
       segment.border.push_back(grid.point(i));
   });
   for (SegmentSamples& segment : samples) {
-    thin(segment.border, kMaxBorder);
+    thin(segment.border, maxBorder);
     for (const cv::Point3f& p : segment.border) {
       segment.x.push_back(p.x);
       segment.y.push_back(p.y);
@@ -89,9 +89,9 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> nearPairs(const std::vector
           !std::ranges::binary_search(segments.touching, std::pair(samples[i].segment, samples[j].segment)))
         found.emplace_back(distance, i, j);
     }
-  if (found.size() > kMaxPairs) {
-    std::ranges::nth_element(found, found.begin() + kMaxPairs);
-    found.resize(kMaxPairs);
+  if (found.size() > maxPairs) {
+    std::ranges::nth_element(found, found.begin() + maxPairs);
+    found.resize(maxPairs);
   }
   std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
   pairs.reserve(found.size());

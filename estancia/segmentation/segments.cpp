@@ -7,10 +7,10 @@
 namespace estancia {
 namespace {
 
-constexpr double kMinCreaseArea = 25, kMinSeedArea = 60;  // [square pixels]
-constexpr double kOpening = 2.5;                          // distance of seeds from creases [pixels]
-constexpr double kCreased = 0.45;  // share of creases in a border that separates its segments
-constexpr int kRounds = 3;         // rounds of merging neighbors
+constexpr double minCreaseArea = 25, minSeedArea = 60;  // [square pixels]
+constexpr double opening = 2.5;                         // distance of seeds from creases [pixels]
+constexpr double minCreasedShare = 0.45;  // share of creases in a border that separates its segments
+constexpr int rounds = 3;                 // rounds of merging neighbors
 
 /// The rows of an image of bytes over the mask's, as OpenCV sees them; shares the memory.
 cv::Mat rowsOf(const InverseDepth& grid, const Mask& mask, std::vector<std::uint8_t>& image) {
@@ -37,7 +37,7 @@ void dropSmallBlobs(const InverseDepth& grid, const Mask& mask, std::vector<std:
         marked[i] = 2;
         blob.push_back(static_cast<std::uint32_t>(i));
       }
-    if (static_cast<double>(blob.size()) < grid.area(kMinCreaseArea))
+    if (static_cast<double>(blob.size()) < grid.area(minCreaseArea))
       for (const std::uint32_t i : blob) marked[i] = 0;
   });
 }
@@ -149,11 +149,11 @@ std::vector<SegmentBorder> mergedBorders(std::vector<SegmentBorder> borders, Dis
 }
 
 void mergeSmooth(std::vector<SegmentBorder>& borders, DisjointSets& sets) {
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < rounds; ++round) {
     bool changed = false;
     for (const SegmentBorder& border : borders) {
-      if (border.pairs < kMinBorderPairs ||
-          static_cast<double>(border.creased) >= kCreased * static_cast<double>(border.pairs))
+      if (border.pairs < minBorderPairs ||
+          static_cast<double>(border.creased) >= minCreasedShare * static_cast<double>(border.pairs))
         continue;
       sets.join(border.a, border.b);
       changed = true;
@@ -169,7 +169,7 @@ void mergeSmall(std::vector<SegmentBorder>& borders, DisjointSets& sets,
     std::size_t pairs = 0;
     std::uint32_t segment = 0;
   };
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < rounds; ++round) {
     std::vector<std::uint32_t> whole(sizes.size());
     for (std::uint32_t i = 0; i < sizes.size(); ++i) whole[sets.find(i)] += sizes[i];
     std::vector<Closest> closest(sizes.size());
@@ -244,17 +244,17 @@ Segmentation oversegment(const InverseDepth& grid, const Mask& mask, std::vector
   const cv::Mat creased = rowsOf(grid, mask, creases);
   if (creased.empty()) return segments;
   dropSmallBlobs(grid, mask, creases);
-  widen(grid, creased, kOpening, rowsOf(grid, mask, nearCrease));
+  widen(grid, creased, opening, rowsOf(grid, mask, nearCrease));
   labelSurfaces(
-      grid, mask, [&](std::size_t i) { return nearCrease[i] == 0; }, grid.area(kMinSeedArea), segments);
+      grid, mask, [&](std::size_t i) { return nearCrease[i] == 0; }, grid.area(minSeedArea), segments);
   grow(grid, mask, segments);
   labelSurfaces(
       grid, mask, [](std::size_t) { return true; }, 1, segments);
   std::vector<SegmentBorder> borders = bordersOf(grid, mask, segments, creases);
   DisjointSets sets(segments.sizes.size());
-  mergeNeighbors(borders, sets, segments.sizes, grid.area(kMinSegmentArea));
+  mergeNeighbors(borders, sets, segments.sizes, grid.area(minSegmentArea));
   for (const SegmentBorder& border : borders)
-    if (border.pairs >= kMinBorderPairs) segments.touching.emplace_back(border.a, border.b);
+    if (border.pairs >= minBorderPairs) segments.touching.emplace_back(border.a, border.b);
   renumber(mask, segments, sets);
   return segments;
 }

@@ -13,9 +13,9 @@
 namespace estancia {
 
 /// Standard deviation of the difference of two depths of a Kinect, √2 σ [m at 1 m].
-constexpr double kDifferenceNoise = 0.002;
-constexpr double kMinSegmentArea = 400;     ///< [square pixels]
-constexpr std::size_t kMinBorderPairs = 5;  ///< pairs of adjacent points, for two segments to be neighbors
+constexpr double differenceNoise = 0.002;
+constexpr double minSegmentArea = 400;     ///< [square pixels]
+constexpr std::size_t minBorderPairs = 5;  ///< pairs of adjacent points, for two segments to be neighbors
 
 /// Segments of a depth image; label 0 is none.
 struct Segmentation {

@@ -13,14 +13,14 @@
 namespace estancia {
 namespace {
 
-constexpr double kDistinct = 12;      // between two colors, in units of Lab
-constexpr double kCompact = 3;        // distance of two colors, to the spread of each
-constexpr double kMinPart = 100;      // [square pixels]
-constexpr double kMinShare = 0.12;    // share of either side in both
-constexpr double kCommon = 0.55;      // share of a side's border that lies at the other, at most
-constexpr double kSilent = 0.7;       // share of the border at which the surface goes on
-constexpr double kSameFace = 0.95;    // cosine between normals to either side: 18°
-constexpr double kUprightPart = 0.5;  // sine of the rise from one side's center to the other's
+constexpr double distinct = 12;          // between two colors, in units of Lab
+constexpr double compact = 3;            // distance of two colors, to the spread of each
+constexpr double minPart = 100;          // [square pixels]
+constexpr double minShare = 0.12;        // share of either side in both
+constexpr double maxCommonShare = 0.55;  // share of a side's border that lies at the other, at most
+constexpr double minSmoothShare = 0.7;   // share of the border at which the surface goes on
+constexpr double sameFace = 0.95;        // cosine between normals to either side: 18°
+constexpr double uprightPart = 0.5;      // sine of the rise from one side's center to the other's
 
 class Splitter {
  public:
@@ -39,7 +39,7 @@ class Splitter {
   }
 
   void split(std::uint32_t segment) {
-    if (segments_.sizes[segment] < 2 * grid_.area(kMinSegmentArea)) return;
+    if (segments_.sizes[segment] < 2 * grid_.area(minSegmentArea)) return;
     const cv::Rect box = boxes_[segment];
     cv::Mat_<int> parts = partsOf(segment, box);
     double most = 0;
@@ -76,8 +76,8 @@ class Splitter {
       for (int u = 0; u < box.width; ++u) {
         if (segments_.labels[grid_.at(box.x + u, box.y + v)] != segment) continue;
         whole(v, u) = 255;
-        smooth(v, u) = change(segment, box.x + u, box.y + v, reach, 0) < kColorEdge &&
-                               change(segment, box.x + u, box.y + v, 0, reach) < kColorEdge
+        smooth(v, u) = change(segment, box.x + u, box.y + v, reach, 0) < colorEdge &&
+                               change(segment, box.x + u, box.y + v, 0, reach) < colorEdge
                            ? 255
                            : 0;
       }
@@ -86,7 +86,7 @@ class Splitter {
     std::vector<int> number(static_cast<std::size_t>(count));
     int parts = 0;
     for (int i = 1; i < count; ++i)
-      if (boxes.at<int>(i, cv::CC_STAT_AREA) >= grid_.area(kMinPart))
+      if (boxes.at<int>(i, cv::CC_STAT_AREA) >= grid_.area(minPart))
         number[static_cast<std::size_t>(i)] = ++parts;
     cv::Mat_<int> result(box.size(), 0);
     if (parts < 2) return result;
@@ -188,17 +188,17 @@ class Splitter {
           silent += same > 0 && differ(box.x + u, box.y + v, dx, dy) ? 1 : 0;
         }
       }
-    const double least = std::max(kMinShare * (counts[0] + counts[1]), grid_.area(kMinSegmentArea));
+    const double least = std::max(minShare * (counts[0] + counts[1]), grid_.area(minSegmentArea));
     if (std::min(counts[0], counts[1]) < least) return false;
     double spread = 0;
     for (std::size_t k = 0; k < 2; ++k) {
       colors[k] /= counts[k];
       spread = std::max(spread, std::sqrt(std::max(0., squares[k] / counts[k] - colors[k].dot(colors[k]))));
     }
-    if (cv::norm(colors[0] - colors[1]) < kCompact * spread) return false;
+    if (cv::norm(colors[0] - colors[1]) < compact * spread) return false;
     const cv::Vec3d between = sums[1] / counts[1] - sums[0] / counts[0];
-    return common > 0 && common < kCommon * std::min(borders[0], borders[1]) && told > 0.5 * common &&
-           silent > kSilent * told && std::abs(between.dot(up_)) < kUprightPart * cv::norm(between);
+    return common > 0 && common < maxCommonShare * std::min(borders[0], borders[1]) && told > 0.5 * common &&
+           silent > minSmoothShare * told && std::abs(between.dot(up_)) < uprightPart * cv::norm(between);
   }
   /// Whether the surface goes on across a border: 1, 0, or -1 where that is unknown.
   int faces(int u, int v, int dx, int dy) const {
@@ -211,7 +211,7 @@ class Splitter {
     };
     const cv::Vec3d one = normal(-away), other = normal(away + 1);
     if (one == cv::Vec3d() || other == cv::Vec3d()) return -1;
-    return one.dot(other) > kSameFace ? 1 : 0;
+    return one.dot(other) > sameFace ? 1 : 0;
   }
 
   bool differ(int u, int v, int dx, int dy) const {
@@ -220,7 +220,7 @@ class Splitter {
       return features_(std::clamp(v + steps * dy, 0, grid_.camera.height - 1),
                        std::clamp(u + steps * dx, 0, grid_.camera.width - 1));
     };
-    return cv::norm(color(-away) - color(away + 1)) > kDistinct;
+    return cv::norm(color(-away) - color(away + 1)) > distinct;
   }
 
   const InverseDepth& grid_;

@@ -10,10 +10,10 @@
 namespace estancia {
 namespace {
 
-constexpr double kForeground = 0.1;                // share of the border of what stands before something
-constexpr double kBefore = 0.15, kBehind = 0.3;    // what lines a wall lies so near to it [m]
-constexpr double kStrip = 0.12, kMinLength = 0.3;  // width and length of skirting, frames and reveals [m]
-constexpr float kBreak = 0.03F;                    // difference of 1/z from the plane
+constexpr double foreground = 0.1;                     // share of the border of what stands before something
+constexpr double nearBefore = 0.15, nearBehind = 0.3;  // what lines a wall lies so near to it [m]
+constexpr double strip = 0.12, minLength = 0.3;        // width and length of skirting, frames and reveals [m]
+constexpr float maxBreak = 0.03F;                      // difference of 1/z from the plane
 
 /// The connected pixels of plane `number` around pixel `first`; clears them in `of`.
 void takePatch(const InverseDepth& grid, const Plane& plane, std::size_t first, std::vector<std::uint8_t>& of,
@@ -29,7 +29,7 @@ void takePatch(const InverseDepth& grid, const Plane& plane, std::size_t first, 
     for (const auto& [step, slope] : around) {
       const auto j = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(patch[k]) + step);
       if (of[j] != number) continue;
-      if (std::abs(grid.raw[j] - grid.raw[patch[k]] - slope) > kBreak * grid.raw[j]) continue;
+      if (std::abs(grid.raw[j] - grid.raw[patch[k]] - slope) > maxBreak * grid.raw[j]) continue;
       of[j] = 0;
       patch.push_back(static_cast<std::uint32_t>(j));
     }
@@ -71,7 +71,7 @@ bool isStripAlong(const Plane& wall, const Points& points) {
   for (const cv::Point3f& point : points.all) {
     const cv::Vec3d p(point.x, point.y, point.z);
     const double off = wall.normal.dot(p) - wall.offset;
-    near += off > -kBehind && off < kBefore ? 1 : 0;
+    near += off > -nearBehind && off < nearBefore ? 1 : 0;
     const cv::Vec3d on = p - off * wall.normal;
     sum += on;
     squares += on * on.t();
@@ -81,7 +81,7 @@ bool isStripAlong(const Plane& wall, const Points& points) {
   cv::Vec3d variances;
   cv::eigen(spread, variances);
   const double length = std::sqrt(12 * std::max(0., variances[0]));  // length of an even strip
-  return length > kMinLength && points.area < kStrip * length;
+  return length > minLength && points.area < strip * length;
 }
 
 }  // namespace
@@ -96,7 +96,7 @@ Segmentation takePatches(const InverseDepth& grid, PlaneRemoval& removal) {
   for (std::size_t i = 0; i < of.size(); ++i) {
     if (of[i] == 0 || removal.planes[of[i] - 1U].structural) continue;
     takePatch(grid, removal.planes[of[i] - 1U], i, of, patch);
-    const bool large = static_cast<double>(patch.size()) >= grid.area(kMinSegmentArea);
+    const bool large = static_cast<double>(patch.size()) >= grid.area(minSegmentArea);
     for (const std::uint32_t j : patch) {
       if (large)
         patches.labels[j] = static_cast<std::uint32_t>(patches.sizes.size());
@@ -135,7 +135,7 @@ Mask dropStructure(const InverseDepth& grid, const PlaneRemoval& removal, const 
   std::vector<std::uint8_t> isDropped(segments.sizes.size());
   for (std::size_t i = 1; i < first; ++i) {
     const Border& border = borders[i];
-    const bool behind = static_cast<double>(border.inFront) < kForeground * static_cast<double>(border.all) &&
+    const bool behind = static_cast<double>(border.inFront) < foreground * static_cast<double>(border.all) &&
                         border.atBounds >= border.atOthers && isFlatOrTiny(points[i]);
     isDropped[i] =
         behind || std::ranges::any_of(removal.planes, [&](const Plane& plane) {
@@ -149,7 +149,7 @@ Mask dropStructure(const InverseDepth& grid, const PlaneRemoval& removal, const 
     in[i] = 0;
   }
   for (const SegmentEdge& e : edges)
-    if (e.a != 0 && e.contacts >= kMinBorderPairs) segments.touching.emplace_back(e.a, e.b);
+    if (e.a != 0 && e.contacts >= minBorderPairs) segments.touching.emplace_back(e.a, e.b);
   std::erase_if(segments.touching,
                 [&](const auto& pair) { return isDropped[pair.first] != 0 || isDropped[pair.second] != 0; });
   std::ranges::sort(segments.touching);

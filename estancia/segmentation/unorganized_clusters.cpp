@@ -19,11 +19,11 @@
 namespace estancia {
 namespace {
 
-constexpr double kMinLeaf = 0.005;         // [m]
-constexpr float kMaxCoordinate = 1e9F;     // [m]: squares stay far below the largest float
-constexpr float kLink = 3, kNext = 1.8F;   // edges of a voxel
-constexpr std::size_t kAroundNormal = 30;  // points
-constexpr std::uint32_t kNone = 0;         // no segment
+constexpr double minLeaf = 0.005;                       // [m]
+constexpr float maxCoordinate = 1e9F;                   // [m]: squares stay far below the largest float
+constexpr float linkDistance = 3, nextDistance = 1.8F;  // edges of a voxel
+constexpr std::size_t aroundNormal = 30;                // points
+constexpr std::uint32_t noSegment = 0;                  // no segment
 
 /// One point a voxel.
 struct Surface {
@@ -39,15 +39,15 @@ struct Surface {
 };
 
 bool isOutOfRange(const cv::Point3f& p) {
-  return isFinite(p) && std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) > kMaxCoordinate;
+  return isFinite(p) && std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) > maxCoordinate;
 }
 
 Surface surfaceOf(const PointCloud& cloud, int threads) {
-  const double leaf = std::max(2 * resolutionOf(cloud), kMinLeaf);
+  const double leaf = std::max(2 * resolutionOf(cloud), minLeaf);
   PointCloud thin = voxelGrid(cloud, leaf);
   Neighbors neighbors(thin.points, threads);
   NormalOptions options;
-  options.neighbors = kAroundNormal;
+  options.neighbors = aroundNormal;
   options.threads = threads;
   if (cloud.viewpoint)
     options.viewpoint = cv::Point3d(cloud.viewpoint->x, cloud.viewpoint->y, cloud.viewpoint->z);
@@ -68,8 +68,8 @@ Surface surfaceOf(const PointCloud& cloud, int threads) {
           .noise = std::move(noise),
           .neighbors = std::move(neighbors),
           .leaf = leaf,
-          .link = kLink * length,
-          .next = kNext * length,
+          .link = linkDistance * length,
+          .next = nextDistance * length,
           .oriented = oriented};
 }
 
@@ -82,12 +82,12 @@ void labelConnected(const Surface& s, const Wanted& wanted, double minPoints,
   std::vector<std::uint8_t> seen(s.size());
   std::vector<Neighbor> buffer;
   for (std::uint32_t first = 0; first < s.size(); ++first) {
-    if (!wanted(first) || labels[first] != kNone || seen[first] != 0) continue;
+    if (!wanted(first) || labels[first] != noSegment || seen[first] != 0) continue;
     group.assign(1, first);
     seen[first] = 1;
     for (std::size_t k = 0; k < group.size(); ++k)
       for (const Neighbor& n : s.neighbors.within(s.cloud.points[group[k]], s.link, buffer)) {
-        if (!wanted(n.index) || labels[n.index] != kNone || seen[n.index] != 0) continue;
+        if (!wanted(n.index) || labels[n.index] != noSegment || seen[n.index] != 0) continue;
         seen[n.index] = 1;
         group.push_back(n.index);
       }
@@ -175,7 +175,7 @@ std::vector<Plane> removePlanes(const Surface& s, const ClusterOptions& options,
     std::vector<Neighbor> buffer;
     double area = 0;
     for (const std::uint32_t i : candidates) {
-      if (labels[i] == kNone) continue;
+      if (labels[i] == noSegment) continue;
       area += pointArea;
       for (const Neighbor& n : s.neighbors.within(s.cloud.points[i], s.link, buffer))
         if (isNear(n.index)) rest[n.index] = left[n.index] = 0;
@@ -223,10 +223,10 @@ void grow(const Surface& s, const std::vector<std::uint8_t>& rest, std::vector<s
   std::vector<std::uint32_t> front;
   std::vector<Neighbor> buffer;
   for (std::uint32_t i = 0; i < s.size(); ++i)
-    if (labels[i] != kNone) front.push_back(i);
+    if (labels[i] != noSegment) front.push_back(i);
   for (std::size_t k = 0; k < front.size(); ++k)
     for (const Neighbor& n : s.neighbors.within(s.cloud.points[front[k]], s.next, buffer)) {
-      if (rest[n.index] == 0 || labels[n.index] != kNone) continue;
+      if (rest[n.index] == 0 || labels[n.index] != noSegment) continue;
       labels[n.index] = labels[front[k]];
       ++sizes[labels[front[k]]];
       front.push_back(n.index);
@@ -238,9 +238,9 @@ std::vector<SegmentBorder> bordersBetween(const Surface& s, const std::vector<st
   std::vector<std::uint64_t> pairs;
   std::vector<Neighbor> buffer;
   for (std::uint32_t i = 0; i < s.size(); ++i) {
-    if (labels[i] == kNone) continue;
+    if (labels[i] == noSegment) continue;
     for (const Neighbor& n : s.neighbors.within(s.cloud.points[i], s.next, buffer))
-      if (n.index > i && labels[n.index] != kNone && labels[n.index] != labels[i])
+      if (n.index > i && labels[n.index] != noSegment && labels[n.index] != labels[i])
         pairs.push_back(pairOf(labels[i], labels[n.index], (creases[i] | creases[n.index]) != 0));
   }
   return bordersOf(std::move(pairs));
@@ -292,7 +292,7 @@ Clusters findUnorganizedClusters(const PointCloud& cloud, const ClusterOptions& 
     if (!isMeasured(cloud.points[i])) continue;
     const auto nearest = s.neighbors.nearest(cloud.points[i], 1, buffer);
     const std::uint32_t label = labels[nearest.front().index];
-    if (label != kNone) clusters[sets.find(label)].points.push_back(i);
+    if (label != noSegment) clusters[sets.find(label)].points.push_back(i);
   }
   finish(cloud, options, clusters);
   result.clusters = std::move(clusters);

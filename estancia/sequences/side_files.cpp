@@ -39,7 +39,7 @@ const TrajectoryPoint* nearest(const std::vector<TrajectoryPoint>& points, doubl
   return gap(*best) <= maxGap ? &*best : nullptr;
 }
 
-constexpr std::size_t kAmbiguous = static_cast<std::size_t>(-1);
+constexpr std::size_t ambiguous = static_cast<std::size_t>(-1);
 
 std::string lastComponent(const std::string& name) {
   return name.substr(name.rfind('/') + 1);
@@ -90,12 +90,12 @@ void attachRooms(ListedSequence& sequence, const fs::path& file) {
   for (std::size_t i = 0; i < frames.size(); ++i) {
     byName.emplace(frames[i].name, i);
     const auto [entry, isNew] = byLastComponent.emplace(lastComponent(frames[i].name), i);
-    if (!isNew) entry->second = kAmbiguous;
+    if (!isNew) entry->second = ambiguous;
   }
   const auto find = [&](const std::string& image) {
     if (const auto exact = byName.find(image); exact != byName.end()) return exact->second;
     const auto last = byLastComponent.find(lastComponent(image));
-    return last == byLastComponent.end() ? kAmbiguous : last->second;
+    return last == byLastComponent.end() ? ambiguous : last->second;
   };
   struct Place {
     std::string room, split;
@@ -113,7 +113,7 @@ void attachRooms(ListedSequence& sequence, const fs::path& file) {
     const std::string image = printable(row.cells[0]), room = printable(row.cells[1]),
                       split = splits ? printable(row.cells[2]) : "";
     const std::size_t found = find(image);
-    if (found == kAmbiguous) {
+    if (found == ambiguous) {
       if (&row == &rows.front() && lowerCase(room) == "room" && (!splits || lowerCase(split) == "split"))
         continue;  // the header
       if (unknown++ == 0) firstUnknown = image;

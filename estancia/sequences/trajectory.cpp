@@ -17,7 +17,7 @@ namespace estancia {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::size_t kTum = 8, kKitti = 12;
+constexpr std::size_t tum = 8, kitti = 12;
 
 /// Counts lines with the same problem and keeps the first.
 struct Problem {
@@ -58,7 +58,7 @@ Trajectory readTrajectory(const fs::path& file) {
     std::string_view line = lines[i];
     const auto words = io::wordsOf(line.substr(0, line.find('#')));
     if (words.empty()) continue;
-    if (columns == 0) columns = words.size() == kKitti ? kKitti : kTum;
+    if (columns == 0) columns = words.size() == kitti ? kitti : tum;
     std::vector<double> numbers;
     for (const auto word : words)
       if (const auto number = io::toNumber(word)) numbers.push_back(*number);
@@ -68,7 +68,7 @@ Trajectory readTrajectory(const fs::path& file) {
            "numbers of a 3×4 matrix (KITTI) on every line",
            name, i + 1, numbers.size(), words.size());
     TrajectoryPoint point;
-    if (columns == kTum) {
+    if (columns == tum) {
       point.pose = poseOfTum(numbers);
       if (point.pose && std::abs(normOf(numbers) - 1) > 0.01) unnormalized.add(i + 1);
       if (std::isfinite(numbers[0])) {
@@ -82,7 +82,7 @@ Trajectory readTrajectory(const fs::path& file) {
       std::copy(numbers.begin(), numbers.end(), matrix.begin());
       point.pose = io::poseOfMatrix(matrix);
     }
-    if (!point.pose || (columns == kTum && !point.timestamp)) unusable.add(i + 1);
+    if (!point.pose || (columns == tum && !point.timestamp)) unusable.add(i + 1);
     trajectory.points.push_back(point);
   }
   if (trajectory.points.empty()) fail(ErrorCode::insufficientData, "{}: no poses", name);

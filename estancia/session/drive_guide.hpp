@@ -49,7 +49,7 @@ class DriveGuide {
   /// Frames needed by a stored drive guide, given its known().
   static void addNeededFrames(const std::string& known, const MapStore& store,
                               std::vector<std::size_t>& frames);
-  /// What it knows of the map, and of the drive so far.
+  /// Serialized: the map's part, and the state of the drive so far.
   std::string known() const;
   std::string state() const;
 

@@ -18,7 +18,8 @@ namespace {
 /// Shares of the budget: where the file starts to be made smaller; the target, as far as sizes are known; and
 /// what is small enough.
 constexpr double fullAt = 0.96, smallerTo = 0.88, smallEnough = 0.92;
-/// What is written before the size is looked at, of the budget, and what may wait in memory [bytes].
+/// Share of the budget that is written before the size is checked, and limit of waiting frames in memory
+/// [bytes].
 constexpr double writtenBetween = 0.02;
 constexpr std::size_t maxWaiting = 16'000'000;
 /// Bytes of a row of room evidence of a frame's words, without the evidence itself.

@@ -38,7 +38,7 @@ class FrameSample {
   /// The frames to leave out so that the others have at most `bytes`, and later ones of these places may
   /// take their places; nothing where the needed ones and one of each other place have more.
   std::optional<std::vector<std::size_t>> thin(const std::vector<Entry>& entries, std::uint64_t bytes);
-  /// What the needed ones and one of each other place have.
+  /// Bytes of the needed frames and of one of each other place.
   static std::uint64_t minBytes(const std::vector<Entry>& entries);
   void merge(int absorbed);
   /// Nodes with this id or a higher one are new.

@@ -72,7 +72,7 @@ void fitFile(MapStore& store, const std::optional<std::uint64_t>& megabytes) {
     store.putState(frameSampleKey, keeper.state());
     store.commit();
   }
-  // What was written before it was thinned has made the file larger than what it holds.
+  // Frames that were written and then left out have made the file larger than its content.
   sqlite::Database& file = store.database();
   const auto bytes =
       static_cast<std::uint64_t>(file.number("PRAGMA page_count") * file.number("PRAGMA page_size"));

@@ -96,7 +96,7 @@ class MappingSession {
   /// frames then: those that add the least information to the others of their places. Throws Error
   /// (tooLarge), also later, where what must stay does not fit.
   void setBudget(const MapBudget& budget);
-  /// What `change` makes of the budget that the map keeps.
+  /// Applies `change` to the budget that the map keeps.
   void changeBudget(const std::function<void(MapBudget&)>& change);
   const MapBudget& budget() const;
   /// The next frame is another drive's: the robot may be anywhere. It is localized in what earlier drives

@@ -58,7 +58,7 @@ struct MappingSession::Impl {
   void takeBudgetOf(const MapStore& other);
   /// Max number of frames of the drive guide; a share of the budget.
   std::size_t maxGuideFrames() const;
-  /// What the map must keep to go on, in order.
+  /// Frames that the map must keep to go on, in order.
   std::vector<std::size_t> neededFrames();
   /// Puts waiting frames that are needed into the file, and leaves the others out.
   void settleWaiting(const std::vector<std::size_t>& needed);
@@ -88,7 +88,7 @@ struct MappingSession::Impl {
   bool take(const MappedFrame& frame, DescriptorView descriptor, const std::optional<Pose>& given);
   void correct(const std::vector<Correction>& corrections);
   void writeWhenDue();
-  /// What has changed since the last time.
+  /// Writes what has changed since the last call.
   void write();
   const MapStore& written();
 };

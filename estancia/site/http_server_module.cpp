@@ -69,7 +69,7 @@ class BoundedStream final : public httplib::Stream {
   void get_local_ip_and_port(std::string& ip, int& port) const override { ip.clear(), port = 0; }
   socket_t socket() const override { return socket_; }
 
-  /// Takes what is still coming, for a while: who closes with something unread takes back what it sent.
+  /// Reads what is still coming, for a while: closing a socket with unread data discards what was sent.
   void drain() {
     ::shutdown(socket_, SHUT_WR);
     const auto until = Clock::now() + std::chrono::seconds(1);

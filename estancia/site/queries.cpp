@@ -287,7 +287,7 @@ Json LiveQueries::place(int node) const {
 }
 
 std::shared_ptr<const std::string> LiveQueries::map() const {
-  // Before the world: who sees a newer map under an older number asks once more.
+  // Read before the world: a newer map under an older number only causes one more request.
   const std::uint64_t revision = view_.status().mapRevision;
   const auto known = get();
   const std::lock_guard lock(known->drawing);

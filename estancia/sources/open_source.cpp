@@ -12,7 +12,7 @@
 namespace estancia {
 namespace {
 
-/// What is of recordings alone would do nothing, without a word.
+/// Rejects options that apply to recordings only.
 void requireNoRecording(const std::string& source, const FrameSourceOptions& options, bool hasTopics) {
   const SequenceOptions& sequence = options.sequence;
   const ReplayOptions usual;

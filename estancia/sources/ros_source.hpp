@@ -30,8 +30,8 @@ int rosDomain();
 
 class RosSource : public FrameSource {
  public:
-  /// `node` is ROS 2's graph. Waits some seconds for the topic of images; whoever publishes may go and come
-  /// back. Throws Error: unknownName where there is no such topic of images, with those that there are;
+  /// `node` is ROS 2's graph. Waits some seconds for the topic of images; its publisher may go and come back.
+  /// Throws Error: unknownName where there is no such topic of images, with those that there are;
   /// missingDependency.
   RosSource(const std::string& source, const RosSourceOptions& options, std::unique_ptr<ros::DdsNode> node);
   ~RosSource() override;

@@ -27,8 +27,7 @@ struct PointerKind {
   WordLink link;
 };
 
-/// What a pointer of WordNet becomes; weight 0: nothing. Opposites are not related in what they are of use
-/// for.
+/// Weight and link of a pointer of WordNet; weight 0: no edge. Antonyms get weight 0.
 PointerKind kindOf(std::string_view symbol) {
   if (symbol == "@" || symbol == "@i") return {1, WordLink::kindOf};
   if (symbol == "~" || symbol == "~i") return {1, WordLink::moreGeneral};

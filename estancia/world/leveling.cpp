@@ -15,7 +15,7 @@ namespace {
 constexpr double degree = std::numbers::pi / 180;
 /// A camera is held upright by so much.
 const double cosOfTilt = std::cos(45 * degree);
-/// What is seen of a wide plane, or of many, weighs no more: its far end is uncertain. [m²]
+/// Limit of an area's weight: the far end of a wide plane is uncertain. [m²]
 constexpr double maxArea = 4;
 /// Minimum area of planes that distinguishes one direction from the others. [m²]
 constexpr double minEvidence = 0.5;

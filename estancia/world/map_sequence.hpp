@@ -24,7 +24,7 @@ struct WorldOptions;
 OptionGroup declare(WorldOptions& options);
 
 struct MapSequenceOptions {
-  /// What is done where the map file exists.
+  /// Treatment of an existing map file.
   enum class Existing { refuse, replace, resume };
   Existing existing = Existing::refuse;
   /// Change the defaults for a new map; a map that is resumed keeps what it was made with.
@@ -37,7 +37,7 @@ struct MapSequenceOptions {
   bool posesAreInMap = false;
 };
 
-/// What mapSequence() did.
+/// Report of mapSequence().
 struct MappedSequence {
   /// Frames in the map; frames added by this call.
   std::size_t frames = 0, newFrames = 0;

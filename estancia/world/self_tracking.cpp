@@ -27,9 +27,9 @@ constexpr const char* trackerTable =
 /// Kinds of rows.
 constexpr const char *headRow = "head", *keyframeRow = "keyframe", *frameRow = "frame", *foldRow = "fold",
                      *viewRow = "view", *planesRow = "planes", *levelRow = "level";
-/// While the camera drives, a map that is off by less is level [rad]: all that was seen must be moved.
+/// Tolerance of level during a drive [rad]: a correction moves everything that was seen.
 constexpr double roughlyLevel = 0.05 * std::numbers::pi / 180;
-/// And in the end: 1 mm at 6 m.
+/// Tolerance at the end [rad]: 1 mm at 6 m.
 constexpr double exactlyLevel = 0.01 * std::numbers::pi / 180;
 
 auto numbersOf(const Pose& pose) {

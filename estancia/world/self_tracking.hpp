@@ -53,7 +53,7 @@ class SelfTracking {
   /// The frame's pose in the map, as it was last reported.
   const std::optional<Pose>& pose(std::size_t frame) const { return told_[frame]; }
 
-  /// What a frame saw; of the latest, or an earlier one.
+  /// Planes seen by the latest or an earlier frame.
   void addPlanes(std::size_t frame, std::span<const Plane> planes);
   void dropPlanes(std::size_t frame);
   /// Levels the map by all that was seen so far, and moves the frames, unless it is level within 0.05°.

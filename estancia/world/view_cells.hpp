@@ -14,8 +14,8 @@
 namespace estancia {
 
 /// Views are alike where they are from one cell of half a meter and look in about one direction (30°). The
-/// first eight of a cell are kept, then one each time the drive has doubled: a robot that drives its round
-/// for days keeps a view more of each cell, and log2 of the days.
+/// first eight of a cell are kept, then one each time the drive has doubled: for a robot that repeats its
+/// round the number of views of a cell grows with the logarithm of the days.
 class ViewCells {
  public:
   bool wants(std::size_t frame, const Pose& pose) const {

@@ -38,7 +38,7 @@ std::optional<CameraIntrinsics> cameraToTrack(const Sequence& drive, const World
 
 /// How a map that tracks its camera itself was leveled.
 struct MapLevel {
-  /// By floor, tables, ceiling and walls; else by the cameras, which were taken for upright.
+  /// Leveled by floor, tables, ceiling and walls; else by the cameras, which are assumed upright.
   bool byPlanes = false;
   /// Tilt of the first camera [degrees].
   double tilt = 0;
@@ -54,7 +54,7 @@ struct PoseJump {
   std::optional<double> seconds;
 };
 
-/// What was wrong with the frames that were observed.
+/// Faults of the frames that were observed.
 struct DriveFaults {
   struct Frames {
     std::size_t count = 0;
@@ -72,7 +72,7 @@ struct DriveFaults {
   std::size_t doubted = 0;
 };
 
-/// What a frame shows of the space is kept as an observation; areas and objects are a function of the
+/// The space that a frame shows is stored as an observation; areas and objects are a function of the
 /// observations and of the frames' poses. So they can be made again when the poses are corrected or the map
 /// is continued, and they never disagree.
 ///
@@ -130,7 +130,7 @@ class WorldMapper {
   void add(const Frame& frame, DescriptorView descriptor, const cv::Mat& image, const cv::Mat& depth,
            const CameraIntrinsics& camera, const MappingSession::Image& thumbnail, const Placed& placed,
            const std::optional<std::chrono::steady_clock::time_point>& deadline = {});
-  /// What the map is to hold.
+  /// The layers of the map.
   const WorldLayers& layers() const;
   /// Whether the camera of the frames is tracked.
   bool tracks() const;

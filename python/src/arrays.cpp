@@ -34,8 +34,8 @@ py::array contiguous(const py::array& array) {
 }
 
 cv::Mat headerOf(const py::array& array, int type) {
-  constexpr py::ssize_t kMaxPixels = py::ssize_t{1} << 30;  // cv::Mat counts with int
-  if (array.shape(0) > kMaxPixels / array.shape(1))
+  constexpr py::ssize_t maxPixels = py::ssize_t{1} << 30;  // cv::Mat counts with int
+  if (array.shape(0) > maxPixels / array.shape(1))
     fail(ErrorCode::tooLarge, "an image of {} × {} pixels is too large", array.shape(1), array.shape(0));
   const auto step =
       array.shape(0) > 1 ? static_cast<std::size_t>(array.strides(0)) : std::size_t{cv::Mat::AUTO_STEP};

@@ -70,11 +70,11 @@ py::array edgesOf(const NeuralGas& gas) {
 }
 
 py::object gasOf(NeuralGas gas) {
-  static constexpr const char* kStops[] = {"neurons", "quantization-error", "seconds", "points", "stalled"};
+  static constexpr const char* stops[] = {"neurons", "quantization-error", "seconds", "points", "stalled"};
   const py::array edges = edgesOf(gas);
   auto cloud = std::make_shared<PointCloud>(std::move(gas.cloud));
   return make("NeuralGas", cloud, edges, gas.signals, gas.quantizationError,
-              kStops[static_cast<int>(gas.stop)]);
+              stops[static_cast<int>(gas.stop)]);
 }
 
 py::object growGas(const PointCloud& cloud, const py::dict& given, const py::object& callback) {

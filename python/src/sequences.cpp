@@ -18,9 +18,9 @@ py::list reportOf(const Sequence& sequence, const py::dict& given, const py::obj
   const auto progress = makeProgress(callback);
   const CheckReport report = longCall([&] { return checkSequence(sequence, options, *progress); });
   return listOf(report.items, [](const CheckItem& item) {
-    static constexpr const char* kSeverities[] = {"fine", "warning", "problem"};
-    return make("CheckItem", kSeverities[static_cast<int>(item.severity)], item.name, item.what,
-                item.evidence, item.fix);
+    static constexpr const char* severities[] = {"fine", "warning", "problem"};
+    return make("CheckItem", severities[static_cast<int>(item.severity)], item.name, item.what, item.evidence,
+                item.fix);
   });
 }
 

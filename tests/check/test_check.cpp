@@ -25,8 +25,8 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-const cv::Affine3d kBodyFromOptical(cv::Matx33d(0, 0, 1, -1, 0, 0, 0, -1, 0)),
-    kOpenGl(cv::Matx33d(1, 0, 0, 0, -1, 0, 0, 0, -1));
+const cv::Affine3d bodyFromOptical(cv::Matx33d(0, 0, 1, -1, 0, 0, 0, -1, 0)),
+    openGl(cv::Matx33d(1, 0, 0, 0, -1, 0, 0, 0, -1));
 
 CheckReport checked(const Sequence& sequence, std::size_t frames = 20) {
   return checkSequence(sequence, {.maxFrames = frames});
@@ -72,10 +72,10 @@ const std::vector<Fault>& geometricFaults() {
        [](Altered& s) { s.pose([](const cv::Affine3d& t) { return t.inv(); }); },
        {"pose-inverted"}},
       {"OpenGL",
-       [](Altered& s) { s.pose([](const cv::Affine3d& t) { return t * kOpenGl; }); },
+       [](Altered& s) { s.pose([](const cv::Affine3d& t) { return t * openGl; }); },
        {"pose-frame"}},
       {"robot's body",
-       [](Altered& s) { s.pose([](const cv::Affine3d& t) { return t * kBodyFromOptical.inv(); }); },
+       [](Altered& s) { s.pose([](const cv::Affine3d& t) { return t * bodyFromOptical.inv(); }); },
        {"pose-frame"}},
       {"qw first",
        [](Altered& s) {
@@ -205,11 +205,11 @@ TEST(Check, SaysHowToMendIt) {
   inverted.pose([](const cv::Affine3d& t) { return t.inv(); });
   EXPECT_THAT(onlyFault(checked(inverted)).fix, HasSubstr("R' = Rᵀ"));
   EXPECT_EQ(onlyFault(checked(inverted)).severity, Severity::problem);
-  body.pose([](const cv::Affine3d& t) { return t * kBodyFromOptical.inv(); });
+  body.pose([](const cv::Affine3d& t) { return t * bodyFromOptical.inv(); });
   EXPECT_THAT(onlyFault(checked(body)).fix, HasSubstr("(-0.5, 0.5, -0.5, 0.5)"));
   // The quaternion that it names is the rotation that mends the poses.
   const cv::Affine3d named = rigidOf({0, 0, 0, -0.5, 0.5, -0.5, 0.5});
-  EXPECT_EQ(cv::norm(named.matrix, kBodyFromOptical.matrix, cv::NORM_INF), 0);
+  EXPECT_EQ(cv::norm(named.matrix, bodyFromOptical.matrix, cv::NORM_INF), 0);
   late.shiftPoses(-3);
   EXPECT_THAT(numbersIn(onlyFault(checked(late)).what), ElementsAre(3, 0.1));  // frames, seconds
   EXPECT_THAT(onlyFault(checked(late)).what, HasSubstr("late"));

@@ -43,21 +43,21 @@ PointCloud moved(PointCloud cloud, const cv::Affine3d& by) {
   return cloud;
 }
 
-const cv::Affine3d kMotion(cv::Vec3d(0.9, -1.4, 0.6), cv::Vec3d(1.5, -2, 0.7));
+const cv::Affine3d motion(cv::Vec3d(0.9, -1.4, 0.6), cv::Vec3d(1.5, -2, 0.7));
 
 TEST(Viewpoint, IsWherePointsLieEvenly) {
   for (const double noise : {0.0, 0.01}) {
     const PointCloud cloud = withGaussianNoise(roomWithBall(), noise, 3);
-    EXPECT_LT(unevenness(drawnFrom(cloud.points, 8000), {}), kEven);
-    const auto found = findViewpoint(moved(cloud, kMotion).points, 2);
+    EXPECT_LT(unevenness(drawnFrom(cloud.points, 8000), {}), even);
+    const auto found = findViewpoint(moved(cloud, motion).points, 2);
     ASSERT_TRUE(found) << noise;
-    EXPECT_LT(cv::norm(*found - cv::Point3d(kMotion.translation())), 0.25) << noise << ", at 1.8 m";
+    EXPECT_LT(cv::norm(*found - cv::Point3d(motion.translation())), 0.25) << noise << ", at 1.8 m";
   }
 }
 
 TEST(Viewpoint, OfAGridIsTheCenterOfProjection) {
-  const cv::Point3d truth(kMotion.translation());
-  PointCloud cloud = organized(moved(roomWithBall(), kMotion));
+  const cv::Point3d truth(motion.translation());
+  PointCloud cloud = organized(moved(roomWithBall(), motion));
   EXPECT_LT(cv::norm(*viewpointOfGrid(cloud) - truth), 1e-3);
   for (std::size_t i = 0; i < cloud.points.size(); i += 3)
     cloud.points[i].x = std::numeric_limits<float>::quiet_NaN();
@@ -65,11 +65,10 @@ TEST(Viewpoint, OfAGridIsTheCenterOfProjection) {
   PointCloud depth = roomWithBall();  // depth's own error does not move the rays
   for (std::size_t i = 0; i < depth.points.size(); ++i)
     depth.points[i] *= 1 + 0.02F * std::sin(static_cast<float>(i));
-  EXPECT_LT(cv::norm(*viewpointOfGrid(organized(moved(depth, kMotion))) - truth), 1e-3);
-  EXPECT_LT(
-      cv::norm(*viewpointOfGrid(moved(organized(withGaussianNoise(roomWithBall(), 0.003, 3)), kMotion)) -
-               truth),
-      0.1)
+  EXPECT_LT(cv::norm(*viewpointOfGrid(organized(moved(depth, motion))) - truth), 1e-3);
+  EXPECT_LT(cv::norm(*viewpointOfGrid(moved(organized(withGaussianNoise(roomWithBall(), 0.003, 3)), motion)) -
+                     truth),
+            0.1)
       << "across the rays it does, at 1.8 m";
 }
 

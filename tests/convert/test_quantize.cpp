@@ -81,8 +81,8 @@ struct SmallNetwork {
     describe(graph.add_input(), "input", {1, 3, side, side});
     addTensor(graph, "identity", {3, 3, 1, 1}, {1, 0, 0, 0, 1, 0, 0, 0, 1});
     std::string before = "input";
-    for (int k = 0; k < kFloatLayers; ++k) {
-      const std::string next = k + 1 < kFloatLayers ? "kept" + std::to_string(k) : "image";
+    for (int k = 0; k < floatLayers; ++k) {
+      const std::string next = k + 1 < floatLayers ? "kept" + std::to_string(k) : "image";
       addNode(graph, "Conv", {before, "identity"}, next);
       before = next;
     }

@@ -35,7 +35,7 @@ void deepen(onnx::GraphProto& graph) {
   const google::protobuf::RepeatedPtrField<onnx::NodeProto> small = graph.node();
   graph.clear_node();
   std::string last = "input";
-  for (int k = 0; k <= kFloatLayers; ++k) {
+  for (int k = 0; k <= floatLayers; ++k) {
     auto* node = graph.add_node();
     node->set_op_type("Conv");
     node->add_input(last);
@@ -43,7 +43,7 @@ void deepen(onnx::GraphProto& graph) {
     node->add_output(last = "same" + std::to_string(k));
   }
   for (const auto& node : small) *graph.add_node() = node;
-  graph.mutable_node(kFloatLayers + 1)->set_input(0, last);
+  graph.mutable_node(floatLayers + 1)->set_input(0, last);
 }
 
 class QuantizeModel : public testing::Test {

@@ -37,7 +37,7 @@ namespace {
 using test::FailsWith;
 
 const CameraIntrinsics kCamera{320, 240, 290, 290, 159.5, 119.5};
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 
 /// The surface of a bent sheet with a ball on it.
 PointCloud sheetAndBall(std::size_t count, unsigned seed) {
@@ -103,7 +103,7 @@ TEST(Esf, RefusesWhatHasNoShape) {
   pair.points.push_back({0, 1, 0});
   const PointCloud clouds[] = {{},
                                {{{0, 0, 0}, {1, 0, 0}}, {}, {}, 2, 1},
-                               {{{0, 0, 0}, {1, 0, 0}, {kNan, 1, 1}}, {}, {}, 3, 1},
+                               {{{0, 0, 0}, {1, 0, 0}, {nan, 1, 1}}, {}, {}, 3, 1},
                                {std::vector<cv::Point3f>(500, {1, 2, 3}), {}, {}, 500, 1},
                                line,
                                slanted,
@@ -134,7 +134,7 @@ TEST(Esf, DescribesAView) {
   const auto v = Esf().describe(view);
   EXPECT_EQ(v, esf(backProject(view.depth, kCamera)));
   view.depth.rowRange(0, 5).setTo(0);
-  view.depth.rowRange(5, 9).setTo(kNan);
+  view.depth.rowRange(5, 9).setTo(nan);
   EXPECT_GT(overlap(Esf().describe(view), v), 0.9);
 
   view.depth = cv::Mat::zeros(240, 320, CV_32F);

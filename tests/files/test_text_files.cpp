@@ -86,8 +86,8 @@ TEST_F(Csv, NamesTheLineOfAnOpenQuote) {
   EXPECT_THAT([&] { read("a,b\n\"c,d\ne,f\n"); }, FailsWith(ErrorCode::malformedFile));
 }
 
-const std::vector<std::string> kObjects = {"Extinguisher", "Chair", "Printer", "Bookshelf",
-                                           "Urinal",       "Trash", "Phone",   "Fridge"};
+const std::vector<std::string> objects = {"Extinguisher", "Chair", "Printer", "Bookshelf",
+                                          "Urinal",       "Trash", "Phone",   "Fridge"};
 
 class FeatureTables : public ::testing::Test {
  protected:
@@ -161,8 +161,8 @@ TEST_F(FeatureTables, RefusesTablesThatContradictThemselves) {
 TEST(RealFeatureTable, IsThatOfRobotVision) {
   const auto data = test::findData("robotvision2014_feat");
   ESTANCIA_NEEDS(data, "the real data set robotvision2014_feat is missing");
-  const FeatureTable training = readFeatureTable(*data / "training.csv", {kObjects});
-  const FeatureTable test = readFeatureTable(*data / "test.csv", {kObjects});
+  const FeatureTable training = readFeatureTable(*data / "training.csv", {objects});
+  const FeatureTable test = readFeatureTable(*data / "test.csv", {objects});
   EXPECT_EQ(training.frames.size(), 4500U);
   EXPECT_EQ(test.frames.size(), 500U);
   EXPECT_THAT(training.parts, ElementsAre(FeaturePart{"g", 0, 256}, FeaturePart{"d", 256, 8}));

@@ -86,18 +86,18 @@ Pose around(std::size_t i, std::size_t of) {
   return cameraAt(2 + 2.5 * std::cos(angle), 2.5 * std::sin(angle), angle + std::numbers::pi);
 }
 
-const OrientedBox kChair{{2, 0.6, 0.4}, {0.5, 0.5, 0.8}, 0}, kOther{{2, -0.6, 0.4}, {0.5, 0.5, 0.8}, 0};
+const OrientedBox chair{{2, 0.6, 0.4}, {0.5, 0.5, 0.8}, 0}, other{{2, -0.6, 0.4}, {0.5, 0.5, 0.8}, 0};
 
 TEST(InstanceMap, TwoEqualChairsAreTwoFromAllSides) {
   InstanceMap map(kFloor);
   for (std::size_t i = 0; i < 16; ++i) {
-    const View view = viewOf({kChair, kOther}, around(i, 16), 0.0012);
+    const View view = viewOf({chair, other}, around(i, 16), 0.0012);
     map.add(i, view.depth, view.segments, kCamera, around(i, 16));
   }
   const std::vector<ObjectInstance> found = map.instances();
   ASSERT_THAT(found, SizeIs(2));
   const std::vector<OrientedBox> boxes{found[0].box, found[1].box};
-  EXPECT_THAT(matchBoxes(boxes, std::vector{kChair, kOther}, 0.6), SizeIs(2));
+  EXPECT_THAT(matchBoxes(boxes, std::vector{chair, other}, 0.6), SizeIs(2));
   for (const ObjectInstance& instance : found) {
     EXPECT_GE(instance.views, 14U);  // one may hide the other
     EXPECT_EQ(instance.stands, Stands::floor);
@@ -126,7 +126,7 @@ TEST(InstanceMap, AWallHasHalfAVote) {
   const auto thingsWhereOthersSee = [](std::uint8_t pixel) {
     InstanceMap map(kFloor);
     for (std::size_t i = 0; i < 16; ++i) {
-      View view = viewOf({kChair}, around(i, 16));
+      View view = viewOf({chair}, around(i, 16));
       if (7 * i % 16 >= 6) view.segments.setTo(pixel, view.segments == 1);
       map.add(i, view.depth, view.segments, kCamera, around(i, 16));
     }
@@ -171,7 +171,7 @@ TEST(InstanceMap, DoesNotDependOnTheAxesOfTheMap) {
   const Floor floor(turned.rotation() * cv::Vec3d(0, 0, 1));
   InstanceMap map(floor);
   for (std::size_t i = 0; i < 16; ++i) {
-    const View view = viewOf({kChair, kOther}, around(i, 16));
+    const View view = viewOf({chair, other}, around(i, 16));
     map.add(i, view.depth, view.segments, kCamera, poseOf(turned * rigidOf(around(i, 16))));
   }
   const std::vector<ObjectInstance> found = map.instances();
@@ -186,7 +186,7 @@ TEST(InstanceMap, DoesNotDependOnTheAxesOfTheMap) {
 
 TEST(InstanceMap, AsksForImagesOfWhatHasNone) {
   InstanceMap map(kFloor);
-  const View view = viewOf({kChair, kOther}, cameraAt(0, 0, 0));
+  const View view = viewOf({chair, other}, cameraAt(0, 0, 0));
   map.add(0, view.depth, view.segments, kCamera, cameraAt(0, 0, 0));
   const std::vector<double> before = map.worthLabeling();
   ASSERT_THAT(before, SizeIs(2));

@@ -22,38 +22,38 @@ using test::FailsWith;
 using test::writeFile;
 using ::testing::ElementsAre;
 
-constexpr const char* kInstanceColumns =
+constexpr const char* instanceColumns =
     "id,category,model,model_name,room,x,y,z,size_x,size_y,size_z,yaw_degrees,movable_name\n";
-constexpr const char* kRug = "10,rug,*rug,generated,west,1,2,0.006,2.4,1.7,0.012,90,\n";
-constexpr const char* kMug = "300,mug,k28,\"Mug, \"\"red\"\"\",east,5,2,0.8,0.1,0.1,0.1,-45,mug\n";
+constexpr const char* rug = "10,rug,*rug,generated,west,1,2,0.006,2.4,1.7,0.012,90,\n";
+constexpr const char* mug = "300,mug,k28,\"Mug, \"\"red\"\"\",east,5,2,0.8,0.1,0.1,0.1,-45,mug\n";
 /// Two rooms side by side, the robot's wall between them at x = 4.
-constexpr const char* kTwoRooms =
+constexpr const char* twoRooms =
     R"({"rooms": [{"name": "west", "polygon": [[0, 0], [4, 0], [4, 4], [0, 4]]},
                   {"name": "east", "polygon": [[4, 0], [8, 0], [8, 4], [4, 4]]}]})";
 
 /// A camera at x = 2, y = 2 that looks east; what it sees at 2 m is the wall.
-const Pose kLooksEast = Pose::planar(2, 2, 0);
+const Pose looksEast = Pose::planar(2, 2, 0);
 constexpr CameraIntrinsics kCamera{16, 12, 16, 16, 7.5, 5.5};
 
 class HomeTruthFiles : public ::testing::Test {
  protected:
   std::vector<HomeInstance> instances(const std::string& rows) {
-    writeFile(folder_ / "instances.csv", kInstanceColumns + rows);
+    writeFile(folder_ / "instances.csv", instanceColumns + rows);
     return readHomeInstances(folder_ / "instances.csv");
   }
   VisibleByImage visible(const std::string& rows) {
     writeFile(folder_ / "visible.csv", "image,id,pixels,pixels_with_depth\n" + rows);
-    return readVisibleInstances(folder_ / "visible.csv", instances(std::string(kRug) + kMug));
+    return readVisibleInstances(folder_ / "visible.csv", instances(std::string(rug) + mug));
   }
   HomePlan plan() {
-    writeFile(folder_ / "home.json", kTwoRooms);
+    writeFile(folder_ / "home.json", twoRooms);
     return readHomePlan(folder_ / "home.json");
   }
   test::ScratchFolder folder_;
 };
 
 TEST_F(HomeTruthFiles, ListInstancesWithTheirBoxes) {
-  const auto found = instances(std::string(kRug) + kMug);
+  const auto found = instances(std::string(rug) + mug);
   ASSERT_EQ(found.size(), 2U);
   EXPECT_EQ(found[0].category, "rug");
   EXPECT_EQ(found[0].room, "west");
@@ -68,7 +68,7 @@ TEST_F(HomeTruthFiles, ListInstancesWithTheirBoxes) {
 
 TEST_F(HomeTruthFiles, RefuseInstancesThatCannotBe) {
   for (const std::string& rows :
-       {std::string(kRug) + kMug + kRug, std::string("9,rug,a,b,west,1,2,0,1,1,1,0,\n"),
+       {std::string(rug) + mug + rug, std::string("9,rug,a,b,west,1,2,0,1,1,1,0,\n"),
         std::string("65536,rug,a,b,west,1,2,0,1,1,1,0,\n"), std::string("10.5,rug,a,b,west,1,2,0,1,1,1,0,\n"),
         std::string("10,rug,a,b,west,nan,2,0,1,1,1,0,\n"), std::string("10,rug,a,b,west,1,1e5,0,1,1,1,0,\n"),
         std::string("10,rug,a,b,west,1,2,0,-1,1,1,0,\n"), std::string("10,rug,a,b,west,1,2,0,1,1,1,,\n"),
@@ -114,13 +114,13 @@ TEST_F(HomeTruthFiles, HaveMasksOf16Bits) {
 TEST_F(HomeTruthFiles, TellTheRoomThatMostOfTheDepthLiesIn) {
   const HomePlan home = plan();
   cv::Mat depth(12, 16, CV_32F, cv::Scalar(1.5));
-  EXPECT_EQ(roomSeen(home, depth, kCamera, kLooksEast), 0U);
+  EXPECT_EQ(roomSeen(home, depth, kCamera, looksEast), 0U);
   depth = 2;
-  EXPECT_EQ(roomSeen(home, depth, kCamera, kLooksEast), 0U) << "a wall belongs to the side that is seen";
+  EXPECT_EQ(roomSeen(home, depth, kCamera, looksEast), 0U) << "a wall belongs to the side that is seen";
   depth.colRange(0, 9) = 3;
-  EXPECT_EQ(roomSeen(home, depth, kCamera, kLooksEast), 1U) << "through a door";
+  EXPECT_EQ(roomSeen(home, depth, kCamera, looksEast), 1U) << "through a door";
   depth.colRange(0, 9) = 0;
-  EXPECT_EQ(roomSeen(home, depth, kCamera, kLooksEast), 0U) << "no depth, no vote";
+  EXPECT_EQ(roomSeen(home, depth, kCamera, looksEast), 0U) << "no depth, no vote";
   EXPECT_EQ(roomSeen(home, depth, kCamera, Pose::planar(2, 2, std::numbers::pi)), 0U);
   EXPECT_EQ(roomSeen(home, depth, kCamera, Pose::planar(100, 2, 0)), std::nullopt);
 }
@@ -176,9 +176,9 @@ TEST(RenderedHome, AQuarterOfTheDaySeesAnotherRoomThanItStandsIn) {
 }
 
 /// A hall that is L-shaped around a bath, which lies in its upper right corner.
-constexpr const char* kHall =
+constexpr const char* hall =
     R"({"name": "hall", "polygon": [[0, 0], [4, 0], [4, 2], [2, 2], [2, 4], [0, 4]]})";
-constexpr const char* kBath = R"({"name": "bath", "polygon": [[2, 2], [4, 2], [4, 4], [2, 4]]})";
+constexpr const char* bath = R"({"name": "bath", "polygon": [[2, 2], [4, 2], [4, 4], [2, 4]]})";
 
 class HomePlans : public ::testing::Test {
  protected:
@@ -190,7 +190,7 @@ class HomePlans : public ::testing::Test {
     return [this, text] { read(text); };
   }
   HomePlan readTwoRooms(const std::string& openings) {
-    return read(std::string(R"({"rooms": [)") + kHall + "," + kBath + "]" + openings + "}");
+    return read(std::string(R"({"rooms": [)") + hall + "," + bath + "]" + openings + "}");
   }
   test::ScratchFolder folder_;
 };
@@ -229,7 +229,7 @@ TEST_F(HomePlans, RefuseWhatIsNoPlan) {
        {std::string("{"), std::string("[]"), std::string("{}"), std::string(R"({"rooms": []})"),
         std::string(R"({"rooms": {}})"), std::string(R"({"rooms": [7]})"), std::string(R"({"rooms": [NaN]})"),
         std::string(R"({"rooms": [{"name": "a"}]})"), std::string(80, '[') + std::string(80, ']'),
-        fmt::format(R"({{"rooms": [{}, {}]}})", kBath, kBath)})
+        fmt::format(R"({{"rooms": [{}, {}]}})", bath, bath)})
     EXPECT_THAT(reading(text), FailsWith(ErrorCode::malformedFile)) << text;
   EXPECT_THAT([&] { readHomePlan(folder_ / "none.json"); }, FailsWith(ErrorCode::fileNotFound));
 }

@@ -191,12 +191,12 @@ TEST_F(NyuObjectViews, ClassesMustBeNamedInOrder) {
     EXPECT_THAT(problem(classes), FailsWith(ErrorCode::insufficientData)) << classes;
 }
 
-const std::string kStart =
+const std::string start =
     "# estancia object samples 1\nname,instance,category,split,frame,x,y,width,height,flat,at_border\n";
 
 test::Caught problemWith(const std::string& rows) {
   const test::ScratchFolder folder;
-  writeFile(folder / "samples.csv", kStart + rows);
+  writeFile(folder / "samples.csv", start + rows);
   return test::caught([&] { readObjectSamples(folder.path()); });
 }
 

@@ -20,7 +20,7 @@ using test::encoded;
 using test::FailsWith;
 using ::testing::IsEmpty;
 
-constexpr double kDegree = std::numbers::pi / 180;
+constexpr double degree = std::numbers::pi / 180;
 
 /// A gray world with one red spot in direction (`heading` counter-clockwise from the center, `elevation` up)
 /// [degrees].
@@ -55,7 +55,7 @@ class Panorama : public ::testing::Test {
 };
 
 TEST_F(Panorama, ShowsThingsWhereTheyAre) {
-  const double focal = 160 / std::tan(40 * kDegree);
+  const double focal = 160 / std::tan(40 * degree);
   for (const double spot : {0.0, 75.0, 180.0, 250.0}) {
     add("world.exr", worldWithSpot(spot, 12));
     for (const double turnedLeft : {-30.0, -5.0, 0.0, 20.0, 33.0}) {
@@ -65,12 +65,12 @@ TEST_F(Panorama, ShowsThingsWhereTheyAre) {
       const auto seen = findSpot(view->image(0));
       ASSERT_TRUE(seen) << spot << " " << turnedLeft;
       // Turning to the left moves things to the right; what is above the horizon is in the upper half.
-      EXPECT_NEAR(seen->x, 160 + focal * std::tan(turnedLeft * kDegree), 1.5) << spot << " " << turnedLeft;
-      EXPECT_NEAR(seen->y, 120 - focal * std::tan(12 * kDegree) / std::cos(turnedLeft * kDegree), 1.5);
+      EXPECT_NEAR(seen->x, 160 + focal * std::tan(turnedLeft * degree), 1.5) << spot << " " << turnedLeft;
+      EXPECT_NEAR(seen->y, 120 - focal * std::tan(12 * degree) / std::cos(turnedLeft * degree), 1.5);
       // The pose agrees: it looks along the heading, in the map's counter-clockwise sense.
       const auto forward = view->frame(0).pose->forward();
-      EXPECT_NEAR(forward[0], std::cos(options_.turn * kDegree), 1e-9);
-      EXPECT_NEAR(forward[1], std::sin(options_.turn * kDegree), 1e-9);
+      EXPECT_NEAR(forward[0], std::cos(options_.turn * degree), 1e-9);
+      EXPECT_NEAR(forward[1], std::sin(options_.turn * degree), 1e-9);
     }
     options_.turn = spot + 60;
     EXPECT_FALSE(findSpot(open()->image(0))) << "out of sight";

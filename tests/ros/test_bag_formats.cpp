@@ -188,11 +188,11 @@ TEST_F(McapBag, MessagesOfOtherEncodingsAreNamed) {
 
 TEST_F(McapBag, AWrongChecksumCostsTheMessagesOfItsChunk) {
   // The first chunk begins behind the magic and a header of 16 bytes; its checksum behind three numbers.
-  constexpr std::size_t kChecksum = 8 + 9 + 16 + 9 + 24;
+  constexpr std::size_t checksum = 8 + 9 + 16 + 9 + 24;
   for (const char* compression : {"none", "lz4", "zstd"}) {
     SCOPED_TRACE(compression);
     std::string bytes = mcapBag(mcapDrive(), {.compression = compression, .chunkBytes = 2000});
-    bytes[kChecksum] ^= 1;
+    bytes[checksum] ^= 1;
     const auto bag = open(bytes);
     std::size_t unreadable = 0;
     const auto found = contentsOf(*bag, &unreadable);

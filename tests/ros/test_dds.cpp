@@ -57,7 +57,7 @@ struct Arrivals {
 constexpr const char* kTopic = "/camera/image_raw";
 constexpr const char* kType = "sensor_msgs/Image";
 /// 640 × 480 rgb8.
-constexpr std::size_t kImageBytes = 640 * 480 * 3 + 64;
+constexpr std::size_t imageBytes = 640 * 480 * 3 + 64;
 
 /// A message in CDR that is distinguishable from others.
 std::vector<std::byte> messageWith(unsigned char mark, std::size_t bytes = 8) {
@@ -127,13 +127,13 @@ TEST(Dds, MessagesArriveOrAreCountedAsLostAndTheNewestAreLeft) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   });
   constexpr std::uint32_t written = 500;
-  WriterProcess writer(domain, {.bytes = kImageBytes, .hertz = 0, .count = written});
+  WriterProcess writer(domain, {.bytes = imageBytes, .hertz = 0, .count = written});
   EXPECT_EQ(writer.wait(), 0);
   ASSERT_TRUE(eventually([&] { return arrivals.last() == written - 1; }));
   const DdsCounts counts = subscription->counts();
   EXPECT_EQ(counts.received + counts.lost, written - arrivals.first);
   EXPECT_GT(counts.lost, 0U);
-  EXPECT_EQ(arrivals.bytes, kImageBytes);
+  EXPECT_EQ(arrivals.bytes, imageBytes);
   EXPECT_EQ(counts.trouble, "");
 }
 

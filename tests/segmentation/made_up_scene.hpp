@@ -14,7 +14,7 @@ namespace estancia::test {
 /// How far along origin + t · ray something is (of several hits the nearest), or infinity. Meters, z up.
 using Shape = std::function<double(const cv::Vec3d& origin, const cv::Vec3d& ray)>;
 
-inline constexpr double kNever = HUGE_VAL;
+inline constexpr double never = HUGE_VAL;
 
 /// What of the plane through `at` lies within half · side of it, along two directions at right angles.
 inline Shape board(const cv::Vec3d& at, const cv::Vec3d& along, const cv::Vec3d& up, double halfAlong,
@@ -24,7 +24,7 @@ inline Shape board(const cv::Vec3d& at, const cv::Vec3d& along, const cv::Vec3d&
     const double t = (at - origin).dot(normal) / ray.dot(normal);
     const cv::Vec3d d = origin + t * ray - at;
     const bool hit = t > 0 && std::abs(d.dot(along)) <= halfAlong && std::abs(d.dot(up)) <= halfUp;
-    return hit ? t : kNever;
+    return hit ? t : never;
   };
 }
 
@@ -37,7 +37,7 @@ inline Shape box(const cv::Vec3d& at, const cv::Vec3d& size, double angle = 0) {
   const cv::Vec3d x(std::cos(angle), std::sin(angle), 0), y(-std::sin(angle), std::cos(angle), 0), z(0, 0, 1);
   const cv::Vec3d middle = at + z * (size[2] / 2);
   return [=](const cv::Vec3d& origin, const cv::Vec3d& ray) {
-    double in = 0, out = kNever;
+    double in = 0, out = never;
     const cv::Vec3d axes[] = {x, y, z};
     for (int k = 0; k < 3; ++k) {
       const double along = ray.dot(axes[k]), from = (middle - origin).dot(axes[k]);
@@ -45,7 +45,7 @@ inline Shape box(const cv::Vec3d& at, const cv::Vec3d& size, double angle = 0) {
       in = std::max(in, std::min(a, b));
       out = std::min(out, std::max(a, b));
     }
-    return in > 0 && in <= out ? in : kNever;
+    return in > 0 && in <= out ? in : never;
   };
 }
 
@@ -57,7 +57,7 @@ inline Shape bowl(const cv::Vec3d& middle, double radius, double rim) {
     const double root = std::sqrt(b * b - a * c);  // NaN beside it
     for (const double t : {(-b - root) / a, (-b + root) / a})
       if (t > 0 && origin[2] + t * ray[2] <= rim) return t;
-    return kNever;
+    return never;
   };
 }
 
@@ -87,14 +87,14 @@ inline Seen see(const std::vector<Shape>& shapes, const View& view = {}) {
   for (int v = 0; v < camera.height; ++v)
     for (int u = 0; u < camera.width; ++u) {
       const cv::Vec3d ray = forward + camera.slopeX(u) * right + camera.slopeY(v) * down;
-      double nearest = kNever;
+      double nearest = never;
       for (std::size_t i = 0; i < shapes.size(); ++i) {
         const double t = shapes[i](view.from, ray);
         if (!(t < nearest)) continue;
         nearest = t;
         seen.shape.at<int>(v, u) = static_cast<int>(i);
       }
-      if (nearest < kNever)
+      if (nearest < never)
         seen.depth.at<float>(v, u) = static_cast<float>(1 / (1 / nearest + random.gaussian(view.noise)));
     }
   return seen;

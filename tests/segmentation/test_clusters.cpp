@@ -31,9 +31,9 @@ using test::View;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-using test::kNaN;
+using test::naN;
 const View kView;
-const Shape kTable = level(0);
+const Shape table = level(0);
 const Shape kBox = box({0, 0, 0}, {0.16, 0.1, 0.12}, 0.5);
 
 /// Intersection over union of a cluster and a shape.
@@ -99,7 +99,7 @@ TEST(Clusters, BoxOnATable) {
 
 TEST(Clusters, BoxOnABoxIsTwoThings) {
   const Seen seen =
-      see({kTable, box({0, 0, 0}, {0.26, 0.2, 0.1}, 0.4), box({0, 0.02, 0.1}, {0.1, 0.1, 0.1}, 0.9)});
+      see({table, box({0, 0, 0}, {0.26, 0.2, 0.1}, 0.4), box({0, 0.02, 0.1}, {0.1, 0.1, 0.1}, 0.9)});
   const Clusters found = findClusters(seen.depth, kView.camera);
   EXPECT_THAT(found.clusters, SizeIs(2));
   EXPECT_GT(bestOverlap(found, seen, 1), 0.8);
@@ -117,8 +117,7 @@ cv::Mat colorsOf(const Seen& seen, const std::vector<cv::Vec3b>& colors) {
 }
 
 TEST(Clusters, ColorTellsTouchingBoxesOfOneHeightApart) {
-  const Seen seen =
-      see({kTable, box({-0.06, 0, 0}, {0.12, 0.1, 0.12}), box({0.06, 0, 0}, {0.12, 0.1, 0.12})});
+  const Seen seen = see({table, box({-0.06, 0, 0}, {0.12, 0.1, 0.12}), box({0.06, 0, 0}, {0.12, 0.1, 0.12})});
   EXPECT_THAT(findClusters(seen.depth, kView.camera).clusters, SizeIs(1)) << "geometry is silent";
   const cv::Mat image = colorsOf(seen, {{40, 40, 200}, {200, 60, 40}});
   const Clusters found = findClusters(seen.depth, kView.camera, {}, image);
@@ -134,14 +133,14 @@ TEST(Clusters, ColorTellsTouchingBoxesOfOneHeightApart) {
 }
 
 TEST(Clusters, BowlIsOneThingInsideAndOutside) {
-  const Seen seen = see({kTable, bowl({0, 0, 0.1}, 0.1, 0.09)});
+  const Seen seen = see({table, bowl({0, 0, 0.1}, 0.1, 0.09)});
   const Clusters found = findClusters(seen.depth, kView.camera);
   EXPECT_THAT(found.clusters, SizeIs(1));
   EXPECT_GT(bestOverlap(found, seen, 1), 0.85);
 }
 
 TEST(Clusters, HalvesBehindAPillarAreOneThing) {
-  const Seen seen = see({kTable, box({0, 0.15, 0}, {0.4, 0.08, 0.15}), box({0, -0.1, 0}, {0.06, 0.06, 0.3})});
+  const Seen seen = see({table, box({0, 0.15, 0}, {0.4, 0.08, 0.15}), box({0, -0.1, 0}, {0.06, 0.06, 0.3})});
   const Clusters found = findClusters(seen.depth, kView.camera);
   EXPECT_THAT(found.clusters, SizeIs(2));
   EXPECT_GT(bestOverlap(found, seen, 1), 0.85);
@@ -153,11 +152,11 @@ TEST(Clusters, WallAndFloorAreNone) {
   view.from = {0, -2, 1.2};
   view.to = {0, 0.5, 0.7};
   const Shape wall = board({0, 1, 0}, {1, 0, 0}, {0, 0, 1}, 50, 50);
-  const Seen seen = see({kTable, wall}, view);
+  const Seen seen = see({table, wall}, view);
   const Clusters found = findClusters(seen.depth, view.camera);
   EXPECT_THAT(found.planes, SizeIs(2));
   EXPECT_THAT(found.clusters, IsEmpty());
-  const Seen withBox = see({kTable, wall, box({0.3, 0.6, 0}, {0.4, 0.3, 0.5}, 0.3)}, view);
+  const Seen withBox = see({table, wall, box({0.3, 0.6, 0}, {0.4, 0.3, 0.5}, 0.3)}, view);
   const Clusters more = findClusters(withBox.depth, view.camera);
   EXPECT_THAT(more.planes, SizeIs(2));
   ASSERT_THAT(more.clusters, SizeIs(1));
@@ -166,7 +165,7 @@ TEST(Clusters, WallAndFloorAreNone) {
 
 TEST(Clusters, ThingsAtTheBorder) {
   for (const double x : {-0.55, 0.55}) {
-    const Seen seen = see({kTable, box({x, 0, 0}, {0.16, 0.1, 0.12}, 0.5)});
+    const Seen seen = see({table, box({x, 0, 0}, {0.16, 0.1, 0.12}, 0.5)});
     Clusters found = findClusters(seen.depth, kView.camera);
     ASSERT_THAT(found.clusters, SizeIs(1));
     EXPECT_TRUE(found.clusters.front().atBorder);
@@ -184,7 +183,7 @@ TEST(Clusters, ThingsAtTheBorder) {
 }
 
 TEST(Clusters, LostRowsAndColumnsCutNothing) {
-  const Seen whole = see({kTable, kBox});
+  const Seen whole = see({table, kBox});
   for (const int step : {480, 9}) {
     Seen seen{whole.depth.clone(), whole.shape.clone(), whole.toScene};
     for (int i = step / 2; i < 480; i += step) {
@@ -201,7 +200,7 @@ TEST(Clusters, LostRowsAndColumnsCutNothing) {
 }
 
 TEST(Clusters, SameForAnyThreadsAndSeedsFindTheSame) {
-  const Seen seen = see({kTable, kBox, bowl({0.25, 0.1, 0.06}, 0.08, 0.09), level(0.3, 0.2, 0.1, -0.3, 0.4)});
+  const Seen seen = see({table, kBox, bowl({0.25, 0.1, 0.06}, 0.08, 0.09), level(0.3, 0.2, 0.1, -0.3, 0.4)});
   ClusterOptions options;
   options.threads = 1;
   const Clusters one = findClusters(seen.depth, kView.camera, options);
@@ -237,7 +236,7 @@ TEST(Clusters, CrowdedImagesAreTheSameOnAnyThreads) {
 }
 
 TEST(Clusters, OnlyAsSmallAsAskedFor) {
-  const Seen seen = see({kTable, kBox});
+  const Seen seen = see({table, kBox});
   ClusterOptions options;
   const std::size_t size = findClusters(seen.depth, kView.camera).clusters.at(0).points.size();
   options.minPoints = size;
@@ -248,12 +247,12 @@ TEST(Clusters, OnlyAsSmallAsAskedFor) {
 
 TEST(Clusters, NothingIsNoError) {
   for (const cv::Size size : {cv::Size(64, 48), cv::Size(1, 1), cv::Size(3, 2), cv::Size(1, 48)})
-    for (const float z : {0.F, kNaN, -1.F, 1e30F, 1e-30F, std::numeric_limits<float>::infinity()}) {
+    for (const float z : {0.F, naN, -1.F, 1e30F, 1e-30F, std::numeric_limits<float>::infinity()}) {
       const Clusters found = findClusters(cv::Mat(size, CV_32F, cv::Scalar(z)), kView.camera);
       EXPECT_THAT(found.planes, IsEmpty()) << size << z;
       EXPECT_THAT(found.clusters, IsEmpty()) << size << z;
     }
-  EXPECT_THAT(findClusters(see({kTable}).depth, kView.camera).clusters, IsEmpty());
+  EXPECT_THAT(findClusters(see({table}).depth, kView.camera).clusters, IsEmpty());
 }
 
 TEST(Clusters, RefusesWhatIsNoDepthImageAndOptionsOutOfRange) {

@@ -54,18 +54,18 @@ double clustered(const Clusters& found, const Seen& seen, const Parts& parts) {
 }
 
 /// 0 floor, 1 and 2 walls, 3 to 7 a table, 8 and 9 things on it, 10 a cupboard at the wall.
-const std::vector<Shape> kRoom{level(0),
-                               board({0, 3, 1.25}, {1, 0, 0}, {0, 0, 1}, 10, 1.25),
-                               board({-2, 0, 1.25}, {0, 1, 0}, {0, 0, 1}, 10, 1.25),
-                               box({0, 1.3, 0.66}, {1.2, 0.8, 0.04}),
-                               box({-0.55, 0.95, 0}, {0.06, 0.06, 0.66}),
-                               box({0.55, 0.95, 0}, {0.06, 0.06, 0.66}),
-                               box({-0.55, 1.65, 0}, {0.06, 0.06, 0.66}),
-                               box({0.55, 1.65, 0}, {0.06, 0.06, 0.66}),
-                               box({-0.2, 1.2, 0.7}, {0.12, 0.12, 0.15}, 0.4),
-                               box({0.3, 1.4, 0.7}, {0.25, 0.15, 0.1}, 1),
-                               box({-1.2, 2.7, 0}, {0.8, 0.5, 1.1})};
-const Parts kBounds{0, 1, 2}, kTableParts{3, 4, 5, 6, 7};
+const std::vector<Shape> room{level(0),
+                              board({0, 3, 1.25}, {1, 0, 0}, {0, 0, 1}, 10, 1.25),
+                              board({-2, 0, 1.25}, {0, 1, 0}, {0, 0, 1}, 10, 1.25),
+                              box({0, 1.3, 0.66}, {1.2, 0.8, 0.04}),
+                              box({-0.55, 0.95, 0}, {0.06, 0.06, 0.66}),
+                              box({0.55, 0.95, 0}, {0.06, 0.06, 0.66}),
+                              box({-0.55, 1.65, 0}, {0.06, 0.06, 0.66}),
+                              box({0.55, 1.65, 0}, {0.06, 0.06, 0.66}),
+                              box({-0.2, 1.2, 0.7}, {0.12, 0.12, 0.15}, 0.4),
+                              box({0.3, 1.4, 0.7}, {0.25, 0.15, 0.1}, 1),
+                              box({-1.2, 2.7, 0}, {0.8, 0.5, 1.1})};
+const Parts bounds{0, 1, 2}, tableParts{3, 4, 5, 6, 7};
 
 View inRoom() {
   View view;
@@ -77,11 +77,11 @@ View inRoom() {
 }
 
 void expectRoom(const Clusters& found, const Seen& seen) {
-  EXPECT_GT(bestOverlapOf(found, seen, kTableParts), 0.6);
+  EXPECT_GT(bestOverlapOf(found, seen, tableParts), 0.6);
   EXPECT_GT(bestOverlapOf(found, seen, {8}), 0.6);
   EXPECT_GT(bestOverlapOf(found, seen, {9}), 0.6);
   EXPECT_GT(bestOverlapOf(found, seen, {10}), 0.6);
-  EXPECT_LT(clustered(found, seen, kBounds), 0.03);
+  EXPECT_LT(clustered(found, seen, bounds), 0.03);
   EXPECT_LE(found.clusters.size(), 6U);
 }
 
@@ -101,14 +101,14 @@ TEST(Furniture, WhatStandsOnAWorktopNearEyeHeightIsAThing) {
 
 TEST(Furniture, IsOneThingAndWhatStandsOnItAnother) {
   const View view = inRoom();
-  const Seen seen = see(kRoom, view);
+  const Seen seen = see(room, view);
   expectRoom(findClusters(seen.depth, view.camera), seen);
 }
 
 TEST(Furniture, IsFoundByATiltedCamera) {
   View view = inRoom();
   view.roll = 20 * CV_PI / 180;
-  const Seen seen = see(kRoom, view);
+  const Seen seen = see(room, view);
   expectRoom(findClusters(seen.depth, view.camera), seen);
 }
 
@@ -116,7 +116,7 @@ TEST(Furniture, ThatFillsTheViewBearsThingsLikeAnyTable) {
   View view = inRoom();
   view.from = {0, 0.6, 1.3};
   view.to = {0, 1.3, 0.7};
-  const Seen seen = see({box({0, 1.3, 0}, {4, 4, 0.7}), kRoom[8], kRoom[9]}, view);
+  const Seen seen = see({box({0, 1.3, 0}, {4, 4, 0.7}), room[8], room[9]}, view);
   const Clusters found = findClusters(seen.depth, view.camera);
   ASSERT_THAT(found.planes, SizeIs(1));
   EXPECT_TRUE(found.planes.front().structural);
@@ -128,10 +128,10 @@ TEST(Furniture, ThatFillsTheViewBearsThingsLikeAnyTable) {
 TEST(Furniture, TallAsARoomIsToldFromItsWalls) {
   const View view = inRoom();
   // A wardrobe as high as the room, beside whose front the wall is seen.
-  const Seen seen = see({kRoom[0], kRoom[1], kRoom[2], box({-1, 2.7, 0}, {1.2, 0.6, 2.5})}, view);
+  const Seen seen = see({room[0], room[1], room[2], box({-1, 2.7, 0}, {1.2, 0.6, 2.5})}, view);
   const Clusters found = findClusters(seen.depth, view.camera);
   EXPECT_GT(bestOverlapOf(found, seen, {3}), 0.6);
-  EXPECT_LT(clustered(found, seen, kBounds), 0.03);
+  EXPECT_LT(clustered(found, seen, bounds), 0.03);
 }
 
 /// An image in which each shape has one color.

@@ -28,18 +28,18 @@ using test::View;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-using test::kNaN;
+using test::naN;
 
 View lookingAtATable() {
   View view;
   view.camera = view.camera.scaledTo(320, 240);
   return view;
 }
-const View kTableView = lookingAtATable();
+const View tableView = lookingAtATable();
 
 Seen tableWithTwoThings() {
   return see({level(0), box({-0.12, 0, 0}, {0.16, 0.1, 0.12}, 0.5), bowl({0.15, 0, 0.06}, 0.06, 1)},
-             kTableView);
+             tableView);
 }
 
 PointCloud without(PointCloud cloud, bool grid) {
@@ -65,8 +65,8 @@ double bestLooseOverlap(const Clusters& found, const Seen& seen, int shape) {
 
 TEST(CloudClusters, OrganizedAsTheImageItCameFrom) {
   const Seen seen = tableWithTwoThings();
-  const PointCloud cloud = backProject(seen.depth, kTableView.camera);
-  const Clusters found = findClusters(cloud), image = findClusters(seen.depth, kTableView.camera);
+  const PointCloud cloud = backProject(seen.depth, tableView.camera);
+  const Clusters found = findClusters(cloud), image = findClusters(seen.depth, tableView.camera);
   ASSERT_THAT(found.planes, SizeIs(1));
   ASSERT_EQ(found.clusters.size(), image.clusters.size());
   for (std::size_t i = 0; i < found.clusters.size(); ++i) {
@@ -77,12 +77,12 @@ TEST(CloudClusters, OrganizedAsTheImageItCameFrom) {
 
 TEST(CloudClusters, WithoutAGrid) {
   const Seen seen = tableWithTwoThings();
-  const PointCloud cloud = without(backProject(seen.depth, kTableView.camera), false);
+  const PointCloud cloud = without(backProject(seen.depth, tableView.camera), false);
   ClusterOptions options;
   options.threads = 1;
   const Clusters found = findClusters(cloud, options);
   ASSERT_THAT(found.planes, SizeIs(1));
-  EXPECT_NEAR(found.planes.front().offset, -kTableView.from[2], 0.01);
+  EXPECT_NEAR(found.planes.front().offset, -tableView.from[2], 0.01);
   EXPECT_THAT(found.clusters, SizeIs(2));
   EXPECT_GT(bestLooseOverlap(found, seen, 1), 0.75);
   EXPECT_GT(bestLooseOverlap(found, seen, 2), 0.75);
@@ -102,7 +102,7 @@ TEST(CloudClusters, WithoutAGrid) {
 
 TEST(CloudClusters, AGridThatNoPinholeCameraSawIsNone) {
   const Seen seen = tableWithTwoThings();
-  PointCloud cloud = backProject(seen.depth, kTableView.camera);
+  PointCloud cloud = backProject(seen.depth, tableView.camera);
   for (cv::Point3f& p : cloud.points) p = {p.x, -p.z, p.y};  // turned: as a map has it
   cloud.viewpoint.emplace();
   const Clusters found = findClusters(cloud);
@@ -115,7 +115,7 @@ TEST(CloudClusters, NothingIsNoError) {
   ClusterOptions options;
   options.minPoints = 1;
   EXPECT_THAT(findClusters(PointCloud(), options).clusters, IsEmpty());
-  EXPECT_THAT(findClusters(cloudOf({{kNaN, 0, 0}, {0, kNaN, 1}}), options).clusters, IsEmpty());
+  EXPECT_THAT(findClusters(cloudOf({{naN, 0, 0}, {0, naN, 1}}), options).clusters, IsEmpty());
   EXPECT_THAT(findClusters(cloudOf(std::vector(6, cv::Point3f(0, 0, 0))), options).clusters, IsEmpty())
       << "not measured";
   for (const std::size_t count : {1, 2, 1000}) {
@@ -144,7 +144,7 @@ TEST(PointsOf, TakesColorsAndNormalsAlong) {
   PointCloud cloud = cloudOf({{1, 0, 0}, {2, 0, 0}, {3, 0, 0}, {4, 0, 0}});
   cloud.width = cloud.height = 2;
   cloud.colors = {{1, 0, 0}, {2, 0, 0}, {3, 0, 0}, {4, 0, 0}};
-  cloud.normals = {{0, 0, 1}, {0, 1, 0}, {1, 0, 0}, {kNaN, kNaN, kNaN}};
+  cloud.normals = {{0, 0, 1}, {0, 1, 0}, {1, 0, 0}, {naN, naN, naN}};
   cloud.viewpoint = Pose{1, 2, 3};
   const PointCloud part = pointsOf(cloud, {0, 2});
   EXPECT_EQ(part.width, 2U);
@@ -173,7 +173,7 @@ TEST(IsFlat, OnePlaneWithinNoise) {
   EXPECT_FALSE(isFlat(sheet(1, 0.0014 * 4, 0)));
   EXPECT_FALSE(isFlat(sheet(1, 0.0014, 0.5)));  // two faces
   PointCloud holed = sheet(1, 0.0014, 0);
-  for (std::size_t i = 0; i < holed.points.size(); i += 3) holed.points[i].z = kNaN;
+  for (std::size_t i = 0; i < holed.points.size(); i += 3) holed.points[i].z = naN;
   EXPECT_TRUE(isFlat(holed));
   PointCloud far = sheet(1, 0.0014 * 4, 0);
   far.viewpoint = Pose{0, 0, -1};

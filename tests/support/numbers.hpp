@@ -11,7 +11,7 @@
 
 namespace estancia::test {
 
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr float naN = std::numeric_limits<float>::quiet_NaN();
 
 /// Bytes in the machine's order, or swapped.
 template <class T>

@@ -32,7 +32,7 @@ struct LocalType {
   bool isVlad;
 };
 
-constexpr LocalType kLocalTypes[] = {
+constexpr LocalType localTypes[] = {
     {"orb-words", "bag of visual words of ORB, tf-idf", LocalFeature::orb, false},
     {"sift-words", "bag of visual words of SIFT, tf-idf", LocalFeature::sift, false},
     {"orb-vlad", "ORB aggregated by VLAD", LocalFeature::orb, true},
@@ -41,8 +41,8 @@ constexpr LocalType kLocalTypes[] = {
 
 const LocalType* findLocalType(const std::string& type) {
   const auto* found =
-      std::ranges::find(kLocalTypes, type, [](const LocalType& t) { return std::string(t.name); });
-  return found == std::end(kLocalTypes) ? nullptr : found;
+      std::ranges::find(localTypes, type, [](const LocalType& t) { return std::string(t.name); });
+  return found == std::end(localTypes) ? nullptr : found;
 }
 
 /// Learns when it is asked first: where all values are in the cache, nothing is learned.
@@ -117,7 +117,7 @@ LexicalDescriptor FeatureLabeler::infer(const Prepared& prepared) {
 
 Choices featureTypes() {
   Choices types;
-  for (const LocalType& type : kLocalTypes) types.push_back({type.name, type.explanation});
+  for (const LocalType& type : localTypes) types.push_back({type.name, type.explanation});
   for (const auto& [name, explanation] : descriptorTypes())
     if (!findDescriptor(name)->needsDepth()) types.push_back({name, explanation});
   return types;

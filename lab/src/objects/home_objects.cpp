@@ -20,7 +20,7 @@ namespace estancia::experiments {
 namespace {
 
 constexpr int homeObjectsVersion = 3;  // version of the code below: drives of another one are mapped anew
-const std::string kCounted = "all but fixture";
+const std::string countedRow = "all but fixture";
 
 struct HomeMap {
   std::vector<ObjectInstance> instances;
@@ -70,7 +70,7 @@ CellResults scoreHome(const std::filesystem::path& folder, double noise,
   const InstanceAccuracy accuracy = judgeInstances(
       found, trueThings(io::readHomeTruth(folder), options.classes, nullptr, {}, options.minPixels));
   std::map<std::string, InstanceScore> scores = accuracy.ofClass;
-  scores[kCounted] = accuracy.counted;
+  scores[countedRow] = accuracy.counted;
   CellResults results;
   for (const auto& [name, score] : scores) {
     for (const auto& [measure, value] :
@@ -79,8 +79,8 @@ CellResults scoreHome(const std::filesystem::path& folder, double noise,
       results.push_back({measure, name, static_cast<double>(value)});
     if (score.error) results.push_back({"error", name, *score.error});
   }
-  results.push_back({"split", kCounted, static_cast<double>(accuracy.split.value_or(0))});
-  results.push_back({"merged", kCounted, static_cast<double>(accuracy.merged.value_or(0))});
+  results.push_back({"split", countedRow, static_cast<double>(accuracy.split.value_or(0))});
+  results.push_back({"merged", countedRow, static_cast<double>(accuracy.merged.value_or(0))});
   return results;
 }
 
@@ -98,7 +98,7 @@ ResultTable objectTable(const std::string& title, const CellResults& results) {
                     {get("things").value_or(0), get("found").value_or(0), result.value,
                      get("right").value_or(0), get("error"), get("split"), get("merged")}});
   }
-  std::stable_partition(rows.begin(), rows.end(), [](const auto& row) { return row.first != kCounted; });
+  std::stable_partition(rows.begin(), rows.end(), [](const auto& row) { return row.first != countedRow; });
   const auto share = [](double part, double whole) {
     return whole > 0 ? CellValue(part / whole) : CellValue();
   };
@@ -152,7 +152,7 @@ Findings findHomeObjects(const HomeSegmentationOptions& options, Grid& grid, con
   Findings findings;
   findings.title = "Objects of a home";
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    const auto get = [&](const char* measure) { return valueOf(found[i], measure, kCounted).value_or(0); };
+    const auto get = [&](const char* measure) { return valueOf(found[i], measure, countedRow).value_or(0); };
     findings.summary += fmt::format("{}{}, noise {}: {} of {} things found, {} of {} instances right.",
                                     i == 0 ? "" : " ", cells[i].coordinates[0], cells[i].coordinates[1],
                                     get("found"), get("things"), get("right"), get("instances"));

@@ -22,8 +22,8 @@ namespace {
 
 // version of the code below: drives of another one are segmented anew
 constexpr int homeSegmentationVersion = 2;
-const std::string kAll = "all", kStructure = "structure";  // rows beside those of classes
-constexpr double kMostly = 0.6;  // share of a thing in no cluster, from which on it was taken for structure
+const std::string allRow = "all", structureRow = "structure";  // rows beside those of classes
+constexpr double mostly = 0.6;  // share of a thing in no cluster, from which on it was taken for structure
 
 struct ClassScore {
   double things = 0, found = 0, structure = 0, clusters = 0, right = 0;
@@ -46,7 +46,7 @@ void scoreHomeFrame(const Clusters& clusters, const cv::Mat& depth, const cv::Ma
     double overlap = 0;
     for (const auto& [thing, both] : common) {
       clustered[thing] += both;
-      if (thing < io::kFirstInstance) continue;
+      if (thing < io::firstInstance) continue;
       const double iou = both / (sizes[thing] + static_cast<double>(cluster.points.size()) - both);
       best[thing] = std::max(best[thing], iou);
       overlap = std::max(overlap, iou);
@@ -54,17 +54,17 @@ void scoreHomeFrame(const Clusters& clusters, const cv::Mat& depth, const cv::Ma
     const auto most = std::max_element(common.begin(), common.end(),
                                        [](const auto& a, const auto& b) { return a.second < b.second; });
     const auto known = classes.find(most->first);
-    for (const std::string& name : {kAll, known == classes.end() ? kStructure : known->second}) {
+    for (const std::string& name : {allRow, known == classes.end() ? structureRow : known->second}) {
       ++scores[name].clusters;
       scores[name].right += overlap >= 0.5 ? 1 : 0;
     }
   }
   for (const auto& [thing, size] : sizes) {
-    if (thing < io::kFirstInstance || size < static_cast<double>(minPixels)) continue;
-    for (const std::string& name : {kAll, classes.at(thing)}) {
+    if (thing < io::firstInstance || size < static_cast<double>(minPixels)) continue;
+    for (const std::string& name : {allRow, classes.at(thing)}) {
       ++scores[name].things;
       scores[name].found += best[thing] >= 0.5 ? 1 : 0;
-      scores[name].structure += clustered[thing] <= (1 - kMostly) * size ? 1 : 0;
+      scores[name].structure += clustered[thing] <= (1 - mostly) * size ? 1 : 0;
     }
   }
 }
@@ -112,7 +112,7 @@ ResultTable tableOf(const std::string& title, const CellResults& results) {
     rows.push_back(
         {result.at, {get("things"), get("found"), get("structure"), get("clusters"), get("right")}});
   }
-  std::stable_partition(rows.begin(), rows.end(), [](const auto& row) { return row.first != kAll; });
+  std::stable_partition(rows.begin(), rows.end(), [](const auto& row) { return row.first != allRow; });
   const auto share = [](double part, double whole) {
     return whole > 0 ? CellValue(part / whole) : CellValue();
   };
@@ -151,7 +151,7 @@ HomeSegmentationOptions readHomeSegmentation(ConfigFile& config) {
   const auto drives = each(config, options.drives, [&](auto& n) { return config.anywhere(n).string(); });
   const auto noise = each(config, options.noise, [&](auto& n) { return config.number(n, 0, 1); });
   config.read(together(together(keysOf(config, std::move(group)),
-                                thingClassKeys(config, options.classes, true, {kAll, kStructure})),
+                                thingClassKeys(config, options.classes, true, {allRow, structureRow})),
                        {{"type", true, "the kind of experiment", [](auto&) {}},
                         {"drives", true, "the folders of drives", drives},
                         {"noise", false, "standard deviations of noise [m at 1 m]", noise}}));
@@ -187,7 +187,7 @@ Findings segmentHomes(const HomeSegmentationOptions& options, Grid& grid, const 
   findings.title = "Segmentation of a home";
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const std::string& drive = cells[i].coordinates[0];
-    const auto get = [&](const char* measure) { return valueOf(found[i], measure, kAll).value_or(0); };
+    const auto get = [&](const char* measure) { return valueOf(found[i], measure, allRow).value_or(0); };
     findings.summary += fmt::format("{}{}, noise {}: {} of {} things found, {} of {} clusters right.",
                                     i == 0 ? "" : " ", drive, cells[i].coordinates[1], get("found"),
                                     get("things"), get("right"), get("clusters"));

@@ -12,9 +12,9 @@
 namespace estancia::experiments {
 namespace {
 
-constexpr double kNever = HUGE_VAL;
-const std::array<std::string, 7> kCategories{"clutter", "side by side", "gaps",   "coaxial",
-                                             "stacks",  "slits",        "printed"};
+constexpr double never = HUGE_VAL;
+const std::array<std::string, 7> categories{"clutter", "side by side", "gaps",   "coaxial",
+                                            "stacks",  "slits",        "printed"};
 
 /// A box or an upright cylinder that stands on `at`; meters, z up.
 struct Body {
@@ -28,7 +28,7 @@ struct Body {
 };
 
 struct Hit {
-  double t = kNever;
+  double t = never;
   const Body* body = nullptr;
   cv::Vec3d normal, local;  ///< normal of the surface; the point in the body, −1 … 1 of its half sizes
 };
@@ -39,7 +39,7 @@ void cast(const Body& body, const cv::Vec3d& from, const cv::Vec3d& ray, Hit& ne
                   d = from - middle;
   const cv::Vec3d o(c * d[0] + s * d[1], -s * d[0] + c * d[1], d[2]),
       r(c * ray[0] + s * ray[1], -s * ray[0] + c * ray[1], ray[2]);
-  double in = -kNever, out = kNever;
+  double in = -never, out = never;
   cv::Vec3d normal;
   const auto slab = [&](int k) {
     double a = (-half[k] - o[k]) / r[k], b = (half[k] - o[k]) / r[k];
@@ -216,7 +216,7 @@ cv::Mat asSeen(const cv::Mat_<float>& depth, cv::RNG& random) {
 }  // namespace
 
 std::string madeUpCategory(std::uint64_t seed) {
-  return kCategories[seed % kCategories.size()];
+  return categories[seed % categories.size()];
 }
 
 MadeUpScene madeUpScene(std::uint64_t seed) {

@@ -15,8 +15,8 @@
 namespace estancia::experiments {
 namespace {
 
-constexpr double kBoundary = 0.003;  // share of the image's diagonal
-constexpr double kThreeQuarters = 0.75;
+constexpr double boundaryShare = 0.003;  // share of the image's diagonal
+constexpr double threeQuarters = 0.75;
 
 /// A set of pixels with its boundary, in the part of the image around it.
 struct Outline {
@@ -60,7 +60,7 @@ Outline outlineOf(const PixelSet& pixels, const cv::Size& image, int radius) {
 }
 
 std::vector<Outline> outlinesOf(const std::vector<PixelSet>& sets, const cv::Size& image) {
-  const auto radius = static_cast<int>(std::ceil(kBoundary * std::hypot(image.width, image.height)));
+  const auto radius = static_cast<int>(std::ceil(boundaryShare * std::hypot(image.width, image.height)));
   std::vector<Outline> outlines;
   for (const PixelSet& set : sets)
     if (!set.empty()) outlines.push_back(outlineOf(set, image, radius));
@@ -118,7 +118,7 @@ SegmentationMeasures measureClusters(const cv::Mat& truth, const std::vector<Pix
     inCommon += common(r, k);
     edgesOurs += matched(b[c], a[o]);
     edgesTheirs += matched(a[o], b[c]);
-    measures.atThreeQuarters += f(r, k) > kThreeQuarters ? 1 : 0;
+    measures.atThreeQuarters += f(r, k) > threeQuarters ? 1 : 0;
   }
   measures.overlap = of(inCommon / ours, inCommon / theirs);
   measures.boundary = of(edgesOurs / std::max(allOurs, 1.), edgesTheirs / std::max(allTheirs, 1.));

@@ -16,7 +16,7 @@ namespace estancia::experiments {
 namespace {
 
 constexpr int revisitsVersion = 1;  // version of the code below: cells of another one are computed anew
-const std::vector<std::string> kKnowledge{"with poses", "words alone"};
+const std::vector<std::string> knowledgeNames{"with poses", "words alone"};
 
 void appendTo(DescriptorSequence& drive, const DescriptorSequence& more, bool isReversed) {
   for (std::size_t k = 0; k < more.frames.size(); ++k) {
@@ -136,7 +136,7 @@ Findings compareRevisits(const RevisitsOptions& options, Grid& grid, const Exper
   const auto compute = [&](LabeledDrives& labeled, const NamedDrive& named, std::size_t knowledge) {
     return mapAgain(driveOf(named), knowledge == 0, labeled);
   };
-  return studyDrives({options.models, drives, kKnowledge, inputs, compute}, revisitsFindings, grid, run,
+  return studyDrives({options.models, drives, knowledgeNames, inputs, compute}, revisitsFindings, grid, run,
                      progress);
 }
 

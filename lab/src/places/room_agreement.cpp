@@ -129,7 +129,7 @@ struct Clustering {
   bool needsDepth = false;
 };
 
-constexpr Clustering kClusterings[] = {
+constexpr Clustering clusteringTable[] = {
     {"places", "the places of a map", places},
     {"places-without-poses", "the places of a map of images alone", placesWithoutPoses},
     {"zones-of-run", "zones of a map: words, time and positions", zonesOfPosedRun},
@@ -147,13 +147,13 @@ constexpr Clustering kClusterings[] = {
 
 Choices clusterings() {
   Choices choices;
-  for (const Clustering& clustering : kClusterings)
+  for (const Clustering& clustering : clusteringTable)
     choices.push_back({clustering.name, clustering.explanation});
   return choices;
 }
 
 const Clustering& getClustering(const std::string& name) {
-  return *std::ranges::find(kClusterings, name, [](const Clustering& c) { return std::string(c.name); });
+  return *std::ranges::find(clusteringTable, name, [](const Clustering& c) { return std::string(c.name); });
 }
 
 /// The rooms that the recorded frames see; "" where unknown.
@@ -223,7 +223,7 @@ Findings compareWithRooms(const RoomAgreementOptions& options, Grid& grid, const
                           Progress& progress) {
   std::vector<std::string> methods = options.methods;
   if (methods.empty())
-    for (const Clustering& clustering : kClusterings)
+    for (const Clustering& clustering : clusteringTable)
       if (!clustering.needsDepth) methods.emplace_back(clustering.name);
   const auto inputs = [](const NamedDrive& drive, std::size_t) {
     return fmt::format("{} {}", roomAgreementVersion, digestOfTruth(drive.images.path));

@@ -19,7 +19,7 @@ namespace estancia::experiments {
 namespace {
 
 constexpr int toursVersion = 1;  // version of the code below: cells of another one are computed anew
-const std::vector<std::string> kVisits{"views", "turning", "standing"};
+const std::vector<std::string> visitNames{"views", "turning", "standing"};
 
 /// Numbers below `end`, the same on every machine.
 class Chance {
@@ -199,7 +199,8 @@ Findings mapTours(const ToursOptions& options, Grid& grid, const ExperimentRun& 
   const auto compute = [&](LabeledDrives& labeled, const NamedDrive& named, std::size_t visit) {
     return mapAll(options, driveOf(named), static_cast<Visit>(visit), labeled);
   };
-  return studyDrives({options.models, drives, kVisits, inputs, compute}, toursFindings, grid, run, progress);
+  return studyDrives({options.models, drives, visitNames, inputs, compute}, toursFindings, grid, run,
+                     progress);
 }
 
 Findings toursFindings(const DriveResults& results) {

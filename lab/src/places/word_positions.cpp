@@ -28,7 +28,7 @@ constexpr int wordPositionsVersion = 1;  // version of the code below: cells of 
 
 /// What a word map is made of.
 enum class Evidence { wordsAndDepth, words, truthAndDepth };
-const std::vector<std::string> kEvidence{"words, depth", "words alone", "true categories, depth"};
+const std::vector<std::string> evidenceNames{"words, depth", "words alone", "true categories, depth"};
 
 /// The things of a drive that are to be found.
 struct Things {
@@ -210,7 +210,7 @@ Findings compareWordPositions(const WordPositionsOptions& options, Grid& grid, c
   const auto compute = [&](LabeledDrives& labeled, const NamedDrive& drive, std::size_t evidence) {
     return findThings(labeled.of(drive.images), drive.images.path, static_cast<Evidence>(evidence), options);
   };
-  return studyDrives({options.models, options.drives, kEvidence, inputs, compute}, wordPositionsFindings,
+  return studyDrives({options.models, options.drives, evidenceNames, inputs, compute}, wordPositionsFindings,
                      grid, run, progress);
 }
 

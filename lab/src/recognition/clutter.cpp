@@ -19,8 +19,8 @@
 namespace estancia::experiments {
 namespace {
 
-constexpr int kWidth = 640, kHeight = 480;
-constexpr double kFocal = 525, kCenterX = 319.5, kCenterY = 239.5;
+constexpr int imageWidth = 640, imageHeight = 480;
+constexpr double focal = 525, centerX = 319.5, centerY = 239.5;
 
 /// Gives equal numbers on every machine.
 class Random {
@@ -86,25 +86,25 @@ cv::Mat render(const Discs& discs, const cv::Affine3d& pose) {
   for (std::size_t i = 0; i < discs.points.size(); ++i) {
     const cv::Point3f p = transform * discs.points[i], n = turn * discs.normals[i];
     if (!isFinite(n) || !(p.z > 0) || n.dot(p) > -0.05F * static_cast<float>(cv::norm(p))) continue;
-    const double reach = kFocal * discs.radius / p.z;
-    const double u = kFocal * p.x / p.z + kCenterX, v = kFocal * p.y / p.z + kCenterY;
+    const double reach = focal * discs.radius / p.z;
+    const double u = focal * p.x / p.z + centerX, v = focal * p.y / p.z + centerY;
     for (int y = std::max(0, static_cast<int>(std::ceil(v - reach)));
-         y <= std::min(kHeight - 1, static_cast<int>(std::floor(v + reach))); ++y)
+         y <= std::min(imageHeight - 1, static_cast<int>(std::floor(v + reach))); ++y)
       for (int x = std::max(0, static_cast<int>(std::ceil(u - reach)));
-           x <= std::min(kWidth - 1, static_cast<int>(std::floor(u + reach))); ++x) {
-        const cv::Point3f ray(static_cast<float>((x - kCenterX) / kFocal),
-                              static_cast<float>((y - kCenterY) / kFocal), 1);
+           x <= std::min(imageWidth - 1, static_cast<int>(std::floor(u + reach))); ++x) {
+        const cv::Point3f ray(static_cast<float>((x - centerX) / focal),
+                              static_cast<float>((y - centerY) / focal), 1);
         const float depth = n.dot(p) / n.dot(ray);
         const cv::Point3f off = ray * depth - p;
         const auto radius = static_cast<float>(discs.radius);
         const float share = off.dot(off) / (radius * radius);
-        if (share < 1) hits.push_back({y * kWidth + x, depth, 1 - share});
+        if (share < 1) hits.push_back({y * imageWidth + x, depth, 1 - share});
       }
   }
   std::stable_sort(hits.begin(), hits.end(), [](const Hit& a, const Hit& b) {
     return a.pixel < b.pixel || (a.pixel == b.pixel && a.depth < b.depth);
   });
-  cv::Mat depths = cv::Mat::zeros(kHeight, kWidth, CV_32F);
+  cv::Mat depths = cv::Mat::zeros(imageHeight, imageWidth, CV_32F);
   for (std::size_t begin = 0; begin < hits.size();) {
     std::size_t end = begin;
     double sum = 0, weights = 0;
@@ -114,7 +114,7 @@ cv::Mat render(const Discs& discs, const cv::Affine3d& pose) {
       sum += static_cast<double>(hits[end].weight) * hits[end].depth;
       weights += static_cast<double>(hits[end].weight);
     }
-    depths.at<float>(hits[begin].pixel / kWidth, hits[begin].pixel % kWidth) =
+    depths.at<float>(hits[begin].pixel / imageWidth, hits[begin].pixel % imageWidth) =
         static_cast<float>(sum / weights);
     begin = end;
   }
@@ -132,9 +132,9 @@ cv::Affine3d poseAt(const Discs& discs, const cv::Vec3d& place, double tilt, dou
 
 /// Merges two depth images: the nearer wins.
 void addTo(cv::Mat& scene, const cv::Mat& object) {
-  for (int i = 0; i < kWidth * kHeight; ++i) {
-    float& kept = scene.at<float>(i / kWidth, i % kWidth);
-    const float depth = object.at<float>(i / kWidth, i % kWidth);
+  for (int i = 0; i < imageWidth * imageHeight; ++i) {
+    float& kept = scene.at<float>(i / imageWidth, i % imageWidth);
+    const float depth = object.at<float>(i / imageWidth, i % imageWidth);
     if (depth > 0 && (kept == 0 || depth < kept)) kept = depth;
   }
 }
@@ -195,7 +195,7 @@ ClutterScene makeClutter(const std::vector<ClutterModel>& models, const ClutterO
     std::swap(objects[i], objects[i + random.below(objects.size() - i)]);
 
   ClutterScene scene;
-  cv::Mat depth = cv::Mat::zeros(kHeight, kWidth, CV_32F);
+  cv::Mat depth = cv::Mat::zeros(imageHeight, imageWidth, CV_32F);
   for (std::size_t i = 0; i < count; ++i) {
     const auto& its = byObject[objects[i]];
     const std::size_t model = its[random.below(its.size())];
@@ -204,7 +204,7 @@ ClutterScene makeClutter(const std::vector<ClutterModel>& models, const ClutterO
     scene.instances.push_back({model, pose});
     addTo(depth, render(discs, pose));
   }
-  const CameraIntrinsics camera{kWidth, kHeight, kFocal, kFocal, kCenterX, kCenterY};
+  const CameraIntrinsics camera{imageWidth, imageHeight, focal, focal, centerX, centerY};
   for (const cv::Point3f& p : backProject(depth, camera).points)
     if (isFinite(p)) scene.cloud.points.push_back(p);
   scene.cloud.width = scene.cloud.points.size();

@@ -88,7 +88,7 @@ class Drive {
     const cv::Mat mask = io::readInstanceMask(io::instanceMaskFile(options_.path, sequence_->frame(i)));
     std::map<int, std::vector<std::uint32_t>> things;
     for (std::size_t p = 0; p < mask.total(); ++p)
-      if (mask.ptr<std::uint16_t>()[p] >= io::kFirstInstance && depth.ptr<float>()[p] > 0)
+      if (mask.ptr<std::uint16_t>()[p] >= io::firstInstance && depth.ptr<float>()[p] > 0)
         things[mask.ptr<std::uint16_t>()[p]].push_back(static_cast<std::uint32_t>(p));
     for (auto& [id, pixels] : things) keep(fmt::format("thing {}", id), std::move(pixels));
     return pieces;

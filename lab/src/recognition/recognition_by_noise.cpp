@@ -73,7 +73,7 @@ void addOverviews(const RecognitionResults& r, Findings& findings) {
   std::vector<std::string> rows, noises;
   for (const Place& place : compared) rows.push_back(curveName(r, place));
   for (const double noise : r.noises) noises.push_back(millimeters(noise));
-  for (const RecognitionScore& score : {kCorrect, kFalsePositives, kVerified})
+  for (const RecognitionScore& score : {correctScore, falsePositiveScore, verifiedScore})
     findings.sections.emplace_back(pivot(
         {fmt::format("Percent {}, by noise", score.name), "", "scenes", columnsOf(noises, 1), {}, 100}, rows,
         [&](std::size_t row, std::size_t noise) { return score.of(cellAt(r, compared[row], noise)); }));
@@ -104,7 +104,7 @@ void addCurves(const RecognitionResults& r, Findings& findings) {
         for (std::size_t f = 0; f < r.sceneFilters.size(); ++f) {
           auto& line = chart.lines.emplace_back(LineChart::Line{experiments::nameOf(r.sceneFilters[f]), {}});
           for (const std::size_t n : order)
-            line.y.push_back(r.mean(kCorrect, [&](const Place& at) {
+            line.y.push_back(r.mean(correctScore, [&](const Place& at) {
               return at.preset == p && at.descriptor == d && at.modelFilter == m && at.noise == n &&
                      at.sceneFilter == f;
             }));

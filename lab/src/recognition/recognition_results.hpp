@@ -47,9 +47,9 @@ struct RecognitionScore {
   double (RecognitionCell::*percent)() const;
   double of(const RecognitionCell& cell) const { return (cell.*percent)(); }
 };
-constexpr RecognitionScore kVerified{"verified", &RecognitionCell::verifiedPercent},
-    kCorrect{"correct", &RecognitionCell::correctPercent},
-    kFalsePositives{"false positives", &RecognitionCell::falsePercent};
+constexpr RecognitionScore verifiedScore{"verified", &RecognitionCell::verifiedPercent},
+    correctScore{"correct", &RecognitionCell::correctPercent},
+    falsePositiveScore{"false positives", &RecognitionCell::falsePercent};
 
 /// Why searches failed.
 struct RecognitionFailure {

@@ -14,7 +14,7 @@ namespace {
 
 using Place = RecognitionResults::Place;
 
-constexpr std::array scores{kVerified, kCorrect, kFalsePositives};
+constexpr std::array scores{verifiedScore, correctScore, falsePositiveScore};
 
 ResultTable headOf(const RecognitionResults& r, const std::string& title, const std::string& rowsAre) {
   std::vector<std::string> filters;

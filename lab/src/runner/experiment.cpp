@@ -94,7 +94,7 @@ struct Kind {
   Experiment (*read)(ConfigFile& config);
 };
 
-constexpr Kind kKinds[] = {
+constexpr Kind kindTable[] = {
     {"color-recognition", "known objects by shape and by color, where shape is ambiguous and where it is not",
      colorRecognitionColumns, false, prepare<readColorRecognition, compareColors>},
     {"features", "places by words, by inner layers of networks and by image features (thesis 4.6)",
@@ -209,7 +209,7 @@ struct Group {
 
 std::vector<Group> readGroups(const std::vector<std::filesystem::path>& configs) {
   std::vector<std::pair<std::string, const Kind*>> kinds;
-  for (const Kind& kind : kKinds) kinds.emplace_back(kind.type, &kind);
+  for (const Kind& kind : kindTable) kinds.emplace_back(kind.type, &kind);
   std::vector<Group> groups;
   for (const auto& file : configs) {
     ConfigFile config(file);
@@ -253,7 +253,7 @@ Findings runExperiment(const std::vector<std::filesystem::path>& configs, const 
 
 Choices experimentTypes() {
   Choices types;
-  for (const Kind& kind : kKinds) types.push_back({kind.type, kind.explanation});
+  for (const Kind& kind : kindTable) types.push_back({kind.type, kind.explanation});
   return types;
 }
 

@@ -15,7 +15,7 @@
 namespace estancia::experiments {
 namespace {
 
-const std::string kAllRooms = "(all)";
+const std::string allRooms = "(all)";
 
 /// Right answers among some.
 struct RightAnswers {
@@ -144,7 +144,7 @@ CellResults measureRoomAnswers(const RoomPredictions& predictions, const std::ve
   std::size_t maxImages = 0;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     if (frames[i].room.empty()) continue;
-    images[kAllRooms].add(right[i]);
+    images[allRooms].add(right[i]);
     images[frames[i].room].add(right[i]);
     maxImages = std::max(maxImages, images[frames[i].room].all);
   }
@@ -154,7 +154,7 @@ CellResults measureRoomAnswers(const RoomPredictions& predictions, const std::ve
   for (const GroupAnswer& group : groups) {
     if (group.truth.empty()) continue;
     const bool isRight = sameWords(group.answer, group.truth);
-    named[kAllRooms].add(isRight);
+    named[allRooms].add(isRight);
     named[group.truth].add(isRight);
     if (group.isSure) sure.add(isRight);
   }
@@ -165,21 +165,21 @@ CellResults measureRoomAnswers(const RoomPredictions& predictions, const std::ve
     results.push_back({"accuracy", room, answers.share()});
   }
   const Share share = shareOfImages(frames, right);
-  results.push_back({"accuracy_low", kAllRooms, share.low});
-  results.push_back({"accuracy_high", kAllRooms, share.high});
+  results.push_back({"accuracy_low", allRooms, share.low});
+  results.push_back({"accuracy_high", allRooms, share.high});
   results.push_back(
-      {"chance", kAllRooms, static_cast<double>(maxImages) / static_cast<double>(images[kAllRooms].all)});
+      {"chance", allRooms, static_cast<double>(maxImages) / static_cast<double>(images[allRooms].all)});
   for (const auto& [room, answers] : named) {
     results.push_back({"groups", room, static_cast<double>(answers.all)});
     results.push_back({"pooled_accuracy", room, answers.share()});
   }
   if (named.empty()) return results;
-  const RightAnswers& pooled = named[kAllRooms];
+  const RightAnswers& pooled = named[allRooms];
   const auto [low, high] = wilsonInterval(pooled.right, pooled.all);
-  results.push_back({"pooled_low", kAllRooms, low});
-  results.push_back({"pooled_high", kAllRooms, high});
-  results.push_back({"sure", kAllRooms, static_cast<double>(sure.all) / static_cast<double>(pooled.all)});
-  if (sure.all > 0) results.push_back({"sure_accuracy", kAllRooms, sure.share()});
+  results.push_back({"pooled_low", allRooms, low});
+  results.push_back({"pooled_high", allRooms, high});
+  results.push_back({"sure", allRooms, static_cast<double>(sure.all) / static_cast<double>(pooled.all)});
+  if (sure.all > 0) results.push_back({"sure_accuracy", allRooms, sure.share()});
   return results;
 }
 

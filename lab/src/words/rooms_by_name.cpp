@@ -22,11 +22,11 @@ namespace {
 
 constexpr int roomsByNameVersion = 1;  // version of the code below: cells of another one are computed anew
 
-const std::string kBlocks = "blocks", kAreas = "areas";
+const std::string blocks = "blocks", areasName = "areas";
 
 Choices groupings() {
-  return {{kBlocks, "images of one room that follow each other"},
-          {kAreas, "the areas of a drive with depth and poses, as a map names them"}};
+  return {{blocks, "images of one room that follow each other"},
+          {areasName, "the areas of a drive with depth and poses, as a map names them"}};
 }
 
 RoomsByNameOptions::Task readRoomTask(ConfigFile& config, const toml::table& table) {
@@ -151,7 +151,7 @@ Findings nameRooms(const RoomsByNameOptions& options, Grid& grid, const Experime
                   fmt::format("{}: no image is in one of the rooms of the task {}", drive.name, task.name));
     const RoomPredictions predictions =
         predictRoomsByNames(*graph, known.recording.vocabulary, asked.labels, task.rooms);
-    const bool byArea = options.groups == kAreas;
+    const bool byArea = options.groups == areasName;
     const std::vector<GroupAnswer> groups =
         byArea
             ? nameAreasOf(predictions, asked, areas.of(known, drive.name))

@@ -150,7 +150,7 @@ Findings wordsFindings(const std::string& model, const std::vector<WordAnswer>& 
     findings.sections.emplace_back(meanAveragePrecisions(name, isOdd ? methods : "", half));
     findings.sections.emplace_back(returnedLabels(name + ": labels returned", half));
   }
-  // Not of the odd ones: who looks at their mistakes mends those, and they measure nothing any more.
+  // Only even queries: mistakes that are looked at get mended, and odd ones would measure nothing any more.
   findings.sections.emplace_back(
       weakest(model + ", even queries: the weakest", halfOfAnswers(answers, false)));
 
