@@ -72,7 +72,7 @@ class Descriptor {
 Choices descriptorTypes();
 
 /// One of descriptorTypes(), with its default parameters; null for other names, which are models
-/// (load_descriptor.hpp loads both).
+/// (loadDescriptors() loads both).
 std::unique_ptr<Descriptor> findDescriptor(const std::string& name);
 
 }  // namespace estancia

@@ -10,6 +10,7 @@
 
 #include "support/color_model.hpp"
 #include "support/support.hpp"
+#include "support/table_scene.hpp"
 
 namespace estancia::test {
 namespace {
@@ -71,6 +72,19 @@ TEST_F(Examples, MapLive) {
   auto lines = linesBy(live.out);
   EXPECT_EQ(lines["map"], 1) << live.out;
   EXPECT_EQ(lines["12.png:"], 1) << live.out;
+}
+
+TEST_F(Examples, AskForAThingAndTheWayToIt) {
+  std::vector<double> around;
+  for (int degrees = 0; degrees < 360; degrees += 5) around.push_back(degrees);
+  TableSequence({ballAt(-0.15, 0.1, 0.08, red), boxAt(0.2, -0.1, {0.08, 0.06, 0.1}, blue)}, around)
+      .writeTo(scratch_ / "drive");
+  const CommandResult asked =
+      runProgram(example("12_ask_for_a_mug"), {scratch_ / "drive", scratch_ / "table.estancia", "word 0"});
+  ASSERT_EQ(asked.exitCode, 0) << asked.err;
+  auto lines = linesBy(asked.out);
+  EXPECT_EQ(lines["object"], 1) << asked.out << "the ball is red, the box is not";
+  EXPECT_GE(lines["->"], 1) << asked.out;
 }
 
 TEST_F(Examples, NameTheRoomOfAnImage) {
