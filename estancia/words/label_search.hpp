@@ -35,7 +35,7 @@ struct LabelMatches {
 /// Where a word graph comes from when one is needed: installedWordGraph, or nullptr for none.
 using WordGraphSource = const WordGraph* (*)();
 
-/// What LabelSearch::search() finds; the graph is not asked for where labels have that name.
+/// Result of LabelSearch::search(); the graph is not used if labels have that name.
 LabelMatches findLabelMatches(const Vocabulary& vocabulary, std::string_view words, WordGraphSource source);
 
 /// Finds labels by relatedness in WordNet. A query's words are looked up as they are, as plurals and other

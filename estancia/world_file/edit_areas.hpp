@@ -19,7 +19,8 @@ const WorldArea* findAreaNumber(const WorldMap& world, std::string_view text);
 /// none or several are, with the areas that are meant; insufficientData where the map has none.
 const WorldArea& getArea(const WorldMap& world, const std::string& area);
 
-/// What the functions below keep, of an area of `world` as getArea() takes it. Throw Error as these do.
+/// Edits that the functions below store, for an area of `world` as getArea() takes it. Throw Error like
+/// these.
 AreaEdit namingOf(const WorldMap& world, const std::string& area, const std::string& name);
 AreaEdit mergeOf(const WorldMap& world, const std::string& area, const std::string& other);
 AreaEdit splitOf(const WorldMap& world, const cv::Point2d& from, const cv::Point2d& to);

@@ -39,7 +39,7 @@ std::vector<int> applyEdits(std::span<const ObjectEdit> edits, std::vector<World
 /// several are, with those that are meant; insufficientData where the map has none.
 const WorldObject& getObject(const WorldMap& world, const std::string& object);
 
-/// What nameObject() and deleteObject() keep. Throw Error as these do.
+/// Edits that nameObject() and deleteObject() store. Throw Error like these.
 ObjectEdit namingOf(const WorldObject& object, const std::string& name);
 ObjectEdit removalOf(const WorldObject& object);
 

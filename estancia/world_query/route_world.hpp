@@ -36,7 +36,7 @@ struct WorldRoute {
   /// The areas along it, each once in a row; none in a map without areas.
   std::vector<int> areas = {};
   std::vector<CrossedRegion> crossed = {};
-  /// What was to be avoided and preferred, as it was understood.
+  /// Regions to avoid and prefer, as they were understood.
   RegionCosts regions = {};
   /// The area that the goal names; -1 for none.
   int area = -1;
@@ -45,7 +45,7 @@ struct WorldRoute {
   std::optional<ViewPose> pose = {};
   /// The place that holds the words, where no area or object was found.
   std::optional<PlaceAnswer> place = {};
-  /// What the words matched.
+  /// Match of the words.
   Meaning meaning = {};
   /// The way on the floor, to the pose where there is one, else to the middle of a place. Absent without
   /// poses, or where the frames between were not driven one after the other: then the way is that over the
