@@ -24,7 +24,7 @@
 #include "estancia/world_file/edit_areas.hpp"
 #include "estancia/world_query/world_json.hpp"
 #include "estancia/zones/measure.hpp"
-#include "estancia/zones/zone_file.hpp"
+#include "estancia/zones/zones.hpp"
 #include "labeling.hpp"
 
 namespace estancia::apps {

@@ -4,7 +4,7 @@
 
 #include "common.hpp"
 #include "estancia/core/printable.hpp"
-#include "estancia/label/label_cache.hpp"
+#include "estancia/label/label_stream.hpp"
 
 namespace estancia::apps {
 namespace {

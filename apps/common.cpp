@@ -18,7 +18,7 @@
 #include "estancia/files/image_writer.hpp"
 #include "estancia/map_file/map.hpp"
 #include "estancia/readers/open_sequence.hpp"
-#include "estancia/zones/zone_file.hpp"
+#include "estancia/zones/zones.hpp"
 
 namespace estancia::apps {
 

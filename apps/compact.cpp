@@ -7,7 +7,7 @@
 
 #include "common.hpp"
 #include "estancia/core/printable.hpp"
-#include "estancia/session/map_budget.hpp"
+#include "estancia/session/session.hpp"
 
 namespace estancia::apps {
 namespace {

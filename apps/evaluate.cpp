@@ -13,7 +13,7 @@
 #include "estancia/report/measures.hpp"
 #include "estancia/world_query/evaluate_world.hpp"
 #include "estancia/zones/measure.hpp"
-#include "estancia/zones/zone_file.hpp"
+#include "estancia/zones/zones.hpp"
 #include "localization.hpp"
 
 namespace estancia::apps {

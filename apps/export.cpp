@@ -8,7 +8,7 @@
 #include "estancia/core/output_file.hpp"
 #include "estancia/files/text_file.hpp"
 #include "estancia/world_query/export_world.hpp"
-#include "estancia/zones/zone_file.hpp"
+#include "estancia/zones/zones.hpp"
 #include "estancia/zones/zones_json.hpp"
 
 namespace estancia::apps {

@@ -6,7 +6,7 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/progress.hpp"
-#include "estancia/label/record.hpp"
+#include "estancia/label/label_stream.hpp"
 #include "estancia/labelers/recorded_labeler.hpp"
 #include "skipped.hpp"
 

@@ -10,7 +10,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/report/node_zones.hpp"
 #include "estancia/zones/overlay.hpp"
-#include "estancia/zones/zone_file.hpp"
+#include "estancia/zones/zones.hpp"
 
 namespace estancia::apps {
 

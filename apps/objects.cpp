@@ -13,7 +13,7 @@
 #include "estancia/core/printable.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/figures/text.hpp"
-#include "estancia/label/record.hpp"
+#include "estancia/label/label_stream.hpp"
 #include "estancia/objects/clustered_frame.hpp"
 #include "estancia/objects/collect.hpp"
 #include "estancia/objects/object_crops.hpp"

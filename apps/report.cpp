@@ -21,7 +21,7 @@
 #include "estancia/words/label_concepts.hpp"
 #include "estancia/world_file/world_store.hpp"
 #include "estancia/zones/measure.hpp"
-#include "estancia/zones/zone_file.hpp"
+#include "estancia/zones/zones.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -93,8 +93,8 @@ void writeMap(const ReportArguments& arguments, const CLI::App& command) {
   if (!arguments.floorPlan.empty()) page.floorPlan = floorPlanOf(arguments, command);
   std::optional<Zones> zones;
   if (!arguments.zones.empty()) page.zones = &zones.emplace(readZones(arguments.zones));
-  const std::vector<WordAssociation> words = installedAssociations(map.vocabulary, *makeStderrProgress());
-  page.words = &words;
+  const auto words = installedAssociations(map.vocabulary, *makeStderrProgress());
+  page.words = words.get();
   if (const WordGraph* graph = installedWordGraph()) page.lexicon = &graph->lexicon;
   const auto concepts = installedConcepts(map.vocabulary, arguments.naming);
   page.concepts = concepts.get();

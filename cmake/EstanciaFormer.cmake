@@ -45,4 +45,29 @@ foreach(room IN LISTS split)
     endforeach()
   endforeach()
 endforeach()
+# Headers that were merged into others, at each path that they had.
+set(ESTANCIA_MERGED
+    core/choice core/options
+    core/label_probability core/vocabulary
+    core/planar_pose core/pose
+    core/rigid core/pose
+    words/naming_options words/installed_words
+    label/label_cache label/label_stream
+    label/record label/label_stream
+    describe/load_descriptor describe/features
+    session/map_budget session/session
+    topology/map_budget session/session
+    zones/zone_file zones/zones
+    areas/floor_cells areas/area_plan
+    report/page_images report/page_contents
+    report/world_page report/page_contents
+    sources/open_source sources/frame_source
+    live/open_source sources/frame_source
+    sources/replay_source sources/frame_source
+    live/replay_source sources/frame_source)
+while(ESTANCIA_MERGED)
+  list(POP_FRONT ESTANCIA_MERGED old now)
+  file(CONFIGURE OUTPUT ${forwarding}/estancia/${old}.hpp
+       CONTENT "#pragma once\n#pragma message(\"estancia/${old}.hpp is now estancia/${now}.hpp\")\n#include <estancia/${now}.hpp>\n")
+endwhile()
 install(DIRECTORY ${forwarding}/estancia DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})

@@ -3,44 +3,22 @@
 #pragma once
 
 #include "estancia/core/camera.hpp"
-#include "estancia/core/choice.hpp"
 #include "estancia/core/descriptor.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/frame.hpp"
-#include "estancia/core/label_probability.hpp"
 #include "estancia/core/options.hpp"
-#include "estancia/core/planar_pose.hpp"
 #include "estancia/core/point_cloud.hpp"
 #include "estancia/core/pose.hpp"
 #include "estancia/core/progress.hpp"
-#include "estancia/core/rigid.hpp"
 #include "estancia/core/room_predictions.hpp"
 #include "estancia/core/vocabulary.hpp"
 
-#include "estancia/distances/distance.hpp"
+#include "estancia/stats/dendrogram.hpp"
 
-#include "estancia/stats/clustering_agreement.hpp"
-#include "estancia/stats/linkage.hpp"
-#include "estancia/stats/method_comparison.hpp"
-#include "estancia/stats/rank_tests.hpp"
-
-#include "estancia/words/familiar_words.hpp"
 #include "estancia/words/installed_words.hpp"
 #include "estancia/words/label_choice.hpp"
-#include "estancia/words/label_concepts.hpp"
-#include "estancia/words/label_kinds.hpp"
-#include "estancia/words/label_search.hpp"
-#include "estancia/words/label_senses.hpp"
-#include "estancia/words/lexicon.hpp"
-#include "estancia/words/name_search.hpp"
-#include "estancia/words/naming_options.hpp"
-#include "estancia/words/room_words.hpp"
-#include "estancia/words/word_associations.hpp"
-#include "estancia/words/word_graph.hpp"
-#include "estancia/words/wordnet.hpp"
 
 #include "estancia/files/cloud_file.hpp"
-#include "estancia/files/home_plan.hpp"
 #include "estancia/files/image_file.hpp"
 
 #include "estancia/sequences/descriptor_sequence.hpp"
@@ -54,25 +32,18 @@
 #include "estancia/labelers/model.hpp"
 #include "estancia/labelers/model_spec.hpp"
 
-#include "estancia/label/label_cache.hpp"
 #include "estancia/label/label_stream.hpp"
-#include "estancia/label/record.hpp"
 
 #include "estancia/describe/descriptor.hpp"
 #include "estancia/describe/features.hpp"
-#include "estancia/describe/load_descriptor.hpp"
 
 #include "estancia/cloud/crop_object.hpp"
 #include "estancia/cloud/filter.hpp"
 #include "estancia/cloud/growing_neural_gas.hpp"
-#include "estancia/cloud/noise.hpp"
-#include "estancia/cloud/normals.hpp"
-#include "estancia/cloud/resolution.hpp"
 
 #include "estancia/segmentation/clusters.hpp"
 
 #include "estancia/odometry/rgbd.hpp"
-#include "estancia/odometry/tracker.hpp"
 
 #include "estancia/check/check.hpp"
 
@@ -82,24 +53,19 @@
 
 #include "estancia/localization/localizer.hpp"
 
-#include "estancia/session/map_budget.hpp"
 #include "estancia/session/session.hpp"
 
 #include "estancia/query/ask.hpp"
 #include "estancia/query/drives.hpp"
 #include "estancia/query/explain.hpp"
 #include "estancia/query/export.hpp"
-#include "estancia/query/quality.hpp"
 #include "estancia/query/route.hpp"
 
-#include "estancia/zones/zone_file.hpp"
 #include "estancia/zones/zone_stream.hpp"
 #include "estancia/zones/zones.hpp"
 
 #include "estancia/classify/classifier.hpp"
 #include "estancia/classify/room_classifier.hpp"
-#include "estancia/classify/scores.hpp"
-#include "estancia/classify/zero_shot_rooms.hpp"
 
 #include "estancia/recognition/recognition_options.hpp"
 #include "estancia/recognition/recognizer.hpp"
@@ -110,33 +76,27 @@
 #include "estancia/objects/training.hpp"
 
 #include "estancia/areas/area_plan.hpp"
-#include "estancia/areas/floor_cells.hpp"
-#include "estancia/areas/floor_survey.hpp"
-#include "estancia/areas/frame_poses.hpp"
-#include "estancia/areas/occupancy_grid.hpp"
-#include "estancia/areas/room_segmentation.hpp"
-#include "estancia/areas/word_map.hpp"
 
+#include "estancia/world_file/edit_map.hpp"
 #include "estancia/world_file/world_map.hpp"
 
 #include "estancia/world/map_sequence.hpp"
+#include "estancia/world/world_mapper.hpp"
 
+#include "estancia/world_query/ask_world.hpp"
 #include "estancia/world_query/changes.hpp"
+#include "estancia/world_query/export_world.hpp"
+#include "estancia/world_query/route_world.hpp"
 
 #include "estancia/joining/merge_maps.hpp"
 
-#include "estancia/figures/cloud_image.hpp"
 #include "estancia/figures/floor_plan.hpp"
 
 #include "estancia/report/map_page.hpp"
-#include "estancia/report/measures.hpp"
-#include "estancia/report/page_images.hpp"
-#include "estancia/report/world_page.hpp"
+#include "estancia/report/page_contents.hpp"
 #include "estancia/report/zones_page.hpp"
 
 #include "estancia/sources/frame_source.hpp"
-#include "estancia/sources/open_source.hpp"
-#include "estancia/sources/replay_source.hpp"
 
 #include "estancia/live/live_loop.hpp"
 #include "estancia/live/live_view.hpp"

@@ -23,42 +23,22 @@ struct PlanarPose;
 struct PointCloud;
 struct Pose;
 class Progress;
+struct RoomEvidence;
 struct RoomPredictions;
 struct RoomProbability;
 class Vocabulary;
 
-// distances
-struct Distance;
-
 // stats
-struct Agreement;
-struct ComparisonOptions;
-class CondensedDistances;
 class Dendrogram;
-struct FriedmanTest;
-struct MethodComparison;
-struct MethodScores;
-struct MethodStanding;
-struct PairTest;
-struct WilcoxonTest;
-struct WinRecord;
 
 // words
-struct FamiliarWord;
 struct LabelConcept;
 struct LabelMatch;
 struct LabelMatches;
-class LabelSearch;
-struct LabelSense;
 class Lexicon;
-struct NameMatch;
 struct NamingOptions;
-struct Sense;
-struct TellingWord;
+struct WordAssociation;
 struct WordGraph;
-struct WordNet;
-struct WordNetEntry;
-struct WordNetSynset;
 
 // files
 struct CloudFileOptions;
@@ -110,7 +90,6 @@ struct FilterOptions;
 struct FilteredCloud;
 struct GngOptions;
 struct NeuralGas;
-struct NormalOptions;
 
 // segmentation
 struct Cluster;
@@ -119,10 +98,8 @@ struct Clusters;
 struct Plane;
 
 // odometry
-struct FrameFacts;
 struct FrameWords;
 struct RgbdOptions;
-class RgbdTracker;
 struct RgbdTrajectory;
 
 // check
@@ -138,6 +115,7 @@ struct Merge;
 struct Node;
 struct TopologicalMap;
 struct Transition;
+struct Visit;
 
 // mapper
 struct MapChanges;
@@ -153,6 +131,7 @@ struct LocalizerOptions;
 struct PlaceFilterOptions;
 
 // session
+struct CompactedMap;
 struct DriveStart;
 struct MapBudget;
 class MappingSession;
@@ -161,9 +140,7 @@ class MappingSession;
 struct Answers;
 struct DriveSummary;
 struct ExportOptions;
-struct MapQuality;
 struct Meaning;
-struct OriginalScore;
 struct PlaceAnswer;
 struct Route;
 struct RouteOptions;
@@ -171,7 +148,6 @@ struct WordRoute;
 
 // zones
 struct RoomWords;
-struct StreamAgreement;
 struct StreamedZone;
 struct Zone;
 struct ZoneExtent;
@@ -183,7 +159,6 @@ struct Zones;
 // classify
 class Classifier;
 struct ClassifierOptions;
-struct Confusion;
 class RoomClassifier;
 struct Samples;
 
@@ -213,39 +188,47 @@ struct TrainingSet;
 struct Area;
 struct AreaEdit;
 struct AreaPlan;
-struct DrivePoses;
 class FloorCells;
-struct FloorHeat;
-struct FloorSurvey;
-class FramePoses;
-class OccupancyGrid;
-struct PlannedFrames;
-struct RoomSegmentationOptions;
-class WordMap;
 
 // world_file
 struct KnownPose;
+struct ObjectEdit;
 struct WorldArea;
+struct WorldLayers;
 struct WorldMap;
 struct WorldObject;
 struct WorldOptions;
 struct WorldZone;
 
 // world
+struct DriveFaults;
+struct MapLevel;
 struct MapSequenceOptions;
 struct MappedSequence;
+struct PoseJump;
+class WorldMapper;
 
 // world_query
 struct Changes;
+struct CrossedRegion;
+struct DrivenWay;
+struct MapRegion;
+struct ObjectAnswer;
 struct ObjectChange;
 struct PlaceChange;
+struct RegionCosts;
+struct RegionPreferences;
+struct ViewPose;
+struct WayPiece;
+struct WorldAnswers;
+struct WorldMeaning;
+struct WorldRoute;
 
 // joining
 struct MergedMaps;
+struct ShareWork;
 
 // figures
-struct CloudLayer;
-struct CloudView;
 struct FloorPlan;
 
 // report
@@ -260,7 +243,6 @@ class FrameSource;
 struct FrameSourceOptions;
 struct LiveFrame;
 struct ReplayOptions;
-class ReplaySource;
 
 // live
 struct DeleteObject;

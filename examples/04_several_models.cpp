@@ -1,8 +1,7 @@
 // Two networks in conjunction, and nothing labeled twice: images → a label file that every command takes.
 //   04_several_models IMAGES OUTPUT.labels [MODEL+MODEL…]
 // SPDX-License-Identifier: Apache-2.0
-#include <estancia/label/label_cache.hpp>
-#include <estancia/label/record.hpp>
+#include <estancia/label/label_stream.hpp>
 #include <estancia/labelers/model.hpp>
 #include <estancia/readers/open_sequence.hpp>
 #include <estancia/sequences/descriptor_sequence.hpp>

@@ -1,13 +1,12 @@
 // The areas of a run, named by their words: images → zones → where "microwave" is likelier than elsewhere.
 //   05_zones IMAGES OUTPUT.zones [WORD]
 // SPDX-License-Identifier: Apache-2.0
-#include <estancia/label/label_cache.hpp>
-#include <estancia/label/record.hpp>
+#include <estancia/label/label_stream.hpp>
 #include <estancia/labelers/model.hpp>
 #include <estancia/readers/open_sequence.hpp>
 #include <estancia/words/installed_words.hpp>
 #include <estancia/words/label_choice.hpp>
-#include <estancia/zones/zone_file.hpp>
+#include <estancia/zones/zones.hpp>
 
 #include <cstdio>
 #include <exception>

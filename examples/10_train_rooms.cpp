@@ -3,7 +3,7 @@
 //   10_train_rooms IMAGES MAP [ROOM]
 // SPDX-License-Identifier: Apache-2.0
 #include <estancia/classify/predict_rooms.hpp>
-#include <estancia/describe/load_descriptor.hpp>
+#include <estancia/describe/features.hpp>
 #include <estancia/map_file/map.hpp>
 #include <estancia/query/ask.hpp>
 #include <estancia/readers/open_sequence.hpp>

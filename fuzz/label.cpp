@@ -5,7 +5,7 @@
 
 #include "estancia/core/home.hpp"
 #include "estancia/label/catalog.hpp"
-#include "estancia/label/label_cache.hpp"
+#include "estancia/label/label_stream.hpp"
 #include "estancia/labelers/http_settings.hpp"
 #include "estancia/labelers/model.hpp"
 #include "estancia/labelers/model_files.hpp"

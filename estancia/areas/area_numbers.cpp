@@ -6,6 +6,7 @@
 #include <numbers>
 #include <utility>
 
+#include "estancia/areas/plan_areas.hpp"
 #include "estancia/stats/kept_numbers.hpp"
 
 namespace estancia {

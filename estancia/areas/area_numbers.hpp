@@ -3,6 +3,7 @@
 #pragma once
 
 #include "estancia/areas/area_plan.hpp"
+#include "estancia/areas/plan_areas.hpp"
 
 namespace estancia {
 

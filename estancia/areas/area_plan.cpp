@@ -6,6 +6,7 @@
 #include <numeric>
 #include <opencv2/imgproc.hpp>
 
+#include "estancia/areas/plan_areas.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/words/label_concepts.hpp"
 #include "estancia/zones/naming.hpp"

@@ -8,15 +8,41 @@
 #include <string>
 #include <vector>
 
-#include "estancia/areas/floor_cells.hpp"
-#include "estancia/areas/floor_survey.hpp"
-#include "estancia/areas/frame_poses.hpp"
-#include "estancia/areas/room_segmentation.hpp"
-#include "estancia/core/planar_pose.hpp"
-#include "estancia/core/vocabulary.hpp"
-#include "estancia/words/naming_options.hpp"
+#include "estancia/core/pose.hpp"
 
 namespace estancia {
+
+/// Which cell of an image holds which point of the floor. The image grows by whole cells; what was drawn in
+/// it keeps its place on the floor.
+class FloorCells {
+ public:
+  /// `cell`: the width of a cell [m], > 0.
+  explicit FloorCells(double cell) : cell_(cell) {}
+  /// `extent`: the first column and row, counted in cells from the floor's origin, and how many there are.
+  FloorCells(double cell, const cv::Rect& extent) : cell_(cell), extent_(extent) {}
+
+  const cv::Rect& extent() const { return extent_; }
+
+  double cell() const { return cell_; }
+  int rows() const { return extent_.height; }
+  int columns() const { return extent_.width; }
+  bool empty() const { return extent_.empty(); }
+
+  /// The cell that holds the point (x, y) [m], as column and row; it may lie outside.
+  cv::Point at(double x, double y) const;
+  bool holds(cv::Point cell) const { return cv::Rect(0, 0, columns(), rows()).contains(cell); }
+  /// The middle of a cell [m].
+  cv::Point2d centerOf(cv::Point cell) const;
+
+  /// Grows so that all points within `radius` of (x, y) [m] are inside. Returns how many cells came before
+  /// the first column, before the first row, behind the last column and behind the last row. Throws Error
+  /// (tooLarge) when there would be more cells than fit into memory: then nothing has changed.
+  cv::Vec4i cover(double x, double y, double radius);
+
+ private:
+  double cell_;
+  cv::Rect extent_;  // in cells from the floor's origin
+};
 
 /// A part of the floor that walls and doors enclose.
 struct Area {
@@ -61,36 +87,6 @@ struct AreaEdit {
   cv::Point2d from = {}, to = {};
   std::string name = {};
 };
-
-/// Where the cameras of one or more drives stood.
-struct DrivePoses {
-  const FramePoses& poses;
-  /// The first frames of the drives, in order.
-  std::span<const std::size_t> starts = {};
-};
-
-/// A plan, and the area of each frame that is not left out.
-struct PlannedFrames {
-  AreaPlan plan;
-  /// Their numbers, in order.
-  std::vector<std::size_t> frames;
-  /// Frames without a pose are with the last one of their drive that has it; -1 where the drive has none.
-  std::vector<int> areaOfFrame;
-};
-
-/// Splits the free space of a survey into rooms (segmentRooms()), and names each by the words of what is seen
-/// in it, as far as they are more than `mean`, the mean probability of each label in the whole drive.
-/// `frames`: where the cameras stood; `edits`: merges and splits, in this order (names are left alone).
-/// Throws Error (insufficientData) where no room was seen.
-PlannedFrames planAreas(const FloorSurvey& survey, const DrivePoses& frames, const Vocabulary& vocabulary,
-                        const std::vector<float>& mean, const RoomSegmentationOptions& options = {},
-                        std::span<const AreaEdit> edits = {}, const NamingOptions& naming = {});
-
-/// Applies one more merge or split to a plan. `words`: what planAreas() took them from. Nothing where it
-/// would change nothing: one of its ends is in no area, both are in one, or the line leaves a way around it.
-std::optional<PlannedFrames> correctPlan(const AreaPlan& plan, const AreaEdit& edit, const DrivePoses& frames,
-                                         const WordMap& words, const Vocabulary& vocabulary,
-                                         const std::vector<float>& mean, const NamingOptions& naming = {});
 
 /// The area that a point of the floor lies in, else the nearest one within `reach` [m]; -1 where there is
 /// none.

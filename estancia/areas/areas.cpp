@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "estancia/areas/floor_survey.hpp"
+#include "estancia/areas/frame_poses.hpp"
+#include "estancia/areas/plan_areas.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/frame_failure.hpp"
 #include "estancia/stats/moments.hpp"

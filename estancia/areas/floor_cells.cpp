@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/areas/floor_cells.hpp"
+#include "estancia/areas/area_plan.hpp"
 
 #include <algorithm>
 #include <cmath>
 
+#include "estancia/areas/grown_image.hpp"
 #include "estancia/core/fail.hpp"
 
 namespace estancia {

@@ -9,7 +9,7 @@
 #include "estancia/areas/word_map.hpp"
 #include "estancia/core/camera.hpp"
 #include "estancia/core/descriptor.hpp"
-#include "estancia/core/planar_pose.hpp"
+#include "estancia/core/pose.hpp"
 
 namespace estancia {
 

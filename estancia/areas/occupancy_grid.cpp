@@ -7,7 +7,8 @@
 #include <optional>
 #include <vector>
 
-#include "estancia/core/rigid.hpp"
+#include "estancia/areas/grown_image.hpp"
+#include "estancia/core/pose.hpp"
 
 namespace estancia {
 namespace {

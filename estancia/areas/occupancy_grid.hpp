@@ -4,9 +4,8 @@
 
 #include <opencv2/core/mat.hpp>
 
-#include "estancia/areas/floor_cells.hpp"
+#include "estancia/areas/area_plan.hpp"
 #include "estancia/core/camera.hpp"
-#include "estancia/core/planar_pose.hpp"
 #include "estancia/core/pose.hpp"
 
 namespace estancia {

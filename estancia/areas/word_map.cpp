@@ -6,7 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "estancia/core/fail.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 
 namespace estancia {
 namespace {

@@ -9,10 +9,10 @@
 #include <unordered_map>
 #include <vector>
 
-#include "estancia/areas/floor_cells.hpp"
+#include "estancia/areas/area_plan.hpp"
 #include "estancia/core/camera.hpp"
 #include "estancia/core/descriptor.hpp"
-#include "estancia/core/planar_pose.hpp"
+#include "estancia/core/pose.hpp"
 
 namespace estancia {
 

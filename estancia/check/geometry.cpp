@@ -19,7 +19,7 @@
 #include "estancia/core/camera.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/frame_failure.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 
 namespace estancia::check {
 namespace {

@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "estancia/core/choice.hpp"
 #include "estancia/core/descriptor.hpp"
 #include "estancia/core/options.hpp"
 #include "estancia/core/progress.hpp"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "estancia/core/choice.hpp"
+#include "estancia/core/options.hpp"
 #include "estancia/describe/features.hpp"
 
 namespace estancia {

@@ -14,7 +14,7 @@
 #include "estancia/classify/model_file.hpp"
 #include "estancia/classify/predict_rooms.hpp"
 #include "estancia/core/fail.hpp"
-#include "estancia/describe/load_descriptor.hpp"
+#include "estancia/describe/features.hpp"
 #include "estancia/describe/table_features.hpp"
 
 namespace estancia {

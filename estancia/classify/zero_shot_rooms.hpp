@@ -8,9 +8,10 @@
 #include "estancia/core/descriptor.hpp"
 #include "estancia/core/room_predictions.hpp"
 #include "estancia/core/vocabulary.hpp"
-#include "estancia/words/word_graph.hpp"
 
 namespace estancia {
+
+struct WordGraph;
 
 /// Evidence of a vocabulary's labels for rooms, for runs of images: WordNet is asked once.
 class RoomsByNames {

@@ -6,7 +6,6 @@
 #include <string>
 
 #include "estancia/cloud/growing_neural_gas.hpp"
-#include "estancia/core/choice.hpp"
 #include "estancia/core/options.hpp"
 #include "estancia/core/point_cloud.hpp"
 #include "estancia/core/progress.hpp"

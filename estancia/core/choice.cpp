@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/core/choice.hpp"
+#include "estancia/core/options.hpp"
 
 #include <algorithm>
 

@@ -14,9 +14,22 @@
 #include <variant>
 #include <vector>
 
-#include "estancia/core/choice.hpp"
-
 namespace estancia {
+
+/// One entry of a registry.
+struct Choice {
+  std::string name;
+  std::string explanation;
+  bool operator==(const Choice&) const = default;
+};
+using Choices = std::vector<Choice>;
+
+/// "a, b, c".
+std::string namesOf(const Choices& choices);
+
+/// Throws Error (unknownName) unless one of `choices` has this name; `what` names their kind ("filter").
+/// The sentence lists the known names.
+void requireChoice(std::string_view what, std::string_view name, const Choices& choices);
 
 /// One parameter, bound to the member of an options struct that it reads and writes.
 ///

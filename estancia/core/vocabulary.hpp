@@ -10,6 +10,13 @@
 
 namespace estancia {
 
+/// One answer of a labeler without a fixed vocabulary: a program, a service, a person.
+struct LabelProbability {
+  std::string label;
+  /// In [0, 1].
+  float probability = 0;
+};
+
 /// The labels of one model within a vocabulary of several: a distribution of its own.
 struct LabelPart {
   std::size_t size = 0;

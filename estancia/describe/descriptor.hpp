@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "estancia/core/camera.hpp"
-#include "estancia/core/choice.hpp"
+#include "estancia/core/options.hpp"
 #include "estancia/core/point_cloud.hpp"
 
 namespace estancia {

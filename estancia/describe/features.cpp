@@ -15,8 +15,7 @@
 #include "estancia/core/frame_failure.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/describe/lexical.hpp"
-#include "estancia/describe/load_descriptor.hpp"
-#include "estancia/label/record.hpp"
+#include "estancia/label/label_stream.hpp"
 
 namespace estancia {
 namespace {

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -11,7 +12,7 @@
 #include "estancia/core/frame.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/describe/descriptor.hpp"
-#include "estancia/label/label_cache.hpp"
+#include "estancia/label/label_stream.hpp"
 #include "estancia/labelers/model.hpp"
 #include "estancia/sequences/descriptor_sequence.hpp"
 #include "estancia/sequences/sequence.hpp"
@@ -65,5 +66,17 @@ Features withFramesOf(const Features& features, const Sequence& sequence);
 
 /// The number of frames in each known room.
 std::map<std::string, std::size_t> framesPerRoom(const Features& features);
+
+struct NamedDescriptor {
+  std::string name;
+  std::unique_ptr<Descriptor> descriptor;
+};
+
+/// Loads the descriptors between the plus signs (an existing path is one name): descriptorTypes() or models.
+/// Throws Error (unknownName, invalidOption) when a name is unknown, missing or given twice.
+std::vector<NamedDescriptor> loadDescriptors(const std::string& names, const LabelerOptions& options = {});
+
+/// Loads one combined descriptor for single views; describeSequence() is for sequences.
+std::unique_ptr<Descriptor> loadDescriptor(const std::string& names, const LabelerOptions& options = {});
 
 }  // namespace estancia

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/describe/load_descriptor.hpp"
+#include "estancia/describe/features.hpp"
 
 #include <fmt/format.h>
 

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "estancia/core/choice.hpp"
+#include "estancia/core/options.hpp"
 #include "estancia/core/vocabulary.hpp"
 
 namespace estancia {

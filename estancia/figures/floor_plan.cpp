@@ -10,6 +10,7 @@
 #include "estancia/core/fail.hpp"
 #include "estancia/core/pose.hpp"
 #include "estancia/figures/floor_plan_figure.hpp"
+#include "estancia/files/home_plan.hpp"
 
 namespace estancia {
 namespace {
@@ -93,7 +94,8 @@ FloorPlan readFloorPlan(const std::filesystem::path& path, const std::array<doub
 
 FloorPlan readHomeFloorPlan(const std::filesystem::path& path) {
   FloorPlan plan;
-  plan.home = io::readHomePlan(std::filesystem::is_directory(path) ? path / "home.json" : path);
+  plan.home = std::make_shared<io::HomePlan>(
+      io::readHomePlan(std::filesystem::is_directory(path) ? path / "home.json" : path));
   constexpr double far = std::numeric_limits<double>::infinity();
   plan.xMin = plan.yMin = far;
   plan.xMax = plan.yMax = -far;

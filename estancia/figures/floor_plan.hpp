@@ -4,18 +4,20 @@
 
 #include <array>
 #include <filesystem>
-#include <optional>
+#include <memory>
 #include <vector>
 
-#include "estancia/files/home_plan.hpp"
-
 namespace estancia {
+
+namespace io {
+struct HomePlan;
+}
 
 /// A drawing of the building: an image, or rooms with doors and windows.
 struct FloorPlan {
   std::vector<unsigned char> image;               ///< a JPEG, PNG, GIF or WebP file
   double xMin = 0, yMin = 0, xMax = 0, yMax = 0;  ///< what its edges are in the map [m]; y grows upwards
-  std::optional<io::HomePlan> home = {};          ///< drawn instead of the image
+  std::shared_ptr<const io::HomePlan> home = {};  ///< drawn instead of the image
 };
 
 /// Reads the image. `extent` is xMin, yMin, xMax, yMax [m].

@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "estancia/core/descriptor.hpp"
-#include "estancia/core/label_probability.hpp"
 #include "estancia/core/vocabulary.hpp"
 
 namespace estancia::io {

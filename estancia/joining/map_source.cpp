@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "estancia/core/fail.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/map_file/drive_store.hpp"
 
 namespace estancia {

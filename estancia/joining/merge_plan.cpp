@@ -11,7 +11,7 @@
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/parallel.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/mapper/mapper_impl.hpp"
 
 namespace estancia {

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "estancia/core/fail.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/joining/map_source.hpp"
 #include "estancia/localization/localizer.hpp"
 #include "estancia/localization/localizer_map.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/label/label_cache.hpp"
+#include "estancia/label/label_stream.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/label/record.hpp"
+#include "estancia/label/label_stream.hpp"
 
 #include <utility>
 #include <vector>

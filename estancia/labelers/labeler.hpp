@@ -12,7 +12,6 @@
 
 #include "estancia/core/descriptor.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/core/label_probability.hpp"
 #include "estancia/core/vocabulary.hpp"
 
 namespace estancia {

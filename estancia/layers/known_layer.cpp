@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/core/progress.hpp"
-#include "estancia/core/rigid.hpp"
 
 namespace estancia {
 namespace {

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "estancia/core/planar_pose.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/layers/instance_views.hpp"
 #include "estancia/layers/known_objects.hpp"
 #include "estancia/objects/object_instance.hpp"

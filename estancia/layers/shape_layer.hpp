@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "estancia/core/label_probability.hpp"
+#include "estancia/core/vocabulary.hpp"
 #include "estancia/layers/instance_views.hpp"
 #include "estancia/objects/object_instance.hpp"
 #include "estancia/objects/object_model.hpp"

@@ -11,17 +11,19 @@
 #include <variant>
 
 #include "estancia/core/fail.hpp"
-#include "estancia/core/planar_pose.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/files/image_writer.hpp"
 #include "estancia/labelers/labeler.hpp"
 #include "estancia/live/background_thread.hpp"
 #include "estancia/live/live_map.hpp"
 #include "estancia/mapper/mapper_impl.hpp"
 #include "estancia/query/explain.hpp"
+#include "estancia/words/installed_words.hpp"
 #include "estancia/world/rooms_by_name.hpp"
 #include "estancia/world/world_mapper.hpp"
 #include "estancia/world_file/edit_areas.hpp"
 #include "estancia/world_file/edit_objects.hpp"
+#include "estancia/world_file/world_options.hpp"
 
 namespace estancia {
 namespace {

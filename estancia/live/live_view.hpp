@@ -13,8 +13,8 @@
 #include <variant>
 #include <vector>
 
-#include "estancia/core/label_probability.hpp"
 #include "estancia/core/pose.hpp"
+#include "estancia/core/vocabulary.hpp"
 #include "estancia/world_file/world_map.hpp"
 
 namespace estancia {

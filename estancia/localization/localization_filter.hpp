@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "estancia/core/planar_pose.hpp"
+#include "estancia/core/pose.hpp"
 
 namespace estancia {
 

@@ -9,7 +9,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "estancia/core/planar_pose.hpp"
+#include "estancia/core/pose.hpp"
 
 namespace estancia {
 

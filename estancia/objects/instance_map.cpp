@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "estancia/core/fail.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/objects/segment_image.hpp"
 #include "estancia/objects/standing.hpp"
 #include "estancia/objects/view_consensus.hpp"

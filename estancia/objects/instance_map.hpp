@@ -10,7 +10,7 @@
 
 #include "estancia/core/camera.hpp"
 #include "estancia/core/options.hpp"
-#include "estancia/core/planar_pose.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/objects/object_instance.hpp"
 
 namespace estancia {

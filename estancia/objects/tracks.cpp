@@ -5,7 +5,7 @@
 #include <opencv2/core/affine.hpp>
 
 #include "estancia/core/error.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 
 namespace estancia {
 namespace {

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "estancia/classify/classifier.hpp"
-#include "estancia/core/choice.hpp"
 #include "estancia/core/options.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/describe/features.hpp"

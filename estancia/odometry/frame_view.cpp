@@ -7,7 +7,7 @@
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/frame_failure.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 
 namespace estancia::odometry {
 namespace {

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "estancia/core/choice.hpp"
+#include "estancia/core/options.hpp"
 #include "estancia/odometry/alignment.hpp"
 #include "estancia/odometry/frame_view.hpp"
 #include "estancia/odometry/recall.hpp"

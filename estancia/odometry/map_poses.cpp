@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 
 namespace estancia::odometry {
 void MapPoses::count(std::size_t k, std::ptrdiff_t frames) {

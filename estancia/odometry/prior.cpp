@@ -3,7 +3,7 @@
 
 #include <numbers>
 
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 
 namespace estancia::odometry {
 

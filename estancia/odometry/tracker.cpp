@@ -9,7 +9,7 @@
 #include "estancia/core/cores.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/parallel.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/odometry/loops.hpp"
 #include "estancia/odometry/tracker_impl.hpp"
 

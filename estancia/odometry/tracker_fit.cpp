@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <functional>
 
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/odometry/tracker_impl.hpp"
 
 namespace estancia {

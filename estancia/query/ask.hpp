@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "estancia/map_file/map.hpp"
-#include "estancia/words/label_search.hpp"
+#include "estancia/words/label_choice.hpp"
 
 namespace estancia {
 

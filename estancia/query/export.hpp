@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <string>
 
-#include "estancia/core/choice.hpp"
 #include "estancia/core/options.hpp"
 #include "estancia/map_file/map.hpp"
 

@@ -255,12 +255,15 @@ std::string BagSequence::fingerprint(std::size_t i) const {
 
 }  // namespace
 
-bool isRosBag(const fs::path& path) {
+static bool isRosBag(const fs::path& path) {
   return ros::isBag(path);
 }
 
-Opened openRosBag(const fs::path& path, const SequenceOptions& options) {
+static Opened openRosBag(const fs::path& path, const SequenceOptions& options) {
   return std::make_unique<BagSequence>(path, options);
 }
+
+const SequenceFormat bagFormat{
+    "bag", "a bag of ROS 1 (.bag) or ROS 2 (.db3, .mcap, or the folder of rosbag2)", isRosBag, openRosBag};
 
 }  // namespace estancia::io

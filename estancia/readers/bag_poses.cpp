@@ -6,8 +6,8 @@
 #include <algorithm>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/core/printable.hpp"
-#include "estancia/core/rigid.hpp"
 
 namespace estancia::io {
 namespace {

@@ -40,7 +40,7 @@ std::vector<fs::path> splitsIn(const fs::path& path) {
 
 /// Detects only train/test folders with the same classes, at least two. Other nested folders may be the parts
 /// of one drive, whose names are no rooms: they are read as classes on request.
-bool isClasses(const fs::path& path) {
+static bool isClasses(const fs::path& path) {
   if (!fs::is_directory(path) || isImageFolder(path)) return false;
   const auto splits = splitsIn(path);
   const auto namesOf = [](const fs::path& split) {
@@ -67,7 +67,7 @@ bool mayBeClasses(const fs::path& path) {
   return fs::is_directory(path) && (!classesIn(path).empty() || !splitsIn(path).empty());
 }
 
-Opened openClasses(const fs::path& path, const SequenceOptions&) {
+static Opened openClasses(const fs::path& path, const SequenceOptions&) {
   auto sequence = std::make_unique<ImageFiles>(nameOf(path));
   std::vector<std::string> leftOut;
   const auto add = [&](const fs::path& folder, const std::string& split) {
@@ -104,5 +104,9 @@ Opened openClasses(const fs::path& path, const SequenceOptions&) {
                                leftOut.size(), leftOut.front()));
   return sequence;
 }
+
+const SequenceFormat classesFormat{
+    "classes", "one folder of images per room, optionally in train/ and test/ (auto detects only these)",
+    isClasses, openClasses};
 
 }  // namespace estancia::io

@@ -1,4 +1,4 @@
-// Sequence formats: one reader per data set, in the file of its name.
+// Sequence formats: the table of readers, one in the file of its name.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,27 +10,24 @@
 
 namespace estancia::io {
 
-// One pair per format, in the file of its name: does `path` look like it, and open it.
-bool isRosBag(const std::filesystem::path& path);
-Opened openRosBag(const std::filesystem::path& path, const SequenceOptions& options);
-bool isVideo(const std::filesystem::path& path);
-Opened openVideo(const std::filesystem::path& path, const SequenceOptions& options);
-bool isTumRgbd(const std::filesystem::path& path);
-Opened openTumRgbd(const std::filesystem::path& path, const SequenceOptions& options);
-bool isSevenScenes(const std::filesystem::path& path);
-Opened openSevenScenes(const std::filesystem::path& path, const SequenceOptions& options);
-bool isPanoramas(const std::filesystem::path& path);
-Opened openPanoramas(const std::filesystem::path& path, const SequenceOptions& options);
-bool isIdol2(const std::filesystem::path& path);
-Opened openIdol2(const std::filesystem::path& path, const SequenceOptions& options);
+using SequenceFormat = Format<Opened, SequenceOptions>;
+
+// One per format, in the file of its name.
+extern const SequenceFormat bagFormat, videoFormat, tumFormat, sevenScenesFormat, panoramaFormat, idol2Format,
+    nyuFormat, rgbdFoldersFormat, vidriloFormat, classesFormat, imageFolderFormat;
+
+/// Formats of sequences with images, in order of detection: a special one stands before a general one, a
+/// plain folder of images comes last.
+inline std::vector<SequenceFormat> imageFormats() {
+  return {bagFormat, videoFormat,       tumFormat,     sevenScenesFormat, panoramaFormat,   idol2Format,
+          nyuFormat, rgbdFoldersFormat, vidriloFormat, classesFormat,     imageFolderFormat};
+}
+
+// Shared by readers.
 bool isNyu(const std::filesystem::path& path);
 Opened openNyu(const std::filesystem::path& path, const SequenceOptions& options);
 bool isRgbdFolders(const std::filesystem::path& path);
 Opened openRgbdFolders(const std::filesystem::path& path, const SequenceOptions& options);
-bool isVidrilo(const std::filesystem::path& path);
-Opened openVidrilo(const std::filesystem::path& path, const SequenceOptions& options);
-bool isClasses(const std::filesystem::path& path);
-Opened openClasses(const std::filesystem::path& path, const SequenceOptions& options);
 bool isImageFolder(const std::filesystem::path& path);
 /// Whether folders of images lie in `path`, or in train/, test/ … in it: one a room, if they are meant so.
 bool mayBeClasses(const std::filesystem::path& path);
@@ -40,6 +37,5 @@ std::vector<std::string> nestedClasses(const std::filesystem::path& path);
 constexpr const char* readFormats = "jpg, png, bmp, tif, webp, pgm, ppm";
 /// "2 images are of other formats, a.heic first; …", "" where there are none.
 std::string otherImages(const std::filesystem::path& folder);
-Opened openImageFolder(const std::filesystem::path& path, const SequenceOptions& options);
 
 }  // namespace estancia::io

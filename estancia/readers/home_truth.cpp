@@ -14,7 +14,7 @@
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/frame_failure.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/files/csv.hpp"
 #include "estancia/files/files.hpp"
 #include "estancia/files/image_decoding.hpp"

@@ -44,13 +44,13 @@ std::optional<Frame> frameOf(const fs::path& file) {
 
 }  // namespace
 
-bool isIdol2(const fs::path& path) {
+static bool isIdol2(const fs::path& path) {
   if (!fs::is_directory(path)) return false;
   return std::ranges::any_of(filesIn(path, imageSuffixes()),
                              [](const fs::path& f) { return frameOf(f).has_value(); });
 }
 
-Opened openIdol2(const fs::path& path, const SequenceOptions&) {
+static Opened openIdol2(const fs::path& path, const SequenceOptions&) {
   struct Named {
     Frame frame;
     fs::path file;
@@ -74,5 +74,8 @@ Opened openIdol2(const fs::path& path, const SequenceOptions&) {
                                others.size(), printable(others.front().filename())));
   return sequence;
 }
+
+const SequenceFormat idol2Format{"idol2", "KTH-IDOL2: t<time>_r<room>_x<x>_y<y>_a<theta>.png", isIdol2,
+                                 openIdol2};
 
 }  // namespace estancia::io

@@ -35,7 +35,7 @@ bool isImageFolder(const fs::path& path) {
   return fs::is_directory(path) && !filesIn(path, imageSuffixes()).empty();
 }
 
-Opened openImageFolder(const fs::path& path, const SequenceOptions&) {
+static Opened openImageFolder(const fs::path& path, const SequenceOptions&) {
   const auto files = filesIn(path, imageSuffixes());
   const std::string others = otherImages(path);
   if (files.empty())
@@ -52,6 +52,9 @@ Opened openImageFolder(const fs::path& path, const SequenceOptions&) {
   if (!others.empty()) sequence->warn("left out: " + others);
   return sequence;
 }
+
+const SequenceFormat imageFolderFormat{"folder", "a folder of images, in natural order of their names",
+                                       isImageFolder, openImageFolder};
 
 }  // namespace estancia::io
 

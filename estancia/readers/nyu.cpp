@@ -99,4 +99,7 @@ Opened openNyu(const fs::path& path, const SequenceOptions& options) {
   return sequence;
 }
 
+const SequenceFormat nyuFormat{
+    "nyu", "NYU Depth V2: rgb/0000.jpg, depth/0000.png, scenes.csv (index, scene, split)", isNyu, openNyu};
+
 }  // namespace estancia::io

@@ -11,7 +11,6 @@
 #include <utility>
 #include <vector>
 
-#include "estancia/core/choice.hpp"
 #include "estancia/core/options.hpp"
 #include "estancia/core/point_cloud.hpp"
 

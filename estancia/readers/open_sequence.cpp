@@ -53,30 +53,19 @@ io::Opened openDescriptors(const fs::path& path, const SequenceOptions&) {
   return std::make_unique<DescriptorFrames>(path, readDescriptors(path));
 }
 
-/// In order of detection: a plain folder of images comes last.
-constexpr io::Format<io::Opened, SequenceOptions> formats[] = {
-    {"descriptors", "labels instead of images: .labels (of `estancia label`), .csv, .jsonl, .npy",
-     isDescriptors, openDescriptors},
-    {"bag", "a bag of ROS 1 (.bag) or ROS 2 (.db3, .mcap, or the folder of rosbag2)", io::isRosBag,
-     io::openRosBag},
-    {"video", "a video file that OpenCV reads", io::isVideo, io::openVideo},
-    {"tum", "TUM RGB-D: rgb.txt, depth.txt, groundtruth.txt", io::isTumRgbd, io::openTumRgbd},
-    {"sevenscenes", "7-Scenes: frame-000000.color.png with .pose.txt, or frames/ and poses.csv",
-     io::isSevenScenes, io::openSevenScenes},
-    {"panorama",
-     "views of equirectangular panoramas: .exr, .hdr, .exr.js (.jpg and .png only with this type)",
-     io::isPanoramas, io::openPanoramas},
-    {"idol2", "KTH-IDOL2: t<time>_r<room>_x<x>_y<y>_a<theta>.png", io::isIdol2, io::openIdol2},
-    {"nyu", "NYU Depth V2: rgb/0000.jpg, depth/0000.png, scenes.csv (index, scene, split)", io::isNyu,
-     io::openNyu},
-    {"rgbd", "two folders: rgb/ (or color/, image/) and depth/ with the same file names", io::isRgbdFolders,
-     io::openRgbdFolders},
-    {"vidrilo", "ViDRILO: images and organized PCD clouds with the same numbers, text annotations",
-     io::isVidrilo, io::openVidrilo},
-    {"classes", "one folder of images per room, optionally in train/ and test/ (auto detects only these)",
-     io::isClasses, io::openClasses},
-    {"folder", "a folder of images, in natural order of their names", io::isImageFolder, io::openImageFolder},
-};
+const io::SequenceFormat descriptorFormat{
+    "descriptors", "labels instead of images: .labels (of `estancia label`), .csv, .jsonl, .npy",
+    isDescriptors, openDescriptors};
+
+/// In order of detection.
+const std::vector<io::SequenceFormat>& formats() {
+  static const std::vector<io::SequenceFormat> all = [] {
+    std::vector<io::SequenceFormat> formats = io::imageFormats();
+    formats.insert(formats.begin(), descriptorFormat);
+    return formats;
+  }();
+  return all;
+}
 
 /// "; its folders a, b hold some …", or "". Folders of images in train/, test/ … are named as train/a.
 std::string foldersWithImages(const fs::path& path) {
@@ -202,7 +191,7 @@ void requireExistingPath(const fs::path& path) {
 
 OptionGroup declare(SequenceOptions& o) {
   OptionGroup group("sequence", "How to open a sequence of images.");
-  group.add("type", &o.type, "Format of the sequence").choices(io::typesWithAuto(formats));
+  group.add("type", &o.type, "Format of the sequence").choices(io::typesWithAuto(formats()));
   group.add("poses", io::asText(o.poses), "Trajectory (TUM or KITTI)").automatic("poses.txt in the folder");
   group.add("rooms", io::asText(o.rooms), "CSV image,room or image,room,split")
       .automatic("rooms.csv in the folder");
@@ -250,14 +239,14 @@ std::unique_ptr<Sequence> openSequence(const fs::path& path, const SequenceOptio
   validate(options);
   requireExistingPath(path);
   io::Opened sequence = io::opened(path, [&] {
-    const auto* format = io::findFormat(formats, path, options.type);
+    const auto* format = io::findFormat(formats(), path, options.type);
     if (format == nullptr) {
       const std::string others = io::otherImages(path);
       fail(ErrorCode::unsupportedFile, "{}: no known data set, and no images in this folder ({}){}{}",
            io::printable(path), io::readFormats, foldersWithImages(path),
            others.empty() ? "" : "; " + others);
     }
-    if (format->open != io::openRosBag) requireNoTopics(path, format->type, options);
+    if (format->open != io::bagFormat.open) requireNoTopics(path, format->type, options);
     io::Opened listed = format->open(path, options);
     attachSideFiles(*listed, path, options);
     return listed;
@@ -270,7 +259,7 @@ std::unique_ptr<Sequence> openSequence(const fs::path& path, const SequenceOptio
 }
 
 Choices sequenceTypes() {
-  return io::typesOf(formats);
+  return io::typesOf(formats());
 }
 
 }  // namespace estancia

@@ -6,7 +6,6 @@
 #include <memory>
 #include <vector>
 
-#include "estancia/core/choice.hpp"
 #include "estancia/core/options.hpp"
 #include "estancia/sequences/sequence.hpp"
 

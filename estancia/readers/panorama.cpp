@@ -170,12 +170,16 @@ std::string PanoramaTour::fingerprint(std::size_t i) const {
 
 }  // namespace
 
-bool isPanoramas(const fs::path& path) {
+static bool isPanoramas(const fs::path& path) {
   return fs::is_directory(path) && !filesIn(path, panoramaSuffixes()).empty();
 }
 
-Opened openPanoramas(const fs::path& path, const SequenceOptions& options) {
+static Opened openPanoramas(const fs::path& path, const SequenceOptions& options) {
   return std::make_unique<PanoramaTour>(path, options);
 }
+
+const SequenceFormat panoramaFormat{
+    "panorama", "views of equirectangular panoramas: .exr, .hdr, .exr.js (.jpg and .png only with this type)",
+    isPanoramas, openPanoramas};
 
 }  // namespace estancia::io

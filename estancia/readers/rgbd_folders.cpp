@@ -63,4 +63,8 @@ Opened openRgbdFolders(const fs::path& path, const SequenceOptions& options) {
   return sequence;
 }
 
+const SequenceFormat rgbdFoldersFormat{
+    "rgbd", "two folders: rgb/ (or color/, image/) and depth/ with the same file names", isRgbdFolders,
+    openRgbdFolders};
+
 }  // namespace estancia::io

@@ -70,7 +70,7 @@ std::unordered_map<double, std::optional<Pose>> posesOfTable(const fs::path& fil
 
 }  // namespace
 
-bool isSevenScenes(const fs::path& path) {
+static bool isSevenScenes(const fs::path& path) {
   if (!fs::is_directory(path)) return false;
   const auto hasFrames = [](const fs::path& folder) {  // a photograph may have such a name, too
     return !colorImages(folder).empty() && !filesIn(folder, {".pose.txt", ".depth.png"}).empty();
@@ -81,7 +81,7 @@ bool isSevenScenes(const fs::path& path) {
          (hasFrames(frames) || (fs::exists(path / "poses.csv") && !colorImages(frames).empty()));
 }
 
-Opened openSevenScenes(const fs::path& path, const SequenceOptions& options) {
+static Opened openSevenScenes(const fs::path& path, const SequenceOptions& options) {
   auto files = colorImages(path);
   if (files.empty() && fs::is_directory(path / "frames")) files = colorImages(path / "frames");
   if (files.empty())
@@ -120,5 +120,9 @@ Opened openSevenScenes(const fs::path& path, const SequenceOptions& options) {
                                without, files.size(), first));
   return sequence;
 }
+
+const SequenceFormat sevenScenesFormat{
+    "sevenscenes", "7-Scenes: frame-000000.color.png with .pose.txt, or frames/ and poses.csv", isSevenScenes,
+    openSevenScenes};
 
 }  // namespace estancia::io

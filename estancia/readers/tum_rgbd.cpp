@@ -46,11 +46,11 @@ std::optional<CameraIntrinsics> publishedCamera(const std::string& folder) {
 
 }  // namespace
 
-bool isTumRgbd(const fs::path& path) {
+static bool isTumRgbd(const fs::path& path) {
   return fs::is_regular_file(path / "rgb.txt");
 }
 
-Opened openTumRgbd(const fs::path& path, const SequenceOptions& options) {
+static Opened openTumRgbd(const fs::path& path, const SequenceOptions& options) {
   const fs::path list = path / "rgb.txt";
   auto sequence = std::make_unique<ImageFiles>(
       nameOf(path), options.depthScale > 0 ? options.depthScale : tumUnitsPerMeter);
@@ -76,5 +76,8 @@ Opened openTumRgbd(const fs::path& path, const SequenceOptions& options) {
     attachPoses(*sequence, readTrajectory(truth), truth, options.maxPoseGap);
   return sequence;
 }
+
+const SequenceFormat tumFormat{"tum", "TUM RGB-D: rgb.txt, depth.txt, groundtruth.txt", isTumRgbd,
+                               openTumRgbd};
 
 }  // namespace estancia::io

@@ -123,16 +123,18 @@ std::string Video::fingerprint(std::size_t i) const {
 
 }  // namespace
 
-bool isVideo(const fs::path& path) {
+static bool isVideo(const fs::path& path) {
   return fs::is_regular_file(path);
 }
 
-Opened openVideo(const fs::path& path, const SequenceOptions&) {
+static Opened openVideo(const fs::path& path, const SequenceOptions&) {
   if (hasSuffix(path, imageSuffixes()))
     fail(ErrorCode::unsupportedFile, "{}: a single image; open its folder", printable(path));
   if (isTextFile(path))  // FFmpeg would render it as a terminal screen
     fail(ErrorCode::unsupportedFile, "{}: a text file, not a video", printable(path));
   return std::make_unique<Video>(path);
 }
+
+const SequenceFormat videoFormat{"video", "a video file that OpenCV reads", isVideo, openVideo};
 
 }  // namespace estancia::io

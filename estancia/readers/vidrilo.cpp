@@ -263,7 +263,7 @@ void fitCamera(ImageFiles& sequence, const std::vector<fs::path>& clouds) {
 }  // namespace
 
 /// Images and clouds in two folders, or in one with the names of the data set.
-bool isVidrilo(const fs::path& path) {
+static bool isVidrilo(const fs::path& path) {
   if (!fs::is_directory(path)) return false;
   const fs::path clouds = folderOf(path, cloudSuffix, looksLikeDepth);
   if (clouds.empty()) return false;
@@ -274,7 +274,7 @@ bool isVidrilo(const fs::path& path) {
           nameContains(filesIn(clouds, cloudSuffix).front(), {"depth"}));
 }
 
-Opened openVidrilo(const fs::path& path, const SequenceOptions& options) {
+static Opened openVidrilo(const fs::path& path, const SequenceOptions& options) {
   const fs::path imageFolder = folderOf(path, imageSuffixes(), looksLikeImages),
                  cloudFolder = folderOf(path, cloudSuffix, looksLikeDepth);
   if (imageFolder.empty() || cloudFolder.empty())
@@ -306,5 +306,9 @@ Opened openVidrilo(const fs::path& path, const SequenceOptions& options) {
     }
   return sequence;
 }
+
+const SequenceFormat vidriloFormat{
+    "vidrilo", "ViDRILO: images and organized PCD clouds with the same numbers, text annotations", isVidrilo,
+    openVidrilo};
 
 }  // namespace estancia::io

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <random>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/parallel.hpp"

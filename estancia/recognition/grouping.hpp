@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "estancia/core/choice.hpp"
+#include "estancia/core/options.hpp"
 #include "estancia/recognition/descriptors.hpp"
 #include "estancia/recognition/matching.hpp"
 

@@ -13,7 +13,7 @@
 #include "estancia/cloud/resolution.hpp"
 #include "estancia/cloud/viewpoint.hpp"
 #include "estancia/core/fail.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/recognition/color_term.hpp"
 #include "estancia/recognition/keypoints.hpp"
 #include "estancia/recognition/scales.hpp"

@@ -8,7 +8,6 @@
 #include <string>
 
 #include "estancia/cloud/filter.hpp"
-#include "estancia/core/choice.hpp"
 #include "estancia/core/options.hpp"
 
 namespace estancia {

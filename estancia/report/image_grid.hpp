@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "estancia/figures/html.hpp"
-#include "estancia/report/page_images.hpp"
+#include "estancia/report/page_contents.hpp"
 
 namespace estancia::report {
 

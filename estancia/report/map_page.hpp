@@ -10,14 +10,14 @@
 
 #include "estancia/figures/floor_plan.hpp"
 #include "estancia/map_file/map.hpp"
-#include "estancia/report/measures.hpp"
-#include "estancia/report/page_images.hpp"
-#include "estancia/report/world_page.hpp"
-#include "estancia/words/label_concepts.hpp"
-#include "estancia/words/word_associations.hpp"
+#include "estancia/report/page_contents.hpp"
+#include "estancia/words/installed_words.hpp"
 #include "estancia/zones/zones.hpp"
 
 namespace estancia {
+
+class Lexicon;
+struct WordAssociation;
 
 /// Everything the page shows. Texts may hold anything; they are escaped.
 struct MapPage {

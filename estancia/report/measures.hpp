@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <optional>
-#include <string>
 #include <vector>
+
+#include "estancia/report/page_contents.hpp"
 
 namespace estancia {
 
@@ -13,16 +13,6 @@ struct LocalizationSummary;
 struct MapQuality;
 struct WorldAccuracy;
 struct ZoneQuality;
-
-/// One row of a table of measures.
-struct Measure {
-  std::string key;   ///< in JSON
-  std::string name;  ///< for people
-  std::optional<double> value;
-  int decimals;
-  std::string explanation;   ///< one sentence
-  std::string text() const;  ///< the value, or "unknown"
-};
 
 std::vector<Measure> measuresOf(const MapQuality& quality);
 std::vector<Measure> measuresOf(const LocalizationSummary& summary);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/report/page_images.hpp"
+#include "estancia/report/page_contents.hpp"
 
 #include "estancia/report/image_grid.hpp"
 

@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "estancia/core/planar_pose.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/figures/color.hpp"
 #include "estancia/figures/html.hpp"
 #include "estancia/figures/svg.hpp"
-#include "estancia/report/world_page.hpp"
+#include "estancia/report/page_contents.hpp"
 #include "estancia/world_query/route_world.hpp"
 
 namespace estancia::report {

@@ -9,9 +9,8 @@
 #include <vector>
 
 #include "estancia/figures/floor_plan.hpp"
-#include "estancia/report/measures.hpp"
-#include "estancia/report/page_images.hpp"
-#include "estancia/words/label_concepts.hpp"
+#include "estancia/report/page_contents.hpp"
+#include "estancia/words/installed_words.hpp"
 #include "estancia/zones/zones.hpp"
 
 namespace estancia {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <iterator>
 
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 
 namespace estancia::ros {
 namespace {

@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "estancia/core/choice.hpp"
 #include "estancia/core/fail.hpp"
+#include "estancia/core/options.hpp"
 #include "estancia/files/files.hpp"
 
 namespace estancia::io {

@@ -1,6 +1,6 @@
 // Map budget: how it is kept in a map file, and how a file at rest is made to fit it.
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/session/map_budget.hpp"
+#include "estancia/session/session.hpp"
 
 #include <algorithm>
 

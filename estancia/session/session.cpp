@@ -11,9 +11,9 @@
 
 #include "estancia/core/bytes.hpp"
 #include "estancia/core/fail.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/core/printable_labels.hpp"
-#include "estancia/core/rigid.hpp"
 #include "estancia/files/image_writer.hpp"
 #include "estancia/labelers/labeler.hpp"
 #include "estancia/map_file/drive_store.hpp"

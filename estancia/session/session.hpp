@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -13,12 +14,35 @@
 
 #include "estancia/core/descriptor.hpp"
 #include "estancia/core/frame.hpp"
+#include "estancia/core/options.hpp"
 #include "estancia/core/pose.hpp"
 #include "estancia/map_file/map.hpp"
 #include "estancia/mapper/mapper.hpp"
-#include "estancia/session/map_budget.hpp"
 
 namespace estancia {
+
+/// In megabytes (10⁶ bytes); without a value, as much as it takes. A map keeps its budget.
+struct MapBudget {
+  /// Limit for the places, their views and the drive guide, in memory; without the labeling model.
+  std::optional<std::uint64_t> memory;
+  /// Limit for the map file.
+  std::optional<std::uint64_t> file;
+
+  bool operator==(const MapBudget&) const = default;
+};
+OptionGroup declare(MapBudget& budget);
+
+/// What compactMap() did.
+struct CompactedMap {
+  std::uintmax_t bytesBefore = 0, bytesAfter = 0;
+  std::size_t framesBefore = 0, framesAfter = 0;
+};
+
+/// Gives the file's unused space back and, where `fileBudget` [MB] is given, leaves out frames until it fits:
+/// of the places with most frames, those most similar to others. Places, objects, areas, names and
+/// corrections stay. Throws Error as readMap() does, busy when another process writes the map, and tooLarge
+/// when what must stay does not fit.
+CompactedMap compactMap(const std::filesystem::path& map, const std::optional<std::uint64_t>& fileBudget);
 
 class Labeler;
 class Sequence;

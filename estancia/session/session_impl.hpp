@@ -15,7 +15,6 @@
 #include "estancia/session/drive_alignment.hpp"
 #include "estancia/session/drive_guide.hpp"
 #include "estancia/session/frame_keeper.hpp"
-#include "estancia/session/map_budget.hpp"
 #include "estancia/session/session.hpp"
 
 namespace estancia {

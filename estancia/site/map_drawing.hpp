@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "estancia/core/planar_pose.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/world_file/world_map.hpp"
 
 namespace estancia {

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "estancia/core/planar_pose.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/live/live_view.hpp"
 
 namespace estancia {

@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cstddef>
+#include <memory>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
@@ -11,6 +12,7 @@
 
 #include "estancia/core/camera.hpp"
 #include "estancia/core/frame.hpp"
+#include "estancia/sequences/sequence.hpp"
 #include "estancia/session/session.hpp"
 
 namespace estancia {
@@ -63,5 +65,24 @@ class FrameSource {
   /// Camera of images and depth, in any size. Absent where unknown.
   virtual std::optional<CameraIntrinsics> intrinsics() const { return std::nullopt; }
 };
+
+struct ReplayOptions {
+  double rate = 1;
+  double framesPerSecond = 10;
+};
+OptionGroup declare(ReplayOptions& options);
+
+struct FrameSourceOptions {
+  /// How recordings are read.
+  SequenceOptions sequence;
+  ReplayOptions replay;
+};
+
+/// "0", "/dev/video0", "http://…", "rtsp://…": a camera; "ros2:/topic": images of ROS 2; else the path of a
+/// recording: a folder, a video, a bag. Throws Error as openSequence() does; unsupportedFile for recordings
+/// of words; invalidOption for options of recordings that a camera or a topic does not have;
+/// missingDependency.
+std::unique_ptr<FrameSource> makeFrameSource(const std::string& source,
+                                             const FrameSourceOptions& options = {});
 
 }  // namespace estancia

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/sources/open_source.hpp"
+#include "estancia/sources/frame_source.hpp"
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/readers/open_sequence.hpp"
 #include "estancia/sequences/descriptor_sequence.hpp"
 #include "estancia/sources/camera_source.hpp"
+#include "estancia/sources/replay_source.hpp"
 #include "estancia/sources/ros_source.hpp"
 
 namespace estancia {

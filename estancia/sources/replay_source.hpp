@@ -11,12 +11,6 @@
 
 namespace estancia {
 
-struct ReplayOptions {
-  double rate = 1;
-  double framesPerSecond = 10;
-};
-OptionGroup declare(ReplayOptions& options);
-
 /// The frames of a sequence when they are due. Only those that are taken are decoded.
 class ReplaySource : public FrameSource {
  public:

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "estancia/core/error.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/readers/depth_registration.hpp"
 #include "estancia/readers/message_image.hpp"
 

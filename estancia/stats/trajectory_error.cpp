@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "estancia/core/fail.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 
 namespace estancia {
 namespace {

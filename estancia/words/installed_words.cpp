@@ -13,6 +13,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/home.hpp"
 #include "estancia/core/output_file.hpp"
+#include "estancia/words/load_words.hpp"
 #include "estancia/words/word_associations_file.hpp"
 #include "estancia/words/word_graph_file.hpp"
 #include "estancia/words/wordnet.hpp"
@@ -112,19 +113,21 @@ const WordGraph* installedWordGraph() {
   return installed().graph ? &*installed().graph : nullptr;
 }
 
-std::vector<WordAssociation> installedAssociations(const Vocabulary& vocabulary, Progress& progress) {
+std::shared_ptr<const std::vector<WordAssociation>> installedAssociations(const Vocabulary& vocabulary,
+                                                                          Progress& progress) {
+  using Associations = std::vector<WordAssociation>;
   const std::optional<fs::path> folder = findWordNet();
-  if (!folder) return {};
+  if (!folder) return std::make_shared<Associations>();
   const std::string source = sourceOf(*folder) + "labels " + vocabulary.digest() + '\n';
   const fs::path cache = cacheFile("associations", source, "words");
   if (auto kept = readCached(cache, [&](std::string_view bytes) {
         return unpackAssociationsFile(bytes, source, vocabulary.size(), cache.string());
       }))
-    return std::move(*kept);
+    return std::make_shared<Associations>(std::move(*kept));
   const std::optional<WordGraph> graph = loadInstalledWords().graph;
-  if (!graph) return {};
-  std::vector<WordAssociation> associations = associateWords(*graph, vocabulary, 0, progress);
-  writeCached(cache, packAssociationsFile(associations, source));
+  if (!graph) return std::make_shared<Associations>();
+  auto associations = std::make_shared<Associations>(associateWords(*graph, vocabulary, 0, progress));
+  writeCached(cache, packAssociationsFile(*associations, source));
   return associations;
 }
 

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "estancia/core/label_words.hpp"
+#include "estancia/words/label_search.hpp"
 
 namespace estancia {
 

@@ -2,15 +2,36 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "estancia/core/vocabulary.hpp"
-#include "estancia/words/label_search.hpp"
 
 namespace estancia {
+
+struct WordGraph;
+
+/// One label that a query means.
+struct LabelMatch {
+  std::size_t label = 0;
+  /// Relevance: probability that a user accepts the label, in [0, 1].
+  double probability = 0;
+  /// Why, for people: "its description names coffee"; "" where the label has that name.
+  std::string reason;
+};
+
+struct LabelMatches {
+  /// Most probable first.
+  std::vector<LabelMatch> labels;
+  /// The words that were looked for, where some were misspelled; else "".
+  std::string corrected;
+};
+
+/// Where a word graph comes from when one is needed: installedWordGraph, or nullptr for none.
+using WordGraphSource = const WordGraph* (*)();
 
 /// findLabels(), each of probability 1: what names or holds a name goes first, so that answers do not depend
 /// on WordNet. Where there is none, the labels that the words mean (findLabelMatches()); empty where they

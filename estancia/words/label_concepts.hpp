@@ -9,7 +9,7 @@
 
 #include "estancia/core/descriptor.hpp"
 #include "estancia/core/vocabulary.hpp"
-#include "estancia/words/naming_options.hpp"
+#include "estancia/words/installed_words.hpp"
 #include "estancia/words/word_graph.hpp"
 
 namespace estancia {
@@ -28,19 +28,11 @@ struct LabelConcept {
   std::vector<std::size_t> covered;
 };
 
-/// The words that may stand for labels of a vocabulary. Empty: each label stands for itself.
-using LabelConcepts = std::vector<LabelConcept>;
-
 /// Hypernyms on the level at which people name things (basic level: Rosch et al. 1976; by the frequency of
 /// words: Izquierdo, Suárez & Rigau 2007): those that were met at least five times in WordNet's texts, by
 /// words that mostly mean this, and with at most a hundred kinds, of animals and plants a thousand. A label
 /// that was met three times is on that level itself.
 LabelConcepts findLabelConcepts(const WordGraph& graph, const Vocabulary& vocabulary);
-
-/// Concepts by the installed WordNet, cached for the last vocabulary; empty without WordNet and for raw
-/// words. Safe to call from several threads.
-std::shared_ptr<const LabelConcepts> installedConcepts(const Vocabulary& vocabulary,
-                                                       const NamingOptions& options);
 
 /// A word that distinguishes a part of a run from the whole.
 struct TellingWord {

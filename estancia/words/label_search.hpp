@@ -10,32 +10,14 @@
 #include <vector>
 
 #include "estancia/core/vocabulary.hpp"
+#include "estancia/words/label_choice.hpp"
 #include "estancia/words/label_senses.hpp"
 #include "estancia/words/room_words.hpp"
 #include "estancia/words/word_graph.hpp"
 
 namespace estancia {
 
-/// One label that a query means.
-struct LabelMatch {
-  std::size_t label = 0;
-  /// Relevance: probability that a user accepts the label, in [0, 1].
-  double probability = 0;
-  /// Why, for people: "its description names coffee"; "" where the label has that name.
-  std::string reason;
-};
-
-struct LabelMatches {
-  /// Most probable first.
-  std::vector<LabelMatch> labels;
-  /// The words that were looked for, where some were misspelled; else "".
-  std::string corrected;
-};
-
-/// Where a word graph comes from when one is needed: installedWordGraph, or nullptr for none.
-using WordGraphSource = const WordGraph* (*)();
-
-/// Result of LabelSearch::search(); the graph is not used if labels have that name.
+/// What LabelSearch::search() finds; the graph is not asked for where labels have that name.
 LabelMatches findLabelMatches(const Vocabulary& vocabulary, std::string_view words, WordGraphSource source);
 
 /// Finds labels by relatedness in WordNet. A query's words are looked up as they are, as plurals and other

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/words/naming_options.hpp"
+#include "estancia/words/installed_words.hpp"
 
 namespace estancia {
 

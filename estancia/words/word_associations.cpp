@@ -11,6 +11,7 @@
 #include "estancia/core/fail.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/words/label_relevance.hpp"
+#include "estancia/words/label_search.hpp"
 #include "estancia/words/label_senses.hpp"
 #include "estancia/words/purposes.hpp"
 #include "estancia/words/room_words.hpp"

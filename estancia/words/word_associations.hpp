@@ -11,10 +11,10 @@
 
 #include "estancia/core/progress.hpp"
 #include "estancia/core/vocabulary.hpp"
-#include "estancia/words/label_search.hpp"
-#include "estancia/words/word_graph.hpp"
 
 namespace estancia {
+
+struct WordGraph;
 
 /// A word and the labels that LabelSearch finds for it.
 struct WordAssociation {

@@ -2,6 +2,7 @@
 #include "estancia/words/word_associations_file.hpp"
 
 #include "estancia/core/bytes.hpp"
+#include "estancia/words/wordnet.hpp"
 
 namespace estancia {
 namespace {

@@ -7,7 +7,7 @@
 #include <opencv2/core.hpp>
 
 #include "estancia/core/bytes.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 
 namespace estancia {
 namespace {

@@ -10,8 +10,10 @@
 #include "estancia/core/fail.hpp"
 #include "estancia/labelers/labeler.hpp"
 #include "estancia/sequences/sequence.hpp"
+#include "estancia/words/installed_words.hpp"
 #include "estancia/world/rooms_by_name.hpp"
 #include "estancia/world/sequence_layers.hpp"
+#include "estancia/world_file/world_options.hpp"
 
 namespace estancia {
 namespace {

@@ -16,8 +16,12 @@ namespace estancia {
 class Labeler;
 struct MapBudget;
 struct MapperOptions;
+class OptionGroup;
 class Sequence;
 struct WorldOptions;
+
+/// The options of areas and objects, by name: `declare(options).set("view-shift", "0.1")`.
+OptionGroup declare(WorldOptions& options);
 
 struct MapSequenceOptions {
   /// Treatment of an existing map file.

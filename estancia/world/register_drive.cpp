@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/map_file/drive_store.hpp"
 #include "estancia/odometry/alignment.hpp"
 #include "estancia/session/drive_alignment.hpp"

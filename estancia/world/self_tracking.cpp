@@ -12,9 +12,8 @@
 #include <utility>
 
 #include "estancia/core/fail.hpp"
-#include "estancia/core/planar_pose.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/core/pose_bytes.hpp"
-#include "estancia/core/rigid.hpp"
 #include "estancia/map_file/sqlite.hpp"
 
 namespace estancia {

@@ -11,6 +11,7 @@
 #include "estancia/label/label_stream.hpp"
 #include "estancia/session/map_run.hpp"
 #include "estancia/world/world_mapper.hpp"
+#include "estancia/world_file/world_options.hpp"
 
 namespace estancia {
 

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "estancia/areas/plan_areas.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/map_file/drive_store.hpp"
 #include "estancia/map_file/sqlite.hpp"
@@ -24,6 +25,14 @@ std::optional<CameraIntrinsics> cameraToTrack(const Sequence& drive, const World
   return drive.intrinsics();
 }
 
+WantedWorld WorldMapper::changedOptions(MappingSession& session,
+                                        const std::function<void(WorldOptions&)>& change) {
+  if (!change) return {};
+  WorldOptions options = optionsOf(session).value_or(WorldOptions{});
+  change(options);
+  return options;
+}
+
 std::optional<WorldOptions> WorldMapper::optionsOf(MappingSession& session) {
   return MapTerms(session.impl_->store).options();
 }
@@ -32,9 +41,14 @@ std::vector<std::string> WorldMapper::goneOptionsOf(MappingSession& session) {
   return MapTerms(session.impl_->store).gone();
 }
 
-WorldMapper::WorldMapper(MappingSession& session, const std::optional<WorldOptions>& options,
-                         Labeler* labeler, const std::optional<CameraIntrinsics>& track)
-    : impl_(std::make_unique<Impl>(*session.impl_, options, labeler)) {
+WorldMapper::WorldMapper(MappingSession& session, Labeler* labeler,
+                         const std::optional<CameraIntrinsics>& track,
+                         const std::function<void(WorldOptions&)>& change)
+    : WorldMapper(session, changedOptions(session, change), labeler, track) {}
+
+WorldMapper::WorldMapper(MappingSession& session, const WantedWorld& options, Labeler* labeler,
+                         const std::optional<CameraIntrinsics>& track)
+    : impl_(std::make_unique<Impl>(*session.impl_, options.options, labeler)) {
   MapStore& store = impl_->session.store;
   // In the order of the frames, so that the layers equal those of an unbroken run.
   const std::vector<Drive> drives = DriveStore(store).drives();

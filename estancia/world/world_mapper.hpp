@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <opencv2/core/mat.hpp>
@@ -9,25 +11,23 @@
 #include <string>
 #include <vector>
 
-#include "estancia/areas/areas.hpp"
 #include "estancia/core/camera.hpp"
-#include "estancia/core/options.hpp"
-#include "estancia/layers/work_time.hpp"
-#include "estancia/objects/instance_map.hpp"
 #include "estancia/odometry/rgbd.hpp"
-#include "estancia/segmentation/clusters.hpp"
 #include "estancia/session/session.hpp"
-#include "estancia/world_file/observation.hpp"
-#include "estancia/world_file/world_options.hpp"
 
 namespace estancia {
 
+struct AreaEdit;
 class KnownObjects;
-class ObjectModel;
 class Labeler;
-class Sequence;
 struct ObjectEdit;
+class ObjectModel;
+struct Observation;
+class Sequence;
+struct WantedWorld;
+struct WorldLayers;
 struct WorldMap;
+struct WorldOptions;
 
 /// The most frames that zones are found of with the map; more take `estancia zones find MAP --stream`.
 constexpr std::size_t maxFramesOfZones = 5000;
@@ -87,16 +87,21 @@ class WorldMapper {
   /// A sentence for each option that the session's map was made with and that has another, fixed value now.
   static std::vector<std::string> goneOptionsOf(MappingSession& session);
 
-  /// Goes on with the layers of the session's map, if it has any. `options`: absent are those of the map, and
-  /// of a new one the defaults; it keeps them, but the number of threads. `labeler` names objects by images
+  /// Goes on with the layers of the session's map, if it has any. `change` changes the options of the map, or
+  /// of a new one the defaults (declare(WorldOptions&) in map_sequence.hpp sets them by name); the map keeps
+  /// them, but the number of threads. `labeler` names objects by images
   /// of them; without one, or with one that needs no images, they have no words. Both must outlive it. Throws
   /// Error: invalidOption, corruptFile, and mismatch when other layers or options are wanted than the map
   /// has. `track`: the camera of images and depth, in any size, whose poses are to be tracked: those of the
   /// frames are not looked at. Throws Error: mismatch when the map's poses come from elsewhere, or were
   /// tracked with other options or another camera; missingDependency without estancia-odometry. A map whose
   /// frames have no poses, and were not tracked, stays so.
-  explicit WorldMapper(MappingSession& session, const std::optional<WorldOptions>& options = {},
-                       Labeler* labeler = nullptr, const std::optional<CameraIntrinsics>& track = {});
+  explicit WorldMapper(MappingSession& session, Labeler* labeler = nullptr,
+                       const std::optional<CameraIntrinsics>& track = {},
+                       const std::function<void(WorldOptions&)>& change = {});
+  /// With these options (world_options.hpp).
+  WorldMapper(MappingSession& session, const WantedWorld& options, Labeler* labeler = nullptr,
+              const std::optional<CameraIntrinsics>& track = {});
   WorldMapper(WorldMapper&&) noexcept;
   ~WorldMapper();
 
@@ -124,7 +129,7 @@ class WorldMapper {
   /// what would end later is left to the next frames: the view, or some labels of its objects.
   void add(const Frame& frame, DescriptorView descriptor, const cv::Mat& image, const cv::Mat& depth,
            const CameraIntrinsics& camera, const MappingSession::Image& thumbnail, const Placed& placed,
-           const Deadline& deadline = {});
+           const std::optional<std::chrono::steady_clock::time_point>& deadline = {});
   /// The layers of the map.
   const WorldLayers& layers() const;
   /// Whether the camera of the frames is tracked.
@@ -165,6 +170,8 @@ class WorldMapper {
   std::size_t viewsTooFar() const;
 
  private:
+  static WantedWorld changedOptions(MappingSession& session,
+                                    const std::function<void(WorldOptions&)>& change);
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

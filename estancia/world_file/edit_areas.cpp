@@ -10,6 +10,8 @@
 #include <cstring>
 #include <opencv2/imgproc.hpp>
 
+#include "estancia/areas/frame_poses.hpp"
+#include "estancia/areas/plan_areas.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/core/similar_names.hpp"

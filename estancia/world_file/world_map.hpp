@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "estancia/areas/area_plan.hpp"
-#include "estancia/core/label_probability.hpp"
 #include "estancia/core/pose.hpp"
+#include "estancia/core/vocabulary.hpp"
 #include "estancia/map_file/map.hpp"
 
 namespace estancia {

@@ -36,4 +36,12 @@ struct WorldOptions {
 };
 OptionGroup declare(WorldOptions& options);
 
+/// Options that are wanted of a map; without, those that it has.
+struct WantedWorld {
+  WantedWorld() = default;
+  WantedWorld(const WorldOptions& wanted) : options(wanted) {}
+  WantedWorld(const std::optional<WorldOptions>& wanted) : options(wanted) {}
+  std::optional<WorldOptions> options;
+};
+
 }  // namespace estancia

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "estancia/areas/plan_areas.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/png.hpp"
 #include "estancia/core/printable.hpp"

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "estancia/areas/plan_areas.hpp"
 #include "estancia/core/descriptor.hpp"
 #include "estancia/map_file/store.hpp"
 #include "estancia/objects/object_instance.hpp"

@@ -10,7 +10,7 @@
 #include <unordered_map>
 #include <utility>
 
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/objects/instance_map.hpp"
 #include "estancia/world_file/observation.hpp"
 

@@ -8,30 +8,10 @@
 #include <utility>
 #include <vector>
 
-#include "estancia/query/route.hpp"
 #include "estancia/world_file/world_map.hpp"
-#include "estancia/world_query/map_region.hpp"
+#include "estancia/world_query/route_world.hpp"
 
 namespace estancia {
-
-/// A stretch of a way in one place and one area.
-struct WayPiece {
-  /// Index into map.nodes.
-  std::size_t place = 0;
-  /// -1 for none.
-  int area = -1;
-  /// [m]
-  double length = 0;
-};
-
-/// Where a way goes on the floor, in the floor's axes [m].
-struct DrivenWay {
-  std::vector<cv::Point2d> points;
-  /// [m]
-  double length = 0;
-  /// Pieces of that length, in order; one without length where it does not move.
-  std::vector<WayPiece> pieces = {};
-};
 
 /// Finds the cheapest ways (Dijkstra) among the positions of the frames: from each one to the next, and,
 /// where the robot came by again, across from one to the other unless a wall is between.

@@ -9,8 +9,8 @@
 #include <set>
 #include <vector>
 
+#include "estancia/core/pose.hpp"
 #include "estancia/core/printable.hpp"
-#include "estancia/core/rigid.hpp"
 #include "estancia/map_file/store.hpp"
 #include "estancia/readers/home_truth.hpp"
 #include "estancia/readers/open_sequence.hpp"

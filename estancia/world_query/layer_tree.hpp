@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "estancia/core/planar_pose.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/map_file/places.hpp"
 #include "estancia/world_file/world_map.hpp"
 

@@ -12,6 +12,9 @@
 #include "estancia/core/printable.hpp"
 #include "estancia/map_file/places.hpp"
 #include "estancia/query/ways.hpp"
+#include "estancia/world_query/driven_way.hpp"
+#include "estancia/world_query/map_region.hpp"
+#include "estancia/world_query/view_pose.hpp"
 
 namespace estancia {
 namespace {

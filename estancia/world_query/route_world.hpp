@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
+#include <opencv2/core/types.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,11 +11,68 @@
 #include "estancia/query/route.hpp"
 #include "estancia/world_file/world_map.hpp"
 #include "estancia/world_query/ask_world.hpp"
-#include "estancia/world_query/driven_way.hpp"
-#include "estancia/world_query/map_region.hpp"
-#include "estancia/world_query/view_pose.hpp"
 
 namespace estancia {
+
+/// What to go around, and what to go through. Each is an area (its number or name, as getArea()), else a room
+/// of places (true or predicted), else words: the places that are likely to hold them
+/// (PlaceAnswer::isLikely()) and hold them more than the map's mean.
+struct RegionPreferences {
+  std::vector<std::string> avoid = {}, prefer = {};
+};
+
+/// Either areas of the floor, or places.
+struct MapRegion {
+  /// Name in the question.
+  std::string name;
+  std::vector<int> areas = {};
+  /// In the order of map.nodes; empty where it is areas.
+  std::vector<bool> places = {};
+  /// What the words matched; empty where it is areas, or places of that room.
+  Meaning meaning = {};
+
+  /// `place`: an index into map.nodes; `area`: -1 for none.
+  bool holds(std::size_t place, int area) const;
+};
+
+/// What a meter costs here and there.
+struct RegionCosts {
+  std::vector<MapRegion> avoid = {}, prefer = {};
+  double avoidFactor = 1, preferFactor = 1;
+
+  /// RouteOptions::avoidFactor and preferFactor, both where regions overlap; each once.
+  double at(std::size_t place, int area) const;
+};
+
+/// A stretch of a way in one place and one area.
+struct WayPiece {
+  /// Index into map.nodes.
+  std::size_t place = 0;
+  /// -1 for none.
+  int area = -1;
+  /// [m]
+  double length = 0;
+};
+
+/// Where a way goes on the floor, in the floor's axes [m].
+struct DrivenWay {
+  std::vector<cv::Point2d> points;
+  /// [m]
+  double length = 0;
+  /// Pieces of that length, in order; one without length where it does not move.
+  std::vector<WayPiece> pieces = {};
+};
+
+/// A pose on the floor, in the floor's axes [m]; in a map with z up these are x and y.
+struct ViewPose {
+  double x = 0, y = 0;
+  /// Towards the object, counter-clockwise from the x axis [rad].
+  double yaw = 0;
+  /// The frame that was taken there.
+  std::size_t frame = 0;
+  /// To the object's middle, on the floor [m].
+  double distance = 0;
+};
 
 /// A region to be avoided that the way leads through all the same.
 struct CrossedRegion {

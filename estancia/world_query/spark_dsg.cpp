@@ -15,7 +15,7 @@
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/label_words.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/world_query/layer_tree.hpp"
 
 namespace estancia {

@@ -7,21 +7,11 @@
 #include <optional>
 #include <vector>
 
-#include "estancia/core/planar_pose.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/world_file/world_map.hpp"
+#include "estancia/world_query/route_world.hpp"
 
 namespace estancia {
-
-/// A pose on the floor, in the floor's axes [m]; in a map with z up these are x and y.
-struct ViewPose {
-  double x = 0, y = 0;
-  /// Towards the object, counter-clockwise from the x axis [rad].
-  double yaw = 0;
-  /// The frame that was taken there.
-  std::size_t frame = 0;
-  /// To the object's middle, on the floor [m].
-  double distance = 0;
-};
 
 /// Finds view poses among the poses of the frames.
 class ViewPoses {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/zones/zone_file.hpp"
+#include "estancia/zones/zones.hpp"
 
 #include <fmt/format.h>
 

@@ -9,11 +9,13 @@
 #include <tuple>
 
 #include "estancia/core/fail.hpp"
+#include "estancia/stats/clustering_agreement.hpp"
 #include "estancia/stats/compared_vectors.hpp"
 #include "estancia/stats/linkage.hpp"
 #include "estancia/words/label_concepts.hpp"
 #include "estancia/zones/image_tree.hpp"
 #include "estancia/zones/naming.hpp"
+#include "estancia/zones/stream_agreement.hpp"
 
 namespace estancia {
 namespace {

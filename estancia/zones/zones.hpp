@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <filesystem>
 #include <optional>
 #include <span>
 #include <string>
@@ -15,8 +16,8 @@
 #include "estancia/core/room_predictions.hpp"
 #include "estancia/core/vocabulary.hpp"
 #include "estancia/sequences/descriptor_sequence.hpp"
-#include "estancia/stats/linkage.hpp"
-#include "estancia/words/naming_options.hpp"
+#include "estancia/stats/dendrogram.hpp"
+#include "estancia/words/installed_words.hpp"
 
 namespace estancia {
 
@@ -127,5 +128,22 @@ void nameRooms(Zones& zones, const RoomPredictions& predictions);
 
 /// The mean probability of each label over the whole run.
 std::vector<float> runMean(const Zones& zones);
+
+/// Reads a zone file, equal in every value to what was written. Throws Error: fileNotFound, unsupportedFile
+/// (not a zone file, or another version), corruptFile (damaged or cut short).
+Zones readZones(const std::filesystem::path& file);
+
+/// Writes the file whole or not at all, replacing what was there. Throws Error (fileUnwritable).
+void writeZones(const Zones& zones, const std::filesystem::path& file);
+
+/// The file's text: {"format": "estancia-zones", "version": 3, "vocabulary": {"digest", "labels", "parts"},
+/// "model", "settings": {"distance", "linkage", "cut", "cut_reason"}, "zones": […], "rooms": […],
+/// "frames": […], "dendrogram": […]}; docs/how-to/zones.md lists every key. Probabilities have the fewest
+/// digits that read back as the same float32; texts that are not UTF-8 are written as {"hex": …}.
+std::string zoneFileText(const Zones& zones);
+
+/// Whether the file begins as a zone file does, intact or not: distinguishes it from a map, whatever its
+/// name.
+bool isZoneFile(const std::filesystem::path& file);
 
 }  // namespace estancia

@@ -14,7 +14,7 @@
 #include "estancia/findings/findings_files.hpp"
 #include "estancia/findings/findings_page.hpp"
 #include "estancia/findings/result_table.hpp"
-#include "estancia/label/label_cache.hpp"
+#include "estancia/label/label_stream.hpp"
 #include "estancia/labelers/model.hpp"
 #include "estancia/processes/processes.hpp"
 #include "runner/experiment.hpp"

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 
+#include "estancia/stats/linkage.hpp"
 #include "estancia/zones/zones.hpp"
 #include "features/feature_study.hpp"
 #include "objects/object_segmentation_findings.hpp"

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 
-#include "io/images.hpp"
 #include "objects/object_scenes.hpp"
 #include "support/errors.hpp"
 #include "support/images.hpp"

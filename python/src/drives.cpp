@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Drives: those of a map, what changed between them, maps merged, a drive undone.
 #include "estancia/query/drives.hpp"
+#include "estancia/core/options.hpp"
 
 #include "call.hpp"
 #include "estancia/joining/merge_maps.hpp"

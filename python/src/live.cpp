@@ -6,7 +6,7 @@
 #include "estancia/labelers/labeler.hpp"
 #include "estancia/live/live_loop.hpp"
 #include "estancia/mapper/mapper.hpp"
-#include "estancia/sources/open_source.hpp"
+#include "estancia/sources/frame_source.hpp"
 #include "estancia/world/world_mapper.hpp"
 #include "estancia/world_file/world_map.hpp"
 #include "options.hpp"

@@ -9,6 +9,7 @@
 #include "estancia/query/export.hpp"
 #include "estancia/query/quality.hpp"
 #include "estancia/report/map_page.hpp"
+#include "estancia/report/measures.hpp"
 #include "estancia/sequences/descriptor_sequence.hpp"
 #include "estancia/words/installed_words.hpp"
 #include "estancia/words/label_concepts.hpp"
@@ -159,8 +160,8 @@ std::string pageOf(const std::filesystem::path& file, const std::string& title, 
   page.world = &above;
   page.title = title.empty() ? file.stem().string() : title;
   page.measures = measuresOf(evaluate(world.places));
-  const std::vector<WordAssociation> words = installedAssociations(world.places.vocabulary);
-  page.words = &words;
+  const auto words = installedAssociations(world.places.vocabulary);
+  page.words = words.get();
   if (const WordGraph* graph = installedWordGraph()) page.lexicon = &graph->lexicon;
   const auto concepts = installedConcepts(world.places.vocabulary, {});
   page.concepts = concepts.get();

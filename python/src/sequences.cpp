@@ -3,7 +3,7 @@
 #include "arrays.hpp"
 #include "call.hpp"
 #include "estancia/check/check.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/files/image_file.hpp"
 #include "estancia/readers/open_sequence.hpp"
 #include "estancia/sequences/trajectory.hpp"

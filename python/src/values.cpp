@@ -4,7 +4,7 @@
 #include "arrays.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/fail.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 
 namespace estancia::python {
 namespace {

@@ -14,7 +14,6 @@
 
 #include "estancia/core/camera.hpp"
 #include "estancia/core/frame.hpp"
-#include "estancia/core/label_probability.hpp"
 #include "estancia/core/pose.hpp"
 #include "estancia/core/room_predictions.hpp"
 #include "estancia/core/vocabulary.hpp"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Semantic zones: found in a run at once, or while it goes on.
 #include "estancia/zones/zones.hpp"
+#include "estancia/report/measures.hpp"
 
 #include "arrays.hpp"
 #include "call.hpp"
@@ -8,7 +9,6 @@
 #include "estancia/report/zones_page.hpp"
 #include "estancia/words/label_concepts.hpp"
 #include "estancia/zones/measure.hpp"
-#include "estancia/zones/zone_file.hpp"
 #include "estancia/zones/zone_stream.hpp"
 #include "options.hpp"
 #include "sequence_labels.hpp"

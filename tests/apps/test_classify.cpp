@@ -11,7 +11,7 @@
 
 #include "estancia/map_file/store.hpp"
 #include "estancia/sequences/descriptor_sequence.hpp"
-#include "estancia/zones/zone_file.hpp"
+#include "estancia/zones/zones.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 #include "support/synthetic.hpp"

@@ -8,7 +8,6 @@
 #include <algorithm>
 
 #include "estancia/map_file/map.hpp"
-#include "io/images.hpp"
 #include "support/errors.hpp"
 #include "support/images.hpp"
 #include "support/model_support.hpp"

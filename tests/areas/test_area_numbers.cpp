@@ -1,6 +1,7 @@
 // Areas that are found anew keep their numbers.
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/areas/area_numbers.hpp"
+#include "estancia/areas/plan_areas.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -49,14 +50,6 @@ TEST(AreaNumbers, StayWhereTheMapGrowsAndInTheLargerPartOfASplitArea) {
   PlannedFrames now = planOf({{20, 0, 10, 10}, bedroom, {30, 0, 30, 10}});
   keepNumbers(now, before);
   EXPECT_THAT(now.areaOfFrame, testing::ElementsAre(2, 1, 0, -1));
-}
-
-TEST(AreaNumbers, OfAnotherGridSayNothing) {
-  AreaPlan before = planOf({kitchen, hall}).plan;
-  before.cells = FloorCells(0.05, {0, 0, 100, 100});
-  PlannedFrames now = planOf({hall, kitchen});
-  keepNumbers(now, before);
-  EXPECT_THAT(now.areaOfFrame, testing::ElementsAre(0, 1, -1));
 }
 
 }  // namespace

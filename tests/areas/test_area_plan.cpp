@@ -1,6 +1,10 @@
 // Corrections of a floor plan by people.
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/areas/area_plan.hpp"
+#include "estancia/areas/frame_poses.hpp"
+#include "estancia/areas/plan_areas.hpp"
+#include "estancia/areas/word_map.hpp"
+#include "estancia/core/vocabulary.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -83,17 +83,5 @@ TEST(OccupancyGrid, RefusesPosesThatSpanTooMuch) {
   EXPECT_EQ(freeArea(grid), before);
 }
 
-TEST(Floor, OfMapsWithAnotherAxisUpIsTheSameFloor) {
-  // The map of a visual odometry: the first camera's axes, y down.
-  const cv::Affine3d first = rigidOf(lookingAt(0, 0, 1, 0, -0.2));
-  std::vector<Pose> poses;
-  for (int i = 0; i < 8; ++i)
-    poses.push_back(poseOf(first.inv() * rigidOf(lookingAt(0.5 * i, 0, 1, 0.4 * i, -0.2))));
-  const Floor floor(poses);
-  const PlanarPose a = floor.project(poses[0]), b = floor.project(poses[6]);
-  EXPECT_NEAR(std::hypot(b.x - a.x, b.y - a.y), 3, 0.02);
-  EXPECT_NEAR(wrapped(b.heading - a.heading), 2.4, 0.02);
-}
-
 }  // namespace
 }  // namespace estancia

@@ -8,7 +8,6 @@
 #include <opencv2/imgproc.hpp>
 #include <set>
 
-#include "estancia/areas/mutual_visibility.hpp"
 #include "support/errors.hpp"
 
 namespace estancia {
@@ -37,7 +36,6 @@ class Plan {
   cv::Mat rooms(const RoomSegmentationOptions& options = {}) const {
     return segmentRooms(space_, space_ == 0, cell, options);
   }
-  cv::Mat space() const { return space_; }
 
  private:
   static int cells(double meters) { return static_cast<int>(std::lround(meters / cell)); }
@@ -98,26 +96,6 @@ TEST(RoomSegmentation, DropsSpecksAndOptionsDecide) {
   EXPECT_EQ(roomAt(plan.rooms(), 9.6, 7.6), 0);
   EXPECT_EQ(count(plan.rooms({.mutualVisibility = 0.01})), 1);
   EXPECT_THAT([&] { plan.rooms({.mutualVisibility = 2}); }, FailsWith(ErrorCode::invalidOption));
-}
-
-TEST(MutualVisibility, CountsLinesThatNothingBlocks) {
-  // Two halves of a room without and with a wall between that leaves a third open.
-  for (const bool wall : {false, true}) {
-    Plan plan(8, 4);
-    plan.add(0.5, 0.5, 6, 3);
-    if (wall) plan.block(3.4, 0.5, 0.2, 2);
-    cv::Mat regions(plan.space().size(), CV_32S, cv::Scalar(-1));
-    regions(cv::Rect(10, 0, 60, 80)).setTo(0, plan.space()(cv::Rect(10, 0, 60, 80)));
-    regions(cv::Rect(70, 0, 60, 80)).setTo(1, plan.space()(cv::Rect(70, 0, 60, 80)));
-    const VisiblePairs pairs = countVisible(plan.space(), regions, 2, cell);
-    EXPECT_EQ(pairs.share(0, 0), 1);
-    if (wall) {
-      EXPECT_GT(pairs.share(0, 1), 0.2);
-      EXPECT_LT(pairs.share(0, 1), 0.7);
-    } else {
-      EXPECT_EQ(pairs.share(0, 1), 1);
-    }
-  }
 }
 
 }  // namespace

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "estancia/core/error.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/sequences/sequence.hpp"
 #include "estancia/sequences/trajectory.hpp"
 

@@ -13,7 +13,7 @@
 #include "estancia/classify/room_classifier.hpp"
 #include "estancia/classify/scores.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/describe/load_descriptor.hpp"
+#include "estancia/describe/features.hpp"
 #include "samples.hpp"
 #include "support/errors.hpp"
 

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "estancia/core/image_codecs.hpp"
-#include "io/images.hpp"
 #include "support/errors.hpp"
+#include "support/images.hpp"
 #include "support/support.hpp"
 
 namespace estancia {

@@ -7,10 +7,9 @@
 
 #include "describe/made_up_sequence.hpp"
 #include "estancia/describe/features.hpp"
-#include "estancia/describe/load_descriptor.hpp"
 #include "estancia/describe/phog.hpp"
 #include "estancia/describe/table_features.hpp"
-#include "estancia/label/record.hpp"
+#include "estancia/label/label_stream.hpp"
 #include "estancia/labelers/model.hpp"
 #include "support/errors.hpp"
 #include "support/model_support.hpp"

@@ -3,8 +3,8 @@
 //   dds_writer domain topic type bytes hertz count quality
 // Waits for a reader, then writes `count` messages (0: until SIGTERM) of `bytes` bytes, `hertz` a second
 // (0: as fast as it can). A message is a header of CDR, its number, and zeros. `quality` is reliable,
-// best-effort or transient-local; with /udp behind it, without shared memory, of which a killed process leaves something behind.
-// SPDX-License-Identifier: Apache-2.0
+// best-effort or transient-local; with /udp behind it, without shared memory, of which a killed process
+// leaves something behind. SPDX-License-Identifier: Apache-2.0
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 #include <signal.h>

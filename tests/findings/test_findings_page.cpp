@@ -24,7 +24,7 @@ using test::FailsWith;
 using test::Html;
 using testing::ElementsAre;
 
-Findings sample() {
+Findings samplePage() {
   Findings findings;
   findings.title = "Which one?";
   findings.summary = "That one.";
@@ -45,7 +45,7 @@ Findings sample() {
 }
 
 TEST(FindingsPage, ShowsTablesCurvesBarsAndNotes) {
-  const std::string html = renderFindingsPage(sample());
+  const std::string html = renderFindingsPage(samplePage());
   const Html page(html);
   EXPECT_THAT(page.texts("h1"), ElementsAre("Which one?"));
   EXPECT_THAT(page.texts("p.answer"), ElementsAre("That one."));
@@ -58,7 +58,7 @@ TEST(FindingsPage, ShowsTablesCurvesBarsAndNotes) {
 }
 
 TEST(FindingsPage, PointsOutTheBestAndWhatReadsTheSame) {
-  const std::string html = renderFindingsPage(sample());
+  const std::string html = renderFindingsPage(samplePage());
   EXPECT_EQ(count(html, "class=\"best\">1.50<"), 2U) << "1.500 and 1.501 read the same";
   EXPECT_EQ(count(html, "class=\"best\">7<"), 1U);
   EXPECT_EQ(count(html, "class=\"best\""), 3U);
@@ -66,7 +66,7 @@ TEST(FindingsPage, PointsOutTheBestAndWhatReadsTheSame) {
 }
 
 TEST(FindingsPage, ColorsATableWhereItIsAsked) {
-  Findings findings = sample();
+  Findings findings = samplePage();
   EXPECT_EQ(count(renderFindingsPage(findings), "<td style"), 4U - 1U) << "the matrix' own";
   auto& table = std::get<ResultTable>(findings.sections[0]);
   table.hottest = 8;
@@ -130,7 +130,7 @@ TEST(FindingsPage, ShowsImagesAndClouds) {
 }
 
 TEST(FindingsPage, DrawsAMatrixAsHeatBetweenItsOwnExtremes) {
-  const std::string html = renderFindingsPage(sample());
+  const std::string html = renderFindingsPage(samplePage());
   EXPECT_GE(count(html, "background:#440154;color:#fff"), 1U);
   EXPECT_EQ(count(html, "background:#fde725;color:#000\" title=\"hall · lab: 1.00\">1.00<"), 1U);
   EXPECT_THAT(Html(html).texts("td.unknown"), ElementsAre("–"));
@@ -144,7 +144,7 @@ TEST(FindingsPage, DrawsAMatrixAsHeatBetweenItsOwnExtremes) {
 }
 
 TEST(FindingsPage, NeedsNoNetworkAndHasNoForeignMarkup) {
-  Findings findings = sample();
+  Findings findings = samplePage();
   const std::string hostile = "</title><script>alert(1)</script>\"'&<img src=x>\xFF";
   findings.title = findings.summary = hostile;
   findings.facts = {{hostile, hostile}};
@@ -175,9 +175,9 @@ TEST(FindingsPage, NothingFoundIsAPage) {
 
 TEST(FindingsPage, IsWrittenWholeOrNotAtAll) {
   const test::ScratchFolder scratch;
-  writeFindingsPage(scratch / "report.html", sample());
-  EXPECT_EQ(test::readFile(scratch / "report.html"), renderFindingsPage(sample()));
-  EXPECT_THROW(writeFindingsPage(scratch / "missing" / "report.html", sample()), Error);
+  writeFindingsPage(scratch / "report.html", samplePage());
+  EXPECT_EQ(test::readFile(scratch / "report.html"), renderFindingsPage(samplePage()));
+  EXPECT_THROW(writeFindingsPage(scratch / "missing" / "report.html", samplePage()), Error);
 }
 
 /// The heights of a chart's curve, from 0 at the top to 280 at the foot.

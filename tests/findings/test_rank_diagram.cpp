@@ -22,7 +22,7 @@ using test::count;
 using test::Html;
 
 /// Methods with names of this length, their ranks spread evenly or all alike.
-RankDiagram sample(std::size_t methods, std::size_t length, bool equal = false) {
+RankDiagram sampleDiagram(std::size_t methods, std::size_t length, bool equal = false) {
   RankDiagram diagram{"Ranks", "Best at the left.", {}, {}, 1.25, 0};
   for (std::size_t m = 0; m < methods; ++m) {
     std::string name = "method " + std::to_string(m) + " ";
@@ -73,7 +73,7 @@ class RankDiagramSizes : public testing::TestWithParam<std::tuple<std::size_t, s
 
 TEST_P(RankDiagramSizes, NothingOverlaps) {
   const auto [methods, length, equal] = GetParam();
-  const std::string svg = renderRankDiagram(sample(methods, length, equal));
+  const std::string svg = renderRankDiagram(sampleDiagram(methods, length, equal));
   const Box page{0, 0, attribute(svg, "width"), attribute(svg, "height")};
   const std::vector<Box> boxes = texts(svg);
   EXPECT_GE(boxes.size(), 2 * methods + 1);
@@ -120,7 +120,7 @@ TEST(RankDiagram, PlacesRanksInProportion) {
 }
 
 TEST(RankDiagram, DrawsTheCriticalDifferenceToScale) {
-  RankDiagram diagram = sample(5, 1);
+  RankDiagram diagram = sampleDiagram(5, 1);
   diagram.criticalDifference = 2;
   const std::string svg = renderRankDiagram(diagram);
   const auto stems = paths(svg, "stem");
@@ -132,7 +132,7 @@ TEST(RankDiagram, DrawsTheCriticalDifferenceToScale) {
 }
 
 TEST(RankDiagram, KeepsBothEndsOfLongNames) {
-  RankDiagram diagram = sample(2, 1);
+  RankDiagram diagram = sampleDiagram(2, 1);
   diagram.methods[0].name = "inception-v3+places365+resnet50+gist+esf+phog+more+of+them/svm-rbf";
   const std::string svg = renderRankDiagram(diagram);
   EXPECT_TRUE(std::regex_search(svg, std::regex(">inception-v3[^<]*…[^<]*/svm-rbf<")));
@@ -141,7 +141,7 @@ TEST(RankDiagram, KeepsBothEndsOfLongNames) {
 }
 
 TEST(RankDiagram, LeavesOutWhatLongNamesHaveInCommon) {
-  RankDiagram diagram = sample(2, 1);
+  RankDiagram diagram = sampleDiagram(2, 1);
   const std::string front = "inception-v3+places365+resnet50+squeezenet+",
                     back = "/svm-rbf-of-all-the-features";
   diagram.methods[0].name = front + "gist" + back;
@@ -156,20 +156,20 @@ TEST(RankDiagram, LeavesOutWhatLongNamesHaveInCommon) {
 TEST(RankDiagram, IsPartOfThePageAndAFileOfItsOwn) {
   Findings findings;
   findings.title = "Which?";
-  findings.sections.emplace_back(sample(12, 20));
+  findings.sections.emplace_back(sampleDiagram(12, 20));
   const std::string html = renderFindingsPage(findings);
   test::expectWellFormed(html);
   test::expectNothingFromOutside(html);
   EXPECT_EQ(count(html, "class=\"stem"), 12U);
   EXPECT_THAT(Html(html).texts("figcaption"), testing::ElementsAre("Best at the left."));
-  const std::string svg = renderRankDiagram(sample(12, 20));
+  const std::string svg = renderRankDiagram(sampleDiagram(12, 20));
   EXPECT_TRUE(svg.starts_with("<?xml"));
   EXPECT_EQ(count(svg, "prefers-color-scheme:dark"), 1U);
   EXPECT_EQ(count(svg, "name control"), 1U);
 }
 
 TEST(RankDiagram, SurvivesAnyNameAndNone) {
-  RankDiagram diagram = sample(3, 1);
+  RankDiagram diagram = sampleDiagram(3, 1);
   diagram.title = diagram.caption = diagram.methods[0].name = test::hostileText;
   Findings findings;
   findings.sections.emplace_back(diagram);
@@ -177,7 +177,8 @@ TEST(RankDiagram, SurvivesAnyNameAndNone) {
   const std::string html = renderFindingsPage(findings);
   test::expectWellFormed(html);
   test::expectNothingFromOutside(html);
-  for (const std::string& text : {html, renderRankDiagram(RankDiagram{}), renderRankDiagram(sample(1, 1))}) {
+  for (const std::string& text :
+       {html, renderRankDiagram(RankDiagram{}), renderRankDiagram(sampleDiagram(1, 1))}) {
     EXPECT_FALSE(Html(text).mentions("nan"));
     EXPECT_FALSE(Html(text).mentions("inf"));
   }

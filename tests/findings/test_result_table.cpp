@@ -13,7 +13,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-ResultTable sample() {
+ResultTable sampleTable() {
   using Best = ResultTable::Best;
   using Form = ResultTable::Form;
   return {"Against ESF",
@@ -26,14 +26,14 @@ ResultTable sample() {
 }
 
 TEST(ResultTableText, LinesUpInATerminal) {
-  EXPECT_EQ(textTable(sample()),
+  EXPECT_EQ(textTable(sampleTable()),
             "method           p   rejected       rank\n"
             "ESF              –         no       2.70\n"
             "A→B     4.7705e-05        yes      10.40\n");
 }
 
 TEST(ResultTableText, IsMarkdown) {
-  EXPECT_EQ(markdownTable(sample()),
+  EXPECT_EQ(markdownTable(sampleTable()),
             "| method | p | rejected | rank |\n"
             "| --- | ---: | ---: | ---: |\n"
             "| ESF | – | no | **2.70** |\n"
@@ -41,11 +41,11 @@ TEST(ResultTableText, IsMarkdown) {
 }
 
 TEST(ResultTableText, IsCsvWithAllDigits) {
-  EXPECT_EQ(csvTable(sample()), "method,p,rejected,rank\nESF,,no,2.7\nA→B,4.7705e-05,yes,10.4\n");
+  EXPECT_EQ(csvTable(sampleTable()), "method,p,rejected,rank\nESF,,no,2.7\nA→B,4.7705e-05,yes,10.4\n");
 }
 
 TEST(ResultTableText, IsLatexWithoutPackages) {
-  EXPECT_EQ(latexTable(sample()),
+  EXPECT_EQ(latexTable(sampleTable()),
             "% Against ESF\n% Smaller is better.\n"
             "\\begin{tabular}{lrrr}\n\\hline\n"
             "method & p & rejected & rank \\\\\n\\hline\n"
@@ -55,7 +55,7 @@ TEST(ResultTableText, IsLatexWithoutPackages) {
 }
 
 TEST(ResultTableText, SurvivesAnyName) {
-  ResultTable table = sample();
+  ResultTable table = sampleTable();
   const std::string hostile = "a|b\n\\end{x}_$&#%^~<i>[*`\"\x1b[31m,é\xFF";
   table.title = table.caption = table.rowsAre = table.columns[0].name = table.rows[0].name = hostile;
 

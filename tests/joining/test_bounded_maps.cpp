@@ -7,11 +7,10 @@
 #include <map>
 #include <string>
 
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/joining/merge_maps.hpp"
 #include "estancia/map_file/store.hpp"
 #include "estancia/query/drives.hpp"
-#include "estancia/session/map_budget.hpp"
 #include "estancia/session/session.hpp"
 #include "estancia/world/world_mapper.hpp"
 #include "estancia/world_file/edit_areas.hpp"

@@ -13,7 +13,7 @@
 #include <fstream>
 #include <numbers>
 
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/map_file/sqlite.hpp"
 #include "estancia/map_file/store.hpp"
 #include "estancia/query/drives.hpp"
@@ -22,6 +22,7 @@
 #include "estancia/world/world_mapper.hpp"
 #include "estancia/world_file/edit_areas.hpp"
 #include "estancia/world_file/world_map.hpp"
+#include "estancia/world_file/world_options.hpp"
 #include "support/errors.hpp"
 #include "support/flat_drive.hpp"
 #include "support/support.hpp"
@@ -153,21 +154,6 @@ TEST_F(MergedDrives, WaitForAMapThatTheyShareAPlaceWith) {
   EXPECT_EQ(driven, 14U + 11U + 14U);
 }
 
-TEST_F(MergedDrives, SayWhyTheirPlacesAreOne) {
-  hasPoses_ = false;
-  drive("a", 0, 60);
-  drive("b", 20, 60);
-  merge({"a", "b"}, "all");
-  const TopologicalMap all = read("all");
-  EXPECT_EQ(all.decisions.size(), all.frames.size());
-  EXPECT_EQ(all.decisions[60].kind, DecisionKind::start);
-  EXPECT_THAT(explain(all, 60).back(), testing::HasSubstr("turned out to be the same place as node 5"));
-  const std::vector<DriveSummary> drives = summarizeDrives(all);
-  ASSERT_TRUE(drives[1].recognized);
-  EXPECT_EQ(drives[1].newPlaces, 0U);
-  EXPECT_EQ(all.frames[60].node, 5);
-}
-
 TEST_F(MergedDrives, AreNotOnePlaceWherePosesContradict) {
   drive("a", 0, 120);
   std::vector<std::size_t> seen;  // the sixth place on the other side of the circle
@@ -189,19 +175,6 @@ TEST_F(MergedDrives, AreNotOnePlaceWherePosesContradict) {
   ASSERT_EQ(third.drives[2].name, "b 0");
   EXPECT_EQ(third.frames[168 + 16].node, third.frames[16].node);
   EXPECT_NE(third.frames[168 + 44].node, third.frames[20].node) << "not through a map without poses either";
-}
-
-TEST_F(MergedDrives, AreAlignedWithTheMapThatHasPoses) {
-  hasPoses_ = false;
-  drive("without", 0, 120);
-  hasPoses_ = true;
-  drive("a", 0, 60);
-  drive("b", 10, 70, 0, otherFrame);
-  const MergedMaps merged = merge({"without", "a", "b"}, "all");
-  EXPECT_TRUE(merged.parts[0].isAligned && merged.parts[1].isAligned);
-  const TopologicalMap all = read("all");
-  for (std::size_t i = 180; i < 240; ++i)
-    EXPECT_LT(distanceBetween(all.frames[i].pose.value(), poseAt(i - 170)), 0.5) << i;
 }
 
 TEST_F(MergedDrives, MayTakeWhatTheirMapsMayTogether) {

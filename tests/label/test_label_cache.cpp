@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-#include "estancia/label/label_cache.hpp"
+#include "estancia/label/label_stream.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 

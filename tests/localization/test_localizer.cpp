@@ -177,13 +177,6 @@ TEST(Localizer, TheDriveTellsWhatSingleImagesDoNot) {
   }
 }
 
-TEST(Localizer, RecoversWhenTheRobotIsCarriedElsewhere) {
-  Corridor corridor(0.6);
-  std::vector<std::size_t> truth{0, 1, 2, 3, 4, 5, 20, 21, 22, 23, 24, 25};
-  const auto answers = localized(corridor.source(), corridor.world.drive(truth, 1), 0);
-  EXPECT_NEAR(static_cast<double>(answers.back().beliefImage), 25, 1);
-}
-
 TEST(Localizer, SmoothingEqualsForwardBackwardOverTheWholeDrive) {
   Corridor corridor(1.5, 9);
   const auto truth = forwards(9);

@@ -85,23 +85,6 @@ TEST(PlanarMotion, OfTwoStepsIsThatOfBoth) {
   EXPECT_NEAR(both.turn, direct.turn, 1e-9);
 }
 
-TEST(Floor, IsFoundInMapsOfAnyOrientation) {
-  const cv::Affine3d turned(cv::Vec3d(1.2, -0.7, 0.4), cv::Vec3d(3, 2, 1));
-  std::vector<Pose> level, oblique;
-  for (int i = 0; i < 12; ++i) {
-    level.push_back(Pose::planar(0.3 * i, std::sin(i), i));
-    oblique.push_back(poseOf(turned * rigidOf(level.back())));
-  }
-  const Floor floor(level), other(oblique);
-  for (std::size_t i = 1; i < level.size(); ++i) {
-    const PlanarPose a = floor.project(level[i - 1]), b = floor.project(level[i]);
-    const PlanarPose c = other.project(oblique[i - 1]), d = other.project(oblique[i]);
-    EXPECT_NEAR(std::hypot(b.x - a.x, b.y - a.y), std::hypot(d.x - c.x, d.y - c.y), 1e-9);
-    EXPECT_NEAR(wrapped(b.heading - a.heading), 1 - 2 * pi * std::round(1 / (2 * pi)), 1e-9);
-    EXPECT_NEAR(wrapped(d.heading - c.heading), 1, 1e-9);
-  }
-}
-
 TEST(PoseGrid, MovesAStateWhereTheMotionLeads) {
   const PoseGrid grid(corridor(), 0.2, 1.4);
   for (const PlanarPose& from : {PlanarPose{0.5, 0, 0}, {1.5, 0.3, pi / 2}, {2, -0.4, 3}}) {
@@ -125,28 +108,6 @@ TEST(PoseGrid, MovesAStateWhereTheMotionLeads) {
   }
 }
 
-TEST(PoseGrid, BlurIsAsWideAsAskedFor) {
-  const PoseGrid grid(corridor(40), 0.2, 3);
-  std::vector<float> one(grid.states(), 0.0F);
-  const std::size_t middle = stateAt(grid, {5, 0, 0});
-  one[middle] = 1;
-  grid.blur(one, 0.3, 0);
-  double variance = 0;
-  for (std::size_t s = 0; s < grid.states(); ++s)
-    variance += one[s] * std::pow(grid.poseOf(s).x - grid.poseOf(middle).x, 2);
-  EXPECT_NEAR(std::sqrt(variance), 0.3, 0.01);
-}
-
-TEST(PoseGrid, OfALongDriveHasWiderCellsAndEachImageItsStates) {
-  std::vector<PlanarPose> drive;
-  for (int i = 0; i < 60000; ++i) drive.push_back({1.5 * i, 0.3 * i, 0.2});
-  const PoseFilter filter = makeFilter(drive);
-  EXPECT_LE(filter.states(), 1'000'000U);
-  const std::vector<float> likelihood(drive.size(), 1.0F);
-  const Belief belief = filter.belief(filter.start(), likelihood);
-  EXPECT_GT(std::ranges::min(belief.images), 0);
-}
-
 TEST(NearEvidence, FallsWithTheDistanceAndIsTheRatioOfGaussians) {
   std::mt19937 random(5);
   std::normal_distribution<float> near(0.4F, 0.2F), far(1, 0.15F);
@@ -162,23 +123,6 @@ TEST(NearEvidence, FallsWithTheDistanceAndIsTheRatioOfGaussians) {
   for (double d = -1; d < 3; d += 0.01) EXPECT_GE(evidence.ratio(d), evidence.ratio(d + 0.01)) << d;
   const NearEvidence equal({0, 0, 0}, {0, 0, 0});
   EXPECT_TRUE(std::isfinite(equal.ratio(0)) && std::isfinite(equal.ratio(5)));
-}
-
-TEST(PoseFilter, EachStateHasANearestImageWhateverItsHeading) {
-  for (int h = 0; h < 48; ++h) {
-    const PoseFilter filter = makeFilter({{1.3, -0.7, h * pi / 24}});
-    EXPECT_NEAR(filter.belief(filter.start(), std::vector<float>{1}).nearest[0], 1, 1e-3) << h;
-  }
-}
-
-TEST(PoseFilter, AMapOfARobotThatMostlyStoodLetsItDrive) {
-  std::vector<PlanarPose> poses = corridor();
-  poses.insert(poses.end(), 500, poses.back());
-  poses.push_back({1e6, 0, 0});
-  const PlanarMotion step = makeFilter(poses).unknownMotion();
-  EXPECT_GE(step.looseDistance, 0.5);
-  EXPECT_LE(step.looseDistance, 1.4);
-  EXPECT_GT(step.looseTurn, 0);
 }
 
 TEST(PoseFilter, PredictionKeepsAllProbabilityAndBackwardIsItsTranspose) {

@@ -170,36 +170,6 @@ TEST(MapStore, VisitsDescriptorsInOrderAndStopsWhenTold) {
   EXPECT_THAT([&] { store.descriptor(20); }, FailsWith(ErrorCode::unknownName));
 }
 
-TEST(MapStore, MovesTheFramesOfAnAbsorbedNode) {
-  const test::ScratchFolder folder;
-  const fs::path path = smallMap(folder);
-  MapStore store = MapStore::open(path, Access::write);
-  store.addFrame(frameNamed(3, "d", 1), descriptorOf(3));
-  store.putNode({1, 1, {0, 0, 0}, {0, 0, 0}}, "");
-  store.putDecision({3, DecisionKind::createNode, 1, 0, 0.5, -1, std::nan(""), 0.3, 0.2});
-  store.addMerge({3, 0, 1, 0.1, 0.2});
-  const TopologicalMap map = store.load();
-  EXPECT_EQ(map.nodes.size(), 1U);
-  EXPECT_EQ(map.frames[3].node, 0);
-  EXPECT_EQ(map.decisions[3].node, 1) << "what was decided stays as it was";
-  ASSERT_EQ(map.merges.size(), 1U);
-  EXPECT_EQ(map.merges[0].absorbed, 1);
-}
-
-TEST(MapStore, ForgetsTheMapButNotTheFrames) {
-  const test::ScratchFolder folder;
-  MapStore store = MapStore::open(smallMap(folder), Access::write);
-  store.putTransition({0, 0, 1, 1});
-  store.clearMap();
-  const TopologicalMap map = store.load();
-  EXPECT_TRUE(map.nodes.empty());
-  EXPECT_TRUE(map.transitions.empty());
-  EXPECT_TRUE(map.decisions.empty());
-  ASSERT_EQ(map.frames.size(), 3U);
-  EXPECT_EQ(map.frames[0].node, -1) << "no node until it is mapped again";
-  EXPECT_EQ(store.descriptor(2), descriptorOf(2));
-}
-
 TEST(MapStore, VisitsAreRunsOfFramesAtAPlaceWhateverNumbersAreLeftOut) {
   const test::ScratchFolder folder;
   const fs::path file = folder / "map.estancia";
@@ -284,14 +254,6 @@ TEST(MapStore, RefusesWhatItCannotKeep) {
 }
 
 // ---- files that are not maps
-
-TEST(MapStore, IsMadeWhereALinkLeads) {
-  const test::ScratchFolder folder;
-  fs::create_symlink("elsewhere.estancia", folder / "link.estancia");
-  MapStore::create(folder / "link.estancia", identity()).commit();
-  EXPECT_TRUE(fs::is_symlink(folder / "link.estancia"));
-  EXPECT_TRUE(fs::is_regular_file(folder / "elsewhere.estancia"));
-}
 
 TEST(MapStore, ReadsTheOlderFormatAndUpdatesItWhenItIsWritten) {
   const test::ScratchFolder folder;

@@ -15,10 +15,8 @@ namespace {
 
 namespace fs = std::filesystem;
 using Access = MapStore::Access;
-using test::descriptorOf;
 using test::FailsWith;
 using test::filesIn;
-using test::frameNamed;
 using test::identity;
 using test::refusal;
 using test::smallMap;
@@ -187,16 +185,6 @@ TEST(MapStore, RunsNoConstraintsOfTheFile) {
          "DROP TABLE state; ALTER TABLE other RENAME TO state");
   MapStore store = MapStore::open(path, Access::write);
   EXPECT_NO_THROW(store.putState("key", "bytes"));
-}
-
-TEST(MapStoreRefuses, DescriptorsOfAWrongLength) {
-  const test::ScratchFolder folder;
-  const fs::path path = smallMap(folder);
-  tamper(path, "UPDATE descriptors SET probabilities = x'00' WHERE frame = 1");
-  const MapStore store = MapStore::open(path, Access::read);
-  EXPECT_THAT([&] { store.descriptor(1); }, FailsWith(ErrorCode::corruptFile));
-  EXPECT_THAT([&] { store.forEachDescriptor(0, [](std::size_t, DescriptorView) { return true; }); },
-              FailsWith(ErrorCode::corruptFile));
 }
 
 }  // namespace

@@ -15,7 +15,7 @@
 namespace estancia {
 namespace {
 
-constexpr std::size_t labelCount = 300;
+constexpr std::size_t roomLabels = 300;
 
 /// Rooms whose images have log-ratios of their own, and views that change them while the robot turns.
 class MadeUpRooms {
@@ -30,9 +30,9 @@ class MadeUpRooms {
   std::vector<float> image(std::size_t room, double heading) {
     const Room& r = rooms_[room];
     const std::vector<double> noise = normal(0.4);
-    std::vector<float> p(labelCount);
+    std::vector<float> p(roomLabels);
     double sum = 0;
-    for (std::size_t i = 0; i < labelCount; ++i) {
+    for (std::size_t i = 0; i < roomLabels; ++i) {
       const double ratio =
           r.mean[i] + r.east[i] * std::cos(heading) + r.north[i] * std::sin(heading) + noise[i];
       sum += p[i] = static_cast<float>(std::exp(ratio));
@@ -47,7 +47,7 @@ class MadeUpRooms {
   };
   std::vector<double> normal(double sigma) {
     std::normal_distribution<double> distribution(0, sigma);
-    std::vector<double> values(labelCount);
+    std::vector<double> values(roomLabels);
     for (double& value : values) value = distribution(random_);
     return values;
   }
@@ -63,7 +63,7 @@ struct Outcome {
 /// Turns once all around in each room, `visits` times.
 Outcome turnAround(std::size_t rooms, std::size_t visits) {
   MadeUpRooms home(rooms);
-  Mapper mapper(labelCount);
+  Mapper mapper(roomLabels);
   std::vector<int> nodes, truth;
   const auto take = [&] {
     const MapChanges changes = mapper.takeChanges();

@@ -148,17 +148,6 @@ TEST(Mapper, RecordsEveryDecisionWithItsDistances) {
   EXPECT_DOUBLE_EQ(map.decisions[3].tauRevisit, 0.1);
 }
 
-TEST(Mapper, CountsTransitionsInTheirDirection) {
-  test::SyntheticPlaces places(3, 60, 0.1);
-  Mapper mapper(60, fixed("hellinger", 0.4, 0.4));
-  mapped(mapper, places.drive({0, 1, 2, 1, 2}, 4));
-  const auto& transitions = mapper.transitions();
-  ASSERT_EQ(transitions.size(), 3U);
-  EXPECT_EQ(transitions.at({1, 2}).count, 2U);
-  EXPECT_EQ(transitions.at({1, 2}).firstFrame, 8U);
-  EXPECT_EQ(transitions.at({2, 1}).count, 1U);
-}
-
 TEST(Mapper, BlurredImagesWeighLessAtBothEndsOfAStay) {
   test::SyntheticPlaces places(2, 30, 0.05);
   const Images images = places.drive({0, 1}, 8);
@@ -203,15 +192,6 @@ TEST(Mapper, FindsThresholdsForEveryDistance) {
   }
 }
 
-TEST(Mapper, FirstMinuteIsMappedByTheScalesOfTheWholeYoungRun) {
-  // One long stay, then seven places. What the run is like shows only after the first stay.
-  test::SyntheticPlaces places(8, 200, 0.7);
-  Images images = places.drive({0}, 60);
-  for (const auto& image : places.drive({1, 2, 3, 4, 5, 6, 7}, 20)) images.push_back(image);
-  const auto map = mapped(MapperOptions{}, images);
-  for (std::size_t frame = 0; frame < 60; ++frame) EXPECT_EQ(map.nodes[frame], map.nodes[0]);
-}
-
 TEST(Mapper, MergesTwinsAndRedirectsTheirTransitions) {
   test::SyntheticPlaces places(3, 200, 0.5);
   MapperOptions options =
@@ -237,19 +217,6 @@ TEST(Mapper, MergesTwinsAndRedirectsTheirTransitions) {
     EXPECT_LT(merge.kept, merge.absorbed);
     EXPECT_LT(merge.distance, merge.threshold);
   }
-}
-
-TEST(Mapper, ThesisPresetLeavesNodes) {
-  Images images;
-  for (const std::size_t label : {0U, 1U, 2U, 0U})
-    for (int i = 0; i < 40; ++i) {
-      std::vector<float> p(1000, 0.2F / 999);
-      p[label] = 0.8F;
-      images.push_back(p);
-    }
-  const auto map = mapped(MapperOptions::thesis(), images);
-  EXPECT_EQ(std::set<int>(map.nodes.begin(), map.nodes.end()).size(), 3U);
-  EXPECT_EQ(map.nodes.back(), 0);
 }
 
 TEST(Mapper, IdenticalImagesAreOnePlace) {

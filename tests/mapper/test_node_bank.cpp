@@ -103,40 +103,6 @@ INSTANTIATE_TEST_SUITE_P(NodeBank, EveryDistance, testing::ValuesIn(everyDistanc
   return text;
 });
 
-TEST(NodeBank, ThesisWeightsAreOneMinusTwoSigma) {
-  const Distance distance = getDistance("weighted");
-  NodeBank bank(distance, 2);
-  bank.add(nodeOf(bank, distance, 0, {{0.2F, 0.5F}, {0.6F, 0.5F}}));  // σ = (0.2, 0), so w = (0.6, 1)
-  const std::vector<float> image{0.9F, 0.1F};
-  EXPECT_NEAR(bank.distance(0, image), (0.6 * 0.5 * 0.5 + 1 * 0.4 * 0.4) / 1.6, 1e-6);
-}
-
-TEST(QuantizedUpperBounds, BoundsHoldForAnyVectors) {
-  std::mt19937 random(9);
-  std::normal_distribution<float> normal;
-  for (const std::size_t length : {1U, 63U, 64U, 1001U}) {
-    QuantizedUpperBounds sketch(length);
-    std::vector<std::vector<float>> rows;
-    for (std::size_t r = 0; r < 40; ++r) {
-      std::vector<float> row(length, 0.0F);
-      for (float& v : row) v = normal(random) * (r % 5 == 0 ? 1e-6F : 1.0F) + (r % 7 == 0 ? 50.0F : 0.0F);
-      if (r == 3) std::fill(row.begin(), row.end(), 0.0F);
-      if (r == 4) row[0] = 1e4F;  // one value drowns all others
-      sketch.set(r, row);
-      rows.push_back(std::move(row));
-    }
-    std::vector<float> upper(rows.size());
-    for (const auto& query : rows) {
-      sketch.upperBounds(query, upper);
-      for (std::size_t r = 0; r < rows.size(); ++r) {
-        double exact = 0;
-        for (std::size_t i = 0; i < length; ++i) exact += static_cast<double>(rows[r][i]) * query[i];
-        EXPECT_GE(upper[r], exact - 1e-6 * std::fabs(exact)) << "length " << length << " row " << r;
-      }
-    }
-  }
-}
-
 /// Σ w d_part / Σ w, each part embedded and compared by itself.
 double fused(const std::vector<LabelPart>& parts, const std::vector<float>& a, const std::vector<float>& b) {
   double sum = 0, weights = 0;

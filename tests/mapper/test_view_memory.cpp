@@ -96,22 +96,6 @@ TEST_F(Views, TakenElsewhereOnlyLookAlike) {
   EXPECT_FALSE(memory_.areApart(0, 1));
 }
 
-TEST_F(Views, AreFewAndDiffer) {
-  ViewMemory few(getDistance("cosine"), words, with(10));
-  for (int turn = 0; turn < 4; ++turn)
-    for (int degrees = 0; degrees < 360; degrees += 5) few.keep(at(degrees, 0), thresholds_);
-  see(180, 1);
-  few.keep(at(0, 1), thresholds_);
-  for (int degrees = 60; degrees < 300; degrees += 5) {
-    // All were seen before the last one but for those that it was near to.
-    const auto found = few.recognize(at(degrees, -1), 1, thresholds_);
-    ASSERT_TRUE(found) << degrees;
-    EXPECT_EQ(found->node, 0);
-  }
-  constexpr std::size_t bytes = 20;
-  EXPECT_LE(few.state().size(), 10 * bytes + 16 * 2 * bytes + 16);
-}
-
 /// Nodes of a drive through places, some of which look like earlier ones.
 std::size_t nodesOf(const std::vector<std::optional<Pose>>& poses) {
   test::SyntheticPlaces places(8, 200, 0.7);

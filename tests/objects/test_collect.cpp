@@ -240,19 +240,5 @@ TEST(ClusteredFrame, ImageAndDepthMayDifferInSize) {
   }
 }
 
-TEST(ClusteredFrame, HolesInDepthAreNoPoints) {
-  const TableSequence sequence = twoThings({0});
-  cv::Mat depth = sequence.depth(0).clone();
-  for (int v = 0; v < depth.rows; ++v)
-    for (int u = v % 5; u < depth.cols; u += 20)
-      depth.at<float>(v, u) = u % 2 == 0 ? 0 : std::numeric_limits<float>::quiet_NaN();
-  const auto frame = clusteredFrame(sequence.image(0), depth, *sequence.intrinsics());
-  ASSERT_EQ(frame.clusters.clusters.size(), 2U);
-  for (std::size_t i = 0; i < 2; ++i) {
-    EXPECT_GT(cloudOf(frame, i).points.size(), 300U);
-    for (const cv::Point3f& p : cloudOf(frame, i).points) EXPECT_TRUE(isFinite(p) && p.z > 0.5F);
-  }
-}
-
 }  // namespace
 }  // namespace estancia::test

@@ -65,18 +65,6 @@ TEST(InstanceAccuracy, KnowsSplitThingsAndMergedOnesByTheirPixels) {
   EXPECT_EQ(accuracy.merged, 1U) << "11 and 12";
 }
 
-TEST(InstanceAccuracy, PixelsOfSegmentsAreThoseOfTheMaskAlsoWhereItIsLarger) {
-  const cv::Mat segments = (cv::Mat_<std::uint8_t>(1, 2) << 1, 2);
-  const cv::Mat mask = (cv::Mat_<std::uint16_t>(2, 4) << 10, 0, 300, 0, 0, 0, 0, 0);
-  std::map<SegmentPlace, PixelsOfThings> pixels;
-  addPixels(7, segments, mask, pixels);
-  addPixels(7, segments, mask(cv::Rect(0, 0, 2, 1)), pixels);
-  addPixels(8, segments, cv::Mat(5, 2, CV_16U, cv::Scalar(0)), pixels);  // another image
-  ASSERT_EQ(pixels.size(), 2U);
-  EXPECT_EQ((pixels[{7, 1}]), (PixelsOfThings{{10, 2}}));
-  EXPECT_EQ((pixels[{7, 2}]), (PixelsOfThings{{0, 1}, {300, 1}}));
-}
-
 TEST(InstanceAccuracy, ThingsCountThatTheImagesOfTheMapShowOftenEnough) {
   io::HomeTruth truth;
   truth.instances.resize(2);

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/objects/instance_accuracy.hpp"
 #include "estancia/objects/segment_image.hpp"
 #include "support/errors.hpp"
@@ -120,26 +120,6 @@ TEST(InstanceMap, MostFramesDecideWhatIsOneThing) {
   EXPECT_EQ(&found[static_cast<std::size_t>(on.on)], &below);
   EXPECT_EQ(below.stands, Stands::floor);
   EXPECT_GT(intersectionOverUnion(on.box, parcel), 0.5);
-}
-
-TEST(InstanceMap, WhatStandsOnTablesThatHideTheFloorStandsOnASurface) {
-  const OrientedBox table{{2, 0, 0.35}, {1.8, 1.8, 0.7}, 0}, parcel{{2, 0, 0.85}, {0.3, 0.3, 0.3}, 0};
-  InstanceMap map(kFloor);
-  for (std::size_t i = 0; i < 16; ++i) {
-    const Pose pose = around(i, 16);
-    View view = viewOf({parcel, table}, pose);
-    view.segments.setTo(0, view.segments == 2);  // a table is a plane, as the floor
-    for (int v = 0; v < view.depth.rows; ++v)
-      for (int u = 0; u < view.depth.cols; ++u) {
-        float& z = view.depth.at<float>(v, u);
-        const cv::Vec3d at = rigidOf(pose) * cv::Vec3d(kCamera.slopeX(u) * z, kCamera.slopeY(v) * z, z);
-        if (at[2] < 0.1 && (at[1] < 0.9 || at[0] < 1 || at[0] > 3)) z = 0;  // the floor, but for one side
-      }
-    map.add(i, view.depth, view.segments, kCamera, pose);
-  }
-  ASSERT_THAT(map.instances(), SizeIs(1));
-  EXPECT_EQ(map.instances()[0].stands, Stands::surface);
-  EXPECT_NEAR(map.instances()[0].box.size.z, 0.3, 0.05);
 }
 
 TEST(InstanceMap, AWallHasHalfAVote) {

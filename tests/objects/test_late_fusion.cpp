@@ -105,17 +105,6 @@ TEST_F(LateFusion, InWhatIsMoreLikelyWhereTheyDiffer) {
   EXPECT_EQ(answer.classIndex, 0);
 }
 
-TEST_F(LateFusion, InShapesThatWereNeverTestedByTheirProbabilityAlone) {
-  ASSERT_EQ(learned().heldOutAccuracy()[2], -1);
-  shape_ = {0.2F, 0.1F, 0.7F};
-  FusedAnswer answer = fused();
-  EXPECT_EQ(answer.source, Source::image);
-  image_ = {0.6F, 0.4F, 0};
-  answer = fused();
-  EXPECT_EQ(answer.source, Source::shape);
-  EXPECT_EQ(answer.classIndex, 2);
-}
-
 TEST_F(LateFusion, OtherWordsAreRefused) {
   image_ = {0.5F, 0.5F};
   EXPECT_THAT([&] { fused(); }, FailsWith(ErrorCode::mismatch));

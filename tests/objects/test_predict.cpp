@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 
-#include "estancia/label/record.hpp"
+#include "estancia/label/label_stream.hpp"
 #include "estancia/objects/clustered_frame.hpp"
 #include "estancia/objects/collect.hpp"
 #include "estancia/objects/object_crops.hpp"
@@ -228,24 +228,6 @@ TEST_F(Predicting, ASequenceIsSampled) {
   EXPECT_THAT([&] { framesOf(options); }, FailsWith(ErrorCode::invalidOption));
   options.every = 0;
   EXPECT_THAT([&] { framesOf(options); }, FailsWith(ErrorCode::invalidOption));
-}
-
-TEST_F(Predicting, AFrameAsJson) {
-  const TableSequence sequence({ballAt(0, 0, 0.055, blue)}, {60});
-  ObjectPredictor predictor(model(), nullptr);
-  nlohmann::ordered_json json;
-  predictSequence(sequence, predictor, {},
-                  [&](const PredictedFrame& frame) { json = toJson(frame, model().targets().names()); });
-  EXPECT_EQ(json["frame"], sequence.frame(0).name);
-  ASSERT_THAT(json["objects"], SizeIs(1));
-  const auto& object = json["objects"][0];
-  EXPECT_EQ(object["views"], 1);
-  EXPECT_EQ(object["image"], nullptr) << "without a labeler";
-  EXPECT_EQ(object["shape"]["class"], "ball");
-  EXPECT_EQ(object["shape"]["probability"], object["shape"]["classes"]["ball"]);
-  EXPECT_EQ(object["answer"]["class"], "ball");
-  EXPECT_EQ(object["answer"]["source"], "shape");
-  EXPECT_TRUE(json["seconds"].contains("clusters"));
 }
 
 }  // namespace

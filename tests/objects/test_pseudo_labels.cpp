@@ -18,7 +18,6 @@ using test::madeUpThings;
 using test::MadeUpThings;
 using test::rows;
 using test::saying;
-using testing::Each;
 using testing::ElementsAre;
 
 ClassifierOptions quick() {

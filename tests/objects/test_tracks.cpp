@@ -7,7 +7,7 @@
 #include <limits>
 #include <opencv2/core/affine.hpp>
 
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/objects/tracks.hpp"
 #include "support/errors.hpp"
 
@@ -95,16 +95,6 @@ TEST(Tracks, AFrameWithoutAPoseGoesByThePixels) {
   broken.x = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(tracks.follow(of({mug}), camera, broken), ElementsAre(0));
   EXPECT_THAT(tracks.follow(of({mug}), camera, Pose{}), ElementsAre(0));
-}
-
-TEST(Tracks, CloudsWithoutPixelsGoByDistance) {
-  Tracks tracks;
-  Cluster near = ball({0, 0, 1}, 0.05), far = ball({0, 0, 1.2}, 0.05);
-  near.box = far.box = {};
-  tracks.follow(of({near, far}), camera, {});
-  near.center.x += 0.04F;
-  far.center.x += 0.06F;
-  EXPECT_THAT(tracks.follow(of({far, near}), camera, {}), ElementsAre(2, 0));
 }
 
 TEST(Tracks, RefuseWhatTheyCannotWorkWith) {

@@ -11,7 +11,7 @@
 #include <random>
 
 #include "estancia/core/error.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "support/errors.hpp"
 #include "support/room.hpp"
 

@@ -10,7 +10,7 @@
 #include <opencv2/core.hpp>
 
 #include "estancia/core/error.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "support/errors.hpp"
 #include "support/numbers.hpp"
 #include "support/room.hpp"

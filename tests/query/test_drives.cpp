@@ -9,7 +9,7 @@
 #include <numbers>
 #include <random>
 
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/map_file/store.hpp"
 #include "estancia/mapper/mapper.hpp"
 #include "estancia/session/drive_alignment.hpp"
@@ -214,51 +214,6 @@ TEST(DriveAlignment, IsWhatMostViewsAgreeWith) {
                 Pose::planar(anywhere(random), anywhere(random), anywhere(random)));
     EXPECT_FALSE(nowhere.estimate()) << i;
   }
-}
-
-/// A room may look like another one; the ways between rooms differ.
-TEST(DriveAlignment, IsCertainWhereViewsAgreeFurtherThanInARoom) {
-  for (const double length : {3.0, 5.0}) {
-    DriveAlignment alignment(0.7, 30);
-    for (int i = 0; i < 20; ++i) {
-      const Pose own = Pose::planar(length / 19 * i, 0, 0.5 * (i % 2));
-      alignment.add(own, poseOf(elsewhere * rigidOf(own)));
-    }
-    const auto found = alignment.estimate();
-    ASSERT_TRUE(found);
-    EXPECT_NEAR(found->extent, length, 1e-6);
-    EXPECT_EQ(found->isCertain(), length > 4);
-  }
-}
-
-TEST_F(Drives, AreAlignedAgainAsMoreIsRecognized) {
-  const auto besideTheFirst = [this](std::size_t step) {
-    Pose pose = rounds_.poseAt(step);
-    pose.x += 0.3 * std::sin(1.7 * static_cast<double>(step));
-    pose.y += 0.3 * std::cos(2.3 * static_cast<double>(step));
-    return pose;
-  };
-  std::vector<double> turns;
-  for (const std::size_t end : {50U, 200U}) {
-    std::filesystem::remove(path_);
-    rounds_ = Rounds(12);
-    MappingSession map = firstDrive();
-    map.beginDrive({"second"});
-    for (std::size_t i = 20; i < end; ++i)
-      add(map, rounds_.imageAt(i), poseOf(elsewhere.inv() * rigidOf(besideTheFirst(i))));
-    map.finish();
-    const TopologicalMap found = readMap(path_);
-    ASSERT_TRUE(found.drives[1].alignment) << end;
-    const cv::Affine3d last = rigidOf(*found.drives[1].alignment);
-    turns.push_back(angleOf(last));
-    for (std::size_t i = 120; i < found.frames.size(); ++i) {
-      const Pose taken = besideTheFirst(i - 100);
-      EXPECT_LT(distanceBetween(*found.frames[i].pose, taken), 0.25);
-      EXPECT_LT(distanceBetween(*found.frames[i].pose, poseOf(last * elsewhere.inv() * rigidOf(taken))), 1e-9)
-          << "all of them by the last estimate";
-    }
-  }
-  EXPECT_NE(turns[0], turns[1]);
 }
 
 }  // namespace

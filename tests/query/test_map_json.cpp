@@ -43,20 +43,6 @@ TEST(MapJson, TellsPredictedRooms) {
   EXPECT_NEAR(json["places"][0]["room_probability"].get<double>(), 0.75, 1e-6);
 }
 
-TEST(MapJson, TellsRoutes) {
-  const TopologicalMap map = test::sampleMap();
-  const Json route = toJson(getRoute(map, 3, 0));
-  EXPECT_EQ(route["from"], 3);
-  EXPECT_EQ(route["to"], 0);
-  EXPECT_EQ(route["nodes"], Json({3, 1, 0}));
-  EXPECT_EQ(route["unit"], "m");
-  const Json toDesk = toJson("desk", routeToWords(map, 0, "desk"), map);
-  EXPECT_EQ(toDesk["to"], 3);
-  EXPECT_EQ(toDesk["label"], "desk");
-  EXPECT_EQ(toDesk["probability"], 0.75);
-  EXPECT_FALSE(toDesk.contains("room"));
-}
-
 TEST(MapJson, TellsWhereAnImageWasTaken) {
   Localization answer;
   answer.node = 3;
@@ -76,19 +62,6 @@ TEST(MapJson, TellsWhereAnImageWasTaken) {
                                                                 {"confidence", 0.5},
                                                                 {"unmapped", 0.25},
                                                                 {"unvisited", nullptr}}));
-}
-
-TEST(MapJson, TellsDecisions) {
-  TopologicalMap map = test::sampleMap();
-  map.decisions[2].toOther = std::nan("");
-  const Json json = explanationJson(map, 2);
-  EXPECT_EQ(json["frame"], "c.jpg");
-  EXPECT_EQ(json["decision"], "create-node");
-  EXPECT_EQ(json["node_now"], 1);
-  EXPECT_EQ(json["to_current"], 0.6);
-  EXPECT_EQ(json["other"], -1);
-  EXPECT_TRUE(json["to_other"].is_null());
-  EXPECT_EQ(json["sentences"].size(), 5U);
 }
 
 }  // namespace

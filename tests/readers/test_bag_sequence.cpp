@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "estancia/core/error.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/readers/bag_summary.hpp"
 #include "estancia/sequences/sequence.hpp"
 #include "support/errors.hpp"

@@ -10,7 +10,6 @@
 #include "estancia/files/home_plan.hpp"
 #include "estancia/readers/home_truth.hpp"
 #include "estancia/sequences/sequence.hpp"
-#include "io/images.hpp"
 #include "support/errors.hpp"
 #include "support/images.hpp"
 #include "support/support.hpp"

@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include "estancia/sequences/sequence.hpp"
-#include "io/images.hpp"
 #include "support/errors.hpp"
 #include "support/images.hpp"
 #include "support/support.hpp"

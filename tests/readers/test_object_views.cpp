@@ -12,7 +12,6 @@
 #include "estancia/files/cloud_file.hpp"
 #include "estancia/files/image_writer.hpp"
 #include "estancia/readers/object_views.hpp"
-#include "io/images.hpp"
 #include "support/errors.hpp"
 #include "support/images.hpp"
 #include "support/support.hpp"

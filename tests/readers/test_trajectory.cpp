@@ -13,7 +13,6 @@
 #include "estancia/files/files.hpp"
 #include "estancia/sequences/listed_sequence.hpp"
 #include "estancia/sequences/trajectory.hpp"
-#include "io/images.hpp"
 #include "support/errors.hpp"
 #include "support/images.hpp"
 #include "support/support.hpp"

@@ -8,11 +8,11 @@
 #include <random>
 
 #include "estancia/core/error.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/recognition/keypoints.hpp"
 #include "recognition/made_up_surface.hpp"
 #include "recognition/pcl_reference.hpp"
-#include "recognition/pose_error.hpp"
+#include "recognition/pose_check.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 

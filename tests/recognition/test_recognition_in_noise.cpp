@@ -13,7 +13,7 @@
 #include "estancia/files/cloud_file.hpp"
 #include "estancia/recognition/prepared.hpp"
 #include "estancia/recognition/recognizer.hpp"
-#include "recognition/pose_error.hpp"
+#include "recognition/pose_check.hpp"
 #include "support/errors.hpp"
 #include "support/numbers.hpp"
 #include "support/support.hpp"

@@ -11,12 +11,12 @@
 #include <set>
 
 #include "estancia/core/error.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/files/cloud_file.hpp"
 #include "estancia/recognition/object_search.hpp"
 #include "estancia/recognition/prepared.hpp"
 #include "recognition/made_up_surface.hpp"
-#include "recognition/pose_error.hpp"
+#include "recognition/pose_check.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 

@@ -8,6 +8,7 @@
 
 #include "estancia/report/map_page.hpp"
 #include "estancia/report/page_words.hpp"
+#include "estancia/words/word_associations.hpp"
 #include "support/html_checks.hpp"
 #include "support/report_map.hpp"
 #include "support/sample_world.hpp"

@@ -8,6 +8,8 @@
 #include <set>
 
 #include "estancia/core/label_words.hpp"
+#include "estancia/words/label_search.hpp"
+#include "estancia/words/lexicon.hpp"
 #include "estancia/words/word_associations.hpp"
 #include "estancia/words/word_filter.hpp"
 #include "support/support.hpp"

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "estancia/files/home_plan.hpp"
 #include "estancia/report/zones_page.hpp"
 
 #include <gmock/gmock.h>
@@ -88,13 +89,14 @@ TEST(ZonesPage, AbsurdPosesAreNoPlaces) {
 TEST(ZonesPage, FloorPlansAreDrawnUnderTheZones) {
   Zones zones = sampleZones({.zones = 3});
   ZonesPage page{zones};
-  page.floorPlan = FloorPlan{{}, -500, -500, 500, 500, io::HomePlan{}};
-  page.floorPlan->home->rooms = {{"hall", {{-500, -500}, {500, -500}, {500, 500}, {-500, 500}}}};
+  const auto home = std::make_shared<io::HomePlan>();
+  home->rooms = {{"hall", {{-500, -500}, {500, -500}, {500, 500}, {-500, 500}}}};
+  page.floorPlan = FloorPlan{{}, -500, -500, 500, 500, home};
   const std::string html = renderZonesPage(page);
   expectSound(html);
   EXPECT_EQ(count(html, "<path class=\"wall\""), 2U) << "wide and narrow";
   EXPECT_EQ(count(html, ">hall</text>"), 2U);
-  page.floorPlan->home->rooms[0].polygon = {{900, 900}, {901, 900}, {901, 901}};
+  home->rooms[0].polygon = {{900, 900}, {901, 900}, {901, 901}};
   EXPECT_THAT([&] { renderZonesPage(page); }, test::FailsWith(ErrorCode::mismatch)) << "another origin";
   for (Frame& frame : zones.frames) frame.pose.reset();
   EXPECT_THAT([&] { renderZonesPage(page); }, test::FailsWith(ErrorCode::insufficientData));

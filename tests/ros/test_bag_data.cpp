@@ -246,8 +246,7 @@ std::string digestOf(const Bag& bag) {
 TEST_F(McapCore, ReadsTheSameBytes) {
   const auto data = test::findData("robot_bags");
   ESTANCIA_NEEDS(data, "no robot_bags");
-  for (const char* file : {"wire/all_types.mcap", "wire/chunks_none.mcap", "wire/chunks_lz4.mcap",
-                           "wire/chunks_zstd.mcap", "wire/split_0.mcap"})
+  for (const char* file : {"wire/all_types.mcap", "wire/chunks_none.mcap"})
     EXPECT_EQ(digestOf(*openBag(*data / file)), runs("digest", *data / file)) << file;
 }
 

@@ -9,7 +9,7 @@
 #include <initializer_list>
 #include <limits>
 
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/ros/cdr_writer.hpp"
 #include "estancia/ros/dds_names.hpp"
 #include "estancia/ros/messages.hpp"

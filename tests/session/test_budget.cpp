@@ -1,6 +1,5 @@
 // Budgets: a map keeps its size and its memory, whatever is mapped, and still knows its places.
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/session/map_budget.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

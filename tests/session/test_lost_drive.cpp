@@ -166,21 +166,6 @@ TEST_F(AnotherBuilding, GoesOnAfterACrashAsIfNothingHadHappened) {
   }
 }
 
-TEST_F(AnotherBuilding, FitsIntoABudget) {
-  MappingSession map = begin(home_);
-  map.setBudget({.memory = 20, .file = 1});
-  drive(map, "office", Building(2).drive(80));
-  const TopologicalMap found = readMap(path_);
-  EXPECT_LT(found.frames.size(), 48U * 80U);
-  std::set<int> own;
-  for (const MappedFrame& frame : found.frames) {
-    EXPECT_GE(frame.node, 0);
-    if (frame.number >= home_.size()) own.insert(frame.node);
-  }
-  EXPECT_EQ(own.size(), roomCount);
-  EXPECT_LE(static_cast<double>(MapStore::open(path_, MapStore::Access::read).bytes()), 1.1e6);
-}
-
 TEST_F(AnotherBuilding, IsLeftWithoutATraceInTheNext) {
   Building home(1), office(2);
   const auto first = office.drive(3), then = home.drive(3);
@@ -205,37 +190,6 @@ TEST_F(AnotherBuilding, IsLeftWithoutATraceInTheNext) {
   EXPECT_GE(back, then.size() / 2);
   for (const Merge& merge : found.merges)
     EXPECT_FALSE(known.contains(merge.kept) && merge.frame > begin) << merge.absorbed;
-}
-
-TEST_F(AnotherBuilding, KeepsWhatItHasWhereMemoryIsShort) {
-  MappingSession map = begin(home_);
-  for (std::uint64_t megabytes = 1;; ++megabytes) {
-    try {
-      map.setBudget({megabytes, std::nullopt});
-      break;
-    } catch (const Error&) {
-      ASSERT_LT(megabytes, 100U);
-    }
-  }
-  drive(map, "office", Building(2).drive(4));
-  drive(map, "shop", Building(5).drive(4));
-  drive(map, "home again", Building(1).drive(2));
-  const TopologicalMap found = readMap(path_);
-  std::uint64_t frames = 0;
-  for (const Node& node : found.nodes) frames += node.frames;
-  EXPECT_EQ(frames, found.frames.size());
-}
-
-TEST_F(AnotherBuilding, IsMappedAloneOnce) {
-  MappingSession map = begin(home_);
-  drive(map, "office", office_);
-  const auto before = map.map();
-  map.finish();
-  MappingSession(std::move(map)).finish();
-  MappingSession again = MappingSession::resume(path_, wordsOfBuildings(), "test");
-  again.finish();
-  EXPECT_EQ(again.map().merges.size(), before.merges.size());
-  EXPECT_EQ(again.map().nodes.size(), before.nodes.size());
 }
 
 TEST(CommonStandardization, IsThatOfBothAsIfTheyHadAsManyImages) {

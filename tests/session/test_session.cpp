@@ -69,21 +69,6 @@ TEST_F(LiveMapping, TellsThePlaceOfEachImage) {
   EXPECT_EQ(map.frames(), 4U);
 }
 
-TEST_F(LiveMapping, GoesOnWithNoDamagedState) {
-  const auto resumeAfter = [&](const char* sql) {
-    std::filesystem::remove(path_);
-    {
-      MappingSession map(path_, labeler_, byHand());
-      for (const cv::Mat& image : {sea, lawn, sea}) map.add(image);
-    }
-    sqlite::Database(path_, sqlite::Database::Mode::write).run(sql);
-    return test::caught([&] { MappingSession(path_, labeler_); });
-  };
-  EXPECT_THAT(resumeAfter("UPDATE nodes SET state = CAST(x'FFFFFFFFFFFFFF7F' || substr(state, 9) AS BLOB)"),
-              FailsWith(ErrorCode::corruptFile));
-  EXPECT_THAT(resumeAfter("DELETE FROM state"), FailsWith(ErrorCode::corruptFile));
-}
-
 TEST_F(LiveMapping, IsOnDiskWhenItEnds) {
   {
     MappingSession map(path_, labeler_, byHand());

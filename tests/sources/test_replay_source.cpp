@@ -10,7 +10,7 @@
 #include <thread>
 
 #include "estancia/map_file/map.hpp"
-#include "estancia/sources/open_source.hpp"
+#include "estancia/sources/frame_source.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 

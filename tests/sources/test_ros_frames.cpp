@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "estancia/core/error.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/ros/cdr_writer.hpp"
 #include "estancia/ros/published_messages.hpp"
 #include "estancia/sources/ros_source.hpp"

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <vector>
 
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "support/errors.hpp"
 
 namespace estancia {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "estancia/core/camera.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 
 namespace estancia::test {
 

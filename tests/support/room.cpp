@@ -10,7 +10,7 @@
 #include <random>
 
 #include "estancia/core/error.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/stats/trajectory_error.hpp"
 
 namespace estancia::test {

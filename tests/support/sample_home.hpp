@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "support/sample_world.hpp"
 #include "support/support.hpp"
 

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "estancia/areas/plan_areas.hpp"
 #include "estancia/map_file/store.hpp"
 #include "estancia/world_file/world_map.hpp"
 #include "estancia/world_file/world_store.hpp"

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "estancia/core/point_cloud.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/objects/shape.hpp"
 #include "estancia/objects/training.hpp"
 #include "estancia/world/world_mapper.hpp"

@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "estancia/core/error.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "support/support.hpp"
 
 namespace estancia::test {

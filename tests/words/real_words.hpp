@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "estancia/words/installed_words.hpp"
+#include "estancia/words/word_graph.hpp"
 
 namespace estancia::test {
 

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/words/dictionary.hpp"
 #include "estancia/words/installed_words.hpp"
+#include "estancia/words/load_words.hpp"
+#include "estancia/words/word_associations.hpp"
+#include "estancia/words/word_graph.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -115,7 +118,7 @@ TEST_F(InstalledWordsTest, AreNoneWithoutASoundWordNetAndTheHintTellsWhatToDo) {
   EXPECT_FALSE(loadInstalledWords().graph);
   EXPECT_THAT(loadInstalledWords().hint, HasSubstr(empty.path().string()));
   EXPECT_TRUE(graphsIn(cache_ / "own").empty());
-  EXPECT_TRUE(installedAssociations(Vocabulary({"dog"})).empty());
+  EXPECT_TRUE(installedAssociations(Vocabulary({"dog"}))->empty());
 }
 
 TEST(InstalledWordGraph, IsReadOnceForAllThreads) {
@@ -137,14 +140,14 @@ TEST_F(InstalledWordsTest, AssociationsAreKeptForEachListOfLabels) {
     std::erase_if(files, [](const fs::path& file) { return file.extension() != ".words"; });
     return files;
   };
-  const std::vector<WordAssociation> first = installedAssociations(animals);
+  const std::vector<WordAssociation> first = *installedAssociations(animals);
   ASSERT_FALSE(first.empty());
   ASSERT_EQ(filesOfAssociations().size(), 1U);
-  EXPECT_EQ(installedAssociations(animals), first);
-  EXPECT_NE(installedAssociations(rooms), first);
+  EXPECT_EQ(*installedAssociations(animals), first);
+  EXPECT_NE(*installedAssociations(rooms), first);
   EXPECT_EQ(filesOfAssociations().size(), 2U);
   for (const fs::path& file : filesOfAssociations()) fs::resize_file(file, 30);
-  EXPECT_EQ(installedAssociations(animals), first) << "made anew";
+  EXPECT_EQ(*installedAssociations(animals), first) << "made anew";
 }
 
 class Dictionaries : public testing::Test {

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/files/cloud_file.hpp"
 #include "estancia/map_file/sqlite.hpp"
 #include "estancia/world/world_mapper.hpp"

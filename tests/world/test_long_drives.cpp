@@ -66,26 +66,6 @@ WorldMap slowWorld(std::size_t steps) {
   return world;
 }
 
-TEST(LongDrives, AreReadByEachNthFrame) {
-  const ScratchFolder folder;
-  const FlatDrive drive;
-  const fs::path file = mapOf(drive, folder);
-  const WorldMap whole = readWorld(file);
-  EXPECT_FALSE(whole.places.isThinned());
-  const MapStore store = MapStore::open(file, MapStore::Access::read);
-  for (const std::size_t most : {63U, 20U, 1U, 0U}) {
-    const TopologicalMap some = store.load(most);
-    const std::size_t stride = some.frames.size() > 1 ? some.frames[1].number : drive.size();
-    EXPECT_LE(some.frames.size(), std::max<std::size_t>(1, most));
-    EXPECT_GE(2 * some.frames.size(), most) << "as many as half of them at least";
-    for (std::size_t i = 0; i < some.frames.size(); ++i) EXPECT_EQ(some.frames[i].number, i * stride);
-    for (std::size_t i = 0; i < some.transitions.size(); ++i)
-      EXPECT_EQ(some.transitions[i].firstFrame, whole.places.transitions[i].firstFrame / stride);
-    EXPECT_EQ(some.nodes.size(), whole.places.nodes.size());
-  }
-  EXPECT_EQ(store.load(64).frames.size(), drive.size());
-}
-
 TEST(LongDrives, KeepTheFramesThatTheirLayersName) {
   const ScratchFolder folder;
   const fs::path file = folder / "slow.estancia";

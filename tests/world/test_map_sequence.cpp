@@ -9,6 +9,7 @@
 #include "estancia/labelers/recorded_labeler.hpp"
 #include "estancia/mapper/mapper.hpp"
 #include "estancia/world_file/world_map.hpp"
+#include "estancia/world_file/world_options.hpp"
 #include "support/errors.hpp"
 #include "support/flat_drive.hpp"
 #include "support/map_drive.hpp"

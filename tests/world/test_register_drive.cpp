@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "support/room.hpp"
 
 namespace estancia {

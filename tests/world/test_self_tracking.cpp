@@ -6,13 +6,14 @@
 #include <fstream>
 #include <set>
 
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/labelers/labeler.hpp"
 #include "estancia/map_file/sqlite.hpp"
 #include "estancia/odometry/tracker.hpp"
 #include "estancia/stats/trajectory_error.hpp"
 #include "estancia/world/world_mapper.hpp"
 #include "estancia/world_file/world_map.hpp"
+#include "estancia/world_file/world_options.hpp"
 #include "support/errors.hpp"
 #include "support/room.hpp"
 #include "support/support.hpp"
@@ -211,18 +212,6 @@ TEST(SelfTracking, LevelsTheMapOfATiltedCamera) {
   }
 }
 
-TEST(SelfTracking, TakesTheCameraForUprightWhereNoPlaneTells) {
-  const ScratchFolder folder;
-  const Drive drive(turnAround(30, -24), 1);
-  WorldOptions options = manyCorrections();
-  options.segments.minPlaneArea = 1000;
-  TrackedMap map(drive, folder / "room.estancia", options);
-  map.addUpTo(drive.size());
-  map.finish();
-  ASSERT_TRUE(map.world().level());
-  EXPECT_FALSE(map.world().level()->byPlanes);
-}
-
 TEST(SelfTracking, GoesOnToTheLastBitWhereverItWasStopped) {
   const ScratchFolder folder;
   Drive drive(tilted(turnAround(30, 8)), 1);
@@ -328,20 +317,6 @@ TEST(SelfTracking, RefusesAMapThatWasMadeInAnotherWay) {
   map.addUpTo(3);
   map.finish();
   EXPECT_FALSE(map.world().odometry()) << "its first frames were not tracked";
-}
-
-TEST(SelfTracking, RefusesDamagedRows) {
-  const ScratchFolder folder;
-  const Drive drive(turnAround(30, -24));
-  const fs::path whole = folder / "whole.estancia";
-  mapAll(drive, whole);
-  for (const std::string damage : {"UPDATE tracker SET bytes = x'0011'", "DELETE FROM tracker",
-                                   "DELETE FROM tracker WHERE kind = 'keyframe'"}) {
-    const fs::path file = folder / "damaged.estancia";
-    fs::copy_file(whole, file, fs::copy_options::overwrite_existing);
-    sqlite::Database(file, sqlite::Database::Mode::write).run(damage);
-    EXPECT_THAT([&] { TrackedMap(drive, file); }, FailsWith(ErrorCode::corruptFile)) << damage;
-  }
 }
 
 TEST(SelfTracking, IsForDrivesWithDepthAndACameraButNoPoses) {

@@ -1,5 +1,6 @@
 // A map that keeps areas beside its places, in one pass, through interruptions and corrections.
 // SPDX-License-Identifier: Apache-2.0
+#include "estancia/areas/areas.hpp"
 #include "estancia/world/world_mapper.hpp"
 
 #include <gmock/gmock.h>
@@ -12,13 +13,14 @@
 #include <set>
 #include <utility>
 
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/labelers/labeler.hpp"
 #include "estancia/map_file/sqlite.hpp"
 #include "estancia/map_file/store.hpp"
 #include "estancia/world_file/edit_areas.hpp"
 #include "estancia/world_file/observation.hpp"
 #include "estancia/world_file/world_map.hpp"
+#include "estancia/world_file/world_options.hpp"
 #include "support/errors.hpp"
 #include "support/flat_drive.hpp"
 #include "support/map_drive.hpp"
@@ -219,32 +221,6 @@ TEST(WorldMapper, NamesObjectsByADetectorThatSeesThemAmongOthers) {
   EXPECT_FALSE(readObjectImage(file, 0).empty());
   sqlite::Database(file, sqlite::Database::Mode::write).run("UPDATE segment_words SET words = x'00'");
   EXPECT_THAT([&] { mapUpTo(drive, drive.size(), file); }, FailsWith(ErrorCode::corruptFile));
-}
-
-TEST(WorldMapper, LeavesOutViewsThatAreTooFarAway) {
-  const ScratchFolder folder;
-  ParcelDrive drive;
-  drive.frames_.resize(8);
-  const std::vector<cv::Mat> depths = [&] {
-    std::vector<cv::Mat> all;
-    for (std::size_t i = 0; i < drive.size(); ++i) all.push_back(drive.depth(i));
-    return all;
-  }();
-  for (std::size_t i = 5; i < 8; ++i) drive.frames_[i].pose->x += 1e6;
-  MoodyLabeler labeler;
-  const DescriptorSequence labeled = drive.labeled();
-  MappingSession session =
-      MappingSession::create(folder / "far.estancia", labeled.vocabulary, labeled.model, MapperOptions{});
-  WorldMapper world(session, {}, &labeler);
-  for (std::size_t i = 0; i < drive.size(); ++i) {
-    const std::size_t asked = labeler.asked;
-    world.observe(drive.frame(i), labeled.descriptors.row(i), drive.image(i), depths[i], *drive.intrinsics());
-    session.add(drive.frame(i), labeled.descriptors.row(i));
-    EXPECT_TRUE(i < 5 || labeler.asked == asked) << "nothing in it is labeled";
-  }
-  EXPECT_EQ(world.viewsTooFar(), 1U) << "the third one after the jump";
-  EXPECT_EQ(world.faults().jumps, 1U);
-  EXPECT_EQ(world.faults().doubted, 2U);
 }
 
 TEST(WorldMapper, DoesNotBelieveAPoseThatJumpsAwayAndBack) {

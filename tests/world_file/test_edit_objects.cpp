@@ -90,20 +90,6 @@ TEST(EditObjects, AreOfTheNearestObjectOfThatSize) {
   EXPECT_NE(objectOf(tabletop, objects), 0);
 }
 
-TEST(EditObjects, NumberWhatIsLeft) {
-  std::vector<WorldObject> objects = test::sampleObjects();
-  objects[1].support = Support::object;
-  objects[1].onObject = 0;
-  const std::vector<ObjectEdit> edits{removalOf(objects[0]), namingOf(objects[2], "Bo's"),
-                                      removalOf(objects[4])};
-  EXPECT_EQ(applyEdits(edits, objects), (std::vector<int>{-1, 0, 1, 2, -1, 3}));
-  ASSERT_EQ(objects.size(), 4U);
-  for (int i = 0; i < 4; ++i) EXPECT_EQ(objects[static_cast<std::size_t>(i)].id, i);
-  EXPECT_EQ(objects[0].onObject, -1);
-  EXPECT_EQ(objects[0].support, Support::surface);
-  EXPECT_EQ(objects[1].displayName(), "Bo's");
-}
-
 TEST(EditObjects, SayWhichObjectIsMeant) {
   const WorldMap world = test::sampleWorld();
   EXPECT_EQ(getObject(world, "3").id, 3);

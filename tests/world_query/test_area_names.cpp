@@ -1,5 +1,6 @@
 // What areas are called: by people, else by a room classifier, else by their words.
 // SPDX-License-Identifier: Apache-2.0
+#include "estancia/words/wordnet.hpp"
 #include "estancia/world_file/area_names.hpp"
 
 #include <gmock/gmock.h>
@@ -10,6 +11,7 @@
 #include "estancia/words/installed_words.hpp"
 #include "estancia/world_file/edit_areas.hpp"
 #include "estancia/world_query/ask_world.hpp"
+#include "estancia/world_query/map_region.hpp"
 #include "estancia/world_query/route_world.hpp"
 #include "estancia/world_query/world_json.hpp"
 #include "support/errors.hpp"
@@ -95,19 +97,6 @@ TEST_F(AreaNames, ByNameAloneNeedLessAndMayBeSaidToOccur) {
                                                  : std::vector<float>{0.1F, 0.1F, 0.7F, 0.1F});
   EXPECT_THAT(namesWith(true, true), ElementsAre("kitchen", "bathroom 1", "bathroom 2", "study"));
   EXPECT_NEAR(readWorld(map_).areas[0].roomProbability, 0.26, 0.01);
-}
-
-TEST_F(AreaNames, RefuseDamagedShares) {
-  WorldMap world = worldOf({"", "", "", ""}, {0.9F, 0.9F, 0.9F, 0.9F});
-  RoomPredictions predictions = *world.places.predictions;
-  predictions.areByName = true;
-  predictions.prior = {0.5, 0.5};
-  writeRoomPredictions(predictions, map_);
-  for (const char* wrong : {"", "{}", "{\"prior\": [1], \"listed\": true}"}) {
-    sqlite::Database(map_, sqlite::Database::Mode::write)
-        .run(std::string("UPDATE meta SET value = '") + wrong + "' WHERE key = 'rooms_by_name'");
-    EXPECT_THAT([&] { readWorld(map_); }, FailsWith(ErrorCode::corruptFile)) << wrong;
-  }
 }
 
 TEST_F(AreaNames, TellAreasOfOneRoomApart) {

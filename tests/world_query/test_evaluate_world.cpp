@@ -81,19 +81,6 @@ TEST_F(EvaluateWorld, KnowsSplitThingsByTheSegmentsOfTheObjects) {
   EXPECT_EQ(accuracy.objects->merged, 0U);
 }
 
-TEST_F(EvaluateWorld, MeasuresWhatThereIs) {
-  WorldMap world = test::sampleWorld();
-  world.objects.clear();
-  EXPECT_FALSE(judge(world).objects);
-  EXPECT_TRUE(judge(world).trajectory);
-  world = test::sampleWorld();
-  std::filesystem::remove(home_ / "visible.csv");
-  std::filesystem::remove(home_ / "instances.csv");
-  EXPECT_FALSE(judge(world).objects);
-  for (MappedFrame& frame : world.places.frames) frame.pose.reset();
-  EXPECT_FALSE(judge(world).trajectory);
-}
-
 TEST_F(EvaluateWorld, DoubtsOrRefusesTheTruthOfAnotherDrive) {
   WorldMap world = test::sampleWorld();
   EXPECT_THAT(judge(world).doubts, testing::IsEmpty());

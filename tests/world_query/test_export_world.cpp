@@ -82,29 +82,6 @@ TEST(RoomsJson, HoldsAreasPlacesAndObjects) {
   EXPECT_EQ(rooms["elsewhere"]["places"].size(), 0U);
 }
 
-TEST(RoomsJson, KeepsWhatIsInNoArea) {
-  WorldMap world = sampleWorld();
-  world.areaOfFrame[7] = -1;
-  world.objects[2].area = -1;  // best shown by a frame of place 3
-  const json rooms = json::parse(exportWorld(world, "rooms"));
-  ASSERT_EQ(rooms["elsewhere"]["places"].size(), 1U);
-  EXPECT_EQ(rooms["elsewhere"]["places"][0]["id"], 2);
-  EXPECT_EQ(rooms["rooms"][2]["places"].size(), 0U);
-  EXPECT_EQ(rooms["rooms"][3]["places"][0]["objects"].size(), 3U);
-  world.objects[1].area = 2;  // an area without places
-  const json moved = json::parse(exportWorld(world, "rooms"))["rooms"];
-  EXPECT_EQ(moved[0]["places"][0]["objects"].size(), 1U);
-  ASSERT_EQ(moved[2]["objects"].size(), 1U) << "it stands under its own area";
-  EXPECT_EQ(moved[2]["objects"][0]["id"], 1);
-  EXPECT_EQ(moved[0]["objects"].size(), 0U);
-  const json graph = json::parse(exportWorld(world, "spark-dsg"));
-  const std::uint64_t room = std::uint64_t{'R'} << 56U | 2U, object = std::uint64_t{'O'} << 56U | 1U;
-  EXPECT_EQ(std::ranges::count_if(
-                graph["edges"],
-                [&](const json& edge) { return edge["source"] == room && edge["target"] == object; }),
-            1);
-}
-
 TEST(Nav2World, HasPointsOnlyForNodes) {
   const json graph = json::parse(exportWorld(sampleWorld(), "nav2"));
   std::map<std::string, int> kinds;

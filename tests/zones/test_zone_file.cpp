@@ -1,6 +1,6 @@
 // The zone file goes out and comes back, else it is refused; rooms that a classifier has named.
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/zones/zone_file.hpp"
+#include "estancia/zones/zones.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,6 @@
 // Zones that are kept while a robot drives, beside those of the whole run at once.
 // SPDX-License-Identifier: Apache-2.0
+#include "estancia/zones/stream_agreement.hpp"
 #include "estancia/zones/zone_stream.hpp"
 
 #include <gmock/gmock.h>

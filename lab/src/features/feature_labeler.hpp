@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "estancia/core/choice.hpp"
+#include "estancia/core/options.hpp"
 #include "estancia/describe/descriptor.hpp"
 #include "estancia/labelers/labeler.hpp"
 #include "features/local_features.hpp"

@@ -9,7 +9,7 @@
 
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/core/planar_pose.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/objects/instance_accuracy.hpp"
 #include "estancia/objects/instance_map.hpp"
 #include "estancia/world_file/observation.hpp"

@@ -7,6 +7,7 @@
 #include <set>
 #include <utility>
 
+#include "estancia/areas/areas.hpp"
 #include "estancia/core/digest.hpp"
 #include "estancia/readers/home_truth.hpp"
 #include "estancia/session/session.hpp"

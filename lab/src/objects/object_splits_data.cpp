@@ -12,7 +12,6 @@
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/label/label_stream.hpp"
-#include "estancia/label/record.hpp"
 #include "estancia/labelers/model.hpp"
 #include "estancia/labelers/recorded_labeler.hpp"
 #include "estancia/objects/object_crops.hpp"

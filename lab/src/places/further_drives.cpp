@@ -11,7 +11,7 @@
 
 #include "estancia/core/config.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/joining/merge_maps.hpp"
 #include "estancia/readers/home_truth.hpp"
 #include "estancia/session/session.hpp"

@@ -13,7 +13,7 @@
 #include "estancia/core/config.hpp"
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/label/record.hpp"
+#include "estancia/label/label_stream.hpp"
 #include "estancia/labelers/model.hpp"
 #include "estancia/localization/localizer.hpp"
 #include "estancia/localization/localizer_map.hpp"

@@ -8,7 +8,7 @@
 
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/label/record.hpp"
+#include "estancia/label/label_stream.hpp"
 
 namespace estancia::experiments {
 namespace {

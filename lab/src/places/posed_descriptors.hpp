@@ -9,7 +9,7 @@
 #include "estancia/core/descriptor.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/core/vocabulary.hpp"
-#include "estancia/label/label_cache.hpp"
+#include "estancia/label/label_stream.hpp"
 #include "estancia/labelers/labeler.hpp"
 #include "places/spatial_variance.hpp"
 

@@ -13,7 +13,7 @@
 #include "estancia/cloud/normals.hpp"
 #include "estancia/cloud/resolution.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/readers/home_truth.hpp"
 #include "estancia/sequences/sequence.hpp"
 #include "recognition/color_cases.hpp"

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "estancia/core/fail.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 
 namespace estancia::experiments {
 

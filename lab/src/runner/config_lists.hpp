@@ -11,7 +11,6 @@
 #include <utility>
 #include <vector>
 
-#include "estancia/core/choice.hpp"
 #include "estancia/core/config.hpp"
 #include "estancia/core/options.hpp"
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "estancia/core/digest.hpp"
-#include "estancia/label/record.hpp"
+#include "estancia/label/label_stream.hpp"
 #include "estancia/labelers/model.hpp"
 #include "estancia/readers/open_sequence.hpp"
 

@@ -7,10 +7,10 @@
 #include <utility>
 #include <vector>
 
-#include "estancia/core/choice.hpp"
+#include "estancia/core/options.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/findings/findings.hpp"
-#include "estancia/label/label_cache.hpp"
+#include "estancia/label/label_stream.hpp"
 #include "estancia/labelers/model.hpp"
 
 namespace estancia {

@@ -14,6 +14,7 @@
 #include "estancia/core/config.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/words/installed_words.hpp"
+#include "estancia/words/word_graph.hpp"
 #include "findings/pivot.hpp"
 #include "runner/config_lists.hpp"
 

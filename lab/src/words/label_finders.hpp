@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "estancia/core/choice.hpp"
+#include "estancia/core/options.hpp"
 #include "estancia/core/vocabulary.hpp"
 #include "estancia/words/label_search.hpp"
 #include "estancia/words/label_senses.hpp"

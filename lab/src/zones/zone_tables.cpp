@@ -19,7 +19,7 @@
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/distances/distance.hpp"
-#include "estancia/label/record.hpp"
+#include "estancia/label/label_stream.hpp"
 #include "estancia/labelers/model.hpp"
 #include "estancia/readers/open_sequence.hpp"
 #include "estancia/stats/clustering_agreement.hpp"

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <string_view>
 
+#include "estancia/stats/linkage.hpp"
 #include "estancia/zones/zones.hpp"
 #include "findings/pivot.hpp"
 #include "findings/thesis.hpp"

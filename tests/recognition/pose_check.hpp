@@ -1,4 +1,4 @@
-// Pose error: translation and rotation between a found and the true pose.
+// Pose check: translation and rotation between a found and the true pose.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,7 +9,7 @@
 #include <opencv2/core/affine.hpp>
 
 #include "estancia/core/point_cloud.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/pose.hpp"
 
 namespace estancia::test {
 
