@@ -34,7 +34,7 @@ std::vector<const CLI::Option*> optionsOf(const CLI::App& app, bool positional) 
   return options;
 }
 
-/// What the help lists in indented lines: "  NAME" or "  NAME: what it is".
+/// Lists entries of the help in indented lines: "  NAME" or "  NAME: description".
 std::vector<std::string> valuesOf(const CLI::Option& option) {
   std::vector<std::string> values;
   std::istringstream lines(option.get_description());

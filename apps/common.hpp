@@ -46,7 +46,7 @@ void requireReplaceable(const std::filesystem::path& output, bool overwrite,
 /// Both for an image (PNG) that a command draws, unless it is "".
 void requireImage(const std::string& image, bool overwrite, const std::vector<std::string>& inputs);
 
-/// What the pages that we write begin with.
+/// Beginning of the generated pages.
 constexpr std::string_view pageStart = "<!DOCTYPE html>\n";
 
 /// Accepts whole numbers.

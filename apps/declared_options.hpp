@@ -18,7 +18,7 @@
 
 namespace estancia::apps {
 
-/// What becomes of groups in --config that no command of the program has declared.
+/// Treatment of groups in --config that no command of the program has declared.
 enum class OtherGroups { refuse, skip };
 
 /// The options structs of one command. What a user gives is applied, and everything validated, once the

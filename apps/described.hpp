@@ -28,7 +28,7 @@ class FeatureSource {
                     const FeatureTableOptions& tables = {});
   Features features(const Sequence& sequence, const std::string& descriptor);
 
-  /// What `classifier` predicts for the frames whose labels are known; `sequence` (nullptr: not at hand) is
+  /// Predictions of `classifier` for the frames whose labels are known; `sequence` (nullptr: not at hand) is
   /// used for what the labels do not contain.
   RoomPredictions rooms(const RoomClassifier& classifier, const DescriptorSequence& labels,
                         const Sequence* sequence);

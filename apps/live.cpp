@@ -82,8 +82,8 @@ Json frameJson(const LiveStatus& now) {
   return json;
 }
 
-/// What people see meanwhile: one line that is written over, and each trouble once. In a thread of its own,
-/// so that a slow terminal costs the mapping nothing.
+/// Progress on the terminal: one line that is written over, and each trouble once. In a thread of its own, so
+/// that a slow terminal costs the mapping nothing.
 class StatusLine {
  public:
   StatusLine(const LiveView& live, bool json)
@@ -203,7 +203,7 @@ void run(const LiveArguments& arguments) {
   if (!arguments.page.mcp) printSummary(arguments, live);
 }
 
-/// What is published in the graph of ROS 2.
+/// Publishes to the graph of ROS 2.
 void listTopics(const LiveArguments& arguments) {
   const auto topics = discoveredTopics(*ros::makeDdsNode({rosDomain()}));
   if (!arguments.json) {

@@ -72,7 +72,7 @@ bool nameRoomsWithoutExample(const MapArguments& arguments, const WorldOptions& 
   return options.areas.naming.words == NamingOptions::Words::wordNet && renewRoomsByNames(arguments.output);
 }
 
-/// What is printed when all work is done: other work has bars of progress in between.
+/// Printed when all work is done, since progress bars would come in between.
 struct Summary {
   Json json;
   std::string text;

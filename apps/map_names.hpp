@@ -14,7 +14,7 @@
 
 namespace estancia::apps {
 
-/// What names the objects of a map beside the labeler.
+/// Sources of object names beside the labeler.
 class ObjectNamers {
  public:
   /// `known`: clouds, NAME=FILE or FILE; `model`: file of `objects train`, "" for none. Reads them.

@@ -25,7 +25,7 @@ struct MergeArguments {
   bool overwrite = false, json = false;
 };
 
-/// What numbers of maps mean.
+/// Meaning of the maps' numbers.
 std::string listOf(const std::vector<std::filesystem::path>& maps) {
   std::string list;
   for (const auto& map : maps) list += map.string() + "\n";

@@ -39,7 +39,7 @@ struct CollectArguments {
   DeclaredOptions declared;
 };
 
-/// What should make people look at their sequence again.
+/// Warnings about a sequence that should be checked.
 void warnOf(const Collected& c) {
   if (c.withoutPlane > 0)
     spdlog::warn(

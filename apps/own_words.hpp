@@ -14,7 +14,7 @@ namespace estancia::apps {
 /// Adds `--dictionary`.
 void addDictionaryOption(CLI::App& command, std::string& dictionary);
 
-/// What words were taken for, for people: labels, each with its reason, and rooms.
+/// Text that lists how words were understood: labels, each with its reason, and rooms.
 std::vector<std::string> describeMeaning(const Meaning& meaning, const Vocabulary& vocabulary);
 
 /// The words in English by a dictionary's file ("": none), unless the map has something of that name as they

@@ -50,7 +50,7 @@ struct ZonesArguments {
   bool stream = false, overwrite = false, json = false;
 };
 
-/// What the clustering will take, known before any image is labeled; and whether it fits.
+/// Memory of the clustering, known before any image is labeled; and whether it fits.
 void sayMemory(std::size_t images, std::size_t labels) {
   requireClusteringMemory(images, labels);
   const double mebibytes = static_cast<double>(clusteringMemory(images, labels)) / (1 << 20);

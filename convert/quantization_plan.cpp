@@ -111,7 +111,7 @@ void QuantizationPlan::chooseValues() {
     const int images = hasWeights(node) || oneImageKinds.contains(node.op_type()) ? 1 : node.input_size();
     for (int k = 0; k < images; ++k) wanted.insert(node.input(k));
   }
-  // What a ReLU alone reads is computed together with it.
+  // A value that only a ReLU reads is computed together with it.
   std::set<std::string> computed;
   for (int i = 0; i < graph_.node_size(); ++i) {
     const auto& node = graph_.node(i);

@@ -12,13 +12,13 @@
 
 namespace estancia::convert {
 
-/// So many layers with weights from the image on compute in real numbers. Measured by the default network's
-/// labels of the demo's panoramas: their Hellinger distance to those of the float network is .066 with 0,
-/// .061 with 1, .038 with 2, .028 with 3, .026 with 4 and 5, and each one kept costs time
+/// Number of layers with weights from the image on that compute in real numbers. Measured by the default
+/// network's labels of the demo's panoramas: their Hellinger distance to those of the float network is .066
+/// with 0, .061 with 1, .038 with 2, .028 with 3, .026 with 4 and 5, and each one kept costs time
 /// (docs/measured/benchmarks.md).
 inline constexpr int floatLayers = 3;
 
-/// What is known of one network. It must outlive the plan.
+/// Analysis of one network. It must outlive the plan.
 class QuantizationPlan {
  public:
   /// All nodes of a kind that has integer kernels compute in 8 bits between the first floatLayers and the

@@ -22,8 +22,8 @@ inline std::string inQuotes(const std::string& name) {
   return '"' + name.substr(0, 200) + '"';
 }
 
-/// What `use` makes of the parsed file. What it throws, "has …" or "needs …", gets the file's name in front;
-/// a key that is missing or of another type than it asks for becomes an Error, too.
+/// Returns the result of `use` on the parsed file. Its exceptions, "has …" or "needs …", get the file's name
+/// in front; a key that is missing or of another type than it asks for becomes an Error, too.
 template <class Use>
 auto readJson(const std::filesystem::path& path, Use use) {
   constexpr std::uintmax_t largest = 64 << 20;  // the graph alone; weights are in files of their own

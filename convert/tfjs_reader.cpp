@@ -32,8 +32,8 @@ using Shape = std::vector<int>;
 
 constexpr std::int64_t largestSide = 4096;  ///< side of an image [pixels], as in model.toml
 
-/// What a node gives: an image (or other tensor) that the network computes, a stored weight, or integers
-/// that follow from shapes alone.
+/// Result of a node: an image (or other tensor) that the network computes, a stored weight, or integers that
+/// follow from shapes alone.
 struct Value {
   int tensor = -1;
   std::string weight;
@@ -225,7 +225,7 @@ class Reader {
 
   Value convertIdentity() { return input(0); }
 
-  /// What may be fused into a node: a bias, its third input, and an activation.
+  /// Operations that may be fused into a node: a bias, its third input, and an activation.
   void fuse(Operator& op, int filters) {
     auto fused = node_->texts("fused_ops");
     const bool hasBias = !fused.empty() && fused.front() == "BiasAdd";

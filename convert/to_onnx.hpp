@@ -24,7 +24,7 @@ struct NetworkSource {
   int width = 0, height = 0;
 };
 
-/// What an ONNX network takes and gives.
+/// Inputs and outputs of an ONNX network.
 struct OnnxSummary {
   /// Name and shape; 0 = any size.
   using Tensor = std::pair<std::string, std::vector<std::int64_t>>;

@@ -107,7 +107,7 @@ void describe(Area& area, const cv::Mat& areaOf, const FloorCells& cells) {
   if (cv::contourArea(outline, true) < 0) std::reverse(area.outline.begin(), area.outline.end());
 }
 
-/// What is seen above the floor of an area and up to half a meter beyond it: walls and what stands at them.
+/// Words seen above the floor of an area and up to half a meter beyond it: walls and furniture at them.
 std::vector<float> wordsOf(int area, const cv::Mat& nearest, const FloorCells& cells, const WordMap& words) {
   cv::Mat mask(words.cells().rows(), words.cells().columns(), CV_8U, cv::Scalar(0));
   for (int row = 0; row < mask.rows; ++row)
@@ -168,7 +168,8 @@ cv::Mat cutAcross(const cv::Mat& room, const cv::Point2d& middle, const cv::Poin
   return cut;
 }
 
-/// What is left of the line becomes a room of its own; only what the line separates. Returns whether it does.
+/// Makes the part left of the line a room of its own; only the part that the line separates. Returns whether
+/// it does.
 bool splitRoom(cv::Mat& rooms, const AreaEdit& edit, const FloorCells& cells) {
   const cv::Point2d corner = cells.centerOf({0, 0}) - cv::Point2d(cells.cell(), cells.cell()) / 2;
   const cv::Point2d middle = ((edit.from + edit.to) / 2 - corner) / cells.cell();

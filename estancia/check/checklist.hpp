@@ -57,7 +57,7 @@ std::optional<double> frameInterval(const Sequence& sequence);
 /// Indices of at most `count` of `size` frames, evenly spread, ascending.
 std::vector<std::size_t> evenly(std::size_t size, std::size_t count);
 
-/// What the images of a sequence have shown.
+/// Results of checking the images of a sequence.
 struct DepthFacts {
   std::optional<double> median;  ///< [m], absent without depth
   cv::Size image, depth;         ///< sizes of the first readable ones

@@ -36,7 +36,7 @@ class ConfigFile {
   const std::filesystem::path& path() const { return path_; }
   const toml::table& table() const { return table_; }
 
-  /// What read() does with keys that are not in its list.
+  /// Treatment by read() of keys that are not in its list.
   enum class Others { refuse, skip };
 
   /// Uses the listed keys of `table`; throws Error on others, and on missing ones.
@@ -51,7 +51,7 @@ class ConfigFile {
 
   [[noreturn]] void fail(const toml::node& at, const std::string& what) const;
 
-  // What a key's value must be; the key being read is named in the message.
+  // Checks of a key's value; the key being read is named in the message.
   std::string text(const toml::node& node) const;
   bool flag(const toml::node& node) const;
   double number(const toml::node& node, double min, double max) const;

@@ -9,7 +9,7 @@
 
 namespace estancia {
 
-/// What kind of failure it is. Programs and tests compare codes; sentences may change between versions.
+/// Kind of failure. Programs and tests compare codes; sentences may change between versions.
 enum class ErrorCode {
   /// An option is out of its range, or two options exclude each other.
   invalidOption,

@@ -9,7 +9,7 @@
 
 namespace estancia {
 
-/// What decoding makes of an image file's pixels.
+/// Pixel format of a decoded image file.
 enum class DecodedAs {
   stored,  ///< their channels and depth
   color,   ///< BGR in their depth; the EXIF orientation is applied

@@ -94,7 +94,7 @@ std::string joined(const Words& words) {
   return result;
 }
 
-/// What each of the rules of findLabels() finds.
+/// Labels found by each of the rules of findLabels().
 using LabelsByRule = std::array<std::vector<std::size_t>, 4>;
 
 LabelsByRule labelsByRule(const Vocabulary& vocabulary, std::string_view words) {

@@ -19,7 +19,7 @@ namespace estancia {
 /// such synonyms). Empty when no rule does.
 std::vector<std::size_t> findLabels(const Vocabulary& vocabulary, std::string_view words);
 
-/// What the first two of these rules find: labels of exactly that name.
+/// Labels found by the first two of these rules: those of exactly that name.
 std::vector<std::size_t> labelsNamed(const Vocabulary& vocabulary, std::string_view words);
 
 /// Whether the two are equal but for case, hyphens, underscores and plural forms.

@@ -27,7 +27,7 @@ std::optional<std::uint64_t> numberIn(const fs::path& file, const std::string& k
   return std::nullopt;
 }
 
-/// What a limit leaves. Pages of files count as used but are given back when asked for.
+/// Bytes that a limit leaves. Pages of files count as used but are given back when asked for.
 std::uint64_t leftOf(const fs::path& group, const char* limitFile, const char* usageFile,
                      const char* cacheKey) {
   const auto limit = numberIn(group / limitFile), usage = numberIn(group / usageFile);

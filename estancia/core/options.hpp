@@ -57,7 +57,7 @@ class Option {
   Option& choices(Choices choices);
   /// Why one would change it, for the reference.
   Option& why(std::string why);
-  /// What stands for "not set" in help and reference instead of a number: "follows the noise".
+  /// Text for "not set" in help and reference instead of a number: "follows the noise".
   Option& automatic(std::string meaning);
 
   const std::string& name() const { return name_; }

@@ -36,7 +36,7 @@ const char* nameOf(fs::file_type type) {
   }
 }
 
-/// What the names of part files of a target begin with: ".map.estancia.robot-1.".
+/// Prefix of the names of a target's part files: ".map.estancia.robot-1.".
 std::string partStart(const fs::path& target) {
   // leaves room for host, process and SQLite's suffixes in the 255 allowed
   constexpr std::size_t longest = 160;

@@ -97,7 +97,7 @@ inline double wrapped(double angle) {
   return std::remainder(angle, 2 * std::numbers::pi);
 }
 
-/// What the robot drove between two frames, as the first one's camera saw it.
+/// Motion of the robot between two frames, in the frame of the first one's camera.
 struct PlanarMotion {
   double forward = 0, left = 0, turn = 0;
   /// Motion of which only the extent is known: it goes anywhere within about `looseDistance`, `looseTurn`.

@@ -11,7 +11,8 @@ namespace estancia {
 struct RemovedOption {
   /// Its group and its name, "odometry.max-gap", or a group and the one around it, "scene-filter.gng".
   std::string_view path;
-  /// What always holds, as Option::text() wrote it; "" for groups and what has no single value.
+  /// The value that always holds now, as Option::text() wrote it; "" for groups and options without a single
+  /// value.
   std::string_view value;
   /// The end of a sentence; "" where the value needs no advice.
   std::string_view instead;

@@ -18,7 +18,7 @@ struct RoomEvidence {
   std::vector<float> logOdds;
 };
 
-/// What a room classifier predicts for images; the truth is Frame::room. Invariant: one column of
+/// Predictions of a room classifier for images; the truth is Frame::room. Invariant: one column of
 /// `probabilities` a room.
 struct RoomPredictions {
   /// For people: "svm-rbf on inception-v3+gist".
@@ -64,7 +64,7 @@ std::vector<RoomProbability> rankedRooms(const RoomPredictions& predictions, std
 std::vector<std::vector<RoomProbability>> poolRooms(const RoomPredictions& predictions,
                                                     std::span<const std::size_t> groupOf, std::size_t groups);
 
-/// What made groups of images.
+/// Criterion by which images are grouped.
 enum class GroupedBy {
   /// What they show: places, zones.
   labels,

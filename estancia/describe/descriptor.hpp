@@ -16,7 +16,7 @@
 
 namespace estancia {
 
-/// What the numbers of a part mean; it decides how they are compared.
+/// Meaning of a part's numbers, which decides how they are compared.
 enum class PartKind {
   /// Labels: a distribution, or independent probabilities (a detector).
   probabilities,

@@ -169,7 +169,7 @@ cv::Mat drawClouds(std::span<const CloudLayer> layers, const CloudView& view) {
   const Camera camera = placeCamera(points, view);
   Canvas canvas{cv::Mat(view.height, view.width, CV_8UC3, cv::Scalar(background)),
                 cv::Mat(view.height, view.width, CV_32F, cv::Scalar(nothing))};
-  // What lies on the first layer, within two of its spacings and its noise, is drawn over it.
+  // Points on the first layer, within two of its spacings and its noise, are drawn over it.
   double nearer = 0;
   if (layers.size() > 1) {
     const Neighbors around(layers.front().cloud->points, 0);

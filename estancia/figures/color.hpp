@@ -27,7 +27,7 @@ struct ClassStyle {
   std::size_t shape = 0;  ///< 0 circle, 1 square, 2 diamond, 3 hexagon, 4 triangle
 };
 
-/// So many classes differ from each other in hue, shape or lightness.
+/// Number of classes that differ from each other in hue, shape or lightness.
 constexpr std::size_t distinctClasses = 105;
 
 /// How the i-th of many classes is drawn: hues first (Okabe & Ito's seven), then shapes, then lightness.
@@ -37,7 +37,7 @@ ClassStyle classStyle(std::size_t i);
 /// shape alone, and the first 35 in hue or shape.
 ClassStyle symbolStyle(std::size_t i);
 
-/// What has no class of its own: a gray disc.
+/// Mark of everything without a class of its own: a gray disc.
 ClassStyle plainStyle();
 
 }  // namespace estancia::report

@@ -1,4 +1,4 @@
-// What every metric drawing has: its size, the driven path as a line, a scale.
+// Parts of every metric drawing: its size, the driven path as a line, a scale.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -15,7 +15,7 @@ namespace estancia {
 /// Pairs of points of a cloud, by their indices.
 using CloudEdges = std::vector<std::array<std::uint32_t, 2>>;
 
-/// What a depth image does not contain itself. Other cloud files need none of it.
+/// Data that a depth image does not contain itself. Other cloud files need none of it.
 struct CloudFileOptions {
   /// Depth units per meter; 0 takes the default of the image type (SequenceOptions::depthScale).
   double depthScale = 0;

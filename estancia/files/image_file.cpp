@@ -33,7 +33,7 @@ std::string decodeDataUri(const std::string& text, const fs::path& file) {
   return *bytes;  // padding "=" decodes to zeros, which the decoders ignore
 }
 
-/// What `call` makes of the bytes. Throws Error where that is nothing.
+/// Returns the result of `call` on the bytes. Throws Error if it is empty.
 template <class Call>
 cv::Mat decode(std::string_view bytes, const fs::path& file, Call call) {
   const ImageCodecs& codecs = imageCodecs();

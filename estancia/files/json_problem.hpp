@@ -7,7 +7,7 @@
 
 namespace estancia::io {
 
-/// What an exception of nlohmann::json means, without its numbers and C++ names, such as "no JSON at line 1,
+/// Message for an exception of nlohmann::json, without its numbers and C++ names, such as "no JSON at line 1,
 /// column 41", "\"id\" is missing" or "a value is of another type".
 std::string jsonProblem(const std::exception& problem);
 

@@ -40,7 +40,7 @@ struct ResultTable {
     bool operator==(const Row&) const = default;
   };
   std::string title, caption;
-  /// What the rows are: "model".
+  /// Kind of the rows: "model".
   std::string rowsAre;
   std::vector<Column> columns;
   std::vector<Row> rows;
@@ -50,10 +50,10 @@ struct ResultTable {
   bool operator==(const ResultTable&) const = default;
 };
 
-/// What a cell shows; "–" where the value is absent.
+/// Text of a cell; "–" if the value is absent.
 std::string cellText(const ResultTable::Column& column, const std::optional<double>& value);
 
-/// What the best cells of a column show; values that read the same are equally good. "" points out none.
+/// Text of the best cells of a column; values with equal texts are equally good. "" points out none.
 std::string bestText(const ResultTable& table, std::size_t column);
 
 /// One curve for each item that was compared, over the same positions.
@@ -147,11 +147,11 @@ struct Findings {
   std::string title, summary;
   /// Under what circumstances.
   std::vector<std::pair<std::string, std::string>> facts;
-  /// What was left out, and why.
+  /// Omissions, with their reasons.
   std::vector<std::string> notes;
   std::vector<std::variant<ResultTable, LineChart, StackedBars, HeatTable, RankDiagram, Images, WordClouds>>
       sections;
-  /// What is also written in files of its own.
+  /// Results that are also written to files of their own.
   std::vector<Findings> apart;
   /// Name of those files, without an ending.
   std::string file = {};

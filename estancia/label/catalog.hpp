@@ -18,7 +18,7 @@ namespace estancia {
 struct CatalogFile {
   /// In the model's folder.
   std::string name;
-  /// What is downloaded; no addresses if `byHand` describes how to make it instead.
+  /// The download; no addresses if `byHand` describes how to make it instead.
   RemoteFile remote;
   /// When that is an archive: the file in it.
   std::string member;
@@ -68,7 +68,7 @@ class Catalog {
   const std::map<std::string, LabelSet>& labelSets() const { return labelSets_; }
   /// Throws Error listing the known names.
   const CatalogEntry& get(const std::string& name) const;
-  /// What is published of the files that are fetched: "sha256" or "sha1" of all, "partly", or "none".
+  /// Published digests of the files that are fetched: "sha256" or "sha1" of all, "partly", or "none".
   std::string checksums(const CatalogEntry& model) const;
 
  private:
@@ -93,7 +93,7 @@ OptionGroup declare(FetchOptions& options);
 
 struct FetchedModel {
   ModelCheck check;
-  /// What could not be verified, for people.
+  /// Text that lists what could not be verified.
   std::vector<std::string> notes;
 };
 

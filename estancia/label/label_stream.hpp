@@ -56,7 +56,7 @@ class LabelCache {
     std::uint64_t images = 0;
     std::uint64_t bytes = 0;
   };
-  /// What the folder holds now, the model used last first.
+  /// Content of the folder, the model used last first.
   std::vector<Usage> usage() const;
   const std::filesystem::path& folder() const { return folder_; }
   std::uint64_t limit() const { return limit_; }

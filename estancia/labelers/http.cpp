@@ -32,7 +32,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
-/// What a service made of one image.
+/// Result of a service for one image.
 struct Outcome {
   std::vector<LabelProbability> words = {};
   /// Why this image failed.

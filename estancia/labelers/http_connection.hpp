@@ -34,7 +34,7 @@ struct HttpEndpoint {
   std::size_t maxAnswer = std::size_t{4} << 20U;
 };
 
-/// What came back.
+/// Answer of the service.
 struct HttpReply {
   /// 0: no whole answer, see `problem`.
   int status = 0;

@@ -16,7 +16,7 @@
 
 namespace estancia {
 
-/// What Labeler::prepare() made of a frame; only the labeler that made it can read it.
+/// Result of Labeler::prepare() for a frame; only the labeler that made it can read it.
 struct Prepared {
   cv::Mat input;
   /// The frame's name in its sequence; "" outside of sequences.

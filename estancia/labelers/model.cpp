@@ -173,7 +173,7 @@ class PartialFolder {
 };
 
 void copyModel(const ModelSpec& spec, const fs::path& target) {
-  // What a program needs beside it, only its author knows.
+  // The files that a program needs beside it are known to its author only.
   if (!isNetworkType(spec.type)) return fs::copy(spec.folder, target, fs::copy_options::recursive);
   std::set<fs::path> files{"model.toml"};
   for (const auto& file : networkFiles(spec)) files.insert(file);

@@ -16,7 +16,7 @@ namespace estancia {
 
 class OptionGroup;
 
-/// What is used when the user names no model.
+/// The model that is used if the user names none.
 inline const std::string defaultModel = "inception-v3";
 
 /// Where models live, one folder each: $ESTANCIA_HOME/models, else ~/.local/share/estancia/models.
@@ -70,7 +70,7 @@ struct InstalledModel {
 /// Everything in modelHome(), by name; empty when there is no home yet.
 std::vector<InstalledModel> installedModels();
 
-/// What checkModel() found out about a model that works.
+/// Result of checkModel() for a model that works.
 struct ModelCheck {
   ModelSpec spec;
   std::string identity;

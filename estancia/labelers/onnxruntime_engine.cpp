@@ -199,7 +199,7 @@ class OnnxruntimeEngine final : public NetworkLabeler {
       threads_ = 1;
       together_ = Session(pathOf(spec), onnx, threads_);
     } else {
-      // So many images that starting the threads, some 30 µs, costs little; few for a slow network, since the
+      // Enough images that starting the threads, some 30 µs, costs little; few for a slow network, since the
       // first result comes with the last.
       batchSize_ = static_cast<std::size_t>(threads_ * std::clamp(8 / took, 1.0, 16.0));
     }

@@ -238,7 +238,7 @@ class ProcessLabeler final : public Labeler {
                 : fmt::format("ended without an answer ({})", process_->end());
         std::string words = process_->lastWords();
         words = words.empty() ? "it wrote nothing to stderr" : "its last words: " + words;
-        // Who has not answered at all will not do so the second time either, and waiting is long.
+        // A program that has not answered at all will not do so the second time either, and waiting is long.
         const bool hopeless = outcome == Outcome::hung && !hasAnswered_;
         process_.reset();
         if (again || hopeless)

@@ -18,7 +18,7 @@
 
 namespace estancia {
 
-/// What a view of an instance shows, as KnownObjects::find() takes it.
+/// A view of an instance, in the form that KnownObjects::find() takes.
 struct KnownWitness {
   SegmentPlace place;
   /// From the thing to the camera.

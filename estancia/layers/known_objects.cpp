@@ -21,7 +21,7 @@ namespace estancia {
 namespace {
 
 constexpr double smallestThing = 0.02, largestThing = 10;  // [m]
-/// So many cells of the size of a point measure a model.
+/// Number of cells of the size of a point by which a model is measured.
 constexpr double cellsAcross = 128;
 
 /// One point of each cell of this width.

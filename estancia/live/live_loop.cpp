@@ -164,7 +164,7 @@ void LiveLoop::Impl::take(const LiveFrame& live, const std::function<void(const 
   }
 }
 
-/// What a frame shows must not keep the next one waiting for more than a third of the forward pass that both
+/// Mapping what a frame shows must not delay the next one by more than a third of the forward pass that both
 /// need. With a camera that is faster than the network, some frame always waits; and no frame waits longer
 /// than the next one takes to come.
 Deadline LiveLoop::Impl::deadlineFor(const LiveFrame& live) const {

@@ -167,7 +167,7 @@ class MappingLiveMap final : public LiveMap {
   Clock::duration copying_{};
   std::future<DerivedLayers> derived_;
   Clock::duration retry_ = firstRetry;
-  /// So many frames were mapped before this drive; nothing where the file's last drive goes on.
+  /// Number of frames mapped before this drive; nothing if the file's last drive goes on.
   std::optional<std::size_t> driveBegins_;
   bool isOnDisk_ = false;      // it has been
   std::optional<Error> lost_;  // why

@@ -68,7 +68,7 @@ struct FoundInstance {
   bool hangsAtWall = false;
   /// Its best label; "" where it has none.
   std::string label = {};
-  /// What its segments show; empty where that is not known.
+  /// Things that its segments show; empty if unknown.
   PixelsOfThings pixels = {};
 };
 

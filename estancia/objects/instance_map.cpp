@@ -23,9 +23,10 @@ constexpr std::size_t fewVoxels = 8;
 constexpr double wallVote = 0.5;
 /// ObjectInstance::support below which it is a part of things, or none.
 constexpr double minSupport = 0.25;
-/// What hangs has so much wall beside it.
+/// Minimum share of wall beside a thing that hangs.
 constexpr double atWall = 0.15;
-/// What begins lower than this above the floor, and on nothing else, stands there on what was not seen [m].
+/// Maximum height above the floor [m] at which a thing without another support stands on an unseen part of
+/// the floor.
 constexpr double hiddenLegs = 0.7;
 
 std::size_t segmentsIn(const cv::Mat& image) {

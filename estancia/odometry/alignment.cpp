@@ -26,8 +26,8 @@ constexpr double converged = 1e-4;  // [m] and [rad]: a smaller step is the last
 constexpr double maxTurn = 0.3;     // [rad] of one step
 constexpr std::size_t minObservations = 100;
 constexpr double correlated = 25;  // pixels that count as one independent observation
-// What is known without looking: a motion is within a radian and a meter. It keeps directions that nothing
-// shows as they were guessed.
+// Prior: a motion is within a radian and a meter. It keeps directions that nothing shows as they were
+// guessed.
 const cv::Matx66d room = cv::Matx66d::eye();
 constexpr double cameraTurn = 1e-3,
                  cameraShift = 2e-3;  // [rad], [m]: what no number of pixels makes exacter
@@ -250,7 +250,7 @@ std::optional<double> Level::step(cv::Affine3d& transform, cv::Matx66d& informat
   return std::max(cv::norm(turn), cv::norm(shift));
 }
 
-/// What the source shares with one target.
+/// Overlap of the source with one target.
 struct Shared {
   std::size_t points = 0, same = 0;
   double squares = 0;

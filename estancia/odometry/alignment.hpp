@@ -10,7 +10,7 @@
 
 namespace estancia::odometry {
 
-/// What an alignment minimizes.
+/// Residuals that an alignment minimizes.
 enum class AlignmentTerm {
   depth,     ///< point-to-plane distances; degenerate in front of a single wall
   color,     ///< differences of gray values; degenerate without texture

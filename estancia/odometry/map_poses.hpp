@@ -25,7 +25,7 @@ class MapPoses {
   /// How many frames belong to its part, as of the last update.
   std::size_t framesOfPartOf(std::size_t k) const { return partFrames_[part_[k]]; }
 
-  /// So many more frames hang on keyframe k.
+  /// Counts frames that depend on keyframe k.
   void count(std::size_t k, std::ptrdiff_t frames);
   /// Whether another part than the map has the most frames now.
   bool isOutgrown() const { return outgrown_; }

@@ -28,8 +28,8 @@ using PoseGraphOptimizer = std::vector<double> (*)(std::vector<cv::Affine3d>&,
                                                    const std::vector<PoseGraphEdge>&,
                                                    const std::vector<bool>&);
 
-/// What optimizePoses() calls. Opens the module at the first call; throws Error (missingDependency) where it
-/// cannot.
+/// The optimizer that optimizePoses() calls. Opens the module at the first call; throws Error
+/// (missingDependency) where it cannot.
 PoseGraphOptimizer poseGraphOptimizer();
 
 }  // namespace estancia::odometry

@@ -23,7 +23,7 @@ namespace odometry {
 struct FrameView;
 }
 
-/// What is known of a frame beside its pixels.
+/// Data of a frame beside its pixels.
 struct FrameFacts {
   std::string name{};                 ///< for sentences
   std::optional<double> timestamp{};  ///< [s]
@@ -63,7 +63,7 @@ class RgbdTracker {
   ~RgbdTracker();
 
   using View = std::shared_ptr<const odometry::FrameView>;
-  /// What can be computed of a frame before its turn has come. Never throws because of unusable images: add()
+  /// Computes what does not depend on the frames before. Never throws because of unusable images: add()
   /// reports them.
   View prepare(const cv::Mat& image, const cv::Mat& depth, const std::string& name = "") const;
 
@@ -106,7 +106,7 @@ class RgbdTracker {
     /// About 50 kB each, and 150 bytes each: those that are new, or replace that of the same number.
     std::vector<Row> keyframes, frames;
   };
-  /// What is to be written since the last save(): the first time everything.
+  /// Changes since the last save(); everything the first time.
   State save();
   /// Rows in any order; those beyond what the head counts are ignored. Throws Error: malformedFile,
   /// truncatedFile, mismatch for other options or another camera.

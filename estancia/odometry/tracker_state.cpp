@@ -72,7 +72,7 @@ std::string comparable(const std::string& settings) {
   return kept;
 }
 
-/// What a row of a frame holds.
+/// Content of a frame's row.
 enum Holds : std::uint8_t { placement = 1, priorPose = 2, problem = 4, note = 8 };
 
 }  // namespace

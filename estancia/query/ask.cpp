@@ -60,8 +60,8 @@ void lookForRooms(const Place& place, const std::vector<std::string>& rooms, std
   }
 }
 
-/// What the map's rooms are called: those that a classifier knows or the user has listed, else, by their
-/// names alone, those that places surely are, as others need not be there.
+/// Names of the map's rooms: those that a classifier knows or the user has listed, else, by their names
+/// alone, those that places surely are, as others need not be there.
 std::vector<std::string> knownRooms(const TopologicalMap& map) {
   if (!map.predictions) return {};
   if (!map.predictions->areByName || map.predictions->areListed) return map.predictions->rooms;

@@ -30,7 +30,7 @@ struct PlaceAnswer {
   bool isLikely() const { return room.empty() ? inTop5 : rank == 1; }
 };
 
-/// What words match in a map: labels or, where a classifier has predicted rooms, rooms; never both.
+/// Matches of words in a map: labels or, where a classifier has predicted rooms, rooms; never both.
 struct Meaning {
   /// Indices of the vocabulary.
   std::vector<std::size_t> labels;

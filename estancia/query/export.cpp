@@ -25,7 +25,7 @@ using exporting::rounded;
 
 constexpr int formatVersion = 1;
 
-/// What is written in GraphML about an element, in the order of declaration.
+/// Attributes of an element in GraphML, in the order of declaration.
 struct Attribute {
   const char* name;
   const char* element;

@@ -31,7 +31,7 @@ struct OriginalScore {
   std::optional<double> total;
 };
 
-/// What cannot be known without rooms or poses is absent.
+/// Values that need rooms or poses are absent without them.
 struct MapQuality {
   std::size_t nodes = 0;
   /// Number of driven transitions; each direction counts.

@@ -41,7 +41,7 @@ Route getRoute(const TopologicalMap& map, int from, int to, const RouteOptions& 
 
 struct WordRoute {
   PlaceAnswer goal;
-  /// What the words matched.
+  /// Match of the words.
   Meaning meaning;
   Route route;
 };

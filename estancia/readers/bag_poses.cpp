@@ -81,7 +81,7 @@ bool BagPoses::usePoses(const ros::Bag& bag, const ChosenTopic& topic) {
         for (ros::StampedPose pose : poses) {
           if (pose.child.empty()) pose.child = anyBody;
           if (child.empty()) child = pose.child;
-          // What is odometry's parent does not matter: there is one.
+          // The parent of the odometry's frame does not matter: there is only one.
           pose.header.frame = "odometry of " + pose.child;
           if (pose.child != child || !poses_.add(pose, false)) ++unusable;
         }

@@ -17,7 +17,7 @@ struct TopicSummary {
   /// Messages a second, and the longest time without one [s], by when they were recorded; 0 for less than
   /// two.
   double rate = 0, longestGap = 0;
-  /// What it is used for: "images", "depth", "camera", "camera of depth", "poses"; "" for nothing.
+  /// Use of the topic: "images", "depth", "camera", "camera of depth", "poses"; "" for nothing.
   std::string use;
   /// Why it is used.
   std::string why;
@@ -29,7 +29,7 @@ struct BagSummary {
   double duration = 0;
   /// Why it has no images to use, as a sentence; "" where it has.
   std::string whyNoImages;
-  /// What is wrong with the file: it is cut off, a part is missing …
+  /// Faults of the file: it is cut off, a part is missing …
   std::vector<std::string> warnings;
 };
 

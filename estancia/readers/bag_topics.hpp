@@ -23,8 +23,8 @@ struct BagTopics {
   std::optional<ChosenTopic> images, depth;
   /// sensor_msgs/CameraInfo of the images, and of the depth.
   std::optional<ChosenTopic> imageCamera, depthCamera;
-  /// What may hold poses, best first: the one that is named, else tf, else the only topic of poses. tf and
-  /// tf_static are one, and `topic` is the first of them that moves.
+  /// Topics that may hold poses, best first: the one that is named, else tf, else the only topic of poses. tf
+  /// and tf_static are one, and `topic` is the first of them that moves.
   std::vector<ChosenTopic> poses;
   /// Why there are no images: a sentence with the topics that could be meant; "" where there are.
   std::string whyNoImages;

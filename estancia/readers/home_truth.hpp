@@ -38,7 +38,7 @@ struct HomeInstance {
   std::string movableName;
 };
 
-/// What a frame sees of an instance.
+/// Visible part of an instance in a frame.
 struct VisibleInstance {
   int id = 0;
   int pixels = 0;

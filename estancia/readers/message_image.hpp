@@ -10,7 +10,7 @@
 
 namespace estancia::io {
 
-/// What a message of an image topic shows.
+/// Content of a message of an image topic.
 enum class ImageContent {
   color,
   gray,

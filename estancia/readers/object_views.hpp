@@ -16,7 +16,7 @@
 
 namespace estancia {
 
-/// What is known of a view without its pixels.
+/// Data of a view without its pixels.
 struct ObjectView {
   /// Unique among the views.
   std::string name;

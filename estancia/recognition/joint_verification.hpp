@@ -9,7 +9,7 @@
 
 namespace estancia {
 
-/// What remains of an instance among others.
+/// An instance with the evidence that remains for it among others.
 struct VerifiedInstance {
   /// Indices of its model's candidates, and of the instance among them.
   std::size_t candidates = 0, instance = 0;

@@ -16,7 +16,7 @@
 namespace estancia {
 namespace {
 
-/// What the presets after the thesis share.
+/// Values shared by the presets after the thesis.
 RecognitionOptions pipelineOfThesis() {
   RecognitionOptions options;
   options.sceneFilter = {};

@@ -32,7 +32,7 @@ struct Detection {
   cv::Point3d center;
 };
 
-/// What a stage got and kept, in words.
+/// Input and output counts of a stage, in words.
 struct StageReport {
   /// "keypoints".
   std::string stage;

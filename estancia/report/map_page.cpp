@@ -55,7 +55,7 @@ void addNeighbors(Markup& card, const MapSummary& summary, std::size_t position)
   card.close();
 }
 
-/// What a classifier takes the place for.
+/// Room predicted for the place.
 void addPrediction(Markup& card, const NodeSummary& node) {
   if (!node.predicted.empty()) card.element("p", "Taken for " + shorten(node.predicted, 90));
 }
@@ -198,7 +198,7 @@ void addGuide(Markup& body, bool metric, bool zones) {
   body.close();
 }
 
-/// What the page starts as.
+/// Initial state of the page.
 Painting paintingOf(const MapPage& page, const MapSummary& summary) {
   return page.label              ? Painting::heat
          : page.zones != nullptr ? Painting::zones
@@ -272,8 +272,8 @@ void addExplorer(Markup& body, const MapPage& page, const MapSummary& summary, c
   body.close();
 }
 
-/// What the script needs: labels, nodes, and for each node its labels as a flat list of
-/// (step from the previous label, p in 1/10,000).
+/// Data of the script: labels, nodes, and for each node its labels as a flat list of (step from the previous
+/// label, p in 1/10,000).
 nlohmann::json searchIndex(const MapPage& page, const MapSummary& summary, const NodeZones* zones,
                            double& threshold) {
   const auto entries = [&page](double least) {

@@ -20,7 +20,7 @@ double count(std::size_t n) {
   return static_cast<double>(n);
 }
 
-/// What clusters are compared with: the rooms that the camera stood in, or those that the images see.
+/// Reference of clusters: the rooms that the camera stood in, or those that the images see.
 struct RoomKind {
   std::string key, name, rooms, room;
 };

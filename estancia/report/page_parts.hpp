@@ -1,4 +1,4 @@
-// What every page has: a header with counts and facts, a table of measures.
+// Parts of every page: a header with counts and facts, a table of measures.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -26,7 +26,7 @@ namespace {
 constexpr std::size_t bestWordsShown = 10;
 /// Two digits number as many.
 constexpr std::size_t maxPackedLabels = 1296;
-/// What a word that is not frequent must reach, until all fit.
+/// Threshold for words that are not frequent, raised until all fit.
 constexpr std::array rarePercents{50, 60, 70, 80, 90, 101};
 
 /// The labels that matter here, the most probable ones where there are too many.

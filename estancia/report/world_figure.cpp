@@ -141,7 +141,7 @@ class WorldDrawing {
     }
   }
 
-  /// What was seen most often gets room for its image first.
+  /// Objects seen most often get room for their images first.
   void drawThings(Markup& svg) const {
     Thumbnails room({2, 2, style_.width - 4, style_.height - 4}, style_.words ? 34 : 24);
     for (const AreaName& name : names_) room.block(name.box);

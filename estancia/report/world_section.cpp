@@ -50,7 +50,7 @@ void addDrivenWay(nlohmann::json& json, const WorldRoute& route) {
   json["way"] = pathJson(route.driven->points);
 }
 
-/// What the panel shows before anything is asked.
+/// Content of the panel before the first question.
 void addAreaIndex(Markup& section, const WorldMap& world) {
   if (world.areas.empty()) return;
   section.element("h2", "Areas").open("ul", {{"class", "area-index"}});

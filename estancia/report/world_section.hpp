@@ -16,11 +16,11 @@ Markup worldSection(const WorldView& view, const Markup& searchForm);
 /// A word that finds an object, for the search form; "" where none has words.
 std::string exampleWord(const WorldMap& world);
 
-/// What world_page.js needs: {"from": node, "objects": [{"name", "given", "words": [[label, p]],
-/// "probability", "where"}], "areas": [{"id", "name", "given", "room"}]}; label is an index of the
-/// vocabulary, p in 1/10,000; "room": WorldArea::roomName. Objects and areas that can be driven to have
-/// "cost" (Route::cost), and, where it was driven, "length" and "way" [[x, y]]; objects also "pose" [x, y,
-/// yaw], "distance" and "frame" [m, rad].
+/// Data of world_page.js: {"from": node, "objects": [{"name", "given", "words": [[label, p]], "probability",
+/// "where"}], "areas": [{"id", "name", "given", "room"}]}; label is an index of the vocabulary, p in
+/// 1/10,000; "room": WorldArea::roomName. Objects and areas that can be driven to have "cost" (Route::cost),
+/// and, where it was driven, "length" and "way" [[x, y]]; objects also "pose" [x, y, yaw], "distance" and
+/// "frame" [m, rad].
 nlohmann::json worldData(const WorldView& view);
 
 }  // namespace estancia::report

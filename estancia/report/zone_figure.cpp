@@ -188,7 +188,7 @@ Markup zoneFigure(const ZonesSummary& summary, const DrivenPath& path, FigureSty
     for (const auto& point : path.points) points.push_back(point ? std::optional(fit(*point)) : std::nullopt);
     return placeSymbols(points, zoneOf, 2.5 * radius, most);
   };
-  // What spreads round a place at the border needs room: known once it is drawn.
+  // Marks around a place at the border need room, known once they are drawn.
   FigureStyle first = style;
   Fit fit = fitPath(extent, radius, first);
   fit = fitPath(extent, radius + overhang(symbolsOf(fit), extent, fit), style);

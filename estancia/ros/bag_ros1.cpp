@@ -173,7 +173,7 @@ void Ros1Part::scan(ByteSource& source, std::uint64_t at) {
   places.clear();
   blocks_.clear();
   topicOfConnection_.clear();
-  // What a recorder that died has written lies in no chunk.
+  // Messages of a recorder that died lie in no chunk.
   const std::uint32_t wholeFile = blocks_.add({0, source.size(), source.size(), Compression::none, 0, true});
   bool whole = true;
   for (Ros1Record record; at < source.size() && whole; at = whole ? record.end : at) {

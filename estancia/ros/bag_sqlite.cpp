@@ -14,7 +14,7 @@
 namespace estancia::ros {
 namespace {
 
-// So many messages after one that can be read, none can be: the rest is given up.
+// Number of unreadable messages in a row after which the rest is given up.
 constexpr sqlite3_int64 longestGap = sqlite3_int64{1} << 24U;
 
 struct FinalizeStatement {

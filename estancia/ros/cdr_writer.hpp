@@ -31,7 +31,7 @@ class CdrWriter {
 
   /// Throws Error (tooLarge) beyond 4 GB.
   void put(std::string_view text);
-  /// What a sequence begins with; its elements are put next. Throws Error (tooLarge) beyond 2³² − 1.
+  /// Writes the length of a sequence; its elements are put next. Throws Error (tooLarge) beyond 2³² − 1.
   void putCount(std::size_t count);
   /// uint8[]. Throws Error (tooLarge) beyond 4 GB.
   void putBytes(std::span<const std::byte> bytes);

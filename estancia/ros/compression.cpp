@@ -15,7 +15,7 @@
 namespace estancia::ros {
 namespace {
 
-/// What one call of a codec did.
+/// Result of one call of a codec.
 struct DecodeStep {
   std::size_t read = 0, written = 0;
   /// The end of a frame; another may follow.

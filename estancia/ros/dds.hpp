@@ -22,7 +22,7 @@ struct DdsTopic {
   bool reliable = false;
 };
 
-/// What has become of a subscription.
+/// State of a subscription.
 struct DdsCounts {
   std::size_t received = 0;
   /// Messages that the writers have numbered and that were not received, or were replaced by newer ones
@@ -30,8 +30,8 @@ struct DdsCounts {
   std::size_t lost = 0;
   /// Writers that match: none if there is no publisher, or only with another type or quality of service.
   std::size_t writers = 0;
-  /// What does not fit, as a sentence: a writer of another type, or of a quality of service that cannot be
-  /// read; "" when all is well.
+  /// Mismatch, as a sentence: a writer of another type, or of a quality of service that cannot be read; ""
+  /// when all is well.
   std::string trouble;
 };
 
@@ -65,7 +65,7 @@ enum class Durability { volatileData, transientLocal };
 class DdsNode {
  public:
   virtual ~DdsNode() = default;
-  /// What others have that has been discovered so far; wait a second after the start.
+  /// Topics of other participants discovered so far; wait a second after the start.
   virtual std::vector<DdsTopic> topics() const = 0;
   /// Messages of a topic in CDR, with its header of four bytes and up to three bytes of padding at the end;
   /// `use` is called in a thread of the subscription's own. While it works, the newest messages wait: five of

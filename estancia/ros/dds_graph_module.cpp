@@ -14,7 +14,7 @@ namespace rtps = eprosima::fastrtps::rtps;
 /// Whoever is on the network can announce as many as it likes.
 constexpr std::size_t maxEndpoints = 20000;
 
-/// What both kinds of announcements have.
+/// Data of both kinds of announcements.
 template <class Announced>
 DdsQuality qualityOf(const Announced& announced) {
   return {announced.m_qos.m_reliability.kind == dds::RELIABLE_RELIABILITY_QOS,

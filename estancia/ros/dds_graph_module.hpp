@@ -15,21 +15,21 @@
 
 namespace estancia::ros {
 
-/// What a reader asks of its writers.
+/// Requirements of a reader for its writers.
 struct DdsQuality {
   bool reliable = true, transientLocal = false;
   bool operator==(const DdsQuality&) const = default;
 };
 
-/// What is known of the writers of one topic that others have.
+/// Other participants' writers of one topic.
 struct DdsOffer {
   /// Writers of the type.
   std::size_t writers = 0;
-  /// What all of these offer.
+  /// Qualities that all of these offer.
   DdsQuality quality;
   /// Type of one writer of another type; "" where there are none.
   std::string otherType;
-  /// What of a writer of the type no reader of ours fits to; "" where there is nothing.
+  /// The quality of a writer of the type that no reader here matches; "" if there is none.
   std::string obstacle;
 };
 

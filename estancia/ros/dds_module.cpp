@@ -234,7 +234,7 @@ class Publication final : public DdsPublication {
     qos.resource_limits().allocated_samples = 1;
     qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
     qos.data_sharing().off();
-    // Who publishes does not wait for the network.
+    // Publishing does not wait for the network.
     qos.publish_mode().kind = dds::ASYNCHRONOUS_PUBLISH_MODE;
     writer_ = participant_->publisher().create_datawriter(ddsTopic_, qos);
     if (writer_ == nullptr) {

@@ -26,7 +26,7 @@ inline constexpr std::size_t maxDdsBytes = std::size_t{256} << 20;
 struct DdsSample {
   /// To write.
   std::span<const std::byte> out;
-  /// What was read.
+  /// Result of reading.
   std::vector<std::byte> in;
   /// Size of a message that was refused as too large; else 0 [bytes].
   std::size_t refused = 0;

@@ -14,7 +14,7 @@ constexpr std::uint64_t maxNames = 65536;
 // Max size of a chunk's index: ten bytes for each of at most 65,536 channels [bytes].
 constexpr std::uint64_t maxChunkIndex = std::uint64_t{1} << 20U;
 
-/// What `parse` makes of at most the first `most` bytes of a record; nothing where they are too few.
+/// Parses at most the first `most` bytes of a record by `parse`; nothing if they are too few.
 template <class Parse>
 auto parsed(ByteSource& source, const McapRecord& record, std::uint64_t most, Parse parse)
     -> std::optional<decltype(parse(std::declval<ByteReader&>()))> {
@@ -40,7 +40,7 @@ std::optional<McapRecord> mcapRecordAt(ByteSource& source, std::uint64_t at) {
   std::uint64_t length = 0;
   std::memcpy(&length, head->data() + 1, sizeof length);
   const std::uint64_t content = at + mcapRecordHead;
-  // What no file can hold must not wrap around.
+  // Sizes that no file can hold must not wrap around.
   if (length > std::numeric_limits<std::uint64_t>::max() - content) return std::nullopt;
   return McapRecord{static_cast<McapOp>(static_cast<unsigned char>(head->front())), content,
                     content + length};

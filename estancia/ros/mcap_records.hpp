@@ -15,7 +15,7 @@ namespace estancia::ros {
 constexpr std::string_view mcapMagic{"\x89MCAP0\r\n", 8};
 /// Code and length of a record [bytes].
 constexpr std::uint64_t mcapRecordHead = 9;
-/// What stands before the data in a message: channel, sequence, two times [bytes].
+/// Size of the fields before the data in a message: channel, sequence, two times [bytes].
 constexpr std::uint64_t mcapMessageHead = 22;
 
 enum class McapOp : std::uint8_t {

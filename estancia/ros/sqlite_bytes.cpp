@@ -13,7 +13,7 @@
 namespace estancia::ros {
 namespace {
 
-/// What SQLite calls a file: its base, and which of ours it is.
+/// SQLite's file object: its base, and the bytes behind it.
 struct OpenSqliteFile {
   sqlite3_file base;
   const SqliteBytes* bytes;

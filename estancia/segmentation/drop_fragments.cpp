@@ -113,8 +113,8 @@ bool isWallEnd(const InverseDepth& grid, const Outline& outline, double pixels) 
          width < wallEndWidth && height > 2 * width && outline.aligned > mostlyAligned * outline.normals;
 }
 
-/// What stands before nothing is a relief of what is around it; of a small ragged piece, most of the border
-/// must be its own.
+/// A segment that stands before nothing is a relief of its surroundings; of a small ragged piece, most of the
+/// border must be its own.
 bool isFragment(const InverseDepth& grid, const Outline& outline, double pixels) {
   const bool ragged = pixels < grid.area(fewPixels) && pixels < maxRaggedFill * outline.boxArea();
   return outline.owned < (ragged ? mostlyOwnedShare : minOwned) * outline.border;

@@ -35,7 +35,7 @@ bool isUpright(const Plane& plane, const cv::Vec3d& up) {
   return std::abs(plane.normal.dot(up)) < perpendicular;
 }
 
-/// What is seen of a plane.
+/// Visible part of a plane.
 struct PlaneView {
   double behind = 0;           ///< share of the image's pixels that lie behind it
   double left = 0, right = 0;  ///< range of its pixels, along the level direction in it [m]

@@ -46,7 +46,7 @@ class HttpHandler {
   virtual ServerResponse answer(const ServerRequest& request) = 0;
 };
 
-/// What a server bears; a client that wants more is turned away.
+/// Limits of a server; clients beyond them are refused.
 struct HttpLimits {
   /// At once, each with a thread of its own.
   std::size_t connections = 64;

@@ -113,7 +113,7 @@ class BoundedStream final : public httplib::Stream {
   Clock::time_point until_;
 };
 
-/// What this thread serves.
+/// The request that this thread serves.
 struct Serving {
   BoundedStream* stream = nullptr;
   /// Where the next request begins is known only after one that was read whole.
@@ -220,7 +220,7 @@ class BoundedServer final : public httplib::Server {
       put(refused ? std::move(*refused) : handler_.answer(request), to);
       return HandlerResponse::Handled;
     });
-    // What httplib refuses by itself.
+    // Requests that httplib refuses by itself.
     set_error_handler([](const httplib::Request&, httplib::Response& to) {
       if (!to.body.empty() || to.status < 400) return;
       const char* body = R"({"error":{"code":"invalid-input","message":"no request of HTTP 1.1 that fits"}})";

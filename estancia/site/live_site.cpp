@@ -358,7 +358,7 @@ ServerResponse LiveSite::events(const ServerRequest& request) {
   if (!slot->isFree()) return refused(503, "too many pages listen already; close one");
   struct Listener {
     std::shared_ptr<StreamSlot> slot;
-    /// What the browser has seen.
+    /// Revisions that the browser has seen.
     std::optional<std::uint64_t> seen;
     Clock::time_point sent = Clock::now();
     bool isNew = true;

@@ -27,7 +27,7 @@ class PageServer {
   /// Does not depend on ServerOptions::page. The view must outlive it. Throws Error as makeHttpServer() does.
   PageServer(LiveView& view, const ServerOptions& options);
 
-  /// What people open; with the token where one is needed.
+  /// Address to open; with the token if one is needed.
   const std::string& url() const { return url_; }
   int port() const { return server_->port(); }
 

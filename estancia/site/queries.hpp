@@ -15,7 +15,7 @@
 
 namespace estancia {
 
-/// What to find the way to, as routeInWorld() takes it.
+/// Goal of a route, in the form that routeInWorld() takes.
 struct RouteQuestion {
   /// The number of a place, the name of an area or an object, or words.
   std::string to;
@@ -59,7 +59,7 @@ class LiveQueries {
   /// "neighbors": [{"node", "name", "distance"}], "objects": [{"id", "name"}] that are seen best from there}.
   /// Throws Error (unknownName).
   Json place(int node) const;
-  /// What it takes to draw the map: {"map_revision", "metric", "drives" (how many), "areas": [{…, "outlines":
+  /// Data for drawing the map: {"map_revision", "metric", "drives" (how many), "areas": [{…, "outlines":
   /// [[[x, y]]], "color"}], "walls": [[[x, y]]], "path": [[[x, y]]], "places": [{"node", "name", "position",
   /// "frames", "area"}], "links": [[node, node]], "objects": [{…, "where", "node" that it is seen best from,
   /// "color", "at": [x, y], "box": [[x, y]]}]}. An odd number of outlines surrounds what is inside. Without

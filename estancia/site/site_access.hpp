@@ -13,7 +13,7 @@ struct SiteAccess {
   /// The address or name that the server listens at; "" for this machine alone.
   std::string listen;
   int port = 0;
-  /// What every request must show; "" for none.
+  /// Token that every request must contain; "" for none.
   std::string token;
 
   /// How the cookie with the token is called. Cookies do not know of ports.
@@ -22,7 +22,7 @@ struct SiteAccess {
 
 struct AccessRefusal {
   int status = 403;
-  /// What is wrong, and what to do.
+  /// The problem, and advice.
   std::string why;
 };
 

@@ -43,7 +43,7 @@ class FrameSource {
   virtual std::optional<LiveFrame> newest(std::chrono::milliseconds patience) = 0;
   /// Whether each frame comes when it is asked for, however late: none is missed.
   virtual bool isOnDemand() const { return false; }
-  /// What is wrong with a recording as a whole: "drive.mcap is cut off …".
+  /// Faults of a recording as a whole: "drive.mcap is cut off …".
   virtual std::vector<std::string> warnings() const { return {}; }
   /// Frames so far that could not be read.
   virtual std::size_t unreadable() const { return 0; }
@@ -54,7 +54,7 @@ class FrameSource {
   virtual DriveStart driveStart() const { return {name()}; }
   /// Whether no frame will come any more: the end of a replay. A camera that goes is waited for.
   virtual bool ended() const { return false; }
-  /// What is wrong now, as a sentence: "no frame from /dev/video0 for 3 s: waiting for it"; "" when all is
+  /// Current problem, as a sentence: "no frame from /dev/video0 for 3 s: waiting for it"; "" when all is
   /// well.
   virtual std::string trouble() const { return ""; }
   /// Whether frames have depth and the camera is known: areas and objects need both. May wait for the first

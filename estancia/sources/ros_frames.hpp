@@ -86,7 +86,7 @@ class RosFrames {
   std::string bodyName_;
   std::size_t received_ = 0, taken_ = 0;
   std::string lastName_;
-  /// What is wrong now, by what it is about.
+  /// Current problems, by their subjects.
   std::map<std::string, std::string> troubles_;
 };
 

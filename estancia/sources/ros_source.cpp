@@ -120,8 +120,8 @@ void RosSource::subscribe(const RosSourceOptions& options) {
   const auto isDepth = [this](const ros::DdsTopic& topic) {
     return topic.name != imageTopic_ && (isImageType(topic.type) || topic.type == "sensor_msgs/PointCloud2");
   };
-  // What a topic holds is known with its first message: by itself only a raw topic is taken whose name
-  // contains "depth".
+  // The content of a topic is known with its first message: without being named only a raw topic is taken
+  // whose name contains "depth".
   const auto saysDepth = [&](const ros::DdsTopic& topic) {
     return isDepth(topic) && topic.type == "sensor_msgs/Image" &&
            topic.name.find("depth") != std::string::npos;

@@ -36,7 +36,7 @@ std::string sourceOf(const fs::path& folder) {
   return listed;
 }
 
-/// What `unpack` makes of the file's bytes; nothing where there is no such file, or it throws Error.
+/// Result of `unpack` on the file's bytes; nothing if there is no such file, or `unpack` throws Error.
 template <class Unpack>
 auto readCached(const fs::path& path, const Unpack& unpack)
     -> std::optional<decltype(unpack(std::string_view()))> {

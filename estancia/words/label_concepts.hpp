@@ -21,8 +21,8 @@ struct LabelConcept {
   /// In (0, 1]: intrinsic information content (Seco, Veale & Hayes 2004), 1 - ln(kinds) / ln(nouns), 0 for
   /// what is above all nouns; 1 where a label means just this.
   double specificity = 1;
-  /// What it stands for, ascending; at least two. Labels that are familiar words themselves ("desk" beside
-  /// "table") stand for themselves.
+  /// Labels that it stands for, ascending; at least two. Labels that are familiar words themselves ("desk"
+  /// beside "table") stand for themselves.
   std::vector<std::size_t> labels;
   /// `labels`, and all others below it in WordNet's hierarchy.
   std::vector<std::size_t> covered;
@@ -39,11 +39,11 @@ struct TellingWord {
   std::string name;
   /// Itself, or all that are below it; ascending.
   std::vector<std::size_t> labels;
-  /// What it contributes to the relative entropy of the part against the run [nat].
+  /// Contribution to the relative entropy of the part against the run [nat].
   double evidence = 0;
 };
 
-/// What a label, or several labels that are taken for one, contributes to the relative entropy of a part
+/// Contribution of a label, or of several labels that are taken for one, to the relative entropy of a part
 /// against the run: p ln(p / everywhere) (Kullback & Leibler 1951); 0 unless it is likelier than there.
 double tellingEvidence(double p, double everywhere);
 

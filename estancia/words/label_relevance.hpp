@@ -13,7 +13,7 @@
 
 namespace estancia {
 
-/// What relates a label to words.
+/// Relations of a label to words.
 struct LabelEvidence {
   /// Lift of a walk from the words (WordGraph::lift()), through usedLift().
   double lift = 0;
@@ -52,7 +52,7 @@ double inheritedShare(std::span<const float> shares,
 /// How much of a share is left for a hypernym of this distance, in (0, 1].
 double hypernymDecay(int distance);
 
-/// What is usual in a room is a weaker answer to its name than a kind of what was asked for.
+/// Things usual in a room are weaker answers to its name than kinds of what was asked for.
 constexpr double usualShare = 0.8;
 
 /// The meanings of a room's furnishing: those of the word that are things.

@@ -21,7 +21,7 @@ constexpr std::size_t maxTerms = 6, maxUnknown = 6, maxWords = 20, maxQueryBytes
 
 constexpr double minReason = 0.3, minPurpose = 0.5;
 
-/// What is read of a query: a long one is cut between words, where there are some.
+/// The beginning of a query up to the maximum length, cut between words if possible.
 std::string_view beginningOf(std::string_view words) {
   if (words.size() <= maxQueryBytes) return words;
   return words.substr(0, std::min(maxQueryBytes, words.find_last_of(' ', maxQueryBytes)));

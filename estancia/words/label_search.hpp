@@ -17,7 +17,7 @@
 
 namespace estancia {
 
-/// What LabelSearch::search() finds; the graph is not asked for where labels have that name.
+/// Result of LabelSearch::search(); the graph is not used if labels have that name.
 LabelMatches findLabelMatches(const Vocabulary& vocabulary, std::string_view words, WordGraphSource source);
 
 /// Finds labels by relatedness in WordNet. A query's words are looked up as they are, as plurals and other

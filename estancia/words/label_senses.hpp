@@ -10,7 +10,7 @@
 
 namespace estancia {
 
-/// What one label means.
+/// Meaning of one label.
 struct LabelSense {
   /// Meanings by their probability, which add up to 1; empty: WordNet does not know the label.
   std::vector<Sense> senses;

@@ -45,7 +45,7 @@ class Lexicon {
   /// words that WordNet has together ("living room") stay together, up to four of them. Unknown words remain.
   std::vector<std::string> terms(std::string_view text) const;
 
-  // What a file holds of it; see word_graph_file.cpp.
+  // Parts that are stored in a file; see word_graph_file.cpp.
   std::string text;
   /// size() + 1 offsets in `text`.
   std::vector<std::uint32_t> starts{0};

@@ -12,7 +12,7 @@ namespace estancia {
 struct InstalledWords {
   /// Nothing where there is no WordNet, or it cannot be read.
   std::optional<WordGraph> graph;
-  /// What to install, or what is wrong with what is installed; "" when there is a graph.
+  /// Advice what to install, or the fault of the installed files; "" if there is a graph.
   std::string hint;
   /// Why reading it will take as long the next time; "" when nothing is wrong.
   std::string problem = {};

@@ -14,7 +14,7 @@ constexpr int maxHypernyms = 2;
 constexpr double generalDecay = 0.8;
 /// Meanings that are less sure are left out, as in the graph's edges.
 constexpr float minShare = 0.1F;
-/// What is done for a purpose stands within as many words after the verb.
+/// Number of words after the verb that may name the object of a purpose.
 constexpr std::size_t maxObjects = 5;
 
 bool isGerund(std::string_view word) {

@@ -24,7 +24,7 @@ constexpr double minDeviations = 2;
 /// Weight of all furnishings of a common room together, relative to its name.
 constexpr double furnishingShare = 0.5;
 
-/// What the words of a name may mean, one after the other.
+/// Senses of a name's words, one after the other.
 std::vector<std::vector<Sense>> sensesOfName(const WordGraph& graph, const std::string& name) {
   const std::string text = lexicalForm(name);
   std::vector<std::vector<Sense>> found;

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t maxLetters = 40, minPart = 3;
 constexpr double maxEdits = 2;
-// What an edit costs: doubling a letter, or leaving the second out, is the commonest slip, then one vowel for
+// Costs of edits: doubling a letter, or leaving the second out, is the commonest slip, then one vowel for
 // another; the first letter is seldom wrong (Damerau 1964; Pollock & Zamora 1984).
 constexpr double doubledCost = 0.5, vowelCost = 0.7, firstLetterCost = 0.5;
 // A word ten times as frequent is worth a fifth of an edit, a word of the vocabulary three fifths.

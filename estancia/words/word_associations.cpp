@@ -108,7 +108,7 @@ class Associating {
                  std::ranges::transform(batch.best, ofPart, ofPart.begin(), std::ranges::max);
                });
     progress.end();
-    // What is meant depends on the best label of the same model, which is known now.
+    // The threshold depends on the best label of the same model, which is known now.
     std::vector<std::vector<Likely>> likely(words_.size());
     for (std::size_t i = 0; i < pairs.size(); ++i)
       for (const Pair& pair : pairs[i]) {

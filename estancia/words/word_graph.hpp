@@ -15,7 +15,7 @@
 
 namespace estancia {
 
-/// What joins two synsets, seen from the first.
+/// Relation of two synsets, seen from the first.
 enum class WordLink : std::uint8_t {
   /// The second is more general: its hypernym.
   kindOf,

@@ -15,7 +15,8 @@ namespace estancia {
 /// none or several are, with the areas that are meant; insufficientData where the map has none.
 const WorldArea& getArea(const WorldMap& world, const std::string& area);
 
-/// What the functions below keep, of an area of `world` as getArea() takes it. Throw Error as these do.
+/// Edits that the functions below store, for an area of `world` as getArea() takes it. Throw Error like
+/// these.
 AreaEdit namingOf(const WorldMap& world, const std::string& area, const std::string& name);
 AreaEdit mergeOf(const WorldMap& world, const std::string& area, const std::string& other);
 AreaEdit splitOf(const WorldMap& world, const cv::Point2d& from, const cv::Point2d& to);
@@ -55,7 +56,7 @@ struct ObjectEdit {
 /// several are, with those that are meant; insufficientData where the map has none.
 const WorldObject& getObject(const WorldMap& world, const std::string& object);
 
-/// What nameObject() and deleteObject() keep. Throw Error as these do.
+/// Edits that nameObject() and deleteObject() store. Throw Error like these.
 ObjectEdit namingOf(const WorldObject& object, const std::string& name);
 ObjectEdit removalOf(const WorldObject& object);
 

@@ -26,7 +26,7 @@ struct SegmentRecognition {
   double confidence = 0;
 };
 
-/// What is written belongs to the store's transaction.
+/// Writes in the store's transaction.
 class KnownStore {
  public:
   explicit KnownStore(MapStore& store) : store_(store) {}

@@ -56,7 +56,7 @@ void readSegments(ByteReader& reader, Observation& seen) {
   }
 }
 
-/// What is in no segment: walls, and what is on no plane of the room at all.
+/// Marks pixels in no segment: walls, and surfaces on no plane of the room at all.
 void markTheRest(const cv::Mat& depth, const CameraIntrinsics& camera, const Clusters& found,
                  double tolerance, cv::Mat& segments) {
   for (int v = 0; v < depth.rows; ++v)

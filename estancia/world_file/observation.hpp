@@ -17,7 +17,7 @@
 
 namespace estancia {
 
-/// What lies farther away is not kept [m].
+/// Limit of the depth that is kept [m].
 constexpr float farthestDepth = 65.5F;
 
 /// The evidence of one frame, in its camera's frame: the layers of a map are made of it again whenever the

@@ -11,7 +11,7 @@
 
 namespace estancia {
 
-/// What is written belongs to the store's transaction.
+/// Writes in the store's transaction.
 class ShapeStore {
  public:
   explicit ShapeStore(MapStore& store) : store_(store) {}

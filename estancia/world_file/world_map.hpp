@@ -22,7 +22,7 @@ namespace estancia {
 struct WorldArea : Area {
   /// Name given by a person; "" if none.
   std::string givenName = {};
-  /// What a room classifier takes it for, and how probable that is; "" where none was run.
+  /// Room predicted by a classifier, and its probability; "" if none was run.
   std::string predictedRoom = {};
   double roomProbability = 0;
   /// Whether that is sure enough for a name: see nameAreasByRooms().
@@ -49,7 +49,7 @@ struct WorldZone {
   std::size_t frames = 0;
 };
 
-/// What a thing stands on.
+/// Support of a thing.
 enum class Support {
   unknown,
   floor,
@@ -145,9 +145,9 @@ struct WorldMap {
 /// The floor of the plan; without one, of the frames' poses.
 Floor floorOf(const WorldMap& world);
 
-/// So many frames of a longer drive, evenly spread, name its rooms and answer questions: more do not make the
-/// rooms surer, but a day at ten frames a second has 4 GB of words. The other frames have no prediction of
-/// their own.
+/// Number of frames of a longer drive, evenly spread, that name its rooms and answer questions: more do not
+/// make the rooms surer, but a day at ten frames a second has 4 GB of words. The other frames have no
+/// prediction of their own.
 constexpr std::size_t maxFramesOfAnswers = 5000;
 
 /// Reads a map file with all its layers as of its last commit. `maxFrames`: of a longer drive each n-th

@@ -14,7 +14,7 @@
 
 namespace estancia {
 
-/// What a map holds above its places, as far as the drive allows.
+/// Layers of a map above its places, as far as the drive allows.
 struct WorldLayers {
   bool zones = true, areas = true, objects = true;
   bool operator==(const WorldLayers&) const = default;

@@ -32,7 +32,7 @@ struct LabeledSegment {
   LexicalDescriptor words = {};
 };
 
-/// The layers above the places of a map. What is written belongs to the store's transaction.
+/// The layers above the places of a map. Writes in the store's transaction.
 class WorldStore {
  public:
   /// Makes the tables where they are missing and the map is written. The store must outlive it.

@@ -34,7 +34,7 @@ struct ObjectAnswer {
   bool isLikely() const { return isNamed || isKnown || isShaped || rank == 1; }
 };
 
-/// What words mean in a world; labels and rooms as in findMeaning(): an object is never found by a room.
+/// Meaning of words in a world; labels and rooms as in findMeaning(): an object is never found by a room.
 struct WorldMeaning : Meaning {
   /// Areas of this name (areasNamed()); where there are none, those whose name holds the words
   /// (areasNamedPartly()).

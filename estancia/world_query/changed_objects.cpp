@@ -192,7 +192,7 @@ std::vector<Patch> patchesOf(const Spots& spots) {
   return patches;
 }
 
-/// What the words of each object have beyond those of all objects: log probabilities less their means.
+/// Words of each object relative to those of all objects: log probabilities less their means.
 class ObjectWords {
  public:
   explicit ObjectWords(const WorldMap& world) {

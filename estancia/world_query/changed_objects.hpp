@@ -10,7 +10,7 @@
 
 namespace estancia {
 
-/// What is gone since `firstNow` and what is new; pairs of these, most alike first, are what was moved.
+/// Objects gone since `firstNow` and new ones; pairs of these, most alike first, are moved objects.
 std::vector<ObjectChange> changedObjects(const WorldMap& world, const WorldStore& store,
                                          std::size_t firstNow);
 

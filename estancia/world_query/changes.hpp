@@ -55,7 +55,7 @@ struct Changes {
 
 std::string toString(ObjectChange::Kind kind);
 
-/// What drives from `since` on (the last one by default) saw otherwise than those before. The surface of a
+/// Differences between drives from `since` on (the last one by default) and those before. The surface of a
 /// thing is gone where later depth images look through its place, twice at least, and new where earlier ones
 /// did; pieces side by side are one change, from 160 cm² on. A gone and a new piece of one object, or of one
 /// size with similar words, are one moved object. Surfaces that were not looked at again are no changes.

@@ -72,7 +72,7 @@ struct MapAndDrive {
   std::vector<std::size_t> frames;
 };
 
-/// What the objects' segments show by the masks of the drive; nothing where either has none.
+/// Things that the objects' segments show by the masks of the drive; nothing if either is missing.
 void addPixelsOfObjects(const MapAndDrive& both, std::vector<FoundInstance>& found) {
   const std::map<SegmentPlace, int> objectOf = both.store.objectSegments();
   if (objectOf.empty()) return;

@@ -14,7 +14,7 @@
 
 namespace estancia {
 
-/// What the map does not have, or the truth does not contain, is absent.
+/// Values that the map or the truth does not contain are absent.
 struct WorldAccuracy {
   std::size_t areas = 0;
   /// Areas as clusters of the frames: against the rooms stood in and the rooms seen.

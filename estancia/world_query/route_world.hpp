@@ -14,7 +14,7 @@
 
 namespace estancia {
 
-/// What to go around, and what to go through. Each is an area (its number or name, as getArea()), else a room
+/// Regions to avoid, and regions to prefer. Each is an area (its number or name, as getArea()), else a room
 /// of places (true or predicted), else words: the places that are likely to hold them
 /// (PlaceAnswer::isLikely()) and hold them more than the map's mean.
 struct RegionPreferences {
@@ -28,14 +28,14 @@ struct MapRegion {
   std::vector<int> areas = {};
   /// In the order of map.nodes; empty where it is areas.
   std::vector<bool> places = {};
-  /// What the words matched; empty where it is areas, or places of that room.
+  /// Labels matched by the words; empty if they are areas, or places of that room.
   Meaning meaning = {};
 
   /// `place`: an index into map.nodes; `area`: -1 for none.
   bool holds(std::size_t place, int area) const;
 };
 
-/// What a meter costs here and there.
+/// Cost of a meter by region.
 struct RegionCosts {
   std::vector<MapRegion> avoid = {}, prefer = {};
   double avoidFactor = 1, preferFactor = 1;
@@ -95,7 +95,7 @@ struct WorldRoute {
   /// The areas along it, each once in a row; none in a map without areas.
   std::vector<int> areas = {};
   std::vector<CrossedRegion> crossed = {};
-  /// What was to be avoided and preferred, as it was understood.
+  /// Regions to avoid and prefer, as they were understood.
   RegionCosts regions = {};
   /// The area that the goal names; -1 for none.
   int area = -1;
@@ -104,7 +104,7 @@ struct WorldRoute {
   std::optional<ViewPose> pose = {};
   /// The place that holds the words, where no area or object was found.
   std::optional<PlaceAnswer> place = {};
-  /// What the words matched.
+  /// Match of the words.
   Meaning meaning = {};
   /// The way on the floor, to the pose where there is one, else to the middle of a place. Absent without
   /// poses, or where the frames between were not driven one after the other: then the way is that over the

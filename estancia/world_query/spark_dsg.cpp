@@ -47,7 +47,7 @@ Json boxJson(const char* type, const cv::Vec3d& size, const cv::Vec3d& center, c
           {"world_R_center", quaternionJson(rotation)}};
 }
 
-/// What every semantic node has.
+/// Attributes of every semantic node.
 Json attributesOf(const char* type, const std::string& name, const cv::Vec3d& position, std::uint64_t time) {
   return {{"type", type},
           {"position", vectorJson(position)},

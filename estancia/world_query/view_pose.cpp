@@ -44,7 +44,8 @@ bool ViewPoses::wallBetween(const cv::Point2d& from, const WorldObject& object) 
   const cv::Point2d to = floor_.position({object.center.x, object.center.y, object.center.z});
   const cv::Point2d ray = to - from;
   const double length = std::hypot(ray.x, ray.y), c = std::cos(object.yaw), s = std::sin(object.yaw);
-  // What hangs on a wall lies in its cells, or beside them. Only there: behind it is the wall's other side.
+  // An object on a wall lies in the wall's cells, or beside them. Only there: behind it is the wall's other
+  // side.
   const cv::Point2d half(object.size.x / 2 + cells.cell(), object.size.y / 2 + cells.cell());
   for (double at = 0; at < length; at += cells.cell() / 2) {
     const cv::Point2d point = from + ray * (at / length), off = point - to;

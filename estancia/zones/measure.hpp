@@ -12,7 +12,7 @@
 
 namespace estancia {
 
-/// What cannot be known without rooms or poses is absent.
+/// Values that need rooms or poses are absent without them.
 struct ZoneQuality {
   std::size_t zones = 0, frames = 0, framesWithRoom = 0;
   /// Zones as clusters of the frames whose room is known.

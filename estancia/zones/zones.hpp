@@ -43,7 +43,7 @@ struct ZoneOptions {
   /// For the images of a drive.
   static constexpr double reachOfRun = 0.5;
 
-  /// What the thesis chose: Kolmogorov–Smirnov distance (Eq. 5.1), average linkage, τ_d = 0.5.
+  /// The thesis' choice: Kolmogorov–Smirnov distance (Eq. 5.1), average linkage, τ_d = 0.5.
   static ZoneOptions thesis();
 };
 OptionGroup declare(ZoneOptions& options);
@@ -106,7 +106,7 @@ struct Zones {
   std::vector<RoomWords> rooms = {};
   /// Dendrogram of the frames; absent where they were not clustered all at once.
   std::optional<Dendrogram> dendrogram = {};
-  /// What predicted the zones' rooms, "" for nothing.
+  /// The classifier that predicted the zones' rooms, "" for none.
   std::string classifier = {};
 };
 

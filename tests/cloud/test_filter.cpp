@@ -18,7 +18,7 @@ namespace {
 
 using test::FailsWith;
 
-using test::naN;
+using test::quietNan;
 
 FilterOptions filterBy(const std::string& method, std::size_t points) {
   FilterOptions options;
@@ -40,7 +40,7 @@ PointCloud plane() {
   for (int i = 0; i < 4800; ++i) {
     const int row = i / 80;
     cloud.points.emplace_back(0.01F * static_cast<float>(i % 80), 0.01F * static_cast<float>(row), 1.F);
-    if (i % 10 == 0) cloud.points.back().z = naN;
+    if (i % 10 == 0) cloud.points.back().z = quietNan;
     cloud.colors.emplace_back(i % 256, 1, 2);
   }
   return withGaussianNoise(cloud, 0.002, 1);
@@ -94,7 +94,7 @@ TEST(Filter, ALeafGoesBeforeTheNumberOfPoints) {
 TEST(Filter, RefusesOtherNamesTornCloudsAndNoPoints) {
   EXPECT_THAT([&] { filtered(plane(), filterBy("sieve", 5)); }, FailsWith(ErrorCode::unknownName));
   PointCloud holes;
-  holes.points.assign(12, {naN, naN, naN});
+  holes.points.assign(12, {quietNan, quietNan, quietNan});
   holes.width = 4;
   holes.height = 3;
   for (const char* method : {"voxel", "gng"})

@@ -16,7 +16,7 @@ namespace {
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-using test::naN;
+using test::quietNan;
 constexpr float inf = std::numeric_limits<float>::infinity();
 
 /// `count` points of a bent surface, scaled and moved; every seventh has a coordinate that is not finite.
@@ -27,7 +27,7 @@ std::vector<cv::Point3f> surface(std::size_t count, float scale = 1, float away 
   for (std::size_t i = 0; i < count; ++i) {
     const float u = draw(), v = draw() * draw();  // denser on one side
     points.emplace_back(away + scale * u, away + scale * v, away + scale * (1 + u * u - v * v));
-    if (i % 7 == 3) points.back().y = i % 2 == 0 ? naN : -inf;
+    if (i % 7 == 3) points.back().y = i % 2 == 0 ? quietNan : -inf;
   }
   return points;
 }
@@ -111,7 +111,7 @@ TEST(Neighbors, OneTreeForAnyNumberOfThreads) {
 
 TEST(Neighbors, NothingIsNearNothing) {
   std::vector<Neighbor> buffer;
-  const std::vector<cv::Point3f> holes(40, {naN, 0, 0}), one = {{1, 2, 3}};
+  const std::vector<cv::Point3f> holes(40, {quietNan, 0, 0}), one = {{1, 2, 3}};
   for (const auto& points : {std::vector<cv::Point3f>{}, holes}) {
     const Neighbors none(points);
     EXPECT_EQ(none.size(), 0U);
@@ -120,11 +120,12 @@ TEST(Neighbors, NothingIsNearNothing) {
     none.eachWithin(1, 2, [](std::uint32_t, auto) { FAIL(); });
   }
   const Neighbors tree(one);
-  for (const cv::Point3f& place : {cv::Point3f(naN, 2, 3), cv::Point3f(1, inf, 3), cv::Point3f(1, 2, 5)}) {
+  for (const cv::Point3f& place :
+       {cv::Point3f(quietNan, 2, 3), cv::Point3f(1, inf, 3), cv::Point3f(1, 2, 5)}) {
     EXPECT_THAT(tree.within(place, 1, buffer), IsEmpty());
     EXPECT_THAT(tree.nearest(place, 1, buffer, 1), IsEmpty());
   }
-  EXPECT_THAT(tree.within({1, 2, 3}, naN, buffer), IsEmpty());
+  EXPECT_THAT(tree.within({1, 2, 3}, quietNan, buffer), IsEmpty());
   EXPECT_THAT(tree.within({1, 2, 3}, -1, buffer), IsEmpty());
   EXPECT_THAT(tree.nearest({1, 2, 3}, 0, buffer), IsEmpty());
   EXPECT_THAT(tree.within({1, 2, 3}, inf, buffer), SizeIs(1));

@@ -18,7 +18,7 @@ namespace {
 
 using test::FailsWith;
 
-using test::naN;
+using test::quietNan;
 
 using test::cloudOf;
 
@@ -51,12 +51,12 @@ TEST(Noise, OfADepthCameraGrowsWithDepth) {
   }
   EXPECT_EQ(withDepthNoise(cloudOf(points), 0.002, 0.001, 4).points, noisy.points);
   EXPECT_THAT([&] { withDepthNoise(noisy, -1, 0, 1); }, FailsWith(ErrorCode::invalidOption));
-  EXPECT_THAT([&] { withDepthNoise(noisy, 0, naN, 1); }, FailsWith(ErrorCode::invalidOption));
+  EXPECT_THAT([&] { withDepthNoise(noisy, 0, quietNan, 1); }, FailsWith(ErrorCode::invalidOption));
 }
 
 // The numbers themselves, so that no standard library's own distribution slips in.
 TEST(Noise, IsTheSameEverywhere) {
-  const PointCloud noisy = withGaussianNoise(cloudOf({{0, 0, 0}, {naN, 1, 1}, {0, 0, 0}}), 1, 42);
+  const PointCloud noisy = withGaussianNoise(cloudOf({{0, 0, 0}, {quietNan, 1, 1}, {0, 0, 0}}), 1, 42);
   EXPECT_EQ(noisy.points[0], withGaussianNoise(cloudOf({{0, 0, 0}}), 1, 42).points[0]);
   EXPECT_TRUE(std::isnan(noisy.points[1].x));
   EXPECT_NE(noisy.points[2], noisy.points[0]);
@@ -82,7 +82,7 @@ TEST(Resolution, IsTheDistanceToTheNextPlace) {
   for (int copy = 0; copy < 9; ++copy) twice.points.insert(twice.points.end(), once.begin(), once.end());
   EXPECT_NEAR(resolutionOf(twice), 0.0101, 0.0002);
   EXPECT_EQ(resolutionOf(PointCloud()), 0);
-  EXPECT_EQ(resolutionOf(cloudOf({{1, 2, 3}, {naN, 1, 1}})), 0);
+  EXPECT_EQ(resolutionOf(cloudOf({{1, 2, 3}, {quietNan, 1, 1}})), 0);
   EXPECT_EQ(resolutionOf(cloudOf(std::vector<cv::Point3f>(1000, {1, 2, 3}))), 0);
   EXPECT_EQ(resolutionOf(cloudOf({{0, 0, 0}, {3, 4, 0}})), 5);
 }

@@ -29,7 +29,7 @@ using test::FailsWith;
 using ::testing::Each;
 using ::testing::Truly;
 
-using test::naN;
+using test::quietNan;
 
 bool isNone(const cv::Point3f& n) {
   return std::isnan(n.x) && std::isnan(n.y) && std::isnan(n.z);
@@ -88,7 +88,7 @@ TEST(Normals, OfASphereInAnyUnit) {
 
 TEST(Normals, AtOtherPlacesThanThePoints) {
   const Neighbors plane(grid(20, {0, 0, 1}, {0.1F, 0, 0}, {0, 0.1F, 0}));
-  const std::vector<cv::Point3f> places = {{1.03F, 1.02F, 1.1F}, {50, 0, 1}, {naN, 0, 1}};
+  const std::vector<cv::Point3f> places = {{1.03F, 1.02F, 1.1F}, {50, 0, 1}, {quietNan, 0, 1}};
   const auto normals = estimateNormals(places, plane, within(0.3));
   EXPECT_LT(cv::norm(normals[0] - cv::Point3f(0, 0, -1)), 1e-5);
   EXPECT_TRUE(isNone(normals[1]));

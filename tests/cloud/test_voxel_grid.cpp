@@ -27,14 +27,14 @@ namespace {
 
 using test::FailsWith;
 
-using test::naN;
+using test::quietNan;
 
 using test::cloudOf;
 
 TEST(VoxelGrid, MeansOfPointsColorsAndNormals) {
-  PointCloud cloud = cloudOf({{1.2F, 0.5F, -0.5F}, {-0.1F, 0, 0}, {1.6F, 0.7F, -0.7F}, {naN, 1, 1}});
+  PointCloud cloud = cloudOf({{1.2F, 0.5F, -0.5F}, {-0.1F, 0, 0}, {1.6F, 0.7F, -0.7F}, {quietNan, 1, 1}});
   for (const int c : {10, 20, 13, 99}) cloud.colors.emplace_back(c, 255 - c, 0);
-  cloud.normals = {{1, 0, 0}, {naN, naN, naN}, {0, 1, 0}, {0, 0, 1}};
+  cloud.normals = {{1, 0, 0}, {quietNan, quietNan, quietNan}, {0, 1, 0}, {0, 0, 1}};
   const PointCloud grid = voxelGrid(cloud, 1);
   ASSERT_EQ(grid.points.size(), 2U);
   EXPECT_EQ(grid.width, 2U);
@@ -65,7 +65,7 @@ TEST(VoxelGrid, RefusesLeavesThatAreNone) {
     EXPECT_THAT([&] { voxelGrid(cloud, leaf); }, FailsWith(ErrorCode::invalidOption)) << leaf;
   EXPECT_THAT([&] { findLeaf(cloud, 0); }, FailsWith(ErrorCode::invalidOption));
   EXPECT_THAT([&] { findLeaf({}, 3); }, FailsWith(ErrorCode::invalidInput));
-  EXPECT_THAT([&] { findLeaf(cloudOf({{naN, 0, 0}}), 3); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { findLeaf(cloudOf({{quietNan, 0, 0}}), 3); }, FailsWith(ErrorCode::invalidInput));
   EXPECT_TRUE(voxelGrid({}, 1).points.empty());
 }
 

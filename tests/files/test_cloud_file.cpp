@@ -23,7 +23,7 @@ namespace {
 using test::FailsWith;
 using ::testing::IsEmpty;
 
-using test::naN;
+using test::quietNan;
 
 PointCloud organized() {
   PointCloud cloud;
@@ -31,9 +31,10 @@ PointCloud organized() {
   cloud.height = 2;
   for (int i = 0; i < 6; ++i) {
     const auto f = static_cast<float>(i);
-    cloud.points.emplace_back(i == 4 ? naN : f / 3, -f, 1e6F + f);
+    cloud.points.emplace_back(i == 4 ? quietNan : f / 3, -f, 1e6F + f);
     cloud.colors.emplace_back(10 * i, 200 + i, i);
-    cloud.normals.emplace_back(i == 2 ? cv::Point3f(naN, naN, naN) : cv::Point3f(0, 0.6F, -0.8F));
+    cloud.normals.emplace_back(i == 2 ? cv::Point3f(quietNan, quietNan, quietNan)
+                                      : cv::Point3f(0, 0.6F, -0.8F));
   }
   return cloud;
 }

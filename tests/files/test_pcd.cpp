@@ -21,7 +21,7 @@ namespace {
 using test::bytesOf;
 using test::FailsWith;
 using test::Mentions;
-using test::naN;
+using test::quietNan;
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
@@ -72,8 +72,8 @@ void expectTwoPoints(const PointCloud& cloud) {
 TEST_F(Pcd, ReadsItsThreeForms) {
   expectTwoPoints(read(header("ascii") + "1 -2.5 3\n4 5 nan\n"));
   expectTwoPoints(read(header("ascii") + "1 -2.5\t3\r\n\n 4 5 -nan"));
-  expectTwoPoints(read(header("binary") + floats({1, -2.5F, 3, 4, 5, naN}) + "padding"));
-  expectTwoPoints(read(header("binary_compressed") + packed(floats({1, 4, -2.5F, 5, 3, naN}))));
+  expectTwoPoints(read(header("binary") + floats({1, -2.5F, 3, 4, 5, quietNan}) + "padding"));
+  expectTwoPoints(read(header("binary_compressed") + packed(floats({1, 4, -2.5F, 5, 3, quietNan}))));
   expectTwoPoints(
       read("FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 2\nHEIGHT 1\nDATA ascii\n1 -2.5 3\n4 5 nan\n"));
 }
@@ -253,7 +253,7 @@ TEST_F(Ply, ReadsItsThreeForms) {
   expectTwoPlyPoints(read(header("ascii", kPoints + faces) + "1 -2.5\t3\r\n4 5 nan\n3 0 1 0"));
   for (const bool big : {false, true}) {
     std::string data;
-    for (const float value : {1.F, -2.5F, 3.F, 4.F, 5.F, naN}) data += bytesOf(value, big);
+    for (const float value : {1.F, -2.5F, 3.F, 4.F, 5.F, quietNan}) data += bytesOf(value, big);
     const std::string format = big ? "binary_big_endian" : "binary_little_endian";
     expectTwoPlyPoints(read(header(format, kPoints) + data));
     data += "\x02";
@@ -289,7 +289,7 @@ TEST_F(Ply, TakesOtherNumbersAndPassesOverTheRest) {
 
 PointCloud three() {
   PointCloud cloud;
-  cloud.points = {{0.1F, 1e-8F, -3}, {naN, 1, 1}, {1.F / 3, 2e7F, 5}};
+  cloud.points = {{0.1F, 1e-8F, -3}, {quietNan, 1, 1}, {1.F / 3, 2e7F, 5}};
   for (const int c : {1, 4, 255}) cloud.colors.emplace_back(c, c / 2, 255 - c);
   cloud.normals = {{0, 0, -1}, {1, 0, 0}, {0.6F, 0.8F, 0}};
   cloud.width = 3;

@@ -31,7 +31,7 @@ using test::View;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-using test::naN;
+using test::quietNan;
 const View kView;
 const Shape table = level(0);
 const Shape kBox = box({0, 0, 0}, {0.16, 0.1, 0.12}, 0.5);
@@ -247,7 +247,7 @@ TEST(Clusters, OnlyAsSmallAsAskedFor) {
 
 TEST(Clusters, NothingIsNoError) {
   for (const cv::Size size : {cv::Size(64, 48), cv::Size(1, 1), cv::Size(3, 2), cv::Size(1, 48)})
-    for (const float z : {0.F, naN, -1.F, 1e30F, 1e-30F, std::numeric_limits<float>::infinity()}) {
+    for (const float z : {0.F, quietNan, -1.F, 1e30F, 1e-30F, std::numeric_limits<float>::infinity()}) {
       const Clusters found = findClusters(cv::Mat(size, CV_32F, cv::Scalar(z)), kView.camera);
       EXPECT_THAT(found.planes, IsEmpty()) << size << z;
       EXPECT_THAT(found.clusters, IsEmpty()) << size << z;

@@ -28,7 +28,7 @@ using test::View;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-using test::naN;
+using test::quietNan;
 
 View lookingAtATable() {
   View view;
@@ -115,7 +115,7 @@ TEST(CloudClusters, NothingIsNoError) {
   ClusterOptions options;
   options.minPoints = 1;
   EXPECT_THAT(findClusters(PointCloud(), options).clusters, IsEmpty());
-  EXPECT_THAT(findClusters(cloudOf({{naN, 0, 0}, {0, naN, 1}}), options).clusters, IsEmpty());
+  EXPECT_THAT(findClusters(cloudOf({{quietNan, 0, 0}, {0, quietNan, 1}}), options).clusters, IsEmpty());
   EXPECT_THAT(findClusters(cloudOf(std::vector(6, cv::Point3f(0, 0, 0))), options).clusters, IsEmpty())
       << "not measured";
   for (const std::size_t count : {1, 2, 1000}) {
@@ -144,7 +144,7 @@ TEST(PointsOf, TakesColorsAndNormalsAlong) {
   PointCloud cloud = cloudOf({{1, 0, 0}, {2, 0, 0}, {3, 0, 0}, {4, 0, 0}});
   cloud.width = cloud.height = 2;
   cloud.colors = {{1, 0, 0}, {2, 0, 0}, {3, 0, 0}, {4, 0, 0}};
-  cloud.normals = {{0, 0, 1}, {0, 1, 0}, {1, 0, 0}, {naN, naN, naN}};
+  cloud.normals = {{0, 0, 1}, {0, 1, 0}, {1, 0, 0}, {quietNan, quietNan, quietNan}};
   cloud.viewpoint = Pose{1, 2, 3};
   const PointCloud part = pointsOf(cloud, {0, 2});
   EXPECT_EQ(part.width, 2U);
@@ -173,7 +173,7 @@ TEST(IsFlat, OnePlaneWithinNoise) {
   EXPECT_FALSE(isFlat(sheet(1, 0.0014 * 4, 0)));
   EXPECT_FALSE(isFlat(sheet(1, 0.0014, 0.5)));  // two faces
   PointCloud holed = sheet(1, 0.0014, 0);
-  for (std::size_t i = 0; i < holed.points.size(); i += 3) holed.points[i].z = naN;
+  for (std::size_t i = 0; i < holed.points.size(); i += 3) holed.points[i].z = quietNan;
   EXPECT_TRUE(isFlat(holed));
   PointCloud far = sheet(1, 0.0014 * 4, 0);
   far.viewpoint = Pose{0, 0, -1};

@@ -11,7 +11,7 @@
 
 namespace estancia::test {
 
-constexpr float naN = std::numeric_limits<float>::quiet_NaN();
+constexpr float quietNan = std::numeric_limits<float>::quiet_NaN();
 
 /// Bytes in the machine's order, or swapped.
 template <class T>

@@ -20,10 +20,10 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int homeWorldsVersion = 1;  // version of the code below: cells of another one are computed anew
-const std::string given = "given poses", own = "own odometry";
+const std::string givenPoses = "given poses", ownOdometry = "own odometry";
 
 Choices waysToPoses() {
-  return {{given, "the true poses of the drive"}, {own, "tracked from depth in the same pass"}};
+  return {{givenPoses, "the true poses of the drive"}, {ownOdometry, "tracked from depth in the same pass"}};
 }
 
 /// Maps a drive whose frames are labeled. Returns the seconds that it took.
@@ -180,7 +180,7 @@ Findings mapHomeWorlds(const HomeWorldsOptions& options, Grid& grid, const Exper
     return fmt::format("{} {} {}", homeWorldsVersion, digest, digestOfThings(drive.images.path));
   };
   const auto compute = [&](LabeledDrives& labeled, const NamedDrive& drive, std::size_t way) {
-    return mapHome(labeled, drive, options.poses[way] == given, classes);
+    return mapHome(labeled, drive, options.poses[way] == givenPoses, classes);
   };
   return studyDrives({options.models, options.drives, options.poses, inputs, compute}, worldFindings, grid,
                      run, progress);

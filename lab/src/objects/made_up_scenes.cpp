@@ -12,7 +12,7 @@
 namespace estancia::experiments {
 namespace {
 
-constexpr double never = HUGE_VAL;
+constexpr double infiniteDistance = HUGE_VAL;
 const std::array<std::string, 7> categories{"clutter", "side by side", "gaps",   "coaxial",
                                             "stacks",  "slits",        "printed"};
 
@@ -28,7 +28,7 @@ struct Body {
 };
 
 struct Hit {
-  double t = never;
+  double t = infiniteDistance;
   const Body* body = nullptr;
   cv::Vec3d normal, local;  ///< normal of the surface; the point in the body, −1 … 1 of its half sizes
 };
@@ -39,7 +39,7 @@ void cast(const Body& body, const cv::Vec3d& from, const cv::Vec3d& ray, Hit& ne
                   d = from - middle;
   const cv::Vec3d o(c * d[0] + s * d[1], -s * d[0] + c * d[1], d[2]),
       r(c * ray[0] + s * ray[1], -s * ray[0] + c * ray[1], ray[2]);
-  double in = -never, out = never;
+  double in = -infiniteDistance, out = infiniteDistance;
   cv::Vec3d normal;
   const auto slab = [&](int k) {
     double a = (-half[k] - o[k]) / r[k], b = (half[k] - o[k]) / r[k];

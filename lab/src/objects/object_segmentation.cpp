@@ -85,11 +85,11 @@ void add(CellResults& results, const std::string& prefix, const SegmentationScor
   results.push_back({prefix + "mean_iou", "", score.objects == 0 ? 0 : score.iou / objects});
 }
 
-const std::pair<const char*, PrecisionRecall SegmentationMeasures::*> kinds[] = {
+const std::pair<const char*, PrecisionRecall SegmentationMeasures::*> measureKinds[] = {
     {"overlap_", &SegmentationMeasures::overlap}, {"boundary_", &SegmentationMeasures::boundary}};
 
 void add(CellResults& results, const std::string& prefix, const SegmentationMeasures& measures) {
-  for (const auto& [name, kind] : kinds) {
+  for (const auto& [name, kind] : measureKinds) {
     const PrecisionRecall& values = measures.*kind;
     results.push_back({prefix + name + "precision", "", values.precision});
     results.push_back({prefix + name + "recall", "", values.recall});
@@ -138,7 +138,7 @@ SegmentedScene read(const ObjectScene& scene, const CellResults& results) {
   };
   const auto measures = [&](const std::string& prefix) {
     SegmentationMeasures all;
-    for (const auto& [name, kind] : kinds)
+    for (const auto& [name, kind] : measureKinds)
       all.*kind = {get(prefix + name + "precision"), get(prefix + name + "recall"), get(prefix + name + "f")};
     all.atThreeQuarters = get(prefix + "f_above_75");
     return all;

@@ -9,7 +9,7 @@
 namespace estancia::experiments {
 namespace {
 
-const std::string allRooms = "(all)";
+const std::string allRoomsRow = "(all)";
 
 using NamedCells = std::vector<std::pair<std::string, CellResults>>;
 
@@ -18,7 +18,7 @@ std::vector<std::string> pointsOf(const NamedCells& rows, const std::string& mea
   std::vector<std::string> points;
   for (const auto& [name, cell] : rows)
     for (const CellResult& result : cell)
-      if (result.measure == measure && result.at != allRooms &&
+      if (result.measure == measure && result.at != allRoomsRow &&
           std::ranges::find(points, result.at) == points.end())
         points.push_back(result.at);
   return points;
@@ -40,7 +40,7 @@ ResultTable accuraciesOf(const std::string& task, const NamedCells& rows) {
            {"sure", {"sure", 3}},
            {"sure_accuracy", {"right of the sure", 3}}})
     measures.push_back(
-        {column, [name = measure](const CellResults& cell) { return valueOf(cell, name, allRooms); }});
+        {column, [name = measure](const CellResults& cell) { return valueOf(cell, name, allRoomsRow); }});
   return pivot(ResultTable{task,
                            "Images by themselves, and pooled over groups of images of one room. Chance: the "
                            "share of the most frequent room. From, to: intervals of 95 %. Sure: the share of "
@@ -94,7 +94,7 @@ Findings roomsByNameFindings(const DriveResults& results) {
     const auto best = [&](const char* measure) {
       double most = 0;
       for (std::size_t m = 0; m < results.models.size(); ++m)
-        most = std::max(most, valueOf(results.of(m, d), measure, allRooms).value_or(0));
+        most = std::max(most, valueOf(results.of(m, d), measure, allRoomsRow).value_or(0));
       return 100 * most;
     };
     shares += fmt::format("{}{:.1f} % of the images and {:.1f} % of the groups of {}", d == 0 ? "" : ", ",
