@@ -28,7 +28,7 @@ constexpr float minArea = 0.001F;  // smaller squared areas are degenerate [voxe
 constexpr int outsideBin = 7, triangleOutsideBin = 21;
 // … and one with so few that are not marked is inside.
 constexpr int insideBin = 1, triangleInsideBin = 3;
-constexpr std::array<float, 10> weights{0.5F, 0.5F, 0.5F, 0.5F, 0.5F, 1, 0.5F, 2, 2, 1};
+constexpr std::array<float, 10> histogramWeights{0.5F, 0.5F, 0.5F, 0.5F, 0.5F, 1, 0.5F, 2, 2, 1};
 
 enum Where : std::size_t { inside, outside, mixed };
 using Histogram = std::array<float, bins>;
@@ -215,7 +215,7 @@ std::vector<float> esf(const PointCloud& cloud, const EsfOptions& options) {
 
   std::vector<float> descriptor;
   for (std::size_t h = 0; h < histograms.size(); ++h)
-    for (const float v : histograms[h]) descriptor.push_back(v * weights[h]);
+    for (const float v : histograms[h]) descriptor.push_back(v * histogramWeights[h]);
   const float sum = std::accumulate(descriptor.begin(), descriptor.end(), 0.0F);
   for (float& v : descriptor) v /= sum;
   return descriptor;

@@ -13,7 +13,7 @@ constexpr double behindMargin = 0.05;        // beyond which a point lies behind
 constexpr double depthNoise = 0.005;         // and its growth with depth [m at 1 m]: 4 σ of a Kinect
 constexpr double few = 0.02;                 // share of what is seen
 constexpr double shallow = 0.2, deep = 0.9;  // depth of furniture [m]
-constexpr double beside = 0.3;               // gap between a piece of furniture and the wall beside it [m]
+constexpr double wallGap = 0.3;              // gap between a piece of furniture and the wall beside it [m]
 constexpr double smallWall = 0.2;            // share of the area of what may stand before it
 constexpr double wallThickness = 0.25;       // [m]
 constexpr int minConvex = 10;                // pixels of an edge
@@ -93,8 +93,8 @@ void findUpperEdge(const InverseDepth& grid, const PlaneRemoval& removal, std::s
 bool isWallBehind(const Plane& wall, const PlaneView& wallView, const Plane& front, const PlaneView& view) {
   const double gap = front.offset - wall.offset;
   return wall.normal.dot(front.normal) > parallel && gap > shallow && gap < deep &&
-         wall.area > smallWall * front.area && wallView.left < view.right + beside &&
-         view.left < wallView.right + beside;
+         wall.area > smallWall * front.area && wallView.left < view.right + wallGap &&
+         view.left < wallView.right + wallGap;
 }
 
 /// For each pair of planes: number of pixels at convex edges between them, less three times the others.
