@@ -27,7 +27,7 @@ Taken takenBy(const std::function<Deadline()>& deadline) {
   test::CountingLabeler labeler(labeled.vocabulary.labels(), {0.7F, 0.1F, 0.1F, 0.1F});
   MappingSession session =
       MappingSession::create(folder / "flat.estancia", labeled.vocabulary, labeled.model, {});
-  WorldMapper world(session, {}, &labeler);
+  WorldMapper world(session, &labeler);
   const auto hear = [](int, const std::optional<Pose>&) {};
   for (std::size_t i = 0; i < drive.size(); ++i)
     world.add(

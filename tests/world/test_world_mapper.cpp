@@ -1,6 +1,5 @@
 // A map that keeps areas beside its places, in one pass, through interruptions and corrections.
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/areas/areas.hpp"
 #include "estancia/world/world_mapper.hpp"
 
 #include <gmock/gmock.h>
@@ -13,6 +12,7 @@
 #include <set>
 #include <utility>
 
+#include "estancia/areas/areas.hpp"
 #include "estancia/core/pose.hpp"
 #include "estancia/labelers/labeler.hpp"
 #include "estancia/map_file/sqlite.hpp"
@@ -237,7 +237,7 @@ TEST(WorldMapper, LeavesOutViewsThatAreTooFarAway) {
   const DescriptorSequence labeled = drive.labeled();
   MappingSession session =
       MappingSession::create(folder / "far.estancia", labeled.vocabulary, labeled.model, MapperOptions{});
-  WorldMapper world(session, {}, &labeler);
+  WorldMapper world(session, &labeler);
   for (std::size_t i = 0; i < drive.size(); ++i) {
     const std::size_t asked = labeler.asked;
     world.observe(drive.frame(i), labeled.descriptors.row(i), drive.image(i), depths[i], *drive.intrinsics());
