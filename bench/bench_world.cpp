@@ -79,7 +79,7 @@ void drive(const std::string& path, std::size_t count, const fs::path& map, bool
   std::vector<std::string> names;
   for (std::size_t w = 0; w < labels; ++w) names.push_back(fmt::format("word {}", w));
   auto session = MappingSession::create(map, Vocabulary(names), "bench", {}, ExistingMap::replace);
-  WorldMapper world(session, {}, nullptr, tracked ? std::optional(camera) : std::nullopt);
+  WorldMapper world(session, nullptr, tracked ? std::optional(camera) : std::nullopt);
   const auto now = [] { return std::chrono::steady_clock::now(); };
   const auto seconds = [&](auto since) { return std::chrono::duration<double>(now() - since).count(); };
   fmt::print("{:>8} {:>8} {:>10} {:>10} {:>10} {:>10}\n", "frames", "places", "ms/frame", "worst ms",

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Drives: those of a map, what changed between them, maps merged, a drive undone.
 #include "estancia/query/drives.hpp"
-#include "estancia/core/options.hpp"
 
 #include "call.hpp"
+#include "estancia/core/options.hpp"
 #include "estancia/joining/merge_maps.hpp"
 #include "estancia/world_file/world_map.hpp"
 #include "estancia/world_query/changes.hpp"

@@ -9,6 +9,7 @@
 #include "estancia/sources/frame_source.hpp"
 #include "estancia/world/world_mapper.hpp"
 #include "estancia/world_file/world_map.hpp"
+#include "estancia/world_file/world_options.hpp"
 #include "options.hpp"
 #include "values.hpp"
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Semantic zones: found in a run at once, or while it goes on.
 #include "estancia/zones/zones.hpp"
-#include "estancia/report/measures.hpp"
 
 #include "arrays.hpp"
 #include "call.hpp"
 #include "estancia/map_file/map.hpp"
+#include "estancia/report/measures.hpp"
 #include "estancia/report/zones_page.hpp"
 #include "estancia/words/label_concepts.hpp"
 #include "estancia/zones/measure.hpp"

@@ -9,6 +9,7 @@
 
 #include "estancia/files/home_plan.hpp"
 #include "estancia/readers/home_truth.hpp"
+#include "estancia/readers/open_sequence.hpp"
 #include "estancia/sequences/sequence.hpp"
 #include "support/errors.hpp"
 #include "support/images.hpp"

@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "estancia/readers/open_sequence.hpp"
 #include "estancia/sequences/sequence.hpp"
 #include "support/errors.hpp"
 #include "support/images.hpp"

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "estancia/core/error.hpp"
+#include "estancia/words/label_concepts.hpp"
 #include "sample_zones.hpp"
 #include "support/errors.hpp"
 #include "support/html_checks.hpp"

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/files/home_plan.hpp"
 #include "estancia/report/zones_page.hpp"
 
 #include <gmock/gmock.h>
@@ -9,7 +8,9 @@
 #include <regex>
 
 #include "estancia/core/error.hpp"
+#include "estancia/files/home_plan.hpp"
 #include "estancia/map_file/store.hpp"
+#include "estancia/words/label_concepts.hpp"
 #include "sample_zones.hpp"
 #include "support/errors.hpp"
 #include "support/html_checks.hpp"

@@ -17,7 +17,7 @@ inline void mapUpTo(const Sequence& drive, const DescriptorSequence& labeled, st
       std::filesystem::exists(file)
           ? MappingSession::resume(file, labeled.vocabulary, labeled.model)
           : MappingSession::create(file, labeled.vocabulary, labeled.model, MapperOptions{});
-  WorldMapper world(session, {}, labeler);
+  WorldMapper world(session, labeler);
   for (std::size_t i = session.frames(); i < end; ++i) {
     world.observe(drive.frame(i), labeled.descriptors.row(i), drive.image(i), drive.depth(i),
                   *drive.intrinsics());

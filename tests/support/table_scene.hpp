@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "estancia/core/camera.hpp"
+#include "estancia/readers/open_sequence.hpp"
 #include "estancia/sequences/sequence.hpp"
 
 namespace estancia::test {

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/words/dictionary.hpp"
 #include "estancia/words/installed_words.hpp"
-#include "estancia/words/load_words.hpp"
-#include "estancia/words/word_associations.hpp"
-#include "estancia/words/word_graph.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -14,6 +11,9 @@
 #include <optional>
 #include <thread>
 
+#include "estancia/words/load_words.hpp"
+#include "estancia/words/word_associations.hpp"
+#include "estancia/words/word_graph.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 #include "words/tiny_wordnet.hpp"

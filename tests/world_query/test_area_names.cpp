@@ -1,6 +1,5 @@
 // What areas are called: by people, else by a room classifier, else by their words.
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/words/wordnet.hpp"
 #include "estancia/world_file/area_names.hpp"
 
 #include <gmock/gmock.h>
@@ -9,6 +8,7 @@
 #include "estancia/map_file/sqlite.hpp"
 #include "estancia/session/session.hpp"
 #include "estancia/words/installed_words.hpp"
+#include "estancia/words/wordnet.hpp"
 #include "estancia/world_file/edit_areas.hpp"
 #include "estancia/world_query/ask_world.hpp"
 #include "estancia/world_query/map_region.hpp"

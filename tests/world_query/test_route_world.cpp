@@ -1,7 +1,5 @@
 // Ways to areas and objects, around what is to be avoided.
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/world_query/driven_way.hpp"
-#include "estancia/world_query/map_region.hpp"
 #include "estancia/world_query/route_world.hpp"
 
 #include <fmt/format.h>
@@ -14,6 +12,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "estancia/world_query/driven_way.hpp"
+#include "estancia/world_query/map_region.hpp"
 #include "estancia/world_query/view_pose.hpp"
 #include "estancia/world_query/world_json.hpp"
 #include "support/errors.hpp"

@@ -1,6 +1,5 @@
 // Zones that are kept while a robot drives, beside those of the whole run at once.
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/zones/stream_agreement.hpp"
 #include "estancia/zones/zone_stream.hpp"
 
 #include <gmock/gmock.h>
@@ -11,6 +10,7 @@
 #include <set>
 
 #include "estancia/stats/clustering_agreement.hpp"
+#include "estancia/zones/stream_agreement.hpp"
 #include "recordings.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"

@@ -18,6 +18,7 @@
 #include "estancia/localization/localizer.hpp"
 #include "estancia/query/quality.hpp"
 #include "estancia/readers/home_truth.hpp"
+#include "estancia/readers/open_sequence.hpp"
 #include "places/mapped_drive.hpp"
 #include "runner/config_lists.hpp"
 #include "runner/drive_grid.hpp"

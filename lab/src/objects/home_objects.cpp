@@ -12,6 +12,7 @@
 #include "estancia/core/pose.hpp"
 #include "estancia/objects/instance_accuracy.hpp"
 #include "estancia/objects/instance_map.hpp"
+#include "estancia/readers/open_sequence.hpp"
 #include "estancia/world_file/observation.hpp"
 #include "findings/pivot.hpp"
 #include "runner/subjects.hpp"

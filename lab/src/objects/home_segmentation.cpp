@@ -12,6 +12,7 @@
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/readers/home_truth.hpp"
+#include "estancia/readers/open_sequence.hpp"
 #include "estancia/sequences/sequence.hpp"
 #include "findings/pivot.hpp"
 #include "runner/config_lists.hpp"

@@ -35,7 +35,7 @@ double mapWorld(LabeledDrives& labeled, const LabeledDrive& drive, bool withPose
   const auto begin = std::chrono::steady_clock::now();
   auto session =
       MappingSession::create(file, recording.vocabulary, recording.model, {}, ExistingMap::replace);
-  WorldMapper world(session, {}, &labeled.labeler(),
+  WorldMapper world(session, &labeled.labeler(),
                     withPoses ? std::nullopt : std::optional(*drive.images->intrinsics()));
   for (std::size_t i = 0; i < recording.frames.size(); ++i) {
     if (interrupted()) throw Interrupted("");

@@ -64,7 +64,7 @@ void mapInto(const std::filesystem::path& file, const View& view, LabeledDrives&
   std::vector<std::string> names;
   for (const Frame& frame : recording.frames) names.push_back(frame.name);
   std::optional<WorldMapper> world;
-  if (view.hasDepth) world.emplace(session, std::nullopt, &labeled.labeler());
+  if (view.hasDepth) world.emplace(session, &labeled.labeler());
   session.beginDrive({.name = view.drive.images->name()});
   if (world) world->beginDrive();
   const std::vector<std::size_t> numbers =

@@ -13,6 +13,7 @@
 #include "estancia/core/progress.hpp"
 #include "estancia/findings/findings.hpp"
 #include "estancia/labelers/labeler.hpp"
+#include "estancia/readers/open_sequence.hpp"
 #include "estancia/sequences/descriptor_sequence.hpp"
 #include "findings/pivot.hpp"
 #include "runner/experiment.hpp"

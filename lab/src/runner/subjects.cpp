@@ -10,6 +10,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/plus_names.hpp"
 #include "estancia/labelers/model.hpp"
+#include "estancia/readers/open_sequence.hpp"
 #include "estancia/sequences/descriptor_sequence.hpp"
 #include "runner/config_lists.hpp"
 

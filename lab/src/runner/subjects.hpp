@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "estancia/core/config.hpp"
+#include "estancia/readers/open_sequence.hpp"
 #include "estancia/sequences/sequence.hpp"
 #include "runner/experiment.hpp"
 

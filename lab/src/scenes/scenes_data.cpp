@@ -17,6 +17,7 @@
 #include "estancia/describe/table_features.hpp"
 #include "estancia/files/csv.hpp"
 #include "estancia/labelers/model.hpp"
+#include "estancia/readers/open_sequence.hpp"
 #include "estancia/sequences/descriptor_sequence.hpp"
 #include "estancia/sequences/feature_table.hpp"
 #include "places/room_table.hpp"
