@@ -25,6 +25,8 @@
 #include "estancia/files/files.hpp"
 #include "estancia/findings/confusion_findings.hpp"
 #include "estancia/findings/findings_page.hpp"
+#include "estancia/readers/formats.hpp"
+#include "estancia/readers/open_sequence.hpp"
 #include "estancia/sequences/listed_sequence.hpp"
 #include "estancia/stats/proportion.hpp"
 #include "estancia/words/room_words.hpp"

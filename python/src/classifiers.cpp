@@ -8,6 +8,7 @@
 #include "estancia/core/fail.hpp"
 #include "estancia/describe/features.hpp"
 #include "estancia/label/label_stream.hpp"
+#include "estancia/readers/open_sequence.hpp"
 #include "estancia/sequences/sequence.hpp"
 #include "estancia/words/installed_words.hpp"
 #include "estancia/words/word_graph.hpp"

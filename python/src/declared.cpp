@@ -15,6 +15,7 @@
 #include "estancia/odometry/rgbd.hpp"
 #include "estancia/query/export.hpp"
 #include "estancia/query/route.hpp"
+#include "estancia/readers/open_sequence.hpp"
 #include "estancia/recognition/recognition_options.hpp"
 #include "estancia/sequences/descriptor_sequence.hpp"
 #include "estancia/sequences/sequence.hpp"

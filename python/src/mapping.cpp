@@ -9,6 +9,7 @@
 #include "estancia/labelers/recorded_labeler.hpp"
 #include "estancia/localization/localizer.hpp"
 #include "estancia/mapper/mapper.hpp"
+#include "estancia/readers/open_sequence.hpp"
 #include "estancia/sequences/sequence.hpp"
 #include "estancia/session/session.hpp"
 #include "estancia/world/map_sequence.hpp"

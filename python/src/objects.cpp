@@ -9,6 +9,7 @@
 #include "estancia/objects/predict.hpp"
 #include "estancia/objects/training.hpp"
 #include "estancia/readers/object_views.hpp"
+#include "estancia/readers/open_sequence.hpp"
 #include "estancia/sequences/sequence.hpp"
 #include "options.hpp"
 #include "sequence_labels.hpp"

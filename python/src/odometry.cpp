@@ -4,6 +4,7 @@
 #include "call.hpp"
 #include "estancia/odometry/rgbd.hpp"
 #include "estancia/odometry/tracker.hpp"
+#include "estancia/readers/open_sequence.hpp"
 #include "estancia/sequences/sequence.hpp"
 #include "options.hpp"
 #include "values.hpp"

@@ -5,6 +5,7 @@
 #include <pybind11/pybind11.h>
 
 #include "estancia/core/options.hpp"
+#include "estancia/readers/open_sequence.hpp"
 
 namespace estancia::python {
 
