@@ -25,6 +25,7 @@
 #include "estancia/files/files.hpp"
 #include "estancia/findings/confusion_findings.hpp"
 #include "estancia/findings/findings_page.hpp"
+#include "estancia/map_file/places.hpp"
 #include "estancia/readers/formats.hpp"
 #include "estancia/readers/open_sequence.hpp"
 #include "estancia/sequences/listed_sequence.hpp"

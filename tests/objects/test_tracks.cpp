@@ -98,8 +98,6 @@ TEST(Tracks, AFrameWithoutAPoseGoesByThePixels) {
 }
 
 TEST(Tracks, RefuseWhatTheyCannotWorkWith) {
-  EXPECT_THAT([] { Tracks({.maxDistance = -1}); }, FailsWith(ErrorCode::invalidOption));
-  EXPECT_THAT([] { Tracks({.minOverlap = 1.5}); }, FailsWith(ErrorCode::invalidOption));
   EXPECT_THAT([] { Tracks().follow({}, {}, {}); }, FailsWith(ErrorCode::invalidInput));
 }
 

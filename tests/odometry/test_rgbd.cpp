@@ -165,9 +165,8 @@ TEST(Rgbd, RefusesWhatCannotBeTracked) {
 TEST(Rgbd, RefusesOptionsOutOfRange) {
   const Drive drive({Pose{}});
   EXPECT_THAT(refusal(drive, {.term = "sonar"}), FailsWith(ErrorCode::unknownName));
-  const RgbdOptions wrong[] = {
-      {.maxWidth = 10}, {.maxDepth = std::nan("")}, {.keyframeOverlap = 1.5}, {.keyframeOverlap = 0.2},
-      {.maxRmse = 0},   {.minLoopFeatures = 3},     {.threads = -1}};
+  const RgbdOptions wrong[] = {{.maxWidth = 10},         {.maxDepth = std::nan("")}, {.keyframeOverlap = 1.5},
+                               {.keyframeOverlap = 0.2}, {.minLoopFeatures = 3},     {.threads = -1}};
   for (const RgbdOptions& options : wrong)
     EXPECT_THAT(refusal(drive, options), FailsWith(ErrorCode::invalidOption)) << &options - wrong;
 }

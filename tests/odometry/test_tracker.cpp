@@ -203,7 +203,7 @@ TEST(RgbdTracker, RefusesADamagedState) {
   };
   EXPECT_FALSE(refusal(good).code);
   EXPECT_FALSE(refusal(good, {.threads = 1}).code);
-  EXPECT_THAT(refusal(good, {.minOverlap = 0.3}), FailsWith(ErrorCode::mismatch));
+  EXPECT_THAT(refusal(good, {.maxDepth = 5}), FailsWith(ErrorCode::mismatch));
   const std::pair<ErrorCode, std::function<void(State&)>> damages[] = {
       {ErrorCode::malformedFile, [](State& state) { state.frames.pop_back(); }},
       {ErrorCode::malformedFile, [](State& state) { state.head[0] = 9; }},

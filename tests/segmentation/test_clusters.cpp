@@ -270,14 +270,6 @@ TEST(Clusters, RefusesWhatIsNoDepthImageAndOptionsOutOfRange) {
     camera.fx = focal;
     EXPECT_THAT(refusal(depth, camera), FailsWith(ErrorCode::invalidInput)) << focal;
   }
-  for (const auto option :
-       {&ClusterOptions::minPlaneArea, &ClusterOptions::planeTolerance, &ClusterOptions::creaseDepth})
-    for (const double value : {0., -1., std::nan(""), HUGE_VAL}) {
-      ClusterOptions options;
-      options.*option = value;
-      EXPECT_THAT(refusal(depth, kView.camera, options), FailsWith(ErrorCode::invalidOption));
-      EXPECT_THAT([&] { findClusters(PointCloud(), options); }, FailsWith(ErrorCode::invalidOption));
-    }
   ClusterOptions options;
   options.threads = -1;
   EXPECT_THAT(refusal(depth, kView.camera, options), FailsWith(ErrorCode::invalidOption));
