@@ -37,10 +37,10 @@ class Examples : public testing::Test {
     writeColorModel(scratch_ / "home/models/small");         // equals the first by its own name
     setenv("ESTANCIA_HOME", (scratch_ / "home").c_str(), 1);
     for (int i = 0; i < 24; ++i) {
-      const bool red = i / 6 % 2 == 0;
-      const fs::path folder = scratch_ / "images" / (red ? "red" : "blue");
+      const bool isRed = i / 6 % 2 == 0;
+      const fs::path folder = scratch_ / "images" / (isRed ? "red" : "blue");
       fs::create_directories(folder);
-      const cv::Mat image(48, 64, CV_8UC3, red ? cv::Scalar(0, 0, 200 + i) : cv::Scalar(200 + i, 0, 0));
+      const cv::Mat image(48, 64, CV_8UC3, isRed ? cv::Scalar(0, 0, 200 + i) : cv::Scalar(200 + i, 0, 0));
       cv::imwrite((folder / (std::to_string(i) + ".png")).string(), image);
       const std::string number = (i < 10 ? "0" : "") + std::to_string(i);
       cv::imwrite((scratch_ / ("camera" + number + ".png")).string(), image);
