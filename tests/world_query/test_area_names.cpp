@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "estancia/map_file/sqlite.hpp"
 #include "estancia/session/session.hpp"
 #include "estancia/words/installed_words.hpp"

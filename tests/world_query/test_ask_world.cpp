@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "estancia/map_file/places.hpp"
 #include "estancia/words/installed_words.hpp"
 #include "estancia/world_query/world_json.hpp"
