@@ -101,112 +101,7 @@ TEST(Corridor, IsDrivenAgainAndRecognized) {
   EXPECT_EQ(joined, right);
 }
 
-TEST(Home, IsFoundAgainInTheEveningOnAnotherWay) {
-  const auto data = findData("home_a");
-  const auto model = findFetched("models/inception-v3/inception-v3.onnx");
-  ESTANCIA_NEEDS(data && model, "the rendered home or the default network are not here");
-  const ScratchFolder scratch;
-  const std::string map = scratch / "home.estancia";
-  const auto mapped = run({"map", *data / "day", "-o", map, "--layers", "places"});
-  ASSERT_EQ(mapped.exitCode, 0) << mapped.err;
-  const json places = evaluated({map, "--truth", *data / "day"});
-  EXPECT_EQ(places["frames_with_seen_room"], 320);
-  EXPECT_GT(places["seen_purity"], places["purity"]) << "words tell what is seen, not where the robot stands";
-  // 91 of the evening's frames were taken within 0.7 m and 30° of one of the day; the path is another one.
-  const json filtered = evaluated({map, *data / "evening"});
-  EXPECT_GE(filtered["recall"], 0.90);
-  EXPECT_GE(filtered["belief_recall"], 0.92);
-  EXPECT_LT(filtered["belief_median_error"], filtered["median_error"]);
-  const json smoothed = evaluated({map, *data / "evening", "--lookahead", "10"});
-  EXPECT_GE(smoothed["belief_recall"], 0.95);
-}
-
-TEST(Home, HasRoomsThatAreFoundBySpaceAndNamedByWords) {
-  const auto data = findData("home_a");
-  const auto model = findFetched("models/inception-v3/inception-v3.onnx");
-  ESTANCIA_NEEDS(data && model, "the rendered home or the default network are not here");
-  const ScratchFolder scratch;
-  for (const auto& [drive, rooms] : {std::pair("day", 6U), std::pair("slow", 3U)}) {
-    const auto found =
-        run({"areas", "find", *data / drive, "-o", scratch / (std::string(drive) + ".zones"), "--word",
-             "bookcase", "--json", "--render", scratch / (std::string(drive) + ".png")});
-    ASSERT_EQ(found.exitCode, 0) << found.err;
-    const json areas = json::parse(found.out);
-    EXPECT_GE(areas["measures"]["v_measure"], 0.95) << drive;
-    EXPECT_EQ(areas["measures"]["zones"], rooms) << drive;
-    EXPECT_FALSE(areas["word"]["area"].is_null());
-  }
-  const json evaluation = evaluated({scratch / "day.zones"});
-  EXPECT_GE(evaluation["v_measure"], 0.95);
-  // In which of the day's rooms is the robot in the evening? A seventh of the time it has seen nothing
-  // mapped.
-  const std::string map = scratch / "home.estancia";
-  ASSERT_EQ(run({"map", *data / "day", "-o", map}).exitCode, 0);
-  const json evening = evaluated({map, *data / "evening", "--zones", scratch / "day.zones"});
-  EXPECT_GE(evening["belief_zone_room"], 0.84);
-
-  // The map has the same areas, found in the pass that mapped the places, and objects in them.
-  const WorldMap world = readWorld(map);
-  ASSERT_EQ(world.places.frames.size(), 320U);
-  std::map<int, std::map<std::string, int>> rooms;
-  for (std::size_t i = 0; i < world.places.frames.size(); ++i) {
-    const MappedFrame& frame = world.places.frames[i];
-    ASSERT_NE(world.findArea(world.areaOfFrame[i]), nullptr) << frame.name;
-    const PlanarPose at = world.plan->floor.project(*frame.pose);
-    EXPECT_EQ(areaAt(*world.plan, {at.x, at.y}, 0.5), world.areaOfFrame[i]) << frame.name;
-    ++rooms[world.areaOfFrame[i]][frame.room];
-  }
-  EXPECT_EQ(rooms.size(), 6U);
-  EXPECT_GT(world.objects.size(), 60U);
-  EXPECT_LT(world.objects.size(), 140U) << "129 things are seen";
-  const auto washer = std::ranges::find(world.objects, "washer", &WorldObject::displayName);
-  ASSERT_NE(washer, world.objects.end());
-  EXPECT_GT(rooms[washer->area]["bathroom"], 0) << "it stands in the bathroom";
-  EXPECT_FALSE(readObjectImage(map, washer->id).empty());
-  const json truth =
-      evaluated({map, "--truth", *data / "day", "--classes",
-                 std::filesystem::path(ESTANCIA_SOURCE_DIR) / "lab/experiments/home/classes/things.toml"});
-  EXPECT_GE(truth["area_v_measure"], 0.9);
-  EXPECT_NEAR(truth["trajectory_rmse"], 0, 1e-6) << "true poses were given";
-  EXPECT_GE(truth["things"], 60);
-  EXPECT_GE(truth["object_recall"], 0.5);
-  EXPECT_GE(truth["object_precision"], 0.4);
-  EXPECT_LE(truth["object_error"], 0.1);
-  EXPECT_LE(truth["merged_objects"], 20);
-  EXPECT_GE(truth["nameable_things"], 15);
-  const std::string asked = run({"ask", map, "washer"}).out;
-  EXPECT_THAT(asked, testing::HasSubstr(fmt::format("object {}", washer->id)));
-}
-
-/// The thing of a drive whose middle is nearest to `at`, if that is within its size.
-std::optional<int> thingAt(const std::vector<io::HomeInstance>& things, const json& at) {
-  const cv::Point3d where(at[0], at[1], at[2]);
-  std::optional<int> found;
-  double nearest = 1;
-  for (const io::HomeInstance& thing : things) {
-    const double reach = std::max(0.3, 0.6 * std::max({thing.size.x, thing.size.y, thing.size.z}));
-    if (const double away = cv::norm(thing.center - where) / reach; away < nearest) {
-      nearest = away;
-      found = thing.id;
-    }
-  }
-  return found;
-}
-
-/// Things that are not where they were in the other drive.
-std::vector<io::HomeInstance> changedThings(const std::vector<io::HomeInstance>& here,
-                                            const std::vector<io::HomeInstance>& there) {
-  std::vector<io::HomeInstance> changed;
-  for (const io::HomeInstance& thing : here) {
-    const auto other = std::ranges::find(there, thing.id, &io::HomeInstance::id);
-    if (other == there.end() || cv::norm(other->center - thing.center) > 0.02 ||
-        std::abs(other->yaw - thing.yaw) > 0.05)
-      changed.push_back(thing);
-  }
-  return changed;
-}
-
-/// Checks the home of the day and the evening; returns the report of the evening's drive.
+/// Of the day and the evening; what is told of the evening's drive.
 json expectOneHome(const std::string& map) {
   const json drives = json::parse(run({"drives", map, "--json"}).out)["drives"];
   EXPECT_EQ(drives.size(), 2U);
@@ -222,7 +117,7 @@ json expectOneHome(const std::string& map) {
   return evening;
 }
 
-/// Checks, for the places that the map has joined, the frames of both.
+/// Of the places that the map has joined, the frames of those that joined and of those that they joined.
 void expectJoinedPlacesInOneRoom(const TopologicalMap& map, std::size_t fewest) {
   std::size_t joined = 0;
   const auto roomsOf = [&map](int node) {
@@ -232,7 +127,7 @@ void expectJoinedPlacesInOneRoom(const TopologicalMap& map, std::size_t fewest) 
     return rooms;
   };
   for (const Merge& merge : map.merges) {
-    if (merge.frame + 1 < map.frames.size()) continue;  // merge of a map before
+    if (merge.frame + 1 < map.frames.size()) continue;  // of a map before
     ++joined;
     const std::set<std::string> kept = roomsOf(merge.kept), other = roomsOf(merge.absorbed);
     EXPECT_TRUE(std::ranges::any_of(other, [&](const auto& room) { return kept.contains(room); }))
@@ -264,7 +159,7 @@ void expectRoomsAndThings(const std::string& map, const std::filesystem::path& d
   EXPECT_TRUE(std::ranges::any_of(asked, [&](const json& object) { return object["id"] == washer->id; }));
   const json truth =
       evaluated({map, "--truth", day, "--classes",
-                 std::filesystem::path(ESTANCIA_SOURCE_DIR) / "experiments/home/classes/things.toml"});
+                 std::filesystem::path(ESTANCIA_SOURCE_DIR) / "lab/experiments/home/classes/things.toml"});
   EXPECT_EQ(truth["frames_with_seen_room"], 320);
   EXPECT_GT(truth["seen_purity"], truth["purity"]) << "words tell what is seen, not where the robot stands";
   EXPECT_GE(truth["area_v_measure"], 0.9);
@@ -287,7 +182,7 @@ TEST(Home, IsMappedByDayFoundAgainInTheEveningAndOneMapOfBoth) {
   const std::string map = scratch / "home.estancia";
   ASSERT_EQ(run({"map", *data / "day", "-o", map}).exitCode, 0);
   expectRoomsAndThings(map, *data / "day");
-  // 91 of the evening's frames were taken within 0.7 m and 30° of one of the day; the path is another one.
+  // Of the evening's frames 91 were taken within 0.7 m and 30° of one of the day; the path is another one.
   const json filtered = evaluated({map, *data / "evening"});
   EXPECT_GE(filtered["recall"], 0.90);
   EXPECT_GE(filtered["belief_recall"], 0.92);
