@@ -66,6 +66,7 @@ function(estancia_use_dds owner opener)
   file(GLOB parts CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${opener}_*_module.cpp)
   # It links nothing of Estancia, as whoever opens it may have that linked in; so it holds what it throws.
   target_sources(estancia_dds PRIVATE ${parts} ${PROJECT_SOURCE_DIR}/${opener}_names.cpp
+                                      ${PROJECT_SOURCE_DIR}/estancia/core/fail.cpp
                                       ${PROJECT_SOURCE_DIR}/estancia/core/error.cpp
                                       ${PROJECT_SOURCE_DIR}/estancia/core/printable.cpp
                                       ${PROJECT_SOURCE_DIR}/estancia/core/utf8.cpp)
