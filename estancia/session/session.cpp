@@ -303,8 +303,9 @@ void MappingSession::Impl::align() {
   const auto estimate = alignment->estimate();
   if (!estimate) return;
   std::optional<cv::Affine3d> found;
-  if (verify)
-    found = verify(estimate->transform);
+  const auto byDepth = verify.lock();
+  if (byDepth)
+    found = (*byDepth)(estimate->transform);
   else if (estimate->isCertain())
     found = estimate->transform;
   if (!found) return;
@@ -312,7 +313,7 @@ void MappingSession::Impl::align() {
   drive.isAligned = true;
   drive.alignment = poseOf(*found);
   DriveStore(store).put(drive);
-  if (verify) endAlignment();
+  if (byDepth) endAlignment();
   std::vector<Correction> corrections;
   for (std::size_t frame = drive.firstFrame; frame < mapper.frames(); ++frame)
     corrections.push_back({frame, inMap(DriveStore(store).givenPose(frame))});

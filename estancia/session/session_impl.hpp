@@ -7,6 +7,7 @@
 
 #include <functional>
 #include <limits>
+#include <memory>
 #include <opencv2/core/affine.hpp>
 #include <optional>
 
@@ -44,9 +45,10 @@ struct MappingSession::Impl {
   std::optional<DriveAlignment> alignment = {};
   std::size_t nextAlignment = 0;  ///< number of pairs at which align() tries again
   std::size_t alignments = 0;     ///< alignments found in this session
-  /// Verifies `guess` (T_map_drive) by depth: returns the exact transform near it, or nothing. Set by the
-  /// WorldMapper; if it is not set, words decide.
-  std::function<std::optional<cv::Affine3d>(const cv::Affine3d& guess)> verify = {};
+  /// Verifies `guess` (T_map_drive) by depth: returns the exact transform near it, or nothing.
+  using Verify = std::function<std::optional<cv::Affine3d>(const cv::Affine3d& guess)>;
+  /// Owned by the WorldMapper, and gone with it; without one, words decide.
+  std::weak_ptr<const Verify> verify = {};
 
   MapBudget budget = {};
   /// Exists if the file has a budget.

@@ -80,9 +80,7 @@ WorldMapper::WorldMapper(MappingSession& session, const WantedWorld& options, La
   if (track) impl_->startTracking(*track);
 }
 WorldMapper::WorldMapper(WorldMapper&&) noexcept = default;
-WorldMapper::~WorldMapper() {
-  if (impl_) impl_->session.verify = nullptr;  // the session may outlive what its callback looks at
-}
+WorldMapper::~WorldMapper() = default;
 
 void WorldMapper::beginDrive() {
   impl_->terms.forgetCamera();

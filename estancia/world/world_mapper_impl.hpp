@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <functional>
+#include <memory>
 #include <numbers>
 #include <optional>
 #include <utility>
@@ -102,8 +103,9 @@ struct WorldMapper::Impl {
   std::optional<FloorSurvey> survey;
   std::optional<ObjectLayer> objects;
   std::size_t views = 0, tooFar = 0, folds = 0;
-  WorkTime viewing{longestUnseen};       // time of a view without labeling its objects
-  std::optional<PlannedFrames> planned;  // the newest plan of areas
+  WorkTime viewing{longestUnseen};                             // time of a view without labeling its objects
+  std::optional<PlannedFrames> planned;                        // the newest plan of areas
+  std::shared_ptr<const MappingSession::Impl::Verify> verify;  // what the session asks while this lives
 
   std::size_t labels() const { return session.store.identity().vocabulary.size(); }
 
@@ -122,10 +124,11 @@ struct WorldMapper::Impl {
   /// Depth decides about the drive's poses, from the first view on.
   void noteUnaligned(const Pose& from) {
     noteOwnView(from);
-    if (!session.verify)
-      session.verify = [this](const cv::Affine3d& guess) {
-        return registerDrive(session.store, store, session.drive, guess);
-      };
+    if (verify) return;
+    verify = std::make_shared<const MappingSession::Impl::Verify>([this](const cv::Affine3d& guess) {
+      return registerDrive(session.store, store, session.drive, guess);
+    });
+    session.verify = verify;
   }
   void noteOwnView(const Pose& from) {
     lastView = from;

@@ -123,7 +123,7 @@ void WorldMapper::Impl::beginDrive(bool aligned) {
   lastView.reset();
   ownCells = {};
   if (tracking) tracking->beginDrive();
-  session.verify = nullptr;
+  verify.reset();
 }
 
 /// Before a frame comes: poses of frames that a file with a budget has left out. Looked for again when there
@@ -140,7 +140,7 @@ void WorldMapper::Impl::takeAlignment() {
   if (alignmentsTaken == session.alignments) return;
   alignmentsTaken = session.alignments;
   isAligned = true;
-  session.verify = nullptr;
+  verify.reset();
   lastView.reset();
   for (const std::size_t frame : session.store.frameNumbers())  // a bounded file lacks some
     if (frame >= session.drive.firstFrame) poses.set(frame, session.store.pose(frame));

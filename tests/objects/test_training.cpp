@@ -189,8 +189,6 @@ TEST(ObjectOptions, AreDeclaredWithTheirParts) {
   EXPECT_TRUE(training.shape.size);
   EXPECT_EQ(training.classifier.type, "forest");
   validate(training);
-  training.classifier.folds = 1;
-  EXPECT_THAT([&] { validate(training); }, FailsWith(ErrorCode::invalidOption));
   validate(CollectOptions{});
   validate(PredictOptions{});
 }
