@@ -407,6 +407,9 @@ OptionGroup declare(LabelStreamOptions& options) {
 
 LabelStream::LabelStream(const Sequence& sequence, Labeler& labeler, const LabelStreamOptions& options) {
   validate(options);
+  if (options.ahead == 0 || options.readers == 0)
+    fail(ErrorCode::invalidOption, "label-stream.{} is 0; give at least 1",
+         options.ahead == 0 ? "ahead" : "readers");
   inference_ = std::make_unique<Inference>(labeler, options);
   reader_ = std::make_unique<Reader>(sequence, labeler, options);
 }
