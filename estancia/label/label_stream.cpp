@@ -18,6 +18,7 @@
 #include "estancia/core/bytes.hpp"
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/frame_failure.hpp"
 #include "estancia/core/options.hpp"
 #include "estancia/labelers/labeler.hpp"
