@@ -20,7 +20,7 @@ namespace estancia::experiments {
 namespace {
 
 constexpr int imageWidth = 640, imageHeight = 480;
-constexpr double focal = 525, centerX = 319.5, centerY = 239.5;
+constexpr double focalLength = 525, centerX = 319.5, centerY = 239.5;
 
 /// Gives equal numbers on every machine.
 class Random {
@@ -86,14 +86,14 @@ cv::Mat render(const Discs& discs, const cv::Affine3d& pose) {
   for (std::size_t i = 0; i < discs.points.size(); ++i) {
     const cv::Point3f p = transform * discs.points[i], n = turn * discs.normals[i];
     if (!isFinite(n) || !(p.z > 0) || n.dot(p) > -0.05F * static_cast<float>(cv::norm(p))) continue;
-    const double reach = focal * discs.radius / p.z;
-    const double u = focal * p.x / p.z + centerX, v = focal * p.y / p.z + centerY;
+    const double reach = focalLength * discs.radius / p.z;
+    const double u = focalLength * p.x / p.z + centerX, v = focalLength * p.y / p.z + centerY;
     for (int y = std::max(0, static_cast<int>(std::ceil(v - reach)));
          y <= std::min(imageHeight - 1, static_cast<int>(std::floor(v + reach))); ++y)
       for (int x = std::max(0, static_cast<int>(std::ceil(u - reach)));
            x <= std::min(imageWidth - 1, static_cast<int>(std::floor(u + reach))); ++x) {
-        const cv::Point3f ray(static_cast<float>((x - centerX) / focal),
-                              static_cast<float>((y - centerY) / focal), 1);
+        const cv::Point3f ray(static_cast<float>((x - centerX) / focalLength),
+                              static_cast<float>((y - centerY) / focalLength), 1);
         const float depth = n.dot(p) / n.dot(ray);
         const cv::Point3f off = ray * depth - p;
         const auto radius = static_cast<float>(discs.radius);
@@ -204,7 +204,7 @@ ClutterScene makeClutter(const std::vector<ClutterModel>& models, const ClutterO
     scene.instances.push_back({model, pose});
     addTo(depth, render(discs, pose));
   }
-  const CameraIntrinsics camera{imageWidth, imageHeight, focal, focal, centerX, centerY};
+  const CameraIntrinsics camera{imageWidth, imageHeight, focalLength, focalLength, centerX, centerY};
   for (const cv::Point3f& p : backProject(depth, camera).points)
     if (isFinite(p)) scene.cloud.points.push_back(p);
   scene.cloud.width = scene.cloud.points.size();

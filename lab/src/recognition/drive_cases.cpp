@@ -16,6 +16,7 @@
 #include "estancia/core/pose.hpp"
 #include "estancia/readers/home_truth.hpp"
 #include "estancia/readers/open_sequence.hpp"
+#include "estancia/segmentation/clusters.hpp"
 #include "estancia/sequences/sequence.hpp"
 #include "recognition/color_cases.hpp"
 
