@@ -17,6 +17,7 @@
 #include "estancia/session/session.hpp"
 #include "estancia/stats/clustering_agreement.hpp"
 #include "estancia/world/world_mapper.hpp"
+#include "estancia/world_file/world_map.hpp"
 #include "places/revisits.hpp"
 #include "runner/scratch_file.hpp"
 
