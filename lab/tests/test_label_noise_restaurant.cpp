@@ -8,6 +8,7 @@
 #include "estancia/objects/object_model.hpp"
 #include "estancia/objects/pseudo_labels.hpp"
 #include "estancia/objects/shape.hpp"
+#include "estancia/readers/object_views.hpp"
 #include "objects/label_noise.hpp"
 #include "objects/made_up.hpp"
 #include "support/support.hpp"

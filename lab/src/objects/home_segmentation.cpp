@@ -13,6 +13,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/readers/home_truth.hpp"
 #include "estancia/readers/open_sequence.hpp"
+#include "estancia/segmentation/clusters.hpp"
 #include "estancia/sequences/sequence.hpp"
 #include "findings/pivot.hpp"
 #include "runner/config_lists.hpp"

@@ -12,6 +12,7 @@
 #include "estancia/readers/home_truth.hpp"
 #include "estancia/session/session.hpp"
 #include "estancia/world/world_mapper.hpp"
+#include "estancia/world_query/evaluate_world.hpp"
 #include "runner/config_lists.hpp"
 #include "runner/scratch_file.hpp"
 

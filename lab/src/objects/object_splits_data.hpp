@@ -12,6 +12,7 @@
 #include "estancia/core/vocabulary.hpp"
 #include "estancia/describe/features.hpp"
 #include "estancia/objects/class_probabilities.hpp"
+#include "estancia/readers/object_views.hpp"
 #include "objects/object_splits.hpp"
 
 namespace estancia::experiments {

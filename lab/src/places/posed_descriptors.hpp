@@ -11,6 +11,7 @@
 #include "estancia/core/vocabulary.hpp"
 #include "estancia/label/label_stream.hpp"
 #include "estancia/labelers/labeler.hpp"
+#include "estancia/sequences/sequence.hpp"
 #include "places/spatial_variance.hpp"
 
 namespace estancia::experiments {

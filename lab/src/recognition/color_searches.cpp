@@ -16,6 +16,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/recognition/prepared.hpp"
 #include "estancia/recognition/recognizer.hpp"
+#include "estancia/segmentation/clusters.hpp"
 #include "recognition/pose_error.hpp"
 
 namespace estancia::experiments {
