@@ -55,16 +55,5 @@ TEST_F(HostileWords, OutputsThatCannotBeAreToldBeforeTheWork) {
   EXPECT_TRUE(fs::is_regular_file(folder_ / "there.estancia"));
 }
 
-TEST_F(HostileWords, ManyBadImagesAreCounted) {
-  writeSmallModel(folder_ / "model");
-  const fs::path images = folder_ / "images";
-  fs::create_directory(images);
-  for (int i = 0; i < 200; ++i) writeFile(images / fmt::format("{}.png", i), "no image");
-  const CommandResult result =
-      run({"map", images, "-o", folder_ / "a.estancia", "--model", folder_ / "model"});
-  EXPECT_NE(result.exitCode, 0);
-  EXPECT_LT(std::ranges::count(result.err, '\n'), 40);
-}
-
 }  // namespace
 }  // namespace estancia::test

@@ -110,35 +110,5 @@ TEST_F(Labeling, CsvAndNpyGoOutAndComeBack) {
               FailsWith(ErrorCode::fileExists));
 }
 
-TEST_F(Labeling, SeveralModelsMakeOneMap) {
-  writeSmallModel(scratch_ / "other", "crop = 0.5");
-  const std::string both = model_ + "+" + (scratch_ / "other").string(), map = scratch_ / "both.estancia";
-  const auto mapped = run({"map", images_, "-o", map, "--model", both, "--distance", "clr-cosine"});
-  ASSERT_EQ(mapped.exitCode, 0) << mapped.err;
-  EXPECT_EQ(run({"localize", map, images_, "--model", both}).exitCode, 0);
-  EXPECT_THAT(run({"localize", map, images_, "--model", model_}), FailsWith(ErrorCode::mismatch));
-}
-
-TEST_F(Labeling, ABlackBoxThatFindsItsWordsMapsAndLocalizes) {
-  // A program that answers by the image's file alone and never lists its vocabulary.
-  writeFile(scratch_ / "box/box.py",
-            "import sys, json\n"
-            "for line in sys.stdin:\n"
-            "    data = open(line.strip(), 'rb').read()\n"
-            "    words = {'dark': 0.9, 'plain': 0.1} if len(data) % 2 else {'light': 0.7, 'plain': 0.3}\n"
-            "    print(json.dumps({'image': line.strip(), 'labels': words}), flush=True)\n");
-  writeFile(scratch_ / "box/model.toml",
-            "name = \"box\"\ntype = \"process\"\ncommand = [\"python3\", \"box.py\"]\n");
-  const std::string box = scratch_ / "box", map = scratch_ / "box.estancia";
-  const auto mapped = run({"map", images_, "-o", map, "--model", box, "--distance", "l2"});
-  ASSERT_EQ(mapped.exitCode, 0) << mapped.err;
-  const auto found = run({"localize", map, images_, "--model", box});
-  EXPECT_EQ(found.exitCode, 0) << found.err;
-  EXPECT_EQ(std::count(found.out.begin(), found.out.end(), '\n'), 24);
-  EXPECT_EQ(json::parse(
-                run({"label", images_, "-o", scratch_ / "b.labels", "--model", box, "--json"}).out)["words"],
-            3);
-}
-
 }  // namespace
 }  // namespace estancia::test

@@ -87,13 +87,5 @@ TEST_F(Convert, WritesNothingThatIsNotSound) {
   EXPECT_FALSE(fs::exists(target_));
 }
 
-TEST_F(Convert, SaysWhenAFileIsMissingOrCannotBeWritten) {
-  EXPECT_THAT([&] { writeOnnx({.file = scratch_ / "none.tflite"}, target_); },
-              FailsWith(ErrorCode::fileNotFound));
-  writeFile(scratch_ / "small.onnx", test::smallOnnx(8, 4));
-  EXPECT_THAT([&] { writeOnnx({.file = scratch_ / "small.onnx"}, scratch_ / "no folder/x.onnx"); },
-              FailsWith(ErrorCode::fileUnwritable));
-}
-
 }  // namespace
 }  // namespace estancia::convert

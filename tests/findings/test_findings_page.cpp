@@ -83,18 +83,6 @@ TEST(FindingsPage, ColorsATableWhereItIsAsked) {
   EXPECT_EQ(count(renderFindingsPage(findings), "background:#fde725;color:#000\">800<"), 1U) << "no hotter";
 }
 
-TEST(FindingsPage, PointsOutWhatBeatsAnotherColumn) {
-  Findings findings;
-  findings.sections.emplace_back(
-      ResultTable{"",
-                  "",
-                  "split",
-                  {{"labeler", 0}, {"shape", 0, ResultTable::Best::largest, ResultTable::Form::fixed, 0}},
-                  {{"a", {50, 60}}, {"b", {70, 70}}, {"c", {70, 90}}, {"d", {std::nullopt, 80}}}});
-  const std::string html = renderFindingsPage(findings);
-  EXPECT_THAT(Html(html).texts("td.beats"), ElementsAre("60", "90")) << "neither a tie nor what has no rival";
-}
-
 /// An image of one color as a PNG.
 std::vector<unsigned char> png() {
   const test::ScratchFolder scratch;
@@ -164,15 +152,6 @@ TEST(FindingsPage, NeedsNoNetworkAndHasNoForeignMarkup) {
   EXPECT_FALSE(std::regex_search(html, std::regex("https?:|@import|url\\(|<link|<iframe")));
 }
 
-TEST(FindingsPage, NothingFoundIsAPage) {
-  test::expectWellFormed(renderFindingsPage({}));
-  Findings empty;
-  empty.sections.emplace_back(ResultTable{});
-  empty.sections.emplace_back(LineChart{});
-  empty.sections.emplace_back(StackedBars{"", "", {"wins"}, {{"a", {0}}}});
-  EXPECT_FALSE(Html(renderFindingsPage(empty)).mentions("nan"));
-}
-
 TEST(FindingsPage, IsWrittenWholeOrNotAtAll) {
   const test::ScratchFolder scratch;
   writeFindingsPage(scratch / "report.html", samplePage());
@@ -231,11 +210,6 @@ TEST(LineChart, BreaksWhereNothingIsKnown) {
   const std::string plot = svg.substr(svg.find("class=\"plot\""));
   const std::string curve = plot.substr(plot.find("class=\"curve"));
   EXPECT_EQ(count(curve.substr(0, curve.find('>')), "M"), 2U);
-}
-
-TEST(LineChart, TellsManyCurvesApart) {
-  EXPECT_NE(curveClass(0), curveClass(7));
-  EXPECT_EQ(curveClass(1).substr(0, 8), curveClass(8).substr(0, 8)) << "color again, other dashes";
 }
 
 TEST(LineChartFigure, PointsOutAMarkThatIsOneOfItsPositions) {

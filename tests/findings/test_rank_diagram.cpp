@@ -184,16 +184,5 @@ TEST(RankDiagram, SurvivesAnyNameAndNone) {
   }
 }
 
-TEST(ShortenMiddle, KeepsCodePointsWhole) {
-  EXPECT_EQ(shortenMiddleToWidth("abc", 100), "abc");
-  const std::string shortened = shortenMiddleToWidth("äöüäöüäöüäöü", 4);
-  EXPECT_EQ(report::cleanText(shortened), shortened);
-  EXPECT_TRUE(shortened.starts_with("ä") && shortened.ends_with("ü")) << shortened;
-  EXPECT_LE(report::textWidth(shortened), 4);
-  EXPECT_EQ(shortenMiddleToWidth("", 0), "");
-  EXPECT_EQ(shortenMiddleToWidth("äö", 0), "ä…") << "one code point stays";
-  EXPECT_EQ(shortenMiddleToWidth("a", 0), "…");
-}
-
 }  // namespace
 }  // namespace estancia

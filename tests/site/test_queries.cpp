@@ -88,18 +88,6 @@ TEST(LiveQueries, FromAPlaceThatTheMapDoesNotHaveYetAWayStartsWhereItsLastFrameI
       << "who localizes has not come from the map's last frame";
 }
 
-TEST(LiveQueries, PlacesAreDescribed) {
-  const FakeView view;
-  const LiveQueries queries(view);
-  const OrderedJson place = queries.place(3);
-  EXPECT_EQ(place["name"], "Ana's \"room\"");
-  EXPECT_EQ(place["words"][0]["label"], "umbrella");
-  EXPECT_EQ(place["neighbors"].size(), 2U);
-  EXPECT_EQ(place["position"].size(), 2U);
-  EXPECT_EQ(place["objects"].size(), 3U);
-  EXPECT_THAT([&] { queries.place(-1); }, FailsWith(ErrorCode::unknownName));
-}
-
 TEST(LiveQueries, TheMapIsDrawnOncePerChange) {
   FakeView view;
   const LiveQueries queries(view);
