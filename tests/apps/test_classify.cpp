@@ -3,15 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <sstream>
 
-#include "estancia/map_file/store.hpp"
 #include "estancia/sequences/descriptor_sequence.hpp"
-#include "estancia/zones/zones.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 #include "support/synthetic.hpp"

@@ -1,6 +1,5 @@
 // The command as a user runs it, on small images and a network that knows four colors.
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sqlite3.h>

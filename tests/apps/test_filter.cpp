@@ -66,15 +66,6 @@ TEST_F(Filter, NeuronsTheirGraphAndNormals) {
             std::string::npos);
 }
 
-TEST_F(Filter, VoxelsOfASizeOrForANumber) {
-  EXPECT_EQ(filter({plane_, "-o", at("a.pcd"), "--filter", "voxel", "--leaf", "0.2"})["points_out"], 25);
-  const json told = filter({plane_, "-o", at("b.pcd"), "--filter", "voxel", "--points", "400"});
-  EXPECT_NEAR(told["points_out"].get<double>(), 400, 20);  // a grid over a grid: leaves come in steps
-  EXPECT_GT(told["leaf"].get<double>(), 0.04);
-  EXPECT_NEAR(told["resolution"].get<double>(), 0.01, 1e-6);
-  EXPECT_EQ(readCloud(at("b.pcd")).points.size(), told["points_out"]);
-}
-
 TEST_F(Filter, ADepthImageBecomesACloud) {
   cv::imwrite(at("depth.png"), cv::Mat(60, 80, CV_16U, cv::Scalar(1500)));
   refuses({at("depth.png"), "-o", at("a.ply"), "--filter", "none"}, ErrorCode::insufficientData);

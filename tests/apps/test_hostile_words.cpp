@@ -4,11 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
-
 #include "support/errors.hpp"
-#include "support/images.hpp"
-#include "support/model_support.hpp"
+#include "support/support.hpp"
 
 namespace estancia::test {
 namespace {

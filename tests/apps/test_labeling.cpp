@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -59,19 +58,6 @@ TEST_F(Labeling, ASecondRunLabelsNothing) {
   EXPECT_EQ(shown["models"][0]["frames"], 24);
   EXPECT_GT(json::parse(run({"cache", "clear", "--json"}).out)["freed"], 24 * 4 * 4);
   EXPECT_EQ(label(images_, scratch_ / "d.labels")["remembered"], 0);
-}
-
-TEST_F(Labeling, ASplitOrSomeRoomsAreLabeledAlone) {
-  std::string rooms;
-  for (int i = 0; i < 24; ++i)
-    rooms += "frame" + std::to_string(10 + i) + ".png,room" + std::to_string(i / 6) +
-             (i % 3 == 0 ? ",test\n" : ",train\n");
-  writeFile(fs::path(images_) / "rooms.csv", rooms);
-  EXPECT_EQ(label(images_, scratch_ / "a.labels", {"--split", "test"})["frames"], 8);
-  EXPECT_EQ(label(images_, scratch_ / "b.labels", {"--split", "train", "--only", "room0,room3"})["frames"],
-            8);
-  EXPECT_THAT(run({"label", images_, "-o", scratch_ / "c.labels", "--model", model_, "--split", "tset"}),
-              FailsWith(ErrorCode::unknownName));
 }
 
 TEST_F(Labeling, ALabelFileStandsForItsImagesInEveryCommand) {

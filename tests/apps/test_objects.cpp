@@ -195,12 +195,5 @@ TEST_F(Objects, RefusesWhatItCannotUse) {
   EXPECT_EQ(collect({"--intrinsics", scratch_ / "camera.txt", "--overwrite"}).exitCode, 0);
 }
 
-TEST_F(Objects, AnEmptyTableHasNoAnswer) {
-  TableSequence({}, {0, 10}).writeTo(scratch_ / "empty");
-  const CommandResult result = objects({"collect", scratch_ / "empty", "-o", scratch_ / "none", "--json"});
-  EXPECT_EQ(result.exitCode, 1) << result.err;
-  EXPECT_EQ(json::parse(result.out)["views"], 0);
-}
-
 }  // namespace
 }  // namespace estancia::test

@@ -3,17 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
-#include <opencv2/core/affine.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <set>
-#include <sstream>
 
-#include "estancia/core/pose.hpp"
 #include "estancia/files/cloud_file.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"

@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 
 #include "estancia/map_file/map.hpp"
-#include "estancia/map_file/places.hpp"
 #include "estancia/sequences/descriptor_sequence.hpp"
 #include "estancia/session/session.hpp"
 #include "support/errors.hpp"

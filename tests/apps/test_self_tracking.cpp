@@ -1,17 +1,13 @@
 // `estancia map` of drives with depth and without poses, as a user runs it.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "estancia/readers/open_sequence.hpp"
 #include "estancia/stats/trajectory_error.hpp"
 #include "estancia/world_file/world_map.hpp"
-#include "support/errors.hpp"
 #include "support/model_support.hpp"
 #include "support/support.hpp"
 

@@ -99,10 +99,6 @@ TEST_F(ZonesCommand, TakesTheWordsOfAMap) {
   EXPECT_EQ(ofMap({}), zones({"--set", "zones.reach=0.5"})["zones"]) << "a map is a run";
   expectError({"zones", "find", map_, "-o", scratch_ / "c.zones", "--model", "inception-v3"},
               ErrorCode::invalidOption);
-  expectError({"zones", "find", map_, "-o", scratch_ / "c.zones", "--rooms", "r.csv"},
-              ErrorCode::invalidOption);
-  expectError({"zones", "find", scratch_ / "missing.estancia", "-o", scratch_ / "c.zones"},
-              ErrorCode::fileNotFound);
 }
 
 TEST_F(ZonesCommand, LetsAskSayTheZone) {

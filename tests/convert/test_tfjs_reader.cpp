@@ -367,6 +367,18 @@ TEST_F(TfjsReader, RefusesGraphsThatDoNotFit) {
       {row, "input", {"relu", "bias"}, ErrorCode::malformedFile}};
   for (const auto& [node, key, value, code] : cases)
     EXPECT_THAT(altered(node, key, value), FailsWith(code)) << node << key << value;
+  for (const char* strides : {"0", "-1", "5000", "9999999999999999999999", "x", ""}) {
+    auto attributes = TfjsBuilder::windowAttributes(2, true);
+    attributes["strides"]["list"]["i"][1] = strides;
+    EXPECT_THAT(altered(conv, "attr", attributes), FailsWith(ErrorCode::malformedFile)) << strides;
+  }
+  using Shape = std::vector<std::int32_t>;
+  for (const Shape& shape : {Shape{-1, -1}, {5, -1}, {0, -1}, {-2, 3}, {1 << 30, 1 << 30}, {125}, {-7}}) {
+    network_ = TfjsBuilder();
+    network_.integers("shape", {static_cast<int>(shape.size())}, shape);
+    network_.node("Reshape", "row", {"image", "shape"});
+    EXPECT_THAT(refusal(), FailsWith(ErrorCode::malformedFile));
+  }
 }
 
 TEST_F(TfjsReader, StartsAndEndsAtAnyNodeAndAsksWhereThereAreSeveral) {

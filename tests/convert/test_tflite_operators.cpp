@@ -5,7 +5,6 @@
 #include <onnx/onnx_pb.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <opencv2/dnn.hpp>
 #include <ostream>

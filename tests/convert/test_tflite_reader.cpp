@@ -86,6 +86,8 @@ TEST(TfliteReader, RefusesWhatItCannotRead) {
       {"weights for other channels", convolving({4, 3, 3, 2}, 72)},
       {"a shape that the operator does not compute", pooling({1, 5, 4, 3}, Padding::VALID, 2, 2)},
       {"a stride of zero", pooling({1, 4, 4, 3}, Padding::SAME, 0, 2)},
+      {"a negative stride", pooling({1, 4, 4, 3}, Padding::SAME, -1, 2)},
+      {"a huge stride", pooling({1, 4, 4, 3}, Padding::SAME, 1 << 20, 2)},
       {"a tensor that is left out", adding(-1)},
       {"a tensor behind the last", adding(1 << 30)},
       {"a loop",

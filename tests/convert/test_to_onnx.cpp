@@ -57,15 +57,6 @@ TEST_F(Convert, AnOnnxFileIsOnlyChecked) {
   EXPECT_EQ(readFile(target_), good);
 }
 
-TEST_F(Convert, ReplacesNoFileUnlessTold) {
-  writeFile(target_, "precious");
-  const std::string good = test::smallOnnx(8, 4);
-  EXPECT_THAT(refusal("small.onnx", good), FailsWith(ErrorCode::fileExists));
-  EXPECT_EQ(readFile(target_), "precious");
-  writeOnnx({.file = scratch_ / "small.onnx"}, target_, true);
-  EXPECT_EQ(readFile(target_), good);
-}
-
 TEST_F(Convert, WritesNothingThatIsNotSound) {
   const auto unknown = [](onnx::GraphProto& g) { g.mutable_node(0)->set_op_type("FancyPool"); };
   const auto contradiction = [](onnx::GraphProto& g) {

@@ -4,7 +4,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <regex>
 #include <string>
 #include <vector>
@@ -138,19 +137,6 @@ TEST(RankDiagram, KeepsBothEndsOfLongNames) {
   EXPECT_TRUE(std::regex_search(svg, std::regex(">inception-v3[^<]*…[^<]*/svm-rbf<")));
   EXPECT_TRUE(Html(svg).texts("title")[0].starts_with(diagram.methods[0].name))
       << "the whole name when pointed at";
-}
-
-TEST(RankDiagram, LeavesOutWhatLongNamesHaveInCommon) {
-  RankDiagram diagram = sampleDiagram(2, 1);
-  const std::string front = "inception-v3+places365+resnet50+squeezenet+",
-                    back = "/svm-rbf-of-all-the-features";
-  diagram.methods[0].name = front + "gist" + back;
-  diagram.methods[1].name = front + "gray" + back;
-  const std::string svg = renderRankDiagram(diagram);
-  EXPECT_EQ(count(svg, ">…gist…<"), 1U);
-  EXPECT_EQ(count(svg, ">…gray…<"), 1U);
-  diagram.methods[1].name = diagram.methods[0].name;
-  EXPECT_GE(count(renderRankDiagram(diagram), ">inception-v3"), 2U);
 }
 
 TEST(RankDiagram, IsPartOfThePageAndAFileOfItsOwn) {

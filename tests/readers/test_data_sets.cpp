@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <map>
 
 #include "estancia/files/csv.hpp"
 #include "estancia/files/files.hpp"
@@ -168,11 +167,6 @@ TEST_F(Splits, AreTheThirdColumnOfTheRooms) {
   EXPECT_EQ(train->fingerprint(1), open("")->fingerprint(2));
   EXPECT_EQ(train->name(), open("")->name() + " (train)");
   EXPECT_THAT(namesOf(*open("test")), ElementsAre("1.png", "3.png"));
-}
-
-TEST_F(Splits, OnlyTheRoomsThatAreNamedAreLeft) {
-  EXPECT_THAT(namesOf(*open("", {"kitchen", "hall"})), ElementsAre("0.png", "1.png", "3.png"));
-  EXPECT_THAT(namesOf(*open("train", {"kitchen", "hall"})), ElementsAre("0.png"));
 }
 
 TEST_F(Splits, KeepWhatIsKnownOfTheWhole) {

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numbers>
 #include <opencv2/imgproc.hpp>
-#include <set>
 
 #include "estancia/readers/open_sequence.hpp"
 #include "support/errors.hpp"
