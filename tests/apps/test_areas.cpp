@@ -129,26 +129,5 @@ TEST_F(AreasCommand, OfAMapAreNamedSplitAndMerged) {
   EXPECT_THAT(run({"name", map, "", "x"}), FailsWith(ErrorCode::invalidOption));
 }
 
-TEST_F(AreasCommand, OfAMapNeedDepthAndItsCamera) {
-  const std::string home = scratch_ / "home", map = scratch_ / "home.estancia";
-  writeSmallModel(scratch_ / "small", "scale = 0.5");
-  writeTurn(home);
-  const auto mapped = [&](const std::string& layers) {
-    return run({"map", home, "-o", map, "--model", scratch_ / "small", "--overwrite", "--layers", layers});
-  };
-  EXPECT_THAT(mapped("places,cellars"), FailsWith(ErrorCode::unknownName));
-  ASSERT_EQ(mapped("places,areas").exitCode, 0);
-  EXPECT_EQ(readWorld(map).zones.size(), 0U);
-  std::filesystem::remove_all(home + "/camera-intrinsics.txt");
-  EXPECT_THAT(mapped("places,areas"), FailsWith(ErrorCode::insufficientData));
-  EXPECT_EQ(readWorld(map).areas.size(), 1U) << "the older map stays";
-  EXPECT_THAT(run({"map", home + "/rgb", "-o", map, "--model", scratch_ / "small", "--overwrite", "--layers",
-                   "objects"}),
-              FailsWith(ErrorCode::insufficientData));
-  ASSERT_EQ(mapped("places,zones").exitCode, 0);
-  EXPECT_EQ(readWorld(map).areas.size(), 0U);
-  EXPECT_GE(readWorld(map).zones.size(), 1U);
-}
-
 }  // namespace
 }  // namespace estancia::test

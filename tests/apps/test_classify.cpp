@@ -3,15 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <sstream>
 
-#include "estancia/map_file/store.hpp"
 #include "estancia/sequences/descriptor_sequence.hpp"
-#include "estancia/zones/zones.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 #include "support/synthetic.hpp"
@@ -141,15 +138,6 @@ TEST_F(ClassifyCommand, IsTestedOnOtherImages) {
   std::size_t right = 0;
   for (std::size_t r = 0; r < 3; ++r) right += scores["confusion"][r][r].get<std::size_t>();
   EXPECT_EQ(scores["right"], right);
-  EXPECT_NE(run({"classify", "test", model_, others_, "--only", "bathrom"}).exitCode, 0)
-      << "bathroom is another name than bath";
-  const auto misspelled = run({"classify", "test", model_, others_, "--only", "kichen", "--json"});
-  EXPECT_EQ(json::parse(misspelled.out)["images"], 18) << misspelled.err;
-  {
-    const WithoutWordNet plain;
-    refuses({"classify", "test", model_, others_, "--only", "kichen"}, ErrorCode::unknownName);
-    EXPECT_EQ(run({"classify", "test", model_, others_, "--only", "Kitchens"}).exitCode, 0);
-  }
   refuses({"classify", "test", model_, unknown_}, ErrorCode::insufficientData);
 }
 
@@ -187,26 +175,6 @@ TEST_F(ClassifyCommand, LearnsFromImages) {
   refuses({"classify", "predict", model, image, words_}, ErrorCode::unsupportedFile);
 }
 
-TEST_F(ClassifyCommand, NamesThePlacesOfAMap) {
-  train();
-  const auto mapped = run({"map", unknown_, "-o", map_, "--room-classifier", model_, "--json"});
-  ASSERT_EQ(mapped.exitCode, 0) << mapped.err;
-  EXPECT_EQ(json::parse(mapped.out)["predicted_rooms"].size(), 3U);
-
-  const auto asked = run({"ask", map_, "bath", "--json"});
-  ASSERT_EQ(asked.exitCode, 0) << asked.err << "no word of the map is a bath";
-  const json answer = json::parse(asked.out);
-  EXPECT_EQ(answer["rooms"], json{"bath"});
-  EXPECT_EQ(answer["places"][0]["predicted_room"], "bath");
-  EXPECT_EQ(answer["places"][0]["room"], "") << "the truth is not known";
-  EXPECT_EQ(answer["places"][0]["label"], nullptr);
-  const auto route = run({"route", map_, "--from", "0", "--to", "bath", "--json"});
-  ASSERT_EQ(route.exitCode, 0) << route.err;
-  EXPECT_EQ(json::parse(route.out)["room"], "bath");
-  EXPECT_NE(run({"export", map_, "--format", "graphml"}).out.find("<data key=\"predicted_room\">bath<"),
-            std::string::npos);
-}
-
 TEST_F(ClassifyCommand, NamesAnExistingMapAndIsJudgedByTheTruth) {
   train();
   ASSERT_EQ(run({"map", others_, "-o", map_}).exitCode, 0);
@@ -224,61 +192,6 @@ TEST_F(ClassifyCommand, NamesAnExistingMapAndIsJudgedByTheTruth) {
 
   const auto goesOn = run({"map", others_, "-o", map_, "--continue", "--room-classifier", model_});
   EXPECT_EQ(goesOn.exitCode, 0) << goesOn.err;
-}
-
-TEST_F(ClassifyCommand, AFewExamplesUseTheNamesOfTheRooms) {
-  // Each room has two things; one is among the examples, the other alone is seen by the map.
-  const auto write = [](const fs::path& file, std::size_t seen, std::size_t images) {
-    DescriptorSequence recording{
-        Vocabulary({"stove", "toaster", "bathtub", "towel", "four-poster", "pillow"}),
-        "test 1",
-        {},
-        DescriptorMatrix(6)};
-    for (std::size_t i = 0; i < 3 * images; ++i) {
-      Frame frame;
-      frame.name = "frame " + std::to_string(i);
-      frame.room = std::vector<std::string>{"kitchen", "bathroom", "bedroom"}[i / images];
-      recording.frames.push_back(frame);
-      std::vector<float> row(6, 0.01F);
-      row[2 * (i / images) + seen] = 0.95F;
-      recording.descriptors.append(row);
-    }
-    writeDescriptors(recording, file);
-  };
-  write(words_, 0, 2);
-  write(others_, 1, 8);
-  train();
-  ASSERT_EQ(run({"map", others_, "-o", map_}).exitCode, 0);
-  const auto accuracy = [&] {
-    return json::parse(run({"evaluate", map_, "--json"}).out)["predicted_room"].get<double>();
-  };
-  {
-    const WithoutWordNet plain;
-    ASSERT_EQ(run({"classify", "name", model_, map_}).exitCode, 0);
-    EXPECT_LT(accuracy(), 0.5) << "no example shows what the map shows";
-  }
-  const auto named = run({"classify", "name", model_, map_});
-  ASSERT_EQ(named.exitCode, 0);
-  EXPECT_EQ(accuracy(), 1);
-}
-
-TEST_F(ClassifyCommand, NamesZones) {
-  train();
-  const auto find = [this](const std::string& words) {
-    return run({"zones", "find", words, "-o", zones_, "--count", "3", "--room-classifier", model_, "--json",
-                "--overwrite"});
-  };
-  const auto found = find(unknown_);
-  ASSERT_EQ(found.exitCode, 0) << found.err;
-  const json zone = json::parse(found.out)["zones"][0];
-  EXPECT_GT(zone["predicted_rooms"][0]["p"], 0.5);
-  EXPECT_EQ(zone["predicted_rooms"][0]["room"].get<std::string>(),
-            readZones(zones_).zones[0].predicted[0].room);
-  const json exported = json::parse(run({"export", zones_, "--format", "rooms"}).out);
-  EXPECT_EQ(exported.size(), 3U);
-  EXPECT_TRUE(exported["bath"].contains("predicted"));
-  ASSERT_EQ(find(others_).exitCode, 0);
-  EXPECT_GE(json::parse(run({"evaluate", zones_, "--json"}).out)["predicted_zone_room"], 0.8);
 }
 
 TEST_F(ClassifyCommand, ReplacesOnlyWithOverwriteAndNeverItsInputs) {
@@ -316,7 +229,6 @@ TEST_F(ClassifyCommand, RefusesWhatItCannotUse) {
   train();
   writeLines(scratch_ / "lines", 8);
   writeFile(scratch_ / "words.csv", "image,stove,tub\none,0.1,0.9\n");
-  writeFile(scratch_ / "none.csv", "image,room\n");
   const std::string cut = scratch_ / "cut.classifier", other = scratch_ / "other.classifier",
                     images = scratch_ / "lines";
   writeFile(cut, readFile(model_).substr(0, 400));
@@ -324,21 +236,14 @@ TEST_F(ClassifyCommand, RefusesWhatItCannotUse) {
       {{"predict", model_, scratch_ / "words.csv"}, ErrorCode::mismatch},
       {{"predict", model_, images}, ErrorCode::unknownName},
       {{"predict", words_, words_}, ErrorCode::unsupportedFile},
-      {{"predict", model_, unknown_, "--min-probability", "2"}, ErrorCode::invalidOption},
       {{"show", cut}, ErrorCode::corruptFile},
       {{"name", model_, scratch_ / "missing.estancia"}, ErrorCode::fileNotFound},
-      {{"learn"}, ErrorCode::invalidOption},
       {{"train", unknown_, "-o", other}, ErrorCode::insufficientData},
-      {{"train", unknown_, "-o", other, "--rooms", scratch_ / "none.csv"}, ErrorCode::insufficientData},
       {{"train", words_, "-o", other, "--only", "bath"}, ErrorCode::insufficientData},
-      {{"train", words_, "-o", other, "--only", "garage"}, ErrorCode::unknownName},
       {{"train", words_, "-o", other, "--classifier", "bogus"}, ErrorCode::unknownName},
-      {{"train", words_, "-o", other, "--descriptor", "bogus"}, ErrorCode::unknownName},
       {{"train", images, "-o", other, "--descriptor", "bogus"}, ErrorCode::unknownName},
       {{"train", words_, "-o", other, "--max-labels", "13"}, ErrorCode::invalidInput},
-      {{"train", words_, "-o", other, "--max-labels", "4", "--by", "luck"}, ErrorCode::unknownName},
       {{"train", words_, "-o", other, "--by", "chi2"}, ErrorCode::invalidOption},
-      {{"train", words_, "-o", other, "--folds", "1"}, ErrorCode::invalidOption},
       {{"train", scratch_ / "missing", "-o", other}, ErrorCode::fileNotFound}};
   for (auto [arguments, code] : refused) {
     SCOPED_TRACE(testing::PrintToString(arguments));

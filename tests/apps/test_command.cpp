@@ -1,6 +1,5 @@
 // The command as a user runs it, on small images and a network that knows four colors.
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sqlite3.h>
@@ -165,21 +164,6 @@ TEST_F(Command, OverwritesMapsOnlyAndWhenThereIsANewOne) {
   EXPECT_TRUE(fs::is_directory(folder));
 }
 
-TEST_F(Command, ContinuesWithTheSettingsOfTheMapOnly) {
-  writeImages(images_);
-  ASSERT_EQ(map(images_, map_).exitCode, 0);
-  EXPECT_EQ(map(images_, map_, {"--continue"}).exitCode, 0) << "the same distance";
-  EXPECT_EQ(map(images_, map_, {"--continue", "--set", "mapper.warmup-frames=600"}).exitCode, 0)
-      << "the default";
-  for (const std::vector<std::string>& other : {std::vector<std::string>{"--tau-join", "0.1"},
-                                                {"--set", "mapper.thresholds.merge-ratio=0.5"},
-                                                {"--preset", "thesis"}}) {
-    std::vector<std::string> arguments{"--continue"};
-    arguments.insert(arguments.end(), other.begin(), other.end());
-    expectError(map(images_, map_, arguments), ErrorCode::mismatch);
-  }
-}
-
 TEST_F(Command, SaysWhenItsOutputIsLost) {
   writeImages(images_, 3, 2);
   ASSERT_EQ(map(images_, map_).exitCode, 0);
@@ -206,19 +190,6 @@ TEST_F(Command, LocalizesWithOneLineOfJsonAFrame) {
       EXPECT_TRUE(at.contains(key));
   }
   EXPECT_FALSE(std::getline(lines, line));
-}
-
-TEST_F(Command, EvaluatesWithoutTruthByPlacesAndConfidence) {
-  writeImages(images_);
-  ASSERT_EQ(map(images_, map_).exitCode, 0);
-  const json found = json::parse(run({"evaluate", map_, images_, "--model", model_, "--json"}).out);
-  EXPECT_EQ(found["localized_frames"], 40);
-  EXPECT_GT(found["median_confidence"], 0);
-  EXPECT_TRUE(found["recall"].is_null());
-  EXPECT_TRUE(found["unmapped"].is_null()) << "the map has no poses";
-  std::size_t frames = 0;
-  for (const json& place : found["places"]) frames += place["frames"].get<std::size_t>();
-  EXPECT_EQ(frames, 40U);
 }
 
 TEST_F(Command, EvaluatesAgainstRooms) {
@@ -270,15 +241,6 @@ TEST_F(Command, ExplainsExportsAndReports) {
   EXPECT_EQ(json::parse(again.out)["shows"], "map") << again.err;
 }
 
-TEST_F(Command, RefusesSequencesWithNothingToRead) {
-  fs::create_directories(scratch_ / "empty");
-  expectError(map(scratch_ / "empty", map_), ErrorCode::unsupportedFile);
-  expectError(map(scratch_ / "nowhere", map_), ErrorCode::fileNotFound);
-  writeFile(scratch_ / "text/a.jpg", "this is no image");
-  expectError(map(scratch_ / "text", map_), ErrorCode::fileUnreadable);
-  EXPECT_FALSE(fs::exists(map_));
-}
-
 TEST_F(Command, SkipsATruncatedImageUnlessStrict) {
   writeImages(images_, 25);
   const fs::path broken = fs::path(images_) / "frame50.jpg";
@@ -316,18 +278,6 @@ TEST_F(Command, ContinuesAnExistingMapOnlyWhenTold) {
   ASSERT_EQ(drives.size(), 2U);
   EXPECT_EQ(drives[1]["name"], "other");
   EXPECT_EQ(drives[1]["frames"], 4);
-}
-
-TEST_F(Command, RefusesAnotherModelOrVocabulary) {
-  writeImages(images_);
-  ASSERT_EQ(map(images_, map_).exitCode, 0);
-  const std::string other = scratch_ / "other";
-  writeSmallModel(other);
-  const std::string toml = readFile(fs::path(other) / "model.toml");
-  writeFile(fs::path(other) / "model.toml", "name = \"another\"\n" + toml.substr(toml.find('\n') + 1));
-  expectError(run({"localize", map_, images_, "--model", other}), ErrorCode::mismatch);
-  writeFile(fs::path(model_) / "labels.txt", "red\ngreen\nblue\nwhite\n");
-  expectError(map(images_, map_, {"--continue"}), ErrorCode::mismatch);
 }
 
 TEST_F(Command, ShowsNoControlCharactersOfAMapFile) {
@@ -378,34 +328,6 @@ TEST_F(Command, ShowsNoControlCharactersOfAMapFile) {
       EXPECT_THAT(shown, testing::Not(HasSubstr(control))) << testing::PrintToString(arguments);
   }
   EXPECT_THAT(run({"ask", map_, "word 1"}).out, HasSubstr("(kitchen[2J\\x1B\\x07\\xC2\\x9B\\xE2\\x80\\xAE"));
-}
-
-TEST_F(Command, RefusesFilesThatAreNoMapsAndTargetsThatCannotBeWritten) {
-  writeFile(map_, "no map at all, but long enough to be looked at as if it might be one");
-  for (const std::vector<std::string>& arguments :
-       std::vector<std::vector<std::string>>{{"ask", map_, "x"},
-                                             {"evaluate", map_},
-                                             {"export", map_, "--format", "json"},
-                                             {"explain", map_, "0"}})
-    expectError(run(arguments), ErrorCode::truncatedFile);
-  expectError(run({"ask", scratch_ / "none.estancia", "x"}), ErrorCode::fileNotFound);
-  fs::remove(map_);
-  writeImages(images_, 1, 1);
-  expectError(map(images_, "/proc/home.estancia"), ErrorCode::fileUnwritable);
-  expectError(map(images_, scratch_ / "no/such/folder/home.estancia"), ErrorCode::fileNotFound);
-  ASSERT_EQ(map(images_, map_).exitCode, 0) << "one image is a map";
-  EXPECT_EQ(run({"evaluate", map_}).exitCode, 0);
-  expectError(run({"report", map_, "-o", "/proc/page.html"}), ErrorCode::fileUnwritable);
-  expectError(run({"export", map_, "--format", "json", "-o", scratch_ / "no/such/x.json"}),
-              ErrorCode::fileNotFound);
-}
-
-TEST_F(Command, TwoProcessesCannotWriteOneMap) {
-  writeImages(images_);
-  ASSERT_EQ(map(images_, map_).exitCode, 0);
-  const auto other = MapStore::open(map_, MapStore::Access::write);
-  expectError(map(images_, map_, {"--continue"}), ErrorCode::busy);
-  EXPECT_EQ(run({"ask", map_, "word 1"}).exitCode, 0) << "reading is allowed meanwhile";
 }
 
 TEST_F(Command, ListsAddsAndChecksModels) {

@@ -4,11 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
-
 #include "support/errors.hpp"
-#include "support/images.hpp"
-#include "support/model_support.hpp"
+#include "support/support.hpp"
 
 namespace estancia::test {
 namespace {
@@ -53,17 +50,6 @@ TEST_F(HostileWords, OutputsThatCannotBeAreToldBeforeTheWork) {
   fs::create_symlink("there.estancia", folder_ / "link.estancia");
   EXPECT_EQ(map(folder_ / "link.estancia").exitCode, 0) << "the file is made where the link leads";
   EXPECT_TRUE(fs::is_regular_file(folder_ / "there.estancia"));
-}
-
-TEST_F(HostileWords, ManyBadImagesAreCounted) {
-  writeSmallModel(folder_ / "model");
-  const fs::path images = folder_ / "images";
-  fs::create_directory(images);
-  for (int i = 0; i < 200; ++i) writeFile(images / fmt::format("{}.png", i), "no image");
-  const CommandResult result =
-      run({"map", images, "-o", folder_ / "a.estancia", "--model", folder_ / "model"});
-  EXPECT_NE(result.exitCode, 0);
-  EXPECT_LT(std::ranges::count(result.err, '\n'), 40);
 }
 
 }  // namespace

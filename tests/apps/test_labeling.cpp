@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -61,19 +60,6 @@ TEST_F(Labeling, ASecondRunLabelsNothing) {
   EXPECT_EQ(label(images_, scratch_ / "d.labels")["remembered"], 0);
 }
 
-TEST_F(Labeling, ASplitOrSomeRoomsAreLabeledAlone) {
-  std::string rooms;
-  for (int i = 0; i < 24; ++i)
-    rooms += "frame" + std::to_string(10 + i) + ".png,room" + std::to_string(i / 6) +
-             (i % 3 == 0 ? ",test\n" : ",train\n");
-  writeFile(fs::path(images_) / "rooms.csv", rooms);
-  EXPECT_EQ(label(images_, scratch_ / "a.labels", {"--split", "test"})["frames"], 8);
-  EXPECT_EQ(label(images_, scratch_ / "b.labels", {"--split", "train", "--only", "room0,room3"})["frames"],
-            8);
-  EXPECT_THAT(run({"label", images_, "-o", scratch_ / "c.labels", "--model", model_, "--split", "tset"}),
-              FailsWith(ErrorCode::unknownName));
-}
-
 TEST_F(Labeling, ALabelFileStandsForItsImagesInEveryCommand) {
   const std::string words = scratch_ / "words.labels", fromWords = scratch_ / "w.estancia",
                     fromImages = scratch_ / "i.estancia";
@@ -108,36 +94,6 @@ TEST_F(Labeling, CsvAndNpyGoOutAndComeBack) {
               FailsWith(ErrorCode::unsupportedFile));
   EXPECT_THAT(run({"label", images_, "-o", scratch_ / "words.labels", "--model", model_}),
               FailsWith(ErrorCode::fileExists));
-}
-
-TEST_F(Labeling, SeveralModelsMakeOneMap) {
-  writeSmallModel(scratch_ / "other", "crop = 0.5");
-  const std::string both = model_ + "+" + (scratch_ / "other").string(), map = scratch_ / "both.estancia";
-  const auto mapped = run({"map", images_, "-o", map, "--model", both, "--distance", "clr-cosine"});
-  ASSERT_EQ(mapped.exitCode, 0) << mapped.err;
-  EXPECT_EQ(run({"localize", map, images_, "--model", both}).exitCode, 0);
-  EXPECT_THAT(run({"localize", map, images_, "--model", model_}), FailsWith(ErrorCode::mismatch));
-}
-
-TEST_F(Labeling, ABlackBoxThatFindsItsWordsMapsAndLocalizes) {
-  // A program that answers by the image's file alone and never lists its vocabulary.
-  writeFile(scratch_ / "box/box.py",
-            "import sys, json\n"
-            "for line in sys.stdin:\n"
-            "    data = open(line.strip(), 'rb').read()\n"
-            "    words = {'dark': 0.9, 'plain': 0.1} if len(data) % 2 else {'light': 0.7, 'plain': 0.3}\n"
-            "    print(json.dumps({'image': line.strip(), 'labels': words}), flush=True)\n");
-  writeFile(scratch_ / "box/model.toml",
-            "name = \"box\"\ntype = \"process\"\ncommand = [\"python3\", \"box.py\"]\n");
-  const std::string box = scratch_ / "box", map = scratch_ / "box.estancia";
-  const auto mapped = run({"map", images_, "-o", map, "--model", box, "--distance", "l2"});
-  ASSERT_EQ(mapped.exitCode, 0) << mapped.err;
-  const auto found = run({"localize", map, images_, "--model", box});
-  EXPECT_EQ(found.exitCode, 0) << found.err;
-  EXPECT_EQ(std::count(found.out.begin(), found.out.end(), '\n'), 24);
-  EXPECT_EQ(json::parse(
-                run({"label", images_, "-o", scratch_ / "b.labels", "--model", box, "--json"}).out)["words"],
-            3);
 }
 
 }  // namespace

@@ -171,24 +171,17 @@ TEST_F(Objects, RefusesWhatItCannotUse) {
   EXPECT_THAT(train(), FailsWith(ErrorCode::fileNotFound)) << "no labels";
   ASSERT_EQ(label().exitCode, 0);
   writeFile(model(), "no model");
-  writeFile(scratch_ / "others.toml", "[classes.kettle]\n[classes.teapot]\n");
-  writeFile(scratch_ / "one.toml", "[classes.ball]\nlabels = [\"word 0\"]\n");
   const auto by = [&](const std::string& study, std::vector<std::string> more = {}) {
     more.insert(more.begin(), {"train", samples, "-o", none, "--study", scratch_ / study});
     return more;
   };
   const std::vector<std::pair<std::vector<std::string>, ErrorCode>> refused{
       {{"collect", scratch_ / "table/rgb", "-o", none}, ErrorCode::invalidInput},
-      {{"collect", table, "-o", none, "--set", "collect.views=1"}, ErrorCode::unknownName},
-      {{"collect", table, "-o", none, "--every", "0"}, ErrorCode::invalidOption},
       {{"label", samples, "--model", scratch_ / "colors", "--margin", "0.7"}, ErrorCode::invalidOption},
       {{"label", table, "--model", scratch_ / "colors"}, ErrorCode::unsupportedFile},
       {{"train", samples, "-o", none}, ErrorCode::invalidOption},
-      {by("study.toml", {"--pseudo-labels", "guessed"}), ErrorCode::unknownName},
       {by("study.toml", {"--recorded-labels", "a.labels", "--recorded-labels", "b.labels"}),
        ErrorCode::invalidOption},
-      {by("others.toml"), ErrorCode::unknownName},
-      {by("one.toml"), ErrorCode::insufficientData},
       {{"predict", table, "--object-model", model()}, ErrorCode::unsupportedFile},
       {{"predict", table, "--object-model", model(), "--shape-only", "--margin", "0.2"},
        ErrorCode::invalidOption},
@@ -200,15 +193,6 @@ TEST_F(Objects, RefusesWhatItCannotUse) {
   EXPECT_FALSE(fs::exists(none));
   writeFile(scratch_ / "camera.txt", "262.5 262.5 159.5 119.5\n");
   EXPECT_EQ(collect({"--intrinsics", scratch_ / "camera.txt", "--overwrite"}).exitCode, 0);
-  fs::resize_file(scratch_ / "things/samples.csv", 10);
-  EXPECT_EQ(label().exitCode, 2);
-}
-
-TEST_F(Objects, AnEmptyTableHasNoAnswer) {
-  TableSequence({}, {0, 10}).writeTo(scratch_ / "empty");
-  const CommandResult result = objects({"collect", scratch_ / "empty", "-o", scratch_ / "none", "--json"});
-  EXPECT_EQ(result.exitCode, 1) << result.err;
-  EXPECT_EQ(json::parse(result.out)["views"], 0);
 }
 
 }  // namespace

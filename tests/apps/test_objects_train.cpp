@@ -96,26 +96,9 @@ TEST_F(ObjectsTrain, RefusesWhatHasNoMeaning) {
   }
   refuses(train({clouds(), "--truth", "-o", ""}), ErrorCode::invalidOption);
   refuses(train({clouds(), "--study", study(), "-o", model()}), ErrorCode::fileNotFound);
-  refuses(trainWords({"--split", "tset"}), ErrorCode::unknownName);
-  refuses(trainWords({"--set", "training.shape.samples=0"}), ErrorCode::invalidOption);
-  refuses(trainWords({"--set", "training.size=true"}), ErrorCode::unknownName);
   refuses(trainWords({"--min-coverage", "0.5"}), ErrorCode::insufficientData);
   writeFile(words(), "image,coffee mug,pop bottle\nthing-1,1,0\n");
   refuses(trainWords(), ErrorCode::insufficientData);
-}
-
-TEST_F(ObjectsTrain, ClassesInAPersonsWordsGetTheLabelsThatAreKindsOfThem) {
-  const std::string mug = "[classes.mug]\nlabels = [\"coffee mug\"]\n";
-  writeFile(study(), mug + "[classes.bottle]\nlabels = [\"container\"]\n");
-  const CommandResult trained = trainWords();
-  ASSERT_EQ(trained.exitCode, 0) << trained.err;
-  EXPECT_NE(readFile(model()).find("pop bottle"), std::string::npos) << "for machines without WordNet";
-  fs::remove(model());
-  writeFile(study(), mug + "[classes.bottle]\nlabels = [\"soda\"]\n");
-  refuses(trainWords(), ErrorCode::unknownName);
-  const WithoutWordNet plain;
-  writeFile(study(), mug + "[classes.bottle]\nlabels = [\"container\"]\n");
-  refuses(trainWords(), ErrorCode::unknownName);
 }
 
 }  // namespace

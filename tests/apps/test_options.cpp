@@ -84,10 +84,8 @@ TEST_F(Options, ThatAreWrongAreRefused) {
   const std::vector<std::pair<std::vector<std::string>, ErrorCode>> refused{
       {{"--set", "zone.cut=1"}, ErrorCode::unknownName},
       {{"--set", "mapper.tau-join=1"}, ErrorCode::unknownName},
-      {{"--set", "zones.cute=1"}, ErrorCode::unknownName},
       {{"--set", "zones.cut"}, ErrorCode::invalidOption},
       {{"--set", "zones.cut=-1"}, ErrorCode::invalidOption},
-      {{"--set", "zones.linkage=best"}, ErrorCode::unknownName},
       {{"--threads", "-1"}, ErrorCode::invalidOption},
       {{"--preset", "mine"}, ErrorCode::unknownName},
       {{"--config", config_}, ErrorCode::fileNotFound},

@@ -3,17 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
-#include <opencv2/core/affine.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <set>
-#include <sstream>
 
-#include "estancia/core/pose.hpp"
 #include "estancia/files/cloud_file.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
@@ -129,32 +125,6 @@ TEST_F(Recognize, ABadModelDoesNotEndTheSearchForTheOthers) {
   }
 }
 
-TEST_F(Recognize, FindsWhereTheSensorStoodOrIsTold) {
-  // A robot's frame: z up, the origin elsewhere.
-  const cv::Affine3d fromCamera(cv::Matx33d(0, 0, 1, -1, 0, 0, 0, -1, 0), cv::Vec3d(1, 2, 3));
-  PointCloud scene = readCloud(in("scenes/scene001.pcd"));
-  for (cv::Point3f& p : scene.points) p = fromCamera * cv::Point3d(p);
-  const std::string moved = scratch_ / "moved.pcd", mario = in("meshes/mario000_0.ply");
-  const auto expectFound = [&](const std::vector<std::string>& more) {
-    std::vector<std::string> arguments{"recognize", "--object", mario, "--json"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    const CommandResult result = run(arguments);
-    ASSERT_EQ(result.exitCode, 0) << result.err;
-    EXPECT_EQ(result.err, "");
-    const auto numbers = json::parse(result.out)["instances"][0]["pose"].get<std::vector<double>>();
-    const cv::Vec4d somewhere(0.05, -0.1, 1, 1);
-    EXPECT_LT(cv::norm(cv::Matx44d(numbers.data()) * somewhere -
-                       fromCamera.matrix * readPose(in("gt/scene001-rs0.xf")) * somewhere),
-              0.02);
-  };
-  scene.viewpoint = poseOf(fromCamera);
-  writeCloud(scene, moved);
-  expectFound({moved});
-  scene.viewpoint = Pose{5, 2, 3};
-  writeCloud(scene, moved);
-  expectFound({moved, "--viewpoint", "1,2,3"});
-}
-
 TEST_F(Recognize, RefusesWhatItCannotUse) {
   const std::string mario = in("meshes/mario000_0.ply"), scene = in("scenes/scene001.pcd");
   const auto refuses = [&](std::vector<std::string> arguments, ErrorCode code) {
@@ -164,35 +134,11 @@ TEST_F(Recognize, RefusesWhatItCannotUse) {
   EXPECT_THAT(run({"recognize", scene}), FailsWith(ErrorCode::invalidOption));
   refuses({}, ErrorCode::invalidOption);
   refuses({scene, "--object", mario}, ErrorCode::invalidOption);
-  refuses({scene, "--preset", "magic"}, ErrorCode::unknownName);
   refuses({scene, "--descriptor", "magic"}, ErrorCode::unknownName);
-  refuses({scene, "--set", "recognition.magic=1"}, ErrorCode::unknownName);
-  refuses({scene, "--set", "magic.points=1"}, ErrorCode::unknownName);
-  refuses({scene, "--normal-radius", "-1"}, ErrorCode::invalidOption);
   refuses({scene, "--set", "recognition.normal-radius=1", "--set", "recognition.normal-neighbors=5"},
           ErrorCode::invalidOption);
-  refuses({scene, "--points", "-1"}, ErrorCode::invalidOption);
   refuses({scene, "--viewpoint", "1,2"}, ErrorCode::invalidOption);
   refuses({scratch_ / "none.pcd"}, ErrorCode::fileNotFound);
-}
-
-TEST_F(Recognize, DrawsIntoNewImagesOnly) {
-  const std::string mario = in("meshes/mario000_0.ply"), scene = in("scenes/scene001.pcd");
-  const auto refuses = [&](std::vector<std::string> image, ErrorCode code) {
-    image.insert(image.begin(), {"recognize", scene, "--object", "a=" + mario, "--render"});
-    EXPECT_THAT(run(image), FailsWith(code));
-  };
-  const std::string before = readFile(mario), photo = "\x89PNG\r\n a photograph";
-  refuses({mario, "--overwrite"}, ErrorCode::fileExists);
-  EXPECT_EQ(readFile(mario), before);
-  writeFile(scratch_ / "photo.png", photo);
-  writeFile(scratch_ / "notes.png", "notes");
-  refuses({scratch_ / "photo.png"}, ErrorCode::fileExists);
-  EXPECT_EQ(readFile(scratch_ / "photo.png"), photo);
-  refuses({scratch_ / "notes.png", "--overwrite"}, ErrorCode::fileExists);
-  EXPECT_EQ(readFile(scratch_ / "notes.png"), "notes");
-  refuses({scratch_ / "none/found.png"}, ErrorCode::fileNotFound);
-  refuses({scratch_ / "found.jpg"}, ErrorCode::unsupportedFile);
 }
 
 }  // namespace

@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 
 #include "estancia/map_file/map.hpp"
-#include "estancia/map_file/places.hpp"
 #include "estancia/sequences/descriptor_sequence.hpp"
 #include "estancia/session/session.hpp"
 #include "support/errors.hpp"
@@ -77,19 +76,6 @@ TEST_F(RoomsByName, AreInEveryNewMap) {
   EXPECT_GE(summary["predicted_rooms"]["kitchen"], 1);
 }
 
-TEST_F(RoomsByName, AreNotTakenFromOneThing) {
-  // A shelf of stoves in a desert: sure enough by its probability, but one label alone.
-  map(drive("odd.labels", {desert, {"stove", "dune", "stove", "sky"}}));
-  TopologicalMap byProbability = readMap(map_);
-  byProbability.predictions->evidence.clear();
-  EXPECT_TRUE(std::ranges::any_of(placesOf(byProbability), &Place::isNamed));
-  const auto asked = run({"ask", map_, "stove"});
-  EXPECT_EQ(asked.exitCode, 0);
-  EXPECT_EQ(asked.out.find("kitchen"), std::string::npos);
-  EXPECT_EQ(run({"export", map_, "--format", "graphml"}).out.find("<data key=\"predicted_room\">"),
-            std::string::npos);
-}
-
 TEST_F(RoomsByName, AreLeftOutForRawWordsAndWithoutWordNet) {
   const std::string home = drive("home.labels", {kitchen, bathroom});
   map(home, {"--words", "raw"});
@@ -116,18 +102,6 @@ TEST_F(RoomsByName, MayBeListedAndStaySo) {
   EXPECT_THAT(run({"map", home, "-o", other, "--rooms-by-name", "kitchen,xyzzy"}),
               FailsWith(ErrorCode::unknownName));
   EXPECT_FALSE(std::filesystem::exists(other)) << "before the long work begins";
-}
-
-TEST_F(RoomsByName, NameZones) {
-  const std::string home = drive("home.labels", {kitchen, bathroom}), zones = scratch_ / "home.zones";
-  const auto namesOf = [&](const std::vector<std::string>& more) {
-    std::vector<std::string> arguments{"zones", "find", home, "-o", zones, "--count", "2", "--overwrite"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    return run(arguments).out.find("kitchen: ") != std::string::npos;
-  };
-  EXPECT_TRUE(namesOf({}));
-  EXPECT_FALSE(namesOf({"--words", "raw"}));
-  EXPECT_TRUE(namesOf({"--words", "raw", "--rooms-by-name", "kitchen,garage"}));
 }
 
 TEST_F(RoomsByName, NeverReplaceThoseOfAClassifier) {

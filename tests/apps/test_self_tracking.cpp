@@ -1,17 +1,13 @@
 // `estancia map` of drives with depth and without poses, as a user runs it.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "estancia/readers/open_sequence.hpp"
 #include "estancia/stats/trajectory_error.hpp"
 #include "estancia/world_file/world_map.hpp"
-#include "support/errors.hpp"
 #include "support/model_support.hpp"
 #include "support/support.hpp"
 
@@ -78,30 +74,6 @@ TEST_F(UnposedDrive, IsTrackedInThePassThatMapsItAndGoesOnAsIfItHadNotStopped) {
     true_.push_back(truth->frame(i).pose.value());
   }
   EXPECT_LT(absoluteTrajectoryError(found, true_).rmse, 0.01);
-}
-
-TEST_F(UnposedDrive, KeepsToItsKindOfPoses) {
-  showFramesUpTo(4);
-  ASSERT_EQ(map("home.estancia").exitCode, 0);
-  showFramesUpTo(6);
-  EXPECT_THAT(map("home.estancia", {"--continue", "--set", "world.odometry.max-depth=4"}),
-              FailsWith(ErrorCode::mismatch));
-  std::istringstream truth(readFile(*data_ / "slow/poses.txt"));
-  std::string poses;
-  for (std::string line;
-       std::ranges::count(poses, '\n') < 7 && std::getline(truth, line);)  // with a headline
-    poses += line + "\n";
-  writeFile(scratch_ / "poses.txt", poses);
-  EXPECT_THAT(map("home.estancia", {"--continue", "--poses", scratch_ / "poses.txt"}),
-              FailsWith(ErrorCode::mismatch));
-  const auto posed = map("posed.estancia", {"--poses", scratch_ / "poses.txt"});
-  ASSERT_EQ(posed.exitCode, 0) << posed.err;
-  EXPECT_FALSE(json::parse(posed.out).contains("odometry"));
-  showFramesUpTo(8);
-  EXPECT_THAT(map("posed.estancia", {"--continue"}), FailsWith(ErrorCode::mismatch));
-  const auto flat = map("flat.estancia", {"--layers", "places,zones"});
-  EXPECT_EQ(flat.exitCode, 0) << flat.err;
-  EXPECT_FALSE(json::parse(flat.out).contains("odometry"));
 }
 
 }  // namespace

@@ -63,29 +63,6 @@ TEST_F(WorldCommand, AnswersPeopleInWords) {
   says({"ask", map_, "crockery"}, {"ESTANCIA_WORDNET"});
 }
 
-TEST_F(WorldCommand, ReportsStartAtTheLabelThatIsMeant) {
-  const auto reported = [this](const std::string& words) {
-    return run({"report", map_, "-o", scratch_ / "page.html", "--overwrite", "--label", words});
-  };
-  EXPECT_EQ(reported("coffee mug").exitCode, 0);
-  EXPECT_EQ(reported("crockery").exitCode, 0);
-  EXPECT_THAT(reported("xyzzy"), FailsWith(ErrorCode::unknownName));
-  const WithoutWordNet plain;
-  EXPECT_THAT(reported("crockery"), FailsWith(ErrorCode::unknownName));
-}
-
-TEST_F(WorldCommand, UnderstandsWordsThatNoLabelHas) {
-  EXPECT_EQ(run({"ask", map_, "something made of crockry"}).exitCode, 0);
-  const json answer = json::parse(run({"ask", map_, "crockry", "--json"}).out);
-  EXPECT_EQ(answer["corrected"], "crockery");
-  EXPECT_EQ(answer["matches"][0]["reason"], "a kind of crockery");
-  EXPECT_EQ(run({"route", map_, "--from", "0", "--to", "crockery"}).exitCode, 0);
-  EXPECT_EQ(run({"ask", map_, "xyzzy"}).exitCode, 1);
-  const WithoutWordNet names;
-  EXPECT_EQ(run({"ask", map_, "crockery"}).exitCode, 1);
-  EXPECT_EQ(run({"ask", map_, "cup"}).exitCode, 0) << "names need no WordNet";
-}
-
 TEST_F(WorldCommand, LooksUpOtherLanguagesInADictionary) {
   const std::string german = scratch_ / "german.txt";
   const auto ask = [&](const std::string& words) {
@@ -98,22 +75,6 @@ TEST_F(WorldCommand, LooksUpOtherLanguagesInADictionary) {
   EXPECT_EQ(json::parse(ask("kitchen").out)["areas"][0]["name"], "kitchen") << "names in the map go first";
   writeFile(german, "kitchen\n");
   EXPECT_THAT(ask("kitchen"), FailsWith(ErrorCode::malformedFile));
-}
-
-TEST_F(WorldCommand, NamesAreasByTheNamesOfRoomsAlone) {
-  const auto said = run({"classify", "name", map_, "--rooms", "kitchen,dining room,bathroom"});
-  EXPECT_EQ(said.exitCode, 0) << said.err;
-  EXPECT_EQ(readMap(map_).predictions->rooms,
-            (std::vector<std::string>{"kitchen", "dining room", "bathroom"}));
-  EXPECT_TRUE(readMap(map_).predictions->areListed);
-  EXPECT_EQ(run({"classify", "name", map_}).exitCode, 0);
-  EXPECT_FALSE(readMap(map_).predictions->areListed);
-  EXPECT_THAT(run({"classify", "name", map_, "--rooms", "kitchen,xyzzy"}), FailsWith(ErrorCode::unknownName));
-  EXPECT_THAT(run({"classify", "name", map_, "--rooms", "kitchen"}), FailsWith(ErrorCode::insufficientData));
-  EXPECT_NE(run({"classify", "name"}).exitCode, 0);
-  EXPECT_THAT(run({"classify", "name", scratch_ / "missing.estancia"}), FailsWith(ErrorCode::fileNotFound));
-  const WithoutWordNet names;
-  EXPECT_THAT(run({"classify", "name", map_}), FailsWith(ErrorCode::missingDependency));
 }
 
 TEST_F(WorldCommand, WritesTheImagesOfAnswers) {
@@ -197,24 +158,6 @@ TEST_F(WorldCommand, IsEvaluatedBesideTheTruthAboutItsDrive) {
   const json plain = json::parse(run({"evaluate", map_, "--truth", home, "--json"}).out);
   EXPECT_EQ(plain["object_recall"], 0.75);
   EXPECT_FALSE(plain.contains("object_recall_furniture")) << "all are things";
-}
-
-TEST_F(WorldCommand, SaysWhatIsWrongWithTheTruth) {
-  const fs::path home = scratch_ / "home";
-  writeSampleHome(home);
-  const std::string classes = home / "things.toml";
-  EXPECT_THAT(run({"evaluate", map_, "--classes", classes}), FailsWith(ErrorCode::invalidOption));
-  writeFile(scratch_ / "bad.toml", "[words]\nmug = 3\n");
-  EXPECT_THAT(run({"evaluate", map_, "--truth", home, "--classes", scratch_ / "bad.toml"}),
-              FailsWith(ErrorCode::malformedFile));
-  fs::remove(home / "visible.csv");
-  fs::remove(home / "instances.csv");
-  EXPECT_THAT(run({"evaluate", map_, "--truth", home, "--classes", classes}),
-              FailsWith(ErrorCode::fileNotFound));
-  EXPECT_EQ(run({"evaluate", map_, "--truth", home}).exitCode, 0) << "rooms and trajectory are there";
-  fs::rename(home / "rgb/frame_3.png", home / "rgb/other.png");
-  fs::rename(home / "depth/frame_3.png", home / "depth/other.png");
-  EXPECT_THAT(run({"evaluate", map_, "--truth", home}), FailsWith(ErrorCode::mismatch));
 }
 
 }  // namespace

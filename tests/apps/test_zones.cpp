@@ -67,15 +67,6 @@ TEST_F(ZonesCommand, FindsAndNamesTheRooms) {
   EXPECT_EQ(found["rooms"]["kitchen"]["images"], 20);
 }
 
-TEST_F(ZonesCommand, TakesItsSettings) {
-  EXPECT_EQ(zones({"--count", "5"})["zones"].size(), 5U);
-  EXPECT_EQ(zones({"--cut", "1000"})["zones"].size(), 1U);
-  const json automatic = zones({"--cut", "auto"});
-  EXPECT_EQ(automatic, zones());
-  EXPECT_EQ(automatic["measures"]["homogeneity"], 1) << "every zone lies in one room";
-  EXPECT_EQ(zones({"--distance", "hellinger", "--linkage", "complete"})["linkage"], "complete");
-}
-
 TEST_F(ZonesCommand, FollowsAStreamAndSaysHowFarItIsFromTheExactResult) {
   const auto lines = run({"zones", "find", words_, "-o", file_, "--stream", "--json", "--count", "3"});
   ASSERT_EQ(lines.exitCode, 0) << lines.err;
@@ -108,10 +99,6 @@ TEST_F(ZonesCommand, TakesTheWordsOfAMap) {
   EXPECT_EQ(ofMap({}), zones({"--set", "zones.reach=0.5"})["zones"]) << "a map is a run";
   expectError({"zones", "find", map_, "-o", scratch_ / "c.zones", "--model", "inception-v3"},
               ErrorCode::invalidOption);
-  expectError({"zones", "find", map_, "-o", scratch_ / "c.zones", "--rooms", "r.csv"},
-              ErrorCode::invalidOption);
-  expectError({"zones", "find", scratch_ / "missing.estancia", "-o", scratch_ / "c.zones"},
-              ErrorCode::fileNotFound);
 }
 
 TEST_F(ZonesCommand, LetsAskSayTheZone) {
@@ -153,6 +140,18 @@ TEST_F(ZonesCommand, IsEvaluatedAndExported) {
   expectError({"export", map_, "--format", "rooms"}, ErrorCode::unsupportedFile);
 }
 
+TEST_F(ZonesCommand, AreShownByThemselvesAndOverAMap) {
+  ASSERT_EQ(run({"map", words_, "-o", map_}).exitCode, 0);
+  zones({"--count", "3"});
+  const std::string page = scratch_ / "page.html";
+  ASSERT_EQ(run({"report", file_, "-o", page, "--map", map_}).exitCode, 0);
+  EXPECT_NE(readFile(page).find("<dt>zones</dt><dd>3</dd>"), std::string::npos);
+  ASSERT_EQ(run({"report", map_, "-o", page, "--zones", file_, "--overwrite"}).exitCode, 0);
+  EXPECT_NE(readFile(page).find("In zone 0, "), std::string::npos);
+  expectError({"report", map_, "-o", scratch_ / "no.html", "--zones", map_}, ErrorCode::unsupportedFile);
+  expectError({"report", file_, "-o", scratch_ / "no.html", "--label", "bed"}, ErrorCode::invalidOption);
+}
+
 TEST_F(ZonesCommand, ReplacesZonesOnlyAndOnlyWhenTold) {
   zones();
   expectError({"zones", "find", words_, "-o", file_}, ErrorCode::fileExists);
@@ -160,25 +159,6 @@ TEST_F(ZonesCommand, ReplacesZonesOnlyAndOnlyWhenTold) {
   expectError({"zones", "find", words_, "-o", words_, "--overwrite"}, ErrorCode::fileExists);
   EXPECT_EQ(readFile(words_), words);
   expectError({"zones", "find", words_, "-o", scratch_ / "none/home.zones"}, ErrorCode::fileNotFound);
-}
-
-TEST_F(ZonesCommand, RefusesWrongSettings) {
-  const std::vector<std::pair<std::vector<std::string>, ErrorCode>> refused{
-      {{"--distance", "bogus"}, ErrorCode::unknownName},
-      {{"--linkage", "bogus"}, ErrorCode::unknownName},
-      {{"--cut", "soon"}, ErrorCode::invalidOption},
-      {{"--cut", "-1"}, ErrorCode::invalidOption},
-      {{"--cut", "nan"}, ErrorCode::invalidOption},
-      {{"--count", "0"}, ErrorCode::invalidOption},
-      {{"--count", "41"}, ErrorCode::invalidOption},
-      {{"--count", "3", "--cut", "1"}, ErrorCode::invalidOption},
-      {{"--distance", "ks", "--linkage", "ward"}, ErrorCode::invalidOption}};
-  for (const auto& [settings, code] : refused) {
-    SCOPED_TRACE(testing::PrintToString(settings));
-    std::vector<std::string> arguments{"zones", "find", words_, "-o", file_};
-    arguments.insert(arguments.end(), settings.begin(), settings.end());
-    expectError(arguments, code);
-  }
 }
 
 }  // namespace

@@ -79,11 +79,5 @@ TEST_F(ModelFolder, SaysWhatIsMissingAndLeavesNothingBehind) {
   EXPECT_THROW(ConvertedModel(folder_).folder(), Error);
 }
 
-TEST_F(ModelFolder, OfAnOnnxNetworkIsTakenAsItIs) {
-  test::writeSmallModel(folder_);
-  EXPECT_EQ(ConvertedModel(folder_).folder(), folder_);
-  EXPECT_EQ(networkOf(folder_).file, folder_ / "small.onnx");
-}
-
 }  // namespace
 }  // namespace estancia::convert

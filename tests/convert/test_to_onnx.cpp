@@ -57,15 +57,6 @@ TEST_F(Convert, AnOnnxFileIsOnlyChecked) {
   EXPECT_EQ(readFile(target_), good);
 }
 
-TEST_F(Convert, ReplacesNoFileUnlessTold) {
-  writeFile(target_, "precious");
-  const std::string good = test::smallOnnx(8, 4);
-  EXPECT_THAT(refusal("small.onnx", good), FailsWith(ErrorCode::fileExists));
-  EXPECT_EQ(readFile(target_), "precious");
-  writeOnnx({.file = scratch_ / "small.onnx"}, target_, true);
-  EXPECT_EQ(readFile(target_), good);
-}
-
 TEST_F(Convert, WritesNothingThatIsNotSound) {
   const auto unknown = [](onnx::GraphProto& g) { g.mutable_node(0)->set_op_type("FancyPool"); };
   const auto contradiction = [](onnx::GraphProto& g) {
@@ -85,14 +76,6 @@ TEST_F(Convert, WritesNothingThatIsNotSound) {
   EXPECT_THAT(refusal("net.tflite", "not one"), FailsWith(ErrorCode::malformedFile));
   EXPECT_THAT(refusal("net.caffemodel", "x"), FailsWith(ErrorCode::unsupportedFile));
   EXPECT_FALSE(fs::exists(target_));
-}
-
-TEST_F(Convert, SaysWhenAFileIsMissingOrCannotBeWritten) {
-  EXPECT_THAT([&] { writeOnnx({.file = scratch_ / "none.tflite"}, target_); },
-              FailsWith(ErrorCode::fileNotFound));
-  writeFile(scratch_ / "small.onnx", test::smallOnnx(8, 4));
-  EXPECT_THAT([&] { writeOnnx({.file = scratch_ / "small.onnx"}, scratch_ / "no folder/x.onnx"); },
-              FailsWith(ErrorCode::fileUnwritable));
 }
 
 }  // namespace

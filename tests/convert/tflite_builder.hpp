@@ -67,16 +67,8 @@ class TfliteBuilder {
   void softmax(int input, int output) {
     op(25, {input}, output, format::Options::Softmax, format::CreateSoftmax(out_, 1.0F).Union());
   }
-  void mean(int input, int axes, int output, bool keepDimensions) {
-    op(40, {input, axes}, output, format::Options::Reducer,
-       format::CreateReducer(out_, keepDimensions).Union());
-  }
   void plain(int code, const std::vector<int>& inputs, int output) {
     op(code, inputs, output, format::Options::NONE, 0);
-  }
-  void custom(const std::string& name, int input, int output) {
-    customName_ = name;
-    plain(32, {input}, output);
   }
 
   std::string file(int input, int output) {
@@ -100,8 +92,8 @@ class TfliteBuilder {
   void op(int code, const std::vector<int>& inputs, int output, format::Options type,
           flatbuffers::Offset<void> options) {
     const std::vector<int> outputs{output};
-    codes_.push_back(format::CreateOperatorCodeDirect(
-        out_, static_cast<std::int8_t>(code), customName_.empty() ? nullptr : customName_.c_str(), 1, code));
+    codes_.push_back(
+        format::CreateOperatorCodeDirect(out_, static_cast<std::int8_t>(code), nullptr, 1, code));
     operators_.push_back(format::CreateOperatorDirect(out_, static_cast<std::uint32_t>(codes_.size() - 1),
                                                       &inputs, &outputs, type, options));
   }
@@ -111,7 +103,6 @@ class TfliteBuilder {
   std::vector<flatbuffers::Offset<format::Tensor>> tensors_;
   std::vector<flatbuffers::Offset<format::OperatorCode>> codes_;
   std::vector<flatbuffers::Offset<format::Operator>> operators_;
-  std::string customName_;
 };
 
 }  // namespace estancia::test

@@ -131,19 +131,6 @@ TEST(Cores, QuotasOfTheFirstKindLimitToo) {
   EXPECT_EQ(usableCores(root.path()), 1);
 }
 
-TEST(Cores, OnlyTheCoresInQuestionCountAsBusy) {
-  const std::string stat =
-      "cpu  111 222 333 444 0 0 0 0 0 0\n"
-      "cpu0 1 2 4 1000 2000 8 16 32 0 0\n"
-      "cpu1 100 0 0 5000 0 0 0 0 0 0\n"
-      "cpu12 7 0 0 5000 0 0 0 0 0 0\n"
-      "intr 5 6\n";
-  EXPECT_EQ(busyTicks(stat, {0}), 1 + 2 + 4 + 8 + 16 + 32);
-  EXPECT_EQ(busyTicks(stat, {1, 12}), 107);
-  EXPECT_EQ(busyTicks(stat, {0, 2}), -1) << "cpu2 is missing";
-  EXPECT_EQ(busyTicks("", {0}), -1);
-}
-
 constexpr std::uint64_t unlimited = std::numeric_limits<std::uint64_t>::max();
 
 TEST(Memory, AnyGroupAroundLimits) {

@@ -65,36 +65,6 @@ TEST(FindingsPage, PointsOutTheBestAndWhatReadsTheSame) {
   EXPECT_EQ(count(html, "<td>–</td>"), 1U);
 }
 
-TEST(FindingsPage, ColorsATableWhereItIsAsked) {
-  Findings findings = samplePage();
-  EXPECT_EQ(count(renderFindingsPage(findings), "<td style"), 4U - 1U) << "the matrix' own";
-  auto& table = std::get<ResultTable>(findings.sections[0]);
-  table.hottest = 8;
-  const std::string html = renderFindingsPage(findings);
-  EXPECT_EQ(count(html, "<td style"), 3U + 5U) << "the unknown cell and those of the best are not these";
-  EXPECT_EQ(count(html, "<td>–</td>"), 1U) << "what is unknown has no color";
-  table.rows[0].values[1] = 8.0;
-  table.rows[1].values[1] = 0.0;
-  const std::string ends = renderFindingsPage(findings);
-  EXPECT_EQ(count(ends, "class=\"best\" style=\"background:#fde725;color:#000\">8<"), 1U);
-  EXPECT_EQ(count(ends, "style=\"background:#440154;color:#fff\">0<"), 1U);
-  EXPECT_EQ(count(ends, "<span>8.00</span>"), 1U) << "the end of the scale";
-  table.rows[0].values[1] = 800.0;
-  EXPECT_EQ(count(renderFindingsPage(findings), "background:#fde725;color:#000\">800<"), 1U) << "no hotter";
-}
-
-TEST(FindingsPage, PointsOutWhatBeatsAnotherColumn) {
-  Findings findings;
-  findings.sections.emplace_back(
-      ResultTable{"",
-                  "",
-                  "split",
-                  {{"labeler", 0}, {"shape", 0, ResultTable::Best::largest, ResultTable::Form::fixed, 0}},
-                  {{"a", {50, 60}}, {"b", {70, 70}}, {"c", {70, 90}}, {"d", {std::nullopt, 80}}}});
-  const std::string html = renderFindingsPage(findings);
-  EXPECT_THAT(Html(html).texts("td.beats"), ElementsAre("60", "90")) << "neither a tie nor what has no rival";
-}
-
 /// An image of one color as a PNG.
 std::vector<unsigned char> png() {
   const test::ScratchFolder scratch;
@@ -164,15 +134,6 @@ TEST(FindingsPage, NeedsNoNetworkAndHasNoForeignMarkup) {
   EXPECT_FALSE(std::regex_search(html, std::regex("https?:|@import|url\\(|<link|<iframe")));
 }
 
-TEST(FindingsPage, NothingFoundIsAPage) {
-  test::expectWellFormed(renderFindingsPage({}));
-  Findings empty;
-  empty.sections.emplace_back(ResultTable{});
-  empty.sections.emplace_back(LineChart{});
-  empty.sections.emplace_back(StackedBars{"", "", {"wins"}, {{"a", {0}}}});
-  EXPECT_FALSE(Html(renderFindingsPage(empty)).mentions("nan"));
-}
-
 TEST(FindingsPage, IsWrittenWholeOrNotAtAll) {
   const test::ScratchFolder scratch;
   writeFindingsPage(scratch / "report.html", samplePage());
@@ -211,31 +172,12 @@ TEST(LineChart, DrawsRatiosInProportionOnALogarithmicAxis) {
   EXPECT_DOUBLE_EQ(y[3], 280) << "0 lies at the foot";
 }
 
-TEST(LineChart, ACloseUpBeginsNearTheLeastValueAndSpacesPositionsEvenly) {
-  LineChart chart{"", "", "", "", false, {10, 20, 1000}, {{"a", {71, 75, 79}}}, true};
-  const auto found = heights(chart);
-  ASSERT_EQ(found.size(), 3U);
-  EXPECT_NEAR(found[1] - found[0], found[2] - found[1], 1e-6);
-  EXPECT_GT(found[0] - found[2], 0.5 * 280) << "the differences fill the image";
-  const std::string html = lineChart(chart).str();
-  EXPECT_THAT(Html(html).values("span", "style"),
-              testing::IsSupersetOf({"left:0%", "left:50%", "left:100%"}));
-  EXPECT_THAT(Html(html).texts("span"), testing::Contains("1000"));
-  chart.lines[0].y = {75, 75, 75};
-  EXPECT_EQ(heights(chart).size(), 3U) << "no differences are no error";
-}
-
 TEST(LineChart, BreaksWhereNothingIsKnown) {
   LineChart chart{"", "", "", "", false, {1, 2, 3, 4, 5}, {{"a", {1, 2, NAN, 3, 4}}}};
   const std::string svg = lineChart(chart).str();
   const std::string plot = svg.substr(svg.find("class=\"plot\""));
   const std::string curve = plot.substr(plot.find("class=\"curve"));
   EXPECT_EQ(count(curve.substr(0, curve.find('>')), "M"), 2U);
-}
-
-TEST(LineChart, TellsManyCurvesApart) {
-  EXPECT_NE(curveClass(0), curveClass(7));
-  EXPECT_EQ(curveClass(1).substr(0, 8), curveClass(8).substr(0, 8)) << "color again, other dashes";
 }
 
 TEST(LineChartFigure, PointsOutAMarkThatIsOneOfItsPositions) {

@@ -4,7 +4,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <regex>
 #include <string>
 #include <vector>
@@ -140,19 +139,6 @@ TEST(RankDiagram, KeepsBothEndsOfLongNames) {
       << "the whole name when pointed at";
 }
 
-TEST(RankDiagram, LeavesOutWhatLongNamesHaveInCommon) {
-  RankDiagram diagram = sampleDiagram(2, 1);
-  const std::string front = "inception-v3+places365+resnet50+squeezenet+",
-                    back = "/svm-rbf-of-all-the-features";
-  diagram.methods[0].name = front + "gist" + back;
-  diagram.methods[1].name = front + "gray" + back;
-  const std::string svg = renderRankDiagram(diagram);
-  EXPECT_EQ(count(svg, ">…gist…<"), 1U);
-  EXPECT_EQ(count(svg, ">…gray…<"), 1U);
-  diagram.methods[1].name = diagram.methods[0].name;
-  EXPECT_GE(count(renderRankDiagram(diagram), ">inception-v3"), 2U);
-}
-
 TEST(RankDiagram, IsPartOfThePageAndAFileOfItsOwn) {
   Findings findings;
   findings.title = "Which?";
@@ -182,17 +168,6 @@ TEST(RankDiagram, SurvivesAnyNameAndNone) {
     EXPECT_FALSE(Html(text).mentions("nan"));
     EXPECT_FALSE(Html(text).mentions("inf"));
   }
-}
-
-TEST(ShortenMiddle, KeepsCodePointsWhole) {
-  EXPECT_EQ(shortenMiddleToWidth("abc", 100), "abc");
-  const std::string shortened = shortenMiddleToWidth("äöüäöüäöüäöü", 4);
-  EXPECT_EQ(report::cleanText(shortened), shortened);
-  EXPECT_TRUE(shortened.starts_with("ä") && shortened.ends_with("ü")) << shortened;
-  EXPECT_LE(report::textWidth(shortened), 4);
-  EXPECT_EQ(shortenMiddleToWidth("", 0), "");
-  EXPECT_EQ(shortenMiddleToWidth("äö", 0), "ä…") << "one code point stays";
-  EXPECT_EQ(shortenMiddleToWidth("a", 0), "…");
 }
 
 }  // namespace

@@ -78,11 +78,5 @@ TEST(ResultTableText, SurvivesAnyName) {
   EXPECT_THAT(rows[1].cells, ElementsAre(hostile, "", "no", "2.7"));
 }
 
-TEST(ResultTableText, OfNothingIsAHead) {
-  EXPECT_EQ(textTable({"", "", "model", {}, {}}), "model\n");
-  EXPECT_EQ(markdownTable({"", "", "model", {}, {}}), "| model |\n| --- |\n");
-  EXPECT_EQ(csvTable({"", "", "model", {}, {}}), "model\n");
-}
-
 }  // namespace
 }  // namespace estancia

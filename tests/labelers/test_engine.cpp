@@ -370,18 +370,6 @@ TEST_P(Engines, AModelIn8BitsKeepsItsNameAndHasAnotherIdentity) {
   EXPECT_THAT([&] { loadModel(model, options); }, FailsWith(ErrorCode::unsupportedFile));
 }
 
-TEST_P(Engines, RefuseWhatAnotherLabelerPrepared) {
-  const auto small = open(test::smallOnnx(8, 4), modelToml("small.onnx", 8));
-  const auto large = open(test::smallOnnx(9, 4), modelToml("small.onnx", 9));
-  const Prepared image = large->prepare(cv::Mat(30, 40, CV_8UC3, cv::Scalar(10, 20, 30)));
-  EXPECT_THAT([&] { small->infer(image); }, FailsWith(ErrorCode::mismatch));
-  EXPECT_THAT(
-      [&] {
-        small->inferBatch(std::vector<Prepared>{image, image});
-      },
-      FailsWith(ErrorCode::mismatch));
-}
-
 TEST_P(Engines, SayWhenTheNetworkChangesBetweenImagesAndBatches) {
   const auto toml = modelToml("small.onnx", 8);
   open(test::smallOnnx(8, 4), toml);

@@ -187,19 +187,6 @@ class HttpLabeler : public testing::Test {
   test::ScratchFolder scratch_;
 };
 
-TEST_F(HttpLabeler, PostsAJpegAndReadsTheLabels) {
-  service_.handle = [](const auto& request, auto& response) {
-    EXPECT_EQ(request.get_header_value("Content-Type"), "image/jpeg");
-    EXPECT_NEAR(valueOf(request), 77, 2);
-    answer(response, R"({"labels": {"cup": 0.75, "mug": 0.25}})");
-  };
-  const auto labeler = open();
-  EXPECT_TRUE(labeler->discovers());
-  EXPECT_EQ(labeler->batchSize(), 4U);
-  EXPECT_THAT(labeler->label(gray(77)), ElementsAre(0.75F, 0.25F));
-  EXPECT_THAT(labeler->vocabulary().labels(), ElementsAre("cup", "mug"));
-}
-
 /// The service of the thesis, in the form it has now.
 TEST_F(HttpLabeler, SpeaksWithClarifai) {
   setenv("ESTANCIA_TEST_KEY", "s3cr3t", 1);

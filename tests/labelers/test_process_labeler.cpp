@@ -229,13 +229,6 @@ class KilledOwner : public ProcessLabeler {
   const fs::path temporary_ = scratch_ / "tmp";
 };
 
-TEST_F(KilledOwner, TakesItsProgramAndTheChildrenOfThatWithIt) {
-  labelAndBeKilled("trap '' TERM HUP INT; echo $$ >parent; sleep 1000 & echo $! >child\n",
-                   R"(["sh", "labeler.sh"])");
-  EXPECT_FALSE(livesOn(scratch_ / "parent"));
-  EXPECT_FALSE(livesOn(scratch_ / "child"));
-}
-
 TEST_F(KilledOwner, LeavesAFolderThatGoesWithTheNextStart) {
   labelAndBeKilled("", R"(["sh", "labeler.sh"])");
   const auto left = temporaryFolders();

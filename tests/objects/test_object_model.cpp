@@ -94,14 +94,6 @@ TEST(ObjectModel, WhatCannotBeHeldOutIsUnknown) {
   EXPECT_THAT(learned(trainingOf(things, 3)).heldOutAccuracy(), Each(-1));
 }
 
-TEST(ObjectModel, DoesNotDependOnThreads) {
-  const ObjectTraining training = trainingOf(madeUpThings(3, 3, 6, 1), 3);
-  const MadeUpThings asked = madeUpThings(3, 3, 6, 2);
-  const ObjectModel one = learned(training, "svm-rbf", 1), three = learned(training, "svm-rbf", 3);
-  EXPECT_EQ(one.predict(asked.shapes, 1).values(), three.predict(asked.shapes, 3).values());
-  EXPECT_EQ(one.heldOutAccuracy(), three.heldOutAccuracy());
-}
-
 TEST(ObjectModel, BadTrainingDataAndOtherShapesAreRefused) {
   const MadeUpThings things = madeUpThings(3, 2, 5, 1);
   const ObjectTraining sound = trainingOf(things, 3);

@@ -177,21 +177,5 @@ TEST_F(Training, RefusesWhatCannotBeLearnedFrom) {
   EXPECT_EQ(gather(nearlyUnknown).rejected, 1U) << "one of two is enough";
 }
 
-TEST(ObjectOptions, AreDeclaredWithTheirParts) {
-  TrainingOptions training;
-  OptionGroup group = declare(training);
-  group.set("pseudo-labels", "top");
-  group.set("min_coverage", "0.25");
-  group.set("shape.size", "true");
-  group.set("classifier.type", "forest");
-  EXPECT_EQ(training.pseudoLabels, PseudoLabeling::top);
-  EXPECT_EQ(training.minCoverage, 0.25);
-  EXPECT_TRUE(training.shape.size);
-  EXPECT_EQ(training.classifier.type, "forest");
-  validate(training);
-  validate(CollectOptions{});
-  validate(PredictOptions{});
-}
-
 }  // namespace
 }  // namespace estancia::test

@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <map>
 
 #include "estancia/files/csv.hpp"
 #include "estancia/files/files.hpp"
@@ -125,23 +124,6 @@ TEST(SevenScenes, ReadsOnePoseFileAFrame) {
   EXPECT_THAT([&] { openSequence(folder.path()); }, FailsWith(ErrorCode::malformedFile));
 }
 
-TEST(SevenScenes, ReadsTheRedKitchen) {
-  const auto data = test::findData("sevenscenes_redkitchen");
-  ESTANCIA_NEEDS(data, "the real data set sevenscenes_redkitchen is missing");
-  const auto sequence = openSequence(*data);
-  ASSERT_EQ(sequence->size(), 200U);
-  EXPECT_EQ(sequence->frame(199).name, "frame-000995.color.jpg");
-  EXPECT_THAT(sequence->warnings(), IsEmpty());
-  const Pose pose = sequence->frame(0).pose.value();  // the first line of poses.csv
-  EXPECT_EQ(pose.x, -0.3404563);
-  EXPECT_EQ(pose.y, 0.01646982);
-  EXPECT_EQ(pose.z, 0.2965692);
-  EXPECT_NEAR(pose.forward()[0], -0.3142243, 1e-4);
-  EXPECT_NEAR(pose.forward()[1], 0.04527963, 1e-4);
-  EXPECT_NEAR(pose.forward()[2], 0.9482093, 1e-4);
-  EXPECT_EQ(sequence->image(199).size(), cv::Size(640, 480));
-}
-
 std::vector<std::string> namesOf(const Sequence& sequence) {
   std::vector<std::string> names;
   for (std::size_t i = 0; i < sequence.size(); ++i) names.push_back(sequence.frame(i).name);
@@ -185,11 +167,6 @@ TEST_F(Splits, AreTheThirdColumnOfTheRooms) {
   EXPECT_EQ(train->fingerprint(1), open("")->fingerprint(2));
   EXPECT_EQ(train->name(), open("")->name() + " (train)");
   EXPECT_THAT(namesOf(*open("test")), ElementsAre("1.png", "3.png"));
-}
-
-TEST_F(Splits, OnlyTheRoomsThatAreNamedAreLeft) {
-  EXPECT_THAT(namesOf(*open("", {"kitchen", "hall"})), ElementsAre("0.png", "1.png", "3.png"));
-  EXPECT_THAT(namesOf(*open("train", {"kitchen", "hall"})), ElementsAre("0.png"));
 }
 
 TEST_F(Splits, KeepWhatIsKnownOfTheWhole) {
@@ -270,25 +247,6 @@ TEST_F(Nyu, RefusesAWrongTable) {
     table(text);
     EXPECT_THAT(refusal(), FailsWith(ErrorCode::malformedFile)) << text;
   }
-}
-
-TEST(RealNyu, HasItsHalvesAndRooms) {
-  const auto data = test::findData("nyuv2_half");
-  ESTANCIA_NEEDS(data, "the real data set nyuv2_half is missing");
-  const auto all = openSequence(*data);
-  EXPECT_EQ(all->size(), 1173U);
-  EXPECT_THAT(all->warnings(), IsEmpty());
-  SequenceOptions options;
-  options.split = "test";
-  EXPECT_EQ(openSequence(*data, options)->size(), 654U);
-  options.only = {"bathroom", "bedroom", "kitchen", "living_room", "dining_room"};
-  const auto test = openSequence(*data, options);
-  options.split = "train";
-  const auto train = openSequence(*data, options);
-  EXPECT_EQ(test->size() + train->size(), 957U);
-  std::map<std::string, int> rooms;
-  for (const std::string& room : roomsOf(*test)) ++rooms[room];
-  EXPECT_THAT(rooms, ::testing::SizeIs(5));
 }
 
 /// A wall at `z` meters before a camera of 16 × 12 pixels, fx 20, fy 22, cx 7, cy 5.5, with a hole at (3, 2).

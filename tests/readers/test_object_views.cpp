@@ -179,18 +179,6 @@ TEST_F(NyuObjectViews, FramesThatDoNotFitAreLeftOut) {
   EXPECT_THAT([&] { views->cloud(0); }, FailsWith(ErrorCode::invalidState));
 }
 
-TEST_F(NyuObjectViews, ClassesMustBeNamedInOrder) {
-  const auto problem = [&](const std::string& classes) {
-    writeFile(folder_ / "classes40.txt", classes);
-    return test::caught([&] { open(folder_.path(), "nyu", 10); });
-  };
-  EXPECT_FALSE(problem("wall\nfloor\ncabinet\nbed\nchair\n").code);
-  for (const char* classes : {"0 wall\n2 floor\n", "0 wall paper\n", "chair\nchair\n"})
-    EXPECT_THAT(problem(classes), FailsWith(ErrorCode::malformedFile)) << classes;
-  for (const char* classes : {"\n", "wall\nfloor\n"})
-    EXPECT_THAT(problem(classes), FailsWith(ErrorCode::insufficientData)) << classes;
-}
-
 const std::string start =
     "# estancia object samples 1\nname,instance,category,split,frame,x,y,width,height,flat,at_border\n";
 
@@ -394,17 +382,6 @@ TEST_F(Washington, WrongPlacesAreRefused) {
     EXPECT_THAT(refusal(place), FailsWith(ErrorCode::malformedFile)) << place;
   for (const char* place : {"630,1", "1,480"})
     EXPECT_THAT(refusal(place), FailsWith(ErrorCode::mismatch)) << place;
-}
-
-TEST_F(Washington, ImagesThatDoNotFitAreRefused) {
-  const std::string stem = "mug/mug_1/mug_1_1_1";
-  view(stem);
-  const auto views = open();
-  write(stem + "_maskcrop.png", encoded(".png", cv::Mat(9, 20, CV_8U, cv::Scalar(1))));
-  EXPECT_THAT([&] { views->image(0); }, FailsWith(ErrorCode::mismatch));
-  view(stem);
-  write(stem + "_depthcrop.png", encoded(".png", cv::Mat::zeros(10, 20, CV_16U)));
-  EXPECT_THAT([&] { views->cloud(0); }, FailsWith(ErrorCode::insufficientData));
 }
 
 }  // namespace

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numbers>
 #include <opencv2/imgproc.hpp>
-#include <set>
 
 #include "estancia/readers/open_sequence.hpp"
 #include "support/errors.hpp"
@@ -160,30 +159,6 @@ TEST_F(Panorama, RefusesImpossibleTours) {
   wrong[5].turn = nan;
   for (const SequenceOptions& options : wrong)
     EXPECT_THAT([&] { openSequence(folder_.path(), options); }, FailsWith(ErrorCode::invalidOption));
-}
-
-TEST(RealPanoramas, AreATourOfEighteenPlaces) {
-  const auto data = test::findFetched("panoramas");
-  ESTANCIA_NEEDS(data, "the panoramas are missing, script/bootstrap fetches them");
-  const auto tour = openSequence(*data);
-  ASSERT_EQ(tour->size(), 216U);
-  EXPECT_THAT(tour->warnings(), IsEmpty());
-  std::set<std::string> rooms;
-  for (std::size_t i = 0; i < tour->size(); ++i) rooms.insert(tour->frame(i).room);
-  EXPECT_EQ(rooms.size(), 18U);
-  EXPECT_EQ(tour->frame(13).name.substr(tour->frame(13).name.rfind('/')), "/r1_h030");
-  std::vector<cv::Mat> views;
-  for (const std::size_t i : {0U, 100U, 215U}) {
-    views.push_back(tour->image(i));
-    const double brightness = cv::mean(views.back())[1];
-    EXPECT_TRUE(brightness > 20 && brightness < 245) << tour->frame(i).name << " " << brightness;
-  }
-  std::atomic<int> different = 0;
-  test::inThreads(3, [&](int t) {
-    const std::size_t i = std::array{0U, 100U, 215U}[static_cast<std::size_t>(t)];
-    if (cv::norm(tour->image(i), views[static_cast<std::size_t>(t)], cv::NORM_INF) != 0) ++different;
-  });
-  EXPECT_EQ(different, 0);
 }
 
 }  // namespace

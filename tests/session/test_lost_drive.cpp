@@ -192,20 +192,5 @@ TEST_F(AnotherBuilding, IsLeftWithoutATraceInTheNext) {
     EXPECT_FALSE(known.contains(merge.kept) && merge.frame > begin) << merge.absorbed;
 }
 
-TEST(CommonStandardization, IsThatOfBothAsIfTheyHadAsManyImages) {
-  Moments many(2, true), few(2, true);
-  std::mt19937 random(3);
-  std::normal_distribution<float> normal;
-  for (int i = 0; i < 40000; ++i) many.add(std::vector<float>{2 + normal(random), normal(random)});
-  for (int i = 0; i < 2000; ++i) few.add(std::vector<float>{-2 + normal(random), 3 * normal(random)});
-  const Standardization one = commonStandardization(many, few), other = commonStandardization(few, many);
-  for (int i : {0, 1}) EXPECT_NEAR(one.center[i], other.center[i], 1e-5);
-  for (int i : {0, 1}) EXPECT_NEAR(one.weight[i], other.weight[i], 1e-5);
-  EXPECT_NEAR(one.center[0], 0, 0.1) << "in the middle, not where most images are";
-  // Within either the variances are 1, 1 and 1, 9; between them the first label has 4 more.
-  EXPECT_NEAR(one.weight[0], 1 / std::sqrt(5.0), 0.05);
-  EXPECT_NEAR(one.weight[1], 1 / std::sqrt(5.0), 0.05);
-}
-
 }  // namespace
 }  // namespace estancia

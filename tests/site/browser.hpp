@@ -13,7 +13,7 @@ namespace estancia::test {
 /// Any port that is free, unless one is wanted.
 ServerOptions optionsAt(int port = 0);
 
-/// `kind`: "live", "at rest" or "drive"; ESTANCIA_SCREENSHOTS names a folder to see what the browser shows.
+/// `kind`: "live" or "at rest"; ESTANCIA_SCREENSHOTS names a folder to see what the browser shows.
 /// What comes is not valid without a browser.
 std::future<CommandResult> browse(const PageServer& server, int width, const std::string& kind);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A browser on the live page; browser.cpp runs it: node page.mjs MODULES URL WIDTH KIND FOLDER
-// KIND: "live", on a view that the test changes by hand; "at rest", on a map file; "drive", on a robot that maps.
+// KIND: "live", on a view that the test changes by hand; "at rest", on a map file.
 // FOLDER: where to put screenshots; none without it.
 import {createRequire} from 'node:module';
 const [modules, url, width, kind, folder] = process.argv.slice(2);
@@ -14,8 +14,8 @@ function expect(isTrue, what) {
 }
 
 const page = await browser.newPage();
-page.setDefaultTimeout(300000);  // the thread sanitizer makes a robot twenty times slower
-let isWatched = kind !== 'drive';  // the browser itself tells of a map that is not there yet
+page.setDefaultTimeout(300000);  // the thread sanitizer makes all twenty times slower
+let isWatched = true;
 page.on('console', message => expect(!isWatched || message.type() !== 'error', `console: ${message.text()} ${message.location().url}`));
 page.on('pageerror', error => problems.push(`error: ${error.message}`));
 page.on('request', request => expect(request.url().startsWith(url) || request.url().startsWith('data:'), `asks ${request.url()}`));
@@ -162,41 +162,9 @@ async function visitSampleWorld() {
   }
 }
 
-// The robot stands still until an area has this name.
-async function visitDrive() {
-  const name = 'Ana\'s <lounge>';
-  isWatched = true;
-  await waitForText('#state', 'Mapping');
-  await page.waitForFunction(() => document.getElementById('frame').naturalWidth > 0 && !document.getElementById('frame').hidden);
-  await waitForText('#decision', 'still');  // the frames are called so while it stands
-  await page.waitForSelector('#plan .robot');
-  await page.waitForFunction(() => document.querySelectorAll('#plan [data-kind=area]').length > 1);
-  await fitsItsWidth('at first');
-  await shoot('standing');
-  await askFor('sofa');
-  await shoot('asked');
-  await page.keyboard.press('Escape');
-  const before = {areas: await count('#plan [data-kind=area]'), all: await count('#plan [data-kind]'), where: await textOf('#where-detail')};
-  await rename(0, name);
-  await page.waitForFunction(n => document.querySelectorAll('#plan [data-kind]').length > n, {}, before.all);
-  await page.waitForFunction(where => document.getElementById('where-detail').textContent !== where, {}, before.where);
-  await shoot('driving');
-  await waitForText('#state', 'The drive has ended');
-  await open();
-  await waitForText('#areas', name);
-  await waitForText('#state', 'The drive has ended');
-  const areas = await count('#plan [data-kind=area]');
-  expect(areas > before.areas, `of ${before.areas} areas it has become ${areas}`);
-  expect(await count('lounge') === 0, 'a name is no markup');
-  await search(name);
-  await waitForText('#found .items', name);
-  await shoot('ended');
-}
-
 try {
   await open();
-  if (kind === 'drive') await visitDrive();
-  else await visitSampleWorld();
+  await visitSampleWorld();
 } catch (error) {
   problems.push(`${error.message} (${error.stack.split('\n').filter(line => line.includes('page.mjs')).join(' ')})`);
   await shoot('failed').catch(() => {});

@@ -88,18 +88,6 @@ TEST(LiveQueries, FromAPlaceThatTheMapDoesNotHaveYetAWayStartsWhereItsLastFrameI
       << "who localizes has not come from the map's last frame";
 }
 
-TEST(LiveQueries, PlacesAreDescribed) {
-  const FakeView view;
-  const LiveQueries queries(view);
-  const OrderedJson place = queries.place(3);
-  EXPECT_EQ(place["name"], "Ana's \"room\"");
-  EXPECT_EQ(place["words"][0]["label"], "umbrella");
-  EXPECT_EQ(place["neighbors"].size(), 2U);
-  EXPECT_EQ(place["position"].size(), 2U);
-  EXPECT_EQ(place["objects"].size(), 3U);
-  EXPECT_THAT([&] { queries.place(-1); }, FailsWith(ErrorCode::unknownName));
-}
-
 TEST(LiveQueries, TheMapIsDrawnOncePerChange) {
   FakeView view;
   const LiveQueries queries(view);
@@ -130,11 +118,7 @@ TEST(LiveEdits, AreReadFromJson) {
   for (const std::string& text :
        {std::string("{"), std::string("7"), std::string(R"({"type": "drop_tables"})"),
         std::string(R"({"type": "name_area"})"),
-        std::string(R"({"type": "name_area", "area": "0", "name": "x"})"),
-        std::string(R"({"type": "name_area", "area": -1, "name": "x"})"),
-        std::string(R"({"type": "name_area", "area": 1e99, "name": "x"})"),
         std::string(R"({"type": "name_area", "area": 0, "name": "a\nb"})"),
-        std::string(R"({"type": "name_area", "area": 0, "name": "x", "more": 1})"),
         R"({"type": "name_area", "area": 0, "name": ")" + longName + "\"}",
         std::string(R"({"type": "split_area", "from": [1], "to": [3, 4]})")})
     EXPECT_THAT([&] { parseEdit(text); }, FailsWith(ErrorCode::invalidInput)) << text;
