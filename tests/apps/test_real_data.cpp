@@ -101,7 +101,7 @@ TEST(Corridor, IsDrivenAgainAndRecognized) {
   EXPECT_EQ(joined, right);
 }
 
-/// Of the day and the evening; what is told of the evening's drive.
+/// Checks the home of the day and the evening; returns the report of the evening's drive.
 json expectOneHome(const std::string& map) {
   const json drives = json::parse(run({"drives", map, "--json"}).out)["drives"];
   EXPECT_EQ(drives.size(), 2U);
@@ -117,7 +117,7 @@ json expectOneHome(const std::string& map) {
   return evening;
 }
 
-/// Of the places that the map has joined, the frames of those that joined and of those that they joined.
+/// Checks, for the places that the map has joined, the frames of both.
 void expectJoinedPlacesInOneRoom(const TopologicalMap& map, std::size_t fewest) {
   std::size_t joined = 0;
   const auto roomsOf = [&map](int node) {
@@ -127,7 +127,7 @@ void expectJoinedPlacesInOneRoom(const TopologicalMap& map, std::size_t fewest) 
     return rooms;
   };
   for (const Merge& merge : map.merges) {
-    if (merge.frame + 1 < map.frames.size()) continue;  // of a map before
+    if (merge.frame + 1 < map.frames.size()) continue;  // merge of a map before
     ++joined;
     const std::set<std::string> kept = roomsOf(merge.kept), other = roomsOf(merge.absorbed);
     EXPECT_TRUE(std::ranges::any_of(other, [&](const auto& room) { return kept.contains(room); }))
@@ -182,7 +182,7 @@ TEST(Home, IsMappedByDayFoundAgainInTheEveningAndOneMapOfBoth) {
   const std::string map = scratch / "home.estancia";
   ASSERT_EQ(run({"map", *data / "day", "-o", map}).exitCode, 0);
   expectRoomsAndThings(map, *data / "day");
-  // Of the evening's frames 91 were taken within 0.7 m and 30° of one of the day; the path is another one.
+  // 91 of the evening's frames were taken within 0.7 m and 30° of one of the day; the path is another one.
   const json filtered = evaluated({map, *data / "evening"});
   EXPECT_GE(filtered["recall"], 0.90);
   EXPECT_GE(filtered["belief_recall"], 0.92);
