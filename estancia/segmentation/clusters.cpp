@@ -173,9 +173,17 @@ OptionGroup declare(ClusterOptions& o) {
   return group;
 }
 
+/// With the member that is no option: planes of no area would never end.
+static void requireValid(const ClusterOptions& options) {
+  validate(options);
+  if (!(options.minPlaneArea > 0 && std::isfinite(options.minPlaneArea)))
+    fail(ErrorCode::invalidOption, "the smallest plane has {} m²; give an area above 0",
+         options.minPlaneArea);
+}
+
 Clusters findClusters(const cv::Mat& depth, const CameraIntrinsics& camera, const ClusterOptions& options,
                       const cv::Mat& image) {
-  validate(options);
+  requireValid(options);
   if (!image.empty() && image.type() != CV_8UC3)
     fail(ErrorCode::invalidInput, "the image beside a depth image is not BGR with 8 bits; convert it");
   const InverseDepth grid = inverseDepth(depth, camera, options.threads);
@@ -206,7 +214,7 @@ Clusters findClusters(const cv::Mat& depth, const CameraIntrinsics& camera, cons
 }
 
 Clusters findClusters(const PointCloud& cloud, const ClusterOptions& options) {
-  validate(options);
+  requireValid(options);
   validate(cloud);
   const auto camera = cameraOf(cloud);
   if (!camera) return findUnorganizedClusters(cloud, options);

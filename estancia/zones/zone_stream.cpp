@@ -94,6 +94,8 @@ ZoneStream::Impl::Impl(Vocabulary words, const ZoneOptions& zoneOptions, const Z
       probabilities_(vocabulary_.size(), false) {
   validate(zoneOptions);
   validate(stream);
+  if (stream.relinkEvery == 0)
+    fail(ErrorCode::invalidOption, "zone-stream.relink-every is 0; give at least 1");
   if (zoneOptions.reach.value_or(0) > 0)
     throw Error(
         ErrorCode::invalidOption,

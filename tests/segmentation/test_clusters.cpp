@@ -270,6 +270,12 @@ TEST(Clusters, RefusesWhatIsNoDepthImageAndOptionsOutOfRange) {
     camera.fx = focal;
     EXPECT_THAT(refusal(depth, camera), FailsWith(ErrorCode::invalidInput)) << focal;
   }
+  for (const double area : {0., -1., std::nan(""), HUGE_VAL}) {
+    ClusterOptions options;
+    options.minPlaneArea = area;
+    EXPECT_THAT(refusal(depth, kView.camera, options), FailsWith(ErrorCode::invalidOption)) << area;
+    EXPECT_THAT([&] { findClusters(PointCloud(), options); }, FailsWith(ErrorCode::invalidOption)) << area;
+  }
   ClusterOptions options;
   options.threads = -1;
   EXPECT_THAT(refusal(depth, kView.camera, options), FailsWith(ErrorCode::invalidOption));

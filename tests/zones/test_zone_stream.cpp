@@ -126,7 +126,7 @@ TEST(ZoneStream, RefusesOptionsThatDoNotGoTogether) {
   tooMany.count = 11;
   EXPECT_THAT(refusal(unknown, {}), FailsWith(ErrorCode::unknownName));
   const std::pair<ZoneOptions, ZoneStreamOptions> wrong[] = {
-      {both, {}}, {pooled, {}}, {tooMany, {.groups = 10}}, {{}, {.groups = 1}}};
+      {both, {}}, {pooled, {}}, {tooMany, {.groups = 10}}, {{}, {.groups = 1}}, {{}, {.relinkEvery = 0}}};
   for (const auto& [zones, stream] : wrong)
     EXPECT_THAT(refusal(zones, stream), FailsWith(ErrorCode::invalidOption));
 }
