@@ -17,8 +17,8 @@
 #include "estancia/words/installed_words.hpp"
 #include "estancia/world_query/ask_world.hpp"
 #include "estancia/world_query/world_json.hpp"
+#include "estancia/zones/naming.hpp"
 #include "estancia/zones/overlay.hpp"
-#include "estancia/zones/zone_names.hpp"
 #include "estancia/zones/zones.hpp"
 #include "own_words.hpp"
 

@@ -13,9 +13,9 @@
 #include "estancia/core/vocabulary.hpp"
 #include "estancia/words/installed_words.hpp"
 #include "estancia/words/label_search.hpp"
-#include "estancia/words/load_words.hpp"
+#include "estancia/words/lexicon.hpp"
 #include "estancia/words/room_words.hpp"
-#include "estancia/words/spelling.hpp"
+#include "estancia/words/word_files.hpp"
 
 namespace {
 

@@ -68,6 +68,5 @@ function(estancia_use_dds owner opener)
   target_sources(estancia_dds PRIVATE ${parts} ${PROJECT_SOURCE_DIR}/${opener}_names.cpp
                                       ${PROJECT_SOURCE_DIR}/estancia/core/fail.cpp
                                       ${PROJECT_SOURCE_DIR}/estancia/core/error.cpp
-                                      ${PROJECT_SOURCE_DIR}/estancia/core/printable.cpp
-                                      ${PROJECT_SOURCE_DIR}/estancia/core/utf8.cpp)
+                                      ${PROJECT_SOURCE_DIR}/estancia/core/printable.cpp)
 endfunction()

@@ -2,8 +2,7 @@
 #include <array>
 
 #include "estancia/words/label_search.hpp"
-#include "estancia/words/word_associations_file.hpp"
-#include "estancia/words/word_graph_file.hpp"
+#include "estancia/words/word_files.hpp"
 #include "estancia/words/wordnet.hpp"
 #include "fuzz/fuzz_target.hpp"
 

@@ -3,24 +3,41 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "estancia/areas/plan_areas.hpp"
 #include "estancia/core/fail.hpp"
+#include "estancia/stats/clustering_agreement.hpp"
 #include "estancia/words/label_concepts.hpp"
 #include "estancia/zones/naming.hpp"
 
 namespace estancia {
 namespace {
 
+constexpr double maxCells = 24e6;  // 240 × 240 m at 5 cm; each takes 50 bytes on the way to areas
+
+/// Positions that no grid reaches are all as far away, so that differences of cells are numbers, too.
+int cellOf(double position, double cell) {
+  constexpr double far = 1e9;
+  const double number = std::floor(position / cell);
+  if (!(number > -far)) return static_cast<int>(-far);
+  return static_cast<int>(std::min(number, far));
+}
+
+int maxOf(const cv::Mat& numbers) {
+  double max = 0;
+  cv::minMaxLoc(numbers, nullptr, &max);
+  return static_cast<int>(max);
+}
+
 /// Rooms (1, 2 …) where they are, and elsewhere the nearest one that is not farther than `reach` cells.
 cv::Mat nearestRooms(const cv::Mat& rooms, double reach) {
   cv::Mat distance, nearest;
   cv::distanceTransform(rooms == 0, distance, nearest, cv::DIST_L2, cv::DIST_MASK_5, cv::DIST_LABEL_PIXEL);
-  double most = 0;
-  cv::minMaxLoc(nearest, nullptr, &most);
-  std::vector<int> roomOf(static_cast<std::size_t>(most) + 1);
+  std::vector<int> roomOf(static_cast<std::size_t>(maxOf(nearest)) + 1);
   for (int row = 0; row < rooms.rows; ++row)
     for (int column = 0; column < rooms.cols; ++column)
       if (const int room = rooms.at<int>(row, column)) roomOf[nearest.at<int>(row, column)] = room;
@@ -137,9 +154,7 @@ void describeAreas(AreaPlan& plan, const WordMap& words, const Vocabulary& vocab
 int roomAt(const cv::Mat& rooms, const cv::Point& cell) {
   const cv::Rect around = cv::Rect(cell.x - 1, cell.y - 1, 3, 3) & cv::Rect({}, rooms.size());
   if (around.contains(cell) && rooms.at<int>(cell) > 0) return rooms.at<int>(cell);
-  double most = 0;
-  if (!around.empty()) cv::minMaxLoc(rooms(around), nullptr, &most);
-  return static_cast<int>(most);
+  return around.empty() ? 0 : maxOf(rooms(around));
 }
 
 bool mergeRooms(cv::Mat& rooms, const AreaEdit& edit, const FloorCells& cells) {
@@ -168,8 +183,7 @@ cv::Mat cutAcross(const cv::Mat& room, const cv::Point2d& middle, const cv::Poin
   return cut;
 }
 
-/// Makes the part left of the line a room of its own; only the part that the line separates. Returns whether
-/// it does.
+/// Makes the part left of the line a room of its own if the line separates it. Returns whether it does.
 bool splitRoom(cv::Mat& rooms, const AreaEdit& edit, const FloorCells& cells) {
   const cv::Point2d corner = cells.centerOf({0, 0}) - cv::Point2d(cells.cell(), cells.cell()) / 2;
   const cv::Point2d middle = ((edit.from + edit.to) / 2 - corner) / cells.cell();
@@ -195,33 +209,23 @@ bool splitRoom(cv::Mat& rooms, const AreaEdit& edit, const FloorCells& cells) {
   leftness[0] = 0;
   const auto [right, left] = std::ranges::minmax(leftness);
   if (left <= 0 || right >= 0) return false;
-  double last = 0;
-  cv::minMaxLoc(rooms, nullptr, &last);
   std::transform(rooms.begin<int>(), rooms.end<int>(), parts.begin<int>(), rooms.begin<int>(),
-                 [&](int number, int part) {
-                   return leftness[static_cast<std::size_t>(part)] > 0 ? static_cast<int>(last) + 1 : number;
+                 [&, own = maxOf(rooms) + 1](int number, int part) {
+                   return leftness[static_cast<std::size_t>(part)] > 0 ? own : number;
                  });
   return true;
 }
 
 /// Merges and splits rooms as a person did. Returns whether that changed them.
 bool correct(cv::Mat& rooms, const AreaEdit& edit, const FloorCells& cells) {
-  switch (edit.kind) {
-    case AreaEdit::Kind::merge:
-      return mergeRooms(rooms, edit, cells);
-    case AreaEdit::Kind::split:
-      return splitRoom(rooms, edit, cells);
-    case AreaEdit::Kind::name:
-      break;
-  }
-  return false;
+  return edit.kind == AreaEdit::Kind::merge   ? mergeRooms(rooms, edit, cells)
+         : edit.kind == AreaEdit::Kind::split ? splitRoom(rooms, edit, cells)
+                                              : false;
 }
 
 /// Numbers rooms 1, 2 … without gaps, in their order. Returns how many there are.
 int closeGaps(cv::Mat& rooms) {
-  double most = 0;
-  cv::minMaxLoc(rooms, nullptr, &most);
-  std::vector<int> number(static_cast<std::size_t>(most) + 1);
+  std::vector<int> number(static_cast<std::size_t>(maxOf(rooms)) + 1);
   std::for_each(rooms.begin<int>(), rooms.end<int>(),
                 [&](int room) { number[static_cast<std::size_t>(room)] = 1; });
   number[0] = 0;
@@ -255,7 +259,52 @@ PlannedFrames planOfRooms(cv::Mat rooms, const cv::Mat& walls, const Floor& floo
   return planned;
 }
 
+constexpr double sameFloor = std::numbers::pi / 180;  // directions of up that differ by less [rad]
+
+/// Cells that an area has in common with one of before.
+GroupOverlap overlapOf(const AreaPlan& now, const AreaPlan& before) {
+  GroupOverlap overlap;
+  const cv::Rect common = now.cells.extent() & before.cells.extent();
+  for (int y = common.y; y < common.y + common.height; ++y)
+    for (int x = common.x; x < common.x + common.width; ++x) {
+      const int area = now.areaOf.at<int>(y - now.cells.extent().y, x - now.cells.extent().x);
+      const int known = before.areaOf.at<int>(y - before.cells.extent().y, x - before.cells.extent().x);
+      if (area >= 0 && known >= 0)
+        ++overlap[{static_cast<std::size_t>(area), static_cast<std::size_t>(known)}];
+    }
+  return overlap;
+}
+
 }  // namespace
+
+cv::Point FloorCells::at(double x, double y) const {
+  return {cellOf(x, cell_) - extent_.x, cellOf(y, cell_) - extent_.y};
+}
+
+cv::Point2d FloorCells::centerOf(cv::Point cell) const {
+  return {(cell.x + extent_.x + 0.5) * cell_, (cell.y + extent_.y + 0.5) * cell_};
+}
+
+cv::Vec4i FloorCells::cover(double x, double y, double radius) {
+  const double limit = 1e8 * cell_;  // cells are counted by int
+  if (!(std::abs(x) + radius < limit && std::abs(y) + radius < limit))
+    fail(ErrorCode::tooLarge, "a view at ({:.0f}, {:.0f}) m is too far from the origin; check the poses", x,
+         y);
+  const cv::Point from(cellOf(x - radius, cell_), cellOf(y - radius, cell_));
+  const cv::Point to(cellOf(x + radius, cell_) + 1, cellOf(y + radius, cell_) + 1);
+  const cv::Rect wanted = extent_.empty() ? cv::Rect(from, to) : extent_ | cv::Rect(from, to);
+  if (static_cast<double>(wanted.width) * wanted.height > maxCells)
+    fail(
+        ErrorCode::tooLarge,
+        "the views span {:.0f} × {:.0f} m, more than a grid of cells of {} m holds; check the poses, or give "
+        "larger cells",
+        wanted.width * cell_, wanted.height * cell_, cell_);
+  const cv::Vec4i border(extent_.x - wanted.x, extent_.y - wanted.y, wanted.br().x - extent_.br().x,
+                         wanted.br().y - extent_.br().y);
+  const bool first = extent_.empty();
+  extent_ = wanted;
+  return first ? cv::Vec4i(0, 0, wanted.width, wanted.height) : border;
+}
 
 PlannedFrames planAreas(const FloorSurvey& survey, const DrivePoses& frames, const Vocabulary& vocabulary,
                         const std::vector<float>& mean, const RoomSegmentationOptions& options,
@@ -276,6 +325,24 @@ std::optional<PlannedFrames> correctPlan(const AreaPlan& plan, const AreaEdit& e
   cv::Mat rooms = plan.areaOf + 1;
   if (!correct(rooms, edit, plan.cells)) return std::nullopt;
   return planOfRooms(rooms, plan.walls, plan.floor, plan.cells, frames, words, vocabulary, mean, naming);
+}
+
+void keepNumbers(PlannedFrames& planned, const AreaPlan& before) {
+  AreaPlan& plan = planned.plan;
+  const double turn = std::acos(std::clamp(plan.floor.up().dot(before.floor.up()), -1.0, 1.0));
+  if (plan.cells.cell() != before.cells.cell() || !(turn < sameFloor)) return;
+  const std::vector<std::size_t> numbers = keptNumbers(plan.areas.size(), overlapOf(plan, before));
+  std::vector<Area> areas(plan.areas.size());
+  for (std::size_t i = 0; i < plan.areas.size(); ++i) {
+    areas[numbers[i]] = std::move(plan.areas[i]);
+    areas[numbers[i]].id = static_cast<int>(numbers[i]);
+  }
+  plan.areas = std::move(areas);
+  const auto renumber = [&numbers](int& area) {
+    if (area >= 0) area = static_cast<int>(numbers[static_cast<std::size_t>(area)]);
+  };
+  plan.areaOf.forEach<int>([&](int& area, const int*) { renumber(area); });
+  std::ranges::for_each(planned.areaOfFrame, renumber);
 }
 
 int areaAt(const AreaPlan& plan, const cv::Point2d& at, double reach) {

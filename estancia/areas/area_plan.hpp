@@ -12,8 +12,7 @@
 
 namespace estancia {
 
-/// Which cell of an image holds which point of the floor. The image grows by whole cells; what was drawn in
-/// it keeps its place on the floor.
+/// Cells of an image on the floor. It grows by whole cells; what was drawn in it keeps its place there.
 class FloorCells {
  public:
   /// `cell`: the width of a cell [m], > 0.
@@ -88,8 +87,7 @@ struct AreaEdit {
   std::string name = {};
 };
 
-/// The area that a point of the floor lies in, else the nearest one within `reach` [m]; -1 where there is
-/// none.
+/// The area that a point of the floor lies in, else the nearest one within `reach` [m]; -1: none.
 int areaAt(const AreaPlan& plan, const cv::Point2d& at, double reach);
 
 /// The area that a thing is in, or stands at the edge of: within 2 m. `at`: in the map.

@@ -6,7 +6,6 @@
 #include <unordered_map>
 #include <utility>
 
-#include "estancia/areas/floor_survey.hpp"
 #include "estancia/areas/frame_poses.hpp"
 #include "estancia/areas/plan_areas.hpp"
 #include "estancia/core/fail.hpp"
@@ -16,19 +15,14 @@
 namespace estancia {
 namespace {
 
-std::vector<Pose> posesOf(const DescriptorSequence& labeled) {
-  std::vector<Pose> poses;
-  for (const Frame& frame : labeled.frames)
-    if (frame.pose && frame.pose->isPlausible()) poses.push_back(*frame.pose);
-  return poses;
-}
-
 FloorSurvey survey(const Sequence& sequence, const DescriptorSequence& labeled, const AreaOptions& options,
                    Progress& progress) {
   if (!sequence.intrinsics())
     fail(ErrorCode::insufficientData, "{}: the camera of the depth images is unknown; give its intrinsics",
          sequence.name());
-  const std::vector<Pose> poses = posesOf(labeled);
+  std::vector<Pose> poses;
+  for (const Frame& frame : labeled.frames)
+    if (frame.pose && frame.pose->isPlausible()) poses.push_back(*frame.pose);
   const Floor floor(poses);
   FloorSurvey result(floor, options.cell, labeled.vocabulary.size());
   std::unordered_map<std::string, std::size_t> places;

@@ -22,17 +22,15 @@ OptionGroup declare(AreaOptions& options);
 
 /// The plan of a drive with poses and depth, and its frames by area.
 struct Areas : AreaPlan {
-  /// The frames, by the area that the camera stood in; zone i is area i. Frames without a pose are with the
-  /// last one that has it.
+  /// Frames by the area that the camera stood in, zone i is area i; without a pose as the frame before.
   Zones zones;
   /// Where words are.
   WordMap words;
 };
 
 /// Finds the areas of a drive with poses and depth: `labeled` holds frames of `sequence` with their words.
-/// Free space is gathered from depth (OccupancyGrid), split into rooms, and each room is
-/// named by the words of what is seen in it (planAreas()). Throws Error: insufficientData unless a frame has
-/// a pose, words and depth; invalidOption; tooLarge where the poses span too much; Interrupted.
+/// Free space is gathered from depth (OccupancyGrid), split into rooms, and named (planAreas()). Throws
+/// Error: insufficientData unless a frame has a pose, words and depth; invalidOption; tooLarge; Interrupted.
 Areas findAreas(const Sequence& sequence, const DescriptorSequence& labeled, const AreaOptions& options = {},
                 Progress& progress = Progress::none());
 

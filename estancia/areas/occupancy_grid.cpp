@@ -7,7 +7,6 @@
 #include <optional>
 #include <vector>
 
-#include "estancia/areas/grown_image.hpp"
 #include "estancia/core/pose.hpp"
 
 namespace estancia {
@@ -29,8 +28,7 @@ struct End {
 constexpr double uprightHeight = 0.2;
 /// The farthest of the pixels are left out as outliers: mixed pixels at edges, noise.
 constexpr double outliers = 0.05;
-/// A range is uncertain by about three standard deviations of a structured-light camera, σ = 0.0012 z²
-/// (Khoshelham and Elberink 2012).
+/// Three standard deviations of a structured-light camera, σ = 0.0012 z² (Khoshelham and Elberink 2012).
 double uncertaintyAt(double range) {
   return 3 * 0.0012 * range * range;
 }
@@ -72,6 +70,15 @@ std::vector<std::optional<End>> endsOf(const cv::Mat& depth, const CameraIntrins
     ends.push_back(endOf(column, cell));
   }
   return ends;
+}
+
+/// The image with a border of so many empty cells, as FloorCells::cover() returns.
+cv::Mat grown(const cv::Mat& image, const cv::Vec4i& border) {
+  if (border == cv::Vec4i()) return image;
+  cv::Mat result(image.rows + border[1] + border[3], image.cols + border[0] + border[2], image.type(),
+                 cv::Scalar::all(0));
+  if (!image.empty()) image.copyTo(result(cv::Rect(border[0], border[1], image.cols, image.rows)));
+  return result;
 }
 
 }  // namespace

@@ -13,9 +13,8 @@ namespace estancia {
 /// Counts, for each cell of the floor, how often it was seen through and how often it ended a view.
 ///
 /// Each column of a depth image gives one range: that of the farthest surface in it, since the camera sees
-/// over chairs, tables and beds to the wall behind. Neither the height of the camera nor its tilt need be
-/// known. The cells between the camera and that range are free; the cell at the range is wall where the
-/// surface is upright.
+/// over chairs, tables and beds to the wall behind. The height and tilt of the camera need not be known. The
+/// cells up to that range are free; the cell at the range is wall where the surface is upright.
 class OccupancyGrid {
  public:
   /// `cell`: the width of a cell [m].

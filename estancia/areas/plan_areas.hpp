@@ -1,4 +1,4 @@
-// Area planning: splits the free space of a survey into areas, and corrects a plan. Private.
+// Area planning: splits the free space that a drive has seen into areas, and corrects a plan. Private.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -7,13 +7,32 @@
 #include <vector>
 
 #include "estancia/areas/area_plan.hpp"
-#include "estancia/areas/floor_survey.hpp"
 #include "estancia/areas/frame_poses.hpp"
+#include "estancia/areas/occupancy_grid.hpp"
 #include "estancia/areas/room_segmentation.hpp"
+#include "estancia/areas/word_map.hpp"
 #include "estancia/core/vocabulary.hpp"
 #include "estancia/words/installed_words.hpp"
 
 namespace estancia {
+
+/// What a drive has seen of the floor so far: free space, walls, and where words are.
+struct FloorSurvey {
+  OccupancyGrid grid;
+  WordMap words;
+
+  /// `cell`: the width of a cell of the grid [m]; `labels`: the number of labels of a descriptor.
+  FloorSurvey(const Floor& floor, double cell, std::size_t labels)
+      : grid(floor, cell), words(floor, labels) {}
+
+  /// Adds a view: depth along the optical axis [m] (CV_32F, 0 where unknown), the camera of the depth image,
+  /// and where it stood. Throws Error as OccupancyGrid::add() and WordMap::add().
+  void add(DescriptorView descriptor, const cv::Mat& depth, const CameraIntrinsics& camera,
+           const Pose& pose) {
+    grid.add(depth, camera, pose);
+    words.add(descriptor, depth, camera, pose);
+  }
+};
 
 /// Where the cameras of one or more drives stood.
 struct DrivePoses {
@@ -44,5 +63,9 @@ PlannedFrames planAreas(const FloorSurvey& survey, const DrivePoses& frames, con
 std::optional<PlannedFrames> correctPlan(const AreaPlan& plan, const AreaEdit& edit, const DrivePoses& frames,
                                          const WordMap& words, const Vocabulary& vocabulary,
                                          const std::vector<float>& mean, const NamingOptions& naming = {});
+
+/// Renumbers areas that lie where areas of `before` lay as those, as far as numbers have no gaps: by the
+/// floor that they share, most first. Does nothing where the two plans have other cells or another floor.
+void keepNumbers(PlannedFrames& planned, const AreaPlan& before);
 
 }  // namespace estancia

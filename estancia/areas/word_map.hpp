@@ -34,9 +34,8 @@ class WordMap {
   /// `labels`: the number of labels of a descriptor.
   WordMap(const Floor& floor, std::size_t labels);
 
-  /// Adds an image with depth (along the optical axis [m], CV_32F, 0 where unknown), the camera of the depth
-  /// image, and where it stood. Throws Error: mismatch unless there is one probability a label; tooLarge
-  /// where the views span too many cells.
+  /// Adds an image with depth (along the optical axis [m], CV_32F, 0: unknown), its camera and where it
+  /// stood. Throws Error: mismatch unless there is one probability a label; tooLarge for too many cells.
   void add(DescriptorView descriptor, const cv::Mat& depth, const CameraIntrinsics& camera, const Pose& pose);
   /// Adds an image without depth: its words belong to the field of view [rad, horizontal] up to a few meters.
   void add(DescriptorView descriptor, double fieldOfView, const Pose& pose);
@@ -44,9 +43,8 @@ class WordMap {
   const Floor& floor() const { return floor_; }
   const FloorCells& cells() const { return cells_; }
 
-  /// How sure it is that one of `labels` is in each cell: the mean of their probability in the images that
-  /// saw the cell, less its standard error, smoothed over neighboring cells. Throws Error (invalidInput) for
-  /// labels that do not exist.
+  /// How surely one of `labels` is in each cell: their mean probability in the images that saw the cell, less
+  /// its standard error, smoothed over neighboring cells. Throws Error (invalidInput) for unknown labels.
   FloorHeat heat(std::span<const std::size_t> labels) const;
 
   /// The mean probability of each label over the cells that are not 0 in `mask` (CV_8U, rows × columns of

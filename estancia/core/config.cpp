@@ -9,7 +9,7 @@
 #include <fstream>
 #include <optional>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/home.hpp"
 #include "estancia/core/removed_options.hpp"
 
@@ -24,10 +24,17 @@ std::optional<std::string> variable(const std::string& name) {
   return std::nullopt;
 }
 
+/// A key in the command line's spelling as it is declared.
+std::string withUnderscores(std::string_view key) {
+  std::string text(key);
+  std::ranges::replace(text, '-', '_');
+  return text;
+}
+
 /// A value of TOML as Option::set() takes it. Throws Error when it is of another type than the option.
 std::string tomlText(const toml::node& node, const Option& option) {
   const auto refuse = [&]() -> std::string {
-    throw Error(ErrorCode::malformedFile, fmt::format("`{}` must be {}", option.key(), option.accepted()));
+    fail(ErrorCode::malformedFile, "`{}` must be {}", option.key(), option.accepted());
   };
   if (const auto text = node.value_exact<std::string>())
     return (option.isNumber() && *text != "auto") || option.isFlag() ? refuse() : *text;
@@ -81,8 +88,7 @@ std::string contentOf(const fs::path& path) {
   std::string text(fs::file_size(path), '\0');
   std::ifstream file(path, std::ios::binary);
   if (!file.read(text.data(), static_cast<std::streamsize>(text.size())))
-    throw Error(ErrorCode::fileUnreadable,
-                fmt::format("{} cannot be read; check its permissions", path.string()));
+    fail(ErrorCode::fileUnreadable, "{} cannot be read; check its permissions", path.string());
   return text;
 }
 
@@ -90,14 +96,12 @@ std::string contentOf(const fs::path& path) {
 
 ConfigFile::ConfigFile(fs::path path) : path_(std::move(path)) {
   if (!fs::exists(path_))
-    throw Error(ErrorCode::fileNotFound, fmt::format("{} is missing; give a TOML file", path_.string()));
+    estancia::fail(ErrorCode::fileNotFound, "{} is missing; give a TOML file", path_.string());
   if (!fs::is_regular_file(path_))
-    throw Error(ErrorCode::unsupportedFile,
-                fmt::format("{} is no regular file; give a TOML file", path_.string()));
+    estancia::fail(ErrorCode::unsupportedFile, "{} is no regular file; give a TOML file", path_.string());
   constexpr std::uintmax_t maxBytes = 16 << 20;
   if (const std::uintmax_t bytes = fs::file_size(path_); bytes > maxBytes)
-    throw Error(ErrorCode::tooLarge,
-                fmt::format("{}: {} bytes; at most {} are read", path_.string(), bytes, maxBytes));
+    estancia::fail(ErrorCode::tooLarge, "{}: {} bytes; at most {} are read", path_.string(), bytes, maxBytes);
   parse(contentOf(path_));
 }
 
@@ -107,21 +111,18 @@ ConfigFile::ConfigFile(fs::path name, std::string_view text) : path_(std::move(n
 
 void ConfigFile::parse(std::string_view text) {
   if (const auto line = lineOfDeepKey(text))
-    throw Error(ErrorCode::malformedFile,
-                fmt::format("{}:{}: a key has too many parts", path_.string(), *line));
+    estancia::fail(ErrorCode::malformedFile, "{}:{}: a key has too many parts", path_.string(), *line);
   try {
     table_ = toml::parse(text);
   } catch (const toml::parse_error& e) {
-    throw Error(ErrorCode::malformedFile, fmt::format("{}:{}: {}", path_.string(), e.source().begin.line,
-                                                      std::string(e.description())));
+    estancia::fail(ErrorCode::malformedFile, "{}:{}: {}", path_.string(), e.source().begin.line,
+                   e.description());
   }
 }
 
 void ConfigFile::read(const toml::table& table, const std::vector<Key>& keys, Others others) {
   for (const auto& [name, value] : table) {
-    std::string known(name.str());
-    std::replace(known.begin(), known.end(), '-', '_');  // the command line's spelling
-    const auto found = std::find_if(keys.begin(), keys.end(), [&](const Key& k) { return k.name == known; });
+    const auto found = std::ranges::find(keys, withUnderscores(name.str()), &Key::name);
     if (found == keys.end() && others == Others::skip) continue;
     if (found == keys.end()) {
       std::vector<std::string> names;
@@ -134,8 +135,8 @@ void ConfigFile::read(const toml::table& table, const std::vector<Key>& keys, Ot
   }
   for (const auto& key : keys)
     if (key.required && !table.contains(key.name))
-      throw Error(ErrorCode::malformedFile,
-                  fmt::format("{}: the key `{}` is missing: {}", path_.string(), key.name, key.meaning));
+      estancia::fail(ErrorCode::malformedFile, "{}: the key `{}` is missing: {}", path_.string(), key.name,
+                     key.meaning);
 }
 
 std::vector<ConfigFile::Key> ConfigFile::keysOf(OptionGroup& options) {
@@ -157,9 +158,7 @@ std::vector<ConfigFile::Key> ConfigFile::keysOf(OptionGroup& options) {
 void ConfigFile::read(const toml::table& table, OptionGroup& options) {
   const std::vector<Key> keys = keysOf(options);
   for (const auto& [name, value] : table) {
-    std::string known(name.str());
-    std::ranges::replace(known, '-', '_');
-    if (std::ranges::find(keys, known, &Key::name) != keys.end()) continue;
+    if (std::ranges::find(keys, withUnderscores(name.str()), &Key::name) != keys.end()) continue;
     const std::string path = fmt::format("{}.{}", options.name(), name.str());
     if (const RemovedOption* removed = findRemovedOption(path)) fail(value, describeRemoved(*removed, path));
   }
@@ -167,8 +166,7 @@ void ConfigFile::read(const toml::table& table, OptionGroup& options) {
 }
 
 void ConfigFile::fail(const toml::node& at, const std::string& what) const {
-  throw Error(ErrorCode::malformedFile,
-              fmt::format("{}:{}: {}", path_.string(), at.source().begin.line, what));
+  estancia::fail(ErrorCode::malformedFile, "{}:{}: {}", path_.string(), at.source().begin.line, what);
 }
 
 std::string ConfigFile::text(const toml::node& node) const {

@@ -27,15 +27,16 @@ class Hash {
     EVP_DigestFinal_ex(context_.get(), reinterpret_cast<unsigned char*>(digest.data()), &length);
     return {digest.data(), length};
   }
-  std::string hex() {
-    std::string text;
-    for (const char byte : bytes()) text += fmt::format("{:02x}", static_cast<unsigned char>(byte));
-    return text;
-  }
 
  private:
   std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context_;
 };
+
+std::string hexOf(std::string_view bytes) {
+  std::string text;
+  for (const char byte : bytes) text += fmt::format("{:02x}", static_cast<unsigned char>(byte));
+  return text;
+}
 
 std::string hashOfFile(const std::filesystem::path& path, const EVP_MD* kind) {
   std::ifstream file(path, std::ios::binary);
@@ -46,15 +47,13 @@ std::string hashOfFile(const std::filesystem::path& path, const EVP_MD* kind) {
   while (file.read(block.data(), block.size()) || file.gcount() > 0)
     hash.update(block.data(), static_cast<std::size_t>(file.gcount()));
   if (file.bad()) fail(ErrorCode::fileUnreadable, "reading {} failed halfway: check the disk", path.string());
-  return hash.hex();
+  return hexOf(hash.bytes());
 }
 
 }  // namespace
 
 std::string sha256(std::string_view bytes) {
-  Hash hash(EVP_sha256());
-  hash.update(bytes.data(), bytes.size());
-  return hash.hex();
+  return hexOf(sha256Bytes(bytes));
 }
 
 std::string sha256Bytes(std::string_view bytes) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/core/label_words.hpp"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <array>
 #include <numeric>
@@ -23,8 +25,7 @@ bool isWordNetNumber(std::string_view word) {
   return word.size() == 9 && word[0] == 'n' && std::all_of(word.begin() + 1, word.end(), isDigit);
 }
 
-/// Lower-case words: runs of letters, digits and anything beyond ASCII. Capitals of Latin-1 become small,
-/// too.
+/// Lower-case words (Latin-1, too): runs of letters, digits and anything beyond ASCII.
 Words splitWords(std::string_view text) {
   Words words;
   bool inside = false;
@@ -89,9 +90,7 @@ bool holds(const Words& longer, const Words& shorter) {
 }
 
 std::string joined(const Words& words) {
-  std::string result;
-  for (const std::string& word : words) result += (result.empty() ? "" : " ") + word;
-  return result;
+  return fmt::format("{}", fmt::join(words, " "));
 }
 
 /// Labels found by each of the rules of findLabels().

@@ -2,10 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <numeric>
 #include <vector>
 
 #include "estancia/core/descriptor.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia {
 
@@ -20,12 +24,27 @@ class LogOpinionPool {
   explicit LogOpinionPool(std::size_t answers) : sums_(answers, 0) {}
 
   /// An opinion of zeros is ignored. Throws Error (mismatch) on another number of answers.
-  void add(DescriptorView opinion);
+  void add(DescriptorView opinion) {
+    if (opinion.size() != sums_.size())
+      fail(ErrorCode::mismatch, "an opinion has {} answers; the pool needs {}", opinion.size(), sums_.size());
+    if (std::ranges::all_of(opinion, [](float p) { return p <= 0; })) return;
+    constexpr double minProbability = 0.001;
+    ++size_;
+    for (std::size_t k = 0; k < sums_.size(); ++k)
+      sums_[k] += std::log(std::max(minProbability, static_cast<double>(opinion[k])));
+  }
 
   std::size_t size() const { return size_; }
 
   /// Adds up to 1; empty without any opinion.
-  std::vector<double> pooled() const;
+  std::vector<double> pooled() const {
+    if (size_ == 0) return {};
+    std::vector<double> pooled(sums_);
+    for (double& value : pooled) value = std::exp(value / static_cast<double>(size_));
+    const double total = std::accumulate(pooled.begin(), pooled.end(), 0.0);
+    for (double& value : pooled) value /= total;
+    return pooled;
+  }
 
  private:
   std::vector<double> sums_;  // sums of logarithms

@@ -38,19 +38,37 @@ std::optional<Number> parsed(std::string_view text) {
 /// Leaves an optional unset.
 constexpr std::string_view automaticText = "auto";
 
-std::string withDashes(std::string_view name) {
+std::string replaced(std::string_view name, char from, char to) {
   std::string text(name);
-  std::replace(text.begin(), text.end(), '_', '-');
+  std::ranges::replace(text, from, to);
   return text;
+}
+
+template <class... Members>
+bool isOneOf(const Option::Value& value) {
+  return (std::holds_alternative<Members*>(value) || ...);
+}
+
+bool isOptional(const Option::Value& value) {
+  return isOneOf<std::optional<int>, std::optional<double>, std::optional<std::uint64_t>>(value);
 }
 
 }  // namespace
 
+std::string namesOf(const Choices& choices) {
+  std::string names;
+  for (const Choice& choice : choices) names += (names.empty() ? "" : ", ") + choice.name;
+  return names;
+}
+
+void requireChoice(std::string_view what, std::string_view name, const Choices& choices) {
+  if (std::ranges::find(choices, name, &Choice::name) != choices.end()) return;
+  fail(ErrorCode::unknownName, "unknown {} \"{}\"; known: {}", what, name, namesOf(choices));
+}
+
 Option::Option(std::string name, Value value, std::string help)
     : name_(std::move(name)), value_(std::move(value)), help_(std::move(help)) {
-  if (std::holds_alternative<std::uint32_t*>(value_) || std::holds_alternative<std::uint64_t*>(value_) ||
-      std::holds_alternative<std::optional<std::uint64_t>*>(value_))
-    min_ = 0;
+  if (isOneOf<std::uint32_t, std::uint64_t, std::optional<std::uint64_t>>(value_)) min_ = 0;
 }
 
 Option& Option::range(double min, double max) {
@@ -88,30 +106,24 @@ Option& Option::automatic(std::string meaning) {
 }
 
 std::string Option::key() const {
-  std::string key = name_;
-  std::replace(key.begin(), key.end(), '-', '_');
-  return key;
+  return replaced(name_, '-', '_');
 }
 
 bool Option::isInteger() const {
-  return std::holds_alternative<int*>(value_) || std::holds_alternative<std::optional<int>*>(value_) ||
-         std::holds_alternative<std::uint32_t*>(value_) || std::holds_alternative<std::uint64_t*>(value_) ||
-         std::holds_alternative<std::optional<std::uint64_t>*>(value_);
+  return isOneOf<int, std::uint32_t, std::uint64_t, std::optional<int>, std::optional<std::uint64_t>>(value_);
 }
 
 bool Option::isNumber() const {
-  return isInteger() || std::holds_alternative<float*>(value_) || std::holds_alternative<double*>(value_) ||
-         std::holds_alternative<std::optional<double>*>(value_);
+  return isInteger() || isOneOf<float, double, std::optional<double>>(value_);
 }
 
 std::string Option::text() const {
   return std::visit(
-      Overloaded{[](const bool* v) { return std::string(*v ? "true" : "false"); },
-                 [](const std::string* v) { return *v; },
-                 [](const std::optional<double>* v) { return *v ? fmt::format("{}", **v) : ""; },
-                 [](const std::optional<int>* v) { return *v ? fmt::format("{}", **v) : ""; },
-                 [](const std::optional<std::uint64_t>* v) { return *v ? fmt::format("{}", **v) : ""; },
-                 [](const Text& v) { return v.get(); }, [](const auto* v) { return fmt::format("{}", *v); }},
+      Overloaded{
+          [](const bool* v) { return std::string(*v ? "true" : "false"); },
+          [](const std::string* v) { return *v; },
+          []<class Number>(const std::optional<Number>* v) { return *v ? fmt::format("{}", **v) : ""; },
+          [](const Text& v) { return v.get(); }, [](const auto* v) { return fmt::format("{}", *v); }},
       value_);
 }
 
@@ -119,9 +131,7 @@ std::optional<double> Option::number() const {
   return std::visit(Overloaded{[](const bool*) { return std::optional<double>(); },
                                [](const std::string*) { return std::optional<double>(); },
                                [](const Text&) { return std::optional<double>(); },
-                               [](const std::optional<double>* v) { return *v; },
-                               [](const std::optional<int>* v) { return std::optional<double>(*v); },
-                               [](const std::optional<std::uint64_t>* v) {
+                               []<class Number>(const std::optional<Number>* v) {
                                  return *v ? std::optional<double>(static_cast<double>(**v)) : std::nullopt;
                                },
                                [](const auto* v) { return std::optional<double>(static_cast<double>(*v)); }},
@@ -170,11 +180,8 @@ std::string Option::accepted() const {
   }
   if (isFlag()) return "true or false";
   if (!isNumber()) return "a text";
-  const bool optional = std::holds_alternative<std::optional<int>*>(value_) ||
-                        std::holds_alternative<std::optional<double>*>(value_) ||
-                        std::holds_alternative<std::optional<std::uint64_t>*>(value_);
   const std::string kind =
-      std::string(optional ? "auto, or " : "") + (isInteger() ? "a whole number" : "a number");
+      std::string(isOptional(value_) ? "auto, or " : "") + (isInteger() ? "a whole number" : "a number");
   const std::string inUnit = unit_.empty() ? "" : " " + unit_;
   if (std::isfinite(min_) && max_ < std::numeric_limits<double>::max())
     return open_ ? fmt::format("{} above {} and up to {}{}", kind, min_, max_, inUnit)
@@ -194,7 +201,7 @@ OptionGroup OptionGroup::named(std::string name) && {
 }
 
 Option* OptionGroup::find(std::string_view path) {
-  const std::string wanted = withDashes(path);
+  const std::string wanted = replaced(path, '_', '-');
   const std::size_t dot = wanted.find('.');
   if (dot == std::string::npos) {
     for (Option& option : options_)
@@ -207,7 +214,7 @@ Option* OptionGroup::find(std::string_view path) {
 }
 
 void OptionGroup::set(std::string_view path, const std::string& text) {
-  const std::string full = fmt::format("{}.{}", name_, withDashes(path));
+  const std::string full = fmt::format("{}.{}", name_, replaced(path, '_', '-'));
   if (Option* option = find(path)) return option->set(text, full);
   if (const RemovedOption* removed = findRemovedOption(full))
     throw Error(ErrorCode::unknownName, describeRemoved(*removed, full));

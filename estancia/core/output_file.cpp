@@ -66,8 +66,7 @@ void removeAbandoned(const fs::path& folder, const std::string& start) {
   }
 }
 
-/// Waits until the disk has the file. What cannot be synced at all, as folders of some file systems, is as
-/// good.
+/// Waits until the disk has the file. Folders of some file systems, which cannot be synced, are as good.
 std::error_code flushed(const fs::path& path) {
   const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (file < 0) return {};

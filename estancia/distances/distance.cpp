@@ -27,8 +27,7 @@ constexpr const char* sigmaExplanation = ", labels that vary within the node hav
          2 * t * (1 + t2 * (1.0F / 3 + t2 * (1.0F / 5 + t2 * (1.0F / 7 + t2 * (1.0F / 9)))));
 }
 
-/// ln(1 + u) of u in [−1, 1], with the digits of u that 1 + u loses. Something large and finite at −1, where
-/// (1 + u) ln(1 + u) is 0.
+/// ln(1 + u) of u in [−1, 1], with the digits that 1 + u loses; finite at −1: (1 + u) ln(1 + u) is 0.
 [[gnu::always_inline]] inline float logarithmOfOnePlus(float u) {
   const float y = std::max(1 + u, 1e-30F);
   return logarithm(y) + (u - (y - 1)) / y;
@@ -146,21 +145,9 @@ void inEachPart(std::span<float> values, std::span<const LabelPart> parts, Chang
   }
 }
 
-Distance plain(const char* name, Embedding embedding, Comparison comparison, double tauJoin,
-               const char* explanation) {
-  return {name, embedding, comparison, false, false, {}, tauJoin, explanation};
-}
-
-/// Labels are standardized by the run.
-Distance standardized(Distance distance) {
-  distance.standardized = true;
-  return distance;
-}
-
-/// Labels are weighted by their deviation within the node.
-Distance weighted(Distance distance) {
-  distance.sigmaWeighted = true;
-  return distance;
+Distance distanceOf(const char* name, Embedding embedding, Comparison comparison, double tauJoin,
+                    const char* explanation, bool standardized = false, bool sigmaWeighted = false) {
+  return {name, embedding, comparison, standardized, sigmaWeighted, {}, tauJoin, explanation};
 }
 
 }  // namespace
@@ -169,31 +156,32 @@ const std::vector<Distance>& baseDistances() {
   using enum Embedding;
   using enum Comparison;
   static const std::vector<Distance> all = {
-      standardized(
-          plain("standardized-clr", centeredLogRatio, cosine, 0.5,
-                "cosine of log-ratios, each label centered and scaled by the run's own mean and deviation")),
-      plain("clr-cosine", centeredLogRatio, cosine, 0.3,
-            "cosine of centered log-ratios (Aitchison's geometry)"),
-      plain("clr-euclidean", centeredLogRatio, euclidean, 40,
-            "Euclidean distance of centered log-ratios (Aitchison distance)"),
-      plain("hellinger", squareRoot, euclidean, 0.8, "Euclidean distance of square roots, in [0, √2]"),
-      plain("bhattacharyya", squareRoot, bhattacharyya, 0.4, "−ln of the Bhattacharyya coefficient"),
-      plain("jensen-shannon", identity, jensenShannon, 0.5,
-            "Jensen–Shannon distance (the root of the divergence), in [0, √ln 2]"),
-      plain("kullback-leibler", identity, kullbackLeibler, 3,
-            "Kullback–Leibler divergence, both directions added up"),
-      plain("l1", identity, l1, 1.2, "Manhattan distance of probabilities"),
-      plain("l2", identity, euclidean, 0.4, "Euclidean distance of probabilities"),
-      plain("cosine", identity, cosine, 0.5, "cosine of probabilities"),
-      plain("pearson", centered, cosine, 0.5, "1 − Pearson's correlation of probabilities"),
-      plain("chi2", identity, chiSquared, 0.6, "χ² distance of probabilities"),
-      plain("ks", identity, chebyshev, 0.4, "the thesis' Eq. 5.1: the largest difference of any label"),
-      plain("cumulative-ks", cumulative, chebyshev, 0.3,
-            "Kolmogorov–Smirnov: the largest difference of probabilities summed up in the labels' order"),
-      weighted(plain("weighted", identity, meanSquare, 1e-4,
-                     "the thesis' Eq. 4.5: mean of squared differences, weights 1 − 2σ")),
-      weighted(plain("weighted-root", identity, rootMeanSquare, 0.01,
-                     "the root of Eq. 4.5, as the thesis' program computed it")),
+      distanceOf("standardized-clr", centeredLogRatio, cosine, 0.5,
+                 "cosine of log-ratios, each label centered and scaled by the run's own mean and deviation",
+                 true),
+      distanceOf("clr-cosine", centeredLogRatio, cosine, 0.3,
+                 "cosine of centered log-ratios (Aitchison's geometry)"),
+      distanceOf("clr-euclidean", centeredLogRatio, euclidean, 40,
+                 "Euclidean distance of centered log-ratios (Aitchison distance)"),
+      distanceOf("hellinger", squareRoot, euclidean, 0.8, "Euclidean distance of square roots, in [0, √2]"),
+      distanceOf("bhattacharyya", squareRoot, bhattacharyya, 0.4, "−ln of the Bhattacharyya coefficient"),
+      distanceOf("jensen-shannon", identity, jensenShannon, 0.5,
+                 "Jensen–Shannon distance (the root of the divergence), in [0, √ln 2]"),
+      distanceOf("kullback-leibler", identity, kullbackLeibler, 3,
+                 "Kullback–Leibler divergence, both directions added up"),
+      distanceOf("l1", identity, l1, 1.2, "Manhattan distance of probabilities"),
+      distanceOf("l2", identity, euclidean, 0.4, "Euclidean distance of probabilities"),
+      distanceOf("cosine", identity, cosine, 0.5, "cosine of probabilities"),
+      distanceOf("pearson", centered, cosine, 0.5, "1 − Pearson's correlation of probabilities"),
+      distanceOf("chi2", identity, chiSquared, 0.6, "χ² distance of probabilities"),
+      distanceOf("ks", identity, chebyshev, 0.4, "the thesis' Eq. 5.1: the largest difference of any label"),
+      distanceOf(
+          "cumulative-ks", cumulative, chebyshev, 0.3,
+          "Kolmogorov–Smirnov: the largest difference of probabilities summed up in the labels' order"),
+      distanceOf("weighted", identity, meanSquare, 1e-4,
+                 "the thesis' Eq. 4.5: mean of squared differences, weights 1 − 2σ", false, true),
+      distanceOf("weighted-root", identity, rootMeanSquare, 0.01,
+                 "the root of Eq. 4.5, as the thesis' program computed it", false, true),
   };
   return all;
 }

@@ -3,13 +3,12 @@
 
 #include <archive.h>
 #include <archive_entry.h>
-#include <fmt/format.h>
 
 #include <array>
 #include <memory>
 #include <string_view>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/fetch/partial_file.hpp"
 
 namespace estancia {
@@ -18,11 +17,10 @@ namespace {
 
 using Archive = std::unique_ptr<archive, decltype(&archive_read_free)>;
 
-[[noreturn]] void fail(const fs::path& path, archive* reader) {
+[[noreturn]] void failDamaged(const fs::path& path, archive* reader) {
   const char* reason = archive_error_string(reader);
-  throw Error(ErrorCode::malformedFile,
-              fmt::format("{}: no archive, or damaged ({}); fetch it again", path.string(),
-                          reason == nullptr ? "unknown reason" : reason));
+  fail(ErrorCode::malformedFile, "{}: no archive, or damaged ({}); fetch it again", path.string(),
+       reason == nullptr ? "unknown reason" : reason);
 }
 
 bool isCalled(archive_entry* entry, std::string_view name) {
@@ -45,7 +43,8 @@ bool extractMember(const fs::path& path, const std::string& name, const fs::path
   archive_read_support_filter_zstd(reader.get());
   archive_read_support_format_tar(reader.get());
   archive_read_support_format_zip(reader.get());
-  if (archive_read_open_filename(reader.get(), path.c_str(), 1 << 16) != ARCHIVE_OK) fail(path, reader.get());
+  if (archive_read_open_filename(reader.get(), path.c_str(), 1 << 16) != ARCHIVE_OK)
+    failDamaged(path, reader.get());
   archive_entry* entry = nullptr;
   int code = ARCHIVE_OK;
   while ((code = archive_read_next_header(reader.get(), &entry)) == ARCHIVE_OK || code == ARCHIVE_WARN) {
@@ -57,19 +56,19 @@ bool extractMember(const fs::path& path, const std::string& name, const fs::path
     while ((count = archive_read_data(reader.get(), block.data(), block.size())) > 0) {
       if (part.size() + static_cast<std::uint64_t>(count) > maxBytes) {
         part.restart("", "");
-        throw Error(ErrorCode::tooLarge, fmt::format("{}: {} in it is longer than the {} bytes allowed",
-                                                     path.string(), name, maxBytes));
+        fail(ErrorCode::tooLarge, "{}: {} in it is longer than the {} bytes allowed", path.string(), name,
+             maxBytes);
       }
       part.append({block.data(), static_cast<std::size_t>(count)});
     }
     if (count < 0) {
       part.restart("", "");
-      fail(path, reader.get());
+      failDamaged(path, reader.get());
     }
     part.finish();
     return true;
   }
-  if (code != ARCHIVE_EOF) fail(path, reader.get());
+  if (code != ARCHIVE_EOF) failDamaged(path, reader.get());
   return false;
 }
 

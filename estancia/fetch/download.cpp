@@ -1,18 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/fetch/download.hpp"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <charconv>
 #include <chrono>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <thread>
 
 #include "estancia/core/digest.hpp"
-#include "estancia/core/error.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/options.hpp"
 #include "estancia/fetch/curl_request.hpp"
@@ -40,8 +39,7 @@ struct TransferResult {
 using End = TransferResult::End;
 
 /// Asks for `url` and writes what comes to `part`; with `resume` for the rest of what `part` holds, which the
-/// server may answer with all of it. Refuses what has not file.size bytes. Throws Interrupted, and what
-/// `part` throws.
+/// server may answer with all of it. Refuses what has not file.size bytes. Throws Interrupted, and as `part`.
 class Transfer final : private CurlRequest {
  public:
   Transfer(const std::string& url, bool resume, const RemoteFile& file, PartialFile& part, Progress& progress,
@@ -116,17 +114,15 @@ class Transfer final : private CurlRequest {
     return true;
   }
 
-  bool refuse(const std::string& reason) {
-    refusal_ = reason;
+  bool refuse(const std::string& reason, End end = End::refused) {
+    refusal_ = {end, reason};
     return false;
   }
 
   bool onBody(std::string_view bytes) override {
     if (!begun_ && !begin()) return false;
-    if (part_.size() + bytes.size() > maxBytes_) {
-      isTooLong_ = true;
-      return refuse(fmt::format("sent more than the {} bytes allowed", maxBytes_));
-    }
+    if (part_.size() + bytes.size() > maxBytes_)
+      return refuse(fmt::format("sent more than the {} bytes allowed", maxBytes_), End::tooLong);
     const std::uint64_t before = part_.size() / 1000;
     part_.append(bytes);
     progress_.advance(part_.size() / 1000 - before);
@@ -134,8 +130,7 @@ class Transfer final : private CurlRequest {
   }
 
   TransferResult ended(CURLcode code) const {
-    if (isTooLong_) return {End::tooLong, refusal_};
-    if (!refusal_.empty()) return {End::refused, refusal_};
+    if (refusal_) return *refusal_;
     const std::string why = curl_easy_strerror(code);
     switch (code) {
       case CURLE_OK:
@@ -146,9 +141,9 @@ class Transfer final : private CurlRequest {
       case CURLE_COULDNT_RESOLVE_PROXY:
       case CURLE_COULDNT_CONNECT:
         return {End::refused, fmt::format("cannot be reached ({})", why)};
-      case CURLE_OPERATION_TIMEDOUT:
-        return {connected() ? End::broken : End::refused,
-                connected() ? "stopped sending" : "does not answer"};
+      case CURLE_OPERATION_TIMEDOUT:  // with or without a connection
+        if (info<double>(CURLINFO_CONNECT_TIME) > 0) return {End::broken, "stopped sending"};
+        return {End::refused, "does not answer"};
       case CURLE_PARTIAL_FILE:
       case CURLE_RECV_ERROR:
       case CURLE_SEND_ERROR:
@@ -167,8 +162,6 @@ class Transfer final : private CurlRequest {
     }
   }
 
-  bool connected() const { return info<double>(CURLINFO_CONNECT_TIME) > 0; }
-
   TransferResult answered() const {
     const long code = status();
     TransferResult result{End::refused, fmt::format("answered {}", code)};
@@ -182,13 +175,12 @@ class Transfer final : private CurlRequest {
   std::string url_;
   bool resume_;
   std::uint64_t maxBytes_;
-  bool isTooLong_ = false;
   const RemoteFile& file_;
   PartialFile& part_;
   Progress& progress_;
   bool begun_ = false;
-  std::uint64_t total_ = 0;  // bytes of the whole file; 0 = not sent by the server
-  std::string refusal_;      // why the answer is not wanted
+  std::uint64_t total_ = 0;                // bytes of the whole file; 0 = not sent by the server
+  std::optional<TransferResult> refusal_;  // why the answer is not wanted
 };
 
 constexpr int maxTries = 30;          // tries of one address, however small its pieces
@@ -205,65 +197,49 @@ void pause(int seconds) {
   while (Clock::now() < until && !interrupted()) std::this_thread::sleep_for(std::chrono::milliseconds(100));
 }
 
-class Download {
- public:
-  Download(const RemoteFile& file, PartialFile& part, Progress& progress, const DownloadOptions& options)
-      : file_(file), part_(part), progress_(progress), options_(options) {}
-
-  /// Fetches from one address until all is there and right. Returns why not, "" when it is.
-  std::string from(const std::string& url) {
-    int fruitless = 0;
-    std::string reason;
-    for (int tries = 0; tries < maxTries && fruitless < maxFruitlessTries; ++tries) {
-      if (tries > 0 && fruitless > 0) pause(std::max(fruitless * options_.pauseSeconds, wait_));
-      const std::uint64_t before = part_.size();
-      const auto result = next(url);
-      wait_ = result.retryAfter;
-      reason = result.reason;
-      switch (result.end) {
-        case TransferResult::End::complete:
-          reason = differenceFrom(file_, part_.path());
-          if (reason.empty()) return "";
-          discard();
-          if (!result.resumed) return reason;
-          ++fruitless;  // two halves of different files: all of it anew
-          break;
-        case TransferResult::End::misfit:
-          if (before == 0) return reason;
-          discard();
-          ++fruitless;
-          break;
-        case TransferResult::End::broken:
-          fruitless = part_.size() > before ? 0 : fruitless + 1;
-          break;
-        case TransferResult::End::tooLong:
-          discard();
-          return reason;
-        case TransferResult::End::refused:
-          return reason;
-      }
+/// Fetches from one address until all is there and right. Returns why not, "" when it is.
+std::string fetchFrom(const std::string& url, const RemoteFile& file, PartialFile& part, Progress& progress,
+                      const DownloadOptions& options) {
+  const auto next = [&]() -> TransferResult {
+    if (file.size > 0 && part.size() == file.size) return {End::complete, "", true};
+    // Bytes of another address, or without a version, are trusted only if a digest will verify them.
+    const bool digest = !file.sha256.empty() || !file.sha1.empty();
+    const bool same = part.source() == url && !part.version().empty();
+    return Transfer(url, digest || same, file, part, progress, options).run();
+  };
+  int fruitless = 0, wait = 0;
+  std::string reason;
+  for (int tries = 0; tries < maxTries && fruitless < maxFruitlessTries; ++tries) {
+    if (tries > 0 && fruitless > 0) pause(std::max(fruitless * options.pauseSeconds, wait));
+    const std::uint64_t before = part.size();
+    const TransferResult result = next();
+    wait = result.retryAfter;
+    reason = result.reason;
+    switch (result.end) {
+      case End::complete:
+        reason = differenceFrom(file, part.path());
+        if (reason.empty()) return "";
+        part.restart("", "");
+        if (!result.resumed) return reason;
+        ++fruitless;  // two halves of different files: all of it anew
+        break;
+      case End::misfit:
+        if (before == 0) return reason;
+        part.restart("", "");
+        ++fruitless;
+        break;
+      case End::broken:
+        fruitless = part.size() > before ? 0 : fruitless + 1;
+        break;
+      case End::tooLong:
+        part.restart("", "");
+        return reason;
+      case End::refused:
+        return reason;
     }
-    return reason;
   }
-
- private:
-  TransferResult next(const std::string& url) {
-    if (file_.size > 0 && part_.size() == file_.size) return {TransferResult::End::complete, "", true};
-    // Bytes of another address, or of a server that names no version, are trusted only if a digest will
-    // verify them.
-    const bool digest = !file_.sha256.empty() || !file_.sha1.empty();
-    const bool same = part_.source() == url && !part_.version().empty();
-    return Transfer(url, digest || same, file_, part_, progress_, options_).run();
-  }
-
-  void discard() { part_.restart("", ""); }
-
-  const RemoteFile& file_;
-  PartialFile& part_;
-  Progress& progress_;
-  const DownloadOptions& options_;
-  int wait_ = 0;
-};
+  return reason;
+}
 
 }  // namespace
 
@@ -309,7 +285,7 @@ void download(const RemoteFile& file, const fs::path& target, const DownloadOpti
   }
   PartialFile part(target);
   for (const std::string& url : file.urls) {
-    const std::string reason = Download(file, part, progress, options).from(url);
+    const std::string reason = fetchFrom(url, file, part, progress, options);
     if (reason.empty()) return part.finish();
     reasons.push_back(fmt::format("{} {}", hostOf(url), reason));
   }

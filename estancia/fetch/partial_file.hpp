@@ -13,8 +13,7 @@ namespace estancia {
 /// work is broken off. Invariant: locked against other processes while the object lives.
 class PartialFile {
  public:
-  /// Opens what an earlier run left, or an empty file. Throws Error when it cannot be made, or when another
-  /// process is at it.
+  /// Opens what an earlier run left, or an empty file. Throws Error (fileUnwritable; busy: another process).
   explicit PartialFile(std::filesystem::path target);
   ~PartialFile();
   PartialFile(const PartialFile&) = delete;
@@ -23,8 +22,7 @@ class PartialFile {
   const std::filesystem::path& path() const { return part_; }
   std::uint64_t size() const { return size_; }
 
-  /// Where the bytes came from and which version of the file they are (an HTTP validator, "" when the server
-  /// gave none).
+  /// Where the bytes came from, and their version of the file (an HTTP validator; "": the server gave none).
   const std::string& source() const { return source_; }
   const std::string& version() const { return version_; }
 

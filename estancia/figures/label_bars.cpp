@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "estancia/words/familiar_words.hpp"
+#include "estancia/words/label_concepts.hpp"
 
 namespace estancia::report {
 

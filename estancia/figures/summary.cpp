@@ -7,7 +7,7 @@
 
 #include "estancia/figures/text.hpp"
 #include "estancia/map_file/places.hpp"
-#include "estancia/words/familiar_words.hpp"
+#include "estancia/words/label_concepts.hpp"
 
 namespace estancia::report {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "estancia/figures/html.hpp"
 #include "estancia/figures/svg.hpp"
-#include "estancia/words/familiar_words.hpp"
+#include "estancia/words/label_concepts.hpp"
 
 namespace estancia::report {
 

@@ -10,7 +10,7 @@
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/label_words.hpp"
-#include "estancia/words/label_kinds.hpp"
+#include "estancia/words/label_search.hpp"
 
 namespace estancia {
 namespace {

@@ -26,7 +26,7 @@
 #include "estancia/report/page_words.hpp"
 #include "estancia/report/world_list.hpp"
 #include "estancia/report/world_section.hpp"
-#include "estancia/words/familiar_words.hpp"
+#include "estancia/words/label_concepts.hpp"
 
 namespace estancia {
 namespace {

@@ -16,7 +16,6 @@
 #include "estancia/core/label_words.hpp"
 #include "estancia/words/lexicon.hpp"
 #include "estancia/words/word_associations.hpp"
-#include "estancia/words/word_filter.hpp"
 #include "estancia/world_file/world_map.hpp"
 
 namespace estancia::report {

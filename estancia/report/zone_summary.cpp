@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "estancia/zones/zone_names.hpp"
+#include "estancia/zones/naming.hpp"
 
 namespace estancia::report {
 

@@ -3,10 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <map>
-#include <utility>
-#include <vector>
+#include <functional>
 
 #include "estancia/core/fail.hpp"
 
@@ -87,6 +84,28 @@ NamedAgreement measureNamedAgreement(std::span<const std::string> truth, std::sp
   }
   if (known.empty()) return {};
   return {known.size(), measureAgreement(known, theirs)};
+}
+
+std::vector<std::size_t> keptNumbers(std::size_t groups, const GroupOverlap& overlap) {
+  std::vector<std::pair<std::pair<std::size_t, std::size_t>, std::size_t>> pairs(overlap.begin(),
+                                                                                 overlap.end());
+  std::ranges::stable_sort(pairs, std::greater(), [](const auto& pair) { return pair.second; });
+  std::vector<std::size_t> numbers(groups, groups);
+  std::vector<bool> isTaken(groups, false);
+  for (const auto& [pair, members] : pairs) {
+    const auto [group, before] = pair;
+    if (group >= groups || before >= groups || numbers[group] < groups || isTaken[before]) continue;
+    numbers[group] = before;
+    isTaken[before] = true;
+  }
+  std::size_t free = 0;
+  for (std::size_t& number : numbers) {
+    if (number < groups) continue;
+    while (isTaken[free]) ++free;
+    number = free;
+    isTaken[free] = true;
+  }
+  return numbers;
 }
 
 }  // namespace estancia

@@ -25,8 +25,7 @@ DescriptorMatrix comparedVectors(const DescriptorMatrix& descriptors, const Dist
 DescriptorMatrix comparedVectors(const DescriptorMatrix& descriptors, const DescriptorMatrix& scale,
                                  const Distance& distance);
 
-/// Prepares descriptors as zones compare them: a standardized distance is centered and scaled by all of them,
-/// so that their order does not matter. N×L.
+/// Prepares descriptors as zones compare them: standardized, if at all, by all of them in any order. N×L.
 DescriptorMatrix comparedVectors(const DescriptorMatrix& descriptors, const Distance& distance);
 
 }  // namespace estancia

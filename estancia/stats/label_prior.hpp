@@ -30,8 +30,7 @@ struct LabelPrior {
 };
 
 /// Prior for the labels of an unknown network: the mean distances and dimensions of the known ones. Fewer
-/// labels than these have less dimensions, a third of their number, as COCO's have, and more different
-/// distances.
+/// labels have less dimensions, a third of their number, as COCO's have, and more different distances.
 LabelPrior unknownLabelsPrior(std::size_t labels);
 
 /// The prior of these labels, whatever network gives them: labels are identified by their first synonym, and

@@ -28,9 +28,8 @@ Standardization commonStandardization(const Moments& a, const Moments& b, const 
 
 /// Estimates each label's center and weight online.
 ///
-/// Only keyframes count: frames that differ from the last keyframe by more than the camera's noise. So a
-/// robot that stands still changes nothing, and the frame rate hardly matters. A prior counts as so many
-/// keyframes.
+/// Only keyframes count: frames that differ from the last one by more than the camera's noise. So a robot
+/// that stands still changes nothing, and the frame rate hardly matters. A prior counts as some keyframes.
 class LabelScale {
  public:
   LabelScale(Distance distance, std::size_t labels, LabelPrior prior = {});
@@ -38,8 +37,7 @@ class LabelScale {
   /// The next frame: its probabilities, and the same embedded. Returns whether it is a keyframe.
   bool add(std::span<const float> probabilities, std::span<const float> embedded);
 
-  /// From all keyframes so far; empty unless the distance is standardized; without a prior neutral unless
-  /// hasSeenEnough().
+  /// From all keyframes; empty unless the distance is standardized; neutral without prior or hasSeenEnough().
   Standardization standardization() const;
   /// False while all frames differ by noise only.
   bool hasSeenEnough() const;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/stats/linkage.hpp"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
@@ -11,7 +10,6 @@
 #include <utility>
 
 #include "estancia/core/fail.hpp"
-#include "estancia/core/memory.hpp"
 
 namespace estancia {
 namespace {
@@ -47,8 +45,7 @@ class MergeProgress {
   std::size_t waiting_ = 0;
 };
 
-/// Distance of a cluster of n items to what a (of na items) and b (nb) become that merge at dab (Lance and
-/// Williams 1967).
+/// Distance of a cluster of n items to a (of na) and b (nb) merged at dab (Lance and Williams 1967).
 double afterMerge(Linkage linkage, double da, double db, double dab, double na, double nb, double n) {
   switch (linkage) {
     case Linkage::single:
@@ -120,8 +117,7 @@ class Clusters {
 
   bool isSparse() const { return places_ > minPlaces && alive_ * 4 < places_ * 3; }
 
-  /// Drops the positions of merged clusters; the others keep their order. Returns the new position of each
-  /// old one.
+  /// Drops the positions of merged clusters in order. Returns the new position of each old one.
   std::vector<std::size_t> compact() {
     std::vector<std::size_t> kept, moved(places_);
     for (std::size_t i = 0; i < places_; ++i) {
@@ -189,8 +185,7 @@ std::vector<Link> nearestNeighborChain(CondensedDistances& distances, Linkage li
   return links;
 }
 
-/// The tree grows by the item nearest to it (Prim 1957). Each item is linked with the one added before it:
-/// all others in between are nearer.
+/// The tree grows by the item nearest to it (Prim 1957), linked with the one before: all between are nearer.
 std::vector<Link> spanningTree(const CondensedDistances& distances, Progress& progress) {
   const std::size_t n = distances.items();
   MergeProgress merging(progress, n - 1);
@@ -294,7 +289,7 @@ std::vector<int> Dendrogram::cutInto(std::size_t clusters) const {
 
 std::vector<int> Dendrogram::afterMerges(std::size_t count) const {
   std::vector<std::size_t> parent(leaves_ + count);  // its own: a root
-  for (std::size_t i = 0; i < parent.size(); ++i) parent[i] = i;
+  std::iota(parent.begin(), parent.end(), std::size_t{0});
   for (std::size_t k = 0; k < count; ++k) parent[merges_[k].left] = parent[merges_[k].right] = leaves_ + k;
   for (std::size_t i = parent.size(); i-- > 0;) parent[i] = parent[parent[i]];  // parents come after children
   std::vector<int> number(parent.size(), -1), clusters(leaves_);
@@ -364,10 +359,6 @@ std::uint64_t clusteringMemory(std::size_t items, std::size_t labels) {
       static_cast<double>(items) * (static_cast<double>(labels) * copies * sizeof(float) + eachItem) +
       static_cast<double>(CondensedDistances::bytes(items));
   return product < 0x1p63 ? static_cast<std::uint64_t>(product) : std::uint64_t{1} << 63;
-}
-
-void requireClusteringMemory(std::size_t items, std::size_t labels) {
-  requireClusteringMemory(items, labels, availableMemory());
 }
 
 void requireClusteringMemory(std::size_t items, std::size_t labels, std::uint64_t available) {

@@ -4,12 +4,14 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <memory>
 #include <span>
 #include <string_view>
 #include <vector>
 
 #include "estancia/core/descriptor.hpp"
+#include "estancia/core/memory.hpp"
 #include "estancia/core/options.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/distances/distance.hpp"
@@ -38,7 +40,7 @@ class CondensedDistances {
  private:
   std::size_t place(std::size_t i, std::size_t j) const { return i * (2 * items_ - i - 1) / 2 + j - i - 1; }
   struct Free {
-    void operator()(double* values) const;
+    void operator()(double* values) const { std::free(values); }
   };
   std::size_t items_, size_;
   std::unique_ptr<double[], Free> values_;
@@ -88,9 +90,8 @@ Dendrogram link(CondensedDistances distances, Linkage linkage, const std::vector
 /// Bytes that pairwiseDistances() and link() need.
 std::uint64_t clusteringMemory(std::size_t items, std::size_t labels);
 
-/// Throws Error (tooLarge) when that is more than this process may still allocate.
-void requireClusteringMemory(std::size_t items, std::size_t labels);
-/// Checks against `available` bytes.
-void requireClusteringMemory(std::size_t items, std::size_t labels, std::uint64_t available);
+/// Throws Error (tooLarge) when that is more than `available` bytes.
+void requireClusteringMemory(std::size_t items, std::size_t labels,
+                             std::uint64_t available = availableMemory());
 
 }  // namespace estancia

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/stats/method_comparison.hpp"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
@@ -9,7 +8,7 @@
 #include <numeric>
 #include <set>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia {
 namespace {
@@ -18,31 +17,26 @@ void requireUnique(const std::vector<std::string>& names, const char* what) {
   std::set<std::string> known;
   for (const std::string& name : names)
     if (!known.insert(name).second)
-      throw Error(ErrorCode::invalidInput,
-                  fmt::format("two {}s are called \"{}\"; give each a name of its own", what, name));
+      fail(ErrorCode::invalidInput, "two {}s are called \"{}\"; give each a name of its own", what, name);
 }
 
 void requireComplete(const MethodScores& scores) {
   if (scores.methods.empty() || scores.tests.empty())
-    throw Error(ErrorCode::invalidInput,
-                fmt::format("there are {} methods and {} tests; give at least one of each",
-                            scores.methods.size(), scores.tests.size()));
+    fail(ErrorCode::invalidInput, "there are {} methods and {} tests; give at least one of each",
+         scores.methods.size(), scores.tests.size());
   requireUnique(scores.methods, "method");
   requireUnique(scores.tests, "test");
   if (scores.values.size() != scores.tests.size())
-    throw Error(ErrorCode::mismatch,
-                fmt::format("there are scores of {} tests, but {} names; give one a test",
-                            scores.values.size(), scores.tests.size()));
+    fail(ErrorCode::mismatch, "there are scores of {} tests, but {} names; give one a test",
+         scores.values.size(), scores.tests.size());
   for (std::size_t t = 0; t < scores.tests.size(); ++t) {
     if (scores.values[t].size() != scores.methods.size())
-      throw Error(ErrorCode::mismatch,
-                  fmt::format("test \"{}\" has {} scores for {} methods; give one a method", scores.tests[t],
-                              scores.values[t].size(), scores.methods.size()));
+      fail(ErrorCode::mismatch, "test \"{}\" has {} scores for {} methods; give one a method",
+           scores.tests[t], scores.values[t].size(), scores.methods.size());
     for (std::size_t m = 0; m < scores.methods.size(); ++m)
       if (!std::isfinite(scores.values[t][m]))
-        throw Error(ErrorCode::invalidInput,
-                    fmt::format("the score of \"{}\" in test \"{}\" is {}; give a finite number",
-                                scores.methods[m], scores.tests[t], scores.values[t][m]));
+        fail(ErrorCode::invalidInput, "the score of \"{}\" in test \"{}\" is {}; give a finite number",
+             scores.methods[m], scores.tests[t], scores.values[t][m]);
   }
 }
 
@@ -110,8 +104,8 @@ MethodComparison compareMethods(MethodScores scores, const ComparisonOptions& op
           ? scores.methods.begin() + (std::min_element(rank.begin(), rank.end()) - rank.begin())
           : std::find(scores.methods.begin(), scores.methods.end(), options.control);
   if (chosen == scores.methods.end())
-    throw Error(ErrorCode::unknownName, fmt::format("unknown method \"{}\"; known: {}", options.control,
-                                                    fmt::join(scores.methods, ", ")));
+    fail(ErrorCode::unknownName, "unknown method \"{}\"; known: {}", options.control,
+         fmt::join(scores.methods, ", "));
   result.control = static_cast<std::size_t>(chosen - scores.methods.begin());
   result.friedman = friedmanTest(scores.values);
   result.differ = result.friedman.fP <= options.alpha;

@@ -63,8 +63,7 @@ struct MethodComparison {
 
 /// Compares. Nothing is rejected unless Friedman's test (by F_F, the less conservative) rejects first. Equal
 /// mean ranks stay in the order of the methods. Throws Error (invalidInput, mismatch) when a score is not
-/// finite, the table is not complete, empty, or has a name twice; (invalidOption, unknownName) on the
-/// options; and as postHocTests().
+/// finite or the table not complete, empty, or with a name twice; on the options; and as postHocTests().
 MethodComparison compareMethods(MethodScores scores, const ComparisonOptions& options = {});
 
 }  // namespace estancia

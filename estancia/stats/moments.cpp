@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/bytes.hpp"
 #include "estancia/core/simd.hpp"
 
 namespace estancia {
@@ -88,16 +88,11 @@ std::size_t Moments::byteCount(std::size_t labels, bool spread) {
 }
 
 std::string Moments::toBytes() const {
-  std::string bytes(byteCount(mean_.size(), !variance_.empty()), '\0');
-  char* out = bytes.data();
-  const auto put = [&out](const void* from, std::size_t count) {
-    if (count > 0) std::memcpy(out, from, count);
-    out += count;
-  };
-  put(&weight_, sizeof weight_);
+  ByteWriter writer;
+  writer.number(weight_);
   for (const auto* values : {&mean_, &carry_, &variance_})
-    put(values->data(), values->size() * sizeof(float));
-  return bytes;
+    writer.raw({reinterpret_cast<const char*>(values->data()), values->size() * sizeof(float)});
+  return writer.bytes();
 }
 
 Moments Moments::fromBytes(std::string_view bytes, std::size_t labels, bool spread) {

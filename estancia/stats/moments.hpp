@@ -32,8 +32,7 @@ class Moments {
   /// Empty without spread.
   std::span<const float> variance() const { return variance_; }
 
-  /// For the map file, and back. Throws Error (corruptFile) unless toBytes() wrote `bytes` for as many
-  /// labels.
+  /// For the map file, and back. Throws Error (corruptFile) unless toBytes() wrote them for so many labels.
   std::string toBytes() const;
   static Moments fromBytes(std::string_view bytes, std::size_t labels, bool spread);
   static std::size_t byteCount(std::size_t labels, bool spread);

@@ -93,8 +93,7 @@ void tile4(Sum kind, const float* rows, const Column* columns, std::size_t label
   tileOf<4>(kind, rows, columns, labels, out);
 }
 
-/// Which sum over the labels a comparison consists of; those with a logarithm or a division for each label
-/// gain nothing from tiles.
+/// The sum that a comparison is; those with a logarithm or division a label gain nothing from tiles.
 bool isTiled(Comparison comparison, Sum& kind) {
   switch (comparison) {
     case Comparison::meanSquare:
@@ -118,9 +117,8 @@ bool isTiled(Comparison comparison, Sum& kind) {
   throw Error(ErrorCode::invalidOption, "the comparison is none of Comparison; give one of its values");
 }
 
-/// The rows twice, padded with zeros: one after the other, and in groups of `tileColumns` packed label by
-/// label. Angles are those of unit vectors, whose squared difference is 2 (1 − cos): nothing cancels, however
-/// small the angle.
+/// The rows twice, padded with zeros: one after the other, and in groups of `tileColumns` label by label.
+/// Angles are those of unit vectors, whose squared difference is 2 (1 − cos): nothing cancels in small ones.
 class Packed {
  public:
   Packed(const DescriptorMatrix& matrix, bool toUnit)
@@ -194,10 +192,6 @@ CondensedDistances::CondensedDistances(std::size_t items) : items_(items), size_
   madvise(memory, whole, MADV_HUGEPAGE);  // columns are read across all pages
 #endif
   values_.reset(static_cast<double*>(memory));
-}
-
-void CondensedDistances::Free::operator()(double* values) const {
-  std::free(values);
 }
 
 std::uint64_t CondensedDistances::bytes(std::size_t items) {

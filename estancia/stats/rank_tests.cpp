@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/stats/rank_tests.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <boost/dynamic_bitset.hpp>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/fisher_f.hpp>
+#include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -14,8 +13,7 @@
 #include <numeric>
 #include <set>
 
-#include "estancia/core/error.hpp"
-#include "estancia/stats/studentized_range.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia {
 namespace {
@@ -57,8 +55,7 @@ double standardError(std::size_t methods, std::size_t tests) {
 std::vector<double> stepDown(std::span<const double> p,
                              const std::function<std::size_t(std::size_t)>& hypotheses) {
   for (const double value : p)
-    if (!(value >= 0 && value <= 1))
-      throw Error(ErrorCode::invalidInput, fmt::format("a p-value is {}; give 0 to 1", value));
+    if (!(value >= 0 && value <= 1)) fail(ErrorCode::invalidInput, "a p-value is {}; give 0 to 1", value);
   std::vector<std::size_t> order(p.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return p[a] < p[b]; });
@@ -80,6 +77,11 @@ boost::dynamic_bitset<> possiblyTrue(std::size_t k) {
   for (std::size_t n = 1; n <= k; ++n)
     for (std::size_t j = 1; j <= n; ++j) sets[n] |= sets[n - j] << (j * (j - 1) / 2);
   return sets[k];
+}
+
+/// Φ(z), also far below 0.
+double normalBelow(double z) {
+  return std::erfc(-z / std::numbers::sqrt2) / 2;
 }
 
 }  // namespace
@@ -106,9 +108,8 @@ std::vector<double> meanRanks(const std::vector<std::vector<double>>& tests, Bet
   std::vector<double> means(tests.front().size());
   for (const auto& test : tests) {
     if (test.size() != means.size())
-      throw Error(ErrorCode::mismatch,
-                  fmt::format("one test has {} methods, another {}; give each test all methods", test.size(),
-                              means.size()));
+      fail(ErrorCode::mismatch, "one test has {} methods, another {}; give each test all methods",
+           test.size(), means.size());
     const std::vector<double> rank = ranks(test, better);
     for (std::size_t c = 0; c < rank.size(); ++c) means[c] += rank[c];  // halves: exact
   }
@@ -180,15 +181,15 @@ FriedmanTest friedmanTest(const std::vector<std::vector<double>>& tests) {
 
 WilcoxonTest wilcoxonTest(std::span<const double> a, std::span<const double> b) {
   if (a.size() != b.size())
-    throw Error(ErrorCode::mismatch,
-                fmt::format("one method has {} tests, the other {}; give both the same", a.size(), b.size()));
+    fail(ErrorCode::mismatch, "one method has {} tests, the other {}; give both the same", a.size(),
+         b.size());
   if (a.empty()) throw Error(ErrorCode::invalidInput, "there are no tests; give at least one");
   std::vector<double> sizes;
   std::vector<bool> aIsLarger;
   for (std::size_t t = 0; t < a.size(); ++t) {
     if (!std::isfinite(a[t]) || !std::isfinite(b[t]))
-      throw Error(ErrorCode::invalidInput,
-                  fmt::format("the scores in test {} are {} and {}; give finite numbers", t + 1, a[t], b[t]));
+      fail(ErrorCode::invalidInput, "the scores in test {} are {} and {}; give finite numbers", t + 1, a[t],
+           b[t]);
     if (a[t] == b[t]) continue;
     sizes.push_back(std::abs(a[t] - b[t]));
     aIsLarger.push_back(a[t] > b[t]);
@@ -206,14 +207,7 @@ WilcoxonTest wilcoxonTest(std::span<const double> a, std::span<const double> b) 
     result.p = exactP(sizes.size(), static_cast<std::size_t>(std::min(result.better, result.worse)));
     return result;
   }
-  double ties = 0;
-  std::sort(sizes.begin(), sizes.end());
-  for (const double value : values) {
-    const auto [first, end] = std::equal_range(sizes.begin(), sizes.end(), value);
-    const auto t = static_cast<double>(end - first);
-    ties += t * t * t - t;
-  }
-  const double variance = n * (n + 1) * (2 * n + 1) / 24 - ties / 48;
+  const double variance = n * (n + 1) * (2 * n + 1) / 24 - tieTerm(sizes) / 48;
   result.z = (result.better - n * (n + 1) / 4) / std::sqrt(variance);
   result.p = std::erfc(std::abs(result.z) / std::numbers::sqrt2);
   return result;
@@ -225,28 +219,20 @@ Choices postHocs() {
           {"nemenyi", "all pairs, by one critical difference, as a rule less powerful"}};
 }
 
-PostHoc getPostHoc(std::string_view name) {
-  requireChoice("post-hoc test", name, postHocs());
-  return name == "holm" ? PostHoc::holm : name == "shaffer" ? PostHoc::shaffer : PostHoc::nemenyi;
-}
-
 std::vector<PairTest> postHocTests(PostHoc postHoc, std::span<const double> meanRanks, std::size_t tests,
                                    std::size_t control) {
   const std::size_t k = meanRanks.size();
   if (tests == 0) throw Error(ErrorCode::invalidInput, "there are no tests; give at least one");
   for (const double rank : meanRanks)
     if (!(rank >= 1 && rank <= static_cast<double>(k)))
-      throw Error(ErrorCode::invalidInput,
-                  fmt::format("a mean rank of {} methods is {}; give 1 to {}", k, rank, k));
+      fail(ErrorCode::invalidInput, "a mean rank of {} methods is {}; give 1 to {}", k, rank, k);
   const bool withControl = postHoc == PostHoc::holm;
   if (withControl && control >= k)
-    throw Error(ErrorCode::invalidInput,
-                fmt::format("the control is method {} of {}; give a smaller number", control, k));
+    fail(ErrorCode::invalidInput, "the control is method {} of {}; give a smaller number", control, k);
   if (!withControl && k > maxInPairs)
-    throw Error(
-        ErrorCode::tooLarge,
-        fmt::format("{} methods have too many pairs (the limit is {} methods); compare them with a control",
-                    k, maxInPairs));
+    fail(ErrorCode::tooLarge,
+         "{} methods have too many pairs (the limit is {} methods); compare them with a control", k,
+         maxInPairs);
 
   std::vector<PairTest> pairs;
   const auto add = [&](std::size_t a, std::size_t b) {
@@ -264,7 +250,6 @@ std::vector<PairTest> postHocTests(PostHoc postHoc, std::span<const double> mean
     return pairs;
   }
   std::vector<double> p;
-  p.reserve(pairs.size());
   for (const PairTest& pair : pairs) p.push_back(pair.p);
   const std::vector<double> adjusted = withControl ? holmAdjusted(p) : shafferAdjusted(p, k);
   for (std::size_t i = 0; i < pairs.size(); ++i) pairs[i].adjusted = adjusted[i];
@@ -277,9 +262,8 @@ std::vector<double> holmAdjusted(std::span<const double> p) {
 
 std::vector<double> shafferAdjusted(std::span<const double> p, std::size_t methods) {
   if (methods > maxInPairs || p.size() != methods * (methods - (methods > 0 ? 1 : 0)) / 2)
-    throw Error(
-        ErrorCode::invalidInput,
-        fmt::format("there are {} p-values for all pairs of {} methods; give one a pair", p.size(), methods));
+    fail(ErrorCode::invalidInput, "there are {} p-values for all pairs of {} methods; give one a pair",
+         p.size(), methods);
   if (p.empty()) return {};
   const boost::dynamic_bitset<> possible = possiblyTrue(methods);
   std::size_t hypotheses = p.size();  // p ascends, so this only falls
@@ -287,6 +271,40 @@ std::vector<double> shafferAdjusted(std::span<const double> p, std::size_t metho
     while (hypotheses > p.size() - i || !possible.test(hypotheses)) --hypotheses;
     return hypotheses;
   });
+}
+
+double studentizedRangeTail(double q, std::size_t groups) {
+  if (groups < 2) fail(ErrorCode::invalidInput, "there are {} groups; give at least 2", groups);
+  if (std::isnan(q)) throw Error(ErrorCode::invalidInput, "the range is NaN; give a number");
+  if (q <= 0) return 1;
+  // P(range ≤ q) = k ∫ φ(z) [Φ(z) − Φ(z − q)]^(k−1) dz, where z is the largest variable, and with q = ∞ it is
+  // 1. The difference of both, with a = Φ(z) and d = Φ(z − q), has no cancellation as a^(k−1) (1 − (1 −
+  // d/a)^(k−1)). The trapezoidal rule converges geometrically for such an integrand (Trefethen & Weideman
+  // 2014); at this step its error is below the rounding.
+  constexpr double step = 1.0 / 32, reach = 12;  // φ vanishes beyond ±12 of where the integrand peaks
+  const double others = static_cast<double>(groups) - 1;
+  const auto first = static_cast<long>(-reach / step);
+  const auto last = static_cast<long>(std::min(q / 2 + reach, 40.0) / step);
+  double sum = 0;
+  for (long i = first; i <= last; ++i) {
+    const double z = static_cast<double>(i) * step, all = normalBelow(z);
+    const double outside = std::min(normalBelow(z - q) / all, 1.0);
+    sum += std::exp(-z * z / 2 + others * std::log(all)) * -std::expm1(others * std::log1p(-outside));
+  }
+  const double tail = (others + 1) * step * sum / std::sqrt(2 * std::numbers::pi);
+  return std::clamp(tail, 0.0, 1.0);
+}
+
+double studentizedRangeQuantile(double alpha, std::size_t groups) {
+  if (!(alpha > 0 && alpha < 1))
+    fail(ErrorCode::invalidInput, "alpha is {}; give a number between 0 and 1", alpha);
+  double upper = 1;
+  while (studentizedRangeTail(upper, groups) > alpha) upper *= 2;
+  std::uintmax_t steps = 200;
+  const auto [low, high] = boost::math::tools::toms748_solve(
+      [&](double q) { return std::log(studentizedRangeTail(q, groups) / alpha); }, 0.0, upper,
+      boost::math::tools::eps_tolerance<double>(44), steps);
+  return (low + high) / 2;
 }
 
 double criticalDifference(double alpha, std::size_t methods, std::size_t tests) {

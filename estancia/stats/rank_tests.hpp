@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "estancia/core/options.hpp"
@@ -41,8 +40,7 @@ struct MethodStanding : WinRecord {
   double meanRank = 0;
 };
 
-/// Ranks methods by several tests (thesis 4.5.2, Fig. 4.5), laid out as for meanRanks(). One standing a
-/// method. Throws Error as meanRanks().
+/// Ranks methods by several tests (thesis 4.5.2, Fig. 4.5), one standing a method, as for meanRanks().
 std::vector<MethodStanding> standings(const std::vector<std::vector<double>>& tests, Better better);
 
 /// Friedman's test of the hypothesis that all k methods are equivalent in N tests, and the less conservative
@@ -95,9 +93,8 @@ struct WilcoxonTest {
 /// `a` and `b` are the scores of the two methods in each test. The p-values are those of SciPy's wilcoxon()
 /// (zero_method "wilcox", no correction for continuity) in the mode that `exact` names. Wilcoxon, Biometrics
 /// 1 (1945); variance n (n + 1)(2 n + 1) / 24 − Σ (t³ − t) / 48 (Lehmann 1975). Differences are taken as they
-/// are: of numbers that were rounded before, equal differences may differ in the last bit and then are
-/// not tied. Throws Error (mismatch, invalidInput) when lengths differ, there is no test, or a value is not
-/// finite.
+/// are: of numbers that were rounded before, equal ones may differ in the last bit and are not tied. Throws
+/// Error (mismatch, invalidInput) when lengths differ, there is no test, or a value is not finite.
 WilcoxonTest wilcoxonTest(std::span<const double> a, std::span<const double> b);
 
 /// Post-hoc test: the hypotheses that are tested, and how their p-values are adjusted for their number.
@@ -112,9 +109,6 @@ enum class PostHoc {
 
 /// The names of PostHoc.
 Choices postHocs();
-
-/// Throws Error (unknownName).
-PostHoc getPostHoc(std::string_view name);
 
 /// Whether two methods differ.
 struct PairTest {
@@ -142,13 +136,20 @@ std::vector<double> holmAdjusted(std::span<const double> p);
 
 /// Shaffer's static adjustment of the p-values of all pairs of `methods` methods: as Holm's, but with the
 /// number of hypotheses that can still be true together in place of m + 1 − j. (If A and B differ, not both
-/// can equal C.) Throws Error (invalidInput) when their number is not that of the pairs, or one is
-/// outside [0, 1].
+/// can equal C.) Throws Error (invalidInput) unless there is one a pair, and as holmAdjusted().
 std::vector<double> shafferAdjusted(std::span<const double> p, std::size_t methods);
 
-/// The critical difference of two mean ranks by Nemenyi's test: q_α √(k (k + 1) / 6N), where q_α is the
-/// quantile of the studentized range over √2. Throws Error (invalidInput) without a test, and as
-/// studentizedRangeQuantile().
+/// P(max − min > q) of `groups` independent standard normal variables: the upper tail of the studentized
+/// range with infinite degrees of freedom (R's ptukey(q, groups, Inf, lower.tail = FALSE)). Its error is
+/// below 1e-12, absolute and relative to the tail. Throws Error (invalidInput) below 2 groups and for NaN.
+double studentizedRangeTail(double q, std::size_t groups);
+
+/// The q whose tail is alpha (R's qtukey), to a relative 1e-12; 2.343701 for alpha = 0.05 and 3 groups … once
+/// divided by √2. Throws Error for fewer than 2 groups or an alpha that is not inside (0, 1).
+double studentizedRangeQuantile(double alpha, std::size_t groups);
+
+/// The critical difference of two mean ranks by Nemenyi's test: q_α √(k (k + 1) / 6N), q_α the quantile of
+/// the studentized range over √2. Throws Error (invalidInput) without tests; as studentizedRangeQuantile().
 double criticalDifference(double alpha, std::size_t methods, std::size_t tests);
 
 }  // namespace estancia

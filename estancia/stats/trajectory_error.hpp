@@ -19,9 +19,8 @@ struct AbsoluteTrajectoryError {
 };
 
 /// Aligns the estimate with the truth by the rotation and translation (no scale) of the least squared
-/// distances of the positions, and measures the rest (Umeyama 1991; Sturm et al. 2012). `estimated` and
-/// `truth` are pairs of poses at the same times. Throws Error (mismatch, invalidInput) when they are not
-/// equally many, none, or not finite.
+/// distances of the positions, and measures the rest (Umeyama 1991; Sturm et al. 2012). Poses are pairs of
+/// the same times. Throws Error (mismatch, invalidInput) when they are not equally many, none, or not finite.
 AbsoluteTrajectoryError absoluteTrajectoryError(std::span<const Pose> estimated, std::span<const Pose> truth);
 
 /// Error of the relative motion over `step` poses: drift (Sturm et al. 2012).
@@ -33,8 +32,7 @@ struct RelativePoseError {
   double rotationRmse = 0;
 };
 
-/// Throws Error as absoluteTrajectoryError does, and when `step` is 0. No pairs when there are at most `step`
-/// poses.
+/// Throws Error as absoluteTrajectoryError(), and for a `step` of 0. No pairs of at most `step` poses.
 RelativePoseError relativePoseError(std::span<const Pose> estimated, std::span<const Pose> truth,
                                     std::size_t step = 1);
 

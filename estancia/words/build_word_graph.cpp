@@ -43,27 +43,13 @@ PointerKind kindOf(std::string_view symbol) {
 }
 
 WordLink reverse(WordLink link) {
-  switch (link) {
-    case WordLink::kindOf:
-      return WordLink::moreGeneral;
-    case WordLink::moreGeneral:
-      return WordLink::kindOf;
-    case WordLink::partOf:
-      return WordLink::hasPart;
-    case WordLink::hasPart:
-      return WordLink::partOf;
-    case WordLink::defines:
-      return WordLink::definedBy;
-    case WordLink::definedBy:
-      return WordLink::defines;
-    case WordLink::named:
-      return WordLink::nameOf;
-    case WordLink::nameOf:
-      return WordLink::named;
-    case WordLink::related:
-      break;
+  using enum WordLink;
+  for (const auto& [one, other] :
+       {std::pair(kindOf, moreGeneral), {partOf, hasPart}, {defines, definedBy}, {named, nameOf}}) {
+    if (link == one) return other;
+    if (link == other) return one;
   }
-  return WordLink::related;
+  return related;
 }
 
 /// Whether one of the two is a kind of the other; hypernyms() follows these.
@@ -146,8 +132,7 @@ class Meanings {
   std::unordered_map<std::string, std::vector<Sense>> known_;
 };
 
-/// The words that a compound is made of: "kitchen appliance" → "kitchen", "appliance"; none for a single
-/// word.
+/// The words that a compound is made of: "kitchen appliance" → "kitchen", "appliance"; none for one word.
 std::vector<std::string> partsOf(const std::string& word) {
   std::vector<std::string> parts = splitText(word);
   if (parts.size() < 2) return {};

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/words/dictionary.hpp"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <fstream>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/utf8.hpp"
 #include "estancia/words/lexicon.hpp"
 
@@ -17,9 +17,7 @@ constexpr std::string_view byteOrderMark = "\xEF\xBB\xBF";  // UTF-8 files of Wi
 
 /// Words of splitText(), joined: "La Cuisine" → "la cuisine".
 std::string normalForm(std::string_view text) {
-  std::string form;
-  for (const std::string& word : splitText(text)) form += (form.empty() ? "" : " ") + word;
-  return form;
+  return fmt::format("{}", fmt::join(splitText(text), " "));
 }
 
 bool isUtf8(std::string_view text) {
@@ -35,14 +33,13 @@ Dictionary::Dictionary(const std::filesystem::path& path) {
   const std::uintmax_t bytes = std::filesystem::file_size(path, problem);
   std::ifstream file(path, std::ios::binary);
   if (problem || !file)
-    throw Error(ErrorCode::fileUnreadable,
-                fmt::format("cannot read the dictionary {}; name a text file of two columns", path.string()));
+    fail(ErrorCode::fileUnreadable, "cannot read the dictionary {}; name a text file of two columns",
+         path.string());
   if (bytes > maxDictionaryBytes)
-    throw Error(ErrorCode::tooLarge, fmt::format("{}: {} bytes are no dictionary", path.string(), bytes));
+    fail(ErrorCode::tooLarge, "{}: {} bytes are no dictionary", path.string(), bytes);
   const auto failAt = [&path](std::size_t number, const char* what) {
-    throw Error(ErrorCode::malformedFile,
-                fmt::format("{}, line {}: {}; write a word, a tab, and the English word, in UTF-8",
-                            path.string(), number, what));
+    fail(ErrorCode::malformedFile, "{}, line {}: {}; write a word, a tab, and the English word, in UTF-8",
+         path.string(), number, what);
   };
   std::string line;
   for (std::size_t number = 1; std::getline(file, line); ++number) {
@@ -57,10 +54,8 @@ Dictionary::Dictionary(const std::filesystem::path& path) {
     entries_.emplace(word, english);
   }
   if (entries_.empty())
-    throw Error(
-        ErrorCode::insufficientData,
-        fmt::format("{}: a dictionary without words; write a word, a tab, and the English word a line",
-                    path.string()));
+    fail(ErrorCode::insufficientData,
+         "{}: a dictionary without words; write a word, a tab, and the English word a line", path.string());
 }
 
 const std::string* Dictionary::find(std::string_view words) const {

@@ -10,12 +10,10 @@
 namespace estancia {
 
 /// A text file of two columns: a word or a few, a tab or a comma, and what that is in English. Case does not
-/// matter; empty lines and lines that begin with # are left out; of a word that comes twice the first line
-/// counts.
+/// matter; empty lines and lines that begin with # are left out; of equal words the first line counts.
 class Dictionary {
  public:
-  /// Throws Error: fileUnreadable; tooLarge above 64 MB; malformedFile with file and line for a line without
-  /// two columns.
+  /// Throws Error: fileUnreadable; tooLarge above 64 MB; malformedFile for a line without two columns.
   explicit Dictionary(const std::filesystem::path& file);
 
   /// In English: the whole text where it is an entry, else word by word; unknown words stay.

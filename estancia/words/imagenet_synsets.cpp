@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/words/imagenet_synsets.hpp"
+#include "estancia/words/label_senses.hpp"
 
 namespace estancia {
 

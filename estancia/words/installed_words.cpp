@@ -13,9 +13,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/home.hpp"
 #include "estancia/core/output_file.hpp"
-#include "estancia/words/load_words.hpp"
-#include "estancia/words/word_associations_file.hpp"
-#include "estancia/words/word_graph_file.hpp"
+#include "estancia/words/word_files.hpp"
 #include "estancia/words/wordnet.hpp"
 
 namespace estancia {
@@ -53,8 +51,7 @@ auto readCached(const fs::path& path, const Unpack& unpack)
   }
 }
 
-/// Returns whether the file is there now: a folder that cannot be written costs seconds each time, nothing
-/// else.
+/// Returns whether the file is there now: a folder that cannot be written only costs seconds each time.
 bool writeCached(const fs::path& path, const std::string& bytes) {
   try {
     fs::create_directories(path.parent_path());
@@ -70,6 +67,16 @@ fs::path cacheFile(const char* kind, const std::string& source, const char* endi
 }
 
 }  // namespace
+
+OptionGroup declare(NamingOptions& options) {
+  using Words = NamingOptions::Words;
+  OptionGroup group("naming", "Which words name zones and areas.");
+  group.add("words", options.words,
+            {{{"wordnet", "\"dog\" for several breeds, where WordNet is installed"}, Words::wordNet},
+             {{"raw", "the labels as the network has them"}, Words::raw}},
+            "The words that zones and areas are called by.");
+  return group;
+}
 
 InstalledWords loadInstalledWords() {
   const std::optional<fs::path> folder = findWordNet();

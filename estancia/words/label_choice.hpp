@@ -34,8 +34,7 @@ struct LabelMatches {
 using WordGraphSource = const WordGraph* (*)();
 
 /// findLabels(), each of probability 1: what names or holds a name goes first, so that answers do not depend
-/// on WordNet. Where there is none, the labels that the words mean (findLabelMatches()); empty where they
-/// mean none.
+/// on WordNet. Where there is none, the labels that the words mean (findLabelMatches()), if any.
 LabelMatches chooseLabels(const Vocabulary& vocabulary, std::string_view words, WordGraphSource source);
 
 /// Texts for display: "studio couch (a kind of sofa)", one a label. Labels with a reason beyond the first

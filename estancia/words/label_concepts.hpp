@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstddef>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -21,8 +20,7 @@ struct LabelConcept {
   /// In (0, 1]: intrinsic information content (Seco, Veale & Hayes 2004), 1 - ln(kinds) / ln(nouns), 0 for
   /// what is above all nouns; 1 where a label means just this.
   double specificity = 1;
-  /// Labels that it stands for, ascending; at least two. Labels that are familiar words themselves ("desk"
-  /// beside "table") stand for themselves.
+  /// Labels that it stands for, ascending; at least two. Familiar words ("desk") stand for themselves.
   std::vector<std::size_t> labels;
   /// `labels`, and all others below it in WordNet's hierarchy.
   std::vector<std::size_t> covered;
@@ -53,5 +51,26 @@ double tellingEvidence(double p, double everywhere);
 /// named beside one that is below or above it, and none twice.
 std::vector<TellingWord> tellingWords(const Vocabulary& vocabulary, const LabelConcepts& concepts,
                                       DescriptorView here, DescriptorView run, std::size_t count);
+
+/// A label, or several that one word stands for.
+struct FamiliarWord {
+  std::string name;
+  /// Most probable first.
+  std::vector<std::size_t> labels;
+  /// The sum of its labels', at most 1.
+  float probability = 0;
+};
+
+/// The `count` most probable words, best first. A concept stands for its labels where at least two of them
+/// are more probable than by chance (1/L, at most 0.01; noise of a hundred breeds is no dog), and the sum of
+/// these times its specificity is more than the best of them. Labels of the same name, of several models, are
+/// one word. Without concepts, each label is a word of its own. A label is in one word at most.
+std::vector<FamiliarWord> familiarWords(const Vocabulary& vocabulary, const LabelConcepts& concepts,
+                                        DescriptorView mean, std::size_t count);
+
+/// For people, as where the name of a place is missing: "stove, oven", the two words that distinguish it from
+/// the run (tellingWords()), else the most probable one. Without concepts, the most probable label.
+std::string familiarTitle(const Vocabulary& vocabulary, const LabelConcepts& concepts, DescriptorView here,
+                          DescriptorView run);
 
 }  // namespace estancia

@@ -9,11 +9,10 @@ namespace {
 
 // Logistic regression of "a person accepts the label" on the even queries of
 // lab/experiments/words/queries.csv: a constant, the share of the query's meanings that the label is a kind
-// of, its purpose squared, its log lift, and how far that is below the best label's. The version of
-// word_associations_file.cpp goes up with all that is here.
+// of, its purpose squared, its log lift, and how far that is below the best label's. The version of files of
+// associations (word_files.cpp) goes up with all that is here.
 constexpr double bias = -2.36, kindWeight = 3.1, purposeWeight = 4, liftWeight = 0.72, gapWeight = 0.61;
-/// Min relevance of a hyponym, however weak its other relations: a rocking chair is a chair, a chair a seat,
-/// a seat furniture.
+/// Min relevance of a hyponym, however weak its other relations: a rocking chair is a chair, a chair a seat.
 constexpr double kindFloor = 0.8;
 constexpr double maxLift = 15, maxGap = 10;
 /// A hypernym one step further away counts a little less.

@@ -32,8 +32,7 @@ double labelRelevance(const LabelEvidence& evidence);
 /// at least `probability`, in (0, 1), if it has no such purpose either.
 double liftFor(double probability);
 
-/// Lift, limited to the range that carries information; minUsedLift for a label that WordNet does not
-/// contain.
+/// Lift, limited to the range that carries information; minUsedLift for a label that WordNet lacks.
 double usedLift(double lift);
 constexpr double minUsedLift = -5;
 
@@ -44,8 +43,7 @@ double kindShare(float senseProbability, int distance);
 /// The largest over all pairs of `senses`, a word's, and `hypernyms`, a label's with their distances.
 double kindShare(std::span<const Sense> senses, std::span<const std::pair<std::uint32_t, int>> hypernyms);
 
-/// A kind of what serves a purpose serves it, too: the largest of `shares`, one a synset, of the hypernyms; a
-/// little less for far ones.
+/// A kind of what serves a purpose serves it: the largest of `shares` of the hypernyms, less for far ones.
 double inheritedShare(std::span<const float> shares,
                       std::span<const std::pair<std::uint32_t, int>> hypernyms);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/words/label_search.hpp"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -10,8 +10,8 @@
 
 #include "estancia/core/label_words.hpp"
 #include "estancia/words/label_relevance.hpp"
+#include "estancia/words/lexicon.hpp"
 #include "estancia/words/purposes.hpp"
-#include "estancia/words/spelling.hpp"
 
 namespace estancia {
 namespace {
@@ -93,10 +93,25 @@ bool isInEachPart(const Vocabulary& vocabulary, const LabelMatches& matches) {
   return partsOf(vocabulary, matches).size() == vocabulary.layout().parts.size();
 }
 
-LabelMatches matchesNamed(const Vocabulary& vocabulary, std::string_view words) {
+/// Matches of probability 1.
+LabelMatches certain(const std::vector<std::size_t>& labels) {
   LabelMatches matches;
-  for (const std::size_t label : labelsNamed(vocabulary, words)) matches.labels.push_back({label, 1, ""});
+  for (const std::size_t label : labels) matches.labels.push_back({label, 1, ""});
   return matches;
+}
+
+constexpr float usualShareOfNoun = 0.5F;
+
+/// The meaning that half of the word's uses as a noun have.
+std::optional<std::uint32_t> usualNoun(const WordGraph& graph, const std::string& word) {
+  float all = 0;
+  std::optional<Sense> best;
+  for (const Sense& sense : graph.lexicon.senses(word)) {
+    if (graph.pos(sense.synset) != PartOfSpeech::noun) continue;
+    all += sense.probability;
+    if (!best || sense.probability > best->probability) best = sense;
+  }
+  return best && best->probability >= usualShareOfNoun * all ? std::optional(best->synset) : std::nullopt;
 }
 
 }  // namespace
@@ -139,8 +154,7 @@ LabelSearch::Query LabelSearch::parse(std::string_view asked) const {
   if (std::string compound = withCompounds(lexicon, corrected); compound != corrected)
     corrected = std::move(compound), changed = true;
   // "cell phone" is known together; so may be words of which one alone is not.
-  std::string whole;
-  for (const std::string& word : words) whole += (whole.empty() ? "" : " ") + word;
+  const std::string whole = fmt::format("{}", fmt::join(words, " "));
   if (lexicon.knows(whole)) corrected = whole, changed = false;
   // "In" is an inch and "it" a technology, but queries do not mean these.
   std::vector<std::string> terms = lexicon.knows(corrected) && !isFunctionWord(corrected)
@@ -243,10 +257,8 @@ std::string LabelSearch::servedVerb(const Query& query, std::size_t label,
 
 std::string LabelSearch::reasonFor(const Query& query, std::size_t label, const TermPurposes& ofTerms) const {
   if (senses_[label].senses.empty()) return "";
-  // The term with the largest weight.
-  const Term* term = &query.terms.front();
-  for (const Term& other : query.terms)
-    if (liftOf(other, label) > liftOf(*term, label)) term = &other;
+  const auto weight = [&](const Term& one) { return liftOf(one, label); };
+  const auto term = std::ranges::max_element(query.terms, {}, weight);
   const auto isAsked = [&](std::uint32_t synset) {
     return std::any_of(term->senses.begin(), term->senses.end(),
                        [&](const Sense& sense) { return sense.synset == synset; });
@@ -290,18 +302,14 @@ std::string LabelSearch::reasonFor(const Query& query, std::size_t label, const 
 
 LabelMatches LabelSearch::search(std::string_view words, std::size_t count, double minProbability) const {
   words = beginningOf(words);
-  LabelMatches matches = matchesNamed(vocabulary_, words);
+  LabelMatches matches = certain(labelsNamed(vocabulary_, words));
   if (isInEachPart(vocabulary_, matches)) return matches;
   const std::vector<std::size_t> held = findLabels(vocabulary_, words);
-  if (graph_ == nullptr) {
-    if (matches.labels.empty())
-      for (const std::size_t label : held) matches.labels.push_back({label, 1, ""});
-    return matches;
-  }
+  if (graph_ == nullptr) return matches.labels.empty() ? certain(held) : matches;
   const Query query = parse(words);
   if (!query.corrected.empty()) {
     if (!matches.labels.empty()) return matches;  // a name that WordNet does not know
-    matches = matchesNamed(vocabulary_, query.corrected);
+    matches = certain(labelsNamed(vocabulary_, query.corrected));
     matches.corrected = query.corrected;
     if (isInEachPart(vocabulary_, matches)) return matches;
   }
@@ -328,9 +336,46 @@ LabelMatches LabelSearch::search(std::string_view words, std::size_t count, doub
 }
 
 LabelMatches findLabelMatches(const Vocabulary& vocabulary, std::string_view words, WordGraphSource source) {
-  LabelMatches named = matchesNamed(vocabulary, beginningOf(words));
+  LabelMatches named = certain(labelsNamed(vocabulary, beginningOf(words)));
   if (isInEachPart(vocabulary, named)) return named;
   return LabelSearch(vocabulary, source == nullptr ? nullptr : source()).search(words);
+}
+
+std::vector<LabelMatch> findLabelKinds(const Vocabulary& vocabulary, const WordGraph& graph,
+                                       std::string_view words) {
+  const std::string word = lexicalForm(words);
+  const std::optional<std::uint32_t> asked = usualNoun(graph, word);
+  if (!asked) return {};
+  std::vector<LabelMatch> kinds;
+  const std::vector<LabelSense> senses = findLabelSenses(graph, vocabulary);
+  for (std::size_t label = 0; label < senses.size(); ++label) {
+    if (senses[label].isDoubtful || senses[label].senses.empty()) continue;
+    for (const auto& [above, distance] : graph.hypernyms(senses[label].senses.front().synset))
+      if (above == *asked) {
+        kinds.push_back({label, 1, (distance == 0 ? "the same as " : "a kind of ") + word});
+        break;
+      }
+  }
+  return kinds;
+}
+
+LabelMatches chooseLabels(const Vocabulary& vocabulary, std::string_view words, WordGraphSource source) {
+  LabelMatches chosen = certain(findLabels(vocabulary, words));
+  return chosen.labels.empty() ? findLabelMatches(vocabulary, words, source) : chosen;
+}
+
+std::vector<std::string> describeMatches(const Vocabulary& vocabulary, std::span<const LabelMatch> matches,
+                                         std::size_t shown) {
+  std::vector<std::string> texts;
+  for (const LabelMatch& match : matches) {
+    const std::string label = shortLabel(vocabulary[match.label]);
+    if (match.reason.empty())
+      texts.push_back(label);
+    else if (texts.size() < shown)
+      texts.push_back(fmt::format("{} ({})", label, match.reason));
+  }
+  if (texts.size() < matches.size()) texts.push_back(fmt::format("{} more", matches.size() - texts.size()));
+  return texts;
 }
 
 }  // namespace estancia

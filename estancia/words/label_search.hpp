@@ -4,7 +4,6 @@
 
 #include <cstddef>
 #include <limits>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -28,9 +27,8 @@ class LabelSearch {
   LabelSearch(const Vocabulary& vocabulary, const WordGraph* graph);
 
   /// labelsNamed(), of the words or of their corrected spelling, where there are some, and of the models
-  /// without any only likely() labels that are a kind of what is asked for; else likely() labels, from
-  /// `minProbability` on (of several words shareOfSeveral of it), and those of findLabels(). At most `count`
-  /// of them.
+  /// without any only likely() labels that are a kind of what is asked for; else at most `count` likely()
+  /// labels, from `minProbability` on (of several words shareOfSeveral of it), and those of findLabels().
   LabelMatches search(std::string_view words, std::size_t count = everyLabel,
                       double minProbability = defaultMinProbability) const;
 
@@ -38,15 +36,13 @@ class LabelSearch {
   std::vector<double> probabilities(std::string_view words) const;
 
   /// The relevance, but 0 for a label that is less probable than `defaultMinProbability` (of several words
-  /// shareOfSeveral of it), or is no kind of what is asked for and much less probable than the best one
-  /// (nearTheBest).
+  /// shareOfSeveral of it), or no kind of what is asked for and below nearTheBest of the best one.
   std::vector<double> likely(std::string_view words) const;
 
   static constexpr std::size_t everyLabel = std::numeric_limits<std::size_t>::max();
   /// Where accepted and missed labels balance on the even queries of lab/experiments/words/queries.csv.
   static constexpr double defaultMinProbability = 0.3;
-  /// Labels below this share of the best label's probability are dropped. The best of 0.3 to 0.6 on the same
-  /// queries (F1 0.58; 0.57 without).
+  /// Labels below this share of the best one's are dropped. Best of 0.3 to 0.6 there (F1 0.58; 0.57 without).
   static constexpr double nearTheBest = 0.5;
   /// Share of `defaultMinProbability` where several words carry meaning: few labels are related to all of
   /// them, so the mean of their lifts is low, and the best labels by it are mostly right all the same. The
@@ -89,5 +85,11 @@ class LabelSearch {
   /// Words of labels, sorted: misspelled words mostly stand for one of them.
   std::vector<std::string> labelWords_;
 };
+
+/// Labels that mean what `words` do, or a kind of it, in WordNet's hierarchy; by index, each of probability 1
+/// with its reason. Stricter than LabelSearch, for where a wrong label does harm: nothing for other
+/// relations, doubtful labels, misspellings, and words with no meaning of half of their uses as a noun.
+std::vector<LabelMatch> findLabelKinds(const Vocabulary& vocabulary, const WordGraph& graph,
+                                       std::string_view words);
 
 }  // namespace estancia

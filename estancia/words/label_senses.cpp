@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/words/label_senses.hpp"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
 
 #include "estancia/core/label_words.hpp"
-#include "estancia/words/imagenet_synsets.hpp"
 
 namespace estancia {
 namespace {
@@ -23,28 +24,13 @@ constexpr std::size_t minContext = 10;
 
 /// How well a meaning of a noun suits a label: what a camera sees.
 float visibility(WordCategory category) {
-  switch (category) {
-    case WordCategory::artifact:
-    case WordCategory::food:
-    case WordCategory::animal:
-      return 1;
-    case WordCategory::plant:
-    case WordCategory::object:
-    case WordCategory::location:
-      return 0.7F;
-    case WordCategory::tops:
-      return 0.5F;
-    case WordCategory::substance:
-      return 0.3F;
-    case WordCategory::body:
-    case WordCategory::person:  // "diner", "toaster": a label mostly is of the thing
-      return 0.2F;
-    case WordCategory::group:
-    case WordCategory::communication:
-      return 0.1F;
-    default:
-      return 0.05F;
-  }
+  using enum WordCategory;
+  if (category == artifact || category == food || category == animal) return 1;
+  if (category == plant || category == object || category == location) return 0.7F;
+  if (category == tops) return 0.5F;
+  if (category == substance) return 0.3F;
+  if (category == body || category == person) return 0.2F;  // "diner", "toaster": mostly the thing
+  return category == group || category == communication ? 0.1F : 0.05F;
 }
 
 std::vector<std::string> synonymsOf(const std::string& label) {
@@ -52,10 +38,8 @@ std::vector<std::string> synonymsOf(const std::string& label) {
   std::size_t from = 0;
   while (from <= label.size()) {
     const std::size_t comma = std::min(label.find(',', from), label.size());
-    std::string synonym;
-    for (const std::string& word : splitText(shortLabel(label.substr(from, comma - from))))
-      synonym += (synonym.empty() ? "" : " ") + word;
-    if (!synonym.empty()) synonyms.push_back(std::move(synonym));
+    const std::vector<std::string> words = splitText(shortLabel(label.substr(from, comma - from)));
+    if (!words.empty()) synonyms.push_back(fmt::format("{}", fmt::join(words, " ")));
     from = comma + 1;
   }
   return synonyms;
@@ -144,9 +128,8 @@ class LabelReader {
   }
 
   const WordGraph& graph_;
-  /// Visits of a walk from what all labels may mean, each by itself; empty: not known yet. A meaning near to
-  /// those of the other labels is the likelier one: a "tv" among a sofa and a vase is a set (Agirre & Soroa
-  /// 2009).
+  /// Visits of a walk from what all labels may mean; empty: not known yet. A meaning near to those of the
+  /// others is likelier: a "tv" among a sofa and a vase is a set (Agirre & Soroa 2009).
   std::vector<float> context_;
 };
 
@@ -163,8 +146,7 @@ std::vector<std::uint32_t> imageNetIndices(const WordGraph& graph) {
   return indices;
 }
 
-/// Senses of labels in ImageNet's order, maybe after one of background; none unless nearly all are named by
-/// theirs.
+/// Senses of labels in ImageNet's order, maybe after a background; none unless nearly all have its names.
 std::vector<LabelSense> inImageNetOrder(const WordGraph& graph, std::span<const std::string> labels) {
   const std::vector<std::uint32_t> indices = imageNetIndices(graph);
   if (indices.empty() || labels.size() < indices.size() || labels.size() > indices.size() + 1) return {};

@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <string>
+#include <array>
+#include <cstdint>
 #include <vector>
 
 #include "estancia/core/vocabulary.hpp"
@@ -24,5 +25,9 @@ struct LabelSense {
 /// counts alone, and where a label is unknown its words stand for it, the last one most. Each part of a
 /// vocabulary of several models is looked at alone.
 std::vector<LabelSense> findLabelSenses(const WordGraph& graph, const Vocabulary& vocabulary);
+
+/// Byte offsets of nouns in WordNet 3.0, rising: 1440764 is tench, n01440764 (Russakovsky et al. 2015:
+/// ImageNet Large Scale Visual Recognition Challenge, Int. J. of Computer Vision 115).
+extern const std::array<std::uint32_t, 1000> imageNetSynsets;
 
 }  // namespace estancia

@@ -2,7 +2,10 @@
 #include "estancia/words/lexicon.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <functional>
+#include <ranges>
 #include <unordered_map>
 #include <utility>
 
@@ -37,37 +40,88 @@ constexpr std::array<Ending, 20> endings{{
     {PartOfSpeech::adjective, "er", "e"}, {PartOfSpeech::adjective, "est", "e"},
 }};
 
+constexpr std::size_t maxLetters = 40, minPart = 3;
+constexpr double maxEdits = 2;
+// Costs of edits: doubling a letter, or leaving the second out, is the commonest slip, then one vowel for
+// another; the first letter is seldom wrong (Damerau 1964; Pollock & Zamora 1984).
+constexpr double doubledCost = 0.5, vowelCost = 0.7, firstLetterCost = 0.5;
+// A word ten times as frequent is worth a fifth of an edit, a word of the vocabulary three fifths.
+constexpr double frequencyBonus = 0.2, preferredBonus = 0.6;
+
+bool isPlainWord(std::string_view word) {
+  return std::all_of(word.begin(), word.end(), [](char c) { return c >= 'a' && c <= 'z'; });
+}
+
+/// One bit a letter that occurs.
+std::uint32_t lettersOf(std::string_view word) {
+  std::uint32_t letters = 0;
+  for (const char c : word)
+    if (c >= 'a' && c <= 'z') letters |= 1u << (c - 'a');
+  return letters;
+}
+
+bool isVowel(char c) {
+  return std::string_view("aeiouy").find(c) != std::string_view::npos;
+}
+
+/// Restricted Damerau–Levenshtein distance in which doubling a letter costs half, and a vowel is nearer to
+/// another than to a consonant. Lengths ≤ maxLetters + 2.
+double costOf(std::string_view written, std::string_view meant) {
+  std::array<std::array<double, maxLetters + 4>, 3> rows{};
+  const auto gap = [](std::string_view text, std::size_t i) {
+    return i > 1 && text[i - 1] == text[i - 2] ? doubledCost : 1.0;
+  };
+  const auto replaced = [](char a, char b) {
+    return a == b ? 0 : isVowel(a) && isVowel(b) ? vowelCost : 1.0;
+  };
+  for (std::size_t j = 1; j <= meant.size(); ++j) rows[0][j] = rows[0][j - 1] + gap(meant, j);
+  for (std::size_t i = 1; i <= written.size(); ++i) {
+    auto& row = rows[i % 3];
+    const auto &last = rows[(i + 2) % 3], &before = rows[(i + 1) % 3];
+    row[0] = last[0] + gap(written, i);
+    for (std::size_t j = 1; j <= meant.size(); ++j) {
+      row[j] = std::min({last[j] + gap(written, i), row[j - 1] + gap(meant, j),
+                         last[j - 1] + replaced(written[i - 1], meant[j - 1])});
+      if (i > 1 && j > 1 && written[i - 1] == meant[j - 2] && written[i - 2] == meant[j - 1])
+        row[j] = std::min(row[j], before[j - 2] + 1);
+    }
+  }
+  return rows[written.size() % 3][meant.size()];
+}
+
+std::string twoWords(const Lexicon& lexicon, std::string_view word) {
+  for (std::size_t at = minPart; at + minPart <= word.size(); ++at) {
+    const std::string joined = std::string(word.substr(0, at)) + ' ' + std::string(word.substr(at));
+    if (lexicon.knows(joined)) return joined;
+  }
+  return "";
+}
+
 }  // namespace
 
-const std::vector<std::string_view>& functionWords() {
-  static const std::vector<std::string_view> words = [] {
-    std::vector<std::string_view> list = {
-        "a",      "about", "across",     "after",   "against",   "all",       "along",   "also",
-        "an",     "and",   "another",    "any",     "anything",  "are",       "around",  "as",
-        "at",     "be",    "because",    "been",    "before",    "being",     "between", "both",
-        "but",    "by",    "can",        "could",   "did",       "do",        "does",    "during",
-        "each",   "eg",    "especially", "etc",     "every",     "find",      "first",   "for",
-        "from",   "had",   "has",        "have",    "having",    "he",        "her",     "him",
-        "his",    "how",   "i",          "ie",      "if",        "in",        "into",    "is",
-        "it",     "its",   "like",       "made",    "make",      "many",      "may",     "me",
-        "might",  "more",  "most",       "much",    "my",        "no",        "not",     "of",
-        "off",    "often", "on",         "one",     "only",      "or",        "other",   "others",
-        "our",    "out",   "over",       "same",    "second",    "several",   "she",     "should",
-        "so",     "some",  "somebody",   "someone", "something", "somewhere", "such",    "than",
-        "that",   "the",   "their",      "them",    "then",      "these",     "they",    "thing",
-        "things", "this",  "those",      "three",   "through",   "to",        "two",     "under",
-        "up",     "upon",  "us",         "use",     "used",      "uses",      "using",   "usually",
-        "very",   "was",   "we",         "were",    "what",      "when",      "where",   "which",
-        "while",  "who",   "whom",       "whose",   "with",      "within",    "without", "you",
-        "your"};
-    std::sort(list.begin(), list.end());
-    return list;
-  }();
+std::span<const std::string_view> functionWords() {
+  static constexpr std::string_view words[] = {
+      "a",        "about",   "across",    "after",     "against", "all",    "along",  "also",       "an",
+      "and",      "another", "any",       "anything",  "are",     "around", "as",     "at",         "be",
+      "because",  "been",    "before",    "being",     "between", "both",   "but",    "by",         "can",
+      "could",    "did",     "do",        "does",      "during",  "each",   "eg",     "especially", "etc",
+      "every",    "find",    "first",     "for",       "from",    "had",    "has",    "have",       "having",
+      "he",       "her",     "him",       "his",       "how",     "i",      "ie",     "if",         "in",
+      "into",     "is",      "it",        "its",       "like",    "made",   "make",   "many",       "may",
+      "me",       "might",   "more",      "most",      "much",    "my",     "no",     "not",        "of",
+      "off",      "often",   "on",        "one",       "only",    "or",     "other",  "others",     "our",
+      "out",      "over",    "same",      "second",    "several", "she",    "should", "so",         "some",
+      "somebody", "someone", "something", "somewhere", "such",    "than",   "that",   "the",        "their",
+      "them",     "then",    "these",     "they",      "thing",   "things", "this",   "those",      "three",
+      "through",  "to",      "two",       "under",     "up",      "upon",   "us",     "use",        "used",
+      "uses",     "using",   "usually",   "very",      "was",     "we",     "were",   "what",       "when",
+      "where",    "which",   "while",     "who",       "whom",    "whose",  "with",   "within",     "without",
+      "you",      "your"};
   return words;
 }
 
 bool isFunctionWord(std::string_view word) {
-  return std::binary_search(functionWords().begin(), functionWords().end(), word);
+  return std::ranges::binary_search(functionWords(), word);
 }
 
 std::string withoutFunctionWords(std::string_view words) {
@@ -156,20 +210,11 @@ std::uint32_t Lexicon::addEntry(const WordNet& wordNet, const WordNetEntry& entr
   return sum;
 }
 
-std::string_view Lexicon::word(std::size_t i) const {
-  return std::string_view(text).substr(starts[i], starts[i + 1] - starts[i]);
-}
-
 std::size_t Lexicon::lowerBound(std::string_view sought) const {
-  std::size_t from = 0, to = size();
-  while (from < to) {
-    const std::size_t middle = from + (to - from) / 2;
-    if (word(middle) < sought)
-      from = middle + 1;
-    else
-      to = middle;
-  }
-  return from;
+  const auto indices = std::views::iota(std::size_t{0}, size());
+  return static_cast<std::size_t>(
+      std::ranges::lower_bound(indices, sought, {}, [this](std::size_t i) { return word(i); }) -
+      indices.begin());
 }
 
 std::optional<std::size_t> Lexicon::find(std::string_view sought) const {
@@ -275,6 +320,39 @@ std::vector<std::string> Lexicon::terms(std::string_view asked) const {
     i += together;
   }
   return terms;
+}
+
+std::string correctSpelling(const Lexicon& lexicon, const std::vector<std::string>& preferred,
+                            std::string_view word) {
+  if (word.size() < minPart || word.size() > maxLetters || !isPlainWord(word)) return "";
+  if (std::string two = twoWords(lexicon, word); !two.empty()) return two;
+  const double limit = std::min(maxEdits, std::max(1.0, static_cast<double>(word.size()) / 4));
+  const std::uint32_t letters = lettersOf(word);
+  std::string best;
+  double lowest = 1e9;
+  const auto consider = [&](std::string_view candidate, double frequency, bool isPreferred) {
+    const std::size_t longer = std::max(candidate.size(), word.size()),
+                      shorter = std::min(candidate.size(), word.size());
+    if (candidate.size() < minPart || longer - shorter > 2 ||
+        std::popcount(lettersOf(candidate) ^ letters) > 4 || !isPlainWord(candidate))
+      return;
+    double cost = costOf(word, candidate);
+    if (cost > limit) return;
+    cost += (candidate.front() == word.front() ? 0 : firstLetterCost) -
+            frequencyBonus * std::log10(1 + frequency) - (isPreferred ? preferredBonus : 0);
+    if (cost < lowest || (cost == lowest && candidate < best)) {
+      lowest = cost;
+      best = candidate;
+    }
+  };
+  for (std::size_t i = 0; i < lexicon.size(); ++i) {
+    const std::string_view candidate = lexicon.word(i);
+    consider(candidate, lexicon.frequencies[i],
+             std::binary_search(preferred.begin(), preferred.end(), candidate, std::less<>()));
+  }
+  constexpr double functionFrequency = 1000;  // "somthing": WordNet has no function words
+  for (const std::string_view candidate : functionWords()) consider(candidate, functionFrequency, false);
+  return best;
 }
 
 }  // namespace estancia

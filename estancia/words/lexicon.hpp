@@ -1,4 +1,4 @@
-// Lexicon: English words, their inflected forms, and how probably they have which meaning.
+// Lexicon: English words, their inflected forms, misspellings, and how probably they have which meaning.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -28,7 +29,9 @@ class Lexicon {
   explicit Lexicon(const WordNet& wordNet);
 
   std::size_t size() const { return frequencies.size(); }
-  std::string_view word(std::size_t i) const;
+  std::string_view word(std::size_t i) const {
+    return std::string_view(text).substr(starts[i], starts[i + 1] - starts[i]);
+  }
   /// The exact word, not its inflected forms.
   std::optional<std::size_t> find(std::string_view word) const;
   /// Meanings of a word or an inflected form of it ("mice", "washing", "dog's"; Morphy, morphy(7WN)), of
@@ -45,7 +48,7 @@ class Lexicon {
   /// words that WordNet has together ("living room") stay together, up to four of them. Unknown words remain.
   std::vector<std::string> terms(std::string_view text) const;
 
-  // Parts that are stored in a file; see word_graph_file.cpp.
+  // Parts that are stored in a file; see word_files.cpp.
   std::string text;
   /// size() + 1 offsets in `text`.
   std::vector<std::uint32_t> starts{0};
@@ -67,8 +70,7 @@ class Lexicon {
   void addSenses(std::string_view word, std::optional<PartOfSpeech> pos, std::vector<Sense>& senses) const;
 };
 
-/// Lower-case words of a text: runs of letters, digits, apostrophes inside of words, and anything beyond
-/// ASCII.
+/// Lower-case words of a text: runs of letters, digits, apostrophes inside, and anything beyond ASCII.
 std::vector<std::string> splitText(std::string_view text);
 
 /// Normal form of the lexicon: lower case, spaces for hyphens and underscores.
@@ -81,6 +83,13 @@ bool isFunctionWord(std::string_view word);
 std::string withoutFunctionWords(std::string_view words);
 
 /// Sorted.
-const std::vector<std::string_view>& functionWords();
+std::span<const std::string_view> functionWords();
+
+/// Two known words that were written as one ("livingroom" → "living room"), else the known word of the
+/// smallest edit distance, at most two and a quarter of the length (one edit is always allowed; a letter
+/// doubled counts half, one vowel for another less than a whole): of several, frequent words and `preferred`
+/// ones (sorted, single words) go first. "" when there is none. Letters only, at most 40.
+std::string correctSpelling(const Lexicon& lexicon, const std::vector<std::string>& preferred,
+                            std::string_view word);
 
 }  // namespace estancia

@@ -7,7 +7,7 @@
 #include <set>
 
 #include "estancia/core/label_words.hpp"
-#include "estancia/words/spelling.hpp"
+#include "estancia/words/lexicon.hpp"
 #include "estancia/words/word_graph.hpp"
 
 namespace estancia {
@@ -55,11 +55,6 @@ std::string correctedName(const WordGraph& graph, const std::vector<std::string>
   return changed ? corrected : "";
 }
 
-bool shareMeaning(const WordGraph& graph, std::string_view name, const std::vector<std::uint32_t>& asked) {
-  const std::vector<std::uint32_t> ofName = graph.lexicon.usualNouns(name);
-  return std::ranges::find_first_of(asked, ofName) != asked.end();
-}
-
 /// Whether a meaning of the name is right above one that was asked for.
 bool isKindOf(const WordGraph& graph, std::string_view name, const std::vector<std::uint32_t>& asked) {
   const std::vector<std::uint32_t> ofName = graph.lexicon.usualNouns(name);
@@ -97,7 +92,9 @@ std::optional<NameMatch> findName(const std::vector<std::string>& names, std::st
   if (found.size() == 1) return NameMatch{found.front(), "by its spelling", true};
   if (!found.empty()) return std::nullopt;
   const std::vector<std::uint32_t> meanings = graph->lexicon.usualNouns(meant);
-  found = namesThat(names, [&](const std::string& name) { return shareMeaning(*graph, name, meanings); });
+  found = namesThat(names, [&](const std::string& name) {
+    return std::ranges::find_first_of(meanings, graph->lexicon.usualNouns(name)) != meanings.end();
+  });
   return only(found, fmt::format("the same as {}", meant));
 }
 

@@ -24,8 +24,7 @@ struct NameMatch {
 /// The name that the words surely mean: the first of these rules that fits a name counts, and nothing is
 /// found where it fits several. The name is equal; equal but for case, plural forms, hyphens, underscores,
 /// blanks and function words ("the"); so to the words with their spelling corrected; or it has a usual
-/// meaning in common with the words ("sitting room", "living_room"). The last two need WordNet, `source` with
-/// installedWordGraph.
+/// meaning in common with the words ("sitting room", "living_room"). The last two need WordNet, by `source`.
 std::optional<NameMatch> findName(const std::vector<std::string>& names, std::string_view words,
                                   WordGraphSource source);
 
@@ -34,8 +33,7 @@ std::optional<NameMatch> findName(const std::vector<std::string>& names, std::st
 std::optional<NameMatch> findNameOfKind(const std::vector<std::string>& names, std::string_view words,
                                         WordGraphSource source);
 
-/// Names that the words may mean where findName() is not sure: of a similar spelling, or related. At most
-/// three.
+/// Up to three names that the words may mean where findName() is not sure: of similar spelling, or related.
 std::vector<std::string> findNearNames(const std::vector<std::string>& names, std::string_view words,
                                        WordGraphSource source);
 

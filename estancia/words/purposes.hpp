@@ -15,13 +15,11 @@ namespace estancia {
 WordPurposes findPurposes(const WordNet& wordNet, const WordGraph& graph);
 
 /// For each of `things`, synsets, how well it serves all of `terms`, in [0, 1]: the mean of how surely each
-/// is among its purposes; 0 where none of them is meant as a verb. One value a synset of the graph, 0 for
-/// others.
+/// is among its purposes; 0 where none of them is meant as a verb. One value a synset of the graph.
 std::vector<float> purposeShares(const WordGraph& graph, std::span<const std::vector<Sense>> terms,
                                  std::span<const std::uint32_t> things);
 
-/// Purpose score of a term from its overlap with the purposes of a synset: the sum of the smaller one of both
-/// shares of each meaning.
+/// Purpose score of a term by its overlap with those of a synset: the sum of each meaning's smaller share.
 float purposeShare(float common);
 
 }  // namespace estancia

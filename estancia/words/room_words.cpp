@@ -10,11 +10,11 @@
 #include <set>
 #include <span>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/label_words.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/words/label_senses.hpp"
-#include "estancia/words/spelling.hpp"
+#include "estancia/words/lexicon.hpp"
 
 namespace estancia {
 namespace {
@@ -98,9 +98,8 @@ std::vector<double> labelWeights(const WordGraph& graph, const std::vector<Label
 
 [[noreturn]] void failUnknownRoom(const WordGraph& graph, const std::string& name) {
   const std::string near = correctSpelling(graph.lexicon, {}, lexicalForm(name));
-  throw Error(ErrorCode::unknownName,
-              fmt::format("WordNet has no word for the room \"{}\"; {}", printable(name),
-                          near.empty() ? "give it an English name" : fmt::format("is it \"{}\"?", near)));
+  fail(ErrorCode::unknownName, "WordNet has no word for the room \"{}\"; {}", name,
+       near.empty() ? "give it an English name" : fmt::format("is it \"{}\"?", near));
 }
 
 /// labelWeights() of each name, by the name.
@@ -159,9 +158,8 @@ std::vector<std::string> listedRooms(const std::vector<std::string>& names) {
     const std::size_t from = name.find_first_not_of(" \t"), to = name.find_last_not_of(" \t");
     std::string room = from == std::string::npos ? "" : name.substr(from, to - from + 1);
     if (splitText(room).empty() || printable(room) != room)
-      throw Error(ErrorCode::invalidOption,
-                  fmt::format("\"{}\" is no name of a room; list names, separated by commas: kitchen,bedroom",
-                              printable(name)));
+      fail(ErrorCode::invalidOption,
+           "\"{}\" is no name of a room; list names, separated by commas: kitchen,bedroom", name);
     if (std::ranges::none_of(rooms, [&](const std::string& other) { return sameWords(other, room); }))
       rooms.push_back(std::move(room));
   }

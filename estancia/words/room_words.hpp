@@ -14,15 +14,13 @@ namespace estancia {
 /// Rooms and places that are tried if none are listed: homes, offices, shops, outdoors.
 const std::vector<std::string>& commonRooms();
 
-/// A room that many buildings have, and what makes it one, where definitions seldom name all of it; outdoors
-/// nothing.
+/// A room that many buildings have, and what makes it one (definitions seldom name all); outdoors nothing.
 struct CommonRoom {
   std::string name;
   std::vector<std::string> furnishings;
 };
 
-/// The one of commonRooms() that the words name; case, hyphens, underscores and plural forms do not matter.
-/// nullptr for other words.
+/// The one of commonRooms() that the words name, but for case, hyphens, underscores and plurals; or nullptr.
 const CommonRoom* findCommonRoom(std::string_view words);
 
 /// The common room of that name, else the only one of commonRooms() that has a usual meaning in common with
@@ -36,9 +34,8 @@ std::vector<std::string> listedRooms(const std::vector<std::string>& names);
 /// A row a room, a value ≥ 0 a label: the square of how far its log lift (WordGraph::lift()) from the room's
 /// name lies above the mean of all artifacts of WordNet, in their standard deviations, less two. To a name of
 /// commonRooms() half of the mean of the same for that room's furnishings is added ("living room": sofa,
-/// television …), which definitions seldom name. Names of several words: the mean of their log lifts, as in
-/// LabelSearch. Underscores count as blanks. Throws Error (unknownName) for a room whose name WordNet does
-/// not know.
+/// television …). Names of several words: the mean of their log lifts, as in LabelSearch. Underscores count
+/// as blanks. Throws Error (unknownName) for a room whose name WordNet does not know.
 std::vector<std::vector<float>> roomLabelWeights(const WordGraph& graph, const Vocabulary& vocabulary,
                                                  const std::vector<std::string>& rooms);
 

@@ -8,6 +8,7 @@
 #include <set>
 #include <utility>
 
+#include "estancia/core/base64.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/words/label_relevance.hpp"
@@ -33,8 +34,7 @@ std::vector<TypedWord> typedWords(const WordGraph& graph) {
   std::vector<TypedWord> words;
   for (std::size_t i = 0; i < lexicon.size(); ++i) {
     const std::string_view word = lexicon.word(i);
-    if (!isTypedWord(word)) continue;
-    words.push_back({i, lexicon.senses(word)});
+    if (isTypedWord(word)) words.push_back({i, lexicon.senses(word)});
   }
   return words;
 }
@@ -262,6 +262,14 @@ std::string twoDigits(std::size_t value) {
   return {packedDigits[value / packedDigits.size()], packedDigits[value % packedDigits.size()]};
 }
 
+constexpr std::uint64_t bitsSet = 7;
+
+/// FNV-1a (Fowler, Noll, Vo) from a basis of one's choice.
+std::uint32_t hashOf(std::string_view word, std::uint32_t basis) {
+  for (const char c : word) basis = (basis ^ static_cast<unsigned char>(c)) * 16777619U;
+  return basis;
+}
+
 }  // namespace
 
 bool isTypedWord(std::string_view word) {
@@ -319,6 +327,18 @@ PackedAssociations packAssociations(const std::vector<WordAssociation>& associat
     before = word;
   }
   return packed;
+}
+
+std::string packWordFilter(const std::vector<std::string_view>& words) {
+  std::string bytes((10 * words.size() + 7) / 8, '\0');
+  for (const std::string_view word : words) {
+    const std::uint64_t a = hashOf(word, 2166136261U), b = hashOf(word, 40389U);
+    for (std::uint64_t i = 0; i < bitsSet; ++i) {
+      const std::uint64_t at = (a + i * b) % (8 * bytes.size());
+      bytes[at / 8] = static_cast<char>(static_cast<unsigned char>(bytes[at / 8]) | (1U << (at % 8)));
+    }
+  }
+  return toBase64(bytes);
 }
 
 }  // namespace estancia

@@ -12,8 +12,7 @@ namespace {
 
 constexpr int walkSteps = 6;
 constexpr float persistence = 0.9F;
-/// Edges ahead whose neighbors are fetched: they are anywhere in memory, and waiting for them is most of a
-/// walk.
+/// Edges ahead whose neighbors are fetched: they are anywhere in memory; waiting for them is most of a walk.
 constexpr std::size_t edgesAhead = 24;
 
 /// Walkers that go side by side: row-major, one row of `lanes` values a synset. One step of all of them is

@@ -74,9 +74,8 @@ struct WordGraph {
   void sumDegrees();
 
   /// Where a walker is who starts at one of `from` (by its probability) and, `steps` times, goes on along an
-  /// edge with probability `persistence`, else starts again: personalized PageRank (Haveliwala 2002; for the
-  /// relatedness of words: Hughes & Ramage 2007, Agirre & Soroa 2009), cut off after a few steps. One value a
-  /// synset.
+  /// edge with probability `persistence`, else starts again: personalized PageRank (Haveliwala 2002; for
+  /// words: Hughes & Ramage 2007, Agirre & Soroa 2009), cut off after a few steps. One value a synset.
   std::vector<float> walk(std::span<const Sense> from) const;
 
   /// walk() from up to `together` starts in one go, with the same sums: every edge is fetched once a step for

@@ -10,7 +10,7 @@
 #include <unordered_map>
 
 #include "estancia/core/ascii.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/home.hpp"
 
 namespace estancia {
@@ -26,9 +26,8 @@ struct WordNetLine {
   std::size_t line;
 
   [[noreturn]] void fail(std::string_view why) const {
-    throw Error(
-        ErrorCode::malformedFile,
-        fmt::format("{}, line {}: {}; reinstall WordNet (Debian: wordnet-base)", path->string(), line, why));
+    estancia::fail(ErrorCode::malformedFile, "{}, line {}: {}; reinstall WordNet (Debian: wordnet-base)",
+                   path->string(), line, why);
   }
 };
 
@@ -67,12 +66,10 @@ void forEachLine(const fs::path& path, const Use& use) {
   const std::uintmax_t bytes = fs::file_size(path, error);
   std::ifstream file(path, std::ios::binary);
   if (error || !file)
-    throw Error(ErrorCode::fileUnreadable,
-                fmt::format("cannot read {}; install WordNet (Debian: wordnet-base)", path.string()));
+    fail(ErrorCode::fileUnreadable, "cannot read {}; install WordNet (Debian: wordnet-base)", path.string());
   if (bytes > maxFileBytes)
-    throw Error(ErrorCode::tooLarge, fmt::format("{}: {} bytes are no WordNet; set ESTANCIA_WORDNET to the "
-                                                 "folder of data.noun",
-                                                 path.string(), bytes));
+    fail(ErrorCode::tooLarge, "{}: {} bytes are no WordNet; set ESTANCIA_WORDNET to the folder of data.noun",
+         path.string(), bytes);
   std::string line;
   for (std::size_t number = 1; std::getline(file, line); ++number) {
     if (!line.empty() && line.back() == '\r') line.pop_back();
@@ -98,17 +95,7 @@ std::string withSpaces(std::string_view word) {
 /// "lemma%1:06:00::" of cntlist.rev (senseidx(5WN)): the key of one meaning of a word; satellites of
 /// adjectives (type 5) name their head, which is dropped here: their counts are not used apart.
 std::string senseKey(std::string_view word, int type, unsigned category, unsigned lexicalId) {
-  std::string key(word);
-  const auto append = [&](char before, unsigned number) {
-    key += before;
-    if (number < 10) key += '0';
-    key += std::to_string(number);
-  };
-  key += '%';
-  key += std::to_string(type);
-  append(':', category);
-  append(':', lexicalId);
-  return key;
+  return fmt::format("{}%{}:{:02}:{:02}", word, type, category, lexicalId);
 }
 
 using TagCounts = std::unordered_map<std::string, std::uint32_t>;
@@ -163,22 +150,14 @@ WordNetSynset readSynset(std::string_view line, Fields fields, PartOfSpeech pos,
   return synset;
 }
 
-/// From byte offsets to indices of synsets.
-class SynsetIndex {
- public:
-  /// False when there is one of that offset already.
-  bool add(const WordNetSynset& synset, std::uint32_t index) {
-    return index_[static_cast<std::size_t>(synset.pos)].emplace(synset.offset, index).second;
-  }
-  std::optional<std::uint32_t> find(PartOfSpeech pos, std::uint32_t offset) const {
-    const auto& offsets = index_[static_cast<std::size_t>(pos)];
-    const auto found = offsets.find(offset);
-    return found == offsets.end() ? std::nullopt : std::optional(found->second);
-  }
+/// From byte offsets to indices of synsets, for each part of speech.
+using SynsetIndex = std::array<std::unordered_map<std::uint32_t, std::uint32_t>, partsOfSpeech>;
 
- private:
-  std::array<std::unordered_map<std::uint32_t, std::uint32_t>, partsOfSpeech> index_;
-};
+std::optional<std::uint32_t> synsetAt(const SynsetIndex& index, PartOfSpeech pos, std::uint32_t offset) {
+  const auto& offsets = index[static_cast<std::size_t>(pos)];
+  const auto found = offsets.find(offset);
+  return found == offsets.end() ? std::nullopt : std::optional(found->second);
+}
 
 void readEntries(const fs::path& path, PartOfSpeech pos, const SynsetIndex& index, WordNet& wordNet) {
   forEachLine(path, [&](std::string_view line, WordNetLine place) {
@@ -190,7 +169,7 @@ void readEntries(const fs::path& path, PartOfSpeech pos, const SynsetIndex& inde
     fields.next();
     fields.next();
     for (std::uint32_t i = 0; i < count; ++i) {
-      const std::optional<std::uint32_t> synset = index.find(pos, fields.number());
+      const std::optional<std::uint32_t> synset = synsetAt(index, pos, fields.number());
       if (!synset) fields.fail("it names a synset that is not there");
       entry.synsets.push_back(*synset);
     }
@@ -208,10 +187,6 @@ void readIrregularForms(const fs::path& path, PartOfSpeech pos, WordNet& wordNet
 }
 
 }  // namespace
-
-std::string_view WordNetSynset::definition() const {
-  return std::string_view(gloss).substr(0, gloss.find('"'));
-}
 
 std::vector<fs::path> wordNetFiles(const fs::path& folder) {
   std::vector<fs::path> files;
@@ -239,14 +214,14 @@ WordNet readWordNet(const fs::path& folder) {
     paths[p] = folder / fmt::format("data.{}", fileEndings[p]);
     forEachLine(paths[p], [&](std::string_view line, WordNetLine place) {
       wordNet.synsets.push_back(readSynset(line, Fields(line, place), static_cast<PartOfSpeech>(p), counts));
-      if (!index.add(wordNet.synsets.back(), static_cast<std::uint32_t>(lines.size())))
+      if (!index[p].emplace(wordNet.synsets.back().offset, static_cast<std::uint32_t>(lines.size())).second)
         place.fail("a synset above has the same number");
       lines.push_back(place.line);
     });
   }
   for (std::size_t s = 0; s < wordNet.synsets.size(); ++s)
     for (WordNetSynset::Relation& relation : wordNet.synsets[s].relations) {
-      const std::optional<std::uint32_t> target = index.find(relation.pos, relation.target);
+      const std::optional<std::uint32_t> target = synsetAt(index, relation.pos, relation.target);
       if (!target)
         WordNetLine{&paths[static_cast<std::size_t>(wordNet.synsets[s].pos)], lines[s]}.fail(
             "it names a synset that is not there");

@@ -9,7 +9,6 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 namespace estancia {
@@ -55,7 +54,7 @@ struct WordNetSynset {
   /// Definition; then examples, in quotes.
   std::string gloss;
   /// The gloss without examples.
-  std::string_view definition() const;
+  std::string_view definition() const { return std::string_view(gloss).substr(0, gloss.find('"')); }
 };
 
 /// A word form and the meanings that it may have, most frequent first.
@@ -86,8 +85,7 @@ std::vector<std::filesystem::path> wordNetFiles(const std::filesystem::path& fol
 /// $ESTANCIA_WORDNET, else /usr/share/wordnet (Debian's wordnet-base); nothing where that has no WordNet.
 std::optional<std::filesystem::path> findWordNet();
 
-/// Reads the text files of WordNet 3.0 or 3.1 (wndb(5WN)). Throws Error (fileUnreadable, malformedFile,
-/// tooLarge) with file and line.
+/// Reads WordNet 3.0 or 3.1 (wndb(5WN)). Throws Error (fileUnreadable, malformedFile, tooLarge).
 WordNet readWordNet(const std::filesystem::path& folder);
 
 }  // namespace estancia

@@ -13,9 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "estancia/areas/area_numbers.hpp"
 #include "estancia/areas/area_plan.hpp"
-#include "estancia/areas/floor_survey.hpp"
 #include "estancia/areas/plan_areas.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/pose.hpp"

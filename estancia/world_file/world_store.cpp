@@ -14,7 +14,7 @@
 #include "estancia/map_file/drive_store.hpp"
 #include "estancia/map_file/sqlite.hpp"
 #include "estancia/map_file/store_read.hpp"
-#include "estancia/stats/kept_numbers.hpp"
+#include "estancia/stats/clustering_agreement.hpp"
 #include "estancia/world_file/area_names.hpp"
 
 namespace estancia {

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/zones/measure.hpp"
 
+#include <algorithm>
 #include <string>
 #include <vector>
+
+#include "estancia/core/fail.hpp"
 
 namespace estancia {
 
@@ -37,6 +40,27 @@ ZoneQuality evaluate(const Zones& zones, std::span<const std::string> roomsSeen)
   }
   if (posed > 0) quality.spatialSpread = sum / static_cast<double>(posed);
   return quality;
+}
+
+StreamAgreement compareWithExact(const DescriptorSequence& sequence, std::span<const int> zoneOf,
+                                 const ZoneOptions& options, std::size_t maxImages, Progress& progress) {
+  const std::size_t frames = sequence.frames.size(), compared = std::min(frames, maxImages);
+  if (zoneOf.size() != frames)
+    fail(ErrorCode::mismatch, "{} zone numbers do not belong to {} frames; give one a frame", zoneOf.size(),
+         frames);
+  DescriptorSequence sample{
+      sequence.vocabulary, sequence.model, {}, DescriptorMatrix(sequence.vocabulary.size())};
+  std::vector<int> streamed;
+  for (std::size_t i = 0; i < compared; ++i) {
+    const std::size_t frame = i * frames / compared;
+    sample.frames.push_back(sequence.frames[frame]);
+    sample.descriptors.append(sequence.descriptors.row(frame));
+    streamed.push_back(zoneOf[frame]);
+  }
+  ZoneOptions exactOptions = options;
+  if (exactOptions.count) exactOptions.count = std::min(*exactOptions.count, compared);
+  const Zones exact = findZones(sample, exactOptions, progress);
+  return {compared, exact.zones.size(), measureAgreement(exact.zoneOf, streamed)};
 }
 
 }  // namespace estancia

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "estancia/core/descriptor.hpp"
-#include "estancia/core/vocabulary.hpp"
 #include "estancia/words/label_concepts.hpp"
+#include "estancia/zones/zones.hpp"
 
 namespace estancia {
 
@@ -24,5 +24,15 @@ std::vector<std::size_t> distinctiveLabels(DescriptorView zone, DescriptorView r
 /// are named once. `means` are the zones' mean probabilities.
 std::vector<std::string> nameZones(const Vocabulary& vocabulary, const std::vector<std::vector<float>>& means,
                                    DescriptorView run, const LabelConcepts& concepts = {});
+
+/// The room that a zone was taken for and its telling words, "kitchen: stove, refrigerator", or these alone.
+inline std::string describedName(const Zone& zone) {
+  return zone.predicted.empty() ? zone.name : zone.predicted.front().room + ": " + zone.name;
+}
+
+/// Short name: "kitchen", else the first of its words.
+inline std::string shortName(const Zone& zone) {
+  return zone.predicted.empty() ? zone.name.substr(0, zone.name.find(',')) : zone.predicted.front().room;
+}
 
 }  // namespace estancia

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <unordered_map>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia {
 namespace {
@@ -32,24 +32,23 @@ bool areOfSameRun(const Zones& zones, const GroupedRun& run) {
 }
 
 std::vector<GroupZones> overlayZones(const Zones& zones, const GroupedRun& run) {
-  const auto fail = [](const std::string& how) {
-    throw Error(
-        ErrorCode::mismatch,
-        fmt::format("the zones are of another run than the map ({}); make them of the map by `estancia "
-                    "zones find MAP -o FILE`",
-                    how));
+  const auto refuse = [](const std::string& how) {
+    fail(ErrorCode::mismatch,
+         "the zones are of another run than the map ({}); make them of the map by `estancia zones find MAP "
+         "-o FILE`",
+         how);
   };
   if (run.frames.size() != zones.frames.size())
-    fail(fmt::format("{} frames, the map has {}", zones.frames.size(), run.frames.size()));
+    refuse(fmt::format("{} frames, the map has {}", zones.frames.size(), run.frames.size()));
   std::unordered_map<std::string_view, std::size_t> byName;
   for (std::size_t i = 0; i < zones.frames.size(); ++i) byName.emplace(zones.frames[i].name, i);
   std::map<int, std::map<int, std::size_t>> counts;
   for (const auto& frame : run.frames) {
     const auto found = byName.find(frame.name);
-    if (found == byName.end()) fail(fmt::format("it has no frame \"{}\"", frame.name));
+    if (found == byName.end()) refuse(fmt::format("it has no frame \"{}\"", frame.name));
     ++counts[frame.group][zones.zoneOf[found->second]];
   }
-  if (!areOfSameRun(zones, run)) fail("the frames have the same names, but other labels");
+  if (!areOfSameRun(zones, run)) refuse("the frames have the same names, but other labels");
   std::vector<GroupZones> groups;
   for (const auto& [group, shares] : counts) {
     GroupZones& entry = groups.emplace_back();

@@ -1,5 +1,4 @@
-// Zone overlay: the zones of another grouping of the same frames, as the places of a topological map.
-// Private.
+// Zone overlay: zones of another grouping of the same frames, as the places of a topological map. Private.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -38,13 +37,11 @@ struct GroupZones {
   int zone() const { return shares.front().zone; }
 };
 
-/// Whether the words of the zones' run are about as frequent in the other run; true where the vocabularies
-/// differ, which cannot be compared.
+/// Whether words are about as frequent in both runs; true where the vocabularies differ (incomparable).
 bool areOfSameRun(const Zones& zones, const GroupedRun& run);
 
 /// One entry a group, by number. Frames are identified by their names, which two drives may share ("frame
-/// 000000" …); so runs with equal vocabularies must also have about equal word frequencies. Throws Error when
-/// the two are not about the same frames.
+/// 000000" …); so runs must also be areOfSameRun(). Throws Error (mismatch) when the frames differ.
 std::vector<GroupZones> overlayZones(const Zones& zones, const GroupedRun& run);
 
 /// nullptr when there is no such group.

@@ -94,13 +94,6 @@ Json toJson(const Vocabulary& vocabulary) {
   return {{"digest", vocabulary.digest()}, {"labels", labels}, {"parts", parts}};
 }
 
-Json toJson(const Dendrogram& dendrogram) {
-  Json list = Json::array();
-  for (const auto& merge : dendrogram.merges())
-    list.push_back({merge.left, merge.right, merge.height, merge.size});
-  return list;
-}
-
 /// One element a line: the file stays readable, and two of them comparable line by line.
 std::string lines(const char* key, const Json& list) {
   std::string text = fmt::format(" \"{}\": [", key);
@@ -111,27 +104,20 @@ std::string lines(const char* key, const Json& list) {
 
 // ---- reading: whatever is wrong throws Json::exception or Error
 
-[[noreturn]] void damaged(const std::string& how) {
-  throw Error(ErrorCode::corruptFile, how);
-}
-
-Json parse(const std::string& text) {
-  return Json::parse(text, [](int depth, Json::parse_event_t, Json&) {
-    if (depth > maxDepth) damaged(fmt::format("it has more than {} levels", maxDepth));
-    return true;
-  });
+template <class... Args>
+[[noreturn]] void damaged(fmt::format_string<Args...> how, Args&&... args) {
+  fail(ErrorCode::corruptFile, how, std::forward<Args>(args)...);
 }
 
 /// A whole number below `end`.
 std::uint64_t indexIn(const Json& json, std::uint64_t end, const char* what) {
   if (!json.is_number_unsigned() || json.get<std::uint64_t>() >= end)
-    damaged(fmt::format("{} is {}, not below {}", what, json.dump().substr(0, 30), end));
+    damaged("{} is {}, not below {}", what, json.dump().substr(0, 30), end);
   return json.get<std::uint64_t>();
 }
 
 double numberIn(const Json& json, const char* what) {
-  if (!json.is_number() || !std::isfinite(json.get<double>()))
-    damaged(fmt::format("{} is not a number", what));
+  if (!json.is_number() || !std::isfinite(json.get<double>())) damaged("{} is not a number", what);
   return json.get<double>();
 }
 
@@ -156,7 +142,7 @@ std::string textIn(const Json& json) {
 
 std::vector<float> probabilitiesIn(const Json& json, std::size_t labels, const std::string& what) {
   if (!json.is_array() || json.size() != labels)
-    damaged(fmt::format("{} does not have one number for each of the {} labels", what, labels));
+    damaged("{} does not have one number for each of the {} labels", what, labels);
   std::vector<float> values;
   values.reserve(labels);
   for (const Json& value : json) values.push_back(static_cast<float>(numberIn(value, what.c_str())));
@@ -166,7 +152,7 @@ std::vector<float> probabilitiesIn(const Json& json, std::size_t labels, const s
 
 template <std::size_t N>
 std::array<double, N> numbersIn(const Json& json, const char* what) {
-  if (!json.is_array() || json.size() != N) damaged(fmt::format("{} does not have {} numbers", what, N));
+  if (!json.is_array() || json.size() != N) damaged("{} does not have {} numbers", what, N);
   std::array<double, N> numbers{};
   for (std::size_t i = 0; i < N; ++i) numbers[i] = numberIn(json[i], what);
   return numbers;
@@ -174,7 +160,7 @@ std::array<double, N> numbersIn(const Json& json, const char* what) {
 
 const Json& listIn(const Json& json, const char* key) {
   const Json& list = json.at(key);
-  if (!list.is_array()) damaged(fmt::format("\"{}\" is not a list", key));
+  if (!list.is_array()) damaged("\"{}\" is not a list", key);
   return list;
 }
 
@@ -206,7 +192,7 @@ Frame frameIn(const Json& json) {
 
 /// `images` are the frames that the file assigns to it.
 Zone zoneIn(const Json& json, int id, std::vector<std::size_t> images, const Zones& zones) {
-  if (json.at("id") != id) damaged(fmt::format("zone {} has the id {}", id, json["id"].dump()));
+  if (json.at("id") != id) damaged("zone {} has the id {}", id, json["id"].dump());
   Zone zone;
   zone.id = id;
   zone.name = textIn(json.at("name"));
@@ -224,16 +210,15 @@ Zone zoneIn(const Json& json, int id, std::vector<std::size_t> images, const Zon
   if (json.contains("predicted"))
     for (const Json& room : listIn(json, "predicted")) {
       const double p = numberIn(room.at("p"), "the probability of a predicted room");
-      if (p < 0 || p > 1) damaged(fmt::format("the probability of a predicted room is {}", p));
+      if (p < 0 || p > 1) damaged("the probability of a predicted room is {}", p);
       zone.predicted.push_back({textIn(room.at("room")), p});
     }
-  zone.mean =
-      probabilitiesIn(json.at("mean"), zones.vocabulary.size(), fmt::format("the mean of zone {}", id));
-  zone.sigma =
-      probabilitiesIn(json.at("sigma"), zones.vocabulary.size(), fmt::format("the sigma of zone {}", id));
+  const std::size_t labels = zones.vocabulary.size();
+  zone.mean = probabilitiesIn(json.at("mean"), labels, fmt::format("the mean of zone {}", id));
+  zone.sigma = probabilitiesIn(json.at("sigma"), labels, fmt::format("the sigma of zone {}", id));
   zone.images = std::move(images);
   if (zone.images.empty() || json.at("images") != zone.images.size())
-    damaged(fmt::format("zone {} has {} frames, but its number of images differs", id, zone.images.size()));
+    damaged("zone {} has {} frames, but its number of images differs", id, zone.images.size());
   return zone;
 }
 
@@ -303,7 +288,12 @@ std::string zoneFileText(const Zones& zones) {
   std::string text = "{\n";
   for (const auto& [key, value] : head.items()) text += fmt::format(" \"{}\": {},\n", key, value.dump());
   text += lines("zones", list) + ",\n" + lines("rooms", rooms) + ",\n" + lines("frames", frames);
-  if (zones.dendrogram) text += ",\n" + lines("dendrogram", toJson(*zones.dendrogram));
+  if (zones.dendrogram) {
+    Json merges = Json::array();
+    for (const auto& [left, right, height, size] : zones.dendrogram->merges())
+      merges.push_back({left, right, height, size});
+    text += ",\n" + lines("dendrogram", merges);
+  }
   return text + "\n}\n";
 }
 
@@ -312,31 +302,31 @@ void writeZones(const Zones& zones, const fs::path& file) {
 }
 
 Zones readZones(const fs::path& file) {
-  const std::string name = io::printable(file.string());
   const std::string text = io::readBytes(file, maxBytes);
-  const auto refuse = [&name](ErrorCode code, const std::string& why) {
-    throw Error(code, fmt::format("{}: {}", name, why));
-  };
-  const auto refuseDamaged = [&refuse](const std::string& how) {
-    refuse(ErrorCode::corruptFile,
-           fmt::format("damaged or cut short ({}); make it again by `estancia zones find`",
-                       printable(how.substr(0, 200))));
+  const auto refuse = [&file](const std::string& how) {
+    fail(ErrorCode::corruptFile, "{}: damaged or cut short ({}); make it again by `estancia zones find`",
+         file.string(), how.substr(0, 200));
   };
   if (!isZoneFile(file))
-    refuse(ErrorCode::unsupportedFile,
-           "not a zone file; give one that `estancia zones find` or `areas find` has written");
+    fail(ErrorCode::unsupportedFile,
+         "{}: not a zone file; give one that `estancia zones find` or `areas find` has written",
+         file.string());
   std::uint64_t found = 0;
   try {
-    const Json json = parse(text);
+    const Json json = Json::parse(text, [](int depth, Json::parse_event_t, Json&) {
+      if (depth > maxDepth) damaged("it has more than {} levels", maxDepth);
+      return true;
+    });
     found = indexIn(json.at("version"), std::numeric_limits<std::uint64_t>::max(), "the version");
     if (found == version) return zonesIn(json);
   } catch (const Json::exception& e) {
-    refuseDamaged(io::jsonProblem(e));
+    refuse(io::jsonProblem(e));
   } catch (const Error& e) {
-    refuseDamaged(e.what());
+    refuse(e.what());
   }
-  fail(ErrorCode::unsupportedFile, "{}: zone file version {}, but this Estancia reads version {}; {}", name,
-       found, version, found < version ? "make it again by `estancia zones find`" : "update Estancia");
+  fail(ErrorCode::unsupportedFile, "{}: zone file version {}, but this Estancia reads version {}; {}",
+       file.string(), found, version,
+       found < version ? "make it again by `estancia zones find`" : "update Estancia");
 }
 
 bool isZoneFile(const fs::path& file) {

@@ -9,13 +9,11 @@
 #include <tuple>
 
 #include "estancia/core/fail.hpp"
-#include "estancia/stats/clustering_agreement.hpp"
 #include "estancia/stats/compared_vectors.hpp"
 #include "estancia/stats/linkage.hpp"
 #include "estancia/words/label_concepts.hpp"
 #include "estancia/zones/image_tree.hpp"
 #include "estancia/zones/naming.hpp"
-#include "estancia/zones/stream_agreement.hpp"
 
 namespace estancia {
 namespace {
@@ -55,10 +53,9 @@ struct ZoneStream::Impl {
   bool scaleIsOlderThan(double growth) const;
   void relink();
   void mergeNearest();
-  void merge(std::size_t kept, std::size_t absorbed);
   void remove(std::size_t i);
-  CondensedDistances condensed() const;
   void number(const std::vector<int>& clusters);  // zones of the groups, by their numbers of before
+  std::vector<std::string> names(const std::vector<std::vector<float>>& means) const;
 
   int add(DescriptorView descriptor);
   std::size_t images() const { return groupOf_.size(); }
@@ -184,13 +181,8 @@ void ZoneStream::Impl::mergeNearest() {
   std::size_t best = 0;
   for (std::size_t i = 1; i < groups_.size(); ++i)
     if (mergeCost(i, nearest_[i]) < mergeCost(best, nearest_[best])) best = i;
-  const auto [kept, absorbed] = std::minmax(best, nearest_[best]);
-  merge(kept, absorbed);
-}
-
-void ZoneStream::Impl::merge(std::size_t kept, std::size_t absorbed) {
-  Group& into = groups_[kept];
-  Group& from = groups_[absorbed];
+  const std::size_t kept = std::min(best, nearest_[best]), absorbed = std::max(best, nearest_[best]);
+  Group &into = groups_[kept], &from = groups_[absorbed];
   if (into.images.size() < from.images.size()) into.zone = from.zone;
   into.embedded.merge(from.embedded);
   into.probabilities.merge(from.probabilities);
@@ -220,17 +212,13 @@ void ZoneStream::Impl::remove(std::size_t i) {
   }
 }
 
-CondensedDistances ZoneStream::Impl::condensed() const {
-  CondensedDistances all(groups_.size());
-  for (std::size_t i = 0; i < groups_.size(); ++i)
-    std::copy_n(&distances_[i * (options_.groups + 1) + i + 1], groups_.size() - i - 1, all.after(i));
-  return all;
-}
-
 void ZoneStream::Impl::relink() {
-  CondensedDistances all = condensed();
+  CondensedDistances all(groups_.size());
   std::vector<std::size_t> sizes;
-  for (const Group& group : groups_) sizes.push_back(group.images.size());
+  for (std::size_t i = 0; i < groups_.size(); ++i) {
+    std::copy_n(&distance(i, 0) + i + 1, groups_.size() - i - 1, all.after(i));
+    sizes.push_back(groups_[i].images.size());
+  }
   NearestItems neighbors = findNeighbors(all, neighborsForCut(images()));
   weighBySize(neighbors, sizes);
   const Dendrogram tree = link(std::move(all), linkage_, sizes);
@@ -265,6 +253,11 @@ void ZoneStream::Impl::number(const std::vector<int>& clusters) {
   }
 }
 
+std::vector<std::string> ZoneStream::Impl::names(const std::vector<std::vector<float>>& means) const {
+  return nameZones(vocabulary_, means, probabilities_.mean(),
+                   *installedConcepts(vocabulary_, zoneOptions_.naming));
+}
+
 ZoneStream::ZoneStream(Vocabulary vocabulary, const ZoneOptions& options, const ZoneStreamOptions& stream)
     : impl_(std::make_unique<Impl>(std::move(vocabulary), options, stream)) {}
 ZoneStream::ZoneStream(ZoneStream&&) noexcept = default;
@@ -287,7 +280,7 @@ Zones ZoneStream::finish(const DescriptorSequence& sequence) {
     fail(ErrorCode::invalidOption, "zones.count is {}; give 1 to {}, the number of images", *options.count,
          images());
   update();
-  Zones zones = describeZones(sequence, zoneOf(), impl_->zoneOptions_.naming);
+  Zones zones = describeZones(sequence, zoneOf(), options.naming);
   zones.distance = options.distance;
   zones.linkage = options.linkage;
   zones.cut = cut();
@@ -340,9 +333,7 @@ std::vector<StreamedZone> ZoneStream::zones() const {
                    [](const StreamedZone& a, const StreamedZone& b) { return a.images > b.images; });
   std::vector<std::vector<float>> means;
   for (const StreamedZone& zone : zones) means.push_back(zone.mean);
-  const std::vector<std::string> names =
-      nameZones(impl_->vocabulary_, means, impl_->probabilities_.mean(),
-                *installedConcepts(impl_->vocabulary_, impl_->zoneOptions_.naming));
+  const std::vector<std::string> names = impl_->names(means);
   for (std::size_t i = 0; i < zones.size(); ++i) zones[i].name = names[i];
   return zones;
 }
@@ -352,31 +343,7 @@ std::string ZoneStream::nameOf(int zone) const {
   for (const Impl::Group& group : impl_->groups_)
     if (group.zone == zone) mean.add(group.probabilities.mean(), group.probabilities.weight());
   if (mean.weight() == 0) fail(ErrorCode::unknownName, "the stream has no zone {} now", zone);
-  return nameZones(impl_->vocabulary_, {{mean.mean().begin(), mean.mean().end()}},
-                   impl_->probabilities_.mean(),
-                   *installedConcepts(impl_->vocabulary_, impl_->zoneOptions_.naming))
-      .front();
-}
-
-StreamAgreement compareWithExact(const DescriptorSequence& sequence, std::span<const int> zoneOf,
-                                 const ZoneOptions& options, std::size_t maxImages, Progress& progress) {
-  const std::size_t frames = sequence.frames.size(), compared = std::min(frames, maxImages);
-  if (zoneOf.size() != frames)
-    fail(ErrorCode::mismatch, "{} zone numbers do not belong to {} frames; give one a frame", zoneOf.size(),
-         frames);
-  DescriptorSequence sample{
-      sequence.vocabulary, sequence.model, {}, DescriptorMatrix(sequence.vocabulary.size())};
-  std::vector<int> streamed;
-  for (std::size_t i = 0; i < compared; ++i) {
-    const std::size_t frame = i * frames / compared;
-    sample.frames.push_back(sequence.frames[frame]);
-    sample.descriptors.append(sequence.descriptors.row(frame));
-    streamed.push_back(zoneOf[frame]);
-  }
-  ZoneOptions exactOptions = options;
-  if (exactOptions.count) exactOptions.count = std::min(*exactOptions.count, compared);
-  const Zones exact = findZones(sample, exactOptions, progress);
-  return {compared, exact.zones.size(), measureAgreement(exact.zoneOf, streamed)};
+  return impl_->names({{mean.mean().begin(), mean.mean().end()}}).front();
 }
 
 }  // namespace estancia

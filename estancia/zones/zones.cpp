@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/zones/zones.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -14,7 +12,6 @@
 #include "estancia/words/label_concepts.hpp"
 #include "estancia/zones/image_tree.hpp"
 #include "estancia/zones/naming.hpp"
-#include "estancia/zones/surroundings.hpp"
 
 namespace estancia {
 namespace {
@@ -86,16 +83,6 @@ std::vector<RoomWords> roomsOf(const DescriptorSequence& sequence) {
   return rooms;
 }
 
-/// How the images are compared. Throws Error unless they can be.
-Comparison requireComparable(const DescriptorSequence& sequence, const ZoneOptions& options) {
-  const Distance distance = getDistance(options.distance, sequence.vocabulary.layout().parts);
-  const Comparison comparison = comparisonFor(distance, getLinkage(options.linkage));
-  for (std::size_t i = 0; i < sequence.frames.size(); ++i)
-    requireProbabilities(sequence.descriptors.row(i), sequence.vocabulary.size(), sequence.frames[i].name);
-  requireClusteringMemory(sequence.frames.size(), sequence.vocabulary.size());
-  return comparison;
-}
-
 }  // namespace
 
 ZoneOptions ZoneOptions::thesis() {
@@ -143,52 +130,7 @@ void validate(const ZoneOptions& options) {
     throw Error(ErrorCode::invalidOption, "zones.cut and zones.count exclude each other; give one of them");
 }
 
-ZoneCut cutTree(const Dendrogram& tree, const NearestItems& neighbors, const ZoneOptions& options) {
-  if (options.count) {
-    if (*options.count > tree.leaves())
-      fail(ErrorCode::invalidOption, "zones.count is {}; give 1 to {}, the number of images", *options.count,
-           tree.leaves());
-    std::vector<int> groups = tree.cutInto(*options.count);
-    const std::size_t done = tree.leaves() - *options.count;
-    return {std::move(groups), done == 0 ? 0 : tree.merges()[done - 1].height,
-            *options.count == 1 ? "1 zone was asked for"
-                                : fmt::format("{} zones were asked for", *options.count)};
-  }
-  if (options.cut) return {tree.cutAt(*options.cut), *options.cut, "it was given"};
-  SuggestedCut suggested = suggestCut(tree, neighbors);
-  return {tree.cutAt(suggested.distance), suggested.distance, std::move(suggested.reason)};
-}
-
-CondensedDistances compareImages(const DescriptorSequence& sequence, const ZoneOptions& options,
-                                 Progress& progress) {
-  const Comparison comparison = requireComparable(sequence, options);
-  const Distance distance = getDistance(options.distance, sequence.vocabulary.layout().parts);
-  const DescriptorMatrix vectors = comparedVectors(sequence.descriptors, distance);
-  return pairwiseDistances(vectors, comparison, options.threads, progress);
-}
-
-ImageTree linkImages(const DescriptorSequence& sequence, const ZoneOptions& options, Progress& progress) {
-  if (sequence.frames.empty())
-    throw Error(ErrorCode::insufficientData, "there are no images to make zones of; give at least one");
-  validate(options);
-  std::size_t wanted = neighborsForCut(sequence.frames.size());
-  const auto compared = [&] {
-    if (options.reach.value_or(0) == 0) return compareImages(sequence, options, progress);
-    requireComparable(sequence, options);
-    Surroundings around = poolSurroundings(sequence, options, progress);
-    // Each image is a neighbor of those that it is pooled with, whatever they show.
-    wanted = std::max(wanted, static_cast<std::size_t>(std::lround(around.others)));
-    return compareImages(
-        {sequence.vocabulary, sequence.model, sequence.frames, std::move(around.descriptors)}, options,
-        progress);
-  };
-  CondensedDistances distances = compared();
-  NearestItems neighbors = findNeighbors(distances, wanted);
-  return {link(std::move(distances), getLinkage(options.linkage), {}, progress), std::move(neighbors)};
-}
-
 Zones findZones(const DescriptorSequence& sequence, const ZoneOptions& options, Progress& progress) {
-  validate(options);
   // Algorithm 5.1: every image is a cluster of its own (lines 1–4); the distances of all pairs (5–7); the two
   // nearest clusters are merged, again and again (8–22). The thesis stops while it merges, and its test is
   // misprinted (line 12: "Dist < τ_d"): merging stops once the smallest distance is above τ_d (5.5.3). Here

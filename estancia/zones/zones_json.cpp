@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "estancia/core/label_words.hpp"
-#include "estancia/words/familiar_words.hpp"
+#include "estancia/words/label_concepts.hpp"
 #include "estancia/zones/naming.hpp"
 
 namespace estancia {

@@ -1,6 +1,4 @@
-// Zones JSON: the output of `estancia zones find --json` about zones, and the labels of rooms for other
-// programs.
-// Private.
+// Zones JSON: the output of `estancia zones find --json`, and labels of rooms for other programs. Private.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -2,8 +2,8 @@
 // Words: which labels a person means, and words that people use for labels.
 #include "arrays.hpp"
 #include "call.hpp"
-#include "estancia/words/familiar_words.hpp"
 #include "estancia/words/installed_words.hpp"
+#include "estancia/words/label_concepts.hpp"
 #include "estancia/words/label_search.hpp"
 #include "estancia/words/name_search.hpp"
 #include "estancia/words/room_words.hpp"

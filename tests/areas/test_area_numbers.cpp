@@ -1,6 +1,5 @@
 // Areas that are found anew keep their numbers.
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/areas/area_numbers.hpp"
 #include "estancia/areas/plan_areas.hpp"
 
 #include <gmock/gmock.h>

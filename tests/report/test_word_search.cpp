@@ -11,7 +11,6 @@
 #include "estancia/words/label_search.hpp"
 #include "estancia/words/lexicon.hpp"
 #include "estancia/words/word_associations.hpp"
-#include "estancia/words/word_filter.hpp"
 #include "support/support.hpp"
 #include "words/real_words.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/stats/kept_numbers.hpp"
+#include "estancia/stats/clustering_agreement.hpp"
 #include "estancia/stats/proportion.hpp"
 
 #include <gmock/gmock.h>
@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "estancia/stats/clustering_agreement.hpp"
 #include "support/errors.hpp"
 
 namespace estancia {

@@ -10,7 +10,6 @@
 #include <limits>
 #include <vector>
 
-#include "estancia/stats/studentized_range.hpp"
 #include "stats/scipy_random.hpp"
 #include "support/errors.hpp"
 
@@ -124,7 +123,6 @@ TEST(PostHoc, RefusesWhatMakesNoSense) {
   EXPECT_THAT([&] { studentizedRangeQuantile(nan, 3); }, FailsWith(ErrorCode::invalidInput));
   EXPECT_THAT([] { postHocTests(PostHoc::shaffer, ScoreRow(501, 251.0), 5); },
               FailsWith(ErrorCode::tooLarge));
-  EXPECT_THAT([] { getPostHoc("tukey"); }, FailsWith(ErrorCode::unknownName));
 }
 
 TEST(StudentizedRange, HasItsQuantilesAndLimits) {

@@ -14,7 +14,6 @@
 #include "estancia/stats/compared_vectors.hpp"
 #include "estancia/stats/linkage.hpp"
 #include "estancia/stats/rank_tests.hpp"
-#include "estancia/stats/studentized_range.hpp"
 #include "scipy_random.hpp"
 #include "stats/scipy_random.hpp"
 

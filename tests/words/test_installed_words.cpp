@@ -11,8 +11,8 @@
 #include <optional>
 #include <thread>
 
-#include "estancia/words/load_words.hpp"
 #include "estancia/words/word_associations.hpp"
+#include "estancia/words/word_files.hpp"
 #include "estancia/words/word_graph.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"

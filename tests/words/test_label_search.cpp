@@ -9,8 +9,7 @@
 #include <regex>
 
 #include "estancia/core/label_words.hpp"
-#include "estancia/words/word_associations_file.hpp"
-#include "estancia/words/word_filter.hpp"
+#include "estancia/words/word_files.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 #include "words/real_words.hpp"

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/words/familiar_words.hpp"
 #include "estancia/words/label_concepts.hpp"
 
 #include <gmock/gmock.h>
@@ -8,7 +7,6 @@
 #include <algorithm>
 
 #include "estancia/core/label_words.hpp"
-#include "estancia/words/imagenet_synsets.hpp"
 #include "estancia/words/label_senses.hpp"
 #include "support/support.hpp"
 #include "words/real_words.hpp"

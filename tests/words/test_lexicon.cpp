@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/words/lexicon.hpp"
-#include "estancia/words/spelling.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

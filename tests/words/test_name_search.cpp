@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/words/label_kinds.hpp"
+#include "estancia/words/label_search.hpp"
 #include "estancia/words/name_search.hpp"
 
 #include <gmock/gmock.h>

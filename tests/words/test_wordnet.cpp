@@ -12,7 +12,7 @@
 #include <random>
 
 #include "estancia/core/error.hpp"
-#include "estancia/words/word_graph_file.hpp"
+#include "estancia/words/word_files.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 #include "words/real_words.hpp"

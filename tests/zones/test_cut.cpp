@@ -1,6 +1,6 @@
 // τ_d out of the data, beside the definition of modularity.
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/zones/cut.hpp"
+#include "estancia/zones/image_tree.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -7,7 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "estancia/zones/zone_names.hpp"
+#include "estancia/zones/naming.hpp"
 #include "estancia/zones/zones_json.hpp"
 #include "recordings.hpp"
 #include "support/errors.hpp"

@@ -10,7 +10,7 @@
 #include <set>
 
 #include "estancia/stats/clustering_agreement.hpp"
-#include "estancia/zones/stream_agreement.hpp"
+#include "estancia/zones/measure.hpp"
 #include "recordings.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"

@@ -24,7 +24,6 @@
 #include "estancia/readers/open_sequence.hpp"
 #include "estancia/stats/clustering_agreement.hpp"
 #include "estancia/stats/linkage.hpp"
-#include "estancia/zones/cut.hpp"
 #include "estancia/zones/image_tree.hpp"
 #include "estancia/zones/zones.hpp"
 #include "places/room_table.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/core/cores.hpp"
-
+// CPU cores and memory that this process may use, as cores.hpp and memory.hpp declare them.
 #include <sched.h>
+#include <sys/resource.h>
 #include <sys/times.h>
 #include <unistd.h>
 
@@ -10,14 +10,41 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <limits>
+#include <optional>
 #include <sstream>
+#include <string_view>
 #include <thread>
+#include <vector>
 
-#include "estancia/core/cgroup.hpp"
+#include "estancia/core/cores.hpp"
+#include "estancia/core/memory.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
 namespace {
+
+/// Folders of the control groups of this process, of version 2 and of version 1's `controller` ("cpu",
+/// "memory"): its own first, then the enclosing ones. `root` is where /proc and /sys are, for tests.
+std::vector<fs::path> cgroupFolders(const fs::path& root, std::string_view controller) {
+  std::vector<fs::path> folders;
+  const fs::path mount = root / "sys/fs/cgroup";
+  std::ifstream groups(root / "proc/self/cgroup");  // lines ID:CONTROLLERS:PATH
+  for (std::string line; std::getline(groups, line);) {
+    const auto first = line.find(':'), second = line.find(':', first + 1);
+    if (second == std::string::npos) continue;
+    const std::string controllers = "," + line.substr(first + 1, second - first - 1) + ",";
+    const bool version2 = controllers == ",,";
+    if (!version2 && controllers.find("," + std::string(controller) + ",") == std::string::npos) continue;
+    const fs::path top = version2 ? mount : mount / controller;
+    fs::path at = top / fs::path(line.substr(second + 1)).relative_path();
+    for (;; at = at.parent_path()) {
+      folders.push_back(at);
+      if (at == top || !at.has_relative_path()) break;
+    }
+  }
+  return folders;
+}
 
 std::string textOf(const fs::path& file) {
   std::ifstream stream(file);
@@ -57,6 +84,27 @@ long long ownTicks() {
   tms own{};
   times(&own);
   return own.tms_utime + own.tms_stime;
+}
+
+constexpr std::uint64_t unlimited = std::numeric_limits<std::uint64_t>::max();
+
+/// The number after `key` in a file of lines "key number", or the first word; absent without one ("max").
+std::optional<std::uint64_t> numberIn(const fs::path& file, const std::string& key = "") {
+  std::ifstream stream(file);
+  std::uint64_t number = 0;
+  for (std::string word; key.empty() || stream >> word;)
+    if (key.empty() || word == key) return stream >> number ? std::optional(number) : std::nullopt;
+  return std::nullopt;
+}
+
+/// Bytes that a limit leaves. Pages of files count as used but are given back when asked for.
+std::uint64_t leftOf(const fs::path& group, const char* limitFile, const char* usageFile,
+                     const char* cacheKey) {
+  const auto limit = numberIn(group / limitFile), usage = numberIn(group / usageFile);
+  if (!limit || !usage) return unlimited;
+  const std::uint64_t cache = numberIn(group / "memory.stat", cacheKey).value_or(0);
+  const std::uint64_t used = *usage - std::min(*usage, cache);
+  return *limit - std::min(*limit, used);
 }
 
 }  // namespace
@@ -99,6 +147,23 @@ int freeCores() {
   const double busy = std::max(0.0, static_cast<double>(allAfter - allBefore - ours)) / ticks;
   const double idle = static_cast<double>(cpus.size()) - busy;
   return std::clamp(static_cast<int>(std::lround(idle)), 1, usable);
+}
+
+std::uint64_t availableMemory(const fs::path& root) {
+  std::uint64_t available = unlimited;
+  if (const auto kilobytes = numberIn(root / "proc/meminfo", "MemAvailable:")) available = *kilobytes * 1024;
+  rlimit limit{};
+  if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY) {  // `ulimit -v`
+    const std::uint64_t own = numberIn(root / "proc/self/status", "VmSize:").value_or(0) * 1024;
+    available =
+        std::min<std::uint64_t>(available, limit.rlim_cur - std::min<std::uint64_t>(limit.rlim_cur, own));
+  }
+  for (const fs::path& group : cgroupFolders(root, "memory")) {
+    available = std::min(available, leftOf(group, "memory.max", "memory.current", "inactive_file"));  // v2
+    available = std::min(available, leftOf(group, "memory.limit_in_bytes", "memory.usage_in_bytes",
+                                           "total_inactive_file"));  // v1
+  }
+  return available;
 }
 
 }  // namespace estancia
