@@ -8,7 +8,7 @@
 #include "estancia/check/check.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/figures/text.hpp"
-#include "estancia/readers/bag_summary.hpp"
+#include "estancia/readers/bag_topics.hpp"
 #include "estancia/ros/bag.hpp"
 #include "estancia/sequences/descriptor_sequence.hpp"
 

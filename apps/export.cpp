@@ -6,7 +6,7 @@
 #include "common.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
-#include "estancia/files/text_file.hpp"
+#include "estancia/files/files.hpp"
 #include "estancia/world_query/export_world.hpp"
 #include "estancia/zones/zones.hpp"
 #include "estancia/zones/zones_json.hpp"

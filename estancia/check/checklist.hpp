@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <opencv2/core/types.hpp>
 #include <optional>
@@ -25,18 +26,15 @@ class Checklist {
   }
   /// Whether a fault has this name.
   bool has(const std::string& name) const {
-    for (const CheckItem& item : items_)
-      if (item.severity != Severity::fine && item.name == name) return true;
-    return false;
+    return std::ranges::any_of(items_,
+                               [&](const CheckItem& item) { return isFault(item) && item.name == name; });
   }
-  std::size_t faults() const {
-    std::size_t count = 0;
-    for (const CheckItem& item : items_) count += item.severity != Severity::fine ? 1 : 0;
-    return count;
-  }
+  std::size_t faults() const { return static_cast<std::size_t>(std::ranges::count_if(items_, isFault)); }
   std::vector<CheckItem> take() { return std::move(items_); }
 
  private:
+  static bool isFault(const CheckItem& item) { return item.severity != Severity::fine; }
+
   std::vector<CheckItem> items_;
 };
 

@@ -1,6 +1,5 @@
-// Checks the poses against the depth: pairs of depth images are reprojected into each other under all usual
-// conventions of poses. The true one stands out, because wrong motions put surfaces where the other image has
-// none.
+// Checks poses against depth: pairs of depth images are reprojected into each other under all usual
+// conventions. The true one stands out, because wrong motions put surfaces where the other image has none.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -133,8 +132,7 @@ double meanOf(const Scores& scores) {
 }
 
 /// Whether `a` is significantly better than `b`: by 0.02 or more in the mean, and by three standard errors of
-/// the mean or of wins over losses (the former is wide, because pairs with much motion differ much more than
-/// others).
+/// the mean (wide, because pairs with much motion differ much more than others) or of wins over losses.
 bool isBetter(const Scores& a, const Scores& b) {
   double sum = 0, squares = 0, n = 0, wins = 0, losses = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -397,8 +395,7 @@ void checkGeometry(const Sequence& sequence, const DepthFacts& facts, Progress& 
         fmt::format("{:.0f} % of the depth agrees at best, {:.0f} % for a still camera, {} pairs of frames",
                     100 * meanOf(best.scores), 100 * meanOf(unmoved), geometry.pairs()),
         "check that trajectory, images and intrinsics belong together; `estancia odometry estimate` computes "
-        "poses "
-        "anew");
+        "poses anew");
     return;
   }
   const std::size_t before = list.faults();

@@ -120,13 +120,15 @@ cv::Size checkDepth(const Sequence& sequence, std::size_t i, cv::Size image, std
   return depth.size();
 }
 
+std::string seen(const Tally& tally, std::size_t of, const char* what) {
+  return fmt::format("{} looked at, first {}", share(tally.count, of, what), tally.first);
+}
+
 void judgeImages(const ImageTally& tally, Checklist& list) {
   const std::size_t before = list.faults();
   const auto complain = [&](const Tally& t, std::size_t of, const char* name, const char* what,
                             const char* fix) {
-    if (t.count > 0)
-      list.add(severityOfMissing(t.count, of), name, what,
-               fmt::format("{} looked at, first {}", share(t.count, of, "images"), t.first), fix);
+    if (t.count > 0) list.add(severityOfMissing(t.count, of), name, what, seen(t, of, "images"), fix);
   };
   complain(tally.unreadable, tally.looked, "image-unreadable", "Images cannot be read",
            "copy them again, or leave them out");
@@ -181,14 +183,12 @@ void judgeDepth(const DepthTally& tally, Checklist& list) {
         "give every image a depth file that can be read, or leave these frames out");
   if (tally.empty.count > 0)
     list.add(severityOfMissing(tally.empty.count, tally.looked), "depth-empty", "Depth holds no valid pixel",
-             fmt::format("{} looked at, first {}", share(tally.empty.count, tally.looked, "frames"),
-                         tally.empty.first),
+             seen(tally.empty, tally.looked, "frames"),
              "check the depth stream and its range: 0, 65535 and NaN mean none");
   if (tally.shape.count > 0)
     list.add(Severity::problem, "depth-size",
              "Depth and image have different shapes: they show different views",
-             fmt::format("{} looked at, first {}", share(tally.shape.count, tally.looked, "frames"),
-                         tally.shape.first),
+             seen(tally.shape, tally.looked, "frames"),
              "export depth registered to color (ROS: aligned_depth_to_color)");
   if (tally.medians.empty()) return;
   const double median = medianOf(tally.medians), valid = medianOf(tally.validShares);

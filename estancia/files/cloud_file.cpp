@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <fstream>
 #include <opencv2/imgproc.hpp>
 #include <string>
 #include <string_view>
@@ -72,9 +71,7 @@ PointCloud readCloud(const std::filesystem::path& file, const CloudFileOptions& 
 }
 
 bool isCloudFile(const std::filesystem::path& file) {
-  std::string start(8, '\0');
-  std::ifstream stream(file, std::ios::binary);
-  stream.read(start.data(), static_cast<std::streamsize>(start.size()));
+  const std::string start = io::firstBytes(file, 8);
   const auto begins = [&](std::string_view magic) { return start.starts_with(magic); };
   return begins("ply\n") || begins("ply\r") || begins("# .PCD v") || begins("VERSION ") || begins("FIELDS ");
 }

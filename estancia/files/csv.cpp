@@ -8,14 +8,6 @@
 #include "estancia/files/files.hpp"
 
 namespace estancia::io {
-namespace {
-
-std::string trimmed(const std::string& text) {
-  const auto begin = text.find_first_not_of(" \t");
-  return begin == std::string::npos ? "" : text.substr(begin, text.find_last_not_of(" \t") + 1 - begin);
-}
-
-}  // namespace
 
 void forEachCsvRow(const std::filesystem::path& file, const std::function<void(CsvRow&)>& use) {
   forEachCsvRow(readLines(file), printable(file), use);
@@ -28,7 +20,7 @@ void forEachCsvRow(const std::vector<std::string>& lines, std::string_view sourc
     std::string cell;
     bool quoted = false, inside = false;  // the cell started with a quote; inside of its quotes
     const auto finish = [&] {
-      row.cells.push_back(quoted ? cell : trimmed(cell));
+      row.cells.push_back(quoted ? cell : std::string(trimmed(cell)));
       cell.clear();
       quoted = false;
     };
@@ -71,8 +63,8 @@ std::optional<std::size_t> findColumn(const std::vector<std::string>& header, st
 }
 
 std::string csvCell(std::string_view text) {
-  const bool blankEnds = !text.empty() && (trimmed(std::string(text)).size() != text.size());
-  if (text.find_first_of(",\"\r\n") == std::string_view::npos && !blankEnds) return std::string(text);
+  if (text.find_first_of(",\"\r\n") == std::string_view::npos && trimmed(text).size() == text.size())
+    return std::string(text);
   std::string cell = "\"";
   for (const char c : text) cell += c == '"' ? std::string("\"\"") : std::string(1, c);
   return cell + '"';

@@ -18,8 +18,7 @@ struct CsvRow {
   std::vector<std::string> cells;
 };
 
-/// All rows except empty ones, without blanks around unquoted cells. Throws Error with the line of an
-/// unclosed quote.
+/// All rows but empty ones, without blanks around unquoted cells. Throws Error with an unclosed quote's line.
 std::vector<CsvRow> readCsv(const std::filesystem::path& file);
 
 /// Reads row by row: the cells of a large file need many times its size.

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/files/depth_file.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <opencv2/core.hpp>
@@ -20,21 +19,6 @@ constexpr double maxDepth = 1e6;  // [m]
 /// Default units per meter: millimeters, 255 for 10 m (common copies of NYU Depth V2), meters.
 double defaultUnits(int depth) {
   return depth == CV_8U ? 25.5 : depth == CV_16U ? 1000 : 1;
-}
-
-/// The only channel of an image. Gray images are often saved with three.
-cv::Mat onlyChannel(const cv::Mat& image, const fs::path& file) {
-  if (image.channels() == 1) return image;
-  cv::Mat first, other;
-  cv::extractChannel(image, first, 0);
-  for (int c = 1; c < std::min(image.channels(), 3); ++c) {
-    cv::extractChannel(image, other, c);
-    if (cv::norm(first, other, cv::NORM_INF) != 0)
-      fail(ErrorCode::unsupportedFile,
-           "{}: a color image, not depth; export depth with one channel, 16 bits in millimeters",
-           printable(file));
-  }
-  return first;
 }
 
 cv::Mat depthOfCloud(const fs::path& file, double unitsPerMeter) {
@@ -66,7 +50,12 @@ cv::Mat metersOf(const cv::Mat& raw, double unitsPerMeter, const std::string& na
 
 cv::Mat readDepth(const fs::path& file, double unitsPerMeter) {
   if (hasSuffix(file, {".pcd"})) return depthOfCloud(file, unitsPerMeter);
-  return metersOf(onlyChannel(decodeImage(file), file), unitsPerMeter, printable(file));
+  const cv::Mat depth = onlyChannel(decodeImage(file));
+  if (depth.empty())
+    fail(ErrorCode::unsupportedFile,
+         "{}: a color image, not depth; export depth with one channel, 16 bits in millimeters",
+         printable(file));
+  return metersOf(depth, unitsPerMeter, printable(file));
 }
 
 const std::vector<std::string>& depthSuffixes() {
@@ -77,10 +66,7 @@ const std::vector<std::string>& depthSuffixes() {
 DepthFile nearestDepth(const std::vector<TimedFile>& files, double time) {
   constexpr double maxGap = 0.02;  // [s]
   if (files.empty()) return {};
-  auto nearest = std::ranges::lower_bound(files, time, {}, &TimedFile::timestamp);
-  if (nearest == files.end() ||
-      (nearest != files.begin() && time - std::prev(nearest)->timestamp < nearest->timestamp - time))
-    --nearest;
+  const auto nearest = nearestInTime(files, time, &TimedFile::timestamp);
   const bool own = std::abs(nearest->timestamp - time) <= maxGap;
   return {own ? nearest->file : fs::path(), nearest->timestamp};
 }

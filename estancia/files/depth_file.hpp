@@ -2,7 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <filesystem>
+#include <functional>
+#include <iterator>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
@@ -34,6 +37,17 @@ struct TimedFile {
   double timestamp;
   std::filesystem::path file;
 };
+
+/// The element of `sorted` (by time, not empty) that is nearest to `time`.
+template <class Elements, class Time, class TimeOf>
+auto nearestInTime(const Elements& sorted, Time time, const TimeOf& timeOf) {
+  auto nearest = std::ranges::lower_bound(sorted, time, {}, timeOf);
+  if (nearest == sorted.end() ||
+      (nearest != sorted.begin() &&
+       time - std::invoke(timeOf, *std::prev(nearest)) < std::invoke(timeOf, *nearest) - time))
+    --nearest;
+  return nearest;
+}
 
 /// The depth of an image taken at `time`: the nearest of `files` (sorted by time) if it is at most 0.02 s
 /// away, as in the TUM benchmark's associate.py. The time stamp is that of the nearest either way.

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/files/files.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <charconv>
 #include <fstream>
@@ -114,22 +112,43 @@ std::string readBytes(const fs::path& file, std::size_t limit) {
   return bytes;
 }
 
+std::string firstBytes(const fs::path& file, std::size_t count) {
+  std::string bytes(count, '\0');
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(bytes.data(), static_cast<std::streamsize>(count));
+  bytes.resize(static_cast<std::size_t>(stream.gcount()));
+  return bytes;
+}
+
+bool isTextFile(const fs::path& file) {
+  const std::string text = firstBytes(file, 4096);
+  return !text.empty() && std::ranges::none_of(text, [](char c) {
+    return static_cast<unsigned char>(c) < ' ' && c != '\n' && c != '\r' && c != '\t' && c != '\f';
+  });
+}
+
+std::string_view takeLine(std::string_view& text) {
+  const auto end = text.find('\n');
+  std::string_view line = text.substr(0, end);
+  text.remove_prefix(std::min(end, text.size() - 1) + 1);
+  if (line.ends_with('\r')) line.remove_suffix(1);
+  return line;
+}
+
+std::string_view trimmed(std::string_view text, std::string_view blanks) {
+  const auto begin = text.find_first_not_of(blanks);
+  return begin == std::string_view::npos ? "" : text.substr(begin, text.find_last_not_of(blanks) + 1 - begin);
+}
+
 std::vector<std::string> readLines(const fs::path& file) {
   constexpr std::size_t limit = std::size_t{1} << 30;
-  std::string_view text;
   const std::string bytes = readBytes(file, limit);
-  text = bytes;
+  std::string_view text = bytes;
   if (text.find('\0') != std::string_view::npos)
     fail(ErrorCode::malformedFile, "{}: not a text file (it contains NUL bytes)", printable(file));
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
   std::vector<std::string> lines;
-  while (!text.empty()) {
-    const auto end = text.find('\n');
-    std::string_view line = text.substr(0, end);
-    if (line.ends_with('\r')) line.remove_suffix(1);
-    lines.emplace_back(line);
-    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
-  }
+  while (!text.empty()) lines.emplace_back(takeLine(text));
   return lines;
 }
 

@@ -1,4 +1,4 @@
-// File tools of the readers: folder listings, lines of text, numbers.
+// Files of text and bytes: folder listings, beginnings, lines, words, numbers.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,8 +14,7 @@
 namespace estancia::io {
 
 /// The regular files directly inside `folder` (symbolic links followed) whose lower-case name ends with one
-/// of `suffixes` and does not start with a dot, in natural order. Throws Error when the folder cannot be
-/// read.
+/// of `suffixes` and does not start with a dot, in natural order. Throws Error when it cannot be read.
 std::vector<std::filesystem::path> filesIn(const std::filesystem::path& folder,
                                            const std::vector<std::string>& suffixes);
 
@@ -34,6 +33,19 @@ bool naturalLess(std::string_view a, std::string_view b);
 
 /// The bytes of a regular file of at most `limit` bytes. Throws Error.
 std::string readBytes(const std::filesystem::path& file, std::size_t limit);
+
+/// The first bytes of a file, at most `count`; "" where it cannot be read.
+std::string firstBytes(const std::filesystem::path& file, std::size_t count);
+
+/// Whether there are bytes, and the first 4096 hold no control character but tabs, line ends and form feeds.
+/// Images, maps, videos and other binary files have some.
+bool isTextFile(const std::filesystem::path& file);
+
+/// Takes the first line off `text`, without its end (LF or CR LF).
+std::string_view takeLine(std::string_view& text);
+
+/// The text without `blanks` at its ends.
+std::string_view trimmed(std::string_view text, std::string_view blanks = " \t");
 
 /// Lines of a text file without CR and a leading byte order mark. Throws Error, also on NUL bytes.
 std::vector<std::string> readLines(const std::filesystem::path& file);

@@ -25,9 +25,8 @@ struct ImageHeader {
 /// without an error. Damage inside complete data is left to the decoders (PNG has checksums, JPEG has none).
 ImageHeader inspectImage(std::string_view bytes, const std::string& file);
 
-/// Reads an equirectangular panorama: OpenEXR and Radiance as linear float BGR (CV_32FC3), other formats as
-/// readImage(). A `.js` file holds any of these as a data URI (`export default 'data:…;base64,…'`). Throws
-/// Error.
+/// Reads an equirectangular panorama: OpenEXR, Radiance as linear float BGR (CV_32FC3), else as readImage().
+/// A `.js` file holds one as a data URI (`export default 'data:…;base64,…'`). Throws Error.
 cv::Mat readPanorama(const std::filesystem::path& file);
 
 /// Converts a panorama (CV_32FC3 linear radiance, or an 8-bit image) to BGR, 8 bits, sRGB. Radiance is scaled
@@ -35,12 +34,13 @@ cv::Mat readPanorama(const std::filesystem::path& file);
 /// `exposure` [EV]; highlights above 0.6 are rolled off. 8-bit images are scaled by `exposure` only.
 cv::Mat toneMap(cv::Mat panorama, double exposure);
 
-/// The pixels of a complete image file with the channels and the depth that it has, never empty. Throws
-/// Error.
+/// The pixels of a whole image file with the channels and the depth that it has, never empty. Throws Error.
 cv::Mat decodeImage(const std::filesystem::path& file);
 
-/// The pixels of the bytes of an image file that inspectImage() has passed. `file` stands in errors. Throws
-/// Error (malformedFile).
+/// The only channel of an image, as gray images are often saved with three; empty where these differ.
+cv::Mat onlyChannel(const cv::Mat& image);
+
+/// The pixels of an image file's bytes that inspectImage() has passed. Throws Error (malformedFile: `file`).
 cv::Mat decodeImage(std::string_view bytes, DecodedAs as, const std::filesystem::path& file);
 
 /// Any image type of OpenCV as BGR, 8 bits, 3 channels, scaled as by readImage().

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/files/image_file.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
@@ -11,8 +9,11 @@
 #include "estancia/core/base64.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/image_codecs.hpp"
+#include "estancia/core/output_file.hpp"
+#include "estancia/core/png.hpp"
 #include "estancia/files/files.hpp"
 #include "estancia/files/image_decoding.hpp"
+#include "estancia/files/image_writer.hpp"
 
 namespace estancia::io {
 namespace fs = std::filesystem;
@@ -88,6 +89,17 @@ cv::Mat decodeImage(const fs::path& file) {
   return decodeImage(bytes, DecodedAs::stored, file);
 }
 
+cv::Mat onlyChannel(const cv::Mat& image) {
+  if (image.channels() == 1) return image;
+  cv::Mat first, other;
+  cv::extractChannel(image, first, 0);
+  for (int c = 1; c < std::min(image.channels(), 3); ++c) {
+    cv::extractChannel(image, other, c);
+    if (cv::norm(first, other, cv::NORM_INF) != 0) return {};
+  }
+  return first;
+}
+
 cv::Mat toBgr8(cv::Mat image) {
   if (image.depth() == CV_16U) image.convertTo(image, CV_8U, 1 / 257.0);
   if (image.depth() != CV_8U) {
@@ -117,6 +129,25 @@ cv::Mat readReducedImage(const std::filesystem::path& file, int side) {
   const int divisor = side > 0 && header.format == "JPEG" ? io::divisorFor(header, side) : 1;
   if (divisor > 1) return io::decodeReduced(bytes, divisor, file);
   return io::toBgr8(io::decodeImage(bytes, DecodedAs::color, file));
+}
+
+std::vector<unsigned char> encodeImage(const cv::Mat& bgr, int width) {
+  cv::Mat small = bgr;
+  if (bgr.cols > width) {
+    const int height = std::max(1, static_cast<int>(std::lround(1.0 * bgr.rows * width / bgr.cols)));
+    cv::resize(bgr, small, {width, height}, 0, 0, cv::INTER_AREA);
+  }
+  constexpr int quality = 82;
+  std::vector<unsigned char> jpeg = imageCodecs().encodeJpeg(small, quality);
+  if (jpeg.empty())
+    throw Error(ErrorCode::missingDependency, "cannot encode JPEG; OpenCV was built without it");
+  return jpeg;
+}
+
+void writePng(const cv::Mat& bgr, const std::filesystem::path& file) {
+  if (bgr.empty()) fail(ErrorCode::invalidInput, "{}: the image to write is empty", file.string());
+  const std::vector<unsigned char> png = toPng(bgr);
+  writeWhole(file, {reinterpret_cast<const char*>(png.data()), png.size()});
 }
 
 }  // namespace estancia

@@ -38,13 +38,20 @@ struct Bytes {
   std::int64_t littleSigned32(std::uint64_t at) const {
     return static_cast<std::int32_t>(static_cast<std::uint32_t>(little(at, 4)));
   }
+  /// The text from `at` up to one of `ends`, behind which `at` is then.
+  std::string_view takeUntil(std::string_view ends, std::uint64_t& at) const {
+    const auto end = data.find_first_of(ends, at);
+    if (end == std::string_view::npos) throw CutOff();
+    const auto text = data.substr(at, end - at);
+    at = end + 1;
+    return text;
+  }
   bool startsWith(std::string_view magic) const { return data.starts_with(magic); }
 };
 
 using Size = ImageHeader;
 
-/// Walks the markers up to end-of-image; in entropy-coded data every FF is stuffed, so markers are found
-/// there, too.
+/// Walks the markers up to end-of-image, also in entropy-coded data, where every FF is stuffed.
 Size inspectJpeg(const Bytes& b) {
   Size size{"JPEG"};
   bool framed = false;
@@ -136,8 +143,7 @@ Size inspectTiff(const Bytes& b) {
   return size;
 }
 
-/// Follows libwebp's WebPGetFeatures() on the first 32 bytes, after which OpenCV recognizes WebP (RFC 9649
-/// and 6386).
+/// Follows libwebp's WebPGetFeatures() on the 32 bytes that OpenCV recognizes WebP by (RFC 9649, 6386).
 Size inspectWebp(const Bytes& b) {
   constexpr std::uint64_t recognized = 32, beforeChunk = 12, header = 10;  // bytes
   const std::uint64_t riff = b.little(4, 4);
@@ -188,13 +194,7 @@ Size inspectPnm(const Bytes& b) {
 /// as a number 0, and leaves a file in the temporary folder where a side is not positive.
 Size inspectPfm(const Bytes& b) {
   std::uint64_t at = 3;
-  const auto word = [&] {
-    const auto end = b.data.find_first_of(" \t\r\n", at);
-    if (end == std::string_view::npos) throw CutOff();
-    const auto text = b.data.substr(at, end - at);
-    at = end + 1;
-    return text;
-  };
+  const auto word = [&] { return b.takeUntil(" \t\r\n", at); };
   const auto side = [&] {
     const auto digits = word();
     if (digits.size() > 9 || digits.find_first_not_of("0123456789") != std::string_view::npos)
@@ -211,18 +211,12 @@ Size inspectPfm(const Bytes& b) {
 
 /// The data window among the header's attributes: name\0 type\0 size value.
 Size inspectExr(const Bytes& b) {
-  const auto word = [&b](std::uint64_t& at) {
-    const auto end = b.data.find('\0', at);
-    if (end == std::string_view::npos) throw CutOff();
-    const auto text = b.data.substr(at, end - at);
-    at = end + 1;
-    return text;
-  };
+  const std::string_view zero("\0", 1);
   Size size{"OpenEXR", 0, 0};
   for (std::uint64_t at = 8;;) {
-    const auto name = word(at);
+    const auto name = b.takeUntil(zero, at);
     if (name.empty()) return size;
-    word(at);
+    b.takeUntil(zero, at);
     const auto length = b.little(at, 4);
     at += 4;
     if (name == "dataWindow") {

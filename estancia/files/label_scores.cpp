@@ -21,6 +21,10 @@ std::string excerpt(std::string_view text) {
   return printable(text.substr(0, maxShown)) + (text.size() > maxShown ? "…" : "");
 }
 
+std::string excerptOf(const Json& json) {
+  return excerpt(json.dump(-1, ' ', false, Json::error_handler_t::replace));
+}
+
 Json parse(std::string_view text, const std::string& source) {
   const auto shallow = [&](int depth, Json::parse_event_t, Json&) {
     if (depth > maxNesting)
@@ -50,8 +54,7 @@ const Json& wordsIn(const Json& answer, const WordFormat& format, const std::str
   if (words == nullptr && format.at.empty() && answer.is_array()) words = &answer;
   if (words == nullptr)
     fail(ErrorCode::malformedFile, "{}: no labels at {} in {}", source,
-         format.at.empty() ? "/labels" : format.at,
-         excerpt(answer.dump(-1, ' ', false, Json::error_handler_t::replace).substr(0, 100)));
+         format.at.empty() ? "/labels" : format.at, excerptOf(answer));
   return *words;
 }
 
@@ -67,7 +70,7 @@ LabelProbability wordOf(const Json& element, const WordFormat& format, const std
     const auto found = element.is_object() ? element.find(key) : element.end();
     if (!element.is_object() || found == element.end())
       fail(ErrorCode::malformedFile, "{}: an element of the list of labels has no \"{}\": {}", source, key,
-           excerpt(element.dump(-1, ' ', false, Json::error_handler_t::replace).substr(0, 100)));
+           excerptOf(element));
     return *found;
   };
   const Json& label = member(format.label);
@@ -89,10 +92,8 @@ float toProbability(double value, const std::string& label, const std::string& s
 }
 
 std::string toLabel(std::string_view text, const std::string& source) {
-  constexpr const char* blanks = " \t\r\n";
-  const auto begin = text.find_first_not_of(blanks);
-  if (begin == std::string_view::npos) fail(ErrorCode::malformedFile, "{}: empty label", source);
-  text = text.substr(begin, text.find_last_not_of(blanks) + 1 - begin);
+  text = trimmed(text, " \t\r\n");
+  if (text.empty()) fail(ErrorCode::malformedFile, "{}: empty label", source);
   if (text.size() > maxLabelBytes)
     fail(ErrorCode::malformedFile, "{}: label of {} bytes, at most {}: \"{}\"", source, text.size(),
          maxLabelBytes, excerpt(text));

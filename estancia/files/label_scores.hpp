@@ -16,11 +16,9 @@
 
 namespace estancia::io {
 
-/// Where the labels stand in JSON: an object {LABEL: confidence, …}, or a list [{"label": …, "confidence":
-/// …}, …].
+/// Where labels stand in JSON: an object {LABEL: confidence, …} or a list [{"label": …, "confidence": …}].
 struct WordFormat {
-  /// A JSON pointer to them (RFC 6901: "/outputs/0/data"); "" takes the member `labels`, or a list that is
-  /// the whole answer.
+  /// A JSON pointer (RFC 6901: "/outputs/0/data"); "" takes `labels`, or a list that is the whole answer.
   std::string at;
   /// Names of the members in a list.
   std::string label = "label", confidence = "confidence";
@@ -48,17 +46,14 @@ void requireJsonPointer(const std::string& at, const std::string& source);
 /// label and value. Percentages are refused.
 float toProbability(double value, const std::string& label, const std::string& source);
 
-/// A label for a vocabulary: without blanks at its ends, control characters as \xNN. Throws Error when it is
-/// empty or too long.
+/// A label without blanks at its ends, control characters as \xNN. Throws Error when it is empty or too long.
 std::string toLabel(std::string_view text, const std::string& source);
 
 /// Maps labels to their index in the descriptor. The vocabulary is given, or open: then every new label gets
-/// the next index, those of one answer by decreasing probability, equal ones by name; labels of probability 0
-/// are ignored.
+/// the next index, those of one answer by decreasing probability, then by name; zero probabilities have none.
 ///
 /// A label may occur in several lines of a given vocabulary (ImageNet has two cranes): the first "crane" of
-/// an answer then belongs to the first of them, the second to the second. A label that an answer repeats more
-/// often keeps its largest probability.
+/// an answer then belongs to the first of them, the second to the second; more of them keep the largest.
 class WordBook {
  public:
   /// Open vocabulary.
@@ -73,8 +68,7 @@ class WordBook {
 
   /// Indices, each once, with probabilities.
   using Places = std::vector<std::pair<std::uint32_t, float>>;
-  /// At most the `best` labels of one answer, 0 = all. Throws Error `SOURCE: …` beyond 100,000 different
-  /// labels.
+  /// At most the `best` labels of one answer, 0 = all. Throws Error `SOURCE: …` beyond 100,000 labels.
   Places place(std::vector<LabelProbability> words, std::size_t best, const std::string& source);
 
   /// size() probabilities, 0 for missing labels.

@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <string>
@@ -17,11 +20,7 @@ inline Option::Text asText(std::filesystem::path& path) {
 
 /// Separated by commas.
 inline Option::Text asText(std::vector<std::string>& names) {
-  return {[&names] {
-            std::string text;
-            for (const std::string& name : names) text += (text.empty() ? "" : ",") + name;
-            return text;
-          },
+  return {[&names] { return fmt::format("{}", fmt::join(names, ",")); },
           [&names](const std::string& text) {
             names.clear();
             for (std::size_t begin = 0; begin < text.size();) {

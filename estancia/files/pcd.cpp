@@ -8,16 +8,13 @@
 #include <bit>
 #include <charconv>
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <limits>
 #include <optional>
-#include <string>
 #include <string_view>
 #include <vector>
 
-#include "estancia/core/error.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/files/files.hpp"
 #include "estancia/files/scalar.hpp"
@@ -114,10 +111,10 @@ void finish(PcdHeader& header, bool sized, bool typed, std::optional<std::size_t
   for (Field& field : header.fields) {
     if (!field.scalar.exists())
       fail(ErrorCode::malformedFile, "unknown type {} of {} bytes", field.scalar.type, field.scalar.size);
-    if (field.count > maxPointBytes) throw Error(ErrorCode::malformedFile, "a point is larger than 64 kB");
     field.offset = offset;
     offset += field.bytes();
-    if (offset > maxPointBytes) throw Error(ErrorCode::malformedFile, "a point is larger than 64 kB");
+    if (field.count > maxPointBytes || offset > maxPointBytes)
+      throw Error(ErrorCode::malformedFile, "a point is larger than 64 kB");
   }
   for (const char* name : {"x", "y", "z", "rgb", "rgba", "normal_x", "normal_y", "normal_z"}) {
     const auto same = [name](const Field& field) { return field.name == name; };
@@ -163,8 +160,7 @@ PcdHeader readPcdHeader(std::string_view file) {
     if (end == std::string_view::npos) throw Error(ErrorCode::malformedFile, "the header has no line DATA");
     std::string_view line = file.substr(begin, end - begin);
     begin = end + 1;
-    if (line.ends_with('\r')) line.remove_suffix(1);
-    const auto words = io::wordsOf(line);
+    const auto words = io::wordsOf(io::takeLine(line));
     if (words.empty() || words[0].starts_with('#')) continue;
     const std::string_view key = words[0];
     const auto only = [&] {
@@ -245,19 +241,23 @@ cv::Point3f pointOf(const std::array<const Field*, 3>& fields, const Number& num
           static_cast<float>(number(*fields[2]))};
 }
 
+/// Adds a point; `number(field)` is the value of a field, `color(field)` the bits of a color.
+template <typename Number, typename Color>
+void add(PointCloud& cloud, const PointFields& wanted, const Number& number, const Color& color) {
+  cloud.points.push_back(pointOf(wanted.xyz, number));
+  if (wanted.normals()) cloud.normals.push_back(asNormal(pointOf(wanted.normal, number)));
+  if (wanted.color != nullptr) cloud.colors.push_back(colorOf(color(*wanted.color)));
+}
+
 /// Fills the cloud; `at(field, i)` points to the bytes of a value.
 template <typename At>
 void fill(PointCloud& cloud, const PcdHeader& header, const At& at) {
   const PointFields wanted(header);
-  cloud.points.resize(header.points());
-  if (wanted.normals()) cloud.normals.resize(header.points());
-  if (wanted.color != nullptr) cloud.colors.resize(header.points());
-  for (std::size_t i = 0; i < header.points(); ++i) {
-    const auto number = [&](const Field& field) { return io::numberAt(field.scalar, at(field, i)); };
-    cloud.points[i] = pointOf(wanted.xyz, number);
-    if (wanted.normals()) cloud.normals[i] = asNormal(pointOf(wanted.normal, number));
-    if (wanted.color != nullptr) cloud.colors[i] = colorOf(valueAt<std::uint32_t>(at(*wanted.color, i)));
-  }
+  cloud.points.reserve(header.points());
+  for (std::size_t i = 0; i < header.points(); ++i)
+    add(
+        cloud, wanted, [&](const Field& field) { return io::numberAt(field.scalar, at(field, i)); },
+        [&](const Field& field) { return valueAt<std::uint32_t>(at(field, i)); });
 }
 
 Error truncated(const PcdHeader& header, std::size_t bytes) {
@@ -289,12 +289,6 @@ void readCompressed(PointCloud& cloud, const PcdHeader& header, std::string_view
   });
 }
 
-/// A color is a whole number, or the float with its bits.
-std::uint32_t packedColor(const Field& field, double value) {
-  if (field.scalar.type == 'F') return std::bit_cast<std::uint32_t>(static_cast<float>(value));
-  return static_cast<std::uint32_t>(static_cast<std::int64_t>(value));
-}
-
 void readAscii(PointCloud& cloud, const PcdHeader& header, std::string_view data, std::size_t firstLine) {
   std::size_t columns = 0;
   for (const Field& field : header.fields) columns += field.count;
@@ -309,11 +303,7 @@ void readAscii(PointCloud& cloud, const PcdHeader& header, std::string_view data
   for (std::size_t line = firstLine; cloud.points.size() < header.points(); ++line) {
     if (data.empty())
       fail(ErrorCode::truncatedFile, "truncated: {} of {} points", cloud.points.size(), header.points());
-    const auto end = data.find('\n');
-    std::string_view text = data.substr(0, end);
-    data.remove_prefix(end == std::string_view::npos ? data.size() : end + 1);
-    if (text.ends_with('\r')) text.remove_suffix(1);
-    const auto words = io::wordsOf(text);
+    const auto words = io::wordsOf(io::takeLine(data));
     if (words.empty()) continue;
     if (words.size() != columns)
       fail(ErrorCode::malformedFile, "line {}: {} numbers instead of {}", line, words.size(), columns);
@@ -324,14 +314,13 @@ void readAscii(PointCloud& cloud, const PcdHeader& header, std::string_view data
         fail(ErrorCode::malformedFile, "line {}: \"{}\" is not a number", line, io::printable(word));
       return *value;
     };
-    cloud.points.push_back(pointOf(wanted.xyz, number));
-    if (wanted.normals()) cloud.normals.push_back(asNormal(pointOf(wanted.normal, number)));
-    if (wanted.color == nullptr) continue;
-    const double color = number(*wanted.color);
-    constexpr double max = std::numeric_limits<std::uint32_t>::max();
-    if (wanted.color->scalar.type != 'F' && !(std::abs(color) <= max))
-      fail(ErrorCode::malformedFile, "line {}: {} is not a color", line, color);
-    cloud.colors.push_back(colorOf(packedColor(*wanted.color, color)));
+    add(cloud, wanted, number, [&](const Field& field) {  // a whole number, or the float with its bits
+      const double color = number(field);
+      if (field.scalar.type == 'F') return std::bit_cast<std::uint32_t>(static_cast<float>(color));
+      if (!(std::abs(color) <= std::numeric_limits<std::uint32_t>::max()))
+        fail(ErrorCode::malformedFile, "line {}: {} is not a color", line, color);
+      return static_cast<std::uint32_t>(static_cast<std::int64_t>(color));
+    });
   }
 }
 

@@ -13,8 +13,7 @@ namespace estancia {
 /// ("The PCD file format"). Fields x, y, z become points (any type of number; NaN is kept), rgb or rgba
 /// colors (4 bytes, 0xAARRGGBB) and normal_x, normal_y, normal_z normals; others are ignored. An organized
 /// cloud (height above 1) keeps its shape. VIEWPOINT is the pose of the sensor in the frame of the points,
-/// which stay in it, as in PCL's normal estimation. Throws Error when the file cannot be read, is truncated,
-/// or contradicts itself.
+/// which stay in it, as in PCL's normal estimation. Throws Error when it is unreadable or contradictory.
 PointCloud readPcd(const std::filesystem::path& file);
 
 /// Writes x, y, z, and rgb and normals where the cloud has them, with the names and types of PCL; binary, or

@@ -47,13 +47,9 @@ struct Rest {
   std::size_t line = 1;
 
   std::string_view takeLine() {
-    const auto end = bytes.find('\n');
-    if (end == std::string_view::npos && bytes.empty()) throw Error(ErrorCode::truncatedFile, "truncated");
-    std::string_view text = bytes.substr(0, end);
-    bytes.remove_prefix(end == std::string_view::npos ? bytes.size() : end + 1);
+    if (bytes.empty()) throw Error(ErrorCode::truncatedFile, "truncated");
     ++line;
-    if (text.ends_with('\r')) text.remove_suffix(1);
-    return text;
+    return io::takeLine(bytes);
   }
   const char* take(std::size_t count) {
     if (count > bytes.size()) throw Error(ErrorCode::truncatedFile, "truncated");

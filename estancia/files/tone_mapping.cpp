@@ -31,8 +31,7 @@ double logAverage(const cv::Mat& linear) {
   return weights > 0 ? std::exp(sum / weights) : 0;
 }
 
-/// The lower median, channel by channel, of the undamaged neighbors of (row, column); columns wrap around.
-/// False when there is no such neighbor.
+/// The lower median, by channel, of undamaged neighbors of (row, column); columns wrap. False without any.
 bool medianOfNeighbors(const cv::Mat& linear, const cv::Mat& damaged, int row, int column,
                        cv::Vec3f& median) {
   std::array<std::array<float, 8>, 3> values;

@@ -3,18 +3,11 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "estancia/core/error.hpp"
-#include "estancia/core/pose.hpp"
 #include "estancia/core/printable.hpp"
 
 namespace estancia::io {
 namespace {
-
-std::int64_t nanoseconds(double seconds) {
-  return static_cast<std::int64_t>(std::min(seconds, 1e9) * 1e9);
-}
 
 constexpr const char* anyBody = "the robot";
 
@@ -39,9 +32,7 @@ std::size_t forEachPoses(const ros::Bag& bag, const IsWanted& isWanted, const Us
 
 BagPoses::BagPoses(const ros::Bag& bag, const std::vector<ChosenTopic>& topics, const std::string& camera,
                    double maxGap)
-    : camera_(camera),
-      transforms_(nanoseconds(maxGap * ros::interpolatedPerHeld), nanoseconds(maxGap)),
-      poses_(nanoseconds(maxGap * ros::interpolatedPerHeld), nanoseconds(maxGap)) {
+    : camera_(camera), transforms_(maxGap), poses_(maxGap) {
   readTransforms(bag);
   for (const ChosenTopic& topic : topics) {
     const bool isTransforms = bag.topics()[topic.topic].type.starts_with("tf");

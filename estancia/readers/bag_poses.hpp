@@ -18,9 +18,8 @@ namespace estancia::io {
 /// above all others: "map" where something localizes the robot, else "odom".
 class BagPoses {
  public:
-  /// `camera`: the frame of the images. Reads all transforms, and the messages of the topics of poses until
-  /// one gives the camera's pose. `maxGap`: largest time between an image and a pose that is not interpolated
-  /// [s].
+  /// `camera`: the frame of the images. Reads all transforms, and the topics of poses until one gives the
+  /// camera's pose. `maxGap`: largest time between an image and a pose that is not interpolated [s].
   BagPoses(const ros::Bag& bag, const std::vector<ChosenTopic>& topics, const std::string& camera,
            double maxGap);
 

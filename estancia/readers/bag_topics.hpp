@@ -1,8 +1,9 @@
-// Topics of a bag: which hold the images, depth, camera and poses of a drive, and why.
+// Topics of a bag: which hold images, depth, camera and poses of a drive and why; how regular they are.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -40,3 +41,32 @@ BagTopics chooseTopics(const ros::Bag& bag, const SequenceOptions& options);
 std::string cameraNamespace(const std::string& topic);
 
 }  // namespace estancia::io
+
+namespace estancia {
+
+struct TopicSummary {
+  std::string name, type;
+  std::size_t messages = 0;
+  /// Messages a second, and the longest time without one [s], by when they were recorded; 0 for one.
+  double rate = 0, longestGap = 0;
+  /// Use of the topic: "images", "depth", "camera", "camera of depth", "poses"; "" for nothing.
+  std::string use;
+  /// Why it is used.
+  std::string why;
+};
+
+/// The topics of a bag, and which a map would be made of.
+struct BagSummary {
+  std::vector<TopicSummary> topics;
+  /// From the first message to the last [s].
+  double duration = 0;
+  /// Why it has no images to use, as a sentence; "" where it has.
+  std::string whyNoImages;
+  /// Faults of the file: it is cut off, a part is missing …
+  std::vector<std::string> warnings;
+};
+
+/// Throws Error as openSequence() does for bags, but not for want of images.
+BagSummary summarizeBag(const std::filesystem::path& bag, const SequenceOptions& options = {});
+
+}  // namespace estancia

@@ -5,11 +5,7 @@
 
 #include <algorithm>
 #include <set>
-#include <string>
-#include <vector>
 
-#include "estancia/core/fail.hpp"
-#include "estancia/files/files.hpp"
 #include "estancia/readers/formats.hpp"
 
 namespace estancia::io {
@@ -76,10 +72,7 @@ static Opened openClasses(const fs::path& path, const SequenceOptions&) {
     const std::string prefix = (split.empty() ? "" : split + "/") + room + "/";
     if (files.empty()) leftOut.push_back(prefix);
     for (const fs::path& file : files) {
-      Frame frame;
-      frame.name = prefix + printable(file.filename());
-      frame.room = room;
-      sequence->add(std::move(frame), file);
+      sequence->add({prefix + printable(file.filename()), {}, {}, room}, file);
       if (!split.empty()) sequence->splits().push_back(split);
     }
   };
@@ -92,10 +85,10 @@ static Opened openClasses(const fs::path& path, const SequenceOptions&) {
     else
       for (const fs::path& room : foldersIn(folder)) add(room, printable(folder.filename()));
   if (sequence->size() == 0)
-    fail(ErrorCode::insufficientData,
-         "{}: no images in its folders; put each class in a folder of its own, optionally "
-         "in train/ and test/",
-         printable(path));
+    fail(
+        ErrorCode::insufficientData,
+        "{}: no images in its folders; put each class in a folder of its own, optionally in train/ and test/",
+        printable(path));
   if (const auto loose = filesIn(path, imageSuffixes()); !loose.empty())
     sequence->warn(fmt::format("{} images outside of class folders are left out (first: {})", loose.size(),
                                printable(loose.front().filename())));

@@ -1,4 +1,4 @@
-// Sequence formats: the table of readers, one in the file of its name.
+// Sequence formats: the table of readers, one in the file of its name, and all that they share.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,22 +12,22 @@ namespace estancia::io {
 
 using SequenceFormat = Format<Opened, SequenceOptions>;
 
+template <class OneSequence>
+Opened openAs(const std::filesystem::path& path, const SequenceOptions& options) {
+  return std::make_unique<OneSequence>(path, options);
+}
+
 // One per format, in the file of its name.
 extern const SequenceFormat bagFormat, videoFormat, tumFormat, sevenScenesFormat, panoramaFormat, idol2Format,
     nyuFormat, rgbdFoldersFormat, vidriloFormat, classesFormat, imageFolderFormat;
 
-/// Formats of sequences with images, in order of detection: a special one stands before a general one, a
-/// plain folder of images comes last.
+/// Formats of sequences with images, in order of detection: special before general ones, plain folders last.
 inline std::vector<SequenceFormat> imageFormats() {
   return {bagFormat, videoFormat,       tumFormat,     sevenScenesFormat, panoramaFormat,   idol2Format,
           nyuFormat, rgbdFoldersFormat, vidriloFormat, classesFormat,     imageFolderFormat};
 }
 
 // Shared by readers.
-bool isNyu(const std::filesystem::path& path);
-Opened openNyu(const std::filesystem::path& path, const SequenceOptions& options);
-bool isRgbdFolders(const std::filesystem::path& path);
-Opened openRgbdFolders(const std::filesystem::path& path, const SequenceOptions& options);
 bool isImageFolder(const std::filesystem::path& path);
 /// Whether folders of images lie in `path`, or in train/, test/ … in it: one a room, if they are meant so.
 bool mayBeClasses(const std::filesystem::path& path);

@@ -14,7 +14,6 @@
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/frame_failure.hpp"
-#include "estancia/core/pose.hpp"
 #include "estancia/files/csv.hpp"
 #include "estancia/files/files.hpp"
 #include "estancia/files/image_decoding.hpp"
@@ -83,17 +82,15 @@ class HomeTable {
 HomeInstance instanceOf(const HomeTable& table, std::size_t row) {
   const auto meters = [&](const char* column) { return table.number(row, column, -maxMeters, maxMeters); };
   const auto length = [&](const char* column) { return table.number(row, column, 0, maxMeters); };
-  HomeInstance instance;
-  instance.id = table.count(row, "id", firstInstance, std::numeric_limits<std::uint16_t>::max());
-  instance.category = table.text(row, "category");
-  instance.model = table.text(row, "model");
-  instance.modelName = table.text(row, "model_name");
-  instance.room = table.text(row, "room");
-  instance.center = {meters("x"), meters("y"), meters("z")};
-  instance.size = {length("size_x"), length("size_y"), length("size_z")};
-  instance.yaw = table.number(row, "yaw_degrees", -3600, 3600) * std::numbers::pi / 180;
-  instance.movableName = table.findText(row, "movable_name").value_or("");
-  return instance;
+  return {table.count(row, "id", firstInstance, std::numeric_limits<std::uint16_t>::max()),
+          table.text(row, "category"),
+          table.text(row, "model"),
+          table.text(row, "model_name"),
+          table.text(row, "room"),
+          {meters("x"), meters("y"), meters("z")},
+          {length("size_x"), length("size_y"), length("size_z")},
+          table.number(row, "yaw_degrees", -3600, 3600) * std::numbers::pi / 180,
+          table.findText(row, "movable_name").value_or("")};
 }
 
 /// Spreads at most about 5,000 samples over an image: the step between them [pixels].

@@ -83,8 +83,7 @@ HomeTruth readHomeTruth(const std::filesystem::path& folder);
 
 /// The room that most of the depth image lies in: its surfaces are put into the plan by the pose
 /// (T_map_camera). About 5,000 pixels, evenly spread, are looked at. Absent when none of them lies in a room.
-/// `depth` is CV_32F [m], 0 where unknown; `camera` may have another size. Throws Error (invalidInput) for
-/// other images.
+/// `depth` is CV_32F [m], 0 where unknown, else Error (invalidInput); `camera` may have another size.
 std::optional<std::size_t> roomSeen(const HomePlan& plan, const cv::Mat& depth,
                                     const CameraIntrinsics& camera, const Pose& pose);
 

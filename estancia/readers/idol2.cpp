@@ -4,10 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
-#include "estancia/core/fail.hpp"
-#include "estancia/files/files.hpp"
 #include "estancia/readers/formats.hpp"
 
 namespace estancia::io {
@@ -33,10 +30,7 @@ std::optional<Frame> frameOf(const fs::path& file) {
   const auto time = toNumber(parts[0]), x = toNumber(parts[2]), y = toNumber(parts[3]),
              theta = toNumber(parts[4]);
   if (!time || !x || !y || !theta || !std::isfinite(*time)) return std::nullopt;
-  Frame frame;
-  frame.name = printable(file.filename());
-  frame.timestamp = time;
-  frame.room = printable(parts[1]);
+  Frame frame{printable(file.filename()), time, {}, printable(parts[1])};
   if (std::isfinite(*x) && std::isfinite(*y) && std::isfinite(*theta))
     frame.pose = Pose::planar(*x, *y, *theta);
   return frame;

@@ -4,8 +4,6 @@
 
 #include <algorithm>
 
-#include "estancia/core/fail.hpp"
-#include "estancia/files/files.hpp"
 #include "estancia/readers/formats.hpp"
 #include "estancia/readers/open_sequence.hpp"
 
@@ -43,12 +41,8 @@ static Opened openImageFolder(const fs::path& path, const SequenceOptions&) {
          others.empty() ? "" : "; " + others);
   const bool timed = std::ranges::all_of(files, [](const fs::path& f) { return timestampOf(f).has_value(); });
   auto sequence = std::make_unique<ImageFiles>(nameOf(path));
-  for (const auto& file : files) {
-    Frame frame;
-    frame.name = printable(file.filename());
-    if (timed) frame.timestamp = timestampOf(file);
-    sequence->add(std::move(frame), file);
-  }
+  for (const auto& file : files)
+    sequence->add({printable(file.filename()), timed ? timestampOf(file) : std::nullopt, {}, {}}, file);
   if (!others.empty()) sequence->warn("left out: " + others);
   return sequence;
 }
@@ -71,9 +65,7 @@ std::unique_ptr<Sequence> openImages(const std::vector<std::filesystem::path>& f
     const std::string name = io::printable(file);
     if (!std::filesystem::exists(file)) fail(ErrorCode::fileNotFound, "{}: no such file", name);
     if (!isImageFile(file)) fail(ErrorCode::unsupportedFile, "{}: not an image ({})", name, io::readFormats);
-    Frame frame;
-    frame.name = name;
-    sequence->add(std::move(frame), file);
+    sequence->add({name, {}, {}, {}}, file);
   }
   return sequence;
 }

@@ -2,21 +2,27 @@
 #include "estancia/readers/message_image.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
+#include <cstdint>
+#include <cstring>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 #include <string_view>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/files/depth_file.hpp"
 #include "estancia/files/image_decoding.hpp"
-#include "estancia/readers/compressed_depth.hpp"
+#include "estancia/files/pcd.hpp"
+#include "estancia/files/scalar.hpp"
 
 namespace estancia::io {
 namespace {
 
 constexpr std::uint64_t maxPixels = std::uint64_t{1} << 26;
+constexpr const char* whatDepth = "a compressed depth image";
 
 /// How an encoding of sensor_msgs/image_encodings is stored, and what makes BGR or gray of it.
 struct PixelFormat {
@@ -115,6 +121,125 @@ std::string_view textOf(std::span<const std::byte> bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
+template <class Value>
+Value headerValue(std::string_view bytes, std::size_t at) {
+  if (at + sizeof(Value) > bytes.size())
+    fail(ErrorCode::malformedFile, "{} of {} bytes ends in its header", whatDepth, bytes.size());
+  Value value{};
+  std::memcpy(&value, bytes.data() + at, sizeof value);
+  return value;
+}
+
+/// RVL: words of 32 bits, little-endian, of eight nibbles each, the highest first. A number is nibbles of
+/// three bits, the lowest first, whose top bit is set if more follow.
+class RvlNibbles {
+ public:
+  explicit RvlNibbles(std::string_view bytes) : bytes_(bytes) {}
+
+  std::uint32_t number() {
+    std::uint32_t value = 0;
+    for (int shift = 0; shift < 32; shift += 3) {
+      const std::uint32_t nibble = next();
+      value |= (nibble & 7U) << shift;
+      if ((nibble & 8U) == 0) return value;
+    }
+    fail(ErrorCode::malformedFile, "{} in RVL holds a number that is too long", whatDepth);
+  }
+
+ private:
+  std::uint32_t next() {
+    if (left_ == 0) {
+      if (at_ + sizeof word_ > bytes_.size())
+        fail(ErrorCode::malformedFile, "{} in RVL ends too early", whatDepth);
+      std::memcpy(&word_, bytes_.data() + at_, sizeof word_);
+      at_ += sizeof word_;
+      left_ = 8;
+    }
+    --left_;
+    const std::uint32_t nibble = word_ >> 28;
+    word_ <<= 4;
+    return nibble;
+  }
+
+  std::string_view bytes_;
+  std::size_t at_ = 0;
+  std::uint32_t word_ = 0;
+  int left_ = 0;
+};
+
+/// Runs of zeros and of differences between neighbors, zigzag-coded.
+cv::Mat decodeRvl(std::string_view bytes) {
+  const auto columns = headerValue<std::uint32_t>(bytes, 0), rows = headerValue<std::uint32_t>(bytes, 4);
+  const std::uint64_t pixels = std::uint64_t{columns} * rows;
+  if (pixels == 0 || pixels > maxPixels || columns > maxPixels || rows > maxPixels)
+    fail(ErrorCode::tooLarge, "{} of {} × {} pixels", whatDepth, columns, rows);
+  cv::Mat image(static_cast<int>(rows), static_cast<int>(columns), CV_16U);
+  auto* const values = image.ptr<std::uint16_t>();
+  RvlNibbles nibbles(bytes.substr(8));
+  std::uint16_t previous = 0;
+  for (std::uint64_t at = 0; at < pixels;) {
+    const std::uint64_t zeros = nibbles.number();
+    const std::uint64_t others = at + zeros < pixels ? nibbles.number() : 0;
+    if (zeros > pixels - at || others > pixels - at - zeros || zeros + others == 0)
+      fail(ErrorCode::malformedFile, "{} in RVL holds more than its {} pixels", whatDepth, pixels);
+    std::fill_n(values + at, zeros, std::uint16_t{0});
+    at += zeros;
+    for (const std::uint64_t end = at + others; at < end; ++at) {
+      const std::uint32_t coded = nibbles.number();
+      const std::uint32_t difference = (coded >> 1) ^ (~(coded & 1U) + 1U);
+      previous = static_cast<std::uint16_t>(previous + difference);
+      values[at] = previous;
+    }
+  }
+  return image;
+}
+
+cv::Mat readCompressedDepth(const ros::CompressedImageMessage& message, double unitsPerMeter) {
+  const std::string_view bytes = textOf(message.data);
+  constexpr std::size_t header = 12;
+  const float a = headerValue<float>(bytes, 4), b = headerValue<float>(bytes, 8);
+  const std::string_view body = bytes.substr(header);
+  const bool isRvl = message.format.find("rvl") != std::string::npos;
+  if (!isRvl) inspectImage(body, whatDepth);
+  const cv::Mat raw = isRvl ? decodeRvl(body) : decodeImage(body, DecodedAs::stored, whatDepth);
+  if (message.format.find("32FC1") == std::string::npos) return metersOf(raw, unitsPerMeter, whatDepth);
+  if (raw.type() != CV_16U)
+    fail(ErrorCode::unsupportedFile, "{} of floats must be quantized to 16 bits", whatDepth);
+  cv::Mat meters(raw.size(), CV_32F);
+  for (int row = 0; row < raw.rows; ++row)
+    for (int column = 0; column < raw.cols; ++column) {
+      const auto value = static_cast<float>(raw.at<std::uint16_t>(row, column));
+      meters.at<float>(row, column) = value > 0 && value > b ? a / (value - b) : 0;
+    }
+  return metersOf(meters, 1, whatDepth);
+}
+
+/// The types of sensor_msgs/PointField, from 1.
+constexpr std::array<Scalar, 8> fieldTypes = {
+    {{'I', 1}, {'U', 1}, {'I', 2}, {'U', 2}, {'I', 4}, {'U', 4}, {'F', 4}, {'F', 8}}};
+
+/// Where a number of each point is, and how it is stored.
+struct NumberField {
+  std::size_t offset = 0;
+  Scalar type;
+  bool isSwapped = false;
+
+  float of(const std::byte* point) const {
+    return static_cast<float>(numberAt(type, reinterpret_cast<const char*>(point + offset), isSwapped));
+  }
+};
+
+std::optional<NumberField> findField(const ros::PointCloudMessage& message, const char* name) {
+  const auto found = std::ranges::find(message.fields, name, &ros::PointField::name);
+  if (found == message.fields.end()) return std::nullopt;
+  const bool isKnown = found->type >= 1 && found->type <= fieldTypes.size();
+  const Scalar type = isKnown ? fieldTypes[found->type - 1U] : Scalar();
+  if (!isKnown || std::uint64_t{found->offset} + type.size > message.pointStep)
+    fail(ErrorCode::malformedFile, "the field {} of a cloud is not inside its points of {} bytes", name,
+         message.pointStep);
+  return NumberField{found->offset, type, message.bigEndian};
+}
+
 }  // namespace
 
 ImageContent contentOf(const ros::ImageMessage& message) {
@@ -160,9 +285,68 @@ cv::Mat depthOf(const ros::CompressedImageMessage& message, double unitsPerMeter
   if (message.format.find("compressedDepth") != std::string::npos)
     return readCompressedDepth(message, unitsPerMeter);
   const std::string_view bytes = textOf(message.data);
-  inspectImage(bytes, "a compressed depth image");
-  return metersOf(decodeImage(bytes, DecodedAs::stored, "a compressed depth image"), unitsPerMeter,
-                  "a compressed depth image");
+  inspectImage(bytes, whatDepth);
+  return metersOf(decodeImage(bytes, DecodedAs::stored, whatDepth), unitsPerMeter, whatDepth);
+}
+
+ImageContent contentOf(const ros::SerializedMessage& message, const std::string& type, std::string& frame) {
+  const auto contentIn = [&frame](const auto& read) {
+    frame = read.header.frame;
+    return contentOf(read);
+  };
+  if (type == "sensor_msgs/Image") return contentIn(ros::readImageMessage(message));
+  if (type == "sensor_msgs/PointCloud2") return contentIn(ros::readPointCloud(message));
+  return contentIn(ros::readCompressedImage(message));
+}
+
+cv::Mat imageOf(const ros::SerializedMessage& message, const std::string& type) {
+  return type == "sensor_msgs/Image" ? imageOf(ros::readImageMessage(message))
+                                     : imageOf(ros::readCompressedImage(message));
+}
+
+cv::Mat depthOf(const ros::SerializedMessage& message, const std::string& type, double unitsPerMeter) {
+  if (type == "sensor_msgs/PointCloud2") return depthOf(ros::readPointCloud(message));
+  return type == "sensor_msgs/Image" ? depthOf(ros::readImageMessage(message), unitsPerMeter)
+                                     : depthOf(ros::readCompressedImage(message), unitsPerMeter);
+}
+
+ImageContent contentOf(const ros::PointCloudMessage& message) {
+  return message.height > 1 ? ImageContent::depth : ImageContent::unknown;
+}
+
+cv::Mat depthOf(const ros::PointCloudMessage& message) {
+  return depthOf(cloudOf(message));
+}
+
+PointCloud cloudOf(const ros::PointCloudMessage& message) {
+  const std::uint64_t width = message.width, height = message.height;
+  if (width > maxPixels || height > maxPixels || width * height > maxPixels)
+    fail(ErrorCode::tooLarge, "a cloud of {} × {} points; at most {} are read", width, height, maxPixels);
+  const std::uint64_t rowStep = message.rowStep == 0 ? width * message.pointStep : message.rowStep;
+  if (width * height > 0 && (rowStep < width * message.pointStep ||
+                             (height - 1) * rowStep + width * message.pointStep > message.data.size()))
+    fail(ErrorCode::malformedFile, "a cloud of {} × {} points of {} bytes has only {} bytes", width, height,
+         message.pointStep, message.data.size());
+  const auto x = findField(message, "x"), y = findField(message, "y"), z = findField(message, "z");
+  if (!x || !y || !z) fail(ErrorCode::unsupportedFile, "a cloud without the fields x, y and z");
+  auto color = findField(message, "rgb");
+  if (!color) color = findField(message, "rgba");
+  if (color && color->type.size != 4) color.reset();
+  PointCloud cloud;
+  cloud.width = width;
+  cloud.height = height;
+  cloud.points.reserve(width * height);
+  for (std::uint64_t row = 0; row < height; ++row)
+    for (std::uint64_t column = 0; column < width; ++column) {
+      const std::byte* point = message.data.data() + row * rowStep + column * message.pointStep;
+      cloud.points.emplace_back(x->of(point), y->of(point), z->of(point));
+      if (!color) continue;
+      std::array<unsigned char, 4> bgra{};  // 0xAARRGGBB in the bytes of a number
+      std::memcpy(bgra.data(), point + color->offset, bgra.size());
+      if (color->isSwapped) std::ranges::reverse(bgra);
+      cloud.colors.emplace_back(bgra[0], bgra[1], bgra[2]);
+    }
+  return cloud;
 }
 
 }  // namespace estancia::io

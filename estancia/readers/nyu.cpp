@@ -5,21 +5,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
-#include <string>
 #include <unordered_map>
 
-#include "estancia/core/fail.hpp"
 #include "estancia/files/csv.hpp"
-#include "estancia/files/files.hpp"
 #include "estancia/readers/formats.hpp"
 
 namespace estancia::io {
 namespace fs = std::filesystem;
 namespace {
 
-/// The color camera, to which depth is registered, for 640 × 480: camera_params.m of the data set's toolbox
-/// (fx_rgb, fy_rgb, cx_rgb, cy_rgb).
+/// The color camera, to which depth is registered: camera_params.m of the data set's toolbox (fx_rgb …).
 constexpr CameraIntrinsics nyuCamera = {
     640, 480, 518.85790117450188, 519.46961112127485, 325.58244941119034, 253.73616633400465};
 
@@ -68,18 +63,15 @@ std::unordered_map<std::string, Scene> readScenes(const fs::path& file) {
 
 }  // namespace
 
-bool isNyu(const fs::path& path) {
-  if (!fs::is_regular_file(path / "scenes.csv") || !isRgbdFolders(path)) return false;
-  std::string header(200, '\0');
-  std::ifstream stream(path / "scenes.csv", std::ios::binary);
-  stream.read(header.data(), static_cast<std::streamsize>(header.size()));
-  header.resize(std::min(header.find_first_of("\r\n"), static_cast<std::size_t>(stream.gcount())));
-  header = "," + header + ",";
+static bool isNyu(const fs::path& path) {
+  if (!fs::is_regular_file(path / "scenes.csv") || !rgbdFoldersFormat.recognizes(path)) return false;
+  std::string header = firstBytes(path / "scenes.csv", 200);
+  header = "," + header.substr(0, header.find_first_of("\r\n")) + ",";
   return header.find(",index,") != std::string::npos && header.find(",scene,") != std::string::npos;
 }
 
-Opened openNyu(const fs::path& path, const SequenceOptions& options) {
-  auto sequence = openRgbdFolders(path, options);
+static Opened openNyu(const fs::path& path, const SequenceOptions& options) {
+  auto sequence = rgbdFoldersFormat.open(path, options);
   sequence->setIntrinsics(nyuCamera);
   auto scenes = readScenes(path / "scenes.csv");
   auto& splits = sequence->splits();

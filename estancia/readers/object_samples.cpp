@@ -5,14 +5,16 @@
 
 #include <algorithm>
 #include <charconv>
-#include <fstream>
 #include <string_view>
 #include <unordered_map>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/output_file.hpp"
+#include "estancia/files/cloud_file.hpp"
 #include "estancia/files/csv.hpp"
 #include "estancia/files/files.hpp"
+#include "estancia/files/image_file.hpp"
+#include "estancia/readers/object_view_formats.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
@@ -71,18 +73,11 @@ ObjectSample sampleOf(std::vector<std::string>& cells) {
 }
 
 std::vector<std::string> cellsOf(const ObjectSample& sample) {
-  const auto flag = [](bool set) { return std::string(set ? "1" : "0"); };
-  return {sample.view.name,
-          sample.view.instance,
-          sample.view.category,
-          sample.view.split,
-          sample.view.frame,
-          std::to_string(sample.box.x),
-          std::to_string(sample.box.y),
-          std::to_string(sample.box.width),
-          std::to_string(sample.box.height),
-          flag(sample.view.flat),
-          flag(sample.view.atBorder)};
+  const auto& [view, box] = sample;
+  std::vector<std::string> cells = {view.name, view.instance, view.category, view.split, view.frame};
+  for (const int number : {box.x, box.y, box.width, box.height, int{view.flat}, int{view.atBorder}})
+    cells.push_back(std::to_string(number));
+  return cells;
 }
 
 }  // namespace
@@ -148,10 +143,7 @@ void writeObjectSamples(const std::vector<ObjectSample>& samples, const fs::path
 }
 
 bool isObjectSamples(const fs::path& folder) {
-  std::string start(kindLine.size(), '\0');
-  if (!fs::is_regular_file(listOf(folder))) return false;
-  std::ifstream stream(listOf(folder), std::ios::binary);
-  return stream.read(start.data(), static_cast<std::streamsize>(start.size())) && start == kindLine;
+  return fs::is_regular_file(listOf(folder)) && io::firstBytes(listOf(folder), kindLine.size()) == kindLine;
 }
 
 fs::path imageOf(const fs::path& folder, const std::string& name) {
@@ -170,4 +162,66 @@ fs::path labelFileOf(const fs::path& folder) {
   return folder / "words.labels";
 }
 
+namespace io {
+namespace {
+
+class SampleViews final : public ListedObjectViews {
+ public:
+  SampleViews(const fs::path& folder, const ObjectViewsOptions& options)
+      : ListedObjectViews(nameOf(folder), options.minPoints), folder_(folder) {
+    const std::vector<ObjectSample> samples = readObjectSamples(folder);
+    LeftOut leftOut;
+    for (const ObjectSample& sample : samples) {
+      const fs::path files[] = {estancia::imageOf(folder, sample.view.name),
+                                estancia::cloudOf(folder, sample.view.name)};
+      const auto* missing =
+          std::ranges::find_if(files, [](const fs::path& f) { return !fs::is_regular_file(f); });
+      if (missing != std::end(files)) {
+        leftOut.add(fmt::format("{} is missing", printable(missing->string())));
+        continue;
+      }
+      boxes_.push_back(sample.box);
+      add(sample.view);
+    }
+    if (!leftOut.none()) warn(leftOut.sentence(samples.size(), "samples"));
+  }
+
+  PointCloud cloud(std::size_t i) const override {
+    return enough(readCloud(estancia::cloudOf(folder_, view(i).name)), view(i).name);
+  }
+
+  ObjectImage image(std::size_t i) const override {
+    const fs::path file = estancia::imageOf(folder_, view(i).name);
+    ObjectImage seen{readImage(file), boxes_[i], {}};
+    if ((seen.box & cv::Rect({}, seen.image.size())) != seen.box)
+      fail(ErrorCode::mismatch, "{}: {} × {} pixels, smaller than the box in samples.csv", printable(file),
+           seen.image.cols, seen.image.rows);
+    const fs::path mask = estancia::maskOf(folder_, view(i).name);
+    if (!fs::is_regular_file(mask)) return seen;
+    seen.mask = readLabelImage(mask);
+    if (seen.mask.size() != seen.image.size())
+      fail(ErrorCode::mismatch, "{}: {} × {} pixels, but its image has {} × {}", printable(mask),
+           seen.mask.cols, seen.mask.rows, seen.image.cols, seen.image.rows);
+    return seen;
+  }
+
+ private:
+  fs::path folder_;
+  std::vector<cv::Rect> boxes_;
+};
+
+/// Also with a malformed list, so that opening reports it.
+bool isSampleViews(const fs::path& folder) {
+  return fs::exists(folder / "samples.csv") ||
+         (fs::is_directory(estancia::imageOf(folder, "x").parent_path()) &&
+          fs::is_directory(estancia::cloudOf(folder, "x").parent_path()));
+}
+
+}  // namespace
+
+const ViewFormat sampleViews{"samples",
+                             "written by `estancia objects collect`: samples.csv, images/, clouds/",
+                             isSampleViews, openViewsAs<SampleViews>};
+
+}  // namespace io
 }  // namespace estancia

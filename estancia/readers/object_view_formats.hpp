@@ -8,11 +8,10 @@
 #include <string>
 #include <unordered_set>
 #include <utility>
-#include <vector>
 
 #include "estancia/core/camera.hpp"
 #include "estancia/readers/object_views.hpp"
-#include "estancia/sequences/format_registry.hpp"
+#include "estancia/sequences/listed_sequence.hpp"
 
 namespace estancia::io {
 
@@ -39,15 +38,14 @@ class ListedObjectViews : public Listed<ObjectViews, ObjectView> {
 
 using OpenedViews = std::unique_ptr<ObjectViews>;
 
-// One pair per format, in the file of its name: does `folder` look like it, and open it.
-bool isSampleViews(const std::filesystem::path& folder);
-OpenedViews openSampleViews(const std::filesystem::path& folder, const ObjectViewsOptions& options);
-bool isNyuObjects(const std::filesystem::path& folder);
-OpenedViews openNyuObjects(const std::filesystem::path& folder, const ObjectViewsOptions& options);
-bool isWashington(const std::filesystem::path& folder);
-OpenedViews openWashington(const std::filesystem::path& folder, const ObjectViewsOptions& options);
-bool isCloudViews(const std::filesystem::path& folder);
-OpenedViews openCloudViews(const std::filesystem::path& folder, const ObjectViewsOptions& options);
+using ViewFormat = Format<OpenedViews, ObjectViewsOptions>;
+template <class OneFormat>
+OpenedViews openViewsAs(const std::filesystem::path& folder, const ObjectViewsOptions& options) {
+  return std::make_unique<OneFormat>(folder, options);
+}
+
+// One per format, in the file of its name.
+extern const ViewFormat sampleViews, nyuObjects, washingtonViews, cloudViews;
 
 /// Counts equal problems and keeps the first.
 class LeftOut {

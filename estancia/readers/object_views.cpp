@@ -16,16 +16,9 @@ namespace fs = std::filesystem;
 namespace {
 
 /// In order of detection.
-constexpr io::Format<io::OpenedViews, ObjectViewsOptions> viewFormats[] = {
-    {"samples", "written by `estancia objects collect`: samples.csv, images/, clouds/", io::isSampleViews,
-     io::openSampleViews},
-    {"nyu", "NYU Depth V2: rgb/, depth/, label/ with the same names, classes40.txt, scenes.csv",
-     io::isNyuObjects, io::openNyuObjects},
-    {"washington", "RGB-D Object Dataset: CATEGORY/CATEGORY_1/CATEGORY_1_1_1_crop.png with depth and mask",
-     io::isWashington, io::openWashington},
-    {"clouds", "one folder per category: CATEGORY/VIEW.pcd (.ply), or CATEGORY/INSTANCE/VIEW.pcd",
-     io::isCloudViews, io::openCloudViews},
-};
+std::vector<io::ViewFormat> viewFormats() {
+  return {io::sampleViews, io::nyuObjects, io::washingtonViews, io::cloudViews};
+}
 
 }  // namespace
 
@@ -55,24 +48,19 @@ std::string LeftOut::sentence(std::size_t all, const std::string& what) const {
 }
 
 cv::Mat readLabelImage(const fs::path& file) {
-  const cv::Mat read = decodeImage(file);
-  std::vector<cv::Mat> channels;
-  cv::split(read, channels);
-  const bool gray =
-      std::all_of(channels.begin(), channels.begin() + std::min(read.channels(), 3),
-                  [&](const cv::Mat& c) { return cv::norm(c, channels[0], cv::NORM_INF) == 0; });
-  if (read.depth() != CV_8U || !gray)
+  const cv::Mat labels = onlyChannel(decodeImage(file));
+  if (labels.empty() || labels.depth() != CV_8U)
     fail(ErrorCode::unsupportedFile,
          "{}: a label image must be gray with 8 bits; save it without palette and colors", printable(file));
-  return channels[0];
+  return labels;
 }
 
 PointCloud pointsBehind(const cv::Mat& image, const cv::Mat& depth, const cv::Mat& mask, const cv::Rect& box,
                         const CameraIntrinsics& camera, const std::string& view) {
   if (image.size() != depth.size() || mask.size() != depth.size())
     fail(ErrorCode::mismatch,
-         "{}: image ({} × {}), depth ({} × {}) and mask ({} × {}) differ in size; one of "
-         "them belongs to another view",
+         "{}: image ({} × {}), depth ({} × {}) and mask ({} × {}) differ in size; one of them belongs to "
+         "another view",
          view, image.cols, image.rows, depth.cols, depth.rows, mask.cols, mask.rows);
   CameraIntrinsics part = camera.scaledTo(depth.cols, depth.rows);
   part.cx -= box.x;
@@ -99,7 +87,7 @@ PointCloud pointsBehind(const cv::Mat& image, const cv::Mat& depth, const cv::Ma
 
 OptionGroup declare(ObjectViewsOptions& o) {
   OptionGroup group("object-views", "How to open a folder of object views.");
-  group.add("type", &o.type, "Format of the folder").choices(io::typesWithAuto(viewFormats));
+  group.add("type", &o.type, "Format of the folder").choices(io::typesWithAuto(viewFormats()));
   group.add("min-points", &o.minPoints, "Views with fewer points are left out")
       .range(0, 1e9)
       .why("raise it when shapes of few points are described badly");
@@ -113,13 +101,13 @@ std::unique_ptr<ObjectViews> openObjectViews(const fs::path& path, const ObjectV
   if (!fs::is_directory(path, error))
     fail(ErrorCode::fileNotFound, "{}: no such folder of object views", name);
   auto views = io::opened(path, [&] {
-    const auto* format = io::findFormat(viewFormats, path, options.type);
+    const std::vector<io::ViewFormat> formats = viewFormats();
+    const auto* format = io::findFormat(formats, path, options.type);
     if (format != nullptr) return format->open(path, options);
     std::string layouts;
-    for (const auto& known : viewFormats) layouts += fmt::format("; {}: {}", known.type, known.explanation);
+    for (const auto& known : formats) layouts += fmt::format("; {}: {}", known.type, known.explanation);
     fail(ErrorCode::unsupportedFile,
-         "{}: no object views in this folder; make some with `estancia objects collect`. "
-         "Known formats{}",
+         "{}: no object views in this folder; make some with `estancia objects collect`. Known formats{}",
          name, layouts.replace(0, 1, ":"));
   });
   if (views->size() == 0) {
@@ -131,7 +119,7 @@ std::unique_ptr<ObjectViews> openObjectViews(const fs::path& path, const ObjectV
 }
 
 Choices objectViewTypes() {
-  return io::typesOf(viewFormats);
+  return io::typesOf(viewFormats());
 }
 
 }  // namespace estancia

@@ -8,7 +8,6 @@
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "estancia/core/options.hpp"
@@ -52,8 +51,7 @@ class ObjectViews {
   virtual std::size_t size() const = 0;
   virtual const ObjectView& view(std::size_t i) const = 0;
 
-  /// The points of the object in the camera frame [m], with colors where known. Throws Error when this view
-  /// cannot be read.
+  /// The points of the object in the camera frame [m], with colors where known. Throws Error as image().
   virtual PointCloud cloud(std::size_t i) const = 0;
 
   /// Throws Error when this view cannot be read.
@@ -69,24 +67,22 @@ class ObjectViews {
 struct ObjectViewsOptions {
   /// One of objectViewTypes(), or "auto".
   std::string type = "auto";
-  /// Views with fewer points are left out where opening reads the points anyway ("clouds", "nyu"), else
-  /// refused by cloud().
+  /// Views with fewer points are left out where opening reads points ("clouds", "nyu"), else by cloud().
   std::size_t minPoints = 100;
 };
 OptionGroup declare(ObjectViewsOptions& options);
 
 /// Opens a folder of views:
 ///  * "samples": written by `estancia objects collect`, see object_samples.hpp;
-///  * "clouds": CATEGORY/NAME.pcd (or .ply), one instance per folder, or CATEGORY/INSTANCE/NAME.pcd; no
-///  images;
+///  * "clouds": CATEGORY/NAME.pcd (or .ply), one instance a folder, or CATEGORY/INSTANCE/NAME.pcd; no image;
 ///  * "washington": the RGB-D Object Dataset (Lai et al., ICRA 2011), CATEGORY/CATEGORY_N/
 ///    CATEGORY_N_VIDEO_FRAME_{crop.png,depthcrop.png,maskcrop.png,loc.txt}; camera-intrinsics.txt,
 ///    intrinsics.txt or camera.yaml in the folder replaces the published camera;
 ///  * "nyu": the labeled frames of NYU Depth v2 with label/ and classes40.txt. An instance is a connected
 ///    component of a class with at least 900 pixels, 600 of them with depth (of 320 × 240); walls, floors,
 ///    ceilings and the classes "other…" are left out.
-/// warnings() names views that cannot be used. Throws Error when none is left, when a list is malformed, and
-/// when the format is not recognized.
+/// warnings() names unusable views. Throws Error when none is left, a list is malformed or the format
+/// unknown.
 std::unique_ptr<ObjectViews> openObjectViews(const std::filesystem::path& path,
                                              const ObjectViewsOptions& options = {});
 

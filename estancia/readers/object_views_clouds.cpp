@@ -2,14 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <optional>
-
 #include "estancia/core/cores.hpp"
-#include "estancia/core/error.hpp"
 #include "estancia/core/frame_failure.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/files/cloud_file.hpp"
-#include "estancia/files/files.hpp"
 #include "estancia/readers/formats.hpp"
 #include "estancia/readers/object_view_formats.hpp"
 
@@ -83,8 +79,6 @@ bool holdsClouds(const fs::path& folder) {
   return !filesIn(folder, suffixes()).empty();
 }
 
-}  // namespace
-
 bool isCloudViews(const fs::path& folder) {
   for (const fs::path& category : foldersIn(folder)) {
     if (holdsClouds(category)) return true;
@@ -94,8 +88,10 @@ bool isCloudViews(const fs::path& folder) {
   return false;
 }
 
-OpenedViews openCloudViews(const fs::path& folder, const ObjectViewsOptions& options) {
-  return std::make_unique<CloudViews>(folder, options);
-}
+}  // namespace
+
+const ViewFormat cloudViews{
+    "clouds", "one folder per category: CATEGORY/VIEW.pcd (.ply), or CATEGORY/INSTANCE/VIEW.pcd",
+    isCloudViews, openViewsAs<CloudViews>};
 
 }  // namespace estancia::io

@@ -7,16 +7,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <set>
 
 #include "estancia/core/cores.hpp"
-#include "estancia/core/fail.hpp"
 #include "estancia/core/frame_failure.hpp"
 #include "estancia/core/parallel.hpp"
-#include "estancia/files/files.hpp"
 #include "estancia/readers/formats.hpp"
 #include "estancia/readers/object_view_formats.hpp"
 
@@ -101,7 +98,7 @@ std::vector<Component> componentsOf(const cv::Mat& labels, const cv::Mat& depth,
 class NyuObjects final : public ListedObjectViews {
  public:
   NyuObjects(const fs::path& folder, const ObjectViewsOptions& options)
-      : ListedObjectViews(nameOf(folder), options.minPoints), frames_(openNyu(folder, {})) {
+      : ListedObjectViews(nameOf(folder), options.minPoints), frames_(nyuFormat.open(folder, {})) {
     warnings_ = frames_->warnings();
     const auto classes = readClasses(folder / "classes40.txt");
     const std::size_t count = frames_->size();
@@ -181,14 +178,15 @@ class NyuObjects final : public ListedObjectViews {
   std::vector<Place> places_;     ///< place of each view
 };
 
+bool isNyuObjects(const fs::path& folder) {
+  return fs::is_regular_file(folder / "classes40.txt") && fs::is_directory(folder / "label") &&
+         nyuFormat.recognizes(folder);
+}
+
 }  // namespace
 
-bool isNyuObjects(const fs::path& folder) {
-  return fs::is_regular_file(folder / "classes40.txt") && fs::is_directory(folder / "label") && isNyu(folder);
-}
-
-OpenedViews openNyuObjects(const fs::path& folder, const ObjectViewsOptions& options) {
-  return std::make_unique<NyuObjects>(folder, options);
-}
+const ViewFormat nyuObjects{
+    "nyu", "NYU Depth V2: rgb/, depth/, label/ with the same names, classes40.txt, scenes.csv", isNyuObjects,
+    openViewsAs<NyuObjects>};
 
 }  // namespace estancia::io

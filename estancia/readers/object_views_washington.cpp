@@ -11,10 +11,7 @@
 #include <opencv2/imgproc.hpp>
 #include <unordered_set>
 
-#include "estancia/core/fail.hpp"
 #include "estancia/files/camera_file.hpp"
-#include "estancia/files/depth_file.hpp"
-#include "estancia/files/files.hpp"
 #include "estancia/files/image_file.hpp"
 #include "estancia/readers/formats.hpp"
 #include "estancia/readers/object_view_formats.hpp"
@@ -134,8 +131,6 @@ class Washington final : public ListedObjectViews {
   std::vector<std::string> stems_;  ///< stems of each view's files
 };
 
-}  // namespace
-
 bool isWashington(const fs::path& folder) {
   for (const fs::path& category : foldersIn(folder))
     for (const fs::path& instance : foldersIn(category)) {
@@ -147,8 +142,10 @@ bool isWashington(const fs::path& folder) {
   return false;
 }
 
-OpenedViews openWashington(const fs::path& folder, const ObjectViewsOptions& options) {
-  return std::make_unique<Washington>(folder, options);
-}
+}  // namespace
+
+const ViewFormat washingtonViews{
+    "washington", "RGB-D Object Dataset: CATEGORY/CATEGORY_1/CATEGORY_1_1_1_crop.png with depth and mask",
+    isWashington, openViewsAs<Washington>};
 
 }  // namespace estancia::io

@@ -10,15 +10,12 @@
 #include <unordered_map>
 
 #include "estancia/core/digest.hpp"
-#include "estancia/core/fail.hpp"
 #include "estancia/core/frame_failure.hpp"
 #include "estancia/core/similar_names.hpp"
 #include "estancia/files/camera_file.hpp"
-#include "estancia/files/files.hpp"
 #include "estancia/files/path_option.hpp"
 #include "estancia/readers/formats.hpp"
 #include "estancia/sequences/descriptor_sequence.hpp"
-#include "estancia/sequences/trajectory.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
@@ -27,7 +24,8 @@ namespace {
 /// The frames of a descriptor file, without images; readDescriptors() gives their labels.
 class DescriptorFrames final : public io::ListedSequence {
  public:
-  DescriptorFrames(const fs::path& file, DescriptorSequence labeled) : ListedSequence(io::nameOf(file)) {
+  DescriptorFrames(const fs::path& file, const SequenceOptions&) : ListedSequence(io::nameOf(file)) {
+    DescriptorSequence labeled = readDescriptors(file);
     if (labeled.descriptors.size() > 0) {
       const DescriptorView first = labeled.descriptors.row(0);
       first_ = sha256({reinterpret_cast<const char*>(first.data()), first.size_bytes()});
@@ -45,25 +43,15 @@ class DescriptorFrames final : public io::ListedSequence {
   std::string first_;
 };
 
-bool isDescriptors(const fs::path& path) {
-  return fs::is_regular_file(path) && isDescriptorFile(path);
-}
-
-io::Opened openDescriptors(const fs::path& path, const SequenceOptions&) {
-  return std::make_unique<DescriptorFrames>(path, readDescriptors(path));
-}
-
 const io::SequenceFormat descriptorFormat{
     "descriptors", "labels instead of images: .labels (of `estancia label`), .csv, .jsonl, .npy",
-    isDescriptors, openDescriptors};
+    [](const fs::path& path) { return fs::is_regular_file(path) && isDescriptorFile(path); },
+    io::openAs<DescriptorFrames>};
 
 /// In order of detection.
-const std::vector<io::SequenceFormat>& formats() {
-  static const std::vector<io::SequenceFormat> all = [] {
-    std::vector<io::SequenceFormat> formats = io::imageFormats();
-    formats.insert(formats.begin(), descriptorFormat);
-    return formats;
-  }();
+std::vector<io::SequenceFormat> formats() {
+  std::vector<io::SequenceFormat> all = io::imageFormats();
+  all.insert(all.begin(), descriptorFormat);
   return all;
 }
 
@@ -239,7 +227,8 @@ std::unique_ptr<Sequence> openSequence(const fs::path& path, const SequenceOptio
   validate(options);
   requireExistingPath(path);
   io::Opened sequence = io::opened(path, [&] {
-    const auto* format = io::findFormat(formats(), path, options.type);
+    const auto known = formats();
+    const auto* format = io::findFormat(known, path, options.type);
     if (format == nullptr) {
       const std::string others = io::otherImages(path);
       fail(ErrorCode::unsupportedFile, "{}: no known data set, and no images in this folder ({}){}{}",

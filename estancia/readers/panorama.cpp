@@ -13,8 +13,6 @@
 #include <opencv2/imgproc.hpp>
 
 #include "estancia/core/digest.hpp"
-#include "estancia/core/fail.hpp"
-#include "estancia/files/files.hpp"
 #include "estancia/files/image_decoding.hpp"
 #include "estancia/readers/formats.hpp"
 
@@ -73,9 +71,57 @@ class Camera {
 
 class PanoramaTour final : public ListedSequence {
  public:
-  PanoramaTour(const fs::path& folder, const SequenceOptions& options);
-  cv::Mat image(std::size_t i) const override;
-  std::string fingerprint(std::size_t i) const override;
+  PanoramaTour(const fs::path& folder, const SequenceOptions& options)
+      : ListedSequence(nameOf(folder)),
+        exposure_(options.exposure),
+        fieldOfView_(options.fieldOfView),
+        camera_(options.fieldOfView) {
+    files_ = filesIn(folder, panoramaSuffixes());
+    if (files_.empty()) files_ = filesIn(folder, imageSuffixes());
+    if (files_.empty())
+      fail(ErrorCode::insufficientData, "{}: no panoramas in this folder (.exr, .hdr, .exr.js, .jpg, .png …)",
+           printable(folder));
+
+    const std::size_t places = files_.size();
+    const double radius = places > 1 ? spacing / 2 / std::sin(halfTurn / static_cast<double>(places)) : 0;
+    const double step = 360.0 / options.views;
+    for (int round = 0; round < options.rounds; ++round) {
+      // Later rounds look between the headings of the earlier ones; steps of the golden ratio never repeat.
+      const double between = step * std::fmod(round * (std::numbers::phi - 1), 1.0);
+      for (std::size_t place = 0; place < places; ++place) {
+        const double direction = 2 * halfTurn * static_cast<double>(place) / static_cast<double>(places);
+        for (int k = 0; k < options.views; ++k) {
+          double heading = std::fmod(step * k + between + options.turn, 360.0);
+          if (heading < 0) heading += 360;
+          const std::string room = placeName(files_[place]);
+          entries_.push_back({fmt::format("{}/r{}_h{:03}", room, round + 1, std::lround(heading) % 360),
+                              static_cast<double>(entries_.size()),
+                              Pose::planar(radius * std::cos(direction), radius * std::sin(direction),
+                                           heading / 180 * halfTurn),
+                              room});
+          views_.push_back({place, heading});
+        }
+      }
+    }
+  }
+
+  cv::Mat image(std::size_t i) const override {
+    return camera_.look(toneMapped(views_.at(i).place), views_[i].heading);
+  }
+
+  std::string fingerprint(std::size_t i) const override {
+    const View& view = views_.at(i);
+    std::string digest;
+    {
+      const std::lock_guard lock(mutex_);
+      digests_.resize(files_.size());
+      std::string& known = digests_[view.place];
+      if (known.empty()) known = sha256OfFile(files_[view.place]);
+      digest = known;
+    }
+    return fmt::format("{} view {} {} {} {}x{}", digest, view.heading, exposure_, fieldOfView_,
+                       viewSize.width, viewSize.height);
+  }
 
  private:
   struct View {
@@ -86,7 +132,24 @@ class PanoramaTour final : public ListedSequence {
     std::size_t place;
     cv::Mat image;
   };
-  cv::Mat toneMapped(std::size_t place) const;
+
+  cv::Mat toneMapped(std::size_t place) const {
+    {
+      const std::lock_guard lock(mutex_);
+      for (const ToneMapped& d : recent_)
+        if (d.place == place) return d.image;
+    }
+    // Outside the lock: other threads may render their places meanwhile.
+    cv::Mat panorama = readPanorama(files_[place]);
+    const int width = camera_.usefulWidth();
+    if (panorama.cols > width)
+      cv::resize(panorama, panorama, {width, std::max(1, width / 2)}, 0, 0, cv::INTER_AREA);
+    cv::Mat image = toneMap(panorama, exposure_);
+    const std::lock_guard lock(mutex_);
+    recent_.push_back({place, image});
+    if (recent_.size() > 4) recent_.erase(recent_.begin());
+    return image;
+  }
 
   std::vector<fs::path> files_;
   std::vector<View> views_;
@@ -96,90 +159,14 @@ class PanoramaTour final : public ListedSequence {
   mutable std::vector<std::string> digests_;  // digests of the files, "" until requested
   mutable std::vector<ToneMapped> recent_;    // newest last; a tour visits one place after the other
 };
-
-PanoramaTour::PanoramaTour(const fs::path& folder, const SequenceOptions& options)
-    : ListedSequence(nameOf(folder)),
-      exposure_(options.exposure),
-      fieldOfView_(options.fieldOfView),
-      camera_(options.fieldOfView) {
-  files_ = filesIn(folder, panoramaSuffixes());
-  if (files_.empty()) files_ = filesIn(folder, imageSuffixes());
-  if (files_.empty())
-    fail(ErrorCode::insufficientData, "{}: no panoramas in this folder (.exr, .hdr, .exr.js, .jpg, .png …)",
-         printable(folder));
-
-  const std::size_t places = files_.size();
-  const double radius = places > 1 ? spacing / 2 / std::sin(halfTurn / static_cast<double>(places)) : 0;
-  const double step = 360.0 / options.views;
-  for (int round = 0; round < options.rounds; ++round) {
-    // Later rounds look between the headings of the earlier ones; steps of the golden ratio never repeat.
-    const double between = step * std::fmod(round * (std::numbers::phi - 1), 1.0);
-    for (std::size_t place = 0; place < places; ++place) {
-      const double direction = 2 * halfTurn * static_cast<double>(place) / static_cast<double>(places);
-      for (int k = 0; k < options.views; ++k) {
-        double heading = std::fmod(step * k + between + options.turn, 360.0);
-        if (heading < 0) heading += 360;
-        Frame frame;
-        frame.room = placeName(files_[place]);
-        frame.name = fmt::format("{}/r{}_h{:03}", frame.room, round + 1, std::lround(heading) % 360);
-        frame.timestamp = static_cast<double>(entries_.size());
-        frame.pose = Pose::planar(radius * std::cos(direction), radius * std::sin(direction),
-                                  heading / 180 * halfTurn);
-        entries_.push_back(std::move(frame));
-        views_.push_back({place, heading});
-      }
-    }
-  }
-}
-
-cv::Mat PanoramaTour::toneMapped(std::size_t place) const {
-  {
-    const std::lock_guard lock(mutex_);
-    for (const ToneMapped& d : recent_)
-      if (d.place == place) return d.image;
-  }
-  // Outside the lock: other threads may render their places meanwhile.
-  cv::Mat panorama = readPanorama(files_[place]);
-  const int width = camera_.usefulWidth();
-  if (panorama.cols > width)
-    cv::resize(panorama, panorama, {width, std::max(1, width / 2)}, 0, 0, cv::INTER_AREA);
-  cv::Mat image = toneMap(panorama, exposure_);
-  const std::lock_guard lock(mutex_);
-  recent_.push_back({place, image});
-  if (recent_.size() > 4) recent_.erase(recent_.begin());
-  return image;
-}
-
-cv::Mat PanoramaTour::image(std::size_t i) const {
-  return camera_.look(toneMapped(views_.at(i).place), views_[i].heading);
-}
-
-std::string PanoramaTour::fingerprint(std::size_t i) const {
-  const View& view = views_.at(i);
-  std::string digest;
-  {
-    const std::lock_guard lock(mutex_);
-    digests_.resize(files_.size());
-    std::string& known = digests_[view.place];
-    if (known.empty()) known = sha256OfFile(files_[view.place]);
-    digest = known;
-  }
-  return fmt::format("{} view {} {} {} {}x{}", digest, view.heading, exposure_, fieldOfView_, viewSize.width,
-                     viewSize.height);
-}
-
 }  // namespace
 
 static bool isPanoramas(const fs::path& path) {
   return fs::is_directory(path) && !filesIn(path, panoramaSuffixes()).empty();
 }
 
-static Opened openPanoramas(const fs::path& path, const SequenceOptions& options) {
-  return std::make_unique<PanoramaTour>(path, options);
-}
-
 const SequenceFormat panoramaFormat{
     "panorama", "views of equirectangular panoramas: .exr, .hdr, .exr.js (.jpg and .png only with this type)",
-    isPanoramas, openPanoramas};
+    isPanoramas, openAs<PanoramaTour>};
 
 }  // namespace estancia::io

@@ -4,9 +4,6 @@
 #include <algorithm>
 #include <unordered_map>
 
-#include "estancia/core/fail.hpp"
-#include "estancia/files/depth_file.hpp"
-#include "estancia/files/files.hpp"
 #include "estancia/readers/formats.hpp"
 
 namespace estancia::io {
@@ -28,12 +25,12 @@ bool isTimed(const std::vector<fs::path>& files) {
 
 }  // namespace
 
-bool isRgbdFolders(const fs::path& path) {
+static bool isRgbdFolders(const fs::path& path) {
   return fs::is_directory(path) && !isImageFolder(path) && fs::is_directory(path / "depth") &&
          !filesIn(path / "depth", depthSuffixes()).empty() && !imageFolder(path).empty();
 }
 
-Opened openRgbdFolders(const fs::path& path, const SequenceOptions& options) {
+static Opened openRgbdFolders(const fs::path& path, const SequenceOptions& options) {
   const fs::path folder = imageFolder(path);
   if (folder.empty() || !fs::is_directory(path / "depth"))
     fail(ErrorCode::insufficientData, "{}: no images in a folder rgb, color or image beside a folder depth",
@@ -50,9 +47,7 @@ Opened openRgbdFolders(const fs::path& path, const SequenceOptions& options) {
 
   auto sequence = std::make_unique<ImageFiles>(nameOf(path), options.depthScale);
   for (const auto& file : images) {
-    Frame frame;
-    frame.name = printable(file.filename());
-    if (timed) frame.timestamp = timestampOf(file);
+    Frame frame{printable(file.filename()), timed ? timestampOf(file) : std::nullopt, {}, {}};
     DepthFile depth;
     if (timed && depthTimed)
       depth = nearestDepth(byTime, *frame.timestamp);

@@ -5,14 +5,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <limits>
-#include <string>
 #include <unordered_map>
 
-#include "estancia/core/fail.hpp"
 #include "estancia/files/csv.hpp"
-#include "estancia/files/files.hpp"
 #include "estancia/readers/formats.hpp"
 
 namespace estancia::io {

@@ -5,9 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estancia/core/fail.hpp"
-#include "estancia/files/depth_file.hpp"
-#include "estancia/files/files.hpp"
 #include "estancia/readers/formats.hpp"
 
 namespace estancia::io {
@@ -46,10 +43,6 @@ std::optional<CameraIntrinsics> publishedCamera(const std::string& folder) {
 
 }  // namespace
 
-static bool isTumRgbd(const fs::path& path) {
-  return fs::is_regular_file(path / "rgb.txt");
-}
-
 static Opened openTumRgbd(const fs::path& path, const SequenceOptions& options) {
   const fs::path list = path / "rgb.txt";
   auto sequence = std::make_unique<ImageFiles>(
@@ -64,12 +57,8 @@ static Opened openTumRgbd(const fs::path& path, const SequenceOptions& options) 
     }
   for (TimedFile& depth : depths) depth.file = path / depth.file;
   std::ranges::stable_sort(depths, {}, &TimedFile::timestamp);
-  for (const auto& [time, file] : images) {
-    Frame frame;
-    frame.name = printable(file);
-    frame.timestamp = time;
-    sequence->add(std::move(frame), path / file, nearestDepth(depths, time));
-  }
+  for (const auto& [time, file] : images)
+    sequence->add({printable(file), time, {}, {}}, path / file, nearestDepth(depths, time));
   if (const auto camera = publishedCamera(sequence->name())) sequence->setIntrinsics(*camera);
   const fs::path truth = path / "groundtruth.txt";
   if (options.poses.empty() && fs::exists(truth))
@@ -77,7 +66,8 @@ static Opened openTumRgbd(const fs::path& path, const SequenceOptions& options) 
   return sequence;
 }
 
-const SequenceFormat tumFormat{"tum", "TUM RGB-D: rgb.txt, depth.txt, groundtruth.txt", isTumRgbd,
+const SequenceFormat tumFormat{"tum", "TUM RGB-D: rgb.txt, depth.txt, groundtruth.txt",
+                               [](const fs::path& path) { return fs::is_regular_file(path / "rgb.txt"); },
                                openTumRgbd};
 
 }  // namespace estancia::io

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "estancia/core/fail.hpp"
+#include "estancia/core/point_cloud.hpp"
 #include "estancia/core/printable.hpp"
 
 namespace estancia::io {
@@ -33,8 +34,7 @@ struct Calibration {
   }
 };
 
-/// The slope of the nearer of two border pixels; an axis that sees more than the limit, or that no model can
-/// turn back into a ray, has the limit.
+/// The slope of the nearer of two border pixels, at most the limit, which it is also without a ray.
 double slopeSeen(double one, double other) {
   const double limit = std::tan(maxOfView);
   const double slope = std::min(std::abs(one), std::abs(other));
@@ -137,6 +137,30 @@ cv::Mat Undistortion::image(const cv::Mat& image) const {
 
 cv::Mat Undistortion::depth(const cv::Mat& depth) const {
   return mapped(depth, cv::INTER_NEAREST);
+}
+
+cv::Mat registerDepth(const cv::Mat& depth, const CameraIntrinsics& from, const cv::Affine3d& toFromFrom,
+                      const CameraIntrinsics& to) {
+  requireDepth(depth, from);
+  const CameraIntrinsics source = from.scaledTo(depth.cols, depth.rows),
+                         target = to.scaledTo(depth.cols, depth.rows);
+  const cv::Matx33d rotation = toFromFrom.rotation();
+  const cv::Vec3d shift = toFromFrom.translation();
+  cv::Mat registered = cv::Mat::zeros(depth.size(), CV_32F);
+  for (int row = 0; row < depth.rows; ++row)
+    for (int column = 0; column < depth.cols; ++column) {
+      const double z = static_cast<double>(depth.at<float>(row, column));
+      if (!(z > 0 && std::isfinite(z))) continue;
+      const cv::Vec3d seen =
+          rotation * cv::Vec3d(z * source.slopeX(column), z * source.slopeY(row), z) + shift;
+      if (!(seen[2] > 0)) continue;
+      const double u = std::round(target.fx * seen[0] / seen[2] + target.cx);
+      const double v = std::round(target.fy * seen[1] / seen[2] + target.cy);
+      if (!(u >= 0 && v >= 0 && u < depth.cols && v < depth.rows)) continue;
+      float& nearest = registered.at<float>(static_cast<int>(v), static_cast<int>(u));
+      if (nearest == 0 || seen[2] < static_cast<double>(nearest)) nearest = static_cast<float>(seen[2]);
+    }
+  return registered;
 }
 
 }  // namespace estancia::io

@@ -1,10 +1,9 @@
-// Undistortion: images of a calibrated camera, fisheye or not, as those of a pinhole camera without
-// distortion. SPDX-License-Identifier: Apache-2.0
+// Undistortion: images of a calibrated camera, fisheye or not, as those of a pinhole camera, also of another
+// one. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <opencv2/core/affine.hpp>
 #include <opencv2/core/mat.hpp>
-#include <optional>
-#include <string>
 
 #include "estancia/core/camera.hpp"
 #include "estancia/ros/messages.hpp"
@@ -25,8 +24,7 @@ class Undistortion {
   const CameraIntrinsics& camera() const { return camera_; }
   /// Whether anything changes.
   bool isNeeded() const { return !mapX_.empty(); }
-  /// An image of the calibration's size, or of the same view in another size; where nothing was seen it is
-  /// black.
+  /// An image of the calibration's size, or of the same view in another size; black where nothing was seen.
   cv::Mat image(const cv::Mat& image) const;
   /// Depth (CV_32F): that of the nearest pixel, so that edges are not smeared; 0 where nothing was seen.
   cv::Mat depth(const cv::Mat& depth) const;
@@ -37,5 +35,11 @@ class Undistortion {
   CameraIntrinsics camera_;
   cv::Mat mapX_, mapY_;
 };
+
+/// Registered depth: `depth` (CV_32F [m], 0 where unknown) of the camera `from`, whose images may have
+/// another size, as `to` would see it at T_to_from; in the size of `depth`, so that hardly a pixel stays
+/// empty between two. The nearer of two things wins.
+cv::Mat registerDepth(const cv::Mat& depth, const CameraIntrinsics& from, const cv::Affine3d& toFromFrom,
+                      const CameraIntrinsics& to);
 
 }  // namespace estancia::io

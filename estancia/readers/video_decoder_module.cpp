@@ -10,8 +10,7 @@
 namespace estancia::io {
 namespace {
 
-/// FFmpeg where OpenCV has it: other backends load plug-ins, leak on broken files, or read a name as a
-/// pattern.
+/// FFmpeg where OpenCV has it: others load plug-ins, leak on broken files, or read a name as a pattern.
 int backend() {
   const auto all = cv::videoio_registry::getStreamBackends();
   return std::find(all.begin(), all.end(), cv::CAP_FFMPEG) != all.end() ? cv::CAP_FFMPEG : cv::CAP_ANY;

@@ -9,22 +9,16 @@
 // "…Visual" and "…Depth", and takes z of an organized cloud as depth.
 // Inferred, because the data set is no longer available: names of the clouds and the text form of
 // annotations. Any folder is read in which the extension distinguishes images and clouds, and the last number
-// in the name pairs them; see readAnnotations() for annotations. Annotations in Matlab files are not read:
-// write them to rooms.csv.
+// in the name pairs them; see readAnnotations(). Annotations in Matlab files are to be written to rooms.csv.
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <set>
-#include <string>
 #include <unordered_map>
-#include <vector>
 
 #include "estancia/core/ascii.hpp"
-#include "estancia/core/fail.hpp"
 #include "estancia/core/frame_failure.hpp"
-#include "estancia/files/files.hpp"
 #include "estancia/files/pcd.hpp"
 #include "estancia/readers/formats.hpp"
 
@@ -32,29 +26,23 @@ namespace estancia::io {
 namespace fs = std::filesystem;
 namespace {
 
-const std::vector<std::string> cloudSuffix = {".pcd"};
+const std::vector<std::string> cloudSuffix = {".pcd"}, cloudWords = {"depth", "pcd", "cloud"},
+                               imageWords = {"visual", "rgb", "color", "image", "img"};
 
 bool nameContains(const fs::path& path, const std::vector<std::string>& words) {
   const std::string name = lowerCase(path.filename().string());
   return std::ranges::any_of(words, [&](const std::string& w) { return name.find(w) != std::string::npos; });
 }
 
-bool looksLikeImages(const fs::path& path) {
-  return nameContains(path, {"visual", "rgb", "color", "image", "img"});
-}
-
-bool looksLikeDepth(const fs::path& path) {
-  return nameContains(path, {"depth", "pcd", "cloud"});
-}
-
 /// The folder with files of these extensions: `path` itself, else the only one in it, else the only one with
 /// a matching name; "" when there is none or several.
 fs::path folderOf(const fs::path& path, const std::vector<std::string>& suffixes,
-                  bool (*looksRight)(const fs::path&)) {
+                  const std::vector<std::string>& words) {
   if (!filesIn(path, suffixes).empty()) return path;
   std::vector<fs::path> folders = foldersIn(path);
   std::erase_if(folders, [&](const fs::path& folder) { return filesIn(folder, suffixes).empty(); });
-  if (folders.size() > 1) std::erase_if(folders, [&](const fs::path& folder) { return !looksRight(folder); });
+  if (folders.size() > 1)
+    std::erase_if(folders, [&](const fs::path& folder) { return !nameContains(folder, words); });
   return folders.size() == 1 ? folders.front() : fs::path();
 }
 
@@ -86,24 +74,17 @@ std::unordered_map<std::string, fs::path> byNumber(const std::vector<fs::path>& 
 
 /// Splits at commas, semicolons or tabs, else at blanks.
 std::vector<std::string> cellsOf(const std::string& line) {
-  const bool separated = line.find_first_of(",;\t") != std::string::npos;
   std::vector<std::string> cells;
-  if (!separated) {
+  if (line.find_first_of(",;\t") == std::string::npos) {
     for (const auto word : wordsOf(line)) cells.emplace_back(word);
     return cells;
   }
   for (std::size_t begin = 0; begin <= line.size();) {
     const std::size_t end = std::min(line.find_first_of(",;\t", begin), line.size());
-    std::string cell = line.substr(begin, end - begin);
-    const auto first = cell.find_first_not_of(" \""), last = cell.find_last_not_of(" \"");
-    cells.push_back(first == std::string::npos ? "" : cell.substr(first, last + 1 - first));
+    cells.emplace_back(trimmed(std::string_view(line).substr(begin, end - begin), " \""));
     begin = end + 1;
   }
   return cells;
-}
-
-bool isNumber(const std::string& cell) {
-  return toNumber(cell).has_value();
 }
 
 bool isFile(const std::string& cell) {
@@ -148,7 +129,7 @@ Columns guessColumns(const std::vector<std::vector<std::string>>& rows,
   for (std::size_t c = rows[0].size(); c-- > first;)
     if (!isFile(rows[0][c])) columns.room = c;
   for (std::size_t c = rows[0].size(); c-- > first;)
-    if (!isFile(rows[0][c]) && !isNumber(rows[0][c])) columns.room = c;
+    if (!isFile(rows[0][c]) && !toNumber(rows[0][c])) columns.room = c;
   if (columns.room == rows[0].size()) throw Error(ErrorCode::malformedFile, "only file names, no rooms");
   for (const auto& row : rows)
     if (const auto value = toNumber(row[columns.room]); value && *value != std::floor(*value))
@@ -157,8 +138,7 @@ Columns guessColumns(const std::vector<std::vector<std::string>>& rows,
 }
 
 /// Sets the rooms from a table: one line per frame, in the order of the images, or with the image's number or
-/// file. Other columns (objects, positions) are ignored. Numeric categories are kept as they are. Throws
-/// Error when the table does not fit.
+/// file. Other columns (objects, positions) are ignored. Throws Error when the table does not fit.
 void readAnnotations(const fs::path& file, ImageFiles& sequence) {
   std::unordered_map<std::string, std::size_t> frames;
   for (std::size_t i = 0; i < sequence.size(); ++i) frames.emplace(numberInName(sequence.frame(i).name), i);
@@ -265,9 +245,9 @@ void fitCamera(ImageFiles& sequence, const std::vector<fs::path>& clouds) {
 /// Images and clouds in two folders, or in one with the names of the data set.
 static bool isVidrilo(const fs::path& path) {
   if (!fs::is_directory(path)) return false;
-  const fs::path clouds = folderOf(path, cloudSuffix, looksLikeDepth);
+  const fs::path clouds = folderOf(path, cloudSuffix, cloudWords);
   if (clouds.empty()) return false;
-  const fs::path images = folderOf(path, imageSuffixes(), looksLikeImages);
+  const fs::path images = folderOf(path, imageSuffixes(), imageWords);
   if (images.empty()) return false;
   return (images != path && clouds != path) ||
          (nameContains(filesIn(images, imageSuffixes()).front(), {"visual"}) &&
@@ -275,8 +255,8 @@ static bool isVidrilo(const fs::path& path) {
 }
 
 static Opened openVidrilo(const fs::path& path, const SequenceOptions& options) {
-  const fs::path imageFolder = folderOf(path, imageSuffixes(), looksLikeImages),
-                 cloudFolder = folderOf(path, cloudSuffix, looksLikeDepth);
+  const fs::path imageFolder = folderOf(path, imageSuffixes(), imageWords),
+                 cloudFolder = folderOf(path, cloudSuffix, cloudWords);
   if (imageFolder.empty() || cloudFolder.empty())
     fail(ErrorCode::unsupportedFile,
          "{}: no folder, or several, with {}; ViDRILO has one folder per sequence, with one folder of "
@@ -288,11 +268,10 @@ static Opened openVidrilo(const fs::path& path, const SequenceOptions& options) 
   auto sequence = std::make_unique<ImageFiles>(nameOf(path), options.depthScale);
   std::size_t without = 0;
   for (const fs::path& file : images) {
-    Frame frame;
-    frame.name = printable(file.filename());
     const auto cloud = numbered.find(numberInName(file));
     if (cloud == numbered.end()) ++without;
-    sequence->add(std::move(frame), file, {cloud == numbered.end() ? fs::path() : cloud->second, {}});
+    sequence->add({printable(file.filename()), {}, {}, {}}, file,
+                  {cloud == numbered.end() ? fs::path() : cloud->second, {}});
   }
   if (without == images.size())
     fail(ErrorCode::mismatch, "{}: no image has the number of a cloud", printable(path));

@@ -13,7 +13,6 @@
 #include "estancia/ros/bag_files.hpp"
 #include "estancia/ros/bag_part.hpp"
 #include "estancia/ros/compression.hpp"
-#include "estancia/ros/decompressed_file.hpp"
 
 namespace estancia::ros {
 namespace {

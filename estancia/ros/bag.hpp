@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "estancia/ros/encoding.hpp"
+#include "estancia/ros/wire.hpp"
 
 namespace estancia::ros {
 
@@ -45,13 +45,11 @@ class Bag {
  public:
   virtual ~Bag() = default;
 
-  /// In the order of their names; two connections of one topic and type are one. Topics without messages are
-  /// included.
+  /// In the order of their names, also those without messages; two connections of one topic and type are one.
   const std::vector<BagTopic>& topics() const { return topics_; }
   /// In order of time; those of equal times as they were recorded.
   const std::vector<BagMessage>& messages() const { return messages_; }
-  /// Throws Error when this message cannot be read; others may still be readable. Thread-safe; fastest in
-  /// order.
+  /// Throws Error when this message cannot be read; others may still be. Thread-safe; fastest in order.
   virtual Payload read(std::size_t message) const = 0;
   /// Sentences about the whole bag: it is cut off, a file of it is missing …
   const std::vector<std::string>& warnings() const { return warnings_; }

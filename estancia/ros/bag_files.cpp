@@ -11,8 +11,6 @@
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/ros/compression.hpp"
-#include "estancia/ros/mcap_records.hpp"
-#include "estancia/ros/ros1_records.hpp"
 
 namespace estancia::ros {
 namespace {
@@ -69,8 +67,7 @@ BagFiles filesOf(const fs::path& folder, const std::vector<std::string>& listed)
   const std::size_t count = missing.size();
   missing.resize(std::min(count, maxNamed));
   bag.warnings.push_back(
-      fmt::format("{}: {} of {} files that its metadata.yaml lists are missing, and their "
-                  "messages: {}{}",
+      fmt::format("{}: {} of {} files that its metadata.yaml lists are missing, and their messages: {}{}",
                   printable(folder.string()), count, listed.size(), fmt::join(missing, ", "),
                   count > missing.size() ? " …" : ""));
   return bag;

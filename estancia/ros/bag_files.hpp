@@ -5,12 +5,14 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "estancia/ros/file_bytes.hpp"
 
 namespace estancia::ros {
 
+constexpr std::string_view ros1Magic = "#ROSBAG V2.0\n", mcapMagic{"\x89MCAP0\r\n", 8};
 enum class BagFormat { ros1, sqlite, mcap, zstd };
 
 /// By its first bytes.

@@ -1,4 +1,4 @@
-// Decompression: lz4 frames, bzip2 and Zstandard, as bags hold them.
+// Decompression: lz4 frames, bzip2 and Zstandard, as bags hold them, and whole files (.db3.zstd).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "estancia/ros/bag.hpp"
+#include "estancia/ros/file_bytes.hpp"
 
 namespace estancia::ros {
 
@@ -35,5 +36,17 @@ Payload decompress(const CompressedBytes& compressed);
 
 /// Whether the bytes begin as Zstandard does.
 bool isZstd(std::span<const std::byte> bytes);
+
+/// A file that was compressed as a whole, unpacked to where temporary files are.
+struct DecompressedFile {
+  /// It has no name any more, and is gone when it is closed.
+  FileBytes file;
+  /// False when the compressed file was truncated or damaged, and this is its beginning.
+  bool whole = false;
+};
+
+/// Zstandard; the result has the name of `compressed`. Throws Error: corruptFile when not even the beginning
+/// can be used, tooLarge for more than half of what is free for temporary files, fileUnwritable.
+DecompressedFile decompressFile(const FileBytes& compressed);
 
 }  // namespace estancia::ros

@@ -1,5 +1,5 @@
-// ROS 2 topics without ROS: subscriptions and publications by DDS, in a module that is opened when first
-// needed. SPDX-License-Identifier: Apache-2.0
+// ROS 2 topics without ROS: subscriptions and publications by DDS, in a module that is opened when needed.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -25,13 +25,11 @@ struct DdsTopic {
 /// State of a subscription.
 struct DdsCounts {
   std::size_t received = 0;
-  /// Messages that the writers have numbered and that were not received, or were replaced by newer ones
-  /// before they were used.
+  /// Messages that the writers have numbered and that were not received, or replaced before they were used.
   std::size_t lost = 0;
   /// Writers that match: none if there is no publisher, or only with another type or quality of service.
   std::size_t writers = 0;
-  /// Mismatch, as a sentence: a writer of another type, or of a quality of service that cannot be read; ""
-  /// when all is well.
+  /// Mismatch, as a sentence: a writer of another type or of a quality that cannot be read; "" without.
   std::string trouble;
 };
 
@@ -46,16 +44,10 @@ class DdsSubscription {
 class DdsPublication {
  public:
   virtual ~DdsPublication() = default;
-  /// A message in CDR with its header of four bytes. Throws Error (invalidInput; tooLarge beyond 256 MiB;
-  /// network where DDS refuses it).
+  /// A message in CDR with its header. Throws Error: invalidInput; tooLarge beyond 256 MiB; network.
   virtual void publish(std::span<const std::byte> cdr) = 0;
   /// Readers that match now.
   virtual std::size_t readers() const = 0;
-};
-
-struct DdsOptions {
-  /// ROS_DOMAIN_ID.
-  int domain = 0;
 };
 
 /// How much a writer keeps for readers that come later or miss something.
@@ -70,8 +62,7 @@ class DdsNode {
   /// Messages of a topic in CDR, with its header of four bytes and up to three bytes of padding at the end;
   /// `use` is called in a thread of the subscription's own. While it works, the newest messages wait: five of
   /// images, clouds and grids, two hundred of other types. Takes the reliability and durability that the
-  /// writers offer: the subscription is made anew when they differ. Throws Error (invalidInput) for names and
-  /// types that are none of ROS.
+  /// writers offer: it is made anew when they differ. Throws Error (invalidInput) for names that are none.
   virtual std::unique_ptr<DdsSubscription> subscribe(
       const std::string& topic, const std::string& type,
       std::function<void(std::span<const std::byte> cdr)> use) = 0;
@@ -80,9 +71,8 @@ class DdsNode {
                                                   Durability durability = Durability::volatileData) = 0;
 };
 
-/// On the loopback alone with ROS_LOCALHOST_ONLY=1 in the environment, as ROS 2 does. Throws Error:
-/// missingDependency without the module; invalidOption for a domain outside 0 to 232; network where the
-/// domain cannot be joined.
-std::unique_ptr<DdsNode> makeDdsNode(const DdsOptions& options = {});
+/// `domain`: ROS_DOMAIN_ID. On the loopback alone with ROS_LOCALHOST_ONLY=1 in the environment, as ROS 2
+/// does. Throws Error: missingDependency; invalidOption for a domain outside 0 to 232; network.
+std::unique_ptr<DdsNode> makeDdsNode(int domain = 0);
 
 }  // namespace estancia::ros

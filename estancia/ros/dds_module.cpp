@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <condition_variable>
 #include <cstdint>
 #include <exception>
@@ -43,8 +42,10 @@ std::int32_t depthFor(const std::string& type) {
   return std::find(large.begin(), large.end(), type) != large.end() ? fewLarge : manySmall;
 }
 
-dds::DataReaderQos readerQos(const DdsQuality& quality, std::int32_t depth) {
-  dds::DataReaderQos qos;
+/// Quality of service of a reader or a writer.
+template <class Qos>
+Qos qosOf(const DdsQuality& quality, std::int32_t depth) {
+  Qos qos;
   qos.reliability().kind =
       quality.reliable ? dds::RELIABLE_RELIABILITY_QOS : dds::BEST_EFFORT_RELIABILITY_QOS;
   qos.durability().kind =
@@ -58,8 +59,7 @@ dds::DataReaderQos readerQos(const DdsQuality& quality, std::int32_t depth) {
   return qos;
 }
 
-/// Counts messages that a writer numbered and that were not received; recognizes those that come again after
-/// a reader was made anew.
+/// Counts numbered messages that were not received; recognizes those that come again to a new reader.
 class SequenceNumbers {
  public:
   /// Whether the message is new.
@@ -146,8 +146,8 @@ class Subscription final : public DdsSubscription, private dds::DataReaderListen
     const DdsOffer offer = participant_->graph().offer(topic_, type_);
     if (offer.writers == 0 || quality_ == offer.quality) return;
     endReader();
-    reader_ = participant_->subscriber().create_datareader(ddsTopic_,
-                                                           readerQos(offer.quality, depthFor(type_)), this);
+    reader_ = participant_->subscriber().create_datareader(
+        ddsTopic_, qosOf<dds::DataReaderQos>(offer.quality, depthFor(type_)), this);
     if (reader_ != nullptr)
       quality_ = offer.quality;
     else
@@ -225,15 +225,8 @@ class Publication final : public DdsPublication {
   Publication(std::shared_ptr<DdsParticipant> participant, const std::string& topic, const std::string& type,
               Durability durability)
       : participant_(std::move(participant)), topic_(topic), ddsTopic_(participant_->acquire(topic, type)) {
-    dds::DataWriterQos qos;
-    qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
-    qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
-    qos.history().depth = durability == Durability::transientLocal ? 1 : writerDepth;
-    qos.durability().kind = durability == Durability::transientLocal ? dds::TRANSIENT_LOCAL_DURABILITY_QOS
-                                                                     : dds::VOLATILE_DURABILITY_QOS;
-    qos.resource_limits().allocated_samples = 1;
-    qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
-    qos.data_sharing().off();
+    const bool isKept = durability == Durability::transientLocal;
+    auto qos = qosOf<dds::DataWriterQos>({true, isKept}, isKept ? 1 : writerDepth);
     // Publishing does not wait for the network.
     qos.publish_mode().kind = dds::ASYNCHRONOUS_PUBLISH_MODE;
     writer_ = participant_->publisher().create_datawriter(ddsTopic_, qos);
@@ -297,7 +290,6 @@ class Node final : public DdsNode {
 }  // namespace
 }  // namespace estancia::ros
 
-extern "C" __attribute__((visibility("default"))) estancia::ros::DdsNode* estanciaMakeDdsNode(
-    const estancia::ros::DdsOptions& options) {
-  return new estancia::ros::Node(options.domain);
+extern "C" __attribute__((visibility("default"))) estancia::ros::DdsNode* estanciaMakeDdsNode(int domain) {
+  return new estancia::ros::Node(domain);
 }

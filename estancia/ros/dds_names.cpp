@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <string_view>
 #include <vector>
@@ -20,10 +21,8 @@ constexpr std::size_t longestDdsName = 255;
 /// A letter or underscore, then letters, digits and underscores; in no locale.
 bool isDdsWord(std::string_view text) {
   const auto letter = [](char c) { return isLetter(c) || c == '_'; };
-  if (text.empty() || !letter(text.front())) return false;
-  for (const char c : text)
-    if (!letter(c) && (c < '0' || c > '9')) return false;
-  return true;
+  return !text.empty() && letter(text.front()) &&
+         std::ranges::all_of(text, [&](char c) { return letter(c) || (c >= '0' && c <= '9'); });
 }
 
 std::vector<std::string_view> partsBetween(std::string_view text, std::string_view separator) {
@@ -38,11 +37,8 @@ std::vector<std::string_view> partsBetween(std::string_view text, std::string_vi
 
 /// "/camera/image_raw"
 bool isRosTopic(std::string_view topic) {
-  if (topic.size() < 2 || topic.front() != '/' || topic.size() + topicPrefix.size() > longestDdsName)
-    return false;
-  for (const std::string_view part : partsBetween(topic.substr(1), "/"))
-    if (!isDdsWord(part)) return false;
-  return true;
+  return topic.size() > 1 && topic.front() == '/' && topic.size() + topicPrefix.size() <= longestDdsName &&
+         std::ranges::all_of(partsBetween(topic.substr(1), "/"), isDdsWord);
 }
 
 bool isRosFolder(std::string_view folder) {

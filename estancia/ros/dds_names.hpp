@@ -1,5 +1,5 @@
-// DDS names: how ROS 2 writes its topics and types in DDS, with checks. The module has its own copy of these
-// functions. SPDX-License-Identifier: Apache-2.0
+// DDS names: how ROS 2 writes its topics and types in DDS, with checks. The module has its own copy.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>

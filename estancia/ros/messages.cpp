@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/ros/messages.hpp"
 
-#include <utility>
-
 #include "estancia/core/fail.hpp"
-#include "estancia/ros/wire_reader.hpp"
 
 namespace estancia::ros {
 namespace {
@@ -32,14 +29,12 @@ Pose poseFrom(WireReader& reader) {
 }
 
 StampedPose transformFrom(WireReader& reader) {
-  StampedPose transform;
-  transform.header = headerOf(reader);
-  transform.child = frameOf(reader);
-  transform.pose = poseFrom(reader);
-  return transform;
+  return {headerOf(reader), frameOf(reader), poseFrom(reader)};
 }
 
 }  // namespace
+
+// The members of a message are initialized in the order in which they are written.
 
 Header readHeader(const SerializedMessage& message) {
   WireReader reader = readerOf(message);
@@ -48,24 +43,18 @@ Header readHeader(const SerializedMessage& message) {
 
 ImageMessage readImageMessage(const SerializedMessage& message) {
   WireReader reader = readerOf(message);
-  ImageMessage image;
-  image.header = headerOf(reader);
-  image.height = reader.number<std::uint32_t>();
-  image.width = reader.number<std::uint32_t>();
-  image.encoding = reader.text();
-  image.bigEndian = reader.boolean();
-  image.step = reader.number<std::uint32_t>();
-  image.data = reader.bytes();
-  return image;
+  return {headerOf(reader),
+          reader.number<std::uint32_t>(),
+          reader.number<std::uint32_t>(),
+          reader.text(),
+          reader.boolean(),
+          reader.number<std::uint32_t>(),
+          reader.bytes()};
 }
 
 CompressedImageMessage readCompressedImage(const SerializedMessage& message) {
   WireReader reader = readerOf(message);
-  CompressedImageMessage image;
-  image.header = headerOf(reader);
-  image.format = reader.text();
-  image.data = reader.bytes();
-  return image;
+  return {headerOf(reader), reader.text(), reader.bytes()};
 }
 
 CameraInfo readCameraInfo(const SerializedMessage& message) {
@@ -90,14 +79,9 @@ PointCloudMessage readPointCloud(const SerializedMessage& message) {
   cloud.width = reader.number<std::uint32_t>();
   constexpr std::size_t minBytesOfField = 13;
   const std::size_t fields = reader.count(minBytesOfField);
-  for (std::size_t i = 0; i < fields; ++i) {
-    PointField field;
-    field.name = reader.text();
-    field.offset = reader.number<std::uint32_t>();
-    field.type = reader.number<std::uint8_t>();
-    field.count = reader.number<std::uint32_t>();
-    cloud.fields.push_back(std::move(field));
-  }
+  for (std::size_t i = 0; i < fields; ++i)
+    cloud.fields.push_back({reader.text(), reader.number<std::uint32_t>(), reader.number<std::uint8_t>(),
+                            reader.number<std::uint32_t>()});
   cloud.bigEndian = reader.boolean();
   cloud.pointStep = reader.number<std::uint32_t>();
   cloud.rowStep = reader.number<std::uint32_t>();

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "estancia/core/pose.hpp"
-#include "estancia/ros/encoding.hpp"
+#include "estancia/ros/wire.hpp"
 
 namespace estancia::ros {
 
@@ -97,8 +97,7 @@ std::string readString(const SerializedMessage& message);
 
 /// Whether readPoses() reads messages of this type ("nav_msgs/Odometry").
 bool isPoseType(const std::string& type);
-/// The poses of a message: several of a tf2_msgs/TFMessage, one of the others. Throws Error, and unknownName
-/// for another type.
+/// The poses of a message: several of a tf2_msgs/TFMessage, else one. Throws Error, also unknownName.
 std::vector<StampedPose> readPoses(const SerializedMessage& message, const std::string& type);
 
 }  // namespace estancia::ros

@@ -2,7 +2,7 @@
 #include "estancia/ros/published_messages.hpp"
 
 #include "estancia/core/fail.hpp"
-#include "estancia/ros/cdr_writer.hpp"
+#include "estancia/ros/wire.hpp"
 
 namespace estancia::ros {
 namespace {

@@ -1,5 +1,4 @@
-// Published messages: the messages that Estancia publishes to ROS 2, in CDR: text, images, and markers as
-// RViz and Foxglove draw.
+// Published messages: what Estancia publishes to ROS 2, in CDR: text, images, markers of RViz and Foxglove.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,19 +13,8 @@ namespace estancia::ros {
 
 /// visualization_msgs/Marker, but for textures and meshes.
 struct Marker {
-  enum class Type : std::int32_t {
-    arrow = 0,
-    cube = 1,
-    sphere = 2,
-    cylinder = 3,
-    lineStrip = 4,
-    lineList = 5,
-    cubeList = 6,
-    sphereList = 7,
-    points = 8,
-    text = 9,
-    triangleList = 11
-  };
+  /// The ones that are used.
+  enum class Type : std::int32_t { cube = 1, sphere = 2, lineStrip = 4, lineList = 5, text = 9 };
   enum class Action : std::int32_t { add = 0, remove = 2, removeAll = 3 };
   /// r, g, b, a from 0 to 1.
   using Color = std::array<float, 4>;
@@ -60,8 +48,7 @@ struct Marker {
 /// std_msgs/String
 std::vector<std::byte> stringMessage(const std::string& text);
 
-/// sensor_msgs/Image; `stamp` in nanoseconds, `encoding` e.g. "rgb8". Throws Error (invalidInput) unless
-/// `data` is `height` rows of one length.
+/// sensor_msgs/Image; `stamp` [ns]. Throws Error (invalidInput) unless `data` is `height` rows of one length.
 std::vector<std::byte> imageMessage(std::int64_t stamp, const std::string& frame, std::uint32_t width,
                                     std::uint32_t height, const std::string& encoding,
                                     std::span<const std::byte> data);

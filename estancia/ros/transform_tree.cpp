@@ -12,8 +12,16 @@ namespace {
 
 /// A chain of frames is short; a longer one goes in circles.
 constexpr std::size_t maxFramesInChain = 100;
+constexpr double interpolatedPerHeld = 10;
+
+std::int64_t nanosecondsOf(double seconds) {
+  return static_cast<std::int64_t>(std::min(seconds, 1e9) * 1e9);
+}
 
 }  // namespace
+
+TransformTree::TransformTree(double maxGap)
+    : TransformTree(nanosecondsOf(maxGap * interpolatedPerHeld), nanosecondsOf(maxGap)) {}
 
 std::optional<Pose> normalized(const Pose& pose) {
   const double length =

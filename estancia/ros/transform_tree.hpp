@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <opencv2/core/affine.hpp>
@@ -20,12 +19,13 @@ class TransformTree {
   /// Where a moving transform is not known at a time, it is interpolated between two at most `maxBetween`
   /// [ns] apart, else taken from one that is at most `maxAway` [ns] from it.
   TransformTree(std::int64_t maxBetween, std::int64_t maxAway) : maxBetween_(maxBetween), maxAway_(maxAway) {}
+  /// `maxAway` is `maxGap` [s], `maxBetween` ten times that: motion between two is known from both sides.
+  explicit TransformTree(double maxGap);
 
   /// T_parent_child, in any order of time; static ones hold always. Returns whether it was taken: numbers
   /// that are not finite, a quaternion of no length, and a frame that is its own parent are not.
   bool add(const StampedPose& transform, bool isStatic);
-  /// T_target_source at a time [ns]; nothing where they are not joined, or a moving transform on the way is
-  /// not known near that time.
+  /// T_target_source at a time [ns]; nothing where they are not joined, or a transform is not known then.
   std::optional<cv::Affine3d> find(const std::string& target, const std::string& source,
                                    std::int64_t time) const;
   /// Forgets moving transforms before a time [ns], but for the last of each: a live tree stays small.
@@ -52,16 +52,10 @@ class TransformTree {
   std::int64_t maxBetween_, maxAway_;
 };
 
-/// Moving transforms are interpolated between two that are so many times farther apart than a single one
-/// holds: between two the motion is known from both sides.
-constexpr double interpolatedPerHeld = 10;
-
-/// A body's axes (x forward, y left, z up; REP-103) ← the axes of a camera that looks ahead on it: the
-/// default mounting if no transform gives it.
+/// A body's axes (x forward, y left, z up; REP-103) ← those of a camera that looks ahead: the default.
 inline const cv::Affine3d bodyFromCameraAhead(cv::Matx33d(0, 0, 1, -1, 0, 0, 0, -1, 0), cv::Vec3d(0, 0, 0));
 
-/// The pose between two at a share of the way from 0 to 1: positions linearly, rotations along the shortest
-/// arc (slerp, Shoemake 1985).
+/// The pose between two at a share of the way from 0 to 1; rotations by slerp (Shoemake 1985).
 Pose interpolated(const Pose& from, const Pose& to, double share);
 
 /// With a quaternion of unit length; nothing where its numbers are not finite, or it has no length.

@@ -4,21 +4,27 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <fstream>
 #include <map>
 #include <optional>
+#include <span>
+#include <string_view>
 #include <unordered_map>
 #include <utility>
 
+#include "estancia/core/bytes.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/output_file.hpp"
+#include "estancia/core/printable_labels.hpp"
 #include "estancia/files/csv.hpp"
 #include "estancia/files/files.hpp"
 #include "estancia/files/frame_list.hpp"
 #include "estancia/files/label_scores.hpp"
 #include "estancia/files/npy.hpp"
 #include "estancia/files/path_option.hpp"
-#include "estancia/sequences/label_file.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
@@ -36,16 +42,9 @@ std::optional<Vocabulary> givenLabels(const DescriptorFileOptions& options) {
 DescriptorSequence sequenceOf(const fs::path& file, Vocabulary vocabulary, std::vector<Frame> frames,
                               DescriptorMatrix descriptors) {
   if (frames.empty()) fail(ErrorCode::insufficientData, "{}: no images", io::printable(file));
-  // The file does not name its labeler. Equal vocabularies count as the same labeler, so that one sequence
-  // can be localized in the map of another.
+  // Files do not name their labeler. One vocabulary counts as one, so that maps localize other sequences.
   std::string model = "recorded " + vocabulary.digest();
   return {std::move(vocabulary), std::move(model), std::move(frames), std::move(descriptors)};
-}
-
-Frame named(std::string name) {
-  Frame frame;
-  frame.name = std::move(name);
-  return frame;
 }
 
 /// Images with sparse labels, which finish() turns into rows of probabilities.
@@ -56,7 +55,7 @@ class SparseRows {
   }
 
   void add(std::string image, std::vector<LabelProbability> words, const std::string& source) {
-    frames_.push_back(named(std::move(image)));
+    frames_.push_back({std::move(image), {}, {}, {}});
     places_.push_back(book_.place(std::move(words), 0, source));
   }
 
@@ -113,7 +112,7 @@ DescriptorSequence readWideCsv(const fs::path& file, const DescriptorFileOptions
     names.add(image, file, row.line);
     for (std::size_t i = 0; i < labels.size(); ++i)
       values[i] = io::toProbability(numberOf(row.cells[i + 1], labels[i], where), labels[i], where);
-    frames.push_back(named(std::move(image)));
+    frames.push_back({std::move(image), {}, {}, {}});
     descriptors->append(values);
   });
   Vocabulary vocabulary(std::move(labels));
@@ -150,13 +149,10 @@ DescriptorSequence readLongCsv(const fs::path& file, const DescriptorFileOptions
 
 /// Wide or long, by the header.
 DescriptorSequence readCsv(const fs::path& file, const DescriptorFileOptions& options) {
-  std::ifstream stream(file);
-  if (!fs::is_regular_file(file) || !stream)
+  if (!fs::is_regular_file(file) || !std::ifstream(file))
     fail(fs::exists(file) ? ErrorCode::fileUnreadable : ErrorCode::fileNotFound,
          "{}: no readable file; check its name and its permissions", io::printable(file));
-  std::string start(256, '\0');
-  stream.read(start.data(), static_cast<std::streamsize>(start.size()));
-  start.resize(static_cast<std::size_t>(stream.gcount()));
+  std::string start = io::firstBytes(file, 256);
   if (start.starts_with("\xEF\xBB\xBF")) start.erase(0, 3);
   std::erase_if(start, [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '"'; });
   const std::string header = start.substr(0, start.find('\n'));
@@ -203,7 +199,7 @@ DescriptorSequence readNpy(const fs::path& file, const DescriptorFileOptions& op
   std::vector<Frame> frames;
   if (!list.empty()) frames = io::readFrameList(list);
   for (std::size_t i = 0; list.empty() && i < matrix.rows(); ++i)
-    frames.push_back(named(fmt::format("frame {:06}", i)));
+    frames.push_back({fmt::format("frame {:06}", i), {}, {}, {}});
   if (frames.size() != matrix.rows())
     fail(ErrorCode::mismatch, "{}: {} rows, but {} names {} images", name, matrix.rows(), io::printable(list),
          frames.size());
@@ -240,6 +236,102 @@ void writeNpy(const DescriptorSequence& sequence, const fs::path& file) {
   writeWhole(file, io::npyBytes(sequence.descriptors));  // last: its existence means success
 }
 
+// A label file: magic, version, the vocabulary's digest, then model, labels and frames, then float32 N×L.
+constexpr std::string_view labelFileMagic = "ESTLABEL";
+constexpr std::uint32_t labelFileVersion = 1;
+constexpr std::size_t maxLabelFileBytes = std::size_t{64} << 30;
+
+void writeFrame(ByteWriter& out, const Frame& frame) {
+  out.text(frame.name);
+  out.text(frame.room);
+  out.number(static_cast<std::uint8_t>((frame.timestamp ? 1 : 0) | (frame.pose ? 2 : 0)));
+  if (frame.timestamp) out.number(*frame.timestamp);
+  if (const auto& p = frame.pose)
+    for (const double value : {p->x, p->y, p->z, p->qx, p->qy, p->qz, p->qw}) out.number(value);
+}
+
+Frame readFrame(ByteReader& in) {
+  Frame frame;
+  frame.name = io::printable(in.text());
+  frame.room = io::printable(in.text());
+  const auto known = in.number<std::uint8_t>();
+  if ((known & 1) != 0) frame.timestamp = in.number<double>();
+  if (frame.timestamp && !std::isfinite(*frame.timestamp)) in.fail("it is damaged (a time is not finite)");
+  if ((known & 2) != 0) {
+    Pose& p = frame.pose.emplace();
+    for (double* value : {&p.x, &p.y, &p.z, &p.qx, &p.qy, &p.qz, &p.qw}) *value = in.number<double>();
+    if (!p.isPlausible()) in.fail("it is damaged (a pose is not finite, or beyond 10 000 km)");
+  }
+  return frame;
+}
+
+void writeLabelFile(const DescriptorSequence& sequence, const fs::path& file) {
+  ByteWriter out;
+  out.raw(labelFileMagic);
+  out.number(labelFileVersion);
+  out.raw(sequence.vocabulary.digest());
+  out.text(sequence.model);
+  out.number(static_cast<std::uint64_t>(sequence.vocabulary.size()));
+  for (const std::string& label : sequence.vocabulary.labels()) out.text(label);
+  const auto& parts = sequence.vocabulary.layout().parts;
+  out.number(static_cast<std::uint64_t>(parts.size()));
+  for (const LabelPart& part : parts) {
+    out.number(static_cast<std::uint64_t>(part.size));
+    out.number(part.weight);
+  }
+  out.number(static_cast<std::uint64_t>(sequence.frames.size()));
+  for (const Frame& frame : sequence.frames) writeFrame(out, frame);
+  const auto values = std::span(sequence.descriptors.values());
+  out.raw({reinterpret_cast<const char*>(values.data()), values.size_bytes()});
+  writeWhole(file, out.bytes());
+}
+
+DescriptorSequence readLabelFile(const fs::path& file) {
+  const std::string bytes = io::readBytes(file, maxLabelFileBytes);
+  ByteReader in(bytes, io::printable(file), "label the sequence again");
+  if (!bytes.starts_with(labelFileMagic))
+    fail(ErrorCode::unsupportedFile, "{}: not a label file; give one that `estancia label` has written",
+         io::printable(file));
+  in.raw(labelFileMagic.size());
+  if (const auto found = in.number<std::uint32_t>(); found != labelFileVersion)
+    fail(ErrorCode::unsupportedFile,
+         "{}: label file of version {}; this program reads version {}; update Estancia", io::printable(file),
+         found, labelFileVersion);
+  const std::string digest(in.raw(64));
+  std::string model = io::printable(in.text());
+  const auto labelCount = in.number<std::uint64_t>();
+  if (labelCount == 0 || labelCount > in.remaining()) in.fail("it is truncated", ErrorCode::truncatedFile);
+  std::vector<std::string> labels;
+  for (std::uint64_t i = 0; i < labelCount; ++i) labels.push_back(in.text());
+  const auto partCount = in.number<std::uint64_t>();
+  if (partCount > labelCount) in.fail("it is damaged (more parts than labels)");
+  std::vector<LabelPart> parts;
+  for (std::uint64_t i = 0; i < partCount; ++i) {
+    const auto size = in.number<std::uint64_t>();
+    parts.push_back({std::min(size, labelCount + 1), in.number<float>()});
+  }
+  Vocabulary vocabulary(std::move(labels), std::move(parts));
+  if (vocabulary.digest() != digest)
+    in.fail("it is damaged (labels and digest disagree)", ErrorCode::corruptFile);
+  const auto frameCount = in.number<std::uint64_t>();
+  if (frameCount > in.remaining()) in.fail("it is truncated", ErrorCode::truncatedFile);
+  std::vector<Frame> frames;
+  for (std::uint64_t i = 0; i < frameCount; ++i) frames.push_back(readFrame(in));
+
+  DescriptorMatrix descriptors(vocabulary.size());
+  const std::size_t rowBytes = vocabulary.size() * sizeof(float);
+  if (in.remaining() / rowBytes != frameCount || in.remaining() % rowBytes != 0)
+    in.fail("it is truncated", ErrorCode::truncatedFile);
+  descriptors.reserve(frames.size());
+  LexicalDescriptor row(vocabulary.size());
+  for (const Frame& frame : frames) {
+    std::memcpy(row.data(), in.raw(rowBytes).data(), rowBytes);
+    requireProbabilities(row, row.size(), fmt::format("{}: {}", io::printable(file), frame.name));
+    descriptors.append(row);
+  }
+  return {printableLabels(vocabulary), std::move(model), std::move(frames), std::move(descriptors)};
+}
+
 }  // namespace
 
 OptionGroup declare(DescriptorFileOptions& o) {
@@ -255,7 +347,7 @@ bool isDescriptorFile(const fs::path& file) {
 }
 
 DescriptorSequence readDescriptors(const fs::path& file, const DescriptorFileOptions& options) {
-  if (io::hasSuffix(file, {".labels"})) return io::readLabelFile(file);
+  if (io::hasSuffix(file, {".labels"})) return readLabelFile(file);
   if (io::hasSuffix(file, {".csv"})) return readCsv(file, options);
   if (io::hasSuffix(file, {".jsonl", ".ndjson"})) return readJsonLines(file, options);
   if (io::hasSuffix(file, {".npy"})) return readNpy(file, options);
@@ -265,7 +357,7 @@ DescriptorSequence readDescriptors(const fs::path& file, const DescriptorFileOpt
 }
 
 void writeDescriptors(const DescriptorSequence& sequence, const fs::path& file) {
-  if (io::hasSuffix(file, {".labels"})) return io::writeLabelFile(sequence, file);
+  if (io::hasSuffix(file, {".labels"})) return writeLabelFile(sequence, file);
   if (io::hasSuffix(file, {".csv"})) return writeCsv(sequence, file);
   requireDescriptorFile(file);
   writeNpy(sequence, file);

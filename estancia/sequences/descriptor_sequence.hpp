@@ -40,7 +40,7 @@ OptionGroup declare(DescriptorFileOptions& options);
 bool isDescriptorFile(const std::filesystem::path& file);
 
 /// Reads a descriptor file by its extension:
-///  * .labels: written by writeDescriptors(), see label_file.hpp;
+///  * .labels: written by writeDescriptors(), binary and exact; of this version only;
 ///  * .csv, wide: a header `image,LABEL,…`, then one line of probabilities per image;
 ///  * .csv, long: a header `image,label,probability`, then one line per label; missing labels are 0;
 ///  * .jsonl, .ndjson: {"image": …, "labels": {LABEL: probability, …}} per line, or a list

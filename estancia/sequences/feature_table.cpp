@@ -2,7 +2,6 @@
 #include "estancia/sequences/feature_table.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +11,6 @@
 #include <optional>
 #include <set>
 #include <sstream>
-#include <string_view>
 #include <utility>
 
 #include "estancia/core/fail.hpp"
@@ -56,9 +54,8 @@ std::vector<FeaturePart> partsOf(const std::vector<std::string>& columns, const 
   for (const FeaturePart& part : parts)
     if (!names.insert(part.name).second)
       fail(ErrorCode::malformedFile,
-           "{}: two parts are named {}; put the columns {}0, {}1 … next to each other, or "
-           "rename some",
-           where, part.name, part.name, part.name);
+           "{}: two parts are named {}; put the columns {}0, {}1 … next to each other, or rename some", where,
+           part.name, part.name, part.name);
   return parts;
 }
 
@@ -134,11 +131,10 @@ FeatureTable readFeatureTable(const std::filesystem::path& file, const FeatureTa
       fail(ErrorCode::malformedFile, "{}: repeated header; keep one table per file", where);
     values.clear();
     for (const std::size_t c : layout->numbers) values.push_back(numberIn(row, c, *layout, where));
-    Frame frame;
-    frame.name = layout->image ? io::printable(row.cells[*layout->image]) : fmt::format("line {}", row.line);
-    frame.room = io::printable(row.cells[*layout->room]);
-    names.add(frame.name, file, row.line);
-    table.frames.push_back(std::move(frame));
+    std::string image =
+        layout->image ? io::printable(row.cells[*layout->image]) : fmt::format("line {}", row.line);
+    names.add(image, file, row.line);
+    table.frames.push_back({std::move(image), {}, {}, io::printable(row.cells[*layout->room])});
     if (layout->group) table.groups.push_back(io::printable(row.cells[*layout->group]));
     table.values.append(values);
   });

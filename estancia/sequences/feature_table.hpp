@@ -33,8 +33,7 @@ struct FeatureTable {
 };
 
 struct FeatureTableOptions {
-  /// Columns that are no features: notes, or answers that a learner must not see, such as the objects in the
-  /// CSV of RobotVision. All must exist.
+  /// Columns that are no features: notes, or answers that a learner must not see. All must exist.
   std::vector<std::string> ignored;
 };
 OptionGroup declare(FeatureTableOptions& options);
@@ -47,8 +46,7 @@ OptionGroup declare(FeatureTableOptions& options);
 /// wrong columns.
 FeatureTable readFeatureTable(const std::filesystem::path& file, const FeatureTableOptions& options = {});
 
-/// Whether the file is a CSV whose header has a column `room` or `class`: such tables hold numbers, others
-/// hold labels.
+/// Whether the file is a CSV whose header has a column `room` or `class`: others hold labels, not numbers.
 bool isFeatureTable(const std::filesystem::path& file);
 
 }  // namespace estancia

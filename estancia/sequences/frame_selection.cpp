@@ -4,11 +4,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
 #include <set>
-#include <utility>
 
-#include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/words/installed_words.hpp"
 #include "estancia/words/name_search.hpp"

@@ -64,8 +64,8 @@ Trajectory readTrajectory(const fs::path& file) {
       if (const auto number = io::toNumber(word)) numbers.push_back(*number);
     if (words.size() != columns || numbers.size() != columns)
       fail(ErrorCode::malformedFile,
-           "{}:{}: {} of {} values are numbers; write `t x y z qx qy qz qw` (TUM) or the 12 "
-           "numbers of a 3×4 matrix (KITTI) on every line",
+           "{}:{}: {} of {} values are numbers; write `t x y z qx qy qz qw` (TUM) or the 12 numbers of a "
+           "3×4 matrix (KITTI) on every line",
            name, i + 1, numbers.size(), words.size());
     TrajectoryPoint point;
     if (columns == tum) {

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -29,8 +28,7 @@ struct Trajectory {
 };
 
 /// Reads a TUM (8 numbers per line) or KITTI (12 numbers) trajectory; the first line decides which. `#`
-/// starts a comment. Throws Error with file and line when a line is neither, and when there is no pose at
-/// all.
+/// starts a comment. Throws Error with file and line when a line is neither, and when there is no pose.
 Trajectory readTrajectory(const std::filesystem::path& file);
 
 /// Writes TUM lines, every number with all digits: reading them gives the same trajectory. Throws Error when

@@ -8,11 +8,11 @@
 #include <ctime>
 #include <exception>
 #include <filesystem>
-#include <opencv2/imgproc.hpp>
 #include <utility>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
+#include "estancia/files/image_decoding.hpp"
 #include "estancia/readers/video_decoder.hpp"
 
 namespace estancia {
@@ -27,29 +27,16 @@ bool isDeviceNumber(const std::string& text) {
 
 /// BGR, 8 bits; empty where it is no image.
 cv::Mat asColors(const cv::Mat& image) {
-  if (image.empty() || image.depth() != CV_8U) return {};
-  cv::Mat bgr;
-  switch (image.channels()) {
-    case 1:
-      cv::cvtColor(image, bgr, cv::COLOR_GRAY2BGR);
-      return bgr;
-    case 3:
-      return image;
-    case 4:
-      cv::cvtColor(image, bgr, cv::COLOR_BGRA2BGR);
-      return bgr;
-    default:
-      return {};
-  }
+  const int channels = image.channels();
+  if (image.empty() || image.depth() != CV_8U || (channels != 1 && channels != 3 && channels != 4)) return {};
+  return io::toBgr8(image);
 }
 
 }  // namespace
 
 bool isCamera(const std::string& source) {
-  if (isDeviceNumber(source)) return true;
-  return std::ranges::any_of(
-      std::initializer_list<const char*>{"/dev/video", "http://", "https://", "rtsp://"},
-      [&](const char* start) { return source.starts_with(start); });
+  return isDeviceNumber(source) || source.starts_with("/dev/video") || source.starts_with("http://") ||
+         source.starts_with("https://") || source.starts_with("rtsp://");
 }
 
 CameraSource::CameraSource(std::string camera, const CameraPatience& patience)
@@ -118,8 +105,7 @@ std::optional<LiveFrame> CameraSource::newest(std::chrono::milliseconds patience
   return live;
 }
 
-/// Named by the time of day, so that a map that is continued has no two of one name. A clock that is set
-/// while the camera runs changes nothing.
+/// Named by the time of day: no two of a map that is continued have one name. A clock may be set meanwhile.
 Frame CameraSource::nextFrame() {
   using namespace std::chrono;
   static const auto day = system_clock::now();

@@ -30,8 +30,7 @@ struct CameraPatience {
 /// A thread takes its frames and keeps the newest one only.
 class CameraSource : public FrameSource {
  public:
-  /// Opens it in the background, and again whenever it has gone. Throws Error: missingDependency;
-  /// invalidInput for what is no camera's name.
+  /// Opens it in the background, and again whenever it has gone. Throws missingDependency, invalidInput.
   explicit CameraSource(std::string camera, const CameraPatience& patience = {});
   /// May wait for a camera that does not answer, up to its patience.
   ~CameraSource() override;
@@ -45,7 +44,6 @@ class CameraSource : public FrameSource {
   void grab();
   bool isMissing() const;
   void readFrames();
-  void keep(cv::Mat image);
   Frame nextFrame();
 
   std::string camera_;

@@ -9,7 +9,6 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/pose.hpp"
-#include "estancia/readers/depth_registration.hpp"
 #include "estancia/readers/message_image.hpp"
 
 namespace estancia {
@@ -21,10 +20,6 @@ constexpr std::int64_t transformsKept = 10'000'000'000;  // [ns]
 
 constexpr const char* bodyRoot = "odometry";
 
-std::int64_t nanosecondsOf(double seconds) {
-  return static_cast<std::int64_t>(std::min(seconds, 1e9) * 1e9);
-}
-
 ros::SerializedMessage inCdr(std::span<const std::byte> bytes) {
   return {bytes, ros::Encoding::cdr};
 }
@@ -32,33 +27,28 @@ ros::SerializedMessage inCdr(std::span<const std::byte> bytes) {
 }  // namespace
 
 RosFrames::RosFrames(const RosFrameOptions& options)
-    : options_(options),
-      transforms_(nanosecondsOf(options.maxPoseGap * ros::interpolatedPerHeld),
-                  nanosecondsOf(options.maxPoseGap)),
-      body_(nanosecondsOf(options.maxPoseGap * ros::interpolatedPerHeld), nanosecondsOf(options.maxPoseGap)) {
-}
+    : options_(options), transforms_(options.maxPoseGap), body_(options.maxPoseGap) {}
 
-/// Runs `work`; what it throws is a trouble until it succeeds again. Returns whether it did.
+/// Runs `work`; what it throws is a trouble until it succeeds again.
 template <class Work>
-bool RosFrames::understand(const char* what, const Work& work) {
+void RosFrames::understand(const char* what, const Work& work) {
   try {
     work();
   } catch (const Error& e) {
     const std::lock_guard lock(mutex_);
     troubles_[what] = fmt::format("{}: {}", what, e.what());
-    return false;
+    return;
   }
   const std::lock_guard lock(mutex_);
   troubles_.erase(what);
   changed_.notify_all();
-  return true;
 }
 
 /// Messages without a stamp have the time when they came.
-bool RosFrames::keep(std::deque<Message>& messages, std::span<const std::byte> bytes,
+void RosFrames::keep(std::deque<Message>& messages, std::span<const std::byte> bytes,
                      const std::string& type) {
   const char* what = &messages == &images_ ? "images" : "depth images";
-  return understand(what, [&] {
+  understand(what, [&] {
     const ros::Header header = ros::readHeader(inCdr(bytes));
     Message message{header.stamp, header.frame, type, {bytes.begin(), bytes.end()}, Clock::now(), 0};
     if (message.stamp == 0)
@@ -181,9 +171,7 @@ std::optional<LiveFrame> RosFrames::newest(std::chrono::milliseconds patience) {
   taken_ = image.number;
   lock.unlock();
   try {
-    LiveFrame pixels = decoded(image, depth);
-    live.image = pixels.image;
-    live.depth = pixels.depth;
+    decode(image, depth, live);
   } catch (const Error& e) {
     lock.lock();
     troubles_["images"] = e.what();
@@ -198,17 +186,13 @@ std::optional<LiveFrame> RosFrames::newest(std::chrono::milliseconds patience) {
   return live;
 }
 
-LiveFrame RosFrames::decoded(const Message& image, const std::optional<Message>& depth) {
+void RosFrames::decode(const Message& image, const std::optional<Message>& depth, LiveFrame& live) {
   std::unique_lock lock(mutex_);
   const std::optional<io::Undistortion> camera = camera_;
   lock.unlock();
-  LiveFrame live;
-  const auto message = inCdr(image.bytes);
-  live.image = image.type == "sensor_msgs/Image" ? io::imageOf(ros::readImageMessage(message))
-                                                 : io::imageOf(ros::readCompressedImage(message));
+  live.image = io::imageOf(inCdr(image.bytes), image.type);
   if (camera) live.image = camera->image(live.image);
   if (depth) understand("depth images", [&] { live.depth = decodedDepth(*depth, image); });
-  return live;
 }
 
 /// Depth as the camera of the images sees it.
@@ -218,11 +202,8 @@ cv::Mat RosFrames::decodedDepth(const Message& depth, const Message& image) {
   const auto mount =
       depth.frame == image.frame ? std::nullopt : transforms_.find(image.frame, depth.frame, image.stamp);
   lock.unlock();
-  const auto message = inCdr(depth.bytes);
-  if (depth.type == "sensor_msgs/PointCloud2") return io::depthOf(ros::readPointCloud(message));
-  const cv::Mat meters = depth.type == "sensor_msgs/Image"
-                             ? io::depthOf(ros::readImageMessage(message), options_.depthScale)
-                             : io::depthOf(ros::readCompressedImage(message), options_.depthScale);
+  const cv::Mat meters = io::depthOf(inCdr(depth.bytes), depth.type, options_.depthScale);
+  if (depth.type == "sensor_msgs/PointCloud2") return meters;
   if (camera && own && mount)
     return io::registerDepth(own->depth(meters), own->camera(), *mount, camera->camera());
   return camera ? camera->depth(meters) : meters;

@@ -64,17 +64,17 @@ class RosFrames {
     /// Images are counted from 1.
     std::size_t number = 0;
   };
-  bool keep(std::deque<Message>& messages, std::span<const std::byte> bytes, const std::string& type);
+  void keep(std::deque<Message>& messages, std::span<const std::byte> bytes, const std::string& type);
   const Message* toTake() const;
   const Message* depthOf(std::int64_t stamp) const;
   std::optional<Pose> poseOf(const Message& image) const;
   bool isWhole(const Message& image) const;
-  LiveFrame decoded(const Message& image, const std::optional<Message>& depth);
+  void decode(const Message& image, const std::optional<Message>& depth, LiveFrame& live);
   cv::Mat decodedDepth(const Message& depth, const Message& image);
   void readCamera(std::span<const std::byte> message, bool isRectified, const char* what,
                   std::optional<io::Undistortion>& camera);
   template <class Work>
-  bool understand(const char* what, const Work& work);
+  void understand(const char* what, const Work& work);
 
   RosFrameOptions options_;
   mutable std::mutex mutex_;

@@ -38,10 +38,6 @@ bool isImageType(const std::string& type) {
   return type == "sensor_msgs/Image" || type == "sensor_msgs/CompressedImage";
 }
 
-bool isPublished(const ros::DdsTopic& topic) {
-  return topic.writers > 0;
-}
-
 std::string namesOf(const std::vector<ros::DdsTopic>& topics) {
   std::vector<std::string> names;
   for (const ros::DdsTopic& topic : topics) names.push_back(printable(topic.name));
@@ -57,7 +53,7 @@ template <class Is>
 std::vector<ros::DdsTopic> topicsThat(const ros::DdsNode& node, const Is& is) {
   std::vector<ros::DdsTopic> found;
   std::ranges::copy_if(node.topics(), std::back_inserter(found),
-                       [&](const ros::DdsTopic& topic) { return isPublished(topic) && is(topic); });
+                       [&](const ros::DdsTopic& topic) { return topic.writers > 0 && is(topic); });
   return found;
 }
 
@@ -114,14 +110,11 @@ RosSource::RosSource(const std::string& source, const RosSourceOptions& options,
   subscribe(options);
 }
 
-RosSource::~RosSource() = default;
-
 void RosSource::subscribe(const RosSourceOptions& options) {
   const auto isDepth = [this](const ros::DdsTopic& topic) {
     return topic.name != imageTopic_ && (isImageType(topic.type) || topic.type == "sensor_msgs/PointCloud2");
   };
-  // The content of a topic is known with its first message: without being named only a raw topic is taken
-  // whose name contains "depth".
+  // The content is known with the first message: unnamed, only a raw topic with "depth" in its name is taken.
   const auto saysDepth = [&](const ros::DdsTopic& topic) {
     return isDepth(topic) && topic.type == "sensor_msgs/Image" &&
            topic.name.find("depth") != std::string::npos;
@@ -175,10 +168,6 @@ void RosSource::subscribe(const RosSourceOptions& options) {
     take(poses->name, type, [&frames, type](auto message) { frames.addPose(message, type); });
   }
   if (depth) waitFor(firstCamera, [&frames] { return frames.intrinsics().has_value(); });
-}
-
-std::optional<LiveFrame> RosSource::newest(milliseconds patience) {
-  return frames_->newest(patience);
 }
 
 std::string RosSource::trouble() const {

@@ -13,8 +13,7 @@
 namespace estancia {
 
 struct RosSourceOptions {
-  /// Topics of depth images and of poses, as SequenceOptions has them; "" takes the only one that fits,
-  /// "none" none.
+  /// Topics of depth images and of poses, as in SequenceOptions: "" is the only one that fits, "none" none.
   std::string depthTopic, odomTopic;
   /// Units per meter of depth images of 16 bits; 0: millimeters.
   double depthScale = 0;
@@ -31,13 +30,13 @@ int rosDomain();
 class RosSource : public FrameSource {
  public:
   /// `node` is ROS 2's graph. Waits some seconds for the topic of images; its publisher may go and come back.
-  /// Throws Error: unknownName where there is no such topic of images, with those that there are;
-  /// missingDependency.
+  /// Throws Error: unknownName where there is no such topic of images, with those that there are.
   RosSource(const std::string& source, const RosSourceOptions& options, std::unique_ptr<ros::DdsNode> node);
-  ~RosSource() override;
 
   std::string name() const override { return source_; }
-  std::optional<LiveFrame> newest(std::chrono::milliseconds patience) override;
+  std::optional<LiveFrame> newest(std::chrono::milliseconds patience) override {
+    return frames_->newest(patience);
+  }
   std::string trouble() const override;
   bool hasDepth() const override { return frames_->intrinsics() && !depthTopic_.empty(); }
   bool hasPoses() const override { return hasPoses_; }
@@ -53,8 +52,7 @@ class RosSource : public FrameSource {
   std::vector<std::unique_ptr<ros::DdsSubscription>> subscriptions_;  // the first is that of images
 };
 
-/// The topics of the graph that are published: what is discovered in two seconds, in the order of their
-/// names.
+/// The topics of the graph that are published, as discovered in two seconds, by their names.
 std::vector<ros::DdsTopic> discoveredTopics(const ros::DdsNode& node);
 
 /// The topics of the graph as a table for people: name, type, writers.

@@ -8,7 +8,6 @@
 
 #include "estancia/files/csv.hpp"
 #include "estancia/files/files.hpp"
-#include "estancia/files/text_file.hpp"
 #include "support/errors.hpp"
 #include "support/images.hpp"
 #include "support/support.hpp"

@@ -12,7 +12,7 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/pose.hpp"
-#include "estancia/readers/bag_summary.hpp"
+#include "estancia/readers/bag_topics.hpp"
 #include "estancia/readers/open_sequence.hpp"
 #include "estancia/sequences/sequence.hpp"
 #include "support/errors.hpp"

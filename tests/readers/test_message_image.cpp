@@ -9,7 +9,6 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "estancia/readers/depth_registration.hpp"
 #include "estancia/readers/undistortion.hpp"
 #include "estancia/ros/bag.hpp"
 #include "estancia/sequences/sequence.hpp"

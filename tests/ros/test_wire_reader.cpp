@@ -10,10 +10,9 @@
 #include <limits>
 
 #include "estancia/core/pose.hpp"
-#include "estancia/ros/cdr_writer.hpp"
 #include "estancia/ros/dds_names.hpp"
 #include "estancia/ros/messages.hpp"
-#include "estancia/ros/wire_reader.hpp"
+#include "estancia/ros/wire.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 

@@ -12,7 +12,6 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/sequences/descriptor_sequence.hpp"
-#include "estancia/sequences/label_file.hpp"
 #include "estancia/sequences/sequence.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
@@ -228,8 +227,8 @@ TEST(LabelFile, KeepsEverythingExactly) {
   const test::ScratchFolder scratch;
   const fs::path file = scratch / "words.labels";
   const DescriptorSequence before = sample();
-  io::writeLabelFile(before, file);
-  const DescriptorSequence after = io::readLabelFile(file);
+  writeDescriptors(before, file);
+  const DescriptorSequence after = readDescriptors(file);
   EXPECT_EQ(after.vocabulary, before.vocabulary);
   EXPECT_EQ(after.vocabulary.layout().parts, before.vocabulary.layout().parts);
   EXPECT_EQ(after.model, before.model);
@@ -249,8 +248,8 @@ TEST(LabelFile, TextsOfOthersAreReadWithoutControlCharacters) {
   recording.vocabulary = Vocabulary({"cup\x1B[2J", "cat", "kitchen"}, {{2, 1}, {1, 0.5F}});
   recording.model = "net\x1B";
   recording.frames[0].room = "kitchen\x1B";
-  io::writeLabelFile(recording, scratch / "words.labels");
-  const DescriptorSequence after = io::readLabelFile(scratch / "words.labels");
+  writeDescriptors(recording, scratch / "words.labels");
+  const DescriptorSequence after = readDescriptors(scratch / "words.labels");
   EXPECT_EQ(after.vocabulary, Vocabulary({"cup\\x1B[2J", "cat", "kitchen"}, {{2, 1}, {1, 0.5F}}));
   EXPECT_EQ(after.model, "net\\x1B");
   EXPECT_EQ(after.frames[0].room, "kitchen\\x1B");
@@ -259,12 +258,12 @@ TEST(LabelFile, TextsOfOthersAreReadWithoutControlCharacters) {
 TEST(LabelFile, SaysWhatItIsNot) {
   const test::ScratchFolder scratch;
   test::writeFile(scratch / "text.labels", "cup\ncat\n");
-  EXPECT_THAT([&] { io::readLabelFile(scratch / "text.labels"); }, FailsWith(ErrorCode::unsupportedFile));
-  io::writeLabelFile(sample(), scratch / "new.labels");
+  EXPECT_THAT([&] { readDescriptors(scratch / "text.labels"); }, FailsWith(ErrorCode::unsupportedFile));
+  writeDescriptors(sample(), scratch / "new.labels");
   std::string newer = test::readFile(scratch / "new.labels");
   newer[8] = 2;
   test::writeFile(scratch / "new.labels", newer);
-  EXPECT_THAT([&] { io::readLabelFile(scratch / "new.labels"); }, FailsWith(ErrorCode::unsupportedFile));
+  EXPECT_THAT([&] { readDescriptors(scratch / "new.labels"); }, FailsWith(ErrorCode::unsupportedFile));
   EXPECT_THAT([&] { writeDescriptors(sample(), scratch / "words.txt"); },
               FailsWith(ErrorCode::unsupportedFile));
 }

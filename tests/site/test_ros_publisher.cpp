@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "estancia/ros/messages.hpp"
-#include "estancia/ros/wire_reader.hpp"
+#include "estancia/ros/wire.hpp"
 #include "ros/dds_world.hpp"
 #include "site/fake_view.hpp"
 

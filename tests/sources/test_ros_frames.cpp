@@ -10,8 +10,8 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/pose.hpp"
-#include "estancia/ros/cdr_writer.hpp"
 #include "estancia/ros/published_messages.hpp"
+#include "estancia/ros/wire.hpp"
 #include "estancia/sources/ros_source.hpp"
 #include "ros/dds_world.hpp"
 #include "support/errors.hpp"

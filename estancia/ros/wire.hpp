@@ -1,23 +1,31 @@
-// Wire reader: the fields of a serialized ROS message one after the other, in ROS 1's encoding or CDR.
+// Wire format: the fields of serialized ROS messages, read from ROS 1's encoding or CDR and written in CDR.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <span>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
-#include "estancia/ros/encoding.hpp"
-
 namespace estancia::ros {
 
-/// Never reads beyond the end, and never allocates more than the message holds. Every function throws Error
-/// (truncatedFile) where the message ends too early.
+/// Serialization of ROS messages.
+enum class Encoding {
+  /// Little-endian and packed; strings have no terminating zero.
+  ros1,
+  /// OMG's Common Data Representation (XCDR1): a header of four bytes, then aligned from there.
+  cdr
+};
+
+/// Reads one field after the other. Never reads beyond the end, and never allocates more than the message
+/// holds. Every function throws Error (truncatedFile) where the message ends too early.
 class WireReader {
  public:
   /// The bytes must outlive it. Throws Error: truncatedFile; unsupportedFile for a CDR header of another
@@ -81,6 +89,43 @@ class WireReader {
   std::size_t maxAlignment_ = 1;
   bool swaps_ = false;
   Encoding encoding_;
+};
+
+/// Puts one field behind the other (OMG XCDR1, little-endian). A number lies at a multiple of its size,
+/// counted from behind the header of four bytes.
+class CdrWriter {
+ public:
+  CdrWriter();
+
+  template <class Number>
+  requires std::integral<Number> || std::floating_point<Number>
+  void put(Number number) {
+    static_assert(sizeof(Number) <= 8);
+    align(sizeof(Number));
+    append(&number, sizeof(Number));
+  }
+
+  template <class Enumeration>
+  requires std::is_enum_v<Enumeration>
+  void put(Enumeration value) { put(static_cast<std::underlying_type_t<Enumeration>>(value)); }
+
+  /// Throws Error (tooLarge) beyond 4 GB.
+  void put(std::string_view text);
+  /// Writes the length of a sequence; its elements are put next. Throws Error (tooLarge) beyond 2³² − 1.
+  void putCount(std::size_t count);
+  /// uint8[]. Throws Error (tooLarge) beyond 4 GB.
+  void putBytes(std::span<const std::byte> bytes);
+  /// builtin_interfaces/Time or Duration [ns]; beyond what it can hold (the year 2038), the nearest.
+  void putTime(std::int64_t nanoseconds);
+
+  /// The message with its header; the writer begins anew.
+  std::vector<std::byte> take();
+
+ private:
+  void align(std::size_t size);
+  void append(const void* data, std::size_t size);
+
+  std::vector<std::byte> bytes_;
 };
 
 }  // namespace estancia::ros
