@@ -3,7 +3,6 @@
 
 #include <set>
 
-#include "estancia/classify/folds.hpp"
 #include "estancia/classify/trainers.hpp"
 #include "estancia/core/fail.hpp"
 
