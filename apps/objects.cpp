@@ -16,7 +16,6 @@
 #include "estancia/label/label_stream.hpp"
 #include "estancia/objects/clustered_frame.hpp"
 #include "estancia/objects/collect.hpp"
-#include "estancia/objects/object_crops.hpp"
 #include "estancia/readers/object_samples.hpp"
 #include "estancia/readers/object_views.hpp"
 #include "labeling.hpp"

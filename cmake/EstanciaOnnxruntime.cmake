@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # ONNX Runtime, the faster engine, is optional. Only its headers are compiled against; the library is opened when it is
-# first needed (labelers/onnxruntime_library.hpp), so that nothing that links Estancia depends on one version of it in
+# first needed (labelers/onnxruntime_engine.cpp), so that nothing that links Estancia depends on one version of it in
 # somebody's home. Taken are, in this order: the folder ESTANCIA_ONNXRUNTIME, an installed package, script/bootstrap's.
 set(ESTANCIA_ONNXRUNTIME "" CACHE STRING "Folder of ONNX Runtime with include/ and lib/; OFF to build without it")
 option(ESTANCIA_ONNXRUNTIME_HEADERS_ONLY "Compile no path of ONNX Runtime's library in: packages, for other machines" OFF)
@@ -47,7 +47,7 @@ function(estancia_use_onnxruntime target)
     endif()
     message(STATUS "ONNX Runtime: API ${version}, ${found}")
     set_source_files_properties(
-      estancia/labelers/onnxruntime_library.cpp estancia/labelers/onnxruntime_engine.cpp
+      estancia/labelers/onnxruntime_engine.cpp
       PROPERTIES COMPILE_DEFINITIONS ESTANCIA_ONNXRUNTIME_LIBRARY="${library}" COMPILE_OPTIONS "-isystem;${headers}")
     target_link_libraries(${target} PRIVATE ${CMAKE_DL_LIBS})
   elseif(ESTANCIA_ONNXRUNTIME)

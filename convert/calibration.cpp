@@ -13,8 +13,8 @@
 #include "convert/quantize.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/frame_failure.hpp"
+#include "estancia/labelers/engines.hpp"
 #include "estancia/labelers/network_labeler.hpp"
-#include "estancia/labelers/network_values.hpp"
 
 namespace estancia::convert {
 namespace {

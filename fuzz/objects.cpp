@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/classify/model_file.hpp"
+#include "estancia/objects/instance_accuracy.hpp"
 #include "estancia/objects/object_model.hpp"
-#include "estancia/objects/thing_classes.hpp"
 #include "fuzz/fuzz_target.hpp"
 
 namespace estancia::fuzz {

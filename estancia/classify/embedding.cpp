@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <map>
 #include <numeric>
 #include <optional>
@@ -67,31 +66,17 @@ void embedSelection(std::span<const float> values, std::span<float> out) {
   for (float& value : out) value -= mean;
 }
 
-void embedLabels(LabelSums sums, std::span<const float> values, std::span<float> out) {
-  switch (sums) {
-    case LabelSums::whole:
-      return embed(Embedding::centeredLogRatio, values, out);
-    case LabelSums::independent:
-      std::transform(values.begin(), values.end(), out.begin(), logOdds);
-      return;
-    case LabelSums::selection:
-      return embedSelection(values, out);
-  }
-  throw Error(ErrorCode::invalidInput, "the label sums are none of LabelSums; train again");
-}
-
 void embedPart(PartKind kind, LabelSums sums, std::span<const float> values, std::span<float> out) {
-  switch (kind) {
-    case PartKind::probabilities:
-      return embedLabels(sums, values, out);
-    case PartKind::histogram:
-      return embed(Embedding::squareRoot, values, out);
-    case PartKind::energies:
-      for (std::size_t c = 0; c < values.size(); ++c)
-        out[c] = std::copysign(std::sqrt(std::fabs(values[c])), values[c]);
-      return;
-  }
-  throw Error(ErrorCode::invalidInput, "the kind of a part is none of PartKind; train again");
+  if (kind == PartKind::histogram) return embed(Embedding::squareRoot, values, out);
+  if (kind == PartKind::energies)
+    std::transform(values.begin(), values.end(), out.begin(),
+                   [](float value) { return std::copysign(std::sqrt(std::fabs(value)), value); });
+  else if (sums == LabelSums::independent)
+    std::transform(values.begin(), values.end(), out.begin(), logOdds);
+  else if (sums == LabelSums::selection)
+    embedSelection(values, out);
+  else
+    embed(Embedding::centeredLogRatio, values, out);
 }
 
 /// `kind` is that of the training data: the kind of a table is guessed from its numbers.
@@ -144,8 +129,7 @@ Place placeOf(const DescriptorPart& learned, const Features& features) {
     }
     if (part.identity != learned.identity)
       fail(ErrorCode::mismatch,
-           "this classifier was trained on {} of {}, but the images "
-           "have that of {}; describe them alike, or "
+           "this classifier was trained on {} of {}, but the images have that of {}; describe them alike, or "
            "train again",
            learned.name, learned.identity, part.identity);
     Place place{&part, first, matched(learned.columns, part.columns)};
@@ -154,8 +138,7 @@ Place placeOf(const DescriptorPart& learned, const Features& features) {
     const bool areLabels = learned.kind == PartKind::probabilities;
     if (known == 0 || (!areLabels && part.columns != learned.columns))
       fail(ErrorCode::mismatch,
-           "this classifier was trained on {} columns of {} (\"{}\" …), but the images "
-           "have {} (\"{}\" …); "
+           "this classifier was trained on {} columns of {} (\"{}\" …), but the images have {} (\"{}\" …); "
            "describe them with that vocabulary, or train again",
            learned.size(), learned.name, learned.columns.front(), part.size(),
            part.columns.empty() ? "" : part.columns.front());
@@ -295,8 +278,7 @@ FeatureEmbedding FeatureEmbedding::read(ByteReader& in) {
     part.scale = in.numbers<float>();
     const auto finite = [](float v) { return std::isfinite(v); };
     if (columns == 0 || part.mean.size() != columns || part.scale.size() != columns ||
-        !std::all_of(part.mean.begin(), part.mean.end(), finite) ||
-        !std::all_of(part.scale.begin(), part.scale.end(), finite))
+        !std::ranges::all_of(part.mean, finite) || !std::all_of(part.scale.begin(), part.scale.end(), finite))
       in.fail(fmt::format("it is damaged (the numbers of {} are invalid)", part.part.name));
     embedding.parts_.push_back(std::move(part));
   }

@@ -23,9 +23,8 @@ enum class LabelSums : std::uint8_t {
 };
 
 /// The learned embedding of one part. A number v of the descriptor becomes (e(v) − mean) · scale, with e
-/// after the part's kind: probabilities of labels → centered log-ratio (distances/distance.hpp), of a
-/// selection centered over its labels and the rest to 1; log-odds where they are independent; histogram and
-/// energies → square root.
+/// after the part's kind: labels → centered log-ratio (distances/distance.hpp), of a selection centered over
+/// its labels and the rest to 1; log-odds where they are independent; histogram and energies → square root.
 struct PartEmbedding {
   DescriptorPart part;
   /// How probabilities are summed over the labels.
@@ -49,9 +48,8 @@ class FeatureEmbedding {
   /// False when all training images had the same numbers, so that classes cannot be distinguished.
   bool isInformative() const;
 
-  /// N × columns(). Parts are found by name, in any order; labels that a labeler has discovered since
-  /// training are ignored, and labels that it has not yet discovered are 0. Throws Error (mismatch) when a
-  /// part is missing or another.
+  /// N × columns(). Parts are found by name, in any order; labels discovered since training are ignored, and
+  /// labels not yet discovered are 0. Throws Error (mismatch) when a part is missing or another.
   DescriptorMatrix apply(const Features& features) const;
 
   void write(ByteWriter& out) const;

@@ -1,19 +1,17 @@
+// Grouped cross-validation (trainers.hpp).
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/classify/folds.hpp"
-
 #include <algorithm>
 #include <limits>
 #include <map>
 #include <random>
-#include <string>
 
+#include "estancia/classify/trainers.hpp"
 #include "estancia/core/temporal_segments.hpp"
 
 namespace estancia {
 namespace {
 
-/// Frames of the pieces of a cut segment: neighbors are near-copies, so that single frames would give each
-/// other away.
+/// Frames of a piece of a cut segment: neighbors are near-copies: single ones would give each other away.
 constexpr std::size_t minPiece = 3;
 
 /// Cuts segments into equal pieces, the longest first, until there are `minCount` or all are short.
@@ -98,8 +96,7 @@ std::vector<int> groupedFolds(const std::vector<int>& classes, const std::vector
   };
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return size(a) > size(b); });
 
-  // A class counts by its shares: adding `part` of it to a fold that holds `share` adds to the sum of
-  // squares.
+  // A class counts by its shares: `part` of it in a fold that holds `share` adds to the sum of squares.
   std::vector<std::map<int, double>> shares(static_cast<std::size_t>(folds));
   std::vector<double> sizes(shares.size());
   std::map<int, int> foldOf;

@@ -3,12 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdint>
 #include <opencv2/ml.hpp>
 #include <random>
 #include <utility>
 
-#include "estancia/classify/parameter_search.hpp"
 #include "estancia/classify/trainers.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/core/seeded_generator.hpp"
@@ -81,8 +79,7 @@ class Forest final : public Classifier {
 };
 
 /// Draws as many samples of each class as the smallest class has (Chen, Liaw & Breiman, "Using random forest
-/// to learn imbalanced data", 2004; weights do not help trees with pure leaves), but at least a minimum, for
-/// which a tiny class is repeated.
+/// to learn imbalanced data", 2004; weights do not help pure leaves), and a minimum: tiny classes repeat.
 std::vector<std::size_t> balancedDraw(const Samples& samples, std::uint64_t seed) {
   std::vector<std::vector<std::size_t>> ofClass(static_cast<std::size_t>(samples.classCount));
   for (std::size_t i = 0; i < samples.classes.size(); ++i)
@@ -132,7 +129,7 @@ void append(const cv::ml::RTrees& grown, Trees& trees) {
 std::unique_ptr<Classifier> trainForest(const Samples& samples, const ClassifierOptions& options,
                                         Progress& progress) {
   const auto batches = static_cast<std::size_t>((options.trees + batch - 1) / batch);
-  std::vector<Trees> grown(batches);
+  std::vector<cv::Ptr<cv::ml::RTrees>> grown(batches);
   progress.begin("growing trees", batches);
   inParallel(batches, options.threads, progress, "stopped while trees grew", [&](std::size_t b) {
     const std::uint64_t seed = options.seed * 1000003 + b;
@@ -160,22 +157,11 @@ std::unique_ptr<Classifier> trainForest(const Samples& samples, const Classifier
     forest->setTermCriteria({cv::TermCriteria::COUNT, count, 0});
     const SeededGenerator generator(seed);
     forest->train(data);
-    append(*forest, grown[b]);
+    grown[b] = forest;
   });
   progress.end();
   Trees all;
-  for (const Trees& trees : grown) {
-    const auto offset = static_cast<std::int32_t>(all.branches.size());
-    for (const std::uint32_t root : trees.roots)
-      all.roots.push_back(root + static_cast<std::uint32_t>(offset));
-    for (Branch branch : trees.branches) {
-      if (branch.column >= 0) {
-        branch.below += offset;
-        branch.above += offset;
-      }
-      all.branches.push_back(branch);
-    }
-  }
+  for (const auto& forest : grown) append(*forest, all);
   return std::make_unique<Forest>(std::move(all), samples.x.labels(), samples.classCount,
                                   fmt::format("{} trees", options.trees));
 }

@@ -7,7 +7,6 @@
 #include <limits>
 #include <utility>
 
-#include "estancia/classify/parameter_search.hpp"
 #include "estancia/classify/trainers.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/parallel.hpp"
@@ -30,8 +29,7 @@ struct Neighbor {
   }
 };
 
-/// keys[j] = norms[j] − 2 products[j], which sorts as distances do; the smallest of each stripe goes to
-/// `minima`.
+/// keys[j] = norms[j] − 2 products[j], which sorts as distances do; `minima`: the smallest of each stripe.
 ESTANCIA_MULTIVERSION
 void sortKeys(const float* norms, float* products, std::size_t n, float* minima) {
   for (std::size_t first = 0; first < n; first += stripe) {
@@ -66,8 +64,7 @@ std::vector<Neighbor> smallest(std::span<const float> keys, std::span<const floa
   return heap;
 }
 
-/// Votes of the first k: 1 / distance, times the weight of the class. Samples at distance 0 outvote all
-/// others.
+/// Votes of the first k: weight of the class / distance. Samples at distance 0 outvote all others.
 std::vector<double> votes(std::span<const Neighbor> neighbors, std::size_t k, const std::vector<int>& classes,
                           const std::vector<double>& weights) {
   std::vector<double> sums(weights.size());
@@ -84,8 +81,7 @@ std::vector<double> votes(std::span<const Neighbor> neighbors, std::size_t k, co
   return sums;
 }
 
-/// Rows of length 1: their Euclidean distance sorts as the cosine does. Rows of zeros stay. Throws Error when
-/// a length does not fit into float32.
+/// Rows of length 1 (or 0): Euclidean distances sort as cosines. Throws Error if a length exceeds float32.
 DescriptorMatrix toUnit(const DescriptorMatrix& x) {
   DescriptorMatrix result(x.labels());
   result.reserve(x.size());
@@ -113,8 +109,7 @@ std::vector<float> meanOf(const DescriptorMatrix& x) {
   return mean;
 }
 
-/// Centers the rows: dot products lose precision far from the origin. Throws Error when a product of two rows
-/// might not fit into float32.
+/// Centers the rows: dot products lose precision far from 0. Throws Error if products may exceed float32.
 DescriptorMatrix centered(const DescriptorMatrix& x, std::span<const float> mean) {
   DescriptorMatrix result(x.labels());
   result.reserve(x.size());
@@ -154,8 +149,30 @@ class Knn final : public Classifier {
   std::size_t columns() const override { return x.labels(); }
   int classCount() const override { return static_cast<int>(weights.size()); }
   std::string choice() const override { return chosen; }
-  DescriptorMatrix predict(const DescriptorMatrix& samples, int threads) const override;
-  void write(ByteWriter& out) const override;
+  DescriptorMatrix predict(const DescriptorMatrix& samples, int threads) const override {
+    const DescriptorMatrix unit = cosine ? toUnit(samples) : DescriptorMatrix(0);
+    const DescriptorMatrix& queries = cosine ? unit : samples;
+    const std::size_t k = weights.size();
+    std::vector<float> all(queries.size() * k);
+    rowProducts(centered(queries, mean), packed, threads, [&](std::size_t i, std::span<float> products) {
+      std::vector<float> minima((products.size() + stripe - 1) / stripe);
+      sortKeys(norms.data(), products.data(), products.size(), minima.data());
+      std::vector<Neighbor> nearest = smallest(products, minima, std::min(neighbors + spare, x.size()));
+      measure(x, queries.row(i), nearest);
+      const std::vector<double> p = votes(nearest, neighbors, classes, weights);
+      std::copy(p.begin(), p.end(), all.begin() + static_cast<std::ptrdiff_t>(i * k));
+    });
+    return matrixOf(all, k);
+  }
+
+  void write(ByteWriter& out) const override {
+    writeMatrix(out, x);
+    out.numbers(std::vector<std::int32_t>(classes.begin(), classes.end()));
+    out.numbers(weights);
+    out.number(static_cast<std::uint64_t>(neighbors));
+    out.number(static_cast<std::uint8_t>(cosine ? 1 : 0));
+    out.text(chosen);
+  }
 
  private:
   DescriptorMatrix x;
@@ -168,22 +185,6 @@ class Knn final : public Classifier {
   PackedRows packed;  ///< centered, as norms
   std::vector<float> norms;
 };
-
-DescriptorMatrix Knn::predict(const DescriptorMatrix& samples, int threads) const {
-  const DescriptorMatrix unit = cosine ? toUnit(samples) : DescriptorMatrix(0);
-  const DescriptorMatrix& queries = cosine ? unit : samples;
-  const std::size_t k = weights.size();
-  std::vector<float> all(queries.size() * k);
-  rowProducts(centered(queries, mean), packed, threads, [&](std::size_t i, std::span<float> products) {
-    std::vector<float> minima((products.size() + stripe - 1) / stripe);
-    sortKeys(norms.data(), products.data(), products.size(), minima.data());
-    std::vector<Neighbor> nearest = smallest(products, minima, std::min(neighbors + spare, x.size()));
-    measure(x, queries.row(i), nearest);
-    const std::vector<double> p = votes(nearest, neighbors, classes, weights);
-    std::copy(p.begin(), p.end(), all.begin() + static_cast<std::ptrdiff_t>(i * k));
-  });
-  return matrixOf(all, k);
-}
 
 /// The accuracy on held-out samples for each number of neighbors.
 std::vector<double> scoresOf(const Search& search, bool cosine, const std::vector<int>& counts,
@@ -251,15 +252,6 @@ std::unique_ptr<Classifier> trainKnn(const Samples& samples, const ClassifierOpt
                                static_cast<std::size_t>(neighbors), cosine,
                                fmt::format("{} neighbors, {}: {}", neighbors, cosine ? "cosine" : "Euclidean",
                                            heldOutText(best, options)));
-}
-
-void Knn::write(ByteWriter& out) const {
-  writeMatrix(out, x);
-  out.numbers(std::vector<std::int32_t>(classes.begin(), classes.end()));
-  out.numbers(weights);
-  out.number(static_cast<std::uint64_t>(neighbors));
-  out.number(static_cast<std::uint8_t>(cosine ? 1 : 0));
-  out.text(chosen);
 }
 
 std::unique_ptr<Classifier> readKnn(ByteReader& in) {

@@ -25,8 +25,7 @@ std::vector<double> columnScores(const Features& training, const std::string& cr
 
 inline constexpr std::size_t valueBins = 8;
 
-/// The `count` best columns, best first; equal ones in their order. Throws Error (invalidInput) when `count`
-/// is 0 or more than there are, and as columnScores().
+/// The `count` best columns, best first, equal ones in order. Throws Error (invalidInput), as columnScores().
 std::vector<std::size_t> selectColumns(const Features& training, const std::string& criterion,
                                        std::size_t count);
 

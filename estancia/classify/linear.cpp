@@ -8,7 +8,6 @@
 #include <numeric>
 #include <utility>
 
-#include "estancia/classify/parameter_search.hpp"
 #include "estancia/classify/trainers.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/parallel.hpp"
@@ -135,8 +134,7 @@ int mostProbable(const Weights& weights, DescriptorView x) {
   return best;
 }
 
-/// Cross-validation, one task per fold and repetition; the search for one C starts from the weights of the
-/// last.
+/// Cross-validation, one task per fold and repetition; each C starts from the weights of the last.
 class HeldOut {
  public:
   HeldOut(const Search& search, const ClassifierOptions& options)
@@ -220,8 +218,7 @@ std::unique_ptr<Classifier> trainLinear(const Samples& samples, const Classifier
 std::unique_ptr<Classifier> readLinear(ByteReader& in) {
   const DescriptorMatrix weights = readMatrix(in);
   std::vector<double> bias = in.numbers<double>();
-  if (bias.size() != weights.size() ||
-      !std::all_of(bias.begin(), bias.end(), [](double b) { return std::isfinite(b); }))
+  if (bias.size() != weights.size() || !std::ranges::all_of(bias, [](double b) { return std::isfinite(b); }))
     in.fail("it is damaged (its weights are invalid)");
   std::string chosen = in.text();
   return std::make_unique<Linear>(weights, std::move(bias), std::move(chosen));

@@ -1,5 +1,4 @@
-// Pairwise coupling: decision values of pairs of classes → probabilities of all classes (Platt; Wu, Lin &
-// Weng).
+// Pairwise coupling: decision values of pairs of classes → probabilities of all (Platt; Wu, Lin & Weng).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

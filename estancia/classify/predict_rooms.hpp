@@ -1,4 +1,4 @@
-// Room prediction: rooms for the frames of a sequence or map, reusing known labels.
+// Room prediction: rooms for frames of a sequence or map, reusing known labels, and their confusion matrix.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -31,8 +31,7 @@ void requireDescribable(const RoomClassifier& classifier, const Sequence& sequen
 /// Throws Error (mismatch) unless these parts are all that the classifier needs.
 void requireParts(const RoomClassifier& classifier, const std::vector<DescriptorPart>& parts);
 
-/// One row for each of `frames`, found in the features by name; all 0 for frames that are not there. Throws
-/// Error as RoomClassifier::predict().
+/// One row for each of `frames`, found by name; all 0 if not there. Throws as RoomClassifier::predict().
 RoomPredictions predictRooms(const RoomClassifier& classifier, const Features& features,
                              const std::vector<Frame>& frames, int threads = 0);
 
@@ -44,8 +43,7 @@ Features featuresFor(const RoomClassifier& classifier, const DescriptorSequence&
                      const Sequence* sequence = nullptr, const DescribeOptions& options = {},
                      Progress& progress = Progress::none(), std::vector<std::string>* problems = nullptr);
 
-/// {"image", "room", "probability", "rooms": {NAME: p}} of frame i; `room` is null below the smallest
-/// probability, both are without a prediction.
+/// {"image", "room", "probability", "rooms": {NAME: p}} of frame i; a `room` below `minProbability` is null.
 nlohmann::ordered_json predictionJson(const RoomPredictions& predictions, const std::vector<Frame>& frames,
                                       std::size_t i, double minProbability = 0);
 
@@ -54,5 +52,30 @@ constexpr std::string_view predictionsCsvHeader =
 /// A line a frame; predicted_room is empty below the smallest probability.
 std::string predictionsCsv(const RoomPredictions& predictions, const std::vector<Frame>& frames,
                            double minProbability = 0);
+
+/// A confusion matrix. Invariant: square, one row and column a room.
+struct Confusion {
+  /// Sorted: all true and predicted rooms.
+  std::vector<std::string> rooms;
+  /// [truth][prediction]
+  std::vector<std::vector<std::size_t>> counts;
+
+  std::size_t total() const;
+  /// Share of correct predictions.
+  double accuracy() const;
+  /// Mean recall of the rooms that occur in the truth.
+  double balancedAccuracy() const;
+};
+
+/// Throws Error (mismatch) when the two are not equally long, or empty.
+Confusion confusionOf(const std::vector<std::string>& truth, const std::vector<std::string>& predicted);
+
+/// The most probable room of each row; the first in order of equals.
+std::vector<std::string> mostProbable(const std::vector<std::string>& rooms,
+                                      const DescriptorMatrix& probabilities);
+
+/// Tests a classifier on the frames whose rooms are known; frames of rooms that it was not trained on count
+/// as errors. Throws Error (insufficientData) when no room is known, and as RoomClassifier::predict().
+Confusion testRooms(const RoomClassifier& classifier, const Features& features, int threads = 0);
 
 }  // namespace estancia

@@ -10,24 +10,15 @@
 #include <utility>
 
 #include "estancia/classify/embedding.hpp"
-#include "estancia/classify/folds.hpp"
 #include "estancia/classify/model_file.hpp"
 #include "estancia/classify/predict_rooms.hpp"
+#include "estancia/classify/trainers.hpp"
 #include "estancia/core/fail.hpp"
-#include "estancia/describe/features.hpp"
 #include "estancia/describe/table_features.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
 namespace {
-
-/// The frames whose room is known.
-Features withRooms(const Features& features) {
-  std::vector<std::size_t> rows;
-  for (std::size_t i = 0; i < features.frames.size(); ++i)
-    if (!features.frames[i].room.empty()) rows.push_back(i);
-  return withRows(features, rows);
-}
 
 std::vector<std::string> roomNames(const std::vector<Frame>& frames) {
   std::map<std::string, std::size_t> images;
@@ -36,18 +27,16 @@ std::vector<std::string> roomNames(const std::vector<Frame>& frames) {
   for (const auto& [room, count] : images) {
     if (count < 2)
       fail(ErrorCode::insufficientData, "room \"{}\" has one image only, {}; give it more, or leave it out",
-           room, std::find_if(frames.begin(), frames.end(), [&r = room](const Frame& frame) {
-                   return frame.room == r;
-                 })->name);
+           room,
+           std::ranges::find_if(frames, [&r = room](const Frame& frame) { return frame.room == r; })->name);
     rooms.push_back(room);
   }
   if (rooms.size() < 2)
-    throw Error(
-        ErrorCode::insufficientData,
-        rooms.empty()
-            ? "no image has a known room; give a table of rooms (--rooms), or a folder of images per room "
-              "(--type classes)"
-            : fmt::format("all images are of one room, \"{}\"; give images of two or more", rooms.front()));
+    throw Error(ErrorCode::insufficientData,
+                rooms.empty() ? "no image has a known room; give a table of rooms (--rooms), or a folder of "
+                                "images per room (--type classes)"
+                              : fmt::format("all images are of one room, \"{}\"; give images of two or more",
+                                            rooms.front()));
   return rooms;
 }
 
@@ -121,7 +110,10 @@ DescriptorMatrix RoomClassifier::predict(const Features& features, int threads) 
 
 RoomClassifier trainRoomClassifier(const Features& features, const ClassifierOptions& options,
                                    Progress& progress) {
-  const Features known = withRooms(features);
+  std::vector<std::size_t> rows;
+  for (std::size_t i = 0; i < features.frames.size(); ++i)
+    if (!features.frames[i].room.empty()) rows.push_back(i);
+  const Features known = withRows(features, rows);
   std::vector<std::string> rooms = roomNames(known.frames);
   FeatureEmbedding embedding = FeatureEmbedding::learn(known);
   Samples samples{

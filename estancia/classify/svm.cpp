@@ -1,18 +1,19 @@
-// Support vector machines (linear, RBF): search for C and gamma, training, prediction.
+// Support vector machines (linear, RBF) by libsvm: search for C and gamma, training, prediction.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <libsvm/svm.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numeric>
 #include <optional>
 #include <utility>
 
 #include "estancia/classify/pairwise_coupling.hpp"
-#include "estancia/classify/parameter_search.hpp"
-#include "estancia/classify/svm_training.hpp"
 #include "estancia/classify/trainers.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/memory.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/stats/products.hpp"
@@ -21,6 +22,112 @@ namespace estancia {
 namespace {
 
 constexpr double maxProbability = 1 - 1e-7;  // limit of the probability of a pair of classes, as in libsvm
+
+/// One machine a pair of classes i < j, all over the same support vectors:
+/// f_ij(x) = Σ coefficient · k(vector, x) − rho_ij, and f > 0 speaks for i (see pairIndex()).
+struct KernelMachines {
+  /// Where the vectors of each class start; at the end, their number.
+  std::vector<std::size_t> starts;
+  /// (classes − 1) a vector: against each other class, ascending.
+  std::vector<double> coefficients;
+  /// One a pair.
+  std::vector<double> rho;
+
+  std::size_t classes() const { return starts.size() - 1; }
+  /// f of all pairs; `kernel` holds k(vector, x) of all vectors.
+  std::vector<double> decisions(std::span<const float> kernel) const {
+    const std::size_t k = classes();
+    std::vector<double> f(rho.size()), sums((k - 1));
+    for (std::size_t i = 0; i < k; ++i) {
+      std::fill(sums.begin(), sums.end(), 0.0);
+      for (std::size_t v = starts[i]; v < starts[i + 1]; ++v) {
+        const double* coefficient = coefficients.data() + v * (k - 1);
+        for (std::size_t other = 0; other + 1 < k; ++other) sums[other] += coefficient[other] * kernel[v];
+      }
+      for (std::size_t other = 0; other + 1 < k; ++other)
+        f[other < i ? pairIndex(other, i, k) : pairIndex(i, other + 1, k)] += sums[other];
+    }
+    for (std::size_t p = 0; p < f.size(); ++p) f[p] -= rho[p];
+    return f;
+  }
+};
+
+struct TrainedMachines {
+  KernelMachines machines;
+  /// Classes that have samples, ascending; the machines refer to their positions.
+  std::vector<int> classes;
+  /// Support vectors, as samples, class by class.
+  std::vector<std::size_t> vectors;
+};
+
+/// Samples in the layout that libsvm reads, shared by all machines that learn from some of them.
+class SvmSamples {
+ public:
+  /// Samples known by their kernel matrix alone: symmetric, n × n. Takes 16 n² bytes.
+  SvmSamples(std::span<const float> kernel, std::size_t n) : width_(n + 1) {
+    nodes_.reserve(n * width_);
+    parameter_.kernel_type = PRECOMPUTED;
+    // libsvm reads k(a, b) at a.nodes[number of b, from 1]: all subsets of rows share the matrix.
+    for (std::size_t i = 0; i < n; ++i) {
+      nodes_.push_back({0, static_cast<double>(i + 1)});
+      for (std::size_t j = 0; j < n; ++j) nodes_.push_back({static_cast<int>(j + 1), kernel[i * n + j]});
+    }
+  }
+  /// Kernel computed by libsvm as it goes (without gamma: a · b): slower, but 16 n · columns bytes.
+  SvmSamples(const DescriptorMatrix& x, std::optional<double> gamma) : width_(x.labels() + 1) {
+    nodes_.reserve(x.size() * width_);
+    parameter_.kernel_type = gamma ? RBF : LINEAR;
+    parameter_.gamma = gamma.value_or(0);
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      for (int k = 0; const float value : x.row(i)) nodes_.push_back({++k, value});
+      nodes_.push_back({-1, 0});
+    }
+  }
+
+  /// Learns from the `rows`, whose classes are classes[row] and whose errors cost c · weights[classes[row]].
+  TrainedMachines train(const std::vector<std::size_t>& rows, const std::vector<int>& classes, double c,
+                        const std::vector<double>& weights) const {
+    svm_set_print_string_function([](const char*) {});
+    OrderedByClass order = orderByClass(rows, classes, weights);
+    std::vector<svm_node*> x;
+    for (const std::size_t row : order.rows)
+      x.push_back(const_cast<svm_node*>(nodes_.data() + row * width_));  // only read
+    svm_problem problem{static_cast<int>(x.size()), order.y.data(), x.data()};
+    svm_parameter parameter = parameter_;
+    parameter.svm_type = C_SVC;
+    parameter.C = c;
+    parameter.cache_size = 200;  // MB
+    parameter.eps = 1e-3;
+    parameter.shrinking = 1;
+    parameter.nr_weight = static_cast<int>(order.labels.size());
+    parameter.weight_label = order.labels.data();
+    parameter.weight = order.weights.data();
+    if (const char* wrong = svm_check_parameter(&problem, &parameter); wrong != nullptr)
+      fail(ErrorCode::invalidInput, "libsvm does not train: {}", wrong);
+
+    const std::unique_ptr<svm_model, void (*)(svm_model*)> model(
+        svm_train(&problem, &parameter), [](svm_model* m) { svm_free_and_destroy_model(&m); });
+    TrainedMachines trained;
+    const auto k = static_cast<std::size_t>(model->nr_class);
+    trained.classes.assign(model->label, model->label + k);
+    KernelMachines& machines = trained.machines;
+    machines.starts = {0};
+    for (std::size_t i = 0; i < k; ++i)
+      machines.starts.push_back(machines.starts.back() + static_cast<std::size_t>(model->nSV[i]));
+    for (int v = 0; v < model->l; ++v) {
+      trained.vectors.push_back(order.rows[static_cast<std::size_t>(model->sv_indices[v] - 1)]);
+      for (std::size_t other = 0; other + 1 < k; ++other)
+        machines.coefficients.push_back(model->sv_coef[other][v]);
+    }
+    machines.rho.assign(model->rho, model->rho + k * (k - 1) / 2);
+    return trained;
+  }
+
+ private:
+  std::vector<svm_node> nodes_;
+  std::size_t width_;  ///< nodes a sample
+  svm_parameter parameter_{};
+};
 
 /// k(v, x) = exp(−gamma |v − x|²) from products, in place.
 void toKernel(std::span<float> products, std::span<const float> norms, float norm, double gamma) {
@@ -46,8 +153,36 @@ class Svm final : public Classifier {
   std::size_t columns() const override { return vectors.labels(); }
   int classCount() const override { return static_cast<int>(machines.classes()); }
   std::string choice() const override { return chosen; }
-  DescriptorMatrix predict(const DescriptorMatrix& x, int threads) const override;
-  void write(ByteWriter& out) const override;
+  DescriptorMatrix predict(const DescriptorMatrix& x, int threads) const override {
+    const std::size_t k = machines.classes();
+    const std::vector<float> own = squaredNorms(x);
+    std::vector<float> all(x.size() * k);
+    rowProducts(x, *packed, threads, [&](std::size_t i, std::span<float> products) {
+      std::vector<double> decisions;
+      if (gamma) {
+        toKernel(products, norms, own[i], *gamma);
+        decisions = machines.decisions(products);
+      } else {
+        for (std::size_t p = 0; p < products.size(); ++p) decisions.push_back(products[p] - machines.rho[p]);
+      }
+      const std::vector<double> p = coupled(decisions, sigmoids, k);
+      std::copy(p.begin(), p.end(), all.begin() + static_cast<std::ptrdiff_t>(i * k));
+    });
+    return matrixOf(all, k);
+  }
+
+  void write(ByteWriter& out) const override {
+    out.number(gamma.value_or(0));
+    out.numbers(std::vector<std::uint64_t>(machines.starts.begin(), machines.starts.end()));
+    out.numbers(machines.coefficients);
+    out.numbers(machines.rho);
+    for (const Sigmoid& sigmoid : sigmoids) {
+      out.number(sigmoid.a);
+      out.number(sigmoid.b);
+    }
+    writeMatrix(out, vectors);
+    out.text(chosen);
+  }
 
   std::optional<double> gamma;
   KernelMachines machines;
@@ -64,24 +199,6 @@ class Svm final : public Classifier {
   std::unique_ptr<PackedRows> packed;
   std::vector<float> norms;
 };
-
-DescriptorMatrix Svm::predict(const DescriptorMatrix& x, int threads) const {
-  const std::size_t k = machines.classes();
-  const std::vector<float> own = squaredNorms(x);
-  std::vector<float> all(x.size() * k);
-  rowProducts(x, *packed, threads, [&](std::size_t i, std::span<float> products) {
-    std::vector<double> decisions;
-    if (gamma) {
-      toKernel(products, norms, own[i], *gamma);
-      decisions = machines.decisions(products);
-    } else {
-      for (std::size_t p = 0; p < products.size(); ++p) decisions.push_back(products[p] - machines.rho[p]);
-    }
-    const std::vector<double> p = coupled(decisions, sigmoids, k);
-    std::copy(p.begin(), p.end(), all.begin() + static_cast<std::ptrdiff_t>(i * k));
-  });
-  return matrixOf(all, k);
-}
 
 // ---- training
 
@@ -104,8 +221,7 @@ std::size_t pairsOf(const Search& search) {
   return search.weights.size() * (search.weights.size() - 1) / 2;
 }
 
-/// Decision values of all pairs for the samples of one fold, by machines trained on the others; unchanged for
-/// pairs without a machine.
+/// Decision values of all pairs that have a machine for the samples of a fold, trained on the others.
 void holdOut(const Search& search, const SvmSamples& samples, std::span<const float> kernel,
              const std::vector<int>& folds, int fold, double c, std::span<float> decisions) {
   const std::size_t n = search.size();
@@ -194,8 +310,7 @@ struct Products {
   std::vector<float> products, norms;
 };
 
-/// The best C of one kernel, if its held-out log-loss is below that of `best`: it is finer than the accuracy,
-/// which changes in steps of one sample.
+/// The best C of a kernel, if its held-out log-loss (finer than accuracy's steps) is below that of `best`.
 void tryKernel(const Search& search, const Products& products, std::optional<double> gamma,
                std::span<const double> cs, const ClassifierOptions& options, Progress& progress,
                Parameters& best) {
@@ -310,19 +425,6 @@ std::unique_ptr<Classifier> trainSvm(const Samples& samples, const ClassifierOpt
   }
   svm->prepare();
   return svm;
-}
-
-void Svm::write(ByteWriter& out) const {
-  out.number(gamma.value_or(0));
-  out.numbers(std::vector<std::uint64_t>(machines.starts.begin(), machines.starts.end()));
-  out.numbers(machines.coefficients);
-  out.numbers(machines.rho);
-  for (const Sigmoid& sigmoid : sigmoids) {
-    out.number(sigmoid.a);
-    out.number(sigmoid.b);
-  }
-  writeMatrix(out, vectors);
-  out.text(chosen);
 }
 
 std::unique_ptr<Classifier> readSvm(ByteReader& in) {

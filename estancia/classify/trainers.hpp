@@ -1,13 +1,18 @@
-// Trainers: one trainer and one reader for each type of classifier, for classifier.cpp.
+// Trainers: one trainer and one reader for each type of classifier, and what they share.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <fmt/format.h>
+
+#include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "estancia/classify/classifier.hpp"
 #include "estancia/core/bytes.hpp"
+#include "estancia/core/frame.hpp"
 
 namespace estancia {
 
@@ -50,5 +55,60 @@ DescriptorMatrix matrixOf(std::span<const float> values, std::size_t columns);
 void writeMatrix(ByteWriter& out, const DescriptorMatrix& matrix);
 /// Throws Error (malformedFile) when a value is not finite.
 DescriptorMatrix readMatrix(ByteReader& in);
+
+/// The samples of a search: of many, some of each class, evenly spread: its time grows with their square.
+struct Search {
+  static constexpr std::size_t maxSamples = 3000;
+  /// Number of shuffles of the folds: the score of one alone is noisy.
+  static constexpr std::size_t repetitions = 3;
+
+  DescriptorMatrix x{0};
+  std::vector<int> classes;
+  /// Fold of each sample, one vector a repetition.
+  std::vector<std::vector<int>> folds;
+  /// Class weights; all 1 unless balanced.
+  std::vector<double> weights;
+
+  std::size_t size() const { return classes.size(); }
+  /// The samples of the other folds; none if they are of one class.
+  std::vector<std::size_t> trainingRows(const std::vector<int>& foldOf, int fold) const;
+};
+
+/// At most `maxSamples`, but one of each class.
+Search searchOf(const Samples& samples, const ClassifierOptions& options,
+                std::size_t maxSamples = Search::maxSamples);
+
+/// "79.5 % of held-out samples", for a share of the weights.
+std::string heldOutText(double share, const ClassifierOptions& options);
+
+/// work() under a line of progress: the libraries do not report theirs.
+template <class Work>
+auto learnFromAll(const Samples& samples, Progress& progress, Work work) {
+  progress.begin(fmt::format("learning from all {} images", samples.x.size()), 1);
+  auto learned = work();
+  progress.advance();
+  progress.end();
+  return learned;
+}
+
+/// x xᵀ, n × n.
+std::vector<float> productsOf(const DescriptorMatrix& x, int threads);
+
+// ---- grouped cross-validation: neighboring images stay in one fold
+
+/// One group a temporal segment of one room (core/temporal_segments.hpp). The longest segments of a room with
+/// fewer than `minSegments` are cut, but not below a few frames: each room can be learned and held out.
+std::vector<int> segmentGroups(const std::vector<Frame>& frames, int minSegments);
+
+/// One group an object instance of several samples. A class with only one instance has it cut into up to
+/// `pieces` of a few neighboring samples, so that the class can be learned and held out. `classes`,
+/// `instances` and the result have the same length.
+std::vector<int> instanceGroups(const std::vector<int>& classes, const std::vector<int>& instances,
+                                int pieces);
+
+/// The fold (0 … folds − 1) of each sample: groups whole, classes spread as evenly as possible. Greedy, the
+/// largest groups first; equal ones in an order shuffled by the seed.
+std::vector<int> groupedFolds(const std::vector<int>& classes, const std::vector<int>& groups, int folds,
+                              std::uint64_t seed);
 
 }  // namespace estancia

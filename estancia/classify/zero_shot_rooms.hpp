@@ -1,5 +1,5 @@
-// Zero-shot rooms: names for images from what their labels have to do with the rooms' names, without any
-// example. SPDX-License-Identifier: Apache-2.0
+// Zero-shot rooms: rooms of images by what their labels have to do with the rooms' names, without example.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>
@@ -39,8 +39,7 @@ class RoomsByNames {
 /// probabilities), and is the result's `prior`. Without a list the result has the evidence of the eight
 /// labels with most evidence of each image, by which areSureRooms() judges. Rows of zeros have no prediction.
 ///
-/// Throws Error: mismatch when `images` has other labels; unknownName as roomLabelWeights(); insufficientData
-/// for fewer than two rooms.
+/// Throws Error (mismatch) on other labels, (insufficientData) on one room, and as roomLabelWeights().
 RoomPredictions predictRoomsByNames(const WordGraph& graph, const Vocabulary& vocabulary,
                                     const DescriptorMatrix& images,
                                     const std::vector<std::string>& rooms = {});

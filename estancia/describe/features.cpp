@@ -5,7 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <mutex>
+#include <ranges>
 #include <set>
 #include <unordered_map>
 #include <utility>
@@ -15,7 +15,6 @@
 #include "estancia/core/frame_failure.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/describe/lexical.hpp"
-#include "estancia/label/label_stream.hpp"
 
 namespace estancia {
 namespace {
@@ -26,25 +25,15 @@ struct Block {
   std::vector<std::vector<float>> rows;  // one a frame; empty without a descriptor
 };
 
-/// The first reason why each frame has no descriptor.
-class Problems {
- public:
-  explicit Problems(const Sequence& sequence) : sequence_(sequence), sentences_(sequence.size()) {}
-
+/// The first reason why each frame has no descriptor; "" for those that have one.
+struct Problems {
   /// Safe to call from several threads for different frames.
   void add(std::size_t frame, const std::string& what) {
-    std::string& sentence = sentences_[frame];
-    if (sentence.empty()) sentence = fmt::format("{}: {}", sequence_.frame(frame).name, what);
-  }
-  std::vector<std::string> sentences() const {
-    std::vector<std::string> all;
-    std::ranges::copy_if(sentences_, std::back_inserter(all), [](auto& s) { return !s.empty(); });
-    return all;
+    if (sentences[frame].empty()) sentences[frame] = fmt::format("{}: {}", sequence.frame(frame).name, what);
   }
 
- private:
-  const Sequence& sequence_;
-  std::vector<std::string> sentences_;
+  const Sequence& sequence;
+  std::vector<std::string> sentences = std::vector<std::string>(sequence.size());
 };
 
 /// Labels go through the label stream, in batches and with the cache; null: the descriptor is computed.
@@ -83,43 +72,41 @@ View viewOf(const Sequence& sequence, std::size_t frame, bool image, bool depth)
   return view;
 }
 
-/// All descriptors without a model, so that every image is decoded once.
-std::vector<Block> computed(const Sequence& sequence, const std::vector<const NamedDescriptor*>& sources,
-                            int threads, Progress& progress, Problems& problems) {
-  std::vector<Block> blocks;
+/// Fills the blocks of all descriptors without a model at once, so that every image is decoded once.
+void compute(const Sequence& sequence, const std::vector<NamedDescriptor>& sources, int threads,
+             Progress& progress, Problems& problems, std::vector<Block>& blocks) {
+  std::vector<std::size_t> direct;
   std::vector<std::string> names;
   bool image = false, depth = false;
-  for (const NamedDescriptor* source : sources) {
-    blocks.push_back({source->descriptor->parts(), {}});
-    blocks.back().rows.resize(sequence.size());
-    names.push_back(source->name);
-    image = image || source->descriptor->needsImage();
-    depth = depth || source->descriptor->needsDepth();
-    if (!source->descriptor->needsDepth()) continue;
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    if (labelerIn(sources[i]) != nullptr) continue;
+    const auto& [name, descriptor] = sources[i];
+    blocks[i] = {descriptor->parts(), std::vector<std::vector<float>>(sequence.size())};
+    direct.push_back(i);
+    names.push_back(name);
+    image = image || descriptor->needsImage();
+    depth = depth || descriptor->needsDepth();
+    if (!descriptor->needsDepth()) continue;
     if (!sequence.hasDepth())
       fail(ErrorCode::invalidInput, "{} has no depth, which {} needs; choose other descriptors",
-           sequence.name(), source->name);
+           sequence.name(), name);
     if (!sequence.intrinsics())
       fail(ErrorCode::invalidInput, "{} has no depth camera, which {} needs; give its intrinsics",
-           sequence.name(), source->name);
+           sequence.name(), name);
   }
-  std::mutex mutex;
+  if (direct.empty()) return;
   progress.begin(fmt::format("{}: describing {}", fmt::join(names, "+"), sequence.name()), sequence.size());
-  inParallel(sequence.size(), static_cast<std::size_t>(threads > 0 ? threads : freeCores()),
-             [&](std::size_t frame) {
-               if (interrupted()) throw Interrupted("stopped while describing; nothing was written");
+  inParallel(sequence.size(), threads > 0 ? threads : freeCores(), progress,
+             "stopped while describing; nothing was written", [&](std::size_t frame) {
                try {
                  const View view = viewOf(sequence, frame, image, depth);
-                 for (std::size_t i = 0; i < sources.size(); ++i)
-                   blocks[i].rows[frame] = sources[i]->descriptor->describe(view);
+                 for (const std::size_t i : direct)
+                   blocks[i].rows[frame] = sources[i].descriptor->describe(view);
                } catch (...) {
                  problems.add(frame, frameFailure(sequence.frame(frame).name).what());
                }
-               const std::lock_guard lock(mutex);
-               progress.advance();
              });
   progress.end();
-  return blocks;
 }
 
 }  // namespace
@@ -136,19 +123,13 @@ Features describeSequence(const Sequence& sequence, const std::string& descripto
   LabelerOptions labeling = options.labeler;
   labeling.onDemand = labeling.onDemand || options.cache != nullptr;
   const std::vector<NamedDescriptor> sources = loadDescriptors(descriptors, labeling);
-  Problems skipped(sequence);
-  std::vector<const NamedDescriptor*> direct;
-  for (const NamedDescriptor& source : sources)
-    if (!labelerIn(source)) direct.push_back(&source);
+  Problems skipped{sequence};
+  std::vector<Block> blocks(sources.size());
   // Before labeling: it is fast, and refuses impossible tasks early.
-  std::vector<Block> computedBlocks =
-      direct.empty() ? std::vector<Block>{}
-                     : computed(sequence, direct, options.labeler.threads, progress, skipped);
-  std::vector<Block> blocks;
-  auto next = computedBlocks.begin();
-  for (const NamedDescriptor& source : sources)
-    blocks.push_back(labelerIn(source) ? labeled(sequence, source, options.cache, progress, skipped)
-                                       : std::move(*next++));
+  compute(sequence, sources, options.labeler.threads, progress, skipped, blocks);
+  for (std::size_t i = 0; i < sources.size(); ++i)
+    if (labelerIn(sources[i]) != nullptr)
+      blocks[i] = labeled(sequence, sources[i], options.cache, progress, skipped);
 
   Features features{{}, {}, DescriptorMatrix(0)};
   std::set<std::string> names;
@@ -173,7 +154,8 @@ Features describeSequence(const Sequence& sequence, const std::string& descripto
     features.values.append(row);
     features.frames.push_back(sequence.frame(frame));
   }
-  const std::vector<std::string> sentences = skipped.sentences();
+  std::vector<std::string>& sentences = skipped.sentences;
+  std::erase(sentences, "");
   if (problems != nullptr) problems->insert(problems->end(), sentences.begin(), sentences.end());
   if (features.frames.empty())
     fail(ErrorCode::insufficientData, "{}: none of its frames can be described{}", sequence.name(),
@@ -194,33 +176,23 @@ Features featuresOf(const DescriptorSequence& recording) {
 }
 
 Features withParts(const Features& features, const std::vector<std::string>& names) {
-  std::vector<std::size_t> begins(1, 0);
-  std::vector<std::string> known;
-  for (const DescriptorPart& part : features.parts) {
-    begins.push_back(begins.back() + part.size());
-    known.push_back(part.name);
-  }
   Features result{{}, features.frames, DescriptorMatrix(0)};
-  std::vector<std::size_t> chosen;
-  std::size_t size = 0;
+  std::vector<std::size_t> columns;
   for (const std::string& name : names) {
-    const auto found = std::ranges::find(known, name);
-    if (found == known.end())
-      fail(ErrorCode::unknownName, "unknown part \"{}\"; known: {}", name, fmt::join(known, ", "));
-    chosen.push_back(static_cast<std::size_t>(found - known.begin()));
-    result.parts.push_back(features.parts[chosen.back()]);
-    size += result.parts.back().size();
+    std::size_t first = 0;
+    auto part = features.parts.begin();
+    for (; part != features.parts.end() && part->name != name; ++part) first += part->size();
+    if (part == features.parts.end())
+      fail(ErrorCode::unknownName, "unknown part \"{}\"; known: {}", name,
+           fmt::join(features.parts | std::views::transform(&DescriptorPart::name), ", "));
+    result.parts.push_back(*part);
+    for (std::size_t c = 0; c < part->size(); ++c) columns.push_back(first + c);
   }
-  result.values = DescriptorMatrix(size);
+  result.values = DescriptorMatrix(columns.size());
   result.values.reserve(features.frames.size());
-  std::vector<float> row;
+  std::vector<float> row(columns.size());
   for (std::size_t i = 0; i < features.values.size(); ++i) {
-    row.clear();
-    const DescriptorView all = features.values.row(i);
-    for (const std::size_t c : chosen) {
-      const DescriptorView part = all.subspan(begins[c], features.parts[c].size());
-      row.insert(row.end(), part.begin(), part.end());
-    }
+    std::ranges::transform(columns, row.begin(), [&](std::size_t c) { return features.values.row(i)[c]; });
     result.values.append(row);
   }
   return result;

@@ -4,19 +4,21 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <numbers>
-#include <opencv2/core/mat.hpp>
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/simd.hpp"
-#include "estancia/describe/gist_filters.hpp"
 
 namespace estancia {
 namespace {
 
+constexpr int gistSide = 256;  // side of the resized image [pixels]
+constexpr int gistBlocks = 4, gistScales = 4, gistOrientations = 8;
 constexpr int border = 5;      // mirrored around the image [pixels]
 constexpr double cutOff = 4;   // half of it passes [cycles an image]
 constexpr float noise = 0.2F;  // contrast below this is left small
@@ -92,8 +94,6 @@ cv::Mat withEqualContrast(const cv::Mat& gray) {
   return equal({border, border, gray.cols, gray.rows}).clone();
 }
 
-using namespace describe;
-
 /// The image's central square, the mean of its channels, 0 to 255.
 cv::Mat square(const cv::Mat& image) {
   if (image.empty()) throw Error(ErrorCode::invalidInput, "gist: the view has no image; give one");
@@ -110,6 +110,157 @@ cv::Mat square(const cv::Mat& image) {
   if (!(brightest > darkest)) return cv::Mat::zeros(sized.size(), CV_32F);
   sized.convertTo(sized, CV_32F, 255 / (brightest - darkest), -255 * darkest / (brightest - darkest));
   return sized;
+}
+
+// ---- Gabor filters and their mean responses
+
+constexpr int filterBorder = 32;  // mirrored around the image [pixels]
+constexpr int wholeSide = gistSide + 2 * filterBorder;
+constexpr double minGain = 1e-4;  // smaller values of a transfer function are left out
+
+/// A filter's response is band-limited, so that its magnitude is smooth and can be sampled. These positions
+/// of each tile are sampled: as many in every row and column, with the mean position of all pixels, so that
+/// edges are not biased. The two coarse scales need only the first two. The responses at one position of all
+/// tiles are an inverse Fourier transform of 1/tileSide² the size.
+constexpr int tileSide = 4;
+constexpr int smallSide = wholeSide / tileSide;
+struct TilePlace {
+  int x, y;
+};
+constexpr std::array<TilePlace, 4> placesOfFilters{{{0, 1}, {3, 2}, {1, 3}, {2, 0}}};
+constexpr std::array<std::size_t, gistScales> placesOfScale{4, 4, 2, 2};
+
+/// A transfer function where it is not 0, as pieces of rows. Each is added to a smaller spectrum (aliased).
+struct Filter {
+  struct Piece {
+    int from, to, length;  ///< numbers of the spectrum, of the smaller one, and how many
+  };
+  std::vector<Piece> pieces;
+  std::vector<float> weights;  ///< piece by piece, each twice: for the real and the imaginary part
+};
+
+/// The transfer function of the authors' createGabor; frequencies in cycles an image of whole pixels.
+double transfer(int scale, int orientation, int fx, int fy) {
+  const double center = 0.3 / std::pow(1.85, scale);
+  double angle = std::atan2(fy, fx) + std::numbers::pi / gistOrientations * orientation;
+  if (angle > std::numbers::pi) angle -= 2 * std::numbers::pi;
+  const double off = std::hypot(fx, fy) / wholeSide / center - 1;
+  return std::exp(-3.5 * off * off - 2 * std::numbers::pi * angle * angle);
+}
+
+Filter makeFilter(int scale, int orientation) {
+  const auto frequency = [](int k) { return k < wholeSide / 2 ? k : k - wholeSide; };
+  Filter filter;
+  std::array<float, smallSide> row{};
+  for (int y = 0; y < wholeSide; ++y)
+    for (int tile = 0; tile < wholeSide; tile += smallSide) {
+      int first = smallSide, last = -1;
+      for (int x = 0; x < smallSide; ++x) {
+        const double passes = transfer(scale, orientation, frequency(tile + x), frequency(y));
+        row[static_cast<std::size_t>(x)] = static_cast<float>(passes / (wholeSide * wholeSide));
+        if (passes < minGain) continue;
+        first = std::min(first, x);
+        last = x;
+      }
+      if (last < 0) continue;
+      filter.pieces.push_back(
+          {y * wholeSide + tile + first, y % smallSide * smallSide + first, last + 1 - first});
+      for (int x = first; x <= last; ++x)
+        filter.weights.insert(filter.weights.end(), 2, row[static_cast<std::size_t>(x)]);
+    }
+  return filter;
+}
+
+/// e^(2πi k p / n) for k = 0 … n-1, real and imaginary parts in turn.
+std::vector<float> turnsOf(int p) {
+  std::vector<float> turns;
+  for (int k = 0; k < wholeSide; ++k) {
+    const double phase = 2 * std::numbers::pi * (k * p % wholeSide) / wholeSide;
+    turns.push_back(static_cast<float>(std::cos(phase)));
+    turns.push_back(static_cast<float>(std::sin(phase)));
+  }
+  return turns;
+}
+
+/// The spectrum of the image shifted so that the position becomes the origin.
+ESTANCIA_MULTIVERSION void shift(const float* spectrum, const float* turnsX, const float* turnsY,
+                                 float* moved) {
+  for (int y = 0; y < wholeSide; ++y) {
+    const float cy = turnsY[2 * y], sy = turnsY[2 * y + 1];
+    const float* in = spectrum + static_cast<std::ptrdiff_t>(2) * y * wholeSide;
+    float* out = moved + static_cast<std::ptrdiff_t>(2) * y * wholeSide;
+#pragma omp simd
+    for (int x = 0; x < wholeSide; ++x) {
+      const float c = turnsX[2 * x] * cy - turnsX[2 * x + 1] * sy;
+      const float s = turnsX[2 * x] * sy + turnsX[2 * x + 1] * cy;
+      out[2 * x] = in[2 * x] * c - in[2 * x + 1] * s;
+      out[2 * x + 1] = in[2 * x] * s + in[2 * x + 1] * c;
+    }
+  }
+}
+
+ESTANCIA_MULTIVERSION void applyFilter(const Filter& filter, const float* spectrum, float* small) {
+  const float* weights = filter.weights.data();
+  for (const Filter::Piece& piece : filter.pieces) {
+    const float* in = spectrum + static_cast<std::ptrdiff_t>(2) * piece.from;
+    float* out = small + static_cast<std::ptrdiff_t>(2) * piece.to;
+#pragma omp simd
+    for (int i = 0; i < 2 * piece.length; ++i) out[i] += weights[i] * in[i];
+    weights += static_cast<std::ptrdiff_t>(2) * piece.length;
+  }
+}
+
+/// Adds the magnitudes of `count` answers to those of the rows above.
+ESTANCIA_MULTIVERSION void addMagnitudes(const float* answers, float* columns, int count) {
+#pragma omp simd
+  for (int i = 0; i < count; ++i)
+    columns[i] += std::sqrt(answers[2 * i] * answers[2 * i] + answers[2 * i + 1] * answers[2 * i + 1]);
+}
+
+/// Adds the answers at one place of every tile to the sums of the blocks, row by row.
+void addBlocks(const cv::Mat& answers, float* sums) {
+  constexpr int side = gistSide / gistBlocks / tileSide;
+  for (int row = 0; row < gistBlocks; ++row) {
+    std::array<float, gistSide / tileSide> columns{};
+    for (int y = row * side; y < (row + 1) * side; ++y)
+      addMagnitudes(answers.ptr<float>(y), columns.data(), gistSide / tileSide);
+    for (int x = 0; x < gistSide / tileSide; ++x)
+      sums[row * gistBlocks + x / side] += columns[static_cast<std::size_t>(x)];
+  }
+}
+
+/// `image` is CV_32F, gistSide × gistSide. A number a scale, orientation and block, in that order.
+std::vector<float> meanAnswers(const cv::Mat& image) {
+  static const std::vector<Filter> filters = [] {
+    std::vector<Filter> all;
+    for (int f = 0; f < gistScales * gistOrientations; ++f)
+      all.push_back(makeFilter(f / gistOrientations, f % gistOrientations));
+    return all;
+  }();
+  cv::Mat bordered, spectrum;
+  cv::copyMakeBorder(image, bordered, filterBorder, filterBorder, filterBorder, filterBorder,
+                     cv::BORDER_REFLECT);
+  cv::dft(bordered, spectrum, cv::DFT_COMPLEX_OUTPUT);
+
+  constexpr std::size_t blocks = gistBlocks * gistBlocks;
+  std::vector<float> means(filters.size() * blocks);
+  cv::Mat moved(spectrum.size(), CV_32FC2), answers(smallSide, smallSide, CV_32FC2);
+  for (std::size_t p = 0; p < placesOfFilters.size(); ++p) {
+    // The image begins where its border ends.
+    shift(spectrum.ptr<float>(), turnsOf(filterBorder + placesOfFilters[p].x).data(),
+          turnsOf(filterBorder + placesOfFilters[p].y).data(), moved.ptr<float>());
+    for (std::size_t f = 0; f < filters.size(); ++f) {
+      if (p >= placesOfScale[f / gistOrientations]) continue;
+      answers.setTo(0);
+      applyFilter(filters[f], moved.ptr<float>(), answers.ptr<float>());
+      cv::dft(answers, answers, cv::DFT_INVERSE);
+      addBlocks(answers, &means[f * blocks]);
+    }
+  }
+  for (std::size_t i = 0; i < means.size(); ++i)
+    means[i] /= static_cast<float>(gistSide * gistSide) / (tileSide * tileSide * blocks) *
+                static_cast<float>(placesOfScale[i / (gistOrientations * blocks)]);
+  return means;
 }
 
 }  // namespace

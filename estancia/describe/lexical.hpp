@@ -5,6 +5,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "estancia/core/vocabulary.hpp"
@@ -16,7 +17,7 @@ namespace estancia {
 /// A labeler as a descriptor. Views are labeled one at a time.
 class LabelerDescriptor final : public Descriptor {
  public:
-  explicit LabelerDescriptor(std::unique_ptr<Labeler> labeler);
+  explicit LabelerDescriptor(std::unique_ptr<Labeler> labeler) : labeler_(std::move(labeler)) {}
 
   std::vector<DescriptorPart> parts() const override;
   bool needsImage() const override { return labeler_->needsImage(); }

@@ -153,10 +153,6 @@ std::vector<float> phog(const cv::Mat& image, const PhogOptions& options) {
   return descriptor;
 }
 
-Phog::Phog(const PhogOptions& options) : options_(options) {
-  validate(options);
-}
-
 std::vector<DescriptorPart> Phog::parts() const {
   DescriptorPart part{"phog",
                       PartKind::histogram,

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <opencv2/core/mat.hpp>
-#include <string>
 #include <vector>
 
 #include "estancia/core/options.hpp"
@@ -30,7 +29,7 @@ std::vector<float> phog(const cv::Mat& image, const PhogOptions& options = {});
 /// phog() of the view's image.
 class Phog final : public Descriptor {
  public:
-  explicit Phog(const PhogOptions& options = {});
+  explicit Phog(const PhogOptions& options = {}) : options_(options) { validate(options); }
   std::vector<DescriptorPart> parts() const override;
   std::vector<float> describe(const View& view) const override { return phog(view.image, options_); }
 

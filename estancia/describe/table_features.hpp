@@ -8,9 +8,8 @@
 namespace estancia {
 
 /// A part of the table is a histogram when it has several columns, no value is below 0, and all rows have the
-/// same sum (up to 0.1 %; rows of zeros are ignored) but are not all equal (constant numbers may be
-/// anything); else it is energies. Tables with the same column names give parts of the same identity, so that
-/// classifiers of one fit the other.
+/// same sum (up to 0.1 %, but for rows of zeros) but are not all equal (constant numbers may be anything);
+/// else it is energies. Tables of the same column names have the same identity: classifiers of one fit both.
 Features featuresOf(const FeatureTable& table);
 
 /// Whether the part comes from a table.

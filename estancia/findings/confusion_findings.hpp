@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "estancia/classify/scores.hpp"
+#include "estancia/classify/predict_rooms.hpp"
 #include "estancia/findings/findings.hpp"
 
 namespace estancia {

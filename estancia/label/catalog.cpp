@@ -52,8 +52,7 @@ class CatalogReader {
  private:
   [[noreturn]] void missingSet(const std::string& user, const std::string& set) const {
     fail(ErrorCode::malformedFile,
-         "{}: {} names the label set {}, which is missing or "
-         "takes its words from another; add [labels.{}]",
+         "{}: {} names the label set {}, which is missing or takes its words from another; add [labels.{}]",
          file_.path().string(), user, set, set);
   }
 
@@ -78,8 +77,7 @@ class CatalogReader {
       const std::string url = file_.text(one);
       const auto scheme = url.find("://");
       const bool web = url.starts_with("https://") || url.starts_with("http://");
-      const bool plain =
-          std::all_of(url.begin(), url.end(), [](unsigned char c) { return c > ' ' && c < 0x7F; });
+      const bool plain = std::ranges::all_of(url, [](unsigned char c) { return c > ' ' && c < 0x7F; });
       if (!web || !plain || url.size() <= scheme + 3 || url[scheme + 3] == '/')
         file_.fail(one, "`urls` must be addresses that begin with https:// or http://");
       all.push_back(url);

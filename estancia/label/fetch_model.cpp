@@ -54,8 +54,7 @@ class Fetcher {
   std::vector<std::string> notes() const { return notes_; }
 
  private:
-  /// A file whose size is not known may be as long as twice the declared size of the whole model: a server
-  /// that never ends fills no disk.
+  /// A file of unknown size may be twice as long as the model's size: a server that never ends fills no disk.
   std::uint64_t longest() const {
     const auto told = static_cast<std::uint64_t>(entry_.megabytes * 2e6) + 1'000'000;
     return entry_.megabytes > 0 ? std::min(options_.download.maxBytes, told) : options_.download.maxBytes;
@@ -77,13 +76,10 @@ class Fetcher {
              file.name, entry_.name, file.byHand, (folder_ / file.name).string());
     if (options_.refetch)
       for (const auto& item : fs::directory_iterator(folder_))
-        if (!isByHand(item.path().filename().string())) fs::remove(item.path(), problem);
-  }
-
-  bool isByHand(const std::string& name) const {
-    for (const CatalogFile& file : entry_.files)
-      if (file.name == name && !file.byHand.empty()) return true;
-    return false;
+        if (std::ranges::none_of(entry_.files, [&](const CatalogFile& file) {
+              return file.name == item.path().filename() && !file.byHand.empty();
+            }))
+          fs::remove(item.path(), problem);
   }
 
   /// `downloaded`, `extracted`: the most bytes of what comes, and of the file that is taken out of it.
@@ -179,9 +175,8 @@ FetchedModel fetchModel(const Catalog& catalog, const std::string& name, const F
   try {
     result.check = addModel(fetcher.folder(), options.replace);
   } catch (const Error& e) {
-    throw Error(e.code(),
-                fmt::format("{}; the files are kept in {}: try --restart if a download may be at fault",
-                            e.what(), fetcher.folder().string()));
+    fail(e.code(), "{}; the files are kept in {}: try --restart if a download may be at fault", e.what(),
+         fetcher.folder().string());
   }
   result.notes = fetcher.notes();
   std::error_code ignored;

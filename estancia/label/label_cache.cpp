@@ -34,15 +34,6 @@ constexpr const char* suffix = ".cache";
 constexpr std::size_t headBytes = magic.size() + 8;
 constexpr std::size_t recordHeadBytes = 8 + keyBytes;
 
-/// The head of a file: magic, version, length of the name; the name follows.
-std::string headOf(std::string_view name) {
-  ByteWriter head;
-  head.raw(magic);
-  head.number(version);
-  head.text(name);
-  return head.bytes();
-}
-
 /// The head of a record: length of the value, checksum, key; the value follows.
 struct RecordHead {
   std::uint32_t bytes = 0;
@@ -52,8 +43,7 @@ struct RecordHead {
 
 std::string notCached(const fs::path& folder, const std::string& why) {
   return fmt::format(
-      "{}: labels are not being cached ({}); make room there, or name another folder in "
-      "ESTANCIA_CACHE",
+      "{}: labels are not being cached ({}); make room there, or name another folder in ESTANCIA_CACHE",
       folder.string(), why);
 }
 
@@ -288,7 +278,11 @@ class LabelCache::File {
     writable_ = true;
     flock(descriptor_, LOCK_EX);
     if (lseek(descriptor_, 0, SEEK_END) == 0) {  // unless another process was quicker
-      if (!writeAll(headOf(model.substr(0, maxName)))) {
+      ByteWriter head;
+      head.raw(magic);
+      head.number(version);
+      head.text(model.substr(0, maxName));
+      if (!writeAll(head.bytes())) {
         const int reason = errno;
         unlink(path_.c_str());
         close();

@@ -6,14 +6,8 @@
 #include <cstring>
 #include <deque>
 #include <exception>
-#include <map>
-#include <mutex>
-#include <optional>
-#include <string>
-#include <string_view>
 #include <thread>
 #include <utility>
-#include <vector>
 
 #include "estancia/core/bytes.hpp"
 #include "estancia/core/digest.hpp"
@@ -21,7 +15,6 @@
 #include "estancia/core/fail.hpp"
 #include "estancia/core/frame_failure.hpp"
 #include "estancia/core/options.hpp"
-#include "estancia/labelers/labeler.hpp"
 
 namespace estancia {
 namespace {
@@ -39,8 +32,7 @@ std::optional<std::vector<LabelProbability>> wordsIn(std::string_view bytes) try
   return std::nullopt;
 }
 
-/// The values as they are; of a labeler that discovers words, the words that are not 0 with their names,
-/// since their numbers differ from run to run.
+/// The values; if the labeler discovers words, those that are not 0 by name: numbers differ from run to run.
 std::string packWords(DescriptorView descriptor, const Labeler& labeler) {
   if (!labeler.discovers())
     return {reinterpret_cast<const char*>(descriptor.data()), descriptor.size_bytes()};
@@ -129,13 +121,13 @@ class LabelStream::Reader {
   Reader(const Reader&) = delete;
   Reader& operator=(const Reader&) = delete;
 
-  /// Blocks until the next frame is there; nothing at the end. Throws what the threads could not report as a
-  /// frame's problem.
+  /// Blocks until the next frame is there; nothing at the end. Throws what is no frame's problem.
   std::optional<Waiting> take() {
     std::unique_lock lock(mutex_);
     // Frames before the one that failed are in other threads' hands and will come.
     arrived_.wait(lock, [this] {
-      return ready_.contains(nextToGive_) || (failed_ && nextToGive_ >= failedAt_) || atEnd();
+      return ready_.contains(nextToGive_) || (failed_ && nextToGive_ >= failedAt_) ||
+             nextToGive_ >= sequence_.size();
     });
     const auto found = ready_.find(nextToGive_);
     if (found == ready_.end()) {
@@ -153,8 +145,6 @@ class LabelStream::Reader {
   }
 
  private:
-  bool atEnd() const { return nextToGive_ >= sequence_.size(); }
-
   void run() {
     for (;;) {
       std::size_t i = 0;
@@ -210,8 +200,7 @@ class LabelStream::Reader {
     return waiting;
   }
 
-  /// Decodes the image for the words that are still missing: whole into the frame, and reduced for each part
-  /// that takes it so.
+  /// Decodes the image for the missing words: whole into the frame, and reduced for parts that take it so.
   std::vector<cv::Mat> look(Waiting& waiting) const {
     const std::size_t i = waiting.frame.index;
     // Images without a file's fingerprint are identified by their pixels (identify()).
@@ -278,9 +267,7 @@ class LabelStream::Inference {
  public:
   Inference(Labeler& labeler, const LabelStreamOptions& options)
       : labeler_(labeler), parts_(partsOf(labeler)), options_(options) {
-    for (Labeler* part : parts_) {
-      keys_.push_back(part->cacheKey());
-    }
+    for (Labeler* part : parts_) keys_.push_back(part->cacheKey());
   }
 
   std::optional<LabeledFrame> next(Reader& reader) {
@@ -345,8 +332,7 @@ class LabelStream::Inference {
     return some;
   }
 
-  /// The answers of one part to all frames: words of the cache and of inference in the order of the frames,
-  /// since new words are numbered as they come.
+  /// The answers of one part to all frames, in their order, since new words are numbered as they come.
   void ask(std::size_t p, std::vector<Waiting>& frames,
            std::vector<std::vector<LexicalDescriptor>>& answers) {
     Labeler& part = *parts_[p];
@@ -425,6 +411,49 @@ std::optional<LabeledFrame> LabelStream::next() {
     reader_.reset();
     throw;
   }
+}
+
+DescriptorSequence record(const Sequence& sequence, Labeler& labeler, const LabelStreamOptions& options,
+                          const std::function<void(const LabeledFrame&)>& watch) {
+  std::vector<Frame> frames;
+  std::vector<LexicalDescriptor> words;
+  std::string problem;  // the first
+  LabelStream stream(sequence, labeler, options);
+  while (auto frame = stream.next()) {
+    if (watch) watch(*frame);
+    if (problem.empty()) problem = frame->problem;
+    if (!frame->labeled()) continue;
+    frames.push_back(sequence.frame(frame->index));
+    words.push_back(std::move(frame->descriptor));
+  }
+  if (frames.empty())
+    fail(ErrorCode::labelerFailure, "{}: not one of its frames could be labeled{}", sequence.name(),
+         problem.empty() ? "" : "; " + problem);
+  DescriptorSequence recording{labeler.vocabulary(), labeler.identity(), std::move(frames),
+                               DescriptorMatrix(labeler.vocabulary().size())};
+  recording.descriptors.reserve(words.size());
+  for (LexicalDescriptor& row : words) {
+    row.resize(recording.vocabulary.size());  // words that were found later
+    recording.descriptors.append(row);
+    LexicalDescriptor().swap(row);
+  }
+  return recording;
+}
+
+DescriptorSequence labelAll(const Sequence& sequence, Labeler& labeler, const std::string& what,
+                            const LabelStreamOptions& options, Progress& progress,
+                            const std::function<void(const LabeledFrame&)>& watch) {
+  progress.begin(what, sequence.size());
+  DescriptorSequence recording = record(sequence, labeler, options, [&](const LabeledFrame& frame) {
+    if (watch) watch(frame);
+    progress.advance();
+    if (interrupted())
+      throw Interrupted(options.cache != nullptr
+                            ? "stopped; what is labeled is kept, the same command goes on from there"
+                            : "stopped; without the cache nothing is kept, the same command begins anew");
+  });
+  progress.end();
+  return recording;
 }
 
 }  // namespace estancia

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "estancia/core/vocabulary.hpp"
-#include "estancia/labelers/labeler.hpp"
 #include "estancia/labelers/model_files.hpp"
 
 namespace estancia {

@@ -16,13 +16,11 @@
 
 namespace estancia {
 
-/// Reads the `keys` of model.toml that belong to this type; readModelSpec() has read the common ones. Throws
-/// Error on unknown, wrong and missing keys.
+/// Reads the `keys` of model.toml that only this type has. Throws Error on unknown, wrong and missing keys.
 void readBlackBox(ConfigFile& config, std::vector<ConfigFile::Key> keys);
 
 /// Name and digest of what decides about the answers: the settings in model.toml except those named `without`
-/// (a longer timeout must not invalidate the cache), the label file and these further files of the folder (""
-/// and paths that are no file of it are skipped).
+/// (a timeout must not invalidate the cache), the label file and these files, if they are some of the folder.
 std::string blackBoxIdentity(const ModelSpec& spec, const ConfigFile& config,
                              const std::vector<std::filesystem::path>& files,
                              const std::vector<std::string>& without = {});
@@ -52,8 +50,7 @@ std::unique_ptr<Labeler> openHttp(const ModelSpec& spec);
 
 /// Type "process": a program that reads the path of a PNG file a line on stdin and writes one line of JSON
 /// for each, in order, to stdout: {"image": PATH, "labels": {LABEL: confidence, …}}, or a list
-/// [{"label": …, "confidence": …}, …], or {"image": PATH, "error": "why this image has no words"}, which
-/// becomes a FrameError.
+/// [{"label": …, "confidence": …}, …], or {"image": PATH, "error": REASON}, which becomes a FrameError.
 ///
 /// It is started with the first image. When it ends or answers too late it is started once more for the same
 /// image; a second time in a row is an Error with its end and its last words on stderr. So is everything that

@@ -29,8 +29,7 @@ std::vector<EnsembleMember> checked(std::vector<EnsembleMember> members, const s
            name);
     if (member.labeler->discovers())
       fail(ErrorCode::invalidInput,
-           "the ensemble {} holds a model that discovers its "
-           "words; give that model a label file, or label "
+           "the ensemble {} holds a model that discovers its words; give that model a label file, or label "
            "with it first and take the file as a recording",
            name);
     if (!member.weight)
@@ -46,8 +45,7 @@ std::vector<EnsembleMember> checked(std::vector<EnsembleMember> members, const s
 
 using Places = std::vector<std::vector<std::size_t>>;
 
-/// Where each label of each member stands in the joined list. Merged labels are the same one: its first
-/// "crane" is the other's first, its second the other's second.
+/// Where each label of each member stands in the joined list. Merged: its n-th "crane" is the other's n-th.
 Places placesOf(const std::vector<EnsembleMember>& members, Fusion fusion) {
   Places places;
   std::map<std::pair<std::string, std::size_t>, std::size_t> known;

@@ -34,8 +34,7 @@ enum class Fusion {
 /// Joins the vocabularies of its members. Every member keeps its own entries in a label cache.
 class Ensemble final : public Labeler {
  public:
-  /// Throws Error when there are no members, a weight or temperature is not above 0, or a member is itself
-  /// an ensemble or discovers its words.
+  /// Throws Error without members, on weights or temperatures ≤ 0, on members that are ensembles or discover.
   Ensemble(std::string name, std::vector<EnsembleMember> members, Fusion fusion);
 
   const Vocabulary& vocabulary() const override { return vocabulary_; }
@@ -67,8 +66,7 @@ std::unique_ptr<Labeler> openEnsemble(const ModelSpec& spec, const LabelerOption
 /// "A+B+…": these models with their own weights, distances fused.
 std::unique_ptr<Labeler> openEnsemble(const std::string& names, const LabelerOptions& options);
 
-/// The identities of the models behind the ensemble "A+B+…" of this identity, in order; none unless all of
-/// them are at hand as they were.
+/// The identities of the models behind the ensemble "A+B+…", in order; none unless all are as they were.
 std::vector<std::string> identitiesOfMembers(const std::string& identity);
 
 }  // namespace estancia

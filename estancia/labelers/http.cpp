@@ -1,29 +1,26 @@
 // HTTP labeler: a web service that labels images.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <openssl/x509.h>
 
 #include <algorithm>
 #include <atomic>
 #include <charconv>
-#include <chrono>
 #include <condition_variable>
 #include <ctime>
 #include <mutex>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <random>
-#include <string>
+#include <string_view>
 #include <thread>
-#include <utility>
-#include <vector>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/frame_failure.hpp"
 #include "estancia/core/progress.hpp"
+#include "estancia/fetch/curl_request.hpp"
 #include "estancia/files/files.hpp"
 #include "estancia/files/label_scores.hpp"
-#include "estancia/labelers/black_box.hpp"
-#include "estancia/labelers/http_connection.hpp"
 #include "estancia/labelers/http_settings.hpp"
 
 namespace estancia {
@@ -31,6 +28,152 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
+
+// Less than libcurl allows (100 kB a line, 300 kB in all), where it would speak of a broken connection.
+constexpr std::size_t maxHeaders = std::size_t{200} << 10U;  // bytes
+constexpr int curlTooLarge = 100;                            // CURLE_TOO_LARGE, known since libcurl 8.6
+
+/// Answer of the service.
+struct HttpReply {
+  /// 0: no whole answer, see `problem`.
+  int status = 0;
+  std::string body;
+  /// Headers, "" when absent.
+  std::string retryAfter, location;
+  /// Why there is no answer, one clause.
+  std::string problem;
+  /// The problem will be the same next time.
+  bool hopeless = false;
+};
+
+std::string urlOf(const HttpEndpoint& endpoint) {
+  return endpoint.server + endpoint.path;
+}
+
+std::string secondsOf(milliseconds time) {
+  return fmt::format("{} s", std::chrono::duration<double>(time).count());
+}
+
+/// A POST request with timeouts that no server can stretch, without proxy and redirects; https is verified.
+class HttpRequest final : private CurlRequest {
+ public:
+  HttpRequest(const HttpEndpoint& endpoint, const CurlConnections& connections) : endpoint_(endpoint) {
+    setUrl(urlOf(endpoint_));
+    useConnections(connections);
+    set(CURLOPT_PATH_AS_IS, 1L);
+    set(CURLOPT_HTTP_VERSION, static_cast<long>(CURL_HTTP_VERSION_1_1));
+    set(CURLOPT_NOPROXY, "*");
+    set(CURLOPT_FOLLOWLOCATION, 0L);
+    set(CURLOPT_TCP_NODELAY, 1L);
+    set(CURLOPT_CONNECTTIMEOUT_MS, static_cast<long>(connectTimeout().count()));
+    set(CURLOPT_TIMEOUT_MS, static_cast<long>(endpoint_.timeout.count()));
+    if (!endpoint_.certificates.empty()) {
+      set(CURLOPT_CAINFO, endpoint_.certificates.c_str());
+      set(CURLOPT_CAPATH, static_cast<const char*>(nullptr));  // no other certificates
+    }
+    for (const auto& [name, value] : endpoint_.headers) {
+      const bool empty = value.find_first_not_of(' ') == std::string::npos;
+      addHeader(empty ? name + ";" : name + ": " + value);  // "name:" would remove one of libcurl's own
+    }
+    addHeader("Accept: application/json");
+    addHeader("Accept-Encoding: identity");  // a small packed answer could be a large one
+    addHeader("Content-Type: " + endpoint_.contentType);
+    addHeader("Expect:");  // no asking beforehand, which some servers leave unanswered
+  }
+
+  /// Never throws for what the service does. Throws Interrupted, within about a second.
+  HttpReply post(const std::string& body) {
+    set(CURLOPT_POST, 1L);
+    set(CURLOPT_POSTFIELDSIZE_LARGE, static_cast<curl_off_t>(body.size()));
+    set(CURLOPT_POSTFIELDS, body.data());
+    const CURLcode code = perform();
+    if (stopped()) throw Interrupted("stopped while waiting for an answer");
+    HttpReply reply;
+    if (code != CURLE_OK) {
+      reply.problem = reasonFor(code);
+      reply.hopeless =
+          isTooLong(code) || code == CURLE_SSL_CACERT_BADFILE || code == CURLE_PEER_FAILED_VERIFICATION;
+      return reply;
+    }
+    reply.status = static_cast<int>(status());
+    reply.retryAfter = header("Retry-After");
+    reply.location = header("Location");
+    reply.body = std::move(body_);
+    return reply;
+  }
+
+ private:
+  bool onConnected() override {
+    connected_ = true;
+    lastByte_ = Clock::now();
+    return true;
+  }
+
+  bool onHeader(std::string_view line) override {
+    lastByte_ = Clock::now();
+    headerBytes_ += line.size();
+    tooLong_ = headerBytes_ > maxHeaders;
+    return !tooLong_;
+  }
+
+  bool onBody(std::string_view bytes) override {
+    tooLong_ = bytes.size() > endpoint_.maxAnswer - body_.size();
+    if (!tooLong_) body_ += bytes;
+    return !tooLong_;
+  }
+
+  bool onProgress(curl_off_t received, curl_off_t sent) override {
+    if (std::exchange(received_, received) != received || std::exchange(sent_, sent) != sent)
+      lastByte_ = Clock::now();
+    return !connected_ || Clock::now() - lastByte_ <= endpoint_.readTimeout;
+  }
+
+  bool isTooLong(CURLcode code) const {
+    return tooLong_ || code == CURLE_OUT_OF_MEMORY || code == curlTooLarge;  // the latter: a header
+  }
+
+  std::string reasonFor(CURLcode code) const {
+    if (isTooLong(code)) return fmt::format("its answer is longer than {} bytes", endpoint_.maxAnswer);
+    switch (code) {
+      case CURLE_COULDNT_RESOLVE_HOST:
+      case CURLE_COULDNT_CONNECT:
+        return "no connection";
+      case CURLE_OPERATION_TIMEDOUT:
+        return connected_ ? fmt::format("no whole answer within {}", secondsOf(endpoint_.timeout))
+                          : fmt::format("no connection within {}", secondsOf(connectTimeout()));
+      case CURLE_UNSUPPORTED_PROTOCOL:
+      case CURLE_WEIRD_SERVER_REPLY:
+        return "what it answers is no HTTP";
+      case CURLE_SSL_CONNECT_ERROR:
+        return "no TLS connection; does it speak https?";
+      case CURLE_SSL_CACERT_BADFILE:
+        return endpoint_.certificates.empty()
+                   ? "the system's list of whom to trust cannot be read; install ca-certificates"
+                   : "the file `ca` holds no certificates that can be read";
+      case CURLE_PEER_FAILED_VERIFICATION: {
+        // libcurl leaves it unspecified when the certificate itself is in order.
+        const long reason = info<long>(CURLINFO_SSL_VERIFYRESULT);
+        return fmt::format(
+            "its certificate is refused: {}; for a service of your own, name the certificate that it is "
+            "signed with as `ca` in model.toml",
+            reason == X509_V_OK || reason == X509_V_ERR_UNSPECIFIED ? "it is made out for another host"
+                                                                    : X509_verify_cert_error_string(reason));
+      }
+      default:
+        return fmt::format("the connection broke, or was silent for {}", secondsOf(endpoint_.readTimeout));
+    }
+  }
+
+  milliseconds connectTimeout() const { return std::min(endpoint_.connectTimeout, endpoint_.timeout); }
+
+  const HttpEndpoint& endpoint_;
+  std::string body_;
+  std::size_t headerBytes_ = 0;
+  bool connected_ = false;  // TLS included
+  bool tooLong_ = false;
+  curl_off_t sent_ = 0, received_ = 0;  // bytes at the last look
+  Clock::time_point lastByte_;          // once connected
+};
 
 /// Result of a service for one image.
 struct Outcome {
@@ -55,17 +198,8 @@ std::optional<milliseconds> readRetryAfter(const std::string& text) {
 }
 
 std::string adviceFor(int status) {
-  switch (status) {
-    case 401:
-    case 403:
-      return "; check the key in `headers` and what it may do";
-    case 404:
-    case 405:
-    case 410:
-      return "; check `url`";
-    default:
-      return "";
-  }
+  if (status == 401 || status == 403) return "; check the key in `headers` and what it may do";
+  return status == 404 || status == 405 || status == 410 ? "; check `url`" : "";
 }
 
 class HttpLabeler final : public Labeler {
@@ -90,8 +224,8 @@ class HttpLabeler final : public Labeler {
       const cv::Mat bytes(1, static_cast<int>(body.size()), CV_8U, const_cast<char*>(body.data()));
       return {bytes.clone(), frame, {}};
     } catch (const cv::Exception&) {
-      throw Error(ErrorCode::invalidInput,
-                  fmt::format("{}: the image {} cannot be packed for sending", source_, frame));
+      estancia::fail(ErrorCode::invalidInput, "{}: the image {} cannot be packed for sending", source_,
+                     frame);
     }
   }
 
@@ -128,17 +262,25 @@ class HttpLabeler final : public Labeler {
   }
 
  private:
-  /// A connection and the dice for its waits.
+  /// A connection that is kept open between requests, and the dice for its waits.
   struct Lane {
-    Lane(const HttpEndpoint& endpoint, std::uint64_t seed) : connection(endpoint), random(seed) {}
-    HttpConnection connection;
+    explicit Lane(std::uint64_t seed) : random(seed) {}
+    const CurlConnections connections;
     std::mt19937_64 random;
   };
 
+  void requireUrl() const {
+    const std::unique_ptr<CURLU, decltype(&curl_url_cleanup)> parts(curl_url(), &curl_url_cleanup);
+    if (!parts || curl_url_set(parts.get(), CURLUPART_URL, urlOf(settings_.endpoint).c_str(),
+                               CURLU_PATH_AS_IS) != CURLUE_OK)
+      throw Error(ErrorCode::malformedFile,
+                  "`url` in model.toml names no server that can be asked; correct it");
+  }
+
   std::vector<Outcome> askAll(std::span<const Prepared> batch) {
     const std::size_t count = std::min(settings_.parallel, batch.size());
-    while (lanes_.size() < count)
-      lanes_.push_back(std::make_unique<Lane>(settings_.endpoint, settings_.seed + lanes_.size()));
+    if (lanes_.size() < count) requireUrl();
+    while (lanes_.size() < count) lanes_.push_back(std::make_unique<Lane>(settings_.seed + lanes_.size()));
     std::vector<Outcome> outcomes(batch.size());
     failed_ = false;
     std::atomic<std::size_t> next{0};
@@ -159,7 +301,7 @@ class HttpLabeler final : public Labeler {
     const std::string body(prepared.input.ptr<char>(), prepared.input.total());
     for (int attempt = 1;; ++attempt) {
       if (!waitUntil(nextTurn())) return {};
-      HttpReply reply = lane.connection.post(body);
+      HttpReply reply = HttpRequest(settings_.endpoint, lane.connections).post(body);
       // Redact secrets (a service may echo the key) before truncating for a message.
       reply.body = withoutSecrets(reply.body, settings_.secrets);
       reply.location = withoutSecrets(reply.location, settings_.secrets);

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <string_view>
-#include <utility>
 
 #include "estancia/core/ascii.hpp"
 #include "estancia/core/base64.hpp"

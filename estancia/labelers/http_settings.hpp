@@ -5,15 +5,35 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <opencv2/core/mat.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "estancia/labelers/black_box.hpp"
-#include "estancia/labelers/http_connection.hpp"
 #include "estancia/labelers/model_spec.hpp"
 
 namespace estancia {
+
+/// Where and how to ask.
+struct HttpEndpoint {
+  /// "https://host:port".
+  std::string server;
+  /// "/v2/label?lang=en", sent as it is.
+  std::string path;
+  std::string contentType;
+  std::vector<std::pair<std::string, std::string>> headers;
+  /// PEM file of trusted certificates; "" = those of the system.
+  std::filesystem::path certificates;
+  std::chrono::milliseconds connectTimeout{10'000};
+  /// Limit of silence, to about a second.
+  std::chrono::milliseconds readTimeout{30'000};
+  /// Limit of the whole request, however slowly its bytes arrive.
+  std::chrono::milliseconds timeout{60'000};
+  /// [bytes].
+  std::size_t maxAnswer = std::size_t{4} << 20U;
+};
 
 struct HttpSettings {
   /// URL as written, without the secrets: for messages.

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/labelers/labeler.hpp"
 
-#include <utility>
-
 #include "estancia/core/frame_failure.hpp"
 
 namespace estancia {

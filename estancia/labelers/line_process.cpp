@@ -41,14 +41,13 @@ void closeEnd(int& fd) {
   if (fd >= 0) ::close(std::exchange(fd, -1));
 }
 
-/// A pipe that no other child inherits, with both ends above stdin, stdout and stderr.
+/// A pipe that no other child inherits, with both ends above stdin, stdout and stderr, which may be closed.
 struct Pipe {
   int read = -1, write = -1;
 
-  Pipe() {
+  explicit Pipe(ErrorCode problem) {
     std::array<int, 2> ends{};
-    if (pipe2(ends.data(), O_CLOEXEC) != 0)
-      fail(ErrorCode::busy, "cannot make a pipe: {}", std::strerror(errno));
+    if (pipe2(ends.data(), O_CLOEXEC) != 0) fail(problem, "cannot make a pipe: {}", std::strerror(errno));
     read = above(ends[0]);
     write = above(ends[1]);
   }
@@ -67,6 +66,14 @@ struct Pipe {
     return moved;
   }
 };
+
+/// One bufferful, so that the limits and the clock are looked at again soon.
+void readSome(int& end, std::string& text) {
+  std::array<char, 65536> buffer;
+  const ssize_t count = ::read(end, buffer.data(), buffer.size());
+  if (count > 0) text.append(buffer.data(), static_cast<std::size_t>(count));
+  if (count == 0) closeEnd(end);
+}
 
 int ours(int& end) {
   fcntl(end, F_SETFL, O_NONBLOCK);
@@ -95,10 +102,64 @@ bool hasEnded(pid_t pid) {
   return waitid(P_PID, static_cast<id_t>(pid), &info, WEXITED | WNOHANG | WNOWAIT) != 0 || info.si_pid == pid;
 }
 
+/// Reads the child's number, then waits for the end of the file. The guard is in the group itself, so that no
+/// other process has its number. The child may lead a group of its own by now (setsid), or not have started.
+constexpr const char* guardScript = "read -r child; read -r end; kill -KILL ${child:+$child -$child} 0";
+
+/// Runs the guard with all signals blocked: what stops or ends the group by name must not end it.
+int spawnGuard(int input, pid_t& guard) {
+  std::string shell = "sh", option = "-c", script = guardScript;
+  const std::array<char*, 4> arguments{shell.data(), option.data(), script.data(), nullptr};
+  const std::array<char*, 1> environment{nullptr};
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, input, STDIN_FILENO);
+  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+  posix_spawn_file_actions_addclosefrom_np(&actions, STDERR_FILENO + 1);
+  posix_spawnattr_t how;
+  posix_spawnattr_init(&how);
+  sigset_t all;
+  sigfillset(&all);
+  posix_spawnattr_setpgroup(&how, 0);
+  posix_spawnattr_setsigmask(&how, &all);
+  posix_spawnattr_setflags(&how, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGMASK);
+  const int problem = posix_spawn(&guard, "/bin/sh", &actions, &how, arguments.data(), environment.data());
+  posix_spawnattr_destroy(&how);
+  posix_spawn_file_actions_destroy(&actions);
+  return problem;
+}
+
 }  // namespace
 
+ProcessGroup::ProcessGroup() {
+  Pipe pipe(ErrorCode::labelerFailure);
+  const int problem = pipe.read < 0 || pipe.write < 0 ? EMFILE : spawnGuard(pipe.read, guard_);
+  if (problem == 0) {
+    lifeline_ = std::exchange(pipe.write, -1);
+    return;
+  }
+  fail(ErrorCode::labelerFailure,
+       "cannot run /bin/sh ({}), which ends label programs with Estancia; install it",
+       std::strerror(problem));
+}
+
+void ProcessGroup::include(pid_t child) {
+  const std::string line = fmt::format("{}\n", child);
+  const NoSigpipe quiet;  // should the guard be gone
+  [[maybe_unused]] const ssize_t written = ::write(lifeline_, line.data(), line.size());
+}
+
+void ProcessGroup::kill() {
+  if (guard_ < 0) return;
+  ::kill(-guard_, SIGKILL);
+  ::close(std::exchange(lifeline_, -1));
+  while (waitpid(guard_, nullptr, 0) < 0 && errno == EINTR) continue;
+  guard_ = -1;
+}
+
 LineProcess::LineProcess(const Settings& settings) : maxLine_(settings.maxLine) {
-  Pipe in, out, err;
+  Pipe in(ErrorCode::busy), out(ErrorCode::busy), err(ErrorCode::busy);
   std::vector<std::string> words = settings.command;
   if (words[0].find('/') == std::string::npos && fs::is_regular_file(settings.folder / words[0]))
     words[0].insert(0, "./");
@@ -142,7 +203,7 @@ LineProcess::~LineProcess() {
 LineProcess::Outcome LineProcess::ask(std::string_view question, milliseconds timeout, std::string& answer) {
   const auto deadline = Clock::now() + timeout;
   if (pid_ < 0) return Outcome::ended;
-  readOutput();
+  readSome(output_, pending_);
   if (!pending_.empty())
     fail(ErrorCode::labelerFailure,
          "wrote \"{}\" to stdout without being asked; write nothing there but the answers",
@@ -157,7 +218,7 @@ LineProcess::Outcome LineProcess::ask(std::string_view question, milliseconds ti
     const bool gone = output_ < 0 || hasEnded(pid_);
     if (gone) {
       const bool closed = output_ < 0;
-      if (!closed) readOutput();  // a pipe holds no more than it reads
+      if (!closed) readSome(output_, pending_);  // a pipe holds no more than it reads
       if (takeLine(answer)) return Outcome::answered;
       finish(grace);
       if (closed && end_ == "killed") end_ = "it closed its stdout, went on, and was killed";
@@ -176,7 +237,7 @@ LineProcess::Outcome LineProcess::ask(std::string_view question, milliseconds ti
         {{rest.empty() ? -1 : input_, POLLOUT, 0}, {output_, POLLIN, 0}, {complaints_, POLLIN, 0}}};
     ::poll(ends.data(), ends.size(), static_cast<int>(std::min(left, betweenLooks).count()));
     if (ends[0].revents != 0) write(rest);
-    if (ends[1].revents != 0) readOutput();
+    if (ends[1].revents != 0) readSome(output_, pending_);
     if (ends[2].revents != 0) readComplaints();
   }
 }
@@ -192,20 +253,9 @@ bool LineProcess::takeLine(std::string& line) {
   return true;
 }
 
-/// One bufferful, so that the limits and the clock are looked at again soon.
-void LineProcess::readOutput() {
-  std::array<char, 65536> buffer;
-  const ssize_t count = ::read(output_, buffer.data(), buffer.size());
-  if (count > 0) pending_.append(buffer.data(), static_cast<std::size_t>(count));
-  if (count == 0) closeEnd(output_);
-}
-
 void LineProcess::readComplaints() {
-  std::array<char, 65536> buffer;
-  const ssize_t count = ::read(complaints_, buffer.data(), buffer.size());
-  if (count > 0) complaintsTail_.append(buffer.data(), static_cast<std::size_t>(count));
+  readSome(complaints_, complaintsTail_);
   if (complaintsTail_.size() > tail) complaintsTail_.erase(0, complaintsTail_.size() - tail);
-  if (count == 0) closeEnd(complaints_);
 }
 
 void LineProcess::write(std::string_view& rest) {
@@ -222,7 +272,7 @@ void LineProcess::finish(milliseconds patience) {
   closeEnd(input_);
   const auto deadline = Clock::now() + patience;
   while (!hasEnded(pid_) && Clock::now() < deadline) {
-    if (output_ >= 0) readOutput();  // a full pipe would keep it from ending
+    if (output_ >= 0) readSome(output_, pending_);  // a full pipe would keep it from ending
     pending_.clear();
     if (complaints_ >= 0) readComplaints();
     std::this_thread::sleep_for(betweenQuickLooks);

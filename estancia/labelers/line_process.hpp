@@ -15,8 +15,7 @@ namespace estancia {
 
 /// The leader of the group is a guard: a shell that reads a pipe which only we hold open. The kernel closes
 /// the pipe when our process ends, also after SIGKILL; then the guard kills the group.
-/// PR_SET_PDEATHSIG would not do: it kills the child but not the child's children, and it fires when the
-/// thread ends that has started the child.
+/// PR_SET_PDEATHSIG would not do: it spares the child's children, and fires when the starting thread ends.
 class ProcessGroup {
  public:
   /// Starts the guard. Throws Error when that cannot be done.
@@ -76,7 +75,6 @@ class LineProcess {
 
  private:
   bool takeLine(std::string& line);
-  void readOutput();
   void readComplaints();
   void write(std::string_view& rest);
   void finish(std::chrono::milliseconds patience);

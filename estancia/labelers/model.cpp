@@ -7,14 +7,10 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstdlib>
-#include <functional>
 #include <map>
-#include <memory>
 #include <mutex>
 #include <opencv2/core.hpp>
 #include <set>
-#include <string>
 #include <utility>
 
 #include "estancia/core/error.hpp"
@@ -27,7 +23,6 @@
 #include "estancia/labelers/ensemble.hpp"
 #include "estancia/labelers/model_files.hpp"
 #include "estancia/labelers/network_labeler.hpp"
-#include "estancia/labelers/onnxruntime_library.hpp"
 #include "estancia/labelers/recorded_labeler.hpp"
 
 namespace estancia {
@@ -119,16 +114,6 @@ Registry& registry() {
   return instance;
 }
 
-bool isModelFolder(const fs::path& folder) {
-  return fs::is_regular_file(folder / "model.toml");
-}
-
-double millisecondsOf(const std::function<void()>& work) {
-  const auto start = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-}
-
 ModelCheck check(const ModelSpec& given, const LabelerOptions& options) {
   const auto labeler = loadModel(given, options);  // labels a gray image, too
   const ModelSpec spec = isNetworkType(given.type) ? inPrecision(given, options.precision) : given;
@@ -142,7 +127,11 @@ ModelCheck check(const ModelSpec& given, const LabelerOptions& options) {
 
   LexicalDescriptor words;
   std::vector<double> times(isNetworkType(spec.type) ? 7 : 1);  // services may charge for each
-  for (double& time : times) time = millisecondsOf([&] { words = labeler->infer(prepared); });
+  for (double& time : times) {
+    const auto start = std::chrono::steady_clock::now();
+    words = labeler->infer(prepared);
+    time = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  }
   const auto median = times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2);
   std::nth_element(times.begin(), median, times.end());
 
@@ -205,7 +194,7 @@ fs::path modelHome() {
 fs::path getModelFolder(const std::string& model) {
   const bool isPath = model.find('/') != std::string::npos || model == "." || model == "..";
   if (!isPath && !model.empty() && fs::is_directory(modelHome() / model)) return modelHome() / model;
-  if (isModelFolder(model)) return model;
+  if (fs::is_regular_file(fs::path(model) / "model.toml")) return model;
   if (isPath) fail(ErrorCode::fileNotFound, "{} is no model: it holds no model.toml", model);
   std::vector<std::string> known;
   for (const auto& installed : installedModels()) known.push_back(installed.folder.filename().string());

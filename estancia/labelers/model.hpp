@@ -22,8 +22,7 @@ inline const std::string defaultModel = "inception-v3";
 /// Where models live, one folder each: $ESTANCIA_HOME/models, else ~/.local/share/estancia/models.
 std::filesystem::path modelHome();
 
-/// The folder of a model: `model` is a name in modelHome(), or a folder with a model.toml anywhere.
-/// Throws Error listing the known names.
+/// The folder of a model: of a name in modelHome(), or any with a model.toml. Throws Error with known names.
 std::filesystem::path getModelFolder(const std::string& model);
 
 /// How to run a model.
@@ -44,8 +43,7 @@ struct LabelerOptions {
 
 OptionGroup declare(LabelerOptions& options);
 
-/// Loads a model by name or folder; "A+B+…" loads several as an ensemble. Throws Error when it is unknown or
-/// wrong in any way.
+/// Loads a model by name or folder; "A+B+…" loads several as an ensemble. Throws Error on any mistake.
 std::unique_ptr<Labeler> loadModel(const std::string& model = defaultModel,
                                    const LabelerOptions& options = {});
 std::unique_ptr<Labeler> loadModel(const ModelSpec& spec, const LabelerOptions& options = {});
@@ -85,8 +83,7 @@ struct ModelCheck {
   std::vector<std::string> labelNames = {};
 };
 
-/// Opens the model, labels a gray and a noisy image and takes the time. Throws Error saying what is wrong
-/// with it.
+/// Opens the model, labels a gray and a noisy image and takes the time. Throws Error saying what is wrong.
 ModelCheck checkModel(const std::string& model, const LabelerOptions& options = {});
 
 /// Copies the model in `folder` (the files that its model.toml names; all of it when it is no network) into

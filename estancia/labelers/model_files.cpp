@@ -5,7 +5,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <initializer_list>
 #include <map>
 
 #include "estancia/core/ascii.hpp"
@@ -14,15 +13,6 @@
 
 namespace estancia {
 namespace fs = std::filesystem;
-namespace {
-
-std::string preprocessingText(const Preprocessing& how) {
-  return fmt::format("{}x{} {} {} {} {} {} {}", how.width, how.height, static_cast<int>(how.region), how.crop,
-                     static_cast<int>(how.resize), static_cast<int>(how.color), fmt::join(how.mean, ","),
-                     fmt::join(how.scale, ","));
-}
-
-}  // namespace
 
 bool isNetworkType(std::string_view type) {
   return type == "network" || type == "opencv" || type == "onnxruntime";
@@ -49,15 +39,12 @@ std::vector<fs::path> networkFiles(const ModelSpec& spec) {
 
 void requireKnownFormat(const ModelSpec& spec) {
   const std::string extension = spec.file.extension().string();
-  const auto isOneOf = [&](std::initializer_list<const char*> known) {
-    return std::any_of(known.begin(), known.end(), [&](const char* one) { return extension == one; });
-  };
-  if (isOneOf({".onnx", ".caffemodel", ".pb"})) return;
+  if (extension == ".onnx" || extension == ".caffemodel" || extension == ".pb") return;
   const std::string file = (spec.folder / spec.file).string();
-  if (isOneOf({".tflite", ".lite", ".json"}))
+  if (extension == ".tflite" || extension == ".lite" || extension == ".json")
     fail(ErrorCode::unsupportedFile,
-         "{} must be converted to ONNX first; run `estancia models add {}`, or `estancia models "
-         "convert` for the network alone",
+         "{} must be converted to ONNX first; run `estancia models add {}`, or `estancia models convert` for "
+         "the network alone",
          file, spec.folder.string());
   fail(ErrorCode::unsupportedFile, "{} is no known kind of network; known are .onnx, .caffemodel and .pb",
        file);
@@ -99,8 +86,11 @@ std::string modelDigest(const ModelSpec& spec, const std::string& settings) {
   if (!isInt8(spec)) files.erase(spec.int8.string());      // another network
   for (const auto& file : networkFiles(spec)) files.try_emplace(file.string());
   if (!spec.labels.empty()) files.try_emplace(spec.labels.string());
+  const Preprocessing& how = spec.preprocessing;
   std::string all =
-      fmt::format("{} {} {}\n", preprocessingText(spec.preprocessing), spec.softmax, spec.output) + settings;
+      fmt::format("{}x{} {} {} {} {} {} {} {} {}\n{}", how.width, how.height, static_cast<int>(how.region),
+                  how.crop, static_cast<int>(how.resize), static_cast<int>(how.color),
+                  fmt::join(how.mean, ","), fmt::join(how.scale, ","), spec.softmax, spec.output, settings);
   if (spec.sigmoid || spec.reduce != ModelSpec::Reduce::none || !spec.unused.empty())
     all += fmt::format("{} {} [{}] \n", spec.sigmoid, static_cast<int>(spec.reduce),
                        fmt::join(spec.unused, ","));

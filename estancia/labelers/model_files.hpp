@@ -11,8 +11,7 @@
 
 namespace estancia {
 
-/// Whether `type` is a network, whose model.toml holds all the keys above; the settings of any other type
-/// are read by that type itself.
+/// Whether `type` is a network, whose keys readModelSpec() reads; any other type reads its own.
 bool isNetworkType(std::string_view type);
 
 /// Whether `name` is safe as that of a file and of a folder: letters, digits, `_`, `-` and `.`, no `.` first.
@@ -40,12 +39,10 @@ bool isInt8(const ModelSpec& spec);
 std::filesystem::path modelFile(const ModelSpec& spec, const std::filesystem::path& relative);
 
 /// SHA-256 over the model's files, its preprocessing, and the `settings` of other types that change their
-/// answers: two models that label alike have the same. Throws Error when a file is missing or does not match
-/// spec.sha256.
+/// answers: the same for models that label alike. Throws Error on files missing or not as in spec.sha256.
 std::string modelDigest(const ModelSpec& spec, const std::string& settings = "");
 
-/// Whether the network's file is ONNX, which every engine opens; Caffe and TensorFlow files are OpenCV's
-/// alone.
+/// Whether the network's file is ONNX, which every engine opens; Caffe and TensorFlow are OpenCV's alone.
 bool isOnnx(const ModelSpec& spec);
 
 /// The serialized ONNX model of spec.file. An input of any size is fixed to that of the preprocessing (a

@@ -2,11 +2,8 @@
 #include "estancia/labelers/model_spec.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
-#include <vector>
 
 #include "estancia/core/config.hpp"
 #include "estancia/core/fail.hpp"

@@ -38,8 +38,7 @@ struct Preprocessing {
   std::array<double, 3> scale{1, 1, 1};
 };
 
-/// A model as `model.toml` in its folder describes it. Keys of the file stand in brackets where their names
-/// differ.
+/// A model as its folder's `model.toml` describes it. Keys stand in brackets where their names differ.
 struct ModelSpec {
   /// Where model.toml lies; the other paths are relative to it.
   std::filesystem::path folder;
@@ -61,12 +60,11 @@ struct ModelSpec {
   /// [input, region, crop, resize, color, mean, scale].
   Preprocessing preprocessing;
 
-  // What the outputs mean; see toProbabilities() in scores.hpp.
+  // What the outputs mean; see toProbabilities() in network_labeler.hpp.
   enum class Reduce { none, max };
   /// max: a row of outputs for each of many anchors in the image.
   Reduce reduce = Reduce::none;
-  /// With reduce: cells a side of the grids whose default boxes the rows are of (defaultBoxes()); empty where
-  /// that is not known.
+  /// With reduce: cells a side of the grids of the rows' default boxes (defaultBoxes()); empty where unknown.
   std::vector<int> anchors;
   /// The outputs are logits of labels that exclude each other.
   bool softmax = false;
@@ -74,7 +72,7 @@ struct ModelSpec {
   bool sigmoid = false;
   /// Outputs that have no label (background, numbers never given), ascending.
   std::vector<std::size_t> unused;
-  /// .npy, labels×D: the network embeds images (CLIP), see scores.hpp.
+  /// .npy, labels×D: the network embeds images (CLIP), see network_labeler.hpp.
   std::filesystem::path embeddings;
   /// [logit_scale] of their cosines with the embeddings.
   double logitScale = 100;

@@ -1,18 +1,43 @@
-// Network labeler: what the engines that run networks share.
+// Network labeler: what the engines that run networks share; images → inputs, outputs → probabilities.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
+#include <filesystem>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "estancia/core/descriptor.hpp"
 #include "estancia/labelers/labeler.hpp"
 #include "estancia/labelers/model_spec.hpp"
-#include "estancia/labelers/scores.hpp"
 
 namespace estancia {
+
+/// `output` holds one row of numbers, or with spec.reduce several (R×outputs, row by row; a detector's
+/// anchors): the softmax or sigmoid that `spec` asks for makes them probabilities, each output takes its
+/// highest of all rows, and those in spec.unused are dropped. Values after a sigmoid do not add up to 1.
+/// With spec.features they become shares of their sum. Throws Error unless this gives `labels` probabilities.
+LexicalDescriptor toProbabilities(std::span<const float> output, const ModelSpec& spec, std::size_t labels);
+
+/// Where words stand in the space that an image encoder shares with a text encoder. Radford et al., Learning
+/// transferable visual models from natural language supervision (CLIP), ICML 2021.
+class TextEmbeddings {
+ public:
+  /// Reads a .npy file, `labels`×D, row i for label i, and brings the rows to length 1. Throws Error when it
+  /// is damaged, has another number of rows, or a row that is not finite or nothing but 0.
+  TextEmbeddings(const std::filesystem::path& file, std::size_t labels);
+
+  /// `scale` times the cosine of the angle between the image and each text: one logit a label. Throws Error
+  /// naming `model` unless the image has D values, finite and not all 0.
+  std::vector<float> logits(std::span<const float> image, double scale, const std::string& model) const;
+
+ private:
+  std::size_t dimensions_ = 0;
+  std::vector<float> rows_;
+};
 
 class NetworkLabeler : public Labeler {
  public:
@@ -35,9 +60,8 @@ class NetworkLabeler : public Labeler {
   /// Labels a gray image: what does not fit shows at once.
   void tryOut();
 
-  /// The network's output as probabilities, see toProbabilities() in scores.hpp. Where the model has text
-  /// embeddings, the output is an image's embedding: its cosines with the texts become logits, and these by
-  /// softmax probabilities over the words.
+  /// The network's output as probabilities, see toProbabilities(). With text embeddings, the output is an
+  /// image's embedding: its cosines with the texts become logits, and these by softmax probabilities.
   LexicalDescriptor toWords(std::span<const float> output) const;
 
   /// Words of the default boxes that look at each region. Throws Error (invalidInput) where it is not known
@@ -58,5 +82,9 @@ class NetworkLabeler : public Labeler {
 /// The image as float32 blob 1×3×height×width. Takes 1 (gray), 3 (BGR) or 4 (BGRA; alpha is dropped) channels
 /// of 8 or 16 bits, any size. Throws Error on anything else.
 cv::Mat preprocess(const cv::Mat& image, const Preprocessing& how);
+
+/// cv::resize() with INTER_AREA of an image CV_8UC3 to a size that is nowhere larger, three times as fast if
+/// ratios are no integers; values within one of OpenCV's. Throws cv::Exception on other types and sizes.
+cv::Mat resizeByArea(const cv::Mat& image, cv::Size size);
 
 }  // namespace estancia

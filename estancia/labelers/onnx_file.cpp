@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/labelers/model_files.hpp"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
@@ -9,9 +8,6 @@
 #include <functional>
 #include <optional>
 #include <set>
-#include <string>
-#include <string_view>
-#include <vector>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/files/files.hpp"
@@ -184,8 +180,7 @@ std::string textIn(string_view message, std::uint32_t number) {
   return text;
 }
 
-/// Engines look for weights in other files wherever the process happens to run, outside of the model's
-/// digest.
+/// Engines look for weights in other files wherever the process runs, outside of the model's digest.
 void requireWeightsInside(string_view bytes, Message kind, const fs::path& path, int depth = 0) {
   if (depth > maxDepth) throw Malformed();
   FieldReader reader(bytes);

@@ -1,32 +1,105 @@
+// ONNX Runtime: the library, found and opened at run time, and the engine.
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/labelers/engines.hpp"
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/frame_failure.hpp"
 #include "estancia/labelers/model_files.hpp"
-#include "estancia/labelers/network_values.hpp"
-#include "estancia/labelers/onnxruntime_library.hpp"
 
 #ifdef ESTANCIA_ONNXRUNTIME_LIBRARY  // cmake/EstanciaOnnxruntime.cmake
 
 #define ORT_API_MANUAL_INIT  // the library is opened when it is first needed
+#include <dlfcn.h>
 #include <fmt/format.h>
 #include <onnxruntime_cxx_api.h>
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
+#include <filesystem>
 #include <limits>
 #include <new>
 #include <regex>
 #include <span>
 #include <string_view>
+#include <system_error>
 #include <type_traits>
+#include <vector>
 
 #include "estancia/core/cores.hpp"
 #include "estancia/core/parallel.hpp"
+#include "estancia/labelers/model.hpp"
 #include "estancia/labelers/network_labeler.hpp"
 
 namespace estancia {
+namespace fs = std::filesystem;
+namespace onnxruntime {
+namespace {
+
+constexpr auto fileName = "libonnxruntime.so";
+
+/// Opens one file. It stays open until the process ends, as its threads may.
+Library open(const fs::path& file) {
+  Library library;
+  void* handle = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (handle == nullptr) {
+    library.problem = dlerror();
+    return library;
+  }
+  const auto getBase = reinterpret_cast<const OrtApiBase* (*)()>(dlsym(handle, "OrtGetApiBase"));
+  if (getBase == nullptr) {
+    library.problem = fmt::format("{} is no ONNX Runtime", file.string());
+    return library;
+  }
+  library.version = getBase()->GetVersionString();
+  // A version that it does not know makes ONNX Runtime write to stderr; it knows those up to its own.
+  int major = 0, minor = 0;
+  std::sscanf(library.version.c_str(), "%d.%d", &major, &minor);
+  if (major == 1 && minor >= ORT_API_VERSION) library.api = getBase()->GetApi(ORT_API_VERSION);
+  if (library.api == nullptr)
+    library.problem = fmt::format("{} is ONNX Runtime {}, where 1.{} or a later 1.x is needed", file.string(),
+                                  library.version, ORT_API_VERSION);
+  return library;
+}
+
+std::vector<fs::path> candidates() {
+  std::error_code unreadable;  // another user's home: as if it were not there
+  if (const char* given = std::getenv("ESTANCIA_ONNXRUNTIME"); given != nullptr && *given != '\0') {
+    const fs::path path = given;
+    if (!fs::is_directory(path, unreadable)) return {path};
+    return {fs::is_directory(path / "lib", unreadable) ? path / "lib" / fileName : path / fileName};
+  }
+  std::vector<fs::path> files;
+  for (const fs::path& file :
+       {fs::path(ESTANCIA_ONNXRUNTIME_LIBRARY), modelHome().parent_path() / "onnxruntime/lib" / fileName})
+    if (fs::is_regular_file(file, unreadable)) files.push_back(file);
+  files.emplace_back("libonnxruntime.so.1");
+  files.emplace_back(fileName);
+  return files;
+}
+
+Library find() {
+  std::string problem;
+  for (const fs::path& file : candidates()) {
+    Library library = open(file);
+    if (library.api != nullptr) return library;
+    if (problem.empty()) problem = library.problem;
+  }
+  return {nullptr, "",
+          fmt::format("ONNX Runtime cannot be used: {}; run estancia-fetch (script/bootstrap in the source), "
+                      "or name the library in ESTANCIA_ONNXRUNTIME",
+                      problem)};
+}
+
+}  // namespace
+
+const Library& library() {
+  static const Library found = find();
+  return found;
+}
+
+}  // namespace onnxruntime
+
 namespace {
 
 /// The one environment of the process; never destroyed, since labelers may outlive what is static here.
@@ -81,8 +154,7 @@ class Session {
     options.SetGraphOptimizationLevel(ORT_ENABLE_ALL);
     // Threads that spin while they wait would take the cores from the decoding of the next images.
     options.AddConfigEntry("session.intra_op.allow_spinning", "0");
-    // 8 bits without VNNI: the exact kernels, not the quick ones whose sums saturate. (With it they are
-    // slower.)
+    // 8 bits without VNNI: the exact kernels (slower with it), not the quick ones whose sums saturate.
     if (!hasByteProducts()) options.AddConfigEntry("session.x64quantprecision", "1");
     try {
       session_ = Ort::Session(env, onnx.data(), onnx.size(), options);
@@ -101,8 +173,7 @@ class Session {
 
   const std::vector<std::string>& outputs() const { return outputs_; }
 
-  /// The values of these outputs for the image, 1×3×H×W. Safe to call from several threads. Throws
-  /// Ort::Exception.
+  /// The values of these outputs for the image, 1×3×H×W. Thread-safe. Throws Ort::Exception.
   std::vector<Ort::Value> run(const cv::Mat& image, std::span<const std::string> outputs) {
     std::array<std::int64_t, 4> shape{};
     std::copy_n(image.size.p, 4, shape.begin());
@@ -199,8 +270,7 @@ class OnnxruntimeEngine final : public NetworkLabeler {
       threads_ = 1;
       together_ = Session(pathOf(spec), onnx, threads_);
     } else {
-      // Enough images that starting the threads, some 30 µs, costs little; few for a slow network, since the
-      // first result comes with the last.
+      // Enough that starting the threads (30 µs) costs little; few where slow: the first comes with the last.
       batchSize_ = static_cast<std::size_t>(threads_ * std::clamp(8 / took, 1.0, 16.0));
     }
   }
@@ -281,6 +351,12 @@ std::unique_ptr<NetworkValues> openNetworkValues(const std::string& onnx, const 
 #else
 
 namespace estancia {
+
+const onnxruntime::Library& onnxruntime::library() {
+  static const Library none{
+      nullptr, "", "this Estancia was built without ONNX Runtime; run script/bootstrap and build it again"};
+  return none;
+}
 
 std::string onnxruntimeVersion() {
   return "no onnxruntime";

@@ -8,7 +8,6 @@
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/dnn.hpp>
 #include <regex>
-#include <vector>
 
 #include "estancia/core/cores.hpp"
 #include "estancia/core/fail.hpp"

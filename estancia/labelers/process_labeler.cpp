@@ -10,15 +10,11 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <chrono>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
 #include <memory>
 #include <optional>
-#include <string>
-#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -36,22 +32,6 @@ namespace estancia {
 namespace fs = std::filesystem;
 namespace {
 
-/// A folder `estancia-XXXXXX` in the temporary folder ($TMPDIR, else /tmp). Its owner holds a lock on a file
-/// in it (flock(2)), which the kernel releases however the owner ends.
-class PrivateFolder {
- public:
-  /// Removes those that killed processes of this user have left, then makes one. Throws Error.
-  PrivateFolder();
-  ~PrivateFolder();
-  PrivateFolder(const PrivateFolder&) = delete;
-  PrivateFolder& operator=(const PrivateFolder&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-  int lock_ = -1;
-};
-
 constexpr std::string_view prefix = "estancia-", unique = "XXXXXX";
 constexpr const char* lockName = "estancia.lock";
 
@@ -67,8 +47,7 @@ bool isOwn(int file, mode_t type) {
   return fstat(file, &status) == 0 && status.st_uid == geteuid() && (status.st_mode & S_IFMT) == type;
 }
 
-/// Removes the folder if it has a lock that no process holds. Follows no symbolic link, enters no folder in
-/// it.
+/// Removes the folder if it has a lock that no process holds. Follows no links, enters no folder in it.
 void removeIfAbandoned(const fs::path& folder) {
   const int opened = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
   if (opened < 0) return;
@@ -96,38 +75,51 @@ void removeAbandonedIn(const fs::path& temporary) {
     if (isOurs(entry->path().filename().string())) removeIfAbandoned(entry->path());
 }
 
-PrivateFolder::PrivateFolder() {
-  const fs::path temporary = fs::temp_directory_path();
-  removeAbandonedIn(temporary);
-  for (;;) {
-    std::string pattern = (temporary / prefix).string().append(unique);
-    const bool made = mkdtemp(pattern.data()) != nullptr;
-    if (made)
-      lock_ = ::open((fs::path(pattern) / lockName).c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
-    if (lock_ < 0) {
-      const int why = errno;
-      if (made) rmdir(pattern.c_str());
-      fail(ErrorCode::fileUnwritable,
-           "cannot make a folder for images ({}): {}; set TMPDIR to one that can be written",
-           printable(pattern), std::strerror(why));
+/// A folder `estancia-XXXXXX` in the temporary folder ($TMPDIR, else /tmp). Its owner holds a lock on a file
+/// in it (flock(2)), which the kernel releases however the owner ends.
+class PrivateFolder {
+ public:
+  /// Removes those that killed processes of this user have left, then makes one. Throws Error.
+  PrivateFolder() {
+    const fs::path temporary = fs::temp_directory_path();
+    removeAbandonedIn(temporary);
+    for (;;) {
+      std::string pattern = (temporary / prefix).string().append(unique);
+      const bool made = mkdtemp(pattern.data()) != nullptr;
+      if (made)
+        lock_ = ::open((fs::path(pattern) / lockName).c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+      if (lock_ < 0) {
+        const int why = errno;
+        if (made) rmdir(pattern.c_str());
+        fail(ErrorCode::fileUnwritable,
+             "cannot make a folder for images ({}): {}; set TMPDIR to one that can be written",
+             printable(pattern), std::strerror(why));
+      }
+      path_ = pattern;
+      if (flock(lock_, LOCK_EX) != 0) {  // a file system without locks: never to be taken for abandoned
+        unlink((path_ / lockName).c_str());
+        return;
+      }
+      struct stat status {};
+      if (fstat(lock_, &status) == 0 && status.st_nlink > 0) return;
+      ::close(lock_);  // another process has taken it for abandoned before it was locked
+      lock_ = -1;
     }
-    path_ = pattern;
-    if (flock(lock_, LOCK_EX) != 0) {  // a file system without locks: never to be taken for abandoned
-      unlink((path_ / lockName).c_str());
-      return;
-    }
-    struct stat status {};
-    if (fstat(lock_, &status) == 0 && status.st_nlink > 0) return;
-    ::close(lock_);  // another process has taken it for abandoned before it was locked
-    lock_ = -1;
   }
-}
 
-PrivateFolder::~PrivateFolder() {
-  std::error_code ignored;
-  fs::remove_all(path_, ignored);
-  ::close(lock_);
-}
+  ~PrivateFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+    ::close(lock_);
+  }
+  PrivateFolder(const PrivateFolder&) = delete;
+  PrivateFolder& operator=(const PrivateFolder&) = delete;
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+  int lock_ = -1;
+};
 
 using std::chrono::milliseconds;
 

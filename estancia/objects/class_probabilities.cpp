@@ -40,8 +40,8 @@ std::string withNearLabels(const Vocabulary& vocabulary, const std::string& name
 
 [[noreturn]] void failUnknown(const std::vector<std::string>& unknown, const TargetClasses& targets) {
   fail(ErrorCode::unknownName,
-       "the labeler has no label for {} of {} target classes: {}; give them other labels, "
-       "leave them out, or use another labeler",
+       "the labeler has no label for {} of {} target classes: {}; give them other labels, leave them out, or "
+       "use another labeler",
        unknown.size(), targets.classes.size(), fmt::join(unknown, ", "));
 }
 
@@ -96,8 +96,7 @@ std::vector<std::size_t> classesOfLabels(const TargetClasses& targets, const Voc
   if (!unknown.empty()) failUnknown(unknown, targets);
   if (!taken.empty())
     fail(ErrorCode::invalidInput,
-         "target classes have the labels of others only: {}; give them other labels, or merge "
-         "them",
+         "target classes have the labels of others only: {}; give them other labels, or merge them",
          fmt::join(taken, ", "));
   return classOf;
 }

@@ -1,5 +1,4 @@
-// Class probabilities: a labeler's labels restricted to target classes, with its prior corrected
-// (thesis 6.3).
+// Class probabilities: labels restricted to target classes, with the labeler's prior corrected (thesis 6.3).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -38,13 +37,11 @@ TargetClasses withLabelKinds(const TargetClasses& targets, const Vocabulary& voc
 /// The labels of each class in a labeler's vocabulary.
 class VocabularyMapping {
  public:
-  /// Labels are found by findLabels(); one that fits two classes counts for the first. Throws Error
-  /// (unknownName) when a class has no label in the vocabulary, with the nearest spellings, or (invalidInput)
-  /// none of its own.
+  /// Labels are found by findLabels(); one that fits two classes counts for the first. Throws Error when a
+  /// class has no label in the vocabulary (unknownName, with spellings), or none of its own (invalidInput).
   VocabularyMapping(const TargetClasses& targets, const Vocabulary& vocabulary);
 
-  /// Adds up the labels of each class, then normalizes: the thesis' restriction to the target classes. Throws
-  /// Error as requireProbabilities().
+  /// Adds up the labels of each class, then normalizes (thesis 6.3). Throws Error as requireProbabilities().
   ClassProbabilities apply(const DescriptorMatrix& descriptors) const;
 
  private:
@@ -56,8 +53,7 @@ class VocabularyMapping {
 ClassProbabilities restrictTo(const TargetClasses& targets, const Vocabulary& vocabulary,
                               const DescriptorMatrix& descriptors);
 
-/// How often the labeler gives each class: the mean of the rows that are not 0; uniform without any. C
-/// numbers that add up to 1.
+/// How often the labeler gives each class: the mean of the rows that are not 0; uniform without any. Sum 1.
 std::vector<float> priorOf(const ClassProbabilities& answers);
 
 /// The probabilities for classes that are equally frequent: each divided by its `prior` (at least 0.001),

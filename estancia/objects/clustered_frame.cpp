@@ -3,11 +3,45 @@
 
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <utility>
+#include <vector>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/parallel.hpp"
 
 namespace estancia {
+namespace {
+
+class Crops final : public Sequence {
+ public:
+  Crops(const ObjectViews& views, const CropOptions& options) : views_(views), options_(options) {
+    warnings_ = views.warnings();
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      Frame frame;
+      frame.name = views.view(i).name;
+      frame.room = views.view(i).category;
+      frames_.push_back(std::move(frame));
+    }
+  }
+
+  std::string name() const override { return views_.name(); }
+  std::size_t size() const override { return frames_.size(); }
+  const Frame& frame(std::size_t i) const override { return frames_[i]; }
+
+  cv::Mat image(std::size_t i) const override {
+    const ObjectImage view = views_.image(i);
+    if (!view.image.empty()) return cropObject(view.image, view.box, view.mask, options_);
+    constexpr int size = 299;  // what the larger networks take
+    return renderObject(views_.cloud(i), size, options_);
+  }
+
+ private:
+  const ObjectViews& views_;
+  CropOptions options_;
+  std::vector<Frame> frames_;
+};
+
+}  // namespace
 
 ClusteredFrame clusteredFrame(const cv::Mat& image, const cv::Mat& depth, const CameraIntrinsics& camera,
                               const ClusterOptions& options) {
@@ -40,8 +74,7 @@ ImageAndDepth readImageAndDepth(const Sequence& sequence, std::size_t i) {
   const double depth = static_cast<double>(read.depth.cols) / read.depth.rows;
   if (image > maxRatio * depth || depth > maxRatio * image)
     fail(ErrorCode::mismatch,
-         "an image of {} × {} and depth of {} × {} pixels do not show the same view; register "
-         "depth to color",
+         "an image of {} × {} and depth of {} × {} pixels do not show the same view; register depth to color",
          read.image.cols, read.image.rows, read.depth.cols, read.depth.rows);
   return read;
 }
@@ -87,6 +120,10 @@ cv::Mat maskOf(const ClusteredFrame& frame, std::size_t i) {
 cv::Mat cropObject(const ClusteredFrame& frame, std::size_t i, const CropOptions& options) {
   const bool kept = options.background == CropOptions::Background::kept;
   return cropObject(frame.image, boxOf(frame, i), kept ? cv::Mat() : maskOf(frame, i), options);
+}
+
+std::unique_ptr<Sequence> cropsOf(const ObjectViews& views, const CropOptions& options) {
+  return std::make_unique<Crops>(views, options);
 }
 
 }  // namespace estancia

@@ -1,13 +1,15 @@
-// Clustered frame: a frame with depth, segmented into objects.
+// Clustered frame: a frame with depth, segmented into objects, and images of objects for labelers.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <opencv2/core/mat.hpp>
 
 #include "estancia/cloud/crop_object.hpp"
 #include "estancia/core/camera.hpp"
 #include "estancia/core/point_cloud.hpp"
+#include "estancia/readers/object_views.hpp"
 #include "estancia/segmentation/clusters.hpp"
 #include "estancia/sequences/sequence.hpp"
 
@@ -35,8 +37,7 @@ struct ImageAndDepth {
   cv::Mat image, depth;
 };
 
-/// Reads image and depth of frame i in parallel. Throws Error when one cannot be read, or (mismatch) when
-/// they do not show the same view.
+/// Reads image and depth of frame i in parallel. Throws Error, (mismatch) if they do not show the same view.
 ImageAndDepth readImageAndDepth(const Sequence& sequence, std::size_t i);
 
 /// The points of cluster i in the optical frame of the camera, colored by the image; not organized.
@@ -50,5 +51,8 @@ cv::Mat maskOf(const ClusteredFrame& frame, std::size_t i);
 
 /// The image of cluster i for labelers: cropObject() of its box. Throws Error on invalid options.
 cv::Mat cropObject(const ClusteredFrame& frame, std::size_t i, const CropOptions& options = {});
+
+/// One frame a view: cropObject() of its image, else renderObject() of its cloud. `views` must outlive it.
+std::unique_ptr<Sequence> cropsOf(const ObjectViews& views, const CropOptions& options = {});
 
 }  // namespace estancia

@@ -82,61 +82,55 @@ class NewSamples {
   /// Throws Error without a name (invalidOption); when FOLDER exists and is not empty, unless it is to be
   /// replaced and has samples only (fileExists); and when FOLDER.part cannot be made (fileUnwritable), or
   /// exists and is not that of a killed run (fileExists).
-  NewSamples(const std::filesystem::path& folder, bool replace);
+  // Built upon another constructor, so that what was made is removed when the rest fails.
+  NewSamples(const fs::path& folder, bool replace) : NewSamples() {
+    if (folder.empty()) throw Error(ErrorCode::invalidOption, "the folder of samples has no name; give one");
+    onDisk(folder, "made", [&] {
+      folder_ = fs::weakly_canonical(fs::absolute(folder / "x"))
+                    .parent_path();  // without dots and slashes at its end
+      requirePlace(folder_, replace);
+      const fs::path part = folder_.string() + ".part";
+      if (fs::exists(part)) {
+        if (!isObjectSamples(part))
+          fail(ErrorCode::fileExists, "{} exists, where samples are collected first; move it away",
+               io::printable(part.string()));
+        fs::remove_all(part);  // left by a run that was killed
+      }
+      part_ = part;
+      for (const fs::path& inside : partsOf(part_)) fs::create_directories(inside);
+    });
+    writeObjectSamples({}, part_);
+  }
 
   /// Removes FOLDER.part unless it was finished.
-  ~NewSamples();
+  ~NewSamples() {
+    std::error_code ignored;
+    if (!part_.empty()) fs::remove_all(part_, ignored);
+  }
   NewSamples(const NewSamples&) = delete;
   NewSamples& operator=(const NewSamples&) = delete;
 
   /// The folder of images, masks and clouds until finish().
-  const std::filesystem::path& folder() const { return part_; }
+  const fs::path& folder() const { return part_; }
 
   /// Writes the list and renames the folder. Throws Error (fileUnwritable).
-  void finish(const std::vector<ObjectSample>& samples);
+  void finish(const std::vector<ObjectSample>& samples) {
+    writeObjectSamples(samples, part_);
+    onDisk(folder_, "replaced", [&] {
+      if (fs::exists(folder_) && !fs::is_empty(folder_)) {
+        requireOnlySamples(folder_);  // again: others may have written there
+        fs::remove_all(folder_);
+      }
+      fs::rename(part_, folder_);
+    });
+    part_.clear();
+  }
 
  private:
   NewSamples() = default;
 
-  std::filesystem::path folder_, part_;
+  fs::path folder_, part_;
 };
-
-// Built upon another constructor, so that what was made is removed when the rest fails.
-NewSamples::NewSamples(const fs::path& folder, bool replace) : NewSamples() {
-  if (folder.empty()) throw Error(ErrorCode::invalidOption, "the folder of samples has no name; give one");
-  onDisk(folder, "made", [&] {
-    folder_ = fs::weakly_canonical(fs::absolute(folder / "x"))
-                  .parent_path();  // without dots and slashes at its end
-    requirePlace(folder_, replace);
-    const fs::path part = folder_.string() + ".part";
-    if (fs::exists(part)) {
-      if (!isObjectSamples(part))
-        fail(ErrorCode::fileExists, "{} exists, where samples are collected first; move it away",
-             io::printable(part.string()));
-      fs::remove_all(part);  // left by a run that was killed
-    }
-    part_ = part;
-    for (const fs::path& inside : partsOf(part_)) fs::create_directories(inside);
-  });
-  writeObjectSamples({}, part_);
-}
-
-NewSamples::~NewSamples() {
-  std::error_code ignored;
-  if (!part_.empty()) fs::remove_all(part_, ignored);
-}
-
-void NewSamples::finish(const std::vector<ObjectSample>& samples) {
-  writeObjectSamples(samples, part_);
-  onDisk(folder_, "replaced", [&] {
-    if (fs::exists(folder_) && !fs::is_empty(folder_)) {
-      requireOnlySamples(folder_);  // again: others may have written there
-      fs::remove_all(folder_);
-    }
-    fs::rename(part_, folder_);
-  });
-  part_.clear();
-}
 
 /// The region of a crop with the largest margin.
 cv::Rect surroundings(const cv::Rect& box) {
@@ -155,7 +149,9 @@ class Collector {
   void add(const ClusteredFrame& frame, const Frame& about) {
     const auto& clusters = frame.clusters.clusters;
     const auto instances = tracks_.follow(frame.clusters, frame.camera, about.pose);
-    count(frame);
+    collected_.withoutPlane += frame.clusters.planes.empty() ? 1 : 0;
+    collected_.withoutCluster += clusters.empty() ? 1 : 0;
+    collected_.huge += !clusters.empty() && 2 * clusters.front().points.size() > frame.depth.total() ? 1 : 0;
     std::vector<std::size_t> kept;
     const std::size_t first = samples_.size();
     for (std::size_t i = 0; i < clusters.size(); ++i) {
@@ -194,13 +190,6 @@ class Collector {
   }
 
  private:
-  void count(const ClusteredFrame& frame) {
-    const auto& clusters = frame.clusters.clusters;
-    collected_.withoutPlane += frame.clusters.planes.empty() ? 1 : 0;
-    collected_.withoutCluster += clusters.empty() ? 1 : 0;
-    collected_.huge += !clusters.empty() && 2 * clusters.front().points.size() > frame.depth.total() ? 1 : 0;
-  }
-
   void write(const ClusteredFrame& frame, std::size_t i, ObjectSample& sample) const {
     // More than the default crop, and the mask of the object: margin and background are chosen when labeling.
     const cv::Rect box = boxOf(frame, i), region = surroundings(box) & cv::Rect({}, frame.image.size());

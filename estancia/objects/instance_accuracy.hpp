@@ -3,22 +3,49 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
+#include <filesystem>
 #include <map>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <set>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "estancia/core/config.hpp"
 #include "estancia/core/oriented_box.hpp"
 #include "estancia/core/vocabulary.hpp"
 #include "estancia/objects/object_instance.hpp"
-#include "estancia/objects/thing_classes.hpp"
 #include "estancia/readers/home_truth.hpp"
 
 namespace estancia {
+
+/// Thing classes: categories of a home's truth as small things, furniture or fixtures, and labels for them.
+struct ThingClasses {
+  /// Things of this class belong to the building: whether a map has them counts neither way.
+  static constexpr const char* fixture = "fixture";
+
+  /// By category of instances.csv; all others are `otherClass`.
+  std::map<std::string, std::string> classOf = {};
+  std::string otherClass = "thing";
+  /// By category: what labels call its things.
+  std::map<std::string, std::vector<std::string>> words = {};
+
+  /// The class of a category.
+  const std::string& of(const std::string& category) const;
+  /// The labels that name a thing of the category; empty where the vocabulary has none. See findLabels().
+  std::vector<std::string> labelsOf(const std::string& category, const Vocabulary& vocabulary) const;
+};
+
+/// The keys `other` and `classes` (if `required`) of a configuration; no class has a `reserved` name.
+std::vector<ConfigFile::Key> thingClassKeys(ConfigFile& config, ThingClasses& classes, bool required,
+                                            const std::set<std::string_view>& reserved = {});
+
+/// Reads TOML: `other = CLASS`, `[classes]` with a list of categories by class, `[words]` with a list of
+/// labels by category; each may be missing. Throws Error `FILE:LINE: …` (malformedFile) on unknown or wrong
+/// keys, a category in two classes, a category without words.
+ThingClasses readThingClasses(const std::filesystem::path& file);
 
 /// A found and a true box that are the same thing, by their positions in the lists.
 struct BoxMatch {
@@ -26,8 +53,7 @@ struct BoxMatch {
   double overlap = 0;
 };
 
-/// Matches boxes one to one, those of largest intersection over union first, as long as it is at least
-/// `least`. In the order of matching.
+/// Matches boxes one to one, those of largest intersection over union first, down to `least`; in that order.
 std::vector<BoxMatch> matchBoxes(std::span<const OrientedBox> found, std::span<const OrientedBox> things,
                                  double least = 0.25);
 
@@ -77,15 +103,20 @@ struct InstanceScore {
   std::size_t things = 0, found = 0;
   /// Instances, and those of them that are a thing, whether it counts or not.
   std::size_t instances = 0, right = 0;
-  /// Found objects that the vocabulary can name, and those whose instance has such a name; none where no
-  /// instance has a label at all.
+  /// Found objects that the vocabulary can name, and those so named; none where no instance has a label.
   std::size_t nameable = 0, named = 0;
   /// Median distance of the boxes' middles of the found things [m].
   std::optional<double> error = {};
 
-  std::optional<double> recall() const;
-  std::optional<double> precision() const;
-  std::optional<double> nameAccuracy() const;
+  std::optional<double> recall() const { return shareOf(found, things); }
+  std::optional<double> precision() const { return shareOf(right, instances); }
+  std::optional<double> nameAccuracy() const { return shareOf(named, nameable); }
+
+ private:
+  static std::optional<double> shareOf(std::size_t part, std::size_t whole) {
+    if (whole == 0) return std::nullopt;
+    return static_cast<double>(part) / static_cast<double>(whole);
+  }
 };
 
 struct InstanceAccuracy {

@@ -7,10 +7,7 @@
 #include <utility>
 
 #include "estancia/core/fail.hpp"
-#include "estancia/core/pose.hpp"
-#include "estancia/objects/segment_image.hpp"
 #include "estancia/objects/standing.hpp"
-#include "estancia/objects/view_consensus.hpp"
 #include "estancia/stats/proportion.hpp"
 
 namespace estancia {
@@ -25,8 +22,7 @@ constexpr double wallVote = 0.5;
 constexpr double minSupport = 0.25;
 /// Minimum share of wall beside a thing that hangs.
 constexpr double atWall = 0.15;
-/// Maximum height above the floor [m] at which a thing without another support stands on an unseen part of
-/// the floor.
+/// Maximum height [m] above the floor of a thing without support that stands on an unseen part of it.
 constexpr double hiddenLegs = 0.7;
 
 std::size_t segmentsIn(const cv::Mat& image) {
@@ -183,8 +179,7 @@ void InstanceMap::labeled(const SegmentPlace& segment) {
 }
 
 std::vector<ObjectInstance> InstanceMap::instances() const {
-  std::vector<Thing> things =
-      thingsOf(clusterMasks(voxels_, masks_, options_.consensus), voxels_, masks_, options_.minViews);
+  std::vector<Thing> things = thingsOf(clusterMasks(), voxels_, masks_, options_.minViews);
   if (things.empty()) return {};
   std::vector<double> heights = heights_;
   const auto middle = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2);

@@ -51,7 +51,7 @@ class InstanceMap {
   explicit InstanceMap(const Floor& floor, const InstanceMapOptions& options = {});
 
   /// Adds the next frame: depth [m], CV_32F, 0 or not finite where unknown; its segment image
-  /// (segment_image.hpp), CV_8U, of the same size; the camera of these images and where it stood.
+  /// (object_instance.hpp), CV_8U, of the same size; the camera of these images and where it stood.
   /// Frames come by rising number. Throws Error (invalidInput) for other images and numbers.
   void add(std::size_t frame, const cv::Mat& depth, const cv::Mat& segments, const CameraIntrinsics& camera,
            const Pose& pose);
@@ -90,6 +90,10 @@ class InstanceMap {
   using Voxels = std::unordered_map<VoxelKey, Voxel, VoxelHash>;
 
  private:
+  /// View consensus: groups of masks, ascending and by their first mask, without walls and under-segmented
+  /// masks. Pairs that many frames see are merged first (Yan et al. 2024, sections 3.2 and 3.3).
+  std::vector<std::vector<std::uint32_t>> clusterMasks() const;
+
   Floor floor_;
   InstanceMapOptions options_;
   Voxels voxels_;

@@ -12,8 +12,7 @@ namespace estancia {
 namespace {
 
 /// Mean gray. Inception v3 classified 49 % of 164 objects of NYU's rooms correctly, darkened to a mean of 0.1
-/// (with noise of 1.5 of 255) 43 %, of 0.05 30 %, of 0.025 14 %; but its confidence fell from 67 to 48 %
-/// only.
+/// (with noise of 1.5 of 255) 43 %, of 0.05 30 %, of 0.025 14 %; but its confidence fell from 67 to 48 %.
 constexpr double dark = 0.1;
 
 /// With less the labeler means another class: of those objects 31 % were classified correctly below, 55 %

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <functional>
 #include <map>
 #include <opencv2/core.hpp>
 #include <utility>
@@ -71,16 +70,8 @@ class CandidateCrops final : public Sequence {
   Frame frame_;
 };
 
-std::vector<float> asFloats(const std::vector<double>& values) {
+std::vector<float> floatsOf(const auto& values) {
   return {values.begin(), values.end()};
-}
-
-std::vector<float> copyOf(DescriptorView row) {
-  return {row.begin(), row.end()};
-}
-
-bool isZero(DescriptorView row) {
-  return std::ranges::all_of(row, [](float p) { return p <= 0; });
 }
 
 /// Mean gray, 0 … 1.
@@ -108,15 +99,13 @@ struct ObjectPredictor::State {
   std::map<std::size_t, FusedViews> objects = {};
 
   std::size_t classes() const { return model.targets().classes.size(); }
-  int threads() const { return options.threads > 0 ? options.threads : usableCores(); }
-
-  void inEach(std::size_t count, const std::function<void(std::size_t)>& work) const {
-    inParallel(count, static_cast<std::size_t>(threads()), work);
+  std::size_t threads() const {
+    return static_cast<std::size_t>(options.threads > 0 ? options.threads : usableCores());
   }
 
   std::vector<Candidate> crop(const ClusteredFrame& frame, const std::vector<std::size_t>& instances) const {
     std::vector<Candidate> candidates(instances.size());
-    inEach(instances.size(), [&](std::size_t i) {
+    inParallel(instances.size(), threads(), [&](std::size_t i) {
       Candidate& candidate = candidates[i];
       candidate.object.instance = instances[i];
       candidate.object.box = boxOf(frame, i);
@@ -131,8 +120,7 @@ struct ObjectPredictor::State {
   void label(std::vector<Candidate>& candidates) {
     if (labeler == nullptr || candidates.empty()) return;
     const CandidateCrops crops(candidates);
-    LabelStream stream(crops, *labeler,
-                       {.ahead = candidates.size(), .readers = static_cast<std::size_t>(threads())});
+    LabelStream stream(crops, *labeler, {.ahead = candidates.size(), .readers = threads()});
     DescriptorMatrix answers(labeler->vocabulary().size());
     std::vector<std::size_t> answered;
     while (auto frame = stream.next()) {
@@ -149,7 +137,8 @@ struct ObjectPredictor::State {
     for (std::size_t k = 0; k < answered.size(); ++k) {
       PredictedObject& object = candidates[answered[k]].object;
       object.coverage = p.coverage[k];
-      if (!isZero(p.probabilities.row(k))) object.image = copyOf(p.probabilities.row(k));
+      const DescriptorView row = p.probabilities.row(k);
+      if (std::ranges::any_of(row, [](float share) { return share > 0; })) object.image = floatsOf(row);
     }
   }
 
@@ -157,7 +146,7 @@ struct ObjectPredictor::State {
   void describe(const ClusteredFrame& frame, std::vector<Candidate>& candidates) const {
     ShapeOptions shape = model.shape();
     shape.threads = 1;
-    inEach(candidates.size(), [&](std::size_t i) {
+    inParallel(candidates.size(), threads(), [&](std::size_t i) {
       try {
         candidates[i].descriptor = describeShape(cloudOf(frame, i), shape);
       } catch (...) {
@@ -180,7 +169,7 @@ struct ObjectPredictor::State {
     if (described.empty()) return;
     const DescriptorMatrix p = model.predict(features, options.threads);
     for (std::size_t k = 0; k < described.size(); ++k)
-      candidates[described[k]].object.shape = copyOf(p.row(k));
+      candidates[described[k]].object.shape = floatsOf(p.row(k));
   }
 
   /// Fills in `answer` and `views`.
@@ -194,8 +183,8 @@ struct ObjectPredictor::State {
     all.brightness += candidate.brightness;
     if (!object.image.empty()) all.image.add(object.image);
     if (!object.shape.empty()) all.shape.add(object.shape);
-    auto image = asFloats(all.image.pooled());
-    const auto shape = asFloats(all.shape.pooled());
+    auto image = floatsOf(all.image.pooled());
+    const auto shape = floatsOf(all.shape.pooled());
     if (all.labeled > 0) image.resize(classes(), 0);  // the labeler may have given none of the classes
     const auto labeled = static_cast<double>(std::max<std::size_t>(all.labeled, 1));
     object.views = all.views;

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/frame_failure.hpp"
 #include "estancia/core/progress.hpp"
 
@@ -17,19 +17,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string_view nameOf(FusedAnswer::Source source) {
-  switch (source) {
-    case FusedAnswer::Source::none:
-      return "none";
-    case FusedAnswer::Source::image:
-      return "image";
-    case FusedAnswer::Source::shape:
-      return "shape";
-    case FusedAnswer::Source::both:
-      return "both";
-  }
-  return "none";
-}
+constexpr std::string_view sourceNames[] = {"none", "image", "shape", "both"};  // by FusedAnswer::Source
 
 Json answerJson(const std::vector<float>& probabilities, const std::vector<std::string>& classes) {
   if (probabilities.empty()) return nullptr;
@@ -55,7 +43,7 @@ Json objectJson(const PredictedObject& object, const Cluster& cluster,
              {{"class",
                answer.classIndex < 0 ? Json() : Json(classes[static_cast<std::size_t>(answer.classIndex)])},
               {"probability", answer.probability},
-              {"source", nameOf(answer.source)},
+              {"source", sourceNames[static_cast<std::size_t>(answer.source)]},
               {"why", answer.why}}}};
   if (!object.problem.empty()) json["problem"] = object.problem;
   return json;
@@ -79,9 +67,8 @@ std::size_t predictSequence(const Sequence& sequence, ObjectPredictor& predictor
   validate(options);
   requireClusterable(sequence);
   if (options.first >= sequence.size())
-    throw Error(ErrorCode::invalidOption,
-                fmt::format("the first frame is {}, but {} has {}; give a smaller number", options.first,
-                            sequence.name(), sequence.size()));
+    fail(ErrorCode::invalidOption, "the first frame is {}, but {} has {}; give a smaller number",
+         options.first, sequence.name(), sequence.size());
   std::size_t count = 0;
   for (std::size_t i = options.first;
        i < sequence.size() && (options.maxFrames == 0 || count < options.maxFrames) && !interrupted();
@@ -109,8 +96,7 @@ std::size_t predictSequence(const Sequence& sequence, ObjectPredictor& predictor
     use(frame);
   }
   if (count == 0 && !interrupted())
-    throw Error(ErrorCode::fileUnreadable,
-                fmt::format("{}: no frame can be read with its depth", sequence.name()));
+    fail(ErrorCode::fileUnreadable, "{}: no frame can be read with its depth", sequence.name());
   return count;
 }
 

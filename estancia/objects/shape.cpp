@@ -17,14 +17,10 @@ namespace estancia {
 namespace {
 
 EsfOptions esfOptions(const ShapeOptions& options) {
-  EsfOptions esf;
-  esf.samples = options.samples;
-  esf.seed = options.seed;
-  return esf;
+  return {.samples = options.samples, .seed = options.seed};
 }
 
-/// Standard deviations along the principal axes, largest first, and the largest distance from the center
-/// [m].
+/// Standard deviations along the principal axes, largest first, and the largest distance from the center [m].
 std::array<float, 4> sizeOf(const PointCloud& cloud) {
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   double count = 0;

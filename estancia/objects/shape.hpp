@@ -16,13 +16,11 @@ namespace estancia {
 /// Throws Error as esf().
 std::vector<float> describeShape(const PointCloud& cloud, const ShapeOptions& options);
 
-/// Features without frames: the parts of describeShape(), ESF and, if chosen, size (three standard deviations
-/// and the radius) [m].
+/// Features without frames: the parts ESF and, if chosen, size (three standard deviations, radius) [m].
 Features noShapes(const ShapeOptions& options);
 
-/// The shapes of all views: one frame each, of the same name; its `room` is the category. Views that cannot
-/// be described are left out; the reasons go to `problems`. Throws Error (insufficientData) when none is
-/// left; Interrupted.
+/// The shapes of all views: a frame each, of the same name; `room` is the category. Views that cannot be
+/// described are left out, for `problems`. Throws Error (insufficientData) when none is left; Interrupted.
 Features describeShapes(const ObjectViews& views, const ShapeOptions& options,
                         Progress& progress = Progress::none(), std::vector<std::string>* problems = nullptr);
 

@@ -19,8 +19,7 @@ constexpr double enoughSurface = 0.1, enoughThing = 0.25;
 /// Lower than this above the floor it stands there [voxels]; legs are thin, and seen late.
 constexpr int nearFloor = 5;
 constexpr std::size_t fewContacts = 3;
-/// Min floor height count, as a share of the largest count of all heights: tables may hide the rest of the
-/// floor.
+/// Min count of the floor's height, as a share of the largest of all heights: tables hide some of the floor.
 constexpr double floorShare = 0.5;
 /// Min share of a part's voxels that lie in the box of an object.
 constexpr double partShare = 0.8;

@@ -1,9 +1,8 @@
-// Standing: what things stand on, and which parts belong together because nothing floats. Private.
+// Standing: what things stand on, and which parts belong together because nothing floats.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
-#include <set>
 #include <unordered_map>
 #include <vector>
 
@@ -25,8 +24,7 @@ struct Thing {
 struct Footing {
   /// Height of its foot [voxels].
   int bottom = 0;
-  /// Share of the cells around its foot that are a surface at that height: free surface, and surface of each
-  /// thing.
+  /// Share of the cells around its foot that are a surface at that height: free, and of each thing.
   double surface = 0;
   std::unordered_map<int, double> things;
   /// Its voxels that touch this thing.

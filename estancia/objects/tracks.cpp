@@ -5,19 +5,11 @@
 #include <opencv2/core/affine.hpp>
 
 #include "estancia/core/error.hpp"
-#include "estancia/core/pose.hpp"
 
 namespace estancia {
 namespace {
 
-/// One observation of an object: its center in the camera frame, and its box as a rectangle around the center
-/// that faces the camera [m].
-struct Sighting {
-  cv::Vec3d center;
-  cv::Rect2d around;  // relative to the center; empty without a box
-
-  double size() const { return std::max(around.width, around.height); }
-};
+using Sighting = Tracks::Sighting;
 
 Sighting sightingOf(const Cluster& cluster, const CameraIntrinsics& camera) {
   const cv::Vec3d c(cluster.center.x, cluster.center.y, cluster.center.z);
@@ -40,15 +32,8 @@ double intersectionOverUnion(const cv::Rect2d& a, const cv::Rect2d& b) {
   return both / (a.area() + b.area() - both);
 }
 
-struct Track {
-  std::size_t number = 0;
-  Sighting last;
-  std::optional<Pose> pose;  // pose of the camera that saw it
-  std::size_t unseen = 0;    // frames since then
-};
-
 /// The last sighting in a camera at `pose`, if the object has not moved.
-Sighting movedTo(const std::optional<Pose>& pose, const Track& track) {
+Sighting movedTo(const std::optional<Pose>& pose, const Tracks::Track& track) {
   Sighting moved = track.last;
   if (pose && track.pose) moved.center = rigidOf(*pose).inv() * (rigidOf(*track.pose) * moved.center);
   return moved;
@@ -59,28 +44,19 @@ struct Match {
   std::size_t cluster, track;
 };
 
+/// Similarity above 0; 0 for different objects: those farther apart than 5 cm, or half their size if that
+/// is more, and those whose boxes overlap less than by 0.3.
+double similarityOf(const Sighting& expected, const Sighting& seen) {
+  const double smaller = std::min(expected.size(), seen.size());
+  const double distance = cv::norm(expected.center - seen.center);
+  if (!(distance <= std::max(0.05, smaller / 2))) return 0;
+  if (expected.around.empty() || seen.around.empty()) return 1 / (1 + distance);
+  if (expected.center[2] <= 0) return 0;  // behind the camera
+  const double overlap = intersectionOverUnion(seenAs(expected), seenAs(seen));
+  return overlap >= 0.3 ? overlap : 0;
+}
+
 }  // namespace
-
-struct Tracks::State {
-  std::vector<Track> tracks;
-  std::size_t next = 0;
-
-  /// Similarity above 0; 0 for different objects: those farther apart than 5 cm, or half their size if that
-  /// is more, and those whose boxes overlap less than by 0.3.
-  double similarity(const Sighting& expected, const Sighting& seen) const {
-    const double smaller = std::min(expected.size(), seen.size());
-    const double distance = cv::norm(expected.center - seen.center);
-    if (!(distance <= std::max(0.05, smaller / 2))) return 0;
-    if (expected.around.empty() || seen.around.empty()) return 1 / (1 + distance);
-    if (expected.center[2] <= 0) return 0;  // behind the camera
-    const double overlap = intersectionOverUnion(seenAs(expected), seenAs(seen));
-    return overlap >= 0.3 ? overlap : 0;
-  }
-};
-
-Tracks::Tracks() : state_(std::make_unique<State>()) {}
-
-Tracks::~Tracks() = default;
 
 std::vector<std::size_t> Tracks::follow(const Clusters& clusters, const CameraIntrinsics& camera,
                                         const std::optional<Pose>& pose) {
@@ -88,44 +64,43 @@ std::vector<std::size_t> Tracks::follow(const Clusters& clusters, const CameraIn
     throw Error(ErrorCode::invalidInput,
                 "the camera of the tracks has no focal length; give its intrinsics (fx fy cx cy)");
   const auto known = pose && pose->isPlausible() ? pose : std::nullopt;
-  auto& tracks = state_->tracks;
   std::vector<Sighting> seen, expected;
   for (const Cluster& cluster : clusters.clusters) seen.push_back(sightingOf(cluster, camera));
-  for (const Track& track : tracks) expected.push_back(movedTo(known, track));
+  for (const Track& track : tracks_) expected.push_back(movedTo(known, track));
 
   std::vector<Match> matches;
   for (std::size_t c = 0; c < seen.size(); ++c)
-    for (std::size_t t = 0; t < tracks.size(); ++t)
-      if (const double similarity = state_->similarity(expected[t], seen[c]); similarity > 0)
+    for (std::size_t t = 0; t < tracks_.size(); ++t)
+      if (const double similarity = similarityOf(expected[t], seen[c]); similarity > 0)
         matches.push_back({similarity, c, t});
   std::ranges::stable_sort(matches, std::ranges::greater{}, &Match::similarity);
 
   constexpr auto none = static_cast<std::size_t>(-1);
   std::vector<std::size_t> trackOf(seen.size(), none);
-  std::vector<char> found(tracks.size(), 0);
+  std::vector<char> found(tracks_.size(), 0);
   for (const Match& m : matches) {
     if (trackOf[m.cluster] != none || found[m.track] != 0) continue;
     trackOf[m.cluster] = m.track;
     found[m.track] = 1;
   }
-  for (Track& track : tracks) ++track.unseen;
+  for (Track& track : tracks_) ++track.unseen;
   std::vector<std::size_t> numbers;
   for (std::size_t c = 0; c < seen.size(); ++c) {
     if (trackOf[c] == none) {
-      trackOf[c] = tracks.size();
-      tracks.push_back({state_->next++, {}, {}, 0});
+      trackOf[c] = tracks_.size();
+      tracks_.push_back({next_++, {}, {}, 0});
     }
-    Track& track = tracks[trackOf[c]];
+    Track& track = tracks_[trackOf[c]];
     track = {track.number, seen[c], known, 0};
     numbers.push_back(track.number);
   }
-  std::erase_if(tracks, [&](const Track& track) { return track.unseen > 5; });
+  std::erase_if(tracks_, [&](const Track& track) { return track.unseen > 5; });
   return numbers;
 }
 
 std::vector<std::size_t> Tracks::tracked() const {
   std::vector<std::size_t> numbers;
-  for (const Track& track : state_->tracks) numbers.push_back(track.number);
+  for (const Track& track : tracks_) numbers.push_back(track.number);
   return numbers;  // new ones came last
 }
 

@@ -106,8 +106,7 @@ std::string unlabeledExample(const DescriptorSequence& labels, const ObjectView&
                            view.name, labels.frames.front().name);
 }
 
-/// The views to learn from; `labels` gets a row for each if the source has labels. Counts the others in
-/// `set`.
+/// The views to learn from; `labels` gets a row for each if there are labels; `set` counts the others.
 std::vector<std::size_t> choose(const LabeledViews& source, const TrainingOptions& options, TrainingSet& set,
                                 DescribedViews& described, DescriptorMatrix& labels) {
   std::optional<RecordedLabels> recorded;
@@ -175,12 +174,7 @@ ClassProbabilities restrictLabels(const DescribedViews& views, const TargetClass
   return all;
 }
 
-double meanOf(const std::vector<float>& values) {
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
-
-/// Clears the probabilities of instances whose mean coverage is below the minimum: they are of no target
-/// class.
+/// Clears the probabilities of instances of no target class: mean coverage below the minimum.
 ClassProbabilities rejectOthers(const ClassProbabilities& answers, const std::vector<int>& instances,
                                 double minCoverage) {
   std::map<int, std::pair<double, double>> sums;  // coverage and number of the samples of an instance
@@ -236,8 +230,7 @@ std::string frequentLabels(const DescribedViews& views) {
 void requireViews(const DescribedViews& views, const TrainingSet& set) {
   if (!views.instances.empty()) return;
   fail(ErrorCode::insufficientData,
-       "no views to learn from: {} are flat, {} cut by the border, {} without labels or a target "
-       "class{}",
+       "no views to learn from: {} are flat, {} cut by the border, {} without labels or a target class{}",
        set.flat, set.atBorder, set.unlabeled, views.unlabeledExample);
 }
 
@@ -245,8 +238,8 @@ void requireClasses(const DescribedViews& views, const TrainingSet& set, const T
   if (set.rejected < set.training.classes.size()) return;
   const bool limited = options.minCoverage > 0;
   fail(ErrorCode::insufficientData,
-       "none of {} views gets a target class: the classes cover {:.1f} % of the labeler's "
-       "answers{}, which are mostly {}; give the classes labels that it uses{}",
+       "none of {} views gets a target class: the classes cover {:.1f} % of the labeler's answers{}, which "
+       "are mostly {}; give the classes labels that it uses{}",
        set.training.classes.size(), 100 * set.coverage,
        limited ? fmt::format(" (the minimum is {})", options.minCoverage) : "", frequentLabels(views),
        limited ? ", or a smaller minimum" : "");
@@ -288,14 +281,9 @@ TrainingSet gatherTraining(std::span<const LabeledViews> sources, const TargetCl
                            std::vector<std::string>* problems) {
   validate(options);
   requireSplit(sources, options.split);
-  TrainingSet set{.training = {.targets = targets,
-                               .shape = options.shape,
-                               .shapes = {{}, {}, DescriptorMatrix(0)},
-                               .classes = {},
-                               .instances = {},
-                               .labeler = commonLabeler(sources),
-                               .prior = {}},
-                  .coverage = 1};
+  TrainingSet set{
+      {targets, options.shape, {{}, {}, DescriptorMatrix(0)}, {}, {}, commonLabeler(sources), {}}};
+  set.coverage = 1;
   ObjectTraining& training = set.training;
   const DescribedViews views = describeViews(sources, options, set, progress, problems);
   requireViews(views, set);
@@ -305,7 +293,8 @@ TrainingSet gatherTraining(std::span<const LabeledViews> sources, const TargetCl
   if (!views.labels.empty()) {
     ClassProbabilities p =
         restrictLabels(views, targets);  // 1. p(class | image) ∝ Σ p(label | image), thesis 6.3
-    set.coverage = meanOf(p.coverage);
+    set.coverage =
+        std::accumulate(p.coverage.begin(), p.coverage.end(), 0.0) / static_cast<double>(p.coverage.size());
     p = rejectOthers(p, views.instances, options.minCoverage);
     if (options.correctPrior) {  // 2. p(class | image) / p(class), Saerens et al. 2002
       training.prior = priorOf(p);

@@ -95,8 +95,7 @@ TrainingSet gatherTraining(std::span<const LabeledViews> sources, const TargetCl
                            const TrainingOptions& options = {}, Progress& progress = Progress::none(),
                            std::vector<std::string>* problems = nullptr);
 
-/// Throws Error (insufficientData) when fewer than two classes have samples, and as trainClassifier();
-/// Interrupted.
+/// Throws Error (insufficientData) on samples of fewer than two classes, as trainClassifier(); Interrupted.
 ObjectModel trainObjectModel(const ObjectTraining& training, const ClassifierOptions& options = {},
                              Progress& progress = Progress::none());
 

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/objects/training_sources.hpp"
 
-#include <fmt/format.h>
-
 #include <filesystem>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/readers/object_samples.hpp"
 
 namespace estancia {
@@ -18,23 +16,20 @@ void requireDifferent(const std::vector<std::string>& folders) {
   for (std::size_t i = 0; i < folders.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
       if (std::error_code none; fs::equivalent(folders[i], folders[j], none))
-        throw Error(ErrorCode::invalidOption,
-                    fmt::format("{} and {} are the same folder; give it once", folders[j], folders[i]));
+        fail(ErrorCode::invalidOption, "{} and {} are the same folder; give it once", folders[j], folders[i]);
 }
 
 DescriptorSequence labelsOf(const std::string& folder) {
   if (!isObjectSamples(folder))
-    throw Error(
-        ErrorCode::fileNotFound,
-        fmt::format("{} is no folder of `estancia objects collect`: run `estancia objects label {} -o "
-                    "NAME.labels`, then give --recorded-labels NAME.labels, or learn the true "
-                    "categories by --truth",
-                    folder, folder));
+    fail(ErrorCode::fileNotFound,
+         "{} is no folder of `estancia objects collect`: run `estancia objects label {} -o NAME.labels`, "
+         "then give --recorded-labels NAME.labels, or learn the true categories by --truth",
+         folder, folder);
   if (!fs::exists(labelFileOf(folder)))
-    throw Error(ErrorCode::fileNotFound,
-                fmt::format("{} has no labels yet: run `estancia objects label {}`, give --recorded-labels, "
-                            "or learn the true categories by --truth",
-                            folder, folder));
+    fail(ErrorCode::fileNotFound,
+         "{} has no labels yet: run `estancia objects label {}`, give --recorded-labels, or learn the true "
+         "categories by --truth",
+         folder, folder);
   return readDescriptors(labelFileOf(folder));
 }
 
@@ -45,10 +40,9 @@ TrainingSources openTrainingSources(const std::vector<std::string>& folders,
                                     const ObjectViewsOptions& options) {
   requireDifferent(folders);
   if (!labels.empty() && labels.size() != folders.size())
-    throw Error(ErrorCode::invalidOption,
-                fmt::format("{} folders of views need as many --recorded-labels, in the same order; there "
-                            "are {}",
-                            folders.size(), labels.size()));
+    fail(ErrorCode::invalidOption,
+         "{} folders of views need as many --recorded-labels, in the same order; there are {}",
+         folders.size(), labels.size());
   TrainingSources sources;
   for (std::size_t i = 0; i < folders.size(); ++i) {
     sources.views.push_back(openObjectViews(folders[i], options));
@@ -63,10 +57,9 @@ TrainingSources openTrainingSources(const std::vector<std::string>& folders,
 TargetClasses targetClassesOf(const TrainingSources& sources) {
   const auto categories = categoriesOf(sources.labeled);
   if (categories.empty())
-    throw Error(ErrorCode::insufficientData,
-                fmt::format("{}: no view has a category; fill in the column `category` of samples.csv, or "
-                            "train on labels",
-                            sources.views.front()->name()));
+    fail(ErrorCode::insufficientData,
+         "{}: no view has a category; fill in the column `category` of samples.csv, or train on labels",
+         sources.views.front()->name());
   return targetClassesOf(categories);
 }
 

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <memory>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -26,8 +25,8 @@ enum class LabelSource {
   categories,
 };
 
-/// Throws Error (invalidOption) when a folder is given twice, or not as many label files as folders;
-/// (fileNotFound) when a folder has no labels; and as openObjectViews() and readDescriptors().
+/// Throws Error on a folder given twice, or fewer label files than folders (invalidOption), on a folder
+/// without labels (fileNotFound), and as openObjectViews() and readDescriptors().
 TrainingSources openTrainingSources(const std::vector<std::string>& folders,
                                     const std::vector<std::string>& labels, LabelSource source,
                                     const ObjectViewsOptions& options = {});

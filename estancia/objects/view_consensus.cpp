@@ -1,12 +1,10 @@
+// View consensus: which segments of different frames show one thing (InstanceMap::clusterMasks()).
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/objects/view_consensus.hpp"
-
-#include <algorithm>
 #include <bit>
 #include <map>
 #include <unordered_map>
-#include <utility>
 
+#include "estancia/objects/instance_map.hpp"
 #include "estancia/segmentation/segments.hpp"
 
 namespace estancia {
@@ -171,15 +169,14 @@ std::vector<Group> merged(const std::vector<Group>& groups, DisjointSets& sets) 
 
 }  // namespace
 
-std::vector<std::vector<std::uint32_t>> clusterMasks(const Voxels& voxels, const std::vector<SeenMask>& masks,
-                                                     double consensus) {
+std::vector<std::vector<std::uint32_t>> InstanceMap::clusterMasks() const {
   std::vector<std::size_t> frameOf;  // by the order of frames, without gaps
   std::map<std::size_t, std::size_t> order;
-  for (const SeenMask& mask : masks) frameOf.push_back(order.emplace(mask.frame, order.size()).first->second);
+  for (const Mask& mask : masks_) frameOf.push_back(order.emplace(mask.frame, order.size()).first->second);
   std::vector<Group> groups;
-  for (std::uint32_t m = 0; m < masks.size(); ++m)
-    if (Group group; observe(m, voxels, masks, frameOf, group)) groups.push_back(std::move(group));
-  std::vector<Pair> pairs = agreedPairs(groups, frameOf, consensus);
+  for (std::uint32_t m = 0; m < masks_.size(); ++m)
+    if (Group group; observe(m, voxels_, masks_, frameOf, group)) groups.push_back(std::move(group));
+  std::vector<Pair> pairs = agreedPairs(groups, frameOf, options_.consensus);
   for (std::size_t observers = order.size(); observers > 0; observers = observers * 4 / 5) {
     DisjointSets sets(groups.size());
     bool any = false;
@@ -190,7 +187,7 @@ std::vector<std::vector<std::uint32_t>> clusterMasks(const Voxels& voxels, const
       }
     if (!any) continue;
     groups = merged(groups, sets);
-    pairs = agreedPairs(groups, frameOf, consensus);
+    pairs = agreedPairs(groups, frameOf, options_.consensus);
   }
   std::vector<std::vector<std::uint32_t>> clusters;
   for (Group& group : groups) clusters.push_back(std::move(group.masks));

@@ -11,7 +11,7 @@
 #include "estancia/core/bytes.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/png.hpp"
-#include "estancia/objects/segment_image.hpp"
+#include "estancia/objects/object_instance.hpp"
 #include "estancia/segmentation/inverse_depth.hpp"
 #include "estancia/segmentation/segmentation_stages.hpp"
 

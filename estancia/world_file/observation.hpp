@@ -28,7 +28,7 @@ struct Observation {
   cv::Mat depth;
   /// Camera of `depth`.
   CameraIntrinsics camera;
-  /// What each pixel of `depth` shows, encoded as in objects/segment_image.hpp; empty if not requested.
+  /// What each pixel of `depth` shows, encoded as in objects/object_instance.hpp; empty if not requested.
   cv::Mat segments;
   struct Segment {
     /// Its pixels in `depth`.

@@ -10,8 +10,8 @@
 #include <set>
 
 #include "estancia/classify/classifier.hpp"
-#include "estancia/classify/folds.hpp"
 #include "estancia/classify/pairwise_coupling.hpp"
+#include "estancia/classify/trainers.hpp"
 #include "estancia/core/error.hpp"
 #include "samples.hpp"
 #include "support/errors.hpp"

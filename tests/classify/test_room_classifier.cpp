@@ -11,7 +11,6 @@
 #include "estancia/classify/label_selection.hpp"
 #include "estancia/classify/predict_rooms.hpp"
 #include "estancia/classify/room_classifier.hpp"
-#include "estancia/classify/scores.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/describe/features.hpp"
 #include "samples.hpp"

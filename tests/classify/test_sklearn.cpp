@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "estancia/classify/label_selection.hpp"
-#include "estancia/classify/scores.hpp"
+#include "estancia/classify/predict_rooms.hpp"
 #include "samples.hpp"
 
 namespace estancia {

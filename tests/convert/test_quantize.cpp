@@ -16,8 +16,8 @@
 #include "convert/quantization_plan.hpp"
 #include "convert/to_onnx.hpp"
 #include "estancia/core/digest.hpp"
+#include "estancia/labelers/engines.hpp"
 #include "estancia/labelers/model_spec.hpp"
-#include "estancia/labelers/network_values.hpp"
 #include "support/errors.hpp"
 #include "support/model_support.hpp"
 

@@ -9,7 +9,7 @@
 
 #include "estancia/files/npy.hpp"
 #include "estancia/labelers/model.hpp"
-#include "estancia/labelers/scores.hpp"
+#include "estancia/labelers/network_labeler.hpp"
 #include "support/errors.hpp"
 #include "support/model_support.hpp"
 

@@ -7,9 +7,7 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
-#include "estancia/labelers/area_resize.hpp"
 #include "estancia/labelers/network_labeler.hpp"
-#include "estancia/labelers/scores.hpp"
 #include "support/errors.hpp"
 #include "support/model_support.hpp"
 

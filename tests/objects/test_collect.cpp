@@ -12,7 +12,6 @@
 #include "estancia/core/error.hpp"
 #include "estancia/objects/clustered_frame.hpp"
 #include "estancia/objects/collect.hpp"
-#include "estancia/objects/object_crops.hpp"
 #include "estancia/readers/object_samples.hpp"
 #include "support/errors.hpp"
 #include "support/table_scene.hpp"

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "estancia/core/error.hpp"
-#include "estancia/objects/confident_learning.hpp"
+#include "estancia/objects/pseudo_labels.hpp"
 #include "made_up.hpp"
 #include "support/errors.hpp"
 

@@ -16,7 +16,7 @@
 
 #include "estancia/core/pose.hpp"
 #include "estancia/objects/instance_accuracy.hpp"
-#include "estancia/objects/segment_image.hpp"
+#include "estancia/objects/object_instance.hpp"
 #include "support/errors.hpp"
 
 namespace estancia {

@@ -9,7 +9,6 @@
 #include "estancia/label/label_stream.hpp"
 #include "estancia/objects/clustered_frame.hpp"
 #include "estancia/objects/collect.hpp"
-#include "estancia/objects/object_crops.hpp"
 #include "estancia/objects/predict.hpp"
 #include "estancia/objects/predict_sequence.hpp"
 #include "estancia/objects/training.hpp"

@@ -10,7 +10,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "estancia/core/error.hpp"
-#include "estancia/labelers/onnxruntime_library.hpp"
+#include "estancia/labelers/engines.hpp"
 
 namespace estancia::test {
 namespace fs = std::filesystem;

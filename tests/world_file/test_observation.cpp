@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <opencv2/core.hpp>
 
-#include "estancia/objects/segment_image.hpp"
+#include "estancia/objects/object_instance.hpp"
 
 namespace estancia {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "estancia/core/progress.hpp"
 #include "estancia/findings/findings.hpp"
-#include "estancia/objects/thing_classes.hpp"
+#include "estancia/objects/instance_accuracy.hpp"
 #include "runner/experiment.hpp"
 #include "runner/grid.hpp"
 

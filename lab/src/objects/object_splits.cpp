@@ -9,7 +9,7 @@
 
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/objects/learning.hpp"
+#include "estancia/objects/pseudo_labels.hpp"
 #include "findings/thesis.hpp"
 #include "objects/object_splits_data.hpp"
 #include "objects/object_splits_results.hpp"

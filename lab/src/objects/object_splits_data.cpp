@@ -14,7 +14,7 @@
 #include "estancia/label/label_stream.hpp"
 #include "estancia/labelers/model.hpp"
 #include "estancia/labelers/recorded_labeler.hpp"
-#include "estancia/objects/object_crops.hpp"
+#include "estancia/objects/clustered_frame.hpp"
 #include "estancia/sequences/descriptor_sequence.hpp"
 #include "estancia/words/installed_words.hpp"
 #include "objects/instance_splits.hpp"

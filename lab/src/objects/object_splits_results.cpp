@@ -12,7 +12,7 @@
 
 #include "estancia/core/label_words.hpp"
 #include "estancia/files/image_writer.hpp"
-#include "estancia/objects/object_crops.hpp"
+#include "estancia/objects/clustered_frame.hpp"
 #include "findings/pivot.hpp"
 #include "findings/thesis.hpp"
 

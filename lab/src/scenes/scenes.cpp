@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "estancia/classify/label_selection.hpp"
+#include "estancia/classify/predict_rooms.hpp"
 #include "estancia/classify/room_classifier.hpp"
-#include "estancia/classify/scores.hpp"
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
