@@ -32,8 +32,7 @@ class OccupancyGrid {
   const Floor& floor() const { return floor_; }
   const FloorCells& cells() const { return cells_; }
 
-  /// 255 in each cell (CV_8U, a row a step along the floor's second axis) that is free space, else 0: seen
-  /// through, and not mostly the end of a view.
+  /// 255 in each free cell (CV_8U, a row a step along the floor's second axis), seen through mostly; else 0.
   cv::Mat freeSpace() const;
   /// 255 in each cell that is wall.
   cv::Mat walls() const;

@@ -1,5 +1,4 @@
-// ASCII: letters and digits as files and protocols define them, independent of the user's language
-// (LC_CTYPE).
+// ASCII: letters and digits as files and protocols define them, whatever the user's language (LC_CTYPE).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

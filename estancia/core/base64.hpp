@@ -10,8 +10,7 @@ namespace estancia {
 
 std::string toBase64(std::string_view bytes);
 
-/// The bytes of a padded text, whose length is a multiple of 4; nothing when it is no base64. Each `=` gives
-/// a zero byte at the end.
+/// The bytes of a padded text (4 n characters; each `=` gives a zero byte); nothing when it is no base64.
 std::optional<std::string> fromBase64(std::string_view text);
 
 }  // namespace estancia

@@ -43,8 +43,7 @@ class ByteWriter {
   std::string bytes_;
 };
 
-/// Reads values one after the other. Never reads beyond the end, and never allocates more than the bytes
-/// hold.
+/// Reads values in order; never beyond the end, and never allocates more than the bytes hold.
 class ByteReader {
  public:
   /// `name` and `remedy` stand in the message of every Error: "NAME: it is truncated; REMEDY".

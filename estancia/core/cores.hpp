@@ -16,8 +16,7 @@ int usableCores(const std::filesystem::path& root = "/");
 /// the load is unknown. One thread more than free cores slows a network down.
 int freeCores();
 
-/// CPU time of all processes on the cores `cpus`, from the text of /proc/stat [clock ticks]; -1 when a core
-/// is missing.
+/// CPU time of all processes on the cores `cpus`, by the text of /proc/stat [ticks]; -1: one is missing.
 long long busyTicks(const std::string& procStat, const std::set<int>& cpus);
 
 }  // namespace estancia

@@ -13,8 +13,7 @@ namespace estancia {
 /// A strict run throws the result; any other run reports it and goes on without the frame. Throws again what
 /// no frame is to blame for: Interrupted, Error (missingDependency), exceptions that are no std::exception,
 /// and std::bad_alloc (also where OpenCV reports it). Readers check sizes before they allocate, so memory
-/// that runs out is the machine's failure: a run that skipped frames then would give other results on another
-/// machine.
+/// that runs out is the machine's failure: a run without such frames would differ on another machine.
 Error frameFailure(const std::string& frame);
 
 }  // namespace estancia

@@ -10,8 +10,7 @@ namespace estancia {
 /// "" when the variable is not set.
 std::string environment(const std::string& variable);
 
-/// Where files are kept that can be made again: $ESTANCIA_CACHE, else $XDG_CACHE_HOME/estancia/`within`, else
-/// ~/.cache/estancia/`within`.
+/// For files that can be made again: $ESTANCIA_CACHE, or estancia/`within` in $XDG_CACHE_HOME or ~/.cache.
 std::filesystem::path cacheFolder(const std::filesystem::path& within = {});
 
 /// $HOME, else the home folder in the system's list of users, as the shell's ~ does: services have no HOME.

@@ -21,8 +21,7 @@ class ImageCodecs {
   virtual ~ImageCodecs() = default;
   /// Empty where the bytes are no image that OpenCV reads.
   virtual cv::Mat decode(std::span<const unsigned char> bytes, DecodedAs as) const = 0;
-  /// BGR, 8 bits, at 1/`divisor` of the size (2, 4 or 8), which libjpeg decodes several times as fast. Empty
-  /// as above.
+  /// BGR, 8 bits, at 1/`divisor` of the size (2, 4, 8), which libjpeg decodes much faster. Empty as above.
   virtual cv::Mat decodeReduced(std::span<const unsigned char> bytes, int divisor) const = 0;
   /// Encodes a JPEG file of this quality, 1 to 100; empty where OpenCV was built without JPEG.
   virtual std::vector<unsigned char> encodeJpeg(const cv::Mat& bgr, int quality) const = 0;

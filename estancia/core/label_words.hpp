@@ -36,8 +36,7 @@ std::string shortLabel(std::string_view label);
 /// The `count` most probable labels, best first, as label indices; of equal ones the first.
 std::vector<std::size_t> bestLabels(DescriptorView probabilities, std::size_t count);
 
-/// Insertions, deletions, substitutions and swaps of neighbors that turn one text into the other (restricted
-/// Damerau–Levenshtein distance, by bytes).
+/// Restricted Damerau–Levenshtein distance by bytes: insertions, deletions, substitutions, neighbors' swaps.
 std::size_t editDistance(std::string_view a, std::string_view b);
 
 }  // namespace estancia

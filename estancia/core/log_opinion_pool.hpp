@@ -16,8 +16,7 @@ namespace estancia {
 /// The normalized geometric mean of probabilities (Genest and Zidek 1986, Combining probability
 /// distributions). Images of one place or object follow each other and err together: their plain product
 /// would count the same evidence repeatedly and be overconfident; the mean does not change when images
-/// repeat. Probabilities count as at least 0.001: the 0 of a random forest or of k nearest neighbors is no
-/// proof.
+/// repeat. Probabilities count as at least 0.001: the 0 of a forest or of nearest neighbors is no proof.
 class LogOpinionPool {
  public:
   /// Pools opinions about so many answers.

@@ -14,8 +14,7 @@ struct ModuleFunction {
 
 /// `name` in `module`, a file that lies beside this library or command, in `fromBin` relative to them, in a
 /// folder beside them that is called as the last of `fromBin`, or where the loader looks. The module stays
-/// open until the process ends, as its threads may. `global` shows its symbols to modules that are opened
-/// after it.
+/// open until the process ends, as its threads may. `global` shows its symbols to modules opened after it.
 ModuleFunction moduleFunction(const std::string& module, const std::string& fromBin, const char* name,
                               bool global = false);
 

@@ -1,5 +1,4 @@
-// Options: each parameter is declared once; TOML keys, command options, range checks and the reference
-// follow.
+// Options: parameters are declared once; TOML keys, command options, range checks and reference follow.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -22,8 +22,7 @@ struct OrientedBox {
 double intersectionOverUnion(const OrientedBox& a, const OrientedBox& b);
 
 /// The upright box of least floor area that holds the points [m] but for the share `trim` at each end of each
-/// axis, at least `thickness` wide. Directions are tried in steps of 2°. Throws Error (invalidInput) without
-/// points.
+/// axis, at least `thickness` wide. Directions: each 2°. Throws Error (invalidInput) without points.
 OrientedBox fitBox(std::span<const cv::Point3d> points, double trim, double thickness);
 
 }  // namespace estancia

@@ -7,9 +7,8 @@
 
 namespace estancia {
 
-/// The file that writing to `path` makes or replaces: links are followed. Throws Error (fileUnwritable) when
-/// it is a folder, a device or a pipe, which a file would replace, when links form a circle, and when the
-/// name is too long.
+/// The file that writing to `path` makes or replaces: links are followed. Throws Error (fileUnwritable) for a
+/// folder, device or pipe, which a file would replace, for links in a circle, and for too long a name.
 std::filesystem::path outputTarget(const std::filesystem::path& path);
 
 /// Where to write what will be renamed to `target`: a file beside it, named after it, this machine and this
@@ -22,9 +21,8 @@ std::filesystem::path partFile(const std::filesystem::path& target);
 void flushToDisk(const std::filesystem::path& path);
 
 /// Writes `bytes` to a file beside outputTarget(path), then renames it, replacing an old one: at any moment,
-/// a power cut included, there is the old file or the new one. Throws Error
-/// (fileUnwritable) when that fails (no such folder, read-only, disk full); then `path` is as it was and no
-/// other file is left.
+/// a power cut included, there is the old file or the new one. Throws Error (fileUnwritable) when that fails
+/// (no such folder, read-only, disk full); then `path` is as it was, and no other file is left.
 void writeWhole(const std::filesystem::path& path, std::string_view bytes);
 
 }  // namespace estancia

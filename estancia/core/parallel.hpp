@@ -14,8 +14,7 @@ namespace estancia {
 /// that of the lowest i.
 void inParallel(std::size_t count, std::size_t threads, const std::function<void(std::size_t)>& work);
 
-/// Runs on `threads` threads (0: one a usable core), advancing `progress`. Throws Interrupted with the
-/// sentence `stopped` when the user asks to stop.
+/// Runs on `threads` threads (0: one a usable core), advancing `progress`. Throws Interrupted (`stopped`).
 void inParallel(std::size_t count, int threads, Progress& progress, const std::string& stopped,
                 const std::function<void(std::size_t)>& work);
 

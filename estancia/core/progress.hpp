@@ -27,9 +27,8 @@ std::unique_ptr<Progress> makeStderrProgress();
 /// drawn again as the work goes on.
 void clearProgressLine();
 
-/// Makes Ctrl-C (SIGINT) and SIGTERM set a flag instead of killing the process. The second one kills, and
-/// where no loop has asked for five seconds so does the first: files are as whole then as at any other
-/// moment.
+/// Makes Ctrl-C (SIGINT) and SIGTERM set a flag instead of killing the process. The second one kills, and so
+/// does the first where no loop asks for five seconds: files are as whole then as at any moment.
 void catchInterrupts();
 
 /// True once the user asked to stop. Long loops ask between frames.

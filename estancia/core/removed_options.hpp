@@ -11,8 +11,7 @@ namespace estancia {
 struct RemovedOption {
   /// Its group and its name, "odometry.max-gap", or a group and the one around it, "scene-filter.gng".
   std::string_view path;
-  /// The value that always holds now, as Option::text() wrote it; "" for groups and options without a single
-  /// value.
+  /// The value that always holds now, as Option::text() wrote it; "" for groups and if there are several.
   std::string_view value;
   /// The end of a sentence; "" where the value needs no advice.
   std::string_view instead;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/core/similar_names.hpp"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <map>

@@ -40,8 +40,7 @@ OptionGroup declare(DownloadOptions& options);
 /// `file`. Bytes that an earlier run left in TARGET.part are gone on with when they surely belong to the same
 /// file: the server confirms it (If-Range), or the digest will verify it. Follows redirects, but never from
 /// https to http; a proxy is taken from the environment as curl does. Throws Error naming each address's
-/// failure and what to do by hand; Interrupted on Ctrl-C. TARGET.part then holds what has arrived, unless it
-/// was wrong.
+/// failure and what to do by hand; Interrupted. TARGET.part then holds what has arrived, unless it was wrong.
 void download(const RemoteFile& file, const std::filesystem::path& target,
               const DownloadOptions& options = {}, Progress& progress = Progress::none());
 

@@ -36,8 +36,7 @@ double liftFor(double probability);
 double usedLift(double lift);
 constexpr double minUsedLift = -5;
 
-/// How much a label whose hypernym of this distance one of a word's senses is, is a kind of what the word
-/// means: less for rare senses and far hypernyms.
+/// How much a label is a kind of what a word means, by their hypernym: less for rare senses and far ones.
 double kindShare(float senseProbability, int distance);
 
 /// The largest over all pairs of `senses`, a word's, and `hypernyms`, a label's with their distances.

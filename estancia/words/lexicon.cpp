@@ -64,8 +64,7 @@ bool isVowel(char c) {
   return std::string_view("aeiouy").find(c) != std::string_view::npos;
 }
 
-/// Restricted Damerau–Levenshtein distance in which doubling a letter costs half, and a vowel is nearer to
-/// another than to a consonant. Lengths ≤ maxLetters + 2.
+/// Restricted Damerau–Levenshtein distance by these costs. Lengths ≤ maxLetters + 2.
 double costOf(std::string_view written, std::string_view meant) {
   std::array<std::array<double, maxLetters + 4>, 3> rows{};
   const auto gap = [](std::string_view text, std::size_t i) {

@@ -28,8 +28,7 @@ struct NameMatch {
 std::optional<NameMatch> findName(const std::vector<std::string>& names, std::string_view words,
                                   WordGraphSource source);
 
-/// The name of which the words are a kind: "hallway" is a kind of corridor, "guestroom" of bedroom. Nothing
-/// where there are several, or without WordNet.
+/// The only name that the words are a kind of: "hallway" is a kind of corridor. Nothing without WordNet.
 std::optional<NameMatch> findNameOfKind(const std::vector<std::string>& names, std::string_view words,
                                         WordGraphSource source);
 
