@@ -26,7 +26,6 @@
 #include "estancia/files/depth_file.hpp"
 #include "estancia/segmentation/clusters.hpp"
 #include "estancia/segmentation/inverse_depth.hpp"
-#include "estancia/segmentation/room_structure.hpp"
 #include "estancia/segmentation/segmentation_stages.hpp"
 #include "estancia/segmentation/segments.hpp"
 

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/core/bytes.hpp"
-#include "estancia/odometry/features.hpp"
+#include "estancia/odometry/frame_view.hpp"
 #include "estancia/odometry/keyframe_graph.hpp"
-#include "estancia/odometry/packed_image.hpp"
 #include "estancia/odometry/tracker.hpp"
 #include "fuzz/fuzz_target.hpp"
 #include "support/room.hpp"

@@ -1,13 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/cloud/color_lab.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
-#include <opencv2/core.hpp>
-
-#include "estancia/cloud/neighbors.hpp"
 
 namespace estancia {
 namespace {
@@ -47,27 +42,6 @@ std::vector<cv::Vec3f> labOf(const std::vector<cv::Vec3b>& colors) {
   lab.reserve(colors.size());
   for (const cv::Vec3b& color : colors) lab.push_back(labOf(color));
   return lab;
-}
-
-double estimateColorNoise(const Neighbors& points, const std::vector<cv::Vec3f>& lab) {
-  constexpr std::size_t samples = 2000;
-  constexpr double rounding = 100.0 / 255 / (2 * std::numbers::sqrt3);  // rounding to one of 255 levels of L*
-  constexpr double chi3 = 1.5382;                                       // median of the norm of three normals
-  std::vector<double> differences;
-  std::vector<Neighbor> buffer;
-  const std::size_t step = std::max<std::size_t>(points.size() / samples, 1);
-  for (std::size_t i = 0; i < points.size(); i += step) {
-    const std::uint32_t self = points.order()[i];
-    for (const Neighbor& n : points.nearest(points.place(i), 2, buffer)) {
-      if (n.index == self) continue;
-      differences.push_back(cv::norm(lab[self] - lab[n.index]));
-      break;
-    }
-  }
-  if (differences.empty()) return rounding;
-  const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
-  std::nth_element(differences.begin(), middle, differences.end());
-  return std::max(*middle / (std::numbers::sqrt2 * chi3), rounding);
 }
 
 }  // namespace estancia

@@ -7,10 +7,8 @@
 #include <cstring>
 #include <optional>
 #include <utility>
-#include <vector>
 
 #include "estancia/cloud/neighbors.hpp"
-#include "estancia/cloud/neuron_errors.hpp"
 #include "estancia/cloud/neuron_graph.hpp"
 #include "estancia/cloud/neuron_grid.hpp"
 #include "estancia/cloud/signals.hpp"
@@ -124,11 +122,7 @@ class Network {
   static constexpr std::uint32_t none = 0xffffffff;
 
   void add(const Point4& p) {
-    Neuron n;
-    n.x = p.x;
-    n.y = p.y;
-    n.z = p.z;
-    neurons_.push_back(n);
+    neurons_.push_back({.x = p.x, .y = p.y, .z = p.z});
     graph_.add();
     errors_.append(0);
   }
@@ -277,12 +271,8 @@ NeuralGas withCloud(const Signals& signals, const std::vector<Neuron>& neurons) 
 
 /// The points themselves as neurons, each joined with its nearest.
 NeuralGas networkOfPoints(const Signals& signals, const std::vector<Point4>& points) {
-  std::vector<Neuron> neurons(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    neurons[i].x = points[i].x;
-    neurons[i].y = points[i].y;
-    neurons[i].z = points[i].z;
-  }
+  std::vector<Neuron> neurons;
+  for (const Point4& p : points) neurons.push_back({.x = p.x, .y = p.y, .z = p.z});
   NeuralGas gas = withCloud(signals, neurons);
   gas.stop = GngStop::points;
   if (points.size() < 2) return gas;
@@ -298,12 +288,6 @@ NeuralGas networkOfPoints(const Signals& signals, const std::vector<Point4>& poi
   gas.edges.erase(std::unique(gas.edges.begin(), gas.edges.end()), gas.edges.end());
   gas.ages.assign(gas.edges.size(), 0);
   return gas;
-}
-
-/// The color of the point of the cloud that is nearest to `place`.
-cv::Vec3b nearestColor(const cv::Point3f& place, const PointCloud& cloud, const Neighbors& points,
-                       std::vector<Neighbor>& buffer) {
-  return cloud.colors[points.nearest(place, 1, buffer).front().index];
 }
 
 /// Each neuron gets the mean color of the points nearest to it, else that of the nearest point. `winners` are
@@ -327,7 +311,7 @@ void paint(NeuralGas& gas, const PointCloud& cloud, const std::vector<std::uint3
     const Sum& sum = sums[n];
     if (sum.count == 0) {
       if (!around) around.emplace(cloud.points);
-      gas.cloud.colors.push_back(nearestColor(gas.cloud.points[n], cloud, *around, buffer));
+      gas.cloud.colors.push_back(cloud.colors[around->nearest(gas.cloud.points[n], 1, buffer).front().index]);
       continue;
     }
     const auto mean = [&sum](int c) {

@@ -5,8 +5,8 @@
 #include <array>
 #include <cmath>
 
-#include "estancia/cloud/covariance.hpp"
 #include "estancia/cloud/neighbors.hpp"
+#include "estancia/cloud/normals.hpp"
 #include "estancia/cloud/voxel_grid.hpp"
 #include "estancia/core/simd.hpp"
 
@@ -23,8 +23,9 @@ struct alignas(64) Weights {
 };
 
 struct Ball {
-  float x, y, z, squared;
-  float facing[3];  ///< points with an opposite normal do not count
+  cv::Vec3f middle;
+  float squared;     ///< squared radius
+  cv::Vec3f facing;  ///< points with an opposite normal do not count
 };
 
 /// Weighted moments, Tukey's weights of the distance.
@@ -32,7 +33,7 @@ ESTANCIA_MULTIVERSION void addBall(const Neighbors::Block* blocks, const Weights
                                    const std::uint32_t* numbers, std::size_t count, const Ball& ball,
                                    float* sums) {
   float lanes[mlsSums][mlsLanes] = {};
-  const float px = ball.x, py = ball.y, pz = ball.z, inverse = 1 / ball.squared;
+  const float px = ball.middle[0], py = ball.middle[1], pz = ball.middle[2], inverse = 1 / ball.squared;
   const float fx = ball.facing[0], fy = ball.facing[1], fz = ball.facing[2];
   for (std::size_t b = 0; b < count; ++b) {
     const Neighbors::Block& block = blocks[numbers[b]];
@@ -63,10 +64,9 @@ ESTANCIA_MULTIVERSION void addBall(const Neighbors::Block* blocks, const Weights
 }
 
 struct Cylinder {
-  float x, y, z;
-  float axis[3];
+  cv::Vec3f middle, axis;
   float squaredWidth, depth;
-  float facing[3];
+  cv::Vec3f facing;
 };
 
 /// Weights and weighted heights along the axis, Tukey's weights of the distance from it.
@@ -74,7 +74,7 @@ ESTANCIA_MULTIVERSION void addCylinder(const Neighbors::Block* blocks, const Wei
                                        const std::uint32_t* numbers, std::size_t count,
                                        const Cylinder& cylinder, float* sums) {
   float weight[mlsLanes] = {}, height[mlsLanes] = {};
-  const float px = cylinder.x, py = cylinder.y, pz = cylinder.z;
+  const float px = cylinder.middle[0], py = cylinder.middle[1], pz = cylinder.middle[2];
   const float ax = cylinder.axis[0], ay = cylinder.axis[1], az = cylinder.axis[2];
   const float fx = cylinder.facing[0], fy = cylinder.facing[1], fz = cylinder.facing[2];
   const float inverse = 1 / cylinder.squaredWidth, depth = cylinder.depth;
@@ -132,7 +132,7 @@ class Support {
 
   std::array<float, mlsSums> ball(const Ball& ball, std::vector<std::uint32_t>& numbers) const {
     numbers.clear();
-    points_.eachBlock({ball.x, ball.y, ball.z}, ball.squared,
+    points_.eachBlock(cv::Point3f(ball.middle), ball.squared,
                       [&](std::uint32_t number) { numbers.push_back(number); });
     std::array<float, mlsSums> sums{};
     addBall(points_.blocks().data(), weights_.data(), numbers.data(), numbers.size(), ball, sums.data());
@@ -140,12 +140,12 @@ class Support {
   }
 
   std::array<float, 2> cylinder(const Cylinder& c, std::vector<std::uint32_t>& numbers) const {
-    const float width = std::sqrt(c.squaredWidth), place[] = {c.x, c.y, c.z};
+    const float width = std::sqrt(c.squaredWidth);
     float low[3], high[3];
-    for (std::size_t k = 0; k < 3; ++k) {
+    for (int k = 0; k < 3; ++k) {
       const float half =
           c.depth * std::abs(c.axis[k]) + width * std::sqrt(std::max(0.F, 1 - c.axis[k] * c.axis[k]));
-      low[k] = place[k] - half, high[k] = place[k] + half;
+      low[k] = c.middle[k] - half, high[k] = c.middle[k] + half;
     }
     numbers.clear();
     const auto nodes = points_.nodes();
@@ -183,7 +183,7 @@ Element meanAt(const cv::Point3f& seed, const Support& support, const MlsOptions
   cv::Vec3f p(seed.x, seed.y, seed.z), normal;
   float weight = 0;
   for (int round = 0; round < rounds; ++round) {
-    const auto m = support.ball({p[0], p[1], p[2], squared, {facing[0], facing[1], facing[2]}}, numbers);
+    const auto m = support.ball({p, squared, facing}, numbers);
     if (!(m[0] >= minInBall)) return element;
     const double w = m[0], x = m[1] / w, y = m[2] / w, z = m[3] / w;
     normal = principalAxes({m[4] / w - x * x, m[5] / w - x * y, m[6] / w - x * z,  //
@@ -191,14 +191,8 @@ Element meanAt(const cv::Point3f& seed, const Support& support, const MlsOptions
                             m[6] / w - x * z, m[8] / w - y * z, m[9] / w - z * z})
                  .normal;
     if (!std::isfinite(normal[0])) return element;
-    const auto [sum, heights] = support.cylinder({p[0],
-                                                  p[1],
-                                                  p[2],
-                                                  {normal[0], normal[1], normal[2]},
-                                                  static_cast<float>(o.width * o.width),
-                                                  static_cast<float>(o.depth),
-                                                  {facing[0], facing[1], facing[2]}},
-                                                 numbers);
+    const auto [sum, heights] = support.cylinder(
+        {p, normal, static_cast<float>(o.width * o.width), static_cast<float>(o.depth), facing}, numbers);
     if (!(sum >= minInCylinder)) return element;
     p += normal * (heights / sum);
     weight = sum;
@@ -215,37 +209,21 @@ Element meanAt(const cv::Point3f& seed, const Support& support, const MlsOptions
 
 }  // namespace
 
-OptionGroup declare(MlsOptions& o) {
-  OptionGroup group("mls", "Moving least squares.");
-  group.add("leaf", &o.leaf, "Edge of the voxels that replace the points").above(0).unit("m");
-  group.add("radius", &o.radius, "Radius of the ball that a normal is fitted to").above(0).unit("m");
-  group.add("width", &o.width, "Radius of the cylinder that heights are averaged over").above(0).unit("m");
-  group.add("depth", &o.depth, "Half the length of that cylinder").above(0).unit("m");
-  group.add("spacing", &o.spacing, "Edge of the voxels that keep one point each; 0: keep all")
-      .range(0)
-      .unit("m");
-  group.add("threads", &o.threads, "Threads; 0: one a usable core").range(0);
-  return group;
-}
-
 PointCloud projectMls(const std::vector<cv::Point3f>& seeds, const PointCloud& cloud,
                       const MlsOptions& options) {
-  validate(options);
   std::vector<std::uint32_t> counts;
   const PointCloud voxels = voxelGrid(cloud, options.leaf, &counts);
   const Support support(voxels, counts, options.perPoint, options.threads);
   const std::vector<cv::Point3f>& from = seeds.empty() ? voxels.points : seeds;
 
   std::vector<Element> elements(from.size());
-  constexpr std::size_t together = 256;
-  inParallel((from.size() + together - 1) / together, options.threads, Progress::none(),
-             "stopped while a surface was smoothed", [&](std::size_t chunk) {
-               std::vector<Neighbor> buffer;
-               std::vector<std::uint32_t> numbers;
-               const std::size_t end = std::min(from.size(), (chunk + 1) * together);
-               for (std::size_t i = chunk * together; i < end; ++i)
-                 elements[i] = meanAt(from[i], support, options, buffer, numbers);
-             });
+  inChunks(from.size(), 256, options.threads, "stopped while a surface was smoothed",
+           [&](std::size_t first, std::size_t last) {
+             std::vector<Neighbor> buffer;
+             std::vector<std::uint32_t> numbers;
+             for (std::size_t i = first; i < last; ++i)
+               elements[i] = meanAt(from[i], support, options, buffer, numbers);
+           });
 
   // Elements with few points around are outliers, or beyond an edge.
   constexpr float thin = 0.15F;

@@ -5,17 +5,16 @@
 #include <opencv2/core/types.hpp>
 #include <vector>
 
-#include "estancia/core/options.hpp"
 #include "estancia/core/point_cloud.hpp"
 
 namespace estancia {
 
-/// Lengths [m]. Averages reach further along the normal, where noise spreads the points, than across it,
-/// where they would flatten the surface.
+/// Lengths [m], all but the spacing above 0. Averages reach further along the normal, where noise spreads the
+/// points, than across it, where they would flatten the surface.
 struct MlsOptions {
   /// Edge of the voxels whose means, weighted by their numbers of points, replace the points.
   double leaf = 0;
-  /// Radius of the ball that a normal is fitted to [m].
+  /// Radius of the ball that a normal is fitted to.
   double radius = 0;
   /// Radius of the cylinder around the normal over which heights are averaged.
   double width = 0;
@@ -32,14 +31,12 @@ struct MlsOptions {
   /// 0: one a usable core.
   int threads = 0;
 };
-OptionGroup declare(MlsOptions& options);
 
 /// Moves each of `seeds` (none: the means of the voxels of `leaf`) along the normal onto the mean of `cloud`
 /// (moving least squares with planes: Alexa et al., Computing and rendering point set surfaces, 2003), twice,
 /// and gives it the normal there. Seeds with hardly a point around are dropped. Normals of `cloud`, if any,
 /// orient the surface, and keep the two sides of a thin object apart. Colors are those of the nearest voxels.
-/// Results do not depend on the number of threads. Throws Error (invalidOption) on lengths that are not
-/// positive.
+/// Results do not depend on the number of threads.
 PointCloud projectMls(const std::vector<cv::Point3f>& seeds, const PointCloud& cloud,
                       const MlsOptions& options);
 

@@ -19,6 +19,14 @@ struct Neighbor {
   float squared;        ///< squared distance [m²]
 };
 
+/// Calls work(first, last) for chunks of the numbers below `count`, `together` in each, on `threads` threads
+/// (0: one a usable core). Throws Interrupted with the sentence `stopped`.
+template <class Work>
+void inChunks(std::size_t count, std::size_t together, int threads, const char* stopped, const Work& work) {
+  inParallel((count + together - 1) / together, threads, Progress::none(), stopped,
+             [&](std::size_t chunk) { work(chunk * together, std::min(count, (chunk + 1) * together)); });
+}
+
 /// A k-d tree (Bentley 1975) over the finite points of a cloud, whose leaves are blocks of points that are
 /// compared with SIMD. Exact, for any density and extent. Immutable and thread-safe; each thread passes its
 /// own buffer, which grows as needed and is reused.
@@ -73,14 +81,11 @@ class Neighbors {
   /// usable core), in no particular order.
   template <class Use>
   void eachWithin(float radius, int threads, const Use& use) const {
-    constexpr std::size_t together = 16;  // blocks
-    inParallel((blocks_.size() + together - 1) / together, threads, Progress::none(),
-               "stopped while points were searched", [&](std::size_t chunk) {
-                 std::vector<Neighbor> buffer;
-                 const std::size_t end = std::min(order_.size(), (chunk + 1) * together * blockSize);
-                 for (std::size_t i = chunk * together * blockSize; i < end; ++i)
-                   use(order_[i], within(place(i), radius, buffer));
-               });
+    inChunks(order_.size(), 16 * blockSize, threads, "stopped while points were searched",
+             [&](std::size_t first, std::size_t last) {
+               std::vector<Neighbor> buffer;
+               for (std::size_t i = first; i < last; ++i) use(order_[i], within(place(i), radius, buffer));
+             });
   }
 
   /// Calls use(block) with the number of each block that may hold points at most √squared [m] from `place`.

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/cloud/neuron_graph.hpp"
 
-#include <algorithm>
-
 namespace estancia {
 
 std::uint32_t NeuronGraph::newBlock() {
@@ -14,10 +12,6 @@ std::uint32_t NeuronGraph::newBlock() {
   free_.pop_back();
   blocks_[block] = {};
   return block;
-}
-
-void NeuronGraph::add() {
-  first_.push_back(newBlock());
 }
 
 NeuronGraph::Edge* NeuronGraph::find(std::uint32_t from, std::uint32_t to) {
@@ -45,16 +39,6 @@ void NeuronGraph::drop(std::uint32_t from, std::uint32_t to) {
     free_.push_back(first_[from]);
     first_[from] = block.next;
   }
-}
-
-void NeuronGraph::connect(std::uint32_t a, std::uint32_t b, std::uint32_t wins) {
-  append(a, {b, wins});
-  append(b, {a, wins});
-}
-
-void NeuronGraph::disconnect(std::uint32_t a, std::uint32_t b) {
-  drop(a, b);
-  drop(b, a);
 }
 
 void NeuronGraph::remove(std::uint32_t i) {

@@ -2,9 +2,7 @@
 #include "estancia/cloud/neuron_grid.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "estancia/cloud/bounds.hpp"
@@ -13,7 +11,7 @@ namespace estancia {
 namespace {
 
 constexpr std::uint32_t firstCapacity = 20;
-constexpr int maxInRow = 512;
+constexpr int maxInRow = 512;  // cells
 /// Bounds of the rounding error of a length in [-1, 1]: absolute, and relative to a squared length.
 constexpr float rounding = 2e-6F, squaredRounding = 1.00001F;
 
@@ -48,10 +46,6 @@ std::uint32_t CandidateGrid::rank(std::size_t row, int x) const {
 bool CandidateGrid::lists(const List& list, float squaredDistance) const {
   const float within = list.reach + tolerance_ + rounding;
   return squaredDistance <= within * within * squaredRounding;
-}
-
-double CandidateGrid::feasible(double edge) {
-  return std::max(edge, 2.0 / (maxInRow - 1));
 }
 
 void CandidateGrid::build(const std::vector<Point4>& points, double edge, double reach, double tolerance) {
@@ -174,24 +168,24 @@ void CandidateGrid::rename(std::uint32_t from, std::uint32_t to, const Neuron& n
 }
 
 NeuronGrid::NeuronGrid(const std::vector<Point4>& points, const Colors& pointColors)
-    : points_(points), pointColors_(pointColors), cells_(points.size()) {}
+    : points_(points), pointColors_(pointColors) {}
 
 void NeuronGrid::fit(std::vector<Neuron>& neurons, const Colors& colors, double rms) {
   CandidateGrid fine;
-  const double edge = CandidateGrid::feasible(edgeOfRms * rms);
+  const double edge = std::max(edgeOfRms * rms, 2.0 / (maxInRow - 1));
   tolerance_ = static_cast<float>(toleranceOfEdge * edge);
   const double maxFromHome = std::sqrt(3.0) * tolerance_;
   fine.build(points_, edge, fineReach, maxFromHome);
   // A cell must reach the second nearest neurons of its points, which the present grid finds.
+  std::vector<std::uint32_t> cells(points_.size());
   for (std::size_t k = 0; k < points_.size(); ++k) {
-    const std::uint32_t cell = fine.cellOf(points_[k]);
-    cells_[k] = cell;
+    const std::uint32_t cell = cells[k] = fine.cellOf(points_[k]);
     if (k % every == 0 || fine.list(cell).reach == 0)
       fine.demand(cell, fitted_
                             ? spareReach * std::sqrt(nearestTwo(k, neurons, colors).squaredDistanceOfSecond())
                             : std::numeric_limits<float>::max());
   }
-  for (std::size_t k = 0; k < points_.size(); ++k) points_[k].w = std::bit_cast<float>(cells_[k]);
+  for (std::size_t k = 0; k < points_.size(); ++k) points_[k].w = std::bit_cast<float>(cells[k]);
   fine_ = std::move(fine);
   coarse_.build(points_, coarser * edge, coarseReach, maxFromHome);
   for (std::uint32_t cell = 0; cell < coarse_.cells(); ++cell)

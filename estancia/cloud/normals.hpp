@@ -1,9 +1,12 @@
-// Surface normals: plane fit to the neighbors (PCA), oriented towards the viewpoint.
+// Surface normals and planes: fitted to points by PCA, oriented towards the viewpoint.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <opencv2/core/matx.hpp>
 #include <opencv2/core/types.hpp>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -14,6 +17,38 @@ namespace estancia {
 
 class Neighbors;
 struct NeuralGas;
+
+struct LocalCovariance {
+  std::size_t count = 0;
+  cv::Vec3d offset;        ///< from the place to the mean of the points [m]
+  cv::Matx33d covariance;  ///< covariance of the points [m²], divided by their number
+};
+
+/// Covariance of the points at most √squared [m] away. Sums are relative to the place, so that they are as
+/// exact far from the origin as near it.
+LocalCovariance localCovariance(const Neighbors& points, const cv::Point3f& place, float squared);
+
+/// Eigenvalues of a covariance, smallest first, and the eigenvector of the smallest.
+struct PrincipalAxes {
+  std::array<double, 3> variances{};
+  cv::Vec3d normal;  ///< direction of the smallest variance, unit length; NaN for collinear points
+};
+
+/// In closed form (O. K. Smith: Eigenvalues of a symmetric 3 × 3 matrix. CACM 4(4), 1961).
+PrincipalAxes principalAxes(const cv::Matx33d& covariance);
+
+struct PlaneFit {
+  cv::Vec3d center, normal;  ///< the normal is of unit length
+  double distance(const cv::Point3f& p) const { return (cv::Vec3d(p.x, p.y, p.z) - center).dot(normal); }
+};
+
+/// The plane (total least squares) of finite points; none when they are fewer than three or `minPoints`, or
+/// collinear.
+std::optional<PlaneFit> fitPlane(std::span<const cv::Point3f> points, std::size_t minPoints = 3);
+
+/// Whether 95 % of the points lie within 4 mm of one plane, the noise of depth cameras at 1 m; at `distance`
+/// [m] the tolerance grows with its square. False for fewer than 50 points.
+bool isPlanar(std::vector<cv::Point3f> points, double distance);
 
 /// Exactly one of radius and neighbors must be given.
 struct NormalOptions {

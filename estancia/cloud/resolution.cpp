@@ -8,8 +8,8 @@
 #include <optional>
 #include <vector>
 
-#include "estancia/cloud/covariance.hpp"
 #include "estancia/cloud/neighbors.hpp"
+#include "estancia/cloud/normals.hpp"
 
 namespace estancia {
 namespace {

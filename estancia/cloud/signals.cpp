@@ -5,6 +5,8 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <opencv2/core.hpp>
 
 #include "estancia/cloud/bounds.hpp"
 #include "estancia/cloud/color_lab.hpp"
@@ -28,24 +30,43 @@ std::uint64_t hash(const Point4& p) {
   return h;
 }
 
+/// The standard deviation of each channel's noise [units of CIELAB]: from the differences between about 2,000
+/// points and their nearest, whose median ignores texture and edges. At least the rounding of 8 bits.
+/// `points` are those of the colors, one each.
+double estimateColorNoise(const Neighbors& points, const std::vector<cv::Vec3f>& lab) {
+  constexpr std::size_t samples = 2000;
+  constexpr double rounding = 100.0 / 255 / (2 * std::numbers::sqrt3);  // rounding to one of 255 levels of L*
+  constexpr double chi3 = 1.5382;                                       // median of the norm of three normals
+  std::vector<double> differences;
+  std::vector<Neighbor> buffer;
+  const std::size_t step = std::max<std::size_t>(points.size() / samples, 1);
+  for (std::size_t i = 0; i < points.size(); i += step) {
+    const std::uint32_t self = points.order()[i];
+    for (const Neighbor& n : points.nearest(points.place(i), 2, buffer)) {
+      if (n.index == self) continue;
+      differences.push_back(cv::norm(lab[self] - lab[n.index]));
+      break;
+    }
+  }
+  if (differences.empty()) return rounding;
+  const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
+  std::nth_element(differences.begin(), middle, differences.end());
+  return std::max(*middle / (std::numbers::sqrt2 * chi3), rounding);
+}
+
 }  // namespace
 
 Signals::Signals(const PointCloud& cloud, std::uint64_t seed, double colorWeight) : seed_(seed) {
-  Bounds<double> box;
-  std::size_t count = 0;
-  for (const cv::Point3f& p : cloud.points) {
-    if (!isFinite(p)) continue;
-    ++count;
-    box.add(p);
-  }
+  const Bounds<float> box = boundsOf(cloud.points);
+  const auto count = static_cast<std::size_t>(std::ranges::count_if(cloud.points, isFinite));
   if (count == 0)
     fail(ErrorCode::invalidInput, "none of the cloud's {} points is finite; a neural gas needs at least one",
          cloud.points.size());
   if (count > std::numeric_limits<std::uint32_t>::max())
     fail(ErrorCode::tooLarge, "the cloud has {} points, a neural gas takes at most {}; thin it out first",
          count, std::numeric_limits<std::uint32_t>::max());
-  middle_ = (box.low + box.high) / 2;
-  const cv::Point3d half = box.high - middle_;
+  middle_ = (cv::Point3d(box.low) + cv::Point3d(box.high)) / 2;
+  const cv::Point3d half = cv::Point3d(box.high) - middle_;
   const double extent = std::max({half.x, half.y, half.z});
   int exponent = 0;
   std::frexp(extent, &exponent);

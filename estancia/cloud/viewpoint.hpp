@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <opencv2/core/affine.hpp>
 #include <opencv2/core/types.hpp>
 #include <optional>
 #include <span>
@@ -30,6 +31,11 @@ std::optional<cv::Point3d> findViewpoint(std::span<const cv::Point3f> points, in
 /// unorganized cloud, for one that a single pinhole projection does not explain within a pixel, and for
 /// points in one plane, which many explain.
 std::optional<cv::Point3d> viewpointOfGrid(const PointCloud& cloud);
+
+/// T_view_cloud: into the frame of a camera at `viewpoint` [m] (x right, y down, z forward) that looks at the
+/// centroid of the points, which are finite; its roll is arbitrary. Throws Error (invalidOption) on a
+/// viewpoint that is not finite, or the centroid itself.
+cv::Affine3d viewFrom(const cv::Point3d& viewpoint, std::span<const cv::Point3f> points);
 
 /// A part of the points, drawn at random with a fixed seed, in their order.
 std::vector<cv::Point3f> drawnFrom(std::span<const cv::Point3f> points, std::size_t count);

@@ -5,10 +5,8 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <utility>
-#include <vector>
 
 #include "estancia/cloud/bounds.hpp"
 #include "estancia/core/fail.hpp"

@@ -107,7 +107,7 @@ class Level {
       : source_(source[level]),
         targets_(targets),
         level_(level),
-        beyond_(static_cast<float>(options.maxDifference * std::pow(2.0, level))),
+        beyond_(static_cast<float>(0.10 * std::pow(2.0, level))),
         byDepth_(options.term != AlignmentTerm::color),
         byColor_(options.term != AlignmentTerm::depth),
         unregistered_(options.term == AlignmentTerm::automatic
@@ -134,7 +134,7 @@ class Level {
   const PyramidLevel& source_;
   std::span<const AlignmentTarget> targets_;
   std::size_t level_;
-  float beyond_;
+  float beyond_;  ///< difference in depth up to which points correspond [m]
   bool byDepth_, byColor_;
   float unregistered_;
   cv::Matx33f toFirst_;  ///< rotation of the target in turn into the first
@@ -259,7 +259,7 @@ struct Shared {
 
 /// Marks in `agreed` the points that agree in depth and gray value.
 Shared sharedWith(const PyramidLevel& source, const PyramidLevel& target, const cv::Affine3d& motion,
-                  double sameSurface, const Exposure& exposure, cv::Mat& agreed) {
+                  const Exposure& exposure, cv::Mat& agreed) {
   constexpr float sameGray = 0.1F;
   const cv::Matx33f rotation = motion.rotation();
   const cv::Vec3f translation = motion.translation();
@@ -274,7 +274,7 @@ Shared sharedWith(const PyramidLevel& source, const PyramidLevel& target, const 
       const float nearer = std::min(1.0F, near * near / (p.point[2] * p.point[2]));
       const auto difference =
           static_cast<double>(nearer * (target.depth.at<float>(p.row, p.column) - p.point[2]));
-      if (std::abs(difference) > sameSurface) continue;
+      if (std::abs(difference) > 0.05) continue;  // [m]; another surface
       ++shared.same;
       shared.squares += difference * difference;
       const float a = source.gray.at<float>(y, x), b = target.gray.at<float>(p.row, p.column);
@@ -285,12 +285,12 @@ Shared sharedWith(const PyramidLevel& source, const PyramidLevel& target, const 
 }
 
 void evaluate(Alignment& alignment, const PyramidLevel& source, std::span<const AlignmentTarget> targets,
-              std::size_t level, double sameSurface, const Exposure& exposure) {
+              std::size_t level, const Exposure& exposure) {
   cv::Mat agreed(source.depth.size(), CV_8U, cv::Scalar(0));
   Shared best;
   for (const AlignmentTarget& target : targets) {
     const Shared shared = sharedWith(source, (*target.pyramid)[level],
-                                     target.pose.inv() * alignment.transform, sameSurface, exposure, agreed);
+                                     target.pose.inv() * alignment.transform, exposure, agreed);
     if (shared.same >= best.same) best = shared;
   }
   if (best.same == 0) {
@@ -334,8 +334,7 @@ Alignment align(const Pyramid& source, std::span<const AlignmentTarget> targets,
   Exposure exposure;
   for (std::size_t l = levels; l-- > finest;) {
     Level level(source, targets, l, options);
-    const int steps = l == 0 ? std::max(3, options.maxSteps / 2) : options.maxSteps;
-    for (int i = 0; i < steps; ++i) {
+    for (int i = 0, steps = l == 0 ? 6 : 12; i < steps; ++i) {  // the finest takes the longest
       const auto length = level.step(alignment.transform, alignment.information);
       if (!length) return alignment;
       if (*length < converged) break;
@@ -343,7 +342,7 @@ Alignment align(const Pyramid& source, std::span<const AlignmentTarget> targets,
     exposure = level.exposure();
   }
   alignment.solved = true;
-  evaluate(alignment, source[finest], targets, finest, options.sameSurface, exposure);
+  evaluate(alignment, source[finest], targets, finest, exposure);
   alignment.spread = spreadOfPosition(covarianceOf(alignment.information),
                                       (targets.front().pose.inv() * alignment.transform).translation());
   return alignment;

@@ -44,10 +44,6 @@ struct Alignment {
 struct AlignmentOptions {
   AlignmentTerm term = AlignmentTerm::automatic;
   std::size_t finest = 0;  ///< level of the pyramid on which it ends
-  int maxSteps = 12;       ///< on each level but the finest, which takes half as many
-  /// Largest difference in depth of corresponding points while aligning [m]; doubled on each coarser level.
-  double maxDifference = 0.10;
-  double sameSurface = 0.05;  ///< tolerance when the result is evaluated [m]
 };
 
 /// Coarse to fine from `guess` (T_map_source), by Gauss–Newton steps on point-to-plane distances and gray

@@ -3,6 +3,9 @@
 
 #include <algorithm>
 
+#include "estancia/core/error.hpp"
+#include "estancia/stats/compared_vectors.hpp"
+
 namespace estancia::odometry {
 namespace {
 
@@ -11,18 +14,12 @@ constexpr double minPrediction = 0.3;  // overlap; with less a keyframe helps li
 
 }  // namespace
 
-Choices alignmentTerms() {
-  return {{"auto", "depth and color, as if these were registered to each other within pixels only"},
-          {"depth", "point-to-plane distances; nothing holds along a bare wall"},
-          {"color", "differences of gray values; needs texture"},
-          {"hybrid", "depth and color; needs both exactly registered"}};
-}
-
-AlignmentTerm alignmentTerm(const std::string& name) {
-  requireChoice("term of odometry", name, alignmentTerms());
-  if (name == "depth") return AlignmentTerm::depth;
-  if (name == "color") return AlignmentTerm::color;
-  return name == "hybrid" ? AlignmentTerm::hybrid : AlignmentTerm::automatic;
+std::vector<std::size_t> smallest(std::vector<std::pair<double, std::size_t>> numbered, std::size_t max) {
+  max = std::min(max, numbered.size());
+  std::partial_sort(numbered.begin(), numbered.begin() + static_cast<std::ptrdiff_t>(max), numbered.end());
+  std::vector<std::size_t> numbers;
+  for (std::size_t i = 0; i < max; ++i) numbers.push_back(numbered[i].second);
+  return numbers;
 }
 
 const Pyramid& Keyframes::pyramid(std::size_t k) const {
@@ -36,16 +33,33 @@ const Pyramid& Keyframes::pyramid(std::size_t k) const {
   return *cached_.front().second;
 }
 
+std::vector<float> Keyframes::embedded(const LexicalDescriptor& words) const {
+  std::vector<float> embedded(words.size());
+  if (!words.empty()) embed(distance_.embedding, words, embedded, distance_.parts);
+  return embedded;
+}
+
+void Keyframes::countWords(const std::vector<float>& words) {
+  if (words.empty()) return;
+  if (!moments_) moments_.emplace(words.size(), true);
+  if (words.size() != moments_->mean().size())
+    throw Error(ErrorCode::mismatch,
+                "the number of labels changed between frames; label the sequence first (estancia label)");
+  moments_->add(words);
+}
+
 std::size_t Keyframes::add(std::size_t frame, const FrameView& view, const cv::Affine3d& pose,
                            const LexicalDescriptor& words) {
-  recall_.add(recall_.embed(words));
-  keyframes_.push_back({frame, pose, view.image, coarseOf(view.pyramid), view.features});
+  Keyframe keyframe{frame, pose, view.image, coarseOf(view.pyramid), view.features, embedded(words)};
+  countWords(keyframe.words);
+  keyframes_.push_back(std::move(keyframe));
   return keyframes_.size() - 1;
 }
 
 void Keyframes::removeLast() {
   keyframes_.pop_back();
-  recall_.removeLast();
+  moments_.reset();  // summed up anew, so that they do not depend on what is gone
+  for (const Keyframe& keyframe : keyframes_) countWords(keyframe.words);
   std::erase_if(cached_, [&](const auto& cached) { return cached.first == size(); });
 }
 
@@ -57,21 +71,27 @@ std::vector<std::size_t> Keyframes::overlapped(const CoarseView& view, const cv:
     const double overlap = predictedOverlap(view, keyframes_[k].coarse, keyframes_[k].pose.inv() * pose);
     if (overlap >= minPrediction) found.emplace_back(-overlap, k);
   }
-  std::ranges::sort(found);
-  std::vector<std::size_t> keyframes;
-  for (const auto& [overlap, k] : found)
-    if (keyframes.size() < max) keyframes.push_back(k);
-  return keyframes;
+  return smallest(std::move(found), max);
+}
+
+std::vector<std::size_t> Keyframes::nearest(const std::vector<float>& words, std::size_t max,
+                                            const std::function<bool(std::size_t)>& eligible) const {
+  if (words.empty() || !moments_ || words.size() != moments_->mean().size()) return {};
+  const Standardization run = standardizationBy(*moments_);
+  const std::vector<float> sought = comparedVector(distance_, run, words);
+  std::vector<std::pair<double, std::size_t>> found;
+  for (std::size_t k = 0; k < size(); ++k)
+    if (const auto& theirs = keyframes_[k].words; !theirs.empty() && eligible(k))
+      found.emplace_back(compare(distance_.comparison, sought, comparedVector(distance_, run, theirs)), k);
+  return smallest(std::move(found), max);
 }
 
 std::vector<std::size_t> Keyframes::withWords(const LexicalDescriptor& words, std::size_t max) const {
-  if (words.empty()) return {};
-  return recall_.nearest(recall_.embed(words), max, [](std::size_t) { return true; });
+  return nearest(embedded(words), max, [](std::size_t) { return true; });
 }
 
 std::vector<std::size_t> Keyframes::withWordsOf(std::size_t k, std::size_t apart, std::size_t max) const {
-  if (recall_.embedded(k).empty()) return {};
-  return recall_.nearest(recall_.embedded(k), max, [&](std::size_t o) { return o + apart <= k; });
+  return nearest(keyframes_[k].words, max, [&](std::size_t o) { return o + apart <= k; });
 }
 
 void Keyframes::write(std::size_t k, ByteWriter& bytes) const {
@@ -79,7 +99,7 @@ void Keyframes::write(std::size_t k, ByteWriter& bytes) const {
   bytes.number(static_cast<std::uint64_t>(keyframe.frame));
   odometry::write(keyframe.image, bytes);
   odometry::write(keyframe.features, bytes);
-  bytes.numbers(recall_.embedded(k));
+  bytes.numbers(keyframe.words);
 }
 
 void Keyframes::read(ByteReader& bytes) {
@@ -88,7 +108,8 @@ void Keyframes::read(ByteReader& bytes) {
   keyframe.image = readPackedImage(bytes);
   keyframe.coarse = coarseOf(pyramidOf(keyframe.image));
   keyframe.features = readFeatures(bytes);
-  recall_.add(bytes.numbers<float>());
+  keyframe.words = bytes.numbers<float>();
+  countWords(keyframe.words);
   keyframes_.push_back(std::move(keyframe));
 }
 

@@ -2,24 +2,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <opencv2/core/affine.hpp>
+#include <optional>
 #include <span>
-#include <string>
 #include <utility>
 #include <vector>
 
-#include "estancia/core/options.hpp"
-#include "estancia/odometry/alignment.hpp"
+#include "estancia/core/descriptor.hpp"
+#include "estancia/core/vocabulary.hpp"
+#include "estancia/distances/distance.hpp"
 #include "estancia/odometry/frame_view.hpp"
-#include "estancia/odometry/recall.hpp"
+#include "estancia/stats/moments.hpp"
 
 namespace estancia::odometry {
-
-/// The names of AlignmentTerm: auto, depth, color, hybrid.
-Choices alignmentTerms();
-/// Throws Error (unknownName).
-AlignmentTerm alignmentTerm(const std::string& name);
 
 /// About 90 kB at 160 × 120 pixels.
 struct Keyframe {
@@ -28,11 +25,18 @@ struct Keyframe {
   PackedImage image;
   CoarseView coarse;
   Features features;
+  std::vector<float> words;  ///< its descriptor as it is compared; empty without words
 };
 
+/// The numbers of the at most `max` smallest values, ascending.
+std::vector<std::size_t> smallest(std::vector<std::pair<double, std::size_t>> numbered, std::size_t max);
+
+/// Words are compared as in maps (standardized-clr, the best in measurements), standardized by the keyframes
+/// so far. Keyframes without words are never similar to others.
 class Keyframes {
  public:
-  explicit Keyframes(const std::vector<LabelPart>& parts) : recall_(parts) {}
+  explicit Keyframes(const std::vector<LabelPart>& parts)
+      : distance_(getDistance("standardized-clr", parts)) {}
 
   std::size_t size() const { return keyframes_.size(); }
   const Keyframe& operator[](std::size_t k) const { return keyframes_[k]; }
@@ -64,8 +68,14 @@ class Keyframes {
   void read(ByteReader& bytes);
 
  private:
+  std::vector<float> embedded(const LexicalDescriptor& words) const;
+  void countWords(const std::vector<float>& words);
+  std::vector<std::size_t> nearest(const std::vector<float>& words, std::size_t max,
+                                   const std::function<bool(std::size_t)>& eligible) const;
+
   std::vector<Keyframe> keyframes_;
-  Recall recall_;
+  Distance distance_;
+  std::optional<Moments> moments_;  ///< moments of the keyframes with words; absent while none has
   mutable std::vector<std::pair<std::size_t, std::unique_ptr<const Pyramid>>> cached_;
 };
 

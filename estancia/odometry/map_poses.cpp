@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/odometry/map_poses.hpp"
+#include "estancia/odometry/keyframe_graph.hpp"
 
 #include <algorithm>
 

@@ -64,4 +64,28 @@ std::optional<Motion> PriorTrack::motion(std::size_t from, std::size_t to, const
   return Motion{*whole, covariance};
 }
 
+cv::Affine3d times(const cv::Affine3d& motion, double count) {
+  return {count * motion.rvec(), count * motion.translation()};
+}
+
+std::optional<cv::Affine3d> bridged(std::size_t frame, const std::optional<TrackedFrame>& before,
+                                    const std::optional<TrackedFrame>& after, const PriorTrack& prior) {
+  const auto there = before ? prior.transform(before->frame, frame) : std::nullopt;
+  const auto back = after ? prior.transform(frame, after->frame) : std::nullopt;
+  std::optional<cv::Affine3d> fromOne;
+  if (there)
+    fromOne = before->pose * *there;
+  else if (back)
+    fromOne = after->pose * back->inv();
+  if (!before || !after) return fromOne;
+  const double part =
+      static_cast<double>(frame - before->frame) / static_cast<double>(after->frame - before->frame);
+  const cv::Affine3d whole = before->pose.inv() * after->pose;
+  if (there && back) {
+    const cv::Affine3d off = (*there * *back).inv() * whole;
+    return before->pose * *there * times(off, part);
+  }
+  return isTooFar(whole) ? fromOne : before->pose * times(whole, part);
+}
+
 }  // namespace estancia::odometry

@@ -8,53 +8,24 @@
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/frame_failure.hpp"
-#include "estancia/odometry/keyframes.hpp"
+#include "estancia/odometry/frame_view.hpp"
 #include "estancia/odometry/tracker.hpp"
 
 namespace estancia {
 namespace {
 
-/// A frame as it was read.
-struct ReadFrame {
-  RgbdTracker::View view;
-  std::string problem;  ///< why it could not be read
-};
-
-/// Reads the next frame while the current one is aligned.
-class Prefetcher {
- public:
-  Prefetcher(const Sequence& sequence, const RgbdTracker& tracker) : sequence_(sequence), tracker_(tracker) {
-    start();
+/// What does not depend on the frames before, or why a frame cannot be read.
+RgbdTracker::View prepared(const Sequence& sequence, std::size_t i, const RgbdTracker& tracker) {
+  const std::string& name = sequence.frame(i).name;
+  try {
+    const cv::Mat depth = sequence.depth(i), image = sequence.image(i);
+    return tracker.prepare(image, depth, name);
+  } catch (...) {
+    odometry::FrameView unread;
+    unread.problem = frameFailure(name).what();
+    return std::make_shared<const odometry::FrameView>(std::move(unread));
   }
-
-  ReadFrame next() {
-    ReadFrame frame = upcoming_.get();
-    ++frame_;
-    start();
-    return frame;
-  }
-
- private:
-  void start() {
-    if (frame_ < sequence_.size())
-      upcoming_ = std::async(std::launch::async, [this, i = frame_] { return read(i); });
-  }
-
-  ReadFrame read(std::size_t i) const {
-    const std::string& name = sequence_.frame(i).name;
-    try {
-      const cv::Mat depth = sequence_.depth(i), image = sequence_.image(i);
-      return {tracker_.prepare(image, depth, name), ""};
-    } catch (...) {
-      return {nullptr, frameFailure(name).what()};
-    }
-  }
-
-  const Sequence& sequence_;
-  const RgbdTracker& tracker_;
-  std::size_t frame_ = 0;
-  std::future<ReadFrame> upcoming_;
-};
+}
 
 void requireRgbd(const Sequence& sequence) {
   if (sequence.size() == 0)
@@ -75,7 +46,11 @@ void requireRgbd(const Sequence& sequence) {
 
 OptionGroup declare(RgbdOptions& o) {
   OptionGroup group("odometry", "RGB-D odometry.");
-  group.add("term", &o.term, "What alignment minimizes").choices(odometry::alignmentTerms());
+  group.add("term", &o.term, "What alignment minimizes")
+      .choices({{"auto", "depth and color, as if these were registered to each other within pixels only"},
+                {"depth", "point-to-plane distances; nothing holds along a bare wall"},
+                {"color", "differences of gray values; needs texture"},
+                {"hybrid", "depth and color; needs both exactly registered"}});
   group.add("max-width", &o.maxWidth, "Images are halved until they are at most this wide")
       .range(48, 4096)
       .unit("pixels")
@@ -118,19 +93,20 @@ RgbdTrajectory trackRgbd(const Sequence& sequence, const RgbdOptions& options, c
     fail(ErrorCode::mismatch, "{}: the prior has {} poses and the sequence {} frames; give one for each",
          sequence.name(), prior.size(), sequence.size());
   RgbdTracker tracker(*sequence.intrinsics(), options, words.parts);
-  Prefetcher frames(sequence, tracker);
+  const auto read = [&](std::size_t i) { return prepared(sequence, i, tracker); };
+  std::future<RgbdTracker::View> next = std::async(std::launch::async, read, 0);
   bool any = false;
   progress.begin("tracking", sequence.size());
   for (std::size_t i = 0; i < sequence.size(); ++i) {
     if (interrupted())
       throw Interrupted(fmt::format(
           "stopped after {} of {} frames; nothing was written, odometry starts anew", i, sequence.size()));
-    const ReadFrame frame = frames.next();
+    const RgbdTracker::View view = next.get();
+    if (i + 1 < sequence.size()) next = std::async(std::launch::async, read, i + 1);
     const Frame& known = sequence.frame(i);
     FrameFacts facts{known.name, known.timestamp, prior.empty() ? std::nullopt : prior[i], {}};
     if (words.describe) facts.words = [&words, i] { return words.describe(i); };
-    const auto placement = frame.view ? tracker.add(frame.view, facts) : tracker.skip(frame.problem, facts);
-    any = any || placement.why.empty();
+    any = tracker.add(view, facts).why.empty() || any;
     progress.advance();
   }
   progress.end();

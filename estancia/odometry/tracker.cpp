@@ -8,9 +8,6 @@
 
 #include "estancia/core/cores.hpp"
 #include "estancia/core/fail.hpp"
-#include "estancia/core/parallel.hpp"
-#include "estancia/core/pose.hpp"
-#include "estancia/odometry/loops.hpp"
 #include "estancia/odometry/tracker_impl.hpp"
 
 namespace estancia {
@@ -21,21 +18,19 @@ using odometry::isGood;
 using odometry::times;
 using odometry::TrackedFrame;
 using EdgeKind = odometry::KeyframeGraph::Kind;
-using odometry::LoopCandidates;
 
-constexpr double unknownTurn = 0.3, unknownShift = 0.5;  // [rad], [m] of a motion that nothing measured
-constexpr std::size_t longestBridge = 10;                // frames; the motion over more is unknown
-constexpr double settled = 1e-6;                         // [m]; smaller corrections are rounding errors
+constexpr std::size_t longestBridge = 10;  // frames; the motion over more is unknown
+constexpr double settled = 1e-6;           // [m]; smaller corrections are rounding errors
 
 std::optional<double> finite(const std::optional<double>& timestamp) {
   return timestamp && std::isfinite(*timestamp) ? timestamp : std::nullopt;
 }
 
-cv::Matx66d unknownMotion() {
-  cv::Matx66d covariance = cv::Matx66d::zeros();
-  for (int i = 0; i < 6; ++i)
-    covariance(i, i) = i < 3 ? unknownTurn * unknownTurn : unknownShift * unknownShift;
-  return covariance;
+odometry::AlignmentTerm termOf(const std::string& name) {
+  using odometry::AlignmentTerm;
+  if (name == "depth") return AlignmentTerm::depth;
+  if (name == "color") return AlignmentTerm::color;
+  return name == "hybrid" ? AlignmentTerm::hybrid : AlignmentTerm::automatic;
 }
 
 /// After which motion is not extrapolated.
@@ -56,7 +51,7 @@ RgbdTracker::Impl::Impl(const CameraIntrinsics& c, const RgbdOptions& chosen,
          "{}, the focal lengths are {} and {}",
          camera.width, camera.height, camera.fx, camera.fy);
   odometry::poseGraphOptimizer();  // rather than fail at the first keyframe that it is needed for
-  how.term = odometry::alignmentTerm(options.term);
+  how.term = termOf(options.term);
   threads = static_cast<std::size_t>(options.threads > 0 ? options.threads : usableCores());
 }
 
@@ -94,14 +89,20 @@ std::size_t RgbdTracker::Impl::addKeyframe(Current& now, const cv::Affine3d& pos
   return current;
 }
 
+void RgbdTracker::Impl::addTracked(Current& now, const Found& found) {
+  const auto& [keyframe, alignment] = found;
+  const std::size_t added = addKeyframe(now, alignment.transform);
+  graph.add({added, keyframe, keyframes.pose(keyframe).inv() * alignment.transform,
+             odometry::covarianceOf(alignment.information)},
+            EdgeKind::tracked);
+}
+
 /// Stores the pose of the frame; one with little overlap becomes a keyframe.
 void RgbdTracker::Impl::place(Current& now, const Found& found) {
   const auto& [keyframe, alignment] = found;
-  const cv::Affine3d motion = keyframes.pose(keyframe).inv() * alignment.transform;
+  if (alignment.overlap < options.keyframeOverlap) return addTracked(now, found);
   current = keyframe;
-  if (alignment.overlap >= options.keyframeOverlap) return hang(now.frame, keyframe, motion);
-  const std::size_t added = addKeyframe(now, alignment.transform);
-  graph.add({added, keyframe, motion, odometry::covarianceOf(alignment.information)}, EdgeKind::tracked);
+  hang(now.frame, keyframe, keyframes.pose(keyframe).inv() * alignment.transform);
 }
 
 /// Makes the last tracked frame a keyframe.
@@ -110,17 +111,16 @@ bool RgbdTracker::Impl::promoteLast() {
   const auto found = refined(*last, lastPose, 0);
   if (!found || !isGood(found->alignment)) return false;
   Current before{lastFrame, *last, {}, LexicalDescriptor()};  // its words may be gone
-  const auto& [keyframe, alignment] = *found;
-  const std::size_t added = addKeyframe(before, alignment.transform);
-  graph.add({added, keyframe, keyframes.pose(keyframe).inv() * alignment.transform,
-             odometry::covarianceOf(alignment.information)},
-            EdgeKind::tracked);
-  lastPose = alignment.transform;
+  addTracked(before, *found);
+  lastPose = found->alignment.transform;
   return true;
 }
 
 /// A keyframe where the motion so far would have led; loops correct it later.
 void RgbdTracker::Impl::startAnew(Current& now) {
+  constexpr double turn = 0.3, shift = 0.5;  // [rad], [m] of a motion that nothing measured
+  const cv::Matx61d variances(turn * turn, turn * turn, turn * turn, shift * shift, shift * shift,
+                              shift * shift);
   const cv::Affine3d pose = predicted(now.frame);
   std::size_t before = current;
   // One that no second frame could be aligned with is of no use: a camera in the dark shall not fill memory.
@@ -133,7 +133,8 @@ void RgbdTracker::Impl::startAnew(Current& now) {
     map.removeLast();
   }
   const std::size_t added = addKeyframe(now, pose);
-  graph.add({added, before, keyframes.pose(before).inv() * pose, unknownMotion()}, EdgeKind::assumed);
+  graph.add({added, before, keyframes.pose(before).inv() * pose, cv::Matx66d::diag(variances)},
+            EdgeKind::assumed);
 }
 
 void RgbdTracker::Impl::sayGap(const FrameFacts& facts, std::size_t frame) {
@@ -145,30 +146,6 @@ void RgbdTracker::Impl::sayGap(const FrameFacts& facts, std::size_t frame) {
                      ? fmt::format("time stamps go back by {:.1f} s before {}", *lastTime - *now, name)
                      : fmt::format("{:.1f} s without {} before {}", *now - *lastTime,
                                    lastFrame + 1 == frame ? "an image" : "usable depth", name);
-}
-
-/// Aligns keyframe k with earlier ones, and moves all to the optimum; once more where that moved it so far
-/// that other keyframes may overlap it now.
-void RgbdTracker::Impl::closeLoops(std::size_t k) {
-  constexpr double far = 0.05;  // [m]; an alignment finds what is off by as much again
-  bool isMoved = false, isOptimal = !graph.isOverdetermined(k);
-  const auto optimize = [&] {
-    const cv::Affine3d before = keyframes.pose(k);
-    graph.optimize(keyframes);
-    isMoved = odometry::shiftOfScene(before.inv() * keyframes.pose(k), keyframes[k].coarse) > far;
-    isOptimal = true;
-  };
-  const auto close = [&](LoopCandidates candidates) {
-    const auto loops = findLoops(k, candidates, keyframes, graph, options, threads);
-    for (const PoseGraphEdge& loop : loops) graph.add(loop, EdgeKind::loop);
-    if (!loops.empty()) optimize();
-  };
-  if (options.loopCandidates > 0) {
-    close(LoopCandidates::alike);
-    close(LoopCandidates::overlapping);
-    if (isMoved) close(LoopCandidates::overlapping);
-  }
-  if (!isOptimal) optimize();
 }
 
 void RgbdTracker::Impl::begin(const FrameFacts& facts) {

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <functional>
+#include <optional>
 
+#include "estancia/core/parallel.hpp"
 #include "estancia/core/pose.hpp"
 #include "estancia/odometry/tracker_impl.hpp"
 
@@ -9,14 +11,19 @@ namespace estancia {
 namespace {
 
 using odometry::AlignmentTarget;
+using odometry::covarianceOf;
 using odometry::FrameView;
 using odometry::isGood;
 using odometry::isTooFar;
+using odometry::KeyframeGraph;
+using odometry::Keyframes;
+using odometry::Pyramid;
 
 constexpr std::size_t maxTargets = 2;  // keyframes that a frame is aligned with at once
 constexpr std::size_t maxNear = 16;    // keyframes among which these are picked, known to be around
 constexpr std::size_t latest = 8;      // and of the latest, which hardly drift apart without loops, too
-constexpr int guessFeatures = 12;      // features that must agree on a guess, which is verified then
+constexpr double minLoopOverlap = 0.4;
+constexpr int guessFeatures = 12;  // features that must agree on a guess, which is verified then
 
 /// Whether another pose would lead an alignment to the same.
 auto isNear(const cv::Affine3d& pose) {
@@ -24,6 +31,32 @@ auto isNear(const cv::Affine3d& pose) {
     const cv::Affine3d motion = other.inv() * pose;
     return cv::norm(motion.translation()) + angleOf(motion) < 0.01;
   };
+}
+
+/// The earlier keyframes that overlap keyframe k most where they are now.
+std::vector<std::size_t> overlapping(std::size_t k, const Keyframes& keyframes, const KeyframeGraph& graph,
+                                     const RgbdOptions& options) {
+  constexpr int glance = 4;  // so many pixels are left out in a first look, which halves the threshold
+  std::vector<std::pair<double, std::size_t>> found;
+  for (std::size_t o = 0; o < k; ++o) {
+    if (graph.connects(k, o)) continue;
+    const cv::Affine3d motion = keyframes.pose(o).inv() * keyframes.pose(k);
+    if (cv::norm(motion.translation()) > options.maxDepth) continue;
+    const odometry::CoarseView &source = keyframes[k].coarse, &target = keyframes[o].coarse;
+    if (predictedOverlap(source, target, motion, glance) < minLoopOverlap / 2) continue;
+    const double overlap = predictedOverlap(source, target, motion);
+    if (overlap >= minLoopOverlap) found.emplace_back(-overlap, o);
+  }
+  return odometry::smallest(std::move(found), static_cast<std::size_t>(options.loopCandidates));
+}
+
+/// The earlier keyframes with the most similar words.
+std::vector<std::size_t> alike(std::size_t k, const Keyframes& keyframes, const KeyframeGraph& graph,
+                               const RgbdOptions& options) {
+  std::vector<std::size_t> found =
+      keyframes.withWordsOf(k, odometry::minLoopKeyframes, static_cast<std::size_t>(options.loopCandidates));
+  std::erase_if(found, [&](std::size_t o) { return graph.connects(k, o); });
+  return found;
 }
 
 }  // namespace
@@ -115,6 +148,51 @@ std::optional<RgbdTracker::Impl::Found> RgbdTracker::Impl::relocalize(Current& n
       if (isGood(a)) return Found{k, a};
     }
   return std::nullopt;
+}
+
+/// The motion of keyframe k to another one, if it is to be believed. Where words proposed it, features must
+/// agree on a motion first, because any wall aligns with any other.
+std::optional<RgbdTracker::Impl::PoseGraphEdge> RgbdTracker::Impl::loop(std::size_t k, std::size_t other,
+                                                                        bool byWords,
+                                                                        const Pyramid& source) const {
+  const odometry::Keyframe &a = keyframes[k], &b = keyframes[other];
+  std::optional<cv::Affine3d> guess = b.pose.inv() * a.pose;
+  if (byWords) guess = guessFromFeatures(a.features, b.features, options.minLoopFeatures);
+  if (!guess) return std::nullopt;
+  const Pyramid target = keyframes.newPyramid(other);
+  const AlignmentTarget single{&target, cv::Affine3d::Identity()};
+  const Alignment found = align(source, {&single, 1}, *guess, how);
+  if (!isGood(found, minLoopOverlap)) return std::nullopt;
+  return PoseGraphEdge{k, other, found.transform, covarianceOf(found.information)};
+}
+
+/// Aligns keyframe k with earlier ones that it is not connected with, and moves all to the optimum; once more
+/// where that moved it so far that other keyframes may overlap it now.
+void RgbdTracker::Impl::closeLoops(std::size_t k) {
+  constexpr double far = 0.05;  // [m]; an alignment finds what is off by as much again
+  bool isMoved = false, isOptimal = !graph.isOverdetermined(k);
+  const auto optimize = [&] {
+    const cv::Affine3d before = keyframes.pose(k);
+    graph.optimize(keyframes);
+    isMoved = shiftOfScene(before.inv() * keyframes.pose(k), keyframes[k].coarse) > far;
+    isOptimal = true;
+  };
+  const auto close = [&](const std::vector<std::size_t>& others, bool byWords) {
+    if (others.empty()) return;
+    const Pyramid source = keyframes.newPyramid(k);
+    std::vector<std::optional<PoseGraphEdge>> found(others.size());
+    inParallel(others.size(), std::min(threads, others.size()),
+               [&](std::size_t i) { found[i] = loop(k, others[i], byWords, source); });
+    for (const auto& edge : found)
+      if (edge) graph.add(*edge, KeyframeGraph::Kind::loop);
+    if (std::ranges::any_of(found, [](const auto& edge) { return edge.has_value(); })) optimize();
+  };
+  if (options.loopCandidates > 0) {
+    close(alike(k, keyframes, graph, options), true);
+    close(overlapping(k, keyframes, graph, options), false);
+    if (isMoved) close(overlapping(k, keyframes, graph, options), false);
+  }
+  if (!isOptimal) optimize();
 }
 
 }  // namespace estancia

@@ -9,13 +9,15 @@
 #include <string>
 #include <vector>
 
-#include "estancia/odometry/bridge.hpp"
 #include "estancia/odometry/keyframe_graph.hpp"
-#include "estancia/odometry/map_poses.hpp"
 #include "estancia/odometry/prior.hpp"
 #include "estancia/odometry/tracker.hpp"
 
 namespace estancia {
+
+namespace odometry {
+constexpr std::size_t minLoopKeyframes = 4;  ///< between the ends of a loop
+}
 
 struct RgbdTracker::Impl {
   using Alignment = odometry::Alignment;
@@ -48,6 +50,7 @@ struct RgbdTracker::Impl {
   // tracker.cpp
   void begin(const FrameFacts& facts);
   void track(const View& view, const FrameFacts& facts);
+  void addTracked(Current& current, const Found& found);
   void place(Current& current, const Found& found);
   void startAnew(Current& current);
   bool promoteLast();
@@ -55,7 +58,6 @@ struct RgbdTracker::Impl {
   void hang(std::size_t frame, std::size_t keyframe, const cv::Affine3d& inKeyframe);
   void unhang(std::size_t frame);
   void sayGap(const FrameFacts& facts, std::size_t frame);
-  void closeLoops(std::size_t k);
   cv::Affine3d trackedPose(std::size_t frame) const;
   std::optional<cv::Affine3d> toldPose(std::size_t frame) const;
   std::string problemOf(std::size_t frame) const;
@@ -70,6 +72,9 @@ struct RgbdTracker::Impl {
                                std::size_t finest) const;
   std::optional<Found> fit(const odometry::FrameView& view, std::size_t frame) const;
   std::optional<Found> relocalize(Current& current) const;
+  std::optional<PoseGraphEdge> loop(std::size_t k, std::size_t other, bool byWords,
+                                    const odometry::Pyramid& source) const;
+  void closeLoops(std::size_t k);
 
   // tracker_state.cpp
   std::string head() const;

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "estancia/core/bytes.hpp"
 #include "estancia/core/fail.hpp"
+#include "estancia/core/pose_bytes.hpp"
 #include "estancia/core/removed_options.hpp"
 #include "estancia/odometry/tracker_impl.hpp"
 
@@ -18,18 +18,6 @@ constexpr std::string_view stateRemedy = "make the map anew";
 
 ByteReader readerOf(std::string_view bytes) {
   return {bytes, std::string(stateName), std::string(stateRemedy)};
-}
-
-void write(const Pose& pose, ByteWriter& bytes) {
-  for (const double value : {pose.x, pose.y, pose.z, pose.qx, pose.qy, pose.qz, pose.qw}) bytes.number(value);
-}
-
-Pose readPose(ByteReader& bytes) {
-  Pose pose;
-  for (double* value : {&pose.x, &pose.y, &pose.z, &pose.qx, &pose.qy, &pose.qz, &pose.qw})
-    *value = bytes.number<double>();
-  if (!pose.isPlausible()) bytes.fail("a pose is not finite");
-  return pose;
 }
 
 void writeTime(const std::optional<double>& time, ByteWriter& bytes) {
@@ -145,10 +133,10 @@ std::string RgbdTracker::Impl::frameRow(std::size_t frame) const {
                                          (said != notes.end() ? note : 0)));
   if (placed[frame]) {
     bytes.number(placed[frame]->keyframe);
-    write(placed[frame]->inKeyframe, bytes);
+    write(bytes, placed[frame]->inKeyframe);
   }
   if (entry) {
-    write(entry->pose, bytes);
+    write(bytes, entry->pose);
     bytes.number(entry->run);
   }
   if (why != problems.end()) bytes.text(why->second);

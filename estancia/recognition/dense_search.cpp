@@ -5,8 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "estancia/core/parallel.hpp"
-#include "estancia/recognition/distinct_poses.hpp"
+#include "estancia/cloud/neighbors.hpp"
 
 namespace estancia {
 namespace {
@@ -34,21 +33,24 @@ OrientedPoints everyNth(const OrientedPoints& points, std::size_t n) {
 
 template <class Work>
 void each(std::size_t count, std::size_t together, int threads, const Work& work) {
-  inParallel((count + together - 1) / together, threads, Progress::none(), "stopped while poses were tried",
-             [&](std::size_t chunk) {
-               for (std::size_t i = chunk * together; i < std::min(count, (chunk + 1) * together); ++i)
-                 work(i);
-             });
+  inChunks(count, together, threads, "stopped while poses were tried",
+           [&](std::size_t first, std::size_t last) {
+             for (std::size_t i = first; i < last; ++i) work(i);
+           });
 }
 
-}  // namespace
-
+/// The evidence for a pose: the mean vote of its points times the square root of the area, because the same
+/// share of a larger surface is less likely to be chance. The area is `points`, the number of points that
+/// were tried, in units of 700 (less where the scene has fewer points than the model); of a closed model only
+/// the points that face the sensor.
 double evidenceFor(const PoseScore& score, double points, bool closed) {
   constexpr double unitArea = 700;
   constexpr double minFacing = 0.25;
   const double facing = closed ? std::clamp(score.facing, minFacing, 1.0) : 1;
   return score.vote() / facing * std::sqrt(facing * points / unitArea);
 }
+
+}  // namespace
 
 PoseTolerances toleranceOf(const RecognitionScales& scales) {
   return {scales.tolerance, 6 * scales.unit + scales.noise, 0.7, scales.color};

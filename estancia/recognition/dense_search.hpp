@@ -5,8 +5,6 @@
 #include <vector>
 
 #include "estancia/recognition/descriptors.hpp"
-#include "estancia/recognition/matching.hpp"
-#include "estancia/recognition/pose_hypothesis.hpp"
 #include "estancia/recognition/pose_score.hpp"
 #include "estancia/recognition/scales.hpp"
 
@@ -27,18 +25,12 @@ std::vector<PoseHypothesis> posesFromLocalFrames(const SurfaceFeatures& model, c
                                                  std::size_t max, int threads);
 
 /// Refines all poses with the coarse points, and the best of these with the fine ones; their evidence is
-/// evidenceFor(). Best first, distinct ones.
+/// the mean vote times the square root of the area. Best first, distinct ones.
 std::vector<PoseHypothesis> refineDense(std::vector<PoseHypothesis> poses, const DenseModel& points,
                                         const DenseScene& dense, const RecognitionScales& scales,
                                         int threads);
 
 /// The tolerances by which poses are verified.
 PoseTolerances toleranceOf(const RecognitionScales& scales);
-
-/// The evidence for a pose: the mean vote of its points times the square root of the area, because the same
-/// share of a larger surface is less likely to be chance. The area is `points`, the number of points that
-/// were tried, in units of 700 (less where the scene has fewer points than the model); of a closed model only
-/// the points that face the sensor.
-double evidenceFor(const PoseScore& score, double points, bool closed);
 
 }  // namespace estancia

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "estancia/core/parallel.hpp"
 #include "estancia/core/simd.hpp"
 #include "estancia/recognition/descriptors.hpp"
 
@@ -136,7 +135,6 @@ void describeFpfh(const Surface& surface, std::span<const std::uint32_t> keypoin
   const Neighbors& neighbors = surface.neighbors();
   const auto reach = static_cast<float>(radius);
   const std::size_t size = surface.size();
-  const auto chunks = [](std::size_t count) { return (count + together - 1) / together; };
   const char* const stopped = "stopped while a surface was described";
 
   // Histograms are needed of every point near a keypoint. Bytes that any thread sets to 1.
@@ -145,10 +143,9 @@ void describeFpfh(const Surface& surface, std::span<const std::uint32_t> keypoin
   if (marks.empty())
     std::fill(needed.begin(), needed.end(), 1);
   else
-    inParallel(chunks(keypoints.size()), threads, Progress::none(), stopped, [&](std::size_t chunk) {
+    inChunks(keypoints.size(), together, threads, stopped, [&](std::size_t first, std::size_t last) {
       std::vector<Neighbor> buffer;
-      const std::size_t end = std::min(keypoints.size(), (chunk + 1) * together);
-      for (std::size_t i = chunk * together; i < end; ++i)
+      for (std::size_t i = first; i < last; ++i)
         for (const Neighbor& n : neighbors.within(surface.points()[keypoints[i]], reach, buffer))
           marks[n.index].store(1, std::memory_order_relaxed);
     });
@@ -167,20 +164,18 @@ void describeFpfh(const Surface& surface, std::span<const std::uint32_t> keypoin
     points[i] = {p.x, p.y, p.z, n.x, n.y, n.z, {0, 0}};
   }
   std::vector<Histogram> histograms(some.size());
-  inParallel(chunks(some.size()), threads, Progress::none(), stopped, [&](std::size_t chunk) {
+  inChunks(some.size(), together, threads, stopped, [&](std::size_t first, std::size_t last) {
     std::vector<Neighbor> buffer;
     Pairs pairs;
-    const std::size_t end = std::min(some.size(), (chunk + 1) * together);
-    for (std::size_t i = chunk * together; i < end; ++i)
+    for (std::size_t i = first; i < last; ++i)
       histograms[i] =
           simplified(points, some[i], neighbors.within(surface.points()[some[i]], reach, buffer), pairs);
   });
 
   values.resize(keypoints.size() * length);
-  inParallel(chunks(keypoints.size()), threads, Progress::none(), stopped, [&](std::size_t chunk) {
+  inChunks(keypoints.size(), together, threads, stopped, [&](std::size_t first, std::size_t last) {
     std::vector<Neighbor> buffer;
-    const std::size_t end = std::min(keypoints.size(), (chunk + 1) * together);
-    for (std::size_t i = chunk * together; i < end; ++i) {
+    for (std::size_t i = first; i < last; ++i) {
       const auto near = neighbors.within(surface.points()[keypoints[i]], reach, buffer);
       float* const fpfh = values.data() + i * length;
       if (near.size() < minNeighbors)

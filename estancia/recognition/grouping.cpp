@@ -74,6 +74,48 @@ std::vector<std::uint32_t> inliersOf(const cv::Affine3d& pose, std::span<const c
   return inliers;
 }
 
+/// 3-D Hough voting (Tombari and Di Stefano 2010): each match votes, by the local frames of its two
+/// keypoints, for the center of the model; sets are the votes within `tolerance` [m] of the vote with most
+/// votes around it.
+std::vector<std::vector<std::uint32_t>> houghSets(const SurfaceFeatures& model, const SurfaceFeatures& scene,
+                                                  std::span<const Match> matches, double tolerance,
+                                                  std::size_t minimum, int threads) {
+  cv::Point3f middle;
+  for (const cv::Point3f& p : model.points) middle += p * (1 / static_cast<float>(model.points.size()));
+  std::vector<cv::Point3f> votes;
+  votes.reserve(matches.size());
+  for (const Match& m : matches) {
+    const cv::Matx31f local =
+        model.frames[m.model] * cv::Matx31f(cv::Vec3f(middle - model.points[m.model]).val);
+    const cv::Matx31f offset = scene.frames[m.scene].t() * local;
+    votes.push_back(scene.points[m.scene] + cv::Point3f(offset(0), offset(1), offset(2)));
+  }
+  const Neighbors neighbors(votes, threads);
+  std::vector<std::vector<std::uint32_t>> around(votes.size());
+  neighbors.eachWithin(static_cast<float>(tolerance), threads,
+                       [&](std::uint32_t i, std::span<const Neighbor> near) {
+                         if (near.size() < minimum) return;
+                         for (const Neighbor& n : near) around[i].push_back(n.index);
+                         std::sort(around[i].begin(), around[i].end());
+                       });
+  std::vector<std::uint32_t> order(votes.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return around[a].size() > around[b].size(); });
+  std::vector<std::vector<std::uint32_t>> sets;
+  std::vector<char> taken(votes.size(), 0);
+  for (const std::uint32_t i : order) {
+    if (taken[i]) continue;
+    std::vector<std::uint32_t> set;
+    for (const std::uint32_t j : around[i])
+      if (!taken[j]) set.push_back(j);
+    if (set.size() < minimum) continue;
+    for (const std::uint32_t j : set) taken[j] = 1;
+    sets.push_back(std::move(set));
+  }
+  return sets;
+}
+
 }  // namespace
 
 Choices groupingMethods() {
@@ -113,45 +155,6 @@ std::vector<std::vector<std::uint32_t>> consistentSets(std::span<const cv::Point
       for (const std::uint32_t j : set) taken[j] = 1;
       sets.push_back(std::move(set));
     }
-  }
-  return sets;
-}
-
-std::vector<std::vector<std::uint32_t>> houghSets(const SurfaceFeatures& model, const SurfaceFeatures& scene,
-                                                  std::span<const Match> matches, double tolerance,
-                                                  std::size_t minimum, int threads) {
-  cv::Point3f middle;
-  for (const cv::Point3f& p : model.points) middle += p * (1 / static_cast<float>(model.points.size()));
-  std::vector<cv::Point3f> votes;
-  votes.reserve(matches.size());
-  for (const Match& m : matches) {
-    const cv::Matx31f local =
-        model.frames[m.model] * cv::Matx31f(cv::Vec3f(middle - model.points[m.model]).val);
-    const cv::Matx31f offset = scene.frames[m.scene].t() * local;
-    votes.push_back(scene.points[m.scene] + cv::Point3f(offset(0), offset(1), offset(2)));
-  }
-  const Neighbors neighbors(votes, threads);
-  std::vector<std::vector<std::uint32_t>> around(votes.size());
-  neighbors.eachWithin(static_cast<float>(tolerance), threads,
-                       [&](std::uint32_t i, std::span<const Neighbor> near) {
-                         if (near.size() < minimum) return;
-                         for (const Neighbor& n : near) around[i].push_back(n.index);
-                         std::sort(around[i].begin(), around[i].end());
-                       });
-  std::vector<std::uint32_t> order(votes.size());
-  std::iota(order.begin(), order.end(), 0U);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::uint32_t a, std::uint32_t b) { return around[a].size() > around[b].size(); });
-  std::vector<std::vector<std::uint32_t>> sets;
-  std::vector<char> taken(votes.size(), 0);
-  for (const std::uint32_t i : order) {
-    if (taken[i]) continue;
-    std::vector<std::uint32_t> set;
-    for (const std::uint32_t j : around[i])
-      if (!taken[j]) set.push_back(j);
-    if (set.size() < minimum) continue;
-    for (const std::uint32_t j : set) taken[j] = 1;
-    sets.push_back(std::move(set));
   }
   return sets;
 }

@@ -11,7 +11,6 @@
 
 #include "estancia/core/options.hpp"
 #include "estancia/recognition/descriptors.hpp"
-#include "estancia/recognition/matching.hpp"
 
 namespace estancia {
 
@@ -30,7 +29,7 @@ std::vector<Hypothesis> groupMatches(const SurfaceFeatures& model, const Surface
                                      const std::vector<Match>& matches, const std::string& method,
                                      double tolerance, std::size_t minimum, int threads = 1);
 
-// ---- the single methods: sets of matches
+// ---- steps of it: sets of matches, and their poses
 
 /// Geometric consistency (Chen and Bhanu 2007): each match, nearest descriptors first, collects all matches
 /// that preserve their distances to those collected before within `tolerance` [m]; sets of at least `minimum`
@@ -40,13 +39,6 @@ std::vector<std::vector<std::uint32_t>> consistentSets(std::span<const cv::Point
                                                        std::span<const cv::Point3f> scene,
                                                        std::span<const Match> matches, double tolerance,
                                                        std::size_t minimum, int threads = 1);
-
-/// 3-D Hough voting (Tombari and Di Stefano 2010): each match votes, by the local frames of its two
-/// keypoints, for the center of the model; sets are the votes within `tolerance` [m] of the vote with most
-/// votes around it.
-std::vector<std::vector<std::uint32_t>> houghSets(const SurfaceFeatures& model, const SurfaceFeatures& scene,
-                                                  std::span<const Match> matches, double tolerance,
-                                                  std::size_t minimum, int threads = 1);
 
 /// RANSAC for the rigid transform that brings most points of `from` within `tolerance` [m] of their partners
 /// in `to`: samples of three (seeded), refined by least squares on the inliers, whose indices are returned;

@@ -11,7 +11,7 @@
 namespace estancia {
 namespace {
 
-std::vector<std::uint32_t> uniform(const Surface& surface, double spacing, int /*threads*/) {
+std::vector<std::uint32_t> uniform(const Surface& surface, double spacing) {
   // share of the resolution; below, voxels exceed the precision of a float
   constexpr double minSpacing = 1e-6;
   if (!(spacing > minSpacing * surface.resolution()))
@@ -39,16 +39,21 @@ std::vector<std::uint32_t> strongest(const Surface& surface, const std::vector<f
   return chosen;
 }
 
+/// Σ v vᵀ
+struct Scatter {
+  float xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
+  void add(const cv::Point3f& v) {
+    xx += v.x * v.x, xy += v.x * v.y, xz += v.x * v.z, yy += v.y * v.y, yz += v.y * v.z, zz += v.z * v.z;
+  }
+};
+
 std::vector<std::uint32_t> harris3d(const Surface& surface, double spacing, int threads) {
   std::vector<float> response(surface.size(), 0);
   surface.neighbors().eachWithin(
       static_cast<float>(spacing), threads, [&](std::uint32_t i, std::span<const Neighbor> near) {
-        float xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
-        for (const Neighbor& n : near) {
-          const cv::Point3f& v = surface.normals()[n.index];
-          xx += v.x * v.x, xy += v.x * v.y, xz += v.x * v.z, yy += v.y * v.y, yz += v.y * v.z,
-              zz += v.z * v.z;
-        }
+        Scatter sum;
+        for (const Neighbor& n : near) sum.add(surface.normals()[n.index]);
+        const auto [xx, xy, xz, yy, yz, zz] = sum;
         const double per = 1.0 / static_cast<double>(near.size());
         const double trace = (xx + yy + zz) * per;
         const double det =
@@ -71,12 +76,9 @@ std::vector<std::uint32_t> iss(const Surface& surface, double spacing, int threa
       static_cast<float>(spacing), threads, [&](std::uint32_t i, std::span<const Neighbor> near) {
         if (near.size() < minNeighbors) return;
         const cv::Point3f& p = surface.points()[i];
-        float xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
-        for (const Neighbor& n : near) {
-          const cv::Point3f d = surface.points()[n.index] - p;
-          xx += d.x * d.x, xy += d.x * d.y, xz += d.x * d.z, yy += d.y * d.y, yz += d.y * d.z,
-              zz += d.z * d.z;
-        }
+        Scatter sum;
+        for (const Neighbor& n : near) sum.add(surface.points()[n.index] - p);
+        const auto [xx, xy, xz, yy, yz, zz] = sum;
         Eigen::Matrix3d scatter;
         scatter << xx, xy, xz, xy, yy, yz, xz, yz, zz;
         const Eigen::Vector3d e =
@@ -88,22 +90,12 @@ std::vector<std::uint32_t> iss(const Surface& surface, double spacing, int threa
   return strongest(surface, salience, spacing * 2 / 3, threads);
 }
 
-struct KeypointDetector {
-  const char *name, *explanation;
-  std::vector<std::uint32_t> (*find)(const Surface&, double, int);
-};
-constexpr KeypointDetector keypointDetectors[] = {
-    {"uniform", "one point a voxel", uniform},
-    {"harris3d", "where normals vary in all directions", harris3d},
-    {"iss", "intrinsic shape signatures: three different variances of the points around", iss},
-};
-
 }  // namespace
 
 Choices keypointMethods() {
-  Choices choices;
-  for (const KeypointDetector& m : keypointDetectors) choices.push_back({m.name, m.explanation});
-  return choices;
+  return {{"uniform", "one point a voxel"},
+          {"harris3d", "where normals vary in all directions"},
+          {"iss", "intrinsic shape signatures: three different variances of the points around"}};
 }
 
 std::vector<std::uint32_t> findKeypoints(const Surface& surface, const std::string& method, double spacing,
@@ -112,8 +104,8 @@ std::vector<std::uint32_t> findKeypoints(const Surface& surface, const std::stri
     fail(ErrorCode::invalidOption, "{}: the keypoint spacing is {} m; give a positive one", surface.name(),
          spacing);
   requireChoice("keypoint detector", method, keypointMethods());
-  return std::ranges::find(keypointDetectors, method, &KeypointDetector::name)
-      ->find(surface, spacing, threads);
+  if (method == "uniform") return uniform(surface, spacing);
+  return method == "harris3d" ? harris3d(surface, spacing, threads) : iss(surface, spacing, threads);
 }
 
 }  // namespace estancia

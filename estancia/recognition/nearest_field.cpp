@@ -5,13 +5,13 @@
 #include <bit>
 #include <utility>
 
-#include "estancia/core/parallel.hpp"
+#include "estancia/cloud/neighbors.hpp"
 
 namespace estancia {
 namespace {
 
 using Triple = std::array<std::int32_t, 3>;
-constexpr std::size_t side = 8, size = side * side * side;  // edge of a block
+constexpr std::size_t side = 8, blockCells = side * side * side;  // edge of a block
 
 /// A block within the reach of a point.
 using BlockPoint = std::pair<Triple, std::uint32_t>;
@@ -70,17 +70,15 @@ NearestField::NearestField(std::span<const cv::Point3f> points, double cell, dou
     slots_[s] = {pairs[starts[b]].first, static_cast<std::int32_t>(b)};
   }
   static_assert(side == 1U << bits);
-  cells_.assign(starts.size() * size, none);
-  constexpr std::size_t together = 32;
-  inParallel((starts.size() + together - 1) / together, threads, Progress::none(),
-             "stopped while a nearest-neighbor field was computed", [&](std::size_t chunk) {
-               std::vector<float> best(size);
-               const std::size_t last = std::min(starts.size(), (chunk + 1) * together);
-               for (std::size_t b = chunk * together; b < last; ++b) {
-                 const std::size_t end = b + 1 < starts.size() ? starts[b + 1] : pairs.size();
-                 fill({&pairs[starts[b]], end - starts[b]}, scaled, far, best, cells_.data() + b * size);
-               }
-             });
+  cells_.assign(starts.size() * blockCells, none);
+  inChunks(starts.size(), 32, threads, "stopped while a nearest-neighbor field was computed",
+           [&](std::size_t first, std::size_t last) {
+             std::vector<float> best(blockCells);
+             for (std::size_t b = first; b < last; ++b) {
+               const std::size_t end = b + 1 < starts.size() ? starts[b + 1] : pairs.size();
+               fill({&pairs[starts[b]], end - starts[b]}, scaled, far, best, cells_.data() + b * blockCells);
+             }
+           });
 }
 
 }  // namespace estancia

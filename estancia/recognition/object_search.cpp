@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/recognition/object_search.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/frame_failure.hpp"
 #include "estancia/files/cloud_file.hpp"
 #include "estancia/recognition/pose_candidates.hpp"
@@ -18,12 +15,6 @@ namespace estancia {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-std::array<double, 16> rowMajor(const cv::Affine3d& pose) {
-  std::array<double, 16> numbers;
-  std::copy_n(pose.matrix.val, 16, numbers.begin());
-  return numbers;
-}
 
 Json jsonOf(const std::vector<StageReport>& stages) {
   Json json = Json::array();
@@ -43,10 +34,9 @@ std::vector<ModelFile> modelFilesOf(const std::vector<std::string>& words) {
     const fs::path file = named ? word.substr(equals + 1) : word;
     const std::string name = named ? word.substr(0, equals) : file.stem().string();
     if (file.empty() || name.empty())
-      throw Error(ErrorCode::invalidOption, fmt::format("--object {}: give FILE or NAME=FILE", word));
+      fail(ErrorCode::invalidOption, "--object {}: give FILE or NAME=FILE", word);
     if (std::ranges::find(files, name, &ModelFile::name) != files.end())
-      throw Error(ErrorCode::invalidOption,
-                  fmt::format("two objects are called {}; name them NAME=FILE", name));
+      fail(ErrorCode::invalidOption, "two objects are called {}; name them NAME=FILE", name);
     files.push_back({name, file});
   }
   return files;
@@ -54,7 +44,7 @@ std::vector<ModelFile> modelFilesOf(const std::vector<std::string>& words) {
 
 const SearchedModel& SearchResult::model(const std::string& name) const {
   const auto found = std::ranges::find(models, name, &SearchedModel::name);
-  if (found == models.end()) throw Error(ErrorCode::unknownName, fmt::format("no model \"{}\"", name));
+  if (found == models.end()) fail(ErrorCode::unknownName, "no model \"{}\"", name);
   return *found;
 }
 
@@ -78,9 +68,8 @@ SearchResult searchScene(const Recognizer& recognizer, const std::string& name, 
     }
   }
   if (result.models.empty())
-    throw Error(ErrorCode::invalidInput,
-                fmt::format("none of the {} objects can be used; the first: {}: {}", models.size(),
-                            result.failed.front().first, result.failed.front().second));
+    fail(ErrorCode::invalidInput, "none of the {} objects can be used; the first: {}: {}", models.size(),
+         result.failed.front().first, result.failed.front().second);
   result.detections = recognizer.verify(candidates);
   return result;
 }
@@ -89,7 +78,7 @@ Json toJson(const SearchResult& result) {
   Json json{{"instances", Json::array()}};
   for (const Detection& detection : result.detections) {
     Json& instance = json["instances"].emplace_back(Json{{"model", detection.model},
-                                                         {"pose", rowMajor(detection.pose)},
+                                                         {"pose", detection.pose.matrix.val},
                                                          {"inliers", detection.inliers},
                                                          {"confidence", detection.confidence}});
     if (!std::isnan(detection.falseAlarmRate)) instance["false_alarm_rate"] = detection.falseAlarmRate;

@@ -2,12 +2,19 @@
 #include "estancia/recognition/pose_candidates.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
 #include <utility>
 
-#include "estancia/recognition/distinct_poses.hpp"
+#include "estancia/core/parallel.hpp"
 
 namespace estancia {
 namespace {
+
+constexpr double usual = 0.13;                             // evidence of wrong poses, at least
+constexpr double unitChance = 0.15;                        // chance at which the scale is tailDecay
+constexpr double tailOffset = 0.0135, tailDecay = 0.0195;  // parameters of the tail, measured
 
 /// The evidence of the poses that are `apart` from the first `count` places.
 std::vector<double> elsewhere(const std::vector<PoseHypothesis>& poses,
@@ -23,7 +30,163 @@ std::vector<double> elsewhere(const std::vector<PoseHypothesis>& poses,
   return evidence;
 }
 
+/// An instance that is accepted on its own.
+struct Item {
+  std::size_t candidates, instance;
+  const PoseCandidates* of;
+  const PoseHypothesis* pose;
+  double threshold = 0;              // evidence
+  double support = 0;                // the evidence of its supported points alone
+  std::vector<PointSupport> points;  // their shares of that
+
+  double surplus() const { return (pose->evidence - threshold) / of->falseAlarms.evidenceScale(); }
+};
+
+std::vector<Item> itemsOf(const std::vector<PoseCandidates>& candidates, double rate) {
+  std::vector<Item> items;
+  for (std::size_t c = 0; c < candidates.size(); ++c) {
+    const PoseCandidates& of = candidates[c];
+    for (std::size_t i = 0; i < of.instances.size(); ++i) {
+      const PoseHypothesis& pose = of.instances[i];
+      // vote() is the support less what speaks against the pose; evidence is proportional to it.
+      const double vote = pose.score.vote();
+      items.push_back({c, i, &of, &pose, of.falseAlarms.evidenceOf(rate),
+                       vote > 0 ? pose.evidence * pose.score.support / vote : 0,
+                       supportOf(of.modelSurface->dense.fine, of.sceneSurface->dense(), pose.pose,
+                                 toleranceOf(of.sceneSurface->scales))});
+    }
+  }
+  std::stable_sort(items.begin(), items.end(),
+                   [](const Item& a, const Item& b) { return a.pose->evidence > b.pose->evidence; });
+  return items;
+}
+
+/// Whether a surface point [m] with this normal lies on the model of an instance. More generous than support:
+/// two surfaces cannot be so near to each other.
+bool explains(const Item& item, const cv::Affine3f& fromScene, const cv::Point3f& point,
+              const cv::Point3f& normal) {
+  constexpr float across = 2, along = 3;  // tolerances
+  constexpr float minDot = 0.5F;
+  const PreparedModel::Described& model = *item.of->modelSurface;
+  const auto tolerance = static_cast<float>(item.of->sceneSurface->scales.tolerance);
+  const cv::Point3f p = fromScene * point;
+  const std::int32_t near = model.field.at(p);
+  if (near == NearestField::none) return false;
+  const auto k = static_cast<std::size_t>(near);
+  const cv::Point3f off = p - model.surface->points()[k], &n = model.surface->normals()[k];
+  return std::abs(n.dot(off)) < across * tolerance && off.dot(off) < along * along * tolerance * tolerance &&
+         cosineOf(n, fromScene.rotation() * normal, item.of->sceneSurface->view.known()) > minDot;
+}
+
+/// For each supported point of an instance whether the other explains it.
+std::vector<bool> explainedBy(const Item& item, const Item& other) {
+  const Surface& scene = *item.of->sceneSurface->surface;
+  const cv::Affine3f fromScene(other.pose->pose.inv());
+  std::vector<bool> explained(item.points.size());
+  for (std::size_t i = 0; i < item.points.size(); ++i)
+    explained[i] = explains(other, fromScene, scene.points()[item.points[i].scenePoint],
+                            scene.normals()[item.points[i].scenePoint]);
+  return explained;
+}
+
+double weightOf(const Item& item, const std::vector<bool>& which) {
+  double sum = 0, all = 0;
+  for (std::size_t i = 0; i < item.points.size(); ++i) {
+    const auto weight = static_cast<double>(item.points[i].weight);
+    all += weight;
+    if (which[i]) sum += weight;
+  }
+  return all > 0 ? sum / all : 0;
+}
+
+/// Depth first over the items of one component; the bound is what the remaining gains could add.
+class BranchAndBound {
+ public:
+  BranchAndBound(const std::vector<double>& gains, const std::vector<double>& losses,
+                 std::vector<std::size_t> items)
+      : gains_(gains), losses_(losses), items_(std::move(items)), rest_(items_.size() + 1, 0) {
+    for (std::size_t i = items_.size(); i > 0; --i)
+      rest_[i - 1] = rest_[i] + std::max(0.0, gains_[items_[i - 1]]);
+  }
+  std::vector<std::size_t> best() {
+    visit(0, 0);
+    return best_;
+  }
+
+ private:
+  void visit(std::size_t at, double value) {
+    if (value > most_) {
+      most_ = value;
+      best_ = chosen_;
+    }
+    if (at == items_.size() || value + rest_[at] <= most_) return;
+    double gain = gains_[items_[at]];
+    for (const std::size_t other : chosen_) gain -= losses_[items_[at] * gains_.size() + other];
+    chosen_.push_back(items_[at]);
+    visit(at + 1, value + gain);
+    chosen_.pop_back();
+    visit(at + 1, value);
+  }
+
+  const std::vector<double>&gains_, &losses_;
+  std::vector<std::size_t> items_, chosen_, best_;
+  std::vector<double> rest_;
+  double most_ = 0;
+};
+
+std::vector<std::size_t> greedily(const std::vector<double>& gains, const std::vector<double>& losses,
+                                  std::vector<std::size_t> items) {
+  std::stable_sort(items.begin(), items.end(),
+                   [&](std::size_t a, std::size_t b) { return gains[a] > gains[b]; });
+  std::vector<std::size_t> chosen;
+  for (const std::size_t item : items) {
+    double gain = gains[item];
+    for (const std::size_t other : chosen) gain -= losses[item * gains.size() + other];
+    if (gain > 0) chosen.push_back(item);
+  }
+  return chosen;
+}
+
+/// Items that losses connect.
+std::vector<std::vector<std::size_t>> componentsOf(std::size_t count, const std::vector<double>& losses) {
+  std::vector<std::vector<std::size_t>> components;
+  std::vector<bool> seen(count);
+  for (std::size_t first = 0; first < count; ++first) {
+    if (seen[first]) continue;
+    std::vector<std::size_t> component{first};
+    seen[first] = true;
+    for (std::size_t at = 0; at < component.size(); ++at)
+      for (std::size_t other = 0; other < count; ++other)
+        if (!seen[other] && losses[component[at] * count + other] > 0) {
+          seen[other] = true;
+          component.push_back(other);
+        }
+    std::sort(component.begin(), component.end());
+    components.push_back(std::move(component));
+  }
+  return components;
+}
+
 }  // namespace
+
+FalseAlarmModel::FalseAlarmModel(std::vector<double> wrong) {
+  std::sort(wrong.begin(), wrong.end(), std::greater());
+  wrong.resize(wrongPoses, usual);
+  chance_ = std::max(usual, std::accumulate(wrong.begin(), wrong.end(), 0.0) / wrongPoses);
+  scale_ = std::sqrt(chance_ / unitChance);
+}
+
+double FalseAlarmModel::rate(double evidence) const {
+  return std::min(1.0, std::exp(-((evidence - chance_) / scale_ - tailOffset) / tailDecay));
+}
+
+double FalseAlarmModel::evidenceOf(double rate) const {
+  return chance_ + scale_ * (tailOffset - tailDecay * std::log(rate));
+}
+
+double FalseAlarmModel::evidenceScale() const {
+  return scale_ * tailDecay;
+}
 
 Instances instancesOf(const std::vector<PoseHypothesis>& poses, const cv::Point3d& center, double apart,
                       double rate) {
@@ -39,6 +202,50 @@ Instances instancesOf(const std::vector<PoseHypothesis>& poses, const cv::Point3
     return found;
   }
   return found;
+}
+
+std::vector<std::size_t> bestSubset(const std::vector<double>& gains, const std::vector<double>& losses) {
+  constexpr std::size_t maxExact = 24;
+  std::vector<std::size_t> chosen;
+  for (std::vector<std::size_t>& component : componentsOf(gains.size(), losses)) {
+    const auto best = component.size() <= maxExact
+                          ? BranchAndBound(gains, losses, std::move(component)).best()
+                          : greedily(gains, losses, std::move(component));
+    chosen.insert(chosen.end(), best.begin(), best.end());
+  }
+  std::sort(chosen.begin(), chosen.end());
+  return chosen;
+}
+
+std::vector<VerifiedInstance> verifyTogether(const std::vector<PoseCandidates>& candidates, double rate,
+                                             int threads) {
+  const std::vector<Item> items = itemsOf(candidates, rate);
+  const std::size_t count = items.size();
+  // For each item and each better one which of its points that explains; the worse one of a pair loses them.
+  std::vector<std::vector<bool>> explained(count * count);
+  std::vector<double> gains(count), losses(count * count, 0);
+  inParallel(count, threads, Progress::none(), "stopped while instances were compared", [&](std::size_t i) {
+    gains[i] = items[i].surplus();
+    for (std::size_t j = 0; j < i; ++j) {
+      std::vector<bool>& points = explained[i * count + j] = explainedBy(items[i], items[j]);
+      const double lost = items[i].support * weightOf(items[i], points);
+      losses[i * count + j] = losses[j * count + i] = lost / items[i].of->falseAlarms.evidenceScale();
+    }
+  });
+  std::vector<VerifiedInstance> kept;
+  std::vector<std::size_t> keptItems;
+  for (const std::size_t i : bestSubset(gains, losses)) {
+    const Item& item = items[i];
+    std::vector<bool> taken(item.points.size());
+    for (const std::size_t j : keptItems)
+      for (std::size_t p = 0; p < taken.size(); ++p)
+        if (explained[i * count + j][p]) taken[p] = true;
+    const double evidence = item.pose->evidence - item.support * weightOf(item, taken);
+    if (evidence < item.threshold) continue;
+    kept.push_back({item.candidates, item.instance, evidence});
+    keptItems.push_back(i);
+  }
+  return kept;
 }
 
 }  // namespace estancia

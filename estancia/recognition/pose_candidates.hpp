@@ -1,15 +1,42 @@
-// Pose candidates: the best poses of one model in a scene, before they are verified together with those of
-// others. SPDX-License-Identifier: Apache-2.0
+// Pose candidates: which poses are instances of models, alone and together, by their rate of false alarms.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <vector>
 
-#include "estancia/recognition/false_alarms.hpp"
-#include "estancia/recognition/pose_hypothesis.hpp"
 #include "estancia/recognition/prepared.hpp"
 
 namespace estancia {
+
+/// The null model of verification by evidence. Which evidence is chance depends on the scene: curved things
+/// side by side agree with a wrong model more than a table does, noise more than none. It is estimated from
+/// the best wrong poses of the same search: the best pose of an absent model exceeds the mean of the eight
+/// next ones, elsewhere in the scene, by an amount whose tail is exponential. Its scale grows with the root
+/// of that mean, as for sums of independent chances. Constants: docs/measured/recognition.md.
+class FalseAlarmModel {
+ public:
+  /// Best wrong poses that count.
+  static constexpr std::size_t wrongPoses = 8;
+
+  FalseAlarmModel() : FalseAlarmModel(std::vector<double>{}) {}
+  /// `wrong`: the evidence of poses elsewhere, in any order. Where there are fewer than wrongPoses, as in a
+  /// scene of nothing but the model, what is usual takes their place.
+  explicit FalseAlarmModel(std::vector<double> wrong);
+
+  /// Mean evidence of the best wrong poses.
+  double chance() const { return chance_; }
+  /// Probability that a model that is not in the scene has a pose with so much evidence. In (0, 1].
+  double rate(double evidence) const;
+  /// The evidence with that rate: the inverse, for a rate in (0, 1].
+  double evidenceOf(double rate) const;
+  /// The evidence by which the rate falls by a factor of e.
+  double evidenceScale() const;
+
+ private:
+  double chance_ = 0, scale_ = 0;
+};
 
 /// Refers to the model and the scene that were searched.
 struct PoseCandidates {
@@ -35,5 +62,26 @@ struct Instances {
 };
 Instances instancesOf(const std::vector<PoseHypothesis>& poses, const cv::Point3d& center, double apart,
                       double rate);
+
+/// An instance with the evidence that remains for it among others.
+struct VerifiedInstance {
+  /// Indices of its model's candidates, and of the instance among them.
+  std::size_t candidates = 0, instance = 0;
+  /// Evidence from points that no better instance explains.
+  double evidence = 0;
+};
+
+/// Hypotheses of several models exclude each other where they explain the same points of the scene, in the
+/// manner of Aldoma et al. (ECCV 2012), who anneal: here the choice is exact for up to 24 that overlap. The
+/// set with the most Σ (evidence − threshold) / scale is chosen, in which evidence on a point counts for the
+/// better instance alone; of the chosen, those are kept whose own evidence still has a rate of false alarms
+/// of at most `rate`. Most evident first.
+std::vector<VerifiedInstance> verifyTogether(const std::vector<PoseCandidates>& candidates, double rate,
+                                             int threads = 1);
+
+/// The subset of items that maximizes Σ gains − Σ losses of its pairs: exactly by branch and bound for items
+/// that losses connect, up to 24 of them, else greedily, largest gain first. `losses`: row-major,
+/// gains.size()², symmetric, not negative. Ascending indices.
+std::vector<std::size_t> bestSubset(const std::vector<double>& gains, const std::vector<double>& losses);
 
 }  // namespace estancia

@@ -3,9 +3,6 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <cmath>
-
-#include "estancia/recognition/color_term.hpp"
 
 namespace estancia {
 namespace {
@@ -22,6 +19,12 @@ inline cv::Point3f moved(const cv::Matx33f& m, const cv::Point3f& p) {
 inline bool faces(const cv::Point3f& p, const cv::Point3f& n) {
   const float along = n.dot(p);
   return along <= 0 && along * along >= grazing * grazing * p.dot(p);
+}
+
+/// Difference of two colors in CIELAB; lightness counts half.
+float colorDifference(const cv::Vec3f& a, const cv::Vec3f& b) {
+  const cv::Vec3f d = a - b;
+  return std::sqrt(d[0] * d[0] / 4 + d[1] * d[1] + d[2] * d[2]);
 }
 
 /// scorePose(), and onSupport(index of the scene's point, weight) for each supported point.
@@ -85,7 +88,102 @@ PoseScore score(const OrientedPoints& model, const DenseScene& scene, const cv::
           .points = points};
 }
 
+/// Least squares of the color differences to the neighbors over their tangential offsets.
+cv::Matx33f gradientAt(const Surface& surface, std::uint32_t i, std::span<const Neighbor> near) {
+  const cv::Point3f &p = surface.points()[i], &n = surface.normals()[i];
+  Eigen::Matrix3d offsets = Eigen::Matrix3d::Zero(), products = Eigen::Matrix3d::Zero();
+  for (const Neighbor& neighbor : near) {
+    cv::Point3f d = surface.points()[neighbor.index] - p;
+    d -= n.dot(d) * n;
+    const cv::Vec3f change = surface.lab()[neighbor.index] - surface.lab()[i];
+    const Eigen::Vector3d offset(d.x, d.y, d.z);
+    offsets += offset * offset.transpose();
+    products += Eigen::Vector3d(change[0], change[1], change[2]) * offset.transpose();
+  }
+  // The gradient has no part along the normal, which the offsets leave open.
+  const Eigen::Vector3d normal(n.x, n.y, n.z);
+  const double scale = offsets.trace();
+  if (!(scale > 0)) return cv::Matx33f::zeros();
+  const Eigen::Matrix3d closed =
+      offsets + scale * normal * normal.transpose() + 1e-6 * scale * Eigen::Matrix3d::Identity();
+  const Eigen::Matrix3d gradient = closed.ldlt().solve(products.transpose()).transpose();
+  cv::Matx33f rows;
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c) rows(r, c) = static_cast<float>(gradient(r, c));
+  return rows;
+}
+
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+
+/// The rows of colored ICP beside those of the planes (Park, Zhou, Koltun 2017, equation 13): the color of a
+/// model point should be that of the scene's surface where it lies. Differences that all points share, of
+/// light and exposure, do not count: they are taken from the round before, so the first round has no rows.
+class ColorTerm {
+ public:
+  /// A difference of `tolerance` weighs as much as a distance of the reach. Off when it is 0, or model or
+  /// scene has no colors.
+  ColorTerm(const std::vector<cv::Vec3f>& model, const DenseScene& scene, double tolerance)
+      : model_(model),
+        scene_(scene),
+        tolerance_(model.empty() || scene.gradients == nullptr || scene.gradients->empty() ? 0 : tolerance) {}
+
+  bool on() const { return tolerance_ > 0; }
+
+  /// A partner: the i-th point of the model at `p`, near the k-th of the scene; lever arms are relative to
+  /// `middle` and divided by `size` [m].
+  void add(std::size_t i, std::size_t k, const cv::Point3f& p, const cv::Point3f& middle, double size,
+           double weight, double reach, Matrix6& left, Vector6& right) {
+    if (!on()) return;
+    const Surface& surface = scene_.surface;
+    const cv::Matx33f& gradient = (*scene_.gradients)[k];
+    const cv::Point3f &q = surface.points()[k], &n = surface.normals()[k];
+    cv::Point3f offset = p - q;
+    offset -= n.dot(offset) * n;
+    const cv::Vec3f there = surface.lab()[k] + gradient * cv::Vec3f(offset.x, offset.y, offset.z);
+    const cv::Vec3d difference = cv::Vec3d(model_[i]) - cv::Vec3d(there);
+    sum_ += weight * difference;
+    weights_ += weight;
+    if (first_) return;
+    const double scaled = weight * reach * reach / (tolerance_ * tolerance_);
+    for (int c = 0; c < 3; ++c) {
+      const cv::Point3f slope(gradient(c, 0), gradient(c, 1), gradient(c, 2));
+      const cv::Point3f lever = (p - middle).cross(slope);
+      const double channel = c == 0 ? scaled / 4 : scaled;  // weighted as in colorDifference()
+      Vector6 row;
+      row << lever.x / size, lever.y / size, lever.z / size, slope.x, slope.y, slope.z;
+      left.noalias() += channel * row * row.transpose();
+      right.noalias() += channel * (difference[c] - shared_[c]) * row;
+    }
+  }
+
+  void endRound() {
+    if (weights_ > 0) shared_ = sum_ / weights_;
+    sum_ = {};
+    weights_ = 0;
+    first_ = false;
+  }
+
+ private:
+  const std::vector<cv::Vec3f>& model_;
+  const DenseScene& scene_;
+  double tolerance_;
+  bool first_ = true;
+  cv::Vec3d shared_, sum_;
+  double weights_ = 0;
+};
+
 }  // namespace
+
+std::vector<cv::Matx33f> colorGradients(const Surface& surface, double radius, int threads) {
+  std::vector<cv::Matx33f> gradients;
+  if (surface.lab().empty()) return gradients;
+  gradients.resize(surface.size());
+  surface.neighbors().eachWithin(
+      static_cast<float>(radius), threads,
+      [&](std::uint32_t i, std::span<const Neighbor> near) { gradients[i] = gradientAt(surface, i, near); });
+  return gradients;
+}
 
 PoseScore scorePose(const OrientedPoints& model, const DenseScene& scene, const cv::Affine3d& pose,
                     const PoseTolerances& limits) {
@@ -117,7 +215,6 @@ void balanceNormals(OrientedPoints& model) {
 
 cv::Affine3d refineInField(const OrientedPoints& model, const cv::Point3d& center, const DenseScene& scene,
                            const cv::Affine3d& pose, const FieldRefinement& options) {
-  using Vector6 = Eigen::Matrix<double, 6, 1>;
   constexpr float minDot = 0.5F;  // cosine of normals that can be of the same surface
   constexpr int minPartners = 12;
   constexpr double damping =
@@ -126,7 +223,7 @@ cv::Affine3d refineInField(const OrientedPoints& model, const cv::Point3d& cente
   constexpr double stillRotation = 2e-4;  // [rad]
   const bool seen = scene.view.known();
   cv::Affine3d refined = pose;
-  ColorTerm color(model.lab, scene.surface, scene.gradients, options.color);
+  ColorTerm color(model.lab, scene, options.color);
   double size = 0;
   for (const cv::Point3f& p : model.points) size = std::max(size, cv::norm(cv::Point3d(p) - center));
   for (int round = 0; round < options.rounds; ++round) {
@@ -135,7 +232,7 @@ cv::Affine3d refineInField(const OrientedPoints& model, const cv::Point3d& cente
     const cv::Affine3f transform(refined);
     const cv::Matx33f turn = transform.rotation();
     const cv::Point3f middle = transform * cv::Point3f(center);
-    Eigen::Matrix<double, 6, 6> left = Eigen::Matrix<double, 6, 6>::Zero();
+    Matrix6 left = Matrix6::Zero();
     Vector6 right = Vector6::Zero();
     int partners = 0;
     for (std::size_t i = 0; i < model.points.size(); ++i) {

@@ -1,19 +1,26 @@
-// Pose score: how well a scene supports a model in a pose, fast enough for every match.
+// Pose hypotheses: their score by the scene, fast enough for every match, and the distinct ones of many.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <opencv2/core/affine.hpp>
+#include <utility>
 #include <vector>
 
 #include "estancia/recognition/nearest_field.hpp"
 #include "estancia/recognition/range_image.hpp"
-#include "estancia/recognition/refine.hpp"
 #include "estancia/recognition/surface.hpp"
+#include "estancia/recognition/verify.hpp"
 
 namespace estancia {
+
+/// How the color changes along a surface [1/m]: row c is the gradient of channel c of CIELAB in the tangent
+/// plane of a point, by least squares over the points within `radius` [m]. One a point; empty when the
+/// surface has no colors.
+std::vector<cv::Matx33f> colorGradients(const Surface& surface, double radius, int threads);
 
 /// A scene in which poses are scored.
 struct DenseScene {
@@ -31,7 +38,8 @@ struct PoseTolerances {
   double freeSpace = 0;
   /// Smallest dot product of the normals of a supported point and its surface.
   double minDot = 0.7;
-  /// Largest colorDifference() of a supported point from its surface, if both have colors; 0: any.
+  /// Largest difference of a supported point's color from its surface's, if both have colors; 0: any. In
+  /// CIELAB, lightness counts half, as light changes it most (CMC l:c = 2:1, Clarke, McDonald, Rigg 1984).
   double color = 0;
 };
 
@@ -77,13 +85,51 @@ void balanceNormals(OrientedPoints& model);
 struct FieldRefinement {
   double firstReach = 0, lastReach = 0;  ///< [m] across the surface, in the first and the last round
   int rounds = 10;
-  double color = 0;  ///< tolerance of the ColorTerm; 0: none
+  double color = 0;  ///< difference of colors that weighs as much as a distance of the reach; 0: none
 };
 
-/// Point-to-plane ICP with weights that fall to 0 at the reach, and a ColorTerm. Unlike refinePose() it looks
+/// Point-to-plane ICP with weights that fall to 0 at the reach, and a term of colors (Park, Zhou, Koltun:
+/// Colored point cloud registration revisited, 2017). Unlike refinePose() it looks
 /// neighbors up in the field, and limits only their distance across the surface, because the spacing of a
 /// mean surface exceeds its error.
 cv::Affine3d refineInField(const OrientedPoints& model, const cv::Point3d& center, const DenseScene& scene,
                            const cv::Affine3d& pose, const FieldRefinement& options);
+
+struct PoseHypothesis {
+  cv::Affine3d pose;        ///< T_scene_model
+  std::size_t matches = 0;  ///< matches that agree on it, where matches were grouped
+  PoseScore score;          ///< score of the dense search
+  double evidence = 0;      ///< dense search: the score as one number
+  InlierCounts counts;      ///< counts of the classical search
+};
+
+constexpr double anyRotation = -2;  ///< less than any cosine
+
+/// The first `max` of `poses`, best first, each a struct with a T_scene_model called `pose`, without those
+/// that are similar to a better one: at the model's `center` less than `minDistance` [m] away, and rotated by
+/// less than the angle whose cosine is `minCosine`.
+template <class Posed>
+std::vector<Posed> distinctPoses(std::vector<Posed> poses, const cv::Point3d& center, double minDistance,
+                                 double minCosine,
+                                 std::size_t max = std::numeric_limits<std::size_t>::max()) {
+  const double minTrace = 1 + 2 * minCosine;
+  std::vector<Posed> kept;
+  std::vector<cv::Point3d> centers;
+  for (Posed& pose : poses) {
+    if (kept.size() >= max) break;
+    const cv::Point3d at = pose.pose * center;
+    bool similar = false;
+    for (std::size_t i = 0; i < kept.size() && !similar; ++i) {
+      const cv::Point3d d = at - centers[i];
+      if (d.dot(d) >= minDistance * minDistance) continue;
+      // trace(Aᵀ B) is the sum of the products of their elements
+      similar = kept[i].pose.rotation().dot(pose.pose.rotation()) > minTrace;
+    }
+    if (similar) continue;
+    centers.push_back(at);
+    kept.push_back(std::move(pose));
+  }
+  return kept;
+}
 
 }  // namespace estancia

@@ -14,10 +14,7 @@
 #include "estancia/cloud/viewpoint.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/pose.hpp"
-#include "estancia/recognition/color_term.hpp"
 #include "estancia/recognition/keypoints.hpp"
-#include "estancia/recognition/scales.hpp"
-#include "estancia/recognition/stage_report.hpp"
 #include "estancia/recognition/verify.hpp"
 
 namespace estancia {
@@ -41,36 +38,6 @@ void requireScales(const std::string& name, const RecognitionScales& scales, dou
   require(scales.keypointSpacing, "keypoint spacing", resolution / 10, 5 * resolution);
   require(scales.consistency, "consistency", resolution / 10, 5 * resolution);
   require(scales.tolerance, "tolerance", resolution / 10, 3 * resolution);
-}
-
-/// T_view_cloud: into the frame of a camera at `viewpoint` [m] (x right, y down, z forward) that looks at the
-/// centroid of the finite points; its roll is arbitrary. Throws Error (invalidOption) on a viewpoint that is
-/// not finite, or the centroid itself.
-cv::Affine3d viewFrom(const cv::Point3d& viewpoint, const PointCloud& cloud) {
-  if (!std::isfinite(viewpoint.x) || !std::isfinite(viewpoint.y) || !std::isfinite(viewpoint.z))
-    fail(ErrorCode::invalidOption, "the viewpoint is ({}, {}, {}); give finite coordinates", viewpoint.x,
-         viewpoint.y, viewpoint.z);
-  cv::Vec3d sum;
-  double count = 0;
-  for (const cv::Point3f& p : cloud.points) {
-    if (!isFinite(p)) continue;
-    sum += cv::Vec3d(p.x, p.y, p.z);
-    ++count;
-  }
-  cv::Vec3d forward = count > 0 ? cv::Vec3d(sum * (1 / count) - cv::Vec3d(viewpoint)) : cv::Vec3d();
-  const double away = cv::norm(forward);
-  if (!(away > 0))
-    fail(ErrorCode::invalidOption,
-         "the viewpoint ({}, {}, {}) is the center of the cloud; give that of the sensor", viewpoint.x,
-         viewpoint.y, viewpoint.z);
-  forward *= 1 / away;
-  const cv::Vec3d aside = std::abs(forward[1]) < 0.9 ? cv::Vec3d(0, 1, 0) : cv::Vec3d(1, 0, 0);
-  cv::Vec3d right = aside.cross(forward);
-  right *= 1 / cv::norm(right);
-  const cv::Vec3d down = forward.cross(right);
-  const cv::Matx33d turn(right[0], right[1], right[2], down[0], down[1], down[2], forward[0], forward[1],
-                         forward[2]);
-  return {turn, -(turn * cv::Vec3d(viewpoint))};
 }
 
 /// The cloud in another frame: points, normals, viewpoint.
@@ -103,7 +70,7 @@ std::optional<cv::Point3d> viewpointElsewhere(const PointCloud& cloud, int threa
   if (!found || atOrigin < clearly * unevenness(drawn.points, *found)) return {};
   const double spacing = spacingOf(Neighbors(drawn.points, threads));
   const RangeImage fromOrigin(drawn.points, spacing);
-  drawn = transformed(std::move(drawn), viewFrom(*found, cloud));
+  drawn = transformed(std::move(drawn), viewFrom(*found, cloud.points));
   const RangeImage fromFound(drawn.points, spacing);
   return fromFound.known() && fromFound.hiddenShare() <= fromOrigin.hiddenShare() + hiding ? found
                                                                                            : std::nullopt;
@@ -223,6 +190,18 @@ PointCloud withDraws(const PointCloud& cloud, double noise, std::size_t draws) {
 
 }  // namespace
 
+void StageLog::add(const std::string& stage, std::string detail) {
+  const auto now = std::chrono::steady_clock::now();
+  if (stages_ != nullptr)
+    stages_->push_back({stage, std::move(detail), std::chrono::duration<double>(now - last_).count()});
+  last_ = now;
+}
+
+void StageLog::append(const std::vector<StageReport>& stages, const std::string& prefix) {
+  if (stages_ == nullptr) return;
+  for (const StageReport& s : stages) stages_->push_back({prefix + s.stage, s.detail, s.seconds});
+}
+
 PreparedModel::PreparedModel(std::string name, PointCloud raw, PointCloud filtered,
                              RecognitionOptions options, std::vector<StageReport> stages)
     : name_(std::move(name)),
@@ -320,7 +299,7 @@ PreparedScene::PreparedScene(std::string name, PointCloud raw, PointCloud filter
     options_.viewpoint = estimatedViewpoint_ =
         sensor ? awayFromOrigin(*sensor, raw_) : viewpointElsewhere(raw_, options_.threads);
   if (options_.viewpoint) {
-    const cv::Affine3d toView = viewFrom(*options_.viewpoint, raw_);
+    const cv::Affine3d toView = viewFrom(*options_.viewpoint, raw_.points);
     fromView_ = toView.inv();
     raw_ = transformed(std::move(raw_), toView);
     filtered_ = transformed(std::move(filtered_), toView);

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <mutex>
 #include <opencv2/core/affine.hpp>
@@ -18,6 +19,19 @@
 #include "estancia/recognition/scales.hpp"
 
 namespace estancia {
+
+/// Writes the reports of consecutive stages into `stages`, if given: each took the time since the one before.
+class StageLog {
+ public:
+  explicit StageLog(std::vector<StageReport>* stages) : stages_(stages) {}
+  void add(const std::string& stage, std::string detail);
+  /// Stages that were run before, with this before their names.
+  void append(const std::vector<StageReport>& stages, const std::string& prefix = "");
+
+ private:
+  std::vector<StageReport>* stages_;
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
 
 /// A cloud described at some scales.
 struct DescribedSurface {

@@ -16,80 +16,6 @@
 namespace estancia {
 namespace {
 
-/// Values shared by the presets after the thesis.
-RecognitionOptions pipelineOfThesis() {
-  RecognitionOptions options;
-  options.sceneFilter = {};
-  options.surface = "filtered";
-  options.grouping = "geometric-consistency";
-  options.verification = "global";
-  options.matchEach = "scene";
-  options.neighbors = 1;
-  options.maxHypotheses = 100;
-  return options;
-}
-
-RecognitionOptions classical() {
-  RecognitionOptions options = pipelineOfThesis();
-  options.verification = "inliers";
-  options.matchEach = "model";
-  options.neighbors = 3;
-  return options;
-}
-
-/// The thesis prints no lengths. These follow the tutorials of PCL: normals of a few nearest points, model
-/// and scene keypoints 10 and 30 mm apart, matches within a squared distance of 0.25, five that agree. The
-/// rest was chosen on 8 of the scenes so that SHOT with uniform keypoints comes near to its Table 2.2.
-RecognitionOptions thesis() {
-  RecognitionOptions options = pipelineOfThesis();
-  options.normalNeighbors = 15;
-  options.keypointSpacing = 0.010;
-  options.sceneKeypointSpacing = 0.030;
-  options.descriptorRadius = 0.050;
-  options.matchDistance = 0.5;
-  options.consistency = 0.015;
-  options.tolerance = 0.010;
-  options.minMatches = 5;
-  return options;
-}
-
-/// For a Kinect cloud without noise, whose points lie 2 mm apart.
-RecognitionOptions tight() {
-  RecognitionOptions options = pipelineOfThesis();
-  options.normalRadius = 0.015;
-  options.keypointSpacing = 0.010;
-  options.descriptorRadius = 0.035;
-  options.consistency = 0.010;
-  options.tolerance = 0.006;
-  options.minMatches = 4;
-  options.accept = 0.65;
-  options.verification = "inliers";
-  return options;
-}
-
-RecognitionOptions wide() {
-  RecognitionOptions options = classical();
-  options.normalRadius = 0.035;
-  options.keypointSpacing = 0.010;
-  options.descriptorRadius = 0.060;
-  options.consistency = 0.020;
-  options.tolerance = 0.008;
-  options.accept = 0.76;
-  return options;
-}
-
-struct Preset {
-  const char *name, *explanation;
-  RecognitionOptions (*make)();
-};
-constexpr Preset presetTable[] = {
-    {"default", "for any noise", [] { return RecognitionOptions(); }},
-    {"classical", "the thesis' stages, lengths that follow the scene", classical},
-    {"thesis", "the thesis' stages, fixed lengths", thesis},
-    {"tight", "fixed lengths, for scenes without noise", tight},
-    {"wide", "fixed lengths, for noise", wide},
-};
-
 /// "1,2,3", or "" when it is not set.
 Option::Text textOf(std::optional<cv::Point3d>& point) {
   return {[&point] { return point ? fmt::format("{},{},{}", point->x, point->y, point->z) : ""; },
@@ -198,14 +124,53 @@ void validate(const RecognitionOptions& options) {
 }
 
 Choices RecognitionOptions::presets() {
-  Choices presets;
-  for (const Preset& preset : presetTable) presets.push_back({preset.name, preset.explanation});
-  return presets;
+  return {{"default", "for any noise"},
+          {"classical", "the thesis' stages, lengths that follow the scene"},
+          {"thesis", "the thesis' stages, fixed lengths"},
+          {"tight", "fixed lengths, for scenes without noise"},
+          {"wide", "fixed lengths, for noise"}};
 }
 
 RecognitionOptions RecognitionOptions::preset(const std::string& name) {
   requireChoice("recognition preset", name, presets());
-  return std::ranges::find(presetTable, name, &Preset::name)->make();
+  RecognitionOptions options;
+  if (name == "default") return options;
+  options.sceneFilter = {};
+  options.surface = "filtered";
+  options.grouping = "geometric-consistency";
+  options.verification = name == "thesis" ? "global" : "inliers";
+  options.matchEach = name == "classical" || name == "wide" ? "model" : "scene";
+  options.neighbors = name == "classical" || name == "wide" ? 3 : 1;
+  options.maxHypotheses = 100;
+  if (name == "thesis") {
+    // The thesis prints no lengths. These follow the tutorials of PCL: normals of a few nearest points, model
+    // and scene keypoints 10 and 30 mm apart, matches within a squared distance of 0.25, five that agree. The
+    // rest was chosen on 8 of the scenes so that SHOT with uniform keypoints comes near to its Table 2.2.
+    options.normalNeighbors = 15;
+    options.keypointSpacing = 0.010;
+    options.sceneKeypointSpacing = 0.030;
+    options.descriptorRadius = 0.050;
+    options.matchDistance = 0.5;
+    options.consistency = 0.015;
+    options.tolerance = 0.010;
+    options.minMatches = 5;
+  } else if (name == "tight") {  // for a Kinect cloud without noise, whose points lie 2 mm apart
+    options.normalRadius = 0.015;
+    options.keypointSpacing = 0.010;
+    options.descriptorRadius = 0.035;
+    options.consistency = 0.010;
+    options.tolerance = 0.006;
+    options.minMatches = 4;
+    options.accept = 0.65;
+  } else if (name == "wide") {
+    options.normalRadius = 0.035;
+    options.keypointSpacing = 0.010;
+    options.descriptorRadius = 0.060;
+    options.consistency = 0.020;
+    options.tolerance = 0.008;
+    options.accept = 0.76;
+  }
+  return options;
 }
 
 }  // namespace estancia

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <utility>
@@ -12,14 +13,8 @@
 #include "estancia/cloud/viewpoint.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/parallel.hpp"
-#include "estancia/recognition/dense_search.hpp"
-#include "estancia/recognition/distinct_poses.hpp"
 #include "estancia/recognition/grouping.hpp"
-#include "estancia/recognition/joint_verification.hpp"
-#include "estancia/recognition/matching.hpp"
 #include "estancia/recognition/pose_candidates.hpp"
-#include "estancia/recognition/prepared.hpp"
-#include "estancia/recognition/stage_report.hpp"
 
 namespace estancia {
 namespace {
@@ -99,20 +94,30 @@ void requireShape(const std::string& name, const OrientedPoints& points) {
          "{} is planar, so its pose is undefined; give a cloud that shows more of the object", name);
 }
 
+/// One model in one scene, both described at the same scales.
+struct Pair {
+  const RecognitionOptions& options;
+  const PreparedModel& model;
+  const PreparedModel::Described& modelSurface;
+  const PreparedScene& scene;
+  const PreparedScene::Described& sceneSurface;
+
+  bool byEvidence() const { return options.verification == "evidence"; }
+};
+
 /// ICP with the coarse points of the model (thesis 2.4.6), and of the best poses with the fine ones. Most
 /// inliers first, distinct ones.
-std::vector<PoseHypothesis> refineClassical(std::vector<PoseHypothesis> poses,
-                                            const PreparedModel::Described& model,
-                                            const PreparedScene::Described& scene,
-                                            const RecognitionOptions& options) {
+std::vector<PoseHypothesis> refineClassical(const Pair& p, std::vector<PoseHypothesis> poses) {
   constexpr double minCosine = 0.985;  // cosine of 10°
   constexpr std::size_t maxFine = 20;
   constexpr int rounds = 15;
+  const PreparedScene::Described& scene = p.sceneSurface;
+  const DenseModel& dense = p.modelSurface.dense;
   const RecognitionScales& scales = scene.scales;
-  const cv::Point3d middle = meanOf(model.dense.coarse.points);
+  const cv::Point3d middle = meanOf(dense.coarse.points);
   const auto refined = [&](std::vector<PoseHypothesis> hypotheses, const OrientedPoints& points,
                            const Surface& surface, double reach, double minDistance) {
-    inParallel(hypotheses.size(), options.threads, Progress::none(), "stopped while poses were refined",
+    inParallel(hypotheses.size(), p.options.threads, Progress::none(), "stopped while poses were refined",
                [&](std::size_t i) {
                  PoseHypothesis& h = hypotheses[i];
                  h.pose = refinePose(points, surface, h.pose, reach, rounds);
@@ -124,25 +129,22 @@ std::vector<PoseHypothesis> refineClassical(std::vector<PoseHypothesis> poses,
     return distinctPoses(std::move(hypotheses), middle, minDistance, minCosine);
   };
   poses = distinctPoses(std::move(poses), middle, scales.consistency / 2, minCosine);
-  poses = refined(std::move(poses), model.dense.coarse, *scene.coarse, 2 * scales.consistency,
-                  scales.consistency / 2);
+  poses =
+      refined(std::move(poses), dense.coarse, *scene.coarse, 2 * scales.consistency, scales.consistency / 2);
   if (poses.size() > maxFine) poses.resize(maxFine);
-  return refined(std::move(poses), model.dense.fine, *scene.surface, 2 * scales.tolerance,
-                 scales.consistency);
+  return refined(std::move(poses), dense.fine, *scene.surface, 2 * scales.tolerance, scales.consistency);
 }
 
 /// The poses that the verification of `options`, "global" or "inliers", accepts (thesis 2.4.7).
-std::vector<PoseHypothesis> verifyClassical(const std::vector<PoseHypothesis>& poses,
-                                            const PreparedModel::Described& model,
-                                            const PreparedScene::Described& scene,
-                                            const RecognitionOptions& options) {
+std::vector<PoseHypothesis> verifyClassical(const Pair& p, const std::vector<PoseHypothesis>& poses) {
+  const PreparedScene::Described& scene = p.sceneSurface;
   std::vector<bool> accepted;
-  if (options.verification == "inliers") {
-    for (const PoseHypothesis& h : poses) accepted.push_back(isAccepted(h.counts, options.accept));
+  if (p.options.verification == "inliers") {
+    for (const PoseHypothesis& h : poses) accepted.push_back(isAccepted(h.counts, p.options.accept));
   } else {
     std::vector<cv::Affine3d> hypotheses;
     for (const PoseHypothesis& h : poses) hypotheses.push_back(h.pose);
-    const OrientedPoints points = spreadPointsBy(*model.surface, scene.scales.tolerance);
+    const OrientedPoints points = spreadPointsBy(*p.modelSurface.surface, scene.scales.tolerance);
     accepted =
         verifyGlobally(points, *scene.coarse, scene.view, scene.parts, hypotheses, scene.scales.tolerance);
   }
@@ -151,17 +153,6 @@ std::vector<PoseHypothesis> verifyClassical(const std::vector<PoseHypothesis>& p
     if (accepted[i]) kept.push_back(poses[i]);
   return kept;
 }
-
-/// One model in one scene, both described at the same scales.
-struct Pair {
-  const RecognitionOptions& options;
-  const PreparedModel& model;
-  const PreparedModel::Described& modelSurface;
-  const PreparedScene& scene;
-  const PreparedScene::Described& sceneSurface;
-
-  bool byEvidence() const { return options.verification == "evidence"; }
-};
 
 std::vector<Match> match(const Pair& p) {
   return matchDescriptors(p.modelSurface.features.descriptors, p.sceneSurface.features.descriptors,
@@ -187,16 +178,45 @@ std::vector<PoseHypothesis> refine(const Pair& p, std::vector<PoseHypothesis> po
   if (poses.size() > p.options.maxHypotheses) poses.resize(p.options.maxHypotheses);
   return p.byEvidence() ? refineDense(std::move(poses), p.modelSurface.dense, p.sceneSurface.dense(),
                                       p.sceneSurface.scales, p.options.threads)
-                        : refineClassical(std::move(poses), p.modelSurface, p.sceneSurface, p.options);
+                        : refineClassical(p, std::move(poses));
 }
 
 /// The instances that are accepted as long as no other explains their surface, at places of their own.
 Instances verifyAlone(const Pair& p, const std::vector<PoseHypothesis>& poses) {
   const double apart = p.model.extent() / 4;
   if (p.byEvidence()) return instancesOf(poses, p.model.center(), apart, p.options.falseAlarmRate);
-  return {distinctPoses(verifyClassical(poses, p.modelSurface, p.sceneSurface, p.options),
-                        meanOf(p.modelSurface.dense.coarse.points), apart, anyRotation),
+  return {distinctPoses(verifyClassical(p, poses), meanOf(p.modelSurface.dense.coarse.points), apart,
+                        anyRotation),
           {}};
+}
+
+int percent(double share) {
+  return static_cast<int>(std::lround(100 * share));
+}
+
+std::string supportOfBest(const std::vector<PoseHypothesis>& poses) {
+  return poses.empty() ? "" : fmt::format(", the best {} % supported", percent(poses[0].score.supported));
+}
+
+std::string inliersOfBest(const std::vector<PoseHypothesis>& poses) {
+  if (poses.empty()) return "";
+  const InlierCounts& counts = poses[0].counts;
+  return fmt::format(", the best confirmed by {} of {} points, {:.2f} of what should be seen", counts.inliers,
+                     counts.facing, counts.confidence());
+}
+
+/// Describes the best pose, accepted or not: "; best pose 0.19 of 0.25 needed, where wrong poses reach 0.12:
+/// 41 % supported, 12 % seen through".
+std::string comparison(const std::vector<PoseHypothesis>& poses, const FalseAlarmModel& falseAlarms,
+                       double rate) {
+  if (poses.empty()) return "";
+  const PoseScore& a = poses[0].score;
+  return fmt::format(
+      "; best pose {:.2f} of {:.2f} needed, where wrong poses reach {:.2f}: false alarm rate {:.1e} of {:g} "
+      "allowed; {} % supported, {} % seen through, {} % elsewhere, {} % hidden, {} % turned away",
+      poses[0].evidence, falseAlarms.evidenceOf(rate), falseAlarms.chance(),
+      falseAlarms.rate(poses[0].evidence), rate, percent(a.supported), percent(a.seenThrough + a.behind),
+      percent(a.mismatched), percent(a.occluded), percent(1 - a.facing));
 }
 
 Detection detectionOf(const PoseCandidates& of, const PoseHypothesis& h) {
@@ -268,13 +288,24 @@ PoseCandidates Recognizer::search(const PreparedModel& model, const PreparedScen
 
   const Pair pair{options_, model, *modelSurface, scene, *sceneSurface};
   const std::vector<Match> matches = match(pair);  // thesis 2.4.4
-  log.matched(options_, modelSurface->features.size(), sceneSurface->features.size(), matches.size());
+  log.add("matching", fmt::format("each of the {} keypoints of the {} with {}: {} matches",
+                                  options_.matchEach == "scene" ? sceneSurface->features.size()
+                                                                : modelSurface->features.size(),
+                                  options_.matchEach, options_.neighbors, matches.size()));
   std::vector<PoseHypothesis> poses = group(pair, matches);  // 2.4.5
-  log.grouped(options_, scales.consistency, poses);
+  log.add("grouping",
+          options_.grouping == "local-frames"
+              ? fmt::format("local-frames: {} poses{}", poses.size(), supportOfBest(poses))
+              : fmt::format("{}, {:.4g} m: {} poses, {} matches agree on the first", options_.grouping,
+                            scales.consistency, poses.size(), poses.empty() ? 0 : poses[0].matches));
   poses = refine(pair, std::move(poses));  // 2.4.6
-  log.refined(options_, poses);
+  log.add("refinement", fmt::format("{} different poses{}", poses.size(),
+                                    pair.byEvidence() ? supportOfBest(poses) : inliersOfBest(poses)));
   Instances instances = verifyAlone(pair, poses);  // 2.4.7
-  log.verified(options_, poses, instances);
+  log.add("verification",
+          fmt::format(
+              "{}: {} instances{}", options_.verification, instances.poses.size(),
+              pair.byEvidence() ? comparison(poses, instances.falseAlarms, options_.falseAlarmRate) : ""));
   return {&model, &scene, modelSurface, sceneSurface, std::move(instances.poses), instances.falseAlarms};
 }
 

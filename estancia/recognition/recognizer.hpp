@@ -26,7 +26,7 @@ struct Detection {
   /// visible of the model (InlierCounts in verify.hpp).
   double confidence = 0;
   /// With verification by evidence: the probability that a model that is not in this scene has as much
-  /// evidence (FalseAlarmModel in false_alarms.hpp). Else NaN: unknown.
+  /// evidence (FalseAlarmModel in pose_candidates.hpp). Else NaN: unknown.
   double falseAlarmRate = std::numeric_limits<double>::quiet_NaN();
   /// Mean of the model's points, in the model's frame [m].
   cv::Point3d center;

@@ -7,7 +7,6 @@
 #include <numbers>
 #include <numeric>
 
-#include "estancia/core/parallel.hpp"
 #include "estancia/core/simd.hpp"
 #include "estancia/recognition/descriptors.hpp"
 
@@ -17,7 +16,8 @@ namespace {
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 constexpr float pi = std::numbers::pi_v<float>;
 constexpr std::size_t minNeighbors = 5;
-constexpr std::size_t together = 32;                       // keypoints that a thread takes at once
+constexpr std::size_t together = 32;  // keypoints that a thread takes at once
+const char* const stopped = "stopped while a surface was described";
 constexpr int volumes = 32, cosines = 11, distances = 31;  // bins of each volume
 constexpr int shapeLength = volumes * cosines, colorLength = shapeLength + volumes * distances;
 
@@ -261,19 +261,12 @@ void describeOne(const Surface& surface, std::uint32_t keypoint, const cv::Matx3
   for (int i = 0; i < length; ++i) shot[i] /= norm;
 }
 
-template <class Work>
-void eachKeypoint(std::size_t count, int threads, const Work& work) {
-  inParallel((count + together - 1) / together, threads, Progress::none(),
-             "stopped while a surface was described",
-             [&](std::size_t chunk) { work(chunk * together, std::min(count, (chunk + 1) * together)); });
-}
-
 }  // namespace
 
 std::vector<cv::Matx33f> localFrames(const Surface& surface, std::span<const std::uint32_t> keypoints,
                                      double radius, int threads, FrameSigns signs) {
   std::vector<cv::Matx33f> frames(keypoints.size());
-  eachKeypoint(keypoints.size(), threads, [&](std::size_t begin, std::size_t end) {
+  inChunks(keypoints.size(), together, threads, stopped, [&](std::size_t begin, std::size_t end) {
     std::vector<Neighbor> buffer;
     Offsets offsets;
     for (std::size_t i = begin; i < end; ++i)
@@ -287,7 +280,7 @@ void describeShot(const Surface& surface, std::span<const std::uint32_t> keypoin
                   std::vector<float>& values) {
   const auto length = static_cast<std::size_t>(colored ? colorLength : shapeLength);
   values.resize(keypoints.size() * length);
-  eachKeypoint(keypoints.size(), threads, [&](std::size_t begin, std::size_t end) {
+  inChunks(keypoints.size(), together, threads, stopped, [&](std::size_t begin, std::size_t end) {
     std::vector<Neighbor> buffer;
     Votes votes;
     for (std::size_t i = begin; i < end; ++i)

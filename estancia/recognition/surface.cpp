@@ -9,6 +9,7 @@
 #include "estancia/cloud/color_lab.hpp"
 #include "estancia/cloud/resolution.hpp"
 #include "estancia/core/fail.hpp"
+#include "estancia/recognition/keypoints.hpp"
 
 namespace estancia {
 namespace {
@@ -23,6 +24,16 @@ std::vector<Value> kept(const PointCloud& cloud, const std::vector<Value>& value
   for (std::size_t i = 0; i < cloud.points.size(); ++i)
     if (isFinite(cloud.points[i]) && isFinite(cloud.normals[i])) left.push_back(values[i]);
   return left;
+}
+
+OrientedPoints chosenFrom(const Surface& surface, const std::vector<std::uint32_t>& indices) {
+  OrientedPoints chosen;
+  for (const std::uint32_t i : indices) {
+    chosen.points.push_back(surface.points()[i]);
+    chosen.normals.push_back(surface.normals()[i]);
+    if (!surface.lab().empty()) chosen.lab.push_back(surface.lab()[i]);
+  }
+  return chosen;
 }
 
 }  // namespace
@@ -43,16 +54,9 @@ Surface::Surface(std::string name, const PointCloud& cloud, int threads)
 }
 
 Surface Surface::withNormals(std::vector<cv::Point3f> normals) const {
-  if (normals.size() != points_.size())
-    fail(ErrorCode::invalidInput, "{}: {} normals for {} points; give one a point", name_, normals.size(),
-         points_.size());
   Surface other = *this;
   other.normals_ = std::move(normals);
   return other;
-}
-
-void Surface::requireRadius(double radius, const std::string& what) const {
-  estancia::requireRadius(name_, points_, neighbors_, radius, what);
 }
 
 double extentOf(std::span<const cv::Point3f> points) {
@@ -95,6 +99,27 @@ void requireRadius(const std::string& name, std::span<const cv::Point3f> points,
        "is in other units, else give about {:.4g} m",
        name, what, radius, radius < reach ? "leaves most points without neighbors" : "exceeds the extent",
        extent, resolution, advised);
+}
+
+OrientedPoints spreadPoints(const Surface& surface, std::size_t count) {
+  if (surface.size() <= count || !(surface.extent() > 0))
+    return {surface.points(), surface.normals(), {}, surface.lab()};
+  // Bisection: half the edge of a voxel, four times as many points.
+  double low = surface.extent() / 1e5, high = surface.extent();
+  std::vector<std::uint32_t> best;
+  for (int step = 0; step < 12; ++step) {
+    const double middle = std::sqrt(low * high);
+    std::vector<std::uint32_t> chosen = findKeypoints(surface, "uniform", middle);
+    const bool tooMany = chosen.size() > count;
+    if (best.empty() || (!tooMany && chosen.size() > best.size()) || best.size() > count)
+      best = std::move(chosen);
+    (tooMany ? low : high) = middle;
+  }
+  return chosenFrom(surface, best);
+}
+
+OrientedPoints spreadPointsBy(const Surface& surface, double spacing) {
+  return chosenFrom(surface, findKeypoints(surface, "uniform", spacing));
 }
 
 }  // namespace estancia

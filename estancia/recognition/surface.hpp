@@ -33,9 +33,6 @@ class Surface {
   /// Replaces the normals, one a point.
   Surface withNormals(std::vector<cv::Point3f> normals) const;
 
-  /// requireRadius() for this surface.
-  void requireRadius(double radius, const std::string& what) const;
-
  private:
   std::string name_;
   std::vector<cv::Point3f> points_, normals_;
@@ -43,6 +40,20 @@ class Surface {
   Neighbors neighbors_;
   double resolution_ = 0, extent_ = 0;
 };
+
+/// Points [m] with unit normals of a model that is tried in a scene. `weights` are those of the pose score;
+/// empty: all 1.
+struct OrientedPoints {
+  std::vector<cv::Point3f> points, normals;
+  std::vector<float> weights;
+  std::vector<cv::Vec3f> lab = {};  ///< CIELAB; empty: no colors
+};
+
+/// About `count` points, evenly spread over a surface; all when it has no more.
+OrientedPoints spreadPoints(const Surface& surface, std::size_t count);
+
+/// One point a voxel of edge `spacing` [m].
+OrientedPoints spreadPointsBy(const Surface& surface, double spacing);
 
 /// Throws Error (invalidOption, mismatch, invalidInput, insufficientData) unless `radius` [m] is finite,
 /// positive, contains some neighbors of most of `points`, and is smaller than their extent: else it is

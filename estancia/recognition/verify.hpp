@@ -1,4 +1,4 @@
-// Hypothesis verification: does the scene support a model in a pose (thesis 2.4.7)?
+// Classical refinement and verification of poses (thesis 2.4.6, 2.4.7): does the scene support a model?
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -7,10 +7,17 @@
 #include <vector>
 
 #include "estancia/recognition/range_image.hpp"
-#include "estancia/recognition/refine.hpp"
 #include "estancia/recognition/surface.hpp"
 
 namespace estancia {
+
+/// The pose T_scene_model near `pose` that brings the model's points onto the planes of the nearest scene
+/// points (Chen and Medioni 1992): Gauss-Newton with Tukey's weights, which ignore partners further away than
+/// `reach` [m] or rotated by more than 60°. Stops when the pose has converged, at most after `rounds`.
+/// Returns `pose` when too few points have a partner. Unlike refineInField() it uses exact nearest neighbors,
+/// and the reach limits the distance from point to point.
+cv::Affine3d refinePose(const OrientedPoints& model, const Surface& scene, const cv::Affine3d& pose,
+                        double reach, int rounds);
 
 /// Support for a model in a pose: numbers of visible, inlying, occluded and free-space-violating points.
 struct InlierCounts {

@@ -7,12 +7,10 @@
 #include <limits>
 #include <optional>
 
+#include "estancia/cloud/normals.hpp"
 #include "estancia/core/cores.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/parallel.hpp"
-#include "estancia/segmentation/inverse_depth.hpp"
-#include "estancia/segmentation/plane_fit.hpp"
-#include "estancia/segmentation/room_structure.hpp"
 #include "estancia/segmentation/segmentation_stages.hpp"
 
 namespace estancia {
@@ -66,20 +64,15 @@ void measure(const InverseDepth& grid, const Segmentation& segments, const cv::R
              Cluster& cluster) {
   constexpr int edge = 2;  // pixels
   const auto width = static_cast<std::uint32_t>(grid.camera.width);
-  int left = grid.camera.width, right = 0, top = grid.camera.height, bottom = 0;
   cv::Point3d sum;
   for (const std::uint32_t p : cluster.points) {
     const int u = static_cast<int>(p % width), v = static_cast<int>(p / width);
-    left = std::min(left, u);
-    right = std::max(right, u);
-    top = std::min(top, v);
-    bottom = std::max(bottom, v);
+    cluster.box |= cv::Rect(u, v, 1, 1);
     sum += cv::Point3d(grid.point(u, v));
   }
-  cluster.box = {left, top, right - left + 1, bottom - top + 1};
   cluster.center = sum / static_cast<double>(cluster.points.size());
-  cluster.atBorder = left < field.x + edge || top < field.y + edge || right >= field.br().x - edge ||
-                     bottom >= field.br().y - edge;
+  const cv::Rect inside(field.x + edge, field.y + edge, field.width - 2 * edge, field.height - 2 * edge);
+  cluster.atBorder = (cluster.box & inside) != cluster.box;
   cluster.flat = isPlanar(innerPoints(grid, segments, cluster), cluster.center.z);
 }
 
@@ -147,12 +140,8 @@ std::optional<CameraIntrinsics> cameraOf(const PointCloud& cloud) {
     across.add(static_cast<double>(p.x) / p.z, static_cast<double>(column));
     down.add(static_cast<double>(p.y) / p.z, static_cast<double>(row));
   }
-  const CameraIntrinsics camera{static_cast<int>(cloud.width),
-                                static_cast<int>(cloud.height),
-                                across.focal(),
-                                down.focal(),
-                                across.center(),
-                                down.center()};
+  const int width = static_cast<int>(cloud.width), height = static_cast<int>(cloud.height);
+  const CameraIntrinsics camera{width, height, across.focal(), down.focal(), across.center(), down.center()};
   const bool fits = camera.fx > 0 && camera.fy > 0 &&
                     std::isfinite(camera.fx + camera.fy + camera.cx + camera.cy) &&
                     across.residual() <= maxResidual && down.residual() <= maxResidual;

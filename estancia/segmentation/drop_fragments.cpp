@@ -3,7 +3,6 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "estancia/segmentation/segment_graph.hpp"
 #include "estancia/segmentation/segmentation_stages.hpp"
 
 namespace estancia {
@@ -23,8 +22,7 @@ struct Outline {
   bool atFloor = false;             ///< touches a level surface
   double normals = 0, aligned = 0;  ///< pixels with a normal; those that face as the walls or across
   double depth = 0;                 ///< mean [m]
-  int left = 1 << 30, top = 1 << 30, right = -1, bottom = -1;
-  double boxArea() const { return (right - left + 1.) * (bottom - top + 1.); }
+  cv::Rect box;
 };
 
 /// The directions of the walls: the normal of the largest one, and the level direction in it. Zeros where no
@@ -69,14 +67,9 @@ class Outlines {
   void addPixel(std::size_t i) {
     Outline& outline = outlines_[labels_[i]];
     const int u = grid_.column(i), v = grid_.row(i);
-    outline.left = std::min(outline.left, u);
-    outline.right = std::max(outline.right, u);
-    outline.top = std::min(outline.top, v);
-    outline.bottom = std::max(outline.bottom, v);
+    outline.box |= cv::Rect(u, v, 1, 1);
     outline.depth += 1 / grid_.raw[i];
-    const HalfImage& half = removal_.half;
-    const std::size_t at = half.row(v / 2) + static_cast<std::size_t>(u / 2);
-    if (const cv::Vec3d normal(half.nx[at], half.ny[at], half.nz[at]); normal != cv::Vec3d()) {
+    if (const cv::Vec3d normal = removal_.half.normal(u, v); normal != cv::Vec3d()) {
       ++outline.normals;
       outline.aligned += walls_.fit(normal) ? 1 : 0;
     }
@@ -106,17 +99,18 @@ class Outlines {
 /// A column as narrow as a wall is thick, from the floor or the image's lower edge to its upper one, with the
 /// walls' directions: the end of a wall, or the frame of a door.
 bool isWallEnd(const InverseDepth& grid, const Outline& outline, double pixels) {
-  const double rows = outline.bottom - outline.top + 1;
+  const double rows = outline.box.height;
   const double width = pixels / rows * outline.depth / grid.camera.fx;
   const double height = rows * outline.depth / grid.camera.fy;
-  return outline.top <= 1 && (outline.bottom >= grid.camera.height - 2 || outline.atFloor) &&
+  return outline.box.y <= 1 && (outline.box.br().y >= grid.camera.height - 1 || outline.atFloor) &&
          width < wallEndWidth && height > 2 * width && outline.aligned > mostlyAligned * outline.normals;
 }
 
 /// A segment that stands before nothing is a relief of its surroundings; of a small ragged piece, most of the
 /// border must be its own.
 bool isFragment(const InverseDepth& grid, const Outline& outline, double pixels) {
-  const bool ragged = pixels < grid.area(fewPixels) && pixels < maxRaggedFill * outline.boxArea();
+  const bool ragged =
+      pixels < grid.area(fewPixels) && pixels < maxRaggedFill * outline.box.width * outline.box.height;
   return outline.owned < (ragged ? mostlyOwnedShare : minOwned) * outline.border;
 }
 

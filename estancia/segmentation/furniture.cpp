@@ -3,7 +3,6 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "estancia/segmentation/segment_graph.hpp"
 #include "estancia/segmentation/segmentation_stages.hpp"
 
 namespace estancia {
@@ -63,8 +62,7 @@ std::vector<SegmentShape> shapesOf(const InverseDepth& grid, const HalfImage& ha
       skip[label] = segments.sizes[label] / shapePoints;
       const cv::Point3f point = grid.point(u, v);
       const cv::Vec3d p(point.x, point.y, point.z);
-      const std::size_t at = half.row(v / 2) + static_cast<std::size_t>(u / 2);
-      const double faces = -(half.nx[at] * up[0] + half.ny[at] * up[1] + half.nz[at] * up[2]);
+      const double faces = -half.normal(u, v).dot(up);
       shapes[label].points.emplace_back(p.dot(x), p.dot(y), p.dot(up));
       shapes[label].level.push_back(faces > facesUp);
       shapes[label].smooth += faces != 0 ? 1 : 0;

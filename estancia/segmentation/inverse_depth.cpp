@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/segmentation/inverse_depth.hpp"
 
-#include <algorithm>
 #include <array>
-#include <functional>
 
 #include "estancia/core/cores.hpp"
 #include "estancia/core/parallel.hpp"

@@ -10,13 +10,14 @@
 #include <tuple>
 
 #include "estancia/cloud/bounds.hpp"
+#include "estancia/cloud/normals.hpp"
 #include "estancia/core/simd.hpp"
-#include "estancia/segmentation/plane_fit.hpp"
 #include "estancia/segmentation/segment_samples.hpp"
 
 namespace estancia {
 namespace {
 
+constexpr std::size_t maxPairs = 4096;  // compared at most; a kitchen has about 100
 constexpr double split = 4;             // width of a gap of mixed pixels: two at either edge [pixels]
 constexpr float fartherApart = 0.05F;   // [m]: the other point of a contact is no farther
 constexpr std::size_t minContacts = 3;  // points of the border that must be near
@@ -102,6 +103,10 @@ bool meetConvexly(const SegmentSamples& a, const SegmentSamples& b, std::span<co
   return length == 0 || (atA->normal - atB->normal).dot(between) > concave * length;
 }
 
+cv::Point2d pixelOf(const CameraIntrinsics& camera, const cv::Point3f& p) {
+  return {camera.fx * p.x / p.z + camera.cx, camera.fy * p.y / p.z + camera.cy};
+}
+
 /// Whether an occluder hides the gap between two points of these segments.
 bool isHidden(const InverseDepth& grid, const Segmentation& segments, const SegmentSamples& a,
               const SegmentSamples& b, const cv::Point3f& from, const cv::Point3f& to) {
@@ -109,8 +114,8 @@ bool isHidden(const InverseDepth& grid, const Segmentation& segments, const Segm
   int covered = 0, front = 0;
   for (int i = 1; i < steps; ++i) {
     const cv::Point3f p = from + (to - from) * (static_cast<float>(i) / steps);
-    const int u = static_cast<int>(std::lround(grid.camera.fx * p.x / p.z + grid.camera.cx));
-    const int v = static_cast<int>(std::lround(grid.camera.fy * p.y / p.z + grid.camera.cy));
+    const cv::Point2d pixel = pixelOf(grid.camera, p);
+    const int u = static_cast<int>(std::lround(pixel.x)), v = static_cast<int>(std::lround(pixel.y));
     const std::size_t at =
         grid.at(std::clamp(u, 0, grid.camera.width - 1), std::clamp(v, 0, grid.camera.height - 1));
     const float w = grid.raw[at];
@@ -132,10 +137,6 @@ bool areCoplanar(const SegmentSamples& a, const SegmentSamples& b, const cv::Poi
   const cv::Vec3d between = atB->center - atA->center;
   const double off = std::max(std::abs(between.dot(atA->normal)), std::abs(between.dot(atB->normal)));
   return off < maxOffset && atA->normal.dot(atB->normal) > std::cos(maxTurn * CV_PI / 180);
-}
-
-cv::Point2d pixelOf(const CameraIntrinsics& camera, const cv::Point3f& p) {
-  return {camera.fx * p.x / p.z + camera.cx, camera.fy * p.y / p.z + camera.cy};
 }
 
 /// Distance at which two points may touch, within the camera's accuracy [m]: a gap as narrow as its mixed
@@ -190,11 +191,43 @@ bool areOneObject(const InverseDepth& grid, const Segmentation& segments, const 
          areCoplanar(a, b, endA, endB);
 }
 
+/// The distance between two boxes [m].
+double distanceOf(const Bounds<float>& a, const Bounds<float>& b) {
+  const auto apart = [](float lowA, float highA, float lowB, float highB) {
+    return std::max({0.F, lowB - highA, lowA - highB});
+  };
+  return cv::norm(cv::Point3f(apart(a.low.x, a.high.x, b.low.x, b.high.x),
+                              apart(a.low.y, a.high.y, b.low.y, b.high.y),
+                              apart(a.low.z, a.high.z, b.low.z, b.high.z)));
+}
+
+/// Pairs of indices of samples whose bounding boxes come within `maxGap` of each other, but that are not
+/// adjacent in the image; of more than maxPairs those whose boxes are nearest.
+std::vector<std::pair<std::uint32_t, std::uint32_t>> nearPairs(const std::vector<SegmentSamples>& samples,
+                                                               const Segmentation& segments) {
+  std::vector<std::tuple<double, std::uint32_t, std::uint32_t>> found;
+  for (std::uint32_t i = 0; i < samples.size(); ++i)
+    for (std::uint32_t j = i + 1; j < samples.size(); ++j) {
+      const double distance = distanceOf(samples[i].box, samples[j].box);
+      if (distance <= maxGap &&
+          !std::ranges::binary_search(segments.touching, std::pair(samples[i].segment, samples[j].segment)))
+        found.emplace_back(distance, i, j);
+    }
+  if (found.size() > maxPairs) {
+    std::ranges::nth_element(found, found.begin() + maxPairs);
+    found.resize(maxPairs);
+  }
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
+  pairs.reserve(found.size());
+  for (const auto& [distance, i, j] : found) pairs.emplace_back(i, j);
+  return pairs;
+}
+
 }  // namespace
 
 void mergeSegments(const InverseDepth& grid, const Mask& mask, int threads, Segmentation& segments) {
   const std::vector<SegmentSamples> samples = sampleSegments(grid, mask, segments);
-  const auto pairs = nearPairs(samples, segments, maxGap);
+  const auto pairs = nearPairs(samples, segments);
   const auto find = [&](std::size_t i) -> std::vector<std::pair<std::uint32_t, std::uint32_t>> {
     const SegmentSamples &a = samples[pairs[i].first], &b = samples[pairs[i].second];
     if (!areOneObject(grid, segments, a, b)) return {};

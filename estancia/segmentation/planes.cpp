@@ -26,10 +26,10 @@ constexpr double maxReach = 4;        // pixels of the plane beyond its patches 
 ESTANCIA_MULTIVERSION
 void addSlope(const float* middle, const float* a, const float* b, float weight, int width, float* sum,
               float* count) {
-  constexpr float nearSurface = 0.06F;
+  constexpr float sameSurfaceShare = 0.06F;
   for (int u = 0; u < width; ++u) {
     const float c = middle[u];
-    const bool surface = std::max(std::abs(a[u] - c), std::abs(b[u] - c)) < nearSurface * c;
+    const bool surface = std::max(std::abs(a[u] - c), std::abs(b[u] - c)) < sameSurfaceShare * c;
     sum[u] += surface ? 0.5F * (a[u] - b[u]) : 0.F;
     count[u] += surface ? weight : 0.F;
   }

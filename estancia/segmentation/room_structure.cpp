@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/segmentation/room_structure.hpp"
-
 #include <algorithm>
 #include <cmath>
+
+#include "estancia/segmentation/segmentation_stages.hpp"
 
 namespace estancia {
 namespace {
@@ -100,7 +100,7 @@ bool isWallBehind(const Plane& wall, const PlaneView& wallView, const Plane& fro
 /// For each pair of planes: number of pixels at convex edges between them, less three times the others.
 cv::Mat_<int> convexEdges(const InverseDepth& grid, const PlaneRemoval& removal) {
   constexpr float continuous = 0.1F;
-  constexpr int concave = -3;
+  constexpr int otherEdge = -3;
   const std::vector<Plane>& planes = removal.planes;
   const auto n = static_cast<int>(planes.size());
   cv::Mat_<int> edges(n, n, 0);
@@ -118,8 +118,8 @@ cv::Mat_<int> convexEdges(const InverseDepth& grid, const PlaneRemoval& removal)
         if (l == 0 || l == k || std::abs(grid.raw[i] - grid.raw[j]) > continuous * grid.raw[i]) continue;
         const bool convex = distanceTo(planes[static_cast<std::size_t>(k - 1)], toVec(grid.point(j))) < 0 &&
                             distanceTo(planes[static_cast<std::size_t>(l - 1)], toVec(grid.point(i))) < 0;
-        edges(k - 1, l - 1) += convex ? 1 : concave;
-        edges(l - 1, k - 1) += convex ? 1 : concave;
+        edges(k - 1, l - 1) += convex ? 1 : otherEdge;
+        edges(l - 1, k - 1) += convex ? 1 : otherEdge;
       }
     }
   return edges;

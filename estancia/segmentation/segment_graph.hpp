@@ -3,14 +3,24 @@
 #pragma once
 
 #include <cstdint>
+#include <opencv2/core/mat.hpp>
 #include <opencv2/core/matx.hpp>
 #include <vector>
 
 #include "estancia/segmentation/inverse_depth.hpp"
-#include "estancia/segmentation/segment_colors.hpp"
 #include "estancia/segmentation/segments.hpp"
 
 namespace estancia {
+
+/// Color of each pixel: lightness, weighted, and chroma over lightness, which shading does not change (in CIE
+/// Lab, L + 16, a and b all grow with the cube root of the light). Empty without an image.
+using SegmentColors = cv::Mat_<cv::Vec3f>;
+
+/// The least change of color over 4 pixels at an edge of color.
+constexpr double colorEdge = 7;
+
+/// `image`: BGR, or empty; of the same view as the depth image of `size`, in any size.
+SegmentColors segmentColors(const cv::Mat& image, const cv::Size& size);
 
 /// Share of 1/z by which adjacent pixels of two surfaces differ at least where one ends before the other.
 constexpr float depthStep = 0.02F;

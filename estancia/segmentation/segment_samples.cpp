@@ -11,6 +11,9 @@
 namespace estancia {
 namespace {
 
+// Images may have thousands of segments, and segments are compared in pairs: this bounds the work. A kitchen
+// has about 50 segments.
+constexpr std::size_t maxSegmentSamples = 512;
 constexpr double minSampledArea = 100;                     // [square pixels]
 constexpr std::size_t maxSurface = 1500, maxBorder = 256;  // points of a segment
 
@@ -18,15 +21,6 @@ void thin(std::vector<cv::Point3f>& points, std::size_t max) {
   if (points.size() <= max) return;
   for (std::size_t i = 0; i < max; ++i) points[i] = points[i * points.size() / max];
   points.resize(max);
-}
-
-double distanceOf(const Bounds<float>& a, const Bounds<float>& b) {
-  const auto apart = [](float lowA, float highA, float lowB, float highB) {
-    return std::max({0.F, lowB - highA, lowA - highB});
-  };
-  return cv::norm(cv::Point3f(apart(a.low.x, a.high.x, b.low.x, b.high.x),
-                              apart(a.low.y, a.high.y, b.low.y, b.high.y),
-                              apart(a.low.z, a.high.z, b.low.z, b.high.z)));
 }
 
 /// Segments that are large enough, at most maxSegmentSamples of them; ascending.
@@ -76,27 +70,6 @@ std::vector<SegmentSamples> sampleSegments(const InverseDepth& grid, const Mask&
     }
   }
   return samples;
-}
-
-std::vector<std::pair<std::uint32_t, std::uint32_t>> nearPairs(const std::vector<SegmentSamples>& samples,
-                                                               const Segmentation& segments,
-                                                               double maxDistance) {
-  std::vector<std::tuple<double, std::uint32_t, std::uint32_t>> found;
-  for (std::uint32_t i = 0; i < samples.size(); ++i)
-    for (std::uint32_t j = i + 1; j < samples.size(); ++j) {
-      const double distance = distanceOf(samples[i].box, samples[j].box);
-      if (distance <= maxDistance &&
-          !std::ranges::binary_search(segments.touching, std::pair(samples[i].segment, samples[j].segment)))
-        found.emplace_back(distance, i, j);
-    }
-  if (found.size() > maxPairs) {
-    std::ranges::nth_element(found, found.begin() + maxPairs);
-    found.resize(maxPairs);
-  }
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
-  pairs.reserve(found.size());
-  for (const auto& [distance, i, j] : found) pairs.emplace_back(i, j);
-  return pairs;
 }
 
 void mergePairs(std::size_t count, const FindPairs& find, const Mask& mask, int threads,

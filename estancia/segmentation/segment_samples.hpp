@@ -14,11 +14,6 @@
 
 namespace estancia {
 
-// Images may have thousands of segments, and segments are compared in pairs: these limits bound the work. A
-// kitchen has about 50 segments and 100 near pairs.
-constexpr std::size_t maxSegmentSamples = 512;
-constexpr std::size_t maxPairs = 4096;
-
 struct SegmentSamples {
   std::uint32_t segment;
   std::vector<cv::Point3f> surface;  ///< spread over the segment, at most 1500
@@ -27,15 +22,9 @@ struct SegmentSamples {
   std::vector<float> x, y, z;        ///< the border by coordinate, for SIMD
 };
 
-/// Samples the segments above a minimum size, in their order; at most the maxSegmentSamples largest.
+/// Samples the segments above a minimum size, in their order; at most the 512 largest.
 std::vector<SegmentSamples> sampleSegments(const InverseDepth& grid, const Mask& mask,
                                            const Segmentation& segments);
-
-/// Pairs of indices of samples whose bounding boxes come within `maxDistance` [m] of each other, but that are
-/// not adjacent in the image; of more than maxPairs those whose boxes are nearest.
-std::vector<std::pair<std::uint32_t, std::uint32_t>> nearPairs(const std::vector<SegmentSamples>& samples,
-                                                               const Segmentation& segments,
-                                                               double maxDistance);
 
 /// Merges the pairs of segments that find(i) returns for each i below `count`; calls it on several threads.
 using FindPairs = std::function<std::vector<std::pair<std::uint32_t, std::uint32_t>>(std::size_t)>;

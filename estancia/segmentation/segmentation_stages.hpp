@@ -9,8 +9,7 @@
 
 #include "estancia/segmentation/clusters.hpp"
 #include "estancia/segmentation/inverse_depth.hpp"
-#include "estancia/segmentation/segment_colors.hpp"
-#include "estancia/segmentation/segments.hpp"
+#include "estancia/segmentation/segment_graph.hpp"
 
 namespace estancia {
 
@@ -23,6 +22,11 @@ struct HalfImage {
   std::vector<float> nx, ny, nz;  ///< unit vectors away from the camera; 0 where there is no normal
   std::vector<float> near;        ///< tolerance of w beside a plane a x + b y + c, divided by |(a, b, c)|
   std::size_t row(int v) const { return static_cast<std::size_t>(v) * static_cast<std::size_t>(width); }
+  /// Normal at pixel (u, v) of the whole image.
+  cv::Vec3d normal(int u, int v) const {
+    const std::size_t at = row(v / 2) + static_cast<std::size_t>(u / 2);
+    return {nx[at], ny[at], nz[at]};
+  }
 };
 
 struct PlaneRemoval {
@@ -32,11 +36,23 @@ struct PlaneRemoval {
   HalfImage half;
 };
 
-/// Plane removal: sequential RANSAC (Fischler and Bolles, CACM 1981) for the large planes of a depth image
-/// (tables, walls, floors), in which one pixel with its normal is a hypothesis and areas are votes. The
-/// pixels of a plane must be connected and have its normal, in patches of at least half of minPlaneArea; the
-/// largest patch must have all of it. Pixels behind a plane stay.
+/// Plane removal: sequential RANSAC for the large planes of a depth image (tables, walls, floors), in which
+/// one pixel with its normal is a hypothesis and areas are votes. Patches of a plane have at least half of
+/// minPlaneArea, the largest all of it. Pixels behind a plane stay.
 PlaneRemoval removePlanes(const InverseDepth& grid, const ClusterOptions& options);
+
+/// Up, in the optical frame, as a unit vector: the direction within 60° of the image's up to which planes of
+/// the largest area are parallel or perpendicular (Manhattan world; Coughlan and Yuille, ICCV 1999). The
+/// image's up if there is no such plane.
+cv::Vec3d upOf(const std::vector<Plane>& planes);
+
+/// Sets Plane::structural. Level and sloping planes bound the room when nearly nothing is seen behind them:
+/// the floor, but not the top of a table beside which the floor is seen. Upright planes are walls, unless
+/// their upper edge is seen before what lies far behind it, or another plane, parallel and behind them by the
+/// depth of furniture, is the wall that they stand at; and then so are the other faces of the thing, where
+/// its surface turns convexly from one into the other. Upright planes as narrow as a wall is thick are the
+/// walls' ends.
+void findStructure(const InverseDepth& grid, const cv::Vec3d& up, PlaneRemoval& removal);
 
 /// Takes the pixels of planes that are not structural from the planes: returns their connected patches as
 /// segments, and gives pixels of small ones to `removal.rest`.

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/segmentation/segments.hpp"
 
-#include <algorithm>
 #include <opencv2/imgproc.hpp>
 
 namespace estancia {
@@ -112,8 +111,9 @@ void grow(const InverseDepth& grid, const Mask& mask, Segmentation& segments) {
   }
 }
 
-std::vector<SegmentBorder> bordersOf(const InverseDepth& grid, const Mask& mask, const Segmentation& segments,
-                                     const std::vector<std::uint8_t>& creases) {
+std::vector<SegmentBorder> pixelBorders(const InverseDepth& grid, const Mask& mask,
+                                        const Segmentation& segments,
+                                        const std::vector<std::uint8_t>& creases) {
   std::vector<std::uint64_t> pairs;
   const auto look = [&](std::size_t i, std::size_t j) {
     const std::uint32_t a = segments.labels[i], b = segments.labels[j];
@@ -124,7 +124,7 @@ std::vector<SegmentBorder> bordersOf(const InverseDepth& grid, const Mask& mask,
     look(i, i + 1);
     look(i, i + static_cast<std::size_t>(grid.stride));
   });
-  return estancia::bordersOf(std::move(pairs));
+  return bordersOf(std::move(pairs));
 }
 
 /// The borders between the sets.
@@ -250,7 +250,7 @@ Segmentation oversegment(const InverseDepth& grid, const Mask& mask, std::vector
   grow(grid, mask, segments);
   labelSurfaces(
       grid, mask, [](std::size_t) { return true; }, 1, segments);
-  std::vector<SegmentBorder> borders = bordersOf(grid, mask, segments, creases);
+  std::vector<SegmentBorder> borders = pixelBorders(grid, mask, segments, creases);
   DisjointSets sets(segments.sizes.size());
   mergeNeighbors(borders, sets, segments.sizes, grid.area(minSegmentArea));
   for (const SegmentBorder& border : borders)

@@ -22,6 +22,21 @@ constexpr double minSmoothShare = 0.7;   // share of the border at which the sur
 constexpr double sameFace = 0.95;        // cosine between normals to either side: 18°
 constexpr double uprightPart = 0.5;      // sine of the rise from one side's center to the other's
 
+constexpr float lightness = 0.25F;  // weight of lightness to chroma
+constexpr float dark = 20;          // lightness below which chroma is noise
+
+cv::Mat toLab(const cv::Mat& image) {
+  cv::Mat lab;
+  // OpenCV makes its tables at the first conversion, without a lock: two threads would both, and leak one's.
+  static const bool tablesAreMade [[maybe_unused]] = [] {
+    cv::Mat pixel;
+    cv::cvtColor(cv::Mat3b(1, 1, cv::Vec3b()), pixel, cv::COLOR_BGR2Lab);
+    return true;
+  }();
+  cv::cvtColor(image, lab, cv::COLOR_BGR2Lab);
+  return lab;
+}
+
 class Splitter {
  public:
   Splitter(const InverseDepth& grid, const HalfImage& half, const SegmentColors& colors, const cv::Vec3d& up,
@@ -45,10 +60,9 @@ class Splitter {
     double most = 0;
     cv::minMaxLoc(parts, nullptr, &most);
     if (most < 2) return;
-    if (const auto pairs = mergeParts(box, parts); !pairs.empty())
-      joinApart(box, pairs, parts);
-    else
-      return;
+    const auto pairs = mergeParts(box, parts);
+    if (pairs.empty()) return;
+    joinApart(box, pairs, parts);
     std::vector<std::uint32_t> number(static_cast<std::size_t>(most) + 1);
     for (int v = 0; v < box.height; ++v)
       for (int u = 0; u < box.width; ++u) {
@@ -90,19 +104,16 @@ class Splitter {
         number[static_cast<std::size_t>(i)] = ++parts;
     cv::Mat_<int> result(box.size(), 0);
     if (parts < 2) return result;
-    cv::Mat_<std::uint8_t> rest(box.size(), 1);
-    for (int v = 0; v < box.height; ++v)
-      for (int u = 0; u < box.width; ++u)
-        if (number[static_cast<std::size_t>(labels.at<int>(v, u))] != 0) rest(v, u) = 0;
+    // The other pixels join the nearest part.
+    cv::Mat_<int> seeds(box.size()), nearest;
+    std::transform(labels.begin<int>(), labels.end<int>(), seeds.begin(),
+                   [&](int label) { return number[static_cast<std::size_t>(label)]; });
     cv::Mat distance;
-    cv::Mat_<int> nearest;
-    cv::distanceTransform(rest, distance, nearest, cv::DIST_L2, cv::DIST_MASK_5, cv::DIST_LABEL_PIXEL);
-    std::vector<int> of(rest.total() + 1);
+    cv::distanceTransform(seeds == 0, distance, nearest, cv::DIST_L2, cv::DIST_MASK_5, cv::DIST_LABEL_PIXEL);
+    std::vector<int> of(seeds.total() + 1);
     for (int v = 0; v < box.height; ++v)
       for (int u = 0; u < box.width; ++u)
-        if (rest(v, u) == 0)
-          of[static_cast<std::size_t>(nearest(v, u))] =
-              number[static_cast<std::size_t>(labels.at<int>(v, u))];
+        if (seeds(v, u) != 0) of[static_cast<std::size_t>(nearest(v, u))] = seeds(v, u);
     for (int v = 0; v < box.height; ++v)
       for (int u = 0; u < box.width; ++u)
         if (whole(v, u) != 0) result(v, u) = of[static_cast<std::size_t>(nearest(v, u))];
@@ -200,27 +211,23 @@ class Splitter {
     return common > 0 && common < maxCommonShare * std::min(borders[0], borders[1]) && told > 0.5 * common &&
            silent > minSmoothShare * told && std::abs(between.dot(up_)) < uprightPart * cv::norm(between);
   }
+  /// A pixel some steps away, inside of the image.
+  cv::Point away(int u, int v, int dx, int dy, int steps) const {
+    return {std::clamp(u + steps * dx, 0, grid_.camera.width - 1),
+            std::clamp(v + steps * dy, 0, grid_.camera.height - 1)};
+  }
   /// Whether the surface goes on across a border: 1, 0, or -1 where that is unknown.
   int faces(int u, int v, int dx, int dy) const {
-    const int away = grid_.pixels(5);
-    const auto normal = [&](int steps) {
-      const int x = std::clamp(u + steps * dx, 0, grid_.camera.width - 1),
-                y = std::clamp(v + steps * dy, 0, grid_.camera.height - 1);
-      const std::size_t at = half_.row(y / 2) + static_cast<std::size_t>(x / 2);
-      return cv::Vec3d(half_.nx[at], half_.ny[at], half_.nz[at]);
-    };
-    const cv::Vec3d one = normal(-away), other = normal(away + 1);
+    const int steps = grid_.pixels(5);
+    const cv::Point a = away(u, v, dx, dy, -steps), b = away(u, v, dx, dy, steps + 1);
+    const cv::Vec3d one = half_.normal(a.x, a.y), other = half_.normal(b.x, b.y);
     if (one == cv::Vec3d() || other == cv::Vec3d()) return -1;
     return one.dot(other) > sameFace ? 1 : 0;
   }
-
   bool differ(int u, int v, int dx, int dy) const {
-    const int away = grid_.pixels(5);
-    const auto color = [&](int steps) {
-      return features_(std::clamp(v + steps * dy, 0, grid_.camera.height - 1),
-                       std::clamp(u + steps * dx, 0, grid_.camera.width - 1));
-    };
-    return cv::norm(color(-away) - color(away + 1)) > distinct;
+    const int steps = grid_.pixels(5);
+    return cv::norm(features_(away(u, v, dx, dy, -steps)) - features_(away(u, v, dx, dy, steps + 1))) >
+           distinct;
   }
 
   const InverseDepth& grid_;
@@ -232,6 +239,21 @@ class Splitter {
 };
 
 }  // namespace
+
+SegmentColors segmentColors(const cv::Mat& image, const cv::Size& size) {
+  if (image.empty()) return {};
+  cv::Mat fitting = image, blurred;
+  if (image.size() != size) cv::resize(image, fitting, size, 0, 0, cv::INTER_AREA);
+  cv::blur(fitting, blurred, {3, 3});
+  const cv::Mat lab = toLab(blurred);
+  SegmentColors features(size);
+  std::transform(lab.begin<cv::Vec3b>(), lab.end<cv::Vec3b>(), features.begin(), [](const cv::Vec3b& c) {
+    const float l = static_cast<float>(c[0]) / 2.55F, scale = 66 / std::max(l + 16, dark + 16);
+    return cv::Vec3f(lightness * l, scale * (static_cast<float>(c[1]) - 128),
+                     scale * (static_cast<float>(c[2]) - 128));
+  });
+  return features;
+}
 
 void splitByColor(const InverseDepth& grid, const HalfImage& half, const SegmentColors& colors,
                   const cv::Vec3d& up, Segmentation& segments) {

@@ -13,7 +13,6 @@
 #include "estancia/cloud/normals.hpp"
 #include "estancia/cloud/resolution.hpp"
 #include "estancia/cloud/voxel_grid.hpp"
-#include "estancia/segmentation/plane_fit.hpp"
 #include "estancia/segmentation/segments.hpp"
 
 namespace estancia {

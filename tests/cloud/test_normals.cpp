@@ -10,7 +10,6 @@
 #include <opencv2/core.hpp>
 #include <random>
 
-#include "estancia/cloud/covariance.hpp"
 #include "estancia/cloud/neighbors.hpp"
 #include "estancia/files/cloud_file.hpp"
 #include "support/errors.hpp"

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "estancia/recognition/matching.hpp"
+#include "estancia/recognition/descriptors.hpp"
 #include "estancia/recognition/surface.hpp"
 
 namespace estancia::test {

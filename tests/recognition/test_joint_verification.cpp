@@ -1,6 +1,6 @@
 // Which poses count and which instances are accepted: votes, false alarms, each point explained once.
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/recognition/joint_verification.hpp"
+#include "estancia/recognition/pose_candidates.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,9 +8,7 @@
 #include <cmath>
 #include <random>
 
-#include "estancia/recognition/false_alarms.hpp"
 #include "estancia/recognition/nearest_field.hpp"
-#include "estancia/recognition/pose_candidates.hpp"
 #include "estancia/recognition/pose_score.hpp"
 #include "estancia/recognition/scales.hpp"
 

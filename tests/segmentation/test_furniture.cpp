@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "estancia/segmentation/clusters.hpp"
-#include "estancia/segmentation/room_structure.hpp"
+#include "estancia/segmentation/segmentation_stages.hpp"
 #include "made_up_scene.hpp"
 
 namespace estancia {
