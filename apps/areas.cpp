@@ -21,7 +21,7 @@
 #include "estancia/report/measures.hpp"
 #include "estancia/words/installed_words.hpp"
 #include "estancia/words/label_choice.hpp"
-#include "estancia/world_file/edit_areas.hpp"
+#include "estancia/world_file/edit_rules.hpp"
 #include "estancia/world_query/world_json.hpp"
 #include "estancia/zones/measure.hpp"
 #include "estancia/zones/zones.hpp"

@@ -9,7 +9,7 @@
 #include "common.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/figures/text.hpp"
-#include "estancia/world_file/edit_objects.hpp"
+#include "estancia/world_file/edit_rules.hpp"
 #include "estancia/world_query/world_json.hpp"
 #include "objects.hpp"
 

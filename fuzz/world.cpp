@@ -7,7 +7,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/map_file/store.hpp"
 #include "estancia/world/leveling.hpp"
-#include "estancia/world_file/edit_objects.hpp"
+#include "estancia/world_file/edit_rules.hpp"
 #include "estancia/world_file/world_store.hpp"
 #include "fuzz/fuzz_target.hpp"
 #include "fuzz/map_patches.hpp"

@@ -5,7 +5,6 @@
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/pose.hpp"
-#include "estancia/map_file/drive_store.hpp"
 
 namespace estancia {
 namespace {
@@ -28,10 +27,6 @@ MapSource::MapSource(const std::filesystem::path& file)
   if (!layers->exists()) return;
   for (const std::size_t frame : layers->observedFrames())
     if (const auto index = map.findFrame(frame)) isObserved[*index] = true;
-}
-
-std::optional<Pose> MapSource::givenPose(std::size_t frame) const {
-  return DriveStore(store).givenPose(map.frames[frame].number);
 }
 
 std::optional<Observation> MapSource::observation(std::size_t frame) const {

@@ -18,11 +18,10 @@ namespace estancia {
 
 /// Snapshot of a map. Frames are identified by their position in map.frames.
 struct MapSource {
-  /// Throws Error as readMap() does, insufficientData where the map has no frames, corruptFile where it has
-  /// no places.
+  /// Throws Error as readMap(); insufficientData for a map without frames, corruptFile without places.
   explicit MapSource(const std::filesystem::path& file);
 
-  std::optional<Pose> givenPose(std::size_t frame) const;
+  std::optional<Pose> givenPose(std::size_t frame) const { return store.givenPose(map.frames[frame].number); }
   LexicalDescriptor descriptor(std::size_t frame) const { return store.descriptor(map.frames[frame].number); }
   std::vector<unsigned char> image(std::size_t frame) const { return store.image(map.frames[frame].number); }
   std::optional<Observation> observation(std::size_t frame) const;
@@ -40,8 +39,7 @@ struct MapSource {
   std::vector<bool> isObserved;
 };
 
-/// Throws Error: mismatch where the vocabularies, models or distances differ, invalidInput where the maps
-/// have a drive in common.
+/// Throws Error: mismatch for other vocabularies, models or distances, invalidInput for a drive in common.
 void requireMergeable(const MapSource& first, const MapSource& other);
 
 }  // namespace estancia

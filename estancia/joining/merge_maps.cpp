@@ -21,7 +21,7 @@
 #include "estancia/session/session_impl.hpp"
 #include "estancia/world/rooms_by_name.hpp"
 #include "estancia/world/world_mapper_impl.hpp"
-#include "estancia/world_file/edit_objects.hpp"
+#include "estancia/world_file/edit_rules.hpp"
 
 namespace estancia {
 namespace {
@@ -99,8 +99,7 @@ class NewMap {
     });
   }
 
-  /// Takes a drive over, whose places keep their images; `toMerged`: from the map of its source to this one,
-  /// where that is known.
+  /// Takes a drive and its places over; `toMerged`: from its source's map to this one, where known.
   void replay(const Part& part, const std::optional<cv::Affine3d>& toMerged, int firstNode,
               Progress& progress) {
     beginDrive(part, toMerged, false);
@@ -126,7 +125,7 @@ class NewMap {
     for (const std::size_t number : plan.order) {
       const MapSource& source = *sources[number];
       const int firstNode = plan.firstNode[number];
-      const Mapper own = restoreMapper(source.store, source.path);
+      const Mapper own = restoreMapper(source.store);
       merge.take(own.impl(),
                  {firstNode, [&](std::size_t frame) { return offset + source.map.indexOf(frame); },
                   [&plan](int id) { return plan.kept(id); }});
@@ -170,8 +169,7 @@ class NewMap {
     store.commit();
   }
 
-  /// To its place, or in the place of the map `old`, which no other process writes; then with the mode of
-  /// `old`.
+  /// To its place, or that of the map `old`, which no other process writes; then with its mode.
   void move(const fs::path& place, std::optional<MapStore>& old) {
     world_.reset();
     session_.reset();
@@ -255,64 +253,46 @@ std::vector<MergedMaps::Part> partsOfMerged(const std::vector<std::unique_ptr<Ma
   return parts;
 }
 
-/// People's corrections of an aligned map; they may contradict those of the maps before.
-class Corrections {
- public:
-  Corrections(const MapSource& source, const cv::Affine3d& toMerged) : source_(source), toMerged_(toMerged) {}
-
-  void giveTo(NewMap& merged, const fs::path& file, std::vector<std::string>& conflicts) const {
-    const WorldMap own = worldOf();
-    for (AreaEdit edit : source_.layers->edits()) {
-      if (!own.plan) break;
-      const WorldMap now = merged.world().read();
-      if (!now.plan) break;
-      for (cv::Point2d* at : {&edit.from, &edit.to}) *at = moved(*at, own.plan->floor, now.plan->floor);
-      if (edit.kind == AreaEdit::Kind::name) {
-        const WorldArea* area = now.findArea(areaAt(*now.plan, edit.from, 0));
-        if (area != nullptr && !area->givenName.empty() && area->givenName != edit.name) {
-          conflicts.push_back(
-              fmt::format("{} calls an area \"{}\" that is called \"{}\" already: that is kept",
-                          file.string(), printable(edit.name), area->givenName));
-          continue;
-        }
-      }
-      try {
-        merged.world().edit(edit);
-      } catch (const Error& e) {  // it cuts or joins nothing here
-        if (e.code() != ErrorCode::invalidInput) throw;
-      }
+/// Gives people's corrections of an aligned map to the merged one. They may contradict those of the maps
+/// before.
+void giveCorrections(const MapSource& source, const cv::Affine3d& toMerged, NewMap& merged,
+                     const fs::path& file, std::vector<std::string>& conflicts) {
+  const auto isCalledElse = [&](const char* what, const std::string& name, const std::string& known) {
+    if (known.empty() || known == name) return false;
+    conflicts.push_back(fmt::format("{} calls {} \"{}\" that is called \"{}\" already: that is kept",
+                                    file.string(), what, printable(name), known));
+    return true;
+  };
+  WorldMap own{source.map};
+  source.layers->read(own);
+  for (AreaEdit edit : source.layers->edits()) {
+    if (!own.plan) break;
+    const WorldMap now = merged.world().read();
+    if (!now.plan) break;
+    for (cv::Point2d* at : {&edit.from, &edit.to}) {
+      const cv::Point3d point = toMerged * own.plan->floor.point({at->x, at->y, 0});
+      *at = now.plan->floor.position({point.x, point.y, point.z});
     }
-    for (ObjectEdit edit : source_.layers->objectEdits()) {
-      edit.center = toMerged_ * edit.center;
-      if (edit.kind == ObjectEdit::Kind::name) {
-        const WorldMap now = merged.world().read();
-        const int object = objectOf(edit, now.objects);
-        const WorldObject* known = object < 0 ? nullptr : &now.objects[static_cast<std::size_t>(object)];
-        if (known != nullptr && !known->givenName.empty() && known->givenName != edit.name) {
-          conflicts.push_back(
-              fmt::format("{} calls an object \"{}\" that is called \"{}\" already: that is kept",
-                          file.string(), printable(edit.name), known->givenName));
-          continue;
-        }
-      }
+    if (edit.kind == AreaEdit::Kind::name) {
+      const WorldArea* area = now.findArea(areaAt(*now.plan, edit.from, 0));
+      if (area != nullptr && isCalledElse("an area", edit.name, area->givenName)) continue;
+    }
+    try {
       merged.world().edit(edit);
+    } catch (const Error& e) {  // it cuts or joins nothing here
+      if (e.code() != ErrorCode::invalidInput) throw;
     }
   }
-
- private:
-  WorldMap worldOf() const {
-    WorldMap world{source_.map};
-    source_.layers->read(world);
-    return world;
+  for (ObjectEdit edit : source.layers->objectEdits()) {
+    edit.center = toMerged * edit.center;
+    if (edit.kind == ObjectEdit::Kind::name) {
+      const WorldMap now = merged.world().read();
+      const WorldObject* known = now.findObject(objectOf(edit, now.objects));
+      if (known != nullptr && isCalledElse("an object", edit.name, known->givenName)) continue;
+    }
+    merged.world().edit(edit);
   }
-  cv::Point2d moved(const cv::Point2d& at, const Floor& from, const Floor& to) const {
-    const cv::Point3d point = toMerged_ * from.point({at.x, at.y, 0});
-    return to.position({point.x, point.y, point.z});
-  }
-
-  const MapSource& source_;
-  cv::Affine3d toMerged_;
-};
+}
 
 }  // namespace
 
@@ -360,7 +340,7 @@ MergedMaps mergeMaps(std::span<const fs::path> maps, const fs::path& wanted, Exi
   MergedMaps done{parts.size(), framesOf(parts), merged.places(), partsOfMerged(sources, plan), {}};
   for (const std::size_t number : plan.order)
     if (number != plan.order.front() && plan.toMerged[number])
-      Corrections(*sources[number], *plan.toMerged[number]).giveTo(merged, maps[number], done.conflicts);
+      giveCorrections(*sources[number], *plan.toMerged[number], merged, maps[number], done.conflicts);
   merged.takeCameraOf(*sources[plan.order.back()]);
   progress.end();
   sources.clear();

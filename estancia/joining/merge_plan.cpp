@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <functional>
 #include <limits>
 #include <set>
 #include <tuple>
@@ -218,8 +217,7 @@ class Planner {
     }
   }
 
-  /// The sure ones, and those that were found image by image, unless both maps have poses, of which no
-  /// transform fits; surest first.
+  /// The sure ones, and those found image by image unless no transform fits both maps' poses; surest first.
   std::vector<Link> linksOf(const std::vector<Comparison>& comparisons) const {
     std::vector<Link> links;
     for (const LinkedMaps& maps : linked_)

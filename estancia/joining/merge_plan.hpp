@@ -1,8 +1,10 @@
-// Merge plan: the order in which maps become one, where their poses go, which places are one. Private.
+// Merge plan: the places that several maps have in common, and how these maps become one. Private.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <opencv2/core/affine.hpp>
@@ -12,10 +14,36 @@
 
 #include "estancia/core/progress.hpp"
 #include "estancia/joining/map_source.hpp"
-#include "estancia/joining/recognize_maps.hpp"
+#include "estancia/joining/merge_maps.hpp"
 #include "estancia/map_file/map.hpp"
+#include "estancia/mapper/mapper_merge.hpp"
 
 namespace estancia {
+
+/// Two maps, by their numbers, first < second, and the places that link them: a in the first one.
+struct LinkedMaps {
+  std::size_t first = 0, second = 0;
+  std::vector<PlaceLink> links;
+
+  std::size_t sure() const;
+};
+
+/// Compares the places of all pairs of maps by their words; those that have links, in order. Work is shared
+/// in pieces of up to 100 pairs; who only helps gets none. Throws Error (busy) where a map has another number
+/// of frames than framesOf() returned.
+std::vector<LinkedMaps> linkMaps(std::span<const std::filesystem::path> maps, const ShareWork& share,
+                                 const std::function<std::size_t(std::size_t)>& framesOf);
+
+/// A map as it was found in another one, image by image.
+struct LocalizedMap {
+  /// Most images of place b were taken in place a.
+  std::vector<PlaceLink> links;
+  /// T_a_b, from the views that were recognized; where both maps have depth, that confirms it.
+  std::optional<cv::Affine3d> alignment;
+};
+
+/// Localizes up to 4,096 images of `b`, evenly thinned, in `a`, by a Bayes filter with fixed-lag smoothing.
+LocalizedMap localizeMap(const std::filesystem::path& a, const std::filesystem::path& b);
 
 struct MergePlan {
   /// Numbers of maps: each is linked with one before it, if with any.

@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/joining/recognize_maps.hpp"
+#include "estancia/joining/merge_plan.hpp"
 
 #include <algorithm>
-#include <map>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/pose.hpp"
-#include "estancia/joining/map_source.hpp"
 #include "estancia/localization/localizer.hpp"
 #include "estancia/localization/localizer_map.hpp"
 #include "estancia/session/drive_alignment.hpp"
@@ -44,7 +41,7 @@ std::vector<Compared> comparedMaps(std::span<const fs::path> maps) {
   for (const fs::path& path : maps) {
     MapStore store = MapStore::open(path, MapStore::Access::read);
     store.beginReading();
-    Compared& map = compared.emplace_back(Compared{restoreMapper(store, path), store.frameCount()});
+    Compared& map = compared.emplace_back(Compared{restoreMapper(store), store.frameCount()});
     map.mapper.impl().endModes();
     map.mapper.impl().views.clear();  // only means are compared
   }
@@ -115,7 +112,7 @@ class MapLocalization {
 
   LocalizedMap result() const {
     LocalizedMap found;
-    Mapper a = restoreMapper(a_.store, a_.path), b = restoreMapper(b_.store, b_.path);
+    Mapper a = restoreMapper(a_.store), b = restoreMapper(b_.store);
     for (Mapper* mapper : {&a, &b}) mapper->impl().endModes();
     const PlaceLinker linker(a.impl(), b.impl());
     for (const auto& [place, seen] : places_) {

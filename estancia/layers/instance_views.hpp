@@ -4,7 +4,6 @@
 
 #include <cstddef>
 #include <functional>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -25,8 +24,7 @@ struct InstanceView {
   double quality = 0;
 };
 
-/// The views of each instance, best first, at most `most`. Only those of frames whose pose is known (`poses`:
-/// of all frames), and that are `wanted`.
+/// The best views of each instance, `most` at most: `wanted` ones, of frames whose pose is known.
 std::vector<std::vector<InstanceView>> bestViews(
     const WorldStore& observations, std::span<const ObjectInstance> instances, const FramePoses& poses,
     std::size_t most, const std::function<bool(std::size_t instance, const Observation::Segment&)>& wanted);

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "estancia/core/error.hpp"
-#include "estancia/core/pose.hpp"
 #include "estancia/core/progress.hpp"
 
 namespace estancia {
@@ -18,8 +17,7 @@ constexpr std::size_t maxTries = 3;
 constexpr std::size_t maxWitnesses = 7;
 /// segmentFit() that most of them must reach.
 constexpr double minFit = 0.6;
-/// Min share of the model's points that the best views from all sides must confirm: one planar side is like
-/// any board.
+/// Min share of the model's points that views from all sides confirm: one planar side is like any board.
 constexpr double minSeen = 0.5;
 /// Poses of a view that are verified.
 constexpr std::size_t maxPoses = 4;

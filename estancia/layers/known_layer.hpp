@@ -13,7 +13,7 @@
 #include "estancia/layers/instance_views.hpp"
 #include "estancia/layers/known_objects.hpp"
 #include "estancia/objects/object_instance.hpp"
-#include "estancia/world_file/known_store.hpp"
+#include "estancia/world_file/segment_answers.hpp"
 #include "estancia/world_file/world_store.hpp"
 
 namespace estancia {
@@ -38,8 +38,7 @@ class KnownLayer {
   /// From now on these are looked for; earlier ones stay found.
   void recognize(std::shared_ptr<const KnownObjects> objects);
 
-  /// The known object that each instance is. `poses`: of the frames that the map keeps. Ctrl-C ends the
-  /// search, and what was not looked for may be later.
+  /// The known object that each instance is; `poses`: of kept frames. Ctrl-C leaves the rest for later.
   std::vector<std::optional<KnownPose>> find(std::span<const ObjectInstance> instances,
                                              const FramePoses& poses, const Floor& floor);
   void put(std::span<const std::optional<KnownPose>> found) { store_.putPoses(found); }

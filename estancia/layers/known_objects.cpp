@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <opencv2/imgproc.hpp>
 #include <set>
@@ -36,8 +35,7 @@ std::vector<cv::Point3f> knownPointsBy(const PointCloud& cloud, double cell) {
   return points;
 }
 
-/// Deviations that are no contradiction [m]: what the surfaces of a model are wide, and three times the
-/// error of a Kinect's depth.
+/// Deviations that are no contradiction [m]: a model's surface width, and three errors of a Kinect's depth.
 double agreementAt(double depth, double extent) {
   return std::clamp(extent / 40, 0.005, 0.015) + 0.0036 * depth * depth;
 }

@@ -43,9 +43,8 @@ class KnownObjects {
     /// segmentFit() there.
     double fit = 0;
   };
-  /// The poses of a model in which it explains most of a segment, best first. `depth`: CV_32F [m] of
-  /// `camera`; `segment`: CV_8U of the same size, not 0 on it. None where the segment has too few points.
-  /// Throws Error (Interrupted).
+  /// The poses of a model that explain most of a segment, best first; none of one with too few points.
+  /// `depth`: CV_32F [m] of `camera`; `segment`: CV_8U, not 0 on it. Throws Error (Interrupted).
   std::vector<Found> find(const Model& model, const cv::Mat& depth, const cv::Mat& segment,
                           const CameraIntrinsics& camera) const;
 
@@ -56,9 +55,8 @@ class KnownObjects {
 
 /// How well a model in a pose explains a segment: the pixels of the segment where the model has the measured
 /// depth (a pixel counts 1, less where it deviates), of all its pixels and those where the model would stand
-/// before what was measured. In [0, 1]. What
-/// is behind something counts neither way.
-/// `seen`: when given, the model's points that are where the segment is become 1.
+/// before what was measured. In [0, 1]. What is behind something counts neither way. `seen`: when given, the
+/// model's points that are where the segment is become 1.
 double segmentFit(const KnownObjects::Model& model, const cv::Affine3d& pose, const cv::Mat& depth,
                   const cv::Mat& segment, const CameraIntrinsics& camera,
                   std::vector<std::uint8_t>* seen = nullptr);

@@ -2,11 +2,9 @@
 #include "estancia/layers/object_layer.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numeric>
 #include <utility>
-#include <vector>
 
 #include "estancia/areas/area_plan.hpp"
 #include "estancia/cloud/crop_object.hpp"
@@ -15,7 +13,7 @@
 #include "estancia/files/image_writer.hpp"
 #include "estancia/labelers/labeler.hpp"
 #include "estancia/layers/instance_views.hpp"
-#include "estancia/world_file/edit_objects.hpp"
+#include "estancia/world_file/edit_rules.hpp"
 
 namespace estancia {
 namespace {
@@ -149,8 +147,7 @@ LexicalDescriptor ObjectLayer::labelCrop(const cv::Mat& crop) {
   return answers.empty() ? LexicalDescriptor(vocabulary_.size(), 0.0F) : labeler_->combine(answers);
 }
 
-/// One probability a label of each object: of its images, pooled; of a detector's labels the mean over all of
-/// its segments.
+/// A probability a label of each object: its images pooled; a detector's labels as means of its segments.
 std::vector<std::vector<double>> ObjectLayer::wordsOf(const std::vector<ObjectInstance>& found,
                                                       const std::map<SegmentPlace, int>& objectOf) const {
   std::vector<std::vector<double>> words, sums(found.size(), std::vector<double>(regionLabels_.size()));
@@ -184,22 +181,7 @@ WorldObject ObjectLayer::worldObject(const ObjectInstance& instance) const {
   object.views = instance.views;
   object.firstFrame = instance.segments.front().first;
   object.lastFrame = instance.segments.back().first;
-  switch (instance.stands) {
-    case ObjectInstance::Stands::floor:
-      object.support = Support::floor;
-      break;
-    case ObjectInstance::Stands::instance:
-      object.support = Support::object;
-      break;
-    case ObjectInstance::Stands::wall:
-      object.support = Support::wall;
-      break;
-    case ObjectInstance::Stands::surface:
-      object.support = Support::surface;
-      break;
-    case ObjectInstance::Stands::unknown:
-      break;
-  }
+  object.support = static_cast<Support>(instance.stands);  // they have the same order
   object.onObject = instance.on;
   return object;
 }

@@ -12,7 +12,7 @@
 #include "estancia/layers/instance_views.hpp"
 #include "estancia/objects/object_instance.hpp"
 #include "estancia/objects/object_model.hpp"
-#include "estancia/world_file/shape_store.hpp"
+#include "estancia/world_file/segment_answers.hpp"
 #include "estancia/world_file/world_store.hpp"
 
 namespace estancia {

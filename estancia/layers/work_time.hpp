@@ -10,8 +10,7 @@ namespace estancia {
 /// Until when; nothing where there is time enough.
 using Deadline = std::optional<std::chrono::steady_clock::time_point>;
 
-/// Expects work to take as long as it did of late (exponential smoothing). Work that was done too long ago is
-/// due, whatever it takes.
+/// Expects work to take as long as of late (exponential smoothing); what was done too long ago is due.
 class WorkTime {
  public:
   using Clock = std::chrono::steady_clock;

@@ -10,8 +10,7 @@
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
-#include "estancia/world_file/edit_areas.hpp"
-#include "estancia/world_file/edit_objects.hpp"
+#include "estancia/world_file/edit_rules.hpp"
 
 namespace estancia {
 namespace {

@@ -21,7 +21,7 @@ MapEdit parseEdit(const std::string& json);
 void requireRevision(const std::optional<std::uint64_t>& mapRevision, std::uint64_t now);
 
 /// Applies the edit to a map file that no other process writes. Throws Error as the functions of
-/// edit_areas.hpp and edit_objects.hpp do.
+/// edit_map.hpp do.
 void editMapFile(const std::filesystem::path& path, const MapEdit& edit);
 
 }  // namespace estancia

@@ -21,8 +21,7 @@
 #include "estancia/words/installed_words.hpp"
 #include "estancia/world/rooms_by_name.hpp"
 #include "estancia/world/world_mapper.hpp"
-#include "estancia/world_file/edit_areas.hpp"
-#include "estancia/world_file/edit_objects.hpp"
+#include "estancia/world_file/edit_rules.hpp"
 #include "estancia/world_file/world_options.hpp"
 
 namespace estancia {

@@ -111,7 +111,7 @@ class LiveView {
   /// toJson(), at most a second old. Throws Error as findChanges() does.
   virtual nlohmann::ordered_json changes(const std::optional<std::size_t>& since) const = 0;
   /// Changes the map, and returns when world() has the change. `mapRevision`: of the world() that the numbers
-  /// are of. Throws Error as the functions of edit_areas.hpp and edit_objects.hpp do; mismatch where the map
+  /// are of. Throws Error as the functions of edit_map.hpp do; mismatch where the map
   /// has changed since that revision, busy where another program writes it.
   virtual void edit(const MapEdit& edit, const std::optional<std::uint64_t>& mapRevision) = 0;
   void edit(const MapEdit& change) { edit(change, std::nullopt); }

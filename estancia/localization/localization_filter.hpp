@@ -3,11 +3,15 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "estancia/core/pose.hpp"
+#include "estancia/localization/localizer.hpp"
+#include "estancia/localization/localizer_map.hpp"
 
 namespace estancia {
 
@@ -15,8 +19,7 @@ namespace estancia {
 struct Belief {
   /// One an image of the map: that the view is this one.
   std::vector<double> images;
-  /// One an image of the map: that of all images this one is nearest, whether the view is near or far. Their
-  /// sums over nodes or zones are the answers.
+  /// One an image of the map: that it is the nearest of all. Sums over nodes or zones are the answers.
   std::vector<double> nearest;
   /// Probability that no image of the map was taken nearby; absent where it cannot be computed.
   std::optional<double> unmapped = std::nullopt;
@@ -57,5 +60,10 @@ class LocalizationFilter {
     return std::vector<float>(states(), 1.0F / static_cast<float>(states()));
   }
 };
+
+/// A pose filter where half of the map's images have poses, else a place filter. `distance`: of two images.
+std::unique_ptr<const LocalizationFilter> makeFilter(
+    const LocalizerMap& source, const std::function<float(std::size_t, std::size_t)>& distance,
+    const PlaceFilterOptions& options);
 
 }  // namespace estancia

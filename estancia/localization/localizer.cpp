@@ -13,10 +13,8 @@
 #include "estancia/core/pose_bytes.hpp"
 #include "estancia/localization/localization_filter.hpp"
 #include "estancia/localization/localizer_map.hpp"
-#include "estancia/localization/make_filter.hpp"
 #include "estancia/localization/view_metric.hpp"
 #include "estancia/mapper/mapper_impl.hpp"
-#include "estancia/mapper/restore_mapper.hpp"
 
 namespace estancia {
 namespace {

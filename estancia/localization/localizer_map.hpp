@@ -20,8 +20,7 @@ struct LocalizerMap {
   std::size_t stride = 1;
 };
 
-/// Reads one from a map file, with at most `maxImages` frames, evenly thinned. Throws Error as readMap()
-/// does.
+/// Reads one from a map file, with at most `maxImages` frames, evenly thinned. Throws Error as readMap().
 LocalizerMap readLocalizerMap(const std::filesystem::path& path, std::size_t maxImages);
 /// Reads from an open store.
 LocalizerMap readLocalizerMap(const MapStore& store, std::size_t maxImages);

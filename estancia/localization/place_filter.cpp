@@ -69,8 +69,7 @@ void PlaceFilter::predict(std::span<const float> in, const PlanarMotion&, std::s
       }
     }
   }
-  // Mass that goes along an edge spreads evenly over the linked nodes' images; without edges it may be
-  // anywhere.
+  // Mass along an edge spreads evenly over the linked nodes' images; without edges it may be anywhere.
   const auto along = static_cast<float>(options_.alongEdges);
   anywhere += outside;
   std::vector<float> inflow(imagesOf_.size(), 0.0F);

@@ -13,8 +13,7 @@
 namespace estancia {
 
 /// States are (way of moving, image): the robot drives through the mapped images in their order, against it,
-/// or stands. Driving moves on by 0, 1 or 2 images a frame, so other speeds than the mapping run's are
-/// followed.
+/// or stands. Driving moves on by 0, 1 or 2 images a frame, to follow other speeds than the mapping run's.
 class PlaceFilter : public LocalizationFilter {
  public:
   /// `nodeOfImage`: each image's node as an index 0 … nodes−1. `edges`: linked nodes, both ways.

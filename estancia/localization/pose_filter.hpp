@@ -10,10 +10,24 @@
 
 #include "estancia/localization/localization_filter.hpp"
 #include "estancia/localization/localizer.hpp"
-#include "estancia/localization/near_evidence.hpp"
 #include "estancia/localization/pose_grid.hpp"
 
 namespace estancia {
+
+/// The likelihood ratio p(distance | near) / p(distance | far) of two Gaussians, made to fall with distance.
+class NearEvidence {
+ public:
+  /// Distances of pairs of frames of a map that were taken near each other, and of any others; neither empty.
+  NearEvidence(const std::vector<float>& near, const std::vector<float>& far);
+
+  double ratio(double distance) const;
+
+ private:
+  static constexpr std::size_t samples = 64;
+  double first_, step_;
+  /// Logarithms of the ratio.
+  std::vector<double> log_;
+};
 
 /// States are poses around the mapped drive. An image is evidence for the poses near its own; poses near no
 /// image are neither confirmed nor refuted by anything, so the robot is followed by its motion where nothing

@@ -63,10 +63,6 @@ std::int64_t PoseGrid::indexOf(double coordinate) const {
   return static_cast<std::int64_t>(std::floor(coordinate / cell_));
 }
 
-double PoseGrid::middleOf(std::int64_t index) const {
-  return (static_cast<double>(index) + 0.5) * cell_;
-}
-
 std::int32_t PoseGrid::cellAt(std::int64_t column, std::int64_t row) const {
   const auto found = cellOf_.find(keyOf(column, row));
   return found == cellOf_.end() ? -1 : found->second;
@@ -107,8 +103,7 @@ std::size_t PoseGrid::turned(std::size_t state, std::int64_t steps) const {
   return static_cast<std::size_t>(heading) * cells() + state % cells();
 }
 
-/// `use(from, to, weight)` for all moves that stay in the grid, of states with `moves(from)`: trilinear
-/// weights.
+/// `use(from, to, weight)`, with trilinear weights, for moves within the grid of states with `moves(from)`.
 template <typename Moves, typename Use>
 void PoseGrid::forEachMove(const PlanarMotion& motion, const Moves& moves, const Use& use) const {
   const double turn = motion.turn / headingStep();

@@ -13,8 +13,7 @@
 
 namespace estancia {
 
-/// States are cells of the floor within `reach` of a mapped position, times headings. State numbers run over
-/// all cells for the first heading, then for the next.
+/// States are cells of the floor within `reach` of a mapped position, all of the first heading first.
 class PoseGrid {
  public:
   static constexpr int headings = 24;
@@ -37,8 +36,7 @@ class PoseGrid {
   /// The state so many heading steps on.
   std::size_t turned(std::size_t state, std::int64_t steps) const;
 
-  /// out(j) += Σ_i in(i) T(i, j): each state drives `motion`, spread over the 8 states around its end. What
-  /// leaves the grid is lost.
+  /// out(j) += Σ_i in(i) T(i, j): each state drives `motion`, spread over 8 states; what leaves is lost.
   void move(std::span<const float> in, const PlanarMotion& motion, std::span<float> out) const;
   /// out(i) += Σ_j T(i, j) in(j).
   void moveBackward(std::span<const float> in, const PlanarMotion& motion, std::span<float> out) const;
@@ -53,7 +51,7 @@ class PoseGrid {
   std::int32_t cellAt(std::int64_t column, std::int64_t row) const;
 
   std::int64_t indexOf(double coordinate) const;
-  double middleOf(std::int64_t index) const;
+  double middleOf(std::int64_t index) const { return (static_cast<double>(index) + 0.5) * cell_; }
 
   double cell_;
   /// Indexed by column and row.

@@ -107,8 +107,7 @@ std::vector<std::vector<std::size_t>> nearInSpace(std::span<const std::optional<
   return all;
 }
 
-/// Neighbors by poses; none at all where images near each other by these do not look alike, as with poses of
-/// another drive.
+/// Neighbors by poses; none at all where these do not look alike, as with poses of another drive.
 std::optional<std::vector<Neighbors>> byPoses(const Images& images,
                                               std::span<const std::optional<Pose>> poses,
                                               const Neighborhoods::Reach& reach, double unrelated) {

@@ -1,12 +1,10 @@
-// View metric: how a map's images are compared with others, learned from images taken near each other.
-// Private.
+// View metric: how a map's images are compared, learned from images taken near each other. Private.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "estancia/core/pose.hpp"
@@ -50,8 +48,7 @@ class Neighborhoods {
 /// much as what is.
 class ViewMetric {
  public:
-  /// From `images`, N×L unit vectors, about 500 of them, evenly taken. Changes nothing where no image has
-  /// others around it.
+  /// From about 500 of `images`, N×L unit vectors, evenly taken; without neighbors it changes nothing.
   ViewMetric(std::span<const float> images, const Neighborhoods& around);
 
   /// Rows of L values, in place.

@@ -26,8 +26,7 @@ struct Place {
   std::string room;
   /// A room classifier's prediction, best first; empty when none was run. Not the truth.
   std::vector<RoomProbability> predicted;
-  /// Whether the best of them is its name: always by a classifier, by the rooms' names alone where it is
-  /// sure.
+  /// Whether the best of them is its name: by a classifier always, by rooms' names alone where it is sure.
   bool isNamed = false;
 
   /// The best prediction where that is its name, else nullptr.
@@ -42,8 +41,7 @@ std::vector<Place> placesOf(const TopologicalMap& map);
 /// The position of a node id in map.nodes; map.nodes.size() when there is none.
 std::size_t indexOf(const TopologicalMap& map, int node);
 
-/// Two nodes between which the robot drove, in either direction: indices into map.nodes, first < second.
-/// Each pair once, in order.
+/// Pairs of nodes between which the robot drove, each once, in order: indices in map.nodes, first < second.
 std::vector<std::pair<std::size_t, std::size_t>> linksOf(const TopologicalMap& map);
 
 }  // namespace estancia

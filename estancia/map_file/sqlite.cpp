@@ -1,27 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/map_file/sqlite.hpp"
 
-#include <fmt/format.h>
 #include <sqlite3.h>
 
 #include <array>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <limits>
 
-#include "estancia/core/error.hpp"
 #include "estancia/core/printable.hpp"
+#include "estancia/map_file/store_files.hpp"
 
 namespace estancia::sqlite {
+
+using storage::refuse;
+
 namespace {
 
 /// Values larger than this in a file are taken for damage; bounds what SQLite allocates for a hostile file.
 constexpr int maxValue = 256 << 20;
-
-[[noreturn]] void refuse(const std::string& path, ErrorCode code, const std::string& what) {
-  throw Error(code, fmt::format("{}: {}", path, what));
-}
 
 /// SQLite rolls back by the journal that it finds beside the map, and then deletes the file that the journal
 /// names as super-journal, whichever that is (SQLite's file format, 3). Estancia attaches no other database,
@@ -46,8 +45,7 @@ void requireOwnJournals(const std::filesystem::path& path) {
   if (file.read(last.data(), last.size()) && std::memcmp(last.data(), superMagic.data(), last.size()) == 0)
     refuse(journal, ErrorCode::corruptFile,
            "names another file that is to be deleted, which Estancia never writes; do not use the map, or "
-           "remove "
-           "this file where you trust the rest");
+           "remove this file where you trust the rest");
 }
 
 }  // namespace
@@ -59,8 +57,7 @@ void Database::Close::operator()(sqlite3* handle) const {
 Database::Database(const std::filesystem::path& path, Mode mode)
     : path_(path), inMemory_(mode == Mode::memory) {
   // Readers open for writing, too, where they may: only then can they recover and tidy up after a killed
-  // writer.
-  // (SQLITE_OPEN_MEMORY is not wanted: VACUUM INTO would inherit it.)
+  // writer. (SQLITE_OPEN_MEMORY is not wanted: VACUUM INTO would inherit it.)
   if (mode != Mode::memory) requireOwnJournals(path);
   const int flags = SQLITE_OPEN_READWRITE | (mode == Mode::memory ? SQLITE_OPEN_CREATE : 0);
   sqlite3* handle = nullptr;
@@ -68,7 +65,7 @@ Database::Database(const std::filesystem::path& path, Mode mode)
   const int code =
       sqlite3_open_v2(name.c_str(), &handle, flags | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_EXRESCODE, nullptr);
   handle_.reset(handle);
-  if (handle == nullptr) throw Error(ErrorCode::tooLarge, path_.string() + ": no memory to open the map");
+  if (handle == nullptr) refuse(path_, ErrorCode::tooLarge, "no memory to open the map");
   if (code != SQLITE_OK) fail(code);
   // The file may come from anywhere: its schema may run nothing, and cells are checked before they are used.
   sqlite3_db_config(handle, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
@@ -89,10 +86,17 @@ bool Database::tryRun(const std::string& sql) noexcept {
   return sqlite3_exec(handle(), sql.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK;
 }
 
-std::int64_t Database::number(const std::string& sql) {
+std::int64_t Database::number(std::string_view sql) const {
   Statement statement(*this, sql);
   if (!statement.next()) failDamaged("a value is missing");
   return statement.integer(0);
+}
+
+std::vector<std::size_t> Database::numbers(std::string_view sql) const {
+  std::vector<std::size_t> numbers;
+  for (Statement rows(*this, sql); rows.next();)
+    if (rows.integer(0) >= 0) numbers.push_back(static_cast<std::size_t>(rows.integer(0)));
+  return numbers;
 }
 
 bool Database::inTransaction() const {
@@ -117,7 +121,6 @@ std::string_view whyNoSpace(int systemError) {
 
 void Database::fail(int code) const {
   const int lastError = errno, primary = code & 0xff;
-  const std::string path = path_.string();
   const bool isWrite = code == SQLITE_IOERR_WRITE || code == SQLITE_IOERR_FSYNC ||
                        code == SQLITE_IOERR_TRUNCATE || code == SQLITE_IOERR_DIR_FSYNC;
   // SQLite keeps the system's error of statements, but not of their commit.
@@ -125,44 +128,41 @@ void Database::fail(int code) const {
   const char* cause = systemError != 0 ? std::strerror(systemError) : sqlite3_errstr(code);
   const std::string_view noSpace = whyNoSpace(primary == SQLITE_FULL ? ENOSPC : systemError);
   if (primary == SQLITE_FULL || (primary == SQLITE_IOERR && !noSpace.empty()))
-    refuse(path, ErrorCode::fileUnwritable,
-           fmt::format("{}. {}", noSpace,
-                       inMemory_ ? "Nothing of the map was written; map again then"
-                                 : "Run the command again then. Maps are as of their last commit: `estancia "
-                                   "map` goes on by --continue, `estancia live` by itself"));
+    refuse(path_, ErrorCode::fileUnwritable, "{}. {}", noSpace,
+           inMemory_ ? "Nothing of the map was written; map again then"
+                     : "Run the command again then. Maps are as of their last commit: `estancia map` goes on "
+                       "by --continue, `estancia live` by itself");
   switch (primary) {
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
-      refuse(path, ErrorCode::busy,
+      refuse(path_, ErrorCode::busy,
              "another process is writing this map; wait until it has ended, or end it");
     case SQLITE_READONLY:
-      refuse(path, ErrorCode::fileUnwritable,
+      refuse(path_, ErrorCode::fileUnwritable,
              "the file or its folder is read-only; copy the map to a folder with write permission");
     case SQLITE_PERM:
     case SQLITE_AUTH:
     case SQLITE_CANTOPEN:
-      refuse(
-          path, ErrorCode::fileUnreadable,
-          fmt::format("cannot be opened ({}); check the permissions of the file and its folder. A map whose "
-                      "process was killed needs its -wal file beside it and write permission",
-                      cause));
+      refuse(path_, ErrorCode::fileUnreadable,
+             "cannot be opened ({}); check the permissions of the file and its folder. A map whose process "
+             "was killed needs its -wal file beside it and write permission",
+             cause);
     case SQLITE_NOTADB:
-      refuse(path, ErrorCode::unsupportedFile, "not a map file; give a file that `estancia map` has written");
+      refuse(path_, ErrorCode::unsupportedFile,
+             "not a map file; give a file that `estancia map` has written");
     case SQLITE_NOMEM:
-      refuse(path, ErrorCode::tooLarge, "not enough memory for the map");
+      refuse(path_, ErrorCode::tooLarge, "not enough memory for the map");
     case SQLITE_IOERR:
       if (code == SQLITE_IOERR_SHORT_READ) failDamaged("it ends too early");
-      refuse(
-          path, isWrite ? ErrorCode::fileUnwritable : ErrorCode::fileUnreadable,
-          fmt::format("{} failed ({}); check the disk", isWrite ? "writing" : "reading or writing", cause));
+      refuse(path_, isWrite ? ErrorCode::fileUnwritable : ErrorCode::fileUnreadable,
+             "{} failed ({}); check the disk", isWrite ? "writing" : "reading or writing", cause);
   }
-  failDamaged(sqlite3_errmsg(handle()));
+  failAsDamaged(sqlite3_errmsg(handle()));
 }
 
-void Database::failDamaged(const std::string& detail) const {
-  throw Error(ErrorCode::corruptFile,
-              fmt::format("{}: the map is damaged or cut off ({}); restore a copy or map the sequence again",
-                          path_.string(), printable(detail)));
+void Database::failAsDamaged(const std::string& detail) const {
+  refuse(path_, ErrorCode::corruptFile,
+         "the map is damaged or cut off ({}); restore a copy or map the sequence again", printable(detail));
 }
 
 void Statement::Finalize::operator()(sqlite3_stmt* statement) const {
@@ -196,8 +196,8 @@ void Statement::bind(int position, std::span<const std::byte> bytes) {
   const void* data = bytes.empty() ? static_cast<const void*>("") : bytes.data();
   const int code = sqlite3_bind_blob64(statement_.get(), position, data, bytes.size(), SQLITE_STATIC);
   if (code == SQLITE_TOOBIG)
-    throw Error(ErrorCode::tooLarge, fmt::format("{}: a value of {} bytes is larger than a map can hold",
-                                                 database_->path().string(), bytes.size()));
+    refuse(database_->path(), ErrorCode::tooLarge, "a value of {} bytes is larger than a map can hold",
+           bytes.size());
   if (code != SQLITE_OK) database_->fail(code);
 }
 
@@ -219,14 +219,47 @@ void Statement::reset() {
   sqlite3_reset(statement_.get());
 }
 
+void Statement::bindNext(int& position, const Pose& pose) {
+  for (const double value : {pose.x, pose.y, pose.z, pose.qx, pose.qy, pose.qz, pose.qw})
+    bind(++position, value);
+}
+
+void Statement::bindNext(int& position, const std::optional<Pose>& pose) {
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  bindNext(position, pose.value_or(Pose{none, none, none, none, none, none, none}));
+}
+
 std::int64_t Statement::integer(int column) const {
   return sqlite3_column_int64(statement_.get(), column);
+}
+
+std::int64_t Statement::number(int column, std::int64_t lowest, std::int64_t highest,
+                               const char* what) const {
+  const std::int64_t value = integer(column);
+  if (value < lowest || value > highest) database_->failDamaged("{} is {}", what, value);
+  return value;
+}
+
+int Statement::node(int column, int lowest, const char* what) const {
+  return static_cast<int>(number(column, lowest, std::numeric_limits<int>::max(), what));
 }
 
 double Statement::real(int column) const {
   return sqlite3_column_type(statement_.get(), column) == SQLITE_NULL
              ? std::numeric_limits<double>::quiet_NaN()
              : sqlite3_column_double(statement_.get(), column);
+}
+
+double Statement::finite(int column, const char* what) const {
+  const double value = real(column);
+  if (!std::isfinite(value)) database_->failDamaged("{} is no number", what);
+  return value;
+}
+
+std::optional<Pose> Statement::pose(int column) const {
+  const Pose pose{real(column),     real(column + 1), real(column + 2), real(column + 3),
+                  real(column + 4), real(column + 5), real(column + 6)};
+  return pose.isPlausible() ? std::optional(pose) : std::nullopt;
 }
 
 std::string Statement::text(int column) const {
@@ -246,7 +279,7 @@ std::span<const std::byte> Statement::bytes(int column) const {
   return data == nullptr ? std::span<const std::byte>() : std::span(data, size);
 }
 
-void requirePlainSchema(Database& database) {
+void requirePlainSchema(const Database& database) {
   // Views and triggers are off, as are constraints.
   Statement found(
       database,
@@ -255,8 +288,7 @@ void requirePlainSchema(Database& database) {
       "t.sql NOT LIKE '%VIRTUAL%' AND (c.hidden > 1 OR c.dflt_value LIKE '%(%') UNION ALL "
       "SELECT i.name FROM sqlite_master i, pragma_index_xinfo(i.name) c WHERE i.type = 'index' AND "
       "(c.cid = -2 OR i.sql LIKE '%WHERE%')");
-  if (found.next())
-    database.failDamaged(fmt::format("it would run what stands in its schema, in {}", found.text(0)));
+  if (found.next()) database.failDamaged("it would run what stands in its schema, in {}", found.text(0));
 }
 
 bool hasTable(const Database& database, std::string_view name) {

@@ -1,23 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/map_file/store.hpp"
 
-#include <fcntl.h>
-#include <fmt/format.h>
 #include <sqlite3.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstdio>
-#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/output_file.hpp"
-#include "estancia/map_file/drive_store.hpp"
 #include "estancia/map_file/sqlite.hpp"
 #include "estancia/map_file/store_files.hpp"
 #include "estancia/map_file/store_read.hpp"
@@ -30,14 +24,7 @@ using namespace storage;
 using sqlite::Database;
 using sqlite::Statement;
 
-constexpr std::int64_t formatVersion = 6;
-/// Has the same tables for places, but for drives; writing it makes it the newest.
-constexpr std::int64_t oldestVersion = 4;
-
 constexpr int maxBeside = 16'000'000;  // the -wal file after a checkpoint [bytes]
-
-constexpr double noNumber = std::numeric_limits<double>::quiet_NaN();  // stored as NULL
-constexpr Pose unknownPose{noNumber, noNumber, noNumber, noNumber, noNumber, noNumber, noNumber};
 
 // Decisions, merges and first frames are history: they may name nodes that have been absorbed since.
 constexpr const char* schema = R"sql(
@@ -60,6 +47,14 @@ CREATE TABLE merges(id INTEGER PRIMARY KEY, frame INTEGER NOT NULL, kept INTEGER
 CREATE TABLE state(key TEXT PRIMARY KEY, bytes BLOB NOT NULL);
 )sql";
 
+constexpr const char* schemaOfDrives = R"sql(
+CREATE TABLE IF NOT EXISTS drives(first_frame INTEGER PRIMARY KEY, name TEXT NOT NULL,
+                                  fingerprint TEXT NOT NULL, aligned INTEGER NOT NULL, x REAL, y REAL, z REAL, qx REAL, qy REAL, qz REAL,
+                                  qw REAL);
+CREATE TABLE IF NOT EXISTS given_poses(frame INTEGER PRIMARY KEY, x REAL, y REAL, z REAL, qx REAL, qy REAL,
+                                       qz REAL, qw REAL);
+)sql";
+
 constexpr const char* schemaOfRooms = R"sql(
 DROP TABLE IF EXISTS predicted_rooms;
 DROP TABLE IF EXISTS predictions;
@@ -71,32 +66,17 @@ CREATE TABLE room_evidence(frame INTEGER NOT NULL, label INTEGER NOT NULL, log_o
                            PRIMARY KEY(frame, label)) WITHOUT ROWID;
 )sql";
 
+/// The parts of a vocabulary as JSON, [[labels, weight], …].
+std::string partsToJson(const Vocabulary& vocabulary) {
+  auto parts = nlohmann::json::array();
+  for (const LabelPart& part : vocabulary.layout().parts) parts.push_back({part.size, part.weight});
+  return parts.dump();
+}
+
 std::string quoted(const std::string& text) {
   std::string result = "'";
   for (const char c : text) result += c == '\'' ? std::string("''") : std::string(1, c);
   return result + "'";
-}
-
-void requireOurFormat(Database& database) {
-  const fs::path& path = database.path();
-  if (database.number("PRAGMA application_id") != mapApplicationId)
-    refuse(path, ErrorCode::unsupportedFile,
-           "another program's SQLite file, not a map; give a file that `estancia map` has written");
-  const std::int64_t version = database.number("PRAGMA user_version");
-  if (version < 1) database.failDamaged(fmt::format("its format version is {}", version));
-  if (version < oldestVersion || version > formatVersion)
-    refuse(
-        path, ErrorCode::unsupportedFile,
-        fmt::format("map format {}, but this Estancia reads map formats {} to {}; {}", version, oldestVersion,
-                    formatVersion, version < oldestVersion ? "map the sequence again" : "update Estancia"));
-  sqlite::requirePlainSchema(database);
-  // SQLite notices missing pages, but fills up a last page that was cut. (Beside a -wal file the size may
-  // change.)
-  std::error_code problem;
-  const auto size = fs::file_size(database.path(), problem);
-  const auto pageSize = static_cast<std::uintmax_t>(database.number("PRAGMA page_size"));
-  if (!problem && size % pageSize != 0 && !fs::exists(path.string() + "-wal"))
-    database.failDamaged("its last page is incomplete");
 }
 
 }  // namespace
@@ -140,11 +120,17 @@ struct MapStore::Impl {
              "an earlier error has ended the writing of this map; open it again");
   }
 
+  /// The only row that a query has of a frame.
+  Statement rowOf(std::size_t frame, std::string_view sql) const {
+    Statement row(database, sql, frame);
+    if (!row.next()) failNoFrame(frame, frameCountOf(database));
+    return row;
+  }
+
   [[noreturn]] void failNoFrame(std::size_t frame, std::size_t count) const {
-    refuse(
-        path, ErrorCode::unknownName,
-        fmt::format("there is no frame {}; the map has {} frames, and keeps fewer where its size is bounded",
-                    frame, count));
+    refuse(path, ErrorCode::unknownName,
+           "there is no frame {}; the map has {} frames, and keeps fewer where its size is bounded", frame,
+           count);
   }
 
   void requireFrame(std::size_t frame) const {
@@ -289,11 +275,9 @@ void MapStore::addFrame(const MappedFrame& frame, DescriptorView descriptor) {
   requireProbabilities(descriptor, impl_->identity.vocabulary.size(), frame.name);
   if (frame.number >= maxFramesOfMap)
     refuse(impl_->path, ErrorCode::tooLarge, "the map has no number for another frame; begin a new map");
-  const Pose pose = frame.pose.value_or(unknownPose);
   impl_->write("INSERT INTO descriptors VALUES(?1, ?2)", frame.number, descriptor);
   impl_->write("INSERT INTO frames VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12)", frame.number,
-               frame.name, frame.timestamp.value_or(noNumber), pose.x, pose.y, pose.z, pose.qx, pose.qy,
-               pose.qz, pose.qw, frame.room, frame.node);
+               frame.name, frame.timestamp.value_or(std::nan("")), frame.pose, frame.room, frame.node);
   if (frame.number < impl_->frames)
     --impl_->leftOut;
   else
@@ -302,9 +286,17 @@ void MapStore::addFrame(const MappedFrame& frame, DescriptorView descriptor) {
 
 void MapStore::putPose(std::size_t frame, const std::optional<Pose>& pose) {
   impl_->requireFrame(frame);
-  const Pose p = pose.value_or(unknownPose);
   impl_->write("UPDATE frames SET x = ?2, y = ?3, z = ?4, qx = ?5, qy = ?6, qz = ?7, qw = ?8 WHERE id = ?1",
-               frame, p.x, p.y, p.z, p.qx, p.qy, p.qz, p.qw);
+               frame, pose);
+}
+
+void MapStore::putGivenPose(std::size_t frame, const Pose& pose) {
+  impl_->write("INSERT OR REPLACE INTO given_poses VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)", frame, pose);
+}
+
+void MapStore::putDrive(const Drive& drive) {
+  impl_->write("INSERT OR REPLACE INTO drives VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11)",
+               drive.firstFrame, drive.name, drive.fingerprint, drive.isAligned ? 1 : 0, drive.alignment);
 }
 
 void MapStore::putImage(std::size_t frame, const std::vector<unsigned char>& jpeg) {
@@ -359,8 +351,8 @@ void MapStore::putPredictions(const RoomPredictions& predictions) {
   const std::size_t rows = predictions.probabilities.size(), rooms = predictions.rooms.size();
   if (rows > numbers.size() || rooms == 0 || predictions.probabilities.labels() != rooms)
     refuse(impl_->path, ErrorCode::mismatch,
-           fmt::format("predictions for {} frames and {} rooms do not fit {} frames and {} rooms", rows,
-                       predictions.probabilities.labels(), numbers.size(), rooms));
+           "predictions for {} frames and {} rooms do not fit {} frames and {} rooms", rows,
+           predictions.probabilities.labels(), numbers.size(), rooms);
   if (std::ranges::any_of(predictions.rooms, &std::string::empty))
     refuse(impl_->path, ErrorCode::invalidInput, "a predicted room has no name");
   impl_->statements.clear();  // statements for the older tables
@@ -397,15 +389,11 @@ void MapStore::leaveOut(const std::vector<std::size_t>& frames) {
   impl_->allOrNothing([&] {
     for (const std::string& table : tables) {
       Statement remove(impl_->database, fmt::format("DELETE FROM {} WHERE frame = ?1", table));
-      for (const std::size_t frame : frames) {
-        remove.bindAll(frame);
-        remove.execute();
-      }
+      for (const std::size_t frame : frames) remove.executeWith(frame);
     }
     Statement remove(impl_->database, "DELETE FROM frames WHERE id = ?1");
     for (const std::size_t frame : frames) {
-      remove.bindAll(frame);
-      remove.execute();
+      remove.executeWith(frame);
       impl_->leftOut += static_cast<std::size_t>(sqlite3_changes(impl_->database.handle()));
     }
   });
@@ -467,7 +455,7 @@ std::size_t MapStore::frameCount() const {
 }
 
 std::vector<std::size_t> MapStore::frameNumbers() const {
-  return numbersOf(impl_->database);
+  return impl_->database.numbers("SELECT id FROM frames ORDER BY id");
 }
 
 std::vector<std::size_t> MapStore::namedFrames() const {
@@ -526,16 +514,14 @@ std::vector<std::pair<int, std::string>> MapStore::nodeStates() const {
   Statement rows(impl_->database, "SELECT id, state FROM nodes ORDER BY id");
   std::vector<std::pair<int, std::string>> states;
   while (rows.next()) {
-    if (rows.integer(0) < 0 || rows.integer(0) > std::numeric_limits<int>::max())
-      impl_->database.failDamaged(fmt::format("a node's number is {}", rows.integer(0)));
-    states.emplace_back(static_cast<int>(rows.integer(0)), rows.blob(1));
+    const int id = rows.node(0, 0, "a node's number");
+    states.emplace_back(id, rows.blob(1));
   }
   return states;
 }
 
 LexicalDescriptor MapStore::descriptor(std::size_t frame) const {
-  Statement row(impl_->database, "SELECT probabilities FROM descriptors WHERE frame = ?1", frame);
-  if (!row.next()) impl_->failNoFrame(frame, frameCount());
+  const Statement row = impl_->rowOf(frame, "SELECT probabilities FROM descriptors WHERE frame = ?1");
   LexicalDescriptor descriptor;
   readValues(impl_->database, row.bytes(0), impl_->identity.vocabulary.size(),
              fmt::format("the descriptor of frame {}", frame), descriptor);
@@ -543,18 +529,31 @@ LexicalDescriptor MapStore::descriptor(std::size_t frame) const {
 }
 
 std::optional<Pose> MapStore::pose(std::size_t frame) const {
-  Statement row(impl_->database, "SELECT x, y, z, qx, qy, qz, qw FROM frames WHERE id = ?1", frame);
-  if (!row.next()) impl_->failNoFrame(frame, frameCount());
-  return readPose(row, 0);
+  return impl_->rowOf(frame, "SELECT x, y, z, qx, qy, qz, qw FROM frames WHERE id = ?1").pose(0);
+}
+
+std::optional<Pose> MapStore::givenPose(std::size_t frame) const {
+  if (!sqlite::hasTable(impl_->database, "given_poses")) return std::nullopt;
+  Statement row(impl_->database, "SELECT x, y, z, qx, qy, qz, qw FROM given_poses WHERE frame = ?1", frame);
+  if (!row.next()) return std::nullopt;
+  const std::optional<Pose> pose = row.pose(0);
+  if (!pose) impl_->database.failDamaged("the given pose of frame {} is none", frame);
+  return pose;
+}
+
+bool MapStore::hasPoses() const {
+  return impl_->database.number("SELECT EXISTS(SELECT 1 FROM frames WHERE x IS NOT NULL)") != 0;
+}
+
+std::vector<Drive> MapStore::drives() const {
+  return readDrives(impl_->database);
 }
 
 Frame MapStore::frame(std::size_t frame) const {
-  Statement row(impl_->database, "SELECT name, timestamp, x, y, z, qx, qy, qz, qw FROM frames WHERE id = ?1",
-                frame);
-  if (!row.next()) impl_->failNoFrame(frame, frameCount());
+  const Statement row =
+      impl_->rowOf(frame, "SELECT name, timestamp, x, y, z, qx, qy, qz, qw FROM frames WHERE id = ?1");
   const double timestamp = row.real(1);
-  return {row.text(0), std::isfinite(timestamp) ? std::optional(timestamp) : std::nullopt, readPose(row, 2),
-          ""};
+  return {row.text(0), std::isfinite(timestamp) ? std::optional(timestamp) : std::nullopt, row.pose(2), ""};
 }
 
 void MapStore::forEachDescriptor(std::size_t first,
@@ -573,10 +572,7 @@ void MapStore::forEachDescriptor(std::size_t first,
 }
 
 std::vector<std::size_t> MapStore::imageFrames() const {
-  Statement rows(impl_->database, "SELECT frame FROM images WHERE frame >= 0 ORDER BY frame");
-  std::vector<std::size_t> frames;
-  while (rows.next()) frames.push_back(static_cast<std::size_t>(rows.integer(0)));
-  return frames;
+  return impl_->database.numbers("SELECT frame FROM images WHERE frame >= 0 ORDER BY frame");
 }
 
 std::vector<unsigned char> MapStore::image(std::size_t frame) const {

@@ -63,6 +63,10 @@ class MapStore {
   void addFrame(const MappedFrame& frame, DescriptorView descriptor);
   /// Where the frame was taken, as it is known now.
   void putPose(std::size_t frame, const std::optional<Pose>& pose);
+  /// The pose of a frame as it was given, in its drive's own frame.
+  void putGivenPose(std::size_t frame, const Pose& pose);
+  /// Inserts, or replaces the one that begins at the same frame.
+  void putDrive(const Drive& drive);
   /// A small JPEG of a frame, for reports.
   void putImage(std::size_t frame, const std::vector<unsigned char>& jpeg);
   /// Inserts or replaces; `state` is the mapper's own memory of the node.
@@ -93,8 +97,7 @@ class MapStore {
 
   // ---- reading
   const std::filesystem::path& path() const;
-  /// From here to endReading() everything is read as it is at one moment, whatever another process writes
-  /// meanwhile. For Access::read.
+  /// Until endReading() all is read as of one moment, whatever another process writes. For Access::read.
   void beginReading();
   void endReading();
   /// Bytes in use in the file, without free pages.
@@ -103,8 +106,7 @@ class MapStore {
   std::size_t frameCount() const;
   /// Numbers of the kept frames, in order.
   std::vector<std::size_t> frameNumbers() const;
-  /// Frames that a map of which not all are read should have: the first ones of drives, and three of each
-  /// place.
+  /// Frames that a map read in part should have: the first ones of drives, and three of each place.
   std::vector<std::size_t> namedFrames() const;
   /// Visits of all kept frames.
   std::vector<Visit> visits() const;
@@ -119,10 +121,15 @@ class MapStore {
   /// Throws Error (unknownName) when there is no such frame.
   LexicalDescriptor descriptor(std::size_t frame) const;
   std::optional<Pose> pose(std::size_t frame) const;
+  /// Nothing where none was given, or it was in the map's frame.
+  std::optional<Pose> givenPose(std::size_t frame) const;
+  /// Whether a frame of the map has a pose.
+  bool hasPoses() const;
+  /// In order of frames; none in maps of older programs.
+  std::vector<Drive> drives() const;
   /// Name, time stamp and pose. Throws Error (unknownName) when there is no such frame.
   Frame frame(std::size_t frame) const;
-  /// The descriptors of all frames that are kept from number `first` on, in order; stops early when `visit`
-  /// returns false.
+  /// The descriptors of kept frames from number `first` on, in order, until `visit` returns false.
   void forEachDescriptor(std::size_t first,
                          const std::function<bool(std::size_t, DescriptorView)>& visit) const;
   /// Frames with an image, and the image (empty when there is none).

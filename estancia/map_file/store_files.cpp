@@ -2,31 +2,29 @@
 #include "estancia/map_file/store_files.hpp"
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <sqlite3.h>
 #include <unistd.h>
 
 #include <array>
 #include <cerrno>
-#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <string_view>
 
 #include "estancia/map_file/map.hpp"
 #include "estancia/map_file/sqlite.hpp"
+#include "estancia/map_file/store.hpp"
 
 namespace estancia::storage {
 
 namespace fs = std::filesystem;
 using sqlite::Database;
 
+/// Has the same tables for places, but for drives; writing it makes it the newest.
+constexpr std::int64_t oldestVersion = 4;
+
 fs::path folderOf(const fs::path& path) {
   return path.has_parent_path() ? path.parent_path() : fs::path(".");
-}
-
-[[noreturn]] void refuse(const fs::path& path, ErrorCode code, const std::string& why) {
-  throw Error(code, fmt::format("{}: {}", path.string(), why));
 }
 
 [[noreturn]] void failExists(const fs::path& path) {
@@ -54,17 +52,17 @@ void requireWritable(const fs::path& folder) {
     close(file);
   }
   if (const std::string_view noSpace = sqlite::whyNoSpace(problem); !noSpace.empty())
-    refuse(folder, ErrorCode::fileUnwritable, std::string(noSpace));
+    refuse(folder, ErrorCode::fileUnwritable, "{}", noSpace);
   if (problem != 0)
-    refuse(folder, ErrorCode::fileUnwritable,
-           fmt::format("cannot write in this folder ({}); choose another one", std::strerror(problem)));
+    refuse(folder, ErrorCode::fileUnwritable, "cannot write in this folder ({}); choose another one",
+           std::strerror(problem));
 }
 
 void renameToNew(const fs::path& from, const fs::path& to) {
   if (renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return;
   if (errno == EEXIST) failExists(to);
   if (errno != EINVAL && errno != ENOSYS)
-    refuse(to, ErrorCode::fileUnwritable, fmt::format("cannot be made ({})", std::strerror(errno)));
+    refuse(to, ErrorCode::fileUnwritable, "cannot be made ({})", std::strerror(errno));
   if (fs::exists(fs::symlink_status(to))) failExists(to);  // a file system without that kind of rename
   fs::rename(from, to);
 }
@@ -99,7 +97,7 @@ void requireMapFile(const fs::path& path) {
   std::error_code problem;
   const fs::file_status status = fs::status(path, problem);
   if (status.type() == fs::file_type::none)
-    refuse(path, ErrorCode::fileUnreadable, fmt::format("cannot be read ({})", problem.message()));
+    refuse(path, ErrorCode::fileUnreadable, "cannot be read ({})", problem.message());
   if (!fs::exists(status))
     refuse(path, ErrorCode::fileNotFound, "there is no such map; make one by `estancia map`");
   if (!fs::is_regular_file(status))
@@ -107,8 +105,27 @@ void requireMapFile(const fs::path& path) {
   constexpr std::uintmax_t smallest = 512;  // SQLite's smallest page
   if (const auto size = fs::file_size(path, problem); !problem && size < smallest)
     refuse(path, ErrorCode::truncatedFile,
-           fmt::format("only {} bytes long, too short for a map; restore a copy or map the sequence again",
-                       size));
+           "only {} bytes long, too short for a map; restore a copy or map the sequence again", size);
+}
+
+void requireOurFormat(const Database& database) {
+  const fs::path& path = database.path();
+  if (database.number("PRAGMA application_id") != mapApplicationId)
+    refuse(path, ErrorCode::unsupportedFile,
+           "another program's SQLite file, not a map; give a file that `estancia map` has written");
+  const std::int64_t version = database.number("PRAGMA user_version");
+  if (version < 1) database.failDamaged("its format version is {}", version);
+  if (version < oldestVersion || version > formatVersion)
+    refuse(path, ErrorCode::unsupportedFile,
+           "map format {}, but this Estancia reads map formats {} to {}; {}", version, oldestVersion,
+           formatVersion, version < oldestVersion ? "map the sequence again" : "update Estancia");
+  sqlite::requirePlainSchema(database);
+  // SQLite notices missing pages, but fills up a cut last one. (With a -wal file the size may change.)
+  std::error_code problem;
+  const auto size = fs::file_size(database.path(), problem);
+  const auto pageSize = static_cast<std::uintmax_t>(database.number("PRAGMA page_size"));
+  if (!problem && size % pageSize != 0 && !fs::exists(path.string() + "-wal"))
+    database.failDamaged("its last page is incomplete");
 }
 
 }  // namespace estancia::storage

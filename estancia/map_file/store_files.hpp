@@ -2,10 +2,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <fmt/format.h>
+
+#include <cstdint>
 #include <filesystem>
-#include <string>
+#include <utility>
 
 #include "estancia/core/error.hpp"
+
+namespace estancia::sqlite {
+class Database;
+}
 
 namespace estancia::storage {
 
@@ -13,7 +20,11 @@ namespace estancia::storage {
 constexpr int lockPatience = 1000;
 
 /// Throws Error: "PATH: why".
-[[noreturn]] void refuse(const std::filesystem::path& path, ErrorCode code, const std::string& why);
+template <class... Values>
+[[noreturn]] void refuse(const std::filesystem::path& path, ErrorCode code, fmt::format_string<Values...> why,
+                         Values&&... values) {
+  throw Error(code, path.string() + ": " + fmt::format(why, std::forward<Values>(values)...));
+}
 [[noreturn]] void failExists(const std::filesystem::path& path);
 
 /// "." for a file that is named alone.
@@ -26,6 +37,10 @@ void requireWritable(const std::filesystem::path& folder);
 void requireReplaceable(const std::filesystem::path& path);
 /// Throws unless it is a file that may be a map.
 void requireMapFile(const std::filesystem::path& path);
+
+constexpr std::int64_t formatVersion = 6;
+/// Throws unless it is a whole map of a format that can be read.
+void requireOurFormat(const sqlite::Database& database);
 
 /// Removes SQLite's companions of a file. Left behind, they would be applied to the next file of that name.
 void removeCompanions(const std::filesystem::path& path);

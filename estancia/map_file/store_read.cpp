@@ -9,7 +9,6 @@
 #include <charconv>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "estancia/core/printable.hpp"
@@ -23,48 +22,29 @@ using sqlite::Statement;
 
 static_assert(std::endian::native == std::endian::little, "map files hold little-endian float32");
 
-/// Rows whose numbers are checked; `what` names them.
-class Rows : public Statement {
- public:
-  template <class... Values>
-  Rows(const Database& database, std::string_view sql, const Values&... values)
-      : Statement(database, sql, values...), database_(database) {}
+std::size_t countIn(const Statement& row, int column, std::int64_t lowest, const char* what,
+                    std::size_t highest = maxFramesOfMap) {
+  return static_cast<std::size_t>(row.number(column, lowest, static_cast<std::int64_t>(highest), what));
+}
 
-  /// In [lowest, highest].
-  std::int64_t number(int column, std::int64_t lowest, std::int64_t highest, const char* what) const {
-    const std::int64_t value = integer(column);
-    if (value < lowest || value > highest) database_.failDamaged(fmt::format("{} is {}", what, value));
-    return value;
-  }
-  std::size_t count(int column, std::int64_t lowest, const char* what,
-                    std::size_t highest = maxFramesOfMap) const {
-    return static_cast<std::size_t>(number(column, lowest, static_cast<std::int64_t>(highest), what));
-  }
-  int node(int column, int lowest, const char* what) const {
-    return static_cast<int>(number(column, lowest, std::numeric_limits<int>::max(), what));
-  }
-  /// The number of a frame that was mapped.
-  std::size_t frame(int column, std::size_t frames, const char* what) const {
-    return static_cast<std::size_t>(number(column, 0, static_cast<std::int64_t>(frames) - 1, what));
-  }
+/// The number of a frame that was mapped.
+std::size_t frameIn(const Statement& row, int column, std::size_t frames, const char* what) {
+  return static_cast<std::size_t>(row.number(column, 0, static_cast<std::int64_t>(frames) - 1, what));
+}
 
- private:
-  const Database& database_;
-};
-
-std::string readMeta(Database& database, std::string_view key) {
+std::string readMeta(const Database& database, std::string_view key) {
   Statement statement(database, "SELECT value FROM meta WHERE key = ?1", key);
-  if (!statement.next()) database.failDamaged(fmt::format("its {} is missing", key));
+  if (!statement.next()) database.failDamaged("its {} is missing", key);
   return statement.text(0);
 }
 
-void readNodes(Database& database, TopologicalMap& map) {
+void readNodes(const Database& database, TopologicalMap& map) {
   const std::size_t frames = frameCountOf(database);
-  Rows rows(database, "SELECT id, frames, mean, sigma FROM nodes ORDER BY id");
+  Statement rows(database, "SELECT id, frames, mean, sigma FROM nodes ORDER BY id");
   while (rows.next()) {
     Node node;
     node.id = rows.node(0, 0, "a node's number");
-    node.frames = rows.count(1, 1, "a node's image count", frames);
+    node.frames = countIn(rows, 1, 1, "a node's image count", frames);
     const std::string name = fmt::format("node {}", node.id);
     readValues(database, rows.bytes(2), map.vocabulary.size(), name + "'s mean", node.mean);
     readValues(database, rows.bytes(3), map.vocabulary.size(), name + "'s deviation", node.sigma);
@@ -72,19 +52,18 @@ void readNodes(Database& database, TopologicalMap& map) {
   }
 }
 
-/// The numbers of each n-th frame, so that there are no more than `most`, and of those in `also`; nothing
-/// where all are read.
-std::optional<std::vector<std::size_t>> numbersToRead(Database& database, std::size_t most,
+/// The numbers of each n-th frame, at most `most`, and of those in `also`; nothing where all are read.
+std::optional<std::vector<std::size_t>> numbersToRead(const Database& database, std::size_t most,
                                                       const std::vector<std::size_t>& also) {
-  Rows count(database, "SELECT count(*) FROM frames");
-  const std::size_t all = count.next() ? count.count(0, 0, "the number of frames") : 0;
+  Statement count(database, "SELECT count(*) FROM frames");
+  const std::size_t all = count.next() ? countIn(count, 0, 0, "the number of frames") : 0;
   const std::size_t mapped = frameCountOf(database), leftOut = leftOutOf(database);
   if (all + leftOut != mapped)
-    database.failDamaged(
-        fmt::format("it has {} of {} frames, and {} were left out of it", all, mapped, leftOut));
+    database.failDamaged("it has {} of {} frames, and {} were left out of it", all, mapped, leftOut);
   if (most >= all) return std::nullopt;
   const std::size_t stride = (all - 1) / std::max<std::size_t>(1, most) + 1;
-  const std::vector<std::size_t> kept = leftOut == 0 ? std::vector<std::size_t>() : numbersOf(database);
+  const std::vector<std::size_t> kept =
+      leftOut == 0 ? std::vector<std::size_t>() : database.numbers("SELECT id FROM frames ORDER BY id");
   std::vector<std::size_t> numbers = also;
   for (std::size_t row = 0; row < all; row += stride) numbers.push_back(kept.empty() ? row : kept.at(row));
   std::ranges::sort(numbers);
@@ -92,30 +71,30 @@ std::optional<std::vector<std::size_t>> numbersToRead(Database& database, std::s
   return numbers;
 }
 
-void readFrames(Database& database, TopologicalMap& map, const FrameRows& which) {
-  Rows rows = which.select<Rows>(database, "id, name, timestamp, x, y, z, qx, qy, qz, qw, room, node",
-                                 "frames", "id");
+void readFrames(const Database& database, TopologicalMap& map, const FrameRows& which) {
+  Statement rows =
+      which.select(database, "id, name, timestamp, x, y, z, qx, qy, qz, qw, room, node", "frames", "id");
   while (rows.next()) {
     MappedFrame frame;
-    frame.number = rows.count(0, 0, "a frame's number");
+    frame.number = countIn(rows, 0, 0, "a frame's number");
     frame.name = printable(rows.text(1));
     if (const double timestamp = rows.real(2); std::isfinite(timestamp)) frame.timestamp = timestamp;
-    frame.pose = readPose(rows, 3);
+    frame.pose = rows.pose(3);
     frame.room = printable(rows.text(10));
     frame.node = rows.node(11, map.nodes.empty() ? -1 : 0, "a frame's node");  // -1: to be mapped again
     if (frame.node >= 0 && map.findNode(frame.node) == nullptr)
-      database.failDamaged(fmt::format("frame {} is in node {}, which is missing", frame.number, frame.node));
+      database.failDamaged("frame {} is in node {}, which is missing", frame.number, frame.node);
     map.frames.push_back(std::move(frame));
   }
 }
 
 /// Maps of older programs have none.
-void addDrives(Database& database, TopologicalMap& map) {
+void addDrives(const Database& database, TopologicalMap& map) {
   if (map.frames.empty()) return;
   const std::size_t last = frameCountOf(database) - 1;
   for (Drive& drive : readDrives(database)) {
     if (drive.firstFrame > last + 1)
-      database.failDamaged(fmt::format("a drive begins at frame {}, which is missing", drive.firstFrame));
+      database.failDamaged("a drive begins at frame {}, which is missing", drive.firstFrame);
     const auto first = std::ranges::lower_bound(map.frames, drive.firstFrame, {}, &MappedFrame::number);
     drive.firstFrame = static_cast<std::size_t>(first - map.frames.begin());
     if (drive.firstFrame < map.frames.size()) map.drives.push_back(std::move(drive));
@@ -123,57 +102,52 @@ void addDrives(Database& database, TopologicalMap& map) {
   if (map.drives.empty() || map.drives.front().firstFrame > 0) map.drives.insert(map.drives.begin(), Drive{});
 }
 
-void addTransitions(Database& database, TopologicalMap& map) {
+void addTransitions(const Database& database, TopologicalMap& map) {
   for (Transition& transition : readTransitions(database)) {
     for (const int node : {transition.from, transition.to})
       if (map.findNode(node) == nullptr)
-        database.failDamaged(fmt::format("a transition touches node {}, which is missing", node));
+        database.failDamaged("a transition touches node {}, which is missing", node);
     transition.firstFrame = map.indexOf(transition.firstFrame);
     map.transitions.push_back(transition);
   }
 }
 
-void readDecisions(Database& database, TopologicalMap& map) {
+void readDecisions(const Database& database, TopologicalMap& map) {
   const std::size_t frames = frameCountOf(database);
-  Rows rows(database,
-            "SELECT frame, kind, node, current, to_current, other, to_other, tau_join, tau_revisit "
-            "FROM decisions ORDER BY frame");
+  Statement rows(database,
+                 "SELECT frame, kind, node, current, to_current, other, to_other, tau_join, tau_revisit "
+                 "FROM decisions ORDER BY frame");
   while (rows.next()) {
-    const auto frame = map.findFrame(rows.frame(0, frames, "a decision's frame"));
+    const auto frame = map.findFrame(frameIn(rows, 0, frames, "a decision's frame"));
     if (!frame) continue;
-    Decision decision;
-    decision.frame = *frame;
-    decision.kind = static_cast<DecisionKind>(
-        rows.number(1, 0, static_cast<int>(DecisionKind::localize), "the kind of a decision"));
-    decision.node = rows.node(2, 0, "a decision's node");
-    decision.current = rows.node(3, -1, "a decision's current node");
-    decision.toCurrent = rows.real(4);
-    decision.other = rows.node(5, -1, "a decision's other node");
-    decision.toOther = rows.real(6);
-    decision.tauJoin = rows.real(7);
-    decision.tauRevisit = rows.real(8);
+    const auto kind = rows.number(1, 0, static_cast<int>(DecisionKind::localize), "the kind of a decision");
+    const Decision decision{*frame,
+                            static_cast<DecisionKind>(kind),
+                            rows.node(2, 0, "a decision's node"),
+                            rows.node(3, -1, "a decision's current node"),
+                            rows.real(4),
+                            rows.node(5, -1, "a decision's other node"),
+                            rows.real(6),
+                            rows.real(7),
+                            rows.real(8)};
     if (decision.kind == DecisionKind::join && decision.current < 0)
-      database.failDamaged(fmt::format("frame {} joined node {}", decision.frame, decision.current));
+      database.failDamaged("frame {} joined node {}", decision.frame, decision.current);
     map.decisions.push_back(decision);
   }
 }
 
-void readMerges(Database& database, TopologicalMap& map) {
+void readMerges(const Database& database, TopologicalMap& map) {
   const std::size_t frames = frameCountOf(database);
-  Rows rows(database, "SELECT frame, kept, absorbed, distance, threshold FROM merges ORDER BY id");
+  Statement rows(database, "SELECT frame, kept, absorbed, distance, threshold FROM merges ORDER BY id");
   while (rows.next()) {
-    Merge merge;
-    merge.frame = map.indexOf(rows.frame(0, frames, "a merge's frame"));
-    merge.kept = rows.node(1, 0, "a merge's node");
-    merge.absorbed = rows.node(2, 0, "a merge's node");
-    merge.distance = rows.real(3);
-    merge.threshold = rows.real(4);
-    map.merges.push_back(merge);
+    const std::size_t frame = map.indexOf(frameIn(rows, 0, frames, "a merge's frame"));
+    const int kept = rows.node(1, 0, "a merge's node"), absorbed = rows.node(2, 0, "a merge's node");
+    map.merges.push_back({frame, kept, absorbed, rows.real(3), rows.real(4)});
   }
 }
 
 /// Reads what only predictions by the rooms' names have.
-void readRoomsByName(Database& database, RoomPredictions& predictions) {
+void readRoomsByName(const Database& database, RoomPredictions& predictions) {
   Statement query(database, "SELECT value FROM meta WHERE key = 'rooms_by_name'");
   if (!query.next()) return;
   try {
@@ -191,13 +165,13 @@ void readRoomsByName(Database& database, RoomPredictions& predictions) {
   database.failDamaged("what it says of rooms by name is wrong");
 }
 
-void readRoomEvidence(Database& database, const TopologicalMap& map, const FrameRows& which,
+void readRoomEvidence(const Database& database, const TopologicalMap& map, const FrameRows& which,
                       RoomPredictions& predictions) {
   if (!sqlite::hasTable(database, "room_evidence")) return;
-  Rows rows = which.select<Rows>(database, "frame, label, log_odds", "room_evidence", "frame");
+  Statement rows = which.select(database, "frame, label, log_odds", "room_evidence", "frame");
   const std::size_t rooms = predictions.rooms.size(), frames = frameCountOf(database);
   while (rows.next()) {
-    const auto frame = map.findFrame(rows.frame(0, frames, "the frame of room evidence"));
+    const auto frame = map.findFrame(frameIn(rows, 0, frames, "the frame of room evidence"));
     if (!frame) continue;
     RoomEvidence told;
     told.image = *frame;
@@ -206,19 +180,18 @@ void readRoomEvidence(Database& database, const TopologicalMap& map, const Frame
     const std::span<const std::byte> bytes = rows.bytes(2);
     told.logOdds.resize(rooms);
     if (bytes.size() != rooms * sizeof(float))
-      database.failDamaged(
-          fmt::format("the room evidence of frame {} does not fit {} rooms", told.image, rooms));
+      database.failDamaged("the room evidence of frame {} does not fit {} rooms", told.image, rooms);
     std::memcpy(told.logOdds.data(), bytes.data(), bytes.size());  // the blob need not be aligned
     if (!std::ranges::all_of(told.logOdds, [](float value) { return std::isfinite(value); }))
-      database.failDamaged(fmt::format("the room evidence of frame {} is no number", told.image));
+      database.failDamaged("the room evidence of frame {} is no number", told.image);
     predictions.evidence.push_back(std::move(told));
   }
 }
 
-void readPredictions(Database& database, TopologicalMap& map, const FrameRows& which) {
+void readPredictions(const Database& database, TopologicalMap& map, const FrameRows& which) {
   if (!sqlite::hasTable(database, "predicted_rooms")) return;
   std::vector<std::string> rooms;
-  Rows names(database, "SELECT id, name FROM predicted_rooms ORDER BY id");
+  Statement names(database, "SELECT id, name FROM predicted_rooms ORDER BY id");
   while (names.next()) {
     rooms.push_back(printable(names.text(1)));
     if (names.integer(0) != static_cast<std::int64_t>(rooms.size()) - 1 || rooms.back().empty())
@@ -231,13 +204,13 @@ void readPredictions(Database& database, TopologicalMap& map, const FrameRows& w
   readRoomsByName(database, predictions);
   // Predictions by names exist for few frames, those of a classifier for each frame.
   const FrameRows few = predictions.areByName ? FrameRows() : which;
-  Rows rows = few.select<Rows>(database, "frame, probabilities", "predictions", "frame");
+  Statement rows = few.select(database, "frame, probabilities", "predictions", "frame");
   const std::vector<float> none(labels, 0);
   std::vector<float> row;
   while (rows.next()) {
-    const std::size_t number = rows.count(0, 0, "the frame of a room prediction");
+    const std::size_t number = countIn(rows, 0, 0, "the frame of a room prediction");
     const std::string name = fmt::format("the room prediction of frame {}", number);
-    if (number >= count) database.failDamaged(name + " is of no frame");
+    if (number >= count) database.failDamaged("{} is of no frame", name);
     const auto frame = map.findFrame(number);
     if (!frame) continue;  // it was not read
     while (predictions.probabilities.size() < *frame) predictions.probabilities.append(none);
@@ -249,7 +222,7 @@ void readPredictions(Database& database, TopologicalMap& map, const FrameRows& w
 }
 
 /// `labels` in the parts that the map names, if any.
-Vocabulary readVocabulary(Database& database, std::vector<std::string> labels) {
+Vocabulary readVocabulary(const Database& database, std::vector<std::string> labels) {
   Statement query(database, "SELECT value FROM meta WHERE key = 'parts'");
   if (!query.next()) return Vocabulary(std::move(labels));
   try {
@@ -272,7 +245,7 @@ std::string distanceOf(const std::string& settings) {
 
 }  // namespace
 
-std::size_t leftOutOf(Database& database) {
+std::size_t leftOutOf(const Database& database) {
   Statement row(database, "SELECT value FROM meta WHERE key = ?1", leftOutKey);
   if (!row.next()) return 0;
   const std::string text = row.text(0);
@@ -282,75 +255,57 @@ std::size_t leftOutOf(Database& database) {
   return count;
 }
 
-std::size_t frameCountOf(Database& database) {
+std::size_t frameCountOf(const Database& database) {
   const std::int64_t count = database.number("SELECT ifnull(max(id) + 1, 0) FROM frames");
   if (count < 0 || database.number("SELECT ifnull(min(id), 0) FROM frames") < 0)
     database.failDamaged("its frames have negative numbers");
   if (static_cast<std::size_t>(count) > maxFramesOfMap)
-    database.failDamaged(fmt::format("its frames are numbered up to {}", count - 1));
+    database.failDamaged("its frames are numbered up to {}", count - 1);
   return static_cast<std::size_t>(count);
 }
 
-std::optional<Pose> readPose(const Statement& row, int column) {
-  const Pose pose{row.real(column),     row.real(column + 1), row.real(column + 2), row.real(column + 3),
-                  row.real(column + 4), row.real(column + 5), row.real(column + 6)};
-  return pose.isPlausible() ? std::optional(pose) : std::nullopt;
-}
-
-std::vector<Transition> readTransitions(Database& database) {
+std::vector<Transition> readTransitions(const Database& database) {
   const std::size_t frames = frameCountOf(database);
-  Rows rows(database,
-            "SELECT source, target, count, first_frame FROM transitions ORDER BY first_frame, source");
+  Statement rows(database,
+                 "SELECT source, target, count, first_frame FROM transitions ORDER BY first_frame, source");
   std::vector<Transition> transitions;
   while (rows.next())
     transitions.push_back({rows.node(0, 0, "a transition's start"), rows.node(1, 0, "a transition's end"),
-                           rows.count(2, 0, "a transition's count", frames),
-                           rows.count(3, 0, "a transition's first frame")});
+                           countIn(rows, 2, 0, "a transition's count", frames),
+                           countIn(rows, 3, 0, "a transition's first frame")});
   return transitions;
 }
 
-std::vector<Drive> readDrives(Database& database) {
+std::vector<Drive> readDrives(const Database& database) {
   std::vector<Drive> drives;
   if (!sqlite::hasTable(database, "drives")) return drives;
-  Rows rows(database,
-            "SELECT first_frame, name, fingerprint, aligned, x, y, z, qx, qy, qz, qw FROM drives "
-            "ORDER BY first_frame");
+  Statement rows(database,
+                 "SELECT first_frame, name, fingerprint, aligned, x, y, z, qx, qy, qz, qw FROM drives "
+                 "ORDER BY first_frame");
   while (rows.next()) {
-    drives.push_back({rows.count(0, 0, "a drive's first frame"), printable(rows.text(1)), rows.text(2),
-                      rows.number(3, 0, 1, "whether a drive is aligned") == 1, readPose(rows, 4)});
+    drives.push_back({countIn(rows, 0, 0, "a drive's first frame"), printable(rows.text(1)), rows.text(2),
+                      rows.number(3, 0, 1, "whether a drive is aligned") == 1, rows.pose(4)});
     if (!std::isnan(rows.real(4)) && !drives.back().alignment)
-      database.failDamaged(fmt::format("the alignment of drive {} is no pose", drives.size() - 1));
+      database.failDamaged("the alignment of drive {} is no pose", drives.size() - 1);
   }
   return drives;
-}
-
-double finiteReal(const Database& database, const Statement& row, int column, const char* what) {
-  const double value = row.real(column);
-  if (!std::isfinite(value)) database.failDamaged(fmt::format("{} is no number", what));
-  return value;
 }
 
 void readValues(const Database& database, std::span<const std::byte> bytes, std::size_t labels,
                 const std::string& what, std::vector<float>& values) {
   if (bytes.size() != labels * sizeof(float))
-    database.failDamaged(fmt::format("{} has {} bytes for {} labels", what, bytes.size(), labels));
+    database.failDamaged("{} has {} bytes for {} labels", what, bytes.size(), labels);
   values.resize(labels);
   std::memcpy(values.data(), bytes.data(), bytes.size());  // the blob need not be aligned
   for (const float value : values)
     if (!(value >= -0.001F && value <= 1.001F))  // what is stored may be a rounding beyond 0 … 1
-      database.failDamaged(fmt::format("{} holds {}", what, value));
+      database.failDamaged("{} holds {}", what, value);
 }
 
-std::string partsToJson(const Vocabulary& vocabulary) {
-  auto parts = nlohmann::json::array();
-  for (const LabelPart& part : vocabulary.layout().parts) parts.push_back({part.size, part.weight});
-  return parts.dump();
-}
-
-MapStore::Identity readIdentity(Database& database) {
+MapStore::Identity readIdentity(const Database& database) {
   std::vector<std::string> labels;
   {
-    Rows rows(database, "SELECT id, label FROM labels ORDER BY id");
+    Statement rows(database, "SELECT id, label FROM labels ORDER BY id");
     while (rows.next()) {
       labels.push_back(rows.text(1));
       if (rows.integer(0) != static_cast<std::int64_t>(labels.size()) - 1 || labels.back().empty())
@@ -366,8 +321,8 @@ MapStore::Identity readIdentity(Database& database) {
   return identity;
 }
 
-TopologicalMap readContent(Database& database, const MapStore::Identity& identity, std::size_t maxFrames,
-                           const std::vector<std::size_t>& also) {
+TopologicalMap readContent(const Database& database, const MapStore::Identity& identity,
+                           std::size_t maxFrames, const std::vector<std::size_t>& also) {
   TopologicalMap map{
       .vocabulary = identity.vocabulary, .model = identity.model, .distance = distanceOf(identity.settings)};
   const std::optional<std::vector<std::size_t>> numbers = numbersToRead(database, maxFrames, also);
@@ -385,25 +340,27 @@ TopologicalMap readContent(Database& database, const MapStore::Identity& identit
 FrameRows::FrameRows(std::span<const std::size_t> numbers)
     : numbers_(fmt::format("[{}]", fmt::join(numbers, ","))) {}
 
-FrameRows::FrameRows(Database& database, const TopologicalMap& map) {
+Statement FrameRows::select(const Database& database, std::string_view columns, std::string_view table,
+                            std::string_view frame) const {
+  if (!numbers_) return {database, fmt::format("SELECT {} FROM {} ORDER BY {}", columns, table, frame)};
+  const std::string sql = fmt::format(
+      "SELECT {} FROM (SELECT value AS number_read FROM json_each(?1)) CROSS JOIN {} ON {} = number_read",
+      columns, table, frame);
+  return {database, sql, std::string_view(*numbers_)};
+}
+
+FrameRows::FrameRows(const Database& database, const TopologicalMap& map) {
   if (map.frames.size() + leftOutOf(database) >= frameCountOf(database)) return;
   std::vector<std::size_t> numbers;
   for (const MappedFrame& frame : map.frames) numbers.push_back(frame.number);
   *this = FrameRows(numbers);
 }
 
-std::vector<std::size_t> numbersOf(const Database& database) {
-  Statement rows(database, "SELECT id FROM frames ORDER BY id");
-  std::vector<std::size_t> numbers;
-  while (rows.next()) numbers.push_back(static_cast<std::size_t>(rows.integer(0)));
-  return numbers;
-}
-
-std::vector<Visit> readVisits(Database& database) {
-  Rows rows(database, "SELECT id, node FROM frames ORDER BY node, id");  // by the index, which is small
+std::vector<Visit> readVisits(const Database& database) {
+  Statement rows(database, "SELECT id, node FROM frames ORDER BY node, id");  // by the index, which is small
   std::vector<Visit> runs;  // runs of frames without gaps in their numbers; those of one node are contiguous
   while (rows.next()) {
-    const std::size_t frame = rows.count(0, 0, "a frame's number");
+    const std::size_t frame = countIn(rows, 0, 0, "a frame's number");
     const int node = rows.node(1, -1, "a frame's node");
     if (!runs.empty() && runs.back().node == node && runs.back().lastFrame + 1 == frame)
       runs.back().lastFrame = frame;

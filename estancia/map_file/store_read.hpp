@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <fmt/format.h>
-
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -20,10 +18,7 @@ namespace estancia {
 constexpr std::size_t maxFramesOfMap = std::size_t{1} << 40;
 
 /// Throws Error when the labels do not match their digest.
-MapStore::Identity readIdentity(sqlite::Database& database);
-
-/// The parts of a vocabulary as JSON, [[labels, weight], …].
-std::string partsToJson(const Vocabulary& vocabulary);
+MapStore::Identity readIdentity(const sqlite::Database& database);
 
 /// Which frames of a map are read: all of them, or some by their numbers.
 class FrameRows {
@@ -32,60 +27,38 @@ class FrameRows {
   /// `numbers` ascend.
   explicit FrameRows(std::span<const std::size_t> numbers);
   /// Rows of the frames of `map`, which was read from the database.
-  FrameRows(sqlite::Database& database, const TopologicalMap& map);
+  FrameRows(const sqlite::Database& database, const TopologicalMap& map);
 
-  /// The rows of these frames in the order of their numbers, which are in the column `frame`; this must live
-  /// as long. `Row`: a sqlite::Statement.
-  template <class Row = sqlite::Statement>
-  Row select(const sqlite::Database& database, std::string_view columns, std::string_view table,
-             std::string_view frame) const {
-    if (!numbers_) return Row(database, fmt::format("SELECT {} FROM {} ORDER BY {}", columns, table, frame));
-    const std::string sql = fmt::format(
-        "SELECT {} FROM (SELECT value AS number_read FROM json_each(?1)) CROSS JOIN {} "
-        "ON {} = number_read",
-        columns, table, frame);
-    return Row(database, sql, std::string_view(*numbers_));
-  }
+  /// The rows of these frames in order of their numbers, in column `frame`. This must live as long.
+  sqlite::Statement select(const sqlite::Database& database, std::string_view columns, std::string_view table,
+                           std::string_view frame) const;
 
  private:
   /// Frame numbers as a JSON array.
   std::optional<std::string> numbers_;
 };
 
-/// Everything but descriptors, images and states. Every number and length is checked before it is used.
-/// `maxFrames`, `also`: see MapStore::load().
-TopologicalMap readContent(sqlite::Database& database, const MapStore::Identity& identity,
+/// All but descriptors, images and states, checked before use. `maxFrames`, `also`: see MapStore::load().
+TopologicalMap readContent(const sqlite::Database& database, const MapStore::Identity& identity,
                            std::size_t maxFrames, const std::vector<std::size_t>& also);
 
 /// The runs of frames at one place, in order.
-std::vector<Visit> readVisits(sqlite::Database& database);
-
-/// Numbers of the kept frames, in order.
-std::vector<std::size_t> numbersOf(const sqlite::Database& database);
+std::vector<Visit> readVisits(const sqlite::Database& database);
 
 /// The number that the next frame will have: of all that were mapped, kept or left out.
-std::size_t frameCountOf(sqlite::Database& database);
+std::size_t frameCountOf(const sqlite::Database& database);
 
 /// The meta key of how many frames were mapped but are not kept, and its value.
 constexpr const char* leftOutKey = "left_out";
-std::size_t leftOutOf(sqlite::Database& database);
-
-/// The pose in columns x, y, z, qx, qy, qz, qw from `column` on; absent where these are NULL or cannot be
-/// one.
-std::optional<Pose> readPose(const sqlite::Statement& row, int column);
+std::size_t leftOutOf(const sqlite::Database& database);
 
 /// In order of first frames, which are numbers.
-std::vector<Transition> readTransitions(sqlite::Database& database);
+std::vector<Transition> readTransitions(const sqlite::Database& database);
 
 /// Drives of the map, in order of frames.
-std::vector<Drive> readDrives(sqlite::Database& database);
+std::vector<Drive> readDrives(const sqlite::Database& database);
 
-/// The number in a column. Throws Error when it is none; `what` names it.
-double finiteReal(const sqlite::Database& database, const sqlite::Statement& row, int column,
-                  const char* what);
-
-/// Copies a blob of `labels` float32 values. Throws Error when it has another length or a value that is not
-/// finite; `what` names it.
+/// Copies a blob of `labels` float32 values. Throws Error for another length or a value out of 0 … 1.
 void readValues(const sqlite::Database& database, std::span<const std::byte> bytes, std::size_t labels,
                 const std::string& what, std::vector<float>& values);
 

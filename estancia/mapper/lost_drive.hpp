@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <deque>
 #include <span>
 #include <string>
@@ -41,8 +40,7 @@ class LostDrive {
   /// How far it is from the view of the map that it resembles most, by that scale.
   void count(std::size_t frame, double away);
   bool isRecognized() const;
-  /// Recognized after spending most of the drive outside the map: the frames there become a part of their
-  /// own.
+  /// Recognized after most of the drive was outside the map: the frames there become a part of their own.
   bool cameFromElsewhere() const { return isRecognized() && unlike_ > alike_; }
   /// The frame from which on most resemble the map.
   std::size_t cameBack() const;

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/mapper/mapper.hpp"
 
 #include <algorithm>
-#include <limits>
-#include <utility>
 
 #include "estancia/distances/distance.hpp"
 #include "estancia/mapper/mapper_impl.hpp"
@@ -116,10 +113,6 @@ Mapper::Impl::Impl(const DescriptorLayout& layout, const MapperOptions& chosen, 
       thresholds(initialThresholds(options, scale)),
       nextEstimate(firstEstimate) {}
 
-bool Mapper::Impl::isAutomatic() const {
-  return distance.standardized || !options.tauJoin;
-}
-
 bool Mapper::Impl::isWarmingUp() const {
   return isFirstDrive && isAutomatic() && scale.keyframes() < options.warmupFrames &&
          scale.frames() < maxFramesPerKeyframe * options.warmupFrames;
@@ -155,10 +148,6 @@ void Mapper::Impl::replay(DescriptorView probabilities, const Decision& known) {
   changes.events.emplace_back(known);
 }
 
-void Mapper::Impl::finish() {
-  if (isWarmingUp() && scale.frames() > 1) estimateScales(true);
-}
-
 void Mapper::Impl::beginDrive() {
   if (scale.frames() == 0) return;
   finish();
@@ -173,19 +162,10 @@ void Mapper::Impl::beginDrive() {
   getLost();
 }
 
-/// The thesis' places are their means alone.
-bool Mapper::Impl::hasModes() const {
-  return !isFirstDrive && thresholds.merge > 0;
-}
-
 /// Means within τ_merge are one, of modes as of places.
 void Mapper::Impl::endModes() {
   for (const int id : bank.endDrive(thresholds.merge, minFramesToMerge)) changes.changedNodes.insert(id);
   if (thresholds.merge <= 0 || (bank.rows() > bank.size() && isFull())) forgetModes();
-}
-
-void Mapper::Impl::forgetModes() {
-  for (const int id : bank.forgetModes()) changes.changedNodes.insert(id);
 }
 
 NodeBank Mapper::Impl::bankAtRest() const {
@@ -225,20 +205,15 @@ void Mapper::Impl::remapWarmup() {
     place(frame, embeddedFrame(warmup[frame].probabilities), warmup[frame].pose);
 }
 
-Decision Mapper::Impl::undecided(std::size_t frame) const {
-  Decision decision;
-  decision.frame = frame;
-  decision.current = currentNode();
-  decision.toCurrent = decision.toOther = unknown;
-  decision.tauJoin = thresholds.join;
-  decision.tauRevisit = thresholds.revisit;
-  return decision;
-}
-
 /// The loop body of Algorithm 4.1 (thesis 4.4) for one image.
 void Mapper::Impl::place(std::size_t frame, const FrameDescriptor& descriptor,
                          const std::optional<Pose>& pose, const std::optional<int>& guess) {
-  Decision decision = undecided(frame);
+  Decision decision{.frame = frame,
+                    .current = currentNode(),
+                    .toCurrent = unknown,
+                    .toOther = unknown,
+                    .tauJoin = thresholds.join,
+                    .tauRevisit = thresholds.revisit};
   PlaceView seen{frame, -1, frame, pose, descriptor.embedded, bank.compared(descriptor.embedded)};
   if (bank.size() > 0) decide(seen, guess, decision);  // else line 2: DecisionKind::start
   if (lost) stayLost(seen, decision);
@@ -249,7 +224,7 @@ void Mapper::Impl::place(std::size_t frame, const FrameDescriptor& descriptor,
   if (isNew || next != currentNode()) {
     if (current) leave();
     current = isNew ? createNode() : bank.slotOf(next);  // lines 3–5, 25, 26 and 28; line 22
-    if (decision.current >= 0) addTransition(decision.current, currentNode(), frame);  // lines 21 and 27
+    if (decision.current >= 0) ++transition(decision.current, currentNode(), frame).count;  // lines 21 and 27
     lostNode.reset();
     if (decision.kind == DecisionKind::start && !isFirstDrive) lostNode = currentNode();
   }
@@ -260,9 +235,8 @@ void Mapper::Impl::place(std::size_t frame, const FrameDescriptor& descriptor,
   mergeDuplicateNodes(frame);
 }
 
-/// Following the thesis' text and unlike the printed algorithm, a nearer node updates Min_dist (line 14), and
-/// an image that joins the current node (line 8) is done. Before that, single views are compared, which the
-/// thesis does not do.
+/// Following the thesis' text, not the printed algorithm, a nearer node updates Min_dist (line 14), and an
+/// image that joins the current node (line 8) is done. Unlike in the thesis, single views are compared first.
 void Mapper::Impl::decide(const PlaceView& seen, const std::optional<int>& guess, Decision& decision) {
   if (current) decision.toCurrent = bank.distance(*current, seen.compared);  // Eq. 4.5, or another distance
   const bool isRecognizedByViews = isRecognized(seen, decision);             // remembers what was seen
@@ -348,8 +322,7 @@ void Mapper::Impl::join(std::size_t slot, const FrameDescriptor& descriptor) {
   changes.changedNodes.insert(bank[slot].id);
 }
 
-/// The robot leaves the current node: its last k frames get the falling weights they would have had in
-/// hindsight.
+/// The robot leaves the current node: its last k frames get the falling weights due in hindsight.
 void Mapper::Impl::leave() {
   const std::size_t k = options.transitionImages;
   bank.update(*current, [&](NodeMemory& node) {
@@ -369,10 +342,9 @@ void Mapper::Impl::leave() {
   stay = 0;
 }
 
-void Mapper::Impl::addTransition(int from, int to, std::size_t frame) {
-  Transition& transition = transitions.try_emplace({from, to}, Transition{from, to, 0, frame}).first->second;
-  ++transition.count;
+Transition& Mapper::Impl::transition(int from, int to, std::size_t frame) {
   changes.changedTransitions.insert({from, to});
+  return transitions.try_emplace({from, to}, Transition{from, to, 0, frame}).first->second;
 }
 
 /// Two nodes whose means have come close are one place: the older one keeps its id.
@@ -382,11 +354,9 @@ void Mapper::Impl::mergeDuplicateNodes(std::size_t frame) {
   bank.update(*current, [](NodeMemory& n) { n.setNextMergeCheck(); });
   const auto duplicate = bank.nearest(bank.mean(*current), *current, minFramesToMerge);
   if (!duplicate || duplicate->distance >= thresholds.merge) return;
-  if (views.areApart(bank[duplicate->slot].id, node.id)) return;
-
-  if (!mayBeOne(node.id, bank[duplicate->slot].id)) return;
-
-  const std::size_t kept = bank[duplicate->slot].id < node.id ? duplicate->slot : *current;
+  const int other = bank[duplicate->slot].id;
+  if (views.areApart(other, node.id) || !mayBeOne(node.id, other)) return;
+  const std::size_t kept = other < node.id ? duplicate->slot : *current;
   const std::size_t gone = kept == *current ? duplicate->slot : *current;
   merge(kept, gone, {frame, bank[kept].id, bank[gone].id, duplicate->distance, thresholds.merge});
 }
@@ -414,15 +384,12 @@ void Mapper::Impl::redirectTransitions(int absorbed, int kept) {
     if (isMoved) changes.changedTransitions.insert(entry.first);
     return isMoved;
   });
-  for (const Transition& transition : moved) {
-    const int from = transition.from == absorbed ? kept : transition.from;
-    const int to = transition.to == absorbed ? kept : transition.to;
+  for (const Transition& old : moved) {
+    const int from = old.from == absorbed ? kept : old.from, to = old.to == absorbed ? kept : old.to;
     if (from == to) continue;
-    Transition& target =
-        transitions.try_emplace({from, to}, Transition{from, to, 0, transition.firstFrame}).first->second;
-    target.count += transition.count;
-    target.firstFrame = std::min(target.firstFrame, transition.firstFrame);
-    changes.changedTransitions.insert({from, to});
+    Transition& target = transition(from, to, old.firstFrame);
+    target.count += old.count;
+    target.firstFrame = std::min(target.firstFrame, old.firstFrame);
   }
 }
 

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "estancia/map_file/store.hpp"
 #include "estancia/mapper/lost_drive.hpp"
 #include "estancia/mapper/mapper.hpp"
 #include "estancia/mapper/node_bank.hpp"
@@ -38,15 +39,20 @@ struct Mapper::Impl {
   void add(DescriptorView probabilities, const std::optional<Pose>& pose, const std::optional<int>& guess);
   /// The next frame, which was mapped before: its place and why are known, and nothing is warmed up.
   void replay(DescriptorView probabilities, const Decision& known);
-  void finish();
+  void finish() {
+    if (isWarmingUp() && scale.frames() > 1) estimateScales(true);
+  }
   void beginDrive();
   int currentNode() const { return current ? bank[*current].id : -1; }
 
-  bool isAutomatic() const;
+  bool isAutomatic() const { return distance.standardized || !options.tauJoin; }
   bool isWarmingUp() const;
-  bool hasModes() const;
+  /// The thesis' places are their means alone.
+  bool hasModes() const { return !isFirstDrive && thresholds.merge > 0; }
   void endModes();
-  void forgetModes();
+  void forgetModes() {
+    for (const int id : bank.forgetModes()) changes.changedNodes.insert(id);
+  }
   /// The bank as it will be after the drive, with this drive's appearance modes added.
   NodeBank bankAtRest() const;
   void estimateScales(bool warmingUp);
@@ -54,15 +60,13 @@ struct Mapper::Impl {
   void setStandardization();
   void place(std::size_t frame, const FrameDescriptor& descriptor, const std::optional<Pose>& pose,
              const std::optional<int>& guess = {});
-  Decision undecided(std::size_t frame) const;
   void decide(const PlaceView& seen, const std::optional<int>& guess, Decision& decision);
   bool isLocalized(const PlaceView& seen, const std::optional<int>& guess, Decision& decision) const;
   bool isRecognized(const PlaceView& seen, Decision& decision);
   /// A drive begins that may be in another building: with standardized distances that takes evidence.
   void getLost();
   void stayLost(const PlaceView& seen, Decision& decision);
-  /// Whether two nodes whose means have come close can be one place. Nodes that a drive's own scale has
-  /// separated look alike by the scale of all drives.
+  /// Whether two nodes of near means can be one place; those that a drive's own scale separated look alike.
   bool mayBeOne(int a, int b) const;
   /// The view (without views: the mean of a node) of earlier drives most similar to the image, embedded.
   std::optional<std::span<const float>> nearestKnown(const PlaceView& seen) const;
@@ -75,7 +79,8 @@ struct Mapper::Impl {
   void join(std::size_t slot, const FrameDescriptor& descriptor);
   std::size_t createNode();
   void leave();
-  void addTransition(int from, int to, std::size_t frame);
+  /// A transition that changes; `frame` is its first one if it is new.
+  Transition& transition(int from, int to, std::size_t frame);
   void mergeDuplicateNodes(std::size_t frame);
   void merge(std::size_t kept, std::size_t gone, const Merge& why);
   void absorbLostNode(int next, const Decision& decision);
@@ -125,8 +130,7 @@ struct Mapper::Impl {
   bool isFirstDrive = true;
   /// State of a further drive until it is recognized.
   std::optional<LostDrive> lost;
-  /// Set when a lost drive has re-entered the map: the frames before must be mapped alone before the next
-  /// frame is added.
+  /// A lost drive has re-entered the map: the frames before must be mapped alone before the next is added.
   bool isBack = false;
   /// The node that a further drive started in, as long as the robot has been in no other one.
   std::optional<int> lostNode;
@@ -151,5 +155,13 @@ struct Mapper::Impl {
 /// A map's settings as JSON, and back. Throws Error (corruptFile) on unknown or malformed settings.
 std::string settingsToJson(const MapperOptions& options);
 MapperOptions settingsFromJson(const std::string& text);
+
+// The states of a map file that a mapper is kept as.
+inline constexpr const char* mapperStateKey = "mapper";
+inline constexpr const char* mapperViewsKey = "views";
+inline constexpr const char* mapperPriorKey = "label-prior";
+
+/// The mapper that a map file was made with, as it was at the last commit.
+Mapper restoreMapper(const MapStore& store);
 
 }  // namespace estancia

@@ -1,7 +1,6 @@
 // Memory of a mapper: its limit, and the place that is merged when it is full.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <limits>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/mapper/mapper_impl.hpp"
@@ -48,23 +47,17 @@ std::size_t Mapper::Impl::neighborOf(std::size_t slot) const {
   const auto compared = bank.mean(slot);
   std::size_t nearest = slot;
   double least = std::numeric_limits<double>::infinity();
-  for (const auto& entry : transitions) {
-    const auto& [from, to] = entry.first;
-    if (from != bank[slot].id && to != bank[slot].id) continue;
-    const std::size_t other = bank.slotOf(from == bank[slot].id ? to : from);
+  const auto consider = [&](std::size_t other) {
+    if (other == slot) return;
     const double away = bank.distance(other, compared);
-    if (other == slot || away >= least) continue;
-    least = away;
-    nearest = other;
-  }
+    if (away < least) least = away, nearest = other;
+  };
+  for (const auto& [ends, transition] : transitions)
+    if (ends.first == bank[slot].id || ends.second == bank[slot].id)
+      consider(bank.slotOf(ends.first == bank[slot].id ? ends.second : ends.first));
   if (nearest != slot) return nearest;
-  for (std::size_t other = 0; other < bank.size(); ++other) {
-    if (other == slot || !areOfOneSide(other, slot)) continue;
-    const double away = bank.distance(other, compared);
-    if (away >= least) continue;
-    least = away;
-    nearest = other;
-  }
+  for (std::size_t other = 0; other < bank.size(); ++other)
+    if (areOfOneSide(other, slot)) consider(other);
   return nearest;
 }
 

@@ -96,10 +96,7 @@ void MapperMerge::take(const Mapper::Impl& map, const Renumbering& now) {
     const int from = placeOf(ends.first), end = placeOf(ends.second);
     if (from == end) continue;
     const std::size_t first = now.frame(transition.firstFrame);
-    Transition& known =
-        to.transitions.try_emplace({from, end}, Transition{from, end, 0, first}).first->second;
-    known.count += transition.count;
-    to.changes.changedTransitions.insert({from, end});
+    to.transition(from, end, first).count += transition.count;
   }
   if (!to.views.isOn()) return;
   for (PlaceView view : map.views.views()) {

@@ -31,8 +31,7 @@ class PlaceLinker {
   /// The pairs that are nearest to each other, within τ_join. They are sure where they are within τ_revisit,
   /// and 0.8 times nearer than either is to any other place of the other map (ratio test, Lowe 2004).
   std::vector<PlaceLink> nearest() const;
-  /// Compares two nodes by their ids. Nothing unless they are within τ_join. Throws Error (corruptFile) where
-  /// there is no such place.
+  /// Compares two nodes by their ids; nothing unless within τ_join. Throws Error (corruptFile) for no place.
   std::optional<PlaceLink> between(int a, int b) const;
 
  private:

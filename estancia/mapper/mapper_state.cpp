@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "estancia/core/bytes.hpp"
@@ -239,6 +238,24 @@ Mapper Mapper::Impl::restore(const DescriptorLayout& layout, const MapperOptions
   for (std::size_t frame = frames - recent; frame < frames; ++frame)
     impl->recent.push_back(impl->embeddedFrame(saved.descriptor(frame)));
   return Mapper(std::move(impl));
+}
+
+Mapper restoreMapper(const MapStore& store) try {
+  const auto state = store.findState(mapperStateKey);
+  if (!state)
+    throw Error(ErrorCode::corruptFile, "the map has no saved mapper state; map the sequence again");
+  const Vocabulary& vocabulary = store.identity().vocabulary;
+  const auto prior = store.findState(mapperPriorKey);  // none: of an older program's map
+  return Mapper::Impl::restore(
+      vocabulary.layout(), settingsFromJson(store.identity().settings),
+      {prior ? LabelPrior::fromBytes(*prior, vocabulary.size()) : unknownLabelsPrior(vocabulary.size()),
+       *state, store.nodeStates(), store.findState(mapperViewsKey).value_or(""), store.transitions(),
+       [&store](std::size_t frame) { return store.descriptor(frame); },
+       [&store](std::size_t frame) { return store.pose(frame); }});
+} catch (const Error& e) {
+  const std::string path = store.path().string(), message = e.what();
+  // The store names its file; what is read from memory knows none.
+  throw Error(e.code(), message.starts_with(path) ? message : path + ": " + message);
 }
 
 }  // namespace estancia

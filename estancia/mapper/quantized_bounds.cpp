@@ -66,8 +66,7 @@ struct SquaredNorms {
   float rough = 0, error = 0;
 };
 
-/// Bytes of `length` values, and the norms of scale · bytes and of what they lack. Sums in lanes, which stay
-/// in registers.
+/// Bytes of `length` values, and the norms of scale · bytes and of what they lack; summed in registers.
 ESTANCIA_MULTIVERSION
 SquaredNorms round(const float* values, std::size_t length, float scale, std::int8_t* bytes) {
   constexpr std::size_t lanes = 16;

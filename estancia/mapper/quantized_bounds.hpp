@@ -1,5 +1,4 @@
-// Quantized upper bounds: 8-bit copies of vectors that rule out most candidates of an exact nearest-neighbor
-// search.
+// Quantized upper bounds: 8-bit vectors that rule out most candidates of an exact nearest-neighbor search.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,9 +9,8 @@
 
 namespace estancia {
 
-/// Holds vectors quantized to 8 bits with the exact norm of each one's rounding error. For a query it bounds
-/// every dot product from above (Cauchy–Schwarz on the errors), at a quarter of the memory traffic of
-/// float32.
+/// Holds vectors quantized to 8 bits, and the exact norms of their rounding errors. Bounds dot products with
+/// a query from above (Cauchy–Schwarz on the errors), at a quarter of the memory traffic of float32.
 class QuantizedUpperBounds {
  public:
   explicit QuantizedUpperBounds(std::size_t length);

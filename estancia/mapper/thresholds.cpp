@@ -158,10 +158,6 @@ double ThresholdEstimator::placesSpanned(const Compared& compared) const {
   return squares > 0 ? std::max(1.0, trace * trace / squares) : 1;
 }
 
-ThresholdEstimator::Memory ThresholdEstimator::memory() const {
-  return {labels_.memory(), sampled_};
-}
-
 void ThresholdEstimator::restore(Memory memory, Moments moments,
                                  const std::function<std::vector<float>(std::size_t)>& probabilities) {
   sampled_ = std::move(memory.sampled);

@@ -53,7 +53,7 @@ class ThresholdEstimator {
   struct Memory : LabelScale::Memory {
     std::map<std::size_t, std::size_t> sampled;  ///< keyframe number → frame number
   };
-  Memory memory() const;
+  Memory memory() const { return {labels_.memory(), sampled_}; }
   /// Moments of the keyframes' embedded descriptors.
   const Moments& moments() const { return labels_.moments(); }
   /// `probabilities(i)` gives frame i's stored descriptor.

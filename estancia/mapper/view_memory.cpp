@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <utility>
+#include <tuple>
 
 #include "estancia/core/bytes.hpp"
 
@@ -192,32 +192,22 @@ std::optional<std::span<const float>> ViewMemory::nearestOfEarlierDrives(
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < views_.size(); ++i) {
     if (views_[i].frame >= driveBegan_ || (bounded_ && 1 - upper[i] >= least)) continue;
-    const double away = distance(views_[i].compared, compared);
-    if (away >= least) continue;
-    least = away;
-    nearest = &views_[i];
+    if (const double away = distance(views_[i].compared, compared); away < least)
+      least = away, nearest = &views_[i];
   }
   return nearest != nullptr ? std::optional(std::span<const float>(nearest->embedded)) : std::nullopt;
 }
 
 bool ViewMemory::isElsewhere(int node, const std::optional<Pose>& pose) const {
-  bool any = false;
-  for (const PlaceView& view : views_) {
-    if (view.node != node) continue;
-    if (!isElsewhere(view.pose, pose)) return false;
-    any = true;
-  }
-  return any;
+  return counts_.contains(node) && std::ranges::all_of(views_, [&](const PlaceView& view) {
+           return view.node != node || isElsewhere(view.pose, pose);
+         });
 }
 
 bool ViewMemory::areApart(int a, int b) const {
-  bool any = false;
-  for (const PlaceView& view : views_) {
-    if (view.node != a) continue;
-    if (!isElsewhere(b, view.pose)) return false;
-    any = true;
-  }
-  return any;
+  return counts_.contains(a) && std::ranges::all_of(views_, [&](const PlaceView& view) {
+           return view.node != a || isElsewhere(b, view.pose);
+         });
 }
 
 void ViewMemory::merge(int absorbed, int kept) {
@@ -304,9 +294,7 @@ void ViewMemory::restore(const std::string& state, std::size_t frames,
     const auto lastSeen = in.number<std::uint64_t>();
     if (frame >= frames || lastSeen >= frames) in.fail("a frame is missing", ErrorCode::corruptFile);
     PlaceView result = view(frame, node);
-    result.frame = frame;
-    result.node = node;
-    result.lastSeen = lastSeen;
+    std::tie(result.frame, result.node, result.lastSeen) = std::tuple(frame, node, lastSeen);
     return result;
   };
   clear();

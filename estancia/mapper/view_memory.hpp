@@ -60,8 +60,7 @@ class ViewMemory {
   bool isOn() const { return max_ > 0; }
   /// Keeps no more from now on.
   void bound(std::size_t most, const Thresholds& thresholds);
-  /// The node that `seen` shows; among several `current` if it is one of them, else the nearest. Remembers
-  /// `seen` for the sequence.
+  /// The node that `seen`, which is remembered, shows: of several `current` if it is one, else the nearest.
   std::optional<Recognition> recognize(const PlaceView& seen, int current, const Thresholds& thresholds);
   /// Keeps a view; forgets one that is most like another where there are too many.
   void keep(PlaceView view, const Thresholds& thresholds);

@@ -19,8 +19,7 @@ namespace estancia {
 struct Accuracy {
   /// Share of frames whose answer lies in their true room.
   std::optional<double> room;
-  /// Share of frames whose answer is an admissible image (recall@1): by `admissible`, else by the poses, of
-  /// the frames that have an admissible image at all.
+  /// Share of frames, of those that have an admissible image, whose answer is one (recall@1).
   std::optional<double> recall;
   /// Distance between the answer's and the frame's true position [m].
   std::optional<double> medianError;
@@ -34,8 +33,7 @@ struct LocalizationAccuracy {
   Accuracy belief;
   /// Share of frames whose node's room is their true room.
   std::optional<double> nodeRoom, beliefNodeRoom;
-  /// Share of frames whose believed zone (Localizer::setZones()) has their true room as that of most of its
-  /// frames.
+  /// Share of frames in whose believed zone (Localizer::setZones()) most frames have their true room.
   std::optional<double> beliefZoneRoom = {};
   /// Frames that have an admissible image: those that the recall is of.
   std::size_t judgedFrames = 0;
@@ -52,8 +50,7 @@ struct LocalizationSummary {
   std::vector<Place> places;
   /// Median confidence over all frames; absent without any.
   std::optional<double> medianConfidence;
-  /// Share of frames whose view is more probably not in the map than in it; absent where the map has no
-  /// poses.
+  /// Share of frames whose view is more probably unmapped than not; absent where the map has no poses.
   std::optional<double> unmapped;
 };
 

@@ -73,8 +73,7 @@ std::vector<std::string> knownRooms(const TopologicalMap& map) {
   return rooms;
 }
 
-/// The one of the rooms that the words misspell, or mean, or are a kind of; `corrected` gets its name where
-/// they misspell it.
+/// The room that the words misspell, in which case `corrected` gets its name, or mean, or are a kind of.
 std::vector<std::string> roomsInOtherWords(const std::vector<std::string>& rooms, const std::string& words,
                                            WordGraphSource source, std::string& corrected) {
   std::optional<NameMatch> match = findName(rooms, words, source);

@@ -10,8 +10,7 @@
 namespace estancia {
 namespace {
 
-/// `known`: the places of the drives before; `joinedAfter`: after which frame a place became a part of
-/// another.
+/// `known`: places of the drives before; `joinedAfter`: the frame after which a place joined another.
 DriveSummary summarize(const TopologicalMap& map, std::size_t number,
                        const std::map<int, std::size_t>& joinedAfter, std::set<int>& known) {
   const std::size_t begin = map.drives[number].firstFrame;
@@ -34,8 +33,8 @@ DriveSummary summarize(const TopologicalMap& map, std::size_t number,
       summary.begins = std::min(summary.begins.value_or(*frame.timestamp), *frame.timestamp);
       summary.ends = std::max(summary.ends.value_or(*frame.timestamp), *frame.timestamp);
     }
-    // The node decided at that time, or when maps were merged: a place that was recognized later in the drive
-    // may have taken this one in.
+    // The node of that time, or of a merge of maps: a place recognized later in the drive may have absorbed
+    // it.
     const int then = i < map.decisions.size() ? map.decisions[i].node : frame.node;
     const auto joined = then == frame.node ? joinedAfter.end() : joinedAfter.find(then);
     const bool wasKnown = then == frame.node || (joined != joinedAfter.end() && joined->second + 1 >= end);

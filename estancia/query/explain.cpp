@@ -168,8 +168,7 @@ std::vector<std::string> explain(const Decision& d, const std::string& name) {
       else
         add(sentences,
             "It was the first image of a drive. The nearest node, {}, is {:.4g} away, not below {:.4g}: the "
-            "drive "
-            "began in a new place.",
+            "drive began in a new place.",
             d.other, d.toOther, d.tauRevisit);
       break;
     case DecisionKind::join:
@@ -188,8 +187,7 @@ std::vector<std::string> explain(const Decision& d, const std::string& name) {
       add(sentences, "{} {} node {}.", name, d.current == d.other ? "stayed in" : "was localized in", d.node);
       add(sentences,
           "By all images of its drive so far the robot was there, and its words do not contradict: the "
-          "nearest "
-          "image or mean of that node is {:.4g} away, below {:.4g}.",
+          "nearest image or mean of that node is {:.4g} away, below {:.4g}.",
           d.toOther, d.tauRevisit);
       break;
   }

@@ -19,8 +19,8 @@ namespace estancia {
 nlohmann::ordered_json toJson(const Meaning& meaning, const Vocabulary& vocabulary);
 
 /// {"words", what toJson() has of the meaning, "places": [{"node", "probability", "lift", "label", "rank",
-/// "among_best_5", "room", "predicted_room", "room_probability"}]}; `places` are those of the map. Labels of
-/// answers that are rooms are null.
+/// "among_best_5", "room", "predicted_room", "room_probability"}]}; labels of answers that are rooms are
+/// null.
 nlohmann::ordered_json toJson(const std::string& words, const Answers& answers, const TopologicalMap& map,
                               const std::vector<Place>& places);
 
@@ -37,8 +37,7 @@ nlohmann::ordered_json toJson(const std::string& image, const Localization& answ
                               const TopologicalMap& map);
 
 /// {"frame", "number", "decision", "node", "node_now", "current", "to_current", "other", "to_other",
-/// "tau_join", "tau_revisit", "sentences": explain()}; distances that were not measured are null. Throws
-/// Error as explain().
+/// "tau_join", "tau_revisit", "sentences": explain()}; unmeasured distances are null. Throws as explain().
 nlohmann::ordered_json explanationJson(const TopologicalMap& map, std::size_t frame);
 
 }  // namespace estancia

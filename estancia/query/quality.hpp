@@ -45,8 +45,7 @@ struct MapQuality {
   /// Nodes as clusters of the frames whose room is known (V-measure, ARI, purity).
   std::optional<Agreement> rooms;
 
-  /// Agreement with the rooms that the frames see instead of the rooms that the camera stood in. Absent when
-  /// these were not given.
+  /// Agreement with the rooms that the frames see, not those that the camera stood in; absent without.
   std::size_t framesWithRoomSeen = 0;
   std::optional<Agreement> roomsSeen;
 
@@ -68,9 +67,8 @@ struct MapQuality {
   std::optional<double> edgeRecall;
 };
 
-/// `roomsSeen` holds the room that each frame sees, "" where unknown; empty where none is known. Throws
-/// Error: the map has no nodes (insufficientData), not one room seen a frame (mismatch). O(frames · log nodes
-/// + nodes²).
+/// `roomsSeen`: the room that each frame sees, "" where unknown, or none at all. Throws Error: no nodes
+/// (insufficientData), not one room seen a frame (mismatch). O(frames · log nodes + nodes²).
 MapQuality evaluate(const TopologicalMap& map, std::span<const std::string> roomsSeen = {});
 
 }  // namespace estancia

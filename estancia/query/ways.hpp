@@ -21,7 +21,7 @@ class Ways {
        std::span<const double> factors = {});
 
   /// With the factors; infinite where the node cannot be reached.
-  double costTo(int node) const;
+  double costTo(int node) const { return costs_[indexOf(map_, node)]; }
   bool reaches(int node) const { return costTo(node) < std::numeric_limits<double>::infinity(); }
   /// Its cost is without the factors. The node must be reached.
   Route routeTo(int node) const;

@@ -7,7 +7,6 @@
 #include <numbers>
 
 #include "estancia/core/bytes.hpp"
-#include "estancia/core/pose.hpp"
 
 namespace estancia {
 namespace {

@@ -19,8 +19,7 @@ class DriveAlignment {
   /// Views this far apart [m], whose directions differ by this [degrees], can be taken for one.
   DriveAlignment(double nearDistance, double nearAngle);
 
-  /// Frames from a position that is already in the sum add no information. Returns whether the frame was
-  /// added.
+  /// Returns whether the frame was added: those from a position in the sum already add no information.
   bool add(const Pose& own, const Pose& inMap);
 
   struct Estimate {
@@ -32,14 +31,12 @@ class DriveAlignment {
     /// Whether words alone are enough to believe it: eight frames agree, taken 4 m apart.
     bool isCertain() const;
   };
-  /// The transform that most pairs agree with, and least squares over these; nothing where fewer than half of
-  /// the pairs, or fewer than five, agree.
+  /// The least-squares transform of most pairs; nothing where fewer than half of them, or than five, agree.
   std::optional<Estimate> estimate() const;
   /// All that add() took.
   std::size_t pairs() const { return taken_; }
 
-  /// To go on later. `next`: a number to be kept with it, which restore() returns. Throws Error
-  /// (corruptFile).
+  /// To go on later. `next`: a number kept with it that restore() returns. Throws Error (corruptFile).
   std::string state(std::size_t next) const;
   std::size_t restore(const std::string& state);
 

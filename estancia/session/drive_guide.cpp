@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/session/drive_guide.hpp"
 
-#include <algorithm>
 #include <set>
 #include <utility>
 
@@ -13,8 +12,7 @@
 namespace estancia {
 namespace {
 
-/// Min probability of a place by the Bayes filter; where the map has no poses, it cannot detect an unknown
-/// place, and is sure too soon.
+/// Min probability of a place; the Bayes filter of a map without poses is sure too soon of unknown places.
 constexpr double certain = 0.7, certainWithoutPoses = 0.9;
 constexpr double maxUnvisited = 0.3, maxUnmapped = 0.5;
 
@@ -100,18 +98,13 @@ DriveGuide::DriveGuide(const MapStore& store, Known known)
     : known_(std::make_shared<const Known>(std::move(known))) {
   const MapStore::Identity& identity = store.identity();
   const std::size_t labels = identity.vocabulary.size();
-  TopologicalMap map{.vocabulary = identity.vocabulary,
-                     .model = identity.model,
-                     .distance = settingsFromJson(identity.settings).distance};
+  TopologicalMap map{identity.vocabulary, identity.model, settingsFromJson(identity.settings).distance};
   NodeBank bank(getDistance(map.distance, map.vocabulary.layout().parts), labels);
   bank.setStandardization(known_->scale);
   DescriptorMatrix images(labels);
   std::set<int> nodes;
   for (const Known::View& view : known_->views) {
-    MappedFrame frame;
-    frame.pose = view.pose;
-    frame.node = view.node;
-    map.frames.push_back(std::move(frame));
+    map.frames.push_back({{"", std::nullopt, view.pose, ""}, view.node});
     nodes.insert(view.node);
     images.append(store.descriptor(view.frame));
   }
@@ -145,10 +138,6 @@ void DriveGuide::addNeededFrames(std::vector<std::size_t>& frames) const {
 void DriveGuide::addNeededFrames(const std::string& known, const MapStore& store,
                                  std::vector<std::size_t>& frames) {
   for (const Known::View& view : knownFrom(known, store).views) frames.push_back(view.frame);
-}
-
-std::string DriveGuide::state() const {
-  return localizer_->state();
 }
 
 }  // namespace estancia

@@ -28,8 +28,7 @@ bool showsView(const Localization& found);
 /// resumed, destroyed when the drive needs no guidance any more.
 class DriveGuide {
  public:
-  /// Guides a drive that begins now, with labels scaled as in nodes now, by at most so many frames. The map
-  /// must have frames.
+  /// Guides a drive that begins now, with these scales of labels, by at most so many of the map's frames.
   DriveGuide(const MapStore& store, const Standardization& scale, std::size_t maxFrames);
   /// Goes on with the states() of an earlier one. Throws Error (corruptFile).
   DriveGuide(const MapStore& store, const std::string& known, const std::string& state);
@@ -40,8 +39,7 @@ class DriveGuide {
     /// Pose of the map's view that shows what the robot sees, if there is one.
     std::optional<Pose> pose;
   };
-  /// Takes the next frame of the drive: where the robot is, if that is nearly certain. `own`: its pose in any
-  /// fixed frame.
+  /// Takes the next frame: where the robot is, if nearly certain. `own`: its pose in any fixed frame.
   std::optional<Guess> add(DescriptorView descriptor, const std::optional<Pose>& own);
 
   /// The frames that it needs to go on later.
@@ -51,7 +49,7 @@ class DriveGuide {
                               std::vector<std::size_t>& frames);
   /// Serialized: the map's part, and the state of the drive so far.
   std::string known() const;
-  std::string state() const;
+  std::string state() const { return localizer_->state(); }
 
  private:
   struct Known;

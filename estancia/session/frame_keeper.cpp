@@ -6,20 +6,44 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <numeric>
 #include <utility>
 
 #include "estancia/core/fail.hpp"
-#include "estancia/map_file/drive_store.hpp"
 #include "estancia/map_file/sqlite.hpp"
 
 namespace estancia {
 namespace {
 
-/// Shares of the budget: where the file starts to be made smaller; the target, as far as sizes are known; and
-/// what is small enough.
+/// A number in (0, 1) that looks random: the finalizer of SplitMix64 (Steele, Lea & Flood 2014).
+double scrambled(std::uint64_t number) {
+  number += 0x9e3779b97f4a7c15;
+  number = (number ^ (number >> 30)) * 0xbf58476d1ce4e5b9;
+  number = (number ^ (number >> 27)) * 0x94d049bb133111eb;
+  number ^= number >> 31;
+  return (static_cast<double>(number >> 11) + 0.5) * 0x1p-53;
+}
+
+/// The entries of each place, smallest keys first.
+std::map<int, std::vector<FrameSample::Entry>> byPlace(const std::vector<FrameSample::Entry>& entries) {
+  std::map<int, std::vector<FrameSample::Entry>> places;
+  for (const FrameSample::Entry& entry : entries) places[entry.node].push_back(entry);
+  for (auto& [node, own] : places) std::ranges::sort(own, {}, &FrameSample::Entry::key);
+  return places;
+}
+
+/// The bytes of the first `most` entries of each place, and of all needed ones.
+std::uint64_t bytesOf(const std::map<int, std::vector<FrameSample::Entry>>& places, std::size_t most) {
+  std::uint64_t bytes = 0;
+  for (const auto& [node, entries] : places)
+    for (std::size_t i = 0; i < entries.size(); ++i)
+      if (i < most || entries[i].isNeeded) bytes += entries[i].bytes;
+  return bytes;
+}
+
+/// Shares of the budget: where the file is made smaller, what it is to have, and what is small enough.
 constexpr double fullAt = 0.96, smallerTo = 0.88, smallEnough = 0.92;
-/// Share of the budget that is written before the size is checked, and limit of waiting frames in memory
-/// [bytes].
+/// Share of the budget written before the size is checked, and limit of waiting frames in memory [bytes].
 constexpr double writtenBetween = 0.02;
 constexpr std::size_t maxWaiting = 16'000'000;
 /// Bytes of a row of room evidence of a frame's words, without the evidence itself.
@@ -35,19 +59,65 @@ double informationOf(double toCurrent, double tauJoin) {
   return std::isfinite(share) ? std::clamp(share, minInformation, 1.0) : 1.0;
 }
 
-bool isIn(const std::vector<std::size_t>& sorted, std::size_t frame) {
-  return std::ranges::binary_search(sorted, frame);
+}  // namespace
+
+double FrameSample::keyOf(std::size_t frame, double information) {
+  return -std::log(scrambled(frame)) / information;
 }
 
-}  // namespace
+bool FrameSample::takes(int node, double key) const {
+  const auto bound = bounds_.find(node);
+  return bound == bounds_.end() || key < bound->second;
+}
+
+std::uint64_t FrameSample::minBytes(const std::vector<Entry>& entries) {
+  return bytesOf(byPlace(entries), 1);
+}
+
+std::optional<std::vector<std::size_t>> FrameSample::thin(const std::vector<Entry>& entries,
+                                                          std::uint64_t bytes) {
+  const std::map<int, std::vector<Entry>> places = byPlace(entries);
+  std::size_t most = 0;
+  for (const auto& [node, own] : places) most = std::max(most, own.size());
+  if (bytesOf(places, 1) > bytes) return std::nullopt;
+  std::size_t fits = 1;  // most frames of a place that fit: bytesOf() grows with it
+  for (std::size_t end = most + 1; end - fits > 1;) {
+    const std::size_t middle = std::midpoint(fits, end);
+    (bytesOf(places, middle) <= bytes ? fits : end) = middle;
+  }
+  std::vector<std::size_t> gone;
+  for (const auto& [node, own] : places) {
+    if (own.size() <= fits) continue;
+    for (std::size_t i = fits; i < own.size(); ++i)
+      if (!own[i].isNeeded) gone.push_back(own[i].frame);
+    double& bound = bounds_.try_emplace(node, own[fits].key).first->second;
+    bound = std::min(bound, own[fits].key);
+  }
+  std::ranges::sort(gone);
+  return gone;
+}
+
+std::string FrameSample::state() const {
+  ByteWriter out;
+  out.number<std::uint64_t>(bounds_.size());
+  for (const auto& [node, bound] : bounds_) {
+    out.number<std::int32_t>(node);
+    out.number(bound);
+  }
+  return out.bytes();
+}
+
+void FrameSample::restore(ByteReader& in) {
+  bounds_.clear();
+  for (std::size_t count = in.count(sizeof(std::int32_t) + sizeof(double)); count > 0; --count) {
+    const auto node = in.number<std::int32_t>();
+    bounds_[node] = in.number<double>();
+  }
+}
 
 bool FrameKeeper::takes(const Decision& decision) const {
   return sample_.takes(
       decision.node, FrameSample::keyOf(decision.frame, informationOf(decision.toCurrent, decision.tauJoin)));
-}
-
-void FrameKeeper::wait(Waiting frame) {
-  waiting_.push_back(std::move(frame));
 }
 
 bool FrameKeeper::isDue() const {
@@ -59,7 +129,7 @@ bool FrameKeeper::isDue() const {
 std::vector<FrameKeeper::Waiting> FrameKeeper::takeNeeded(const std::vector<std::size_t>& needed) {
   std::vector<Waiting> taken;
   for (Waiting& waiting : std::exchange(waiting_, {}))
-    if (isIn(needed, waiting.frame.number)) {
+    if (std::ranges::binary_search(needed, waiting.frame.number)) {
       borrowed_.insert(waiting.frame.number);
       taken.push_back(std::move(waiting));
     } else {
@@ -88,18 +158,15 @@ std::vector<FrameSample::Entry> FrameKeeper::entries(const std::vector<std::size
       store_->database(),
       fmt::format(
           "SELECT f.id, f.node, d.to_current, d.tau_join, length(p.probabilities), ifnull(length(i.jpeg), 0) "
-          "+ {} "
-          "FROM frames f JOIN descriptors p ON p.frame = f.id LEFT JOIN decisions d ON d.frame = f.id "
+          "+ {} FROM frames f JOIN descriptors p ON p.frame = f.id LEFT JOIN decisions d ON d.frame = f.id "
           "LEFT JOIN images i ON i.frame = f.id ORDER BY f.id",
           ofRooms));
   while (rows.next()) {
-    FrameSample::Entry entry;
-    entry.frame = static_cast<std::size_t>(rows.integer(0));
-    entry.node = static_cast<int>(rows.integer(1));
-    entry.key = FrameSample::keyOf(entry.frame, informationOf(rows.real(2), rows.real(3)));
-    entry.bytes = static_cast<std::uint64_t>(rows.integer(4) + rows.integer(5)) + rowBytes;
-    entry.isNeeded = isIn(needed, entry.frame);
-    entries.push_back(entry);
+    const auto frame = static_cast<std::size_t>(rows.integer(0));
+    entries.push_back({frame, static_cast<int>(rows.integer(1)),
+                       FrameSample::keyOf(frame, informationOf(rows.real(2), rows.real(3))),
+                       static_cast<std::uint64_t>(rows.integer(4) + rows.integer(5)) + rowBytes,
+                       std::ranges::binary_search(needed, frame)});
   }
   return entries;
 }
@@ -126,8 +193,7 @@ void FrameKeeper::fit(const std::vector<std::size_t>& needed) {
       const auto least = static_cast<double>(used - ofFrames + FrameSample::minBytes(all)) / 1e6;
       fail(ErrorCode::tooLarge,
            "{}: its places, one image of each, and what must stay take {:.1f} MB; --file-budget {} is too "
-           "small, "
-           "give a larger one: {:.0f}",
+           "small, give a larger one: {:.0f}",
            store_->database().path().string(), least, budget_ / 1'000'000, std::ceil(least / smallerTo) + 1);
     }
     for (std::size_t i = 0; i < gone->size(); i += slice) {
@@ -143,11 +209,11 @@ void FrameKeeper::fit(const std::vector<std::size_t>& needed) {
 
 std::vector<std::size_t> framesThatStay(MapStore& store) {
   std::set<std::size_t> frames;
-  for (const Drive& drive : DriveStore(store).drives()) frames.insert(drive.firstFrame);
+  for (const Drive& drive : store.drives()) frames.insert(drive.firstFrame);
   if (const std::size_t count = store.frameCount(); count > 0) frames.insert(count - 1);
   if (sqlite::hasTable(store.database(), "observations")) {
-    sqlite::Statement rows(store.database(), "SELECT frame FROM observations");
-    while (rows.next()) frames.insert(static_cast<std::size_t>(rows.integer(0)));
+    const std::vector<std::size_t> observed = store.database().numbers("SELECT frame FROM observations");
+    frames.insert(observed.begin(), observed.end());
   }
   return {frames.begin(), frames.end()};
 }

@@ -1,17 +1,29 @@
-// Map budget: how it is kept in a map file, and how a file at rest is made to fit it.
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/session/session.hpp"
-
 #include <algorithm>
 
 #include "estancia/map_file/sqlite.hpp"
-#include "estancia/mapper/mapper_impl.hpp"
 #include "estancia/session/session_impl.hpp"
 
 namespace estancia {
 namespace {
 
 constexpr const char* budgetKey = "budget";
+
+/// Frames that a drive is guided by: with these a frame takes 1 to 2 ms.
+constexpr std::uint64_t maxGuide = 4096;
+/// Guide frames occupy the file with their labels and metadata, and the memory with twice their labels.
+constexpr std::uint64_t guideShare = 4;  // share of the budgets: a quarter
+
+/// Keeps the file within so many megabytes, with what it has kept so far. The store must outlive it.
+FrameKeeper keeperOf(MapStore& store, std::uint64_t megabytes) {
+  FrameKeeper keeper(store, megabytes * megabyte);
+  if (const auto sample = store.findState(frameSampleKey)) {
+    ByteReader in(*sample, "what the map says of the frames that it keeps is damaged",
+                  "map the sequence again");
+    keeper.restore(in);
+  }
+  return keeper;
+}
 
 }  // namespace
 
@@ -39,23 +51,6 @@ MapBudget budgetOf(const MapStore& store) {
   for (std::optional<std::uint64_t>* bound : {&kept.memory, &kept.file})
     if (const auto value = in.number<std::uint64_t>(); value > 0) *bound = value;
   return kept;
-}
-
-void putBudget(MapStore& store, const MapBudget& budget) {
-  ByteWriter out;
-  out.number<std::uint64_t>(budget.memory.value_or(0));
-  out.number<std::uint64_t>(budget.file.value_or(0));
-  store.putState(budgetKey, out.bytes());
-}
-
-FrameKeeper keeperOf(MapStore& store, std::uint64_t megabytes) {
-  FrameKeeper keeper(store, megabytes * megabyte);
-  if (const auto sample = store.findState(frameSampleKey)) {
-    ByteReader in(*sample, "what the map says of the frames that it keeps is damaged",
-                  "map the sequence again");
-    keeper.restore(in);
-  }
-  return keeper;
 }
 
 void fitFile(MapStore& store, const std::optional<std::uint64_t>& megabytes) {
@@ -98,6 +93,43 @@ void writeRoomPredictions(const RoomPredictions& predictions, const std::filesys
   store.putPredictions(predictions);
   store.commit();
   fitFile(store);
+}
+
+void MappingSession::Impl::setBudget(const MapBudget& wanted) {
+  validate(wanted);
+  mapper.setMemory(wanted.memory ? std::optional(*wanted.memory * megabyte) : std::nullopt);
+  const std::optional<std::uint64_t> before = budget.file;
+  budget = wanted;
+  if (!budget.file)
+    keeper.reset();
+  else if (!keeper || budget.file != before)
+    keeper.emplace(keeperOf(store, *budget.file));
+  ByteWriter out;
+  for (const auto& bound : {budget.memory, budget.file}) out.number<std::uint64_t>(bound.value_or(0));
+  store.putState(budgetKey, out.bytes());
+}
+
+std::size_t MappingSession::Impl::maxGuideFrames() const {
+  const std::uint64_t words = store.identity().vocabulary.size() * sizeof(float);
+  std::uint64_t most = maxGuide;
+  if (budget.file)
+    most = std::min(most, *budget.file * megabyte / guideShare / (words + FrameKeeper::rowBytes));
+  if (budget.memory) most = std::min(most, *budget.memory * megabyte / guideShare / (2 * words));
+  return std::max<std::uint64_t>(1, most);
+}
+
+std::vector<std::size_t> MappingSession::Impl::neededFrames() {
+  std::vector<std::size_t> frames = framesThatStay(store);
+  mapper.impl().addNeededFrames(frames);
+  if (guide) guide->addNeededFrames(frames);
+  std::ranges::sort(frames);
+  frames.erase(std::unique(frames.begin(), frames.end()), frames.end());
+  return frames;
+}
+
+void MappingSession::Impl::settleWaiting(const std::vector<std::size_t>& needed) {
+  for (const FrameKeeper::Waiting& waiting : keeper->takeNeeded(needed))
+    keep(waiting.frame, waiting.descriptor, waiting.given);
 }
 
 }  // namespace estancia

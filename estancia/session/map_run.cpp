@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <system_error>
-#include <utility>
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
@@ -78,10 +77,6 @@ bool MapRun::beginDrive() {
 void MapRun::add(const Frame& frame, DescriptorView descriptor, const MappingSession::Image& image) {
   beginDrive();
   start().add(frame, descriptor, image);
-}
-
-void MapRun::finish() {
-  if (session_) session_->finish();
 }
 
 }  // namespace estancia

@@ -12,11 +12,11 @@
 
 namespace estancia {
 
-/// One run of mapping a sequence into a file. Life cycle: begin() opens an existing map, start() or the first
-/// add() creates a new one and replaces an old one, finish() writes everything. Invariant: until then an
-/// older file is unchanged.
+/// One run of mapping a sequence into a file. begin() opens an existing map, start() or the first add()
+/// creates a new one, finish() writes everything. Invariant: until then an older file is unchanged.
 class MapRun {
  public:
+  /// The numbers of MapSequenceOptions::Existing.
   enum class Existing { refuse, replace, resume };
 
   /// Throws Error (fileExists), before the long work begins, when a map is there and to be refused.
@@ -35,18 +35,18 @@ class MapRun {
   std::size_t begin(const Sequence& sequence, const Vocabulary& vocabulary, const std::string& model,
                     const std::function<void(MapperOptions&)>& change, bool posesAreInMap = false);
 
-  /// The session of the next frame: a new map is created now. To be called before add() by whoever writes
-  /// more into the map.
+  /// The session of the next frame; creates a new map. For who writes more into the map, before add().
   MappingSession& start();
-  /// The next frame may be another drive's: to be called before add() by whoever looks at frames before.
-  /// Returns whether it is.
+  /// For who looks at frames before add(): begins another drive if the next frame is one's, and returns so.
   bool beginDrive();
   /// Whether beginDrive() is to begin one.
   bool beginsDrive() const { return beginsDrive_; }
   /// Maps the next frame. With the first one a new map is created, and only now an old one replaced.
   void add(const Frame& frame, DescriptorView descriptor, const MappingSession::Image& image = {});
   /// Writes everything.
-  void finish();
+  void finish() {
+    if (session_) session_->finish();
+  }
 
   /// Nothing before the first frame of a new map.
   const std::optional<MappingSession>& session() const { return session_; }

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/session/session.hpp"
 
 #include <fmt/format.h>
 
@@ -11,14 +10,12 @@
 
 #include "estancia/core/bytes.hpp"
 #include "estancia/core/fail.hpp"
-#include "estancia/core/pose.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/core/printable_labels.hpp"
 #include "estancia/files/image_writer.hpp"
 #include "estancia/labelers/labeler.hpp"
-#include "estancia/map_file/drive_store.hpp"
+#include "estancia/localization/localizer_map.hpp"
 #include "estancia/map_file/sqlite.hpp"
-#include "estancia/mapper/mapper_impl.hpp"
 #include "estancia/sequences/sequence.hpp"
 #include "estancia/session/session_impl.hpp"
 
@@ -38,6 +35,11 @@ Node toNode(const NodeMemory& memory) {
   return node;
 }
 
+LocalizerMap localizerMapOf(const MapStore& store, const Mapper& mapper, const LocalizerOptions& options) {
+  validate(options);
+  return readLocalizerMap(store, mapper.impl().bankAtRest(), options.maxImages);
+}
+
 /// Before a drive's places are forgotten: those before it have none of them.
 void requireApart(MapStore& store, int firstNode, std::size_t firstFrame) {
   sqlite::Statement shared(store.database(),
@@ -48,6 +50,11 @@ void requireApart(MapStore& store, int firstNode, std::size_t firstFrame) {
 }
 
 }  // namespace
+
+Localizer::Localizer(MappingSession& session, const LocalizerOptions& options)
+    : Localizer(std::make_shared<const LocalizerMap>(
+                    localizerMapOf(session.impl_->written(), session.impl_->mapper, options)),
+                options) {}
 
 MappingSession::MappingSession(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 MappingSession::MappingSession(MappingSession&&) noexcept = default;
@@ -80,7 +87,7 @@ MappingSession MappingSession::resume(const std::filesystem::path& path, const V
          path.string(), store.identity().model, printable(model));
   Mapper mapper = restoreMapper(store);
   MappingSession session(std::make_unique<Impl>(Impl{std::move(store), std::move(mapper)}));
-  session.impl_->takeBudgetOf(session.impl_->store);
+  if (const MapBudget kept = budgetOf(session.impl_->store); kept != MapBudget{}) session.setBudget(kept);
   session.impl_->restoreDrive();
   return session;
 }
@@ -109,10 +116,7 @@ int MappingSession::add(const cv::Mat& image, std::optional<double> timestamp,
                         const std::optional<Pose>& pose) {
   if (impl_->labeler == nullptr)
     throw Error(ErrorCode::invalidState, "the session has no labeler; add descriptors, or make it with one");
-  Frame frame;
-  frame.name = fmt::format("frame {:06}", frames());
-  frame.timestamp = timestamp;
-  frame.pose = pose;
+  const Frame frame{fmt::format("frame {:06}", frames()), timestamp, pose, ""};
   return add(frame, impl_->labeler->label(image, frame.name), [&image] { return encodeImage(image); });
 }
 
@@ -125,9 +129,7 @@ int MappingSession::add(const Frame& frame, DescriptorView descriptor, const Ima
 int MappingSession::Impl::add(const Frame& frame, DescriptorView descriptor, const Image& image) {
   const std::size_t index = mapper.frames();
   finished = false;
-  MappedFrame mapped;
-  mapped.number = index;
-  static_cast<Frame&>(mapped) = frame;
+  MappedFrame mapped{frame, 0, index};
   const std::optional<Pose> given = frame.pose && frame.pose->isPlausible() ? frame.pose : std::nullopt;
   mapped.pose = inMap(given);
   const auto guess = guide ? guide->add(descriptor, given) : std::nullopt;
@@ -153,10 +155,8 @@ int MappingSession::Impl::add(const Frame& frame, DescriptorView descriptor, con
 void MappingSession::Impl::replay(const Frame& frame, DescriptorView descriptor,
                                   const std::vector<unsigned char>& jpeg, Decision known) {
   finished = false;
-  MappedFrame mapped;
-  static_cast<Frame&>(mapped) = frame;
-  mapped.number = known.frame = mapper.frames();
-  mapped.node = known.node;
+  known.frame = mapper.frames();
+  MappedFrame mapped{frame, known.node, known.frame};
   const std::optional<Pose> given = frame.pose && frame.pose->isPlausible() ? frame.pose : std::nullopt;
   mapped.pose = inMap(given);
   mapper.impl().replay(descriptor, known);
@@ -181,7 +181,7 @@ bool MappingSession::Impl::take(const MappedFrame& frame, DescriptorView descrip
 void MappingSession::Impl::keep(const MappedFrame& frame, DescriptorView descriptor,
                                 const std::optional<Pose>& given) {
   store.addFrame(frame, descriptor);
-  if (given) DriveStore(store).putGivenPose(frame.number, *given);
+  if (given) store.putGivenPose(frame.number, *given);
   if (keeper) keeper->count(descriptor.size_bytes());
 }
 
@@ -201,7 +201,7 @@ void MappingSession::Impl::beginDrive(const DriveStart& start, bool isLost) {
     if (!isLost) mapper.impl().lost.reset();
     write();
     drive.alignment = start.alignment;
-    drive.isAligned = start.posesAreInMap || start.alignment || !DriveStore(store).hasPoses();
+    drive.isAligned = start.posesAreInMap || start.alignment || !store.hasPoses();
   }
   if (frame > 0 && isLost) {
     guide.emplace(store, mapper.impl().bank.standardization(), maxGuideFrames());
@@ -209,11 +209,11 @@ void MappingSession::Impl::beginDrive(const DriveStart& start, bool isLost) {
     if (!drive.isAligned) alignment.emplace(mapper.options().nearDistance, mapper.options().nearAngle);
     nextAlignment = 0;
   }
-  DriveStore(store).put(drive);
+  store.putDrive(drive);
 }
 
 void MappingSession::Impl::restoreDrive() {
-  const std::vector<Drive> drives = DriveStore(store).drives();
+  const std::vector<Drive> drives = store.drives();
   if (drives.empty()) return;
   drive = drives.back();
   const auto known = store.findState(guideMapKey), state = store.findState(guideKey);
@@ -258,7 +258,7 @@ void MappingSession::Impl::mapAlone(std::size_t end) {
     store.forEachDescriptor(firstFrame, [&](std::size_t frame, DescriptorView words) {
       if (frame >= end) return false;
       numbers.push_back(frame);
-      const auto given = DriveStore(store).givenPose(frame);
+      const auto given = store.givenPose(frame);
       alone.add(words, given ? given : store.pose(frame));
       return true;
     });
@@ -275,8 +275,7 @@ void MappingSession::Impl::mapAlone(std::size_t end) {
       [this](std::size_t frame) { return store.pose(frame); });
 }
 
-/// The drive is recognized after it was elsewhere: what it has seen before `frame` is mapped alone, and what
-/// it has seen since in the map.
+/// The drive comes back from elsewhere: what it saw before `frame` is mapped alone, the rest in the map.
 void MappingSession::Impl::comeBack(std::size_t frame) {
   Mapper::Impl& map = mapper.impl();
   mapAlone(frame);
@@ -295,28 +294,25 @@ std::optional<Pose> MappingSession::Impl::inMap(const std::optional<Pose>& given
   return drive.alignment ? poseOf(rigidOf(*drive.alignment) * rigidOf(*given)) : *given;
 }
 
-/// Tries to bring the drive's poses into the map; again when a quarter more is known of them, until depth has
-/// confirmed it.
+/// Tries to align the drive, again when a quarter more is known of it, until depth has confirmed it.
 void MappingSession::Impl::align() {
   if (alignment->pairs() < nextAlignment) return;
   nextAlignment = alignment->pairs() + alignment->pairs() / 4 + 1;
   const auto estimate = alignment->estimate();
   if (!estimate) return;
-  std::optional<cv::Affine3d> found;
   const auto byDepth = verify.lock();
-  if (byDepth)
-    found = (*byDepth)(estimate->transform);
-  else if (estimate->isCertain())
-    found = estimate->transform;
+  const std::optional<cv::Affine3d> found = byDepth                 ? (*byDepth)(estimate->transform)
+                                            : estimate->isCertain() ? std::optional(estimate->transform)
+                                                                    : std::nullopt;
   if (!found) return;
   ++alignments;
   drive.isAligned = true;
   drive.alignment = poseOf(*found);
-  DriveStore(store).put(drive);
+  store.putDrive(drive);
   if (byDepth) endAlignment();
   std::vector<Correction> corrections;
   for (std::size_t frame = drive.firstFrame; frame < mapper.frames(); ++frame)
-    corrections.push_back({frame, inMap(DriveStore(store).givenPose(frame))});
+    corrections.push_back({frame, inMap(store.givenPose(frame))});
   correct(corrections);
 }
 

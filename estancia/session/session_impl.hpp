@@ -12,7 +12,7 @@
 #include <optional>
 
 #include "estancia/map_file/store.hpp"
-#include "estancia/mapper/restore_mapper.hpp"
+#include "estancia/mapper/mapper_impl.hpp"
 #include "estancia/session/drive_alignment.hpp"
 #include "estancia/session/drive_guide.hpp"
 #include "estancia/session/frame_keeper.hpp"
@@ -56,8 +56,6 @@ struct MappingSession::Impl {
 
   /// Once, before frames follow.
   void setBudget(const MapBudget& wanted);
-  /// Applies the budget stored in `other`.
-  void takeBudgetOf(const MapStore& other);
   /// Max number of frames of the drive guide; a share of the budget.
   std::size_t maxGuideFrames() const;
   /// Frames that the map must keep to go on, in order.
@@ -103,8 +101,5 @@ constexpr std::uint64_t megabyte = 1'000'000;
 
 /// Budget stored in a map file.
 MapBudget budgetOf(const MapStore& store);
-void putBudget(MapStore& store, const MapBudget& budget);
-/// Keeps the file within so many megabytes, with what it has kept so far. The store must outlive it.
-FrameKeeper keeperOf(MapStore& store, std::uint64_t megabytes);
 
 }  // namespace estancia

@@ -21,8 +21,7 @@ namespace estancia {
 /// from it, framesElsewhere_ the number of frames in a row there.
 class PoseJumps {
  public:
-  /// The next frame with a pose. Returns whether the pose can be believed: after a jump that is so once three
-  /// frames in a row were there.
+  /// Returns whether the next frame's pose can be believed: after a jump, once three in a row were there.
   bool add(std::size_t number, const Frame& frame, const Pose& pose);
 
   /// The jump that add() has just found.

@@ -7,7 +7,6 @@
 #include <opencv2/core.hpp>
 
 #include "estancia/core/bytes.hpp"
-#include "estancia/core/pose.hpp"
 
 namespace estancia {
 namespace {
@@ -20,10 +19,8 @@ constexpr double maxArea = 4;
 /// Minimum area of planes that distinguishes one direction from the others. [m²]
 constexpr double minEvidence = 0.5;
 
-}  // namespace
-
 /// A plane in the map.
-struct Leveling::MapFace {
+struct MapFace {
   cv::Vec3d normal;
   double weight = 0;
   bool mayBeLevel = false;  // it faces up or down, as its camera saw it
@@ -34,6 +31,8 @@ struct Leveling::MapFace {
   }
   bool isUpright(const cv::Vec3d& up, double sine) const { return std::abs(normal.dot(up)) < sine; }
 };
+
+}  // namespace
 
 void Leveling::add(std::size_t frame, std::span<const Plane> planes) {
   std::vector<Face>& faces = views_[frame];

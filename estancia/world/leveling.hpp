@@ -39,12 +39,10 @@ class Leveling {
     cv::Vec3d normal;   // unit normal, towards the camera
     double weight = 0;  // [m²]
   };
-  struct MapFace;
   std::map<std::size_t, std::vector<Face>> views_;
 };
 
-/// The rotation that makes `up` the z axis, and lets the camera that looked along x look along x, seen from
-/// above. `up` is of any length but 0, and not along x.
+/// The rotation that turns `up`, which is not along x, to z, and keeps the heading of a camera along x.
 cv::Affine3d levelRotation(const cv::Vec3d& up);
 
 }  // namespace estancia

@@ -10,24 +10,12 @@
 #include "estancia/core/fail.hpp"
 #include "estancia/labelers/labeler.hpp"
 #include "estancia/sequences/sequence.hpp"
-#include "estancia/words/installed_words.hpp"
 #include "estancia/world/rooms_by_name.hpp"
 #include "estancia/world/sequence_layers.hpp"
 #include "estancia/world_file/world_options.hpp"
 
 namespace estancia {
 namespace {
-
-MapRun::Existing existingOf(MapSequenceOptions::Existing existing) {
-  switch (existing) {
-    case MapSequenceOptions::Existing::replace:
-      return MapRun::Existing::replace;
-    case MapSequenceOptions::Existing::resume:
-      return MapRun::Existing::resume;
-    default:
-      return MapRun::Existing::refuse;
-  }
-}
 
 /// Adds the frames from `first` on. Returns how many were used.
 std::size_t addFrames(const Sequence& sequence, Labeler& labeler, SequenceLayers& layers,
@@ -59,15 +47,15 @@ MappedSequence mapSequence(const Sequence& sequence, Labeler& labeler, const std
     fail(ErrorCode::invalidInput,
          "{} discovers its words on the way; label the sequence first, then map the labels",
          labeler.identity());
-  std::optional<MapRun> run(std::in_place, map, existingOf(options.existing));
+  std::optional<MapRun> run(std::in_place, map, static_cast<MapRun::Existing>(options.existing));
   run->changeBudget(options.changeBudget);
   LabelStreamOptions stream = options.stream;
-  stream.first = std::max(stream.first, run->begin(
-                                            sequence, labeler.vocabulary(), labeler.identity(),
-                                            [&](MapperOptions& mapper) {
-                                              if (options.changeMapper) options.changeMapper(mapper);
-                                            },
-                                            options.posesAreInMap));
+  const auto changeMapper = [&](MapperOptions& mapper) {
+    if (options.changeMapper) options.changeMapper(mapper);
+  };
+  const std::size_t first =
+      run->begin(sequence, labeler.vocabulary(), labeler.identity(), changeMapper, options.posesAreInMap);
+  stream.first = std::max(stream.first, first);
   std::vector<std::string> problems;
   SequenceLayers layers(sequence, labeler, *run,
                         {.change = options.changeWorld, .withoutDepth = [&problems](const std::string& why) {

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "estancia/core/pose.hpp"
-#include "estancia/map_file/drive_store.hpp"
 #include "estancia/odometry/alignment.hpp"
 #include "estancia/session/drive_alignment.hpp"
 
@@ -116,7 +115,7 @@ std::optional<cv::Affine3d> registerDrive(MapStore& map, const WorldStore& seen,
   std::vector<ObservationPose> before, since;
   for (const std::size_t frame : seen.observedFrames()) {
     const bool isOfDrive = frame >= drive.firstFrame;
-    const auto pose = isOfDrive ? DriveStore(map).givenPose(frame) : map.pose(frame);
+    const auto pose = isOfDrive ? map.givenPose(frame) : map.pose(frame);
     if (pose) (isOfDrive ? since : before).push_back({frame, rigidOf(*pose)});
   }
   const auto observation = [&seen](std::size_t frame) { return seen.observation(frame); };

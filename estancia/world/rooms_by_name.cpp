@@ -86,16 +86,13 @@ struct GrowingRooms::Known {
   std::optional<RoomsByNames> rooms;
 };
 
-GrowingRooms::GrowingRooms() = default;
-GrowingRooms::~GrowingRooms() = default;
-
 void GrowingRooms::name(const std::filesystem::path& map, WorldMap& world) {
   constexpr std::size_t enough = 1000;
   if (world.areas.empty() || !isNamedByNames(world.places)) return;
   const Vocabulary& vocabulary = world.places.vocabulary;
   std::vector<std::string> listed = listedRooms(roomsListedIn(world.places));
   if (!known_ || known_->vocabulary != vocabulary.digest() || known_->listed != listed) {
-    known_ = std::make_unique<Known>(Known{vocabulary.digest(), std::move(listed), {}});
+    known_ = std::make_shared<Known>(Known{vocabulary.digest(), std::move(listed), {}});
     try {
       known_->rooms.emplace(getWordGraph(), vocabulary, known_->listed);
     } catch (const Error& e) {

@@ -30,17 +30,13 @@ bool renewRoomsByNames(const std::filesystem::path& map);
 /// Updates the rooms of a growing map repeatedly.
 class GrowingRooms {
  public:
-  GrowingRooms();
-  ~GrowingRooms();
-
-  /// Names the areas in `world` alone, which was read from `map`: by a thousand of its frames at most, so
-  /// that it takes no longer the longer the drive is. Does nothing where renewRoomsByNames() would not.
-  /// Throws Error as readMap() does.
+  /// Names the areas in `world` alone, read from `map`, by a thousand of its frames at most, however long the
+  /// drive is. Does nothing where renewRoomsByNames() would not. Throws Error as readMap() does.
   void name(const std::filesystem::path& map, WorldMap& world);
 
  private:
   struct Known;
-  std::unique_ptr<Known> known_;
+  std::shared_ptr<Known> known_;
 };
 
 }  // namespace estancia

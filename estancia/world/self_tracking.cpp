@@ -1,17 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/world/self_tracking.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <span>
 #include <string>
 #include <tuple>
 #include <utility>
 
-#include "estancia/core/fail.hpp"
+#include "estancia/core/error.hpp"
 #include "estancia/core/pose.hpp"
 #include "estancia/core/pose_bytes.hpp"
 #include "estancia/map_file/sqlite.hpp"
@@ -95,10 +92,8 @@ bool SelfTracking::isOf(MapStore& store) {
 }
 
 bool SelfTracking::hasLevel(MapStore& store) {
-  if (!isOf(store)) return false;
-  Statement row(store.database(), "SELECT 1 FROM tracker WHERE kind = ?1 LIMIT 1");
-  row.bindAll(levelRow);
-  return row.next();
+  return isOf(store) &&
+         Statement(store.database(), "SELECT 1 FROM tracker WHERE kind = ?1 LIMIT 1", levelRow).next();
 }
 
 SelfTracking::SelfTracking(MapStore& store, const CameraIntrinsics& camera, const RgbdOptions& options)
@@ -139,10 +134,10 @@ void SelfTracking::load() {
       tracker_ = RgbdTracker::restore(camera_, options_, parts, state);
   } catch (const Error& e) {
     if (e.code() != ErrorCode::malformedFile && e.code() != ErrorCode::truncatedFile) throw;
-    store_.database().failDamaged(e.what());
+    store_.database().failDamaged("{}", e.what());
   }
   if (tracker_->size() != frames)
-    store_.database().failDamaged(fmt::format("its odometry has {} frames of {}", tracker_->size(), frames));
+    store_.database().failDamaged("its odometry has {} frames of {}", tracker_->size(), frames);
   take(up);
   const std::size_t known = std::min(told_.size(), frames);
   told_.resize(known);
@@ -192,10 +187,6 @@ std::optional<Pose> SelfTracking::add(const Frame& frame, DescriptorView descrip
   return told_.back();
 }
 
-std::vector<MappingSession::Correction> SelfTracking::takeCorrections() {
-  return std::exchange(corrections_, {});
-}
-
 void SelfTracking::addPlanes(std::size_t frame, std::span<const Plane> planes) {
   planes_.add(frame, planes);
   newPlanes_.insert(frame);
@@ -204,9 +195,7 @@ void SelfTracking::addPlanes(std::size_t frame, std::span<const Plane> planes) {
 void SelfTracking::dropPlanes(std::size_t frame) {
   planes_.drop(frame);
   newPlanes_.erase(frame);
-  Statement row(store_.database(), "DELETE FROM tracker WHERE kind = ?1 AND number = ?2");
-  row.bindAll(planesRow, frame);
-  row.execute();
+  store_.database().execute("DELETE FROM tracker WHERE kind = ?1 AND number = ?2", planesRow, frame);
 }
 
 void SelfTracking::level() {
@@ -262,10 +251,6 @@ void SelfTracking::startFold() {
   foldStarted_ = true;
 }
 
-bool SelfTracking::isFoldCurrent() const {
-  return fold_ && fold_->up == up_ && fold_->revision == tracker_->revision();
-}
-
 void SelfTracking::addToFold(std::size_t frame) {
   const auto pose = tracker_->at(frame).pose;
   if (!pose) return;
@@ -276,8 +261,7 @@ void SelfTracking::addToFold(std::size_t frame) {
 void SelfTracking::save() {
   Statement row(store_.database(), "INSERT OR REPLACE INTO tracker VALUES(?1, ?2, ?3)");
   const auto put = [&row](const char* kind, std::uint64_t number, const std::string& bytes) {
-    row.bindAll(kind, static_cast<std::size_t>(number), std::as_bytes(std::span(bytes)));
-    row.execute();
+    row.executeWith(kind, static_cast<std::size_t>(number), std::as_bytes(std::span(bytes)));
   };
   const RgbdTracker::State state = tracker_->save();
   put(headRow, 0, state.head);
@@ -286,7 +270,7 @@ void SelfTracking::save() {
   for (const std::size_t frame : std::exchange(newPlanes_, {})) put(planesRow, frame, planes_.toBytes(frame));
   if (std::exchange(newLevel_, false)) put(levelRow, 0, bytesOf(up_));
   if (std::exchange(foldStarted_, false)) {
-    Statement(store_.database(), "DELETE FROM tracker WHERE kind = ?1", viewRow).execute();
+    store_.database().execute("DELETE FROM tracker WHERE kind = ?1", viewRow);
     ByteWriter revision;
     revision.number(fold_->revision);
     put(foldRow, 0, bytesOf(fold_->up) + revision.bytes());

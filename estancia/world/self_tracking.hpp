@@ -41,12 +41,11 @@ class SelfTracking {
 
   /// The frame that the map gets next is another drive's.
   void beginDrive();
-  /// Tracks the frame that the map gets next, and returns its pose where it is known already. Image and depth
-  /// may be empty. The words are those of `descriptor`.
+  /// Tracks the map's next frame: its pose where known already. Image and depth may be empty.
   std::optional<Pose> add(const Frame& frame, DescriptorView descriptor, const cv::Mat& image,
                           const cv::Mat& depth);
   /// Earlier frames whose poses differ from the map's; each is returned once.
-  std::vector<MappingSession::Correction> takeCorrections();
+  std::vector<MappingSession::Correction> takeCorrections() { return std::exchange(corrections_, {}); }
 
   /// Its poses are not leveled.
   const RgbdTracker& tracker() const { return *tracker_; }
@@ -56,8 +55,7 @@ class SelfTracking {
   /// Planes seen by the latest or an earlier frame.
   void addPlanes(std::size_t frame, std::span<const Plane> planes);
   void dropPlanes(std::size_t frame);
-  /// Levels the map by all that was seen so far, and moves the frames, unless it is level within 0.05°.
-  /// Without planes by the cameras: see Floor.
+  /// Levels the map by all seen so far, or by the cameras (Floor), and moves the frames, unless within 0.05°.
   void level();
   /// How level() did it the last time.
   const MapLevel& leveled() const { return leveled_; }
@@ -76,13 +74,12 @@ class SelfTracking {
   void startFold();
   void addToFold(std::size_t frame);
   /// Whether the layers were made with what is known now.
-  bool isFoldCurrent() const;
+  bool isFoldCurrent() const { return fold_ && fold_->up == up_ && fold_->revision == tracker_->revision(); }
 
   /// Writes what has changed; to be called when all of a frame is in the map.
   void save();
 
-  /// Optimizes all poses over all that was seen; takeCorrections() returns the changes. More frames may
-  /// follow as if there had been no such call.
+  /// Optimizes all poses; takeCorrections() returns the changes. Frames may follow as if it had not.
   RgbdTrajectory settle();
 
  private:

@@ -7,7 +7,6 @@
 #include "estancia/files/image_writer.hpp"
 #include "estancia/labelers/labeler.hpp"
 #include "estancia/sequences/sequence.hpp"
-#include "estancia/world_file/world_options.hpp"
 
 namespace estancia {
 

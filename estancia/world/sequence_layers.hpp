@@ -26,8 +26,7 @@ class SequenceLayers {
     /// Why a frame's depth cannot be read.
     std::function<void(const std::string& why)> withoutDepth = {};
   };
-  /// A resumed map's layers are opened now, so that a mismatch is reported at once. Throws Error as
-  /// WorldMapper.
+  /// Opens a resumed map's layers, so that a mismatch is reported at once. Throws Error as WorldMapper.
   SequenceLayers(const Sequence& sequence, Labeler& labeler, MapRun& run, Hooks hooks);
 
   /// Maps the next frame, with a thumbnail if wanted.

@@ -1,20 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/world/world_mapper.hpp"
 
-#include <algorithm>
-#include <functional>
-#include <optional>
-#include <utility>
-#include <vector>
-
-#include "estancia/areas/plan_areas.hpp"
-#include "estancia/core/fail.hpp"
-#include "estancia/map_file/drive_store.hpp"
 #include "estancia/map_file/sqlite.hpp"
 #include "estancia/sequences/sequence.hpp"
 #include "estancia/world/world_mapper_impl.hpp"
-#include "estancia/world_file/edit_areas.hpp"
-#include "estancia/world_file/edit_objects.hpp"
+#include "estancia/world_file/edit_rules.hpp"
 #include "estancia/zones/zones.hpp"
 
 namespace estancia {
@@ -51,7 +40,7 @@ WorldMapper::WorldMapper(MappingSession& session, const WantedWorld& options, La
     : impl_(std::make_unique<Impl>(*session.impl_, options.options, labeler)) {
   MapStore& store = impl_->session.store;
   // In the order of the frames, so that the layers equal those of an unbroken run.
-  const std::vector<Drive> drives = DriveStore(store).drives();
+  const std::vector<Drive> drives = store.drives();
   auto drive = drives.begin();
   std::size_t next = 0;
   const auto upTo = [&](std::size_t end) {
@@ -60,7 +49,7 @@ WorldMapper::WorldMapper(MappingSession& session, const WantedWorld& options, La
       const Frame known = store.frame(frame);
       impl_->poses.skipTo(frame);  // the frames in between were left out
       if (drive != drives.end() && drive->firstFrame == frame) impl_->beginDrive((drive++)->isAligned);
-      const std::optional<Pose> given = DriveStore(store).givenPose(frame);
+      const std::optional<Pose> given = store.givenPose(frame);
       impl_->addFrame(known, given ? given : known.pose, known.pose, descriptor);
       next = frame + 1;
       return next < end;
@@ -206,10 +195,7 @@ void WorldMapper::finish() {
     } catch (const Interrupted&) {  // Ctrl-C ended the mapping: --continue finds them
     }
   }
-  if (auto planned = impl_->planning(impl_->edits)()) {
-    impl_->keepNumbersOf(*planned);
-    impl_->put(std::move(*planned));
-  }
+  if (auto planned = impl_->planning(impl_->edits)()) impl_->put(std::move(*planned));
   if (impl_->objects) impl_->putObjects(impl_->objects->instances());
   if (impl_->session.keeper) impl_->store.forgetAreasOfMissingFrames();
   map.commit();
@@ -234,11 +220,7 @@ WorldMapper::Derivation WorldMapper::derivation() const {
 bool WorldMapper::refresh(const Derived& derived) {
   Impl& impl = *impl_;
   if (derived.edits != impl.edits.size() || derived.folds != impl.folds) return false;
-  if (derived.planned) {
-    PlannedFrames planned = *derived.planned;
-    impl.keepNumbersOf(planned);
-    impl.put(std::move(planned));
-  }
+  if (derived.planned) impl.put(*derived.planned);
   impl.putObjects(derived.found);
   impl.session.write();
   if (impl.session.keeper) impl.store.forgetAreasOfMissingFrames();
@@ -265,10 +247,9 @@ void WorldMapper::edit(const AreaEdit& edit) {
 /// Objects are as they were, but for their areas.
 void WorldMapper::Impl::replan(PlannedFrames now) {
   const WorldMap world = read();
-  std::vector<int> areas;
-  keepNumbersOf(now);
-  for (const WorldObject& object : world.objects) areas.push_back(areaOfObject(now.plan, object.center));
   put(std::move(now));
+  std::vector<int> areas;
+  for (const WorldObject& object : world.objects) areas.push_back(areaOfObject(planned->plan, object.center));
   store.putObjectAreas(areas);
 }
 
@@ -284,7 +265,7 @@ std::function<std::optional<PlannedFrames>()> WorldMapper::Impl::planning(
   if (!layers.areas || !survey || survey->grid.cells().empty()) return [] { return std::nullopt; };
   const std::span<const float> words = mean.mean();
   std::vector<std::size_t> starts;
-  for (const Drive& drive : DriveStore(session.store).drives()) starts.push_back(drive.firstFrame);
+  for (const Drive& drive : session.store.drives()) starts.push_back(drive.firstFrame);
   return [seen = *survey, where = poses, starts, vocabulary = session.store.identity().vocabulary,
           average = std::vector<float>(words.begin(), words.end()), how = options.areas,
           corrections]() -> std::optional<PlannedFrames> {

@@ -3,10 +3,13 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <chrono>
 #include <cmath>
+#include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -27,14 +30,54 @@
 #include "estancia/world/drive_faults.hpp"
 #include "estancia/world/register_drive.hpp"
 #include "estancia/world/self_tracking.hpp"
-#include "estancia/world/view_cells.hpp"
 #include "estancia/world/world_mapper.hpp"
-#include "estancia/world_file/map_terms.hpp"
 #include "estancia/world_file/observation.hpp"
 #include "estancia/world_file/world_options.hpp"
 #include "estancia/world_file/world_store.hpp"
 
 namespace estancia {
+
+/// Views are alike where they are from one cell of half a meter and look in about one direction (30°). The
+/// first eight of a cell are kept, then one each time the drive has doubled: for a robot that repeats its
+/// round the number of views of a cell grows with the logarithm of the days.
+class ViewCells {
+ public:
+  bool wants(std::size_t frame, const Pose& pose) const {
+    const auto cell = cells_.find(keyOf(pose));
+    return cell == cells_.end() || cell->second.views < enough || frame >= 2 * cell->second.lastFrame;
+  }
+  void add(std::size_t frame, const Pose& pose) {
+    Cell& cell = cells_[keyOf(pose)];
+    ++cell.views;
+    cell.lastFrame = frame;
+  }
+
+ private:
+  static constexpr std::size_t enough = 8;
+  static constexpr double width = 0.5;      // [m]
+  static constexpr double direction = 0.5;  // edge of a cell of a direction's components: about 30°
+
+  using Key = std::array<std::int64_t, 6>;
+  struct Cell {
+    std::size_t views = 0, lastFrame = 0;
+  };
+
+  /// `pose` is plausible.
+  static Key keyOf(const Pose& pose) {
+    const auto cellOf = [](double value, double size) {
+      return static_cast<std::int64_t>(std::floor(value / size));
+    };
+    const std::array<double, 3> forward = pose.forward();
+    // Middles of cells lie on the axes, so that a camera that looks along one stays in its cell.
+    const auto turn = [&](double component) {  // in [-1, 1] also where the quaternion is none of unit length
+      return cellOf(std::max(-1.0, std::min(1.0, component)) + direction / 2, direction);
+    };
+    return {cellOf(pose.x, width), cellOf(pose.y, width), cellOf(pose.z, width),
+            turn(forward[0]),      turn(forward[1]),      turn(forward[2])};
+  }
+
+  std::map<Key, Cell> cells_;
+};
 
 /// Layers of a map while its frames come. For each frame locate() runs before MappingSession::add() and
 /// look() after it; the constructor replays the frames of a resumed map in this order. Invariant: `survey`
@@ -216,8 +259,7 @@ struct WorldMapper::Impl {
     pending.assign(descriptor.begin(), descriptor.end());
   }
 
-  /// Keeps what the newest frame saw from Observation::seenFrom, and adds it to the layers where its pose is
-  /// known in the map. Returns whether it is in them.
+  /// Keeps what the newest frame saw; returns whether it is in the layers, as its pose is known in the map.
   bool addView(const Observation& seen, DescriptorView descriptor) {
     put(seen, descriptor);
     if (isAligned) {
@@ -239,16 +281,13 @@ struct WorldMapper::Impl {
   void look(DescriptorView descriptor, const cv::Mat& image, const cv::Mat& depth,
             const CameraIntrinsics& camera, const Deadline& deadline);
   std::function<std::optional<PlannedFrames>()> planning(const std::vector<AreaEdit>& corrections) const;
-  /// Areas that earlier drives have found keep their numbers; whether this drive was interrupted does not
-  /// matter.
-  void keepNumbersOf(PlannedFrames& now) const {
-    if (const auto before = store.planBefore()) keepNumbers(now, *before);
-  }
   /// A drive begins that has no frames yet.
   void notePlanBefore() {
     if (!poses.empty() && session.drive.firstFrame == poses.size()) store.keepPlanBefore();
   }
+  /// Areas that earlier drives have found keep their numbers, whether this one was interrupted or not.
   void put(PlannedFrames now) {
+    if (const auto before = store.planBefore()) keepNumbers(now, *before);
     store.putAreas(now, planned ? &*planned : nullptr);
     planned = std::move(now);
   }

@@ -1,8 +1,6 @@
 // Where the views of a map were taken: cameras that are tracked, and drives that are aligned.
 // SPDX-License-Identifier: Apache-2.0
-#include <bit>
 
-#include "estancia/core/fail.hpp"
 #include "estancia/map_file/sqlite.hpp"
 #include "estancia/world/world_mapper_impl.hpp"
 
@@ -62,8 +60,7 @@ void WorldMapper::Impl::loadFold() {
   if (tracking->fold()) rebuild([this](std::size_t frame) { return tracking->folded(frame); });
 }
 
-/// Whether the tracked frame shows something new. Its pose need not be known: the part of the drive that it
-/// belongs to may find its place in the map later.
+/// Whether the tracked frame shows something new, even where its pose in the map will be known later.
 bool WorldMapper::Impl::isNewTracked(std::size_t frame) {
   const RgbdTracker& tracker = tracking->tracker();
   if (!tracker.motion(frame, frame)) return false;

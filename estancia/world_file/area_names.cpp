@@ -68,6 +68,14 @@ bool holdsWords(const std::string& name, const std::string& words) {
   return false;
 }
 
+template <class Is>
+std::vector<int> areasWhere(const WorldMap& world, const Is& is) {
+  std::vector<int> areas;
+  for (const WorldArea& area : world.areas)
+    if (is(area)) areas.push_back(area.id);
+  return areas;
+}
+
 }  // namespace
 
 void nameAreasByRooms(WorldMap& world) {
@@ -113,30 +121,24 @@ void nameAreasByRooms(WorldMap& world, const RoomPredictions& predictions, std::
 
 std::vector<int> areasNamed(const WorldMap& world, const std::string& text) {
   for (const std::string WorldArea::*name : {&WorldArea::givenName, &WorldArea::roomName}) {
-    std::vector<int> areas;
-    for (const WorldArea& area : world.areas)
-      if (sameWords(area.*name, text)) areas.push_back(area.id);
+    auto areas = areasWhere(world, [&](const WorldArea& area) { return sameWords(area.*name, text); });
     if (!areas.empty()) return areas;
   }
-  std::vector<int> areas;
-  for (const WorldArea& area : world.areas)
-    if (isNamedByRoom(area) && sameWords(area.predictedRoom, text)) areas.push_back(area.id);
-  return areas;
+  return areasWhere(world, [&](const WorldArea& area) {
+    return isNamedByRoom(area) && sameWords(area.predictedRoom, text);
+  });
 }
 
 std::vector<int> areasNamedPartly(const WorldMap& world, const std::string& text) {
-  std::vector<int> areas;
-  for (const WorldArea& area : world.areas)
-    if (holdsWords(area.givenName, text) || holdsWords(area.roomName, text)) areas.push_back(area.id);
-  return areas;
+  return areasWhere(world, [&](const WorldArea& area) {
+    return holdsWords(area.givenName, text) || holdsWords(area.roomName, text);
+  });
 }
 
 std::vector<int> areasCalled(const WorldMap& world, const std::string& text) {
   std::vector<int> areas = areasNamed(world, text);
   if (!areas.empty()) return areas;
-  for (const WorldArea& area : world.areas)
-    if (sameWords(area.name, text)) areas.push_back(area.id);
-  return areas;
+  return areasWhere(world, [&](const WorldArea& area) { return sameWords(area.name, text); });
 }
 
 }  // namespace estancia

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/world_file/edit_areas.hpp"
+#include "estancia/world_file/edit_rules.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -18,8 +18,8 @@
 #include "estancia/map_file/store.hpp"
 #include "estancia/stats/moments.hpp"
 #include "estancia/world_file/area_names.hpp"
-#include "estancia/world_file/map_terms.hpp"
 #include "estancia/world_file/observation.hpp"
+#include "estancia/world_file/world_options.hpp"
 #include "estancia/world_file/world_store.hpp"
 
 namespace estancia {
@@ -116,10 +116,14 @@ void requireGivenName(const std::string& name, const char* what) {
          printable(name), printable(std::string(word)));
 }
 
-const WorldArea* findAreaNumber(const WorldMap& world, std::string_view text) {
+int numberIn(std::string_view text) {
   int id = -1;
   const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), id);
-  return problem == std::errc{} && end == text.data() + text.size() ? world.findArea(id) : nullptr;
+  return problem == std::errc{} && end == text.data() + text.size() ? id : -1;
+}
+
+const WorldArea* findAreaNumber(const WorldMap& world, std::string_view text) {
+  return world.findArea(numberIn(text));
 }
 
 const WorldArea& getArea(const WorldMap& world, const std::string& area) {
@@ -147,8 +151,7 @@ AreaEdit namingOf(const WorldMap& world, const std::string& area, const std::str
     if (other.id != named.id && isSimilar(other.givenName, name))
       fail(ErrorCode::invalidInput,
            "\"{}\" differs only in case from \"{}\", the name of area {}; give that name for the same room, "
-           "or "
-           "another one",
+           "or another one",
            printable(name), printable(other.givenName), other.id);
   return {AreaEdit::Kind::name, named.center, {}, name};
 }

@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/world_file/edit_objects.hpp"
+#include "estancia/world_file/edit_rules.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/map_file/store.hpp"
-#include "estancia/world_file/edit_areas.hpp"
-#include "estancia/world_file/known_store.hpp"
+#include "estancia/world_file/segment_answers.hpp"
 #include "estancia/world_file/world_store.hpp"
 
 namespace estancia {
@@ -81,11 +79,7 @@ const WorldObject& getObject(const WorldMap& world, const std::string& object) {
   if (world.objects.empty())
     fail(ErrorCode::insufficientData,
          "the map has no objects; map a drive with depth (`estancia check` tells what is missing)");
-  int id = -1;
-  const char* end = object.data() + object.size();
-  if (const auto [rest, problem] = std::from_chars(object.data(), end, id);
-      problem == std::errc{} && rest == end)
-    if (const WorldObject* found = world.findObject(id)) return *found;
+  if (const WorldObject* found = world.findObject(numberIn(object))) return *found;
   std::vector<std::string> called;
   const WorldObject* last = nullptr;
   for (const WorldObject& candidate : world.objects)

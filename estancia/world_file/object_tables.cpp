@@ -1,6 +1,5 @@
 // The tables of objects: what WorldStore reads and writes of them.
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
@@ -12,7 +11,7 @@
 #include "estancia/core/printable.hpp"
 #include "estancia/map_file/sqlite.hpp"
 #include "estancia/map_file/store_read.hpp"
-#include "estancia/world_file/edit_objects.hpp"
+#include "estancia/world_file/edit_rules.hpp"
 #include "estancia/world_file/world_store.hpp"
 
 namespace estancia {
@@ -22,49 +21,40 @@ using sqlite::Database;
 using sqlite::Statement;
 
 constexpr const char* regionLabelsKey = "region-labels";
+constexpr const char* putViewSql =
+    "INSERT OR REPLACE INTO object_views(frame, segment, quality, words, jpeg) VALUES(?1, ?2, ?3, ?4, ?5)";
+constexpr const char* putWordsSql = "INSERT OR REPLACE INTO segment_words VALUES(?1, ?2, ?3)";
 constexpr std::array<const char*, 2> objectEditKinds{"name", "remove"};
 
 }  // namespace
 
 void WorldStore::putView(const LabeledSegment& view, std::span<const unsigned char> jpeg) {
-  Statement(store_.database(),
-            "INSERT OR REPLACE INTO object_views(frame, segment, quality, words, jpeg) "
-            "VALUES(?1, ?2, ?3, ?4, ?5)",
-            view.frame, view.segment, view.quality, std::span<const float>(view.words), std::as_bytes(jpeg))
-      .execute();
+  store_.database().execute(putViewSql, view.frame, view.segment, view.quality,
+                            std::span<const float>(view.words), std::as_bytes(jpeg));
 }
 
 void WorldStore::copyViews(const WorldStore& from, std::span<const std::size_t> frames, std::size_t to) {
   if (!from.exists_ || frames.empty()) return;
   Database &source = from.store_.database(), &here = store_.database();
-  const auto frameOf = [&](const Statement& row) -> std::optional<std::size_t> {
-    const auto number = static_cast<std::size_t>(row.integer(0));
-    const auto found = std::ranges::lower_bound(frames, number);
-    if (found == frames.end() || *found != number) return std::nullopt;
-    return to + static_cast<std::size_t>(found - frames.begin());
+  const auto copy = [&](const char* query, const auto& put) {
+    Statement row(source, query, frames.front(), frames.back());
+    while (row.next()) {
+      const auto number = static_cast<std::size_t>(row.integer(0));
+      const auto found = std::ranges::lower_bound(frames, number);
+      if (found != frames.end() && *found == number)
+        put(to + static_cast<std::size_t>(found - frames.begin()), row);
+    }
   };
-  Statement views(
-      source, "SELECT frame, segment, quality, words, jpeg FROM object_views WHERE frame BETWEEN ?1 AND ?2",
-      frames.front(), frames.back());
-  Statement putView(here,
-                    "INSERT OR REPLACE INTO object_views(frame, segment, quality, words, jpeg) "
-                    "VALUES(?1, ?2, ?3, ?4, ?5)");
-  while (views.next()) {
-    const auto frame = frameOf(views);
-    if (!frame) continue;
-    putView.bindAll(*frame, views.integer(1), views.real(2), views.bytes(3), views.bytes(4));
-    putView.execute();
-  }
+  Statement putView(here, putViewSql), putWords(here, putWordsSql);
+  copy("SELECT frame, segment, quality, words, jpeg FROM object_views WHERE frame BETWEEN ?1 AND ?2",
+       [&](std::size_t frame, const Statement& view) {
+         putView.executeWith(frame, view.integer(1), view.real(2), view.bytes(3), view.bytes(4));
+       });
   if (!sqlite::hasTable(source, "segment_words")) return;
-  Statement words(source, "SELECT frame, segment, words FROM segment_words WHERE frame BETWEEN ?1 AND ?2",
-                  frames.front(), frames.back());
-  Statement putWords(here, "INSERT OR REPLACE INTO segment_words VALUES(?1, ?2, ?3)");
-  while (words.next()) {
-    const auto frame = frameOf(words);
-    if (!frame) continue;
-    putWords.bindAll(*frame, words.integer(1), words.bytes(2));
-    putWords.execute();
-  }
+  copy("SELECT frame, segment, words FROM segment_words WHERE frame BETWEEN ?1 AND ?2",
+       [&](std::size_t frame, const Statement& words) {
+         putWords.executeWith(frame, words.integer(1), words.bytes(2));
+       });
 }
 
 void WorldStore::putRegionLabels(const std::vector<std::size_t>& labels) {
@@ -85,14 +75,12 @@ std::vector<std::size_t> WorldStore::regionLabels() const {
     }
     return labels;
   } catch (const Error& e) {
-    store_.database().failDamaged(e.what());
+    store_.database().failDamaged("{}", e.what());
   }
 }
 
 void WorldStore::putSegmentWords(const SegmentPlace& place, const LexicalDescriptor& words) {
-  Statement(store_.database(), "INSERT OR REPLACE INTO segment_words VALUES(?1, ?2, ?3)", place.first,
-            place.second, std::span<const float>(words))
-      .execute();
+  store_.database().execute(putWordsSql, place.first, place.second, std::span<const float>(words));
 }
 
 void WorldStore::forEachSegmentWords(
@@ -114,9 +102,8 @@ void WorldStore::putObjects(std::span<const WorldObject> objects,
                             const std::map<SegmentPlace, int>& objectOf) {
   Database& database = store_.database();
   database.run(
-      "DELETE FROM objects; DELETE FROM object_words; DELETE FROM object_classes; DELETE FROM "
-      "object_segments; "
-      "UPDATE object_views SET object = NULL");
+      "DELETE FROM objects; DELETE FROM object_words; DELETE FROM object_classes; "
+      "DELETE FROM object_segments; UPDATE object_views SET object = NULL");
   const Vocabulary& vocabulary = store_.identity().vocabulary;
   std::unordered_map<std::string, std::size_t> numbers;
   for (std::size_t i = 0; i < vocabulary.size(); ++i) numbers.emplace(vocabulary[i], i);
@@ -128,38 +115,31 @@ void WorldStore::putObjects(std::span<const WorldObject> objects,
   Statement shape(database, "INSERT INTO object_classes VALUES(?1, ?2, ?3)");
   for (const WorldObject& object : objects) {
     const std::string name = object.displayName();
-    row.bindAll(object.id, name, object.givenName, object.probability(), object.center.x, object.center.y,
-                object.center.z, object.size.x, object.size.y, object.size.z, object.yaw, object.color[0],
-                object.color[1], object.color[2], static_cast<int>(object.flat), object.views,
-                object.firstFrame, object.lastFrame, object.bestFrame,
-                supportNames[static_cast<std::size_t>(object.support)],
-                object.onObject < 0 ? none : object.onObject, object.area < 0 ? none : object.area);
-    row.execute();
+    row.executeWith(object.id, name, object.givenName, object.probability(), object.center.x, object.center.y,
+                    object.center.z, object.size.x, object.size.y, object.size.z, object.yaw, object.color[0],
+                    object.color[1], object.color[2], static_cast<int>(object.flat), object.views,
+                    object.firstFrame, object.lastFrame, object.bestFrame,
+                    supportNames[static_cast<std::size_t>(object.support)],
+                    object.onObject < 0 ? none : object.onObject, object.area < 0 ? none : object.area);
     for (const LabelProbability& label : object.words)
       if (const auto number = numbers.find(label.label); number != numbers.end()) {
-        word.bindAll(object.id, number->second, static_cast<double>(label.probability));
-        word.execute();
+        word.executeWith(object.id, number->second, static_cast<double>(label.probability));
       }
     for (const LabelProbability& known : object.shapeClasses) {
-      shape.bindAll(object.id, known.label, static_cast<double>(known.probability));
-      shape.execute();
+      shape.executeWith(object.id, known.label, static_cast<double>(known.probability));
     }
   }
   Statement view(database, "UPDATE object_views SET object = ?3 WHERE frame = ?1 AND segment = ?2");
   Statement segment(database, "INSERT INTO object_segments VALUES(?1, ?2, ?3)");
   for (const auto& [place, object] : objectOf)
-    for (Statement* statement : {&view, &segment}) {
-      statement->bindAll(place.first, place.second, object);
-      statement->execute();
-    }
+    for (Statement* statement : {&view, &segment}) statement->executeWith(place.first, place.second, object);
 }
 
 void WorldStore::putObjectAreas(std::span<const int> areas) {
   constexpr double none = std::numeric_limits<double>::quiet_NaN();  // stored as NULL
   Statement row(store_.database(), "UPDATE objects SET area = ?2 WHERE id = ?1");
   for (std::size_t i = 0; i < areas.size(); ++i) {
-    row.bindAll(i, areas[i] < 0 ? none : areas[i]);
-    row.execute();
+    row.executeWith(i, areas[i] < 0 ? none : areas[i]);
   }
 }
 
@@ -173,7 +153,7 @@ std::vector<LabeledSegment> WorldStore::views() const {
     if (rows.integer(0) < 0 || rows.integer(1) < 0)
       database.failDamaged("a view of an object is of no frame");
     LabeledSegment view{static_cast<std::size_t>(rows.integer(0)), static_cast<std::size_t>(rows.integer(1)),
-                        finiteReal(database, rows, 2, "the quality of a view")};
+                        rows.finite(2, "the quality of a view")};
     readValues(database, rows.bytes(3), labels, "the words of a view", view.words);
     views.push_back(std::move(view));
   }
@@ -205,12 +185,11 @@ std::vector<unsigned char> WorldStore::objectImage(int object) const {
 }
 
 void WorldStore::addObjectEdit(const ObjectEdit& edit) {
-  Statement(store_.database(),
-            "INSERT INTO object_edits(kind, x, y, z, size_x, size_y, size_z, name) "
-            "VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)",
-            objectEditKinds[static_cast<std::size_t>(edit.kind)], edit.center.x, edit.center.y, edit.center.z,
-            edit.size.x, edit.size.y, edit.size.z, edit.name)
-      .execute();
+  store_.database().execute(
+      "INSERT INTO object_edits(kind, x, y, z, size_x, size_y, size_z, name) "
+      "VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)",
+      objectEditKinds[static_cast<std::size_t>(edit.kind)], edit.center.x, edit.center.y, edit.center.z,
+      edit.size.x, edit.size.y, edit.size.z, edit.name);
 }
 
 std::vector<ObjectEdit> WorldStore::objectEdits() const {
@@ -219,7 +198,7 @@ std::vector<ObjectEdit> WorldStore::objectEdits() const {
   if (!exists_ || !sqlite::hasTable(database, "object_edits")) return edits;
   Statement rows(database,
                  "SELECT kind, x, y, z, size_x, size_y, size_z, name FROM object_edits ORDER BY id");
-  const auto number = [&](int column) { return finiteReal(database, rows, column, "an edit of objects"); };
+  const auto number = [&](int column) { return rows.finite(column, "an edit of objects"); };
   while (rows.next()) {
     const auto kind = std::ranges::find(objectEditKinds, rows.text(0));
     if (kind == objectEditKinds.end()) database.failDamaged("an edit of objects is of no kind");
@@ -232,17 +211,13 @@ std::vector<ObjectEdit> WorldStore::objectEdits() const {
 }
 
 std::vector<std::size_t> WorldStore::objectFrames() const {
-  std::vector<std::size_t> frames;
+  if (!exists_) return {};
   const Database& database = store_.database();
-  if (!exists_) return frames;
   std::string sql =
       "SELECT first_frame FROM objects UNION SELECT last_frame FROM objects UNION SELECT best_frame FROM "
       "objects";
   if (sqlite::hasTable(database, "object_poses")) sql += " UNION SELECT frame FROM object_poses";
-  Statement rows(database, sql);
-  while (rows.next())
-    if (rows.integer(0) >= 0) frames.push_back(static_cast<std::size_t>(rows.integer(0)));
-  return frames;
+  return database.numbers(sql);
 }
 
 void WorldStore::readObjects(WorldMap& world) const {
@@ -250,7 +225,7 @@ void WorldStore::readObjects(WorldMap& world) const {
   const auto frames = static_cast<std::int64_t>(store_.frameCount());
   const auto within = [&](const Statement& row, int column, std::int64_t end, const char* what) {
     const std::int64_t value = row.integer(column);
-    if (value < 0 || value >= end) database.failDamaged(fmt::format("an object's {} is {}", what, value));
+    if (value < 0 || value >= end) database.failDamaged("an object's {} is {}", what, value);
     return value;
   };
   Statement rows(
@@ -266,9 +241,7 @@ void WorldStore::readObjects(WorldMap& world) const {
     object.id = static_cast<int>(world.objects.size());
     if (rows.integer(0) != object.id) database.failDamaged("its objects have gaps");
     object.givenName = printable(rows.text(1));
-    const auto number = [&](int column) {
-      return finiteReal(database, rows, column, "a number of an object");
-    };
+    const auto number = [&](int column) { return rows.finite(column, "a number of an object"); };
     object.center = {number(2), number(3), number(4)};
     object.size = {number(5), number(6), number(7)};
     object.yaw = number(8);
@@ -289,7 +262,7 @@ void WorldStore::readObjects(WorldMap& world) const {
   for (const WorldObject& object : world.objects)
     if ((object.onObject != -1 && world.findObject(object.onObject) == nullptr) ||
         (object.area != -1 && world.findArea(object.area) == nullptr))
-      database.failDamaged(fmt::format("object {} is on or in what is missing", object.id));
+      database.failDamaged("object {} is on or in what is missing", object.id);
   readObjectNames(world);
 }
 
@@ -307,10 +280,9 @@ void WorldStore::readObjectNames(WorldMap& world) const {
   while (words.next()) {
     const std::int64_t label = words.integer(1);
     if (label < 0 || label >= static_cast<std::int64_t>(vocabulary.size()))
-      database.failDamaged(fmt::format("an object's word is {}", label));
-    objectIn(words).words.push_back(
-        {vocabulary[static_cast<std::size_t>(label)],
-         static_cast<float>(finiteReal(database, words, 2, "the probability of a word"))});
+      database.failDamaged("an object's word is {}", label);
+    objectIn(words).words.push_back({vocabulary[static_cast<std::size_t>(label)],
+                                     static_cast<float>(words.finite(2, "the probability of a word"))});
   }
   if (!sqlite::hasTable(database, "object_classes")) return;  // file of an older program
   Statement classes(

@@ -3,10 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <opencv2/imgproc.hpp>
 #include <utility>
-#include <vector>
 
 #include "estancia/core/bytes.hpp"
 #include "estancia/core/fail.hpp"

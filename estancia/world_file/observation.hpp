@@ -20,11 +20,9 @@ namespace estancia {
 /// Limit of the depth that is kept [m].
 constexpr float farthestDepth = 65.5F;
 
-/// The evidence of one frame, in its camera's frame: the layers of a map are made of it again whenever the
-/// poses are corrected, or a map is continued.
+/// The evidence of one frame, in its camera's frame, of which layers are made again for other poses.
 struct Observation {
-  /// Every n-th pixel of the depth image along the optical axis: CV_16U [mm], 0 where unknown; at most 320
-  /// pixels wide.
+  /// Every n-th pixel of depth along the optical axis: CV_16U [mm], 0 where unknown; at most 320 wide.
   cv::Mat depth;
   /// Camera of `depth`.
   CameraIntrinsics camera;
@@ -39,13 +37,11 @@ struct Observation {
   };
   /// Info of segment 1, 2 …
   std::vector<Segment> info;
-  /// The camera's pose as it was known when the frame came: which later views are kept depends on it. Absent
-  /// in maps of older programs.
+  /// The camera's pose as known when the frame came, which later views depend on; older maps lack it.
   std::optional<Pose> seenFrom;
 };
 
-/// `depth`: CV_32F [m], 0 or not finite where unknown; `camera` may have images of another size. Throws Error
-/// (invalidInput) for other images and cameras.
+/// `depth`: CV_32F [m], 0 or not finite where unknown; `camera`: of any size. Throws Error (invalidInput).
 Observation observe(const cv::Mat& depth, const CameraIntrinsics& camera);
 
 /// Finds the segments of an observation, the maxSegments largest, and returns the planes that it sees, in
@@ -59,8 +55,7 @@ std::vector<Plane> planesOf(const Observation& observation, const ClusterOptions
 /// Its depth [m], CV_32F.
 cv::Mat depthOf(const Observation& observation);
 
-/// The points of a segment in the camera's frame [m]. `depth`: CV_32F of `camera`; `segment`: CV_8U of the
-/// same size, not 0 on it.
+/// A segment's points in the camera's frame [m]. `depth`: CV_32F; `segment`: CV_8U, not 0 on it.
 PointCloud segmentCloud(const cv::Mat& depth, const cv::Mat& segment, const CameraIntrinsics& camera);
 
 /// For map files; fromBytes() throws Error (corruptFile) unless toBytes() wrote them.

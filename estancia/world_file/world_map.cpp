@@ -4,7 +4,7 @@
 #include <map>
 
 #include "estancia/core/label_words.hpp"
-#include "estancia/world_file/known_store.hpp"
+#include "estancia/world_file/segment_answers.hpp"
 #include "estancia/world_file/world_store.hpp"
 
 namespace estancia {

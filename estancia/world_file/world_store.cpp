@@ -7,11 +7,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "estancia/areas/plan_areas.hpp"
-#include "estancia/core/fail.hpp"
+#include "estancia/core/error.hpp"
 #include "estancia/core/png.hpp"
 #include "estancia/core/printable.hpp"
-#include "estancia/map_file/drive_store.hpp"
 #include "estancia/map_file/sqlite.hpp"
 #include "estancia/map_file/store_read.hpp"
 #include "estancia/stats/clustering_agreement.hpp"
@@ -66,8 +64,7 @@ constexpr double narrowestCell = 1e-3, widestCell = 1e3;  // [m]
 cv::Mat imageOf(const Database& database, std::span<const std::byte> png, cv::Size size, int type,
                 const char* what) {
   const cv::Mat image = fromPng({reinterpret_cast<const unsigned char*>(png.data()), png.size()}, size);
-  if (image.size() != size || image.type() != type)
-    database.failDamaged(fmt::format("{} cannot be decoded", what));
+  if (image.size() != size || image.type() != type) database.failDamaged("{} cannot be decoded", what);
   return image;
 }
 
@@ -93,7 +90,7 @@ Observation decodedObservation(const Database& database, const std::string& byte
   try {
     return observationFromBytes(bytes);
   } catch (const Error& e) {
-    database.failDamaged(e.what());
+    database.failDamaged("{}", e.what());
   }
 }
 
@@ -120,12 +117,11 @@ std::optional<AreaPlan> readPlan(const Database& database, const char* table = "
           "SELECT cell, first_column, first_row, columns, rows, up_x, up_y, up_z, areas, walls FROM {}",
           table));
   if (!row.next()) return std::nullopt;
-  const double cell = finiteReal(database, row, 0, "the width of a cell");
+  const double cell = row.finite(0, "the width of a cell");
   std::array<std::int64_t, 4> extent{};
   for (int i = 0; i < 4; ++i) extent[static_cast<std::size_t>(i)] = row.integer(i + 1);
   const auto& [column, line, columns, rows] = extent;
-  const cv::Vec3d up(finiteReal(database, row, 5, "the floor"), finiteReal(database, row, 6, "the floor"),
-                     finiteReal(database, row, 7, "the floor"));
+  const cv::Vec3d up(row.finite(5, "the floor"), row.finite(6, "the floor"), row.finite(7, "the floor"));
   if (cell < narrowestCell || cell > widestCell || columns < 1 || rows < 1 || columns > maxCells ||
       rows > maxCells || columns * rows > maxCells || std::abs(column) > 100'000'000 ||
       std::abs(line) > 100'000'000 || !(cv::norm(up) > 0.1))
@@ -149,7 +145,7 @@ WorldStore::WorldStore(MapStore& store, MapStore::Access access) : store_(store)
 }
 
 void WorldStore::putLayers(const std::string& layers) {
-  Statement(store_.database(), "INSERT OR REPLACE INTO meta VALUES('layers', ?1)", layers).execute();
+  store_.database().execute("INSERT OR REPLACE INTO meta VALUES('layers', ?1)", layers);
 }
 
 void WorldStore::putZones(const Zones& zones) {
@@ -163,7 +159,7 @@ void WorldStore::putZones(const Zones& zones) {
   }
   GroupOverlap overlap;
   // Zones that earlier drives have found keep their numbers.
-  const std::vector<Drive> drives = DriveStore(store_).drives();
+  const std::vector<Drive> drives = store_.drives();
   const std::size_t firstNow = drives.empty() ? 0 : drives.back().firstFrame;
   for (std::size_t i = 0; i < zones.zoneOf.size() && frames.at(i) < firstNow; ++i)
     if (const auto known = before.find(frames[i]); zones.zoneOf[i] >= 0 && known != before.end())
@@ -172,22 +168,19 @@ void WorldStore::putZones(const Zones& zones) {
   const auto numberOf = [&](int zone) { return numbers.at(static_cast<std::size_t>(zone)); };
   database.run("DELETE FROM zones; DELETE FROM frame_zones");
   for (const Zone& zone : zones.zones)
-    Statement(database, "INSERT INTO zones VALUES(?1, ?2, ?3)", numberOf(zone.id), zone.name,
-              zone.images.size())
-        .execute();
+    database.execute("INSERT INTO zones VALUES(?1, ?2, ?3)", numberOf(zone.id), zone.name,
+                     zone.images.size());
   Statement row(database, "INSERT INTO frame_zones VALUES(?1, ?2)");
   for (std::size_t i = 0; i < zones.zoneOf.size(); ++i) {
     if (zones.zoneOf[i] < 0) continue;
-    row.bindAll(frames.at(i), numberOf(zones.zoneOf[i]));
-    row.execute();
+    row.executeWith(frames.at(i), numberOf(zones.zoneOf[i]));
   }
 }
 
 void WorldStore::putObservation(std::size_t frame, const Observation& observation) {
   const std::string bytes = toBytes(observation);
-  Statement(store_.database(), "INSERT OR REPLACE INTO observations VALUES(?1, ?2)", frame,
-            std::as_bytes(std::span(bytes)))
-      .execute();
+  store_.database().execute("INSERT OR REPLACE INTO observations VALUES(?1, ?2)", frame,
+                            std::as_bytes(std::span(bytes)));
 }
 
 void WorldStore::putAreas(const PlannedFrames& planned, const PlannedFrames* before) {
@@ -199,15 +192,13 @@ void WorldStore::putAreas(const PlannedFrames& planned, const PlannedFrames* bef
   const std::vector<unsigned char> image = toPng(numbers), walls = toPng(plan.walls);
   const cv::Rect& extent = plan.cells.extent();
   const cv::Vec3d& up = plan.floor.up();
-  Statement(database, "INSERT INTO floor VALUES(0, ?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10)",
-            plan.cells.cell(), extent.x, extent.y, extent.width, extent.height, up[0], up[1], up[2],
-            std::as_bytes(std::span(image)), std::as_bytes(std::span(walls)))
-      .execute();
+  database.execute("INSERT INTO floor VALUES(0, ?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10)", plan.cells.cell(),
+                   extent.x, extent.y, extent.width, extent.height, up[0], up[1], up[2],
+                   std::as_bytes(std::span(image)), std::as_bytes(std::span(walls)));
   for (const Area& area : plan.areas) {
     const std::string outline = outlineText(area);
-    Statement(database, "INSERT INTO areas VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7)", area.id, area.name, area.size,
-              area.center.x, area.center.y, area.frames, outline)
-        .execute();
+    database.execute("INSERT INTO areas VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7)", area.id, area.name, area.size,
+                     area.center.x, area.center.y, area.frames, outline);
   }
   putFrameAreas(planned, before);
 }
@@ -217,20 +208,17 @@ void WorldStore::putFrameAreas(const PlannedFrames& planned, const PlannedFrames
   const std::vector<std::size_t>& frames = planned.frames;
   const std::vector<int>& areas = planned.areaOfFrame;
   const std::size_t end = before && !frames.empty() ? frames.back() + 1 : 0;
-  Statement(database, "DELETE FROM frame_areas WHERE frame >= ?1", end).execute();
+  database.execute("DELETE FROM frame_areas WHERE frame >= ?1", end);
   Statement row(database, "INSERT OR REPLACE INTO frame_areas VALUES(?1, ?2)");
   Statement nowhere(database, "DELETE FROM frame_areas WHERE frame = ?1");
   for (std::size_t i = 0, k = 0; i < areas.size(); ++i) {
     while (before && k < before->frames.size() && before->frames[k] < frames[i]) ++k;
     const bool isKnown = before && k < before->frames.size() && before->frames[k] == frames[i];
     if (isKnown && before->areaOfFrame[k] == areas[i]) continue;
-    if (areas[i] < 0) {
-      nowhere.bindAll(frames[i]);
-      nowhere.execute();
-      continue;
-    }
-    row.bindAll(frames[i], areas[i]);
-    row.execute();
+    if (areas[i] < 0)
+      nowhere.executeWith(frames[i]);
+    else
+      row.executeWith(frames[i], areas[i]);
   }
 }
 
@@ -249,15 +237,13 @@ void WorldStore::forgetAreasOfMissingFrames() {
 }
 
 void WorldStore::dropObservation(std::size_t frame) {
-  Statement(store_.database(), "DELETE FROM observations WHERE frame = ?1", frame).execute();
+  store_.database().execute("DELETE FROM observations WHERE frame = ?1", frame);
 }
 
 void WorldStore::addEdit(const AreaEdit& edit) {
-  Statement(store_.database(),
-            "INSERT INTO area_edits(kind, x, y, to_x, to_y, name) VALUES(?1, ?2, ?3, ?4, ?5, ?6)",
-            kinds[static_cast<std::size_t>(edit.kind)], edit.from.x, edit.from.y, edit.to.x, edit.to.y,
-            edit.name)
-      .execute();
+  store_.database().execute(
+      "INSERT INTO area_edits(kind, x, y, to_x, to_y, name) VALUES(?1, ?2, ?3, ?4, ?5, ?6)",
+      kinds[static_cast<std::size_t>(edit.kind)], edit.from.x, edit.from.y, edit.to.x, edit.to.y, edit.name);
 }
 
 std::string WorldStore::layers() const {
@@ -281,10 +267,7 @@ void WorldStore::forEachObservation(
 }
 
 std::vector<std::size_t> WorldStore::observedFrames() const {
-  std::vector<std::size_t> frames;
-  Statement rows(store_.database(), "SELECT frame FROM observations WHERE frame >= 0 ORDER BY frame");
-  while (rows.next()) frames.push_back(static_cast<std::size_t>(rows.integer(0)));
-  return frames;
+  return store_.database().numbers("SELECT frame FROM observations WHERE frame >= 0 ORDER BY frame");
 }
 
 Observation WorldStore::observation(std::size_t frame) const {
@@ -302,8 +285,8 @@ std::vector<AreaEdit> WorldStore::edits() const {
     const auto kind = std::find(kinds.begin(), kinds.end(), rows.text(0));
     if (kind == kinds.end()) database.failDamaged("an edit of areas is of no kind");
     edits.push_back({static_cast<AreaEdit::Kind>(kind - kinds.begin()),
-                     {finiteReal(database, rows, 1, "an edit"), finiteReal(database, rows, 2, "an edit")},
-                     {finiteReal(database, rows, 3, "an edit"), finiteReal(database, rows, 4, "an edit")},
+                     {rows.finite(1, "an edit"), rows.finite(2, "an edit")},
+                     {rows.finite(3, "an edit"), rows.finite(4, "an edit")},
                      printable(rows.text(5))});
   }
   return edits;
@@ -341,9 +324,8 @@ void WorldStore::readAreas(WorldMap& world) const {
     area.id = static_cast<int>(world.areas.size());
     if (rows.integer(0) != area.id) database.failDamaged("its areas have gaps");
     area.name = printable(rows.text(1));
-    area.size = finiteReal(database, rows, 2, "an area's size");
-    area.center = {finiteReal(database, rows, 3, "an area's center"),
-                   finiteReal(database, rows, 4, "an area's center")};
+    area.size = rows.finite(2, "an area's size");
+    area.center = {rows.finite(3, "an area's center"), rows.finite(4, "an area's center")};
     area.frames = static_cast<std::size_t>(std::max<std::int64_t>(0, rows.integer(5)));
     area.outline = outlineFrom(database, rows.text(6));
     world.plan->areas.push_back(area);

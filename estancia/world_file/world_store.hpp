@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <functional>
 #include <map>
 #include <span>
@@ -50,8 +49,7 @@ class WorldStore {
   /// Replaces all that is derived from observations. `before`: what the map holds of it, or null; then only
   /// the frames whose area has changed are written, as a day's drive has a million others.
   void putAreas(const PlannedFrames& planned, const PlannedFrames* before = nullptr);
-  /// Remembers the plan as it is now, when a drive begins; and gives it back, without what is known of its
-  /// areas. Nothing where there was none.
+  /// Remembers the plan when a drive begins; gives it back, without its areas, or nothing.
   void keepPlanBefore();
   std::optional<AreaPlan> planBefore() const;
   /// Areas of frames that the map does not keep.

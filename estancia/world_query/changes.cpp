@@ -16,7 +16,7 @@
 #include "estancia/mapper/mapper_impl.hpp"
 #include "estancia/session/session_impl.hpp"
 #include "estancia/stats/moments.hpp"
-#include "estancia/world_file/known_store.hpp"
+#include "estancia/world_file/segment_answers.hpp"
 #include "estancia/world_file/world_store.hpp"
 #include "estancia/world_query/changed_objects.hpp"
 

@@ -13,7 +13,7 @@
 #include "estancia/map_file/places.hpp"
 #include "estancia/words/installed_words.hpp"
 #include "estancia/world_file/area_names.hpp"
-#include "estancia/world_file/edit_areas.hpp"
+#include "estancia/world_file/edit_rules.hpp"
 #include "estancia/world_query/ask_world.hpp"
 
 namespace estancia {

@@ -13,7 +13,7 @@
 #include "estancia/query/drives.hpp"
 #include "estancia/session/session.hpp"
 #include "estancia/world/world_mapper.hpp"
-#include "estancia/world_file/edit_areas.hpp"
+#include "estancia/world_file/edit_rules.hpp"
 #include "estancia/world_file/observation.hpp"
 #include "estancia/world_file/world_map.hpp"
 #include "estancia/world_query/changes.hpp"

@@ -20,7 +20,7 @@
 #include "estancia/query/explain.hpp"
 #include "estancia/session/session.hpp"
 #include "estancia/world/world_mapper.hpp"
-#include "estancia/world_file/edit_areas.hpp"
+#include "estancia/world_file/edit_rules.hpp"
 #include "estancia/world_file/world_map.hpp"
 #include "estancia/world_file/world_options.hpp"
 #include "support/errors.hpp"

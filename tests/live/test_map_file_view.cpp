@@ -6,7 +6,7 @@
 
 #include <thread>
 
-#include "estancia/world_file/edit_areas.hpp"
+#include "estancia/world_file/edit_rules.hpp"
 #include "support/errors.hpp"
 #include "support/sample_world.hpp"
 #include "support/support.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/mapper/node_memory.hpp"
+#include "estancia/mapper/node_bank.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Edits of areas: names, merges, splits.
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/world_file/edit_areas.hpp"
+#include "estancia/world_file/edit_rules.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

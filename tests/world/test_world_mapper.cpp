@@ -17,7 +17,7 @@
 #include "estancia/labelers/labeler.hpp"
 #include "estancia/map_file/sqlite.hpp"
 #include "estancia/map_file/store.hpp"
-#include "estancia/world_file/edit_areas.hpp"
+#include "estancia/world_file/edit_rules.hpp"
 #include "estancia/world_file/observation.hpp"
 #include "estancia/world_file/world_map.hpp"
 #include "estancia/world_file/world_options.hpp"

@@ -1,6 +1,6 @@
 // Edits of objects: names and deletions outlive another derivation.
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/world_file/edit_objects.hpp"
+#include "estancia/world_file/edit_rules.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -11,7 +11,7 @@
 #include "estancia/session/session.hpp"
 #include "estancia/words/installed_words.hpp"
 #include "estancia/words/wordnet.hpp"
-#include "estancia/world_file/edit_areas.hpp"
+#include "estancia/world_file/edit_rules.hpp"
 #include "estancia/world_query/ask_world.hpp"
 #include "estancia/world_query/map_region.hpp"
 #include "estancia/world_query/route_world.hpp"

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/localization/make_filter.hpp"
+#include "estancia/localization/localization_filter.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <optional>
 #include <utility>
-#include <vector>
 
 #include "estancia/localization/place_filter.hpp"
 #include "estancia/localization/pose_filter.hpp"

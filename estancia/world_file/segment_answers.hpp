@@ -1,9 +1,7 @@
-// Known store: the tables of recognized objects in a map file. Private; see readWorld().
+// Segment answers: recognized objects and classes by shape, by segment. Private; see readWorld().
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
-#include <functional>
 #include <map>
 #include <optional>
 #include <span>
@@ -32,8 +30,7 @@ class KnownStore {
   explicit KnownStore(MapStore& store) : store_(store) {}
 
   // ---- writing
-  /// Makes the tables where they are missing. Forgets what was found by a cloud of that name that had another
-  /// digest.
+  /// Makes missing tables. Forgets what was found by a cloud of that name with another digest.
   void begin(const std::string& name, const std::string& digest);
   void put(const SegmentPlace& place, const SegmentRecognition& recognition);
   /// Replaces the objects' poses, entry i of object i.
@@ -47,6 +44,25 @@ class KnownStore {
  private:
   bool exists() const;
 
+  MapStore& store_;
+};
+
+/// Writes in the store's transaction.
+class ShapeStore {
+ public:
+  explicit ShapeStore(MapStore& store) : store_(store) {}
+
+  /// Makes the tables where they are missing. Drops answers of a model with other classes or another digest.
+  void begin(const std::vector<std::string>& classes, const std::string& digest);
+  /// One probability a class; empty for a segment that has no answer.
+  void put(const SegmentPlace& place, const std::vector<float>& probabilities);
+
+  // ---- reading; nothing in maps that never had a model. Throws Error (corruptFile).
+  std::vector<std::string> classes() const;
+  /// Probabilities as stored by put().
+  std::map<SegmentPlace, std::vector<float>> probabilities() const;
+
+ private:
   MapStore& store_;
 };
 
