@@ -131,6 +131,9 @@ void measure(const DescriptorMatrix& x, DescriptorView query, std::vector<Neighb
   std::sort(nearest.begin(), nearest.end());
 }
 
+/// k-nearest-neighbor classifier: the training rows with their classes. Invariant: `classes`, `packed` and
+/// `norms` have one entry a row of `x`, `packed` and `norms` being centered by `mean`. Immutable once made,
+/// so predict() may run on several threads.
 class Knn final : public Classifier {
  public:
   /// For the cosine distance, rows must have length 1.

@@ -147,6 +147,9 @@ std::vector<double> coupled(std::span<const double> decisions, const std::vector
   return couplePairs(r, k);
 }
 
+/// Support vector machine: one kernel machine and one sigmoid (Platt scaling) a pair of classes. Life cycle:
+/// the public members are set by training or reading, then prepare(), then predict(). Invariant after
+/// prepare(): `packed` and `norms` follow from `vectors`.
 class Svm final : public Classifier {
  public:
   std::string type() const override { return gamma ? "svm-rbf" : "svm-linear"; }

@@ -17,7 +17,10 @@
 namespace estancia {
 namespace {
 
-/// The network while it grows. Steps are those of Fritzke 1995, section 3.
+/// The network while it grows. Steps are those of Fritzke 1995, section 3. Invariant: `colors_`, `graph_` and
+/// `errors_` have one entry a neuron, and `grid_` holds each neuron in the cell of its position. Life cycle:
+/// grow by steps until the requested number of neurons; signals are drawn by number, so the result depends on
+/// the seed alone.
 class Network {
  public:
   /// Step 0: two neurons, at the first signal and the first one elsewhere.

@@ -204,7 +204,9 @@ class CandidateGrid {
 };
 
 /// A fine grid answers nearly all queries; where neurons are sparser than the reach of its cells, a coarse
-/// grid does, and finally a search of all neurons.
+/// grid does, and finally a search of all neurons. Invariant: after fit() each neuron is in the cell that
+/// tolerance() allows for its position; rehome() restores this when it moved. Life cycle: fit() before the
+/// first query, and again when the number of neurons has grown.
 class NeuronGrid {
  public:
   /// Colors of neurons by number, weighted; empty where only positions count.

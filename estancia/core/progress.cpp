@@ -56,6 +56,9 @@ std::size_t terminalWidth() {
 std::mutex lineMutex;
 bool isLineShown = false;
 
+/// Progress on stderr: a bar redrawn in place on a terminal, else a line each five seconds. Life cycle:
+/// begin(), advance() any number of times, end(), again and again. Invariant: outside begin() … end() no
+/// unfinished bar is on the terminal.
 class StderrProgress final : public Progress {
  public:
   ~StderrProgress() override { end(); }

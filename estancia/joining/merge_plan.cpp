@@ -134,6 +134,9 @@ struct Comparison {
   LocalizedMap found = {};
 };
 
+/// Plans how maps are joined: their order, transforms and new place numbers. Life cycle: constructed from
+/// open maps, then make() once. Invariant: the new number of a place is firstNode of its map plus its old
+/// number, so numbers of two maps never collide.
 class Planner {
  public:
   Planner(Sources sources, std::vector<LinkedMaps> linked) : sources_(sources), linked_(std::move(linked)) {

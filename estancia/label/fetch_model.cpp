@@ -28,7 +28,9 @@ std::string archiveName(const std::string& url) {
   return name;
 }
 
-/// Fills a model's download folder.
+/// Fills a model's download folder. Life cycle: constructed for one entry of the catalog, then fetch() once.
+/// Invariant: `model.toml` lists checksums only after all files were verified, so an interrupted fetch can be
+/// repeated.
 class Fetcher {
  public:
   Fetcher(const Catalog& catalog, const CatalogEntry& entry, const FetchOptions& options, Progress& progress)

@@ -86,7 +86,10 @@ std::string fingerprintOf(const cv::Mat& image) {
 
 }  // namespace
 
-/// The background threads. Each takes the next frame; they hand them over in order.
+/// The background threads. Each takes the next frame; they hand them over in order. Invariant: at most
+/// `room_` frames are read ahead of the one to give next; `mutex_` guards everything that follows it. Life
+/// cycle: threads start in the constructor and end, also with an unread rest, in the destructor; the first
+/// failure, by frame number, is thrown when its frame is due.
 class LabelStream::Reader {
  public:
   Reader(const Sequence& sequence, Labeler& labeler, const LabelStreamOptions& options)

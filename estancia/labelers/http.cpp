@@ -202,6 +202,9 @@ std::string adviceFor(int status) {
   return status == 404 || status == 405 || status == 410 ? "; check `url`" : "";
 }
 
+/// Labels images by an HTTP service, several requests at once. Invariant: each lane has one connection and is
+/// used by one thread; `mutex_` guards the turn of the next request and the failure that stops all lanes.
+/// Life cycle: lanes are kept from batch to batch, with their connections.
 class HttpLabeler final : public Labeler {
  public:
   explicit HttpLabeler(const ModelSpec& spec)

@@ -38,7 +38,9 @@ class ProcessGroup {
 };
 
 /// Runs the program without a shell, in a process group of its own, with no other open file of ours. It is
-/// ended with the whole group when this object goes, or when our process ends in any way.
+/// ended with the whole group when this object goes, or when our process ends in any way. Invariant: at most
+/// one question is unanswered. Life cycle: the constructor starts the program; once it has hung or ended,
+/// nothing more can be asked.
 class LineProcess {
  public:
   struct Settings {

@@ -39,6 +39,9 @@ class TextEmbeddings {
   std::vector<float> rows_;
 };
 
+/// Base of the engines that run a neural network. Life cycle: the derived constructor opens the network,
+/// chooses its output and calls tryOut(). Invariant afterwards: each row of an answer has one value a label
+/// of the vocabulary.
 class NetworkLabeler : public Labeler {
  public:
   const Vocabulary& vocabulary() const override { return vocabulary_; }

@@ -224,6 +224,9 @@ class OnnxruntimeValues final : public NetworkValues {
   Session session_;
 };
 
+/// ONNX Runtime engine. Invariant: `together_` always runs; `alone_`, with one thread an image, is made with
+/// the first batch and reads the network file again, whose hash must still be `onnxHash_`. Life cycle: the
+/// constructor measures one image to choose threads and batch size.
 class OnnxruntimeEngine final : public NetworkLabeler {
  public:
   OnnxruntimeEngine(const ModelSpec& spec, int threads) : OnnxruntimeEngine(spec, threads, readOnnx(spec)) {}

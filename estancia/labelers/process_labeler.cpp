@@ -177,6 +177,9 @@ class PassingFile {
   fs::path path_;
 };
 
+/// Labels images by a program that answers a line an image. Life cycle: the program starts with the first
+/// image and is started again once for an image at which it ended or hung. Invariant: `process_` is empty
+/// whenever its answers could be out of step with the questions.
 class ProcessLabeler final : public Labeler {
  public:
   explicit ProcessLabeler(const ModelSpec& spec)

@@ -21,7 +21,9 @@ namespace estancia {
 
 class Labeler;
 
-/// Private to WorldMapper.
+/// Private to WorldMapper. Invariant: masks, labels and poses are kept by frame, so instances() is a function
+/// of all views and poses, in any order of arrival. Life cycle: add() and label() for each observation;
+/// restart() with another floor begins anew; finding() copies what it needs, for another thread.
 class ObjectLayer {
  public:
   /// `labeler`: null where objects get no words; `crops`: images of objects that it labels in a frame, on

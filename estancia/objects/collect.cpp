@@ -141,7 +141,9 @@ cv::Rect surroundings(const cv::Rect& box) {
   return {middle.x - reach - 1, middle.y - reach - 1, 2 * reach + 2, 2 * reach + 2};
 }
 
-/// The samples of one sequence, as they come.
+/// The samples of one sequence, as they come. Life cycle: add() for each frame in order; samples() and
+/// collected() may be asked at any time. Invariant: a sample is listed only when its image, mask and cloud
+/// were written.
 class Collector {
  public:
   Collector(const fs::path& folder, const CollectOptions& options) : folder_(folder), options_(options) {}

@@ -99,7 +99,9 @@ inline bool project(const cv::Matx33f& rotation, const cv::Vec3f& translation, c
   return target.depth.at<float>(p.row, p.column) > 0;  // false for NaN
 }
 
-/// Gauss–Newton steps on one level of the pyramids.
+/// Gauss–Newton steps on one level of the pyramids. Life cycle: constructed for one level, then step() until
+/// it converges. Invariant: observations are made anew at each step, for all targets in the frame of the
+/// first.
 class Level {
  public:
   Level(const Pyramid& source, std::span<const AlignmentTarget> targets, std::size_t level,

@@ -76,7 +76,9 @@ class KeyframeGraph {
 };
 
 /// The poses of keyframes as reported last. The optimum of the pose graph moves by fractions of a millimeter
-/// with every keyframe. Who fuses what was seen at a pose need not do it again for that.
+/// with every keyframe. Who fuses what was seen at a pose need not do it again for that. Invariant: told_
+/// holds the pose of each keyframe as it was last reported, which differs from the optimum by less than the
+/// tolerance. Life cycle: update() after each optimization; `revision()` grows when a reported pose changes.
 class MapPoses {
  public:
   /// T_map_keyframe; nothing for keyframes that are not in the map, the part with the most frames.

@@ -19,6 +19,9 @@ namespace odometry {
 constexpr std::size_t minLoopKeyframes = 4;  ///< between the ends of a loop
 }
 
+/// State of the tracker. Invariants: `placed` and `online` have one entry a frame that was added; a frame
+/// hangs on a keyframe of `keyframes`, so its pose follows when `graph` is optimized. Life cycle: add() frame
+/// by frame, in order; save() writes what `changedKeyframes` and `changedFrames` name.
 struct RgbdTracker::Impl {
   using Alignment = odometry::Alignment;
   using PoseGraphEdge = odometry::PoseGraphEdge;

@@ -40,6 +40,9 @@ std::int64_t maxBetweenDepthAndImage(const std::vector<StampedMessage>& depths) 
   return std::clamp(*middle / 2, least, most);
 }
 
+/// Frames of a bag. Invariant: `images_`, `depths_` and the frames have the same length and order. Life
+/// cycle: the constructor reads the index and all stamps, poses and cameras; pixels are read from the bag on
+/// request, from any thread.
 class BagSequence final : public ListedSequence {
  public:
   BagSequence(const fs::path& path, const SequenceOptions& options)

@@ -69,6 +69,8 @@ class Camera {
   cv::Mat right_, down_;
 };
 
+/// Views cut out of equirectangular panoramas. Invariant: one view a frame, in their order. Files are tone
+/// mapped on request; `mutex_` guards their digests and the few that are kept in memory.
 class PanoramaTour final : public ListedSequence {
  public:
   PanoramaTour(const fs::path& folder, const SequenceOptions& options)

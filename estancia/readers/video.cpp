@@ -17,6 +17,8 @@ namespace {
 constexpr double maxVideoPixels = 1 << 26;
 constexpr std::size_t shortHop = 50;  // so many frames are skipped faster by reading than by seeking
 
+/// Frames of a video. Invariant: `next_` is the frame that the decoder gives next; a request for another one
+/// seeks or, where that fails, opens the file again. Thread-safe, one decoding at a time.
 class Video final : public ListedSequence {
  public:
   explicit Video(const fs::path& file) : ListedSequence(nameOf(file)), file_(file) {

@@ -47,6 +47,8 @@ struct Orientation {
   cv::Point3d sensor = {};
 };
 
+/// A model of the recognition, with everything that does not depend on a scene. Invariant: everything but
+/// `described_` is constant; `mutex_` guards that cache, whose entries never change. Thread-safe.
 class PreparedModel {
  public:
   /// Described at the scales of a scene, with the points that poses are tried with.
@@ -80,6 +82,9 @@ class PreparedModel {
   mutable std::vector<std::pair<RecognitionScales, std::shared_ptr<const Described>>> described_;
 };
 
+/// A scene of the recognition, in the frame of its sensor's view. Invariant: everything but `others_` is
+/// constant; `mutex_` guards that cache of descriptions at other scales, whose entries never change.
+/// Thread-safe.
 class PreparedScene {
  public:
   /// Described at some scales, with what poses are verified by.

@@ -12,7 +12,8 @@
 
 namespace estancia {
 
-/// Points with normals. Immutable and thread-safe.
+/// Points with normals. Immutable and thread-safe. Invariant: normals, and colors where there are any, have
+/// one entry a point, and all values are finite.
 class Surface {
  public:
   /// Keeps the points of `cloud` that are finite and have a finite normal. `name` is for messages. Throws

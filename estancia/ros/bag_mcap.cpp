@@ -141,6 +141,9 @@ std::optional<BagBlock> mcapChunk(ByteSource& source, const McapRecord& record) 
   return chunk;
 }
 
+/// One MCAP file of a bag. Life cycle: the constructor reads the summary, or scans the whole file where that
+/// is missing or damaged; afterwards only read() is called. Invariant: messages refer to blocks that were
+/// found in the file, and are checked again when read.
 class McapPart final : public ChunkedPart {
  public:
   explicit McapPart(FileBytes file) : ChunkedPart(std::move(file)) {

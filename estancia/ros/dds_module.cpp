@@ -79,6 +79,9 @@ class SequenceNumbers {
 };
 
 /// Its own thread makes the reader and takes from it, so that `use` keeps no thread of DDS from receiving.
+/// Invariant: `mutex_` guards flags, counts and the offer; `reader_` and `sample_` belong to the thread
+/// alone. Life cycle: the reader is made when a writer offers the type, again when its quality changes, and
+/// is deleted by the thread when the subscription ends.
 class Subscription final : public DdsSubscription, private dds::DataReaderListener {
  public:
   Subscription(std::shared_ptr<DdsParticipant> participant, const std::string& topic, const std::string& type,

@@ -93,6 +93,8 @@ struct DdsSample {
 };
 
 /// A member with sockets large enough for images; lives as long as what it was used for. Thread-safe.
+/// Invariant: a topic exists as long as somebody has acquired it, counted in `users_`; `mutex_` guards topics
+/// and types. Life cycle: the destructor deletes everything of DDS, so all users must be gone by then.
 class DdsParticipant {
  public:
   /// Throws Error (network).

@@ -44,6 +44,8 @@ struct WallDirections {
   }
 };
 
+/// Outline of each segment, in one pass over the image. Invariant: `outlines_` has one entry a segment, entry
+/// 0 unused; image, planes and segments outlive it. Immutable after its constructor.
 class Outlines {
  public:
   Outlines(const InverseDepth& grid, const PlaneRemoval& removal, const cv::Vec3d& up, const Mask& mask,

@@ -133,7 +133,9 @@ std::vector<LowerEnds> lowerEnds(const InverseDepth& grid, const Segmentation& s
   return ends;
 }
 
-/// The parts of furniture: joins what touches a body or carries one, unless it stands on it.
+/// The parts of furniture: joins what touches a body or carries one, unless it stands on it. Life cycle: the
+/// constructor measures the segments, then assemble() once. Invariant: shapes, ends, depths and things have
+/// one entry a segment, entry 0 unused; after joinShapes() that of a set's root describes the whole set.
 class Assembly {
  public:
   Assembly(const InverseDepth& grid, const HalfImage& half, const SegmentColors& colors, const cv::Vec3d& up,

@@ -25,6 +25,8 @@ struct PixelPair {
   Side side;
 };
 
+/// Collects pairs of adjacent pixels of different segments. Life cycle: touch() and skip() for all pixels,
+/// then edges() once. Invariant: in each pair the segment with the lower number is `a`.
 class Pairs {
  public:
   Pairs(const InverseDepth& grid, const Segmentation& segments, const cv::Vec3d& up,

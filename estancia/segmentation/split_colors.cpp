@@ -37,6 +37,9 @@ cv::Mat toLab(const cv::Mat& image) {
   return lab;
 }
 
+/// Splits segments by color. Invariant: `boxes_` holds the bounding box of each segment of the constructor's
+/// segmentation; split() only changes labels inside the box of its segment. Image, normals and colors outlive
+/// it.
 class Splitter {
  public:
   Splitter(const InverseDepth& grid, const HalfImage& half, const SegmentColors& colors, const cv::Vec3d& up,

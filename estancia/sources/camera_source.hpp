@@ -27,7 +27,9 @@ struct CameraPatience {
   std::chrono::milliseconds pause{500}, longestPause{10000};
 };
 
-/// A thread takes its frames and keeps the newest one only.
+/// A thread takes its frames and keeps the newest one only. Invariant: `mutex_` guards the newest image and
+/// its time; the decoder belongs to the thread alone. Life cycle: the thread opens the camera, opens it again
+/// when it stops giving frames, and ends with the source.
 class CameraSource : public FrameSource {
  public:
   /// Opens it in the background, and again whenever it has gone. Throws missingDependency, invalidInput.

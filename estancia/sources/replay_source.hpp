@@ -11,7 +11,9 @@
 
 namespace estancia {
 
-/// The frames of a sequence when they are due. Only those that are taken are decoded.
+/// The frames of a sequence when they are due. Only those that are taken are decoded. Invariant: `next_` is
+/// the first frame that was neither given nor dropped, due at `due_`. Life cycle: newest() is called by one
+/// thread until ended(); `mutex_` guards what other threads ask.
 class ReplaySource : public FrameSource {
  public:
   /// Throws Error (invalidOption).

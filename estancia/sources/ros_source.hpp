@@ -27,6 +27,9 @@ bool isRosTopic(const std::string& source);
 /// $ROS_DOMAIN_ID, else 0. Throws Error (invalidOption) where it is no number from 0 to 232.
 int rosDomain();
 
+/// Live frames of ROS topics. Life cycle: the constructor waits for the topic and subscribes; subscriptions
+/// write into `frames_` on threads of their own until the destructor. Invariant: `subscriptions_` end before
+/// `frames_` and `node_` do, being declared last.
 class RosSource : public FrameSource {
  public:
   /// `node` is ROS 2's graph. Waits some seconds for the topic of images; its publisher may go and come back.

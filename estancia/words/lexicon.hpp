@@ -22,7 +22,9 @@ struct Sense {
   float probability = 0;
 };
 
-/// The words of WordNet, sorted, in lower case with spaces for hyphens and underscores: "t shirt".
+/// The words of WordNet, sorted, in lower case with spaces for hyphens and underscores: "t shirt". Invariant:
+/// `starts` and `senseStarts` have size() + 1 ascending offsets, checked when read from a file. Immutable
+/// once made.
 class Lexicon {
  public:
   Lexicon() = default;

@@ -71,6 +71,8 @@ struct Batch {
   std::vector<float> best;
 };
 
+/// Computes which words lead to which labels. Life cycle: the constructor inverts the word graph, then run()
+/// once. Invariant: `wordsOf_` and `served_` have one entry a synset, and no batch has labels of two models.
 class Associating {
  public:
   Associating(const WordGraph& graph, const Vocabulary& vocabulary)

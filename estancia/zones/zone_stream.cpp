@@ -32,6 +32,9 @@ OptionGroup declare(ZoneStreamOptions& options) {
   return group;
 }
 
+/// State of zones that are found while frames come. Invariant: each frame belongs to one group, and the
+/// moments of a group are those of its frames. Life cycle: add() in the order of the frames; zones are
+/// derived from the groups on request.
 struct ZoneStream::Impl {
   Impl(Vocabulary words, const ZoneOptions& zoneOptions, const ZoneStreamOptions& stream);
 
