@@ -2,10 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
-#include <vector>
-
-#include "estancia/figures/html.hpp"
 #include "estancia/figures/svg.hpp"
 #include "estancia/map_file/map.hpp"
 

@@ -46,12 +46,8 @@ void drawPath(Markup& svg, const std::vector<std::optional<Point>>& points, cons
 Box drawScale(Markup& svg, double scale, const FigureStyle& style) {
   if (!(scale > 0)) return {};
   const double most = 0.2 * style.width / scale;
-  double meters = std::pow(10, std::floor(std::log10(most)));
-  for (const double factor : {5.0, 2.0})
-    if (factor * meters <= most) {
-      meters *= factor;
-      break;
-    }
+  const double power = std::pow(10, std::floor(std::log10(most)));
+  const double meters = 5 * power <= most ? 5 * power : 2 * power <= most ? 2 * power : power;
   const double x = figureMargin, y = style.height - figureMargin, length = meters * scale;
   svg.leaf("path",
            {{"class", "scale"},

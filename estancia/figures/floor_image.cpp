@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
-#include <string>
 
 #include "estancia/figures/color.hpp"
 

@@ -8,8 +8,7 @@
 #include <limits>
 
 #include "estancia/core/fail.hpp"
-#include "estancia/core/pose.hpp"
-#include "estancia/figures/floor_plan_figure.hpp"
+#include "estancia/figures/driven_path.hpp"
 #include "estancia/files/home_plan.hpp"
 
 namespace estancia {

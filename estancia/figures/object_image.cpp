@@ -35,8 +35,8 @@ std::string captionOf(const PredictedObject& object, const std::vector<std::stri
          word + 1, words.size());
   // OpenCV's font knows ASCII only.
   std::string name = cleanText(words[word]);
-  std::ranges::replace_if(
-      name, [](char c) { return c < ' ' || c > '~'; }, '?');
+  for (char& c : name)
+    if (c < ' ' || c > '~') c = '?';
   return fmt::format("{} {} {:.0f}%", object.instance, name, 100 * object.answer.probability);
 }
 

@@ -2,9 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
-#include <string>
-
 #include "estancia/figures/html.hpp"
 
 namespace estancia::report {

@@ -2,15 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
 #include <map>
-#include <optional>
-#include <string>
-#include <vector>
 
 #include "estancia/core/pose.hpp"
 #include "estancia/figures/color.hpp"
-#include "estancia/figures/html.hpp"
 #include "estancia/figures/svg.hpp"
 #include "estancia/report/page_contents.hpp"
 #include "estancia/world_query/route_world.hpp"
@@ -24,7 +19,7 @@ struct WorldView {
   std::vector<std::optional<Point>> path = {};
   /// Frames before which the robot may have been carried.
   std::vector<std::size_t> driveStarts = {};
-  /// The corners of each object's box on the floor [m]; none where it is absurdly far away.
+  /// boxOnFloor() of each object.
   std::vector<std::vector<Point>> boxes = {};
   /// The data: URI of each object that has an image.
   std::map<int, std::string> images = {};
@@ -41,6 +36,11 @@ struct WorldView {
   /// Where the ways start; nothing where none is known.
   std::optional<Point> start() const;
 };
+
+Point onFloor(const Floor& floor, const cv::Vec3d& at);
+
+/// The corners of an object's box on the floor [m]; none where it is absurdly far away, as in a damaged map.
+std::vector<Point> boxOnFloor(const WorldObject& object, const Floor& floor);
 
 /// Whether there is anything to draw above the places.
 bool hasLayers(const WorldMap& world);

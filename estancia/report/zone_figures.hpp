@@ -3,15 +3,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
-#include <optional>
-#include <string>
-#include <vector>
-
 #include "estancia/figures/driven_path.hpp"
 #include "estancia/figures/floor_plan.hpp"
-#include "estancia/figures/html.hpp"
-#include "estancia/figures/visits.hpp"
 #include "estancia/report/zone_summary.hpp"
 #include "estancia/stats/linkage.hpp"
 

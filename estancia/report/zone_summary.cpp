@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 
+#include "estancia/stats/moments.hpp"
 #include "estancia/zones/zone_names.hpp"
 
 namespace estancia::report {
@@ -13,12 +15,6 @@ std::string ZonesSummary::describe(std::size_t zone) const {
   const ZoneSummary& summary = list[zone];
   return fmt::format("Zone {}, {}: {}, {:.1f} %", zone, summary.word,
                      counted(summary.zone->images.size(), "image"), 100 * summary.share);
-}
-
-std::size_t ZonesSummary::imagesUnstyled() const {
-  std::size_t images = 0;
-  for (std::size_t zone = styled; zone < list.size(); ++zone) images += list[zone].zone->images.size();
-  return images;
 }
 
 void ZonesSummary::openMark(Markup& svg, std::size_t zone, const std::string& kind) const {
@@ -46,6 +42,61 @@ ZonesSummary summarize(const Zones& zones) {
     for (const std::size_t image : zone.images) addFrame(entry.visits, image);
   }
   return summary;
+}
+
+ClassStyle NodeZones::styleOf(std::size_t node) const {
+  return nodes[node] ? zones.list[nodes[node]->zone].style : plainStyle();
+}
+
+GroupedRun groupedRun(const TopologicalMap& map) {
+  GroupedRun run{{}, map.vocabulary, {}};
+  for (const MappedFrame& frame : map.frames) run.frames.push_back({frame.name, frame.node});
+  Moments mean(map.vocabulary.size(), false);
+  for (const Node& node : map.nodes) mean.add(node.mean, static_cast<double>(node.frames));
+  run.mean.assign(mean.mean().begin(), mean.mean().end());
+  return run;
+}
+
+NodeZones zonesOf(const MapSummary& summary, const Zones& zones) {
+  const std::vector<GroupZones> groups = overlayZones(zones, groupedRun(*summary.map));
+  NodeZones result{summarize(zones), {}};
+  for (const NodeSummary& node : summary.nodes) {
+    auto& entry = result.nodes.emplace_back();
+    if (const GroupZones* group = findGroup(groups, node.node->id))
+      entry =
+          NodeZone{static_cast<std::size_t>(group->zone()),
+                   static_cast<double>(group->shares.front().frames) / static_cast<double>(group->frames)};
+  }
+  return result;
+}
+
+Markup zoneLegend(const NodeZones& zones) {
+  std::set<std::size_t> present;
+  bool others = false;
+  for (const auto& node : zones.nodes)
+    if (node && node->zone < zones.zones.styled)
+      present.insert(node->zone);
+    else
+      others = true;
+  Markup legend;
+  legend.open("ul", {{"class", "rooms"}});
+  for (const std::size_t zone : present)
+    legend.open("li")
+        .add(symbol(zones.zones.list[zone].style))
+        .text(fmt::format("{} {}", zone, shorten(zones.zones.list[zone].name, 60)))
+        .close();
+  if (others) legend.open("li").add(symbol(plainStyle())).text("smaller zones").close();
+  return legend.close();
+}
+
+Markup zoneLine(const NodeZones& zones, std::size_t node) {
+  Markup line;
+  const auto& entry = zones.nodes[node];
+  if (!entry) return line;
+  line.open("p", {{"class", "in-zone"}}).add(symbol(zones.styleOf(node)));
+  line.text(fmt::format("In zone {}, {}: {:.0f} % of its images", entry->zone,
+                        zones.zones.list[entry->zone].name, 100 * entry->share));
+  return line.close();
 }
 
 }  // namespace estancia::report
