@@ -2,10 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <string>
-#include <utility>
-#include <vector>
-
 #include "estancia/classify/scores.hpp"
 #include "estancia/findings/findings.hpp"
 
