@@ -6,18 +6,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
-#include <span>
 #include <utility>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/label_words.hpp"
-#include "estancia/map_file/store.hpp"
 #include "estancia/mapper/mapper_impl.hpp"
 #include "estancia/session/session_impl.hpp"
 #include "estancia/stats/moments.hpp"
 #include "estancia/world_file/known_store.hpp"
-#include "estancia/world_file/world_store.hpp"
 #include "estancia/world_query/changed_objects.hpp"
 
 namespace estancia {
@@ -28,7 +24,6 @@ constexpr std::size_t wordsOfPlace = 5;
 
 /// The images of a place in one epoch.
 struct EpochOfPlace {
-  explicit EpochOfPlace(std::size_t labels) : words(labels, false), embedded(labels, false) {}
   Moments words, embedded;
 };
 
@@ -47,7 +42,8 @@ std::vector<PlaceChange> changedPlaces(const TopologicalMap& map, const MapStore
                                        std::size_t firstNow) {
   const Mapper mapper = restoreMapper(store);
   const Mapper::Impl& scale = mapper.impl();
-  const EpochOfPlace none(map.vocabulary.size());
+  const Moments nothing(map.vocabulary.size(), false);
+  const EpochOfPlace none{nothing, nothing};
   std::map<int, std::array<EpochOfPlace, 2>> places;
   store.forEachDescriptor(0, [&](std::size_t frame, DescriptorView descriptor) {
     const std::size_t index = map.indexOf(frame);
@@ -74,15 +70,8 @@ std::vector<PlaceChange> changedPlaces(const TopologicalMap& map, const MapStore
 }  // namespace
 
 std::string toString(ObjectChange::Kind kind) {
-  switch (kind) {
-    case ObjectChange::Kind::moved:
-      return "moved";
-    case ObjectChange::Kind::gone:
-      return "gone";
-    case ObjectChange::Kind::appeared:
-      return "new";
-  }
-  throw Error(ErrorCode::invalidInput, "a change of unknown kind");
+  constexpr const char* names[] = {"moved", "gone", "new"};
+  return names[static_cast<int>(kind)];
 }
 
 Changes findChanges(const std::filesystem::path& path, std::optional<std::size_t> since) {

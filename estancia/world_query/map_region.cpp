@@ -1,5 +1,6 @@
+// Map region: a part of a map that a robot behaves differently in (thesis 5.6), by its name.
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/world_query/map_region.hpp"
+#include "estancia/world_query/driven_way.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -14,18 +15,9 @@
 #include "estancia/words/installed_words.hpp"
 #include "estancia/world_file/area_names.hpp"
 #include "estancia/world_file/edit_areas.hpp"
-#include "estancia/world_query/ask_world.hpp"
 
 namespace estancia {
 namespace {
-
-/// The areas that a text means, also by their number.
-std::vector<int> areasOfRegion(const WorldMap& world, const std::string& text) {
-  std::vector<int> called = areasCalled(world, text);
-  if (const WorldArea* found = findAreaNumber(world, text); found != nullptr && called.empty())
-    called.push_back(found->id);
-  return called;
-}
 
 bool isNumber(std::string_view text) {
   if (text.starts_with('-')) text.remove_prefix(1);
@@ -42,7 +34,9 @@ bool isNumber(std::string_view text) {
 }
 
 MapRegion regionNamed(const WorldMap& world, const std::string& text, WordGraphSource source) {
-  MapRegion region{text, areasOfRegion(world, text)};
+  MapRegion region{text, areasCalled(world, text)};
+  if (const WorldArea* found = findAreaNumber(world, text); found != nullptr && region.areas.empty())
+    region.areas.push_back(found->id);
   if (!region.areas.empty()) return region;
   const TopologicalMap& map = world.places;
   const std::vector<Place> places = placesOf(map);
@@ -76,10 +70,8 @@ double RegionCosts::at(std::size_t place, int area) const {
 RegionCosts regionCosts(const WorldMap& world, const RegionPreferences& preferences,
                         const RouteOptions& options, WordGraphSource source) {
   RegionCosts costs{{}, {}, options.avoidFactor, options.preferFactor};
-  for (const std::string& region : preferences.avoid)
-    costs.avoid.push_back(regionNamed(world, region, source));
-  for (const std::string& region : preferences.prefer)
-    costs.prefer.push_back(regionNamed(world, region, source));
+  for (const std::string& name : preferences.avoid) costs.avoid.push_back(regionNamed(world, name, source));
+  for (const std::string& name : preferences.prefer) costs.prefer.push_back(regionNamed(world, name, source));
   return costs;
 }
 
