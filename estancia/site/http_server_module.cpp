@@ -166,9 +166,7 @@ class ConnectionThreads final : public httplib::TaskQueue {
 
 ServerRequest requestOf(const httplib::Request& from) {
   ServerRequest request{from.method == "HEAD" ? "GET" : from.method, from.path, from.params};
-  for (const auto& [name, value] : from.headers) {
-    request.headers.emplace(lowerCase(name), value);
-  }
+  for (const auto& [name, value] : from.headers) request.headers.emplace(lowerCase(name), value);
   request.body = from.body;
   return request;
 }
