@@ -19,12 +19,9 @@ Markup openFigure(const char* kind, const FigureStyle& style, const std::string&
 
 double neededHeight(const Fit& fit, const std::vector<Point>& extent, const FigureStyle& style,
                     double borders) {
-  double low = fit.to.y, high = fit.to.y;
-  for (const Point& p : extent) {
-    low = std::min(low, fit(p).y);
-    high = std::max(high, fit(p).y);
-  }
-  return std::clamp(std::ceil(high - low + borders), 0.55 * style.width, style.height);
+  Extent drawn{fit.to, fit.to};
+  for (const Point& p : extent) drawn.add(fit(p));
+  return std::clamp(std::ceil(drawn.high.y - drawn.low.y + borders), 0.55 * style.width, style.height);
 }
 
 void drawPath(Markup& svg, const std::vector<std::optional<Point>>& points, const Fit& fit,

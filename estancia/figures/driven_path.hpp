@@ -23,8 +23,8 @@ Markup openFigure(const char* kind, const FigureStyle& style, const std::string&
 double neededHeight(const Fit& fit, const std::vector<Point>& extent, const FigureStyle& style,
                     double borders);
 
-/// A dotted line, thinned to steps one can see; it breaks where no point is known, and where a drive begins:
-/// at these points.
+/// A dotted line, thinned to steps one can see; it breaks where no point is known, and at the `starts` of
+/// drives.
 void drawPath(Markup& svg, const std::vector<std::optional<Point>>& points, const Fit& fit,
               std::span<const std::size_t> starts = {});
 

@@ -111,13 +111,12 @@ Fit fitInto(const std::vector<Point>& points, const Box& box, bool mayTurn) {
   Fit fit;
   fit.to = {box.x + box.width / 2, box.y + box.height / 2};
   if (points.empty()) return fit;
-  const auto [left, right] =
-      std::minmax_element(points.begin(), points.end(), [](auto& a, auto& b) { return a.x < b.x; });
-  const auto [low, high] =
-      std::minmax_element(points.begin(), points.end(), [](auto& a, auto& b) { return a.y < b.y; });
-  fit.from = {(left->x + right->x) / 2, (low->y + high->y) / 2};
+  Extent extent;
+  for (const Point& p : points) extent.add(p);
+  const auto& [low, high] = extent;
+  fit.from = {(low.x + high.x) / 2, (low.y + high.y) / 2};
   constexpr double tiny = 1e-9;
-  const double width = std::max(right->x - left->x, tiny), height = std::max(high->y - low->y, tiny);
+  const double width = std::max(high.x - low.x, tiny), height = std::max(high.y - low.y, tiny);
   const auto scale = [&box](double w, double h) { return std::min(box.width / w, box.height / h); };
   fit.turned = mayTurn && scale(height, width) > scale(width, height);
   fit.scale = fit.turned ? scale(height, width) : scale(width, height);

@@ -256,8 +256,8 @@ void addExplorer(Markup& body, const MapPage& page, const MapSummary& summary, c
   body.close();
 }
 
-/// Data of the script: labels, nodes, and for each node its labels as a flat list of (step from the previous
-/// label, p in 1/10,000).
+/// Data of the script: labels, nodes, and for each node a flat list of (step to the next label, p in
+/// 1/10,000).
 nlohmann::json searchIndex(const MapPage& page, const MapSummary& summary, const NodeZones* zones,
                            double& threshold) {
   const auto entries = [&page](double least) {

@@ -30,8 +30,8 @@ struct Cards {
   std::size_t withheld = 0;            ///< images left out because PageImages::bytes were used up
 };
 
-/// The <section> "places": a note (`before`, what is withheld, `after`), the cards, and the rows folded away
-/// under `smaller`.
+/// The <section> "places": a note (`before`, what is withheld, `after`), cards, and rows folded under
+/// `smaller`.
 Markup placesSection(const std::string& heading, const std::string& before, const Cards& cards,
                      const std::string& after, const std::string& smaller);
 
@@ -43,12 +43,10 @@ struct LoadedImages {
   std::size_t withheld = 0;  ///< left out because PageImages::bytes were used up
 };
 
-/// Loads images of every place (its frames, ascending), evenly spread over its life; every place has one
-/// before any has two.
+/// Loads images of every place (its frames, ascending), evenly spread; each has one before any has two.
 LoadedImages loadImages(const std::vector<const std::vector<std::size_t>*>& places, const PageImages& images);
 
-/// The loaded images of a place; empty when there is none. `what` begins the alternative text, `nameOf`
-/// gives a frame's name.
+/// The loaded images of a place; empty without any. `what` begins the alternative text; `nameOf` a frame.
 Markup imageGrid(const LoadedImages& images, const std::vector<std::size_t>& frames, const std::string& what,
                  const std::function<std::string(std::size_t)>& nameOf);
 

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "estancia/figures/label_places.hpp"
 
@@ -87,11 +86,10 @@ class WorldDrawing {
 
   /// On the figure.
   double widthOf(const Outlines& area) const {
-    double least = std::numeric_limits<double>::infinity(), most = -least;
+    Extent drawn;
     for (const std::vector<Point>& outline : area)
-      for (const Point& corner : outline)
-        least = std::min(least, fit_(corner).x), most = std::max(most, fit_(corner).x);
-    return most - least;
+      for (const Point& corner : outline) drawn.add(fit_(corner));
+    return drawn.high.x - drawn.low.x;
   }
 
   /// Part of the name that fits into the area; its number where not even a short word does.

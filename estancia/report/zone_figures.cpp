@@ -53,8 +53,7 @@ std::vector<std::size_t> densest(const std::vector<ZoneSymbol>& symbols,
   return order;
 }
 
-/// The path in the middle of the figure, which becomes as low as that allows. `border` is for what sticks
-/// out.
+/// The path in the middle of the figure, which becomes as low as it can. `border`: for what sticks out.
 Fit fitPath(const std::vector<Point>& extent, double border, FigureStyle& style) {
   const double side = figureMargin + border + 2 * style.fontSize;
   const double top = figureMargin + border + style.fontSize, below = 1.4 * style.fontSize;  // for the scale

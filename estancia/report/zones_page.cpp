@@ -29,8 +29,7 @@ Markup entries(const ZonesSummary& summary, std::size_t begin, std::size_t end) 
   return list.close();
 }
 
-/// Every zone that has a style of its own, the largest first; many are folded away. Zones are links to
-/// `#zone-<id>`.
+/// Every zone with a style of its own as a link to `#zone-<id>`, the largest first; many are folded away.
 Markup zoneLegend(const ZonesSummary& summary) {
   constexpr std::size_t open = 30;
   const std::size_t shown = summary.styled <= open + 5 ? summary.styled : open;  // a few are not worth a fold
