@@ -15,7 +15,7 @@
 #include "estancia/core/label_words.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/core/progress.hpp"
-#include "estancia/figures/floor_image.hpp"
+#include "estancia/figures/annotated_image.hpp"
 #include "estancia/figures/text.hpp"
 #include "estancia/files/image_writer.hpp"
 #include "estancia/report/measures.hpp"

@@ -13,7 +13,7 @@
 #include "estancia/core/printable.hpp"
 #include "estancia/map_file/places.hpp"
 #include "estancia/query/drives.hpp"
-#include "estancia/report/node_zones.hpp"
+#include "estancia/report/zone_summary.hpp"
 #include "estancia/words/installed_words.hpp"
 #include "estancia/world_query/ask_world.hpp"
 #include "estancia/world_query/world_json.hpp"

@@ -8,7 +8,7 @@
 #include "common.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/findings/comparison_findings.hpp"
-#include "estancia/findings/findings_files.hpp"
+#include "estancia/findings/findings_page.hpp"
 #include "estancia/findings/result_table.hpp"
 #include "estancia/findings/score_table.hpp"
 

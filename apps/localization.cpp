@@ -8,7 +8,7 @@
 #include <unordered_map>
 
 #include "estancia/core/error.hpp"
-#include "estancia/report/node_zones.hpp"
+#include "estancia/report/zone_summary.hpp"
 #include "estancia/zones/overlay.hpp"
 #include "estancia/zones/zones.hpp"
 

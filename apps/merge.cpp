@@ -11,7 +11,7 @@
 #include "estancia/core/progress.hpp"
 #include "estancia/figures/text.hpp"
 #include "estancia/joining/merge_maps.hpp"
-#include "estancia/processes/processes.hpp"
+#include "estancia/processes/work_queue.hpp"
 
 namespace estancia::apps {
 namespace {

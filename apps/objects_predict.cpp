@@ -9,7 +9,7 @@
 #include "common.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/progress.hpp"
-#include "estancia/figures/object_image.hpp"
+#include "estancia/figures/annotated_image.hpp"
 #include "estancia/figures/text.hpp"
 #include "estancia/files/image_writer.hpp"
 #include "estancia/objects/predict_sequence.hpp"

@@ -14,7 +14,7 @@
 #include "estancia/map_file/store.hpp"
 #include "estancia/query/quality.hpp"
 #include "estancia/report/map_page.hpp"
-#include "estancia/report/node_zones.hpp"
+#include "estancia/report/zone_summary.hpp"
 #include "estancia/report/zones_page.hpp"
 #include "estancia/words/installed_words.hpp"
 #include "estancia/words/label_choice.hpp"

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/figures/cloud_image.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -28,7 +26,6 @@ double quantile(std::vector<double> values, double share) {
 
 std::vector<cv::Vec3d> finitePoints(const CloudLayer& layer) {
   std::vector<cv::Vec3d> points;
-  points.reserve(layer.cloud->points.size());
   for (const cv::Point3f& p : layer.cloud->points)
     if (isFinite(p)) points.push_back(layer.pose * cv::Vec3d(p.x, p.y, p.z));
   return points;
@@ -52,7 +49,6 @@ Camera placeCamera(const std::vector<cv::Vec3d>& points, const CloudView& view) 
   std::vector<double> distances;
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> values;
-    values.reserve(points.size());
     for (const cv::Vec3d& p : points) values.push_back(p[axis]);
     center[axis] = (quantile(values, 0.02) + quantile(values, 0.98)) / 2;
   }

@@ -1,10 +1,8 @@
-// Color palettes: colors that people with color-blindness can distinguish.
+// Class styles: the colors and symbols of rooms and zones, which people with color-blindness can distinguish.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
-#include <string>
-#include <vector>
+#include "estancia/figures/html.hpp"
 
 namespace estancia::report {
 
@@ -39,5 +37,23 @@ ClassStyle symbolStyle(std::size_t i);
 
 /// Mark of everything without a class of its own: a gray disc.
 ClassStyle plainStyle();
+
+/// Symbols that a page's script repaints are drawn with this radius, and scaled.
+constexpr double unitRadius = 10;
+
+/// Width for a text inside a symbol, in radii.
+double textRoom(std::size_t shape);
+
+/// How far a symbol reaches from its middle, in radii.
+double reachOf(std::size_t shape);
+
+/// An <svg> of the symbol, hidden from screen readers: the name stands beside it.
+Markup symbol(const ClassStyle& style);
+
+/// A <span> "bar" that is filled to so many percent, in a color of its own where `fill` is one.
+Markup bar(double percent, const Color* fill = nullptr);
+
+/// An <svg> of the symbol with a short text inside.
+Markup badge(const ClassStyle& style, const std::string& text);
 
 }  // namespace estancia::report

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <map>
 
@@ -22,10 +21,9 @@ struct Scale {
   double y(double distance) const { return plotHeight * (1 - std::clamp(distance / top, 0.0, 1.0)); }
 };
 
-template <typename Member>
-std::vector<double> column(const std::vector<Decision>& decisions, Member member) {
+std::vector<double> column(const std::vector<Decision>& decisions, double Decision::*member) {
   std::vector<double> values(decisions.size());
-  std::transform(decisions.begin(), decisions.end(), values.begin(), std::mem_fn(member));
+  std::ranges::transform(decisions, values.begin(), member);
   return values;
 }
 
@@ -41,12 +39,9 @@ void drawLine(Markup& svg, const char* kind, const std::vector<double>& values, 
   Path path;
   bool drawing = false;
   for (const Point& p : thinned(values, columns)) {
-    if (std::isnan(p.y)) {
-      drawing = false;
-      continue;
-    }
-    drawing ? path.line(scale.x(p.x), scale.y(p.y)) : path.move(scale.x(p.x), scale.y(p.y));
-    drawing = true;
+    const bool known = !std::isnan(p.y);
+    if (known) drawing ? path.line(scale.x(p.x), scale.y(p.y)) : path.move(scale.x(p.x), scale.y(p.y));
+    drawing = known;
   }
   if (!path.empty()) svg.leaf("path", {{"class", kind}, {"d", path.str()}});
 }
@@ -88,12 +83,12 @@ Markup legend(bool merges) {
 std::vector<Point> thinned(const std::vector<double>& values, std::size_t columnCount) {
   std::vector<Point> points;
   const std::size_t n = values.size();
-  const auto at = [&values](std::size_t i) { return Point{static_cast<double>(i), values[i]}; };
   const auto finite = [&values](std::size_t i) { return std::isfinite(values[i]); };
-  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto at = [&](std::size_t i) {
+    return Point{static_cast<double>(i), finite(i) ? values[i] : std::numeric_limits<double>::quiet_NaN()};
+  };
   if (n <= 2 * columnCount) {
-    for (std::size_t i = 0; i < n; ++i)
-      points.push_back({static_cast<double>(i), finite(i) ? values[i] : nan});
+    for (std::size_t i = 0; i < n; ++i) points.push_back(at(i));
     return points;
   }
   for (std::size_t column = 0; column < columnCount; ++column) {
@@ -104,11 +99,7 @@ std::vector<Point> thinned(const std::vector<double>& values, std::size_t column
       if (low == end || values[i] < values[low]) low = i;
       if (high == end || values[i] > values[high]) high = i;
     }
-    if (low == end) {
-      points.push_back({static_cast<double>(begin), nan});
-      continue;
-    }
-    points.push_back(at(std::min(low, high)));
+    points.push_back(at(low == end ? begin : std::min(low, high)));
     if (low != high) points.push_back(at(std::max(low, high)));
   }
   return points;

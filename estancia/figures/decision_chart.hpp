@@ -2,18 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
-#include <vector>
-
-#include "estancia/figures/html.hpp"
 #include "estancia/figures/svg.hpp"
 #include "estancia/map_file/map.hpp"
 
 namespace estancia::report {
 
-/// Points (i, values[i]) for a line `columns` wide: all of them while there are at most two a column, else
-/// each column's least and largest in the order they came, so that no peak is lost. NaN where the line
-/// breaks.
+/// Points (i, values[i]) for a line `columns` wide: all while there are at most two a column, else each
+/// column's least and largest in their order, so that no peak is lost. NaN where the line breaks.
 std::vector<Point> thinned(const std::vector<double>& values, std::size_t columns);
 
 /// A figure: D(current) and D(other) with both thresholds, splits, revisits and merges marked, and a legend.

@@ -19,12 +19,9 @@ Markup openFigure(const char* kind, const FigureStyle& style, const std::string&
 
 double neededHeight(const Fit& fit, const std::vector<Point>& extent, const FigureStyle& style,
                     double borders) {
-  double low = fit.to.y, high = fit.to.y;
-  for (const Point& p : extent) {
-    low = std::min(low, fit(p).y);
-    high = std::max(high, fit(p).y);
-  }
-  return std::clamp(std::ceil(high - low + borders), 0.55 * style.width, style.height);
+  Extent drawn{fit.to, fit.to};
+  for (const Point& p : extent) drawn.add(fit(p));
+  return std::clamp(std::ceil(drawn.high.y - drawn.low.y + borders), 0.55 * style.width, style.height);
 }
 
 void drawPath(Markup& svg, const std::vector<std::optional<Point>>& points, const Fit& fit,
@@ -46,12 +43,8 @@ void drawPath(Markup& svg, const std::vector<std::optional<Point>>& points, cons
 Box drawScale(Markup& svg, double scale, const FigureStyle& style) {
   if (!(scale > 0)) return {};
   const double most = 0.2 * style.width / scale;
-  double meters = std::pow(10, std::floor(std::log10(most)));
-  for (const double factor : {5.0, 2.0})
-    if (factor * meters <= most) {
-      meters *= factor;
-      break;
-    }
+  const double power = std::pow(10, std::floor(std::log10(most)));
+  const double meters = 5 * power <= most ? 5 * power : 2 * power <= most ? 2 * power : power;
   const double x = figureMargin, y = style.height - figureMargin, length = meters * scale;
   svg.leaf("path",
            {{"class", "scale"},

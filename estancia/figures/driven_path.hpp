@@ -1,13 +1,8 @@
-// Parts of every metric drawing: its size, the driven path as a line, a scale.
+// Parts of every metric drawing: its size, the floor plan as its ground, the driven path as a line, a scale.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <optional>
-#include <span>
-#include <string>
-#include <vector>
-
-#include "estancia/figures/html.hpp"
+#include "estancia/figures/floor_plan.hpp"
 #include "estancia/figures/layout.hpp"
 
 namespace estancia::report {
@@ -28,13 +23,24 @@ Markup openFigure(const char* kind, const FigureStyle& style, const std::string&
 double neededHeight(const Fit& fit, const std::vector<Point>& extent, const FigureStyle& style,
                     double borders);
 
-/// A dotted line, thinned to steps one can see; it breaks where no point is known, and where a drive begins:
-/// at these points.
+/// A dotted line, thinned to steps one can see; it breaks where no point is known, and at the `starts` of
+/// drives.
 void drawPath(Markup& svg, const std::vector<std::optional<Point>>& points, const Fit& fit,
               std::span<const std::size_t> starts = {});
 
 /// A bar of 1, 2 or 5 · 10ⁿ meters, at most a fifth of the width, at the foot of the figure; `scale` is in
 /// pixels a meter, and nothing is drawn where it is 0. Returns what is covered.
 Box drawScale(Markup& svg, double scale, const FigureStyle& style);
+
+/// Draws the image, or floors, walls, doors as gaps in them, windows as double lines, and the names of rooms
+/// in letters of `nameSize` pixels (0: none).
+void drawFloorPlan(Markup& svg, const FloorPlan& plan, const Fit& fit, double nameSize);
+
+/// The corners of the plan [m], which a drawing has to have room for.
+std::vector<Point> cornersOf(const FloorPlan& plan);
+
+/// Throws Error where the frames cannot be drawn on it: none has a position (insufficientData), or fewer than
+/// half of those that have one lie in rooms (mismatch), as when the trajectory has another origin.
+void requireFitting(const FloorPlan& plan, const std::vector<std::optional<Point>>& frames);
 
 }  // namespace estancia::report

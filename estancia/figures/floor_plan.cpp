@@ -1,15 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/figures/floor_plan.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
 #include <fstream>
-#include <limits>
 
 #include "estancia/core/fail.hpp"
-#include "estancia/core/pose.hpp"
-#include "estancia/figures/floor_plan_figure.hpp"
+#include "estancia/figures/driven_path.hpp"
 #include "estancia/files/home_plan.hpp"
 
 namespace estancia {
@@ -38,16 +33,11 @@ void drawOpening(Markup& svg, const char* kind, const io::HomeOpening& opening, 
 
 /// In the upper left corner, where few nodes are.
 void drawName(Markup& svg, const io::HomeRoom& room, const Fit& fit, double size) {
-  double left = std::numeric_limits<double>::infinity(), top = left, right = -left;
-  for (const cv::Point2f& corner : room.polygon) {
-    const Point at = fit({corner.x, corner.y});
-    left = std::min(left, at.x);
-    right = std::max(right, at.x);
-    top = std::min(top, at.y);
-  }
+  Extent drawn;
+  for (const cv::Point2f& corner : room.polygon) drawn.add(fit({corner.x, corner.y}));
   const std::string name = shorten(room.name, 22);
-  if (size * textWidth(name) < right - left - size)
-    addText(svg, "word", {left + 0.5 * size, top + 1.3 * size}, size, name);
+  if (size * textWidth(name) < drawn.high.x - drawn.low.x - size)
+    addText(svg, "word", {drawn.low.x + 0.5 * size, drawn.low.y + 1.3 * size}, size, name);
 }
 
 void drawHome(Markup& svg, const io::HomePlan& home, const Fit& fit, double nameSize) {
@@ -96,16 +86,10 @@ FloorPlan readHomeFloorPlan(const std::filesystem::path& path) {
   FloorPlan plan;
   plan.home = std::make_shared<io::HomePlan>(
       io::readHomePlan(std::filesystem::is_directory(path) ? path / "home.json" : path));
-  constexpr double far = std::numeric_limits<double>::infinity();
-  plan.xMin = plan.yMin = far;
-  plan.xMax = plan.yMax = -far;
+  Extent extent;
   for (const io::HomeRoom& room : plan.home->rooms)
-    for (const cv::Point2f& corner : room.polygon) {
-      plan.xMin = std::min<double>(plan.xMin, corner.x);
-      plan.xMax = std::max<double>(plan.xMax, corner.x);
-      plan.yMin = std::min<double>(plan.yMin, corner.y);
-      plan.yMax = std::max<double>(plan.yMax, corner.y);
-    }
+    for (const cv::Point2f& corner : room.polygon) extent.add({corner.x, corner.y});
+  plan.xMin = extent.low.x, plan.yMin = extent.low.y, plan.xMax = extent.high.x, plan.yMax = extent.high.y;
   return plan;
 }
 

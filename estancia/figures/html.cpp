@@ -10,11 +10,6 @@
 namespace estancia::report {
 namespace {
 
-/// The hash by which a content security policy allows one inline script.
-std::string policyHash(const std::string& script) {
-  return "'sha256-" + toBase64(sha256Bytes(script)) + "'";
-}
-
 /// The media type by the file's first bytes; "" for anything else.
 std::string_view imageType(std::string_view head) {
   if (head.starts_with("\xFF\xD8\xFF")) return "jpeg";
@@ -28,38 +23,22 @@ std::string_view imageType(std::string_view head) {
 
 std::string escapeHtml(std::string_view text) {
   std::string out;
-  for (const char c : cleanText(text)) switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      case '\'':
-        out += "&#39;";
-        break;
-      default:
-        out += c;
-    }
+  for (const char c : cleanText(text)) {
+    const char* entity = c == '&'    ? "&amp;"
+                         : c == '<'  ? "&lt;"
+                         : c == '>'  ? "&gt;"
+                         : c == '"'  ? "&quot;"
+                         : c == '\'' ? "&#39;"
+                                     : nullptr;
+    entity != nullptr ? out += entity : out += c;
+  }
   return out;
 }
 
 void Markup::tag(std::string_view name, const Attributes& attributes) {
-  out_ += '<';
-  out_ += name;
-  for (const auto& [key, value] : attributes) {
-    out_ += ' ';
-    out_ += key;
-    out_ += "=\"";
-    out_ += escapeHtml(value.text());
-    out_ += '"';
-  }
+  out_ += fmt::format("<{}", name);
+  for (const auto& [key, value] : attributes)
+    out_ += fmt::format(" {}=\"{}\"", key, escapeHtml(value.text()));
 }
 
 Markup& Markup::open(std::string_view name, const Attributes& attributes) {
@@ -123,8 +102,8 @@ std::string htmlDocument(const std::string& title, const std::string& css, const
   std::string out = "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n";
   out +=
       "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; "
-      "style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'; script-src " +
-      policyHash(script) + "\">\n";
+      "style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'; script-src 'sha256-" +
+      toBase64(sha256Bytes(script)) + "'\">\n";
   out += "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n";
   out += "<meta name=\"color-scheme\" content=\"light dark\">\n";
   out += "<title>" + escapeHtml(title) + "</title>\n<style>\n" + css + "</style>\n</head>\n<body>\n";

@@ -4,8 +4,6 @@
 
 #include <concepts>
 #include <initializer_list>
-#include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 

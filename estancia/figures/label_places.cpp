@@ -54,8 +54,29 @@ bool LabelPlaces::isFree(const Box& box) const {
   for (std::size_t i = 0; i < centers_.size(); ++i)
     if (box.overlapsCircle(centers_[i], radii_[i] + 3)) return false;
   const Box withAir{box.x - 3, box.y, box.width + 6, box.height};  // words side by side would read as one
-  return std::none_of(taken_.begin(), taken_.end(),
-                      [&withAir](const Box& other) { return other.overlaps(withAir); });
+  return std::ranges::none_of(taken_, [&](const Box& other) { return other.overlaps(withAir); });
+}
+
+bool Thumbnails::isFree(const Box& box) const {
+  return box.inside(frame_) &&
+         std::ranges::none_of(taken_, [&box](const Box& other) { return other.overlaps(box); });
+}
+
+std::optional<Box> Thumbnails::take(const Point& at) {
+  constexpr double gap = 2;
+  constexpr std::array<Point, 9> sides{
+      {{0, 0}, {0, -1}, {1, 0}, {-1, 0}, {0, 1}, {1, -1}, {-1, -1}, {1, 1}, {-1, 1}}};
+  for (const double size : {size_, 0.72 * size_})
+    for (const Point& side : sides) {
+      // Beside its point the image leaves it to be seen.
+      const double away = size / 2 + 6;
+      const Point middle{at.x + away * side.x, at.y + away * side.y};
+      const Box box{middle.x - size / 2, middle.y - size / 2, size, size};
+      if (!isFree({box.x - gap, box.y - gap, size + 2 * gap, size + 2 * gap})) continue;
+      taken_.push_back(box);
+      return box;
+    }
+  return std::nullopt;
 }
 
 }  // namespace estancia::report

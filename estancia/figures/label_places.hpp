@@ -1,11 +1,8 @@
-// Room for labels in a drawing: what is already there must not be covered.
+// Room in a drawing: places for labels and small images that cover nothing that is already there.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
 #include <optional>
-#include <string>
-#include <vector>
 
 #include "estancia/figures/svg.hpp"
 
@@ -18,6 +15,7 @@ struct LabelPlace {
   std::string anchor;  ///< "start", "middle", "end"
 };
 
+/// Places for labels.
 class LabelPlaces {
  public:
   /// Labels stand beside discs and stay in a frame of this size; few cross the lines (pairs of discs). What
@@ -39,6 +37,25 @@ class LabelPlaces {
   const std::vector<Point>& centers_;
   const std::vector<double>& radii_;
   std::vector<std::pair<std::size_t, std::size_t>> lines_;
+  std::vector<Box> taken_;
+};
+
+/// Places for images.
+class Thumbnails {
+ public:
+  /// Images stay in `frame`; `size`: their width and height [CSS pixels].
+  Thumbnails(const Box& frame, double size) : frame_(frame), size_(size) {}
+
+  /// Nothing may cover this.
+  void block(const Box& box) { taken_.push_back(box); }
+  /// A square at the point, else beside it, else a smaller one there; nothing where there is no room.
+  std::optional<Box> take(const Point& at);
+
+ private:
+  bool isFree(const Box& box) const;
+
+  Box frame_;
+  double size_;
   std::vector<Box> taken_;
 };
 

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
+#include <opencv2/core.hpp>
 
 // Boost.Graph hides an iterator pair in an optional, which GCC 12 takes for uninitialized memory.
 #pragma GCC diagnostic push
@@ -37,6 +39,19 @@ class Convergence {
   boost::layout_tolerance<double> tolerance_{1e-3};
 };
 
+/// The mean of the members that have a position.
+std::optional<Point> meanOf(const std::vector<std::size_t>& members,
+                            const std::vector<std::optional<Point>>& positions) {
+  Point sum;
+  double count = 0;
+  for (const std::size_t member : members)
+    if (const auto& at = positions[member]) {
+      sum = {sum.x + at->x, sum.y + at->y};
+      ++count;
+    }
+  return count == 0 ? std::nullopt : std::optional(Point{sum.x / count, sum.y / count});
+}
+
 /// Positions of nodes without a pose: the mean of their neighbors', spreading out from those that have one.
 void fillGaps(const std::vector<Link>& links, std::vector<std::optional<Point>>& nodes) {
   std::vector<std::vector<std::size_t>> neighbors(nodes.size());
@@ -44,25 +59,14 @@ void fillGaps(const std::vector<Link>& links, std::vector<std::optional<Point>>&
     neighbors[link.a].push_back(link.b);
     neighbors[link.b].push_back(link.a);
   }
-  const auto meanOf = [&nodes](const auto& members) -> std::optional<Point> {
-    Point sum;
-    double count = 0;
-    for (const std::size_t member : members)
-      if (nodes[member]) {
-        sum = {sum.x + nodes[member]->x, sum.y + nodes[member]->y};
-        ++count;
-      }
-    if (count == 0) return std::nullopt;
-    return Point{sum.x / count, sum.y / count};
-  };
   for (bool changed = true; changed;) {
     changed = false;
     for (std::size_t i = 0; i < nodes.size(); ++i)
-      if (!nodes[i] && (nodes[i] = meanOf(neighbors[i]))) changed = true;
+      if (!nodes[i] && (nodes[i] = meanOf(neighbors[i], nodes))) changed = true;
   }
   std::vector<std::size_t> all(nodes.size());
-  for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
-  const Point center = meanOf(all).value_or(Point{});
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  const Point center = meanOf(all, nodes).value_or(Point{});
   for (auto& node : nodes)
     if (!node) node = center;
 }
@@ -107,13 +111,12 @@ Fit fitInto(const std::vector<Point>& points, const Box& box, bool mayTurn) {
   Fit fit;
   fit.to = {box.x + box.width / 2, box.y + box.height / 2};
   if (points.empty()) return fit;
-  const auto [left, right] =
-      std::minmax_element(points.begin(), points.end(), [](auto& a, auto& b) { return a.x < b.x; });
-  const auto [low, high] =
-      std::minmax_element(points.begin(), points.end(), [](auto& a, auto& b) { return a.y < b.y; });
-  fit.from = {(left->x + right->x) / 2, (low->y + high->y) / 2};
+  Extent extent;
+  for (const Point& p : points) extent.add(p);
+  const auto& [low, high] = extent;
+  fit.from = {(low.x + high.x) / 2, (low.y + high.y) / 2};
   constexpr double tiny = 1e-9;
-  const double width = std::max(right->x - left->x, tiny), height = std::max(high->y - low->y, tiny);
+  const double width = std::max(high.x - low.x, tiny), height = std::max(high.y - low.y, tiny);
   const auto scale = [&box](double w, double h) { return std::min(box.width / w, box.height / h); };
   fit.turned = mayTurn && scale(height, width) > scale(width, height);
   fit.scale = fit.turned ? scale(height, width) : scale(width, height);
@@ -168,20 +171,77 @@ MapLayout layoutMap(const MapSummary& summary, bool fromAbove) {
   layout.frames = path.points;
   for (const Drive& drive : summary.map->drives) layout.driveStarts.push_back(drive.firstFrame);
 
-  std::vector<std::optional<Point>> nodes(summary.nodes.size());
-  for (std::size_t n = 0; n < nodes.size(); ++n) {
-    Point sum;
-    double count = 0;
-    for (const std::size_t frame : summary.nodes[n].frames)
-      if (const auto& place = layout.frames[frame]) {
-        sum = {sum.x + place->x, sum.y + place->y};
-        ++count;
-      }
-    if (count > 0) nodes[n] = Point{sum.x / count, sum.y / count};
-  }
+  std::vector<std::optional<Point>> nodes;
+  for (const NodeSummary& node : summary.nodes) nodes.push_back(meanOf(node.frames, layout.frames));
   fillGaps(summary.links, nodes);
   for (const auto& node : nodes) layout.nodes.push_back(*node);
   return layout;
+}
+
+namespace {
+
+cv::Vec3d positionOf(const Pose& pose) {
+  return {pose.x, pose.y, pose.z};
+}
+
+cv::Matx33d covariance(const std::vector<cv::Vec3d>& positions) {
+  cv::Vec3d mean;
+  for (const cv::Vec3d& p : positions)
+    for (int i = 0; i < 3; ++i) mean[i] += p[i] / static_cast<double>(positions.size());
+  cv::Matx33d sum = cv::Matx33d::zeros();
+  for (const cv::Vec3d& p : positions)
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) sum(i, j) += (p[i] - mean[i]) * (p[j] - mean[j]);
+  return sum;
+}
+
+}  // namespace
+
+Point GroundPlane::project(const cv::Vec3d& position) const {
+  return {position.dot(right), position.dot(up)};
+}
+
+GroundPlane planeOf(const std::vector<cv::Vec3d>& positions) {
+  if (positions.empty()) return {};
+  const cv::Matx33d spread = covariance(positions);
+  const std::array<double, 3> variance{spread(0, 0), spread(1, 1), spread(2, 2)};
+  std::array<double, 3> sorted = variance;
+  std::ranges::sort(sorted);
+  // "clearly least": half the standard deviation of the next axis, or nothing to choose between at all
+  if (sorted[0] <= 0.25 * sorted[1] || sorted[1] == 0) {
+    if (variance[2] == sorted[0]) return {};
+    if (variance[1] == sorted[0]) return {{1, 0, 0}, {0, 0, 1}};
+    return {{0, 1, 0}, {0, 0, 1}};
+  }
+  cv::Mat values, vectors;  // rows of eigenvectors, largest first
+  cv::eigen(cv::Mat(spread), values, vectors);
+  const auto axis = [&vectors](int row) {
+    return cv::Vec3d(vectors.at<double>(row, 0), vectors.at<double>(row, 1), vectors.at<double>(row, 2));
+  };
+  // The signs of eigenvectors are arbitrary: right points along its largest component, and the viewer is
+  // above the plane (+z; −y in a camera's frame) so that the map is not mirrored.
+  cv::Vec3d right = axis(0), normal = axis(2);
+  const auto largest = [](const cv::Vec3d& v) {
+    return *std::ranges::max_element(v.val, {}, [](double value) { return std::abs(value); });
+  };
+  if (largest(right) < 0) right = -right;
+  const double height = largest(normal) == normal[1] ? -normal[1] : largest(normal);
+  if (height < 0) normal = -normal;
+  return {right, normal.cross(right)};
+}
+
+DrivenPath projectPath(std::span<const std::optional<Pose>> poses, bool fromAbove) {
+  std::vector<cv::Vec3d> positions;
+  for (const auto& pose : poses)
+    if (pose && pose->isPlausible()) positions.push_back(positionOf(*pose));
+  DrivenPath path;
+  path.empty = positions.empty();
+  if (path.empty) return path;
+  if (!fromAbove) path.plane = planeOf(positions);
+  path.points.resize(poses.size());
+  for (std::size_t i = 0; i < poses.size(); ++i)
+    if (poses[i] && poses[i]->isPlausible()) path.points[i] = path.plane.project(positionOf(*poses[i]));
+  return path;
 }
 
 }  // namespace estancia::report

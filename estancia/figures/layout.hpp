@@ -1,15 +1,37 @@
-// Where to draw nodes: from their poses, else from the graph alone. Everything here is deterministic.
-// SPDX-License-Identifier: Apache-2.0
+// Layout: where poses and nodes are drawn: in the plane of the poses, else by the graph alone. All is
+// deterministic. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <optional>
-#include <vector>
+#include <opencv2/core/matx.hpp>
+#include <span>
 
-#include "estancia/figures/plane.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/figures/summary.hpp"
 #include "estancia/figures/svg.hpp"
 
 namespace estancia::report {
+
+/// An orthonormal pair of axes that turns positions of the map [m] into the page's plane (x right, y up).
+struct GroundPlane {
+  cv::Vec3d right{1, 0, 0}, up{0, 1, 0};
+
+  Point project(const cv::Vec3d& position) const;
+};
+
+/// The plane that shows a set of positions best. A map whose positions spread least along one of its axes is
+/// seen along that axis and keeps its orientation: from above in z-up maps (x right, y up), and, in maps that
+/// hang on a first camera (y down), with x right and z up. Otherwise the plane of largest spread (PCA).
+GroundPlane planeOf(const std::vector<cv::Vec3d>& positions);
+
+/// One point a pose in the map's plane [m], y up; none where the pose is unknown, not finite, or so far off
+/// that it is an error of the trajectory.
+struct DrivenPath {
+  std::vector<std::optional<Point>> points;
+  GroundPlane plane;
+  bool empty = true;  ///< no pose is known
+};
+/// `fromAbove` uses x and y whatever their spread, as a floor plan needs it.
+DrivenPath projectPath(std::span<const std::optional<Pose>> poses, bool fromAbove = false);
 
 /// Positions of a graph's vertices without any knowledge but its edges, so that drawn distances follow the
 /// number of edges between (Kamada & Kawai 1989). Unconnected parts are drawn side by side.

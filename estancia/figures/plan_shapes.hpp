@@ -2,12 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <string>
-#include <vector>
-
 #include "estancia/areas/area_plan.hpp"
 #include "estancia/figures/layout.hpp"
-#include "estancia/figures/svg.hpp"
 
 namespace estancia::report {
 

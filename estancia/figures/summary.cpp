@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/figures/summary.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <set>
 #include <unordered_map>
 
-#include "estancia/figures/text.hpp"
+#include "estancia/figures/svg.hpp"
 #include "estancia/map_file/places.hpp"
 #include "estancia/words/label_concepts.hpp"
 
@@ -16,7 +18,9 @@ using Positions = std::unordered_map<int, std::size_t>;
 
 void gatherFrames(const TopologicalMap& map, const Positions& positions, MapSummary& summary) {
   std::vector<std::map<std::string, std::size_t>> votes(summary.nodes.size());
+  std::set<std::string> rooms;
   for (std::size_t i = 0; i < map.frames.size(); ++i) {
+    if (!map.frames[i].room.empty()) rooms.insert(map.frames[i].room);
     const auto found = positions.find(map.frames[i].node);
     if (found == positions.end()) continue;
     NodeSummary& node = summary.nodes[found->second];
@@ -24,13 +28,9 @@ void gatherFrames(const TopologicalMap& map, const Positions& positions, MapSumm
     addFrame(node.visits, i);
     if (!map.frames[i].room.empty()) ++votes[found->second][map.frames[i].room];
   }
-  std::set<std::string> rooms;
-  for (const MappedFrame& frame : map.frames)
-    if (!frame.room.empty()) rooms.insert(frame.room);
   summary.roomsDriven = rooms.size();
   for (std::size_t n = 0; n < votes.size(); ++n) {
-    const auto best = std::max_element(votes[n].begin(), votes[n].end(),
-                                       [](const auto& a, const auto& b) { return a.second < b.second; });
+    const auto best = std::ranges::max_element(votes[n], {}, [](const auto& room) { return room.second; });
     if (best != votes[n].end()) summary.nodes[n].room = best->first;
   }
 }
@@ -97,13 +97,48 @@ MapSummary summarize(const TopologicalMap& map, const LabelConcepts* concepts) {
   std::vector<const NodeSummary*> order;
   for (const NodeSummary& node : summary.nodes)
     if (!node.room.empty()) order.push_back(&node);
-  std::stable_sort(order.begin(), order.end(), [](const NodeSummary* a, const NodeSummary* b) {
-    return a->frames.front() < b->frames.front();
-  });
+  std::ranges::stable_sort(order, {}, [](const NodeSummary* node) { return node->frames.front(); });
   for (const NodeSummary* node : order)
     if (summary.roomStyles.try_emplace(node->room, classStyle(summary.rooms.size())).second)
       summary.rooms.push_back(node->room);
   return summary;
+}
+
+void addFrame(std::vector<VisitSpan>& visits, std::size_t frame) {
+  if (visits.empty() || visits.back().last + 1 < frame)
+    visits.push_back({frame, frame});
+  else
+    visits.back().last = frame;
+}
+
+Markup visitStrip(const std::vector<VisitSpan>& visits, std::size_t frames) {
+  constexpr double width = 300;
+  const auto whole = static_cast<double>(std::max<std::size_t>(frames, 1));
+  Path path;
+  double drawn = -1;
+  for (const VisitSpan& visit : visits) {
+    const double from = std::max(width * static_cast<double>(visit.first) / whole, drawn);
+    const double to = std::max(width * static_cast<double>(visit.last + 1) / whole, from + 1);
+    if (to <= drawn + 0.5) continue;  // less than can be seen
+    path.move(from, 4).line(to, 4);
+    drawn = to;
+  }
+  Markup strip;
+  strip.open("svg", {{"class", "visits"},
+                     {"viewBox", fmt::format("0 0 {} 8", width)},
+                     {"preserveAspectRatio", "none"},
+                     {"role", "img"},
+                     {"aria-label", counted(visits.size(), "visit") + " over the run"}});
+  if (!path.empty()) strip.leaf("path", {{"d", path.str()}});
+  return strip.close();
+}
+
+std::string describeVisits(const std::vector<VisitSpan>& visits) {
+  if (visits.empty()) return "never seen";
+  if (visits.front().first == visits.back().last)
+    return fmt::format("seen once, at frame {}", visits.front().first);
+  return fmt::format("{}, frames {} to {}", counted(visits.size(), "visit"), visits.front().first,
+                     visits.back().last);
 }
 
 }  // namespace estancia::report

@@ -1,19 +1,29 @@
-// Node summary: what a page shows of each node, gathered in one pass over the frames.
+// Node summary: what a page shows of each node, and when the robot was there (visits).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
 #include <map>
 #include <optional>
-#include <string>
-#include <vector>
 
 #include "estancia/figures/color.hpp"
-#include "estancia/figures/visits.hpp"
 #include "estancia/map_file/map.hpp"
 #include "estancia/words/label_concepts.hpp"
 
 namespace estancia::report {
+
+/// A stay of the robot somewhere.
+struct VisitSpan {
+  std::size_t first = 0, last = 0;  ///< frame numbers, both included
+};
+
+/// Adds a frame later than all before: to the stay that it continues, else as a new one.
+void addFrame(std::vector<VisitSpan>& visits, std::size_t frame);
+
+/// The visits as a strip over a run of `frames`.
+Markup visitStrip(const std::vector<VisitSpan>& visits, std::size_t frames);
+
+/// "3 visits, frames 4 to 80"
+std::string describeVisits(const std::vector<VisitSpan>& visits);
 
 struct NodeSummary {
   const Node* node = nullptr;       ///< node of the summarized map

@@ -29,19 +29,15 @@ bool Box::crosses(const Point& a, const Point& b) const {
 }
 
 Path& Path::step(char command, double x, double y) {
-  d_ += command;
-  d_ += number(x, 1);
-  d_ += ' ';
-  d_ += number(y, 1);
+  d_ += fmt::format("{}{} {}", command, number(x, 1), number(y, 1));
   return *this;
 }
 
 std::string shapePath(std::size_t shape, double radius, const Point& center) {
   using std::numbers::pi;
-  if (shape == 0) {
+  if (shape == 0)
     return fmt::format("M{2} {3}a{0} {0} 0 1 0 {1} 0a{0} {0} 0 1 0 -{1} 0Z", number(radius),
                        number(2 * radius), number(center.x - radius), number(center.y));
-  }
   const int corners = shape == 3 ? 6 : shape == 4 ? 3 : 4;
   const double start =
       shape == 1 ? pi / 4 : pi / 2;  // a square lies on its side, the others stand on a corner

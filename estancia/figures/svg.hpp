@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
-#include <string>
+#include <algorithm>
+#include <limits>
 
 #include "estancia/figures/html.hpp"
 
@@ -11,6 +11,17 @@ namespace estancia::report {
 
 struct Point {
   double x = 0, y = 0;
+};
+
+/// The least box around points.
+struct Extent {
+  Point low{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+  Point high{-low.x, -low.y};
+
+  void add(const Point& p) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y)};
+  }
 };
 
 struct Box {

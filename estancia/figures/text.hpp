@@ -8,8 +8,7 @@
 
 namespace estancia::report {
 
-/// The text as valid UTF-8 on one line: bytes that are no UTF-8 become U+FFFD, control characters and line
-/// breaks become spaces.
+/// The text as valid UTF-8 on one line: other bytes become U+FFFD, control characters and line breaks spaces.
 std::string cleanText(std::string_view text);
 
 /// At most `length` code points of the cleaned text; a cut is marked by "…".
@@ -21,8 +20,7 @@ std::string firstSynonym(std::string_view label);
 /// Estimated width in a proportional sans-serif of size 1 (Helvetica's advance widths; wide scripts count 1).
 double textWidth(std::string_view text);
 
-/// The text, shortened until it is at most `width` wide in size 1, as textWidth() estimates it; one code
-/// point stays.
+/// The text, shortened to `width` in size 1 as textWidth() estimates it; one code point stays.
 std::string shortenToWidth(std::string_view text, double width);
 
 /// A number without trailing zeros, with a point whatever the locale: 1.50 → "1.5", -0.001 → "0".

@@ -65,6 +65,31 @@ std::string summaryOf(const MethodComparison& comparison) {
          fmt::format(" is not found to differ from {}; it differs from {}.", someOf(equals), someOf(others));
 }
 
+/// The critical-difference diagram.
+RankDiagram comparisonDiagram(const MethodComparison& comparison) {
+  RankDiagram diagram;
+  diagram.title = "Mean ranks";
+  const std::size_t tests = comparison.scores.tests.size();
+  diagram.caption = comparison.options.postHoc == PostHoc::holm
+                        ? fmt::format(
+                              "Mean ranks over {} tests, best at the left. The bar joins {} with the "
+                              "methods that are not found to differ from it (Holm, α = {}).",
+                              tests, controlName(comparison), comparison.options.alpha)
+                        : fmt::format(
+                              "Mean ranks over {} tests, best at the left. Bars join methods that are "
+                              "not found to differ ({}, all pairs, α = {}).",
+                              tests, postHocName(comparison.options.postHoc), comparison.options.alpha);
+  if (!comparison.differ) diagram.caption += " Friedman's test finds no difference, so a bar joins all.";
+  for (std::size_t r = 0; r < comparison.rows.size(); ++r) {
+    diagram.methods.push_back({nameOf(comparison, comparison.rows[r].method), comparison.rows[r].meanRank});
+    if (comparison.options.postHoc == PostHoc::holm && comparison.rows[r].method == comparison.control)
+      diagram.control = r;
+  }
+  diagram.groups = comparison.groups;
+  diagram.criticalDifference = comparison.criticalDifference;
+  return diagram;
+}
+
 /// Adjusted p-values of all pairs, in the order of the rows.
 HeatTable pairMatrix(const MethodComparison& comparison) {
   HeatTable matrix;
@@ -122,30 +147,6 @@ ResultTable comparisonTable(const MethodComparison& comparison) {
     table.rows.push_back(std::move(cells));
   }
   return table;
-}
-
-RankDiagram comparisonDiagram(const MethodComparison& comparison) {
-  RankDiagram diagram;
-  diagram.title = "Mean ranks";
-  const std::size_t tests = comparison.scores.tests.size();
-  diagram.caption = comparison.options.postHoc == PostHoc::holm
-                        ? fmt::format(
-                              "Mean ranks over {} tests, best at the left. The bar joins {} with the "
-                              "methods that are not found to differ from it (Holm, α = {}).",
-                              tests, controlName(comparison), comparison.options.alpha)
-                        : fmt::format(
-                              "Mean ranks over {} tests, best at the left. Bars join methods that are "
-                              "not found to differ ({}, all pairs, α = {}).",
-                              tests, postHocName(comparison.options.postHoc), comparison.options.alpha);
-  if (!comparison.differ) diagram.caption += " Friedman's test finds no difference, so a bar joins all.";
-  for (std::size_t r = 0; r < comparison.rows.size(); ++r) {
-    diagram.methods.push_back({nameOf(comparison, comparison.rows[r].method), comparison.rows[r].meanRank});
-    if (comparison.options.postHoc == PostHoc::holm && comparison.rows[r].method == comparison.control)
-      diagram.control = r;
-  }
-  diagram.groups = comparison.groups;
-  diagram.criticalDifference = comparison.criticalDifference;
-  return diagram;
 }
 
 Findings comparisonFindings(const MethodComparison& comparison) {

@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <string>
-
 #include "estancia/findings/findings.hpp"
 #include "estancia/stats/method_comparison.hpp"
 
@@ -15,9 +13,6 @@ std::string pText(double p);
 /// The thesis' Table 3.2: a row a method, the best mean rank first, with p-value against the control, whether
 /// it is rejected that both are equivalent, mean rank, and how often the control won, tied and lost.
 ResultTable comparisonTable(const MethodComparison& comparison);
-
-/// The critical-difference diagram.
-RankDiagram comparisonDiagram(const MethodComparison& comparison);
 
 /// Everything: the answer in a sentence, Friedman's test among the facts, diagram and table, for tests of all
 /// pairs their p-values (up to 40 methods), and notes on what not to trust.

@@ -5,7 +5,6 @@
 
 #include <limits>
 #include <numeric>
-#include <utility>
 
 #include "estancia/figures/text.hpp"
 #include "estancia/stats/proportion.hpp"

@@ -35,52 +35,38 @@ struct ResultTable {
   };
   struct Row {
     std::string name;
-    /// One a column; absent where unknown.
-    std::vector<std::optional<double>> values;
+    std::vector<std::optional<double>> values;  ///< one a column; absent where unknown
     bool operator==(const Row&) const = default;
   };
   std::string title, caption;
-  /// Kind of the rows: "model".
-  std::string rowsAre;
+  std::string rowsAre;  ///< kind of the rows: "model"
   std::vector<Column> columns;
   std::vector<Row> rows;
-  /// Pages color the cells from 0 to this value; 0: they do not.
-  double hottest = 0;
+  double hottest = 0;  ///< pages color the cells from 0 to this value; 0: they do not
 
   bool operator==(const ResultTable&) const = default;
 };
-
-/// Text of a cell; "–" if the value is absent.
-std::string cellText(const ResultTable::Column& column, const std::optional<double>& value);
-
-/// Text of the best cells of a column; values with equal texts are equally good. "" points out none.
-std::string bestText(const ResultTable& table, std::size_t column);
 
 /// One curve for each item that was compared, over the same positions.
 struct LineChart {
   struct Line {
     std::string name;
-    /// One a position.
-    std::vector<double> y;
+    std::vector<double> y;  ///< one a position
     /// A position that is pointed out, if it is one of x.
     std::optional<double> mark = std::nullopt;
   };
   std::string title, caption, xName, yName;
-  /// The y axis; what is not above 0 then lies at its foot.
-  bool logarithmic = false;
-  /// Ascending.
-  std::vector<double> x;
+  bool logarithmic = false;  ///< the y axis; what is not above 0 then lies at its foot
+  std::vector<double> x;     ///< ascending
   std::vector<Line> lines;
-  /// Positions stand evenly, each named; the y axis begins near the least value.
-  bool closeUp = false;
+  bool closeUp = false;  ///< positions stand evenly, each named; the y axis begins near the least value
 };
 
 /// Shares of a whole, a bar for each item that was compared: wins, ties and losses.
 struct StackedBars {
   struct Bar {
     std::string name;
-    /// ≥ 0, one a part.
-    std::vector<double> values;
+    std::vector<double> values;  ///< ≥ 0, one a part
   };
   std::string title, caption;
   std::vector<std::string> parts;
@@ -90,10 +76,8 @@ struct StackedBars {
 /// A number for each pair of items, as heat.
 struct HeatTable {
   std::string title, caption;
-  /// Names of rows and columns.
-  std::vector<std::string> names;
-  /// Row-major; not finite where unknown.
-  std::vector<double> values;
+  std::vector<std::string> names;  ///< names of rows and columns
+  std::vector<double> values;      ///< row-major; not finite where unknown
   int decimals = 2;
 
   double at(std::size_t row, std::size_t column) const { return values[row * names.size() + column]; }
@@ -104,57 +88,45 @@ struct HeatTable {
 struct RankDiagram {
   struct Method {
     std::string name;
-    /// 1 … number of methods.
-    double meanRank = 1;
+    double meanRank = 1;  ///< 1 … number of methods
   };
   std::string title, caption;
-  /// Best first.
-  std::vector<Method> methods;
-  /// First and last method that a bar joins.
-  std::vector<std::pair<std::size_t, std::size_t>> groups;
+  std::vector<Method> methods;                              ///< best first
+  std::vector<std::pair<std::size_t, std::size_t>> groups;  ///< first and last method that a bar joins
   /// Critical difference of Nemenyi's test, drawn as a length.
   std::optional<double> criticalDifference;
-  /// Pointed out.
-  std::optional<std::size_t> control;
+  std::optional<std::size_t> control;  ///< pointed out
 };
 
 /// Images of what was found, each with a line under it.
 struct Images {
   struct Image {
-    /// A PNG or JPEG.
-    std::vector<unsigned char> file;
+    std::vector<unsigned char> file;  ///< a PNG or JPEG
     std::string caption;
   };
   std::string title, caption;
   std::vector<Image> images;
-  /// Few images a row.
-  bool wide = false;
+  bool wide = false;  ///< few images a row
 };
 
 /// Words of objects, the likelier the larger (thesis Fig. 6.3).
 struct WordClouds {
   struct Cloud {
     std::string name;
-    /// Weights above 0, descending.
-    std::vector<std::pair<std::string, double>> words;
+    std::vector<std::pair<std::string, double>> words;  ///< weights above 0, descending
   };
   std::string title, caption;
   std::vector<Cloud> clouds;
 };
 
 struct Findings {
-  /// The summary is one sentence: the answer.
-  std::string title, summary;
-  /// Under what circumstances.
-  std::vector<std::pair<std::string, std::string>> facts;
-  /// Omissions, with their reasons.
-  std::vector<std::string> notes;
+  std::string title, summary;                              ///< the summary is one sentence: the answer
+  std::vector<std::pair<std::string, std::string>> facts;  ///< under what circumstances
+  std::vector<std::string> notes;                          ///< omissions, with their reasons
   std::vector<std::variant<ResultTable, LineChart, StackedBars, HeatTable, RankDiagram, Images, WordClouds>>
       sections;
-  /// Results that are also written to files of their own.
-  std::vector<Findings> apart;
-  /// Name of those files, without an ending.
-  std::string file = {};
+  std::vector<Findings> apart;  ///< results that are also written to files of their own
+  std::string file = {};        ///< name of those files, without an ending
 };
 
 }  // namespace estancia

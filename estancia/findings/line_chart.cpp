@@ -1,12 +1,12 @@
+// Line chart: curves over a common axis.
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/findings/line_chart.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "estancia/figures/svg.hpp"
+#include "estancia/findings/findings_page.hpp"
 
 namespace estancia {
 
@@ -14,6 +14,11 @@ using namespace report;
 namespace {
 
 constexpr double plotWidth = 1000, plotHeight = 280;  // the browser stretches them to its width
+
+/// The classes that color and dash the i-th of many curves: seven colors, then other dashes; 28 in all.
+std::string curveClass(std::size_t i) {
+  return fmt::format("curve c{} d{}", i % 7, i / 7 % 4);
+}
 
 Markup legend(const LineChart& chart) {
   Markup list;
@@ -120,11 +125,7 @@ void addCurve(const LineChart& chart, std::size_t i, const Plot& plot, Markup& f
 
 }  // namespace
 
-std::string curveClass(std::size_t i) {
-  return fmt::format("curve c{} d{}", i % 7, i / 7 % 4);
-}
-
-Markup lineChart(const LineChart& chart) {
+Markup section(const LineChart& chart) {
   const Plot plot(chart);
   Markup figure;
   figure.open("figure", {{"class", "chart"}}).element("h3", shorten(chart.title, 160)).add(legend(chart));

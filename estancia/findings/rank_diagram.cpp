@@ -5,8 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string_view>
-#include <vector>
 
 #include "estancia/figures/svg.hpp"
 
@@ -23,6 +21,22 @@ constexpr double rowHeight = 24, barStep = 9, edge = 12, inset = 12, gap = 6;
 
 double drawnWidth(const std::string& text, double size) {
   return wider * size * textWidth(text);
+}
+
+/// report::shortenToWidth() at the middle, as the ends of names distinguish them; at least "…" stays.
+std::string shortenMiddleToWidth(std::string_view text, double width) {
+  const std::string clean = cleanText(text);
+  if (textWidth(clean) <= width) return clean;
+  std::vector<std::size_t> starts;  // starts of the code points, and the end
+  for (std::size_t i = 0; i < clean.size(); ++i)
+    if ((static_cast<unsigned char>(clean[i]) & 0xC0) != 0x80) starts.push_back(i);
+  starts.push_back(clean.size());
+  for (std::size_t kept = starts.size() - 2;; --kept) {
+    const std::size_t head = (kept + 1) / 2;
+    const std::string shortened =
+        clean.substr(0, starts[head]) + "…" + clean.substr(starts[starts.size() - 1 - (kept - head)]);
+    if (kept <= 1 || textWidth(shortened) <= width) return shortened;
+  }
 }
 
 std::string rankText(double rank) {
@@ -46,10 +60,9 @@ std::vector<std::string> drawnNames(const RankDiagram& diagram) {
   }
   while (front > 0 && separators.find(names[0][front - 1]) == std::string_view::npos) --front;
   while (back > 0 && separators.find(names[0][names[0].size() - back]) == std::string_view::npos) --back;
-  for (std::string& name : names) {
-    if (front + back >= name.size()) continue;
-    name = (front > 0 ? "…" : "") + name.substr(front, name.size() - front - back) + (back > 0 ? "…" : "");
-  }
+  for (std::string& name : names)
+    if (front + back < name.size())
+      name = (front > 0 ? "…" : "") + name.substr(front, name.size() - front - back) + (back > 0 ? "…" : "");
   return names;
 }
 
@@ -148,13 +161,13 @@ void drawMethod(const RankDiagram& diagram, std::size_t m, const Geometry& at, M
 /// The drawing inside an <svg> of the given attributes.
 Markup drawing(const RankDiagram& diagram, Attributes attributes, const std::string& style) {
   const Geometry at(diagram);
-  std::string told = fmt::format("{}: mean ranks of {}", shorten(diagram.title, 160),
-                                 counted(diagram.methods.size(), "method"));
-  attributes.emplace_back("viewBox", fmt::format("0 0 {} {}", number(at.width), number(at.height)));
-  attributes.emplace_back("width", number(at.width));
-  attributes.emplace_back("height", number(at.height));
-  attributes.emplace_back("role", "img");
-  attributes.emplace_back("aria-label", told);
+  const Attributes more{{"viewBox", fmt::format("0 0 {} {}", number(at.width), number(at.height))},
+                        {"width", number(at.width)},
+                        {"height", number(at.height)},
+                        {"role", "img"},
+                        {"aria-label", fmt::format("{}: mean ranks of {}", shorten(diagram.title, 160),
+                                                   counted(diagram.methods.size(), "method"))}};
+  attributes.insert(attributes.end(), more.begin(), more.end());
   Markup svg;
   svg.open("svg", attributes);
   if (!style.empty()) {
@@ -164,15 +177,9 @@ Markup drawing(const RankDiagram& diagram, Attributes attributes, const std::str
   if (at.count > 0) drawAxis(at, svg);
   if (diagram.criticalDifference && at.count > 1) {
     const double from = at.x(1), to = at.x(1 + *diagram.criticalDifference), y = 32;
-    svg.leaf("path", {{"class", "line"},
-                      {"d", Path()
-                                .move(from, y - 4)
-                                .line(from, y + 4)
-                                .move(from, y)
-                                .line(to, y)
-                                .move(to, y - 4)
-                                .line(to, y + 4)
-                                .str()}});
+    Path whole;
+    whole.move(from, y - 4).line(from, y + 4).move(from, y).line(to, y).move(to, y - 4).line(to, y + 4);
+    svg.leaf("path", {{"class", "line"}, {"d", whole.str()}});
     svg.element("text", {{"class", "rank"}, {"x", from}, {"y", y - 10}},
                 "critical difference " + rankText(*diagram.criticalDifference));
   }
@@ -191,7 +198,7 @@ Markup drawing(const RankDiagram& diagram, Attributes attributes, const std::str
 
 }  // namespace
 
-Markup rankDiagram(const RankDiagram& diagram) {
+Markup section(const RankDiagram& diagram) {
   Markup figure;
   figure.open("figure", {{"class", "chart"}}).element("h3", shorten(diagram.title, 160));
   figure.open("div", {{"class", "ranks"}, {"tabindex", "0"}}).add(drawing(diagram, {}, "")).close();
@@ -211,21 +218,6 @@ std::string renderRankDiagram(const RankDiagram& diagram) {
       ".stem.control{stroke:#62cfc4}}";
   return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n" +
          drawing(diagram, {{"xmlns", "http://www.w3.org/2000/svg"}}, style).str() + "\n";
-}
-
-std::string shortenMiddleToWidth(std::string_view text, double width) {
-  const std::string clean = cleanText(text);
-  if (textWidth(clean) <= width) return clean;
-  std::vector<std::size_t> starts;  // starts of the code points, and the end
-  for (std::size_t i = 0; i < clean.size(); ++i)
-    if ((static_cast<unsigned char>(clean[i]) & 0xC0) != 0x80) starts.push_back(i);
-  starts.push_back(clean.size());
-  for (std::size_t kept = starts.size() - 2;; --kept) {
-    const std::size_t head = (kept + 1) / 2;
-    const std::string shortened =
-        clean.substr(0, starts[head]) + "…" + clean.substr(starts[starts.size() - 1 - (kept - head)]);
-    if (kept <= 1 || textWidth(shortened) <= width) return shortened;
-  }
 }
 
 }  // namespace estancia

@@ -2,9 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <string>
-#include <string_view>
-
 #include "estancia/figures/html.hpp"
 #include "estancia/findings/findings.hpp"
 
@@ -12,14 +9,10 @@ namespace estancia {
 
 /// A figure of a page. The best rank is at the left; the better half of the methods is named at the left, the
 /// other at the right. Long names lose their middle.
-report::Markup rankDiagram(const RankDiagram& diagram);
+report::Markup section(const RankDiagram& diagram);
 
 /// Renders the diagram as an SVG file for light and dark screens that needs no other files; programs that
 /// know no media queries draw it dark on white.
 std::string renderRankDiagram(const RankDiagram& diagram);
-
-/// Like report::shortenToWidth(), but leaves out the middle, as the ends of names distinguish them; at least
-/// "…" stays.
-std::string shortenMiddleToWidth(std::string_view text, double width);
 
 }  // namespace estancia

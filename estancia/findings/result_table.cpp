@@ -4,11 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstddef>
 #include <functional>
 #include <map>
 #include <string_view>
-#include <vector>
 
 #include "estancia/files/csv.hpp"
 #include "estancia/files/files.hpp"
@@ -20,10 +18,6 @@ namespace {
 std::size_t width(std::string_view text) {
   return static_cast<std::size_t>(
       std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
-}
-
-std::string blanks(std::size_t count) {
-  return std::string(count, ' ');
 }
 
 std::string oneLine(std::string text) {
@@ -112,10 +106,10 @@ std::string textTable(const ResultTable& table) {
   const std::string rowsAre = io::printable(table.rowsAre);
   std::size_t first = width(rowsAre);
   for (const auto& row : table.rows) first = std::max(first, width(io::printable(row.name)));
-  std::vector<std::string> lines{rowsAre + blanks(first - width(rowsAre))};
+  std::vector<std::string> lines{rowsAre + std::string(first - width(rowsAre), ' ')};
   for (const auto& row : table.rows) {
     const std::string name = io::printable(row.name);
-    lines.push_back(name + blanks(first - width(name)));
+    lines.push_back(name + std::string(first - width(name), ' '));
   }
   for (std::size_t c = 0; c < table.columns.size(); ++c) {
     std::vector<std::string> cells{io::printable(table.columns[c].name)};
@@ -123,7 +117,7 @@ std::string textTable(const ResultTable& table) {
     std::size_t widest = 9;
     for (const std::string& cell : cells) widest = std::max(widest, width(cell));
     for (std::size_t i = 0; i < cells.size(); ++i)
-      lines[i] += blanks(2 + widest - width(cells[i])) + cells[i];
+      lines[i] += std::string(2 + widest - width(cells[i]), ' ') + cells[i];
   }
   return fmt::format("{}\n", fmt::join(lines, "\n"));
 }
@@ -167,6 +161,26 @@ std::string latexTable(const ResultTable& table) {
     if (!comment.empty()) text += "% " + oneLine(comment) + "\n";
   text += "\\begin{tabular}{l" + std::string(table.columns.size(), 'r') + "}\n\\hline\n";
   return text + layout.head(table) + "\\hline\n" + layout.body(table) + "\\hline\n\\end{tabular}\n";
+}
+
+std::string cellText(const ResultTable::Column& column, const std::optional<double>& value) {
+  if (!value) return "–";
+  if (column.form == ResultTable::Form::yesNo) return *value != 0 ? "yes" : "no";
+  if (column.form == ResultTable::Form::fixed) return fmt::format("{:.{}f}", *value, column.decimals);
+  if (*value >= 0 && *value < 1e-300) return "< 1e-300";  // below what a number can hold, or nearly
+  return fmt::format("{:.{}e}", *value, column.decimals);
+}
+
+std::string bestText(const ResultTable& table, std::size_t c) {
+  const ResultTable::Column& column = table.columns[c];
+  if (column.best == ResultTable::Best::none || table.rows.size() < 2) return "";
+  std::optional<double> best;
+  for (const auto& row : table.rows) {
+    const auto& value = row.values[c];
+    if (value && (!best || (column.best == ResultTable::Best::smallest ? *value < *best : *value > *best)))
+      best = value;
+  }
+  return best ? cellText(column, best) : "";
 }
 
 }  // namespace estancia

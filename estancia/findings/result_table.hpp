@@ -2,11 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <string>
-
 #include "estancia/findings/findings.hpp"
 
 namespace estancia {
+
+/// Text of a cell; "–" if the value is absent.
+std::string cellText(const ResultTable::Column& column, const std::optional<double>& value);
+
+/// Text of the best cells of a column; values with equal texts are equally good. "" points out none.
+std::string bestText(const ResultTable& table, std::size_t column);
 
 // Each writes one line for the header and one per row, all ending with a newline. Names are escaped. Cells
 // show cellText(); the best cells of a column are bold in Markdown and LaTeX.

@@ -1,17 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/findings/score_table.hpp"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <optional>
-#include <utility>
-#include <vector>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/files/csv.hpp"
 #include "estancia/files/files.hpp"
 
@@ -34,21 +30,23 @@ class Names {
   std::vector<std::string> names_;
 };
 
+/// Reads a table of scores, wide (a column a method) or long (a row a score). Life cycle: the constructor
+/// reads the whole file or throws, then dense() may be called. Invariant: `scores_` holds each pair of method
+/// and test once, with the line it came from.
 class ScoreReader {
  public:
   ScoreReader(const std::filesystem::path& file, std::string score) : file_(file), score_(std::move(score)) {
     io::forEachCsvRow(file, [this](io::CsvRow& row) { head_.empty() ? readHead(row) : readRow(row); });
     if (head_.empty())
-      throw Error(ErrorCode::insufficientData,
-                  where(1) + "empty; write a header that names the methods, then scores");
-    if (scores_.empty()) throw Error(ErrorCode::insufficientData, where(1) + "no scores below the header");
+      fail(ErrorCode::insufficientData, "{}empty; write a header that names the methods, then scores",
+           where(1));
+    if (scores_.empty()) fail(ErrorCode::insufficientData, "{}no scores below the header", where(1));
   }
 
   MethodScores dense() const {
-    const std::size_t methods = methods_.list().size(), tests = tests_.list().size();
     requireAll();
     MethodScores table{methods_.list(), tests_.list(), {}};
-    table.values.assign(tests, std::vector<double>(methods));
+    table.values.assign(tests_.list().size(), std::vector<double>(methods_.list().size()));
     for (const auto& [at, score] : scores_) table.values[at.second][at.first] = score.value;
     return table;
   }
@@ -60,8 +58,7 @@ class ScoreReader {
   };
 
   std::string where(std::size_t line) const {
-    return line > 1 ? fmt::format("{}:{}: ", io::printable(file_.string()), line)
-                    : fmt::format("{}: ", io::printable(file_.string()));
+    return io::printable(file_.string()) + (line > 1 ? fmt::format(":{}: ", line) : ": ");
   }
 
   void readHead(const io::CsvRow& row) {
@@ -71,32 +68,30 @@ class ScoreReader {
     if (keys_.size() == 4) {
       const auto found = io::findColumn(head_, score_);
       if (!found)
-        throw Error(ErrorCode::unknownName, where(row.line) + fmt::format("no column \"{}\"; known: {}",
-                                                                          score_, fmt::join(head_, ", ")));
+        fail(ErrorCode::unknownName, "{}no column \"{}\"; known: {}", where(row.line), score_,
+             fmt::join(head_, ", "));
       scoreColumn_ = *found;
       return;
     }
     keys_.clear();
     for (std::size_t c = 1; c < head_.size(); ++c) {
       if (head_[c].empty())
-        throw Error(
-            ErrorCode::malformedFile,
-            where(row.line) + fmt::format("column {} has no name; the header names the methods", c + 1));
+        fail(ErrorCode::malformedFile, "{}column {} has no name; the header names the methods",
+             where(row.line), c + 1);
       if (methods_.add(head_[c]) != c - 1)
-        throw Error(ErrorCode::malformedFile,
-                    where(row.line) + fmt::format("two columns are named \"{}\"", head_[c]));
+        fail(ErrorCode::malformedFile, "{}two columns are named \"{}\"", where(row.line), head_[c]);
     }
     if (head_.size() < 2)
-      throw Error(ErrorCode::malformedFile,
-                  where(row.line) +
-                      "only one column; write one row per test with one column per method, or the columns "
-                      "descriptor,classifier,train,test,accuracy");
+      fail(ErrorCode::malformedFile,
+           "{}only one column; write one row per test with one column per method, or the columns "
+           "descriptor,classifier,train,test,accuracy",
+           where(row.line));
   }
 
   void readRow(const io::CsvRow& row) {
     if (row.cells.size() != head_.size())
-      throw Error(ErrorCode::malformedFile,
-                  where(row.line) + fmt::format("{} cells instead of {}", row.cells.size(), head_.size()));
+      fail(ErrorCode::malformedFile, "{}{} cells instead of {}", where(row.line), row.cells.size(),
+           head_.size());
     const auto& cells = row.cells;
     if (!keys_.empty()) {
       add(row.line, methods_.add(cells[keys_[0]] + "/" + cells[keys_[1]]),
@@ -105,8 +100,7 @@ class ScoreReader {
     }
     const std::size_t before = tests_.list().size();
     if (tests_.add(cells[0]) != before)
-      throw Error(ErrorCode::malformedFile,
-                  where(row.line) + fmt::format("repeated test \"{}\"", io::printable(cells[0])));
+      fail(ErrorCode::malformedFile, "{}repeated test \"{}\"", where(row.line), io::printable(cells[0]));
     for (std::size_t c = 1; c < cells.size(); ++c) add(row.line, c - 1, before, cells[c], head_[c]);
   }
 
@@ -115,15 +109,12 @@ class ScoreReader {
     if (text.empty() || text == "–" || text == "-" || text == "n/a" || text == "nan" || text == "NaN") return;
     const auto value = io::toNumber(text);
     if (!value || !std::isfinite(*value))
-      throw Error(ErrorCode::malformedFile,
-                  where(line) + fmt::format("{} is \"{}\", not a finite number", io::printable(columnName),
-                                            io::printable(text)));
+      fail(ErrorCode::malformedFile, "{}{} is \"{}\", not a finite number", where(line),
+           io::printable(columnName), io::printable(text));
     const auto [known, isNew] = scores_.emplace(std::pair(method, test), Score{*value, line});
     if (!isNew)
-      throw Error(
-          ErrorCode::malformedFile,
-          where(line) + fmt::format("the score of {} in {} is repeated from line {}", methods_.list()[method],
-                                    tests_.list()[test], known->second.line));
+      fail(ErrorCode::malformedFile, "{}the score of {} in {} is repeated from line {}", where(line),
+           methods_.list()[method], tests_.list()[test], known->second.line);
   }
 
   /// Called before the table is allocated, which may be much larger than the file.
@@ -139,12 +130,10 @@ class ScoreReader {
     const double missing =
         static_cast<double>(methods) * static_cast<double>(tests) - static_cast<double>(scores_.size());
     const double more = missing - static_cast<double>(listed.size());
-    throw Error(
-        ErrorCode::insufficientData,
-        where(1) +
-            fmt::format("no score of {}{}; ranks need every method in every test: complete the table, or "
-                        "leave those methods or tests out",
-                        fmt::join(listed, ", of "), more > 0 ? fmt::format(" and {:.0f} more", more) : ""));
+    fail(ErrorCode::insufficientData,
+         "{}no score of {}{}; ranks need every method in every test: complete the table, or leave those "
+         "methods or tests out",
+         where(1), fmt::join(listed, ", of "), more > 0 ? fmt::format(" and {:.0f} more", more) : "");
   }
 
   std::filesystem::path file_;

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <vector>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
@@ -60,22 +59,11 @@ class EditFields {
 };
 
 MapEdit editOf(const std::string& type, EditFields& fields) {
-  if (type == "name_area") {
-    const int area = fields.number("area");
-    return NameArea{area, fields.name("an area")};
-  }
-  if (type == "merge_areas") {
-    const int area = fields.number("area");
-    return MergeAreas{area, fields.number("other")};
-  }
-  if (type == "split_area") {
-    const cv::Point2d from = fields.point("from");
-    return SplitArea{from, fields.point("to")};
-  }
-  if (type == "name_object") {
-    const int object = fields.number("object");
-    return NameObject{object, fields.name("an object")};
-  }
+  // The values in braces are evaluated from left to right.
+  if (type == "name_area") return NameArea{fields.number("area"), fields.name("an area")};
+  if (type == "merge_areas") return MergeAreas{fields.number("area"), fields.number("other")};
+  if (type == "split_area") return SplitArea{fields.point("from"), fields.point("to")};
+  if (type == "name_object") return NameObject{fields.number("object"), fields.name("an object")};
   if (type == "delete_object") return DeleteObject{fields.number("object")};
   fail(ErrorCode::invalidInput,
        "there is no edit \"{}\"; there are name_area, merge_areas, split_area, name_object and delete_object",

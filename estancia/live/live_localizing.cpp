@@ -8,16 +8,16 @@
 #include "estancia/core/fail.hpp"
 #include "estancia/labelers/labeler.hpp"
 #include "estancia/live/edits.hpp"
-#include "estancia/live/file_stamp.hpp"
 #include "estancia/live/live_map.hpp"
+#include "estancia/live/map_file_view.hpp"
 
 namespace estancia {
 namespace {
 
 class LocalizingLiveMap final : public LiveMap {
  public:
-  LocalizingLiveMap(Labeler& labeler, std::filesystem::path path, LocalizerOptions options)
-      : path_(std::move(path)), localizer_(path_, withoutLookahead(std::move(options))) {
+  LocalizingLiveMap(Labeler& labeler, std::filesystem::path path, const LocalizerOptions& options)
+      : path_(std::move(path)), localizer_(path_, options) {
     const TopologicalMap& map = localizer_.map();
     requireSameVocabulary(map.vocabulary, labeler.vocabulary(), path_.string());
     if (map.model != labeler.identity())
@@ -39,8 +39,7 @@ class LocalizingLiveMap final : public LiveMap {
       place.unmapped = found.unmapped;
       place.decision = fmt::format(
           "By all frames so far it is in place {} ({:.0f} %), where {} was taken; by itself it would be "
-          "place "
-          "{}.",
+          "place {}.",
           found.beliefNode, 100 * found.confidence, view.name, found.node);
       placed(place);
     }
@@ -55,17 +54,8 @@ class LocalizingLiveMap final : public LiveMap {
     return std::exchange(stamp_, stamp) != stamp;
   }
   void edit(const MapEdit& edit, const WorldMap& /*world*/) override { editMapFile(path_, edit); }
-  bool namesRooms() const override { return false; }
-  std::vector<std::string> troubles() const override { return {}; }
-  void finish() override {}
 
  private:
-  /// A robot asks where it is now.
-  static LocalizerOptions withoutLookahead(LocalizerOptions options) {
-    options.lookahead = 0;
-    return options;
-  }
-
   std::filesystem::path path_;
   Localizer localizer_;
   std::string stamp_ = fileStamp(path_);
@@ -77,7 +67,9 @@ class LocalizingLiveMap final : public LiveMap {
 
 std::unique_ptr<LiveMap> makeLocalizingLiveMap(Labeler& labeler, const std::filesystem::path& path,
                                                const LiveOptions& options) {
-  return std::make_unique<LocalizingLiveMap>(labeler, path, options.localizer);
+  LocalizerOptions now = options.localizer;
+  now.lookahead = 0;  // a robot asks where it is now
+  return std::make_unique<LocalizingLiveMap>(labeler, path, now);
 }
 
 }  // namespace estancia

@@ -8,7 +8,6 @@
 #include <deque>
 #include <exception>
 #include <future>
-#include <mutex>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -30,7 +29,6 @@ namespace estancia {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-using std::chrono::duration_cast;
 constexpr auto patienceForFrames = std::chrono::milliseconds(100);
 constexpr auto shortWait = std::chrono::milliseconds(10);
 constexpr std::size_t wordsShown = 8;
@@ -39,19 +37,12 @@ double millisecondsSince(Clock::time_point begin) {
   return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
 }
 
-std::vector<LabelProbability> bestOf(const Vocabulary& vocabulary, DescriptorView words) {
-  std::vector<LabelProbability> best;
-  for (const std::size_t label : bestLabels(words, wordsShown))
-    best.push_back({shortLabel(vocabulary[label]), words[label]});
-  return best;
-}
-
 }  // namespace
 
 /// run() owns source, labeler and map in one thread: it takes frames and edits until stopped, until the
 /// source ends or the map is lost, then writes everything. Other threads read `board`, set `stopping`, and
-/// append to `requests` under `edits` while `running`; `reader` posts each newly read map on `board`, and is
-/// destroyed before it.
+/// append to `requests` under `edits` while `running`; `reader` posts each map on `board`, and is destroyed
+/// before it.
 struct LiveLoop::Impl {
   Impl(std::unique_ptr<FrameSource> frames, Labeler& words, std::filesystem::path file,
        const LiveOptions& options)
@@ -60,14 +51,13 @@ struct LiveLoop::Impl {
         path(std::move(file)),
         localize(options.localize),
         map(makeMap(options)),
-        reader(path, readingOf(*map), [this](auto world) { board.setWorld(std::move(world)); }) {
+        // The localizer numbers all frames; a map that grows is read as far as predictions need it.
+        reader(
+            path,
+            localize ? WorldReader::Options{} : WorldReader::Options{maxFramesOfAnswers, map->namesRooms()},
+            [this](auto world) { board.setWorld(std::move(world)); }) {
     board.change([this](LiveStatus& status) { status.source = source->name(); });
     if (std::filesystem::exists(path)) reader.wait(reader.request());
-  }
-
-  WorldReader::Options readingOf(const LiveMap& what) const {
-    if (localize) return {};                         // the localizer numbers all frames
-    return {maxFramesOfAnswers, what.namesRooms()};  // the frames that have predictions
   }
 
   std::unique_ptr<LiveMap> makeMap(const LiveOptions& options) {
@@ -79,17 +69,191 @@ struct LiveLoop::Impl {
                     : makeMappingLiveMap(*source, labeler, path, options);
   }
 
-  void run(const std::function<void(const LiveStatus&)>& each);
-  void take(const LiveFrame& live, const std::function<void(const LiveStatus&)>& each);
-  Deadline deadlineFor(const LiveFrame& live) const;
-  void place(const LiveFrame& live, DescriptorView words, const LivePlace& place);
-  void lose(const LiveFrame& live, const Error& why);
-  void idle();
-  std::vector<std::string> troubles() const;
-  void doEdits();
-  void doEdit(const MapEdit& edit, const std::optional<std::uint64_t>& mapRevision);
-  void refresh();
-  void finish();
+  void run(const std::function<void(const LiveStatus&)>& each) {
+    {
+      const std::lock_guard lock(edits);
+      running = true;
+    }
+    std::exception_ptr failure;
+    try {
+      while (!stopping && !interrupted() && !map->isLost()) {
+        doEdits();
+        if (const auto live = source->newest(patienceForFrames))
+          take(*live, each);
+        else if (source->ended())
+          break;
+        else
+          idle();
+        refresh();
+      }
+    } catch (const Interrupted&) {  // thrown by a labeler that was asked to stop
+    } catch (...) {
+      failure = std::current_exception();
+    }
+    takeInterrupt();  // what was mapped is written whole
+    try {
+      finish();
+    } catch (...) {
+      if (!failure) failure = std::current_exception();
+    }
+    if (failure) std::rethrow_exception(failure);
+  }
+
+  void take(const LiveFrame& live, const std::function<void(const LiveStatus&)>& each) {
+    board.setImage(live.image);
+    period.add(live.arrived, live.dropped);
+    try {
+      const Prepared prepared = labeler.prepare(live.image, live.frame.name);
+      const auto begin = Clock::now();
+      const LexicalDescriptor words = labeler.infer(prepared);
+      forwards.add(millisecondsSince(begin));
+      map->take(
+          live, words, board.world(),
+          [&](const LivePlace& at) {
+            place(live, words, at);
+            if (each) each(board.status());
+          },
+          deadlineFor(live));
+    } catch (...) {
+      lose(live, frameFailure(live.frame.name));
+    }
+  }
+
+  /// Mapping what a frame shows must not delay the next one by more than a third of the forward pass that
+  /// both need. With a camera that is faster than the network, some frame always waits; and no frame waits
+  /// longer than the next one takes to come.
+  Deadline deadlineFor(const LiveFrame& live) const {
+    const auto next = period.value();
+    const std::chrono::duration<double, std::milli> pass(forwards.quantile(0.5));
+    if (!next || *next < std::max<std::chrono::duration<double, std::milli>>(pass, shortWait) ||
+        source->isOnDemand())
+      return std::nullopt;
+    return live.arrived + *next + std::chrono::duration_cast<Clock::duration>(pass / 3);
+  }
+
+  void place(const LiveFrame& live, DescriptorView words, const LivePlace& at) {
+    const double latency = millisecondsSince(live.arrived);
+    latencies.add(latency);
+    rate.add(Clock::now());
+    const auto world = board.world();
+    const WorldArea* area = world ? world->findArea(at.area) : nullptr;
+    std::vector<LabelProbability> best;
+    for (const std::size_t label : bestLabels(words, wordsShown))
+      best.push_back({shortLabel(labeler.vocabulary()[label]), words[label]});
+    const std::vector<std::string> wrong = troubles();
+    board.change([&](LiveStatus& status) {
+      status.state = localize ? "localizing" : "mapping";
+      status.troubles = wrong;
+      ++status.frames;
+      status.dropped += live.dropped;
+      status.failed = lost + source->unreadable();
+      status.frame = live.frame.name;
+      status.timestamp = live.frame.timestamp;
+      status.pose = at.pose;
+      status.words = best;
+      status.places = at.places;
+      status.area = area == nullptr ? -1 : area->id;
+      status.areaProbability = area == nullptr ? 0 : at.areaProbability;
+      status.areaName = area == nullptr ? "" : area->displayName();
+      status.unmapped = at.unmapped;
+      status.decision = at.decision;
+      status.latency = latency;
+      status.medianLatency = latencies.quantile(0.5);
+      status.p95Latency = latencies.quantile(0.95);
+      status.forward = forwards.quantile(0.5);
+      status.rate = rate.value();
+    });
+  }
+
+  void lose(const LiveFrame& live, const Error& why) {
+    std::vector<std::string> wrong = troubles();
+    if (wrong.empty()) wrong.emplace_back(why.what());
+    ++lost;
+    board.change([&](LiveStatus& status) {
+      status.troubles = wrong;
+      status.dropped += live.dropped;
+      status.failed = lost + source->unreadable();
+    });
+  }
+
+  /// No frame came.
+  void idle() {
+    const std::vector<std::string> wrong = troubles();
+    const LiveStatus now = board.status();
+    const bool isStale = !wrong.empty() || now.frames == 0;
+    const std::string state = isStale ? "waiting" : now.state;
+    const std::size_t failed = lost + source->unreadable();
+    if (now.state == state && now.troubles == wrong && now.failed == failed) return;
+    board.change([&](LiveStatus& status) {
+      status.failed = failed;
+      status.state = state;
+      status.troubles = wrong;
+    });
+  }
+
+  std::vector<std::string> troubles() const {
+    std::vector<std::string> all = map->troubles();
+    if (const std::string trouble = source->trouble(); !trouble.empty()) all.push_back(trouble);
+    return all;
+  }
+
+  void doEdits() {
+    for (;;) {
+      Request request;
+      {
+        const std::lock_guard lock(edits);
+        if (requests.empty()) return;
+        request = std::move(requests.front());
+        requests.pop_front();
+      }
+      try {
+        doEdit(request.edit, request.mapRevision);
+        request.done.set_value();
+      } catch (...) {
+        request.done.set_exception(std::current_exception());
+      }
+    }
+  }
+
+  /// Until world() has it.
+  void doEdit(const MapEdit& edit, const std::optional<std::uint64_t>& mapRevision) {
+    const std::lock_guard one(editing);
+    const auto [world, revision] = board.worldAndRevision();
+    requireRevision(mapRevision, revision);
+    if (!world) fail(ErrorCode::insufficientData, "there is no map yet; wait for its first second");
+    if (map)
+      map->edit(edit, *world);
+    else
+      editMapFile(path, edit);
+    reader.wait(reader.request());
+  }
+
+  void refresh() {
+    try {
+      if (map->refresh()) reader.request();
+    } catch (...) {
+      const std::string why = frameFailure("the map").what();
+      board.change([&](LiveStatus& status) { status.troubles = {why}; });
+    }
+  }
+
+  void finish() {
+    std::exception_ptr failure;
+    try {
+      map->finish();
+    } catch (...) {
+      failure = std::current_exception();
+    }
+    {
+      const std::lock_guard lock(edits);
+      map.reset();
+      running = false;
+    }
+    doEdits();  // edits that came meanwhile
+    if (std::filesystem::exists(path)) reader.wait(reader.request());
+    board.change([](LiveStatus& status) { status.state = "ended"; });
+    if (failure) std::rethrow_exception(failure);
+  }
 
   std::unique_ptr<FrameSource> source;
   Labeler& labeler;
@@ -113,190 +277,6 @@ struct LiveLoop::Impl {
   bool running = false;          // takes requests
   std::deque<Request> requests;  // requests of other threads
 };
-
-void LiveLoop::Impl::run(const std::function<void(const LiveStatus&)>& each) {
-  {
-    const std::lock_guard lock(edits);
-    running = true;
-  }
-  std::exception_ptr failure;
-  try {
-    while (!stopping && !interrupted() && !map->isLost()) {
-      doEdits();
-      if (const auto live = source->newest(patienceForFrames))
-        take(*live, each);
-      else if (source->ended())
-        break;
-      else
-        idle();
-      refresh();
-    }
-  } catch (const Interrupted&) {  // thrown by a labeler that was asked to stop
-  } catch (...) {
-    failure = std::current_exception();
-  }
-  takeInterrupt();  // what was mapped is written whole
-  try {
-    finish();
-  } catch (...) {
-    if (!failure) failure = std::current_exception();
-  }
-  if (failure) std::rethrow_exception(failure);
-}
-
-void LiveLoop::Impl::take(const LiveFrame& live, const std::function<void(const LiveStatus&)>& each) {
-  board.setImage(live.image);
-  period.add(live.arrived, live.dropped);
-  try {
-    const Prepared prepared = labeler.prepare(live.image, live.frame.name);
-    const auto begin = Clock::now();
-    const LexicalDescriptor words = labeler.infer(prepared);
-    forwards.add(millisecondsSince(begin));
-    map->take(
-        live, words, board.world(),
-        [&](const LivePlace& at) {
-          place(live, words, at);
-          if (each) each(board.status());
-        },
-        deadlineFor(live));
-  } catch (...) {
-    lose(live, frameFailure(live.frame.name));
-  }
-}
-
-/// Mapping what a frame shows must not delay the next one by more than a third of the forward pass that both
-/// need. With a camera that is faster than the network, some frame always waits; and no frame waits longer
-/// than the next one takes to come.
-Deadline LiveLoop::Impl::deadlineFor(const LiveFrame& live) const {
-  const auto next = period.value();
-  const std::chrono::duration<double, std::milli> pass(forwards.quantile(0.5));
-  if (!next || *next < std::max<std::chrono::duration<double, std::milli>>(pass, shortWait) ||
-      source->isOnDemand())
-    return std::nullopt;
-  return live.arrived + *next + duration_cast<Clock::duration>(pass / 3);
-}
-
-void LiveLoop::Impl::place(const LiveFrame& live, DescriptorView words, const LivePlace& at) {
-  const double latency = millisecondsSince(live.arrived);
-  latencies.add(latency);
-  rate.add(Clock::now());
-  const auto world = board.world();
-  const WorldArea* area = world ? world->findArea(at.area) : nullptr;
-  const std::vector<LabelProbability> best = bestOf(labeler.vocabulary(), words);
-  const std::vector<std::string> wrong = troubles();
-  board.change([&](LiveStatus& status) {
-    status.state = localize ? "localizing" : "mapping";
-    status.troubles = wrong;
-    ++status.frames;
-    status.dropped += live.dropped;
-    status.failed = lost + source->unreadable();
-    status.frame = live.frame.name;
-    status.timestamp = live.frame.timestamp;
-    status.pose = at.pose;
-    status.words = best;
-    status.places = at.places;
-    status.area = area == nullptr ? -1 : area->id;
-    status.areaProbability = area == nullptr ? 0 : at.areaProbability;
-    status.areaName = area == nullptr ? "" : area->displayName();
-    status.unmapped = at.unmapped;
-    status.decision = at.decision;
-    status.latency = latency;
-    status.medianLatency = latencies.quantile(0.5);
-    status.p95Latency = latencies.quantile(0.95);
-    status.forward = forwards.quantile(0.5);
-    status.rate = rate.value();
-  });
-}
-
-void LiveLoop::Impl::lose(const LiveFrame& live, const Error& why) {
-  std::vector<std::string> wrong = troubles();
-  if (wrong.empty()) wrong.emplace_back(why.what());
-  ++lost;
-  board.change([&](LiveStatus& status) {
-    status.troubles = wrong;
-    status.dropped += live.dropped;
-    status.failed = lost + source->unreadable();
-  });
-}
-
-/// No frame came.
-void LiveLoop::Impl::idle() {
-  const std::vector<std::string> wrong = troubles();
-  const LiveStatus now = board.status();
-  const bool isStale = !wrong.empty() || now.frames == 0;
-  const std::string state = isStale ? "waiting" : now.state;
-  const std::size_t failed = lost + source->unreadable();
-  if (now.state == state && now.troubles == wrong && now.failed == failed) return;
-  board.change([&](LiveStatus& status) {
-    status.failed = failed;
-    status.state = state;
-    status.troubles = wrong;
-  });
-}
-
-std::vector<std::string> LiveLoop::Impl::troubles() const {
-  std::vector<std::string> all = map->troubles();
-  if (const std::string trouble = source->trouble(); !trouble.empty()) all.push_back(trouble);
-  return all;
-}
-
-void LiveLoop::Impl::doEdits() {
-  for (;;) {
-    Request request;
-    {
-      const std::lock_guard lock(edits);
-      if (requests.empty()) return;
-      request = std::move(requests.front());
-      requests.pop_front();
-    }
-    try {
-      doEdit(request.edit, request.mapRevision);
-      request.done.set_value();
-    } catch (...) {
-      request.done.set_exception(std::current_exception());
-    }
-  }
-}
-
-/// Until world() has it.
-void LiveLoop::Impl::doEdit(const MapEdit& edit, const std::optional<std::uint64_t>& mapRevision) {
-  const std::lock_guard one(editing);
-  const auto [world, revision] = board.worldAndRevision();
-  requireRevision(mapRevision, revision);
-  if (!world) fail(ErrorCode::insufficientData, "there is no map yet; wait for its first second");
-  if (map)
-    map->edit(edit, *world);
-  else
-    editMapFile(path, edit);
-  reader.wait(reader.request());
-}
-
-void LiveLoop::Impl::refresh() {
-  try {
-    if (map->refresh()) reader.request();
-  } catch (...) {
-    const std::string why = frameFailure("the map").what();
-    board.change([&](LiveStatus& status) { status.troubles = {why}; });
-  }
-}
-
-void LiveLoop::Impl::finish() {
-  std::exception_ptr failure;
-  try {
-    map->finish();
-  } catch (...) {
-    failure = std::current_exception();
-  }
-  {
-    const std::lock_guard lock(edits);
-    map.reset();
-    running = false;
-  }
-  doEdits();  // edits that came meanwhile
-  if (std::filesystem::exists(path)) reader.wait(reader.request());
-  board.change([](LiveStatus& status) { status.state = "ended"; });
-  if (failure) std::rethrow_exception(failure);
-}
 
 LiveLoop::LiveLoop(std::unique_ptr<FrameSource> source, Labeler& labeler, std::filesystem::path map,
                    const LiveOptions& options)
@@ -354,6 +334,7 @@ void LiveLoop::edit(const MapEdit& edit, const std::optional<std::uint64_t>& map
       impl.doEdit(edit, mapRevision);  // no thread is at work on the map
     }
   }
+
   if (done.valid()) done.get();
 }
 

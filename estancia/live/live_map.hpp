@@ -2,14 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <filesystem>
-#include <functional>
-#include <memory>
-#include <optional>
-#include <string>
-#include <vector>
-
-#include "estancia/core/descriptor.hpp"
 #include "estancia/layers/work_time.hpp"
 #include "estancia/live/live_loop.hpp"
 
@@ -37,16 +29,14 @@ class LiveMap {
   virtual bool refresh() = 0;
   /// `world`: what the numbers in the edit are of. Throws Error.
   virtual void edit(const MapEdit& edit, const WorldMap& world) = 0;
-  /// Whether areas are to be called by the rooms that their words indicate, while the map grows and in
-  /// finish().
-  virtual bool namesRooms() const = 0;
-  /// Whether the file is gone, or is no map any more: nothing more can be taken, and finish() throws the
-  /// reason.
+  /// Whether areas are called by the rooms that their words indicate, while the map grows and in finish().
+  virtual bool namesRooms() const { return false; }
+  /// Whether the file is gone, or no map any more: nothing can be taken, and finish() throws the reason.
   virtual bool isLost() const { return false; }
   /// Sentences about what is wrong now.
-  virtual std::vector<std::string> troubles() const = 0;
+  virtual std::vector<std::string> troubles() const { return {}; }
   /// Writes everything.
-  virtual void finish() = 0;
+  virtual void finish() {}
 };
 
 /// A map that grows: goes on with the file, or makes it. Throws Error as MappingSession and WorldMapper do.

@@ -28,7 +28,6 @@ namespace estancia {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-using std::chrono::duration_cast;
 
 /// Layers are derived in a thread that only takes what others leave, a fifth of a processor at most; copying
 /// what they are derived of, and writing them, takes 2 % of the loop's time. And not more often.
@@ -44,41 +43,24 @@ struct DerivedLayers {
 
 /// Whether the map may be written again some time.
 bool mayPass(ErrorCode code) {
-  switch (code) {
-    case ErrorCode::fileUnwritable:
-    case ErrorCode::fileUnreadable:
-    case ErrorCode::busy:
-    case ErrorCode::invalidInput:
-    case ErrorCode::invalidState:
-    case ErrorCode::tooLarge:
-      return true;
-    default:
-      return false;
-  }
+  using enum ErrorCode;
+  return code == fileUnwritable || code == fileUnreadable || code == busy || code == invalidInput ||
+         code == invalidState || code == tooLarge;
 }
 
 /// Whether the file is no longer the map that was written, so that to go on would make or change another one.
 bool isLostBy(ErrorCode code) {
-  switch (code) {
-    case ErrorCode::fileNotFound:
-    case ErrorCode::unsupportedFile:
-    case ErrorCode::truncatedFile:
-    case ErrorCode::corruptFile:
-      return true;
-    default:
-      return false;
-  }
+  using enum ErrorCode;
+  return code == fileNotFound || code == unsupportedFile || code == truncatedFile || code == corruptFile;
 }
 
 /// The area of a frame; areas are of some seconds ago.
 std::pair<int, double> areaOf(const WorldMap* world, const std::optional<Pose>& pose, int node) {
   constexpr double reach = 0.5;  // [m]
   if (world == nullptr || !world->plan) return {-1, 0};
-  if (!pose) {
-    const int area = world->areaOfNode(node);
-    return {area, area < 0 ? 0 : 1};
-  }
-  const int area = areaAt(*world->plan, world->plan->floor.position({pose->x, pose->y, pose->z}), reach);
+  const AreaPlan& plan = *world->plan;
+  const int area =
+      pose ? areaAt(plan, plan.floor.position({pose->x, pose->y, pose->z}), reach) : world->areaOfNode(node);
   return {area, area < 0 ? 0 : 1};
 }
 
@@ -118,13 +100,85 @@ class MappingLiveMap final : public LiveMap {
   }
 
   void take(const LiveFrame& live, DescriptorView words, const std::shared_ptr<const WorldMap>& world,
-            const std::function<void(const LivePlace&)>& placed, const Deadline& deadline) override;
-  bool refresh() override;
-  void edit(const MapEdit& edit, const WorldMap& world) override;
+            const std::function<void(const LivePlace&)>& placed, const Deadline& deadline) override {
+    write([&] {
+      if (!mapper_) start();
+      const cv::Mat depth = fittingDepth(live);
+      const auto thumbnail = [&] { return encodeImage(live.image); };
+      const auto tell = [&](int node, const std::optional<Pose>& pose) {
+        LivePlace place{pose, {{node, 1}}};
+        std::tie(place.area, place.areaProbability) = areaOf(world.get(), pose, node);
+        place.decision = lastDecision(live.frame.name);
+        placed(place);
+      };
+      mapper_->add(live.frame, words, live.image, depth, camera_.value_or(CameraIntrinsics{}), thumbnail,
+                   tell, deadline);
+      ++frames_;
+      isStale_ = true;
+    });
+  }
+
+  bool refresh() override {
+    const auto now = Clock::now();
+    bool isChanged = false;
+    if (derived_.valid()) {
+      if (derived_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) isChanged = putDerived();
+    } else if (isStale_ && mapper_ && now >= refreshAt_) {
+      isStale_ = false;
+      derived_ = std::async(std::launch::async, [derive = mapper_->derivation()] {
+        takeWhatIsLeft();
+        return DerivedLayers{derive(), processorTime()};  // in this order
+      });
+      copying_ = Clock::now() - now;
+    }
+    if (isChanged || (frames_ > 0 && now >= tellAt_)) {  // a session writes once a second by itself
+      frames_ = 0;
+      tellAt_ = now + shortestPeriod;
+      return true;
+    }
+    return false;
+  }
+
+  void edit(const MapEdit& edit, const WorldMap& world) override {
+    const std::variant<AreaEdit, ObjectEdit> anchored = anchoredIn(world, edit);
+    std::exception_ptr refused;
+    write([&] {
+      if (!mapper_) start();
+      try {
+        std::visit([this](const auto& correction) { mapper_->edit(correction); }, anchored);
+      } catch (const Error& e) {  // it would change nothing, and the map is as it was
+        if (e.code() != ErrorCode::invalidInput && e.code() != ErrorCode::insufficientData) throw;
+        refused = std::current_exception();
+      }
+    });
+    if (refused) std::rethrow_exception(refused);
+  }
+
   bool namesRooms() const override { return world_.areas.naming.words == NamingOptions::Words::wordNet; }
   bool isLost() const override { return lost_.has_value(); }
-  std::vector<std::string> troubles() const override;
-  void finish() override;
+  std::vector<std::string> troubles() const override {
+    std::vector<std::string> troubles;
+    if (!unwritable_.empty())
+      troubles.push_back(
+          fmt::format("nothing is mapped for now, but the map is tried again: {}", unwritable_));
+    if (!unfitting_.empty()) troubles.push_back(unfitting_);
+    return troubles;
+  }
+
+  void finish() override {
+    if (lost_) throw *lost_;
+    if (!session_)
+      throw Error(ErrorCode::fileUnwritable,
+                  unwritable_.empty() ? path_.string() + " could not be written" : unwritable_);
+    derived_ = {};  // is waited for
+    {
+      const Step step(*this);
+      session_->finish();
+      if (mapper_) mapper_->finish();
+      close();
+    }
+    if (namesRooms() && std::filesystem::exists(path_)) renewRoomsByNames(path_);
+  }
 
  private:
   /// Drops what was not written where an exception is on its way.
@@ -142,15 +196,107 @@ class MappingLiveMap final : public LiveMap {
     int exceptions_;
   };
 
-  void open();
-  void openAgain();
-  void close();
-  void start();
-  bool putDerived();
+  void open() {
+    const bool exists = std::filesystem::exists(path_);
+    if (exists) session_ = MappingSession::resume(path_, labeler_.vocabulary(), labeler_.identity());
+    MapperOptions wanted = exists ? session_->mapper().options() : MapperOptions{};
+    if (options_.changeMapper) options_.changeMapper(wanted);
+    if (!exists) session_ = MappingSession::create(path_, labeler_.vocabulary(), labeler_.identity(), wanted);
+    session_->changeBudget(options_.changeBudget);
+    if (exists && wanted != session_->mapper().options())
+      fail(ErrorCode::mismatch,
+           "{} was made with other parameters of the mapper, which it keeps; leave them out, or map anew",
+           path_.string());
+  }
+
+  void openAgain() {
+    if (session_) return;
+    if (Clock::now() < retryAt_) throw Error(ErrorCode::fileUnwritable, unwritable_);
+    if (isOnDisk_ && !std::filesystem::exists(path_))
+      fail(ErrorCode::fileNotFound, "{} was removed or moved while it was being written; map again",
+           path_.string());
+    open();
+  }
+
+  void close() {
+    derived_ = {};
+    mapper_.reset();
+    session_.reset();
+  }
+
+  /// The layers wait for the first frame: only then a source knows its camera.
+  void start() {
+    camera_ = source_.hasDepth() ? source_.intrinsics() : std::nullopt;
+    const WorldLayers layers = world_.layers.value_or(WorldLayers{});
+    const bool track = camera_ && !source_.hasPoses() && (layers.areas || layers.objects);
+    if (driveBegins_ && session_->frames() <= *driveBegins_) {  // also where nothing of it could be written
+      DriveStart drive = source_.driveStart();
+      drive.posesAreInMap = options_.posesAreInMap || !source_.hasPoses();
+      session_->beginDrive(drive);
+    }
+    mapper_.emplace(*session_, world_, &labeler_, track ? camera_ : std::nullopt);
+  }
+
+  bool putDerived() {
+    const auto begin = Clock::now();
+    const DerivedLayers derived = std::exchange(derived_, {}).get();
+    bool isPut = false;
+    write([&] { isPut = mapper_->refresh(*derived.layers); });
+    const auto inLoop = copying_ + (Clock::now() - begin);
+    refreshAt_ = Clock::now() + std::max<Clock::duration>({shortestPeriod, timesOfDerivation * derived.took,
+                                                           timesOfRefresh * inLoop});
+    if (!isPut) {
+      isStale_ = true;
+      refreshAt_ = Clock::now();
+    }
+    return isPut;
+  }
+
+  /// Does what writes the map; where that fails for now, the map is opened again later.
   template <class Work>
-  void write(const Work& work);
-  cv::Mat fittingDepth(const LiveFrame& live);
-  std::string lastDecision(const std::string& frame) const;
+  void write(const Work& work) {
+    if (lost_) throw *lost_;
+    try {
+      const Step step(*this);
+      openAgain();
+      work();
+      if (!isOnDisk_) isOnDisk_ = std::filesystem::exists(path_);
+      if (!unwritable_.empty()) retry_ = firstRetry;
+      unwritable_.clear();
+    } catch (const Error& e) {
+      if (isLostBy(e.code()) && isOnDisk_) lost_ = e;
+      if (!mayPass(e.code())) throw;
+      if (Clock::now() >= retryAt_) {
+        unwritable_ = e.what();
+        retryAt_ = Clock::now() + retry_;
+        retry_ = std::min<Clock::duration>(2 * retry_, longestRetry);
+      }
+      throw;
+    }
+  }
+
+  /// Nothing where it cannot be of the camera that is known.
+  cv::Mat fittingDepth(const LiveFrame& live) {
+    constexpr double sameShape = 0.02;
+    unfitting_.clear();
+    if (!camera_ || live.depth.empty()) return {};
+    const double shape = static_cast<double>(camera_->width) / camera_->height,
+                 seen = static_cast<double>(live.depth.cols) / live.depth.rows;
+    if (std::abs(seen / shape - 1) <= sameShape) return live.depth;
+    unfitting_ = fmt::format(
+        "depth images of {} × {} pixels are not of the camera that is known, {} × {}: these frames are "
+        "mapped without areas and objects",
+        live.depth.cols, live.depth.rows, camera_->width, camera_->height);
+    return {};
+  }
+
+  std::string lastDecision(const std::string& frame) const {
+    const auto& events = session_->mapper().impl().changes.events;
+    for (auto event = events.rbegin(); event != events.rend(); ++event)
+      if (const auto* decision = std::get_if<Decision>(&*event))
+        return fmt::format("{}", fmt::join(explain(*decision, frame), " "));
+    return "";
+  }
 
   FrameSource& source_;
   Labeler& labeler_;
@@ -172,195 +318,6 @@ class MappingLiveMap final : public LiveMap {
   std::optional<Error> lost_;  // why
   std::string unwritable_, unfitting_;
 };
-
-void MappingLiveMap::open() {
-  const auto change = [this](MapperOptions& options) {
-    if (options_.changeMapper) options_.changeMapper(options);
-  };
-  if (!std::filesystem::exists(path_)) {
-    MapperOptions options;
-    change(options);
-    session_ = MappingSession::create(path_, labeler_.vocabulary(), labeler_.identity(), options);
-    session_->changeBudget(options_.changeBudget);
-    return;
-  }
-  session_ = MappingSession::resume(path_, labeler_.vocabulary(), labeler_.identity());
-  session_->changeBudget(options_.changeBudget);
-  MapperOptions wanted = session_->mapper().options();
-  change(wanted);
-  if (wanted != session_->mapper().options())
-    fail(ErrorCode::mismatch,
-         "{} was made with other parameters of the mapper, which it keeps; leave them out, or map anew",
-         path_.string());
-}
-
-/// The layers wait for the first frame: only then a source knows its camera.
-void MappingLiveMap::start() {
-  camera_ = source_.hasDepth() ? source_.intrinsics() : std::nullopt;
-  const WorldLayers layers = world_.layers.value_or(WorldLayers{});
-  const bool track = camera_ && !source_.hasPoses() && (layers.areas || layers.objects);
-  if (driveBegins_ && session_->frames() <= *driveBegins_) {  // also where nothing of it could be written
-    DriveStart drive = source_.driveStart();
-    drive.posesAreInMap = options_.posesAreInMap || !source_.hasPoses();
-    session_->beginDrive(drive);
-  }
-  mapper_.emplace(*session_, world_, &labeler_, track ? camera_ : std::nullopt);
-}
-
-void MappingLiveMap::close() {
-  derived_ = {};
-  mapper_.reset();
-  session_.reset();
-}
-
-void MappingLiveMap::openAgain() {
-  if (session_) return;
-  if (Clock::now() < retryAt_) throw Error(ErrorCode::fileUnwritable, unwritable_);
-  if (isOnDisk_ && !std::filesystem::exists(path_))
-    fail(ErrorCode::fileNotFound, "{} was removed or moved while it was being written; map again",
-         path_.string());
-  open();
-}
-
-/// Does what writes the map; where that fails for now, the map is opened again later, as of its last second.
-template <class Work>
-void MappingLiveMap::write(const Work& work) {
-  if (lost_) throw *lost_;
-  try {
-    const Step step(*this);
-    openAgain();
-    work();
-    if (!isOnDisk_) isOnDisk_ = std::filesystem::exists(path_);
-    if (!unwritable_.empty()) retry_ = firstRetry;
-    unwritable_.clear();
-  } catch (const Error& e) {
-    if (isLostBy(e.code()) && isOnDisk_) lost_ = e;
-    if (!mayPass(e.code())) throw;
-    if (Clock::now() >= retryAt_) {
-      unwritable_ = e.what();
-      retryAt_ = Clock::now() + retry_;
-      retry_ = std::min<Clock::duration>(2 * retry_, longestRetry);
-    }
-    throw;
-  }
-}
-
-/// Nothing where it cannot be of the camera that is known.
-cv::Mat MappingLiveMap::fittingDepth(const LiveFrame& live) {
-  constexpr double sameShape = 0.02;
-  unfitting_.clear();
-  if (!camera_ || live.depth.empty()) return {};
-  const double shape = static_cast<double>(camera_->width) / camera_->height,
-               seen = static_cast<double>(live.depth.cols) / live.depth.rows;
-  if (std::abs(seen / shape - 1) <= sameShape) return live.depth;
-  unfitting_ = fmt::format(
-      "depth images of {} × {} pixels are not of the camera that is known, {} × {}: these frames are mapped "
-      "without areas and objects",
-      live.depth.cols, live.depth.rows, camera_->width, camera_->height);
-  return {};
-}
-
-std::string MappingLiveMap::lastDecision(const std::string& frame) const {
-  const auto& events = session_->mapper().impl().changes.events;
-  for (auto event = events.rbegin(); event != events.rend(); ++event)
-    if (const auto* decision = std::get_if<Decision>(&*event))
-      return fmt::format("{}", fmt::join(explain(*decision, frame), " "));
-  return "";
-}
-
-void MappingLiveMap::take(const LiveFrame& live, DescriptorView words,
-                          const std::shared_ptr<const WorldMap>& world,
-                          const std::function<void(const LivePlace&)>& placed, const Deadline& deadline) {
-  write([&] {
-    if (!mapper_) start();
-    const cv::Mat depth = fittingDepth(live);
-    const auto thumbnail = [&] { return encodeImage(live.image); };
-    const auto tell = [&](int node, const std::optional<Pose>& pose) {
-      LivePlace place{pose, {{node, 1}}};
-      std::tie(place.area, place.areaProbability) = areaOf(world.get(), pose, node);
-      place.decision = lastDecision(live.frame.name);
-      placed(place);
-    };
-    mapper_->add(live.frame, words, live.image, depth, camera_.value_or(CameraIntrinsics{}), thumbnail, tell,
-                 deadline);
-    ++frames_;
-    isStale_ = true;
-  });
-}
-
-bool MappingLiveMap::refresh() {
-  const auto now = Clock::now();
-  bool isChanged = false;
-  if (derived_.valid()) {
-    if (derived_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) isChanged = putDerived();
-  } else if (isStale_ && mapper_ && now >= refreshAt_) {
-    isStale_ = false;
-    derived_ = std::async(std::launch::async, [derive = mapper_->derivation()] {
-      takeWhatIsLeft();
-      return DerivedLayers{derive(), processorTime()};  // in this order
-    });
-    copying_ = Clock::now() - now;
-  }
-  if (isChanged || (frames_ > 0 && now >= tellAt_)) {  // a session writes once a second by itself
-    frames_ = 0;
-    tellAt_ = now + shortestPeriod;
-    return true;
-  }
-  return false;
-}
-
-bool MappingLiveMap::putDerived() {
-  const auto begin = Clock::now();
-  const DerivedLayers derived = std::exchange(derived_, {}).get();
-  bool isPut = false;
-  write([&] { isPut = mapper_->refresh(*derived.layers); });
-  const auto inLoop = copying_ + (Clock::now() - begin);
-  refreshAt_ = Clock::now() + std::max<Clock::duration>({shortestPeriod, timesOfDerivation * derived.took,
-                                                         timesOfRefresh * inLoop});
-  if (!isPut) {
-    isStale_ = true;
-    refreshAt_ = Clock::now();
-  }
-  return isPut;
-}
-
-void MappingLiveMap::edit(const MapEdit& edit, const WorldMap& world) {
-  const std::variant<AreaEdit, ObjectEdit> anchored = anchoredIn(world, edit);
-  std::exception_ptr refused;
-  write([&] {
-    if (!mapper_) start();
-    try {
-      std::visit([this](const auto& correction) { mapper_->edit(correction); }, anchored);
-    } catch (const Error& e) {  // it would change nothing, and the map is as it was
-      if (e.code() != ErrorCode::invalidInput && e.code() != ErrorCode::insufficientData) throw;
-      refused = std::current_exception();
-    }
-  });
-  if (refused) std::rethrow_exception(refused);
-}
-
-std::vector<std::string> MappingLiveMap::troubles() const {
-  std::vector<std::string> troubles;
-  if (!unwritable_.empty())
-    troubles.push_back(fmt::format("nothing is mapped for now, but the map is tried again: {}", unwritable_));
-  if (!unfitting_.empty()) troubles.push_back(unfitting_);
-  return troubles;
-}
-
-void MappingLiveMap::finish() {
-  if (lost_) throw *lost_;
-  if (!session_)
-    throw Error(ErrorCode::fileUnwritable,
-                unwritable_.empty() ? path_.string() + " could not be written" : unwritable_);
-  derived_ = {};  // is waited for
-  {
-    const Step step(*this);
-    session_->finish();
-    if (mapper_) mapper_->finish();
-    close();
-  }
-  if (namesRooms() && std::filesystem::exists(path_)) renewRoomsByNames(path_);
-}
 
 }  // namespace
 

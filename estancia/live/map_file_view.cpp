@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/live/map_file_view.hpp"
 
+#include <fmt/format.h>
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "estancia/core/error.hpp"
 #include "estancia/live/edits.hpp"
-#include "estancia/live/file_stamp.hpp"
 #include "estancia/world_query/changes.hpp"
 
 namespace estancia {
@@ -89,6 +91,17 @@ void MapFileView::edit(const MapEdit& edit, const std::optional<std::uint64_t>& 
     editMapFile(path_, edit);
   }
   readIfChanged();
+}
+
+std::string fileStamp(const std::filesystem::path& path) {
+  std::string stamp;
+  for (const char* ending : {"", "-wal"}) {
+    struct stat file {};
+    if (stat((path.string() + ending).c_str(), &file) != 0 || file.st_size == 0) continue;
+    stamp +=
+        fmt::format("{} {} {}.{};", file.st_ino, file.st_size, file.st_mtim.tv_sec, file.st_mtim.tv_nsec);
+  }
+  return stamp;
 }
 
 }  // namespace estancia

@@ -3,14 +3,14 @@
 #pragma once
 
 #include <condition_variable>
-#include <cstdint>
-#include <filesystem>
 #include <mutex>
-#include <string>
 
 #include "estancia/live/live_view.hpp"
 
 namespace estancia {
+
+/// Changes when the file, or its newest part beside it (SQLite's WAL), is written. "" where there is none.
+std::string fileStamp(const std::filesystem::path& path);
 
 /// Shows a map file without a camera, so the robot's position is unknown: LiveStatus has no places.
 /// Invariant: world_ is the file's content as of stamp_; each question reads the file again if it has

@@ -24,8 +24,7 @@ class WorldReader {
   struct Options {
     /// Limit of frames that are read, so that memory stays bounded while the map grows.
     std::size_t maxFrames = std::numeric_limits<std::size_t>::max();
-    /// See GrowingRooms.
-    bool namesRooms = false;
+    bool namesRooms = false;  ///< see GrowingRooms
   };
   /// `take` is called with each map that was read, in the thread.
   WorldReader(std::filesystem::path path, const Options& options, Take take);
@@ -33,8 +32,7 @@ class WorldReader {
   WorldReader(const WorldReader&) = delete;
   WorldReader& operator=(const WorldReader&) = delete;
 
-  /// The file has changed. Reading takes a tenth of the time at most, unless a caller waits. Returns the
-  /// number of this request.
+  /// The file has changed; a number for wait(). Reading takes a tenth of the time, unless a caller waits.
   std::uint64_t request();
   /// Until the file has been read as of that request or later; at once where there is no file yet.
   void wait(std::uint64_t number);

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <chrono>
-#include <memory>
 #include <optional>
 #include <string>
 
@@ -29,9 +28,5 @@ class MpiProcesses {
   /// Waits until all leave; then nothing can be sent any more.
   virtual void leave() = 0;
 };
-
-/// The others and this one, where mpirun has started several; else null, and nothing of MPI is touched.
-/// Throws Error that advises what to install when this Estancia cannot join them. To be asked once.
-std::unique_ptr<MpiProcesses> joinMpiProcesses();
 
 }  // namespace estancia

@@ -1,4 +1,4 @@
-// The module that talks through Open MPI (see ranks.hpp).
+// The module that talks through Open MPI (see mpi_processes.hpp).
 // SPDX-License-Identifier: Apache-2.0
 #define OMPI_SKIP_MPICXX 1
 #include <mpi.h>
@@ -22,12 +22,9 @@ class MpiRanks final : public MpiProcesses {
 
   void send(int to, const std::string& text) override {
     const std::string sent = text.substr(0, maxBytes);
-    MPI_Request request = MPI_REQUEST_NULL;
-    {
-      const std::lock_guard lock(mutex_);
+    wait([&](MPI_Request& request) {
       MPI_Isend(sent.data(), static_cast<int>(sent.size()), MPI_CHAR, to, 0, MPI_COMM_WORLD, &request);
-    }
-    wait(request);
+    });
   }
 
   std::optional<Message> receive(std::chrono::milliseconds patience) override {
@@ -51,12 +48,7 @@ class MpiRanks final : public MpiProcesses {
   }
 
   void leave() override {
-    MPI_Request request = MPI_REQUEST_NULL;
-    {
-      const std::lock_guard lock(mutex_);
-      MPI_Ibarrier(MPI_COMM_WORLD, &request);
-    }
-    wait(request);
+    wait([](MPI_Request& request) { MPI_Ibarrier(MPI_COMM_WORLD, &request); });
     MPI_Finalize();
   }
 
@@ -64,14 +56,16 @@ class MpiRanks final : public MpiProcesses {
   /// MPI would wait on a busy core that others can use.
   static void rest() { std::this_thread::sleep_for(std::chrono::milliseconds(1)); }
 
-  void wait(MPI_Request& request) {
-    for (int done = 0;;) {
+  /// Begins what makes a request, and waits until it is done.
+  void wait(const auto& begin) {
+    MPI_Request request = MPI_REQUEST_NULL;
+    for (int done = 0; done == 0;) {
       {
         const std::lock_guard lock(mutex_);
+        if (request == MPI_REQUEST_NULL) begin(request);
         MPI_Test(&request, &done, MPI_STATUS_IGNORE);
       }
-      if (done != 0) return;
-      rest();
+      if (done == 0) rest();
     }
   }
 

@@ -11,7 +11,6 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/parallel.hpp"
-#include "estancia/core/progress.hpp"
 
 namespace estancia {
 namespace {
@@ -20,6 +19,7 @@ using namespace std::chrono_literals;
 using nlohmann::json;
 
 constexpr auto patience = 50ms;
+constexpr std::size_t longest = MpiProcesses::maxBytes / 8;  // JSON may write six bytes for one
 
 std::string text(const json& message) {
   return message.dump(-1, ' ', false, json::error_handler_t::replace);
@@ -27,7 +27,6 @@ std::string text(const json& message) {
 
 /// The exception, as far as it can be sent to another process.
 json wordsOf(const std::exception_ptr& failure) {
-  constexpr std::size_t longest = MpiProcesses::maxBytes / 8;  // JSON may write six bytes for one
   try {
     std::rethrow_exception(failure);
   } catch (const Error& e) {
@@ -87,26 +86,22 @@ void WorkQueue::hear(const MpiProcesses::Message& message) {
     if (onDone_) onDone_();
   } else {
     std::optional<std::size_t> piece;
-    if (!parts.at(1).is_null()) piece = parts.at(1).get<std::size_t>();
-    if (piece) running_.erase(*piece);
+    if (!parts.at(1).is_null()) running_.erase(piece.emplace(parts.at(1).get<std::size_t>()));
     fail({piece, failureOf(parts.at(2))});
   }
   changed_.notify_all();
 }
 
 void WorkQueue::answer() {
-  for (auto it = asked_.begin(); it != asked_.end();) {
-    const auto& [rank, asked] = *it;
+  std::erase_if(asked_, [this](const auto& question) {
+    const auto& [rank, asked] = question;
     json reply;
     const bool here = open_ && asked.phase == phase_;
     if (asked.phase == phase_ && asked.list != list_ && !failure_) {
-      fail({std::nullopt,
-            std::make_exception_ptr(Error(
-                ErrorCode::mismatch,
-                fmt::format(
-                    "process {} has other work than process 0; do all see the same files, and run the same "
-                    "Estancia?",
-                    rank)))});
+      const std::string why = fmt::format(
+          "process {} has other work than process 0; do all see the same files, and run the same Estancia?",
+          rank);
+      fail({std::nullopt, std::make_exception_ptr(Error(ErrorCode::mismatch, why))});
       changed_.notify_all();
     }
     if (failure_)
@@ -119,13 +114,9 @@ void WorkQueue::answer() {
       running_[queue_.front()] = rank;
       queue_.pop_front();
     }
-    if (reply.is_null()) {
-      ++it;
-      continue;
-    }
-    ranks_->send(rank, text(reply));
-    it = asked_.erase(it);
-  }
+    if (!reply.is_null()) ranks_->send(rank, text(reply));
+    return !reply.is_null();
+  });
 }
 
 /// If several pieces fail, the failure of the first one counts.
@@ -167,13 +158,6 @@ std::optional<std::size_t> WorkQueue::ask(const std::string& list) {
 
 void WorkQueue::tell(const std::optional<std::size_t>& piece, const std::exception_ptr& failure) {
   ranks_->send(0, text({"failed", piece ? json(*piece) : json(), wordsOf(failure)}));
-}
-
-/// In as many messages as it takes.
-void WorkQueue::give(std::size_t piece, const std::string& result) {
-  constexpr std::size_t longest = MpiProcesses::maxBytes / 8;  // JSON may write six bytes for one
-  for (std::size_t begin = 0; begin < result.size(); begin += longest)
-    ranks_->send(0, text({"result", piece, result.substr(begin, longest)}));
 }
 
 // ---- all
@@ -234,9 +218,12 @@ std::vector<std::string> WorkQueue::results(const std::string& list, std::size_t
       list, pieces, 1,
       [&](std::size_t piece) {
         const std::string result = work(piece);
-        if (!isFirst()) return give(piece, result);
-        own[piece] = result;
-        onDone();
+        if (isFirst()) {
+          own[piece] = result;
+          return onDone();
+        }
+        for (std::size_t begin = 0; begin < result.size(); begin += longest)
+          ranks_->send(0, text({"result", piece, result.substr(begin, longest)}));
       },
       onDone);
   const std::lock_guard lock(mutex_);

@@ -8,18 +8,19 @@
 #include <map>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <set>
-#include <string>
 #include <thread>
 #include <vector>
 
+#include "estancia/core/progress.hpp"
 #include "estancia/processes/mpi_processes.hpp"
 
 namespace estancia {
 
 /// All processes run the same program, in which together() and each() are called by all in the same order.
 /// Rank 0 gives out the pieces, by a thread of its own that hardly costs, and works like the others.
+/// Invariant: results are in the order of the pieces, whichever process computed them. Life cycle: made once
+/// a program on each process; a failure on one process ends the work on all.
 class WorkQueue {
  public:
   explicit WorkQueue(std::unique_ptr<MpiProcesses> ranks);
@@ -35,10 +36,9 @@ class WorkQueue {
   void together(const std::function<void()>& program);
 
   /// Calls work(i) for each i of rank 0's `pieces`, once, on `threads` threads of one of the processes;
-  /// returns when all is done everywhere. `list` describes what the numbers mean, and must be the same in
-  /// all. `onDone` is called at rank 0 for each piece that another process has done. The failure of a piece
-  /// ends the work when the pieces that run have ended: rank 0 throws that of the first piece, others
-  /// Interrupted.
+  /// returns when all is done everywhere. `list` describes what the numbers mean: the same in all. `onDone`
+  /// is called at rank 0 for each piece that another process has done. A failure ends the work when the
+  /// pieces that run have ended: rank 0 throws that of the first piece, others Interrupted.
   void each(const std::string& list, const std::vector<std::size_t>& pieces, std::size_t threads,
             const std::function<void(std::size_t)>& work, const std::function<void()>& onDone);
 
@@ -50,8 +50,7 @@ class WorkQueue {
 
  private:
   struct Failure {
-    /// None: outside of each().
-    std::optional<std::size_t> piece;
+    std::optional<std::size_t> piece;  // none: outside of each()
     std::exception_ptr what;
   };
   struct Asked {
@@ -68,31 +67,36 @@ class WorkQueue {
 
   // The others.
   std::optional<std::size_t> ask(const std::string& list);
-  void give(std::size_t piece, const std::string& result);
   void tell(const std::optional<std::size_t>& piece, const std::exception_ptr& failure);
 
   std::unique_ptr<MpiProcesses> ranks_;
   std::mutex mutex_, asking_;
-  /// Calls of each() until now.
-  std::size_t phase_ = 0;
+  std::size_t phase_ = 0;  // calls of each() until now
   std::condition_variable changed_;
   std::thread server_;
-  /// The server's time is over.
-  bool ended_ = false;
-  /// Rank 0 is inside each().
-  bool open_ = false;
+  bool ended_ = false;  // the server's time is over
+  bool open_ = false;   // rank 0 is inside each()
   std::string list_;
   std::deque<std::size_t> queue_;
-  /// Piece → rank.
-  std::map<std::size_t, int> running_;
-  /// By rank; one process asks one question at a time.
-  std::map<int, Asked> asked_;
-  /// Ranks that have nothing more to do.
-  std::set<int> over_;
+  std::map<std::size_t, int> running_;  // piece → rank
+  std::map<int, Asked> asked_;          // by rank; one process asks one question at a time
+  std::set<int> over_;                  // ranks that have nothing more to do
   std::optional<Failure> failure_;
-  /// Piece → what another process gave for it.
-  std::map<std::size_t, std::string> results_;
+  std::map<std::size_t, std::string> results_;  // piece → what another process gave for it
   std::function<void()> onDone_;
 };
+
+/// Processes of one command, which mpirun started side by side: only the first one speaks.
+struct Processes {
+  /// Null where this one is alone.
+  std::unique_ptr<WorkQueue> queue;
+  std::unique_ptr<Progress> progress;
+
+  bool speaks() const { return queue == nullptr || queue->isFirst(); }
+};
+
+/// The queue is shared with the others where mpirun has started several. Throws Error that advises what to
+/// install when this Estancia cannot join them. To be asked once.
+Processes joinProcesses();
 
 }  // namespace estancia

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
 #include <set>
 
 namespace estancia::report {
@@ -14,8 +13,7 @@ constexpr std::size_t shownMerges = 60;
 
 using Branch = DendrogramTop::Branch;
 
-/// The twigs from left to right as the tree hangs, by an explicit stack: trees may be as deep as they are
-/// wide.
+/// The twigs from left to right as the tree hangs; by a stack, as trees may be as deep as they are wide.
 std::vector<std::size_t> inOrder(const std::vector<Branch>& branches) {
   std::vector<std::size_t> twigs, stack{branches.size() - 1};
   while (!stack.empty()) {

@@ -7,9 +7,8 @@
 #include <cmath>
 #include <set>
 
-#include "estancia/figures/floor_plan_figure.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/figures/label_places.hpp"
-#include "estancia/figures/symbols.hpp"
 
 namespace estancia::report {
 namespace {
@@ -120,11 +119,9 @@ void drawLabels(Markup& svg, const MapSummary& summary, const std::vector<std::s
     const double height = (room.empty() ? 0 : 1.2 * size) + (word.empty() ? 0 : 1.2 * small);
     const auto place = places.take(n, width, height);
     if (!place) continue;
-    const auto line = [&](const char* kind, double y, double fontSize, const std::string& text) {
-      addText(svg, kind, {place->x, y}, fontSize, text, place->anchor);
-    };
-    if (!room.empty()) line("room", place->box.y + 0.95 * size, size, room);
-    if (!word.empty()) line("word", place->box.y + height - 0.28 * small, small, word);
+    const auto& [box, x, anchor] = *place;
+    if (!room.empty()) addText(svg, "room", {x, box.y + 0.95 * size}, size, room, anchor);
+    if (!word.empty()) addText(svg, "word", {x, box.y + height - 0.28 * small}, small, word, anchor);
   }
 }
 
@@ -164,12 +161,7 @@ Markup mapFigure(const MapSummary& summary, const MapLayout& layout, const MapCo
                std::min(6.0, thin * (1 + std::log2(static_cast<double>(link.there + link.back + 1)) / 2))}});
   }
 
-  std::vector<std::size_t> order(nodes.size());  // small nodes on top, large ones labeled first
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  const auto larger = [&radii = placement.radii](std::size_t a, std::size_t b) {
-    return radii[a] > radii[b];
-  };
-  std::stable_sort(order.begin(), order.end(), larger);
+  const std::vector<std::size_t> order = largestFirst(radii);  // small nodes on top, large ones labeled first
   std::vector<double> extents;
   for (std::size_t n = 0; n < nodes.size(); ++n) {
     double reach = 1;
@@ -188,10 +180,64 @@ Markup mapFigure(const MapSummary& summary, const MapLayout& layout, const MapCo
 Markup roomLegend(const MapSummary& summary) {
   Markup legend;
   legend.open("ul", {{"class", "rooms"}});
-  for (const std::string& room : summary.rooms) {
+  for (const std::string& room : summary.rooms)
     legend.open("li").add(symbol(summary.roomStyles.at(room))).text(shorten(room, 40)).close();
-  }
   return legend.close();
+}
+
+std::vector<std::size_t> HeatMap::ranking(std::size_t count) const {
+  std::vector<std::size_t> order = largestFirst(values);
+  order.resize(std::min(count, order.size()));
+  while (!order.empty() && values[order.back()] <= 0) order.pop_back();
+  return order;
+}
+
+HeatMap heatMapOf(const TopologicalMap& map, std::size_t label) {
+  if (label >= map.vocabulary.size())
+    fail(ErrorCode::invalidInput, "there is no label {} for a heat map; the map has {}", label,
+         map.vocabulary.size());
+  HeatMap heat{label, {}, 0};
+  for (const Node& node : map.nodes) {
+    const float value = label < node.mean.size() && node.mean[label] > 0 ? node.mean[label] : 0;
+    heat.values.push_back(value);
+    heat.largest = std::max(heat.largest, value);
+  }
+  return heat;
+}
+
+std::size_t distinctiveLabel(const TopologicalMap& map) {
+  std::size_t best = 0;
+  double bestVariance = -1;
+  const auto count = static_cast<double>(std::max<std::size_t>(map.nodes.size(), 1));
+  for (std::size_t label = 0; label < map.vocabulary.size(); ++label) {
+    double sum = 0, squares = 0;
+    for (const Node& node : map.nodes) {
+      const double value = label < node.mean.size() ? node.mean[label] : 0;
+      sum += value;
+      squares += value * value;
+    }
+    const double variance = squares / count - sum / count * (sum / count);
+    if (variance > bestVariance) {
+      bestVariance = variance;
+      best = label;
+    }
+  }
+  return best;
+}
+
+Markup heatLegend(const HeatMap& heat) {
+  std::string gradient = "background:linear-gradient(90deg";
+  for (const Color& color : viridisStops()) gradient += "," + color.hex();
+  gradient += ")";
+  Markup legend;
+  legend.open("div", {{"class", "heat-legend"}});
+  legend.element("span", {{"class", "heat-title"}}, "mean probability");
+  legend.open("div", {{"class", "heat-scale"}});
+  legend.element("i", {{"style", gradient}}, "");
+  legend.open("div", {{"class", "heat-ticks"}});
+  for (const double part : {0.0, 0.5, 1.0})
+    legend.element("span", significant(part * static_cast<double>(heat.largest)));
+  return legend.close().close().close();
 }
 
 }  // namespace estancia::report

@@ -2,17 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
-#include <vector>
+#include <algorithm>
+#include <numeric>
 
-#include "estancia/figures/color.hpp"
 #include "estancia/figures/driven_path.hpp"
-#include "estancia/figures/html.hpp"
 #include "estancia/figures/layout.hpp"
-#include "estancia/figures/summary.hpp"
-#include "estancia/map_file/map.hpp"
 #include "estancia/report/map_page.hpp"
-#include "estancia/report/node_zones.hpp"
+#include "estancia/report/zone_summary.hpp"
 
 namespace estancia::report {
 
@@ -25,6 +21,15 @@ struct HeatMap {
   /// Nodes in falling order of the value, at most `count`, none with 0.
   std::vector<std::size_t> ranking(std::size_t count) const;
 };
+
+/// Positions of the values in falling order; equal ones stay in theirs.
+template <class T>
+std::vector<std::size_t> largestFirst(const std::vector<T>& values) {
+  std::vector<std::size_t> order(values.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, std::ranges::greater{}, [&](std::size_t i) { return values[i]; });
+  return order;
+}
 
 /// Throws Error when the vocabulary has no such label.
 HeatMap heatMapOf(const TopologicalMap& map, std::size_t label);

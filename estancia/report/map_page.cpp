@@ -5,26 +5,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <nlohmann/json.hpp>
-#include <vector>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/figures/decision_chart.hpp"
-#include "estancia/figures/floor_plan_figure.hpp"
-#include "estancia/figures/html.hpp"
-#include "estancia/figures/label_bars.hpp"
-#include "estancia/figures/summary.hpp"
-#include "estancia/figures/symbols.hpp"
 #include "estancia/figures/word_cloud.hpp"
-#include "estancia/report/image_grid.hpp"
 #include "estancia/report/map_figure.hpp"
-#include "estancia/report/node_zones.hpp"
 #include "estancia/report/page_assets.hpp"
 #include "estancia/report/page_parts.hpp"
 #include "estancia/report/page_words.hpp"
-#include "estancia/report/world_list.hpp"
 #include "estancia/report/world_section.hpp"
 #include "estancia/words/label_concepts.hpp"
 
@@ -55,9 +45,11 @@ void addNeighbors(Markup& card, const MapSummary& summary, std::size_t position)
   card.close();
 }
 
-/// Room predicted for the place.
-void addPrediction(Markup& card, const NodeSummary& node) {
+/// Room predicted for the place, and its zone.
+void addClasses(Markup& card, const MapSummary& summary, std::size_t position, const NodeZones* zones) {
+  const NodeSummary& node = summary.nodes[position];
   if (!node.predicted.empty()) card.element("p", "Taken for " + shorten(node.predicted, 90));
+  if (zones != nullptr) card.add(zoneLine(*zones, position));
 }
 
 void addCard(Markup& out, const MapSummary& summary, std::size_t position, const NodeZones* zones,
@@ -77,8 +69,7 @@ void addCard(Markup& out, const MapSummary& summary, std::size_t position, const
                             48));
   out.element("p", fmt::format("Node {} · {} · {:.1f} %", node.node->id, counted(node.node->frames, "frame"),
                                100 * node.share));
-  addPrediction(out, node);
-  if (zones != nullptr) out.add(zoneLine(*zones, position));
+  addClasses(out, summary, position, zones);
   out.close().close();
   const auto nameOf = [&summary](std::size_t frame) { return summary.map->frames[frame].name; };
   out.add(imageGrid(images, node.frames, fmt::format("What node {} looks like", node.node->id), nameOf));
@@ -101,8 +92,7 @@ void addRow(Markup& out, const MapSummary& summary, std::size_t position, const 
        familiarWords(summary.map->vocabulary, *summary.concepts, node.node->mean, 5))
     words += fmt::format("{} {:.3f}  ", shorten(word.name, 32), word.probability);
   out.element("p", words);
-  addPrediction(out, node);
-  if (zones != nullptr) out.add(zoneLine(*zones, position));
+  addClasses(out, summary, position, zones);
   addNeighbors(out, summary, position);
   out.close();
 }
@@ -110,11 +100,9 @@ void addRow(Markup& out, const MapSummary& summary, std::size_t position, const 
 /// `zones` may be nullptr. Badges have the colors of zones where the painting is of zones, else of rooms;
 /// every card carries the node's position as data-node.
 Cards nodeCards(const MapSummary& summary, const MapPage& page, const NodeZones* zones, Painting painting) {
-  std::vector<std::size_t> order(summary.nodes.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::stable_sort(order.begin(), order.end(), [&summary](std::size_t a, std::size_t b) {
-    return summary.nodes[a].node->frames > summary.nodes[b].node->frames;
-  });
+  std::vector<std::uint64_t> frames;
+  for (const NodeSummary& node : summary.nodes) frames.push_back(node.node->frames);
+  const std::vector<std::size_t> order = largestFirst(frames);
   Cards result;
   result.carded = std::min(page.cards, order.size());
   result.listed = order.size() - result.carded;
@@ -165,13 +153,9 @@ void addRanking(Markup& body, const MapSummary& summary, const HeatMap& heat) {
     body.open("li").open("a", {{"href", "#node-" + id}, {"data-node", n}});
     body.element("b", id).element("span", {{"class", "label"}},
                                   shorten(node.room.empty() ? node.title : node.room, 40));
-    body.open("span", {{"class", "bar"}});
-    body.element(
-        "i",
-        {{"style", fmt::format("width:{}%;background:{}", number(100 * heat.values[n] / heat.largest, 1),
-                               heat.colorOf(n).hex())}},
-        "");
-    body.close().element("span", {{"class", "p"}}, significant(heat.values[n])).close().close();
+    const Color color = heat.colorOf(n);
+    body.add(bar(100 * heat.values[n] / heat.largest, &color));
+    body.element("span", {{"class", "p"}}, significant(heat.values[n])).close().close();
   }
   body.close().close();
 }
@@ -272,15 +256,15 @@ void addExplorer(Markup& body, const MapPage& page, const MapSummary& summary, c
   body.close();
 }
 
-/// Data of the script: labels, nodes, and for each node its labels as a flat list of (step from the previous
-/// label, p in 1/10,000).
+/// Data of the script: labels, nodes, and for each node a flat list of (step to the next label, p in
+/// 1/10,000).
 nlohmann::json searchIndex(const MapPage& page, const MapSummary& summary, const NodeZones* zones,
                            double& threshold) {
   const auto entries = [&page](double least) {
     std::size_t count = 0;
     for (const Node& node : page.map.nodes)
-      count += static_cast<std::size_t>(
-          std::count_if(node.mean.begin(), node.mean.end(), [least](float p) { return p >= least; }));
+      count +=
+          static_cast<std::size_t>(std::ranges::count_if(node.mean, [&](float p) { return p >= least; }));
     return count;
   };
   threshold = 0.0005;
@@ -357,10 +341,9 @@ std::string renderMapPage(const MapPage& page) {
   }
   body.add(measuresSection(page.measures));
   body.close();
-  const std::string dataText = data.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-  if (!world) return htmlDocument(page.title, mapPageCss, body, dataText, wordSearchScript + mapPageScript);
-  return htmlDocument(page.title, mapPageCss + worldPageCss, body, dataText,
-                      wordSearchScript + worldPageScript + mapPageScript);
+  return htmlDocument(page.title, mapPageCss + (world ? worldPageCss : ""), body,
+                      data.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace),
+                      wordSearchScript + (world ? worldPageScript : "") + mapPageScript);
 }
 
 void writeMapPage(const std::filesystem::path& path, const MapPage& page) {

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/report/measures.hpp"
 
+#include <fmt/format.h>
+
+#include "estancia/core/ascii.hpp"
 #include "estancia/query/accuracy.hpp"
 #include "estancia/query/quality.hpp"
 #include "estancia/world_query/evaluate_world.hpp"
 #include "estancia/zones/measure.hpp"
-
-#include <fmt/format.h>
 
 namespace estancia {
 
@@ -27,11 +28,6 @@ struct RoomKind {
 const RoomKind stoodIn{"", "", "rooms", "room"};
 const RoomKind seen{"seen_", "Seen: ", "the rooms seen", "room seen"};
 
-std::string capital(std::string text) {
-  if (!text.empty() && text[0] >= 'a' && text[0] <= 'z') text[0] = static_cast<char>(text[0] - 'a' + 'A');
-  return text;
-}
-
 /// Adds the five measures of places or zones ("they": what the clusters are) beside rooms, and the number of
 /// images they cover, if there are some.
 void addRooms(std::vector<Measure>& measures, const std::optional<Agreement>& rooms,
@@ -41,25 +37,25 @@ void addRooms(std::vector<Measure>& measures, const std::optional<Agreement>& ro
     if (!rooms) return std::nullopt;
     return (*rooms).*member;
   };
-  const auto name = [&kind](const std::string& text) {
-    return kind.name.empty() ? capital(text) : kind.name + text;
+  const auto name = [&kind](std::string text) {
+    if (kind.name.empty()) text[0] = upperCase(text[0]);
+    return kind.name + text;
   };
   if (framesWithRoom > 0)
     measures.push_back({"frames_with_" + (kind.key.empty() ? "room" : kind.key + "room"),
                         "Frames with a " + kind.room, count(framesWithRoom), 0,
                         "Images that the next five are about"});
-  const std::vector<Measure> five{
-      {kind.key + "v_measure", name("V-measure"), value(&Agreement::vMeasure), 3,
-       "Agreement of " + they + " and " + kind.rooms + ", 1 is best"},
-      {kind.key + "homogeneity", name("homogeneity"), value(&Agreement::homogeneity), 3,
-       "1: every " + it + " lies in one " + kind.room},
-      {kind.key + "completeness", name("completeness"), value(&Agreement::completeness), 3,
-       "1: every " + kind.room + " is one " + it},
-      {kind.key + "ari", name("adjusted Rand index"), value(&Agreement::adjustedRandIndex), 3,
-       "Pairs judged alike; 0 is chance"},
-      {kind.key + "purity", name("purity"), value(&Agreement::purity), 3,
-       "Share of images in the main " + kind.room + " of their " + it}};
-  measures.insert(measures.end(), five.begin(), five.end());
+  measures.insert(measures.end(),
+                  {{kind.key + "v_measure", name("V-measure"), value(&Agreement::vMeasure), 3,
+                    "Agreement of " + they + " and " + kind.rooms + ", 1 is best"},
+                   {kind.key + "homogeneity", name("homogeneity"), value(&Agreement::homogeneity), 3,
+                    "1: every " + it + " lies in one " + kind.room},
+                   {kind.key + "completeness", name("completeness"), value(&Agreement::completeness), 3,
+                    "1: every " + kind.room + " is one " + it},
+                   {kind.key + "ari", name("adjusted Rand index"), value(&Agreement::adjustedRandIndex), 3,
+                    "Pairs judged alike; 0 is chance"},
+                   {kind.key + "purity", name("purity"), value(&Agreement::purity), 3,
+                    "Share of images in the main " + kind.room + " of their " + it}});
 }
 
 }  // namespace
@@ -79,21 +75,23 @@ std::vector<Measure> measuresOf(const MapQuality& q) {
     measures.push_back({"predicted_node_room", "Predicted room, place", q.predictedNodeRoom, 3,
                         "Share of images whose place it takes for their true room"});
   }
-  const std::vector<Measure> more{
-      {"spatial_spread", "Spatial spread [m]", q.spatialSpread, 2,
-       "Mean distance of images to their place's center"},
-      {"edge_precision", "Edge precision", q.edgePrecision, 3, "Share of links that the rooms really have"},
-      {"edge_recall", "Edge recall", q.edgeRecall, 3, "Share of real room links that the map has"},
-      {"original_a", "A room purity", q.original.roomPurity, 3,
-       "Original program: rooms do not mix in places"},
-      {"original_b", "B sparseness", q.original.sparseness, 3, "Original program: few links"},
-      {"original_c", "C link closeness", q.original.linkCloseness, 3,
-       "Original program: linked places are close"},
-      {"original_d", "D compactness", q.original.compactness, 3, "Original program: places are small"},
-      {"original_e", "E spread", q.original.spread, 3, "Original program: the map is wide"},
-      {"original_total", "20·(A+B+C+D+E)", q.original.total, 1, "Original program: 0 … 100"},
-  };
-  measures.insert(measures.end(), more.begin(), more.end());
+  measures.insert(
+      measures.end(),
+      {
+          {"spatial_spread", "Spatial spread [m]", q.spatialSpread, 2,
+           "Mean distance of images to their place's center"},
+          {"edge_precision", "Edge precision", q.edgePrecision, 3,
+           "Share of links that the rooms really have"},
+          {"edge_recall", "Edge recall", q.edgeRecall, 3, "Share of real room links that the map has"},
+          {"original_a", "A room purity", q.original.roomPurity, 3,
+           "Original program: rooms do not mix in places"},
+          {"original_b", "B sparseness", q.original.sparseness, 3, "Original program: few links"},
+          {"original_c", "C link closeness", q.original.linkCloseness, 3,
+           "Original program: linked places are close"},
+          {"original_d", "D compactness", q.original.compactness, 3, "Original program: places are small"},
+          {"original_e", "E spread", q.original.spread, 3, "Original program: the map is wide"},
+          {"original_total", "20·(A+B+C+D+E)", q.original.total, 1, "Original program: 0 … 100"},
+      });
   return measures;
 }
 

@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <vector>
-
 #include "estancia/report/page_contents.hpp"
 
 namespace estancia {

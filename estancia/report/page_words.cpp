@@ -5,13 +5,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cstddef>
 #include <nlohmann/json.hpp>
-#include <string>
 #include <string_view>
 #include <unordered_map>
 #include <unordered_set>
-#include <vector>
 
 #include "estancia/core/label_words.hpp"
 #include "estancia/words/lexicon.hpp"
@@ -46,8 +43,7 @@ std::vector<char> labelsThatMatter(const MapPage& page) {
   std::vector<std::size_t> order;
   for (std::size_t label = 0; label < largest.size(); ++label)
     if (largest[label] > 0) order.push_back(label);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return largest[a] > largest[b]; });
+  std::ranges::stable_sort(order, std::ranges::greater{}, [&](std::size_t label) { return largest[label]; });
   if (order.size() > maxPackedLabels) order.resize(maxPackedLabels);
   std::vector<char> matter(names.size(), 0);
   for (const std::size_t label : order) matter[label] = 1;

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/report/world_figure.hpp"
+#include "estancia/report/world_section.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
-#include "estancia/figures/color.hpp"
-#include "estancia/figures/thumbnails.hpp"
+#include "estancia/figures/label_places.hpp"
 
 namespace estancia::report {
 namespace {
@@ -56,7 +54,10 @@ class WorldDrawing {
     drawBoxes(svg);
     drawThings(svg);
     svg.open("g", {{"class", "way"}}).close();
-    if (const auto start = view_.start()) drawStart(svg, fit_(*start));
+    if (const auto start = view_.start()) {
+      svg.open("g", {{"class", "start"}}).element("title", "The ways start here");
+      svg.leaf("circle", {{"cx", fit_(*start).x}, {"cy", fit_(*start).y}, {"r", 5}}).close();
+    }
     for (const AreaName& name : names_)
       addText(svg, "area-name", name.at, style_.fontSize, name.text, "middle");
     drawScale(svg, fit_.scale, style_);
@@ -77,13 +78,18 @@ class WorldDrawing {
     return points;
   }
 
+  /// nullptr where the area has none.
+  const Outlines* shapeOf(const WorldArea& area) const {
+    const auto number = static_cast<std::size_t>(area.id);
+    return number < shapes_.areas.size() && !shapes_.areas[number].empty() ? &shapes_.areas[number] : nullptr;
+  }
+
   /// On the figure.
   double widthOf(const Outlines& area) const {
-    double least = std::numeric_limits<double>::infinity(), most = -least;
+    Extent drawn;
     for (const std::vector<Point>& outline : area)
-      for (const Point& corner : outline)
-        least = std::min(least, fit_(corner).x), most = std::max(most, fit_(corner).x);
-    return most - least;
+      for (const Point& corner : outline) drawn.add(fit_(corner));
+    return drawn.high.x - drawn.low.x;
   }
 
   /// Part of the name that fits into the area; its number where not even a short word does.
@@ -99,10 +105,10 @@ class WorldDrawing {
   /// Each at the middle of its area, or a little above or below, so that none covers another.
   void placeNames() {
     for (const WorldArea& area : view_.world.areas) {
-      const auto number = static_cast<std::size_t>(area.id);
-      if (number >= shapes_.areas.size() || shapes_.areas[number].empty()) continue;
+      const Outlines* shape = shapeOf(area);
+      if (shape == nullptr) continue;
       const double size = style_.fontSize;
-      const std::string text = nameOf(area, widthOf(shapes_.areas[number]));
+      const std::string text = nameOf(area, widthOf(*shape));
       const double width = 1.08 * size * textWidth(text);
       Point at = fit_({area.center.x, area.center.y});
       at.x = std::clamp(at.x, width / 2 + 2, std::max(width / 2 + 2, style_.width - width / 2 - 2));
@@ -119,16 +125,14 @@ class WorldDrawing {
 
   void drawAreas(Markup& svg) const {
     for (const WorldArea& area : view_.world.areas) {
-      const auto number = static_cast<std::size_t>(area.id);
-      if (number >= shapes_.areas.size() || shapes_.areas[number].empty()) continue;
+      const Outlines* shape = shapeOf(area);
+      if (shape == nullptr) continue;
       const std::string color = areaColor(area.id).hex();
       svg.open("a", {{"class", "area"}, {"href", fmt::format("#area-{}", area.id)}});
       svg.element("title", fmt::format("{}: {:.1f} m², {}", shorten(area.describedName(), 80), area.size,
                                        counted(area.frames, "frame")));
-      svg.leaf("path", {{"fill", color},
-                        {"stroke", color},
-                        {"fill-rule", "evenodd"},
-                        {"d", pathOf(shapes_.areas[number], fit_)}});
+      svg.leaf("path",
+               {{"fill", color}, {"stroke", color}, {"fill-rule", "evenodd"}, {"d", pathOf(*shape, fit_)}});
       svg.close();
     }
   }
@@ -188,11 +192,6 @@ class WorldDrawing {
                           {"fill", Color{red, green, blue}.hex()}});
     }
     svg.close();
-  }
-
-  static void drawStart(Markup& svg, const Point& at) {
-    svg.open("g", {{"class", "start"}}).element("title", "The ways start here");
-    svg.leaf("circle", {{"cx", at.x}, {"cy", at.y}, {"r", 5}}).close();
   }
 
   const WorldView& view_;

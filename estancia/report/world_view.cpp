@@ -9,21 +9,16 @@
 #include "estancia/world_query/world_json.hpp"
 
 namespace estancia::report {
-namespace {
 
 Point onFloor(const Floor& floor, const cv::Vec3d& at) {
   const cv::Point2d point = floor.position(at);
   return {point.x, point.y};
 }
 
-/// Whether it can be drawn; a damaged map may hold anything.
-bool isDrawable(const WorldObject& object) {
-  constexpr double limit = 1e6;  // [m]
-  return std::max({std::abs(object.center.x), std::abs(object.center.y), std::abs(object.center.z),
-                   std::abs(object.size.x), std::abs(object.size.y)}) < limit;
-}
-
-std::vector<Point> cornersOfBox(const WorldObject& object, const Point& center) {
+std::vector<Point> boxOnFloor(const WorldObject& object, const Floor& floor) {
+  for (const double value : {object.center.x, object.center.y, object.center.z, object.size.x, object.size.y})
+    if (!(std::abs(value) < 1e6)) return {};  // [m]
+  const Point center = onFloor(floor, object.center);
   const double c = std::cos(object.yaw), s = std::sin(object.yaw);
   const double x = object.size.x / 2, y = object.size.y / 2;
   std::vector<Point> corners;
@@ -31,6 +26,8 @@ std::vector<Point> cornersOfBox(const WorldObject& object, const Point& center) 
     corners.push_back({center.x + c * corner.x - s * corner.y, center.y + s * corner.x + c * corner.y});
   return corners;
 }
+
+namespace {
 
 /// The images of what was seen most often first, as many as there is room for.
 void loadObjectImages(const WorldPage& page, WorldView& view) {
@@ -54,7 +51,7 @@ void loadObjectImages(const WorldPage& page, WorldView& view) {
 }  // namespace
 
 Point WorldView::centerOf(const WorldObject& object) const {
-  return onFloor(floor, {object.center.x, object.center.y, object.center.z});
+  return onFloor(floor, object.center);
 }
 
 std::optional<Point> WorldView::start() const {
@@ -77,10 +74,7 @@ WorldView viewOf(const WorldPage& page) {
     if (frame.pose && frame.pose->isPlausible())
       view.path.back() = onFloor(view.floor, {frame.pose->x, frame.pose->y, frame.pose->z});
   }
-  for (const WorldObject& object : world.objects) {
-    view.boxes.emplace_back();
-    if (isDrawable(object)) view.boxes.back() = cornersOfBox(object, view.centerOf(object));
-  }
+  for (const WorldObject& object : world.objects) view.boxes.push_back(boxOnFloor(object, view.floor));
   loadObjectImages(page, view);
   view.routes.resize(world.objects.size());
   view.areaRoutes.resize(world.areas.size());

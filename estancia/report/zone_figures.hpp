@@ -3,15 +3,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
-#include <optional>
-#include <string>
-#include <vector>
-
 #include "estancia/figures/driven_path.hpp"
 #include "estancia/figures/floor_plan.hpp"
-#include "estancia/figures/html.hpp"
-#include "estancia/figures/visits.hpp"
 #include "estancia/report/zone_summary.hpp"
 #include "estancia/stats/linkage.hpp"
 
@@ -29,9 +22,8 @@ struct ZoneSymbol {
 std::vector<ZoneSymbol> placeSymbols(const std::vector<std::optional<Point>>& points,
                                      const std::vector<std::size_t>& zoneOf, double gap, std::size_t most);
 
-/// An <svg> of the driven path and the symbols of the zones, the smallest zones on top, with numbers and
-/// words where there is room. `path` must not be empty; with a `plan` (nullptr: none) it must be one from
-/// above.
+/// An <svg> of the driven path and the symbols of the zones, the smallest on top, with numbers and words
+/// where there is room. `path` must not be empty; with a `plan` (nullptr: none) it must be one from above.
 Markup zoneFigure(const ZonesSummary& summary, const DrivenPath& path, FigureStyle style,
                   const FloorPlan* plan = nullptr);
 
@@ -44,8 +36,7 @@ struct Stay : VisitSpan {
 /// so many stretches, each of which counts as the zone of most of its frames.
 std::vector<Stay> staysOf(const std::vector<int>& zoneOf, std::size_t columns);
 
-/// An <svg> of style.width×style.height with the zones' colors, their numbers where there is room, and frame
-/// numbers below.
+/// An <svg> of style.width×style.height: the zones' colors, numbers where there is room, frame numbers below.
 Markup timeStrip(const ZonesSummary& summary, const FigureStyle& style);
 
 /// The top of a dendrogram: what the last merges joined, each branch below them a single twig.
@@ -67,8 +58,7 @@ struct DendrogramTop {
 DendrogramTop topOf(const Dendrogram& dendrogram, const std::vector<int>& zoneOf, std::size_t merges);
 
 /// An <svg>: the root at the left, distance across, zones with numbers and words at the right, and the cut.
-/// Its height follows from the number of twigs; style.height does not matter. The zones must have a
-/// dendrogram.
+/// Its height follows from the number of twigs, not from style.height. The zones must have a dendrogram.
 Markup dendrogramFigure(const ZonesSummary& summary, FigureStyle style);
 
 /// How many images of each room are in each zone.

@@ -4,22 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstddef>
-#include <map>
-#include <optional>
 
 #include "estancia/core/output_file.hpp"
-#include "estancia/figures/driven_path.hpp"
-#include "estancia/figures/floor_plan_figure.hpp"
-#include "estancia/figures/html.hpp"
-#include "estancia/figures/label_bars.hpp"
-#include "estancia/figures/plane.hpp"
-#include "estancia/figures/symbols.hpp"
-#include "estancia/report/image_grid.hpp"
+#include "estancia/figures/word_cloud.hpp"
 #include "estancia/report/page_assets.hpp"
 #include "estancia/report/page_parts.hpp"
 #include "estancia/report/zone_figures.hpp"
-#include "estancia/report/zone_summary.hpp"
 
 namespace estancia {
 namespace {
@@ -34,19 +24,12 @@ Markup entries(const ZonesSummary& summary, std::size_t begin, std::size_t end) 
     list.open("li").open("a", {{"href", fmt::format("#zone-{}", zone)}, {"data-zone", zone}});
     list.add(symbol(entry.style)).element("b", std::to_string(zone)).element("span", entry.name);
     list.element("span", {{"class", "p"}}, fmt::format("{:.1f} %", 100 * entry.share));
-    list.open("span", {{"class", "bar"}});
-    const double part = entry.share / summary.list.front().share;
-    list.element(
-        "i",
-        {{"style", fmt::format("width:{}%;background:{}", number(100 * part, 1), entry.style.fill.hex())}},
-        "");
-    list.close().close().close();
+    list.add(bar(100 * (entry.share / summary.list.front().share), &entry.style.fill)).close().close();
   }
   return list.close();
 }
 
-/// Every zone that has a style of its own, the largest first; many are folded away. Zones are links to
-/// `#zone-<id>`.
+/// Every zone with a style of its own as a link to `#zone-<id>`, the largest first; many are folded away.
 Markup zoneLegend(const ZonesSummary& summary) {
   constexpr std::size_t open = 30;
   const std::size_t shown = summary.styled <= open + 5 ? summary.styled : open;  // a few are not worth a fold
@@ -56,7 +39,9 @@ Markup zoneLegend(const ZonesSummary& summary) {
     legend.add(entries(summary, shown, summary.styled)).close();
   }
   if (summary.styled < summary.list.size()) {
-    const std::size_t images = summary.imagesUnstyled();
+    std::size_t images = 0;
+    for (std::size_t zone = summary.styled; zone < summary.list.size(); ++zone)
+      images += summary.list[zone].zone->images.size();
     legend.open("p", {{"class", "rest"}}).add(symbol(plainStyle()));
     legend.text(fmt::format(
         "{} still smaller, {:.1f} % of the images", counted(summary.list.size() - summary.styled, "zone"),
@@ -75,17 +60,12 @@ std::string roomsOf(const ZonesSummary& summary, const Zone& zone) {
   for (const std::size_t image : zone.images)
     if (const std::string& room = summary.zones->frames[image].room; !room.empty()) ++counts[room];
   std::vector<std::pair<std::string, std::size_t>> rooms(counts.begin(), counts.end());
-  std::stable_sort(rooms.begin(), rooms.end(), [](auto& a, auto& b) { return a.second > b.second; });
+  std::ranges::stable_sort(rooms, [](auto& a, auto& b) { return a.second > b.second; });
   std::string text;
   for (std::size_t i = 0; i < std::min(shown, rooms.size()); ++i)
     text += fmt::format("{}{} {}", i == 0 ? "" : ", ", shorten(rooms[i].first, 32), grouped(rooms[i].second));
   if (rooms.size() > shown) text += fmt::format(" and {} more", rooms.size() - shown);
   return text;
-}
-
-std::string positionOf(const ZoneExtent& extent) {
-  return fmt::format("Around ({}, {}, {}) m, its images {} m from there on average", number(extent.center[0]),
-                     number(extent.center[1]), number(extent.center[2]), significant(extent.spread));
 }
 
 void addFacts(Markup& card, const ZonesSummary& summary, const ZoneSummary& entry) {
@@ -94,7 +74,10 @@ void addFacts(Markup& card, const ZonesSummary& summary, const ZoneSummary& entr
   if (!rooms.empty()) card.element("p", "Rooms: " + rooms);
   if (const std::string taken = describeRooms(entry.zone->predicted); !taken.empty())
     card.element("p", "Taken for " + shorten(taken, 90));
-  if (entry.zone->extent) card.element("p", positionOf(*entry.zone->extent));
+  if (const auto& extent = entry.zone->extent)
+    card.element("p", fmt::format("Around ({}, {}, {}) m, its images {} m from there on average",
+                                  number(extent->center[0]), number(extent->center[1]),
+                                  number(extent->center[2]), significant(extent->spread)));
 }
 
 std::string sizeOf(const ZoneSummary& entry) {

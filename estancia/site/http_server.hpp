@@ -14,13 +14,10 @@
 namespace estancia {
 
 struct ServerRequest {
-  /// "GET", "POST"; HEAD comes as GET.
-  std::string method;
-  /// Decoded, without the query.
-  std::string path;
+  std::string method;  ///< "GET", "POST"; HEAD comes as GET
+  std::string path;    ///< decoded, without the query
   std::multimap<std::string, std::string> query = {};
-  /// Names in lower case.
-  std::multimap<std::string, std::string> headers = {};
+  std::multimap<std::string, std::string> headers = {};  ///< names in lower case
   std::string body = {};
 
   /// nullptr where there is none, or more than one.
@@ -48,12 +45,9 @@ class HttpHandler {
 
 /// Limits of a server; clients beyond them are refused.
 struct HttpLimits {
-  /// At once, each with a thread of its own.
-  std::size_t connections = 64;
-  /// [bytes]
-  std::size_t head = 16384, body = 65536;
-  /// For a request to come, an answer to be taken, and between requests [s].
-  double patience = 10;
+  std::size_t connections = 64;            ///< at once, each with a thread of its own
+  std::size_t head = 16384, body = 65536;  ///< [bytes]
+  double patience = 10;  ///< for a request to come, an answer to be taken, and between requests [s]
 };
 
 /// Serves until it is destroyed.

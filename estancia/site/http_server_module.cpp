@@ -26,7 +26,9 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 /// A connection, with bounds on bytes and time that httplib does not have: of a request's head and body
-/// together, of the time until it has come, and of the time that an answer is waited for.
+/// together, of the time until it has come, and of the time that an answer is waited for. Life cycle:
+/// waitForRequest(), beginRequest(), reads and writes of one request, again for the next one; drain() at the
+/// end. Invariant: a request reads at most `left_` more bytes and nothing after `until_`.
 class BoundedStream final : public httplib::Stream {
  public:
   BoundedStream(int socket, const HttpLimits& limits, const std::atomic<bool>& stopping)
@@ -166,9 +168,7 @@ class ConnectionThreads final : public httplib::TaskQueue {
 
 ServerRequest requestOf(const httplib::Request& from) {
   ServerRequest request{from.method == "HEAD" ? "GET" : from.method, from.path, from.params};
-  for (const auto& [name, value] : from.headers) {
-    request.headers.emplace(lowerCase(name), value);
-  }
+  for (const auto& [name, value] : from.headers) request.headers.emplace(lowerCase(name), value);
   request.body = from.body;
   return request;
 }

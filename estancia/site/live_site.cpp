@@ -5,12 +5,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <chrono>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <thread>
-#include <utility>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
@@ -33,39 +31,19 @@ ServerResponse failureResponse(int status, std::string_view code, std::string_vi
 }
 
 int statusFor(ErrorCode code) {
-  switch (code) {
-    case ErrorCode::invalidInput:
-    case ErrorCode::invalidOption:
-      return 400;
-    case ErrorCode::unknownName:
-    case ErrorCode::noAnswer:
-    case ErrorCode::fileNotFound:
-      return 404;
-    case ErrorCode::busy:
-    case ErrorCode::insufficientData:
-    case ErrorCode::invalidState:
-    case ErrorCode::mismatch:
-      return 409;
-    default:
-      return 500;
-  }
+  using enum ErrorCode;
+  if (code == invalidInput || code == invalidOption) return 400;
+  if (code == unknownName || code == noAnswer || code == fileNotFound) return 404;
+  return code == busy || code == insufficientData || code == invalidState || code == mismatch ? 409 : 500;
 }
 
 std::string_view codeFor(int status) {
-  switch (status) {
-    case 401:
-      return "unauthorized";
-    case 403:
-      return "forbidden";
-    case 405:
-      return "method-not-allowed";
-    case 415:
-      return "wrong-type";
-    case 503:
-      return "too-many";
-    default:
-      return "not-found";
-  }
+  return status == 401   ? "unauthorized"
+         : status == 403 ? "forbidden"
+         : status == 405 ? "method-not-allowed"
+         : status == 415 ? "wrong-type"
+         : status == 503 ? "too-many"
+                         : "not-found";
 }
 
 ServerResponse refused(int status, std::string_view why) {
@@ -83,9 +61,8 @@ ServerResponse imageResponse(const std::vector<unsigned char>& jpeg) {
 void addSafety(ServerResponse& response) {
   for (const auto& [name, value] : std::initializer_list<std::pair<const char*, const char*>>{
            {"Content-Security-Policy",
-            "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src "
-            "'self'; "
-            "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"},
+            "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; "
+            "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"},
            {"X-Content-Type-Options", "nosniff"},
            {"X-Frame-Options", "DENY"},
            {"Referrer-Policy", "no-referrer"},
@@ -94,20 +71,18 @@ void addSafety(ServerResponse& response) {
     response.headers.emplace_back(name, value);
 }
 
-/// A stream's place among LiveSite::maxStreams.
-class StreamSlot {
- public:
-  explicit StreamSlot(std::shared_ptr<std::atomic<int>> count) : count_(std::move(count)) {
-    isFree_ = count_->fetch_add(1) < LiveSite::maxStreams;
-  }
-  ~StreamSlot() { count_->fetch_sub(1); }
-  StreamSlot(const StreamSlot&) = delete;
-  StreamSlot& operator=(const StreamSlot&) = delete;
-  bool isFree() const { return isFree_; }
+/// Who listens to a stream of events, and the stream's place among LiveSite::maxStreams.
+struct Listener {
+  explicit Listener(std::shared_ptr<std::atomic<int>> streams) : count(std::move(streams)) {}
+  ~Listener() { count->fetch_sub(1); }
+  Listener(const Listener&) = delete;
+  Listener& operator=(const Listener&) = delete;
 
- private:
-  std::shared_ptr<std::atomic<int>> count_;
-  bool isFree_ = false;
+  std::shared_ptr<std::atomic<int>> count;
+  bool isAdmitted = count->fetch_add(1) < LiveSite::maxStreams;
+  std::optional<std::uint64_t> seen;  // revisions that the browser has seen
+  Clock::time_point sent = Clock::now();
+  bool isNew = true;
 };
 
 }  // namespace
@@ -118,12 +93,12 @@ struct LiveSite::Question {
   /// Number in the path: "{node}".
   int number = 0;
 
-  void requireKnown(std::initializer_list<std::string_view> known) const {
+  void requireKnown(const std::vector<std::string_view>& known) const {
     for (const auto& [name, value] : request.query) {
       if (name == "token") continue;
       if (std::ranges::find(known, name) == known.end())
         fail(ErrorCode::invalidInput, "there is no parameter \"{}\" here{}", printable(name),
-             known.size() == 0 ? "" : fmt::format("; there are {}", fmt::join(known, ", ")));
+             known.empty() ? "" : fmt::format("; there are {}", fmt::join(known, ", ")));
       if (value.size() > 1000)
         fail(ErrorCode::invalidInput, "\"{}\" is longer than 1,000 bytes", printable(name));
     }
@@ -136,10 +111,8 @@ struct LiveSite::Question {
   }
   std::optional<int> numberOf(const std::string& name, int least, int most) const {
     if (!request.query.contains(name)) return std::nullopt;
-    const std::string given = text(name);
-    int value = 0;
-    const auto [end, problem] = std::from_chars(given.data(), given.data() + given.size(), value);
-    if (problem != std::errc{} || end != given.data() + given.size() || value < least || value > most)
+    const auto value = wholeNumber<int>(text(name));
+    if (!value || *value < least || *value > most)
       fail(ErrorCode::invalidInput, "\"{}\" must be a whole number from {} to {}", name, least, most);
     return value;
   }
@@ -152,8 +125,10 @@ struct LiveSite::Question {
 };
 
 struct LiveSite::Operation {
+  using Answer = ServerResponse(LiveSite& site, const Question& question);
   std::string method, path;
-  ServerResponse (*answer)(LiveSite& site, const Question& question);
+  std::vector<std::string_view> parameters;
+  Answer* answer;
 
   /// The number in the path; -1 where it has none, nothing where it is another path.
   std::optional<int> match(std::string_view asked) const {
@@ -164,105 +139,61 @@ struct LiveSite::Operation {
     if (asked.size() <= before.size() + after.size() || !asked.starts_with(before) || !asked.ends_with(after))
       return std::nullopt;
     asked = asked.substr(before.size(), asked.size() - before.size() - after.size());
-    int number = 0;
-    const auto [end, problem] = std::from_chars(asked.data(), asked.data() + asked.size(), number);
-    if (problem != std::errc{} || end != asked.data() + asked.size() || number < 0) return std::nullopt;
-    return number;
+    const auto number = wholeNumber<int>(asked);
+    return number && *number >= 0 ? number : std::nullopt;
   }
 };
 
-/// One function a path.
-struct SiteOperations {
-  using Question = LiveSite::Question;
-  static constexpr int anyNumber = std::numeric_limits<int>::max();
-
-  static ServerResponse status(LiveSite& site, const Question& question) {
-    question.requireKnown({});
-    return jsonResponse(site.queries_.status());
-  }
-  static ServerResponse where(LiveSite& site, const Question& question) {
-    question.requireKnown({});
-    return jsonResponse(site.queries_.where());
-  }
-  static ServerResponse ask(LiveSite& site, const Question& question) {
-    question.requireKnown({"words", "max"});
-    const int most = question.numberOf("max", 1, 100).value_or(10);
-    return jsonResponse(site.queries_.ask(question.text("words"), static_cast<std::size_t>(most)));
-  }
-  static ServerResponse route(LiveSite& site, const Question& question) {
-    question.requireKnown({"to", "from", "avoid", "prefer"});
-    return jsonResponse(site.queries_.route({question.text("to"), question.numberOf("from", 0, anyNumber),
-                                             question.texts("avoid"), question.texts("prefer")}));
-  }
-  static ServerResponse objects(LiveSite& site, const Question& question) {
-    question.requireKnown({});
-    return jsonResponse(site.queries_.objects());
-  }
-  static ServerResponse areas(LiveSite& site, const Question& question) {
-    question.requireKnown({});
-    return jsonResponse(site.queries_.areas());
-  }
-  static ServerResponse changes(LiveSite& site, const Question& question) {
-    question.requireKnown({"since"});
-    const auto since = question.numberOf("since", 1, anyNumber);
-    return jsonResponse(
-        site.queries_.changes(since ? std::optional(static_cast<std::size_t>(*since)) : std::nullopt));
-  }
-  static ServerResponse map(LiveSite& site, const Question& question) {
-    question.requireKnown({});
-    return {200, "application/json", *site.queries_.map()};
-  }
-  static ServerResponse place(LiveSite& site, const Question& question) {
-    question.requireKnown({});
-    return jsonResponse(site.queries_.place(question.number));
-  }
-  static ServerResponse frameImage(LiveSite& site, const Question& question) {
-    question.requireKnown({"revision"});  // a new name for each frame keeps browsers from showing an old one
+std::vector<LiveSite::Operation> LiveSite::makeOperations() {
+  using Site = LiveSite&;
+  using Asked = const Question&;
+  constexpr int anyNumber = std::numeric_limits<int>::max();
+  std::vector<Operation> all;
+  const auto get = [&all](const char* path, std::vector<std::string_view> parameters,
+                          Operation::Answer* answer) {
+    all.push_back({"GET", path, std::move(parameters), answer});
+  };
+  get("/api/status", {}, [](Site site, Asked) { return jsonResponse(site.queries_.status()); });
+  get("/api/where", {}, [](Site site, Asked) { return jsonResponse(site.queries_.where()); });
+  get("/api/ask", {"words", "max"}, [](Site site, Asked asked) {
+    const int most = asked.numberOf("max", 1, 100).value_or(10);
+    return jsonResponse(site.queries_.ask(asked.text("words"), static_cast<std::size_t>(most)));
+  });
+  get("/api/route", {"to", "from", "avoid", "prefer"}, [](Site site, Asked asked) {
+    return jsonResponse(site.queries_.route({asked.text("to"), asked.numberOf("from", 0, anyNumber),
+                                             asked.texts("avoid"), asked.texts("prefer")}));
+  });
+  get("/api/objects", {}, [](Site site, Asked) { return jsonResponse(site.queries_.objects()); });
+  get("/api/areas", {}, [](Site site, Asked) { return jsonResponse(site.queries_.areas()); });
+  get("/api/changes", {"since"}, [](Site site, Asked asked) {
+    return jsonResponse(site.queries_.changes(asked.numberOf("since", 1, anyNumber)));
+  });
+  get("/api/map", {}, [](Site site, Asked) {
+    return ServerResponse{200, "application/json", *site.queries_.map()};
+  });
+  get("/api/places/{node}", {},
+      [](Site site, Asked asked) { return jsonResponse(site.queries_.place(asked.number)); });
+  // A new name for each frame keeps browsers from showing an old one.
+  get("/api/frame.jpg", {"revision"}, [](Site site, Asked) {
     const auto image = site.view_.image();
     return imageResponse(image == nullptr ? std::vector<unsigned char>() : *image);
-  }
-  static ServerResponse objectImage(LiveSite& site, const Question& question) {
-    question.requireKnown({});
-    return imageResponse(site.view_.objectImage(question.number));
-  }
-  static ServerResponse placeImage(LiveSite& site, const Question& question) {
-    question.requireKnown({});
-    return imageResponse(site.view_.placeImage(question.number));
-  }
-  static ServerResponse events(LiveSite& site, const Question& question) {
-    question.requireKnown({});
-    return site.events(question.request);
-  }
-  static ServerResponse edit(LiveSite& site, const Question& question) {
-    question.requireKnown({"map_revision"});
-    const MapEdit wanted = parseEdit(question.request.body);
-    const auto seen = question.numberOf("map_revision", 0, anyNumber);
-    site.view_.edit(wanted, seen ? std::optional(static_cast<std::uint64_t>(*seen)) : std::nullopt);
-    return jsonResponse({{"map_revision", site.view_.status().mapRevision}});
-  }
-  static ServerResponse description(LiveSite&, const Question& question) {
-    question.requireKnown({});
-    return {200, "application/json", openApi};
-  }
-};
+  });
+  get("/api/objects/{object}.jpg", {},
+      [](Site site, Asked asked) { return imageResponse(site.view_.objectImage(asked.number)); });
+  get("/api/places/{node}.jpg", {},
+      [](Site site, Asked asked) { return imageResponse(site.view_.placeImage(asked.number)); });
+  get("/api/events", {}, [](Site site, Asked asked) { return site.events(asked.request); });
+  get("/api/openapi.json", {}, [](Site, Asked) { return ServerResponse{200, "application/json", openApi}; });
+  all.push_back({"POST", "/api/edits", {"map_revision"}, [](Site site, Asked asked) {
+                   site.view_.edit(parseEdit(asked.request.body),
+                                   asked.numberOf("map_revision", 0, anyNumber));
+                   return jsonResponse({{"map_revision", site.view_.status().mapRevision}});
+                 }});
+  return all;
+}
 
 const std::vector<LiveSite::Operation>& LiveSite::all() {
-  using Of = SiteOperations;
-  static const std::vector<Operation> operations{{"GET", "/api/status", Of::status},
-                                                 {"GET", "/api/where", Of::where},
-                                                 {"GET", "/api/ask", Of::ask},
-                                                 {"GET", "/api/route", Of::route},
-                                                 {"GET", "/api/objects", Of::objects},
-                                                 {"GET", "/api/areas", Of::areas},
-                                                 {"GET", "/api/changes", Of::changes},
-                                                 {"GET", "/api/map", Of::map},
-                                                 {"GET", "/api/places/{node}", Of::place},
-                                                 {"GET", "/api/frame.jpg", Of::frameImage},
-                                                 {"GET", "/api/objects/{object}.jpg", Of::objectImage},
-                                                 {"GET", "/api/places/{node}.jpg", Of::placeImage},
-                                                 {"GET", "/api/events", Of::events},
-                                                 {"POST", "/api/edits", Of::edit},
-                                                 {"GET", "/api/openapi.json", Of::description}};
+  static const std::vector<Operation> operations = makeOperations();
   return operations;
 }
 
@@ -278,11 +209,10 @@ void LiveSite::open(const SiteAccess& access) {
 }
 
 std::optional<ServerResponse> LiveSite::refusal(const ServerRequest& head) {
-  std::optional<SiteAccess> access;
-  {
+  const auto access = [this] {
     const std::lock_guard lock(mutex_);
-    access = access_;
-  }
+    return access_;
+  }();
   if (!access) return refused(503, "the server is starting");
   std::optional<ServerResponse> response;
   if (const auto why = accessRefusal(head, *access))
@@ -321,7 +251,9 @@ ServerResponse LiveSite::answer(const ServerRequest& request) {
       const std::optional<int> number = operation.match(request.path);
       if (!number) continue;
       if (operation.method == request.method) {
-        response = operation.answer(*this, {request, *number});
+        const Question question{request, *number};
+        question.requireKnown(operation.parameters);
+        response = operation.answer(*this, question);
         break;
       }
       response = refused(405, fmt::format("{} wants {}", operation.path, operation.method));
@@ -354,21 +286,10 @@ std::shared_ptr<const std::string> LiveSite::eventOf(const LiveStatus& status) {
 
 ServerResponse LiveSite::events(const ServerRequest& request) {
   using namespace std::chrono_literals;
-  auto slot = std::make_shared<StreamSlot>(streams_);
-  if (!slot->isFree()) return refused(503, "too many pages listen already; close one");
-  struct Listener {
-    std::shared_ptr<StreamSlot> slot;
-    /// Revisions that the browser has seen.
-    std::optional<std::uint64_t> seen;
-    Clock::time_point sent = Clock::now();
-    bool isNew = true;
-  };
-  auto listener = std::make_shared<Listener>(Listener{slot, std::nullopt});
-  if (const std::string* last = request.findHeader("last-event-id")) {
-    std::uint64_t revision = 0;
-    const auto [end, problem] = std::from_chars(last->data(), last->data() + last->size(), revision);
-    if (problem == std::errc{} && end == last->data() + last->size()) listener->seen = revision;
-  }
+  auto listener = std::make_shared<Listener>(streams_);
+  if (!listener->isAdmitted) return refused(503, "too many pages listen already; close one");
+  if (const std::string* last = request.findHeader("last-event-id"))
+    listener->seen = wholeNumber<std::uint64_t>(*last);
   ServerResponse response{200, "text/event-stream"};
   response.events = [this, listener]() -> std::optional<std::string> {
     if (std::exchange(listener->isNew, false)) return "retry: 1000\n\n";

@@ -3,13 +3,7 @@
 #pragma once
 
 #include <atomic>
-#include <cstdint>
-#include <memory>
-#include <mutex>
-#include <string>
-#include <vector>
 
-#include "estancia/site/http_server.hpp"
 #include "estancia/site/queries.hpp"
 #include "estancia/site/site_access.hpp"
 
@@ -38,8 +32,8 @@ class LiveSite final : public HttpHandler {
  private:
   struct Operation;
   struct Question;
-  friend struct SiteOperations;
   static const std::vector<Operation>& all();
+  static std::vector<Operation> makeOperations();
 
   ServerResponse events(const ServerRequest& request);
   /// The status as an event, made once for all who listen.

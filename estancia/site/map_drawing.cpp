@@ -1,15 +1,14 @@
+// A map as shapes on the floor, for a page to draw.
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/site/map_drawing.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <utility>
 
 #include "estancia/figures/layout.hpp"
 #include "estancia/figures/plan_shapes.hpp"
 #include "estancia/map_file/places.hpp"
 #include "estancia/report/world_view.hpp"
+#include "estancia/site/queries.hpp"
 #include "estancia/world_query/ask_world.hpp"
 #include "estancia/world_query/world_json.hpp"
 
@@ -17,6 +16,7 @@ namespace estancia {
 namespace {
 
 using Json = nlohmann::ordered_json;
+using report::onFloor;
 using report::Point;
 
 /// To a centimeter.
@@ -24,18 +24,16 @@ Json drawnPoint(const Point& at) {
   return {std::round(at.x * 100) / 100, std::round(at.y * 100) / 100};
 }
 
-Json drawnLines(const report::Outlines& outlines) {
+Json drawnLine(const std::vector<Point>& line) {
   Json json = Json::array();
-  for (const std::vector<Point>& outline : outlines) {
-    json.push_back(Json::array());
-    for (const Point& point : outline) json.back().push_back(drawnPoint(point));
-  }
+  for (const Point& point : line) json.push_back(drawnPoint(point));
   return json;
 }
 
-Point onFloor(const Floor& floor, const cv::Vec3d& at) {
-  const cv::Point2d point = floor.position(at);
-  return {point.x, point.y};
+Json drawnLines(const report::Outlines& outlines) {
+  Json json = Json::array();
+  for (const std::vector<Point>& outline : outlines) json.push_back(drawnLine(outline));
+  return json;
 }
 
 /// Where the robot drove: a line for each stretch with poses, without the points that a drawing does not
@@ -68,8 +66,7 @@ std::vector<std::optional<Point>> positionsByLinks(const TopologicalMap& map) {
   if (map.nodes.size() > most) return positions;
   std::vector<report::Link> links;
   for (const auto& [a, b] : linksOf(map)) links.push_back({a, b, 1, 1});
-  const std::vector<Point> found = report::layoutGraph(map.nodes.size(), links);
-  std::ranges::copy(found, positions.begin());
+  std::ranges::copy(report::layoutGraph(map.nodes.size(), links), positions.begin());
   return positions;
 }
 
@@ -84,24 +81,16 @@ Json drawnAreas(const WorldMap& world, const report::PlanShapes& shapes) {
 }
 
 Json drawnObjects(const WorldMap& world, const Floor& floor) {
-  const auto isNear = [](double value) { return std::abs(value) < 1e6; };  // [m] a damaged map has anything
   Json json = Json::array();
   for (const WorldObject& object : world.objects) {
-    if (!isNear(object.center.x) || !isNear(object.center.y) || !isNear(object.center.z) ||
-        !isNear(object.size.x) || !isNear(object.size.y))
-      continue;
-    const Point center = onFloor(floor, {object.center.x, object.center.y, object.center.z});
-    const double c = std::cos(object.yaw), s = std::sin(object.yaw);
-    const double x = object.size.x / 2, y = object.size.y / 2;
-    Json box = Json::array();
-    for (const Point& at : {Point{-x, -y}, Point{x, -y}, Point{x, y}, Point{-x, y}})
-      box.push_back(drawnPoint({center.x + c * at.x - s * at.y, center.y + s * at.x + c * at.y}));
+    const std::vector<Point> box = report::boxOnFloor(object, floor);
+    if (box.empty()) continue;
     json.push_back(toJson(object, world));
     json.back()["where"] = report::whereText(object, world);
     json.back()["node"] = world.places.frames.at(object.bestFrame).node;
     json.back()["color"] = report::Color{object.color[0], object.color[1], object.color[2]}.hex();
-    json.back()["at"] = drawnPoint(center);
-    json.back()["box"] = std::move(box);
+    json.back()["at"] = drawnPoint(onFloor(floor, object.center));
+    json.back()["box"] = drawnLine(box);
   }
   return json;
 }
@@ -114,10 +103,9 @@ Json drawMap(const WorldMap& world, const Floor& floor, const std::vector<std::s
   std::vector<std::optional<Point>> positions;
   for (const Place& place : places) {
     positions.emplace_back();
-    if (const auto& at = place.position) positions.back() = onFloor(floor, {(*at)[0], (*at)[1], (*at)[2]});
+    if (const auto& at = place.position) positions.back() = onFloor(floor, cv::Vec3d(at->data()));
   }
-  const bool metric =
-      world.plan || std::ranges::any_of(positions, [](const auto& p) { return p.has_value(); });
+  const bool metric = world.plan || std::ranges::any_of(positions, &std::optional<Point>::has_value);
   if (!metric) positions = positionsByLinks(world.places);
 
   const report::PlanShapes shapes = world.plan ? report::shapesOf(*world.plan) : report::PlanShapes{};

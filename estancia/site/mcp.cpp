@@ -9,7 +9,6 @@
 #include <array>
 #include <cerrno>
 #include <nlohmann/json.hpp>
-#include <utility>
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/no_sigpipe.hpp"
@@ -62,10 +61,10 @@ std::string McpServer::answer(std::string_view line) {
   if (message.value("jsonrpc", nlohmann::json()) != "2.0" || method == message.end() || !method->is_string())
     return errorText(asked, {invalidRequest, "a request has \"jsonrpc\": \"2.0\" and a \"method\""});
   if (!hasId) return "";  // notifications change nothing here
-  static const nlohmann::json none = nlohmann::json::object();
   const auto params = message.find("params");
   try {
-    Json result = answerRequest(method->get<std::string>(), params == message.end() ? none : *params);
+    Json result = answerRequest(method->get<std::string>(),
+                                params == message.end() ? nlohmann::json::object() : *params);
     return textOf(Json{{"jsonrpc", "2.0"}, {"id", Json(asked)}, {"result", std::move(result)}});
   } catch (const ProtocolError& error) {
     return errorText(asked, error);
@@ -101,8 +100,8 @@ Json McpServer::call(const nlohmann::json& params) const {
   const auto name = params.find("name"), arguments = params.find("arguments");
   if (name == params.end() || !name->is_string())
     throw ProtocolError{invalidParams, "\"name\" must be the name of a tool"};
-  static const nlohmann::json none = nlohmann::json::object();
-  const nlohmann::json& given = arguments == params.end() || arguments->is_null() ? none : *arguments;
+  const nlohmann::json given =
+      arguments == params.end() || arguments->is_null() ? nlohmann::json::object() : *arguments;
   if (!given.is_object()) throw ProtocolError{invalidParams, "\"arguments\" must be an object"};
   try {
     auto answer = callTool(queries_, name->get<std::string>(), given);

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <vector>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
@@ -17,8 +16,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 using Arguments = nlohmann::json;
-
-// ---- arguments
 
 /// Throws where an argument is missing, unknown, or of another type than in its schema.
 class ToolArguments {
@@ -64,8 +61,6 @@ class ToolArguments {
 
 constexpr int anyNumber = std::numeric_limits<int>::max();
 
-// ---- in short
-
 /// "kitchen" of {"name": "kitchen"}; "" of null.
 std::string nameIn(const Json& reference) {
   return reference.is_null() || reference["name"].is_null() ? "" : reference["name"].get<std::string>();
@@ -90,12 +85,15 @@ std::string objectText(const Json& object) {
                      inArea(object));
 }
 
+std::string areaInShort(const Json& area) {
+  return fmt::format("area {}: {}, {:.1f} m² around ({:.2f}, {:.2f}) m", area["id"].get<int>(),
+                     area["name"].get<std::string>(), area["size"].get<double>(),
+                     area["center"][0].get<double>(), area["center"][1].get<double>());
+}
+
 std::string findText(const Json& answers) {
   std::vector<std::string> lines;
-  for (const Json& area : answers["areas"])
-    lines.push_back(fmt::format("area {}: {}, {:.1f} m² around ({:.2f}, {:.2f}) m", area["id"].get<int>(),
-                                area["name"].get<std::string>(), area["size"].get<double>(),
-                                area["center"][0].get<double>(), area["center"][1].get<double>()));
+  for (const Json& area : answers["areas"]) lines.push_back(areaInShort(area));
   for (const Json& object : answers["objects"]) lines.push_back(objectText(object));
   for (const Json& place : answers["places"])
     lines.push_back(fmt::format("place {} holds it with {:.1f} %{}", place["node"].get<int>(),
@@ -152,10 +150,8 @@ std::string areasText(const Json& areas) {
   if (areas["areas"].empty()) return "The map has no areas.";
   std::vector<std::string> lines;
   for (const Json& area : areas["areas"])
-    lines.push_back(fmt::format("area {}: {}, {:.1f} m² around ({:.2f}, {:.2f}) m{}", area["id"].get<int>(),
-                                area["name"].get<std::string>(), area["size"].get<double>(),
-                                area["center"][0].get<double>(), area["center"][1].get<double>(),
-                                area["objects"].empty() ? "" : "; objects: " + namesText(area["objects"])));
+    lines.push_back(areaInShort(area) +
+                    (area["objects"].empty() ? "" : "; objects: " + namesText(area["objects"])));
   return fmt::format("{}", fmt::join(lines, "\n"));
 }
 
@@ -181,13 +177,12 @@ std::string changesText(const Json& changes) {
   return fmt::format("Since drive {}:\n{}", changes["since"].get<int>(), fmt::join(lines, "\n"));
 }
 
-// ---- the tools
-
 struct McpTool {
   std::string name, title, description;
   Json properties;
   std::vector<std::string> required;
-  ToolAnswer (*call)(const LiveQueries& queries, const ToolArguments& arguments);
+  Json (*ask)(const LiveQueries& queries, const ToolArguments& arguments);
+  std::string (*inShort)(const Json& answer);
 
   Json schema() const {
     return {{"type", "object"},
@@ -197,43 +192,26 @@ struct McpTool {
   }
 };
 
-ToolAnswer callFind(const LiveQueries& queries, const ToolArguments& arguments) {
+Json askFind(const LiveQueries& queries, const ToolArguments& arguments) {
   const int most = arguments.number("max", 1, 100).value_or(5);
-  Json found = queries.ask(arguments.text("words"), static_cast<std::size_t>(most));
-  std::string text = findText(found);
-  return {std::move(found), std::move(text)};
+  return queries.ask(arguments.text("words"), static_cast<std::size_t>(most));
 }
 
-ToolAnswer callWhere(const LiveQueries& queries, const ToolArguments&) {
-  Json found = queries.where();
-  std::string text = found["sentence"].get<std::string>() + ".";
-  return {std::move(found), std::move(text)};
+Json askRoute(const LiveQueries& queries, const ToolArguments& arguments) {
+  return queries.route({arguments.text("to"), arguments.number("from", 0, anyNumber),
+                        arguments.texts("avoid"), arguments.texts("prefer")});
 }
 
-ToolAnswer callRoute(const LiveQueries& queries, const ToolArguments& arguments) {
-  Json found = queries.route({arguments.text("to"), arguments.number("from", 0, anyNumber),
-                              arguments.texts("avoid"), arguments.texts("prefer")});
-  std::string text = routeText(found);
-  return {std::move(found), std::move(text)};
+Json askPlace(const LiveQueries& queries, const ToolArguments& arguments) {
+  return queries.place(*arguments.number("place", 0, anyNumber));
 }
 
-ToolAnswer callPlace(const LiveQueries& queries, const ToolArguments& arguments) {
-  Json found = queries.place(*arguments.number("place", 0, anyNumber));
-  std::string text = placeText(found);
-  return {std::move(found), std::move(text)};
+Json askChanges(const LiveQueries& queries, const ToolArguments& arguments) {
+  return queries.changes(arguments.number("since", 1, anyNumber));
 }
 
-ToolAnswer callAreas(const LiveQueries& queries, const ToolArguments&) {
-  Json found = queries.areas();
-  std::string text = areasText(found);
-  return {std::move(found), std::move(text)};
-}
-
-ToolAnswer callChanges(const LiveQueries& queries, const ToolArguments& arguments) {
-  const auto since = arguments.number("since", 1, anyNumber);
-  Json found = queries.changes(since ? std::optional(static_cast<std::size_t>(*since)) : std::nullopt);
-  std::string text = changesText(found);
-  return {std::move(found), std::move(text)};
+Json numberSchema(int least, const char* description) {
+  return {{"type", "integer"}, {"minimum", least}, {"description", description}};
 }
 
 Json textsSchema(const char* description) {
@@ -254,50 +232,49 @@ const std::vector<McpTool>& allTools() {
           {"default", 5},
           {"description", "Largest number of objects, and of places"}}}},
        {"words"},
-       callFind},
+       askFind,
+       findText},
       {"where_am_i",
        "Where the robot is",
        "Say where the robot is now: the place of its map, the area (room), its pose, and how sure that is.",
        Json::object(),
        {},
-       callWhere},
+       [](const LiveQueries& queries, const ToolArguments&) { return queries.where(); },
+       [](const Json& found) { return found["sentence"].get<std::string>() + "."; }},
       {"route_to",
        "The way to something",
        "Plan the robot's way to a place (its number), an area or object (its name), or to what words mean. "
        "Answers have the places and areas along the way, its length in meters, and where to stand.",
        {{"to", {{"type", "string"}, {"description", "A place's number, a name, or words"}}},
-        {"from",
-         {{"type", "integer"},
-          {"minimum", 0},
-          {"description", "The place to start from; left out: where the robot is"}}},
+        {"from", numberSchema(0, "The place to start from; left out: where the robot is")},
         {"avoid", textsSchema("Areas to go around where the detour is not too long")},
         {"prefer", textsSchema("Areas to go through where that is not too long")}},
        {"to"},
-       callRoute},
+       askRoute,
+       routeText},
       {"describe_place",
        "What is at a place",
        "Describe a place of the map: its room and area, the words of what was seen there, its neighbors, and "
        "objects.",
-       {{"place", {{"type", "integer"}, {"minimum", 0}, {"description", "The place's number"}}}},
+       {{"place", numberSchema(0, "The place's number")}},
        {"place"},
-       callPlace},
+       askPlace,
+       placeText},
       {"list_areas",
        "All areas",
        "List the areas (rooms) of the map with their names, sizes, positions and the objects in them.",
        Json::object(),
        {},
-       callAreas},
+       [](const LiveQueries& queries, const ToolArguments&) { return queries.areas(); },
+       areasText},
       {"list_changes",
        "What has changed",
        "List the things that were moved, are gone or are new, and the places that look different, since a "
-       "drive of the "
-       "robot began.",
-       {{"since",
-         {{"type", "integer"},
-          {"minimum", 1},
-          {"description", "The number of the drive; left out: the last one"}}}},
+       "drive of the robot began.",
+       {{"since", numberSchema(1, "The number of the drive; left out: the last one")}},
        {},
-       callChanges}};
+       askChanges,
+       changesText}};
   return tools;
 }
 
@@ -319,7 +296,9 @@ std::optional<ToolAnswer> callTool(const LiveQueries& queries, const std::string
   const auto tool = std::ranges::find(allTools(), name, &McpTool::name);
   if (tool == allTools().end()) return std::nullopt;
   const Json schema = tool->schema();
-  return tool->call(queries, ToolArguments(arguments, schema));
+  Json found = tool->ask(queries, ToolArguments(arguments, schema));
+  std::string text = tool->inShort(found);
+  return ToolAnswer{std::move(found), std::move(text)};
 }
 
 }  // namespace estancia

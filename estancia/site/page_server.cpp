@@ -21,8 +21,7 @@ OptionGroup declare(ServerOptions& options) {
       .automatic("this machine alone can connect")
       .why(
           "To open the page from another machine. A token is printed then, which every request must have. "
-          "The "
-          "connection is not encrypted: use it in a network that you trust.");
+          "The connection is not encrypted: use it in a network that you trust.");
   return group;
 }
 
@@ -44,11 +43,10 @@ std::unique_ptr<HttpServer> listenAt(const std::string& address, std::optional<i
 
 PageServer::PageServer(LiveView& view, const ServerOptions& options) : site_(view) {
   validate(options);
-  SiteAccess access{options.listen, 0, options.listen.empty() ? "" : makeToken()};
-  server_ = listenAt(options.listen.empty() ? "127.0.0.1" : options.listen, options.port, site_);
-  access.port = server_->port();
-  site_.open(access);
   std::string host = options.listen.empty() ? "127.0.0.1" : options.listen;
+  server_ = listenAt(host, options.port, site_);
+  const SiteAccess access{options.listen, server_->port(), options.listen.empty() ? "" : makeToken()};
+  site_.open(access);
   if (host == "0.0.0.0" || host == "::") {
     std::array<char, 256> name{};
     host = gethostname(name.data(), name.size() - 1) == 0 && name[0] != '\0' ? name.data() : "127.0.0.1";

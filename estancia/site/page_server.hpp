@@ -2,20 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <memory>
-#include <optional>
-#include <string>
-
 #include "estancia/core/options.hpp"
-#include "estancia/site/http_server.hpp"
 #include "estancia/site/live_site.hpp"
 
 namespace estancia {
 
 struct ServerOptions {
   bool page = true;
-  /// 8765 when absent, else any that is free.
-  std::optional<int> port;
+  std::optional<int> port;  ///< 8765 when absent, else any that is free
   std::string listen;
 };
 /// Declares the options and their ranges.

@@ -4,14 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/label_words.hpp"
 #include "estancia/map_file/places.hpp"
-#include "estancia/site/map_drawing.hpp"
 #include "estancia/words/installed_words.hpp"
 #include "estancia/world_query/ask_world.hpp"
 #include "estancia/world_query/route_world.hpp"
@@ -55,13 +53,6 @@ std::optional<int> placeOfRobot(const LiveStatus& status, const TopologicalMap& 
   return map.frames.back().node;
 }
 
-std::optional<int> placeNumber(const std::string& text) {
-  int number = 0;
-  const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (problem != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  return number;
-}
-
 std::string whereSentence(const LiveStatus& status, const Json& place, const Json& area) {
   if (status.places.empty()) return "Nobody knows where the robot is: no image came yet";
   if (status.unmapped && *status.unmapped > 0.5)
@@ -78,13 +69,6 @@ Json wordsJson(const std::vector<LabelProbability>& words) {
     json.push_back(
         {{"label", word.label}, {"probability", shortNumber(static_cast<double>(word.probability))}});
   return json;
-}
-
-Json placeWords(const Node& node, const Vocabulary& vocabulary) {
-  std::vector<LabelProbability> words;
-  for (const std::size_t label : bestLabels(node, 10))
-    words.push_back({vocabulary[label], node.mean.at(label)});
-  return wordsJson(words);
 }
 
 Json neighborsJson(const WorldMap& world, int node, const std::vector<Place>& places,
@@ -223,7 +207,7 @@ Json LiveQueries::route(const RouteQuestion& question) const {
   if (!from)
     fail(ErrorCode::insufficientData, "nobody knows where the robot is; say from which place the way starts");
   const RegionPreferences regions{question.avoid, question.prefer};
-  const std::optional<int> node = placeNumber(question.to);
+  const std::optional<int> node = wholeNumber<int>(question.to);
   const WorldRoute found =
       node ? routeInWorld(*known->world, *from, *node, regions, {}, installedWordGraph)
            : routeInWorld(*known->world, *from, question.to, regions, {}, installedWordGraph);
@@ -268,9 +252,12 @@ Json LiveQueries::place(int node) const {
   const Node& found = world.places.getNode(node);
   const std::vector<Place> places = placesOf(world.places);
   const std::size_t index = indexOf(world.places, node);
+  std::vector<LabelProbability> words;
+  for (const std::size_t label : bestLabels(found, 10))
+    words.push_back({world.places.vocabulary[label], found.mean.at(label)});
   Json position;
   if (const auto& at = places[index].position) {
-    const cv::Point2d point = known->floor.position({(*at)[0], (*at)[1], (*at)[2]});
+    const cv::Point2d point = known->floor.position(cv::Vec3d(at->data()));
     position = {shortNumber(point.x), shortNumber(point.y)};
   }
   return {{"node", node},
@@ -279,7 +266,7 @@ Json LiveQueries::place(int node) const {
           {"area", areaReference(world, world.areaOfNode(node))},
           {"position", std::move(position)},
           {"frames", found.frames},
-          {"words", placeWords(found, world.places.vocabulary)},
+          {"words", wordsJson(words)},
           {"neighbors", neighborsJson(world, node, places, known->placeNames)},
           {"objects", objectReferences(world, [&](const WorldObject& object) {
              return world.places.frames.at(object.bestFrame).node == node;

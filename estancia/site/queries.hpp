@@ -2,12 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <charconv>
 #include <cstddef>
 #include <memory>
 #include <mutex>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "estancia/core/pose.hpp"
@@ -17,10 +19,8 @@ namespace estancia {
 
 /// Goal of a route, in the form that routeInWorld() takes.
 struct RouteQuestion {
-  /// The number of a place, the name of an area or an object, or words.
-  std::string to;
-  /// The place to start from; where the robot is when absent.
-  std::optional<int> from;
+  std::string to;           ///< the number of a place, the name of an area or an object, or words
+  std::optional<int> from;  ///< the place to start from; where the robot is when absent
   std::vector<std::string> avoid = {}, prefer = {};
 };
 
@@ -86,7 +86,19 @@ class LiveQueries {
   mutable std::shared_ptr<Known> known_;
 };
 
+/// LiveQueries::map() without its revision. `placeNames`: one a node, "" where none is known.
+nlohmann::ordered_json drawMap(const WorldMap& world, const Floor& floor,
+                               const std::vector<std::string>& placeNames);
+
 /// Serializes JSON. Bytes that are no UTF-8 become U+FFFD.
 std::string textOf(const nlohmann::ordered_json& json);
+
+/// The whole text as a number; nothing for any other text.
+template <class Number>
+std::optional<Number> wholeNumber(std::string_view text) {
+  Number number = 0;
+  const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), number);
+  return problem == std::errc{} && end == text.data() + text.size() ? std::optional(number) : std::nullopt;
+}
 
 }  // namespace estancia

@@ -56,17 +56,13 @@ void addPlaces(const TopologicalMap& map, std::vector<ros::Marker>& markers) {
 
 /// Above the frames that were taken in each.
 void addAreas(const WorldMap& world, std::vector<ros::Marker>& markers) {
-  struct Sum {
-    Point at{};
-    double frames = 0;
-  };
-  std::vector<Sum> sums(world.areas.size());
+  std::vector<std::pair<Point, double>> sums(world.areas.size());  // positions, and how many
   for (std::size_t i = 0; i < world.areaOfFrame.size(); ++i) {
     const auto& pose = world.places.frames[i].pose;
     if (world.areaOfFrame[i] < 0 || !pose) continue;
-    Sum& sum = sums[static_cast<std::size_t>(world.areaOfFrame[i])];
-    sum.at = {sum.at[0] + pose->x, sum.at[1] + pose->y, sum.at[2] + pose->z};
-    ++sum.frames;
+    auto& [at, frames] = sums[static_cast<std::size_t>(world.areaOfFrame[i])];
+    at = {at[0] + pose->x, at[1] + pose->y, at[2] + pose->z};
+    ++frames;
   }
   for (const WorldArea& area : world.areas) {
     const auto& [at, frames] = sums[static_cast<std::size_t>(area.id)];

@@ -3,12 +3,8 @@
 #pragma once
 
 #include <atomic>
-#include <memory>
-#include <string>
 #include <thread>
-#include <vector>
 
-#include "estancia/live/live_view.hpp"
 #include "estancia/ros/dds.hpp"
 #include "estancia/ros/published_messages.hpp"
 #include "estancia/site/queries.hpp"
@@ -37,9 +33,8 @@ class RosPublisher {
   std::thread thread_;  // last: it uses all others
 };
 
-/// A map with poses as markers: places (spheres) and transitions (lines), areas (their names where the robot
-/// drove through them), objects (boxes and names). The first one removes what was drawn before. Without poses
-/// that one alone.
+/// A map with poses as markers: places (spheres), transitions (lines), areas (names where the robot drove),
+/// objects (boxes and names). The first one removes what was drawn before; without poses it is the only one.
 std::vector<ros::Marker> markersOf(const WorldMap& world);
 
 }  // namespace estancia

@@ -8,8 +8,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstddef>
-#include <string_view>
 
 #include "estancia/core/ascii.hpp"
 #include "estancia/core/fail.hpp"

@@ -2,19 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <optional>
-#include <string>
-
 #include "estancia/site/http_server.hpp"
 
 namespace estancia {
 
 struct SiteAccess {
-  /// The address or name that the server listens at; "" for this machine alone.
-  std::string listen;
+  std::string listen;  ///< the address or name that the server listens at; "" for this machine alone
   int port = 0;
-  /// Token that every request must contain; "" for none.
-  std::string token;
+  std::string token;  ///< token that every request must contain; "" for none
 
   /// How the cookie with the token is called. Cookies do not know of ports.
   std::string cookieName() const { return "estancia-" + std::to_string(port); }
@@ -22,8 +17,7 @@ struct SiteAccess {
 
 struct AccessRefusal {
   int status = 403;
-  /// The problem, and advice.
-  std::string why;
+  std::string why;  ///< the problem, and advice
 };
 
 /// Nothing for a request that may go on. Refused are:

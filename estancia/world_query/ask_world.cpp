@@ -153,8 +153,7 @@ std::vector<int> areasOfNodes(const WorldMap& world) {
       ++frames[node][world.areaOfFrame[i]];
   std::vector<int> areas;
   for (const std::map<int, std::size_t>& counts : frames) {
-    const auto most =
-        std::ranges::max_element(counts, [](const auto& a, const auto& b) { return a.second < b.second; });
+    const auto most = std::ranges::max_element(counts, {}, [](const auto& count) { return count.second; });
     areas.push_back(most == counts.end() ? -1 : most->first);
   }
   return areas;

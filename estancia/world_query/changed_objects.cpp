@@ -4,15 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
-#include <string>
 #include <tuple>
 #include <unordered_map>
 #include <utility>
 
 #include "estancia/core/pose.hpp"
 #include "estancia/objects/instance_map.hpp"
-#include "estancia/world_file/observation.hpp"
 
 namespace estancia {
 namespace {
@@ -31,8 +28,7 @@ double noiseAt(double depth) {
   return 0.03 + 3 * 0.0012 * depth * depth;
 }
 
-/// A piece of the surface of something, as one epoch saw it, and how often the other one saw its place empty,
-/// and how often not.
+/// A piece of a surface, as one epoch saw it, and how often the other one saw its place empty or full.
 struct Spot {
   cv::Point3d point;
   int object = -1;

@@ -2,9 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
-#include <vector>
-
 #include "estancia/world_file/world_store.hpp"
 #include "estancia/world_query/changes.hpp"
 

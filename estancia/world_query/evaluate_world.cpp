@@ -4,15 +4,11 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <map>
 #include <opencv2/core.hpp>
 #include <set>
-#include <vector>
 
-#include "estancia/core/pose.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/map_file/store.hpp"
-#include "estancia/readers/home_truth.hpp"
 #include "estancia/readers/open_sequence.hpp"
 #include "estancia/world_file/world_map.hpp"
 #include "estancia/world_file/world_store.hpp"
@@ -27,15 +23,11 @@ constexpr double minWidthOfPath = 0.1;
 
 /// Standard deviation of positions along the second of their main axes [m].
 double widthOfPath(std::span<const Pose> poses) {
-  cv::Mat positions(static_cast<int>(poses.size()), 3, CV_64F);
-  for (int i = 0; i < positions.rows; ++i) {
-    const Pose& pose = poses[static_cast<std::size_t>(i)];
-    positions.at<double>(i, 0) = pose.x;
-    positions.at<double>(i, 1) = pose.y;
-    positions.at<double>(i, 2) = pose.z;
-  }
+  std::vector<cv::Vec3d> positions;
+  for (const Pose& pose : poses) positions.emplace_back(pose.x, pose.y, pose.z);
   cv::Mat covariance, mean, values;
-  cv::calcCovarMatrix(positions, covariance, mean, cv::COVAR_NORMAL | cv::COVAR_ROWS | cv::COVAR_SCALE);
+  cv::calcCovarMatrix(cv::Mat(positions).reshape(1), covariance, mean,
+                      cv::COVAR_NORMAL | cv::COVAR_ROWS | cv::COVAR_SCALE);
   cv::eigen(covariance, values);
   return std::sqrt(std::max(0.0, values.at<double>(1)));
 }

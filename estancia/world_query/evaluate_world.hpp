@@ -22,8 +22,7 @@ struct WorldAccuracy {
   /// Trajectory error over frames with an estimated and a true pose.
   std::optional<AbsoluteTrajectoryError> trajectory = {};
   std::optional<InstanceAccuracy> objects = {};
-  /// Sentences on what speaks against the drive being the one that was mapped; images of other drives may
-  /// have the same names.
+  /// What speaks against the drive being the one that was mapped; others may have the same images' names.
   std::vector<std::string> doubts = {};
 };
 

@@ -7,13 +7,11 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/label_words.hpp"
 #include "estancia/query/export_text.hpp"
 #include "estancia/world_query/layer_tree.hpp"
-#include "estancia/world_query/spark_dsg.hpp"
 #include "estancia/world_query/world_json.hpp"
 
 namespace estancia {
@@ -75,23 +73,14 @@ std::string toAreasJson(const WorldMap& world, const ExportOptions& options) {
     const int area = tree.areaOfNode[i];
     (area < 0 ? elsewhere : rooms[static_cast<std::size_t>(area)]["places"]).push_back(std::move(place));
   }
-  std::set<std::pair<int, int>> neighbors;
-  for (const auto& [a, b] : linksOf(map)) {
-    const int one = tree.areaOfNode[a], other = tree.areaOfNode[b];
-    if (one < 0 || other < 0 || one == other) continue;
-    neighbors.emplace(one, other);
-    neighbors.emplace(other, one);
+  for (const auto& [one, other] : tree.neighbors) {  // ascending for each
+    rooms[static_cast<std::size_t>(one)]["neighbors"].push_back(other);
+    rooms[static_cast<std::size_t>(other)]["neighbors"].push_back(one);
   }
-  for (const auto& [area, neighbor] : neighbors)
-    rooms[static_cast<std::size_t>(area)]["neighbors"].push_back(neighbor);
   return exporting::dump({{"format", "estancia-rooms"},
                           {"version", roomsVersion},
                           {"rooms", std::move(rooms)},
                           {"elsewhere", {{"places", std::move(elsewhere)}}}});
-}
-
-std::string toSparkDsg(const WorldMap& world, const ExportOptions&) {
-  return exporting::dump(sparkDsgJson(world));
 }
 
 Json feature(const char* geometry, Json coordinates, std::size_t id, const std::string& frame,
@@ -218,7 +207,8 @@ struct WorldFormat {
 /// Formats that exportMap() lacks.
 constexpr WorldFormat formats[] = {
     {"rooms", "areas, their places and objects, as simple JSON", toAreasJson},
-    {"spark-dsg", "3-D scene graph for Spark-DSG (Hydra) and its viewers; needs poses", toSparkDsg}};
+    {"spark-dsg", "3-D scene graph for Spark-DSG (Hydra) and its viewers; needs poses",
+     [](const WorldMap& world, const ExportOptions&) { return exporting::dump(sparkDsgJson(world)); }}};
 
 }  // namespace
 

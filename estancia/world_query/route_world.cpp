@@ -6,15 +6,12 @@
 
 #include <algorithm>
 #include <limits>
-#include <utility>
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/map_file/places.hpp"
 #include "estancia/query/ways.hpp"
 #include "estancia/world_query/driven_way.hpp"
-#include "estancia/world_query/map_region.hpp"
-#include "estancia/world_query/view_pose.hpp"
 
 namespace estancia {
 namespace {
@@ -33,82 +30,83 @@ class WorldWays {
     const double cost = driven_.costTo(frame);
     return isReached(cost) ? cost : places_.costTo(world_.places.frames[frame].node);
   }
+
   bool reaches(std::size_t frame) const { return isReached(costTo(frame)); }
   double costToNode(int node) const {
     const auto middle = driven_.middleOf(node);
     return middle ? costTo(*middle) : places_.costTo(node);
   }
+
   bool reachesNode(int node) const { return isReached(costToNode(node)); }
 
   WorldRoute routeTo(std::size_t frame) const {
     if (auto way = driven_.wayTo(frame)) return driven(std::move(*way));
     return overPlaces(world_.places.frames[frame].node);
   }
+
   WorldRoute routeToNode(int node) const {
     const auto middle = driven_.middleOf(node);
     return middle ? routeTo(*middle) : overPlaces(node);
   }
+
   const DrivenWays& driven() const { return driven_; }
   const RegionCosts& costs() const { return costs_; }
 
  private:
   static bool isReached(double cost) { return cost < std::numeric_limits<double>::infinity(); }
-  static std::vector<double> placeFactors(const WorldMap& world, const RegionCosts& costs);
-  WorldRoute driven(DrivenWay way) const;
-  WorldRoute overPlaces(int node) const;
-  void tellCrossed(WorldRoute& found, const std::vector<WayPiece>& pieces) const;
+  static std::vector<double> placeFactors(const WorldMap& world, const RegionCosts& costs) {
+    std::vector<double> factors;
+    for (const int area : areasOfNodes(world)) factors.push_back(costs.at(factors.size(), area));
+    return factors;
+  }
+
+  WorldRoute driven(DrivenWay way) const {
+    WorldRoute found{.route = {{}, way.length, true}};
+    for (const WayPiece& piece : way.pieces) {
+      const int node = world_.places.nodes[piece.place].id;
+      if (found.route.nodes.empty() || found.route.nodes.back() != node) found.route.nodes.push_back(node);
+      if (piece.area >= 0 && (found.areas.empty() || found.areas.back() != piece.area))
+        found.areas.push_back(piece.area);
+    }
+    tellCrossed(found, way.pieces);
+    found.driven = std::move(way);
+    return found;
+  }
+
+  WorldRoute overPlaces(int node) const {
+    WorldRoute found{.route = places_.routeTo(node)};
+    const std::vector<int> areas = areasOfNodes(world_);
+    std::vector<WayPiece> pieces;
+    for (const int id : found.route.nodes) {
+      const std::size_t place = indexOf(world_.places, id);
+      pieces.push_back({place, areas[place]});
+      if (areas[place] >= 0 && (found.areas.empty() || found.areas.back() != areas[place]))
+        found.areas.push_back(areas[place]);
+    }
+    tellCrossed(found, pieces);
+    return found;
+  }
+
+  void tellCrossed(WorldRoute& found, const std::vector<WayPiece>& pieces) const {
+    for (const MapRegion& region : costs_.avoid) {
+      const auto isInside = [&region](const WayPiece& piece) {
+        return region.holds(piece.place, piece.area);
+      };
+      if (std::ranges::none_of(pieces, isInside)) continue;
+      CrossedRegion crossed{region.name};
+      for (const WayPiece& piece : pieces) crossed.length += isInside(piece) ? piece.length : 0;
+      crossed.why = isInside(pieces.back())    ? CrossedRegion::Why::goal
+                    : isInside(pieces.front()) ? CrossedRegion::Why::start
+                                               : CrossedRegion::Why::detour;
+      found.crossed.push_back(std::move(crossed));
+    }
+  }
 
   const WorldMap& world_;
   RegionCosts costs_;
   DrivenWays driven_;
   Ways places_;
 };
-
-std::vector<double> WorldWays::placeFactors(const WorldMap& world, const RegionCosts& costs) {
-  std::vector<double> factors;
-  for (const int area : areasOfNodes(world)) factors.push_back(costs.at(factors.size(), area));
-  return factors;
-}
-
-WorldRoute WorldWays::driven(DrivenWay way) const {
-  WorldRoute found{.route = {{}, way.length, true}};
-  for (const WayPiece& piece : way.pieces) {
-    const int node = world_.places.nodes[piece.place].id;
-    if (found.route.nodes.empty() || found.route.nodes.back() != node) found.route.nodes.push_back(node);
-    if (piece.area >= 0 && (found.areas.empty() || found.areas.back() != piece.area))
-      found.areas.push_back(piece.area);
-  }
-  tellCrossed(found, way.pieces);
-  found.driven = std::move(way);
-  return found;
-}
-
-WorldRoute WorldWays::overPlaces(int node) const {
-  WorldRoute found{.route = places_.routeTo(node)};
-  const std::vector<int> areas = areasOfNodes(world_);
-  std::vector<WayPiece> pieces;
-  for (const int id : found.route.nodes) {
-    const std::size_t place = indexOf(world_.places, id);
-    pieces.push_back({place, areas[place]});
-    if (areas[place] >= 0 && (found.areas.empty() || found.areas.back() != areas[place]))
-      found.areas.push_back(areas[place]);
-  }
-  tellCrossed(found, pieces);
-  return found;
-}
-
-void WorldWays::tellCrossed(WorldRoute& found, const std::vector<WayPiece>& pieces) const {
-  for (const MapRegion& region : costs_.avoid) {
-    const auto isInside = [&region](const WayPiece& piece) { return region.holds(piece.place, piece.area); };
-    if (std::ranges::none_of(pieces, isInside)) continue;
-    CrossedRegion crossed{region.name};
-    for (const WayPiece& piece : pieces) crossed.length += isInside(piece) ? piece.length : 0;
-    crossed.why = isInside(pieces.back())    ? CrossedRegion::Why::goal
-                  : isInside(pieces.front()) ? CrossedRegion::Why::start
-                                             : CrossedRegion::Why::detour;
-    found.crossed.push_back(std::move(crossed));
-  }
-}
 
 /// Nodes of these areas; of those without one, nodes of which a frame is in them.
 std::vector<int> nodesOfAreas(const WorldMap& world, const std::vector<int>& areas) {
@@ -147,27 +145,22 @@ WorldRoute routeToAreas(const WorldMap& world, int from, const std::vector<int>&
 struct FacedObject {
   ObjectAnswer answer;
   double probability = 0;
-  std::optional<ViewPose> pose = {};
+  ViewPose pose;
 };
-
-/// A pose that faces the object, where the robot can get.
-std::optional<ViewPose> findPose(const ViewPoses& poses, const WorldObject& object, const WorldWays& ways) {
-  return poses.find(object, [&](std::size_t frame) { return ways.reaches(frame); });
-}
 
 std::optional<WorldRoute> routeToObject(const WorldMap& world, const std::vector<ObjectAnswer>& answers,
                                         const WorldWays& ways, const RouteOptions& options) {
   const ViewPoses poses(world, options.viewAngle);
+  const auto mayUse = [&ways](std::size_t frame) { return ways.reaches(frame); };
   std::vector<FacedObject> goals;
-  goals.reserve(answers.size());
   for (const ObjectAnswer& answer : answers)
-    goals.push_back({answer, answer.probability, findPose(poses, *world.findObject(answer.object), ways)});
-  std::erase_if(goals, [](const FacedObject& goal) { return !goal.pose; });
+    if (const auto pose = poses.find(*world.findObject(answer.object), mayUse))
+      goals.push_back({answer, answer.probability, *pose});
   const FacedObject* goal = chooseGoal(goals, options.tolerance, [&](const FacedObject& candidate) {
-    return ways.costTo(candidate.pose->frame);
+    return ways.costTo(candidate.pose.frame);
   });
   if (goal == nullptr) return std::nullopt;
-  WorldRoute found = ways.routeTo(goal->pose->frame);
+  WorldRoute found = ways.routeTo(goal->pose.frame);
   found.object = goal->answer;
   found.pose = goal->pose;
   return found;
@@ -229,13 +222,14 @@ std::vector<std::optional<WorldRoute>> routesToObjects(const WorldMap& world, in
   validate(options);
   const WorldWays ways(world, from, {}, options);
   const ViewPoses poses(world, options.viewAngle);
+  const auto mayUse = [&ways](std::size_t frame) { return ways.reaches(frame); };
   std::vector<std::optional<WorldRoute>> routes;
   for (const WorldObject& object : world.objects) {
     routes.emplace_back();
-    const std::optional<ViewPose> pose = findPose(poses, object, ways);
-    if (!pose) continue;
-    routes.back() = ways.routeTo(pose->frame);
-    routes.back()->pose = pose;
+    if (const auto pose = poses.find(object, mayUse)) {
+      routes.back() = ways.routeTo(pose->frame);
+      routes.back()->pose = pose;
+    }
   }
   return routes;
 }
@@ -258,16 +252,12 @@ std::vector<std::optional<WorldRoute>> routesToEachArea(const WorldMap& world, i
 std::string crossedText(const CrossedRegion& crossed, const RouteOptions& options) {
   const std::string where =
       crossed.length > 0 ? fmt::format("{:.1f} m of the way are", crossed.length) : "The way is partly";
-  switch (crossed.why) {
-    case CrossedRegion::Why::goal:
-      return fmt::format("{} in \"{}\": the goal is there", where, printable(crossed.name));
-    case CrossedRegion::Why::start:
-      return fmt::format("{} in \"{}\": it starts there", where, printable(crossed.name));
-    case CrossedRegion::Why::detour:
-      break;
-  }
-  return fmt::format("{} in \"{}\": no way around it is known that costs less (--avoid-factor {})", where,
-                     printable(crossed.name), options.avoidFactor);
+  const std::string why =
+      crossed.why == CrossedRegion::Why::goal ? "the goal is there"
+      : crossed.why == CrossedRegion::Why::start
+          ? "it starts there"
+          : fmt::format("no way around it is known that costs less (--avoid-factor {})", options.avoidFactor);
+  return fmt::format("{} in \"{}\": {}", where, printable(crossed.name), why);
 }
 
 }  // namespace estancia

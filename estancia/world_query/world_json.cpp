@@ -9,6 +9,7 @@
 
 #include "estancia/map_file/places.hpp"
 #include "estancia/query/map_json.hpp"
+#include "estancia/world_query/changes.hpp"
 
 namespace estancia {
 namespace {
@@ -18,6 +19,10 @@ using Json = nlohmann::ordered_json;
 /// Rounds to millimeters, which suffice.
 double inMillimeters(double meters) {
   return std::round(meters * 1e3) / 1e3;
+}
+
+double shortened(double probability) {
+  return std::round(probability * 1e6) / 1e6;
 }
 
 Json pointJson(const cv::Point3d& point) {
@@ -30,7 +35,7 @@ Json knownJson(const WorldObject& object, const WorldMap& world) {
   Json orientation = Json::array();
   for (const double part : {p.qx, p.qy, p.qz, p.qw}) orientation.push_back(std::round(part * 1e5) / 1e5);
   return {{"name", object.known->name},
-          {"confidence", std::round(object.known->confidence * 1e6) / 1e6},
+          {"confidence", shortened(object.known->confidence)},
           {"position", pointJson({p.x, p.y, p.z})},
           {"orientation", orientation},
           {"frame", world.places.frames.at(object.known->frame).name}};
@@ -39,20 +44,14 @@ Json knownJson(const WorldObject& object, const WorldMap& world) {
 Json shapeJson(const WorldObject& object) {
   if (object.shapeClasses.empty()) return nullptr;
   Json classes = Json::object();
-  const auto share = [](const LabelProbability& of) {
-    return std::round(static_cast<double>(of.probability) * 1e6) / 1e6;
-  };
-  for (const LabelProbability& of : object.shapeClasses) classes[of.label] = share(of);
+  for (const LabelProbability& of : object.shapeClasses) classes[of.label] = shortened(of.probability);
   const LabelProbability& best = object.shapeClasses.front();
-  return {{"class", best.label}, {"probability", share(best)}, {"classes", std::move(classes)}};
+  return {
+      {"class", best.label}, {"probability", shortened(best.probability)}, {"classes", std::move(classes)}};
 }
 
 Json textOrNull(const std::string& text) {
   return text.empty() ? Json(nullptr) : Json(text);
-}
-
-double shortened(double probability) {
-  return std::round(probability * 1e6) / 1e6;
 }
 
 Json wayJson(const DrivenWay& way) {
@@ -198,8 +197,7 @@ std::string knownText(const WorldObject& object) {
   const Pose& p = object.known->pose;
   return fmt::format(
       "recognized as {} ({:.0f} %), its axes at ({:.2f}, {:.2f}, {:.2f}) m, turned by ({:.3f}, {:.3f}, "
-      "{:.3f}, "
-      "{:.3f})",
+      "{:.3f}, {:.3f})",
       object.known->name, 100 * object.known->confidence, p.x, p.y, p.z, p.qx, p.qy, p.qz, p.qw);
 }
 
@@ -210,21 +208,67 @@ std::string shapeText(const WorldObject& object) {
 }
 
 std::string supportText(const WorldObject& object, const WorldMap& world) {
-  switch (object.support) {
-    case Support::floor:
-      return "on the floor";
-    case Support::object:
-      if (const WorldObject* below = world.findObject(object.onObject))
-        return "on the " + below->displayName();
-      return "on an object";
-    case Support::surface:
-      return "on a surface";
-    case Support::wall:
-      return "at a wall";
-    case Support::unknown:
-      break;
+  if (object.support == Support::object) {
+    const WorldObject* below = world.findObject(object.onObject);
+    return below == nullptr ? "on an object" : "on the " + below->displayName();
   }
-  return "";
+  return object.support == Support::floor     ? "on the floor"
+         : object.support == Support::surface ? "on a surface"
+         : object.support == Support::wall    ? "at a wall"
+                                              : "";
+}
+
+namespace {
+
+/// The object that it is or was a part of; nullptr where that is none.
+const WorldObject* thingOf(const ObjectChange& change, const WorldMap& world) {
+  const auto object = change.now ? change.now : change.before;
+  return object ? world.findObject(*object) : nullptr;
+}
+
+Json areaJson(const cv::Point3d& at, const WorldMap& world) {
+  return world.plan ? areaReference(world, areaOfObject(*world.plan, at)) : Json();
+}
+
+Json changeJson(const ObjectChange& change, const WorldMap& world) {
+  const auto number = [](const std::optional<int>& object) { return object ? Json(*object) : Json(); };
+  const WorldObject* thing = thingOf(change, world);
+  Json json{
+      {"kind", toString(change.kind)},    {"name", thing != nullptr ? Json(thing->displayName()) : Json()},
+      {"whole", change.isWhole},          {"object_before", number(change.before)},
+      {"object_now", number(change.now)}, {"area_m2", std::round(change.area * 1e4) / 1e4}};
+  if (change.kind != ObjectChange::Kind::appeared) {
+    json["from"] = pointJson(change.from);
+    json["from_area"] = areaJson(change.from, world);
+    json["last_seen"] = world.places.frames.at(change.lastBefore).name;
+  }
+  if (change.kind != ObjectChange::Kind::gone) {
+    json["to"] = pointJson(change.to);
+    json["to_area"] = areaJson(change.to, world);
+    json["first_seen"] = world.places.frames.at(change.firstNow).name;
+  }
+  return json;
+}
+
+Json changeJson(const PlaceChange& change) {
+  Json words = Json::array();
+  for (const PlaceChange::Word& word : change.words)
+    words.push_back({{"label", word.label}, {"before", word.before}, {"now", word.now}});
+  return {{"node", change.node}, {"distance", change.distance}, {"words", std::move(words)}};
+}
+
+}  // namespace
+
+std::string nameOf(const ObjectChange& change, const WorldMap& world) {
+  const WorldObject* thing = thingOf(change, world);
+  return thing == nullptr ? "something" : (change.isWhole ? "" : "part of ") + thing->displayName();
+}
+
+nlohmann::ordered_json toJson(const Changes& changes) {
+  Json objects = Json::array(), places = Json::array();
+  for (const ObjectChange& change : changes.objects) objects.push_back(changeJson(change, *changes.world));
+  for (const PlaceChange& change : changes.places) places.push_back(changeJson(change));
+  return {{"since", changes.since}, {"objects", std::move(objects)}, {"places", std::move(places)}};
 }
 
 }  // namespace estancia

@@ -3,10 +3,7 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
-#include <string>
 
-#include "estancia/world_file/world_map.hpp"
-#include "estancia/world_query/ask_world.hpp"
 #include "estancia/world_query/route_world.hpp"
 
 namespace estancia {

@@ -11,12 +11,11 @@
 #include "estancia/apps/command_line.hpp"
 #include "estancia/apps/declared_options.hpp"
 #include "estancia/core/progress.hpp"
-#include "estancia/findings/findings_files.hpp"
 #include "estancia/findings/findings_page.hpp"
 #include "estancia/findings/result_table.hpp"
 #include "estancia/label/label_stream.hpp"
 #include "estancia/labelers/model.hpp"
-#include "estancia/processes/processes.hpp"
+#include "estancia/processes/work_queue.hpp"
 #include "runner/experiment.hpp"
 
 namespace estancia::experiments {

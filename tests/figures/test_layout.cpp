@@ -64,7 +64,7 @@ TEST(MapPlane, AMapInACamerasFrameIsSeenFromAbove) {
 }
 
 TEST(MapPlane, ATiltedMapIsSeenAlongItsLeastSpread) {
-  std::vector<std::array<double, 3>> positions;  // a circle in the plane z = x + y
+  std::vector<cv::Vec3d> positions;  // a circle in the plane z = x + y
   positions.reserve(40);
   for (int i = 0; i < 40; ++i) positions.push_back({std::cos(i), std::sin(i), std::cos(i) + std::sin(i)});
   const GroundPlane plane = planeOf(positions);

@@ -5,7 +5,7 @@
 
 #include <opencv2/core.hpp>
 
-#include "estancia/figures/object_image.hpp"
+#include "estancia/figures/annotated_image.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "estancia/findings/result_table.hpp"
 #include "support/golden_findings.hpp"
 
 namespace estancia {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/findings/findings_files.hpp"
+#include "estancia/findings/findings_page.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,6 @@
 #include <filesystem>
 
 #include "estancia/core/error.hpp"
-#include "estancia/findings/findings_page.hpp"
 #include "estancia/findings/rank_diagram.hpp"
 #include "estancia/findings/result_table.hpp"
 #include "support/errors.hpp"

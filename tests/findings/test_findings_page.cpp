@@ -11,7 +11,6 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/files/image_writer.hpp"
-#include "estancia/findings/line_chart.hpp"
 #include "support/errors.hpp"
 #include "support/html_checks.hpp"
 #include "support/support.hpp"
@@ -143,7 +142,7 @@ TEST(FindingsPage, IsWrittenWholeOrNotAtAll) {
 
 /// The heights of a chart's curve, from 0 at the top to 280 at the foot.
 std::vector<double> heights(const LineChart& chart) {
-  const std::string svg = lineChart(chart).str();
+  const std::string svg = section(chart).str();
   std::smatch path;
   const std::string plot = svg.substr(svg.find("class=\"plot\""));
   std::regex_search(plot, path, std::regex("<path class=\"curve[^>]* d=\"([^\"]*)\""));
@@ -174,7 +173,7 @@ TEST(LineChart, DrawsRatiosInProportionOnALogarithmicAxis) {
 
 TEST(LineChart, BreaksWhereNothingIsKnown) {
   LineChart chart{"", "", "", "", false, {1, 2, 3, 4, 5}, {{"a", {1, 2, NAN, 3, 4}}}};
-  const std::string svg = lineChart(chart).str();
+  const std::string svg = section(chart).str();
   const std::string plot = svg.substr(svg.find("class=\"plot\""));
   const std::string curve = plot.substr(plot.find("class=\"curve"));
   EXPECT_EQ(count(curve.substr(0, curve.find('>')), "M"), 2U);
@@ -182,10 +181,10 @@ TEST(LineChart, BreaksWhereNothingIsKnown) {
 
 TEST(LineChartFigure, PointsOutAMarkThatIsOneOfItsPositions) {
   LineChart chart{"Curves", "", "k", "V", false, {1, 2, 3}, {{"a", {0.1, 0.2, NAN}, 2.0}}};
-  EXPECT_EQ(count(lineChart(chart).str(), "class=\"mark c0\""), 1U);
+  EXPECT_EQ(count(section(chart).str(), "class=\"mark c0\""), 1U);
   for (const double elsewhere : {3.0, 7.0}) {
     chart.lines[0].mark = elsewhere;
-    EXPECT_EQ(count(lineChart(chart).str(), "class=\"mark"), 0U) << elsewhere;
+    EXPECT_EQ(count(section(chart).str(), "class=\"mark"), 0U) << elsewhere;
   }
 }
 

@@ -7,7 +7,7 @@
 #include <numeric>
 #include <set>
 
-#include "estancia/figures/plane.hpp"
+#include "estancia/figures/layout.hpp"
 #include "estancia/report/zone_figures.hpp"
 #include "sample_zones.hpp"
 #include "support/html_checks.hpp"

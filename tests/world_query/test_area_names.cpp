@@ -13,7 +13,7 @@
 #include "estancia/words/wordnet.hpp"
 #include "estancia/world_file/edit_rules.hpp"
 #include "estancia/world_query/ask_world.hpp"
-#include "estancia/world_query/map_region.hpp"
+#include "estancia/world_query/driven_way.hpp"
 #include "estancia/world_query/route_world.hpp"
 #include "estancia/world_query/world_json.hpp"
 #include "support/errors.hpp"

@@ -13,8 +13,6 @@
 #include <numbers>
 
 #include "estancia/world_query/driven_way.hpp"
-#include "estancia/world_query/map_region.hpp"
-#include "estancia/world_query/view_pose.hpp"
 #include "estancia/world_query/world_json.hpp"
 #include "support/errors.hpp"
 #include "support/sample_world.hpp"

@@ -1,13 +1,63 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/figures/floor_image.hpp"
+#include "estancia/figures/annotated_image.hpp"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
-#include <string>
 
+#include "estancia/core/fail.hpp"
 #include "estancia/figures/color.hpp"
 
 namespace estancia::report {
+namespace {
+
+/// Colors that people distinguish, by Wong, Nature Methods 8 (2011), BGR.
+cv::Scalar colorOf(FusedAnswer::Source source) {
+  using enum FusedAnswer::Source;
+  return source == both    ? cv::Scalar(115, 158, 0)
+         : source == shape ? cv::Scalar(178, 114, 0)
+         : source == image ? cv::Scalar(0, 159, 230)
+                           : cv::Scalar(128, 128, 128);
+}
+
+std::string captionOf(const PredictedObject& object, const std::vector<std::string>& words) {
+  const auto word = static_cast<std::size_t>(object.answer.classIndex);
+  if (object.answer.classIndex < 0) return fmt::format("{}", object.instance);
+  if (word >= words.size())
+    fail(ErrorCode::mismatch, "object {} has class {} of {}; give the classes of its model", object.instance,
+         word + 1, words.size());
+  // OpenCV's font knows ASCII only.
+  std::string name = cleanText(words[word]);
+  for (char& c : name)
+    if (c < ' ' || c > '~') c = '?';
+  return fmt::format("{} {} {:.0f}%", object.instance, name, 100 * object.answer.probability);
+}
+
+}  // namespace
+
+cv::Mat drawObjects(const cv::Mat& image, std::span<const PredictedObject> objects,
+                    const std::vector<std::string>& words) {
+  if (image.empty() || image.type() != CV_8UC3)
+    throw Error(ErrorCode::invalidInput, "objects are drawn into a BGR image of 8 bits; convert the image");
+  cv::Mat drawn = image.clone();
+  const int font = cv::FONT_HERSHEY_SIMPLEX;
+  const double size = 0.4 * std::max(1., image.cols / 640.);
+  for (const PredictedObject& object : objects)
+    cv::rectangle(drawn, object.box, colorOf(object.answer.source), 2);
+  for (const PredictedObject& object : objects) {
+    const std::string caption = captionOf(object, words);
+    int below = 0;
+    const cv::Size text = cv::getTextSize(caption, font, size, 1, &below);
+    const cv::Point corner(std::clamp(object.box.x, 0, std::max(0, image.cols - text.width)),
+                           std::max(object.box.y, text.height + below));
+    cv::rectangle(drawn, corner + cv::Point(0, below), corner + cv::Point(text.width, -text.height),
+                  colorOf(object.answer.source), cv::FILLED);
+    cv::putText(drawn, caption, corner, font, size, cv::Scalar::all(255), 1, cv::LINE_AA);
+  }
+  return drawn;
+}
+
 namespace {
 
 const cv::Scalar paper(255, 255, 255), dark(50, 50, 50);
@@ -36,7 +86,7 @@ class Drawing {
         image_(part_.height * scale_, part_.width * scale_, CV_8UC3, paper) {}
 
   template <class ColorOf>
-  void paintCells(ColorOf colorOf) {
+  void paintCells(ColorOf colorAt) {
     for (int row = 0; row < part_.height; ++row)
       for (int column = 0; column < part_.width; ++column) {
         const cv::Point cell = part_.tl() + cv::Point(column, row);
@@ -44,7 +94,7 @@ class Drawing {
         if (areas_.walls.at<unsigned char>(cell) != 0)
           fill(column, row, dark);
         else if (area >= 0)
-          fill(column, row, colorOf(cell, area));
+          fill(column, row, colorAt(cell, area));
       }
   }
 

@@ -5,11 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <numeric>
 #include <set>
 #include <tuple>
 
-#include "estancia/figures/floor_plan_figure.hpp"
 #include "estancia/figures/label_places.hpp"
 
 namespace estancia::report {
@@ -48,15 +47,13 @@ std::vector<std::size_t> densest(const std::vector<ZoneSymbol>& symbols,
       if (std::hypot(symbols[a].at.x - symbols[b].at.x, symbols[a].at.y - symbols[b].at.y) < near) ++count;
     counts.emplace_back(count, a);
   }
-  std::stable_sort(counts.begin(), counts.end(),
-                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::ranges::stable_sort(counts, [](const auto& a, const auto& b) { return a.first > b.first; });
   std::vector<std::size_t> order;
   for (const auto& [count, symbol] : counts) order.push_back(symbol);
   return order;
 }
 
-/// The path in the middle of the figure, which becomes as low as that allows. `border` is for what sticks
-/// out.
+/// The path in the middle of the figure, which becomes as low as it can. `border`: for what sticks out.
 Fit fitPath(const std::vector<Point>& extent, double border, FigureStyle& style) {
   const double side = figureMargin + border + 2 * style.fontSize;
   const double top = figureMargin + border + style.fontSize, below = 1.4 * style.fontSize;  // for the scale
@@ -70,9 +67,6 @@ Fit fitPath(const std::vector<Point>& extent, double border, FigureStyle& style)
 /// How far symbols lie outside of the box around the path.
 double overhang(const std::vector<ZoneSymbol>& symbols, const std::vector<Point>& extent, const Fit& fit) {
   Box box{fit(extent.front()).x, fit(extent.front()).y, 0, 0};
-  const auto outside = [&box](const Point& p) {
-    return std::max({box.x - p.x, p.x - box.x - box.width, box.y - p.y, p.y - box.y - box.height});
-  };
   for (const Point& point : extent) {
     const Point p = fit(point);
     const double right = std::max(box.x + box.width, p.x), low = std::max(box.y + box.height, p.y);
@@ -82,7 +76,8 @@ double overhang(const std::vector<ZoneSymbol>& symbols, const std::vector<Point>
     box.height = low - box.y;
   }
   double most = 0;
-  for (const ZoneSymbol& symbol : symbols) most = std::max(most, outside(symbol.at));
+  for (const auto& [p, zone] : symbols)
+    most = std::max({most, box.x - p.x, p.x - box.x - box.width, box.y - p.y, p.y - box.y - box.height});
   return most;
 }
 
@@ -155,8 +150,7 @@ std::vector<ZoneSymbol> placeSymbols(const std::vector<std::optional<Point>>& po
   std::map<Cell, std::vector<std::size_t>> together;
   for (std::size_t i = 0; i < symbols.size(); ++i) together[cellOf(symbols[i].at, 1)].push_back(i);
   for (auto& [cell, group] : together) {
-    std::stable_sort(group.begin(), group.end(),
-                     [&symbols](std::size_t a, std::size_t b) { return symbols[a].zone < symbols[b].zone; });
+    std::ranges::stable_sort(group, {}, [&symbols](std::size_t i) { return symbols[i].zone; });
     const Point middle = symbols[group.front()].at;
     for (std::size_t k = 0; k < group.size(); ++k) {
       const double reach = group.size() == 1 ? 0 : 0.55 * gap * std::sqrt(static_cast<double>(k) + 0.3);
@@ -203,6 +197,146 @@ Markup zoneFigure(const ZonesSummary& summary, const DrivenPath& path, FigureSty
   drawSymbols(svg, summary, symbols, radius);
   drawNames(svg, summary, symbols, radius, scale, style);
   return svg.close();
+}
+
+namespace {
+
+int majorityZone(const std::vector<int>& zoneOf, std::size_t begin, std::size_t end) {
+  std::map<int, std::size_t> counts;
+  int best = zoneOf[begin];
+  for (std::size_t i = begin; i < end; ++i)
+    if (++counts[zoneOf[i]] > counts[best]) best = zoneOf[i];
+  return best;
+}
+
+void drawAxis(Markup& svg, std::size_t frames, double foot, const FigureStyle& style) {
+  const double last = std::max(1.0, static_cast<double>(frames) - 1);
+  const double step = std::max(1.0, niceStep(last, std::max(2.0, style.width / 140)));
+  for (double frame = 0; frame <= last; frame += step) {
+    const double x = style.width * frame / static_cast<double>(frames);
+    const bool isFirst = frame == 0, isLast = x > style.width - 24;
+    svg.leaf("path", {{"class", "scale"}, {"d", Path().move(x, foot).line(x, foot + 4).str()}});
+    addText(svg, "scale-text", {x, foot + 6 + style.fontSize}, style.fontSize,
+            isFirst ? "image 0" : grouped(static_cast<std::size_t>(frame)),
+            isFirst  ? "start"
+            : isLast ? "end"
+                     : "middle");
+  }
+}
+
+}  // namespace
+
+std::vector<Stay> staysOf(const std::vector<int>& zoneOf, std::size_t columns) {
+  std::vector<Stay> stays;
+  columns = std::min(columns, zoneOf.size());
+  for (std::size_t column = 0; column < columns; ++column) {
+    const std::size_t begin = column * zoneOf.size() / columns, end = (column + 1) * zoneOf.size() / columns;
+    const int zone = majorityZone(zoneOf, begin, end);
+    if (stays.empty() || stays.back().zone != zone)
+      stays.push_back({{begin, end - 1}, zone});
+    else
+      stays.back().last = end - 1;
+  }
+  return stays;
+}
+
+Markup timeStrip(const ZonesSummary& summary, const FigureStyle& style) {
+  const auto& zoneOf = summary.zones->zoneOf;
+  const double foot = style.height - 1.8 * style.fontSize;
+  const std::vector<Stay> stays = staysOf(zoneOf, static_cast<std::size_t>(style.width));
+  std::vector<std::vector<const Stay*>> staysIn(summary.styled + 1);
+  for (const Stay& stay : stays)
+    staysIn[std::min(static_cast<std::size_t>(stay.zone), summary.styled)].push_back(&stay);
+
+  Markup svg = openFigure("strip", style, fmt::format("{} over the run", counted(stays.size(), "stay")));
+  for (std::size_t zone = 0; zone < staysIn.size(); ++zone) {
+    if (staysIn[zone].empty()) continue;
+    const ClassStyle look = zone < summary.styled ? summary.list[zone].style : plainStyle();
+    summary.openMark(svg, zone, "zone");
+    Path path;
+    std::vector<double> numbers;  // where
+    const std::string text = std::to_string(zone);
+    for (const Stay* stay : staysIn[zone]) {
+      const auto across = [&](std::size_t frame) {
+        return style.width * static_cast<double>(frame) / static_cast<double>(zoneOf.size());
+      };
+      const double from = across(stay->first), whole = across(stay->last + 1) - from;
+      const double wide = whole > 4 ? whole - 1 : whole;  // a seam between stays, where they can be seen
+      path.move(from, 0).line(from + wide, 0).line(from + wide, foot - 4).line(from, foot - 4).close();
+      if (zone < summary.styled && style.fontSize * textWidth(text) + 3 < wide)
+        numbers.push_back(from + wide / 2);
+    }
+    svg.leaf("path", {{"d", path.str()}, {"fill", look.fill.hex()}});
+    for (const double x : numbers)
+      svg.element("text",
+                  {{"x", x},
+                   {"y", (foot - 4) / 2 + 0.36 * style.fontSize},
+                   {"text-anchor", "middle"},
+                   {"font-size", style.fontSize},
+                   {"fill", look.fill.ink()}},
+                  text);
+    svg.close();
+  }
+  drawAxis(svg, zoneOf.size(), foot, style);
+  return svg.close();
+}
+
+RoomCounts countRooms(const Zones& zones, std::size_t columns) {
+  const std::size_t wide = std::min(columns + 1, zones.zones.size());
+  std::map<std::string, std::vector<std::size_t>> byRoom;
+  for (std::size_t i = 0; i < zones.frames.size(); ++i) {
+    if (zones.frames[i].room.empty()) continue;
+    auto& row = byRoom.try_emplace(zones.frames[i].room, wide).first->second;
+    ++row[std::min(static_cast<std::size_t>(zones.zoneOf[i]), wide - 1)];
+  }
+  std::vector<std::pair<std::string, std::vector<std::size_t>>> rows(byRoom.begin(), byRoom.end());
+  std::ranges::stable_sort(
+      rows, {}, [](const auto& row) { return std::ranges::max_element(row.second) - row.second.begin(); });
+  RoomCounts result;
+  for (auto& [room, counts] : rows) {
+    result.rooms.push_back(room);
+    result.counts.push_back(std::move(counts));
+  }
+  return result;
+}
+
+Markup roomTable(const ZonesSummary& summary, const RoomCounts& counts) {
+  constexpr std::size_t maxRows = 200;
+  Markup table;
+  table.open("div", {{"class", "scroll"}, {"tabindex", "0"}}).open("table", {{"class", "numbers counts"}});
+  table.open("thead").open("tr").element("th", {{"scope", "col"}}, "room");
+  const std::size_t columns = counts.counts.empty() ? 0 : counts.counts.front().size();
+  for (std::size_t zone = 0; zone < columns; ++zone) {
+    table.open("th", {{"scope", "col"}});
+    if (zone + 1 == columns && columns < summary.list.size()) {
+      table.text("others").close();
+      continue;
+    }
+    table.open("a", {{"href", fmt::format("#zone-{}", zone)}, {"title", summary.describe(zone)}});
+    table.add(symbol(summary.list[zone].style)).text(std::to_string(zone)).close().close();
+  }
+  table.close().close().open("tbody");
+  for (std::size_t row = 0; row < std::min(maxRows, counts.rooms.size()); ++row) {
+    const auto& cells = counts.counts[row];
+    const auto images = static_cast<double>(std::accumulate(cells.begin(), cells.end(), std::size_t{0}));
+    table.open("tr").element("th", {{"scope", "row"}}, shorten(counts.rooms[row], 40));
+    for (const std::size_t count : cells) {
+      constexpr double dark = 0.88;  // from here on white reads better than black
+      const double share = static_cast<double>(count) / images;
+      if (count == 0)
+        table.element("td", "");
+      else
+        table.element("td",
+                      {{"class", share > dark ? "most" : "some"}, {"style", "--share:" + number(share)}},
+                      grouped(count));
+    }
+    table.close();
+  }
+  table.close().close().close();
+  if (counts.rooms.size() > maxRows)
+    table.element("p", {{"class", "note"}},
+                  fmt::format("{} more are not shown.", counted(counts.rooms.size() - maxRows, "room")));
+  return table;
 }
 
 }  // namespace estancia::report
