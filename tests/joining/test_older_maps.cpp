@@ -8,9 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "estancia/joining/merge_maps.hpp"
 #include "estancia/labelers/recorded_labeler.hpp"
-#include "estancia/mapper/map_budget.hpp"
 #include "estancia/mapper/mapper.hpp"
 #include "estancia/world/map_sequence.hpp"
 #include "estancia/world_file/world_map.hpp"
