@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <sstream>
 
 #include "estancia/core/label_words.hpp"
 
@@ -138,7 +139,7 @@ std::vector<std::uint32_t> imageNetIndices(const WordGraph& graph) {
   const auto nouns = graph.offsets.begin() + graph.lexicon.firstSynset[0];
   const auto end = graph.offsets.begin() + graph.lexicon.firstSynset[1];
   std::vector<std::uint32_t> indices;
-  for (const std::uint32_t offset : imageNetSynsets) {
+  for (const std::uint32_t offset : imageNetSynsets()) {
     const auto at = std::lower_bound(nouns, end, offset);
     if (at == end || *at != offset) return {};
     indices.push_back(static_cast<std::uint32_t>(at - graph.offsets.begin()));
@@ -179,6 +180,16 @@ std::vector<LabelSense> findLabelSenses(const WordGraph& graph, const Vocabulary
     from += part.size;
   }
   return senses;
+}
+
+const std::vector<std::uint32_t>& imageNetSynsets() {
+  static const std::vector<std::uint32_t> synsets = [] {
+    std::vector<std::uint32_t> offsets;
+    std::istringstream text(imageNetSynsetList);
+    for (std::uint32_t offset = 0; text >> offset;) offsets.push_back(offset);
+    return offsets;
+  }();
+  return synsets;
 }
 
 }  // namespace estancia

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "estancia/core/vocabulary.hpp"
@@ -28,6 +28,9 @@ std::vector<LabelSense> findLabelSenses(const WordGraph& graph, const Vocabulary
 
 /// Byte offsets of nouns in WordNet 3.0, rising: 1440764 is tench, n01440764 (Russakovsky et al. 2015:
 /// ImageNet Large Scale Visual Recognition Challenge, Int. J. of Computer Vision 115).
-extern const std::array<std::uint32_t, 1000> imageNetSynsets;
+const std::vector<std::uint32_t>& imageNetSynsets();
+
+/// imagenet_synsets.txt, compiled in.
+extern const std::string imageNetSynsetList;
 
 }  // namespace estancia

@@ -43,7 +43,7 @@ TEST_P(ImageNetSenses, AreTheSynsetsOfTheirOrder) {
   for (std::size_t i = 0; i < 1000; ++i) {
     const LabelSense& label = senses[i + background];
     ASSERT_EQ(label.senses.size(), 1U);
-    EXPECT_EQ(numberOf(label), imageNetSynsets[i]);
+    EXPECT_EQ(numberOf(label), imageNetSynsets().at(i));
     EXPECT_FLOAT_EQ(label.senses.front().probability, 1);
     EXPECT_FALSE(label.isDoubtful);
     const std::vector<Sense> meant = realWords().lexicon.senses(shortLabel(vocabulary[i + background]));
