@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/core/ascii.hpp"
-#include "estancia/fetch/archive.hpp"
 #include "estancia/fetch/download.hpp"
 #include "fuzz/answering_server.hpp"
 #include "fuzz/fuzz_target.hpp"

@@ -18,8 +18,6 @@ using odometry::sameShape;
 
 constexpr double black = 8, white = 247;  // mean gray values of useless images
 
-constexpr std::size_t depthPixels = 300000;  // in all frames together
-
 /// Counts frames and remembers the first.
 struct Tally {
   std::size_t count = 0;
@@ -222,7 +220,7 @@ DepthFacts checkImages(const Sequence& sequence, const CheckOptions& options, Pr
   DepthTally depths;
   DepthFacts facts;
   const auto indices = evenly(sequence.size(), options.maxFrames);
-  const std::size_t pixels = 100 + depthPixels / indices.size();
+  const std::size_t pixels = 100 + 300000 / indices.size();  // depth of all frames: 300,000
   progress.begin("looking at frames", indices.size());
   for (const std::size_t i : indices) {
     const cv::Size image = checkImage(sequence, i, images);

@@ -166,8 +166,7 @@ Steps stepsOf(const std::vector<Pose>& poses) {
     steps.lengths.push_back(distanceBetween(poses[i - 1], poses[i]));
     steps.meanLength += steps.lengths.back() / static_cast<double>(poses.size() - 1);
   }
-  constexpr std::size_t maxPoses = 300;  // poses that are compared in pairs
-  const auto some = evenly(poses.size(), maxPoses);
+  const auto some = evenly(poses.size(), 300);  // poses that are compared in pairs
   double sum = 0;
   for (const std::size_t i : some)
     for (const std::size_t j : some) sum += distanceBetween(poses[i], poses[j]);
@@ -245,12 +244,11 @@ void checkTrajectory(const Sequence& sequence, Checklist& list) {
   const Steps steps = stepsOf(posed.pose);
   const bool turns =
       !std::ranges::all_of(posed.pose, [&](const Pose& p) { return sameRotation(p, posed.pose[0]); });
-  constexpr std::size_t enough = 20;  // to distinguish order from chance
   if (steps.meanDistance < 1e-9 && !turns) {
     list.add(Severity::problem, "pose-constant", "All poses are the same",
              share(posed.pose.size(), sequence.size(), "frames"),
              "write one pose a frame, of the moving camera");
-  } else if (posed.pose.size() >= enough && steps.meanLength > 0.8 * steps.meanDistance) {
+  } else if (posed.pose.size() >= 20 && steps.meanLength > 0.8 * steps.meanDistance) {  // not by chance
     list.add(
         Severity::problem, "pose-order",
         "Poses do not follow each other: they are in another order than the frames",

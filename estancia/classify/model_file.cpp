@@ -13,12 +13,6 @@
 
 namespace estancia {
 namespace fs = std::filesystem;
-namespace {
-
-constexpr std::size_t digits = 64;  // hex digits of a SHA-256
-constexpr std::size_t maxBytes = std::size_t{64} << 30;
-
-}  // namespace
 
 void writeModelFile(const fs::path& file, const ModelFileKind& kind, std::string_view content) {
   ByteWriter out;
@@ -30,7 +24,7 @@ void writeModelFile(const fs::path& file, const ModelFileKind& kind, std::string
 }
 
 ModelFileReader::ModelFileReader(const fs::path& file, const ModelFileKind& kind)
-    : bytes_(io::readBytes(file, maxBytes)),
+    : bytes_(io::readBytes(file, std::size_t{64} << 30)),
       in_(bytes_, io::printable(file.string()), fmt::format("train the {} again", kind.noun)) {
   const std::string name = io::printable(file.string());
   if (!bytes_.starts_with(kind.magic))
@@ -41,7 +35,7 @@ ModelFileReader::ModelFileReader(const fs::path& file, const ModelFileKind& kind
     fail(ErrorCode::unsupportedFile,
          "{}: this {} has version {}, this program reads version {}; train it again or update Estancia", name,
          kind.noun, found, kind.version);
-  const std::string digest(in_.raw(digits));
+  const std::string digest(in_.raw(64));  // hex digits of a SHA-256
   if (sha256(std::string_view(bytes_).substr(bytes_.size() - in_.remaining())) != digest)
     in_.fail("it is damaged (its digest differs)", ErrorCode::corruptFile);
 }

@@ -1,4 +1,4 @@
-// Download: a file over HTTP from several addresses, resumed where it broke off, verified by its digest.
+// Download: a file over HTTP from several addresses, resumed, verified; and one file out of an archive.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -50,5 +50,13 @@ std::string differenceFrom(const RemoteFile& file, const std::filesystem::path& 
 
 /// 12.3 MB
 std::string megabytes(std::uint64_t bytes);
+
+/// Writes the member `name` of `archive`, a zip, or a tar plain or compressed by gzip, bzip2, xz or zstd, to
+/// `target`, whole or not at all. `name` is the member's path, or only its last part; nothing else of the
+/// archive is looked at, so that none of its paths can do harm.
+/// Returns false when there is no such file in it. Throws Error when the archive is damaged or no archive,
+/// when the member is longer than `maxBytes`, and when `target` cannot be written.
+bool extractMember(const std::filesystem::path& archive, const std::string& name,
+                   const std::filesystem::path& target, std::uint64_t maxBytes);
 
 }  // namespace estancia

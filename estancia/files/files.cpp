@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/files/files.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <fstream>
@@ -36,6 +38,14 @@ std::vector<fs::path> entriesOf(const fs::path& folder, const Wanted& wanted) {
     return naturalLess(a.filename().native(), b.filename().native());
   });
   return found;
+}
+
+/// Text between two markers; "" if one is missing.
+std::string_view between(std::string_view text, std::string_view before, std::string_view after) {
+  const std::size_t from = text.find(before);
+  if (from == std::string_view::npos) return {};
+  text.remove_prefix(from + before.size());
+  return text.substr(0, text.find(after));
 }
 
 }  // namespace
@@ -141,8 +151,7 @@ std::string_view trimmed(std::string_view text, std::string_view blanks) {
 }
 
 std::vector<std::string> readLines(const fs::path& file) {
-  constexpr std::size_t limit = std::size_t{1} << 30;
-  const std::string bytes = readBytes(file, limit);
+  const std::string bytes = readBytes(file, std::size_t{1} << 30);
   std::string_view text = bytes;
   if (text.find('\0') != std::string_view::npos)
     fail(ErrorCode::malformedFile, "{}: not a text file (it contains NUL bytes)", printable(file));
@@ -169,6 +178,16 @@ std::optional<double> toNumber(std::string_view text) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
   return value;
+}
+
+std::string jsonProblem(const std::exception& problem) {
+  const std::string_view what = problem.what();
+  if (const auto place = between(what, "parse error at ", ":"); !place.empty())
+    return fmt::format("no JSON at {}", place);
+  if (const auto key = between(what, "key '", "' not found"); !key.empty())
+    return fmt::format("\"{}\" is missing", printable(key));
+  if (what.starts_with("[json.exception.type_error")) return "a value is of another type";
+  return printable(between(what, "] ", "\n"));
 }
 
 }  // namespace estancia::io

@@ -1,8 +1,9 @@
-// Files of text and bytes: folder listings, beginnings, lines, words, numbers.
+// Files of text and bytes: folder listings, beginnings, lines, words, numbers, what is wrong with JSON.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <concepts>
+#include <exception>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -61,5 +62,9 @@ template <std::same_as<std::filesystem::path> Path>
 std::string printable(const Path& path) {
   return printable(std::string_view(path.native()));
 }
+
+/// Message for an exception of nlohmann::json, without its numbers and C++ names, such as "no JSON at line 1,
+/// column 41", "\"id\" is missing" or "a value is of another type".
+std::string jsonProblem(const std::exception& problem);
 
 }  // namespace estancia::io

@@ -11,7 +11,6 @@
 
 #include "estancia/core/fail.hpp"
 #include "estancia/files/files.hpp"
-#include "estancia/files/json_problem.hpp"
 
 namespace estancia::io {
 namespace {

@@ -137,8 +137,7 @@ std::vector<unsigned char> encodeImage(const cv::Mat& bgr, int width) {
     const int height = std::max(1, static_cast<int>(std::lround(1.0 * bgr.rows * width / bgr.cols)));
     cv::resize(bgr, small, {width, height}, 0, 0, cv::INTER_AREA);
   }
-  constexpr int quality = 82;
-  std::vector<unsigned char> jpeg = imageCodecs().encodeJpeg(small, quality);
+  std::vector<unsigned char> jpeg = imageCodecs().encodeJpeg(small, /*quality=*/82);
   if (jpeg.empty())
     throw Error(ErrorCode::missingDependency, "cannot encode JPEG; OpenCV was built without it");
   return jpeg;

@@ -145,13 +145,13 @@ Size inspectTiff(const Bytes& b) {
 
 /// Follows libwebp's WebPGetFeatures() on the 32 bytes that OpenCV recognizes WebP by (RFC 9649, 6386).
 Size inspectWebp(const Bytes& b) {
-  constexpr std::uint64_t recognized = 32, beforeChunk = 12, header = 10;  // bytes
+  constexpr std::uint64_t beforeChunk = 12;  // bytes
   const std::uint64_t riff = b.little(4, 4);
-  b.need(std::max(8 + riff, recognized));
+  b.need(std::max<std::uint64_t>(8 + riff, 32));
   const std::string_view kind = b.data.substr(12, 4);
   const std::uint64_t size = b.little(16, 4);
   if (riff < beforeChunk) throw Damaged();
-  if (kind == "VP8X" && size == header) return {"WebP", b.little(24, 3) + 1, b.little(27, 3) + 1};
+  if (kind == "VP8X" && size == 10) return {"WebP", b.little(24, 3) + 1, b.little(27, 3) + 1};
   if (size > riff - beforeChunk) throw Damaged();
   const std::uint64_t bits = b.little(20, 4);
   if (kind == "VP8 ") {

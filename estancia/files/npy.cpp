@@ -128,8 +128,7 @@ const std::vector<double>& NpyFile::next() {
 std::string npyBytes(const DescriptorMatrix& matrix) {
   std::string header = fmt::format("{{'descr': '<f4', 'fortran_order': False, 'shape': ({}, {}), }}",
                                    matrix.size(), matrix.labels());
-  constexpr std::size_t alignment = 64;  // alignment of the numbers, as NumPy has it
-  header.append(alignment - (10 + header.size() + 1) % alignment, ' ');
+  header.append(64 - (10 + header.size() + 1) % 64, ' ');  // so that the numbers are aligned, as by NumPy
   header += '\n';
   std::string bytes(magic);
   bytes += {'\x01', '\x00', static_cast<char>(header.size() & 0xFFU), static_cast<char>(header.size() >> 8U)};

@@ -37,9 +37,8 @@ std::string unpackLzf(std::string_view packed, std::size_t size) {
     return static_cast<unsigned char>(packed[i++]);
   };
   while (i < packed.size()) {
-    constexpr std::size_t literal = 32;  // below: that many bytes and one, as they are
     const std::size_t control = next();
-    if (control < literal) {
+    if (control < 32) {  // literal: that many bytes and one
       const std::size_t count = control + 1;
       if (count > packed.size() - i || count > size - bytes.size()) throw damaged();
       bytes += packed.substr(i, count);
@@ -85,10 +84,9 @@ struct PcdHeader {
 };
 
 std::size_t wholeNumber(std::string_view word, std::string_view key) {
-  constexpr std::size_t max = std::size_t{1} << 31U;
   std::size_t value = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error != std::errc() || end != word.data() + word.size() || value > max)
+  if (error != std::errc() || end != word.data() + word.size() || value > (std::size_t{1} << 31U))
     fail(ErrorCode::malformedFile, "{} is \"{}\", not a whole number", key, io::printable(word));
   return value;
 }
@@ -327,8 +325,7 @@ void readAscii(PointCloud& cloud, const PcdHeader& header, std::string_view data
 }  // namespace
 
 PointCloud readPcd(const std::filesystem::path& file) {
-  constexpr std::size_t maxBytes = std::size_t{1} << 32U;
-  const std::string bytes = io::readBytes(file, maxBytes);
+  const std::string bytes = io::readBytes(file, std::size_t{1} << 32U);
   try {
     const PcdHeader header = readPcdHeader(bytes);
     const std::string_view data = std::string_view(bytes).substr(header.begin);

@@ -260,8 +260,7 @@ PointCloud read(std::string_view bytes) {
 }  // namespace
 
 PointCloud readPly(const std::filesystem::path& file) {
-  constexpr std::size_t maxBytes = std::size_t{1} << 32U;
-  const std::string bytes = io::readBytes(file, maxBytes);
+  const std::string bytes = io::readBytes(file, std::size_t{1} << 32U);
   try {
     return read(bytes);
   } catch (const Error& error) {

@@ -14,7 +14,6 @@
 #include "estancia/core/parallel.hpp"
 #include "estancia/core/pose.hpp"
 #include "estancia/core/printable.hpp"
-#include "estancia/joining/map_source.hpp"
 #include "estancia/joining/merge_plan.hpp"
 #include "estancia/map_file/store_files.hpp"
 #include "estancia/mapper/mapper_merge.hpp"

@@ -7,7 +7,7 @@
 #include "estancia/core/bytes.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
-#include "estancia/files/json_problem.hpp"
+#include "estancia/files/files.hpp"
 #include "estancia/mapper/mapper_impl.hpp"
 
 namespace estancia {

@@ -7,7 +7,6 @@
 #include <limits>
 
 #include "estancia/core/digest.hpp"
-#include "estancia/readers/bag_poses.hpp"
 #include "estancia/readers/bag_topics.hpp"
 #include "estancia/readers/formats.hpp"
 #include "estancia/readers/message_image.hpp"

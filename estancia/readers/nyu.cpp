@@ -20,8 +20,7 @@ constexpr CameraIntrinsics nyuCamera = {
 
 /// The digits of `text` without leading zeros.
 std::optional<std::string> indexOf(const std::string& text) {
-  constexpr std::size_t maxDigits = 9;
-  if (text.empty() || text.size() > maxDigits || text.find_first_not_of("0123456789") != std::string::npos)
+  if (text.empty() || text.size() > 9 || text.find_first_not_of("0123456789") != std::string::npos)
     return std::nullopt;
   return text.substr(std::min(text.find_first_not_of('0'), text.size() - 1));
 }

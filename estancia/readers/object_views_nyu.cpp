@@ -63,9 +63,8 @@ struct Component {
 Component fill(const cv::Mat& labels, cv::Mat& mask, const cv::Point& pixel, int value) {
   Component component{pixel, {}, labels.at<uchar>(pixel)};
   cv::Mat unchanged = labels;
-  constexpr int eight = 8, byte = 8;
   cv::floodFill(unchanged, mask, pixel, {}, &component.box, {}, {},
-                eight | cv::FLOODFILL_MASK_ONLY | value << byte);
+                8 | cv::FLOODFILL_MASK_ONLY | value << 8);  // 8 neighbors, and the value in the second byte
   const cv::Rect& box = component.box;
   const double edge = borderShare * labels.cols;
   component.atBorder =
@@ -141,9 +140,8 @@ class NyuObjects final : public ListedObjectViews {
            printable(labels_[place.frame]), labels.cols, labels.rows, image.cols, image.rows);
     cv::Mat mask = cv::Mat::zeros(labels.rows + 2, labels.cols + 2, CV_8U);
     const Component& component = place.component;
-    constexpr int object = 255;
     if (!cv::Rect({}, labels.size()).contains(component.pixel) ||
-        fill(labels, mask, component.pixel, object).box != component.box)
+        fill(labels, mask, component.pixel, 255).box != component.box)
       fail(ErrorCode::invalidState, "{}: changed since it was opened; open the folder again",
            printable(labels_[place.frame]));
     return {image, component.box, mask({1, 1, labels.cols, labels.rows}).clone()};

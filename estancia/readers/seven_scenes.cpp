@@ -22,7 +22,6 @@ std::vector<fs::path> colorImages(const fs::path& path) {
 }
 
 constexpr CameraIntrinsics published = {640, 480, 585, 585, 320, 240};
-constexpr double millimeters = 1000;
 
 /// "frame-000123.color.png" → 123; nothing when there is no such number.
 std::optional<double> numberOf(const fs::path& file) {
@@ -87,7 +86,7 @@ static Opened openSevenScenes(const fs::path& path, const SequenceOptions& optio
   if (fs::exists(path / "poses.csv")) table = posesOfTable(path / "poses.csv");
 
   auto sequence =
-      std::make_unique<ImageFiles>(nameOf(path), options.depthScale > 0 ? options.depthScale : millimeters);
+      std::make_unique<ImageFiles>(nameOf(path), options.depthScale > 0 ? options.depthScale : 1000);
   sequence->setIntrinsics(published);
   if (!table.empty()) sequence->setPoseSource({});
   std::size_t without = 0;

@@ -11,8 +11,6 @@ namespace estancia::io {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr double tumUnitsPerMeter = 5000;
-
 /// The files of a list, relative to its folder, in its order.
 std::vector<TimedFile> readList(const fs::path& list) {
   std::vector<TimedFile> files;
@@ -45,8 +43,8 @@ std::optional<CameraIntrinsics> publishedCamera(const std::string& folder) {
 
 static Opened openTumRgbd(const fs::path& path, const SequenceOptions& options) {
   const fs::path list = path / "rgb.txt";
-  auto sequence = std::make_unique<ImageFiles>(
-      nameOf(path), options.depthScale > 0 ? options.depthScale : tumUnitsPerMeter);
+  auto sequence =
+      std::make_unique<ImageFiles>(nameOf(path), options.depthScale > 0 ? options.depthScale : 5000);
   const auto images = readList(list);
   if (images.empty()) fail(ErrorCode::insufficientData, "{}: no images", printable(list));
   std::vector<TimedFile> depths;

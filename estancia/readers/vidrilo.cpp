@@ -214,7 +214,6 @@ Axis fitAxis(const std::vector<std::pair<double, double>>& points) {
 /// The pinhole camera of an organized cloud: a point seen at (u, v) has u = fx x / z + cx. Absent when no
 /// camera fits, as for clouds outside of the optical frame.
 std::optional<CameraIntrinsics> cameraOf(const PointCloud& cloud) {
-  constexpr std::size_t minPoints = 100;
   std::vector<std::pair<double, double>> across, down;
   for (std::size_t i = 0; i < cloud.points.size(); ++i) {
     const cv::Point3f& p = cloud.points[i];
@@ -222,7 +221,7 @@ std::optional<CameraIntrinsics> cameraOf(const PointCloud& cloud) {
     across.emplace_back(p.x / p.z, static_cast<double>(i % cloud.width));
     down.emplace_back(p.y / p.z, static_cast<double>(i / cloud.width));
   }
-  if (!cloud.organized() || across.size() < minPoints) return std::nullopt;
+  if (!cloud.organized() || across.size() < 100) return std::nullopt;
   const Axis x = fitAxis(across), y = fitAxis(down);
   if (!(x.focal > 0 && y.focal > 0 && x.error < 1 && y.error < 1)) return std::nullopt;
   return CameraIntrinsics{

@@ -31,10 +31,8 @@ struct Layout {
 
 /// "g12" → "g" and 12. Nothing without digits, or without anything before them.
 std::optional<std::pair<std::string, std::uint64_t>> stemAndNumber(const std::string& name) {
-  constexpr std::size_t maxDigits = 9;
   const auto last = name.find_last_not_of("0123456789");
-  if (last == std::string::npos || last + 1 == name.size() || name.size() - last - 1 > maxDigits)
-    return std::nullopt;
+  if (last == std::string::npos || last + 1 == name.size() || name.size() - last - 1 > 9) return std::nullopt;
   return std::pair{name.substr(0, last + 1), std::stoull(name.substr(last + 1))};
 }
 
@@ -93,8 +91,7 @@ Layout readHeader(const std::vector<std::string>& cells, const FeatureTableOptio
 float numberIn(const io::CsvRow& row, std::size_t column, const Layout& layout, const std::string& where) {
   const std::string& cell = row.cells[column];
   const auto value = io::toNumber(cell);
-  constexpr double max = std::numeric_limits<float>::max();
-  if (value && std::abs(*value) <= max) return static_cast<float>(*value);
+  if (value && std::abs(*value) <= std::numeric_limits<float>::max()) return static_cast<float>(*value);
   fail(ErrorCode::malformedFile, "{}:{}: {} is \"{}\", {}; correct it, or ignore the column", where,
        column + 1, io::printable(layout.header[column]), io::printable(cell),
        value ? "not a finite number" : "not a number");

@@ -25,9 +25,8 @@ std::optional<double> pauseBetween(const Frame& a, const Frame& b) {
 
 /// The median pause between the time stamps of the first frames.
 double usualPause(const Sequence& sequence, double otherwise) {
-  constexpr std::size_t enough = 1000;
   std::vector<double> pauses;
-  for (std::size_t i = 1; i < std::min(enough, sequence.size()); ++i)
+  for (std::size_t i = 1; i < std::min<std::size_t>(1000, sequence.size()); ++i)
     if (const auto pause = pauseBetween(sequence.frame(i - 1), sequence.frame(i))) pauses.push_back(*pause);
   if (pauses.empty()) return otherwise;
   const auto middle = pauses.begin() + static_cast<std::ptrdiff_t>(pauses.size() / 2);

@@ -20,7 +20,6 @@
 #include "estancia/core/printable.hpp"
 #include "estancia/core/printable_labels.hpp"
 #include "estancia/files/files.hpp"
-#include "estancia/files/json_problem.hpp"
 
 namespace estancia {
 namespace {

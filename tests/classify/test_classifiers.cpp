@@ -10,7 +10,6 @@
 #include <set>
 
 #include "estancia/classify/classifier.hpp"
-#include "estancia/classify/pairwise_coupling.hpp"
 #include "estancia/classify/trainers.hpp"
 #include "estancia/core/error.hpp"
 #include "samples.hpp"

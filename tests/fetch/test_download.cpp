@@ -5,7 +5,6 @@
 
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/fetch/archive.hpp"
 #include "estancia/fetch/download.hpp"
 #include "estancia/fetch/partial_file.hpp"
 #include "support/errors.hpp"
