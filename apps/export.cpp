@@ -8,8 +8,8 @@
 #include "estancia/core/output_file.hpp"
 #include "estancia/files/files.hpp"
 #include "estancia/world_query/export_world.hpp"
+#include "estancia/zones/naming.hpp"
 #include "estancia/zones/zones.hpp"
-#include "estancia/zones/zones_json.hpp"
 
 namespace estancia::apps {
 namespace {

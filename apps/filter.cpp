@@ -10,7 +10,6 @@
 #include "common.hpp"
 #include "estancia/cloud/filter.hpp"
 #include "estancia/cloud/neighbors.hpp"
-#include "estancia/cloud/noise.hpp"
 #include "estancia/cloud/normals.hpp"
 #include "estancia/cloud/resolution.hpp"
 #include "estancia/core/error.hpp"

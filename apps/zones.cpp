@@ -26,7 +26,6 @@
 #include "estancia/zones/naming.hpp"
 #include "estancia/zones/zone_stream.hpp"
 #include "estancia/zones/zones.hpp"
-#include "estancia/zones/zones_json.hpp"
 #include "labeling.hpp"
 
 namespace estancia::apps {

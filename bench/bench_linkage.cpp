@@ -29,7 +29,7 @@
 #include "estancia/core/memory.hpp"
 #include "estancia/files/npy.hpp"
 #include "estancia/stats/clustering_agreement.hpp"
-#include "estancia/stats/compared_vectors.hpp"
+#include "estancia/stats/label_scale.hpp"
 #include "estancia/stats/linkage.hpp"
 
 namespace {

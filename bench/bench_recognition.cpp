@@ -33,9 +33,9 @@
 #include "estancia/cloud/normals.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/files/pcd.hpp"
-#include "estancia/recognition/keypoints.hpp"
 #include "estancia/recognition/prepared.hpp"
 #include "estancia/recognition/recognizer.hpp"
+#include "estancia/recognition/surface.hpp"
 
 namespace {
 

@@ -7,19 +7,6 @@
 namespace estancia {
 namespace {
 
-/// Light of each of the 256 levels, in [0, 1].
-const std::array<float, 256>& linearLevels() {
-  static const std::array<float, 256> levels = [] {
-    std::array<float, 256> table{};
-    for (std::size_t i = 0; i < table.size(); ++i) {
-      const double v = static_cast<double>(i) / 255;
-      table[i] = static_cast<float>(v > 0.04045 ? std::pow((v + 0.055) / 1.055, 2.4) : v / 12.92);
-    }
-    return table;
-  }();
-  return levels;
-}
-
 /// The cube root, continued by a line near black.
 float f(float t) {
   constexpr float linearBelow = 216.F / 24389, slope = 841.F / 108, offset = 4.F / 29;
@@ -29,7 +16,15 @@ float f(float t) {
 }  // namespace
 
 cv::Vec3f labOf(const cv::Vec3b& bgr) {
-  const std::array<float, 256>& level = linearLevels();
+  // Light of each of the 256 levels, in [0, 1].
+  static const std::array<float, 256> level = [] {
+    std::array<float, 256> table{};
+    for (std::size_t i = 0; i < table.size(); ++i) {
+      const double v = static_cast<double>(i) / 255;
+      table[i] = static_cast<float>(v > 0.04045 ? std::pow((v + 0.055) / 1.055, 2.4) : v / 12.92);
+    }
+    return table;
+  }();
   const float b = level[bgr[0]], g = level[bgr[1]], r = level[bgr[2]];
   const float x = f((0.412453F * r + 0.357580F * g + 0.180423F * b) / 0.950456F);
   const float y = f(0.212671F * r + 0.715160F * g + 0.072169F * b);

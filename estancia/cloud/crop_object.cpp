@@ -181,10 +181,8 @@ cv::Mat renderObject(const PointCloud& cloud, int size, const CropOptions& optio
   const double longer = std::max(object[0], object[1]);
   const double scale = longer > 0 ? size / (longer * widthOf(options)) : 0;
   // Discs that just close the surface where points are spread evenly over the image.
-  constexpr double overlap = 1.1;
   const double spacing = scale * std::sqrt(object[0] * object[1] / static_cast<double>(points.size()));
-  const int radius =
-      static_cast<int>(std::clamp(std::ceil(overlap * spacing), 2.0, std::max(2.0, size / 8.0)));
+  const int radius = static_cast<int>(std::clamp(std::ceil(1.1 * spacing), 2.0, std::max(2.0, size / 8.0)));
 
   cv::Mat image(size, size, CV_8UC3, grayColor);
   cv::Mat depth(size, size, CV_64F, cv::Scalar(std::numeric_limits<double>::infinity()));

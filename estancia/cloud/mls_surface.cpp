@@ -197,9 +197,8 @@ Element meanAt(const cv::Point3f& seed, const Support& support, const MlsOptions
     p += normal * (heights / sum);
     weight = sum;
   }
-  constexpr double maxMotion = 1.2;  // motion of a seed, in depths
   const cv::Vec3f moved = p - cv::Vec3f(seed.x, seed.y, seed.z);
-  if (cv::norm(moved) >= maxMotion * o.depth) return element;
+  if (cv::norm(moved) >= 1.2 * o.depth) return element;
   const cv::Vec3f look = cv::Vec3f(o.viewpoint.x, o.viewpoint.y, o.viewpoint.z) - p;
   const float towards =
       facing.dot(facing) > 0 ? normal.dot(facing) : normal.dot(look) * (o.away ? -1.F : 1.F);

@@ -6,10 +6,13 @@
 #include <numbers>
 #include <opencv2/core.hpp>
 #include <optional>
+#include <random>
+#include <utility>
 #include <vector>
 
 #include "estancia/cloud/neighbors.hpp"
 #include "estancia/cloud/normals.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia {
 namespace {
@@ -90,18 +93,15 @@ std::optional<double> noiseAt(const Neighbors& points, const cv::Point3f& place,
   std::vector<double> residuals;
   residuals.reserve(used);
   for (const cv::Vec3d& p : near) residuals.push_back(std::abs(p.dot(n) - termsOf(p).dot(surface)));
-  constexpr double gaussian =
-      1.4826;  // the median of the absolute values times this is the standard deviation
   const double freedom = static_cast<double>(used) / static_cast<double>(used - parameters);
-  return gaussian * std::sqrt(freedom) * quantileOf(residuals);
+  // The median of the absolute values of a normal distribution times 1.4826 is its standard deviation.
+  return 1.4826 * std::sqrt(freedom) * quantileOf(residuals);
 }
 
 /// Noise from patches of one size all over the cloud. Edges and corners only add: a quantile below the
 /// median.
 std::optional<double> noiseOf(const Neighbors& points, double radius, int threads) {
-  constexpr std::size_t patches = 200;
-  constexpr double quantile = 0.4;
-  const auto sample = sampleOf(points, patches);
+  const auto sample = sampleOf(points, 200);
   std::vector<std::optional<double>> found(sample.size());
   inParallel(sample.size(), threads, Progress::none(), "stopped while the noise was estimated",
              [&](std::size_t i) { found[i] = noiseAt(points, sample[i], radius); });
@@ -109,16 +109,40 @@ std::optional<double> noiseOf(const Neighbors& points, double radius, int thread
   for (const auto& level : found)
     if (level) levels.push_back(*level);
   if (levels.empty()) return std::nullopt;
-  return quantileOf(levels, quantile);
+  return quantileOf(levels, 0.4);
+}
+
+/// Box and Muller 1958, because std::normal_distribution differs between standard libraries.
+class Gaussian {
+ public:
+  explicit Gaussian(std::uint64_t seed) : bits_(seed) {}
+
+  double operator()() {
+    if (kept_) return *std::exchange(kept_, std::nullopt);
+    const double radius = std::sqrt(-2 * std::log(1 - uniform())), angle = 2 * std::numbers::pi * uniform();
+    kept_ = radius * std::sin(angle);
+    return radius * std::cos(angle);
+  }
+
+ private:
+  /// In [0, 1).
+  double uniform() { return static_cast<double>(bits_() >> 11U) * 0x1p-53; }
+
+  std::mt19937_64 bits_;  // the standard fixes its numbers
+  std::optional<double> kept_;
+};
+
+void requireDeviation(double sigma) {
+  if (!(sigma >= 0) || !std::isfinite(sigma))
+    fail(ErrorCode::invalidOption, "the standard deviation of the noise is {} m; give 0 or more", sigma);
 }
 
 }  // namespace
 
 double resolutionOf(const Neighbors& points) {
-  constexpr std::size_t places = 2000;
   std::vector<Neighbor> buffer;
   std::vector<double> distances;
-  for (const cv::Point3f& place : sampleOf(points, places))
+  for (const cv::Point3f& place : sampleOf(points, 2000))
     if (const auto distance = nearestOther(points, place, buffer)) distances.push_back(*distance);
   return distances.empty() ? 0 : quantileOf(distances);
 }
@@ -148,12 +172,11 @@ double spacingOf(const Neighbors& points) {
 double estimateNoise(const Neighbors& points, int threads) {
   constexpr double smallest = 10, enough = 6;  // radii, in resolutions and in noise: a ball truncates noise
   constexpr double growth = 2.5;
-  constexpr int rounds = 6;
   double radius = smallest * resolutionOf(points);
   const double largest =
       std::max(radius, widthOf(points) / 6);  // wider patches contain the shape of a small object
   std::optional<double> noise;
-  for (int round = 0; round < rounds && radius > 0; ++round) {
+  for (int round = 0; round < 6 && radius > 0; ++round) {
     noise = noiseOf(points, radius, threads);
     const double wanted = noise ? enough * *noise : growth * radius;
     if (wanted <= 1.1 * radius) break;
@@ -166,6 +189,27 @@ double estimateNoise(const Neighbors& points, int threads) {
 
 double estimateNoise(const PointCloud& cloud, int threads) {
   return estimateNoise(Neighbors(cloud.points, threads), threads);
+}
+
+PointCloud withDepthNoise(PointCloud cloud, double atOneMeter, double across, std::uint64_t seed) {
+  requireDeviation(atOneMeter);
+  requireDeviation(across);
+  Gaussian draw(seed);
+  for (cv::Point3f& p : cloud.points) {
+    const double z = p.z, along = 1 + atOneMeter * z * draw();
+    const double x = (p.x + across * z * draw()) * along, y = (p.y + across * z * draw()) * along;
+    p = {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z * along)};
+  }
+  return cloud;
+}
+
+PointCloud withGaussianNoise(PointCloud cloud, double sigma, std::uint64_t seed) {
+  requireDeviation(sigma);
+  if (sigma == 0) return cloud;
+  Gaussian draw(seed);
+  for (cv::Point3f& p : cloud.points)
+    for (float* value : {&p.x, &p.y, &p.z}) *value = static_cast<float>(*value + sigma * draw());
+  return cloud;
 }
 
 }  // namespace estancia

@@ -7,7 +7,7 @@
 
 #include "estancia/mapper/mapper_impl.hpp"
 #include "estancia/mapper/mapper_merge.hpp"
-#include "estancia/stats/compared_vectors.hpp"
+#include "estancia/stats/label_scale.hpp"
 
 namespace estancia {
 namespace {

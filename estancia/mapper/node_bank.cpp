@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "estancia/core/fail.hpp"
-#include "estancia/stats/compared_vectors.hpp"
+#include "estancia/stats/label_scale.hpp"
 
 namespace estancia {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "estancia/stats/compared_vectors.hpp"
+#include "estancia/stats/label_scale.hpp"
 
 namespace estancia {
 namespace {

@@ -24,8 +24,7 @@ constexpr float near = 4;  // [m]; beyond, noise grows with the square of depth,
 constexpr double textured = 4e-4;   // variance of gray values (0 to 1); below, there is no texture
 constexpr double converged = 1e-4;  // [m] and [rad]: a smaller step is the last of its level
 constexpr double maxTurn = 0.3;     // [rad] of one step
-constexpr std::size_t minObservations = 100;
-constexpr double correlated = 25;  // pixels that count as one independent observation
+constexpr double correlated = 25;   // pixels that count as one independent observation
 // Prior: a motion is within a radian and a meter. It keeps directions that nothing shows as they were
 // guessed.
 const cv::Matx66d room = cv::Matx66d::eye();
@@ -232,7 +231,7 @@ std::optional<double> Level::step(cv::Affine3d& transform, cv::Matx66d& informat
   planes_.clear(), grays_.clear(), sourceGrays_.clear();
   pairs_ = {};
   for (const AlignmentTarget& target : targets_) observe(target, transform);
-  if (planes_.size() + grays_.size() < minObservations) return std::nullopt;
+  if (planes_.size() + grays_.size() < 100) return std::nullopt;
   exposure_ = exposureOf(pairs_);
   for (std::size_t i = 0; i < grays_.size(); ++i)
     grays_[i].residual() -= exposure_.gain * sourceGrays_[i] + exposure_.bias;
@@ -262,7 +261,6 @@ struct Shared {
 /// Marks in `agreed` the points that agree in depth and gray value.
 Shared sharedWith(const PyramidLevel& source, const PyramidLevel& target, const cv::Affine3d& motion,
                   const Exposure& exposure, cv::Mat& agreed) {
-  constexpr float sameGray = 0.1F;
   const cv::Matx33f rotation = motion.rotation();
   const cv::Vec3f translation = motion.translation();
   Shared shared;
@@ -281,7 +279,7 @@ Shared sharedWith(const PyramidLevel& source, const PyramidLevel& target, const 
       shared.squares += difference * difference;
       const float a = source.gray.at<float>(y, x), b = target.gray.at<float>(p.row, p.column);
       shared.grays.add(a, b);
-      if (std::abs(exposure.gain * a + exposure.bias - b) < sameGray) agreed.at<std::uint8_t>(y, x) = 1;
+      if (std::abs(exposure.gain * a + exposure.bias - b) < 0.1F) agreed.at<std::uint8_t>(y, x) = 1;
     }
   return shared;
 }

@@ -19,9 +19,6 @@ namespace estancia::odometry {
 namespace {
 
 constexpr int descriptorBytes = 32;
-constexpr int pyramidLevels = 3;
-constexpr int maxFeatures = 500;
-constexpr double minDepthShare = 0.02;  // share of the pixels; below, alignment is unreliable
 
 void requireSameView(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrinsics& camera) {
   if (bgr.empty() || bgr.type() != CV_8UC3)
@@ -52,7 +49,7 @@ Features featuresOf(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrin
   cv::Mat gray, descriptors;
   cv::cvtColor(bgr, gray, cv::COLOR_BGR2GRAY);
   std::vector<cv::KeyPoint> corners;
-  cv::ORB::create(maxFeatures, 1.2F, 8, 15, 0, 2, cv::ORB::HARRIS_SCORE, 15)
+  cv::ORB::create(500, 1.2F, 8, 15, 0, 2, cv::ORB::HARRIS_SCORE, 15)
       ->detectAndCompute(gray, cv::noArray(), corners, descriptors);
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const cv::Point2f& at = corners[i].pt;
@@ -97,14 +94,14 @@ std::vector<std::uint64_t> wordsOf(const cv::Mat& descriptors) {
 
 /// Features that are each other's nearest.
 std::vector<Match> mutualMatches(const Features& source, const Features& target) {
-  constexpr int maxBits = 64;  // beyond, ORB matches are mostly chance
   const auto from = wordsOf(source.descriptors), to = wordsOf(target.descriptors);
   std::vector<Nearest> nearest(source.points.size()), nearestOfTarget(target.points.size());
   findNearest(from.data(), nearest.size(), to.data(), nearestOfTarget.size(), nearest.data(),
               nearestOfTarget.data());
   std::vector<Match> matches;
   for (std::size_t i = 0; i < nearest.size(); ++i)
-    if (nearest[i].bits <= maxBits && nearestOfTarget[nearest[i].row].row == i)
+    if (nearest[i].bits <= 64 &&  // beyond, ORB matches are mostly chance
+        nearestOfTarget[nearest[i].row].row == i)
       matches.push_back({i, nearest[i].row});
   return matches;
 }
@@ -113,13 +110,12 @@ std::vector<Match> mutualMatches(const Features& source, const Features& target)
 /// motion (Howard 2008); what chance matched is mostly gone before a motion is sought.
 std::vector<Match> consistent(std::vector<Match> matches, const Features& source, const Features& target,
                               std::size_t least) {
-  // tolerance of the depth of each point: some pixels to the side, and its noise
-  constexpr float slack = 0.03F;
   const auto areConsistent = [&](const Match& a, const Match& b) {
     const cv::Point3f &p = source.points[a.source], &q = source.points[b.source],
                       &r = target.points[a.target], &s = target.points[b.target];
     const double before = cv::norm(p - q), after = cv::norm(r - s);
-    return std::abs(before - after) <= slack * (std::max(p.z, r.z) + std::max(q.z, s.z));
+    // 3 % of the depth of each point: some pixels to the side, and its noise.
+    return std::abs(before - after) <= 0.03F * (std::max(p.z, r.z) + std::max(q.z, s.z));
   };
   for (std::size_t before = 0; before != matches.size() && matches.size() >= least;) {
     before = matches.size();
@@ -138,7 +134,7 @@ std::vector<Match> consistent(std::vector<Match> matches, const Features& source
 }  // namespace
 
 Pyramid pyramidOf(const PackedImage& image) {
-  return pyramidOf(unpacked(image), pyramidLevels);
+  return pyramidOf(unpacked(image), 3);
 }
 
 FrameView viewOf(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrinsics& camera,
@@ -150,7 +146,7 @@ FrameView viewOf(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrinsic
     view.image =
         packed(reducedImage(bgr, depth, scaled, options.maxWidth, options.maxDepth), options.maxDepth);
     const int usable = cv::countNonZero(view.image.depth);
-    if (usable < minDepthShare * static_cast<double>(view.image.depth.total()))
+    if (usable < 0.02 * static_cast<double>(view.image.depth.total()))  // alignment would be unreliable
       fail(ErrorCode::insufficientData,
            "{} of {} pixels have depth up to {} m (see --depth-scale and `estancia check`)", usable,
            view.image.depth.total(), options.maxDepth);

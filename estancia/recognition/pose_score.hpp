@@ -1,4 +1,4 @@
-// Pose hypotheses: their score by the scene, fast enough for every match, and the distinct ones of many.
+// Pose hypotheses: their score by the scene, and the dense search, which tries one for every match.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,8 +10,10 @@
 #include <utility>
 #include <vector>
 
+#include "estancia/recognition/descriptors.hpp"
 #include "estancia/recognition/nearest_field.hpp"
 #include "estancia/recognition/range_image.hpp"
+#include "estancia/recognition/scales.hpp"
 #include "estancia/recognition/surface.hpp"
 #include "estancia/recognition/verify.hpp"
 
@@ -131,5 +133,29 @@ std::vector<Posed> distinctPoses(std::vector<Posed> poses, const cv::Point3d& ce
   }
   return kept;
 }
+
+/// The points of a model with which poses are tried.
+struct DenseModel {
+  OrientedPoints coarse;  ///< for the many poses of all matches
+  OrientedPoints fine;    ///< for the few best poses
+  cv::Point3d center;
+  bool closed = false;  ///< the cloud shows all sides, of which a sensor sees only some
+};
+
+/// The poses that align the local frames of each match, best first, at most `max` distinct ones. Every match
+/// is a hypothesis, for scenes so noisy that hardly two matches agree.
+std::vector<PoseHypothesis> posesFromLocalFrames(const SurfaceFeatures& model, const SurfaceFeatures& scene,
+                                                 const std::vector<Match>& matches, const DenseModel& points,
+                                                 const DenseScene& dense, const RecognitionScales& scales,
+                                                 std::size_t max, int threads);
+
+/// Refines all poses with the coarse points, and the best of these with the fine ones; their evidence is
+/// the mean vote times the square root of the area. Best first, distinct ones.
+std::vector<PoseHypothesis> refineDense(std::vector<PoseHypothesis> poses, const DenseModel& points,
+                                        const DenseScene& dense, const RecognitionScales& scales,
+                                        int threads);
+
+/// The tolerances by which poses are verified.
+PoseTolerances toleranceOf(const RecognitionScales& scales);
 
 }  // namespace estancia

@@ -8,13 +8,12 @@
 
 #include "estancia/cloud/mls_surface.hpp"
 #include "estancia/cloud/neighbors.hpp"
-#include "estancia/cloud/noise.hpp"
 #include "estancia/cloud/normals.hpp"
 #include "estancia/cloud/resolution.hpp"
 #include "estancia/cloud/viewpoint.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/pose.hpp"
-#include "estancia/recognition/keypoints.hpp"
+#include "estancia/recognition/surface.hpp"
 #include "estancia/recognition/verify.hpp"
 
 namespace estancia {

@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "estancia/recognition/dense_search.hpp"
 #include "estancia/recognition/descriptors.hpp"
+#include "estancia/recognition/pose_score.hpp"
 #include "estancia/recognition/range_image.hpp"
 #include "estancia/recognition/recognition_options.hpp"
 #include "estancia/recognition/recognizer.hpp"

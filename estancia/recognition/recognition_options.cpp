@@ -11,7 +11,7 @@
 #include "estancia/files/files.hpp"
 #include "estancia/recognition/descriptors.hpp"
 #include "estancia/recognition/grouping.hpp"
-#include "estancia/recognition/keypoints.hpp"
+#include "estancia/recognition/surface.hpp"
 
 namespace estancia {
 namespace {

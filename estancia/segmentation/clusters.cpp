@@ -129,7 +129,6 @@ class LineFit {
 
 /// The pinhole camera of an organized cloud; none where no pinhole camera explains its grid.
 std::optional<CameraIntrinsics> cameraOf(const PointCloud& cloud) {
-  constexpr double maxResidual = 0.5;  // pixels
   if (!cloud.organized() || cloud.width > std::numeric_limits<int>::max() / cloud.height) return {};
   LineFit across, down;
   for (std::size_t i = 0; i < cloud.points.size(); ++i) {
@@ -144,7 +143,7 @@ std::optional<CameraIntrinsics> cameraOf(const PointCloud& cloud) {
   const CameraIntrinsics camera{width, height, across.focal(), down.focal(), across.center(), down.center()};
   const bool fits = camera.fx > 0 && camera.fy > 0 &&
                     std::isfinite(camera.fx + camera.fy + camera.cx + camera.cy) &&
-                    across.residual() <= maxResidual && down.residual() <= maxResidual;
+                    across.residual() <= 0.5 && down.residual() <= 0.5;  // [pixels]
   return fits ? std::optional(camera) : std::nullopt;
 }
 

@@ -7,12 +7,8 @@
 #include <optional>
 #include <tuple>
 
-#include "estancia/segmentation/segment_samples.hpp"
-
 namespace estancia {
 namespace {
-
-constexpr double minWallArea = 600;  // [square pixels]
 
 /// A circle through most of the points of a plane.
 struct Circle {
@@ -101,12 +97,11 @@ constexpr std::size_t pointStep = 5;  // every fifth point of a surface is enoug
 
 /// The supporting plane: the nearest one below the segment.
 const Plane* supportOf(const SegmentSamples& segment, const std::vector<Plane>& planes) {
-  constexpr double minHeight = -0.02;  // [m]
   const Plane* support = nullptr;
   double lowest = HUGE_VAL;
   for (const Plane& plane : planes) {
     const double height = quantile(footprintOf(segment, plane, pointStep).heights, 0.05);
-    if (height > minHeight && height < lowest) std::tie(lowest, support) = std::tuple(height, &plane);
+    if (height > -0.02 && height < lowest) std::tie(lowest, support) = std::tuple(height, &plane);
   }
   return support;
 }
@@ -159,14 +154,12 @@ bool isInside(const SegmentSamples& segment, const Plane& plane, const Circle& c
 
 void mergeContainerInteriors(const InverseDepth& grid, const Mask& mask, const std::vector<Plane>& planes,
                              int threads, Segmentation& segments) {
-  constexpr double maxContainer = 0.8;  // [m]
   if (planes.empty()) return;
   const std::vector<SegmentSamples> samples = sampleSegments(grid, mask, segments);
   const auto find = [&](std::size_t index) {
     std::vector<std::pair<std::uint32_t, std::uint32_t>> result;
     const SegmentSamples& wall = samples[index];
-    if (segments.sizes[wall.segment] < grid.area(minWallArea) ||
-        cv::norm(wall.box.high - wall.box.low) > maxContainer)
+    if (segments.sizes[wall.segment] < grid.area(600) || cv::norm(wall.box.high - wall.box.low) > 0.8)  // [m]
       return result;
     const Plane* support = supportOf(wall, planes);
     if (support == nullptr) return result;

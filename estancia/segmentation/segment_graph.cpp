@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/segmentation/segment_graph.hpp"
+#include "estancia/segmentation/segmentation_stages.hpp"
 
 #include <algorithm>
 #include <cmath>

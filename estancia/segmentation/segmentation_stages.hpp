@@ -1,17 +1,67 @@
-// Segmentation stages: the steps of findClusters() that remove planes and merge segments.
+// Segmentation stages: the steps of findClusters() that remove planes, compare segments and merge them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <opencv2/core/mat.hpp>
 #include <opencv2/core/matx.hpp>
+#include <utility>
 #include <vector>
 
+#include "estancia/cloud/bounds.hpp"
 #include "estancia/segmentation/clusters.hpp"
 #include "estancia/segmentation/inverse_depth.hpp"
-#include "estancia/segmentation/segment_graph.hpp"
+#include "estancia/segmentation/segments.hpp"
 
 namespace estancia {
+
+/// Color of each pixel: lightness, weighted, and chroma over lightness, which shading does not change (in CIE
+/// Lab, L + 16, a and b all grow with the cube root of the light). Empty without an image.
+using SegmentColors = cv::Mat_<cv::Vec3f>;
+
+/// The least change of color over 4 pixels at an edge of color.
+constexpr double colorEdge = 7;
+
+/// `image`: BGR, or empty; of the same view as the depth image of `size`, in any size.
+SegmentColors segmentColors(const cv::Mat& image, const cv::Size& size);
+
+/// Share of 1/z by which adjacent pixels of two surfaces differ at least where one ends before the other.
+constexpr float depthStep = 0.02F;
+
+/// Two segments side by side in the image, a < b; segment 0 is all pixels with depth that have none.
+struct SegmentEdge {
+  std::uint32_t a = 0, b = 0;
+  std::size_t contacts = 0;                ///< pairs of adjacent pixels of about one depth
+  std::size_t aInFront = 0, bInFront = 0;  ///< pairs at a depth edge
+  double height = 0;                       ///< mean height of the contacts, along `up` [m]
+  double contrast = 0;                     ///< change of color over 4 pixels across the contacts, their mean
+  /// The distance of a quarter of the pixels to the other segment, across at most three pixels without a
+  /// segment [m]; infinite for segment 0.
+  float gap = 0;
+};
+
+/// Ascending by a, b. Without colors there is no contrast.
+std::vector<SegmentEdge> segmentGraph(const InverseDepth& grid, const Segmentation& segments,
+                                      const cv::Vec3d& up, const SegmentColors& colors = {});
+
+struct SegmentSamples {
+  std::uint32_t segment;
+  std::vector<cv::Point3f> surface;  ///< spread over the segment, at most 1500
+  std::vector<cv::Point3f> border;   ///< along its border in the image, at most 256
+  Bounds<float> box;                 ///< box of the border
+  std::vector<float> x, y, z;        ///< the border by coordinate, for SIMD
+};
+
+/// Samples the segments above a minimum size, in their order; at most the 512 largest.
+std::vector<SegmentSamples> sampleSegments(const InverseDepth& grid, const Mask& mask,
+                                           const Segmentation& segments);
+
+/// Merges the pairs of segments that find(i) returns for each i below `count`; calls it on several threads.
+using FindPairs = std::function<std::vector<std::pair<std::uint32_t, std::uint32_t>>(std::size_t)>;
+void mergePairs(std::size_t count, const FindPairs& find, const Mask& mask, int threads,
+                Segmentation& segments);
 
 /// Every second pixel of every second row of an InverseDepth, with its normal.
 struct HalfImage {

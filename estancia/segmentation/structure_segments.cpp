@@ -55,8 +55,7 @@ std::vector<Points> segmentPoints(const InverseDepth& grid, const Mask& mask, co
 }
 
 bool isFlatOrTiny(const Points& points) {
-  constexpr std::size_t tiny = 50;
-  if (points.all.size() < tiny) return true;
+  if (points.all.size() < 50) return true;
   double z = 0;
   for (const cv::Point3f& p : points.all) z += p.z;
   return isPlanar(points.all, z / static_cast<double>(points.all.size()));

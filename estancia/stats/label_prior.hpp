@@ -44,4 +44,7 @@ struct NamedLabelPrior {
 };
 NamedLabelPrior parseLabelPrior(const std::string& text, const std::string& name);
 
+/// The files in models/priors, compiled in.
+extern const std::string imagenetPrior, cocoPrior, places365Prior;
+
 }  // namespace estancia

@@ -1,20 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/stats/label_scale.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
 namespace estancia {
 namespace {
-
-constexpr double novelty = 0.05;     // cosine distance of log-ratios beyond a standing camera's noise: about
-                                     // .015, at most .04, against .15 and more between views of a moving one
-constexpr std::size_t minViews = 3;  // fewer may be noise
-constexpr std::size_t maxRepeats = 10;  // frames of one view that count
-// keyframes that a prior counts as; without one, centers shrink to 0 by them
-constexpr double priorKeyframes = 20;
-constexpr double weightPrior = 1;    // keyframes that the labels' weights shrink by
-constexpr double quietShare = 0.01;  // labels with less variance than this share of the typical one fade out
 
 /// Spread of the labels, from a prior and the keyframes.
 struct Spread {
@@ -25,7 +17,7 @@ struct Spread {
 Spread spreadOf(const Moments& moments, const LabelPrior& prior) {
   const double n = moments.weight();
   const bool known = !prior.center.empty();
-  const double own = n / (n + priorKeyframes);
+  const double own = n / (n + 20);  // a prior counts as 20 keyframes; without one, centers shrink to 0
   Spread spread{{moments.mean().begin(), moments.mean().end()},
                 {moments.variance().begin(), moments.variance().end()},
                 n};
@@ -46,12 +38,50 @@ Standardization standardizationBy(Spread spread) {
     squares += static_cast<double>(v) * v;
   }
   const double typical = sum > 0 ? squares / sum : 0;  // the variance of the labels that make up the variance
-  const double lambda = typical * (quietShare + weightPrior / (spread.keyframes + weightPrior));
+  // Labels with less than 1 % of that fade out; the weights shrink by one keyframe.
+  const double lambda = typical * (0.01 + 1 / (spread.keyframes + 1));
   Standardization result{std::move(spread.center), std::vector<float>(spread.variance.size(), 1.0F)};
   if (lambda > 0)
     for (std::size_t i = 0; i < spread.variance.size(); ++i)
       result.weight[i] = static_cast<float>(std::sqrt(spread.variance[i]) / (spread.variance[i] + lambda));
   return result;
+}
+
+/// An image with equal probabilities for all labels lies on the diagonal, which log-ratios and centered
+/// probabilities map to 0: it is orthogonal to everything, and equal to another such image.
+void scaleToUnit(std::span<float> vector) {
+  const float norm = std::sqrt(dot(vector, vector));
+  if (norm > 0)
+    for (float& v : vector) v /= norm;
+  else
+    std::fill(vector.begin(), vector.end(), 1 / std::sqrt(static_cast<float>(vector.size())));
+}
+
+/// Divergences grow with the vectors as squared differences grow with their squares.
+bool isDivergence(Comparison comparison) {
+  return comparison == Comparison::chiSquared || comparison == Comparison::kullbackLeibler ||
+         comparison == Comparison::jensenShannon;
+}
+
+/// One cosine of vectors whose parts have the lengths √(w / Σ w) is the weighted mean of the parts' own
+/// cosines. For other distances a weight acts on squared differences, or on divergences.
+void balance(const Distance& distance, std::span<float> vector) {
+  const bool cosine = distance.comparison == Comparison::cosine;
+  if (distance.parts.size() < 2) {
+    if (cosine) scaleToUnit(vector);
+    return;
+  }
+  float sum = 0;
+  for (const LabelPart& part : distance.parts) sum += part.weight;
+  for (std::size_t first = 0; const LabelPart& part : distance.parts) {
+    const std::span<float> own = vector.subspan(first, part.size);
+    if (cosine) scaleToUnit(own);
+    const float share = part.weight / sum * (cosine ? 1.0F : static_cast<float>(distance.parts.size()));
+    const float scale = isDivergence(distance.comparison) ? share : std::sqrt(share);
+    if (scale != 1)
+      for (float& value : own) value *= scale;
+    first += part.size;
+  }
 }
 
 }  // namespace
@@ -79,14 +109,15 @@ bool LabelScale::counts(std::span<const float> probabilities, std::span<const fl
   std::vector<float> ratios(embedded.begin(), embedded.end());
   if (distance_.embedding != Embedding::centeredLogRatio)
     embed(Embedding::centeredLogRatio, probabilities, ratios, distance_.parts);
-  if (lastView_.empty() || compare(Comparison::cosine, ratios, lastView_) > novelty) {
+  // A standing camera's noise is about .015, at most .04, against .15 and more between views of a moving one.
+  if (lastView_.empty() || compare(Comparison::cosine, ratios, lastView_) > 0.05) {
     lastView_ = std::move(ratios);
     memory_.lastView = memory_.frames - 1;
     memory_.repeats = 0;
     ++memory_.views;
     return true;
   }
-  return ++memory_.repeats < maxRepeats;
+  return ++memory_.repeats < 10;  // more frames of one view do not count
 }
 
 bool LabelScale::add(std::span<const float> probabilities, std::span<const float> embedded) {
@@ -98,7 +129,7 @@ bool LabelScale::add(std::span<const float> probabilities, std::span<const float
 }
 
 bool LabelScale::hasSeenEnough() const {
-  return memory_.views >= minViews;
+  return memory_.views >= 3;  // fewer may be noise
 }
 
 Standardization LabelScale::standardization() const {
@@ -113,6 +144,51 @@ void LabelScale::restore(Memory memory, Moments moments, std::vector<float> last
   moments_ = std::move(moments);
   lastView_ = std::move(lastView);
   if (!lastView_.empty()) embed(Embedding::centeredLogRatio, lastView_, lastView_, distance_.parts);
+}
+
+DescriptorMatrix comparedVectors(const DescriptorMatrix& descriptors, const Distance& distance,
+                                 const Standardization& standardization) {
+  std::vector<float> embedded(descriptors.labels());
+  DescriptorMatrix vectors(descriptors.labels());
+  vectors.reserve(descriptors.size());
+  for (std::size_t i = 0; i < descriptors.size(); ++i) {
+    embed(distance.embedding, descriptors.row(i), embedded, distance.parts);
+    vectors.append(comparedVector(distance, standardization, embedded));
+  }
+  return vectors;
+}
+
+std::vector<float> comparedVector(const Distance& distance, const Standardization& standardization,
+                                  std::span<const float> embedded) {
+  std::vector<float> vector(embedded.begin(), embedded.end());
+  if (!standardization.weight.empty())
+    for (std::size_t i = 0; i < vector.size(); ++i)
+      vector[i] = (vector[i] - standardization.center[i]) * standardization.weight[i];
+  balance(distance, vector);
+  return vector;
+}
+
+DescriptorMatrix comparedVectors(const DescriptorMatrix& descriptors, const DescriptorMatrix& scale,
+                                 const Distance& distance) {
+  std::vector<float> embedded(descriptors.labels());
+  LabelScale run(distance, descriptors.labels());
+  if (distance.standardized)
+    for (std::size_t i = 0; i < scale.size(); ++i) {
+      embed(distance.embedding, scale.row(i), embedded, distance.parts);
+      run.add(scale.row(i), embedded);
+    }
+  return comparedVectors(descriptors, distance, run.standardization());
+}
+
+DescriptorMatrix comparedVectors(const DescriptorMatrix& descriptors, const Distance& distance) {
+  if (!distance.standardized) return comparedVectors(descriptors, distance, Standardization{});
+  std::vector<float> embedded(descriptors.labels());
+  Moments moments(descriptors.labels(), true);
+  for (std::size_t i = 0; i < descriptors.size(); ++i) {
+    embed(distance.embedding, descriptors.row(i), embedded, distance.parts);
+    moments.add(embedded);
+  }
+  return comparedVectors(descriptors, distance, standardizationBy(moments));
 }
 
 }  // namespace estancia

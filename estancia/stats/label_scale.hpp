@@ -1,4 +1,4 @@
-// Label standardization: center and scale of each label, estimated online from keyframes.
+// Label standardization: center and scale of each label, and descriptors prepared by them to be compared.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "estancia/core/descriptor.hpp"
 #include "estancia/distances/distance.hpp"
 #include "estancia/stats/label_prior.hpp"
 #include "estancia/stats/moments.hpp"
@@ -66,5 +67,22 @@ class LabelScale {
   Moments moments_;
   std::vector<float> lastView_;  // its centered log-ratios
 };
+
+/// Prepares one embedded descriptor for compare(): centered and weighted by `standardization` (unless that is
+/// empty), its parts weighted, and of unit length for a cosine.
+std::vector<float> comparedVector(const Distance& distance, const Standardization& standardization,
+                                  std::span<const float> embedded);
+
+/// Embeds descriptors, then prepares each as above. N×L.
+DescriptorMatrix comparedVectors(const DescriptorMatrix& descriptors, const Distance& distance,
+                                 const Standardization& standardization);
+
+/// Prepares descriptors as a map compares them by `distance`, which has their parts: embedded, for a
+/// standardized distance centered and scaled by the run `scale`, then as comparedVector(). N×L.
+DescriptorMatrix comparedVectors(const DescriptorMatrix& descriptors, const DescriptorMatrix& scale,
+                                 const Distance& distance);
+
+/// Prepares descriptors as zones compare them: standardized, if at all, by all of them in any order. N×L.
+DescriptorMatrix comparedVectors(const DescriptorMatrix& descriptors, const Distance& distance);
 
 }  // namespace estancia

@@ -29,7 +29,7 @@ class MergeProgress {
     progress_.begin("linkage", merges);
   }
   void advance() {
-    if (++waiting_ < interval) return;
+    if (++waiting_ < 64) return;
     if (interrupted()) throw Interrupted("stopped while clusters were merged");
     report();
   }
@@ -39,7 +39,6 @@ class MergeProgress {
   }
 
  private:
-  static constexpr std::size_t interval = 64;
   void report() { progress_.advance(std::exchange(waiting_, 0)); }
   Progress& progress_;
   std::size_t waiting_ = 0;
@@ -353,22 +352,19 @@ Dendrogram link(CondensedDistances distances, Linkage linkage, const std::vector
 }
 
 std::uint64_t clusteringMemory(std::size_t items, std::size_t labels) {
-  constexpr std::uint64_t copies = 3;      // copies of the descriptors: as compared, and twice as packed
-  constexpr std::uint64_t eachItem = 128;  // the chain and the dendrogram
-  const auto product =
-      static_cast<double>(items) * (static_cast<double>(labels) * copies * sizeof(float) + eachItem) +
-      static_cast<double>(CondensedDistances::bytes(items));
+  // Three copies of the descriptors, as compared and twice as packed; the chain and the dendrogram.
+  const auto product = static_cast<double>(items) * (static_cast<double>(labels) * 3 * sizeof(float) + 128) +
+                       static_cast<double>(CondensedDistances::bytes(items));
   return product < 0x1p63 ? static_cast<std::uint64_t>(product) : std::uint64_t{1} << 63;
 }
 
 void requireClusteringMemory(std::size_t items, std::size_t labels, std::uint64_t available) {
   const std::uint64_t needed = clusteringMemory(items, labels);
   if (needed <= available) return;
-  constexpr double gibibyte = 1 << 30;
   fail(ErrorCode::tooLarge,
        "exact clustering of {} images needs {:.1f} GiB of memory, and {:.1f} GiB are available; "
        "use the streaming mode (estancia zones find --stream), or take fewer images",
-       items, static_cast<double>(needed) / gibibyte, static_cast<double>(available) / gibibyte);
+       items, static_cast<double>(needed) / (1 << 30), static_cast<double>(available) / (1 << 30));
 }
 
 }  // namespace estancia

@@ -197,8 +197,8 @@ CondensedDistances::CondensedDistances(std::size_t items) : items_(items), size_
 std::uint64_t CondensedDistances::bytes(std::size_t items) {
   const std::uint64_t n = items;
   if (n < 2) return 0;
-  constexpr std::uint64_t maxItems = std::uint64_t{1} << 30;  // beyond it the product would overflow
-  return n > maxItems ? ~std::uint64_t{0} : n * (n - 1) / 2 * sizeof(double);
+  // Beyond 2³⁰ the product would overflow.
+  return n > std::uint64_t{1} << 30 ? ~std::uint64_t{0} : n * (n - 1) / 2 * sizeof(double);
 }
 
 CondensedDistances pairwiseDistances(const DescriptorMatrix& rows, Comparison comparison, int threads,

@@ -30,8 +30,6 @@ double tieTerm(std::vector<double> values) {
   return sum;
 }
 
-constexpr std::size_t maxExact = 50;
-
 /// P(W ≤ w) · 2, at most 1, where W is the sum of a random subset of the ranks 1 … n and w at most its mean.
 double exactP(std::size_t n, std::size_t w) {
   std::vector<double> subsets(w + 1);  // [s]: the share of subsets of the ranks so far whose sum is s
@@ -202,7 +200,7 @@ WilcoxonTest wilcoxonTest(std::span<const double> a, std::span<const double> b) 
 
   const auto n = static_cast<double>(sizes.size());
   const std::set<double> values(sizes.begin(), sizes.end());
-  result.exact = sizes.size() == a.size() && values.size() == sizes.size() && sizes.size() <= maxExact;
+  result.exact = sizes.size() == a.size() && values.size() == sizes.size() && sizes.size() <= 50;
   if (result.exact) {
     result.p = exactP(sizes.size(), static_cast<std::size_t>(std::min(result.better, result.worse)));
     return result;

@@ -11,7 +11,7 @@
 #include "estancia/core/fail.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/distances/distance.hpp"
-#include "estancia/stats/compared_vectors.hpp"
+#include "estancia/stats/label_scale.hpp"
 
 namespace estancia {
 namespace {
@@ -95,9 +95,6 @@ struct Surroundings {
   double others = 0;
 };
 
-constexpr double wayOfOnePlace = 0.75;  // in distances of unrelated images: .5 to 1 are as good on all sets
-constexpr double farthest = 3;          // standard deviations; weights beyond, below .011, are 0
-
 /// Whether poses distinguish images.
 bool isSpread(const std::vector<Frame>& frames, double reach) {
   const Pose* first = nullptr;
@@ -125,8 +122,8 @@ std::vector<double> waysThrough(const DescriptorSequence& sequence, const ZoneOp
         compare(distance.comparison, vectors.row(i), vectors.row((i + n / 2) % n)) / static_cast<double>(n);
     if (i > 0) ways[i] = ways[i - 1] + compare(distance.comparison, vectors.row(i - 1), vectors.row(i));
   }
-  if (unrelated > 0)
-    for (double& way : ways) way /= wayOfOnePlace * unrelated;
+  if (unrelated > 0)  // .5 to 1 are as good on all sets
+    for (double& way : ways) way /= 0.75 * unrelated;
   return ways;
 }
 
@@ -143,7 +140,7 @@ Surroundings poolSurroundings(const DescriptorSequence& sequence, const ZoneOpti
   const auto weight = [&](std::size_t i, std::size_t j) {
     const auto &a = sequence.frames[i].pose, &b = sequence.frames[j].pose;
     const double far = inSpace && a && b ? distanceBetween(*a, *b) / reach : std::abs(ways[i] - ways[j]);
-    return far < farthest ? std::exp(-far * far / 2) : 0;
+    return far < 3 ? std::exp(-far * far / 2) : 0;  // weights beyond are below .011
   };
   std::vector<std::vector<float>> pooled(n);
   std::vector<double> total(n);

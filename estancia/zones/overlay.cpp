@@ -12,13 +12,6 @@
 #include "estancia/core/fail.hpp"
 
 namespace estancia {
-namespace {
-
-// Two runs are the same when at most this share of all probability differs: a map may give less weight to
-// images on the way between places. Two drives through one corridor differ by .3.
-constexpr double sameRun = 0.15;
-
-}  // namespace
 
 bool areOfSameRun(const Zones& zones, const GroupedRun& run) {
   if (!(zones.vocabulary == run.vocabulary)) return true;
@@ -28,7 +21,9 @@ bool areOfSameRun(const Zones& zones, const GroupedRun& run) {
     difference += std::abs(static_cast<double>(ofZones[i]) - static_cast<double>(run.mean[i]));
     sum += static_cast<double>(ofZones[i]);
   }
-  return difference <= sameRun * sum;
+  // A map may give less weight to images on the way between places. Two drives through one corridor differ by
+  // .3 of all probability.
+  return difference <= 0.15 * sum;
 }
 
 std::vector<GroupZones> overlayZones(const Zones& zones, const GroupedRun& run) {

@@ -29,8 +29,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::string_view format = "estancia-zones";
 constexpr std::uint64_t version = 3;
-constexpr std::size_t maxBytes = std::size_t{2} << 30;
-constexpr int maxDepth = 8;
 
 // ---- writing
 
@@ -301,7 +299,7 @@ void writeZones(const Zones& zones, const fs::path& file) {
 }
 
 Zones readZones(const fs::path& file) {
-  const std::string text = io::readBytes(file, maxBytes);
+  const std::string text = io::readBytes(file, std::size_t{2} << 30);
   const auto refuse = [&file](const std::string& how) {
     fail(ErrorCode::corruptFile, "{}: damaged or cut short ({}); make it again by `estancia zones find`",
          file.string(), how.substr(0, 200));
@@ -313,7 +311,7 @@ Zones readZones(const fs::path& file) {
   std::uint64_t found = 0;
   try {
     const Json json = Json::parse(text, [](int depth, Json::parse_event_t, Json&) {
-      if (depth > maxDepth) damaged("it has more than {} levels", maxDepth);
+      if (depth > 8) damaged("it has more than 8 levels");
       return true;
     });
     found = indexIn(json.at("version"), std::numeric_limits<std::uint64_t>::max(), "the version");
@@ -329,8 +327,7 @@ Zones readZones(const fs::path& file) {
 }
 
 bool isZoneFile(const fs::path& file) {
-  constexpr std::size_t enough = 256;
-  std::string start(enough, ' ');
+  std::string start(256, ' ');
   std::error_code none;
   if (!fs::is_regular_file(file, none)) return false;
   std::ifstream(file, std::ios::binary).read(start.data(), static_cast<std::streamsize>(start.size()));

@@ -9,7 +9,7 @@
 #include <tuple>
 
 #include "estancia/core/fail.hpp"
-#include "estancia/stats/compared_vectors.hpp"
+#include "estancia/stats/label_scale.hpp"
 #include "estancia/stats/linkage.hpp"
 #include "estancia/words/label_concepts.hpp"
 #include "estancia/zones/image_tree.hpp"
@@ -18,8 +18,6 @@
 namespace estancia {
 namespace {
 
-constexpr double scaleGrowth = 1.25;  // growth of the run after which the labels' scale is found again
-constexpr double maxGroups = 20'000;  // a matrix of 3 GiB
 constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
 
 }  // namespace
@@ -27,7 +25,7 @@ constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
 OptionGroup declare(ZoneStreamOptions& options) {
   OptionGroup group("zone-stream", "How zones are kept up to date while images come.");
   group.add("groups", &options.groups, "At most this many groups of similar images stand for the run.")
-      .range(2, maxGroups)
+      .range(2, 20'000)  // a matrix of 3 GiB
       .why("More are nearer to the exact zones, and slower by their square.");
   return group;
 }
@@ -120,7 +118,7 @@ int ZoneStream::Impl::add(DescriptorView descriptor) {
   groupOf_.push_back(groups_.size() - 1);
   nearest_.push_back(none);
   const std::size_t added = groups_.size() - 1;
-  if (scaleIsOlderThan(scaleGrowth)) {
+  if (scaleIsOlderThan(1.25)) {
     rescale();
   } else {
     group.compared = comparedVector(distance_, standardization_, group.embedded.mean());

@@ -6,7 +6,7 @@
 #include <map>
 
 #include "estancia/core/fail.hpp"
-#include "estancia/stats/compared_vectors.hpp"
+#include "estancia/stats/label_scale.hpp"
 #include "estancia/stats/linkage.hpp"
 #include "estancia/stats/moments.hpp"
 #include "estancia/words/label_concepts.hpp"

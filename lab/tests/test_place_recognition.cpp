@@ -5,7 +5,7 @@
 
 #include <random>
 
-#include "estancia/stats/compared_vectors.hpp"
+#include "estancia/stats/label_scale.hpp"
 #include "places/posed_descriptors.hpp"
 #include "support/synthetic.hpp"
 

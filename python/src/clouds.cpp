@@ -4,7 +4,6 @@
 #include "call.hpp"
 #include "estancia/cloud/filter.hpp"
 #include "estancia/cloud/growing_neural_gas.hpp"
-#include "estancia/cloud/noise.hpp"
 #include "estancia/cloud/normals.hpp"
 #include "estancia/cloud/resolution.hpp"
 #include "estancia/core/fail.hpp"

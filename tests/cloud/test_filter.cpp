@@ -8,7 +8,7 @@
 #include <cmath>
 #include <limits>
 
-#include "estancia/cloud/noise.hpp"
+#include "estancia/cloud/resolution.hpp"
 #include "support/errors.hpp"
 #include "support/numbers.hpp"
 #include "support/support.hpp"

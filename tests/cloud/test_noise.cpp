@@ -1,6 +1,5 @@
 // Noise that is put into clouds, and found in them again.
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/cloud/noise.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

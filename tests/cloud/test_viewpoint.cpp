@@ -8,7 +8,7 @@
 #include <limits>
 #include <opencv2/core/affine.hpp>
 
-#include "estancia/cloud/noise.hpp"
+#include "estancia/cloud/resolution.hpp"
 
 namespace estancia {
 namespace {

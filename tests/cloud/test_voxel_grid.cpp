@@ -10,7 +10,7 @@
 #include <limits>
 
 #include "estancia/cloud/neighbors.hpp"
-#include "estancia/cloud/noise.hpp"
+#include "estancia/cloud/resolution.hpp"
 #include "estancia/files/cloud_file.hpp"
 #include "support/clouds.hpp"
 #include "support/errors.hpp"

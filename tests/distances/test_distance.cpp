@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/distances/distance.hpp"
-#include "estancia/stats/compared_vectors.hpp"
+#include "estancia/stats/label_scale.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "estancia/core/error.hpp"
-#include "estancia/recognition/keypoints.hpp"
+#include "estancia/recognition/surface.hpp"
 #include "recognition/made_up_surface.hpp"
 #include "recognition/pcl_reference.hpp"
 #include "support/errors.hpp"

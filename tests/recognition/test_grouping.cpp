@@ -9,7 +9,7 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/pose.hpp"
-#include "estancia/recognition/keypoints.hpp"
+#include "estancia/recognition/surface.hpp"
 #include "recognition/made_up_surface.hpp"
 #include "recognition/pcl_reference.hpp"
 #include "recognition/pose_check.hpp"

@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "estancia/cloud/noise.hpp"
+#include "estancia/cloud/resolution.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/files/cloud_file.hpp"
 #include "estancia/recognition/prepared.hpp"

@@ -11,7 +11,7 @@
 #include <sstream>
 
 #include "estancia/core/error.hpp"
-#include "estancia/stats/compared_vectors.hpp"
+#include "estancia/stats/label_scale.hpp"
 #include "estancia/stats/linkage.hpp"
 #include "estancia/stats/rank_tests.hpp"
 #include "scipy_random.hpp"

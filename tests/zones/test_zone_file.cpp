@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 
 #include "estancia/zones/naming.hpp"
-#include "estancia/zones/zones_json.hpp"
 #include "recordings.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"

@@ -16,7 +16,7 @@
 #include "estancia/distances/distance.hpp"
 #include "estancia/labelers/model.hpp"
 #include "estancia/readers/open_sequence.hpp"
-#include "estancia/stats/compared_vectors.hpp"
+#include "estancia/stats/label_scale.hpp"
 #include "places/kmeans.hpp"
 #include "places/model_choice_findings.hpp"
 #include "places/posed_descriptors.hpp"

@@ -21,7 +21,7 @@
 #include "estancia/query/accuracy.hpp"
 #include "estancia/query/quality.hpp"
 #include "estancia/readers/open_sequence.hpp"
-#include "estancia/stats/compared_vectors.hpp"
+#include "estancia/stats/label_scale.hpp"
 #include "findings/pivot.hpp"
 #include "places/mapped_drive.hpp"
 #include "places/room_table.hpp"

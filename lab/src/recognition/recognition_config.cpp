@@ -6,8 +6,8 @@
 #include "estancia/cloud/filter.hpp"
 #include "estancia/core/config.hpp"
 #include "estancia/recognition/descriptors.hpp"
-#include "estancia/recognition/keypoints.hpp"
 #include "estancia/recognition/recognizer.hpp"
+#include "estancia/recognition/surface.hpp"
 #include "recognition/recognition.hpp"
 #include "runner/config_lists.hpp"
 

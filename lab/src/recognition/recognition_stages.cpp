@@ -8,7 +8,7 @@
 #include <cmath>
 #include <optional>
 
-#include "estancia/cloud/noise.hpp"
+#include "estancia/cloud/resolution.hpp"
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/files/cloud_file.hpp"
