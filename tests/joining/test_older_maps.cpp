@@ -63,7 +63,7 @@ TEST_P(OlderMaps, AreReadAndAsked) {
   EXPECT_EQ(world.places.drives.size(), GetParam().drives);
   EXPECT_EQ(world.areas.size(), GetParam().areas);
   EXPECT_EQ(world.objects.size(), GetParam().objects);
-  EXPECT_EQ(world.places.frames.back().frame.pose.has_value(), GetParam().posesAreKnown);
+  EXPECT_EQ(world.places.frames.back().pose.has_value(), GetParam().posesAreKnown);
   const test::WithoutWordNet names;
   const WorldAnswers answers = askWorld(world, "stove");
   ASSERT_FALSE(answers.places.empty());
@@ -90,7 +90,7 @@ TEST_P(OlderMaps, GoOnWithAnotherDrive) {
   EXPECT_EQ(after.places.drives.size(), before.places.drives.size() + 1);
   ASSERT_EQ(after.places.frames.size(), before.places.frames.size() + 6);
   for (std::size_t i = 0; i < before.places.frames.size(); ++i)
-    EXPECT_EQ(after.places.frames[i].frame.name, before.places.frames[i].frame.name) << i;
+    EXPECT_EQ(after.places.frames[i].name, before.places.frames[i].name) << i;
 }
 
 INSTANTIATE_TEST_SUITE_P(Formats, OlderMaps,
