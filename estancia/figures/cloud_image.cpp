@@ -132,7 +132,6 @@ void draw(const CloudLayer& layer, double nearer, const Camera& camera, Canvas& 
 /// A pixel darkens by how much nearer those around it are.
 void shade(Canvas& canvas) {
   constexpr int reach = 2;
-  constexpr double strength = 60;
   const cv::Mat flat = canvas.color.clone();
   for (int y = 0; y < flat.rows; ++y)
     for (int x = 0; x < flat.cols; ++x) {
@@ -146,7 +145,7 @@ void shade(Canvas& canvas) {
           const float other = canvas.distance.at<float>(v, u);
           if (other != nothing) hidden += std::max(0.0, std::log(static_cast<double>(z) / other));
         }
-      const double light = std::max(0.25, std::exp(-strength * hidden / 8));
+      const double light = std::max(0.25, std::exp(-60.0 * hidden / 8));
       for (int c = 0; c < 3; ++c)
         canvas.color.at<cv::Vec3b>(y, x)[c] = cv::saturate_cast<uchar>(light * flat.at<cv::Vec3b>(y, x)[c]);
     }

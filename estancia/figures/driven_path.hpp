@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "estancia/areas/area_plan.hpp"
 #include "estancia/figures/floor_plan.hpp"
 #include "estancia/figures/layout.hpp"
 
@@ -42,5 +43,20 @@ std::vector<Point> cornersOf(const FloorPlan& plan);
 /// Throws Error where the frames cannot be drawn on it: none has a position (insufficientData), or fewer than
 /// half of those that have one lie in rooms (mismatch), as when the trajectory has another origin.
 void requireFitting(const FloorPlan& plan, const std::vector<std::optional<Point>>& frames);
+
+/// Closed lines in the floor's axes [m]: what an odd number of them surrounds is inside.
+using Outlines = std::vector<std::vector<Point>>;
+
+struct PlanShapes {
+  /// The free floor of each area, in the order of AreaPlan::areas.
+  std::vector<Outlines> areas;
+  Outlines walls;
+};
+
+/// Traces the cells of a plan, to half a cell; a plan of more than 1500 cells a side more coarsely.
+PlanShapes shapesOf(const AreaPlan& plan);
+
+/// Path of a figure, for fill-rule evenodd.
+std::string pathOf(const Outlines& outlines, const Fit& fit);
 
 }  // namespace estancia::report

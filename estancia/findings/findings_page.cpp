@@ -10,7 +10,6 @@
 #include "estancia/core/output_file.hpp"
 #include "estancia/figures/color.hpp"
 #include "estancia/figures/word_cloud.hpp"
-#include "estancia/findings/rank_diagram.hpp"
 #include "estancia/findings/result_table.hpp"
 #include "estancia/report/page_assets.hpp"
 #include "estancia/report/page_parts.hpp"

@@ -23,4 +23,13 @@ void writeFindingsPage(const std::filesystem::path& path, const Findings& findin
 /// not written. Throws Error when one cannot be written.
 void writeFindingsFiles(const std::filesystem::path& stem, const Findings& findings);
 
+/// Critical difference diagram (Demšar, JMLR 7 (2006)): bars join methods that do not differ. The best rank
+/// is at the left; the better half of the methods is named at the left, the other at the right. Long names
+/// lose their middle.
+report::Markup section(const RankDiagram& diagram);
+
+/// Renders the diagram as an SVG file for light and dark screens that needs no other files; programs that
+/// know no media queries draw it dark on white.
+std::string renderRankDiagram(const RankDiagram& diagram);
+
 }  // namespace estancia

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/findings/rank_diagram.hpp"
+#include "estancia/findings/findings_page.hpp"
 
 #include <fmt/format.h>
 

@@ -13,8 +13,7 @@ namespace estancia {
 
 /// This thread has a tenth of a processor where others want all.
 inline void takeATenth() {
-  constexpr int niceness = 10;
-  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), niceness);
+  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), 10);
 }
 
 /// This thread has what others leave, a third of a hundredth at least. A forward pass wakes its threads

@@ -30,7 +30,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 constexpr auto patienceForFrames = std::chrono::milliseconds(100);
-constexpr auto shortWait = std::chrono::milliseconds(10);
 constexpr std::size_t wordsShown = 8;
 
 double millisecondsSince(Clock::time_point begin) {
@@ -125,7 +124,8 @@ struct LiveLoop::Impl {
   Deadline deadlineFor(const LiveFrame& live) const {
     const auto next = period.value();
     const std::chrono::duration<double, std::milli> pass(forwards.quantile(0.5));
-    if (!next || *next < std::max<std::chrono::duration<double, std::milli>>(pass, shortWait) ||
+    if (!next ||
+        *next < std::max<std::chrono::duration<double, std::milli>>(pass, std::chrono::milliseconds(10)) ||
         source->isOnDemand())
       return std::nullopt;
     return live.arrived + *next + std::chrono::duration_cast<Clock::duration>(pass / 3);

@@ -56,11 +56,10 @@ bool isLostBy(ErrorCode code) {
 
 /// The area of a frame; areas are of some seconds ago.
 std::pair<int, double> areaOf(const WorldMap* world, const std::optional<Pose>& pose, int node) {
-  constexpr double reach = 0.5;  // [m]
   if (world == nullptr || !world->plan) return {-1, 0};
   const AreaPlan& plan = *world->plan;
   const int area =
-      pose ? areaAt(plan, plan.floor.position({pose->x, pose->y, pose->z}), reach) : world->areaOfNode(node);
+      pose ? areaAt(plan, plan.floor.position({pose->x, pose->y, pose->z}), 0.5) : world->areaOfNode(node);
   return {area, area < 0 ? 0 : 1};
 }
 
@@ -277,12 +276,11 @@ class MappingLiveMap final : public LiveMap {
 
   /// Nothing where it cannot be of the camera that is known.
   cv::Mat fittingDepth(const LiveFrame& live) {
-    constexpr double sameShape = 0.02;
     unfitting_.clear();
     if (!camera_ || live.depth.empty()) return {};
     const double shape = static_cast<double>(camera_->width) / camera_->height,
                  seen = static_cast<double>(live.depth.cols) / live.depth.rows;
-    if (std::abs(seen / shape - 1) <= sameShape) return live.depth;
+    if (std::abs(seen / shape - 1) <= 0.02) return live.depth;
     unfitting_ = fmt::format(
         "depth images of {} × {} pixels are not of the camera that is known, {} × {}: these frames are "
         "mapped without areas and objects",

@@ -2,15 +2,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
+#include <exception>
 #include <filesystem>
 #include <functional>
 #include <limits>
 #include <memory>
 #include <mutex>
 #include <thread>
+#include <utility>
 
+#include "estancia/live/background_thread.hpp"
+#include "estancia/world/rooms_by_name.hpp"
 #include "estancia/world_file/world_map.hpp"
 
 namespace estancia {
@@ -27,18 +33,59 @@ class WorldReader {
     bool namesRooms = false;  ///< see GrowingRooms
   };
   /// `take` is called with each map that was read, in the thread.
-  WorldReader(std::filesystem::path path, const Options& options, Take take);
-  ~WorldReader();
+  WorldReader(std::filesystem::path path, const Options& options, Take take)
+      : path_(std::move(path)), options_(options), take_(std::move(take)), thread_([this] { run(); }) {}
+  ~WorldReader() {
+    {
+      const std::lock_guard lock(mutex_);
+      ending_ = true;
+    }
+    changed_.notify_all();
+    thread_.join();
+  }
   WorldReader(const WorldReader&) = delete;
   WorldReader& operator=(const WorldReader&) = delete;
 
   /// The file has changed; a number for wait(). Reading takes a tenth of the time, unless a caller waits.
-  std::uint64_t request();
+  std::uint64_t request() {
+    const std::lock_guard lock(mutex_);
+    changed_.notify_all();
+    return ++requested_;
+  }
   /// Until the file has been read as of that request or later; at once where there is no file yet.
-  void wait(std::uint64_t number);
+  void wait(std::uint64_t number) {
+    std::unique_lock lock(mutex_);
+    awaited_ = std::max(awaited_, number);
+    changed_.notify_all();
+    changed_.wait(lock, [&] { return ending_ || done_ >= number; });
+  }
 
  private:
-  void run();
+  void run() {
+    using Clock = std::chrono::steady_clock;
+    takeATenth();
+    Clock::time_point next;
+    GrowingRooms rooms;
+    std::unique_lock lock(mutex_);
+    for (;;) {
+      changed_.wait(lock, [this] { return ending_ || requested_ > done_; });
+      changed_.wait_until(lock, next, [this] { return ending_ || awaited_ > done_; });
+      if (ending_) return;
+      const std::uint64_t number = requested_;
+      lock.unlock();
+      const auto begin = processorTime();
+      try {
+        WorldMap world = readWorld(path_, options_.maxFrames);
+        if (options_.namesRooms) rooms.name(path_, world);
+        take_(std::make_shared<const WorldMap>(std::move(world)));
+      } catch (const std::exception&) {  // not on disk yet: its first second is not over
+      }
+      next = Clock::now() + 10 * (processorTime() - begin);
+      lock.lock();
+      done_ = number;
+      changed_.notify_all();
+    }
+  }
 
   std::filesystem::path path_;
   Options options_;

@@ -18,8 +18,6 @@ constexpr std::uint64_t sampleBytes = 768 * sizeof(float);
 constexpr std::uint64_t minNodes = 16;
 /// A quarter of all is for the drive guide; another quarter of the rest without the sample is for views.
 constexpr std::uint64_t viewsShare = 4;
-/// A place with a quarter of the mean number of images is a place that the robot uses.
-constexpr std::uint64_t usedShare = 4;
 
 }  // namespace
 
@@ -83,7 +81,8 @@ void Mapper::Impl::makeRoom(std::size_t frame) {
         std::pair(bank[slot].frames, bank[slot].id) < std::pair(bank[spared].frames, bank[spared].id))
       spared = slot;
   }
-  if (spared == bank.size() || bank[spared].frames * usedShare * bank.size() > all)
+  // A place with a quarter of the mean number of images is a place that the robot uses.
+  if (spared == bank.size() || bank[spared].frames * 4 * bank.size() > all)
     fail(ErrorCode::tooLarge,
          "the {} places of the map fill the memory that they may take, and the robot uses all of them; go on "
          "with more (estancia map --continue --memory …)",

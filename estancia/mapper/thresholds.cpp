@@ -18,7 +18,6 @@ constexpr std::size_t nearLag = 2;       // frames that count as near in time
 constexpr std::size_t minGap = 5;        // frames that count as far in time, at least …
 constexpr double gapShare = 0.05;        // … and this share of the run
 constexpr std::size_t minFarPairs = 10;  // fewer give no useful quantile
-constexpr double maxRevisitShare = 0.8;
 constexpr double fewShare =
     // share of the prior's dimensions: a run that spans less carries no information about other places
     1.0 / 4;
@@ -111,8 +110,7 @@ std::optional<double> ThresholdEstimator::tauOfRun(const Compared& compared) con
   std::sort(near.begin(), near.end());
   std::sort(far.begin(), far.end());
   const auto below = std::lower_bound(far.begin(), far.end(), quantile(near, 0.5)) - far.begin();
-  const double revisited =
-      std::min(maxRevisitShare, 2.0 * static_cast<double>(below) / static_cast<double>(far.size()));
+  const double revisited = std::min(0.8, 2.0 * static_cast<double>(below) / static_cast<double>(far.size()));
   return quantile(far, revisited + options_.farQuantile * (1 - revisited));
 }
 

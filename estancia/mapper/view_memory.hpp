@@ -15,7 +15,7 @@
 #include "estancia/core/pose.hpp"
 #include "estancia/distances/distance.hpp"
 #include "estancia/mapper/mapper.hpp"
-#include "estancia/mapper/quantized_bounds.hpp"
+#include "estancia/mapper/node_bank.hpp"
 
 namespace estancia {
 

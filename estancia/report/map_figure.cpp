@@ -8,7 +8,6 @@
 #include <set>
 
 #include "estancia/core/fail.hpp"
-#include "estancia/figures/label_places.hpp"
 
 namespace estancia::report {
 namespace {

@@ -22,7 +22,6 @@
 namespace estancia {
 namespace {
 
-constexpr auto writeInterval = std::chrono::seconds(1);
 constexpr const char *guideKey = "guide", *guidedKey = "guided", *alignmentKey = "alignment";
 /// A drive whose poses are known in the map is lost no longer when it was recognized so often: poses and
 /// views identify places from then on, as in a first drive, at a tenth of the cost.
@@ -186,7 +185,9 @@ void MappingSession::Impl::keep(const MappedFrame& frame, DescriptorView descrip
 }
 
 void MappingSession::Impl::writeWhenDue() {
-  if (std::chrono::steady_clock::now() - lastWritten >= writeInterval || (keeper && keeper->isDue())) write();
+  if (std::chrono::steady_clock::now() - lastWritten >= std::chrono::seconds(1) ||
+      (keeper && keeper->isDue()))
+    write();
 }
 
 void MappingSession::Impl::beginDrive(const DriveStart& start, bool isLost) {

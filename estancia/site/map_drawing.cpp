@@ -4,10 +4,10 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "estancia/figures/driven_path.hpp"
 #include "estancia/figures/layout.hpp"
-#include "estancia/figures/plan_shapes.hpp"
 #include "estancia/map_file/places.hpp"
-#include "estancia/report/world_view.hpp"
+#include "estancia/report/world_section.hpp"
 #include "estancia/site/queries.hpp"
 #include "estancia/world_query/ask_world.hpp"
 #include "estancia/world_query/world_json.hpp"

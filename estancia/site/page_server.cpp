@@ -29,13 +29,13 @@ namespace {
 
 std::unique_ptr<HttpServer> listenAt(const std::string& address, std::optional<int> port,
                                      HttpHandler& handler) {
-  constexpr int usual = 8765, anyFree = 0;
+  constexpr int usual = 8765;
   if (port) return makeHttpServer(address, *port, handler);
   try {
     return makeHttpServer(address, usual, handler);
   } catch (const Error& e) {
     if (e.code() != ErrorCode::network) throw;
-    return makeHttpServer(address, anyFree, handler);
+    return makeHttpServer(address, 0, handler);
   }
 }
 

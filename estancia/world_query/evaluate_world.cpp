@@ -18,9 +18,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Positions within this of one line leave the turn about it open [m].
-constexpr double minWidthOfPath = 0.1;
-
 /// Standard deviation of positions along the second of their main axes [m].
 double widthOfPath(std::span<const Pose> poses) {
   std::vector<cv::Vec3d> positions;
@@ -99,11 +96,9 @@ InstanceAccuracy judgeObjects(const MapAndDrive& both, const io::HomeTruth& trut
   return judgeInstances(found, trueThings(truth, classes, &both.world.places.vocabulary, images));
 }
 
-/// A path that is off by more is another one, or has lost its way [m].
-constexpr double maxErrorOfPath = 0.5;
-
+/// A path that is off by more than half a meter is another one, or has lost its way.
 void doubtTheDrive(WorldAccuracy& accuracy, const fs::path& drive, std::size_t mapped, std::size_t frames) {
-  if (accuracy.trajectory && accuracy.trajectory->rmse > maxErrorOfPath)
+  if (accuracy.trajectory && accuracy.trajectory->rmse > 0.5)
     accuracy.doubts.push_back(fmt::format(
         "the path of the map is off that of {} by {:.1f} m (root mean square): is it the drive that "
         "was mapped? Images of another one may have the same names",
@@ -119,9 +114,9 @@ void doubtTheDrive(WorldAccuracy& accuracy, const fs::path& drive, std::size_t m
 
 Pose truthFromMap(std::span<const Pose> estimated, std::span<const Pose> truth) {
   const Pose byPositions = absoluteTrajectoryError(estimated, truth).truthFromEstimate;
-  return std::min(widthOfPath(estimated), widthOfPath(truth)) < minWidthOfPath
-             ? byDirections(estimated, truth)
-             : byPositions;
+  // Positions within 10 cm of one line leave the turn about it open.
+  return std::min(widthOfPath(estimated), widthOfPath(truth)) < 0.1 ? byDirections(estimated, truth)
+                                                                    : byPositions;
 }
 
 WorldAccuracy evaluateWorld(const fs::path& map, const fs::path& drive,

@@ -7,7 +7,6 @@
 #include <filesystem>
 
 #include "estancia/core/error.hpp"
-#include "estancia/findings/rank_diagram.hpp"
 #include "estancia/findings/result_table.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"

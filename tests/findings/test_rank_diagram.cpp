@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/findings/rank_diagram.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -9,8 +9,8 @@
 #include <numeric>
 #include <random>
 
+#include "estancia/localization/localization_filter.hpp"
 #include "estancia/localization/localizer_map.hpp"
-#include "estancia/localization/place_filter.hpp"
 #include "support/errors.hpp"
 #include "support/synthetic.hpp"
 

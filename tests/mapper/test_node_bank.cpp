@@ -7,7 +7,6 @@
 #include <random>
 
 #include "estancia/core/error.hpp"
-#include "estancia/mapper/quantized_bounds.hpp"
 #include "support/synthetic.hpp"
 
 namespace estancia {

@@ -8,8 +8,8 @@
 #include <string>
 
 #include "estancia/core/error.hpp"
-#include "estancia/figures/label_places.hpp"
-#include "estancia/figures/plan_shapes.hpp"
+#include "estancia/figures/driven_path.hpp"
+#include "estancia/figures/layout.hpp"
 #include "estancia/report/map_page.hpp"
 #include "estancia/world_query/route_world.hpp"
 #include "support/errors.hpp"
