@@ -181,6 +181,7 @@ WorldObject ObjectLayer::worldObject(const ObjectInstance& instance) const {
   object.views = instance.views;
   object.firstFrame = instance.segments.front().first;
   object.lastFrame = instance.segments.back().first;
+  static_assert(static_cast<int>(Support::wall) == static_cast<int>(ObjectInstance::Stands::wall));
   object.support = static_cast<Support>(instance.stands);  // they have the same order
   object.onObject = instance.on;
   return object;

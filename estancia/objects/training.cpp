@@ -280,6 +280,7 @@ TrainingSet gatherTraining(std::span<const LabeledViews> sources, const TargetCl
                            const TrainingOptions& options, Progress& progress,
                            std::vector<std::string>* problems) {
   validate(options);
+  validate(options.classifier);  // before the long work
   requireSplit(sources, options.split);
   TrainingSet set{
       {targets, options.shape, {{}, {}, DescriptorMatrix(0)}, {}, {}, commonLabeler(sources), {}}};

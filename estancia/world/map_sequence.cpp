@@ -47,6 +47,8 @@ MappedSequence mapSequence(const Sequence& sequence, Labeler& labeler, const std
     fail(ErrorCode::invalidInput,
          "{} discovers its words on the way; label the sequence first, then map the labels",
          labeler.identity());
+  static_assert(static_cast<int>(MapRun::Existing::resume) ==
+                static_cast<int>(MapSequenceOptions::Existing::resume));
   std::optional<MapRun> run(std::in_place, map, static_cast<MapRun::Existing>(options.existing));
   run->changeBudget(options.changeBudget);
   LabelStreamOptions stream = options.stream;
@@ -72,6 +74,7 @@ MappedSequence mapSequence(const Sequence& sequence, Labeler& labeler, const std
     fail(ErrorCode::fileUnreadable, "{}: none of its {} frames can be used; the first: {}", sequence.name(),
          sequence.size() - stream.first, problems.empty() ? "" : problems.front());
   layers.finish();
+  for (std::string& gone : WorldMapper::goneOptionsOf(run->start())) problems.push_back(std::move(gone));
   MappedSequence done{run->session()->frames(), run->session()->frames() - run->framesBefore(),
                       std::move(problems)};
   run.reset();  // the rooms are written into its file

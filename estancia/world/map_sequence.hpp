@@ -41,7 +41,8 @@ struct MapSequenceOptions {
 struct MappedSequence {
   /// Frames in the map; frames added by this call.
   std::size_t frames = 0, newFrames = 0;
-  /// Sentences about frames that were left out: they, or their depth, cannot be read.
+  /// Sentences about frames that were left out since they, or their depth, cannot be read, and about options
+  /// of a resumed map that have gone.
   std::vector<std::string> problems;
 };
 
