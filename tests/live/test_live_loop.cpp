@@ -173,8 +173,9 @@ TEST(LiveLoop, EditsTheMapWhileItGrows) {
   FedLoop fed(file, labeler, drive);
   for (std::size_t i = 0; i < drive.size(); ++i) fed.source().feed(drive, i);
   const auto hasRooms = [&](const LiveStatus& now) {
-    return now.frames == drive.size() && fed.loop().world() && fed.loop().world()->areas.size() == 3 &&
-           fed.loop().world()->areaOfFrame.size() == drive.size();
+    const auto world = fed.loop().world();  // areas of some frames come first
+    return now.frames == drive.size() && world && world->areas.size() == 3 &&
+           world->areaOfFrame.size() == drive.size() && std::ranges::count(world->areaOfFrame, -1) == 0;
   };
   ASSERT_TRUE(fed.waitUntil(hasRooms));
   LiveLoop& live = fed.loop();
