@@ -1,4 +1,4 @@
-// Maps of earlier versions: files of each format since 4 can be read, asked and continued.
+// Maps of earlier versions: their files can be read, asked and continued.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -94,9 +94,7 @@ TEST_P(OlderMaps, GoOnWithAnotherDrive) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Formats, OlderMaps,
-                         testing::Values(OlderMap{"places-4", 4, 40, 3, 1, 0, 0, false},
-                                         OlderMap{"depth-5", 5, 28, 2, 1, 2, 2, true},
-                                         OlderMap{"tracked-5", 5, 12, 12, 1, 1, 1, true},
+                         testing::Values(OlderMap{"places-6", 6, 40, 3, 1, 0, 0, false},
                                          OlderMap{"depth-6", 6, 28, 2, 1, 2, 2, true},
                                          OlderMap{"tracked-6", 6, 12, 12, 1, 1, 1, true},
                                          OlderMap{"drives-6", 6, 56, 2, 2, 2, 2, true},
