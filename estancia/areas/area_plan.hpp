@@ -12,7 +12,8 @@
 
 namespace estancia {
 
-/// Cells of an image on the floor. It grows by whole cells; what was drawn in it keeps its place there.
+/// Which cell of an image holds which point of the floor. The image grows by whole cells; what was drawn in
+/// it keeps its place on the floor.
 class FloorCells {
  public:
   /// `cell`: the width of a cell [m], > 0.
@@ -87,7 +88,8 @@ struct AreaEdit {
   std::string name = {};
 };
 
-/// The area that a point of the floor lies in, else the nearest one within `reach` [m]; -1: none.
+/// The area that a point of the floor lies in, else the nearest one within `reach` [m]; -1 where there is
+/// none.
 int areaAt(const AreaPlan& plan, const cv::Point2d& at, double reach);
 
 /// The area that a thing is in, or stands at the edge of: within 2 m. `at`: in the map.

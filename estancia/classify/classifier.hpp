@@ -67,8 +67,8 @@ class Classifier {
 /// svm-linear, svm-rbf, linear, forest, knn.
 Choices classifierTypes();
 
-/// Throws Error on invalid options and samples (invalidInput, mismatch), and on samples of fewer than two
-/// classes (insufficientData); Interrupted.
+/// Throws Error on invalid options, invalid samples (invalidInput, mismatch) and fewer than two classes with
+/// samples (insufficientData); Interrupted.
 std::unique_ptr<Classifier> trainClassifier(const Samples& samples, const ClassifierOptions& options,
                                             Progress& progress = Progress::none());
 

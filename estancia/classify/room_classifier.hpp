@@ -16,7 +16,8 @@ namespace estancia {
 
 class FeatureEmbedding;
 
-/// A classifier of rooms with its descriptors, their embedding, and the rooms. Cheap to copy; thread-safe.
+/// A classifier of rooms with its descriptors, their embedding, and the names of the rooms. Cheap to copy;
+/// safe to use from several threads.
 ///
 ///     const auto rooms = estancia::readRoomClassifier("home.classifier");
 ///     for (const auto& [room, p] : rooms.predict(image)) std::printf("%s %.2f\n", room.c_str(), p);
@@ -46,8 +47,9 @@ class RoomClassifier {
   std::shared_ptr<const Learned> learned_;
 };
 
-/// Learns the rooms of frames[i].room; frames without are left out. Throws Error on fewer than two rooms or a
-/// room of one image (insufficientData), and on a value that is not finite (invalidInput); Interrupted.
+/// Learns the rooms of frames[i].room; frames without are left out. Throws Error when there are fewer than
+/// two rooms, or a room has one image only (insufficientData), or a value is not finite (invalidInput);
+/// Interrupted.
 RoomClassifier trainRoomClassifier(const Features& features, const ClassifierOptions& options = {},
                                    Progress& progress = Progress::none());
 

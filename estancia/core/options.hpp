@@ -1,4 +1,5 @@
-// Options: parameters are declared once; TOML keys, command options, range checks and reference follow.
+// Options: each parameter is declared once; TOML keys, command options, range checks and the reference
+// follow.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -14,8 +14,8 @@
 
 namespace estancia {
 
-/// Points [m]. Invariant: width × height points, row by row; `colors`, `normals` are empty or have one a
-/// point.
+/// Points [m]. Invariant: width × height points, row by row; `colors` (BGR) and `normals` are empty or have
+/// one a point.
 struct PointCloud {
   /// NaN where an organized cloud has a hole.
   std::vector<cv::Point3f> points;
@@ -55,7 +55,8 @@ void requireDepth(const cv::Mat& depth, const CameraIntrinsics& camera);
 /// have another size. Pixels without a positive, finite depth become holes. Throws Error as requireDepth().
 PointCloud backProject(const cv::Mat& depth, const CameraIntrinsics& camera);
 
-/// These points with their colors and normals, not organized. Throws Error (invalidInput) on other indices.
+/// These points of the cloud with their colors and normals, not organized. Throws Error (invalidInput) on an
+/// index beyond the cloud.
 PointCloud pointsOf(const PointCloud& cloud, const std::vector<std::uint32_t>& points);
 
 /// The finite points of the cloud with their colors and normals, not organized.

@@ -113,7 +113,8 @@ struct PlanarMotion {
   }
 };
 
-/// Motion of a robot on its floor. A tilted camera sees drive and turn tilted, but as long as they are.
+/// Motion of a robot on its floor. A tilted camera sees the drive forward and the turn tilted, but as long as
+/// they are.
 inline PlanarMotion motionBetween(const Pose& from, const Pose& to) {
   const cv::Affine3d motion = rigidOf(from).inv() * rigidOf(to);
   const cv::Vec3d t = motion.translation();

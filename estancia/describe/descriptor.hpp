@@ -57,7 +57,8 @@ class Descriptor {
  public:
   virtual ~Descriptor() = default;
 
-  /// The parts in the order of the numbers, several if combined. Discovered labels: those known so far.
+  /// The parts, in the order of the numbers: one, or several of a combined descriptor. A labeler that
+  /// discovers labels has those known so far.
   virtual std::vector<DescriptorPart> parts() const = 0;
   virtual bool needsImage() const { return true; }
   virtual bool needsDepth() const { return false; }
@@ -70,7 +71,8 @@ class Descriptor {
 /// The descriptors without labels: phog, gist, esf.
 Choices descriptorTypes();
 
-/// One of descriptorTypes(), with its defaults; null for other names: models (loadDescriptors() loads both).
+/// One of descriptorTypes(), with its default parameters; null for other names, which are models
+/// (loadDescriptors() loads both).
 std::unique_ptr<Descriptor> findDescriptor(const std::string& name);
 
 }  // namespace estancia

@@ -19,7 +19,8 @@
 
 namespace estancia {
 
-/// Frames with their descriptors. Invariant: a row of `values` a frame; its columns are those of the parts.
+/// Frames with their descriptors. Invariant: a row of `values` a frame; the columns are those of the parts,
+/// one part after the other.
 struct Features {
   std::vector<DescriptorPart> parts;
   /// `room` is the class, "" where unknown.

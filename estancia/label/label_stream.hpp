@@ -23,11 +23,13 @@
 
 namespace estancia {
 
-/// Descriptors on disk, one file a model: a log of records (key, checksum, value), to which several processes
-/// may append at once. What is cut off or damaged is not found, and labeled again. Thread-safe.
+/// Descriptors on disk, one file a model: a log of records (key, checksum, value), to which several
+/// processes may append at once. What is cut off or damaged is not found, and labeled again. Safe to use
+/// from several threads.
 class LabelCache {
  public:
-  /// $ESTANCIA_CACHE, else $XDG_CACHE_HOME/estancia/labels, else ~/.cache/estancia/labels.
+  /// The default folder: $ESTANCIA_CACHE, else $XDG_CACHE_HOME/estancia/labels, else
+  /// ~/.cache/estancia/labels.
   static std::filesystem::path defaultFolder();
   /// $ESTANCIA_CACHE_MB megabytes, else 2 GB. Throws Error when that variable is no number.
   static std::uint64_t defaultLimit();
@@ -100,7 +102,8 @@ struct LabeledFrame {
   std::size_t index = 0;
   /// Empty when the frame has no words.
   LexicalDescriptor descriptor;
-  /// Sequence::image(); empty when it was not needed (or only reduced) or cannot be read.
+  /// Image from Sequence::image(); empty when it was not needed (also when the network saw it reduced) or
+  /// cannot be read.
   cv::Mat image;
   /// Why the frame has no words, one sentence; "" when all is well.
   std::string problem;
@@ -111,8 +114,9 @@ struct LabeledFrame {
   bool labeled() const { return problem.empty(); }
 };
 
-/// Labels the frames of a sequence in order. Background threads decode and prepare the next frames while the
-/// caller's thread infers: the stream is as fast as the network. Sequence and labeler must outlive it.
+/// Labels the frames of a sequence in order. Background threads decode and prepare the next frames while
+/// the caller's thread infers, so that the stream runs at the network's speed. Sequence and labeler must
+/// outlive the stream.
 class LabelStream {
  public:
   LabelStream(const Sequence& sequence, Labeler& labeler, const LabelStreamOptions& options = {});

@@ -59,7 +59,8 @@ class Labeler {
   /// Whether words are discovered on the way (services): vocabulary() then grows at its end with every new
   /// word, a descriptor has as many values as there were words when it was made, and later words are 0 in it.
   virtual bool discovers() const { return false; }
-  /// The descriptor of words known from elsewhere (a cache), which may be new. For labelers that discover.
+  /// The descriptor of words that are known from elsewhere (a cache), which may be new. For labelers that
+  /// discover.
   virtual LexicalDescriptor adopt(std::span<const LabelProbability> words);
 
   /// Identifies the model for maps: name and digest of its files.
@@ -88,12 +89,13 @@ class Labeler {
   /// The batch size at which inferBatch() is fastest.
   virtual std::size_t batchSize() const { return 1; }
 
-  /// Numbers in vocabulary() of the labels that labelRegions() can return; none unless it has a detector.
+  /// The labels, by their numbers in vocabulary(), that labelRegions() can return; none unless it is a
+  /// detector, or has one among its members.
   virtual std::vector<std::size_t> regionLabels() const { return {}; }
   /// How probably each region of a BGR image shows these labels, seen among what is around it: a descriptor a
-  /// region, a value a label of regionLabels(), which need not add up to 1. Regions are parts of [0, 1]², the
-  /// image's width and height. Not thread-safe. Throws FrameError as infer(); Error (invalidInput) without
-  /// such labels.
+  /// region, a value a label of regionLabels(), which need not add up to 1. Regions are parts of [0, 1] × [0,
+  /// 1], the image's width and height. Not thread-safe. Throws FrameError as infer(), and Error
+  /// (invalidInput) without such labels.
   virtual std::vector<LexicalDescriptor> labelRegions(const cv::Mat& bgr,
                                                       std::span<const cv::Rect2d> regions);
 

@@ -22,7 +22,8 @@ inline const std::string defaultModel = "inception-v3";
 /// Where models live, one folder each: $ESTANCIA_HOME/models, else ~/.local/share/estancia/models.
 std::filesystem::path modelHome();
 
-/// The folder of a model: of a name in modelHome(), or any with a model.toml. Throws Error with known names.
+/// The folder of a model: `model` is a name in modelHome(), or a folder with a model.toml anywhere.
+/// Throws Error listing the known names.
 std::filesystem::path getModelFolder(const std::string& model);
 
 /// How to run a model.
@@ -43,7 +44,8 @@ struct LabelerOptions {
 
 OptionGroup declare(LabelerOptions& options);
 
-/// Loads a model by name or folder; "A+B+…" loads several as an ensemble. Throws Error on any mistake.
+/// Loads a model by name or folder; "A+B+…" loads several as an ensemble. Throws Error when it is unknown or
+/// wrong in any way.
 std::unique_ptr<Labeler> loadModel(const std::string& model = defaultModel,
                                    const LabelerOptions& options = {});
 std::unique_ptr<Labeler> loadModel(const ModelSpec& spec, const LabelerOptions& options = {});
@@ -83,7 +85,8 @@ struct ModelCheck {
   std::vector<std::string> labelNames = {};
 };
 
-/// Opens the model, labels a gray and a noisy image and takes the time. Throws Error saying what is wrong.
+/// Opens the model, labels a gray and a noisy image and takes the time. Throws Error saying what is wrong
+/// with it.
 ModelCheck checkModel(const std::string& model, const LabelerOptions& options = {});
 
 /// Copies the model in `folder` (the files that its model.toml names; all of it when it is no network) into

@@ -35,8 +35,8 @@ struct TargetClasses {
 /// Throws Error (invalidInput) on a breach of the invariant.
 void validate(const TargetClasses& targets);
 
-/// Reads TOML: `[classes.NAME]` with `labels` and `categories`, by default NAME. Throws Error (fileNotFound,
-/// malformedFile).
+/// Reads TOML: a table `[classes.NAME]` a class with `labels` and `categories`, both its name by default.
+/// Throws Error (fileNotFound, malformedFile).
 TargetClasses readTargetClasses(const std::filesystem::path& file);
 
 /// Each category is a class of its own name. Throws Error (invalidInput) as validate().
@@ -50,7 +50,8 @@ struct ShapeOptions {
 };
 OptionGroup declare(ShapeOptions& options);
 
-/// Embedding and classifier of shapes with held-out accuracy, by trainObjectModel(). Cheap to copy.
+/// Embedding and classifier of shapes with their held-out accuracy. Cheap to copy; trained by
+/// trainObjectModel().
 class ObjectModel {
  public:
   struct Learned;
@@ -70,7 +71,8 @@ class ObjectModel {
   /// See RoomClassifier::choice().
   std::string choice() const;
 
-  /// N × classes; sum 1; 0 for classes without training samples. Throws Error (mismatch) on other features.
+  /// N × classes; a row adds up to 1; 0 for classes without training samples. Throws Error (mismatch) on
+  /// features of other shape options.
   DescriptorMatrix predict(const Features& shapes, int threads = 0) const;
 
  private:

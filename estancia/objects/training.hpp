@@ -95,7 +95,8 @@ TrainingSet gatherTraining(std::span<const LabeledViews> sources, const TargetCl
                            const TrainingOptions& options = {}, Progress& progress = Progress::none(),
                            std::vector<std::string>* problems = nullptr);
 
-/// Throws Error (insufficientData) on samples of fewer than two classes, as trainClassifier(); Interrupted.
+/// Throws Error (insufficientData) when fewer than two classes have samples, and as trainClassifier();
+/// Interrupted.
 ObjectModel trainObjectModel(const ObjectTraining& training, const ClassifierOptions& options = {},
                              Progress& progress = Progress::none());
 

@@ -21,7 +21,8 @@ void validate(const SequenceOptions& options);
 std::unique_ptr<Sequence> openSequence(const std::filesystem::path& path,
                                        const SequenceOptions& options = {});
 
-/// Image files in this order; frames are named by their paths. Throws Error for missing and other files.
+/// Single image files in the given order; frames are named by their paths. Throws Error for missing files and
+/// other file types.
 std::unique_ptr<Sequence> openImages(const std::vector<std::filesystem::path>& files);
 
 /// True for existing files with the extension of an image.

@@ -18,7 +18,8 @@ namespace estancia {
 
 /// Where the poses of a sequence come from.
 struct PoseSource {
-  /// First and last time stamp of the trajectory [s] when no frame matches: poses were assigned by order.
+  /// First and last time stamp of the trajectory [s] when no frame matches them, so that poses were assigned
+  /// by order.
   std::optional<std::pair<double, double>> otherClock;
 };
 
@@ -36,10 +37,12 @@ class Sequence {
   virtual const Frame& frame(std::size_t i) const = 0;
 
   /// The image: BGR, 8 bits, 3 channels, never empty (gray and 16-bit images are converted). Throws Error
-  /// when this frame cannot be read; others may still be. Thread-safe; videos are fastest in order.
+  /// when this frame cannot be read; other frames may still be readable. Thread-safe; videos are fastest in
+  /// order.
   virtual cv::Mat image(std::size_t i) const = 0;
 
-  /// image(i), at a fraction of its size where its file is a JPEG: see readReducedImage(). Thread-safe.
+  /// image(i), decoded at a fraction of its size where its file is a JPEG: see readReducedImage().
+  /// Thread-safe.
   virtual cv::Mat reducedImage(std::size_t i, int /*side*/) const { return image(i); }
 
   /// Identifies the pixels of image(i) without decoding them: equal fingerprints mean equal images. "" where
@@ -53,7 +56,8 @@ class Sequence {
   /// another size. Throws Error when this frame has no depth or it cannot be read. Thread-safe.
   virtual cv::Mat depth(std::size_t i) const;
 
-  /// Units per meter of the depth images' files, as given or as in the data set; 0: by their type.
+  /// Units per meter of the depth images' files, as given or as defined by the data set; 0 where their type
+  /// defines it.
   virtual double depthScale() const { return 0; }
 
   /// Time stamp of the depth image nearest in time to frame i [s], also where it is too far away to be used.
@@ -79,11 +83,13 @@ class Sequence {
 struct SequenceOptions {
   /// One of sequenceTypes(), or "auto".
   std::string type = "auto";
-  /// A trajectory (TUM `t x y z qx qy qz qw` or KITTI), by time stamp or order; "" takes `poses.txt` if any.
+  /// A trajectory (TUM `t x y z qx qy qz qw` or KITTI), matched by time stamp or order; "" takes `poses.txt`
+  /// in the folder if it exists.
   std::filesystem::path poses;
   /// A CSV `image,room` or `image,room,split`; "" takes `rooms.csv` in the folder if it exists.
   std::filesystem::path rooms;
-  /// Only the frames of this split: "train", "test", or a name of the data set or of `rooms`; "" takes all.
+  /// Only the frames of this split: "train", "test", or a name of the data set or the CSV of rooms; "" takes
+  /// all.
   std::string split;
   /// Only the frames in these rooms; empty takes all, also those of unknown rooms.
   std::vector<std::string> only;

@@ -54,9 +54,11 @@ class FrameSource {
   virtual DriveStart driveStart() const { return {name()}; }
   /// Whether no frame will come any more: the end of a replay. A camera that goes is waited for.
   virtual bool ended() const { return false; }
-  /// Current problem, as a sentence: "no frame from /dev/video0 for 3 s: waiting for it"; "" without.
+  /// Current problem, as a sentence: "no frame from /dev/video0 for 3 s: waiting for it"; "" when all is
+  /// well.
   virtual std::string trouble() const { return ""; }
-  /// Whether frames have depth and the camera is known, as areas and objects need. May wait for a frame.
+  /// Whether frames have depth and the camera is known: areas and objects need both. May wait for the first
+  /// frame.
   virtual bool hasDepth() const { return false; }
   /// Whether frames have poses; else they are tracked where there is depth.
   virtual bool hasPoses() const { return false; }
@@ -78,7 +80,8 @@ struct FrameSourceOptions {
 
 /// "0", "/dev/video0", "http://…", "rtsp://…": a camera; "ros2:/topic": images of ROS 2; else the path of a
 /// recording: a folder, a video, a bag. Throws Error as openSequence() does; unsupportedFile for recordings
-/// of words; invalidOption for options that a camera or a topic does not have; missingDependency.
+/// of words; invalidOption for options of recordings that a camera or a topic does not have;
+/// missingDependency.
 std::unique_ptr<FrameSource> makeFrameSource(const std::string& source,
                                              const FrameSourceOptions& options = {});
 

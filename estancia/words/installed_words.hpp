@@ -27,7 +27,8 @@ struct NamingOptions {
 };
 OptionGroup declare(NamingOptions& options);
 
-/// The word graph of the installed WordNet, read once for the process, or nullptr. Thread-safe.
+/// The word graph of the installed WordNet, which the first call reads for the whole process, or nullptr.
+/// Safe to call from several threads.
 const WordGraph* installedWordGraph();
 
 /// associateWords() of the installed WordNet, kept in a file beside that of the graph: the first time for a
@@ -49,7 +50,8 @@ std::string wordNetHint();
 /// " (the hint)" for a message where a source of words has no graph; else "".
 std::string missingWordsHint(WordGraphSource source);
 
-/// Why reading the graph will take as long the next time; "" when nothing is wrong, or before it was read.
+/// Why reading the graph will take as long the next time; "" when nothing is wrong, and before anybody asked
+/// for the graph.
 std::string wordNetProblem();
 
 }  // namespace estancia

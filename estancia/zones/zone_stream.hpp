@@ -40,7 +40,8 @@ struct StreamedZone {
 /// merged, as the linkage measures it. Zones are the linkage of the groups' means, weighted by their images,
 /// and cut as findZones() cuts: until the groups are used up, exactly what findZones() gives. Groups of
 /// similar items under the tree are an idea of BIRCH (Zhang et al. 1996); here no threshold is needed.
-/// O(groups · L) an image, O(groups²) every `relinkEvery`; O(groups · L) memory and two numbers an image.
+/// O(groups · L) an image, O(groups²) every `relinkEvery` images; O(groups · L) memory and two numbers an
+/// image.
 class ZoneStream {
  public:
   /// Throws Error (invalidOption, unknownName) as findZones() does.

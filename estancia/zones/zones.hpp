@@ -22,11 +22,13 @@
 namespace estancia {
 
 struct ZoneOptions {
-  /// Distance of two images, see baseDistances(). The default agrees best with rooms (docs/how-to/zones.md).
+  /// Distance of two images, see baseDistances(). The default agrees best with rooms and places where these
+  /// are known (docs/how-to/zones.md).
   std::string distance = "standardized-clr";
   /// Distance of two zones, see linkages().
   std::string linkage = "ward";
-  /// τ_d: zones merge while the smallest distance is not above it. Absent: where modularity is largest.
+  /// τ_d: zones merge while the smallest distance between two is not above it. Absent: where modularity is
+  /// largest.
   std::optional<double> cut;
   /// This number of zones, instead of a cut.
   std::optional<std::size_t> count;
@@ -120,7 +122,8 @@ Zones findZones(const DescriptorSequence& sequence, const ZoneOptions& options =
 Zones describeZones(const DescriptorSequence& sequence, std::span<const int> groups,
                     const NamingOptions& naming = {});
 
-/// Names the zones' rooms by a classifier's predictions, a row a frame. Throws Error (mismatch) otherwise.
+/// Names the zones' rooms by a classifier's predictions, row i for frame i. Throws Error (mismatch) unless
+/// there is a row a frame.
 void nameRooms(Zones& zones, const RoomPredictions& predictions);
 
 /// The mean probability of each label over the whole run.
@@ -139,7 +142,8 @@ void writeZones(const Zones& zones, const std::filesystem::path& file);
 /// digits that read back as the same float32; texts that are not UTF-8 are written as {"hex": …}.
 std::string zoneFileText(const Zones& zones);
 
-/// Whether the file begins as a zone file does, intact or not: no map does, whatever its name.
+/// Whether the file begins as a zone file does, intact or not: distinguishes it from a map, whatever its
+/// name.
 bool isZoneFile(const std::filesystem::path& file);
 
 }  // namespace estancia
