@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/core/error.hpp"
+#include "estancia/files/camera_file.hpp"
 #include "estancia/files/cloud_file.hpp"
 #include "estancia/files/csv.hpp"
 #include "estancia/files/depth_file.hpp"

@@ -15,6 +15,7 @@
 #include "estancia/core/bytes.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/output_file.hpp"
+#include "estancia/files/camera_file.hpp"
 #include "estancia/files/depth_file.hpp"
 #include "estancia/files/files.hpp"
 #include "estancia/files/image_file.hpp"

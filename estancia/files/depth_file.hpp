@@ -1,4 +1,4 @@
-// Depth images: read as meters, their cameras, and association of depth with color images by time.
+// Depth images: read as meters, and association of depth with color images by time.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,8 +10,6 @@
 #include <optional>
 #include <string>
 #include <vector>
-
-#include "estancia/core/camera.hpp"
 
 namespace estancia::io {
 
@@ -54,14 +52,5 @@ auto nearestInTime(const Elements& sorted, Time time, const TimeOf& timeOf) {
 /// The depth of an image taken at `time`: the nearest of `files` (sorted by time) if it is at most 0.02 s
 /// away, as in the TUM benchmark's associate.py. The time stamp is that of the nearest either way.
 DepthFile nearestDepth(const std::vector<TimedFile>& files, double time);
-
-/// Reads `fx fy cx cy`, a 3×3 or 4×4 camera matrix (numbers separated by blanks or commas, `#` starts a
-/// comment), or a YAML calibration as ROS (`camera_matrix` with `data`, or `K`) and OpenCV write it. Width
-/// and height are 0 where the file lacks them. Distortion is not read: images are expected to be rectified.
-/// Throws Error when it is none of these or no camera (focal lengths not above 0, skewed, transposed …).
-CameraIntrinsics readIntrinsics(const std::filesystem::path& file);
-
-/// The usual intrinsics file of a folder: camera-intrinsics.txt, intrinsics.txt or camera.yaml; "" without.
-std::filesystem::path findIntrinsics(const std::filesystem::path& folder);
 
 }  // namespace estancia::io

@@ -11,6 +11,7 @@
 #include <opencv2/imgproc.hpp>
 #include <unordered_set>
 
+#include "estancia/files/camera_file.hpp"
 #include "estancia/files/depth_file.hpp"
 #include "estancia/files/image_file.hpp"
 #include "estancia/readers/formats.hpp"

@@ -12,6 +12,7 @@
 #include "estancia/core/digest.hpp"
 #include "estancia/core/frame_failure.hpp"
 #include "estancia/core/similar_names.hpp"
+#include "estancia/files/camera_file.hpp"
 #include "estancia/files/depth_file.hpp"
 #include "estancia/files/path_option.hpp"
 #include "estancia/readers/formats.hpp"

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "estancia/files/camera_file.hpp"
 #include "estancia/files/depth_file.hpp"
 #include "estancia/readers/open_sequence.hpp"
 #include "support/errors.hpp"
