@@ -17,7 +17,7 @@ Opened openAs(const std::filesystem::path& path, const SequenceOptions& options)
   return std::make_unique<OneSequence>(path, options);
 }
 
-// One per format, in the file of its name; rgbdFoldersFormat in image_folder.cpp.
+// One per format, in the file of its name.
 extern const SequenceFormat bagFormat, videoFormat, tumFormat, sevenScenesFormat, panoramaFormat, idol2Format,
     nyuFormat, rgbdFoldersFormat, vidriloFormat, classesFormat, imageFolderFormat;
 
