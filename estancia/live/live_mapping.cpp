@@ -94,6 +94,7 @@ class MappingLiveMap final : public LiveMap {
     open();
     isOnDisk_ = exists;
     world_ = WorldMapper::optionsOf(*session_).value_or(WorldOptions{});
+    goneOptions_ = WorldMapper::goneOptionsOf(*session_);
     if (options_.changeWorld) options_.changeWorld(world_);
     if (!exists || !source_.goOnAfter(session_->map())) driveBegins_ = session_->frames();
   }
@@ -156,7 +157,7 @@ class MappingLiveMap final : public LiveMap {
   bool namesRooms() const override { return world_.areas.naming.words == NamingOptions::Words::wordNet; }
   bool isLost() const override { return lost_.has_value(); }
   std::vector<std::string> troubles() const override {
-    std::vector<std::string> troubles;
+    std::vector<std::string> troubles = goneOptions_;
     if (!unwritable_.empty())
       troubles.push_back(
           fmt::format("nothing is mapped for now, but the map is tried again: {}", unwritable_));
@@ -301,6 +302,7 @@ class MappingLiveMap final : public LiveMap {
   std::filesystem::path path_;
   LiveOptions options_;
   WorldOptions world_;
+  std::vector<std::string> goneOptions_;  // options of the map that this version lacks, a sentence each
   std::optional<MappingSession> session_;
   std::optional<WorldMapper> mapper_;
   std::optional<CameraIntrinsics> camera_;

@@ -109,7 +109,12 @@ TEST_P(OlderMaps, GoOnWithAnotherDrive) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Formats, OlderMaps,
-                         testing::Values(OlderMap{"places-6", 6, 40, 3, 1, 0, 0, false},
+                         testing::Values(OlderMap{"places-4", 4, 40, 3, 1, 0, 0, false},
+                                         OlderMap{"poses-4", 4, 28, 2, 1, 0, 0, true},
+                                         OlderMap{"places-5", 5, 40, 3, 1, 0, 0, false},
+                                         OlderMap{"depth-5", 5, 28, 2, 1, 2, 3, true},
+                                         OlderMap{"tracked-5", 5, 12, 1, 1, 1, 1, true},
+                                         OlderMap{"places-6", 6, 40, 3, 1, 0, 0, false},
                                          OlderMap{"depth-6", 6, 28, 2, 1, 2, 3, true},
                                          OlderMap{"tracked-6", 6, 12, 12, 1, 1, 1, true},
                                          OlderMap{"drives-6", 6, 56, 2, 2, 2, 3, false},
