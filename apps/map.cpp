@@ -189,7 +189,6 @@ WorldOptions worldOptions(const MapArguments& arguments, MapRun& map) {
   if (const auto kept = WorldMapper::optionsOf(map.start())) {
     options = *kept;
     arguments.declared.applyTo(declare(options));
-    for (const std::string& gone : WorldMapper::goneOptionsOf(map.start())) spdlog::warn("{}", gone);
   }
   return options;
 }
@@ -212,6 +211,8 @@ SequenceLayers layersOf(const WorldOptions& options, Labeling& labeling, const O
 /// Adds the labeled frames from `first` on.
 Added addFrames(const MapArguments& arguments, Labeling& labeling, std::size_t first, bool images,
                 const ObjectNamers& namers, MapRun& map) {
+  if (map.session())
+    for (const std::string& gone : WorldMapper::goneOptionsOf(map.start())) spdlog::warn("{}", gone);
   Skipped withoutDepth("no depth");
   SequenceLayers layers = layersOf(worldOptions(arguments, map), labeling, namers, map, withoutDepth);
   const auto finish = [&layers] {

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "estancia/core/printable.hpp"
+
 namespace estancia {
 namespace {
 
@@ -93,6 +95,10 @@ const RemovedOption* findRemovedOption(std::string_view path) {
 std::string describeRemoved(const RemovedOption& option, std::string_view path) {
   return option.instead.empty() ? fmt::format("{} has gone: it is always {}", path, option.value)
                                 : fmt::format("{} has gone: {}", path, option.instead);
+}
+
+std::string describeRemoved(const RemovedOption& option, std::string_view path, std::string_view kept) {
+  return fmt::format("{}, and was {} when the map was made", describeRemoved(option, path), printable(kept));
 }
 
 }  // namespace estancia

@@ -24,5 +24,7 @@ const RemovedOption* findRemovedOption(std::string_view path);
 
 /// "world.odometry.max-gap has gone: it is always 1".
 std::string describeRemoved(const RemovedOption& option, std::string_view path);
+/// With the value that a map was made with: "…, and was 2 when the map was made".
+std::string describeRemoved(const RemovedOption& option, std::string_view path, std::string_view kept);
 
 }  // namespace estancia

@@ -155,6 +155,8 @@ struct Mapper::Impl {
 /// A map's settings as JSON, and back. Throws Error (corruptFile) on unknown or malformed settings.
 std::string settingsToJson(const MapperOptions& options);
 MapperOptions settingsFromJson(const std::string& text);
+/// A sentence for each setting that has another, fixed value now.
+std::vector<std::string> goneSettings(const std::string& text);
 
 // The states of a map file that a mapper is kept as.
 inline constexpr const char* mapperStateKey = "mapper";

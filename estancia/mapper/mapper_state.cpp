@@ -7,6 +7,7 @@
 #include "estancia/core/bytes.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
+#include "estancia/core/removed_options.hpp"
 #include "estancia/files/files.hpp"
 #include "estancia/mapper/mapper_impl.hpp"
 
@@ -99,18 +100,19 @@ void readDrive(ByteReader& in, std::size_t frames, Mapper::Impl& mapper) {
 }  // namespace
 
 std::string settingsToJson(const MapperOptions& options) {
-  nlohmann::json json{{"distance", options.distance},
-                      {"nearer_than_current", true},  // always; older programs look for it
-                      {"transition_images", options.transitionImages},
-                      {"warmup_frames", options.warmupFrames},
-                      {"far_quantile", options.thresholds.farQuantile},
-                      {"revisit_ratio", options.thresholds.revisitRatio},
-                      {"merge_ratio", options.thresholds.mergeRatio},
-                      {"view_ratio", 0.3},  // always, as the next
-                      {"sequence_ratio", 0.5},
-                      {"views", options.views},
-                      {"near_distance", options.nearDistance},
-                      {"near_angle", options.nearAngle}};
+  nlohmann::json json{
+      {"distance", options.distance},
+      {"nearer_than_current", true},  // always, as the ratios of views: older programs look for them
+      {"transition_images", options.transitionImages},
+      {"warmup_frames", options.warmupFrames},
+      {"far_quantile", options.thresholds.farQuantile},
+      {"revisit_ratio", options.thresholds.revisitRatio},
+      {"merge_ratio", options.thresholds.mergeRatio},
+      {"view_ratio", 0.3},
+      {"sequence_ratio", 0.5},
+      {"views", options.views},
+      {"near_distance", options.nearDistance},
+      {"near_angle", options.nearAngle}};
   if (options.tauJoin) json["tau_join"] = *options.tauJoin;
   if (options.tauRevisit) json["tau_revisit"] = *options.tauRevisit;
   return json.dump();
@@ -139,6 +141,21 @@ MapperOptions settingsFromJson(const std::string& text) {
     fail(ErrorCode::corruptFile, "the settings of the map cannot be read ({}); map the sequence again",
          io::jsonProblem(e));
   }
+}
+
+std::vector<std::string> goneSettings(const std::string& text) {
+  constexpr std::pair<const char*, const char*> gone[] = {
+      {"nearer_than_current", "mapper.nearer-than-current"},
+      {"view_ratio", "mapper.thresholds.view-ratio"},
+      {"sequence_ratio", "mapper.thresholds.sequence-ratio"}};
+  const auto json = nlohmann::json::parse(text, nullptr, false);
+  std::vector<std::string> sentences;
+  for (const auto& [key, path] : gone) {
+    const RemovedOption* const option = findRemovedOption(path);
+    if (option && json.is_object() && json.contains(key) && json[key].dump() != option->value)
+      sentences.push_back(describeRemoved(*option, path, json[key].dump()));
+  }
+  return sentences;
 }
 
 std::string Mapper::Impl::state() const {

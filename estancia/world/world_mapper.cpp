@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 
+#include <iterator>
+
 #include "estancia/map_file/sqlite.hpp"
+#include "estancia/mapper/mapper_impl.hpp"
 #include "estancia/sequences/sequence.hpp"
 #include "estancia/world/world_mapper_impl.hpp"
 #include "estancia/world_file/edit_rules.hpp"
@@ -27,7 +30,10 @@ std::optional<WorldOptions> WorldMapper::optionsOf(MappingSession& session) {
 }
 
 std::vector<std::string> WorldMapper::goneOptionsOf(MappingSession& session) {
-  return MapTerms(session.impl_->store).gone();
+  MapStore& store = session.impl_->store;
+  std::vector<std::string> gone = goneSettings(store.identity().settings);
+  std::ranges::move(MapTerms(store).gone(), std::back_inserter(gone));
+  return gone;
 }
 
 WorldMapper::WorldMapper(MappingSession& session, Labeler* labeler,

@@ -150,9 +150,7 @@ std::vector<std::string> MapTerms::gone() const {
   std::vector<std::string> sentences;
   for (const auto& [path, value] : removedTerms())
     if (const auto kept = options_.find(path); kept != options_.end() && kept->second != value)
-      sentences.push_back(fmt::format("{}, and was {} when the map was made",
-                                      describeRemoved(*findRemovedOption(path), "world." + path),
-                                      printable(kept->second)));
+      sentences.push_back(describeRemoved(*findRemovedOption(path), "world." + path, kept->second));
   return sentences;
 }
 

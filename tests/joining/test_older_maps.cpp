@@ -11,7 +11,9 @@
 
 #include "estancia/labelers/recorded_labeler.hpp"
 #include "estancia/mapper/mapper.hpp"
+#include "estancia/session/session.hpp"
 #include "estancia/world/map_sequence.hpp"
+#include "estancia/world/world_mapper.hpp"
 #include "estancia/world_file/world_map.hpp"
 #include "estancia/world_file/world_options.hpp"
 #include "estancia/world_query/ask_world.hpp"
@@ -108,6 +110,19 @@ TEST_P(OlderMaps, GoOnWithAnotherDrive) {
     EXPECT_EQ(after.places.frames[i].name, before.places.frames[i].name) << i;
 }
 
+TEST(OptionsOfAnOlderMap, AreReportedIfTheyHaveGone) {
+  const ScratchFolder folder;
+  fs::copy_file(fs::path(ESTANCIA_SOURCE_DIR) / "tests/maps/options-6.estancia", folder / "map.estancia");
+  const WorldMap before = readWorld(folder / "map.estancia");
+  MappingSession session =
+      MappingSession::resume(folder / "map.estancia", before.places.vocabulary, before.places.model);
+  EXPECT_THAT(
+      WorldMapper::goneOptionsOf(session),
+      testing::ElementsAre(testing::ContainsRegex("mapper.nearer-than-current.*true.*was false"),
+                           testing::ContainsRegex("world.areas.word-map.cell.*0.2,.*was 0.25"),
+                           testing::ContainsRegex("world.clusters.plane-tolerance.*0.01,.*was 0.012")));
+}
+
 INSTANTIATE_TEST_SUITE_P(Formats, OlderMaps,
                          testing::Values(OlderMap{"places-4", 4, 40, 3, 1, 0, 0, false},
                                          OlderMap{"poses-4", 4, 28, 2, 1, 0, 0, true},
@@ -118,7 +133,8 @@ INSTANTIATE_TEST_SUITE_P(Formats, OlderMaps,
                                          OlderMap{"depth-6", 6, 28, 2, 1, 2, 3, true},
                                          OlderMap{"tracked-6", 6, 12, 12, 1, 1, 1, true},
                                          OlderMap{"drives-6", 6, 56, 2, 2, 2, 3, false},
-                                         OlderMap{"merged-6", 6, 56, 2, 2, 2, 3, false}));
+                                         OlderMap{"merged-6", 6, 56, 2, 2, 2, 3, false},
+                                         OlderMap{"options-6", 6, 56, 2, 2, 2, 3, false}));
 
 }  // namespace
 }  // namespace estancia
