@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <cmath>
 #include <ctime>
@@ -100,7 +101,9 @@ void addDrivesCommand(CLI::App& app) {
               "  estancia drives home.estancia\n"
               "  estancia drives home.estancia --undo 3");
   command->callback([arguments] {
-    if (arguments->undo) undoDrive(arguments->map, *arguments->undo, *makeStderrProgress());
+    if (arguments->undo)
+      for (const std::string& gone : undoDrive(arguments->map, *arguments->undo, *makeStderrProgress()))
+        spdlog::warn("{}", gone);
     const std::vector<DriveSummary> drives = summarizeDrives(readMap(arguments->map));
     if (arguments->json)
       printJson(arguments->map, drives);

@@ -174,8 +174,7 @@ void addOdometryCommand(CLI::App& app) {
   arguments->model.addTo(arguments->declared, "The model whose labels propose loop closures");
   arguments->declared.add(declare(arguments->options),
                           {"term", "max-width", "max-depth", "min-loop-features", "odom-shift", "odom-turn"});
-  command->add_flag("--no-loops", arguments->noLoops,
-                    "Track only: no labels, no loop closures; drift stays (odometry.loop-candidates=0)");
+  command->add_flag("--no-loops", arguments->noLoops, "Track only: no labels, no loop closures; drift stays");
   addOverwriteOption(*command, arguments->overwrite);
   addJsonOption(*command, arguments->json);
   addExamples(*command,

@@ -5,6 +5,7 @@
 
 #include "common.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/core/removed_options.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -57,6 +58,8 @@ void run(const std::string& which, bool json) {
   Choices known;
   for (const PublishedGroup& published : publishedGroups())
     known.push_back({published.group.name(), published.group.help()});
+  if (const RemovedOption* removed = findRemovedOption(which))
+    throw Error(ErrorCode::unknownName, describeRemoved(*removed, which));
   if (!name.empty()) requireChoice("group of parameters", name, known);
   Json all = Json::object();
   for (const PublishedGroup& published : publishedGroups()) {

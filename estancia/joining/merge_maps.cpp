@@ -336,7 +336,8 @@ MergedMaps mergeMaps(std::span<const fs::path> maps, const fs::path& wanted, Exi
   merged.mergePlaces(sources, plan);
   merged.finish();
   merged.takeBudgetsOf(sources);
-  MergedMaps done{parts.size(), framesOf(parts), merged.places(), partsOfMerged(sources, plan), {}};
+  MergedMaps done{parts.size(), framesOf(parts), merged.places(), partsOfMerged(sources, plan),
+                  goneOptionsIn(sources.front()->store)};
   for (const std::size_t number : plan.order)
     if (number != plan.order.front() && plan.toMerged[number])
       giveCorrections(*sources[number], *plan.toMerged[number], merged, maps[number], done.conflicts);
@@ -347,7 +348,7 @@ MergedMaps mergeMaps(std::span<const fs::path> maps, const fs::path& wanted, Exi
   return done;
 }
 
-void undoDrive(const fs::path& file, std::size_t drive, Progress& progress) {
+std::vector<std::string> undoDrive(const fs::path& file, std::size_t drive, Progress& progress) {
   // no other process writes it now
   std::optional<MapStore> writer(MapStore::open(file, MapStore::Access::write));
   const fs::path map = fs::canonical(file);  // what a link leads to
@@ -367,8 +368,10 @@ void undoDrive(const fs::path& file, std::size_t drive, Progress& progress) {
   without.finish();
   if (drive + 1 < drives) without.takeCameraOf(*sources.front());
   progress.end();
+  std::vector<std::string> gone = goneOptionsIn(sources.front()->store);
   sources.clear();
   without.move(map, writer);
+  return gone;
 }
 
 }  // namespace estancia

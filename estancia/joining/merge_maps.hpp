@@ -36,7 +36,8 @@ struct MergedMaps {
     bool hasPoses = false;
   };
   std::vector<Part> parts;
-  /// Sentences: names that people gave to one area in both maps. The first map's name is kept.
+  /// Sentences: options of the first map that have gone since it was made; names that people gave to one area
+  /// in both maps, of which the first map's is kept.
   std::vector<std::string> conflicts;
 };
 
@@ -56,7 +57,8 @@ MergedMaps mergeMaps(std::span<const std::filesystem::path> maps, const std::fil
 /// Takes a drive out of the map, as if it had never been: all others are mapped anew. People's corrections
 /// stay. The map is replaced when the new one is whole. Throws Error: as readMap() does, unknownName for a
 /// drive that it does not have, insufficientData where it has no other, busy when another process writes it;
-/// Interrupted.
-void undoDrive(const std::filesystem::path& map, std::size_t drive, Progress& progress = Progress::none());
+/// Interrupted. Returns a sentence for each option of the map that has gone since it was made.
+std::vector<std::string> undoDrive(const std::filesystem::path& map, std::size_t drive,
+                                   Progress& progress = Progress::none());
 
 }  // namespace estancia

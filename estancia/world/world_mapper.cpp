@@ -30,7 +30,10 @@ std::optional<WorldOptions> WorldMapper::optionsOf(MappingSession& session) {
 }
 
 std::vector<std::string> WorldMapper::goneOptionsOf(MappingSession& session) {
-  MapStore& store = session.impl_->store;
+  return goneOptionsIn(session.impl_->store);
+}
+
+std::vector<std::string> goneOptionsIn(MapStore& store) {
   std::vector<std::string> gone = goneSettings(store.identity().settings);
   std::ranges::move(MapTerms(store).gone(), std::back_inserter(gone));
   return gone;

@@ -79,6 +79,9 @@ class ViewCells {
   std::map<Key, Cell> cells_;
 };
 
+/// WorldMapper::goneOptionsOf() of a map that no session has open.
+std::vector<std::string> goneOptionsIn(MapStore& store);
+
 /// Layers of a map while its frames come. For each frame locate() runs before MappingSession::add() and
 /// look() after it; the constructor replays the frames of a resumed map in this order. Invariant: `survey`
 /// and `objects` hold the views folded so far with `floor` and the poses of that time, and rebuild() makes

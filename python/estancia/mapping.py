@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from dataclasses import dataclass
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Mapping, cast
@@ -53,7 +54,8 @@ def map_sequence(
     ``labeler``: by default the default model; labels need none. ``existing``: "refuse", "replace" or "continue".
     ``world``: options of the layers above the places. ``budget``: how much memory and how large a file the map may
     take, which it keeps. Options: :class:`estancia.options.MapperOptions`. An interrupted
-    run keeps what it has mapped, and goes on with ``existing="continue"``. Raises ExistingFileError, FileError and
+    run keeps what it has mapped, and goes on with ``existing="continue"``. Warns of images that were left out, and of
+    options of the map that have gone. Raises ExistingFileError, FileError and
     InvalidInputError.
     """
     if isinstance(sequence, Labels):
@@ -62,7 +64,7 @@ def map_sequence(
     else:
         core = (sequence if isinstance(sequence, Sequence) else open_sequence(sequence))._core
         labeling = labeler or load_model(on_demand=True)
-    _estancia.map_sequence(
+    *_, problems = _estancia.map_sequence(
         core,
         labeling._core,
         os.fspath(map),
@@ -73,6 +75,8 @@ def map_sequence(
         dict(budget or {}),
         progress_callback(progress),
     )
+    for problem in problems:
+        warnings.warn(problem, stacklevel=2)
     return read_map(map)
 
 

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "estancia/joining/merge_maps.hpp"
 #include "estancia/labelers/recorded_labeler.hpp"
 #include "estancia/mapper/mapper.hpp"
 #include "estancia/session/session.hpp"
@@ -112,15 +113,20 @@ TEST_P(OlderMaps, GoOnWithAnotherDrive) {
 
 TEST(OptionsOfAnOlderMap, AreReportedIfTheyHaveGone) {
   const ScratchFolder folder;
-  fs::copy_file(fs::path(ESTANCIA_SOURCE_DIR) / "tests/maps/options-6.estancia", folder / "map.estancia");
-  const WorldMap before = readWorld(folder / "map.estancia");
-  MappingSession session =
-      MappingSession::resume(folder / "map.estancia", before.places.vocabulary, before.places.model);
-  EXPECT_THAT(
-      WorldMapper::goneOptionsOf(session),
+  const fs::path file = folder / "map.estancia";
+  fs::copy_file(fs::path(ESTANCIA_SOURCE_DIR) / "tests/maps/options-6.estancia", file);
+  const WorldMap before = readWorld(file);
+  const auto areReported =
       testing::ElementsAre(testing::ContainsRegex("mapper.nearer-than-current.*true.*was false"),
                            testing::ContainsRegex("world.areas.word-map.cell.*0.2,.*was 0.25"),
-                           testing::ContainsRegex("world.clusters.plane-tolerance.*0.01,.*was 0.012")));
+                           testing::ContainsRegex("world.clusters.plane-tolerance.*0.01,.*was 0.012"));
+  {
+    MappingSession session = MappingSession::resume(file, before.places.vocabulary, before.places.model);
+    EXPECT_THAT(WorldMapper::goneOptionsOf(session), areReported);
+  }
+  const std::vector<fs::path> maps{file, fs::path(ESTANCIA_SOURCE_DIR) / "tests/maps/tracked-6.estancia"};
+  EXPECT_THAT(mergeMaps(maps, folder / "merged.estancia").conflicts, areReported);
+  EXPECT_THAT(undoDrive(file, 1), areReported);
 }
 
 INSTANTIATE_TEST_SUITE_P(Formats, OlderMaps,
