@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from dataclasses import dataclass
 from typing import Sequence as SequenceOf, cast
 
@@ -111,5 +112,6 @@ def merge_maps(
 
 def undo_drive(map: Path, drive: int, *, progress: Progress = False) -> None:
     """Takes a drive out of the map, as if it had never been. Raises InvalidInputError where the map has no such drive,
-    or no other; MissingFileError and FileError."""
-    _estancia.undo_drive(os.fspath(map), drive, progress_callback(progress))
+    or no other; MissingFileError and FileError. Warns of options of the map that have gone."""
+    for gone in _estancia.undo_drive(os.fspath(map), drive, progress_callback(progress)):
+        warnings.warn(gone, stacklevel=2)

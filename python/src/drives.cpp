@@ -64,7 +64,7 @@ void bindDrives(py::module_& m) {
   m.def("merge_maps", merged);
   m.def("undo_drive", [](const std::filesystem::path& map, std::size_t drive, const py::object& callback) {
     const auto progress = makeProgress(callback);
-    longCall([&] { undoDrive(map, drive, *progress); });
+    return longCall([&] { return undoDrive(map, drive, *progress); });
   });
 }
 
