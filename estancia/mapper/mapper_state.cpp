@@ -144,16 +144,15 @@ MapperOptions settingsFromJson(const std::string& text) {
 }
 
 std::vector<std::string> goneSettings(const std::string& text) {
-  constexpr std::pair<const char*, const char*> gone[] = {
-      {"nearer_than_current", "mapper.nearer-than-current"},
-      {"view_ratio", "mapper.thresholds.view-ratio"},
-      {"sequence_ratio", "mapper.thresholds.sequence-ratio"}};
   const auto json = nlohmann::json::parse(text, nullptr, false);
   std::vector<std::string> sentences;
-  for (const auto& [key, path] : gone) {
-    const RemovedOption* const option = findRemovedOption(path);
-    if (option && json.is_object() && json.contains(key) && json[key].dump() != option->value)
-      sentences.push_back(describeRemoved(*option, path, json[key].dump()));
+  for (const std::string path :
+       {"mapper.nearer-than-current", "mapper.thresholds.view-ratio", "mapper.thresholds.sequence-ratio"}) {
+    const RemovedOption& option = *findRemovedOption(path);
+    std::string key = path.substr(path.rfind('.') + 1);
+    std::ranges::replace(key, '-', '_');
+    if (json.is_object() && json.contains(key) && json[key].dump() != option.value)
+      sentences.push_back(describeRemoved(option, path, json[key].dump()));
   }
   return sentences;
 }
