@@ -92,7 +92,8 @@ class MergedMaps:
     aligned: list[bool]
     """And whether its poses are known in the merged map."""
     conflicts: list[str]
-    """Sentences: names that people gave to one area in two maps. The first map's name is kept."""
+    """Sentences: options of the first map that have gone; names that people gave to one area in two maps, of which the
+    first map's is kept."""
 
 
 def merge_maps(
