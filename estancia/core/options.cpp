@@ -57,7 +57,8 @@ bool isOptional(const Option::Value& value) {
 
 std::string namesOf(const Choices& choices) {
   std::string names;
-  for (const Choice& choice : choices) names += (names.empty() ? "" : ", ") + choice.name;
+  for (const Choice& choice : choices)
+    if (!choice.name.empty()) names += (names.empty() ? "" : ", ") + choice.name;
   return names;
 }
 
@@ -173,11 +174,7 @@ void Option::validate(std::string_view path) const {
 }
 
 std::string Option::accepted() const {
-  if (!choices_.empty()) {
-    Choices named = choices_;
-    std::erase_if(named, [](const Choice& choice) { return choice.name.empty(); });  // "": see automatic()
-    return "one of " + namesOf(named);
-  }
+  if (!choices_.empty()) return "one of " + namesOf(choices_);
   if (isFlag()) return "true or false";
   if (!isNumber()) return "a text";
   const std::string kind =

@@ -24,7 +24,7 @@ struct Choice {
 };
 using Choices = std::vector<Choice>;
 
-/// "a, b, c".
+/// "a, b, c"; the name "" (see Option::automatic) is left out.
 std::string namesOf(const Choices& choices);
 
 /// Throws Error (unknownName) unless one of `choices` has this name; `what` names their kind ("filter").

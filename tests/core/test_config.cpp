@@ -255,6 +255,12 @@ TEST(ErrorMessage, LeavesOutTheMiddleOfWhatIsTooLong) {
   EXPECT_EQ(printable(text), text) << "no letter is cut";
 }
 
+TEST(Choices, AreNamedWithoutTheOneThatIsFoundByItself) {
+  const Choices metrics{{"euclidean", ""}, {"cosine", ""}, {"", "the better one"}};
+  EXPECT_EQ(namesOf(metrics), "euclidean, cosine");
+  EXPECT_NO_THROW(requireChoice("metric", "", metrics));
+}
+
 /// The environment as it was, afterwards.
 class CacheFolder : public testing::Test {
  protected:
