@@ -56,6 +56,21 @@ cv::Point2d strongest(const FloorHeat& heat) {
   return heat.cells.centerOf(best);
 }
 
+TEST(WordMap, KeepsTheMostProbableOfManyLabels) {
+  const Pose pose = lookingAt(2, 2, 1, 0, -0.1);
+  WordMap map(Floor(std::vector{pose}), 400);
+  LexicalDescriptor words(400);
+  for (std::size_t l = 0; l < words.size(); ++l) words[l] = static_cast<float>(l + 1) / 400;
+  for (int i = 0; i < 3; ++i) map.add(words, 1.1, pose);
+  const auto heatOf = [&](std::size_t label) {
+    double most = 0;
+    cv::minMaxLoc(map.heat(std::array<std::size_t, 1>{label}).values, nullptr, &most);
+    return most;
+  };
+  EXPECT_GT(heatOf(399), 0);
+  EXPECT_GT(heatOf(399), heatOf(0));
+}
+
 TEST(WordMap, FindsAThingWhereTheViewsCross) {
   const cv::Point2d at = strongest(mapOfRoom(true).heat(mug));
   EXPECT_LT(std::hypot(at.x - 5, at.y - 4), 0.75);

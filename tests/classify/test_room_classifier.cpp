@@ -13,6 +13,8 @@
 #include "estancia/classify/room_classifier.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/describe/features.hpp"
+#include "estancia/sequences/descriptor_sequence.hpp"
+#include "estancia/sequences/sequence.hpp"
 #include "samples.hpp"
 #include "support/errors.hpp"
 
@@ -306,6 +308,55 @@ TEST(Scores, ConfusionCountsWhatWasTakenForWhat) {
   EXPECT_DOUBLE_EQ(confusion.balancedAccuracy(), (2.0 / 3 + 1 + 0) / 3);
   EXPECT_THAT([] { confusionOf({}, {}); }, FailsWith(ErrorCode::mismatch));
   EXPECT_THAT([] { confusionOf({"a"}, {}); }, FailsWith(ErrorCode::mismatch));
+}
+
+/// Six gray images: stripes across, and down.
+class Stripes : public Sequence {
+ public:
+  explicit Stripes(const std::vector<std::string>& names) {
+    for (const auto& name : names)
+      frames_.push_back({name, {}, {}, name.starts_with("a") ? "across" : "down"});
+  }
+  std::string name() const override { return "stripes"; }
+  std::size_t size() const override { return frames_.size(); }
+  const Frame& frame(std::size_t i) const override { return frames_[i]; }
+  cv::Mat image(std::size_t i) const override {
+    cv::Mat image(64, 64, CV_8UC3, cv::Scalar::all(40));
+    for (int at = 4 + static_cast<int>(i); at < 60; at += 12)
+      (frames_[i].room == "across" ? image.rowRange(at, at + 4) : image.colRange(at, at + 4)).setTo(200);
+    return image;
+  }
+
+ private:
+  std::vector<Frame> frames_;
+};
+
+TEST(RoomPredictions, WhatTheLabelsLackIsDescribedFromTheImages) {
+  const Stripes images({"a1", "a2", "a3", "d1", "d2", "d3"});
+  DescriptorSequence labels{Vocabulary({"desk", "bed"}), "words 1", {}, DescriptorMatrix(2)};
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    labels.frames.push_back(images.frame(i));
+    labels.descriptors.append(std::vector<float>{0.5F, 0.5F});  // words tell nothing
+  }
+  Features both = featuresOf(labels);
+  const Features shapes = describeSequence(images, "phog");
+  both.parts.push_back(shapes.parts[0]);
+  both.values = DescriptorMatrix(2 + shapes.values.labels());
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    std::vector<float> row{0.5F, 0.5F};
+    row.insert(row.end(), shapes.values.row(i).begin(), shapes.values.row(i).end());
+    both.values.append(row);
+  }
+  const RoomClassifier classifier = learned(both);
+  const RoomPredictions found =
+      predictRooms(classifier, featuresFor(classifier, labels, &images), labels.frames);
+  for (std::size_t i = 0; i < images.size(); ++i)
+    EXPECT_EQ(rankedRooms(found, i).front().room, images.frame(i).room) << i;
+  EXPECT_THAT([&] { featuresFor(classifier, labels); }, FailsWith(ErrorCode::mismatch)) << "no images";
+  const Stripes others({"x1", "x2"});
+  EXPECT_THAT([&] { featuresFor(classifier, labels, &others); }, FailsWith(ErrorCode::mismatch));
+  EXPECT_EQ(featuresFor(learned(shapes), labels, &images).parts[0].name, "phog");
+  EXPECT_NO_THROW(requireDescribable(learned(shapes), images));
 }
 
 TEST(RoomPredictionFiles, LeaveTheRoomOutBelowTheSmallestProbability) {

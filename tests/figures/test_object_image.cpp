@@ -7,6 +7,7 @@
 
 #include "estancia/figures/annotated_image.hpp"
 #include "support/errors.hpp"
+#include "support/sample_world.hpp"
 #include "support/support.hpp"
 
 namespace estancia::test {
@@ -58,6 +59,23 @@ TEST(ObjectImage, RefusesGrayImagesAndWordsWithoutAName) {
                             std::vector{thingAt({0, 0, 5, 5}, FusedAnswer::Source::both, 3)}, {"mug"});
               }),
               FailsWith(ErrorCode::mismatch));
+}
+
+TEST(FloorPlan, ShowsAreasOrHeat) {
+  const WorldMap world = sampleWorld();
+  std::vector<Pose> poses;
+  Zones zones{world.places.vocabulary};
+  for (const MappedFrame& frame : world.places.frames) {
+    zones.frames.push_back(frame);
+    poses.push_back(*frame.pose);
+  }
+  const Areas areas{*world.plan, std::move(zones), WordMap(Floor(poses), 6)};
+  const cv::Mat plan = report::drawFloorPlan(areas, nullptr, 300);
+  EXPECT_NEAR(plan.cols, 300, 60);
+  EXPECT_LT(pixelsOf(plan, {255, 255, 255}), static_cast<int>(plan.total()));
+  const FloorHeat heat{areas.cells,
+                       cv::Mat(areas.cells.rows(), areas.cells.columns(), CV_32F, cv::Scalar(0.5F))};
+  EXPECT_GT(cv::norm(report::drawFloorPlan(areas, &heat, 300), plan), 0);
 }
 
 }  // namespace

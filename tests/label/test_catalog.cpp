@@ -226,6 +226,26 @@ TEST_F(FetchModel, AsksForWhatOnlyTheUserCanMakeBeforeItDownloads) {
   EXPECT_FALSE(readModelSpec(modelHome() / "small").sha256.contains("words.npy")) << "free to change";
 }
 
+TEST_F(FetchModel, TakesFilesOutOfArchivesAndTriesTheNextWhenTheyAreNotInOne) {
+  writeFile(scratch_ / "in/deep/net.onnx", files_["/small.onnx"]);
+  writeFile(scratch_ / "other/readme", "no network here");
+  for (const std::string folder : {"in", "other"}) {
+    const std::string archive = scratch_ / (folder + ".tar.gz");
+    ASSERT_EQ(test::runProgram("tar", {"-C", scratch_ / folder, "-czf", archive, "."}).exitCode, 0);
+    files_["/" + folder + ".tar.gz"] = test::readFile(archive);
+  }
+  files_["/page.tar.gz"] = "<html>log in to this network</html>";
+  const std::string text = entry("member = \"net.onnx\"\n"), old = "\"" + server_.url("/small.onnx") + "\"";
+  const auto from = [&](const std::vector<std::string>& paths) {
+    std::string list;
+    for (const auto& path : paths) list += "\"" + server_.url(path) + "\",";
+    return std::string(text).replace(text.find(old), old.size(), list);
+  };
+  EXPECT_THAT(refusal(from({"/other.tar.gz", "/none.tar.gz"})), FailsWith(ErrorCode::network));
+  EXPECT_FALSE(refusal(from({"/page.tar.gz", "/other.tar.gz", "/in.tar.gz"})).code);
+  EXPECT_EQ(installedModels().size(), 1U);
+}
+
 TEST_F(FetchModel, KnowsTheUsersOwnCatalog) {
   EXPECT_FALSE(Catalog::load().models().contains("small"));
   EXPECT_THAT([] { Catalog::load().get("small"); }, FailsWith(ErrorCode::unknownName));

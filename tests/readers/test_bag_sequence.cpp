@@ -139,6 +139,10 @@ TEST_F(BagDrive, TopicsAreChosenByName) {
   EXPECT_EQ(farthest(bag->image(3), folder_->image(3)), 0);
   EXPECT_FALSE(bag->hasDepth());
   EXPECT_FALSE(bag->poseSource());
+  options.depthTopic = "/camera/aligned_depth_to_color/image_raw";
+  options.odomTopic = "/odom";
+  EXPECT_TRUE(openSequence(path, options)->hasDepth());
+  EXPECT_TRUE(openSequence(path, options)->poseSource());
   for (const char* topic : {"/front/image", "/odom"}) {
     options.imageTopic = topic;
     EXPECT_THAT([&] { openSequence(path, options); }, test::FailsWith(ErrorCode::unknownName)) << topic;
@@ -152,6 +156,22 @@ TEST_F(BagDrive, WithoutATransformTheCameraLooksAhead) {
   const std::array<double, 3> forward = bag->frame(2).pose->forward();
   const cv::Vec3d bodyX = bodyAt(2).rotation() * cv::Vec3d(1, 0, 0);
   for (int i = 0; i < 3; ++i) EXPECT_NEAR(forward[static_cast<std::size_t>(i)], bodyX[i], 1e-9);
+}
+
+TEST_F(BagDrive, WhatIsNotThereOrDamagedIsSaid) {
+  EXPECT_THAT(
+      [&] {
+        openSequence(write({"odom", "tf_static"}));
+      },
+      test::FailsWith(ErrorCode::insufficientData));
+  const auto path = write({"image", "depth", "odom", "tf_static"});
+  const std::string whole = test::readFile(path);
+  test::writeFile(path, whole.substr(0, whole.size() * 3 / 4));
+  const auto bag = openSequence(path);
+  EXPECT_LT(bag->size(), driveFrames);
+  ASSERT_GT(bag->size(), 0U);
+  EXPECT_FALSE(bag->warnings().empty());
+  EXPECT_EQ(farthest(bag->image(0), folder_->image(0)), 0);
 }
 
 TEST(BagRecordings, SeveralCamerasAskForAChoice) {

@@ -338,6 +338,28 @@ TEST_F(Vidrilo, ReadsAnnotationsInSeveralForms) {
   EXPECT_THAT(rooms(), ElementsAre("Warehouse", "Toilet", "")) << "rooms.csv has the last word";
 }
 
+TEST_F(Vidrilo, TablesThatDoNotFitAreLeftOutWithAWarning) {
+  asPublished();
+  for (const char* table :
+       {"Corridor 0\nToilet\nHall 1\n", "a.png\nb.png\nc.png\n", "0.5 1.5\n0.6 2.5\n0.7 1\n", "",
+        "image,room\nsequence1visual1.png\n", "Corridor\nHall\n"}) {
+    annotate(table);
+    EXPECT_THAT(rooms(), ElementsAre("", "", "")) << table;
+    EXPECT_EQ(open()->warnings().size(), 1U) << table;
+  }
+}
+
+TEST_F(Vidrilo, FoldersThatAreNoneAreRefused) {
+  images("Visual/a{}.png", {1, 2});
+  EXPECT_THAT([&] { open("vidrilo"); }, FailsWith(ErrorCode::unsupportedFile)) << "no clouds";
+  clouds("Depth/b{}.pcd", {7});
+  EXPECT_THAT([&] { open("vidrilo"); }, FailsWith(ErrorCode::mismatch)) << "no number in common";
+  clouds("Depth/b{}.pcd", {1});
+  EXPECT_THAT(open("vidrilo")->warnings(), ::testing::SizeIs(1)) << "one image has no cloud";
+  images("Visual/c{}.png", {1});
+  EXPECT_THAT([&] { open("vidrilo"); }, FailsWith(ErrorCode::malformedFile)) << "two have the number 1";
+}
+
 TEST_F(Vidrilo, ADamagedCloudSpoilsItsOwnFrameOnly) {
   asPublished();
   test::writeFile(folder_ / "Depth/sequence1depth1.pcd", cloudAt(1).substr(0, 500));

@@ -198,6 +198,16 @@ TEST(CompressedDepth, RvlIsReadAndItsDamageToo) {
   }
   bytes[12] = bytes[13] = bytes[14] = bytes[15] = '\xff';
   EXPECT_THAT([&] { depthOf(message, 0); }, test::FailsWith(ErrorCode::tooLarge));
+  for (const std::uint32_t words : {0xFFFFFFFFU, 0xF7000000U, 0x00000000U}) {  // too long; more than 12; none
+    const std::string damaged = body.substr(0, 8) + std::string(reinterpret_cast<const char*>(&words), 4) +
+                                std::string(reinterpret_cast<const char*>(&words), 4);
+    EXPECT_THAT([&] { depthOf(compressedDepth(bytes, "16UC1; compressedDepth rvl", 0, 0, damaged), 0); },
+                test::FailsWith(ErrorCode::malformedFile));
+  }
+  const cv::Mat eightBits(2, 2, CV_8U, cv::Scalar(7));
+  EXPECT_THAT(
+      [&] { depthOf(compressedDepth(bytes, "32FC1; compressedDepth png", 3000, 500, pngOf(eightBits)), 0); },
+      test::FailsWith(ErrorCode::unsupportedFile));
 }
 
 TEST(MessageCloud, AnOrganizedCloudIsDepth) {
@@ -221,6 +231,11 @@ TEST(MessageCloud, AnOrganizedCloudIsDepth) {
   message.width = 1;
   message.fields[2].offset = 0xfffffff0;
   EXPECT_THAT([&] { depthOf(message); }, test::FailsWith(ErrorCode::malformedFile));
+  message.width = message.height = 0xFFFFFFFF;
+  EXPECT_THAT([&] { depthOf(message); }, test::FailsWith(ErrorCode::tooLarge));
+  message.width = message.height = 1;
+  message.fields[2].name = "intensity";
+  EXPECT_THAT([&] { depthOf(message); }, test::FailsWith(ErrorCode::unsupportedFile));
 }
 
 ros::CameraInfo cameraInfo(const std::string& model, std::vector<double> distortion) {

@@ -75,6 +75,8 @@ TEST_F(Mcp, ToolsAnswer) {
   /// The one test of the wording: an agent reads sentences.
   for (const auto& [tool, arguments, fact] : std::vector<std::tuple<std::string, Json, std::string>>{
            {"find", {{"words", "coffee mug"}}, "object 1: coffee mug"},
+           {"find", {{"words", "umbrela"}}, "umbrella"},
+           {"find", {{"words", "qqqqqqqq"}}, "Nothing on the map means that."},
            {"where_am_i", Json::object(), "kitchen"},
            {"route_to", {{"to", "2"}, {"from", 3}}, "From place 3 to place 2"},
            {"describe_place", {{"place", 3}}, "umbrella 50 %"},

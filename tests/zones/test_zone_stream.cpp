@@ -86,6 +86,35 @@ TEST(ZoneStream, KeepsTheNumbersOfItsZones) {
   EXPECT_GE(same, 18U) << "images of a room seen before go to its zone at once";
 }
 
+TEST(ZoneStream, HasItsZonesWithNamesAndMoments) {
+  ZoneOptions one;
+  one.distance = "l2";
+  one.linkage = "average";
+  one.count = 1;
+  ZoneStream stream = streamOf(recordingOf({{1, 0}, {0, 1}, {0.5F, 0.5F}}), one);
+  const std::vector<StreamedZone> zones = stream.zones();
+  ASSERT_EQ(zones.size(), 1U);
+  EXPECT_EQ(zones[0].images, 3U);
+  EXPECT_FLOAT_EQ(zones[0].mean[0], 0.5F);
+  EXPECT_NEAR(zones[0].sigma[0], 0.408248, 1e-6);
+  EXPECT_EQ(zones[0].name, stream.nameOf(zones[0].id));
+  EXPECT_THAT([&] { stream.nameOf(77); }, FailsWith(ErrorCode::unknownName));
+
+  stream = streamOf(drive(), {}, {25, 7});
+  const std::vector<int> zoneOf = stream.zoneOf();
+  std::size_t images = 0;
+  for (const StreamedZone& zone : stream.zones()) {
+    images += zone.images;
+    EXPECT_EQ(static_cast<std::size_t>(std::ranges::count(zoneOf, zone.id)), zone.images);
+  }
+  EXPECT_EQ(images, drive().frames.size());
+  EXPECT_EQ(streamOf(recordingOf(std::vector<std::vector<float>>(30, {0, 0, 0})), {}, {4, 3}).zones().size(),
+            1U);
+  ZoneStream empty(Vocabulary({"desk", "cup", "bed"}));
+  empty.update();
+  EXPECT_TRUE(empty.zones().empty());
+}
+
 TEST(ZoneStream, DoesNotDependOnThreads) {
   ZoneOptions one, three;
   one.threads = 1;
