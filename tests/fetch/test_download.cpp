@@ -288,5 +288,44 @@ TEST_F(ArchiveMember, OfADamagedArchiveIsRefused) {
               FailsWith(ErrorCode::malformedFile));
 }
 
+TEST_F(Download, GoesOnWhereTheConnectionBroke) {
+  LoopbackServer server([&](const HttpRequest& request) -> test::HttpAnswer {
+    if (request.headers.contains("range")) return {rangeAnswer(request, body_, "\"v1\"")};
+    return {cutAnswer(body_, 100'000, {"ETag: \"v1\""})};
+  });
+  EXPECT_EQ(get(unknown(server.url("/net.onnx"))).code, std::nullopt);
+  EXPECT_EQ(readFile(target_), body_);
+  const auto requests = server.requests();
+  ASSERT_EQ(requests.size(), 2U);
+  EXPECT_EQ(header(requests[1], "range"), "bytes=100000-");
+  EXPECT_EQ(header(requests[1], "if-range"), "\"v1\"");
+}
+
+TEST_F(Download, BeginsAnewWhenThereIsNoSuchRest) {
+  writeFile(target_.string() + ".part", body_ + "and more");
+  LoopbackServer server(
+      [&](const HttpRequest& request) -> test::HttpAnswer { return {rangeAnswer(request, body_)}; });
+  EXPECT_EQ(get(known({server.url("/a")})).code, std::nullopt);
+  EXPECT_EQ(readFile(target_), body_);
+}
+
+TEST_F(Download, TakesACompletePartWithoutAskingAgain) {
+  writeFile(target_.string() + ".part", body_);
+  LoopbackServer server([&](auto&) { return test::HttpAnswer{httpAnswer("404 Not Found", "")}; });
+  RemoteFile file = known({server.url("/a")});
+  file.size = body_.size();
+  EXPECT_EQ(get(file).code, std::nullopt);
+  EXPECT_TRUE(server.requests().empty());
+}
+
+TEST_F(Download, SurvivesWhatIsNotHttp) {
+  LoopbackServer server([&](const HttpRequest& request) -> test::HttpAnswer {
+    return {request.path == "/nothing" ? "" : "SSH-2.0-OpenSSH_9.2p1 Debian-2\r\n"};
+  });
+  EXPECT_THAT(get(unknown(server.url("/ssh"))), FailsWith(ErrorCode::network, server.url("/ssh")));
+  EXPECT_THAT(get(unknown(server.url("/nothing"))), FailsWith(ErrorCode::network, server.url("/nothing")));
+  EXPECT_TRUE(left().empty());
+}
+
 }  // namespace
 }  // namespace estancia

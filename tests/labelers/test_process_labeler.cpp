@@ -302,5 +302,36 @@ TEST_F(ProcessLabeler, ChecksItsSettings) {
     EXPECT_THAT([&] { openCommand(command); }, FailsWith(ErrorCode::malformedFile)) << command;
 }
 
+TEST_F(ProcessLabeler, SaysHowAndWhyItDied) {
+  EXPECT_THAT(refusal("echo one >&2; echo 'two\tthree' >&2; exit 3\n"),
+              FailsWith(ErrorCode::labelerFailure, "exit status 3", "one | two"));
+  EXPECT_THAT(refusal("kill -SEGV $$\n"), FailsWith(ErrorCode::labelerFailure, "signal 11"));
+  EXPECT_THAT(refusal("exit 0\n"), FailsWith(ErrorCode::labelerFailure, "exit status 0"));
+  EXPECT_THAT(refusal("exec >&-; exec sleep 1000\n"), FailsWith(ErrorCode::labelerFailure, "stdout"));
+}
+
+TEST_F(ProcessLabeler, IsStartedAgainOnce) {
+  const auto labeler = open(
+      "read -r image; [ -e died ] || { touch died; exit 3; }\n"
+      "printf '{\"image\": \"%s\", \"labels\": {\"cup\": 1}}\\n' \"$image\"\n");
+  // It ends after every answer: that is a new start an image, but no failure.
+  for (int i = 0; i < 3; ++i) EXPECT_THAT(labeler->label(grayImage()), ElementsAre(1));
+  EXPECT_TRUE(fs::exists(scratch_ / "died"));
+}
+
+TEST_F(ProcessLabeler, RefusesAnswersThatNobodyAskedFor) {
+  const auto labeler = open(
+      "while read -r image; do l=\"{\\\"image\\\": \\\"$image\\\", \\\"labels\\\": {\\\"cup\\\": 1}}\"\n"
+      "printf '%s\\n%s\\n' \"$l\" \"$l\"; done\n");
+  labeler->label(grayImage());
+  EXPECT_THAT([&] { labeler->label(grayImage()); }, FailsWith(ErrorCode::labelerFailure, "model mine: "));
+}
+
+TEST_F(ProcessLabeler, KeepsTheBestWords) {
+  const auto labeler = open(answering(R"({"a": 0.1, "b": 0.5, "c": 0.3})"), "best = 2");
+  EXPECT_THAT(labeler->label(grayImage()), ElementsAre(0.5F, 0.3F));
+  EXPECT_THAT(labeler->vocabulary().labels(), ElementsAre("b", "c"));
+}
+
 }  // namespace
 }  // namespace estancia

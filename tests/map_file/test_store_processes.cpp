@@ -272,5 +272,29 @@ TEST(MapStoreProcesses, LeavesNothingWhenTheDiskIsFullAtTheFirstCommit) {
   EXPECT_TRUE(fs::is_empty(folder.path()));
 }
 
+TEST(MapStoreProcesses, NoticesThatItsFileHasGone) {
+  const test::ScratchFolder folder;
+  const fs::path path = wideMap(folder, 3);
+  MapStore writer = MapStore::open(path, Access::write);
+  addFrame(writer, 3);
+  fs::remove(path);
+  EXPECT_THAT([&] { writer.commit(); }, FailsWith(ErrorCode::fileNotFound, path.string()));
+}
+
+TEST(MapStoreProcesses, SaysThatAFolderIsMissingOrCannotBeWritten) {
+  const test::ScratchFolder folder;
+  EXPECT_THAT(caughtInAnotherProcess([&] { MapStore::create(folder / "no/map.estancia", wideIdentity()); }),
+              FailsWith(ErrorCode::fileNotFound, (folder / "no").string()));
+  EXPECT_THAT(caughtInAnotherProcess([] { MapStore::create("/proc/map.estancia", wideIdentity()); }),
+              FailsWith(ErrorCode::fileUnwritable, "/proc: "));
+  fs::permissions(folder.path(), fs::perms(0555));
+  EXPECT_THAT(caughtInAnotherProcess([&] {
+                dropPrivileges();
+                MapStore::create(folder / "map.estancia", wideIdentity());
+              }),
+              FailsWith(ErrorCode::fileUnwritable, folder.path().string(), "Permission denied"));
+  fs::permissions(folder.path(), fs::perms(0755));
+}
+
 }  // namespace
 }  // namespace estancia

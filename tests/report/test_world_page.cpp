@@ -167,5 +167,25 @@ TEST(WorldPage, AnObjectBeyondTheEarthIsListedButNotDrawn) {
   EXPECT_EQ(Html(html).count("a.item"), 6U);
 }
 
+TEST(WorldPage, NamesOfAreasStayWithinThem) {
+  WorldMap world = sampleWorld();
+  world.areas[1].givenName = "where everybody washes hands";
+  world.plan->areaOf.setTo(-1, world.plan->areaOf == 2);
+  world.plan->areaOf(cv::Rect(42, 42, 2, 30)) = 2;
+  const auto names = Html(render({world})).texts("text.area-name");
+  EXPECT_THAT(names, Contains("kitchen"));
+  EXPECT_THAT(names, Contains("2")) << "20 cm wide";
+  EXPECT_THAT(names, testing::Not(Contains("where everybody washes hands")));
+  EXPECT_THAT(names, Contains(testing::StartsWith("where")));
+}
+
+TEST(WorldPage, TheWayToAnAreaIsThatOfRoute) {
+  const WorldMap world = sampleWorld();
+  const nlohmann::json area = worldDataOf(render({world}))["areas"][2];
+  const WorldRoute route = routeInWorld(world, 0, "corridor");
+  EXPECT_NEAR(area["length"].get<double>(), route.driven->length, 0.006);
+  EXPECT_NEAR(area["way"].back()[0].get<double>(), route.driven->points.back().x, 0.06);
+}
+
 }  // namespace
 }  // namespace estancia

@@ -167,5 +167,23 @@ TEST(ZonesPage, IsWrittenWholeOrNotAtAll) {
   EXPECT_THROW(writeZonesPage(scratch / "missing" / "zones.html", {zones}), Error);
 }
 
+TEST(ZonesPage, OnlyTheLargestOfManyZonesHaveAStyleOfTheirOwn) {
+  const std::string html =
+      renderZonesPage({sampleZones({.zones = 150, .imagesPerZone = 4, .labels = 10, .dendrogram = false})});
+  expectSound(html);
+  EXPECT_EQ(count(html, "<p class=\"rest\">"), 1U);
+  EXPECT_EQ(count(html, "id=\"zone-149\""), 1U);
+  EXPECT_GT(count(html, "data-zone=\"104\""), 0U);
+  EXPECT_EQ(count(html, "data-zone=\"105\""), 0U);
+}
+
+TEST(ZonesPage, WithoutPosesThereIsNoViewFromAbove) {
+  const std::string html = renderZonesPage({sampleZones({.poses = false, .rooms = false})});
+  expectSound(html);
+  EXPECT_EQ(count(html, "<figure class=\"figure image\">"), 0U);
+  EXPECT_EQ(count(html, "<figure class=\"figure when\">"), 1U);
+  EXPECT_EQ(count(html, "<section id=\"rooms\">"), 0U);
+}
+
 }  // namespace
 }  // namespace estancia

@@ -169,5 +169,12 @@ TEST(AskWorld, UnderstandsWordsThatNoLabelHas) {
   EXPECT_THAT(caught, FailsWith(ErrorCode::noAnswer, "corridor")) << "it suggests given names";
 }
 
+TEST(AskWorld, SuggestsGivenNamesAndLabels) {
+  const WorldMap world = sampleWorld();
+  EXPECT_THAT([&] { askWorld(world, "coridor"); }, FailsWith(ErrorCode::noAnswer, "coridor", "corridor"));
+  EXPECT_THAT([&] { askWorld(world, "umbrela"); }, FailsWith(ErrorCode::noAnswer, "umbrella"));
+  EXPECT_THAT([&] { askWorld(world, ""); }, FailsWith(ErrorCode::noAnswer));
+}
+
 }  // namespace
 }  // namespace estancia

@@ -281,5 +281,13 @@ TEST(SparkDsg, NeedsPositionsOnly) {
   EXPECT_THAT([&] { exportWorld(world, "spark-dsg"); }, FailsWith(ErrorCode::insufficientData));
 }
 
+TEST(ExportWorld, WritesEveryFormatOfHostileNames) {
+  for (const auto& [format, explanation] : worldFormats()) {
+    const std::string text = exportWorld(hostileWorld(), format);
+    EXPECT_FALSE(text.empty());
+    if (format != "graphml") expectNoNumberIsLost(json::parse(text));
+  }
+}
+
 }  // namespace
 }  // namespace estancia
