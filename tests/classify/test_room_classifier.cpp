@@ -6,11 +6,13 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <random>
 
 #include "estancia/classify/embedding.hpp"
 #include "estancia/classify/label_selection.hpp"
 #include "estancia/classify/predict_rooms.hpp"
 #include "estancia/classify/room_classifier.hpp"
+#include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/describe/features.hpp"
 #include "estancia/sequences/descriptor_sequence.hpp"
@@ -376,6 +378,32 @@ TEST(RoomPredictionFiles, LeaveTheRoomOutBelowTheSmallestProbability) {
   EXPECT_EQ(json["rooms"]["bath"], 0.25);
   EXPECT_EQ(predictionJson(predictions, frames, 0)["room"], "hall, long");
   EXPECT_EQ(predictionJson(predictions, frames, 1)["probability"], nullptr);
+}
+
+/// A forger can sign what he likes: what stands behind the digest is checked as well.
+TEST(RoomClassifier, ForgedFilesAreRefusedOrHarmless) {
+  const test::ScratchFolder scratch;
+  const Features features = madeUpRooms(3, 8, 1);
+  writeRoomClassifier(learned(features), scratch / "rooms");
+  const std::string bytes = test::readFile(scratch / "rooms");
+  constexpr std::size_t head = 8 + 4 + 64;
+  std::mt19937 random(2);
+  int refused = 0;
+  for (int i = 0; i < 1500; ++i) {
+    std::string content = bytes.substr(head);
+    if (i % 4 == 0)
+      content.resize(random() % content.size());
+    else
+      for (int blows = 0; blows < 1 + i % 3; ++blows)
+        content[random() % content.size()] = static_cast<char>(random());
+    test::writeFile(scratch / "forged", bytes.substr(0, 12) + sha256(content) + content);
+    try {
+      readRoomClassifier(scratch / "forged").predict(features, 1);
+    } catch (const Error&) {
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 400);
 }
 
 }  // namespace

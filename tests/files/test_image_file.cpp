@@ -216,5 +216,22 @@ TEST_F(ImageFile, TellsRadianceFromImages) {
   EXPECT_EQ(radiance.at<cv::Vec3f>(3, 7), cv::Vec3f(1, 2, 3));
 }
 
+TEST_F(ImageFile, NoticesACutWithinTheHeader) {
+  for (const char* suffix : {".jpg", ".png", ".bmp", ".webp", ".tif", ".ppm", ".exr", ".hdr"}) {
+    const bool radiance = suffix == std::string(".exr") || suffix == std::string(".hdr");
+    const std::string whole = encoded(suffix, texture(40, 30, radiance ? CV_32FC3 : CV_8UC3));
+    for (std::size_t length = 0; length < 64; ++length)
+      EXPECT_TRUE(refusal(std::string("cut") + suffix, whole.substr(0, length)).code)
+          << suffix << " of " << length << " bytes";
+  }
+  const std::string webp = encoded(".webp", texture(40, 30));
+  for (std::size_t length = 4; length < 30; ++length)
+    EXPECT_THAT(refusal("cut.webp", webp.substr(0, length)), FailsWith(ErrorCode::truncatedFile, "cut.webp"))
+        << length;
+  using namespace std::string_literals;
+  EXPECT_THAT(refusal("short.webp", "RIFF\0\0\0\0"s), FailsWith(ErrorCode::truncatedFile, "short.webp"));
+  EXPECT_THAT(refusal("song.wav", "RIFF\x24\0\0\0WAVE"s), FailsWith(ErrorCode::unsupportedFile, "song.wav"));
+}
+
 }  // namespace
 }  // namespace estancia::io

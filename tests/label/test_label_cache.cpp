@@ -163,5 +163,34 @@ TEST(CacheLimit, IsMegabytesFromTheEnvironment) {
   unsetenv("ESTANCIA_CACHE_MB");
 }
 
+TEST_F(Cache, DoesNotBelieveDamagedRecords) {
+  {
+    LabelCache cache(folder_, 1 << 20);
+    cache.put("net", "cat", std::string(100, 'm'));
+  }
+  const fs::path file = onlyFile(folder_);
+  const std::string sound = test::readFile(file);
+  for (std::size_t at = 0; at < sound.size(); ++at) {
+    std::string damaged = sound;
+    damaged[at] = static_cast<char>(damaged[at] ^ 0x55);
+    test::writeFile(file, damaged);
+    LabelCache cache(folder_, 1 << 20);
+    const auto found = cache.find("net", "cat");
+    EXPECT_TRUE(!found || *found == std::string(100, 'm')) << "byte " << at;
+  }
+}
+
+TEST_F(Cache, StartsAnewWhereAFileIsNotItsOwn) {
+  {
+    LabelCache cache(folder_, 1 << 20);
+    cache.put("net", "cat", "meow");
+  }
+  test::writeFile(onlyFile(folder_), "something else altogether, long enough to be a head");
+  LabelCache cache(folder_, 1 << 20);
+  EXPECT_FALSE(cache.find("net", "cat"));
+  cache.put("net", "cat", "meow");
+  EXPECT_EQ(cache.find("net", "cat"), "meow");
+}
+
 }  // namespace
 }  // namespace estancia

@@ -379,5 +379,16 @@ TEST_P(Engines, SayWhenTheNetworkChangesBetweenImagesAndBatches) {
   EXPECT_THAT([&] { labeler->inferBatch(batch); }, FailsWith(ErrorCode::corruptFile));
 }
 
+TEST_P(Engine, RefusesANetworkOfSeveralInputs) {
+  const auto second = [](onnx::GraphProto& g) {
+    *g.add_input() = g.input(0);
+    g.mutable_input(1)->set_name("mask");
+    g.mutable_input(1)->mutable_type()->mutable_tensor_type()->mutable_shape()->mutable_dim(1)->set_dim_value(
+        1);
+  };
+  EXPECT_THAT(refusal(test::smallOnnx(8, 4, second), modelToml("small.onnx", 8)),
+              FailsWith(ErrorCode::mismatch, "1×1×8×8"));
+}
+
 }  // namespace
 }  // namespace estancia

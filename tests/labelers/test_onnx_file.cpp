@@ -70,5 +70,19 @@ TEST_F(OnnxFile, GetsAnInnerValueAsAnotherOutput) {
   EXPECT_EQ(read(bytes, 8, "nothing"), bytes) << "the labeler will say what there is";
 }
 
+TEST_F(OnnxFile, OfAnyBytesIsReadOrRefused) {
+  const std::string good = test::smallOnnx(8, 4);
+  std::size_t refused = 0;
+  for (std::size_t i = 0; i < good.size(); ++i) {
+    std::string bad = good;
+    bad[i] = static_cast<char>(bad[i] ^ (1 << i % 8));
+    refused += test::caught([&] { read(bad, 8); }).code ? 1 : 0;
+    onnx::ModelProto model;
+    const bool isModel = model.ParseFromString(good.substr(0, i)) && model.has_graph();
+    EXPECT_EQ(test::caught([&] { read(good.substr(0, i), 8); }).code.has_value(), !isModel) << i;
+  }
+  EXPECT_GT(refused, good.size() / 10);
+}
+
 }  // namespace
 }  // namespace estancia

@@ -369,5 +369,22 @@ TEST_F(Vidrilo, ADamagedCloudSpoilsItsOwnFrameOnly) {
   EXPECT_FALSE(sequence->depth(1).empty());
 }
 
+TEST(SevenScenes, NamesTheWrongLineOfThePoseTable) {
+  const test::ScratchFolder folder;
+  test::writeFile(folder / "frames/frame-000005.color.jpg", tinyPng());
+  const std::string header = "frame,T00,T01,T02,T03,T10,T11,T12,T13,T20,T21,T22,T23\n";
+  test::writeFile(folder / "poses.csv", header + "5,1,0,0,4,0,1,0,5,0,0,1,6\n");
+  EXPECT_EQ(openSequence(folder.path())->frame(0).pose->z, 6);
+  test::writeFile(folder / "poses.csv", header + "5,1,0,0,4,0,1\n");
+  EXPECT_THAT([&] { openSequence(folder.path()); }, FailsWith(ErrorCode::malformedFile, "poses.csv:2", "7"));
+}
+
+TEST(SevenScenes, APhotographOfThatNameMakesNoDataSet) {
+  const test::ScratchFolder folder;
+  for (const char* name : {"frame-000005.color.jpg", "kitchen.jpg", "hall.png"})
+    test::writeFile(folder / name, tinyPng());
+  EXPECT_EQ(openSequence(folder.path())->size(), 3U);
+}
+
 }  // namespace
 }  // namespace estancia

@@ -232,5 +232,34 @@ TEST_F(HomePlans, RefuseOpeningsOfNoRoom) {
     EXPECT_THAT(door(text), FailsWith(ErrorCode::malformedFile)) << text;
 }
 
+TEST_F(HomeTruthFiles, AFolderNeedsOnlyThePlan) {
+  EXPECT_FALSE(hasHomeTruth(folder_.path()));
+  plan();
+  const HomeTruth truth = readHomeTruth(folder_.path());
+  EXPECT_EQ(truth.plan.rooms.size(), 2U);
+  EXPECT_TRUE(truth.instances.empty());
+  EXPECT_TRUE(truth.visible.empty());
+}
+
+TEST_F(HomeTruthFiles, NoDepthShowsNoRoom) {
+  const HomePlan home = plan();
+  cv::Mat depth(12, 16, CV_32F, cv::Scalar(0));
+  EXPECT_EQ(roomSeen(home, depth, kCamera, looksEast), std::nullopt);
+  depth = std::nan("");
+  EXPECT_EQ(roomSeen(home, depth, kCamera, looksEast), std::nullopt);
+  EXPECT_THAT([&] { roomSeen(home, cv::Mat(), kCamera, looksEast); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { roomSeen(home, cv::Mat(2, 2, CV_16U), kCamera, looksEast); },
+              FailsWith(ErrorCode::invalidInput));
+}
+
+TEST_F(HomeTruthFiles, TellTheRoomOfMostVisibleThings) {
+  const auto things = instances(std::string(rug) + mug + "11,lamp,a,b,east,5,2,0,1,1,1,0,\n" +
+                                "12,cloud,a,b,,5,2,0,1,1,1,0,\n");
+  EXPECT_EQ(roomSeen({{10, 50, 50}, {300, 30, 0}, {11, 30, 0}, {12, 900, 0}}, things), "east");
+  EXPECT_EQ(roomSeen({{10, 50, 50}, {300, 30, 0}}, things), "west");
+  EXPECT_EQ(roomSeen({{12, 900, 0}}, things), "");
+  EXPECT_EQ(roomSeen({}, things), "");
+}
+
 }  // namespace
 }  // namespace estancia::io

@@ -246,5 +246,46 @@ TEST_F(Classes, WithoutImagesAreRefused) {
   EXPECT_TRUE(test::caught([&] { openSequence(folder_ / "file", options); }).code);
 }
 
+TEST_F(Classes, TellWhatIsLeftOut) {
+  add("train/hall/1.png");
+  add("readme.png");
+  add("extra/1.png");
+  std::filesystem::create_directories(folder_ / "train/empty");
+  const auto sequence = open("classes");
+  EXPECT_THAT(told(*sequence), ElementsAre("train/hall/1.png=hall"));
+  EXPECT_THAT(sequence->warnings(),
+              ::testing::IsSupersetOf({Mentions({"1 image"}), Mentions({"2 folders", "extra/"})}));
+}
+
+TEST_F(Classes, HalvesOfDifferentClassesAreNotFoundByThemselves) {
+  add("train/hall/1.png");
+  add("train/office/1.png");
+  add("test/hall/1.png");
+  EXPECT_THAT([&] { open(); },
+              FailsWith(ErrorCode::unsupportedFile, "test/hall, train/hall, train/office", "--type classes"));
+  EXPECT_EQ(open("classes", "train")->size(), 2U);
+}
+
+TEST_F(ImageFolder, NamesTheWrongLineOfARoomsFile) {
+  add("a.png");
+  add("b.png");
+  write("r.csv", "a.png,kitchen\nb.png,hall,3\n");
+  options_.rooms = folder_ / "r.csv";
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::malformedFile, "r.csv:2", "3"));
+  write("r.csv", "a.png,kitchen\na.png,hall\n");
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::malformedFile, "r.csv:2", "a.png", "\"hall\"", "\"kitchen\""));
+  write("r.csv", "a.png,kitchen,train\nb.png,hall\n");
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::malformedFile, "r.csv:2", "2"));
+  write("r.csv", "a.png,kitchen,train\na.png,kitchen,test\n");
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::malformedFile, "r.csv:2", "a.png", "\"test\"", "\"train\""));
+}
+
+TEST_F(ImageFolder, CountsRoomsOfImagesThatAreNotThere) {
+  add("a.png");
+  add("b.png");
+  write("rooms.csv", "a.png,kitchen\nx.png,hall\ny.png,hall\n");
+  EXPECT_THAT(open()->warnings(), ElementsAre(Mentions({"2 of 3", "x.png"})));
+}
+
 }  // namespace
 }  // namespace estancia

@@ -384,5 +384,21 @@ TEST_F(Washington, WrongPlacesAreRefused) {
     EXPECT_THAT(refusal(place), FailsWith(ErrorCode::mismatch)) << place;
 }
 
+TEST_F(NyuObjectViews, ClassesMustBeNamedInOrder) {
+  const auto problem = [&](const std::string& classes) {
+    writeFile(folder_ / "classes40.txt", classes);
+    return test::caught([&] { open(folder_.path(), "nyu", 10); });
+  };
+  EXPECT_FALSE(problem("wall\nfloor\ncabinet\nbed\nchair\n").code);
+  EXPECT_THAT(problem("0 wall\n2 floor\n"), FailsWith(ErrorCode::malformedFile, "2 floor", "1"));
+  EXPECT_THAT(problem("0 wall paper\n"), FailsWith(ErrorCode::malformedFile, "0 wall paper"));
+  EXPECT_THAT(problem("chair\nchair\n"), FailsWith(ErrorCode::malformedFile, "chair"));
+  EXPECT_THAT(problem("\n"), FailsWith(ErrorCode::insufficientData, "classes40.txt"));
+  std::string many;
+  for (int i = 0; i < 257; ++i) many += fmt::format("c{}\n", i);
+  EXPECT_THAT(problem(many), FailsWith(ErrorCode::tooLarge, "256"));
+  EXPECT_THAT(problem("wall\nfloor\n"), FailsWith(ErrorCode::insufficientData));  // no chairs, then
+}
+
 }  // namespace
 }  // namespace estancia

@@ -187,5 +187,11 @@ TEST(WrittenPoses, NoPoseAtAllIsRefused) {
   EXPECT_THROW(writePoses(std::vector<Frame>(2), folder / "t.txt"), Error);
 }
 
+TEST_F(TrajectoryFile, WarnsOfDoubledAndUnorderedTimes) {
+  const auto trajectory = read("1 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n3 0 0 0 0 0 0 1\n2 0 0 0 0 0 0 1\n");
+  EXPECT_THAT(trajectory.warnings,
+              ElementsAre(Mentions({"1 of 4", "line 2"}), Mentions({"1 of 4", "line 4"})));
+}
+
 }  // namespace
 }  // namespace estancia

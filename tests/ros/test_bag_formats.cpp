@@ -18,6 +18,8 @@ namespace estancia::ros {
 namespace {
 
 namespace fs = std::filesystem;
+using test::littleEndian;
+using test::mcapRecord;
 using test::contentsOf;
 using test::FailsWith;
 using test::mcapBag;
@@ -351,6 +353,68 @@ TEST_F(SqliteBag, WhatIsNoneIsRefused) {
   EXPECT_THAT([&] { openBag(path_); }, FailsWith(ErrorCode::malformedFile));
   test::writeFile(path_, std::string("SQLite format 3\0", 16));
   EXPECT_THAT([&] { openBag(path_); }, FailsWith(ErrorCode::malformedFile));
+}
+
+TEST_F(SqliteBag, AFileThatShrinksIsAnError) {
+  const auto bag = openBag(path_);
+  fs::resize_file(path_, 8192);
+  EXPECT_THAT([&] { bag->read(39); }, FailsWith(ErrorCode::truncatedFile, "drive 100%"));
+}
+
+TEST_F(SqliteBag, TablesThatAreNoneAreRefused) {
+  change(path_,
+         "ALTER TABLE messages RENAME TO hidden;"
+         "CREATE VIEW messages AS WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n)"
+         " SELECT i AS id, 1 AS topic_id, i AS timestamp, 'x' AS data FROM n");
+  EXPECT_THAT([&] { openBag(path_); }, FailsWith(ErrorCode::unsupportedFile, "drive 100%"));
+}
+
+std::string mcapOfOneChunk(const std::string& compression, std::uint64_t size, std::uint64_t stored,
+                           const std::string& data) {
+  const std::string name = littleEndian(static_cast<std::uint32_t>(compression.size())) + compression;
+  return std::string("\x89MCAP0\r\n", 8) + mcapRecord(1, std::string(8, '\0')) +
+         mcapRecord(6, std::string(16, '\0') + littleEndian(size) + littleEndian<std::uint32_t>(0) + name +
+                           littleEndian(stored) + data) +
+         mcapRecord(15, std::string(4, '\0'));
+}
+
+TEST_F(McapBag, ChunksThatCannotBeAreRefused) {
+  const auto warning = [&](const std::string& compression, std::uint64_t size, std::uint64_t stored,
+                           const std::string& data) {
+    const auto bag = open(mcapOfOneChunk(compression, size, stored, data));
+    EXPECT_THAT(bag->messages(), IsEmpty());
+    return bag->warnings().empty() ? "" : bag->warnings().front();
+  };
+  const std::string zstd = test::compressed(std::string(100, 'x'), "zstd");
+  EXPECT_THAT(warning("zstd", 1ULL << 40U, zstd.size(), zstd), HasSubstr("1099511627776"));
+  EXPECT_THAT(warning("zstd", 1U << 30U, zstd.size(), zstd), HasSubstr("1073741824"));
+  EXPECT_THAT(warning("zstd", 99, zstd.size(), zstd), HasSubstr("99"));
+  EXPECT_THAT(warning("zstd", 100, zstd.size() + 1, zstd), HasSubstr("drive.mcap"));
+  EXPECT_THAT(warning("lzma", 100, zstd.size(), zstd), HasSubstr("drive.mcap"));
+  EXPECT_THAT(warning("", ~0ULL, ~0ULL, ""), HasSubstr("drive.mcap"));
+}
+
+std::string bagOfOneChunk(const std::string& compression, std::uint32_t size, const std::string& data) {
+  return "#ROSBAG V2.0\n" + ros1Record(ros1Field("op", "\x03"), "") +
+         ros1Record(ros1Field("op", "\x05") + ros1Field("compression", compression) +
+                        ros1Field("size", littleEndian(size)),
+                    data);
+}
+
+TEST_F(Ros1Bag, ChunksThatCannotBeAreRefused) {
+  const auto warning = [&](const std::string& compression, std::uint32_t size, const std::string& data) {
+    const auto bag = open(bagOfOneChunk(compression, size, data));
+    EXPECT_THAT(bag->messages(), IsEmpty());
+    return bag->warnings().empty() ? "" : bag->warnings().back();
+  };
+  const std::string lz4 = test::compressed(std::string(100, 'x'), "lz4");
+  EXPECT_THAT(warning("lz4", 0xFFFF'FFFF, lz4), HasSubstr("4294967295"));  // more than 1 GiB
+  EXPECT_THAT(warning("lz4", 900'000'000, lz4), HasSubstr("900000000"));   // more than lz4 can
+  EXPECT_THAT(warning("lz4", 99, lz4), HasSubstr("99"));
+  EXPECT_THAT(warning("lz4", 101, lz4), HasSubstr("101"));
+  EXPECT_THAT(warning("bz2", 100, lz4), HasSubstr("drive.bag"));
+  EXPECT_THAT(warning("rot13", 100, "abc"), HasSubstr("drive.bag"));
+  EXPECT_THAT(warning("none", 100, "abc"), HasSubstr("drive.bag"));
 }
 
 }  // namespace

@@ -150,5 +150,41 @@ TEST(McpCommand, AnswersOnStandardOutput) {
   EXPECT_EQ(Json::parse(result.out)["result"]["tools"].size(), 6U);
 }
 
+TEST_F(Mcp, LinesOfAnyLengthComeThroughPipes) {
+  std::array<int, 2> in{}, out{};
+  ASSERT_EQ(pipe(in.data()), 0);
+  ASSERT_EQ(pipe(out.data()), 0);
+  std::thread serving([&] {
+    serveMcp(server_, in[0], out[1], [] { return false; });
+    close(out[1]);
+  });
+  std::thread reading;
+  std::string answers;
+  reading = std::thread([&] {
+    std::array<char, 4096> part{};
+    for (ssize_t got = 0; (got = read(out[0], part.data(), part.size())) > 0;)
+      answers.append(part.data(), static_cast<std::size_t>(got));
+  });
+  const std::string huge =
+      "{\"jsonrpc\": \"2.0\", \"id\": 1, \"x\": \"" + std::string(3 << 20, 'x') + "\"}\n";
+  const std::string lines = huge + "\n\r\n{\"jsonrpc\": \"2.0\", \"id\": 2, \"method\": \"ping\"}\r\n" +
+                            "{\"jsonrpc\": \"2.0\", \"id\": 3, \"method\": \"ping\"}";  // cut off
+  for (std::size_t at = 0; at < lines.size();) {
+    const ssize_t written = write(in[1], lines.data() + at, lines.size() - at);
+    ASSERT_GT(written, 0);
+    at += static_cast<std::size_t>(written);
+  }
+  close(in[1]);
+  serving.join();
+  reading.join();
+  close(in[0]), close(out[0]);
+  std::vector<Json> parsed;
+  for (std::size_t at = 0, end = 0; (end = answers.find('\n', at)) != std::string::npos; at = end + 1)
+    parsed.push_back(Json::parse(answers.substr(at, end - at)));
+  ASSERT_EQ(parsed.size(), 2U);
+  EXPECT_EQ(parsed[0]["error"]["code"], -32600);
+  EXPECT_EQ(parsed[1]["id"], 2);
+}
+
 }  // namespace
 }  // namespace estancia

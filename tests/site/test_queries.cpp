@@ -124,5 +124,41 @@ TEST(LiveEdits, AreReadFromJson) {
     EXPECT_THAT([&] { parseEdit(text); }, FailsWith(ErrorCode::invalidInput)) << text;
 }
 
+TEST(LiveQueries, PlacesWithoutPosesAreDrawnByTheirTransitions) {
+  FakeView view;
+  view.change([](LiveStatus&, auto& world) {
+    TopologicalMap places = test::samplePlaces();
+    for (MappedFrame& frame : places.frames) frame.pose.reset();
+    const std::vector<int> none(places.frames.size(), -1);
+    world = std::make_shared<const WorldMap>(
+        WorldMap{.places = places, .zoneOfFrame = none, .areaOfFrame = none});
+  });
+  const LiveQueries queries(view);
+  const OrderedJson map = OrderedJson::parse(*queries.map());
+  EXPECT_FALSE(map["metric"]);
+  EXPECT_EQ(map["places"][3]["position"].size(), 2U);
+  EXPECT_TRUE(map["path"].empty());
+}
+
+TEST(LiveQueries, PlacesAreDescribed) {
+  const FakeView view;
+  const LiveQueries queries(view);
+  const OrderedJson place = queries.place(3);
+  EXPECT_EQ(place["name"], "Ana's \"room\"");
+  EXPECT_EQ(place["words"][0]["label"], "umbrella");
+  EXPECT_EQ(place["neighbors"].size(), 2U);
+  EXPECT_EQ(place["position"].size(), 2U);
+  EXPECT_EQ(place["objects"].size(), 3U);
+  EXPECT_THAT([&] { queries.place(-1); }, FailsWith(ErrorCode::unknownName));
+}
+
+TEST(LiveQueries, WithoutTheRobotsPlaceAWayNeedsAStart) {
+  FakeView view;
+  view.change([](LiveStatus& status, auto&) { status.places.clear(); });
+  const LiveQueries queries(view);
+  EXPECT_THAT([&] { queries.route({"umbrella", {}}); }, FailsWith(ErrorCode::insufficientData));
+  EXPECT_EQ(queries.route({"umbrella", 2})["from"], 2);
+}
+
 }  // namespace
 }  // namespace estancia

@@ -346,5 +346,10 @@ TEST(WordFilter, HasTheBitsOfAnIndependentOne) {
   EXPECT_EQ(packWordFilter({}), "");
 }
 
+TEST(LabelSearch, ReadsTheBeginningOfALongText) {
+  EXPECT_EQ(found("coffee " + std::string(10000, 'x')), found("coffee"));
+  EXPECT_EQ(found("coffee\x01" + std::string(10000, ' ')), found("coffee"));
+}
+
 }  // namespace
 }  // namespace estancia

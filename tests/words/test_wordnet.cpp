@@ -313,5 +313,47 @@ TEST(WordGraphFile, IsRefusedWhenAWeightIsNone) {
   }
 }
 
+void useAll(const WordGraph& graph) {
+  const Vocabulary vocabulary({"dog, domestic dog", "kitchen", "computer mouse", "T-shirt"});
+  const LabelSearch search(vocabulary, &graph);
+  for (const char* words : {"animal", "rooms", "something to cook", "mice", "kichen", "zzz"})
+    search.search(words, 20, 0);
+  for (std::uint32_t synset = 0; synset < graph.size(); ++synset) {
+    graph.name(synset);
+    graph.pos(synset);
+    graph.category(synset);
+    graph.hypernyms(synset);
+  }
+  for (std::size_t i = 0; i < graph.lexicon.size(); ++i) graph.lexicon.senses(graph.lexicon.word(i));
+}
+
+TEST(WordGraphFile, CanBeUsedOrIsRefusedWhateverIsDamaged) {
+  const std::string sound = packWordGraph(tinyGraph(), "");
+  std::mt19937 random(41);
+  int refused = 0;
+  for (int round = 0; round < 4000; ++round) {
+    std::string bytes = sound;
+    for (unsigned edits = 1 + random() % 3; edits > 0; --edits) {
+      const std::size_t at = 16 + random() % (bytes.size() - 16);
+      bytes[at] = random() % 3 == 0 ? '\xff' : static_cast<char>(random());
+    }
+    try {
+      useAll(unpackWordGraph(bytes, "", "words.graph"));
+    } catch (const Error&) {
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 1000);
+}
+
+TEST(WordGraphFile, IsRefusedWhenItIsCutOrTooLong) {
+  const std::string bytes = packWordGraph(tinyGraph(), "");
+  for (std::size_t length = 0; length < bytes.size(); length += 3)
+    ASSERT_THROW(unpackWordGraph(std::string_view(bytes).substr(0, length), "", "words.graph"), Error)
+        << length << " bytes";
+  EXPECT_THAT([&] { unpackWordGraph(bytes + '\0', "", "words.graph"); },
+              FailsWith(ErrorCode::corruptFile, "words.graph", "delete"));
+}
+
 }  // namespace
 }  // namespace estancia

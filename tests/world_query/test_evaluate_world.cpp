@@ -110,5 +110,18 @@ TEST(TruthFromMap, IsKnownAlsoOfACameraThatStandsOrDrivesStraightOn) {
   }
 }
 
+TEST_F(EvaluateWorld, MeasuresWhatThereIs) {
+  WorldMap world = test::sampleWorld();
+  world.objects.clear();
+  EXPECT_FALSE(judge(world).objects);
+  EXPECT_TRUE(judge(world).trajectory);
+  world = test::sampleWorld();
+  std::filesystem::remove(home_ / "visible.csv");
+  std::filesystem::remove(home_ / "instances.csv");
+  EXPECT_FALSE(judge(world).objects);
+  for (MappedFrame& frame : world.places.frames) frame.pose.reset();
+  EXPECT_FALSE(judge(world).trajectory);
+}
+
 }  // namespace
 }  // namespace estancia
