@@ -338,7 +338,7 @@ TEST(RoomPredictions, WhatTheLabelsLackIsDescribedFromTheImages) {
   DescriptorSequence labels{Vocabulary({"desk", "bed"}), "words 1", {}, DescriptorMatrix(2)};
   for (std::size_t i = 0; i < images.size(); ++i) {
     labels.frames.push_back(images.frame(i));
-    labels.descriptors.append(std::vector<float>{0.5F, 0.5F});  // words tell nothing
+    labels.descriptors.append(std::vector<float>{0.5F, 0.5F});  // words alike
   }
   Features both = featuresOf(labels);
   const Features shapes = describeSequence(images, "phog");

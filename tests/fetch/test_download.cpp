@@ -322,8 +322,8 @@ TEST_F(Download, SurvivesWhatIsNotHttp) {
   LoopbackServer server([&](const HttpRequest& request) -> test::HttpAnswer {
     return {request.path == "/nothing" ? "" : "SSH-2.0-OpenSSH_9.2p1 Debian-2\r\n"};
   });
-  EXPECT_THAT(get(unknown(server.url("/ssh"))), FailsWith(ErrorCode::network, server.url("/ssh")));
-  EXPECT_THAT(get(unknown(server.url("/nothing"))), FailsWith(ErrorCode::network, server.url("/nothing")));
+  EXPECT_THAT(get(unknown(server.url("/ssh"))), FailsWith(ErrorCode::network));
+  EXPECT_THAT(get(unknown(server.url("/nothing"))), FailsWith(ErrorCode::network));
   EXPECT_TRUE(left().empty());
 }
 

@@ -226,11 +226,10 @@ TEST_F(ImageFile, NoticesACutWithinTheHeader) {
   }
   const std::string webp = encoded(".webp", texture(40, 30));
   for (std::size_t length = 4; length < 30; ++length)
-    EXPECT_THAT(refusal("cut.webp", webp.substr(0, length)), FailsWith(ErrorCode::truncatedFile, "cut.webp"))
-        << length;
+    EXPECT_THAT(refusal("cut.webp", webp.substr(0, length)), FailsWith(ErrorCode::truncatedFile)) << length;
   using namespace std::string_literals;
-  EXPECT_THAT(refusal("short.webp", "RIFF\0\0\0\0"s), FailsWith(ErrorCode::truncatedFile, "short.webp"));
-  EXPECT_THAT(refusal("song.wav", "RIFF\x24\0\0\0WAVE"s), FailsWith(ErrorCode::unsupportedFile, "song.wav"));
+  EXPECT_THAT(refusal("short.webp", "RIFF\0\0\0\0"s), FailsWith(ErrorCode::truncatedFile));
+  EXPECT_THAT(refusal("song.wav", "RIFF\x24\0\0\0WAVE"s), FailsWith(ErrorCode::unsupportedFile));
 }
 
 }  // namespace

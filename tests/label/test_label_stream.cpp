@@ -260,7 +260,7 @@ TEST(LabelStream, StopsAtAnUnreadableFrameWhenStrict) {
   LabelStream stream(frames, labeler, {.strict = true});
   EXPECT_TRUE(stream.next());
   EXPECT_TRUE(stream.next()) << "the frames before it count";
-  EXPECT_THAT([&] { stream.next(); }, FailsWith(ErrorCode::fileUnreadable, "frame 2 is torn"));
+  EXPECT_THAT([&] { stream.next(); }, FailsWith(ErrorCode::fileUnreadable));
   EXPECT_FALSE(stream.next());
 }
 
@@ -272,7 +272,7 @@ TEST(LabelStream, PassesOnWhatInferenceThrows) {
   };
   LabelStream stream(frames, labeler);
   EXPECT_TRUE(stream.next());
-  EXPECT_THAT([&] { stream.next(); }, FailsWith(ErrorCode::labelerFailure, "the network gives nan"));
+  EXPECT_THAT([&] { stream.next(); }, FailsWith(ErrorCode::labelerFailure));
   EXPECT_FALSE(stream.next());
 }
 

@@ -387,7 +387,7 @@ TEST_P(Engine, RefusesANetworkOfSeveralInputs) {
         1);
   };
   EXPECT_THAT(refusal(test::smallOnnx(8, 4, second), modelToml("small.onnx", 8)),
-              FailsWith(ErrorCode::mismatch, "1×1×8×8"));
+              FailsWith(ErrorCode::mismatch));
 }
 
 }  // namespace

@@ -278,21 +278,21 @@ TEST(MapStoreProcesses, NoticesThatItsFileHasGone) {
   MapStore writer = MapStore::open(path, Access::write);
   addFrame(writer, 3);
   fs::remove(path);
-  EXPECT_THAT([&] { writer.commit(); }, FailsWith(ErrorCode::fileNotFound, path.string()));
+  EXPECT_THAT([&] { writer.commit(); }, FailsWith(ErrorCode::fileNotFound));
 }
 
 TEST(MapStoreProcesses, SaysThatAFolderIsMissingOrCannotBeWritten) {
   const test::ScratchFolder folder;
   EXPECT_THAT(caughtInAnotherProcess([&] { MapStore::create(folder / "no/map.estancia", wideIdentity()); }),
-              FailsWith(ErrorCode::fileNotFound, (folder / "no").string()));
+              FailsWith(ErrorCode::fileNotFound));
   EXPECT_THAT(caughtInAnotherProcess([] { MapStore::create("/proc/map.estancia", wideIdentity()); }),
-              FailsWith(ErrorCode::fileUnwritable, "/proc: "));
+              FailsWith(ErrorCode::fileUnwritable));
   fs::permissions(folder.path(), fs::perms(0555));
   EXPECT_THAT(caughtInAnotherProcess([&] {
                 dropPrivileges();
                 MapStore::create(folder / "map.estancia", wideIdentity());
               }),
-              FailsWith(ErrorCode::fileUnwritable, folder.path().string(), "Permission denied"));
+              FailsWith(ErrorCode::fileUnwritable));
   fs::permissions(folder.path(), fs::perms(0755));
 }
 

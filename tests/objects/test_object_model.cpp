@@ -199,23 +199,23 @@ TEST(ObjectModel, BadTrainingDataIsRefused) {
   const ObjectTraining sound = trainingOf(madeUpThings(3, 2, 5, 1), 3);
   ObjectTraining one = sound;
   std::ranges::fill(one.classes, 2);
-  EXPECT_THAT(refusal(one), FailsWith(ErrorCode::insufficientData, "\"word 2\""));
+  EXPECT_THAT(refusal(one), FailsWith(ErrorCode::insufficientData));
   ObjectTraining none = sound;
   std::ranges::fill(none.classes, -1);
-  EXPECT_THAT(refusal(none), FailsWith(ErrorCode::insufficientData, "30"));
+  EXPECT_THAT(refusal(none), FailsWith(ErrorCode::insufficientData));
   EXPECT_THAT(refusal({sound.targets, {}, {sound.shapes.parts, {}, DescriptorMatrix(24)}, {}, {}, "", {}}),
-              FailsWith(ErrorCode::insufficientData, "0"));
+              FailsWith(ErrorCode::insufficientData));
   ObjectTraining fewer = sound;
   fewer.instances.pop_back();
-  EXPECT_THAT(refusal(fewer), FailsWith(ErrorCode::mismatch, "30", "29"));
+  EXPECT_THAT(refusal(fewer), FailsWith(ErrorCode::mismatch));
   ObjectTraining unknown = sound;
   unknown.classes[4] = 3;
-  EXPECT_THAT(refusal(unknown), FailsWith(ErrorCode::invalidInput, "4", "3"));
+  EXPECT_THAT(refusal(unknown), FailsWith(ErrorCode::invalidInput));
   ObjectTraining prior = sound;
   prior.prior = {0.5F, 0.5F};
-  EXPECT_THAT(refusal(prior), FailsWith(ErrorCode::invalidInput, "prior"));
+  EXPECT_THAT(refusal(prior), FailsWith(ErrorCode::invalidInput));
   prior.prior = {0.5F, NAN, 0.5F};
-  EXPECT_THAT(refusal(prior), FailsWith(ErrorCode::invalidInput, "prior"));
+  EXPECT_THAT(refusal(prior), FailsWith(ErrorCode::invalidInput));
   ObjectTraining nan = sound;
   DescriptorMatrix values(24);
   for (std::size_t i = 0; i < nan.shapes.values.size(); ++i) {
@@ -224,7 +224,7 @@ TEST(ObjectModel, BadTrainingDataIsRefused) {
     values.append(row);
   }
   nan.shapes.values = values;
-  EXPECT_THAT(refusal(nan), FailsWith(ErrorCode::invalidInput, nan.shapes.frames[7].name, "bin 5"));
+  EXPECT_THAT(refusal(nan), FailsWith(ErrorCode::invalidInput));
   ObjectTraining wordless = sound;
   wordless.targets = {};
   EXPECT_THAT(refusal(wordless), FailsWith(ErrorCode::invalidInput));

@@ -390,13 +390,13 @@ TEST_F(NyuObjectViews, ClassesMustBeNamedInOrder) {
     return test::caught([&] { open(folder_.path(), "nyu", 10); });
   };
   EXPECT_FALSE(problem("wall\nfloor\ncabinet\nbed\nchair\n").code);
-  EXPECT_THAT(problem("0 wall\n2 floor\n"), FailsWith(ErrorCode::malformedFile, "2 floor", "1"));
-  EXPECT_THAT(problem("0 wall paper\n"), FailsWith(ErrorCode::malformedFile, "0 wall paper"));
-  EXPECT_THAT(problem("chair\nchair\n"), FailsWith(ErrorCode::malformedFile, "chair"));
-  EXPECT_THAT(problem("\n"), FailsWith(ErrorCode::insufficientData, "classes40.txt"));
+  EXPECT_THAT(problem("0 wall\n2 floor\n"), FailsWith(ErrorCode::malformedFile));
+  EXPECT_THAT(problem("0 wall paper\n"), FailsWith(ErrorCode::malformedFile));
+  EXPECT_THAT(problem("chair\nchair\n"), FailsWith(ErrorCode::malformedFile));
+  EXPECT_THAT(problem("\n"), FailsWith(ErrorCode::insufficientData));
   std::string many;
   for (int i = 0; i < 257; ++i) many += fmt::format("c{}\n", i);
-  EXPECT_THAT(problem(many), FailsWith(ErrorCode::tooLarge, "256"));
+  EXPECT_THAT(problem(many), FailsWith(ErrorCode::tooLarge));
   EXPECT_THAT(problem("wall\nfloor\n"), FailsWith(ErrorCode::insufficientData));  // no chairs, then
 }
 

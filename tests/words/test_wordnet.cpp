@@ -351,8 +351,7 @@ TEST(WordGraphFile, IsRefusedWhenItIsCutOrTooLong) {
   for (std::size_t length = 0; length < bytes.size(); length += 3)
     ASSERT_THROW(unpackWordGraph(std::string_view(bytes).substr(0, length), "", "words.graph"), Error)
         << length << " bytes";
-  EXPECT_THAT([&] { unpackWordGraph(bytes + '\0', "", "words.graph"); },
-              FailsWith(ErrorCode::corruptFile, "words.graph", "delete"));
+  EXPECT_THAT([&] { unpackWordGraph(bytes + '\0', "", "words.graph"); }, FailsWith(ErrorCode::corruptFile));
 }
 
 }  // namespace
