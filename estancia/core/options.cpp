@@ -221,6 +221,14 @@ void OptionGroup::set(std::string_view path, const std::string& text) {
   requireChoice("option of " + name_, path, known);
 }
 
+std::map<std::string, std::string> OptionGroup::texts() const {
+  std::map<std::string, std::string> texts;
+  for (const Option& option : options_) texts[option.name()] = option.text();
+  for (const OptionGroup& group : groups_)
+    for (auto& [path, text] : group.texts()) texts[group.name() + "." + path] = std::move(text);
+  return texts;
+}
+
 void OptionGroup::validate(const std::string& path) const {
   for (const Option& option : options_) option.validate(path + "." + option.name());
   for (const OptionGroup& group : groups_) group.validate(path + "." + group.name());

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -122,6 +123,8 @@ class OptionGroup {
   Option* find(std::string_view path);
   /// Parses and assigns one. Throws Error (unknownName) that lists the names of the group.
   void set(std::string_view path, const std::string& text);
+  /// All values as text, by their paths below this group, also of the groups inside.
+  std::map<std::string, std::string> texts() const;
   /// Throws Error (invalidOption, unknownName) on the first value that is not accepted.
   void validate() const { validate(name_); }
 

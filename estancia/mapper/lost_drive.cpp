@@ -167,8 +167,6 @@ void Mapper::Impl::takeAlone(const Impl& alone, const std::function<std::size_t(
   merge.finish(alone.currentNode() + firstNode, pose);
   // if the drive was nowhere else, it goes on as if it had never been lost
   if (wasNowhereElse) lostNode = currentNode();
-  stay = 0;
-  recent.clear();
   firstOfDrive = nextId;
   lost->noteMapped(scale.frames());
 }

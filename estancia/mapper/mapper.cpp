@@ -78,7 +78,7 @@ OptionGroup declare(MapperOptions& options) {
       .why("A wide field of view allows more.");
   group
       .add("transition-images", &options.transitionImages,
-           "The first and last K frames of a stay weigh i/K in their node.")
+           "The first and last K frames of a node weigh 0, 1/K, … in it.")
       .range(0, static_cast<double>(maxTransitionImages))
       .unit("frames")
       .why("Frames between two places show both of them.");
@@ -95,7 +95,7 @@ MapperOptions MapperOptions::thesis() {
   MapperOptions options;
   options.distance = "weighted-root";
   options.tauJoin = 0.015;
-  options.tauRevisit = 0.015;
+  options.tauRevisit = 0.0015;
   options.transitionImages = 15;
   options.views = 0;
   options.thresholds.mergeRatio = 0;
@@ -151,7 +151,6 @@ void Mapper::Impl::replay(DescriptorView probabilities, const Decision& known) {
 void Mapper::Impl::beginDrive() {
   if (scale.frames() == 0) return;
   finish();
-  if (current) leave();
   current.reset();
   endModes();
   absorbedBy.clear();
@@ -195,10 +194,8 @@ void Mapper::Impl::remapWarmup() {
   bank.setStandardization(std::move(standardization));
   views.clear();
   transitions.clear();
-  recent.clear();
   current.reset();
   nextId = 0;
-  stay = 0;
   changes = {};
   changes.restarted = true;
   for (std::size_t frame = 0; frame < warmup.size(); ++frame)
@@ -222,13 +219,12 @@ void Mapper::Impl::place(std::size_t frame, const FrameDescriptor& descriptor,
   absorbLostNode(next, decision);
   if (isNew && isFull()) makeRoom(frame);
   if (isNew || next != currentNode()) {
-    if (current) leave();
     current = isNew ? createNode() : bank.slotOf(next);  // lines 3–5, 25, 26 and 28; line 22
     if (decision.current >= 0) ++transition(decision.current, currentNode(), frame).count;  // lines 21 and 27
     lostNode.reset();
     if (decision.kind == DecisionKind::start && !isFirstDrive) lostNode = currentNode();
   }
-  join(*current, descriptor);  // lines 8 and 23: Eq. 4.3 and 4.4
+  join(*current, frame, descriptor);  // lines 8 and 23: Eq. 4.3 and 4.4
   decision.node = seen.node = currentNode();
   if (views.isOn()) views.keep(std::move(seen), thresholds);
   changes.events.emplace_back(decision);
@@ -302,44 +298,24 @@ std::size_t Mapper::Impl::createNode() {
   return bank.add(std::move(node));
 }
 
-void Mapper::Impl::join(std::size_t slot, const FrameDescriptor& descriptor) {
-  ++stay;
-  const std::size_t k = options.transitionImages;
-  const double weight = k > 0 ? std::min(1.0, static_cast<double>(stay) / static_cast<double>(k)) : 1.0;
+void Mapper::Impl::join(std::size_t slot, std::size_t frame, const FrameDescriptor& descriptor) {
   bank.update(slot, [&](NodeMemory& node) {
     if (hasModes()) {
       if (!node.own) node.own.emplace(labels, false);
-      node.own->add(descriptor.embedded, weight);
+      node.own->add(descriptor.embedded);
     }
-    ++node.frames;
-    node.probabilities.add(descriptor.probabilities, weight);
-    if (node.embedded) node.embedded->add(descriptor.embedded, weight);
+    const auto change = [&node](const auto& image, double weight) {
+      node.probabilities.add(image.probabilities, weight);
+      if (node.embedded) node.embedded->add(image.embedded, weight);
+    };
+    const std::uint64_t before = node.frames++;
+    if (options.transitionImages == 0)
+      change(descriptor, 1);
+    else
+      node.border.add({frame, descriptor.probabilities, descriptor.embedded}, before,
+                      options.transitionImages, change);
   });
-  if (k > 0) {
-    recent.push_back(descriptor);
-    if (recent.size() > k) recent.pop_front();
-  }
   changes.changedNodes.insert(bank[slot].id);
-}
-
-/// The robot leaves the current node: its last k frames get the falling weights due in hindsight.
-void Mapper::Impl::leave() {
-  const std::size_t k = options.transitionImages;
-  bank.update(*current, [&](NodeMemory& node) {
-    for (std::size_t i = 0; i < recent.size(); ++i) {
-      const std::size_t fromStart = stay - recent.size() + i + 1;  // 1 is the stay's first frame
-      const std::size_t toEnd = recent.size() - i;                 // 1 is its last
-      const double given = std::min(1.0, static_cast<double>(fromStart) / static_cast<double>(k));
-      const double due = std::min(given, static_cast<double>(toEnd) / static_cast<double>(k));
-      if (due >= given || node.probabilities.weight() - (given - due) <= 0) continue;
-      node.probabilities.add(recent[i].probabilities, due - given);
-      if (node.embedded) node.embedded->add(recent[i].embedded, due - given);
-      if (node.own && node.own->weight() > given - due) node.own->add(recent[i].embedded, due - given);
-    }
-  });
-  changes.changedNodes.insert(bank[*current].id);
-  recent.clear();
-  stay = 0;
 }
 
 Transition& Mapper::Impl::transition(int from, int to, std::size_t frame) {

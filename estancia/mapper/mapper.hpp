@@ -52,16 +52,17 @@ struct MapperOptions {
   /// Frames this far apart [m], whose directions differ by this [degrees], can show the same place.
   double nearDistance = 0.7;
   double nearAngle = 30;
-  /// K: the first and last K frames of a stay weigh i/K in their node, since they show its border; 0: off.
+  /// K: the first and last K frames of a node weigh 0, 1/K, … in it, since they show its border; 0: off. Not
+  /// while it has fewer than 2K frames.
   std::size_t transitionImages = 0;
   /// Warm-up length [keyframes]: these frames are remapped each time the thresholds are estimated again.
   std::size_t warmupFrames = 600;
   ThresholdOptions thresholds;
 
-  /// The thesis' own choices: rooted Eq. 4.5, k = 15, τ1 = τ2 = 0.015, no merging, means alone. The thesis
-  /// prints τ1 = 0.15 (4.5.3), but that distance is at most √(2/L), 0.04 for its 1,183 labels: no frame would
-  /// ever leave a node. In the author's own sweeps τ1 runs from 0.01 to 0.05, with a single node from 0.05
-  /// on.
+  /// The choices of the thesis author's program: rooted Eq. 4.5, k = 15, τ1 = 0.015, τ2 = 0.0015, no merging,
+  /// means alone. The thesis prints ten times both (4.5.3), but that distance is at most √(2/L), 0.04 for its
+  /// 1,183 labels: no frame would ever leave a node. His maps of 2016-04-27 are named by the values here, and
+  /// only with them his sweeps have the nodes of Fig. 4.7 and 4.8.
   static MapperOptions thesis();
   bool operator==(const MapperOptions&) const = default;
 };

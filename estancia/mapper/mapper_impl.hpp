@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <deque>
 #include <functional>
 #include <limits>
 #include <string>
@@ -48,7 +47,7 @@ struct Mapper::Impl {
   bool isAutomatic() const { return distance.standardized || !options.tauJoin; }
   bool isWarmingUp() const;
   /// The thesis' places are their means alone.
-  bool hasModes() const { return !isFirstDrive && thresholds.merge > 0; }
+  bool hasModes() const { return !isFirstDrive && thresholds.merge > 0 && options.transitionImages == 0; }
   void endModes();
   void forgetModes() {
     for (const int id : bank.forgetModes()) changes.changedNodes.insert(id);
@@ -76,9 +75,8 @@ struct Mapper::Impl {
   /// first: its frame i is frame `number(i)` here. The changes before must have been taken.
   void takeAlone(const Impl& alone, const std::function<std::size_t(std::size_t)>& number,
                  const std::function<std::optional<Pose>(std::size_t)>& pose);
-  void join(std::size_t slot, const FrameDescriptor& descriptor);
+  void join(std::size_t slot, std::size_t frame, const FrameDescriptor& descriptor);
   std::size_t createNode();
-  void leave();
   /// A transition that changes; `frame` is its first one if it is new.
   Transition& transition(int from, int to, std::size_t frame);
   void mergeDuplicateNodes(std::size_t frame);
@@ -142,10 +140,6 @@ struct Mapper::Impl {
   /// Parts of the map were mapped with scales of their own.
   bool hadOtherScales = false;
   std::size_t maxNodes = std::numeric_limits<std::size_t>::max();
-  /// Frames since the robot entered the current node.
-  std::size_t stay = 0;
-  /// The last transitionImages frames of this stay.
-  std::deque<FrameDescriptor> recent;
   std::map<std::pair<int, int>, Transition> transitions;
   /// All frames of the warm-up.
   std::vector<Image> warmup;

@@ -28,7 +28,9 @@ void Mapper::Impl::setMemory(const std::optional<std::uint64_t>& most) {
     return;
   }
   const std::uint64_t bytes = *most;
-  const std::uint64_t fixed = sampleBytes * labels, node = nodeBytes * labels, view = viewBytes * labels;
+  const std::uint64_t fixed = sampleBytes * labels, view = viewBytes * labels;
+  // Two vectors of an image at either end of a place, for each of transitionImages.
+  const std::uint64_t node = (nodeBytes + 4 * sizeof(float) * options.transitionImages) * labels;
   const std::uint64_t least = (fixed + minNodes * node * viewsShare / (viewsShare - 1)) * 4 / 3;
   if (bytes < least)
     fail(ErrorCode::tooLarge, "--memory {} MB is too small for {} labels; give at least {}",
@@ -107,9 +109,10 @@ void Mapper::Impl::addNeededFrames(std::vector<std::size_t>& frames) const {
   for (const auto& entry : memory.sampled) frames.push_back(entry.second);
   if (memory.frames == 0) return;
   frames.push_back(memory.lastView);
-  const std::size_t last = std::max<std::size_t>(1, std::min(options.transitionImages, stay));
-  const std::size_t first = isWarmingUp() ? 0 : memory.frames - std::min(last, memory.frames);
-  for (std::size_t frame = first; frame < memory.frames; ++frame) frames.push_back(frame);
+  frames.push_back(memory.frames - 1);
+  for (std::size_t frame = 0; isWarmingUp() && frame + 1 < memory.frames; ++frame) frames.push_back(frame);
+  for (std::size_t slot = 0; slot < bank.size(); ++slot)
+    for (const NodeBorder::Image& image : bank[slot].border.images) frames.push_back(image.frame);
 }
 
 }  // namespace estancia

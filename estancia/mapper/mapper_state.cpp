@@ -67,6 +67,12 @@ NodeMemory readNode(const NodeBank& bank, int id, const std::string& bytes, std:
     for (; count > 0; --count) node.modes.push_back(readMoments(in, labels, false));
     if (hasOwn) node.own = readMoments(in, labels, false);
   }
+  if (in.remaining() > 0)
+    for (std::size_t count = in.count(sizeof(std::uint64_t)); count > 0; --count) {
+      const auto frame = in.number<std::uint64_t>();
+      if (frame >= frames) in.fail("a node has an image that the map does not have", ErrorCode::corruptFile);
+      node.border.images.push_back({frame, {}, {}});
+    }
   requireEnd(in);
   return node;
 }
@@ -163,7 +169,7 @@ std::string Mapper::Impl::state() const {
   out.number<std::uint64_t>(nextEstimate);
   out.number<std::int32_t>(currentNode());
   out.number<std::int32_t>(nextId);
-  out.number<std::uint64_t>(stay);
+  out.number<std::uint64_t>(0);  // length of the stay, which older programs kept here
   for (const double threshold : {thresholds.join, thresholds.revisit, thresholds.merge})
     out.number(threshold);
   out.numbers(bank.standardization().center);
@@ -190,11 +196,14 @@ std::string Mapper::Impl::nodeState(std::size_t slot) const {
   out.number<std::uint64_t>(node.nextMergeCheck);
   out.raw(node.probabilities.toBytes());
   if (node.embedded) out.raw(node.embedded->toBytes());
-  if (node.modes.empty() && !node.own) return out.bytes();
+  if (node.modes.empty() && !node.own && node.border.images.empty()) return out.bytes();
   out.number<std::uint8_t>(node.own ? 1 : 0);
   out.number<std::uint64_t>(node.modes.size());
   for (const Moments& mode : node.modes) out.raw(mode.toBytes());
   if (node.own) out.raw(node.own->toBytes());
+  if (node.border.images.empty()) return out.bytes();
+  out.number<std::uint64_t>(node.border.images.size());
+  for (const NodeBorder::Image& image : node.border.images) out.number<std::uint64_t>(image.frame);
   return out.bytes();
 }
 
@@ -208,7 +217,7 @@ Mapper Mapper::Impl::restore(const DescriptorLayout& layout, const MapperOptions
   impl->nextEstimate = in.number<std::uint64_t>();
   const auto current = in.number<std::int32_t>();
   impl->nextId = in.number<std::int32_t>();
-  impl->stay = in.number<std::uint64_t>();
+  in.number<std::uint64_t>();  // see state()
   std::array<double, 3> thresholds{};
   for (double& threshold : thresholds)
     if (threshold = in.number<double>(); !std::isfinite(threshold) || threshold < 0)
@@ -231,8 +240,14 @@ Mapper Mapper::Impl::restore(const DescriptorLayout& layout, const MapperOptions
   requireEnd(in);
 
   impl->bank.setStandardization(std::move(standardization));
-  for (const auto& [id, bytes] : saved.nodes)
-    impl->bank.add(readNode(impl->bank, id, bytes, labels, impl->distance.sigmaWeighted, frames));
+  for (const auto& [id, bytes] : saved.nodes) {
+    NodeMemory node = readNode(impl->bank, id, bytes, labels, impl->distance.sigmaWeighted, frames);
+    for (NodeBorder::Image& image : node.border.images) {
+      FrameDescriptor seen = impl->embeddedFrame(saved.descriptor(image.frame));
+      image = {image.frame, std::move(seen.probabilities), std::move(seen.embedded)};
+    }
+    impl->bank.add(std::move(node));
+  }
   for (const Transition& transition : saved.transitions) {
     for (const int node : {transition.from, transition.to}) impl->bank.slotOf(node);
     impl->transitions[{transition.from, transition.to}] = transition;
@@ -250,9 +265,6 @@ Mapper Mapper::Impl::restore(const DescriptorLayout& layout, const MapperOptions
   if (impl->isWarmingUp())
     for (std::size_t frame = 0; frame < frames; ++frame)
       impl->warmup.push_back({saved.descriptor(frame), saved.pose(frame)});
-  const std::size_t recent = std::min({impl->options.transitionImages, impl->stay, frames});
-  for (std::size_t frame = frames - recent; frame < frames; ++frame)
-    impl->recent.push_back(impl->embeddedFrame(saved.descriptor(frame)));
   return Mapper(std::move(impl));
 }
 

@@ -38,6 +38,7 @@ void NodeMemory::merge(const NodeMemory& other) {
   else if (other.own)
     own->merge(*other.own);
   frames += other.frames;
+  border = {};
   probabilities.merge(other.probabilities);
   if (embedded) embedded->merge(*other.embedded);
   setNextMergeCheck();

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "estancia/distances/distance.hpp"
+#include "estancia/mapper/node_border.hpp"
 #include "estancia/mapper/quantized_bounds.hpp"
 #include "estancia/stats/label_scale.hpp"
 #include "estancia/stats/moments.hpp"
@@ -38,6 +39,8 @@ struct NodeMemory {
   std::vector<Moments> modes = {};
   /// Moments of the frames of this drive, if that is a further one.
   std::optional<Moments> own = {};
+  /// Images that do not weigh 1 yet; none unless transitionImages > 0.
+  NodeBorder border = {};
 
   static constexpr std::size_t maxModes = 3;
 

@@ -6,11 +6,27 @@
 #include <system_error>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/output_file.hpp"
+#include "estancia/core/printable.hpp"
 #include "estancia/map_file/store.hpp"
 #include "estancia/sequences/sequence.hpp"
 
 namespace estancia {
+namespace {
+
+/// "mapper.tau-revisit is 0.015 in the map, and 0.0015 is given", each.
+std::string differencesOf(MapperOptions kept, MapperOptions wanted) {
+  const auto before = declare(kept).texts(), now = declare(wanted).texts();
+  std::string differences;
+  for (const auto& [path, text] : before)
+    if (now.at(path) != text)
+      differences += fmt::format("{}mapper.{} is {} in the map, and {} is given",
+                                 differences.empty() ? "" : ", ", path, printable(text), now.at(path));
+  return differences;
+}
+
+}  // namespace
 
 MapRun::MapRun(std::filesystem::path path, Existing existing) : path_(std::move(path)), existing_(existing) {
   if (existing != Existing::resume) outputTarget(path_);  // reports an invalid output
@@ -48,10 +64,9 @@ std::size_t MapRun::begin(const Sequence& sequence, const Vocabulary& vocabulary
   MapperOptions wanted = kept;
   change(wanted);
   if (wanted != kept)
-    throw Error(ErrorCode::mismatch,
-                fmt::format("{} was made with other parameters of the mapper, which it keeps; "
-                            "leave them out, or map anew",
-                            path_.string()));
+    fail(ErrorCode::mismatch,
+         "{} was made with other parameters of the mapper: {}; leave them out, or map anew", path_.string(),
+         differencesOf(kept, wanted));
   if (const auto next = firstUnmapped(readMap(path_), sequence)) return *next;
   start_ = driveStartOf(sequence);
   start_.posesAreInMap = posesAreInMap || !hasPoses(sequence);

@@ -17,13 +17,6 @@ namespace {
 
 constexpr const char* termsKey = "world terms";
 
-/// All options that change the layers, with their paths below `group`.
-void collectTerms(OptionGroup& group, const std::string& path, std::map<std::string, std::string>& terms) {
-  for (const Option& option : group.options())
-    if (option.name() != "threads" && option.name() != "layers") terms[path + option.name()] = option.text();
-  for (OptionGroup& inner : group.groups()) collectTerms(inner, path + inner.name() + ".", terms);
-}
-
 /// Options that have gone stay among the terms with what always holds, so that older programs find them.
 std::map<std::string, std::string> removedTerms() {
   const std::map<std::string_view, std::string> above{
@@ -35,10 +28,13 @@ std::map<std::string, std::string> removedTerms() {
   return terms;
 }
 
+/// All options that change the layers, by their paths below "world".
 std::map<std::string, std::string> termsOf(WorldOptions options) {
-  std::map<std::string, std::string> terms;
-  OptionGroup group = declare(options);
-  collectTerms(group, "", terms);
+  std::map<std::string, std::string> terms = declare(options).texts();
+  std::erase_if(terms, [](const auto& term) {
+    const std::string name = term.first.substr(term.first.rfind('.') + 1);
+    return name == "threads" || name == "layers";
+  });
   terms.merge(removedTerms());
   return terms;
 }

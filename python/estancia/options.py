@@ -220,8 +220,8 @@ class MapperOptions(TypedDict, total=False):
     """Frames whose directions differ by this can show the same place. A wide field of view allows more. A number above
     0 degrees; default: 30."""
     transition_images: int
-    """The first and last K frames of a stay weigh i/K in their node. Frames between two places show both of them. A
-    whole number from 0 to 1000 frames; default: 0."""
+    """The first and last K frames of a node weigh 0, 1/K, … in it. Frames between two places show both of them. A whole
+    number from 0 to 1000 frames; default: 0."""
     warmup_frames: int
     """These first keyframes are remapped each time the thresholds are estimated again. A longer warm-up costs memory,
     and nodes may change for longer. A whole number of at least 0 keyframes; default: 600."""

@@ -67,17 +67,25 @@ Follower mapped(const MapperOptions& options, const Images& images) {
 }
 
 /// Algorithm 4.1, and the original program's condition that a node must be nearer than the current one, in
-/// double precision, with Eq. 4.2–4.5 computed from scratch for every image.
-std::vector<int> textbook(const Images& images, double tau1, double tau2, bool root) {
+/// double precision, with Eq. 4.2–4.5 computed from scratch for every image. In that program the first
+/// and last k images of a node of 2k or more weigh 0, 1/k, … (k − 1)/k from its ends.
+std::vector<int> textbook(const Images& images, double tau1, double tau2, bool root, std::size_t k = 0) {
   std::vector<Images> nodes;
   std::vector<int> result;
   std::size_t current = 0;
   const auto distance = [&](const Images& node, const std::vector<float>& image) {
-    double sum = 0, weights = 0;
+    double sum = 0, weights = 0, total = 0;
+    std::vector<double> share(node.size(), 1);
+    for (std::size_t i = 0; i < node.size() && node.size() >= 2 * k; ++i) {
+      const std::size_t toEnd = std::min(i, node.size() - 1 - i);
+      if (toEnd < k) share[i] = static_cast<double>(toEnd) / static_cast<double>(k);
+    }
+    for (const double each : share) total += each;
     for (std::size_t l = 0; l < image.size(); ++l) {
       double mean = 0, variance = 0;
-      for (const auto& v : node) mean += v[l] / static_cast<double>(node.size());
-      for (const auto& v : node) variance += std::pow(v[l] - mean, 2) / static_cast<double>(node.size());
+      for (std::size_t i = 0; i < node.size(); ++i) mean += share[i] * node[i][l] / total;
+      for (std::size_t i = 0; i < node.size(); ++i)
+        variance += share[i] * std::pow(node[i][l] - mean, 2) / total;
       const double w = 1 - 2 * std::sqrt(variance);
       sum += w * std::pow(mean - image[l], 2);
       weights += w;
@@ -120,6 +128,10 @@ TEST(Mapper, IsAlgorithm41) {
       const MapperOptions options = fixed(root ? "weighted-root" : "weighted", tau1, tau2);
       EXPECT_EQ(mapped(options, images).nodes, textbook(images, tau1, tau2, root))
           << (root ? "root " : "square ") << "scale " << scale;
+      MapperOptions withEnds = options;
+      withEnds.transitionImages = 4;
+      EXPECT_EQ(mapped(withEnds, images).nodes, textbook(images, tau1, tau2, root, 4))
+          << (root ? "root " : "square ") << "scale " << scale;
     }
 }
 
@@ -148,25 +160,26 @@ TEST(Mapper, RecordsEveryDecisionWithItsDistances) {
   EXPECT_DOUBLE_EQ(map.decisions[3].tauRevisit, 0.1);
 }
 
-TEST(Mapper, BlurredImagesWeighLessAtBothEndsOfAStay) {
+TEST(Mapper, TheFirstAndLastImagesOfANodeWeighLess) {
   test::SyntheticPlaces places(2, 30, 0.05);
-  const Images images = places.drive({0, 1}, 8);
+  const Images images = places.drive({0, 1, 0}, 5);
   MapperOptions options = fixed("hellinger", 0.5, 0.4);
   options.transitionImages = 3;
   Mapper mapper(30, options);
   const auto map = mapped(mapper, images);
   ASSERT_EQ(mapper.impl().bank.size(), 2U);
-  // The first stay is over: 1/3 2/3 1 1 1 1 2/3 1/3. The second goes on: its end is not known yet.
-  const std::vector<double> weights{1 / 3., 2 / 3., 1, 1, 1, 1, 2 / 3., 1 / 3.};
+  // The robot came back to node 0, whose second stay has its last images; node 1 has too few for ends.
+  const std::vector<double> weights{0, 1 / 3., 2 / 3., 1, 1, 1, 1, 2 / 3., 1 / 3., 0};
   for (std::size_t l = 0; l < 30; ++l) {
     double sum = 0, total = 0;
-    for (std::size_t i = 0; i < 8; ++i) {
-      sum += weights[i] * images[i][l];
+    for (std::size_t i = 0; i < 10; ++i) {
+      sum += weights[i] * images[i < 5 ? i : i + 5][l];
       total += weights[i];
     }
     EXPECT_NEAR(mapper.impl().bank[0].probabilities.mean()[l], sum / total, 1e-6);
   }
-  EXPECT_NEAR(mapper.impl().bank[1].probabilities.weight(), 1 / 3. + 2 / 3. + 6, 1e-9);
+  EXPECT_NEAR(mapper.impl().bank[0].probabilities.weight(), 6, 1e-9);
+  EXPECT_DOUBLE_EQ(mapper.impl().bank[1].probabilities.weight(), 5);
 }
 
 TEST(Mapper, FindsItsThresholdsByItself) {
