@@ -27,6 +27,7 @@ struct EvaluateArguments {
   LocalizationArguments localization;
   DeclaredOptions declared;
   std::string truth, classes;
+  std::optional<double> originalExtent;
   bool json = false;
 };
 
@@ -109,12 +110,12 @@ void requireThings(const EvaluateArguments& arguments) {
 
 std::vector<Measure> measuresOfMap(const EvaluateArguments& arguments) {
   const TopologicalMap map = readMap(arguments.localization.map);
-  if (arguments.truth.empty()) return measuresOf(evaluate(map));
+  if (arguments.truth.empty()) return measuresOf(evaluate(map, {}, arguments.originalExtent));
   const ThingClasses classes =
       arguments.classes.empty() ? ThingClasses{} : readThingClasses(arguments.classes);
   requireThings(arguments);
   const std::vector<std::string> seen = roomsSeenBy(map.frames, arguments.truth);
-  std::vector<Measure> measures = measuresOf(evaluate(map, seen));
+  std::vector<Measure> measures = measuresOf(evaluate(map, seen, arguments.originalExtent));
   const WorldAccuracy accuracy = evaluateWorld(arguments.localization.map, arguments.truth, seen, classes);
   for (const std::string& doubt : accuracy.doubts) spdlog::warn("{}", doubt);
   for (Measure& more : measuresOf(accuracy)) measures.push_back(std::move(more));
@@ -193,6 +194,12 @@ void addEvaluateCommand(CLI::App& app) {
           "…) and the labels that name them")
       ->check(CLI::ExistingFile)
       ->type_name("FILE");
+  command
+      ->add_option("--original-extent", arguments->originalExtent,
+                   "Extent X of the plan in the original program's score; by default the diagonal of the box "
+                   "around all poses. 31.1725 on its author's plan of KTH-IDOL2")
+      ->check(CLI::PositiveNumber)
+      ->type_name("METERS");
   addJsonOption(*command, arguments->json);
   addExamples(*command,
               "  estancia evaluate home.estancia\n"

@@ -2,6 +2,7 @@
 #include "estancia/query/quality.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <utility>
 #include <vector>
@@ -57,21 +58,6 @@ double sparseness(std::size_t nodes, std::size_t links) {
   return std::clamp((n * (n - 1) - 2 * e) / (n * (n - 2)), 0.0, 1.0);
 }
 
-/// The diagonal of the box around all posed frames [m].
-double extentOf(const TopologicalMap& map) {
-  std::optional<Position> low, high;
-  for (const MappedFrame& frame : map.frames) {
-    if (!frame.pose) continue;
-    const Position at{frame.pose->x, frame.pose->y, frame.pose->z};
-    if (!low) low = high = at;
-    for (std::size_t i = 0; i < 3; ++i) {
-      (*low)[i] = std::min((*low)[i], at[i]);
-      (*high)[i] = std::max((*high)[i], at[i]);
-    }
-  }
-  return low ? distanceBetween(*low, *high) : 0;
-}
-
 std::optional<double> spatialSpread(const TopologicalMap& map, const std::vector<Place>& places) {
   double sum = 0;
   std::size_t count = 0;
@@ -84,40 +70,100 @@ std::optional<double> spatialSpread(const TopologicalMap& map, const std::vector
   return meanOf(sum, count);
 }
 
-double meanLinkLength(const Links& links, const std::vector<Place>& places) {
+struct Point {
+  double x = 0, y = 0;
+};
+
+double distanceBetween(const Point& a, const Point& b) {
+  return std::hypot(a.x - b.x, a.y - b.y);
+}
+
+/// `points`: at least one.
+Point centerOf(const std::vector<Point>& points) {
+  Point sum;
+  for (const Point& each : points) sum = {sum.x + each.x, sum.y + each.y};
+  const auto count = static_cast<double>(points.size());
+  return {sum.x / count, sum.y / count};
+}
+
+/// Where the images of a node were taken.
+struct Footprint {
+  Point mean, last, typical;  ///< typical: nearest to the median
+};
+
+/// `taken` is not empty.
+Footprint footprintOf(const std::vector<Point>& taken) {
+  const auto upperMedian = [&](double Point::*coordinate) {
+    std::vector<double> values;
+    for (const Point& each : taken) values.push_back(each.*coordinate);
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::ranges::nth_element(values, middle);
+    return *middle;
+  };
+  const Point median{upperMedian(&Point::x), upperMedian(&Point::y)};
+  const auto fromMedian = [&](const Point& each) { return distanceBetween(each, median); };
+  return {centerOf(taken), taken.back(), *std::ranges::min_element(taken, {}, fromMedian)};
+}
+
+/// None for a node without a posed image.
+std::vector<std::optional<Footprint>> footprintsOf(const TopologicalMap& map) {
+  std::vector<std::vector<Point>> taken(map.nodes.size());
+  for (const MappedFrame& frame : map.frames)
+    if (const std::size_t i = indexOf(map, frame.node); frame.pose && i < taken.size())
+      taken[i].push_back({frame.pose->x, frame.pose->y});
+  std::vector<std::optional<Footprint>> found(map.nodes.size());
+  for (std::size_t i = 0; i < taken.size(); ++i)
+    if (!taken[i].empty()) found[i] = footprintOf(taken[i]);
+  return found;
+}
+
+/// The diagonal of the box around all posed frames, in x and y [m].
+double extentOf(const TopologicalMap& map) {
+  std::optional<Point> low, high;
+  for (const MappedFrame& frame : map.frames) {
+    if (!frame.pose) continue;
+    if (!low) low = high = Point{frame.pose->x, frame.pose->y};
+    *low = {std::min(low->x, frame.pose->x), std::min(low->y, frame.pose->y)};
+    *high = {std::max(high->x, frame.pose->x), std::max(high->y, frame.pose->y)};
+  }
+  return low ? distanceBetween(*low, *high) : 0;
+}
+
+double meanLinkLength(const Links& links, const std::vector<std::optional<Footprint>>& nodes) {
   double sum = 0;
   std::size_t count = 0;
   for (const auto& [a, b] : links) {
-    if (!places[a].position || !places[b].position) continue;
-    sum += distanceBetween(*places[a].position, *places[b].position);
+    if (!nodes[a] || !nodes[b]) continue;
+    sum += distanceBetween(nodes[a]->typical, nodes[b]->typical);
     ++count;
   }
   return meanOf(sum, count).value_or(0);
 }
 
-double meanNodeDistance(const std::vector<Place>& places) {
-  std::vector<Position> posed;
-  for (const Place& place : places)
-    if (place.position) posed.push_back(*place.position);
-  double sum = 0;
-  for (std::size_t a = 0; a < posed.size(); ++a)
-    for (std::size_t b = 0; b < a; ++b) sum += distanceBetween(posed[a], posed[b]);
-  return meanOf(sum, posed.size() * (posed.size() - 1) / 2).value_or(0);
-}
-
 OriginalScore originalScore(const TopologicalMap& map, const std::vector<Place>& places, const Links& links,
-                            const std::optional<double>& spread) {
+                            const std::optional<double>& givenExtent) {
   OriginalScore score;
   score.roomPurity = roomPurity(places);
   score.sparseness = sparseness(places.size(), links.size());
-  if (spread) {
-    const double extent = extentOf(map);
-    const auto relative = [extent](double distance) { return extent > 0 ? distance / extent : 0; };
-    score.linkCloseness = 1 - relative(meanLinkLength(links, places));
-    score.compactness = std::clamp(1 - 2 * relative(*spread), 0.0, 1.0);
-    score.spread = relative(meanNodeDistance(places));
+  const std::vector<std::optional<Footprint>> nodes = footprintsOf(map);
+  std::vector<Point> positions;
+  double toLast = 0;
+  for (const auto& node : nodes) {
+    if (!node) continue;
+    positions.push_back(node->typical);
+    toLast += distanceBetween(node->mean, node->last);
   }
-  if (score.roomPurity && spread)
+  if (positions.empty()) return score;
+  const Point center = centerOf(positions);
+  double squares = 0;
+  for (const Point& each : positions) squares += std::pow(distanceBetween(each, center), 2);
+  const auto count = static_cast<double>(positions.size());
+  const double extent = givenExtent.value_or(extentOf(map));
+  const auto relative = [extent](double distance) { return extent > 0 ? distance / extent : 0; };
+  score.linkCloseness = 1 - relative(meanLinkLength(links, nodes));
+  score.compactness = 1 - 2 * relative(toLast / count);
+  score.spread = 2 * relative(std::sqrt(squares / count));
+  if (score.roomPurity)
     score.total = 20 * (*score.roomPurity + score.sparseness + *score.linkCloseness + *score.compactness +
                         *score.spread);
   return score;
@@ -151,12 +197,15 @@ void compareWithPath(const TopologicalMap& map, const std::vector<Place>& places
 
 void judgePredictions(const TopologicalMap& map, const std::vector<Place>& places, MapQuality& quality) {
   if (!map.predictions) return;
+  const std::vector<std::string>& known = map.predictions->rooms;
   std::size_t judged = 0, right = 0, rightByNode = 0;
   for (std::size_t i = 0; i < map.frames.size(); ++i) {
     const MappedFrame& frame = map.frames[i];
     const std::size_t place = indexOf(map, frame.node);
     const std::vector<RoomProbability> own = rankedRooms(*map.predictions, i);
     if (frame.room.empty() || place == places.size() || own.empty()) continue;
+    // Names that no true room has ("PA" is none) are no answers that could be right.
+    if (map.predictions->areByName && std::ranges::find(known, frame.room) == known.end()) continue;
     ++judged;
     if (own.front().room == frame.room) ++right;
     if (places[place].predicted.front().room == frame.room) ++rightByNode;
@@ -167,7 +216,8 @@ void judgePredictions(const TopologicalMap& map, const std::vector<Place>& place
 
 }  // namespace
 
-MapQuality evaluate(const TopologicalMap& map, std::span<const std::string> roomsSeen) {
+MapQuality evaluate(const TopologicalMap& map, std::span<const std::string> roomsSeen,
+                    const std::optional<double>& originalExtent) {
   if (map.nodes.empty())
     throw Error(ErrorCode::insufficientData, "the map has no places yet; map some images first");
   const std::vector<Place> places = placesOf(map);
@@ -186,7 +236,7 @@ MapQuality evaluate(const TopologicalMap& map, std::span<const std::string> room
     quality.roomsSeen = seen.agreement;
   }
   quality.spatialSpread = spatialSpread(map, places);
-  quality.original = originalScore(map, places, links, quality.spatialSpread);
+  quality.original = originalScore(map, places, links, originalExtent);
   compareWithPath(map, places, links, quality);
   judgePredictions(map, places, quality);
   return quality;

@@ -12,10 +12,12 @@
 
 namespace estancia {
 
-/// The measure of the thesis' original program: 20·(A+B+C+D+E), each term in [0, 1], larger is better. Only
-/// its values are known, not its formula. A and B are recovered from them: A is his on all six one-node maps,
-/// B on all 6,725 rows of his threshold sweeps. C, D and E fit his numbers in kind, not digit for digit. X is
-/// the diagonal of the box around all posed frames: the extent of the map.
+/// The metric of the thesis author's own program: 20·(A+B+C+D+E), larger is better. By the formulas of his
+/// public sources (github.com/jcarlos2289/TopoMapIdolMaven: getMapMetric, getQImgDev_D), as they compute and
+/// not as they were meant: D measures one image a node. Checked on his map of Cloudy 3, to the sixth digit.
+///
+/// A node lies where its image nearest to the median of its images' x and y was taken (the upper median of an
+/// even number). X is the extent of the plan [m].
 struct OriginalScore {
   /// A: mean over the nodes of 1 − (mean frames of the node's other rooms) / (frames of its main room).
   std::optional<double> roomPurity;
@@ -23,11 +25,11 @@ struct OriginalScore {
   double sparseness = 0;
   /// C: 1 − (mean distance of linked nodes) / X; 1 without links.
   std::optional<double> linkCloseness;
-  /// D: 1 − 2·(mean distance of frames to their node's center) / X.
+  /// D: 1 − 2·(mean over the nodes of the distance from the mean of its images to its last image) / X.
   std::optional<double> compactness;
-  /// E: (mean distance of all pairs of nodes) / X; 0 for one node.
+  /// E: 2·√(variance of the nodes' x + that of their y) / X; 0 for one node.
   std::optional<double> spread;
-  /// Present when all five are; in [0, 100].
+  /// Present when all five are; at most 100 where the map is not larger than X.
   std::optional<double> total;
 };
 
@@ -67,8 +69,11 @@ struct MapQuality {
   std::optional<double> edgeRecall;
 };
 
-/// `roomsSeen`: the room that each frame sees, "" where unknown, or none at all. Throws Error: no nodes
-/// (insufficientData), not one room seen a frame (mismatch). O(frames · log nodes + nodes²).
-MapQuality evaluate(const TopologicalMap& map, std::span<const std::string> roomsSeen = {});
+/// `roomsSeen`: the room that each frame sees, "" where unknown, or none at all. `originalExtent`: X of the
+/// original score [m], 31.1725 on the author's plan of KTH-IDOL2; otherwise the diagonal of the box around
+/// all poses, in x and y. Throws Error: no nodes (insufficientData), not one room seen a frame (mismatch).
+/// O(frames · log frames + nodes · log nodes).
+MapQuality evaluate(const TopologicalMap& map, std::span<const std::string> roomsSeen = {},
+                    const std::optional<double>& originalExtent = {});
 
 }  // namespace estancia

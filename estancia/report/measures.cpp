@@ -88,7 +88,8 @@ std::vector<Measure> measuresOf(const MapQuality& q) {
           {"original_b", "B sparseness", q.original.sparseness, 3, "Original program: few links"},
           {"original_c", "C link closeness", q.original.linkCloseness, 3,
            "Original program: linked places are close"},
-          {"original_d", "D compactness", q.original.compactness, 3, "Original program: places are small"},
+          {"original_d", "D compactness", q.original.compactness, 3,
+           "Original program: a place's last image is near its middle"},
           {"original_e", "E spread", q.original.spread, 3, "Original program: the map is wide"},
           {"original_total", "20·(A+B+C+D+E)", q.original.total, 1, "Original program: 0 … 100"},
       });

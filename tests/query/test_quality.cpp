@@ -39,12 +39,14 @@ TEST(Quality, OfASmallFlatIsAsCountedByHand) {
   EXPECT_DOUBLE_EQ(quality.rooms->purity, 1);
   // kitchen and office frames are 0.5 m from their centers, hall frames at theirs
   EXPECT_DOUBLE_EQ(*quality.spatialSpread, 4 * 0.5 / 7);
-  const double extent = std::hypot(8, 1), link = std::hypot(4, 0.5);
+  // the nodes lie at (0, 1), (4, 0) and (8, 1): of two images the upper median is the second
+  const double extent = std::hypot(8, 1), link = std::hypot(4, 1);
   EXPECT_DOUBLE_EQ(*quality.original.roomPurity, 1);
   EXPECT_DOUBLE_EQ(quality.original.sparseness, 2.0 / 3);
   EXPECT_DOUBLE_EQ(*quality.original.linkCloseness, 1 - link / extent);
-  EXPECT_DOUBLE_EQ(*quality.original.compactness, 1 - 4.0 / 7 / extent);
-  EXPECT_DOUBLE_EQ(*quality.original.spread, (2 * link + 8) / 3 / extent);
+  EXPECT_DOUBLE_EQ(*quality.original.compactness, 1 - 2 * (0.5 + 0 + 0.5) / 3 / extent);
+  EXPECT_DOUBLE_EQ(*quality.original.spread, 2 * std::sqrt(32.0 / 3 + 2.0 / 9) / extent);
+  EXPECT_DOUBLE_EQ(*evaluate(test::sampleMap(), {}, 100).original.linkCloseness, 1 - link / 100);
   EXPECT_EQ(quality.trueLinks, 2U);
   EXPECT_DOUBLE_EQ(*quality.edgePrecision, 1);
   EXPECT_DOUBLE_EQ(*quality.edgeRecall, 1);
