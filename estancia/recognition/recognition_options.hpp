@@ -44,7 +44,7 @@ struct RecognitionOptions {
   std::optional<cv::Point3d> viewpoint;
   int threads = 0;
 
-  /// default, classical, thesis, tight, wide.
+  /// default, classical, thesis, author-2014, tight, wide.
   static Choices presets();
   /// Throws Error (unknownName).
   static RecognitionOptions preset(const std::string& name);

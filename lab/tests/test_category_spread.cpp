@@ -19,7 +19,9 @@ namespace {
 
 using test::FailsWith;
 using test::recordingOf;
+using testing::Each;
 using testing::ElementsAre;
+using testing::IsEmpty;
 
 constexpr double tight = 1e-12;
 
@@ -141,6 +143,17 @@ TEST(ClassDistances, AreMeansOverPairsOfImages) {
   options.distance = "l1";
   EXPECT_NEAR(classDistances(recording, std::vector<std::string>{"b", "b", "a", ""}, options).at(1, 1), 0.4,
               1e-6);
+}
+
+TEST(ClassDistances, AreThoseOfTheClassesMeansInFigure54) {
+  const DescriptorSequence recording = recordingOf({{1, 0, 0}, {0, 1, 0}, {0.5F, 0.5F, 0}, {0, 0, 1}});
+  const std::vector<std::string> classes{"b", "b", "a", ""};
+  const ClassDistances distances = classDistances(recording, classes, ZoneOptions::thesis());
+  EXPECT_THAT(distances.ofMeans, Each(0)) << "both have the mean (.5, .5, 0)";
+  EXPECT_NEAR(distances.at(0, 1), 0.5, 1e-6) << "though no image of the one is near one of the other";
+  const std::vector<std::string> other{"b", "b", "", "a"};
+  EXPECT_THAT(classDistances(recording, other, ZoneOptions::thesis()).ofMeans, ElementsAre(0, 1, 1, 0));
+  EXPECT_THAT(classDistances(recording, classes, {}).ofMeans, IsEmpty()) << "scales of two classes are none";
 }
 
 TEST(ClassDistances, RefuseWhatDoesNotBelongTogether) {

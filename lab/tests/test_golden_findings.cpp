@@ -89,9 +89,9 @@ ZoneTablesResults zoneResults() {
                   {"nyu", 40, {"bath", "den"}, 2, {"bath", "den"}, {}}};
   for (auto& data : results.data)
     for (const char* distance : {"jensen-shannon", "ks"}) {
-      ClassMatrix matrix{distance, {}};
+      ClassMatrix matrix{distance, distance == std::string_view("ks"), {}};
       for (std::size_t i = 0; i < data.matrixNames.size() * data.matrixNames.size(); ++i)
-        matrix.mean.push_back(i == 1 ? NAN : numbers.next());
+        matrix.values.push_back(i == 1 ? NAN : numbers.next());
       data.matrices.push_back(matrix);
     }
   results.models = {"places", "imagenet"};

@@ -83,6 +83,36 @@ TEST_F(ModelPairsTest, ModelsOfOneFileNameKeepTheirFolders) {
   EXPECT_EQ(found.models[1].name, "other/mug.pcd");
 }
 
+TEST_F(ModelPairsTest, ThePublishedPairingIsRead) {
+  // the whole download, and the files of one folder beside each other
+  for (const std::string meshes : {"Kinect/Meshes/Mario/", "Kinect/Scenes/config/"}) {
+    const ScratchFolder root;
+    writeFile(root / (meshes + "mario000.ply"), "");
+    writeFile(root / "Kinect/Scenes/2011/scene001.ply", "");
+    writeFile(root / "Kinect/Scenes/config/scene001-rs0.xf", shifted);
+    writeFile(root / "Kinect/Scenes/config/Configscene001.ini",
+              "[MODELS]\nNUMBER = 1\n\nMODEL_0 = \"/3D models/Kinect/Meshes/Mario/mario000.ply\"\n"
+              "MODEL_0_GROUNDTRUTH = \"/3D models/Kinect/Scenes/2011/config/scene001-rs0.xf\"\n[SCENE]\n"
+              "PATH = \"/3D models/Kinect/Scenes/2011/scene001.ply\"\nGT_THRESHOLD = 5\n");
+    const auto found = readModelPairs(root / "Kinect/Scenes/config");
+    ASSERT_EQ(found.pairs.size(), 1U) << meshes;
+    EXPECT_EQ(found.scenes[0].name, "scene001");
+    EXPECT_EQ(found.models[0].name, "mario000");
+    EXPECT_EQ(found.models[0].object, std::filesystem::path(meshes).parent_path().filename().string());
+    EXPECT_EQ(found.pairs[0].poses[0].translation(), cv::Vec3d(0.1, 0.2, 0.3));
+  }
+}
+
+TEST_F(ModelPairsTest, APairingThatNamesNoFileIsRefused) {
+  writeFile(scratch / "Configscene001.ini", "MODEL_0 = \"mug.pcd\"\nPATH = \"../../etc/hostname\"\n");
+  EXPECT_THAT([&] { readModelPairs(scratch.path()); }, FailsWith(ErrorCode::fileNotFound, "hostname"));
+  writeFile(scratch / "Configscene001.ini", "MODEL_0 = \"mug.pcd\"\nPATH = \"hall.pcd\"\n");
+  EXPECT_THAT([&] { readModelPairs(scratch.path()); },
+              FailsWith(ErrorCode::malformedFile, "MODEL_0_GROUNDTRUTH"));
+  std::filesystem::remove(scratch / "Configscene001.ini");
+  EXPECT_THAT([&] { readModelPairs(scratch.path()); }, FailsWith(ErrorCode::insufficientData));
+}
+
 TEST_F(ModelPairsTest, WrongListsAreRefusedWithTheirLine) {
   EXPECT_THAT(error(""), FailsWith(ErrorCode::insufficientData, "list.csv"));
   EXPECT_THAT(error("hall.pcd,mug,mug.pcd\n", "scene,object,model"),

@@ -70,9 +70,10 @@ TEST_F(RecognitionConfig, WrongValuesAreRefusedWithTheirLine) {
   EXPECT_THAT(error("descriptors = [\"sift\"]"),
               FailsWith(ErrorCode::malformedFile, "r.toml:3", "`descriptors`", "\"shot\"", "\"fpfh\"",
                         "\"spin-image\"", "\"sift\""));
-  EXPECT_THAT(error("presets = [\"best\"]"),
-              FailsWith(ErrorCode::malformedFile,
-                        "\"default\", \"classical\", \"thesis\", \"tight\", \"wide\"", "\"best\""));
+  EXPECT_THAT(
+      error("presets = [\"best\"]"),
+      FailsWith(ErrorCode::malformedFile,
+                "\"default\", \"classical\", \"thesis\", \"author-2014\", \"tight\", \"wide\"", "\"best\""));
   EXPECT_THAT(error("scene_filters = [\"median\"]"), FailsWith(ErrorCode::malformedFile, "`scene_filters`"));
   EXPECT_THAT(error("sizes = [1]"), FailsWith(ErrorCode::malformedFile, "`sizes`"));
   EXPECT_THAT(error("sizes = []"), FailsWith(ErrorCode::malformedFile, "`sizes`"));

@@ -65,7 +65,7 @@ testing::AssertionResult isFound(const std::vector<Detection>& found, const Scen
 
 TEST(Recognizer, FindsTheModelWithEachPreset) {
   const Scenery scenery;
-  for (const std::string preset : {"default", "classical", "thesis", "tight", "wide"})
+  for (const std::string preset : {"default", "classical", "thesis", "author-2014", "tight", "wide"})
     EXPECT_TRUE(isFound(findIn(RecognitionOptions::preset(preset), scenery.model, scenery.scene), scenery))
         << preset;
 }
@@ -242,8 +242,9 @@ TEST(Recognizer, RefusesOptionsThatMakeNoSense) {
       [](auto& o) { o.colorTolerance = 301; }};
   for (std::size_t i = 0; i < std::size(values); ++i)
     EXPECT_THAT(refused(values[i]), FailsWith(ErrorCode::invalidOption)) << i;
-  EXPECT_THAT([] { RecognitionOptions::preset("best"); },
-              FailsWith(ErrorCode::unknownName, "best", "default, classical, thesis, tight, wide"));
+  EXPECT_THAT(
+      [] { RecognitionOptions::preset("best"); },
+      FailsWith(ErrorCode::unknownName, "best", "default, classical, thesis, author-2014, tight, wide"));
 }
 
 /// All options with their paths, as text.

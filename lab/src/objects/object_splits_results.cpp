@@ -2,6 +2,7 @@
 #include "objects/object_splits_results.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <functional>
@@ -143,6 +144,85 @@ void addSplits(const Results& results, Findings& findings) {
       [&](std::size_t split, std::size_t m) { return 100 * results.accuracy(m, 0, split); }));
 }
 
+/// Objects that a split tests, by their names.
+std::set<std::string> testedIn(const ObjectTask& task, std::size_t split) {
+  std::set<std::string> objects;
+  for (const std::size_t sample : task.splits[split].test)
+    objects.insert(task.objectNames[static_cast<std::size_t>(task.objects[sample])]);
+  return objects;
+}
+
+/// The split that the method is worst in; of the drawn ones, if some were.
+std::size_t worstSplit(const Results& results, std::size_t method) {
+  std::size_t worst = firstDrawn(*results.task);
+  for (std::size_t s = worst; s < results.task->splits.size(); ++s)
+    if (results.accuracy(method, 0, s) < results.accuracy(method, 0, worst)) worst = s;
+  return worst;
+}
+
+/// Which objects each split tests (Table 6.7), and those that the worst splits have in common (Table 6.8).
+void addTested(const Results& results, Findings& findings) {
+  const ObjectTask& task = *results.task;
+  const std::size_t first = firstDrawn(task);
+  if (task.data->split != ObjectSplitsOptions::Split::instances || task.splits.size() < 2) return;
+  std::set<std::string> all;
+  std::vector<std::set<std::string>> tested;
+  for (std::size_t s = 0; s < task.splits.size(); ++s) {
+    tested.push_back(testedIn(task, s));
+    all.insert(tested.back().begin(), tested.back().end());
+  }
+  if (all.size() > maxClouds) return;
+  const std::vector<std::string> objects(all.begin(), all.end());
+  std::vector<std::string> splits;
+  for (const ObjectSplit& split : task.splits) splits.push_back(split.name);
+  ResultTable table{fmt::format("{}: objects that a split tests", task.data->name),
+                    "The others are learned from (Table 6.7).",
+                    "split",
+                    columnsOf(objects, 0),
+                    {}};
+  for (ResultTable::Column& column : table.columns) column.form = ResultTable::Form::yesNo;
+  findings.sections.emplace_back(pivot(std::move(table), splits, [&](std::size_t split, std::size_t object) {
+    return tested[split].contains(objects[object]) ? 1.0 : 0.0;
+  }));
+
+  const std::size_t method = bestMethod(results);
+  std::vector<std::size_t> order(task.splits.size() - first);
+  std::iota(order.begin(), order.end(), first);
+  std::ranges::stable_sort(order, {}, [&](std::size_t s) { return results.accuracy(method, 0, s); });
+  order.resize(std::min<std::size_t>(order.size(), 5));
+  std::vector<std::string> common;
+  for (const std::string& object : objects)
+    if (std::ranges::all_of(order, [&](std::size_t s) { return tested[s].contains(object); }))
+      common.push_back(object);
+  findings.notes.push_back(
+      fmt::format("{}: the {} worst splits of {} all test {} (Table 6.8).", task.data->name, order.size(),
+                  results.methods[method].name(),
+                  common.empty() ? "no object in common" : fmt::format("{}", fmt::join(common, ", "))));
+}
+
+/// How often the labeler names each object rightly (Fig. 6.5), by which the baseline is chosen. Each object
+/// is tested by some split, or it is left out.
+void addInstances(const Results& results, Findings& findings) {
+  const ObjectTask& task = *results.task;
+  if (results.labeled.empty() || task.objectNames.size() > maxClouds) return;
+  std::vector<double> right(task.objectNames.size()), all(task.objectNames.size());
+  for (std::size_t s = 0; s < task.splits.size(); ++s)
+    for (std::size_t i = 0; i < task.splits[s].test.size(); ++i) {
+      const std::size_t sample = task.splits[s].test[i];
+      const auto object = static_cast<std::size_t>(task.objects[sample]);
+      ++all[object];
+      right[object] += results.labeled[s][i] == task.classes[sample] ? 1 : 0;
+    }
+  ResultTable table{fmt::format("{}: the labeler, object by object", task.data->name),
+                    "Share of the views whose best label is right (Fig. 6.5).",
+                    "object",
+                    {{"top-1 [%]", 1}},
+                    {}};
+  for (std::size_t o = 0; o < all.size(); ++o)
+    if (all[o] > 0) table.rows.push_back({task.objectNames[o], {100 * right[o] / all[o]}});
+  findings.sections.emplace_back(std::move(table));
+}
+
 void addNoise(const Results& results, Findings& findings) {
   const ObjectTask& task = *results.task;
   const auto& noises = task.data->trials.noises;
@@ -257,12 +337,13 @@ void addClouds(const Results& results, Findings& findings) {
 
 /// Where shape is right and the labeler wrong (Tables 6.3, 6.5), or the reverse (6.4, 6.6): one of each
 /// class, then more.
-Images examples(const Results& results, std::size_t method, bool success) {
+Images examples(const Results& results, std::size_t splitIndex, std::size_t method, bool success) {
   constexpr std::size_t most = 6;
   constexpr int side = 192;
   const ObjectTask& task = *results.task;
-  const ObjectSplit& split = task.splits[0];
-  const auto& answers = results.cells[results.indexOf(method, 0, 0)].answers.answers[0];
+  const ObjectSplit& split = task.splits[splitIndex];
+  const std::vector<int>& labeled = results.labeled[splitIndex];
+  const auto& answers = results.cells[results.indexOf(method, 0, splitIndex)].answers.answers[0];
   const auto name = [&](int index) {
     return index < 0 ? std::string("nothing") : task.targets.classes[static_cast<std::size_t>(index)].name;
   };
@@ -275,7 +356,7 @@ Images examples(const Results& results, std::size_t method, bool success) {
   std::set<int> objects;
   for (std::size_t i = 0; i < split.test.size(); ++i) {
     const int truth = task.classes[split.test[i]];
-    if ((answers[i] == truth) == success && (results.labeled[0][i] == truth) != success &&
+    if ((answers[i] == truth) == success && (labeled[i] == truth) != success &&
         objects.insert(task.objects[split.test[i]]).second)
       wanted.push_back(i);
   }
@@ -284,20 +365,21 @@ Images examples(const Results& results, std::size_t method, bool success) {
   const auto patches = cropsOf(*task.views);
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t i = wanted[k * wanted.size() / count], sample = split.test[i];
-    images.images.push_back(
-        {encodeImage(patches->image(task.view[sample]), side),
-         fmt::format("{}: {}; labeler {}, shape {}",
-                     task.objectNames[static_cast<std::size_t>(task.objects[sample])],
-                     name(task.classes[sample]), name(results.labeled[0][i]), name(answers[i]))});
+    images.images.push_back({encodeImage(patches->image(task.view[sample]), side),
+                             fmt::format("{}: {}; labeler {}, shape {}",
+                                         task.objectNames[static_cast<std::size_t>(task.objects[sample])],
+                                         name(task.classes[sample]), name(labeled[i]), name(answers[i]))});
   }
   return images;
 }
 
 void addExamples(const Results& results, Findings& findings) {
   if (results.labeled.empty() || !results.task->data->machineNames) return;
-  for (const bool success : {true, false})
-    if (Images images = examples(results, bestMethod(results), success); !images.images.empty())
-      findings.sections.emplace_back(std::move(images));
+  const std::size_t method = bestMethod(results), worst = worstSplit(results, method);
+  for (const std::size_t split : worst == 0 ? std::set<std::size_t>{0} : std::set<std::size_t>{0, worst})
+    for (const bool success : {true, false})
+      if (Images images = examples(results, split, method, success); !images.images.empty())
+        findings.sections.emplace_back(std::move(images));
 }
 
 }  // namespace
@@ -340,6 +422,8 @@ void addFindings(const ObjectSplitsResults& results, Findings& findings) {
   addProtocol(results, findings);
   addNoise(results, findings);
   addSplits(results, findings);
+  addTested(results, findings);
+  addInstances(results, findings);
   addConfusions(results, findings);
   addExamples(results, findings);
   addClouds(results, findings);

@@ -56,10 +56,13 @@ using Recorder = std::function<DescriptorSequence(const Sequence&)>;
 CellResults drive(const Task& task, const Recorder& recorder, const fs::path& scratch) {
   const auto images = openImages(task.drive->images);
   const auto again = openImages(task.drive->again);
-  const ScratchMap file(recorder(*images), scratch);
+  const auto recorded = [&](const Sequence& sequence) {
+    return task.drive->imagesAlone ? withoutPoses(recorder(sequence)) : recorder(sequence);
+  };
+  const ScratchMap file(recorded(*images), scratch);
   const auto map =
       std::make_shared<const LocalizerMap>(readLocalizerMap(file.path(), LocalizerOptions{}.maxImages));
-  const DescriptorSequence queries = recorder(*again);
+  const DescriptorSequence queries = recorded(*again);
   const AdmissibleImages truth =
       task.drive->truth.empty() ? AdmissibleImages{} : readAdmissibleImages(task.drive->truth);
   CellResults results;
@@ -147,7 +150,8 @@ std::vector<Task> openTasks(const PlaceTasksOptions& options, std::vector<std::s
     if (isThere(drive.images.path, drive.optional))
       tasks.push_back({drive.name,
                        digestOf(drive.images) + digestOf(drive.again) +
-                           (drive.truth.empty() ? "" : sha256OfFile(drive.truth)),
+                           (drive.truth.empty() ? "" : sha256OfFile(drive.truth)) +
+                           (drive.imagesAlone ? "images alone" : ""),
                        &drive, nullptr});
   for (const auto& rooms : options.rooms)
     if (isThere(rooms.images.path, rooms.optional))
@@ -197,6 +201,7 @@ OptionGroup declare(PlaceTasksOptions::Drive& drive) {
   OptionGroup group("drive", "A drive to map, and one to find in it.");
   group.add("name", &drive.name, "What to call it");
   group.add("optional", &drive.optional, "Leave out, with a note, when it is not there");
+  group.add("images-alone", &drive.imagesAlone, "Leave out poses");
   return group;
 }
 

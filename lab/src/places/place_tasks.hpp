@@ -30,6 +30,8 @@ struct PlaceTasksOptions {
     /// CSV query,refs (readAdmissibleImages); "" = by rooms.
     std::filesystem::path truth;
     bool optional = false;
+    /// Poses are left out: what the words alone are worth.
+    bool imagesAlone = false;
   };
   /// Images whose rooms are known: those of the one half name the nearest of the other.
   struct Rooms {

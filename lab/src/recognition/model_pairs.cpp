@@ -61,6 +61,118 @@ void nameModels(std::vector<ModelPairs::Model>& models) {
     if (const std::string stem = fs::path(model.name).stem().string(); uses[stem] == 1) model.name = stem;
 }
 
+/// A model in a scene, as a list has it.
+struct PairRow {
+  std::string scene, object, model;
+  fs::path sceneFile = {}, modelFile = {}, poseFile = {};
+  bool isPresent = true;
+  std::string at;  ///< FILE:LINE, or a file
+};
+
+std::vector<PairRow> rowsOfTable(const fs::path& list, const ModelPairsOptions& options) {
+  const CsvTable table(list);
+  const auto present = table.find("scene_present");
+  std::vector<PairRow> rows;
+  for (const io::CsvRow& row : table.rows()) {
+    PairRow pair{.scene = table.get(row, "scene"),
+                 .object = table.get(row, "object"),
+                 .model = table.get(row, options.modelColumn),
+                 .isPresent = !present || row.cells[*present] != "0",
+                 .at = fmt::format("{}:{}", table.name(), row.line)};
+    pair.modelFile = fileBeside(table, row, pair.model);
+    if (pair.isPresent) {
+      std::string file = options.sceneFiles;
+      if (const auto at = file.find("{}"); at != std::string::npos) file.replace(at, 2, pair.scene);
+      pair.sceneFile = fileBeside(table, row, file);
+      pair.poseFile = fileBeside(table, row, table.get(row, options.poseColumn));
+    }
+    rows.push_back(std::move(pair));
+  }
+  return rows;
+}
+
+/// A file that a configuration names by its path on the author's disk ("/3D models/…/mario000.ply"): the
+/// longest end of the path that is there below a folder around the configuration.
+fs::path fileOfConfig(const fs::path& config, const std::string& named) {
+  const fs::path path = fs::path(named).relative_path().lexically_normal();
+  std::error_code problem;
+  for (auto begin = path.begin(); begin != path.end(); ++begin) {
+    fs::path end;
+    for (auto part = begin; part != path.end(); ++part) end /= *part;
+    if (end.begin()->string() == "..") continue;
+    for (fs::path around = fs::absolute(config).parent_path(); around.has_relative_path();
+         around = around.parent_path())
+      if (fs::is_regular_file(around / end, problem)) return around / end;
+  }
+  throw Error(ErrorCode::fileNotFound, fmt::format("{} names {}, which is in no folder around it",
+                                                   io::printable(config.string()), io::printable(named)));
+}
+
+/// The pairing as the SHOT data set is published: a file Configscene*.ini a scene, with the models in it.
+/// Models are of the object that their folder is named for.
+std::vector<PairRow> rowsOfConfigs(const fs::path& folder) {
+  std::vector<PairRow> rows;
+  for (const fs::path& config : io::filesIn(folder, {".ini"})) {
+    if (!config.filename().string().starts_with("Config")) continue;
+    std::map<std::string, std::string> values;
+    for (const std::string& line : io::readLines(config))
+      if (const auto equals = line.find('='); equals != std::string::npos)
+        values[std::string(io::trimmed(std::string_view(line).substr(0, equals), " \t"))] =
+            io::trimmed(std::string_view(line).substr(equals + 1), " \t\"");
+    const auto value = [&](const std::string& key) -> const std::string& {
+      const auto found = values.find(key);
+      if (found == values.end())
+        throw Error(ErrorCode::malformedFile,
+                    fmt::format("{} lacks {}", io::printable(config.string()), key));
+      return found->second;
+    };
+    const fs::path scene = fileOfConfig(config, value("PATH"));
+    for (std::size_t k = 0; values.contains(fmt::format("MODEL_{}", k)); ++k) {
+      const fs::path model = fileOfConfig(config, value(fmt::format("MODEL_{}", k)));
+      rows.push_back({.scene = scene.stem().string(),
+                      .object = model.parent_path().filename().string(),
+                      .model = model.string(),
+                      .sceneFile = scene,
+                      .modelFile = model,
+                      .poseFile = fileOfConfig(config, value(fmt::format("MODEL_{}_GROUNDTRUTH", k))),
+                      .at = io::printable(config.string())});
+    }
+  }
+  return rows;
+}
+
+ModelPairs collect(const std::vector<PairRow>& rows, const std::string& name) {
+  ModelPairs found;
+  std::map<std::string, std::size_t> scenes, models;
+  std::map<std::pair<std::size_t, std::size_t>, std::size_t> pairs;
+  for (const PairRow& row : rows) {
+    const auto [known, isNew] = models.emplace(row.model, found.models.size());
+    if (isNew) found.models.push_back({row.model, row.object, row.modelFile});
+    if (found.models[known->second].object != row.object)
+      throw Error(ErrorCode::malformedFile,
+                  fmt::format("{}: {} is a model of \"{}\" and in a line above of \"{}\"", row.at,
+                              io::printable(row.model), io::printable(row.object),
+                              io::printable(found.models[known->second].object)));
+    if (!row.isPresent) {
+      ++found.leftOut;
+      continue;
+    }
+    const auto [place, isNewScene] = scenes.emplace(row.scene, found.scenes.size());
+    if (isNewScene) found.scenes.push_back({row.scene, row.sceneFile});
+    const cv::Affine3d pose = readRigid(row.poseFile);
+    const auto [pair, isNewPair] = pairs.emplace(std::pair(place->second, known->second), found.pairs.size());
+    if (isNewPair) found.pairs.push_back({place->second, known->second, {}});
+    found.pairs[pair->second].poses.push_back(pose);
+  }
+  if (found.pairs.empty())
+    throw Error(ErrorCode::insufficientData,
+                found.leftOut > 0
+                    ? fmt::format("{}: all pairs have scene_present 0", name)
+                    : fmt::format("{}: no pairs; write one line per pair of a scene and a model", name));
+  nameModels(found.models);
+  return found;
+}
+
 }  // namespace
 
 OptionGroup declare(ModelPairsOptions& o) {
@@ -78,44 +190,9 @@ bool ModelPairs::holds(std::size_t scene, const std::string& object) const {
 }
 
 ModelPairs readModelPairs(const fs::path& list, const ModelPairsOptions& options) {
-  const CsvTable table(list);
-  const auto present = table.find("scene_present");
-  ModelPairs found;
-  std::map<std::string, std::size_t> scenes, models;
-  std::map<std::pair<std::size_t, std::size_t>, std::size_t> pairs;
-  for (const io::CsvRow& row : table.rows()) {
-    const std::string& scene = table.get(row, "scene");
-    const std::string& object = table.get(row, "object");
-    const std::string& model = table.get(row, options.modelColumn);
-    const auto [known, isNew] = models.emplace(model, found.models.size());
-    if (isNew) found.models.push_back({model, object, fileBeside(table, row, model)});
-    if (found.models[known->second].object != object)
-      table.fail(row,
-                 fmt::format("{} is a model of \"{}\" and in a line above of \"{}\"", io::printable(model),
-                             io::printable(object), io::printable(found.models[known->second].object)));
-    if (present && row.cells[*present] == "0") {
-      ++found.leftOut;
-      continue;
-    }
-    const auto [place, isNewScene] = scenes.emplace(scene, found.scenes.size());
-    if (isNewScene) {
-      std::string file = options.sceneFiles;
-      if (const auto at = file.find("{}"); at != std::string::npos) file.replace(at, 2, scene);
-      found.scenes.push_back({scene, fileBeside(table, row, file)});
-    }
-    const cv::Affine3d pose = readRigid(fileBeside(table, row, table.get(row, options.poseColumn)));
-    const auto [pair, isNewPair] = pairs.emplace(std::pair(place->second, known->second), found.pairs.size());
-    if (isNewPair) found.pairs.push_back({place->second, known->second, {}});
-    found.pairs[pair->second].poses.push_back(pose);
-  }
-  if (found.pairs.empty())
-    throw Error(
-        ErrorCode::insufficientData,
-        found.leftOut > 0
-            ? fmt::format("{}: all pairs have scene_present 0", table.name())
-            : fmt::format("{}: no pairs; write one line per pair of a scene and a model", table.name()));
-  nameModels(found.models);
-  return found;
+  std::error_code problem;
+  return fs::is_directory(list, problem) ? collect(rowsOfConfigs(list), io::printable(list.string()))
+                                         : collect(rowsOfTable(list, options), io::printable(list.string()));
 }
 
 ModelPairs onlyScenes(const ModelPairs& pairs, const std::vector<std::string>& names) {

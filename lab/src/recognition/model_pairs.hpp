@@ -51,7 +51,7 @@ OptionGroup declare(ModelPairsOptions& options);
 
 /// Reads a CSV with a header and one row per pair: `scene`, `object`, and the files of the model and of the
 /// pose (16 numbers, row-major), relative to the list. Other columns are ignored, except `scene_present`: 0
-/// leaves the row out.
+/// leaves the row out. Or a folder with the files Configscene*.ini of the published SHOT data set.
 /// Throws Error `FILE:LINE: …` on missing columns, cells and files, on a model of two objects, and on a pose
 /// that is not rigid.
 ModelPairs readModelPairs(const std::filesystem::path& list, const ModelPairsOptions& options = {});

@@ -89,28 +89,33 @@ void addOverviews(const RecognitionResults& r, Findings& findings) {
 void addCurves(const RecognitionResults& r, Findings& findings) {
   if (r.noises.size() < 2) return;
   const auto order = ascending(r.noises.size(), [&](std::size_t n) { return r.noises[n]; });
+  std::vector<RecognitionScore> scores{correctScore};
+  if (r.thesisTables) scores.push_back(verifiedScore);  // Fig. 2.6 to 2.8
   for (std::size_t p = 0; p < r.presets.size(); ++p)
     for (std::size_t d = 0; d < r.descriptors.size(); ++d)
-      for (std::size_t m = 0; m < r.modelFilters.size(); ++m) {
-        LineChart chart{titleOf(r, p, d, fmt::format("models {}: percent correct", r.modelFilters[m])),
-                        r.keypoints.size() > 1 ? "The mean of the keypoint detectors." : "",
-                        "noise [mm]",
-                        "percent correct",
-                        false,
-                        {},
-                        {},
-                        true};
-        for (const std::size_t n : order) chart.x.push_back(1000 * r.noises[n]);
-        for (std::size_t f = 0; f < r.sceneFilters.size(); ++f) {
-          auto& line = chart.lines.emplace_back(LineChart::Line{experiments::nameOf(r.sceneFilters[f]), {}});
-          for (const std::size_t n : order)
-            line.y.push_back(r.mean(correctScore, [&](const Place& at) {
-              return at.preset == p && at.descriptor == d && at.modelFilter == m && at.noise == n &&
-                     at.sceneFilter == f;
-            }));
+      for (std::size_t m = 0; m < r.modelFilters.size(); ++m)
+        for (const RecognitionScore& score : scores) {
+          const std::string name = fmt::format("percent {}", score.name);
+          LineChart chart{titleOf(r, p, d, fmt::format("models {}: {}", r.modelFilters[m], name)),
+                          r.keypoints.size() > 1 ? "The mean of the keypoint detectors." : "",
+                          "noise [mm]",
+                          name,
+                          false,
+                          {},
+                          {},
+                          true};
+          for (const std::size_t n : order) chart.x.push_back(1000 * r.noises[n]);
+          for (std::size_t f = 0; f < r.sceneFilters.size(); ++f) {
+            auto& line =
+                chart.lines.emplace_back(LineChart::Line{experiments::nameOf(r.sceneFilters[f]), {}});
+            for (const std::size_t n : order)
+              line.y.push_back(r.mean(score, [&](const Place& at) {
+                return at.preset == p && at.descriptor == d && at.modelFilter == m && at.noise == n &&
+                       at.sceneFilter == f;
+              }));
+          }
+          findings.sections.emplace_back(std::move(chart));
         }
-        findings.sections.emplace_back(std::move(chart));
-      }
 }
 
 }  // namespace estancia::experiments

@@ -9,7 +9,9 @@
 #include <numbers>
 
 #include "estancia/core/error.hpp"
+#include "estancia/distances/distance.hpp"
 #include "estancia/stats/linkage.hpp"
+#include "estancia/stats/moments.hpp"
 #include "estancia/zones/image_tree.hpp"
 
 namespace estancia::experiments {
@@ -30,6 +32,18 @@ Distribution distributionOf(const std::vector<int>& zones) {
   Distribution shares;
   for (const int zone : zones) shares[zone] += 1 / static_cast<double>(zones.size());
   return shares;
+}
+
+/// The mean descriptor of each class; `classOf` has one a frame, `count` and more where it is not known.
+DescriptorSequence meansOf(const DescriptorSequence& sequence, const std::vector<std::size_t>& classOf,
+                           std::size_t count) {
+  std::vector<Moments> means(count, Moments(sequence.vocabulary.size(), false));
+  for (std::size_t i = 0; i < classOf.size(); ++i)
+    if (classOf[i] < count) means[classOf[i]].add(sequence.descriptors.row(i));
+  DescriptorSequence result{sequence.vocabulary, sequence.model, std::vector<Frame>(count),
+                            DescriptorMatrix(sequence.vocabulary.size())};
+  for (const Moments& mean : means) result.descriptors.append(mean.mean());
+  return result;
 }
 
 }  // namespace
@@ -86,13 +100,15 @@ ClassDistances classDistances(const DescriptorSequence& sequence, std::span<cons
     number = result.classes.size();
     result.classes.push_back(name);
   }
-  const CondensedDistances distances = compareImages(sequence, options, progress);
   const std::size_t count = numbers.size();
+  std::vector<std::size_t> classOf;
+  for (const std::string& name : classes) classOf.push_back(name.empty() ? count : numbers[name]);
+  const CondensedDistances distances = compareImages(sequence, options, progress);
   std::vector<double> sums(count * count), pairs(count * count);
   for (std::size_t i = 0; i < classes.size(); ++i)
     for (std::size_t j = i + 1; j < classes.size(); ++j) {
-      if (classes[i].empty() || classes[j].empty()) continue;
-      const auto [a, b] = std::minmax(numbers[classes[i]], numbers[classes[j]]);
+      const auto [a, b] = std::minmax(classOf[i], classOf[j]);
+      if (b == count) continue;
       sums[a * count + b] += distances(i, j);
       ++pairs[a * count + b];
     }
@@ -100,6 +116,13 @@ ClassDistances classDistances(const DescriptorSequence& sequence, std::span<cons
   for (std::size_t a = 0; a < count; ++a)
     for (std::size_t b = a; b < count; ++b)
       result.mean[a * count + b] = result.mean[b * count + a] = sums[a * count + b] / pairs[a * count + b];
+  if (getDistance(options.distance).standardized) return result;
+  result.ofMeans.resize(count * count);
+  if (count == 1) return result;
+  const CondensedDistances ofMeans = compareImages(meansOf(sequence, classOf, count), options, progress);
+  for (std::size_t a = 0; a < count; ++a)
+    for (std::size_t b = a + 1; b < count; ++b)
+      result.ofMeans[a * count + b] = result.ofMeans[b * count + a] = ofMeans(a, b);
   return result;
 }
 

@@ -43,13 +43,17 @@ CategorySpread measureCategories(std::span<const int> zoneOf, std::span<const Im
 /// Eq. 5.2, and so come the values under Table 5.3 about.
 std::optional<double> meanDistance(std::span<const ClassPair> pairs);
 
-/// How far classes lie apart in labels (Fig. 5.4).
+/// How far classes lie apart in labels.
 struct ClassDistances {
   /// C names, by the alphabet.
   std::vector<std::string> classes;
   /// C×C, row-major, symmetric: the mean distance of an image of one class and an image of the other; on the
   /// diagonal that of two different images of the class, NaN where there is only one.
   std::vector<double> mean;
+
+  /// C×C: the distance of the classes' mean descriptors, 0 on the diagonal, as the thesis has it (Fig. 5.4).
+  /// Empty for distances whose scales are estimated from images.
+  std::vector<double> ofMeans;
 
   double at(std::size_t a, std::size_t b) const { return mean[a * classes.size() + b]; }
 };

@@ -268,7 +268,34 @@ std::vector<std::vector<Labeled>> labelData(const std::vector<const ZoneTablesOp
   return labeled;
 }
 
-/// Fills in the matrices of Fig. 5.4: the mean over the models.
+/// The mean over the models of what each has at the same place of the matrix, of one measure.
+std::vector<double> meanMatrix(std::span<const CellResults> models, const std::string& measure,
+                               std::size_t size) {
+  std::vector<double> sums(size, NAN);
+  for (const CellResults& model : models)
+    for (const CellResult& value : model) {
+      if (value.measure != measure) continue;
+      double& sum = sums.at(std::stoul(value.at));
+      sum = (std::isnan(sum) ? 0 : sum) + value.value / static_cast<double>(models.size());
+    }
+  return sums;
+}
+
+/// The mean over the data, where all have the same classes.
+std::vector<ClassMatrix> meanOverData(const std::vector<ZoneTablesResults::Data>& data) {
+  if (data.size() < 2 ||
+      std::ranges::any_of(data, [&](const auto& one) { return one.matrixNames != data[0].matrixNames; }))
+    return {};
+  std::vector<ClassMatrix> means = data[0].matrices;
+  for (std::size_t k = 0; k < means.size(); ++k)
+    for (std::size_t i = 0; i < means[k].values.size(); ++i) {
+      double& sum = means[k].values[i] = 0;
+      for (const auto& one : data) sum += one.matrices[k].values[i] / static_cast<double>(data.size());
+    }
+  return means;
+}
+
+/// Fills in the matrices of classes: the mean over the models.
 void compareClasses(const std::vector<std::vector<Labeled>>& labeled, const ExperimentRun& run,
                     Progress& progress, ZoneTablesResults& results) {
   std::vector<std::string> shown;
@@ -280,8 +307,9 @@ void compareClasses(const std::vector<std::vector<Labeled>>& labeled, const Expe
   for (std::size_t d = 0; d < labeled.size(); ++d)
     for (std::size_t m = 0; m < results.models.size(); ++m)
       for (const std::string& distance : shown)
-        cells.push_back({{results.data[d].name, results.models[m], distance},
-                         sha256(fmt::format("classes {} {}", zoneTablesVersion, labeled[d][m].digest))});
+        cells.push_back(
+            {{results.data[d].name, results.models[m], distance},
+             sha256(fmt::format("classes and their means {} {}", zoneTablesVersion, labeled[d][m].digest))});
   const std::size_t perData = results.models.size() * shown.size();
   const auto found = grid.run(
       cells,
@@ -297,6 +325,8 @@ void compareClasses(const std::vector<std::vector<Labeled>>& labeled, const Expe
         for (std::size_t i = 0; i < distances.mean.size(); ++i)
           if (std::isfinite(distances.mean[i]))
             values.push_back({"mean", std::to_string(i), distances.mean[i]});
+        for (std::size_t i = 0; i < distances.ofMeans.size(); ++i)
+          values.push_back({"of_means", std::to_string(i), distances.ofMeans[i]});
         return values;
       },
       progress, "distances of classes");
@@ -305,16 +335,17 @@ void compareClasses(const std::vector<std::vector<Labeled>>& labeled, const Expe
     const auto names = matrixClasses(labeled[d][0]);
     const std::set<std::string> rows(names.begin(), names.end());
     data.matrixNames.assign(rows.begin(), rows.end());
+    const std::size_t size = rows.size() * rows.size();
     for (std::size_t s = 0; s < shown.size(); ++s) {
-      std::vector<double> sums(rows.size() * rows.size(), NAN);
+      std::vector<CellResults> models;
       for (std::size_t m = 0; m < results.models.size(); ++m)
-        for (const CellResult& value : found[d * perData + m * shown.size() + s]) {
-          double& sum = sums.at(std::stoul(value.at));
-          sum = (std::isnan(sum) ? 0 : sum) + value.value / static_cast<double>(results.models.size());
-        }
-      data.matrices.push_back({shown[s], std::move(sums)});
+        models.push_back(found[d * perData + m * shown.size() + s]);
+      if (!getDistance(shown[s]).standardized)
+        data.matrices.push_back({shown[s], true, meanMatrix(models, "of_means", size)});
+      data.matrices.push_back({shown[s], false, meanMatrix(models, "mean", size)});
     }
   }
+  results.matrices = meanOverData(results.data);
 }
 
 /// The data that is there.

@@ -240,13 +240,18 @@ class Tables {
   const ZoneTablesResults::Data& data_;
 };
 
-void addMatrices(const ZoneTablesResults::Data& data, Findings& findings) {
-  for (const ClassMatrix& matrix : data.matrices)
-    findings.sections.emplace_back(
-        HeatTable{fmt::format("{}: distances between {}, by {} (Fig. 5.4)", data.name,
-                              data.matrixNames == data.rooms ? "rooms" : "classes", matrix.distance),
-                  "The mean distance of an image of the one and an image of the other, mean over the models.",
-                  data.matrixNames, matrix.mean, 2});
+/// `rows`: what stands in the rows, "classes".
+void addMatrices(const std::string& title, const std::string& rows, const std::vector<std::string>& names,
+                 const std::vector<ClassMatrix>& matrices, Findings& findings) {
+  for (const ClassMatrix& matrix : matrices)
+    findings.sections.emplace_back(HeatTable{
+        matrix.ofMeans
+            ? fmt::format("{}: distances between mean descriptors of {}, by {} (Fig. 5.4)", title, rows,
+                          matrix.distance)
+            : fmt::format("{}: mean distances between images of {}, by {}", title, rows, matrix.distance),
+        matrix.ofMeans ? "Mean over the models."
+                       : "Of an image of the one and an image of the other; mean over the models.",
+        names, matrix.values, 2});
 }
 
 }  // namespace
@@ -332,8 +337,11 @@ Findings findingsOf(const ZoneTablesResults& results) {
     tables.addCounts(findings);
     tables.addWithin("default, automatic cut", ZoneTablesOptions::automatic, &Tables::usual, findings);
     tables.addWithin("Eq. 5.1, τ_d 0.5", thesisCut, &Tables::thesis, findings);
-    addMatrices(data, findings);
+    addMatrices(data.name, data.matrixNames == data.rooms ? "rooms" : "classes", data.matrixNames,
+                data.matrices, findings);
   }
+  if (!results.matrices.empty())
+    addMatrices("all data", "classes", results.data[0].matrixNames, results.matrices, findings);
   if (!results.thesisTables) return findings;
   findings.sections.emplace_back(
       readThesisTable(thesisZonesWithinCsv, 1)

@@ -41,11 +41,13 @@ struct ZoneCell {
   static ZoneCell fromResults(const CellResults& results);
 };
 
-/// The mean distance of an image of one class and an image of another (Fig. 5.4).
+/// How far classes lie apart: the distance of their mean descriptors (Fig. 5.4), or the mean distance of an
+/// image of the one and an image of the other.
 struct ClassMatrix {
   std::string distance;
+  bool ofMeans = false;
   /// Row-major; NaN where unknown.
-  std::vector<double> mean;
+  std::vector<double> values;
 };
 
 struct ZoneTablesResults {
@@ -62,6 +64,8 @@ struct ZoneTablesResults {
     std::vector<ClassMatrix> matrices;
   };
   std::vector<Data> data;
+  /// Mean over the data, too, where all have the same classes.
+  std::vector<ClassMatrix> matrices;
   std::vector<std::string> models, distances, linkages, cuts;
   /// cells[((data · models + m) · distances + d) · linkages + l]; absent where the two do not fit
   std::vector<std::optional<ZoneCell>> cells;
