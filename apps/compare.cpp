@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 struct CompareArguments {
   explicit CompareArguments(CLI::App& command) : declared(command) {}
-  std::string scores, output, column = "accuracy";
+  std::string scores, output, column = "accuracy", only, without;
   ComparisonOptions options;
   DeclaredOptions declared;
   bool overwrite = false, json = false;
@@ -74,12 +74,32 @@ void writeAll(const fs::path& folder, const Findings& findings) {
   spdlog::info("wrote comparison.md, .csv, .tex, .html and .svg into {}", folder.string());
 }
 
+/// The tests that are asked for, by their names.
+void chooseTests(MethodScores& scores, const CompareArguments& arguments) {
+  const auto has = [](const std::string& test, const std::string& text) {
+    return test.find(text) != std::string::npos;
+  };
+  MethodScores chosen{scores.methods, {}, {}};
+  for (std::size_t t = 0; t < scores.tests.size(); ++t) {
+    if (!has(scores.tests[t], arguments.only)) continue;
+    if (!arguments.without.empty() && has(scores.tests[t], arguments.without)) continue;
+    chosen.tests.push_back(scores.tests[t]);
+    chosen.values.push_back(std::move(scores.values[t]));
+  }
+  if (chosen.tests.empty())
+    throw Error(ErrorCode::insufficientData,
+                fmt::format("no test of {} is left by --only and --without; its first is \"{}\"",
+                            arguments.scores, scores.tests.front()));
+  scores = std::move(chosen);
+}
+
 void run(const CompareArguments& arguments) {
   if (!arguments.output.empty() && !arguments.overwrite &&
       fs::exists(fs::path(arguments.output) / "comparison.md"))
     throw Error(ErrorCode::fileExists,
                 fmt::format("{} holds a comparison; replace it with --overwrite", arguments.output));
   MethodScores scores = readScores(arguments.scores, arguments.column);
+  chooseTests(scores, arguments);
   const auto requireTwo = [&](const std::vector<std::string>& names, const char* what) {
     if (names.size() < 2)
       throw Error(ErrorCode::insufficientData,
@@ -121,10 +141,15 @@ void addCompareCommand(CLI::App& app) {
   arguments->declared.add(declare(arguments->options), {"post-hoc", "alpha", "control", "better"});
   command->add_option("--score", arguments->column, "The column of an experiment's scores that is compared")
       ->capture_default_str();
+  command->add_option("--only", arguments->only, "Only tests with this text in their names")
+      ->type_name("TEXT");
+  command->add_option("--without", arguments->without, "No tests with this text in their names")
+      ->type_name("TEXT");
   addJsonOption(*command, arguments->json);
   addExamples(*command,
               "  estancia compare accuracies.csv\n"
               "  estancia compare nyu/nyu-scores.csv -o nyu/comparison\n"
+              "  estancia compare vidrilo/results.csv --only sequence5 --without sequence5→sequence5\n"
               "  estancia compare errors.csv --better smaller --post-hoc nemenyi --json\n"
               "\n"
               "accuracies.csv:\n"

@@ -1,9 +1,10 @@
-// estancia label: images → words, kept in a file that the other commands take instead of the images.
-// SPDX-License-Identifier: Apache-2.0
+// estancia label: images → words, printed, or kept in a file that the other commands take instead of the
+// images. SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/label_words.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/figures/text.hpp"
 #include "estancia/sequences/descriptor_sequence.hpp"
@@ -13,6 +14,7 @@ namespace estancia::apps {
 namespace {
 
 using report::counted;
+using Json = nlohmann::ordered_json;
 
 struct LabelArguments {
   explicit LabelArguments(CLI::App& command) : declared(command) {}
@@ -20,10 +22,35 @@ struct LabelArguments {
   ModelArguments model;
   DeclaredOptions declared;
   std::string output;
+  std::size_t words = 10;
   bool overwrite = false, json = false;
 };
 
+/// The best words of each image (thesis Fig. 3.1), as they come.
+void printWords(const LabelArguments& arguments) {
+  Labeling labeling(arguments.sequence, arguments.model);
+  const bool one = labeling.sequence().size() == 1;
+  labeling.forEach(0, one ? "" : "labeling", [&](const LabeledFrame& frame) {
+    const std::string& name = labeling.sequence().frame(frame.index).name;
+    Json labels = Json::array();
+    std::string line = printable(name) + ":";
+    for (const std::size_t label : bestLabels(frame.descriptor, arguments.words)) {
+      const std::string& word = labeling.vocabulary()[label];
+      const double probability = frame.descriptor[label];
+      labels.push_back({{"label", word}, {"probability", probability}});
+      const std::string shown = printable(one ? word : shortLabel(word));
+      line += one ? fmt::format("\n  {:.3f}  {}", probability, shown)
+                  : fmt::format("{} {} {:.2f}", labels.size() > 1 ? "," : "", shown, probability);
+    }
+    if (arguments.json)
+      print(Json{{"image", name}, {"labels", labels}});
+    else
+      fmt::print("{}\n", line);
+  });
+}
+
 void run(const LabelArguments& arguments) {
+  if (arguments.output.empty()) return printWords(arguments);
   requireDescriptorFile(arguments.output);
   for (const auto& file : descriptorFilesOf(arguments.output))
     requireReplaceable(file, arguments.overwrite, nullptr, "label file");
@@ -68,12 +95,17 @@ void addLabelCommand(CLI::App& app) {
   auto arguments = std::make_shared<LabelArguments>(*command);
   arguments->sequence.addTo(arguments->declared);
   addOutputOption(*command, arguments->output,
-                  "NAME.labels (taken instead of the images by every command), or NAME.csv or NAME.npy")
-      ->required();
+                  "NAME.labels (taken instead of the images by every command), or NAME.csv or NAME.npy; "
+                  "without it the best words of each image are printed");
+  command->add_option("--words", arguments->words, "Print so many words of an image")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber)
+      ->excludes("--output");
   arguments->model.addTo(arguments->declared, "The model that labels the images");
   addOverwriteOption(*command, arguments->overwrite);
   addJsonOption(*command, arguments->json);
   addExamples(*command,
+              "  estancia label photo.jpg\n"
               "  estancia label ~/photos -o images.labels\n"
               "  estancia map images.labels -o home.estancia\n"
               "  estancia label images.labels -o images.csv");

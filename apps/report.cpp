@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <optional>
@@ -11,11 +12,14 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/core/progress.hpp"
+#include "estancia/findings/findings_page.hpp"
+#include "estancia/findings/label_findings.hpp"
 #include "estancia/map_file/store.hpp"
 #include "estancia/query/quality.hpp"
 #include "estancia/report/map_page.hpp"
 #include "estancia/report/zone_summary.hpp"
 #include "estancia/report/zones_page.hpp"
+#include "estancia/sequences/descriptor_sequence.hpp"
 #include "estancia/words/installed_words.hpp"
 #include "estancia/words/label_choice.hpp"
 #include "estancia/words/label_concepts.hpp"
@@ -128,15 +132,43 @@ void writeZones(const ReportArguments& arguments, const CLI::App& command) {
   writeZonesPage(arguments.output, page);
 }
 
+/// The labels of a sequence: how often there are which.
+void writeLabels(const ReportArguments& arguments) {
+  for (const auto& [name, given] : {std::pair("--label", !arguments.label.empty()),
+                                    {"--zones", !arguments.zones.empty()},
+                                    {"--floor-plan", !arguments.floorPlan.empty()},
+                                    {"--from", arguments.from.has_value()}})
+    if (given)
+      throw Error(ErrorCode::invalidOption,
+                  fmt::format("{} goes with a map; {} holds labels", name, arguments.file));
+  const DescriptorSequence labels = readDescriptors(arguments.file);
+  std::optional<MapStore> map;
+  ImageOfFrame image;
+  if (!arguments.map.empty()) {
+    map.emplace(MapStore::open(arguments.map, MapStore::Access::read));
+    image = [images = imagesOf(*map, labels.frames)](std::size_t frame) {
+      return std::ranges::binary_search(images.frames, frame) ? images.read(frame)
+                                                              : std::vector<unsigned char>();
+    };
+  }
+  Findings findings = labelFindings(labels, image);
+  if (!arguments.title.empty()) findings.title = arguments.title;
+  writeFindingsPage(arguments.output, findings);
+}
+
 void run(const ReportArguments& arguments, const CLI::App& command) {
   requireNoData(arguments.output, {arguments.file, arguments.map, arguments.zones, arguments.floorPlan},
                 pageStart);
   requireReplaceable(arguments.output, arguments.overwrite, nullptr, "page");
   const bool zones = isZoneFile(arguments.file);
-  zones ? writeZones(arguments, command) : writeMap(arguments, command);
+  const bool labels = isDescriptorFile(arguments.file);
+  labels ? writeLabels(arguments) : zones ? writeZones(arguments, command) : writeMap(arguments, command);
   if (arguments.json)
-    print(nlohmann::ordered_json{
-        {"file", arguments.output}, {"shows", zones ? "zones" : "map"}, {"title", titleOf(arguments)}});
+    print(nlohmann::ordered_json{{"file", arguments.output},
+                                 {"shows", labels  ? "labels"
+                                           : zones ? "zones"
+                                                   : "map"},
+                                 {"title", titleOf(arguments)}});
   else
     spdlog::info("wrote {}", arguments.output);
 }
@@ -144,10 +176,12 @@ void run(const ReportArguments& arguments, const CLI::App& command) {
 }  // namespace
 
 void addReportCommand(CLI::App& app) {
-  CLI::App* command =
-      app.add_subcommand("report", "Write a page that shows a map or zones: one HTML file, no network");
+  CLI::App* command = app.add_subcommand(
+      "report", "Write a page that shows a map, zones or labels: one HTML file, no network");
   auto arguments = std::make_shared<ReportArguments>(*command);
-  command->add_option("FILE", arguments->file, "The map file (*.estancia) or the file of zones (*.zones)")
+  command
+      ->add_option("FILE", arguments->file,
+                   "The map file (*.estancia), the file of zones (*.zones) or of labels (*.labels)")
       ->required();
   addOutputOption(*command, arguments->output, "The HTML file to write")->required();
   command->add_option("--title", arguments->title, "Title of the page; default: the file's name");
@@ -168,7 +202,9 @@ void addReportCommand(CLI::App& app) {
   command->add_option("--from", arguments->from,
                       "The place (a node number) where the ways to objects start; default: that of the first "
                       "frame");
-  command->add_option("--map", arguments->map, "Show zones with the images of this map of the same run")
+  command
+      ->add_option("--map", arguments->map,
+                   "Show zones or labels with the images of this map of the same run")
       ->check(CLI::ExistingFile);
   arguments->declared.add(declare(arguments->naming), {"words"});
   addOverwriteOption(*command, arguments->overwrite);
@@ -179,7 +215,8 @@ void addReportCommand(CLI::App& app) {
               "  estancia report home.estancia -o home.html --from 7\n"
               "  estancia report home.estancia -o home.html --floor-plan ~/drive\n"
               "  estancia report home.estancia -o home.html --zones home.zones\n"
-              "  estancia report home.zones -o zones.html --map home.estancia");
+              "  estancia report home.zones -o zones.html --map home.estancia\n"
+              "  estancia report home.labels -o labels.html --map home.estancia");
   command->callback([arguments, command] { run(*arguments, *command); });
 }
 

@@ -263,8 +263,11 @@ void addZonesCommand(CLI::App& app) {
                           {"distance", "linkage", "cut", "count", "naming.words"});
   arguments->declared.add(declare(arguments->streaming));
   arguments->declared.addPreset(
-      {{"thesis", "the choices of Rangel's thesis (ks, average linkage, cut 0.5)"}},
-      [&options = arguments->options](const std::string&) { options = ZoneOptions::thesis(); });
+      {{"thesis", "the choices of Rangel's thesis (one network, ks, average linkage, cut 0.5)"}},
+      [&options = arguments->options, &model = arguments->model](const std::string&) {
+        options = ZoneOptions::thesis();
+        model.byDefault = defaultModel;
+      });
   addJsonOption(*command, arguments->json);
   addExamples(*command,
               "  estancia zones find ~/photos -o home.zones\n"

@@ -2,10 +2,13 @@
 #include "estancia/check/check.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <map>
 
 #include "estancia/check/checklist.hpp"
+#include "estancia/core/printable.hpp"
 
 namespace estancia {
 namespace check {
@@ -37,6 +40,26 @@ std::vector<std::size_t> evenly(std::size_t size, std::size_t count) {
   return indices;
 }
 
+namespace {
+
+/// The images of each room (thesis Fig. 1.3).
+void countRooms(const Sequence& sequence, Checklist& list) {
+  std::map<std::string, std::size_t> images;
+  for (std::size_t i = 0; i < sequence.size(); ++i) ++images[sequence.frame(i).room];
+  const std::size_t unknown = images.contains("") ? images.at("") : 0;
+  images.erase("");
+  if (images.empty()) return;
+  const std::size_t shown = std::min<std::size_t>(images.size(), 30);
+  std::vector<std::string> rooms;
+  for (const auto& [room, count] : images)
+    if (rooms.size() < shown) rooms.push_back(fmt::format("{} {}", printable(room), count));
+  if (images.size() > shown) rooms.push_back(fmt::format("{} more", images.size() - shown));
+  list.fine("rooms", "The rooms of images are known",
+            fmt::format("{}; of {} images{}", fmt::join(rooms, ", "), sequence.size(),
+                        unknown > 0 ? fmt::format(", {} without", unknown) : ""));
+}
+
+}  // namespace
 }  // namespace check
 
 std::size_t CheckReport::count(Severity severity) const {
@@ -59,6 +82,7 @@ CheckReport checkSequence(const Sequence& sequence, const CheckOptions& options,
   check::checkTimes(sequence, list);
   check::checkTrajectory(sequence, list);
   check::checkGeometry(sequence, facts, progress, list);
+  check::countRooms(sequence, list);
   return {list.take(), sequence.size()};
 }
 

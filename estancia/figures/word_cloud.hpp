@@ -1,4 +1,4 @@
-// Word cloud, and bars of words: the most probable words of a place or a zone (thesis Fig. 4.6).
+// Word cloud, and bars of words: the most probable words of a place or a zone (thesis Fig. 4.9).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -44,7 +44,7 @@ std::string summaryOf(const MethodComparison& comparison) {
   const auto& best = comparison.rows.front();
   if (!comparison.differ)
     return fmt::format(
-        "No difference is found between {} methods in {} tests (Friedman, {}); {} has the best mean "
+        "No difference is found between {} methods in {} tests (Iman–Davenport, {}); {} has the best mean "
         "rank, {:.2f}.",
         methods, tests, pText(friedman.fP), nameOf(comparison, best.method), best.meanRank);
   std::vector<std::string> equals, others;
@@ -52,8 +52,8 @@ std::string summaryOf(const MethodComparison& comparison) {
     if (row.method != comparison.control)
       (row.rejected ? others : equals).push_back(nameOf(comparison, row.method));
   const std::string control = controlName(comparison);
-  std::string text =
-      fmt::format("{} methods differ over {} tests (Friedman, {}). ", methods, tests, pText(friedman.fP));
+  std::string text = fmt::format("{} methods differ over {} tests (Iman–Davenport, {}). ", methods, tests,
+                                 pText(friedman.fP));
   const bool isBest = best.method == comparison.control;
   text += isBest ? fmt::format("{} is the best (mean rank {:.2f})", control, best.meanRank)
                  : fmt::format("{} has the best mean rank, {:.2f}. {}", nameOf(comparison, best.method),

@@ -33,8 +33,9 @@ bool isImageFolder(const fs::path& path) {
 }
 
 static Opened openImageFolder(const fs::path& path, const SequenceOptions&) {
-  const auto files = filesIn(path, imageSuffixes());
-  const std::string others = otherImages(path);
+  const bool single = isImageFile(path);
+  const auto files = single ? std::vector{path} : filesIn(path, imageSuffixes());
+  const std::string others = single ? "" : otherImages(path);
   if (files.empty())
     fail(ErrorCode::insufficientData, "{}: no images in this folder ({}){}", printable(path), readFormats,
          others.empty() ? "" : "; " + others);
@@ -46,8 +47,9 @@ static Opened openImageFolder(const fs::path& path, const SequenceOptions&) {
   return sequence;
 }
 
-const SequenceFormat imageFolderFormat{"folder", "a folder of images, in natural order of their names",
-                                       isImageFolder, openImageFolder};
+const SequenceFormat imageFolderFormat{
+    "folder", "a folder of images, in natural order of their names, or a single image",
+    [](const fs::path& path) { return isImageFolder(path) || isImageFile(path); }, openImageFolder};
 
 }  // namespace estancia::io
 

@@ -244,7 +244,7 @@ std::unique_ptr<Sequence> openSequence(const fs::path& path, const SequenceOptio
   requireUniqueNames(*sequence);
   warnOfOddTimes(*sequence);
   warnOfSimilarRooms(*sequence);
-  if (sequence->size() == 1) sequence->warn("there is only one image");
+  if (sequence->size() == 1 && !isImageFile(path)) sequence->warn("there is only one image");
   return io::selectFrames(std::move(sequence), options);
 }
 

@@ -8,6 +8,7 @@
 #include "estancia/core/digest.hpp"
 #include "estancia/files/image_decoding.hpp"
 #include "estancia/readers/formats.hpp"
+#include "estancia/readers/open_sequence.hpp"
 #include "estancia/readers/video_decoder.hpp"
 
 namespace estancia::io {
@@ -111,14 +112,13 @@ class Video final : public ListedSequence {
 }  // namespace
 
 static Opened openVideo(const fs::path& path, const SequenceOptions&) {
-  if (hasSuffix(path, imageSuffixes()))
-    fail(ErrorCode::unsupportedFile, "{}: a single image; open its folder", printable(path));
   if (isTextFile(path))  // FFmpeg would render it as a terminal screen
     fail(ErrorCode::unsupportedFile, "{}: a text file, not a video", printable(path));
   return std::make_unique<Video>(path);
 }
 
-const SequenceFormat videoFormat{"video", "a video file that OpenCV reads",
-                                 [](const fs::path& path) { return fs::is_regular_file(path); }, openVideo};
+const SequenceFormat videoFormat{
+    "video", "a video file that OpenCV reads",
+    [](const fs::path& path) { return fs::is_regular_file(path) && !isImageFile(path); }, openVideo};
 
 }  // namespace estancia::io

@@ -13,7 +13,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numbers>
 #include <set>
 #include <unordered_map>
 
@@ -95,6 +97,8 @@ struct Columns {
   /// Absent: lines have the order of the images.
   std::optional<std::size_t> frame;
   std::size_t room = 0;
+  /// x [m], y [m] and theta of the robot.
+  std::optional<std::array<std::size_t, 3>> pose = {};
 };
 
 /// The columns of a header, if `cells` is one.
@@ -111,6 +115,13 @@ std::optional<Columns> readHeader(const std::vector<std::string>& cells) {
     }
     if (!columns.frame && frames.contains(cell)) columns.frame = c;
   }
+  constexpr std::array<std::string_view, 3> names{"x", "y", "theta"};
+  std::array<std::size_t, 3> pose{};
+  for (std::size_t i = 0; i < 3; ++i)
+    pose[i] = static_cast<std::size_t>(
+        std::ranges::find(cells, names[i], [](const std::string& cell) { return lowerCase(cell); }) -
+        cells.begin());
+  if (std::ranges::max(pose) < cells.size()) columns.pose = pose;
   return found ? std::optional(columns) : std::nullopt;
 }
 
@@ -134,11 +145,32 @@ Columns guessColumns(const std::vector<std::vector<std::string>>& rows,
   for (const auto& row : rows)
     if (const auto value = toNumber(row[columns.room]); value && *value != std::floor(*value))
       throw Error(ErrorCode::malformedFile, "ambiguous columns; write a header with `room`");
+  // index x y theta category, as the thesis author's programs have it
+  if (columns.frame && columns.room == 4 && rows[0].size() == 5) columns.pose = {1, 2, 3};
   return columns;
 }
 
-/// Sets the rooms from a table: one line per frame, in the order of the images, or with the image's number or
-/// file. Other columns (objects, positions) are ignored. Throws Error when the table does not fit.
+/// The robot's pose in a line of the table; none where a value is no number.
+std::optional<Pose> poseIn(const std::vector<std::string>& row, const Columns& columns, bool degrees) {
+  std::array<double, 3> values{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto value = toNumber(row[(*columns.pose)[i]]);
+    if (!value) return std::nullopt;
+    values[i] = *value;
+  }
+  return Pose::planar(values[0], values[1], degrees ? values[2] * std::numbers::pi / 180 : values[2]);
+}
+
+/// Whether angles are degrees: one is beyond a turn in radians.
+bool hasDegrees(const std::vector<std::vector<std::string>>& rows, const Columns& columns) {
+  return columns.pose && std::ranges::any_of(rows, [&](const std::vector<std::string>& row) {
+           return std::abs(toNumber(row[(*columns.pose)[2]]).value_or(0)) > 2 * std::numbers::pi;
+         });
+}
+
+/// Sets the rooms, and the poses if there are some, from a table: one line per frame, in the order of the
+/// images, or with the image's number or file. A title above it and other columns (objects) are ignored.
+/// Throws Error when the table does not fit.
 void readAnnotations(const fs::path& file, ImageFiles& sequence) {
   std::unordered_map<std::string, std::size_t> frames;
   for (std::size_t i = 0; i < sequence.size(); ++i) frames.emplace(numberInName(sequence.frame(i).name), i);
@@ -150,6 +182,7 @@ void readAnnotations(const fs::path& file, ImageFiles& sequence) {
     if (cells.empty() || cells[0].starts_with('#')) continue;
     if (rows.empty() && !header)
       if ((header = readHeader(cells))) continue;
+    if (rows.size() == 1 && !header && cells.size() > rows.front().size()) rows.clear();  // a title
     if (!rows.empty() && cells.size() != rows.front().size())
       fail(ErrorCode::malformedFile, "line {} has {} values instead of {}", i + 1, cells.size(),
            rows.front().size());
@@ -157,14 +190,18 @@ void readAnnotations(const fs::path& file, ImageFiles& sequence) {
   }
   if (rows.empty()) throw Error(ErrorCode::insufficientData, "empty");
   const Columns columns = header ? *header : guessColumns(rows, frames);
-  if (std::max(columns.room, columns.frame.value_or(0)) >= rows.front().size())
+  if (std::max({columns.room, columns.frame.value_or(0),
+                columns.pose ? std::ranges::max(*columns.pose) : 0}) >= rows.front().size())
     throw Error(ErrorCode::malformedFile, "the lines have fewer values than the header");
   if (!columns.frame && rows.size() != sequence.size())
     fail(ErrorCode::mismatch, "{} lines for {} images", rows.size(), sequence.size());
+  const bool degrees = hasDegrees(rows, columns);
   for (std::size_t k = 0; k < rows.size(); ++k) {
     const auto frame = columns.frame ? frames.find(numberInName(rows[k][*columns.frame])) : frames.end();
     if (columns.frame && frame == frames.end()) continue;  // an image that was left out
-    sequence.frames()[columns.frame ? frame->second : k].room = printable(rows[k][columns.room]);
+    Frame& found = sequence.frames()[columns.frame ? frame->second : k];
+    found.room = printable(rows[k][columns.room]);
+    if (columns.pose) found.pose = poseIn(rows[k], columns, degrees);
   }
 }
 

@@ -76,6 +76,11 @@ TEST_F(CompareCommand, TakesTheResultsOfAnExperiment) {
   EXPECT_FALSE(equal["friedman"]["undefined"].get<std::string>().empty());
 }
 
+TEST_F(CompareCommand, TakesSomeOfTheTests) {
+  EXPECT_EQ(jsonOf({wide_, "--only", "→1", "--without", "→11"})["tests"], json({"A→1", "A→10"}));
+  refuses({wide_, "--only", "B→"}, ErrorCode::insufficientData);
+}
+
 TEST_F(CompareCommand, WritesTablesPageAndDiagram) {
   const fs::path out = scratch_ / "some" / "where";
   const auto result = run({"compare", wide_, "--post-hoc", "shaffer", "-o", out.string()});

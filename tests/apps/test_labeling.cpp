@@ -48,6 +48,21 @@ class Labeling : public testing::Test {
   const std::string images_ = scratch_ / "images";
 };
 
+TEST_F(Labeling, PrintsTheBestWordsOfAnImage) {
+  const std::string image = fs::path(images_) / "frame10.png";
+  const auto text = run({"label", image, "--model", model_, "--words", "2"});
+  EXPECT_EQ(text.exitCode, 0) << text.err;
+  EXPECT_EQ(std::ranges::count(text.out, '\n'), 3) << text.out;
+  EXPECT_TRUE(text.out.starts_with("frame10.png:\n  0.")) << text.out;
+  const auto shown = json::parse(run({"label", image, "--model", model_, "--json"}).out);
+  EXPECT_EQ(shown["image"], "frame10.png");
+  EXPECT_GE(shown["labels"][0]["probability"], shown["labels"][1]["probability"]);
+  const auto all = run({"label", images_, "--model", model_, "--words", "1"});
+  EXPECT_EQ(std::ranges::count(all.out, '\n'), 24) << "a line an image";
+  EXPECT_THAT(run({"label", image, "--words", "2", "-o", scratch_ / "a.labels"}),
+              FailsWith(ErrorCode::invalidOption));
+}
+
 TEST_F(Labeling, ASecondRunLabelsNothing) {
   EXPECT_EQ(label(images_, scratch_ / "a.labels")["remembered"], 0);
   EXPECT_EQ(label(images_, scratch_ / "b.labels")["remembered"], 24);

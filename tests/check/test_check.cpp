@@ -343,6 +343,9 @@ TEST(Check, RaisesNoFalseAlarmOnOtherRealData) {
   EXPECT_THAT(faults(checked(*openSequence(*corridor / "ref"))), IsEmpty());
   const CheckReport rgbd = checked(*openSequence(*nyu));
   EXPECT_THAT(faults(rgbd), ElementsAre("depth-coarse")) << "it is: 3.9 cm a step";
+  const auto rooms = std::ranges::find(rgbd.items, "rooms", &CheckItem::name);
+  ASSERT_NE(rooms, rgbd.items.end());
+  EXPECT_NE(rooms->evidence.find("kitchen "), std::string::npos);
   EXPECT_EQ(rgbd.count(Severity::problem), 0U);
 }
 

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "estancia/files/csv.hpp"
 #include "estancia/files/files.hpp"
@@ -336,6 +337,22 @@ TEST_F(Vidrilo, ReadsAnnotationsInSeveralForms) {
   EXPECT_THAT(rooms(), ElementsAre("Corridor", "Toilet", "")) << "by a header";
   annotate("image,room\nsequence1visual1.png,Warehouse\n", "rooms.csv");
   EXPECT_THAT(rooms(), ElementsAre("Warehouse", "Toilet", "")) << "rooms.csv has the last word";
+}
+
+TEST_F(Vidrilo, ReadsPosesOfTheThesisAuthorsTables) {
+  asPublished();
+  annotate("Sequence 1\n10 2.5 -1 3.1 Toilet\n1 0.5 1 -0.25 Corridor\n", "Sequence1.txt");
+  EXPECT_THAT(rooms(), ElementsAre("Corridor", "", "Toilet")) << "below a title: index x y theta category";
+  auto sequence = open();
+  ASSERT_TRUE(sequence->frame(0).pose);
+  EXPECT_EQ(sequence->frame(0).pose->y, 1);
+  EXPECT_NEAR(sequence->frame(0).pose->qz, Pose::planar(0.5, 1, -0.25).qz, 1e-12);
+  EXPECT_FALSE(sequence->frame(1).pose);
+  EXPECT_THAT(sequence->warnings(), IsEmpty());
+  annotate("index,category,theta,y,x\n2,Hall,90,4,3\n", "Sequence1.txt");
+  sequence = open();
+  EXPECT_EQ(sequence->frame(1).pose->x, 3);
+  EXPECT_NEAR(sequence->frame(1).pose->qz, Pose::planar(3, 4, std::numbers::pi / 2).qz, 1e-12) << "degrees";
 }
 
 TEST_F(Vidrilo, TablesThatDoNotFitAreLeftOutWithAWarning) {
