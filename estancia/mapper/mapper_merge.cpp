@@ -84,6 +84,7 @@ void MapperMerge::take(const Mapper::Impl& map, const Renumbering& now) {
     const int kept = placeOf(node.id);
     if (const auto known = slots_.find(kept); known == slots_.end()) {
       node.id = kept;
+      for (NodeBorder::Image& image : node.border.images) image.frame = now.frame(image.frame);
       slots_[kept] = to.bank.add(std::move(node));
     } else {
       to.bank.update(known->second, [&node](NodeMemory& place) { place.mergeOfOtherDrives(node); });

@@ -51,8 +51,9 @@ Moments readMoments(ByteReader& in, std::size_t labels, bool spread) {
   return Moments::fromBytes(in.raw(Moments::byteCount(labels, spread)), labels, spread);
 }
 
+/// `maxBorder`: images that a node can keep.
 NodeMemory readNode(const NodeBank& bank, int id, const std::string& bytes, std::size_t labels, bool spread,
-                    std::size_t frames) {
+                    std::size_t frames, std::size_t maxBorder) {
   ByteReader in = readerOf(bytes);
   NodeMemory node = bank.makeNode(id);
   node.frames = in.number<std::uint64_t>();
@@ -67,14 +68,26 @@ NodeMemory readNode(const NodeBank& bank, int id, const std::string& bytes, std:
     for (; count > 0; --count) node.modes.push_back(readMoments(in, labels, false));
     if (hasOwn) node.own = readMoments(in, labels, false);
   }
-  if (in.remaining() > 0)
-    for (std::size_t count = in.count(sizeof(std::uint64_t)); count > 0; --count) {
+  if (in.remaining() > 0) {
+    std::size_t count = in.count(sizeof(std::uint64_t));
+    if (count > maxBorder) in.fail("a node has too many images at its ends", ErrorCode::corruptFile);
+    for (; count > 0; --count) {
       const auto frame = in.number<std::uint64_t>();
       if (frame >= frames) in.fail("a node has an image that the map does not have", ErrorCode::corruptFile);
       node.border.images.push_back({frame, {}, {}});
     }
+  }
   requireEnd(in);
   return node;
+}
+
+/// Fills in the descriptors of images that a state has by their numbers.
+void describe(NodeBorder& border, const Mapper::Impl& mapper,
+              const std::function<LexicalDescriptor(std::size_t)>& descriptor) {
+  for (NodeBorder::Image& image : border.images) {
+    Mapper::Impl::FrameDescriptor seen = mapper.embeddedFrame(descriptor(image.frame));
+    image = {image.frame, std::move(seen.probabilities), std::move(seen.embedded)};
+  }
 }
 
 /// Absorbed node → absorbing node; the chains have no cycle.
@@ -241,11 +254,9 @@ Mapper Mapper::Impl::restore(const DescriptorLayout& layout, const MapperOptions
 
   impl->bank.setStandardization(std::move(standardization));
   for (const auto& [id, bytes] : saved.nodes) {
-    NodeMemory node = readNode(impl->bank, id, bytes, labels, impl->distance.sigmaWeighted, frames);
-    for (NodeBorder::Image& image : node.border.images) {
-      FrameDescriptor seen = impl->embeddedFrame(saved.descriptor(image.frame));
-      image = {image.frame, std::move(seen.probabilities), std::move(seen.embedded)};
-    }
+    NodeMemory node = readNode(impl->bank, id, bytes, labels, impl->distance.sigmaWeighted, frames,
+                               2 * options.transitionImages);
+    describe(node.border, *impl, saved.descriptor);
     impl->bank.add(std::move(node));
   }
   for (const Transition& transition : saved.transitions) {

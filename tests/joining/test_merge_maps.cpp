@@ -16,6 +16,7 @@
 #include "estancia/core/pose.hpp"
 #include "estancia/map_file/sqlite.hpp"
 #include "estancia/map_file/store.hpp"
+#include "estancia/mapper/mapper_impl.hpp"
 #include "estancia/query/drives.hpp"
 #include "estancia/query/explain.hpp"
 #include "estancia/session/session.hpp"
@@ -62,7 +63,7 @@ class MergedDrives : public testing::Test {
              const cv::Affine3d& frame) {
     const fs::path file = folder_ / map;
     MappingSession session = fs::exists(file) ? MappingSession::resume(file, words(), "test")
-                                              : MappingSession::create(file, words(), "test", {});
+                                              : MappingSession::create(file, words(), "test", options_);
     session.beginDrive({map + " " + std::to_string(begin)});
     for (std::size_t i = begin; i < begin + seen.size(); ++i) {
       Frame known;
@@ -86,6 +87,7 @@ class MergedDrives : public testing::Test {
 
   ScratchFolder folder_;
   bool hasPoses_ = true;
+  MapperOptions options_;
   test::SyntheticPlaces places_{24, 60, 0.6};
 };
 
@@ -130,6 +132,23 @@ std::vector<std::string> namesOf(const std::vector<Drive>& drives) {
   std::vector<std::string> names;
   for (const Drive& drive : drives) names.push_back(drive.name);
   return names;
+}
+
+TEST_F(MergedDrives, KeepTheEndsOfPlacesByTheirOwnImages) {
+  options_.transitionImages = 3;
+  drive("a", 0, 120);
+  drive("c", 0, 60, 12, otherFrame);
+  merge({"a", "c"}, "all");
+  const MapStore store = MapStore::open(folder_ / "all", MapStore::Access::read);
+  const Mapper mapper = restoreMapper(store);
+  const TopologicalMap map = read("all");
+  std::size_t images = 0;
+  for (std::size_t slot = 0; slot < mapper.impl().bank.size(); ++slot)
+    for (const NodeBorder::Image& image : mapper.impl().bank[slot].border.images) {
+      EXPECT_EQ(map.frames.at(image.frame).node, mapper.impl().bank[slot].id);
+      images += image.frame >= 120 ? 1 : 0;
+    }
+  EXPECT_GT(images, 0U) << "of the second drive, too";
 }
 
 TEST_F(MergedDrives, WaitForAMapThatTheyShareAPlaceWith) {

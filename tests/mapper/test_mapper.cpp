@@ -182,6 +182,33 @@ TEST(Mapper, TheFirstAndLastImagesOfANodeWeighLess) {
   EXPECT_DOUBLE_EQ(mapper.impl().bank[1].probabilities.weight(), 5);
 }
 
+TEST(Mapper, StatesWithOtherImagesAtTheEndsOfANodeAreRefused) {
+  test::SyntheticPlaces places(1, 30, 0.05);
+  const Images images = places.drive({0}, 6);
+  MapperOptions options = fixed("hellinger", 0.5, 0.4);
+  options.transitionImages = 2;
+  Mapper mapper(30, options);
+  mapped(mapper, images);
+  const std::string node = mapper.impl().nodeState(0);
+  constexpr std::size_t border = 3 * sizeof(std::uint64_t);  // their number, and two
+  const auto restore = [&](const std::vector<std::uint64_t>& numbers) {
+    const std::string state =
+        node.substr(0, node.size() - border) +
+        std::string(reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(std::uint64_t));
+    Mapper::Impl::restore(30, options,
+                          {mapper.impl().prior,
+                           mapper.impl().state(),
+                           {{0, state}},
+                           mapper.impl().views.state(),
+                           {},
+                           [&](std::size_t i) { return images.at(i); },
+                           [](std::size_t) { return std::nullopt; }});
+  };
+  EXPECT_NO_THROW(restore({2, 4, 5}));
+  EXPECT_THAT([&] { restore({5, 1, 2, 3, 4, 5}); }, test::FailsWith(ErrorCode::corruptFile)) << "at most 2k";
+  EXPECT_THAT([&] { restore({2, 4, 6}); }, test::FailsWith(ErrorCode::corruptFile)) << "there is no image 6";
+}
+
 TEST(Mapper, FindsItsThresholdsByItself) {
   for (const std::size_t stay : {6U, 12U, 40U}) {  // frame rates differ, the map must not
     test::SyntheticPlaces places(8, 200, 0.7);
