@@ -155,6 +155,9 @@ void run(const EvaluateArguments& arguments) {
       (arguments.truth.empty() || !given.path.empty() || isZoneFile(arguments.localization.map)))
     throw Error(ErrorCode::invalidOption,
                 "--classes are of the things in a map; give the map and --truth, the folder of its drive");
+  if (arguments.originalExtent && (!given.path.empty() || isZoneFile(arguments.localization.map)))
+    throw Error(ErrorCode::invalidOption,
+                "--original-extent is of the score of a map; give a map alone, or leave it out");
   const bool localized = !arguments.sequence.path.empty();
   const Evaluation evaluation = evaluationOf(arguments);
   if (arguments.json) {

@@ -152,7 +152,7 @@ void writeLabels(const ReportArguments& arguments) {
     };
   }
   Findings findings = labelFindings(labels, image);
-  if (!arguments.title.empty()) findings.title = arguments.title;
+  findings.title = titleOf(arguments);
   writeFindingsPage(arguments.output, findings);
 }
 

@@ -93,6 +93,7 @@ Findings labelFindings(const DescriptorSequence& sequence, const ImageOfFrame& i
   findings.summary = fmt::format("{} of {} labels occur; the {} most frequent are half of all.",
                                  counts.size(), sequence.vocabulary.size(), half);
   findings.facts = {{"Model", sequence.model},
+                    {"Images", fmt::format("{}", images)},
                     {"Labels of an image", fmt::format("its {} most probable", options.labelsPerImage)}};
 
   WordClouds clouds{"Labels", "The more images have a label, the larger it is.", {{"all images", {}}}};

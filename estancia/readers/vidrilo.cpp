@@ -176,13 +176,17 @@ void readAnnotations(const fs::path& file, ImageFiles& sequence) {
   for (std::size_t i = 0; i < sequence.size(); ++i) frames.emplace(numberInName(sequence.frame(i).name), i);
   std::vector<std::vector<std::string>> rows;
   std::optional<Columns> header;
+  bool hasTitle = false;
   const auto lines = readLines(file);
   for (std::size_t i = 0; i < lines.size(); ++i) {
     auto cells = cellsOf(lines[i]);
     if (cells.empty() || cells[0].starts_with('#')) continue;
     if (rows.empty() && !header)
       if ((header = readHeader(cells))) continue;
-    if (rows.size() == 1 && !header && cells.size() > rows.front().size()) rows.clear();  // a title
+    if (rows.size() == 1 && !header && !hasTitle && cells.size() > rows.front().size()) {
+      hasTitle = true;
+      rows.clear();
+    }
     if (!rows.empty() && cells.size() != rows.front().size())
       fail(ErrorCode::malformedFile, "line {} has {} values instead of {}", i + 1, cells.size(),
            rows.front().size());

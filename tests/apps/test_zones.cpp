@@ -150,6 +150,7 @@ TEST_F(ZonesCommand, AreShownByThemselvesAndOverAMap) {
   EXPECT_NE(readFile(page).find("In zone 0, "), std::string::npos);
   expectError({"report", map_, "-o", scratch_ / "no.html", "--zones", map_}, ErrorCode::unsupportedFile);
   expectError({"report", file_, "-o", scratch_ / "no.html", "--label", "bed"}, ErrorCode::invalidOption);
+  expectError({"evaluate", file_, "--original-extent", "30"}, ErrorCode::invalidOption);
 }
 
 TEST_F(ZonesCommand, ReplacesZonesOnlyAndOnlyWhenTold) {

@@ -359,7 +359,7 @@ TEST_F(Vidrilo, TablesThatDoNotFitAreLeftOutWithAWarning) {
   asPublished();
   for (const char* table :
        {"Corridor 0\nToilet\nHall 1\n", "a.png\nb.png\nc.png\n", "0.5 1.5\n0.6 2.5\n0.7 1\n", "",
-        "image,room\nsequence1visual1.png\n", "Corridor\nHall\n"}) {
+        "image,room\nsequence1visual1.png\n", "Corridor\nHall\n", "one\ntwo 2\nthree 3 3\n"}) {
     annotate(table);
     EXPECT_THAT(rooms(), ElementsAre("", "", "")) << table;
     EXPECT_EQ(open()->warnings().size(), 1U) << table;
