@@ -152,18 +152,18 @@ std::set<std::string> testedIn(const ObjectTask& task, std::size_t split) {
   return objects;
 }
 
-/// The split that the method is worst in; of the drawn ones, if some were.
-std::size_t worstSplit(const Results& results, std::size_t method) {
-  std::size_t worst = firstDrawn(*results.task);
-  for (std::size_t s = worst; s < results.task->splits.size(); ++s)
-    if (results.accuracy(method, 0, s) < results.accuracy(method, 0, worst)) worst = s;
-  return worst;
+/// The splits, those where the method is worst first; the drawn ones alone, if some were.
+std::vector<std::size_t> worstSplits(const Results& results, std::size_t method) {
+  const std::size_t first = firstDrawn(*results.task);
+  std::vector<std::size_t> splits(results.task->splits.size() - first);
+  std::iota(splits.begin(), splits.end(), first);
+  std::ranges::stable_sort(splits, {}, [&](std::size_t s) { return results.accuracy(method, 0, s); });
+  return splits;
 }
 
 /// Which objects each split tests (Table 6.7), and those that the worst splits have in common (Table 6.8).
 void addTested(const Results& results, Findings& findings) {
   const ObjectTask& task = *results.task;
-  const std::size_t first = firstDrawn(task);
   if (task.data->split != ObjectSplitsOptions::Split::instances || task.splits.size() < 2) return;
   std::set<std::string> all;
   std::vector<std::set<std::string>> tested;
@@ -186,9 +186,7 @@ void addTested(const Results& results, Findings& findings) {
   }));
 
   const std::size_t method = bestMethod(results);
-  std::vector<std::size_t> order(task.splits.size() - first);
-  std::iota(order.begin(), order.end(), first);
-  std::ranges::stable_sort(order, {}, [&](std::size_t s) { return results.accuracy(method, 0, s); });
+  std::vector<std::size_t> order = worstSplits(results, method);
   order.resize(std::min<std::size_t>(order.size(), 5));
   std::vector<std::string> common;
   for (const std::string& object : objects)
@@ -375,8 +373,8 @@ Images examples(const Results& results, std::size_t splitIndex, std::size_t meth
 
 void addExamples(const Results& results, Findings& findings) {
   if (results.labeled.empty() || !results.task->data->machineNames) return;
-  const std::size_t method = bestMethod(results), worst = worstSplit(results, method);
-  for (const std::size_t split : worst == 0 ? std::set<std::size_t>{0} : std::set<std::size_t>{0, worst})
+  const std::size_t method = bestMethod(results);
+  for (const std::size_t split : std::set{std::size_t{0}, worstSplits(results, method).front()})
     for (const bool success : {true, false})
       if (Images images = examples(results, split, method, success); !images.images.empty())
         findings.sections.emplace_back(std::move(images));
