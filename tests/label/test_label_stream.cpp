@@ -242,54 +242,5 @@ TEST(LabelStream, MayBeDroppedAtAnyTime) {
   }
 }
 
-TEST(LabelStream, ReportsUnreadableFramesAndGoesOn) {
-  const StreamFrames frames(4, {0, 2, 3});
-  PixelLabeler labeler;
-  LabelStream stream(frames, labeler);
-  std::vector<std::string> problems;
-  while (const auto frame = stream.next()) {
-    EXPECT_EQ(frame->descriptor.empty(), !frame->labeled());
-    problems.push_back(frame->problem);
-  }
-  EXPECT_THAT(problems, testing::ElementsAre("frame 0 is torn", "", "frame 2 is torn", "frame 3 is torn"));
-}
-
-TEST(LabelStream, StopsAtAnUnreadableFrameWhenStrict) {
-  const StreamFrames frames(4, {2});
-  PixelLabeler labeler;
-  LabelStream stream(frames, labeler, {.strict = true});
-  EXPECT_TRUE(stream.next());
-  EXPECT_TRUE(stream.next()) << "the frames before it count";
-  EXPECT_THAT([&] { stream.next(); }, FailsWith(ErrorCode::fileUnreadable));
-  EXPECT_FALSE(stream.next());
-}
-
-TEST(LabelStream, PassesOnWhatInferenceThrows) {
-  const StreamFrames frames(100);
-  PixelLabeler labeler;
-  labeler.beforeInfer = [](int value) {
-    if (value == 1) throw Error(ErrorCode::labelerFailure, "the network gives nan");
-  };
-  LabelStream stream(frames, labeler);
-  EXPECT_TRUE(stream.next());
-  EXPECT_THAT([&] { stream.next(); }, FailsWith(ErrorCode::labelerFailure));
-  EXPECT_FALSE(stream.next());
-}
-
-TEST(LabelStream, SoItIsWhenTheFrameIsPreparedOrInferred) {
-  const StreamFrames frames(4);
-  PixelLabeler labeler;
-  labeler.beforePrepare = [](int value) {
-    if (value == 1) throw std::out_of_range("prepared");
-  };
-  labeler.beforeInfer = [](int value) {
-    if (value == 2) throw std::out_of_range("inferred");
-  };
-  const auto problems = problemsOf(frames, labeler);
-  EXPECT_THAT(framesOf(problems), ElementsAre("", "1.png", "2.png", ""));
-  EXPECT_NE(problems[1].find("prepared"), std::string::npos);
-  EXPECT_NE(problems[2].find("inferred"), std::string::npos);
-}
-
 }  // namespace
 }  // namespace estancia

@@ -125,8 +125,10 @@ TEST(ReadWordNet, RefusesDamagedFiles) {
            {"index.verb", "wash v 1", "wash v one"},
            {"noun.exc", "mice mouse", "mice"},
            {"cntlist.rev", "dog%1:05:00:: 1 42", "dog%1:05:00:: 1"},
-           {"cntlist.rev", "dog%1:05:00:: 1 42", "dog%1:05:00:: 1 many"}})
-    EXPECT_THAT([&] { readTexts(with(file, from, to)); }, FailsWith(ErrorCode::malformedFile)) << to;
+           {"cntlist.rev", "dog%1:05:00:: 1 42", "dog%1:05:00:: 1 many"}}) {
+    const auto texts = with(file, from, to);
+    EXPECT_THAT([&] { readTexts(texts); }, FailsWith(ErrorCode::malformedFile)) << to;
+  }
 }
 
 TEST(FindWordNet, FollowsTheVariable) {

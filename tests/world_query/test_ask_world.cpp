@@ -169,7 +169,7 @@ TEST(AskWorld, UnderstandsWordsThatNoLabelHas) {
   EXPECT_THAT(caught, FailsWith(ErrorCode::noAnswer, "corridor")) << "it suggests given names";
 }
 
-TEST(AskWorld, SuggestsGivenNamesAndLabels) {
+TEST(AskWorld, HasNoAnswerForMisspelledWordsOrNone) {
   const WorldMap world = sampleWorld();
   EXPECT_THAT([&] { askWorld(world, "coridor"); }, FailsWith(ErrorCode::noAnswer));
   EXPECT_THAT([&] { askWorld(world, "umbrela"); }, FailsWith(ErrorCode::noAnswer));
