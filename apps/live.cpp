@@ -193,7 +193,7 @@ void run(const LiveArguments& arguments) {
   {
     const PageService page(live, arguments.page, [&live] { live.stop(); });
     std::optional<RosPublisher> ros;
-    if (arguments.publish) ros.emplace(live, ros::makeDdsNode({rosDomain()}));
+    if (arguments.publish) ros.emplace(live, ros::makeDdsNode(rosDomain()));
     const StatusLine line(live, arguments.json);
     live.run([&arguments](const LiveStatus& now) {
       if (arguments.json) print(frameJson(now));
@@ -205,7 +205,7 @@ void run(const LiveArguments& arguments) {
 
 /// Publishes to the graph of ROS 2.
 void listTopics(const LiveArguments& arguments) {
-  const auto topics = discoveredTopics(*ros::makeDdsNode({rosDomain()}));
+  const auto topics = discoveredTopics(*ros::makeDdsNode(rosDomain()));
   if (!arguments.json) {
     fmt::print("{}", topicTable(topics));
     return;

@@ -5,7 +5,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <ranges>
 #include <set>
 #include <unordered_map>
 #include <utility>
@@ -182,9 +181,11 @@ Features withParts(const Features& features, const std::vector<std::string>& nam
     std::size_t first = 0;
     auto part = features.parts.begin();
     for (; part != features.parts.end() && part->name != name; ++part) first += part->size();
-    if (part == features.parts.end())
-      fail(ErrorCode::unknownName, "unknown part \"{}\"; known: {}", name,
-           fmt::join(features.parts | std::views::transform(&DescriptorPart::name), ", "));
+    if (part == features.parts.end()) {
+      std::vector<std::string> known;
+      for (const DescriptorPart& each : features.parts) known.push_back(each.name);
+      fail(ErrorCode::unknownName, "unknown part \"{}\"; known: {}", name, fmt::join(known, ", "));
+    }
     result.parts.push_back(*part);
     for (std::size_t c = 0; c < part->size(); ++c) columns.push_back(first + c);
   }

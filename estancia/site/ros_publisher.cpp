@@ -12,14 +12,13 @@
 namespace estancia {
 namespace {
 
-using Point = Position;
 using MarkerColor = ros::Marker::Color;
 
 constexpr MarkerColor placeColor{0.2F, 0.5F, 0.9F, 1}, linkColor{0.5F, 0.5F, 0.5F, 0.8F},
     textColor{1, 1, 1, 1};
 constexpr double placeSize = 0.2, linkWidth = 0.03, areaText = 0.4, objectTextHeight = 0.15;  // [m]
 
-ros::Marker markerAt(const char* space, int id, ros::Marker::Type type, const Point& at, double size,
+ros::Marker markerAt(const char* space, int id, ros::Marker::Type type, const Position& at, double size,
                      const MarkerColor& color) {
   ros::Marker marker;
   marker.space = space;
@@ -31,7 +30,7 @@ ros::Marker markerAt(const char* space, int id, ros::Marker::Type type, const Po
   return marker;
 }
 
-ros::Marker textAt(const char* space, int id, Point at, double above, double height,
+ros::Marker textAt(const char* space, int id, Position at, double above, double height,
                    const std::string& text) {
   at[2] += above;
   ros::Marker marker = markerAt(space, id, ros::Marker::Type::text, at, height, textColor);
@@ -56,7 +55,7 @@ void addPlaces(const TopologicalMap& map, std::vector<ros::Marker>& markers) {
 
 /// Above the frames that were taken in each.
 void addAreas(const WorldMap& world, std::vector<ros::Marker>& markers) {
-  std::vector<std::pair<Point, double>> sums(world.areas.size());  // positions, and how many
+  std::vector<std::pair<Position, double>> sums(world.areas.size());  // positions, and how many
   for (std::size_t i = 0; i < world.areaOfFrame.size(); ++i) {
     const auto& pose = world.places.frames[i].pose;
     if (world.areaOfFrame[i] < 0 || !pose) continue;
@@ -75,7 +74,7 @@ void addAreas(const WorldMap& world, std::vector<ros::Marker>& markers) {
 /// The box is upright in a map whose z is up.
 void addObjects(const WorldMap& world, std::vector<ros::Marker>& markers) {
   for (const WorldObject& object : world.objects) {
-    const Point at{object.center.x, object.center.y, object.center.z};
+    const Position at{object.center.x, object.center.y, object.center.z};
     const auto part = [&](std::size_t i) { return static_cast<float>(object.color[i]) / 255; };
     ros::Marker box =
         markerAt("objects", object.id, ros::Marker::Type::cube, at, 1, {part(0), part(1), part(2), 0.7F});

@@ -43,7 +43,7 @@ std::unique_ptr<FrameSource> makeFrameSource(const std::string& source, const Fr
     const SequenceOptions& topics = options.sequence;
     return std::make_unique<RosSource>(
         source, RosSourceOptions{topics.depthTopic, topics.odomTopic, topics.depthScale, topics.maxPoseGap},
-        ros::makeDdsNode({rosDomain()}));
+        ros::makeDdsNode(rosDomain()));
   }
   if (isDescriptorFile(source))
     fail(ErrorCode::unsupportedFile, "{} holds words, and no images to play; map it by `estancia map`",

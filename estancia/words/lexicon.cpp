@@ -5,7 +5,6 @@
 #include <bit>
 #include <cmath>
 #include <functional>
-#include <ranges>
 #include <unordered_map>
 #include <utility>
 
@@ -210,10 +209,14 @@ std::uint32_t Lexicon::addEntry(const WordNet& wordNet, const WordNetEntry& entr
 }
 
 std::size_t Lexicon::lowerBound(std::string_view sought) const {
-  const auto indices = std::views::iota(std::size_t{0}, size());
-  return static_cast<std::size_t>(
-      std::ranges::lower_bound(indices, sought, {}, [this](std::size_t i) { return word(i); }) -
-      indices.begin());
+  std::size_t first = 0;
+  for (std::size_t count = size(); count > 0;) {
+    const std::size_t half = count / 2;
+    const bool isBelow = word(first + half) < sought;
+    if (isBelow) first += half + 1;
+    count = isBelow ? count - half - 1 : half;
+  }
+  return first;
 }
 
 std::optional<std::size_t> Lexicon::find(std::string_view sought) const {
