@@ -51,8 +51,9 @@ class ValueAxis {
         for (const double factor : {1.0, 2.0, 5.0})
           if (power * factor >= foot_ && power * factor <= top_) ticks_.push_back(power * factor);
     } else {
-      const double step = niceStep(chart.closeUp && largest > least ? largest - least : largest, 4);
-      if (chart.closeUp) foot_ = step * std::floor(least / step);
+      const bool isCloseUp = chart.closeUp && largest > least;
+      const double step = niceStep(isCloseUp ? largest - least : largest, 4);
+      if (isCloseUp) foot_ = step * std::floor(least / step);
       top_ = foot_ + 1.03 * (largest - foot_);
       for (double y = foot_; y <= top_; y += step) ticks_.push_back(y);
     }

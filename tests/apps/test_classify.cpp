@@ -1,14 +1,17 @@
-// `estancia classify`, and the commands that take its rooms, as a user runs them.
+// Rooms of maps: by `estancia classify`, and by their names alone.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <sstream>
 
+#include "apps/json_of.hpp"
+#include "estancia/map_file/map.hpp"
 #include "estancia/sequences/descriptor_sequence.hpp"
+#include "estancia/session/session.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 #include "support/synthetic.hpp"
@@ -16,8 +19,9 @@
 namespace estancia::test {
 namespace {
 
-using nlohmann::json;
 namespace fs = std::filesystem;
+using nlohmann::json;
+using testing::ElementsAre;
 
 const std::vector<std::string> rooms{"kitchen", "bath", "bedroom"};
 
@@ -70,19 +74,7 @@ class ClassifyCommand : public testing::Test {
   }
 
   json train(const std::vector<std::string>& more = {}) {
-    std::vector<std::string> arguments{"classify", "train", words_, "-o", model_, "--overwrite", "--json"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    const auto result = run(arguments);
-    EXPECT_EQ(result.exitCode, 0) << result.err;
-    return json::parse(result.out, nullptr, false);
-  }
-
-  static std::vector<json> lines(const CommandResult& result) {
-    EXPECT_EQ(result.exitCode, 0) << result.err;
-    std::vector<json> all;
-    std::istringstream in(result.out);
-    for (std::string line; std::getline(in, line);) all.push_back(json::parse(line, nullptr, false));
-    return all;
+    return jsonOf(run({"classify", "train", words_, "-o", model_, "--overwrite", "--json"}, more));
   }
 
   static void refuses(const std::vector<std::string>& arguments, ErrorCode code) {
@@ -108,7 +100,7 @@ TEST_F(ClassifyCommand, LearnsRoomsAndFindsThemAgain) {
   EXPECT_EQ(known["parts"][0]["name"], "test");
   EXPECT_EQ(known["parts"][0]["columns"], 12);
 
-  const auto said = lines(run({"classify", "predict", model_, unknown_, "--json"}));
+  const auto said = jsonLinesOf(run({"classify", "predict", model_, unknown_, "--json"}));
   ASSERT_EQ(said.size(), 54U);
   std::size_t right = 0;
   for (std::size_t i = 0; i < said.size(); ++i) {
@@ -120,7 +112,7 @@ TEST_F(ClassifyCommand, LearnsRoomsAndFindsThemAgain) {
   }
   EXPECT_GE(right, 50U);
   for (const json& line :
-       lines(run({"classify", "predict", model_, unknown_, "--min-probability", "1", "--json"})))
+       jsonLinesOf(run({"classify", "predict", model_, unknown_, "--min-probability", "1", "--json"})))
     EXPECT_EQ(line["room"].is_null(), line["probability"] < 1);
   EXPECT_EQ(train({"--max-labels", "4", "--by", "chi2"})["columns"], 4);
   EXPECT_GE(json::parse(run({"classify", "test", model_, others_, "--json"}).out)["accuracy"], 0.8)
@@ -165,7 +157,8 @@ TEST_F(ClassifyCommand, LearnsFromImages) {
   const std::string image = scratch_ / "lines/line0.png", model = scratch_ / "lines.classifier";
   const auto trained = run({"classify", "train", scratch_ / "lines", "-o", model, "--descriptor", "phog"});
   ASSERT_EQ(trained.exitCode, 0) << trained.err;
-  const auto said = lines(run({"classify", "predict", model, image, scratch_ / "lines/line4.png", "--json"}));
+  const auto said =
+      jsonLinesOf(run({"classify", "predict", model, image, scratch_ / "lines/line4.png", "--json"}));
   ASSERT_EQ(said.size(), 2U);
   EXPECT_EQ(said[0]["image"], image);
   EXPECT_EQ(said[0]["room"], "lying");
@@ -182,7 +175,7 @@ TEST_F(ClassifyCommand, NamesAnExistingMapAndIsJudgedByTheTruth) {
     const WithoutWordNet plain;
     EXPECT_EQ(run({"ask", map_, "bath"}).exitCode, 1);
   }
-  const auto named = lines(run({"classify", "name", model_, map_, "--json"}));
+  const auto named = jsonLinesOf(run({"classify", "name", model_, map_, "--json"}));
   ASSERT_FALSE(named.empty());
   EXPECT_EQ(named[0]["predicted_rooms"][0]["room"], "kitchen");
   EXPECT_EQ(run({"ask", map_, "bath"}).exitCode, 0);
@@ -245,15 +238,106 @@ TEST_F(ClassifyCommand, RefusesWhatItCannotUse) {
       {{"train", words_, "-o", other, "--max-labels", "13"}, ErrorCode::invalidInput},
       {{"train", words_, "-o", other, "--by", "chi2"}, ErrorCode::invalidOption},
       {{"train", scratch_ / "missing", "-o", other}, ErrorCode::fileNotFound}};
-  for (auto [arguments, code] : refused) {
-    SCOPED_TRACE(testing::PrintToString(arguments));
-    arguments.insert(arguments.begin(), "classify");
-    refuses(arguments, code);
-  }
+  for (const auto& [arguments, code] : refused)
+    EXPECT_THAT(run({"classify"}, arguments), FailsWith(code)) << testing::PrintToString(arguments);
   EXPECT_FALSE(fs::exists(other));
   refuses({"map", unknown_, "-o", map_, "--room-classifier", cut}, ErrorCode::corruptFile);
   EXPECT_FALSE(fs::exists(map_)) << "known before the mapping begins";
   refuses({"zones", "find", unknown_, "-o", zones_, "--room-classifier", words_}, ErrorCode::unsupportedFile);
+}
+
+const std::vector<std::string> kitchen{"stove", "microwave", "refrigerator", "toaster"},
+    bathroom{"toilet seat", "bathtub", "washbasin", "shower curtain"},
+    desert{"zebra", "dune", "camel", "sky"};
+
+class RoomsByName : public testing::Test {
+ protected:
+  /// A recording of twenty images of each, in which the things of a room turn up one after the other.
+  std::string drive(const std::string& name, const std::vector<std::vector<std::string>>& rooms) const {
+    std::vector<std::string> labels;
+    for (const auto* room : {&kitchen, &bathroom, &desert})
+      labels.insert(labels.end(), room->begin(), room->end());
+    DescriptorSequence recording{Vocabulary(labels), "test 1", {}, DescriptorMatrix(labels.size())};
+    for (const std::vector<std::string>& things : rooms)
+      for (std::size_t i = 0; i < 20; ++i) {
+        recording.frames.emplace_back().name = "frame " + std::to_string(recording.frames.size());
+        std::vector<float> image(labels.size(), 0.005F);
+        for (const auto& [step, p] : {std::pair{0, 0.5F}, {1, 0.3F}, {2, 0.1F}}) {
+          const std::string& thing = things[(i / 2 + static_cast<std::size_t>(step)) % things.size()];
+          image[static_cast<std::size_t>(std::ranges::find(labels, thing) - labels.begin())] = p;
+        }
+        recording.descriptors.append(image);
+      }
+    const std::string file = scratch_ / name;
+    writeDescriptors(recording, file);
+    return file;
+  }
+
+  CommandResult map(const std::string& drive, const std::vector<std::string>& more = {"--overwrite"}) const {
+    CommandResult result = run({"map", drive, "-o", map_}, more);
+    EXPECT_EQ(result.exitCode, 0) << result.err;
+    return result;
+  }
+
+  ScratchFolder scratch_;
+  const std::string map_ = scratch_ / "home.estancia";
+};
+
+TEST_F(RoomsByName, AreInEveryNewMap) {
+  const std::string home = drive("home.labels", {kitchen, bathroom});
+  const auto said = map(home);
+  EXPECT_NE(said.out.find("bathroom"), std::string::npos);
+  const RoomPredictions made = *readMap(map_).predictions;
+  EXPECT_TRUE(made.areByName);
+  EXPECT_FALSE(made.areListed);
+  EXPECT_EQ(json::parse(run({"ask", map_, "kitchen", "--json"}).out)["places"][0]["predicted_room"],
+            "kitchen");
+
+  ASSERT_EQ(run({"classify", "name", map_}).exitCode, 0);
+  const RoomPredictions named = *readMap(map_).predictions;
+  EXPECT_EQ(made.probabilities.values(), named.probabilities.values());
+  EXPECT_EQ(made.evidence.size(), named.evidence.size());
+
+  const json summary = json::parse(map(home, {"--overwrite", "--json"}).out);
+  EXPECT_GE(summary["predicted_rooms"]["kitchen"], 1);
+}
+
+TEST_F(RoomsByName, AreLeftOutForRawWordsAndWithoutWordNet) {
+  const std::string home = drive("home.labels", {kitchen, bathroom});
+  map(home, {"--words", "raw"});
+  EXPECT_FALSE(readMap(map_).predictions);
+  const WithoutWordNet none;
+  map(home);
+  EXPECT_FALSE(readMap(map_).predictions);
+  EXPECT_THAT(run({"map", home, "-o", map_, "--overwrite", "--rooms-by-name", "kitchen,bathroom"}),
+              FailsWith(ErrorCode::missingDependency));
+}
+
+TEST_F(RoomsByName, MayBeListedAndStaySo) {
+  const std::string home = drive("home.labels", {kitchen, bathroom});
+  map(drive("begun.labels", {kitchen}), {"--rooms-by-name", "kitchen, bathroom,Kitchens"});
+  map(home, {"--continue"});
+  const RoomPredictions listed = *readMap(map_).predictions;
+  EXPECT_TRUE(listed.areListed);
+  EXPECT_THAT(listed.rooms, ElementsAre("kitchen", "bathroom"));
+  EXPECT_EQ(listed.probabilities.size(), 40U);
+  ASSERT_EQ(run({"classify", "name", map_, "--rooms", "kitchen,bathroom"}).exitCode, 0);
+  EXPECT_EQ(readMap(map_).predictions->probabilities.values(), listed.probabilities.values());
+
+  const std::string other = scratch_ / "other.estancia";
+  EXPECT_THAT(run({"map", home, "-o", other, "--rooms-by-name", "kitchen,xyzzy"}),
+              FailsWith(ErrorCode::unknownName));
+  EXPECT_FALSE(std::filesystem::exists(other)) << "before the long work begins";
+}
+
+TEST_F(RoomsByName, NeverReplaceThoseOfAClassifier) {
+  const std::string home = drive("home.labels", {kitchen, bathroom});
+  map(drive("begun.labels", {kitchen}));
+  RoomPredictions trained{"knn on test", {"galley", "bath"}, DescriptorMatrix(2)};
+  for (int i = 0; i < 20; ++i) trained.probabilities.append(std::vector<float>{0.9F, 0.1F});
+  writeRoomPredictions(trained, map_);
+  map(home, {"--continue"});
+  EXPECT_EQ(readMap(map_).predictions->classifier, "knn on test");
 }
 
 }  // namespace

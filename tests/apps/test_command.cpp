@@ -10,6 +10,7 @@
 #include <opencv2/imgproc.hpp>
 #include <sstream>
 
+#include "apps/json_of.hpp"
 #include "estancia/map_file/store.hpp"
 #include "support/errors.hpp"
 #include "support/images.hpp"
@@ -42,10 +43,9 @@ class Command : public testing::Test {
     }
   }
 
-  CommandResult map(const fs::path& sequence, const fs::path& file, std::vector<std::string> more = {}) {
-    std::vector<std::string> arguments{"map", sequence, "-o", file, "--model", model_, "--distance", "l2"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    return run(arguments);
+  CommandResult map(const fs::path& sequence, const fs::path& file,
+                    const std::vector<std::string>& more = {}) {
+    return run({"map", sequence, "-o", file, "--model", model_, "--distance", "l2"}, more);
   }
 
   static void expectError(const CommandResult& result, ErrorCode code) {
@@ -69,28 +69,11 @@ class Command : public testing::Test {
 };
 
 TEST_F(Command, EveryHelpHasAnExample) {
-  for (const std::string name : {"label",
-                                 "map",
-                                 "ask",
-                                 "route",
-                                 "localize",
-                                 "evaluate",
-                                 "explain",
-                                 "export",
-                                 "report",
-                                 "experiment",
-                                 "models",
-                                 "cache",
-                                 "classify",
-                                 "classify train",
-                                 "classify test",
-                                 "classify predict",
-                                 "classify show",
-                                 "classify name",
-                                 "objects collect",
-                                 "objects label",
-                                 "objects train",
-                                 "objects predict"}) {
+  std::istringstream names(
+      "label,map,ask,route,localize,evaluate,explain,export,report,experiment,models,cache,classify,"
+      "classify train,classify test,classify predict,classify show,classify name,objects collect,"
+      "objects label,objects train,objects predict");
+  for (std::string name; std::getline(names, name, ',');) {
     std::vector<std::string> words;
     std::istringstream in(name);
     for (std::string word; in >> word;) words.push_back(word);
@@ -111,9 +94,7 @@ TEST_F(Command, WrongWordsAreOneLineAndExitCodeTwo) {
 
 TEST_F(Command, MapsAsksAndRoutes) {
   writeImages(images_);
-  const auto mapped = map(images_, map_, {"--json"});
-  ASSERT_EQ(mapped.exitCode, 0) << mapped.err;
-  const json summary = json::parse(mapped.out);
+  const json summary = jsonOf(map(images_, map_, {"--json"}));
   EXPECT_EQ(summary["frames"], 40);
   EXPECT_EQ(summary["nodes"], 4);
   EXPECT_EQ(summary["transitions"], 3);
@@ -175,13 +156,11 @@ TEST_F(Command, SaysWhenItsOutputIsLost) {
 TEST_F(Command, LocalizesWithOneLineOfJsonAFrame) {
   writeImages(images_);
   ASSERT_EQ(map(images_, map_).exitCode, 0);
-  const auto result = run({"localize", map_, images_, "--model", model_, "--json", "--lookahead", "3"});
-  ASSERT_EQ(result.exitCode, 0) << result.err;
-  std::istringstream lines(result.out);
-  std::string line;
-  for (int i = 0; i < 40; ++i) {
-    ASSERT_TRUE(std::getline(lines, line));
-    const json at = json::parse(line);
+  const auto lines =
+      jsonLinesOf(run({"localize", map_, images_, "--model", model_, "--json", "--lookahead", "3"}));
+  ASSERT_EQ(lines.size(), 40U);
+  for (std::size_t i = 0; i < 40; ++i) {
+    const json& at = lines[i];
     const std::string image = "frame" + std::to_string(i) + ".jpg";
     EXPECT_EQ(at["image"], image);
     EXPECT_EQ(at["nearest_image"], image);
@@ -189,7 +168,6 @@ TEST_F(Command, LocalizesWithOneLineOfJsonAFrame) {
     for (const char* key : {"distance", "belief_node", "belief_image", "confidence"})
       EXPECT_TRUE(at.contains(key));
   }
-  EXPECT_FALSE(std::getline(lines, line));
 }
 
 TEST_F(Command, EvaluatesAgainstRooms) {
@@ -262,9 +240,7 @@ TEST_F(Command, ContinuesAnExistingMapOnlyWhenTold) {
   }
   ASSERT_EQ(map(half, map_).exitCode, 0);
   expectError(map(images_, map_), ErrorCode::fileExists);
-  const auto result = map(images_, map_, {"--continue", "--json"});
-  EXPECT_EQ(result.exitCode, 0) << result.err;
-  EXPECT_EQ(json::parse(result.out)["new_frames"], 17);
+  EXPECT_EQ(jsonOf(map(images_, map_, {"--continue", "--json"}))["new_frames"], 17);
   ASSERT_EQ(map(images_, scratch_ / "whole.estancia").exitCode, 0);
   EXPECT_EQ(run({"export", map_, "--format", "json"}).out,
             run({"export", scratch_ / "whole.estancia", "--format", "json"}).out);

@@ -1,31 +1,30 @@
-// estancia live: recordings that are played, runs that are killed or interrupted, wrong arguments.
+// Runs that take their time: live ones and those that are stopped, kindly or not.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <csignal>
-#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
-#include <sstream>
-#include <thread>
 
+#include "apps/json_of.hpp"
 #include "estancia/world_file/world_map.hpp"
 #include "support/color_model.hpp"
 #include "support/errors.hpp"
+#include "support/model_support.hpp"
 #include "support/shape_drive.hpp"
+#include "support/signaled_command.hpp"
 #include "support/support.hpp"
 
 namespace estancia::test {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
+using nlohmann::json;
 
 class LiveCommand : public testing::Test {
  protected:
@@ -44,22 +43,9 @@ class LiveCommand : public testing::Test {
   }
   /// Starts it, and sends it a signal as soon as it has written. Returns how it ended.
   int signaled(int signal) const {
-    std::vector<std::string> words = command("0.5");
-    words.insert(words.begin(), ESTANCIA_COMMAND);
-    std::vector<char*> arguments;
-    for (std::string& word : words) arguments.push_back(word.data());
-    arguments.push_back(nullptr);
-    const pid_t child = fork();
-    if (child == 0) {
-      execv(ESTANCIA_COMMAND, arguments.data());
-      _exit(127);
-    }
-    for (int i = 0; i < 600 && !fs::exists(map_); ++i)
-      std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    kill(child, signal);
-    int status = 0;
-    waitpid(child, &status, 0);
-    return status;
+    return signalCommand(
+        command("0.5"), scratch_ / "cache", [this] { return fs::exists(map_); },
+        std::chrono::milliseconds(50), signal);
   }
 
   static constexpr int frames = 200;  // 40 s at half the pace
@@ -69,13 +55,7 @@ class LiveCommand : public testing::Test {
 };
 
 TEST_F(LiveCommand, MapsARecordingAndTellsOfEachFrame) {
-  std::vector<std::string> words = command("0");
-  words.push_back("--json");
-  const CommandResult run = test::run(words);
-  ASSERT_EQ(run.exitCode, 0) << run.err;
-  std::istringstream lines(run.out);
-  std::vector<Json> told;
-  for (std::string line; std::getline(lines, line);) told.push_back(Json::parse(line));
+  const std::vector<json> told = jsonLinesOf(run(command("0"), {"--json"}));
   ASSERT_EQ(told.size(), frames + 1U);
   EXPECT_EQ(told[0]["frame"], "1000.png");
   EXPECT_EQ(told[0]["words"][0]["word"], "word 0");
@@ -86,8 +66,8 @@ TEST_F(LiveCommand, MapsARecordingAndTellsOfEachFrame) {
   EXPECT_EQ(told.back()["dropped"], 0);
   EXPECT_EQ(readMap(map_).frames.size(), static_cast<std::size_t>(frames));
 
-  const CommandResult again = test::run({"live", scratch_ / "images", "--localize", map_, "--model",
-                                         scratch_ / "model", "--rate", "0", "--no-page"});
+  const CommandResult again = run({"live", scratch_ / "images", "--localize", map_, "--model",
+                                   scratch_ / "model", "--rate", "0", "--no-page"});
   ASSERT_EQ(again.exitCode, 0) << again.err;
 }
 
@@ -96,7 +76,7 @@ TEST_F(LiveCommand, GoesOnAfterItWasKilled) {
   const TopologicalMap kept = readMap(map_);
   ASSERT_FALSE(kept.frames.empty());
   EXPECT_LT(kept.frames.size(), static_cast<std::size_t>(frames));
-  const CommandResult later = test::run(command("0"));
+  const CommandResult later = run(command("0"));
   ASSERT_EQ(later.exitCode, 0) << later.err;
   // None of the rest is missing, none is there twice. Before, a busy machine left some out: it played in
   // time.
@@ -129,7 +109,7 @@ TEST_F(LiveCommand, StandardOutputIsTheAgentsAlone) {
   const CommandResult asked = runProgram("/bin/sh", words);
   EXPECT_EQ(asked.exitCode, 0) << asked.err << "an agent that goes ends the run";
   EXPECT_EQ(std::ranges::count(asked.out, '\n'), 1);
-  EXPECT_FALSE(Json::parse(asked.out)["result"]["tools"].empty());
+  EXPECT_FALSE(json::parse(asked.out)["result"]["tools"].empty());
 }
 
 TEST_F(LiveCommand, RefusesWhatItCannotUse) {
@@ -152,14 +132,123 @@ TEST_F(LiveCommand, RefusesWhatItCannotUse) {
 
 TEST_F(LiveCommand, ObjectsAreListedNamedAndDeleted) {
   mapShapes(ShapeDrive(desk), 8, map_, {});
-  const CommandResult named = run({"objects", "name", map_, "0", "Ana's desk", "--json"});
-  ASSERT_EQ(named.exitCode, 0) << named.err;
+  jsonOf(run({"objects", "name", map_, "0", "Ana's desk", "--json"}));
   EXPECT_EQ(readWorld(map_).objects[0].givenName, "Ana's desk");
-  EXPECT_EQ(Json::parse(run({"objects", "list", map_, "--json"}).out)["objects"].size(), 1U);
+  EXPECT_EQ(json::parse(run({"objects", "list", map_, "--json"}).out)["objects"].size(), 1U);
   EXPECT_EQ(run({"objects", "name", map_, "9", "cup"}).exitCode, 2);
   const CommandResult deleted = run({"objects", "delete", map_, "Ana's desk"});
   ASSERT_EQ(deleted.exitCode, 0) << deleted.err;
   EXPECT_TRUE(readWorld(map_).objects.empty());
+}
+
+/// Starts `estancia map` of many panorama views, waits until the map file has been there for a while, sends
+/// `signal`. Returns the wait status.
+int mapUntilSignaled(const std::vector<std::string>& arguments, const fs::path& file, int signal) {
+  // Labels of earlier runs would have it done before the signal comes.
+  return signalCommand(
+      arguments, file.parent_path() / "cache", [&] { return fs::exists(file); },
+      std::chrono::milliseconds(500), signal);
+}
+
+class Interruption : public testing::Test {
+ protected:
+  void SetUp() override {
+    panoramas_ = findFetched("panoramas");
+    ESTANCIA_NEEDS(panoramas_, "the panoramas are not here; script/bootstrap fetches them");
+    writeSmallModel(scratch_ / "model");
+  }
+  std::vector<std::string> mapTo(const std::string& file, const std::string& more = "") const {
+    std::vector<std::string> arguments{"map",     panoramas_->string(), "-o",      scratch_ / file,
+                                       "--model", scratch_ / "model",   "--views", "100"};
+    if (!more.empty()) arguments.push_back(more);
+    return arguments;
+  }
+  std::string exported(const std::string& file) const {
+    return run({"export", scratch_ / file, "--format", "json"}).out;
+  }
+  static std::size_t frames(const std::string& places) {
+    std::size_t count = 0;
+    const json parsed = json::parse(places);
+    for (const auto& place : parsed["places"]) count += place["frames"].get<std::size_t>();
+    return count;
+  }
+
+  const WithoutWordNet names_;  // which would be read by each command
+  ScratchFolder scratch_;
+  std::optional<fs::path> panoramas_;
+};
+
+TEST_F(Interruption, AKilledRunGoesOnAndEndsInTheSameMap) {
+  const int status = mapUntilSignaled(mapTo("killed.estancia"), scratch_ / "killed.estancia", SIGKILL);
+  ASSERT_TRUE(WIFSIGNALED(status)) << "it had finished before it could be killed";
+  const std::size_t kept = frames(exported("killed.estancia"));
+  EXPECT_GT(kept, 0U);
+  EXPECT_LT(kept, 1800U);
+  const auto continued = run(mapTo("killed.estancia", "--continue"));
+  ASSERT_EQ(continued.exitCode, 0) << continued.err;
+  ASSERT_EQ(run(mapTo("whole.estancia")).exitCode, 0);
+  EXPECT_EQ(exported("killed.estancia"), exported("whole.estancia"));
+  EXPECT_EQ(frames(exported("whole.estancia")), 1800U);
+}
+
+TEST_F(Interruption, CtrlCAndAClosedTerminalKeepWhatIsDone) {
+  for (const int signal : {SIGINT, SIGHUP}) {
+    const std::string file = signal == SIGINT ? "stopped.estancia" : "closed.estancia";
+    const int status = mapUntilSignaled(mapTo(file), scratch_ / file, signal);
+    ASSERT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), 130);
+    EXPECT_GT(frames(exported(file)), 0U);
+    EXPECT_FALSE(fs::exists(scratch_ / (file + "-wal")));
+  }
+}
+
+/// A run with a program as labeler that takes its time, its images in a temporary folder of our own.
+class ProgramOfARun : public testing::Test {
+ protected:
+  void SetUp() override {
+    writeFile(scratch_ / "model/model.toml",
+              "name = \"mine\"\ntype = \"process\"\ncommand = [\"sh\", \"labeler.sh\"]\n");
+    writeFile(scratch_ / "model/labeler.sh",
+              "sleep 1000 & echo $! >../sleeper; echo $$ >../program\n"
+              "while read -r image; do [ -e ../quick ] || sleep 1\n"
+              "printf '{\"image\": \"%s\", \"labels\": {\"cup\": 1}}\\n' \"$image\"; done\n"
+              "exec sleep 1000\n");
+    fs::create_directories(scratch_ / "images");
+    for (const char* name : {"1.png", "2.png", "3.png", "4.png"})
+      cv::imwrite(scratch_ / "images" / name, cv::Mat(8, 8, CV_8UC3, cv::Scalar::all(90)));
+    fs::create_directory(temporary_);
+    setenv("TMPDIR", temporary_.c_str(), 1);
+  }
+  void TearDown() override { unsetenv("TMPDIR"); }
+
+  int mapUntil(int signal) const { return mapUntilSignaled(arguments_, scratch_ / "program", signal); }
+  void expectNoProcessIsLeft() const {
+    EXPECT_FALSE(livesOn(scratch_ / "program"));
+    EXPECT_FALSE(livesOn(scratch_ / "sleeper"));
+  }
+
+  const ScratchFolder scratch_;
+  const fs::path temporary_ = scratch_ / "tmp";
+  const std::vector<std::string> arguments_{"map",     scratch_ / "images", "-o", scratch_ / "home.estancia",
+                                            "--model", scratch_ / "model"};
+};
+
+TEST_F(ProgramOfARun, EndsWithItWhenTheTerminalIsClosed) {
+  const int status = mapUntil(SIGHUP);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 130);
+  expectNoProcessIsLeft();
+  EXPECT_TRUE(fs::is_empty(temporary_));
+}
+
+TEST_F(ProgramOfARun, EndsWithItWhenItIsKilledAndTheNextRunTidiesUp) {
+  ASSERT_TRUE(WIFSIGNALED(mapUntil(SIGKILL)));
+  expectNoProcessIsLeft();
+  EXPECT_FALSE(fs::is_empty(temporary_));
+  writeFile(scratch_ / "quick", "");
+  const auto next = run(arguments_);
+  EXPECT_EQ(next.exitCode, 0) << next.err;
+  EXPECT_TRUE(fs::is_empty(temporary_));
 }
 
 }  // namespace

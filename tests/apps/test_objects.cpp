@@ -1,5 +1,6 @@
-// `estancia objects` as a user runs it, from a sequence to what its things are.
+// `estancia objects` as a user runs it, from a sequence or clouds to what its things are.
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,8 +8,9 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <set>
-#include <sstream>
 
+#include "apps/json_of.hpp"
+#include "estancia/files/cloud_file.hpp"
 #include "support/color_model.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
@@ -48,64 +50,43 @@ class Objects : public testing::Test {
     writeFile(scratch_ / "study.toml", study);
   }
   void TearDown() override { unsetenv("ESTANCIA_CACHE"); }
-  CommandResult objects(std::vector<std::string> arguments) const {
-    arguments.insert(arguments.begin(), "objects");
-    return run(arguments);
+  static CommandResult objects(const std::vector<std::string>& arguments) {
+    return run({"objects"}, arguments);
   }
   CommandResult collect(const std::vector<std::string>& more = {}) const {
-    std::vector<std::string> all{"collect", scratch_ / "table", "-o", scratch_ / "things"};
-    all.insert(all.end(), more.begin(), more.end());
-    return objects(all);
+    return run({"objects", "collect", scratch_ / "table", "-o", scratch_ / "things"}, more);
   }
   CommandResult label(const std::vector<std::string>& more = {}) const {
-    std::vector<std::string> all{"label", scratch_ / "things", "--model", scratch_ / "colors"};
-    all.insert(all.end(), more.begin(), more.end());
-    return objects(all);
+    return run({"objects", "label", scratch_ / "things", "--model", scratch_ / "colors"}, more);
   }
   CommandResult train(const std::vector<std::string>& more = {}) const {
-    std::vector<std::string> all{
-        "train",        scratch_ / "things", "--study",    scratch_ / "study.toml", "-o", model(),
-        "--classifier", "svm-linear",        "--all-views"};
-    all.insert(all.end(), more.begin(), more.end());
-    return objects(all);
+    return run({"objects", "train", scratch_ / "things", "--study", scratch_ / "study.toml", "-o", model(),
+                "--classifier", "svm-linear", "--all-views"},
+               more);
   }
   std::string model() const { return scratch_ / "table.objects"; }
 
   ScratchFolder scratch_;
 };
 
-std::vector<json> lines(const std::string& text) {
-  std::vector<json> all;
-  std::istringstream in(text);
-  for (std::string line; std::getline(in, line);) all.push_back(json::parse(line));
-  return all;
-}
-
 TEST_F(Objects, CollectsLabelsAndLearnsShapes) {
-  const CommandResult collected = collect({"--json"});
-  ASSERT_EQ(collected.exitCode, 0) << collected.err;
-  const json counts = json::parse(collected.out);
+  const json counts = jsonOf(collect({"--json"}));
   EXPECT_EQ(counts["frames"], 4);
   EXPECT_EQ(counts["instances"], 6);
   EXPECT_EQ(counts["views"], 24);
   EXPECT_EQ(counts["unread"], 0);
 
-  const CommandResult labeled = label({"--json"});
-  ASSERT_EQ(labeled.exitCode, 0) << labeled.err;
-  EXPECT_EQ(json::parse(labeled.out)["views"], 24);
-  EXPECT_EQ(json::parse(labeled.out)["words"], 4) << "all answers are kept";
+  const json labeled = jsonOf(label({"--json"}));
+  EXPECT_EQ(labeled["views"], 24);
+  EXPECT_EQ(labeled["words"], 4) << "all answers are kept";
   const auto remembered = [&](std::vector<std::string> more) {
     more.insert(more.end(), {"--json", "--overwrite"});
-    const CommandResult again = label(more);
-    EXPECT_EQ(again.exitCode, 0) << again.err;
-    return json::parse(again.out)["remembered"];
+    return jsonOf(label(more))["remembered"];
   };
   EXPECT_EQ(remembered({"--margin", "0.3", "--background", "gray"}), 0) << "other images";
   EXPECT_EQ(remembered({}), 24) << "images that were labeled before";
 
-  const CommandResult trained = train({"--json"});
-  ASSERT_EQ(trained.exitCode, 0) << trained.err;
-  const json learned = json::parse(trained.out);
+  const json learned = jsonOf(train({"--json"}));
   ASSERT_THAT(learned["classes"], SizeIs(2));
   for (const json& entry : learned["classes"]) {
     EXPECT_EQ(entry["instances"], 3) << entry;
@@ -126,11 +107,9 @@ TEST_F(Objects, PredictsByImageAndInTheDarkByShape) {
   other.dim(0.03);
   other.writeTo(scratch_ / "dark");
   for (const bool dark : {false, true}) {
-    const CommandResult predicted =
+    const auto frames = jsonLinesOf(
         objects({"predict", scratch_ / (dark ? "dark" : "other"), "--object-model", model(), "--model",
-                 scratch_ / "colors", "--json", "--render", scratch_ / (dark ? "dark.png" : "other.png")});
-    ASSERT_EQ(predicted.exitCode, 0) << predicted.err;
-    const auto frames = lines(predicted.out);
+                 scratch_ / "colors", "--json", "--render", scratch_ / (dark ? "dark.png" : "other.png")}));
     ASSERT_THAT(frames, SizeIs(2));
     std::set<std::string> classes;
     for (const json& object : frames[1]["objects"]) {
@@ -144,7 +123,7 @@ TEST_F(Objects, PredictsByImageAndInTheDarkByShape) {
   EXPECT_EQ(cv::imread(scratch_ / "other.png").size(), cv::Size(320, 240));
   const CommandResult some = objects({"predict", scratch_ / "table", "--object-model", model(), "--json",
                                       "--shape-only", "--first", "1", "--every", "2", "--max-frames", "1"});
-  EXPECT_THAT(lines(some.out), SizeIs(1)) << some.err;
+  EXPECT_THAT(jsonLinesOf(some), SizeIs(1));
 }
 
 TEST_F(Objects, ReplacesOnlyWithOverwrite) {
@@ -193,6 +172,85 @@ TEST_F(Objects, RefusesWhatItCannotUse) {
   EXPECT_FALSE(fs::exists(none));
   writeFile(scratch_ / "camera.txt", "262.5 262.5 159.5 119.5\n");
   EXPECT_EQ(collect({"--intrinsics", scratch_ / "camera.txt", "--overwrite"}).exitCode, 0);
+}
+
+/// A lattice of points, `longer` in one direction.
+PointCloud block(int longer) {
+  PointCloud cloud;
+  for (int x = 0; x < 5; ++x)
+    for (int y = 0; y < 5; ++y)
+      for (int z = 0; z < 8; ++z)
+        cloud.points.push_back(0.01 * cv::Point3f(cv::Point3i(x * longer, y, z + 100)));
+  cloud.width = cloud.points.size();
+  cloud.height = 1;
+  return cloud;
+}
+
+class ObjectsTrain : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string csv = "image,coffee mug,pop bottle,wall\n";
+    for (int thing = 0; thing < 4; ++thing)
+      for (const auto& [category, longer] : {std::pair("mug", 1), std::pair("bottle", 6)}) {
+        const fs::path folder = scratch_ / "clouds" / category / fmt::format("{}_{}", category, thing);
+        fs::create_directories(folder);
+        const std::string name = fmt::format("{}_{}_0.pcd", category, thing);
+        writeCloud(block(longer + thing % 2), folder / name);
+        csv += name + (longer == 1 ? ",.1,0,.9\n" : ",0,.1,.9\n");
+      }
+    writeFile(words(), csv);
+    writeFile(study(),
+              "[classes.mug]\nlabels = [\"coffee mug\"]\n[classes.bottle]\nlabels = [\"pop bottle\"]\n");
+  }
+  std::string clouds() const { return scratch_ / "clouds"; }
+  std::string words() const { return scratch_ / "words.csv"; }
+  std::string study() const { return scratch_ / "study.toml"; }
+  std::string model() const { return scratch_ / "some.objects"; }
+  static CommandResult train(const std::vector<std::string>& arguments) {
+    return run({"objects", "train", "--classifier", "svm-linear"}, arguments);
+  }
+  /// Trains on the clouds and their words.
+  CommandResult trainWords(const std::vector<std::string>& more = {}) const {
+    return run({"objects", "train", "--classifier", "svm-linear", clouds(), "--recorded-labels", words(),
+                "--study", study(), "-o", model()},
+               more);
+  }
+  void refuses(const CommandResult& result, ErrorCode code) const {
+    EXPECT_THAT(result, FailsWith(code));
+    EXPECT_FALSE(fs::exists(model()));
+  }
+
+  ScratchFolder scratch_;
+};
+
+TEST_F(ObjectsTrain, LearnsWhatARecordingSaysOfClouds) {
+  const CommandResult trained = trainWords({"--json"});
+  ASSERT_EQ(trained.exitCode, 0) << trained.err;
+  EXPECT_EQ(trained.err.find("warning"), std::string::npos) << trained.err;
+  const auto learned = nlohmann::json::parse(trained.out);
+  EXPECT_EQ(learned["classes"][0]["views"], 4);
+  EXPECT_EQ(learned["classes"][1]["instances"], 4);
+  EXPECT_EQ(learned["pseudo_label_accuracy"], 1);
+  const auto known = jsonOf(train({clouds(), "--truth", "-o", model(), "--overwrite", "--json"}));
+  EXPECT_EQ(known["pseudo_labels"], "true");
+  EXPECT_EQ(known["classes"][0]["prior"], nullptr);
+  EXPECT_EQ(known["classes"][1]["instances"], 4);
+}
+
+TEST_F(ObjectsTrain, RefusesWhatHasNoMeaning) {
+  fs::create_directory_symlink(clouds(), scratch_ / "link");
+  for (const std::string& again : {clouds(), clouds() + "/", std::string(scratch_ / "link")})
+    refuses(train({clouds(), again, "--truth", "-o", model()}), ErrorCode::invalidOption);
+  for (const std::vector<std::string>& more : {std::vector<std::string>{"--pseudo-labels", "top"},
+                                               {"--no-correct-prior"},
+                                               {"--min-coverage", "0.5"},
+                                               {"--recorded-labels", words()}})
+    refuses(run({"objects", "train", clouds(), "--truth", "-o", model()}, more), ErrorCode::invalidOption);
+  refuses(train({clouds(), "--truth", "-o", ""}), ErrorCode::invalidOption);
+  refuses(train({clouds(), "--study", study(), "-o", model()}), ErrorCode::fileNotFound);
+  refuses(trainWords({"--min-coverage", "0.5"}), ErrorCode::insufficientData);
+  writeFile(words(), "image,coffee mug,pop bottle\nthing-1,1,0\n");
+  refuses(trainWords(), ErrorCode::insufficientData);
 }
 
 }  // namespace

@@ -1,19 +1,26 @@
-// Parameters of the library from the command line: --preset, --config, --set, flags, and `estancia options`.
+// What people and scripts type: options, numbers and names, and the completion of them.
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
+#include "apps/json_of.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 
 namespace estancia::test {
 namespace {
 
+namespace fs = std::filesystem;
 using nlohmann::json;
+using testing::Contains;
 using testing::ElementsAre;
+using testing::IsSupersetOf;
+using testing::Not;
 
 class Options : public testing::Test {
  protected:
@@ -25,16 +32,10 @@ class Options : public testing::Test {
     writeFile(words_, words);
   }
 
-  CommandResult zones(std::vector<std::string> more) const {
-    more.insert(more.begin(),
-                {"zones", "find", words_, "-o", scratch_ / "home.zones", "--overwrite", "--json"});
-    return run(more);
+  CommandResult zones(const std::vector<std::string>& more) const {
+    return run({"zones", "find", words_, "-o", scratch_ / "home.zones", "--overwrite", "--json"}, more);
   }
-  json found(std::vector<std::string> more) const {
-    const auto result = zones(std::move(more));
-    EXPECT_EQ(result.exitCode, 0) << result.err;
-    return json::parse(result.out, nullptr, false);
-  }
+  json found(std::vector<std::string> more) const { return jsonOf(zones(std::move(more))); }
 
   const WithoutWordNet names_;  // which would be read by each command
   ScratchFolder scratch_;
@@ -128,6 +129,81 @@ TEST_F(Options, AreListedWithTheirCommands) {
   EXPECT_THAT(one.out, testing::StartsWith("mapper.tau-join = "));
   EXPECT_EQ(std::ranges::count(one.out, '\n'), 2);
   EXPECT_THAT(run({"options", "mapper.tau"}), FailsWith(ErrorCode::unknownName));
+}
+
+class HostileWords : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string lines = "image,mug,desk,tree\n";
+    for (int i = 0; i < 40; ++i)
+      lines +=
+          fmt::format("i{}.png,{},{},0.05\n", i, i / 10 % 2 == 0 ? 0.9 : 0.05, i / 10 % 2 == 0 ? 0.05 : 0.9);
+    writeFile(labels_, lines);
+  }
+  CommandResult map(const std::string& output) const { return run({"map", labels_, "-o", output}); }
+
+  const WithoutWordNet names_;  // which would be read by each command
+  ScratchFolder folder_;
+  const fs::path labels_ = folder_ / "labels.csv";
+};
+
+TEST_F(HostileWords, NumbersAreWholeAndInTheirRange) {
+  const fs::path file = folder_ / "a.estancia";
+  ASSERT_EQ(map(file).exitCode, 0);
+  EXPECT_THAT(run({"ask", file, "mug", "b", "c"}), FailsWith(ErrorCode::invalidOption)) << "surplus words";
+  for (const std::string number : {"-1", "0", "abc", "1.5", "99999999999999999999", "nan", ""})
+    EXPECT_THAT(run({"ask", file, "mug", "-n", number}), FailsWith(ErrorCode::invalidOption));
+  EXPECT_THAT(run({"localize", file, labels_, "--lookahead", "-1"}), FailsWith(ErrorCode::invalidOption));
+  EXPECT_THAT(run({"drives", file, "--undo", "kitchen"}), FailsWith(ErrorCode::invalidOption));
+}
+
+TEST_F(HostileWords, OutputsThatCannotBeAreToldBeforeTheWork) {
+  const std::string tooLong(300, 'a');
+  fs::create_symlink("circle", folder_ / "circle");
+  for (const std::string command : {"map", "label"}) {
+    EXPECT_THAT(run({command, labels_, "-o", folder_ / (tooLong + ".labels")}),
+                FailsWith(ErrorCode::fileUnwritable));
+    EXPECT_THAT(run({command, labels_, "-o", ""}), FailsWith(ErrorCode::invalidOption));
+  }
+  EXPECT_THAT(map(folder_ / "circle"), FailsWith(ErrorCode::fileUnwritable));
+  fs::create_symlink("there.estancia", folder_ / "link.estancia");
+  EXPECT_EQ(map(folder_ / "link.estancia").exitCode, 0) << "the file is made where the link leads";
+  EXPECT_TRUE(fs::is_regular_file(folder_ / "there.estancia"));
+}
+
+/// What bash offers after `line`, whose last word is being typed.
+std::vector<std::string> offered(const std::string& line) {
+  const std::string script = "source <(" ESTANCIA_COMMAND " generate bash); COMP_WORDS=(" + line +
+                             "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _estancia; "
+                             "printf '%s\\n' \"${COMPREPLY[@]}\"";
+  const auto result = runProgram("bash", {"-c", script});
+  EXPECT_EQ(result.exitCode, 0) << result.err;
+  std::vector<std::string> words;
+  std::istringstream lines(result.out);
+  for (std::string word; std::getline(lines, word);)
+    if (!word.empty()) words.push_back(word);
+  return words;
+}
+
+TEST(Generate, BashOffersCommandsOptionsAndValues) {
+  EXPECT_THAT(offered("estancia ro"), ElementsAre("route"));
+  EXPECT_THAT(offered("estancia zones ''"), IsSupersetOf({"find"}));
+  EXPECT_THAT(offered("estancia zones find --li"), ElementsAre("--linkage"));
+  EXPECT_THAT(offered("estancia zones find --linkage c"), ElementsAre("complete"));
+  EXPECT_THAT(offered("estancia export home.estancia --format ''"),
+              ElementsAre("graphml", "json", "nav2", "rooms", "spark-dsg"));
+  EXPECT_THAT(offered("estancia export home.estancia --max-words ''"), Not(Contains("graphml")));
+}
+
+TEST(Generate, ManPagesNameWhatTheCommandHas) {
+  const ScratchFolder scratch;
+  const std::string folder = scratch / "man";
+  ASSERT_EQ(run({"generate", "man", "-o", folder}).exitCode, 0);
+  const std::string page = readFile(folder + "/estancia-zones-find.1");
+  EXPECT_THAT(page, testing::StartsWith(".TH estancia\\-zones\\-find 1"));
+  EXPECT_THAT(page, testing::ContainsRegex("\\.B \\\\-\\\\-linkage NAME"));
+  EXPECT_THAT(run({"generate", "man", "-o", folder}), FailsWith(ErrorCode::fileExists));
+  EXPECT_EQ(run({"generate", "man", "-o", folder, "--overwrite"}).exitCode, 0);
 }
 
 }  // namespace

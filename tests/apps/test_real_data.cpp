@@ -1,14 +1,17 @@
-// The figures that the project promises, on real places with the default network
-// (docs/measured/benchmarks.md).
+// Real and rendered drives from end to end.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
 
+#include "apps/json_of.hpp"
+#include "estancia/sequences/descriptor_sequence.hpp"
+#include "estancia/session/session.hpp"
 #include "estancia/stats/clustering_agreement.hpp"
 #include "estancia/world_file/world_map.hpp"
 #include "support/support.hpp"
@@ -18,12 +21,8 @@ namespace {
 
 using nlohmann::json;
 
-json evaluated(std::vector<std::string> arguments) {
-  arguments.insert(arguments.begin(), "evaluate");
-  arguments.push_back("--json");
-  const auto result = run(arguments);
-  EXPECT_EQ(result.exitCode, 0) << result.err;
-  return json::parse(result.out);
+json evaluated(const std::vector<std::string>& arguments) {
+  return jsonOf(run({"evaluate", "--json"}, arguments));
 }
 
 TEST(RealPlaces, BecomeAMapInWhichTheyAreFoundInAnotherLight) {
@@ -49,10 +48,9 @@ TEST(RecordedBags, AreMappedWithoutBeingUnpacked) {
   const auto model = findFetched("models/inception-v3/inception-v3.onnx");
   ESTANCIA_NEEDS(data && model, "the bags or the default network are not here");
   const ScratchFolder scratch;
-  const auto mapped =
-      run({"map", *data / "camera/soccer_zstd_messages.mcap", "-o", scratch / "bag.estancia", "--json"});
-  ASSERT_EQ(mapped.exitCode, 0) << mapped.err;
-  EXPECT_EQ(json::parse(mapped.out)["frames"], 2);
+  EXPECT_EQ(jsonOf(run({"map", *data / "camera/soccer_zstd_messages.mcap", "-o", scratch / "bag.estancia",
+                        "--json"}))["frames"],
+            2);
 }
 
 /// Lines of an image of the second drive and those of the first that show the same.
@@ -212,14 +210,63 @@ TEST(Kitchen, OfRedKitchenIsMappedAtItsTruePositions) {
       "name = \"mobilenet\"\nfile = \"net.onnx\"\nlabels = \"labels.txt\"\ninput = 160\nregion = \"square\"\n"
       "crop = 0.875\ncolor = \"RGB\"\nmean = 127.5\nscale = 0.00784313725490196\n");
   const std::string map = scratch / "kitchen.estancia";
-  const auto mapped =
-      run({"map", *data, "-o", map, "--model", scratch / "model", "--layers", "places", "--json"});
-  ASSERT_EQ(mapped.exitCode, 0) << mapped.err;
-  EXPECT_EQ(json::parse(mapped.out)["frames"], 200);
+  EXPECT_EQ(jsonOf(run({"map", *data, "-o", map, "--model", scratch / "model", "--layers", "places",
+                        "--json"}))["frames"],
+            200);
   const json quality = evaluated({map});
   EXPECT_GT(quality["nodes"], 3);
   EXPECT_LT(quality["spatial_spread"], 0.6) << "a place is a part of the room";
   EXPECT_EQ(run({"export", map, "--format", "nav2", "-o", scratch / "kitchen.geojson"}).exitCode, 0);
+}
+
+/// Maps a drive, and goes on with the map where there is one.
+void mapInto(const std::string& file, const DescriptorSequence& drive) {
+  auto session = std::filesystem::exists(file)
+                     ? MappingSession::resume(file, drive.vocabulary, drive.model)
+                     : MappingSession::create(file, drive.vocabulary, drive.model, {});
+  session.beginDrive({drive.frames.front().name});
+  for (std::size_t i = 0; i < drive.frames.size(); ++i)
+    session.add(drive.frames[i], drive.descriptors.row(i));
+  session.finish();
+}
+
+/// The places of the last `images` images, numbered as they come.
+std::vector<int> lastPlaces(const std::string& file, std::size_t images) {
+  const TopologicalMap map = readMap(file);
+  std::map<int, int> numbers;
+  std::vector<int> places;
+  for (std::size_t i = map.frames.size() - images; i < map.frames.size(); ++i)
+    places.push_back(numbers.emplace(map.frames[i].node, static_cast<int>(numbers.size())).first->second);
+  return places;
+}
+
+TEST(FurnishedHome, AndAnotherBuildingHaveThePlacesThatEachHasAlone) {
+  const auto home = findData("home_a"), other = findData("corridor_vpr");
+  const auto model = findFetched("models/inception-v3/inception-v3.onnx");
+  ESTANCIA_NEEDS(home && other && model,
+                 "the rendered home, the corridor or the default network are not here");
+  const ScratchFolder scratch;
+  std::vector<DescriptorSequence> drives;
+  std::vector<std::vector<int>> alone;
+  for (const auto& folder : {*home / "evening", *other / "ref"}) {
+    const std::string name = std::to_string(drives.size()), file = scratch / (name + ".labels");
+    ASSERT_EQ(run({"label", folder, "-o", file}).exitCode, 0);
+    drives.push_back(readDescriptors(file));
+    mapInto(scratch / name, drives.back());
+    alone.push_back(lastPlaces(scratch / name, drives.back().frames.size()));
+  }
+  EXPECT_GE(std::set(alone[0].begin(), alone[0].end()).size(), 10U);
+  EXPECT_GE(std::set(alone[1].begin(), alone[1].end()).size(), 8U);
+  for (const std::size_t second : {0U, 1U}) {
+    const std::string file = scratch / std::to_string(1 - second);
+    const std::size_t before = readMap(file).nodes.size();
+    mapInto(file, drives[second]);
+    EXPECT_EQ(lastPlaces(file, drives[second].frames.size()), alone[second]) << second;
+    EXPECT_EQ(readMap(file).nodes.size(),
+              before + std::set(alone[second].begin(), alone[second].end()).size())
+        << "those before are as they were";
+    EXPECT_FALSE(readMap(file).drives[1].alignment);
+  }
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "apps/json_of.hpp"
 #include "estancia/world_query/export_world.hpp"
 #include "support/errors.hpp"
 #include "support/sample_home.hpp"
@@ -89,22 +90,12 @@ TEST_F(WorldCommand, WritesTheImagesOfAnswers) {
   EXPECT_THAT(run({"ask", map_, "mug", "--images", map_}), FailsWith(ErrorCode::fileUnwritable));
 }
 
-TEST_F(WorldCommand, RoutesToWhereAnObjectIsFaced) {
-  const auto said = run({"route", map_, "--from", "3", "--to", "coffee mug", "--json"});
-  EXPECT_EQ(said.exitCode, 0) << said.err;
-  const json route = json::parse(said.out);
-  EXPECT_EQ(route["nodes"], json({3, 1, 0}));
-  EXPECT_EQ(route["pose"]["frame"], "frame_1.png");
-  EXPECT_EQ(route["object"]["id"], 1);
-}
-
 TEST_F(WorldCommand, RoutesAroundAndThroughAreas) {
   const std::string home = scratch_ / "round.estancia";
   writeWorld(sampleRoundTrip(), home);
-  const auto nodes = [&home](std::vector<std::string> preferences) {
-    preferences.insert(preferences.begin(),
-                       {"route", home, "--from", "0", "--to", "Ana's \"room\"", "--json"});
-    return json::parse(run(preferences).out)["nodes"];
+  const auto nodes = [&home](const std::vector<std::string>& preferences) {
+    return jsonOf(
+        run({"route", home, "--from", "0", "--to", "Ana's \"room\"", "--json"}, preferences))["nodes"];
   };
   EXPECT_EQ(nodes({}), json({0, 1, 3}));
   EXPECT_EQ(nodes({"--avoid", "bathtub"}), json({0, 2, 3}));
@@ -131,6 +122,9 @@ TEST_F(WorldCommand, ReportsThePlanWithTheWaysOfRoute) {
   const std::string html = readFile(page);
   EXPECT_NE(html.find("\"grammar\":"), std::string::npos) << "the search understands words that no label has";
   const json route = json::parse(run({"route", map_, "--from", "3", "--to", "coffee mug", "--json"}).out);
+  EXPECT_EQ(route["nodes"], json({3, 1, 0}));
+  EXPECT_EQ(route["pose"]["frame"], "frame_1.png") << "where it is faced";
+  EXPECT_EQ(route["object"]["id"], 1);
   const double length = route["driven"]["length"];
   EXPECT_NE(html.find(fmt::format("\"length\":{:.2f}", length)), std::string::npos);
   EXPECT_THAT(run({"report", map_, "-o", scratch_ / "no.html", "--from", "99"}),
@@ -145,9 +139,8 @@ TEST_F(WorldCommand, ReportsThePlanWithTheWaysOfRoute) {
 TEST_F(WorldCommand, IsEvaluatedBesideTheTruthAboutItsDrive) {
   const fs::path home = scratch_ / "home";
   writeSampleHome(home);
-  const auto said = run({"evaluate", map_, "--truth", home, "--classes", home / "things.toml", "--json"});
-  EXPECT_EQ(said.exitCode, 0) << said.err;
-  const json measures = json::parse(said.out);
+  const json measures =
+      jsonOf(run({"evaluate", map_, "--truth", home, "--classes", home / "things.toml", "--json"}));
   EXPECT_EQ(measures["object_recall"], 0.75);
   EXPECT_EQ(measures["object_precision"], 0.5);
   EXPECT_EQ(measures["object_recall_furniture"], 0.5);

@@ -1,13 +1,20 @@
-// `estancia zones find`, and the commands that take its file, as a user runs them.
+// `estancia zones` and `estancia areas` as a user runs them.
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
-#include <sstream>
+#include <numbers>
+#include <opencv2/imgcodecs.hpp>
+#include <regex>
 
+#include "apps/json_of.hpp"
 #include "estancia/sequences/descriptor_sequence.hpp"
+#include "estancia/world_file/world_map.hpp"
 #include "support/errors.hpp"
+#include "support/floor_scene.hpp"
+#include "support/model_support.hpp"
 #include "support/support.hpp"
 #include "support/synthetic.hpp"
 
@@ -38,11 +45,7 @@ class ZonesCommand : public testing::Test {
   }
 
   json zones(const std::vector<std::string>& more = {}) {
-    std::vector<std::string> arguments{"zones", "find", words_, "-o", file_, "--overwrite", "--json"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    const auto result = run(arguments);
-    EXPECT_EQ(result.exitCode, 0) << result.err;
-    return json::parse(result.out, nullptr, false);
+    return jsonOf(run({"zones", "find", words_, "-o", file_, "--overwrite", "--json"}, more));
   }
 
   static void expectError(const std::vector<std::string>& arguments, ErrorCode code) {
@@ -68,17 +71,14 @@ TEST_F(ZonesCommand, FindsAndNamesTheRooms) {
 }
 
 TEST_F(ZonesCommand, FollowsAStreamAndSaysHowFarItIsFromTheExactResult) {
-  const auto lines = run({"zones", "find", words_, "-o", file_, "--stream", "--json", "--count", "3"});
-  ASSERT_EQ(lines.exitCode, 0) << lines.err;
-  std::istringstream in(lines.out);
-  std::string line;
+  const auto lines =
+      jsonLinesOf(run({"zones", "find", words_, "-o", file_, "--stream", "--json", "--count", "3"}));
+  ASSERT_EQ(lines.size(), 41U);
   for (std::size_t i = 0; i < 40; ++i) {
-    ASSERT_TRUE(std::getline(in, line));
-    EXPECT_EQ(json::parse(line)["image"], "frame " + std::to_string(i));
-    EXPECT_GE(json::parse(line)["zone"], 0);
+    EXPECT_EQ(lines[i]["image"], "frame " + std::to_string(i));
+    EXPECT_GE(lines[i]["zone"], 0);
   }
-  std::getline(in, line);
-  const json end = json::parse(line);
+  const json& end = lines[40];
   EXPECT_EQ(end["exact"]["images"], 40);
   EXPECT_EQ(end["exact"]["ari"], 1) << "few images are all kept";
   json exact = zones({"--count", "3"});
@@ -88,12 +88,8 @@ TEST_F(ZonesCommand, FollowsAStreamAndSaysHowFarItIsFromTheExactResult) {
 TEST_F(ZonesCommand, TakesTheWordsOfAMap) {
   ASSERT_EQ(run({"map", words_, "-o", map_}).exitCode, 0);
   const auto ofMap = [&](const std::vector<std::string>& more) {
-    std::vector<std::string> arguments{"zones",       "find",  map_, "-o", scratch_ / "map.zones",
-                                       "--overwrite", "--json"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    const auto result = run(arguments);
-    EXPECT_EQ(result.exitCode, 0) << result.err;
-    return json::parse(result.out, nullptr, false)["zones"];
+    return jsonOf(
+        run({"zones", "find", map_, "-o", scratch_ / "map.zones", "--overwrite", "--json"}, more))["zones"];
   };
   EXPECT_EQ(ofMap({"--set", "zones.reach=0"}), zones()["zones"]);
   EXPECT_EQ(ofMap({}), zones({"--set", "zones.reach=0.5"})["zones"]) << "a map is a run";
@@ -104,9 +100,7 @@ TEST_F(ZonesCommand, TakesTheWordsOfAMap) {
 TEST_F(ZonesCommand, LetsAskSayTheZone) {
   ASSERT_EQ(run({"map", words_, "-o", map_}).exitCode, 0);
   zones();
-  const auto answer = run({"ask", map_, "stove", "--zones", file_, "--json"});
-  ASSERT_EQ(answer.exitCode, 0) << answer.err;
-  const json told = json::parse(answer.out);
+  const json told = jsonOf(run({"ask", map_, "stove", "--zones", file_, "--json"}));
   ASSERT_FALSE(told["places"].empty());
   for (const json& place : told["places"]) {
     const json found = json::parse(readFile(file_))["zones"][place["zone"]["id"].get<std::size_t>()];
@@ -160,6 +154,88 @@ TEST_F(ZonesCommand, ReplacesZonesOnlyAndOnlyWhenTold) {
   expectError({"zones", "find", words_, "-o", words_, "--overwrite"}, ErrorCode::fileExists);
   EXPECT_EQ(readFile(words_), words);
   expectError({"zones", "find", words_, "-o", scratch_ / "none/home.zones"}, ErrorCode::fileNotFound);
+}
+
+using AreasCommand = ZonesCommand;
+
+TEST_F(AreasCommand, ChecksDepthOptionsAndOutputsFirst) {
+  EXPECT_THAT(run({"areas", "find", words_, "-o", file_}), FailsWith(ErrorCode::insufficientData));
+  EXPECT_FALSE(std::filesystem::exists(file_));
+  EXPECT_THAT(run({"areas", "find", words_, "-o", file_, "--set", "areas.cell=0"}),
+              FailsWith(ErrorCode::invalidOption));
+  writeFile(file_, "not ours");
+  EXPECT_THAT(run({"areas", "find", words_, "-o", file_}), FailsWith(ErrorCode::fileExists));
+  EXPECT_EQ(readFile(file_), "not ours");
+}
+
+TEST_F(AreasCommand, ZonesOfAnotherDriveSayNothingOfAMap) {
+  ASSERT_EQ(run({"map", words_, "-o", map_}).exitCode, 0);
+  zones({"--count", "2"});
+  EXPECT_TRUE(
+      jsonLinesOf(run({"localize", map_, words_, "--zones", file_, "--json"}))[0].contains("belief_zone"));
+  writeFile(file_, std::regex_replace(readFile(file_), std::regex("\"frame "), "\"image "));
+  EXPECT_THAT(run({"localize", map_, words_, "--zones", file_}), FailsWith(ErrorCode::mismatch));
+}
+
+/// A turn in the middle of a room, whose walls are all green: "word 1" of the small model.
+void writeTurn(const std::string& home) {
+  std::string poses;
+  for (int i = 0; i < 12; ++i) {
+    const Pose pose = lookingAt(2, 2, 1, i * std::numbers::pi / 6, -0.1);
+    cv::Mat depth;
+    boxDepth(pose, {0, 0, 4, 4}).convertTo(depth, CV_16U, 1000);
+    for (const char* folder : {"/rgb", "/depth"}) std::filesystem::create_directories(home + folder);
+    const std::string name = "/" + std::to_string(10 + i) + ".png";
+    cv::imwrite(home + "/depth" + name, depth);
+    cv::imwrite(home + "/rgb" + name, cv::Mat(48, 64, CV_8UC3, cv::Scalar(0, 255, 0)));
+    poses += fmt::format("{} {} {} {} {} {} {} {}\n", i, pose.x, pose.y, pose.z, pose.qx, pose.qy, pose.qz,
+                         pose.qw);
+  }
+  writeFile(home + "/poses.txt", poses);
+  writeFile(home + "/camera-intrinsics.txt", "52.5 0 31.5\n0 52.5 23.5\n0 0 1\n");
+}
+
+TEST_F(AreasCommand, SaysThatAWordWasNotSeen) {
+  const std::string home = scratch_ / "home";
+  writeSmallModel(scratch_ / "small", "scale = 0.5");
+  writeTurn(home);
+  const auto find = [&](const std::string& word) {
+    return jsonOf(run({"areas", "find", home, "-o", file_, "--overwrite", "--model", scratch_ / "small",
+                       "--word", word, "--json"}))["word"];
+  };
+  EXPECT_GT(find("word 1")["p"], 0.2);
+  EXPECT_EQ(find("word 1")["area"], 0);
+  EXPECT_EQ(find("word 0")["p"], 0);
+  EXPECT_TRUE(find("word 0")["position"].is_null()) << "not the first cell of the floor";
+  EXPECT_TRUE(find("word 0")["area"].is_null());
+}
+
+TEST_F(AreasCommand, OfAMapAreNamedSplitAndMerged) {
+  const std::string home = scratch_ / "home", map = map_;
+  writeSmallModel(scratch_ / "small", "scale = 0.5");
+  writeTurn(home);
+  const std::vector<std::string> mapping{"map",        home, "-o", map, "--model", scratch_ / "small",
+                                         "--overwrite"};
+  ASSERT_EQ(run(mapping).exitCode, 0);
+  EXPECT_EQ(readWorld(map).areas.size(), 1U);
+  EXPECT_EQ(run({"areas", "split", map, "2", "0.1", "2", "3.9"}).exitCode, 0);
+  EXPECT_EQ(readWorld(map).areas.size(), 2U);
+  EXPECT_EQ(run({"name", map, "1", "Ana's \"room\""}).exitCode, 0);
+  EXPECT_EQ(readWorld(map).areas[1].displayName(), "Ana's \"room\"");
+  EXPECT_EQ(run({"areas", "merge", map, "0", "Ana's \"room\""}).exitCode, 0);
+  ASSERT_EQ(readWorld(map).areas.size(), 1U);
+  EXPECT_EQ(readWorld(map).areas[0].displayName(), "Ana's \"room\"");
+  const auto list = json::parse(run({"areas", "list", map, "--json"}).out);
+  ASSERT_EQ(list["areas"].size(), 1U);
+  EXPECT_EQ(list["areas"][0]["given_name"], "Ana's \"room\"");
+  EXPECT_EQ(list["areas"][0]["objects"], 0);
+  EXPECT_THAT(run({"name", map, "cellar", "x"}), FailsWith(ErrorCode::unknownName));
+  EXPECT_EQ(run({"name", map, "0", ""}).exitCode, 0) << "takes the name away";
+  EXPECT_EQ(readWorld(map).areas[0].givenName, "");
+  EXPECT_THAT(run({"name", map, "0", std::string(121, 'x')}), FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT(run({"name", map, "0", "a\u202eb"}), FailsWith(ErrorCode::invalidInput));
+  EXPECT_EQ(readWorld(map).areas[0].givenName, "");
+  EXPECT_THAT(run({"name", map, "", "x"}), FailsWith(ErrorCode::invalidOption));
 }
 
 }  // namespace

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -10,6 +9,7 @@
 #include "check/recorded_room.hpp"
 #include "estancia/check/check.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/core/take_interrupt.hpp"
 #include "estancia/readers/open_sequence.hpp"
 #include "support/errors.hpp"
 #include "support/numbers.hpp"
@@ -65,6 +65,11 @@ void multiplyPositions(Altered& s, double factor) {
   });
 }
 
+/// From the frame `first` on, each n-th.
+void setPoses(Altered& s, const std::optional<Pose>& pose, std::size_t first = 0, std::size_t n = 1) {
+  for (std::size_t i = first; i < s.frames.size(); i += n) s.frames[i].pose = pose;
+}
+
 const std::vector<Fault>& geometricFaults() {
   static const std::vector<Fault> faults = {
       {"nothing", [](Altered&) {}, {}},
@@ -94,7 +99,22 @@ const std::vector<Fault>& geometricFaults() {
       {"millimeters as meters", [](Altered& s) { multiplyDepth(s, 1000); }, {"depth-scale"}},
       {"positions in millimeters", [](Altered& s) { multiplyPositions(s, 1000); }, {"pose-scale"}},
       {"positions too small", [](Altered& s) { multiplyPositions(s, 0.6); }, {"scale"}},
+      {"positions in decameters", [](Altered& s) { multiplyPositions(s, 0.1); }, {"pose-scale"}},
       {"poses a frame late", [](Altered& s) { s.shiftPoses(-1); }, {"pose-time"}},
+      {"poses a frame early, without times",
+       [](Altered& s) {
+         s.shiftPoses(1);
+         for (Frame& f : s.frames) f.timestamp.reset();
+       },
+       {"pose-time"}},
+      {"NaN here and there", [](Altered& s) { setPoses(s, {}, 0, 4); }, {"pose-missing"}},
+      {"depth that cannot be read",
+       [](Altered& s) {
+         s.alterDepth = [](std::size_t i, cv::Mat&) {
+           if (i % 9 == 0) throw Error(ErrorCode::fileUnreadable, "gone");
+         };
+       },
+       {"depth-missing"}},
       {"shuffled",
        [](Altered& s) {
          std::mt19937 random(7);
@@ -109,21 +129,13 @@ const std::vector<Fault>& geometricFaults() {
            s.frames[i].pose = before[s.frames.size() - 1 - i].pose;
        },
        {"pose-unfit"}},
-      {"shortened",
-       [](Altered& s) {
-         for (std::size_t i = s.frames.size() / 2; i < s.frames.size(); ++i) s.frames[i].pose.reset();
-       },
-       {"pose-short"}},
+      {"shortened", [](Altered& s) { setPoses(s, {}, s.size() / 2); }, {"pose-short"}},
       {"a jump",
        [](Altered& s) {
          for (std::size_t i = s.frames.size() / 2; i < s.frames.size(); ++i) s.frames[i].pose->x += 6;
        },
        {"pose-jump"}},
-      {"all the same",
-       [](Altered& s) {
-         for (Frame& f : s.frames) f.pose = Pose{};
-       },
-       {"pose-constant"}},
+      {"all the same", [](Altered& s) { setPoses(s, Pose{}); }, {"pose-constant"}},
       {"no intrinsics", [](Altered& s) { s.camera().reset(); }, {"camera-missing"}},
       {"intrinsics of an image twice as large",
        [](Altered& s) {
@@ -133,14 +145,10 @@ const std::vector<Fault>& geometricFaults() {
          s.camera() = twice;
        },
        {"camera-center"}},
-      {"no poses",
-       [](Altered& s) {
-         for (Frame& f : s.frames) f.pose.reset();
-       },
-       {}},
+      {"no poses", [](Altered& s) { setPoses(s, {}); }, {}},
       {"a trajectory of NaN",
        [](Altered& s) {
-         for (Frame& f : s.frames) f.pose.reset();
+         setPoses(s, {});
          s.source() = PoseSource{};
        },
        {"pose-missing"}},
@@ -201,7 +209,7 @@ TEST(Check, ATrajectoryOfAnotherClockIsFound) {
 
 TEST(Check, SaysHowToMendIt) {
   const RecordedRoom room;
-  Altered inverted(room), body(room), late(room), coarse(room), large(room);
+  Altered inverted(room), body(room), late(room), early(room), large(room);
   inverted.pose([](const cv::Affine3d& t) { return t.inv(); });
   EXPECT_THAT(onlyFault(checked(inverted)).fix, HasSubstr("R' = Rᵀ"));
   EXPECT_EQ(onlyFault(checked(inverted)).severity, Severity::problem);
@@ -213,6 +221,9 @@ TEST(Check, SaysHowToMendIt) {
   late.shiftPoses(-3);
   EXPECT_THAT(numbersIn(onlyFault(checked(late)).what), ElementsAre(3, 0.1));  // frames, seconds
   EXPECT_THAT(onlyFault(checked(late)).what, HasSubstr("late"));
+  early.shiftPoses(2);
+  EXPECT_THAT(numbersIn(onlyFault(checked(early)).what), ElementsAre(2, 0.067));
+  EXPECT_THAT(numbersIn(onlyFault(checked(early)).fix), ElementsAre(2)) << "images to leave out";
   multiplyDepth(large, 5);
   EXPECT_THAT(onlyFault(checked(large)).fix, HasSubstr("--depth-scale 5 times as large"));
 }
@@ -221,7 +232,7 @@ TEST(Check, SaysHowToMendIt) {
 std::vector<std::string> found(const std::function<void(Altered&)>& spoil) {
   static const RecordedRoom room;
   Altered spoilt(room);
-  for (Frame& f : spoilt.frames) f.pose.reset();
+  setPoses(spoilt, {});
   spoil(spoilt);
   return faultsOf(spoilt);
 }
@@ -258,14 +269,13 @@ TEST(Check, LooksAtDepthWithoutPosesToo) {
 }
 
 TEST(Check, LooksAtCameraAndImages) {
-  EXPECT_THAT(found([](Altered& s) { s.camera() = CameraIntrinsics{160, 120, 5850, 5850, 80, 60}; }),
-              ElementsAre("camera-view"));
-  EXPECT_THAT(found([](Altered& s) { s.camera() = CameraIntrinsics{1280, 720, 900, 900, 640, 360}; }),
-              ElementsAre("camera-size"));
-  EXPECT_THAT(found([](Altered& s) { s.camera() = CameraIntrinsics{160, 120, 140, 100, 80, 60}; }),
-              ElementsAre("camera-pixels"));
-  EXPECT_THAT(found([](Altered& s) { s.camera() = CameraIntrinsics{160, 120, 140, 140, 60, 80}; }),
-              IsEmpty());
+  const std::pair<CameraIntrinsics, std::vector<std::string>> cameras[] = {
+      {{160, 120, 5850, 5850, 80, 60}, {"camera-view"}},
+      {{1280, 720, 900, 900, 640, 360}, {"camera-size"}},
+      {{160, 120, 140, 100, 80, 60}, {"camera-pixels"}},
+      {{160, 120, 140, 140, 60, 80}, {}}};
+  for (const auto& [camera, faults] : cameras)
+    EXPECT_EQ(found([&](Altered& s) { s.camera() = camera; }), faults);
   EXPECT_THAT(foundInImages([](std::size_t i, cv::Mat& p) { p *= i < 40 ? 0 : 1; }),
               ElementsAre("image-black", "image-frozen"));
   EXPECT_THAT(foundInImages([](std::size_t i, cv::Mat& p) {
@@ -275,27 +285,44 @@ TEST(Check, LooksAtCameraAndImages) {
   EXPECT_THAT(foundInImages([](std::size_t, cv::Mat& p) { p.setTo(cv::Scalar(10, 200, 30)); }),
               ElementsAre("image-frozen"));
   EXPECT_THAT(foundInImages([](std::size_t i, cv::Mat&) {
-                if (i == 0) throw Error(ErrorCode::fileUnreadable, "damaged");
+                if (i < 2) throw Error(ErrorCode::fileUnreadable, "damaged");
               }),
               ElementsAre("image-unreadable"));
 }
 
 TEST(Check, LooksAtTimeStamps) {
-  EXPECT_THAT(found([](Altered& s) { std::swap(s.frames[3].timestamp, s.frames[4].timestamp); }),
-              ElementsAre("time-order"));
-  EXPECT_THAT(found([](Altered& s) { s.frames[3].timestamp = s.frames[4].timestamp; }),
-              ElementsAre("time-doubled"));
-  EXPECT_THAT(found([](Altered& s) { s.frames[3].timestamp.reset(); }), ElementsAre("time-missing"));
-  EXPECT_THAT(found([](Altered& s) {
-                for (std::size_t i = 50; i < s.size(); ++i) *s.frames[i].timestamp += 5;
-              }),
-              ElementsAre("time-gap"));
-  EXPECT_THAT(found([](Altered& s) {
-                for (Frame& f : s.frames) f.timestamp.reset();
-              }),
-              IsEmpty());
-  EXPECT_THAT(found([](Altered& s) { s.depthDelay = 0.012; }), IsEmpty());
-  EXPECT_THAT(found([](Altered& s) { s.depthDelay = -0.35; }), ElementsAre("depth-time"));
+  const std::pair<const char*, std::function<void(Altered&)>> changes[] = {
+      {"time-order", [](Altered& s) { std::swap(s.frames[3].timestamp, s.frames[4].timestamp); }},
+      {"time-doubled", [](Altered& s) { s.frames[3].timestamp = s.frames[4].timestamp; }},
+      {"time-missing", [](Altered& s) { s.frames[3].timestamp.reset(); }},
+      {"time-gap",
+       [](Altered& s) {
+         for (std::size_t i = 50; i < s.size(); ++i) *s.frames[i].timestamp += 5;
+       }},
+      {nullptr,
+       [](Altered& s) {
+         for (Frame& f : s.frames) f.timestamp.reset();
+       }},
+      {nullptr, [](Altered& s) { s.depthDelay = 0.012; }},
+      {"depth-time", [](Altered& s) { s.depthDelay = -0.35; }},
+      {"depth-time", [](Altered& s) {
+         s.depthDelay = -0.35;
+         s.alterDepth = [](std::size_t, cv::Mat&) { throw Error(ErrorCode::fileUnreadable, "none in time"); };
+       }}};
+  for (const auto& [name, change] : changes)
+    EXPECT_EQ(found(change), name == nullptr ? std::vector<std::string>() : std::vector<std::string>{name});
+}
+
+TEST(Check, AGapInWhichTheRobotWaitsIsNoFault) {
+  const RecordedRoom room;
+  Altered waiting(room);
+  for (std::size_t i = 50; i < room.size(); ++i) *waiting.frames[i].timestamp += i < 70 ? 100 : 110;
+  const CheckReport report = checked(waiting);
+  EXPECT_THAT(faults(report), IsEmpty());
+  const auto times = std::ranges::find(report.items, "times", &CheckItem::name);
+  ASSERT_NE(times, report.items.end());
+  EXPECT_THAT(numbersIn(times->evidence),
+              ElementsAre(90, 0.033, 2, 100, 50, 2));  // gaps, seconds, frame, meters
 }
 
 TEST(Check, JudgesPositionsBySpeedWhereThereIsNoDepth) {
@@ -331,6 +358,24 @@ TEST(Check, LooksAtAsManyFramesAsAskedFor) {
   watched.alterImage = [&](std::size_t i, cv::Mat&) { seen.push_back(i); };
   checked(watched, 3);
   EXPECT_THAT(seen, ElementsAre(0, 1, 44, 45, 89)) << "the next one, too, to see whether it is frozen";
+}
+
+/// Asks to stop when so many pieces of work have begun.
+struct StopsAt : Progress {
+  explicit StopsAt(int count) : left(count) {}
+  void begin(const std::string& /*what*/, std::size_t /*total*/, std::size_t /*done*/) override {
+    if (--left == 0) requestInterrupt();
+  }
+  int left;
+};
+
+TEST(Check, StopsWhenAsked) {
+  const RecordedRoom room(10);
+  for (const int work : {1, 2}) {
+    StopsAt stop(work);
+    EXPECT_THAT([&] { checkSequence(room, {}, stop); }, test::FailsWith(ErrorCode::interrupted)) << work;
+    EXPECT_TRUE(takeInterrupt());
+  }
 }
 
 TEST(Check, RefusesToLookAtNoFrames) {

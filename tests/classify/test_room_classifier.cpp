@@ -19,6 +19,7 @@
 #include "estancia/sequences/sequence.hpp"
 #include "samples.hpp"
 #include "support/errors.hpp"
+#include "support/numbers.hpp"
 
 namespace estancia {
 namespace {
@@ -81,6 +82,7 @@ TEST(RoomClassifier, IsLoadedExactly) {
     const RoomClassifier back = readRoomClassifier(scratch / "rooms");
     EXPECT_EQ(back.rooms(), classifier.rooms());
     EXPECT_EQ(back.choice(), classifier.choice());
+    EXPECT_EQ(back.classifier().type(), type);
     EXPECT_EQ(back.trainingImages(), 36U);
     EXPECT_EQ(back.predict(queries).values(), classifier.predict(queries).values());
     writeRoomClassifier(back, scratch / "again");
@@ -191,6 +193,23 @@ TEST(RoomClassifier, OtherDescriptorsAreRefused) {
   EXPECT_THAT(refusal(parameters), FailsWith(ErrorCode::mismatch));
 }
 
+TEST(RoomClassifier, NamesTheColumnsOfATableThatDiffer) {
+  Features table = madeUpRooms(3, 10, 1);
+  for (DescriptorPart& part : table.parts) part.identity = "table " + part.name;
+  const RoomClassifier classifier = learned(table);
+  EXPECT_THAT([&] { requireDescribable(classifier); }, FailsWith(ErrorCode::mismatch));
+  EXPECT_EQ(classifier.predict(table).size(), table.values.size());
+  for (const int lost : {1, 4, 0}) {
+    std::vector<int> kept = firstOnes(12);
+    kept.erase(kept.begin(), kept.begin() + lost);
+    if (lost == 0) kept.push_back(-1);
+    const auto refused = test::caught([&] { classifier.predict(reordered(table, {kept, firstOnes(6)})); });
+    EXPECT_THAT(refused, FailsWith(ErrorCode::mismatch, lost == 0 ? "new: new" : "new: none")) << lost;
+    EXPECT_EQ(refused.message.find("word 0") != std::string::npos, lost > 0) << refused;
+    EXPECT_EQ(refused.message.find(" …") != std::string::npos, lost > 3) << "three of four are named";
+  }
+}
+
 TEST(RoomClassifier, BadTrainingDataIsRefused) {
   const auto refusal = [](const Features& features) { return test::caught([&] { learned(features); }); };
   Features nan = madeUpRooms(3, 6, 1);
@@ -207,6 +226,14 @@ TEST(RoomClassifier, BadTrainingDataIsRefused) {
   for (Frame& frame : none.frames) frame.room.clear();
   EXPECT_THAT(refusal(none), FailsWith(ErrorCode::insufficientData, "--rooms"));
   EXPECT_TRUE(refusal({{}, {}, DescriptorMatrix(0)}).code);
+  EXPECT_THAT(
+      [] {
+        FeatureEmbedding::learn({{}, {}, DescriptorMatrix(0)});
+      },
+      FailsWith(ErrorCode::insufficientData));
+  Features empty = madeUpRooms(2, 6, 1);
+  empty.parts.push_back({"nothing", PartKind::energies, {}, "nothing 1"});
+  EXPECT_THAT([&] { FeatureEmbedding::learn(empty); }, FailsWith(ErrorCode::invalidInput));
 }
 
 TEST(FeatureEmbedding, BalancesPartsWhateverTheirNumberOfColumns) {
@@ -239,13 +266,10 @@ void expectDirection(const DescriptorMatrix& x, const std::vector<double>& expec
     EXPECT_NEAR(x.row(0)[c], expected[c] / std::sqrt(norm), 1e-3) << "column " << c;
 }
 
-TEST(FeatureEmbedding, SharesOfAWholeAreComparedByLogRatios) {
+TEST(FeatureEmbedding, SharesOfAWholeAreComparedByLogRatiosIndependentOnesByLogOdds) {
   const double a = std::log(0.2 / 0.5), b = std::log(0.3 / 0.4), c = std::log(0.5 / 0.1),
                mean = (a + b + c) / 3;
   expectDirection(embeddedPair({0.2F, 0.3F, 0.5F}, {0.5F, 0.4F, 0.1F}), {a - mean, b - mean, c - mean});
-}
-
-TEST(FeatureEmbedding, IndependentProbabilitiesAreComparedByLogOdds) {
   const auto odds = [](double p) { return std::log(p / (1 - p)); };
   expectDirection(embeddedPair({0.9F, 0.3F, 0.5F}, {0.5F, 0.4F, 0.8F}),
                   {odds(0.9) - odds(0.5), odds(0.3) - odds(0.4), odds(0.5) - odds(0.8)});
@@ -298,6 +322,14 @@ TEST(Selection, BadRequestsAreRefused) {
   EXPECT_THAT([&] { selectColumns(features, "size", 2); }, FailsWith(ErrorCode::unknownName));
   EXPECT_THAT([&] { withColumns(features, {18}); }, FailsWith(ErrorCode::invalidInput));
   EXPECT_THAT([&] { withColumns(features, {}); }, FailsWith(ErrorCode::invalidInput));
+  Features unknown = features, nan = features;
+  for (Frame& frame : unknown.frames) frame.room.clear();
+  EXPECT_THAT([&] { columnScores(unknown, "chi2"); }, FailsWith(ErrorCode::insufficientData));
+  nan.frames.push_back(nan.frames[0]);
+  nan.values.append(std::vector<float>(18, std::nanf("")));
+  EXPECT_THAT([&] { columnScores(nan, "mean"); }, FailsWith(ErrorCode::invalidInput));
+  nan.values = DescriptorMatrix(18);
+  EXPECT_THAT([&] { columnScores(nan, "mean"); }, FailsWith(ErrorCode::insufficientData));
 }
 
 // ---- scores
@@ -328,10 +360,23 @@ class Stripes : public Sequence {
       (frames_[i].room == "across" ? image.rowRange(at, at + 4) : image.colRange(at, at + 4)).setTo(200);
     return image;
   }
+  bool hasDepth() const override { return depth; }
+  bool depth = false;
 
  private:
   std::vector<Frame> frames_;
 };
+
+TEST(RoomPredictions, WhatNeedsDepthIsRefusedWithoutOrWithoutItsCamera) {
+  Features shapes = madeUpRooms(3, 10, 1);
+  shapes.parts[1].name = "esf";
+  shapes = withColumns(shapes, {12, 13, 14, 15, 16, 17});
+  Stripes images({"a1", "d1"});
+  for (const bool depth : {false, true}) {
+    images.depth = depth;
+    EXPECT_THAT([&] { requireDescribable(learned(shapes), images); }, FailsWith(ErrorCode::invalidInput));
+  }
+}
 
 TEST(RoomPredictions, WhatTheLabelsLackIsDescribedFromTheImages) {
   const Stripes images({"a1", "a2", "a3", "d1", "d2", "d3"});
@@ -384,26 +429,37 @@ TEST(RoomPredictionFiles, LeaveTheRoomOutBelowTheSmallestProbability) {
 TEST(RoomClassifier, ForgedFilesAreRefusedOrHarmless) {
   const test::ScratchFolder scratch;
   const Features features = madeUpRooms(3, 8, 1);
-  writeRoomClassifier(learned(features), scratch / "rooms");
-  const std::string bytes = test::readFile(scratch / "rooms");
   constexpr std::size_t head = 8 + 4 + 64;
+  const std::string words[] = {test::bytesOf(0), test::bytesOf(-1), test::bytesOf(1 << 30),
+                               test::bytesOf(INFINITY)};
   std::mt19937 random(2);
-  int refused = 0;
-  for (int i = 0; i < 1500; ++i) {
-    std::string content = bytes.substr(head);
-    if (i % 4 == 0)
-      content.resize(random() % content.size());
-    else
-      for (int blows = 0; blows < 1 + i % 3; ++blows)
-        content[random() % content.size()] = static_cast<char>(random());
-    test::writeFile(scratch / "forged", bytes.substr(0, 12) + sha256(content) + content);
-    try {
-      readRoomClassifier(scratch / "forged").predict(features, 1);
-    } catch (const Error&) {
-      ++refused;
+  for (const auto& [type, explanation] : classifierTypes()) {
+    ClassifierOptions options = test::typed(type);
+    options.c = 1;
+    options.trees = 3;
+    writeRoomClassifier(trainRoomClassifier(features, options), scratch / "rooms");
+    const std::string bytes = test::readFile(scratch / "rooms");
+    int refused = 0;
+    for (std::size_t i = 0; i < 400; ++i) {
+      std::string content = bytes.substr(head);
+      const std::size_t behind = i % 2 == 0 ? 0 : content.size() - std::min<std::size_t>(content.size(), 400);
+      const std::size_t at = behind + random() % (content.size() - behind - 4);
+      if (i % 4 == 0)
+        content.resize(at);
+      else if (i % 4 == 1)
+        content.replace(at, 4, words[random() % 4]);
+      else
+        for (std::size_t blows = 0; blows < 1 + i % 3; ++blows)
+          content[random() % content.size()] = static_cast<char>(random());
+      test::writeFile(scratch / "forged", bytes.substr(0, 12) + sha256(content) + content);
+      try {
+        readRoomClassifier(scratch / "forged").predict(features, 1);
+      } catch (const Error&) {
+        ++refused;
+      }
     }
+    EXPECT_GT(refused, 105) << type;
   }
-  EXPECT_GT(refused, 400);
 }
 
 }  // namespace

@@ -2,7 +2,6 @@
 #include "estancia/cloud/growing_neural_gas.hpp"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
@@ -13,19 +12,16 @@
 
 #include "estancia/cloud/normals.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/core/take_interrupt.hpp"
+#include "support/clouds.hpp"
 #include "support/errors.hpp"
 #include "tests/cloud/textbook_neural_gas.hpp"
 
 namespace estancia {
 namespace {
 
-PointCloud unorganized(std::vector<cv::Point3f> points) {
-  PointCloud cloud;
-  cloud.width = points.size();
-  cloud.height = 1;
-  cloud.points = std::move(points);
-  return cloud;
-}
+using test::cloudOf;
+using test::FailsWith;
 
 /// Made-up clouds of every kind a network may meet, by name.
 PointCloud made(const std::string& kind, std::size_t count, unsigned seed) {
@@ -46,7 +42,7 @@ PointCloud made(const std::string& kind, std::size_t count, unsigned seed) {
     if (kind == "drifting" && i % 50 != 0) p *= 0.01F;
     points.push_back(p);
   }
-  return unorganized(std::move(points));
+  return cloudOf(std::move(points));
 }
 
 /// A texture over the cloud: stripes, a slope, noise.
@@ -156,12 +152,15 @@ TEST(GrowingNeuralGas, StopsAtAQuantizationError) {
   EXPECT_NEAR(gas.quantizationError, 0.08, 0.008);
 }
 
-TEST(GrowingNeuralGas, StopsAtADeadline) {
+TEST(GrowingNeuralGas, StopsAtADeadlineOrWhenAsked) {
   GngOptions options = small(1000);
   options.seconds = 1e-9;
   const NeuralGas gas = grown(made("surface", 20000, 3), options);
   EXPECT_EQ(gas.stop, GngStop::seconds);
   EXPECT_EQ(gas.cloud.points.size(), 2U);
+  requestInterrupt();
+  EXPECT_THAT([&] { grown(made("surface", 2000, 3), small(100)); }, FailsWith(ErrorCode::interrupted));
+  EXPECT_TRUE(takeInterrupt());
 }
 
 TEST(GrowingNeuralGas, PointsThatAreNotFiniteDoNotCount) {
@@ -177,8 +176,7 @@ TEST(GrowingNeuralGas, PointsThatAreNotFiniteDoNotCount) {
 }
 
 TEST(GrowingNeuralGas, FewerPointsThanNeuronsAreTheirOwnNetwork) {
-  const NeuralGas gas =
-      grown(unorganized({{0, 0, 0}, {1, 0, 0}, {0, 0, 0}, {10, 0, 0}, {1, 0, 0}}), small(10));
+  const NeuralGas gas = grown(cloudOf({{0, 0, 0}, {1, 0, 0}, {0, 0, 0}, {10, 0, 0}, {1, 0, 0}}), small(10));
   EXPECT_EQ(gas.stop, GngStop::points);
   EXPECT_THAT(gas.cloud.points,
               testing::ElementsAre(cv::Point3f(0, 0, 0), cv::Point3f(1, 0, 0), cv::Point3f(10, 0, 0)));
@@ -187,7 +185,7 @@ TEST(GrowingNeuralGas, FewerPointsThanNeuronsAreTheirOwnNetwork) {
   EXPECT_EQ(gas.quantizationError, 0);
   EXPECT_EQ(gas.signals, 0U);
 
-  const NeuralGas one = grown(unorganized({{3, 4, 5}, {3, 4, 5}}), small(10));
+  const NeuralGas one = grown(cloudOf({{3, 4, 5}, {3, 4, 5}}), small(10));
   EXPECT_EQ(one.stop, GngStop::points);
   EXPECT_THAT(one.cloud.points, testing::ElementsAre(cv::Point3f(3, 4, 5)));
   EXPECT_TRUE(one.edges.empty());
@@ -203,11 +201,10 @@ TEST(GrowingNeuralGas, PointsTooNearToBeToldApartHaveNoEdgeToThemselves) {
 }
 
 TEST(GrowingNeuralGas, RefusesWhatMakesNoSense) {
-  using test::FailsWith;
   const PointCloud cloud = made("surface", 100, 3);
   constexpr float nan = std::numeric_limits<float>::quiet_NaN();
   EXPECT_THAT(refusalOf({}, small(10)), FailsWith(ErrorCode::invalidInput));
-  EXPECT_THAT(refusalOf(unorganized({{nan, nan, nan}}), small(10)), FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT(refusalOf(cloudOf({{nan, nan, nan}}), small(10)), FailsWith(ErrorCode::invalidInput));
   for (const std::size_t neurons : {std::size_t{0}, std::size_t{1}, std::size_t{1} << 60})
     EXPECT_THAT(refusalOf(cloud, small(neurons)), FailsWith(ErrorCode::invalidOption));
   using Change = void (*)(GngOptions&);
@@ -247,10 +244,10 @@ TEST(NormalsFromGraph, ArePerpendicularToTheSurfaceAndLookAtTheViewer) {
 TEST(NormalsFromGraph, ThereIsNoneWithoutAPlane) {
   for (const cv::Point3f& n : normalsFromGraph(grown(made("line", 3000, 3), small(50))))
     EXPECT_TRUE(std::isnan(n.x));
-  EXPECT_TRUE(std::isnan(normalsFromGraph(grown(unorganized({{1, 2, 3}}), small(5)))[0].x));
+  EXPECT_TRUE(std::isnan(normalsFromGraph(grown(cloudOf({{1, 2, 3}}), small(5)))[0].x));
   EXPECT_TRUE(normalsFromGraph({}).empty());
   NeuralGas broken;
-  broken.cloud = unorganized({{1, 2, 3}, {2, 2, 2}});
+  broken.cloud = cloudOf({{1, 2, 3}, {2, 2, 2}});
   broken.edges = {{0, 2}};
   EXPECT_THROW(normalsFromGraph(broken), Error);
 }

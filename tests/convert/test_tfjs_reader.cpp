@@ -1,15 +1,10 @@
 // TensorFlow.js networks: each operator against a plain implementation, and files that cannot be read.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
-#include <onnx/checker.h>
-#include <onnx/onnx_pb.h>
 
 #include <cmath>
-#include <opencv2/dnn.hpp>
-#include <random>
 
-#include "convert/tfjs_builder.hpp"
+#include "convert/network_builders.hpp"
 #include "convert/tfjs_reader.hpp"
 #include "convert/tfjs_weights.hpp"
 #include "convert/tflite_to_onnx.hpp"
@@ -21,18 +16,11 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::FailsWith;
+using test::randomValues;
 using test::TfjsBuilder;
 using Values = std::vector<float>;
 
 constexpr int height = 6, width = 7, channels = 3;
-
-Values randomValues(std::size_t count, unsigned seed) {
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<float> uniform(-1, 1);
-  Values values(count);
-  for (float& v : values) v = uniform(random);
-  return values;
-}
 
 /// The image that all networks here are given, H×W×C.
 Values image() {
@@ -49,17 +37,7 @@ class TfjsReader : public testing::Test {
 
   /// What the network answers to image(); images as N×H×W×C, as TensorFlow has them.
   Values answer(const std::string& output = "", const std::string& input = "") {
-    const std::string bytes = convert(input, output);
-    onnx::ModelProto model;
-    EXPECT_TRUE(model.ParseFromString(bytes));
-    EXPECT_NO_THROW(onnx::checker::check_model(model));
-    const Values values = image();
-    cv::Mat blob({1, channels, height, width}, CV_32F);
-    for (int i = 0; i < height * width * channels; ++i)
-      *(blob.ptr<float>(0, i % channels) + i / channels) = values[static_cast<std::size_t>(i)];
-    auto engine = cv::dnn::readNetFromONNX(bytes.data(), bytes.size());
-    engine.setInput(blob);
-    const cv::Mat out = engine.forward();
+    const cv::Mat out = test::answerOf(convert(input, output), image(), height, width, channels);
     Values result;
     if (out.dims != 4) return {out.ptr<float>(), out.ptr<float>() + out.total()};
     const int pixels = out.size[2] * out.size[3];
@@ -96,8 +74,6 @@ float pixel(const Values& values, int y, int x, int c) {
   if (y < 0 || y >= height || x < 0 || x >= width) return 0;
   return values[static_cast<std::size_t>((y * width + x) * channels + c)];
 }
-
-// ---- operators
 
 TEST_F(TfjsReader, ConvolvesWithFiltersInTheLastDimension) {
   const Values in = image(), weights = randomValues(3 * 2 * channels * 5, 1);
@@ -248,8 +224,6 @@ TEST_F(TfjsReader, ReadsQuantizedWeights) {
   expectNear(weights.reals("halves"), {1, -2, 0.5F});
   EXPECT_THAT(tfjs::weightFiles(file), testing::ElementsAre("shard1", "shard2"));
 }
-
-// ---- what cannot be read
 
 TEST_F(TfjsReader, TakesTheSizeFromThePlaceholderAndRefusesAnother) {
   network_.node("Relu", "positive", {"image"});

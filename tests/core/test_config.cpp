@@ -3,6 +3,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/home.hpp"
 #include "estancia/core/options.hpp"
+#include "estancia/core/removed_options.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -17,9 +18,6 @@ namespace estancia {
 namespace {
 
 using test::FailsWith;
-using testing::EndsWith;
-using testing::HasSubstr;
-using testing::StartsWith;
 
 /// Reads `text` with the one key `key`, whose value goes to `use`.
 void readKey(const std::string& text, const std::function<void(ConfigFile&, const toml::node&)>& use) {
@@ -27,20 +25,17 @@ void readKey(const std::string& text, const std::function<void(ConfigFile&, cons
   config.read({{"key", true, "a test", [&](const toml::node& node) { use(config, node); }}});
 }
 
-TEST(Config, UsesTheListedKeys) {
+TEST(Config, UsesTheListedKeysAndRefusesOtherAndMissingOnes) {
   std::vector<std::string> seen;
   ConfigFile config("home.toml", "first = 1\nsecond = true\nthird = 'x'\n");
   const auto note = [&](const toml::node&) { seen.push_back(config.key()); };
   config.read({{"first", true, "", note}, {"second", false, "", note}, {"fourth", false, "", note}},
               ConfigFile::Others::skip);
   EXPECT_THAT(seen, testing::UnorderedElementsAre("first", "second"));
-}
-
-TEST(Config, RefusesOtherKeysAndMissingOnes) {
-  ConfigFile config("home.toml", "first = 1\nsceond = 2\n");
+  ConfigFile wrong("home.toml", "first = 1\nsceond = 2\n");
   const std::vector<ConfigFile::Key> keys{{"first", true, "the first", [](const toml::node&) {}},
                                           {"second", false, "the second", [](const toml::node&) {}}};
-  EXPECT_THAT([&] { config.read(keys); }, FailsWith(ErrorCode::malformedFile));
+  EXPECT_THAT([&] { wrong.read(keys); }, FailsWith(ErrorCode::malformedFile));
   ConfigFile empty("home.toml", "");
   EXPECT_THAT([&] { empty.read(keys); }, FailsWith(ErrorCode::malformedFile));
 }
@@ -151,13 +146,14 @@ OptionGroup declare(Outer& options) {
 TEST(Options, AreSetByTheirPath) {
   Outer outer;
   OptionGroup group = declare(outer);
-  group.set("method", "exact");
-  group.set("count", "7");
-  group.set("loud", "true");
-  group.set("rate", "0.5");
-  group.set("side", "right");
-  group.set("inner.ball_radius", "0.125");
-  group.set("inner.limit", "1");
+  for (const auto& [path, value] : {std::pair{"method", "exact"},
+                                    {"count", "7"},
+                                    {"loud", "true"},
+                                    {"rate", "0.5"},
+                                    {"side", "right"},
+                                    {"inner.ball_radius", "0.125"},
+                                    {"inner.limit", "1"}})
+    group.set(path, value);
   EXPECT_EQ(outer.inner.limit, 1);
   group.set("inner.limit", "auto");
   EXPECT_FALSE(outer.inner.limit);
@@ -201,7 +197,7 @@ TEST(Options, AreValidatedWithAllTheirParts) {
   EXPECT_THAT([&] { validate(outer); }, FailsWith(ErrorCode::invalidOption));
 }
 
-TEST(Options, AreReadFromToml) {
+TEST(Options, AreReadFromTomlOrRefusedWithFileAndLine) {
   Outer outer;
   ConfigFile config("robot.toml", "method = \"exact\"\ncount = 9\nrate = 1\n[inner]\nball_radius = 2.5\n");
   OptionGroup group = declare(outer);
@@ -210,9 +206,6 @@ TEST(Options, AreReadFromToml) {
   EXPECT_EQ(outer.count, 9);
   EXPECT_EQ(outer.rate, 1);
   EXPECT_EQ(outer.inner.radius, 2.5);
-}
-
-TEST(Options, OfTomlAreRefusedWithFileAndLine) {
   const auto read = [](const char* text) {
     return [text] {
       Outer outer;
@@ -222,7 +215,9 @@ TEST(Options, OfTomlAreRefusedWithFileAndLine) {
     };
   };
   EXPECT_THAT(read("loud = true\ncount = 0\n"), FailsWith(ErrorCode::malformedFile, "robot.toml:2", "count"));
-  EXPECT_THAT(read("count = 2.5\n"), FailsWith(ErrorCode::malformedFile, "robot.toml:1", "count"));
+  for (const std::string line : {"count = 2.5", "count = true", "count = '2'", "rate = 'x'", "method = 1",
+                                 "method = true", "loud = 1", "loud = 'true'", "loud = 1.5", "count = [2]"})
+    EXPECT_THAT(read(line.c_str()), FailsWith(ErrorCode::malformedFile, "robot.toml:1")) << line;
   EXPECT_THAT(read("\ncuont = 2\n"), FailsWith(ErrorCode::malformedFile, "robot.toml:2", "cuont"));
   EXPECT_THAT(read("[inner]\nball_radius = 0\n"), FailsWith(ErrorCode::malformedFile, "robot.toml:2"));
   EXPECT_THAT(read("method = \"slow\"\n"), FailsWith(ErrorCode::malformedFile, "robot.toml:1", "exact"));
@@ -237,21 +232,18 @@ TEST(ErrorCodes, HaveNamesThatLeadBack) {
   EXPECT_EQ(findErrorCode("no-such-code"), std::nullopt);
 }
 
-TEST(ErrorMessage, ShowsControlCharactersOfFilesAsTheirBytes) {
+TEST(ErrorMessage, ShowsControlCharactersAsTheirBytesAndLeavesOutTheMiddleOfWhatIsTooLong) {
   const Error error(ErrorCode::malformedFile, "a.toml:1: \"\x1b[31m\" and \u202E and \xff\n");
   EXPECT_STREQ(error.what(), "a.toml:1: \"\\x1B[31m\" and \\xE2\\x80\\xAE and \\xFF\\x0A");
   EXPECT_EQ(error.code(), ErrorCode::malformedFile);
-}
-
-TEST(ErrorMessage, LeavesOutTheMiddleOfWhatIsTooLong) {
   std::string quoted;
   for (int i = 0; i < 20'000; ++i) quoted += "é";
   const std::string text =
       Error(ErrorCode::malformedFile, "a.pcd: \"" + quoted + "\"; write it again").what();
   EXPECT_LE(text.size(), 2000U);
-  EXPECT_THAT(text, StartsWith("a.pcd: \"éé"));
-  EXPECT_THAT(text, HasSubstr("é … é"));
-  EXPECT_THAT(text, EndsWith("é\"; write it again"));
+  EXPECT_THAT(text, testing::StartsWith("a.pcd: \"éé"));
+  EXPECT_THAT(text, testing::HasSubstr("é … é"));
+  EXPECT_THAT(text, testing::EndsWith("é\"; write it again"));
   EXPECT_EQ(printable(text), text) << "no letter is cut";
 }
 
@@ -285,8 +277,34 @@ TEST_F(CacheFolder, IsTheUsersUnlessNamed) {
   EXPECT_EQ(cacheFolder("labels"), "ana/.cache/estancia/labels");
   setenv("XDG_CACHE_HOME", "caches", 1);
   EXPECT_EQ(cacheFolder("labels"), "caches/estancia/labels");
+  EXPECT_EQ(cacheFolder(), "caches/estancia");
   setenv("ESTANCIA_CACHE", "own", 1);
   EXPECT_EQ(cacheFolder("labels"), "own") << "the folder itself";
+}
+
+/// With options that have gone.
+struct Odometry {
+  double maxDepth = 8;
+};
+
+OptionGroup declare(Odometry& options) {
+  OptionGroup group("odometry", "With options that have gone.");
+  group.add("max-depth", &options.maxDepth, "Depth beyond is not used.");
+  return group;
+}
+
+TEST(RemovedOptions, AreNamedWithWhatHoldsInstead) {
+  Odometry options;
+  OptionGroup group = declare(options);
+  EXPECT_THAT([&] { group.set("max_gap", "2"); }, FailsWith(ErrorCode::unknownName));
+  OptionGroup world("world", "");
+  world.add(declare(options));
+  EXPECT_THAT([&] { world.set("odometry.max-gap", "2"); }, FailsWith(ErrorCode::unknownName));
+  EXPECT_THAT([&] { world.set("odometry.max-gaps", "2"); }, FailsWith(ErrorCode::unknownName));
+  ConfigFile config("p.toml", "[odometry]\nmax_gap = 2\n");
+  EXPECT_THAT([&] { config.read(config.subtable(*config.table().get("odometry")), group); },
+              FailsWith(ErrorCode::malformedFile));
+  EXPECT_EQ(findRemovedOption("odometry.max-depth"), nullptr);
 }
 
 }  // namespace

@@ -2,14 +2,17 @@
 #include "estancia/core/cores.hpp"
 #include "estancia/core/progress.hpp"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sched.h>
+#include <sys/ioctl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <csignal>
-#include <limits>
+#include <cstdlib>
 #include <string>
 
 #include "estancia/core/memory.hpp"
@@ -34,25 +37,18 @@ int statusAfter(int signal, bool ignoredBefore) {
   return status;
 }
 
-TEST(Interrupts, AClosedTerminalAsksToStopHoweverOftenItSaysSo) {
-  const int status = statusAfter(SIGHUP, false);
-  ASSERT_TRUE(WIFEXITED(status)) << "killed by signal " << WTERMSIG(status);
-  EXPECT_EQ(WEXITSTATUS(status), 1);
+TEST(Interrupts, AClosedTerminalAsksToStopHoweverOftenItSaysSoUnlessNohupIsInForce) {
+  for (const bool nohup : {false, true}) {
+    const int status = statusAfter(SIGHUP, nohup);
+    ASSERT_TRUE(WIFEXITED(status)) << "killed by signal " << WTERMSIG(status);
+    EXPECT_EQ(WEXITSTATUS(status), nohup ? 0 : 1);
+  }
 }
 
-TEST(Interrupts, NohupStaysInForce) {
-  const int status = statusAfter(SIGHUP, true);
-  ASSERT_TRUE(WIFEXITED(status)) << "killed by signal " << WTERMSIG(status);
-  EXPECT_EQ(WEXITSTATUS(status), 0);
-}
-
-TEST(Interrupts, TheSecondSigtermKills) {
+TEST(Interrupts, TheSecondSigtermKillsAndTheFirstWhereNobodyAsks) {
   const int status = statusAfter(SIGTERM, false);
   ASSERT_TRUE(WIFSIGNALED(status));
   EXPECT_EQ(WTERMSIG(status), SIGTERM);
-}
-
-TEST(Interrupts, TheFirstOneKillsWhereNobodyAsks) {
   const auto neverAsks = [] {
     catchInterrupts();
     std::raise(SIGTERM);
@@ -77,7 +73,31 @@ TEST(StderrProgress, ShowsWorkThatHasAName) {
   EXPECT_EQ(std::count(shown.begin(), shown.end(), '\n'), 1) << shown;
 }
 
-TEST(TimeLeft, DoesNotCountTheStart) {
+TEST(StderrProgress, DrawsABarThatFitsTheTerminal) {
+  const int screen = posix_openpt(O_RDWR | O_NOCTTY), ours = dup(STDERR_FILENO);
+  ASSERT_TRUE(screen >= 0 && grantpt(screen) == 0 && unlockpt(screen) == 0);
+  const int terminal = open(ptsname(screen), O_RDWR | O_NOCTTY);
+  ASSERT_GE(terminal, 0);
+  for (const unsigned short columns : {0, 30, 80}) {
+    const winsize size{24, columns, 0, 0};
+    ASSERT_EQ(ioctl(terminal, TIOCSWINSZ, &size), 0);
+    dup2(terminal, STDERR_FILENO);
+    {
+      const auto progress = makeStderrProgress();
+      progress->begin("mapping the whole flat", 4, 2);
+      clearProgressLine();
+    }
+    dup2(ours, STDERR_FILENO);
+    std::string shown;
+    for (char c = 0; c != '\n' && read(screen, &c, 1) == 1;) shown += c;
+    EXPECT_EQ(shown.find("\r\033[Kmapping the whole flat "), 0U) << shown;
+    EXPECT_EQ(shown.find("█░") != std::string::npos, columns != 30) << "half done, if a bar fits: " << shown;
+    EXPECT_EQ(shown.find("50 % 2/4") != std::string::npos, columns != 30) << shown;
+  }
+  for (const int file : {terminal, screen, ours}) close(file);
+}
+
+TEST(TimeLeft, CountsNeitherTheStartNorWhatAnEarlierRunHasDone) {
   TimeLeft left(100);
   EXPECT_FALSE(left.seconds(4));
   left.advance(1, 5);  // five seconds for opening the network
@@ -85,14 +105,17 @@ TEST(TimeLeft, DoesNotCountTheStart) {
   for (int i = 1; i <= 12; ++i) left.advance(1, 5 + 0.5 * i);
   EXPECT_DOUBLE_EQ(left.rate(11).value(), 2);
   EXPECT_DOUBLE_EQ(left.seconds(11).value(), 87 / 2.0);
-}
-
-TEST(TimeLeft, CountsOnlyWhatWasDoneInThisRun) {
-  TimeLeft left(1000, 900);
-  left.advance(1, 1);
-  left.advance(9, 4);
-  EXPECT_EQ(left.done(), 910U);
-  EXPECT_DOUBLE_EQ(left.seconds(4).value(), 30);
+  TimeLeft resumed(1000, 900);
+  resumed.advance(1, 1);
+  resumed.advance(9, 4);
+  EXPECT_EQ(resumed.done(), 910U);
+  EXPECT_DOUBLE_EQ(resumed.seconds(4).value(), 30);
+  resumed.advance(90, 5);
+  EXPECT_DOUBLE_EQ(resumed.seconds(5).value(), 0) << "complete";
+  TimeLeft endless;
+  for (const double now : {1, 4}) endless.advance(3, now);
+  EXPECT_FALSE(endless.isComplete() || endless.seconds(4)) << "of no known amount nothing is left";
+  EXPECT_DOUBLE_EQ(endless.rate(4).value(), 1);
 }
 
 /// The cores that the test may really use.
@@ -110,8 +133,19 @@ TEST(Cores, AtLeastOneAndAtMostTheUsableOnesAreFree) {
   EXPECT_LE(freeCores(), usableCores());
 }
 
-TEST(Cores, TheQuotaOfAnyGroupAroundLimits) {
+TEST(Cores, OnlyTheCoresInQuestionCountAsBusy) {
+  const std::string stat =
+      "cpu  111 222 333 444 0 0 0 0 0 0\ncpu0 1 2 4 1000 2000 8 16 32 0 0\ncpu1 100 0 0 5000 0 0 0 0 0 0\n"
+      "cpu12 7 0 0 5000 0 0 0 0 0 0\ncpu13 none\nintr 5 6\n";
+  EXPECT_EQ(busyTicks(stat, {0}), 1 + 2 + 4 + 8 + 16 + 32);
+  EXPECT_EQ(busyTicks(stat, {1, 12}), 107);
+  EXPECT_EQ(busyTicks(stat, {0, 13}), -1) << "cpu13 is missing";
+}
+
+TEST(Cores, TheQuotaOfAnyGroupOfEitherKindLimits) {
   const test::ScratchFolder root;
+  test::writeFile(root / "proc/self/cgroup", "nonsense\n0:\n::\n");
+  EXPECT_EQ(usableCores(root.path()), allowed()) << "a machine that does not tell has all of them";
   test::writeFile(root / "proc/self/cgroup", "0::/service/robot\n");
   test::writeFile(root / "sys/fs/cgroup/service/robot/cpu.max", "max 100000\n");
   EXPECT_EQ(usableCores(root.path()), allowed());
@@ -119,21 +153,27 @@ TEST(Cores, TheQuotaOfAnyGroupAroundLimits) {
   EXPECT_EQ(usableCores(root.path()), 1);
   test::writeFile(root / "sys/fs/cgroup/service/cpu.max", "5000 100000\n");
   EXPECT_EQ(usableCores(root.path()), 1) << "never none";
+  const test::ScratchFolder first;
+  test::writeFile(first / "proc/self/cgroup", "7:memory:/\n4:cpu,cpuacct:/robot\n");
+  test::writeFile(first / "sys/fs/cgroup/cpu/robot/cpu.cfs_quota_us", "-1\n");
+  test::writeFile(first / "sys/fs/cgroup/cpu/robot/cpu.cfs_period_us", "100000\n");
+  EXPECT_EQ(usableCores(first.path()), allowed());
+  test::writeFile(first / "sys/fs/cgroup/cpu/robot/cpu.cfs_quota_us", "100000\n");
+  EXPECT_EQ(usableCores(first.path()), 1);
 }
 
-TEST(Cores, QuotasOfTheFirstKindLimitToo) {
+TEST(Memory, ALimitOfTheShellCounts) {
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_AS, &before), 0);
+  const rlimit lower{std::min<rlim_t>(before.rlim_max, rlim_t{1} << 46), before.rlim_max};
   const test::ScratchFolder root;
-  test::writeFile(root / "proc/self/cgroup", "7:memory:/\n4:cpu,cpuacct:/robot\n");
-  test::writeFile(root / "sys/fs/cgroup/cpu/robot/cpu.cfs_quota_us", "-1\n");
-  test::writeFile(root / "sys/fs/cgroup/cpu/robot/cpu.cfs_period_us", "100000\n");
-  EXPECT_EQ(usableCores(root.path()), allowed());
-  test::writeFile(root / "sys/fs/cgroup/cpu/robot/cpu.cfs_quota_us", "100000\n");
-  EXPECT_EQ(usableCores(root.path()), 1);
+  test::writeFile(root / "proc/self/status", "VmPeak: 9 kB\nVmSize:\t1048576 kB\n");
+  ASSERT_EQ(setrlimit(RLIMIT_AS, &lower), 0);
+  EXPECT_EQ(availableMemory(root.path()), lower.rlim_cur - (1U << 30)) << "less what this process has";
+  setrlimit(RLIMIT_AS, &before);
 }
 
-constexpr std::uint64_t unlimited = std::numeric_limits<std::uint64_t>::max();
-
-TEST(Memory, AnyGroupAroundLimits) {
+TEST(Memory, AnyGroupOfEitherKindLimits) {
   const test::ScratchFolder root;
   test::writeFile(root / "proc/meminfo", "MemAvailable:   8000 kB\n");
   test::writeFile(root / "proc/self/cgroup", "0::/service/robot\n");
@@ -148,15 +188,12 @@ TEST(Memory, AnyGroupAroundLimits) {
   EXPECT_EQ(availableMemory(root.path()), 5000U) << "pages of files are given back";
   test::writeFile(root / "sys/fs/cgroup/service/memory.max", "100\n");
   EXPECT_EQ(availableMemory(root.path()), 0U) << "never below nothing";
-}
-
-TEST(Memory, GroupsOfTheFirstKindLimitToo) {
-  const test::ScratchFolder root;
-  test::writeFile(root / "proc/self/cgroup", "5:cpu:/other\n4:hugetlb,memory:/robot\n");
-  test::writeFile(root / "sys/fs/cgroup/memory/robot/memory.limit_in_bytes", "9000\n");
-  test::writeFile(root / "sys/fs/cgroup/memory/robot/memory.usage_in_bytes", "4000\n");
-  test::writeFile(root / "sys/fs/cgroup/memory/robot/memory.stat", "cache 3000\ntotal_inactive_file 1000\n");
-  EXPECT_EQ(availableMemory(root.path()), 6000U);
+  const test::ScratchFolder first;
+  test::writeFile(first / "proc/self/cgroup", "5:cpu:/other\n4:hugetlb,memory:/robot\n");
+  test::writeFile(first / "sys/fs/cgroup/memory/robot/memory.limit_in_bytes", "9000\n");
+  test::writeFile(first / "sys/fs/cgroup/memory/robot/memory.usage_in_bytes", "4000\n");
+  test::writeFile(first / "sys/fs/cgroup/memory/robot/memory.stat", "cache 3000\ntotal_inactive_file 1000\n");
+  EXPECT_EQ(availableMemory(first.path()), 6000U);
 }
 
 }  // namespace

@@ -32,24 +32,21 @@ TEST(Distance, FollowsTheFormulasInDoublePrecision) {
   for (auto* v : {&a, &b, &w})
     for (float& x : *v) x = uniform(random);
   double most = 0, mostWeighted = 0, jeffreys = 0, jensenShannon = 0;
+  double sumW = 0, squares = 0, plainSquares = 0, absolute = 0, chi = 0, ab = 0, aa = 0, bb = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {
-    const double x = a[i], y = b[i], mean = (x + y) / 2;
+    const double x = a[i], y = b[i], d = x - y, mean = (x + y) / 2;
     most = std::max(most, std::fabs(x - y));
     mostWeighted = std::max(mostWeighted, w[i] * std::fabs(x - y));
     jeffreys += (x - y) * std::log((x + clrFloor) / (y + clrFloor));
     jensenShannon += (x > 0 ? x * std::log(x / mean) : 0) + (y > 0 ? y * std::log(y / mean) : 0);
-  }
-  double sumW = 0, squares = 0, plainSquares = 0, absolute = 0, chi = 0, ab = 0, aa = 0, bb = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    const double d = static_cast<double>(a[i]) - b[i];
     sumW += w[i];
     squares += w[i] * d * d;
     plainSquares += d * d;
     absolute += std::fabs(d);
-    chi += d * d / (static_cast<double>(a[i]) + b[i]);
-    ab += static_cast<double>(a[i]) * b[i];
-    aa += static_cast<double>(a[i]) * a[i];
-    bb += static_cast<double>(b[i]) * b[i];
+    chi += d * d / (x + y);
+    ab += x * y;
+    aa += x * x;
+    bb += y * y;
   }
   const double n = 1001;
   EXPECT_NEAR(compare(Comparison::meanSquare, a, b, w), squares / sumW, 1e-6);  // Eq. 4.5
@@ -75,15 +72,12 @@ TEST(Distance, EveryNamedOneIsZeroOnlyForTheSameAndSymmetric) {
   }
 }
 
-TEST(Distance, HellingerIsEuclideanOnSquareRoots) {
+TEST(Distance, HellingerIsEuclideanOnSquareRootsAndLogRatiosAreCentered) {
   double sum = 0;
   for (std::size_t i = 0; i < p.size(); ++i) sum += std::pow(std::sqrt(p[i]) - std::sqrt(q[i]), 2);
   EXPECT_NEAR(
       compare(Comparison::euclidean, embedded(Embedding::squareRoot, p), embedded(Embedding::squareRoot, q)),
       std::sqrt(sum), 1e-6);
-}
-
-TEST(Distance, LogRatiosAreCenteredAndFinite) {
   const Values a = embedded(Embedding::centeredLogRatio, p);
   double logs = 0;
   for (const float v : p) logs += std::log(v) / 4;
@@ -110,13 +104,10 @@ TEST(Distance, CentersAndSumsUpInEachPart) {
   for (std::size_t i = 0; i < 5; ++i) EXPECT_FLOAT_EQ(out[i], both[i] - (i < 2 ? 0.5F : 1.0F / 3));
 }
 
-TEST(Distance, NamesHaveSigmaForms) {
+TEST(Distance, NamesHaveSigmaFormsAndUnknownOnesAreRefused) {
   EXPECT_TRUE(getDistance("hellinger-sigma").sigmaWeighted);
   EXPECT_EQ(getDistance("hellinger-sigma").name, "hellinger-sigma");
   EXPECT_FALSE(getDistance("hellinger").sigmaWeighted);
-}
-
-TEST(Distance, UnknownNameListsTheKnownOnes) {
   for (const char* name : {"manhattan", "weighted-sigma", "-sigma", ""})
     EXPECT_THAT([&] { getDistance(name); }, FailsWith(ErrorCode::unknownName));
   for (const Choice& known : distances()) EXPECT_EQ(getDistance(known.name).name, known.name);

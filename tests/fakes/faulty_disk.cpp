@@ -80,15 +80,6 @@ void keepSynced(int file) {
                                                 copy.c_str());  // whole, or as it was
 }
 
-int opened(const char* name, const char* path, int flags, mode_t mode) {
-  if ((flags & O_CREAT) != 0 && fails("open", path, ENOSPC)) return -1;
-  return next<int(const char*, int, ...)>(name)(path, flags, mode);
-}
-
-mode_t modeOf(int flags, std::va_list arguments) {
-  return (flags & (O_CREAT | O_TMPFILE)) != 0 ? va_arg(arguments, mode_t) : 0;
-}
-
 }  // namespace
 
 extern "C" {
@@ -96,18 +87,14 @@ extern "C" {
 int open(const char* path, int flags, ...) {
   std::va_list arguments;
   va_start(arguments, flags);
-  const mode_t mode = modeOf(flags, arguments);
+  const mode_t mode = (flags & (O_CREAT | O_TMPFILE)) != 0 ? va_arg(arguments, mode_t) : 0;
   va_end(arguments);
-  return opened("open", path, flags, mode);
+  if ((flags & O_CREAT) != 0 && fails("open", path, ENOSPC)) return -1;
+  return next<int(const char*, int, ...)>("open64")(path, flags, mode);
 }
 
-int open64(const char* path, int flags, ...) {
-  std::va_list arguments;
-  va_start(arguments, flags);
-  const mode_t mode = modeOf(flags, arguments);
-  va_end(arguments);
-  return opened("open64", path, flags, mode);
-}
+// Offsets have 64 bits in either.
+int open64(const char* path, int flags, ...) __attribute__((alias("open")));
 
 FILE* fopen64(const char* path, const char* mode) {
   if (*mode != 'r' && fails("open", path, ENOSPC)) return nullptr;

@@ -3,8 +3,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <csignal>
+#include <cstdlib>
+#include <random>
+#include <tuple>
+
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/core/progress.hpp"
 #include "estancia/fetch/download.hpp"
 #include "estancia/fetch/partial_file.hpp"
 #include "support/errors.hpp"
@@ -15,12 +21,10 @@ namespace estancia {
 namespace {
 namespace fs = std::filesystem;
 
-using test::cutAnswer;
 using test::FailsWith;
 using test::httpAnswer;
 using test::HttpRequest;
 using test::LoopbackServer;
-using test::rangeAnswer;
 using test::readFile;
 using test::writeFile;
 using testing::ElementsAre;
@@ -83,9 +87,9 @@ TEST_F(Download, LeavesAFileAloneThatIsThereAndRight) {
 TEST_F(Download, GoesOnInALaterRun) {
   bool well = false;
   LoopbackServer server([&](const HttpRequest& request) -> test::HttpAnswer {
-    if (well) return {rangeAnswer(request, body_, "\"v1\"")};
+    if (well) return {test::rangeAnswer(request, body_, "\"v1\"")};
     if (request.headers.contains("range")) return {httpAnswer("503 Service Unavailable", "")};
-    return {cutAnswer(body_, 200'000, {"ETag: \"v1\""})};
+    return {test::cutAnswer(body_, 200'000, {"ETag: \"v1\""})};
   });
   EXPECT_THAT(get(unknown(server.url("/a"))), FailsWith(ErrorCode::network));
   EXPECT_THAT(left(), ElementsAre("net.onnx.part", "net.onnx.part.from"));
@@ -95,45 +99,73 @@ TEST_F(Download, GoesOnInALaterRun) {
   EXPECT_EQ(header(server.requests().back(), "range"), "bytes=200000-");
 }
 
-TEST_F(Download, DoesNotGoOnWithBytesThatNobodyVouchesFor) {
-  writeFile(target_.string() + ".part", other_.substr(0, 50'000));
+TEST_F(Download, GoesOnWithAnEarlierPartOnlyAsFarAsItIsVouchedFor) {
+  using Ranges = std::vector<std::string>;
+  const std::string foreign = other_.substr(0, 50'000), own = body_.substr(0, 50'000);
   LoopbackServer server(
-      [&](const HttpRequest& request) -> test::HttpAnswer { return {rangeAnswer(request, body_)}; });
-  EXPECT_EQ(get(unknown(server.url("/a"))).code, std::nullopt);
-  EXPECT_EQ(readFile(target_), body_);
-  EXPECT_EQ(header(server.requests().at(0), "range"), "");
+      [&](const HttpRequest& request) -> test::HttpAnswer { return {test::rangeAnswer(request, body_)}; });
+  const std::tuple<std::string, RemoteFile, Ranges> cases[] = {
+      {foreign, unknown(server.url("/a")), {""}},
+      {own, known({server.url("/a")}), {"bytes=50000-"}},
+      {foreign, known({server.url("/a")}), {"bytes=50000-", ""}},
+      {body_ + "and more", known({server.url("/a")}), {"bytes=300008-", ""}}};
+  for (const auto& [part, file, ranges] : cases) {
+    const std::size_t before = server.requests().size();
+    writeFile(target_.string() + ".part", part);
+    EXPECT_EQ(get(file).code, std::nullopt);
+    EXPECT_EQ(readFile(target_), body_);
+    Ranges asked;
+    for (const HttpRequest& request : server.requests()) asked.push_back(header(request, "range"));
+    asked.erase(asked.begin(), asked.begin() + static_cast<std::ptrdiff_t>(before));
+    EXPECT_EQ(asked, ranges) << part.size();
+    fs::remove(target_);
+  }
 }
 
-TEST_F(Download, BeginsAnewWhenTheServerKnowsNoRanges) {
-  int asked = 0;
-  LoopbackServer server([&](auto&) -> test::HttpAnswer {
-    if (asked++ == 0) return {cutAnswer(body_, 150'000, {"ETag: \"v1\""})};
-    return {httpAnswer("200 OK", body_)};
-  });
-  EXPECT_EQ(get(unknown(server.url("/a"))).code, std::nullopt);
-  EXPECT_EQ(readFile(target_), body_);
+TEST_F(Download, GoesOnWhereTheConnectionBrokeButDoesNotGlueTwoVersionsTogether) {
+  enum class Server { good, withoutVersions, withoutRanges, changed, gluing };
+  for (const Server kind :
+       {Server::good, Server::withoutVersions, Server::withoutRanges, Server::changed, Server::gluing}) {
+    SCOPED_TRACE(static_cast<int>(kind));
+    const bool isChanged = kind == Server::changed || kind == Server::gluing;
+    const std::string etag = kind == Server::withoutVersions ? "" : "\"v1\"";
+    int times = 0;
+    LoopbackServer server([&](HttpRequest request) -> test::HttpAnswer {
+      if (times++ == 0)
+        return {test::cutAnswer(body_, 100'000,
+                                etag.empty() ? std::vector<std::string>{} : std::vector{"ETag: " + etag})};
+      if (kind == Server::withoutRanges) return {httpAnswer("200 OK", body_)};
+      if (kind == Server::gluing) request.headers.erase("if-range");
+      return {test::rangeAnswer(request, isChanged ? other_ : body_, isChanged ? "\"v2\"" : etag)};
+    });
+    const auto error =
+        get(kind == Server::withoutVersions ? known({server.url("/a")}) : unknown(server.url("/a")));
+    EXPECT_EQ(header(server.requests().at(1), "range"), "bytes=100000-");
+    EXPECT_EQ(header(server.requests().at(1), "if-range"), etag);
+    if (kind == Server::gluing)
+      EXPECT_THAT(error, FailsWith(ErrorCode::network));
+    else
+      EXPECT_EQ(readFile(target_), isChanged ? other_ : body_) << error;
+    for (const std::string& name : left()) fs::remove(scratch_ / name);
+  }
 }
 
-TEST_F(Download, DoesNotGlueTwoVersionsTogether) {
-  int asked = 0;
-  LoopbackServer server([&](const HttpRequest& request) -> test::HttpAnswer {
-    if (asked++ == 0) return {cutAnswer(body_, 150'000, {"ETag: \"v1\""})};
-    return {rangeAnswer(request, other_, "\"v2\"")};
-  });
-  EXPECT_EQ(get(unknown(server.url("/a"))).code, std::nullopt);
-  EXPECT_EQ(readFile(target_), other_);
-}
-
-TEST_F(Download, FindsOutByTheDigestWhenTheServerDoesGlue) {
-  writeFile(target_.string() + ".part", other_.substr(0, 50'000));
-  LoopbackServer server(
-      [&](const HttpRequest& request) -> test::HttpAnswer { return {rangeAnswer(request, body_)}; });
-  EXPECT_EQ(get(known({server.url("/a")})).code, std::nullopt);
-  EXPECT_EQ(readFile(target_), body_);
-  const auto requests = server.requests();
-  ASSERT_EQ(requests.size(), 2U);
-  EXPECT_EQ(header(requests[0], "range"), "bytes=50000-");
-  EXPECT_EQ(header(requests[1], "range"), "");
+TEST_F(Download, StopsWhenTheUserWantsToAndKeepsWhatHasCome) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  const auto stopped = [&] {
+    std::signal(SIGINT, SIG_DFL);
+    catchInterrupts();
+    test::Caught error;
+    {
+      LoopbackServer server([&](auto&) {
+        std::raise(SIGINT);
+        return test::HttpAnswer{test::cutAnswer(body_, 200'000, {"ETag: \"v1\""}), true};
+      });
+      error = get(unknown(server.url("/a")));
+    }
+    std::exit(error.code == ErrorCode::interrupted && !fs::exists(target_) ? 7 : 1);
+  };
+  EXPECT_EXIT(stopped(), testing::ExitedWithCode(7), "");
 }
 
 TEST_F(Download, RefusesAnAnswerToAnotherRange) {
@@ -142,6 +174,7 @@ TEST_F(Download, RefusesAnAnswerToAnotherRange) {
     return {httpAnswer("206 Partial Content", body_.substr(10), {"Content-Range: bytes 10-299999/300000"})};
   });
   EXPECT_THAT(get(known({server.url("/a")})), FailsWith(ErrorCode::network));
+  EXPECT_THAT(get(unknown(server.url("/a"))), FailsWith(ErrorCode::network)) << "no part was asked for";
 }
 
 TEST_F(Download, DiscardsWhatHasTheWrongDigest) {
@@ -157,18 +190,22 @@ TEST_F(Download, DiscardsWhatHasTheWrongDigest) {
 
 TEST_F(Download, GivesUpOnAServerThatStopsSending) {
   options_.stallSeconds = 1;
-  LoopbackServer server([&](auto&) { return test::HttpAnswer{cutAnswer(body_, 1000), true}; });
+  LoopbackServer server([&](auto&) { return test::HttpAnswer{test::cutAnswer(body_, 1000), true}; });
   EXPECT_THAT(get(unknown(server.url("/a"))), FailsWith(ErrorCode::network));
 }
 
 TEST_F(Download, AsksAnIllServerAgainButNotForWhatIsNotThere) {
   LoopbackServer server([&](const HttpRequest& request) -> test::HttpAnswer {
+    if (request.path == "/ssh") return {"SSH-2.0-OpenSSH_9.2p1 Debian-2\r\n"};
+    if (request.path == "/nothing") return {""};
     return {httpAnswer(request.path == "/gone" ? "404 Not Found" : "500 Internal Server Error", "sorry")};
   });
   EXPECT_THAT(get(unknown(server.url("/gone"))), FailsWith(ErrorCode::network));
   EXPECT_EQ(server.requests().size(), 1U);
   EXPECT_THAT(get(unknown(server.url("/ill"))), FailsWith(ErrorCode::network));
   EXPECT_EQ(server.requests().size(), 4U);
+  for (const char* path : {"/ssh", "/nothing"})
+    EXPECT_THAT(get(unknown(server.url(path))), FailsWith(ErrorCode::network)) << "this is not HTTP";
   EXPECT_TRUE(left().empty());
 }
 
@@ -245,6 +282,9 @@ class ArchiveMember : public testing::Test {
     writeFile(scratch_ / "in/folder/net.prototxt", "layers");
     writeFile(scratch_ / "in/folder/empty", "");
     writeFile(scratch_ / "in/other.prototxt", "others");
+    std::string noise;
+    for (std::mt19937 random(1); noise.size() < 20'000;) noise += static_cast<char>(random());
+    writeFile(scratch_ / "in/noise", noise);
     fs::create_symlink("/etc/passwd", scratch_ / "in/link");
     const std::string command =
         "tar -C '" + (scratch_ / "in").string() + "' -czf '" + archive_.string() + "' .";
@@ -258,18 +298,14 @@ class ArchiveMember : public testing::Test {
   const fs::path archive_ = scratch_ / "a.tar.gz", target_ = scratch_ / "out";
 };
 
-TEST_F(ArchiveMember, IsTakenByItsNameOrPath) {
+TEST_F(ArchiveMember, IsTakenByItsNameOrPathUpToALimit) {
+  EXPECT_THAT([&] { take("net.prototxt", 5); }, FailsWith(ErrorCode::tooLarge));
+  EXPECT_FALSE(fs::exists(target_) || fs::exists(scratch_ / "out.part"));
   EXPECT_TRUE(take("net.prototxt"));
   EXPECT_EQ(readFile(target_), "layers");
   EXPECT_TRUE(take("folder/empty"));
   EXPECT_EQ(readFile(target_), "");
   EXPECT_FALSE(take("prototxt")) << "a part of a name is not the name";
-}
-
-TEST_F(ArchiveMember, HasALimit) {
-  EXPECT_THAT([&] { take("net.prototxt", 5); }, FailsWith(ErrorCode::tooLarge));
-  EXPECT_FALSE(fs::exists(target_));
-  EXPECT_FALSE(fs::exists(scratch_ / "out.part"));
 }
 
 TEST_F(ArchiveMember, OfADamagedArchiveIsRefused) {
@@ -282,31 +318,18 @@ TEST_F(ArchiveMember, OfADamagedArchiveIsRefused) {
     EXPECT_TRUE(error.code || !taken);
     EXPECT_FALSE(fs::exists(target_));
   }
-  writeFile(archive_, whole.substr(0, whole.size() / 2));
-  EXPECT_THAT([&] { take("net.prototxt"); }, FailsWith(ErrorCode::malformedFile));
+  const std::string noise = readFile(scratch_ / "in/noise");
+  for (std::size_t size = 0; size < whole.size(); size += 501) {
+    writeFile(archive_, whole.substr(0, size));
+    const auto error = test::caught([&] { take("noise", 1 << 20); });
+    if (fs::exists(target_))
+      EXPECT_EQ(readFile(target_), noise) << size;
+    else
+      EXPECT_THAT(error, FailsWith(ErrorCode::malformedFile)) << size;
+    fs::remove(target_);
+  }
   EXPECT_THAT([&] { extractMember(scratch_ / "none", "a", target_, 9); },
               FailsWith(ErrorCode::malformedFile));
-}
-
-TEST_F(Download, GoesOnWhereTheConnectionBroke) {
-  LoopbackServer server([&](const HttpRequest& request) -> test::HttpAnswer {
-    if (request.headers.contains("range")) return {rangeAnswer(request, body_, "\"v1\"")};
-    return {cutAnswer(body_, 100'000, {"ETag: \"v1\""})};
-  });
-  EXPECT_EQ(get(unknown(server.url("/net.onnx"))).code, std::nullopt);
-  EXPECT_EQ(readFile(target_), body_);
-  const auto requests = server.requests();
-  ASSERT_EQ(requests.size(), 2U);
-  EXPECT_EQ(header(requests[1], "range"), "bytes=100000-");
-  EXPECT_EQ(header(requests[1], "if-range"), "\"v1\"");
-}
-
-TEST_F(Download, BeginsAnewWhenThereIsNoSuchRest) {
-  writeFile(target_.string() + ".part", body_ + "and more");
-  LoopbackServer server(
-      [&](const HttpRequest& request) -> test::HttpAnswer { return {rangeAnswer(request, body_)}; });
-  EXPECT_EQ(get(known({server.url("/a")})).code, std::nullopt);
-  EXPECT_EQ(readFile(target_), body_);
 }
 
 TEST_F(Download, TakesACompletePartWithoutAskingAgain) {
@@ -316,15 +339,6 @@ TEST_F(Download, TakesACompletePartWithoutAskingAgain) {
   file.size = body_.size();
   EXPECT_EQ(get(file).code, std::nullopt);
   EXPECT_TRUE(server.requests().empty());
-}
-
-TEST_F(Download, SurvivesWhatIsNotHttp) {
-  LoopbackServer server([&](const HttpRequest& request) -> test::HttpAnswer {
-    return {request.path == "/nothing" ? "" : "SSH-2.0-OpenSSH_9.2p1 Debian-2\r\n"};
-  });
-  EXPECT_THAT(get(unknown(server.url("/ssh"))), FailsWith(ErrorCode::network));
-  EXPECT_THAT(get(unknown(server.url("/nothing"))), FailsWith(ErrorCode::network));
-  EXPECT_TRUE(left().empty());
 }
 
 }  // namespace

@@ -2,7 +2,6 @@
 #include "estancia/sequences/feature_table.hpp"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 
@@ -10,19 +9,14 @@
 #include "estancia/files/files.hpp"
 #include "support/errors.hpp"
 #include "support/images.hpp"
-#include "support/support.hpp"
 
 namespace estancia {
 namespace {
 
-using io::CsvRow;
 using io::isTextFile;
-using io::naturalLess;
-using io::readCsv;
 using io::toNumber;
 using test::FailsWith;
 using ::testing::ElementsAre;
-using ::testing::IsEmpty;
 
 TEST(TextFile, HasNoControlCharactersButLineEndsTabsAndFormFeeds) {
   const test::ScratchFolder folder;
@@ -39,7 +33,7 @@ TEST(TextFile, HasNoControlCharactersButLineEndsTabsAndFormFeeds) {
 TEST(NaturalOrder, ComparesRunsOfDigitsAsNumbers) {
   std::vector<std::string> names = {"img10", "img9", "img010b", "img1",
                                     "b2",    "img",  "img01",   "a9999999999999999999999"};
-  std::ranges::sort(names, naturalLess);
+  std::ranges::sort(names, io::naturalLess);
   EXPECT_THAT(names, ElementsAre("a9999999999999999999999", "b2", "img", "img01", "img1", "img9", "img10",
                                  "img010b"));
 }
@@ -64,9 +58,9 @@ TEST(Numbers, MustBeWholeWords) {
 
 class Csv : public ::testing::Test {
  protected:
-  std::vector<CsvRow> read(const std::string& text) {
+  std::vector<io::CsvRow> read(const std::string& text) {
     test::writeFile(folder_ / "a.csv", text);
-    return readCsv(folder_ / "a.csv");
+    return io::readCsv(folder_ / "a.csv");
   }
   test::ScratchFolder folder_;
 };
@@ -123,7 +117,7 @@ TEST_F(FeatureTables, ClassIsAnotherNameOfRoomAndLinesOfFrames) {
   EXPECT_EQ(table.frames[0].room, "hall");
   EXPECT_EQ(table.frames[1].room, "");
   EXPECT_EQ(table.frames[1].name, "line 4");
-  EXPECT_THAT(table.groups, IsEmpty());
+  EXPECT_THAT(table.groups, testing::IsEmpty());
 }
 
 TEST_F(FeatureTables, IgnoredColumnsMayHoldAnything) {

@@ -1,16 +1,18 @@
+// Findings as a page and as files.
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/findings/findings_page.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <opencv2/core.hpp>
 #include <regex>
 
 #include "estancia/core/error.hpp"
 #include "estancia/files/image_writer.hpp"
+#include "estancia/findings/findings_page.hpp"
+#include "estancia/findings/result_table.hpp"
 #include "support/errors.hpp"
 #include "support/html_checks.hpp"
 #include "support/support.hpp"
@@ -21,6 +23,7 @@ namespace {
 using test::count;
 using test::FailsWith;
 using test::Html;
+using test::readFile;
 using testing::ElementsAre;
 
 Findings samplePage() {
@@ -62,6 +65,21 @@ TEST(FindingsPage, PointsOutTheBestAndWhatReadsTheSame) {
   EXPECT_EQ(count(html, "class=\"best\">7<"), 1U);
   EXPECT_EQ(count(html, "class=\"best\""), 3U);
   EXPECT_EQ(count(html, "<td>–</td>"), 1U);
+}
+
+TEST(FindingsPage, PointsOutWhatBeatsARivalAndHowHotAValueIs) {
+  Findings findings = samplePage();
+  auto& table = std::get<ResultTable>(findings.sections[0]);
+  table.columns[1].beats = 2;
+  table.hottest = 7;
+  table.rows.push_back({"d", {4.0, 2.0, std::nullopt}});
+  table.caption.clear();
+  const std::string html = renderFindingsPage(findings);
+  EXPECT_EQ(count(html, "class=\"best beats\""), 1U) << "7 > 1, and the most";
+  EXPECT_EQ(count(html, "class=\"beats\""), 1U) << "2 > 1";
+  EXPECT_EQ(count(html, "class=\"best\""), 2U);
+  EXPECT_EQ(Html(html).texts("p.scale").front(), "0.007.00");
+  EXPECT_THAT(Html(html).texts("p.note"), ElementsAre("kitchen was left out"));
 }
 
 /// An image of one color as a PNG.
@@ -171,6 +189,16 @@ TEST(LineChart, DrawsRatiosInProportionOnALogarithmicAxis) {
   EXPECT_DOUBLE_EQ(y[3], 280) << "0 lies at the foot";
 }
 
+TEST(LineChart, OfNothingOnePointOrEqualValuesIsADrawing) {
+  for (const auto& [x, y] : std::vector<std::pair<std::vector<double>, std::vector<double>>>{
+           {{}, {}}, {{5}, {0}}, {{5}, {2}}, {{1, 2}, {3, 3}}, {{1, 2}, {0, 0}}, {{1, 2}, {3}}})
+    for (const bool closeUp : {false, true}) {
+      const std::string svg = section(LineChart{"", "", "", "", false, x, {{"a", y}}, closeUp}).str();
+      EXPECT_EQ(count(svg, "nan") + count(svg, "inf"), 0U) << svg;
+      EXPECT_EQ(count(svg, "class=\"plot\""), 1U);
+    }
+}
+
 TEST(LineChart, BreaksWhereNothingIsKnown) {
   LineChart chart{"", "", "", "", false, {1, 2, 3, 4, 5}, {{"a", {1, 2, NAN, 3, 4}}}};
   const std::string svg = section(chart).str();
@@ -186,6 +214,38 @@ TEST(LineChartFigure, PointsOutAMarkThatIsOneOfItsPositions) {
     chart.lines[0].mark = elsewhere;
     EXPECT_EQ(count(section(chart).str(), "class=\"mark"), 0U) << elsewhere;
   }
+}
+
+TEST(FindingsFiles, AreAPageATableAndADiagram) {
+  const test::ScratchFolder scratch;
+  Findings findings;
+  findings.title = "Which | one?";
+  findings.summary = "That one.";
+  findings.facts = {{"Tests", "7"}};
+  findings.notes = {"one was left out"};
+  findings.sections.emplace_back(RankDiagram{"Ranks", "", {{"a", 1.25}, {"b", 1.75}}, {{0, 1}}, {}, 0});
+  findings.sections.emplace_back(ResultTable{
+      "Table", "Less is better.", "method", {{"rank", 2}}, {{"a", {1.25}}, {"b", {std::nullopt}}}});
+  writeFindingsFiles(scratch / "v1.2", findings);
+  EXPECT_EQ(readFile(scratch / "v1.2.md"),
+            "# Which \\| one?\n\nThat one.\n\n* Tests: 7\n\n| method | rank |\n| --- | ---: |\n| a | 1.25 |\n"
+            "| b | – |\n\nLess is better.\n\none was left out\n");
+  EXPECT_EQ(readFile(scratch / "v1.2.csv"), "method,rank\na,1.25\nb,\n");
+  EXPECT_EQ(readFile(scratch / "v1.2.tex"), latexTable(std::get<ResultTable>(findings.sections[1])));
+  EXPECT_EQ(readFile(scratch / "v1.2.svg"), renderRankDiagram(std::get<RankDiagram>(findings.sections[0])));
+  EXPECT_EQ(readFile(scratch / "v1.2.html"), renderFindingsPage(findings));
+}
+
+TEST(FindingsFiles, OfWhatIsNotThereAreNotWritten) {
+  const test::ScratchFolder scratch;
+  Findings findings;
+  findings.title = "Nothing";
+  writeFindingsFiles(scratch / "empty", findings);
+  EXPECT_TRUE(std::filesystem::exists(scratch / "empty.html"));
+  for (const char* ending : {".md", ".csv", ".tex", ".svg"})
+    EXPECT_FALSE(std::filesystem::exists(scratch / (std::string("empty") + ending))) << ending;
+  EXPECT_THAT([&] { writeFindingsFiles(scratch / "nowhere/empty", findings); },
+              FailsWith(ErrorCode::fileUnwritable, "nowhere"));
 }
 
 }  // namespace

@@ -135,6 +135,11 @@ TEST(RankDiagram, KeepsBothEndsOfLongNames) {
   EXPECT_TRUE(std::regex_search(svg, std::regex(">inception-v3[^<]*…[^<]*/svm-rbf<")));
   EXPECT_TRUE(Html(svg).texts("title")[0].starts_with(diagram.methods[0].name))
       << "the whole name when pointed at";
+  for (const auto& [method, part] : {std::pair{0, "esf"}, {1, "gist"}})
+    diagram.methods[static_cast<std::size_t>(method)].name =
+        "inception-v3+places365+resnet50+" + std::string(part) + "+more+of+them+of+all+kinds/svm-rbf";
+  const std::string apart = renderRankDiagram(diagram);
+  for (const char* part : {">…esf…<", ">…gist…<"}) EXPECT_EQ(count(apart, part), 1U) << part;
 }
 
 TEST(RankDiagram, IsPartOfThePageAndAFileOfItsOwn) {

@@ -4,16 +4,15 @@
 #include "estancia/joining/merge_maps.hpp"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <numbers>
 
 #include "estancia/core/pose.hpp"
+#include "estancia/core/take_interrupt.hpp"
 #include "estancia/map_file/sqlite.hpp"
 #include "estancia/map_file/store.hpp"
 #include "estancia/mapper/mapper_impl.hpp"
@@ -24,6 +23,7 @@
 #include "estancia/world_file/edit_rules.hpp"
 #include "estancia/world_file/world_map.hpp"
 #include "estancia/world_file/world_options.hpp"
+#include "estancia/world_file/world_store.hpp"
 #include "support/errors.hpp"
 #include "support/flat_drive.hpp"
 #include "support/support.hpp"
@@ -347,8 +347,10 @@ TEST_F(MergedDrives, ThatWereKilledLeaveNothingForLong) {
 class MergedFlats : public testing::Test {
  protected:
   void map(const std::string& name, std::size_t end, const std::string& layers = "places,areas,objects") {
+    const fs::path file = folder_ / name;
     MappingSession session =
-        MappingSession::create(folder_ / name, labeled_.vocabulary, labeled_.model, MapperOptions{});
+        fs::exists(file) ? MappingSession::resume(file, labeled_.vocabulary, labeled_.model)
+                         : MappingSession::create(file, labeled_.vocabulary, labeled_.model, MapperOptions{});
     WorldOptions options;
     options.layers = layersFrom(layers);
     WorldMapper world(session, options);
@@ -356,7 +358,7 @@ class MergedFlats : public testing::Test {
     world.beginDrive();
     for (std::size_t i = 0; i < end; ++i) {
       Frame frame = flat_.frame(i);
-      frame.name = name + frame.name;
+      frame.name = name + std::to_string(session.frames());
       world.observe(frame, labeled_.descriptors.row(i), flat_.image(i), flat_.depth(i), *flat_.intrinsics());
       session.add(frame, labeled_.descriptors.row(i));
     }
@@ -366,6 +368,14 @@ class MergedFlats : public testing::Test {
   MergedMaps merge(const std::string& a, const std::string& b, const std::string& output) const {
     const std::vector<fs::path> maps{folder_ / a, folder_ / b};
     return mergeMaps(maps, folder_ / output);
+  }
+
+  /// Names by people.
+  static std::vector<std::string> namesOf(const WorldMap& world) {
+    std::vector<std::string> names;
+    for (const WorldArea& area : world.areas)
+      if (!area.givenName.empty()) names.push_back(area.givenName);
+    return names;
   }
 
   const ScratchFolder folder_;
@@ -383,42 +393,40 @@ TEST_F(MergedFlats, HaveTheLayersOfAll) {
   const WorldMap all = readWorld(folder_ / "all");
   EXPECT_EQ(all.areas.size(), 3U);
   EXPECT_EQ(all.objects.size(), whole.objects.size());
-  EXPECT_TRUE(
-      std::ranges::any_of(all.areas, [](const auto& area) { return area.givenName == "Ada's room"; }));
+  EXPECT_THAT(namesOf(all), testing::ElementsAre("Ada's room"));
 }
 
-/// A flat with depth, whose second drive is in the map's frame.
-TEST(UndoneDrives, LeaveAreasAndPeoplesNames) {
-  const ScratchFolder folder;
-  const fs::path file = folder / "flat";
-  const test::FlatDrive flat;
-  const DescriptorSequence labeled = flat.labeled();
-  const auto drive = [&](int round) {
-    MappingSession session = round > 0 ? MappingSession::resume(file, labeled.vocabulary, labeled.model)
-                                       : MappingSession::create(file, labeled.vocabulary, labeled.model, {});
-    WorldMapper world(session);
-    session.beginDrive({.name = "round", .posesAreInMap = true});
-    world.beginDrive();
-    for (std::size_t i = 0; i < flat.size(); ++i) {
-      Frame frame = flat.frame(i);
-      frame.name += std::to_string(round);
-      world.observe(frame, labeled.descriptors.row(i), flat.image(i), flat.depth(i), *flat.intrinsics());
-      session.add(frame, labeled.descriptors.row(i));
-    }
-    session.finish();
-    world.finish();
-  };
-  drive(0);
-  nameArea(file, "0", "Ada's room");
-  drive(1);
-  const WorldMap both = readWorld(file);
-  ASSERT_EQ(both.areas.size(), 3U);
-  undoDrive(file, 0);
-  const WorldMap rest = readWorld(file);
-  EXPECT_EQ(rest.places.frames.size(), flat.size());
-  ASSERT_EQ(rest.areas.size(), 3U);
-  EXPECT_TRUE(
-      std::ranges::any_of(rest.areas, [](const auto& area) { return area.givenName == "Ada's room"; }));
+TEST_F(MergedFlats, KeepWhatPeopleToldAndTheFirstMapsNameWhereTheyContradictEachOther) {
+  for (const std::string name : {"a", "b"}) {
+    map(name, flat_.size());
+    nameArea(folder_ / name, "0", name + "'s room");
+    MapStore store = MapStore::open(folder_ / name, MapStore::Access::write);
+    WorldStore(store, MapStore::Access::write)
+        .addObjectEdit({ObjectEdit::Kind::name, {1, 1, 1}, {0.5, 0.5, 0.5}, name + "'s chair"});
+    store.commit();
+  }
+  nameArea(folder_ / "b", "1", "den");
+  splitArea(folder_ / "b", {2, 0.2}, {2, 3.8});
+  requestInterrupt();
+  EXPECT_THAT([&] { merge("a", "b", "both"); }, FailsWith(ErrorCode::interrupted));
+  EXPECT_TRUE(takeInterrupt());
+  EXPECT_THAT(merge("a", "b", "both").conflicts, testing::SizeIs(1));
+  EXPECT_THAT(namesOf(readWorld(folder_ / "both")), testing::UnorderedElementsAre("a's room", "den"));
+  EXPECT_EQ(sqlite::Database(folder_ / "both", sqlite::Database::Mode::read)
+                .number("SELECT count(*) FROM object_edits"),
+            2);
+}
+
+TEST_F(MergedFlats, KeepAreasAndPeoplesNamesWhereADriveIsUndone) {
+  map("flat", flat_.size());
+  nameArea(folder_ / "flat", "0", "Ada's room");
+  map("flat", flat_.size());
+  ASSERT_EQ(readWorld(folder_ / "flat").areas.size(), 3U);
+  undoDrive(folder_ / "flat", 0);
+  const WorldMap rest = readWorld(folder_ / "flat");
+  EXPECT_EQ(rest.places.frames.size(), flat_.size());
+  EXPECT_EQ(rest.areas.size(), 3U);
+  EXPECT_THAT(namesOf(rest), testing::ElementsAre("Ada's room"));
 }
 
 }  // namespace

@@ -4,6 +4,9 @@
 #include <gtest/gtest.h>
 #include <onnx/onnx_pb.h>
 
+#include <algorithm>
+#include <sstream>
+
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/label/catalog.hpp"
@@ -16,10 +19,6 @@ namespace {
 namespace fs = std::filesystem;
 
 using test::FailsWith;
-using test::httpAnswer;
-using test::HttpAnswer;
-using test::HttpRequest;
-using test::LoopbackServer;
 using test::writeFile;
 using testing::ElementsAre;
 
@@ -64,42 +63,51 @@ TEST(CatalogFiles, AreRefusedWithAnyMistake) {
     EXPECT_NE(at, std::string::npos) << before;
     return refusal(text.replace(at, before.size(), after));
   };
-  const std::pair<std::string, std::string> mistakes[] = {{"count = 2", "count = 0"},
-                                                          {"https://h/l", "ftp://h/l"},
-                                                          {"https://h/n", "https:///n"},
-                                                          {"https://h/n", "https://h/n o"},
-                                                          {"https://h/n", "file:///etc/passwd"},
-                                                          {"\"n.onnx\"", "\"../n.onnx\""},
-                                                          {"\"n.onnx\"", "\"model.toml\""},
-                                                          {"name = \"n.onnx\"", "name = \"o.onnx\""},
-                                                          {"urls = [\"https://h/n\"]", "sha1 = \"12\""},
-                                                          {"urls = [\"https://h/n\"]", "sha256 = \"12\""},
-                                                          {"urls = [\"https://h/n\"]", "size = 5"},
-                                                          {"license = \"MIT\"\n", ""},
-                                                          {"labels = \"l\"", "labels = \"k\""},
-                                                          {"labels = \"l\"\n", ""},
-                                                          {"[models.m.model]\n", "x = 1\n[models.m.model]\n"},
-                                                          {"[models.m]\n", "[models.\"../m\"]\n"},
-                                                          {"count = 2\n", "count = 2\nwords = \"l\"\n"}};
-  for (const auto& [before, after] : mistakes)
-    EXPECT_THAT(with(before, after), FailsWith(ErrorCode::malformedFile)) << before << " → " << after;
+  std::istringstream mistakes(
+      R"(count = 2 → count = 0|https://h/l → ftp://h/l|https://h/n → https:///n|https://h/n → https://h/n o|)"
+      R"(https://h/n → file:///etc/passwd|"n.onnx" → "../n.onnx"|"n.onnx" → "model.toml"|"n.onnx" → "n.part"|)"
+      R"(name = "n.onnx" → name = "o.onnx"|urls = ["https://h/n"] → sha1 = "12"|urls = ["https://h/l"] → |)"
+      R"(urls = ["https://h/n"] → sha256 = "12"|urls = ["https://h/n"] → size = 5|license = "MIT" → |)"
+      R"(labels = "l" → labels = "k"|labels = "l" → |[models.m.model] → x = 1;[models.m.model]|)"
+      R"([models.m] → [models."../m"]|count = 2 → count = 2;words = "l"|count = 2 → count = 2;words = "none")");
+  for (std::string line; std::getline(mistakes, line, '|');) {
+    std::ranges::replace(line, ';', '\n');
+    const std::string arrow = " → ", before = line.substr(0, line.find(arrow));
+    const auto refused = with(before, line.substr(before.size() + arrow.size()));
+    EXPECT_THAT(refused, FailsWith(ErrorCode::malformedFile)) << line;
+  }
   EXPECT_THAT(refusal("models = 3"), FailsWith(ErrorCode::malformedFile));
   EXPECT_THAT(refusal("[models"), FailsWith(ErrorCode::malformedFile));
 }
 
-class LabelLists : public testing::Test {
- protected:
-  static LabelSet set(std::size_t count, bool numbered, const std::string& words = "") {
-    LabelSet set;
-    set.count = count;
-    set.numbered = numbered;
-    set.words = words;
-    set.file.name = "list";
-    return set;
-  }
-};
+TEST(CatalogFiles, TellHowFarTheirDigestsArePublished) {
+  for (std::size_t count = 1; count <= 9; ++count)
+    for (std::size_t odd = 0; odd < count; ++odd)
+      for (int of = 0; of < 9; ++of) {
+        CatalogEntry model;
+        model.files.resize(count);
+        int least = 2, most = 0;
+        for (std::size_t i = 0; i < count; ++i) {
+          const int digest = i == odd ? of / 3 : of % 3;
+          (digest == 1 ? model.files[i].remote.sha1 : model.files[i].remote.sha256) = digest > 0 ? "1" : "";
+          least = std::min(least, digest);
+          most = std::max(most, digest);
+        }
+        const char* expected = least == 2 ? "sha256" : least == 1 ? "sha1" : most > 0 ? "partly" : "none";
+        EXPECT_EQ(Catalog().checksums(model), expected) << odd << " of " << count << " is odd: " << of;
+      }
+}
 
-TEST_F(LabelLists, AreReadAsPublished) {
+LabelSet set(std::size_t count, bool numbered, const std::string& words = "") {
+  LabelSet set;
+  set.count = count;
+  set.numbered = numbered;
+  set.words = words;
+  set.file.name = "list";
+  return set;
+}
+
+TEST(LabelLists, AreReadAsPublishedOrRefused) {
   EXPECT_THAT(labelsOf(set(2, false), {"tench, Tinca tinca", "/a/kept 7"}, {}),
               ElementsAre("tench, Tinca tinca", "/a/kept 7"));
   EXPECT_THAT(
@@ -109,9 +117,6 @@ TEST_F(LabelLists, AreReadAsPublished) {
   EXPECT_THAT(labelsOf(set(3, true), words, {}), ElementsAre("tench, Tinca tinca", "goldfish", "bar"));
   EXPECT_THAT(labelsOf(set(2, true, "w"), {"n01443537 0", "/a/abbey 1"}, words),
               ElementsAre("goldfish", "abbey"));
-}
-
-TEST_F(LabelLists, AreRefusedWhenTheyAreNotAsPublished) {
   const std::pair<LabelSet, std::vector<std::string>> cases[] = {{set(2, false), {"one"}},
                                                                  {set(2, true), {"a 0", "b 2"}},
                                                                  {set(1, true), {"<html>"}},
@@ -132,9 +137,9 @@ class FetchModel : public testing::Test {
   }
   void TearDown() override { unsetenv("ESTANCIA_HOME"); }
 
-  HttpAnswer answer(const HttpRequest& request) {
+  test::HttpAnswer answer(const test::HttpRequest& request) {
     const auto found = files_.find(request.path);
-    if (found == files_.end()) return {httpAnswer("404 Not Found", "")};
+    if (found == files_.end()) return {test::httpAnswer("404 Not Found", "")};
     return {test::rangeAnswer(request, found->second)};
   }
   std::string entry(const std::string& more = "") const {
@@ -157,10 +162,12 @@ class FetchModel : public testing::Test {
   test::ScratchFolder scratch_;
   std::map<std::string, std::string> files_;
   FetchOptions options_;
-  LoopbackServer server_{[this](const HttpRequest& request) { return answer(request); }};
+  test::LoopbackServer server_{[this](const test::HttpRequest& request) { return answer(request); }};
 };
 
-TEST_F(FetchModel, InstallsAModelThatWorks) {
+TEST_F(FetchModel, InstallsAModelThatWorksAndNoneOfTheWrongDigest) {
+  EXPECT_THAT(refusal(entry("sha256 = \"" + std::string(64, '0') + "\"\n")), FailsWith(ErrorCode::network));
+  EXPECT_TRUE(installedModels().empty());
   const auto model = fetch(entry("sha256 = \"" + sha256(files_["/small.onnx"]) + "\"\n"));
   EXPECT_EQ(model.check.labels, 4U);
   EXPECT_EQ(model.check.digests, 2U);
@@ -180,9 +187,15 @@ TEST_F(FetchModel, TellsOfFilesThatNobodyVouchesFor) {
       << "what came is what it must stay";
 }
 
-TEST_F(FetchModel, DoesNotInstallWhatHasTheWrongDigest) {
-  EXPECT_THAT(refusal(entry("sha256 = \"" + std::string(64, '0') + "\"\n")), FailsWith(ErrorCode::network));
-  EXPECT_TRUE(installedModels().empty());
+TEST_F(FetchModel, TakesTheWordsOfNumberedLabelsFromAnotherList) {
+  files_["/labels"] = "n01440764 0\n/a/abbey 1\nn01443537 2\n/b/bar 3\n";
+  files_["/words"] = "n01440764 tench, Tinca tinca 0\nn01443537 goldfish 1\n\n";
+  writeFile(scratch_ / "net", files_["/small.onnx"]);
+  std::string text = entry("sha1 = \"" + sha1OfFile(scratch_ / "net") + "\"\n");
+  text.replace(text.find("count = 4\n"), 10, "count = 4\nnumbered = true\nwords = \"w\"\n");
+  fetch("[labels.w]\ncount = 2\nurls = [\"" + server_.url("/words") + "\"]\n" + text);
+  EXPECT_THAT(loadModel("small")->vocabulary().labels(),
+              ElementsAre("tench, Tinca tinca", "abbey", "goldfish", "bar"));
 }
 
 TEST_F(FetchModel, KeepsTheOldModelUnlessToldToReplaceIt) {

@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <chrono>
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -55,11 +57,8 @@ TEST_F(Cache, RemembersBetweenRunsByModelAndImage) {
 }
 
 TEST_F(Cache, LosesOnlyWhatIsCutOff) {
-  {
-    LabelCache cache(folder_, 1 << 20);
-    cache.put("net", "cat", "meow");
-    cache.put("net", "dog", "woof");
-  }
+  LabelCache(folder_, 1 << 20).put("net", "cat", "meow");
+  LabelCache(folder_, 1 << 20).put("net", "dog", "woof");
   const fs::path file = onlyFile(folder_);
   const auto whole = fs::file_size(file);
   for (std::uintmax_t size = 0; size < whole; ++size) {
@@ -140,6 +139,33 @@ TEST_F(Cache, ThatCannotBeWrittenSaysSoOnceAndGoesOn) {
   cache.put("net", "cat", "meow");
   EXPECT_NE(cache.problem().find("ESTANCIA_CACHE"), std::string::npos);
   EXPECT_FALSE(cache.find("net", "cat"));
+  LabelCache(folder_, 1 << 20).put("net", "cat", "meow");
+  const fs::path log = onlyFile(folder_);
+  fs::remove(log);
+  fs::create_directory(log);
+  LabelCache blocked(folder_, 1 << 20);
+  for (const char* image : {"cat", "dog"}) blocked.put("net", image, "meow");
+  EXPECT_NE(blocked.problem(), "");
+  EXPECT_FALSE(blocked.find("net", "cat"));
+}
+
+TEST_F(Cache, OnAFullDiskKeepsWhatItHas) {
+  LabelCache(folder_, 1 << 20).put("net", "cat", "meow");
+  const std::uintmax_t size = fs::file_size(onlyFile(folder_));
+  std::signal(SIGXFSZ, SIG_IGN);
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  for (const auto& [model, most] :
+       {std::pair{"net", size + 10}, {"net", size}, {"other", std::uintmax_t{9}}}) {
+    const rlimit full{most, before.rlim_max};  // for this process the same as a full disk
+    LabelCache cache(folder_, 1 << 20);
+    setrlimit(RLIMIT_FSIZE, &full);
+    cache.put(model, "dog", std::string(100, 'w'));
+    setrlimit(RLIMIT_FSIZE, &before);
+    EXPECT_NE(cache.problem(), "") << model;
+    EXPECT_FALSE(cache.find(model, "dog")) << model;
+  }
+  EXPECT_EQ(LabelCache(folder_, 1 << 20).find("net", "cat"), "meow");
 }
 
 TEST_F(Cache, IsClearedAndCounted) {
@@ -163,11 +189,8 @@ TEST(CacheLimit, IsMegabytesFromTheEnvironment) {
   unsetenv("ESTANCIA_CACHE_MB");
 }
 
-TEST_F(Cache, DoesNotBelieveDamagedRecords) {
-  {
-    LabelCache cache(folder_, 1 << 20);
-    cache.put("net", "cat", std::string(100, 'm'));
-  }
+TEST_F(Cache, DoesNotBelieveDamagedRecordsAndStartsAnewWhereAFileIsNotItsOwn) {
+  LabelCache(folder_, 1 << 20).put("net", "cat", std::string(100, 'm'));
   const fs::path file = onlyFile(folder_);
   const std::string sound = test::readFile(file);
   for (std::size_t at = 0; at < sound.size(); ++at) {
@@ -178,13 +201,7 @@ TEST_F(Cache, DoesNotBelieveDamagedRecords) {
     const auto found = cache.find("net", "cat");
     EXPECT_TRUE(!found || *found == std::string(100, 'm')) << "byte " << at;
   }
-}
-
-TEST_F(Cache, StartsAnewWhereAFileIsNotItsOwn) {
-  {
-    LabelCache cache(folder_, 1 << 20);
-    cache.put("net", "cat", "meow");
-  }
+  LabelCache(folder_, 1 << 20).put("net", "cat", "meow");
   test::writeFile(onlyFile(folder_), "something else altogether, long enough to be a head");
   LabelCache cache(folder_, 1 << 20);
   EXPECT_FALSE(cache.find("net", "cat"));

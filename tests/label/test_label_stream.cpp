@@ -1,3 +1,4 @@
+// Frames are labeled in order, ahead of who asks for them, and as small as the labeler wants them.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,10 +11,16 @@
 #include <map>
 #include <mutex>
 #include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
 #include "estancia/core/error.hpp"
+#include "estancia/files/image_file.hpp"
 #include "estancia/label/label_stream.hpp"
+#include "estancia/labelers/ensemble.hpp"
+#include "estancia/labelers/model.hpp"
+#include "estancia/readers/open_sequence.hpp"
+#include "estancia/sequences/sequence.hpp"
 #include "support/errors.hpp"
 #include "support/model_support.hpp"
 #include "support/support.hpp"
@@ -46,7 +53,9 @@ class StreamFrames final : public Sequence {
       throw Error(ErrorCode::fileUnreadable, "frame " + std::to_string(i) + " is torn");
     return cv::Mat(1, 1, CV_8UC3, cv::Scalar::all(static_cast<double>(i)));
   }
+  std::string fingerprint(std::size_t i) const override { return named ? "image " + std::to_string(i) : ""; }
 
+  bool named = false;  ///< whether images are known apart by their files too
   std::size_t outOfMemoryAt = static_cast<std::size_t>(-1);
   std::map<std::size_t, std::function<void()>> failing;
   mutable std::atomic<std::size_t> read{0};  ///< the frame asked for that is furthest ahead, plus one
@@ -93,7 +102,7 @@ TEST(LabelStream, LabelsAllFramesInOrder) {
   EXPECT_FALSE(stream.next());
 }
 
-TEST(LabelStream, StartsWhereItIsTold) {
+TEST(LabelStream, StartsWhereItIsToldAndChecksItsOptions) {
   const StreamFrames frames(5);
   PixelLabeler labeler;
   LabelStream stream(frames, labeler, {.first = 3});
@@ -102,11 +111,6 @@ TEST(LabelStream, StartsWhereItIsTold) {
   EXPECT_FALSE(stream.next());
   EXPECT_FALSE(LabelStream(frames, labeler, {.first = 9}).next());
   EXPECT_FALSE(LabelStream(StreamFrames(0), labeler).next());
-}
-
-TEST(LabelStream, ChecksItsOptions) {
-  const StreamFrames frames(5);
-  PixelLabeler labeler;
   EXPECT_THAT([&] { LabelStream(frames, labeler, {.ahead = 0}).next(); },
               FailsWith(ErrorCode::invalidOption));
   EXPECT_THAT([&] { LabelStream(frames, labeler, {.readers = 0}).next(); },
@@ -216,6 +220,47 @@ TEST(LabelStream, KeepsWhatWasPaidForWhenTheWorkMustEnd) {
   EXPECT_EQ(labeler.asked, 2) << "the refused one and the last one";
 }
 
+TEST(LabelStream, RemembersDiscoveredWordsByNameAndAsksAgainWhereTheyAreDamaged) {
+  const test::ScratchFolder scratch;
+  test::writeFile(scratch / "asked", "");
+  test::writeFile(scratch / "labeler.sh",
+                  "while read -r image; do echo >>asked; n=$(wc -l <asked)\n"
+                  "echo \"{\\\"image\\\": \\\"$image\\\", \\\"labels\\\": {\\\"w$n\\\": 0.5, "
+                  "\\\"all\\\": 0.25}}\"\ndone\n");
+  test::writeFile(scratch / "model.toml",
+                  "name = \"web\"\ntype = \"process\"\ncommand = [\"sh\", \"labeler.sh\"]\n");
+  LabelCache cache(scratch / "labels", 1 << 20);
+  StreamFrames frames(3);
+  frames.named = true;
+  std::string key;
+  const auto words = [&] {
+    const auto labeler = loadModel(scratch.path().string());
+    key = labeler->cacheKey();
+    LabelStream stream(frames, *labeler, {.cache = &cache});
+    std::vector<std::map<std::string, float>> found;
+    while (const auto frame = stream.next()) {
+      found.emplace_back();
+      for (std::size_t i = 0; i < frame->descriptor.size(); ++i)
+        if (frame->descriptor[i] > 0) found.back()[labeler->vocabulary()[i]] = frame->descriptor[i];
+    }
+    return found;
+  };
+  using Words = std::map<std::string, float>;
+  const auto first = words();
+  EXPECT_THAT(first, ElementsAre(Words{{"w1", 0.5F}, {"all", 0.25F}}, Words{{"w2", 0.5F}, {"all", 0.25F}},
+                                 Words{{"w3", 0.5F}, {"all", 0.25F}}));
+  EXPECT_EQ(words(), first);
+  EXPECT_EQ(test::readFile(scratch / "asked").size(), 3U) << "not asked again";
+  const std::string sound = cache.find(key, "image 1").value();
+  std::vector<std::string> damaged{sound.substr(0, 3) + "\x40" + sound.substr(4),
+                                   sound.substr(0, 4) + std::string(4, '\0')};
+  for (std::size_t size = 1; size < sound.size(); size += 3) damaged.push_back(sound.substr(0, size));
+  for (std::size_t i = 0; i < damaged.size(); ++i) {
+    cache.put(key, "image 1", damaged[i]);
+    EXPECT_EQ(words()[1], (Words{{"w" + std::to_string(i + 4), 0.5F}, {"all", 0.25F}})) << i;
+  }
+}
+
 TEST(LabelStream, DecodesTheNextFramesDuringInferenceButNotAll) {
   const StreamFrames frames(30);
   PixelLabeler labeler;
@@ -240,6 +285,65 @@ TEST(LabelStream, MayBeDroppedAtAnyTime) {
     LabelStream stream(frames, labeler, {.ahead = 2});
     for (int i = 0; i < taken; ++i) stream.next();
   }
+}
+
+LabelerOptions reduced() {
+  LabelerOptions options;
+  options.reducedImages = true;
+  return options;
+}
+
+/// A small network of 8×8 pixels, and JPEG files of 64×48: 10 pixels (8 / 0.875) or more are 16×12.
+class ReducedImages : public testing::Test {
+ protected:
+  void SetUp() override {
+    test::writeSmallModel(scratch_ / "small");
+    std::filesystem::create_directory(photos());
+    for (int i = 0; i < 3; ++i) {
+      cv::Mat image(48, 64, CV_8UC3);
+      cv::RNG(static_cast<std::uint64_t>(i) + 1).fill(image, cv::RNG::UNIFORM, 0, 255);
+      cv::imwrite((photos() / (std::to_string(i) + ".jpg")).string(), image);
+    }
+    cv::imwrite((photos() / "9.png").string(), cv::Mat(48, 64, CV_8UC3, cv::Scalar(50, 100, 150)));
+  }
+  std::filesystem::path photos() const { return scratch_ / "photos"; }
+  std::string model() const { return (scratch_ / "small").string(); }
+
+  test::ScratchFolder scratch_;
+};
+
+std::vector<LabeledFrame> all(const Sequence& sequence, Labeler& labeler) {
+  std::vector<LabeledFrame> frames;
+  LabelStream stream(sequence, labeler);
+  while (auto frame = stream.next()) frames.push_back(std::move(*frame));
+  return frames;
+}
+
+TEST_F(ReducedImages, AreWhatTheNetworkSees) {
+  const auto sequence = openSequence(photos());
+  const auto labeler = loadModel(model(), reduced());
+  EXPECT_EQ(labeler->imageSide(), 9);
+  const auto frames = all(*sequence, *labeler);
+  ASSERT_EQ(frames.size(), 4U);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const cv::Mat small = readReducedImage(photos() / sequence->frame(i).name, 9);
+    ASSERT_EQ(small.size(), cv::Size(16, 12));
+    EXPECT_EQ(frames[i].descriptor, labeler->label(small));
+    EXPECT_NE(frames[i].descriptor, labeler->label(sequence->image(i)));
+    EXPECT_TRUE(frames[i].image.empty());
+  }
+  EXPECT_EQ(frames[3].descriptor, labeler->label(sequence->image(3)));  // PNG
+}
+
+TEST_F(ReducedImages, MakeAnotherIdentity) {
+  const auto whole = loadModel(model()), small = loadModel(model(), reduced());
+  EXPECT_EQ(whole->imageSide(), 0);
+  EXPECT_THAT(small->identity(), testing::StartsWith("small reduced-"));
+  EXPECT_NE(small->identity(), whole->identity());
+  EXPECT_NE(small->cacheKey(), whole->cacheKey());
+  LabelerOptions later = reduced();
+  later.onDemand = true;
+  EXPECT_EQ(loadModel(model(), later)->identity(), small->identity());
 }
 
 }  // namespace

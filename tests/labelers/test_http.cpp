@@ -277,7 +277,7 @@ TEST_F(HttpLabeler, TriesAgainWhatMayPass) {
   EXPECT_EQ(service_.requests, 3);
 }
 
-TEST_F(HttpLabeler, WaitsAsLongAsItIsTold) {
+TEST_F(HttpLabeler, WaitsAsLongAsItIsToldButNotForever) {
   std::vector<Clock::time_point> times;
   service_.handle = [&](const auto&, auto& response) {
     times.push_back(Clock::now());
@@ -286,9 +286,6 @@ TEST_F(HttpLabeler, WaitsAsLongAsItIsTold) {
   };
   EXPECT_THAT(open()->label(gray()), ElementsAre(1));
   EXPECT_GE(times.at(1) - times.at(0), std::chrono::milliseconds(900));
-}
-
-TEST_F(HttpLabeler, DoesNotWaitForever) {
   for (const std::string wait : {"3600", "Wed, 21 Oct 2099 07:28:00 GMT"}) {
     service_.handle = [&](const auto&, auto& response) {
       response.set_header("Retry-After", wait);
@@ -296,7 +293,7 @@ TEST_F(HttpLabeler, DoesNotWaitForever) {
     };
     EXPECT_THAT(refusal("max_wait = 2"), FailsWith(ErrorCode::serverFailure));
   }
-  EXPECT_EQ(service_.requests, 2);
+  EXPECT_EQ(service_.requests, 4);
 }
 
 TEST_F(HttpLabeler, AnImageThatIsRefusedIsOneFrameLess) {
@@ -335,10 +332,8 @@ TEST_F(HttpLabeler, KeepsWhatWasAnsweredBesideAFailure) {
       answer(response, R"({"labels": {"cup": 1}})");
   };
   const auto labeler = open("parallel = 1\nattempts = 100\nbackoff = 60");
-  std::vector<Prepared> batch;
-  for (const int value : {0, 50, 100, 150}) batch.push_back(labeler->prepare(gray(value)));
   try {
-    labeler->inferBatch(batch);
+    labelAll(*labeler, {0, 50, 100, 150});
     FAIL() << "a refused key must end the work";
   } catch (const BatchError& e) {
     EXPECT_EQ(e.code(), ErrorCode::serverFailure);
@@ -389,11 +384,13 @@ TEST_F(HttpLabeler, KeepsItsConnectionAndRefusesAnAnswerThatBeginsWithAFoldedLin
   const RawServer server([&](int c) {
     if (std::exchange(last, c) != c) ++connections;
     const std::string json = R"({"labels": {"mug": 0.75}})";
-    return !test::hearRequest(c).empty() &&
+    const std::string request = test::hearRequest(c);
+    EXPECT_EQ(request.find("\r\nX-Empty:\r\n") != std::string::npos, !request.empty()) << request;
+    return !request.empty() &&
            say(c, std::string("HTTP/1.1 200 OK\r\n") + (folds ? " folded\r\n" : "") +
                       "Content-Length: " + std::to_string(json.size()) + "\r\n\r\n" + json);
   });
-  const auto labeler = openPort(server.port, "attempts = 1");
+  const auto labeler = openPort(server.port, "attempts = 1\nheaders = {X-Empty = \"\"}");
   for (int i = 0; i < 5; ++i) EXPECT_THAT(labeler->label(gray()), ElementsAre(0.75F));
   EXPECT_EQ(connections, 1);
   folds = true;
@@ -479,18 +476,46 @@ TEST_F(HttpLabeler, ChecksCertificates) {
   EXPECT_EQ(impostor.requests, 0);
 }
 
+TEST_F(HttpLabeler, SendsTheImageAloneOrInAFormInTheFormatAskedFor) {
+  for (const std::string format : {"jpg", "png"})
+    for (const bool form : {false, true}) {
+      const std::string type = format == "jpg" ? "image/jpeg" : "image/png";
+      service_.handle = [&](const httplib::Request& request, auto& response) {
+        const auto file = request.get_file_value("photo");
+        EXPECT_EQ(file.filename, form ? "image." + format : "");
+        EXPECT_EQ(form ? file.content_type : request.get_header_value("Content-Type"), type);
+        const std::string& bytes = form ? file.content : request.body;
+        const std::vector<unsigned char> image(bytes.begin(), bytes.end());
+        EXPECT_EQ(cv::mean(cv::imdecode(image, cv::IMREAD_COLOR))[0], 128);
+        answer(response, R"({"labels": {"cup": 1}})");
+      };
+      const auto labeler = open("format = \"" + format + "\"\n" + (form ? "field = \"photo\"" : ""));
+      EXPECT_THAT(labeler->label(gray()), ElementsAre(1)) << type;
+      const std::vector<LabelProbability> remembered{{"mug", 0.5F}};
+      EXPECT_THAT(labeler->adopt(remembered), ElementsAre(0, 0.5F)) << "known from a cache";
+    }
+}
+
 TEST_F(HttpLabeler, ChecksItsSettings) {
   const std::pair<std::string, ErrorCode> lines[] = {
       {"methd = 1", ErrorCode::malformedFile},
       {"field = \"a\"\nbody = \"${image}\"", ErrorCode::malformedFile},
       {"body = \"{}\"", ErrorCode::malformedFile},
       {"headers = { \"A: b\" = \"c\" }", ErrorCode::malformedFile},
+      {"headers = { \"\" = \"c\" }", ErrorCode::malformedFile},
+      {"headers = { A = \"${HOME\" }", ErrorCode::malformedFile},
+      {"field = \"\"", ErrorCode::malformedFile},
+      {"field = 'a\"b'", ErrorCode::malformedFile},
+      {"field = \"a\\nb\"", ErrorCode::malformedFile},
+      {"format = \"gif\"", ErrorCode::malformedFile},
       {"parallel = 0", ErrorCode::malformedFile},
       {"labels_at = \"outputs\"", ErrorCode::invalidOption}};
   for (const auto& line : lines) EXPECT_THAT([&] { open(line.first); }, FailsWith(line.second)) << line.first;
   for (const std::string url :
        {"", "127.0.0.1/label", "ftp://a/b", "http://", "http://user:key@host/", "http://a b/"})
     EXPECT_THAT([&] { openAt(url); }, FailsWith(ErrorCode::malformedFile)) << url;
+  const std::string server = "http://127.0.0.1:" + std::to_string(service_.port);
+  EXPECT_THAT([&] { openAt(server + "?to=label")->label(gray()); }, FailsWith(ErrorCode::serverFailure));
 }
 
 }  // namespace

@@ -1,21 +1,26 @@
-// model.toml, the model home, choice by name.
+// model.toml, the model home, choice by name, and ONNX files as they are handed to the engines.
 // SPDX-License-Identifier: Apache-2.0
+#include "estancia/labelers/model_files.hpp"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <onnx/onnx_pb.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <sstream>
 
 #include "estancia/core/digest.hpp"
+#include "estancia/core/home.hpp"
 #include "estancia/labelers/model.hpp"
-#include "estancia/labelers/model_files.hpp"
 #include "support/errors.hpp"
 #include "support/model_support.hpp"
 
 namespace estancia {
 namespace {
-namespace fs = std::filesystem;
 
+namespace fs = std::filesystem;
 using test::FailsWith;
 using test::writeFile;
 using testing::ElementsAre;
@@ -69,12 +74,10 @@ source = "somewhere"
 [sha256]
 "net.caffemodel" = "E3B0C44298FC1C149AFBF4C8996FB92427AE41E4649B934CA495991B7852B855"
 )");
-  EXPECT_EQ(spec.name, "n-1.0");
-  EXPECT_EQ(spec.type, "opencv");
-  EXPECT_EQ(spec.file, "net.caffemodel");
-  EXPECT_EQ(spec.config, "net.prototxt");
-  EXPECT_EQ(spec.labels, "words/labels.txt");
-  EXPECT_EQ(spec.output, "prob");
+  EXPECT_THAT((std::vector<std::string>{spec.name, spec.type, spec.file, spec.config, spec.labels,
+                                        spec.output, spec.license, spec.source}),
+              ElementsAre("n-1.0", "opencv", "net.caffemodel", "net.prototxt", "words/labels.txt", "prob",
+                          "MIT", "somewhere"));
   const auto& pre = spec.preprocessing;
   EXPECT_EQ(pre.width, 320);
   EXPECT_EQ(pre.height, 240);
@@ -89,38 +92,18 @@ source = "somewhere"
   EXPECT_EQ(spec.reduce, ModelSpec::Reduce::max);
   EXPECT_THAT(spec.anchors, ElementsAre(3, 1));
   EXPECT_THAT(spec.unused, ElementsAre(0, 7));
-  EXPECT_EQ(spec.license, "MIT");
-  EXPECT_EQ(spec.source, "somewhere");
   EXPECT_EQ(spec.sha256.at("net.caffemodel").substr(0, 8), "e3b0c442") << "in lower case";
 }
 
 TEST_F(ModelToml, ChecksEveryValue) {
-  for (const std::string line : {"name = \"../n\"",
-                                 "name = \".hidden\"",
-                                 "input = 0",
-                                 "input = 5000",
-                                 "input = \"224\"",
-                                 "crop = 0",
-                                 "crop = 1.1",
-                                 "scale = 0",
-                                 "scale = [1, 2]",
-                                 "mean = [1, 2, inf]",
-                                 "softmax = 1",
-                                 "sigmoid = true\nsoftmax = true",
-                                 "reduce = \"mean\"",
-                                 "anchors = [0]",
-                                 "unused = [-1]",
-                                 "unused = [4, 2, 4]",
-                                 "input_node = 1",
-                                 "color = \"rgb\"",
-                                 "sha256 = {\"n.onnx\" = \"12\"}",
-                                 "sha256 = {\"../n.onnx\" = \"12\"}",
-                                 "sofmax = true",
-                                 "file = \"/etc/passwd\"",
-                                 "file = \"../x.onnx\"",
-                                 "file = \"a/../../x.onnx\"",
-                                 "labels = \"\"",
-                                 "config = \"..\""}) {
+  std::istringstream lines(
+      R"(name = "../n"|name = ".hidden"|input = 0|input = 5000|input = "224"|input = [1, 2, 3]|crop = 0|crop = 1.1|)"
+      R"(scale = 0|scale = [1, 2]|mean = [1, 2, inf]|softmax = 1|sigmoid = true;softmax = true|reduce = "mean"|)"
+      R"(anchors = [0]|anchors = []|unused = [-1]|unused = [4, 2, 4]|input_node = 1|color = "rgb"|sofmax = true|)"
+      R"(sha256 = {"n.onnx" = "12"}|sha256 = {"../n.onnx" = "12"}|sha256 = 3|int8 = "n.tflite"|int8 = "n.onnx"|)"
+      R"(file = "/etc/passwd"|file = "../x.onnx"|file = "a/../../x.onnx"|file = ""|labels = ""|config = "..")");
+  for (std::string line; std::getline(lines, line, '|');) {
+    std::ranges::replace(line, ';', '\n');
     EXPECT_THAT(refusal(with(line)), FailsWith(ErrorCode::malformedFile)) << line;
   }
   for (const std::string toml :
@@ -146,7 +129,6 @@ TEST_F(ModelToml, ErrorsNameTheLineTheValueAndTheWayOut) {
 class ModelHome : public testing::Test {
  protected:
   ModelHome() {
-    if (const char* before = std::getenv("ESTANCIA_HOME")) before_ = before;
     setenv("ESTANCIA_HOME", (scratch_ / "home").c_str(), 1);
     test::writeSmallModel(scratch_ / "given");
   }
@@ -161,12 +143,14 @@ class ModelHome : public testing::Test {
     return names;
   }
 
+  const std::string before_ = environment("ESTANCIA_HOME");
   test::ScratchFolder scratch_;
-  std::string before_;
 };
 
 TEST_F(ModelHome, AddedModelsAreFoundByName) {
+  writeFile(scratch_ / "given/private.txt", "no");
   const auto check = addModel(scratch_ / "given");
+  EXPECT_FALSE(fs::exists(modelHome() / "small/private.txt")) << "only the files of the model";
   EXPECT_EQ(check.spec.folder, modelHome() / "small");
   EXPECT_EQ(check.labels, 4U);
   EXPECT_GT(check.millisecondsPerImage, 0);
@@ -194,12 +178,6 @@ TEST_F(ModelHome, StaysAsItWasWhenAModelDoesNotWork) {
   EXPECT_TRUE(entriesOfHome().empty());
 }
 
-TEST_F(ModelHome, AddsOnlyTheFilesOfTheModel) {
-  writeFile(scratch_ / "given/private.txt", "no");
-  addModel(scratch_ / "given");
-  EXPECT_FALSE(fs::exists(modelHome() / "small/private.txt"));
-}
-
 TEST_F(ModelHome, ListsABrokenModelWithItsProblem) {
   EXPECT_TRUE(installedModels().empty());
   writeFile(modelHome() / "broken/model.toml", "name = 3");
@@ -212,6 +190,9 @@ TEST_F(ModelHome, ListsABrokenModelWithItsProblem) {
 TEST_F(ModelHome, RefusesWhatIsNoModel) {
   EXPECT_THAT([] { loadModel("resnet"); }, FailsWith(ErrorCode::unknownName));
   EXPECT_THAT([&] { addModel(scratch_ / "given/small.onnx"); }, FailsWith(ErrorCode::invalidInput));
+  writeFile(scratch_ / "home", "no folder");
+  EXPECT_THAT([&] { addModel(scratch_ / "given"); }, FailsWith(ErrorCode::fileUnwritable));
+  fs::remove(scratch_ / "home");
   fs::create_directory(scratch_ / "home");
   EXPECT_THAT([&] { loadModel((scratch_ / "home").string()); }, FailsWith(ErrorCode::fileNotFound));
   test::writeSmallModel(scratch_ / "given", "type = \"quantum\"");
@@ -233,7 +214,13 @@ TEST_F(ModelHome, OpensTypesThatAreRegistered) {
                       [](const ModelSpec&, const LabelerOptions&) { return std::make_unique<Fixed>(); });
   EXPECT_THAT(labelerTypes(), testing::Contains("fixed"));
   test::writeSmallModel(scratch_ / "given", "type = \"fixed\"");
-  EXPECT_EQ(loadModel((scratch_ / "given").string())->identity(), "fixed");
+  const auto fixed = loadModel((scratch_ / "given").string());
+  EXPECT_EQ(fixed->identity(), "fixed");
+  EXPECT_THAT([&] { fixed->adopt({}); }, FailsWith(ErrorCode::invalidState)) << "it discovers no words";
+  EXPECT_THAT([&] { fixed->combine({}); }, FailsWith(ErrorCode::invalidState)) << "it has no members";
+  writeFile(scratch_ / "given/words/own.txt", "kept with it");
+  EXPECT_GT(addModel(scratch_ / "given").millisecondsPerImage, 0);
+  EXPECT_TRUE(fs::exists(modelHome() / "small/words/own.txt")) << "what such a model needs is not known";
 }
 
 TEST(FetchedModels, AreThoseThatTheProjectDescribes) {
@@ -248,6 +235,78 @@ TEST(FetchedModels, AreThoseThatTheProjectDescribes) {
     EXPECT_EQ(test::readFile(fs::path(ESTANCIA_SOURCE_DIR) / "models" / name / "model.toml"),
               test::readFile(*folder / "model.toml"));
   }
+}
+
+class OnnxFile : public testing::Test {
+ protected:
+  std::string read(const std::string& bytes, int side, const std::string& output = "") const {
+    test::writeFile(scratch_ / "net.onnx", bytes);
+    ModelSpec spec;
+    spec.folder = scratch_.path();
+    spec.file = "net.onnx";
+    spec.output = output;
+    spec.preprocessing.width = spec.preprocessing.height = side;
+    return readOnnx(spec);
+  }
+
+  test::ScratchFolder scratch_;
+};
+
+TEST_F(OnnxFile, OfTheRightSizeIsLeftAsItIs) {
+  const std::string good = test::smallOnnx(8, 4);
+  EXPECT_EQ(read(good, 8), good);
+  EXPECT_EQ(read(good, 0), good) << "0 asks for no size";
+  EXPECT_THAT([&] { read(good, 9); }, test::FailsWith(ErrorCode::mismatch));
+}
+
+TEST_F(OnnxFile, OfAnySizeIsFixedAsProtobufWouldDoIt) {
+  const auto any = [](onnx::GraphProto& graph) {
+    graph.mutable_input(0)->set_doc_string("the image");
+    auto* sizes = graph.mutable_input(0)->mutable_type()->mutable_tensor_type()->mutable_shape();
+    sizes->mutable_dim(0)->clear_dim_value();
+    sizes->mutable_dim(2)->set_dim_param("height");
+    sizes->mutable_dim(2)->set_denotation("DATA_FEATURE");
+    sizes->mutable_dim(3)->set_dim_value(-1);
+    auto* old = graph.add_input();  // older files list weights among the inputs, too
+    old->set_name("weights");
+    old->mutable_type()->mutable_tensor_type()->mutable_shape()->add_dim()->set_dim_param("n");
+  };
+  const std::string bytes = test::smallOnnx(8, 4, any);
+  onnx::ModelProto model;
+  ASSERT_TRUE(model.ParseFromString(bytes));
+  auto* sizes =
+      model.mutable_graph()->mutable_input(0)->mutable_type()->mutable_tensor_type()->mutable_shape();
+  const int fixed[] = {1, 3, 300, 300};
+  for (int i = 0; i < 4; ++i) sizes->mutable_dim(i)->set_dim_value(fixed[i]);
+  EXPECT_EQ(read(bytes, 300), model.SerializeAsString());
+}
+
+TEST_F(OnnxFile, GetsAnInnerValueAsAnotherOutput) {
+  const std::string bytes = test::smallOnnx(8, 4);
+  onnx::ModelProto model;
+  ASSERT_TRUE(model.ParseFromString(bytes));
+  auto* output = model.mutable_graph()->add_output();
+  output->set_name("mean");
+  output->mutable_type()->mutable_tensor_type()->set_elem_type(onnx::TensorProto::FLOAT);
+  onnx::ModelProto ours;
+  ASSERT_TRUE(ours.ParseFromString(read(bytes, 8, "mean")));
+  EXPECT_EQ(ours.SerializeAsString(), model.SerializeAsString());
+  EXPECT_EQ(read(bytes, 8, "probabilities"), bytes) << "is an output already";
+  EXPECT_EQ(read(bytes, 8, "nothing"), bytes) << "the labeler will say what there is";
+}
+
+TEST_F(OnnxFile, OfAnyBytesIsReadOrRefused) {
+  const std::string good = test::smallOnnx(8, 4);
+  std::size_t refused = 0;
+  for (std::size_t i = 0; i < good.size(); ++i) {
+    std::string bad = good;
+    bad[i] = static_cast<char>(bad[i] ^ (1 << i % 8));
+    refused += test::caught([&] { read(bad, 8); }).code ? 1 : 0;
+    onnx::ModelProto model;
+    const bool isModel = model.ParseFromString(good.substr(0, i)) && model.has_graph();
+    EXPECT_EQ(test::caught([&] { read(good.substr(0, i), 8); }).code.has_value(), !isModel) << i;
+  }
+  EXPECT_GT(refused, good.size() / 10);
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include <csignal>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <set>
 
 #include "estancia/labelers/model.hpp"
 #include "support/errors.hpp"
@@ -21,8 +22,6 @@ namespace {
 namespace fs = std::filesystem;
 
 using test::FailsWith;
-using test::livesOn;
-using test::readFile;
 using test::writeFile;
 using testing::ElementsAre;
 
@@ -76,12 +75,30 @@ TEST_F(ProcessLabeler, LabelsImages) {
   EXPECT_EQ(labeler->identity().substr(0, 5), "mine ");
 }
 
+TEST_F(ProcessLabeler, FindsItsProgramInItsFolderAndMayNameTheImageWithoutItsFolder) {
+  const fs::path program = scratch_ / "answer";
+  std::set<std::string> identities;
+  for (const std::string& said : {std::string("1"), std::string("0.5")}) {
+    writeFile(program,
+              "#!/bin/sh\nwhile read -r i; do echo \"{\\\"image\\\": \\\"${i##*/}\\\", \\\"labels\\\": "
+              "{\\\"cup\\\": " +
+                  said + "}}\"; done\n");
+    fs::permissions(program, fs::perms::owner_all);
+    for (const std::string& command : {std::string("answer"), std::string("./answer"), program.string()}) {
+      const auto labeler = openCommand("[\"" + command + "\"]");
+      EXPECT_THAT(labeler->label(grayImage()), ElementsAre(std::stof(said))) << command;
+      identities.insert(labeler->identity());
+    }
+  }
+  EXPECT_EQ(identities.size(), 6U) << "another command or another program is another model";
+}
+
 TEST_F(ProcessLabeler, TakesNoMoreThanTheMachineHasAndIsEndedFirst) {
   refusal(
       "read -r image; sleep 0.2\n"
       "echo $(cat /proc/self/oom_score_adj) $(ulimit -c) $(ulimit -d) >limits; exit 3\n");
   const long kibibytes = sysconf(_SC_PHYS_PAGES) * (sysconf(_SC_PAGESIZE) / 1024);
-  EXPECT_EQ(readFile(scratch_ / "limits"), "1000 0 " + std::to_string(kibibytes) + "\n");
+  EXPECT_EQ(test::readFile(scratch_ / "limits"), "1000 0 " + std::to_string(kibibytes) + "\n");
 }
 
 TEST_F(ProcessLabeler, HandsOverTheWholeImageAndTakesItAway) {
@@ -93,7 +110,7 @@ TEST_F(ProcessLabeler, HandsOverTheWholeImageAndTakesItAway) {
         "read -r image; echo \"$image\" >path; cp \"$image\" copy.png\n"
         "printf '{\"image\": \"%s\", \"labels\": {\"noise\": 1}}\\n' \"$image\"; read -r none\n");
     labeler->label(image);
-    path = readFile(scratch_ / "path");
+    path = test::readFile(scratch_ / "path");
     path.pop_back();
     EXPECT_EQ(cv::norm(cv::imread(scratch_ / "copy.png"), image, cv::NORM_INF), 0);
     EXPECT_FALSE(fs::exists(path));
@@ -121,10 +138,13 @@ TEST_F(ProcessLabeler, DiscoversWordsTheSurestFirst) {
   EXPECT_THAT(labeler->adopt(remembered), ElementsAre(0, 0.25F, 0, 0, 0.5F));
 }
 
-TEST_F(ProcessLabeler, ScalesAndClamps) {
+TEST_F(ProcessLabeler, ScalesAndClampsAndKeepsTheBestWords) {
   EXPECT_THAT(open(answering(R"({"cup": 87, "mug": 5})"), "scale = 0.01")->label(grayImage()),
               ElementsAre(testing::FloatEq(0.87F), testing::FloatEq(0.05F)));
   EXPECT_THAT(open(answering(R"({"cup": 1.00005, "mug": -0.00001})"))->label(grayImage()), ElementsAre(1));
+  const auto labeler = open(answering(R"({"a": 0.1, "b": 0.5, "c": 0.3})"), "best = 2");
+  EXPECT_THAT(labeler->label(grayImage()), ElementsAre(0.5F, 0.3F));
+  EXPECT_THAT(labeler->vocabulary().labels(), ElementsAre("b", "c"));
 }
 
 TEST_F(ProcessLabeler, GoesOnAfterAnImageThatCannotBeLabeled) {
@@ -154,20 +174,14 @@ TEST_F(ProcessLabeler, RefusesNonsense) {
     EXPECT_THAT(refusalOf(line), FailsWith(ErrorCode::labelerFailure)) << line;
 }
 
-TEST_F(ProcessLabeler, FailsWhenItsProgramDies) {
+TEST_F(ProcessLabeler, FailsWhenItsProgramDiesCannotBeStartedOrNeverAnswers) {
   for (const std::string script :
        {"echo one >&2; exit 3\n", "kill -SEGV $$\n", "exit 0\n", "exec >&-; exec sleep 1000\n"})
     EXPECT_THAT(refusal(script), FailsWith(ErrorCode::labelerFailure)) << script;
-}
-
-TEST_F(ProcessLabeler, CannotBeStarted) {
   writeFile(scratch_ / "not-executable", "");
   for (const std::string command : {R"(["no-such-program"])", R"(["./not-executable"])"})
     EXPECT_THAT([&] { openCommand(command)->label(grayImage()); }, FailsWith(ErrorCode::missingDependency))
         << command;
-}
-
-TEST_F(ProcessLabeler, NeverAnswers) {
   EXPECT_THAT(refusal("exec sleep 1000\n", "start_timeout = 0.05"), FailsWith(ErrorCode::labelerFailure));
   EXPECT_THAT(refusal("exec <&-; exec sleep 1000\n", "start_timeout = 0.05"),
               FailsWith(ErrorCode::labelerFailure))
@@ -185,16 +199,16 @@ TEST_F(ProcessLabeler, AHangingOneIsKilledWithItsChildrenAndStartedAgain) {
            "timeout = 0.1");
   EXPECT_THAT(labeler->label(grayImage()), ElementsAre(1));
   EXPECT_THAT(labeler->label(grayImage()), ElementsAre(0.5F));
-  EXPECT_FALSE(livesOn(scratch_ / "parent"));
-  EXPECT_FALSE(livesOn(scratch_ / "child"));
+  EXPECT_FALSE(test::livesOn(scratch_ / "parent"));
+  EXPECT_FALSE(test::livesOn(scratch_ / "child"));
 }
 
 TEST_F(ProcessLabeler, IsEndedWithItsChildrenWhenWeEnd) {
   open("sleep 1000 & echo $! >child; echo $$ >parent; trap '' TERM HUP INT\n" + answering(R"({"cup": 1})") +
        "exec sleep 1000\n")
       ->label(grayImage());
-  EXPECT_FALSE(livesOn(scratch_ / "parent"));
-  EXPECT_FALSE(livesOn(scratch_ / "child"));
+  EXPECT_FALSE(test::livesOn(scratch_ / "parent"));
+  EXPECT_FALSE(test::livesOn(scratch_ / "child"));
 }
 
 /// What becomes of it when our process is killed with an image in its hands.
@@ -245,7 +259,7 @@ TEST_F(KilledOwner, LeavesAFolderThatGoesWithTheNextStart) {
     EXPECT_EQ(temporaryFolders().size(), 2U) << "the first one is in use";
   }
   EXPECT_THAT(temporaryFolders(), testing::IsEmpty());
-  EXPECT_EQ(readFile(scratch_ / "precious"), "text");
+  EXPECT_EQ(test::readFile(scratch_ / "precious"), "text");
 }
 
 TEST_F(KilledOwner, LeavesTheFoldersOfOthersAlone) {
@@ -287,7 +301,7 @@ TEST_F(ProcessLabeler, InheritsAndLeavesNothing) {
   refusal("exit 1\n");
   refusal("exec sleep 1000\n", "start_timeout = 0.05");
   EXPECT_EQ(openFiles(), before);
-  const std::string descriptors = readFile(scratch_ / "fds");
+  const std::string descriptors = test::readFile(scratch_ / "fds");
   EXPECT_NE(descriptors.find("0\n1\n"), std::string::npos);
   EXPECT_EQ(descriptors.find("77"), std::string::npos);
   ::close(secret);
@@ -317,12 +331,6 @@ TEST_F(ProcessLabeler, RefusesAnswersThatNobodyAskedFor) {
       "printf '%s\\n%s\\n' \"$l\" \"$l\"; done\n");
   labeler->label(grayImage());
   EXPECT_THAT([&] { labeler->label(grayImage()); }, FailsWith(ErrorCode::labelerFailure));
-}
-
-TEST_F(ProcessLabeler, KeepsTheBestWords) {
-  const auto labeler = open(answering(R"({"a": 0.1, "b": 0.5, "c": 0.3})"), "best = 2");
-  EXPECT_THAT(labeler->label(grayImage()), ElementsAre(0.5F, 0.3F));
-  EXPECT_THAT(labeler->vocabulary().labels(), ElementsAre("b", "c"));
 }
 
 }  // namespace

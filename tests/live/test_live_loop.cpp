@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <csignal>
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "estancia/labelers/recorded_labeler.hpp"
@@ -318,6 +319,9 @@ TEST(LiveLoop, AFrameThatCannotBeLabeledCostsOnlyItself) {
   const FlatDrive drive;
   RecordedLabeler labeler = labelerOf(drive);
   FedLoop fed(folder / "flat.estancia", labeler, drive);
+  EXPECT_TRUE(fed.loop().objectImage(0).empty()) << "there is no map yet";
+  EXPECT_TRUE(fed.loop().placeImage(0).empty());
+  EXPECT_THAT([&] { fed.loop().changes({}); }, FailsWith(ErrorCode::insufficientData));
   fed.source().feed(drive, 0);
   LiveFrame unknown;
   unknown.frame.name = "a frame without words";

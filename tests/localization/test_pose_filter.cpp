@@ -2,7 +2,6 @@
 #include "estancia/localization/pose_filter.hpp"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>

@@ -83,15 +83,30 @@ TEST(MapStoreRefuses, OtherFormatsNamingBothVersions) {
 
 TEST(MapStoreRefuses, ATruncatedFileAtEveryLength) {
   const test::ScratchFolder folder;
-  const std::string whole = test::readFile(smallMap(folder, 40));
+  const std::string whole = test::readFile(smallMap(folder, 40)), longer = whole + "and more";
   ASSERT_GT(whole.size(), 8U * 4096);
-  for (const std::size_t length :
-       {std::size_t{99}, std::size_t{600}, std::size_t{4096}, whole.size() / 2, whole.size() - 1}) {
+  for (const std::size_t length : {std::size_t{99}, std::size_t{600}, std::size_t{4096}, whole.size() / 2,
+                                   whole.size() - 1, whole.size() + 1, longer.size()}) {
     const fs::path path = folder / "cut.estancia";
-    test::writeFile(path, whole.substr(0, length));
+    test::writeFile(path, longer.substr(0, length));
     const ErrorCode expected = length < 512 ? ErrorCode::truncatedFile : ErrorCode::corruptFile;
     EXPECT_THAT(refusal(path), FailsWith(expected, "cut.estancia")) << length;
     EXPECT_THAT(refusal(path, Access::write), FailsWith(expected, "cut.estancia")) << length;
+  }
+}
+
+TEST(MapStoreRefuses, ChangedBytesUnlessTheMapCanBeReadStill) {
+  const test::ScratchFolder folder;
+  const std::string whole = test::readFile(smallMap(folder));
+  const fs::path path = folder / "changed.estancia";
+  for (std::size_t at = 0; at < whole.size(); at += at < 200 ? 1 : 29) {
+    std::string changed = whole;
+    changed[at] = static_cast<char>(changed[at] ^ (at % 2 == 0 ? 0xFF : 0x01));
+    test::writeFile(path, changed);
+    const test::Caught caught = refusal(path);
+    EXPECT_NE(caught.code, ErrorCode::invalidState) << at;
+    EXPECT_EQ(caught.code.has_value(), !caught.message.empty()) << at;
+    EXPECT_EQ(test::readFile(path), changed) << at << ": it is left as it was";
   }
 }
 
@@ -105,6 +120,12 @@ TEST(MapStoreRefuses, ContentsThatAreNotToBeBelieved) {
                           "UPDATE nodes SET id = 1",
                           "UPDATE frames SET node = 99999999999",
                           "UPDATE frames SET node = -1 WHERE id = 1",
+                          "UPDATE frames SET node = 7",
+                          "UPDATE frames SET id = -1 WHERE id = 0",
+                          "INSERT INTO drives VALUES(77, 'a', 'b', 1, 0, 0, 0, 0, 0, 0, 1)",
+                          "INSERT INTO drives VALUES(1, 'a', 'b', 2, 0, 0, 0, 0, 0, 0, 1)",
+                          "INSERT INTO drives VALUES(1, 'a', 'b', 1, 0, 0, 0, NULL, 0, 0, 1)",
+                          "INSERT INTO meta VALUES('parts', '[[1]]')",
                           "DELETE FROM frames WHERE id = 1",
                           "UPDATE frames SET id = 9223372036854775807 WHERE id = 2",
                           "UPDATE frames SET id = id - 9",

@@ -1,17 +1,20 @@
-// A sequence becomes a folder of samples.
+// Instances collected from a drive, and followed from frame to frame.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
-#include <csignal>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <opencv2/core.hpp>
+#include <opencv2/core/affine.hpp>
 #include <set>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/pose.hpp"
+#include "estancia/core/take_interrupt.hpp"
 #include "estancia/objects/clustered_frame.hpp"
 #include "estancia/objects/collect.hpp"
+#include "estancia/objects/tracks.hpp"
 #include "estancia/readers/object_samples.hpp"
 #include "support/errors.hpp"
 #include "support/table_scene.hpp"
@@ -193,23 +196,16 @@ class Stopped : public TableSequence {
  public:
   using TableSequence::TableSequence;
   cv::Mat depth(std::size_t i) const override {
-    if (i == 2) std::raise(SIGINT);
+    if (i == 2) requestInterrupt();
     return TableSequence::depth(i);
   }
 };
 
 TEST_F(Collect, AnInterruptedRunKeepsWhatItHas) {
-  GTEST_FLAG_SET(death_test_style, "threadsafe");
-  EXPECT_EXIT(
-      {
-        catchInterrupts();
-        const Stopped sequence({ballAt(0, 0, 0.06, red)}, {0, 5, 10, 15, 20});
-        const Caught stop = caught([&] { collect(sequence); });
-        std::fprintf(stderr, "%s: %s; %zu listed", std::string(nameOf(*stop.code)).c_str(),
-                     stop.message.c_str(), samples().size());
-        std::_Exit(0);
-      },
-      testing::ExitedWithCode(0), "interrupted: .* 3 of 5 .* 3 samples of 1 .*3 listed");
+  const Stopped sequence({ballAt(0, 0, 0.06, red)}, {0, 5, 10, 15, 20});
+  EXPECT_THAT([&] { collect(sequence); }, FailsWith(ErrorCode::interrupted));
+  EXPECT_TRUE(takeInterrupt());
+  EXPECT_THAT(samples(), SizeIs(3));
 }
 
 TEST_F(Collect, WhatCannotBeCollectedIsRefused) {
@@ -237,6 +233,90 @@ TEST(ClusteredFrame, ImageAndDepthMayDifferInSize) {
     EXPECT_EQ(boxOf(large, i).y, 2 * boxOf(small, i).y);
     EXPECT_EQ(cloudOf(large, i).colors, cloudOf(small, i).colors);
   }
+}
+
+const CameraIntrinsics camera{640, 480, 525, 525, 319.5, 239.5};
+
+/// A ball's cluster as a camera at `pose` sees it.
+Cluster ball(const cv::Vec3d& inMap, double radius, const Pose& pose = {}) {
+  const cv::Vec3d c = rigidOf(pose).inv() * inMap;
+  const double u = camera.fx * c[0] / c[2] + camera.cx, v = camera.fy * c[1] / c[2] + camera.cy;
+  const double r = camera.fx * radius / c[2];
+  Cluster cluster;
+  cluster.center = cv::Point3f(cv::Vec3f(c));
+  cluster.box = cv::Rect(cvRound(u - r), cvRound(v - r), cvRound(2 * r), cvRound(2 * r));
+  return cluster;
+}
+
+Clusters of(std::vector<Cluster> clusters) {
+  return {{}, std::move(clusters)};
+}
+
+TEST(Tracks, KeepTheNumbersWhateverTheOrder) {
+  Tracks tracks;
+  const Cluster left = ball({-0.3, 0, 1}, 0.05), right = ball({0.3, 0, 1}, 0.05);
+  EXPECT_THAT(tracks.follow(of({left, right}), camera, {}), ElementsAre(0, 1));
+  EXPECT_THAT(tracks.follow(of({ball({0.31, 0.01, 1}, 0.05), ball({-0.29, 0, 1.01}, 0.05)}), camera, {}),
+              ElementsAre(1, 0));
+  EXPECT_THAT(tracks.follow(of({}), camera, {}), IsEmpty());
+}
+
+TEST(Tracks, NoTwoClustersAreOneThing) {
+  Tracks tracks;
+  tracks.follow(of({ball({0, 0, 1}, 0.1)}), camera, {});
+  const auto things = tracks.follow(of({ball({0.02, 0, 1}, 0.1), ball({0.004, 0, 1}, 0.1)}), camera, {});
+  EXPECT_THAT(things, ElementsAre(1, 0)) << "the one that overlaps more keeps the number";
+}
+
+TEST(Tracks, TellWhichThingsMayBeFoundAgain) {
+  Tracks tracks;
+  const Cluster left = ball({-0.3, 0, 1}, 0.05), right = ball({0.3, 0, 1}, 0.05);
+  tracks.follow(of({left, right}), camera, {});
+  for (int frame = 0; frame < 5; ++frame) tracks.follow(of({right}), camera, {});
+  EXPECT_THAT(tracks.tracked(), ElementsAre(0, 1));
+  tracks.follow(of({right}), camera, {});
+  EXPECT_THAT(tracks.tracked(), ElementsAre(1));
+  tracks.follow(of({left, right}), camera, {});
+  EXPECT_THAT(tracks.tracked(), ElementsAre(1, 2)) << "it is new to whoever has forgotten it";
+}
+
+TEST(Tracks, WhatCoversTheSamePixelsFarBehindIsAnotherThing) {
+  Tracks tracks;
+  tracks.follow(of({ball({0, 0, 1}, 0.05)}), camera, {});
+  EXPECT_THAT(tracks.follow(of({ball({0, 0, 2}, 0.1)}), camera, {}), ElementsAre(1));
+}
+
+TEST(Tracks, PosesLetTheCameraMoveFar) {
+  const cv::Vec3d mug(0, 0, 1.2), can(0.15, 0, 1.2);
+  const Pose start;
+  const Pose later = poseOf(cv::Affine3d(cv::Vec3d(0, -0.2, 0), cv::Vec3d(0.5, 0, 0.1)));
+  for (const bool posed : {true, false}) {
+    Tracks tracks;
+    const auto known = [&](const Pose& pose) { return posed ? std::optional(pose) : std::nullopt; };
+    EXPECT_THAT(tracks.follow(of({ball(mug, 0.05, start), ball(can, 0.05, start)}), camera, known(start)),
+                ElementsAre(0, 1));
+    const auto things =
+        tracks.follow(of({ball(can, 0.05, later), ball(mug, 0.05, later)}), camera, known(later));
+    if (posed)
+      EXPECT_THAT(things, ElementsAre(1, 0));
+    else
+      EXPECT_THAT(things, ElementsAre(2, 3)) << "nothing lies where it was";
+  }
+}
+
+TEST(Tracks, AFrameWithoutAPoseGoesByThePixels) {
+  Tracks tracks;
+  const Cluster mug = ball({0, 0, 1}, 0.05);
+  EXPECT_THAT(tracks.follow(of({mug}), camera, Pose{}), ElementsAre(0));
+  EXPECT_THAT(tracks.follow(of({mug}), camera, {}), ElementsAre(0));
+  Pose broken;
+  broken.x = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(tracks.follow(of({mug}), camera, broken), ElementsAre(0));
+  EXPECT_THAT(tracks.follow(of({mug}), camera, Pose{}), ElementsAre(0));
+}
+
+TEST(Tracks, RefuseWhatTheyCannotWorkWith) {
+  EXPECT_THAT([] { Tracks().follow({}, {}, {}); }, FailsWith(ErrorCode::invalidInput));
 }
 
 }  // namespace

@@ -1,11 +1,11 @@
 // What things are: by image, by shape, and over time.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 
+#include "estancia/core/take_interrupt.hpp"
 #include "estancia/label/label_stream.hpp"
 #include "estancia/objects/clustered_frame.hpp"
 #include "estancia/objects/collect.hpp"
@@ -217,6 +217,12 @@ TEST_F(Predicting, ASequenceIsSampled) {
   };
   const auto name = [&](std::size_t i) { return sequence.frame(i).name; };
   EXPECT_THAT(framesOf({}), SizeIs(5));
+  requestInterrupt();
+  EXPECT_THAT(framesOf({}), IsEmpty()) << "it stops when asked";
+  Colors labeler;
+  ObjectPredictor labeling(model(), &labeler);
+  EXPECT_THAT([&] { predict(labeling, sequence); }, FailsWith(ErrorCode::interrupted));
+  EXPECT_TRUE(takeInterrupt());
   PredictSequenceOptions options;
   options.first = 1;
   options.every = 2;

@@ -59,6 +59,7 @@ class Drives : public testing::Test {
     Frame frame;
     frame.name = "frame " + std::to_string(map.frames());
     frame.pose = pose;
+    frame.timestamp = 0.5 * static_cast<double>(map.frames());
     map.add(frame, image);
   }
   /// The pose in the robot's own odometry.
@@ -89,6 +90,8 @@ TEST_F(Drives, BeginLostAndAreAlignedByRecognizedPlaces) {
   ASSERT_TRUE(drives[1].recognized);
   EXPECT_LT(drives[1].recognized->after, 10U);
   EXPECT_EQ(drives[1].posed, 60U);
+  EXPECT_EQ(drives[1].begins, 60);
+  EXPECT_EQ(drives[1].ends, 89.5);
   // No wrong join: of the frames that are in a place of the first drive, all stood near one of its frames.
   for (std::size_t i = 120; i < 180; ++i) {
     double nearest = 100;

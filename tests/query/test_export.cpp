@@ -181,6 +181,8 @@ TEST(Nav2, NeedsPositionsAndTransitions) {
   EXPECT_NO_THROW(exportMap(map, "nav2")) << "one posed frame a node is enough";
   map.frames[1].pose.reset();
   EXPECT_THAT([&] { exportMap(map, "nav2"); }, FailsWith(ErrorCode::insufficientData));
+  for (int id = 10; id < 20; ++id) map.nodes.push_back(test::nodeWith(id, 1, map.nodes[0].mean));
+  EXPECT_THAT([&] { exportMap(map, "nav2"); }, FailsWith(ErrorCode::insufficientData));
   map = test::sampleMap();
   map.transitions.clear();
   EXPECT_THAT([&] { exportMap(map, "nav2"); }, FailsWith(ErrorCode::insufficientData));

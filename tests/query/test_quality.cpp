@@ -1,3 +1,4 @@
+// What maps and localizations are worth, by the truth and by the thesis author's own numbers.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -6,6 +7,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "estancia/query/accuracy.hpp"
 #include "estancia/query/quality.hpp"
 #include "map_file/sample_map.hpp"
 #include "support/errors.hpp"
@@ -176,6 +178,199 @@ TEST(Quality, OfTheRoomsSeenIsToldBesideThatOfTheRoomsStoodIn) {
   EXPECT_THAT([&] { evaluate(map, std::vector<std::string>(3)); }, test::FailsWith(ErrorCode::mismatch));
   map.frames[1].node = 77;
   EXPECT_EQ(evaluate(map, std::vector<std::string>(7, "hall")).framesWithRoomSeen, 6U) << "one is in no node";
+}
+
+/// Frames 0 … 4 at 0, 1, 2, 3, 4 m, looking along x; frame 5 at 0 m looks back.
+TopologicalMap corridorMap() {
+  TopologicalMap map{.vocabulary = Vocabulary({"x"})};
+  map.nodes.push_back({});
+  for (int i = 0; i < 6; ++i) {
+    MappedFrame frame;
+    frame.pose = i < 5 ? Pose::planar(i, 0, 0) : Pose::planar(0, 0, 3.1);
+    map.frames.push_back(frame);
+  }
+  return map;
+}
+
+Frame at(double x, double heading) {
+  Frame frame;
+  frame.pose = Pose::planar(x, 0, heading);
+  return frame;
+}
+
+Localization nearest(std::size_t image, std::size_t believed) {
+  Localization answer;
+  answer.nearestImage = image;
+  answer.beliefImage = believed;
+  return answer;
+}
+
+LocalizationAccuracy measured(const std::vector<Frame>& frames, const std::vector<Localization>& answers,
+                              const AdmissibleImages& admissible = {}) {
+  std::vector<std::size_t> numbers;
+  for (std::size_t i = 0; i < frames.size(); ++i) numbers.push_back(i);
+  return measureLocalization(corridorMap(), frames, numbers, answers, admissible,
+                             {.nearDistance = 0.7, .nearAngle = 30});
+}
+
+TEST(LocalizationAccuracy, RecallCountsTheFramesOfWhichTheMapHasTheView) {
+  const auto accuracy = measured({at(1.2, 0.4), at(0.3, 3.1), at(2.6, 0), at(2, 1.5), at(9, 0)},
+                                 {nearest(1, 2), nearest(0, 5), nearest(3, 2), nearest(2, 2), nearest(4, 4)});
+  EXPECT_EQ(accuracy.frames, 5U);
+  EXPECT_DOUBLE_EQ(accuracy.nearestImage.recall.value(), 2.0 / 3);  // the last two have no such view
+  EXPECT_DOUBLE_EQ(accuracy.belief.recall.value(), 2.0 / 3);
+}
+
+TEST(LocalizationAccuracy, ATableOfAdmissibleImagesGoesBeforePoses) {
+  const auto accuracy = measured({at(1, 0), at(2, 0)}, {nearest(1, 4), nearest(3, 4)}, {{4}, {3, 4}});
+  EXPECT_DOUBLE_EQ(accuracy.nearestImage.recall.value(), 0.5);
+  EXPECT_DOUBLE_EQ(accuracy.belief.recall.value(), 1);
+  EXPECT_FALSE(measured({Frame(), Frame()}, {nearest(0, 0), nearest(1, 1)}).nearestImage.recall)
+      << "neither poses nor a table";
+}
+
+TEST(LocalizationAccuracy, ATableOfAdmissibleImagesIsReadLineByLine) {
+  const test::ScratchFolder folder;
+  const auto read = [&](const std::string& lines) {
+    test::writeFile(folder / "truth.csv", "query,refs\n" + lines);
+    return readAdmissibleImages(folder / "truth.csv");
+  };
+  const AdmissibleImages admissible = read("0,4 5\r\n\n1,\n2, 7\n");
+  EXPECT_EQ(admissible, (AdmissibleImages{{4, 5}, {}, {7}}));
+  for (const char* lines : {"0", "1,4\n", "x,4\n", "0,4 x\n", "0,-4\n", "0,4\n0,4\n"})
+    EXPECT_THAT([&] { read(lines); }, test::FailsWith(ErrorCode::malformedFile)) << lines;
+  EXPECT_THAT([&] { readAdmissibleImages(folder / "none.csv"); }, test::FailsWith(ErrorCode::fileUnreadable));
+  EXPECT_THAT(
+      [&] {
+        measured({at(1, 0), at(2, 0)}, {nearest(1, 4), nearest(3, 4)}, {{4}});
+      },
+      test::FailsWith(ErrorCode::mismatch));
+  EXPECT_THAT([&] { measured({at(1, 0)}, {}); }, test::FailsWith(ErrorCode::mismatch));
+}
+
+TEST(LocalizationAccuracy, AZoneIsInTheRoomOfMostOfItsFrames) {
+  TopologicalMap map = corridorMap();
+  for (std::size_t i = 0; i < 6; ++i) map.frames[i].room = i < 4 ? "hall" : "bath";
+  const std::vector<int> zoneOf{0, 0, 0, 1, 1, 1};
+  std::vector<Frame> frames(4);
+  std::vector<Localization> answers(4);
+  const std::pair<const char*, int> asked[] = {{"hall", 0}, {"bath", 1}, {"bath", 0}, {"", 1}};
+  for (std::size_t i = 0; i < 4; ++i) {
+    frames[i].room = asked[i].first;
+    answers[i].beliefZone = asked[i].second;
+  }
+  const auto accuracy = measureLocalization(map, frames, {0, 1, 2, 3}, answers, {}, {}, zoneOf);
+  EXPECT_DOUBLE_EQ(accuracy.beliefZoneRoom.value(), 2.0 / 3);
+  EXPECT_FALSE(
+      measureLocalization(map, frames, {0, 1, 2, 3}, std::vector<Localization>(4), {}, {}).beliefZoneRoom);
+}
+
+TEST(LocalizationSummary, NeedsNoTruth) {
+  std::vector<Localization> answers(5);
+  const int nodes[] = {3, 1, 3, 3, 1};
+  const double confidences[] = {0.9, 0.25, 0.5, 0.75, 0.125};
+  for (std::size_t i = 0; i < 5; ++i) {
+    answers[i].beliefNode = nodes[i];
+    answers[i].confidence = confidences[i];
+  }
+  LocalizationSummary summary = summarizeLocalization(answers);
+  EXPECT_EQ(summary.medianConfidence, 0.5);
+  EXPECT_FALSE(summary.unmapped) << "the map has no poses";
+  ASSERT_EQ(summary.places.size(), 2U);
+  EXPECT_EQ(summary.places[0].node, 3);
+  EXPECT_EQ(summary.places[0].frames, 3U);
+  EXPECT_EQ(summary.places[0].medianConfidence, 0.75);
+  for (std::size_t i = 0; i < 5; ++i) answers[i].unmapped = i < 2 ? 0.9 : 0.1;
+  EXPECT_EQ(summarizeLocalization(answers).unmapped, 0.4);
+  EXPECT_FALSE(summarizeLocalization({}).medianConfidence);
+}
+
+/// X of his plan: all six one-node maps of his sweeps give it.
+constexpr double extent = 31.1725;
+
+/// The images of a sequence by their rooms and poses (frame,timestamp,x,y,theta,room), none in a node yet.
+TopologicalMap sequenceOf(const std::filesystem::path& file) {
+  TopologicalMap map{.vocabulary = Vocabulary({"a"})};
+  std::ifstream rows(file);
+  std::string row;
+  for (std::getline(rows, row); std::getline(rows, row);) {
+    std::stringstream fields(row);
+    std::vector<std::string> values;
+    for (std::string value; std::getline(fields, value, ',');) values.push_back(value);
+    map.frames.push_back(
+        test::frameAt(values.at(0), 0, std::stod(values.at(2)), std::stod(values.at(3)), values.at(5)));
+  }
+  return map;
+}
+
+/// A stay in a node, up to and with its `last` image, counted from 1.
+struct Stay {
+  int node;
+  std::size_t last;
+};
+
+/// Links and nodes follow from the stays.
+void addStays(TopologicalMap& map, const std::vector<Stay>& stays) {
+  std::size_t image = 0;
+  for (std::size_t i = 0; i < stays.size(); ++i) {
+    if (map.findNode(stays[i].node) == nullptr) map.nodes.push_back(test::nodeWith(stays[i].node, 1, {1}));
+    if (i > 0) map.transitions.push_back({stays[i - 1].node, stays[i].node, 1, image});
+    while (image < stays[i].last) map.frames.at(image++).node = stays[i].node;
+  }
+  ASSERT_EQ(image, map.frames.size());
+}
+
+TEST(AuthorsMaps, OfOneNodeHaveHisCompactness) {
+  const auto data = test::findData("idol2_meta");
+  ESTANCIA_NEEDS(data, "the poses of KTH-IDOL2 (idol2_meta) are not unpacked");
+  for (const auto& [sequence, compactness] : {std::pair{"cloudy1", 0.54896754},
+                                              {"cloudy2", 0.5474267},
+                                              {"cloudy3", 0.60777307},
+                                              {"cloudy4", 0.5687177},
+                                              {"sunny1", 0.5557833},
+                                              {"sunny4", 0.5488793}}) {
+    TopologicalMap map = sequenceOf(*data / (std::string("minnie_") + sequence + ".csv"));
+    map.nodes = {test::nodeWith(0, 1, {1})};
+    EXPECT_NEAR(*evaluate(map, {}, extent).original.compactness, compactness, 5e-6) << sequence;
+  }
+}
+
+/// τ_join .015, τ_revisit .0015, k 15, of 2016-04-28: as his list of links has the images.
+TEST(AuthorsMaps, OfCloudy3HasTheScoreThatHePrinted) {
+  const auto data = test::findData("idol2_meta");
+  ESTANCIA_NEEDS(data, "the poses of KTH-IDOL2 (idol2_meta) are not unpacked");
+  TopologicalMap map = sequenceOf(*data / "minnie_cloudy3.csv");
+  addStays(map, {{0, 103},  {1, 147},  {2, 188},  {3, 194},  {4, 203},  {5, 213},  {6, 358},
+                 {7, 471},  {8, 476},  {9, 488},  {10, 556}, {4, 560},  {11, 572}, {12, 611},
+                 {13, 663}, {14, 740}, {15, 759}, {16, 818}, {17, 867}, {18, 894}});
+  const MapQuality quality = evaluate(map, {}, extent);
+  EXPECT_EQ(quality.nodes, 19U);
+  EXPECT_EQ(quality.links, 19U);
+  EXPECT_NEAR(*quality.original.roomPurity, 0.835196, 1e-6);
+  EXPECT_NEAR(quality.original.sparseness, 0.941176, 1e-6);
+  EXPECT_NEAR(*quality.original.linkCloseness, 0.888547, 1e-6);
+  EXPECT_NEAR(*quality.original.compactness, 0.887774, 1e-6);
+  EXPECT_NEAR(*quality.original.spread, 0.370342, 1e-6);
+  EXPECT_NEAR(*quality.original.total, 78.4607, 1e-4);
+  EXPECT_NEAR(quality.rooms->vMeasure, 0.536, 5e-4);
+  EXPECT_NEAR(quality.rooms->purity, 0.826, 5e-4);
+  EXPECT_NEAR(*evaluate(map).original.linkCloseness, 0.8496, 1e-4) << "X is 23.1 m, the box of the poses";
+}
+
+TEST(AuthorsMaps, OfSunny1IsBetweenTheRowsOfHisSweep) {
+  const auto data = test::findData("idol2_meta");
+  ESTANCIA_NEEDS(data, "the poses of KTH-IDOL2 (idol2_meta) are not unpacked");
+  TopologicalMap map = sequenceOf(*data / "minnie_sunny1.csv");
+  addStays(map, {{0, 62},   {1, 98},   {2, 125},  {3, 163},  {4, 199},  {5, 234},  {6, 341},  {7, 381},
+                 {8, 391},  {9, 432},  {10, 442}, {11, 463}, {12, 465}, {13, 534}, {14, 537}, {15, 563},
+                 {16, 578}, {17, 619}, {18, 660}, {19, 703}, {20, 704}, {21, 705}, {20, 725}, {22, 726},
+                 {23, 765}, {24, 775}, {25, 803}, {26, 816}, {27, 853}});
+  const MapQuality quality = evaluate(map, {}, extent);
+  EXPECT_EQ(quality.nodes, 28U);
+  EXPECT_GT(*quality.original.total, 81.62298) << "27 nodes, by a τ_revisit of .002";
+  EXPECT_LT(*quality.original.total, 82.19306) << "29 nodes, by one of .001";
+  EXPECT_NEAR(quality.rooms->vMeasure, 0.553, 5e-4);
+  EXPECT_NEAR(quality.rooms->purity, 0.900, 5e-4);
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 // Bags as sequences: drives written by others' programs, and recordings of robots.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <fmt/format.h>
 
@@ -14,9 +13,9 @@
 #include "estancia/core/pose.hpp"
 #include "estancia/readers/bag_topics.hpp"
 #include "estancia/readers/open_sequence.hpp"
+#include "estancia/readers/undistortion.hpp"
 #include "estancia/sequences/sequence.hpp"
 #include "support/errors.hpp"
-#include "support/support.hpp"
 
 namespace estancia {
 namespace {
@@ -87,6 +86,13 @@ double farthest(const cv::Mat& a, const cv::Mat& b) {
   return a.size() == b.size() && a.type() == b.type() ? cv::norm(a, b, cv::NORM_INF) : 1e9;
 }
 
+/// What the topics of a bag are used for.
+std::map<std::string, std::string> usesOf(const std::filesystem::path& bag) {
+  std::map<std::string, std::string> uses;
+  for (const TopicSummary& topic : summarizeBag(bag).topics) uses[topic.name] = topic.use;
+  return uses;
+}
+
 TEST_F(BagDrive, HasTheImagesDepthCameraAndPosesOfTheFolder) {
   const auto bag = openSequence(write({"image", "depth", "odom", "tf_static"}));
   ASSERT_EQ(bag->size(), driveFrames);
@@ -118,15 +124,13 @@ TEST_F(BagDrive, PosesAreInterpolatedBetweenTransforms) {
 
 TEST_F(BagDrive, OneCameraThatIsRecordedTwiceIsOne) {
   const auto path = write({"image", "compressed", "depth", "odom", "tf_static"});
-  const BagSummary summary = summarizeBag(path);
-  std::map<std::string, std::string> uses;
-  for (const TopicSummary& topic : summary.topics) uses[topic.name] = topic.use;
+  auto uses = usesOf(path);
   EXPECT_EQ(uses["/camera/color/image_raw"], "images");
   EXPECT_EQ(uses["/camera/color/image_raw/compressed"], "");
   EXPECT_EQ(uses["/camera/aligned_depth_to_color/image_raw"], "depth");
   EXPECT_EQ(uses["/camera/color/camera_info"], "camera");
   EXPECT_EQ(uses["/odom"], "poses");
-  EXPECT_NEAR(summary.duration, 0.5, 1e-6);
+  EXPECT_NEAR(summarizeBag(path).duration, 0.5, 1e-6);
 }
 
 TEST_F(BagDrive, TopicsAreChosenByName) {
@@ -147,6 +151,61 @@ TEST_F(BagDrive, TopicsAreChosenByName) {
     options.imageTopic = topic;
     EXPECT_THAT([&] { openSequence(path, options); }, test::FailsWith(ErrorCode::unknownName)) << topic;
   }
+}
+
+TEST_F(BagDrive, DepthOfACameraOfItsOwnIsSeenFromThatOfTheImages) {
+  const auto unplaced = openSequence(write({"image", "odom", "tf_static", "left"}));
+  EXPECT_THAT(unplaced->warnings(), testing::SizeIs(1)) << "no transform says where it is";
+  EXPECT_EQ(farthest(unplaced->depth(2), folder_->depth(2)), 0);
+  const auto path = write({"image", "odom", "tf_static", "left", "beside"});
+  const auto bag = openSequence(path);
+  EXPECT_THAT(bag->warnings(), testing::IsEmpty());
+  EXPECT_EQ(bag->depthTimestamp(2), bag->frame(2).timestamp);
+  const CameraIntrinsics& camera = *folder_->intrinsics();
+  const cv::Affine3d beside(cv::Matx33d::eye(), cv::Vec3d(-0.1, 0, 0));
+  EXPECT_EQ(farthest(bag->depth(2), io::registerDepth(folder_->depth(2), camera, beside, camera)), 0);
+  EXPECT_EQ(usesOf(path)["/left/camera_info"], "camera of depth");
+}
+
+TEST_F(BagDrive, OfSeveralDepthsOrPosesNoneIsUsedBeforeOneIsChosen) {
+  const auto path = write({"image", "odom", "tf_static", "left", "right", "pose"});
+  const auto bag = openSequence(path);
+  EXPECT_FALSE(bag->hasDepth() || bag->poseSource());
+  EXPECT_THAT(bag->warnings(), testing::SizeIs(2));
+  SequenceOptions options;
+  options.depthTopic = "/right/image_raw";
+  options.odomTopic = "/pose";
+  const auto chosen = openSequence(path, options);
+  EXPECT_TRUE(chosen->hasDepth());
+  ASSERT_TRUE(chosen->frame(3).pose);
+  EXPECT_NEAR(chosen->frame(3).pose->x, 7 + mount_.translation()[0], 1e-9)
+      << "of the robot, not of its camera";
+}
+
+TEST_F(BagDrive, ALensIsStraightenedOrItsCalibrationRefused) {
+  const auto straight = openSequence(write({"image", "depth"}));
+  json_["lens"] = {{"d", {-0.2, 0.05, 0, 0, 0}}};
+  const auto bag = openSequence(write({"image", "depth"}));
+  EXPECT_NE(bag->intrinsics()->fx, straight->intrinsics()->fx);
+  EXPECT_GT(farthest(bag->image(0), straight->image(0)), 0);
+  EXPECT_GT(farthest(bag->depth(0), straight->depth(0)), 0);
+  EXPECT_NE(bag->fingerprint(0), straight->fingerprint(0));
+  json_["lens"]["distortion_model"] = "magic";
+  const auto unknown = openSequence(write({"image"}));
+  EXPECT_FALSE(unknown->intrinsics());
+  EXPECT_FALSE(unknown->warnings().empty());
+}
+
+TEST_F(BagDrive, DamagedMessagesAreCountedAndLeftOut) {
+  json_["damaged"] = {{"/camera/color/image_raw", "sensor_msgs/msg/Image", "0001"},
+                      {"/camera/aligned_depth_to_color/image_raw", "sensor_msgs/msg/Image", "0001"},
+                      {"/odom", "nav_msgs/msg/Odometry", "00010000ff"},
+                      {"/tf_static", "tf2_msgs/msg/TFMessage", "00010000ffffff0f"}};
+  const auto bag = openSequence(write({"image", "depth", "odom", "tf_static"}));
+  EXPECT_EQ(bag->size(), driveFrames);
+  EXPECT_THAT(bag->warnings(), testing::SizeIs(4)) << "images, depth, transforms, poses";
+  EXPECT_EQ(farthest(bag->depth(1), folder_->depth(1)), 0);
+  EXPECT_TRUE(bag->frame(1).pose);
 }
 
 TEST_F(BagDrive, WithoutATransformTheCameraLooksAhead) {

@@ -1,16 +1,13 @@
+// Depth images of each kind and of each data set, and the intrinsics of cameras.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
 #include "estancia/files/camera_file.hpp"
 #include "estancia/files/depth_file.hpp"
-#include "estancia/readers/open_sequence.hpp"
-#include "support/errors.hpp"
-#include "support/images.hpp"
-#include "support/support.hpp"
+#include "readers/sequence_folder.hpp"
 
 namespace estancia {
 namespace {
@@ -33,10 +30,8 @@ cv::Mat two(int type, T first, T second) {
   return raw;
 }
 
-class DepthFiles : public ::testing::Test {
+class DepthFiles : public test::SequenceFolder {
  protected:
-  void write(const std::string& name, const std::string& bytes) { test::writeFile(folder_ / name, bytes); }
-  void writeImage(const std::string& name) { write(name, encoded(".png", test::plain(4, 3, {1, 2, 3}))); }
   void writeDepth(const std::string& name, std::uint16_t raw, cv::Size size = {2, 1}) {
     write(name, encoded(".png", cv::Mat(size, CV_16U, cv::Scalar(raw))));
   }
@@ -46,11 +41,7 @@ class DepthFiles : public ::testing::Test {
     EXPECT_EQ(meters.type(), CV_32F);
     return {meters.begin<float>(), meters.end<float>()};
   }
-  std::unique_ptr<Sequence> open() { return openSequence(folder_.path(), options_); }
   static float depthOf(const Sequence& sequence, std::size_t i) { return sequence.depth(i).at<float>(0, 0); }
-
-  test::ScratchFolder folder_;
-  SequenceOptions options_;
 };
 
 TEST_F(DepthFiles, AreReadAsMetersWhateverTheirKind) {
@@ -97,10 +88,8 @@ TEST_F(DepthFiles, LeaveNothingInTheTemporaryFolder) {
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_.path()), fs::directory_iterator()), 1);
 }
 
-// ---- rgb/ beside depth/
-
 TEST_F(DepthFiles, InAFolderBesideImagesArePairedByTheirNames) {
-  for (const char* name : {"rgb/9.png", "rgb/10.png", "rgb/11.png"}) writeImage(name);
+  for (const char* name : {"rgb/9.png", "rgb/10.png", "rgb/11.png"}) add(name);
   writeDepth("depth/9.png", 900);
   writeDepth("depth/11.png", 1100, {64, 48});
   const auto sequence = open();
@@ -117,8 +106,7 @@ TEST_F(DepthFiles, InAFolderBesideImagesArePairedByTheirNames) {
 }
 
 TEST_F(DepthFiles, InAFolderBesideTimedImagesArePairedByTime) {
-  for (const char* name : {"color/10.000000.png", "color/10.033333.png", "color/10.066667.png"})
-    writeImage(name);
+  for (const char* name : {"color/10.000000.png", "color/10.033333.png", "color/10.066667.png"}) add(name);
   writeDepth("depth/9.991000.png", 1000);
   writeDepth("depth/10.040000.png", 2000);
   writeDepth("depth/10.120000.png", 3000);
@@ -131,20 +119,18 @@ TEST_F(DepthFiles, InAFolderBesideTimedImagesArePairedByTime) {
 }
 
 TEST_F(DepthFiles, MayBeInOtherUnits) {
-  writeImage("rgb/a.png");
+  add("rgb/a.png");
   writeDepth("depth/a.png", 1000);
   options_.depthScale = 5000;
   EXPECT_EQ(depthOf(*open(), 0), 0.2F);
   for (const double scale : {-1.0, 1e300, 1e-300, std::nan(""), static_cast<double>(INFINITY)}) {
     options_.depthScale = scale;
-    EXPECT_THAT([&] { open(); }, FailsWith(ErrorCode::invalidOption)) << scale;
+    EXPECT_THAT(refusal(), FailsWith(ErrorCode::invalidOption)) << scale;
   }
 }
 
-// ---- TUM RGB-D and 7-Scenes
-
 TEST_F(DepthFiles, OfTumAreTheNearestInTime) {
-  for (const char* name : {"rgb/1.png", "rgb/2.png", "rgb/3.png"}) writeImage(name);
+  for (const char* name : {"rgb/1.png", "rgb/2.png", "rgb/3.png"}) add(name);
   write("rgb.txt", "1.00 rgb/1.png\n1.03 rgb/2.png\n1.50 rgb/3.png\n");
   write("depth.txt", "# depth maps\n1.045 depth/b.png\n1.012 depth/a.png\n");
   writeDepth("depth/a.png", 5000);
@@ -158,6 +144,13 @@ TEST_F(DepthFiles, OfTumAreTheNearestInTime) {
   EXPECT_THAT(sequence->warnings(), IsEmpty());
 }
 
+TEST_F(DepthFiles, OfTumAreLeftOutWithTheirListWhenItIsWrong) {
+  write("rgb.txt", "1.00 rgb/1.png\n2.00 rgb/1.png\n");
+  write("depth.txt", "noon depth/a.png\n");
+  EXPECT_FALSE(open()->hasDepth());
+  EXPECT_THAT(open()->warnings(), ::testing::Contains(Mentions({"depth.txt"})));
+}
+
 TEST_F(DepthFiles, OfTumComeWithThePublishedCamera) {
   const fs::path data = folder_ / "rgbd_dataset_freiburg3_office";
   test::writeFile(data / "1.png", encoded(".png", test::plain(4, 3, {1, 2, 3})));
@@ -165,26 +158,20 @@ TEST_F(DepthFiles, OfTumComeWithThePublishedCamera) {
   EXPECT_EQ(openSequence(data)->intrinsics()->fx, 535.4);
 }
 
-// ---- intrinsics
-
 class Intrinsics : public DepthFiles {
  protected:
   CameraIntrinsics read(const std::string& text) {
     write("camera", text);
     return io::readIntrinsics(folder_ / "camera");
   }
+  using DepthFiles::refusal;
   test::Caught refusal(const std::string& text) {
     return test::caught([&] { read(text); });
   }
 };
 
 void expectCamera(const CameraIntrinsics& camera, int width = 0, int height = 0) {
-  EXPECT_EQ(camera.width, width);
-  EXPECT_EQ(camera.height, height);
-  EXPECT_EQ(camera.fx, 517.3);
-  EXPECT_EQ(camera.fy, 516.5);
-  EXPECT_EQ(camera.cx, 318.6);
-  EXPECT_EQ(camera.cy, 255.25);
+  EXPECT_THAT(camera, ::testing::FieldsAre(width, height, 517.3, 516.5, 318.6, 255.25));
 }
 
 TEST_F(Intrinsics, AreReadFromWhatPeopleHave) {
@@ -215,7 +202,7 @@ TEST_F(Intrinsics, AreRefusedWhenTheyMakeNoCamera) {
 }
 
 TEST_F(Intrinsics, InTheFolderAreForItsImagesUnlessTheySayTheirSize) {
-  writeImage("a.png");
+  add("a.png");
   write("intrinsics.txt", "5 5 2 1.5\n");
   const auto camera = open()->intrinsics();
   ASSERT_TRUE(camera);
@@ -229,16 +216,24 @@ TEST_F(Intrinsics, InTheFolderAreForItsImagesUnlessTheySayTheirSize) {
   EXPECT_EQ(open()->intrinsics()->fx, 50) << "what the user names wins";
 }
 
+TEST_F(Intrinsics, TakeTheSizeOfTheFirstImageThatCanBeRead) {
+  write("0.png", "no image");
+  write("intrinsics.txt", "5 5 2 1.5\n");
+  EXPECT_THAT(open()->warnings(), ::testing::Contains(Mentions({"intrinsics.txt"})));
+  add("1.png");
+  EXPECT_EQ(open()->intrinsics()->width, 4);
+}
+
 TEST_F(Intrinsics, ThatAreWrongStopOnlyWhoNamesThem) {
-  writeImage("a.png");
+  add("a.png");
   write("intrinsics.txt", "none\n");
   const auto sequence = open();
   EXPECT_FALSE(sequence->intrinsics());
   EXPECT_THAT(sequence->warnings(), ::testing::Contains(Mentions({"intrinsics.txt"})));
   options_.intrinsics = folder_ / "intrinsics.txt";
-  EXPECT_THAT([&] { open(); }, FailsWith(ErrorCode::malformedFile));
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::malformedFile));
   options_.intrinsics = folder_ / "missing.txt";
-  EXPECT_THAT([&] { open(); }, FailsWith(ErrorCode::fileNotFound));
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::fileNotFound));
 }
 
 }  // namespace

@@ -1,47 +1,24 @@
+// Folders of images, of classes of images, and the files beside them.
 // SPDX-License-Identifier: Apache-2.0
-
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "estancia/readers/open_sequence.hpp"
-#include "estancia/sequences/sequence.hpp"
-#include "support/errors.hpp"
-#include "support/images.hpp"
-#include "support/support.hpp"
+#include "estancia/sequences/descriptor_sequence.hpp"
+#include "readers/sequence_folder.hpp"
 
 namespace estancia {
 namespace {
 
 namespace fs = std::filesystem;
-using test::encoded;
 using test::FailsWith;
 using test::Mentions;
-using test::plain;
-using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-class ImageFolder : public ::testing::Test {
+class ImageFolder : public test::SequenceFolder {
  protected:
-  void add(const std::string& name, int level = 100, cv::Size size = {4, 3}) {
-    test::writeFile(folder_ / name, encoded(".png", plain(size.width, size.height, cv::Scalar::all(level))));
-  }
-  void write(const std::string& name, const std::string& text) { test::writeFile(folder_ / name, text); }
-  std::unique_ptr<Sequence> open() { return openSequence(folder_.path(), options_); }
-  std::vector<std::string> names() {
-    const auto sequence = open();
-    std::vector<std::string> all;
-    for (std::size_t i = 0; i < sequence->size(); ++i) all.push_back(sequence->frame(i).name);
-    return all;
-  }
-  test::Caught refusal() {
-    return test::caught([&] { open(); });
-  }
-
-  test::ScratchFolder folder_;
-  SequenceOptions options_;
+  std::vector<std::string> names() { return test::namesOf(*open()); }
 };
 
 TEST_F(ImageFolder, IsReadInNaturalOrderWhateverTheCaseOfSuffixes) {
@@ -66,7 +43,7 @@ TEST_F(ImageFolder, TakesNamesWithBlanksUmlautsAndLineEnds) {
 }
 
 TEST_F(ImageFolder, GoesOnBehindATruncatedImage) {
-  const std::string jpeg = encoded(".jpg", test::texture(32, 24));
+  const std::string jpeg = test::encoded(".jpg", test::texture(32, 24));
   for (const char* name : {"0.jpg", "1.jpg", "2.jpg"})
     write(name, name[0] == '1' ? jpeg.substr(0, jpeg.size() / 2) : jpeg);
   const auto sequence = open();
@@ -84,6 +61,48 @@ TEST_F(ImageFolder, SaysWhenThereIsNothingToRead) {
   EXPECT_THAT([&] { openSequence(""); }, FailsWith(ErrorCode::fileNotFound));
   ASSERT_EQ(mkfifo((folder_ / "pipe").c_str(), 0600), 0);
   EXPECT_THAT([&] { openSequence(folder_ / "pipe"); }, FailsWith(ErrorCode::unsupportedFile));
+}
+
+TEST_F(ImageFolder, EachTypeRefusesAFolderThatIsNone) {
+  write("notes.txt", "no image");
+  for (const auto& [type, words] : sequenceTypes()) EXPECT_TRUE(refusal({.type = type}).code) << type;
+  EXPECT_THAT(refusal({.type = "rgbd"}), FailsWith(ErrorCode::insufficientData));
+}
+
+TEST_F(ImageFolder, LeavesOutImagesOfOtherFormatsAndOfItsFolders) {
+  write("a.heic", "photograph");
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::unsupportedFile));
+  EXPECT_THAT(refusal({.type = "folder"}), FailsWith(ErrorCode::insufficientData));
+  write("b.CR2", "photograph");
+  add("monday/1.png");
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::unsupportedFile));
+  for (const char* name : {"tuesday/1.png", "train/hall/1.png"}) add(name);
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::unsupportedFile));
+  for (const char* name : {"1.png", "2.png"}) add(name);
+  EXPECT_THAT(open()->warnings(), ElementsAre(Mentions({"2", "a.heic"})));
+}
+
+TEST_F(ImageFolder, FilesAreASequenceInTheOrderInWhichTheyAreNamed) {
+  for (const char* name : {"b.png", "a.png"}) add(name);
+  write("notes.txt", "no image");
+  const auto sequence = openImages({folder_ / "b.png", folder_ / "a.png"});
+  EXPECT_THAT(test::namesOf(*sequence), ElementsAre(folder_ / "b.png", folder_ / "a.png"));
+  EXPECT_EQ(openImages({folder_ / "a.png"})->name(), "a.png");
+  EXPECT_THAT([] { openImages({}); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { openImages({folder_ / "c.png"}); }, FailsWith(ErrorCode::fileNotFound));
+  EXPECT_THAT([&] { openImages({folder_ / "notes.txt"}); }, FailsWith(ErrorCode::unsupportedFile));
+}
+
+TEST_F(ImageFolder, ListedFramesGetNamesOfTheirOwnAndOddTimesAreTold) {
+  DescriptorSequence listed{Vocabulary({"cup"}), "m", {}, DescriptorMatrix(1)};
+  listed.frames = {{"a", 2.0, {}, "Kitchen"}, {"a", 1.0, {}, "kitchen"}, {"b", {}, {}, ""}};
+  for (int i = 0; i < 3; ++i) listed.descriptors.append(LexicalDescriptor{0.5F});
+  writeDescriptors(listed, folder_ / "a.labels");
+  const auto sequence = openSequence(folder_ / "a.labels");
+  EXPECT_THAT(test::namesOf(*sequence), ElementsAre("a", "a (2)", "b"));
+  EXPECT_NE(sequence->fingerprint(0), "");
+  EXPECT_THAT(sequence->warnings(), ElementsAre(Mentions({"1"}), Mentions({"1 of 3", "a (2)"}),
+                                                Mentions({"1 of 3"}), Mentions({"Kitchen", "kitchen"})));
 }
 
 TEST_F(ImageFolder, SurvivesCyclesOfSymbolicLinks) {
@@ -181,24 +200,13 @@ TEST_F(ImageFolder, RefusesAWrongRoomsFile) {
   }
 }
 
-class Classes : public ::testing::Test {
+class Classes : public test::SequenceFolder {
  protected:
-  void add(const std::string& name, double blue = 9) {
-    test::writeFile(folder_ / name, test::encoded(".png", test::plain(2, 2, {blue, 2, 3})));
-  }
-  std::unique_ptr<Sequence> open(const std::string& type = "auto", const std::string& split = "") {
-    SequenceOptions options;
-    options.type = type;
-    options.split = split;
-    return openSequence(folder_.path(), options);
-  }
   static std::vector<std::string> told(const Sequence& sequence) {
-    std::vector<std::string> all;
-    for (std::size_t i = 0; i < sequence.size(); ++i)
-      all.push_back(sequence.frame(i).name + "=" + sequence.frame(i).room);
+    std::vector<std::string> all = test::namesOf(sequence);
+    for (std::size_t i = 0; i < all.size(); ++i) all[i] += "=" + sequence.frame(i).room;
     return all;
   }
-  test::ScratchFolder folder_;
 };
 
 TEST_F(Classes, AreTheFoldersOfTheImages) {
@@ -206,9 +214,9 @@ TEST_F(Classes, AreTheFoldersOfTheImages) {
        {"kitchen/image_10.png", "kitchen/image_9.png", "bedroom/image_9.png", "MITforest/a.png"})
     add(name);
   add("kitchen/image_2.png", 77);
-  test::writeFile(folder_ / "kitchen/notes.txt", "no image");
-  test::writeFile(folder_ / ".git/image.png", "");
-  const auto sequence = open("classes");
+  write("kitchen/notes.txt", "no image");
+  write(".git/image.png", "");
+  const auto sequence = open({.type = "classes"});
   EXPECT_THAT(told(*sequence), ElementsAre("MITforest/a.png=MITforest", "bedroom/image_9.png=bedroom",
                                            "kitchen/image_2.png=kitchen", "kitchen/image_9.png=kitchen",
                                            "kitchen/image_10.png=kitchen"));
@@ -222,25 +230,25 @@ TEST_F(Classes, HalvesOfTheSameClassesAreFoundByThemselves) {
                            "test/office/1.png"})
     add(name);
   EXPECT_EQ(open()->size(), 5U);
-  EXPECT_THAT(told(*open("auto", "train")),
+  EXPECT_THAT(told(*open({.split = "train"})),
               ElementsAre("train/hall/1.png=hall", "train/office/1.png=office", "train/office/2.png=office"));
-  EXPECT_THAT(told(*open("classes", "test")),
+  EXPECT_THAT(told(*open({.type = "classes", .split = "test"})),
               ElementsAre("test/hall/1.png=hall", "test/office/1.png=office"));
-  EXPECT_THAT([&] { open("auto", "val"); }, FailsWith(ErrorCode::unknownName));
+  EXPECT_THAT(refusal({.split = "val"}), FailsWith(ErrorCode::unknownName));
 }
 
 TEST_F(Classes, OtherFoldersAreTakenForClassesOnlyWhenAskedFor) {
   add("2026-11-01/1.png");
   add("2026-11-02/1.png");
-  EXPECT_THAT([&] { open(); }, FailsWith(ErrorCode::unsupportedFile));
-  EXPECT_EQ(open("classes")->size(), 2U);
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::unsupportedFile));
+  EXPECT_EQ(open({.type = "classes"})->size(), 2U);
   add("0.png");
   EXPECT_THAT(told(*open()), ElementsAre("0.png=")) << "images of its own make it a plain folder";
 }
 
 TEST_F(Classes, WithoutImagesAreRefused) {
-  EXPECT_THAT([&] { open("classes"); }, FailsWith(ErrorCode::insufficientData));
-  test::writeFile(folder_ / "file", "x");
+  EXPECT_THAT(refusal({.type = "classes"}), FailsWith(ErrorCode::insufficientData));
+  write("file", "x");
   SequenceOptions options;
   options.type = "classes";
   EXPECT_TRUE(test::caught([&] { openSequence(folder_ / "file", options); }).code);
@@ -251,7 +259,7 @@ TEST_F(Classes, TellWhatIsLeftOut) {
   add("readme.png");
   add("extra/1.png");
   std::filesystem::create_directories(folder_ / "train/empty");
-  const auto sequence = open("classes");
+  const auto sequence = open({.type = "classes"});
   EXPECT_THAT(told(*sequence), ElementsAre("train/hall/1.png=hall"));
   EXPECT_THAT(sequence->warnings(),
               ::testing::IsSupersetOf({Mentions({"1 image"}), Mentions({"2 folders", "extra/"})}));
@@ -261,22 +269,8 @@ TEST_F(Classes, HalvesOfDifferentClassesAreNotFoundByThemselves) {
   add("train/hall/1.png");
   add("train/office/1.png");
   add("test/hall/1.png");
-  EXPECT_THAT([&] { open(); }, FailsWith(ErrorCode::unsupportedFile));
-  EXPECT_EQ(open("classes", "train")->size(), 2U);
-}
-
-TEST_F(ImageFolder, NamesTheWrongLineOfARoomsFile) {
-  add("a.png");
-  add("b.png");
-  write("r.csv", "a.png,kitchen\nb.png,hall,3\n");
-  options_.rooms = folder_ / "r.csv";
-  EXPECT_THAT(refusal(), FailsWith(ErrorCode::malformedFile));
-  write("r.csv", "a.png,kitchen\na.png,hall\n");
-  EXPECT_THAT(refusal(), FailsWith(ErrorCode::malformedFile));
-  write("r.csv", "a.png,kitchen,train\nb.png,hall\n");
-  EXPECT_THAT(refusal(), FailsWith(ErrorCode::malformedFile));
-  write("r.csv", "a.png,kitchen,train\na.png,kitchen,test\n");
-  EXPECT_THAT(refusal(), FailsWith(ErrorCode::malformedFile));
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::unsupportedFile));
+  EXPECT_EQ(open({.type = "classes", .split = "train"})->size(), 2U);
 }
 
 TEST_F(ImageFolder, CountsRoomsOfImagesThatAreNotThere) {

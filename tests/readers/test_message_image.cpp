@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -13,7 +14,6 @@
 #include "estancia/ros/bag.hpp"
 #include "estancia/sequences/sequence.hpp"
 #include "support/errors.hpp"
-#include "support/support.hpp"
 
 namespace estancia::io {
 namespace {
@@ -104,11 +104,18 @@ TEST(MessageImage, AMessageThatIsTooSmallOrHugeIsRefused) {
   const cv::Mat scene = colorScene();
   EXPECT_THAT([&] { imageOf(messageOf(scene, "bgr8", 64, 49)); }, test::FailsWith(ErrorCode::malformedFile));
   EXPECT_THAT([&] { imageOf(messageOf(scene, "bgr8", 65, 48)); }, test::FailsWith(ErrorCode::malformedFile));
-  EXPECT_THAT([&] { imageOf(messageOf(scene, "bgr8", 0, 48)); }, test::FailsWith(ErrorCode::malformedFile));
-  EXPECT_THAT([&] { imageOf(messageOf(scene, "bgr8", 0xffffffff, 0xffffffff)); },
-              test::FailsWith(ErrorCode::tooLarge));
+  const auto sized = [&scene](std::uint32_t width, std::uint32_t height) {
+    return test::caught([&] { imageOf(messageOf(scene, "bgr8", width, height)); });
+  };
+  constexpr std::uint32_t huge = 0xffffffff;
+  for (const auto& none : {sized(0, 48), sized(64, 0)})
+    EXPECT_THAT(none, test::FailsWith(ErrorCode::malformedFile));
+  for (const auto& beyond : {sized(huge, huge), sized(huge, 1), sized(1, huge)})
+    EXPECT_THAT(beyond, test::FailsWith(ErrorCode::tooLarge));
   EXPECT_THAT([&] { imageOf(messageOf(scene, "xyz")); }, test::FailsWith(ErrorCode::unsupportedFile));
   ros::ImageMessage step = messageOf(scene, "bgr8");
+  step.step = 0;
+  EXPECT_EQ(meanDifference(imageOf(step), scene), 0) << "rows without a gap";
   step.step = 0xffffffff;
   EXPECT_THAT([&] { imageOf(step); }, test::FailsWith(ErrorCode::malformedFile));
   ros::ImageMessage halves = messageOf(cv::Mat(4, 4, CV_16U, cv::Scalar(7)), "16UC1", 2, 2);
@@ -148,43 +155,11 @@ TEST(CompressedDepth, MillimetersAndQuantizedFloatsAreMeters) {
   EXPECT_EQ(floats.at<float>(0, 0), 0.0F);
 }
 
-/// RVL as Wilson's paper lists it.
-std::string rvlOf(const std::vector<std::uint16_t>& values) {
-  std::vector<std::uint32_t> nibbles;
-  const auto put = [&](std::uint32_t value) {
-    do {
-      nibbles.push_back((value & 7U) | (value > 7 ? 8U : 0U));
-      value >>= 3;
-    } while (value != 0);
-  };
-  int previous = 0;
-  for (std::size_t i = 0; i < values.size();) {
-    std::size_t zeros = 0, others = 0;
-    while (i + zeros < values.size() && values[i + zeros] == 0) ++zeros;
-    i += zeros;
-    while (i + others < values.size() && values[i + others] != 0) ++others;
-    put(static_cast<std::uint32_t>(zeros));
-    put(static_cast<std::uint32_t>(others));
-    for (const std::size_t end = i + others; i < end; ++i) {
-      const int delta = values[i] - previous;
-      put(static_cast<std::uint32_t>(delta < 0 ? -2 * delta - 1 : 2 * delta));
-      previous = values[i];
-    }
-  }
-  while (nibbles.size() % 8 != 0) nibbles.push_back(0);
-  std::string bytes;
-  for (std::size_t i = 0; i < nibbles.size(); i += 8) {
-    std::uint32_t word = 0;
-    for (std::size_t n = 0; n < 8; ++n) word = word << 4 | nibbles[i + n];
-    bytes.append(reinterpret_cast<const char*>(&word), 4);
-  }
-  return bytes;
-}
-
 TEST(CompressedDepth, RvlIsReadAndItsDamageToo) {
   const std::vector<std::uint16_t> values = {0, 0, 1000, 1004, 990, 0, 40000, 1, 0, 0, 0, 0};
-  const std::uint32_t size[] = {4, 3};
-  const std::string body = std::string(reinterpret_cast<const char*>(size), 8) + rvlOf(values);
+  // 4 × 3 pixels, and what the program in Wilson's paper makes of them.
+  const std::uint32_t words[] = {4, 3, 0x238AF381, 0xB312C8B8, 0xB2DF9CB2, 0x40000000};
+  const std::string body(reinterpret_cast<const char*>(words), sizeof words);
   std::string bytes;
   const auto message = compressedDepth(bytes, "16UC1; compressedDepth rvl", 0, 0, body);
   const cv::Mat depth = depthOf(message, 0);
@@ -198,9 +173,9 @@ TEST(CompressedDepth, RvlIsReadAndItsDamageToo) {
   }
   bytes[12] = bytes[13] = bytes[14] = bytes[15] = '\xff';
   EXPECT_THAT([&] { depthOf(message, 0); }, test::FailsWith(ErrorCode::tooLarge));
-  for (const std::uint32_t words : {0xFFFFFFFFU, 0xF7000000U, 0x00000000U}) {  // too long; more than 12; none
-    const std::string damaged = body.substr(0, 8) + std::string(reinterpret_cast<const char*>(&words), 4) +
-                                std::string(reinterpret_cast<const char*>(&words), 4);
+  for (const std::uint32_t word : {0xFFFFFFFFU, 0xF7000000U, 0x00000000U}) {  // too long; more than 12; none
+    const std::string damaged = body.substr(0, 8) + std::string(reinterpret_cast<const char*>(&word), 4) +
+                                std::string(reinterpret_cast<const char*>(&word), 4);
     EXPECT_THAT([&] { depthOf(compressedDepth(bytes, "16UC1; compressedDepth rvl", 0, 0, damaged), 0); },
                 test::FailsWith(ErrorCode::malformedFile));
   }
@@ -234,6 +209,13 @@ TEST(MessageCloud, AnOrganizedCloudIsDepth) {
   message.width = message.height = 0xFFFFFFFF;
   EXPECT_THAT([&] { depthOf(message); }, test::FailsWith(ErrorCode::tooLarge));
   message.width = message.height = 1;
+  message.fields[2] = {"z", 8, 99, 1};
+  EXPECT_THAT([&] { depthOf(message); }, test::FailsWith(ErrorCode::malformedFile)) << "no such type";
+  message.fields[2] = {"z", 8, 7, 1};
+  message.fields.push_back({"rgba", 0, 6, 1});
+  EXPECT_EQ(cloudOf(message).colors.size(), 1U);
+  message.bigEndian = true;
+  EXPECT_EQ(cloudOf(message).colors.at(0)[0], 0x3d) << "of 0.1F, the other way round";
   message.fields[2].name = "intensity";
   EXPECT_THAT([&] { depthOf(message); }, test::FailsWith(ErrorCode::unsupportedFile));
 }
@@ -254,32 +236,69 @@ cv::Point2d fisheyePixel(double x, double y) {
   return {319.5 + 300 * theta * x / slope, 239.5 + 300 * theta * y / slope};
 }
 
-TEST(Undistortion, AFisheyeSeesStraightLinesAfterIt) {
-  const Undistortion fisheye(cameraInfo("equidistant", {1e-9, 0, 0, 0}), false);
-  ASSERT_TRUE(fisheye.isNeeded());
-  const CameraIntrinsics& camera = fisheye.camera();
-  EXPECT_LE(std::atan(319.5 / camera.fx) * 180 / M_PI, 50.01);
-  // A point of light at a known direction.
-  cv::Mat image(480, 640, CV_8UC3, cv::Scalar::all(0));
-  const cv::Point2d at = fisheyePixel(0.5, 0.25);
-  cv::circle(image, at, 3, cv::Scalar::all(255), cv::FILLED);
-  const cv::Mat straight = fisheye.image(image);
-  cv::Mat gray;
-  cv::cvtColor(straight, gray, cv::COLOR_BGR2GRAY);
-  const cv::Moments light = cv::moments(gray);
-  EXPECT_NEAR(light.m10 / light.m00, camera.cx + 0.5 * camera.fx, 1.5);
-  EXPECT_NEAR(light.m01 / light.m00, camera.cy + 0.25 * camera.fy, 1.5);
-  EXPECT_EQ(fisheye.image(image(cv::Rect(0, 0, 320, 240)).clone()).size(), cv::Size(320, 240));
+TEST(Undistortion, AThingIsSeenAlongItsRayAfterIt) {
+  // Where the lens draws a point of light that lies in the direction (x, y, 1).
+  const auto radial = [](double x, double y) {
+    const double stretch = 1 - 0.1 * (x * x + y * y);
+    return cv::Point2d(319.5 + 300 * x * stretch, 239.5 + 300 * y * stretch);
+  };
+  using Lens = std::tuple<const char*, std::vector<double>, std::function<cv::Point2d(double, double)>>;
+  std::vector<Lens> lenses;
+  for (const char* model : {"equidistant", "fisheye", "kannala_brandt"})
+    lenses.emplace_back(model, std::vector<double>{1e-9, 0, 0, 0}, fisheyePixel);
+  for (const std::size_t count : {1, 4, 5, 8, 12, 14}) {
+    std::vector<double> coefficients(count);
+    coefficients[0] = -0.1;
+    lenses.emplace_back(count == 1  ? ""
+                        : count > 5 ? "rational_polynomial"
+                                    : "plumb_bob",
+                        coefficients, radial);
+  }
+  for (const auto& [model, coefficients, pixel] : lenses) {
+    SCOPED_TRACE(std::string(model) + std::to_string(coefficients.size()));
+    const Undistortion lens(cameraInfo(model, coefficients), false);
+    ASSERT_TRUE(lens.isNeeded());
+    const CameraIntrinsics& camera = lens.camera();
+    EXPECT_LE(std::atan(319.5 / camera.fx) * 180 / M_PI, 50.01);
+    cv::Mat image(480, 640, CV_8UC3, cv::Scalar::all(0));
+    cv::circle(image, pixel(0.5, 0.25), 3, cv::Scalar::all(255), cv::FILLED);
+    cv::Mat gray;
+    cv::cvtColor(lens.image(image), gray, cv::COLOR_BGR2GRAY);
+    const cv::Moments light = cv::moments(gray);
+    EXPECT_NEAR(light.m10 / light.m00, camera.cx + 0.5 * camera.fx, 1.5);
+    EXPECT_NEAR(light.m01 / light.m00, camera.cy + 0.25 * camera.fy, 1.5);
+    EXPECT_EQ(lens.image(image(cv::Rect(0, 0, 320, 240)).clone()).size(), cv::Size(320, 240));
+  }
+}
+
+TEST(Undistortion, RectifiedImagesHaveTheCameraOfTheirProjection) {
+  ros::CameraInfo info = cameraInfo("plumb_bob", {-0.1});
+  EXPECT_EQ(Undistortion(info, true).camera().fx, 300);
+  info.projection = {200, 0, 310, 0, 0, 210, 230, 0, 0, 0, 1, 0};
+  const Undistortion rectified(info, true);
+  EXPECT_FALSE(rectified.isNeeded());
+  EXPECT_THAT(rectified.camera(), testing::FieldsAre(640, 480, 200, 210, 310, 230));
 }
 
 TEST(Undistortion, BadCalibrationsAreRefused) {
   EXPECT_THAT([] { Undistortion(ros::CameraInfo{}, false); }, test::FailsWith(ErrorCode::invalidInput));
   EXPECT_THAT([] { Undistortion(cameraInfo("magic", {1}), false); },
               test::FailsWith(ErrorCode::unsupportedFile));
-  EXPECT_THAT([] { Undistortion(cameraInfo("plumb_bob", {std::nan("")}), false); },
-              test::FailsWith(ErrorCode::invalidInput));
-  EXPECT_THAT([] { Undistortion(cameraInfo("plumb_bob", std::vector<double>(99, 0.1)), false); },
-              test::FailsWith(ErrorCode::invalidInput));
+  const std::vector<std::function<void(ros::CameraInfo&)>> changes{
+      [](auto& info) { info.distortion = {std::nan("")}; },
+      [](auto& info) { info.distortion.resize(15, 0.1); },
+      [](auto& info) { info.matrix[0] = 0; },
+      [](auto& info) { info.matrix[4] = -1; },
+      [](auto& info) { info.matrix[2] = INFINITY; },
+      [](auto& info) { info.projection[0] = 1e10; },
+      [](auto& info) { info.height = 0; },
+      [](auto& info) { info.width = 1 << 15; },
+      [](auto& info) { info.height = 1 << 15; }};
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    ros::CameraInfo info = cameraInfo("plumb_bob", {0.1});
+    changes[i](info);
+    EXPECT_THAT([&] { Undistortion(info, false); }, test::FailsWith(ErrorCode::invalidInput)) << i;
+  }
 }
 
 TEST(DepthRegistration, AWallIsSeenFromTheOtherCamera) {
@@ -294,6 +313,12 @@ TEST(DepthRegistration, AWallIsSeenFromTheOtherCamera) {
   EXPECT_FLOAT_EQ(seen.at<float>(40, 40), 2);
   EXPECT_FLOAT_EQ(seen.at<float>(15, 27), 0) << "hidden behind the near thing";
   EXPECT_FLOAT_EQ(seen.at<float>(40, 63), 0) << "not seen by the first camera";
+  wall = std::nanf("");
+  wall.at<float>(9, 9) = INFINITY;
+  wall.at<float>(8, 8) = 2;
+  EXPECT_EQ(cv::countNonZero(registerDepth(wall, camera, cv::Affine3d::Identity(), camera)), 1);
+  const cv::Affine3d ahead(cv::Matx33d::eye(), cv::Vec3d(0, 0, -3));
+  EXPECT_EQ(cv::countNonZero(registerDepth(wall, camera, ahead, camera)), 0) << "behind the other camera";
 }
 
 }  // namespace

@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <opencv2/core.hpp>
@@ -12,9 +11,9 @@
 #include "estancia/files/cloud_file.hpp"
 #include "estancia/files/image_writer.hpp"
 #include "estancia/readers/object_views.hpp"
+#include "support/clouds.hpp"
 #include "support/errors.hpp"
 #include "support/images.hpp"
-#include "support/support.hpp"
 
 namespace estancia {
 namespace {
@@ -24,16 +23,15 @@ using test::encoded;
 using test::FailsWith;
 using test::Mentions;
 using test::writeFile;
+using ::testing::_;
 using ::testing::ElementsAre;
+using ::testing::FieldsAre;
 using ::testing::IsEmpty;
 
 PointCloud line(std::size_t count, bool colored = false) {
-  PointCloud cloud;
-  for (std::size_t i = 0; i < count; ++i) cloud.points.emplace_back(static_cast<float>(i), 1, 2);
-  if (colored) cloud.colors.assign(count, {10, 20, 30});
-  cloud.width = count;
-  cloud.height = 1;
-  return cloud;
+  std::vector<cv::Point3f> points;
+  for (std::size_t i = 0; i < count; ++i) points.emplace_back(static_cast<float>(i), 1, 2);
+  return test::cloudOf(std::move(points), std::vector<cv::Vec3b>(colored ? count : 0, {10, 20, 30}));
 }
 
 void save(const fs::path& file, const PointCloud& cloud) {
@@ -65,10 +63,8 @@ TEST(CloudViews, FolderIsACategoryAndInnerFoldersAreInstances) {
   const auto views = open(folder.path());
   EXPECT_THAT(namesOf(*views),
               ElementsAre("bowl/blue/a.pcd", "bowl/red/a.pcd", "mug/mug_9.ply", "mug/mug_10.pcd"));
-  EXPECT_EQ(views->view(1).instance, "bowl/red");
-  EXPECT_EQ(views->view(1).category, "bowl");
-  EXPECT_EQ(views->view(3).instance, "mug");
-  EXPECT_EQ(views->view(3).split, "");
+  EXPECT_THAT(views->view(1), FieldsAre("bowl/red/a.pcd", "bowl/red", "bowl", "", _, false, false));
+  EXPECT_THAT(views->view(3), FieldsAre("mug/mug_10.pcd", "mug", "mug", "", _, false, false));
   EXPECT_EQ(views->cloud(3).points.size(), 150U);
   EXPECT_EQ(views->cloud(3).colors[7], cv::Vec3b(10, 20, 30));
   EXPECT_THAT(views->cloud(2).colors, IsEmpty());
@@ -139,12 +135,8 @@ class NyuObjectViews : public ::testing::Test {
 TEST_F(NyuObjectViews, ComponentsOfClassesAreInstances) {
   const auto views = open(folder_.path(), "auto", 10);
   ASSERT_THAT(namesOf(*views), ElementsAre("0000_chair_1", "0000_chair_2", "0000_table_1"));
-  const ObjectView& chair = views->view(0);
-  EXPECT_EQ(chair.instance, "0000_chair_1");
-  EXPECT_EQ(chair.category, "chair");
-  EXPECT_EQ(chair.split, "train");
-  EXPECT_EQ(chair.frame, "0000.png");
-  EXPECT_FALSE(chair.atBorder);
+  EXPECT_THAT(views->view(0),
+              FieldsAre("0000_chair_1", "0000_chair_1", "chair", "train", "0000.png", false, false));
   EXPECT_TRUE(views->view(2).atBorder);
   const ObjectImage seen = views->image(1);
   EXPECT_EQ(seen.image.size(), cv::Size(64, 48));
@@ -197,13 +189,8 @@ ObjectSample sample(const std::string& name) {
 
 void save(const fs::path& folder, const std::string& name, std::size_t points = 120) {
   fs::create_directories(folder / "images");
-  fs::create_directories(folder / "clouds");
   writePng(test::plain(10, 10, {1, 2, 3}), imageOf(folder, name));
-  PointCloud cloud;
-  cloud.points.assign(points, {1, 2, 3});
-  cloud.width = points;
-  cloud.height = 1;
-  writeCloud(cloud, cloudOf(folder, name));
+  save(cloudOf(folder, name), line(points));
 }
 
 TEST(ObjectSamples, ReadBackAsWritten) {
@@ -214,13 +201,13 @@ TEST(ObjectSamples, ReadBackAsWritten) {
   const auto read = readObjectSamples(folder.path());
   ASSERT_EQ(read.size(), 2U);
   EXPECT_EQ(read[1].view.name, "ü");
-  EXPECT_EQ(read[0].view.instance, "7");
-  EXPECT_EQ(read[0].view.category, "coffee \"mug\", large");
-  EXPECT_EQ(read[0].view.split, "train");
-  EXPECT_EQ(read[0].view.frame, "frame 000012");
+  EXPECT_THAT(read[0].view,
+              FieldsAre("a 1", "7", "coffee \"mug\", large", "train", "frame 000012", true, false));
   EXPECT_EQ(read[0].box, cv::Rect(2, 3, 4, 5));
-  EXPECT_TRUE(read[0].view.flat);
-  EXPECT_FALSE(read[0].view.atBorder);
+  ObjectSample odd = sample("b");
+  odd.view.category = "\x1b";
+  for (const auto& wrong : {std::vector{sample("a"), sample("a")}, {sample("a"), odd}})
+    EXPECT_THAT([&] { writeObjectSamples(wrong, folder.path()); }, FailsWith(ErrorCode::invalidInput));
   writeObjectSamples({}, folder.path());
   EXPECT_THAT(readObjectSamples(folder.path()), IsEmpty());
 }
@@ -280,9 +267,7 @@ TEST(ObjectSamples, AreViews) {
   const auto views = openObjectViews(folder.path());
   ASSERT_EQ(views->size(), 3U);
   EXPECT_THAT(views->warnings(), ElementsAre(Mentions({"2 of 5", "d.png"})));
-  EXPECT_EQ(views->view(2).name, "c");
-  EXPECT_EQ(views->view(2).instance, "7");
-  EXPECT_TRUE(views->view(2).flat);
+  EXPECT_THAT(views->view(2), FieldsAre("c", "7", _, _, _, true, false));
   EXPECT_EQ(views->cloud(0).points.size(), 120U);
   EXPECT_EQ(views->image(0).box, cv::Rect(2, 3, 4, 5));
   EXPECT_EQ(views->image(0).image.at<cv::Vec3b>(0, 0), cv::Vec3b(1, 2, 3));
@@ -310,16 +295,7 @@ class Washington : public ::testing::Test {
     write(stem + "_loc.txt", place);
   }
   void write(const std::string& name, const std::string& bytes) { writeFile(folder_ / name, bytes); }
-  std::unique_ptr<ObjectViews> open(const std::string& type = "auto") {
-    ObjectViewsOptions options;
-    options.type = type;
-    return openObjectViews(folder_.path(), options);
-  }
-  static std::vector<std::string> namesOf(const ObjectViews& views) {
-    std::vector<std::string> names;
-    for (std::size_t i = 0; i < views.size(); ++i) names.push_back(views.view(i).name);
-    return names;
-  }
+  std::unique_ptr<ObjectViews> open() { return openObjectViews(folder_.path()); }
   test::ScratchFolder folder_;
 };
 
@@ -336,9 +312,8 @@ TEST_F(Washington, NamesAreReadFromTheRight) {
   const auto views = open();
   EXPECT_THAT(namesOf(*views),
               ElementsAre("apple_3_4_1", "bell_pepper_1_2_9", "bell_pepper_1_2_37", "bell_pepper_12_1_1"));
-  EXPECT_EQ(views->view(2).instance, "bell_pepper_1");
-  EXPECT_EQ(views->view(2).category, "bell_pepper");
-  EXPECT_EQ(views->view(2).frame, "bell_pepper_1_2_37");
+  const std::string seen = "bell_pepper_1_2_37";
+  EXPECT_THAT(views->view(2), FieldsAre(seen, "bell_pepper_1", "bell_pepper", _, seen, false, false));
   EXPECT_THAT(views->warnings(), IsEmpty());
 }
 
@@ -371,6 +346,17 @@ TEST_F(Washington, IncompleteViewsAreLeftOut) {
   EXPECT_THAT(views->warnings(), ElementsAre(Mentions({"3 of 4", "mug_1_1_1_maskcrop.png"})));
   fs::remove(folder_ / "mug/mug_1/mug_1_1_4_loc.txt");
   EXPECT_THAT([&] { open(); }, FailsWith(ErrorCode::insufficientData));
+}
+
+TEST_F(Washington, MasksAndIntrinsicsAreThoseOfTheFolder) {
+  view("mug/mug_1/mug_1_1_1");
+  write("intrinsics.txt", "500 500 300 200\n");
+  EXPECT_NEAR(open()->cloud(0).points[0].x, (103 - 300) / 500.0 * 1.5, 1e-6);
+  for (const auto& [size, code] :
+       {std::pair(cv::Size(20, 10), ErrorCode::malformedFile), {cv::Size(10, 10), ErrorCode::mismatch}}) {
+    write("mug/mug_1/mug_1_1_1_maskcrop.png", encoded(".png", cv::Mat::zeros(size, CV_8U)));
+    EXPECT_THAT([&] { open()->image(0); }, FailsWith(code)) << size;
+  }
 }
 
 TEST_F(Washington, WrongPlacesAreRefused) {

@@ -2,7 +2,10 @@
 // An RGB-D drive as rosbag2 records it, by a writer of others (npm's @mcap/core and @foxglove/rosmsg2-serialization):
 //   node write_drive.js NODE_MODULES DRIVE.json DRIVE.mcap
 // DRIVE.json: {"width", "height", "matrix": [9], "topics": ["image", "compressed", "depth", "odom", "tf", "tf_static"],
-// "frames": [{"stamp", "color", "jpeg", "depth": files}], "body": [{"stamp", "pose": [7]}], "mount": [7]}
+// "frames": [{"stamp", "color", "jpeg", "depth": files}], "body": [{"stamp", "pose": [7]}], "mount": [7],
+// "lens": {"distortion_model", "d"}, "damaged": [[topic, type, bytes in hex]]}; the last two may be left out.
+// Further topics: "left" and "right", depth cameras of their own in the frame "depth"; "beside", the transform of that
+// frame, a tenth of a meter to the left of the camera's; "pose", poses without a name of what has them.
 const fs = require("fs");
 const path = require("path");
 const [modules, description, output] = process.argv.slice(2);
@@ -67,6 +70,7 @@ const definitions = {
   "nav_msgs/msg/Odometry":
     "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/PoseWithCovariance pose\n" +
     "geometry_msgs/TwistWithCovariance twist",
+  "geometry_msgs/msg/PoseStamped": "std_msgs/Header header\ngeometry_msgs/Pose pose",
   "tf2_msgs/msg/TFMessage": "geometry_msgs/TransformStamped[] transforms",
 };
 
@@ -90,6 +94,9 @@ function* messages() {
   const first = drive.frames[0].stamp;
   if (wanted.has("tf_static"))
     yield ["/tf_static", "tf2_msgs/msg/TFMessage", first, { transforms: [transform(first, "base_link", camera, drive.mount)] }];
+  if (wanted.has("beside"))
+    yield ["/tf_static", "tf2_msgs/msg/TFMessage", first,
+      { transforms: [transform(first, camera, "depth", [-0.1, 0, 0, 0, 0, 0, 1])] }];
   for (const { stamp, pose } of drive.body) {
     if (wanted.has("odom"))
       yield ["/odom", "nav_msgs/msg/Odometry", stamp, {
@@ -113,12 +120,23 @@ function* messages() {
     if (wanted.has("depth"))
       yield ["/camera/aligned_depth_to_color/image_raw", "sensor_msgs/msg/Image", frame.stamp,
         image("16UC1", 2 * width, frame.depth)];
-    yield ["/camera/color/camera_info", "sensor_msgs/msg/CameraInfo", frame.stamp, {
-      header: header(frame.stamp, camera), height, width, distortion_model: "plumb_bob", d: [0, 0, 0, 0, 0],
+    const info = (frame_id, lens) => ({
+      header: header(frame.stamp, frame_id), height, width, distortion_model: "plumb_bob", d: [0, 0, 0, 0, 0], ...lens,
       k: drive.matrix, r: [1, 0, 0, 0, 1, 0, 0, 0, 1], p: Array(12).fill(0), binning_x: 0, binning_y: 0,
       roi: { x_offset: 0, y_offset: 0, height: 0, width: 0, do_rectify: false },
-    }];
+    });
+    yield ["/camera/color/camera_info", "sensor_msgs/msg/CameraInfo", frame.stamp, info(camera, drive.lens)];
+    for (const own of ["left", "right"])
+      if (wanted.has(own)) {
+        const depth = { ...image("16UC1", 2 * width, frame.depth), header: header(frame.stamp, "depth") };
+        yield [`/${own}/image_raw`, "sensor_msgs/msg/Image", frame.stamp, depth];
+        yield [`/${own}/camera_info`, "sensor_msgs/msg/CameraInfo", frame.stamp, info("depth", {})];
+      }
+    if (wanted.has("pose"))
+      yield ["/pose", "geometry_msgs/msg/PoseStamped", frame.stamp,
+        { header: header(frame.stamp, "map"), pose: { position: vector([7, 0, 0]), orientation: quaternion([0, 0, 0, 0, 0, 0, 1]) } }];
   }
+  for (const [topic, type, bytes] of drive.damaged ?? []) yield [topic, type, first, Buffer.from(bytes, "hex")];
 }
 
 async function write() {
@@ -144,7 +162,7 @@ async function write() {
     const channel = channels.get(topic);
     await writer.addMessage({
       channelId: channel.id, sequence: 0, logTime: BigInt(time), publishTime: BigInt(time),
-      data: channel.writer.writeMessage(message),
+      data: Buffer.isBuffer(message) ? message : channel.writer.writeMessage(message),
     });
   }
   await writer.end();

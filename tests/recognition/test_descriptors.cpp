@@ -2,7 +2,6 @@
 #include "estancia/recognition/descriptors.hpp"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <string>
 

@@ -2,7 +2,6 @@
 // clouds that need no inspection by hand.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <cmath>
 #include <filesystem>
@@ -13,7 +12,7 @@
 #include "estancia/files/cloud_file.hpp"
 #include "estancia/recognition/prepared.hpp"
 #include "estancia/recognition/recognizer.hpp"
-#include "recognition/pose_check.hpp"
+#include "recognition/made_up_surface.hpp"
 #include "support/errors.hpp"
 #include "support/numbers.hpp"
 #include "support/support.hpp"

@@ -2,7 +2,6 @@
 #include "estancia/recognition/recognizer.hpp"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <limits>
@@ -16,7 +15,6 @@
 #include "estancia/recognition/object_search.hpp"
 #include "estancia/recognition/prepared.hpp"
 #include "recognition/made_up_surface.hpp"
-#include "recognition/pose_check.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 

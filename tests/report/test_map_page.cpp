@@ -225,14 +225,29 @@ TEST(MapPage, HomesAreDrawnWithTheirRoomsDoorsAndWindows) {
   EXPECT_THAT([&] { readHomeFloorPlan(scratch / "none"); }, FailsWith(ErrorCode::fileNotFound));
 }
 
-/// Zones of the frames of a map: its nodes 0 and 1 are one zone, all others another.
-Zones zonesOf(const TopologicalMap& map) {
+TEST(MapPage, CardsNameThePredictedRoomsAndTwelveNeighbors) {
+  TopologicalMap map = sampleMap({.nodes = 20, .rooms = false});
+  map.predictions = RoomPredictions{"knn", {"bureau", "kitchen"}, DescriptorMatrix(2)};
+  for (std::size_t i = 0; i < map.frames.size(); ++i)
+    map.predictions->probabilities.append(std::vector<float>{0.25F, 0.75F});
+  for (int node = 1; node < 20; ++node) map.transitions.push_back({0, node, 1, 1});
+  map.drives = {Drive{}, Drive{.firstFrame = 60}};
+  const std::string html = renderMapPage({map});
+  expectWellFormed(html);
+  EXPECT_EQ(count(html, "Taken for kitchen 75 %"), 20U);
+  EXPECT_EQ(count(html, "<h3>kitchen</h3>"), 20U) << "where the true room is not known";
+  EXPECT_EQ(count(html, " and 7 more"), 1U);
+  EXPECT_EQ(count(html, "<dt>drives</dt><dd>2</dd>"), 1U);
+}
+
+/// Zones of the frames of a map: its nodes 0 and 1 are one zone, all others another, or each is its own.
+Zones zonesOf(const TopologicalMap& map, bool each = false) {
   DescriptorSequence recording{map.vocabulary, map.model, {}, DescriptorMatrix(map.vocabulary.size())};
   std::vector<int> groups;
   for (const MappedFrame& frame : map.frames) {
     recording.frames.push_back(frame);
     recording.descriptors.append(map.nodes.at(static_cast<std::size_t>(frame.node)).mean);
-    groups.push_back(frame.node < 2 ? 1 : 0);
+    groups.push_back(each ? frame.node : frame.node < 2 ? 1 : 0);
   }
   return describeZones(recording, groups);
 }
@@ -255,6 +270,11 @@ TEST(MapPage, ZonesColorNodesAndAreNamedOnTheirCards) {
   EXPECT_EQ(data["nodes"][0][4], data["nodes"][1][4]) << "one zone, one color";
   EXPECT_NE(data["nodes"][1][4], data["nodes"][2][4]);
   EXPECT_NE(data["nodes"][1][5], data["nodes"][2][5]) << "zones differ in shape, too";
+  const TopologicalMap large = sampleMap({.nodes = 120});
+  const Zones many = zonesOf(large, true);
+  MapPage crowded{large};
+  crowded.zones = &many;
+  EXPECT_EQ(count(renderMapPage(crowded), "smaller zones</li>"), 1U) << "there are not so many colors";
   const Zones others = test::sampleZones();
   page.zones = &others;
   EXPECT_THROW(renderMapPage(page), Error) << "of another run";

@@ -95,6 +95,17 @@ TEST(WorldPage, ListsTheObjectsOfEachArea) {
       << "named ones first, then the most probable";
 }
 
+TEST(WorldPage, TellsWhatIsRecognizedInNoAreaAndWhereTheRobotOnlyLooked) {
+  WorldMap world = sampleWorld();
+  world.areas[1].frames = 0;
+  world.objects[1].known = KnownPose{"mug", 0.9, {}};
+  world.objects[1].area = -1;
+  const std::string html = render(withObjectImages(world));
+  expectSoundPage(html);
+  for (const char* fact : {"only looked into", "<small>recognized, 90 %</small>", "<h3>In no area</h3>"})
+    EXPECT_EQ(count(html, fact), 1U) << fact;
+}
+
 TEST(WorldPage, NamesCannotBreakOut) {
   WorldMap world = sampleWorld();
   const std::string hostile = test::hostileText + "</script><script>alert(1)</script>";
@@ -177,14 +188,6 @@ TEST(WorldPage, NamesOfAreasStayWithinThem) {
   EXPECT_THAT(names, Contains("2")) << "20 cm wide";
   EXPECT_THAT(names, testing::Not(Contains("where everybody washes hands")));
   EXPECT_THAT(names, Contains(testing::StartsWith("where")));
-}
-
-TEST(WorldPage, TheWayToAnAreaIsThatOfRoute) {
-  const WorldMap world = sampleWorld();
-  const nlohmann::json area = worldDataOf(render({world}))["areas"][2];
-  const WorldRoute route = routeInWorld(world, 0, "corridor");
-  EXPECT_NEAR(area["length"].get<double>(), route.driven->length, 0.006);
-  EXPECT_NEAR(area["way"].back()[0].get<double>(), route.driven->points.back().x, 0.06);
 }
 
 }  // namespace

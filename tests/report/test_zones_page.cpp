@@ -63,6 +63,20 @@ TEST(ZonesPage, FamiliarWordsStandForSeveralLabels) {
   EXPECT_EQ(count(html, "<span class=\"p\">0.7</span>"), 1U) << "the deviation of the sum is not known";
 }
 
+TEST(ZonesPage, CardsNameRoomsThatArePredictedAndTheFourMostFrequentTrueOnes) {
+  Zones zones = sampleZones({.zones = 1, .imagesPerZone = 20, .dendrogram = false});
+  for (std::size_t i = 0; i < zones.frames.size(); ++i) zones.frames[i].room = std::to_string(i % 7);
+  zones.zones[0].predicted = {{"kitchen", 0.75}, {"bath", 0.25}};
+  const std::string html = renderZonesPage({zones});
+  expectSound(html);
+  EXPECT_EQ(count(html, "Taken for kitchen 75 %"), 1U);
+  EXPECT_EQ(count(html, "Rooms: 0 3, 1 3, 2 3, 3 3 and 3 more"), 1U);
+  const Zones none{Vocabulary({"word"})};
+  const std::string empty = renderZonesPage({none});
+  expectSound(empty);
+  EXPECT_EQ(count(empty, "<section"), 0U);
+}
+
 TEST(ZonesPage, EveryLinkLeadsToAPlaceOnThePage) {
   for (const std::size_t zones : {5U, 130U, 700U}) {
     const Zones sample =
@@ -157,6 +171,19 @@ TEST(ZonesPage, ImagesComeFromTheMapOfTheSameImages) {
   expectSound(html);
   EXPECT_EQ(count(html, "<img "), 4U);
   EXPECT_EQ(count(html, " alt=\"What zone"), 4U);
+  const ScratchFolder scratch;
+  MapStore map = MapStore::create(scratch / "home.estancia", {zones.vocabulary, "model", "{}"});
+  for (const std::size_t i : {7U, 3U}) {
+    MappedFrame frame{zones.frames[i]};
+    frame.number = i == 7 ? 0 : 1;
+    map.addFrame(frame, LexicalDescriptor(zones.vocabulary.size(), 0.1F));
+    map.putImage(frame.number, {0xFF, 0xD8, static_cast<unsigned char>(i)});
+  }
+  map.putNode(
+      {0, 2, std::vector<float>(zones.vocabulary.size()), std::vector<float>(zones.vocabulary.size())}, "");
+  const PageImages found = imagesOf(map, zones.frames);
+  EXPECT_EQ(found.frames, (std::vector<std::size_t>{3, 7})) << "by their names";
+  EXPECT_EQ(found.read(7).back(), 7);
 }
 
 TEST(ZonesPage, IsWrittenWholeOrNotAtAll) {

@@ -67,149 +67,130 @@ std::vector<std::byte> messageWith(unsigned char mark, std::size_t bytes = 8) {
   return message;
 }
 
-TEST(Dds, TheReaderFitsToAllWritersThatComeAndGo) {
-  const int domain = test::domainOfTest();
-  Arrivals arrivals;
-  const auto node = makeDdsNode({domain});
-  const auto subscription = node->subscribe(kTopic, kType, std::ref(arrivals));
-  WriterProcess reliable(domain, {.bytes = 100, .hertz = 100});
-  ASSERT_TRUE(eventually([&] { return arrivals.count >= 5; }));
-  WriterProcess bestEffort(domain, {.bytes = 2000, .hertz = 100, .quality = "best-effort"});
-  EXPECT_TRUE(eventually([&] { return arrivals.bytes == 2000; }));
-  EXPECT_TRUE(eventually([&] { return arrivals.bytes == 100; }));
+/// A node in a domain of this test.
+class DdsNodes : public testing::Test {
+ protected:
+  const int domain_ = test::domainOfTest();
+  Arrivals arrivals_;
+  std::unique_ptr<DdsNode> node_ = makeDdsNode({domain_});
+};
+
+TEST_F(DdsNodes, TheReaderFitsToAllWritersThatComeAndGo) {
+  const auto subscription = node_->subscribe(kTopic, kType, std::ref(arrivals_));
+  WriterProcess reliable(domain_, {.bytes = 100, .hertz = 100});
+  ASSERT_TRUE(eventually([&] { return arrivals_.count >= 5; }));
+  WriterProcess bestEffort(domain_, {.bytes = 2000, .hertz = 100, .quality = "best-effort"});
+  EXPECT_TRUE(eventually([&] { return arrivals_.bytes == 2000; }));
+  EXPECT_TRUE(eventually([&] { return arrivals_.bytes == 100; }));
   EXPECT_EQ(subscription->counts().writers, 2U);
   EXPECT_EQ(subscription->counts().trouble, "");
 }
 
-TEST(Dds, WhatAWriterKeepsForLatecomersIsReadOnce) {
-  const int domain = test::domainOfTest();
-  Arrivals arrivals;
-  WriterProcess latched(domain, {.topic = "rt/tf_static",
-                                 .type = "tf2_msgs::msg::dds_::TFMessage_",
-                                 .count = 1,
-                                 .quality = "transient-local"});
-  const auto node = makeDdsNode({domain});
-  ASSERT_TRUE(eventually([&] { return !node->topics().empty(); }));
-  const auto subscription = node->subscribe("/tf_static", "tf2_msgs/msg/TFMessage", std::ref(arrivals));
-  ASSERT_TRUE(eventually([&] { return arrivals.count == 1; }));
+TEST_F(DdsNodes, WhatAWriterKeepsForLatecomersIsReadOnce) {
+  WriterProcess latched(domain_, {.topic = "rt/tf_static",
+                                  .type = "tf2_msgs::msg::dds_::TFMessage_",
+                                  .count = 1,
+                                  .quality = "transient-local"});
+  ASSERT_TRUE(eventually([&] { return !node_->topics().empty(); }));
+  const auto subscription = node_->subscribe("/tf_static", "tf2_msgs/msg/TFMessage", std::ref(arrivals_));
+  ASSERT_TRUE(eventually([&] { return arrivals_.count == 1; }));
   // The reader is made anew for another writer, and again as that one goes: no message comes twice.
   {
     WriterProcess live(
-        domain,
+        domain_,
         {.topic = "rt/tf_static", .type = "tf2_msgs::msg::dds_::TFMessage_", .bytes = 500, .count = 3});
     EXPECT_EQ(live.wait(), 0);
   }
-  ASSERT_TRUE(eventually([&] { return arrivals.bytes == 500; }));
-  ASSERT_TRUE(eventually([&] { return node->topics().at(0).writers == 1; }));
+  ASSERT_TRUE(eventually([&] { return arrivals_.bytes == 500; }));
+  ASSERT_TRUE(eventually([&] { return node_->topics().at(0).writers == 1; }));
   ASSERT_TRUE(eventually([&] { return subscription->counts().writers == 1; }));
-  EXPECT_EQ(arrivals.count, 4U);
+  EXPECT_EQ(arrivals_.count, 4U);
 }
 
-TEST(Dds, ATypeThatDoesNotFitIsASentence) {
-  const int domain = test::domainOfTest();
-  Arrivals arrivals;
-  const auto node = makeDdsNode({domain});
-  const auto subscription = node->subscribe(kTopic, "sensor_msgs/CompressedImage", std::ref(arrivals));
-  WriterProcess writer(domain, {});
+TEST_F(DdsNodes, ATypeThatDoesNotFitIsASentence) {
+  const auto subscription = node_->subscribe(kTopic, "sensor_msgs/CompressedImage", std::ref(arrivals_));
+  WriterProcess writer(domain_, {});
   EXPECT_TRUE(eventually([&] { return !subscription->counts().trouble.empty(); }));
   // One that fits is read all the same.
-  WriterProcess fitting(domain, {.type = "sensor_msgs::msg::dds_::CompressedImage_"});
-  EXPECT_TRUE(eventually([&] { return arrivals.count > 0; }));
+  WriterProcess fitting(domain_, {.type = "sensor_msgs::msg::dds_::CompressedImage_"});
+  EXPECT_TRUE(eventually([&] { return arrivals_.count > 0; }));
   EXPECT_EQ(subscription->counts().writers, 1U);
 }
 
-TEST(Dds, MessagesArriveOrAreCountedAsLostAndTheNewestAreLeft) {
-  const int domain = test::domainOfTest();
-  Arrivals arrivals;
-  const auto node = makeDdsNode({domain});
-  const auto subscription = node->subscribe(kTopic, kType, [&](std::span<const std::byte> cdr) {
-    arrivals(cdr);
+TEST_F(DdsNodes, MessagesArriveOrAreCountedAsLostAndTheNewestAreLeft) {
+  const auto subscription = node_->subscribe(kTopic, kType, [&](std::span<const std::byte> cdr) {
+    arrivals_(cdr);
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   });
   constexpr std::uint32_t written = 500;
-  WriterProcess writer(domain, {.bytes = imageBytes, .hertz = 0, .count = written});
+  WriterProcess writer(domain_, {.bytes = imageBytes, .hertz = 0, .count = written});
   EXPECT_EQ(writer.wait(), 0);
-  ASSERT_TRUE(eventually([&] { return arrivals.last() == written - 1; }));
+  ASSERT_TRUE(eventually([&] { return arrivals_.last() == written - 1; }));
   const DdsCounts counts = subscription->counts();
-  EXPECT_EQ(counts.received + counts.lost, written - arrivals.first);
+  EXPECT_EQ(counts.received + counts.lost, written - arrivals_.first);
   EXPECT_GT(counts.lost, 0U);
-  EXPECT_EQ(arrivals.bytes, imageBytes);
+  EXPECT_EQ(arrivals_.bytes, imageBytes);
   EXPECT_EQ(counts.trouble, "");
 }
 
-TEST(Dds, AWriterThatIsKilledIsTakenUpAgain) {
-  const int domain = test::domainOfTest();
-  Arrivals arrivals;
-  const auto node = makeDdsNode({domain});
-  const auto subscription = node->subscribe(kTopic, kType, std::ref(arrivals));
+TEST_F(DdsNodes, AWriterThatIsKilledIsTakenUpAgain) {
+  const auto subscription = node_->subscribe(kTopic, kType, std::ref(arrivals_));
   for (const std::size_t bytes : {300000, 400000, 500000}) {
-    WriterProcess writer(domain, {.bytes = bytes, .quality = "reliable/udp"});
-    EXPECT_TRUE(eventually([&] { return arrivals.bytes == bytes; })) << bytes;
+    WriterProcess writer(domain_, {.bytes = bytes, .quality = "reliable/udp"});
+    EXPECT_TRUE(eventually([&] { return arrivals_.bytes == bytes; })) << bytes;
     writer.end(SIGKILL);
   }
   EXPECT_EQ(subscription->counts().trouble, "");
 }
 
-TEST(Dds, AUserThatThrowsCostsTheMessage) {
-  const int domain = test::domainOfTest();
-  Arrivals arrivals;
-  const auto node = makeDdsNode({domain});
-  const auto subscription = node->subscribe(kTopic, kType, [&](std::span<const std::byte> cdr) {
-    arrivals(cdr);
+TEST_F(DdsNodes, AUserThatThrowsCostsTheMessage) {
+  const auto subscription = node_->subscribe(kTopic, kType, [&](std::span<const std::byte> cdr) {
+    arrivals_(cdr);
     throw std::runtime_error("the third eye is closed");
   });
-  WriterProcess writer(domain, {});
-  EXPECT_TRUE(eventually([&] { return arrivals.count >= 3; }));
+  WriterProcess writer(domain_, {});
+  EXPECT_TRUE(eventually([&] { return arrivals_.count >= 3; }));
   EXPECT_NE(subscription->counts().trouble, "");
 }
 
-TEST(Dds, TopicsAreListedWithTheirTypesAndQuality) {
-  const int domain = test::domainOfTest();
-  const auto node = makeDdsNode({domain});
-  EXPECT_TRUE(node->topics().empty());
-  WriterProcess image(domain, {});
-  WriterProcess depth(domain, {.topic = "rt/depth", .quality = "best-effort"});
-  WriterProcess both(domain, {.topic = "rt/depth"});
-  WriterProcess service(domain, {.topic = "rq/serviceRequest"});
-  WriterProcess foreign(domain, {.topic = "Square", .type = "ShapeType"});
-  const auto reading = makeDdsNode({domain});
+TEST_F(DdsNodes, TopicsAreListedWithTheirTypesAndQuality) {
+  EXPECT_TRUE(node_->topics().empty());
+  WriterProcess image(domain_, {});
+  WriterProcess depth(domain_, {.topic = "rt/depth", .quality = "best-effort"});
+  WriterProcess both(domain_, {.topic = "rt/depth"});
+  WriterProcess service(domain_, {.topic = "rq/serviceRequest"});
+  WriterProcess foreign(domain_, {.topic = "Square", .type = "ShapeType"});
+  const auto reading = makeDdsNode({domain_});
   const auto subscription = reading->subscribe(kTopic, kType, [](std::span<const std::byte>) {});
   ASSERT_TRUE(eventually([&] {
-    const auto topics = node->topics();
+    const auto topics = node_->topics();
     return topics.size() == 2 && topics[0].readers == 1 && topics[0].writers == 1 && topics[1].writers == 2;
   }));
-  const auto topics = node->topics();
-  EXPECT_EQ(topics[0].name, kTopic);
-  EXPECT_EQ(topics[0].type, kType);
-  EXPECT_EQ(topics[0].writers, 1U);
-  EXPECT_TRUE(topics[0].reliable);
-  EXPECT_EQ(topics[1].name, "/depth");
-  EXPECT_FALSE(topics[1].reliable);
+  const auto topics = node_->topics();
+  EXPECT_THAT(topics[0], testing::FieldsAre(kTopic, kType, 1, 1, true));
+  EXPECT_THAT(topics[1], testing::FieldsAre("/depth", kType, 2, 0, false));
 }
 
-TEST(Dds, TheLastMapIsKeptForLatecomers) {
-  const int domain = test::domainOfTest();
-  const auto writing = makeDdsNode({domain});
+TEST_F(DdsNodes, TheLastMapIsKeptForLatecomers) {
+  const auto writing = makeDdsNode({domain_});
   const auto publication =
       writing->publish("/map_markers", "visualization_msgs/MarkerArray", Durability::transientLocal);
   for (const unsigned char mark : {1, 2, 3}) publication->publish(messageWith(mark, 3000000));
-  const auto reading = makeDdsNode({domain});
-  Arrivals arrivals;
+  const auto reading = makeDdsNode({domain_});
   const auto subscription =
-      reading->subscribe("/map_markers", "visualization_msgs/MarkerArray", std::ref(arrivals));
-  EXPECT_TRUE(eventually([&] { return arrivals.count > 0; }));
-  EXPECT_EQ(arrivals.last(), 0x03030303U);
-  EXPECT_EQ(arrivals.count, 1U);
+      reading->subscribe("/map_markers", "visualization_msgs/MarkerArray", std::ref(arrivals_));
+  EXPECT_TRUE(eventually([&] { return arrivals_.count > 0; }));
+  EXPECT_EQ(arrivals_.last(), 0x03030303U);
+  EXPECT_EQ(arrivals_.count, 1U);
 }
 
-TEST(Dds, RefusesWhatIsNoMessageOfRos) {
-  const auto node = makeDdsNode({test::domainOfTest()});
+TEST_F(DdsNodes, RefusesWhatIsNoMessageOfRos) {
   const auto ignore = [](std::span<const std::byte>) {};
-  EXPECT_THAT([&] { node->subscribe("camera", kType, ignore); }, FailsWith(ErrorCode::invalidInput));
-  EXPECT_THAT([&] { node->subscribe(kTopic, "Image", ignore); }, FailsWith(ErrorCode::invalidInput));
-  EXPECT_THAT([&] { node->publish("/a b", kType); }, FailsWith(ErrorCode::invalidInput));
-  const auto publication = node->publish(kTopic, kType);
-  EXPECT_THAT([&] { node->subscribe(kTopic, "std_msgs/String", ignore); },
+  EXPECT_THAT([&] { node_->subscribe("camera", kType, ignore); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { node_->subscribe(kTopic, "Image", ignore); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { node_->publish("/a b", kType); }, FailsWith(ErrorCode::invalidInput));
+  const auto publication = node_->publish(kTopic, kType);
+  EXPECT_THAT([&] { node_->subscribe(kTopic, "std_msgs/String", ignore); },
               FailsWith(ErrorCode::invalidInput));
   EXPECT_THAT([&] { publication->publish({}); }, FailsWith(ErrorCode::invalidInput));
   EXPECT_THAT([&] { publication->publish(std::vector<std::byte>(8, std::byte{9})); },
@@ -218,16 +199,14 @@ TEST(Dds, RefusesWhatIsNoMessageOfRos) {
               FailsWith(ErrorCode::tooLarge));
 }
 
-TEST(Dds, WhatIsMadeMayEndInAnyOrder) {
-  const int domain = test::domainOfTest();
+TEST_F(DdsNodes, WhatIsMadeMayEndInAnyOrder) {
   std::atomic<bool> ended = false, late = false;
-  auto node = makeDdsNode({domain});
-  auto publication = node->publish("/place", "std_msgs/String");
-  auto other = node->publish("/place", "std_msgs/msg/String");
-  auto subscription = makeDdsNode({domain})->subscribe(
+  auto publication = node_->publish("/place", "std_msgs/String");
+  auto other = node_->publish("/place", "std_msgs/msg/String");
+  auto subscription = makeDdsNode({domain_})->subscribe(
       "/place", "std_msgs/String", [&](std::span<const std::byte>) { late = late || ended; });
   ASSERT_TRUE(eventually([&] { return publication->readers() == 1; }));
-  node.reset();
+  node_.reset();
   other.reset();
   for (int i = 0; i < 200; ++i) publication->publish(messageWith(1));
   subscription.reset();

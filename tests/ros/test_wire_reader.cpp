@@ -14,7 +14,6 @@
 #include "estancia/ros/messages.hpp"
 #include "estancia/ros/wire.hpp"
 #include "support/errors.hpp"
-#include "support/support.hpp"
 
 namespace estancia::ros {
 namespace {

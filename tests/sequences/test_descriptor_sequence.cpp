@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <bit>
 #include <filesystem>
@@ -14,7 +13,6 @@
 #include "estancia/sequences/descriptor_sequence.hpp"
 #include "estancia/sequences/sequence.hpp"
 #include "support/errors.hpp"
-#include "support/support.hpp"
 
 namespace estancia {
 namespace {
@@ -52,8 +50,7 @@ class DescriptorFiles : public testing::Test {
  protected:
   DescriptorSequence read(const std::string& name, const std::string& bytes,
                           const DescriptorFileOptions& options = {}) {
-    writeFile(scratch_ / name, bytes);
-    return readDescriptors(scratch_ / name, options);
+    return readDescriptors(file(name, bytes), options);
   }
   test::Caught refusal(const std::string& name, const std::string& bytes,
                        const DescriptorFileOptions& options = {}) {
@@ -111,10 +108,7 @@ TEST_F(DescriptorFiles, Npy) {
   EXPECT_THAT(namesOf(doubles), ElementsAre("room/1.png"));
   const auto listed = read("a.npy", npy(headerOf("'<f4'", "(1, 2)"), bytesOf<float>({0, 1})),
                            {{}, file("list.csv", "index,room,image,timestamp\n0,\"a, b\",x.png,1.5\n")});
-  EXPECT_EQ(listed.frames[0].name, "x.png");
-  EXPECT_EQ(listed.frames[0].room, "a, b");
-  EXPECT_EQ(listed.frames[0].timestamp, 1.5);
-  EXPECT_FALSE(listed.frames[0].pose);
+  EXPECT_THAT(listed.frames[0], testing::FieldsAre("x.png", 1.5, testing::Eq(std::nullopt), "a, b"));
 }
 
 TEST_F(DescriptorFiles, SurviveTheRoundTrip) {
@@ -171,7 +165,11 @@ TEST_F(DescriptorFiles, RefuseBadJsonLines) {
   const std::string empty = R"({"image": "1", "labels": {}})";
   for (const std::string& text :
        {empty + "\n{\"image\"", std::string(R"({"labels": {"cup": 1}})"),
-        std::string(R"({"image": "1", "labels": {"cup": 2}})"), empty + "\n" + empty})
+        std::string(R"({"image": "1", "labels": {"cup": 2}})"), empty + "\n" + empty, std::string(500, 'x'),
+        std::string(R"({"image": "1", "labels": {"cup": NaN}})"),
+        std::string(R"({"image": "1", "labels": 7})"), std::string(R"({"image": "1"})"),
+        std::string(R"({"image": 7, "labels": {"cup": 1}})"),
+        std::string(R"({"image": "1", "labels": {"cup": "much"}})")})
     EXPECT_THAT(refusal("a.jsonl", text), FailsWith(ErrorCode::malformedFile)) << text;
   for (const std::string& text : {std::string(), empty})
     EXPECT_THAT(refusal("a.jsonl", text), FailsWith(ErrorCode::insufficientData)) << text;
@@ -208,6 +206,10 @@ TEST_F(DescriptorFiles, RefuseBadNpy) {
   EXPECT_THAT(refusal("a.npy", sound, {{}, file("n.csv", "1.png\n2.png\n")}), FailsWith(ErrorCode::mismatch));
   for (const char* names : {"image,x\n1.png,7\n", "image,timestamp\n1.png,soon\n"})
     EXPECT_THAT(refusal("a.npy", sound, {{}, file("n.csv", names)}), FailsWith(ErrorCode::malformedFile));
+  EXPECT_THAT(refusal("a.npy", std::string(sound).replace(6, 1, "\4")),
+              FailsWith(ErrorCode::unsupportedFile));
+  const std::string second = std::string(sound).replace(6, 1, "\2").insert(10, 2, '\0');
+  EXPECT_THAT(read("a.npy", second).descriptors.row(0), ElementsAre(0, 1)) << "version 2 has a longer length";
   EXPECT_THAT(refusal("b.npy", sound), FailsWith(ErrorCode::insufficientData));
   EXPECT_THAT([&] { writeDescriptors(read("a.npy", sound), scratch_ / "r.bin"); },
               FailsWith(ErrorCode::unsupportedFile));
@@ -234,12 +236,10 @@ TEST(LabelFile, KeepsEverythingExactly) {
   EXPECT_EQ(after.model, before.model);
   EXPECT_EQ(after.descriptors.values(), before.descriptors.values());
   ASSERT_EQ(after.frames.size(), 2U);
-  EXPECT_EQ(after.frames[0].name, "a.jpg");
-  EXPECT_EQ(after.frames[0].timestamp, 1.25);
-  EXPECT_EQ(after.frames[0].pose->z, 3);
-  EXPECT_EQ(after.frames[0].room, "kitchen");
-  EXPECT_EQ(after.frames[1].name, "b \\xFF.jpg");
-  EXPECT_FALSE(after.frames[1].timestamp || after.frames[1].pose);
+  const auto place = testing::Optional(testing::FieldsAre(1, 2, 3, 0, 0, 0, 1));
+  EXPECT_THAT(after.frames[0], testing::FieldsAre("a.jpg", 1.25, place, "kitchen"));
+  EXPECT_THAT(after.frames[1],
+              testing::FieldsAre("b \\xFF.jpg", std::nullopt, testing::Eq(std::nullopt), ""));
 }
 
 TEST(LabelFile, TextsOfOthersAreReadWithoutControlCharacters) {
@@ -253,6 +253,26 @@ TEST(LabelFile, TextsOfOthersAreReadWithoutControlCharacters) {
   EXPECT_EQ(after.vocabulary, Vocabulary({"cup\\x1B[2J", "cat", "kitchen"}, {{2, 1}, {1, 0.5F}}));
   EXPECT_EQ(after.model, "net\\x1B");
   EXPECT_EQ(after.frames[0].room, "kitchen\\x1B");
+}
+
+TEST(LabelFile, IsRefusedWhenItIsCutAnywhereOrDamaged) {
+  const test::ScratchFolder scratch;
+  writeDescriptors(sample(), scratch / "whole.labels");
+  const std::string whole = readFile(scratch / "whole.labels");
+  constexpr std::size_t magicVersionAndDigest = 8 + 4 + 64;
+  const auto reading = [&](const std::string& bytes) {
+    writeFile(scratch / "a.labels", bytes);
+    return test::caught([&] { readDescriptors(scratch / "a.labels"); });
+  };
+  for (std::size_t size = 0; size < whole.size(); ++size)
+    EXPECT_TRUE(reading(whole.substr(0, size)).code) << size;
+  for (std::size_t at = 0; at < whole.size(); ++at)
+    for (const char byte : {'\0', '\x7F'}) {
+      std::string damaged = whole;
+      damaged[at] = byte;
+      const auto caught = reading(damaged);
+      EXPECT_TRUE(caught.code || at >= magicVersionAndDigest || byte == whole[at]) << at;
+    }
 }
 
 TEST(LabelFile, SaysWhatItIsNot) {

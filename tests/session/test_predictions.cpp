@@ -22,7 +22,6 @@ namespace estancia {
 namespace {
 
 namespace fs = std::filesystem;
-using Access = MapStore::Access;
 using nlohmann::json;
 using test::FailsWith;
 using testing::ElementsAre;
@@ -237,6 +236,10 @@ TEST(PredictedRooms, InADamagedFileAreNotBelieved) {
         "INSERT INTO predictions VALUES(7, zeroblob(12))", "UPDATE predicted_rooms SET id = 9 WHERE id = 1",
         "UPDATE predicted_rooms SET name = ''", "DELETE FROM predicted_rooms",
         "DELETE FROM meta WHERE key = 'classifier'", "DROP TABLE predictions",
+        "UPDATE meta SET value = '{' WHERE key = 'rooms_by_name'",
+        "UPDATE meta SET value = '{\"prior\": [0.5, 0.5], \"listed\": true}' WHERE key = 'rooms_by_name'",
+        "UPDATE meta SET value = '{\"prior\": [0, 1, 1], \"listed\": true}' WHERE key = 'rooms_by_name'",
+        "UPDATE meta SET value = '{\"prior\": [1, 1, 2], \"listed\": true}' WHERE key = 'rooms_by_name'",
         "UPDATE room_evidence SET label = 99 WHERE frame = 1",
         "UPDATE room_evidence SET frame = 99 WHERE frame = 1",
         "UPDATE room_evidence SET log_odds = x'00' WHERE frame = 1",

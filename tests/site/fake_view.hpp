@@ -12,10 +12,18 @@
 #include "estancia/core/error.hpp"
 #include "estancia/live/edits.hpp"
 #include "estancia/live/live_view.hpp"
+#include "estancia/site/page_server.hpp"
 #include "estancia/world_query/changes.hpp"
 #include "support/sample_world.hpp"
 
 namespace estancia::test {
+
+/// Any port that is free, unless one is wanted.
+inline ServerOptions optionsAt(int port = 0) {
+  ServerOptions options;
+  options.port = port;
+  return options;
+}
 
 /// The robot stands in the kitchen of sampleWorld(), until the test moves it.
 class FakeView final : public LiveView {

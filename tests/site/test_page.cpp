@@ -5,24 +5,34 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstdlib>
 #include <future>
 #include <memory>
 #include <opencv2/imgcodecs.hpp>
-#include <thread>
 #include <variant>
 
 #include "estancia/live/map_file_view.hpp"
 #include "estancia/site/page_server.hpp"
 #include "fake_view.hpp"
-#include "site/browser.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
 namespace {
 
-using test::browse;
 using test::FakeView;
 using test::optionsAt;
+
+/// A browser (Debian's chromium, by npm's puppeteer-core) that page.mjs leads over a live page. `kind`:
+/// "live" or "at rest"; ESTANCIA_SCREENSHOTS names a folder to see what the browser shows. What comes is not
+/// valid without a browser.
+std::future<test::CommandResult> browse(const PageServer& server, int width, const std::string& kind) {
+  const auto modules = test::findFetched("test-tools/node_modules");
+  if (!modules) return {};
+  std::vector<std::string> arguments{std::string(ESTANCIA_SOURCE_DIR) + "/tests/site/page.mjs",
+                                     modules->string(), server.url(), std::to_string(width), kind};
+  if (const char* folder = std::getenv("ESTANCIA_SCREENSHOTS")) arguments.emplace_back(folder);
+  return std::async(std::launch::async, [arguments] { return test::runProgram("node", arguments); });
+}
 
 std::vector<unsigned char> colorfulImage() {
   cv::Mat image(240, 320, CV_8UC3);

@@ -19,17 +19,13 @@ namespace {
 using test::FailsWith;
 using test::FakeView;
 using test::fetchWeb;
+using test::optionsAt;
 using test::WebAnswer;
 using test::WebClient;
 using Json = nlohmann::json;
 
 class OnASocket : public testing::Test {
  protected:
-  static ServerOptions anyPort() {
-    ServerOptions options;
-    options.port = 0;
-    return options;
-  }
   std::string head(const std::string& request) const {
     return request + " HTTP/1.1\r\nHost: localhost:" + std::to_string(port()) + "\r\n";
   }
@@ -38,7 +34,7 @@ class OnASocket : public testing::Test {
   void expectAlive() const { EXPECT_EQ(fetchWeb(port(), "/api/where").status, 200); }
 
   FakeView view_;
-  PageServer server_{view_, anyPort()};
+  PageServer server_{view_, optionsAt()};
 };
 
 TEST_F(OnASocket, ServesPageApiAndImages) {
@@ -60,6 +56,8 @@ TEST_F(OnASocket, KeepsConnections) {
     client.send(head("GET /api/where") + "\r\n");
     ASSERT_EQ(client.read().status, 200) << i;
   }
+  client.send(head("HEAD /api/where") + "\r\n");
+  EXPECT_NE(client.readUntil("\r\n\r\n").find(" 200 OK"), std::string::npos) << "without a body";
   client.send(head("GET /api/where") + "Connection: close\r\n\r\n");
   EXPECT_EQ(client.read().status, 200);
   EXPECT_EQ(client.readUntil("never"), "");
@@ -195,15 +193,10 @@ TEST_F(OnASocket, StreamsAndConnectionsAreBounded) {
 
 TEST(PageServer, SaysWhereItCannotListen) {
   FakeView view;
-  ServerOptions options;
-  options.port = 0;
-  const PageServer first(view, options);
-  options.port = first.port();
-  EXPECT_THAT([&] { PageServer(view, options); }, FailsWith(ErrorCode::network));
-  options.port = 70'000;
-  EXPECT_THAT([&] { PageServer(view, options); }, FailsWith(ErrorCode::invalidOption));
-  options = {};
-  options.port = 0;
+  const PageServer first(view, optionsAt());
+  EXPECT_THAT([&] { PageServer(view, optionsAt(first.port())); }, FailsWith(ErrorCode::network));
+  EXPECT_THAT([&] { PageServer(view, optionsAt(70'000)); }, FailsWith(ErrorCode::invalidOption));
+  ServerOptions options = optionsAt();
   options.listen = "no such address";
   EXPECT_THAT([&] { PageServer(view, options); }, FailsWith(ErrorCode::network));
 }
@@ -217,8 +210,7 @@ TEST(PageServer, TakesAnotherPortWhereNoneWasAskedFor) {
 
 TEST(PageServer, ListensToOthersOnlyWithAToken) {
   FakeView view;
-  ServerOptions options;
-  options.port = 0;
+  ServerOptions options = optionsAt();
   options.listen = "127.0.0.1";
   const PageServer server(view, options), other(view, options);
   const std::size_t at = server.url().find("?token=");
@@ -239,9 +231,7 @@ TEST(PageServer, ListensToOthersOnlyWithAToken) {
 
 TEST(PageServer, LeavesTheProgramsSignalsAlone) {
   FakeView view;
-  ServerOptions options;
-  options.port = 0;
-  const PageServer server(view, options);
+  const PageServer server(view, optionsAt());
   struct sigaction now {};
   sigaction(SIGPIPE, nullptr, &now);
   EXPECT_EQ(now.sa_handler, SIG_DFL);

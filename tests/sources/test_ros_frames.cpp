@@ -2,7 +2,6 @@
 #include "estancia/sources/ros_frames.hpp"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <cmath>
 #include <opencv2/core.hpp>
@@ -28,9 +27,10 @@ std::vector<std::byte> rosImage(std::int64_t stamp, int gray, const char* frame 
   return ros::imageMessage(stamp, frame, 64, 48, "mono8", std::vector(64 * 48, static_cast<std::byte>(gray)));
 }
 
-std::vector<std::byte> rosDepth(std::int64_t stamp, std::uint16_t millimeters) {
+std::vector<std::byte> rosDepth(std::int64_t stamp, std::uint16_t millimeters,
+                                const char* frame = rosCamera) {
   const std::vector<std::uint16_t> values(64 * 48, millimeters);
-  return ros::imageMessage(stamp, rosCamera, 64, 48, "16UC1", std::as_bytes(std::span(values)));
+  return ros::imageMessage(stamp, frame, 64, 48, "16UC1", std::as_bytes(std::span(values)));
 }
 
 void putRosHeader(ros::CdrWriter& writer, std::int64_t stamp, const char* frame) {
@@ -86,10 +86,7 @@ TEST(RosFrames, TheNewestImageIsTakenAndTheOthersAreCounted) {
 }
 
 TEST(RosFrames, DepthAndPosesAreWaitedFor) {
-  RosFrameOptions options;
-  options.depth = options.poses = true;
-  options.patience = 1h;
-  RosFrames frames(options);
+  RosFrames frames({.depth = true, .poses = true, .patience = 1h});
   frames.addCamera(rosCameraInfo());
   frames.addImage(rosImage(rosStart, 1), "sensor_msgs/Image");
   EXPECT_FALSE(frames.newest(20ms));
@@ -108,16 +105,41 @@ TEST(RosFrames, DepthAndPosesAreWaitedFor) {
   EXPECT_EQ(frames.intrinsics()->fx, 50);
 }
 
-TEST(RosFrames, OdometryMovesACameraThatLooksAhead) {
-  RosFrameOptions options;
-  options.poses = true;
-  RosFrames frames(options);
+TEST(RosFrames, DepthOfAnotherCameraIsWhatTheCameraOfTheImagesWouldMeasure) {
+  RosFrames frames({.depth = true});
+  frames.addCamera(rosCameraInfo());
+  frames.addDepthCamera(rosCameraInfo());
+  frames.addTransforms(rosTransform(rosStart, rosCamera, "behind", {0, 0, -0.5}), true);
+  frames.addDepth(rosDepth(rosStart, 1500, "behind"), "sensor_msgs/Image");
+  frames.addImage(rosImage(rosStart, 1), "sensor_msgs/Image");
+  const auto frame = frames.newest(10s);
+  ASSERT_TRUE(frame);
+  EXPECT_NEAR(frame->depth.at<float>(24, 32), 1, 1e-5);
+}
+
+TEST(RosFrames, AnImageWhoseDepthAndPoseNeverComeIsGivenWithoutThem) {
+  RosFrames frames({.depth = true, .poses = true, .patience = 0s});
+  frames.addImage(rosImage(rosStart, 1), "sensor_msgs/Image");
+  const auto frame = frames.newest(10s);
+  ASSERT_TRUE(frame);
+  EXPECT_TRUE(frame->depth.empty());
+  EXPECT_FALSE(frame->frame.pose);
+}
+
+TEST(RosFrames, OdometryMovesACameraThatLooksAheadUnlessItIsMountedOtherwise) {
+  RosFrames frames({.poses = true});
   frames.addPose(rosOdometry(rosStart, 3), "nav_msgs/Odometry");
   frames.addImage(rosImage(rosStart, 1), "sensor_msgs/Image");
   const auto frame = frames.newest(10s);
   ASSERT_TRUE(frame && frame->frame.pose);
   EXPECT_NEAR(frame->frame.pose->x, 3, 1e-12);
   EXPECT_NEAR(frame->frame.pose->forward()[0], 1, 1e-12);
+  frames.addTransforms(rosTransform(rosStart, "base", rosCamera, {0, 0, 1}), true);
+  frames.addImage(rosImage(rosStart, 1), "sensor_msgs/Image");
+  const auto mounted = frames.newest(10s);
+  ASSERT_TRUE(mounted && mounted->frame.pose);
+  EXPECT_NEAR(mounted->frame.pose->z, 1, 1e-12);
+  EXPECT_NE(mounted->frame.name, frame->frame.name);
 }
 
 TEST(RosFrames, MessagesThatCannotBeReadAreToldOf) {
@@ -157,6 +179,34 @@ TEST(RosSource, ATopicBecomesFrames) {
   EXPECT_NEAR(frame->frame.pose->x, 4, 1e-12);
 }
 
+TEST(RosSource, DepthIsUsedOnceItsCameraIsKnown) {
+  ESTANCIA_NEEDS_DDS();
+  auto robot = ros::makeDdsNode({test::domainOfTest()});
+  const auto images = robot->publish("/camera/image_raw", "sensor_msgs/Image");
+  const auto depths = robot->publish("/camera/depth", "sensor_msgs/Image");
+  const auto camera = robot->publish("/camera/camera_info", "sensor_msgs/CameraInfo");
+  const auto transforms = robot->publish("/tf", "tf2_msgs/TFMessage");
+  RosSource source("ros2:camera/image_raw", {.depthTopic = "/camera/depth", .odomTopic = "/tf"},
+                   ros::makeDdsNode({test::domainOfTest()}));
+  EXPECT_FALSE(source.hasDepth());
+  EXPECT_NE(source.trouble(), "");
+  std::optional<LiveFrame> frame;
+  int sent = 0;
+  ASSERT_TRUE(test::eventually([&] {
+    const std::int64_t stamp = rosStart + ++sent * rosSecond / 20;
+    camera->publish(rosCameraInfo());
+    depths->publish(rosDepth(stamp, 2000));
+    transforms->publish(rosTransform(stamp, "odom", rosCamera, {4}));
+    images->publish(rosImage(stamp, 77));
+    frame = source.newest(20ms);
+    return frame && frame->frame.pose && !frame->depth.empty();
+  }));
+  EXPECT_TRUE(source.hasDepth());
+  EXPECT_EQ(source.trouble(), "");
+  EXPECT_FLOAT_EQ(frame->depth.at<float>(3, 3), 2);
+  EXPECT_NEAR(frame->frame.pose->x, 4, 1e-12);
+}
+
 TEST(RosSource, NoSuchTopicNamesThoseThatAreThere) {
   ESTANCIA_NEEDS_DDS();
   auto robot = ros::makeDdsNode({test::domainOfTest()});
@@ -172,8 +222,10 @@ TEST(RosSource, NoSuchTopicNamesThoseThatAreThere) {
 TEST(RosSource, TheDomainIsThatOfRos) {
   setenv("ROS_DOMAIN_ID", "42", 1);
   EXPECT_EQ(rosDomain(), 42);
-  setenv("ROS_DOMAIN_ID", "kitchen", 1);
-  EXPECT_EQ(test::caught([] { rosDomain(); }).code, ErrorCode::invalidOption);
+  for (const char* none : {"kitchen", "4x", "-1", "233"}) {
+    setenv("ROS_DOMAIN_ID", none, 1);
+    EXPECT_EQ(test::caught([] { rosDomain(); }).code, ErrorCode::invalidOption) << none;
+  }
   unsetenv("ROS_DOMAIN_ID");
   EXPECT_EQ(rosDomain(), 0);
 }

@@ -14,7 +14,6 @@
 #include "estancia/stats/label_scale.hpp"
 #include "estancia/stats/linkage.hpp"
 #include "estancia/stats/rank_tests.hpp"
-#include "scipy_random.hpp"
 #include "stats/scipy_random.hpp"
 
 namespace estancia {
@@ -23,10 +22,9 @@ namespace {
 using Json = nlohmann::json;
 using ScoreRow = std::vector<double>;
 using ScoreTable = std::vector<ScoreRow>;
-using test::Random;
 
 DescriptorMatrix descriptors(std::uint64_t seed, std::size_t items, std::size_t labels, std::size_t places) {
-  Random random(seed);
+  test::Random random(seed);
   std::vector<std::vector<double>> centers(places, std::vector<double>(labels));
   for (auto& center : centers)
     for (double& value : center) value = random.uniform();
@@ -46,7 +44,7 @@ DescriptorMatrix descriptors(std::uint64_t seed, std::size_t items, std::size_t 
 }
 
 CondensedDistances dissimilarities(std::uint64_t seed, std::size_t items, int steps) {
-  Random random(seed);
+  test::Random random(seed);
   CondensedDistances distances(items);
   for (double& value : distances.values()) value = std::floor(random.uniform() * steps) / steps;
   return distances;
@@ -189,16 +187,13 @@ TEST_F(SciPyRankTests, HaveTheSameSignedRanks) {
   }
 }
 
-TEST_F(SciPyRankTests, HaveTheSameStudentizedRange) {
+TEST_F(SciPyRankTests, HaveTheSameStudentizedRangeAndNumbersOfHypotheses) {
   ASSERT_EQ(stored_["range"].size(), 56U);
   for (const Json& stored : stored_["range"]) {
     const double found = studentizedRangeTail(stored["q"], stored["groups"]);
     EXPECT_NEAR(found, stored["mpmath"].get<double>(), 1e-12 * stored["mpmath"].get<double>()) << stored;
     EXPECT_NEAR(found, stored["scipy"].get<double>(), 1e-9) << stored;
   }
-}
-
-TEST_F(SciPyRankTests, HaveTheSameNumbersOfHypotheses) {
   for (const auto& [methods, hypotheses] : stored_["shaffer"].items()) {
     const std::size_t pairs = hypotheses.size();
     // So small and so far apart that each adjusted value shows its factor.
@@ -259,17 +254,14 @@ TEST_F(RRankTests, AgreeOnTheExampleOfDemsar) {
   expectNear({wilcoxon.better, wilcoxon.p}, "wilcoxon", 1e-12);
 }
 
-TEST_F(RRankTests, AgreeOnExactSignedRanks) {
+TEST_F(RRankTests, AgreeOnExactSignedRanksAndCriticalValues) {
   const ScoreRow differences{1, 2, 3, 4, 5, 6, 7, 8, -9};
   const WilcoxonTest found = wilcoxonTest(differences, ScoreRow(9, 0.0));
   EXPECT_TRUE(found.exact);
   expectNear({found.better, found.p}, "wilcoxon_exact", 1e-14);
-}
-
-TEST_F(RRankTests, AgreeOnCriticalValues) {
-  ScoreRow found;
-  for (std::size_t k = 2; k <= 20; ++k) found.push_back(studentizedRangeQuantile(0.05, k) / std::sqrt(2));
-  expectNear(found, "nemenyi_quantiles", 1e-6);  // R stops searching within 1e-4 of what it searches
+  ScoreRow quantiles;
+  for (std::size_t k = 2; k <= 20; ++k) quantiles.push_back(studentizedRangeQuantile(0.05, k) / std::sqrt(2));
+  expectNear(quantiles, "nemenyi_quantiles", 1e-6);  // R stops searching within 1e-4 of what it searches
 }
 
 }  // namespace

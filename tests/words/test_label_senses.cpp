@@ -16,8 +16,6 @@ namespace {
 
 using test::realWords;
 using testing::ElementsAre;
-using testing::FloatEq;
-using testing::IsEmpty;
 
 /// The byte offset of the most probable meaning, as ImageNet numbers it; 0: none.
 std::uint32_t numberOf(const LabelSense& label) {
@@ -156,24 +154,18 @@ TEST(LabelConcepts, LeaveFamiliarLabelsToThemselves) {
 TEST(LabelConcepts, AreNoneOfLabelsThatWordNetDoesNotKnow) {
   const Vocabulary vocabulary(
       {"xyzzy", "Labrador retriever", "label 17", "\x01\xff", ", ,", "n02099712", std::string(10000, 'x')});
-  EXPECT_THAT(findLabelConcepts(realWords(), vocabulary), IsEmpty());
+  EXPECT_THAT(findLabelConcepts(realWords(), vocabulary), testing::IsEmpty());
   EXPECT_EQ(toldBy(vocabulary, std::vector<float>(7, 0.15F)).size(), 7U);
 }
 
-TEST(TellingWords, NameFiveBreedsADog) {
+TEST(TellingWords, NameFiveBreedsADogButKeepWhatTellsMoreAndNothingCovered) {
   EXPECT_THAT(toldBy(vocabularyOf({breeds, kitchen}), {0.2F, 0.15F, 0.2F, 0.15F, 0.13F, 0.15F, 0, 0, 0}),
               ElementsAre("dog", "stove"));
-}
-
-TEST(TellingWords, KeepALabelThatTellsMoreThanItsConcept) {
   EXPECT_THAT(toldBy(vocabularyOf({breeds, kitchen}), {0.7F, 0.12F, 0.0F, 0, 0, 0, 0, 0, 0}),
               ElementsAre("Labrador retriever", "golden retriever"));
   EXPECT_THAT(toldBy(vocabularyOf({breeds, kitchen}), {0.3F, 0, 0, 0, 0, 0.2F, 0, 0, 0}),
               ElementsAre("Labrador retriever", "stove"))
       << "one breed does not compete";
-}
-
-TEST(TellingWords, AreNotNamedBesideWhatTheyCover) {
   const Vocabulary vocabulary = vocabularyOf({birds, kitchen});
   EXPECT_THAT(toldBy(vocabulary, {0.27F, 0.27F, 0.27F, 0.15F, 0, 0, 0, 0}), ElementsAre("bird"));
   const auto vultures = toldBy(vocabulary, {0.17F, 0.17F, 0.17F, 0.45F, 0, 0, 0, 0});
@@ -187,7 +179,7 @@ TEST(TellingWords, AreTheLabelsWithoutConcepts) {
               ElementsAre("golden retriever", "beagle", "Labrador retriever"))
       << "of equal ones the first";
   EXPECT_THAT(namesOf(tellingWords(vocabulary, {}, here, run, 2)), ElementsAre("golden retriever", "beagle"));
-  EXPECT_THAT(tellingWords(vocabulary, {}, run, run, all), IsEmpty());
+  EXPECT_THAT(tellingWords(vocabulary, {}, run, run, all), testing::IsEmpty());
 }
 
 const Vocabulary& labels() {
@@ -208,22 +200,19 @@ std::vector<std::string> namesOf(const std::vector<FamiliarWord>& words) {
   return names;
 }
 
-TEST(FamiliarWords, StandForSeveralLabels) {
+TEST(FamiliarWords, StandForSeveralLabelsButNotForNoise) {
   const std::vector<float> mean{0.14F, 0.2F, 0.11F, 0.2F, 0.15F, 0.05F, 0.12F, 0.3F, 0.2F, 0.01F};
   const std::vector<FamiliarWord> words = familiarWords(labels(), concepts(), mean, 4);
   EXPECT_THAT(namesOf(words), ElementsAre("couch", "dog", "refrigerator", "desk"));
-  EXPECT_THAT(words[0].probability, FloatEq(0.5F));
+  EXPECT_THAT(words[0].probability, testing::FloatEq(0.5F));
   EXPECT_THAT(words[0].labels, ElementsAre(7, 3)) << "the most probable first";
-  EXPECT_THAT(words[1].probability, FloatEq(0.45F));
+  EXPECT_THAT(words[1].probability, testing::FloatEq(0.45F));
   EXPECT_THAT(words[2].labels, ElementsAre(8, 6)) << "the same name";
   EXPECT_THAT(namesOf(familiarWords(labels(), {}, mean, 4)),
               ElementsAre("couch", "golden retriever", "studio couch", "refrigerator"))
       << "raw";
-}
-
-TEST(FamiliarWords, NoiseOfManyLabelsIsNoWord) {
-  const std::vector<float> mean{0.009F, 0.009F, 0.009F, 0, 0.02F, 0, 0, 0, 0, 0.02F};
-  EXPECT_THAT(namesOf(familiarWords(labels(), concepts(), mean, 2)), ElementsAre("desk", "stone"));
+  const std::vector<float> noise{0.009F, 0.009F, 0.009F, 0, 0.02F, 0, 0, 0, 0, 0.02F};
+  EXPECT_THAT(namesOf(familiarWords(labels(), concepts(), noise, 2)), ElementsAre("desk", "stone"));
 }
 
 TEST(FamiliarTitle, IsWhatTellsThePlaceFromTheRun) {

@@ -16,7 +16,6 @@
 #include "support/errors.hpp"
 #include "support/support.hpp"
 #include "words/real_words.hpp"
-#include "words/tiny_wordnet.hpp"
 
 namespace estancia {
 namespace {
@@ -24,21 +23,19 @@ namespace {
 namespace fs = std::filesystem;
 using Edges = std::map<std::pair<std::uint32_t, std::uint32_t>, float>;
 using test::FailsWith;
-using test::ScratchFolder;
 using test::tinyWordNet;
-using test::WordNetTexts;
 using testing::ElementsAre;
 using testing::Pair;
 
-WordNet readTexts(const WordNetTexts& texts) {
-  const ScratchFolder folder;
+WordNet readTexts(const test::WordNetTexts& texts) {
+  const test::ScratchFolder folder;
   test::writeWordNet(texts, folder.path());
   return readWordNet(folder.path());
 }
 
 /// The tiny WordNet, in one file of which `from` is replaced by `to`.
-WordNetTexts with(const std::string& file, const std::string& from, const std::string& to) {
-  WordNetTexts texts = tinyWordNet();
+test::WordNetTexts with(const std::string& file, const std::string& from, const std::string& to) {
+  test::WordNetTexts texts = tinyWordNet();
   std::string& text = texts.at(file);
   const std::size_t at = text.find(from);
   EXPECT_NE(at, std::string::npos) << from;
@@ -76,30 +73,23 @@ TEST(ReadWordNet, TellsWordsWithTheirCountsRelationsAndGlosses) {
   EXPECT_EQ(wordNet.synsets[cook.relations[0].target].words.front(), "stove");
 }
 
-TEST(ReadWordNet, DropsWhereAnAdjectiveMayStandAndKnowsItsSatellites) {
+TEST(ReadWordNet, KnowsSatellitesOfAdjectivesAndIrregularForms) {
   const WordNet wordNet = readTexts(tinyWordNet());
   const WordNetSynset& burning = synsetOf(wordNet, PartOfSpeech::adjective, 200);
   EXPECT_THAT(burning.words, ElementsAre("burning"));
   EXPECT_THAT(burning.tagCounts, ElementsAre(3U));
-}
-
-TEST(ReadWordNet, KnowsIrregularFormsOneOrSeveral) {
-  const WordNet wordNet = readTexts(tinyWordNet());
   std::vector<std::string> told;
   for (const WordNet::IrregularForm& irregular : wordNet.irregularForms)
     told.push_back(irregular.form + " of " + irregular.word);
   EXPECT_THAT(told, ElementsAre("knives of knife", "mice of mouse", "cooken of cook", "cooken of wash"));
 }
 
-TEST(ReadWordNet, RefusesAMissingFile) {
+TEST(ReadWordNet, RefusesMissingAndDamagedFiles) {
   for (const auto& [name, text] : tinyWordNet()) {
-    WordNetTexts texts = tinyWordNet();
+    test::WordNetTexts texts = tinyWordNet();
     texts.erase(name);
     EXPECT_THAT([&] { readTexts(texts); }, FailsWith(ErrorCode::fileUnreadable));
   }
-}
-
-TEST(ReadWordNet, RefusesDamagedFiles) {
   struct Damage {
     const char *file, *from, *to;
   };
@@ -132,7 +122,7 @@ TEST(ReadWordNet, RefusesDamagedFiles) {
 }
 
 TEST(FindWordNet, FollowsTheVariable) {
-  const ScratchFolder folder;
+  const test::ScratchFolder folder;
   setenv("ESTANCIA_WORDNET", folder.path().c_str(), 1);
   EXPECT_EQ(findWordNet(), std::nullopt) << "an empty folder";
   test::writeWordNet(tinyWordNet(), folder.path());
@@ -294,7 +284,7 @@ TEST(WordGraphFile, BringsTheGraphBack) {
   EXPECT_EQ(packWordGraph(back, "a WordNet"), bytes);
 }
 
-TEST(WordGraphFile, IsRefusedWhenItIsOfAnotherWordNetOrVersion) {
+TEST(WordGraphFile, IsRefusedWhenItIsOfAnotherWordNetOrVersionOrAWeightIsNone) {
   std::string bytes = packWordGraph(tinyGraph(), "a WordNet");
   EXPECT_THAT([&] { unpackWordGraph(bytes, "another", "words.graph"); },
               FailsWith(ErrorCode::unsupportedFile));
@@ -304,15 +294,15 @@ TEST(WordGraphFile, IsRefusedWhenItIsOfAnotherWordNetOrVersion) {
   EXPECT_THAT([&] { unpackWordGraph(bytes, "a WordNet", "words.graph"); },
               FailsWith(ErrorCode::unsupportedFile));
   EXPECT_THAT([&] { unpackWordGraph("", "a WordNet", "words.graph"); }, FailsWith(ErrorCode::truncatedFile));
-}
-
-TEST(WordGraphFile, IsRefusedWhenAWeightIsNone) {
   WordGraph graph = tinyGraph();
-  for (const float weight : {0.0F, 1e30F, std::nanf("")}) {
-    graph.edgeWeights.back() = weight;
-    EXPECT_THAT([&] { unpackWordGraph(packWordGraph(graph, ""), "", "words.graph"); },
-                FailsWith(ErrorCode::corruptFile));
-  }
+  for (const float weight : {0.0F, 1e30F, std::nanf("")})
+    for (std::size_t behind = 1; behind <= 9; ++behind) {
+      float& bad = graph.edgeWeights[graph.edgeWeights.size() - behind];
+      const float good = std::exchange(bad, weight);
+      EXPECT_THAT([&] { unpackWordGraph(packWordGraph(graph, ""), "", "words.graph"); },
+                  FailsWith(ErrorCode::corruptFile));
+      bad = good;
+    }
 }
 
 void useAll(const WordGraph& graph) {

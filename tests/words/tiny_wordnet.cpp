@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "words/tiny_wordnet.hpp"
+#include "words/real_words.hpp"
 
 #include "support/support.hpp"
 

@@ -1,7 +1,6 @@
 // A map that tracks its camera itself: through loop closures, interruptions, and frames that are wrong.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <fstream>
 #include <set>

@@ -4,7 +4,6 @@
 #include "estancia/world/world_mapper.hpp"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <array>
 #include <cmath>
@@ -15,6 +14,7 @@
 
 #include "estancia/core/pose.hpp"
 #include "estancia/labelers/labeler.hpp"
+#include "estancia/layers/work_time.hpp"
 #include "estancia/map_file/sqlite.hpp"
 #include "estancia/map_file/store.hpp"
 #include "estancia/world_file/edit_rules.hpp"
@@ -219,8 +219,10 @@ TEST(WorldMapper, NamesObjectsByADetectorThatSeesThemAmongOthers) {
   mapUpTo(drive, drive.size(), file);  // makes the layers again, without a labeler
   expectStove();
   EXPECT_FALSE(readObjectImage(file, 0).empty());
-  sqlite::Database(file, sqlite::Database::Mode::write).run("UPDATE segment_words SET words = x'00'");
-  EXPECT_THAT([&] { mapUpTo(drive, drive.size(), file); }, FailsWith(ErrorCode::corruptFile));
+  for (const char* damage : {"segment_words SET words = x'00'", "observations SET seen = x'0011'"}) {
+    sqlite::Database(file, sqlite::Database::Mode::write).run(std::string("UPDATE ") + damage);
+    EXPECT_THAT([&] { mapUpTo(drive, drive.size(), file); }, FailsWith(ErrorCode::corruptFile));
+  }
 }
 
 TEST(WorldMapper, DoesNotBelieveAPoseThatJumpsAwayAndBack) {
@@ -337,24 +339,34 @@ TEST(WorldMapper, MayGoBeforeItsSession) {
   EXPECT_TRUE(readMap(file).drives.back().isAligned) << "by words";
 }
 
-TEST(WorldStore, RefusesDamagedLayers) {
+/// Frames, views and labeled images of a drive of which each frame is to be done until then.
+std::array<std::size_t, 3> takenUntil(const Deadline& deadline) {
   const ScratchFolder folder;
   const FlatDrive drive;
-  const fs::path whole = folder / "whole.estancia";
-  mapUpTo(drive, drive.size(), whole);
-  for (const std::string damage :
-       {"UPDATE floor SET columns = 1000000000", "UPDATE floor SET cell = 0",
-        "UPDATE areas SET outline = '[[1]]' WHERE id = 0", "UPDATE frame_areas SET area = 77",
-        "INSERT INTO area_edits VALUES(1, 'paint', 0, 0, 0, 0, '')"}) {
-    const fs::path file = folder / "damaged.estancia";
-    fs::copy_file(whole, file, fs::copy_options::overwrite_existing);
-    sqlite::Database(file, sqlite::Database::Mode::write).run(damage);
-    EXPECT_THAT([&] { readWorld(file); }, FailsWith(ErrorCode::corruptFile)) << damage;
-  }
-  const fs::path file = folder / "observation.estancia";
-  fs::copy_file(whole, file);
-  sqlite::Database(file, sqlite::Database::Mode::write).run("UPDATE observations SET seen = x'0011'");
-  EXPECT_THAT([&] { mapUpTo(drive, drive.size(), file); }, FailsWith(ErrorCode::corruptFile));
+  const fs::path file = folder / "flat.estancia";
+  const DescriptorSequence labeled = drive.labeled();
+  MoodyLabeler labeler;
+  MappingSession session = MappingSession::create(file, labeled.vocabulary, labeled.model, {});
+  WorldMapper world(session, {}, &labeler);
+  for (std::size_t i = 0; i < drive.size(); ++i)
+    world.add(
+        drive.frame(i), labeled.descriptors.row(i), drive.image(i), drive.depth(i), *drive.intrinsics(),
+        [] { return std::vector<unsigned char>(); }, [](int, const std::optional<Pose>&) {}, deadline);
+  session.finish();
+  world.finish();
+  const sqlite::Database database(file, sqlite::Database::Mode::read);
+  return {session.frames(), static_cast<std::size_t>(database.number("SELECT count(*) FROM observations")),
+          labeler.asked};
+}
+
+TEST(WorldMapper, LeavesEveryFrameInTheMapWithFewerViewsWhereThereIsNoTime) {
+  const auto all = takenUntil({}), late = takenUntil(Deadline::value_type::min());
+  EXPECT_EQ(takenUntil(Deadline::value_type::max()), all);
+  EXPECT_EQ(all[1], all[0]);
+  EXPECT_EQ(late[0], all[0]);
+  EXPECT_GE(late[1], 1U);
+  EXPECT_LE(late[1], all[1]);
+  EXPECT_LE(late[2], all[2]);
 }
 
 }  // namespace

@@ -281,12 +281,23 @@ TEST(SparkDsg, NeedsPositionsOnly) {
   EXPECT_THAT([&] { exportWorld(world, "spark-dsg"); }, FailsWith(ErrorCode::insufficientData));
 }
 
-TEST(ExportWorld, WritesEveryFormatOfHostileNames) {
+TEST(ExportWorld, ObjectsInNoAreaAreAtThePlaceThatSawThemBestAndKnownOnesHaveTheirPoses) {
+  WorldMap world = sampleWorld();
+  world.objects[1].area = -1;
+  world.objects[1].known = KnownPose{"Ana's mug", 0.9, Pose::planar(1, 2, 0)};
   for (const auto& [format, explanation] : worldFormats()) {
-    const std::string text = exportWorld(hostileWorld(), format);
-    EXPECT_FALSE(text.empty());
+    const std::string text = exportWorld(world, format);
     if (format != "graphml") expectNoNumberIsLost(json::parse(text));
   }
+  const json rooms = json::parse(exportWorld(world, "rooms"));
+  EXPECT_EQ(rooms["rooms"][0]["places"][0]["objects"].size(), 2U);
+  const json graph = json::parse(exportWorld(world, "nav2"));
+  const json& mug = graph["features"][4 + 8 + 4 + 1]["properties"]["metadata"];
+  EXPECT_EQ(mug["known"]["name"], "Ana's mug");
+  EXPECT_EQ(mug["known"]["position"], json({1.0, 2.0, 0.0}));
+  EXPECT_FALSE(mug.contains("area_id"));
+  world.areaOfFrame.assign(world.places.frames.size(), -1);
+  EXPECT_EQ(json::parse(exportWorld(world, "rooms"))["elsewhere"]["places"].size(), 4U);
 }
 
 }  // namespace

@@ -6,7 +6,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -66,6 +65,8 @@ TEST(ViewPoses, LookThroughDoorsButNotThroughWalls) {
   EXPECT_FALSE(ViewPoses(world, 20).find(world.objects[1], notFromTheKitchen));
   world.plan.reset();
   EXPECT_EQ(ViewPoses(world, 20).find(world.objects[1], notFromTheKitchen)->frame, 7U);
+  world.places.frames[7].pose.reset();
+  EXPECT_NE(ViewPoses(world, 20).find(world.objects[1], notFromTheKitchen)->frame, 7U);
 }
 
 TEST(RouteInWorld, EndsInThePlaceOfTheFrameThatFacesTheObject) {
@@ -157,6 +158,7 @@ TEST(RegionCosts, WeighAreasRoomsAndWords) {
     EXPECT_THAT([&] { costsOf(world, {.avoid = {unknown}}); }, FailsWith(ErrorCode::unknownName)) << unknown;
   world.areas.clear();
   EXPECT_THAT(costsOf(world, {.avoid = {"bathtub"}}), ElementsAre(1, 5, 1, 1)) << "by words";
+  EXPECT_THAT([&] { costsOf(world, {.avoid = {"cellar"}}); }, FailsWith(ErrorCode::unknownName));
   EXPECT_THAT([&] { costsOf(world, {.avoid = {"77"}}); }, FailsWith(ErrorCode::insufficientData));
 }
 
@@ -168,6 +170,23 @@ TEST(RouteInWorld, RefusesNonsense) {
   RouteOptions odd;
   odd.avoidFactor = 0.5;
   EXPECT_THAT([&] { routeInWorld(world, 0, 3, {}, odd); }, FailsWith(ErrorCode::invalidOption));
+}
+
+TEST(RouteInWorld, HasNoAnswerWhereNothingThatIsMeantIsReached) {
+  WorldMap world = sampleWorld();
+  world.places.transitions.clear();
+  world.objects[3].givenName = "Rex";
+  for (const bool posed : {true, false}) {
+    if (!posed)
+      for (MappedFrame& frame : world.places.frames) frame.pose.reset();
+    for (const char* to : {"corridor", "dining table", "Rex"})
+      EXPECT_THAT([&] { routeInWorld(world, 1, to); }, FailsWith(ErrorCode::noAnswer)) << to;
+    EXPECT_THAT([&] { routeInWorld(world, 1, 2); }, FailsWith(ErrorCode::noAnswer));
+    const auto routes = routesToEachArea(world, 1);
+    ASSERT_EQ(routes.size(), 4U);
+    EXPECT_TRUE(routes[1]);
+    EXPECT_FALSE(routes[2]);
+  }
 }
 
 TEST(WorldJson, TellsRoutes) {
@@ -203,6 +222,12 @@ TEST(DrivenWays, CrossWhereTheRobotCameByAgainUnlessAWallIsBetween) {
   EXPECT_GT(DrivenWays(world, 2, {}).wayTo(1)->length, 5) << "all the way back around the wall";
   world.plan->walls = 0;
   EXPECT_NEAR(DrivenWays(world, 2, {}).wayTo(1)->length, 0.3, 1e-9);
+  RouteOptions oneWay;
+  oneWay.bidirectional = false;
+  EXPECT_GT(DrivenWays(world, 2, oneWay).wayTo(1)->length, 0.3) << "it looked along x, away from there";
+  const auto plan = std::exchange(world.plan, std::nullopt);
+  EXPECT_NEAR(DrivenWays(world, 2, {}).wayTo(1)->length, 0.3, 1e-9) << "no walls are known";
+  world.plan = plan;
   world.places.frames[1].pose->z = 3;
   EXPECT_GT(DrivenWays(world, 2, {}).wayTo(1)->length, 5) << "a floor above";
 }
@@ -302,6 +327,12 @@ TEST(RouteInWorld, TellsWhatItCouldNotAvoid) {
   const CrossedRegion crossed = why(0, 3, mild);
   EXPECT_EQ(crossed.why, CrossedRegion::Why::detour);
   EXPECT_NEAR(crossed.length, 2, 0.2) << "from wall to wall";
+  EXPECT_EQ(crossedText(crossed, mild).find("2.0 m of the way are in \"1\": no way around"), 0U);
+  EXPECT_NE(crossedText(crossed, mild).find("--avoid-factor 1.2"), std::string::npos);
+  EXPECT_EQ(crossedText({"hall", 0, CrossedRegion::Why::goal}, {}),
+            "The way is partly in \"hall\": the goal is there");
+  EXPECT_EQ(crossedText({"hall", 0, CrossedRegion::Why::start}, {}),
+            "The way is partly in \"hall\": it starts there");
   const Json json = toJson("", routeInWorld(world, 0, 3, {.avoid = {"1"}}, mild), world);
   EXPECT_EQ(json["crossed"][0]["region"], "1");
   EXPECT_EQ(json["crossed"][0]["why"], "detour");

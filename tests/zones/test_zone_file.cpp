@@ -3,7 +3,6 @@
 #include "estancia/zones/zones.hpp"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
@@ -94,8 +93,10 @@ TEST_F(ZoneFile, TextsOfOthersAreReadWithoutControlCharacters) {
 
 TEST_F(ZoneFile, IsKnownByItsBeginning) {
   EXPECT_TRUE(isZoneFile(file_));
-  writeFile(scratch_ / "flat", ordered_json::parse(readFile(file_)).dump());
-  EXPECT_TRUE(isZoneFile(scratch_ / "flat"));
+  for (const char* space : {"", " ", "\t", "\r\n"}) {
+    writeFile(scratch_ / "spaced", space + ordered_json::parse(readFile(file_)).dump(*space == 0 ? -1 : 2));
+    EXPECT_TRUE(isZoneFile(scratch_ / "spaced"));
+  }
   writeFile(scratch_ / "other", "{\"format\": \"estancia-places\"}");
   EXPECT_FALSE(isZoneFile(scratch_ / "other"));
   EXPECT_FALSE(isZoneFile(scratch_.path()));
@@ -130,11 +131,15 @@ TEST_F(ZoneFile, IsRefusedWhenItIsDamaged) {
       {"/zones/0/id", 1},
       {"/zones/0/images", 9999999},
       {"/zones/0/mean", {0.5}},
+      {"/zones/0/mean", 1},
       {"/zones/0/mean/3", 7},
       {"/zones/0/sigma/3", -0.5},
       {"/zones/0/extent", {{"center", {1, 2}}, {"spread", 1}, {"images", 1}}},
+      {"/zones/0/extent", {{"center", 1}, {"spread", 1}, {"images", 1}}},
       {"/zones/0/extent", {{"center", {1, 2, 3}}, {"spread", 1}, {"images", 99}}},
       {"/zones/0/predicted", {{{"room", "bath"}, {"p", 2}}}},
+      {"/zones/0/predicted", {{{"room", "bath"}, {"p", -1}}}},
+      {"/zones/0/images", ordered_json::array()},
       {"/rooms/0/images", 1000},
       {"/rooms/0/mean", ordered_json::array()},
       {"/frames", ordered_json::array()},
@@ -143,6 +148,8 @@ TEST_F(ZoneFile, IsRefusedWhenItIsDamaged) {
       {"/frames/0/timestamp", "noon"},
       {"/frames/4/pose", {1, 2, 3}},
       {"/dendrogram", ordered_json::array()},
+      {"/dendrogram/0", {0, 1, 2}},
+      {"/dendrogram/0", 7},
       {"/dendrogram/0/0", 47},
       {"/dendrogram/0/2", -1},
       {"/dendrogram/0/3", 25}};

@@ -3,10 +3,10 @@
 #include "estancia/zones/zones.hpp"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <numeric>
 #include <random>
 
@@ -28,10 +28,6 @@ using test::recordingOf;
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-Zones zonesOf(const DescriptorSequence& recording, const ZoneOptions& options = {}) {
-  return findZones(recording, options);
-}
-
 /// The frames in another order.
 DescriptorSequence shuffled(const DescriptorSequence& recording, const std::vector<std::size_t>& order) {
   DescriptorSequence result{
@@ -45,7 +41,7 @@ DescriptorSequence shuffled(const DescriptorSequence& recording, const std::vect
 
 TEST(Zones, AreTheRoomsOfADrive) {
   const DescriptorSequence recording = driveThrough({0, 1, 2, 0, 3, 1}, 15);
-  const Zones zones = zonesOf(recording);
+  const Zones zones = findZones(recording);
   ASSERT_EQ(zones.zones.size(), 4U);
   for (std::size_t i = 0; i < recording.frames.size(); ++i)
     EXPECT_EQ(zones.zones[static_cast<std::size_t>(zones.zoneOf[i])].room, recording.frames[i].room);
@@ -97,22 +93,25 @@ TEST(Zones, LieWhereTheirPosedImagesWereTaken) {
   EXPECT_EQ(zones.zones[0].extent->spread, 1);
   EXPECT_EQ(zones.zones[0].extent->images, 2U);
   EXPECT_FALSE(zones.zones[1].extent);
+  const auto json = toJson(zones, 1)["zones"][0];
+  EXPECT_EQ(json["position"], (nlohmann::ordered_json{2, 2, 0}));
+  EXPECT_EQ(json["spread"], 1);
 }
 
 TEST(Zones, AreCutWhereTheyAreTold) {
   const DescriptorSequence recording = driveThrough({0, 1, 2, 3}, 10);
   ZoneOptions options;
   options.count = 7;
-  const Zones seven = zonesOf(recording, options);
+  const Zones seven = findZones(recording, options);
   EXPECT_EQ(seven.zones.size(), 7U);
   EXPECT_EQ(seven.cutReason, "7 zones were asked for");
   options.count.reset();
   options.cut = seven.cut;
-  EXPECT_EQ(zonesOf(recording, options).zoneOf, seven.zoneOf) << "the cut that comes with the count";
+  EXPECT_EQ(findZones(recording, options).zoneOf, seven.zoneOf) << "the cut that comes with the count";
   options.cut = 0;
-  EXPECT_EQ(zonesOf(recording, options).zones.size(), recording.frames.size());
+  EXPECT_EQ(findZones(recording, options).zones.size(), recording.frames.size());
   options.cut = 1e9;
-  EXPECT_EQ(zonesOf(recording, options).zones.size(), 1U);
+  EXPECT_EQ(findZones(recording, options).zones.size(), 1U);
 }
 
 TEST(Zones, ByTheThesisMergeUpToTheirThreshold) {
@@ -122,7 +121,7 @@ TEST(Zones, ByTheThesisMergeUpToTheirThreshold) {
   EXPECT_EQ(thesis.distance, "ks");
   EXPECT_EQ(thesis.linkage, "average");
   EXPECT_EQ(thesis.cut, 0.5);
-  const Zones zones = zonesOf(recording, thesis);
+  const Zones zones = findZones(recording, thesis);
   EXPECT_THAT(zones.zoneOf, ElementsAre(0, 0, 1));
   EXPECT_NEAR(zones.dendrogram.value().merges()[0].height, 0.3, 1e-6);
   EXPECT_NEAR(zones.dendrogram->merges()[1].height, 0.85, 1e-6);
@@ -168,7 +167,7 @@ TEST(Zones, AreThoseOfAlgorithm51) {
     ZoneOptions options = ZoneOptions::thesis();
     options.cut = cut;
     const std::vector<int> slow = slowAlgorithm51(recording.descriptors, cut);
-    EXPECT_EQ(measureAgreement(slow, zonesOf(recording, options).zoneOf).adjustedRandIndex, 1)
+    EXPECT_EQ(measureAgreement(slow, findZones(recording, options).zoneOf).adjustedRandIndex, 1)
         << "τ_d " << cut;
   }
 }
@@ -202,31 +201,31 @@ double agreementWithRooms(const Zones& zones) {
 TEST(ZonesOfARun, AreWhatIsSeenAroundAPlace) {
   const DescriptorSequence recording = lookedAround();
   ZoneOptions options;
-  EXPECT_LT(agreementWithRooms(zonesOf(recording)), 0.8);
+  EXPECT_LT(agreementWithRooms(findZones(recording)), 0.8);
   options.reach = 0.5;
   options.threads = 1;
-  const Zones zones = zonesOf(recording, options);
+  const Zones zones = findZones(recording, options);
   EXPECT_EQ(agreementWithRooms(zones), 1);
   options.threads = 3;
-  EXPECT_EQ(zonesOf(recording, options).zoneOf, zones.zoneOf);
+  EXPECT_EQ(findZones(recording, options).zoneOf, zones.zoneOf);
   const DescriptorView first = recording.descriptors.row(zones.zones[0].images[0]);
   EXPECT_NE(zones.zones[0].mean, std::vector<float>(first.begin(), first.end()));
   std::vector<std::size_t> order(recording.frames.size());
   std::iota(order.begin(), order.end(), 0U);
   std::shuffle(order.begin(), order.end(), std::mt19937(5));
-  EXPECT_EQ(agreementWithRooms(zonesOf(shuffled(recording, order), options)), 1) << "poses need no order";
+  EXPECT_EQ(agreementWithRooms(findZones(shuffled(recording, order), options)), 1) << "poses need no order";
 }
 
 TEST(ZonesOfARun, NeedNoPoses) {
   DescriptorSequence recording = driveThrough({0, 1, 2, 0, 3}, 12);
   ZoneOptions options;
   options.reach = 0.5;
-  EXPECT_GT(agreementWithRooms(zonesOf(recording, options)), 0.8);
+  EXPECT_GT(agreementWithRooms(findZones(recording, options)), 0.8);
   for (Frame& frame : recording.frames) frame.pose = Pose{};
-  EXPECT_GT(agreementWithRooms(zonesOf(recording, options)), 0.8) << "poses that never move say nothing";
+  EXPECT_GT(agreementWithRooms(findZones(recording, options)), 0.8) << "poses that never move say nothing";
   recording = lookedAround();
   for (std::size_t i = 0; i < recording.frames.size(); i += 3) recording.frames[i].pose.reset();
-  EXPECT_GT(agreementWithRooms(zonesOf(recording, options)), 0.6) << "where some are missing";
+  EXPECT_GT(agreementWithRooms(findZones(recording, options)), 0.6) << "where some are missing";
 }
 
 TEST(Zones, TakeOneImageEqualImagesAndThoseThatSayNothing) {
@@ -234,21 +233,21 @@ TEST(Zones, TakeOneImageEqualImagesAndThoseThatSayNothing) {
   around.reach = 0.5;
   const std::vector<std::vector<float>> same(20, {0.2F, 0.7F, 0.1F});
   for (const ZoneOptions& options : {ZoneOptions{}, ZoneOptions::thesis(), around}) {
-    EXPECT_EQ(zonesOf(recordingOf({{0.5F, 0.5F}}), options).zones.size(), 1U);
-    EXPECT_EQ(zonesOf(recordingOf(same), options).zones.size(), 1U);
+    EXPECT_EQ(findZones(recordingOf({{0.5F, 0.5F}}), options).zones.size(), 1U);
+    EXPECT_EQ(findZones(recordingOf(same), options).zones.size(), 1U);
   }
-  EXPECT_EQ(zonesOf(recordingOf({{0.1F}, {0.9F}, {0.5F}}), ZoneOptions::thesis()).zones.size(), 2U)
+  EXPECT_EQ(findZones(recordingOf({{0.1F}, {0.9F}, {0.5F}}), ZoneOptions::thesis()).zones.size(), 2U)
       << "of one label";
   std::vector<std::vector<float>> rows(12, {0, 0, 0});
-  EXPECT_EQ(zonesOf(recordingOf(rows)).zones.size(), 1U);
-  EXPECT_EQ(zonesOf(recordingOf(rows)).zones[0].name, "no words");
+  EXPECT_EQ(findZones(recordingOf(rows)).zones.size(), 1U);
+  EXPECT_EQ(findZones(recordingOf(rows)).zones[0].name, "no words");
   for (int i = 0; i < 12; ++i) rows.push_back({0.9F, 0.1F, 0});
   for (const Choice& linkage : linkages())
     for (const char* distance : {"standardized-clr", "cosine"}) {
       ZoneOptions options;
       options.distance = distance;
       options.linkage = linkage.name;
-      EXPECT_EQ(zonesOf(recordingOf(rows), options).zones.size(), 2U) << distance << ' ' << linkage.name;
+      EXPECT_EQ(findZones(recordingOf(rows), options).zones.size(), 2U) << distance << ' ' << linkage.name;
     }
 }
 
@@ -257,7 +256,7 @@ TEST(Zones, RefuseWhatCannotBe) {
   const auto refusal = [&](void (*change)(ZoneOptions&)) {
     ZoneOptions options;
     change(options);
-    return test::caught([&] { zonesOf(recording, options); });
+    return test::caught([&] { findZones(recording, options); });
   };
   EXPECT_THAT(refusal([](ZoneOptions& o) { o.distance = "bogus"; }),
               FailsWith(ErrorCode::unknownName, "bogus", "standardized-clr"));
@@ -269,7 +268,7 @@ TEST(Zones, RefuseWhatCannotBe) {
   for (std::size_t i = 0; i < std::size(changes); ++i)
     EXPECT_THAT(refusal(changes[i]), FailsWith(ErrorCode::invalidOption)) << i;
   const DescriptorSequence empty{Vocabulary({"a"}), "test", {}, DescriptorMatrix(1)};
-  EXPECT_THAT([&] { zonesOf(empty); }, FailsWith(ErrorCode::insufficientData));
+  EXPECT_THAT([&] { findZones(empty); }, FailsWith(ErrorCode::insufficientData));
   const std::vector<int> one{1};
   EXPECT_THAT([&] { describeZones(recording, one); }, FailsWith(ErrorCode::mismatch));
 }
