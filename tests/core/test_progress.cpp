@@ -4,6 +4,7 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <poll.h>
 #include <sched.h>
 #include <sys/ioctl.h>
 #include <sys/resource.h>
@@ -75,7 +76,7 @@ TEST(StderrProgress, ShowsWorkThatHasAName) {
 
 TEST(StderrProgress, DrawsABarThatFitsTheTerminal) {
   const int screen = posix_openpt(O_RDWR | O_NOCTTY), ours = dup(STDERR_FILENO);
-  ASSERT_TRUE(screen >= 0 && grantpt(screen) == 0 && unlockpt(screen) == 0);
+  if (screen < 0 || grantpt(screen) != 0 || unlockpt(screen) != 0) GTEST_SKIP() << "no pseudo terminals here";
   const int terminal = open(ptsname(screen), O_RDWR | O_NOCTTY);
   ASSERT_GE(terminal, 0);
   for (const unsigned short columns : {0, 30, 80}) {
@@ -89,7 +90,8 @@ TEST(StderrProgress, DrawsABarThatFitsTheTerminal) {
     }
     dup2(ours, STDERR_FILENO);
     std::string shown;
-    for (char c = 0; c != '\n' && read(screen, &c, 1) == 1;) shown += c;
+    pollfd ready{screen, POLLIN, 0};
+    for (char c = 0; c != '\n' && poll(&ready, 1, 10'000) == 1 && read(screen, &c, 1) == 1;) shown += c;
     EXPECT_EQ(shown.find("\r\033[Kmapping the whole flat "), 0U) << shown;
     EXPECT_EQ(shown.find("█░") != std::string::npos, columns != 30) << "half done, if a bar fits: " << shown;
     EXPECT_EQ(shown.find("50 % 2/4") != std::string::npos, columns != 30) << shown;
@@ -165,10 +167,13 @@ TEST(Cores, TheQuotaOfAnyGroupOfEitherKindLimits) {
 TEST(Memory, ALimitOfTheShellCounts) {
   rlimit before{};
   ASSERT_EQ(getrlimit(RLIMIT_AS, &before), 0);
-  const rlimit lower{std::min<rlim_t>(before.rlim_max, rlim_t{1} << 46), before.rlim_max};
+  const rlimit lower{std::min<rlim_t>(before.rlim_max, rlim_t{1} << 48), before.rlim_max};
   const test::ScratchFolder root;
   test::writeFile(root / "proc/self/status", "VmPeak: 9 kB\nVmSize:\t1048576 kB\n");
   ASSERT_EQ(setrlimit(RLIMIT_AS, &lower), 0);
+  rlimit now{};
+  if (getrlimit(RLIMIT_AS, &now) != 0 || now.rlim_cur != lower.rlim_cur)
+    GTEST_SKIP() << "an emulated processor has no such limit";
   EXPECT_EQ(availableMemory(root.path()), lower.rlim_cur - (1U << 30)) << "less what this process has";
   setrlimit(RLIMIT_AS, &before);
 }

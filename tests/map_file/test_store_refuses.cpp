@@ -103,9 +103,7 @@ TEST(MapStoreRefuses, ChangedBytesUnlessTheMapCanBeReadStill) {
     std::string changed = whole;
     changed[at] = static_cast<char>(changed[at] ^ (at % 2 == 0 ? 0xFF : 0x01));
     test::writeFile(path, changed);
-    const test::Caught caught = refusal(path);
-    EXPECT_NE(caught.code, ErrorCode::invalidState) << at;
-    EXPECT_EQ(caught.code.has_value(), !caught.message.empty()) << at;
+    EXPECT_NE(refusal(path).code, ErrorCode::invalidState) << at;
     EXPECT_EQ(test::readFile(path), changed) << at << ": it is left as it was";
   }
 }

@@ -119,7 +119,11 @@ TEST(ObjectModel, BadTrainingDataAndOtherShapesAreRefused) {
       {ErrorCode::invalidInput,
        [](ObjectTraining& t) {
          DescriptorMatrix values(24);
-         for (std::size_t i = 0; i < t.shapes.values.size(); ++i) values.append(std::vector<float>(24, NAN));
+         for (std::size_t i = 0; i < t.shapes.values.size(); ++i) {
+           std::vector<float> row(t.shapes.values.row(i).begin(), t.shapes.values.row(i).end());
+           if (i == 7) row[5] = NAN;
+           values.append(row);
+         }
          t.shapes.values = values;
        }},
       {ErrorCode::invalidInput, [](ObjectTraining& t) { t.targets = {}; }}};

@@ -224,6 +224,14 @@ TEST(RgbdTracker, RefusesADamagedState) {
     }
     *row = whole;
   }
+  void (*const damages[])(State&) = {[](State& s) { s.head[0] = 9; },
+                                     [](State& s) { s.keyframes.back().bytes.replace(200, 4, "hurt"); },
+                                     [](State& s) { s.frames.back().bytes[1] = 77; }};  // its keyframe
+  for (const auto damage : damages) {
+    state = good;
+    damage(state);
+    EXPECT_THAT(refusal(state), FailsWith(ErrorCode::malformedFile));
+  }
 }
 
 TEST(RgbdTracker, FramesThatAreNoneAreNamedAndTheOthersTracked) {

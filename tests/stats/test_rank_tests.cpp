@@ -61,7 +61,7 @@ TEST(PostHoc, ReproducesTheThesisTableAndThePaperOfGarciaAndHerrera) {
     EXPECT_EQ(found[i].second, i + 1);
     EXPECT_LT(relative(found[i].adjusted, printed[i]), 1.5e-5) << "rank " << ranks[i + 1];
   }
-  // JMLR 9 (2008): C4.5, 1NN, naive Bayes, Kernel and CN2 on 30 data sets, by their printed mean ofPaper; of
+  // JMLR 9 (2008): C4.5, 1NN, naive Bayes, Kernel and CN2 on 30 data sets, by their printed mean ranks; of
   // five methods 10, 6, 4, 3, 2, 1 or 0 hypotheses can be true together.
   const ScoreRow ofPaper{2.100, 3.250, 2.200, 4.333, 3.117};
   const auto pairs = postHocTests(PostHoc::shaffer, ofPaper, 30);
