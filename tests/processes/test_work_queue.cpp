@@ -5,8 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
-#include <condition_variable>
-#include <deque>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -16,81 +14,16 @@
 #include <vector>
 
 #include "estancia/core/error.hpp"
+#include "processes/local_ranks.hpp"
 #include "support/errors.hpp"
 
 namespace estancia {
 namespace {
 
+using test::expectNone;
 using test::FailsWith;
-
-/// Ranks that are threads of one process.
-class LocalRanks final : public MpiProcesses {
- public:
-  /// So many that know each other.
-  static std::vector<std::unique_ptr<MpiProcesses>> several(int count) {
-    const auto post = std::make_shared<Post>();
-    post->boxes.resize(static_cast<std::size_t>(count));
-    std::vector<std::unique_ptr<MpiProcesses>> ranks;
-    for (int i = 0; i < count; ++i) ranks.push_back(std::make_unique<LocalRanks>(post, i));
-    return ranks;
-  }
-
-  struct Post {
-    std::mutex mutex;
-    std::condition_variable changed;
-    std::vector<std::deque<Message>> boxes;
-    std::size_t left = 0;
-  };
-  LocalRanks(std::shared_ptr<Post> post, int rank) : post_(std::move(post)), rank_(rank) {}
-
-  int rank() const override { return rank_; }
-  int size() const override { return static_cast<int>(post_->boxes.size()); }
-
-  void send(int to, const std::string& text) override {
-    const std::lock_guard lock(post_->mutex);
-    post_->boxes.at(static_cast<std::size_t>(to)).push_back({rank_, text.substr(0, maxBytes)});
-    post_->changed.notify_all();
-  }
-
-  std::optional<Message> receive(std::chrono::milliseconds patience) override {
-    std::unique_lock lock(post_->mutex);
-    auto& box = post_->boxes[static_cast<std::size_t>(rank_)];
-    if (!post_->changed.wait_for(lock, patience, [&] { return !box.empty(); })) return std::nullopt;
-    Message message = box.front();
-    box.pop_front();
-    return message;
-  }
-
-  void leave() override {
-    std::unique_lock lock(post_->mutex);
-    ++post_->left;
-    post_->changed.notify_all();
-    post_->changed.wait(lock, [&] { return post_->left == post_->boxes.size(); });
-  }
-
- private:
-  std::shared_ptr<Post> post_;
-  int rank_;
-};
-
-/// Runs program(distribution, rank) in so many processes that are threads; what they throw.
-std::vector<test::Caught> inProcesses(int count, const std::function<void(WorkQueue&, int)>& program) {
-  auto ranks = LocalRanks::several(count);
-  std::vector<test::Caught> errors(static_cast<std::size_t>(count));
-  std::vector<std::thread> processes;
-  for (int r = 0; r < count; ++r)
-    processes.emplace_back([&, r] {
-      const auto i = static_cast<std::size_t>(r);
-      WorkQueue distribution(std::move(ranks[i]));
-      errors[i] = test::caught([&] { distribution.together([&] { program(distribution, r); }); });
-    });
-  for (std::thread& process : processes) process.join();
-  return errors;
-}
-
-void expectNone(const std::vector<test::Caught>& errors) {
-  for (const test::Caught& error : errors) EXPECT_FALSE(error.code) << error;
-}
+using test::inProcesses;
+using test::LocalRanks;
 
 void rest() {
   std::this_thread::sleep_for(std::chrono::milliseconds(1));
