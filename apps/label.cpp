@@ -1,5 +1,5 @@
-// estancia label: images → words, printed, or kept in a file that the other commands take instead of the
-// images. SPDX-License-Identifier: Apache-2.0
+// estancia label: images → words, printed, or kept in a file that other commands take instead of images.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writes sklearn_classify.json, what scikit-learn says about samples that test_zero_shot_rooms.cpp makes anew.
+"""Writes sklearn_classify.json, what scikit-learn says about samples that test_sklearn.cpp makes anew.
 
     python3 tests/classify/sklearn_classify.py > tests/classify/sklearn_classify.json     (python3-sklearn 1.2 of Debian 12)
 """
