@@ -35,7 +35,7 @@ Treatment treatmentOf(PartKind kind) {
 
 /// The labels of a distribution, or some of them, add up to at most 1 (up to rounding), those of a detector
 /// (coco-ssd on NYU's training half) to more in all images; a single image may be an outlier. Labels that
-/// lack more than 1 % of the whole are a selection: the rest is informative.
+/// lack more than 1 % of the whole are a selection, unless zeros have the rest: it is informative.
 LabelSums sumsOf(const Features& features, std::size_t first, std::size_t size) {
   const std::size_t n = features.values.size();
   std::size_t above = 0;
@@ -44,7 +44,7 @@ LabelSums sumsOf(const Features& features, std::size_t first, std::size_t size) 
     const DescriptorView values = features.values.row(i).subspan(first, size);
     const double sum = std::accumulate(values.begin(), values.end(), 0.0);
     above += sum > 1.001 ? 1 : 0;
-    mean += sum / static_cast<double>(n);
+    mean += (missingProbability(values) > 0 ? 1 : sum) / static_cast<double>(n);
   }
   if (static_cast<double>(above) > 0.05 * static_cast<double>(n)) return LabelSums::independent;
   return mean < 0.99 ? LabelSums::selection : LabelSums::whole;

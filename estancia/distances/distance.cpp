@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/simd.hpp"
@@ -131,6 +132,12 @@ void center(std::span<float> values) {
   for (float& value : values) value -= mean;
 }
 
+void toLogRatios(std::span<float> p) {
+  const float missing = missingProbability(p);
+  for (float& value : p) value = std::log((value > 0 ? value : missing) + clrFloor);
+  center(p);
+}
+
 void sumUp(std::span<float> values) {
   double sum = 0;
   for (float& value : values) value = static_cast<float>(sum += value);
@@ -213,6 +220,16 @@ Distance getDistance(std::string_view name, const std::vector<LabelPart>& parts)
   fail(ErrorCode::unknownName, "unknown distance \"{}\"; known: {}", name, namesOf(distances()));
 }
 
+float missingProbability(std::span<const float> p) {
+  float least = std::numeric_limits<float>::infinity();
+  bool isWhole = true;
+  for (const float value : p) {
+    isWhole &= value > 0;
+    if (value > 0) least = std::min(least, value);
+  }
+  return isWhole || std::isinf(least) ? 0 : least / 2;
+}
+
 void embed(Embedding embedding, std::span<const float> p, std::span<float> out,
            std::span<const LabelPart> parts) {
   switch (embedding) {
@@ -229,8 +246,8 @@ void embed(Embedding embedding, std::span<const float> p, std::span<float> out,
       std::copy(p.begin(), p.end(), out.begin());
       return inEachPart(out, parts, sumUp);
     case Embedding::centeredLogRatio:
-      for (std::size_t i = 0; i < p.size(); ++i) out[i] = std::log(std::max(p[i], 0.0F) + clrFloor);
-      return inEachPart(out, parts, center);
+      std::copy(p.begin(), p.end(), out.begin());
+      return inEachPart(out, parts, toLogRatios);
   }
 }
 

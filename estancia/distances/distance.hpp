@@ -79,8 +79,15 @@ Distance getDistance(std::string_view name, const std::vector<LabelPart>& parts 
 /// Added to probabilities before their logarithm. A float32 softmax still resolves such values.
 inline constexpr float clrFloor = 1e-7F;
 
+/// The probability of the labels that are missing (0) from a descriptor or a part: a softmax has no zeros,
+/// but a labeler that returns its best labels only leaves 0 for the others. Half of the least other one, as
+/// for values below a detection limit (Hornung and Reed, Appl. Occup. Environ. Hyg. 5, 1990);
+/// docs/measured/missing-labels.md compares. 0 when no label is missing, or all are.
+float missingProbability(std::span<const float> p);
+
 /// Writes the embedded descriptor; `out` has p.size() values and may be p itself. Each part is centered or
 /// summed up by itself: the confidence of one model carries no information about the labels of another.
+/// Log-ratios of missing labels are those of missingProbability().
 void embed(Embedding embedding, std::span<const float> p, std::span<float> out,
            std::span<const LabelPart> parts = {});
 

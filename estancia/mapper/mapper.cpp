@@ -124,11 +124,20 @@ Mapper::Impl::FrameDescriptor Mapper::Impl::embeddedFrame(DescriptorView probabi
   return descriptor;
 }
 
+/// The prior's statistics of labels are those of whole distributions; its distances hold for best labels,
+/// too.
+void Mapper::Impl::forgetLabelStatistics() {
+  prior.center.clear();
+  prior.variance.clear();
+  scale = ThresholdEstimator(distance, labels, options.thresholds, prior);
+}
+
 void Mapper::Impl::add(DescriptorView probabilities, const std::optional<Pose>& pose,
                        const std::optional<int>& guess) {
   requireProbabilities(probabilities, labels, "the labeler");
   const FrameDescriptor descriptor = embeddedFrame(probabilities);
   const std::size_t frame = scale.frames();
+  if (frame == 0 && missingProbability(probabilities) > 0) forgetLabelStatistics();
   if (std::exchange(isBack, false)) lost.reset();
   const bool warmingUp = isWarmingUp();
   const bool isKeyframe = scale.add(descriptor.probabilities, descriptor.embedded);

@@ -46,6 +46,7 @@ struct Mapper::Impl {
 
   bool isAutomatic() const { return distance.standardized || !options.tauJoin; }
   bool isWarmingUp() const;
+  void forgetLabelStatistics();
   /// The thesis' places are their means alone.
   bool hasModes() const { return !isFirstDrive && thresholds.merge > 0 && options.transitionImages == 0; }
   void endModes();

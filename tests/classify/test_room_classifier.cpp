@@ -290,6 +290,22 @@ TEST(FeatureEmbedding, AWordAboveOneIsRefused) {
   EXPECT_THAT([&] { classifier.predict(features); }, refused);
 }
 
+TEST(Embedding, RowsOfBestLabelsAreWholeDistributions) {
+  Features features = madeUpRooms(2, 20, 1);
+  Features best = features;
+  best.values = DescriptorMatrix(features.values.labels());
+  const std::size_t labels = features.parts.front().size();
+  for (std::size_t i = 0; i < features.values.size(); ++i) {
+    const DescriptorView row = features.values.row(i);
+    std::vector<float> kept(row.begin(), row.end());
+    const float most = *std::max_element(kept.begin(), kept.begin() + static_cast<std::ptrdiff_t>(labels));
+    for (std::size_t c = 0; c < labels; ++c)
+      if (kept[c] < most) kept[c] = 0;
+    best.values.append(kept);
+  }
+  EXPECT_EQ(FeatureEmbedding::learn(best).parts().front().sums, LabelSums::whole);
+}
+
 // ---- selection
 
 TEST(Selection, FindsTheColumnsThatTell) {

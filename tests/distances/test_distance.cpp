@@ -85,6 +85,17 @@ TEST(Distance, HellingerIsEuclideanOnSquareRootsAndLogRatiosAreCentered) {
   for (const float v : embedded(Embedding::centeredLogRatio, {1, 0, 0, 0})) EXPECT_TRUE(std::isfinite(v));
 }
 
+TEST(Distance, MissingLabelsHaveHalfOfTheLeastProbability) {
+  EXPECT_FLOAT_EQ(missingProbability(Values{0.6F, 0, 0.2F, 0}), 0.1F);
+  EXPECT_EQ(missingProbability(p), 0);
+  EXPECT_EQ(missingProbability(Values{0, 0, 0}), 0);
+  EXPECT_EQ(embedded(Embedding::centeredLogRatio, {0.6F, 0, 0.2F, 0}),
+            embedded(Embedding::centeredLogRatio, {0.6F, 0.1F, 0.2F, 0.1F}));
+  Values parts(4);
+  embed(Embedding::centeredLogRatio, Values{0.5F, 0, 0.8F, 0}, parts, std::vector<LabelPart>{{2, 1}, {2, 1}});
+  for (const std::size_t first : {0U, 2U}) EXPECT_NEAR(parts[first], std::log(2) / 2, 1e-5);
+}
+
 TEST(Distance, DivergencesOfDistributionsThatShareNothingAreFinite) {
   const Values a{1, 0, 0}, b{0, 1, 0}, none{0, 0, 0};
   EXPECT_NEAR(compare(Comparison::jensenShannon, a, b), std::sqrt(std::log(2.0)), 1e-6);  // the largest

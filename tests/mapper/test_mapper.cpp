@@ -9,6 +9,7 @@
 #include <set>
 
 #include "estancia/stats/clustering_agreement.hpp"
+#include "estancia/stats/label_prior.hpp"
 #include "support/errors.hpp"
 #include "support/synthetic.hpp"
 
@@ -429,6 +430,22 @@ INSTANTIATE_TEST_SUITE_P(Mapper, FewRooms, testing::Values(std::pair(2, 1), std:
                            return std::to_string(tested.param.first) + "Rooms" +
                                   std::to_string(tested.param.second) + "Visits";
                          });
+
+TEST(Mapper, ALabelerThatReturnsItsBestLabelsOnlyHasPlaces) {
+  const Vocabulary vocabulary(parseLabelPrior(imagenetPrior, "imagenet").labels);
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> share(0.8F, 1);
+  Images images;
+  std::vector<int> places;
+  for (int frame = 0; frame < 96; ++frame) {
+    places.push_back(frame / 12);
+    std::vector<float>& image = images.emplace_back(vocabulary.size());
+    for (std::size_t k = 0; k < 3; ++k)
+      image[100 * static_cast<std::size_t>(frame / 12) + k] = share(random) * (k == 0 ? 0.5F : 0.2F);
+  }
+  Mapper mapper(vocabulary);
+  EXPECT_GT(measureAgreement(places, mapped(mapper, images).nodes).vMeasure, 0.95);
+}
 
 }  // namespace
 }  // namespace estancia

@@ -5,14 +5,11 @@
 
 #include <algorithm>
 #include <map>
-#include <random>
 #include <utility>
-#include <variant>
 
 #include "estancia/core/config.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/mapper/mapper.hpp"
-#include "estancia/stats/clustering_agreement.hpp"
+#include "places/place_orders.hpp"
 #include "runner/config_lists.hpp"
 
 namespace estancia::experiments {
@@ -20,19 +17,6 @@ namespace {
 
 constexpr int toursVersion = 1;  // version of the code below: cells of another one are computed anew
 const std::vector<std::string> visitNames{"views", "turning", "standing"};
-
-/// Numbers below `end`, the same on every machine.
-class Chance {
- public:
-  explicit Chance(std::uint64_t seed) : generator_(seed) {}
-  std::size_t below(std::size_t end) { return generator_() % end; }
-  void shuffle(std::vector<std::size_t>& items) {
-    for (std::size_t i = items.size(); i-- > 1;) std::swap(items[i], items[below(i + 1)]);
-  }
-
- private:
-  std::mt19937_64 generator_;
-};
 
 /// A part of the 144 directions around a place, in order of time.
 std::vector<std::size_t> directionsOf(Visit visit, Chance& chance) {
@@ -49,28 +33,6 @@ std::vector<std::size_t> directionsOf(Visit visit, Chance& chance) {
       for (std::size_t k = 1; k < 4; ++k) directions.push_back(start + 24 * i + 6 * k);
     }
   return directions;
-}
-
-/// The node of each frame, by the mapper's defaults.
-std::vector<int> nodesOf(const DescriptorSequence& recording, const std::vector<std::size_t>& tour) {
-  Mapper mapper(recording.vocabulary);
-  std::vector<int> nodes;
-  const auto take = [&] {
-    const MapChanges changes = mapper.takeChanges();
-    if (changes.restarted) nodes.clear();
-    for (const auto& event : changes.events)
-      if (const auto* decision = std::get_if<Decision>(&event))
-        nodes.push_back(decision->node);
-      else
-        std::ranges::replace(nodes, std::get<Merge>(event).absorbed, std::get<Merge>(event).kept);
-  };
-  for (const std::size_t frame : tour) {
-    mapper.add(recording.descriptors.row(frame));
-    take();
-  }
-  mapper.finish();
-  take();
-  return nodes;
 }
 
 /// How many images each place has.
@@ -109,14 +71,9 @@ CellResults mapAll(const ToursOptions& options, const ToursOptions::Drive& drive
         Chance(t).shuffle(places);
         places.resize(count);
         const auto tour = tourOf(places, around, visits, visit, t);
-        const std::vector<int> found = nodesOf(recording, tour);
-        std::vector<int> truth;
-        for (const std::size_t frame : tour) truth.push_back(static_cast<int>(frame / around));
-        std::vector<int> different = found;
-        std::ranges::sort(different);
-        const auto end = std::unique(different.begin(), different.end());
-        agreement += measureAgreement(truth, found).vMeasure / static_cast<double>(options.tours);
-        nodes += static_cast<double>(end - different.begin()) / static_cast<double>(options.tours);
+        const MappedRooms mapped = mapRooms(recording, tour);
+        agreement += mapped.vMeasure / static_cast<double>(options.tours);
+        nodes += mapped.nodes / static_cast<double>(options.tours);
       }
       results.push_back({"v_measure", tourName(count, visits), agreement});
       results.push_back({"nodes", tourName(count, visits), nodes});
