@@ -129,6 +129,15 @@ TEST_F(FeatureStudy, FindsDrivesByFabMapBesideDescriptors) {
   EXPECT_EQ(readFile(scratch_ / "out/results.csv"), before);
 }
 
+TEST_F(FeatureStudy, OnlyTheNamedRoomsAreMappedAndAsked) {
+  run("features = [\"gist\"]\n[[drive]]\nname = \"two\"\npath = \"drive0\"\n"
+      "only = [\"room1\", \"room2\"]\n[drive.again]\npath = \"drive1\"\n");
+  EXPECT_THAT(readFile(scratch_ / "out/results.csv"), HasSubstr("gist,two,standardized-clr,20,"));
+  EXPECT_THAT(problem("features = [\"gist\"]\n[[drive]]\nname = \"x\"\npath = \"drive0\"\nonly = []\n"
+                      "[drive.again]\npath = \"drive1\"\n"),
+              FailsWith(ErrorCode::malformedFile));
+}
+
 TEST_F(FeatureStudy, LeavesOutWhatIsNotThere) {
   const std::string absent = "[vocabulary]\nname = \"v\"\npath = \"nowhere\"\noptional = true\n";
   const Findings found =

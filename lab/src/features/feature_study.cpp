@@ -328,12 +328,9 @@ FeatureStudyOptions::Layer readLayer(ConfigFile& config, const toml::table& tabl
 FeatureStudyOptions::Rooms readRooms(ConfigFile& config, const toml::table& table) {
   FeatureStudyOptions::Rooms rooms;
   const toml::table* asked = nullptr;
-  std::vector<std::string> only;
   rooms.learned = readNamedDrive(
       config, table,
-      {{"only", false, "only these rooms", each(config, only, [&config](auto& n) { return config.text(n); })},
-       {"test", true, "the images to ask about", [&](auto& n) { asked = &config.subtable(n); }}});
-  rooms.learned.images.options.only = only;
+      {{"test", true, "the images to ask about", [&](auto& n) { asked = &config.subtable(n); }}});
   rooms.asked = rooms.learned.images;  // equal except for the labels
   config.read(*asked, sourceKeys(config, rooms.asked, false));
   return rooms;
