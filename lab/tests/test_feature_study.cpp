@@ -111,16 +111,47 @@ TEST_F(FeatureStudy, IsTheSameAgainWithMoreThreadsAndComputedOnce) {
   EXPECT_EQ(readFile(scratch_ / "out/results.csv"), before);
 }
 
+TEST_F(FeatureStudy, FindsDrivesByFabMapBesideDescriptors) {
+  const Findings found =
+      run("features = [\"gist\"]\nfab_map = [\"orb\", \"sift\"]\n" + vocabulary_ + drive_ + rooms_);
+  ASSERT_EQ(found.sections.size(), 2U);
+  const auto& maps = std::get<ResultTable>(found.sections[0]);
+  EXPECT_EQ(std::get<ResultTable>(found.sections[1]).rows.size(), 2U) << "it tells no rooms";
+  for (const std::string row : {"fab-map, orb", "fab-map, sift"}) {
+    EXPECT_GT(valueOf(maps, row, "one image"), 0.9) << row;
+    EXPECT_GT(valueOf(maps, row, "filtered"), 0.9) << row;
+    EXPECT_LE(valueOf(maps, row, "taken for new"), 1) << row;
+    EXPECT_EQ(valueOf(maps, row, "nodes"), -1) << "it makes no map";
+  }
+  const std::string before = readFile(scratch_ / "out/results.csv");
+  fs::remove_all(scratch_ / "out");
+  run("features = [\"gist\"]\nfab_map = [\"orb\", \"sift\"]\n" + vocabulary_ + drive_ + rooms_, 3);
+  EXPECT_EQ(readFile(scratch_ / "out/results.csv"), before);
+}
+
+TEST_F(FeatureStudy, OnlyTheNamedRoomsAreMappedAndAsked) {
+  run("features = [\"gist\"]\n[[drive]]\nname = \"two\"\npath = \"drive0\"\n"
+      "only = [\"room1\", \"room2\"]\n[drive.again]\npath = \"drive1\"\n");
+  EXPECT_THAT(readFile(scratch_ / "out/results.csv"), HasSubstr("gist,two,standardized-clr,20,"));
+  EXPECT_THAT(problem("features = [\"gist\"]\n[[drive]]\nname = \"x\"\npath = \"drive0\"\nonly = []\n"
+                      "[drive.again]\npath = \"drive1\"\n"),
+              FailsWith(ErrorCode::malformedFile));
+}
+
 TEST_F(FeatureStudy, LeavesOutWhatIsNotThere) {
   const std::string absent = "[vocabulary]\nname = \"v\"\npath = \"nowhere\"\noptional = true\n";
-  const Findings found = run("features = [\"gist\", \"orb-words\"]\n" + absent + drive_);
+  const Findings found =
+      run("features = [\"gist\", \"orb-words\"]\nfab_map = [\"sift\"]\n" + absent + drive_);
   EXPECT_EQ(std::get<ResultTable>(found.sections[0]).rows.size(), 2U);
   EXPECT_THAT(found.notes, testing::Contains(HasSubstr("orb-words was left out")));
+  EXPECT_THAT(found.notes, testing::Contains(HasSubstr("fab-map, sift was left out")));
 }
 
 TEST_F(FeatureStudy, SaysWhatIsWrongAndWhere) {
   EXPECT_THAT(problem(vocabulary_), FailsWith(ErrorCode::malformedFile, "`drive`"));
   EXPECT_THAT(problem(drive_), FailsWith(ErrorCode::invalidInput, "orb-words", "[vocabulary]"));
+  EXPECT_THAT(problem("features = [\"gist\"]\nfab_map = [\"orb\"]\n" + drive_),
+              FailsWith(ErrorCode::invalidInput));
   EXPECT_THAT(problem("features = [\"surf\"]\n" + drive_),
               FailsWith(ErrorCode::malformedFile, "study.toml:2", "surf", "sift-vlad"));
   EXPECT_THAT(problem("distances = [\"far\"]\n" + drive_), FailsWith(ErrorCode::malformedFile, "far", "l2"));

@@ -336,9 +336,12 @@ TEST(Golden, Features) {
       {"words", "orb-words"}, {"standardized-clr", "l2"}, {{"tour"}, {"rooms", false}}, {}};
   std::vector<std::string> measures;
   for (const auto& measure : featureMeasures()) measures.push_back(measure.first);
+  measures.pop_back();  // what FAB-MAP alone has
   for (int descriptor = 0; descriptor < 2; ++descriptor)
     results.cells.push_back(
         {{someOf(numbers, measures), someOf(numbers, measures)}, {someOf(numbers, {"accuracy"})}});
+  results.recognizers.emplace_back(
+      "fab-map, orb", std::vector<CellResults>{someOf(numbers, {"one_image", "filtered", "unknown"})});
   test::expectGolden("features", featureFindings(results));
   results.distances.pop_back();
   test::expectGolden("features-one-distance", featureFindings(results));

@@ -199,6 +199,22 @@ TEST_F(ZoneTables, SayTheDefaultBesideEq51) {
   EXPECT_EQ(matrices, 3U) << "pairs by the default's and the thesis' distance, and Fig. 5.4";
 }
 
+TEST_F(ZoneTables, HaveEachCutOfEachOrderOfTheLabelsBeside) {
+  const std::string by =
+      "cuts = [0.5, \"best\"]\ndistances = [\"ks\", \"cumulative-ks\"]\nlinkages = [\"average\"]\n"
+      "each_cut = true\n";
+  const std::string shuffled =
+      "[[data]]\nname = \"other\"\npath = \"drive\"\nparts = 2\nlabel_order = \"shuffled\"\n";
+  const ResultTable v = table(run(by + data_ + shuffled), "V-measure by cut");
+  ASSERT_EQ(v.rows.size(), 8U) << "two orders, two models, two distances";
+  EXPECT_EQ(v.columns[0].name, "τ_d 0.5");
+  EXPECT_EQ(v.rows[0].name, "four, sharp: ks, average");
+  EXPECT_EQ(v.rows[4].name, "other, sharp: ks, average");
+  EXPECT_EQ(v.rows[0].values, v.rows[4].values) << "the largest difference of a label knows no order";
+  EXPECT_EQ(v.rows[0].values[0], std::stod(rows().at({"four", "sharp", "ks", "average", "0.5"})[1]));
+  EXPECT_THAT(problem(by + data_ + "label_order = \"size\"\n"), FailsWith(ErrorCode::malformedFile));
+}
+
 TEST_F(ZoneTables, OptionalModelsAndDataAreLeftOutWithANote) {
   writeFile(scratch_ / "zones.toml", "type = \"zones\"\nmodels = [\"" + (scratch_ / "sharp").string() +
                                          "\"]\noptional_models = [\"no-such-model\"]\n" + few_ + data_ +

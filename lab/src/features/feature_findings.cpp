@@ -39,12 +39,17 @@ ResultTable mapsOf(const FeatureResults& results, std::size_t task, const std::v
     rows.emplace_back(nameWith(results, d, chosen[d]), results.cells[d][task][chosen[d]]);
     cells.push_back(rows.back().second);
   }
+  for (const auto& [name, found] : results.recognizers) {
+    rows.emplace_back(name, found[task]);
+    cells.push_back(found[task]);
+  }
   std::string caption =
       "The map against the rooms, the driven path and the positions; another drive found in it: the share of "
       "right answers by each image alone, by all images so far, and with twenty more.";
   if (results.distances.size() > 1)
     caption += task == 0 ? " Each descriptor has the distance of its best map of this drive."
                          : fmt::format(" Distances were chosen on {}.", results.tasks[0].name);
+  if (!results.recognizers.empty()) caption += " Taken for new: images of no place of the map, by FAB-MAP.";
   return pivot(ResultTable{results.tasks[task].name, std::move(caption), "descriptor", {}, {}}, rows,
                measuresIn(cells, featureMeasures()));
 }
@@ -91,7 +96,8 @@ std::vector<std::pair<std::string, ResultTable::Column>> featureMeasures() {
           {"original", {"original score", 1, largest}},
           {"one_image", {"one image", 3, largest}},
           {"filtered", {"filtered", 3, largest}},
-          {"smoothed", {"smoothed", 3, largest}}};
+          {"smoothed", {"smoothed", 3, largest}},
+          {"unknown", {"taken for new", 3}}};
 }
 
 Findings featureFindings(const FeatureResults& results) {

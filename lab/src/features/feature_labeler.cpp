@@ -25,18 +25,26 @@ std::vector<float> vladInUnitRange(const VisualVocabulary& vocabulary, const cv:
   return values;
 }
 
+std::vector<float> wordsShown(const VisualVocabulary& vocabulary, const cv::Mat& features) {
+  std::vector<float> shown(vocabulary.idf.size());
+  for (const std::size_t word : wordsOf(vocabulary, features)) shown[word] = 1;
+  return shown;
+}
+
 /// Descriptors that are made of local features and a vocabulary.
 struct LocalType {
   const char *name, *explanation;
   LocalFeature feature;
-  bool isVlad;
+  Aggregate aggregate;
+
+  bool isVlad() const { return aggregate == vladInUnitRange; }
 };
 
 constexpr LocalType localTypes[] = {
-    {"orb-words", "bag of visual words of ORB, tf-idf", LocalFeature::orb, false},
-    {"sift-words", "bag of visual words of SIFT, tf-idf", LocalFeature::sift, false},
-    {"orb-vlad", "ORB aggregated by VLAD", LocalFeature::orb, true},
-    {"sift-vlad", "SIFT aggregated by VLAD", LocalFeature::sift, true},
+    {"orb-words", "bag of visual words of ORB, tf-idf", LocalFeature::orb, bagOfWords},
+    {"sift-words", "bag of visual words of SIFT, tf-idf", LocalFeature::sift, bagOfWords},
+    {"orb-vlad", "ORB aggregated by VLAD", LocalFeature::orb, vladInUnitRange},
+    {"sift-vlad", "SIFT aggregated by VLAD", LocalFeature::sift, vladInUnitRange},
 };
 
 const LocalType* findLocalType(const std::string& type) {
@@ -67,16 +75,16 @@ class LateVocabulary {
 std::unique_ptr<Labeler> localLabeler(const LocalType& type, const VocabularyImages& images,
                                       const VocabularySizes& sizes) {
   VisualVocabularyOptions options;
-  options.words = type.isVlad ? sizes.vladWords : sizes.words;
+  options.words = type.isVlad() ? sizes.vladWords : sizes.words;
   options.seed = sizes.seed;
-  const std::size_t values = options.words * (type.isVlad ? dimensionsOf(type.feature) : 1);
+  const std::size_t values = options.words * (type.isVlad() ? dimensionsOf(type.feature) : 1);
   const auto vocabulary = std::make_shared<LateVocabulary>(type.feature, images, options);
-  const Aggregate aggregate = type.isVlad ? vladInUnitRange : bagOfWords;
   const std::string identity =
       fmt::format("{} {} of {} words, {} features, seed {}, opencv " CV_VERSION ", {}", type.name,
                   featuresVersion, options.words, options.sampled, options.seed, images.digest);
   return std::make_unique<FeatureLabeler>(
-      type.name, values, identity, [vocabulary, aggregate, feature = type.feature](const cv::Mat& image) {
+      type.name, values, identity,
+      [vocabulary, aggregate = type.aggregate, feature = type.feature](const cv::Mat& image) {
         return aggregate(vocabulary->get(), localFeatures(feature, image));
       });
 }
@@ -129,7 +137,7 @@ bool needsVocabulary(const std::string& type) {
 
 PartKind kindOfFeature(const std::string& type) {
   if (const LocalType* local = findLocalType(type))
-    return local->isVlad ? PartKind::energies : PartKind::histogram;
+    return local->isVlad() ? PartKind::energies : PartKind::histogram;
   requireChoice("feature", type, featureTypes());
   return findDescriptor(type)->parts().front().kind;
 }
@@ -143,6 +151,12 @@ std::unique_ptr<Labeler> makeFeatureLabeler(const std::string& type, const Vocab
   return std::make_unique<FeatureLabeler>(
       type, part.size(), fmt::format("{} {} {}", type, featuresVersion, part.identity),
       [descriptor](const cv::Mat& image) { return sharesOf(descriptor->describe({.image = image})); });
+}
+
+std::unique_ptr<Labeler> makeShownWordLabeler(LocalFeature feature, const VocabularyImages& images,
+                                              const VocabularySizes& sizes) {
+  const char* name = feature == LocalFeature::orb ? "orb-words-shown" : "sift-words-shown";
+  return localLabeler({name, "", feature, wordsShown}, images, sizes);
 }
 
 }  // namespace estancia::experiments

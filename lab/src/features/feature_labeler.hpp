@@ -64,4 +64,8 @@ PartKind kindOfFeature(const std::string& type);
 std::unique_ptr<Labeler> makeFeatureLabeler(const std::string& type, const VocabularyImages& images,
                                             const VocabularySizes& sizes = {});
 
+/// 1 for each visual word that an image shows, else 0.
+std::unique_ptr<Labeler> makeShownWordLabeler(LocalFeature feature, const VocabularyImages& images,
+                                              const VocabularySizes& sizes = {});
+
 }  // namespace estancia::experiments

@@ -19,6 +19,7 @@
 #include "estancia/query/quality.hpp"
 #include "estancia/readers/home_truth.hpp"
 #include "estancia/readers/open_sequence.hpp"
+#include "features/fab_map.hpp"
 #include "places/mapped_drive.hpp"
 #include "runner/config_lists.hpp"
 #include "runner/drive_grid.hpp"
@@ -52,8 +53,32 @@ std::vector<cv::Mat> localFeaturesOf(const SequenceSource& source, LocalFeature 
   return features;
 }
 
-std::vector<Source> openSources(const FeatureStudyOptions& options, const ExperimentRun& run,
-                                Progress& progress, std::vector<std::string>& notes) {
+/// Where visual words are learned from; absent where there are no such images.
+std::optional<VocabularyImages> vocabularyImages(const FeatureStudyOptions& options, const ExperimentRun& run,
+                                                 Progress& progress) {
+  const auto& vocabulary = options.vocabulary;
+  if (!vocabulary || (vocabulary->optional && !std::filesystem::exists(vocabulary->images.path)))
+    return std::nullopt;
+  return VocabularyImages{digestOf(vocabulary->images), [&vocabulary, &run, &progress](LocalFeature feature) {
+                            return localFeaturesOf(vocabulary->images, feature, run, progress);
+                          }};
+}
+
+/// Whether what needs visual words is left out.
+bool lacksWords(const std::string& type, const FeatureStudyOptions& options,
+                const std::optional<VocabularyImages>& images, std::vector<std::string>& notes) {
+  if (!options.vocabulary)
+    fail(ErrorCode::invalidInput, "{} needs images to learn visual words from; name some by [vocabulary]",
+         type);
+  if (!images)
+    notes.push_back(
+        fmt::format("{} is not there, so {} was left out", options.vocabulary->images.path.string(), type));
+  return !images;
+}
+
+std::vector<Source> openSources(const FeatureStudyOptions& options,
+                                const std::optional<VocabularyImages>& images, const ExperimentRun& run,
+                                std::vector<std::string>& notes) {
   std::vector<Source> sources;
   for (const Candidate& model : modelsToCompare(options.models, run, notes))
     sources.push_back({model.name, loadModel(model.model, run.labeler), {}});
@@ -66,25 +91,12 @@ std::vector<Source> openSources(const FeatureStudyOptions& options, const Experi
     spec.features = layer.features;
     sources.push_back({layer.name, loadModel(spec, run.labeler), {}});
   }
-  VocabularyImages images;
-  const bool hasImages = options.vocabulary && (!options.vocabulary->optional ||
-                                                std::filesystem::exists(options.vocabulary->images.path));
-  if (hasImages)
-    images = {digestOf(options.vocabulary->images), [&options, &run, &progress](LocalFeature feature) {
-                return localFeaturesOf(options.vocabulary->images, feature, run, progress);
-              }};
   std::vector<std::string> features = options.features;
   if (features.empty()) features = namesIn(featureTypes());
-  for (const std::string& type : features) {
-    if (needsVocabulary(type) && !options.vocabulary)
-      fail(ErrorCode::invalidInput, "{} needs images to learn visual words from; name some by [vocabulary]",
-           type);
-    if (needsVocabulary(type) && !hasImages)
-      notes.push_back(
-          fmt::format("{} is not there, so {} was left out", options.vocabulary->images.path.string(), type));
-    else
-      sources.push_back({type, makeFeatureLabeler(type, images, options.sizes), kindOfFeature(type)});
-  }
+  for (const std::string& type : features)
+    if (!needsVocabulary(type) || !lacksWords(type, options, images, notes))
+      sources.push_back({type, makeFeatureLabeler(type, images.value_or(VocabularyImages{}), options.sizes),
+                         kindOfFeature(type)});
   std::set<std::string> names;
   for (const Source& source : sources)
     if (!names.insert(source.name).second)
@@ -158,6 +170,30 @@ CellResults mapAndFind(const DrivePair& drive, const std::string& distance, Labe
   add(results, "one_image", rightOf(causal.nearestImage));
   add(results, "filtered", rightOf(causal.belief));
   add(results, "smoothed", rightOf(accuracyOf(smoothing).belief));
+  return results;
+}
+
+CellResults findByFabMap(const FabMap& model, const DrivePair& drive, LabeledDrives& labeled) {
+  const DescriptorSequence& recording = labeled.of(drive.mapped.images).recording;
+  const DescriptorSequence& queries = labeled.of(drive.again).recording;
+  TopologicalMap judged{recording.vocabulary};  // one node: FAB-MAP has none
+  judged.nodes.push_back({0, recording.frames.size()});
+  for (const Frame& frame : recording.frames) judged.frames.push_back({frame});
+  std::vector<Localization> answers;
+  double unknown = 0;
+  for (const FabMap::Answer& answer : model.recognize(queries.descriptors, recording.descriptors)) {
+    Localization& one = answers.emplace_back();
+    one.nearestImage = answer.byImage;
+    one.beliefImage = answer.byAll;
+    unknown += answer.unknown > 0.5 ? 1 : 0;
+  }
+  const LocalizationAccuracy accuracy =
+      measureAnswers(judged, queries.frames, answers,
+                     drive.truth.empty() ? AdmissibleImages{} : readAdmissibleImages(drive.truth));
+  CellResults results{{"frames", "", static_cast<double>(recording.frames.size())}};
+  add(results, "one_image", rightOf(accuracy.nearestImage));
+  add(results, "filtered", rightOf(accuracy.belief));
+  results.push_back({"unknown", "", unknown / static_cast<double>(answers.size())});
   return results;
 }
 
@@ -256,6 +292,27 @@ std::vector<std::vector<CellResults>> study(const Source& source, const Tasks& t
   return byTask;
 }
 
+/// Each drive found by FAB-MAP, a cell a drive.
+std::vector<CellResults> recognize(const std::string& name, Labeler& shownWords,
+                                   const SequenceSource& vocabulary, const Tasks& tasks, Grid& grid,
+                                   const ExperimentRun& run, Progress& progress) {
+  const std::string learned = digestOf(vocabulary);
+  std::vector<Cell> cells;
+  for (std::size_t d = 0; d < tasks.drives.size(); ++d)
+    cells.push_back({{name, tasks.drives[d].mapped.name, "likelihood"},
+                     sha256(fmt::format("{} {} {} {}", featureStudyVersion, shownWords.cacheKey(), learned,
+                                        tasks.digests[d]))});
+  LabeledDrives labeled(shownWords, run, progress);
+  std::optional<FabMap> model;  // learned when a cell is missing
+  return grid.run(
+      cells,
+      [&](std::size_t d) {
+        if (!model) model.emplace(labeled.of(vocabulary).recording.descriptors);
+        return findByFabMap(*model, tasks.drives[d], labeled);
+      },
+      progress, name);
+}
+
 FeatureStudyOptions::Layer readLayer(ConfigFile& config, const toml::table& table) {
   FeatureStudyOptions::Layer layer;
   config.read(
@@ -271,12 +328,9 @@ FeatureStudyOptions::Layer readLayer(ConfigFile& config, const toml::table& tabl
 FeatureStudyOptions::Rooms readRooms(ConfigFile& config, const toml::table& table) {
   FeatureStudyOptions::Rooms rooms;
   const toml::table* asked = nullptr;
-  std::vector<std::string> only;
   rooms.learned = readNamedDrive(
       config, table,
-      {{"only", false, "only these rooms", each(config, only, [&config](auto& n) { return config.text(n); })},
-       {"test", true, "the images to ask about", [&](auto& n) { asked = &config.subtable(n); }}});
-  rooms.learned.images.options.only = only;
+      {{"test", true, "the images to ask about", [&](auto& n) { asked = &config.subtable(n); }}});
   rooms.asked = rooms.learned.images;  // equal except for the labels
   config.read(*asked, sourceKeys(config, rooms.asked, false));
   return rooms;
@@ -306,6 +360,8 @@ FeatureStudyOptions readFeatureStudy(ConfigFile& config) {
        {"models", false, "networks whose words are compared", each(config, options.models, text)},
        {"features", false, "descriptors without words",
         each(config, options.features, oneOf(config, featureTypes()))},
+       {"fab_map", false, "local features whose words FAB-MAP finds drives by",
+        each(config, options.fabMaps, oneOf(config, std::vector<std::string>{"orb", "sift"}))},
        {"distances", false, "how they are compared",
         each(config, options.distances, oneOf(config, distances()))},
        {"layer", false, "inner layers of networks", [&](auto& n) { layers = &config.list(n); }},
@@ -335,7 +391,8 @@ Findings compareFeatures(const FeatureStudyOptions& options, Grid& grid, const E
                          Progress& progress) {
   std::vector<std::string> notes;
   const Tasks tasks(options, notes);
-  const auto sources = openSources(options, run, progress, notes);
+  const auto images = vocabularyImages(options, run, progress);
+  const auto sources = openSources(options, images, run, notes);
   FeatureResults results{namesIn(sources), options.distances, {}, {}};
   if (results.distances.empty()) results.distances = {MapperOptions{}.distance};
   for (const DrivePair& drive : tasks.drives) results.tasks.push_back({drive.mapped.name, true});
@@ -345,6 +402,15 @@ Findings compareFeatures(const FeatureStudyOptions& options, Grid& grid, const E
   for (const Source& source : sources) {
     identities.emplace_back("Descriptor", source.labeler->identity());
     results.cells.push_back(study(source, tasks, results.distances, roomsSeen, grid, run, progress));
+  }
+  for (const std::string& feature : options.fabMaps) {
+    const std::string name = "fab-map, " + feature;
+    if (lacksWords(name, options, images, notes)) continue;
+    const auto labeler = makeShownWordLabeler(feature == "orb" ? LocalFeature::orb : LocalFeature::sift,
+                                              *images, options.sizes);
+    identities.emplace_back("FAB-MAP", labeler->identity());
+    results.recognizers.emplace_back(
+        name, recognize(name, *labeler, options.vocabulary->images, tasks, grid, run, progress));
   }
   Findings findings = featureFindings(results);
   findings.facts = std::move(identities);

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "estancia/core/progress.hpp"
@@ -44,6 +45,8 @@ struct FeatureStudyOptions {
   std::vector<Layer> layers;
   /// Names of featureTypes(); none: all.
   std::vector<std::string> features;
+  /// "orb", "sift": FAB-MAP by visual words of these, for drives alone; none: without it.
+  std::vector<std::string> fabMaps;
   /// Names of distances(); none: the default of the maps.
   std::vector<std::string> distances;
   /// Images that visual vocabularies are learned from, none of which should be mapped; absent: features that
@@ -78,6 +81,8 @@ struct FeatureResults {
   std::vector<Task> tasks;
   /// cells[descriptor][task][distance]; of rooms, one.
   std::vector<std::vector<std::vector<CellResults>>> cells;
+  /// What finds drives but makes no maps: its name, and a cell a drive.
+  std::vector<std::pair<std::string, std::vector<CellResults>>> recognizers = {};
 };
 
 /// Measures of drives, and columns for people.

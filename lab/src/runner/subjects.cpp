@@ -62,9 +62,13 @@ OptionGroup declare(NamedDrive& drive) {
 NamedDrive readNamedDrive(ConfigFile& config, const toml::table& table,
                           const std::vector<ConfigFile::Key>& more) {
   NamedDrive drive;
-  const auto own =
+  std::vector<std::string> only;
+  auto own =
       together(sourceKeys(config, drive.images, true), requiring("name", keysOf(config, declare(drive))));
+  own.push_back({"only", false, "only images of these rooms",
+                 each(config, only, [&config](auto& n) { return config.text(n); })});
   config.read(table, together(own, more));
+  drive.images.options.only = only;
   return drive;
 }
 

@@ -40,7 +40,8 @@ struct NamedDrive {
   bool optional = false;
 };
 
-/// Reads `name`, `optional` and the keys of sourceKeys() from a table, with `more` keys beside them.
+/// Reads `name`, `optional`, `only` (rooms) and the keys of sourceKeys() from a table, with `more` keys
+/// beside them.
 NamedDrive readNamedDrive(ConfigFile& config, const toml::table& table,
                           const std::vector<ConfigFile::Key>& more = {});
 

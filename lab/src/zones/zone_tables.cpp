@@ -29,6 +29,7 @@
 #include "places/room_table.hpp"
 #include "runner/config_lists.hpp"
 #include "zones/category_spread.hpp"
+#include "zones/label_order.hpp"
 #include "zones/room_classes.hpp"
 #include "zones/zone_tables_findings.hpp"
 
@@ -262,7 +263,8 @@ std::vector<std::vector<Labeled>> labelData(const std::vector<const ZoneTablesOp
       if (sequence.frames.size() < sequences[d]->size())
         told.notes.push_back(fmt::format("{}: {} unreadable images were left out ({})", data[d]->name,
                                          sequences[d]->size() - sequence.frames.size(), model.name));
-      labeled[d].push_back(withRooms(sequence, *data[d]));
+      labeled[d].push_back(
+          withRooms(inLabelOrder(sequence, data[d]->labelOrder, data[d]->orderSeed), *data[d]));
     }
   }
   return labeled;
@@ -419,6 +421,9 @@ OptionGroup declare(ZoneTablesOptions::Data& data) {
   group.add("class-column", &data.classColumn, "Column of the classes; none: runs of images in one room");
   group.add("run-column", &data.runColumn, "Column whose values part runs");
   group.add("parts", &data.parts, "Parts that each run is cut into").range(1, 1000);
+  group.add("label-order", &data.labelOrder, "Order of the labels, for cumulated distances")
+      .choices(labelOrders());
+  group.add("order-seed", &data.orderSeed, "Of shuffled labels");
   group.add("optional", &data.optional, "Leave out, with a note, when they are not there");
   return group;
 }
@@ -426,6 +431,8 @@ OptionGroup declare(ZoneTablesOptions::Data& data) {
 OptionGroup declare(ZoneTablesOptions& options) {
   OptionGroup group("zones", "Zones by model, distance, linkage and cut.");
   group.add("max-zones", &options.maxZones, "Most zones of the best cut").range(1, 10000);
+  group.add("each-cut", &options.eachCut,
+            "Tables of all cuts of all data in place of those of distances by linkages");
   group.add("thesis-tables", &options.thesisTables, "The thesis' Tables 5.2 and 5.3 beside, of ViDRILO");
   return group;
 }
@@ -491,6 +498,7 @@ Findings compareZones(const ZoneTablesOptions& options, Grid& grid, const Experi
   results.linkages = options.linkages.empty() ? linkageNames() : options.linkages;
   results.cuts = options.cuts;
   results.thesisTables = options.thesisTables;
+  results.eachCut = options.eachCut;
   findCells(options, labeled, grid, run, progress, results, told.notes);
   compareClasses(labeled, run, progress, results);
 

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -37,6 +38,9 @@ struct ZoneTablesOptions {
     std::string runColumn;
     /// Each class is cut into so many equal parts, each a class of its own.
     std::size_t parts = 1;
+    /// One of labelOrders(), and what it shuffles by.
+    std::string labelOrder = "network";
+    std::uint64_t orderSeed = 1;
     /// These rooms; none: all.
     std::vector<std::string> only;
     /// Left out, with a note, when it is not there.
@@ -60,6 +64,9 @@ struct ZoneTablesOptions {
   /// The best cut leaves at most so many zones. Without a bound, zones of one image each would often be best:
   /// homogeneous, and V-measure forgives them much.
   std::size_t maxZones = 60;
+  /// Instead of a table a measure: one of V-measures and one of zones by each cut, a row each data, model,
+  /// distance and linkage.
+  bool eachCut = false;
   /// The thesis' Tables 5.2 and 5.3 beside.
   bool thesisTables = false;
   /// At least one.

@@ -206,7 +206,13 @@ class Tables {
   std::string sentence() const {
     const ZoneReading* automatic = readingOf(usual(0), ZoneTablesOptions::automatic);
     std::string text = data_.name + ": ";
-    if (automatic == nullptr) return text + "the default was not among what was compared.";
+    if (automatic == nullptr) {
+      double best = 0;
+      for (const std::string& distance : results_.distances)
+        for (const std::string& linkage : results_.linkages)
+          best = std::max(best, bestVOf(results_.find(d_, 0, distance, linkage)).value_or(0));
+      return text + fmt::format("V-measure {:.3f} at its best.", best);
+    }
     text += fmt::format("V-measure {:.3f} with {} zones by the default (best cut {:.3f}", automatic->vMeasure,
                         automatic->zones, usual(0)->bestV());
     if (const ZoneCell* theirs = thesis(0))
@@ -252,6 +258,31 @@ void addMatrices(const std::string& title, const std::string& rows, const std::v
         matrix.ofMeans ? "Mean over the models."
                        : "Of an image of the one and an image of the other; mean over the models.",
         names, matrix.values, 2});
+}
+
+/// A row each cell, a column each cut; data are not compared, so that no cell is the best one.
+void addEachCut(const ZoneTablesResults& results, const std::string& title, int decimals,
+                Value (*value)(const ZoneReading*), Findings& findings) {
+  std::vector<std::string> rows;
+  std::vector<const ZoneCell*> cells;
+  for (std::size_t d = 0; d < results.data.size(); ++d)
+    for (const std::string& model : results.models)
+      for (const std::string& distance : results.distances)
+        for (const std::string& linkage : results.linkages) {
+          const auto m = static_cast<std::size_t>(&model - results.models.data());
+          const ZoneCell* cell = results.find(d, m, distance, linkage);
+          if (cell == nullptr) continue;
+          rows.push_back(fmt::format("{}{}: {}, {}", results.data[d].name,
+                                     results.models.size() == 1 ? "" : ", " + model, distance, linkage));
+          cells.push_back(cell);
+        }
+  std::vector<std::string> cuts;
+  for (const std::string& cut : results.cuts)
+    cuts.push_back(cut == ZoneTablesOptions::automatic || cut == ZoneTablesOptions::best ? cut
+                                                                                         : "τ_d " + cut);
+  findings.sections.emplace_back(
+      pivot({title, "", "data", columnsOf(cuts, decimals), {}}, rows,
+            [&](std::size_t row, std::size_t cut) { return value(cells[row]->find(results.cuts[cut])); }));
 }
 
 }  // namespace
@@ -331,9 +362,10 @@ Findings findingsOf(const ZoneTablesResults& results) {
     findings.summary += (d > 0 ? " " : "") + tables.sentence();
     findings.facts.emplace_back("Data", fmt::format("{}: {} images of {} rooms, {} classes", data.name,
                                                     data.images, data.rooms.size(), data.classes));
-    findings.sections.emplace_back(tables.overview());
+    if (tables.usual(0) != nullptr || tables.thesis(0) != nullptr)
+      findings.sections.emplace_back(tables.overview());
     tables.addCurves(findings);
-    tables.addPairs(findings);
+    if (!results.eachCut) tables.addPairs(findings);
     tables.addCounts(findings);
     tables.addWithin("default, automatic cut", ZoneTablesOptions::automatic, &Tables::usual, findings);
     tables.addWithin("Eq. 5.1, τ_d 0.5", thesisCut, &Tables::thesis, findings);
@@ -342,6 +374,10 @@ Findings findingsOf(const ZoneTablesResults& results) {
   }
   if (!results.matrices.empty())
     addMatrices("all data", "classes", results.data[0].matrixNames, results.matrices, findings);
+  if (results.eachCut) {
+    addEachCut(results, "V-measure by cut", 3, vOf, findings);
+    addEachCut(results, "zones by cut", 0, zonesOf, findings);
+  }
   if (!results.thesisTables) return findings;
   findings.sections.emplace_back(
       readThesisTable(thesisZonesWithinCsv, 1)

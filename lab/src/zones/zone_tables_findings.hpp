@@ -71,6 +71,8 @@ struct ZoneTablesResults {
   std::vector<std::optional<ZoneCell>> cells;
   /// The thesis' Tables 5.2 and 5.3 beside.
   bool thesisTables = false;
+  /// V-measure and zones by each cut, a row each cell.
+  bool eachCut = false;
 
   const ZoneCell* find(std::size_t data, std::size_t model, const std::string& distance,
                        const std::string& linkage) const;
