@@ -7,6 +7,7 @@
 #include "common.hpp"
 #include "convert/model_folder.hpp"
 #include "convert/quantize_model.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/label_words.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/core/progress.hpp"
@@ -110,10 +111,24 @@ void showCatalog(bool json) {
 }
 
 void get(const std::string& name, const FetchOptions& options, bool json) {
+  const Catalog catalog = Catalog::load();
   const auto progress = makeStderrProgress();
-  const FetchedModel model = fetchModel(Catalog::load(), name, options, *progress);
-  for (const std::string& note : model.notes) spdlog::warn("{}", note);
-  report(model.check, json);
+  const std::vector<std::string> names = catalog.namesOf(name);
+  Skipped failed("not fetched");
+  for (const std::string& one : names) {
+    if (names.size() > 1 && !options.replace && std::filesystem::exists(modelHome() / one)) continue;
+    try {
+      const FetchedModel model = fetchModel(catalog, one, options, *progress);
+      for (const std::string& note : model.notes) spdlog::warn("{}", note);
+      report(model.check, json);
+    } catch (const Error& e) {
+      if (names.size() == 1 || e.code() == ErrorCode::interrupted) throw;
+      failed.add(fmt::format("{}: {}", one, e.what()));
+    }
+  }
+  if (failed.count() > 0)
+    fail(ErrorCode::network, "{} of the {} models of {} could not be fetched; run this again for the rest",
+         failed.count(), names.size(), name);
 }
 
 std::string textOf(const std::vector<convert::OnnxSummary::Tensor>& tensors) {
@@ -266,12 +281,16 @@ void addModelsCommand(CLI::App& app) {
   addExamples(*catalog, "  estancia models catalog");
   catalog->callback([arguments] { showCatalog(arguments->json); });
 
-  fetch->add_option("NAME", arguments->folder, "A name of `models catalog`")->required();
+  fetch
+      ->add_option("NAME", arguments->folder,
+                   "A name of `models catalog`, or thesis: the seven networks of its Table 1.2")
+      ->required();
   arguments->getting.add(declare(arguments->fetch), {"replace=overwrite", "refetch=restart"});
   addJsonOption(*fetch, arguments->json);
   addExamples(*fetch,
               "  estancia models get mobilenet-v2\n"
-              "  estancia models get imagenet-alexnet --overwrite");
+              "  estancia models get imagenet-alexnet --overwrite\n"
+              "  estancia models get thesis");
   fetch->callback([arguments] { get(arguments->folder, arguments->fetch, arguments->json); });
 }
 

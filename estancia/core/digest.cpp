@@ -15,10 +15,9 @@ namespace {
 
 class Hash {
  public:
-  explicit Hash(const EVP_MD* kind) : context_(EVP_MD_CTX_new(), &EVP_MD_CTX_free) {
-    if (!context_ || EVP_DigestInit_ex(context_.get(), kind, nullptr) != 1)
-      throw Error(ErrorCode::missingDependency,
-                  "SHA-256 or SHA-1 is not available in this OpenSSL; install another");
+  Hash() : context_(EVP_MD_CTX_new(), &EVP_MD_CTX_free) {
+    if (!context_ || EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr) != 1)
+      throw Error(ErrorCode::missingDependency, "SHA-256 is not available in this OpenSSL; install another");
   }
   void update(const char* bytes, std::size_t count) { EVP_DigestUpdate(context_.get(), bytes, count); }
   std::string bytes() {
@@ -38,18 +37,6 @@ std::string hexOf(std::string_view bytes) {
   return text;
 }
 
-std::string hashOfFile(const std::filesystem::path& path, const EVP_MD* kind) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file)
-    fail(ErrorCode::fileUnreadable, "cannot read {}: check the path and its permissions", path.string());
-  Hash hash(kind);
-  std::array<char, 1 << 16> block{};
-  while (file.read(block.data(), block.size()) || file.gcount() > 0)
-    hash.update(block.data(), static_cast<std::size_t>(file.gcount()));
-  if (file.bad()) fail(ErrorCode::fileUnreadable, "reading {} failed halfway: check the disk", path.string());
-  return hexOf(hash.bytes());
-}
-
 }  // namespace
 
 std::string sha256(std::string_view bytes) {
@@ -57,17 +44,21 @@ std::string sha256(std::string_view bytes) {
 }
 
 std::string sha256Bytes(std::string_view bytes) {
-  Hash hash(EVP_sha256());
+  Hash hash;
   hash.update(bytes.data(), bytes.size());
   return hash.bytes();
 }
 
 std::string sha256OfFile(const std::filesystem::path& path) {
-  return hashOfFile(path, EVP_sha256());
-}
-
-std::string sha1OfFile(const std::filesystem::path& path) {
-  return hashOfFile(path, EVP_sha1());
+  std::ifstream file(path, std::ios::binary);
+  if (!file)
+    fail(ErrorCode::fileUnreadable, "cannot read {}: check the path and its permissions", path.string());
+  Hash hash;
+  std::array<char, 1 << 16> block{};
+  while (file.read(block.data(), block.size()) || file.gcount() > 0)
+    hash.update(block.data(), static_cast<std::size_t>(file.gcount()));
+  if (file.bad()) fail(ErrorCode::fileUnreadable, "reading {} failed halfway: check the disk", path.string());
+  return hexOf(hash.bytes());
 }
 
 }  // namespace estancia

@@ -15,7 +15,4 @@ std::string sha256Bytes(std::string_view bytes);
 /// Throws Error (fileUnreadable).
 std::string sha256OfFile(const std::filesystem::path& path);
 
-/// SHA-1, which old publishers give: it detects damage, not forgery. Throws Error (fileUnreadable).
-std::string sha1OfFile(const std::filesystem::path& path);
-
 }  // namespace estancia

@@ -207,9 +207,8 @@ std::string fetchFrom(const std::string& url, const RemoteFile& file, PartialFil
   const auto next = [&]() -> TransferResult {
     if (file.size > 0 && part.size() == file.size) return {End::complete, "", true};
     // Bytes of another address, or without a version, are trusted only if a digest will verify them.
-    const bool digest = !file.sha256.empty() || !file.sha1.empty();
     const bool same = part.source() == url && !part.version().empty();
-    return Transfer(url, digest || same, file, part, progress, options).run();
+    return Transfer(url, !file.sha256.empty() || same, file, part, progress, options).run();
   };
   int fruitless = 0, wait = 0;
   std::string reason;
@@ -276,8 +275,6 @@ std::string differenceFrom(const RemoteFile& file, const fs::path& path) {
   if (!file.sha256.empty())
     if (const auto actual = sha256OfFile(path); actual != file.sha256)
       return differ("SHA-256", actual, file.sha256);
-  if (!file.sha1.empty())
-    if (const auto actual = sha1OfFile(path); actual != file.sha1) return differ("SHA-1", actual, file.sha1);
   return "";
 }
 

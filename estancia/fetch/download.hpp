@@ -17,8 +17,8 @@ class OptionGroup;
 struct RemoteFile {
   /// http or https; the same file at several places, tried in order.
   std::vector<std::string> urls;
-  /// Hex digits, lower case; "" = not known. All that are known must agree.
-  std::string sha256, sha1;
+  /// Hex digits, lower case; "" = not known.
+  std::string sha256;
   /// [bytes]; 0 = not known.
   std::uint64_t size = 0;
 };

@@ -156,7 +156,7 @@ Markup section(const Images& gallery) {
 
 Markup section(const WordClouds& clouds) {
   Markup out;
-  out.open("div", {{"class", "gallery"}});
+  out.open("div", {{"class", clouds.clouds.size() == 1 ? "gallery wide" : "gallery"}});
   for (const WordClouds::Cloud& cloud : clouds.clouds) {
     std::vector<std::pair<std::string, double>> words;
     for (const auto& [word, weight] : cloud.words) words.emplace_back(shorten(word, 28), weight);

@@ -70,9 +70,9 @@ class CatalogReader {
     return std::string(name);
   }
 
-  std::string digest(const toml::node& node, std::size_t digits) const {
-    const std::string hex = hexDigits(file_.text(node), digits);
-    if (hex.empty()) file_.fail(node, fmt::format("`{}` must be {} hex digits", file_.key(), digits));
+  std::string digest(const toml::node& node) const {
+    const std::string hex = hexDigits(file_.text(node), 64);
+    if (hex.empty()) file_.fail(node, "`sha256` must be 64 hex digits");
     return hex;
   }
 
@@ -94,8 +94,7 @@ class CatalogReader {
   std::vector<ConfigFile::Key> fileKeys(CatalogFile& file) {
     return {
         {"urls", false, "where it is", [&](auto& n) { file.remote.urls = urls(n); }},
-        {"sha256", false, "its digest", [&](auto& n) { file.remote.sha256 = digest(n, 64); }},
-        {"sha1", false, "its digest", [&](auto& n) { file.remote.sha1 = digest(n, 40); }},
+        {"sha256", false, "its digest", [&](auto& n) { file.remote.sha256 = digest(n); }},
         {"size", false, "its bytes",
          [&](auto& n) { file.remote.size = static_cast<std::uint64_t>(file_.integer(n, 1, maxFileBytes)); }},
         {"member", false, "the file in an archive", [&](auto& n) { file.member = file_.text(n); }},
@@ -139,6 +138,7 @@ class CatalogReader {
                    {"about", true, "what it is", [&](auto& n) { model.about = file_.text(n); }},
                    {"license", true, "the model's license", [&](auto& n) { model.license = file_.text(n); }},
                    {"source", true, "where it is described", [&](auto& n) { model.source = file_.text(n); }},
+                   {"group", false, "its group", [&](auto& n) { model.group = nameOf(n, file_.text(n)); }},
                    {"labels", false, "its label set", [&](auto& n) { model.labels = file_.text(n); }},
                    {"megabytes", false, "the size of the download",
                     [&](auto& n) { model.megabytes = file_.number(n, 0, 1e6); }},
@@ -293,10 +293,8 @@ class Fetcher {
   std::string verified(const CatalogFile& file) {
     std::string actual = sha256OfFile(folder_ / file.name);
     if (!file.remote.sha256.empty()) return actual;
-    notes_.push_back(fmt::format(
-        "{}: {}; what came has SHA-256 {}", file.name,
-        file.remote.sha1.empty() ? "no checksum is published" : "only a SHA-1 is published, which agrees",
-        actual));
+    notes_.push_back(
+        fmt::format("{}: no checksum is published; what came has SHA-256 {}", file.name, actual));
     return actual;
   }
 
@@ -351,18 +349,22 @@ const CatalogEntry& Catalog::get(const std::string& name) const {
        fmt::join(known, ", "));
 }
 
+std::vector<std::string> Catalog::namesOf(const std::string& name) const {
+  std::vector<std::string> names;
+  for (const auto& [member, model] : models_)
+    if (model.group == name && !models_.contains(name)) names.push_back(member);
+  return names.empty() ? std::vector{name} : names;
+}
+
 std::string Catalog::checksums(const CatalogEntry& model) const {
   std::vector<RemoteFile> files;
   for (const CatalogFile& file : model.files)
     if (file.byHand.empty()) files.push_back(file.remote);
   for (std::string set = model.labels; !set.empty(); set = labelSets_.at(set).words)
     files.push_back(labelSets_.at(set).file.remote);
-  const auto all = [&](auto known) { return std::all_of(files.begin(), files.end(), known); };
-  const auto sha256 = [](const RemoteFile& file) { return !file.sha256.empty(); };
-  const auto any = [](const RemoteFile& file) { return !file.sha256.empty() || !file.sha1.empty(); };
-  if (all(sha256)) return "sha256";
-  if (all(any)) return "sha1";
-  return std::any_of(files.begin(), files.end(), any) ? "partly" : "none";
+  const auto known = [](const RemoteFile& file) { return !file.sha256.empty(); };
+  if (std::ranges::all_of(files, known)) return "sha256";
+  return std::ranges::any_of(files, known) ? "partly" : "none";
 }
 
 bool CatalogEntry::needsHands() const {

@@ -39,6 +39,8 @@ struct LabelSet {
 
 struct CatalogEntry {
   std::string name, about, license, source;
+  /// Models of one group are fetched by its name, too: "thesis", the seven of its Table 1.2; "": of none.
+  std::string group;
   std::vector<CatalogFile> files;
   /// A label set; "" when the label file is among `files`.
   std::string labels;
@@ -68,7 +70,9 @@ class Catalog {
   const std::map<std::string, LabelSet>& labelSets() const { return labelSets_; }
   /// Throws Error listing the known names.
   const CatalogEntry& get(const std::string& name) const;
-  /// Published digests of the files that are fetched: "sha256" or "sha1" of all, "partly", or "none".
+  /// The models of a group; of none such, `name` itself.
+  std::vector<std::string> namesOf(const std::string& name) const;
+  /// Published digests of the files that are fetched: "sha256" of all, "partly", or "none".
   std::string checksums(const CatalogEntry& model) const;
 
  private:

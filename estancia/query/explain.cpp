@@ -136,7 +136,9 @@ void explainRooms(const TopologicalMap& map, std::size_t frame, Sentences& sente
   const auto own = rankedRooms(*map.predictions, frame);
   const std::size_t place = indexOf(map, map.frames[frame].node);
   if (own.empty() || place == map.nodes.size()) return;
-  add(sentences, "The room classifier predicts {} for this image, and {} for its place, node {}.",
+  add(sentences, "{} {} for this image, and {} for its place, node {}.",
+      map.predictions->areByName ? "By its words alone, without a room classifier, the room is"
+                                 : "The room classifier predicts",
       describeRooms(own), describeRooms(placesOf(map)[place].predicted), map.frames[frame].node);
 }
 

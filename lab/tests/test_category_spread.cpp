@@ -130,6 +130,20 @@ TEST(Categories, RefuseWhatDoesNotBelongTogether) {
               FailsWith(ErrorCode::mismatch, "\"x\"", "\"a\"", "\"b\""));
 }
 
+TEST(ClassHistograms, HaveTheLargestZonesFirstAndTheSmallOnesTogether) {
+  std::vector<int> zones{7, 5, 5, 5};
+  std::vector<std::string> classes{"hall", "hall", "lab", ""};
+  EXPECT_EQ(classHistograms(zones, classes, {}).rows,
+            (std::vector<ResultTable::Row>{{"hall", {50, 50}}, {"lab", {100, 0}}}));
+  for (int zone = 10; zone < 32; ++zone) zones.push_back(zone), classes.emplace_back("shop");
+  const ResultTable many = classHistograms(zones, classes, {});
+  EXPECT_EQ(many.columns.size(), 21U);
+  EXPECT_EQ(many.columns.back().name, "others");
+  EXPECT_DOUBLE_EQ(many.rows[2].values.back().value(), 100 * 4 / 22.0) << "24 zones, 20 shown, 18 of shops";
+  classes.pop_back();
+  EXPECT_THAT([&] { classHistograms(zones, classes, {}); }, FailsWith(ErrorCode::mismatch));
+}
+
 TEST(ClassDistances, AreMeansOverPairsOfImages) {
   const DescriptorSequence recording = recordingOf({{1, 0, 0}, {0.8F, 0.2F, 0}, {0, 0, 1}, {0.5F, 0.5F, 0}});
   ZoneOptions options = ZoneOptions::thesis();

@@ -127,6 +127,20 @@ TEST_F(Scenes, HaveARowACell) {
   EXPECT_TRUE(found.contains({"blind+phog", "svm-linear", "two", "one"}));
 }
 
+TEST_F(Scenes, ShowHowTheirDescriptorsComeAbout) {
+  const auto figures = [](const Findings& findings) {
+    std::size_t images = 0;
+    for (const auto& section : findings.sections)
+      if (const auto* gallery = std::get_if<Images>(&section)) {
+        for (const auto& image : gallery->images) EXPECT_FALSE(cv::imdecode(image.file, 1).empty());
+        images += gallery->images.size();
+      }
+    return images;
+  };
+  EXPECT_EQ(figures(run(models({"phog", "gist"}) + svm_ + pair_)), 3U + 1);
+  EXPECT_EQ(figures(run(models({"sharp"}) + svm_ + pair_)), 0U);
+}
+
 TEST_F(Scenes, ASequenceNeedNotBeAskedAboutItself) {
   run("same_sequence = false\n" + models({"sharp"}) + svm_ + pair_);
   const auto found = rows();
@@ -311,7 +325,7 @@ TEST_F(Scenes, OptionalOnesAreLeftOutWithANote) {
   const Findings findings =
       run("optional_descriptors = [\"no-such-model\", \"phog+no-such-model\", \"phog\"]\n" +
           models({"sharp"}) + svm_ + pair_ + "[[data]]\nname = \"x\"\npath = \"nowhere\"\noptional = true\n");
-  EXPECT_EQ(test::notesNaming(findings, "no-such-model"), 2U);
+  EXPECT_EQ(test::notesNaming(findings, "no-such-model"), 1U) << "one note for all";
   EXPECT_EQ(test::notesNaming(findings, "phog+no-such-model"), 1U);
   EXPECT_EQ(test::notesNaming(findings, "nowhere"), 1U);
   EXPECT_EQ(progress_.computed, 2U * 4);
@@ -322,6 +336,8 @@ TEST_F(Scenes, UnknownNamesAreRefusedBeforeAnythingIsDescribed) {
               FailsWith(ErrorCode::unknownName, "gits", "phog", "gist", "esf"));
   EXPECT_THAT(problem(models({"sharp"}) + "classifiers = [\"svm\"]\n" + pair_),
               FailsWith(ErrorCode::malformedFile, "study.toml:3", "`classifiers`", "\"svm-rbf\""));
+  EXPECT_THAT(problem("focus = \"three\"\n" + models({"sharp"}) + pair_),
+              FailsWith(ErrorCode::malformedFile, "three"));
   EXPECT_THAT(problem(models({"sharp"}) + pair_ + "turns = 7\n"),
               FailsWith(ErrorCode::malformedFile, "`turns`"));
   EXPECT_THAT(problem(models({"sharp"}) + "classifier = []\n" + pair_),

@@ -62,6 +62,32 @@ TEST_F(ModelsGet, SaysWhatToDoWithoutANetwork) {
   EXPECT_EQ(json::parse(run({"models", "list", "--json"}).out)["name"], "small");
 }
 
+TEST_F(ModelsGet, FetchesAGroupGoesOnBehindWhatCannotBeHadAndSkipsWhatIsThere) {
+  int asked = 0;
+  LoopbackServer server([&](const HttpRequest& request) {
+    ++asked;
+    return request.path == "/small.onnx" ? HttpAnswer{rangeAnswer(request, network_)}
+           : request.path == "/labels"   ? HttpAnswer{rangeAnswer(request, labelLines(4))}
+                                         : HttpAnswer{httpAnswer("404 Not Found", "")};
+  });
+  list(server.url("/none.onnx") + "\", \"" + server.url("/small.onnx"), server.url("/labels"));
+  const std::string file = scratch_ / "home/catalog.toml";
+  std::string text = readFile(file), missing = text.substr(text.find("[models.small]"));
+  for (std::size_t at = 0; (at = missing.find("small", at)) != std::string::npos;)
+    missing.replace(at, 5, "early");
+  missing.replace(missing.find("/early.onnx"), 11, "/lost.onnx");
+  text += missing;
+  for (const std::string about : {"[models.small]\n", "[models.early]\n"})
+    text.insert(text.find(about) + about.size(), "group = \"pair\"\n");
+  writeFile(file, text);
+  const auto fetched = run({"models", "get", "pair"});
+  EXPECT_THAT(fetched, FailsWith(ErrorCode::network));
+  EXPECT_TRUE(fetched.out.starts_with("small: works; 4 labels")) << fetched.out << fetched.err;
+  asked = 0;
+  EXPECT_THAT(run({"models", "get", "pair"}), FailsWith(ErrorCode::network));
+  EXPECT_EQ(asked, 2) << "the two addresses of the one that is missing, not the other again";
+}
+
 class EngineCommand : public testing::Test {
  protected:
   void SetUp() override {

@@ -182,11 +182,6 @@ TEST_F(Download, DiscardsWhatHasTheWrongDigest) {
   LoopbackServer server([&](auto&) { return test::HttpAnswer{httpAnswer("200 OK", other_)}; });
   EXPECT_THAT(get(known({server.url("/a")})), FailsWith(ErrorCode::network));
   EXPECT_TRUE(left().empty());
-  RemoteFile old = unknown(server.url("/a"));
-  old.sha1 = std::string(40, '0');
-  EXPECT_THAT(get(old), FailsWith(ErrorCode::network));
-  writeFile(scratch_ / "abc", "abc");  // FIPS 180-4
-  EXPECT_EQ(sha1OfFile(scratch_ / "abc"), "a9993e364706816aba3e25717850c26c9cd0d89d");
 }
 
 TEST_F(Download, GivesUpOnAServerThatStopsSending) {

@@ -112,6 +112,8 @@ TEST(FindingsPage, ShowsImagesAndClouds) {
   EXPECT_EQ(count(html, "class=\"gallery\""), 2U);
   std::get<Images>(findings.sections[0]).wide = true;
   EXPECT_EQ(count(renderFindingsPage(findings), "class=\"gallery wide\""), 1U);
+  std::get<WordClouds>(findings.sections[1]).clouds.pop_back();
+  EXPECT_EQ(count(renderFindingsPage(findings), "class=\"gallery wide\""), 2U) << "a cloud that is alone";
   std::get<Images>(findings.sections[0]).images[0].file = {'<', 's', 'v', 'g'};
   EXPECT_THAT([&] { renderFindingsPage(findings); }, FailsWith(ErrorCode::unsupportedFile, "a mug"));
 }

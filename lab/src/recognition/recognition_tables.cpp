@@ -122,11 +122,32 @@ ResultTable overall(const RecognitionResults& r, std::size_t preset) {
   });
 }
 
+/// Fig. 2.9 in both scores: what is verified is either correct or stands elsewhere.
+StackedBars barsOf(const ResultTable& table) {
+  StackedBars bars{table.title + ", as bars (Fig. 2.9)",
+                   "The thesis counts what is verified, wherever it stands.",
+                   {"correct", "verified, elsewhere or not known where", "not verified"},
+                   {}};
+  const std::size_t perFilter = 1 + scores.size();  // the thesis, verified, correct, false positives
+  for (const auto& [name, values] : table.rows)
+    for (std::size_t c = 0; c < values.size(); c += perFilter) {
+      const std::string filter =
+          name + ", " + table.columns[c].name.substr(0, table.columns[c].name.rfind(':'));
+      const double verified = values[c + 1].value_or(0), correct = values[c + 2].value_or(0);
+      bars.bars.push_back({filter, {correct, verified - correct, 100 - verified}});
+      if (values[c]) bars.bars.push_back({filter + ", thesis", {0, *values[c], 100 - *values[c]}});
+    }
+  return bars;
+}
+
 }  // namespace
 
 void addOverall(const RecognitionResults& results, Findings& findings) {
-  for (std::size_t p = 0; p < results.presets.size(); ++p)
-    findings.sections.emplace_back(overall(results, p));
+  for (std::size_t p = 0; p < results.presets.size(); ++p) {
+    const ResultTable table = overall(results, p);
+    findings.sections.emplace_back(table);
+    if (results.thesisTables) findings.sections.emplace_back(barsOf(table));
+  }
 }
 
 void addByDetector(const RecognitionResults& r, Findings& findings) {

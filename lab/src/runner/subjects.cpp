@@ -2,6 +2,7 @@
 #include "runner/subjects.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <filesystem>
 #include <set>
@@ -139,6 +140,19 @@ std::vector<Candidate> modelsToCompare(const std::vector<std::string>& configure
     if (!names.insert(model.name).second)
       throw Error(ErrorCode::invalidInput, fmt::format("two models are called {}", model.name));
   return models;
+}
+
+void addWhatIsThere(const std::vector<std::string>& names, const std::function<void(const std::string&)>& add,
+                    std::vector<std::string>& notes) {
+  std::vector<std::string> missing;
+  std::string first;
+  for (const std::string& name : names) try {
+      add(name);
+    } catch (const Error& problem) {
+      if (missing.empty()) first = problem.what();
+      missing.push_back(name);
+    }
+  if (!missing.empty()) notes.push_back(fmt::format("left out: {}; {}", fmt::join(missing, ", "), first));
 }
 
 void refuseModels(const ExperimentRun& run, const std::string& what) {

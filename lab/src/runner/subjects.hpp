@@ -66,6 +66,10 @@ struct Candidate {
 std::vector<Candidate> modelsToCompare(const std::vector<std::string>& configured, const ExperimentRun& run,
                                        std::vector<std::string>& notes);
 
+/// Calls `add` with each of `names`; those that it throws Error for are left out, and named in one note.
+void addWhatIsThere(const std::vector<std::string>& names, const std::function<void(const std::string&)>& add,
+                    std::vector<std::string>& notes);
+
 /// For experiments without networks. Throws Error (invalidOption) when the command line names models, which
 /// `what` has none of.
 void refuseModels(const ExperimentRun& run, const std::string& what);

@@ -209,6 +209,7 @@ Findings compareScenes(const ScenesOptions& options, Grid& grid, const Experimen
   ScenesResults results;
   results.name = options.name;
   results.thesisTables = options.thesisTables;
+  results.focus = options.focus;
   numberTests(data, results);
   noteUnlearned(data, notes);
   for (const SceneDescriptor& descriptor : data.descriptors) {
@@ -230,6 +231,7 @@ Findings compareScenes(const ScenesOptions& options, Grid& grid, const Experimen
              scoresCsv(scoresOfCells(results, blocksOf(results))));
 
   Findings findings = findingsOf(results);
+  if (data.figures) findings.sections.emplace_back(*data.figures);
   for (const std::string& identity : data.identities) findings.facts.emplace_back("Part", identity);
   findings.notes.insert(findings.notes.begin(), notes.begin(), notes.end());
   return findings;

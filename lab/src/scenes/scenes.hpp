@@ -1,5 +1,5 @@
 // Scene classification experiment: every descriptor with every classifier, learned on some images and tested
-// on others (thesis 3.5: Fig. 3.7, 3.8 and 3.11, Table 3.2). docs/measured/scenes.md shows the tables that it
+// on others (thesis 3.5: Fig. 3.7 to 3.11, Table 3.2). docs/measured/scenes.md shows the tables that it
 // makes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -73,6 +73,8 @@ struct ScenesOptions {
   std::optional<Subsets> subsets;
   /// The thesis' Table 3.2 beside.
   bool thesisTables = false;
+  /// A sequence of `data` whose pairs with others are also shown and ranked alone (Fig. 3.9, 3.10).
+  std::string focus;
   /// At least one.
   std::vector<Data> data;
 };

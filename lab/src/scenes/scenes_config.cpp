@@ -87,6 +87,7 @@ ScenesOptions readScenes(ConfigFile& config) {
   };
   const toml::array* data = nullptr;
   const toml::table* subsets = nullptr;
+  const toml::node* focus = nullptr;
   config.read(together(
       keysOf(config, declare(options)),
       {{"type", true, "the kind of experiment", [](auto&) {}},
@@ -97,9 +98,15 @@ ScenesOptions readScenes(ConfigFile& config) {
        {"classifiers", false, "", each(config, options.classifiers, oneOf(config, classifierTypes()))},
        {"seeds", false, "", each(config, options.seeds, seed)},
        {"subsets", false, "", [&](auto& n) { subsets = &config.subtable(n); }},
+       {"focus", false, "a sequence that is also looked at alone", [&](auto& n) { focus = &n; }},
        {"data", true, "[[data]] names images with rooms", [&](auto& n) { data = &config.list(n); }}}));
   if (subsets != nullptr) options.subsets = readSubsets(config, *subsets);
   for (const toml::node& one : *data) options.data.push_back(readData(config, config.subtable(one)));
+  if (focus != nullptr) {
+    std::vector<std::pair<std::string, std::string>> names;
+    for (const auto& one : options.data) names.emplace_back(one.name, one.name);
+    options.focus = config.choice(*focus, names);
+  }
   return options;
 }
 

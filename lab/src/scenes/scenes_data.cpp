@@ -21,6 +21,7 @@
 #include "estancia/sequences/descriptor_sequence.hpp"
 #include "estancia/sequences/feature_table.hpp"
 #include "places/room_table.hpp"
+#include "scenes/descriptor_figures.hpp"
 #include "zones/room_classes.hpp"
 
 namespace estancia::experiments {
@@ -68,12 +69,7 @@ Wanted findDescriptors(const ScenesOptions& options, const ExperimentRun& run,
     wanted.descriptors.push_back(std::move(found));
   };
   for (const std::string& descriptor : run.models.empty() ? options.descriptors : run.models) add(descriptor);
-  if (run.models.empty())
-    for (const std::string& descriptor : options.optionalDescriptors) try {
-        add(descriptor);
-      } catch (const Error& problem) {
-        notes.push_back(fmt::format("the descriptor {} was left out: {}", descriptor, problem.what()));
-      }
+  if (run.models.empty()) addWhatIsThere(options.optionalDescriptors, add, notes);
   return wanted;
 }
 
@@ -180,6 +176,17 @@ void requireLearnable(const SceneImages& images) {
                               images.name, room));
 }
 
+/// None where the first image cannot be read: its labels may be known without it.
+std::optional<Images> figuresOf(const Sequence& sequence, const Features& features) {
+  for (std::size_t i = 0; i < sequence.size(); ++i) try {
+      if (sequence.frame(i).name == features.frames[0].name)
+        return descriptorFigures(sequence.image(i), features);
+    } catch (const Error&) {
+      return std::nullopt;
+    }
+  return std::nullopt;
+}
+
 /// Opens all that is there, and reports what is learned from what.
 std::vector<Source> openAll(const ScenesOptions& options, std::vector<std::string>& notes,
                             std::vector<ScenesData::Pair>& pairs) {
@@ -257,6 +264,7 @@ ScenesData describeScenes(const ScenesOptions& options, const ExperimentRun& run
         notes.push_back(fmt::format("{}: {} images were left out, for all descriptors alike; the first: {}",
                                     source.name, problems.size(), problems[0]));
       data.images.push_back(withRooms(source, *features));
+      if (s == 0) data.figures = figuresOf(*source.sequence, data.images[0].features);
     }
     digest(data.images.back());
   }

@@ -9,6 +9,7 @@
 
 #include "estancia/core/progress.hpp"
 #include "estancia/describe/features.hpp"
+#include "estancia/findings/findings.hpp"
 #include "runner/experiment.hpp"
 #include "scenes/scenes.hpp"
 
@@ -48,6 +49,8 @@ struct ScenesData {
   std::vector<Pair> pairs;
   /// Identities of the parts.
   std::vector<std::string> identities;
+  /// How PHOG, GIST and ESF of the first image come about.
+  std::optional<Images> figures;
 };
 
 /// Finds the descriptors, opens the data and describes it. Omissions are reported in `notes`. Throws Error as

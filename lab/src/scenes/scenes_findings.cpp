@@ -9,6 +9,7 @@
 #include <limits>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 #include "estancia/files/csv.hpp"
 #include "findings/pivot.hpp"
@@ -23,7 +24,6 @@ using Best = ResultTable::Best;
 using Descriptor = ScenesResults::Descriptor;
 using Pair = ScenesResults::Pair;
 
-constexpr std::size_t maxPairTables = 4;  // with a table each; of more, means only
 constexpr std::size_t maxCells = 25;
 constexpr std::size_t maxImages = 15;
 constexpr std::uint64_t choiceSeed = 1;
@@ -64,6 +64,25 @@ class Sections {
                   {}},
                  namesIn(results_.descriptors), [&](std::size_t descriptor, std::size_t classifier) {
                    return percent(descriptor * results_.classifiers.size() + classifier, of, which);
+                 });
+  }
+
+  /// Cells down, the pairs that are wanted across, each by its `end`: train or test.
+  ResultTable byPair(const std::string& title, const Which& which, std::string Pair::*end) const {
+    std::vector<std::size_t> pairs;
+    std::vector<std::string> ends, names;
+    for (std::size_t p = 0; p < results_.pairs.size(); ++p)
+      if (which(results_.pairs[p])) pairs.push_back(p), ends.push_back(results_.pairs[p].*end);
+    for (std::size_t c = 0; c < cellCount(); ++c) names.push_back(nameOf(c));
+    return pivot({results_.name + ": accuracy, " + title,
+                  "In percent; the images of each pair are below.",
+                  "descriptor, classifier",
+                  columnsOf(ends, 1, Best::largest),
+                  {},
+                  100},
+                 names, [&](std::size_t row, std::size_t column) -> CellValue {
+                   const std::size_t p = pairs[column];
+                   return 100 * cell(p, row).accuracy(results_.pairs[p].images);
                  });
   }
 
@@ -250,19 +269,54 @@ void addAccuracies(const ScenesResults& results, const Sections& sections, Findi
     add("", all,
         fmt::format("In percent, the mean over {} pairs of training and test.", results.pairs.size()));
   }
-  if (results.pairs.size() > 1 && results.pairs.size() <= maxPairTables)
-    for (const Pair& pair : results.pairs)
-      add(
-          fmt::format(", {}→{}", pair.train, pair.test), [&pair](const Pair& p) { return &p == &pair; },
-          fmt::format("In percent, of {} images in {} runs; learned from {} images.", pair.names.size(),
-                      pair.runs.size(), pair.learned));
+  std::string last;
+  for (const Pair& each : results.pairs)
+    if (results.pairs.size() > 1 && each.train != std::exchange(last, each.train))
+      findings.sections.emplace_back(sections.byPair(
+          "learned from " + each.train + " (Fig. 3.7)",
+          [&](const Pair& pair) { return pair.train == each.train; }, &Pair::test));
   findings.sections.emplace_back(sections.byDescriptor(
       "balanced accuracy",
       "In percent: the mean over the rooms of the share of their images that were recognized.",
       &SceneAnswers::balancedAccuracy, [&](const Pair& pair) { return results.tells(pair); }));
 }
 
+/// Fig. 3.9 and 3.10: what only shows where a sequence in another building is learned from or asked about.
+void addFocus(const ScenesResults& results, Findings& findings) {
+  if (results.focus.empty()) return;
+  const ScenesResults focused = results.withFocus();
+  const Sections sections(focused);
+  if (focused.pairs.empty()) {
+    findings.notes.push_back("focus: no pair has " + results.focus);
+    return;
+  }
+  for (const bool isTest : {true, false}) {
+    const auto which = [&](const Pair& pair) { return (isTest ? pair.test : pair.train) == results.focus; };
+    findings.sections.emplace_back(
+        sections.byPair(fmt::format("{} {} (Fig. 3.9, {})", isTest ? "asked about" : "learned from",
+                                    results.focus, isTest ? "top: by what was learned from" : "bottom"),
+                        which, isTest ? &Pair::train : &Pair::test));
+  }
+  addRankings(focused, results.name + "-focus", findings);
+}
+
 }  // namespace
+
+ScenesResults ScenesResults::withFocus() const {
+  ScenesResults some = *this;
+  some.pairs.clear();
+  some.cells.clear();
+  some.thesisTables = false;
+  some.name = fmt::format("{}, pairs with {}", name, focus);
+  const std::size_t each = descriptors.size() * classifiers.size();
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    if (pairs[p].same || (pairs[p].train != focus && pairs[p].test != focus)) continue;
+    some.pairs.push_back(pairs[p]);
+    const auto begin = cells.begin() + static_cast<std::ptrdiff_t>(p * each);
+    some.cells.insert(some.cells.end(), begin, begin + static_cast<std::ptrdiff_t>(each));
+  }
+  return some;
+}
 
 bool ScenesResults::tells(const Pair& pair) const {
   return !pair.same || std::all_of(pairs.begin(), pairs.end(), [](const Pair& other) { return other.same; });
@@ -273,7 +327,8 @@ Findings findingsOf(const ScenesResults& results) {
   Findings findings;
   findings.title = "Which room is this";
   addAccuracies(results, sections, findings);
-  addRankings(results, findings);
+  addRankings(results, results.name, findings);
+  addFocus(results, findings);
 
   const auto lexical = sections.ranked([](const Descriptor& d) { return d.isLexical && d.parts == 1; });
   const auto together = sections.ranked([](const Descriptor& d) { return d.parts > 1; });

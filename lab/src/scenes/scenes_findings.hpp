@@ -53,6 +53,11 @@ struct ScenesResults {
   std::vector<Curve> curves;
   /// The thesis' Table 3.2 beside.
   bool thesisTables = false;
+  /// A sequence whose pairs are also shown alone; "": none.
+  std::string focus;
+
+  /// Only the pairs of `focus` with others.
+  ScenesResults withFocus() const;
 
   /// Whether the pair measures a classifier's value elsewhere: the test was not learned. If there are no such
   /// pairs, all of them are used.

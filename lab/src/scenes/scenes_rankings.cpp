@@ -34,7 +34,7 @@ std::string describe(const SceneBlocks& blocks) {
 
 }  // namespace
 
-void addRankings(const ScenesResults& results, Findings& findings) {
+void addRankings(const ScenesResults& results, const std::string& prefix, Findings& findings) {
   const SceneBlocks blocks = blocksOf(results);
   if (blocks.right.size() < 2) {
     findings.notes.push_back(results.name +
@@ -57,7 +57,7 @@ void addRankings(const ScenesResults& results, Findings& findings) {
         if (const std::size_t all = table->rows.size(); all > maxDrawn) {
           table->rows.resize(maxListed);
           table->caption +=
-              fmt::format(" The best {} of {}; all are in {}-{}.csv.", maxListed, all, results.name, file);
+              fmt::format(" The best {} of {}; all are in {}-{}.csv.", maxListed, all, prefix, file);
         }
       }
       if (auto* diagram = std::get_if<RankDiagram>(&section)) {
@@ -68,7 +68,7 @@ void addRankings(const ScenesResults& results, Findings& findings) {
       findings.sections.push_back(section);
     }
     found.title = title + ", which differ";
-    found.file = fmt::format("{}-{}", results.name, file);
+    found.file = fmt::format("{}-{}", prefix, file);
     findings.apart.push_back(std::move(found));
   };
   add("all cells", "statistics", "", scoresOfCells(results, blocks));

@@ -2,13 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string>
+
 #include "estancia/findings/findings.hpp"
 #include "scenes/scenes_findings.hpp"
 
 namespace estancia::experiments {
 
 /// Adds Friedman's test with Holm's correction over all cells, over the descriptors and over the classifiers,
-/// and, where it is asked for, the thesis' own table.
-void addRankings(const ScenesResults& results, Findings& findings);
+/// and, where it is asked for, the thesis' own table. Files of their own begin with `prefix`.
+void addRankings(const ScenesResults& results, const std::string& prefix, Findings& findings);
 
 }  // namespace estancia::experiments

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <numeric>
 
 #include "estancia/core/error.hpp"
 #include "estancia/distances/distance.hpp"
@@ -34,6 +35,13 @@ Distribution distributionOf(const std::vector<int>& zones) {
   return shares;
 }
 
+void requireOneEach(std::size_t zones, std::size_t classes) {
+  if (zones != classes)
+    throw Error(ErrorCode::mismatch,
+                fmt::format("{} zone numbers do not belong to {} classes; give one of each an image", zones,
+                            classes));
+}
+
 /// The mean descriptor of each class; `classOf` has one a frame, `count` and more where it is not known.
 DescriptorSequence meansOf(const DescriptorSequence& sequence, const std::vector<std::size_t>& classOf,
                            std::size_t count) {
@@ -49,10 +57,7 @@ DescriptorSequence meansOf(const DescriptorSequence& sequence, const std::vector
 }  // namespace
 
 CategorySpread measureCategories(std::span<const int> zoneOf, std::span<const ImageClass> classes) {
-  if (zoneOf.size() != classes.size())
-    throw Error(ErrorCode::mismatch,
-                fmt::format("{} zone numbers do not belong to {} classes; give one of each an image",
-                            zoneOf.size(), classes.size()));
+  requireOneEach(zoneOf.size(), classes.size());
   std::map<std::string, std::string> categoryOf;
   std::map<std::string, std::map<std::string, std::vector<int>>> zonesOf;  // by category and class
   for (std::size_t i = 0; i < classes.size(); ++i) {
@@ -83,6 +88,33 @@ std::optional<double> meanDistance(std::span<const ClassPair> pairs) {
   double sum = 0;
   for (const ClassPair& pair : pairs) sum += pair.distance;
   return sum / static_cast<double>(pairs.size());
+}
+
+ResultTable classHistograms(std::span<const int> zoneOf, std::span<const std::string> classes,
+                            ResultTable head) {
+  requireOneEach(zoneOf.size(), classes.size());
+  std::map<int, std::size_t> sizes;
+  for (const int zone : zoneOf) ++sizes[zone];
+  std::vector<std::pair<int, std::size_t>> zones(sizes.begin(), sizes.end());
+  std::ranges::stable_sort(zones, [](const auto& a, const auto& b) { return a.second > b.second; });
+  std::map<int, std::size_t> columnOf;
+  for (const auto& [zone, size] : zones) columnOf.emplace(zone, std::min<std::size_t>(columnOf.size(), 20));
+  std::map<std::string, std::vector<double>> counts;
+  for (std::size_t i = 0; i < classes.size(); ++i) {
+    if (classes[i].empty()) continue;
+    auto& row = counts[classes[i]];
+    row.resize(std::min<std::size_t>(zones.size(), 21));
+    ++row[columnOf[zoneOf[i]]];
+  }
+  for (std::size_t c = 0; c < std::min<std::size_t>(zones.size(), 21); ++c)
+    head.columns.push_back({c < 20 ? std::to_string(c + 1) : "others", 0});
+  for (const auto& [name, row] : counts) {
+    const double images = std::accumulate(row.begin(), row.end(), 0.0);
+    auto& values = head.rows.emplace_back(ResultTable::Row{name, {}}).values;
+    for (const double count : row) values.emplace_back(100 * count / images);
+  }
+  head.hottest = 100;
+  return head;
 }
 
 ClassDistances classDistances(const DescriptorSequence& sequence, std::span<const std::string> classes,

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "estancia/core/progress.hpp"
+#include "estancia/findings/findings.hpp"
 #include "estancia/sequences/descriptor_sequence.hpp"
 #include "estancia/zones/zones.hpp"
 
@@ -42,6 +43,11 @@ CategorySpread measureCategories(std::span<const int> zoneOf, std::span<const Im
 /// The mean over all pairs, each as heavy as the next: categories with many classes count more. So reads
 /// Eq. 5.2, and so come the values under Table 5.3 about.
 std::optional<double> meanDistance(std::span<const ClassPair> pairs);
+
+/// The percent of each class' images in each zone (Fig. 5.5): classes down, zones across, the largest first,
+/// those beyond the twentieth together. `classes` has one name an image, "" where not known. Throws as above.
+ResultTable classHistograms(std::span<const int> zoneOf, std::span<const std::string> classes,
+                            ResultTable head);
 
 /// How far classes lie apart in labels.
 struct ClassDistances {

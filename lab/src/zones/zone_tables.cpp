@@ -232,13 +232,14 @@ std::vector<Candidate> chooseModels(const ZoneTablesOptions& options, const Expe
                                     std::vector<std::string>& notes) {
   std::vector<std::string> models = options.models;
   if (run.models.empty())
-    for (const std::string& model : options.optionalModels) try {
-        std::vector<std::string> unused;
-        modelsToCompare({model}, run, unused);
-        models.push_back(model);
-      } catch (const Error& problem) {
-        notes.push_back(fmt::format("the model {} was left out: {}", model, problem.what()));
-      }
+    addWhatIsThere(
+        options.optionalModels,
+        [&](const std::string& model) {
+          std::vector<std::string> unused;
+          modelsToCompare({model}, run, unused);
+          models.push_back(model);
+        },
+        notes);
   return modelsToCompare(models, run, notes);
 }
 
@@ -348,6 +349,26 @@ void compareClasses(const std::vector<std::vector<Labeled>>& labeled, const Expe
     }
   }
   results.matrices = meanOverData(results.data);
+}
+
+/// Fig. 5.5 of the first model, by Eq. 5.1.
+void spreadClasses(const std::vector<std::vector<Labeled>>& labeled, const ExperimentRun& run,
+                   ZoneTablesResults& results) {
+  ZoneOptions how = ZoneOptions::thesis();
+  how.threads = run.labeler.threads;
+  Progress silent;
+  for (std::size_t d = 0; d < labeled.size(); ++d) {
+    if (results.find(d, 0, how.distance, how.linkage) == nullptr) continue;
+    const Labeled& first = labeled[d][0];
+    const Dendrogram tree = link(compareImages(first.descriptors, how, silent), getLinkage(how.linkage));
+    results.data[d].histograms = classHistograms(
+        tree.cutAt(0.5), matrixClasses(first),
+        {fmt::format("{}: percent of the images of a class in each zone (Fig. 5.5)", results.data[d].name),
+         results.models[0] + ", Eq. 5.1, average linkage, τ_d 0.5; zones from the largest on.",
+         "class",
+         {},
+         {}});
+  }
 }
 
 /// The data that is there.
@@ -501,6 +522,7 @@ Findings compareZones(const ZoneTablesOptions& options, Grid& grid, const Experi
   results.eachCut = options.eachCut;
   findCells(options, labeled, grid, run, progress, results, told.notes);
   compareClasses(labeled, run, progress, results);
+  spreadClasses(labeled, run, results);
 
   Findings findings = findingsOf(results);
   findings.facts.insert(findings.facts.end(), told.facts.begin(), told.facts.end());

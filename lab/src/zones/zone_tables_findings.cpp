@@ -369,6 +369,7 @@ Findings findingsOf(const ZoneTablesResults& results) {
     tables.addCounts(findings);
     tables.addWithin("default, automatic cut", ZoneTablesOptions::automatic, &Tables::usual, findings);
     tables.addWithin("Eq. 5.1, τ_d 0.5", thesisCut, &Tables::thesis, findings);
+    if (data.histograms) findings.sections.emplace_back(*data.histograms);
     addMatrices(data.name, data.matrixNames == data.rooms ? "rooms" : "classes", data.matrixNames,
                 data.matrices, findings);
   }

@@ -62,6 +62,8 @@ struct ZoneTablesResults {
     std::vector<std::string> matrixNames;
     /// Mean over the models.
     std::vector<ClassMatrix> matrices;
+    /// How the classes spread over the zones; absent where Eq. 5.1 is not compared.
+    std::optional<ResultTable> histograms = std::nullopt;
   };
   std::vector<Data> data;
   /// Mean over the data, too, where all have the same classes.
