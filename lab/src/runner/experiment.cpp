@@ -21,6 +21,7 @@
 #include "odometry/odometry_errors.hpp"
 #include "places/further_drives.hpp"
 #include "places/localization_errors.hpp"
+#include "places/maps.hpp"
 #include "places/model_choice.hpp"
 #include "places/place_tasks.hpp"
 #include "places/revisits.hpp"
@@ -112,6 +113,8 @@ constexpr Kind kindTable[] = {
      homeWorldsColumns, true, prepare<readHomeWorlds, mapHomeWorlds>},
     {"localization", "one drive found in the map of another, by each image alone and by all so far",
      localizationErrorsColumns, true, prepare<readLocalizationErrors, compareLocalization>},
+    {"maps", "maps side by side over thresholds, and images found in one of them (thesis 4.5.3)", mapsColumns,
+     true, prepare<readMaps, compareMaps>},
     {"model-choice", "which model's labels separate places best (thesis 4.5.2)", modelChoiceColumns, false,
      prepare<readModelChoice, chooseModel>},
     {"object-segmentation", "objects in images, over- and under-segmentation (thesis 6.3)",
