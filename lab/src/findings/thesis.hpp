@@ -20,6 +20,15 @@ extern const std::string thesisRecognitionCsv;
 extern const std::string thesisRecognitionMeansCsv;
 /// Table 3.2: descriptors and classifiers of rooms against the best combination.
 extern const std::string thesisScenesCsv;
+/// Table 4.1: spatial variance within k clusters [10⁻² m²].
+extern const std::string thesisModelChoiceCsv;
+/// The thesis author's sweeps of τ_join and τ_revisit with Hybrid-AlexNet on KTH-IDOL2's Minnie (a part of
+/// github.com/jcarlos2289/TopoMapIdolMaven, resultados_WeigthDistance/*_MetricsData.txt); V-measure and
+/// purity of his final maps, by the images that resultados/*_EdgesData.txt there have in each node.
+extern const std::string lextomapSweepsCsv;
+/// His localization in his map of Cloudy 1: the share of images whose nearest node by words is the nearest by
+/// meters (counted in resultados/MapEvaluation_*.txt there).
+extern const std::string lextomapLocalizationCsv;
 /// Table 5.2: zones by τ_d.
 extern const std::string thesisZonesCountsCsv;
 /// Table 5.3, with M in its last row.

@@ -46,6 +46,7 @@ OptionGroup declare(ModelChoiceOptions& options) {
   group.add("clusters", &options.clusters, "Largest number of clusters").range(1, 1000);
   group.add("repeats", &options.repeats, "Runs of k-means that are averaged").range(1, 1000);
   group.add("seed", &options.seed, "Seed of k-means").range(0);
+  group.add("thesis-tables", &options.thesisTables, "The thesis' Table 4.1 beside, of KTH-IDOL2");
   return group;
 }
 
@@ -297,6 +298,7 @@ Findings chooseModel(const ModelChoiceOptions& options, Grid& grid, const Experi
   }
 
   Findings findings = findingsOf(results, options.shown);
+  if (options.thesisTables) findings.sections.emplace_back(besideThesis(results));
   findings.facts.insert(findings.facts.end(), identities.begin(), identities.end());
   findings.facts.emplace_back("k-means", fmt::format("k = 1 … {}, mean of {} clusterings, seed {}",
                                                      options.clusters, options.repeats, options.seed));

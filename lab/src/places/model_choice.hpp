@@ -56,6 +56,8 @@ struct ModelChoiceOptions {
   std::size_t repeats = 10;
   /// Seed of the first repetition; the others follow.
   std::size_t seed = 1;
+  /// The thesis' Table 4.1 beside.
+  bool thesisTables = false;
 };
 
 /// Throws Error `file:line: …` on unknown, missing or wrong keys.

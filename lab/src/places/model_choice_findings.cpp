@@ -7,6 +7,7 @@
 
 #include "estancia/stats/rank_tests.hpp"
 #include "findings/pivot.hpp"
+#include "findings/thesis.hpp"
 
 namespace estancia::experiments {
 namespace {
@@ -245,6 +246,34 @@ Findings findingsOf(const ModelChoiceResults& results, const std::vector<std::si
                                 fmt::format("{}, {} images with a pose", drive.name, drive.frames));
   for (std::size_t d = 0; d < results.distances.size(); ++d) addDistance(results, d, shown, findings);
   return findings;
+}
+
+ResultTable besideThesis(const ModelChoiceResults& results) {
+  const ThesisTable printed = readThesisTable(thesisModelChoiceCsv, 1);
+  ResultTable table{
+      "Beside the thesis (Table 4.1)",
+      "Mean spatial variance inside k clusters, mean over the sequences. The thesis' rows are of "
+      "the twelve sequences of KTH-IDOL2's Minnie.",
+      "model",
+      {},
+      {}};
+  for (const std::string& k : printed.columns)
+    table.columns.push_back({fmt::format("k = {} [10⁻² m²]", k), 2});
+  for (std::size_t d = 0; d < results.distances.size(); ++d)
+    for (std::size_t m = 0; m < results.models.size(); ++m) {
+      auto& row = table.rows.emplace_back(
+          ResultTable::Row{fmt::format("{}, {}", results.models[m], results.distances[d]), {}});
+      for (const std::string& column : printed.columns) {
+        const std::size_t k = std::stoul(column);
+        std::vector<double> variances;
+        for (std::size_t s = 0; s < results.drives.size() && k <= commonClusters(results); ++s)
+          variances.push_back(100 * results.cell(d, s, m).variance[k - 1].overClusters);
+        row.values.push_back(variances.empty() ? CellValue() : meanOf(variances));
+      }
+    }
+  for (const ThesisTable::Row& row : printed.rows)
+    table.rows.push_back({fmt::format("(thesis: {})", row.name()), row.values});
+  return table;
 }
 
 }  // namespace estancia::experiments

@@ -46,4 +46,7 @@ struct ModelChoiceResults {
 /// Ranks the models; tables of the variances at the k of `shown` that all cells reach.
 Findings findingsOf(const ModelChoiceResults& results, const std::vector<std::size_t>& shown);
 
+/// The variances in the unit of the thesis' Table 4.1, with its rows below.
+ResultTable besideThesis(const ModelChoiceResults& results);
+
 }  // namespace estancia::experiments

@@ -21,7 +21,8 @@ const LabeledDrive& LabeledDrives::of(const SequenceSource& source) {
   return labeled_.emplace(digest, LabeledDrive{std::move(images), std::move(recording)}).first->second;
 }
 
-Findings studyDrives(const DriveStudy& study, Findings (*findingsOf)(const DriveResults& results), Grid& grid,
+Findings studyDrives(const DriveStudy& study,
+                     const std::function<Findings(const DriveResults& results)>& findingsOf, Grid& grid,
                      const ExperimentRun& run, Progress& progress) {
   std::vector<std::string> notes;
   const auto models = modelsToCompare(study.models, run, notes);
@@ -41,7 +42,10 @@ Findings studyDrives(const DriveStudy& study, Findings (*findingsOf)(const Drive
         Cell cell{
             {model.name, drives[d].name},
             sha256(fmt::format("{} {} {}", labeler->cacheKey(), digests[d], study.inputs(drives[d], v)))};
-        if (!study.variants[v].empty()) cell.coordinates.push_back(study.variants[v]);
+        if (study.coordinates)
+          for (const std::string& coordinate : study.coordinates(v)) cell.coordinates.push_back(coordinate);
+        else if (!study.variants[v].empty())
+          cell.coordinates.push_back(study.variants[v]);
         cells.push_back(std::move(cell));
       }
     LabeledDrives labeled(*labeler, run, progress);

@@ -79,11 +79,14 @@ struct DriveStudy {
   /// What cells depend on beside the images, the model and the names: a version of the computation, options.
   std::function<std::string(const NamedDrive& drive, std::size_t variant)> inputs;
   std::function<CellResults(LabeledDrives& labeled, const NamedDrive& drive, std::size_t variant)> compute;
+  /// The grid's columns of a variant, where its name is not the only one.
+  std::function<std::vector<std::string>(std::size_t variant)> coordinates = {};
 };
 
 /// Computes all cells, and adds the models and what was left out to what findingsOf() makes of them. Throws
 /// Error when a model, or a drive that is not optional, cannot be opened, and what compute() throws.
-Findings studyDrives(const DriveStudy& study, Findings (*findingsOf)(const DriveResults& results), Grid& grid,
+Findings studyDrives(const DriveStudy& study,
+                     const std::function<Findings(const DriveResults& results)>& findingsOf, Grid& grid,
                      const ExperimentRun& run, Progress& progress);
 
 /// The columns of those measures that any of the cells has at "".

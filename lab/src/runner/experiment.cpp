@@ -21,6 +21,7 @@
 #include "odometry/odometry_errors.hpp"
 #include "places/further_drives.hpp"
 #include "places/localization_errors.hpp"
+#include "places/maps.hpp"
 #include "places/missing_labels.hpp"
 #include "places/model_choice.hpp"
 #include "places/place_tasks.hpp"
@@ -113,6 +114,8 @@ constexpr Kind kindTable[] = {
      homeWorldsColumns, true, prepare<readHomeWorlds, mapHomeWorlds>},
     {"localization", "one drive found in the map of another, by each image alone and by all so far",
      localizationErrorsColumns, true, prepare<readLocalizationErrors, compareLocalization>},
+    {"maps", "maps side by side over thresholds, and images found in one of them (thesis 4.5.3)", mapsColumns,
+     true, prepare<readMaps, compareMaps>},
     {"missing-labels", "places and rooms by a labeler that returns its best labels only (thesis 3.4.2, 3.7)",
      missingLabelsColumns, true, prepare<readMissingLabels, compareMissingLabels>},
     {"model-choice", "which model's labels separate places best (thesis 4.5.2)", modelChoiceColumns, false,
