@@ -340,8 +340,13 @@ TEST(Golden, Features) {
     results.cells.push_back(
         {{someOf(numbers, measures), someOf(numbers, measures)}, {someOf(numbers, {"accuracy"})}});
   test::expectGolden("features", featureFindings(results));
+  const FeatureResults both = results;
   results.distances.pop_back();
   test::expectGolden("features-one-distance", featureFindings(results));
+  results = both;
+  results.descriptors.pop_back();
+  results.cells.pop_back();
+  test::expectGolden("features-one-descriptor", featureFindings(results));
 }
 
 TEST(Golden, Localization) {

@@ -73,9 +73,7 @@ std::vector<Source> openSources(const FeatureStudyOptions& options, const Experi
     images = {digestOf(options.vocabulary->images), [&options, &run, &progress](LocalFeature feature) {
                 return localFeaturesOf(options.vocabulary->images, feature, run, progress);
               }};
-  std::vector<std::string> features = options.features;
-  if (features.empty()) features = namesIn(featureTypes());
-  for (const std::string& type : features) {
+  for (const std::string& type : options.features) {
     if (needsVocabulary(type) && !options.vocabulary)
       fail(ErrorCode::invalidInput, "{} needs images to learn visual words from; name some by [vocabulary]",
            type);
@@ -298,14 +296,18 @@ NamedDrive readVocabulary(ConfigFile& config, const toml::table& table, Vocabula
 
 FeatureStudyOptions readFeatureStudy(ConfigFile& config) {
   FeatureStudyOptions options;
+  options.features = namesIn(featureTypes());
   const auto text = [&config](const toml::node& node) { return config.text(node); };
   const toml::array *layers = nullptr, *drives = nullptr, *rooms = nullptr;
   const toml::table* vocabulary = nullptr;
   config.read(
       {{"type", true, "the kind of experiment", [](auto&) {}},
        {"models", false, "networks whose words are compared", each(config, options.models, text)},
-       {"features", false, "descriptors without words",
-        each(config, options.features, oneOf(config, featureTypes()))},
+       {"features", false, "descriptors without words; []: none",
+        [&](auto& n) {
+          if (config.list(n).empty()) return options.features.clear();
+          each(config, options.features, oneOf(config, featureTypes()))(n);
+        }},
        {"distances", false, "how they are compared",
         each(config, options.distances, oneOf(config, distances()))},
        {"layer", false, "inner layers of networks", [&](auto& n) { layers = &config.list(n); }},

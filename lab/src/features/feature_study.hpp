@@ -42,7 +42,7 @@ struct FeatureStudyOptions {
   /// Names, folders, several joined by +; none: all that are installed.
   std::vector<std::string> models;
   std::vector<Layer> layers;
-  /// Names of featureTypes(); none: all.
+  /// Names of featureTypes().
   std::vector<std::string> features;
   /// Names of distances(); none: the default of the maps.
   std::vector<std::string> distances;
