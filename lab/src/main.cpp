@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -17,6 +18,7 @@
 #include "estancia/labelers/model.hpp"
 #include "estancia/processes/work_queue.hpp"
 #include "runner/experiment.hpp"
+#include "runner/run_files.hpp"
 
 namespace estancia::experiments {
 namespace {
@@ -61,16 +63,16 @@ void run(const ExperimentArguments& arguments) {
   const Processes processes = joinProcesses();
   LabelCache cache;
   Findings findings;
-  const auto program = [&] {
-    findings = runExperiment(configs,
-                             {folder, arguments.models, arguments.labeler,
-                              arguments.noCache ? nullptr : &cache, processes.queue.get()},
-                             *processes.progress);
-  };
+  const ExperimentRun experiment{folder, arguments.models, arguments.labeler,
+                                 arguments.noCache ? nullptr : &cache, processes.queue.get()};
+  const auto begin = std::chrono::steady_clock::now();
+  const auto program = [&] { findings = runExperiment(configs, experiment, *processes.progress); };
   processes.queue != nullptr ? processes.queue->together(program) : program();
   if (!processes.speaks()) return;
   for (const std::string& note : findings.notes) spdlog::warn("{}", note);
   writeFindingsPage(folder / "report.html", findings);
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+  writeRunFiles(experiment, configs, findings, seconds.count());
   for (const Findings& part : findings.apart) writeFindingsFiles(folder / part.file, part);
   if (arguments.json) {
     print(jsonOf(findings));
@@ -93,9 +95,9 @@ void addRunCommand(CLI::App& app) {
   command
       ->add_option(
           "-o,--output", a->output,
-          "Folder for report.html, results.csv and what is needed to resume after Ctrl-C; experiments "
-          "of several types have a folder each in it\nDefault: CONFIG's name (of several files, their "
-          "folder's), here")
+          "Folder for report.html, findings.md, results.csv, run.json and what is needed to resume after "
+          "Ctrl-C; experiments of several types have a folder each in it\nDefault: CONFIG's name (of several "
+          "files, their folder's), here")
       ->type_name("FOLDER");
   command->add_option("--models", a->models, "Only these models, by name or folder, with commas between them")
       ->type_name("NAME")

@@ -68,6 +68,8 @@ TEST_F(ExperimentCommand, PrintsTheTablesAndWritesThePage) {
   EXPECT_TRUE(holds(result.err, "report.html")) << result.err;
   EXPECT_TRUE(holds(readFile(out_ / "report.html"), "small"));
   EXPECT_TRUE(holds(readFile(out_ / "results.csv"), "\nsmall,tour,standardized-clr,12,"));
+  EXPECT_TRUE(holds(readFile(out_ / "findings.md"), "\n| small | "));
+  EXPECT_EQ(json::parse(readFile(out_ / "run.json"))["configurations"], json({config_}));
   EXPECT_EQ(cellsOnDisk(), 1U);
 }
 

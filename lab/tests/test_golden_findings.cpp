@@ -349,8 +349,13 @@ TEST(Golden, Features) {
   results.recognizers.emplace_back(
       "fab-map, orb", std::vector<CellResults>{someOf(numbers, {"one_image", "filtered", "unknown"})});
   test::expectGolden("features", featureFindings(results));
+  const FeatureResults both = results;
   results.distances.pop_back();
   test::expectGolden("features-one-distance", featureFindings(results));
+  results = both;
+  results.descriptors.pop_back();
+  results.cells.pop_back();
+  test::expectGolden("features-one-descriptor", featureFindings(results));
 }
 
 TEST(Golden, Localization) {

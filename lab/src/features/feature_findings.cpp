@@ -31,27 +31,31 @@ std::string nameWith(const FeatureResults& results, std::size_t descriptor, std:
   return results.distances.size() == 1 ? name : fmt::format("{} ({})", name, results.distances[distance]);
 }
 
-/// All measures of the maps of one drive, a row a descriptor.
+/// All measures of the maps of one drive, a row a descriptor; of a single one, a row a distance.
 ResultTable mapsOf(const FeatureResults& results, std::size_t task, const std::vector<std::size_t>& chosen) {
   std::vector<std::pair<std::string, CellResults>> rows;
-  std::vector<CellResults> cells;
-  for (std::size_t d = 0; d < results.descriptors.size(); ++d) {
-    rows.emplace_back(nameWith(results, d, chosen[d]), results.cells[d][task][chosen[d]]);
-    cells.push_back(rows.back().second);
-  }
-  for (const auto& [name, found] : results.recognizers) {
-    rows.emplace_back(name, found[task]);
-    cells.push_back(found[task]);
-  }
   std::string caption =
       "The map against the rooms, the driven path and the positions; another drive found in it: the share of "
       "right answers by each image alone, by all images so far, and with twenty more.";
-  if (results.distances.size() > 1)
-    caption += task == 0 ? " Each descriptor has the distance of its best map of this drive."
-                         : fmt::format(" Distances were chosen on {}.", results.tasks[0].name);
+  const bool byDistance = results.descriptors.size() == 1 && results.distances.size() > 1;
+  if (byDistance) {
+    for (std::size_t d = 0; d < results.distances.size(); ++d)
+      rows.emplace_back(results.distances[d], results.cells[0][task][d]);
+  } else {
+    for (std::size_t d = 0; d < results.descriptors.size(); ++d)
+      rows.emplace_back(nameWith(results, d, chosen[d]), results.cells[d][task][chosen[d]]);
+    if (results.distances.size() > 1)
+      caption += task == 0 ? " Each descriptor has the distance of its best map of this drive."
+                           : fmt::format(" Distances were chosen on {}.", results.tasks[0].name);
+  }
+  for (const auto& [name, found] : results.recognizers) rows.emplace_back(name, found[task]);
   if (!results.recognizers.empty()) caption += " Taken for new: images of no place of the map, by FAB-MAP.";
-  return pivot(ResultTable{results.tasks[task].name, std::move(caption), "descriptor", {}, {}}, rows,
-               measuresIn(cells, featureMeasures()));
+  std::vector<CellResults> cells;
+  for (const auto& row : rows) cells.push_back(row.second);
+  return pivot(
+      ResultTable{
+          results.tasks[task].name, std::move(caption), byDistance ? "distance" : "descriptor", {}, {}},
+      rows, measuresIn(cells, featureMeasures()));
 }
 
 /// One measure of the maps of one drive, a column a distance.
@@ -111,7 +115,7 @@ Findings featureFindings(const FeatureResults& results) {
       ++drives;
     }
   if (drives < results.tasks.size()) findings.sections.emplace_back(roomsOf(results));
-  if (results.distances.size() > 1)
+  if (results.distances.size() > 1 && results.descriptors.size() > 1)
     for (std::size_t t = 0; t < drives; ++t)
       for (const auto& [measure, title] : {std::pair{"v_measure", "V-measure"}, {"one_image", "one image"}})
         if (valueOf(results.cells[0][t][0], measure))  // a drive without rooms has no V-measure

@@ -91,9 +91,7 @@ std::vector<Source> openSources(const FeatureStudyOptions& options,
     spec.features = layer.features;
     sources.push_back({layer.name, loadModel(spec, run.labeler), {}});
   }
-  std::vector<std::string> features = options.features;
-  if (features.empty()) features = namesIn(featureTypes());
-  for (const std::string& type : features)
+  for (const std::string& type : options.features)
     if (!needsVocabulary(type) || !lacksWords(type, options, images, notes))
       sources.push_back({type, makeFeatureLabeler(type, images.value_or(VocabularyImages{}), options.sizes),
                          kindOfFeature(type)});
@@ -352,14 +350,18 @@ NamedDrive readVocabulary(ConfigFile& config, const toml::table& table, Vocabula
 
 FeatureStudyOptions readFeatureStudy(ConfigFile& config) {
   FeatureStudyOptions options;
+  options.features = namesIn(featureTypes());
   const auto text = [&config](const toml::node& node) { return config.text(node); };
   const toml::array *layers = nullptr, *drives = nullptr, *rooms = nullptr;
   const toml::table* vocabulary = nullptr;
   config.read(
       {{"type", true, "the kind of experiment", [](auto&) {}},
        {"models", false, "networks whose words are compared", each(config, options.models, text)},
-       {"features", false, "descriptors without words",
-        each(config, options.features, oneOf(config, featureTypes()))},
+       {"features", false, "descriptors without words; []: none",
+        [&](auto& n) {
+          if (config.list(n).empty()) return options.features.clear();
+          each(config, options.features, oneOf(config, featureTypes()))(n);
+        }},
        {"fab_map", false, "local features whose words FAB-MAP finds drives by",
         each(config, options.fabMaps, oneOf(config, std::vector<std::string>{"orb", "sift"}))},
        {"distances", false, "how they are compared",

@@ -43,7 +43,7 @@ struct FeatureStudyOptions {
   /// Names, folders, several joined by +; none: all that are installed.
   std::vector<std::string> models;
   std::vector<Layer> layers;
-  /// Names of featureTypes(); none: all.
+  /// Names of featureTypes().
   std::vector<std::string> features;
   /// "orb", "sift": FAB-MAP by visual words of these, for drives alone; none: without it.
   std::vector<std::string> fabMaps;
