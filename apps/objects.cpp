@@ -154,7 +154,7 @@ void addObjectsCollect(CLI::App& objects) {
   SequenceArguments::addDepthTo(a->declared);
   command->add_option("-o,--output", a->output, "A new folder: samples.csv, images/ and clouds/")->required();
   a->declared.add(declare(a->options),
-                  {"first", "every", "max-frames", "max-views", "strict", "replace=overwrite"});
+                  {"first", "every", "max-frames", "max-views", "clusters", "strict", "replace=overwrite"});
   a->declared.add(declare(a->options.clusters), {"min-points=min-pixels"});
   addJsonOption(*command, a->json);
   addExamples(

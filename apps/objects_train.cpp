@@ -1,6 +1,7 @@
 // estancia objects train: a shape classifier, trained on the labels of images or on true categories.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
 #include <numeric>
@@ -12,6 +13,7 @@
 #include "estancia/core/progress.hpp"
 #include "estancia/figures/text.hpp"
 #include "estancia/objects/class_probabilities.hpp"
+#include "estancia/objects/own_classes.hpp"
 #include "estancia/objects/training_sources.hpp"
 #include "estancia/words/installed_words.hpp"
 #include "objects.hpp"
@@ -33,12 +35,10 @@ struct ObjectsTrainArguments {
   DeclaredOptions declared;
 };
 
+/// Without classes, the labels make their own.
 TargetClasses targetsOf(const ObjectsTrainArguments& a, const TrainingSources& sources) {
   if (!a.study.empty()) return readTargetClasses(a.study);
-  if (!a.truth)
-    throw Error(ErrorCode::invalidOption,
-                "the target classes are missing; give --study FILE, a TOML file with tables [classes.NAME]");
-  return targetClassesOf(sources);
+  return a.truth ? targetClassesOf(sources) : TargetClasses{};
 }
 
 /// A person's words for classes that the labelers have no label for; reports which labels stand for them.
@@ -65,10 +65,29 @@ std::string pseudoLabelsOf(const ObjectsTrainArguments& a) {
   return a.truth ? "true" : pseudoLabelings()[static_cast<std::size_t>(a.options.pseudoLabels)].name;
 }
 
+Json jsonOf(const OwnClasses& own) {
+  Json leftOut = Json::array();
+  for (const SureWord& word : own.leftOut)
+    leftOut.push_back({{"word", word.name},
+                       {"objects", word.objects},
+                       {"views", word.views},
+                       {"recognized", word.recognized},
+                       {"chance", word.chance}});
+  return {{"unsure", own.unsure}, {"left_out", leftOut}};
+}
+
+/// "chair: folding chair, rocking chair", and what is no class.
+void printOwnClasses(const OwnClasses& own, const TargetClasses& targets) {
+  for (const TargetClasses::Class& target : targets.classes)
+    if (target.labels.size() > 1) fmt::print("{}: {}\n", target.name, fmt::join(target.labels, ", "));
+  fmt::print("no class: {}\n", leftOutOf(own));
+}
+
 Json jsonOf(const ObjectsTrainArguments& a, const TrainingSet& set, const ObjectModel& model) {
   Json classes = Json::array();
   for (std::size_t c = 0; c < model.targets().classes.size(); ++c) {
     Json entry{{"class", model.targets().classes[c].name},
+               {"labels", model.targets().classes[c].labels},
                {"views", set.samples[c]},
                {"instances", set.instances[c]}};
     entry["prior"] = model.prior().empty() ? Json() : Json(model.prior()[c]);
@@ -86,6 +105,7 @@ Json jsonOf(const ObjectsTrainArguments& a, const TrainingSet& set, const Object
               {"unlabeled", set.unlabeled},
               {"rejected", set.rejected}}},
             {"choice", model.choice()}};
+  json["own_classes"] = set.own ? jsonOf(*set.own) : Json();
   json["pseudo_label_accuracy"] =
       a.truth || set.comparable == 0
           ? Json()
@@ -108,6 +128,7 @@ void printText(const ObjectsTrainArguments& a, const TrainingSet& set, const Obj
   for (std::size_t c = 0; c < classes.size(); ++c)
     fmt::print("  {:<24} {:>6} {:>7} {:>6} {:>10}\n", classes[c].name, set.samples[c], set.instances[c],
                model.prior().empty() ? "" : percent(model.prior()[c]), percent(model.heldOutAccuracy()[c]));
+  if (set.own) printOwnClasses(*set.own, model.targets());
   if (!a.truth) fmt::print("{} of the labeler's answers are these classes\n", percent(set.coverage));
   if (!a.truth && set.comparable > 0)
     fmt::print("{} of {} with a known category have the correct pseudo-label\n",
@@ -155,9 +176,11 @@ void addObjectsTrain(CLI::App& objects) {
       ->required();
   a->declared.add(declare(a->format), {"type"});
   command
-      ->add_option("--study", a->study,
-                   "The target classes, and their names at labelers and in data sets: TOML with tables "
-                   "[classes.NAME]; with --truth by default the categories")
+      ->add_option(
+          "--study", a->study,
+          "The target classes, and their names at labelers and in data sets: TOML with tables "
+          "[classes.NAME]\nDefault: the words that several objects surely have and their shapes confirm; "
+          "with --truth, the categories")
       ->type_name("FILE");
   addOutputOption(*command, a->output, "The model, NAME.objects")->required();
   command
@@ -178,6 +201,7 @@ void addObjectsTrain(CLI::App& objects) {
   addOverwriteOption(*command, a->overwrite);
   addJsonOption(*command, a->json);
   addExamples(*command,
+              "  estancia objects train samples -o kitchen.objects\n"
               "  estancia objects train samples --study kitchen.toml -o kitchen.objects\n"
               "  estancia objects train monday tuesday --study kitchen.toml -o kitchen.objects --size\n"
               "  estancia objects train samples --study kitchen.toml -o thesis.objects --pseudo-labels top "

@@ -6,16 +6,22 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <map>
 #include <optional>
 
 #include "common.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/core/progress.hpp"
+#include "estancia/files/image_writer.hpp"
 #include "estancia/findings/findings_page.hpp"
 #include "estancia/findings/label_findings.hpp"
+#include "estancia/findings/object_sheet.hpp"
 #include "estancia/map_file/store.hpp"
+#include "estancia/objects/clustered_frame.hpp"
 #include "estancia/query/quality.hpp"
+#include "estancia/readers/object_samples.hpp"
+#include "estancia/readers/object_views.hpp"
 #include "estancia/report/map_page.hpp"
 #include "estancia/report/zone_summary.hpp"
 #include "estancia/report/zones_page.hpp"
@@ -132,15 +138,19 @@ void writeZones(const ReportArguments& arguments, const CLI::App& command) {
   writeZonesPage(arguments.output, page);
 }
 
-/// The labels of a sequence: how often there are which.
-void writeLabels(const ReportArguments& arguments) {
+void refuseOfMaps(const ReportArguments& arguments, const char* holds) {
   for (const auto& [name, given] : {std::pair("--label", !arguments.label.empty()),
                                     {"--zones", !arguments.zones.empty()},
                                     {"--floor-plan", !arguments.floorPlan.empty()},
                                     {"--from", arguments.from.has_value()}})
     if (given)
       throw Error(ErrorCode::invalidOption,
-                  fmt::format("{} goes with a map; {} holds labels", name, arguments.file));
+                  fmt::format("{} goes with a map; {} holds {}", name, arguments.file, holds));
+}
+
+/// The labels of a sequence: how often there are which.
+void writeLabels(const ReportArguments& arguments) {
+  refuseOfMaps(arguments, "labels");
   const DescriptorSequence labels = readDescriptors(arguments.file);
   std::optional<MapStore> map;
   ImageOfFrame image;
@@ -156,18 +166,50 @@ void writeLabels(const ReportArguments& arguments) {
   writeFindingsPage(arguments.output, findings);
 }
 
+/// Views of objects: all objects at a glance, and their labels where there are some.
+void writeObjects(const ReportArguments& arguments) {
+  refuseOfMaps(arguments, "views of objects");
+  if (!arguments.map.empty())
+    throw Error(ErrorCode::invalidOption,
+                fmt::format("--map gives images to labels; {} has its own", arguments.file));
+  const auto views = openObjectViews(arguments.file);
+  const auto crops = cropsOf(*views);
+  Findings findings;
+  Images sheet;
+  if (const auto file = labelFileOf(arguments.file); std::filesystem::exists(file)) {
+    const DescriptorSequence labels = readDescriptors(file);
+    sheet = objectSheet(*views, &labels, *installedConcepts(labels.vocabulary, arguments.naming));
+    std::map<std::string, std::size_t> viewNamed;
+    for (std::size_t i = 0; i < views->size(); ++i) viewNamed.emplace(views->view(i).name, i);
+    findings = labelFindings(labels, [&](std::size_t frame) {
+      const auto view = viewNamed.find(labels.frames[frame].name);
+      return view == viewNamed.end() ? std::vector<unsigned char>() : encodeImage(crops->image(view->second));
+    });
+  } else {
+    sheet = objectSheet(*views);
+  }
+  findings.title = titleOf(arguments);
+  findings.sections.insert(findings.sections.begin(), std::move(sheet));
+  writeFindingsPage(arguments.output, findings);
+}
+
 void run(const ReportArguments& arguments, const CLI::App& command) {
   requireNoData(arguments.output, {arguments.file, arguments.map, arguments.zones, arguments.floorPlan},
                 pageStart);
   requireReplaceable(arguments.output, arguments.overwrite, nullptr, "page");
-  const bool zones = isZoneFile(arguments.file);
-  const bool labels = isDescriptorFile(arguments.file);
-  labels ? writeLabels(arguments) : zones ? writeZones(arguments, command) : writeMap(arguments, command);
+  const bool objects = std::filesystem::is_directory(arguments.file);
+  const bool zones = !objects && isZoneFile(arguments.file);
+  const bool labels = !objects && isDescriptorFile(arguments.file);
+  objects  ? writeObjects(arguments)
+  : labels ? writeLabels(arguments)
+  : zones  ? writeZones(arguments, command)
+           : writeMap(arguments, command);
   if (arguments.json)
     print(nlohmann::ordered_json{{"file", arguments.output},
-                                 {"shows", labels  ? "labels"
-                                           : zones ? "zones"
-                                                   : "map"},
+                                 {"shows", objects  ? "objects"
+                                           : labels ? "labels"
+                                           : zones  ? "zones"
+                                                    : "map"},
                                  {"title", titleOf(arguments)}});
   else
     spdlog::info("wrote {}", arguments.output);
@@ -177,11 +219,13 @@ void run(const ReportArguments& arguments, const CLI::App& command) {
 
 void addReportCommand(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
-      "report", "Write a page that shows a map, zones or labels: one HTML file, no network");
+      "report", "Write a page that shows a map, zones, labels or objects: one HTML file, no network");
   auto arguments = std::make_shared<ReportArguments>(*command);
   command
-      ->add_option("FILE", arguments->file,
-                   "The map file (*.estancia), the file of zones (*.zones) or of labels (*.labels)")
+      ->add_option(
+          "FILE", arguments->file,
+          "The map file (*.estancia), the file of zones (*.zones) or of labels (*.labels), or a folder of "
+          "`estancia objects collect`")
       ->required();
   addOutputOption(*command, arguments->output, "The HTML file to write")->required();
   command->add_option("--title", arguments->title, "Title of the page; default: the file's name");
@@ -216,7 +260,8 @@ void addReportCommand(CLI::App& app) {
               "  estancia report home.estancia -o home.html --floor-plan ~/drive\n"
               "  estancia report home.estancia -o home.html --zones home.zones\n"
               "  estancia report home.zones -o zones.html --map home.estancia\n"
-              "  estancia report home.labels -o labels.html --map home.estancia");
+              "  estancia report home.labels -o labels.html --map home.estancia\n"
+              "  estancia report samples -o objects.html");
   command->callback([arguments, command] { run(*arguments, *command); });
 }
 

@@ -17,6 +17,7 @@ constexpr std::string_view ofTracks =
     "an object is found again within 5 cm or half its size, by an overlap of 0.3, for 5 frames";
 
 constexpr RemovedOption removed[] = {
+    {"classifier.c", "", byValidation},
     {"classifier.folds", "5", ""},
     {"classifier.gamma", "", byValidation},
     {"classifier.metric", "", byValidation},

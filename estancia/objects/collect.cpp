@@ -225,6 +225,13 @@ OptionGroup declare(CollectOptions& options) {
   group.add("max-frames", &options.maxFrames, "Number of frames; 0: all.").range(0);
   group.add("max-views", &options.maxViews, "Largest number of views of one object (thesis Table 6.2).")
       .range(1);
+  using Method = ClusterOptions::Method;
+  group
+      .add("clusters", options.clusters.method,
+           {{{"convexity", "convex parts, joined where they are one thing"}, Method::convexity},
+            {{"euclidean", "what is 15 mm apart, as in the thesis"}, Method::euclidean}},
+           "What an object is.")
+      .why("euclidean to repeat the thesis; things that touch are one then");
   group.add("replace", &options.replace, "Replace the samples in an existing folder.");
   group.add("strict", &options.strict, "Fail at a frame that cannot be read instead of skipping it.");
   return group;

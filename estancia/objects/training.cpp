@@ -14,8 +14,11 @@
 #include "estancia/core/fail.hpp"
 #include "estancia/core/label_words.hpp"
 #include "estancia/labelers/recorded_labeler.hpp"
+#include "estancia/objects/own_classes.hpp"
 #include "estancia/objects/pseudo_labels.hpp"
 #include "estancia/objects/shape.hpp"
+#include "estancia/words/installed_words.hpp"
+#include "estancia/words/label_concepts.hpp"
 
 namespace estancia {
 namespace {
@@ -64,8 +67,7 @@ class RecordedLabels {
 struct DescribedViews {
   Features shapes;
   std::vector<int> instances = {};
-  /// Index of the true target class; −1 unknown.
-  std::vector<int> trueClasses = {};
+  std::vector<std::string> categories = {};
   /// The labels of each source, and the vocabulary they are in.
   std::vector<std::pair<Vocabulary, DescriptorMatrix>> labels = {};
   /// A view without labels, beside one that has some: for the error.
@@ -155,12 +157,36 @@ DescribedViews describeViews(std::span<const LabeledViews> sources, const Traini
       ++row;
       const auto next = static_cast<int>(instances.size());
       all.instances.push_back(instances.try_emplace({s, view.category, view.instance}, next).first->second);
-      all.trueClasses.push_back(set.training.targets.classOf(view.category));
+      all.categories.push_back(view.category);
       if (source.labels) kept.append(labels.row(i));
     }
     if (source.labels) all.labels.emplace_back(source.labels->vocabulary, std::move(kept));
   }
   return all;
+}
+
+/// The classes that the labels make themselves.
+OwnClasses ownClassesOf(const DescribedViews& views, const TrainingOptions& options, Progress& progress) {
+  if (views.labels.empty())
+    fail(ErrorCode::invalidOption, "there are neither target classes nor labels that could make some");
+  const Vocabulary& vocabulary = views.labels.front().first;
+  DescriptorMatrix labels(vocabulary.size());
+  for (const auto& [known, some] : views.labels) {
+    if (known != vocabulary)
+      fail(ErrorCode::mismatch,
+           "the label files have different vocabularies; label the views anew, or give classes");
+    append(labels, some);
+  }
+  OwnClasses own = findOwnClasses(vocabulary, *installedConcepts(vocabulary, {}), labels, views.instances,
+                                  views.shapes, options.classifier, options.minCoverage, progress);
+  if (own.classes.size() < 2)
+    fail(ErrorCode::insufficientData,
+         "the labels make {} of {} objects, and a model needs two: {}; collect more views and objects, or "
+         "give "
+         "target classes (--study)",
+         own.classes.empty() ? "no class" : fmt::format("one class ({})", own.classes.front().name),
+         std::set<int>(views.instances.begin(), views.instances.end()).size(), leftOutOf(own));
+  return own;
 }
 
 /// p(class | image) of the target classes.
@@ -174,9 +200,10 @@ ClassProbabilities restrictLabels(const DescribedViews& views, const TargetClass
   return all;
 }
 
-/// Clears the probabilities of instances of no target class: mean coverage below the minimum.
+/// Clears the probabilities of instances of no target class: mean coverage below the minimum, or none of
+/// `ownClasses`, unless these are empty.
 ClassProbabilities rejectOthers(const ClassProbabilities& answers, const std::vector<int>& instances,
-                                double minCoverage) {
+                                double minCoverage, const std::vector<int>& ownClasses) {
   std::map<int, std::pair<double, double>> sums;  // coverage and number of the samples of an instance
   for (std::size_t i = 0; i < instances.size(); ++i) {
     sums[instances[i]].first += answers.coverage[i];
@@ -186,8 +213,8 @@ ClassProbabilities rejectOthers(const ClassProbabilities& answers, const std::ve
   const std::vector<float> none(answers.probabilities.labels(), 0);
   for (std::size_t i = 0; i < instances.size(); ++i) {
     const auto& [coverage, samples] = sums[instances[i]];
-    accepted.probabilities.append(coverage < minCoverage * samples ? DescriptorView(none)
-                                                                   : answers.probabilities.row(i));
+    const bool other = coverage < minCoverage * samples || (!ownClasses.empty() && ownClasses[i] < 0);
+    accepted.probabilities.append(other ? DescriptorView(none) : answers.probabilities.row(i));
   }
   return accepted;
 }
@@ -270,7 +297,7 @@ OptionGroup declare(TrainingOptions& options) {
       .automatic("all views");
   group.add(declare(options.shape));
   OptionGroup classifier = declare(options.classifier);
-  constexpr std::string_view details[] = {"folds", "gamma", "metric", "neighbors", "trees"};
+  constexpr std::string_view details[] = {"c", "folds", "gamma", "metric", "neighbors", "trees"};
   std::erase_if(classifier.options(), [&](const Option& o) { return std::ranges::count(details, o.name()); });
   group.add(std::move(classifier));
   return group;
@@ -290,21 +317,29 @@ TrainingSet gatherTraining(std::span<const LabeledViews> sources, const TargetCl
   requireViews(views, set);
   training.shapes = views.shapes;
   training.instances = views.instances;
-  training.classes = views.trueClasses;
+  if (targets.classes.empty()) {
+    set.own = std::make_shared<OwnClasses>(ownClassesOf(views, options, progress));
+    training.targets = targetClassesOf(*set.own, views.labels.front().first);
+  }
+  std::vector<int> trueClasses;
+  for (const std::string& category : views.categories)
+    trueClasses.push_back(training.targets.classOf(category));
+  training.classes = trueClasses;
   if (!views.labels.empty()) {
     ClassProbabilities p =
-        restrictLabels(views, targets);  // 1. p(class | image) ∝ Σ p(label | image), thesis 6.3
+        restrictLabels(views, training.targets);  // 1. p(class | image) ∝ Σ p(label | image), thesis 6.3
     set.coverage =
         std::accumulate(p.coverage.begin(), p.coverage.end(), 0.0) / static_cast<double>(p.coverage.size());
-    p = rejectOthers(p, views.instances, options.minCoverage);
-    if (options.correctPrior) {  // 2. p(class | image) / p(class), Saerens et al. 2002
+    p = rejectOthers(p, views.instances, options.minCoverage,
+                     set.own ? set.own->classOf : std::vector<int>());
+    if (options.correctPrior && !set.own) {  // 2. p(class | image) / p(class), Saerens et al. 2002
       training.prior = priorOf(p);
       p = corrected(p, training.prior);
     }
     training.classes = assignPseudoLabels(options.pseudoLabels, p, views.instances, views.shapes,  // 3. vote
                                           options.classifier, progress);
   }
-  countClasses(views.trueClasses, set);
+  countClasses(trueClasses, set);
   requireClasses(views, set, options);
   return set;  // 4. trainObjectModel() learns the shapes of the classes
 }

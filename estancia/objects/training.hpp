@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -17,6 +18,8 @@
 #include "estancia/sequences/descriptor_sequence.hpp"
 
 namespace estancia {
+
+struct OwnClasses;
 
 /// How class probabilities become pseudo-labels.
 enum class PseudoLabeling {
@@ -82,15 +85,19 @@ struct TrainingSet {
   double coverage = 0;
   /// Pseudo-labels of views whose category is a target class: how many there are, and how many are correct.
   std::size_t comparable = 0, correct = 0;
+  /// Where no target classes were given: those that the labels make.
+  std::shared_ptr<const OwnClasses> own = {};
 };
 
 /// Describes the shapes of views and gives each a class: restricts the labels to the target classes, corrects
-/// the labeler's prior, and assigns pseudo-labels; trainObjectModel() learns from the result. Instances are
-/// distinct across `sources`; pass each source once. Views find their labels by whole names or, if no view of
-/// a source does, as frames do by RecordedLabeler. Views that cannot be described are left out; the reasons
-/// go to `problems`. Throws Error (insufficientData) when no view is left or gets a class, (unknownName) when
-/// no view belongs to the split, (mismatch) when sources have different labelers or only some have labels,
-/// and as restrictTo(); Interrupted.
+/// the labeler's prior, and assigns pseudo-labels; trainObjectModel() learns from the result. Without
+/// `targets.classes` the labels make their own (findOwnClasses()); other objects are not learned from, and
+/// the prior is not corrected, as only frequent words are classes. Instances are distinct across `sources`;
+/// pass each source once. Views find their labels by whole names or, if no view of a source does, as frames
+/// do by RecordedLabeler. Views that cannot be described are left out; the reasons go to `problems`. Throws
+/// Error (insufficientData) when no view is left or gets a class, or labels make fewer than two,
+/// (unknownName) when no view belongs to the split, (mismatch) when sources have different labelers or only
+/// some have labels, or other vocabularies where the classes are their own, and as restrictTo(); Interrupted.
 TrainingSet gatherTraining(std::span<const LabeledViews> sources, const TargetClasses& targets,
                            const TrainingOptions& options = {}, Progress& progress = Progress::none(),
                            std::vector<std::string>* problems = nullptr);

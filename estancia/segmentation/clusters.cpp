@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "estancia/cloud/normals.hpp"
 #include "estancia/core/cores.hpp"
@@ -169,21 +170,17 @@ static void requireValid(const ClusterOptions& options) {
          options.minPlaneArea);
 }
 
-Clusters findClusters(const cv::Mat& depth, const CameraIntrinsics& camera, const ClusterOptions& options,
-                      const cv::Mat& image) {
-  requireValid(options);
-  if (!image.empty() && image.type() != CV_8UC3)
-    fail(ErrorCode::invalidInput, "the image beside a depth image is not BGR with 8 bits; convert it");
-  const InverseDepth grid = inverseDepth(depth, camera, options.threads);
-  PlaneRemoval removal = removePlanes(grid, options);
-  const cv::Vec3d up = upOf(removal.planes);
+/// Segments by convexity, and their pixels.
+static std::pair<Segmentation, Mask> convexSegments(const InverseDepth& grid, const cv::Vec3d& up,
+                                                    const cv::Mat& image, const ClusterOptions& options,
+                                                    PlaneRemoval& removal) {
   findStructure(grid, up, removal);
   const Segmentation patches = takePatches(grid, removal);
   dropGrazedLevels(grid, up, removal);
   std::vector<std::uint8_t> creases =
       concaveCreases(grid, removal.rest, options.creaseDepth, options.threads);
   Segmentation segments = oversegment(grid, removal.rest, std::move(creases));
-  const Mask foreground = dropStructure(grid, removal, up, patches, segments);
+  Mask foreground = dropStructure(grid, removal, up, patches, segments);
   mergeSegments(grid, foreground, options.threads, segments);
   joinLoose(grid, foreground, removal.half, up, segments);
   const SegmentColors colors = segmentColors(image, {grid.camera.width, grid.camera.height});
@@ -192,6 +189,20 @@ Clusters findClusters(const cv::Mat& depth, const CameraIntrinsics& camera, cons
   if (!colors.empty()) splitByColor(grid, removal.half, colors, up, segments);
   dropFragments(grid, removal, up, foreground, segments);
   dropNarrow(grid, foreground, segments);
+  return {std::move(segments), std::move(foreground)};
+}
+
+Clusters findClusters(const cv::Mat& depth, const CameraIntrinsics& camera, const ClusterOptions& options,
+                      const cv::Mat& image) {
+  requireValid(options);
+  if (!image.empty() && image.type() != CV_8UC3)
+    fail(ErrorCode::invalidInput, "the image beside a depth image is not BGR with 8 bits; convert it");
+  const InverseDepth grid = inverseDepth(depth, camera, options.threads);
+  PlaneRemoval removal = removePlanes(grid, options);
+  const cv::Vec3d up = upOf(removal.planes);
+  auto [segments, foreground] = options.method == ClusterOptions::Method::euclidean
+                                    ? euclideanSegments(grid, removal.planes, options.threads)
+                                    : convexSegments(grid, up, image, options, removal);
   for (const std::uint32_t i : grid.bridged) {  // has no point
     std::uint32_t& label = segments.labels[i];
     if (label != 0) --segments.sizes[label];
@@ -205,6 +216,8 @@ Clusters findClusters(const PointCloud& cloud, const ClusterOptions& options) {
   requireValid(options);
   validate(cloud);
   const auto camera = cameraOf(cloud);
+  if (!camera && options.method == ClusterOptions::Method::euclidean)
+    fail(ErrorCode::invalidOption, "Euclidean clusters need a depth image or an organized cloud");
   if (!camera) return findUnorganizedClusters(cloud, options);
   cv::Mat depth(camera->height, camera->width, CV_32F);
   std::ranges::transform(cloud.points, depth.ptr<float>(),

@@ -18,6 +18,15 @@ namespace estancia {
 /// Lengths that depend on noise hold at 1 m from the camera and grow with the square of the distance, as the
 /// noise of depth cameras does.
 struct ClusterOptions {
+  enum class Method {
+    /// Convex parts (Stein et al., CVPR 2014).
+    convexity,
+    /// Euclidean clusters of a depth image, as the thesis has them (6.3.1; Rusu, Semantic 3D Object Maps,
+    /// 2009):
+    /// voxels of 5 mm that lie 20 mm from all planes are one object within 15 mm, of 100 to 25,000 voxels.
+    euclidean
+  };
+  Method method = Method::convexity;
   /// Area of the smallest plane that is removed [m²], of which half may lie beyond the image's edge.
   double minPlaneArea = 0.25;
   /// Distance within which points belong to a plane [m].
@@ -70,16 +79,17 @@ struct Clusters {
 /// depth edges and concave creases (Stein et al., CVPR 2014), and merges segments of one object that an
 /// occluder or the rim of a container had separated. Depths outside of 1 mm to 1 km count as missing.
 /// `camera` may have images of another size. `image`, which may be empty, is a BGR image of the same view, of
-/// any size: it separates things of one height that touch side by side where their colors differ. Throws
-/// Error (invalidInput, invalidOption) on another type of image, on a camera without size or focal length,
-/// and on options out of range.
+/// any size: it separates things of one height that touch side by side where their colors differ; Euclidean
+/// clusters do not need it. Throws Error (invalidInput, invalidOption) on another type of image, on a camera
+/// without size or focal length, and on options out of range.
 Clusters findClusters(const cv::Mat& depth, const CameraIntrinsics& camera,
                       const ClusterOptions& options = {}, const cv::Mat& image = {});
 
 /// Clusters a cloud with its colors: on its grid when it is organized and a pinhole camera explains the grid,
 /// else from the points alone, which is slower and coarser (objects behind an occluder stay separate). Points
 /// that are not finite belong to no cluster, nor do points beyond 10⁹ m in a cloud without a grid. Throws
-/// Error (invalidInput, invalidOption) on a cloud that breaks its invariant and on options out of range.
+/// Error (invalidInput, invalidOption) on a cloud that breaks its invariant, on options out of range, and on
+/// Euclidean clusters of a cloud without a grid.
 Clusters findClusters(const PointCloud& cloud, const ClusterOptions& options = {});
 
 /// Whether one plane fits the cloud within the noise of a depth camera at its viewpoint (95 % of the points

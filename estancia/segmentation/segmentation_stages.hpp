@@ -157,6 +157,11 @@ void mergeContainerInteriors(const InverseDepth& grid, const Mask& mask, const s
 void splitByColor(const InverseDepth& grid, const HalfImage& half, const SegmentColors& colors,
                   const cv::Vec3d& up, Segmentation& segments);
 
+/// ClusterOptions::Method::euclidean: the connected components of what lies on none of `planes`, and the
+/// pixels of all that does not.
+std::pair<Segmentation, Mask> euclideanSegments(const InverseDepth& grid, const std::vector<Plane>& planes,
+                                                int threads);
+
 /// findClusters() from the points alone, thinned to one a voxel of 5 mm or two spacings. Concave creases
 /// separate objects where the visible side of the surface is known: the cloud has normals or a viewpoint, or
 /// the origin, the default position of a sensor, lies outside of it. Otherwise each connected component is an

@@ -177,20 +177,6 @@ struct Made {
   }
 };
 
-TEST(EuclideanClusters, PartsWhatIsFartherApartThanTheTolerance) {
-  const Made made;
-  Plane wall;
-  wall.normal = {0, 0, -1};
-  wall.offset = -1.2;
-  ClusterOptions options;
-  const auto found = euclideanClusters(made.depth, camera, {wall}, options, 0.02);
-  EXPECT_EQ(found.size(), 2U);
-  EXPECT_EQ(euclideanClusters(made.depth, camera, {wall}, options, 1.0).size(), 1U);
-  EXPECT_EQ(euclideanClusters(made.depth, camera, {}, options, 0.02).size(), 3U) << "the wall is one, too";
-  options.minPoints = 100'000;
-  EXPECT_TRUE(euclideanClusters(made.depth, camera, {wall}, options, 0.02).empty());
-}
-
 TEST(Poster, LiesOnAPlaneThatFacesTheCamera) {
   const Made made;
   const PointCloud cloud = backProject(made.depth, camera);
@@ -307,7 +293,7 @@ TEST_F(ObjectSegmentation, TakesMadeUpScenes) {
 
 TEST_F(ObjectSegmentation, SaysWhatIsWrong) {
   const auto problem = [&](const std::string& more) { return test::caught([&] { run(more); }); };
-  EXPECT_THAT(problem("tolerance = 0\n"), FailsWith(ErrorCode::malformedFile, "study.toml:4", "`tolerance`"));
+  EXPECT_THAT(problem("images = 21\n"), FailsWith(ErrorCode::malformedFile, "study.toml:4", "`images`"));
   EXPECT_THAT(problem("scene = 1\n"), FailsWith(ErrorCode::malformedFile, "study.toml:4", "`scene`"));
   writeFile(scratch_ / "bare.toml", "type = \"object-segmentation\"\nscenes = \"scenes\"\n");
   EXPECT_THAT(

@@ -107,7 +107,8 @@ def train_object_model(
     **options: Unpack[TrainingOptions],
 ) -> ObjectModel:
     """Learns the shapes of views in folders (of :func:`collect_objects`, or a data set) from the labels of their
-    images; without labels, from their true categories. ``classes``: a TOML file of target classes. Options:
+    images; without labels, from their true categories. ``classes``: a TOML file of target classes; by default the words
+    that several objects surely have and their shapes confirm, or the categories. Options:
     :class:`estancia.options.TrainingOptions`."""
     paths = [folders] if isinstance(folders, (str, os.PathLike)) else list(folders)
     given = [labels] if isinstance(labels, Labels) else list(labels)

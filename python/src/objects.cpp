@@ -28,7 +28,8 @@ py::object collect(const Sequence& sequence, const std::filesystem::path& folder
   return make("Collected", c.frames, c.samples, c.instances, c.flat, c.atBorder, problems);
 }
 
-/// Trains on the views in a folder, with the labels of their images, or without them by their categories.
+/// Trains on the views in a folder, with the labels of their images, which make their own classes if none are
+/// given; or without them by their categories.
 py::tuple train(const std::vector<std::filesystem::path>& folders,
                 const std::vector<std::shared_ptr<SequenceLabels>>& labels, const py::object& classes,
                 const py::dict& given, const py::object& callback) {
@@ -45,7 +46,9 @@ py::tuple train(const std::vector<std::filesystem::path>& folders,
       sources.push_back({views.back().get(), {}});
       if (i < labels.size()) sources.back().labels = *labels[i]->sequence;
     }
-    const TargetClasses wanted = targets ? *targets : targetClassesOf(categoriesOf(sources));
+    const TargetClasses wanted = targets           ? *targets
+                                 : !labels.empty() ? TargetClasses{}
+                                                   : targetClassesOf(categoriesOf(sources));
     const TrainingSet set = gatherTraining(sources, wanted, options, *progress, &problems);
     return std::make_shared<ObjectModel>(trainObjectModel(set.training, options.classifier, *progress));
   });

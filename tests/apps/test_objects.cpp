@@ -98,6 +98,36 @@ TEST_F(Objects, CollectsLabelsAndLearnsShapes) {
   EXPECT_EQ(learned["pseudo_label_accuracy"], nullptr) << "no category is known";
 }
 
+TEST_F(Objects, MakeTheirOwnClassesWithoutAStudy) {
+  ASSERT_EQ(collect().exitCode, 0);
+  ASSERT_EQ(label().exitCode, 0);
+  const json learned = jsonOf(objects(
+      {"train", scratch_ / "things", "-o", model(), "--classifier", "svm-linear", "--all-views", "--json"}));
+  ASSERT_THAT(learned["classes"], SizeIs(2));
+  for (const json& entry : learned["classes"]) {
+    EXPECT_EQ(entry["instances"], 3) << entry;
+    EXPECT_EQ(entry["labels"], json{entry["class"]});
+    EXPECT_EQ(entry["prior"], nullptr);
+  }
+  EXPECT_EQ(learned["own_classes"], json::parse(R"({"unsure": 0, "left_out": []})"));
+  const auto frames = jsonLinesOf(objects({"predict", scratch_ / "table", "--object-model", model(),
+                                           "--model", scratch_ / "colors", "--json", "--max-frames", "1"}));
+  std::set<std::string> classes;
+  for (const json& object : frames[0]["objects"]) classes.insert(object["answer"]["class"]);
+  EXPECT_EQ(classes, (std::set<std::string>{"word 0", "word 1"}));
+  EXPECT_EQ(jsonOf(run({"report", scratch_ / "things", "-o", scratch_ / "things.html", "--json"}))["shows"],
+            "objects");
+  EXPECT_THAT(run({"report", scratch_ / "things", "-o", scratch_ / "x.html", "--label", "mug"}),
+              FailsWith(ErrorCode::invalidOption));
+}
+
+TEST_F(Objects, CollectsEuclideanClustersWhereAskedTo) {
+  TableSequence({boxAt(0, 0, {0.05, 0.05, 0.05}, blue), boxAt(0.15, 0, {0.05, 0.05, 0.08}, red)}, {0})
+      .writeTo(scratch_ / "table");
+  EXPECT_EQ(jsonOf(collect({"--json", "--clusters", "euclidean"}))["instances"], 2);
+  EXPECT_THAT(collect({"--overwrite", "--clusters", "square"}), FailsWith(ErrorCode::unknownName));
+}
+
 TEST_F(Objects, PredictsByImageAndInTheDarkByShape) {
   ASSERT_EQ(collect().exitCode, 0);
   ASSERT_EQ(label().exitCode, 0);
@@ -158,7 +188,7 @@ TEST_F(Objects, RefusesWhatItCannotUse) {
       {{"collect", scratch_ / "table/rgb", "-o", none}, ErrorCode::invalidInput},
       {{"label", samples, "--model", scratch_ / "colors", "--margin", "0.7"}, ErrorCode::invalidOption},
       {{"label", table, "--model", scratch_ / "colors"}, ErrorCode::unsupportedFile},
-      {{"train", samples, "-o", none}, ErrorCode::invalidOption},
+      {{"train", samples, "-o", none, "--min-coverage", "1"}, ErrorCode::insufficientData},
       {by("study.toml", {"--recorded-labels", "a.labels", "--recorded-labels", "b.labels"}),
        ErrorCode::invalidOption},
       {{"predict", table, "--object-model", model()}, ErrorCode::unsupportedFile},

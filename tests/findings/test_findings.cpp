@@ -4,12 +4,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <opencv2/imgcodecs.hpp>
 
 #include "estancia/core/error.hpp"
 #include "estancia/files/csv.hpp"
 #include "estancia/findings/comparison_findings.hpp"
 #include "estancia/findings/confusion_findings.hpp"
 #include "estancia/findings/label_findings.hpp"
+#include "estancia/findings/object_sheet.hpp"
 #include "estancia/findings/result_table.hpp"
 #include "estancia/findings/score_table.hpp"
 #include "support/errors.hpp"
@@ -127,6 +129,39 @@ TEST(LabelFindings, OfNothingAreRefused) {
         labelFindings(recordingOf({{0, 0, 0, 0}}));
       },
       test::FailsWith(ErrorCode::insufficientData));
+}
+
+class PaintedViews : public ObjectViews {
+ public:
+  std::string name() const override { return "painted"; }
+  std::size_t size() const override { return views_.size(); }
+  const ObjectView& view(std::size_t i) const override { return views_[i]; }
+  PointCloud cloud(std::size_t /*i*/) const override { return {}; }
+  ObjectImage image(std::size_t i) const override {
+    return {cv::Mat(40, 40, CV_8UC3, cv::Scalar::all(60.0 * static_cast<double>(i))), {10, 10, 20, 20}, {}};
+  }
+
+ private:
+  std::vector<ObjectView> views_{{"a0", "a", "mug", "", "", true, false},
+                                 {"a1", "a", "mug"},
+                                 {"a2", "a", "mug"},
+                                 {"b0", "b", "", "", "", false, true}};
+};
+
+TEST(ObjectSheet, ShowsTheBestWholeViewOfEachObject) {
+  const PaintedViews views;
+  DescriptorSequence labels = recordingOf({{0, 1, 0, 0}, {0.5F, 0.5F, 0, 0}, {0, 0.6F, 0.4F, 0}});
+  for (std::size_t i = 0; i < 3; ++i) labels.frames[i].name = views.view(i).name;
+  const Images sheet = objectSheet(views, &labels);
+  ASSERT_EQ(sheet.images.size(), 2U);
+  EXPECT_EQ(sheet.images[0].caption, "a (mug): mug 70 %, 3 views");
+  EXPECT_EQ(sheet.images[1].caption, "b: 1 view") << "it has no labels";
+  const auto gray = [&](std::size_t i) {
+    return cv::imdecode(sheet.images[i].file, cv::IMREAD_COLOR).at<cv::Vec3b>(0, 0)[0];
+  };
+  EXPECT_NEAR(gray(0), 120, 3) << "a0 is flat, a1 less of a mug";
+  EXPECT_NEAR(gray(1), 180, 3);
+  EXPECT_EQ(objectSheet(views).images[0].caption, "a (mug): 3 views");
 }
 
 class ScoreTable : public testing::Test {

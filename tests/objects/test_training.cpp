@@ -187,6 +187,18 @@ TEST_F(Training, RefusesWhatCannotBeLearnedFrom) {
   EXPECT_EQ(gather(nearlyUnknown).rejected, 1U) << "one of two is enough";
 }
 
+TEST_F(Training, LabelsMakeTheirOwnClassesOnlyWhereTheyCan) {
+  const MadeUpViews views({view("a", "1"), view("b", "2")});
+  const auto words = said({{"a", {1, 0, 0}}, {"b", {0, 1, 0}}});
+  DescriptorSequence other = words;
+  other.vocabulary = Vocabulary({"coffee mug", "bottle", "floor"});
+  using Sources = std::vector<LabeledViews>;
+  const std::pair<Sources, ErrorCode> cases[] = {{{{&views, words}}, ErrorCode::insufficientData},
+                                                 {{{&views, {}}}, ErrorCode::insufficientData},
+                                                 {{{&views, words}, {&views, other}}, ErrorCode::mismatch}};
+  for (const auto& each : cases) EXPECT_THAT([&] { gather(each.first, {}, {}); }, FailsWith(each.second));
+}
+
 TargetClasses read(const std::string& toml) {
   const test::ScratchFolder scratch;
   test::writeFile(scratch / "classes.toml", toml);

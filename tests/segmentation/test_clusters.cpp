@@ -224,6 +224,29 @@ TEST(Clusters, CrowdedImagesAreTheSameOnAnyThreads) {
   EXPECT_TRUE(same(findClusters(depth, kView.camera, options), one));
 }
 
+TEST(Clusters, EuclideanOnesAreWhatIsApart) {
+  const cv::Vec3d size(0.08, 0.08, 0.1);
+  const Seen seen = see({table, box({-0.26, 0, 0}, size), box({-0.14, 0, 0}, size), box({0.1, 0, 0}, size),
+                         box({0.18, 0, 0}, {0.08, 0.08, 0.15})});
+  ClusterOptions options{.method = ClusterOptions::Method::euclidean};
+  const Clusters found = findClusters(seen.depth, kView.camera, options);
+  ASSERT_THAT(found.clusters, SizeIs(3)) << "two of them touch";
+  EXPECT_GT(bestOverlap(found, seen, 1), 0.7) << "but for the lowest 2 cm";
+  EXPECT_LT(bestOverlap(found, seen, 3), 0.6);
+  EXPECT_GT(overlap(found.clusters[0], seen, 4), 0.4);
+  EXPECT_FALSE(found.clusters[0].atBorder || found.clusters[0].flat);
+  options.minPoints = 100'000;
+  EXPECT_THAT(findClusters(seen.depth, kView.camera, options).clusters, IsEmpty());
+  options = {.method = ClusterOptions::Method::euclidean, .minPlaneArea = 1000};
+  EXPECT_THAT(findClusters(seen.depth, kView.camera, options).clusters, IsEmpty())
+      << "with the table they are more than 25,000 voxels";
+  PointCloud loose;
+  loose.points = {{0, 0, 1}, {0, 1, 1}};
+  loose.width = 2;
+  loose.height = 1;
+  EXPECT_THAT([&] { findClusters(loose, options); }, FailsWith(ErrorCode::invalidOption));
+}
+
 TEST(Clusters, OnlyAsSmallAsAskedFor) {
   const Seen seen = see({table, kBox});
   ClusterOptions options;

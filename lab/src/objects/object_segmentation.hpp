@@ -31,8 +31,6 @@ struct ObjectSegmentationOptions {
   CameraIntrinsics camera;
   /// Units a meter of the depth images; 0: the usual.
   double depthScale = 0;
-  /// Distance between plain Euclidean clusters [m].
-  double tolerance = 0.02;
   /// Seed of the planes and of the posters' noise.
   std::uint64_t seed = 1;
   /// Number of the best scenes on the page, and of the worst.

@@ -6,11 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <opencv2/core.hpp>
 #include <utility>
 
-#include "estancia/cloud/neighbors.hpp"
 #include "estancia/core/error.hpp"
 
 namespace estancia::experiments {
@@ -21,32 +19,6 @@ constexpr double half = 0.5, fifth = 0.2;
 void requireTruth(const cv::Mat& truth) {
   if (truth.type() != CV_32SC1 || !truth.isContinuous())
     throw Error(ErrorCode::invalidInput, "the objects of an image must be one image of 32-bit numbers");
-}
-
-/// Sets that grow together.
-class Partition {
- public:
-  explicit Partition(std::size_t count) : parent_(count) {
-    std::iota(parent_.begin(), parent_.end(), std::uint32_t{0});
-  }
-  std::uint32_t find(std::uint32_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void join(std::uint32_t a, std::uint32_t b) {
-    a = find(a), b = find(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<std::uint32_t> parent_;
-};
-
-bool onPlane(const cv::Point3f& p, const std::vector<Plane>& planes, double tolerance) {
-  const double most = tolerance * std::max(1.0, static_cast<double>(p.z) * p.z);
-  return std::any_of(planes.begin(), planes.end(), [&](const Plane& plane) {
-    return std::abs(plane.normal.dot({p.x, p.y, p.z}) - plane.offset) <= most;
-  });
 }
 
 }  // namespace
@@ -112,46 +84,6 @@ std::vector<PixelSet> objectsOf(const cv::Mat& truth) {
   std::vector<PixelSet> all;
   all.reserve(objects.size());
   for (auto& [object, pixels] : objects) all.push_back(std::move(pixels));
-  return all;
-}
-
-std::vector<PixelSet> euclideanClusters(const cv::Mat& depth, const CameraIntrinsics& camera,
-                                        const std::vector<Plane>& planes, const ClusterOptions& options,
-                                        double tolerance) {
-  // Equally dense at any resolution; at 525 pixels of focal length every third.
-  const double focal = camera.scaledTo(depth.cols, depth.rows).fx, scale = focal / 525;
-  const int step = std::max(1, static_cast<int>(std::lround(3 * scale)));
-  const PointCloud cloud = backProject(depth, camera);
-  const auto wanted = [&](std::size_t i) {
-    return isFinite(cloud.points[i]) && !onPlane(cloud.points[i], planes, options.planeTolerance);
-  };
-  const auto at = [&](int row, int column) { return static_cast<std::uint32_t>(row * depth.cols + column); };
-  // The middle of each block stands for it.
-  std::vector<cv::Point3f> points;
-  std::vector<cv::Point> blocks;
-  for (int r = step / 2; r < depth.rows; r += step)
-    for (int c = step / 2; c < depth.cols; c += step)
-      if (wanted(at(r, c))) {
-        points.push_back(cloud.points[at(r, c)]);
-        blocks.emplace_back(c - step / 2, r - step / 2);
-      }
-  const Neighbors tree(points);
-  Partition partition(points.size());
-  std::vector<Neighbor> buffer;
-  for (std::uint32_t i = 0; i < points.size(); ++i)
-    for (const Neighbor& other : tree.within(points[i], static_cast<float>(tolerance), buffer))
-      partition.join(i, other.index);
-  std::map<std::uint32_t, PixelSet> clusters;
-  for (std::uint32_t i = 0; i < points.size(); ++i)
-    for (int r = blocks[i].y; r < std::min(blocks[i].y + step, depth.rows); ++r)
-      for (int c = blocks[i].x; c < std::min(blocks[i].x + step, depth.cols); ++c)
-        if (wanted(at(r, c))) clusters[partition.find(i)].push_back(at(r, c));
-  std::vector<PixelSet> all;
-  for (auto& [first, pixels] : clusters)
-    if (static_cast<double>(pixels.size()) >= static_cast<double>(options.minPoints) * scale * scale) {
-      std::sort(pixels.begin(), pixels.end());
-      all.push_back(std::move(pixels));
-    }
   return all;
 }
 

@@ -1,4 +1,4 @@
-// Segmentation score: clusters against the objects of an image, and a Euclidean baseline.
+// Segmentation score: clusters against the objects of an image.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -38,13 +38,6 @@ cv::Mat whereDepthIs(const cv::Mat& truth, const cv::Mat& depth);
 
 /// Pixels of each object of `truth`, by number.
 std::vector<PixelSet> objectsOf(const cv::Mat& truth);
-
-/// What the thesis does: what is left without the planes, apart where it is more than `tolerance` [m] apart
-/// (Euclidean clusters; Rusu, Semantic 3D Object Maps, 2009), each of `least` pixels (see
-/// ClusterOptions). Measured on every third pixel of every third row of a Kinect's image.
-std::vector<PixelSet> euclideanClusters(const cv::Mat& depth, const CameraIntrinsics& camera,
-                                        const std::vector<Plane>& planes, const ClusterOptions& options,
-                                        double tolerance);
 
 /// An object's pixels as a photograph of it would be seen: on the plane through its centroid that faces the
 /// camera, with the noise (1.4 mm · z²) and the steps (2.85 mm · z²) of a Kinect's depth (Khoshelham,
