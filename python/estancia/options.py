@@ -598,6 +598,9 @@ class CollectOptions(TypedDict, total=False):
     """Number of frames; 0: all. A whole number of at least 0; default: 0."""
     max_views: int
     """Largest number of views of one object (thesis Table 6.2). A whole number of at least 1; default: 500."""
+    clusters: Literal["convexity", "euclidean"]
+    """What an object is. Euclidean to repeat the thesis; things that touch are one then. One of convexity, euclidean;
+    default: convexity."""
     replace: bool
     """Replace the samples in an existing folder. True or false; default: false."""
     strict: bool
@@ -627,9 +630,6 @@ class TrainingClassifierOptions(TypedDict, total=False):
     """Seed of the folds and of random forests. A whole number of at least 0; default: 1."""
     threads: int
     """Threads; 0: one a usable core. Results do not depend on it. A whole number of at least 0; default: 0."""
-    c: float
-    """svm-linear, svm-rbf, linear: cost of an error. Larger values fit the training data more closely. Auto, or a
-    number above 0; default: found by cross-validation."""
 
 
 class TrainingOptions(TypedDict, total=False):
