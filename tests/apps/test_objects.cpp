@@ -122,6 +122,7 @@ TEST_F(Objects, MakeTheirOwnClassesWithoutAStudy) {
 }
 
 TEST_F(Objects, CollectsEuclideanClustersWhereAskedTo) {
+  fs::remove_all(scratch_ / "table");
   TableSequence({boxAt(0, 0, {0.05, 0.05, 0.05}, blue), boxAt(0.15, 0, {0.05, 0.05, 0.08}, red)}, {0})
       .writeTo(scratch_ / "table");
   EXPECT_EQ(jsonOf(collect({"--json", "--clusters", "euclidean"}))["instances"], 2);
