@@ -42,8 +42,10 @@ TEST(PlaceOrders, KeepTheFramesOfAStayTogether) {
   ASSERT_EQ(orders.size(), 5U);
   for (const auto& order : orders) {
     EXPECT_TRUE(std::is_permutation(order.begin(), order.end(), orders[0].begin()));
-    for (std::size_t i = 0; i + 1 < order.size(); ++i)
-      if (order[i] % 2 == 0 && order[i] < 4) EXPECT_EQ(order[i + 1], order[i] + 1);
+    for (const std::size_t first : {0U, 2U}) {
+      const auto at = std::ranges::find(order, first);
+      EXPECT_EQ(at[1], first + 1);
+    }
   }
   EXPECT_NE(orders[0], orders[1]);
   EXPECT_EQ(orders, ordersOfStays(frames, 5));

@@ -293,7 +293,8 @@ TEST_F(ObjectSegmentation, TakesMadeUpScenes) {
 
 TEST_F(ObjectSegmentation, SaysWhatIsWrong) {
   const auto problem = [&](const std::string& more) { return test::caught([&] { run(more); }); };
-  EXPECT_THAT(problem("images = 21\n"), FailsWith(ErrorCode::malformedFile, "study.toml:4", "`images`"));
+  EXPECT_THAT(problem("[made_up]\ncount = 0\n"),
+              FailsWith(ErrorCode::malformedFile, "study.toml:4", "`made_up`"));
   EXPECT_THAT(problem("scene = 1\n"), FailsWith(ErrorCode::malformedFile, "study.toml:4", "`scene`"));
   writeFile(scratch_ / "bare.toml", "type = \"object-segmentation\"\nscenes = \"scenes\"\n");
   EXPECT_THAT(
