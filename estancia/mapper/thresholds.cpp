@@ -18,10 +18,7 @@ constexpr std::size_t nearLag = 2;       // frames that count as near in time
 constexpr std::size_t minGap = 5;        // frames that count as far in time, at least …
 constexpr double gapShare = 0.05;        // … and this share of the run
 constexpr std::size_t minFarPairs = 10;  // fewer give no useful quantile
-constexpr double fewShare =
-    // share of the prior's dimensions: a run that spans less carries no information about other places
-    1.0 / 4;
-constexpr double minShare = 1e-4;  // τ_join stays above this share of its default, above mere rounding
+constexpr double minShare = 1e-4;        // τ_join stays above this share of its default, above mere rounding
 
 /// Linear interpolation between order statistics (R's type 7). `values` is sorted.
 double quantile(const std::vector<double>& values, double q) {
@@ -83,7 +80,9 @@ std::optional<Thresholds> ThresholdEstimator::estimate(const Standardization& st
   double tauJoin = *ofRun;
   if (distance_.standardized) {
     const double spanned = placesSpanned(compared);
-    const double own = std::max(0.0, 1 - std::pow(fewShare * prior_.dimensions / spanned, 2));
+    // Pairs of places that the run's own quantile is of; the prior counts as one.
+    const double pairs = options_.farQuantile * spanned * (spanned + 1) / 2;
+    const double own = pairs / (pairs + 1);
     tauJoin = std::lerp(prior_.distanceAt(options_.farQuantile) * (1 + 1 / spanned), *ofRun, own);
   }
   return thresholdsFrom(std::max(tauJoin, minShare * distance_.tauJoin), options_);
