@@ -197,17 +197,13 @@ MissingLabelsOptions readMissingLabels(ConfigFile& config) {
   for (const toml::node& node : *drives) {
     MissingLabelsOptions::Drive drive;
     const toml::table *again = nullptr, *test = nullptr;
-    std::vector<std::string> only;
-    const auto text = [&config](auto& n) { return config.text(n); };
     drive.itself = readNamedDrive(
         config, config.subtable(node),
-        {{"only", false, "only these rooms", each(config, only, text)},
-         {"again", false, "places: the images that are found", [&](auto& n) { again = &config.subtable(n); }},
+        {{"again", false, "places: the images that are found", [&](auto& n) { again = &config.subtable(n); }},
          {"test", false, "rooms: the images that are asked", [&](auto& n) { test = &config.subtable(n); }}});
     if ((again == nullptr) == (test == nullptr))
       config.fail(node, "a drive has either `again`, for places, or `test`, for rooms; give one of them");
     drive.areRooms = test != nullptr;
-    drive.itself.images.options.only = only;
     drive.again = drive.itself.images;  // equal except for the labels
     config.read(drive.areRooms ? *test : *again, sourceKeys(config, drive.again, false));
     options.drives.push_back(std::move(drive));
