@@ -98,6 +98,20 @@ TEST_F(FeatureStudy, PutsAllDescriptorsIntoTheSameTables) {
     EXPECT_TRUE(std::ranges::any_of(maps.columns, [&](const auto& c) { return c.name == column; })) << column;
 }
 
+TEST_F(FeatureStudy, MapsStaysInRoomsInRandomOrders) {
+  const auto mapsOf = [&](const std::string& orders) {
+    const Findings found = run("features = [\"gist\"]\ndistances = [\"l2\"]\n" + orders + drive_);
+    return std::get<ResultTable>(found.sections[0]);
+  };
+  const double one = valueOf(mapsOf("orders = 1\n"), "gist", "V-measure, mean of orders");
+  const double four = valueOf(mapsOf("orders = 4\n"), "gist", "V-measure, mean of orders");
+  EXPECT_GT(one, 0);
+  EXPECT_LE(one, 1);
+  EXPECT_GE(four, one / 4) << "a mean that has the first order in it";
+  EXPECT_LE(four, (one + 3) / 4);
+  for (const auto& column : mapsOf("").columns) EXPECT_NE(column.name, "V-measure, mean of orders");
+}
+
 TEST_F(FeatureStudy, IsTheSameAgainWithMoreThreadsAndComputedOnce) {
   const std::string all = "features = [\"orb-words\", \"sift-vlad\"]\n" + vocabulary_ + drive_ + rooms_;
   run(all);

@@ -49,6 +49,8 @@ ResultTable mapsOf(const FeatureResults& results, std::size_t task, const std::v
                            : fmt::format(" Distances were chosen on {}.", results.tasks[0].name);
   }
   for (const auto& [name, found] : results.recognizers) rows.emplace_back(name, found[task]);
+  if (valueOf(results.cells[0][task][0], "orders_v_measure"))
+    caption += " The mean of orders is that of maps of the stays in rooms in random orders.";
   if (!results.recognizers.empty()) caption += " Taken for new: images of no place of the map, by FAB-MAP.";
   std::vector<CellResults> cells;
   for (const auto& row : rows) cells.push_back(row.second);
@@ -92,6 +94,7 @@ ResultTable roomsOf(const FeatureResults& results) {
 std::vector<std::pair<std::string, ResultTable::Column>> featureMeasures() {
   return {{"nodes", {"nodes", 0}},
           {"v_measure", {"V-measure", 3, largest}},
+          {"orders_v_measure", {"V-measure, mean of orders", 3, largest}},
           {"seen_v_measure", {"V-measure, rooms seen", 3, largest}},
           {"ari", {"ARI", 3, largest}},
           {"purity", {"purity", 3, largest}},

@@ -21,6 +21,7 @@
 #include "estancia/readers/open_sequence.hpp"
 #include "features/fab_map.hpp"
 #include "places/mapped_drive.hpp"
+#include "places/place_orders.hpp"
 #include "runner/config_lists.hpp"
 #include "runner/drive_grid.hpp"
 
@@ -28,7 +29,7 @@ namespace estancia::experiments {
 namespace {
 
 // version of the code below: cells of another one are computed anew
-constexpr int featureStudyVersion = 1;
+constexpr int featureStudyVersion = 2;
 constexpr std::size_t smoothing = 20;            // frames of lookahead
 constexpr const char* byClassifier = "svm-rbf";  // stands where drives have their distance
 
@@ -146,8 +147,18 @@ std::optional<double> rightOf(const Accuracy& accuracy) {
   return accuracy.recall ? accuracy.recall : accuracy.room;
 }
 
-CellResults mapAndFind(const DrivePair& drive, const std::string& distance, LabeledDrives& labeled,
-                       RoomsSeen& roomsSeen) {
+/// The mean agreement of places and rooms over random orders of the stays in rooms.
+void addOrders(CellResults& results, const DescriptorSequence& recording, const MapperOptions& options,
+               std::size_t orders) {
+  if (orders == 0 || !valueOf(results, "v_measure")) return;
+  double sum = 0;
+  for (const auto& tour : ordersOfStays(recording.frames, orders))
+    sum += mapRooms(recording, tour, options).vMeasure;
+  results.push_back({"orders_v_measure", "", sum / static_cast<double>(orders)});
+}
+
+CellResults mapAndFind(const DrivePair& drive, const std::string& distance, std::size_t orders,
+                       LabeledDrives& labeled, RoomsSeen& roomsSeen) {
   const DescriptorSequence& recording = labeled.of(drive.mapped.images).recording;
   const DescriptorSequence& queries = labeled.of(drive.again).recording;
   MapperOptions options;
@@ -159,6 +170,7 @@ CellResults mapAndFind(const DrivePair& drive, const std::string& distance, Labe
   for (std::size_t i = 0; i < judged.frames.size(); ++i) judged.frames[i].pose = recording.frames[i].pose;
   CellResults results;
   addMap(results, evaluate(judged, roomsSeen.of(drive, recording.frames)));
+  addOrders(results, recording, options, orders);
   const AdmissibleImages truth = drive.truth.empty() ? AdmissibleImages{} : readAdmissibleImages(drive.truth);
   const auto unposed = withoutPoses(queries);
   const auto accuracyOf = [&](std::size_t lookahead) {
@@ -225,8 +237,9 @@ struct Tasks {
   std::vector<DrivePair> drives;
   std::vector<FeatureStudyOptions::Rooms> rooms;
   std::vector<std::string> digests;  // digests of all of them
+  std::size_t orders;
 
-  Tasks(const FeatureStudyOptions& options, std::vector<std::string>& notes) {
+  Tasks(const FeatureStudyOptions& options, std::vector<std::string>& notes) : orders(options.orders) {
     std::vector<NamedDrive> named;
     for (const auto& drive : options.drives) named.push_back(drive.mapped);
     for (const auto& set : options.rooms) named.push_back(set.learned);
@@ -268,8 +281,8 @@ std::vector<std::vector<CellResults>> study(const Source& source, const Tasks& t
   };
   std::size_t next = 0;
   for (const DrivePair& drive : tasks.drives) {
-    for (const std::string& distance : distances) addCell(drive.mapped.name, distance, tasks.digests[next]);
-    ++next;
+    const std::string inputs = fmt::format("{} {}", tasks.digests[next++], tasks.orders);
+    for (const std::string& distance : distances) addCell(drive.mapped.name, distance, inputs);
   }
   for (const auto& rooms : tasks.rooms) addCell(rooms.learned.name, byClassifier, tasks.digests[next++]);
   LabeledDrives labeled(*source.labeler, run, progress);
@@ -278,8 +291,8 @@ std::vector<std::vector<CellResults>> study(const Source& source, const Tasks& t
       cells,
       [&](std::size_t c) {
         if (c >= ofDrives) return classifyRooms(tasks.rooms[c - ofDrives], source, labeled);
-        return mapAndFind(tasks.drives[c / distances.size()], distances[c % distances.size()], labeled,
-                          roomsSeen);
+        return mapAndFind(tasks.drives[c / distances.size()], distances[c % distances.size()], tasks.orders,
+                          labeled, roomsSeen);
       },
       progress, source.name);
   std::vector<std::vector<CellResults>> byTask;
@@ -366,6 +379,8 @@ FeatureStudyOptions readFeatureStudy(ConfigFile& config) {
         each(config, options.fabMaps, oneOf(config, std::vector<std::string>{"orb", "sift"}))},
        {"distances", false, "how they are compared",
         each(config, options.distances, oneOf(config, distances()))},
+       {"orders", false, "random orders of each drive's stays in rooms; 0: none",
+        [&](auto& n) { options.orders = static_cast<std::size_t>(config.integer(n, 0, 1000)); }},
        {"layer", false, "inner layers of networks", [&](auto& n) { layers = &config.list(n); }},
        {"vocabulary", false, "images to learn visual words from",
         [&](auto& n) { vocabulary = &config.subtable(n); }},

@@ -49,6 +49,8 @@ struct FeatureStudyOptions {
   std::vector<std::string> fabMaps;
   /// Names of distances(); none: the default of the maps.
   std::vector<std::string> distances;
+  /// Random orders of the stays in rooms of a drive, which are mapped beside its own: one order is one draw.
+  std::size_t orders = 0;
   /// Images that visual vocabularies are learned from, none of which should be mapped; absent: features that
   /// need them are refused.
   std::optional<NamedDrive> vocabulary;
