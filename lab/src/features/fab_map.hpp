@@ -27,13 +27,17 @@ struct ChowLiuTree {
 /// O(words² · images). Throws Error (insufficientData) without words or images.
 ChowLiuTree learnChowLiuTree(const DescriptorMatrix& images);
 
-/// The values of the paper, which had 11,000 words of SURF; none was tuned here.
+/// All four are those of the example that comes with the code of the paper's authors, for 11,000 words of
+/// SURF, and of openFABMAP (Glover et al., ICRA 2012; OpenCV's of2); none was tuned here.
 struct FabMapOptions {
   /// Detector: p(z = 1 | e = 1) and p(z = 1 | e = 0) of a word that is there (e = 1), or not.
   double hit = 0.39, falseAlarm = 0;
-  /// Prior probability that an image shows a place that is not known yet.
+  /// Prior probability that an image shows a place that is not known yet. So have it openFABMAP and the
+  /// authors' prior without motion; with motion, the authors give it only to the way that leads beyond the
+  /// last place.
   double newPlace = 0.9;
   /// Weight of the posterior, the rest being evenly distributed: images that follow each other err together.
+  /// So has it openFABMAP; the authors smooth the likelihoods, before the prior.
   double smoothing = 0.99;
 };
 
