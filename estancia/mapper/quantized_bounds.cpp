@@ -62,6 +62,8 @@ bool hasVnni() {
 }
 #endif
 
+constexpr std::size_t lanes = 16;  // sums of their own: a register of AVX-512
+
 struct SquaredNorms {
   float rough = 0, error = 0;
 };
@@ -69,7 +71,6 @@ struct SquaredNorms {
 /// Bytes of `length` values, and the norms of scale · bytes and of what they lack; summed in registers.
 ESTANCIA_MULTIVERSION
 SquaredNorms round(const float* values, std::size_t length, float scale, std::int8_t* bytes) {
-  constexpr std::size_t lanes = 16;
   constexpr float nearest = 12582912;  // 1.5 · 2²³: adding it rounds to whole numbers
   const float inverse = 1 / scale;
   float rough[lanes] = {}, error[lanes] = {};
@@ -94,7 +95,6 @@ SquaredNorms round(const float* values, std::size_t length, float scale, std::in
 
 ESTANCIA_MULTIVERSION
 float largestOf(const float* values, std::size_t length) {
-  constexpr std::size_t lanes = 16;
   float largest[lanes] = {};
   std::size_t i = 0;
   for (; i + lanes <= length; i += lanes)

@@ -18,6 +18,7 @@ constexpr std::size_t nearLag = 2;       // frames that count as near in time
 constexpr std::size_t minGap = 5;        // frames that count as far in time, at least …
 constexpr double gapShare = 0.05;        // … and this share of the run
 constexpr std::size_t minFarPairs = 10;  // fewer give no useful quantile
+constexpr double priorPairs = 2;         // the prior is as sure as a quantile of so many pairs of places
 constexpr double minShare = 1e-4;        // τ_join stays above this share of its default, above mere rounding
 
 /// Linear interpolation between order statistics (R's type 7). `values` is sorted.
@@ -80,9 +81,9 @@ std::optional<Thresholds> ThresholdEstimator::estimate(const Standardization& st
   double tauJoin = *ofRun;
   if (distance_.standardized) {
     const double spanned = placesSpanned(compared);
-    // Pairs of places that the run's own quantile is of; the prior counts as one.
+    // Weights of inverse variances: a quantile of so many pairs of places is off by about one of them.
     const double pairs = options_.farQuantile * spanned * (spanned + 1) / 2;
-    const double own = pairs / (pairs + 1);
+    const double own = pairs * pairs / (pairs * pairs + priorPairs * priorPairs);
     tauJoin = std::lerp(prior_.distanceAt(options_.farQuantile) * (1 + 1 / spanned), *ofRun, own);
   }
   return thresholdsFrom(std::max(tauJoin, minShare * distance_.tauJoin), options_);

@@ -18,9 +18,9 @@
 namespace estancia::experiments {
 namespace {
 
-constexpr int mosaicSide = 480;    // pixels
-constexpr int tilesInARow = 8;     // at most
-constexpr int gapBetweenTiles = 2; // pixels
+constexpr int mosaicSide = 480;     // pixels
+constexpr int tilesInARow = 8;      // at most
+constexpr int gapBetweenTiles = 2;  // pixels
 
 /// The `count` channels with the largest sum of squares, in ascending order.
 std::vector<std::size_t> strongest(std::span<const float> values, std::size_t channels, std::size_t count) {
@@ -61,10 +61,11 @@ cv::Mat drawChannels(std::span<const float> values, std::size_t channels) {
 }
 
 Images layerFigures(const std::vector<ShownLayer>& layers, const cv::Mat& image, const std::string& name) {
-  Images figures{"What inner layers show (Fig. 1.14)",
-                 fmt::format("Of {}: the channels with the most energy, at most 64, each by its own range.", name),
-                 {},
-                 false};
+  Images figures{
+      "What inner layers show (Fig. 1.14)",
+      fmt::format("Of {}: the channels with the most energy, at most 64, each by its own range.", name),
+      {},
+      false};
   for (const ShownLayer& layer : layers) {
     ModelSpec spec = readModelSpec(getModelFolder(layer.model));
     spec.output = layer.output;

@@ -25,8 +25,8 @@ struct ShownLayer {
 /// a side; CV_8UC1. Empty where the values are not so many square channels.
 cv::Mat drawChannels(std::span<const float> values, std::size_t channels);
 
-/// A picture a layer, of this image. Throws Error when a model cannot be opened, has no such value, or it is
-/// not as ShownLayer tells.
+/// A figure a layer, of this image. Throws Error when a model cannot be opened, has no such value, or it has
+/// other channels.
 Images layerFigures(const std::vector<ShownLayer>& layers, const cv::Mat& image, const std::string& name);
 
 }  // namespace estancia::experiments
