@@ -158,6 +158,8 @@ void run(const EvaluateArguments& arguments) {
   if (arguments.originalExtent && (!given.path.empty() || isZoneFile(arguments.localization.map)))
     throw Error(ErrorCode::invalidOption,
                 "--original-extent is of the score of a map; give a map alone, or leave it out");
+  if (arguments.originalExtent && !(*arguments.originalExtent >= 0.001 && *arguments.originalExtent <= 1e6))
+    throw Error(ErrorCode::invalidOption, "--original-extent is a length from 0.001 to 1000000 m");
   const bool localized = !arguments.sequence.path.empty();
   const Evaluation evaluation = evaluationOf(arguments);
   if (arguments.json) {
@@ -201,7 +203,6 @@ void addEvaluateCommand(CLI::App& app) {
       ->add_option("--original-extent", arguments->originalExtent,
                    "Extent X of the plan in the original program's score; by default the diagonal of the box "
                    "around all poses. 31.1725 on its author's plan of KTH-IDOL2")
-      ->check(CLI::PositiveNumber)
       ->type_name("METERS");
   addJsonOption(*command, arguments->json);
   addExamples(*command,

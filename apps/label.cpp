@@ -37,6 +37,7 @@ void printWords(const LabelArguments& arguments) {
     for (const std::size_t label : bestLabels(frame.descriptor, arguments.words)) {
       const std::string& word = labeling.vocabulary()[label];
       const double probability = frame.descriptor[label];
+      if (probability <= 0) break;  // missing, as all that follow
       labels.push_back({{"label", word}, {"probability", probability}});
       const std::string shown = printable(one ? word : shortLabel(word));
       line += one ? fmt::format("\n  {:.3f}  {}", probability, shown)

@@ -156,7 +156,14 @@ void writeLabels(const ReportArguments& arguments) {
   ImageOfFrame image;
   if (!arguments.map.empty()) {
     map.emplace(MapStore::open(arguments.map, MapStore::Access::read));
-    image = [images = imagesOf(*map, labels.frames)](std::size_t frame) {
+    auto images = imagesOf(*map, labels.frames);
+    if (images.frames.empty())
+      throw Error(
+          ErrorCode::mismatch,
+          fmt::format("{} keeps no image of a frame of {}; make the map of the same images, or leave out "
+                      "--map",
+                      arguments.map, arguments.file));
+    image = [images = std::move(images)](std::size_t frame) {
       return std::ranges::binary_search(images.frames, frame) ? images.read(frame)
                                                               : std::vector<unsigned char>();
     };

@@ -65,8 +65,7 @@ io::WordBook wordBook(const ModelSpec& spec) {
 LexicalDescriptor describe(io::WordBook& book, std::vector<LabelProbability> words, std::size_t best,
                            const std::string& source) {
   const auto places = book.place(std::move(words), best, source);
-  if (book.size() == 0)
-    throw FrameError(fmt::format("{}: no words for this image, and none are known from others", source));
+  if (places.empty()) throw FrameError(fmt::format("{}: no words for this image", source));
   return book.toDescriptor(places);
 }
 

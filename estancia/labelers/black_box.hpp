@@ -38,7 +38,7 @@ struct AnswerSettings {
 /// The words of the model's label file, or those that it will discover.
 io::WordBook wordBook(const ModelSpec& spec);
 
-/// An answer's words as descriptor. Throws FrameError when no word at all is known yet.
+/// An answer's words as descriptor. Throws FrameError when there is no word.
 LexicalDescriptor describe(io::WordBook& book, std::vector<LabelProbability> words, std::size_t best,
                            const std::string& source);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/labelers/recorded_labeler.hpp"
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -55,6 +56,8 @@ Prepared RecordedLabeler::prepare(const cv::Mat&, const std::string& frame) cons
 
 LexicalDescriptor RecordedLabeler::infer(const Prepared& prepared) {
   const DescriptorView row = recording_.descriptors.row(find(prepared.frame));
+  if (std::ranges::none_of(row, [](float p) { return p > 0; }))
+    throw FrameError(fmt::format("{}: \"{}\" has no label", recording_.model, prepared.frame));
   return {row.begin(), row.end()};
 }
 

@@ -186,6 +186,7 @@ void readAnnotations(const fs::path& file, ImageFiles& sequence) {
     if (rows.size() == 1 && !header && !hasTitle && cells.size() > rows.front().size()) {
       hasTitle = true;
       rows.clear();
+      if ((header = readHeader(cells))) continue;
     }
     if (!rows.empty() && cells.size() != rows.front().size())
       fail(ErrorCode::malformedFile, "line {} has {} values instead of {}", i + 1, cells.size(),

@@ -143,6 +143,33 @@ TEST_F(FeatureStudy, FindsDrivesByFabMapBesideDescriptors) {
   EXPECT_EQ(readFile(scratch_ / "out/results.csv"), before);
 }
 
+TEST_F(FeatureStudy, DrawsLayersOfTheFirstImage) {
+  const std::string model = (scratch_ / "sharp").string();
+  const auto shown = [&](const std::string& output, const std::string& channels) {
+    return "features = [\"gist\"]\ndistances = [\"l2\"]\n[[shown_layer]]\nmodel = \"" + model +
+           "\"\noutput = \"" + output + "\"\nchannels = " + channels + "\n" + drive_;
+  };
+  const Findings found = run(shown("mean", "3"));
+  const auto& figures = std::get<Images>(found.sections.back());
+  ASSERT_EQ(figures.images.size(), 1U);
+  EXPECT_EQ(cv::imdecode(figures.images[0].file, cv::IMREAD_UNCHANGED).size(), cv::Size(480, 480));
+  EXPECT_EQ(problem(shown("nowhere", "3")).code, ErrorCode::invalidInput);
+  EXPECT_EQ(problem(shown("mean", "2")).code, ErrorCode::invalidInput) << "three numbers";
+}
+
+TEST(DrawChannels, ShowsEachByItsOwnRangeTheStrongestOnly) {
+  std::vector<float> values(70 * 4, 0.0F);
+  for (std::size_t c = 0; c < 70; ++c) values[c * 4 + c % 4] = static_cast<float>(c);
+  const cv::Mat mosaic = drawChannels(values, 70);
+  ASSERT_EQ(mosaic.size(), cv::Size(480, 480));
+  const auto firstTile = mosaic({0, 0, 58, 58});  // channel 6: the six before are weaker
+  EXPECT_EQ(firstTile.at<unsigned char>(50, 10), 255) << "6 % 4: below on the left";
+  EXPECT_EQ(firstTile.at<unsigned char>(10, 10), 0);
+  EXPECT_TRUE(drawChannels(values, 3).empty()) << "no whole channels";
+  EXPECT_TRUE(drawChannels(std::span(values).first(70 * 3), 70).empty()) << "no squares";
+  EXPECT_TRUE(drawChannels({}, 1).empty());
+}
+
 TEST_F(FeatureStudy, OnlyTheNamedRoomsAreMappedAndAsked) {
   run("features = [\"gist\"]\n[[drive]]\nname = \"two\"\npath = \"drive0\"\n"
       "only = [\"room1\", \"room2\"]\n[drive.again]\npath = \"drive1\"\n");

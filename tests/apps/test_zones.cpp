@@ -145,6 +145,8 @@ TEST_F(ZonesCommand, AreShownByThemselvesAndOverAMap) {
   expectError({"report", map_, "-o", scratch_ / "no.html", "--zones", map_}, ErrorCode::unsupportedFile);
   expectError({"report", file_, "-o", scratch_ / "no.html", "--label", "bed"}, ErrorCode::invalidOption);
   expectError({"evaluate", file_, "--original-extent", "30"}, ErrorCode::invalidOption);
+  expectError({"evaluate", map_, "--original-extent", "nan"}, ErrorCode::invalidOption);
+  expectError({"report", words_, "-o", scratch_ / "no.html", "--map", map_}, ErrorCode::mismatch);
 }
 
 TEST_F(ZonesCommand, ReplacesZonesOnlyAndOnlyWhenTold) {

@@ -295,6 +295,12 @@ TEST_F(Recorded, ReadsWhatItsSettingsNameAndIsAnotherModelWithOtherNumbers) {
     recording.descriptors.append(std::vector<float>{0.5F, name == "0" ? 0.25F : 1});
   }
   EXPECT_EQ(RecordedLabeler(recording).identity(), "m");
+  DescriptorSequence empty = recording;
+  empty.descriptors = DescriptorMatrix(2);
+  for (const float p : {0.0F, 0.5F}) empty.descriptors.append(std::vector<float>{p, 0});
+  RecordedLabeler withoutLabels(empty);
+  EXPECT_THROW(withoutLabels.label({}, "0"), FrameError) << "no label is not known to be improbable";
+  EXPECT_THAT(withoutLabels.label({}, "1"), ElementsAre(0.5F, 0));
   writeDescriptors(recording, scratch_ / "n.npy");
   EXPECT_THAT(open("file = \"n.npy\"")->label({}, "1"), ElementsAre(0.5F, 1));
   writeFile(scratch_ / "others.csv", "image\nx\ny\n");

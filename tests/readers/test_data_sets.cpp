@@ -324,6 +324,8 @@ TEST_F(Vidrilo, ReadsPosesOfTheThesisAuthorsTables) {
   EXPECT_NEAR(sequence->frame(0).pose->qz, Pose::planar(0.5, 1, -0.25).qz, 1e-12);
   EXPECT_FALSE(sequence->frame(1).pose);
   EXPECT_THAT(sequence->warnings(), IsEmpty());
+  write("Sequence1.txt", "Sequence 1\nindex category theta y x\n2 Hall 90 4 3\n");
+  EXPECT_THAT(rooms(), ElementsAre("", "Hall", "")) << "names of columns below a title";
   write("Sequence1.txt", "index,category,theta,y,x\n2,Hall,90,4,3\n");
   sequence = open();
   EXPECT_EQ(sequence->frame(1).pose->x, 3);

@@ -336,6 +336,17 @@ FeatureStudyOptions::Layer readLayer(ConfigFile& config, const toml::table& tabl
   return layer;
 }
 
+ShownLayer readShownLayer(ConfigFile& config, const toml::table& table) {
+  ShownLayer layer;
+  config.read(
+      table,
+      {{"model", true, "whose layer", [&](auto& n) { layer.model = config.text(n); }},
+       {"output", true, "the value's name in the network", [&](auto& n) { layer.output = config.text(n); }},
+       {"channels", true, "how many square channels it has",
+        [&](auto& n) { layer.channels = static_cast<std::size_t>(config.integer(n, 1, 1'000'000)); }}});
+  return layer;
+}
+
 FeatureStudyOptions::Rooms readRooms(ConfigFile& config, const toml::table& table) {
   FeatureStudyOptions::Rooms rooms;
   const toml::table* asked = nullptr;
@@ -365,7 +376,7 @@ FeatureStudyOptions readFeatureStudy(ConfigFile& config) {
   FeatureStudyOptions options;
   options.features = namesIn(featureTypes());
   const auto text = [&config](const toml::node& node) { return config.text(node); };
-  const toml::array *layers = nullptr, *drives = nullptr, *rooms = nullptr;
+  const toml::array *layers = nullptr, *shown = nullptr, *drives = nullptr, *rooms = nullptr;
   const toml::table* vocabulary = nullptr;
   config.read(
       {{"type", true, "the kind of experiment", [](auto&) {}},
@@ -382,6 +393,7 @@ FeatureStudyOptions readFeatureStudy(ConfigFile& config) {
        {"orders", false, "random orders of each drive's stays in rooms; 0: none",
         [&](auto& n) { options.orders = static_cast<std::size_t>(config.integer(n, 0, 1000)); }},
        {"layer", false, "inner layers of networks", [&](auto& n) { layers = &config.list(n); }},
+       {"shown_layer", false, "layers that are drawn of an image", [&](auto& n) { shown = &config.list(n); }},
        {"vocabulary", false, "images to learn visual words from",
         [&](auto& n) { vocabulary = &config.subtable(n); }},
        {"drive", true, "[[drive]] names a drive to map, [drive.again] the one to find",
@@ -389,6 +401,9 @@ FeatureStudyOptions readFeatureStudy(ConfigFile& config) {
        {"rooms", false, "rooms to learn, [rooms.test] to ask", [&](auto& n) { rooms = &config.list(n); }}});
   if (layers != nullptr)
     for (const toml::node& node : *layers) options.layers.push_back(readLayer(config, config.subtable(node)));
+  if (shown != nullptr)
+    for (const toml::node& node : *shown)
+      options.shownLayers.push_back(readShownLayer(config, config.subtable(node)));
   if (vocabulary != nullptr) options.vocabulary = readVocabulary(config, *vocabulary, options.sizes);
   for (const toml::node& node : *drives)
     options.drives.push_back(readDrivePair(config, config.subtable(node)));
@@ -408,8 +423,8 @@ Findings compareFeatures(const FeatureStudyOptions& options, Grid& grid, const E
                          Progress& progress) {
   std::vector<std::string> notes;
   const Tasks tasks(options, notes);
-  const auto images = vocabularyImages(options, run, progress);
-  const auto sources = openSources(options, images, run, notes);
+  const auto learned = vocabularyImages(options, run, progress);
+  const auto sources = openSources(options, learned, run, notes);
   FeatureResults results{namesIn(sources), options.distances, {}, {}};
   if (results.distances.empty()) results.distances = {MapperOptions{}.distance};
   for (const DrivePair& drive : tasks.drives) results.tasks.push_back({drive.mapped.name, true});
@@ -422,14 +437,19 @@ Findings compareFeatures(const FeatureStudyOptions& options, Grid& grid, const E
   }
   for (const std::string& feature : options.fabMaps) {
     const std::string name = "fab-map, " + feature;
-    if (lacksWords(name, options, images, notes)) continue;
+    if (lacksWords(name, options, learned, notes)) continue;
     const auto labeler = makeShownWordLabeler(feature == "orb" ? LocalFeature::orb : LocalFeature::sift,
-                                              *images, options.sizes);
+                                              *learned, options.sizes);
     identities.emplace_back("FAB-MAP", labeler->identity());
     results.recognizers.emplace_back(
         name, recognize(name, *labeler, options.vocabulary->images, tasks, grid, run, progress));
   }
   Findings findings = featureFindings(results);
+  if (!options.shownLayers.empty()) {
+    const auto images = openImages(tasks.drives.front().mapped.images);
+    findings.sections.emplace_back(
+        layerFigures(options.shownLayers, images->image(0), images->frame(0).name));
+  }
   findings.facts = std::move(identities);
   findings.notes = std::move(notes);
   return findings;

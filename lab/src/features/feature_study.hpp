@@ -11,6 +11,7 @@
 #include "estancia/core/progress.hpp"
 #include "estancia/findings/findings.hpp"
 #include "features/feature_labeler.hpp"
+#include "features/layer_figures.hpp"
 #include "places/localization_errors.hpp"
 #include "runner/experiment.hpp"
 #include "runner/grid.hpp"
@@ -43,6 +44,8 @@ struct FeatureStudyOptions {
   /// Names, folders, several joined by +; none: all that are installed.
   std::vector<std::string> models;
   std::vector<Layer> layers;
+  /// Drawn for the first image of the first drive.
+  std::vector<ShownLayer> shownLayers;
   /// Names of featureTypes().
   std::vector<std::string> features;
   /// "orb", "sift": FAB-MAP by visual words of these, for drives alone; none: without it.

@@ -30,7 +30,11 @@ Findings studyDrives(const DriveStudy& study,
   const std::size_t variants = study.variants.size();
   std::vector<std::string> digests;
   digests.reserve(drives.size());
-  for (const NamedDrive& drive : drives) digests.push_back(digestOf(drive.images));
+  for (const NamedDrive& drive : drives) {
+    digests.push_back(digestOf(drive.images));
+    for (const std::string& warning : openImages(drive.images)->warnings())
+      notes.push_back(fmt::format("{}: {}", drive.name, warning));
+  }
   DriveResults results{namesIn(models), namesIn(drives), study.variants};
   std::vector<std::pair<std::string, std::string>> identities;
   for (const Candidate& model : models) {

@@ -49,6 +49,7 @@ struct Labeled {
   std::vector<ImageClass> classes;  // one a frame
   std::set<std::string> roomNames, classNames;
   std::string digest;
+  std::size_t withoutRoom = 0;  // images that were left out
 };
 
 template <class T>
@@ -76,6 +77,7 @@ Labeled withRooms(const DescriptorSequence& all, const ZoneTablesOptions::Data& 
     if (!rooms[i].empty() &&
         (data.only.empty() || std::find(data.only.begin(), data.only.end(), rooms[i]) != data.only.end()))
       kept.push_back(i);
+  const auto withoutRoom = static_cast<std::size_t>(std::ranges::count(rooms, std::string()));
   if (kept.empty())
     throw Error(ErrorCode::insufficientData,
                 fmt::format("{}: no image has a known room{}; name them by `table`, or in the images' own "
@@ -88,7 +90,8 @@ Labeled withRooms(const DescriptorSequence& all, const ZoneTablesOptions::Data& 
       {},
       {},
       {},
-      {}};
+      {},
+      withoutRoom};
   std::map<std::string, int> numbers;
   std::string told;
   for (const std::size_t i : kept) {
@@ -266,6 +269,9 @@ std::vector<std::vector<Labeled>> labelData(const std::vector<const ZoneTablesOp
                                          sequences[d]->size() - sequence.frames.size(), model.name));
       labeled[d].push_back(
           withRooms(inLabelOrder(sequence, data[d]->labelOrder, data[d]->orderSeed), *data[d]));
+      if (const std::size_t unknown = labeled[d].back().withoutRoom; unknown > 0 && labeled[d].size() == 1)
+        told.notes.push_back(fmt::format("{}: the rooms of {} of {} images are unknown; these were left out",
+                                         data[d]->name, unknown, sequence.frames.size()));
     }
   }
   return labeled;
