@@ -32,7 +32,8 @@ Findings studyDrives(const DriveStudy& study,
   digests.reserve(drives.size());
   for (const NamedDrive& drive : drives) {
     digests.push_back(digestOf(drive.images));
-    for (const std::string& warning : openImages(drive.images)->warnings())
+    const auto images = openImages(drive.images);
+    for (const std::string& warning : images->warnings())
       notes.push_back(fmt::format("{}: {}", drive.name, warning));
   }
   DriveResults results{namesIn(models), namesIn(drives), study.variants};
