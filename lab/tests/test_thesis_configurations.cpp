@@ -118,7 +118,9 @@ TEST_F(ThesisConfigurations, Idol2ChoosesAModelBesideTable41) {
 TEST_F(ThesisConfigurations, Idol2IsMappedBesideTheAuthorsSweeps) {
   writeIdol2("min_cloudy3");
   writeIdol2("min_cloudy1");
+  cv::imwrite(scratch / "data/idol2/min_cloudy1/png/odd.png", imageOf(0, 0));
   auto tables = run("maps-idol2.toml");
+  EXPECT_THAT(found.notes, testing::Contains(testing::StartsWith("Cloudy 1: 1 images are left out")));
   EXPECT_THAT(rowsOf(tables.at("Images found in the map of Cloudy 1")), ElementsAre("Cloudy 1", "Cloudy 3"));
   EXPECT_EQ(tables.at("Images found in the map of Cloudy 1").columns.back().name, "author [%]");
   const ResultTable& sweep = tables.at("Cloudy 3, preset thesis");
