@@ -275,7 +275,7 @@ TEST(Check, LooksAtCameraAndImages) {
       {{160, 120, 140, 100, 80, 60}, {"camera-pixels"}},
       {{160, 120, 140, 140, 60, 80}, {}}};
   for (const auto& [camera, faults] : cameras)
-    EXPECT_EQ(found([&](Altered& s) { s.camera() = camera; }), faults);
+    EXPECT_EQ(found([&camera = camera](Altered& s) { s.camera() = camera; }), faults);
   EXPECT_THAT(foundInImages([](std::size_t i, cv::Mat& p) { p *= i < 40 ? 0 : 1; }),
               ElementsAre("image-black", "image-frozen"));
   EXPECT_THAT(foundInImages([](std::size_t i, cv::Mat& p) {
