@@ -84,7 +84,7 @@ TEST_F(MapAtRest, KeepsNothingOfWhatItRefuses) {
       {SplitArea{{7, 4}, {7, 4}}, ErrorCode::invalidInput},
       {DeleteObject{77}, ErrorCode::unknownName}};
   for (const auto& [edit, code] : refused)
-    EXPECT_THAT([&] { view.edit(edit); }, FailsWith(code)) << edit.index();
+    EXPECT_THAT(([&, &edit = edit] { view.edit(edit); }), FailsWith(code)) << edit.index();
   EXPECT_TRUE(view.status().troubles.empty());
   for (const WorldMap& world : {*view.world(), readWorld(file_)}) {
     EXPECT_EQ(world.areas.size(), 4U);

@@ -140,7 +140,7 @@ TEST(WorkQueue, AFailureOfAnyTypeInAnotherProcessIsToldByTheFirst) {
       {[] { throw 7; }, ErrorCode::invalidState},
       {[] { throw Interrupted("stopped"); }, ErrorCode::interrupted}};
   for (const auto& [fail, code] : failures) {
-    const auto errors = inProcesses(2, [&](WorkQueue& distribution, int rank) {
+    const auto errors = inProcesses(2, [&, &fail = fail](WorkQueue& distribution, int rank) {
       if (rank == 1) fail();
       distribution.each(
           "list", upTo(3), 1, [](std::size_t) {}, [] {});

@@ -22,8 +22,8 @@ namespace {
 using test::FailsWith;
 
 TEST(Dds, DomainsEndAt232) {
-  EXPECT_THAT([] { makeDdsNode({-1}); }, FailsWith(ErrorCode::invalidOption));
-  EXPECT_THAT([] { makeDdsNode({233}); }, FailsWith(ErrorCode::invalidOption));
+  EXPECT_THAT([] { makeDdsNode(-1); }, FailsWith(ErrorCode::invalidOption));
+  EXPECT_THAT([] { makeDdsNode(233); }, FailsWith(ErrorCode::invalidOption));
 }
 
 #ifndef ESTANCIA_DDS_WRITER
@@ -72,7 +72,7 @@ class DdsNodes : public testing::Test {
  protected:
   const int domain_ = test::domainOfTest();
   Arrivals arrivals_;
-  std::unique_ptr<DdsNode> node_ = makeDdsNode({domain_});
+  std::unique_ptr<DdsNode> node_ = makeDdsNode(domain_);
 };
 
 TEST_F(DdsNodes, TheReaderFitsToAllWritersThatComeAndGo) {
@@ -160,7 +160,7 @@ TEST_F(DdsNodes, TopicsAreListedWithTheirTypesAndQuality) {
   WriterProcess both(domain_, {.topic = "rt/depth"});
   WriterProcess service(domain_, {.topic = "rq/serviceRequest"});
   WriterProcess foreign(domain_, {.topic = "Square", .type = "ShapeType"});
-  const auto reading = makeDdsNode({domain_});
+  const auto reading = makeDdsNode(domain_);
   const auto subscription = reading->subscribe(kTopic, kType, [](std::span<const std::byte>) {});
   ASSERT_TRUE(eventually([&] {
     const auto topics = node_->topics();
@@ -172,11 +172,11 @@ TEST_F(DdsNodes, TopicsAreListedWithTheirTypesAndQuality) {
 }
 
 TEST_F(DdsNodes, TheLastMapIsKeptForLatecomers) {
-  const auto writing = makeDdsNode({domain_});
+  const auto writing = makeDdsNode(domain_);
   const auto publication =
       writing->publish("/map_markers", "visualization_msgs/MarkerArray", Durability::transientLocal);
   for (const unsigned char mark : {1, 2, 3}) publication->publish(messageWith(mark, 3000000));
-  const auto reading = makeDdsNode({domain_});
+  const auto reading = makeDdsNode(domain_);
   const auto subscription =
       reading->subscribe("/map_markers", "visualization_msgs/MarkerArray", std::ref(arrivals_));
   EXPECT_TRUE(eventually([&] { return arrivals_.count > 0; }));
@@ -203,7 +203,7 @@ TEST_F(DdsNodes, WhatIsMadeMayEndInAnyOrder) {
   std::atomic<bool> ended = false, late = false;
   auto publication = node_->publish("/place", "std_msgs/String");
   auto other = node_->publish("/place", "std_msgs/msg/String");
-  auto subscription = makeDdsNode({domain_})->subscribe(
+  auto subscription = makeDdsNode(domain_)->subscribe(
       "/place", "std_msgs/String", [&](std::span<const std::byte>) { late = late || ended; });
   ASSERT_TRUE(eventually([&] { return publication->readers() == 1; }));
   node_.reset();

@@ -42,11 +42,11 @@ TEST(RosPublisher, AMapWithoutPosesShowsNothing) {
 TEST(RosPublisher, ANodeHearsWhereTheRobotIsAndTheMapThatWasThereBefore) {
   ESTANCIA_NEEDS_DDS();
   test::FakeView view;
-  RosPublisher publisher(view, ros::makeDdsNode({test::domainOfTest()}));
+  RosPublisher publisher(view, ros::makeDdsNode(test::domainOfTest()));
   std::mutex mutex;
   std::string where;
   std::size_t markers = 0;
-  auto node = ros::makeDdsNode({test::domainOfTest()});
+  auto node = ros::makeDdsNode(test::domainOfTest());
   const auto map = node->subscribe("/estancia/map", "visualization_msgs/MarkerArray", [&](auto message) {
     const std::lock_guard lock(mutex);
     markers = ros::WireReader(message, ros::Encoding::cdr).number<std::uint32_t>();

@@ -160,10 +160,10 @@ TEST(RosFrames, MessagesThatCannotBeReadAreToldOf) {
 
 TEST(RosSource, ATopicBecomesFrames) {
   ESTANCIA_NEEDS_DDS();
-  auto robot = ros::makeDdsNode({test::domainOfTest()});
+  auto robot = ros::makeDdsNode(test::domainOfTest());
   const auto images = robot->publish("/camera/image_raw", "sensor_msgs/Image");
   const auto odometry = robot->publish("/odom", "nav_msgs/Odometry");
-  RosSource source("ros2:/camera/image_raw", {}, ros::makeDdsNode({test::domainOfTest()}));
+  RosSource source("ros2:/camera/image_raw", {}, ros::makeDdsNode(test::domainOfTest()));
   EXPECT_TRUE(source.hasPoses());
   EXPECT_FALSE(source.hasDepth());
   std::optional<LiveFrame> frame;
@@ -181,13 +181,13 @@ TEST(RosSource, ATopicBecomesFrames) {
 
 TEST(RosSource, DepthIsUsedOnceItsCameraIsKnown) {
   ESTANCIA_NEEDS_DDS();
-  auto robot = ros::makeDdsNode({test::domainOfTest()});
+  auto robot = ros::makeDdsNode(test::domainOfTest());
   const auto images = robot->publish("/camera/image_raw", "sensor_msgs/Image");
   const auto depths = robot->publish("/camera/depth", "sensor_msgs/Image");
   const auto camera = robot->publish("/camera/camera_info", "sensor_msgs/CameraInfo");
   const auto transforms = robot->publish("/tf", "tf2_msgs/TFMessage");
   RosSource source("ros2:camera/image_raw", {.depthTopic = "/camera/depth", .odomTopic = "/tf"},
-                   ros::makeDdsNode({test::domainOfTest()}));
+                   ros::makeDdsNode(test::domainOfTest()));
   EXPECT_FALSE(source.hasDepth());
   EXPECT_NE(source.trouble(), "");
   std::optional<LiveFrame> frame;
@@ -208,13 +208,13 @@ TEST(RosSource, DepthIsUsedOnceItsCameraIsKnown) {
 
 TEST(RosSource, NoSuchTopicNamesThoseThatAreThere) {
   ESTANCIA_NEEDS_DDS();
-  auto robot = ros::makeDdsNode({test::domainOfTest()});
+  auto robot = ros::makeDdsNode(test::domainOfTest());
   const auto images = robot->publish("/front/image_raw", "sensor_msgs/Image");
   const auto failure =
-      test::caught([] { RosSource("ros2:/camera/image", {}, ros::makeDdsNode({test::domainOfTest()})); });
+      test::caught([] { RosSource("ros2:/camera/image", {}, ros::makeDdsNode(test::domainOfTest())); });
   EXPECT_EQ(failure.code, ErrorCode::unknownName);
   EXPECT_NE(failure.message.find("/front/image_raw"), std::string::npos);
-  EXPECT_EQ(test::caught([] { RosSource("ros2:", {}, ros::makeDdsNode({test::domainOfTest()})); }).code,
+  EXPECT_EQ(test::caught([] { RosSource("ros2:", {}, ros::makeDdsNode(test::domainOfTest())); }).code,
             ErrorCode::invalidInput);
 }
 

@@ -329,7 +329,9 @@ TEST(WilsonInterval, IsSciPysAndRefusesWhatIsNoShare) {
   expectInterval(397, 516, 0.731124278461, 0.803654153084);
   expectInterval(4, 7, 0.250458364528, 0.841780144749);
   for (const auto& [share, trials] : {std::pair{0.0, 0.0}, {3.0, 2.0}, {1.5, 2.0}, {0.5, 0.0}, {-1.0, 2.0}})
-    EXPECT_THAT([&] { wilsonInterval(share, trials); }, FailsWith(ErrorCode::invalidInput)) << share;
+    EXPECT_THAT(([&share = share, &trials = trials] { wilsonInterval(share, trials); }),
+                FailsWith(ErrorCode::invalidInput))
+        << share;
   EXPECT_THAT([] { wilsonInterval(std::size_t{3}, std::size_t{2}); }, FailsWith(ErrorCode::invalidInput));
 }
 

@@ -12,6 +12,7 @@
 #include <random>
 
 #include "estancia/core/error.hpp"
+#include "estancia/words/label_search.hpp"
 #include "estancia/words/word_files.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
