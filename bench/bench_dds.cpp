@@ -61,7 +61,7 @@ int write(int domain, const Stream& stream, const std::string& quality) {
 
 void measure(const Stream& stream, const std::string& quality) {
   const int domain = 1 + static_cast<int>(getpid() % 100);
-  const auto node = ros::makeDdsNode({domain});
+  const auto node = ros::makeDdsNode(domain);
   std::mutex mutex;
   std::vector<double> gaps;
   auto last = Clock::time_point::min();

@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "estancia/core/error.hpp"
 #include "estancia/map_file/places.hpp"
