@@ -31,8 +31,7 @@ Thresholds thresholdsFrom(double tauJoin, const ThresholdOptions& options);
 /// prior gives the distance between places. It is right for descriptors about the mean of all places, and the
 /// run's are about the mean of its own: K places are 1/(K − 1) further apart about their own mean (a regular
 /// simplex). K − 1 is the participation ratio of the blocks' means, over which the views of one place have
-/// been averaged. The run's own quantile counts the more, the more pairs of places are
-/// within it.
+/// been averaged. The run's own quantile counts by the pairs of places within it.
 class ThresholdEstimator {
  public:
   ThresholdEstimator(Distance distance, std::size_t labels, ThresholdOptions options, LabelPrior prior);
