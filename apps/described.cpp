@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+
 #include "estancia/classify/zero_shot_rooms.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/plus_names.hpp"
@@ -45,6 +47,23 @@ std::vector<DescriptorPart> partsOfFile(const std::string& path) {
   return withRows(featuresOf(readDescriptors(path)), {}).parts;
 }
 
+/// Without the images that have no label: what is missing is not improbable.
+Features withLabels(const Features& all, bool strict) {
+  std::vector<std::size_t> kept;
+  Skipped skipped("left out");
+  for (std::size_t i = 0; i < all.frames.size(); ++i) {
+    if (std::ranges::any_of(all.values.row(i), [](float p) { return p > 0; })) {
+      kept.push_back(i);
+      continue;
+    }
+    const std::string problem = fmt::format("\"{}\" has no label", all.frames[i].name);
+    if (strict) throw Error(ErrorCode::labelerFailure, problem);
+    skipped.add(problem);
+  }
+  if (kept.empty()) throw Error(ErrorCode::insufficientData, "no image has a label");
+  return withRows(all, kept);
+}
+
 }  // namespace
 
 bool holdsNumbers(const std::string& path) {
@@ -69,7 +88,7 @@ Features FeatureSource::features(const SequenceArguments& source, const std::str
     return parts(selected(featuresOf(readFeatureTable(source.path, tables)), source));
   const auto sequence = source.open();
   if (isDescriptorFile(source.path))
-    return parts(withFramesOf(featuresOf(readDescriptors(source.path)), *sequence));
+    return parts(withLabels(withFramesOf(featuresOf(readDescriptors(source.path)), *sequence), strict_));
   return features(*sequence, descriptor);
 }
 
