@@ -119,6 +119,27 @@ TEST_F(ClassifyCommand, LearnsRoomsAndFindsThemAgain) {
       << "they are found again among all";
 }
 
+TEST_F(ClassifyCommand, LeavesOutImagesWithoutLabels) {
+  train();
+  DescriptorSequence recording = readDescriptors(unknown_);
+  const DescriptorMatrix known = recording.descriptors;
+  const std::vector<float> none(12);
+  const auto predict = [&](std::size_t labeled, const std::vector<std::string>& options) {
+    recording.descriptors = DescriptorMatrix(12);
+    for (std::size_t i = 0; i < recording.frames.size(); ++i)
+      recording.descriptors.append(i < labeled ? known.row(i) : DescriptorView(none));
+    writeDescriptors(recording, scratch_ / "few.labels");
+    std::vector<std::string> command{"classify", "predict", model_, scratch_ / "few.labels", "--json"};
+    command.insert(command.end(), options.begin(), options.end());
+    return run(command);
+  };
+  const auto said = jsonLinesOf(predict(7, {}));
+  ASSERT_EQ(said.size(), 7U);
+  EXPECT_EQ(said[6]["image"], "frame 6");
+  EXPECT_NE(predict(7, {"--strict"}).exitCode, 0);
+  EXPECT_NE(predict(0, {}).exitCode, 0);
+}
+
 TEST_F(ClassifyCommand, IsTestedOnOtherImages) {
   train();
   const json scores = json::parse(run({"classify", "test", model_, others_, "--json"}).out);
