@@ -106,7 +106,7 @@ TEST_F(Objects, MakeTheirOwnClassesWithoutAStudy) {
   ASSERT_THAT(learned["classes"], SizeIs(2));
   for (const json& entry : learned["classes"]) {
     EXPECT_EQ(entry["instances"], 3) << entry;
-    EXPECT_EQ(entry["labels"], json{entry["class"]});
+    EXPECT_EQ(entry["labels"], json::array({entry["class"]}));
     EXPECT_EQ(entry["prior"], nullptr);
   }
   EXPECT_EQ(learned["own_classes"], json::parse(R"({"unsure": 0, "left_out": []})"));
