@@ -15,14 +15,15 @@
 namespace estancia {
 namespace {
 
-/// "mapper.tau-revisit is 0.015 in the map, and 0.0015 is given", each.
+/// "mapper.tau-revisit is 0.015 in the map, and 0.0015 is given", each; an empty text is an automatic value.
 std::string differencesOf(MapperOptions kept, MapperOptions wanted) {
   const auto before = declare(kept).texts(), now = declare(wanted).texts();
+  const auto told = [](const std::string& text) { return text.empty() ? "automatic" : printable(text); };
   std::string differences;
   for (const auto& [path, text] : before)
     if (now.at(path) != text)
       differences += fmt::format("{}mapper.{} is {} in the map, and {} is given",
-                                 differences.empty() ? "" : ", ", path, printable(text), now.at(path));
+                                 differences.empty() ? "" : ", ", path, told(text), told(now.at(path)));
   return differences;
 }
 
@@ -65,8 +66,9 @@ std::size_t MapRun::begin(const Sequence& sequence, const Vocabulary& vocabulary
   change(wanted);
   if (wanted != kept)
     fail(ErrorCode::mismatch,
-         "{} was made with other parameters of the mapper: {}; leave them out, or map anew", path_.string(),
-         differencesOf(kept, wanted));
+         "{} was made with other parameters of the mapper: {}; leave these, or the preset that gives them, "
+         "out to go on with the map's own, or map anew",
+         path_.string(), differencesOf(kept, wanted));
   if (const auto next = firstUnmapped(readMap(path_), sequence)) return *next;
   start_ = driveStartOf(sequence);
   start_.posesAreInMap = posesAreInMap || !hasPoses(sequence);

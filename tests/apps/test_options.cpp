@@ -76,6 +76,15 @@ TEST_F(Options, ReachEveryStructOfTheCommand) {
   EXPECT_EQ(run({"localize", map, words_, "--set", "localizer.filter.near-angle=40"}).exitCode, 0);
 }
 
+TEST_F(Options, OfAMapAreToldWhereAPresetHasOthers) {
+  const std::string map = scratch_ / "home.estancia";
+  ASSERT_EQ(run({"map", words_, "-o", map}).exitCode, 0);
+  const auto preset = run({"map", words_, "-o", map, "--continue", "--preset", "thesis"});
+  EXPECT_THAT(preset, FailsWith(ErrorCode::mismatch));
+  EXPECT_THAT(preset.err, testing::ContainsRegex("tau-join is automatic in the map, and 0.015 is given"));
+  EXPECT_EQ(run({"map", words_, "-o", map, "--continue"}).exitCode, 0);
+}
+
 TEST_F(Options, ThatAreWrongAreRefused) {
   const std::string broken = scratch_ / "broken.toml", unknown = scratch_ / "unknown.toml",
                     group = scratch_ / "group.toml";

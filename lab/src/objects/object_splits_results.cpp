@@ -2,7 +2,6 @@
 #include "objects/object_splits_results.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <functional>
@@ -161,7 +160,7 @@ std::vector<std::size_t> worstSplits(const Results& results, std::size_t method)
   return splits;
 }
 
-/// Which objects each split tests (Table 6.7), and those that the worst splits have in common (Table 6.8).
+/// Which objects each split tests (Table 6.7).
 void addTested(const Results& results, Findings& findings) {
   const ObjectTask& task = *results.task;
   if (task.data->split != ObjectSplitsOptions::Split::instances || task.splits.size() < 2) return;
@@ -184,25 +183,11 @@ void addTested(const Results& results, Findings& findings) {
   findings.sections.emplace_back(pivot(std::move(table), splits, [&](std::size_t split, std::size_t object) {
     return tested[split].contains(objects[object]) ? 1.0 : 0.0;
   }));
-
-  const std::size_t method = bestMethod(results);
-  std::vector<std::size_t> order = worstSplits(results, method);
-  order.resize(std::min<std::size_t>(order.size(), 5));
-  std::vector<std::string> common;
-  for (const std::string& object : objects)
-    if (std::ranges::all_of(order, [&](std::size_t s) { return tested[s].contains(object); }))
-      common.push_back(object);
-  findings.notes.push_back(
-      fmt::format("{}: the {} worst splits of {} all test {} (Table 6.8).", task.data->name, order.size(),
-                  results.methods[method].name(),
-                  common.empty() ? "no object in common" : fmt::format("{}", fmt::join(common, ", "))));
 }
 
-/// How often the labeler names each object rightly (Fig. 6.5), by which the baseline is chosen. Each object
-/// is tested by some split, or it is left out.
-void addInstances(const Results& results, Findings& findings) {
+/// Share of each object's views whose best label is right; absent of an object that no split tests.
+std::vector<CellValue> labelerByObject(const Results& results) {
   const ObjectTask& task = *results.task;
-  if (results.labeled.empty() || task.objectNames.size() > maxClouds) return;
   std::vector<double> right(task.objectNames.size()), all(task.objectNames.size());
   for (std::size_t s = 0; s < task.splits.size(); ++s)
     for (std::size_t i = 0; i < task.splits[s].test.size(); ++i) {
@@ -211,14 +196,65 @@ void addInstances(const Results& results, Findings& findings) {
       ++all[object];
       right[object] += results.labeled[s][i] == task.classes[sample] ? 1 : 0;
     }
+  std::vector<CellValue> shares(all.size());
+  for (std::size_t o = 0; o < all.size(); ++o)
+    if (all[o] > 0) shares[o] = right[o] / all[o];
+  return shares;
+}
+
+/// How often the labeler names each object rightly (Fig. 6.5), by which the baseline is chosen.
+void addInstances(const Results& results, Findings& findings) {
+  const ObjectTask& task = *results.task;
+  if (results.labeled.empty() || task.objectNames.size() > maxClouds) return;
   ResultTable table{fmt::format("{}: the labeler, object by object", task.data->name),
                     "Share of the views whose best label is right (Fig. 6.5).",
                     "object",
                     {{"top-1 [%]", 1}},
                     {}};
-  for (std::size_t o = 0; o < all.size(); ++o)
-    if (all[o] > 0) table.rows.push_back({task.objectNames[o], {100 * right[o] / all[o]}});
+  const auto shares = labelerByObject(results);
+  for (std::size_t o = 0; o < shares.size(); ++o)
+    if (shares[o]) table.rows.push_back({task.objectNames[o], {100 * *shares[o]}});
   findings.sections.emplace_back(std::move(table));
+}
+
+/// The objects that the labeler knows worst, and which of the worst splits learn from them (Table 6.8).
+void addWorst(const Results& results, Findings& findings) {
+  const ObjectTask& task = *results.task;
+  if (task.data->split != ObjectSplitsOptions::Split::instances || task.splits.size() < 2) return;
+  if (results.labeled.empty() || task.objectNames.size() > maxClouds) return;
+  const auto shares = labelerByObject(results);
+  auto objects = ascending(shares.size(), [&](std::size_t o) { return shares[o].value_or(2); });
+  objects.resize(std::min<std::size_t>(objects.size(), 3));
+  // The thesis learns from the labels as they come.
+  const auto top =
+      std::ranges::find(results.methods, PseudoLabeling::top, [](const auto& m) { return m.pseudoLabeling; });
+  const auto method = top == results.methods.end() ? bestMethod(results)
+                                                   : static_cast<std::size_t>(top - results.methods.begin());
+  auto splits = worstSplits(results, method);
+  splits.resize(std::min<std::size_t>(splits.size(), 5));
+
+  ResultTable table{fmt::format("{}: objects that the labeler knows worst", task.data->name),
+                    fmt::format("Whether they are learned from in the {} worst splits of {} (Table 6.8).",
+                                splits.size(), results.methods[method].name()),
+                    "object",
+                    {{"top-1 [%]", 1}},
+                    {}};
+  std::vector<std::set<std::string>> tested;
+  for (const std::size_t s : splits) {
+    tested.push_back(testedIn(task, s));
+    const double percent = 100 * results.accuracy(method, 0, s);
+    ResultTable::Column column{fmt::format("{}, {:.1f} %", task.splits[s].name, percent), 0};
+    column.form = ResultTable::Form::yesNo;
+    table.columns.push_back(column);
+  }
+  std::vector<std::string> names;
+  for (const std::size_t o : objects) names.push_back(task.objectNames[o]);
+  findings.sections.emplace_back(
+      pivot(std::move(table), names, [&](std::size_t object, std::size_t column) -> CellValue {
+        if (column > 0) return tested[column - 1].contains(names[object]) ? 0.0 : 1.0;
+        const CellValue share = shares[objects[object]];
+        return share ? CellValue(100 * *share) : std::nullopt;
+      }));
 }
 
 void addNoise(const Results& results, Findings& findings) {
@@ -422,6 +458,7 @@ void addFindings(const ObjectSplitsResults& results, Findings& findings) {
   addSplits(results, findings);
   addTested(results, findings);
   addInstances(results, findings);
+  addWorst(results, findings);
   addConfusions(results, findings);
   addExamples(results, findings);
   addClouds(results, findings);
