@@ -50,10 +50,12 @@ std::vector<Item> itemsOf(const std::vector<PoseCandidates>& candidates, double 
       const PoseHypothesis& pose = of.instances[i];
       // vote() is the support less what speaks against the pose; evidence is proportional to it.
       const double vote = pose.score.vote();
+      std::vector<PointSupport> points;
+      const DenseModel& model = of.modelSurface->dense;
+      scoreOutlined(model.fine, model.extent, of.sceneSurface->dense(), pose.pose,
+                    toleranceOf(of.sceneSurface->scales), &points);
       items.push_back({c, i, &of, &pose, of.falseAlarms.evidenceOf(rate),
-                       vote > 0 ? pose.evidence * pose.score.support / vote : 0,
-                       supportOf(of.modelSurface->dense.fine, of.sceneSurface->dense(), pose.pose,
-                                 toleranceOf(of.sceneSurface->scales))});
+                       vote > 0 ? pose.evidence * pose.score.support / vote : 0, std::move(points)});
     }
   }
   std::stable_sort(items.begin(), items.end(),

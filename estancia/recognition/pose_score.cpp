@@ -31,10 +31,10 @@ float colorDifference(const cv::Vec3f& a, const cv::Vec3f& b) {
   return std::sqrt(d[0] * d[0] / 4 + d[1] * d[1] + d[2] * d[2]);
 }
 
-/// scorePose(), and onSupport(index of the scene's point, weight) for each supported point.
-template <class OnSupport>
-PoseScore score(const OrientedPoints& model, const DenseScene& scene, const cv::Affine3d& pose,
-                const PoseTolerances& limits, const OnSupport& onSupport) {
+}  // namespace
+
+PoseScore scorePose(const OrientedPoints& model, const DenseScene& scene, const cv::Affine3d& pose,
+                    const PoseTolerances& limits, PosePoints* list) {
   const cv::Matx33f turn(pose.rotation());
   const cv::Point3f shift(cv::Vec3f(pose.translation()));
   const auto offset = static_cast<float>(limits.offset), freeSpace = static_cast<float>(limits.freeSpace),
@@ -66,7 +66,7 @@ PoseScore score(const OrientedPoints& model, const DenseScene& scene, const cv::
         supported += w;
         const float weight = w * (1 - off * off * perOffset) * (1 - (1 - dot) * perAngle);
         support += weight;
-        onSupport(k, weight);
+        if (list != nullptr) list->supported.push_back({static_cast<std::uint32_t>(k), weight});
         continue;
       }
       if (!seen) mismatched += w;
@@ -74,12 +74,14 @@ PoseScore score(const OrientedPoints& model, const DenseScene& scene, const cv::
     if (!seen) continue;
     const auto depths = scene.view.depthsAround(p);
     if (!depths) continue;
-    if (depths->nearest > p.z + freeSpace)
+    if (depths->nearest > p.z + freeSpace) {
       seenThrough += w;
-    else if (depths->farthest < p.z - freeSpace)
+    } else if (depths->farthest < p.z - freeSpace) {
       occluded += w;
-    else
+      if (list != nullptr) list->hidden.push_back({p, w});
+    } else {
       mismatched += w;
+    }
   }
   if (!(total > 0)) return {};
   return {.facing = facing / total,
@@ -91,6 +93,8 @@ PoseScore score(const OrientedPoints& model, const DenseScene& scene, const cv::
           .support = support / total,
           .points = points};
 }
+
+namespace {
 
 /// Least squares of the color differences to the neighbors over their tangential offsets.
 cv::Matx33f gradientAt(const Surface& surface, std::uint32_t i, std::span<const Neighbor> near) {
@@ -225,20 +229,6 @@ std::vector<cv::Matx33f> colorGradients(const Surface& surface, double radius, i
   return gradients;
 }
 
-PoseScore scorePose(const OrientedPoints& model, const DenseScene& scene, const cv::Affine3d& pose,
-                    const PoseTolerances& limits) {
-  return score(model, scene, pose, limits, [](std::size_t, float) {});
-}
-
-std::vector<PointSupport> supportOf(const OrientedPoints& model, const DenseScene& scene,
-                                    const cv::Affine3d& pose, const PoseTolerances& limits) {
-  std::vector<PointSupport> points;
-  score(model, scene, pose, limits, [&](std::size_t point, float weight) {
-    points.push_back({static_cast<std::uint32_t>(point), weight});
-  });
-  return points;
-}
-
 void balanceNormals(OrientedPoints& model) {
   constexpr float similar = 0.94F;  // cosine of 20°
   model.weights.assign(model.points.size(), 1);
@@ -361,12 +351,16 @@ std::vector<PoseHypothesis> refineDense(std::vector<PoseHypothesis> poses, const
                                         int threads) {
   constexpr std::size_t maxFine = 30;
   const double unit = scales.unit, noise = scales.noise, color = scales.color;
-  // A small model has more points than the scene, which cannot support what it has not measured.
-  const double measured = std::pow(std::min(1.0, unit / std::max(scales.spacing, unit)), 2);
+  // A model that is small or far away has more points than were measured on it.
+  const auto measuredOn = [&](const cv::Affine3d& pose) {
+    const double away = dense.view.known() ? (pose * points.center).z / dense.view.medianDepth() : 1;
+    return std::pow(std::min(1.0, unit / std::max(scales.spacing * away, unit)), 2);
+  };
   each(poses.size(), 4, threads, [&](std::size_t i) {
     PoseHypothesis& p = poses[i];
     p.pose = refineInField(points.coarse, points.center, dense, p.pose, {10 * unit, 6 * unit, 10, color});
-    p.score = scorePose(points.coarse, dense, p.pose, {4 * unit, 7.5 * unit + noise, 0.65, color});
+    p.score = scoreOutlined(points.coarse, points.extent, dense, p.pose,
+                            {4 * unit, 7.5 * unit + noise, 0.65, color});
     p.evidence = p.score.vote();
   });
   poses = bestOf(std::move(poses), points.center, 5 * unit, maxFine);
@@ -374,8 +368,8 @@ std::vector<PoseHypothesis> refineDense(std::vector<PoseHypothesis> poses, const
     PoseHypothesis& p = poses[i];
     p.pose = refineInField(points.fine, points.center, dense, p.pose,
                            {7.5 * unit, 3 * unit + 0.2 * noise, 15, color});
-    p.score = scorePose(points.fine, dense, p.pose, toleranceOf(scales));
-    p.evidence = evidenceFor(p.score, measured * static_cast<double>(points.fine.points.size()),
+    p.score = scoreOutlined(points.fine, points.extent, dense, p.pose, toleranceOf(scales));
+    p.evidence = evidenceFor(p.score, measuredOn(p.pose) * static_cast<double>(points.fine.points.size()),
                              points.closed && dense.view.known());
   });
   return bestOf(std::move(poses), points.center, 5 * unit, maxFine);

@@ -12,6 +12,7 @@
 
 #include "estancia/recognition/descriptors.hpp"
 #include "estancia/recognition/nearest_field.hpp"
+#include "estancia/recognition/outline.hpp"
 #include "estancia/recognition/range_image.hpp"
 #include "estancia/recognition/scales.hpp"
 #include "estancia/recognition/surface.hpp"
@@ -30,6 +31,7 @@ struct DenseScene {
   const NearestField& field;  ///< field of surface.points()
   const RangeImage& view;
   const std::vector<cv::Matx33f>* gradients = nullptr;  ///< colorGradients(surface), where colors count
+  const Outline* outline = nullptr;                     ///< edges and planes, where they count
 };
 
 /// Tolerances of the pose score.
@@ -53,6 +55,7 @@ struct PoseScore {
   double occluded = 0;     ///< facing points behind something
   double mismatched = 0;   ///< facing points near a surface that does not fit
   double behind = 0;       ///< not facing the sensor, in free space: the sensor would see the other side
+  double outlined = 1;     ///< share of the support that is not explained by larger planes
   double support = 0;      ///< supported, each weighted from 1 (no offset, no angle) to 0 at the tolerances
   std::size_t points = 0;  ///< number of supported points
 
@@ -66,19 +69,34 @@ inline float cosineOf(const cv::Point3f& a, const cv::Point3f& b, bool sided) {
   return sided ? dot : std::abs(dot);
 }
 
-/// Faster than countInliers() of verify.hpp, for every match: it looks neighbors up instead of searching, and
-/// weights how well points fit instead of counting those within a tolerance.
-PoseScore scorePose(const OrientedPoints& model, const DenseScene& scene, const cv::Affine3d& pose,
-                    const PoseTolerances& limits);
-
 /// A supported point of a model.
 struct PointSupport {
   std::uint32_t scenePoint;  ///< index of the point of the surface that supports it
   float weight;              ///< its part of PoseScore::support, not normalized
 };
-/// Support of each point for a pose, as scorePose() counts it.
-std::vector<PointSupport> supportOf(const OrientedPoints& model, const DenseScene& scene,
-                                    const cv::Affine3d& pose, const PoseTolerances& limits);
+
+/// The points that a score is made of.
+struct PosePoints {
+  struct Hidden {
+    cv::Point3f place;  ///< in the scene [m]
+    float weight;
+  };
+  std::vector<PointSupport> supported;
+  std::vector<Hidden> hidden;  ///< behind something
+};
+
+/// Faster than countInliers() of verify.hpp, for every match: it looks neighbors up instead of searching, and
+/// weights how well points fit instead of counting those within a tolerance.
+PoseScore scorePose(const OrientedPoints& model, const DenseScene& scene, const cv::Affine3d& pose,
+                    const PoseTolerances& limits, PosePoints* list = nullptr);
+
+/// scorePose(), after the consistency of scene and edges of Vidal et al. (Sensors 2018): a face within a
+/// larger plane (DenseScene::outline) proves nothing, as far as the plane goes on beyond the model's outline:
+/// it is mismatched. What a plane hides although the model begins before it is seen through. `support`, when
+/// given, becomes that of each point.
+PoseScore scoreOutlined(const OrientedPoints& model, const ModelExtent& extent, const DenseScene& scene,
+                        const cv::Affine3d& pose, const PoseTolerances& limits,
+                        std::vector<PointSupport>* support = nullptr);
 
 /// Weights that reduce the influence of large planar parts, or a table top would match the side of every box:
 /// the number of points whose normals differ by less than 20°, to the power −0.5, scaled to a mean of 1.
@@ -140,6 +158,7 @@ struct DenseModel {
   OrientedPoints fine;    ///< for the few best poses
   cv::Point3d center;
   bool closed = false;  ///< the cloud shows all sides, of which a sensor sees only some
+  ModelExtent extent;   ///< without a surface: outlines do not count
 };
 
 /// The poses that align the local frames of each match, best first, at most `max` distinct ones. Every match

@@ -19,6 +19,8 @@
 namespace estancia {
 namespace {
 
+constexpr std::size_t maxKept = 8;  // descriptions of one model, and of one scene, at different scales
+
 bool isMean(const RecognitionOptions& options) {
   return options.surface == "mean";
 }
@@ -48,11 +50,17 @@ PointCloud transformed(PointCloud cloud, const cv::Affine3d& transform) {
   return cloud;
 }
 
+/// The sensor at the origin: none, as its optical frame looks along z, unless it looked elsewhere.
+std::optional<cv::Point3d> originOf(const PointCloud& cloud) {
+  const bool along = std::ranges::all_of(cloud.points, [](const cv::Point3f& p) { return p.z > 0; });
+  return along ? std::nullopt : std::optional(cv::Point3d());
+}
+
 /// A sensor's place, unless it is that of the origin within its error.
 std::optional<cv::Point3d> awayFromOrigin(const cv::Point3d& sensor, const PointCloud& cloud) {
   constexpr double error = 0.05;  // error as a share of the distance to the points
   const bool away = cv::norm(sensor) > error * cv::norm(meanOf(cloud.points) - sensor);
-  return away ? std::optional(sensor) : std::nullopt;
+  return away ? std::optional(sensor) : originOf(cloud);
 }
 
 /// Where the sensor stood, if that was clearly not at the origin: points lie much more evenly as seen from
@@ -64,7 +72,7 @@ std::optional<cv::Point3d> viewpointElsewhere(const PointCloud& cloud, int threa
   PointCloud drawn;
   drawn.points = drawnFrom(cloud.points, count);
   const double atOrigin = unevenness(drawn.points, {});
-  if (atOrigin <= even) return {};
+  if (atOrigin <= even) return originOf(cloud);
   const auto found = findViewpoint(cloud.points, threads);
   if (!found || atOrigin < clearly * unevenness(drawn.points, *found)) return {};
   const double spacing = spacingOf(Neighbors(drawn.points, threads));
@@ -226,7 +234,6 @@ PreparedModel::PreparedModel(std::string name, PointCloud raw, PointCloud filter
 
 std::shared_ptr<const PreparedModel::Described> PreparedModel::describedFor(
     const RecognitionScales& scene) const {
-  constexpr std::size_t maxKept = 8;
   RecognitionScales scales = scene;
   if (!isMean(options_))
     scales.unit = scales.noise = scales.spacing = 0;  // filtered surfaces do not use them
@@ -277,10 +284,22 @@ std::shared_ptr<const PreparedModel::Described> PreparedModel::describe(
   dense.closed = orientation_.outwards;
   balanceNormals(dense.coarse);
   balanceNormals(dense.fine);
-  if (options_.verification == "evidence")
-    fresh->field =
-        NearestField(fresh->surface->points(), scales.tolerance, 4 * scales.tolerance, options_.threads);
+  if (options_.verification == "evidence") addExtent(*fresh, scales);
   return fresh;
+}
+
+void PreparedModel::addExtent(Described& fresh, const RecognitionScales& scales) const {
+  fresh.field =
+      NearestField(fresh.surface->points(), scales.tolerance, 4 * scales.tolerance, options_.threads);
+  ModelExtent& extent = fresh.dense.extent;
+  extent.surface = fresh.surface.get();
+  extent.field = &fresh.field;
+  extent.reach = static_cast<float>(2 * scales.tolerance);
+  if (orientation_.outwards) return;
+  const cv::Affine3d toView = viewFrom(orientation_.sensor, raw_.points);
+  fresh.view = RangeImage(transformed(raw_, toView).points, scales.unit);
+  extent.view = &fresh.view;
+  extent.toView = cv::Affine3f(toView);
 }
 
 PreparedScene::PreparedScene(std::string name, PointCloud raw, PointCloud filtered,
@@ -294,9 +313,10 @@ PreparedScene::PreparedScene(std::string name, PointCloud raw, PointCloud filter
   StageLog log(&stages_);
   if (!options_.viewpoint && raw_.viewpoint)
     options_.viewpoint = cv::Point3d(raw_.viewpoint->x, raw_.viewpoint->y, raw_.viewpoint->z);
-  if (!options_.viewpoint && isMean(options_))
-    options_.viewpoint = estimatedViewpoint_ =
-        sensor ? awayFromOrigin(*sensor, raw_) : viewpointElsewhere(raw_, options_.threads);
+  if (!options_.viewpoint && isMean(options_)) {
+    options_.viewpoint = sensor ? awayFromOrigin(*sensor, raw_) : viewpointElsewhere(raw_, options_.threads);
+    if (options_.viewpoint != cv::Point3d()) estimatedViewpoint_ = options_.viewpoint;
+  }
   if (options_.viewpoint) {
     const cv::Affine3d toView = viewFrom(*options_.viewpoint, raw_.points);
     fromView_ = toView.inv();
@@ -325,7 +345,6 @@ RecognitionScales PreparedScene::scalesFor(const PreparedModel& model) const {
 
 std::shared_ptr<const PreparedScene::Described> PreparedScene::describedFor(
     const RecognitionScales& scales) const {
-  constexpr std::size_t maxKept = 4;
   if (scales == scales_) return described_;
   const std::lock_guard lock(mutex_);
   for (const auto& known : others_)
@@ -364,6 +383,13 @@ std::shared_ptr<const PreparedScene::Described> PreparedScene::describe(
   const bool evidence = options_.verification == "evidence";
   if (evidence || options_.grouping == "local-frames")
     fresh->field = NearestField(surface.points(), scales.tolerance, 4 * scales.tolerance, options_.threads);
+  if (evidence) {
+    fresh->outline = Outline(surface, fresh->field, fresh->view,
+                             {.step = 1.3 * scales.normalRadius,  // within that radius edges are rounded
+                              .tolerance = scales.tolerance,
+                              .spacing = smoothingFor(scales).spacing},
+                             options_.threads);
+  }
   if (scales.color > 0) fresh->gradients = colorGradients(surface, scales.normalRadius, options_.threads);
   if (!evidence) {
     OrientedPoints spread = spreadPointsBy(surface, scales.tolerance);

@@ -54,7 +54,8 @@ class PreparedModel {
   /// Described at the scales of a scene, with the points that poses are tried with.
   struct Described : DescribedSurface {
     DenseModel dense;
-    NearestField field;  ///< field of the surface, if the model is verified by evidence
+    NearestField field;      ///< field of the surface, if the model is verified by evidence
+    RangeImage view{{}, 0};  ///< what its sensor saw of a model of one side
   };
 
   PreparedModel(std::string name, PointCloud raw, PointCloud filtered, RecognitionOptions options,
@@ -70,6 +71,7 @@ class PreparedModel {
 
  private:
   std::shared_ptr<const Described> describe(const RecognitionScales& scales) const;
+  void addExtent(Described& fresh, const RecognitionScales& scales) const;
 
   std::string name_;
   PointCloud raw_, cloud_;  ///< finite points only; cloud_ is filtered
@@ -95,7 +97,10 @@ class PreparedScene {
     NearestField field;                     ///< field of the surface, for local frames and evidence
     std::vector<cv::Matx33f> gradients;     ///< colorGradients(surface), if colors count
     RangeImage view{{}, 0};
-    DenseScene dense() const { return {*surface, field, view, &gradients}; }
+    Outline outline;  ///< edges and planes, if models are verified by evidence
+    DenseScene dense() const {
+      return {*surface, field, view, &gradients, outline.empty() ? nullptr : &outline};
+    }
   };
 
   /// `sensor`: its position, if the grid of the cloud determines it (viewpointOfGrid()).

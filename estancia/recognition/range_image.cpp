@@ -21,6 +21,7 @@ RangeImage::RangeImage(std::span<const cv::Point3f> points, double spacing) {
   if (zs.empty() || !(spacing > 0)) return;
   const auto middle = zs.begin() + static_cast<std::ptrdiff_t>(zs.size() / 2);
   std::nth_element(zs.begin(), middle, zs.end());
+  medianDepth_ = static_cast<double>(*middle);
   const double edge = std::max(2.5 * spacing / static_cast<double>(*middle),
                                std::sqrt(static_cast<double>(right - left) * (bottom - top) / maxCells));
   left_ = left, top_ = top;
@@ -28,8 +29,7 @@ RangeImage::RangeImage(std::span<const cv::Point3f> points, double spacing) {
   columns_ = static_cast<int>((right - left_) * perCell_) + 1;
   rows_ = static_cast<int>((bottom - top_) * perCell_) + 1;
   const auto cells = static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
-  constexpr float infinity = std::numeric_limits<float>::infinity();
-  depths_.assign(cells, infinity);
+  depths_.assign(cells, std::numeric_limits<float>::infinity());
   std::vector<float> farthest(cells, 0);
   for (const cv::Point3f& p : points) {
     const std::size_t cell = *cellOf(p);

@@ -31,6 +31,8 @@ class RangeImage {
     return around_[*cell];
   }
 
+  /// [m]; 0 when unknown.
+  double medianDepth() const { return medianDepth_; }
   bool known() const { return !depths_.empty(); }
   /// Share of the directions in which a surface lies behind another; 1 for points that no such view contains.
   double hiddenShare() const { return hiddenShare_; }
@@ -45,7 +47,7 @@ class RangeImage {
     return static_cast<std::size_t>(r) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(c);
   }
 
-  double hiddenShare_ = 1;
+  double hiddenShare_ = 1, medianDepth_ = 0;
   std::vector<float> depths_;
   std::vector<Depths> around_;
   float left_ = 0, top_ = 0, perCell_ = 0;  ///< slopes x / z, y / z; cells per unit of slope

@@ -213,10 +213,11 @@ std::string comparison(const std::vector<PoseHypothesis>& poses, const FalseAlar
   const PoseScore& a = poses[0].score;
   return fmt::format(
       "; best pose {:.2f} of {:.2f} needed, where wrong poses reach {:.2f}: false alarm rate {:.1e} of {:g} "
-      "allowed; {} % supported, {} % seen through, {} % elsewhere, {} % hidden, {} % turned away",
+      "allowed; {} % supported ({} % outlined), {} % seen through, {} % elsewhere, {} % hidden, {} % turned "
+      "away",
       poses[0].evidence, falseAlarms.evidenceOf(rate), falseAlarms.chance(),
-      falseAlarms.rate(poses[0].evidence), rate, percent(a.supported), percent(a.seenThrough + a.behind),
-      percent(a.mismatched), percent(a.occluded), percent(1 - a.facing));
+      falseAlarms.rate(poses[0].evidence), rate, percent(a.supported), percent(a.outlined),
+      percent(a.seenThrough + a.behind), percent(a.mismatched), percent(a.occluded), percent(1 - a.facing));
 }
 
 Detection detectionOf(const PoseCandidates& of, const PoseHypothesis& h) {

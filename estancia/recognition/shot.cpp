@@ -13,7 +13,6 @@
 namespace estancia {
 namespace {
 
-constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 constexpr float pi = std::numbers::pi_v<float>;
 constexpr std::size_t minNeighbors = 5;
 constexpr std::size_t together = 32;  // keypoints that a thread takes at once
@@ -96,7 +95,8 @@ cv::Matx33f localFrame(const Surface& surface, std::uint32_t keypoint, float rad
   offsets.take(surface, p, surface.neighbors().within(p, radius, buffer));
   double s[7];
   addUp(offsets, radius, s);
-  if (offsets.size < minNeighbors || !(s[6] > 0)) return cv::Matx33f::all(nan);
+  if (offsets.size < minNeighbors || !(s[6] > 0))
+    return cv::Matx33f::all(std::numeric_limits<float>::quiet_NaN());
   Eigen::Matrix3d scatter;
   scatter << s[0], s[1], s[2], s[1], s[3], s[4], s[2], s[4], s[5];
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(Eigen::Matrix3d(scatter / s[6]));
@@ -231,7 +231,7 @@ void describeOne(const Surface& surface, std::uint32_t keypoint, const cv::Matx3
   const cv::Point3f& p = surface.points()[keypoint];
   const std::span<const Neighbor> near = surface.neighbors().within(p, radius, buffer);
   if (near.size() < minNeighbors || !std::isfinite(frame(0, 0))) {
-    std::fill_n(shot, length, nan);
+    std::fill_n(shot, length, std::numeric_limits<float>::quiet_NaN());
     return;
   }
   votes.resize(near.size());
