@@ -63,14 +63,15 @@ void printText(const RecognizeArguments& a, const SearchResult& result, bool uns
     printStages(a.scene, result.scene->stages());
     for (const SearchedModel& model : result.models) printStages(model.name, model.stages);
   }
-  for (const Detection& detection : result.detections) {
+  const auto printDetection = [](const Detection& detection, const char* maybe) {
     const cv::Point3d at = detection.pose * detection.center;
     const std::string sureness = std::isnan(detection.falseAlarmRate)
                                      ? fmt::format("confidence {:.2f}", detection.confidence)
                                      : fmt::format("false alarm rate {:.1g}", detection.falseAlarmRate);
-    fmt::print("{:<20} at ({:.3f}, {:.3f}, {:.3f})  {:>6} inliers  {}\n", detection.model, at.x, at.y, at.z,
-               detection.inliers, sureness);
-  }
+    fmt::print("{}{:<20} at ({:.3f}, {:.3f}, {:.3f})  {:>6} inliers  {}\n", maybe, detection.model, at.x,
+               at.y, at.z, detection.inliers, sureness);
+  };
+  for (const Detection& detection : result.detections) printDetection(detection, "");
   if (result.detections.empty())
     fmt::print(
         "{} in {}{}{}\n",
@@ -79,6 +80,7 @@ void printText(const RecognizeArguments& a, const SearchResult& result, bool uns
         unsaid && result.scene->hasView()  // else the warning has reported it
             ? fmt::format("; if the sensor was not {}, give its position by --viewpoint", sensor)
             : "");
+  for (const Detection& detection : result.maybe) printDetection(detection, "maybe ");
 }
 
 void run(const RecognizeArguments& a) {

@@ -23,6 +23,15 @@ Json jsonOf(const std::vector<StageReport>& stages) {
   return json;
 }
 
+Json jsonOf(const Detection& detection) {
+  Json json{{"model", detection.model},
+            {"pose", detection.pose.matrix.val},
+            {"inliers", detection.inliers},
+            {"confidence", detection.confidence}};
+  if (!std::isnan(detection.falseAlarmRate)) json["false_alarm_rate"] = detection.falseAlarmRate;
+  return json;
+}
+
 }  // namespace
 
 std::vector<ModelFile> modelFilesOf(const std::vector<std::string>& words) {
@@ -70,19 +79,14 @@ SearchResult searchScene(const Recognizer& recognizer, const std::string& name, 
   if (result.models.empty())
     fail(ErrorCode::invalidInput, "none of the {} objects can be used; the first: {}: {}", models.size(),
          result.failed.front().first, result.failed.front().second);
-  result.detections = recognizer.verify(candidates);
+  result.detections = recognizer.verify(candidates, &result.maybe);
   return result;
 }
 
 Json toJson(const SearchResult& result) {
   Json json{{"instances", Json::array()}};
-  for (const Detection& detection : result.detections) {
-    Json& instance = json["instances"].emplace_back(Json{{"model", detection.model},
-                                                         {"pose", detection.pose.matrix.val},
-                                                         {"inliers", detection.inliers},
-                                                         {"confidence", detection.confidence}});
-    if (!std::isnan(detection.falseAlarmRate)) instance["false_alarm_rate"] = detection.falseAlarmRate;
-  }
+  for (const Detection& detection : result.detections) json["instances"].push_back(jsonOf(detection));
+  for (const Detection& detection : result.maybe) json["maybe"].push_back(jsonOf(detection));
   for (const auto& [name, reason] : result.failed)
     json["failed"].push_back({{"model", name}, {"reason", reason}});
   return json;

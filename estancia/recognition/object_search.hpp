@@ -33,6 +33,8 @@ struct SearchedModel {
 struct SearchResult {
   /// Most confident first.
   std::vector<Detection> detections;
+  /// What may be there: Recognizer::verify().
+  std::vector<Detection> maybe;
   std::shared_ptr<const PreparedScene> scene;
   /// In the order of the files.
   std::vector<SearchedModel> models;
@@ -49,8 +51,8 @@ SearchResult searchScene(const Recognizer& recognizer, const std::string& name, 
                          const std::vector<ModelFile>& models, Progress& progress = Progress::none());
 
 /// {"instances": [{"model", "pose" (T_scene_model, row by row), "inliers", "confidence", "false_alarm_rate"
-/// (where poses are verified by evidence)}], "failed":
-/// [{"model", "reason"}]}, the latter if there are any.
+/// (where poses are verified by evidence)}], "maybe": the same, of what is not sure, "failed":
+/// [{"model", "reason"}]}, the latter two if there are any.
 nlohmann::ordered_json toJson(const SearchResult& result);
 /// {"scene": [{"stage", "detail", "seconds"}], "models": {NAME: the same}}.
 nlohmann::ordered_json stagesJson(const SearchResult& result);

@@ -48,6 +48,7 @@ std::vector<Item> itemsOf(const std::vector<PoseCandidates>& candidates, double 
     const PoseCandidates& of = candidates[c];
     for (std::size_t i = 0; i < of.instances.size(); ++i) {
       const PoseHypothesis& pose = of.instances[i];
+      if (of.falseAlarms.rate(pose.evidence) > rate) continue;
       // vote() is the support less what speaks against the pose; evidence is proportional to it.
       const double vote = pose.score.vote();
       std::vector<PointSupport> points;
@@ -192,17 +193,18 @@ double FalseAlarmModel::evidenceScale() const {
 
 Instances instancesOf(const std::vector<PoseHypothesis>& poses, const cv::Point3d& center, double apart,
                       double rate) {
+  const double standsOut = RecognitionOptions{}.falseAlarmRate;  // then it is none of the wrong poses
   Instances found;
-  std::vector<PoseHypothesis> places = distinctPoses(poses, center, apart, anyRotation);
-  for (std::size_t count = places.size(); count > 0; --count) {
-    const FalseAlarmModel falseAlarms(elsewhere(poses, places, count, center, apart));
-    const bool accepted = falseAlarms.rate(places[count - 1].evidence) <= rate;
-    if (accepted || count == 1) found.falseAlarms = falseAlarms;
-    if (!accepted) continue;
-    places.resize(count);
-    found.poses = std::move(places);
-    return found;
+  found.poses = distinctPoses(poses, center, apart, anyRotation);
+  for (std::size_t count = found.poses.size(); count > 0; --count) {
+    const FalseAlarmModel falseAlarms(elsewhere(poses, found.poses, count, center, apart));
+    const bool last = falseAlarms.rate(found.poses[count - 1].evidence) <= standsOut;
+    if (!last && count > 1) continue;
+    found.falseAlarms = falseAlarms;
+    break;
   }
+  std::erase_if(found.poses,
+                [&](const PoseHypothesis& p) { return found.falseAlarms.rate(p.evidence) > rate; });
   return found;
 }
 

@@ -45,8 +45,8 @@ struct PoseCandidates {
   /// Both at the scales of the search.
   std::shared_ptr<const PreparedModel::Described> modelSurface;
   std::shared_ptr<const PreparedScene::Described> sceneSurface;
-  /// Instances that are accepted if no other explains their surface, best first; with verification by
-  /// evidence. Else those that the verification accepts.
+  /// With verification by evidence those that may be instances (Recognizer::maybeFactor), best first. Else
+  /// those that the verification accepts.
   std::vector<PoseHypothesis> instances;
   /// False alarms of the model in the scene.
   FalseAlarmModel falseAlarms;
@@ -54,8 +54,8 @@ struct PoseCandidates {
 
 /// Which of `poses`, best first, are instances at places of their own, `apart` [m] from each other at
 /// `center`, with a rate of false alarms of at most `rate`; and the null model by which they are judged. The
-/// wrong poses are those elsewhere than the instances: the last pose that stands out from all behind it ends
-/// the instances.
+/// wrong poses are those elsewhere than the instances: the last pose that stands out from all behind it, with
+/// a rate of 0.01, ends the instances. So no rate depends on what is allowed.
 struct Instances {
   std::vector<PoseHypothesis> poses;
   FalseAlarmModel falseAlarms;

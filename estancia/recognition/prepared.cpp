@@ -182,10 +182,9 @@ Orientation orientationOf(const std::vector<cv::Point3f>& points, double spacing
 
 /// Several draws of a cloud with noise, concatenated.
 PointCloud withDraws(const PointCloud& cloud, double noise, std::size_t draws) {
-  constexpr std::uint64_t seed = 7;
   PointCloud all;
   for (std::size_t draw = 0; draw < draws; ++draw) {
-    const PointCloud one = withGaussianNoise(cloud, noise, seed + draw);
+    const PointCloud one = withGaussianNoise(cloud, noise, 7 + draw);
     all.points.insert(all.points.end(), one.points.begin(), one.points.end());
     all.normals.insert(all.normals.end(), one.normals.begin(), one.normals.end());
     all.colors.insert(all.colors.end(), one.colors.begin(), one.colors.end());

@@ -184,7 +184,9 @@ std::vector<PoseHypothesis> refine(const Pair& p, std::vector<PoseHypothesis> po
 /// The instances that are accepted as long as no other explains their surface, at places of their own.
 Instances verifyAlone(const Pair& p, const std::vector<PoseHypothesis>& poses) {
   const double apart = p.model.extent() / 4;
-  if (p.byEvidence()) return instancesOf(poses, p.model.center(), apart, p.options.falseAlarmRate);
+  if (p.byEvidence())
+    return instancesOf(poses, p.model.center(), apart,
+                       std::min(1.0, Recognizer::maybeFactor * p.options.falseAlarmRate));
   return {distinctPoses(verifyClassical(p, poses), meanOf(p.modelSurface.dense.coarse.points), apart,
                         anyRotation),
           {}};
@@ -310,13 +312,25 @@ PoseCandidates Recognizer::search(const PreparedModel& model, const PreparedScen
   return {&model, &scene, modelSurface, sceneSurface, std::move(instances.poses), instances.falseAlarms};
 }
 
-std::vector<Detection> Recognizer::verify(const std::vector<PoseCandidates>& candidates) const {
+std::vector<Detection> Recognizer::verify(const std::vector<PoseCandidates>& candidates,
+                                          std::vector<Detection>* maybe) const {
   std::vector<Detection> detections;
   if (options_.verification == "evidence") {
-    for (const VerifiedInstance& v : verifyTogether(candidates, options_.falseAlarmRate, options_.threads)) {
+    const auto verified = [&](double rate) {
+      return verifyTogether(candidates, std::min(1.0, rate), options_.threads);
+    };
+    const auto detected = [&](const VerifiedInstance& v) {
       const PoseCandidates& of = candidates[v.candidates];
-      detections.push_back(detectionOf(of, of.instances[v.instance], v.evidence));
-    }
+      return detectionOf(of, of.instances[v.instance], v.evidence);
+    };
+    const auto sure = verified(options_.falseAlarmRate);
+    for (const VerifiedInstance& v : sure) detections.push_back(detected(v));
+    if (maybe != nullptr)
+      for (const VerifiedInstance& v : verified(maybeFactor * options_.falseAlarmRate))
+        if (std::ranges::none_of(sure, [&](const VerifiedInstance& s) {
+              return s.candidates == v.candidates && s.instance == v.instance;
+            }))
+          maybe->push_back(detected(v));
   } else {
     for (const PoseCandidates& of : candidates)
       for (const PoseHypothesis& h : of.instances) detections.push_back(detectionOf(of, h));

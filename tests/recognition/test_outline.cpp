@@ -9,6 +9,7 @@
 
 #include "estancia/cloud/resolution.hpp"
 #include "estancia/files/cloud_file.hpp"
+#include "estancia/recognition/pose_candidates.hpp"
 #include "estancia/recognition/prepared.hpp"
 #include "estancia/recognition/recognizer.hpp"
 #include "recognition/made_up_surface.hpp"
@@ -171,6 +172,34 @@ TEST(Outline, PclsCartonIsFoundOnceInEachFrame) {
     const cv::Point3d at = frame.inv() * (found[0].pose * found[0].center);
     EXPECT_LT(cv::norm(at - cv::Point3d(-0.06, 0.13, -0.78)), 0.02);
   }
+}
+
+/// The example of PCL's template alignment: six views of a face, and where they all lie on the head.
+TEST(Outline, PclsFacesAreFoundOnTheHeadSurelyOrMaybe) {
+  const auto data = test::findData("pcl_tutorials");
+  ESTANCIA_NEEDS(data, "pcl_tutorials is not unpacked");
+  RecognitionOptions strict;
+  strict.falseAlarmRate = 0.002;
+  const Recognizer recognizer(strict);
+  const auto scene = recognizer.prepareScene("person", readCloud(*data / "person.pcd"));
+  const auto onHead = [](const Detection& face) {
+    return cv::norm(face.pose * face.center - cv::Point3d(-0.08, 0.04, 0.765)) < 0.08;
+  };
+  std::size_t sure = 0, unsure = 0;
+  for (const char view : std::string("012345")) {
+    const auto model =
+        recognizer.prepareModel("face", readCloud(*data / (std::string("object_template_") + view + ".pcd")));
+    std::vector<PoseCandidates> candidates;
+    candidates.push_back(recognizer.search(*model, *scene));
+    std::vector<Detection> maybe;
+    const std::vector<Detection> found = recognizer.verify(candidates, &maybe);
+    EXPECT_TRUE(std::ranges::all_of(found, onHead)) << view;
+    for (const Detection& face : maybe) EXPECT_GT(face.falseAlarmRate, strict.falseAlarmRate);
+    sure += found.empty() ? 0 : 1;
+    unsure += std::ranges::any_of(maybe, onHead) ? 1 : 0;
+  }
+  EXPECT_GE(sure, 4U);
+  EXPECT_GE(unsure, 1U);
 }
 
 }  // namespace

@@ -273,6 +273,15 @@ TEST(Instances, SeveralOfOneModelDoNotHideEachOther) {
   }
 }
 
+TEST(Instances, RatesDoNotDependOnWhatIsAllowed) {
+  const auto poses = withWrongPoses({at(0, 0.6), at(1, 0.2), at(2, 0.19)});
+  const Instances strict = instancesOf(poses, {0, 0, 0}, 0.1, 0.01),
+                  loose = instancesOf(poses, {0, 0, 0}, 0.1, 0.9);
+  EXPECT_EQ(strict.poses.size(), 1U);
+  EXPECT_GT(loose.poses.size(), 1U);
+  EXPECT_EQ(strict.falseAlarms.rate(0.2), loose.falseAlarms.rate(0.2));
+}
+
 TEST(Instances, ChanceIsNone) {
   const Instances found = instancesOf(withWrongPoses({at(0, 0.17)}), {0, 0, 0}, 0.1, 0.01);
   EXPECT_TRUE(found.poses.empty());
