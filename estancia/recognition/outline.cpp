@@ -15,13 +15,13 @@ constexpr float evenDot = 0.94F;  // cosine of 20°: of the normals of an even s
 
 /// A direction of the tangent plane.
 cv::Point3f tangent(const cv::Point3f& normal, std::size_t direction) {
+  constexpr float half = std::numbers::sqrt2_v<float> / 2;
+  constexpr std::array<std::array<float, 2>, std::tuple_size_v<Outline::Around>> turns{
+      {{1, 0}, {half, half}, {0, 1}, {-half, half}, {-1, 0}, {-half, -half}, {0, -1}, {half, -half}}};
   const cv::Point3f aside = std::abs(normal.z) < 0.9F ? cv::Point3f(0, 0, 1) : cv::Point3f(1, 0, 0);
   cv::Point3f u = aside.cross(normal);
   u *= 1 / static_cast<float>(cv::norm(u));
-  const cv::Point3f v = normal.cross(u);
-  const double angle =
-      2 * std::numbers::pi * static_cast<double>(direction) / static_cast<double>(Outline::Around().size());
-  return u * static_cast<float>(std::cos(angle)) + v * static_cast<float>(std::sin(angle));
+  return u * turns[direction][0] + normal.cross(u) * turns[direction][1];
 }
 
 /// The points of a plane while it grows. The plane is fitted again whenever they have doubled.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
-#include <unordered_map>
+#include <vector>
 
 #include "estancia/recognition/pose_score.hpp"
 
@@ -17,16 +17,16 @@ struct PlaneOutline {
   double proof() const { return goesOn > 0 ? std::max(0.0, (ends - goesOn) / (ends + goesOn)) : 1; }
 };
 
-std::unordered_map<std::int32_t, PlaneOutline> outlinesOf(const std::vector<PointSupport>& points,
-                                                          const DenseScene& scene, const ModelExtent& extent,
-                                                          const cv::Affine3d& pose) {
-  std::unordered_map<std::int32_t, PlaneOutline> outlines;
+/// One a plane.
+std::vector<PlaneOutline> outlinesOf(const std::vector<PointSupport>& points, const DenseScene& scene,
+                                     const ModelExtent& extent, const cv::Affine3d& pose) {
+  std::vector<PlaneOutline> outlines(scene.outline->planes().size());
   const cv::Affine3f fromScene(pose.inv());
   const Outline& outline = *scene.outline;
   for (const PointSupport& p : points) {
     const std::int32_t plane = outline.planeOf(p.scenePoint);
     if (plane < 0) continue;
-    PlaneOutline& of = outlines[plane];
+    PlaneOutline& of = outlines[static_cast<std::size_t>(plane)];
     for (std::size_t d = 0; d < outline.around(p.scenePoint).size(); ++d) {
       const std::int32_t next = outline.around(p.scenePoint)[d];
       if (next == Outline::unknown) continue;
@@ -76,12 +76,12 @@ PoseScore scoreOutlined(const OrientedPoints& model, const ModelExtent& extent, 
     const double through = pierced(points, scene, limits) / static_cast<double>(model.points.size());
     score.occluded -= through;
     score.seenThrough += through;
-    auto outlines = outlinesOf(points.supported, scene, extent, pose);
+    const auto outlines = outlinesOf(points.supported, scene, extent, pose);
     double left = 0, all = 0;
     for (PointSupport& p : points.supported) {
       const std::int32_t plane = scene.outline->planeOf(p.scenePoint);
       all += static_cast<double>(p.weight);
-      if (plane >= 0) p.weight *= static_cast<float>(outlines[plane].proof());
+      if (plane >= 0) p.weight *= static_cast<float>(outlines[static_cast<std::size_t>(plane)].proof());
       left += static_cast<double>(p.weight);
     }
     score.outlined = left / all;

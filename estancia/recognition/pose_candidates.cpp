@@ -48,7 +48,6 @@ std::vector<Item> itemsOf(const std::vector<PoseCandidates>& candidates, double 
     const PoseCandidates& of = candidates[c];
     for (std::size_t i = 0; i < of.instances.size(); ++i) {
       const PoseHypothesis& pose = of.instances[i];
-      if (of.falseAlarms.rate(pose.evidence) > rate) continue;
       // vote() is the support less what speaks against the pose; evidence is proportional to it.
       const double vote = pose.score.vote();
       std::vector<PointSupport> points;
@@ -59,8 +58,8 @@ std::vector<Item> itemsOf(const std::vector<PoseCandidates>& candidates, double 
                        vote > 0 ? pose.evidence * pose.score.support / vote : 0, std::move(points)});
     }
   }
-  std::stable_sort(items.begin(), items.end(),
-                   [](const Item& a, const Item& b) { return a.pose->evidence > b.pose->evidence; });
+  std::ranges::stable_sort(items, std::ranges::greater(),
+                           [](const Item& i) { return std::pair(i.surplus() >= 0, i.pose->evidence); });
   return items;
 }
 
@@ -187,6 +186,10 @@ double FalseAlarmModel::evidenceOf(double rate) const {
   return chance_ + scale_ * (tailOffset - tailDecay * std::log(rate));
 }
 
+double FalseAlarmModel::maybe(double rate) {
+  return std::min(1.0, 10 * rate);
+}
+
 double FalseAlarmModel::evidenceScale() const {
   return scale_ * tailDecay;
 }
@@ -221,35 +224,44 @@ std::vector<std::size_t> bestSubset(const std::vector<double>& gains, const std:
   return chosen;
 }
 
-std::vector<VerifiedInstance> verifyTogether(const std::vector<PoseCandidates>& candidates, double rate,
-                                             int threads) {
+VerifiedInstances verifyTogether(const std::vector<PoseCandidates>& candidates, double rate, int threads) {
   const std::vector<Item> items = itemsOf(candidates, rate);
   const std::size_t count = items.size();
+  const auto sure = static_cast<std::size_t>(
+      std::ranges::count_if(items, [](const Item& item) { return item.surplus() >= 0; }));
   // For each item and each better one which of its points that explains; the worse one of a pair loses them.
   std::vector<std::vector<bool>> explained(count * count);
-  std::vector<double> gains(count), losses(count * count, 0);
+  std::vector<double> gains(sure), losses(sure * sure, 0);
   inParallel(count, threads, Progress::none(), "stopped while instances were compared", [&](std::size_t i) {
-    gains[i] = items[i].surplus();
+    if (i < sure) gains[i] = items[i].surplus();
     for (std::size_t j = 0; j < i; ++j) {
       std::vector<bool>& points = explained[i * count + j] = explainedBy(items[i], items[j]);
+      if (i >= sure) continue;
       const double lost = items[i].support * weightOf(items[i], points);
-      losses[i * count + j] = losses[j * count + i] = lost / items[i].of->falseAlarms.evidenceScale();
+      losses[i * sure + j] = losses[j * sure + i] = lost / items[i].of->falseAlarms.evidenceScale();
     }
   });
-  std::vector<VerifiedInstance> kept;
   std::vector<std::size_t> keptItems;
-  for (const std::size_t i : bestSubset(gains, losses)) {
+  // Keeps an item if the evidence that those kept before leave it has that rate.
+  const auto keep = [&](std::size_t i, double allowed, std::vector<VerifiedInstance>& kept) {
     const Item& item = items[i];
     std::vector<bool> taken(item.points.size());
-    for (const std::size_t j : keptItems)
+    for (const std::size_t j : keptItems) {
+      const std::vector<bool> points = j < i ? explained[i * count + j] : explainedBy(item, items[j]);
       for (std::size_t p = 0; p < taken.size(); ++p)
-        if (explained[i * count + j][p]) taken[p] = true;
+        if (points[p]) taken[p] = true;
+    }
     const double evidence = item.pose->evidence - item.support * weightOf(item, taken);
-    if (evidence < item.threshold) continue;
+    if (evidence < item.of->falseAlarms.evidenceOf(allowed)) return;
     kept.push_back({item.candidates, item.instance, evidence});
     keptItems.push_back(i);
-  }
-  return kept;
+  };
+  VerifiedInstances verified;
+  for (const std::size_t i : bestSubset(gains, losses)) keep(i, rate, verified.sure);
+  for (std::size_t i = 0; i < count; ++i)
+    if (std::ranges::find(keptItems, i) == keptItems.end())
+      keep(i, FalseAlarmModel::maybe(rate), verified.maybe);
+  return verified;
 }
 
 }  // namespace estancia

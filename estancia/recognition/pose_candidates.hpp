@@ -31,6 +31,8 @@ class FalseAlarmModel {
   double rate(double evidence) const;
   /// The evidence with that rate: the inverse, for a rate in (0, 1].
   double evidenceOf(double rate) const;
+  /// The rate up to which a pose may be an instance, where that of instances is allowed: ten times as much.
+  static double maybe(double rate);
   /// The evidence by which the rate falls by a factor of e.
   double evidenceScale() const;
 
@@ -45,7 +47,7 @@ struct PoseCandidates {
   /// Both at the scales of the search.
   std::shared_ptr<const PreparedModel::Described> modelSurface;
   std::shared_ptr<const PreparedScene::Described> sceneSurface;
-  /// With verification by evidence those that may be instances (Recognizer::maybeFactor), best first. Else
+  /// With verification by evidence those that are or may be instances, best first. Else
   /// those that the verification accepts.
   std::vector<PoseHypothesis> instances;
   /// False alarms of the model in the scene.
@@ -71,13 +73,16 @@ struct VerifiedInstance {
   double evidence = 0;
 };
 
+struct VerifiedInstances {
+  std::vector<VerifiedInstance> sure, maybe;  ///< most evident first
+};
+
 /// Hypotheses of several models exclude each other where they explain the same points of the scene, in the
 /// manner of Aldoma et al. (ECCV 2012), who anneal: here the choice is exact for up to 24 that overlap. The
 /// set with the most Σ (evidence − threshold) / scale is chosen, in which evidence on a point counts for the
 /// better instance alone; of the chosen, those are kept whose own evidence still has a rate of false alarms
-/// of at most `rate`. Most evident first.
-std::vector<VerifiedInstance> verifyTogether(const std::vector<PoseCandidates>& candidates, double rate,
-                                             int threads = 1);
+/// of at most `rate`. Others are `maybe` there, by what these leave them (FalseAlarmModel::maybe()).
+VerifiedInstances verifyTogether(const std::vector<PoseCandidates>& candidates, double rate, int threads = 1);
 
 /// The subset of items that maximizes Σ gains − Σ losses of its pairs: exactly by branch and bound for items
 /// that losses connect, up to 24 of them, else greedily, largest gain first. `losses`: row-major,

@@ -368,9 +368,9 @@ std::shared_ptr<const PreparedScene::Described> PreparedScene::describe(
   fresh->view = isMean(options_) ? RangeImage(fresh->surface->points(), 1.8 * scales.unit)
                                  : RangeImage(raw_.points, resolution_);
   const bool seen = fresh->view.known();
-  const char* from = estimatedViewpoint_  ? "its estimated viewpoint"
-                     : options_.viewpoint ? "its viewpoint"
-                                          : "the origin";
+  const char* from = estimatedViewpoint_                                           ? "its estimated viewpoint"
+                     : options_.viewpoint.value_or(cv::Point3d()) != cv::Point3d() ? "its viewpoint"
+                                                                                   : "the origin";
   log.add("view", fmt::format("{} {}", seen ? "seen from" : "no view from", from));
   if (!seen && isMean(options_)) {
     std::vector<cv::Point3f> normals = fresh->surface->normals();

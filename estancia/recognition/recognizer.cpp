@@ -181,15 +181,23 @@ std::vector<PoseHypothesis> refine(const Pair& p, std::vector<PoseHypothesis> po
                         : refineClassical(p, std::move(poses));
 }
 
-/// The instances that are accepted as long as no other explains their surface, at places of their own.
+/// The instances that are or may be accepted as long as no other explains their surface, at places of their
+/// own.
 Instances verifyAlone(const Pair& p, const std::vector<PoseHypothesis>& poses) {
   const double apart = p.model.extent() / 4;
   if (p.byEvidence())
-    return instancesOf(poses, p.model.center(), apart,
-                       std::min(1.0, Recognizer::maybeFactor * p.options.falseAlarmRate));
+    return instancesOf(poses, p.model.center(), apart, FalseAlarmModel::maybe(p.options.falseAlarmRate));
   return {distinctPoses(verifyClassical(p, poses), meanOf(p.modelSurface.dense.coarse.points), apart,
                         anyRotation),
           {}};
+}
+
+/// The number of those that are sure, as long as no other explains their surface.
+std::size_t instancesAlone(const Pair& p, const Instances& found) {
+  if (!p.byEvidence()) return found.poses.size();
+  return static_cast<std::size_t>(std::ranges::count_if(found.poses, [&](const PoseHypothesis& h) {
+    return found.falseAlarms.rate(h.evidence) <= p.options.falseAlarmRate;
+  }));
 }
 
 int percent(double share) {
@@ -307,7 +315,7 @@ PoseCandidates Recognizer::search(const PreparedModel& model, const PreparedScen
   Instances instances = verifyAlone(pair, poses);  // 2.4.7
   log.add("verification",
           fmt::format(
-              "{}: {} instances{}", options_.verification, instances.poses.size(),
+              "{}: {} instances{}", options_.verification, instancesAlone(pair, instances),
               pair.byEvidence() ? comparison(poses, instances.falseAlarms, options_.falseAlarmRate) : ""));
   return {&model, &scene, modelSurface, sceneSurface, std::move(instances.poses), instances.falseAlarms};
 }
@@ -316,21 +324,15 @@ std::vector<Detection> Recognizer::verify(const std::vector<PoseCandidates>& can
                                           std::vector<Detection>* maybe) const {
   std::vector<Detection> detections;
   if (options_.verification == "evidence") {
-    const auto verified = [&](double rate) {
-      return verifyTogether(candidates, std::min(1.0, rate), options_.threads);
+    const auto verified = verifyTogether(candidates, options_.falseAlarmRate, options_.threads);
+    const auto add = [&](const std::vector<VerifiedInstance>& instances, std::vector<Detection>& to) {
+      for (const VerifiedInstance& v : instances) {
+        const PoseCandidates& of = candidates[v.candidates];
+        to.push_back(detectionOf(of, of.instances[v.instance], v.evidence));
+      }
     };
-    const auto detected = [&](const VerifiedInstance& v) {
-      const PoseCandidates& of = candidates[v.candidates];
-      return detectionOf(of, of.instances[v.instance], v.evidence);
-    };
-    const auto sure = verified(options_.falseAlarmRate);
-    for (const VerifiedInstance& v : sure) detections.push_back(detected(v));
-    if (maybe != nullptr)
-      for (const VerifiedInstance& v : verified(maybeFactor * options_.falseAlarmRate))
-        if (std::ranges::none_of(sure, [&](const VerifiedInstance& s) {
-              return s.candidates == v.candidates && s.instance == v.instance;
-            }))
-          maybe->push_back(detected(v));
+    add(verified.sure, detections);
+    if (maybe != nullptr) add(verified.maybe, *maybe);
   } else {
     for (const PoseCandidates& of : candidates)
       for (const PoseHypothesis& h : of.instances) detections.push_back(detectionOf(of, h));

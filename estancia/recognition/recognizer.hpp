@@ -52,8 +52,6 @@ struct PoseCandidates;
 /// The const functions may be called from several threads; results do not depend on the number of threads.
 class Recognizer {
  public:
-  static constexpr double maybeFactor = 10;
-
   /// Throws Error as validate(RecognitionOptions) does.
   explicit Recognizer(RecognitionOptions options = {});
 
@@ -84,7 +82,7 @@ class Recognizer {
                         std::vector<StageReport>* stages = nullptr) const;
   /// The detections of all models that were searched in a scene, most confident first. By evidence they are
   /// verified together: a point of the scene supports one instance of one model only.
-  /// What has up to maybeFactor times the rate of false alarms that is allowed is `maybe` there.
+  /// What has up to ten times the rate of false alarms that is allowed is `maybe` there.
   std::vector<Detection> verify(const std::vector<PoseCandidates>& candidates,
                                 std::vector<Detection>* maybe = nullptr) const;
   /// search() and verify() of one model.

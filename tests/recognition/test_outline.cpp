@@ -106,41 +106,60 @@ TEST(Outline, ATableGoesOnAndABoxEnds) {
   EXPECT_GT(cv::Vec3d(cv::Point3d(table.normal)).dot(up), 0.999);
 }
 
+/// The carton on the table, tried in poses that are moved from its own, in the table's frame [m].
+struct Tried {
+  Recognizer recognizer;
+  std::shared_ptr<const PreparedScene> scene = recognizer.prepareScene("scene", viewOf({carton}, true));
+  std::shared_ptr<const PreparedModel> model = recognizer.prepareModel("model", viewOf({carton}, false));
+  std::shared_ptr<const PreparedScene::Described> at = scene->describedFor(scene->scalesFor(*model));
+  std::shared_ptr<const PreparedModel::Described> shape = model->describedFor(at->scales);
+  PoseTolerances limits = toleranceOf(at->scales);
+
+  static cv::Affine3d moved(const cv::Vec3d& by) {
+    return cameraOf() * cv::Affine3d(cv::Vec3d(), by) * cameraOf().inv();
+  }
+  PoseScore plain(const cv::Vec3d& by) const {
+    return scorePose(shape->dense.fine, at->dense(), moved(by), limits);
+  }
+  PoseScore outlined(const cv::Vec3d& by) const {
+    return scoreOutlined(shape->dense.fine, shape->dense.extent, at->dense(), moved(by), limits);
+  }
+};
+
 TEST(Outline, AFaceInALargerPlaneProvesNothing) {
-  const Recognizer recognizer;
-  const auto scene = recognizer.prepareScene("scene", viewOf({carton}, true));
-  const auto model = recognizer.prepareModel("model", viewOf({carton}, false));
-  const auto at = scene->describedFor(scene->scalesFor(*model));
-  const auto shape = model->describedFor(at->scales);
-  const auto scoreAt = [&](const cv::Affine3d& pose, auto&& score) { return score(shape->dense.fine, pose); };
-  const auto outlined = [&](const OrientedPoints& points, const cv::Affine3d& pose) {
-    return scoreOutlined(points, shape->dense.extent, at->dense(), pose, toleranceOf(at->scales));
-  };
-  const PoseScore there = scoreAt(cv::Affine3d::Identity(), outlined);
+  const Tried tried;
+  const PoseScore there = tried.outlined({0, 0, 0});
   EXPECT_GT(there.supported, 0.9);
   EXPECT_GT(there.outlined, 0.95);
   // The top in the table, the rest below: the table supports it, and hides the sides.
-  const cv::Affine3d sunk =
-      cameraOf() * cv::Affine3d(cv::Vec3d(), cv::Vec3d(-0.25, -0.1, -0.2)) * cameraOf().inv();
-  const PoseScore in = scoreAt(sunk, outlined);
+  const PoseScore in = tried.outlined({-0.25, -0.1, -0.2});
   EXPECT_GT(in.supported, 0.2);
   EXPECT_LT(in.outlined, 0.1);
   EXPECT_LT(in.support, 0.1 * in.supported);
 }
 
 TEST(Outline, ThingsDoNotPierceATable) {
-  const Recognizer recognizer;
-  const auto scene = recognizer.prepareScene("scene", viewOf({carton}, true));
-  const auto model = recognizer.prepareModel("model", viewOf({carton}, false));
-  const auto at = scene->describedFor(scene->scalesFor(*model));
-  const auto shape = model->describedFor(at->scales);
+  const Tried tried;
   // 6 cm deeper: its sides fit the carton above the table, and a part is below.
-  const cv::Affine3d sunk = cameraOf() * cv::Affine3d(cv::Vec3d(), cv::Vec3d(0, 0, -0.06)) * cameraOf().inv();
-  const PoseTolerances limits = toleranceOf(at->scales);
-  const PoseScore plain = scorePose(shape->dense.fine, at->dense(), sunk, limits);
-  const PoseScore outlined = scoreOutlined(shape->dense.fine, shape->dense.extent, at->dense(), sunk, limits);
+  const cv::Vec3d sunk(0, 0, -0.06);
+  const PoseScore plain = tried.plain(sunk), outlined = tried.outlined(sunk);
   EXPECT_GT(plain.occluded, 0.05);
   EXPECT_GT(outlined.seenThrough, plain.seenThrough + 0.3 * plain.occluded);
+}
+
+TEST(Outline, WhatAnInstanceExplainsIsNoOthersMaybe) {
+  const Recognizer recognizer;
+  const auto scene = recognizer.prepareScene("scene", viewOf({carton}, true));
+  const auto one = recognizer.prepareModel("one", viewOf({carton}, false)),
+             twin = recognizer.prepareModel("twin", viewOf({carton}, false, 3));
+  std::vector<PoseCandidates> candidates;
+  candidates.push_back(recognizer.search(*one, *scene));
+  candidates.push_back(recognizer.search(*twin, *scene));
+  ASSERT_FALSE(candidates[0].instances.empty());
+  ASSERT_FALSE(candidates[1].instances.empty());
+  std::vector<Detection> maybe;
+  EXPECT_EQ(recognizer.verify(candidates, &maybe).size(), 1U);
+  EXPECT_TRUE(maybe.empty());
 }
 
 TEST(Outline, ABoxOnATableIsFoundOnce) {

@@ -8,16 +8,36 @@
 #include <map>
 #include <numbers>
 #include <opencv2/imgproc.hpp>
+#include <random>
 
+#include "estancia/cloud/neighbors.hpp"
+#include "estancia/cloud/normals.hpp"
+#include "estancia/cloud/resolution.hpp"
+#include "estancia/core/error.hpp"
 #include "estancia/files/cloud_file.hpp"
-#include "recognition/depth_rendering.hpp"
-#include "recognition/seeded.hpp"
 
 namespace estancia::experiments {
 namespace {
 
 constexpr int imageWidth = 640, imageHeight = 480;
-constexpr CameraIntrinsics kinect{imageWidth, imageHeight, 525, 525, 319.5, 239.5};
+constexpr double focalLength = 525, centerX = 319.5, centerY = 239.5;
+
+/// Gives equal numbers on every machine.
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : bits_(seed) {}
+  double between(double low, double high) {
+    return low + (high - low) * static_cast<double>(bits_() >> 11U) * 0x1p-53;
+  }
+  std::size_t below(std::size_t count) { return static_cast<std::size_t>(bits_() % count); }
+  cv::Vec3d direction() {
+    const double z = between(-1, 1), turn = between(0, 2 * std::numbers::pi), r = std::sqrt(1 - z * z);
+    return {r * std::cos(turn), r * std::sin(turn), z};
+  }
+
+ private:
+  std::mt19937_64 bits_;
+};
 
 /// The shortest rotation that turns one unit vector into another.
 cv::Matx33d turning(const cv::Vec3d& from, const cv::Vec3d& to) {
@@ -29,6 +49,76 @@ cv::Matx33d turning(const cv::Vec3d& from, const cv::Vec3d& to) {
 
 cv::Matx33d around(const cv::Vec3d& axis, double angle) {
   return cv::Affine3d(cv::Vec3d(axis * angle)).rotation();
+}
+
+/// A model as discs that cover its surface.
+struct Discs {
+  std::vector<cv::Point3f> points, normals;
+  double radius = 0;  // [m]
+  cv::Vec3d center;
+};
+
+Discs discsOf(const PointCloud& cloud) {
+  constexpr double perSpacing = 1.8, perRadius = 4;  // multiples of the points' spacing
+  Discs discs;
+  for (const cv::Point3f& p : cloud.points)
+    if (isFinite(p)) discs.points.push_back(p);
+  if (discs.points.empty())
+    throw Error(ErrorCode::invalidInput, "a model without points; give clouds of objects");
+  const Neighbors neighbors(discs.points);
+  const double spacing = spacingOf(neighbors);
+  discs.normals = estimateNormals(discs.points, neighbors, {.radius = perRadius * spacing});
+  discs.radius = perSpacing * spacing;
+  for (const cv::Point3f& p : discs.points) discs.center += cv::Vec3d(cv::Point3d(p));
+  discs.center *= 1 / static_cast<double>(discs.points.size());
+  return discs;
+}
+
+/// Depths where rays meet discs: at each pixel the mean of those near the nearest.
+cv::Mat render(const Discs& discs, const cv::Affine3d& pose) {
+  struct Hit {
+    int pixel;
+    float depth, weight;
+  };
+  std::vector<Hit> hits;
+  const cv::Affine3f transform(pose);
+  const cv::Matx33f turn = transform.rotation();
+  for (std::size_t i = 0; i < discs.points.size(); ++i) {
+    const cv::Point3f p = transform * discs.points[i], n = turn * discs.normals[i];
+    if (!isFinite(n) || !(p.z > 0) || n.dot(p) > -0.05F * static_cast<float>(cv::norm(p))) continue;
+    const double reach = focalLength * discs.radius / p.z;
+    const double u = focalLength * p.x / p.z + centerX, v = focalLength * p.y / p.z + centerY;
+    for (int y = std::max(0, static_cast<int>(std::ceil(v - reach)));
+         y <= std::min(imageHeight - 1, static_cast<int>(std::floor(v + reach))); ++y)
+      for (int x = std::max(0, static_cast<int>(std::ceil(u - reach)));
+           x <= std::min(imageWidth - 1, static_cast<int>(std::floor(u + reach))); ++x) {
+        const cv::Point3f ray(static_cast<float>((x - centerX) / focalLength),
+                              static_cast<float>((y - centerY) / focalLength), 1);
+        const float depth = n.dot(p) / n.dot(ray);
+        const cv::Point3f off = ray * depth - p;
+        const auto radius = static_cast<float>(discs.radius);
+        const float share = off.dot(off) / (radius * radius);
+        if (share < 1) hits.push_back({y * imageWidth + x, depth, 1 - share});
+      }
+  }
+  std::stable_sort(hits.begin(), hits.end(), [](const Hit& a, const Hit& b) {
+    return a.pixel < b.pixel || (a.pixel == b.pixel && a.depth < b.depth);
+  });
+  cv::Mat depths = cv::Mat::zeros(imageHeight, imageWidth, CV_32F);
+  for (std::size_t begin = 0; begin < hits.size();) {
+    std::size_t end = begin;
+    double sum = 0, weights = 0;
+    const auto thickness = static_cast<float>(2 * discs.radius);
+    for (; end < hits.size() && hits[end].pixel == hits[begin].pixel; ++end) {
+      if (hits[end].depth > hits[begin].depth + thickness) continue;
+      sum += static_cast<double>(hits[end].weight) * hits[end].depth;
+      weights += static_cast<double>(hits[end].weight);
+    }
+    depths.at<float>(hits[begin].pixel / imageWidth, hits[begin].pixel % imageWidth) =
+        static_cast<float>(sum / weights);
+    begin = end;
+  }
+  return depths;
 }
 
 /// Seen from where the model was seen, but for a tilt, at any angle around the line of sight.
@@ -51,7 +141,7 @@ void addTo(cv::Mat& scene, const cv::Mat& object) {
 
 /// Moves an object towards the middle, from outside, until its silhouette touches or overlaps what is there.
 cv::Affine3d putBeside(const Discs& discs, const cv::Mat& scene, const ClutterOptions& options,
-                       Seeded& random) {
+                       Random& random) {
   constexpr double outside = 0.30, step = 0.004;  // [m]
   const double distance = random.between(options.nearest, options.farthest);
   const double heading = random.between(0, 2 * std::numbers::pi);
@@ -66,7 +156,7 @@ cv::Affine3d putBeside(const Discs& discs, const cv::Mat& scene, const ClutterOp
   for (double away = cv::countNonZero(there) > 0 ? outside : 0; away >= 0; away -= step) {
     pose =
         poseAt(discs, {away * std::cos(heading), away * std::sin(heading), distance}, tilt, tiltAxis, roll);
-    const cv::Mat silhouette = rendered(discs, pose, kinect) > 0;
+    const cv::Mat silhouette = render(discs, pose) > 0;
     if (cv::countNonZero(silhouette & around) == 0) continue;
     const double overlap = cv::countNonZero(silhouette & there);
     if (overlap >= wanted * cv::countNonZero(silhouette)) break;
@@ -93,7 +183,7 @@ OptionGroup declare(ClutterOptions& options) {
 
 ClutterScene makeClutter(const std::vector<ClutterModel>& models, const ClutterOptions& options,
                          std::size_t number) {
-  Seeded random(options.seed * 1'000'003 + number);
+  Random random(options.seed * 1'000'003 + number);
   std::map<std::string, std::vector<std::size_t>> byObject;
   for (std::size_t m = 0; m < models.size(); ++m) byObject[models[m].object].push_back(m);
   std::vector<std::string> objects;
@@ -112,9 +202,10 @@ ClutterScene makeClutter(const std::vector<ClutterModel>& models, const ClutterO
     const Discs discs = discsOf(models[model].cloud);
     const cv::Affine3d pose = putBeside(discs, depth, options, random);
     scene.instances.push_back({model, pose});
-    addTo(depth, rendered(discs, pose, kinect));
+    addTo(depth, render(discs, pose));
   }
-  for (const cv::Point3f& p : backProject(depth, kinect).points)
+  const CameraIntrinsics camera{imageWidth, imageHeight, focalLength, focalLength, centerX, centerY};
+  for (const cv::Point3f& p : backProject(depth, camera).points)
     if (isFinite(p)) scene.cloud.points.push_back(p);
   scene.cloud.width = scene.cloud.points.size();
   scene.cloud.height = 1;
@@ -141,7 +232,7 @@ ModelPairs withClutter(const ModelPairs& pairs, const ClutterOptions& options,
 }
 
 cv::Affine3d randomFrame(std::uint64_t seed) {
-  Seeded random(seed);
+  Random random(seed);
   const double angle = random.between(0, std::numbers::pi);
   const cv::Vec3d axis = random.direction(), shift = random.direction() * random.between(0.5, 3);
   return {around(axis, angle), shift};
