@@ -9,70 +9,26 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "objects/solids.hpp"
+
 namespace estancia::experiments {
 namespace {
 
-constexpr double infiniteDistance = HUGE_VAL;
 const std::array<std::string, 7> categories{"clutter", "side by side", "gaps",   "coaxial",
                                             "stacks",  "slits",        "printed"};
 
-/// A box or an upright cylinder that stands on `at`; meters, z up.
+/// A solid that is seen; meters, z up.
 struct Body {
-  bool round = false;
-  cv::Vec3d at = {}, size = {};      ///< position; size of a cylinder: diameter twice, height
-  double angle = 0;                  ///< about the upright [rad]
+  Solid solid;
   cv::Vec3d color = {}, print = {};  ///< BGR, 0 … 255
   int printed = 0;                   ///< 0: plain, 1: a label on its middle, 2: fine dots
   int object = 0;                    ///< 0: hides what is behind it, and is no object
   bool hole = false;                 ///< no depth where it is seen
 };
 
-struct Hit {
-  double t = infiniteDistance;
+struct Hit : SolidHit {
   const Body* body = nullptr;
-  cv::Vec3d normal, local;  ///< normal of the surface; the point in the body, −1 … 1 of its half sizes
 };
-
-void cast(const Body& body, const cv::Vec3d& from, const cv::Vec3d& ray, Hit& nearest) {
-  const double c = std::cos(body.angle), s = std::sin(body.angle);
-  const cv::Vec3d middle = body.at + cv::Vec3d(0, 0, body.size[2] / 2), half = body.size / 2,
-                  d = from - middle;
-  const cv::Vec3d o(c * d[0] + s * d[1], -s * d[0] + c * d[1], d[2]),
-      r(c * ray[0] + s * ray[1], -s * ray[0] + c * ray[1], ray[2]);
-  double in = -infiniteDistance, out = infiniteDistance;
-  cv::Vec3d normal;
-  const auto slab = [&](int k) {
-    double a = (-half[k] - o[k]) / r[k], b = (half[k] - o[k]) / r[k];
-    if (a > b) std::swap(a, b);
-    if (a > in) {
-      in = a;
-      normal = {};
-      normal[k] = r[k] > 0 ? -1 : 1;
-    }
-    out = std::min(out, b);
-  };
-  slab(2);
-  if (body.round) {
-    const double a = r[0] * r[0] + r[1] * r[1], b = o[0] * r[0] + o[1] * r[1],
-                 inside = b * b - a * (o[0] * o[0] + o[1] * o[1] - half[0] * half[0]);
-    if (inside < 0) return;
-    const double enter = (-b - std::sqrt(inside)) / a;
-    if (enter > in) {
-      in = enter;
-      normal = cv::Vec3d(o[0] + enter * r[0], o[1] + enter * r[1], 0) / half[0];
-    }
-    out = std::min(out, (-b + std::sqrt(inside)) / a);
-  } else {
-    slab(0);
-    slab(1);
-  }
-  if (!(in > 0 && in <= out && in < nearest.t)) return;
-  const cv::Vec3d p = o + in * r;
-  nearest = {in,
-             &body,
-             {c * normal[0] - s * normal[1], s * normal[0] + c * normal[1], normal[2]},
-             {p[0] / half[0], p[1] / half[1], p[2] / half[2]}};
-}
 
 cv::Vec3d colorAt(const Hit& hit) {
   const Body& body = *hit.body;
@@ -92,7 +48,7 @@ cv::Vec3d colorAt(const Hit& hit) {
 class Author {
  public:
   explicit Author(std::uint64_t seed) : random_(seed * 7919 + 17) {
-    bodies_.push_back({.at = {0, 0, -0.05}, .size = {1.6, 1.2, 0.05}, .color = color()});
+    bodies_.push_back({.solid = {.at = {0, 0, -0.05}, .size = {1.6, 1.2, 0.05}}, .color = color()});
     for (int i = 0; i < 3; ++i) random_.next();
   }
   double between(double low, double high) { return random_.uniform(low, high); }
@@ -138,9 +94,9 @@ class Author {
       const double width = between(0.06, 0.13), deep = flush ? depth : between(0.06, 0.16);
       const cv::Vec3d along(std::cos(angle), std::sin(angle), 0),
           across(-std::sin(angle), std::cos(angle), 0);
-      add({.at = (x + width / 2) * along + (flush ? 0 : between(-0.03, 0.03)) * across,
-           .size = {width, deep, height},
-           .angle = angle});
+      add({.solid = {.at = (x + width / 2) * along + (flush ? 0 : between(-0.03, 0.03)) * across,
+                     .size = {width, deep, height},
+                     .angle = angle}});
       x += width + between(low, high);
     }
   }
@@ -150,38 +106,44 @@ class Author {
     for (int i = 0, count = 2 + choice(2); i < count; ++i) {
       const double high = between(0.05, 0.11);
       at[2] = height;
-      add({.round = round,
-           .at = at,
-           .size = {wide, round ? wide : wide * between(0.7, 1), high},
-           .angle = between(-1, 1)});
+      add({.solid = {.shape = round ? Solid::Shape::cylinder : Solid::Shape::box,
+                     .at = at,
+                     .size = {wide, round ? wide : wide * between(0.7, 1), high},
+                     .angle = between(-1, 1)}});
       height += high;
       wide -= between(round ? 0.006 : 0.015, 0.03);
     }
   }
   /// A box behind thin posts, and bands of it without depth.
   void slits() {
-    add({.at = {0, 0.08, 0},
-         .size = {between(0.25, 0.35), 0.1, between(0.1, 0.2)},
-         .angle = between(-0.3, 0.3)});
+    add({.solid = {.at = {0, 0.08, 0},
+                   .size = {between(0.25, 0.35), 0.1, between(0.1, 0.2)},
+                   .angle = between(-0.3, 0.3)}});
     for (int i = 0; i < 2; ++i) {
       const double thick = between(0.004, 0.015);
       const double x = i == 0 ? between(-0.08, -0.02) : between(0.02, 0.08);
-      add({.at = {x, -0.1 + (i == 0 ? 0 : 0.125), 0}, .size = {thick, i == 0 ? thick : 0.001, 0.4}}, false);
+      add({.solid = {.at = {x, -0.1 + (i == 0 ? 0 : 0.125), 0},
+                     .size = {thick, i == 0 ? thick : 0.001, 0.4}}},
+          false);
       bodies_.back().hole = i == 1;
     }
   }
   void scatter(int count, bool printed) {
     for (int tries = 0; count > 0 && tries < 200; ++tries) {
-      Body body{.round = choice(2) == 0, .at = {between(-0.4, 0.4), between(-0.25, 0.3), 0}};
+      const bool round = choice(2) == 0;
+      Solid solid{.shape = round ? Solid::Shape::cylinder : Solid::Shape::box,
+                  .at = {between(-0.4, 0.4), between(-0.25, 0.3), 0}};
       const double wide = between(0.05, 0.12);
-      body.size = {wide, body.round ? wide : between(0.05, 0.14), between(0.03, 0.18)};
-      body.angle = between(-1.5, 1.5);
-      const double reach = std::hypot(body.size[0], body.size[1]) / 2;
+      solid.size = {wide, round ? wide : between(0.05, 0.14), between(0.03, 0.18)};
+      solid.angle = between(-1.5, 1.5);
+      const double reach = std::hypot(solid.size[0], solid.size[1]) / 2;
       if (std::any_of(bodies_.begin() + 1, bodies_.end(), [&](const Body& other) {
-            const cv::Vec3d d = other.at - body.at;
-            return std::hypot(d[0], d[1]) < reach + std::hypot(other.size[0], other.size[1]) / 2 + 0.005;
+            const cv::Vec3d d = other.solid.at - solid.at;
+            return std::hypot(d[0], d[1]) <
+                   reach + std::hypot(other.solid.size[0], other.solid.size[1]) / 2 + 0.005;
           }))
         continue;
+      Body body{.solid = solid};
       body.printed = printed ? 1 + choice(2) : 0;
       add(body);
       bodies_.back().print = color();
@@ -240,7 +202,8 @@ MadeUpScene madeUpScene(std::uint64_t seed) {
     for (int u = 0; u < size.width; ++u) {
       const cv::Vec3d ray = forward + scene.camera.slopeX(u) * right + scene.camera.slopeY(v) * down;
       Hit hit;
-      for (const Body& body : bodies) cast(body, from, ray, hit);
+      for (const Body& body : bodies)
+        if (cast(body.solid, from, ray, hit)) hit.body = &body;
       if (hit.body == nullptr) continue;
       depth(v, u) = static_cast<float>(hit.t);
       hole(v, u) = hit.body->hole ? 1 : 0;

@@ -30,6 +30,7 @@
 #include "places/tours.hpp"
 #include "places/word_positions.hpp"
 #include "recognition/color_recognition.hpp"
+#include "recognition/known_objects.hpp"
 #include "recognition/recognition.hpp"
 #include "runner/grid.hpp"
 #include "scenes/scenes.hpp"
@@ -112,6 +113,8 @@ constexpr Kind kindTable[] = {
      homeSegmentationColumns, false, prepare<readHomeSegmentation, segmentHomes>},
     {"home-world", "whole maps of drives through a home: areas, trajectory, objects and their names",
      homeWorldsColumns, true, prepare<readHomeWorlds, mapHomeWorlds>},
+    {"known-objects", "made-up models put into real depth frames, and such as are not there",
+     knownObjectsColumns, false, prepare<readKnownObjects, compareKnownObjects>},
     {"localization", "one drive found in the map of another, by each image alone and by all so far",
      localizationErrorsColumns, true, prepare<readLocalizationErrors, compareLocalization>},
     {"maps", "maps side by side over thresholds, and images found in one of them (thesis 4.5.3)", mapsColumns,
