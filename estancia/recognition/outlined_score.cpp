@@ -85,7 +85,7 @@ PoseScore scoreOutlined(const OrientedPoints& model, const ModelExtent& extent, 
       left += static_cast<double>(p.weight);
     }
     score.outlined = left / all;
-    score.mismatched += score.supported * (1 - score.outlined);
+    score.goesOn = score.supported * (1 - score.outlined);
     score.support *= score.outlined;
   }
   if (support != nullptr) *support = std::move(points.supported);

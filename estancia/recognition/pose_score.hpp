@@ -56,11 +56,13 @@ struct PoseScore {
   double mismatched = 0;   ///< facing points near a surface that does not fit
   double behind = 0;       ///< not facing the sensor, in free space: the sensor would see the other side
   double outlined = 1;     ///< share of the support that is not explained by larger planes
-  double support = 0;      ///< supported, each weighted from 1 (no offset, no angle) to 0 at the tolerances
+  double goesOn = 0;   ///< supported by planes that go on beyond the outline: (1 − outlined) of supported
+  double support = 0;  ///< supported, each weighted from 1 (no offset, no angle) to 0 at the tolerances
   std::size_t points = 0;  ///< number of supported points
 
-  /// Mean vote of the points: +support, -1 in free space, -1/4 when mismatched. In [−1, 1].
-  double vote() const { return support - seenThrough - behind - 0.25 * mismatched; }
+  /// Mean vote of the points: +support, −1 in free space and where a plane goes on beyond the outline, −1/4
+  /// when mismatched. In [−1, 1].
+  double vote() const { return support - seenThrough - behind - goesOn - 0.25 * mismatched; }
 };
 
 /// Cosine of two unit normals; of lines, unless `sided`: without a view, the side is unknown.
@@ -91,8 +93,8 @@ PoseScore scorePose(const OrientedPoints& model, const DenseScene& scene, const 
                     const PoseTolerances& limits, PosePoints* list = nullptr);
 
 /// scorePose(), after the consistency of scene and edges of Vidal et al. (Sensors 2018): a face within a
-/// larger plane (DenseScene::outline) proves nothing, as far as the plane goes on beyond the model's outline:
-/// it is mismatched. What a plane hides although the model begins before it is seen through. `support`, when
+/// larger plane (DenseScene::outline) speaks against the pose, as far as the plane goes on beyond the model's
+/// outline. What a plane hides although the model begins before it is seen through. `support`, when
 /// given, becomes that of each point.
 PoseScore scoreOutlined(const OrientedPoints& model, const ModelExtent& extent, const DenseScene& scene,
                         const cv::Affine3d& pose, const PoseTolerances& limits,

@@ -197,14 +197,12 @@ TEST(Outline, PclsCartonIsFoundOnceInEachFrame) {
 TEST(Outline, PclsFacesAreFoundOnTheHeadSurelyOrMaybe) {
   const auto data = test::findData("pcl_tutorials");
   ESTANCIA_NEEDS(data, "pcl_tutorials is not unpacked");
-  RecognitionOptions strict;
-  strict.falseAlarmRate = 0.002;
-  const Recognizer recognizer(strict);
+  const Recognizer recognizer;
   const auto scene = recognizer.prepareScene("person", readCloud(*data / "person.pcd"));
   const auto onHead = [](const Detection& face) {
     return cv::norm(face.pose * face.center - cv::Point3d(-0.08, 0.04, 0.765)) < 0.08;
   };
-  std::size_t sure = 0, unsure = 0;
+  std::size_t sure = 0;
   for (const char view : std::string("012345")) {
     const auto model =
         recognizer.prepareModel("face", readCloud(*data / (std::string("object_template_") + view + ".pcd")));
@@ -213,12 +211,11 @@ TEST(Outline, PclsFacesAreFoundOnTheHeadSurelyOrMaybe) {
     std::vector<Detection> maybe;
     const std::vector<Detection> found = recognizer.verify(candidates, &maybe);
     EXPECT_TRUE(std::ranges::all_of(found, onHead)) << view;
-    for (const Detection& face : maybe) EXPECT_GT(face.falseAlarmRate, strict.falseAlarmRate);
+    for (const Detection& face : maybe) EXPECT_GT(face.falseAlarmRate, 0.01);
     sure += found.empty() ? 0 : 1;
-    unsure += std::ranges::any_of(maybe, onHead) ? 1 : 0;
+    EXPECT_TRUE(!found.empty() || std::ranges::any_of(maybe, onHead)) << view;
   }
   EXPECT_GE(sure, 4U);
-  EXPECT_GE(unsure, 1U);
 }
 
 }  // namespace
