@@ -108,6 +108,15 @@ void run(const RecognizeArguments& a) {
     spdlog::warn("{}", noView);
     warnings.push_back({{"code", "no-view"}, {"message", noView}});
   }
+  if (result.scene->hasView() && result.scene->viewKnown() == PreparedScene::ViewKnown::assumed) {
+    const std::string assumed = fmt::format(
+        "{} was thinned or has few points, so that the sensor's position does not follow from it; the origin "
+        "is "
+        "assumed: if it was elsewhere, give its position by --viewpoint X,Y,Z",
+        a.scene);
+    spdlog::warn("{}", assumed);
+    warnings.push_back({{"code", "assumed-view"}, {"message", assumed}});
+  }
   if (const auto& at = result.scene->estimatedViewpoint(); at && result.scene->hasView()) {
     const std::string estimated = fmt::format(
         "{} is not a view from its origin; the sensor seems to have been at {:.2f},{:.2f},{:.2f}: if it was "

@@ -82,27 +82,22 @@ double variationOf(Cells& cells) {
   return std::sqrt(std::max(0.0, squares[which] / counts[which] - mean * mean)) / mean;
 }
 
-/// The best of several starts, each moved in steps that shrink, while that lowers the value.
-cv::Point3d descend(const std::vector<cv::Point3d>& starts, const cv::Point3d& center,
+/// A start moved in steps that shrink, while that lowers the value.
+cv::Point3d descend(cv::Point3d at, const cv::Point3d& center,
                     const std::function<double(const cv::Point3d&)>& value) {
   constexpr double firstStep = 0.25, lastStep = 0.01;  // steps, as shares of the distance to the center
   const auto ways = directions(14);
-  cv::Point3d best;
-  double least = infinity;
-  for (cv::Point3d at : starts) {
-    double here = value(at);
-    const double away = cv::norm(at - center);
-    for (double step = firstStep * away; step > lastStep * away;) {
-      bool moved = false;
-      for (const cv::Vec3d& way : ways) {
-        const cv::Point3d next = at + cv::Point3d(way * step);
-        if (const double there = value(next); there < here) here = there, at = next, moved = true;
-      }
-      if (!moved) step /= 2;
+  double here = value(at);
+  const double away = cv::norm(at - center);
+  for (double step = firstStep * away; step > lastStep * away;) {
+    bool moved = false;
+    for (const cv::Vec3d& way : ways) {
+      const cv::Point3d next = at + cv::Point3d(way * step);
+      if (const double there = value(next); there < here) here = there, at = next, moved = true;
     }
-    if (here < least) least = here, best = at;
+    if (!moved) step /= 2;
   }
-  return best;
+  return at;
 }
 
 /// Share of the cells of a view from afar in which two surfaces lie behind each other.
@@ -249,8 +244,9 @@ double unevenness(std::span<const cv::Point3f> points, const cv::Point3d& viewpo
   return variationOf(cells) * std::sqrt(perCell);
 }
 
-std::optional<cv::Point3d> findViewpoint(std::span<const cv::Point3f> points, int threads) {
-  constexpr std::size_t minPoints = 5000, starts = 4;  // fewer fill too few cells for a decision
+std::vector<cv::Point3d> findViewpoints(std::span<const cv::Point3f> points, int threads) {
+  constexpr std::size_t minPoints = 5000, starts = 6;  // fewer fill too few cells for a decision
+  constexpr double apart = 0.7;                        // cosine of the directions of two starts
   if (points.size() < minPoints) return {};
   const std::vector<cv::Point3f> drawn = drawnFrom(points, drawnPoints);
   const cv::Vec3d center = meanOf(drawn);
@@ -266,11 +262,21 @@ std::optional<cv::Point3d> findViewpoint(std::span<const cv::Point3f> points, in
              [&](std::size_t i) {
                order[i] = {value(places[i]), i};
              });
-  std::partial_sort(order.begin(), order.begin() + starts, order.end());
-  std::vector<cv::Point3d> best;
-  for (std::size_t i = 0; i < starts; ++i) best.push_back(places[order[i].second]);
-  const cv::Point3d found = descend(best, cv::Point3d(center), value);
-  return value(found) <= even ? std::optional(found) : std::nullopt;
+  std::ranges::sort(order);
+  std::vector<cv::Vec3d> tried;
+  std::vector<std::pair<double, cv::Point3d>> found;
+  for (const auto& [start, i] : order) {
+    const cv::Vec3d direction = cv::normalize(cv::Vec3d(places[i]) - center);
+    if (std::ranges::any_of(tried, [&](const cv::Vec3d& t) { return t.dot(direction) > apart; })) continue;
+    tried.push_back(direction);
+    const cv::Point3d at = descend(places[i], cv::Point3d(center), value);
+    if (const double here = value(at); here <= even) found.emplace_back(here, at);
+    if (tried.size() == starts) break;
+  }
+  std::ranges::stable_sort(found, {}, &std::pair<double, cv::Point3d>::first);
+  std::vector<cv::Point3d> all;
+  for (const auto& [uneven, at] : found) all.push_back(at);
+  return all;
 }
 
 std::optional<cv::Point3d> directionOfView(std::span<const cv::Point3f> points, double spacing, int threads) {

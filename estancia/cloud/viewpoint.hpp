@@ -21,10 +21,11 @@ double unevenness(std::span<const cv::Point3f> points, const cv::Point3d& viewpo
 /// Smaller values of unevenness() belong to the sensor.
 constexpr double even = 1.35;
 
-/// The position of the sensor of an unorganized cloud, in its frame [m]: the smallest unevenness() of some
-/// thousand places around, if it is small enough. None for clouds of several views, and for those that a
-/// filter has made uniform in space. `points` are finite. Deterministic.
-std::optional<cv::Point3d> findViewpoint(std::span<const cv::Point3f> points, int threads = 1);
+/// Where the sensor of an unorganized cloud may have been, in its frame [m]: the smallest unevenness() in up
+/// to six directions, where it is small enough, most even first. Several for flat clouds, which are as even
+/// from their back. None for clouds of several views. What a filter has made uniform in space is even from
+/// afar. `points` are finite. Deterministic.
+std::vector<cv::Point3d> findViewpoints(std::span<const cv::Point3f> points, int threads = 1);
 
 /// The position of the sensor of an organized cloud, in its frame [m]: the center of the projection that its
 /// rows and columns are (direct linear transform; depth errors along the rays do not matter). None for an

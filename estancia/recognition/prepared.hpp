@@ -112,8 +112,11 @@ class PreparedScene {
   const cv::Affine3d& fromView() const { return fromView_; }
   /// Whether the cloud is consistent with a sensor at the viewpoint, so that occlusion and free space count.
   bool hasView() const { return described_->view.known(); }
+  /// Whether it follows from the points where the sensor stood; assumed: at the origin, as they were thinned.
+  enum class ViewKnown { no, assumed, yes };
+  ViewKnown viewKnown() const { return viewKnown_; }
   /// Where the sensor stood in the scene's frame [m], if that was not the origin and follows from the points
-  /// alone (viewpointOfGrid(), findViewpoint()).
+  /// alone (viewpointOfGrid(), findViewpoints()).
   const std::optional<cv::Point3d>& estimatedViewpoint() const { return estimatedViewpoint_; }
   double resolution() const { return resolution_; }  ///< resolution of the raw cloud: resolutionOf() [m]
   double noise() const { return noise_; }            ///< standard deviation across the surface, estimated [m]
@@ -133,6 +136,7 @@ class PreparedScene {
   std::string name_;
   cv::Affine3d fromView_ = cv::Affine3d::Identity();
   std::optional<cv::Point3d> estimatedViewpoint_;
+  ViewKnown viewKnown_ = ViewKnown::yes;
   PointCloud raw_, filtered_;  ///< finite points only; filtered_ is empty without a filter
   RecognitionOptions options_;
   double resolution_ = 0, spacing_ = 0, noise_ = 0;

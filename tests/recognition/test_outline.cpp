@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "estancia/cloud/resolution.hpp"
+#include "estancia/cloud/voxel_grid.hpp"
 #include "estancia/files/cloud_file.hpp"
 #include "estancia/recognition/pose_candidates.hpp"
 #include "estancia/recognition/prepared.hpp"
@@ -216,6 +217,57 @@ TEST(Outline, PclsFacesAreFoundOnTheHeadSurelyOrMaybe) {
     EXPECT_TRUE(!found.empty() || std::ranges::any_of(maybe, onHead)) << view;
   }
   EXPECT_GE(sure, 4U);
+}
+
+class PclsScene : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const auto data = test::findData("pcl_correspondence");
+    ESTANCIA_NEEDS(data, "pcl_correspondence is not unpacked");
+    scene = finitePoints(readCloud(*data / "milk_cartoon_all_small_clorox.pcd"));
+    scene.viewpoint.reset();
+  }
+  std::shared_ptr<const PreparedScene> in(const cv::Affine3d& frame) const {
+    return recognizer.prepareScene("scene", test::moved(scene, frame));
+  }
+  Recognizer recognizer;
+  PointCloud scene;
+};
+
+TEST_F(PclsScene, ACameraAtTheOriginMayLookAnywhere) {
+  for (const cv::Vec3d& turn :
+       {cv::Vec3d(), cv::Vec3d(0.3, 1, -2), cv::Vec3d(0, 1.4, 0), cv::Vec3d(0, 3, 0)}) {
+    const auto prepared = in(cv::Affine3d(turn));
+    EXPECT_TRUE(prepared->hasView()) << turn;
+    EXPECT_FALSE(prepared->estimatedViewpoint()) << turn;
+    EXPECT_EQ(prepared->viewKnown(), PreparedScene::ViewKnown::yes);
+  }
+}
+
+/// Frames whose origin is not the sensor: beside it, before it, amid the points, above, a robot's base.
+TEST_F(PclsScene, AnotherOriginIsNotTakenForTheSensor) {
+  const double half = CV_PI / 2;
+  for (const cv::Affine3d& frame :
+       {cv::Affine3d(cv::Vec3d(), cv::Vec3d(0.4, 0, 0)), cv::Affine3d(cv::Vec3d(), cv::Vec3d(0, 0, -0.6)),
+        cv::Affine3d(cv::Vec3d(), cv::Vec3d(0, 0, -1.5)),
+        cv::Affine3d(cv::Vec3d(half, 0, 0), cv::Vec3d(0, 1, -1)),
+        cv::Affine3d(cv::Vec3d(-1.2, 1.2, -1.2), cv::Vec3d(0.2, 0.1, 0.9))}) {
+    const auto prepared = in(frame);
+    if (prepared->hasView()) {
+      ASSERT_TRUE(prepared->estimatedViewpoint()) << frame.translation();
+      EXPECT_LT(cv::norm(*prepared->estimatedViewpoint() - cv::Point3d(frame.translation())), 0.5)
+          << frame.translation();
+    } else {
+      EXPECT_EQ(prepared->viewKnown(), PreparedScene::ViewKnown::no) << frame.translation();
+    }
+  }
+}
+
+TEST_F(PclsScene, WhereAThinnedCloudWasSeenFromIsAssumed) {
+  scene = voxelGrid(scene, 0.01);
+  const auto prepared = in(cv::Affine3d::Identity());
+  EXPECT_FALSE(prepared->estimatedViewpoint());
+  EXPECT_EQ(prepared->viewKnown(), PreparedScene::ViewKnown::assumed);
 }
 
 }  // namespace
