@@ -31,6 +31,25 @@ float colorDifference(const cv::Vec3f& a, const cv::Vec3f& b) {
   return std::sqrt(d[0] * d[0] / 4 + d[1] * d[1] + d[2] * d[2]);
 }
 
+/// The weights of all points, and of some kinds: PoseScore.
+struct PointWeights {
+  float total = 0, facing = 0, supported = 0, seenThrough = 0, occluded = 0, mismatched = 0, behind = 0,
+        support = 0;
+  std::size_t points = 0;
+
+  PoseScore shares() const {
+    if (!(total > 0)) return {};
+    return {.facing = facing / total,
+            .supported = supported / total,
+            .seenThrough = seenThrough / total,
+            .occluded = occluded / total,
+            .mismatched = mismatched / total,
+            .behind = behind / total,
+            .support = support / total,
+            .points = points};
+  }
+};
+
 }  // namespace
 
 PoseScore scorePose(const OrientedPoints& model, const DenseScene& scene, const cv::Affine3d& pose,
@@ -42,19 +61,24 @@ PoseScore scorePose(const OrientedPoints& model, const DenseScene& scene, const 
   const float perOffset = 1 / (offset * offset), perAngle = 1 / (1 - minDot);
   const bool seen = scene.view.known();
   const bool colored = limits.color > 0 && !model.lab.empty() && !scene.surface.lab().empty();
-  float total = 0, facing = 0, supported = 0, seenThrough = 0, occluded = 0, mismatched = 0, behind = 0,
-        support = 0;
-  std::size_t points = 0;
+  PointWeights sum;
   for (std::size_t i = 0; i < model.points.size(); ++i) {
     const cv::Point3f p = moved(turn, model.points[i]) + shift, n = moved(turn, model.normals[i]);
     const float w = model.weights.empty() ? 1 : model.weights[i];
-    total += w;
+    sum.total += w;
     if (seen && !faces(p, n)) {
       const auto depths = scene.view.depthsAround(p);
-      if (depths && depths->nearest > p.z + freeSpace) behind += w;
+      if (depths && depths->nearest > p.z + freeSpace) sum.behind += w;
       continue;
     }
-    facing += w;
+    sum.facing += w;
+    if (list != nullptr && scene.measured != nullptr) {
+      const auto depths = scene.measured->depthsAround(p);
+      if (depths && depths->nearest > p.z + freeSpace) {
+        sum.seenThrough += w;
+        continue;
+      }
+    }
     const std::int32_t near = scene.field.at(p);
     if (near != NearestField::none) {
       const auto k = static_cast<std::size_t>(near);
@@ -62,36 +86,28 @@ PoseScore scorePose(const OrientedPoints& model, const DenseScene& scene, const 
       const float off = std::abs(m.dot(p - scene.surface.points()[k])), dot = cosineOf(m, n, seen);
       if (off < offset && dot > minDot &&
           !(colored && colorDifference(model.lab[i], scene.surface.lab()[k]) > limits.color)) {
-        ++points;
-        supported += w;
+        ++sum.points;
+        sum.supported += w;
         const float weight = w * (1 - off * off * perOffset) * (1 - (1 - dot) * perAngle);
-        support += weight;
+        sum.support += weight;
         if (list != nullptr) list->supported.push_back({static_cast<std::uint32_t>(k), weight});
         continue;
       }
-      if (!seen) mismatched += w;
+      if (!seen) sum.mismatched += w;
     }
     if (!seen) continue;
     const auto depths = scene.view.depthsAround(p);
     if (!depths) continue;
     if (depths->nearest > p.z + freeSpace) {
-      seenThrough += w;
+      sum.seenThrough += w;
     } else if (depths->farthest < p.z - freeSpace) {
-      occluded += w;
+      sum.occluded += w;
       if (list != nullptr) list->hidden.push_back({p, w});
     } else {
-      mismatched += w;
+      sum.mismatched += w;
     }
   }
-  if (!(total > 0)) return {};
-  return {.facing = facing / total,
-          .supported = supported / total,
-          .seenThrough = seenThrough / total,
-          .occluded = occluded / total,
-          .mismatched = mismatched / total,
-          .behind = behind / total,
-          .support = support / total,
-          .points = points};
+  return sum.shares();
 }
 
 namespace {

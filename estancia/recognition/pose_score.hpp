@@ -31,6 +31,7 @@ struct DenseScene {
   const NearestField& field;  ///< field of surface.points()
   const RangeImage& view;
   const std::vector<cv::Matx33f>* gradients = nullptr;  ///< colorGradients(surface), where colors count
+  const RangeImage* measured = nullptr;                 ///< the points themselves: edges to a pixel
   const Outline* outline = nullptr;                     ///< edges and planes, where they count
 };
 
@@ -88,7 +89,8 @@ struct PosePoints {
 };
 
 /// Faster than countInliers() of verify.hpp, for every match: it looks neighbors up instead of searching, and
-/// weights how well points fit instead of counting those within a tolerance.
+/// weights how well points fit instead of counting those within a tolerance. With `list` more exactly: what
+/// is in free space by DenseScene::measured is no support, though the surface ends near it.
 PoseScore scorePose(const OrientedPoints& model, const DenseScene& scene, const cv::Affine3d& pose,
                     const PoseTolerances& limits, PosePoints* list = nullptr);
 

@@ -417,6 +417,7 @@ std::shared_ptr<const PreparedScene::Described> PreparedScene::describe(
   if (evidence || options_.grouping == "local-frames")
     fresh->field = NearestField(surface.points(), scales.tolerance, 4 * scales.tolerance, options_.threads);
   if (evidence) {
+    if (seen) fresh->measured = RangeImage(raw_.points, spacing_ / 2);  // cells of 1.25 pixels
     fresh->outline = Outline(surface, fresh->field, fresh->view,
                              {.step = 1.3 * scales.normalRadius,  // within that radius edges are rounded
                               .tolerance = scales.tolerance,

@@ -97,9 +97,15 @@ class PreparedScene {
     NearestField field;                     ///< field of the surface, for local frames and evidence
     std::vector<cv::Matx33f> gradients;     ///< colorGradients(surface), if colors count
     RangeImage view{{}, 0};
-    Outline outline;  ///< edges and planes, if models are verified by evidence
+    RangeImage measured{{}, 0};  ///< the raw points, if models are verified by evidence
+    Outline outline;             ///< edges and planes, likewise
     DenseScene dense() const {
-      return {*surface, field, view, &gradients, outline.empty() ? nullptr : &outline};
+      return {*surface,
+              field,
+              view,
+              &gradients,
+              measured.known() ? &measured : nullptr,
+              outline.empty() ? nullptr : &outline};
     }
   };
 

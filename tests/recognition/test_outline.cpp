@@ -139,6 +139,24 @@ TEST(Outline, AFaceInALargerPlaneProvesNothing) {
   EXPECT_LT(in.support, 0.1 * in.supported);
 }
 
+TEST(Outline, WhatOverhangsByPixelsIsInFreeSpace) {
+  const Tried tried;
+  EXPECT_LT(tried.outlined({0, 0, 0}).seenThrough, 0.01);
+  // 2 cm on either side of a narrower box: 6 pixels, less than two points of the mean surface.
+  const Box narrower{{0.08, 0.08, 0.2}, carton.at};
+  const auto scene = tried.recognizer.prepareScene("narrower", viewOf({narrower}, true));
+  const auto at = scene->describedFor(scene->scalesFor(*tried.model));
+  const auto seenThrough = [&](const DenseScene& dense) {
+    return scoreOutlined(tried.shape->dense.fine, tried.shape->dense.extent, dense, Tried::moved({0, 0, 0}),
+                         tried.limits)
+        .seenThrough;
+  };
+  DenseScene smooth = at->dense();
+  smooth.measured = nullptr;
+  EXPECT_GT(seenThrough(at->dense()), 0.06);
+  EXPECT_LT(seenThrough(smooth), 0.03);
+}
+
 TEST(Outline, ThingsDoNotPierceATable) {
   const Tried tried;
   // 6 cm deeper: its sides fit the carton above the table, and a part is below.
