@@ -9,6 +9,7 @@
 #include "estancia/files/image_decoding.hpp"
 #include "estancia/files/image_file.hpp"
 #include "estancia/files/label_scores.hpp"
+#include "estancia/files/ply.hpp"
 #include "estancia/readers/home_truth.hpp"
 #include "estancia/readers/message_image.hpp"
 #include "estancia/readers/object_samples.hpp"
@@ -28,7 +29,9 @@ FUZZ_TARGET(io, pcd) {
 }
 
 FUZZ_TARGET(io, ply) {
-  readCloud(inputFile("input.ply", bytes));
+  const std::filesystem::path file = inputFile("input.ply", bytes);
+  readCloud(file);
+  readPlyMesh(file);
 }
 
 // Images

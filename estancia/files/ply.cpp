@@ -125,7 +125,7 @@ PlyHeader readPlyHeader(Rest& rest) {
   return header;
 }
 
-/// Calls use(property, value) for each number of an element, and skips its lists.
+/// Calls use(property, value) for each number of an element, those of its lists one by one.
 template <typename Use>
 void readBinary(Rest& rest, const Element& element, bool swapped, const Use& use) {
   for (std::size_t p = 0; p < element.properties.size(); ++p) {
@@ -137,7 +137,10 @@ void readBinary(Rest& rest, const Element& element, bool swapped, const Use& use
     const double count = io::numberAt(*property.count, rest.take(property.count->size), swapped);
     if (count < 0)
       fail(ErrorCode::malformedFile, "list {} of {} numbers", io::printable(property.name), count);
-    rest.take(static_cast<std::size_t>(count) * property.scalar.size);
+    const std::size_t size = property.scalar.size;
+    const char* numbers = rest.take(static_cast<std::size_t>(count) * size);
+    for (const char* end = rest.bytes.data(); numbers != end; numbers += size)
+      use(p, io::numberAt(property.scalar, numbers, swapped));
   }
 }
 
@@ -164,7 +167,7 @@ void readAscii(Rest& rest, const Element& element, const Use& use) {
     const double count = number();
     if (!(count >= 0) || count > static_cast<double>(words.size() - next))
       fail(ErrorCode::malformedFile, "line {}: list of {} numbers with {}", line, count, words.size() - next);
-    for (double i = 0; i < count; ++i) number();
+    for (double i = 0; i < count; ++i) use(p, number());
   }
   if (next != words.size())
     fail(ErrorCode::malformedFile, "line {}: {} numbers, too many for a {}", line, words.size(),
@@ -233,7 +236,33 @@ PointCloud readVertices(const Element& vertex, const ReadOne& readOne) {
   return cloud;
 }
 
-PointCloud read(std::string_view bytes) {
+/// Polygons as fans around their first corner.
+template <typename ReadOne>
+void readFaces(const Element& face, std::size_t vertices, const ReadOne& readOne,
+               std::vector<PlyMesh::Triangle>& triangles) {
+  const auto isIndices = [](const Property& p) {
+    return p.count && (p.name == "vertex_indices" || p.name == "vertex_index");
+  };
+  const auto list = std::ranges::find_if(face.properties, isIndices);
+  if (list == face.properties.end())
+    throw Error(ErrorCode::malformedFile, "a face has no list vertex_indices");
+  const auto indices = static_cast<std::size_t>(list - face.properties.begin());
+  std::vector<std::uint32_t> corners;
+  for (std::size_t i = 0; i < face.count; ++i) {
+    corners.clear();
+    readOne([&](std::size_t property, double value) {
+      if (property != indices) return;
+      if (!(value >= 0 && value < static_cast<double>(vertices)))
+        fail(ErrorCode::malformedFile, "face {}: there is no vertex {} before it", i, value);
+      corners.push_back(static_cast<std::uint32_t>(value));
+    });
+    for (std::size_t k = 2; k < corners.size(); ++k)
+      triangles.push_back({corners[0], corners[k - 1], corners[k]});
+  }
+}
+
+/// Faces are left out without `triangles`.
+PointCloud read(std::string_view bytes, std::vector<PlyMesh::Triangle>* triangles) {
   Rest rest{bytes};
   const PlyHeader header = readPlyHeader(rest);
   const bool swapped = header.format == Format::big;
@@ -249,6 +278,8 @@ PointCloud read(std::string_view bytes) {
     if (element.name == "vertex") {
       if (cloud) throw Error(ErrorCode::malformedFile, "repeated element vertex");
       cloud = readVertices(element, readOne);
+    } else if (element.name == "face" && triangles != nullptr) {
+      readFaces(element, cloud ? cloud->points.size() : 0, readOne, *triangles);
     } else if (!element.properties.empty()) {
       for (std::size_t i = 0; i < element.count; ++i) readOne([](std::size_t, double) {});
     }
@@ -257,15 +288,25 @@ PointCloud read(std::string_view bytes) {
   return *std::move(cloud);
 }
 
-}  // namespace
-
-PointCloud readPly(const std::filesystem::path& file) {
+PointCloud readPlyFile(const std::filesystem::path& file, std::vector<PlyMesh::Triangle>* triangles) {
   const std::string bytes = io::readBytes(file, std::size_t{1} << 32U);
   try {
-    return read(bytes);
+    return read(bytes, triangles);
   } catch (const Error& error) {
     fail(error.code(), "{}: {}", io::printable(file), error.what());
   }
+}
+
+}  // namespace
+
+PointCloud readPly(const std::filesystem::path& file) {
+  return readPlyFile(file, nullptr);
+}
+
+PlyMesh readPlyMesh(const std::filesystem::path& file) {
+  PlyMesh mesh;
+  mesh.vertices = readPlyFile(file, &mesh.triangles);
+  return mesh;
 }
 
 }  // namespace estancia

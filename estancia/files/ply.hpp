@@ -1,8 +1,11 @@
-// PLY: the Stanford polygon file format, for point clouds.
+// PLY: the Stanford polygon file format, for point clouds and meshes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <filesystem>
+#include <vector>
 
 #include "estancia/files/cloud_file.hpp"
 
@@ -14,6 +17,18 @@ namespace estancia {
 /// and other elements such as faces and edges, are checked and ignored. Throws Error when the file cannot be
 /// read, is truncated, or contradicts itself.
 PointCloud readPly(const std::filesystem::path& file);
+
+struct PlyMesh {
+  /// Corners, by their indices among the vertices.
+  using Triangle = std::array<std::uint32_t, 3>;
+  PointCloud vertices;
+  std::vector<Triangle> triangles;
+};
+
+/// readPly() with the faces (the list vertex_indices or vertex_index of each), if there are any; those of
+/// more than three corners as fans of triangles. Throws Error, too, when a face names a vertex that is not
+/// there.
+PlyMesh readPlyMesh(const std::filesystem::path& file);
 
 /// Writes the cloud as vertices, binary_little_endian, or as text that readPly() reads to the same numbers;
 /// and `edges`, unless empty, as an element `edge` of vertex1 and vertex2. PLY has neither holes nor

@@ -263,6 +263,40 @@ TEST_F(Ply, TakesOtherNumbersAndPassesOverTheRest) {
   EXPECT_THAT(cloud.colors, ElementsAre(cv::Vec3b(16, 255, 51)));
 }
 
+TEST_F(Ply, FacesAreTrianglesAndFansOfThem) {
+  const std::string corners =
+      kPoints + "element face 2\nproperty uchar flags\nproperty list uchar int vertex_index\n";
+  const std::string text = header("ascii", corners) + "1 2 3\n4 5 6\n7 3 1 0 0\n7 4 1 0 0 1\n";
+  test::writeFile(file_, text);
+  using Triangle = PlyMesh::Triangle;
+  EXPECT_THAT(readPlyMesh(file_).triangles,
+              ElementsAre(Triangle{1, 0, 0}, Triangle{1, 0, 0}, Triangle{1, 0, 1}));
+  EXPECT_EQ(readPlyMesh(file_).vertices.points, readPly(file_).points);
+  for (const bool big : {false, true}) {
+    std::string data;
+    for (const float value : {1.F, 2.F, 3.F, 4.F, 5.F, 6.F}) data += bytesOf(value, big);
+    data += "\x03";
+    for (const std::int32_t vertex : {1, 0, 1}) data += bytesOf(vertex, big);
+    test::writeFile(file_,
+                    header(big ? "binary_big_endian" : "binary_little_endian", kPoints + faces) + data);
+    EXPECT_THAT(readPlyMesh(file_).triangles, ElementsAre(Triangle{1, 0, 1}));
+  }
+}
+
+TEST_F(Ply, RefusesFacesOfVerticesThatAreNotThere) {
+  const std::string vertices = "1 2 3\n4 5 6\n";
+  for (const std::string& text :
+       {header("ascii", kPoints + faces) + vertices + "3 0 1 2\n",
+        header("ascii", kPoints + faces) + vertices + "3 0 1 -1\n",
+        header("ascii", kPoints + faces) + vertices + "3 0 1 nan\n",
+        header("ascii", faces + kPoints) + "3 0 1 0\n" + vertices,
+        header("ascii", kPoints + "element face 1\nproperty int on\n") + vertices + "3\n"}) {
+    test::writeFile(file_, text);
+    EXPECT_THAT([&] { readPlyMesh(file_); }, FailsWith(ErrorCode::malformedFile)) << text;
+    EXPECT_EQ(readPly(file_).points.size(), 2U) << "faces do not matter to it";
+  }
+}
+
 PointCloud three() {
   PointCloud cloud = test::cloudOf({{0.1F, 1e-8F, -3}, {quietNan, 1, 1}, {1.F / 3, 2e7F, 5}},
                                    {{1, 0, 254}, {4, 2, 251}, {255, 127, 0}});
@@ -370,6 +404,7 @@ TEST_F(Ply, ReadsTheMeshesOfTheData) {
   ESTANCIA_NEEDS(data, "shot_kinect is not unpacked");
   const PointCloud cloud = readPly(*data / "meshes/mario000_0.ply");
   EXPECT_EQ(cloud.points.size(), 12843U);
+  EXPECT_EQ(readPlyMesh(*data / "meshes/mario000_0.ply").triangles.size(), 24501U);
   EXPECT_EQ(cloud.colors.size(), cloud.points.size());
 }
 
