@@ -29,6 +29,7 @@
 #include "places/room_agreement.hpp"
 #include "places/tours.hpp"
 #include "places/word_positions.hpp"
+#include "recognition/bop.hpp"
 #include "recognition/color_recognition.hpp"
 #include "recognition/known_objects.hpp"
 #include "recognition/recognition.hpp"
@@ -98,6 +99,8 @@ struct Kind {
 };
 
 constexpr Kind kindTable[] = {
+    {"bop", "known objects in data sets of the BOP challenge, by its measures", bopColumns, false,
+     prepare<readBopOptions, compareWithBop>},
     {"color-recognition", "known objects by shape and by color, where shape is ambiguous and where it is not",
      colorRecognitionColumns, false, prepare<readColorRecognition, compareColors>},
     {"features", "places by words, by inner layers of networks and by image features (thesis 4.6)",
