@@ -40,10 +40,10 @@ DepthFrameSource readSource(ConfigFile& config, const toml::table& table) {
 }
 
 /// Counts of a part of the searches.
-struct Counts {
+struct SearchCounts {
   double searched = 0, accepted = 0, wrong = 0, maybe = 0, refused = 0, seconds = 0;
 
-  Counts& operator+=(const Counts& other) {
+  SearchCounts& operator+=(const SearchCounts& other) {
     searched += other.searched;
     accepted += other.accepted;
     wrong += other.wrong;
@@ -54,7 +54,7 @@ struct Counts {
   }
 };
 
-using Parts = std::map<std::string, Counts>;
+using Parts = std::map<std::string, SearchCounts>;
 
 CellResults resultsOf(const Parts& parts) {
   CellResults results;
@@ -93,9 +93,10 @@ struct Side {
 constexpr std::array<Side, 2> sides{{{"one side", &MadeUpModel::oneSided}, {"whole", &MadeUpModel::whole}}};
 
 /// Models, each prepared once, and what is found of them.
-class Searcher {
+class KnownObjectSearcher {
  public:
-  explicit Searcher(const KnownObjectsOptions& options) : options_(options), recognizer_(optionsOf(options)) {
+  explicit KnownObjectSearcher(const KnownObjectsOptions& options)
+      : options_(options), recognizer_(optionsOf(options)) {
     for (MadeUpModel& model : madeUpModels(options.seed)) {
       if (!options.families.empty() &&
           std::ranges::find(options.families, model.family) == options.families.end())
@@ -113,7 +114,7 @@ class Searcher {
     const auto scene = prepared(frame.depth, frame);
     for (const Entry& entry : entries_)
       for (std::size_t s = 0; s < sides.size(); ++s) {
-        Counts& counts = parts[fmt::format("{}, {}", entry.model.family, sides[s].name)];
+        SearchCounts& counts = parts[fmt::format("{}, {}", entry.model.family, sides[s].name)];
         const auto [sure, maybe] = look(entry, s, *scene, counts);
         counts.accepted += sure.empty() ? 0 : 1;
         counts.wrong += static_cast<double>(sure.size());
@@ -125,8 +126,8 @@ class Searcher {
   /// One model of each family, another one in the next frame; each placed in one of the ways, and hidden or
   /// not.
   Parts present(const DepthFrame& frame, std::size_t number) const {
-    constexpr std::array<Placement, 4> placements{Placement::standing, Placement::lying, Placement::stacked,
-                                                  Placement::byWall};
+    constexpr std::array<Placement, 4> ways{Placement::standing, Placement::lying, Placement::stacked,
+                                            Placement::byWall};
     constexpr std::array<double, 4> hidden{0, 0.25, 0.45, 0.6};
     Parts parts;
     std::map<std::string, std::size_t> seen;
@@ -135,7 +136,7 @@ class Searcher {
       const std::size_t size = seen[entry.model.family]++;
       if (size != number % 3) continue;
       const std::uint64_t seed = options_.seed * 1'000'003 + number * 101 + e;
-      const Placement placement = placements[(number / 3 + e) % 4];
+      const Placement placement = ways[(number / 3 + e) % 4];
       const double cover = hidden[(number / 2 + e / 3) % 4];
       count(entry, 1, placement, cover, frame, seed, parts);
       count(entry, 0, Placement::standing, cover, frame, seed, parts);
@@ -162,7 +163,7 @@ class Searcher {
     return recognizer_.prepareScene(frame.name, backProject(depth, frame.camera));
   }
 
-  Found look(const Entry& entry, std::size_t side, const PreparedScene& scene, Counts& counts) const {
+  Found look(const Entry& entry, std::size_t side, const PreparedScene& scene, SearchCounts& counts) const {
     Found found;
     const auto start = Clock::now();
     try {
@@ -182,7 +183,7 @@ class Searcher {
     const auto placed = place(entry.model, frame, placement, hidden, side == 0, seed);
     if (!placed) return;
     const std::string seen = placed->hidden > 0.5 ? "less than half seen" : nameOf(placement);
-    Counts& counts = parts[fmt::format("{}, {}, {}", entry.model.family, sides[side].name, seen)];
+    SearchCounts& counts = parts[fmt::format("{}, {}, {}", entry.model.family, sides[side].name, seen)];
     const Found found = look(entry, side, *prepared(placed->depth, frame), counts);
     cv::Affine3d truth = placed->pose;
     if (side == 0) truth = truth * entry.model.view;
@@ -215,8 +216,8 @@ Parts sumOf(const std::vector<Task>& tasks, const std::vector<CellResults>& foun
     for (const CellResult& result : found[i]) {
       if (result.measure != "searched") continue;
       const auto get = [&](const char* measure) { return valueOf(found[i], measure, result.at).value_or(0); };
-      const Counts counts{result.value, get("accepted"), get("wrong"),
-                          get("maybe"), get("refused"),  get("seconds")};
+      const SearchCounts counts{result.value, get("accepted"), get("wrong"),
+                                get("maybe"), get("refused"),  get("seconds")};
       sum[result.at] += counts;
       sum["z all"] += counts;  // the last
     }
@@ -300,7 +301,7 @@ Findings compareKnownObjects(const KnownObjectsOptions& options, Grid& grid, con
       }
     }
   }
-  const Searcher searcher(options);
+  const KnownObjectSearcher searcher(options);
   const auto found = grid.run(
       cells,
       [&](std::size_t i) {
