@@ -78,8 +78,8 @@ class BopRecognizer {
         estimates.push_back(
             {image.scene, image.image, std::stoi(one.model.substr(4)), one.confidence, one.pose});
     });
-    for (BopEstimate& one : estimates)
-      one.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+    for (BopEstimate& one : estimates) one.seconds = took.count();
     return estimates;
   }
 
