@@ -257,11 +257,12 @@ void Recognizer::addModel(const std::string& name, const PointCloud& cloud) {
   models_.push_back(prepareModel(name, cloud));
 }
 
-std::vector<Detection> Recognizer::detect(const PointCloud& scene, Progress& progress) const {
+std::vector<Detection> Recognizer::detect(const PointCloud& scene, Progress& progress,
+                                          std::vector<Detection>* maybe) const {
   const auto prepared = prepareScene("scene", scene, progress);
   std::vector<PoseCandidates> candidates;
   for (const auto& model : models_) candidates.push_back(search(*model, *prepared));
-  return verify(candidates);
+  return verify(candidates, maybe);
 }
 
 std::shared_ptr<const PreparedModel> Recognizer::prepareModel(const std::string& name,

@@ -59,8 +59,9 @@ class Recognizer {
   /// that is empty, or too small to be described.
   void addModel(const std::string& name, const PointCloud& cloud);
   /// The detections of all models in a scene, most confident first. Throws Error as prepareScene() and find()
-  /// do; Interrupted.
-  std::vector<Detection> detect(const PointCloud& scene, Progress& progress = Progress::none()) const;
+  /// do; Interrupted. `maybe`: as of verify().
+  std::vector<Detection> detect(const PointCloud& scene, Progress& progress = Progress::none(),
+                                std::vector<Detection>* maybe = nullptr) const;
 
   // ---- the same in steps, for models and scenes that are used several times
 

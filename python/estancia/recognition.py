@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Mapping, cast
+from typing import TYPE_CHECKING, Any, Iterable, List, Mapping
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from .options import RecognitionOptions
 
-__all__ = ["Detection", "Recognizer", "recognition_presets"]
+__all__ = ["Detection", "Detections", "Recognizer", "recognition_presets"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +34,17 @@ class Detection:
     confidence: float
     false_alarm_rate: float
     """The probability that a model that is not in this scene has as much evidence; NaN where unknown."""
+
+
+class Detections(List[Detection]):
+    """What was found in a scene, most confident first, and beside that what is not sure."""
+
+    maybe: list[Detection]
+    """What has up to ten times the rate of false alarms that is allowed; it does not count as found."""
+
+    def __init__(self, found: Iterable[Detection] = (), maybe: Iterable[Detection] = ()) -> None:
+        super().__init__(found)
+        self.maybe = list(maybe)
 
 
 class Recognizer:
@@ -63,9 +74,9 @@ class Recognizer:
         described."""
         self._core.add_model(name, cloud._core)
 
-    def detect(self, scene: PointCloud, *, progress: Progress = False) -> list[Detection]:
-        """The detections of all models in a scene, most confident first."""
-        return cast("list[Detection]", self._core.detect(scene._core, progress_callback(progress)))
+    def detect(self, scene: PointCloud, *, progress: Progress = False) -> Detections:
+        """The detections of all models in a scene, most confident first; ``.maybe``: what is not sure."""
+        return Detections(*self._core.detect(scene._core, progress_callback(progress)))
 
 
 def recognition_presets() -> dict[str, str]:

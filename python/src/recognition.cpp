@@ -20,9 +20,12 @@ std::unique_ptr<Recognizer> makeRecognizer(const py::object& preset, const py::d
   return std::make_unique<Recognizer>(optionsFrom<RecognitionOptions>(given, base));
 }
 
-py::list detect(const Recognizer& recognizer, const PointCloud& scene, const py::object& callback) {
+/// The detections, and what may be there.
+py::tuple detect(const Recognizer& recognizer, const PointCloud& scene, const py::object& callback) {
   const auto progress = makeProgress(callback);
-  return listOf(longCall([&] { return recognizer.detect(scene, *progress); }), detectionOf);
+  std::vector<Detection> maybe;
+  const auto found = longCall([&] { return recognizer.detect(scene, *progress, &maybe); });
+  return py::make_tuple(listOf(found, detectionOf), listOf(maybe, detectionOf));
 }
 
 }  // namespace

@@ -67,11 +67,15 @@ def test_a_known_object_is_found_as_the_command_finds_it(
     scene, model = home / "scenes/scene039.pcd", home / "meshes/Frog000_0.ply"
     recognizer = estancia.Recognizer({"frog": estancia.read_cloud(model)})
     found = recognizer.detect(estancia.read_cloud(scene))
-    printed = command("recognize", scene, "--object", f"frog={model}")["instances"]
-    assert len(found) == len(printed)
+    told = command("recognize", scene, "--object", f"frog={model}")
+    printed = told["instances"]
+    assert len(found) == len(printed) and len(found.maybe) == len(told.get("maybe", []))
     for ours, theirs in zip(found, printed):
         assert ours.model == "frog" and ours.confidence == pytest.approx(theirs["confidence"])
         np.testing.assert_allclose(ours.pose[:3, 3], np.array(theirs["pose"]).reshape(-1, 4)[:3, 3], atol=1e-5)
+    strict = estancia.Recognizer({"frog": estancia.read_cloud(model)}, false_alarm_rate=0.001)
+    doubtful = strict.detect(estancia.read_cloud(scene))
+    assert doubtful == [] and [one.model for one in doubtful.maybe] == ["frog"]
     image = estancia.draw_clouds(estancia.read_cloud(scene), width=320, height=240)
     assert image.shape == (240, 320, 3) and image.std() > 0
     with pytest.raises(estancia.InvalidInputError):
