@@ -18,6 +18,7 @@
 #include "estancia/world/rooms_by_name.hpp"
 #include "estancia/world/sequence_layers.hpp"
 #include "estancia/world_file/world_options.hpp"
+#include "known_object_arguments.hpp"
 #include "labeling.hpp"
 #include "map_faults.hpp"
 #include "map_names.hpp"
@@ -39,7 +40,7 @@ struct MapArguments {
   WorldOptions world;
   DeclaredOptions declared;
   std::string output, roomClassifier, objectModel;
-  std::vector<std::string> objects;
+  KnownObjectArguments objects;
   /// Rooms to predict by name.
   std::vector<std::string> rooms;
   bool goOn = false, overwrite = false, posesInMap = false, json = false;
@@ -252,7 +253,7 @@ void run(const MapArguments& arguments) {
   const bool images = !isDescriptorFile(arguments.sequence.path);
   const auto classifier = openRoomClassifier(arguments.roomClassifier, arguments.sequence);
   if (!arguments.rooms.empty()) requireRoomNames(arguments.rooms);
-  const ObjectNamers namers(arguments.objects, arguments.objectModel);
+  const ObjectNamers namers(arguments.objects.files(), arguments.objectModel);
   std::optional<MapRun> map(std::in_place, arguments.output,
                             arguments.goOn        ? MapRun::Existing::resume
                             : arguments.overwrite ? MapRun::Existing::replace
@@ -294,13 +295,10 @@ void addMapCommand(CLI::App& app) {
   arguments->sequence.addDepthTo(arguments->declared);
   addOutputOption(*command, arguments->output, "The map file, NAME.estancia")->required();
   arguments->model.addTo(arguments->declared, "The model that labels the images");
-  command
-      ->add_option(
-          "--object", arguments->objects,
-          "Cloud of a known object [m]: FILE or NAME=FILE; its name and pose are added to the objects "
-          "that it is; may be given repeatedly")
-      ->type_name("[NAME=]FILE")
-      ->allow_extra_args(false);
+  arguments->objects.addTo(
+      *command,
+      "Cloud of a known object: FILE or NAME=FILE; its name and pose are added to the objects that it is; "
+      "may be given repeatedly");
   command
       ->add_option("--object-model", arguments->objectModel,
                    "Shape classifier, of `estancia objects train`: its classes are added to the objects")

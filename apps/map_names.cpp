@@ -30,8 +30,8 @@ std::string lineOf(const NameCounts& counts, std::size_t objects, const char* wh
 
 }  // namespace
 
-ObjectNamers::ObjectNamers(const std::vector<std::string>& known, const std::string& model) {
-  if (!known.empty()) known_ = std::make_shared<const KnownObjects>(modelFilesOf(known));
+ObjectNamers::ObjectNamers(const std::vector<ModelFile>& known, const std::string& model) {
+  if (!known.empty()) known_ = std::make_shared<const KnownObjects>(known);
   if (model.empty()) return;
   model_ = readObjectModel(model);
   digest_ = sha256OfFile(model);

@@ -17,8 +17,8 @@ namespace estancia::apps {
 /// Sources of object names beside the labeler.
 class ObjectNamers {
  public:
-  /// `known`: clouds, NAME=FILE or FILE; `model`: file of `objects train`, "" for none. Reads them.
-  ObjectNamers(const std::vector<std::string>& known, const std::string& model);
+  /// `known`: clouds; `model`: file of `objects train`, "" for none. Reads them.
+  ObjectNamers(const std::vector<ModelFile>& known, const std::string& model);
   void giveTo(WorldMapper& mapper) const;
   /// How many objects of the finished map have names by them, a line each; "recognized" and "shapes",
   /// {NAME: objects}, are added to the summary.

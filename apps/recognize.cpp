@@ -8,20 +8,24 @@
 
 #include "common.hpp"
 #include "estancia/figures/cloud_image.hpp"
-#include "estancia/files/cloud_file.hpp"
 #include "estancia/files/image_writer.hpp"
-#include "estancia/recognition/object_search.hpp"
+#include "estancia/readers/open_sequence.hpp"
+#include "estancia/readers/scene_cloud.hpp"
 #include "estancia/recognition/prepared.hpp"
+#include "known_object_arguments.hpp"
 
 namespace estancia::apps {
 namespace {
+
+using Json = nlohmann::ordered_json;
 
 struct RecognizeArguments {
   explicit RecognizeArguments(CLI::App& command) : declared(command) {}
   std::string preset() const { return declared.preset().empty() ? "default" : declared.preset(); }
 
-  std::vector<std::string> objects;
-  std::string scene, image;
+  KnownObjectArguments objects;
+  std::string path, image;
+  SceneCloudOptions scene;
   RecognitionOptions options;
   bool overwrite = false, explain = false, json = false;
   DeclaredOptions declared;
@@ -56,11 +60,10 @@ void drawInstances(const std::string& image, const PointCloud& scene, const Sear
   writePng(drawClouds(layers), image);
 }
 
-/// `unsaid`: the sensor's position was not given.
-void printText(const RecognizeArguments& a, const SearchResult& result, bool unsaid,
-               const std::string& sensor) {
+/// `sensor`: where it is taken to have been, "" where that is known.
+void printText(const RecognizeArguments& a, const SearchResult& result, const std::string& sensor) {
   if (a.explain) {
-    printStages(a.scene, result.scene->stages());
+    printStages(a.path, result.scene->stages());
     for (const SearchedModel& model : result.models) printStages(model.name, model.stages);
   }
   const auto printDetection = [](const Detection& detection, const char* maybe) {
@@ -76,64 +79,85 @@ void printText(const RecognizeArguments& a, const SearchResult& result, bool uns
     fmt::print(
         "{} in {}{}{}\n",
         result.models.size() == 1 ? result.models.front().name + " was not found" : "No object was found",
-        a.scene, a.explain ? "" : "; --explain shows what each stage kept",
-        unsaid && result.scene->hasView()  // else the warning has reported it
+        a.path, a.explain ? "" : "; --explain shows what each stage kept",
+        !sensor.empty() && result.scene->hasView()  // else the warning has reported it
             ? fmt::format("; if the sensor was not {}, give its position by --viewpoint", sensor)
             : "");
   for (const Detection& detection : result.maybe) printDetection(detection, "maybe ");
 }
 
+/// "at its origin": where the sensor is taken to have been.
+std::string sensorOf(const RecognitionOptions& options, const PointCloud& cloud) {
+  return options.viewpoint ? "at the --viewpoint" : cloud.viewpoint ? "at its VIEWPOINT" : "at its origin";
+}
+
+/// What a user should know about the view, logged: [{"code", "message"}].
+Json viewWarnings(const RecognizeArguments& a, const SceneCloud& cloud, const RecognitionOptions& options,
+                  const PreparedScene& scene) {
+  Json warnings = Json::array();
+  const auto warn = [&](const char* code, const std::string& message) -> Json& {
+    spdlog::warn("{}", message);
+    return warnings.emplace_back(Json{{"code", code}, {"message", message}});
+  };
+  const std::string ignored = "so occlusion and free space are ignored";
+  if (cloud.frames.size() > 1 && !scene.hasView())
+    warn("no-view", fmt::format("{} frames are several views, {}", cloud.frames.size(), ignored));
+  else if (!scene.hasView() && !options.noView)
+    warn("no-view", fmt::format("{} is not a view from a sensor {}, {}; {}", a.path,
+                                sensorOf(options, cloud.cloud), ignored,
+                                options.viewpoint ? "correct --viewpoint, or leave it out"
+                                                  : "give the position of the sensor by --viewpoint X,Y,Z"));
+  if (!scene.hasView()) return warnings;
+  if (scene.viewKnown() == PreparedScene::ViewKnown::assumed)
+    warn("assumed-view",
+         fmt::format("{} was thinned or has few points, so that the sensor's position does not follow from "
+                     "it; the origin is assumed: if it was elsewhere, give its position by --viewpoint X,Y,Z",
+                     a.path));
+  if (const auto& at = scene.estimatedViewpoint())
+    warn("estimated-view",
+         fmt::format(
+             "{} is not a view from its origin; the sensor seems to have been at {:.2f},{:.2f},{:.2f}: "
+             "if it was elsewhere, give its position by --viewpoint X,Y,Z",
+             a.path, at->x, at->y, at->z))["viewpoint"] = {at->x, at->y, at->z};
+  return warnings;
+}
+
+/// Adds what the poses are relative to, and the frames of a drive.
+void addReference(Json& json, const SceneCloud& scene) {
+  json["poses_in"] = scene.reference;
+  for (const Frame& frame : scene.frames) {
+    Json& entry = json["frames"].emplace_back(Json{{"name", frame.name}});
+    if (frame.pose) entry["pose"] = rigidOf(*frame.pose).matrix.val;
+  }
+}
+
 void run(const RecognizeArguments& a) {
-  const std::vector<ModelFile> files = modelFilesOf(a.objects);
-  std::vector<std::string> inputs{a.scene};
+  const std::vector<ModelFile> files = a.objects.files();
+  std::vector<std::string> inputs{a.path};
   for (const ModelFile& file : files) inputs.push_back(file.cloud.string());
   requireImage(a.image, a.overwrite, inputs);
-  const RecognitionOptions options = optionsOf(a);
-  const Recognizer recognizer(options);
-  const PointCloud cloud = readCloud(a.scene);
+  RecognitionOptions options = optionsOf(a);
+  validate(options);
+  const SceneCloud scene = readSceneCloud(a.path, a.scene);
+  for (const std::string& warning : scene.warnings) spdlog::warn("{}", warning);
+  if (scene.frames.size() > 1 && !options.viewpoint) options.noView = true;
   const auto progress = makeStderrProgress();
-  const SearchResult result = searchScene(recognizer, a.scene, cloud, files, *progress);
+  const SearchResult result = searchScene(Recognizer(options), a.path, scene.cloud, files, *progress);
 
   for (const auto& [name, reason] : result.failed) spdlog::warn("{} is left out: {}", name, reason);
-  const bool unsaid = !options.viewpoint;
-  const std::string sensor = !unsaid           ? "at the --viewpoint"
-                             : cloud.viewpoint ? "at its VIEWPOINT"
-                                               : "at its origin";
-  auto warnings = nlohmann::ordered_json::array();
-  if (!result.scene->hasView()) {
-    const std::string noView = fmt::format(
-        "{} is not a view from a sensor {}, so occlusion and free space are ignored; {}", a.scene, sensor,
-        unsaid ? "give the position of the sensor by --viewpoint X,Y,Z"
-               : "correct --viewpoint, or leave it out");
-    spdlog::warn("{}", noView);
-    warnings.push_back({{"code", "no-view"}, {"message", noView}});
-  }
-  if (result.scene->hasView() && result.scene->viewKnown() == PreparedScene::ViewKnown::assumed) {
-    const std::string assumed = fmt::format(
-        "{} was thinned or has few points, so that the sensor's position does not follow from it; the origin "
-        "is "
-        "assumed: if it was elsewhere, give its position by --viewpoint X,Y,Z",
-        a.scene);
-    spdlog::warn("{}", assumed);
-    warnings.push_back({{"code", "assumed-view"}, {"message", assumed}});
-  }
-  if (const auto& at = result.scene->estimatedViewpoint(); at && result.scene->hasView()) {
-    const std::string estimated = fmt::format(
-        "{} is not a view from its origin; the sensor seems to have been at {:.2f},{:.2f},{:.2f}: if it was "
-        "elsewhere, give its position by --viewpoint X,Y,Z",
-        a.scene, at->x, at->y, at->z);
-    spdlog::warn("{}", estimated);
-    warnings.push_back(
-        {{"code", "estimated-view"}, {"message", estimated}, {"viewpoint", {at->x, at->y, at->z}}});
-  }
-  if (!a.image.empty()) drawInstances(a.image, cloud, result);
+  const Json warnings = viewWarnings(a, scene, options, *result.scene);
+  if (!a.image.empty()) drawInstances(a.image, scene.cloud, result);
   if (a.json) {
-    nlohmann::ordered_json json = toJson(result);
+    Json json = toJson(result);
+    addReference(json, scene);
     if (!warnings.empty()) json["warnings"] = warnings;
     if (a.explain) json["stages"] = stagesJson(result);
     print(json);
   } else {
-    printText(a, result, unsaid, sensor);
+    const bool askForView = !options.viewpoint && scene.reference == "cloud";
+    printText(a, result, askForView ? sensorOf(options, scene.cloud) : "");
+    if (scene.reference != "cloud" && result.detections.size() + result.maybe.size() > 0)
+      fmt::print("Positions are in the frame of the {}\n", scene.reference);
   }
   if (result.detections.empty()) throw NoAnswer{};
 }
@@ -143,12 +167,22 @@ void run(const RecognizeArguments& a) {
 void addRecognizeCommand(CLI::App& app) {
   CLI::App* command = app.add_subcommand("recognize", "Find known objects and their poses in a point cloud");
   auto a = std::make_shared<RecognizeArguments>(*command);
-  command->add_option("SCENE", a->scene, "The point cloud to search (PCD, PLY)")->required();
   command
-      ->add_option("--object", a->objects, "Cloud of an object: FILE or NAME=FILE; may be given repeatedly")
-      ->type_name("[NAME=]FILE")
-      ->allow_extra_args(false)
+      ->add_option(
+          "SCENE", a->path,
+          "What to search: a point cloud (PCD, PLY), a depth image (PNG, TIFF, …) with its camera, or "
+          "frames of a drive with depth (folder, bag, data set)")
       ->required();
+  command
+      ->add_option(
+          "--frame", a->scene.frames,
+          "Frame of the drive SCENE, by its number from 0 or its name; several, separated by commas, "
+          "are joined by their poses, which are those of the map then")
+      ->type_name("N,...")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  a->objects.addTo(*command, "Cloud of an object: FILE or NAME=FILE; may be given repeatedly")->required();
+  addUnitOption(*command, "--scene-unit", a->scene.file.unit, "Unit of the coordinates in the cloud SCENE");
   a->declared.addPreset(RecognitionOptions::presets(), [&options = a->options](const std::string& name) {
     options = RecognitionOptions::preset(name);
   });
@@ -156,6 +190,11 @@ void addRecognizeCommand(CLI::App& app) {
                   {"scene-filter.method=filter", "scene-filter.points", "keypoints", "descriptor", "grouping",
                    "verification", "accept", "false-alarm-rate", "normal-radius", "keypoint-spacing",
                    "descriptor-radius", "viewpoint"});
+  a->declared.add(declare(a->scene.sequence), {"type", "poses", "depth-scale", "intrinsics",
+                                               "image-topic=image", "depth-topic=depth", "odom-topic=odom"});
+  OptionGroup file = declare(a->scene.file);  // the others are those of the sequence
+  std::erase_if(file.options(), [](const Option& option) { return option.name() != "colors"; });
+  a->declared.add(std::move(file), {"colors"});
   command->add_option("--render", a->image, "Draw the scene with the detected objects (PNG)");
   addOverwriteOption(*command, a->overwrite);
   command->add_flag("--explain", a->explain, "Show what each stage received and kept");
@@ -163,6 +202,9 @@ void addRecognizeCommand(CLI::App& app) {
   addExamples(*command,
               "  estancia recognize table.pcd --object mug.pcd\n"
               "  estancia recognize table.pcd --object mug.pcd --object box=box_front.ply --explain\n"
+              "  estancia recognize table.pcd --object millimeters.ply --object-unit mm\n"
+              "  estancia recognize depth.png --intrinsics camera.txt --object mug.pcd\n"
+              "  estancia recognize ~/kitchen --frame 120,125,130 --object mug.pcd --json\n"
               "  estancia recognize noisy.pcd --object mug.pcd --filter gng --render found.png --json");
   command->callback([a] { run(*a); });
 }

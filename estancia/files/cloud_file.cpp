@@ -54,6 +54,16 @@ PointCloud readDepthImage(const std::filesystem::path& file, const CloudFileOpti
   return cloud;
 }
 
+PointCloud inMeters(PointCloud cloud, const std::string& unit) {
+  if (unit == "m") return cloud;
+  const float perMeter = unit == "mm" ? 1000 : 100;
+  for (cv::Point3f& p : cloud.points) p /= perMeter;
+  if (cloud.viewpoint)
+    for (double* at : {&cloud.viewpoint->x, &cloud.viewpoint->y, &cloud.viewpoint->z})
+      *at /= static_cast<double>(perMeter);
+  return cloud;
+}
+
 /// Binary numbers, or lines of text.
 class Body {
  public:
@@ -130,11 +140,23 @@ OptionGroup declare(CloudFileOptions& o) {
   return group;
 }
 
+Choices lengthUnits() {
+  return {{"m", "meters"}, {"cm", "centimeters"}, {"mm", "millimeters"}};
+}
+
 PointCloud readCloud(const std::filesystem::path& file, const CloudFileOptions& options) {
   validate(options);
-  if (io::hasSuffix(file, {".pcd"})) return readPcd(file);
-  if (io::hasSuffix(file, {".ply"})) return readPly(file);
-  if (io::hasSuffix(file, io::depthSuffixes())) return readDepthImage(file, options);
+  requireChoice("unit of length", options.unit, lengthUnits());
+  if (io::hasSuffix(file, {".pcd"})) return inMeters(readPcd(file), options.unit);
+  if (io::hasSuffix(file, {".ply"})) return inMeters(readPly(file), options.unit);
+  if (io::hasSuffix(file, io::depthSuffixes())) {
+    if (options.unit != "m")
+      fail(ErrorCode::invalidOption,
+           "{}: the unit {} is that of a cloud, and this is a depth image; give its units per meter "
+           "(--depth-scale) instead",
+           io::printable(file), options.unit);
+    return readDepthImage(file, options);
+  }
   fail(ErrorCode::unsupportedFile,
        "{}: not the extension of a point cloud; use .pcd, .ply, or a depth image {}", io::printable(file),
        fmt::join(io::depthSuffixes(), ", "));

@@ -46,15 +46,15 @@ KnownObjects::KnownObjects(const std::vector<ModelFile>& files) {
   for (const ModelFile& file : files) {
     if (std::ranges::find(models_, file.name, &Model::name) != models_.end())
       fail(ErrorCode::invalidOption, "two objects are called {}; name them NAME=FILE", file.name);
-    const PointCloud cloud = readCloud(file.cloud);
-    Model model{file.name, sha256OfFile(file.cloud)};
+    const PointCloud cloud = readCloud(file.cloud, {.unit = file.unit});
+    Model model{file.name, sha256OfFile(file.cloud) + (file.unit == "m" ? "" : " " + file.unit)};
     const std::string said = file.cloud.string();
     model.prepared = recognizer_.prepareModel(said, cloud);
     model.extent = model.prepared->extent();
     if (!(model.extent >= smallestThing && model.extent <= largestThing))
-      fail(ErrorCode::invalidInput, "{} measures {:.4g} m; known objects measure {} to {} m: scale it{}",
-           said, model.extent, smallestThing, largestThing,
-           model.extent > largestThing ? ", millimeters by 0.001" : "");
+      fail(ErrorCode::invalidInput,
+           "{} measures {:.4g} m; known objects measure {} to {} m: give its unit, --object-unit mm or cm",
+           said, model.extent, smallestThing, largestThing);
     recognizer_.find(*model.prepared, *recognizer_.prepareScene(said, cloud));
     model.spacing = std::max(model.extent / cellsAcross, resolutionOf(cloud));
     model.points = knownPointsBy(cloud, model.spacing);

@@ -15,12 +15,12 @@
 
 namespace estancia {
 
-/// Clouds in meters, of things from 2 cm to 10 m.
+/// Clouds of things from 2 cm to 10 m.
 class KnownObjects {
  public:
   struct Model {
     std::string name;
-    /// SHA-256 of its file: another one is another model.
+    /// SHA-256 of its file, with its unit unless that is the meter: another one is another model.
     std::string digest;
     /// Diagonal of its bounding box [m].
     double extent = 0;

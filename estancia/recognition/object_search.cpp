@@ -34,7 +34,7 @@ Json jsonOf(const Detection& detection) {
 
 }  // namespace
 
-std::vector<ModelFile> modelFilesOf(const std::vector<std::string>& words) {
+std::vector<ModelFile> modelFilesOf(const std::vector<std::string>& words, const std::string& unit) {
   namespace fs = std::filesystem;
   std::vector<ModelFile> files;
   for (const std::string& word : words) {
@@ -46,7 +46,7 @@ std::vector<ModelFile> modelFilesOf(const std::vector<std::string>& words) {
       fail(ErrorCode::invalidOption, "--object {}: give FILE or NAME=FILE", word);
     if (std::ranges::find(files, name, &ModelFile::name) != files.end())
       fail(ErrorCode::invalidOption, "two objects are called {}; name them NAME=FILE", name);
-    files.push_back({name, file});
+    files.push_back({name, file, unit});
   }
   return files;
 }
@@ -65,7 +65,7 @@ SearchResult searchScene(const Recognizer& recognizer, const std::string& name, 
   std::vector<PoseCandidates> candidates;
   for (const ModelFile& file : models) {
     try {
-      SearchedModel model{file.name, readCloud(file.cloud), {}};
+      SearchedModel model{file.name, readCloud(file.cloud, {.unit = file.unit}), {}};
       prepared.push_back(recognizer.prepareModel(file.name, model.cloud));
       model.stages = prepared.back()->stages();
       candidates.push_back(recognizer.search(*prepared.back(), *result.scene, &model.stages));

@@ -18,11 +18,13 @@ namespace estancia {
 struct ModelFile {
   std::string name;
   std::filesystem::path cloud;
+  /// One of lengthUnits(), of its coordinates.
+  std::string unit = "m";
 };
 
 /// Parses FILE or NAME=FILE; the name of a plain FILE is its stem. Throws Error (invalidOption) when two
 /// models have one name.
-std::vector<ModelFile> modelFilesOf(const std::vector<std::string>& words);
+std::vector<ModelFile> modelFilesOf(const std::vector<std::string>& words, const std::string& unit = "m");
 
 struct SearchedModel {
   std::string name;

@@ -32,7 +32,7 @@ void requireScales(const std::string& name, const RecognitionScales& scales, dou
     if (length >= min && length <= extent / 2) return;
     fail(ErrorCode::mismatch,
          "{}: a {} of {:.4g} m does not fit a cloud of {:.4g} m with points {:.4g} m apart; "
-         "scale it if it is in other units, else give about {:.4g} m",
+         "if it is in millimeters, give --object-unit or --scene-unit mm, else about {:.4g} m",
          name, what, length, extent, resolution, std::min(advised, extent / 3));
   };
   if (scales.normalRadius > 0) require(scales.normalRadius, "normal radius", resolution, 8 * resolution);
@@ -337,9 +337,13 @@ PreparedScene::PreparedScene(std::string name, PointCloud raw, PointCloud filter
       options_(std::move(options)),
       stages_(std::move(stages)) {
   StageLog log(&stages_);
-  if (!options_.viewpoint && raw_.viewpoint)
+  if (options_.noView) {
+    options_.viewpoint.reset();
+    viewKnown_ = ViewKnown::no;
+  } else if (!options_.viewpoint && raw_.viewpoint) {
     options_.viewpoint = cv::Point3d(raw_.viewpoint->x, raw_.viewpoint->y, raw_.viewpoint->z);
-  if (!options_.viewpoint && isMean(options_)) {
+  }
+  if (!options_.viewpoint && !options_.noView && isMean(options_)) {
     if (sensor) {
       options_.viewpoint = awayFromOrigin(*sensor, raw_);
     } else {
@@ -402,7 +406,8 @@ std::shared_ptr<const PreparedScene::Described> PreparedScene::describe(
     fresh->view = isMean(options_) ? RangeImage(fresh->surface->points(), 1.8 * scales.unit)
                                    : RangeImage(raw_.points, resolution_);
   const bool seen = fresh->view.known();
-  const char* from = estimatedViewpoint_                                           ? "its estimated viewpoint"
+  const char* from = options_.noView                                               ? "one sensor"
+                     : estimatedViewpoint_                                         ? "its estimated viewpoint"
                      : options_.viewpoint.value_or(cv::Point3d()) != cv::Point3d() ? "its viewpoint"
                                                                                    : "the origin";
   log.add("view", fmt::format("{} {}", seen ? "seen from" : "no view from", from));

@@ -16,10 +16,15 @@
 namespace estancia {
 namespace {
 
-/// "1,2,3", or "" when it is not set.
-Option::Text textOf(std::optional<cv::Point3d>& point) {
-  return {[&point] { return point ? fmt::format("{},{},{}", point->x, point->y, point->z) : ""; },
-          [&point](const std::string& text) {
+/// "1,2,3", or "" when it is not set; "none" for no view.
+Option::Text viewpointOf(RecognitionOptions& o) {
+  return {[&o] {
+            const auto& at = o.viewpoint;
+            return o.noView ? "none" : at ? fmt::format("{},{},{}", at->x, at->y, at->z) : "";
+          },
+          [&o](const std::string& given) {
+            o.noView = given == "none";
+            const std::string text = o.noView ? "" : given;
             std::vector<double> numbers;
             for (std::string_view rest = text; !rest.empty() && numbers.size() < 4;) {
               const std::size_t comma = std::min(rest.find(','), rest.size());
@@ -27,8 +32,8 @@ Option::Text textOf(std::optional<cv::Point3d>& point) {
               rest.remove_prefix(std::min(comma + 1, rest.size()));
             }
             if (!text.empty() && (numbers.size() != 3 || std::ranges::count(text, ',') != 2))
-              fail(ErrorCode::invalidOption, "viewpoint is \"{}\"; give three numbers: X,Y,Z", text);
-            point =
+              fail(ErrorCode::invalidOption, "viewpoint is \"{}\"; give three numbers: X,Y,Z, or none", text);
+            o.viewpoint =
                 text.empty() ? std::nullopt : std::optional(cv::Point3d(numbers[0], numbers[1], numbers[2]));
           }};
 }
@@ -96,7 +101,9 @@ OptionGroup declare(RecognitionOptions& o) {
            "and evidence, and if both clouds have colors")
       .range(0, 300)
       .why("Tells objects of one shape apart. Raise it where the light differs.");
-  group.add("viewpoint", textOf(o.viewpoint), "Position of the scene's sensor: X,Y,Z")
+  group
+      .add("viewpoint", viewpointOf(o),
+           "Position of the scene's sensor: X,Y,Z; none: several views in one cloud")
       .unit("m")
       .automatic("that of the cloud, else the origin");
   group.add("threads", &o.threads, "Threads; 0: one a usable core. Results do not depend on it").range(0);

@@ -42,6 +42,8 @@ struct RecognitionOptions {
   /// Position of the scene's sensor [m], in the scene's frame; not set: that of the cloud, else the origin,
   /// looking along z.
   std::optional<cv::Point3d> viewpoint;
+  /// The scene is no view of one sensor, whatever its viewpoint, as of several views joined.
+  bool noView = false;
   int threads = 0;
 
   /// default, classical, thesis, author-2014, tight, wide.

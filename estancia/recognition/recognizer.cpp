@@ -73,10 +73,10 @@ void requireSameUnits(const PreparedModel& model, const PreparedScene& scene) {
   const double ratio = model.extent() / scene.surface().extent();
   if (ratio > maxRatio || ratio < minRatio || model.extent() < minPoints * scene.resolution())
     fail(ErrorCode::mismatch,
-         "{} measures {:.4g} m and {} {:.4g} m, with points {:.4g} m apart; if their units "
-         "differ, scale one of them{}",
+         "{} measures {:.4g} m and {} {:.4g} m, with points {:.4g} m apart; if {} in millimeters, give {} mm",
          model.name(), model.extent(), scene.name(), scene.surface().extent(), scene.resolution(),
-         ratio > 300 && ratio < 3000 ? ", millimeters by 0.001" : "");
+         ratio > maxRatio ? "the object is" : "the scene is",
+         ratio > maxRatio ? "--object-unit" : "--scene-unit");
 }
 
 /// A plane can slide and turn in itself, so its pose is undefined.

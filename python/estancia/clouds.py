@@ -124,10 +124,12 @@ class PointCloud:
         return cast(float, _estancia.cloud_noise(self._core))
 
 
-def read_cloud(file: Path, **options: Unpack[CloudFileOptions]) -> PointCloud:
-    """Reads a .pcd, a .ply, or a depth image with its camera. Raises FileError. Options:
+def read_cloud(file: Path, *, unit: str = "m", **options: Unpack[CloudFileOptions]) -> PointCloud:
+    """Reads a .pcd, a .ply, or a depth image with its camera. Raises FileError.
+
+    ``unit``: "m", "cm" or "mm", of the coordinates in the file; the cloud is in meters. Options:
     :class:`estancia.options.CloudFileOptions`."""
-    return PointCloud._of(_estancia.read_cloud(os.fspath(file), dict(options)))
+    return PointCloud._of(_estancia.read_cloud(os.fspath(file), unit, dict(options)))
 
 
 def filter_cloud(cloud: PointCloud, *, progress: Progress = False, **options: Unpack[FilterOptions]) -> PointCloud:

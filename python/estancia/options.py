@@ -579,7 +579,8 @@ class RecognitionOptions(TypedDict, total=False):
     both clouds have colors. Tells objects of one shape apart. Raise it where the light differs. A number from 0 to
     300; default: 0."""
     viewpoint: Text
-    """Position of the scene's sensor: X,Y,Z. A text; default: that of the cloud, else the origin."""
+    """Position of the scene's sensor: X,Y,Z; none: several views in one cloud. A text; default: that of the cloud, else
+    the origin."""
     threads: int
     """Threads; 0: one a usable core. Results do not depend on it. A whole number of at least 0; default: 0."""
     model_filter: RecognitionModelFilterOptions

@@ -143,8 +143,9 @@ void bindCloud(py::module_& m) {
 void bindClouds(py::module_& m) {
   bindCloud(m);
   using Cloud = std::shared_ptr<PointCloud>;
-  m.def("read_cloud", [](const std::filesystem::path& file, const py::dict& given) {
-    const auto options = optionsFrom<CloudFileOptions>(given);
+  m.def("read_cloud", [](const std::filesystem::path& file, const std::string& unit, const py::dict& given) {
+    auto options = optionsFrom<CloudFileOptions>(given);
+    options.unit = unit;
     return longCall([&] { return std::make_shared<PointCloud>(readCloud(file, options)); });
   });
   m.def("write_cloud", [](const PointCloud& cloud, const std::filesystem::path& file) {

@@ -32,6 +32,9 @@ def test_a_cloud_keeps_what_it_is_given(tmp_path: pathlib.Path) -> None:
     del cloud
     assert view.sum() == pytest.approx(points.sum())  # the view keeps the cloud
     again = estancia.PointCloud(points, colors)
+    again.write(tmp_path / "millimeters.ply")
+    scaled = estancia.read_cloud(tmp_path / "millimeters.ply", unit="mm")
+    np.testing.assert_allclose(1000 * scaled.points, points, rtol=1e-6)
     for name in ("cloud.pcd", "cloud.ply"):
         again.write(tmp_path / name)
         np.testing.assert_array_equal(estancia.read_cloud(tmp_path / name).points, points)

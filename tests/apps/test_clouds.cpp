@@ -14,7 +14,9 @@
 #include "apps/json_of.hpp"
 #include "estancia/files/cloud_file.hpp"
 #include "support/errors.hpp"
+#include "support/shape_drive.hpp"
 #include "support/support.hpp"
+#include "support/written_drive.hpp"
 
 namespace estancia::test {
 namespace {
@@ -113,6 +115,114 @@ TEST_F(Filter, RefusesWhatItCannotUse) {
       {{at("holes.ply"), "-o", out, "--filter", "none"}, ErrorCode::invalidInput}};
   for (const auto& [arguments, code] : refused) refuses(arguments, code);
   EXPECT_FALSE(std::filesystem::exists(out));
+}
+
+/// A desk in a recorded room, and the cloud of its surface.
+class RecognizeInDrive : public testing::Test {
+ protected:
+  void SetUp() override {
+    writeDrive(shown_, drive_);
+    writeCloud(surfaceOf(desk), scratch_ / "desk.ply");
+  }
+  CommandResult recognize(const std::string& scene, const std::vector<std::string>& more) const {
+    return run({"recognize", scene, "--object", scratch_ / "desk.ply", "--json"}, more);
+  }
+  /// Expects the desk alone, where it stands, in the frame of `camera` or in the map.
+  static void expectDesk(const json& told, const std::string& reference, const cv::Affine3d& toReference) {
+    EXPECT_EQ(told["poses_in"], reference);
+    ASSERT_EQ(told["instances"].size(), 1U) << told;
+    const auto numbers = told["instances"][0]["pose"].get<std::vector<double>>();
+    const cv::Matx44d pose(numbers.data()), truth = (toReference * ShapeDrive::placeOfShape()).matrix;
+    const cv::Vec4d somewhere(0.2, 0.1, 0.3, 1);
+    EXPECT_LT(cv::norm(pose * somewhere - truth * somewhere), 0.03) << told;
+  }
+  cv::Affine3d toCamera(std::size_t i) const { return rigidOf(*shown_.frame(i).pose).inv(); }
+
+  ScratchFolder scratch_;
+  const ShapeDrive shown_{desk};
+  const fs::path drive_ = scratch_ / "drive";
+};
+
+TEST_F(RecognizeInDrive, OneFrameIsSearchedInTheFrameOfItsCamera) {
+  const json told = jsonOf(recognize(drive_, {"--frame", "2"}));
+  expectDesk(told, "camera", toCamera(2));
+  EXPECT_EQ(told["frames"][0]["name"], "0002.png");
+  EXPECT_EQ(told["frames"][0]["pose"].size(), 16U);
+  EXPECT_FALSE(told.contains("warnings")) << "it is known where the camera stood";
+  EXPECT_EQ(jsonOf(recognize(drive_, {"--frame", "0002.png"})), told) << "by its name";
+}
+
+TEST_F(RecognizeInDrive, SeveralFramesAreSearchedInTheMap) {
+  const json told = jsonOf(recognize(drive_, {"--frame", "1,3", "--frame", "5"}));
+  expectDesk(told, "map", cv::Affine3d::Identity());
+  EXPECT_EQ(told["frames"].size(), 3U);
+  EXPECT_EQ(told["warnings"][0]["code"], "no-view");
+}
+
+TEST_F(RecognizeInDrive, ADepthImageNeedsItsCameraAlone) {
+  const std::string depth = drive_ / "depth/0002.png", camera = drive_ / "intrinsics.txt";
+  expectDesk(jsonOf(recognize(depth, {"--colors", drive_ / "rgb/0002.png"})), "camera", toCamera(2));
+  fs::rename(depth, scratch_ / "depth.png");
+  EXPECT_THAT(recognize(scratch_ / "depth.png", {}), FailsWith(ErrorCode::insufficientData));
+  const json told = jsonOf(recognize(scratch_ / "depth.png", {"--intrinsics", camera}));
+  expectDesk(told, "camera", toCamera(2));
+  EXPECT_FALSE(told.contains("frames"));
+  EXPECT_THAT(recognize(scratch_ / "depth.png", {"--intrinsics", camera, "--depth-scale", "1e6"}),
+              FailsWith(ErrorCode::mismatch));
+}
+
+TEST_F(RecognizeInDrive, ObjectsAndScenesMayBeInOtherUnits) {
+  writeCloud(surfaceOf(desk, 1000), scratch_ / "desk.ply");
+  EXPECT_THAT(recognize(drive_, {"--frame", "2"}), FailsWith(ErrorCode::mismatch));
+  expectDesk(jsonOf(recognize(drive_, {"--frame", "2", "--object-unit", "mm"})), "camera", toCamera(2));
+  PointCloud scene = backProject(1000 * shown_.depth(2), *shown_.intrinsics());
+  writeCloud(scene, scratch_ / "scene.ply");
+  expectDesk(jsonOf(recognize(scratch_ / "scene.ply", {"--object-unit", "mm", "--scene-unit", "mm"})),
+             "cloud", toCamera(2));
+  EXPECT_THAT(recognize(drive_, {"--frame", "2", "--object-unit", "furlong"}),
+              FailsWith(ErrorCode::unknownName));
+}
+
+TEST_F(RecognizeInDrive, RefusesFramesThatItCannotUse) {
+  const auto refuses = [&](const std::string& scene, const std::vector<std::string>& more, ErrorCode code) {
+    EXPECT_THAT(recognize(scene, more), FailsWith(code)) << testing::PrintToString(more);
+  };
+  const std::string drive = drive_;
+  refuses(drive, {}, ErrorCode::invalidOption);
+  refuses(drive, {"--frame", "2,2"}, ErrorCode::invalidOption);
+  refuses(drive, {"--frame", "2", "--scene-unit", "mm"}, ErrorCode::invalidOption);
+  refuses(drive, {"--frame", "2", "--colors", drive + "/rgb/0002.png"}, ErrorCode::invalidOption);
+  for (const char* frame : {"12", "-1", "1.5", "desk", "nan"})
+    refuses(drive, {std::string("--frame=") + frame}, ErrorCode::unknownName);
+  refuses(scratch_ / "desk.ply", {"--frame", "2"}, ErrorCode::invalidOption);
+  refuses(drive_ / "depth/0002.png", {"--frame", "2"}, ErrorCode::invalidOption);
+  refuses(scratch_ / "none", {"--frame", "2"}, ErrorCode::fileNotFound);
+  writeFile(drive_ / "poses.txt", "0 0 0 0 0 0 0 1\n");
+  refuses(drive, {"--frame", "1,3"}, ErrorCode::insufficientData);
+  fs::remove(drive_ / "intrinsics.txt");
+  refuses(drive, {"--frame", "1"}, ErrorCode::insufficientData);
+  refuses(drive_ / "rgb", {"--frame", "1"}, ErrorCode::insufficientData);
+}
+
+TEST(RealDepthImage, IsSearchedByTheViewOfItsCamera) {
+  const auto data = findData("ycb_tables");
+  ESTANCIA_NEEDS(data, "ycb_tables is not unpacked");
+  const fs::path table = *data / "ycbv_demo_1";
+  const json camera = json::parse(readFile(table / "camera.json"));
+  const ScratchFolder scratch;
+  writeFile(scratch / "camera.txt",
+            fmt::format("{} {} {} {}\n", camera["fx"].get<double>(), camera["fy"].get<double>(),
+                        camera["cx"].get<double>(), camera["cy"].get<double>()));
+  const json told =
+      jsonOf(run({"recognize", table / "depth.png", "--intrinsics", scratch / "camera.txt", "--colors",
+                  table / "rgb.png", "--object", *data / "models/006_mustard_bottle.pcd", "--json"}));
+  ASSERT_EQ(told["instances"].size(), 1U);
+  EXPECT_EQ(told["poses_in"], "camera");
+  for (const json& thing : json::parse(readFile(table / "truth.json"))) {
+    if (thing["model"] != told["instances"][0]["model"]) continue;
+    for (const std::size_t at : {3U, 7U, 11U})
+      EXPECT_NEAR(told["instances"][0]["pose"][at].get<double>(), thing["pose"][at].get<double>(), 0.01);
+  }
 }
 
 class Recognize : public testing::Test {

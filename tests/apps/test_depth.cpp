@@ -19,6 +19,7 @@
 #include "support/model_support.hpp"
 #include "support/shape_drive.hpp"
 #include "support/support.hpp"
+#include "support/written_drive.hpp"
 
 namespace estancia::test {
 namespace {
@@ -272,21 +273,7 @@ class MapNames : public testing::Test {
  protected:
   void SetUp() override {
     writeSmallModel(scratch_ / "model");
-    for (const char* folder : {"rgb", "depth"}) fs::create_directories(drive_ / folder);
-    const ShapeDrive shown(desk);
-    const CameraIntrinsics& camera = *shown.intrinsics();
-    writeFile(drive_ / "camera-intrinsics.txt",
-              fmt::format("{} 0 {}\n0 {} {}\n0 0 1\n", camera.fx, camera.cx, camera.fy, camera.cy));
-    std::string poses;
-    for (std::size_t i = 0; i < shown.size(); ++i) {
-      cv::Mat millimeters;
-      shown.depth(i).convertTo(millimeters, CV_16U, 1000);
-      cv::imwrite(drive_ / fmt::format("rgb/{:03}.png", i), shown.image(i));
-      cv::imwrite(drive_ / fmt::format("depth/{:03}.png", i), millimeters);
-      const Pose& p = *shown.frame(i).pose;
-      poses += fmt::format("{} {} {} {} {} {} {} {}\n", i, p.x, p.y, p.z, p.qx, p.qy, p.qz, p.qw);
-    }
-    writeFile(drive_ / "poses.txt", poses);
+    writeDrive(ShapeDrive(desk), drive_);
   }
   CommandResult map(const std::vector<std::string>& more = {}) const {
     return run({"map", drive_, "-o", map_, "--model", scratch_ / "model"}, more);
@@ -306,6 +293,14 @@ TEST_F(MapNames, SaysWhichObjectsAreRecognized) {
   EXPECT_EQ(json::parse(map({"--object", cloud, "--continue", "--json"}).out)["recognized"],
             (json{{"desk", 1}}));
   EXPECT_FALSE(json::parse(map({"--overwrite", "--json"}).out).contains("recognized"));
+
+  const std::string millimeters = "desk=" + (scratch_ / "millimeters.ply").string();
+  writeCloud(surfaceOf(desk, 1000), scratch_ / "millimeters.ply");
+  EXPECT_THAT(map({"--object", millimeters, "--continue"}), FailsWith(ErrorCode::invalidInput));
+  EXPECT_EQ(
+      json::parse(
+          map({"--object", millimeters, "--object-unit", "mm", "--continue", "--json"}).out)["recognized"],
+      (json{{"desk", 1}}));
 }
 
 TEST_F(MapNames, SaysWhichClassesObjectsAreOfByShape) {

@@ -136,6 +136,24 @@ TEST_F(CloudFile, ADepthImageIsAnOrganizedCloud) {
   EXPECT_EQ(cloud.colors.at(6), cv::Vec3b(7, 8, 9));
 }
 
+TEST_F(CloudFile, CoordinatesInOtherUnitsBecomeMeters) {
+  PointCloud cloud = organized();
+  cloud.points[1] = {1500, -20, 3};
+  cloud.viewpoint = Pose{100, 0, -2000};
+  writeCloud(cloud, folder_ / "a.pcd");
+  const auto in = [&](const std::string& unit) { return readCloud(folder_ / "a.pcd", {.unit = unit}); };
+  expectSame(in("m"), cloud);
+  EXPECT_EQ(in("mm").points[1], cv::Point3f(1.5F, -0.02F, 0.003F));
+  EXPECT_EQ(in("cm").points[1], cv::Point3f(15, -0.2F, 0.03F));
+  EXPECT_EQ(in("mm").normals[1], cloud.normals[1]);
+  EXPECT_EQ(in("mm").viewpoint->z, -2);
+  EXPECT_THAT([&] { in("inch"); }, FailsWith(ErrorCode::unknownName));
+  cv::imwrite(folder_ / "depth.png", cv::Mat(2, 4, CV_16U, cv::Scalar(2000)));
+  test::writeFile(folder_ / "intrinsics.txt", "4 4 1.5 0.5\n");
+  EXPECT_THAT([&] { readCloud(folder_ / "depth.png", {.unit = "mm"}); }, FailsWith(ErrorCode::invalidOption))
+      << "its unit is its depth-scale";
+}
+
 class ImageFile : public ::testing::Test {
  protected:
   cv::Mat read(const std::string& name, const std::string& bytes) {

@@ -143,7 +143,7 @@ TEST(Recognizer, CloudsAndLengthsInDifferentUnitsAreNoticed) {
   };
   const auto options = RecognitionOptions::preset("default");
   EXPECT_THAT(refusal(options, millimeters, meters),
-              FailsWith(ErrorCode::mismatch, "model", "scene", "0.001"));
+              FailsWith(ErrorCode::mismatch, "model", "scene", "--object-unit"));
   EXPECT_THAT(refusal(options, meters, millimeters), FailsWith(ErrorCode::mismatch));
   EXPECT_THAT(refusal(RecognitionOptions::preset("classical"), meters, centimeters),
               FailsWith(ErrorCode::mismatch));
@@ -287,6 +287,28 @@ TEST(Recognizer, DetectsAllModelsThatItKnows) {
   for (const Detection& detection : found) names.insert(detection.model);
   EXPECT_THAT(names, testing::ElementsAre("model")) << "what one instance explains does not support another";
   EXPECT_EQ(found[0].pose.matrix, findIn({}, scenery.model, scenery.scene)[0].pose.matrix);
+
+  RecognitionOptions stricter;
+  stricter.falseAlarmRate = found[0].falseAlarmRate / 2;
+  Recognizer strict(stricter);
+  strict.addModel("model", scenery.model);
+  std::vector<Detection> maybe;
+  EXPECT_TRUE(strict.detect(scenery.scene, Progress::none(), &maybe).empty());
+  EXPECT_TRUE(isFound(maybe, scenery)) << "what is not sure";
+}
+
+TEST(Recognizer, SeveralViewsInOneCloudAreNoView) {
+  const Scenery scenery;
+  RecognitionOptions options;
+  declare(options).set("viewpoint", "none");
+  EXPECT_TRUE(options.noView);
+  EXPECT_EQ(declare(options).texts().at("viewpoint"), "none");
+  const auto scene = Recognizer(options).prepareScene("scene", scenery.scene);
+  EXPECT_FALSE(scene->hasView());
+  EXPECT_FALSE(scene->estimatedViewpoint());
+  EXPECT_TRUE(isFound(findIn(options, scenery.model, scenery.scene), scenery));
+  declare(options).set("viewpoint", "0,0,0");
+  EXPECT_TRUE(Recognizer(options).prepareScene("scene", scenery.scene)->hasView());
 }
 
 TEST(ObjectSearch, ABadModelCostsOnlyItself) {

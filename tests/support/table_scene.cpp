@@ -6,12 +6,11 @@
 #include <cmath>
 #include <limits>
 #include <opencv2/core/affine.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <optional>
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/pose.hpp"
-#include "support/support.hpp"
+#include "support/written_drive.hpp"
 
 namespace estancia::test {
 namespace {
@@ -104,20 +103,7 @@ void TableSequence::dim(double factor) {
 }
 
 void TableSequence::writeTo(const std::filesystem::path& folder) const {
-  std::filesystem::create_directories(folder / "rgb");
-  std::filesystem::create_directories(folder / "depth");
-  std::string poses;
-  for (std::size_t i = 0; i < frames_.size(); ++i) {
-    cv::imwrite(folder / "rgb" / frames_[i].name, seen_[i].first);
-    cv::Mat millimeters;
-    seen_[i].second.convertTo(millimeters, CV_16U, 1000);
-    cv::imwrite(folder / "depth" / frames_[i].name, millimeters);
-    const Pose p = frames_[i].pose.value();
-    poses += fmt::format("{} {} {} {} {} {} {} {}\n", i, p.x, p.y, p.z, p.qx, p.qy, p.qz, p.qw);
-  }
-  writeFile(folder / "poses.txt", poses);
-  writeFile(folder / "intrinsics.txt",
-            fmt::format("{} {} {} {}\n", camera.fx, camera.fy, camera.cx, camera.cy));
+  writeDrive(*this, folder);
 }
 
 }  // namespace estancia::test
