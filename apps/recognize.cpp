@@ -10,8 +10,8 @@
 #include "estancia/figures/cloud_image.hpp"
 #include "estancia/files/image_writer.hpp"
 #include "estancia/readers/open_sequence.hpp"
-#include "estancia/readers/scene_cloud.hpp"
 #include "estancia/recognition/prepared.hpp"
+#include "estancia/recognition/scene_cloud.hpp"
 #include "known_object_arguments.hpp"
 
 namespace estancia::apps {

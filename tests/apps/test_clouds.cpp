@@ -13,6 +13,7 @@
 
 #include "apps/json_of.hpp"
 #include "estancia/files/cloud_file.hpp"
+#include "estancia/readers/open_sequence.hpp"
 #include "support/errors.hpp"
 #include "support/shape_drive.hpp"
 #include "support/support.hpp"
@@ -197,6 +198,9 @@ TEST_F(RecognizeInDrive, RefusesFramesThatItCannotUse) {
   refuses(scratch_ / "desk.ply", {"--frame", "2"}, ErrorCode::invalidOption);
   refuses(drive_ / "depth/0002.png", {"--frame", "2"}, ErrorCode::invalidOption);
   refuses(scratch_ / "none", {"--frame", "2"}, ErrorCode::fileNotFound);
+  for (const char* dark : {"1", "3"})
+    cv::imwrite(drive_ / fmt::format("depth/000{}.png", dark), cv::Mat(180, 240, CV_16U, cv::Scalar(0)));
+  refuses(drive, {"--frame", "1,3"}, ErrorCode::insufficientData);
   writeFile(drive_ / "poses.txt", "0 0 0 0 0 0 0 1\n");
   refuses(drive, {"--frame", "1,3"}, ErrorCode::insufficientData);
   fs::remove(drive_ / "intrinsics.txt");
@@ -223,6 +227,28 @@ TEST(RealDepthImage, IsSearchedByTheViewOfItsCamera) {
     for (const std::size_t at : {3U, 7U, 11U})
       EXPECT_NEAR(told["instances"][0]["pose"][at].get<double>(), thing["pose"][at].get<double>(), 0.01);
   }
+}
+
+TEST(RealDrive, JoinedFramesHaveTheThingOfAnEarlierOne) {
+  const auto data = findData("sevenscenes_redkitchen");
+  ESTANCIA_NEEDS(data, "sevenscenes_redkitchen is not unpacked");
+  const auto drive = openSequence(*data);
+  const cv::Point3f middle(0.485F, -0.606F, 2.546F);  // shelves at the wall
+  PointCloud thing;
+  for (const cv::Point3f& p : backProject(drive->depth(98), *drive->intrinsics()).points)
+    if (cv::norm(p - middle) < 0.4) thing.points.push_back(p);
+  thing.width = thing.points.size();
+  thing.height = 1;
+  const ScratchFolder scratch;
+  writeCloud(thing, scratch / "thing.pcd");
+  const json told = jsonOf(
+      run({"recognize", *data, "--frame", "100,110,120", "--object", scratch / "thing.pcd", "--json"}));
+  ASSERT_EQ(told["instances"].size(), 1U);
+  EXPECT_EQ(told["poses_in"], "map");
+  const auto numbers = told["instances"][0]["pose"].get<std::vector<double>>();
+  const cv::Affine3d pose(cv::Matx44d(numbers.data()));
+  EXPECT_LT(cv::norm(pose * cv::Point3d(middle) - rigidOf(*drive->frame(98).pose) * cv::Point3d(middle)),
+            0.04);
 }
 
 class Recognize : public testing::Test {

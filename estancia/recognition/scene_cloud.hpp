@@ -37,9 +37,10 @@ struct SceneCloud {
 };
 
 /// Reads a .pcd or .ply, a depth image, or what openSequence() opens. Several frames are joined by their
-/// poses, with all their points. Throws Error as readCloud() and openSequence() do; on a drive of several
-/// frames of which none is chosen, on an unknown or repeated one, on a unit or colors for a drive
-/// (invalidOption, unknownName), without depth, camera, or poses to join by (insufficientData).
+/// poses, and thinned to the spacing of one frame's points, or as far as the frames disagree. Throws Error as
+/// readCloud() and openSequence() do; on a drive of several frames of which none is chosen, on an unknown or
+/// repeated one, on a unit or colors for a drive (invalidOption, unknownName), without depth, camera, or
+/// poses to join by (insufficientData).
 SceneCloud readSceneCloud(const std::filesystem::path& path, const SceneCloudOptions& options = {});
 
 }  // namespace estancia

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/readers/scene_cloud.hpp"
+#include "estancia/recognition/scene_cloud.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "estancia/cloud/resolution.hpp"
+#include "estancia/cloud/voxel_grid.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/files/depth_file.hpp"
 #include "estancia/files/files.hpp"
@@ -60,8 +62,7 @@ PointCloud cloudOf(const Sequence& drive, std::size_t frame) {
 }
 
 /// The measured points of a frame, moved into the map.
-void join(PointCloud& all, const PointCloud& cloud, const Frame& frame) {
-  const cv::Affine3d toMap = rigidOf(*frame.pose);
+void join(PointCloud& all, const PointCloud& cloud, const cv::Affine3d& toMap) {
   for (std::size_t i = 0; i < cloud.points.size(); ++i) {
     if (!isMeasured(cloud.points[i])) continue;
     all.points.emplace_back(toMap * cv::Point3d(cloud.points[i]));
@@ -71,23 +72,63 @@ void join(PointCloud& all, const PointCloud& cloud, const Frame& frame) {
   all.height = 1;
 }
 
-SceneCloud readFrames(const Sequence& drive, const std::vector<std::string>& chosen) {
-  requireDepthAndCamera(drive);
-  SceneCloud scene;
-  scene.warnings = drive.warnings();
-  const std::vector<std::size_t> frames = framesOf(drive, chosen);
+/// A frame on its way into the map.
+struct View {
+  PointCloud cloud;
+  cv::Affine3d toMap;
+};
+
+/// By how much two frames differ in depth where both see a surface [m]: the median of what is below 10 cm, as
+/// more is another surface; 0 where they see none in common.
+double disagreementOf(const View& one, const View& other, const CameraIntrinsics& camera) {
+  if (one.cloud.points.empty()) return 0;
+  const cv::Affine3d toOne = one.toMap.inv() * other.toMap;
+  const auto width = static_cast<int>(one.cloud.width), height = static_cast<int>(one.cloud.height);
+  const CameraIntrinsics own = camera.scaledTo(width, height);
+  std::vector<double> differences;
+  for (const cv::Point3f& point : other.cloud.points) {
+    const cv::Point3d p = toOne * cv::Point3d(point);  // a hole is NaN, which nothing below accepts
+    const double u = own.fx * p.x / p.z + own.cx, v = own.fy * p.y / p.z + own.cy;
+    if (!(p.z > 0 && u > 0 && v > 0 && u < width - 1 && v < height - 1)) continue;
+    const auto at = static_cast<std::size_t>(std::lround(v) * width + std::lround(u));
+    const double difference = std::abs(static_cast<double>(one.cloud.points[at].z) - p.z);
+    if (difference < 0.1) differences.push_back(difference);
+  }
+  if (differences.empty()) return 0;
+  const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
+  std::ranges::nth_element(differences, middle);
+  return *middle;
+}
+
+/// The frames in the map, with the spacing of one frame's points; a wider one where the frames disagree by
+/// more, as poses that are a centimeter off show surfaces twice, which finer points would keep apart.
+PointCloud joined(const Sequence& drive, const std::vector<std::size_t>& frames) {
+  PointCloud all;
+  double spacing = 0, disagreement = 0;
+  View before;
   for (const std::size_t i : frames) {
-    scene.frames.push_back(drive.frame(i));
-    if (frames.size() > 1 && !drive.frame(i).pose)
+    if (!drive.frame(i).pose)
       fail(ErrorCode::insufficientData,
            "{}: {} has no pose to join it to the others by; give a trajectory by --poses, or one frame",
            drive.name(), drive.frame(i).name);
+    View view{cloudOf(drive, i), rigidOf(*drive.frame(i).pose)};
+    spacing += resolutionOf(view.cloud) / static_cast<double>(frames.size());
+    disagreement = std::max(disagreement, disagreementOf(before, view, *drive.intrinsics()));
+    join(all, view.cloud, view.toMap);
+    before = std::move(view);
   }
+  const double leaf = std::max(spacing, disagreement);
+  return leaf > 0 ? voxelGrid(all, leaf) : all;
+}
+
+SceneCloud readFrames(const Sequence& drive, const std::vector<std::string>& chosen) {
+  requireDepthAndCamera(drive);
+  const std::vector<std::size_t> frames = framesOf(drive, chosen);
+  SceneCloud scene;
+  scene.warnings = drive.warnings();
+  for (const std::size_t i : frames) scene.frames.push_back(drive.frame(i));
   scene.reference = frames.size() > 1 ? "map" : "camera";
-  if (frames.size() == 1)
-    scene.cloud = cloudOf(drive, frames[0]);
-  else
-    for (const std::size_t i : frames) join(scene.cloud, cloudOf(drive, i), drive.frame(i));
+  scene.cloud = frames.size() > 1 ? joined(drive, frames) : cloudOf(drive, frames[0]);
   return scene;
 }
 
