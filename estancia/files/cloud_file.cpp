@@ -33,7 +33,7 @@ CameraIntrinsics cameraOf(const std::filesystem::path& image, const CloudFileOpt
   if (file.empty()) file = io::findIntrinsics(folder.parent_path());
   if (file.empty())
     fail(ErrorCode::insufficientData,
-         "{}: the camera of this depth image is unknown; give its intrinsics (fx fy cx cy)",
+         "{}: the camera of this depth image is unknown; give a file of fx fy cx cy by --intrinsics",
          io::printable(image));
   return io::readIntrinsics(file);
 }

@@ -136,7 +136,12 @@ SceneCloud readFrames(const Sequence& drive, const std::vector<std::string>& cho
 
 SceneCloud readSceneCloud(const std::filesystem::path& path, const SceneCloudOptions& options) {
   const bool isImage = io::hasSuffix(path, io::depthSuffixes());
-  if (std::filesystem::is_directory(path) || (!isImage && !io::hasSuffix(path, {".pcd", ".ply"}))) {
+  std::error_code missing;  // openSequence() and readCloud() report it
+  if (std::filesystem::is_directory(path, missing) || (!isImage && !io::hasSuffix(path, {".pcd", ".ply"}))) {
+    if (std::filesystem::is_regular_file(path, missing) && options.frames.empty())
+      fail(ErrorCode::unsupportedFile,
+           "{}: no cloud (.pcd, .ply) and no depth image; if it is a bag, choose frames of it by --frame",
+           io::printable(path));
     if (options.file.unit != "m" || !options.file.colors.empty())
       fail(ErrorCode::invalidOption,
            "{}: a drive has its own colors, and --depth-scale, its depth units per meter; leave {} out",

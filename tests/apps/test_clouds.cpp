@@ -197,6 +197,8 @@ TEST_F(RecognizeInDrive, RefusesFramesThatItCannotUse) {
     refuses(drive, {std::string("--frame=") + frame}, ErrorCode::unknownName);
   refuses(scratch_ / "desk.ply", {"--frame", "2"}, ErrorCode::invalidOption);
   refuses(drive_ / "depth/0002.png", {"--frame", "2"}, ErrorCode::invalidOption);
+  refuses(drive_ / "poses.txt", {}, ErrorCode::unsupportedFile);
+  refuses(drive_ / "poses.txt", {"--frame", "2"}, ErrorCode::unsupportedFile);
   refuses(scratch_ / "none", {"--frame", "2"}, ErrorCode::fileNotFound);
   for (const char* dark : {"1", "3"})
     cv::imwrite(drive_ / fmt::format("depth/000{}.png", dark), cv::Mat(180, 240, CV_16U, cv::Scalar(0)));
