@@ -385,7 +385,7 @@ std::vector<PoseHypothesis> refineDense(std::vector<PoseHypothesis> poses, const
     p.pose = refineInField(points.fine, points.center, dense, p.pose,
                            {7.5 * unit, 3 * unit + 0.2 * noise, 15, color});
     p.score = scoreOutlined(points.fine, points.extent, dense, p.pose, toleranceOf(scales));
-    p.evidence = evidenceFor(p.score, measuredOn(p.pose) * static_cast<double>(points.fine.points.size()),
+    p.evidence = evidenceFor(p.score, measuredOn(p.pose) * static_cast<double>(points.area),
                              points.closed && dense.view.known());
   });
   return bestOf(std::move(poses), points.center, 5 * unit, maxFine);

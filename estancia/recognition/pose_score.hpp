@@ -160,6 +160,7 @@ std::vector<Posed> distinctPoses(std::vector<Posed> poses, const cv::Point3d& ce
 struct DenseModel {
   OrientedPoints coarse;  ///< for the many poses of all matches
   OrientedPoints fine;    ///< for the few best poses
+  std::size_t area = 0;   ///< number of points as dense as those of a small model: evidence grows with it
   cv::Point3d center;
   bool closed = false;  ///< the cloud shows all sides, of which a sensor sees only some
   ModelExtent extent;   ///< without a surface: outlines do not count

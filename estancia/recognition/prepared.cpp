@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "estancia/cloud/mls_surface.hpp"
 #include "estancia/cloud/neighbors.hpp"
@@ -174,10 +175,12 @@ std::unique_ptr<const Surface> surfaceOf(const Input& in, const RecognitionOptio
 /// The surface's keypoints and their descriptors; of both sides of the surface where its outside is not
 /// known.
 void describeSurface(DescribedSurface& described, bool bothSides, const RecognitionOptions& options,
-                     const RecognitionScales& scales, StageLog& log) {
+                     const RecognitionScales& scales, StageLog& log,
+                     std::size_t most = std::numeric_limits<std::size_t>::max()) {
   const Surface& surface = *described.surface;
   const FrameSigns signs = isMean(options) ? FrameSigns::normal : FrameSigns::majority;
-  const auto keypoints = findKeypoints(surface, options.keypoints, scales.keypointSpacing, options.threads);
+  const auto keypoints =
+      partOf(findKeypoints(surface, options.keypoints, scales.keypointSpacing, options.threads), most);
   log.add("keypoints", fmt::format("{}, {:.4g} m: {} of {} points", options.keypoints, scales.keypointSpacing,
                                    keypoints.size(), surface.size()));
   const auto featuresOf = [&](const Surface& of) {
@@ -278,8 +281,8 @@ std::shared_ptr<const PreparedModel::Described> PreparedModel::describe(
   StageLog log(&fresh->stages);
   DenseModel& dense = fresh->dense;
   dense.center = center_;
+  constexpr std::size_t coarsePoints = 300, finePoints = 1000;
   if (!isMean(options_)) {
-    constexpr std::size_t coarsePoints = 300, finePoints = 1000;
     fresh->surface =
         surfaceOf({.name = name_, .raw = cloud_, .seeds = {}, .filtered = cloud_}, options_, scales, log);
     describeSurface(*fresh, false, options_, scales, log);
@@ -304,9 +307,11 @@ std::shared_ptr<const PreparedModel::Described> PreparedModel::describe(
                               .perPoint = 1 / static_cast<double>(draws),
                               .orientation = orientation_},
                              options_, scales, log);
-  describeSurface(*fresh, false, options_, scales, log);
-  dense.coarse = spreadPointsBy(*fresh->surface, 9 * scales.unit);
-  dense.fine = spreadPointsBy(*fresh->surface, 4.5 * scales.unit);
+  const bool given = options_.keypointSpacing > 0;  // else a large model takes no longer than a small one
+  describeSurface(*fresh, false, options_, scales, log, given ? fresh->surface->size() : finePoints);
+  dense.coarse = spreadPointsBy(*fresh->surface, 9 * scales.unit, coarsePoints);
+  dense.area = findKeypoints(*fresh->surface, "uniform", 4.5 * scales.unit).size();
+  dense.fine = spreadPointsBy(*fresh->surface, 4.5 * scales.unit, finePoints);
   dense.closed = orientation_.outwards;
   balanceNormals(dense.coarse);
   balanceNormals(dense.fine);

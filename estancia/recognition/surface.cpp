@@ -194,8 +194,16 @@ OrientedPoints spreadPoints(const Surface& surface, std::size_t count) {
   return chosenFrom(surface, best);
 }
 
-OrientedPoints spreadPointsBy(const Surface& surface, double spacing) {
-  return chosenFrom(surface, findKeypoints(surface, "uniform", spacing));
+OrientedPoints spreadPointsBy(const Surface& surface, double spacing, std::size_t most) {
+  return chosenFrom(surface, partOf(findKeypoints(surface, "uniform", spacing), most));
+}
+
+std::vector<std::uint32_t> partOf(std::vector<std::uint32_t> indices, std::size_t count) {
+  const std::size_t size = indices.size();
+  if (size <= count) return indices;
+  for (std::size_t k = 0; k < count; ++k) indices[k] = indices[k * size / count];
+  indices.resize(count);
+  return indices;
 }
 
 Choices keypointMethods() {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <opencv2/core/matx.hpp>
 #include <span>
 #include <string>
@@ -55,8 +56,12 @@ struct OrientedPoints {
 /// About `count` points, evenly spread over a surface; all when it has no more.
 OrientedPoints spreadPoints(const Surface& surface, std::size_t count);
 
-/// One point a voxel of edge `spacing` [m].
-OrientedPoints spreadPointsBy(const Surface& surface, double spacing);
+/// One point a voxel of edge `spacing` [m], `most` at most: a part of the voxels.
+OrientedPoints spreadPointsBy(const Surface& surface, double spacing,
+                              std::size_t most = std::numeric_limits<std::size_t>::max());
+
+/// At most `count` of the indices, evenly.
+std::vector<std::uint32_t> partOf(std::vector<std::uint32_t> indices, std::size_t count);
 
 /// Throws Error (invalidOption, mismatch, invalidInput, insufficientData) unless `radius` [m] is finite,
 /// positive, contains some neighbors of most of `points`, and is smaller than their extent: else it is

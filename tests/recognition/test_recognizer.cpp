@@ -345,5 +345,22 @@ TEST(ObjectSearch, ModelsAreNamedByFileOrByWord) {
   EXPECT_THAT([] { modelFilesOf({"a/mug.pcd", "b/mug.ply"}); }, FailsWith(ErrorCode::invalidOption));
 }
 
+TEST(PreparedModel, ALargeOneIsTriedWithAPartOfItsPoints) {
+  const Recognizer recognizer;
+  const PointCloud sheet = test::wavySheet(300, 1);
+  const auto scene = recognizer.prepareScene("scene", sheet);
+  const auto model = recognizer.prepareModel("model", sheet);
+  const auto described = model->describedFor(scene->scalesFor(*model));
+  EXPECT_LE(described->features.size(), 1000U);
+  EXPECT_EQ(described->dense.fine.points.size(), 1000U);
+  EXPECT_EQ(described->dense.coarse.points.size(), 300U);
+  EXPECT_GT(described->dense.area, 1500U);
+  for (const OrientedPoints* part : {&described->dense.fine, &described->dense.coarse})
+    EXPECT_LT(cv::norm(meanOf(part->points) - model->center()), 0.03) << "from everywhere";
+  const auto found = recognizer.find(*model, *scene);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_LT(cv::norm(found[0].pose.translation()), 0.005);
+}
+
 }  // namespace
 }  // namespace estancia
