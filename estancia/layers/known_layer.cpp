@@ -2,7 +2,10 @@
 #include "estancia/layers/known_layer.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <map>
+#include <string>
 #include <utility>
 
 #include "estancia/core/error.hpp"
@@ -15,12 +18,13 @@ namespace {
 constexpr std::size_t maxTries = 3;
 /// Views that a pose is verified by.
 constexpr std::size_t maxWitnesses = 7;
-/// segmentFit() that most of them must reach.
-constexpr double minFit = 0.6;
-/// Min share of the model's points that views from all sides confirm: one planar side is like any board.
-constexpr double minSeen = 0.5;
+/// Confidence with which an instance is a model: see recognized(). Chosen on one drive of a made-up home, and
+/// checked on another.
+constexpr double minConfidence = 0.8;
+/// What may be two models, whose confidences differ by less, is neither.
+constexpr double apart = 0.05;
 /// Poses of a view that are verified.
-constexpr std::size_t maxPoses = 4;
+constexpr std::size_t maxPoses = 6;
 /// A model that is seen from farther round shows another side, which its cloud may not have [cosine].
 constexpr double sameSide = 0.5;
 /// Range of the ratio of an instance's diagonal to a model's: box axes differ, and a side may be unseen.
@@ -50,17 +54,25 @@ std::vector<std::optional<KnownPose>> KnownLayer::find(std::span<const ObjectIns
   } catch (const Interrupted&) {  // Ctrl-C ended the mapping: --continue looks for the rest
   }
   std::vector<std::optional<KnownPose>> known(instances.size());
-  for (std::size_t i = 0; i < instances.size(); ++i)
+  for (std::size_t i = 0; i < instances.size(); ++i) {
+    std::map<std::string, double> confidences;  // how far each model agrees
     for (const SegmentPlace& place : instances[i].segments) {
       if (!poses[place.first]) continue;
       const auto [begin, end] = kept.equal_range(place);
       for (auto found = begin; found != end; ++found) {
         const SegmentRecognition& recognition = found->second;
+        double& confidence = confidences[recognition.name];
+        confidence = std::max(confidence, recognition.confidence);
         if (!recognition.pose || (known[i] && known[i]->confidence >= recognition.confidence)) continue;
         known[i] = {recognition.name, recognition.confidence,
                     poseOf(rigidOf(*poses[place.first]) * rigidOf(*recognition.pose)), place.first};
       }
     }
+    if (known[i] && std::ranges::any_of(confidences, [&](const auto& other) {
+          return other.first != known[i]->name && other.second > known[i]->confidence - apart;
+        }))
+      known[i].reset();
+  }
   return known;
 }
 
@@ -115,27 +127,38 @@ std::vector<KnownWitness> KnownLayer::load(const std::vector<InstanceView>& view
   return witnesses;
 }
 
-/// In a view, and verified by all views from the same side.
+/// In a view, and verified by all. The confidence is the geometric mean of three shares: of what is seen of
+/// the model, that which is where something was measured, and not in free space; of the segments from that
+/// side, that which the model explains; of the model, that which any view confirms, or a planar side would be
+/// like any board.
 SegmentRecognition KnownLayer::recognized(const KnownObjects::Model& model, const KnownWitness& view,
                                           const std::vector<KnownWitness>& views,
                                           const FramePoses& poses) const {
   SegmentRecognition best{model.name};
   const cv::Affine3d here = rigidOf(*poses[view.place.first]);
-  std::vector<KnownObjects::Found> found = objects_->find(model, view.depth, view.segment, view.camera);
+  std::vector<cv::Affine3d> found = objects_->find(model, view.depth, view.segment, view.camera);
   found.resize(std::min(found.size(), maxPoses));
-  for (const KnownObjects::Found& candidate : found) {
-    std::vector<double> fits;
+  for (const cv::Affine3d& pose : found) {
+    std::vector<double> explained;
     std::vector<std::uint8_t> seen(model.points.size());
+    double same = 0, before = 0;
     for (const KnownWitness& witness : views) {
-      const double fit = segmentFit(model, rigidOf(*poses[witness.place.first]).inv() * here * candidate.pose,
-                                    witness.depth, witness.segment, witness.camera, &seen);
-      if (witness.direction.dot(view.direction) >= sameSide) fits.push_back(fit);
+      const ViewAgreement agreement =
+          agreementIn(model, rigidOf(*poses[witness.place.first]).inv() * here * pose, witness.depth,
+                      witness.segment, witness.camera, &seen);
+      same += agreement.same;
+      before += agreement.before;
+      if (witness.direction.dot(view.direction) >= sameSide)
+        explained.push_back(agreement.inside / std::max(1.0, agreement.segment));
     }
-    const double fit = middleOf(std::move(fits));
-    const double share = static_cast<double>(std::ranges::count(seen, 1)) / static_cast<double>(seen.size());
-    if (fit < minFit || share < minSeen || fit <= best.confidence) continue;
-    best.pose = poseOf(candidate.pose);
-    best.confidence = fit;
+    if (same == 0) continue;
+    const double confirmed =
+        static_cast<double>(std::ranges::count(seen, 1)) / static_cast<double>(seen.size());
+    const double confidence = std::cbrt(same / (same + before) * middleOf(std::move(explained)) * confirmed);
+    if (confidence <= best.confidence) continue;
+    best.confidence = confidence;
+    best.pose.reset();
+    if (confidence >= minConfidence) best.pose = poseOf(pose);
   }
   return best;
 }

@@ -37,28 +37,32 @@ class KnownObjects {
 
   const std::vector<Model>& models() const { return models_; }
 
-  struct Found {
-    /// T_camera_model.
-    cv::Affine3d pose;
-    /// segmentFit() there.
-    double fit = 0;
-  };
-  /// The poses of a model that explain most of a segment, best first; none of one with too few points.
+  /// Poses T_camera_model of a model in a segment, by how much of the segment they explain there (fit()),
+  /// best first; none of one with too few points. A segment alone rarely proves a pose: several views do.
   /// `depth`: CV_32F [m] of `camera`; `segment`: CV_8U, not 0 on it. Throws Error (Interrupted).
-  std::vector<Found> find(const Model& model, const cv::Mat& depth, const cv::Mat& segment,
-                          const CameraIntrinsics& camera) const;
+  std::vector<cv::Affine3d> find(const Model& model, const cv::Mat& depth, const cv::Mat& segment,
+                                 const CameraIntrinsics& camera) const;
 
  private:
   Recognizer recognizer_;
   std::vector<Model> models_;
 };
 
-/// How well a model in a pose explains a segment: the pixels of the segment where the model has the measured
-/// depth (a pixel counts 1, less where it deviates), of all its pixels and those where the model would stand
-/// before what was measured. In [0, 1]. What is behind something counts neither way. `seen`: when given, the
-/// model's points that are where the segment is become 1.
-double segmentFit(const KnownObjects::Model& model, const cv::Affine3d& pose, const cv::Mat& depth,
-                  const cv::Mat& segment, const CameraIntrinsics& camera,
-                  std::vector<std::uint8_t>* seen = nullptr);
+/// Agreement of a model in a pose with a view: numbers of pixels. What is behind something counts neither
+/// way.
+struct ViewAgreement {
+  double same = 0;     ///< where the model has the measured depth
+  double before = 0;   ///< where it would stand before what was measured; edges are known within a pixel
+  double inside = 0;   ///< `same` in the segment
+  double segment = 0;  ///< all in the segment
+
+  /// In [0, 1].
+  double fit() const { return segment > 0 ? inside / (segment + before) : 0; }
+};
+
+/// `seen`: when given, the model's points that are where something was measured become 1.
+ViewAgreement agreementIn(const KnownObjects::Model& model, const cv::Affine3d& pose, const cv::Mat& depth,
+                          const cv::Mat& segment, const CameraIntrinsics& camera,
+                          std::vector<std::uint8_t>* seen = nullptr);
 
 }  // namespace estancia

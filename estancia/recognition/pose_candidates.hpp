@@ -50,6 +50,8 @@ struct PoseCandidates {
   /// With verification by evidence those that are or may be instances, best first. Else
   /// those that the verification accepts.
   std::vector<PoseHypothesis> instances;
+  /// All that were refined, best first, accepted or not.
+  std::vector<PoseHypothesis> poses;
   /// False alarms of the model in the scene.
   FalseAlarmModel falseAlarms;
 };

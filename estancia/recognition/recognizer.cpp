@@ -318,7 +318,13 @@ PoseCandidates Recognizer::search(const PreparedModel& model, const PreparedScen
           fmt::format(
               "{}: {} instances{}", options_.verification, instancesAlone(pair, instances),
               pair.byEvidence() ? comparison(poses, instances.falseAlarms, options_.falseAlarmRate) : ""));
-  return {&model, &scene, modelSurface, sceneSurface, std::move(instances.poses), instances.falseAlarms};
+  return {&model,
+          &scene,
+          modelSurface,
+          sceneSurface,
+          std::move(instances.poses),
+          std::move(poses),
+          instances.falseAlarms};
 }
 
 std::vector<Detection> Recognizer::verify(const std::vector<PoseCandidates>& candidates,

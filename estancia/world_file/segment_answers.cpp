@@ -54,10 +54,9 @@ void KnownStore::begin(const std::string& name, const std::string& digest) {
 }
 
 void KnownStore::put(const SegmentPlace& place, const SegmentRecognition& recognition) {
-  const double confidence = recognition.pose ? recognition.confidence : std::nan("");  // stored as NULL
   store_.database().execute(
       "INSERT OR REPLACE INTO recognitions VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11)", place.first,
-      place.second, recognition.name, confidence, recognition.pose);
+      place.second, recognition.name, recognition.confidence, recognition.pose);
 }
 
 void KnownStore::putPoses(std::span<const std::optional<KnownPose>> poses) {
@@ -82,9 +81,8 @@ std::multimap<SegmentPlace, SegmentRecognition> KnownStore::recognitions() const
   while (rows.next()) {
     if (rows.integer(0) < 0 || rows.integer(1) < 0)
       database.failDamaged("an object was recognized in no frame");
-    SegmentRecognition recognition{rows.text(2), rows.pose(4)};
-    if (recognition.pose) recognition.confidence = confidenceOf(database, rows, 3);
-    recognitions.emplace(SegmentPlace(rows.integer(0), rows.integer(1)), std::move(recognition));
+    recognitions.emplace(SegmentPlace(rows.integer(0), rows.integer(1)),
+                         SegmentRecognition{rows.text(2), rows.pose(4), confidenceOf(database, rows, 3)});
   }
   return recognitions;
 }

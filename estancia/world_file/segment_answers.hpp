@@ -21,6 +21,7 @@ struct SegmentRecognition {
   std::string name;
   /// T_camera_model where it was found.
   std::optional<Pose> pose = {};
+  /// Agreement of the best pose, whether it was accepted or not.
   double confidence = 0;
 };
 

@@ -66,7 +66,7 @@ constexpr std::array<const char*, 5> supportNames{"", "floor", "object", "surfac
 /// A known object that was recognized.
 struct KnownPose {
   std::string name;
-  /// How much of the views it explains (segmentFit()): the median over the best ones.
+  /// How far model and views agree, in [0, 1]: KnownLayer::recognized().
   double confidence = 0;
   /// T_map_model: of the axes of the cloud that was given.
   Pose pose;

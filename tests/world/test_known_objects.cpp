@@ -98,7 +98,7 @@ TEST(KnownObjects, AreNotFoundWhereTheyAreNot) {
   EXPECT_FALSE(world.objects[0].known);
   sqlite::Database database(folder / "map.estancia", sqlite::Database::Mode::read);
   EXPECT_EQ(database.number("SELECT count(*) FROM recognitions"), 3) << "the best views";
-  EXPECT_EQ(database.number("SELECT count(confidence) FROM recognitions"), 0);
+  EXPECT_EQ(database.number("SELECT count(x) FROM recognitions"), 0);
 }
 
 TEST(KnownObjects, StayFoundAndMayBeGivenAfterTheDrive) {
