@@ -72,5 +72,17 @@ TEST_F(HomeSegmentation, SaysWhatIsWrong) {
               FailsWith(ErrorCode::malformedFile, "`noise`"));
 }
 
+TEST(HomeKnownObjects, SayWhatIsWrong) {
+  const test::ScratchFolder scratch;
+  const auto run = [&](const std::string& config) {
+    writeFile(scratch / "known.toml", "type = \"home-known-objects\"\n" + config);
+    Progress silent;
+    runExperiment({scratch / "known.toml"}, {scratch / "out", {}, {}, nullptr}, silent);
+  };
+  EXPECT_THAT([&] { run("drives = [\"nowhere\", \"elsewhere\"]\n"); }, FailsWith(ErrorCode::fileUnreadable));
+  EXPECT_THAT([&] { run(""); }, FailsWith(ErrorCode::malformedFile));
+  EXPECT_THAT([&] { run("drives = [\"a\", \"b\"]\nmodels = 0\n"); }, FailsWith(ErrorCode::malformedFile));
+}
+
 }  // namespace
 }  // namespace estancia::experiments

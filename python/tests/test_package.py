@@ -116,7 +116,7 @@ def test_the_examples_of_real_data_run(
     examples = SOURCE / "python/examples"
     kinect = data("shot_kinect")
     found = run(
-        examples / "07_find_objects.py", kinect / "meshes/Frog000_0.ply", kinect / "scenes/scene039.pcd", folder=tmp_path
+        examples / "07_find_objects.py", kinect / "meshes/Frog012_0.ply", kinect / "scenes/scene039.pcd", folder=tmp_path
     )
     assert "confidence" in found
     assert "things" in run(examples / "09_segment_and_track.py", data("sevenscenes_redkitchen"), 3, folder=tmp_path)

@@ -170,10 +170,10 @@ Findings segmentHomes(const HomeSegmentationOptions& options, Grid& grid, const 
   const std::string classes = classesText(options.classes);
   std::vector<Cell> cells;
   std::vector<std::pair<std::filesystem::path, double>> runs;
-  std::set<std::string> categories;
+  std::set<std::string> present;
   for (const std::filesystem::path drive : options.drives) {
     for (const io::HomeInstance& thing : io::readHomeInstances(drive / "instances.csv"))
-      categories.insert(thing.category);
+      present.insert(thing.category);
     for (const double noise : options.noise) {
       runs.emplace_back(drive, noise);
       cells.push_back({{drive.filename().string(), fmt::format("{}", noise)},
@@ -201,7 +201,7 @@ Findings segmentHomes(const HomeSegmentationOptions& options, Grid& grid, const 
                     {"Clusters", "of the library's defaults"}};
   std::vector<std::string> unknown;
   for (const auto& [category, name] : options.classes.classOf)
-    if (!categories.contains(category)) unknown.push_back(category);
+    if (!present.contains(category)) unknown.push_back(category);
   if (!unknown.empty())
     findings.notes.push_back(
         fmt::format("No drive has a thing of these categories: {}.", fmt::join(unknown, ", ")));

@@ -148,13 +148,13 @@ class Shared {
 TargetClasses studyOf(const ObjectSplitsOptions::Data& data) {
   if (!data.study.empty()) return readTargetClasses(data.study);
   const auto views = openObjectViews(data.views, data.reading);
-  std::set<std::string> categories;
+  std::set<std::string> named;
   for (std::size_t i = 0; i < views->size(); ++i)
-    if (!views->view(i).category.empty()) categories.insert(views->view(i).category);
-  if (categories.empty())
+    if (!views->view(i).category.empty()) named.insert(views->view(i).category);
+  if (named.empty())
     throw Error(ErrorCode::insufficientData,
                 fmt::format("{}: the category of no view is known", data.views.string()));
-  return targetClassesOf({categories.begin(), categories.end()});
+  return targetClassesOf({named.begin(), named.end()});
 }
 
 void require(const ObjectTask& task) {

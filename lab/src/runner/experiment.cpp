@@ -13,6 +13,7 @@
 #include "estancia/core/config.hpp"
 #include "estancia/core/error.hpp"
 #include "features/feature_study.hpp"
+#include "objects/home_known_objects.hpp"
 #include "objects/home_objects.hpp"
 #include "objects/home_segmentation.hpp"
 #include "objects/home_worlds.hpp"
@@ -109,6 +110,8 @@ constexpr Kind kindTable[] = {
      true, prepare<readFewExamples, learnFromFew>},
     {"further-drives", "drives that follow another one: recognized in its map, continued and merged",
      furtherDrivesColumns, true, prepare<readFurtherDrives, compareFurtherDrives>},
+    {"home-known-objects", "things of one drive through a home, looked for in the map of another",
+     homeKnownObjectsColumns, true, prepare<readHomeKnownObjects, findHomeKnownObjects>},
     {"home-objects",
      "things of a furnished home in its map, each as one instance, and instances that are none",
      homeObjectColumns, false, prepare<readHomeSegmentation, findHomeObjects>},
